@@ -1,0 +1,32 @@
+// From a topology to particles, distance constraints and springs. Pure; input already validated.
+#pragma once
+
+#include "server/scene/description.h"
+
+namespace drape {
+
+// A particle system in its rest frame, before pins and colours.
+struct ParticleSystem {
+  std::vector<Eigen::Vector3d> rest_positions_m;  // [particle_count]
+  std::vector<double> masses_kg;                  // [particle_count]
+  std::vector<DistanceConstraint> distance_constraints;
+  std::vector<Spring> springs;
+  std::vector<std::array<uint32_t, 3>> triangles;  // for drawing and export; may be empty
+  uint32_t dropped_triangles = 0;                  // zero-area triangles left out
+};
+
+// Structural edges along rows, then along columns; bending springs between particles two apart; shear
+// springs along both diagonals of each cell. Springs of stiffness 0 are not made.
+ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& material);
+
+// One distance constraint per unique edge, one bending spring per inner edge between the two vertices
+// opposite it, a third of each triangle's mass per corner. Triangles with a repeated vertex or an area
+// below 1e-12 of the squared longest edge are dropped and counted. Vertices without triangle are kept
+// as particles with the mean mass of the others.
+ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& material);
+
+ParticleSystem BuildParticles(const ParticleTopology& particles);
+
+ParticleSystem BuildParticleSystem(const Topology& topology, const StructuralMaterial& material);
+
+}  // namespace drape

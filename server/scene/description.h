@@ -1,0 +1,88 @@
+// What a cloth is made of, as plain values: the input of SceneModel::Build. SI units, double precision.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <variant>
+#include <vector>
+
+namespace drape {
+
+// A rectangle in the xz plane at y = 0 from the origin; particle index = row * columns + column,
+// x = column * width_m / (columns - 1), z = row * height_m / (rows - 1) (0 for a single line). The
+// total mass areal density * width * height is shared equally.
+struct GridTopology {
+  uint32_t columns = 0;  // >= 1, and columns * rows >= 2
+  uint32_t rows = 0;     // >= 1
+  double width_m = 0;    // > 0
+  double height_m = 0;   // > 0
+};
+
+// Indexed triangles, counter-clockwise seen from outside. Also the topology of mesh cloths.
+struct TriangleMesh {
+  std::vector<Eigen::Vector3d> positions_m;          // [vertex_count]
+  std::vector<std::array<uint32_t, 3>> triangles;    // [triangle_count][3]
+};
+
+// C = |p_i - p_j| - rest_length_m, softened by the compliance (0 = inextensible).
+struct DistanceConstraint {
+  uint32_t i = 0;
+  uint32_t j = 0;
+  double rest_length_m = 0;         // > 0
+  double compliance_m_per_n = 0;    // >= 0
+};
+
+// Explicit spring-damper; force on i along the unit vector d from i to j:
+// stiffness * (|p_j - p_i| - rest_length) + damping * d . (v_j - v_i).
+struct Spring {
+  uint32_t i = 0;
+  uint32_t j = 0;
+  double rest_length_m = 0;         // >= 0
+  double stiffness_n_per_m = 0;     // >= 0
+  double damping_n_s_per_m = 0;     // >= 0
+};
+
+// Free particles under explicit constraints and springs (chains, nets).
+struct ParticleTopology {
+  std::vector<Eigen::Vector3d> positions_m;  // [particle_count]
+  std::vector<double> masses_kg;             // [particle_count], each > 0
+  std::vector<DistanceConstraint> distance_constraints;
+  std::vector<Spring> springs;
+};
+
+using Topology = std::variant<GridTopology, TriangleMesh, ParticleTopology>;
+
+// The part of the material that shapes constraints, springs and masses.
+struct StructuralMaterial {
+  double areal_density_kg_per_m2 = 0.2;     // > 0; grids and meshes
+  double stretch_compliance_m_per_n = 0;    // >= 0; grids and meshes
+  double bending_stiffness_n_per_m = 0;     // >= 0; grids and meshes, paper section 4.1
+  double shear_stiffness_n_per_m = 0;       // >= 0; grids
+};
+
+// A particle moved by the client.
+struct Pin {
+  uint32_t particle = 0;
+  // In the cloth's environment; unset = where the particle starts.
+  std::optional<Eigen::Vector3d> target_m;
+};
+
+// Rotation first, then translation.
+struct RigidTransform {
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // unit
+
+  Eigen::Vector3d operator*(const Eigen::Vector3d& p) const { return rotation * p + position_m; }
+};
+
+// Everything that SceneModel::Build needs. The pins' targets are not part of the model.
+struct ModelDescription {
+  Topology topology;
+  StructuralMaterial material;
+  std::vector<uint32_t> pinned_particles;  // any order, no duplicates
+};
+
+}  // namespace drape

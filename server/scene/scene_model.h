@@ -1,0 +1,89 @@
+// The immutable description that all cloths of one topology share.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+
+#include "server/core/status.h"
+#include "server/scene/constraint_builder.h"
+#include "server/scene/description.h"
+
+namespace drape {
+
+// One end of a spring as its particle sees it: the springs of particle p are the entries
+// spring_offsets[p] .. spring_offsets[p + 1] of spring_ends, in order of the spring list.
+struct SpringEnd {
+  uint32_t other_particle = 0;
+  double rest_length_m = 0;
+  double stiffness_n_per_m = 0;
+  double damping_n_s_per_m = 0;
+};
+
+// Limits that keep one model within what the server publishes.
+struct ModelLimits {
+  uint32_t max_particles = 1u << 20;
+  uint32_t max_constraints = 1u << 23;
+};
+
+// Finished and constant after Build; safe to share between threads. Constraints are sorted by colour,
+// in a colour by their order in the description. Constraints and springs between two pins are left out.
+class SceneModel {
+ public:
+  // Checks every index, length, mass and coefficient and names the field as it stands in
+  // drape.v1.ClothSpec ("grid.columns", "mesh.triangles[7]", "particles.masses_kg[3]",
+  // "material.areal_density_kg_per_m2", "pins[2].particle", ...); several violations at once (at most 16).
+  static Result<std::shared_ptr<const SceneModel>> Build(const ModelDescription& description,
+                                                         const ModelLimits& limits = {});
+
+  uint32_t particle_count() const { return static_cast<uint32_t>(masses_kg_.size()); }
+  uint32_t constraint_count() const { return static_cast<uint32_t>(constraints_.size()); }
+  uint32_t colour_count() const { return static_cast<uint32_t>(colour_offsets_.size()) - 1; }
+  uint32_t spring_count() const { return static_cast<uint32_t>(springs_.size()); }
+  uint32_t pin_count() const { return static_cast<uint32_t>(pins_.size()); }
+
+  std::span<const Eigen::Vector3d> rest_positions_m() const { return rest_positions_m_; }
+  std::span<const double> masses_kg() const { return masses_kg_; }
+  // 1/m, and 0 for pins.
+  std::span<const double> inverse_masses_per_kg() const { return inverse_masses_per_kg_; }
+  // Sorted by colour: colour c is [colour_offsets[c], colour_offsets[c + 1]).
+  std::span<const DistanceConstraint> constraints() const { return constraints_; }
+  std::span<const uint32_t> colour_offsets() const { return colour_offsets_; }
+  std::span<const Spring> springs() const { return springs_; }
+  std::span<const uint32_t> spring_offsets() const { return spring_offsets_; }
+  std::span<const SpringEnd> spring_ends() const { return spring_ends_; }
+  // Pinned particles, ascending; pin k's target is element k of every pin-target list.
+  std::span<const uint32_t> pins() const { return pins_; }
+  std::span<const std::array<uint32_t, 3>> triangles() const { return triangles_; }
+
+  bool has_compliance() const { return has_compliance_; }
+  // Mean rest length of the constraints; if there are none, of the springs; else 1 m. The scale of the
+  // tolerance of contacts.
+  double length_scale_m() const { return length_scale_m_; }
+  uint32_t dropped_triangles() const { return dropped_triangles_; }
+  uint32_t dropped_constraints() const { return dropped_constraints_; }
+  // Equal content gives equal hashes; compare with SameContent before sharing.
+  uint64_t content_hash() const { return content_hash_; }
+  bool SameContent(const SceneModel& other) const;
+
+ private:
+  SceneModel() = default;
+
+  std::vector<Eigen::Vector3d> rest_positions_m_;
+  std::vector<double> masses_kg_;
+  std::vector<double> inverse_masses_per_kg_;
+  std::vector<DistanceConstraint> constraints_;
+  std::vector<uint32_t> colour_offsets_;
+  std::vector<Spring> springs_;
+  std::vector<uint32_t> spring_offsets_;
+  std::vector<SpringEnd> spring_ends_;
+  std::vector<uint32_t> pins_;
+  std::vector<std::array<uint32_t, 3>> triangles_;
+  bool has_compliance_ = false;
+  double length_scale_m_ = 1;
+  uint32_t dropped_triangles_ = 0;
+  uint32_t dropped_constraints_ = 0;
+  uint64_t content_hash_ = 0;
+};
+
+}  // namespace drape

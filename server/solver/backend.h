@@ -1,0 +1,95 @@
+// The narrow interface between what schedules cloths and what computes them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "server/core/ids.h"
+#include "server/core/status.h"
+#include "server/scene/particle_state.h"
+#include "server/scene/scene_model.h"
+#include "server/solver/cloth_parameters.h"
+#include "server/solver/step_report.h"
+
+namespace drape {
+
+enum class ScalarType { kFloat32, kFloat64 };
+
+struct BackendDescription {
+  std::string name;    // "gl", "cpu", "reference"
+  std::string device;  // "llvmpipe (LLVM 15.0.6), OpenGL 4.5 ...", "2 cores"
+  ScalarType scalar = ScalarType::kFloat32;
+  bool is_hardware_gpu = false;
+};
+
+// One cloth in a step. Pointers must stay valid during the call.
+struct StepItem {
+  ClothHandle cloth;
+  // Where the pins are at the end of the step, [pin_count] in the cloth frame; they move there in a
+  // straight line. Empty: the targets of the last step or write.
+  std::span<const Eigen::Vector3d> pin_targets_m;
+  bool measure = false;  // fill StepReport::measured
+};
+
+struct BatchReport {
+  std::vector<StepReport> reports;  // one per item, same order
+  uint32_t dispatch_count = 0;      // device dispatches of the whole batch (0 on CPU backends)
+  int64_t upload_us = 0;
+  int64_t device_us = 0;
+  int64_t readback_us = 0;
+};
+
+// Packed x, y, z in the cloth frame, cloth after cloth in the order asked for.
+using ScalarColumn = std::variant<std::vector<float>, std::vector<double>>;
+struct StateColumns {
+  ScalarColumn positions_m;           // empty unless asked for
+  ScalarColumn velocities_m_per_s;    // empty unless asked for
+};
+struct ReadRequest {
+  std::span<const ClothHandle> cloths;
+  bool positions = true;
+  bool velocities = false;
+};
+
+// What to change; unset members stay. A new model must have the same particle count; the state is kept
+// unless given. Writing a state clears a fault.
+struct ClothUpdate {
+  std::shared_ptr<const SceneModel> model;
+  std::optional<ClothParameters> parameters;
+  std::optional<ParticleState> state;
+  std::optional<std::vector<Eigen::Vector3d>> pin_targets_m;  // [pin_count] of the (new) model
+};
+
+// Owns the device and the states of all cloths. Every call, construction and destruction included, on
+// one thread, the device thread. Input is already validated: violations are programmer errors.
+//
+// Contract, tested on every implementation: the result of a cloth is the same bit for bit whatever else
+// is in its batch and whatever slot it has; a faulted cloth keeps its last good state and never
+// touches another one; a cloth occurs at most once in a batch.
+class Backend {
+ public:
+  virtual ~Backend() = default;
+
+  virtual BackendDescription Describe() const = 0;
+  // "resident", "tiled", "scalar": how a cloth of this model is stepped. A function of the model alone.
+  virtual std::string PlanOf(const SceneModel& model) const = 0;
+
+  // Pin targets start at the pins' positions in `state`. RESOURCE_EXHAUSTED when the device is full;
+  // nothing is created then.
+  virtual Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
+                                     const ClothParameters& parameters, const ParticleState& state) = 0;
+  virtual void Destroy(ClothHandle cloth) = 0;
+
+  // One time step of every item, in one go. Faulted cloths are left as they are and reported so.
+  virtual BatchReport Step(std::span<const StepItem> items) = 0;
+  virtual StateColumns Read(const ReadRequest& request) = 0;
+  // RESOURCE_EXHAUSTED when the device has no room for the new model or colliders; nothing changes then.
+  virtual Status Write(ClothHandle cloth, const ClothUpdate& update) = 0;
+};
+
+}  // namespace drape

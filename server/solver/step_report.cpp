@@ -1,0 +1,17 @@
+#include "server/solver/step_report.h"
+
+namespace drape {
+
+std::string_view FaultReasonText(FaultReason reason) {
+  switch (reason) {
+    case FaultReason::kNone:
+      return "";
+    case FaultReason::kNotFinite:
+      return "a position or velocity became infinite or not a number; the last good state is kept";
+    case FaultReason::kRunaway:
+      return "a particle exceeded 1e5 m/s or 1e6 m from the cloth's origin; the last good state is kept";
+  }
+  return "";
+}
+
+}  // namespace drape

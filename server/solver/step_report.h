@@ -1,0 +1,46 @@
+// What a step tells about a cloth.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace drape {
+
+enum class FaultReason { kNone, kNotFinite, kRunaway };
+// "" , "a position or velocity is not finite", ...
+std::string_view FaultReasonText(FaultReason reason);
+
+// Numerical events, counted per cloth by the caller.
+struct StepWarnings {
+  // The tolerance asked for cannot be met in single precision and was raised.
+  bool tolerance_raised = false;
+  // Some substep used max_iterations without meeting the tolerance (only with a tolerance > 0).
+  bool not_converged = false;
+  // Explicit springs are beyond their stability limit h^2 * sum(k) * (w_i + w_j) < 4 for some particle.
+  bool springs_beyond_limit = false;
+};
+
+// Measured on the committed state, only on request. Frames: the cloth's own; the caller shifts.
+struct Measurements {
+  double max_strain = 0;  // max |l - l0| / l0 over distance constraints
+  double rms_strain = 0;
+  double kinetic_energy_j = 0;
+  // -sum m g.p with p in the cloth frame; the caller adds the frame's shift.
+  double potential_energy_j = 0;
+  double strain_energy_j = 0;    // springs k/2 (l-l0)^2 and compliant constraints C^2 / (2 alpha)
+  double lowest_m = 0;           // smallest y
+  uint32_t contacts = 0;         // particles with a gap <= kContactMarginRatio * length scale
+  double max_penetration_m = 0;  // max(0, -gap)
+  // Largest |C + (alpha/h) Lambda| of the last substep, and contact violation.
+  double max_residual_m = 0;
+};
+
+struct StepReport {
+  uint32_t iterations = 0;  // sweeps over all substeps of the step
+  bool converged = true;    // every substep met the tolerance; true when the tolerance is 0
+  FaultReason fault = FaultReason::kNone;
+  StepWarnings warnings;
+  Measurements measured;  // zero unless asked for
+};
+
+}  // namespace drape

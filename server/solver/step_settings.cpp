@@ -1,0 +1,82 @@
+#include "server/solver/step_settings.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+namespace drape {
+
+StepSettings PresetSettings(Preset preset) {
+  StepSettings settings;
+  settings.preset = preset;
+  switch (preset) {
+    case Preset::kPaper:
+      settings.substeps = 1;
+      settings.max_iterations = 100;
+      settings.tolerance = 1e-3;
+      settings.spring_integration = SpringIntegration::kInForce;
+      break;
+    case Preset::kRealtime:
+      settings.substeps = 60;
+      settings.max_iterations = 1;
+      settings.tolerance = 0;
+      break;
+    case Preset::kAccurate:
+      settings.substeps = 60;
+      settings.max_iterations = 100;
+      settings.tolerance = 1e-4;
+      break;
+  }
+  return settings;
+}
+
+std::string_view PresetName(Preset preset) {
+  switch (preset) {
+    case Preset::kPaper:
+      return "PAPER";
+    case Preset::kRealtime:
+      return "REALTIME";
+    case Preset::kAccurate:
+      return "ACCURATE";
+  }
+  return "";
+}
+
+Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
+                                     std::string_view field_prefix) {
+  StepSettings settings = PresetSettings(overrides.preset.value_or(Preset::kRealtime));
+  if (overrides.time_step_s) settings.time_step_s = *overrides.time_step_s;
+  if (overrides.substeps) settings.substeps = *overrides.substeps;
+  if (overrides.max_iterations) settings.max_iterations = *overrides.max_iterations;
+  if (overrides.tolerance) settings.tolerance = *overrides.tolerance;
+  if (overrides.spring_integration) settings.spring_integration = *overrides.spring_integration;
+
+  std::vector<FieldViolation> violations;
+  const auto check = [&](bool is_legal, const char* field, double value, const std::string& range) {
+    if (is_legal) return;
+    violations.push_back({std::string(field_prefix) + "." + field,
+                          std::to_string(value) + " is not in " + range});
+  };
+  check(settings.time_step_s > 0 && settings.time_step_s <= kMaxTimeStep_s, "time_step_s",
+        settings.time_step_s, "(0, 10] s");
+  check(settings.substeps >= 1 && settings.substeps <= kMaxSubsteps, "substeps", settings.substeps,
+        "[1, " + std::to_string(kMaxSubsteps) + "]");
+  check(settings.max_iterations >= 1 && settings.max_iterations <= kMaxIterations, "max_iterations",
+        settings.max_iterations, "[1, " + std::to_string(kMaxIterations) + "]");
+  check(settings.tolerance >= 0 && settings.tolerance < 1, "tolerance", settings.tolerance, "[0, 1)");
+  if (!violations.empty()) return Status::InvalidFields(std::move(violations));
+  return settings;
+}
+
+double SinglePrecisionTolerance(double tolerance, const SceneModel& model, double extent_m) {
+  if (tolerance <= 0) return 0;
+  double shortest_m = model.length_scale_m();
+  for (const DistanceConstraint& constraint : model.constraints()) {
+    shortest_m = std::min(shortest_m, constraint.rest_length_m);
+  }
+  constexpr double kRelativeUlp = std::numeric_limits<float>::epsilon();
+  return std::max(tolerance, 4 * kRelativeUlp * std::max(extent_m, shortest_m) / shortest_m);
+}
+
+}  // namespace drape

@@ -1,0 +1,60 @@
+// How a step is computed: one algorithm, few switches, and presets that set them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "server/core/status.h"
+#include "server/scene/scene_model.h"
+
+namespace drape {
+
+enum class Preset { kPaper, kRealtime, kAccurate };
+
+// kInForce: spring forces are constant over the substep (paper equations 1 and 2; multiplies a
+// spring's amplitude by sqrt(1 + h^2 w^2 / 2) each substep). kHalfKicks: velocity-Verlet.
+enum class SpringIntegration { kInForce, kHalfKicks };
+
+// Fully resolved settings of one cloth.
+struct StepSettings {
+  Preset preset = Preset::kRealtime;
+  double time_step_s = 1.0 / 60;  // (0, kMaxTimeStep_s]
+  uint32_t substeps = 60;         // [1, kMaxSubsteps]
+  uint32_t max_iterations = 1;    // [1, kMaxIterations] sweeps per substep
+  // Largest accepted |C| / rest length (contacts: / model length scale). 0 = a fixed number of sweeps.
+  double tolerance = 0;  // [0, 1)
+  SpringIntegration spring_integration = SpringIntegration::kHalfKicks;
+
+  double substep_s() const { return time_step_s / substeps; }
+  friend bool operator==(const StepSettings&, const StepSettings&) = default;
+};
+
+// What a client asked for; unset = the preset's value.
+struct StepSettingsOverrides {
+  std::optional<Preset> preset;  // default kRealtime
+  std::optional<double> time_step_s;
+  std::optional<uint32_t> substeps;
+  std::optional<uint32_t> max_iterations;
+  std::optional<double> tolerance;
+  std::optional<SpringIntegration> spring_integration;
+};
+
+inline constexpr double kMaxTimeStep_s = 10;
+inline constexpr uint32_t kMaxSubsteps = 10000;
+inline constexpr uint32_t kMaxIterations = 10000;
+
+// The table of presets.
+StepSettings PresetSettings(Preset preset);
+std::string_view PresetName(Preset preset);
+
+// Preset plus overrides, every range checked; violations name "<field_prefix>.substeps" and so on.
+Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
+                                     std::string_view field_prefix);
+
+// Below about 4 ulp(|p|) / rest length no sweep in single precision ever meets the tolerance. Returns
+// the tolerance to use: the one asked for, or the smallest that 24-bit positions of this size can
+// resolve. 0 stays 0. `extent_m`: largest |coordinate| of the rest shape in the cloth frame.
+double SinglePrecisionTolerance(double tolerance, const SceneModel& model, double extent_m);
+
+}  // namespace drape

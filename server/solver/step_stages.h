@@ -1,0 +1,29 @@
+// The stages of a step, in order. One name each: the same word is the enum value, the kernel or GLSL
+// library function, the function of each CPU backend, and the name of its test.
+#pragma once
+
+namespace drape {
+
+// apply_springs     half a kick of the spring accelerations (HALF_KICKS only)
+// for each substep of size h:
+//   predict         u = v + a h/2, the mean velocity over the substep; pins: (target - p) / h
+//   until no error exceeds the tolerance, at most max_iterations times:
+//     solve_distance  per colour: the impulse that removes each constraint's error at p + h u
+//     solve_contacts  per particle: gap >= 0 at p + h u, Coulomb friction against h u
+//   integrate       p += h u, v = u + a h/2
+//   correct_velocity  contacts: no approach velocity, Coulomb friction; then damping
+//   apply_springs   a full kick, half a kick after the last substep
+// commit            the new state replaces the old one, unless the cloth is faulted
+// measure           what a report asks for, from the committed state
+enum class StepStage {
+  kApplySprings,
+  kPredict,
+  kSolveDistance,
+  kSolveContacts,
+  kIntegrate,
+  kCorrectVelocity,
+  kCommit,
+  kMeasure,
+};
+
+}  // namespace drape
