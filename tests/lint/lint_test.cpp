@@ -1,0 +1,246 @@
+// The rules of the tree that no compiler checks: who may include whom, where foreign headers may appear,
+// sizes, READMEs, and where shader code may stand. server/README.md and shaders/README.md state them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::IsEmpty;
+
+const fs::path kRoot = DRAPE_SOURCE_DIR;
+
+std::string ReadFile(const fs::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+bool HasExtension(const fs::path& path, const std::set<std::string>& extensions) {
+  return extensions.contains(path.extension().string());
+}
+
+// Files below `folder`, relative to the root, in a fixed order.
+std::vector<fs::path> FilesBelow(const std::string& folder, const std::set<std::string>& extensions) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
+    if (entry.is_regular_file() && HasExtension(entry.path(), extensions)) {
+      files.push_back(fs::relative(entry.path(), kRoot));
+    }
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+std::vector<std::string> Includes(const std::string& text) {
+  static const std::regex kInclude(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])", std::regex::multiline);
+  std::vector<std::string> includes;
+  for (std::sregex_iterator it(text.begin(), text.end(), kInclude), end; it != end; ++it) {
+    includes.push_back((*it)[1]);
+  }
+  return includes;
+}
+
+bool StartsWith(const std::string& text, const std::string& prefix) {
+  return text.compare(0, prefix.size(), prefix) == 0;
+}
+
+// A file's folder among the keys of the rule table: the longest that is a prefix of its path.
+template <class Rules>
+typename Rules::const_iterator RuleFor(const Rules& rules, const std::string& file) {
+  auto best = rules.end();
+  for (auto it = rules.begin(); it != rules.end(); ++it) {
+    if (StartsWith(file, it->first + "/") &&
+        (best == rules.end() || it->first.size() > best->first.size())) {
+      best = it;
+    }
+  }
+  return best;
+}
+
+// Folder -> folders of ours that it may include from, besides itself. A folder does not open its
+// subfolders: server/solver does not stand for server/solver/cpu.
+const std::map<std::string, std::set<std::string>> kMayInclude = {
+    {"server/core", {}},
+    {"server/scene", {"server/core"}},
+    {"server/solver", {"server/core", "server/scene"}},
+    {"server/solver/cpu_reference", {"server/core", "server/scene", "server/solver"}},
+    {"server/solver/cpu", {"server/core", "server/scene", "server/solver"}},
+    {"server/gl", {"server/core"}},
+    {"server/solver/gl_compute",
+     {"server/core", "server/scene", "server/solver", "server/gl", "shaders", "shaders/interface"}},
+    {"server/scheduler", {"server/core", "server/scene", "server/solver"}},
+    {"server/session", {"server/core", "server/scene", "server/solver", "server/scheduler"}},
+    {"server/api",
+     {"server/core", "server/scene", "server/solver", "server/scheduler", "server/session"}},
+    {"client", {"client/include/drape", "client/src", "client/cli", "client/examples"}},
+};
+
+// Foreign headers and the only folders (and files) that may name them.
+struct ForeignRule {
+  std::regex header;
+  std::set<std::string> folders;
+};
+const std::vector<ForeignRule> kForeign = {
+    {std::regex("^(grpc|grpcpp|google/(protobuf|rpc)|drape/v1)/.*"),
+     {"server/api", "client", "server/main.cpp"}},
+    {std::regex("^(EGL|epoxy)/.*"), {"server/gl", "server/solver/gl_compute"}},
+    {std::regex("^(tbb|oneapi)/.*"), {"server/solver/cpu"}},
+    {std::regex("^tiny_obj_loader.h|^zip.h"), {"client"}},
+};
+
+TEST(LintTest, FoldersIncludeOnlyWhatTheDiagramAllows) {
+  std::vector<std::string> violations;
+  int checked = 0;
+  for (const char* top : {"server", "client"}) {
+    for (const fs::path& file : FilesBelow(top, {".h", ".cpp"})) {
+      const auto rule = RuleFor(kMayInclude, file.string());
+      if (rule == kMayInclude.end()) continue;  // main.cpp and config: the place that wires all
+      ++checked;
+      for (const std::string& include : Includes(ReadFile(kRoot / file))) {
+        if (!StartsWith(include, "server/") && !StartsWith(include, "client/") &&
+            !StartsWith(include, "shaders/") && !StartsWith(include, "tests/")) {
+          continue;
+        }
+        const std::string folder = fs::path(include).parent_path().string();
+        if (folder != rule->first && !rule->second.contains(folder)) {
+          violations.push_back(file.string() + " includes " + include);
+        }
+      }
+    }
+  }
+  EXPECT_GT(checked, 30) << "the test no longer finds the sources";
+  EXPECT_THAT(violations, IsEmpty());
+}
+
+TEST(LintTest, OnlyTheServersTopLevelWiresConcreteParts) {
+  for (const fs::path& file : FilesBelow("server", {".h", ".cpp"})) {
+    if (file.parent_path() != "server") continue;
+    EXPECT_THAT(file.filename().string(),
+                ::testing::AnyOf("main.cpp", "config.h", "config.cpp", "backend_choice.h",
+                                 "backend_choice.cpp"));
+  }
+}
+
+TEST(LintTest, ForeignHeadersStayInTheirFolders) {
+  std::vector<std::string> violations;
+  for (const char* top : {"server", "client"}) {
+    for (const fs::path& file : FilesBelow(top, {".h", ".cpp"})) {
+      for (const std::string& include : Includes(ReadFile(kRoot / file))) {
+        for (const ForeignRule& rule : kForeign) {
+          if (!std::regex_match(include, rule.header)) continue;
+          const bool is_allowed = std::any_of(
+              rule.folders.begin(), rule.folders.end(), [&](const std::string& folder) {
+                return file == folder || StartsWith(file.string(), folder + "/");
+              });
+          if (!is_allowed) violations.push_back(file.string() + " includes " + include);
+        }
+      }
+    }
+  }
+  EXPECT_THAT(violations, IsEmpty());
+}
+
+TEST(LintTest, ShaderLibraryHasNoBuffersAndKernelsHaveAMain) {
+  static const std::regex kBuffer(R"(\b(buffer|shared|layout)\b\s*[\(\w])");
+  static const std::regex kMain(R"(void\s+main\s*\()");
+  for (const fs::path& file : FilesBelow("shaders/lib", {".glsl"})) {
+    const std::string text =
+        std::regex_replace(ReadFile(kRoot / file), std::regex("//[^\n]*"), std::string());
+    EXPECT_FALSE(std::regex_search(text, kBuffer)) << file << " declares storage";
+    EXPECT_FALSE(std::regex_search(text, kMain)) << file << " has an entry point";
+  }
+  const std::vector<fs::path> kernels = FilesBelow("shaders/kernels", {".comp"});
+  EXPECT_FALSE(kernels.empty());
+  for (const fs::path& file : kernels) {
+    EXPECT_TRUE(std::regex_search(ReadFile(kRoot / file), kMain)) << file << " has no entry point";
+  }
+}
+
+TEST(LintTest, FilesStayReadable) {
+  constexpr int kMaxLines = 500;
+  for (const char* top : {"server", "client", "shaders", "tests"}) {
+    for (const fs::path& file :
+         FilesBelow(top, {".h", ".cpp", ".comp", ".glsl", ".cmake", ".proto"})) {
+      const std::string text = ReadFile(kRoot / file);
+      EXPECT_LE(std::count(text.begin(), text.end(), '\n'), kMaxLines) << file;
+      std::istringstream lines(text);
+      int number = 0;
+      for (std::string line; std::getline(lines, line);) {
+        ++number;
+        EXPECT_LE(line.size(), 130u) << file << ":" << number;  // bytes: β and Λ count double
+      }
+    }
+  }
+  const std::string main_text = ReadFile(kRoot / "server/main.cpp");
+  EXPECT_LE(std::count(main_text.begin(), main_text.end(), '\n'), 150);
+}
+
+TEST(LintTest, EverySourceFolderHasAReadme) {
+  std::set<fs::path> folders;
+  for (const char* top : {"server", "client", "shaders", "tests", "proto"}) {
+    for (const fs::path& file :
+         FilesBelow(top, {".h", ".cpp", ".comp", ".glsl", ".json", ".proto"})) {
+      folders.insert(file.parent_path());
+    }
+  }
+  for (const fs::path& folder : folders) {
+    // A parent's README covers its leaves of one kind: shaders/{interface,lib,kernels}, proto/**, ...
+    bool is_covered = false;
+    for (fs::path up = folder; up.has_relative_path() && !is_covered; up = up.parent_path()) {
+      is_covered = fs::exists(kRoot / up / "README.md");
+      if (StartsWith(up.string(), "server/") && up.parent_path() == "server") break;
+    }
+    EXPECT_TRUE(is_covered) << folder << " has no README.md";
+  }
+}
+
+TEST(LintTest, EveryFolderOfTheTopReadmeExists) {
+  const std::string readme = ReadFile(kRoot / "README.md");
+  for (const char* folder : {"proto", "server", "client", "shaders", "tests", "docker"}) {
+    EXPECT_TRUE(fs::is_directory(kRoot / folder)) << folder;
+    EXPECT_NE(readme.find(std::string("`") + folder + "/`"), std::string::npos)
+        << "README.md does not tell what " << folder << "/ is for";
+  }
+  for (const char* command : {"./run demo", "./run test"}) {
+    EXPECT_NE(readme.find(command), std::string::npos) << command;
+  }
+}
+
+TEST(LintTest, RelativeLinksInReadmesLeadSomewhere) {
+  static const std::regex kLink(R"(\]\(([^)#\s]+)(#[^)]*)?\))");
+  std::vector<fs::path> readmes = {"README.md"};
+  for (const char* top : {"server", "client", "shaders", "tests", "proto", "docker"}) {
+    for (const fs::path& file : FilesBelow(top, {".md"})) readmes.push_back(file);
+  }
+  for (const fs::path& readme : readmes) {
+    const std::string text = ReadFile(kRoot / readme);
+    for (std::sregex_iterator it(text.begin(), text.end(), kLink), end; it != end; ++it) {
+      const std::string target = (*it)[1];
+      if (StartsWith(target, "http")) continue;
+      EXPECT_TRUE(fs::exists(kRoot / readme.parent_path() / target))
+          << readme << " links to " << target;
+    }
+  }
+}
+
+// No global mutable state of the simulation: tenants share the process.
+TEST(LintTest, NoSingletons) {
+  static const std::regex kSingleton(R"(\b(GetInstance|Singleton|getCurrent)\s*\()");
+  for (const fs::path& file : FilesBelow("server", {".h", ".cpp"})) {
+    EXPECT_FALSE(std::regex_search(ReadFile(kRoot / file), kSingleton)) << file;
+  }
+}
+
+}  // namespace
