@@ -15,14 +15,14 @@ struct ParticleSystem {
   uint32_t dropped_triangles = 0;                  // zero-area triangles left out
 };
 
-// Structural edges along rows, then along columns; bending springs between particles two apart; shear
-// springs along both diagonals of each cell. Springs of stiffness 0 are not made.
+// Structural edges along rows, then along columns; bending springs between particles two apart;
+// shear springs along both diagonals of each cell. Springs of stiffness 0 are not made.
 ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& material);
 
-// One distance constraint per unique edge, one bending spring per inner edge between the two vertices
-// opposite it, a third of each triangle's mass per corner. Triangles with a repeated vertex or an area
-// below 1e-12 of the squared longest edge are dropped and counted. Vertices without triangle are kept
-// as particles with the mean mass of the others.
+// One distance constraint per unique edge, one bending spring per inner edge between the two
+// vertices opposite it, a third of each triangle's mass per corner. Triangles with a repeated
+// vertex or an area below 1e-12 of the squared longest edge are dropped and counted. Vertices
+// without triangle are kept as particles with the mean mass of the others.
 ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& material);
 
 ParticleSystem BuildParticles(const ParticleTopology& particles);

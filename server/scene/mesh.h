@@ -5,7 +5,8 @@
 
 namespace drape {
 
-// An undirected edge i < j and the vertices opposite it, one per adjacent triangle, in triangle order.
+// An undirected edge i < j and the vertices opposite it, one per adjacent triangle, in triangle
+// order.
 struct MeshEdge {
   uint32_t i = 0;
   uint32_t j = 0;

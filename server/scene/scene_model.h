@@ -23,16 +23,22 @@ struct SpringEnd {
 // Limits that keep one model within what the server publishes.
 struct ModelLimits {
   uint32_t max_particles = 1u << 20;
-  uint32_t max_constraints = 1u << 23;
+  uint32_t max_constraints = 1u << 23;  // of distance constraints, and of springs
+  // Distance constraints of one particle. Bounds the colours (2 * max_degree - 1), and with them
+  // the dependent phases of a sweep: a star of a million edges would occupy the device for all
+  // tenants.
+  uint32_t max_degree = 1024;
 };
 
-// Finished and constant after Build; safe to share between threads. Constraints are sorted by colour,
-// in a colour by their order in the description. Constraints and springs between two pins are left out.
+// Finished and constant after Build; safe to share between threads. Constraints are sorted by
+// colour, in a colour by their order in the description. Constraints and springs between two pins
+// are left out.
 class SceneModel {
  public:
   // Checks every index, length, mass and coefficient and names the field as it stands in
   // drape.v1.ClothSpec ("grid.columns", "mesh.triangles[7]", "particles.masses_kg[3]",
-  // "material.areal_density_kg_per_m2", "pins[2].particle", ...); several violations at once (at most 16).
+  // "material.areal_density_kg_per_m2", "pins[2].particle", ...); several violations at once (at
+  // most 16).
   static Result<std::shared_ptr<const SceneModel>> Build(const ModelDescription& description,
                                                          const ModelLimits& limits = {});
 
@@ -57,8 +63,8 @@ class SceneModel {
   std::span<const std::array<uint32_t, 3>> triangles() const { return triangles_; }
 
   bool has_compliance() const { return has_compliance_; }
-  // Mean rest length of the constraints; if there are none, of the springs; else 1 m. The scale of the
-  // tolerance of contacts.
+  // Mean rest length of the constraints; if there are none, of the springs; else 1 m. The scale of
+  // the tolerance of contacts.
   double length_scale_m() const { return length_scale_m_; }
   uint32_t dropped_triangles() const { return dropped_triangles_; }
   uint32_t dropped_constraints() const { return dropped_constraints_; }
@@ -68,6 +74,11 @@ class SceneModel {
 
  private:
   SceneModel() = default;
+  // The steps of Build, in this order.
+  void SetParticles(std::vector<Eigen::Vector3d> positions_m, std::vector<double> masses_kg,
+                    std::vector<uint32_t> pins);
+  void SetConnections(std::vector<DistanceConstraint> constraints, std::vector<Spring> springs);
+  uint64_t HashContent() const;
 
   std::vector<Eigen::Vector3d> rest_positions_m_;
   std::vector<double> masses_kg_;

@@ -1,0 +1,160 @@
+#include "server/scene/constraint_builder.h"
+
+#include <cmath>
+
+#include "server/scene/mesh.h"
+
+namespace drape {
+
+namespace {
+
+// Adds one kind of constraint or spring to every pair (r, c) - (r + row_step, c + column_step) of a
+// grid.
+template <class Add>
+void ForEachGridPair(const GridTopology& grid, int row_step, int column_step, Add add) {
+  const int64_t rows = grid.rows;
+  const int64_t columns = grid.columns;
+  for (int64_t row = 0; row + row_step < rows; ++row) {
+    for (int64_t column = std::max(0, -column_step); column < columns - std::max(0, column_step);
+         ++column) {
+      const int64_t i = row * columns + column;
+      const int64_t j = i + row_step * columns + column_step;
+      add(static_cast<uint32_t>(i), static_cast<uint32_t>(j));
+    }
+  }
+}
+
+double GridSpacing(double extent, uint32_t count) {
+  return count > 1 ? extent / (count - 1) : 0;
+}
+
+void AddGridTriangles(const GridTopology& grid, ParticleSystem& system) {
+  if (grid.columns < 2 || grid.rows < 2) return;
+  system.triangles.reserve(size_t{2} * (grid.columns - 1) * (grid.rows - 1));
+  for (uint32_t row = 0; row + 1 < grid.rows; ++row) {
+    for (uint32_t column = 0; column + 1 < grid.columns; ++column) {
+      const uint32_t corner = row * grid.columns + column;
+      // Counter-clockwise seen from +y.
+      system.triangles.push_back({corner, corner + grid.columns, corner + 1});
+      system.triangles.push_back({corner + 1, corner + grid.columns, corner + grid.columns + 1});
+    }
+  }
+}
+
+// One spring per consecutive pair of the vertices opposite an edge: one for an ordinary inner edge.
+void AddBendingSprings(const MeshEdge& edge, double stiffness, ParticleSystem& system) {
+  for (size_t k = 0; k + 1 < edge.opposite_vertices.size(); ++k) {
+    const uint32_t i = edge.opposite_vertices[k];
+    const uint32_t j = edge.opposite_vertices[k + 1];
+    if (i == j) continue;  // the same triangle twice
+    const double length = (system.rest_positions_m[i] - system.rest_positions_m[j]).norm();
+    system.springs.push_back(
+        {.i = i, .j = j, .rest_length_m = length, .stiffness_n_per_m = stiffness});
+  }
+}
+
+// A third of the mass of each triangle per corner; the mean of those for vertices without triangle.
+std::vector<double> VertexMasses(const TriangleMesh& mesh,
+                                 const std::vector<std::array<uint32_t, 3>>& triangles,
+                                 double areal_density) {
+  std::vector<double> masses(mesh.positions_m.size(), 0.0);
+  double total = 0;
+  for (const auto& [i, j, k] : triangles) {
+    const double mass =
+        areal_density * TriangleArea(mesh.positions_m[i], mesh.positions_m[j], mesh.positions_m[k]);
+    total += mass;
+    for (const uint32_t corner : {i, j, k}) masses[corner] += mass / 3;
+  }
+  size_t used_vertices = 0;
+  for (const double mass : masses) used_vertices += mass > 0;
+  for (double& mass : masses) {
+    if (mass == 0 && used_vertices > 0) mass = total / static_cast<double>(used_vertices);
+  }
+  return masses;
+}
+
+}  // namespace
+
+ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& material) {
+  ParticleSystem system;
+  const size_t particle_count = size_t{grid.columns} * grid.rows;
+  const double dx = GridSpacing(grid.width_m, grid.columns);
+  const double dz = GridSpacing(grid.height_m, grid.rows);
+  const double mass = material.areal_density_kg_per_m2 * grid.width_m * grid.height_m /
+                      static_cast<double>(particle_count);
+  system.masses_kg.assign(particle_count, mass);
+  system.rest_positions_m.reserve(particle_count);
+  for (uint32_t row = 0; row < grid.rows; ++row) {
+    for (uint32_t column = 0; column < grid.columns; ++column) {
+      const double x = grid.columns > 1 ? column * grid.width_m / (grid.columns - 1) : 0;
+      const double z = grid.rows > 1 ? row * grid.height_m / (grid.rows - 1) : 0;
+      system.rest_positions_m.emplace_back(x, 0, z);
+    }
+  }
+
+  const auto add_edges = [&](int row_step, int column_step, double length) {
+    ForEachGridPair(grid, row_step, column_step, [&](uint32_t i, uint32_t j) {
+      system.distance_constraints.push_back(
+          {.i = i,
+           .j = j,
+           .rest_length_m = length,
+           .compliance_m_per_n = material.stretch_compliance_m_per_n});
+    });
+  };
+  const auto add_springs = [&](int row_step, int column_step, double length, double stiffness) {
+    if (stiffness == 0) return;
+    ForEachGridPair(grid, row_step, column_step, [&](uint32_t i, uint32_t j) {
+      system.springs.push_back(
+          {.i = i, .j = j, .rest_length_m = length, .stiffness_n_per_m = stiffness});
+    });
+  };
+  system.distance_constraints.reserve(2 * particle_count);
+  add_edges(0, 1, dx);
+  add_edges(1, 0, dz);
+  add_springs(0, 2, 2 * dx, material.bending_stiffness_n_per_m);
+  add_springs(2, 0, 2 * dz, material.bending_stiffness_n_per_m);
+  add_springs(1, 1, std::hypot(dx, dz), material.shear_stiffness_n_per_m);
+  add_springs(1, -1, std::hypot(dx, dz), material.shear_stiffness_n_per_m);
+  AddGridTriangles(grid, system);
+  return system;
+}
+
+ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& material) {
+  ParticleSystem system;
+  system.rest_positions_m = mesh.positions_m;
+  system.triangles.reserve(mesh.triangles.size());
+  for (const auto& triangle : mesh.triangles) {
+    if (!IsDegenerate(mesh, triangle)) system.triangles.push_back(triangle);
+  }
+  system.dropped_triangles = static_cast<uint32_t>(mesh.triangles.size() - system.triangles.size());
+  system.masses_kg = VertexMasses(mesh, system.triangles, material.areal_density_kg_per_m2);
+  for (const MeshEdge& edge : UniqueEdges(system.triangles)) {
+    const double length = (mesh.positions_m[edge.i] - mesh.positions_m[edge.j]).norm();
+    system.distance_constraints.push_back(
+        {.i = edge.i,
+         .j = edge.j,
+         .rest_length_m = length,
+         .compliance_m_per_n = material.stretch_compliance_m_per_n});
+    if (material.bending_stiffness_n_per_m > 0) {
+      AddBendingSprings(edge, material.bending_stiffness_n_per_m, system);
+    }
+  }
+  return system;
+}
+
+ParticleSystem BuildParticles(const ParticleTopology& particles) {
+  ParticleSystem system;
+  system.rest_positions_m = particles.positions_m;
+  system.masses_kg = particles.masses_kg;
+  system.distance_constraints = particles.distance_constraints;
+  system.springs = particles.springs;
+  return system;
+}
+
+ParticleSystem BuildParticleSystem(const Topology& topology, const StructuralMaterial& material) {
+  if (const auto* grid = std::get_if<GridTopology>(&topology)) return BuildGrid(*grid, material);
+  if (const auto* mesh = std::get_if<TriangleMesh>(&topology)) return BuildMesh(*mesh, material);
+  return BuildParticles(std::get<ParticleTopology>(topology));
+}
+
+}  // namespace drape

@@ -1,0 +1,292 @@
+#include "server/scene/description_checks.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+namespace drape {
+
+namespace {
+
+constexpr size_t kMaxViolations = 16;
+
+// Collects violations up to the limit.
+class Violations {
+ public:
+  bool is_full() const { return list_.size() >= kMaxViolations; }
+  bool is_empty() const { return list_.empty(); }
+  void Add(std::string field, std::string description) {
+    if (!is_full()) list_.push_back({std::move(field), std::move(description)});
+  }
+  // Not a number is in no range.
+  void CheckRange(std::string_view field, double value, double low, double high,
+                  std::string_view unit) {
+    if (value >= low && value <= high) return;
+    Add(std::string(field),
+        fmt::format("{} is not in [{}, {}]{}{}", value, low, high, unit.empty() ? "" : " ", unit));
+  }
+  void CheckPositive(std::string_view field, double value, double high, std::string_view unit) {
+    if (value > 0 && value <= high) return;
+    Add(std::string(field), fmt::format("{} is not in (0, {}] {}", value, high, unit));
+  }
+  void CheckIndex(std::string field, uint64_t index, uint64_t count) {
+    if (index < count) return;
+    Add(std::move(field), count == 0 ? fmt::format("{}: there are no particles", index)
+                                     : fmt::format("{} is not in [0, {}]", index, count - 1));
+  }
+  std::vector<FieldViolation> Take() { return std::move(list_); }
+
+ private:
+  std::vector<FieldViolation> list_;
+};
+
+// The size checks run before anything is allocated; arithmetic in 64 bits.
+void CheckCount(std::string_view field, uint64_t count, uint64_t max, std::string_view what,
+                Violations& violations) {
+  if (count > max) {
+    violations.Add(std::string(field), fmt::format("{} {}; at most {}", count, what, max));
+  }
+}
+
+void CheckSizes(const GridTopology& grid, const ModelLimits& limits, Violations& violations) {
+  if (grid.columns < 1) violations.Add("grid.columns", "0 is not >= 1");
+  if (grid.rows < 1) violations.Add("grid.rows", "0 is not >= 1");
+  if (!violations.is_empty()) return;
+  const uint64_t count = uint64_t{grid.columns} * grid.rows;
+  if (count < 2)
+    violations.Add("grid.columns", "a grid of 1 particle; columns * rows must be >= 2");
+  CheckCount("grid.columns", count, limits.max_particles, "particles (columns * rows)", violations);
+}
+
+void CheckSizes(const TriangleMesh& mesh, const ModelLimits& limits, Violations& violations) {
+  CheckCount("mesh.positions_m", mesh.positions_m.size(), limits.max_particles, "vertices",
+             violations);
+  if (mesh.triangles.empty()) violations.Add("mesh.triangles", "0 triangles; at least 1");
+  // Every triangle brings at most three new edges.
+  CheckCount("mesh.triangles", mesh.triangles.size(), limits.max_constraints, "triangles",
+             violations);
+}
+
+void CheckSizes(const ParticleTopology& particles, const ModelLimits& limits,
+                Violations& violations) {
+  const size_t count = particles.positions_m.size();
+  if (count == 0) violations.Add("particles.positions_m", "0 particles; at least 1");
+  CheckCount("particles.positions_m", count, limits.max_particles, "particles", violations);
+  if (particles.masses_kg.size() != count) {
+    violations.Add("particles.masses_kg",
+                   fmt::format("{} masses for {} particles", particles.masses_kg.size(), count));
+  }
+  CheckCount("particles.distance_constraints", particles.distance_constraints.size(),
+             limits.max_constraints, "constraints", violations);
+  CheckCount("particles.springs", particles.springs.size(), limits.max_constraints, "springs",
+             violations);
+}
+
+void CheckPositions(std::string_view field, const std::vector<Eigen::Vector3d>& positions,
+                    Violations& violations) {
+  for (size_t k = 0; k < positions.size() && !violations.is_full(); ++k) {
+    const Eigen::Vector3d& p = positions[k];
+    // The comparison is false for NaN.
+    if ((p.array().abs() <= kMaxExtent_m).all()) continue;
+    violations.Add(fmt::format("{}[{}]", field, k),
+                   fmt::format("({}, {}, {}) is not finite or not in [-{}, {}] m", p.x(), p.y(),
+                               p.z(), kMaxExtent_m, kMaxExtent_m));
+  }
+}
+
+void CheckValues(const GridTopology& grid, Violations& violations) {
+  violations.CheckPositive("grid.width_m", grid.width_m, kMaxExtent_m, "m");
+  violations.CheckPositive("grid.height_m", grid.height_m, kMaxExtent_m, "m");
+}
+
+void CheckValues(const TriangleMesh& mesh, Violations& violations) {
+  CheckPositions("mesh.positions_m", mesh.positions_m, violations);
+  for (size_t t = 0; t < mesh.triangles.size() && !violations.is_full(); ++t) {
+    for (const uint32_t vertex : mesh.triangles[t]) {
+      if (vertex < mesh.positions_m.size()) continue;
+      violations.CheckIndex(fmt::format("mesh.triangles[{}]", t), vertex, mesh.positions_m.size());
+      break;
+    }
+  }
+}
+
+// Both ends of a constraint or spring; `field` is e.g. "particles.springs[0]".
+void CheckEnds(const std::string& field, uint32_t i, uint32_t j, size_t count,
+               Violations& violations) {
+  violations.CheckIndex(field + ".i", i, count);
+  violations.CheckIndex(field + ".j", j, count);
+  if (i == j) violations.Add(field + ".j", fmt::format("{} equals i; must be another particle", j));
+}
+
+bool IsCoefficient(double value) {
+  return value >= 0 && value <= kMaxCoefficient;
+}
+
+void CheckConstraint(size_t index, const DistanceConstraint& constraint,
+                     const ParticleTopology& particles, Violations& violations) {
+  const auto [i, j, rest_length, compliance] = constraint;
+  const size_t count = particles.positions_m.size();
+  const bool has_good_ends = i < count && j < count && i != j;
+  const bool has_good_values =
+      rest_length >= kMinRestLength_m && rest_length <= kMaxExtent_m && IsCoefficient(compliance);
+  const bool is_apart = has_good_ends && particles.positions_m[i] != particles.positions_m[j];
+  if (has_good_values && is_apart) return;  // no text is made for good constraints
+
+  const std::string field = fmt::format("particles.distance_constraints[{}]", index);
+  CheckEnds(field, i, j, count, violations);
+  violations.CheckRange(field + ".rest_length_m", rest_length, kMinRestLength_m, kMaxExtent_m, "m");
+  violations.CheckRange(field + ".compliance_m_per_n", compliance, 0, kMaxCoefficient, "m/N");
+  if (has_good_ends && !is_apart) {
+    violations.Add(
+        field, fmt::format("particles {} and {} coincide; joined particles must be apart", i, j));
+  }
+}
+
+void CheckSpring(size_t index, const Spring& spring, size_t count, Violations& violations) {
+  const auto [i, j, rest_length, stiffness, damping] = spring;
+  const bool is_good = i < count && j < count && i != j && rest_length >= 0 &&
+                       rest_length <= kMaxExtent_m && IsCoefficient(stiffness) &&
+                       IsCoefficient(damping);
+  if (is_good) return;
+  const std::string field = fmt::format("particles.springs[{}]", index);
+  CheckEnds(field, i, j, count, violations);
+  violations.CheckRange(field + ".rest_length_m", rest_length, 0, kMaxExtent_m, "m");
+  violations.CheckRange(field + ".stiffness_n_per_m", stiffness, 0, kMaxCoefficient, "N/m");
+  violations.CheckRange(field + ".damping_n_s_per_m", damping, 0, kMaxCoefficient, "N s/m");
+}
+
+void CheckValues(const ParticleTopology& particles, Violations& violations) {
+  CheckPositions("particles.positions_m", particles.positions_m, violations);
+  for (size_t k = 0; k < particles.masses_kg.size() && !violations.is_full(); ++k) {
+    const double mass = particles.masses_kg[k];
+    if (mass >= kMinParticleMass_kg && mass <= kMaxParticleMass_kg) continue;
+    violations.CheckRange(fmt::format("particles.masses_kg[{}]", k), mass, kMinParticleMass_kg,
+                          kMaxParticleMass_kg, "kg");
+  }
+  for (size_t k = 0; k < particles.distance_constraints.size() && !violations.is_full(); ++k) {
+    CheckConstraint(k, particles.distance_constraints[k], particles, violations);
+  }
+  for (size_t k = 0; k < particles.springs.size() && !violations.is_full(); ++k) {
+    CheckSpring(k, particles.springs[k], particles.positions_m.size(), violations);
+  }
+}
+
+void CheckMaterial(const StructuralMaterial& material, Violations& violations) {
+  violations.CheckPositive("material.areal_density_kg_per_m2", material.areal_density_kg_per_m2,
+                           kMaxCoefficient, "kg/m^2");
+  violations.CheckRange("material.stretch_compliance_m_per_n", material.stretch_compliance_m_per_n,
+                        0, kMaxCoefficient, "m/N");
+  violations.CheckRange("material.bending_stiffness_n_per_m", material.bending_stiffness_n_per_m, 0,
+                        kMaxCoefficient, "N/m");
+  violations.CheckRange("material.shear_stiffness_n_per_m", material.shear_stiffness_n_per_m, 0,
+                        kMaxCoefficient, "N/m");
+}
+
+uint64_t ParticleCount(const Topology& topology) {
+  if (const auto* grid = std::get_if<GridTopology>(&topology)) {
+    return uint64_t{grid->columns} * grid->rows;
+  }
+  if (const auto* mesh = std::get_if<TriangleMesh>(&topology)) return mesh->positions_m.size();
+  return std::get<ParticleTopology>(topology).positions_m.size();
+}
+
+void CheckPins(const ModelDescription& description, Violations& violations) {
+  const uint64_t count = ParticleCount(description.topology);
+  const auto& pins = description.pinned_particles;
+  std::vector<bool> is_pinned(count, false);
+  for (size_t k = 0; k < pins.size() && !violations.is_full(); ++k) {
+    if (pins[k] >= count) {
+      violations.CheckIndex(fmt::format("pins[{}].particle", k), pins[k], count);
+    } else if (is_pinned[pins[k]]) {
+      violations.Add(fmt::format("pins[{}].particle", k),
+                     fmt::format("{} is pinned already; each particle at most once", pins[k]));
+    } else {
+      is_pinned[pins[k]] = true;
+    }
+  }
+}
+
+// The field that a client can change to mend the masses, rest lengths and degrees of a topology.
+struct TopologyFields {
+  std::string_view masses;
+  std::string_view lengths;
+  std::string_view constraints;
+};
+
+TopologyFields FieldsOf(const Topology& topology) {
+  if (std::holds_alternative<GridTopology>(topology)) {
+    return {"material.areal_density_kg_per_m2", "grid.width_m", "grid.columns"};
+  }
+  if (std::holds_alternative<TriangleMesh>(topology)) {
+    return {"material.areal_density_kg_per_m2", "mesh.positions_m", "mesh.triangles"};
+  }
+  return {"particles.masses_kg", "particles.distance_constraints",
+          "particles.distance_constraints"};
+}
+
+void CheckDegrees(std::string_view field, const ParticleSystem& system, uint32_t max_degree,
+                  Violations& violations) {
+  std::vector<uint32_t> degrees(system.rest_positions_m.size(), 0);
+  for (const DistanceConstraint& constraint : system.distance_constraints) {
+    ++degrees[constraint.i];
+    ++degrees[constraint.j];
+  }
+  const auto largest = std::max_element(degrees.begin(), degrees.end());
+  if (largest == degrees.end() || *largest <= max_degree) return;
+  violations.Add(std::string(field),
+                 fmt::format("particle {} has {} distance constraints; at most {}",
+                             largest - degrees.begin(), *largest, max_degree));
+}
+
+}  // namespace
+
+std::vector<FieldViolation> CheckDescription(const ModelDescription& description,
+                                             const ModelLimits& limits) {
+  Violations violations;
+  std::visit([&](const auto& topology) { CheckSizes(topology, limits, violations); },
+             description.topology);
+  if (!violations.is_empty()) return violations.Take();
+  std::visit([&](const auto& topology) { CheckValues(topology, violations); },
+             description.topology);
+  CheckMaterial(description.material, violations);
+  CheckPins(description, violations);
+  return violations.Take();
+}
+
+std::vector<FieldViolation> CheckParticleSystem(const ModelDescription& description,
+                                                const ParticleSystem& system,
+                                                const ModelLimits& limits) {
+  Violations violations;
+  if (std::holds_alternative<TriangleMesh>(description.topology) && system.triangles.empty()) {
+    violations.Add("mesh.triangles",
+                   fmt::format("all {} triangles have no area; at least 1 must have one",
+                               system.dropped_triangles));
+    return violations.Take();
+  }
+  const TopologyFields fields = FieldsOf(description.topology);
+  for (const double mass : system.masses_kg) {
+    if (mass >= kMinParticleMass_kg && mass <= kMaxParticleMass_kg) continue;
+    violations.Add(std::string(fields.masses),
+                   fmt::format("gives a particle of {} kg, which is not in [{}, {}] kg", mass,
+                               kMinParticleMass_kg, kMaxParticleMass_kg));
+    break;
+  }
+  for (const DistanceConstraint& constraint : system.distance_constraints) {
+    if (constraint.rest_length_m >= kMinRestLength_m) continue;
+    violations.Add(
+        std::string(fields.lengths),
+        fmt::format("particles {} and {} are {} m apart; joined particles at least {} m",
+                    constraint.i, constraint.j, constraint.rest_length_m, kMinRestLength_m));
+    break;
+  }
+  CheckCount(fields.constraints, system.distance_constraints.size(), limits.max_constraints,
+             "distance constraints", violations);
+  CheckCount(fields.constraints, system.springs.size(), limits.max_constraints, "springs",
+             violations);
+  CheckDegrees(fields.constraints, system, limits.max_degree, violations);
+  return violations.Take();
+}
+
+}  // namespace drape

@@ -1,0 +1,34 @@
+// Validation of model descriptions: pure, before and after the particle system is built.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "server/core/status.h"
+#include "server/scene/constraint_builder.h"
+#include "server/scene/description.h"
+#include "server/scene/scene_model.h"
+
+namespace drape {
+
+// Legal ranges of the numbers in a description. Wide enough for any cloth in SI units, narrow
+// enough that no product in a single-precision step leaves the range of a float.
+inline constexpr double kMaxExtent_m = 1e6;       // |coordinate|, lengths
+inline constexpr double kMinRestLength_m = 1e-9;  // of distance constraints
+inline constexpr double kMinParticleMass_kg = 1e-12;
+inline constexpr double kMaxParticleMass_kg = 1e12;
+inline constexpr double kMaxCoefficient = 1e15;  // stiffness, damping, compliance; SI
+
+// Everything that can be told without building: sizes, indices, finiteness, ranges, pins. Sizes
+// come first and end the check, so that an absurd grid costs nothing. At most 16 violations; empty
+// = good.
+std::vector<FieldViolation> CheckDescription(const ModelDescription& description,
+                                             const ModelLimits& limits);
+
+// What only the built system shows: a mesh without area, masses and rest lengths out of range, too
+// many constraints, springs, or constraints of one particle.
+std::vector<FieldViolation> CheckParticleSystem(const ModelDescription& description,
+                                                const ParticleSystem& system,
+                                                const ModelLimits& limits);
+
+}  // namespace drape

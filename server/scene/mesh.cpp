@@ -1,0 +1,48 @@
+#include "server/scene/mesh.h"
+
+#include <algorithm>
+#include <unordered_map>
+
+namespace drape {
+
+namespace {
+
+// See IsDegenerate: of the squared longest edge [-].
+constexpr double kMinAreaRatio = 1e-12;
+
+}  // namespace
+
+std::vector<MeshEdge> UniqueEdges(const std::vector<std::array<uint32_t, 3>>& triangles) {
+  std::vector<MeshEdge> edges;
+  std::unordered_map<uint64_t, uint32_t> edge_of_vertices;
+  edges.reserve(triangles.size() * 3 / 2);
+  edge_of_vertices.reserve(triangles.size() * 3 / 2);
+  for (const auto& triangle : triangles) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const auto [i, j] = std::minmax(triangle[corner], triangle[(corner + 1) % 3]);
+      const uint64_t key = (uint64_t{i} << 32) | j;
+      const auto [entry, is_new] = edge_of_vertices.emplace(key, edges.size());
+      if (is_new) edges.push_back({.i = i, .j = j, .opposite_vertices = {}});
+      edges[entry->second].opposite_vertices.push_back(triangle[(corner + 2) % 3]);
+    }
+  }
+  return edges;
+}
+
+double TriangleArea(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+  return 0.5 * (b - a).cross(c - a).norm();
+}
+
+bool IsDegenerate(const TriangleMesh& mesh, const std::array<uint32_t, 3>& triangle) {
+  const auto [i, j, k] = triangle;
+  if (i == j || j == k || k == i) return true;
+  const Eigen::Vector3d& a = mesh.positions_m[i];
+  const Eigen::Vector3d& b = mesh.positions_m[j];
+  const Eigen::Vector3d& c = mesh.positions_m[k];
+  const double longest_sq =
+      std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()});
+  // Also true for three coincident vertices, where both sides are 0.
+  return TriangleArea(a, b, c) <= kMinAreaRatio * longest_sq;
+}
+
+}  // namespace drape

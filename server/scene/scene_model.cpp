@@ -1,0 +1,197 @@
+#include "server/scene/scene_model.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+
+#include "server/scene/colouring.h"
+#include "server/scene/description_checks.h"
+
+namespace drape {
+
+namespace {
+
+// FNV-1a, folding eight bytes at a time with the trailing bytes one by one.
+class ContentHash {
+ public:
+  template <class T>
+  void Add(const std::vector<T>& values) {
+    AddWord(values.size());
+    const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
+    const size_t size = values.size() * sizeof(T);
+    size_t at = 0;
+    for (; at + sizeof(uint64_t) <= size; at += sizeof(uint64_t)) {
+      uint64_t word;
+      std::memcpy(&word, bytes + at, sizeof(word));
+      AddWord(word);
+    }
+    for (; at < size; ++at) AddWord(bytes[at]);
+  }
+  void AddWord(uint64_t word) {
+    hash_ = (hash_ ^ word) * 0x100000001b3u;
+    hash_ ^= hash_ >> 32;  // whole words reach only upwards in a product
+  }
+  uint64_t value() const { return hash_; }
+
+ private:
+  uint64_t hash_ = 0xcbf29ce484222325u;
+};
+
+// Bit for bit: the elements have no padding.
+template <class T>
+bool SameBits(const std::vector<T>& a, const std::vector<T>& b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
+}
+
+static_assert(sizeof(DistanceConstraint) == 2 * sizeof(uint32_t) + 2 * sizeof(double));
+static_assert(sizeof(Spring) == 2 * sizeof(uint32_t) + 3 * sizeof(double));
+static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
+
+template <class Pairs>
+void EraseBetweenPins(const std::vector<bool>& is_pin, Pairs& pairs) {
+  std::erase_if(pairs, [&](const auto& pair) { return is_pin[pair.i] && is_pin[pair.j]; });
+}
+
+struct ColouredConstraints {
+  std::vector<DistanceConstraint> constraints;  // sorted by colour
+  std::vector<uint32_t> colour_offsets;         // [colour_count + 1]
+};
+
+// Stable counting sort by colour.
+ColouredConstraints SortByColour(const std::vector<DistanceConstraint>& constraints,
+                                 uint32_t particle_count) {
+  const std::vector<uint32_t> colours = ColourConstraints(constraints, particle_count);
+  ColouredConstraints sorted;
+  const uint32_t colour_count =
+      colours.empty() ? 0 : *std::max_element(colours.begin(), colours.end()) + 1;
+  sorted.colour_offsets.assign(colour_count + size_t{1}, 0);
+  for (const uint32_t colour : colours) ++sorted.colour_offsets[colour + 1];
+  std::partial_sum(sorted.colour_offsets.begin(), sorted.colour_offsets.end(),
+                   sorted.colour_offsets.begin());
+  sorted.constraints.resize(constraints.size());
+  std::vector<uint32_t> next(sorted.colour_offsets.begin(), sorted.colour_offsets.end() - 1);
+  for (size_t k = 0; k < constraints.size(); ++k) {
+    sorted.constraints[next[colours[k]]++] = constraints[k];
+  }
+  return sorted;
+}
+
+template <class Pairs>
+double MeanRestLength(const Pairs& pairs) {
+  double total = 0;
+  for (const auto& pair : pairs) total += pair.rest_length_m;
+  return pairs.empty() ? 0 : total / static_cast<double>(pairs.size());
+}
+
+double LengthScale(const std::vector<DistanceConstraint>& constraints,
+                   const std::vector<Spring>& springs) {
+  if (!constraints.empty()) return MeanRestLength(constraints);
+  const double mean = MeanRestLength(springs);
+  return mean > 0 ? mean : 1;
+}
+
+// Springs by particle; both ends of a spring, in order of the spring list.
+struct SpringEnds {
+  std::vector<uint32_t> offsets;  // [particle_count + 1]
+  std::vector<SpringEnd> ends;    // [2 * spring_count]
+};
+
+SpringEnds GatherSpringEnds(const std::vector<Spring>& springs, uint32_t particle_count) {
+  SpringEnds gathered;
+  gathered.offsets.assign(particle_count + size_t{1}, 0);
+  for (const Spring& spring : springs) {
+    ++gathered.offsets[spring.i + 1];
+    ++gathered.offsets[spring.j + 1];
+  }
+  std::partial_sum(gathered.offsets.begin(), gathered.offsets.end(), gathered.offsets.begin());
+  gathered.ends.resize(2 * springs.size());
+  std::vector<uint32_t> next(gathered.offsets.begin(), gathered.offsets.end() - 1);
+  for (const Spring& spring : springs) {
+    SpringEnd end{.other_particle = spring.j,
+                  .rest_length_m = spring.rest_length_m,
+                  .stiffness_n_per_m = spring.stiffness_n_per_m,
+                  .damping_n_s_per_m = spring.damping_n_s_per_m};
+    gathered.ends[next[spring.i]++] = end;
+    end.other_particle = spring.i;
+    gathered.ends[next[spring.j]++] = end;
+  }
+  return gathered;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const SceneModel>> SceneModel::Build(const ModelDescription& description,
+                                                            const ModelLimits& limits) {
+  auto violations = CheckDescription(description, limits);
+  if (!violations.empty()) return Status::InvalidFields(std::move(violations));
+  ParticleSystem system = BuildParticleSystem(description.topology, description.material);
+  violations = CheckParticleSystem(description, system, limits);
+  if (!violations.empty()) return Status::InvalidFields(std::move(violations));
+
+  const auto model = std::shared_ptr<SceneModel>(new SceneModel());
+  model->SetParticles(std::move(system.rest_positions_m), std::move(system.masses_kg),
+                      description.pinned_particles);
+  model->SetConnections(std::move(system.distance_constraints), std::move(system.springs));
+  model->triangles_ = std::move(system.triangles);
+  model->dropped_triangles_ = system.dropped_triangles;
+  model->content_hash_ = model->HashContent();
+  return std::shared_ptr<const SceneModel>(model);
+}
+
+void SceneModel::SetParticles(std::vector<Eigen::Vector3d> positions_m,
+                              std::vector<double> masses_kg, std::vector<uint32_t> pins) {
+  rest_positions_m_ = std::move(positions_m);
+  masses_kg_ = std::move(masses_kg);
+  pins_ = std::move(pins);
+  std::sort(pins_.begin(), pins_.end());
+  inverse_masses_per_kg_.reserve(masses_kg_.size());
+  for (const double mass : masses_kg_) inverse_masses_per_kg_.push_back(1 / mass);
+  for (const uint32_t pin : pins_) inverse_masses_per_kg_[pin] = 0;
+}
+
+void SceneModel::SetConnections(std::vector<DistanceConstraint> constraints,
+                                std::vector<Spring> springs) {
+  std::vector<bool> is_pin(particle_count(), false);
+  for (const uint32_t pin : pins_) is_pin[pin] = true;
+  const size_t constraints_given = constraints.size();
+  EraseBetweenPins(is_pin, constraints);
+  EraseBetweenPins(is_pin, springs);
+  dropped_constraints_ = static_cast<uint32_t>(constraints_given - constraints.size());
+
+  ColouredConstraints coloured = SortByColour(constraints, particle_count());
+  constraints_ = std::move(coloured.constraints);
+  colour_offsets_ = std::move(coloured.colour_offsets);
+  has_compliance_ = std::any_of(constraints_.begin(), constraints_.end(),
+                                [](const auto& c) { return c.compliance_m_per_n > 0; });
+  length_scale_m_ = LengthScale(constraints_, springs);
+  SpringEnds gathered = GatherSpringEnds(springs, particle_count());
+  springs_ = std::move(springs);
+  spring_offsets_ = std::move(gathered.offsets);
+  spring_ends_ = std::move(gathered.ends);
+}
+
+// Everything else follows from these.
+uint64_t SceneModel::HashContent() const {
+  ContentHash hash;
+  hash.Add(rest_positions_m_);
+  hash.Add(masses_kg_);
+  hash.Add(constraints_);
+  hash.Add(springs_);
+  hash.Add(pins_);
+  hash.Add(triangles_);
+  hash.AddWord(dropped_triangles_);
+  hash.AddWord(dropped_constraints_);
+  return hash.value();
+}
+
+bool SceneModel::SameContent(const SceneModel& other) const {
+  return SameBits(rest_positions_m_, other.rest_positions_m_) &&
+         SameBits(masses_kg_, other.masses_kg_) && SameBits(constraints_, other.constraints_) &&
+         SameBits(colour_offsets_, other.colour_offsets_) && SameBits(springs_, other.springs_) &&
+         SameBits(pins_, other.pins_) && SameBits(triangles_, other.triangles_) &&
+         dropped_triangles_ == other.dropped_triangles_ &&
+         dropped_constraints_ == other.dropped_constraints_;
+}
+
+}  // namespace drape
