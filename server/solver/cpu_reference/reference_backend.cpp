@@ -1,0 +1,139 @@
+#include "server/solver/cpu_reference/reference_backend.h"
+
+#include <algorithm>
+#include <chrono>
+#include <unordered_map>
+#include <utility>
+
+#include "server/core/check.h"
+#include "server/solver/cpu_reference/reference_step.h"
+
+namespace drape {
+
+namespace {
+
+using Eigen::Vector3d;
+
+std::vector<Vector3d> PinPositions(const SceneModel& model, const ParticleState& state) {
+  std::vector<Vector3d> positions;
+  for (const uint32_t pin : model.pins()) positions.push_back(state.positions_m[pin]);
+  return positions;
+}
+
+void CheckState(const SceneModel& model, const ParticleState& state) {
+  DRAPE_CHECK(state.positions_m.size() == model.particle_count() &&
+                  state.velocities_m_per_s.size() == model.particle_count(),
+              "a state must have one position and one velocity per particle");
+}
+
+class ReferenceBackend final : public Backend {
+ public:
+  BackendDescription Describe() const override {
+    return {.name = "reference",
+            .device = "1 core, double precision",
+            .scalar = ScalarType::kFloat64,
+            .is_hardware_gpu = false};
+  }
+
+  std::string PlanOf(const SceneModel&) const override { return "scalar"; }
+
+  Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
+                             const ClothParameters& parameters,
+                             const ParticleState& state) override {
+    CheckState(*model, state);
+    std::vector<Vector3d> pin_targets = PinPositions(*model, state);
+    // Handles are never reused: the slot counts up and wraps into the generation.
+    if (++next_handle_.slot == 0) ++next_handle_.generation;
+    cloths_.emplace(next_handle_, ReferenceCloth{.model = std::move(model),
+                                                 .parameters = parameters,
+                                                 .state = state,
+                                                 .pin_targets_m = std::move(pin_targets)});
+    return next_handle_;
+  }
+
+  void Destroy(ClothHandle handle) override {
+    DRAPE_CHECK(cloths_.erase(handle) == 1, "no such cloth");
+  }
+
+  BatchReport Step(std::span<const StepItem> items) override {
+    const auto start = std::chrono::steady_clock::now();
+    BatchReport batch;
+    for (const StepItem& item : items) {
+      ReferenceCloth& cloth = Find(item.cloth);
+      if (!item.pin_targets_m.empty() && cloth.fault == FaultReason::kNone) {
+        DRAPE_CHECK(item.pin_targets_m.size() == cloth.model->pin_count(), "one target per pin");
+        cloth.pin_targets_m.assign(item.pin_targets_m.begin(), item.pin_targets_m.end());
+      }
+      batch.reports.push_back(StepReferenceCloth(cloth, item.measure));
+    }
+    batch.device_us = std::chrono::duration_cast<std::chrono::microseconds>(
+                          std::chrono::steady_clock::now() - start)
+                          .count();
+    return batch;
+  }
+
+  StateColumns Read(const ReadRequest& request) override {
+    std::vector<double> positions;
+    std::vector<double> velocities;
+    for (const ClothHandle handle : request.cloths) {
+      const ParticleState& state = Find(handle).state;
+      if (request.positions) Append(state.positions_m, positions);
+      if (request.velocities) Append(state.velocities_m_per_s, velocities);
+    }
+    return {.positions_m = std::move(positions), .velocities_m_per_s = std::move(velocities)};
+  }
+
+  Status Write(ClothHandle handle, const ClothUpdate& update) override {
+    ReferenceCloth& cloth = Find(handle);
+    if (update.state) {
+      CheckState(*cloth.model, *update.state);
+      cloth.state = *update.state;
+      cloth.fault = FaultReason::kNone;
+    }
+    if (update.model) ReplaceModel(cloth, update.model);
+    if (update.parameters) cloth.parameters = *update.parameters;
+    if (update.pin_targets_m) {
+      DRAPE_CHECK(update.pin_targets_m->size() == cloth.model->pin_count(), "one target per pin");
+      cloth.pin_targets_m = *update.pin_targets_m;
+    }
+    return Status::Ok();
+  }
+
+ private:
+  static void Append(const std::vector<Vector3d>& vectors, std::vector<double>& packed) {
+    for (const Vector3d& v : vectors) packed.insert(packed.end(), v.data(), v.data() + 3);
+  }
+
+  // Pins that stay keep their targets; new ones start where they are.
+  static void ReplaceModel(ReferenceCloth& cloth, std::shared_ptr<const SceneModel> model) {
+    DRAPE_CHECK(model->particle_count() == cloth.model->particle_count(),
+                "a new model must have the same particle count");
+    std::vector<Vector3d> targets = PinPositions(*model, cloth.state);
+    const std::span<const uint32_t> old_pins = cloth.model->pins();
+    for (uint32_t k = 0; k < model->pin_count(); ++k) {
+      const auto old = std::lower_bound(old_pins.begin(), old_pins.end(), model->pins()[k]);
+      if (old != old_pins.end() && *old == model->pins()[k]) {
+        targets[k] = cloth.pin_targets_m[old - old_pins.begin()];
+      }
+    }
+    cloth.pin_targets_m = std::move(targets);
+    cloth.model = std::move(model);
+  }
+
+  ReferenceCloth& Find(ClothHandle handle) {
+    const auto entry = cloths_.find(handle);
+    DRAPE_CHECK(entry != cloths_.end(), "no such cloth");
+    return entry->second;
+  }
+
+  std::unordered_map<ClothHandle, ReferenceCloth> cloths_;
+  ClothHandle next_handle_{.slot = 0, .generation = 1};
+};
+
+}  // namespace
+
+std::unique_ptr<Backend> CreateReferenceBackend() {
+  return std::make_unique<ReferenceBackend>();
+}
+
+}  // namespace drape

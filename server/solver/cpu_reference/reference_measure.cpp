@@ -1,0 +1,67 @@
+#include "server/solver/cpu_reference/reference_measure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "server/solver/cpu_reference/reference_contact.h"
+#include "server/solver/solver_constants.h"
+
+namespace drape {
+
+namespace {
+
+double Square(double x) {
+  return x * x;
+}
+
+void MeasureStrain(const SceneModel& model, const ParticleState& state, Measurements& measured) {
+  double sum_sq = 0;
+  for (const auto& [i, j, rest_length, compliance] : model.constraints()) {
+    const double error = (state.positions_m[j] - state.positions_m[i]).norm() - rest_length;
+    const double strain = error / rest_length;
+    measured.max_strain = std::max(measured.max_strain, std::abs(strain));
+    sum_sq += Square(strain);
+    if (compliance > 0) measured.strain_energy_j += Square(error) / (2 * compliance);
+  }
+  if (model.constraint_count() > 0) {
+    measured.rms_strain = std::sqrt(sum_sq / model.constraint_count());
+  }
+  for (const Spring& spring : model.springs()) {
+    const double error =
+        (state.positions_m[spring.j] - state.positions_m[spring.i]).norm() - spring.rest_length_m;
+    measured.strain_energy_j += spring.stiffness_n_per_m / 2 * Square(error);
+  }
+}
+
+void MeasureContacts(const SceneModel& model, const ClothParameters& parameters,
+                     const ParticleState& state, Measurements& measured) {
+  const double margin = kContactMarginRatio * model.length_scale_m();
+  for (const Eigen::Vector3d& p : state.positions_m) {
+    double smallest_gap = std::numeric_limits<double>::infinity();
+    for (const Collider& collider : parameters.colliders) {
+      smallest_gap = std::min(smallest_gap, ContactAt(collider, parameters.thickness_m, p).gap);
+    }
+    measured.contacts += smallest_gap <= margin;
+    measured.max_penetration_m = std::max(measured.max_penetration_m, -smallest_gap);
+  }
+}
+
+}  // namespace
+
+Measurements MeasureState(const SceneModel& model, const ClothParameters& parameters,
+                          const ParticleState& state) {
+  Measurements measured;
+  measured.lowest_m = std::numeric_limits<double>::infinity();
+  for (uint32_t i = 0; i < model.particle_count(); ++i) {
+    const double mass = model.masses_kg()[i];
+    measured.kinetic_energy_j += mass / 2 * state.velocities_m_per_s[i].squaredNorm();
+    measured.potential_energy_j -= mass * parameters.gravity_m_per_s2.dot(state.positions_m[i]);
+    measured.lowest_m = std::min(measured.lowest_m, state.positions_m[i].y());
+  }
+  MeasureStrain(model, state, measured);
+  MeasureContacts(model, parameters, state, measured);
+  return measured;
+}
+
+}  // namespace drape

@@ -1,0 +1,53 @@
+#include "server/solver/cpu_reference/reference_springs.h"
+
+#include <algorithm>
+
+#include "server/solver/solver_constants.h"
+
+namespace drape {
+
+namespace {
+
+std::span<const SpringEnd> SpringsOf(const SceneModel& model, uint32_t i) {
+  const uint32_t begin = model.spring_offsets()[i];
+  return model.spring_ends().subspan(begin, model.spring_offsets()[i + 1] - begin);
+}
+
+// Force on particle i by one of its springs [N].
+Eigen::Vector3d SpringForce(const SpringEnd& spring, uint32_t i, const ParticleState& state) {
+  const uint32_t j = spring.other_particle;
+  const Eigen::Vector3d d = state.positions_m[j] - state.positions_m[i];
+  const double length = d.norm();
+  if (length < kMinDirectionLength_m) return Eigen::Vector3d::Zero();
+  const Eigen::Vector3d direction = d / length;
+  const double speed = (state.velocities_m_per_s[j] - state.velocities_m_per_s[i]).dot(direction);
+  return direction * (spring.stiffness_n_per_m * (length - spring.rest_length_m) +
+                      spring.damping_n_s_per_m * speed);
+}
+
+}  // namespace
+
+std::vector<Eigen::Vector3d> SpringAccelerations(const SceneModel& model,
+                                                 const ParticleState& state) {
+  std::vector<Eigen::Vector3d> accelerations;
+  accelerations.reserve(model.particle_count());
+  for (uint32_t i = 0; i < model.particle_count(); ++i) {
+    Eigen::Vector3d force = Eigen::Vector3d::Zero();
+    for (const SpringEnd& spring : SpringsOf(model, i)) force += SpringForce(spring, i, state);
+    accelerations.push_back(model.inverse_masses_per_kg()[i] * force);
+  }
+  return accelerations;
+}
+
+bool AreSpringsBeyondLimit(const SceneModel& model, double substep_s) {
+  double largest_frequency_sq = 0;
+  for (uint32_t i = 0; i < model.particle_count(); ++i) {
+    double stiffness = 0;
+    for (const SpringEnd& spring : SpringsOf(model, i)) stiffness += spring.stiffness_n_per_m;
+    largest_frequency_sq =
+        std::max(largest_frequency_sq, 2 * model.inverse_masses_per_kg()[i] * stiffness);
+  }
+  return substep_s * substep_s * largest_frequency_sq >= 4;
+}
+
+}  // namespace drape

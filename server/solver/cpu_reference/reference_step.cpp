@@ -1,0 +1,305 @@
+#include "server/solver/cpu_reference/reference_step.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "server/solver/cpu_reference/reference_contact.h"
+#include "server/solver/cpu_reference/reference_measure.h"
+#include "server/solver/cpu_reference/reference_springs.h"
+#include "server/solver/solver_constants.h"
+
+namespace drape {
+
+namespace {
+
+using Eigen::Vector3d;
+
+// What double-precision positions can resolve; see SinglePrecisionTolerance for the reasoning.
+double SmallestTolerance(const SceneModel& model) {
+  double extent = 0;
+  for (const Vector3d& p : model.rest_positions_m())
+    extent = std::max(extent, p.cwiseAbs().maxCoeff());
+  double shortest = model.length_scale_m();
+  for (const auto& constraint : model.constraints()) {
+    shortest = std::min(shortest, constraint.rest_length_m);
+  }
+  return 4 * std::numeric_limits<double>::epsilon() * std::max(extent, shortest) / shortest;
+}
+
+// One step under way. Names as in server/solver/README.md: h substep [s], p positions [m],
+// v velocities [m/s], u mean velocities over the substep [m/s], a accelerations [m/s^2], w inverse
+// masses [1/kg], lambda accumulated impulses of constraints [N s], beta those of contacts times w
+// [m/s].
+class ReferenceStep {
+ public:
+  ReferenceStep(const ReferenceCloth& cloth, double tolerance)
+      : model_(*cloth.model),
+        parameters_(cloth.parameters),
+        settings_(cloth.parameters.settings),
+        pin_targets_(cloth.pin_targets_m),
+        tolerance_(tolerance),
+        h_(settings_.substep_s()),
+        w_(model_.inverse_masses_per_kg()),
+        state_(cloth.state),
+        u_(model_.particle_count()),
+        a_(model_.particle_count()) {}
+
+  // The whole step but for commit and measure.
+  void Run(StepReport& report) {
+    const bool has_kicks =
+        settings_.spring_integration == SpringIntegration::kHalfKicks && model_.spring_count() > 0;
+    if (has_kicks) ApplySprings(h_ / 2);
+    for (uint32_t substep = 0; substep < settings_.substeps; ++substep) {
+      const uint32_t substeps_left = settings_.substeps - substep;
+      Predict(substeps_left);
+      bool has_converged = tolerance_ == 0;
+      for (uint32_t sweep = 0; sweep < settings_.max_iterations; ++sweep) {
+        const bool has_changed_distance = SolveDistance();
+        const bool has_changed_contacts = SolveContacts();
+        ++report.iterations;
+        if (tolerance_ > 0 && !has_changed_distance && !has_changed_contacts) {
+          has_converged = true;
+          break;
+        }
+      }
+      report.converged = report.converged && has_converged;
+      if (substeps_left == 1) residual_ = Residual();
+      Integrate(substeps_left);
+      CorrectVelocity();
+      if (has_kicks) ApplySprings(substeps_left == 1 ? h_ / 2 : h_);
+    }
+  }
+
+  const ParticleState& state() const { return state_; }
+  double residual() const { return residual_; }
+
+  FaultReason Fault() const {
+    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
+      const Vector3d& p = state_.positions_m[i];
+      const Vector3d& v = state_.velocities_m_per_s[i];
+      if (!p.allFinite() || !v.allFinite()) return FaultReason::kNotFinite;
+      if (v.norm() > kMaxSpeed_m_per_s || p.cwiseAbs().maxCoeff() > kMaxCoordinate_m) {
+        return FaultReason::kRunaway;
+      }
+    }
+    return FaultReason::kNone;
+  }
+
+ private:
+  // v += kick A(p, v), all A from the same velocities (velocity Verlet).
+  void ApplySprings(double kick_s) {
+    const std::vector<Vector3d> accelerations = SpringAccelerations(model_, state_);
+    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
+      state_.velocities_m_per_s[i] += kick_s * accelerations[i];
+    }
+  }
+
+  // u = v + a h/2: p + h u is the ballistic position (Bender et al. 2009, section 3.1, eq. 2).
+  void Predict(uint32_t substeps_left) {
+    std::fill(a_.begin(), a_.end(), parameters_.gravity_m_per_s2);
+    if (settings_.spring_integration == SpringIntegration::kInForce && model_.spring_count() > 0) {
+      const std::vector<Vector3d> accelerations = SpringAccelerations(model_, state_);
+      for (uint32_t i = 0; i < model_.particle_count(); ++i) a_[i] += accelerations[i];
+    }
+    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
+      u_[i] = state_.velocities_m_per_s[i] + a_[i] * (h_ / 2);
+    }
+    for (uint32_t k = 0; k < model_.pin_count(); ++k) {
+      const Vector3d& p = state_.positions_m[model_.pins()[k]];
+      const Vector3d q = p + (pin_targets_[k] - p) / substeps_left;
+      u_[model_.pins()[k]] = (q - p) / h_;
+    }
+    lambda_.assign(model_.constraint_count(), 0.0);
+    beta_.assign(model_.particle_count() * parameters_.colliders.size(), {});
+  }
+
+  // From particle i to j at the end of the substep, p + h u.
+  Vector3d PredictedDifference(uint32_t i, uint32_t j) const {
+    return (state_.positions_m[j] - state_.positions_m[i]) + h_ * (u_[j] - u_[i]);
+  }
+
+  // Error that the impulse has to remove: C + (alpha/h) lambda.
+  double DistanceError(uint32_t index, double length) const {
+    const DistanceConstraint& constraint = model_.constraints()[index];
+    return length - constraint.rest_length_m + constraint.compliance_m_per_n / h_ * lambda_[index];
+  }
+
+  // The impulse of every constraint, in order of the colours (Bender et al. 2009, section 3.2; the
+  // accumulated lambda makes the elongation of compliant constraints independent of the sweeps).
+  bool SolveDistance() {
+    bool has_changed = false;
+    for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
+      const auto [i, j, rest_length, compliance] = model_.constraints()[index];
+      const Vector3d d = PredictedDifference(i, j);
+      const double length = d.norm();
+      const double error = DistanceError(index, length);
+      if (tolerance_ > 0 && !(std::abs(error) > tolerance_ * rest_length)) continue;
+
+      const Vector3d n = length < kMinDirectionLength_m ? Vector3d::UnitX() : Vector3d(d / length);
+      const double impulse = -error / h_ / (w_[i] + w_[j] + compliance / (h_ * h_));
+      lambda_[index] += impulse;
+      u_[i] -= w_[i] * impulse * n;
+      u_[j] += w_[j] * impulse * n;
+      has_changed = true;
+    }
+    return has_changed;
+  }
+
+  bool SolveContacts() {
+    bool has_changed = false;
+    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
+      if (w_[i] == 0) continue;
+      for (size_t c = 0; c < parameters_.colliders.size(); ++c) {
+        ContactImpulse& beta = beta_[i * parameters_.colliders.size() + c];
+        if (SolveContact(i, parameters_.colliders[c], beta)) has_changed = true;
+      }
+    }
+    return has_changed;
+  }
+
+  ReferenceContact PredictedContact(uint32_t i, const Collider& collider) const {
+    const Vector3d q = state_.positions_m[i] + h_ * u_[i];
+    return ContactAt(collider, parameters_.thickness_m, q);
+  }
+
+  // Smallest gap that the end of the substep may have: 0, or less for what was deep inside before.
+  double GapFloor(uint32_t i, const Collider& collider) const {
+    const double gap = ContactAt(collider, parameters_.thickness_m, state_.positions_m[i]).gap;
+    return std::min(0.0, gap + kMaxDepenetrationSpeed_m_per_s * h_);
+  }
+
+  // Whether a change of velocity of this size is more than the tolerance allows to leave out.
+  bool IsWorthChanging(double velocity_change) const {
+    return tolerance_ == 0 || h_ * velocity_change > tolerance_ * model_.length_scale_m();
+  }
+
+  // gap >= floor with impulses that only push (Bender et al. 2009, section 3.2, inequality
+  // constraints), then Coulomb friction against the motion of the substep.
+  bool SolveContact(uint32_t i, const Collider& collider, ContactImpulse& beta) {
+    bool has_changed = false;
+    const auto [gap, n] = PredictedContact(i, collider);
+    const double normal = std::max(beta.normal - (gap - GapFloor(i, collider)) / h_, 0.0);
+    const double normal_change = normal - beta.normal;
+    if (IsWorthChanging(std::abs(normal_change))) {
+      u_[i] += normal_change * n;
+      beta.normal = normal;
+      has_changed = true;
+    }
+
+    const bool has_friction =
+        parameters_.friction_static > 0 && (beta.normal > 0 || !beta.tangential.isZero(0));
+    if (!has_friction) return has_changed;
+    const Vector3d sliding = u_[i] - u_[i].dot(n) * n;
+    const Vector3d tangential =
+        CoulombImpulse(beta.tangential - sliding, beta.normal, parameters_.friction_static,
+                       parameters_.friction_dynamic);
+    const Vector3d tangential_change = tangential - beta.tangential;
+    if (IsWorthChanging(tangential_change.norm())) {
+      u_[i] += tangential_change;
+      beta.tangential = tangential;
+      has_changed = true;
+    }
+    return has_changed;
+  }
+
+  // Largest error left after the sweeps [m].
+  double Residual() const {
+    double residual = 0;
+    for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
+      const auto& constraint = model_.constraints()[index];
+      const double length = PredictedDifference(constraint.i, constraint.j).norm();
+      residual = std::max(residual, std::abs(DistanceError(index, length)));
+    }
+    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
+      if (w_[i] == 0) continue;
+      for (const Collider& collider : parameters_.colliders) {
+        const double violation = GapFloor(i, collider) - PredictedContact(i, collider).gap;
+        residual = std::max(residual, violation);
+      }
+    }
+    return residual;
+  }
+
+  // p += h u, v = u + a h/2 (Bender et al. 2009, section 3.1, eq. 1 and 2).
+  void Integrate(uint32_t substeps_left) {
+    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
+      state_.positions_m[i] += h_ * u_[i];
+      state_.velocities_m_per_s[i] = u_[i] + a_[i] * (h_ / 2);
+    }
+    for (uint32_t k = 0; k < model_.pin_count(); ++k) {
+      const uint32_t i = model_.pins()[k];
+      state_.velocities_m_per_s[i] = u_[i];
+      if (substeps_left == 1) state_.positions_m[i] = pin_targets_[k];
+    }
+  }
+
+  // Velocity constraints of the contacts that pushed, after the advance, then damping.
+  void CorrectVelocity() {
+    const double decay = std::exp(-parameters_.damping_per_s * h_);
+    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
+      if (w_[i] == 0) continue;
+      for (size_t c = 0; c < parameters_.colliders.size(); ++c) {
+        if (beta_[i * parameters_.colliders.size() + c].normal > 0) {
+          CorrectContactVelocity(i, parameters_.colliders[c]);
+        }
+      }
+      if (parameters_.damping_per_s > 0) state_.velocities_m_per_s[i] *= decay;
+    }
+  }
+
+  // No approach velocity is left; the impulse that took it carries Coulomb friction.
+  void CorrectContactVelocity(uint32_t i, const Collider& collider) {
+    const Vector3d n = ContactAt(collider, parameters_.thickness_m, state_.positions_m[i]).normal;
+    Vector3d& v = state_.velocities_m_per_s[i];
+    const double approach = -v.dot(n);
+    if (!(approach > 0)) return;
+    const Vector3d sliding = v + approach * n;
+    v = sliding + CoulombImpulse(-sliding, approach, parameters_.friction_static,
+                                 parameters_.friction_dynamic);
+  }
+
+  const SceneModel& model_;
+  const ClothParameters& parameters_;
+  const StepSettings& settings_;
+  const std::vector<Vector3d>& pin_targets_;
+  const double tolerance_;
+  const double h_;
+  const std::span<const double> w_;
+
+  ParticleState state_;  // p and v
+  std::vector<Vector3d> u_;
+  std::vector<Vector3d> a_;
+  std::vector<double> lambda_;        // [constraint_count]
+  std::vector<ContactImpulse> beta_;  // [particle_count][collider_count]
+  double residual_ = 0;
+};
+
+}  // namespace
+
+StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure) {
+  StepReport report;
+  double residual = 0;
+  if (cloth.fault == FaultReason::kNone) {
+    const StepSettings& settings = cloth.parameters.settings;
+    double tolerance = settings.tolerance;
+    if (tolerance > 0) tolerance = std::max(tolerance, SmallestTolerance(*cloth.model));
+    ReferenceStep step(cloth, tolerance);
+    step.Run(report);
+    report.warnings = {
+        .tolerance_raised = tolerance > settings.tolerance,
+        .not_converged = !report.converged,
+        .springs_beyond_limit = AreSpringsBeyondLimit(*cloth.model, settings.substep_s())};
+    cloth.fault = step.Fault();
+    if (cloth.fault == FaultReason::kNone) cloth.state = step.state();  // commit
+    residual = step.residual();
+  }
+  report.fault = cloth.fault;
+  if (measure) {
+    report.measured = MeasureState(*cloth.model, cloth.parameters, cloth.state);
+    report.measured.max_residual_m = residual;
+  }
+  return report;
+}
+
+}  // namespace drape

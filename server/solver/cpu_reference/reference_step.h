@@ -1,0 +1,27 @@
+// One time step of one cloth, written from the equations in server/solver/README.md.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "server/scene/particle_state.h"
+#include "server/scene/scene_model.h"
+#include "server/solver/cloth_parameters.h"
+#include "server/solver/step_report.h"
+
+namespace drape {
+
+// A cloth between two steps.
+struct ReferenceCloth {
+  std::shared_ptr<const SceneModel> model;
+  ClothParameters parameters;
+  ParticleState state;
+  std::vector<Eigen::Vector3d> pin_targets_m;  // [pin_count]
+  FaultReason fault = FaultReason::kNone;
+};
+
+// Steps the cloth, its pins to pin_targets_m. A cloth that is faulted, or becomes so, keeps its
+// state.
+StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure);
+
+}  // namespace drape
