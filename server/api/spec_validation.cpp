@@ -1,0 +1,218 @@
+#include "server/api/spec_validation.h"
+
+#include <utility>
+
+#include "server/api/topology_validation.h"
+#include "server/scene/description_checks.h"
+
+namespace drape::api {
+namespace {
+
+// A sphere smaller than this is a point that single precision cannot tell from its surface.
+constexpr double kMinRadius_m = 1e-9;
+// Far above any gravity; a step of 10 s still gives a finite velocity in single precision.
+constexpr double kMaxAcceleration_m_per_s2 = 1e12;
+
+// Unit vector along `v`, without overflow or underflow. `v` must not be zero.
+Eigen::VectorXd Direction(const Eigen::VectorXd& v) {
+  const Eigen::VectorXd scaled = v / v.cwiseAbs().maxCoeff();
+  return scaled / scaled.norm();
+}
+
+SphereCollider CheckSphere(const FieldPath& path, const v1::Sphere& sphere, FieldChecks& checks) {
+  SphereCollider result;
+  const auto center_m =
+      checks.Vector3(path.Child("center_m"), sphere.center_m(), kMaxExtent_m, "m");
+  checks.InRange(path.Child("radius_m"), sphere.radius_m(), kMinRadius_m, kMaxExtent_m, "m");
+  if (center_m) result.center_m = *center_m;
+  result.radius_m = sphere.radius_m();
+  return result;
+}
+
+PlaneCollider CheckPlane(const FieldPath& path, const v1::Plane& plane, FieldChecks& checks) {
+  PlaneCollider result;
+  const auto point_m = checks.Vector3(path.Child("point_m"), plane.point_m(), kMaxExtent_m, "m");
+  const auto normal = checks.Vector3(path.Child("normal"), plane.normal(), kMaxCoefficient, "");
+  if (point_m) result.point_m = *point_m;
+  if (normal && checks.Require(!normal->isZero(0), path.Child("normal"), [] {
+        return "(0, 0, 0) has no direction: a length > 0 is needed";
+      })) {
+    result.normal = Direction(*normal);
+  }
+  return result;
+}
+
+}  // namespace
+
+Eigen::Quaterniond CheckRotation(const FieldPath& path, const Eigen::Vector4d& values,
+                                 FieldChecks& checks) {
+  if (!checks.Require(!values.isZero(0), path,
+                      [] { return "(0, 0, 0, 0) is not a rotation: a length > 0 is needed"; })) {
+    return Eigen::Quaterniond::Identity();
+  }
+  const Eigen::Vector4d unit = Direction(values);
+  return {unit[3], unit[0], unit[1], unit[2]};
+}
+
+RigidTransform CheckTransform(const FieldPath& path, const v1::Transform& transform,
+                              FieldChecks& checks) {
+  RigidTransform result;
+  if (!transform.position_m().empty()) {
+    result.position_m =
+        checks.Vector3(path.Child("position_m"), transform.position_m(), kMaxExtent_m, "m")
+            .value_or(result.position_m);
+  }
+  const auto& xyzw = transform.rotation_xyzw();
+  const FieldPath rotation_path = path.Child("rotation_xyzw");
+  if (!xyzw.empty() && checks.Length(rotation_path, xyzw.size(), 4, "x, y, z, w") &&
+      checks.AllWithin(rotation_path, xyzw, kMaxCoefficient, "")) {
+    result.rotation = CheckRotation(rotation_path, {xyzw[0], xyzw[1], xyzw[2], xyzw[3]}, checks);
+  }
+  return result;
+}
+
+std::vector<Collider> CheckColliders(
+    const FieldPath& path, const google::protobuf::RepeatedPtrField<v1::Collider>& colliders,
+    const RequestLimits& limits, FieldChecks& checks) {
+  std::vector<Collider> result;
+  if (!checks.Require(static_cast<uint32_t>(colliders.size()) <= limits.max_colliders_per_cloth,
+                      path, [&] {
+                        return "has " + std::to_string(colliders.size()) + " elements, at most " +
+                               std::to_string(limits.max_colliders_per_cloth) + " are allowed";
+                      })) {
+    return result;
+  }
+  for (int k = 0; k < colliders.size(); ++k) {
+    const FieldPath here = path.At(k);
+    switch (colliders[k].shape_case()) {
+      case v1::Collider::kSphere:
+        result.emplace_back(CheckSphere(here.Child("sphere"), colliders[k].sphere(), checks));
+        break;
+      case v1::Collider::kPlane:
+        result.emplace_back(CheckPlane(here.Child("plane"), colliders[k].plane(), checks));
+        break;
+      case v1::Collider::SHAPE_NOT_SET:
+        checks.Add(here, "no shape is set: one of sphere, plane is needed");
+        break;
+    }
+  }
+  return result;
+}
+
+std::vector<Pin> CheckPinTargets(const FieldPath& path,
+                                 const google::protobuf::RepeatedPtrField<v1::Pin>& pins,
+                                 FieldChecks& checks) {
+  std::vector<Pin> result;
+  for (int k = 0; k < pins.size() && !checks.is_full(); ++k) {
+    Pin pin{.particle = pins[k].particle(), .target_m = {}};
+    if (!pins[k].target_m().empty()) {
+      pin.target_m =
+          checks.Vector3(path.At(k).Child("target_m"), pins[k].target_m(), kMaxExtent_m, "m");
+    }
+    result.push_back(pin);
+  }
+  return result;
+}
+
+Eigen::Vector3d CheckGravity(const FieldPath& path, const DoubleList& gravity_m_per_s2,
+                             const Eigen::Vector3d& fallback, FieldChecks& checks) {
+  if (gravity_m_per_s2.empty()) return fallback;
+  return checks.Vector3(path, gravity_m_per_s2, kMaxAcceleration_m_per_s2, "m/s^2")
+      .value_or(fallback);
+}
+
+StepSettings CheckSettings(const FieldPath& path, const v1::StepSettings& settings,
+                           FieldChecks& checks) {
+  StepSettingsOverrides overrides;
+  if (checks.KnownEnum(path.Child("preset"), settings.preset(),
+                       v1::StepSettings::Preset_descriptor())) {
+    switch (settings.preset()) {
+      case v1::StepSettings::PAPER:
+        overrides.preset = Preset::kPaper;
+        break;
+      case v1::StepSettings::ACCURATE:
+        overrides.preset = Preset::kAccurate;
+        break;
+      default:
+        overrides.preset = Preset::kRealtime;
+    }
+  }
+  if (checks.KnownEnum(path.Child("spring_integration"), settings.spring_integration(),
+                       v1::StepSettings::SpringIntegration_descriptor()) &&
+      settings.spring_integration() != v1::StepSettings::SPRING_INTEGRATION_UNSPECIFIED) {
+    overrides.spring_integration = settings.spring_integration() == v1::StepSettings::IN_FORCE
+                                       ? SpringIntegration::kInForce
+                                       : SpringIntegration::kHalfKicks;
+  }
+  if (settings.has_time_step_s()) overrides.time_step_s = settings.time_step_s();
+  if (settings.has_substeps()) overrides.substeps = settings.substeps();
+  if (settings.has_max_iterations()) overrides.max_iterations = settings.max_iterations();
+  if (settings.has_tolerance()) overrides.tolerance = settings.tolerance();
+  const Result<StepSettings> resolved = ResolveSettings(overrides, path.ToString());
+  if (resolved.ok()) return *resolved;
+  checks.AddAll(resolved.status().violations());
+  return {};
+}
+
+void CheckFriction(const FieldPath& static_path, const FieldPath& dynamic_path,
+                   const ClothParameters& parameters, FieldChecks& checks) {
+  const bool is_static_legal =
+      checks.InRange(static_path, parameters.friction_static, 0, kMaxCoefficient, "");
+  const bool is_dynamic_legal =
+      checks.InRange(dynamic_path, parameters.friction_dynamic, 0, kMaxCoefficient, "");
+  if (!is_static_legal || !is_dynamic_legal) return;
+  checks.Require(parameters.friction_dynamic <= parameters.friction_static, dynamic_path, [&] {
+    return NumberText(parameters.friction_dynamic) +
+           " is not in [0, friction_static = " + NumberText(parameters.friction_static) + "]";
+  });
+}
+
+void CheckSurfaceMaterial(const FieldPath& path, const v1::Material& material,
+                          ClothParameters& parameters, FieldChecks& checks) {
+  parameters.damping_per_s = material.damping_per_s();
+  parameters.friction_static = material.friction_static();
+  parameters.friction_dynamic = material.friction_dynamic();
+  parameters.thickness_m = material.thickness_m();
+  checks.InRange(path.Child("damping_per_s"), parameters.damping_per_s, 0, kMaxCoefficient, "1/s");
+  checks.InRange(path.Child("thickness_m"), parameters.thickness_m, 0, kMaxExtent_m, "m");
+  CheckFriction(path.Child("friction_static"), path.Child("friction_dynamic"), parameters, checks);
+}
+
+StructuralMaterial ReadStructuralMaterial(const v1::Material& material) {
+  StructuralMaterial result;
+  if (material.has_areal_density_kg_per_m2()) {
+    result.areal_density_kg_per_m2 = material.areal_density_kg_per_m2();
+  }
+  result.stretch_compliance_m_per_n = material.stretch_compliance_m_per_n();
+  result.bending_stiffness_n_per_m = material.bending_stiffness_n_per_m();
+  result.shear_stiffness_n_per_m = material.shear_stiffness_n_per_m();
+  return result;
+}
+
+CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const RequestLimits& limits,
+                      FieldChecks& checks) {
+  CheckedSpec result;
+  result.description.material = ReadStructuralMaterial(spec.material());
+  for (const v1::Pin& pin : spec.pins()) {
+    result.description.pinned_particles.push_back(pin.particle());
+  }
+  if (std::optional<Topology> topology = ReadTopology(path, spec, checks)) {
+    result.description.topology = std::move(*topology);
+    checks.AddAll(CheckDescription(result.description, limits.model), path.ToString() + ".");
+  }
+  result.pins = CheckPinTargets(path.Child("pins"), spec.pins(), checks);
+  result.transform = CheckTransform(path.Child("transform"), spec.transform(), checks);
+
+  const FieldPath environment_path = path.Child("environment");
+  const v1::Environment& environment = spec.environment();
+  result.parameters.gravity_m_per_s2 =
+      CheckGravity(environment_path.Child("gravity_m_per_s2"), environment.gravity_m_per_s2(),
+                   result.parameters.gravity_m_per_s2, checks);
+  result.parameters.colliders =
+      CheckColliders(environment_path.Child("colliders"), environment.colliders(), limits, checks);
+  CheckSurfaceMaterial(path.Child("material"), spec.material(), result.parameters, checks);
+  result.parameters.settings = CheckSettings(path.Child("settings"), spec.settings(), checks);
+  return result;
+}
+
+}  // namespace drape::api

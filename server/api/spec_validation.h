@@ -1,0 +1,49 @@
+// From drape.v1.ClothSpec to plain values. Pure.
+#pragma once
+
+#include <vector>
+
+#include "drape/v1/cloth_spec.pb.h"
+#include "server/api/field_checks.h"
+#include "server/api/limits.h"
+#include "server/scene/description.h"
+#include "server/solver/cloth_parameters.h"
+
+namespace drape::api {
+
+// A checked ClothSpec.
+struct CheckedSpec {
+  ModelDescription description;
+  std::vector<Pin> pins;  // as in the spec; targets in the cloth's environment
+  RigidTransform transform;
+  ClothParameters parameters;  // vectors and colliders in the cloth's environment
+};
+
+// Each reads one part of a spec at `path` and adds what is wrong to `checks`; the value returned
+// after a violation is usable but meaningless.
+CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const RequestLimits& limits,
+                      FieldChecks& checks);
+// Damping, friction and thickness into `parameters`.
+void CheckSurfaceMaterial(const FieldPath& path, const v1::Material& material,
+                          ClothParameters& parameters, FieldChecks& checks);
+// Targets only; the indices are drape::CheckDescription's.
+std::vector<Pin> CheckPinTargets(const FieldPath& path,
+                                 const google::protobuf::RepeatedPtrField<v1::Pin>& pins,
+                                 FieldChecks& checks);
+std::vector<Collider> CheckColliders(
+    const FieldPath& path, const google::protobuf::RepeatedPtrField<v1::Collider>& colliders,
+    const RequestLimits& limits, FieldChecks& checks);
+Eigen::Vector3d CheckGravity(const FieldPath& path, const DoubleList& gravity_m_per_s2,
+                             const Eigen::Vector3d& fallback, FieldChecks& checks);
+StepSettings CheckSettings(const FieldPath& path, const v1::StepSettings& settings,
+                           FieldChecks& checks);
+RigidTransform CheckTransform(const FieldPath& path, const v1::Transform& transform,
+                              FieldChecks& checks);
+// `values`: x, y, z, w. A zero quaternion has no direction and is refused; others are normalised.
+Eigen::Quaterniond CheckRotation(const FieldPath& path, const Eigen::Vector4d& values,
+                                 FieldChecks& checks);
+// 0 <= dynamic <= static.
+void CheckFriction(const FieldPath& static_path, const FieldPath& dynamic_path,
+                   const ClothParameters& parameters, FieldChecks& checks);
+
+}  // namespace drape::api
