@@ -1,0 +1,138 @@
+// The part of a cloth that lives on the device thread.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <deque>
+#include <memory>
+
+#include "server/core/ids.h"
+#include "server/scene/scene_model.h"
+#include "server/scheduler/pin_track.h"
+#include "server/solver/step_report.h"
+
+namespace drape {
+
+class ActiveRequest;
+
+// Steps in which a numerical event occurred, since creation or reset.
+struct WarningCounters {
+  uint64_t tolerance_raised = 0;
+  uint64_t not_converged = 0;
+  uint64_t springs_beyond_limit = 0;
+
+  void Count(const StepWarnings& warnings);
+  friend bool operator==(const WarningCounters&, const WarningCounters&) = default;
+};
+
+// Where a cloth is in its life.
+struct ClothProgress {
+  uint64_t completed_steps = 0;
+  double time_s = 0;  // simulated
+  // Other than kNone: the cloth stays at its last good state until it is reset.
+  FaultReason fault = FaultReason::kNone;
+  WarningCounters warnings;
+};
+
+// A ClothProgress that one thread writes and any thread reads without a lock: the writer never
+// waits, a reader always sees the values of one and the same Publish (sequence lock over atomics).
+class PublishedProgress {
+ public:
+  void Publish(const ClothProgress& progress);  // one thread
+  ClothProgress Read() const;                   // any thread
+
+ private:
+  std::atomic<uint64_t> sequence_{0};  // odd while a Publish is under way
+  std::atomic<uint64_t> completed_steps_{0};
+  std::atomic<double> time_s_{0};
+  std::atomic<FaultReason> fault_{FaultReason::kNone};
+  std::atomic<uint64_t> tolerance_raised_{0};
+  std::atomic<uint64_t> not_converged_{0};
+  std::atomic<uint64_t> springs_beyond_limit_{0};
+};
+
+// Added to a report's measurements to bring them from the cloth's own frame to where clients see
+// them.
+struct ReportShift {
+  double lowest_m = 0;            // cloth frame to world
+  double potential_energy_j = 0;  // zero at the cloth's origin to zero at the environment's
+};
+
+// THREAD RULE: everything but progress() is for the device thread alone: inside a function handed
+// to Scheduler::Post or PostCleanup, or inside the scheduler. Created anywhere, then given to one
+// such function that calls Begin. Shared pointers to it may be held and dropped on any thread.
+//
+// Life: constructed -> Begin -> (steps, Reset, SetTimeStep, ...) -> End. Before Begin and after End
+// it is not alive: work that names it ends with NOT_FOUND, reason CLOTH_NOT_FOUND.
+class ClothRuntime {
+ public:
+  ClothRuntime() = default;
+  ClothRuntime(const ClothRuntime&) = delete;
+  ClothRuntime& operator=(const ClothRuntime&) = delete;
+
+  // Any thread.
+  ClothProgress progress() const { return published_.Read(); }
+
+  // --- Device thread from here on. ---
+
+  // The backend has created the cloth as `handle`. Pins begin at `pin_starts_m` and move to
+  // `pin_targets_m` in the first step; both [pin_count] in the cloth frame.
+  void Begin(ClothHandle handle, std::shared_ptr<const SceneModel> model, double time_step_s,
+             const ReportShift& shift, std::vector<Eigen::Vector3d> pin_starts_m,
+             std::vector<Eigen::Vector3d> pin_targets_m);
+  // The backend no longer has the cloth. Every step request that names it ends with `reason` after
+  // this command, before anything of it is stepped again.
+  void End(const Status& reason);
+
+  bool is_alive() const { return is_alive_; }
+  ClothHandle handle() const { return handle_; }
+  const std::shared_ptr<const SceneModel>& model() const { return model_; }
+  uint32_t particle_count() const { return model_->particle_count(); }
+  const ClothProgress& now() const { return progress_; }
+  bool is_faulted() const { return progress_.fault != FaultReason::kNone; }
+  // Counts changes of the particle state (steps, resets): equal versions = equal states.
+  uint64_t state_version() const { return state_version_; }
+  // Counts resets, after which completed_steps begins again.
+  uint64_t reset_count() const { return reset_count_; }
+  PinTrack& pins() { return pins_; }
+  const PinTrack& pins() const { return pins_; }
+
+  // Simulated time at the end of the next step: base time + steps since * time step, so that a
+  // cloth whose time step never changed is at exactly step * time step.
+  double NextTime_s() const;
+  // Takes in what the backend reported of one step. A fault leaves steps and time where they were.
+  void CompleteStep(const StepReport& report);
+  // Adds the shift to the report's measurements.
+  StepReport Shifted(StepReport report) const;
+
+  // Step 0, time 0, no fault, no warnings; pins as in Begin. The caller has written the state.
+  void Reset(std::vector<Eigen::Vector3d> pin_starts_m, std::vector<Eigen::Vector3d> pin_targets_m);
+  // From the next step on.
+  void SetTimeStep(double time_step_s);
+  void SetShift(const ReportShift& shift) { shift_ = shift; }
+  // A model of the same particle count that the backend has taken over. The caller replaces pins().
+  void SetModel(std::shared_ptr<const SceneModel> model) { model_ = std::move(model); }
+
+  // Step requests that name this cloth, in order of arrival; the first one has the turn
+  // (cloth_turns.h). For the scheduler alone.
+  std::deque<ActiveRequest*>& turns() { return turns_; }
+
+ private:
+  double TimeAfter_s(uint64_t completed_steps) const;
+
+  bool is_alive_ = false;
+  ClothHandle handle_;
+  std::shared_ptr<const SceneModel> model_;
+  ReportShift shift_;
+  double time_step_s_ = 0;
+  double base_time_s_ = 0;   // when the time step last changed
+  uint64_t base_steps_ = 0;  // completed then
+  ClothProgress progress_;
+  uint64_t state_version_ = 0;
+  uint64_t reset_count_ = 0;
+  PinTrack pins_;
+  std::deque<ActiveRequest*> turns_;
+  PublishedProgress published_;
+};
+
+}  // namespace drape

@@ -1,0 +1,114 @@
+// The one device thread that owns the backend, the queue in front of it and the completion thread
+// behind it.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+#include "server/core/clock.h"
+#include "server/core/status.h"
+#include "server/scheduler/observers.h"
+#include "server/scheduler/step_work.h"
+#include "server/solver/backend.h"
+
+namespace drape {
+
+// Runs on the device thread; an error is what Scheduler::Start returns.
+using BackendFactory = std::function<Result<std::unique_ptr<Backend>>()>;
+// Runs on the device thread between two rounds. Must not block.
+using DeviceCommand = std::function<void(Backend&)>;
+
+struct SchedulerLimits {
+  // Cloths stepped in one backend.Step. More: better use of a large device, coarser interleaving.
+  uint32_t max_cloths_per_batch = 16384;
+  // Step requests submitted and not yet ended, of one tenant and of all.
+  uint32_t max_queued_requests_per_tenant = 64;
+  uint32_t max_queued_requests = 4096;
+  // Commands posted and not yet run. A flood of creations must not fill the memory.
+  uint32_t max_queued_commands = 4096;
+  // Of one step request; until_step may not lie further ahead. Bounds how long a request can run.
+  uint32_t max_steps_per_request = 1000000;
+  // Suggested to clients that were refused for want of a place [ms].
+  int64_t retry_after_ms = 50;
+};
+
+// Since the start, except what is "now".
+struct SchedulerCounters {
+  uint64_t rounds = 0;      // calls of backend.Step
+  uint64_t dispatches = 0;  // sum of BatchReport::dispatch_count
+  uint64_t cloth_steps = 0;
+  uint64_t faults = 0;
+  uint32_t queued_requests = 0;  // now: step requests submitted and not yet ended
+  uint32_t queued_commands = 0;  // now
+};
+
+// Thread-safe unless a method says otherwise. Methods never wait for the device unless they say so.
+//
+// Order: what one caller posts and submits is taken over in that order, commands first within a
+// round; a command that is posted while a request runs takes effect between two of its steps.
+class Scheduler {
+ public:
+  // Starts the threads and waits for the factory. `clock` must outlive the scheduler.
+  static Result<std::unique_ptr<Scheduler>> Start(BackendFactory factory,
+                                                  const SchedulerLimits& limits,
+                                                  const Clock& clock);
+  // Drain(0).
+  ~Scheduler();
+  Scheduler(const Scheduler&) = delete;
+  Scheduler& operator=(const Scheduler&) = delete;
+
+  const BackendDescription& description() const;
+  const SchedulerLimits& limits() const;
+
+  // Takes a command that a client's request caused. UNAVAILABLE (DRAINING) or RESOURCE_EXHAUSTED
+  // (QUEUE_FULL): the command is dropped. A command that was taken is always run.
+  Status Post(DeviceCommand command);
+  // Takes a command that frees something, whatever the limits. Dropped after Drain: the backend has
+  // gone then, and all its cloths with it.
+  void PostCleanup(DeviceCommand command);
+  // Posts (without limit), waits for the result. Not on the device or the completion thread.
+  Status RunBlocking(std::function<Status(Backend&)> command);
+  // Runs `function` on the completion thread, after everything handed to it before. For the answers
+  // of commands. After Drain it runs at once on the caller's thread.
+  void Complete(std::function<void()> function);
+
+  // Queues a step request. An error means that `done` will not be called: UNAVAILABLE (DRAINING),
+  // RESOURCE_EXHAUSTED (QUEUE_FULL, with retry_after).
+  //
+  // A request starts when none of its cloths is named by an earlier request that has not ended;
+  // then its expectations are checked and its pin controls take effect; then each of its cloths
+  // takes part in one batch per step, together with the cloths of all other requests that can run.
+  // All the requests that wait when a round begins are in the same backend.Step, up to
+  // max_cloths_per_batch.
+  Status Submit(StepWork work);
+
+  // Reads states between two rounds; `done` on the completion thread: NOT_FOUND (CLOTH_NOT_FOUND)
+  // if one of the cloths is gone. Errors as for Post.
+  Status ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, StateFields fields,
+                    std::function<void(Result<ClothStates>)> done);
+
+  // Starts a subscription; see ObserverSpec. Errors as for Post.
+  Result<std::shared_ptr<Observer>> Subscribe(ObserverSpec spec);
+
+  // Refuses new work, runs what was taken for at most `grace_us` of the clock, then ends the rest
+  // with UNAVAILABLE (DRAINING), destroys the backend on the device thread, and waits until the
+  // last completion has run. Not on the device or the completion thread. A second call does nothing
+  // more.
+  void Drain(int64_t grace_us);
+  bool is_draining() const;
+
+  SchedulerCounters counters() const;
+
+  // Tests only: the device thread does nothing more, not even commands, until released. Returns
+  // when no round is under way any more. Drain releases.
+  void HoldForTest();
+  void ReleaseForTest();
+
+ private:
+  class Core;
+  explicit Scheduler(std::shared_ptr<Core> core);
+  std::shared_ptr<Core> core_;
+};
+
+}  // namespace drape

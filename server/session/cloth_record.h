@@ -1,0 +1,116 @@
+// What the server knows about a cloth besides its state on the device.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/core/ids.h"
+#include "server/scene/description.h"
+#include "server/scene/placement.h"
+#include "server/scene/scene_model.h"
+#include "server/scheduler/cloth_runtime.h"
+#include "server/solver/cloth_parameters.h"
+
+namespace drape {
+
+// One copy of a CreateCloths request.
+struct ClothCopy {
+  RigidTransform transform;  // places the rest shape in the cloth's environment
+  Eigen::Vector3d environment_origin_m = Eigen::Vector3d::Zero();  // in the world
+  // Checked by the caller. Colliders in the ENVIRONMENT frame (not, as solvers want them, in the
+  // cloth's own).
+  ClothParameters parameters;
+};
+
+// The input of Session::CreateCloths: everything as the client sees it.
+struct ClothCreation {
+  // `model` was built from `description`; the description is kept to build it again with other
+  // pins.
+  std::shared_ptr<const ModelDescription> description;
+  std::shared_ptr<const SceneModel> model;
+  // Exactly the model's pins, any order; targets in the environment frame, the same for every copy.
+  std::vector<Pin> pins;
+  std::vector<ClothCopy> copies;  // at least one
+};
+
+// Unset = as it is. Applied to several cloths, to all or none.
+struct ClothChange {
+  std::optional<Eigen::Vector3d> gravity_m_per_s2;
+  std::optional<double> damping_per_s;
+  std::optional<double> friction_static;
+  std::optional<double> friction_dynamic;
+  std::optional<double> thickness_m;
+  std::optional<std::vector<Collider>> colliders;  // environment frame
+  std::optional<StepSettings> settings;            // fully resolved
+  // Replaces all pins. A pin that stays keeps its motion unless it has a target here; a new one
+  // starts where its particle is; both go to a given target within one step. The state is kept.
+  std::optional<std::vector<Pin>> pins;
+};
+
+// What of a cloth can change while it lives. Immutable; replaced as a whole.
+struct ClothDescription {
+  std::shared_ptr<const ModelDescription> model_description;
+  std::shared_ptr<const SceneModel> model;
+  ClothParameters parameters;  // colliders in the environment frame
+  std::vector<Pin> pins;       // sorted by particle, like model->pins()
+};
+
+// A cloth of a session. Thread-safe.
+class ClothRecord {
+ public:
+  ClothRecord(Placement placement, RigidTransform transform,
+              std::shared_ptr<const ClothDescription> description);
+
+  // Set once, before other threads see the record.
+  ClothId id;
+  std::string session_name;
+  uint64_t creation_number = 0;  // ascending in order of creation, per server
+  std::string plan;              // Backend::PlanOf; the same for every model of one particle count
+
+  // Constant.
+  const Placement placement;
+  const RigidTransform transform;
+  const std::shared_ptr<ClothRuntime> runtime = std::make_shared<ClothRuntime>();
+
+  std::shared_ptr<const ClothDescription> description() const;
+  // Device thread: no two changes at once.
+  void ReplaceDescription(std::shared_ptr<const ClothDescription> description);
+
+  // The state of creation, computed again from the model's rest shape: the same bits each time.
+  ParticleState InitialState() const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::shared_ptr<const ClothDescription> description_;
+};
+
+// Where to put the origin of the cloth frame: the centroid of the initial positions, rounded to
+// single precision so that float and double backends see the same frame. [m], environment frame.
+Eigen::Vector3d OriginInEnvironment(const SceneModel& model, const RigidTransform& transform);
+
+// Rest shape -> cloth frame, at rest.
+ParticleState PlaceRestShape(const SceneModel& model, const RigidTransform& transform,
+                             const Placement& placement);
+
+// Environment frame -> cloth frame: the colliders move, everything else stays.
+ClothParameters InClothFrame(const ClothParameters& parameters, const Placement& placement);
+
+// What brings a report of the cloth to the frames that clients see.
+ReportShift ShiftOf(const SceneModel& model, const ClothParameters& parameters,
+                    const Placement& placement);
+
+// [pin_count] in the cloth frame, in the order of model.pins(): the target where there is one, else
+// `starts_m` of that pin. `pins` sorted by particle.
+std::vector<Eigen::Vector3d> PinTargets(const std::vector<Pin>& pins, const Placement& placement,
+                                        const std::vector<Eigen::Vector3d>& starts_m);
+
+// `current` with `change` applied. INVALID_ARGUMENT where the result is not legal though each value
+// is: friction_dynamic > friction_static.
+Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothChange& change);
+
+}  // namespace drape

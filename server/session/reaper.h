@@ -1,0 +1,33 @@
+// The thread that ends sessions nobody uses any more.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+#include <thread>
+
+#include "server/session/session_registry.h"
+
+namespace drape {
+
+// Calls registry.ReapExpired() every `interval` of real time until destroyed. The registry outlives
+// it.
+class Reaper {
+ public:
+  explicit Reaper(SessionRegistry& registry,
+                  std::chrono::milliseconds interval = std::chrono::seconds(1));
+  ~Reaper();
+  Reaper(const Reaper&) = delete;
+  Reaper& operator=(const Reaper&) = delete;
+
+ private:
+  void Loop(std::chrono::milliseconds interval);
+
+  SessionRegistry& registry_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool is_stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace drape

@@ -1,0 +1,33 @@
+// What one session and all of them together may hold.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace drape {
+
+struct SessionLimits {
+  uint32_t max_sessions = 1024;
+  uint32_t max_cloths_per_session = 65536;
+  uint64_t max_particles_per_session = uint64_t{1} << 26;  // 67 million: about 5 GB of states
+  // Completed answers kept per session for repeated request ids, and their bytes in all. The newest
+  // answer is kept whatever its size.
+  uint32_t max_remembered_answers = 64;
+  size_t max_remembered_bytes = size_t{64} << 20;
+  // Names of expired sessions that still answer SESSION_EXPIRED; older ones are SESSION_NOT_FOUND.
+  uint32_t max_expired_names = 4096;
+};
+
+// Legal range and default of a lease [s].
+inline constexpr double kMinTtl_s = 1;
+inline constexpr double kMaxTtl_s = 86400;
+inline constexpr double kDefaultTtl_s = 300;
+
+// Legal length of a display name [bytes].
+inline constexpr size_t kMaxDisplayNameBytes = 256;
+
+// Items per page when a list request does not say, and at most.
+inline constexpr uint32_t kDefaultPageSize = 100;
+inline constexpr uint32_t kMaxPageSize = 1000;
+
+}  // namespace drape

@@ -1,0 +1,136 @@
+// All sessions of a server and their leases.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "server/core/clock.h"
+#include "server/core/status.h"
+#include "server/session/session.h"
+
+namespace drape {
+
+class SessionRegistry;
+
+// A session with a request under way: while one exists, the session does not expire. Renews the
+// lease when it is made and when it goes. Movable. The registry must outlive it.
+class SessionLease {
+ public:
+  SessionLease() = default;
+  SessionLease(SessionLease&& other) noexcept;
+  SessionLease& operator=(SessionLease&& other) noexcept;
+  ~SessionLease();
+
+  Session* operator->() const { return session_.get(); }
+  Session& operator*() const { return *session_; }
+  const std::shared_ptr<Session>& session() const { return session_; }
+  explicit operator bool() const { return session_ != nullptr; }
+
+ private:
+  friend class SessionRegistry;
+  SessionLease(SessionRegistry* registry, std::shared_ptr<Session> session)
+      : registry_(registry), session_(std::move(session)) {}
+  void Release();
+
+  SessionRegistry* registry_ = nullptr;
+  std::shared_ptr<Session> session_;
+};
+
+// A session as lists and answers show it.
+struct SessionView {
+  std::string name;  // in full: whoever shows it to others shortens it (ShortSessionName)
+  std::string display_name;
+  double ttl_s = 0;
+  double remaining_s = 0;  // the whole ttl while a request is under way
+  uint32_t cloth_count = 0;
+  uint64_t particle_count = 0;
+};
+
+struct SessionPage {
+  std::vector<SessionView> sessions;
+  std::string next_page_token;  // empty: the last page
+};
+
+struct ServerTotals {
+  uint32_t session_count = 0;
+  uint32_t cloth_count = 0;
+  uint64_t particle_count = 0;
+};
+
+// "sessions/<server id>-<32 hexadecimal digits>" -> "sessions/<server id>-<first 4 digits>...".
+std::string ShortSessionName(const std::string& name);
+
+// Thread-safe. Destroy it after Scheduler::Drain and before the scheduler.
+class SessionRegistry {
+ public:
+  // `server_id`: lower-case letters and digits; a proxy routes by it. `scheduler` and `clock`
+  // outlive the registry.
+  SessionRegistry(Scheduler& scheduler, const SessionLimits& limits, const Clock& clock,
+                  std::string server_id);
+
+  // A new session under way; the name holds 128 random bits: knowing it is what gives access.
+  // INVALID_ARGUMENT "ttl_s" outside [kMinTtl_s, kMaxTtl_s] or not finite, "display_name" too long;
+  // RESOURCE_EXHAUSTED (TOO_MANY_SESSIONS).
+  Result<SessionLease> Create(std::optional<double> ttl_s, const std::string& display_name);
+  // The session for a request; renews the lease. NOT_FOUND: SESSION_EXPIRED for a while after
+  // expiry, else SESSION_NOT_FOUND. A session whose lease is over is expired even if nothing has
+  // reaped it yet.
+  Result<SessionLease> Find(const std::string& name);
+  // What it looks like now. Does not renew. Errors as Find.
+  Result<SessionView> Get(const std::string& name) const;
+  // In order of creation. Page rules as Session::ListCloths.
+  Result<SessionPage> List(uint32_t page_size, const std::string& page_token) const;
+  // Find, and what it looks like then.
+  Result<SessionView> Renew(const std::string& name);
+  // Removes the session at once; `done` (as Session::DeleteCloths) when its cloths are freed.
+  // Requests under way end with NOT_FOUND. Errors as Find.
+  void Delete(const std::string& name, std::function<void(Status)> done);
+
+  // Removes every session whose lease is over, and its cloths. Returns how many. Called by a
+  // Reaper.
+  size_t ReapExpired();
+
+  ServerTotals Totals() const;
+  const SessionLimits& limits() const { return commons_->limits; }
+
+ private:
+  friend class SessionLease;
+  struct Entry {
+    std::shared_ptr<Session> session;
+    uint64_t creation_number = 0;
+    int64_t expires_us = 0;  // counts only while nothing is under way
+    uint32_t under_way = 0;  // leases
+  };
+
+  // All with mutex_ held.
+  bool IsExpired(const Entry& entry, int64_t now_us) const;
+  Result<Entry*> FindEntry(const std::string& name);
+  SessionView ViewOf(const Entry& entry, int64_t now_us) const;
+  Status NotFound(const std::string& name) const;
+  void RenewEntry(Entry& entry);
+  void Remove(const std::string& name);
+  void RememberExpired(const std::string& name);
+
+  void EndLease(const Session& session);
+
+  const Clock& clock_;
+  const std::string server_id_;
+  const std::shared_ptr<SessionCommons> commons_;
+
+  mutable std::mutex mutex_;
+  std::unordered_map<std::string, Entry> sessions_;    // by name
+  std::map<uint64_t, std::string> names_by_creation_;  // for lists
+  uint64_t next_creation_number_ = 1;
+  std::deque<std::string> expired_;  // oldest first
+  std::unordered_set<std::string> expired_names_;
+};
+
+}  // namespace drape
