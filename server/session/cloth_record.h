@@ -58,6 +58,7 @@ struct ClothDescription {
   std::shared_ptr<const SceneModel> model;
   ClothParameters parameters;  // colliders in the environment frame
   std::vector<Pin> pins;       // sorted by particle, like model->pins()
+  std::string plan;            // Backend::PlanOf(*model)
 };
 
 // A cloth of a session. Thread-safe.
@@ -70,7 +71,6 @@ class ClothRecord {
   ClothId id;
   std::string session_name;
   uint64_t creation_number = 0;  // ascending in order of creation, per server
-  std::string plan;              // Backend::PlanOf; the same for every model of one particle count
 
   // Constant.
   const Placement placement;
