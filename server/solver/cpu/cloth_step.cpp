@@ -1,0 +1,280 @@
+#include "server/solver/cpu/cloth_step.h"
+
+#include <cmath>
+
+#include "server/solver/cpu/constraint_math.h"
+#include "server/solver/cpu/measure.h"
+
+namespace drape::cpu {
+namespace {
+
+Lanes SpringAcceleration(const FloatModel& model, const FloatState& state, uint32_t i) {
+  Lanes force{};
+  for (uint32_t e = model.spring_offsets[i]; e < model.spring_offsets[i + 1]; ++e) {
+    const FloatSpringEnd& end = model.spring_ends[e];
+    const uint32_t j = end.other_particle;
+    force += SpringForce(state.positions[i], state.positions[j], state.velocities[i],
+                         state.velocities[j], end.rest_length, end.stiffness, end.damping);
+  }
+  return model.inverse_masses[i] * force;
+}
+
+void ApplySprings(const StepContext& context, float duration) {
+  const FloatModel& model = context.model;
+  StepScratch& scratch = context.scratch;
+  for (const uint32_t i : model.free_particles) {
+    scratch.accelerations[i] = SpringAcceleration(model, scratch.state, i);
+  }
+  for (const uint32_t i : model.free_particles) {
+    scratch.state.velocities[i] += duration * scratch.accelerations[i];
+  }
+}
+
+void PredictPins(const StepContext& context, uint32_t substep) {
+  const FloatControls& controls = context.controls;
+  FloatState& state = context.scratch.state;
+  const float remaining = static_cast<float>(controls.substeps - substep);
+  for (size_t k = 0; k < context.model.pins.size(); ++k) {
+    const uint32_t i = context.model.pins[k];
+    state.velocities[i] =
+        (context.pin_targets[k] - state.positions[i]) / remaining * controls.inverse_h;
+  }
+}
+
+void PredictContacts(const StepContext& context) {
+  const FloatControls& controls = context.controls;
+  StepScratch& scratch = context.scratch;
+  const size_t collider_count = controls.colliders.size();
+  for (const uint32_t i : context.model.free_particles) {
+    for (size_t k = 0; k < collider_count; ++k) {
+      const float gap = controls.colliders[k].GapAt(scratch.state.positions[i]).gap;
+      scratch.contacts[i * collider_count + k] = {
+          Lanes{}, 0, ContactFloor(gap, controls.depenetration_distance)};
+    }
+  }
+}
+
+// Bender et al. 2009, section 3.1, eq. 2: the velocities become u = v + a h/2.
+void Predict(const StepContext& context, uint32_t substep) {
+  const FloatModel& model = context.model;
+  const FloatControls& controls = context.controls;
+  StepScratch& scratch = context.scratch;
+  const float half_h = 0.5f * controls.h;
+  if (controls.has_spring_forces) {
+    for (const uint32_t i : model.free_particles) {
+      scratch.accelerations[i] = controls.gravity + SpringAcceleration(model, scratch.state, i);
+    }
+    for (const uint32_t i : model.free_particles) {
+      scratch.state.velocities[i] += scratch.accelerations[i] * half_h;
+    }
+  } else {
+    const Lanes kick = controls.gravity * half_h;
+    for (const uint32_t i : model.free_particles) scratch.state.velocities[i] += kick;
+  }
+  PredictPins(context, substep);
+  PredictContacts(context);
+  scratch.distance_impulses.assign(model.compliances.size(), Lanes{});
+}
+
+// For particles without distance: the impulse acts along +x.
+void ReplaceShortDirections(Lanes (&differences)[kLaneCount], Lanes& lengths) {
+  for (uint32_t k = 0; k < kLaneCount; ++k) {
+    if (!(lengths[k] < kMinDirectionLength)) continue;
+    differences[k] = Lanes{1, 0, 0, 0};
+    lengths[k] = 1;
+  }
+}
+
+// One sweep over all colours, four constraints of a colour at once (Bender et al. 2009, section 3.2
+// and 3.3). Returns whether an error was larger than the tolerance.
+template <bool kHasCompliance>
+bool SweepDistances(const StepContext& context) {
+  const float h = context.controls.h;
+  const float inverse_h = context.controls.inverse_h;
+  const float tolerance = context.controls.tolerance;
+  const Lanes* const p = context.scratch.state.positions.data();
+  Lanes* const u = context.scratch.state.velocities.data();
+  LaneMask changed{};
+  size_t g = 0;
+  for (const DistanceGroup& group : context.model.groups) {
+    Lanes d[kLaneCount];
+    for (uint32_t k = 0; k < kLaneCount; ++k) {
+      const uint32_t i = group.i[k], j = group.j[k];
+      d[k] = PredictedDifference(p[i], p[j], u[i], u[j], h);
+    }
+    const LaneVectors t = Transpose(d[0], d[1], d[2], d[3]);
+    const Lanes length = Sqrt((t.x * t.x + t.y * t.y) + t.z * t.z);
+    Lanes divisor = length;
+    if (IsAnyLaneSet(length < kMinDirectionLength)) [[unlikely]]
+      ReplaceShortDirections(d, divisor);
+
+    Lanes residual = length - group.rest_length;
+    Lanes weight = group.inverse_mass_i + group.inverse_mass_j;
+    if constexpr (kHasCompliance) {
+      const Lanes alpha_over_h = context.model.compliances[g] * inverse_h;
+      residual += alpha_over_h * context.scratch.distance_impulses[g];
+      weight += alpha_over_h * inverse_h;
+    }
+    const LaneMask is_active = Abs(residual) > tolerance * group.rest_length;
+    const Lanes impulse = is_active ? DistanceImpulse(residual, inverse_h, weight) : Lanes{};
+    if constexpr (kHasCompliance) context.scratch.distance_impulses[g] += impulse;
+    const Lanes impulse_per_length = impulse / divisor;
+    const Lanes scale_i = group.inverse_mass_i * impulse_per_length;
+    const Lanes scale_j = group.inverse_mass_j * impulse_per_length;
+#pragma GCC unroll 4  // constant lanes: shuffles instead of loads
+    for (uint32_t k = 0; k < kLaneCount; ++k) {
+      u[group.i[k]] -= scale_i[k] * d[k];
+      u[group.j[k]] += scale_j[k] * d[k];
+    }
+    changed |= is_active;
+    ++g;
+  }
+  return IsAnyLaneSet(changed);
+}
+
+bool SolveDistance(const StepContext& context) {
+  return context.model.has_compliance() ? SweepDistances<true>(context)
+                                        : SweepDistances<false>(context);
+}
+
+// One particle against one collider. Returns whether it changed u.
+bool SolveContact(const FloatControls& controls, const FloatCollider& collider, Lanes p,
+                  ContactImpulses& contact, Lanes& u) {
+  bool changed = false;
+  const Gap at_end = collider.GapAt(p + controls.h * u);
+  const float normal_impulse =
+      ContactImpulse(contact.normal, at_end.gap - contact.floor, controls.inverse_h);
+  const float change = normal_impulse - contact.normal;
+  if (controls.h * std::fabs(change) > controls.contact_tolerance) {
+    u += change * at_end.normal;
+    contact.normal = normal_impulse;
+    changed = true;
+  }
+  const bool has_tangent = Dot(contact.tangent, contact.tangent) > 0;
+  if (controls.friction_static > 0 && (contact.normal > 0 || has_tangent)) {
+    const Lanes tangent =
+        FrictionImpulse(contact.tangent, Tangential(u, at_end.normal), contact.normal,
+                        controls.friction_static, controls.friction_dynamic);
+    const Lanes tangent_change = tangent - contact.tangent;
+    if (controls.h * Length(tangent_change) > controls.contact_tolerance) {
+      u += tangent_change;
+      contact.tangent = tangent;
+      changed = true;
+    }
+  }
+  return changed;
+}
+
+bool SolveContacts(const StepContext& context) {
+  const FloatControls& controls = context.controls;
+  StepScratch& scratch = context.scratch;
+  const size_t collider_count = controls.colliders.size();
+  bool changed = false;
+  if (collider_count == 0) return changed;
+  for (const uint32_t i : context.model.free_particles) {
+    for (size_t k = 0; k < collider_count; ++k) {
+      changed |=
+          SolveContact(controls, controls.colliders[k], scratch.state.positions[i],
+                       scratch.contacts[i * collider_count + k], scratch.state.velocities[i]);
+    }
+  }
+  return changed;
+}
+
+// Bender et al. 2009, section 3.1, eq. 1: p += h u; the velocities become v = u + a h/2.
+void Integrate(const StepContext& context, uint32_t substep) {
+  const FloatControls& controls = context.controls;
+  FloatState& state = context.scratch.state;
+  const bool is_last = substep + 1 == controls.substeps;
+  const float half_h = 0.5f * controls.h;
+  const Lanes kick = controls.gravity * half_h;
+  for (const uint32_t i : context.model.free_particles) {
+    state.positions[i] += controls.h * state.velocities[i];
+    state.velocities[i] +=
+        controls.has_spring_forces ? context.scratch.accelerations[i] * half_h : kick;
+  }
+  for (size_t k = 0; k < context.model.pins.size(); ++k) {
+    const uint32_t i = context.model.pins[k];
+    state.positions[i] =
+        is_last ? context.pin_targets[k] : state.positions[i] + controls.h * state.velocities[i];
+  }
+}
+
+void CorrectVelocity(const StepContext& context) {
+  const FloatControls& controls = context.controls;
+  FloatState& state = context.scratch.state;
+  const size_t collider_count = controls.colliders.size();
+  if (collider_count == 0 && controls.damping_factor == 1) return;
+  for (const uint32_t i : context.model.free_particles) {
+    Lanes v = state.velocities[i];
+    for (size_t k = 0; k < collider_count; ++k) {
+      if (!(context.scratch.contacts[i * collider_count + k].normal > 0)) continue;
+      const Lanes n = controls.colliders[k].GapAt(state.positions[i]).normal;
+      v = VelocityAfterContact(v, n, controls.friction_static, controls.friction_dynamic);
+    }
+    state.velocities[i] = v * controls.damping_factor;
+  }
+}
+
+// Sweeps until none finds an error, at most max_iterations.
+void Solve(const StepContext& context, StepReport& report) {
+  const FloatControls& controls = context.controls;
+  for (uint32_t iteration = 0; iteration < controls.max_iterations; ++iteration) {
+    ++report.iterations;
+    // Both always run: a contact can break what the distances have just met.
+    const bool distances_changed = SolveDistance(context);
+    const bool contacts_changed = SolveContacts(context);
+    if (controls.tolerance > 0 && !distances_changed && !contacts_changed) return;
+  }
+  if (controls.tolerance > 0) report.converged = false;
+}
+
+FaultReason FindFault(const FloatState& state) {
+  bool is_runaway = false;
+  for (size_t i = 0; i < state.positions.size(); ++i) {
+    const Lanes p = state.positions[i], v = state.velocities[i];
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      if (!std::isfinite(p[axis]) || !std::isfinite(v[axis])) return FaultReason::kNotFinite;
+      is_runaway |= std::fabs(p[axis]) > static_cast<float>(kMaxCoordinate_m);
+    }
+    is_runaway |= Length(v) > static_cast<float>(kMaxSpeed_m_per_s);
+  }
+  return is_runaway ? FaultReason::kRunaway : FaultReason::kNone;
+}
+
+// The new state replaces the old one unless it has blown up.
+void Commit(const StepContext& context, FloatState& state, StepReport& report) {
+  report.fault = FindFault(context.scratch.state);
+  if (report.fault == FaultReason::kNone) std::swap(state, context.scratch.state);
+}
+
+void Begin(const StepContext& context, const FloatState& state) {
+  StepScratch& scratch = context.scratch;
+  scratch.state = state;
+  scratch.accelerations.resize(context.model.has_springs() ? context.model.particle_count : 0);
+  scratch.contacts.resize(context.model.particle_count * context.controls.colliders.size());
+}
+
+}  // namespace
+
+StepReport StepCloth(const StepContext& context, bool measure, FloatState& state) {
+  const FloatControls& controls = context.controls;
+  StepReport report;
+  report.warnings = controls.warnings;
+  Begin(context, state);
+  if (controls.has_half_kicks) ApplySprings(context, 0.5f * controls.h);
+  for (uint32_t substep = 0; substep < controls.substeps; ++substep) {
+    const bool is_last = substep + 1 == controls.substeps;
+    Predict(context, substep);
+    Solve(context, report);
+    Integrate(context, substep);
+    CorrectVelocity(context);
+    if (controls.has_half_kicks) ApplySprings(context, is_last ? 0.5f * controls.h : controls.h);
+  }
+  report.warnings.not_converged = !report.converged;
+  Commit(context, state, report);
+  if (measure) report.measured = Measure(context, state, report.fault);
+  return report;
+}
+
+}  // namespace drape::cpu

@@ -1,0 +1,105 @@
+// The formulas of the step as pure functions; no state, no loops over particles. T is float (one
+// constraint) or Lanes (four at once). Symbols as in Bender et al. 2009 and
+// server/solver/README.md: p, v, u position, velocity, mean velocity over the substep; w inverse
+// mass; h substep; C error; n direction; Lambda accumulated impulse; alpha compliance; beta impulse
+// of a contact times w.
+#pragma once
+
+#include <algorithm>
+
+#include "server/solver/cpu/lanes.h"
+#include "server/solver/solver_constants.h"
+
+namespace drape::cpu {
+
+// Below this length [m] a difference of positions has no direction.
+inline constexpr float kMinDirectionLength = static_cast<float>(kMinDirectionLength_m);
+
+// Distance between two particles as predicted at the end of the substep (Bender et al. 2009,
+// section 3.1, eq. 2, with q = p + h u): d = (p_j - p_i) + h (u_j - u_i). The difference of the old
+// positions is exact for close particles, so the error does not see the rounding of a new position.
+inline Lanes PredictedDifference(Lanes p_i, Lanes p_j, Lanes u_i, Lanes u_j, float h) {
+  return (p_j - p_i) + h * (u_j - u_i);
+}
+
+// Impulse that removes the residual r = C + (alpha/h) Lambda within h (Bender et al. 2009,
+// section 3.2; C_distance of section 4.3; the compliance is an extension, see the README of
+// server/solver): Delta Lambda = -r / h / (w_i + w_j + alpha/h^2). Negative pulls the particles
+// together.
+template <class T>
+inline T DistanceImpulse(T residual, float inverse_h, T inverse_mass_sum) {
+  return -residual * inverse_h / inverse_mass_sum;
+}
+
+// Acceleration of particle i, before the factor w_i, from one spring to j (Bender et al. 2009,
+// section 4.1): [k (|d| - l0) + c (v_j - v_i).n] n with n = d/|d|, d = p_j - p_i. No direction: no
+// force.
+inline Lanes SpringForce(Lanes p_i, Lanes p_j, Lanes v_i, Lanes v_j, float rest_length,
+                         float stiffness, float damping) {
+  const Lanes d = p_j - p_i;
+  const float length = Length(d);
+  if (length < kMinDirectionLength) return Lanes{};
+  const Lanes n = d / length;
+  return (stiffness * (length - rest_length) + damping * Dot(v_j - v_i, n)) * n;
+}
+
+// Signed distance of a point from a collider and the outward normal there.
+struct Gap {
+  float gap;  // [m], < 0 inside
+  Lanes normal;
+};
+
+// `offset` = radius + thickness. The centre pushes along +y.
+inline Gap SphereGap(Lanes q, Lanes center, float offset) {
+  const Lanes d = q - center;
+  const float distance = Length(d);
+  if (distance < kMinDirectionLength) return {distance - offset, Lanes{0, 1, 0, 0}};
+  return {distance - offset, d / distance};
+}
+
+// `offset` = thickness.
+inline Gap PlaneGap(Lanes q, Lanes point, Lanes normal, float offset) {
+  return {Dot(q - point, normal) - offset, normal};
+}
+
+// Lowest gap that a contact accepts at the end of the substep: what starts deep inside comes out at
+// most at kMaxDepenetrationSpeed (floor = min(0, gap(p) + speed h)).
+inline float ContactFloor(float gap_at_start, float depenetration_distance) {
+  return std::min(0.0f, gap_at_start + depenetration_distance);
+}
+
+// New accumulated normal impulse times w of the inequality constraint C_contact >= 0 (Bender et al.
+// 2009, section 4.3); the sum, not the single impulse, must not pull: max(beta - C/h, 0).
+inline float ContactImpulse(float beta_normal, float error, float inverse_h) {
+  return std::max(beta_normal - error * inverse_h, 0.0f);
+}
+
+inline Lanes Tangential(Lanes u, Lanes n) {
+  return u - Dot(u, n) * n;
+}
+
+// New accumulated friction impulse times w: the one that stops the tangential velocity, limited by
+// Coulomb's law (a velocity constraint in the sense of Bender et al. 2009, section 3.2; formula
+// from the README of server/solver): b = beta_t - u_t, and if |b| > mu_s beta_n, b mu_d beta_n /
+// |b|.
+inline Lanes FrictionImpulse(Lanes beta_tangent, Lanes tangential_velocity, float beta_normal,
+                             float friction_static, float friction_dynamic) {
+  const Lanes b = beta_tangent - tangential_velocity;
+  const float length = Length(b);
+  if (length > friction_static * beta_normal) return b * (friction_dynamic * beta_normal / length);
+  return b;
+}
+
+// Velocity after a contact that the particle approaches (v.n < 0): no normal part, and the
+// tangential part less Coulomb friction of the same impulse (a velocity constraint, Bender et al.
+// 2009, section 3.2).
+inline Lanes VelocityAfterContact(Lanes v, Lanes n, float friction_static, float friction_dynamic) {
+  const float normal_speed = Dot(v, n);
+  if (!(normal_speed < 0)) return v;
+  const Lanes tangential = v - normal_speed * n;
+  const float speed = Length(tangential);
+  if (speed <= friction_static * -normal_speed) return Lanes{};
+  return tangential * (1.0f - friction_dynamic * -normal_speed / speed);
+}
+
+}  // namespace drape::cpu

@@ -1,0 +1,217 @@
+#include "server/solver/cpu/cpu_backend.h"
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/enumerable_thread_specific.h>
+#include <oneapi/tbb/info.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/partitioner.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <new>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/solver/cpu/cloth_slots.h"
+#include "server/solver/cpu/cloth_step.h"
+#include "server/solver/cpu/float_controls.h"
+#include "server/solver/cpu/float_model.h"
+#include "server/solver/cpu/measure.h"
+
+namespace drape {
+namespace cpu {
+namespace {
+
+struct Cloth {
+  std::shared_ptr<const FloatModel> model;
+  ClothParameters parameters;
+  std::optional<FloatControls> controls;  // always set in a used slot
+  FloatState state;
+  std::vector<Lanes> pin_targets;  // [pin_count]
+  FaultReason fault = FaultReason::kNone;
+};
+
+FloatState ToFloat(const ParticleState& state, uint32_t particle_count) {
+  DRAPE_CHECK(state.positions_m.size() == particle_count &&
+                  state.velocities_m_per_s.size() == particle_count,
+              "the state does not fit the model");
+  FloatState result;
+  for (const auto& p : state.positions_m) result.positions.push_back(ToLanes(p));
+  for (const auto& v : state.velocities_m_per_s) result.velocities.push_back(ToLanes(v));
+  result.positions.push_back(Lanes{});
+  result.velocities.push_back(Lanes{});
+  return result;
+}
+
+std::vector<Lanes> ToFloat(std::span<const Eigen::Vector3d> targets, const FloatModel& model) {
+  DRAPE_CHECK(targets.size() == model.pins.size(), "one target per pin is needed");
+  std::vector<Lanes> result;
+  for (const auto& target : targets) result.push_back(ToLanes(target));
+  return result;
+}
+
+// Pins that stay pins keep their targets; new ones start where their particles are.
+std::vector<Lanes> TransferTargets(const Cloth& cloth, const FloatModel& new_model) {
+  std::vector<Lanes> targets;
+  const std::vector<uint32_t>& old_pins = cloth.model->pins;
+  for (const uint32_t particle : new_model.pins) {
+    const auto found = std::lower_bound(old_pins.begin(), old_pins.end(), particle);
+    const bool was_pin = found != old_pins.end() && *found == particle;
+    targets.push_back(was_pin ? cloth.pin_targets[static_cast<size_t>(found - old_pins.begin())]
+                              : cloth.state.positions[particle]);
+  }
+  return targets;
+}
+
+void Append(const std::vector<Lanes>& values, uint32_t particle_count, std::vector<float>& packed) {
+  for (uint32_t i = 0; i < particle_count; ++i) {
+    packed.insert(packed.end(), {values[i][0], values[i][1], values[i][2]});
+  }
+}
+
+// "model name" of the first processor, or "CPU" where the system does not tell.
+std::string ProcessorName() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    const size_t colon = line.find(": ");
+    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "CPU";
+}
+
+Status OutOfMemory() {
+  return {StatusCode::kResourceExhausted, "DEVICE_MEMORY_EXHAUSTED",
+          "the server has no memory left for this cloth"};
+}
+
+class CpuBackend final : public Backend {
+ public:
+  explicit CpuBackend(const CpuBackendOptions& options)
+      : thread_count_(options.thread_count > 0 ? static_cast<int>(options.thread_count)
+                                               : tbb::info::default_concurrency()),
+        arena_(thread_count_) {}
+
+  BackendDescription Describe() const override {
+    return {"cpu",
+            std::to_string(thread_count_) + (thread_count_ == 1 ? " core, " : " cores, ") +
+                ProcessorName(),
+            ScalarType::kFloat32, false};
+  }
+
+  std::string PlanOf(const SceneModel&) const override { return "scalar"; }
+
+  Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
+                             const ClothParameters& parameters, const ParticleState& state) override
+      try {
+    Cloth cloth;
+    cloth.model = models_.Get(model);
+    cloth.parameters = parameters;
+    cloth.controls.emplace(*cloth.model, parameters);
+    cloth.state = ToFloat(state, cloth.model->particle_count);
+    for (const uint32_t pin : cloth.model->pins) {
+      cloth.pin_targets.push_back(cloth.state.positions[pin]);
+    }
+    return cloths_.Add(std::move(cloth));
+  } catch (const std::bad_alloc&) {
+    return OutOfMemory();
+  }
+
+  void Destroy(ClothHandle cloth) override { cloths_.Remove(cloth); }
+
+  BatchReport Step(std::span<const StepItem> items) override {
+    const auto start = std::chrono::steady_clock::now();
+    BatchReport batch;
+    batch.reports.resize(items.size());
+    arena_.execute([&] {
+      tbb::parallel_for(
+          tbb::blocked_range<size_t>(0, items.size(), 1),
+          [&](const tbb::blocked_range<size_t>& range) {
+            for (size_t k = range.begin(); k < range.end(); ++k) {
+              batch.reports[k] = StepItemOnThisThread(items[k]);
+            }
+          },
+          tbb::simple_partitioner());
+    });
+    batch.device_us = std::chrono::duration_cast<std::chrono::microseconds>(
+                          std::chrono::steady_clock::now() - start)
+                          .count();
+    return batch;
+  }
+
+  StateColumns Read(const ReadRequest& request) override {
+    std::vector<float> positions, velocities;
+    for (const ClothHandle& handle : request.cloths) {
+      const Cloth& cloth = cloths_.At(handle);
+      const uint32_t count = cloth.model->particle_count;
+      if (request.positions) Append(cloth.state.positions, count, positions);
+      if (request.velocities) Append(cloth.state.velocities, count, velocities);
+    }
+    return {std::move(positions), std::move(velocities)};
+  }
+
+  Status Write(ClothHandle handle, const ClothUpdate& update) override try {
+    Cloth& cloth = cloths_.At(handle);
+    Cloth changed = cloth;
+    if (update.model) {
+      DRAPE_CHECK(update.model->particle_count() == cloth.model->particle_count,
+                  "a new model needs the same particle count");
+      changed.model = models_.Get(update.model);
+    }
+    if (update.parameters) changed.parameters = *update.parameters;
+    if (update.model || update.parameters) {
+      changed.controls.emplace(*changed.model, changed.parameters);
+    }
+    if (update.state) {
+      changed.state = ToFloat(*update.state, changed.model->particle_count);
+      changed.fault = FaultReason::kNone;
+    }
+    if (update.pin_targets_m) {
+      changed.pin_targets = ToFloat(*update.pin_targets_m, *changed.model);
+    } else if (update.model) {
+      changed.pin_targets =
+          TransferTargets({cloth.model, {}, {}, changed.state, cloth.pin_targets}, *changed.model);
+    }
+    cloth = std::move(changed);
+    return Status::Ok();
+  } catch (const std::bad_alloc&) {
+    return OutOfMemory();
+  }
+
+ private:
+  // Touches only the item's cloth and this thread's scratch memory.
+  StepReport StepItemOnThisThread(const StepItem& item) {
+    Cloth& cloth = cloths_.At(item.cloth);
+    if (!item.pin_targets_m.empty() && cloth.fault == FaultReason::kNone) {
+      cloth.pin_targets = ToFloat(item.pin_targets_m, *cloth.model);
+    }
+    const StepContext context{*cloth.model, *cloth.controls, cloth.pin_targets, scratch_.local()};
+    if (cloth.fault != FaultReason::kNone) {
+      StepReport report;
+      report.fault = cloth.fault;
+      if (item.measure) report.measured = Measure(context, cloth.state, cloth.fault);
+      return report;
+    }
+    const StepReport report = StepCloth(context, item.measure, cloth.state);
+    cloth.fault = report.fault;
+    return report;
+  }
+
+  const int thread_count_;
+  tbb::task_arena arena_;
+  tbb::enumerable_thread_specific<StepScratch> scratch_;
+  FloatModelCache models_;
+  ClothSlots<Cloth> cloths_;
+};
+
+}  // namespace
+}  // namespace cpu
+
+std::unique_ptr<Backend> CreateCpuBackend(const CpuBackendOptions& options) {
+  return std::make_unique<cpu::CpuBackend>(options);
+}
+
+}  // namespace drape

@@ -1,0 +1,62 @@
+#include "server/solver/cpu/float_controls.h"
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+namespace drape::cpu {
+namespace {
+
+FloatCollider ToFloat(const Collider& collider, double thickness_m) {
+  if (const auto* sphere = std::get_if<SphereCollider>(&collider)) {
+    return {true, ToLanes(sphere->center_m), Lanes{},
+            static_cast<float>(sphere->radius_m + thickness_m)};
+  }
+  const auto& plane = std::get<PlaneCollider>(collider);
+  return {false, ToLanes(plane.point_m), ToLanes(plane.normal), static_cast<float>(thickness_m)};
+}
+
+// The largest h^2 omega^2 of the springs is at most the largest row sum of the system M^-1 K,
+// 2 h^2 w_i sum(k) (Gershgorin); explicit integration is stable below 4.
+bool AreSpringsBeyondLimit(const SceneModel& model, double h) {
+  double largest_frequency_sq = 0;
+  for (uint32_t i = 0; model.spring_count() > 0 && i < model.particle_count(); ++i) {
+    double stiffness = 0;
+    for (uint32_t e = model.spring_offsets()[i]; e < model.spring_offsets()[i + 1]; ++e) {
+      stiffness += model.spring_ends()[e].stiffness_n_per_m;
+    }
+    largest_frequency_sq =
+        std::max(largest_frequency_sq, 2 * model.inverse_masses_per_kg()[i] * stiffness);
+  }
+  return h * h * largest_frequency_sq >= 4;
+}
+
+}  // namespace
+
+FloatControls::FloatControls(const FloatModel& model, const ClothParameters& parameters) {
+  const StepSettings& settings = parameters.settings;
+  const double substep_s = settings.substep_s();
+  const double tolerance_met =
+      SinglePrecisionTolerance(settings.tolerance, *model.source, model.extent_m);
+  substeps = settings.substeps;
+  max_iterations = settings.max_iterations;
+  h = static_cast<float>(substep_s);
+  inverse_h = static_cast<float>(1 / substep_s);
+  tolerance = static_cast<float>(tolerance_met);
+  contact_tolerance = static_cast<float>(tolerance_met * model.source->length_scale_m());
+  depenetration_distance = static_cast<float>(kMaxDepenetrationSpeed_m_per_s * substep_s);
+  damping_factor = static_cast<float>(std::exp(-parameters.damping_per_s * substep_s));
+  friction_static = static_cast<float>(parameters.friction_static);
+  friction_dynamic = static_cast<float>(parameters.friction_dynamic);
+  gravity = ToLanes(parameters.gravity_m_per_s2);
+  for (const Collider& collider : parameters.colliders) {
+    colliders.push_back(ToFloat(collider, parameters.thickness_m));
+  }
+  const bool is_in_force = settings.spring_integration == SpringIntegration::kInForce;
+  has_half_kicks = model.has_springs() && !is_in_force;
+  has_spring_forces = model.has_springs() && is_in_force;
+  warnings.tolerance_raised = tolerance_met > settings.tolerance;
+  warnings.springs_beyond_limit = AreSpringsBeyondLimit(*model.source, substep_s);
+}
+
+}  // namespace drape::cpu

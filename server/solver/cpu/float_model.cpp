@@ -1,0 +1,94 @@
+#include "server/solver/cpu/float_model.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace drape::cpu {
+namespace {
+
+// Weight 1 keeps the division of a padding constraint finite.
+DistanceGroup PaddingGroup(uint32_t spare_particle) {
+  DistanceGroup group;
+  group.i.fill(spare_particle);
+  group.j.fill(spare_particle);
+  group.rest_length = Splat(0);
+  group.inverse_mass_i = Splat(1);
+  group.inverse_mass_j = Splat(1);
+  return group;
+}
+
+void PackConstraints(FloatModel& model) {
+  const SceneModel& source = *model.source;
+  const auto constraints = source.constraints();
+  const auto colour_offsets = source.colour_offsets();
+  model.constraint_places.resize(constraints.size());
+  for (uint32_t colour = 0; colour < source.colour_count(); ++colour) {
+    for (uint32_t c = colour_offsets[colour]; c < colour_offsets[colour + 1]; ++c) {
+      const uint32_t lane = (c - colour_offsets[colour]) % kLaneCount;
+      if (lane == 0) {
+        model.groups.push_back(PaddingGroup(model.spare_particle()));
+        if (source.has_compliance()) model.compliances.push_back(Splat(0));
+      }
+      const DistanceConstraint& constraint = constraints[c];
+      DistanceGroup& group = model.groups.back();
+      group.i[lane] = constraint.i;
+      group.j[lane] = constraint.j;
+      group.rest_length[lane] = static_cast<float>(constraint.rest_length_m);
+      group.inverse_mass_i[lane] = model.inverse_masses[constraint.i];
+      group.inverse_mass_j[lane] = model.inverse_masses[constraint.j];
+      if (source.has_compliance()) {
+        model.compliances.back()[lane] = static_cast<float>(constraint.compliance_m_per_n);
+      }
+      model.constraint_places[c] =
+          static_cast<uint32_t>((model.groups.size() - 1) * kLaneCount + lane);
+    }
+  }
+}
+
+void PackSprings(FloatModel& model) {
+  const SceneModel& source = *model.source;
+  if (source.spring_count() == 0) return;
+  model.spring_offsets.assign(source.spring_offsets().begin(), source.spring_offsets().end());
+  for (const SpringEnd& end : source.spring_ends()) {
+    model.spring_ends.push_back({end.other_particle, static_cast<float>(end.rest_length_m),
+                                 static_cast<float>(end.stiffness_n_per_m),
+                                 static_cast<float>(end.damping_n_s_per_m)});
+  }
+}
+
+}  // namespace
+
+FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
+    : source(std::move(scene_model)),
+      particle_count(source->particle_count()),
+      pins(source->pins().begin(), source->pins().end()),
+      length_scale(static_cast<float>(source->length_scale_m())),
+      extent_m(0) {
+  for (uint32_t particle = 0; particle < particle_count; ++particle) {
+    const double inverse_mass = source->inverse_masses_per_kg()[particle];
+    inverse_masses.push_back(static_cast<float>(inverse_mass));
+    if (inverse_mass > 0) free_particles.push_back(particle);
+    extent_m = std::max(extent_m, source->rest_positions_m()[particle].cwiseAbs().maxCoeff());
+  }
+  PackConstraints(*this);
+  PackSprings(*this);
+}
+
+std::shared_ptr<const FloatModel> FloatModelCache::Get(
+    const std::shared_ptr<const SceneModel>& model) {
+  std::weak_ptr<const FloatModel>& entry = models_[model.get()];
+  if (auto found = entry.lock()) return found;
+  std::erase_if(models_, [&](const auto& item) {
+    return item.first != model.get() && item.second.expired();
+  });
+  auto made = std::make_shared<const FloatModel>(model);
+  models_[model.get()] = made;
+  return made;
+}
+
+size_t FloatModelCache::size() const {
+  return static_cast<size_t>(std::count_if(
+      models_.begin(), models_.end(), [](const auto& item) { return !item.second.expired(); }));
+}
+
+}  // namespace drape::cpu

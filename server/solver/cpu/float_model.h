@@ -1,0 +1,67 @@
+// A scene model in single precision, packed for the sweeps.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "server/scene/scene_model.h"
+#include "server/solver/cpu/lanes.h"
+
+namespace drape::cpu {
+
+// Four constraints of one colour. A colour is filled up with constraints of rest length 0 between
+// the spare particle and itself: they change nothing.
+struct DistanceGroup {
+  std::array<uint32_t, kLaneCount> i;
+  std::array<uint32_t, kLaneCount> j;
+  Lanes rest_length;  // [m]
+  Lanes inverse_mass_i;
+  Lanes inverse_mass_j;
+};
+
+struct FloatSpringEnd {
+  uint32_t other_particle;
+  float rest_length;  // [m]
+  float stiffness;    // [N/m]
+  float damping;      // [N s/m]
+};
+
+// Constant after construction; shared by all cloths of one SceneModel, which it keeps alive.
+struct FloatModel {
+  explicit FloatModel(std::shared_ptr<const SceneModel> scene_model);
+
+  std::shared_ptr<const SceneModel> source;
+  uint32_t particle_count;
+  std::vector<uint32_t> free_particles;  // ascending
+  std::vector<uint32_t> pins;            // ascending
+  std::vector<float> inverse_masses;     // [particle_count] [1/kg]
+  std::vector<DistanceGroup> groups;     // colour after colour
+  // [constraint_count]: where constraint c of the source is, as group * kLaneCount + lane.
+  std::vector<uint32_t> constraint_places;
+  std::vector<Lanes> compliances;        // [group_count] [m/N]; empty if all are 0
+  std::vector<uint32_t> spring_offsets;  // [particle_count + 1]; empty without springs
+  std::vector<FloatSpringEnd> spring_ends;
+  float length_scale;  // [m]
+  double extent_m;     // largest |coordinate| of the rest shape
+
+  // The particle that padding constraints refer to: arrays have one element more than particles.
+  uint32_t spare_particle() const { return particle_count; }
+  bool has_compliance() const { return !compliances.empty(); }
+  bool has_springs() const { return !spring_ends.empty(); }
+};
+
+// One FloatModel per SceneModel object, for as long as a cloth uses it. One thread.
+class FloatModelCache {
+ public:
+  std::shared_ptr<const FloatModel> Get(const std::shared_ptr<const SceneModel>& model);
+  // Of models in use.
+  size_t size() const;
+
+ private:
+  std::unordered_map<const SceneModel*, std::weak_ptr<const FloatModel>> models_;
+};
+
+}  // namespace drape::cpu

@@ -1,0 +1,71 @@
+// Four floats side by side. Used in two ways: as the x, y, z of one particle (lane 3 stays 0), and
+// as one number of each of four constraints that share no particle. Plain GCC and Clang vector
+// types: every lane is rounded as a scalar float would be, so results do not depend on how lanes
+// are filled.
+#pragma once
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+
+namespace drape::cpu {
+
+inline constexpr uint32_t kLaneCount = 4;
+
+using Lanes = float __attribute__((vector_size(16)));
+// -1 in a lane where a comparison holds, else 0.
+using LaneMask = int32_t __attribute__((vector_size(16)));
+
+inline Lanes ToLanes(const Eigen::Vector3d& v) {
+  return Lanes{static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z()), 0};
+}
+inline Eigen::Vector3d ToVector3d(const Lanes& v) {
+  return {v[0], v[1], v[2]};
+}
+inline Lanes Splat(float value) {
+  return Lanes{value, value, value, value};
+}
+
+// Of x, y, z; the sum is taken in that order.
+inline float Dot(Lanes a, Lanes b) {
+  const Lanes product = a * b;
+  return (product[0] + product[1]) + product[2];
+}
+inline float Length(Lanes v) {
+  return std::sqrt(Dot(v, v));
+}
+
+inline float Sqrt(float value) {
+  return std::sqrt(value);
+}
+inline Lanes Sqrt(Lanes v) {
+  return Lanes{std::sqrt(v[0]), std::sqrt(v[1]), std::sqrt(v[2]), std::sqrt(v[3])};
+}
+inline float Abs(float value) {
+  return std::fabs(value);
+}
+inline Lanes Abs(Lanes v) {
+  return v < 0 ? -v : v;
+}
+
+inline bool IsAnyLaneSet(LaneMask mask) {
+  using Halves = int64_t __attribute__((vector_size(16)));
+  const Halves halves = reinterpret_cast<Halves>(mask);
+  return (halves[0] | halves[1]) != 0;
+}
+
+// The x, y and z of four vectors, one vector per lane.
+struct LaneVectors {
+  Lanes x, y, z;
+};
+inline LaneVectors Transpose(Lanes a, Lanes b, Lanes c, Lanes d) {
+  const Lanes ab_xy = __builtin_shuffle(a, b, LaneMask{0, 4, 1, 5});
+  const Lanes cd_xy = __builtin_shuffle(c, d, LaneMask{0, 4, 1, 5});
+  const Lanes ab_z = __builtin_shuffle(a, b, LaneMask{2, 6, 3, 7});
+  const Lanes cd_z = __builtin_shuffle(c, d, LaneMask{2, 6, 3, 7});
+  return {__builtin_shuffle(ab_xy, cd_xy, LaneMask{0, 1, 4, 5}),
+          __builtin_shuffle(ab_xy, cd_xy, LaneMask{2, 3, 6, 7}),
+          __builtin_shuffle(ab_z, cd_z, LaneMask{0, 1, 4, 5})};
+}
+
+}  // namespace drape::cpu
