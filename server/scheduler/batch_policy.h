@@ -11,8 +11,8 @@ namespace drape {
 struct RunnableRequest {
   uint32_t tenant = 0;       // index into the tenants
   uint32_t cloth_count = 0;  // cloths of it that have steps left; >= 1
-  // The round in which it last took part; 0 = none yet. Inside a tenant the one that waited longest
-  // goes first, in order of arrival where equal.
+  // The round in which it last took part or, before that, in which it arrived. Inside a tenant the
+  // one that waited longest goes first, in order of arrival where equal.
   uint64_t last_round = 0;
 };
 
@@ -26,8 +26,8 @@ struct BatchLimits {
 // The state of the deficit round robin between batches, kept by the caller.
 struct FairShare {
   uint32_t first_tenant = 0;  // whose turn it is
-  std::vector<uint32_t>
-      deficits;  // [tenant_count] places left of a turn that a full batch cut short
+  // [tenant_count] places left of a turn that a full batch cut short.
+  std::vector<uint32_t> deficits;
 };
 
 // `cloth_count` cloths of request `request` (index into the input) are stepped.

@@ -64,9 +64,10 @@ class Scheduler {
   // Takes a command that a client's request caused. UNAVAILABLE (DRAINING) or RESOURCE_EXHAUSTED
   // (QUEUE_FULL): the command is dropped. A command that was taken is always run.
   Status Post(DeviceCommand command);
-  // Takes a command that frees something, whatever the limits. Dropped after Drain: the backend has
-  // gone then, and all its cloths with it.
-  void PostCleanup(DeviceCommand command);
+  // Takes a command whatever the limits: for what frees something, or goes on with what was begun.
+  // False after Drain: the backend has gone then, and all its cloths with it; the command is
+  // dropped.
+  [[nodiscard]] bool PostCleanup(DeviceCommand command);
   // Posts (without limit), waits for the result. Not on the device or the completion thread.
   Status RunBlocking(std::function<Status(Backend&)> command);
   // Runs `function` on the completion thread, after everything handed to it before. For the answers

@@ -77,7 +77,7 @@ struct ClothOutcome {
   WarningCounters warnings;
   // Of the last step, if asked for. Measurements are in the frames that clients see: lowest_m in
   // the world, potential energy zero at the environment's origin. A cloth that is faulted has a
-  // report with the reason (measured: zero when it was faulted before the request). Unset for a
+  // report with the reason, measured on its last good state. Unset for a
   // cloth that had no step to do (until_step already reached): there is nothing to report of it.
   std::optional<StepReport> report;
 };
