@@ -1,0 +1,92 @@
+// The way in: connect to a Drape server, or start a private one.
+//
+//   drape::Client client = drape::Client::SpawnServer();
+//   drape::Session session = client.CreateSession();
+//   drape::v1::ClothSpec spec;                          // what the cloth is made of
+//   ...
+//   const drape::ClothId cloth = session.CreateCloth(spec);
+//   session.Step(60);
+//   const drape::States states = session.ReadStates();
+//
+// Every call that fails throws drape::Error (drape/error.h).
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drape/error.h"
+#include "drape/session.h"
+#include "drape/v1/simulation_service.pb.h"
+
+namespace drape {
+inline namespace client {
+
+// How to talk to a server.
+struct ConnectOptions {
+  // How long to wait until the server answers, > 0.
+  double ready_timeout_s = 10;
+  // Limit of each single request that is not a stream; 0 = none. Long Steps need long limits.
+  double request_timeout_s = 0;
+};
+
+// How to start a private server.
+struct SpawnOptions {
+  // "auto", "gl", "cpu" or "reference".
+  std::string backend = "auto";
+  // The program. Empty: $DRAPE_SERVER, else `draped` beside this executable, else on PATH.
+  std::filesystem::path executable;
+  // Further flags for it, e.g. {"--log-level=debug"}.
+  std::vector<std::string> flags;
+  // How long it may take to come up, > 0. Software GL compiles shaders first.
+  double ready_timeout_s = 60;
+};
+
+enum class Health { kServing, kNotServing };
+
+struct Connection;  // private
+
+// A connection to one server. Thread-safe. Cheap to move; sessions keep what they need of it alive.
+class Client {
+ public:
+  // `address`: HOST:PORT. Waits until the server answers. Throws kUnavailable when it does not.
+  static Client Connect(const std::string& address, const ConnectOptions& options = {});
+
+  // Starts `draped` on a free loopback port, in a process group of its own (a Ctrl-C of the
+  // terminal does not reach it). It is stopped (SIGTERM) when the client and all its sessions are
+  // gone, and dies with this process, however that ends. Throws kNotFound without the program and
+  // kUnavailable, with the end of the server's log, when it does not come up.
+  static Client SpawnServer(const SpawnOptions& spawn = {}, const ConnectOptions& options = {});
+
+  Client(Client&&) noexcept;
+  Client& operator=(Client&&) noexcept;
+  Client(const Client&) = delete;
+  Client& operator=(const Client&) = delete;
+  ~Client();
+
+  // HOST:PORT of the server.
+  const std::string& address() const;
+
+  v1::ServerInfo GetServerInfo() const;
+
+  // Of grpc.health.v1; `service` empty = the whole server.
+  Health CheckHealth(const std::string& service = "") const;
+
+  // A new session, which the returned object owns: deleted with it.
+  Session CreateSession(const SessionOptions& options = {}) const;
+
+  // A session that exists already; the returned object does not own it. Throws kNotFound.
+  Session AttachSession(const std::string& name) const;
+
+  // All pages, with shortened names.
+  std::vector<v1::Session> ListSessions() const;
+
+ private:
+  explicit Client(std::shared_ptr<Connection> connection);
+
+  std::shared_ptr<Connection> connection_;
+};
+
+}  // namespace client
+}  // namespace drape

@@ -1,0 +1,80 @@
+// The one exception of the client library.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <map>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace drape {
+// Inline, so that users write drape::Client, while its symbols stay apart from the server's when a
+// test links both.
+inline namespace client {
+
+// The canonical codes of google.rpc.Code, with their numbers.
+enum class ErrorCode {
+  kCancelled = 1,
+  kUnknown = 2,
+  kInvalidArgument = 3,
+  kDeadlineExceeded = 4,
+  kNotFound = 5,
+  kAlreadyExists = 6,
+  kPermissionDenied = 7,
+  kResourceExhausted = 8,
+  kFailedPrecondition = 9,
+  kAborted = 10,
+  kOutOfRange = 11,
+  kUnimplemented = 12,
+  kInternal = 13,
+  kUnavailable = 14,
+  kDataLoss = 15,
+  kUnauthenticated = 16,
+};
+
+// "INVALID_ARGUMENT", ...
+std::string_view ErrorCodeName(ErrorCode code);
+
+// One bad field of a request or of a scene file.
+struct FieldViolation {
+  std::string field;        // path, e.g. "spec.pins[2].particle"
+  std::string description;  // the value and what is legal
+};
+
+// Everything that is known about a failure.
+struct ErrorDetails {
+  ErrorCode code = ErrorCode::kUnknown;
+  std::string message;
+  // A constant word for programs, e.g. "SESSION_EXPIRED". Failures on this side of the wire have
+  // the domain "drape.client", answers of a server "drape".
+  std::string reason;
+  std::string domain;
+  std::map<std::string, std::string> metadata;
+  std::vector<FieldViolation> violations;
+  // What is used up, for kResourceExhausted.
+  std::vector<std::string> quotas;
+  // How long to wait before a repetition makes sense; unset where waiting does not help.
+  std::optional<std::chrono::milliseconds> retry_after;
+};
+
+// Thrown by every call of the library that fails: what the server refused, what did not travel, and
+// bad local files. what() is one line for people: code, reason, message and every bad field.
+class Error : public std::runtime_error {
+ public:
+  explicit Error(ErrorDetails details);
+
+  ErrorCode code() const noexcept { return details_->code; }
+  const std::string& reason() const noexcept { return details_->reason; }
+  const std::vector<FieldViolation>& violations() const noexcept { return details_->violations; }
+  const ErrorDetails& details() const noexcept { return *details_; }
+
+ private:
+  std::shared_ptr<const ErrorDetails> details_;  // copying an exception must not throw
+};
+
+}  // namespace client
+}  // namespace drape

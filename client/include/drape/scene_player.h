@@ -1,0 +1,65 @@
+// Plays a scene in a session: creates its cloths and steps them, with its controls at their times.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "drape/error.h"
+#include "drape/session.h"
+#include "drape/v1/scene.pb.h"
+#include "drape/v1/simulation_service.pb.h"
+#include "drape/v1/step.pb.h"
+
+namespace drape {
+inline namespace client {
+
+// One cloth of a scene that is being played; in scene order, copies counted.
+struct PlayedCloth {
+  ClothId id = 0;
+  int entry = 0;  // index in scene.cloths
+  v1::ClothShape shape;
+};
+
+// What some steps gave and took.
+struct AdvanceResult {
+  // One per cloth in scene order, measured after the last of the steps; empty when not asked for.
+  std::vector<v1::StepReport> reports;
+  double wait_s = 0;       // spent waiting for the answers to Step requests
+  uint64_t device_us = 0;  // the device's share of it, as the server measured it
+};
+
+// One thread at a time. The session must outlive it and hold no other cloths.
+class ScenePlayer {
+ public:
+  // `scene` comes from LoadScene or ParseScene. Creates all cloths; a refusal is an Error whose
+  // message begins with the entry, "cloths[3]: ...". `limits` are the server's.
+  ScenePlayer(Session& session, const v1::Scene& scene, const v1::ServerInfo::Limits& limits);
+
+  const v1::Scene& scene() const { return scene_; }
+  const std::vector<PlayedCloth>& cloths() const { return cloths_; }
+  uint64_t step() const { return step_; }
+  uint64_t step_count() const { return step_count_; }
+
+  // Does up to `steps` steps, as many as are left, in as many requests as controls and limits ask
+  // for.
+  AdvanceResult Advance(uint64_t steps, bool has_reports);
+
+ private:
+  void CreateEntry(int entry);
+  // Moves pins through `request`, and updates gravity at once, for the controls that start now.
+  void ApplyControls(v1::StepRequest* request);
+  void SetGravity(const v1::SceneControl& control);
+  std::vector<ClothId> ControlledIds(const v1::SceneControl& control) const;
+  // The next step at which a control starts, or the end.
+  uint64_t NextControlStep() const;
+
+  Session& session_;
+  const v1::Scene scene_;
+  const v1::ServerInfo::Limits limits_;
+  const uint64_t step_count_;
+  std::vector<PlayedCloth> cloths_;
+  uint64_t step_ = 0;
+};
+
+}  // namespace client
+}  // namespace drape

@@ -1,0 +1,92 @@
+// A session: the lease under which cloths live, and every request about them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "drape/error.h"
+#include "drape/states.h"
+#include "drape/streams.h"
+#include "drape/v1/cloths.pb.h"
+#include "drape/v1/session.pb.h"
+#include "drape/v1/step.pb.h"
+
+namespace drape {
+inline namespace client {
+
+struct Connection;  // private
+
+struct SessionOptions {
+  // Lease, 1 to 86400 s: how long the server keeps the session without a request.
+  double ttl_s = 300;
+  // Free text for operators.
+  std::string display_name;
+  // Renew the lease from a thread of the library, three times per ttl_s, while this object lives.
+  bool renews_lease = true;
+};
+
+// A lease on the server and its cloths. Thread-safe: requests from several threads are independent.
+// Unless Detach() was called, a session made by Client::CreateSession is deleted on the server,
+// with all its cloths, when this object goes; an attached one is left alone.
+class Session {
+ public:
+  Session(Session&&) noexcept;
+  Session& operator=(Session&&) noexcept;
+  Session(const Session&) = delete;
+  Session& operator=(const Session&) = delete;
+  ~Session();
+
+  // "sessions/<server>-<token>". Whoever knows it has access.
+  const std::string& name() const;
+  // What the server says about it now. Also extends the lease.
+  v1::Session Renew();
+  // Why the automatic renewal gave up (the session is gone); unset while all is well.
+  std::optional<Error> lease_error() const;
+  // Leaves the session on the server when this object goes; its lease then runs out by itself.
+  void Detach();
+  // Deletes it now; throws what the destructor would swallow. Later requests fail with kNotFound.
+  void Delete();
+
+  // One cloth, or `count` copies in the same place.
+  ClothId CreateCloth(const v1::ClothSpec& spec);
+  std::vector<ClothId> CreateCloths(const v1::ClothSpec& spec, uint32_t count);
+  // Everything that the protocol offers. `request.session` is filled in by the library, here and in
+  // the other functions that take a request.
+  v1::CreateClothsResponse CreateCloths(v1::CreateClothsRequest request);
+
+  v1::Cloth GetCloth(ClothId cloth) const;
+  // Every cloth of the session (all pages), in order of creation.
+  std::vector<v1::Cloth> ListCloths() const;
+  // Sets the fields named by `paths`, e.g. {"environment.gravity_m_per_s2"}, from `spec`; for all
+  // the cloths or for none.
+  v1::ClothShape UpdateCloths(std::span<const ClothId> cloths, const v1::ClothSpec& spec,
+                              std::span<const std::string> paths);
+  void DeleteCloths(std::span<const ClothId> cloths);
+  // Back to the state of creation. No cloths named: every cloth of the session.
+  void ResetCloths(std::span<const ClothId> cloths = {});
+
+  // `steps` >= 1 steps of every cloth of the session.
+  v1::StepResponse Step(uint32_t steps);
+  v1::StepResponse Step(v1::StepRequest request);
+  // For many requests in flight on one connection.
+  StepStream OpenStepStream();
+
+  // No cloths named: every cloth of the session. `view` unset: positions only.
+  States ReadStates(std::span<const ClothId> cloths = {}, const v1::StateView& view = {}) const;
+  // Follows the session while others step it. `subscribe.session` is filled in.
+  StateStream StreamStates(v1::StreamStatesRequest::Subscribe subscribe = {}) const;
+
+ private:
+  friend class Client;
+  struct Impl;
+  explicit Session(std::unique_ptr<Impl> impl);
+
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace client
+}  // namespace drape

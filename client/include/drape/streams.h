@@ -1,0 +1,64 @@
+// The two long-lived calls of a session.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "drape/states.h"
+#include "drape/v1/simulation_service.pb.h"
+#include "drape/v1/step.pb.h"
+
+namespace drape {
+inline namespace client {
+
+// Step requests on one stream, answered in order; several may be under way. One thread may write
+// while another reads; Cancel from any thread. Destruction cancels what is still under way.
+class StepStream {
+ public:
+  StepStream(StepStream&&) noexcept;
+  StepStream& operator=(StepStream&&) noexcept;
+  ~StepStream();
+
+  // Sends a request; `session` is filled in. Throws when the stream has ended.
+  void Write(v1::StepRequest request);
+  // Waits for the next answer. Throws the stream's error; unset when the stream ended well, which
+  // takes FinishWriting() first.
+  std::optional<v1::StepResponse> Read();
+  // No more requests will come.
+  void FinishWriting();
+  void Cancel();
+
+ private:
+  friend class Session;
+  struct Impl;
+  explicit StepStream(std::unique_ptr<Impl> impl);
+
+  std::unique_ptr<Impl> impl_;
+};
+
+// Frames of states as others step the cloths: always the latest, what a slow reader misses is
+// counted. One thread reads; SetPaused and Cancel from any thread.
+class StateStream {
+ public:
+  StateStream(StateStream&&) noexcept;
+  StateStream& operator=(StateStream&&) noexcept;
+  ~StateStream();
+
+  // Waits for a whole frame and grants the server the credit for another. Throws the stream's error
+  // (kCancelled after Cancel()); unset when the server ended the stream.
+  std::optional<States> Next();
+  // Paused: the server sends nothing.
+  void SetPaused(bool is_paused);
+  void Cancel();
+
+ private:
+  friend class Session;
+  struct Impl;
+  explicit StateStream(std::unique_ptr<Impl> impl);
+
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace client
+}  // namespace drape

@@ -1,0 +1,108 @@
+#include "drape/client.h"
+
+#include <google/protobuf/wrappers.pb.h>
+#include <grpcpp/generic/generic_stub.h>
+
+#include <future>
+#include <utility>
+
+#include "client/src/connection.h"
+#include "client/src/errors.h"
+#include "client/src/private_server.h"
+#include "client/src/session_impl.h"
+
+namespace drape {
+inline namespace client {
+namespace {
+
+constexpr uint32_t kSessionsPerPage = 1000;
+
+// grpc.health.v1 in terms of messages of equal wire format, because Debian ships no stub for it:
+// HealthCheckRequest{string service = 1}, HealthCheckResponse{enum status = 1}, SERVING = 1.
+using HealthCheckRequest = google::protobuf::StringValue;
+using HealthCheckResponse = google::protobuf::Int32Value;
+constexpr int kServing = 1;
+
+}  // namespace
+
+Client::Client(std::shared_ptr<Connection> connection) : connection_(std::move(connection)) {}
+Client::Client(Client&&) noexcept = default;
+Client& Client::operator=(Client&&) noexcept = default;
+Client::~Client() = default;
+
+Client Client::Connect(const std::string& address, const ConnectOptions& options) {
+  return Client(OpenConnection(address, options, nullptr));
+}
+
+Client Client::SpawnServer(const SpawnOptions& spawn, const ConnectOptions& options) {
+  auto server = std::make_shared<PrivateServer>(spawn);
+  const std::string address = server->address();
+  return Client(OpenConnection(address, options, std::move(server)));
+}
+
+const std::string& Client::address() const {
+  return connection_->address;
+}
+
+v1::ServerInfo Client::GetServerInfo() const {
+  grpc::ClientContext context;
+  connection_->Prepare(&context, "");
+  v1::ServerInfo info;
+  ThrowIfFailed(connection_->stub->GetServerInfo(&context, v1::GetServerInfoRequest(), &info));
+  return info;
+}
+
+Health Client::CheckHealth(const std::string& service) const {
+  grpc::TemplatedGenericStub<HealthCheckRequest, HealthCheckResponse> stub(connection_->channel);
+  grpc::ClientContext context;
+  connection_->Prepare(&context, "");
+  HealthCheckRequest request;
+  request.set_value(service);
+  HealthCheckResponse response;
+  std::promise<grpc::Status> done;
+  stub.UnaryCall(&context, "/grpc.health.v1.Health/Check", grpc::StubOptions(), &request, &response,
+                 [&done](grpc::Status status) { done.set_value(std::move(status)); });
+  ThrowIfFailed(done.get_future().get());
+  return response.value() == kServing ? Health::kServing : Health::kNotServing;
+}
+
+Session Client::CreateSession(const SessionOptions& options) const {
+  grpc::ClientContext context;
+  connection_->Prepare(&context, "");
+  v1::CreateSessionRequest request;
+  request.set_ttl_s(options.ttl_s);
+  request.set_display_name(options.display_name);
+  v1::Session session;
+  ThrowIfFailed(connection_->stub->CreateSession(&context, request, &session));
+  return Session(std::make_unique<Session::Impl>(connection_, session.name(), session.ttl_s(),
+                                                 /*is_owner=*/true, options.renews_lease));
+}
+
+Session Client::AttachSession(const std::string& name) const {
+  grpc::ClientContext context;
+  connection_->Prepare(&context, name);
+  v1::GetSessionRequest request;
+  request.set_name(name);
+  v1::Session session;
+  ThrowIfFailed(connection_->stub->GetSession(&context, request, &session));
+  return Session(std::make_unique<Session::Impl>(connection_, session.name(), session.ttl_s(),
+                                                 /*is_owner=*/false, /*renews_lease=*/false));
+}
+
+std::vector<v1::Session> Client::ListSessions() const {
+  std::vector<v1::Session> sessions;
+  v1::ListSessionsRequest request;
+  request.set_page_size(kSessionsPerPage);
+  do {
+    grpc::ClientContext context;
+    connection_->Prepare(&context, "");
+    v1::ListSessionsResponse page;
+    ThrowIfFailed(connection_->stub->ListSessions(&context, request, &page));
+    sessions.insert(sessions.end(), page.sessions().begin(), page.sessions().end());
+    request.set_page_token(page.next_page_token());
+  } while (!request.page_token().empty());
+  return sessions;
+}
+
+}  // namespace client
+}  // namespace drape

@@ -1,0 +1,27 @@
+// Making drape::Error: from a gRPC status, and for failures on this side of the wire.
+#pragma once
+
+#include <grpcpp/support/status.h>
+
+#include <string>
+
+#include "drape/error.h"
+
+namespace drape {
+inline namespace client {
+
+// Decodes the google.rpc.Status of the trailing metadata. A status without details, or with details
+// that do not parse, keeps its code and message. `status` must not be OK.
+ErrorDetails DecodeStatus(const grpc::Status& status);
+
+// Throws Error unless `status` is OK.
+void ThrowIfFailed(const grpc::Status& status);
+
+// A failure found by the client itself.
+Error LocalError(ErrorCode code, std::string reason, std::string message);
+
+// kInvalidArgument, reason "BAD_FIELD", with one violation.
+Error BadField(std::string field, std::string description);
+
+}  // namespace client
+}  // namespace drape

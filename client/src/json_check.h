@@ -1,0 +1,25 @@
+// Says what is wrong with a JSON text before protobuf's parser, whose messages name neither the
+// whole path nor what would be legal.
+#pragma once
+
+#include <google/protobuf/descriptor.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+
+namespace drape {
+inline namespace client {
+
+// Strict JSON: no comments, no trailing commas, no repeated keys. Throws kInvalidArgument with line
+// and column, or the repeated key.
+nlohmann::json ParseJson(std::string_view text);
+
+// Checks `json` against the fields of `type` with their snake_case names: unknown fields, kinds of
+// values, lists inside lists, ranges of whole numbers, names of enum values, more than one member
+// of a oneof. Throws BadField with the path from `path` on. null stands for "not set".
+void CheckJson(const nlohmann::json& json, const google::protobuf::Descriptor& type,
+               const std::string& path);
+
+}  // namespace client
+}  // namespace drape

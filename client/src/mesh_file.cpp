@@ -1,0 +1,94 @@
+#include "drape/mesh_file.h"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "client/src/errors.h"
+
+#define TINYOBJLOADER_IMPLEMENTATION
+#define TINYOBJLOADER_USE_DOUBLE
+// Its own namespace name keeps this double precision copy apart from the float one of the shared
+// library.
+#define tinyobj drape_tinyobj
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wshadow"
+#include <tiny_obj_loader.h>
+#pragma GCC diagnostic pop
+
+namespace drape {
+inline namespace client {
+namespace {
+
+Error BadMesh(const std::filesystem::path& path, const std::string& what) {
+  return LocalError(ErrorCode::kInvalidArgument, "BAD_MESH_FILE",
+                    "mesh file " + path.string() + ": " + what);
+}
+
+template <class Element>
+v1::PackedArray Pack(v1::PackedArray::DataType type, const std::vector<Element>& elements) {
+  v1::PackedArray array;
+  array.set_data_type(type);
+  array.add_shape(static_cast<uint32_t>(elements.size() / 3));
+  array.add_shape(3);
+  array.set_data(elements.data(), elements.size() * sizeof(Element));
+  return array;
+}
+
+// The fan triangles of every polygon of `mesh`, appended.
+void AppendFans(const tinyobj::mesh_t& mesh, size_t vertex_count, const std::filesystem::path& path,
+                std::vector<uint32_t>* triangles) {
+  size_t first = 0;
+  for (size_t face = 0; face < mesh.num_face_vertices.size(); ++face) {
+    const size_t corner_count = mesh.num_face_vertices[face];
+    for (size_t corner = 0; corner < corner_count; ++corner) {
+      const int vertex = mesh.indices[first + corner].vertex_index;
+      if (vertex < 0 || static_cast<size_t>(vertex) >= vertex_count) {
+        throw BadMesh(path, "a face names vertex " + std::to_string(vertex + 1) +
+                                ", but there are " + std::to_string(vertex_count));
+      }
+    }
+    for (size_t corner = 2; corner < corner_count; ++corner) {
+      for (const size_t of : {size_t{0}, corner - 1, corner}) {
+        triangles->push_back(static_cast<uint32_t>(mesh.indices[first + of].vertex_index));
+      }
+    }
+    first += corner_count;
+  }
+  // The loader counts the corners of a face in 8 bits.
+  if (first != mesh.indices.size()) throw BadMesh(path, "a face has more than 255 corners");
+}
+
+}  // namespace
+
+v1::Mesh LoadMesh(const std::filesystem::path& path, double scale_m) {
+  if (!std::filesystem::is_regular_file(path)) {
+    throw LocalError(ErrorCode::kNotFound, "NO_MESH_FILE", "no mesh file " + path.string());
+  }
+  tinyobj::attrib_t attributes;
+  std::vector<tinyobj::shape_t> shapes;
+  std::vector<tinyobj::material_t> materials;
+  std::string warning;
+  std::string error;
+  // Not triangulated by the loader, which splits quads along the shorter diagonal.
+  const bool is_read = tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &error,
+                                        path.c_str(), nullptr, /*triangulate=*/false);
+  if (!is_read) throw BadMesh(path, error.empty() ? "not a Wavefront OBJ file" : error);
+
+  const size_t vertex_count = attributes.vertices.size() / 3;
+  std::vector<uint32_t> triangles;
+  for (const tinyobj::shape_t& shape : shapes) {
+    AppendFans(shape.mesh, vertex_count, path, &triangles);
+  }
+  if (triangles.empty()) throw BadMesh(path, "it has no faces");
+  for (double& coordinate : attributes.vertices) coordinate *= scale_m;
+
+  v1::Mesh mesh;
+  *mesh.mutable_positions_m() = Pack(v1::PackedArray::FLOAT64, attributes.vertices);
+  *mesh.mutable_triangles() = Pack(v1::PackedArray::UINT32, triangles);
+  return mesh;
+}
+
+}  // namespace client
+}  // namespace drape

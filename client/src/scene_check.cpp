@@ -1,0 +1,126 @@
+#include "client/src/scene_check.h"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "client/src/errors.h"
+#include "drape/scene_file.h"
+
+namespace drape {
+inline namespace client {
+namespace {
+
+// Beyond it, step counts and times lose their meaning in double precision.
+constexpr double kMaxSteps = 1e12;
+
+std::string Number(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
+void CheckFinite(double value, const std::string& field) {
+  if (!std::isfinite(value)) throw BadField(field, "must be finite, got " + Number(value));
+}
+
+void CheckNotNegative(double value, const std::string& field) {
+  if (!(value >= 0) || !std::isfinite(value)) {
+    throw BadField(field, "must be >= 0, got " + Number(value));
+  }
+}
+
+void CheckVector(const google::protobuf::RepeatedField<double>& vector, bool may_be_empty,
+                 const std::string& field) {
+  if (!(may_be_empty && vector.empty()) && vector.size() != 3) {
+    throw BadField(field, "must have 3 numbers, got " + std::to_string(vector.size()));
+  }
+  for (int axis = 0; axis < vector.size(); ++axis) {
+    CheckFinite(vector[axis], field + "[" + std::to_string(axis) + "]");
+  }
+}
+
+void CheckCloths(const v1::Scene& scene) {
+  if (scene.cloths().empty()) throw BadField("cloths", "must have at least one cloth");
+  for (int k = 0; k < scene.cloths_size(); ++k) {
+    const v1::SceneCloth& cloth = scene.cloths(k);
+    const std::string path = "cloths[" + std::to_string(k) + "]";
+    if (cloth.has_count() && cloth.count() == 0) {
+      throw BadField(path + ".count", "must be at least 1, got 0");
+    }
+    CheckFinite(cloth.spacing_m(), path + ".spacing_m");
+    if (cloth.spec().topology_case() == v1::ClothSpec::TOPOLOGY_NOT_SET) {
+      throw BadField(path + ".spec", "must have one of grid, mesh, mesh_file and particles");
+    }
+  }
+}
+
+bool HasPin(const v1::ClothSpec& spec, uint32_t particle) {
+  return std::any_of(spec.pins().begin(), spec.pins().end(),
+                     [particle](const v1::Pin& pin) { return pin.particle() == particle; });
+}
+
+// The entries of scene.cloths that a control moves.
+std::vector<int> ControlledEntries(const v1::Scene& scene, const v1::SceneControl& control) {
+  std::vector<int> entries;
+  uint64_t first = 0;
+  for (int k = 0; k < scene.cloths_size(); ++k) {
+    const uint64_t next = first + (scene.cloths(k).has_count() ? scene.cloths(k).count() : 1);
+    const bool is_controlled =
+        control.cloths().empty() ||
+        std::any_of(control.cloths().begin(), control.cloths().end(),
+                    [&](uint32_t index) { return index >= first && index < next; });
+    if (is_controlled) entries.push_back(k);
+    first = next;
+  }
+  return entries;
+}
+
+void CheckPinTarget(const v1::Scene& scene, const v1::SceneControl& control,
+                    const v1::PinTarget& target, const std::string& path) {
+  CheckVector(target.target_m(), /*may_be_empty=*/false, path + ".target_m");
+  CheckNotNegative(target.over_s(), path + ".over_s");
+  for (const int k : ControlledEntries(scene, control)) {
+    if (HasPin(scene.cloths(k).spec(), target.particle())) continue;
+    throw BadField(path + ".particle", "particle " + std::to_string(target.particle()) +
+                                           " is no pin of cloths[" + std::to_string(k) + "]");
+  }
+}
+
+void CheckControl(const v1::Scene& scene, const v1::SceneControl& control,
+                  const std::string& path) {
+  CheckNotNegative(control.time_s(), path + ".time_s");
+  CheckVector(control.gravity_m_per_s2(), /*may_be_empty=*/true, path + ".gravity_m_per_s2");
+  const uint64_t cloth_count = ClothCount(scene);
+  for (int i = 0; i < control.cloths_size(); ++i) {
+    if (control.cloths(i) < cloth_count) continue;
+    throw BadField(path + ".cloths[" + std::to_string(i) + "]",
+                   "must be below the number of cloths, " + std::to_string(cloth_count) + ", got " +
+                       std::to_string(control.cloths(i)));
+  }
+  for (int i = 0; i < control.pin_targets_size(); ++i) {
+    CheckPinTarget(scene, control, control.pin_targets(i),
+                   path + ".pin_targets[" + std::to_string(i) + "]");
+  }
+}
+
+}  // namespace
+
+void CheckScene(const v1::Scene& scene) {
+  if (!(scene.time_step_s() > 0) || !std::isfinite(scene.time_step_s())) {
+    throw BadField("time_step_s", "must be > 0, got " + Number(scene.time_step_s()));
+  }
+  CheckNotNegative(scene.duration_s(), "duration_s");
+  if (scene.duration_s() / scene.time_step_s() > kMaxSteps) {
+    throw BadField("duration_s", "is more than 10^12 steps");
+  }
+  CheckCloths(scene);
+  for (int i = 0; i < scene.controls_size(); ++i) {
+    CheckControl(scene, scene.controls(i), "controls[" + std::to_string(i) + "]");
+  }
+}
+
+}  // namespace client
+}  // namespace drape

@@ -1,0 +1,14 @@
+// What the client itself needs of a scene.
+#pragma once
+
+#include "drape/v1/scene.pb.h"
+
+namespace drape {
+inline namespace client {
+
+// Checks time step, duration, counts, spacings and controls; the specs are the server's to judge.
+// `scene.time_step_s` is set. Throws BadField.
+void CheckScene(const v1::Scene& scene);
+
+}  // namespace client
+}  // namespace drape

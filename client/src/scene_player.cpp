@@ -1,0 +1,129 @@
+#include "drape/scene_player.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <map>
+#include <string>
+#include <utility>
+
+#include "client/src/errors.h"
+#include "drape/scene_file.h"
+
+namespace drape {
+inline namespace client {
+
+ScenePlayer::ScenePlayer(Session& session, const v1::Scene& scene,
+                         const v1::ServerInfo::Limits& limits)
+    : session_(session), scene_(scene), limits_(limits), step_count_(StepCount(scene)) {
+  for (int entry = 0; entry < scene_.cloths_size(); ++entry) CreateEntry(entry);
+}
+
+void ScenePlayer::CreateEntry(int entry) {
+  const v1::SceneCloth& cloth = scene_.cloths(entry);
+  const uint32_t count = cloth.has_count() ? cloth.count() : 1;
+  const std::string path = "cloths[" + std::to_string(entry) + "]";
+  if (limits_.max_cloths_per_session() > 0 && count > limits_.max_cloths_per_session()) {
+    throw BadField(path + ".count", std::to_string(count) + " is above the server's limit of " +
+                                        std::to_string(limits_.max_cloths_per_session()) +
+                                        " cloths per session");
+  }
+  v1::CreateClothsRequest request;
+  *request.mutable_spec() = cloth.spec();
+  request.set_count(count);
+  for (uint32_t copy = 0; copy < count; ++copy) {
+    request.add_environment_origins_m(copy * cloth.spacing_m());
+    request.add_environment_origins_m(0);
+    request.add_environment_origins_m(0);
+  }
+  try {
+    const v1::CreateClothsResponse response = session_.CreateCloths(std::move(request));
+    for (const ClothId id : response.cloth_ids()) {
+      cloths_.push_back({id, entry, response.shape()});
+    }
+  } catch (const Error& error) {
+    ErrorDetails details = error.details();
+    details.message = path + ": " + details.message;
+    throw Error(std::move(details));
+  }
+}
+
+std::vector<ClothId> ScenePlayer::ControlledIds(const v1::SceneControl& control) const {
+  std::vector<ClothId> ids;
+  if (control.cloths().empty()) {
+    for (const PlayedCloth& cloth : cloths_) ids.push_back(cloth.id);
+  }
+  for (const uint32_t index : control.cloths()) ids.push_back(cloths_.at(index).id);
+  return ids;
+}
+
+void ScenePlayer::SetGravity(const v1::SceneControl& control) {
+  static const std::string kPath = "environment.gravity_m_per_s2";
+  v1::ClothSpec spec;
+  *spec.mutable_environment()->mutable_gravity_m_per_s2() = control.gravity_m_per_s2();
+  session_.UpdateCloths(ControlledIds(control), spec, {&kPath, 1});
+}
+
+void ScenePlayer::ApplyControls(v1::StepRequest* request) {
+  // Of two controls that move one pin from the same step on, the later in the file counts.
+  std::map<std::pair<ClothId, uint32_t>, const v1::PinTarget*> targets;
+  for (const v1::SceneControl& control : scene_.controls()) {
+    if (FirstStepAtOrAfter(control.time_s(), scene_.time_step_s()) != step_) continue;
+    if (!control.gravity_m_per_s2().empty()) SetGravity(control);
+    if (control.pin_targets().empty()) continue;
+    for (const ClothId id : ControlledIds(control)) {
+      for (const v1::PinTarget& target : control.pin_targets()) {
+        targets[{id, target.particle()}] = &target;
+      }
+    }
+  }
+  if (targets.empty()) return;
+  v1::PinControls* controls = request->mutable_pin_controls();
+  for (const auto& [pin, target] : targets) {
+    controls->add_cloth_ids(pin.first);
+    controls->add_particles(pin.second);
+    controls->mutable_targets_m()->MergeFrom(target->target_m());
+    controls->add_over_s(target->over_s());
+  }
+}
+
+uint64_t ScenePlayer::NextControlStep() const {
+  uint64_t next = step_count_;
+  for (const v1::SceneControl& control : scene_.controls()) {
+    const uint64_t start = FirstStepAtOrAfter(control.time_s(), scene_.time_step_s());
+    if (start > step_) next = std::min(next, start);
+  }
+  return next;
+}
+
+AdvanceResult ScenePlayer::Advance(uint64_t steps, bool has_reports) {
+  const uint64_t end = step_ + std::min(steps, step_count_ - step_);
+  uint64_t max_steps = limits_.max_steps_per_request();
+  if (max_steps == 0) max_steps = std::numeric_limits<uint32_t>::max();
+  AdvanceResult result;
+  while (step_ < end) {
+    v1::StepRequest request;
+    ApplyControls(&request);
+    const uint64_t until = std::min({end, NextControlStep(), step_ + max_steps});
+    request.set_steps(static_cast<uint32_t>(until - step_));
+    request.set_expected_step(step_);
+    request.set_report(has_reports && until == end);
+
+    const auto start = std::chrono::steady_clock::now();
+    v1::StepResponse response = session_.Step(std::move(request));
+    const std::chrono::duration<double> wait = std::chrono::steady_clock::now() - start;
+    result.wait_s += wait.count();
+    result.device_us += response.timing().device_us();
+    step_ = until;
+    result.reports = {response.reports().begin(), response.reports().end()};
+  }
+  if (has_reports && steps > 0 && result.reports.size() != cloths_.size()) {
+    throw LocalError(ErrorCode::kInternal, "MALFORMED_ANSWER",
+                     "the server sent " + std::to_string(result.reports.size()) + " reports for " +
+                         std::to_string(cloths_.size()) + " cloths");
+  }
+  return result;
+}
+
+}  // namespace client
+}  // namespace drape

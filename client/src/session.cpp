@@ -1,0 +1,226 @@
+#include "drape/session.h"
+
+#include <chrono>
+#include <utility>
+
+#include "client/src/connection.h"
+#include "client/src/errors.h"
+#include "client/src/session_impl.h"
+#include "client/src/stream_impls.h"
+
+namespace drape {
+inline namespace client {
+namespace {
+
+// Renewals per lease: two may be lost.
+constexpr double kRenewalsPerLease = 3;
+// A destructor must not hang on a server that is gone.
+constexpr double kDeleteTimeoutS = 2;
+constexpr uint32_t kClothsPerPage = 1000;
+
+// One unary request of a session: fills in the session, sends, throws on failure.
+template <class Request, class Response>
+Response Call(const Connection& connection, const std::string& session,
+              grpc::Status (v1::SimulationService::Stub::*method)(grpc::ClientContext*,
+                                                                  const Request&, Response*),
+              Request request) {
+  request.set_session(session);
+  grpc::ClientContext context;
+  connection.Prepare(&context, session);
+  Response response;
+  ThrowIfFailed((connection.stub.get()->*method)(&context, request, &response));
+  return response;
+}
+
+}  // namespace
+
+Session::Impl::Impl(std::shared_ptr<Connection> shared_connection, std::string session_name,
+                    double lease_s, bool is_owned, bool renews_lease)
+    : connection(std::move(shared_connection)),
+      name(std::move(session_name)),
+      ttl_s(lease_s),
+      is_owner(is_owned),
+      is_renewing(renews_lease) {
+  if (renews_lease) renewal = std::thread([this] { RenewLoop(); });
+}
+
+Session::Impl::~Impl() {
+  StopRenewing();
+  if (is_owner) (void)Delete(kDeleteTimeoutS);  // else the lease runs out by itself
+}
+
+void Session::Impl::StopRenewing() {
+  {
+    const std::lock_guard lock(mutex);
+    is_renewing = false;
+  }
+  wake.notify_all();
+  if (renewal.joinable()) renewal.join();
+}
+
+grpc::Status Session::Impl::Renew(v1::Session* session) const {
+  grpc::ClientContext context;
+  connection->Prepare(&context, name);
+  v1::RenewSessionRequest request;
+  request.set_name(name);
+  return connection->stub->RenewSession(&context, request, session);
+}
+
+grpc::Status Session::Impl::Delete(double timeout_s) const {
+  grpc::ClientContext context;
+  connection->Prepare(&context, name);
+  if (timeout_s > 0) {
+    context.set_deadline(std::chrono::system_clock::now() +
+                         std::chrono::milliseconds(static_cast<int64_t>(timeout_s * 1000)));
+  }
+  v1::DeleteSessionRequest request;
+  request.set_name(name);
+  v1::DeleteSessionResponse response;
+  return connection->stub->DeleteSession(&context, request, &response);
+}
+
+void Session::Impl::RenewLoop() {
+  const std::chrono::duration<double> interval(ttl_s / kRenewalsPerLease);
+  std::unique_lock lock(mutex);
+  while (!wake.wait_for(lock, interval, [this] { return !is_renewing; })) {
+    lock.unlock();
+    v1::Session session;
+    const grpc::Status status = Renew(&session);
+    lock.lock();
+    // Anything else may pass: the next renewal tries again.
+    if (status.error_code() == grpc::StatusCode::NOT_FOUND) {
+      lease_error.emplace(DecodeStatus(status));
+      return;
+    }
+  }
+}
+
+Session::Session(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Session::Session(Session&&) noexcept = default;
+Session& Session::operator=(Session&&) noexcept = default;
+Session::~Session() = default;
+
+const std::string& Session::name() const {
+  return impl_->name;
+}
+
+v1::Session Session::Renew() {
+  v1::Session session;
+  ThrowIfFailed(impl_->Renew(&session));
+  return session;
+}
+
+std::optional<Error> Session::lease_error() const {
+  const std::lock_guard lock(impl_->mutex);
+  return impl_->lease_error;
+}
+
+void Session::Detach() {
+  impl_->is_owner = false;
+}
+
+void Session::Delete() {
+  impl_->StopRenewing();
+  impl_->is_owner = false;
+  ThrowIfFailed(impl_->Delete(0));
+}
+
+ClothId Session::CreateCloth(const v1::ClothSpec& spec) {
+  return CreateCloths(spec, 1).at(0);
+}
+
+std::vector<ClothId> Session::CreateCloths(const v1::ClothSpec& spec, uint32_t count) {
+  v1::CreateClothsRequest request;
+  *request.mutable_spec() = spec;
+  request.set_count(count);
+  const v1::CreateClothsResponse response = CreateCloths(std::move(request));
+  return {response.cloth_ids().begin(), response.cloth_ids().end()};
+}
+
+v1::CreateClothsResponse Session::CreateCloths(v1::CreateClothsRequest request) {
+  return Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::CreateCloths,
+              std::move(request));
+}
+
+v1::Cloth Session::GetCloth(ClothId cloth) const {
+  v1::GetClothRequest request;
+  request.set_cloth_id(cloth);
+  return Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::GetCloth,
+              std::move(request));
+}
+
+std::vector<v1::Cloth> Session::ListCloths() const {
+  std::vector<v1::Cloth> cloths;
+  v1::ListClothsRequest request;
+  request.set_page_size(kClothsPerPage);
+  do {
+    v1::ListClothsResponse page =
+        Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::ListCloths,
+             v1::ListClothsRequest(request));
+    request.set_page_token(page.next_page_token());
+    for (v1::Cloth& cloth : *page.mutable_cloths()) cloths.push_back(std::move(cloth));
+  } while (!request.page_token().empty());
+  return cloths;
+}
+
+v1::ClothShape Session::UpdateCloths(std::span<const ClothId> cloths, const v1::ClothSpec& spec,
+                                     std::span<const std::string> paths) {
+  v1::UpdateClothsRequest request;
+  request.mutable_cloth_ids()->Add(cloths.begin(), cloths.end());
+  *request.mutable_spec() = spec;
+  for (const std::string& path : paths) request.mutable_update_mask()->add_paths(path);
+  return Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::UpdateCloths,
+              std::move(request))
+      .shape();
+}
+
+void Session::DeleteCloths(std::span<const ClothId> cloths) {
+  v1::DeleteClothsRequest request;
+  request.mutable_cloth_ids()->Add(cloths.begin(), cloths.end());
+  Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::DeleteCloths,
+       std::move(request));
+}
+
+void Session::ResetCloths(std::span<const ClothId> cloths) {
+  v1::ResetClothsRequest request;
+  request.mutable_cloth_ids()->Add(cloths.begin(), cloths.end());
+  Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::ResetCloths,
+       std::move(request));
+}
+
+v1::StepResponse Session::Step(uint32_t steps) {
+  v1::StepRequest request;
+  request.set_steps(steps);
+  return Step(std::move(request));
+}
+
+v1::StepResponse Session::Step(v1::StepRequest request) {
+  return Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::Step,
+              std::move(request));
+}
+
+StepStream Session::OpenStepStream() {
+  return StepStream(std::make_unique<StepStream::Impl>(impl_->connection, impl_->name));
+}
+
+States Session::ReadStates(std::span<const ClothId> cloths, const v1::StateView& view) const {
+  v1::ReadStatesRequest request;
+  request.set_session(impl_->name);
+  request.mutable_cloth_ids()->Add(cloths.begin(), cloths.end());
+  *request.mutable_view() = view;
+  grpc::ClientContext context;
+  impl_->connection->Prepare(&context, impl_->name);
+  const auto reader = impl_->connection->stub->ReadStates(&context, request);
+  std::vector<v1::StateChunk> chunks;
+  for (v1::StateChunk chunk; reader->Read(&chunk);) chunks.push_back(std::move(chunk));
+  ThrowIfFailed(reader->Finish());
+  return States(std::move(chunks));
+}
+
+StateStream Session::StreamStates(v1::StreamStatesRequest::Subscribe subscribe) const {
+  subscribe.set_session(impl_->name);
+  return StateStream(std::make_unique<StateStream::Impl>(impl_->connection, std::move(subscribe)));
+}
+
+}  // namespace client
+}  // namespace drape

@@ -1,0 +1,45 @@
+// What is behind drape::Session: its name, its connection and the thread that renews its lease.
+#pragma once
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "client/src/connection.h"
+#include "drape/session.h"
+
+namespace drape {
+inline namespace client {
+
+struct Session::Impl {
+  Impl(std::shared_ptr<Connection> shared_connection, std::string session_name, double lease_s,
+       bool is_owned, bool renews_lease);
+  ~Impl();
+  Impl(const Impl&) = delete;
+  Impl& operator=(const Impl&) = delete;
+
+  grpc::Status Renew(v1::Session* session) const;
+  // `timeout_s` 0: that of the connection.
+  grpc::Status Delete(double timeout_s) const;
+  void StopRenewing();
+
+  const std::shared_ptr<Connection> connection;
+  const std::string name;
+  const double ttl_s;
+  bool is_owner;
+
+  mutable std::mutex mutex;
+  std::condition_variable wake;      // renewing changed
+  bool is_renewing = false;          // guarded by mutex
+  std::optional<Error> lease_error;  // guarded by mutex
+  std::thread renewal;
+
+ private:
+  void RenewLoop();
+};
+
+}  // namespace client
+}  // namespace drape

@@ -1,0 +1,79 @@
+#include "drape/states.h"
+
+#include <bit>
+#include <string>
+#include <utility>
+
+#include "client/src/errors.h"
+
+namespace drape {
+inline namespace client {
+namespace {
+
+// The wire is little-endian and the views look straight into it.
+static_assert(std::endian::native == std::endian::little);
+
+Error Malformed(const std::string& what) {
+  return LocalError(ErrorCode::kInternal, "MALFORMED_STATES", "the server sent states " + what);
+}
+
+// Throws unless the array is absent, or holds [row_count, 3] floating point elements.
+void CheckArray(const v1::PackedArray& array, uint64_t row_count, const char* name) {
+  if (array.data().empty() && array.shape().empty()) return;
+  const bool is_float64 = array.data_type() == v1::PackedArray::FLOAT64;
+  if (!is_float64 && array.data_type() != v1::PackedArray::FLOAT32) {
+    throw Malformed(std::string("with an unknown data type in ") + name);
+  }
+  if (array.shape_size() != 2 || array.shape(0) != row_count || array.shape(1) != 3 ||
+      array.data().size() != row_count * 3 * (is_float64 ? sizeof(double) : sizeof(float))) {
+    throw Malformed(std::string("whose shape does not fit the particle counts: ") + name);
+  }
+}
+
+template <class Element>
+VectorView Rows(const v1::PackedArray& array, size_t first_row, size_t row_count) {
+  const auto* elements = reinterpret_cast<const Element*>(array.data().data());
+  return VectorView(std::span<const Element>(elements + 3 * first_row, 3 * row_count));
+}
+
+VectorView View(const v1::PackedArray& array, size_t first_row, size_t row_count) {
+  if (array.data().empty() || row_count == 0) return {};
+  return array.data_type() == v1::PackedArray::FLOAT64 ? Rows<double>(array, first_row, row_count)
+                                                       : Rows<float>(array, first_row, row_count);
+}
+
+}  // namespace
+
+States::States(std::vector<v1::StateChunk> chunks) : chunks_(std::move(chunks)) {
+  for (const v1::StateChunk& chunk : chunks_) AddChunk(chunk);
+}
+
+void States::AddChunk(const v1::StateChunk& chunk) {
+  const int cloth_count = chunk.cloth_ids_size();
+  if (chunk.particle_counts_size() != cloth_count || chunk.steps_size() != cloth_count ||
+      chunk.times_s_size() != cloth_count) {
+    throw Malformed("whose columns differ in length");
+  }
+  uint64_t row_count = 0;
+  for (const uint32_t count : chunk.particle_counts()) row_count += count;
+  CheckArray(chunk.positions_m(), row_count, "positions_m");
+  CheckArray(chunk.velocities_m_per_s(), row_count, "velocities_m_per_s");
+
+  size_t first_row = 0;
+  for (int k = 0; k < cloth_count; ++k) {
+    ClothState cloth;
+    cloth.cloth_id = chunk.cloth_ids(k);
+    cloth.step = chunk.steps(k);
+    cloth.time_s = chunk.times_s(k);
+    cloth.particle_count = chunk.particle_counts(k);
+    cloth.positions_m = View(chunk.positions_m(), first_row, cloth.particle_count);
+    cloth.velocities_m_per_s = View(chunk.velocities_m_per_s(), first_row, cloth.particle_count);
+    first_row += cloth.particle_count;
+    cloths_.push_back(cloth);
+  }
+  if (chunk.frame() != 0) frame_ = chunk.frame();
+  frames_dropped_ += chunk.frames_dropped();
+}
+
+}  // namespace client
+}  // namespace drape

@@ -1,0 +1,70 @@
+// What is behind StepStream and StateStream: one bidirectional gRPC call each.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "client/src/connection.h"
+#include "drape/streams.h"
+
+namespace drape {
+inline namespace client {
+
+// A bidirectional call whose status is asked for once, by the reader, when nothing more comes.
+template <class Request, class Response>
+struct BidirectionalCall {
+  using Stream = grpc::ClientReaderWriter<Request, Response>;
+
+  BidirectionalCall(std::shared_ptr<Connection> shared_connection, const std::string& session)
+      : connection(std::move(shared_connection)) {
+    context.AddMetadata(kSessionHeader, session);  // no deadline: streams last
+  }
+  BidirectionalCall(const BidirectionalCall&) = delete;
+  BidirectionalCall& operator=(const BidirectionalCall&) = delete;
+  ~BidirectionalCall() {
+    if (is_finished) return;
+    context.TryCancel();
+    (void)stream->Finish();
+  }
+
+  // False when the stream has ended; the reader learns why.
+  bool Write(const Request& request) {
+    const std::lock_guard lock(write_mutex);
+    return !has_finished_writing && stream->Write(request);
+  }
+
+  void FinishWriting() {
+    const std::lock_guard lock(write_mutex);
+    if (!has_finished_writing) stream->WritesDone();
+    has_finished_writing = true;
+  }
+
+  // Reader's thread only.
+  grpc::Status Finish() {
+    if (!is_finished) status = stream->Finish();
+    is_finished = true;
+    return status;
+  }
+
+  const std::shared_ptr<Connection> connection;
+  grpc::ClientContext context;
+  std::unique_ptr<Stream> stream;
+  std::mutex write_mutex;
+  bool has_finished_writing = false;  // guarded by write_mutex
+  bool is_finished = false;
+  grpc::Status status;
+};
+
+struct StepStream::Impl : BidirectionalCall<v1::StepRequest, v1::StepResponse> {
+  Impl(std::shared_ptr<Connection> shared_connection, const std::string& session);
+
+  const std::string session;
+};
+
+struct StateStream::Impl : BidirectionalCall<v1::StreamStatesRequest, v1::StateChunk> {
+  Impl(std::shared_ptr<Connection> shared_connection, v1::StreamStatesRequest::Subscribe subscribe);
+};
+
+}  // namespace client
+}  // namespace drape

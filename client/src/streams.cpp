@@ -1,0 +1,93 @@
+#include "drape/streams.h"
+
+#include <utility>
+#include <vector>
+
+#include "client/src/errors.h"
+#include "client/src/stream_impls.h"
+
+namespace drape {
+inline namespace client {
+namespace {
+
+// Frames that may be on the way while the reader works on one: enough to hide the round trip, few
+// enough that what arrives is fresh.
+constexpr uint32_t kInitialCredit = 2;
+
+}  // namespace
+
+StepStream::Impl::Impl(std::shared_ptr<Connection> shared_connection,
+                       const std::string& session_name)
+    : BidirectionalCall(std::move(shared_connection), session_name), session(session_name) {
+  stream = connection->stub->StepStream(&context);
+}
+
+StepStream::StepStream(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+StepStream::StepStream(StepStream&&) noexcept = default;
+StepStream& StepStream::operator=(StepStream&&) noexcept = default;
+StepStream::~StepStream() = default;
+
+void StepStream::Write(v1::StepRequest request) {
+  request.set_session(impl_->session);
+  if (!impl_->Write(request)) {
+    throw LocalError(ErrorCode::kFailedPrecondition, "STREAM_ENDED",
+                     "the stream takes no more requests; Read() tells why");
+  }
+}
+
+std::optional<v1::StepResponse> StepStream::Read() {
+  v1::StepResponse response;
+  if (impl_->stream->Read(&response)) return response;
+  ThrowIfFailed(impl_->Finish());
+  return std::nullopt;
+}
+
+void StepStream::FinishWriting() {
+  impl_->FinishWriting();
+}
+void StepStream::Cancel() {
+  impl_->context.TryCancel();
+}
+
+StateStream::Impl::Impl(std::shared_ptr<Connection> shared_connection,
+                        v1::StreamStatesRequest::Subscribe subscribe)
+    : BidirectionalCall(std::move(shared_connection), subscribe.session()) {
+  stream = connection->stub->StreamStates(&context);
+  if (subscribe.initial_credit() == 0) subscribe.set_initial_credit(kInitialCredit);
+  v1::StreamStatesRequest request;
+  *request.mutable_subscribe() = std::move(subscribe);
+  (void)Write(request);  // Next() reports a stream that has ended already
+}
+
+StateStream::StateStream(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+StateStream::StateStream(StateStream&&) noexcept = default;
+StateStream& StateStream::operator=(StateStream&&) noexcept = default;
+StateStream::~StateStream() = default;
+
+std::optional<States> StateStream::Next() {
+  std::vector<v1::StateChunk> chunks;
+  for (v1::StateChunk chunk; impl_->stream->Read(&chunk);) {
+    const bool is_last = chunk.is_last();
+    chunks.push_back(std::move(chunk));
+    if (!is_last) continue;
+    v1::StreamStatesRequest credit;
+    credit.set_credit(1);
+    (void)impl_->Write(credit);  // the next call reports a stream that has ended
+    return States(std::move(chunks));
+  }
+  ThrowIfFailed(impl_->Finish());
+  return std::nullopt;
+}
+
+void StateStream::SetPaused(bool is_paused) {
+  v1::StreamStatesRequest request;
+  request.set_pause(is_paused);
+  (void)impl_->Write(request);  // Next() reports a stream that has ended
+}
+
+void StateStream::Cancel() {
+  impl_->context.TryCancel();
+}
+
+}  // namespace client
+}  // namespace drape
