@@ -1,0 +1,26 @@
+// Every backend by its name, for tests that run one body over all of them.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/solver/backend.h"
+
+namespace drape::test {
+
+// "reference" first: the one that the others are compared with.
+std::vector<std::string> BackendNames();
+
+// Those in single precision.
+std::vector<std::string> FloatBackendNames();
+
+// A new backend on the calling thread. One that cannot be created ends the process with the reason:
+// a test never passes because its backend was missing.
+std::unique_ptr<Backend> MakeBackend(const std::string& name);
+
+// One instance per process, made at first use, for tests to which a fresh device is too dear. Only
+// on the main thread; destroy what you create.
+Backend& SharedBackend(const std::string& name);
+
+}  // namespace drape::test

@@ -1,0 +1,66 @@
+// Small cloths for tests and benchmarks, by what they show.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/scene/particle_state.h"
+#include "server/scene/scene_model.h"
+#include "server/solver/backend.h"
+#include "server/solver/cloth_parameters.h"
+
+namespace drape::test {
+
+// Everything that makes a cloth and drives it.
+struct Scene {
+  std::string name;  // letters, digits and _, for names of test cases
+  std::shared_ptr<const SceneModel> model;
+  ClothParameters parameters;
+  ParticleState state;
+  std::vector<Eigen::Vector3d> pin_targets_m;  // of every step; empty: the pins stay
+};
+
+// Ends the process with the reason if the description is refused.
+std::shared_ptr<const SceneModel> BuildModel(const ModelDescription& description);
+
+// The rest shape, not moving.
+ParticleState RestState(const SceneModel& model);
+
+// A sheet of width x height, 0.2 kg/m^2, in the xz plane, REALTIME settings, at rest. All scenes
+// below start from this one or from Particles.
+Scene Grid(uint32_t columns, uint32_t rows, double width_m, double height_m,
+           std::vector<uint32_t> pins = {}, const StructuralMaterial& material = {});
+Scene Particles(const ParticleTopology& particles, std::vector<uint32_t> pins = {});
+
+// Exactly this many particles: one lone particle, or the grid whose sides are closest to each other
+// (31 x 1, 11 x 3, 41 x 25, ...), edges 5 cm; two corners of the first row pinned if has_pins.
+Scene SizedCloth(uint32_t particle_count, bool has_pins = true);
+// One particle, then sizes around those of work groups and lanes.
+inline const std::vector<uint32_t> kAwkwardSizes = {1, 2, 3, 31, 33, 1024, 1025, 5000};
+
+// Links of link_m each along +x, the first particle pinned, mass_kg each.
+Scene Chain(uint32_t links, double link_m, double mass_kg);
+
+// Square meshes of knots and compliant cords, made of particles and constraints one by one, all
+// four corners pinned, a few springs across.
+Scene Net(uint32_t side, double cord_m, double compliance_m_per_n);
+
+// A sheet of 1 m falling from 5 cm above a sphere of 0.3 m, over a plane, with friction.
+Scene FallingOnSphere(uint32_t side);
+
+// Two corners pinned, stretch compliance, bending and shear springs.
+Scene CompliantSheet(uint32_t side, double compliance_m_per_n);
+
+// Adds a smooth, lopsided velocity field of at most speed_m_per_s to the free particles, so that
+// nothing stays symmetric or planar.
+void Stir(Scene& scene, double speed_m_per_s);
+
+ClothHandle CreateCloth(Backend& backend, const Scene& scene);
+
+// Steps one cloth alone and returns the last report, measured if asked for.
+StepReport StepAlone(Backend& backend, ClothHandle cloth, const Scene& scene, uint32_t steps = 1,
+                     bool measure = false);
+
+}  // namespace drape::test
