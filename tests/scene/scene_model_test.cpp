@@ -1,0 +1,190 @@
+#include "server/scene/scene_model.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <numeric>
+#include <type_traits>
+
+#include "server/scene/colouring.h"
+
+namespace drape {
+namespace {
+
+ModelDescription GridDescription(uint32_t columns, uint32_t rows) {
+  ModelDescription description;
+  description.topology =
+      GridTopology{.columns = columns, .rows = rows, .width_m = 1, .height_m = 2};
+  description.material = {
+      .areal_density_kg_per_m2 = 0.2, .bending_stiffness_n_per_m = 1, .shear_stiffness_n_per_m = 2};
+  return description;
+}
+
+std::shared_ptr<const SceneModel> MustBuild(const ModelDescription& description) {
+  auto result = SceneModel::Build(description);
+  EXPECT_TRUE(result.ok()) << result.status().ToString();
+  return result.value();
+}
+
+TEST(SceneModel, ConstraintsAreSortedByColourStably) {
+  const auto model = MustBuild(GridDescription(7, 5));
+  const ParticleSystem system =
+      BuildGrid({.columns = 7, .rows = 5, .width_m = 1, .height_m = 2}, {});
+  const auto colours = ColourConstraints(system.distance_constraints, 35);
+  ASSERT_EQ(model->colour_offsets().front(), 0u);
+  ASSERT_EQ(model->colour_offsets().back(), model->constraint_count());
+  std::vector<std::pair<uint32_t, uint32_t>> expected;
+  for (uint32_t colour = 0; colour < model->colour_count(); ++colour) {
+    EXPECT_EQ(model->colour_offsets()[colour], expected.size());
+    for (size_t k = 0; k < colours.size(); ++k) {
+      if (colours[k] != colour) continue;
+      expected.emplace_back(system.distance_constraints[k].i, system.distance_constraints[k].j);
+    }
+  }
+  std::vector<std::pair<uint32_t, uint32_t>> sorted;
+  for (const auto& constraint : model->constraints())
+    sorted.emplace_back(constraint.i, constraint.j);
+  EXPECT_EQ(sorted, expected);
+}
+
+TEST(SceneModel, EveryParticleSeesItsSpringsInOrder) {
+  const auto model = MustBuild(GridDescription(4, 3));
+  ASSERT_EQ(model->spring_ends().size(), 2 * model->spring_count());
+  for (uint32_t p = 0; p < model->particle_count(); ++p) {
+    std::vector<uint32_t> expected;
+    for (const Spring& spring : model->springs()) {
+      if (spring.i == p) expected.push_back(spring.j);
+      if (spring.j == p) expected.push_back(spring.i);
+    }
+    std::vector<uint32_t> seen;
+    for (uint32_t k = model->spring_offsets()[p]; k < model->spring_offsets()[p + 1]; ++k) {
+      seen.push_back(model->spring_ends()[k].other_particle);
+    }
+    EXPECT_EQ(seen, expected) << "particle " << p;
+  }
+}
+
+TEST(SceneModel, PinsAreSortedAndHaveNoInverseMass) {
+  ModelDescription description = GridDescription(4, 3);
+  description.pinned_particles = {9, 0, 3};
+  const auto model = MustBuild(description);
+  EXPECT_EQ(std::vector<uint32_t>(model->pins().begin(), model->pins().end()),
+            (std::vector<uint32_t>{0, 3, 9}));
+  for (uint32_t p = 0; p < 12; ++p) {
+    const bool is_pin = p == 0 || p == 3 || p == 9;
+    EXPECT_EQ(model->inverse_masses_per_kg()[p], is_pin ? 0 : 1 / model->masses_kg()[p]);
+    EXPECT_GT(model->masses_kg()[p], 0);
+  }
+}
+
+TEST(SceneModel, ConstraintsAndSpringsBetweenPinsAreLeftOut) {
+  ModelDescription description = GridDescription(5, 2);
+  const auto free_model = MustBuild(description);
+  description.pinned_particles = {0, 1, 2, 3, 4};
+  const auto model = MustBuild(description);
+  EXPECT_EQ(model->dropped_constraints(), 4u);
+  EXPECT_EQ(model->constraint_count(), free_model->constraint_count() - 4);
+  EXPECT_EQ(model->spring_count(), free_model->spring_count() - 3)
+      << "bending along the pinned row";
+  for (const auto& constraint : model->constraints()) {
+    EXPECT_TRUE(constraint.i > 4 || constraint.j > 4);
+  }
+  EXPECT_EQ(free_model->dropped_constraints(), 0u);
+}
+
+TEST(SceneModel, AllParticlesPinnedIsLegalAndEmpty) {
+  ModelDescription description = GridDescription(2, 2);
+  description.pinned_particles = {0, 1, 2, 3};
+  const auto model = MustBuild(description);
+  EXPECT_EQ(model->constraint_count(), 0u);
+  EXPECT_EQ(model->colour_count(), 0u);
+  EXPECT_EQ(model->length_scale_m(), 1);
+}
+
+TEST(SceneModel, LengthScaleIsTheMeanOfConstraintsElseOfSprings) {
+  ParticleTopology particles;
+  particles.positions_m = {{0, 0, 0}, {1, 0, 0}, {4, 0, 0}};
+  particles.masses_kg = {1, 1, 1};
+  particles.springs = {{.i = 0, .j = 1, .rest_length_m = 0.5, .stiffness_n_per_m = 1},
+                       {.i = 1, .j = 2, .rest_length_m = 1.5, .stiffness_n_per_m = 1}};
+  EXPECT_EQ(
+      MustBuild({.topology = particles, .material = {}, .pinned_particles = {}})->length_scale_m(),
+      1);
+  particles.distance_constraints = {{.i = 0, .j = 1, .rest_length_m = 1},
+                                    {.i = 1, .j = 2, .rest_length_m = 3}};
+  EXPECT_EQ(
+      MustBuild({.topology = particles, .material = {}, .pinned_particles = {}})->length_scale_m(),
+      2);
+}
+
+TEST(SceneModel, TwoConstraintsBetweenTheSamePairGetTwoColours) {
+  ParticleTopology particles;
+  particles.positions_m = {{0, 0, 0}, {1, 0, 0}};
+  particles.masses_kg = {1, 1};
+  particles.distance_constraints = {{.i = 0, .j = 1, .rest_length_m = 1},
+                                    {.i = 1, .j = 0, .rest_length_m = 1, .compliance_m_per_n = 1}};
+  const auto model = MustBuild({.topology = particles, .material = {}, .pinned_particles = {}});
+  EXPECT_EQ(model->colour_count(), 2u);
+  EXPECT_TRUE(model->has_compliance());
+}
+
+TEST(SceneModel, IsSharedAndCannotBeChanged) {
+  static_assert(!std::is_default_constructible_v<SceneModel>);
+  static_assert(std::is_same_v<decltype(SceneModel::Build({}, {}).value()),
+                               std::shared_ptr<const SceneModel>&&>);
+  const auto model = MustBuild(GridDescription(3, 3));
+  const auto other_owner = model;
+  EXPECT_EQ(model.use_count(), 2);
+  EXPECT_TRUE((std::is_const_v<std::remove_reference_t<decltype(model->constraints()[0])>>));
+  EXPECT_TRUE((std::is_const_v<std::remove_reference_t<decltype(model->masses_kg()[0])>>));
+}
+
+// Every kind of content must reach the hash and the comparison.
+TEST(SceneModel, EqualContentHasEqualHashesAndAnyDifferenceShows) {
+  ParticleTopology base;
+  base.positions_m = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  base.masses_kg = {1, 2, 3};
+  base.distance_constraints = {{.i = 0, .j = 1, .rest_length_m = 1},
+                               {.i = 1, .j = 2, .rest_length_m = 1}};
+  base.springs = {{.i = 0, .j = 2, .rest_length_m = 2, .stiffness_n_per_m = 5}};
+  const auto build = [](const ParticleTopology& topology, std::vector<uint32_t> pins) {
+    return MustBuild({.topology = topology, .material = {}, .pinned_particles = std::move(pins)});
+  };
+  const auto model = build(base, {0});
+  const auto twin = build(base, {0});
+  EXPECT_EQ(model->content_hash(), twin->content_hash());
+  EXPECT_TRUE(model->SameContent(*twin));
+
+  std::vector<std::shared_ptr<const SceneModel>> others = {build(base, {}), build(base, {1}),
+                                                           build(base, {0, 1})};
+  const auto add_changed = [&](auto change) {
+    ParticleTopology changed = base;
+    change(changed);
+    others.push_back(build(changed, {0}));
+  };
+  add_changed([](auto& t) { t.positions_m[2].z() = 1e-12; });
+  add_changed([](auto& t) { t.masses_kg[0] = 1.5; });  // a pin's mass counts in energies
+  add_changed([](auto& t) { t.distance_constraints[1].rest_length_m = 1.25; });
+  add_changed([](auto& t) { t.distance_constraints[1].compliance_m_per_n = 1e-9; });
+  add_changed([](auto& t) { std::swap(t.distance_constraints[0], t.distance_constraints[1]); });
+  add_changed([](auto& t) { t.distance_constraints.pop_back(); });
+  add_changed([](auto& t) { t.springs[0].damping_n_s_per_m = 1; });
+  add_changed([](auto& t) { t.springs[0].stiffness_n_per_m = 6; });
+  add_changed([](auto& t) { t.springs[0].rest_length_m = 1; });
+  add_changed([](auto& t) { t.springs.clear(); });
+  for (size_t k = 0; k < others.size(); ++k) {
+    EXPECT_FALSE(model->SameContent(*others[k])) << k;
+    EXPECT_NE(model->content_hash(), others[k]->content_hash()) << k;
+  }
+}
+
+// The hash stands in logs and may one day stand in files: it must not change from build to build.
+TEST(SceneModel, ContentHashIsStable) {
+  ModelDescription description;
+  description.topology = GridTopology{.columns = 2, .rows = 2, .width_m = 1, .height_m = 1};
+  EXPECT_EQ(MustBuild(description)->content_hash(), MustBuild(description)->content_hash());
+  EXPECT_EQ(MustBuild(description)->content_hash(), 2510758391941257109u);
+}
+
+}  // namespace
+}  // namespace drape
