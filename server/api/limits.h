@@ -14,18 +14,15 @@ struct RequestLimits {
   uint32_t max_chunk_bytes = 1u << 20;
   // Of state data in a Step answer [bytes]; more must be read with ReadStates.
   uint64_t max_step_state_bytes = 64u << 20;
+  // Of one cloth.
   ModelLimits model;
   // Each particle meets every collider in every sweep.
   uint32_t max_colliders_per_cloth = 256;
-  uint32_t max_cloths_per_request = 16384;
-  // Of one Step; a longer run is several requests.
-  uint32_t max_steps_per_request = 100'000;
+  uint32_t max_cloths_per_request = 65536;
+  // Copies times colliders: bounds the memory that a small request can ask for.
+  uint32_t max_colliders_per_request = 1u << 20;
   // StepStream: requests of one stream under way before the server stops reading from it.
   uint32_t max_pipelined_steps = 16;
-  uint32_t max_page_size = 1000;
-  uint32_t default_page_size = 100;
-  // Of request_id, display_name and page_token.
-  uint32_t max_text_bytes = 256;
 };
 
 }  // namespace drape::api

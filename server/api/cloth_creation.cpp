@@ -1,0 +1,88 @@
+#include "server/api/cloth_creation.h"
+
+#include <any>
+#include <memory>
+#include <utility>
+
+#include "server/api/mapping.h"
+#include "server/api/request_validation.h"
+
+namespace drape::api {
+namespace {
+
+using Done = std::function<void(Result<v1::CreateClothsResponse>)>;
+
+// One creation under way. Held by whoever goes on with it.
+struct Creation {
+  SessionLease session;
+  std::string request_id;  // empty: not remembered
+  bool validate_only = false;
+  CheckedCreation checked;
+  Done done;
+
+  void End(Result<v1::CreateClothsResponse> answer) {
+    if (answer.ok()) {
+      session->request_memory().Complete(request_id, *answer, answer->ByteSizeLong());
+    } else {
+      session->request_memory().Abandon(request_id);
+    }
+    session = {};
+    done(std::move(answer));
+  }
+};
+
+Result<v1::CreateClothsResponse> ToAnswer(const Result<CreatedCloths>& created) {
+  if (!created.ok()) return created.status();
+  v1::CreateClothsResponse answer;
+  for (const ClothId id : created->ids) answer.add_cloth_ids(id.Packed());
+  *answer.mutable_shape() = ToProto(*created->model, created->plan);
+  return answer;
+}
+
+// Fields of the model are those of `spec`.
+Status InSpec(const Status& status) {
+  if (status.violations().empty()) return status;
+  std::vector<FieldViolation> violations = status.violations();
+  for (FieldViolation& violation : violations) violation.field.insert(0, "spec.");
+  return Status::InvalidFields(std::move(violations));
+}
+
+void BuildAndCreate(const std::shared_ptr<Creation>& creation, const ModelLimits& limits) {
+  auto model = SceneModel::Build(*creation->checked.description, limits);
+  if (!model.ok()) return creation->End(InSpec(model.status()));
+  ClothCreation cloths{std::move(creation->checked.description), std::move(*model),
+                       std::move(creation->checked.pins), std::move(creation->checked.copies)};
+  const auto end = [creation](const Result<CreatedCloths>& created) {
+    creation->End(ToAnswer(created));
+  };
+  if (creation->validate_only) {
+    creation->session->CheckCloths(std::move(cloths), end);
+  } else {
+    creation->session->CreateCloths(std::move(cloths), end);
+  }
+}
+
+}  // namespace
+
+void StartCreation(const ServiceContext& context, const v1::CreateClothsRequest& request,
+                   Done done) {
+  Result<CheckedCreation> checked = CheckCreateCloths(request, context.limits);
+  if (!checked.ok()) return done(checked.status());
+  Result<SessionLease> session = context.sessions.Find(request.session());
+  if (!session.ok()) return done(session.status());
+
+  const std::string& request_id = request.validate_only() ? std::string() : request.request_id();
+  const Result<std::any> known =
+      (*session)->request_memory().Begin(request_id, Fingerprint(request));
+  if (!known.ok()) return done(known.status());
+  if (known->has_value()) return done(std::any_cast<const v1::CreateClothsResponse&>(*known));
+
+  const auto creation =
+      std::make_shared<Creation>(Creation{std::move(*session), request_id, request.validate_only(),
+                                          std::move(*checked), std::move(done)});
+  const Status posted = context.builders.Post(
+      [creation, limits = context.limits.model] { BuildAndCreate(creation, limits); });
+  if (!posted.ok()) creation->End(posted);
+}
+
+}  // namespace drape::api

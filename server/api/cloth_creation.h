@@ -1,0 +1,15 @@
+// CreateCloths behind its handler: check, build the model off the gRPC thread, create, remember.
+#pragma once
+
+#include <functional>
+
+#include "drape/v1/cloths.pb.h"
+#include "server/api/simulation_service.h"
+
+namespace drape::api {
+
+// `done` exactly once, on any thread; `request` must stay valid until then.
+void StartCreation(const ServiceContext& context, const v1::CreateClothsRequest& request,
+                   std::function<void(Result<v1::CreateClothsResponse>)> done);
+
+}  // namespace drape::api

@@ -1,0 +1,103 @@
+// Cloths: create, look, change, delete, reset.
+#include "server/api/cloth_creation.h"
+#include "server/api/mapping.h"
+#include "server/api/request_validation.h"
+#include "server/api/simulation_service.h"
+#include "server/api/unary_call.h"
+
+namespace drape::api {
+namespace {
+
+// The session and the cloths that a request names.
+struct NamedCloths {
+  SessionLease session;
+  ClothList cloths;
+};
+
+Result<NamedCloths> FindNamed(SessionRegistry& sessions, const std::string& session_name,
+                              std::span<const ClothId> ids) {
+  Result<SessionLease> session = sessions.Find(session_name);
+  if (!session.ok()) return session.status();
+  Result<ClothList> cloths = (*session)->FindCloths(ids);
+  if (!cloths.ok()) return cloths.status();
+  return NamedCloths{std::move(*session), std::move(*cloths)};
+}
+
+}  // namespace
+
+grpc::ServerUnaryReactor* SimulationService::CreateCloths(Context*,
+                                                          const v1::CreateClothsRequest* request,
+                                                          v1::CreateClothsResponse* response) {
+  UnaryCall* call = UnaryCall::New();
+  StartCreation(context_, *request,
+                EndWith<v1::CreateClothsResponse>(
+                    call, [response](auto& answer) { *response = std::move(answer); }));
+  return call;
+}
+
+grpc::ServerUnaryReactor* SimulationService::GetCloth(Context* context,
+                                                      const v1::GetClothRequest* request,
+                                                      v1::Cloth* response) {
+  const ClothId id = ClothId::FromPacked(request->cloth_id());
+  const Result<NamedCloths> named = FindNamed(context_.sessions, request->session(), {&id, 1});
+  if (named.ok()) *response = ToProto(*named->cloths.front());
+  return Answer(context, named.status());
+}
+
+grpc::ServerUnaryReactor* SimulationService::ListCloths(Context* context,
+                                                        const v1::ListClothsRequest* request,
+                                                        v1::ListClothsResponse* response) {
+  const Result<SessionLease> session = context_.sessions.Find(request->session());
+  if (!session.ok()) return Answer(context, session.status());
+  const Result<ClothPage> page =
+      (*session)->ListCloths(request->page_size(), request->page_token());
+  if (!page.ok()) return Answer(context, page.status());
+  for (const auto& cloth : page->cloths) *response->add_cloths() = ToProto(*cloth);
+  response->set_next_page_token(page->next_page_token);
+  return Answer(context, Status::Ok());
+}
+
+grpc::ServerUnaryReactor* SimulationService::UpdateCloths(Context* context,
+                                                          const v1::UpdateClothsRequest* request,
+                                                          v1::UpdateClothsResponse* response) {
+  const Result<ClothChange> change = CheckUpdateCloths(*request, context_.limits);
+  if (!change.ok()) return Answer(context, change.status());
+  Result<NamedCloths> named =
+      FindNamed(context_.sessions, request->session(), ToClothIds(request->cloth_ids()));
+  if (!named.ok()) return Answer(context, named.status());
+  UnaryCall* call = UnaryCall::New();
+  call->lease = std::move(named->session);
+  call->lease->UpdateCloths(named->cloths, *change,
+                            EndWith<UpdatedCloths>(call, [response](const UpdatedCloths& updated) {
+                              *response->mutable_shape() = ToProto(*updated.model, updated.plan);
+                            }));
+  return call;
+}
+
+grpc::ServerUnaryReactor* SimulationService::DeleteCloths(Context* context,
+                                                          const v1::DeleteClothsRequest* request,
+                                                          v1::DeleteClothsResponse*) {
+  const Status check = CheckNamesCloths(request->cloth_ids());
+  if (!check.ok()) return Answer(context, check);
+  Result<NamedCloths> named =
+      FindNamed(context_.sessions, request->session(), ToClothIds(request->cloth_ids()));
+  if (!named.ok()) return Answer(context, named.status());
+  UnaryCall* call = UnaryCall::New();
+  call->lease = std::move(named->session);
+  call->lease->DeleteCloths(named->cloths, [call](const Status& status) { call->End(status); });
+  return call;
+}
+
+grpc::ServerUnaryReactor* SimulationService::ResetCloths(Context* context,
+                                                         const v1::ResetClothsRequest* request,
+                                                         v1::ResetClothsResponse*) {
+  Result<NamedCloths> named =
+      FindNamed(context_.sessions, request->session(), ToClothIds(request->cloth_ids()));
+  if (!named.ok() || named->cloths.empty()) return Answer(context, named.status());
+  UnaryCall* call = UnaryCall::New();
+  call->lease = std::move(named->session);
+  call->lease->ResetCloths(named->cloths, [call](const Status& status) { call->End(status); });
+  return call;
+}
+
+}  // namespace drape::api

@@ -1,0 +1,91 @@
+#include "server/api/grpc_server.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/security/server_credentials.h>
+#include <grpcpp/server_builder.h>
+
+namespace drape::api {
+namespace {
+
+std::string HostOf(const std::string& listen) {
+  const size_t colon = listen.rfind(':');
+  std::string host = listen.substr(0, colon);
+  if (host.size() >= 2 && host.front() == '[' && host.back() == ']') {
+    host = host.substr(1, host.size() - 2);
+  }
+  return host;
+}
+
+std::shared_ptr<grpc::ServerCredentials> CredentialsOf(const ServerOptions& options) {
+  if (options.tls_certificate_pem.empty()) return grpc::InsecureServerCredentials();
+  grpc::SslServerCredentialsOptions tls;
+  tls.pem_key_cert_pairs.push_back({options.tls_key_pem, options.tls_certificate_pem});
+  return grpc::SslServerCredentials(tls);
+}
+
+void ConfigureTransport(const ServerOptions& options, grpc::ServerBuilder& builder) {
+  builder.SetMaxReceiveMessageSize(static_cast<int>(options.max_request_bytes));
+  builder.SetMaxSendMessageSize(-1);
+  // Otherwise a second server on the same port shares its connections silently.
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS,
+                             static_cast<int>(options.keepalive.count()));
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS,
+                             static_cast<int>(options.keepalive_timeout.count()));
+}
+
+}  // namespace
+
+bool IsLoopback(const std::string& listen) {
+  const std::string host = HostOf(listen);
+  return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
+}
+
+Result<std::unique_ptr<GrpcServer>> GrpcServer::Start(const ServerOptions& options,
+                                                      grpc::Service& service) {
+  if (options.tls_certificate_pem.empty() && !options.allow_insecure &&
+      !IsLoopback(options.listen)) {
+    return Status(StatusCode::kFailedPrecondition, "INSECURE_ADDRESS",
+                  "other machines can reach " + options.listen +
+                      ": give --tls-cert and --tls-key, or spell out --insecure");
+  }
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  std::unique_ptr<GrpcServer> server(new GrpcServer());
+  grpc::ServerBuilder builder;
+  ConfigureTransport(options, builder);
+  builder.AddListeningPort(options.listen, CredentialsOf(options), &server->port_);
+  builder.RegisterService(&service);
+  server->server_ = builder.BuildAndStart();
+  if (!server->server_ || server->port_ == 0) {
+    return Status(StatusCode::kFailedPrecondition, "LISTEN_FAILED",
+                  "cannot listen on " + options.listen +
+                      ": the port is in use, or the address is not one of this machine");
+  }
+  server->SetServing(true);
+  return server;
+}
+
+GrpcServer::~GrpcServer() {
+  Shutdown(std::chrono::milliseconds(0));
+}
+
+std::shared_ptr<grpc::Channel> GrpcServer::InProcessChannel() {
+  return server_->InProcessChannel(grpc::ChannelArguments());
+}
+
+void GrpcServer::SetServing(bool is_serving) {
+  grpc::HealthCheckServiceInterface* health = server_->GetHealthCheckService();
+  health->SetServingStatus(is_serving);
+  health->SetServingStatus("drape.v1.SimulationService", is_serving);
+}
+
+void GrpcServer::Shutdown(std::chrono::milliseconds grace) {
+  if (!server_) return;
+  server_->Shutdown(std::chrono::system_clock::now() + grace);
+  server_->Wait();
+  server_ = nullptr;
+}
+
+}  // namespace drape::api

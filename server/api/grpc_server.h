@@ -1,0 +1,55 @@
+// The listening server: address, credentials, health, reflection, transport limits, shutdown.
+#pragma once
+
+#include <grpcpp/server.h>
+
+#include <chrono>
+#include <memory>
+#include <string>
+
+#include "server/core/status.h"
+
+namespace drape::api {
+
+struct ServerOptions {
+  std::string listen = "127.0.0.1:7743";  // HOST:PORT; port 0 = any free one
+  // PEM texts; both or none. None: no encryption.
+  std::string tls_certificate_pem;
+  std::string tls_key_pem;
+  // Needed to listen without TLS on an address that other machines can reach.
+  bool allow_insecure = false;
+  uint32_t max_request_bytes = 64u << 20;
+  // A peer that has vanished without a word is noticed after keepalive + timeout.
+  std::chrono::milliseconds keepalive{30'000};
+  std::chrono::milliseconds keepalive_timeout{10'000};
+};
+
+// Only this machine can connect: 127.0.0.0/8, [::1] or localhost. `listen`: HOST:PORT.
+bool IsLoopback(const std::string& listen);
+
+class GrpcServer {
+ public:
+  // FAILED_PRECONDITION: INSECURE_ADDRESS, or LISTEN_FAILED when the port is in use. `service` must
+  // outlive the server.
+  static Result<std::unique_ptr<GrpcServer>> Start(const ServerOptions& options,
+                                                   grpc::Service& service);
+  // Shutdown with no time.
+  ~GrpcServer();
+
+  int port() const { return port_; }
+  // Calls in this process, for tests.
+  std::shared_ptr<grpc::Channel> InProcessChannel();
+  // What the health service answers; SERVING after the start.
+  void SetServing(bool is_serving);
+  // Refuses new calls, waits for those under way, cancels what is left at the deadline. Returns
+  // when no handler runs any more.
+  void Shutdown(std::chrono::milliseconds grace);
+
+ private:
+  GrpcServer() = default;
+
+  std::unique_ptr<grpc::Server> server_;
+  int port_ = 0;
+};
+
+}  // namespace drape::api

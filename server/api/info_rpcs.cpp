@@ -1,0 +1,44 @@
+// What this server is, and what it allows.
+#include "server/api/simulation_service.h"
+#include "server/api/unary_call.h"
+
+namespace drape::api {
+namespace {
+
+void FillLimits(const ServiceContext& context, v1::ServerInfo::Limits* limits) {
+  limits->set_max_request_bytes(context.limits.max_request_bytes);
+  limits->set_max_chunk_bytes(context.limits.max_chunk_bytes);
+  limits->set_max_particles_per_cloth(context.limits.model.max_particles);
+  limits->set_max_constraints_per_cloth(context.limits.model.max_constraints);
+  limits->set_max_colliders_per_cloth(context.limits.max_colliders_per_cloth);
+  limits->set_max_cloths_per_session(context.sessions.limits().max_cloths_per_session);
+  limits->set_max_particles_per_session(context.sessions.limits().max_particles_per_session);
+  limits->set_max_sessions(context.sessions.limits().max_sessions);
+  limits->set_max_queued_requests_per_session(
+      context.scheduler.limits().max_queued_requests_per_tenant);
+  limits->set_max_substeps(kMaxSubsteps);
+  limits->set_max_iterations(kMaxIterations);
+  limits->set_max_steps_per_request(context.scheduler.limits().max_steps_per_request);
+}
+
+}  // namespace
+
+grpc::ServerUnaryReactor* SimulationService::GetServerInfo(Context* context,
+                                                           const v1::GetServerInfoRequest*,
+                                                           v1::ServerInfo* response) {
+  const BackendDescription& backend = context_.scheduler.description();
+  const ServerTotals totals = context_.sessions.Totals();
+  response->set_version(context_.version);
+  response->set_incarnation(context_.incarnation);
+  response->set_backend(backend.name);
+  response->set_device(backend.device);
+  response->set_precision(backend.scalar == ScalarType::kFloat64 ? "float64" : "float32");
+  FillLimits(context_, response->mutable_limits());
+  response->set_session_count(totals.session_count);
+  response->set_cloth_count(totals.cloth_count);
+  response->set_particle_count(totals.particle_count);
+  response->set_uptime_s(static_cast<double>(context_.clock.NowUs() - start_us_) * 1e-6);
+  return Answer(context, Status::Ok());
+}
+
+}  // namespace drape::api

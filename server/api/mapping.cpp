@@ -1,0 +1,168 @@
+#include "server/api/mapping.h"
+
+#include <algorithm>
+
+namespace drape::api {
+namespace {
+
+void Append(const Eigen::Vector3d& v, google::protobuf::RepeatedField<double>* list) {
+  list->Add(v.begin(), v.end());
+}
+
+void AddCollider(const SphereCollider& sphere, v1::Environment& environment) {
+  v1::Sphere* message = environment.add_colliders()->mutable_sphere();
+  Append(sphere.center_m, message->mutable_center_m());
+  message->set_radius_m(sphere.radius_m);
+}
+
+void AddCollider(const PlaneCollider& plane, v1::Environment& environment) {
+  v1::Plane* message = environment.add_colliders()->mutable_plane();
+  Append(plane.point_m, message->mutable_point_m());
+  Append(plane.normal, message->mutable_normal());
+}
+
+v1::StepSettings::Preset ToProto(Preset preset) {
+  switch (preset) {
+    case Preset::kPaper:
+      return v1::StepSettings::PAPER;
+    case Preset::kRealtime:
+      return v1::StepSettings::REALTIME;
+    case Preset::kAccurate:
+      return v1::StepSettings::ACCURATE;
+  }
+  return v1::StepSettings::PRESET_UNSPECIFIED;
+}
+
+uint64_t NotNegative(int64_t us) {
+  return static_cast<uint64_t>(std::max<int64_t>(us, 0));
+}
+
+v1::StepTiming ToProto(const StepTiming& timing) {
+  v1::StepTiming message;
+  message.set_queue_us(NotNegative(timing.queue_us));
+  message.set_upload_us(NotNegative(timing.upload_us));
+  message.set_device_us(NotNegative(timing.device_us));
+  message.set_readback_us(NotNegative(timing.readback_us));
+  message.set_batch_cloths(timing.batch_cloths);
+  message.set_batch_requests(timing.batch_requests);
+  message.set_batch_dispatches(timing.batch_dispatches);
+  return message;
+}
+
+}  // namespace
+
+v1::Session ToProto(const SessionView& session) {
+  v1::Session message;
+  message.set_name(session.name);
+  message.set_ttl_s(session.ttl_s);
+  message.set_remaining_s(session.remaining_s);
+  message.set_cloth_count(session.cloth_count);
+  message.set_particle_count(session.particle_count);
+  message.set_display_name(session.display_name);
+  return message;
+}
+
+v1::ClothShape ToProto(const SceneModel& model, const std::string& plan) {
+  v1::ClothShape message;
+  message.set_particles(model.particle_count());
+  message.set_distance_constraints(model.constraint_count());
+  message.set_springs(model.spring_count());
+  message.set_triangles(static_cast<uint32_t>(model.triangles().size()));
+  message.set_colours(model.colour_count());
+  message.set_pins(model.pin_count());
+  message.set_dropped_triangles(model.dropped_triangles());
+  message.set_dropped_constraints(model.dropped_constraints());
+  message.set_plan(plan);
+  return message;
+}
+
+v1::StepSettings ToProto(const StepSettings& settings) {
+  v1::StepSettings message;
+  message.set_preset(ToProto(settings.preset));
+  message.set_time_step_s(settings.time_step_s);
+  message.set_substeps(settings.substeps);
+  message.set_max_iterations(settings.max_iterations);
+  message.set_tolerance(settings.tolerance);
+  message.set_spring_integration(settings.spring_integration == SpringIntegration::kInForce
+                                     ? v1::StepSettings::IN_FORCE
+                                     : v1::StepSettings::HALF_KICKS);
+  return message;
+}
+
+v1::Environment EnvironmentToProto(const ClothParameters& parameters) {
+  v1::Environment message;
+  Append(parameters.gravity_m_per_s2, message.mutable_gravity_m_per_s2());
+  for (const Collider& collider : parameters.colliders) {
+    std::visit([&](const auto& shape) { AddCollider(shape, message); }, collider);
+  }
+  return message;
+}
+
+v1::Cloth ToProto(const ClothRecord& record) {
+  const auto description = record.description();
+  const ClothProgress progress = record.runtime->progress();
+  v1::Cloth message;
+  message.set_id(record.id.Packed());
+  *message.mutable_shape() = ToProto(*description->model, description->plan);
+  message.set_step(progress.completed_steps);
+  message.set_time_s(progress.time_s);
+  *message.mutable_environment() = EnvironmentToProto(description->parameters);
+  *message.mutable_settings() = ToProto(description->parameters.settings);
+  for (const Pin& pin : description->pins) {
+    v1::Pin* pin_message = message.add_pins();
+    pin_message->set_particle(pin.particle);
+    if (pin.target_m) Append(*pin.target_m, pin_message->mutable_target_m());
+  }
+  Append(record.placement.environment_origin_m, message.mutable_environment_origin_m());
+  message.set_faulted(progress.fault != FaultReason::kNone);
+  message.set_fault_reason(std::string(FaultReasonText(progress.fault)));
+  return message;
+}
+
+v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,
+                       const WarningCounters& warnings) {
+  v1::StepReport message;
+  const Measurements& measured = report.measured;
+  message.set_cloth_id(id.Packed());
+  message.set_step(step);
+  message.set_max_strain(measured.max_strain);
+  message.set_rms_strain(measured.rms_strain);
+  message.set_kinetic_energy_j(measured.kinetic_energy_j);
+  message.set_potential_energy_j(measured.potential_energy_j);
+  message.set_strain_energy_j(measured.strain_energy_j);
+  message.set_lowest_m(measured.lowest_m);
+  message.set_contacts(measured.contacts);
+  message.set_max_penetration_m(measured.max_penetration_m);
+  message.set_iterations(report.iterations);
+  message.set_max_residual_m(measured.max_residual_m);
+  message.set_converged(report.converged);
+  message.set_faulted(report.fault != FaultReason::kNone);
+  message.set_fault_reason(std::string(FaultReasonText(report.fault)));
+  const auto add_warning = [&](const char* name, uint64_t count) {
+    if (count > 0) (*message.mutable_warnings())[name] = count;
+  };
+  add_warning("tolerance_raised", warnings.tolerance_raised);
+  add_warning("not_converged", warnings.not_converged);
+  add_warning("springs_beyond_limit", warnings.springs_beyond_limit);
+  return message;
+}
+
+v1::StepResponse ToProto(const ClothList& cloths, const StepOutcome& outcome) {
+  DRAPE_CHECK(cloths.size() == outcome.cloths.size(), "one outcome per cloth");
+  v1::StepResponse message;
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    const ClothOutcome& cloth = outcome.cloths[k];
+    const ClothId id = cloths[k]->id;
+    message.add_cloth_ids(id.Packed());
+    message.add_steps(cloth.stamp.completed_steps);
+    if (cloth.report) {
+      *message.add_reports() =
+          ToProto(id, cloth.stamp.completed_steps, *cloth.report, cloth.warnings);
+    }
+    if (cloth.stamp.fault != FaultReason::kNone) message.add_faulted_cloth_ids(id.Packed());
+  }
+  *message.mutable_timing() = ToProto(outcome.timing);
+  return message;
+}
+
+}  // namespace drape::api

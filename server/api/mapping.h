@@ -1,0 +1,27 @@
+// From plain structs to drape.v1 messages. Pure; every frame shift in double precision.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "drape/v1/cloths.pb.h"
+#include "drape/v1/session.pb.h"
+#include "drape/v1/step.pb.h"
+#include "server/scheduler/step_work.h"
+#include "server/session/session.h"
+#include "server/session/session_registry.h"
+
+namespace drape::api {
+
+v1::Session ToProto(const SessionView& session);
+v1::ClothShape ToProto(const SceneModel& model, const std::string& plan);
+v1::StepSettings ToProto(const StepSettings& settings);
+v1::Environment EnvironmentToProto(const ClothParameters& parameters);
+v1::Cloth ToProto(const ClothRecord& record);
+v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,
+                       const WarningCounters& warnings);
+// Everything but the states. `cloths` in the order of the outcome.
+v1::StepResponse ToProto(const ClothList& cloths, const StepOutcome& outcome);
+
+}  // namespace drape::api

@@ -1,0 +1,57 @@
+#include "server/api/read_states.h"
+
+#include <utility>
+
+#include "server/api/request_validation.h"
+#include "server/api/status_mapping.h"
+
+namespace drape::api {
+
+ReadStatesReactor* ReadStatesReactor::Start(const ServiceContext& context,
+                                            const v1::ReadStatesRequest& request) {
+  auto* reactor = new ReadStatesReactor();
+  const Status status = reactor->Begin(context, request);
+  if (!status.ok()) reactor->End(status);
+  return reactor;
+}
+
+Status ReadStatesReactor::Begin(const ServiceContext& context,
+                                const v1::ReadStatesRequest& request) {
+  Result<SessionLease> session = context.sessions.Find(request.session());
+  if (!session.ok()) return session.status();
+  const Result<ClothList> cloths = (*session)->FindCloths(ToClothIds(request.cloth_ids()));
+  if (!cloths.ok()) return cloths.status();
+  session_ = std::move(*session);
+
+  std::vector<std::shared_ptr<ClothRuntime>> runtimes;
+  std::vector<ChunkCloth> chunk_cloths;
+  for (const auto& cloth : *cloths) {
+    runtimes.push_back(cloth->runtime);
+    chunk_cloths.push_back({cloth->id, cloth->placement});
+  }
+  return context.scheduler.ReadStates(
+      std::move(runtimes), ToStateFields(request.view()),
+      [this, chunk_cloths, max_bytes = context.limits.max_chunk_bytes](Result<ClothStates> states) {
+        if (!states.ok()) return End(states.status());
+        chunker_.emplace(chunk_cloths, std::move(*states), max_bytes);
+        WriteNext();
+      });
+}
+
+void ReadStatesReactor::OnWriteDone(bool ok) {
+  if (!ok) return End(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
+  WriteNext();
+}
+
+void ReadStatesReactor::WriteNext() {
+  if (!chunker_->has_next()) return End(Status::Ok());
+  chunker_->Next(&chunk_);
+  StartWrite(&chunk_);
+}
+
+void ReadStatesReactor::End(const Status& status) {
+  session_ = {};
+  Finish(ToGrpcStatus(status));
+}
+
+}  // namespace drape::api

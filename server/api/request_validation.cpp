@@ -1,0 +1,297 @@
+#include "server/api/request_validation.h"
+
+#include <google/protobuf/field_mask.pb.h>
+
+#include <functional>
+#include <limits>
+#include <map>
+
+#include "server/api/field_checks.h"
+#include "server/api/spec_validation.h"
+#include "server/scene/description_checks.h"
+
+namespace drape::api {
+namespace {
+
+// The world is larger than a cloth: its origins are added in double precision only.
+constexpr double kMaxOrigin_m = 1e12;
+// Longest motion of a pin: over 30 years.
+constexpr double kMaxMotion_s = 1e9;
+constexpr double kMaxFrames_hz = 1e6;
+
+// transforms: x, y, z, quaternion x, y, z, w per copy.
+constexpr int kNumbersPerTransform = 7;
+
+bool CheckColumn(const FieldPath& path, const DoubleList& values, size_t rows, size_t per_row,
+                 double max, std::string_view meaning, FieldChecks& checks) {
+  if (values.empty()) return false;
+  return checks.Length(path, values.size(), rows * per_row, meaning) &&
+         checks.AllWithin(path, values, max, per_row == 3 ? "m" : "");
+}
+
+void ApplyTransforms(const v1::CreateClothsRequest& request, std::vector<ClothCopy>& copies,
+                     FieldChecks& checks) {
+  const FieldPath path("transforms");
+  if (!CheckColumn(path, request.transforms(), copies.size(), kNumbersPerTransform, kMaxExtent_m,
+                   "7 per copy", checks)) {
+    return;
+  }
+  for (size_t k = 0; k < copies.size() && !checks.is_full(); ++k) {
+    const double* row = request.transforms().data() + kNumbersPerTransform * k;
+    copies[k].transform.position_m = {row[0], row[1], row[2]};
+    copies[k].transform.rotation = CheckRotation(path.At(kNumbersPerTransform * k + 3),
+                                                 {row[3], row[4], row[5], row[6]}, checks);
+  }
+}
+
+void ApplyOrigins(const v1::CreateClothsRequest& request, std::vector<ClothCopy>& copies,
+                  FieldChecks& checks) {
+  const DoubleList& origins_m = request.environment_origins_m();
+  if (!CheckColumn(FieldPath("environment_origins_m"), origins_m, copies.size(), 3, kMaxOrigin_m,
+                   "3 per copy", checks)) {
+    return;
+  }
+  for (size_t k = 0; k < copies.size(); ++k) {
+    const double* row = origins_m.data() + 3 * k;
+    copies[k].environment_origin_m = {row[0], row[1], row[2]};
+  }
+}
+
+void ApplyOverride(const FieldPath& path, const v1::ClothSpec& spec,
+                   const v1::ClothOverride& override_, ClothParameters& parameters,
+                   FieldChecks& checks) {
+  parameters.gravity_m_per_s2 =
+      CheckGravity(path.Child("gravity_m_per_s2"), override_.gravity_m_per_s2(),
+                   parameters.gravity_m_per_s2, checks);
+  if (override_.has_settings()) {
+    v1::StepSettings merged = spec.settings();
+    merged.MergeFrom(override_.settings());
+    parameters.settings = CheckSettings(path.Child("settings"), merged, checks);
+  }
+  if (override_.has_damping_per_s()) {
+    parameters.damping_per_s = override_.damping_per_s();
+    checks.InRange(path.Child("damping_per_s"), parameters.damping_per_s, 0, kMaxCoefficient,
+                   "1/s");
+  }
+  if (override_.has_friction_static()) parameters.friction_static = override_.friction_static();
+  if (override_.has_friction_dynamic()) parameters.friction_dynamic = override_.friction_dynamic();
+  if (override_.has_friction_static() || override_.has_friction_dynamic()) {
+    CheckFriction(path.Child("friction_static"), path.Child("friction_dynamic"), parameters,
+                  checks);
+  }
+}
+
+void ApplyOverrides(const v1::CreateClothsRequest& request, std::vector<ClothCopy>& copies,
+                    FieldChecks& checks) {
+  const FieldPath path("overrides");
+  if (request.overrides().empty() ||
+      !checks.Length(path, request.overrides_size(), copies.size(), "1 per copy")) {
+    return;
+  }
+  for (size_t k = 0; k < copies.size() && !checks.is_full(); ++k) {
+    ApplyOverride(path.At(k), request.spec(), request.overrides(static_cast<int>(k)),
+                  copies[k].parameters, checks);
+  }
+}
+
+// What a path of an update mask takes from `spec`.
+using ReadPath =
+    std::function<void(const v1::ClothSpec&, const RequestLimits&, ClothChange&, FieldChecks&)>;
+
+double Coefficient(const FieldPath& path, double value, double max, std::string_view unit,
+                   FieldChecks& checks) {
+  checks.InRange(path, value, 0, max, unit);
+  return value;
+}
+
+const std::map<std::string, ReadPath, std::less<>>& UpdatePaths() {
+  static const FieldPath kSpec("spec");
+  static const FieldPath kMaterial = kSpec.Child("material");
+  static const FieldPath kEnvironment = kSpec.Child("environment");
+  static const std::map<std::string, ReadPath, std::less<>> kPaths = {
+      {"environment.gravity_m_per_s2",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.gravity_m_per_s2 = CheckGravity(kEnvironment.Child("gravity_m_per_s2"),
+                                                spec.environment().gravity_m_per_s2(),
+                                                ClothParameters().gravity_m_per_s2, checks);
+       }},
+      {"environment.colliders",
+       [](const auto& spec, const auto& limits, ClothChange& change, FieldChecks& checks) {
+         change.colliders = CheckColliders(kEnvironment.Child("colliders"),
+                                           spec.environment().colliders(), limits, checks);
+       }},
+      {"pins",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.pins = CheckPinTargets(kSpec.Child("pins"), spec.pins(), checks);
+       }},
+      {"settings",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.settings = CheckSettings(kSpec.Child("settings"), spec.settings(), checks);
+       }},
+      {"material.damping_per_s",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.damping_per_s =
+             Coefficient(kMaterial.Child("damping_per_s"), spec.material().damping_per_s(),
+                         kMaxCoefficient, "1/s", checks);
+       }},
+      {"material.friction_static",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.friction_static =
+             Coefficient(kMaterial.Child("friction_static"), spec.material().friction_static(),
+                         kMaxCoefficient, "", checks);
+       }},
+      {"material.friction_dynamic",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.friction_dynamic =
+             Coefficient(kMaterial.Child("friction_dynamic"), spec.material().friction_dynamic(),
+                         kMaxCoefficient, "", checks);
+       }},
+      {"material.thickness_m",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.thickness_m = Coefficient(kMaterial.Child("thickness_m"),
+                                          spec.material().thickness_m(), kMaxExtent_m, "m", checks);
+       }},
+  };
+  return kPaths;
+}
+
+std::string UpdatePathNames() {
+  std::string names;
+  for (const auto& [name, read] : UpdatePaths()) names += (names.empty() ? "" : ", ") + name;
+  return names;
+}
+
+void CheckExtent(const v1::StepRequest& request, uint32_t max_steps, CheckedStep& result,
+                 FieldChecks& checks) {
+  switch (request.extent_case()) {
+    case v1::StepRequest::kSteps:
+      checks.CountInRange(FieldPath("steps"), request.steps(), 1, max_steps);
+      result.steps = request.steps();
+      break;
+    case v1::StepRequest::kUntilStep:
+      result.until_step = request.until_step();
+      break;
+    case v1::StepRequest::EXTENT_NOT_SET:
+      checks.Add(FieldPath("steps"), "neither steps nor until_step is set: one is needed");
+      break;
+  }
+}
+
+void CheckPinControls(const v1::PinControls& controls, CheckedStep& result, FieldChecks& checks) {
+  const FieldPath path("pin_controls");
+  const size_t rows = controls.cloth_ids_size();
+  const bool is_even =
+      checks.Length(path.Child("particles"), controls.particles_size(), rows, "1 per row") &
+      checks.Length(path.Child("targets_m"), controls.targets_m_size(), 3 * rows, "3 per row") &
+      (controls.over_s().empty() ||
+       checks.Length(path.Child("over_s"), controls.over_s_size(), rows, "1 per row, or none"));
+  if (!is_even) return;
+  checks.AllWithin(path.Child("targets_m"), controls.targets_m(), kMaxExtent_m, "m");
+  for (size_t r = 0; r < rows; ++r) {
+    const int row = static_cast<int>(r);
+    const double* target = controls.targets_m().data() + 3 * r;
+    const double over_s = controls.over_s().empty() ? 0 : controls.over_s(row);
+    checks.InRange(path.Child("over_s").At(r), over_s, 0, kMaxMotion_s, "s");
+    result.pin_controls.push_back({ClothId::FromPacked(controls.cloth_ids(row)),
+                                   controls.particles(row),
+                                   {target[0], target[1], target[2]},
+                                   over_s});
+  }
+}
+
+}  // namespace
+
+Result<CheckedCreation> CheckCreateCloths(const v1::CreateClothsRequest& request,
+                                          const RequestLimits& limits) {
+  FieldChecks checks;
+  const uint32_t count = request.has_count() ? request.count() : 1;
+  const bool has_count =
+      checks.CountInRange(FieldPath("count"), count, 1, limits.max_cloths_per_request);
+  CheckedSpec spec = CheckSpec(FieldPath("spec"), request.spec(), limits, checks);
+  const size_t colliders = spec.parameters.colliders.size();
+  const bool has_room = checks.Require(
+      colliders * count <= limits.max_colliders_per_request || !has_count, FieldPath("count"), [&] {
+        return std::to_string(count) + " copies of " + std::to_string(colliders) +
+               " colliders, at most " + std::to_string(limits.max_colliders_per_request) +
+               " colliders are allowed in one request";
+      });
+  CheckedCreation result;
+  if (has_count && has_room) {
+    result.copies.assign(count, {spec.transform, Eigen::Vector3d::Zero(), spec.parameters});
+    ApplyOrigins(request, result.copies, checks);
+    ApplyTransforms(request, result.copies, checks);
+    ApplyOverrides(request, result.copies, checks);
+  }
+  if (!checks.ok()) return checks.ToStatus();
+  result.description = std::make_shared<const ModelDescription>(std::move(spec.description));
+  result.pins = std::move(spec.pins);
+  return result;
+}
+
+Result<ClothChange> CheckUpdateCloths(const v1::UpdateClothsRequest& request,
+                                      const RequestLimits& limits) {
+  FieldChecks checks;
+  ClothChange change;
+  const FieldPath path = FieldPath("update_mask").Child("paths");
+  if (request.update_mask().paths().empty()) {
+    checks.Add(path, "is empty: at least one of " + UpdatePathNames() + " is needed");
+  }
+  for (int k = 0; k < request.update_mask().paths_size() && !checks.is_full(); ++k) {
+    const auto entry = UpdatePaths().find(request.update_mask().paths(k));
+    if (checks.Require(entry != UpdatePaths().end(), path.At(k), [&] {
+          return "'" + request.update_mask().paths(k).substr(0, 64) + "' is not one of " +
+                 UpdatePathNames();
+        })) {
+      entry->second(request.spec(), limits, change, checks);
+    }
+  }
+  checks.AddAll(CheckNamesCloths(request.cloth_ids()).violations());
+  if (!checks.ok()) return checks.ToStatus();
+  return change;
+}
+
+Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps_per_request) {
+  FieldChecks checks;
+  CheckedStep result;
+  result.cloths = ToClothIds(request.cloth_ids());
+  CheckExtent(request, max_steps_per_request, result, checks);
+  if (request.has_expected_step()) result.expected_step = request.expected_step();
+  CheckPinControls(request.pin_controls(), result, checks);
+  if (request.has_view()) result.view = ToStateFields(request.view());
+  result.report = request.report();
+  if (!checks.ok()) return checks.ToStatus();
+  return result;
+}
+
+Result<CheckedSubscription> CheckSubscribe(const v1::StreamStatesRequest::Subscribe& request) {
+  FieldChecks checks;
+  const FieldPath path("subscribe");
+  checks.InRange(path.Child("max_hz"), request.max_hz(), 0, kMaxFrames_hz, "Hz");
+  if (!checks.ok()) return checks.ToStatus();
+  CheckedSubscription result;
+  result.cloths = ToClothIds(request.cloth_ids());
+  result.fields = ToStateFields(request.view());
+  result.every_n_steps = std::max(request.every_n_steps(), 1u);
+  result.max_hz = request.max_hz();
+  result.initial_credit = request.initial_credit();
+  return result;
+}
+
+Status CheckNamesCloths(const google::protobuf::RepeatedField<uint64_t>& cloth_ids) {
+  if (!cloth_ids.empty()) return Status::Ok();
+  return Status::InvalidField("cloth_ids", "is empty: at least 1 id is needed");
+}
+
+std::vector<ClothId> ToClothIds(const google::protobuf::RepeatedField<uint64_t>& cloth_ids) {
+  std::vector<ClothId> ids;
+  ids.reserve(cloth_ids.size());
+  for (const uint64_t id : cloth_ids) ids.push_back(ClothId::FromPacked(id));
+  return ids;
+}
+
+StateFields ToStateFields(const v1::StateView& view) {
+  if (!view.positions() && !view.velocities()) return {.positions = true, .velocities = false};
+  return {view.positions(), view.velocities()};
+}
+
+}  // namespace drape::api

@@ -1,0 +1,61 @@
+// From requests to plain values, or INVALID_ARGUMENT with every violation. Pure: knows no session.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "drape/v1/cloths.pb.h"
+#include "drape/v1/simulation_service.pb.h"
+#include "drape/v1/step.pb.h"
+#include "server/api/limits.h"
+#include "server/core/ids.h"
+#include "server/core/status.h"
+#include "server/scheduler/step_work.h"
+#include "server/session/cloth_record.h"
+#include "server/session/pin_controls.h"
+
+namespace drape::api {
+
+// A checked CreateClothsRequest; the model is not built yet.
+struct CheckedCreation {
+  std::shared_ptr<const ModelDescription> description;
+  std::vector<Pin> pins;
+  std::vector<ClothCopy> copies;
+};
+Result<CheckedCreation> CheckCreateCloths(const v1::CreateClothsRequest& request,
+                                          const RequestLimits& limits);
+
+Result<ClothChange> CheckUpdateCloths(const v1::UpdateClothsRequest& request,
+                                      const RequestLimits& limits);
+
+// A checked StepRequest.
+struct CheckedStep {
+  std::vector<ClothId> cloths;
+  std::optional<uint32_t> steps;
+  std::optional<uint64_t> until_step;
+  std::optional<uint64_t> expected_step;
+  std::vector<PinControlRow> pin_controls;
+  StateFields view;
+  bool report = false;
+};
+Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps_per_request);
+
+// A checked Subscribe.
+struct CheckedSubscription {
+  std::vector<ClothId> cloths;
+  StateFields fields;
+  uint32_t every_n_steps = 1;
+  double max_hz = 0;
+  uint32_t initial_credit = 0;
+};
+Result<CheckedSubscription> CheckSubscribe(const v1::StreamStatesRequest::Subscribe& request);
+
+// At least one id, for requests that must not mean "all of them".
+Status CheckNamesCloths(const google::protobuf::RepeatedField<uint64_t>& cloth_ids);
+std::vector<ClothId> ToClothIds(const google::protobuf::RepeatedField<uint64_t>& cloth_ids);
+// All false: positions.
+StateFields ToStateFields(const v1::StateView& view);
+
+}  // namespace drape::api

@@ -1,0 +1,68 @@
+// Sessions: create, look, renew, delete.
+#include "server/api/mapping.h"
+#include "server/api/simulation_service.h"
+#include "server/api/unary_call.h"
+#include "server/core/log.h"
+
+namespace drape::api {
+namespace {
+
+Status FillSession(const Result<SessionView>& view, v1::Session* response) {
+  if (view.ok()) *response = ToProto(*view);
+  return view.status();
+}
+
+}  // namespace
+
+grpc::ServerUnaryReactor* SimulationService::CreateSession(Context* context,
+                                                           const v1::CreateSessionRequest* request,
+                                                           v1::Session* response) {
+  std::optional<double> ttl_s;
+  if (request->has_ttl_s()) ttl_s = request->ttl_s();
+  const Result<SessionLease> session = context_.sessions.Create(ttl_s, request->display_name());
+  if (!session.ok()) return Answer(context, session.status());
+  spdlog::info("session_created session={} ttl_s={} peer={}", ShortSessionName((*session)->name()),
+               (*session)->ttl_s(), context->peer());
+  return Answer(context, FillSession(context_.sessions.Get((*session)->name()), response));
+}
+
+grpc::ServerUnaryReactor* SimulationService::GetSession(Context* context,
+                                                        const v1::GetSessionRequest* request,
+                                                        v1::Session* response) {
+  return Answer(context, FillSession(context_.sessions.Get(request->name()), response));
+}
+
+grpc::ServerUnaryReactor* SimulationService::ListSessions(Context* context,
+                                                          const v1::ListSessionsRequest* request,
+                                                          v1::ListSessionsResponse* response) {
+  const Result<SessionPage> page =
+      context_.sessions.List(request->page_size(), request->page_token());
+  if (!page.ok()) return Answer(context, page.status());
+  for (const SessionView& session : page->sessions) {
+    v1::Session* message = response->add_sessions();
+    *message = ToProto(session);
+    message->set_name(ShortSessionName(session.name));
+  }
+  response->set_next_page_token(page->next_page_token);
+  return Answer(context, Status::Ok());
+}
+
+grpc::ServerUnaryReactor* SimulationService::RenewSession(Context* context,
+                                                          const v1::RenewSessionRequest* request,
+                                                          v1::Session* response) {
+  return Answer(context, FillSession(context_.sessions.Renew(request->name()), response));
+}
+
+grpc::ServerUnaryReactor* SimulationService::DeleteSession(Context*,
+                                                           const v1::DeleteSessionRequest* request,
+                                                           v1::DeleteSessionResponse*) {
+  UnaryCall* call = UnaryCall::New();
+  context_.sessions.Delete(request->name(),
+                           [call, name = ShortSessionName(request->name())](const Status& status) {
+                             if (status.ok()) spdlog::info("session_deleted session={}", name);
+                             call->End(status);
+                           });
+  return call;
+}
+
+}  // namespace drape::api

@@ -1,0 +1,71 @@
+// drape.v1.SimulationService: every handler checks, calls and maps, and returns at once.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "drape/v1/simulation_service.grpc.pb.h"
+#include "server/api/limits.h"
+#include "server/api/worker_pool.h"
+#include "server/core/clock.h"
+#include "server/scheduler/scheduler.h"
+#include "server/session/session_registry.h"
+
+namespace drape::api {
+
+// What the service works with; everything outlives the gRPC server.
+struct ServiceContext {
+  Scheduler& scheduler;
+  SessionRegistry& sessions;
+  WorkerPool& builders;
+  const Clock& clock;
+  RequestLimits limits;
+  std::string version;
+  std::string incarnation;  // changes with every start
+};
+
+// Thread-safe. One file per group of RPCs: session_rpcs.cpp, cloth_rpcs.cpp, step_rpcs.cpp,
+// state_rpcs.cpp, info_rpcs.cpp. The streams have classes of their own.
+class SimulationService final : public v1::SimulationService::CallbackService {
+ public:
+  using Context = grpc::CallbackServerContext;
+  using Reactor = grpc::ServerUnaryReactor;
+
+  explicit SimulationService(ServiceContext context);
+
+  Reactor* CreateSession(Context*, const v1::CreateSessionRequest*, v1::Session*) override;
+  Reactor* GetSession(Context*, const v1::GetSessionRequest*, v1::Session*) override;
+  Reactor* ListSessions(Context*, const v1::ListSessionsRequest*,
+                        v1::ListSessionsResponse*) override;
+  Reactor* RenewSession(Context*, const v1::RenewSessionRequest*, v1::Session*) override;
+  Reactor* DeleteSession(Context*, const v1::DeleteSessionRequest*,
+                         v1::DeleteSessionResponse*) override;
+
+  Reactor* CreateCloths(Context*, const v1::CreateClothsRequest*,
+                        v1::CreateClothsResponse*) override;
+  Reactor* GetCloth(Context*, const v1::GetClothRequest*, v1::Cloth*) override;
+  Reactor* ListCloths(Context*, const v1::ListClothsRequest*, v1::ListClothsResponse*) override;
+  Reactor* UpdateCloths(Context*, const v1::UpdateClothsRequest*,
+                        v1::UpdateClothsResponse*) override;
+  Reactor* DeleteCloths(Context*, const v1::DeleteClothsRequest*,
+                        v1::DeleteClothsResponse*) override;
+  Reactor* ResetCloths(Context*, const v1::ResetClothsRequest*, v1::ResetClothsResponse*) override;
+
+  Reactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*) override;
+  grpc::ServerBidiReactor<v1::StepRequest, v1::StepResponse>* StepStream(Context*) override;
+
+  grpc::ServerWriteReactor<v1::StateChunk>* ReadStates(Context*,
+                                                       const v1::ReadStatesRequest*) override;
+  grpc::ServerBidiReactor<v1::StreamStatesRequest, v1::StateChunk>* StreamStates(Context*) override;
+
+  Reactor* GetServerInfo(Context*, const v1::GetServerInfoRequest*, v1::ServerInfo*) override;
+
+ private:
+  const ServiceContext context_;
+  const int64_t start_us_;
+};
+
+// FNV-1a of the serialised request: tells whether a repeated request id means the same request.
+uint64_t Fingerprint(const google::protobuf::Message& request);
+
+}  // namespace drape::api

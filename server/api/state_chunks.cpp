@@ -1,0 +1,110 @@
+#include "server/api/state_chunks.h"
+
+#include <algorithm>
+#include <string>
+
+#include "server/core/check.h"
+
+namespace drape::api {
+namespace {
+
+uint64_t RowBytes(const ScalarColumn& column) {
+  return std::visit(
+      [](const auto& values) -> uint64_t { return values.empty() ? 0 : 3 * sizeof(values[0]); },
+      column);
+}
+
+v1::PackedArray::DataType DataTypeOf(const ScalarColumn& column) {
+  return std::holds_alternative<std::vector<double>>(column) ? v1::PackedArray::FLOAT64
+                                                             : v1::PackedArray::FLOAT32;
+}
+
+// Adds `shift` in double precision, then rounds to the column's type.
+template <class T>
+void AppendShifted(const T* values, uint64_t row_count, const Eigen::Vector3d& shift,
+                   std::string* data) {
+  std::vector<T> shifted(3 * row_count);
+  for (uint64_t k = 0; k < shifted.size(); ++k) {
+    shifted[k] = static_cast<T>(double{values[k]} + shift[static_cast<Eigen::Index>(k % 3)]);
+  }
+  data->append(reinterpret_cast<const char*>(shifted.data()), shifted.size() * sizeof(T));
+}
+
+void AppendColumn(const ScalarColumn& column, uint64_t first_row, uint64_t row_count,
+                  const Eigen::Vector3d& shift, v1::PackedArray* array) {
+  std::visit(
+      [&](const auto& values) {
+        AppendShifted(values.data() + 3 * first_row, row_count, shift, array->mutable_data());
+      },
+      column);
+}
+
+void FinishColumn(const ScalarColumn& column, uint64_t row_count, v1::PackedArray* array) {
+  array->set_data_type(DataTypeOf(column));
+  array->add_shape(static_cast<uint32_t>(row_count));
+  array->add_shape(3);
+}
+
+}  // namespace
+
+uint64_t BytesPerParticle(ScalarType scalar, const StateFields& fields) {
+  const uint64_t vector_bytes =
+      3 * (scalar == ScalarType::kFloat64 ? sizeof(double) : sizeof(float));
+  return vector_bytes * (uint64_t{fields.positions} + uint64_t{fields.velocities});
+}
+
+StateChunker::StateChunker(std::vector<ChunkCloth> cloths, ClothStates states,
+                           uint64_t max_data_bytes)
+    : cloths_(std::move(cloths)), states_(std::move(states)) {
+  DRAPE_CHECK(cloths_.size() == states_.cloths.size(), "one stamp per cloth");
+  const uint64_t row_bytes =
+      RowBytes(states_.columns.positions_m) + RowBytes(states_.columns.velocities_m_per_s);
+  max_rows_ = row_bytes == 0 ? UINT64_MAX : std::max<uint64_t>(max_data_bytes / row_bytes, 1);
+}
+
+void StateChunker::AppendRows(const ChunkCloth& cloth, uint64_t first_row, uint64_t row_count,
+                              v1::StateChunk* chunk) const {
+  const StateColumns& columns = states_.columns;
+  if (RowBytes(columns.positions_m) > 0) {
+    const Eigen::Vector3d shift = cloth.placement.WorldFromCloth(Eigen::Vector3d::Zero());
+    AppendColumn(columns.positions_m, first_row, row_count, shift, chunk->mutable_positions_m());
+  }
+  if (RowBytes(columns.velocities_m_per_s) > 0) {
+    AppendColumn(columns.velocities_m_per_s, first_row, row_count, Eigen::Vector3d::Zero(),
+                 chunk->mutable_velocities_m_per_s());
+  }
+}
+
+void StateChunker::Next(v1::StateChunk* chunk) {
+  DRAPE_CHECK(!is_done_, "no chunk left");
+  chunk->Clear();
+  uint64_t rows = 0;
+  while (next_cloth_ < cloths_.size() && rows < max_rows_) {
+    const ClothStamp& stamp = states_.cloths[next_cloth_];
+    const uint64_t row_count =
+        std::min<uint64_t>(stamp.particle_count - next_particle_, max_rows_ - rows);
+    chunk->add_cloth_ids(cloths_[next_cloth_].id.Packed());
+    chunk->add_particle_counts(static_cast<uint32_t>(row_count));
+    chunk->add_first_particles(next_particle_);
+    chunk->add_steps(stamp.completed_steps);
+    chunk->add_times_s(stamp.time_s);
+    AppendRows(cloths_[next_cloth_], next_row_, row_count, chunk);
+    rows += row_count;
+    next_row_ += row_count;
+    next_particle_ += static_cast<uint32_t>(row_count);
+    if (next_particle_ == stamp.particle_count) {
+      ++next_cloth_;
+      next_particle_ = 0;
+    }
+  }
+  if (chunk->has_positions_m()) {
+    FinishColumn(states_.columns.positions_m, rows, chunk->mutable_positions_m());
+  }
+  if (chunk->has_velocities_m_per_s()) {
+    FinishColumn(states_.columns.velocities_m_per_s, rows, chunk->mutable_velocities_m_per_s());
+  }
+  is_done_ = next_cloth_ == cloths_.size();
+  chunk->set_is_last(is_done_);
+}
+
+}  // namespace drape::api

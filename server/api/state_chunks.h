@@ -1,0 +1,48 @@
+// From columns in cloth frames to StateChunks in the world frame.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "drape/v1/state.pb.h"
+#include "server/core/ids.h"
+#include "server/scene/placement.h"
+#include "server/scheduler/step_work.h"
+
+namespace drape::api {
+
+// What is constant about a cloth whose state is sent.
+struct ChunkCloth {
+  ClothId id;
+  Placement placement;
+};
+
+// Cuts states into chunks of at most `max_data_bytes` of columns each; a cloth that does not fit
+// goes on in the next chunk. Not thread-safe.
+class StateChunker {
+ public:
+  // `cloths` and `states.cloths` in the same order. At least one row goes into a chunk.
+  StateChunker(std::vector<ChunkCloth> cloths, ClothStates states, uint64_t max_data_bytes);
+
+  // False after the last chunk. States of no cloth are one chunk without cloths.
+  bool has_next() const { return !is_done_; }
+  // Overwrites `chunk`; is_last is set on the last one.
+  void Next(v1::StateChunk* chunk);
+
+ private:
+  void AppendRows(const ChunkCloth& cloth, uint64_t first_row, uint64_t row_count,
+                  v1::StateChunk* chunk) const;
+
+  std::vector<ChunkCloth> cloths_;
+  ClothStates states_;
+  uint64_t max_rows_ = 1;  // per chunk
+  size_t next_cloth_ = 0;
+  uint32_t next_particle_ = 0;  // of next_cloth_
+  uint64_t next_row_ = 0;       // of the columns
+  bool is_done_ = false;
+};
+
+// Bytes of the columns of one particle.
+uint64_t BytesPerParticle(ScalarType scalar, const StateFields& fields);
+
+}  // namespace drape::api

@@ -1,0 +1,131 @@
+#include "server/api/state_stream.h"
+
+#include <utility>
+
+#include "server/api/request_validation.h"
+#include "server/api/status_mapping.h"
+
+namespace drape::api {
+
+StateStreamReactor* StateStreamReactor::Start(const ServiceContext& context) {
+  const std::shared_ptr<StateStreamReactor> reactor(new StateStreamReactor(context));
+  reactor->self_ = reactor;
+  reactor->StartRead(&reactor->request_);
+  return reactor.get();
+}
+
+void StateStreamReactor::OnReadDone(bool ok) {
+  const std::lock_guard lock(mutex_);
+  if (!ok) return Close(Status::Ok());
+  if (ending_) return;
+  const Status status = Take(request_);
+  if (!status.ok()) return Close(status);
+  StartRead(&request_);
+}
+
+void StateStreamReactor::OnWriteDone(bool ok) {
+  const std::lock_guard lock(mutex_);
+  is_writing_ = false;
+  if (!ok) return Close(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
+  if (!frames_.front().chunker.has_next()) frames_.pop_front();
+  WriteNext();
+}
+
+void StateStreamReactor::OnCancel() {
+  const std::lock_guard lock(mutex_);
+  Close(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
+}
+
+void StateStreamReactor::OnDone() {
+  const std::shared_ptr<StateStreamReactor> last = std::move(self_);
+}
+
+void StateStreamReactor::OnFrame(ObservedFrame observed) {
+  const std::lock_guard lock(mutex_);
+  if (ending_) return;
+  std::vector<ChunkCloth> cloths;
+  for (const uint32_t index : observed.cloth_indices) cloths.push_back(cloths_[index]);
+  frames_.push_back(
+      {StateChunker(std::move(cloths), std::move(observed.states), context_.limits.max_chunk_bytes),
+       observed.frame, observed.frames_dropped, std::move(observed.in_flight)});
+  WriteNext();
+}
+
+Status StateStreamReactor::Take(const v1::StreamStatesRequest& request) {
+  const auto action = request.action_case();
+  if (action == v1::StreamStatesRequest::ACTION_NOT_SET) {
+    return Status::InvalidField("action", "is not set: one of subscribe, credit, pause is needed");
+  }
+  if ((action == v1::StreamStatesRequest::kSubscribe) == (observer_ != nullptr)) {
+    return Status::InvalidField("subscribe", observer_ ? "was sent already: once per stream"
+                                                       : "is needed in the first message");
+  }
+  if (action == v1::StreamStatesRequest::kSubscribe) return Subscribe(request.subscribe());
+  if (action == v1::StreamStatesRequest::kCredit) observer_->AddCredit(request.credit());
+  if (action == v1::StreamStatesRequest::kPause) observer_->SetPaused(request.pause());
+  return Status::Ok();
+}
+
+Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& request) {
+  const Result<CheckedSubscription> checked = CheckSubscribe(request);
+  if (!checked.ok()) return checked.status();
+  Result<SessionLease> session = context_.sessions.Find(request.session());
+  if (!session.ok()) return session.status();
+  const Result<ClothList> cloths = (*session)->FindCloths(checked->cloths);
+  if (!cloths.ok()) return cloths.status();
+  if (cloths->empty()) {
+    return Status(StatusCode::kFailedPrecondition, "NO_CLOTHS", "the session has no cloths");
+  }
+  ObserverSpec spec;
+  for (const auto& cloth : *cloths) {
+    spec.cloths.push_back(cloth->runtime);
+    cloths_.push_back({cloth->id, cloth->placement});
+  }
+  spec.fields = checked->fields;
+  spec.every_n_steps = checked->every_n_steps;
+  spec.max_hz = checked->max_hz;
+  spec.initial_credit = checked->initial_credit;
+  spec.on_frame = [self = shared_from_this()](ObservedFrame frame) {
+    self->OnFrame(std::move(frame));
+  };
+  spec.on_end = [self = shared_from_this()](const Status& status) {
+    const std::lock_guard lock(self->mutex_);
+    self->Close(status);
+  };
+  Result<std::shared_ptr<Observer>> observer = context_.scheduler.Subscribe(std::move(spec));
+  if (!observer.ok()) return observer.status();
+  observer_ = std::move(*observer);
+  session_ = std::move(*session);
+  return Status::Ok();
+}
+
+// The first reason counts. What is being written must end before Finish.
+void StateStreamReactor::Close(const Status& status) {
+  if (ending_) return WriteNext();
+  ending_ = status;
+  if (observer_) observer_->Cancel();
+  session_ = {};
+  WriteNext();
+}
+
+void StateStreamReactor::WriteNext() {
+  if (is_writing_ || is_ended_) return;
+  // A frame that was begun is completed unless the client has gone.
+  const bool is_gone = ending_ && ending_->code() == StatusCode::kCancelled;
+  if (frames_.empty() || is_gone) {
+    if (!ending_) return;
+    is_ended_ = true;
+    frames_.clear();
+    Finish(ToGrpcStatus(*ending_));
+    return;
+  }
+  Frame& frame = frames_.front();
+  frame.chunker.Next(&chunk_);
+  chunk_.set_frame(frame.number);
+  chunk_.set_frames_dropped(frame.frames_dropped);
+  frame.frames_dropped = 0;  // in the frame's first chunk only
+  is_writing_ = true;
+  StartWrite(&chunk_);
+}
+
+}  // namespace drape::api

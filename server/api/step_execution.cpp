@@ -1,0 +1,112 @@
+#include "server/api/step_execution.h"
+
+#include <any>
+#include <memory>
+#include <utility>
+
+#include "server/api/mapping.h"
+#include "server/api/request_validation.h"
+#include "server/api/state_chunks.h"
+
+namespace drape::api {
+namespace {
+
+using Done = std::function<void(Result<v1::StepResponse>)>;
+
+// One step request under way.
+struct StepCall {
+  SessionLease session;
+  std::string request_id;
+  ClothList cloths;
+  Done done;
+
+  void End(Result<v1::StepResponse> answer) {
+    if (answer.ok()) {
+      session->request_memory().Complete(request_id, *answer, answer->ByteSizeLong());
+    } else {
+      session->request_memory().Abandon(request_id);
+    }
+    session = {};
+    done(std::move(answer));
+  }
+};
+
+Result<v1::StepResponse> ToAnswer(const ClothList& cloths, StepOutcome outcome) {
+  if (!outcome.status.ok()) return outcome.status;
+  v1::StepResponse answer = ToProto(cloths, outcome);
+  if (!outcome.states) return answer;
+  std::vector<ChunkCloth> chunk_cloths;
+  ClothStates states;
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    chunk_cloths.push_back({cloths[k]->id, cloths[k]->placement});
+    states.cloths.push_back(outcome.cloths[k].stamp);
+  }
+  states.columns = std::move(*outcome.states);
+  StateChunker(std::move(chunk_cloths), std::move(states), UINT64_MAX)
+      .Next(answer.mutable_states());
+  return answer;
+}
+
+Status CheckStateBytes(const ClothList& cloths, const StateFields& view, ScalarType scalar,
+                       uint64_t max_bytes) {
+  uint64_t particles = 0;
+  for (const auto& cloth : cloths) particles += cloth->description()->model->particle_count();
+  const uint64_t bytes = particles * BytesPerParticle(scalar, view);
+  if (bytes <= max_bytes) return Status::Ok();
+  return Status::InvalidField("view", "asks for " + std::to_string(bytes) + " bytes of states of " +
+                                          std::to_string(particles) + " particles, at most " +
+                                          std::to_string(max_bytes) +
+                                          " fit into a Step answer: use ReadStates");
+}
+
+Result<StepWork> ToWork(const ServiceContext& context, const CheckedStep& checked,
+                        const std::string& session_name, const ClothList& cloths) {
+  Result<std::vector<PinControl>> pin_controls = MapPinControls(checked.pin_controls, cloths);
+  if (!pin_controls.ok()) return pin_controls.status();
+  DRAPE_RETURN_IF_ERROR(CheckStateBytes(cloths, checked.view,
+                                        context.scheduler.description().scalar,
+                                        context.limits.max_step_state_bytes));
+  StepWork work;
+  work.tenant = session_name;
+  for (const auto& cloth : cloths) work.cloths.push_back(cloth->runtime);
+  work.steps = checked.steps;
+  work.until_step = checked.until_step;
+  work.expected_step = checked.expected_step;
+  work.pin_controls = std::move(*pin_controls);
+  work.report = checked.report;
+  work.view = checked.view;
+  return work;
+}
+
+}  // namespace
+
+void StartStep(const ServiceContext& context, const v1::StepRequest& request,
+               const CancelToken& cancel, Done done) {
+  const Result<CheckedStep> checked =
+      CheckStep(request, context.scheduler.limits().max_steps_per_request);
+  if (!checked.ok()) return done(checked.status());
+  Result<SessionLease> session = context.sessions.Find(request.session());
+  if (!session.ok()) return done(session.status());
+  const Result<std::any> known =
+      (*session)->request_memory().Begin(request.request_id(), Fingerprint(request));
+  if (!known.ok()) return done(known.status());
+  if (known->has_value()) return done(std::any_cast<const v1::StepResponse&>(*known));
+
+  const auto call = std::make_shared<StepCall>(
+      StepCall{std::move(*session), request.request_id(), {}, std::move(done)});
+  Result<ClothList> cloths = call->session->FindCloths(checked->cloths);
+  if (!cloths.ok()) return call->End(cloths.status());
+  call->cloths = std::move(*cloths);
+  if (call->cloths.empty()) return call->End(v1::StepResponse());
+
+  Result<StepWork> work = ToWork(context, *checked, call->session->name(), call->cloths);
+  if (!work.ok()) return call->End(work.status());
+  work->cancel = cancel;
+  work->done = [call](StepOutcome outcome) {
+    call->End(ToAnswer(call->cloths, std::move(outcome)));
+  };
+  const Status submitted = context.scheduler.Submit(std::move(*work));
+  if (!submitted.ok()) call->End(submitted);
+}
+
+}  // namespace drape::api

@@ -1,0 +1,16 @@
+// Step behind its handlers: check, find, submit, map, remember. Shared by Step and StepStream.
+#pragma once
+
+#include <functional>
+
+#include "drape/v1/step.pb.h"
+#include "server/api/simulation_service.h"
+
+namespace drape::api {
+
+// `done` exactly once, on any thread, possibly before this returns. `request` is not used
+// afterwards.
+void StartStep(const ServiceContext& context, const v1::StepRequest& request,
+               const CancelToken& cancel, std::function<void(Result<v1::StepResponse>)> done);
+
+}  // namespace drape::api

@@ -1,0 +1,101 @@
+#include "server/api/step_stream.h"
+
+#include <utility>
+
+#include "server/api/status_mapping.h"
+#include "server/api/step_execution.h"
+
+namespace drape::api {
+
+StepStreamReactor* StepStreamReactor::Start(const ServiceContext& context) {
+  const std::shared_ptr<StepStreamReactor> reactor(new StepStreamReactor(context));
+  reactor->self_ = reactor;
+  const std::lock_guard lock(reactor->mutex_);
+  reactor->ReadNext();
+  return reactor.get();
+}
+
+void StepStreamReactor::OnReadDone(bool ok) {
+  std::shared_ptr<Slot> slot;
+  {
+    const std::lock_guard lock(mutex_);
+    is_reading_ = false;
+    is_read_over_ = !ok;
+    if (ok && !is_ended_ && !is_broken_) {
+      slot = slots_.emplace_back(std::make_shared<Slot>());
+    } else {
+      WriteNext();
+    }
+  }
+  if (!slot) return;
+  // Without the lock: the answer may come before StartStep returns.
+  StartStep(context_, request_, slot->cancel,
+            [self = shared_from_this(), slot](Result<v1::StepResponse> answer) {
+              self->OnAnswer(*slot, std::move(answer));
+            });
+  const std::lock_guard lock(mutex_);
+  ReadNext();
+}
+
+void StepStreamReactor::OnAnswer(Slot& slot, Result<v1::StepResponse> answer) {
+  const std::lock_guard lock(mutex_);
+  slot.answer = std::move(answer);
+  WriteNext();
+}
+
+void StepStreamReactor::OnWriteDone(bool ok) {
+  const std::lock_guard lock(mutex_);
+  is_writing_ = false;
+  if (!ok) is_broken_ = true;
+  ReadNext();
+  WriteNext();
+}
+
+void StepStreamReactor::OnCancel() {
+  const std::lock_guard lock(mutex_);
+  is_broken_ = true;
+  CancelAll();
+  WriteNext();
+}
+
+void StepStreamReactor::OnDone() {
+  const std::shared_ptr<StepStreamReactor> last = std::move(self_);
+}
+
+void StepStreamReactor::ReadNext() {
+  if (is_reading_ || is_read_over_ || is_broken_ || is_ended_) return;
+  if (slots_.size() >= context_.limits.max_pipelined_steps) return;
+  is_reading_ = true;
+  StartRead(&request_);
+}
+
+void StepStreamReactor::WriteNext() {
+  if (is_writing_ || is_ended_) return;
+  if (is_broken_) {
+    return End(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
+  }
+  if (slots_.empty()) {
+    if (is_read_over_) End(Status::Ok());
+    return;
+  }
+  if (!slots_.front()->answer) return;
+  Result<v1::StepResponse> answer = std::move(*slots_.front()->answer);
+  slots_.pop_front();
+  if (!answer.ok()) return End(answer.status());
+  is_writing_ = true;
+  response_ = std::move(*answer);
+  StartWrite(&response_);
+  ReadNext();
+}
+
+void StepStreamReactor::CancelAll() {
+  for (const auto& slot : slots_) slot->cancel.Cancel();
+}
+
+void StepStreamReactor::End(const Status& status) {
+  is_ended_ = true;
+  CancelAll();
+  Finish(ToGrpcStatus(status));
+}
+
+}  // namespace drape::api

@@ -1,0 +1,57 @@
+// StepStream: several requests under way, answers in order.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "server/api/simulation_service.h"
+
+namespace drape::api {
+
+// Reads while fewer than max_pipelined_steps requests are under way. The first request that fails
+// ends the stream with its status, after the answers before it; later ones are cancelled. When the
+// client has no more requests the stream ends after the last answer. Alive until gRPC and every
+// request under way have let go of it.
+class StepStreamReactor final : public grpc::ServerBidiReactor<v1::StepRequest, v1::StepResponse>,
+                                public std::enable_shared_from_this<StepStreamReactor> {
+ public:
+  static StepStreamReactor* Start(const ServiceContext& context);
+
+ private:
+  // A request that was read and not answered yet.
+  struct Slot {
+    CancelToken cancel;
+    std::optional<Result<v1::StepResponse>> answer;
+  };
+
+  explicit StepStreamReactor(const ServiceContext& context) : context_(context) {}
+
+  void OnReadDone(bool ok) override;
+  void OnWriteDone(bool ok) override;
+  void OnCancel() override;
+  void OnDone() override;
+
+  void OnAnswer(Slot& slot, Result<v1::StepResponse> answer);
+  // With mutex_ held.
+  void ReadNext();
+  void WriteNext();
+  void CancelAll();
+  void End(const Status& status);
+
+  const ServiceContext& context_;
+  std::shared_ptr<StepStreamReactor> self_;  // until OnDone
+
+  std::mutex mutex_;
+  v1::StepRequest request_;                  // being read
+  v1::StepResponse response_;                // being written
+  std::deque<std::shared_ptr<Slot>> slots_;  // oldest first
+  bool is_reading_ = false;
+  bool is_read_over_ = false;  // the client sends no more
+  bool is_writing_ = false;
+  bool is_broken_ = false;  // the client has gone
+  bool is_ended_ = false;   // Finish was called
+};
+
+}  // namespace drape::api

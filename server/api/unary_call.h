@@ -1,0 +1,54 @@
+// The reactor of unary calls that end later, on another thread.
+#pragma once
+
+#include <grpcpp/support/server_callback.h>
+
+#include <atomic>
+#include <functional>
+
+#include "server/api/status_mapping.h"
+#include "server/scheduler/step_work.h"
+#include "server/session/session_registry.h"
+
+namespace drape::api {
+
+// Owns itself until gRPC is done with it. Until End the request and the response stay valid;
+// whoever holds the call must call End exactly once, on any thread.
+class UnaryCall final : public grpc::ServerUnaryReactor {
+ public:
+  static UnaryCall* New() { return new UnaryCall(); }
+
+  // Keeps the session alive while the request is under way.
+  SessionLease lease;
+  // Set when the client has gone or its deadline has passed.
+  CancelToken cancel;
+
+  void End(const Status& status) {
+    lease = {};
+    Finish(ToGrpcStatus(status));
+  }
+
+ private:
+  UnaryCall() = default;
+  void OnCancel() override { cancel.Cancel(); }
+  void OnDone() override { delete this; }
+};
+
+// For what is known at once.
+inline grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context,
+                                        const Status& status) {
+  auto* reactor = context->DefaultReactor();
+  reactor->Finish(ToGrpcStatus(status));
+  return reactor;
+}
+
+// Ends the call with the result's status, after `map` has put its value into the response.
+template <class T, class Map>
+std::function<void(Result<T>)> EndWith(UnaryCall* call, Map map) {
+  return [call, map](Result<T> result) {
+    if (result.ok()) map(*result);
+    call->End(result.status());
+  };
+}
+
+}  // namespace drape::api
