@@ -110,6 +110,19 @@ Scene CompliantSheet(uint32_t side, double compliance_m_per_n) {
   return scene;
 }
 
+Scene ExplosiveSheet(uint32_t side) {
+  const Scene sheet = Grid(side, side, 1, 1);
+  ParticleTopology particles;
+  particles.positions_m = sheet.state.positions_m;
+  particles.masses_kg.assign(sheet.model->masses_kg().begin(), sheet.model->masses_kg().end());
+  const auto constraints = sheet.model->constraints();
+  particles.distance_constraints.assign(constraints.begin(), constraints.end());
+  particles.springs = {{0, side * side - 1, 0.1, 1e15, 0}};
+  Scene scene = Particles(particles);
+  scene.name = "explosive_" + std::to_string(side);
+  return scene;
+}
+
 void Stir(Scene& scene, double speed_m_per_s) {
   const auto rest = scene.model->rest_positions_m();
   for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {

@@ -53,6 +53,10 @@ Scene FallingOnSphere(uint32_t side);
 // Two corners pinned, stretch compliance, bending and shear springs.
 Scene CompliantSheet(uint32_t side, double compliance_m_per_n);
 
+// A grid whose one spring is so stiff that explicit integration fails within a step or two: FAULTED
+// on every backend, on the way there infinities and NaNs.
+Scene ExplosiveSheet(uint32_t side);
+
 // Adds a smooth, lopsided velocity field of at most speed_m_per_s to the free particles, so that
 // nothing stays symmetric or planar.
 void Stir(Scene& scene, double speed_m_per_s);

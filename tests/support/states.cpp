@@ -54,6 +54,19 @@ std::string ReadBits(Backend& backend, ClothHandle cloth) {
   return ToBytes(columns.positions_m) + ToBytes(columns.velocities_m_per_s);
 }
 
+Vector3d RoundToFloat(const Vector3d& v) {
+  Vector3d result;
+  for (int axis = 0; axis < 3; ++axis) {
+    volatile float rounded = static_cast<float>(v[axis]);
+    result[axis] = rounded;
+  }
+  return result;
+}
+
+void RoundToFloat(std::vector<Vector3d>& vectors) {
+  for (Vector3d& v : vectors) v = RoundToFloat(v);
+}
+
 bool IsFinite(const ParticleState& state) {
   return AreFinite(state.positions_m) && AreFinite(state.velocities_m_per_s);
 }

@@ -16,6 +16,11 @@ ParticleState ReadState(Backend& backend, ClothHandle cloth);
 // The bytes of positions and velocities: equal if and only if the states are bit for bit equal.
 std::string ReadBits(Backend& backend, ClothHandle cloth);
 
+// Each component rounded to single precision. Not v.cast<float>().cast<double>(): GCC 12 drops that
+// pair of conversions when it vectorises (-O2).
+Eigen::Vector3d RoundToFloat(const Eigen::Vector3d& v);
+void RoundToFloat(std::vector<Eigen::Vector3d>& vectors);
+
 bool IsFinite(const ParticleState& state);
 
 // Unit round-off of a backend's numbers: 2^-24 or 2^-53. A rounded operation is off by at most this

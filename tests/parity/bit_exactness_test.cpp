@@ -1,0 +1,207 @@
+// The result of a cloth is the same bit for bit whatever is stepped with it and wherever it lies.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/solver/cpu/cpu_backend.h"
+#include "tests/support/backends.h"
+#include "tests/support/scenes.h"
+#include "tests/support/states.h"
+
+namespace drape::test {
+namespace {
+
+constexpr uint32_t kSteps = 2;
+
+Scene PaperSheet() {
+  Scene scene = SizedCloth(1024);
+  scene.parameters.settings = PresetSettings(Preset::kPaper);
+  Stir(scene, 0.5);
+  return scene;
+}
+
+// Together they run every part of the step, and every size class of a backend.
+std::vector<Scene> Subjects() {
+  Scene sheet = SizedCloth(33);
+  Stir(sheet, 0.5);
+  Scene sphere = FallingOnSphere(16);
+  for (auto& v : sphere.state.velocities_m_per_s) v.y() = -3;
+  Scene large = SizedCloth(5000);
+  Stir(large, 0.2);
+  large.parameters.settings.substeps = 4;
+  Scene compliant = CompliantSheet(9, 1e-5);
+  compliant.parameters.damping_per_s = 0.3;
+  Stir(compliant, 0.5);
+  return {SizedCloth(1), sheet, PaperSheet(), sphere, compliant, large};
+}
+
+std::vector<Scene> Neighbours() {
+  Scene falling = FallingOnSphere(9);
+  return {SizedCloth(2), ExplosiveSheet(6), SizedCloth(1025), falling, SizedCloth(31)};
+}
+
+// Cloths of one backend that are stepped together; destroys them at the end.
+class Batch {
+ public:
+  explicit Batch(Backend& backend) : backend_(backend) {}
+  Batch(const Batch&) = delete;
+  Batch& operator=(const Batch&) = delete;
+  ~Batch() {
+    for (const StepItem& item : items_) backend_.Destroy(item.cloth);
+  }
+
+  ClothHandle Add(const Scene& scene, bool measure = false) {
+    items_.push_back({CreateCloth(backend_, scene), scene.pin_targets_m, measure});
+    return items_.back().cloth;
+  }
+
+  BatchReport Step() {
+    BatchReport report;
+    for (uint32_t step = 0; step < kSteps; ++step) report = backend_.Step(items_);
+    return report;
+  }
+
+ private:
+  Backend& backend_;
+  std::vector<StepItem> items_;
+};
+
+std::string BitsAlone(Backend& backend, const Scene& scene, bool measure = false) {
+  Batch batch(backend);
+  const ClothHandle cloth = batch.Add(scene, measure);
+  batch.Step();
+  return ReadBits(backend, cloth);
+}
+
+// Not EXPECT_EQ: the bytes of a state say nothing to a reader.
+void ExpectSameBits(const std::string& actual, const std::string& expected,
+                    const std::string& where) {
+  ASSERT_EQ(actual.size(), expected.size()) << where;
+  size_t k = 0;
+  while (k < actual.size() && actual[k] == expected[k]) ++k;
+  EXPECT_EQ(k, actual.size()) << where << ": byte " << k << " differs";
+}
+
+class BitExactnessTest : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Backends, BitExactnessTest, testing::ValuesIn(BackendNames()),
+                         testing::PrintToStringParamName());
+
+TEST_P(BitExactnessTest, AStepChangesTheState) {
+  Backend& backend = SharedBackend(GetParam());
+  for (const Scene& scene : Subjects()) {
+    const ClothHandle cloth = CreateCloth(backend, scene);
+    const std::string before = ReadBits(backend, cloth);
+    StepAlone(backend, cloth, scene);
+    EXPECT_NE(ReadBits(backend, cloth), before) << scene.name;
+    backend.Destroy(cloth);
+  }
+}
+
+TEST_P(BitExactnessTest, SameInAnyPlaceOfABatch) {
+  Backend& backend = SharedBackend(GetParam());
+  const std::vector<Scene> neighbours = Neighbours();
+  for (const Scene& scene : Subjects()) {
+    const std::string alone = BitsAlone(backend, scene);
+    for (const size_t place : {size_t{0}, neighbours.size() / 2, neighbours.size()}) {
+      Batch batch(backend);
+      ClothHandle subject;
+      for (size_t k = 0; k <= neighbours.size(); ++k) {
+        if (k == place) subject = batch.Add(scene);
+        if (k < neighbours.size()) batch.Add(neighbours[k]);
+      }
+      const BatchReport report = batch.Step();
+      size_t faulted = 0;
+      for (const StepReport& one : report.reports) faulted += one.fault != FaultReason::kNone;
+      EXPECT_EQ(faulted, 1u) << "exactly the explosive neighbour must blow up";
+      ExpectSameBits(ReadBits(backend, subject), alone,
+                     scene.name + " at place " + std::to_string(place));
+    }
+  }
+}
+
+TEST_P(BitExactnessTest, SameAmongEqualCloths) {
+  Backend& backend = SharedBackend(GetParam());
+  const Scene scene = PaperSheet();
+  const std::string alone = BitsAlone(backend, scene);
+  Batch batch(backend);
+  std::vector<ClothHandle> cloths;
+  for (int k = 0; k < 5; ++k) cloths.push_back(batch.Add(scene));
+  batch.Step();
+  for (const ClothHandle& cloth : cloths) {
+    ExpectSameBits(ReadBits(backend, cloth), alone, "one of five equal cloths");
+  }
+}
+
+TEST_P(BitExactnessTest, SameWhetherMeasuredOrNot) {
+  Backend& backend = SharedBackend(GetParam());
+  for (const Scene& scene : Subjects()) {
+    ExpectSameBits(BitsAlone(backend, scene, true), BitsAlone(backend, scene, false), scene.name);
+  }
+}
+
+TEST_P(BitExactnessTest, SameInAReusedSlot) {
+  Backend& backend = SharedBackend(GetParam());
+  for (const Scene& scene : Subjects()) {
+    const std::string alone = BitsAlone(backend, scene);
+    std::vector<ClothHandle> cloths;
+    for (const Scene& neighbour : Neighbours()) {
+      cloths.push_back(CreateCloth(backend, neighbour));
+      StepAlone(backend, cloths.back(), neighbour);
+    }
+    backend.Destroy(cloths[1]);  // the explosive one: its slot holds the worst left-overs
+    backend.Destroy(cloths[3]);
+    ExpectSameBits(BitsAlone(backend, scene), alone, scene.name);
+    for (const size_t k : {0, 2, 4}) backend.Destroy(cloths[k]);
+  }
+}
+
+TEST_P(BitExactnessTest, SameOnAFreshBackend) {
+  const Scene scene = PaperSheet();
+  const std::string first = BitsAlone(SharedBackend(GetParam()), scene);
+  const std::unique_ptr<Backend> fresh = MakeBackend(GetParam());
+  ExpectSameBits(BitsAlone(*fresh, scene), first, "a second backend");
+}
+
+// Reading a state and writing it back changes nothing: what a snapshot relies on.
+TEST_P(BitExactnessTest, SameAfterReadAndWrite) {
+  Backend& backend = SharedBackend(GetParam());
+  for (const Scene& scene : Subjects()) {
+    const std::string uninterrupted = BitsAlone(backend, scene);
+    const ClothHandle first = CreateCloth(backend, scene);
+    StepAlone(backend, first, scene, kSteps - 1);
+    ClothUpdate update;
+    update.state = ReadState(backend, first);
+    backend.Destroy(first);
+    const ClothHandle second = CreateCloth(backend, scene);
+    ASSERT_TRUE(backend.Write(second, update).ok());
+    StepAlone(backend, second, scene);
+    ExpectSameBits(ReadBits(backend, second), uninterrupted, scene.name);
+    backend.Destroy(second);
+  }
+}
+
+TEST(CpuBitExactnessTest, SameWithAnyNumberOfThreads) {
+  std::vector<std::string> expected;
+  for (const uint32_t thread_count : {1u, 2u}) {
+    const std::unique_ptr<Backend> backend = CreateCpuBackend({thread_count});
+    Batch batch(*backend);
+    std::vector<ClothHandle> cloths;
+    for (int copy = 0; copy < 3; ++copy) {
+      for (const Scene& scene : Subjects()) cloths.push_back(batch.Add(scene));
+      for (const Scene& scene : Neighbours()) cloths.push_back(batch.Add(scene));
+    }
+    batch.Step();
+    std::vector<std::string> bits;
+    for (const ClothHandle& cloth : cloths) bits.push_back(ReadBits(*backend, cloth));
+    if (expected.empty()) expected = bits;
+    for (size_t k = 0; k < bits.size(); ++k) {
+      ExpectSameBits(bits[k], expected[k],
+                     "cloth " + std::to_string(k) + ", threads " + std::to_string(thread_count));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,167 @@
+#include "tests/parity/round_off.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+#include <vector>
+
+#include "tests/support/backends.h"
+#include "tests/support/states.h"
+
+namespace drape::test {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kRoundOff = 0x1p-24;
+
+// Of the constraints and springs of the busiest particle.
+struct Coupling {
+  double degree = 0;
+  double length_m = 0;
+  double spring_rate = 0;   // sum of k/m over its springs [1/s^2]
+  double spring_decay = 0;  // sum of c/m [1/s]
+};
+
+Coupling FindCoupling(const SceneModel& model) {
+  Coupling coupling;
+  std::vector<double> degrees(model.particle_count());
+  const auto w = model.inverse_masses_per_kg();
+  for (const DistanceConstraint& constraint : model.constraints()) {
+    ++degrees[constraint.i];
+    ++degrees[constraint.j];
+    coupling.length_m = std::max(coupling.length_m, constraint.rest_length_m);
+  }
+  for (const Spring& spring : model.springs()) {
+    coupling.length_m = std::max(coupling.length_m, spring.rest_length_m);
+  }
+  for (uint32_t i = 0; i < model.particle_count(); ++i) {
+    coupling.degree = std::max(coupling.degree, degrees[i]);
+    double rate = 0, decay = 0;
+    for (uint32_t e = model.spring_offsets()[i]; e < model.spring_offsets()[i + 1]; ++e) {
+      rate += model.spring_ends()[e].stiffness_n_per_m * w[i];
+      decay += model.spring_ends()[e].damping_n_s_per_m * w[i];
+    }
+    coupling.spring_rate = std::max(coupling.spring_rate, rate);
+    coupling.spring_decay = std::max(coupling.spring_decay, decay);
+  }
+  return coupling;
+}
+
+double SmallestRadius(const ClothParameters& parameters, double otherwise) {
+  double radius = otherwise;
+  for (const Collider& collider : parameters.colliders) {
+    if (const auto* sphere = std::get_if<SphereCollider>(&collider)) {
+      radius = std::min(radius, sphere->radius_m);
+    }
+  }
+  return radius;
+}
+
+double ColliderExtent(const ClothParameters& parameters) {
+  double extent = 0;
+  for (const Collider& collider : parameters.colliders) {
+    if (const auto* sphere = std::get_if<SphereCollider>(&collider)) {
+      extent = std::max(extent, sphere->center_m.norm() + sphere->radius_m);
+    } else {
+      extent = std::max(extent, std::get<PlaneCollider>(collider).point_m.norm());
+    }
+  }
+  return extent;
+}
+
+double LargestNorm(const std::vector<Vector3d>& vectors) {
+  double largest = 0;
+  for (const Vector3d& v : vectors) largest = std::max(largest, v.norm());
+  return largest;
+}
+
+void Widen(RunScales& scales, const ParticleState& state) {
+  scales.coordinate_m = std::max(scales.coordinate_m, LargestNorm(state.positions_m));
+  scales.speed_m_per_s = std::max(scales.speed_m_per_s, LargestNorm(state.velocities_m_per_s));
+}
+
+void CompareReports(const StepReport& actual, const StepReport& expected, bool has_tolerance) {
+  EXPECT_EQ(actual.fault, expected.fault);
+  EXPECT_EQ(actual.warnings.springs_beyond_limit, expected.warnings.springs_beyond_limit);
+  EXPECT_EQ(actual.converged, expected.converged);
+  EXPECT_EQ(actual.warnings.not_converged, expected.warnings.not_converged);
+  if (!has_tolerance) {
+    EXPECT_EQ(actual.iterations, expected.iterations);
+  }
+}
+
+void CompareStates(const ParticleState& actual, const ParticleState& expected,
+                   const ErrorBound& bound) {
+  const WorstOffender position = FindWorst(actual.positions_m, expected.positions_m);
+  EXPECT_LE(position.distance, bound.position_m) << "position [m], " << position.message;
+  const WorstOffender velocity = FindWorst(actual.velocities_m_per_s, expected.velocities_m_per_s);
+  EXPECT_LE(velocity.distance, bound.velocity_m_per_s) << "velocity [m/s], " << velocity.message;
+}
+
+}  // namespace
+
+ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t substeps,
+                         uint32_t sweeps) {
+  const Coupling coupling = FindCoupling(*scene.model);
+  const double h = scene.parameters.settings.substep_s();
+  const double speed = scales.speed_m_per_s + scales.acceleration_m_per_s2 * h;
+  const double extent = std::max(scales.coordinate_m, ColliderExtent(scene.parameters));
+  const double radius = SmallestRadius(scene.parameters, extent);
+  const double colliders = static_cast<double>(scene.parameters.colliders.size());
+  const double count = substeps;
+
+  const double constraint = kRoundOff * (13 * (coupling.length_m + h * speed) / h + speed);
+  const double contact = kRoundOff * (8 * extent / h + (2 * extent / radius + 4) * speed);
+  const double sweep = coupling.degree * constraint + colliders * contact;
+  const double position = kRoundOff * extent;
+  const double held =
+      std::sqrt(sweeps / count) * sweep + (coupling.degree + colliders) * 2 * position / h;
+  const double spring = kRoundOff * 8 * h *
+                        (coupling.spring_rate * coupling.length_m + coupling.spring_decay * speed);
+  const double free = 8 * kRoundOff * speed + 2 * spring;
+
+  ErrorBound bound;
+  bound.velocity_m_per_s = std::sqrt(count) * held + count * free;
+  bound.position_m = count * position + h * count * bound.velocity_m_per_s;
+  return bound;
+}
+
+void ExpectParity(const std::string& backend_name, Scene scene, uint32_t steps,
+                  uint32_t path_links) {
+  SCOPED_TRACE(scene.name + " on " + backend_name);
+  RoundToFloat(scene.state.positions_m);
+  RoundToFloat(scene.state.velocities_m_per_s);
+  RoundToFloat(scene.pin_targets_m);
+  Backend& reference = SharedBackend("reference");
+  Backend& backend = SharedBackend(backend_name);
+  const ClothHandle expected_cloth = CreateCloth(reference, scene);
+  const ClothHandle actual_cloth = CreateCloth(backend, scene);
+
+  const double tolerance = scene.parameters.settings.tolerance;
+  RunScales scales;
+  uint32_t sweeps = 0;
+  scales.acceleration_m_per_s2 = scene.parameters.gravity_m_per_s2.norm();
+  Widen(scales, scene.state);
+  for (uint32_t step = 1; step <= steps; ++step) {
+    SCOPED_TRACE("after step " + std::to_string(step));
+    const StepReport expected_report = StepAlone(reference, expected_cloth, scene);
+    const StepReport actual_report = StepAlone(backend, actual_cloth, scene);
+    const ParticleState expected = ReadState(reference, expected_cloth);
+    Widen(scales, expected);
+    sweeps += expected_report.iterations;
+    ErrorBound bound =
+        RoundOffBound(scene, scales, step * scene.parameters.settings.substeps, sweeps);
+    const double accepted = 2 * tolerance * FindCoupling(*scene.model).length_m * path_links;
+    bound.position_m += accepted;
+    bound.velocity_m_per_s += accepted / scene.parameters.settings.substep_s();
+    CompareReports(actual_report, expected_report, tolerance > 0);
+    CompareStates(ReadState(backend, actual_cloth), expected, bound);
+  }
+  reference.Destroy(expected_cloth);
+  backend.Destroy(actual_cloth);
+}
+
+}  // namespace drape::test

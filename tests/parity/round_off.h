@@ -1,0 +1,54 @@
+// How far a backend in single precision may be from the reference, derived from counts of
+// operations.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "server/solver/backend.h"
+#include "tests/support/scenes.h"
+
+namespace drape::test {
+
+// Largest numbers that a run meets; they scale the rounding of each operation.
+struct RunScales {
+  double coordinate_m = 0;           // |p| of particles and colliders
+  double speed_m_per_s = 0;          // |v|
+  double acceleration_m_per_s2 = 0;  // |g|
+};
+
+struct ErrorBound {
+  double position_m = 0;
+  double velocity_m_per_s = 0;
+};
+
+// Bound after M substeps of length h with `sweeps` sweeps in all (S = sweeps / M). With e = 2^-24,
+// per particle of at most D constraints or springs of length at most L, K colliders, speeds up to U
+// and coordinates up to X:
+//   a constraint  d = (p_j - p_i) + h (u_j - u_i), |d|, C: 8 roundings of size L + h U; the impulse
+//   is C/h
+//                 times weights <= 1 (5 more relative roundings, |C| <= L); added to u (1 of size
+//                 U)
+//   a contact     q, q - c, |q - c|, gap: 8 roundings of size X, over h; its direction is off by 2
+//   e X/R
+//                 and 4 e, times impulses of at most U
+//   a position    1 rounding of size X per substep, which constraints and contacts turn into X/h of
+//   velocity a spring      8 roundings of k L and of c U, times h/m predict, integrate,
+//   correct_velocity: 8 roundings of U + g h
+// An impulse is a projection: it does not enlarge an error that is there already in the norm of
+// kinetic energy, so errors add up over sweeps and substeps. Those of constraints and contacts have
+// changing arguments and add like independent ones, with the square root of their number (each is
+// counted with its largest size, 3 times the usual one); those of constant accelerations repeat and
+// add one by one. An error of the velocity moves the position in every later substep.
+ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t substeps,
+                         uint32_t sweeps);
+
+// Steps the scene on both backends from the same state, rounded to single precision, and compares
+// after every step: states within the bound (the message names the worst particle), sweeps and
+// warnings equal. With a tolerance, constraints may be left with |C| <= tolerance L on either side
+// and a sweep may decide otherwise, so a position may differ by twice that for each link on the way
+// to a pin: `path_links`.
+void ExpectParity(const std::string& backend_name, Scene scene, uint32_t steps,
+                  uint32_t path_links = 0);
+
+}  // namespace drape::test

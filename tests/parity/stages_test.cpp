@@ -1,0 +1,188 @@
+// Each stage of server/solver/step_stages.h alone, every backend in single precision against the
+// reference. Bounds: round_off.h.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/parity/round_off.h"
+#include "tests/support/backends.h"
+#include "tests/support/states.h"
+
+namespace drape::test {
+namespace {
+
+using Eigen::Vector3d;
+
+class StageParityTest : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Backends, StageParityTest, testing::ValuesIn(FloatBackendNames()),
+                         testing::PrintToStringParamName());
+
+// Particles of different masses that nothing holds together.
+Scene LooseParticles(const std::vector<Vector3d>& positions) {
+  ParticleTopology particles;
+  particles.positions_m = positions;
+  for (size_t i = 0; i < positions.size(); ++i)
+    particles.masses_kg.push_back(0.1 + 0.3 * static_cast<double>(i));
+  return Particles(particles);
+}
+
+void SetSubsteps(Scene& scene, uint32_t substeps, uint32_t max_iterations = 1) {
+  scene.parameters.settings.substeps = substeps;
+  scene.parameters.settings.max_iterations = max_iterations;
+}
+
+TEST_P(StageParityTest, PredictAndIntegrateMoveFreeParticles) {
+  for (const uint32_t substeps : {1u, 8u}) {
+    Scene scene = LooseParticles({{0, 0, 0}, {1, -2, 3}, {100, 200, -300}});
+    scene.state.velocities_m_per_s = {{0, 0, 0}, {3, 4, -5}, {-60, 70, 0.001}};
+    SetSubsteps(scene, substeps);
+    ExpectParity(GetParam(), scene, 5);
+  }
+}
+
+TEST_P(StageParityTest, PredictMovesPinsToTheirTargets) {
+  for (const uint32_t substeps : {1u, 3u, 8u}) {
+    // No constraint, so that the pins are all that moves; one stays.
+    Scene scene = Particles({{{0, 0, 0}, {1, 0, 0}, {2, 1, 0}}, {1, 1, 1}, {}, {}}, {0, 1, 2});
+    scene.pin_targets_m = {{0.1, -0.2, 0.3}, {1, 0, 0}, {2, 1.7, -0.3}};
+    SetSubsteps(scene, substeps);
+    ExpectParity(GetParam(), scene, 2);
+
+    Backend& backend = SharedBackend(GetParam());
+    const ClothHandle cloth = CreateCloth(backend, scene);
+    StepAlone(backend, cloth, scene);
+    const ParticleState moved = ReadState(backend, cloth);
+    for (size_t k = 0; k < scene.pin_targets_m.size(); ++k) {
+      const Vector3d target = RoundToFloat(scene.pin_targets_m[k]);
+      EXPECT_EQ(moved.positions_m[k], target) << "a pin ends exactly on its target";
+    }
+    EXPECT_EQ(moved.velocities_m_per_s[1], Vector3d::Zero()) << "a pin that stays has no speed";
+    StepAlone(backend, cloth, scene);
+    EXPECT_EQ(ReadState(backend, cloth).velocities_m_per_s[0], Vector3d::Zero());
+    backend.Destroy(cloth);
+  }
+}
+
+TEST_P(StageParityTest, ApplySprings) {
+  for (const auto integration : {SpringIntegration::kInForce, SpringIntegration::kHalfKicks}) {
+    for (const uint32_t substeps : {1u, 8u}) {
+      ParticleTopology particles;
+      particles.positions_m = {{0, 0, 0}, {0.5, 0.1, 0}, {1.1, 0, 0.2}, {3, 1, 2}, {3, 1, 2}};
+      particles.masses_kg = {0.5, 0.2, 0.3, 0.4, 0.4};
+      // Stretched, compressed, damped, and one between coincident particles, which has no direction
+      // and pulls at nothing.
+      particles.springs = {
+          {0, 1, 0.4, 20, 0}, {1, 2, 0.8, 10, 0.3}, {0, 2, 1, 5, 0.1}, {3, 4, 0.1, 30, 0.2}};
+      Scene scene = Particles(particles, {0});
+      scene.name = integration == SpringIntegration::kInForce ? "in_force" : "half_kicks";
+      scene.parameters.gravity_m_per_s2.setZero();
+      scene.parameters.settings.spring_integration = integration;
+      scene.state.velocities_m_per_s = {{0, 0, 0}, {1, 0, -1}, {0, 0.5, 0}, {1, 0, 0}, {1, 0, 0}};
+      SetSubsteps(scene, substeps);
+      ExpectParity(GetParam(), scene, 1);
+    }
+  }
+}
+
+TEST_P(StageParityTest, SolveDistanceOneSweep) {
+  for (const uint32_t particle_count : {2u, 3u, 31u, 33u, 1025u}) {
+    Scene scene = SizedCloth(particle_count);
+    Stir(scene, 1);
+    scene.parameters.gravity_m_per_s2.setZero();
+    SetSubsteps(scene, 1);
+    ExpectParity(GetParam(), scene, 1);
+  }
+}
+
+TEST_P(StageParityTest, SolveDistanceWithUnequalMassesAndCompliance) {
+  for (const double compliance_m_per_n : {0.0, 1e-5, 1e-2}) {
+    for (const uint32_t sweeps : {1u, 5u}) {
+      Scene scene = Net(7, 0.2, compliance_m_per_n);
+      Stir(scene, 2);
+      scene.parameters.gravity_m_per_s2.setZero();
+      SetSubsteps(scene, 1, sweeps);
+      ExpectParity(GetParam(), scene, 1);
+    }
+  }
+}
+
+TEST_P(StageParityTest, SolveDistanceOfCoincidentParticlesActsAlongX) {
+  Scene scene = Particles({{{0, 0, 0}, {0.25, 0, 0}}, {1, 3}, {{0, 1, 0.25, 0}}, {}});
+  scene.state.positions_m[1] = scene.state.positions_m[0];
+  scene.parameters.gravity_m_per_s2.setZero();
+  SetSubsteps(scene, 1);
+  ExpectParity(GetParam(), scene, 1);
+
+  Backend& backend = SharedBackend(GetParam());
+  const ClothHandle cloth = CreateCloth(backend, scene);
+  StepAlone(backend, cloth, scene);
+  const ParticleState state = ReadState(backend, cloth);
+  EXPECT_NEAR(state.positions_m[1].x() - state.positions_m[0].x(), 0.25, 0.25 * 8 * 0x1p-24);
+  EXPECT_EQ(state.positions_m[1].tail<2>(), Eigen::Vector2d::Zero());
+  backend.Destroy(cloth);
+}
+
+TEST_P(StageParityTest, SolveContacts) {
+  Scene scene = LooseParticles({{0, 0.001, 0},      // through the plane within the step
+                                {5, 0.5, 5},        // touches nothing
+                                {0.02, -0.3, 0.1},  // starts inside the sphere
+                                {2, -3, 0},         // starts deep below the plane
+                                {0, -0.5, 0}});     // at the sphere's centre
+  scene.parameters.colliders = {PlaneCollider{Vector3d::Zero(), Vector3d(0.6, 0.8, 0)},
+                                SphereCollider{Vector3d(0, -0.5, 0), 0.25}};
+  scene.parameters.thickness_m = 0.01;
+  scene.state.velocities_m_per_s.assign(5, Vector3d(0.2, -1, 0.1));
+  for (const uint32_t sweeps : {1u, 4u}) {
+    SetSubsteps(scene, 1, sweeps);
+    ExpectParity(GetParam(), scene, 2);
+  }
+}
+
+// Sticks below the static coefficient and slides above it; the slopes are far from the limit.
+TEST_P(StageParityTest, SolveContactsWithFriction) {
+  for (const double slope : {0.1, 0.9}) {
+    Scene scene = LooseParticles({{0, 0, 0}, {0.3, 0.3 * slope, 0}});
+    const Vector3d normal = Vector3d(-slope, 1, 0).normalized();
+    scene.parameters.colliders = {PlaneCollider{Vector3d::Zero(), normal}};
+    scene.parameters.friction_static = 0.5;
+    scene.parameters.friction_dynamic = 0.3;
+    SetSubsteps(scene, 4, 2);
+    ExpectParity(GetParam(), scene, 3);
+  }
+}
+
+TEST_P(StageParityTest, CorrectVelocityStopsTheApproach) {
+  Scene scene = LooseParticles({{0, 0, 0}, {1, 0, 1}});
+  scene.parameters.colliders = {PlaneCollider{Vector3d::Zero(), Vector3d::UnitY()}};
+  scene.state.velocities_m_per_s = {{0.5, -2, 0}, {0, -0.1, 0}};
+  SetSubsteps(scene, 1);
+  ExpectParity(GetParam(), scene, 3);
+
+  Backend& backend = SharedBackend(GetParam());
+  const ClothHandle cloth = CreateCloth(backend, scene);
+  StepAlone(backend, cloth, scene);
+  for (const Vector3d& v : ReadState(backend, cloth).velocities_m_per_s) {
+    EXPECT_EQ(v.y(), 0) << "no velocity into the plane is left";
+  }
+  backend.Destroy(cloth);
+}
+
+TEST_P(StageParityTest, CorrectVelocityDamps) {
+  Scene scene = LooseParticles({{0, 0, 0}, {1, -2, 3}});
+  scene.parameters.gravity_m_per_s2.setZero();
+  scene.parameters.damping_per_s = 3;
+  scene.state.velocities_m_per_s = {{1, 2, 3}, {-4, 5, 0.01}};
+  SetSubsteps(scene, 8);
+  ExpectParity(GetParam(), scene, 3);
+
+  Backend& backend = SharedBackend(GetParam());
+  const ClothHandle cloth = CreateCloth(backend, scene);
+  StepAlone(backend, cloth, scene, 6);
+  const double decay = std::exp(-3.0 * 6 / 60);
+  // 48 products with a factor of 1 rounding each, and the rounding of the factor itself.
+  EXPECT_NEAR(ReadState(backend, cloth).velocities_m_per_s[0].x(), decay, 2 * 48 * 0x1p-24);
+  backend.Destroy(cloth);
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,167 @@
+// Whole steps of whole cloths, every backend in single precision against the reference. Few steps:
+// a folding cloth enlarges any difference exponentially.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <utility>
+
+#include "tests/parity/round_off.h"
+#include "tests/support/backends.h"
+#include "tests/support/states.h"
+
+namespace drape::test {
+namespace {
+
+class WholeStepParityTest : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Backends, WholeStepParityTest, testing::ValuesIn(FloatBackendNames()),
+                         testing::PrintToStringParamName());
+
+void UseSubsteps(Scene& scene, uint32_t substeps) {
+  scene.parameters.settings.substeps = substeps;
+  scene.parameters.settings.max_iterations = substeps == 1 ? 20 : 2;
+  scene.parameters.settings.tolerance = 0;
+  scene.name += "_substeps_" + std::to_string(substeps);
+}
+
+TEST_P(WholeStepParityTest, AwkwardSizes) {
+  for (const uint32_t particle_count : kAwkwardSizes) {
+    for (const uint32_t substeps : {1u, 8u}) {
+      Scene scene = SizedCloth(particle_count);
+      Stir(scene, 0.3);
+      UseSubsteps(scene, substeps);
+      ExpectParity(GetParam(), scene, 2);
+    }
+  }
+}
+
+TEST_P(WholeStepParityTest, ComplianceAndSpringsOfBothIntegrations) {
+  for (const auto integration : {SpringIntegration::kInForce, SpringIntegration::kHalfKicks}) {
+    for (const uint32_t substeps : {1u, 8u}) {
+      Scene scene = CompliantSheet(12, 1e-4);
+      Stir(scene, 0.3);
+      UseSubsteps(scene, substeps);
+      scene.parameters.settings.spring_integration = integration;
+      scene.parameters.damping_per_s = 0.5;
+      ExpectParity(GetParam(), scene, 2);
+    }
+  }
+}
+
+TEST_P(WholeStepParityTest, UnequalMassesInANet) {
+  for (const uint32_t substeps : {1u, 8u}) {
+    Scene scene = Net(9, 0.1, 1e-5);
+    Stir(scene, 0.3);
+    UseSubsteps(scene, substeps);
+    ExpectParity(GetParam(), scene, 2);
+  }
+}
+
+TEST_P(WholeStepParityTest, MovingPins) {
+  for (const uint32_t substeps : {1u, 8u}) {
+    Scene scene = SizedCloth(33);
+    UseSubsteps(scene, substeps);
+    for (const uint32_t pin : scene.model->pins()) {
+      scene.pin_targets_m.push_back(scene.state.positions_m[pin] +
+                                    Eigen::Vector3d(0.01, 0.02, -0.01));
+    }
+    ExpectParity(GetParam(), scene, 2);
+  }
+}
+
+TEST_P(WholeStepParityTest, SphereAndPlane) {
+  for (const uint32_t substeps : {1u, 8u}) {
+    Scene scene = FallingOnSphere(15);
+    UseSubsteps(scene, substeps);
+    for (auto& v : scene.state.velocities_m_per_s)
+      v.y() = -3;  // meets the sphere in the second step
+    ExpectParity(GetParam(), scene, 2);
+  }
+}
+
+TEST_P(WholeStepParityTest, Tolerance) {
+  for (const double tolerance : {1e-2, 1e-3}) {
+    // Particles, and links on the longest way to a pin: a row of 31, and 11 x 3.
+    for (const auto& [particle_count, path_links] : {std::pair{2u, 1u}, {31u, 30u}, {33u, 7u}}) {
+      Scene scene = SizedCloth(particle_count);
+      Stir(scene, 0.1);
+      scene.parameters.settings.substeps = 8;
+      scene.parameters.settings.max_iterations = 10000;
+      scene.parameters.settings.tolerance = tolerance;
+      ExpectParity(GetParam(), scene, 2, path_links);
+    }
+  }
+}
+
+// What is measured on both sides is the same function of nearly the same state.
+TEST_P(WholeStepParityTest, Measurements) {
+  Scene scene = FallingOnSphere(15);
+  scene.parameters.settings.substeps = 8;
+  scene.parameters.settings.max_iterations = 2;
+  for (auto& v : scene.state.velocities_m_per_s) v.y() = -3;
+  Backend& reference = SharedBackend("reference");
+  Backend& backend = SharedBackend(GetParam());
+  const ClothHandle expected_cloth = CreateCloth(reference, scene);
+  const ClothHandle actual_cloth = CreateCloth(backend, scene);
+  const Measurements expected = StepAlone(reference, expected_cloth, scene, 2, true).measured;
+  const Measurements actual = StepAlone(backend, actual_cloth, scene, 2, true).measured;
+
+  const RunScales scales{1.5, 5, 9.81};
+  const ErrorBound bound = RoundOffBound(scene, scales, 16, 32);
+  const double edge_m = 1.0 / 14;
+  const double mass_kg = 0.2;
+  EXPECT_NEAR(actual.max_strain, expected.max_strain, 2 * bound.position_m / edge_m);
+  EXPECT_NEAR(actual.rms_strain, expected.rms_strain, 2 * bound.position_m / edge_m);
+  EXPECT_NEAR(actual.kinetic_energy_j, expected.kinetic_energy_j,
+              mass_kg * 5 * bound.velocity_m_per_s);
+  EXPECT_NEAR(actual.potential_energy_j, expected.potential_energy_j,
+              mass_kg * 9.81 * bound.position_m);
+  EXPECT_NEAR(actual.lowest_m, expected.lowest_m, bound.position_m);
+  EXPECT_NEAR(actual.max_penetration_m, expected.max_penetration_m, bound.position_m);
+  EXPECT_NEAR(actual.max_residual_m, expected.max_residual_m, 2 * bound.position_m);
+  EXPECT_GT(expected.contacts, 0u) << "the scene must touch the sphere";
+  EXPECT_EQ(actual.contacts, expected.contacts);
+  reference.Destroy(expected_cloth);
+  backend.Destroy(actual_cloth);
+}
+
+TEST_P(WholeStepParityTest, StrainEnergyOfCompliantConstraintsAndSprings) {
+  Scene scene = CompliantSheet(8, 1e-3);
+  Stir(scene, 0.5);
+  scene.parameters.settings.substeps = 4;
+  scene.parameters.settings.max_iterations = 5;
+  Backend& reference = SharedBackend("reference");
+  Backend& backend = SharedBackend(GetParam());
+  const ClothHandle expected_cloth = CreateCloth(reference, scene);
+  const ClothHandle actual_cloth = CreateCloth(backend, scene);
+  const Measurements expected = StepAlone(reference, expected_cloth, scene, 1, true).measured;
+  const Measurements actual = StepAlone(backend, actual_cloth, scene, 1, true).measured;
+
+  const ErrorBound bound = RoundOffBound(scene, {1.5, 1, 9.81}, 4, 20);
+  // dE = C/alpha dC for 112 constraints and k C dC for the springs, each C at most the largest one.
+  const double largest_error_m = expected.max_strain / 7;
+  const double sum_of_rates = 112 / 1e-3 + scene.model->spring_count() * 2.0;
+  EXPECT_GT(expected.strain_energy_j, 0);
+  EXPECT_NEAR(actual.strain_energy_j, expected.strain_energy_j,
+              sum_of_rates * largest_error_m * 2 * bound.position_m);
+  // Lambda alpha/h: as accurate as the error it balances.
+  EXPECT_NEAR(actual.max_residual_m, expected.max_residual_m, 4 * bound.position_m);
+  reference.Destroy(expected_cloth);
+  backend.Destroy(actual_cloth);
+}
+
+TEST_P(WholeStepParityTest, TooTightToleranceIsRaised) {
+  Scene scene = SizedCloth(33);
+  scene.parameters.settings.tolerance = 1e-9;
+  Backend& backend = SharedBackend(GetParam());
+  ClothHandle cloth = CreateCloth(backend, scene);
+  EXPECT_TRUE(StepAlone(backend, cloth, scene).warnings.tolerance_raised);
+  backend.Destroy(cloth);
+
+  scene.parameters.settings.tolerance = 1e-3;
+  cloth = CreateCloth(backend, scene);
+  EXPECT_FALSE(StepAlone(backend, cloth, scene).warnings.tolerance_raised);
+  backend.Destroy(cloth);
+}
+
+}  // namespace
+}  // namespace drape::test
