@@ -51,6 +51,9 @@ struct ClothStamp {
   uint32_t particle_count = 0;
 };
 
+// Device thread; the cloth is alive.
+ClothStamp StampOf(const ClothRuntime& cloth);
+
 // States of several cloths, cloth after cloth, in the cloth frame (scene/placement.h leads to the
 // world). Columns that were not asked for are empty.
 struct ClothStates {
@@ -76,9 +79,8 @@ struct ClothOutcome {
   // Since creation or reset.
   WarningCounters warnings;
   // Of the last step, if asked for. Measurements are in the frames that clients see: lowest_m in
-  // the world, potential energy zero at the environment's origin. A cloth that is faulted has a
-  // report with the reason, measured on its last good state. Unset for a
-  // cloth that had no step to do (until_step already reached): there is nothing to report of it.
+  // the world, potential energy zero at the environment's origin. A faulted cloth is measured in
+  // its last good state. Unset for a cloth that had no step to do (until_step already reached).
   std::optional<StepReport> report;
 };
 

@@ -11,6 +11,7 @@
 
 #include "server/core/ids.h"
 #include "server/scene/description.h"
+#include "server/scene/particle_state.h"
 #include "server/scene/placement.h"
 #include "server/scene/scene_model.h"
 #include "server/scheduler/cloth_runtime.h"

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -112,9 +113,8 @@ class SessionRegistry {
 
   // All with mutex_ held.
   bool IsExpired(const Entry& entry, int64_t now_us) const;
-  Result<Entry*> FindEntry(const std::string& name);
+  Status CheckLive(const std::string& name) const;
   SessionView ViewOf(const Entry& entry, int64_t now_us) const;
-  Status NotFound(const std::string& name) const;
   void RenewEntry(Entry& entry);
   void Remove(const std::string& name);
   void RememberExpired(const std::string& name);

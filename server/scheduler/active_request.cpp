@@ -1,0 +1,172 @@
+#include "server/scheduler/active_request.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "server/core/check.h"
+
+namespace drape {
+namespace {
+
+Status StepMismatch(const ClothRuntime& cloth, uint32_t cloth_index, const std::string& wanted) {
+  return {StatusCode::kFailedPrecondition, "STEP_MISMATCH",
+          "cloth " + std::to_string(cloth_index) + " of the request has completed " +
+              std::to_string(cloth.now().completed_steps) + " steps, " + wanted};
+}
+
+}  // namespace
+
+ActiveRequest::ActiveRequest(StepWork work, int64_t submitted_us, uint32_t tenant, uint64_t round)
+    : work_(std::move(work)), tenant_(tenant), last_round_(round), idle_since_us_(submitted_us) {
+  DRAPE_CHECK(!work_.cloths.empty(), "a step request needs a cloth");
+  DRAPE_CHECK(work_.steps.has_value() != work_.until_step.has_value(),
+              "exactly one of steps and until_step");
+}
+
+void ActiveRequest::EnterTurns() {
+  for (const auto& cloth : work_.cloths) {
+    std::deque<ActiveRequest*>& turns = cloth->turns();
+    DRAPE_CHECK(turns.empty() || turns.back() != this, "a cloth occurs once in a request");
+    missing_turns_ += !turns.empty();
+    turns.push_back(this);
+  }
+}
+
+void ActiveRequest::LeaveTurns() {
+  for (const auto& cloth : work_.cloths) {
+    std::deque<ActiveRequest*>& turns = cloth->turns();
+    const bool had_the_turn = turns.front() == this;
+    turns.erase(std::find(turns.begin(), turns.end(), this));
+    if (had_the_turn && !turns.empty()) --turns.front()->missing_turns_;
+  }
+}
+
+void ActiveRequest::EndWith(const Status& status) {
+  if (!end_status_.has_value()) end_status_ = status;
+}
+
+Status ActiveRequest::CheckExpectations(uint32_t max_steps) const {
+  for (uint32_t k = 0; k < work_.cloths.size(); ++k) {
+    const ClothRuntime& cloth = *work_.cloths[k];
+    if (!cloth.is_alive()) {
+      return {StatusCode::kNotFound, "CLOTH_NOT_FOUND",
+              "cloth " + std::to_string(k) + " of the request was deleted"};
+    }
+    if (cloth.is_faulted()) continue;
+    const uint64_t completed = cloth.now().completed_steps;
+    if (work_.expected_step.has_value() && completed != *work_.expected_step) {
+      return StepMismatch(cloth, k, "expected_step is " + std::to_string(*work_.expected_step));
+    }
+    if (!work_.until_step.has_value()) continue;
+    if (completed > *work_.until_step) {
+      return StepMismatch(cloth, k, "beyond until_step " + std::to_string(*work_.until_step));
+    }
+    if (*work_.until_step - completed > max_steps) {
+      return Status::InvalidField(
+          "until_step", "at most " + std::to_string(max_steps) + " steps ahead of every cloth");
+    }
+  }
+  return Status::Ok();
+}
+
+Status ActiveRequest::ApplyPinControls() {
+  std::vector<size_t> pins;
+  for (const PinControl& control : work_.pin_controls) {
+    const auto model_pins = work_.cloths[control.cloth_index]->model()->pins();
+    const auto found = std::lower_bound(model_pins.begin(), model_pins.end(), control.particle);
+    if (found == model_pins.end() || *found != control.particle) {
+      return {StatusCode::kFailedPrecondition, "PIN_NOT_FOUND",
+              "particle " + std::to_string(control.particle) + " of cloth " +
+                  std::to_string(control.cloth_index) + " of the request is no longer pinned"};
+    }
+    pins.push_back(static_cast<size_t>(found - model_pins.begin()));
+  }
+  for (size_t r = 0; r < pins.size(); ++r) {
+    const PinControl& control = work_.pin_controls[r];
+    ClothRuntime& cloth = *work_.cloths[control.cloth_index];
+    cloth.pins().Move(pins[r], control.target_m, control.over_s, cloth.now().time_s);
+  }
+  return Status::Ok();
+}
+
+Status ActiveRequest::Start(uint32_t max_steps) {
+  DRAPE_CHECK(has_every_turn() && !has_started_, "a request starts once, when it has every turn");
+  DRAPE_RETURN_IF_ERROR(CheckExpectations(max_steps));
+  DRAPE_RETURN_IF_ERROR(ApplyPinControls());
+  has_started_ = true;
+  steps_left_.resize(work_.cloths.size());
+  if (work_.report) reports_.resize(work_.cloths.size());
+  for (size_t k = 0; k < work_.cloths.size(); ++k) {
+    const ClothRuntime& cloth = *work_.cloths[k];
+    if (cloth.is_faulted()) {
+      // Stepping leaves a faulted cloth as it is; once, for its report.
+      steps_left_[k] = work_.report ? 1 : 0;
+    } else if (work_.steps.has_value()) {
+      steps_left_[k] = *work_.steps;
+    } else {
+      steps_left_[k] = static_cast<uint32_t>(*work_.until_step - cloth.now().completed_steps);
+    }
+    cloths_to_step_ += steps_left_[k] > 0;
+  }
+  return Status::Ok();
+}
+
+std::vector<uint32_t> ActiveRequest::Take(uint32_t count, uint64_t round, int64_t now_us) {
+  DRAPE_CHECK(count <= cloths_to_step_, "a request has no more cloths to step");
+  std::vector<uint32_t> taken;
+  taken.reserve(count);
+  while (taken.size() < count) {
+    if (steps_left_[cursor_] > 0) taken.push_back(cursor_);
+    cursor_ = (cursor_ + 1) % static_cast<uint32_t>(steps_left_.size());
+  }
+  last_round_ = round;
+  timing_.queue_us += now_us - idle_since_us_;
+  return taken;
+}
+
+bool ActiveRequest::IsMeasured(uint32_t cloth_index) const {
+  return work_.report && steps_left_[cloth_index] == 1;
+}
+
+void ActiveRequest::CompleteStep(uint32_t cloth_index, const StepReport& report) {
+  const ClothRuntime& cloth = *work_.cloths[cloth_index];
+  const bool is_measured = IsMeasured(cloth_index);
+  uint32_t& left = steps_left_[cloth_index];
+  left -= 1;
+  if (is_measured) {
+    reports_[cloth_index] = cloth.Shifted(report);
+  } else if (report.fault != FaultReason::kNone) {
+    left = work_.report ? 1 : 0;  // once more for the report, see Start
+  }
+  cloths_to_step_ -= left == 0;
+}
+
+void ActiveRequest::AddBatch(const BatchReport& batch, uint32_t cloths, uint32_t requests,
+                             int64_t now_us) {
+  timing_.upload_us += batch.upload_us;
+  timing_.device_us += batch.device_us;
+  timing_.readback_us += batch.readback_us;
+  timing_.batch_cloths = cloths;
+  timing_.batch_requests = requests;
+  timing_.batch_dispatches = batch.dispatch_count;
+  idle_since_us_ = now_us;
+}
+
+StepOutcome ActiveRequest::Outcome() const {
+  StepOutcome outcome;
+  if (end_status_.has_value()) {
+    outcome.status = *end_status_;
+    return outcome;
+  }
+  outcome.timing = timing_;
+  outcome.cloths.resize(work_.cloths.size());
+  for (size_t k = 0; k < work_.cloths.size(); ++k) {
+    outcome.cloths[k].stamp = StampOf(*work_.cloths[k]);
+    outcome.cloths[k].warnings = work_.cloths[k]->now().warnings;
+    if (work_.report) outcome.cloths[k].report = reports_[k];
+  }
+  return outcome;
+}
+
+}  // namespace drape

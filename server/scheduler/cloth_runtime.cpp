@@ -1,0 +1,107 @@
+#include "server/scheduler/cloth_runtime.h"
+
+#include <utility>
+
+#include "server/scheduler/active_request.h"
+
+namespace drape {
+
+void WarningCounters::Count(const StepWarnings& warnings) {
+  tolerance_raised += warnings.tolerance_raised;
+  not_converged += warnings.not_converged;
+  springs_beyond_limit += warnings.springs_beyond_limit;
+}
+
+void PublishedProgress::Publish(const ClothProgress& progress) {
+  const uint64_t sequence = sequence_.load(std::memory_order_relaxed);
+  sequence_.store(sequence + 1, std::memory_order_relaxed);
+  // No value below may become visible before the odd sequence number.
+  std::atomic_thread_fence(std::memory_order_release);
+  completed_steps_.store(progress.completed_steps, std::memory_order_relaxed);
+  time_s_.store(progress.time_s, std::memory_order_relaxed);
+  fault_.store(progress.fault, std::memory_order_relaxed);
+  tolerance_raised_.store(progress.warnings.tolerance_raised, std::memory_order_relaxed);
+  not_converged_.store(progress.warnings.not_converged, std::memory_order_relaxed);
+  springs_beyond_limit_.store(progress.warnings.springs_beyond_limit, std::memory_order_relaxed);
+  sequence_.store(sequence + 2, std::memory_order_release);
+}
+
+ClothProgress PublishedProgress::Read() const {
+  for (;;) {
+    const uint64_t before = sequence_.load(std::memory_order_acquire);
+    ClothProgress progress;
+    progress.completed_steps = completed_steps_.load(std::memory_order_relaxed);
+    progress.time_s = time_s_.load(std::memory_order_relaxed);
+    progress.fault = fault_.load(std::memory_order_relaxed);
+    progress.warnings.tolerance_raised = tolerance_raised_.load(std::memory_order_relaxed);
+    progress.warnings.not_converged = not_converged_.load(std::memory_order_relaxed);
+    progress.warnings.springs_beyond_limit = springs_beyond_limit_.load(std::memory_order_relaxed);
+    // No value above may be read after the second look at the sequence number.
+    std::atomic_thread_fence(std::memory_order_acquire);
+    if (before % 2 == 0 && sequence_.load(std::memory_order_relaxed) == before) return progress;
+  }
+}
+
+void ClothRuntime::Begin(ClothHandle handle, std::shared_ptr<const SceneModel> model,
+                         double time_step_s, const ReportShift& shift,
+                         std::vector<Eigen::Vector3d> pin_starts_m,
+                         std::vector<Eigen::Vector3d> pin_targets_m) {
+  DRAPE_CHECK(!is_alive_ && model_ == nullptr, "a cloth begins once");
+  is_alive_ = true;
+  handle_ = handle;
+  model_ = std::move(model);
+  time_step_s_ = time_step_s;
+  shift_ = shift;
+  Reset(std::move(pin_starts_m), std::move(pin_targets_m));
+}
+
+void ClothRuntime::End(const Status& reason) {
+  is_alive_ = false;
+  for (ActiveRequest* request : turns_) request->EndWith(reason);
+}
+
+double ClothRuntime::TimeAfter_s(uint64_t completed_steps) const {
+  return base_time_s_ + static_cast<double>(completed_steps - base_steps_) * time_step_s_;
+}
+
+double ClothRuntime::NextTime_s() const {
+  return TimeAfter_s(progress_.completed_steps + 1);
+}
+
+void ClothRuntime::CompleteStep(const StepReport& report) {
+  progress_.fault = report.fault;
+  if (report.fault == FaultReason::kNone) {
+    progress_.time_s = NextTime_s();
+    ++progress_.completed_steps;
+    ++state_version_;
+    progress_.warnings.Count(report.warnings);
+  }
+  published_.Publish(progress_);
+}
+
+StepReport ClothRuntime::Shifted(StepReport report) const {
+  report.measured.lowest_m += shift_.lowest_m;
+  report.measured.potential_energy_j += shift_.potential_energy_j;
+  return report;
+}
+
+void ClothRuntime::Reset(std::vector<Eigen::Vector3d> pin_starts_m,
+                         std::vector<Eigen::Vector3d> pin_targets_m) {
+  DRAPE_CHECK(pin_starts_m.size() == model_->pin_count(), "one start per pin");
+  progress_ = ClothProgress{};
+  base_time_s_ = 0;
+  base_steps_ = 0;
+  ++state_version_;
+  ++reset_count_;
+  pins_.Start(std::move(pin_starts_m), std::move(pin_targets_m), 0);
+  published_.Publish(progress_);
+}
+
+void ClothRuntime::SetTimeStep(double time_step_s) {
+  if (time_step_s == time_step_s_) return;
+  base_time_s_ = progress_.time_s;
+  base_steps_ = progress_.completed_steps;
+  time_step_s_ = time_step_s;
+}
+
+}  // namespace drape

@@ -1,0 +1,52 @@
+#include "server/scheduler/completion_queue.h"
+
+#include <utility>
+
+#include "server/core/check.h"
+
+namespace drape {
+
+CompletionQueue::CompletionQueue() : thread_([this] { Loop(); }), thread_id_(thread_.get_id()) {}
+
+CompletionQueue::~CompletionQueue() {
+  Stop();
+}
+
+void CompletionQueue::Push(std::function<void()> function) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!is_stopped_) {
+      functions_.push_back(std::move(function));
+      wake_.notify_one();
+      return;
+    }
+  }
+  function();
+}
+
+void CompletionQueue::Stop() {
+  DRAPE_CHECK(!IsOnThread(), "the completion thread cannot wait for itself");
+  {
+    const std::lock_guard lock(mutex_);
+    is_stopping_ = true;
+    wake_.notify_one();
+  }
+  if (thread_.joinable()) thread_.join();
+}
+
+void CompletionQueue::Loop() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    wake_.wait(lock, [this] { return is_stopping_ || !functions_.empty(); });
+    if (functions_.empty()) break;
+    std::function<void()> function = std::move(functions_.front());
+    functions_.pop_front();
+    lock.unlock();
+    function();
+    function = nullptr;  // what it captured goes before the next one runs, and without the lock
+    lock.lock();
+  }
+  is_stopped_ = true;
+}
+
+}  // namespace drape

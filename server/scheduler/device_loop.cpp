@@ -1,0 +1,172 @@
+#include "server/scheduler/device_loop.h"
+
+#include <utility>
+
+#include "server/core/check.h"
+#include "server/scheduler/state_reading.h"
+
+namespace drape {
+
+uint32_t TenantIndex::Enter(const std::string& tenant) {
+  auto [entry, is_new] = places_.try_emplace(tenant);
+  if (is_new && !free_.empty()) {
+    entry->second.index = free_.back();
+    free_.pop_back();
+  } else if (is_new) {
+    entry->second.index = static_cast<uint32_t>(places_.size() - 1);
+  }
+  ++entry->second.requests;
+  return entry->second.index;
+}
+
+void TenantIndex::Leave(const std::string& tenant) {
+  const auto entry = places_.find(tenant);
+  if (--entry->second.requests > 0) return;
+  free_.push_back(entry->second.index);
+  places_.erase(entry);
+}
+
+DeviceLoop::DeviceLoop(Backend& backend, const Settings& settings, const Clock& clock,
+                       EndedCallback ended, RoundCounters& counters)
+    : backend_(backend),
+      settings_(settings),
+      clock_(clock),
+      ended_(std::move(ended)),
+      counters_(counters) {}
+
+void DeviceLoop::Admit(StepWork work, int64_t submitted_us) {
+  const uint32_t tenant = tenants_.Enter(work.tenant);
+  requests_.push_back(
+      std::make_unique<ActiveRequest>(std::move(work), submitted_us, tenant, round_));
+  requests_.back()->EnterTurns();
+}
+
+void DeviceLoop::RunRound() {
+  Finish(StartAndEnd());
+  const std::vector<Part> parts = SelectParts();
+  if (parts.empty()) return;
+  StepBatch(parts);
+  Finish(StartAndEnd());
+}
+
+std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
+  std::vector<RequestPointer> over;
+  // In order of arrival: a request that ends hands its turns to later ones only.
+  for (auto entry = requests_.begin(); entry != requests_.end();) {
+    ActiveRequest& request = **entry;
+    if (request.work().cancel.is_cancelled() && !request.is_done()) {
+      request.EndWith({StatusCode::kCancelled, "CANCELLED", "the client cancelled the request"});
+    }
+    if (!request.end_status().has_value() && !request.has_started() && request.has_every_turn()) {
+      const Status status = request.Start(settings_.max_steps_per_request);
+      if (!status.ok()) request.EndWith(status);
+    }
+    if (!request.end_status().has_value() && !request.is_done()) {
+      ++entry;
+      continue;
+    }
+    request.LeaveTurns();
+    tenants_.Leave(request.work().tenant);
+    over.push_back(std::move(*entry));
+    entry = requests_.erase(entry);
+  }
+  return over;
+}
+
+std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
+  std::vector<RunnableRequest> runnable;
+  std::vector<ActiveRequest*> requests;
+  for (const RequestPointer& request : requests_) {
+    if (!request->has_started()) continue;
+    runnable.push_back({request->tenant(), request->cloths_to_step(), request->last_round()});
+    requests.push_back(request.get());
+  }
+  if (runnable.empty()) return {};
+  ++round_;
+  BatchChoice choice = SelectBatch(runnable, share_, settings_.batch);
+  share_ = std::move(choice.share);
+  const int64_t now_us = clock_.NowUs();
+  std::vector<Part> parts;
+  for (const BatchTake& take : choice.takes) {
+    ActiveRequest* request = requests[take.request];
+    parts.push_back({request, request->Take(take.cloth_count, round_, now_us)});
+  }
+  return parts;
+}
+
+std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const {
+  std::vector<StepItem> items;
+  for (const Part& part : parts) {
+    for (const uint32_t k : part.cloths) {
+      ClothRuntime& cloth = *part.request->work().cloths[k];
+      StepItem item;
+      item.cloth = cloth.handle();
+      item.measure = part.request->IsMeasured(k);
+      if (!cloth.is_faulted()) item.pin_targets_m = cloth.pins().TargetsForStep(cloth.NextTime_s());
+      items.push_back(item);
+    }
+  }
+  return items;
+}
+
+void DeviceLoop::StepBatch(const std::vector<Part>& parts) {
+  const std::vector<StepItem> items = ItemsOf(parts);
+  const BatchReport batch = backend_.Step(items);
+  DRAPE_CHECK(batch.reports.size() == items.size(), "one report per item");
+  const int64_t now_us = clock_.NowUs();
+  size_t next = 0;
+  uint64_t faults = 0;
+  for (const Part& part : parts) {
+    for (const uint32_t k : part.cloths) {
+      const StepReport& report = batch.reports[next++];
+      ClothRuntime& cloth = *part.request->work().cloths[k];
+      faults += report.fault != FaultReason::kNone && !cloth.is_faulted();
+      part.request->CompleteStep(k, report);
+      cloth.CompleteStep(report);
+    }
+    part.request->AddBatch(batch, static_cast<uint32_t>(items.size()),
+                           static_cast<uint32_t>(parts.size()), now_us);
+  }
+  ++counters_.rounds;
+  counters_.dispatches += batch.dispatch_count;
+  counters_.cloth_steps += items.size();
+  counters_.faults += faults;
+}
+
+void DeviceLoop::ReadViews(const std::vector<RequestPointer>& over, StateFields fields,
+                           std::vector<std::optional<StateColumns>>& views) {
+  std::vector<size_t> wanting;
+  std::vector<ClothSpan> receivers;
+  for (size_t r = 0; r < over.size(); ++r) {
+    if (over[r]->end_status().has_value() || over[r]->work().view != fields) continue;
+    wanting.push_back(r);
+    receivers.push_back(over[r]->work().cloths);
+  }
+  if (wanting.empty()) return;
+  const int64_t begin_us = clock_.NowUs();
+  std::vector<StateColumns> columns = ReadForAll(backend_, receivers, fields);
+  const int64_t readback_us = clock_.NowUs() - begin_us;
+  for (size_t w = 0; w < wanting.size(); ++w) {
+    views[wanting[w]] = std::move(columns[w]);
+    over[wanting[w]]->AddReadback(readback_us);
+  }
+}
+
+void DeviceLoop::Finish(std::vector<RequestPointer> over) {
+  std::vector<std::optional<StateColumns>> views(over.size());
+  ReadViews(over, {true, false}, views);
+  ReadViews(over, {false, true}, views);
+  ReadViews(over, {true, true}, views);
+  for (size_t r = 0; r < over.size(); ++r) {
+    StepOutcome outcome = over[r]->Outcome();
+    outcome.states = std::move(views[r]);
+    ended_(std::move(*over[r]).TakeWork(), std::move(outcome));
+  }
+}
+
+void DeviceLoop::EndAll(const Status& status) {
+  for (const RequestPointer& request : requests_) request->EndWith(status);
+  Finish(StartAndEnd());
+}
+
+}  // namespace drape

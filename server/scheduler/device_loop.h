@@ -1,0 +1,94 @@
+// Rounds: what the device thread does with step requests. No threads, no locks.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <list>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "server/core/clock.h"
+#include "server/scheduler/active_request.h"
+#include "server/scheduler/batch_policy.h"
+#include "server/solver/backend.h"
+
+namespace drape {
+
+// Written by the device thread, read by any.
+struct RoundCounters {
+  std::atomic<uint64_t> rounds{0};
+  std::atomic<uint64_t> dispatches{0};
+  std::atomic<uint64_t> cloth_steps{0};
+  std::atomic<uint64_t> faults{0};
+};
+
+// Gives each tenant that has requests a small number; the numbers of those who left are used again.
+class TenantIndex {
+ public:
+  uint32_t Enter(const std::string& tenant);
+  void Leave(const std::string& tenant);
+
+ private:
+  struct Place {
+    uint32_t index = 0;
+    uint32_t requests = 0;
+  };
+  std::unordered_map<std::string, Place> places_;
+  std::vector<uint32_t> free_;
+};
+
+// All step requests that have been taken over by the device thread. Device thread alone.
+class DeviceLoop {
+ public:
+  struct Settings {
+    BatchLimits batch;
+    uint32_t max_steps_per_request = 1;
+  };
+  // `ended` is called with the work and its outcome of every request, once, in order of completion.
+  using EndedCallback = std::function<void(StepWork, StepOutcome)>;
+
+  DeviceLoop(Backend& backend, const Settings& settings, const Clock& clock, EndedCallback ended,
+             RoundCounters& counters);
+
+  void Admit(StepWork work, int64_t submitted_us);
+  // Ends what is cancelled, starts what can start, steps one batch, ends what is complete. As long
+  // as has_requests(), each round brings something forward.
+  void RunRound();
+  bool has_requests() const { return !requests_.empty(); }
+  // Ends every request with this status.
+  void EndAll(const Status& status);
+
+ private:
+  using RequestPointer = std::unique_ptr<ActiveRequest>;
+
+  // Moves the requests that are over from requests_ to the result; starts those that can start.
+  std::vector<RequestPointer> StartAndEnd();
+  // What one request contributes to a batch.
+  struct Part {
+    ActiveRequest* request = nullptr;
+    std::vector<uint32_t> cloths;  // indices into its work
+  };
+  std::vector<Part> SelectParts();
+  std::vector<StepItem> ItemsOf(const std::vector<Part>& parts) const;
+  void StepBatch(const std::vector<Part>& parts);
+  // Reads the states that the requests want, together where the fields agree, and hands out the
+  // outcomes in order.
+  void Finish(std::vector<RequestPointer> over);
+  void ReadViews(const std::vector<RequestPointer>& over, StateFields fields,
+                 std::vector<std::optional<StateColumns>>& views);
+
+  Backend& backend_;
+  const Settings settings_;
+  const Clock& clock_;
+  const EndedCallback ended_;
+  RoundCounters& counters_;
+  std::list<RequestPointer> requests_;  // in order of arrival
+  TenantIndex tenants_;
+  FairShare share_;
+  uint64_t round_ = 0;
+};
+
+}  // namespace drape

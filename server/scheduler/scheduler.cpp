@@ -1,0 +1,109 @@
+#include "server/scheduler/scheduler.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <future>
+#include <utility>
+
+#include "server/core/check.h"
+#include "server/scheduler/scheduler_core.h"
+#include "server/scheduler/state_reading.h"
+
+namespace drape {
+
+Result<std::unique_ptr<Scheduler>> Scheduler::Start(BackendFactory factory,
+                                                    const SchedulerLimits& limits,
+                                                    const Clock& clock) {
+  auto core = std::make_shared<Core>(limits, clock);
+  DRAPE_RETURN_IF_ERROR(core->Start(std::move(factory)));
+  return std::unique_ptr<Scheduler>(new Scheduler(std::move(core)));
+}
+
+Scheduler::Scheduler(std::shared_ptr<Core> core) : core_(std::move(core)) {}
+
+Scheduler::~Scheduler() {
+  Drain(0);
+}
+
+const BackendDescription& Scheduler::description() const {
+  return core_->description();
+}
+
+const SchedulerLimits& Scheduler::limits() const {
+  return core_->limits();
+}
+
+Status Scheduler::Post(DeviceCommand command) {
+  return core_->Post(std::move(command));
+}
+
+bool Scheduler::PostCleanup(DeviceCommand command) {
+  return core_->PostCleanup(std::move(command));
+}
+
+Status Scheduler::RunBlocking(std::function<Status(Backend&)> command) {
+  DRAPE_CHECK(!core_->IsOnOwnThread(), "waiting for oneself");
+  auto outcome = std::make_shared<std::promise<Status>>();
+  std::future<Status> result = outcome->get_future();
+  const bool is_taken =
+      core_->PostCleanup([command = std::move(command), outcome](Backend& backend) {
+        outcome->set_value(command(backend));
+      });
+  return is_taken ? result.get() : DrainingStatus();
+}
+
+void Scheduler::Complete(std::function<void()> function) {
+  core_->completions().Push(std::move(function));
+}
+
+Status Scheduler::Submit(StepWork work) {
+  return core_->Submit(std::move(work));
+}
+
+Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, StateFields fields,
+                             std::function<void(Result<ClothStates>)> done) {
+  DRAPE_CHECK(fields.any(), "nothing to read");
+  return core_->Post([core = core_.get(), cloths = std::move(cloths), fields,
+                      done = std::move(done)](Backend& backend) {
+    const bool is_complete = std::all_of(cloths.begin(), cloths.end(),
+                                         [](const auto& cloth) { return cloth->is_alive(); });
+    auto states = std::make_shared<Result<ClothStates>>(
+        is_complete ? Result<ClothStates>(ReadClothStates(backend, cloths, fields))
+                    : Status(StatusCode::kNotFound, "CLOTH_NOT_FOUND",
+                             "a cloth was deleted before its state was read"));
+    core->completions().Push([done, states] { done(std::move(*states)); });
+  });
+}
+
+Result<std::shared_ptr<Observer>> Scheduler::Subscribe(ObserverSpec spec) {
+  auto observer = std::make_shared<Observer>([core = std::weak_ptr<Core>(core_)] {
+    if (const std::shared_ptr<Core> alive = core.lock()) alive->Wake();
+  });
+  observer->AddCredit(spec.initial_credit);
+  DRAPE_RETURN_IF_ERROR(core_->Post([core = core_.get(), spec = std::move(spec), observer](
+                                        Backend&) { core->observers().Add(spec, observer); }));
+  return observer;
+}
+
+void Scheduler::Drain(int64_t grace_us) {
+  core_->Drain(grace_us);
+}
+
+bool Scheduler::is_draining() const {
+  return core_->is_draining();
+}
+
+SchedulerCounters Scheduler::counters() const {
+  return core_->counters();
+}
+
+void Scheduler::HoldForTest() {
+  core_->Hold();
+}
+
+void Scheduler::ReleaseForTest() {
+  core_->Release();
+}
+
+}  // namespace drape

@@ -1,0 +1,220 @@
+#include "server/scheduler/scheduler_core.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "server/core/check.h"
+
+namespace drape {
+namespace {
+
+// While a subscription waits for its rate limit, look at the clock at least this often [us], even
+// if the clock is turned by hand or the time has just passed.
+constexpr int64_t kMinWait_us = 1000;
+
+Status QueueFull(const std::string& limit, uint32_t value, int64_t retry_after_ms) {
+  Status status(StatusCode::kResourceExhausted, "QUEUE_FULL",
+                "the queue is full: " + limit + " is " + std::to_string(value));
+  status.RetryAfterMs(retry_after_ms);
+  return status;
+}
+
+}  // namespace
+
+Status DrainingStatus() {
+  return {StatusCode::kUnavailable, "DRAINING", "the server is shutting down"};
+}
+
+Scheduler::Core::Core(const SchedulerLimits& limits, const Clock& clock)
+    : limits_(limits), clock_(clock), observers_([this](std::function<void()> function) {
+        completions_.Push(std::move(function));
+      }) {}
+
+Status Scheduler::Core::Start(BackendFactory factory) {
+  std::promise<Status> started;
+  std::future<Status> outcome = started.get_future();
+  device_thread_ = std::thread([this, &factory, &started] { DeviceThread(factory, started); });
+  const Status status = outcome.get();
+  if (!status.ok()) device_thread_.join();
+  return status;
+}
+
+Status Scheduler::Core::Post(DeviceCommand command) {
+  const std::lock_guard lock(mutex_);
+  if (is_draining_) return DrainingStatus();
+  if (commands_.size() >= limits_.max_queued_commands) {
+    return QueueFull("max_queued_commands", limits_.max_queued_commands, limits_.retry_after_ms);
+  }
+  commands_.push_back(std::move(command));
+  wake_.notify_one();
+  return Status::Ok();
+}
+
+bool Scheduler::Core::PostCleanup(DeviceCommand command) {
+  const std::lock_guard lock(mutex_);
+  if (is_stopped_) return false;
+  commands_.push_back(std::move(command));
+  wake_.notify_one();
+  return true;
+}
+
+Status Scheduler::Core::Submit(StepWork work) {
+  const std::lock_guard lock(mutex_);
+  if (is_draining_) return DrainingStatus();
+  if (request_count_ >= limits_.max_queued_requests) {
+    return QueueFull("max_queued_requests", limits_.max_queued_requests, limits_.retry_after_ms);
+  }
+  const auto tenant = requests_by_tenant_.try_emplace(work.tenant, 0).first;
+  if (tenant->second >= limits_.max_queued_requests_per_tenant) {
+    return QueueFull("max_queued_requests_per_tenant", limits_.max_queued_requests_per_tenant,
+                     limits_.retry_after_ms);
+  }
+  ++tenant->second;
+  ++request_count_;
+  submissions_.push_back({std::move(work), clock_.NowUs()});
+  wake_.notify_one();
+  return Status::Ok();
+}
+
+void Scheduler::Core::EndRequest(StepWork work, StepOutcome outcome) {
+  {
+    const std::lock_guard lock(mutex_);
+    --request_count_;
+    const auto tenant = requests_by_tenant_.find(work.tenant);
+    if (--tenant->second == 0) requests_by_tenant_.erase(tenant);
+  }
+  // std::function wants what it holds to be copyable; the outcome is moved out once.
+  auto held = std::make_shared<StepOutcome>(std::move(outcome));
+  completions_.Push([work = std::move(work), held] { work.done(std::move(*held)); });
+}
+
+void Scheduler::Core::DeviceThread(const BackendFactory& factory, std::promise<Status>& started) {
+  device_thread_id_ = std::this_thread::get_id();
+  Result<std::unique_ptr<Backend>> made = factory();
+  if (!made.ok()) {
+    started.set_value(made.status());
+    return;
+  }
+  const std::unique_ptr<Backend> backend = std::move(made).value();
+  description_ = backend->Describe();
+  spdlog::info("device_thread_started backend={} device=\"{}\"", description_.name,
+               description_.device);
+  started.set_value(Status::Ok());  // neither reference is valid from here on
+  RunRounds(*backend);
+  spdlog::info("device_thread_stopped rounds={}", round_counters_.rounds.load());
+}
+
+void Scheduler::Core::RunRounds(Backend& backend) {
+  DeviceLoop::Settings settings;
+  settings.batch.max_cloths = limits_.max_cloths_per_batch;
+  settings.max_steps_per_request = limits_.max_steps_per_request;
+  DeviceLoop loop(
+      backend, settings, clock_,
+      [this](StepWork work, StepOutcome outcome) {
+        EndRequest(std::move(work), std::move(outcome));
+      },
+      round_counters_);
+  std::optional<int64_t> wake_at_us;
+  for (;;) {
+    Inbox inbox = TakeInbox(loop.has_requests(), wake_at_us);
+    for (DeviceCommand& command : inbox.commands) command(backend);
+    for (Submission& submission : inbox.submissions) {
+      loop.Admit(std::move(submission.work), submission.submitted_us);
+    }
+    if (inbox.is_last) break;
+    loop.RunRound();
+    wake_at_us = observers_.Serve(backend, clock_.NowUs());
+  }
+  loop.EndAll(DrainingStatus());
+  observers_.EndAll(DrainingStatus());
+}
+
+bool Scheduler::Core::HasWork(bool has_requests) const {
+  return has_requests || is_woken_ || !commands_.empty() || !submissions_.empty();
+}
+
+bool Scheduler::Core::IsAtTheEnd(bool has_requests) const {
+  if (!is_draining_ || !commands_.empty()) return false;
+  const bool is_idle = !has_requests && submissions_.empty();
+  return is_idle || clock_.NowUs() >= drain_deadline_us_;
+}
+
+Scheduler::Core::Inbox Scheduler::Core::TakeInbox(bool has_requests,
+                                                  std::optional<int64_t> wake_at_us) {
+  std::unique_lock lock(mutex_);
+  is_parked_ = true;
+  parked_.notify_all();
+  const auto may_go_on = [&] { return !is_held_ && (HasWork(has_requests) || is_draining_); };
+  if (wake_at_us.has_value() && !is_held_) {
+    const int64_t wait_us = std::max(*wake_at_us - clock_.NowUs(), kMinWait_us);
+    wake_.wait_for(lock, std::chrono::microseconds(wait_us), may_go_on);
+    // A hold that began meanwhile is waited for below.
+    wake_.wait(lock, [&] { return !is_held_; });
+  } else {
+    wake_.wait(lock, may_go_on);
+  }
+  is_parked_ = false;
+  is_woken_ = false;
+  Inbox inbox;
+  inbox.is_last = IsAtTheEnd(has_requests);
+  is_stopped_ = inbox.is_last;
+  inbox.commands.swap(commands_);
+  inbox.submissions.swap(submissions_);
+  return inbox;
+}
+
+void Scheduler::Core::Drain(int64_t grace_us) {
+  DRAPE_CHECK(!IsOnOwnThread(), "waiting for oneself");
+  const std::lock_guard drain_lock(drain_mutex_);
+  if (!device_thread_.joinable()) return;
+  {
+    const std::lock_guard lock(mutex_);
+    is_draining_ = true;
+    is_held_ = false;
+    drain_deadline_us_ = clock_.NowUs() + grace_us;
+    wake_.notify_all();
+  }
+  device_thread_.join();
+  completions_.Stop();
+}
+
+void Scheduler::Core::Hold() {
+  std::unique_lock lock(mutex_);
+  is_held_ = true;
+  parked_.wait(lock, [this] { return is_parked_ || is_stopped_; });
+}
+
+void Scheduler::Core::Release() {
+  const std::lock_guard lock(mutex_);
+  is_held_ = false;
+  is_woken_ = true;  // a rate limit may have passed meanwhile
+  wake_.notify_all();
+}
+
+void Scheduler::Core::Wake() {
+  const std::lock_guard lock(mutex_);
+  is_woken_ = true;
+  wake_.notify_all();
+}
+
+bool Scheduler::Core::is_draining() const {
+  const std::lock_guard lock(mutex_);
+  return is_draining_;
+}
+
+SchedulerCounters Scheduler::Core::counters() const {
+  SchedulerCounters counters;
+  counters.rounds = round_counters_.rounds;
+  counters.dispatches = round_counters_.dispatches;
+  counters.cloth_steps = round_counters_.cloth_steps;
+  counters.faults = round_counters_.faults;
+  const std::lock_guard lock(mutex_);
+  counters.queued_requests = request_count_;
+  counters.queued_commands = static_cast<uint32_t>(commands_.size());
+  return counters;
+}
+
+}  // namespace drape

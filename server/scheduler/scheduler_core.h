@@ -1,0 +1,99 @@
+// The inside of the scheduler: queue, device thread, drain. Only scheduler.cpp includes this.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <future>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <unordered_map>
+#include <vector>
+
+#include "server/scheduler/completion_queue.h"
+#include "server/scheduler/device_loop.h"
+#include "server/scheduler/observers.h"
+#include "server/scheduler/scheduler.h"
+
+namespace drape {
+
+// UNAVAILABLE, DRAINING.
+Status DrainingStatus();
+
+// Any thread unless stated otherwise; methods as in Scheduler.
+class Scheduler::Core {
+ public:
+  Core(const SchedulerLimits& limits, const Clock& clock);
+
+  // Once, before anything else. After an error only the destructor may be called.
+  Status Start(BackendFactory factory);
+  Status Post(DeviceCommand command);
+  bool PostCleanup(DeviceCommand command);
+  Status Submit(StepWork work);
+  void Drain(int64_t grace_us);
+  void Hold();
+  void Release();
+  // The device thread looks at its subscriptions.
+  void Wake();
+
+  bool is_draining() const;
+  SchedulerCounters counters() const;
+  const BackendDescription& description() const { return description_; }
+  const SchedulerLimits& limits() const { return limits_; }
+  CompletionQueue& completions() { return completions_; }
+  bool IsOnOwnThread() const {
+    return std::this_thread::get_id() == device_thread_id_ || completions_.IsOnThread();
+  }
+  // Device thread.
+  ObserverSet& observers() { return observers_; }
+
+ private:
+  struct Submission {
+    StepWork work;
+    int64_t submitted_us = 0;
+  };
+  // What the device thread takes over at the beginning of a round.
+  struct Inbox {
+    std::deque<DeviceCommand> commands;
+    std::deque<Submission> submissions;
+    bool is_last = false;  // nothing is to come: end what is left and stop
+  };
+
+  void DeviceThread(const BackendFactory& factory, std::promise<Status>& started);
+  void RunRounds(Backend& backend);
+  // Waits until there is something to do. `wake_at_us`: look again then, by the clock.
+  Inbox TakeInbox(bool has_requests, std::optional<int64_t> wake_at_us);
+  bool HasWork(bool has_requests) const;     // mutex_ held
+  bool IsAtTheEnd(bool has_requests) const;  // mutex_ held
+  void EndRequest(StepWork work, StepOutcome outcome);
+
+  const SchedulerLimits limits_;
+  const Clock& clock_;
+  BackendDescription description_;    // constant after Start
+  std::thread::id device_thread_id_;  // constant after Start
+  CompletionQueue completions_;
+  RoundCounters round_counters_;
+  ObserverSet observers_;  // device thread
+
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;    // for the device thread
+  std::condition_variable parked_;  // for Hold
+  std::deque<DeviceCommand> commands_;
+  std::deque<Submission> submissions_;
+  // Step requests submitted and not yet ended.
+  std::unordered_map<std::string, uint32_t> requests_by_tenant_;
+  uint32_t request_count_ = 0;
+  bool is_woken_ = false;
+  bool is_held_ = false;
+  bool is_parked_ = false;  // the device thread waits
+  bool is_draining_ = false;
+  int64_t drain_deadline_us_ = 0;
+  bool is_stopped_ = false;  // the device thread takes nothing more
+
+  std::mutex drain_mutex_;  // one Drain at a time
+  std::thread device_thread_;
+};
+
+}  // namespace drape

@@ -1,0 +1,60 @@
+#include "server/scheduler/state_reading.h"
+
+#include <utility>
+#include <variant>
+
+namespace drape {
+namespace {
+
+// Rows [first_row, first_row + rows) of a column of x, y, z; nothing of a column that is empty.
+ScalarColumn Slice(const ScalarColumn& column, size_t first_row, size_t rows) {
+  return std::visit(
+      [&](const auto& values) -> ScalarColumn {
+        std::decay_t<decltype(values)> slice;
+        if (!values.empty()) {
+          const auto begin = values.begin() + static_cast<std::ptrdiff_t>(3 * first_row);
+          slice.assign(begin, begin + static_cast<std::ptrdiff_t>(3 * rows));
+        }
+        return slice;
+      },
+      column);
+}
+
+size_t ParticleTotal(ClothSpan cloths) {
+  size_t total = 0;
+  for (const auto& cloth : cloths) total += cloth->particle_count();
+  return total;
+}
+
+}  // namespace
+
+std::vector<StateColumns> ReadForAll(Backend& backend, std::span<const ClothSpan> receivers,
+                                     StateFields fields) {
+  std::vector<ClothHandle> handles;
+  for (const ClothSpan& cloths : receivers) {
+    for (const auto& cloth : cloths) handles.push_back(cloth->handle());
+  }
+  StateColumns all = backend.Read({handles, fields.positions, fields.velocities});
+  std::vector<StateColumns> columns;
+  if (receivers.size() == 1) {  // the usual case, without a copy
+    columns.push_back(std::move(all));
+    return columns;
+  }
+  size_t first_row = 0;
+  for (const ClothSpan& cloths : receivers) {
+    const size_t rows = ParticleTotal(cloths);
+    columns.push_back(
+        {Slice(all.positions_m, first_row, rows), Slice(all.velocities_m_per_s, first_row, rows)});
+    first_row += rows;
+  }
+  return columns;
+}
+
+ClothStates ReadClothStates(Backend& backend, ClothSpan cloths, StateFields fields) {
+  ClothStates states;
+  for (const auto& cloth : cloths) states.cloths.push_back(StampOf(*cloth));
+  states.columns = std::move(ReadForAll(backend, std::span(&cloths, 1), fields).front());
+  return states;
+}
+
+}  // namespace drape

@@ -1,0 +1,23 @@
+// Reads states of cloths from the backend for those who asked.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/scheduler/step_work.h"
+#include "server/solver/backend.h"
+
+namespace drape {
+
+// Cloths that one receiver wants; all alive.
+using ClothSpan = std::span<const std::shared_ptr<ClothRuntime>>;
+
+// One backend.Read for all receivers, then a slice of the columns for each. Device thread.
+std::vector<StateColumns> ReadForAll(Backend& backend, std::span<const ClothSpan> receivers,
+                                     StateFields fields);
+
+// Stamps and columns of the cloths, all alive. Device thread.
+ClothStates ReadClothStates(Backend& backend, ClothSpan cloths, StateFields fields);
+
+}  // namespace drape

@@ -1,0 +1,86 @@
+#include "server/session/cloth_creation.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/core/check.h"
+
+namespace drape {
+namespace {
+
+std::vector<Eigen::Vector3d> PositionsOfPins(const SceneModel& model, const ParticleState& state) {
+  std::vector<Eigen::Vector3d> positions_m;
+  for (const uint32_t particle : model.pins()) positions_m.push_back(state.positions_m[particle]);
+  return positions_m;
+}
+
+}  // namespace
+
+Status ClothNotFound(ClothId id) {
+  return {StatusCode::kNotFound, "CLOTH_NOT_FOUND",
+          "no cloth " + std::to_string(id.Packed()) + " in this session"};
+}
+
+std::vector<Pin> SortedPins(std::vector<Pin> pins) {
+  std::sort(pins.begin(), pins.end(),
+            [](const Pin& a, const Pin& b) { return a.particle < b.particle; });
+  return pins;
+}
+
+ClothMaker::ClothMaker(ClothCreation creation, std::shared_ptr<const SceneModel> model)
+    : creation_(std::move(creation)), model_(std::move(model)), pins_(SortedPins(creation_.pins)) {
+  DRAPE_CHECK(std::equal(pins_.begin(), pins_.end(), model_->pins().begin(), model_->pins().end(),
+                         [](const Pin& pin, uint32_t p) { return pin.particle == p; }),
+              "the pins are those of the model");
+}
+
+Status ClothMaker::Make(Backend& backend, size_t begin, size_t end) {
+  if (!plan_.has_value()) plan_ = backend.PlanOf(*model_);
+  for (size_t k = begin; k < end; ++k) {
+    DRAPE_RETURN_IF_ERROR(MakeOne(backend, creation_.copies[k]));
+  }
+  return Status::Ok();
+}
+
+Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
+  const Placement placement{copy.environment_origin_m,
+                            OriginInEnvironment(*model_, copy.transform)};
+  const ParticleState state = PlaceRestShape(*model_, copy.transform, placement);
+  Result<ClothHandle> handle =
+      backend.Create(model_, InClothFrame(copy.parameters, placement), state);
+  if (!handle.ok()) return handle.status();
+  auto description = std::make_shared<const ClothDescription>(
+      ClothDescription{creation_.description, model_, copy.parameters, pins_, *plan_});
+  made_.push_back(std::make_shared<ClothRecord>(placement, copy.transform, std::move(description)));
+  std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model_, state);
+  std::vector<Eigen::Vector3d> targets_m = PinTargets(pins_, placement, starts_m);
+  made_.back()->runtime->Begin(*handle, model_, copy.parameters.settings.time_step_s,
+                               ShiftOf(*model_, copy.parameters, placement), std::move(starts_m),
+                               std::move(targets_m));
+  return Status::Ok();
+}
+
+void ClothMaker::Unmake(Backend& backend) {
+  for (const auto& cloth : made_) FreeCloth(backend, *cloth);
+  made_.clear();
+}
+
+void FreeCloth(Backend& backend, ClothRecord& cloth) {
+  if (!cloth.runtime->is_alive()) return;
+  cloth.runtime->End(ClothNotFound(cloth.id));
+  backend.Destroy(cloth.runtime->handle());
+}
+
+Status ResetCloth(Backend& backend, ClothRecord& cloth) {
+  const auto description = cloth.description();
+  ClothUpdate update;
+  update.state = cloth.InitialState();
+  std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*description->model, *update.state);
+  update.pin_targets_m = starts_m;
+  DRAPE_RETURN_IF_ERROR(backend.Write(cloth.runtime->handle(), update));
+  std::vector<Eigen::Vector3d> targets_m = PinTargets(description->pins, cloth.placement, starts_m);
+  cloth.runtime->Reset(std::move(starts_m), std::move(targets_m));
+  return Status::Ok();
+}
+
+}  // namespace drape

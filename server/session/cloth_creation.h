@@ -1,0 +1,50 @@
+// Cloths on the device: creating and resetting them.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/session/cloth_record.h"
+#include "server/solver/backend.h"
+
+namespace drape {
+
+// Makes the copies of one ClothCreation, in order. Device thread but for the constructor.
+class ClothMaker {
+ public:
+  // `model` replaces creation.model: the shared one of equal content.
+  ClothMaker(ClothCreation creation, std::shared_ptr<const SceneModel> model);
+
+  size_t copy_count() const { return creation_.copies.size(); }
+  const std::shared_ptr<const SceneModel>& model() const { return model_; }
+  // Creates copies [begin, end) on the backend. An error leaves those that were made before.
+  Status Make(Backend& backend, size_t begin, size_t end);
+  const std::vector<std::shared_ptr<ClothRecord>>& made() const { return made_; }
+  // Destroys all that were made.
+  void Unmake(Backend& backend);
+
+ private:
+  Status MakeOne(Backend& backend, const ClothCopy& copy);
+
+  const ClothCreation creation_;
+  const std::shared_ptr<const SceneModel> model_;
+  std::vector<Pin> pins_;  // sorted by particle
+  std::optional<std::string> plan_;
+  std::vector<std::shared_ptr<ClothRecord>> made_;
+};
+
+// Ends the cloth and frees it on the backend. No effect on one that has ended. Device thread.
+void FreeCloth(Backend& backend, ClothRecord& cloth);
+
+// Writes the initial state; the cloth is alive. Device thread.
+Status ResetCloth(Backend& backend, ClothRecord& cloth);
+
+// CLOTH_NOT_FOUND.
+Status ClothNotFound(ClothId id);
+
+// Sorted by particle, as ClothDescription wants them.
+std::vector<Pin> SortedPins(std::vector<Pin> pins);
+
+}  // namespace drape

@@ -1,0 +1,103 @@
+#include "server/session/cloth_record.h"
+
+#include <utility>
+#include <variant>
+
+#include "server/core/check.h"
+
+namespace drape {
+
+ClothRecord::ClothRecord(Placement its_placement, RigidTransform its_transform,
+                         std::shared_ptr<const ClothDescription> description)
+    : placement(std::move(its_placement)),
+      transform(std::move(its_transform)),
+      description_(std::move(description)) {}
+
+std::shared_ptr<const ClothDescription> ClothRecord::description() const {
+  const std::lock_guard lock(mutex_);
+  return description_;
+}
+
+void ClothRecord::ReplaceDescription(std::shared_ptr<const ClothDescription> description) {
+  const std::lock_guard lock(mutex_);
+  description_ = std::move(description);
+}
+
+ParticleState ClothRecord::InitialState() const {
+  return PlaceRestShape(*description()->model, transform, placement);
+}
+
+Eigen::Vector3d OriginInEnvironment(const SceneModel& model, const RigidTransform& transform) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : model.rest_positions_m()) sum += p;
+  const Eigen::Vector3d centroid = transform * (sum / model.particle_count());
+  return centroid.cast<float>().cast<double>();
+}
+
+ParticleState PlaceRestShape(const SceneModel& model, const RigidTransform& transform,
+                             const Placement& placement) {
+  ParticleState state;
+  state.positions_m.reserve(model.particle_count());
+  for (const Eigen::Vector3d& p : model.rest_positions_m()) {
+    state.positions_m.push_back(placement.ClothFromEnvironment(transform * p));
+  }
+  state.velocities_m_per_s.assign(model.particle_count(), Eigen::Vector3d::Zero());
+  return state;
+}
+
+ClothParameters InClothFrame(const ClothParameters& parameters, const Placement& placement) {
+  ClothParameters shifted = parameters;
+  for (Collider& collider : shifted.colliders) {
+    if (auto* sphere = std::get_if<SphereCollider>(&collider)) {
+      sphere->center_m = placement.ClothFromEnvironment(sphere->center_m);
+    } else if (auto* plane = std::get_if<PlaneCollider>(&collider)) {
+      plane->point_m = placement.ClothFromEnvironment(plane->point_m);
+    }
+  }
+  return shifted;
+}
+
+ReportShift ShiftOf(const SceneModel& model, const ClothParameters& parameters,
+                    const Placement& placement) {
+  double mass_kg = 0;
+  for (const double m : model.masses_kg()) mass_kg += m;
+  ReportShift shift;
+  shift.lowest_m = placement.WorldFromCloth(Eigen::Vector3d::Zero()).y();
+  // -sum m g.(p + origin) = -sum m g.p - M g.origin
+  shift.potential_energy_j =
+      -mass_kg * parameters.gravity_m_per_s2.dot(placement.origin_in_environment_m);
+  return shift;
+}
+
+std::vector<Eigen::Vector3d> PinTargets(const std::vector<Pin>& pins, const Placement& placement,
+                                        const std::vector<Eigen::Vector3d>& starts_m) {
+  DRAPE_CHECK(pins.size() == starts_m.size(), "one start per pin");
+  std::vector<Eigen::Vector3d> targets_m = starts_m;
+  for (size_t k = 0; k < pins.size(); ++k) {
+    if (pins[k].target_m.has_value()) {
+      targets_m[k] = placement.ClothFromEnvironment(*pins[k].target_m);
+    }
+  }
+  return targets_m;
+}
+
+Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothChange& change) {
+  ClothParameters changed = current;
+  changed.gravity_m_per_s2 = change.gravity_m_per_s2.value_or(current.gravity_m_per_s2);
+  changed.damping_per_s = change.damping_per_s.value_or(current.damping_per_s);
+  changed.friction_static = change.friction_static.value_or(current.friction_static);
+  changed.friction_dynamic = change.friction_dynamic.value_or(current.friction_dynamic);
+  changed.thickness_m = change.thickness_m.value_or(current.thickness_m);
+  if (change.colliders.has_value()) changed.colliders = *change.colliders;
+  changed.settings = change.settings.value_or(current.settings);
+  if (changed.friction_dynamic > changed.friction_static) {
+    return Status::InvalidField(
+        change.friction_dynamic ? "spec.material.friction_dynamic"
+                                : "spec.material.friction_static",
+        "friction_dynamic would be " + std::to_string(changed.friction_dynamic) +
+            ", above friction_static " + std::to_string(changed.friction_static));
+  }
+  return changed;
+}
+
+}  // namespace drape

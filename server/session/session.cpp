@@ -1,0 +1,158 @@
+#include "server/session/session.h"
+
+#include <unordered_set>
+#include <utility>
+
+#include "server/session/cloth_creation.h"
+#include "server/session/page_token.h"
+
+namespace drape {
+namespace {
+
+uint64_t ParticleTotal(const ClothList& cloths) {
+  uint64_t total = 0;
+  for (const auto& cloth : cloths) total += cloth->description()->model->particle_count();
+  return total;
+}
+
+Status QuotaExceeded(const std::string& limit, uint64_t maximum, uint64_t used, uint64_t wanted) {
+  return {StatusCode::kResourceExhausted, "QUOTA_EXCEEDED",
+          limit + " is " + std::to_string(maximum) + ": " + std::to_string(used) + " in use, " +
+              std::to_string(wanted) + " more wanted"};
+}
+
+}  // namespace
+
+Session::Session(std::shared_ptr<SessionCommons> commons, std::string name,
+                 std::string display_name, double ttl_s)
+    : commons_(std::move(commons)),
+      name_(std::move(name)),
+      display_name_(std::move(display_name)),
+      ttl_s_(ttl_s),
+      request_memory_(commons_->limits.max_remembered_answers,
+                      commons_->limits.max_remembered_bytes) {}
+
+uint32_t Session::cloth_count() const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<uint32_t>(cloth_quota_used_);
+}
+
+uint64_t Session::particle_count() const {
+  const std::lock_guard lock(mutex_);
+  return particle_quota_used_;
+}
+
+Status Session::CheckQuota(uint64_t cloths, uint64_t particles) const {
+  const SessionLimits& limits = commons_->limits;
+  if (is_closed_) {
+    return {StatusCode::kNotFound, "SESSION_NOT_FOUND", "the session has ended"};
+  }
+  if (cloths > limits.max_cloths_per_session - cloth_quota_used_) {
+    return QuotaExceeded("max_cloths_per_session", limits.max_cloths_per_session, cloth_quota_used_,
+                         cloths);
+  }
+  if (particles > limits.max_particles_per_session - particle_quota_used_) {
+    return QuotaExceeded("max_particles_per_session", limits.max_particles_per_session,
+                         particle_quota_used_, particles);
+  }
+  return Status::Ok();
+}
+
+Status Session::ReserveQuota(uint64_t cloths, uint64_t particles) {
+  const std::lock_guard lock(mutex_);
+  DRAPE_RETURN_IF_ERROR(CheckQuota(cloths, particles));
+  cloth_quota_used_ += cloths;
+  particle_quota_used_ += particles;
+  return Status::Ok();
+}
+
+void Session::ReleaseQuota(uint64_t cloths, uint64_t particles) {
+  const std::lock_guard lock(mutex_);
+  cloth_quota_used_ -= cloths;
+  particle_quota_used_ -= particles;
+}
+
+bool Session::Publish(const ClothList& records) {
+  const std::lock_guard lock(mutex_);
+  if (is_closed_) return false;
+  commons_->cloths.Add(records, name_);
+  for (const auto& record : records) cloths_.emplace(record->creation_number, record);
+  return true;
+}
+
+ClothList Session::Unpublish(const ClothList& cloths) {
+  const std::lock_guard lock(mutex_);
+  ClothList removed;
+  for (const auto& cloth : cloths) {
+    if (cloths_.erase(cloth->creation_number) > 0) removed.push_back(cloth);
+  }
+  commons_->cloths.Remove(removed);
+  return removed;
+}
+
+Result<ClothList> Session::FindCloths(std::span<const ClothId> ids) const {
+  ClothList cloths;
+  if (ids.empty()) {
+    const std::lock_guard lock(mutex_);
+    cloths.reserve(cloths_.size());
+    for (const auto& [number, cloth] : cloths_) cloths.push_back(cloth);
+    return cloths;
+  }
+  std::unordered_set<ClothId> seen;
+  cloths.reserve(ids.size());
+  for (size_t k = 0; k < ids.size(); ++k) {
+    if (!seen.insert(ids[k]).second) {
+      return Status::InvalidField("cloth_ids[" + std::to_string(k) + "]",
+                                  std::to_string(ids[k].Packed()) + " occurs twice");
+    }
+    cloths.push_back(commons_->cloths.Find(ids[k], name_));
+    if (cloths.back() == nullptr) return ClothNotFound(ids[k]);
+  }
+  return cloths;
+}
+
+Result<ClothPage> Session::ListCloths(uint32_t page_size, const std::string& page_token) const {
+  const Result<uint64_t> after = ParsePageToken(page_token);
+  if (!after.ok()) return after.status();
+  const uint32_t size = EffectivePageSize(page_size);
+  const std::lock_guard lock(mutex_);
+  ClothPage page;
+  auto entry = cloths_.upper_bound(*after);
+  for (; entry != cloths_.end() && page.cloths.size() < size; ++entry) {
+    page.cloths.push_back(entry->second);
+  }
+  if (entry != cloths_.end()) {
+    page.next_page_token = MakePageToken(page.cloths.back()->creation_number);
+  }
+  return page;
+}
+
+void Session::DeleteCloths(ClothList cloths, std::function<void(Status)> done) {
+  FreeOnDevice(Unpublish(cloths), std::move(done));
+}
+
+void Session::Close(std::function<void(Status)> done) {
+  ClothList cloths;
+  {
+    const std::lock_guard lock(mutex_);
+    is_closed_ = true;
+    for (const auto& [number, cloth] : cloths_) cloths.push_back(cloth);
+    cloths_.clear();
+    commons_->cloths.Remove(cloths);
+  }
+  FreeOnDevice(std::move(cloths), std::move(done));
+}
+
+void Session::FreeOnDevice(ClothList cloths, std::function<void(Status)> done) {
+  Scheduler& scheduler = commons_->scheduler;
+  const bool is_taken = scheduler.PostCleanup(
+      [self = shared_from_this(), cloths = std::move(cloths), done](Backend& backend) {
+        for (const auto& cloth : cloths) FreeCloth(backend, *cloth);
+        self->ReleaseQuota(cloths.size(), ParticleTotal(cloths));
+        self->commons_->scheduler.Complete([done] { done(Status::Ok()); });
+      });
+  // The backend has gone, and the cloths with it.
+  if (!is_taken) done(Status::Ok());
+}
+
+}  // namespace drape

@@ -1,0 +1,128 @@
+// The methods of Session that create and change cloths on the device.
+#include <utility>
+
+#include "server/core/check.h"
+#include "server/session/cloth_creation.h"
+#include "server/session/cloth_update.h"
+#include "server/session/session.h"
+#include "server/session/sliced_command.h"
+
+namespace drape {
+
+void Session::CreateCloths(ClothCreation creation,
+                           std::function<void(Result<CreatedCloths>)> done) {
+  DRAPE_CHECK(!creation.copies.empty(), "at least one copy");
+  const size_t cloths = creation.copies.size();
+  const uint64_t particles = uint64_t{creation.model->particle_count()} * cloths;
+  if (const Status status = ReserveQuota(cloths, particles); !status.ok()) {
+    done(status);
+    return;
+  }
+  auto model = commons_->models.Share(creation.model);
+  const size_t per_slice = ClothsPerSlice(model->particle_count());
+  auto maker = std::make_shared<ClothMaker>(std::move(creation), std::move(model));
+  const auto finish = [self = shared_from_this(), maker, done, cloths, particles](
+                          Backend& backend, const Status& status) {
+    Status outcome = status;
+    if (outcome.ok() && !self->Publish(maker->made())) {
+      outcome = Status(StatusCode::kNotFound, "SESSION_NOT_FOUND", "the session has ended");
+    }
+    Result<CreatedCloths> answer =
+        outcome.ok() ? Result<CreatedCloths>(CreatedCloths{}) : Result<CreatedCloths>(outcome);
+    if (outcome.ok()) {
+      answer->model = maker->model();
+      answer->plan = maker->made().front()->description()->plan;
+      for (const auto& cloth : maker->made()) answer->ids.push_back(cloth->id);
+    } else {
+      maker->Unmake(backend);
+      self->ReleaseQuota(cloths, particles);
+    }
+    self->commons_->scheduler.Complete([done, answer = std::move(answer)] { done(answer); });
+  };
+  const Status status = RunInSlices(
+      commons_->scheduler, cloths, per_slice,
+      [maker](Backend& backend, size_t begin, size_t end) {
+        return maker->Make(backend, begin, end);
+      },
+      finish);
+  if (!status.ok()) {
+    ReleaseQuota(cloths, particles);
+    done(status);
+  }
+}
+
+void Session::CheckCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done) {
+  Status status;
+  {
+    const std::lock_guard lock(mutex_);
+    status = CheckQuota(creation.copies.size(),
+                        uint64_t{creation.model->particle_count()} * creation.copies.size());
+  }
+  if (status.ok()) {
+    status = commons_->scheduler.Post(
+        [self = shared_from_this(), model = creation.model, done](Backend& backend) {
+          CreatedCloths answer;
+          answer.model = model;
+          answer.plan = backend.PlanOf(*model);
+          self->commons_->scheduler.Complete([done, answer] { done(answer); });
+        });
+  }
+  if (!status.ok()) done(status);
+}
+
+void Session::UpdateCloths(ClothList cloths, ClothChange change,
+                           std::function<void(Result<UpdatedCloths>)> done) {
+  DRAPE_CHECK(!cloths.empty(), "at least one cloth");
+  std::vector<RepinnedModel> repinned;
+  if (change.pins.has_value()) {
+    auto built = BuildRepinnedModels(cloths, *change.pins, commons_->models);
+    if (!built.ok()) {
+      done(built.status());
+      return;
+    }
+    repinned = std::move(built).value();
+  }
+  const Status status = commons_->scheduler.Post(
+      [self = shared_from_this(), cloths = std::move(cloths), change = std::move(change),
+       repinned = std::move(repinned), done](Backend& backend) {
+        const Status outcome = UpdateOnDevice(backend, cloths, change, repinned);
+        const auto description = cloths.front()->description();
+        self->commons_->scheduler.Complete([done, outcome, description] {
+          if (outcome.ok()) {
+            done(UpdatedCloths{description->model, description->plan});
+          } else {
+            done(outcome);
+          }
+        });
+      });
+  if (!status.ok()) done(status);
+}
+
+void Session::ResetCloths(ClothList cloths, std::function<void(Status)> done) {
+  if (cloths.empty()) {
+    done(Status::Ok());
+    return;
+  }
+  const auto held = std::make_shared<const ClothList>(std::move(cloths));
+  // Cloths of a session differ in size: the slices are those of the largest.
+  uint32_t largest = 1;
+  for (const auto& cloth : *held) {
+    largest = std::max(largest, cloth->description()->model->particle_count());
+  }
+  const Status status = RunInSlices(
+      commons_->scheduler, held->size(), ClothsPerSlice(largest),
+      [held](Backend& backend, size_t begin, size_t end) {
+        for (size_t k = begin; k < end; ++k) {
+          ClothRecord& cloth = *(*held)[k];
+          if (!cloth.runtime->is_alive()) return ClothNotFound(cloth.id);
+          DRAPE_RETURN_IF_ERROR(ResetCloth(backend, cloth));
+        }
+        return Status::Ok();
+      },
+      [self = shared_from_this(), done](Backend&, const Status& outcome) {
+        self->commons_->scheduler.Complete([done, outcome] { done(outcome); });
+      });
+  if (!status.ok()) done(status);
+}
+
+}  // namespace drape

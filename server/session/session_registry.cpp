@@ -1,0 +1,249 @@
+#include "server/session/session_registry.h"
+
+#include <spdlog/spdlog.h>
+#include <sys/random.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "server/core/check.h"
+#include "server/session/page_token.h"
+
+namespace drape {
+namespace {
+
+constexpr size_t kTokenBytes = 16;  // 128 random bits
+constexpr size_t kShownDigits = 4;  // of a token in lists
+
+std::string RandomToken() {
+  std::array<unsigned char, kTokenBytes> bytes;
+  const ssize_t count = getrandom(bytes.data(), bytes.size(), 0);
+  DRAPE_CHECK(count == static_cast<ssize_t>(bytes.size()), "no random numbers");
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string token;
+  for (const unsigned char byte : bytes) {
+    token += kDigits[byte >> 4];
+    token += kDigits[byte & 15];
+  }
+  return token;
+}
+
+}  // namespace
+
+std::string ShortSessionName(const std::string& name) {
+  const size_t dash = name.rfind('-');
+  if (dash == std::string::npos) return name;
+  return name.substr(0, dash + 1 + kShownDigits) + "...";
+}
+
+SessionLease::SessionLease(SessionLease&& other) noexcept
+    : registry_(std::exchange(other.registry_, nullptr)), session_(std::move(other.session_)) {}
+
+SessionLease& SessionLease::operator=(SessionLease&& other) noexcept {
+  if (this == &other) return *this;
+  Release();
+  registry_ = std::exchange(other.registry_, nullptr);
+  session_ = std::move(other.session_);
+  return *this;
+}
+
+SessionLease::~SessionLease() {
+  Release();
+}
+
+void SessionLease::Release() {
+  if (session_ != nullptr) registry_->EndLease(*session_);
+  session_ = nullptr;
+  registry_ = nullptr;
+}
+
+SessionRegistry::SessionRegistry(Scheduler& scheduler, const SessionLimits& limits,
+                                 const Clock& clock, std::string server_id)
+    : clock_(clock),
+      server_id_(std::move(server_id)),
+      commons_(std::make_shared<SessionCommons>(scheduler, limits)) {}
+
+Result<SessionLease> SessionRegistry::Create(std::optional<double> ttl_s,
+                                             const std::string& display_name) {
+  const double ttl = ttl_s.value_or(kDefaultTtl_s);
+  std::vector<FieldViolation> violations;
+  if (!(ttl >= kMinTtl_s && ttl <= kMaxTtl_s)) {  // false for NaN, too
+    violations.push_back({"ttl_s", "is " + std::to_string(ttl) + ", must be from 1 to 86400"});
+  }
+  if (display_name.size() > kMaxDisplayNameBytes) {
+    violations.push_back(
+        {"display_name", "at most " + std::to_string(kMaxDisplayNameBytes) + " bytes"});
+  }
+  if (!violations.empty()) return Status::InvalidFields(std::move(violations));
+
+  const std::string name = "sessions/" + server_id_ + "-" + RandomToken();
+  const std::lock_guard lock(mutex_);
+  if (sessions_.size() >= commons_->limits.max_sessions) {
+    return Status(StatusCode::kResourceExhausted, "TOO_MANY_SESSIONS",
+                  "max_sessions is " + std::to_string(commons_->limits.max_sessions));
+  }
+  Entry entry;
+  entry.session = std::make_shared<Session>(commons_, name, display_name, ttl);
+  entry.creation_number = next_creation_number_++;
+  entry.under_way = 1;
+  RenewEntry(entry);
+  names_by_creation_.emplace(entry.creation_number, name);
+  std::shared_ptr<Session> session = entry.session;
+  sessions_.emplace(name, std::move(entry));
+  spdlog::info("session_created name={} ttl_s={}", ShortSessionName(name), ttl);
+  return SessionLease(this, std::move(session));
+}
+
+bool SessionRegistry::IsExpired(const Entry& entry, int64_t now_us) const {
+  return entry.under_way == 0 && now_us >= entry.expires_us;
+}
+
+void SessionRegistry::RenewEntry(Entry& entry) {
+  entry.expires_us = clock_.NowUs() + static_cast<int64_t>(entry.session->ttl_s() * 1e6);
+}
+
+Status SessionRegistry::CheckLive(const std::string& name) const {
+  const auto found = sessions_.find(name);
+  if (found != sessions_.end() && !IsExpired(found->second, clock_.NowUs())) return Status::Ok();
+  if (found != sessions_.end() || expired_names_.contains(name)) {
+    return {StatusCode::kNotFound, "SESSION_EXPIRED",
+            "the session's lease ran out; its cloths are deleted"};
+  }
+  return {StatusCode::kNotFound, "SESSION_NOT_FOUND", "no such session"};
+}
+
+Result<SessionLease> SessionRegistry::Find(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  DRAPE_RETURN_IF_ERROR(CheckLive(name));
+  Entry& entry = sessions_.at(name);
+  ++entry.under_way;
+  RenewEntry(entry);
+  return SessionLease(this, entry.session);
+}
+
+void SessionRegistry::EndLease(const Session& session) {
+  const std::lock_guard lock(mutex_);
+  const auto found = sessions_.find(session.name());
+  if (found == sessions_.end()) return;  // deleted while the request was under way
+  --found->second.under_way;
+  RenewEntry(found->second);
+}
+
+SessionView SessionRegistry::ViewOf(const Entry& entry, int64_t now_us) const {
+  SessionView view;
+  view.name = entry.session->name();
+  view.display_name = entry.session->display_name();
+  view.ttl_s = entry.session->ttl_s();
+  view.remaining_s =
+      entry.under_way > 0
+          ? view.ttl_s
+          : static_cast<double>(std::max<int64_t>(0, entry.expires_us - now_us)) / 1e6;
+  view.cloth_count = entry.session->cloth_count();
+  view.particle_count = entry.session->particle_count();
+  return view;
+}
+
+Result<SessionView> SessionRegistry::Get(const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  DRAPE_RETURN_IF_ERROR(CheckLive(name));
+  return ViewOf(sessions_.at(name), clock_.NowUs());
+}
+
+Result<SessionView> SessionRegistry::Renew(const std::string& name) {
+  const std::lock_guard lock(mutex_);
+  DRAPE_RETURN_IF_ERROR(CheckLive(name));
+  Entry& entry = sessions_.at(name);
+  RenewEntry(entry);
+  return ViewOf(entry, clock_.NowUs());
+}
+
+Result<SessionPage> SessionRegistry::List(uint32_t page_size, const std::string& page_token) const {
+  const Result<uint64_t> after = ParsePageToken(page_token);
+  if (!after.ok()) return after.status();
+  const uint32_t size = EffectivePageSize(page_size);
+  const std::lock_guard lock(mutex_);
+  const int64_t now_us = clock_.NowUs();
+  SessionPage page;
+  uint64_t last = 0;
+  for (auto it = names_by_creation_.upper_bound(*after); it != names_by_creation_.end(); ++it) {
+    const Entry& entry = sessions_.at(it->second);
+    if (IsExpired(entry, now_us)) continue;
+    if (page.sessions.size() == size) {
+      page.next_page_token = MakePageToken(last);
+      break;
+    }
+    page.sessions.push_back(ViewOf(entry, now_us));
+    last = it->first;
+  }
+  return page;
+}
+
+void SessionRegistry::Remove(const std::string& name) {
+  const auto found = sessions_.find(name);
+  names_by_creation_.erase(found->second.creation_number);
+  sessions_.erase(found);
+}
+
+void SessionRegistry::RememberExpired(const std::string& name) {
+  expired_.push_back(name);
+  expired_names_.insert(name);
+  while (expired_.size() > commons_->limits.max_expired_names) {
+    expired_names_.erase(expired_.front());
+    expired_.pop_front();
+  }
+}
+
+void SessionRegistry::Delete(const std::string& name, std::function<void(Status)> done) {
+  Status status;
+  std::shared_ptr<Session> session;
+  {
+    const std::lock_guard lock(mutex_);
+    status = CheckLive(name);
+    if (status.ok()) {
+      session = sessions_.at(name).session;
+      Remove(name);
+    }
+  }
+  if (!status.ok()) {
+    done(status);
+    return;
+  }
+  spdlog::info("session_deleted name={}", ShortSessionName(name));
+  session->Close(std::move(done));
+}
+
+size_t SessionRegistry::ReapExpired() {
+  std::vector<std::shared_ptr<Session>> expired;
+  {
+    const std::lock_guard lock(mutex_);
+    const int64_t now_us = clock_.NowUs();
+    for (const auto& [name, entry] : sessions_) {
+      if (IsExpired(entry, now_us)) expired.push_back(entry.session);
+    }
+    for (const auto& session : expired) {
+      Remove(session->name());
+      RememberExpired(session->name());
+    }
+  }
+  for (const auto& session : expired) {
+    spdlog::info("session_expired name={} cloths={}", ShortSessionName(session->name()),
+                 session->cloth_count());
+    session->Close([](const Status&) {});
+  }
+  return expired.size();
+}
+
+ServerTotals SessionRegistry::Totals() const {
+  const std::lock_guard lock(mutex_);
+  ServerTotals totals;
+  totals.session_count = static_cast<uint32_t>(sessions_.size());
+  for (const auto& [name, entry] : sessions_) {
+    totals.cloth_count += entry.session->cloth_count();
+    totals.particle_count += entry.session->particle_count();
+  }
+  return totals;
+}
+
+}  // namespace drape
