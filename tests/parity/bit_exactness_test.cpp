@@ -86,7 +86,7 @@ void ExpectSameBits(const std::string& actual, const std::string& expected,
 
 class BitExactnessTest : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Backends, BitExactnessTest, testing::ValuesIn(BackendNames()),
-                         testing::PrintToStringParamName());
+                         NameOfCase<testing::TestParamInfo<std::string>>);
 
 TEST_P(BitExactnessTest, AStepChangesTheState) {
   Backend& backend = SharedBackend(GetParam());

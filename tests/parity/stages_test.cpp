@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 
 class StageParityTest : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Backends, StageParityTest, testing::ValuesIn(FloatBackendNames()),
-                         testing::PrintToStringParamName());
+                         NameOfCase<testing::TestParamInfo<std::string>>);
 
 // Particles of different masses that nothing holds together.
 Scene LooseParticles(const std::vector<Vector3d>& positions) {

@@ -14,7 +14,7 @@ namespace {
 
 class WholeStepParityTest : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Backends, WholeStepParityTest, testing::ValuesIn(FloatBackendNames()),
-                         testing::PrintToStringParamName());
+                         NameOfCase<testing::TestParamInfo<std::string>>);
 
 void UseSubsteps(Scene& scene, uint32_t substeps) {
   scene.parameters.settings.substeps = substeps;

@@ -23,4 +23,10 @@ std::unique_ptr<Backend> MakeBackend(const std::string& name);
 // on the main thread; destroy what you create.
 Backend& SharedBackend(const std::string& name);
 
+// Names the cases of a suite whose parameter is a backend's name (INSTANTIATE_TEST_SUITE_P).
+template <class TestParamInfo>
+std::string NameOfCase(const TestParamInfo& info) {
+  return info.param;
+}
+
 }  // namespace drape::test
