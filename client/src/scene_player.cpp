@@ -101,6 +101,7 @@ AdvanceResult ScenePlayer::Advance(uint64_t steps, bool has_reports) {
   uint64_t max_steps = limits_.max_steps_per_request();
   if (max_steps == 0) max_steps = std::numeric_limits<uint32_t>::max();
   AdvanceResult result;
+  if (step_ == end) return result;
   while (step_ < end) {
     v1::StepRequest request;
     ApplyControls(&request);
@@ -117,7 +118,7 @@ AdvanceResult ScenePlayer::Advance(uint64_t steps, bool has_reports) {
     step_ = until;
     result.reports = {response.reports().begin(), response.reports().end()};
   }
-  if (has_reports && steps > 0 && result.reports.size() != cloths_.size()) {
+  if (has_reports && result.reports.size() != cloths_.size()) {
     throw LocalError(ErrorCode::kInternal, "MALFORMED_ANSWER",
                      "the server sent " + std::to_string(result.reports.size()) + " reports for " +
                          std::to_string(cloths_.size()) + " cloths");

@@ -1,0 +1,43 @@
+// The same scene on a second backend, and how far apart the two are.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "drape/client.h"
+#include "drape/scene_player.h"
+
+namespace drape::cli {
+
+// The largest distance between two particles that should be in the same place.
+struct PositionDifference {
+  double largest_m = 0;
+  size_t cloth = 0;  // in scene order
+  size_t particle = 0;
+  uint64_t step = 0;
+};
+
+// Makes `difference` larger where the states differ by more, or by something that is no number.
+// Throws kInternal when they are not of the same cloths and steps.
+void Compare(const States& states, const States& others, PositionDifference* difference);
+
+// A second private server that plays the same scene. One thread.
+class Comparison {
+ public:
+  Comparison(const std::string& backend, const v1::Scene& scene);
+
+  // Does as many steps as the first player did, and compares.
+  void Advance(uint64_t steps, const States& states);
+
+  const std::string& backend() const { return backend_; }
+  const PositionDifference& difference() const { return difference_; }
+
+ private:
+  const Client client_;
+  Session session_;
+  std::string backend_;
+  ScenePlayer player_;
+  PositionDifference difference_;
+};
+
+}  // namespace drape::cli

@@ -1,0 +1,69 @@
+#include <limits>
+#include <string>
+
+#include "client/cli/output_file.h"
+#include "client/cli/state_writers.h"
+
+namespace drape::cli {
+namespace {
+
+constexpr char kHeader[] = "time_s,cloth,particle,x_m,y_m,z_m,vx_m_per_s,vy_m_per_s,vz_m_per_s\n";
+
+template <class Number>
+void AppendRow(std::span<const Number> elements, size_t row, std::string* text) {
+  for (size_t axis = 0; axis < 3; ++axis) {
+    *text += ',';
+    AppendNumber(elements[3 * row + axis], text);
+  }
+}
+
+class CsvWriter final : public StateWriter {
+ public:
+  explicit CsvWriter(const std::filesystem::path& path) : file_(path) { file_.Write(kHeader); }
+
+  bool takes_samples() const override { return true; }
+
+  void Add(const States& states) override {
+    for (size_t index = 0; index < states.size(); ++index) {
+      const ClothState& cloth = states[index];
+      if (cloth.positions_m.is_float64()) {
+        AddCloth(index, cloth, cloth.time_s, cloth.positions_m.doubles(),
+                 cloth.velocities_m_per_s.doubles());
+      } else {
+        AddCloth(index, cloth, static_cast<float>(cloth.time_s), cloth.positions_m.floats(),
+                 cloth.velocities_m_per_s.floats());
+      }
+    }
+  }
+
+  void Finish() override { file_.Close(); }
+
+ private:
+  template <class Number>
+  void AddCloth(size_t index, const ClothState& cloth, Number time,
+                std::span<const Number> positions, std::span<const Number> velocities) {
+    text_.clear();
+    for (size_t particle = 0; particle < cloth.particle_count; ++particle) {
+      AppendNumber(time, &text_);
+      text_ += ',';
+      AppendNumber(uint64_t{index}, &text_);
+      text_ += ',';
+      AppendNumber(uint64_t{particle}, &text_);
+      AppendRow(positions, particle, &text_);
+      AppendRow(velocities, particle, &text_);
+      text_ += '\n';
+    }
+    file_.Write(text_);
+  }
+
+  OutputFile file_;
+  std::string text_;
+};
+
+}  // namespace
+
+std::unique_ptr<StateWriter> MakeCsvWriter(const std::filesystem::path& path) {
+  return std::make_unique<CsvWriter>(path);
+}
+
+}  // namespace drape::cli

@@ -1,0 +1,37 @@
+// drape health: whether a server takes requests (grpc.health.v1); exit code 1 when it does not.
+#include <iostream>
+#include <memory>
+
+#include "client/cli/commands.h"
+#include "client/cli/options.h"
+
+namespace drape::cli {
+namespace {
+
+struct HealthOptions {
+  std::string server;
+  std::string service;
+  bool is_json = false;
+};
+
+int CheckHealth(const HealthOptions& options) {
+  const Client client = Client::Connect(options.server);
+  const bool is_serving = client.CheckHealth(options.service) == Health::kServing;
+  const std::string status = is_serving ? "SERVING" : "NOT_SERVING";
+  std::cout << (options.is_json ? "{\"status\": \"" + status + "\"}" : status) << "\n";
+  return is_serving ? kDone : kFailed;
+}
+
+}  // namespace
+
+void AddHealth(CLI::App& app, Action& action) {
+  CLI::App* health = app.add_subcommand("health", "Whether a server takes requests");
+  auto options = std::make_shared<HealthOptions>();
+  AddServerFlag(*health, &options->server);
+  health->add_option("--service", options->service, "gRPC service (default: the whole server)")
+      ->type_name("NAME");
+  health->add_flag("--json", options->is_json, "Print JSON");
+  health->callback([options, &action] { action = [options] { return CheckHealth(*options); }; });
+}
+
+}  // namespace drape::cli

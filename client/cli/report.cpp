@@ -1,0 +1,143 @@
+#include "client/cli/report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace drape::cli {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json SampleJson(const v1::StepReport& sample, double time_step_s) {
+  return {{"step", sample.step()},
+          {"time_s", static_cast<double>(sample.step()) * time_step_s},
+          {"max_strain", sample.max_strain()},
+          {"rms_strain", sample.rms_strain()},
+          {"kinetic_energy_j", sample.kinetic_energy_j()},
+          {"potential_energy_j", sample.potential_energy_j()},
+          {"strain_energy_j", sample.strain_energy_j()},
+          {"lowest_m", sample.lowest_m()},
+          {"contacts", sample.contacts()},
+          {"max_penetration_m", sample.max_penetration_m()},
+          {"iterations", sample.iterations()},
+          {"max_residual_m", sample.max_residual_m()}};
+}
+
+Json ClothJson(const ClothReport& cloth, double time_step_s) {
+  Json samples = Json::array();
+  for (const v1::StepReport& sample : cloth.samples) {
+    samples.push_back(SampleJson(sample, time_step_s));
+  }
+  // Warnings are counted since creation: the last report has them all. Sorted by name.
+  std::map<std::string, uint64_t> warnings;
+  bool is_faulted = false;
+  if (!cloth.samples.empty()) {
+    const v1::StepReport& last = cloth.samples.back();
+    warnings = {last.warnings().begin(), last.warnings().end()};
+    is_faulted = last.faulted();
+  }
+  return {{"id", std::to_string(cloth.id)},
+          {"particles", cloth.shape.particles()},
+          {"constraints", cloth.shape.distance_constraints()},
+          {"colours", cloth.shape.colours()},
+          {"plan", cloth.shape.plan()},
+          {"samples", std::move(samples)},
+          {"warnings", Json(warnings)},
+          {"faulted", is_faulted}};
+}
+
+}  // namespace
+
+RunReport::RunReport(const v1::ServerInfo& server, const ScenePlayer& player)
+    : scene_(player.scene().name()),
+      backend_(server.backend()),
+      device_(server.device()),
+      time_step_s_(player.scene().time_step_s()) {
+  for (const PlayedCloth& cloth : player.cloths()) {
+    cloths_.push_back({cloth.id, cloth.shape, {}});
+  }
+}
+
+void RunReport::Add(uint64_t steps, const AdvanceResult& result) {
+  steps_ += steps;
+  wait_s_ += result.wait_s;
+  device_us_ += result.device_us;
+  for (size_t k = 0; k < result.reports.size(); ++k) {
+    cloths_.at(k).samples.push_back(result.reports[k]);
+  }
+}
+
+double RunReport::wall_ms_per_step() const {
+  return steps_ == 0 ? 0 : wait_s_ * 1e3 / static_cast<double>(steps_);
+}
+
+double RunReport::device_ms_per_step() const {
+  return steps_ == 0 ? 0 : static_cast<double>(device_us_) * 1e-3 / static_cast<double>(steps_);
+}
+
+std::string ReportJson(const RunReport& report) {
+  Json cloths = Json::array();
+  for (const ClothReport& cloth : report.cloths()) {
+    cloths.push_back(ClothJson(cloth, report.time_step_s()));
+  }
+  const Json json = {{"scene", report.scene()},
+                     {"backend", report.backend()},
+                     {"device", report.device()},
+                     {"steps", report.steps()},
+                     {"wall_ms_per_step", report.wall_ms_per_step()},
+                     {"device_ms_per_step", report.device_ms_per_step()},
+                     {"cloths", std::move(cloths)}};
+  return json.dump(1) + "\n";
+}
+
+RunSummary Summarise(const RunReport& report) {
+  RunSummary summary;
+  summary.ms_per_step = report.wall_ms_per_step();
+  if (summary.ms_per_step > 0) {
+    summary.real_time_factor = report.time_step_s() * 1e3 / summary.ms_per_step;
+  }
+  double strain_sq_sum = 0;
+  for (const ClothReport& cloth : report.cloths()) {
+    ++summary.cloths;
+    summary.particles += cloth.shape.particles();
+    summary.constraints += cloth.shape.distance_constraints();
+    summary.colours = std::max(summary.colours, cloth.shape.colours());
+    for (const v1::StepReport& sample : cloth.samples) {
+      summary.max_strain = std::max(summary.max_strain, sample.max_strain());
+    }
+    if (cloth.samples.empty()) continue;
+    const v1::StepReport& last = cloth.samples.back();
+    strain_sq_sum += cloth.shape.distance_constraints() * last.rms_strain() * last.rms_strain();
+    summary.contacts += last.contacts();
+    summary.faulted += last.faulted() ? 1 : 0;
+  }
+  if (summary.constraints > 0) {
+    summary.rms_strain = std::sqrt(strain_sq_sum / static_cast<double>(summary.constraints));
+  }
+  return summary;
+}
+
+std::string SummaryTable(const std::vector<RunReport>& reports) {
+  size_t widest = 5;
+  for (const RunReport& report : reports) widest = std::max(widest, report.scene().size());
+  const int name_width = static_cast<int>(widest);
+  char line[512];
+  std::snprintf(line, sizeof(line), "%-*s  %-9s %6s %9s %11s %7s %11s %9s %10s %10s %8s\n",
+                name_width, "scene", "backend", "cloths", "particles", "constraints", "colours",
+                "ms per step", "real time", "max strain", "RMS strain", "contacts");
+  std::string table = line;
+  for (const RunReport& report : reports) {
+    const RunSummary summary = Summarise(report);
+    std::snprintf(line, sizeof(line),
+                  "%-*s  %-9s %6lu %9lu %11lu %7u %11.3f %8.2fx %8.3f %% %8.4f %% %8lu%s\n",
+                  name_width, report.scene().c_str(), report.backend().c_str(), summary.cloths,
+                  summary.particles, summary.constraints, summary.colours, summary.ms_per_step,
+                  summary.real_time_factor, summary.max_strain * 100, summary.rms_strain * 100,
+                  summary.contacts, summary.faulted > 0 ? "  FAULTED" : "");
+    table += line;
+  }
+  return table;
+}
+
+}  // namespace drape::cli

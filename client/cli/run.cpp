@@ -1,0 +1,180 @@
+// drape run: plays a scene file.
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "client/cli/commands.h"
+#include "client/cli/options.h"
+#include "client/cli/output_file.h"
+#include "client/cli/progress.h"
+#include "client/cli/run_scene.h"
+#include "drape/scene_file.h"
+
+namespace drape::cli {
+namespace {
+
+struct RunOptions {
+  std::string scene;
+  ServerOptions server;
+  std::string compare;
+  std::string report;
+  std::string states;
+  uint64_t every = 1;
+  std::vector<std::string> sets;
+  std::optional<double> duration_s;
+  bool has_summary = false;
+  bool is_json = false;
+  bool is_quiet = false;
+};
+
+v1::Scene Load(const RunOptions& options) {
+  v1::Scene scene = LoadScene(options.scene, options.sets);
+  if (options.duration_s) scene.set_duration_s(*options.duration_s);
+  return scene;
+}
+
+void WarnOfFaults(const RunReport& report) {
+  for (size_t k = 0; k < report.cloths().size(); ++k) {
+    const auto& samples = report.cloths()[k].samples;
+    if (samples.empty() || !samples.back().faulted()) continue;
+    std::cerr << "drape: cloth " << k << " is faulted: " << samples.back().fault_reason() << "\n";
+  }
+}
+
+void PrintText(const RunOptions& options, const RunReport& report, const Comparison* comparison) {
+  const RunSummary summary = Summarise(report);
+  if (!options.is_quiet) {
+    std::printf("%s: %lu steps of %lu cloths (%lu particles) on %s (%s), %.3f ms per step\n",
+                report.scene().c_str(), report.steps(), summary.cloths, summary.particles,
+                report.backend().c_str(), report.device().c_str(), summary.ms_per_step);
+  }
+  if (options.has_summary) std::printf("%s", SummaryTable({report}).c_str());
+  if (comparison == nullptr) return;
+  const PositionDifference& difference = comparison->difference();
+  std::printf(
+      "largest position difference of %s and %s: %.9g m (cloth %zu, particle %zu, step %lu)\n",
+      report.backend().c_str(), comparison->backend().c_str(), difference.largest_m,
+      difference.cloth, difference.particle, difference.step);
+}
+
+void PrintJson(const RunReport& report, const Comparison* comparison) {
+  const RunSummary summary = Summarise(report);
+  nlohmann::ordered_json json = {{"scene", report.scene()},
+                                 {"backend", report.backend()},
+                                 {"device", report.device()},
+                                 {"steps", report.steps()},
+                                 {"cloths", summary.cloths},
+                                 {"particles", summary.particles},
+                                 {"constraints", summary.constraints},
+                                 {"colours", summary.colours},
+                                 {"wall_ms_per_step", report.wall_ms_per_step()},
+                                 {"device_ms_per_step", report.device_ms_per_step()},
+                                 {"real_time_factor", summary.real_time_factor},
+                                 {"max_strain", summary.max_strain},
+                                 {"rms_strain", summary.rms_strain},
+                                 {"contacts", summary.contacts},
+                                 {"faulted", summary.faulted}};
+  if (comparison != nullptr) {
+    const PositionDifference& difference = comparison->difference();
+    json["comparison"] = {{"backend", comparison->backend()},
+                          {"largest_position_difference_m", difference.largest_m},
+                          {"cloth", difference.cloth},
+                          {"particle", difference.particle},
+                          {"step", difference.step}};
+  }
+  std::cout << json.dump(1) << "\n";
+}
+
+int Run(const RunOptions& options) {
+  const v1::Scene scene = Load(options);
+  const uint64_t step_count = StepCount(scene);
+  RunSinks sinks;
+  // Opened first: a path that cannot be written should not cost a run.
+  std::unique_ptr<OutputFile> report_file;
+  if (!options.report.empty()) report_file = std::make_unique<OutputFile>(options.report);
+  if (!options.states.empty()) {
+    sinks.writers.push_back(MakeStateWriter(options.states, SceneTopologies(scene)));
+  }
+  const Client client = options.server.Open();
+  if (!options.compare.empty()) {
+    sinks.comparison = std::make_unique<Comparison>(options.compare, scene);
+  }
+  const InterruptGuard interrupt;
+  auto bar = std::make_unique<ProgressBar>(scene.name(), step_count, options.is_quiet);
+  sinks.on_step = [&bar](uint64_t done) { bar->Show(done); };
+  sinks.should_stop = [&interrupt] { return interrupt.is_interrupted(); };
+  const RunReport report = RunScene(client, scene, options.every, sinks);
+  bar.reset();
+
+  if (report_file) {
+    report_file->Write(ReportJson(report));
+    report_file->Close();
+  }
+  WarnOfFaults(report);
+  if (options.is_json) {
+    PrintJson(report, sinks.comparison.get());
+  } else {
+    PrintText(options, report, sinks.comparison.get());
+  }
+  if (report.steps() == step_count) return kDone;
+  std::cerr << "drape: interrupted after step " << report.steps() << " of " << step_count << "\n";
+  return kFailed;
+}
+
+// --set takes several values, so it may have taken the scene that stands behind it: that has no
+// "=".
+void FindScene(RunOptions* options) {
+  if (options->scene.empty() && !options->sets.empty() &&
+      options->sets.back().find('=') == std::string::npos) {
+    options->scene = options->sets.back();
+    options->sets.pop_back();
+  }
+  if (options->scene.empty()) throw CLI::RequiredError("SCENE.json");
+  for (const std::string& set : options->sets) {
+    if (set.find('=') == std::string::npos || set.front() == '=') {
+      throw CLI::ValidationError("--set", "\"" + set + "\" is not PATH=VALUE");
+    }
+  }
+}
+
+void AddOutputs(CLI::App& run, RunOptions* options) {
+  run.add_option("--report", options->report, "Write the report of the run")->type_name("R.json");
+  run.add_option("--states", options->states,
+                 "Write states: .csv and .npz every sample, .obj and .ply the last one")
+      ->check(StateFileValidator());
+  run.add_option("--every", options->every,
+                 "A sample every N steps and after the last (default: 1)")
+      ->check(CLI::Range(uint64_t{1}, uint64_t{1'000'000'000}))
+      ->type_name("N");
+  run.add_flag("--summary", options->has_summary, "Print a table of what was run");
+  run.add_flag("--json", options->is_json, "Print the result as JSON");
+  run.add_flag("--quiet", options->is_quiet, "No progress bar, no closing line");
+}
+
+}  // namespace
+
+void AddRun(CLI::App& app, Action& action) {
+  CLI::App* run = app.add_subcommand("run", "Play a scene file");
+  auto options = std::make_shared<RunOptions>();
+  run->add_option("scene", options->scene, "The scene file")->type_name("SCENE.json");
+  options->server.AddTo(*run);
+  run->add_option("--compare", options->compare,
+                  "Play it on this backend too; print the largest position difference")
+      ->check(BackendNames())
+      ->type_name("BACKEND");
+  AddOutputs(*run, options.get());
+  run->add_option("--set", options->sets,
+                  "Set a field of every cloth's spec, e.g. settings.substeps=8")
+      ->type_name("PATH=VALUE");
+  run->add_option("--duration", options->duration_s, "Play this long instead [s]")
+      ->check(CLI::Range(0.0, 1e6))
+      ->type_name("S");
+  run->callback([options, &action] {
+    FindScene(options.get());
+    action = [options] { return Run(*options); };
+  });
+}
+
+}  // namespace drape::cli

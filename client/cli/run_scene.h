@@ -1,0 +1,29 @@
+// Plays one scene to its end (or Ctrl-C), feeding report, state files and comparison.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "client/cli/comparison.h"
+#include "client/cli/report.h"
+#include "client/cli/state_writers.h"
+#include "drape/client.h"
+
+namespace drape::cli {
+
+struct RunSinks {
+  std::vector<std::unique_ptr<StateWriter>> writers;
+  std::unique_ptr<Comparison> comparison;  // may be null
+  std::function<void(uint64_t)> on_step;   // after each sample, with the steps done
+  std::function<bool()> should_stop;       // asked after each sample
+};
+
+// `every` >= 1: a sample after each so many steps, and after the last. Finishes the writers, also
+// when it stops early; after an error they are left as they are.
+RunReport RunScene(const Client& client, const v1::Scene& scene, uint64_t every, RunSinks& sinks);
+
+// One topology per cloth, copies counted, as state writers want them.
+std::vector<Topology> SceneTopologies(const v1::Scene& scene);
+
+}  // namespace drape::cli

@@ -1,0 +1,7 @@
+// JSON that people can read: what is short stands on one line, lists of numbers fill their lines.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+std::string LayOutJson(const nlohmann::ordered_json& json);

@@ -1,0 +1,257 @@
+// Writes the examples that are too long to write by hand: make_examples DIR fills DIR as
+// client/examples is filled. Needs DIR/meshes/skirt.obj for the skirt. A test compares.
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "client/examples/json_layout.h"
+#include "drape/mesh_file.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+// Rounded to a tenth of a millimetre: more than enough for a start, and short in the file. Adding 0
+// turns -0 into 0.
+double Rounded(double value) {
+  return std::round(value * 1e4) / 1e4 + 0.0;
+}
+
+Json Pins(const std::vector<uint32_t>& particles) {
+  Json pins = Json::array();
+  for (const uint32_t particle : particles) pins.push_back({{"particle", particle}});
+  return pins;
+}
+
+void Write(const fs::path& path, const std::string& text) {
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  if (!file.flush()) throw std::runtime_error("cannot write " + path.string());
+}
+
+// 64 curtains in rows of 8, each under its own gravity: a little stronger and more tilted from one
+// to the next, so that no two move alike.
+Json ManyCloths() {
+  Json cloths = Json::array();
+  for (int k = 0; k < 64; ++k) {
+    const double tilt = (k - 31.5) / 64;  // [rad]
+    const double strength = 8 + 0.05 * k;
+    cloths.push_back(
+        {{"spec",
+          {{"grid", {{"columns", 32}, {"rows", 32}, {"width_m", 1}, {"height_m", 1}}},
+           {"transform", {{"position_m", {1.5 * (k % 8), 0, 1.5 * (k / 8)}}}},
+           {"material", {{"damping_per_s", 0.2}}},
+           {"pins", Pins({0, 31})},
+           {"environment",
+            {{"gravity_m_per_s2",
+              {Rounded(strength * std::sin(tilt)), Rounded(-strength * std::cos(tilt)), 0}}}}}}});
+  }
+  return {{"name", "many_cloths"}, {"duration_s", 3}, {"cloths", cloths}};
+}
+
+// Beads on a thread that sags between two pins; then one end is carried towards the other. (Rest
+// lengths come from the rest shape: a straight one would be taut and could not move at all.)
+Json Chain() {
+  constexpr uint32_t kBeads = 41;
+  Json positions = Json::array();
+  Json masses = Json::array();
+  Json constraints = Json::array();
+  for (uint32_t bead = 0; bead < kBeads; ++bead) {
+    for (const double coordinate : {0.05 * bead, 0.0, 0.0})
+      positions.push_back(Rounded(coordinate));
+    masses.push_back(0.01);
+    if (bead > 0) constraints.push_back({{"i", bead - 1}, {"j", bead}});
+  }
+  const Json spec = {
+      {"particles",
+       {{"positions_m", positions}, {"masses_kg", masses}, {"distance_constraints", constraints}}},
+      {"material", {{"damping_per_s", 0.5}}},
+      {"pins", Pins({0, kBeads - 1})}};
+  const Json target = {{"particle", kBeads - 1}, {"target_m", {0.8, 0, 0}}, {"over_s", 1}};
+  return {{"name", "chain"},
+          {"duration_s", 4},
+          {"cloths", {{{"spec", spec}}}},
+          {"controls", {{{"time_s", 0.5}, {"pin_targets", {target}}}}}};
+}
+
+// A square net held by its corners, its threads a little elastic, catching what weighs in its
+// middle as much as all the knots of two rows.
+Json Net() {
+  constexpr uint32_t kKnots = 17;  // per side
+  Json positions = Json::array();
+  Json masses = Json::array();
+  Json constraints = Json::array();
+  const auto connect = [&constraints](uint32_t i, uint32_t j) {
+    constraints.push_back({{"i", i}, {"j", j}, {"compliance_m_per_n", 1e-4}});
+  };
+  for (uint32_t row = 0; row < kKnots; ++row) {
+    for (uint32_t column = 0; column < kKnots; ++column) {
+      const uint32_t knot = row * kKnots + column;
+      const double sag = 0.4 * std::sin(std::numbers::pi * column / (kKnots - 1)) *
+                         std::sin(std::numbers::pi * row / (kKnots - 1));
+      for (const double coordinate : {0.1 * column, -sag, 0.1 * row}) {
+        positions.push_back(Rounded(coordinate));
+      }
+      masses.push_back(row == kKnots / 2 && column == kKnots / 2 ? 0.34 : 0.01);
+      if (column > 0) connect(knot - 1, knot);
+      if (row > 0) connect(knot - kKnots, knot);
+    }
+  }
+  const Json spec = {
+      {"particles",
+       {{"positions_m", positions}, {"masses_kg", masses}, {"distance_constraints", constraints}}},
+      {"material", {{"damping_per_s", 0.5}}},
+      {"pins", Pins({0, kKnots - 1, kKnots * (kKnots - 1), kKnots * kKnots - 1})}};
+  return {{"name", "net"}, {"duration_s", 3}, {"cloths", {{{"spec", spec}}}}};
+}
+
+struct Vertices {
+  std::vector<std::array<double, 3>> positions;
+  std::vector<std::array<uint32_t, 3>> triangles;
+};
+
+Vertices Unpack(const drape::v1::Mesh& mesh) {
+  Vertices vertices;
+  const std::string& positions = mesh.positions_m().data();
+  vertices.positions.resize(positions.size() / sizeof(vertices.positions[0]));
+  std::memcpy(vertices.positions.data(), positions.data(), positions.size());
+  const std::string& triangles = mesh.triangles().data();
+  vertices.triangles.resize(triangles.size() / sizeof(vertices.triangles[0]));
+  std::memcpy(vertices.triangles.data(), triangles.data(), triangles.size());
+  return vertices;
+}
+
+// The vertices of the boundary loop that lies highest, in order around it.
+std::vector<uint32_t> HighestLoop(const Vertices& mesh) {
+  std::map<std::pair<uint32_t, uint32_t>, int> uses;  // of each directed edge
+  for (const auto& triangle : mesh.triangles) {
+    for (size_t k = 0; k < 3; ++k) ++uses[{triangle[k], triangle[(k + 1) % 3]}];
+  }
+  std::map<uint32_t, uint32_t> next;  // along the boundary
+  for (const auto& [edge, count] : uses) {
+    if (!uses.contains({edge.second, edge.first})) next[edge.first] = edge.second;
+  }
+  std::vector<uint32_t> highest;
+  double highest_mean = -1e300;
+  while (!next.empty()) {
+    std::vector<uint32_t> loop;
+    double sum = 0;
+    for (auto it = next.begin(); it != next.end(); it = next.find(loop.back())) {
+      loop.push_back(it->second);
+      sum += mesh.positions[it->second][1];
+      next.erase(it);
+    }
+    const double mean = sum / static_cast<double>(loop.size());
+    if (mean > highest_mean) highest = loop;
+    highest_mean = std::max(highest_mean, mean);
+  }
+  return highest;
+}
+
+Json WaistMove(const Vertices& mesh, const std::vector<uint32_t>& waist, double time_s,
+               double shift_m) {
+  Json targets = Json::array();
+  for (const uint32_t particle : waist) {
+    const auto& position = mesh.positions[particle];
+    targets.push_back(
+        {{"particle", particle},
+         {"target_m", {Rounded(position[0] + shift_m), Rounded(position[1]), Rounded(position[2])}},
+         {"over_s", 0.3}});
+  }
+  return {{"time_s", time_s}, {"pin_targets", targets}};
+}
+
+// The waist is carried to one side and back.
+Json Skirt(const fs::path& mesh_file) {
+  const Vertices mesh = Unpack(drape::LoadMesh(mesh_file));
+  const std::vector<uint32_t> waist = HighestLoop(mesh);
+  const Json spec = {{"mesh_file", "meshes/skirt.obj"},
+                     {"scale_m", 1},
+                     {"material",
+                      {{"areal_density_kg_per_m2", 0.25},
+                       {"bending_stiffness_n_per_m", 0.2},
+                       {"damping_per_s", 0.5}}},
+                     {"pins", Pins(waist)}};
+  return {{"name", "skirt"},
+          {"duration_s", 3},
+          {"cloths", {{{"spec", spec}}}},
+          {"controls", {WaistMove(mesh, waist, 1, 0.1), WaistMove(mesh, waist, 1.5, 0)}}};
+}
+
+// A disc of radius 0.5 m: rings of 6, 12, 18, ... vertices around a centre, each vertex pushed
+// about by less than a quarter of the distance of the rings.
+std::string DiscObj() {
+  constexpr uint32_t kRings = 16;
+  constexpr double kSpacing = 0.5 / kRings;
+  uint32_t seed = 1;
+  const auto jitter = [&seed] {  // Numerical Recipes' generator; its upper bits, in [-1, 1)
+    seed = seed * 1664525u + 1013904223u;
+    return 0.2 * kSpacing * (static_cast<double>(seed >> 8) / (1 << 23) - 1);
+  };
+  std::string text = "# A disc of irregular triangles, metres. Made by make_examples.cpp.\n";
+  char line[80];
+  const auto add_vertex = [&](double radius, double angle) {
+    std::snprintf(line, sizeof(line), "v %.5f 0 %.5f\n", radius * std::cos(angle) + jitter(),
+                  radius * std::sin(angle) + jitter());
+    text += line;
+  };
+  add_vertex(0, 0);
+  for (uint32_t ring = 1; ring <= kRings; ++ring) {
+    for (uint32_t k = 0; k < 6 * ring; ++k) {
+      add_vertex(kSpacing * ring, 2 * std::numbers::pi * k / (6 * ring));
+    }
+  }
+  // Vertex k of a ring; ring 0 is the centre. Numbers of the file count from 1.
+  const auto vertex = [](uint32_t ring, uint32_t k) {
+    return ring == 0 ? 1u : 2 + 3 * ring * (ring - 1) + k % (6 * ring);
+  };
+  const auto add_face = [&](uint32_t a, uint32_t b, uint32_t c) {
+    std::snprintf(line, sizeof(line), "f %u %u %u\n", a, b, c);
+    text += line;
+  };
+  // Each of the six sectors of a ring has `ring` triangles that stand on it and ring - 1 that hang
+  // from it. Seen from above (+y), angles from x to z run clockwise.
+  for (uint32_t ring = 1; ring <= kRings; ++ring) {
+    for (uint32_t sector = 0; sector < 6; ++sector) {
+      for (uint32_t k = 0; k < ring; ++k) {
+        const uint32_t outer = sector * ring + k;
+        const uint32_t inner = sector * (ring - 1) + k;
+        add_face(vertex(ring, outer), vertex(ring - 1, inner), vertex(ring, outer + 1));
+        if (k + 1 == ring) continue;
+        add_face(vertex(ring - 1, inner), vertex(ring - 1, inner + 1), vertex(ring, outer + 1));
+      }
+    }
+  }
+  return text;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  if (argc != 2) {
+    std::fprintf(stderr, "usage: make_examples DIR\n");
+    return 2;
+  }
+  const fs::path folder = argv[1];
+  try {
+    Write(folder / "many_cloths.json", LayOutJson(ManyCloths()));
+    Write(folder / "chain.json", LayOutJson(Chain()));
+    Write(folder / "net.json", LayOutJson(Net()));
+    Write(folder / "skirt.json", LayOutJson(Skirt(folder / "meshes" / "skirt.obj")));
+    Write(folder / "meshes" / "disc.obj", DiscObj());
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "make_examples: %s\n", error.what());
+    return 1;
+  }
+  return 0;
+}
