@@ -1,0 +1,57 @@
+// What the physics tests share: one body over every backend, and its round-off.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "tests/support/backends.h"
+#include "tests/support/scenes.h"
+#include "tests/support/states.h"
+
+namespace drape::test {
+
+// Parameter: a backend's name. Destroys the cloths that it made.
+class PhysicsTest : public ::testing::TestWithParam<std::string> {
+ protected:
+  void TearDown() override {
+    for (const ClothHandle cloth : cloths_) backend().Destroy(cloth);
+  }
+
+  Backend& backend() { return SharedBackend(GetParam()); }
+  // Largest relative error of one rounded operation.
+  double round_off() { return UnitRoundOff(backend()); }
+  ScalarType scalar() { return backend().Describe().scalar; }
+
+  ClothHandle Make(const Scene& scene) {
+    cloths_.push_back(CreateCloth(backend(), scene));
+    return cloths_.back();
+  }
+
+ private:
+  std::vector<ClothHandle> cloths_;
+};
+
+// One substep per step, this many sweeps, no tolerance.
+inline StepSettings SingleSubstep(double time_step_s, uint32_t max_iterations = 1) {
+  StepSettings settings;
+  settings.time_step_s = time_step_s;
+  settings.substeps = 1;
+  settings.max_iterations = max_iterations;
+  settings.tolerance = 0;
+  return settings;
+}
+
+inline Scene LoneParticle(const Eigen::Vector3d& position, const Eigen::Vector3d& velocity) {
+  Scene scene = Particles(
+      {.positions_m = {position}, .masses_kg = {0.125}, .distance_constraints = {}, .springs = {}});
+  scene.state.velocities_m_per_s = {velocity};
+  return scene;
+}
+
+#define DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(suite)                               \
+  INSTANTIATE_TEST_SUITE_P(Backends, suite, ::testing::ValuesIn(BackendNames()), \
+                           [](const auto& case_info) { return std::string(case_info.param); })
+
+}  // namespace drape::test
