@@ -1,0 +1,106 @@
+#include "server/solver/cpu/constraint_math.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace drape::cpu {
+namespace {
+
+// A few roundings of numbers near 1.
+constexpr float kFewUlps = 8 * 0x1p-24f;
+
+TEST(LanesTest, TransposeGathersComponents) {
+  const LaneVectors t =
+      Transpose(Lanes{1, 2, 3, 0}, Lanes{4, 5, 6, 0}, Lanes{7, 8, 9, 0}, Lanes{10, 11, 12, 0});
+  for (int k = 0; k < 4; ++k) {
+    EXPECT_EQ(t.x[k], static_cast<float>(3 * k + 1));
+    EXPECT_EQ(t.y[k], static_cast<float>(3 * k + 2));
+    EXPECT_EQ(t.z[k], static_cast<float>(3 * k + 3));
+  }
+}
+
+TEST(LanesTest, EveryLaneIsRoundedLikeAScalar) {
+  const Lanes v{0.1f, 2.7f, 1e-20f, 12345.678f};
+  const Lanes root = Sqrt(v);
+  for (int k = 0; k < 4; ++k) EXPECT_EQ(root[k], std::sqrt(v[k]));
+  EXPECT_EQ(Dot(Lanes{1, 1e-8f, -1, 5}, Lanes{1, 1, 1, 5}), (1 + 1e-8f) - 1)
+      << "lane 3 is no part of a vector and the order is x, y, z";
+}
+
+TEST(LanesTest, IsAnyLaneSetSeesEachLane) {
+  EXPECT_FALSE(IsAnyLaneSet(Splat(1) < Splat(0)));
+  for (int k = 0; k < 4; ++k) {
+    Lanes v = Splat(1);
+    v[k] = -1;
+    EXPECT_TRUE(IsAnyLaneSet(v < Splat(0))) << "lane " << k;
+  }
+}
+
+// After the impulse the predicted distance is right: C = h (w_i + w_j) |Delta Lambda|.
+TEST(ConstraintMathTest, DistanceImpulseRemovesTheError) {
+  const float h = 0.01f, w_i = 2, w_j = 3, error = 0.25f;
+  const float impulse = DistanceImpulse(error, 1 / h, w_i + w_j);
+  EXPECT_LT(impulse, 0) << "too long: pulls";
+  EXPECT_NEAR(error + h * (w_i + w_j) * impulse, 0, error * kFewUlps);
+}
+
+TEST(ConstraintMathTest, SpringForceOfStretchAndDamping) {
+  const Lanes force = SpringForce(Lanes{0, 0, 0, 0}, Lanes{0, 2, 0, 0}, Lanes{1, 0.5f, 0, 0},
+                                  Lanes{0, 1.5f, 7, 0}, 1.5f, 10, 3);
+  EXPECT_EQ(force[0], 0);
+  EXPECT_EQ(force[1], 10 * 0.5f + 3 * 1);
+  EXPECT_EQ(force[2], 0);
+  const Lanes none =
+      SpringForce(Lanes{1, 1, 1, 0}, Lanes{1, 1, 1, 0}, Lanes{}, Lanes{1, 0, 0, 0}, 1.5f, 10, 3);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(none[k], 0);
+}
+
+TEST(ConstraintMathTest, GapsAndNormals) {
+  const Gap sphere = SphereGap(Lanes{3, 4, 0, 0}, Lanes{}, 2);
+  EXPECT_EQ(sphere.gap, 3);
+  EXPECT_NEAR(sphere.normal[0], 0.6f, kFewUlps);
+  EXPECT_NEAR(sphere.normal[1], 0.8f, kFewUlps);
+  const Gap centre = SphereGap(Lanes{1, 1, 1, 0}, Lanes{1, 1, 1, 0}, 2);
+  EXPECT_EQ(centre.gap, -2);
+  EXPECT_EQ(centre.normal[1], 1) << "a centre pushes along +y";
+  const Gap plane = PlaneGap(Lanes{5, 3, 0, 0}, Lanes{0, 1, 0, 0}, Lanes{0, 1, 0, 0}, 0.5f);
+  EXPECT_EQ(plane.gap, 1.5f);
+}
+
+TEST(ConstraintMathTest, ContactsOnlyPush) {
+  EXPECT_EQ(ContactImpulse(0, 0.5f, 10), 0) << "open gap";
+  EXPECT_EQ(ContactImpulse(0, -0.5f, 10), 5) << "penetration";
+  EXPECT_EQ(ContactImpulse(7, 0.5f, 10), 2) << "takes back a part of what it gave";
+  EXPECT_EQ(ContactImpulse(3, 0.5f, 10), 0) << "but never pulls";
+  EXPECT_EQ(ContactFloor(-1, 0.25f), -0.75f) << "comes out slowly";
+  EXPECT_EQ(ContactFloor(-0.125f, 0.25f), 0);
+  EXPECT_EQ(ContactFloor(1, 0.25f), 0);
+}
+
+TEST(ConstraintMathTest, FrictionSticksInsideTheConeAndSlidesOutside) {
+  const Lanes u{0.3f, 0, 0.4f, 0};
+  const Lanes stick = FrictionImpulse(Lanes{}, u, 1, 0.6f, 0.5f);
+  for (int k = 0; k < 3; ++k) EXPECT_EQ(stick[k], -u[k]);
+  const Lanes slide = FrictionImpulse(Lanes{}, u, 0.5f, 0.6f, 0.5f);
+  EXPECT_NEAR(Length(slide), 0.5f * 0.5f, kFewUlps);
+  EXPECT_LT(Dot(slide, u), 0);
+  EXPECT_EQ(Length(FrictionImpulse(Lanes{0.1f, 0, 0, 0}, u, 0, 0.6f, 0.5f)), 0)
+      << "a contact that has let go has no friction";
+}
+
+TEST(ConstraintMathTest, VelocityAfterContact) {
+  const Lanes n{0, 1, 0, 0};
+  const Lanes leaving = VelocityAfterContact(Lanes{1, 2, 0, 0}, n, 1, 1);
+  EXPECT_EQ(leaving[1], 2) << "what leaves is left alone";
+  const Lanes stuck = VelocityAfterContact(Lanes{1, -2, 0, 0}, n, 0.6f, 0.5f);
+  EXPECT_EQ(Length(stuck), 0);
+  const Lanes slid = VelocityAfterContact(Lanes{3, -2, 0, 0}, n, 0.6f, 0.5f);
+  EXPECT_EQ(slid[1], 0);
+  EXPECT_NEAR(slid[0], 2, 2 * kFewUlps);
+  const Lanes smooth = VelocityAfterContact(Lanes{3, -2, 0, 0}, n, 0, 0);
+  EXPECT_EQ(smooth[0], 3);
+}
+
+}  // namespace
+}  // namespace drape::cpu

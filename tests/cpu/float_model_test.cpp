@@ -1,0 +1,69 @@
+#include "server/solver/cpu/float_model.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/support/scenes.h"
+
+namespace drape::cpu {
+namespace {
+
+TEST(FloatModelTest, EveryConstraintHasItsPlaceInAGroupOfItsColour) {
+  const test::Scene scene = test::Net(7, 0.1, 1e-5);
+  const FloatModel model(scene.model);
+  const auto constraints = scene.model->constraints();
+  const auto offsets = scene.model->colour_offsets();
+  ASSERT_EQ(model.constraint_places.size(), constraints.size());
+  std::set<uint32_t> places;
+  for (size_t c = 0; c < constraints.size(); ++c) {
+    const uint32_t place = model.constraint_places[c];
+    EXPECT_TRUE(places.insert(place).second) << "two constraints in one lane";
+    const DistanceGroup& group = model.groups.at(place / kLaneCount);
+    const uint32_t lane = place % kLaneCount;
+    EXPECT_EQ(group.i[lane], constraints[c].i);
+    EXPECT_EQ(group.j[lane], constraints[c].j);
+    EXPECT_EQ(group.rest_length[lane], static_cast<float>(constraints[c].rest_length_m));
+    EXPECT_EQ(model.compliances.at(place / kLaneCount)[lane],
+              static_cast<float>(constraints[c].compliance_m_per_n));
+  }
+  for (uint32_t colour = 0; colour < scene.model->colour_count(); ++colour) {
+    if (offsets[colour] == 0) continue;
+    EXPECT_LT(model.constraint_places[offsets[colour] - 1] / kLaneCount,
+              model.constraint_places[offsets[colour]] / kLaneCount)
+        << "no group holds constraints of two colours";
+  }
+}
+
+TEST(FloatModelTest, FreeLanesBelongToTheSpareParticle) {
+  const test::Scene scene = test::Chain(3, 0.1, 0.01);
+  const FloatModel model(scene.model);
+  size_t spare_lanes = 0;
+  for (const DistanceGroup& group : model.groups) {
+    for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
+      if (group.i[lane] != model.spare_particle()) continue;
+      ++spare_lanes;
+      EXPECT_EQ(group.j[lane], model.spare_particle());
+      EXPECT_EQ(group.rest_length[lane], 0);
+    }
+  }
+  EXPECT_EQ(spare_lanes, model.groups.size() * kLaneCount - scene.model->constraint_count());
+  EXPECT_GT(spare_lanes, 0u);
+}
+
+TEST(FloatModelCacheTest, OneCopyPerModelInUse) {
+  const test::Scene scene = test::Chain(3, 0.1, 0.01);
+  const test::Scene other = test::Chain(4, 0.1, 0.01);
+  FloatModelCache cache;
+  auto first = cache.Get(scene.model);
+  EXPECT_EQ(cache.Get(scene.model), first);
+  auto second = cache.Get(other.model);
+  EXPECT_NE(first, second);
+  EXPECT_EQ(cache.size(), 2u);
+  first.reset();
+  EXPECT_EQ(cache.size(), 1u) << "a model that no cloth uses is dropped";
+  EXPECT_EQ(cache.Get(scene.model)->particle_count, 4u);
+}
+
+}  // namespace
+}  // namespace drape::cpu
