@@ -1,0 +1,133 @@
+#include "server/solver/step_settings.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "server/solver/step_report.h"
+#include "tests/support/scenes.h"
+
+namespace drape {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST(StepSettings, PresetsAreWhatTheirNamesPromise) {
+  const StepSettings paper = PresetSettings(Preset::kPaper);
+  EXPECT_EQ(paper.substeps, 1u);
+  EXPECT_EQ(paper.max_iterations, 100u);
+  EXPECT_GT(paper.tolerance, 0);
+  EXPECT_EQ(paper.spring_integration, SpringIntegration::kInForce);
+
+  const StepSettings realtime = PresetSettings(Preset::kRealtime);
+  EXPECT_EQ(realtime.substeps * realtime.max_iterations, 60u);
+  EXPECT_EQ(realtime.tolerance, 0);
+  EXPECT_EQ(realtime.spring_integration, SpringIntegration::kHalfKicks);
+
+  const StepSettings accurate = PresetSettings(Preset::kAccurate);
+  EXPECT_LT(accurate.tolerance, paper.tolerance);
+  EXPECT_EQ(accurate.spring_integration, SpringIntegration::kHalfKicks);
+  for (const Preset preset : {Preset::kPaper, Preset::kRealtime, Preset::kAccurate}) {
+    EXPECT_EQ(PresetSettings(preset).preset, preset);
+    EXPECT_DOUBLE_EQ(PresetSettings(preset).time_step_s, 1.0 / 60);
+  }
+  EXPECT_EQ(PresetName(Preset::kPaper), "PAPER");
+  EXPECT_EQ(PresetName(Preset::kRealtime), "REALTIME");
+  EXPECT_EQ(PresetName(Preset::kAccurate), "ACCURATE");
+}
+
+TEST(StepSettings, NothingSetIsRealtime) {
+  const auto settings = ResolveSettings({}, "settings");
+  ASSERT_TRUE(settings.ok());
+  EXPECT_EQ(*settings, PresetSettings(Preset::kRealtime));
+  EXPECT_DOUBLE_EQ(settings->substep_s(), 1.0 / 3600);
+}
+
+TEST(StepSettings, WhatIsSetOverridesThePreset) {
+  const auto settings = ResolveSettings({.preset = Preset::kPaper,
+                                         .time_step_s = 0.01,
+                                         .substeps = 4,
+                                         .max_iterations = 7,
+                                         .tolerance = 0.0,
+                                         .spring_integration = SpringIntegration::kHalfKicks},
+                                        "settings");
+  ASSERT_TRUE(settings.ok());
+  EXPECT_EQ(settings->preset, Preset::kPaper);
+  EXPECT_EQ(settings->time_step_s, 0.01);
+  EXPECT_EQ(settings->substeps, 4u);
+  EXPECT_EQ(settings->max_iterations, 7u);
+  EXPECT_EQ(settings->tolerance, 0);
+  EXPECT_EQ(settings->spring_integration, SpringIntegration::kHalfKicks);
+}
+
+TEST(StepSettings, LimitsThemselvesAreLegal) {
+  StepSettingsOverrides overrides;
+  overrides.time_step_s = kMaxTimeStep_s;
+  overrides.substeps = kMaxSubsteps;
+  overrides.max_iterations = kMaxIterations;
+  overrides.tolerance = std::nextafter(1.0, 0.0);
+  EXPECT_TRUE(ResolveSettings(overrides, "settings").ok());
+}
+
+TEST(StepSettings, EveryBadValueIsNamedWithItsRange) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  struct Bad {
+    std::string field;
+    std::function<void(StepSettingsOverrides&)> spoil;
+    std::string range;
+  };
+  std::vector<Bad> table;
+  for (const double value : {0.0, -0.1, 10.1, kNan, kInf}) {
+    table.push_back({"time_step_s", [=](auto& o) { o.time_step_s = value; }, "(0, 10] s"});
+  }
+  for (const uint32_t value : {0u, 10001u, 4000000000u}) {
+    table.push_back({"substeps", [=](auto& o) { o.substeps = value; }, "[1, 10000]"});
+    table.push_back({"max_iterations", [=](auto& o) { o.max_iterations = value; }, "[1, 10000]"});
+  }
+  for (const double value : {-1e-3, 1.0, kNan, kInf}) {
+    table.push_back({"tolerance", [=](auto& o) { o.tolerance = value; }, "[0, 1)"});
+  }
+  for (const Bad& bad : table) {
+    StepSettingsOverrides overrides;
+    bad.spoil(overrides);
+    const Status status = ResolveSettings(overrides, "overrides[3].settings").status();
+    ASSERT_FALSE(status.ok()) << bad.field;
+    ASSERT_EQ(status.violations().size(), 1u);
+    EXPECT_EQ(status.violations()[0].field, "overrides[3].settings." + bad.field);
+    EXPECT_THAT(status.violations()[0].description, HasSubstr(bad.range));
+  }
+}
+
+TEST(StepSettings, SeveralBadValuesAreToldAtOnce) {
+  StepSettingsOverrides overrides;
+  overrides.time_step_s = 0;
+  overrides.substeps = 0;
+  overrides.tolerance = 2;
+  const Status status = ResolveSettings(overrides, "settings").status();
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.violations().size(), 3u);
+}
+
+TEST(SinglePrecisionTolerance, IsRaisedOnlyBelowWhatPositionsResolve) {
+  const test::Scene scene = test::Grid(11, 11, 1, 1);  // edges of 0.1 m
+  constexpr double kEpsilon = std::numeric_limits<float>::epsilon();
+  EXPECT_EQ(SinglePrecisionTolerance(0, *scene.model, 1), 0) << "0 means a fixed number of sweeps";
+  EXPECT_EQ(SinglePrecisionTolerance(1e-3, *scene.model, 1), 1e-3);
+  EXPECT_DOUBLE_EQ(SinglePrecisionTolerance(1e-9, *scene.model, 1), 4 * kEpsilon * 1 / 0.1);
+  EXPECT_DOUBLE_EQ(SinglePrecisionTolerance(1e-9, *scene.model, 5), 4 * kEpsilon * 5 / 0.1);
+  EXPECT_DOUBLE_EQ(SinglePrecisionTolerance(1e-9, *scene.model, 0), 4 * kEpsilon)
+      << "positions are at least as large as an edge";
+}
+
+TEST(FaultReasonText, SaysWhatHappenedOrNothing) {
+  EXPECT_EQ(FaultReasonText(FaultReason::kNone), "");
+  EXPECT_THAT(std::string(FaultReasonText(FaultReason::kNotFinite)), HasSubstr("not a number"));
+  EXPECT_THAT(std::string(FaultReasonText(FaultReason::kRunaway)), HasSubstr("1e5 m/s"));
+}
+
+}  // namespace
+}  // namespace drape
