@@ -1,0 +1,53 @@
+#include "server/gl/buffer.h"
+
+#include <limits>
+#include <string>
+
+namespace drape::gl {
+
+Result<Buffer> Buffer::Create(size_t size_bytes) {
+  DRAPE_CHECK(size_bytes > 0 && size_bytes <= std::numeric_limits<GLsizeiptr>::max(),
+              "a buffer needs a size");
+  while (glGetError() != GL_NO_ERROR) {
+  }
+  Buffer buffer;
+  glCreateBuffers(1, &buffer.name_);
+  glNamedBufferStorage(buffer.name_, static_cast<GLsizeiptr>(size_bytes), nullptr,
+                       GL_DYNAMIC_STORAGE_BIT);
+  buffer.size_bytes_ = size_bytes;
+  if (glGetError() != GL_NO_ERROR) {
+    return Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",
+                  "the device has no room for " + std::to_string(size_bytes) + " more bytes");
+  }
+  return buffer;
+}
+
+Buffer::~Buffer() {
+  if (name_ != 0) glDeleteBuffers(1, &name_);
+}
+
+void Buffer::Upload(size_t offset_bytes, std::span<const std::byte> bytes) {
+  DRAPE_CHECK(offset_bytes + bytes.size() <= size_bytes_, "upload beyond the end of a buffer");
+  if (bytes.empty()) return;
+  glNamedBufferSubData(name_, static_cast<GLintptr>(offset_bytes),
+                       static_cast<GLsizeiptr>(bytes.size()), bytes.data());
+}
+
+void Buffer::Download(size_t offset_bytes, std::span<std::byte> bytes) const {
+  DRAPE_CHECK(offset_bytes + bytes.size() <= size_bytes_, "download beyond the end of a buffer");
+  if (bytes.empty()) return;
+  glGetNamedBufferSubData(name_, static_cast<GLintptr>(offset_bytes),
+                          static_cast<GLsizeiptr>(bytes.size()), bytes.data());
+}
+
+void Buffer::CopyFrom(const Buffer& source, size_t size_bytes) {
+  DRAPE_CHECK(size_bytes <= size_bytes_ && size_bytes <= source.size_bytes_, "copy beyond the end");
+  if (size_bytes == 0) return;
+  glCopyNamedBufferSubData(source.name_, name_, 0, 0, static_cast<GLsizeiptr>(size_bytes));
+}
+
+void Buffer::BindStorage(GLuint binding) const {
+  glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, name_);
+}
+
+}  // namespace drape::gl

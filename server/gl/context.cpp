@@ -1,0 +1,213 @@
+#include "server/gl/context.h"
+
+#include <epoxy/egl.h>
+#include <epoxy/gl.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <sstream>
+
+#include "server/gl/debug_log.h"
+
+namespace drape::gl {
+
+namespace {
+
+bool HasExtension(const char* extensions, std::string_view name) {
+  if (extensions == nullptr) return false;
+  std::istringstream words(extensions);
+  for (std::string word; words >> word;) {
+    if (word == name) return true;
+  }
+  return false;
+}
+
+Status NoDevice(const std::string& details) {
+  return Status(StatusCode::kUnavailable, "NO_EGL_DEVICE",
+                "no EGL device with OpenGL 4.5 compute" + details +
+                    "; install the driver of the GPU, or for the software renderer the packages "
+                    "libegl1, libegl-mesa0 and libgl1-mesa-dri");
+}
+
+std::string Hex(EGLint error) {
+  std::ostringstream text;
+  text << "EGL error 0x" << std::hex << error;
+  return text.str();
+}
+
+bool IsSoftwareRenderer(const std::string& renderer) {
+  for (const char* name : {"llvmpipe", "softpipe", "swrast", "SWR", "Software"}) {
+    if (renderer.find(name) != std::string::npos) return true;
+  }
+  return false;
+}
+
+std::string GlString(GLenum name) {
+  const GLubyte* text = glGetString(name);
+  return text == nullptr ? "" : reinterpret_cast<const char*>(text);
+}
+
+EGLContext CreateEglContext(EGLDisplay display) {
+  // The last attempt does without robustness, which EGL 1.4 drivers may not offer.
+  const std::array<EGLint, 4> robust = {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
+                                        EGL_LOSE_CONTEXT_ON_RESET,
+                                        EGL_CONTEXT_OPENGL_ROBUST_ACCESS, EGL_TRUE};
+  for (const size_t robust_count : {4, 2, 0}) {
+    std::vector<EGLint> attributes = {EGL_CONTEXT_MAJOR_VERSION,
+                                      4,
+                                      EGL_CONTEXT_MINOR_VERSION,
+                                      5,
+                                      EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                                      EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT};
+    attributes.insert(attributes.end(), robust.begin(), robust.begin() + robust_count);
+    attributes.push_back(EGL_NONE);
+    const EGLContext context =
+        eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
+    if (context != EGL_NO_CONTEXT) return context;
+  }
+  return EGL_NO_CONTEXT;
+}
+
+int64_t GlInteger(GLenum name) {
+  GLint64 value = 0;
+  glGetInteger64v(name, &value);
+  return value;
+}
+
+uint32_t GlIndexed(GLenum name, GLuint index) {
+  GLint value = 0;
+  glGetIntegeri_v(name, index, &value);
+  return static_cast<uint32_t>(value);
+}
+
+}  // namespace
+
+std::vector<EglDevice> ListEglDevices() {
+  const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
+  const bool can_list = HasExtension(extensions, "EGL_EXT_device_base") ||
+                        HasExtension(extensions, "EGL_EXT_device_enumeration");
+  if (!can_list || !HasExtension(extensions, "EGL_EXT_platform_base")) return {};
+  EGLint count = 0;
+  if (!eglQueryDevicesEXT(0, nullptr, &count) || count <= 0) return {};
+  std::vector<EGLDeviceEXT> handles(static_cast<size_t>(count));
+  if (!eglQueryDevicesEXT(count, handles.data(), &count)) return {};
+  std::vector<EglDevice> devices;
+  for (EGLint index = 0; index < count; ++index) {
+    EglDevice device{.handle = handles[static_cast<size_t>(index)], .index = index, .extensions = {}};
+    const char* device_extensions = eglQueryDeviceStringEXT(device.handle, EGL_EXTENSIONS);
+    device.extensions = device_extensions == nullptr ? "" : device_extensions;
+    device.is_software = HasExtension(device_extensions, "EGL_MESA_device_software");
+    devices.push_back(std::move(device));
+  }
+  std::stable_partition(devices.begin(), devices.end(),
+                        [](const EglDevice& device) { return !device.is_software; });
+  return devices;
+}
+
+std::optional<std::string> FindHardwareGl() {
+  const Result<std::unique_ptr<Context>> context = Context::Create({.accept_software = false,
+                                                                    .device_filter = {}});
+  if (!context.ok()) return std::nullopt;
+  return context.value()->renderer();
+}
+
+Result<std::unique_ptr<Context>> Context::Create(const ContextOptions& options) {
+  std::string details;
+  for (const EglDevice& device : ListEglDevices()) {
+    const std::string place = "; device " + std::to_string(device.index) + ": ";
+    if (options.device_filter && !options.device_filter(device)) {
+      details += place + "not allowed";
+      continue;
+    }
+    if (device.is_software && !options.accept_software) {
+      details += place + "software, not accepted";
+      continue;
+    }
+    Result<std::unique_ptr<Context>> context = CreateOn(device, options.accept_software);
+    if (context.ok()) return context;
+    details += place + context.status().message();
+  }
+  return NoDevice(details);
+}
+
+Result<std::unique_ptr<Context>> Context::CreateOn(const EglDevice& device, bool accept_software) {
+  const auto failed = [](const std::string& message) {
+    return Status(StatusCode::kUnavailable, "NO_EGL_DEVICE", message);
+  };
+  const EGLDisplay display =
+      eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device.handle, nullptr);
+  if (display == EGL_NO_DISPLAY) return failed("no display, " + Hex(eglGetError()));
+  EGLint major = 0;
+  EGLint minor = 0;
+  if (!eglInitialize(display, &major, &minor)) {
+    return failed("not initialised, " + Hex(eglGetError()));
+  }
+  const char* extensions = eglQueryString(display, EGL_EXTENSIONS);
+  if (!HasExtension(extensions, "EGL_KHR_surfaceless_context") ||
+      !(HasExtension(extensions, "EGL_KHR_no_config_context") ||
+        HasExtension(extensions, "EGL_MESA_configless_context"))) {
+    return failed("no contexts without surface and config");
+  }
+  if (!eglBindAPI(EGL_OPENGL_API)) return failed("no OpenGL, " + Hex(eglGetError()));
+  const EGLContext egl_context = CreateEglContext(display);
+  if (egl_context == EGL_NO_CONTEXT) return failed("no OpenGL 4.5, " + Hex(eglGetError()));
+  // Not make_unique: the constructor is private.
+  std::unique_ptr<Context> context(new Context(display, egl_context));
+  if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, egl_context)) {
+    return failed("context not usable, " + Hex(eglGetError()));
+  }
+  DRAPE_RETURN_IF_ERROR(context->Describe(accept_software));
+  EnableDebugLog();
+  return context;
+}
+
+// Needs the context to be current.
+Status Context::Describe(bool accept_software) {
+  renderer_ = GlString(GL_RENDERER);
+  version_ = GlString(GL_VERSION);
+  is_software_ = IsSoftwareRenderer(renderer_);
+  if (is_software_ && !accept_software) {
+    return Status(StatusCode::kUnavailable, "NO_EGL_DEVICE",
+                  "software renderer " + renderer_ + ", not accepted");
+  }
+  limits_ = {
+      .storage_block_bytes = GlInteger(GL_MAX_SHADER_STORAGE_BLOCK_SIZE),
+      .shared_memory_bytes = GlInteger(GL_MAX_COMPUTE_SHARED_MEMORY_SIZE),
+      .work_group_invocations =
+          static_cast<uint32_t>(GlInteger(GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS)),
+      .work_group_count_x = GlIndexed(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0),
+      .work_group_count_y = GlIndexed(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 1),
+      .storage_blocks = static_cast<uint32_t>(GlInteger(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS))};
+  return Status::Ok();
+}
+
+Context::~Context() {
+  // The display stays initialised: other contexts of the process may share it.
+  if (eglGetCurrentContext() == context_) {
+    eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  }
+  eglDestroyContext(display_, context_);
+}
+
+void Context::MakeCurrent() {
+  if (eglGetCurrentContext() == context_) return;
+  eglBindAPI(EGL_OPENGL_API);
+  DRAPE_CHECK(eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, context_),
+              "an OpenGL context belongs to the thread that made it");
+}
+
+std::string Context::ResetReason() const {
+  switch (glGetGraphicsResetStatus()) {
+    case GL_NO_ERROR:
+      return "";
+    case GL_GUILTY_CONTEXT_RESET:
+      return "the device was reset because of this program";
+    case GL_INNOCENT_CONTEXT_RESET:
+      return "the device was reset because of another program";
+    default:
+      return "the device was reset";
+  }
+}
+
+}  // namespace drape::gl

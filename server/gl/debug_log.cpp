@@ -1,0 +1,36 @@
+#include "server/gl/debug_log.h"
+
+#include <epoxy/gl.h>
+#include <spdlog/spdlog.h>
+
+namespace drape::gl {
+
+namespace {
+
+void APIENTRY LogMessage(GLenum source, GLenum type, GLuint id, GLenum severity,
+                         GLsizei /*length*/, const GLchar* message, const void* /*user*/) {
+  // Compile errors come again, with file names, from Program::Compile; Mesa gives warnings of its
+  // compiler a high severity.
+  if (source == GL_DEBUG_SOURCE_SHADER_COMPILER) {
+    spdlog::debug("gl_compiler id={} message=\"{}\"", id, message);
+  } else if (type == GL_DEBUG_TYPE_ERROR) {
+    spdlog::error("gl_error id={} message=\"{}\"", id, message);
+  } else if (severity == GL_DEBUG_SEVERITY_HIGH) {
+    spdlog::warn("gl_message id={} message=\"{}\"", id, message);
+  } else {
+    spdlog::debug("gl_message id={} message=\"{}\"", id, message);
+  }
+}
+
+}  // namespace
+
+void EnableDebugLog() {
+  glEnable(GL_DEBUG_OUTPUT);
+  // On the device thread, inside the call that caused it.
+  glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+  glDebugMessageControl(GL_DONT_CARE, GL_DONT_CARE, GL_DEBUG_SEVERITY_NOTIFICATION, 0, nullptr,
+                        GL_FALSE);
+  glDebugMessageCallback(&LogMessage, nullptr);
+}
+
+}  // namespace drape::gl

@@ -1,0 +1,19 @@
+#include "server/gl/sync.h"
+
+namespace drape::gl {
+
+void WaitForDevice() {
+  const GLsync fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  constexpr GLuint64 kOneSecond_ns = 1'000'000'000;
+  while (glClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, kOneSecond_ns) == GL_TIMEOUT_EXPIRED) {
+  }
+  glDeleteSync(fence);
+}
+
+int64_t TimerQuery::ElapsedUs() const {
+  GLuint64 elapsed_ns = 0;
+  glGetQueryObjectui64v(name_, GL_QUERY_RESULT, &elapsed_ns);
+  return static_cast<int64_t>(elapsed_ns / 1000);
+}
+
+}  // namespace drape::gl

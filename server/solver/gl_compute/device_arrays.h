@@ -1,0 +1,54 @@
+// All storage that kernels see, by block (shaders/interface/bindings.h).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "server/core/status.h"
+#include "server/gl/buffer.h"
+#include "server/solver/gl_compute/device_arena.h"
+#include "server/solver/gl_compute/mirrored_buffer.h"
+#include "shaders/interface/batch_item.h"
+#include "shaders/interface/cloth_record.h"
+#include "shaders/interface/cloth_status.h"
+#include "shaders/interface/dispatch_args.h"
+
+namespace drape {
+
+// Every call with the context current. Does not move: ranges point into it.
+struct DeviceArrays {
+  // Each array is at most `max_bytes` long. RESOURCE_EXHAUSTED (DEVICE_MEMORY).
+  static Result<std::unique_ptr<DeviceArrays>> Create(int64_t max_bytes);
+
+  // Room for a batch of `cloths` cloths and for the dispatches of `colours` colours. RESOURCE_EXHAUSTED
+  // (DEVICE_MEMORY); nothing changes then.
+  Status ReserveBatch(uint64_t cloths, uint64_t colours);
+  // Everything a step reads and writes.
+  void BindForStep() const;
+
+  MirroredBuffer cloths;     // [slot] ClothRecord
+  DeviceArena models;
+  DeviceArena states;
+  MirroredArena parameters;
+  DeviceArena scratch;
+  gl::Buffer items;          // [] BatchItem: what to step, then what to measure
+  gl::Buffer statuses;       // [] ClothStatus
+  gl::Buffer dispatches;     // [] DispatchArgs
+
+ private:
+  explicit DeviceArrays(MirroredBuffer cloth_records, DeviceArena model_arena,
+                        DeviceArena state_arena, MirroredArena parameter_arena,
+                        DeviceArena scratch_arena, int64_t max_bytes)
+      : cloths(std::move(cloth_records)),
+        models(std::move(model_arena)),
+        states(std::move(state_arena)),
+        parameters(std::move(parameter_arena)),
+        scratch(std::move(scratch_arena)),
+        max_bytes_(max_bytes) {}
+  Status ReserveBuffer(gl::Buffer& buffer, uint64_t size_bytes) const;
+
+  int64_t max_bytes_;
+};
+
+}  // namespace drape

@@ -1,0 +1,116 @@
+#include "server/solver/gl_compute/device_model.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "server/solver/gl_compute/kernel_variant.h"
+#include "shaders/interface/bindings.h"
+
+namespace drape {
+
+namespace {
+
+uint32_t FloatWord(double value) {
+  return std::bit_cast<uint32_t>(static_cast<float>(value));
+}
+
+uint32_t Position(const std::vector<uint32_t>& words) {
+  return static_cast<uint32_t>(words.size());
+}
+
+void PackConstraints(const SceneModel& model, PackedModel& packed) {
+  std::vector<uint32_t>& words = packed.words;
+  packed.layout.colour_offsets = Position(words);
+  words.insert(words.end(), model.colour_offsets().begin(), model.colour_offsets().end());
+  packed.layout.pairs = Position(words);
+  for (const DistanceConstraint& constraint : model.constraints()) {
+    if (IsResident(model)) {
+      words.push_back(constraint.i | constraint.j << 16);
+    } else {
+      words.push_back(constraint.i);
+      words.push_back(constraint.j);
+    }
+  }
+  packed.layout.rest_lengths = Position(words);
+  for (const DistanceConstraint& constraint : model.constraints()) {
+    words.push_back(FloatWord(constraint.rest_length_m));
+  }
+  if (!model.has_compliance()) return;
+  packed.layout.compliances = Position(words);
+  for (const DistanceConstraint& constraint : model.constraints()) {
+    words.push_back(FloatWord(constraint.compliance_m_per_n));
+  }
+}
+
+void PackSprings(const SceneModel& model, PackedModel& packed) {
+  if (model.spring_count() == 0) return;
+  std::vector<uint32_t>& words = packed.words;
+  packed.layout.spring_offsets = Position(words);
+  words.insert(words.end(), model.spring_offsets().begin(), model.spring_offsets().end());
+  packed.layout.spring_ends = Position(words);
+  for (const SpringEnd& end : model.spring_ends()) {
+    words.push_back(end.other_particle);
+    words.push_back(FloatWord(end.rest_length_m));
+    words.push_back(FloatWord(end.stiffness_n_per_m));
+    words.push_back(FloatWord(end.damping_n_s_per_m));
+  }
+}
+
+}  // namespace
+
+PackedModel PackModel(const SceneModel& model) {
+  PackedModel packed;
+  PackConstraints(model, packed);
+  packed.layout.masses = Position(packed.words);
+  for (const double mass : model.masses_kg()) packed.words.push_back(FloatWord(mass));
+  packed.layout.inverse_masses = Position(packed.words);
+  for (const double w : model.inverse_masses_per_kg()) packed.words.push_back(FloatWord(w));
+  PackSprings(model, packed);
+  packed.layout.pins = Position(packed.words);
+  packed.words.insert(packed.words.end(), model.pins().begin(), model.pins().end());
+  return packed;
+}
+
+double LargestSpringFrequencySq(const SceneModel& model) {
+  const std::span<const double> w = model.inverse_masses_per_kg();
+  double largest = 0;
+  if (model.spring_count() == 0) return largest;
+  for (uint32_t i = 0; i < model.particle_count(); ++i) {
+    double sum = 0;
+    for (uint32_t s = model.spring_offsets()[i]; s < model.spring_offsets()[i + 1]; ++s) {
+      const SpringEnd& end = model.spring_ends()[s];
+      sum += end.stiffness_n_per_m * (w[i] + w[end.other_particle]);
+    }
+    largest = std::max(largest, sum);
+  }
+  return largest;
+}
+
+Result<std::shared_ptr<const DeviceModel>> ModelStore::Acquire(
+    std::shared_ptr<const SceneModel> model) {
+  const auto known = models_.find(model.get());
+  if (known != models_.end()) {
+    if (std::shared_ptr<const DeviceModel> on_device = known->second.lock()) return on_device;
+  }
+  std::erase_if(models_, [](const auto& entry) { return entry.second.expired(); });
+  PackedModel packed = PackModel(*model);
+  Result<WordRange> range = arena_->Allocate(packed.words.size());
+  if (!range.ok()) return range.status();
+  auto on_device = std::make_shared<DeviceModel>();
+  on_device->layout = packed.layout;
+  on_device->words = std::move(range).value();
+  arena_->Write(on_device->words, 0, std::span<const uint32_t>(packed.words));
+  const std::span<const uint32_t> offsets = model->colour_offsets();
+  for (size_t c = 0; c + 1 < offsets.size(); ++c) {
+    on_device->colour_sizes.push_back(offsets[c + 1] - offsets[c]);
+  }
+  for (const Eigen::Vector3d& p : model->rest_positions_m()) {
+    on_device->extent_m = std::max(on_device->extent_m, p.cwiseAbs().maxCoeff());
+  }
+  on_device->spring_frequency_sq = LargestSpringFrequencySq(*model);
+  models_[model.get()] = on_device;
+  on_device->model = std::move(model);
+  return std::shared_ptr<const DeviceModel>(on_device);
+}
+
+}  // namespace drape

@@ -1,0 +1,65 @@
+// Scene models on the device: each one once, however many cloths share it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "server/core/status.h"
+#include "server/scene/scene_model.h"
+#include "server/solver/gl_compute/device_arena.h"
+
+namespace drape {
+
+// Word offsets of a model's arrays from the start of its range; contents as in
+// shaders/interface/cloth_record.h.
+struct ModelLayout {
+  uint32_t colour_offsets = 0;
+  uint32_t pairs = 0;
+  uint32_t rest_lengths = 0;
+  uint32_t compliances = 0;
+  uint32_t masses = 0;
+  uint32_t inverse_masses = 0;
+  uint32_t spring_offsets = 0;
+  uint32_t spring_ends = 0;
+  uint32_t pins = 0;
+};
+
+struct PackedModel {
+  ModelLayout layout;
+  std::vector<uint32_t> words;
+};
+
+// Pure.
+PackedModel PackModel(const SceneModel& model);
+
+// The square of the largest angular frequency that the springs of any particle may have [1/s^2]:
+// max over the particles of the sum over its springs of k (w_i + w_j).
+double LargestSpringFrequencySq(const SceneModel& model);
+
+// A model and its words on the device, constant.
+struct DeviceModel {
+  std::shared_ptr<const SceneModel> model;
+  ModelLayout layout;
+  WordRange words;
+  std::vector<uint32_t> colour_sizes;  // [colour_count] constraints
+  double extent_m = 0;                 // largest |coordinate| of the rest shape
+  double spring_frequency_sq = 0;      // LargestSpringFrequencySq
+};
+
+// Every call with the context current. The arena must outlive the models.
+class ModelStore {
+ public:
+  explicit ModelStore(DeviceArena* arena) : arena_(arena) {}
+
+  // The device copy of this very model object, uploaded unless some cloth has it already.
+  // RESOURCE_EXHAUSTED (DEVICE_MEMORY).
+  Result<std::shared_ptr<const DeviceModel>> Acquire(std::shared_ptr<const SceneModel> model);
+
+ private:
+  DeviceArena* arena_;
+  std::map<const SceneModel*, std::weak_ptr<const DeviceModel>> models_;
+};
+
+}  // namespace drape

@@ -1,0 +1,302 @@
+#include "server/solver/gl_compute/gl_backend.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <map>
+#include <utility>
+
+#include "server/gl/sync.h"
+#include "server/solver/gl_compute/cloth_table.h"
+#include "server/solver/gl_compute/device_arrays.h"
+#include "server/solver/gl_compute/gl_cloth.h"
+#include "server/solver/gl_compute/kernels.h"
+#include "server/solver/gl_compute/state_reader.h"
+#include "server/solver/gl_compute/step_batch.h"
+#include "server/solver/gl_compute/step_plans.h"
+
+namespace drape {
+
+namespace {
+
+using Eigen::Vector3d;
+
+class GlBackend final : public Backend {
+ public:
+  // Members in order of construction.
+  struct Parts {
+    std::unique_ptr<gl::Context> context;
+    std::unique_ptr<DeviceArrays> arrays;
+    std::unique_ptr<KernelCache> kernels;
+    std::unique_ptr<StateReader> reader;
+    const gl::Program* measure = nullptr;
+    VariantChoice choice;
+    DispatchLimits limits;
+  };
+
+  explicit GlBackend(Parts parts)
+      : parts_(std::move(parts)), models_(&parts_.arrays->models) {}
+
+  ~GlBackend() override { parts_.context->MakeCurrent(); }
+
+  BackendDescription Describe() const override {
+    const gl::Context& context = *parts_.context;
+    return {.name = "gl",
+            .device = context.renderer() + ", OpenGL " + context.version(),
+            .scalar = ScalarType::kFloat32,
+            .is_hardware_gpu = !context.is_software()};
+  }
+
+  std::string PlanOf(const SceneModel& model) const override {
+    return IsResident(model) ? "resident" : "tiled";
+  }
+
+  Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
+                             const ClothParameters& parameters,
+                             const ParticleState& state) override;
+  void Destroy(ClothHandle handle) override;
+  BatchReport Step(std::span<const StepItem> items) override;
+  StateColumns Read(const ReadRequest& request) override;
+  Status Write(ClothHandle handle, const ClothUpdate& update) override;
+
+ private:
+  // What a cloth needs on the device for a model and parameters.
+  struct Room {
+    std::shared_ptr<const DeviceModel> model;
+    const StepKernels* kernels = nullptr;
+    WordRange parameter_words;
+    WordRange scratch;
+  };
+  Result<Room> MakeRoom(std::shared_ptr<const SceneModel> model, const ClothParameters& parameters);
+  static void Occupy(GlCloth& cloth, Room room, const ClothParameters& parameters);
+  // Targets of the pins of `model`: those that stay keep theirs, new ones start where they are.
+  std::vector<uint32_t> CarryTargets(const GlCloth& cloth, const SceneModel& model);
+  void WriteState(GlCloth& cloth, const ParticleState& state);
+  void WriteTargets(const GlCloth& cloth, std::span<const uint32_t> words);
+  void WriteRecord(uint32_t slot);
+  std::vector<float> ReadColumn(uint32_t begin, uint32_t count);
+
+  Parts parts_;
+  ModelStore models_;
+  ClothTable cloths_;
+};
+
+Result<GlBackend::Room> GlBackend::MakeRoom(std::shared_ptr<const SceneModel> model,
+                                            const ClothParameters& parameters) {
+  DeviceArrays& arrays = *parts_.arrays;
+  Room room;
+  const Result<const StepKernels*> kernels =
+      parts_.kernels->ForVariant(ChooseVariant(*model, parameters, parts_.choice));
+  if (!kernels.ok()) return kernels.status();
+  room.kernels = kernels.value();
+  Result<WordRange> parameter_words =
+      arrays.parameters.Allocate(ParameterWordCount(*model, parameters));
+  if (!parameter_words.ok()) return parameter_words.status();
+  room.parameter_words = std::move(parameter_words).value();
+  Result<WordRange> scratch = arrays.scratch.Allocate(LayOutScratch(*model, parameters).size);
+  if (!scratch.ok()) return scratch.status();
+  room.scratch = std::move(scratch).value();
+  DRAPE_RETURN_IF_ERROR(arrays.ReserveBatch(cloths_.count() + 1, model->colour_count()));
+  Result<std::shared_ptr<const DeviceModel>> on_device = models_.Acquire(std::move(model));
+  if (!on_device.ok()) return on_device.status();
+  room.model = std::move(on_device).value();
+  return room;
+}
+
+void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& parameters) {
+  cloth.model = std::move(room.model);
+  cloth.kernels = room.kernels;
+  cloth.parameter_words = std::move(room.parameter_words);
+  cloth.scratch = std::move(room.scratch);
+  cloth.parameters = parameters;
+  // A function of the model and the settings alone, so that a restored cloth computes the same bits.
+  cloth.tolerance = SinglePrecisionTolerance(parameters.settings.tolerance, *cloth.model->model,
+                                             cloth.model->extent_m);
+}
+
+void GlBackend::WriteState(GlCloth& cloth, const ParticleState& state) {
+  DRAPE_CHECK(state.positions_m.size() == cloth.particle_count() &&
+                  state.velocities_m_per_s.size() == cloth.particle_count(),
+              "a state must have one position and one velocity per particle");
+  parts_.arrays->states.Write(cloth.state, 0, std::span<const float>(PackState(state)));
+  cloth.fault = FaultReason::kNone;
+}
+
+void GlBackend::WriteTargets(const GlCloth& cloth, std::span<const uint32_t> words) {
+  DRAPE_CHECK(words.size() == 3 * size_t{cloth.pin_count()}, "one target per pin");
+  parts_.arrays->parameters.Write(cloth.parameter_words, 0, words);
+}
+
+void GlBackend::WriteRecord(uint32_t slot) {
+  const GlCloth& cloth = cloths_.AtSlot(slot);
+  DeviceArrays& arrays = *parts_.arrays;
+  arrays.parameters.Write(cloth.parameter_words, 3 * cloth.pin_count(),
+                          PackColliders(cloth.parameters.colliders));
+  const shader::ClothRecord record = MakeClothRecord(cloth);
+  arrays.cloths.Write(slot * sizeof(record), std::as_bytes(std::span(&record, 1)));
+}
+
+Result<ClothHandle> GlBackend::Create(std::shared_ptr<const SceneModel> model,
+                                      const ClothParameters& parameters,
+                                      const ParticleState& state) {
+  parts_.context->MakeCurrent();
+  DeviceArrays& arrays = *parts_.arrays;
+  GlCloth cloth;
+  Result<WordRange> state_words = arrays.states.Allocate(6 * uint64_t{model->particle_count()});
+  if (!state_words.ok()) return state_words.status();
+  cloth.state = std::move(state_words).value();
+  Result<Room> room = MakeRoom(std::move(model), parameters);
+  if (!room.ok()) return room.status();
+  DRAPE_RETURN_IF_ERROR(
+      arrays.cloths.Reserve((cloths_.slot_count() + 1) * sizeof(shader::ClothRecord)));
+  // From here on nothing can fail.
+  Occupy(cloth, std::move(room).value(), parameters);
+  WriteState(cloth, state);
+  WriteTargets(cloth, PackTargets(PinPositions(*cloth.model->model, state)));
+  const ClothHandle handle = cloths_.Add(std::move(cloth));
+  WriteRecord(handle.slot);
+  return handle;
+}
+
+void GlBackend::Destroy(ClothHandle handle) {
+  parts_.context->MakeCurrent();
+  cloths_.Remove(handle);
+}
+
+std::vector<float> GlBackend::ReadColumn(uint32_t begin, uint32_t count) {
+  std::vector<float> words(count);
+  const StateColumn column{begin, count};
+  parts_.reader->Read(parts_.arrays->states.buffer(), std::span(&column, 1), words);
+  return words;
+}
+
+std::vector<uint32_t> GlBackend::CarryTargets(const GlCloth& cloth, const SceneModel& model) {
+  const std::span<const uint32_t> old_pins = cloth.model->model->pins();
+  const std::vector<uint32_t> old_targets =
+      parts_.arrays->parameters.Read(cloth.parameter_words, 0, 3 * cloth.pin_count());
+  const std::vector<float> positions =
+      ReadColumn(cloth.state.begin(), 3 * cloth.particle_count());
+  std::vector<uint32_t> targets;
+  for (const uint32_t pin : model.pins()) {
+    const auto old = std::lower_bound(old_pins.begin(), old_pins.end(), pin);
+    const bool is_kept = old != old_pins.end() && *old == pin;
+    const size_t old_word = 3 * static_cast<size_t>(old - old_pins.begin());
+    for (size_t axis = 0; axis < 3; ++axis) {
+      targets.push_back(is_kept ? old_targets[old_word + axis]
+                                : std::bit_cast<uint32_t>(positions[3 * pin + axis]));
+    }
+  }
+  return targets;
+}
+
+Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
+  parts_.context->MakeCurrent();
+  GlCloth& cloth = cloths_.Find(handle);
+  const std::shared_ptr<const SceneModel> model =
+      update.model ? update.model : cloth.model->model;
+  DRAPE_CHECK(model->particle_count() == cloth.particle_count(),
+              "a new model must have the same particle count");
+  if (update.model || update.parameters) {
+    const ClothParameters parameters = update.parameters.value_or(cloth.parameters);
+    Result<Room> room = MakeRoom(model, parameters);
+    if (!room.ok()) return room.status();
+    // From here on nothing can fail.
+    if (update.state) WriteState(cloth, *update.state);
+    const std::vector<uint32_t> targets = CarryTargets(cloth, *model);
+    Occupy(cloth, std::move(room).value(), parameters);
+    WriteTargets(cloth, targets);
+    WriteRecord(handle.slot);
+  } else if (update.state) {
+    WriteState(cloth, *update.state);
+  }
+  if (update.pin_targets_m) WriteTargets(cloth, PackTargets(*update.pin_targets_m));
+  return Status::Ok();
+}
+
+BatchReport GlBackend::Step(std::span<const StepItem> items) {
+  parts_.context->MakeCurrent();
+  for (const StepItem& item : items) {
+    const GlCloth& cloth = cloths_.Find(item.cloth);
+    if (!item.pin_targets_m.empty() && cloth.fault == FaultReason::kNone) {
+      WriteTargets(cloth, PackTargets(item.pin_targets_m));
+    }
+  }
+  BatchReport report = RunBatch(items, cloths_, *parts_.arrays, *parts_.measure, parts_.limits);
+  const std::string reset_reason = parts_.context->ResetReason();
+  // Every state on the device is gone; only a new process can have a device again.
+  DRAPE_CHECK(reset_reason.empty(), reset_reason);
+  return report;
+}
+
+StateColumns GlBackend::Read(const ReadRequest& request) {
+  parts_.context->MakeCurrent();
+  const auto read = [&](bool velocities) {
+    std::vector<StateColumn> columns;
+    size_t words = 0;
+    for (const ClothHandle handle : request.cloths) {
+      const GlCloth& cloth = cloths_.Find(handle);
+      const uint32_t count = 3 * cloth.particle_count();
+      columns.push_back({cloth.state.begin() + (velocities ? count : 0), count});
+      words += count;
+    }
+    std::vector<float> packed(words);
+    parts_.reader->Read(parts_.arrays->states.buffer(), columns, packed);
+    return packed;
+  };
+  StateColumns columns;
+  if (request.positions) columns.positions_m = read(false);
+  if (request.velocities) columns.velocities_m_per_s = read(true);
+  return columns;
+}
+
+Status CheckLimits(const gl::DeviceLimits& limits) {
+  constexpr uint32_t kStorageBlocks = 8;
+  constexpr int64_t kSharedMemoryBytes = 32 * 1024;
+  if (limits.storage_blocks >= kStorageBlocks && limits.shared_memory_bytes >= kSharedMemoryBytes) {
+    return Status::Ok();
+  }
+  return Status(StatusCode::kUnavailable, "NO_EGL_DEVICE",
+                "the OpenGL driver offers " + std::to_string(limits.storage_blocks) +
+                    " storage blocks and " + std::to_string(limits.shared_memory_bytes) +
+                    " bytes of shared memory; 8 and 32768 are needed");
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options) {
+  GlBackend::Parts parts;
+  Result<std::unique_ptr<gl::Context>> context = gl::Context::Create(
+      {.accept_software = options.accept_software, .device_filter = options.device_filter});
+  if (!context.ok()) return context.status();
+  parts.context = std::move(context).value();
+  const gl::DeviceLimits& limits = parts.context->limits();
+  DRAPE_RETURN_IF_ERROR(CheckLimits(limits));
+  parts.choice = {.is_software = parts.context->is_software(), .local_size = options.local_size};
+  parts.limits = {limits.work_group_count_x, limits.work_group_count_y};
+  const int64_t max_bytes = options.max_array_bytes > 0
+                                ? std::min(options.max_array_bytes, limits.storage_block_bytes)
+                                : limits.storage_block_bytes;
+
+  Result<std::unique_ptr<DeviceArrays>> arrays = DeviceArrays::Create(max_bytes);
+  if (!arrays.ok()) return arrays.status();
+  parts.arrays = std::move(arrays).value();
+  Result<KernelCache> kernels = KernelCache::Create(options.shader_dir);
+  if (!kernels.ok()) return kernels.status();
+  parts.kernels = std::make_unique<KernelCache>(std::move(kernels).value());
+  const uint32_t local_size = GeneralLocalSize(parts.choice);
+  const Result<const gl::Program*> measure = parts.kernels->General("measure", local_size);
+  if (!measure.ok()) return measure.status();
+  parts.measure = measure.value();
+  const Result<const gl::Program*> pack = parts.kernels->General("pack", local_size);
+  if (!pack.ok()) return pack.status();
+  Result<StateReader> reader = StateReader::Create(pack.value(), max_bytes, parts.limits);
+  if (!reader.ok()) return reader.status();
+  parts.reader = std::make_unique<StateReader>(std::move(reader).value());
+  spdlog::info("gl_backend device=\"{}\" version=\"{}\" max_array_bytes={}",
+               parts.context->renderer(), parts.context->version(), max_bytes);
+  return std::unique_ptr<Backend>(std::make_unique<GlBackend>(std::move(parts)));
+}
+
+}  // namespace drape

@@ -1,0 +1,33 @@
+// The OpenGL 4.5 compute backend, "gl": float32, all cloths of a batch in few dispatches.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "server/core/status.h"
+#include "server/gl/context.h"
+#include "server/solver/backend.h"
+
+namespace drape {
+
+struct GlBackendOptions {
+  // Whether a software renderer (Mesa llvmpipe) will do where there is no hardware.
+  bool accept_software = true;
+  // Directory whose files replace the embedded shaders, for developers; empty: none.
+  std::string shader_dir;
+  // Devices for which this is false are passed over; empty accepts all.
+  std::function<bool(const gl::EglDevice&)> device_filter;
+  // Largest size of any one device array [bytes]; 0: what the device allows.
+  int64_t max_array_bytes = 0;
+  // Invocations per work group, a power of two; 0: what suits the device. Results do not depend on it.
+  uint32_t local_size = 0;
+};
+
+// Owns an OpenGL context on the calling thread, which becomes the device thread of the backend.
+// UNAVAILABLE (NO_EGL_DEVICE), INTERNAL (SHADER_COMPILE_FAILED), NOT_FOUND (SHADER_DIR_NOT_FOUND),
+// RESOURCE_EXHAUSTED (DEVICE_MEMORY).
+Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options);
+
+}  // namespace drape

@@ -1,0 +1,161 @@
+#include "server/solver/gl_compute/gl_cloth.h"
+
+#include <bit>
+#include <cmath>
+
+#include "server/solver/solver_constants.h"
+#include "shaders/interface/bindings.h"
+
+namespace drape {
+
+namespace {
+
+uint32_t FloatWord(double value) {
+  return std::bit_cast<uint32_t>(static_cast<float>(value));
+}
+
+void AppendVector(const Eigen::Vector3d& v, std::vector<uint32_t>& words) {
+  for (int axis = 0; axis < 3; ++axis) words.push_back(FloatWord(v[axis]));
+}
+
+void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
+  const ClothParameters& parameters = cloth.parameters;
+  const StepSettings& settings = parameters.settings;
+  const double h = settings.substep_s();
+  const double length_scale = cloth.model->model->length_scale_m();
+  record.gravity = {static_cast<float>(parameters.gravity_m_per_s2.x()),
+                    static_cast<float>(parameters.gravity_m_per_s2.y()),
+                    static_cast<float>(parameters.gravity_m_per_s2.z()), 0};
+  record.substeps = settings.substeps;
+  record.max_iterations = settings.max_iterations;
+  record.h = static_cast<float>(h);
+  record.half_h = static_cast<float>(h / 2);
+  record.inverse_h = static_cast<float>(1 / h);
+  record.tolerance = static_cast<float>(cloth.tolerance);
+  record.contact_tolerance = static_cast<float>(cloth.tolerance * length_scale);
+  record.max_depenetration = static_cast<float>(kMaxDepenetrationSpeed_m_per_s * h);
+  record.thickness = static_cast<float>(parameters.thickness_m);
+  record.friction_static = static_cast<float>(parameters.friction_static);
+  record.friction_dynamic = static_cast<float>(parameters.friction_dynamic);
+  record.damping_factor = static_cast<float>(std::exp(-parameters.damping_per_s * h));
+  record.contact_margin = static_cast<float>(kContactMarginRatio * length_scale);
+}
+
+void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
+  const SceneModel& model = *cloth.model->model;
+  const ModelLayout& layout = cloth.model->layout;
+  const uint32_t begin = cloth.model->words.begin();
+  record.particle_count = model.particle_count();
+  record.constraint_count = model.constraint_count();
+  record.colour_count = model.colour_count();
+  record.pin_count = model.pin_count();
+  record.has_springs = model.spring_count() > 0 ? 1 : 0;
+  record.has_compliance = model.has_compliance() ? 1 : 0;
+  record.is_tiled = IsResident(model) ? 0 : 1;
+  record.colour_offsets = begin + layout.colour_offsets;
+  record.pairs = begin + layout.pairs;
+  record.rest_lengths = begin + layout.rest_lengths;
+  record.compliances = begin + layout.compliances;
+  record.masses = begin + layout.masses;
+  record.inverse_masses = begin + layout.inverse_masses;
+  record.spring_offsets = begin + layout.spring_offsets;
+  record.spring_ends = begin + layout.spring_ends;
+  record.pins = begin + layout.pins;
+}
+
+}  // namespace
+
+ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& parameters) {
+  const uint64_t particles = model.particle_count();
+  const uint64_t colliders = parameters.colliders.size();
+  ScratchLayout layout;
+  const auto append = [&layout](uint64_t words) {
+    const uint64_t begin = layout.size;
+    layout.size += words;
+    return begin;
+  };
+  layout.lambdas = append(model.has_compliance() ? model.constraint_count() : 0);
+  layout.normal_betas = append(colliders * particles);
+  layout.tangent_betas = append(parameters.friction_static > 0 ? 3 * colliders * particles : 0);
+  layout.violations = append(colliders > 0 ? particles : 0);
+  layout.spring_accelerations = append(model.spring_count() > 0 ? 3 * particles : 0);
+  layout.work_positions = append(IsResident(model) ? 0 : 3 * particles);
+  layout.work_velocities = append(IsResident(model) ? 0 : 3 * particles);
+  return layout;
+}
+
+bool GlCloth::are_springs_beyond_limit() const {
+  const double h = parameters.settings.substep_s();
+  return h * h * model->spring_frequency_sq >= 4;
+}
+
+shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
+  shader::ClothRecord record{};
+  SetSettings(cloth, record);
+  SetModel(cloth, record);
+  record.positions = cloth.state.begin();
+  record.velocities = cloth.state.begin() + 3 * cloth.particle_count();
+  record.collider_count = static_cast<uint32_t>(cloth.parameters.colliders.size());
+  record.pin_targets = cloth.parameter_words.begin();
+  record.colliders = cloth.parameter_words.begin() + 3 * cloth.pin_count();
+  const ScratchLayout layout = LayOutScratch(*cloth.model->model, cloth.parameters);
+  const auto scratch = [&cloth](uint64_t word) {
+    return static_cast<uint32_t>(cloth.scratch.begin() + word);
+  };
+  record.lambdas = scratch(layout.lambdas);
+  record.normal_betas = scratch(layout.normal_betas);
+  record.tangent_betas = scratch(layout.tangent_betas);
+  record.violations = scratch(layout.violations);
+  record.spring_accelerations = scratch(layout.spring_accelerations);
+  record.work_positions = scratch(layout.work_positions);
+  record.work_velocities = scratch(layout.work_velocities);
+  return record;
+}
+
+uint64_t ParameterWordCount(const SceneModel& model, const ClothParameters& parameters) {
+  return 3 * uint64_t{model.pin_count()} + DRAPE_COLLIDER_WORDS * parameters.colliders.size();
+}
+
+std::vector<uint32_t> PackTargets(std::span<const Eigen::Vector3d> targets_m) {
+  std::vector<uint32_t> words;
+  for (const Eigen::Vector3d& target : targets_m) AppendVector(target, words);
+  return words;
+}
+
+std::vector<uint32_t> PackColliders(std::span<const Collider> colliders) {
+  std::vector<uint32_t> words;
+  for (const Collider& collider : colliders) {
+    if (const auto* sphere = std::get_if<SphereCollider>(&collider)) {
+      words.push_back(DRAPE_COLLIDER_SPHERE);
+      words.push_back(FloatWord(sphere->radius_m));
+      AppendVector(sphere->center_m, words);
+      AppendVector(Eigen::Vector3d::UnitY(), words);
+    } else {
+      const auto& plane = std::get<PlaneCollider>(collider);
+      words.push_back(DRAPE_COLLIDER_PLANE);
+      words.push_back(FloatWord(0));
+      AppendVector(plane.point_m, words);
+      AppendVector(plane.normal, words);
+    }
+  }
+  return words;
+}
+
+std::vector<float> PackState(const ParticleState& state) {
+  std::vector<float> packed;
+  packed.reserve(3 * (state.positions_m.size() + state.velocities_m_per_s.size()));
+  for (const auto* vectors : {&state.positions_m, &state.velocities_m_per_s}) {
+    for (const Eigen::Vector3d& v : *vectors) {
+      for (int axis = 0; axis < 3; ++axis) packed.push_back(static_cast<float>(v[axis]));
+    }
+  }
+  return packed;
+}
+
+std::vector<Eigen::Vector3d> PinPositions(const SceneModel& model, const ParticleState& state) {
+  std::vector<Eigen::Vector3d> positions;
+  for (const uint32_t pin : model.pins()) positions.push_back(state.positions_m[pin]);
+  return positions;
+}
+
+}  // namespace drape

@@ -1,0 +1,63 @@
+// One cloth as the host sees it, and how it is described to the kernels.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/scene/particle_state.h"
+#include "server/solver/cloth_parameters.h"
+#include "server/solver/gl_compute/device_model.h"
+#include "server/solver/gl_compute/free_list.h"
+#include "server/solver/gl_compute/kernels.h"
+#include "server/solver/step_report.h"
+#include "shaders/interface/cloth_record.h"
+
+namespace drape {
+
+// Word offsets of a cloth's arrays from the start of its range in Scratch; contents as in
+// shaders/interface/cloth_record.h.
+struct ScratchLayout {
+  uint64_t lambdas = 0;
+  uint64_t normal_betas = 0;
+  uint64_t tangent_betas = 0;
+  uint64_t violations = 0;
+  uint64_t spring_accelerations = 0;
+  uint64_t work_positions = 0;
+  uint64_t work_velocities = 0;
+  uint64_t size = 0;
+};
+
+// Pure.
+ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& parameters);
+
+struct GlCloth {
+  std::shared_ptr<const DeviceModel> model;
+  ClothParameters parameters;
+  const StepKernels* kernels = nullptr;
+  double tolerance = 0;  // the one used: what single precision can meet
+  FaultReason fault = FaultReason::kNone;
+  WordRange state;            // positions, then velocities
+  WordRange parameter_words;  // pin targets, then colliders
+  WordRange scratch;
+
+  uint32_t particle_count() const { return model->model->particle_count(); }
+  uint32_t pin_count() const { return model->model->pin_count(); }
+  bool is_tolerance_raised() const { return tolerance > parameters.settings.tolerance; }
+  bool are_springs_beyond_limit() const;
+};
+
+// Pure.
+shader::ClothRecord MakeClothRecord(const GlCloth& cloth);
+
+// Words of Parameters: pin targets (3 per pin, float bits), then colliders.
+uint64_t ParameterWordCount(const SceneModel& model, const ClothParameters& parameters);
+std::vector<uint32_t> PackTargets(std::span<const Eigen::Vector3d> targets_m);
+std::vector<uint32_t> PackColliders(std::span<const Collider> colliders);
+// Positions, then velocities.
+std::vector<float> PackState(const ParticleState& state);
+// Where the pins of the model are in a state.
+std::vector<Eigen::Vector3d> PinPositions(const SceneModel& model, const ParticleState& state);
+
+}  // namespace drape

@@ -1,0 +1,121 @@
+#include "server/solver/gl_compute/kernels.h"
+
+#include <array>
+#include <sstream>
+#include <utility>
+
+#include "server/solver/solver_constants.h"
+#include "shaders/embedded_shaders.h"
+
+namespace drape {
+
+namespace {
+
+std::string ConstantDefines() {
+  std::ostringstream text;
+  text << std::scientific;
+  text << "#define MIN_DIRECTION_LENGTH " << kMinDirectionLength_m << "\n";
+  text << "#define MAX_SPEED " << kMaxSpeed_m_per_s << "\n";
+  text << "#define MAX_COORDINATE " << kMaxCoordinate_m << "\n";
+  return text.str();
+}
+
+// The variant as far as a kernel reads it, so that variants share what is the same for both.
+KernelVariant OnlyTolerance(const KernelVariant& variant) {
+  return {.local_size = variant.local_size, .has_tolerance = variant.has_tolerance};
+}
+
+KernelVariant WithSprings(KernelVariant narrowed, const KernelVariant& variant) {
+  narrowed.springs = variant.springs;
+  return narrowed;
+}
+
+}  // namespace
+
+Result<KernelCache> KernelCache::Create(const std::string& shader_dir) {
+  KernelCache cache;
+  for (const EmbeddedShader& shader : EmbeddedShaders()) {
+    cache.library_.Add(std::string(shader.path), std::string(shader.text));
+  }
+  if (!shader_dir.empty()) DRAPE_RETURN_IF_ERROR(cache.library_.AddDirectory(shader_dir));
+  return cache;
+}
+
+Result<const gl::Program*> KernelCache::Compile(const std::string& kernel,
+                                                const std::string& defines) {
+  const auto known = programs_.find({kernel, defines});
+  if (known != programs_.end()) return &known->second;
+  const Result<gl::ShaderSource> source =
+      library_.Assemble("kernels/" + kernel + ".comp", ConstantDefines() + defines);
+  if (!source.ok()) return source.status();
+  Result<gl::Program> program = gl::Program::Compile(source.value());
+  if (!program.ok()) return program.status();
+  const auto added =
+      programs_.emplace(std::pair(kernel, defines), std::move(program).value()).first;
+  return &added->second;
+}
+
+Result<const gl::Program*> KernelCache::General(const std::string& kernel, uint32_t local_size) {
+  return Compile(kernel, "#define LOCAL_SIZE " + std::to_string(local_size) + "u\n");
+}
+
+Result<const StepKernels*> KernelCache::ForVariant(const KernelVariant& variant) {
+  const auto known = variants_.find(variant);
+  if (known != variants_.end()) return &known->second;
+  StepKernels kernels{.variant = variant};
+  if (variant.is_tiled()) {
+    DRAPE_RETURN_IF_ERROR(CompileTiled(kernels));
+  } else {
+    const Result<const gl::Program*> program = Compile("resident_step", variant.Defines());
+    if (!program.ok()) return program.status();
+    kernels.resident_step = program.value();
+  }
+  return &variants_.emplace(variant, kernels).first->second;
+}
+
+Status KernelCache::CompileTiled(StepKernels& kernels) {
+  const KernelVariant& all = kernels.variant;
+  const KernelVariant plain{.local_size = all.local_size};
+  const KernelVariant tolerance = OnlyTolerance(all);
+  KernelVariant distance = tolerance;
+  distance.has_compliance = all.has_compliance;
+  KernelVariant contacts = tolerance;
+  contacts.has_contacts = all.has_contacts;
+  contacts.has_friction = all.has_friction;
+  KernelVariant integrate = WithSprings(plain, all);
+  integrate.has_contacts = all.has_contacts;
+  integrate.has_friction = all.has_friction;
+  integrate.has_damping = all.has_damping;
+
+  struct Wanted {
+    bool is_needed;
+    const char* kernel;
+    KernelVariant variant;
+    const gl::Program** program;
+  };
+  const bool has_springs = all.springs != KernelVariant::Springs::kNone;
+  const bool has_kicks = all.springs == KernelVariant::Springs::kHalfKicks;
+  const std::array wanted = {
+      Wanted{true, "tiled_begin", plain, &kernels.tiled_begin},
+      Wanted{has_springs, "tiled_spring_accelerations", plain, &kernels.tiled_spring_accelerations},
+      Wanted{has_kicks, "tiled_kick", plain, &kernels.tiled_kick},
+      Wanted{true, "tiled_predict", WithSprings(plain, all), &kernels.tiled_predict},
+      Wanted{all.has_tolerance, "tiled_begin_sweeps", plain, &kernels.tiled_begin_sweeps},
+      Wanted{true, "tiled_solve_distance", distance, &kernels.tiled_solve_distance},
+      Wanted{all.has_contacts, "tiled_solve_contacts", contacts, &kernels.tiled_solve_contacts},
+      Wanted{all.has_tolerance, "tiled_end_sweep", plain, &kernels.tiled_end_sweep},
+      Wanted{true, "tiled_integrate", integrate, &kernels.tiled_integrate},
+      Wanted{all.has_pins, "tiled_place_pins", plain, &kernels.tiled_place_pins},
+      Wanted{true, "tiled_check", plain, &kernels.tiled_check},
+      Wanted{true, "tiled_commit", tolerance, &kernels.tiled_commit},
+  };
+  for (const Wanted& entry : wanted) {
+    if (!entry.is_needed) continue;
+    const Result<const gl::Program*> program = Compile(entry.kernel, entry.variant.Defines());
+    if (!program.ok()) return program.status();
+    *entry.program = program.value();
+  }
+  return Status::Ok();
+}
+
+}  // namespace drape

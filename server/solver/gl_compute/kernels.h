@@ -1,0 +1,57 @@
+// Compiled kernels, one program per kernel and variant.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+
+#include "server/core/status.h"
+#include "server/gl/program.h"
+#include "server/gl/shader_source.h"
+#include "server/solver/gl_compute/kernel_variant.h"
+
+namespace drape {
+
+// The programs that step the cloths of one variant. Those of the other plan, and those of stages that the
+// variant leaves out, are null.
+struct StepKernels {
+  KernelVariant variant;
+  const gl::Program* resident_step = nullptr;
+  const gl::Program* tiled_begin = nullptr;
+  const gl::Program* tiled_spring_accelerations = nullptr;
+  const gl::Program* tiled_kick = nullptr;
+  const gl::Program* tiled_predict = nullptr;
+  const gl::Program* tiled_begin_sweeps = nullptr;
+  const gl::Program* tiled_solve_distance = nullptr;
+  const gl::Program* tiled_solve_contacts = nullptr;
+  const gl::Program* tiled_end_sweep = nullptr;
+  const gl::Program* tiled_integrate = nullptr;
+  const gl::Program* tiled_place_pins = nullptr;
+  const gl::Program* tiled_check = nullptr;
+  const gl::Program* tiled_commit = nullptr;
+};
+
+// Compiles on first use and keeps everything. Every call with the context current. Errors are INTERNAL
+// (SHADER_COMPILE_FAILED).
+class KernelCache {
+ public:
+  // The embedded shaders, replaced by those in `shader_dir` unless it is empty. NOT_FOUND
+  // (SHADER_DIR_NOT_FOUND).
+  static Result<KernelCache> Create(const std::string& shader_dir);
+
+  Result<const StepKernels*> ForVariant(const KernelVariant& variant);
+  // A kernel without variants, "measure" or "pack".
+  Result<const gl::Program*> General(const std::string& kernel, uint32_t local_size);
+
+ private:
+  KernelCache() = default;
+  Result<const gl::Program*> Compile(const std::string& kernel, const std::string& defines);
+  Status CompileTiled(StepKernels& kernels);
+
+  gl::ShaderLibrary library_;
+  // By kernel and defines. Pointers into a map stay valid.
+  std::map<std::pair<std::string, std::string>, gl::Program> programs_;
+  std::map<KernelVariant, StepKernels> variants_;
+};
+
+}  // namespace drape

@@ -1,0 +1,135 @@
+#include "server/solver/gl_compute/step_batch.h"
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <vector>
+
+#include "server/gl/sync.h"
+#include "shaders/interface/bindings.h"
+
+namespace drape {
+
+namespace {
+
+int64_t NowUs() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+// What goes into the block Items, and how it is dispatched.
+struct BatchPlan {
+  std::vector<shader::BatchItem> items;
+  std::vector<StepGroup> groups;
+  uint32_t first_measured = 0;
+};
+
+// Cloths of one variant together, in the order of the batch. Faulted cloths are measured but not stepped.
+BatchPlan PlanBatch(std::span<const StepItem> items, ClothTable& cloths) {
+  std::map<KernelVariant, std::vector<uint32_t>> by_variant;
+  for (uint32_t index = 0; index < items.size(); ++index) {
+    const GlCloth& cloth = cloths.Find(items[index].cloth);
+    if (cloth.fault == FaultReason::kNone) by_variant[cloth.kernels->variant].push_back(index);
+  }
+  BatchPlan plan;
+  for (const auto& [variant, indices] : by_variant) {
+    StepGroup group{.kernels = cloths.Find(items[indices.front()].cloth).kernels,
+                    .first_item = static_cast<uint32_t>(plan.items.size()),
+                    .cloths = {}};
+    for (const uint32_t index : indices) {
+      group.cloths.push_back(&cloths.Find(items[index].cloth));
+      plan.items.push_back({items[index].cloth.slot, index});
+    }
+    plan.groups.push_back(std::move(group));
+  }
+  plan.first_measured = static_cast<uint32_t>(plan.items.size());
+  for (uint32_t index = 0; index < items.size(); ++index) {
+    if (items[index].measure) plan.items.push_back({items[index].cloth.slot, index});
+  }
+  return plan;
+}
+
+uint32_t Dispatch(const BatchPlan& plan, DeviceArrays& arrays, const gl::Program& measure,
+                  const DispatchLimits& limits) {
+  arrays.BindForStep();
+  uint32_t dispatch_count = 0;
+  for (const StepGroup& group : plan.groups) {
+    dispatch_count += group.kernels->variant.is_tiled()
+                          ? StepTiled(group, limits, arrays.dispatches)
+                          : StepResident(group, limits);
+  }
+  const uint32_t measured_count = static_cast<uint32_t>(plan.items.size()) - plan.first_measured;
+  return dispatch_count + DispatchPerItem(measure, plan.first_measured, measured_count, limits);
+}
+
+FaultReason FaultOf(const shader::ClothStatus& status) {
+  if ((status.fault & DRAPE_FAULT_NOT_FINITE) != 0) return FaultReason::kNotFinite;
+  if ((status.fault & DRAPE_FAULT_RUNAWAY) != 0) return FaultReason::kRunaway;
+  return FaultReason::kNone;
+}
+
+Measurements ToMeasurements(const shader::ClothStatus& status) {
+  return {.max_strain = status.max_strain,
+          .rms_strain = status.rms_strain,
+          .kinetic_energy_j = status.kinetic_energy,
+          .potential_energy_j = status.potential_energy,
+          .strain_energy_j = status.strain_energy,
+          .lowest_m = status.lowest,
+          .contacts = status.contacts,
+          .max_penetration_m = status.max_penetration,
+          .max_residual_m = status.max_residual};
+}
+
+StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlCloth& cloth) {
+  StepReport report;
+  const bool was_stepped = cloth.fault == FaultReason::kNone;
+  if (was_stepped) {
+    cloth.fault = FaultOf(status);
+    report.iterations = status.iterations;
+    report.converged = cloth.tolerance == 0 || status.unconverged_substeps == 0;
+    report.warnings = {.tolerance_raised = cloth.is_tolerance_raised(),
+                       .not_converged = !report.converged,
+                       .springs_beyond_limit = cloth.are_springs_beyond_limit()};
+  }
+  report.fault = cloth.fault;
+  if (item.measure) {
+    report.measured = ToMeasurements(status);
+    // The residual belongs to a solve whose result was thrown away.
+    if (cloth.fault != FaultReason::kNone) report.measured.max_residual_m = 0;
+  }
+  return report;
+}
+
+}  // namespace
+
+BatchReport RunBatch(std::span<const StepItem> items, ClothTable& cloths, DeviceArrays& arrays,
+                     const gl::Program& measure, const DispatchLimits& limits) {
+  BatchReport batch;
+  if (items.empty()) return batch;
+  const int64_t start_us = NowUs();
+  const BatchPlan plan = PlanBatch(items, cloths);
+  arrays.items.Upload(0, std::as_bytes(std::span(plan.items)));
+  arrays.cloths.Flush();
+  arrays.parameters.Flush();
+  batch.upload_us = NowUs() - start_us;
+
+  gl::TimerQuery timer;
+  timer.Start();
+  batch.dispatch_count = Dispatch(plan, arrays, measure, limits);
+  timer.Stop();
+  gl::WaitForDevice();
+  batch.device_us = timer.ElapsedUs();
+
+  const int64_t readback_start_us = NowUs();
+  std::vector<shader::ClothStatus> statuses(items.size());
+  arrays.statuses.Download(0, std::as_writable_bytes(std::span(statuses)));
+  batch.readback_us = NowUs() - readback_start_us;
+  for (size_t index = 0; index < items.size(); ++index) {
+    batch.reports.push_back(
+        ToReport(items[index], statuses[index], cloths.Find(items[index].cloth)));
+  }
+  return batch;
+}
+
+}  // namespace drape

@@ -1,0 +1,18 @@
+// One batch on the device: upload, dispatch per variant, measure, read back the statuses.
+#pragma once
+
+#include <span>
+
+#include "server/solver/backend.h"
+#include "server/solver/gl_compute/cloth_table.h"
+#include "server/solver/gl_compute/device_arrays.h"
+#include "server/solver/gl_compute/step_plans.h"
+
+namespace drape {
+
+// Steps the items, marks cloths that blew up as faulted, and returns the reports. Pin targets are in the
+// arrays already. With the context current.
+BatchReport RunBatch(std::span<const StepItem> items, ClothTable& cloths, DeviceArrays& arrays,
+                     const gl::Program& measure, const DispatchLimits& limits);
+
+}  // namespace drape

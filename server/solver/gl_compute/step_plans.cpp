@@ -1,0 +1,220 @@
+#include "server/solver/gl_compute/step_plans.h"
+
+#include <algorithm>
+
+#include "shaders/interface/bindings.h"
+
+namespace drape {
+
+namespace {
+
+uint32_t GroupsFor(uint32_t invocations, uint32_t local_size) {
+  return std::max(1u, (invocations + local_size - 1) / local_size);
+}
+
+// Largest of each size over the cloths of a group: how far the loops of the host go. A cloth with less
+// has its work groups return at once, so the bits of a cloth do not depend on the others.
+struct LargestSizes {
+  uint32_t particles = 0;
+  uint32_t pins = 0;
+  uint32_t substeps = 0;
+  uint32_t max_iterations = 0;
+  std::vector<uint32_t> colours;  // [colour] constraints
+};
+
+LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
+  LargestSizes largest;
+  for (const GlCloth* cloth : cloths) {
+    const StepSettings& settings = cloth->parameters.settings;
+    largest.particles = std::max(largest.particles, cloth->particle_count());
+    largest.pins = std::max(largest.pins, cloth->pin_count());
+    largest.substeps = std::max(largest.substeps, settings.substeps);
+    largest.max_iterations = std::max(largest.max_iterations, settings.max_iterations);
+    const std::vector<uint32_t>& sizes = cloth->model->colour_sizes;
+    if (largest.colours.size() < sizes.size()) largest.colours.resize(sizes.size());
+    for (size_t c = 0; c < sizes.size(); ++c) {
+      largest.colours[c] = std::max(largest.colours[c], sizes[c]);
+    }
+  }
+  return largest;
+}
+
+// One step of the cloths [first_item, first_item + cloths.size()) under the tiled plan.
+class TiledStep {
+ public:
+  TiledStep(const StepKernels& kernels, uint32_t first_item, std::span<const GlCloth* const> cloths,
+            gl::Buffer& dispatches)
+      : kernels_(kernels),
+        first_item_(first_item),
+        item_count_(static_cast<uint32_t>(cloths.size())),
+        largest_(FindLargest(cloths)),
+        dispatches_(dispatches) {}
+
+  uint32_t Run() {
+    if (kernels_.variant.has_tolerance) UploadDispatchArgs();
+    DispatchParticles(*kernels_.tiled_begin, 0);
+    ApplySprings(DRAPE_BEFORE_FIRST_SUBSTEP);
+    for (uint32_t substep = 0; substep < largest_.substeps; ++substep) {
+      Predict(substep);
+      Solve(substep);
+      Integrate(substep);
+      ApplySprings(substep);
+    }
+    DispatchParticles(*kernels_.tiled_check, 0);
+    DispatchParticles(*kernels_.tiled_commit, 0);
+    return dispatch_count_;
+  }
+
+ private:
+  // Dispatch arguments of the sweeps: one per colour, then the contacts, then the end of the sweep.
+  uint32_t contacts_index() const { return static_cast<uint32_t>(largest_.colours.size()); }
+  uint32_t end_sweep_index() const { return contacts_index() + 1; }
+
+  void UploadDispatchArgs() {
+    const uint32_t local_size = kernels_.variant.local_size;
+    std::vector<shader::DispatchArgs> args;
+    for (const uint32_t size : largest_.colours) {
+      args.push_back({GroupsFor(size, local_size), 0, 1, item_count_});
+    }
+    args.push_back({GroupsFor(largest_.particles, local_size), 0, 1, item_count_});
+    args.push_back({1, 0, 1, 1});
+    dispatches_.Upload(0, std::as_bytes(std::span(args)));
+    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, dispatches_.name());
+  }
+
+  void Prepare(const gl::Program& kernel, uint32_t substep) {
+    kernel.Use();
+    kernel.SetUniform(DRAPE_UNIFORM_FIRST_ITEM, first_item_);
+    kernel.SetUniform(DRAPE_UNIFORM_SUBSTEP, substep);
+  }
+
+  void Dispatch(uint32_t group_count_x, uint32_t group_count_y) {
+    glDispatchCompute(group_count_x, group_count_y, 1);
+    DeviceBarrier();
+    ++dispatch_count_;
+  }
+
+  void DispatchIndirect(uint32_t index) {
+    glDispatchComputeIndirect(static_cast<GLintptr>(index * sizeof(shader::DispatchArgs)));
+    DeviceBarrier();
+    ++dispatch_count_;
+  }
+
+  void DispatchElements(const gl::Program& kernel, uint32_t substep, uint32_t elements) {
+    Prepare(kernel, substep);
+    Dispatch(GroupsFor(elements, kernels_.variant.local_size), item_count_);
+  }
+
+  void DispatchParticles(const gl::Program& kernel, uint32_t substep) {
+    DispatchElements(kernel, substep, largest_.particles);
+  }
+
+  void ApplySprings(uint32_t substep) {
+    if (kernels_.tiled_kick == nullptr) return;
+    DispatchParticles(*kernels_.tiled_spring_accelerations, substep);
+    DispatchParticles(*kernels_.tiled_kick, substep);
+  }
+
+  void Predict(uint32_t substep) {
+    if (kernels_.variant.springs == KernelVariant::Springs::kInForce) {
+      DispatchParticles(*kernels_.tiled_spring_accelerations, substep);
+    }
+    DispatchParticles(*kernels_.tiled_predict, substep);
+  }
+
+  void PrepareSweepControl(const gl::Program& kernel, uint32_t substep, uint32_t sweep) {
+    Prepare(kernel, substep);
+    kernel.SetUniform(DRAPE_UNIFORM_ITEM_COUNT, item_count_);
+    kernel.SetUniform(DRAPE_UNIFORM_DISPATCH_COUNT, end_sweep_index() + 1);
+    kernel.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+  }
+
+  void Solve(uint32_t substep) {
+    const bool has_tolerance = kernels_.variant.has_tolerance;
+    if (has_tolerance) {
+      PrepareSweepControl(*kernels_.tiled_begin_sweeps, substep, 0);
+      Dispatch(1, 1);
+    }
+    for (uint32_t sweep = 0; sweep < largest_.max_iterations; ++sweep) {
+      Sweep(substep, sweep);
+      if (!has_tolerance) continue;
+      PrepareSweepControl(*kernels_.tiled_end_sweep, substep, sweep);
+      DispatchIndirect(end_sweep_index());
+    }
+  }
+
+  void Sweep(uint32_t substep, uint32_t sweep) {
+    const gl::Program& distance = *kernels_.tiled_solve_distance;
+    Prepare(distance, substep);
+    distance.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+    for (uint32_t colour = 0; colour < contacts_index(); ++colour) {
+      distance.SetUniform(DRAPE_UNIFORM_COLOUR, colour);
+      DispatchSweepStage(colour, largest_.colours[colour]);
+    }
+    if (!kernels_.variant.has_contacts) return;
+    Prepare(*kernels_.tiled_solve_contacts, substep);
+    kernels_.tiled_solve_contacts->SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+    DispatchSweepStage(contacts_index(), largest_.particles);
+  }
+
+  void DispatchSweepStage(uint32_t index, uint32_t elements) {
+    if (kernels_.variant.has_tolerance) {
+      DispatchIndirect(index);
+    } else {
+      Dispatch(GroupsFor(elements, kernels_.variant.local_size), item_count_);
+    }
+  }
+
+  void Integrate(uint32_t substep) {
+    DispatchParticles(*kernels_.tiled_integrate, substep);
+    if (kernels_.tiled_place_pins == nullptr) return;
+    DispatchElements(*kernels_.tiled_place_pins, substep, largest_.pins);
+  }
+
+  const StepKernels& kernels_;
+  const uint32_t first_item_;
+  const uint32_t item_count_;
+  const LargestSizes largest_;
+  gl::Buffer& dispatches_;
+  uint32_t dispatch_count_ = 0;
+};
+
+}  // namespace
+
+void DeviceBarrier() {
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT |
+                  GL_BUFFER_UPDATE_BARRIER_BIT);
+}
+
+uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
+                         const DispatchLimits& limits) {
+  kernel.Use();
+  uint32_t dispatch_count = 0;
+  for (uint32_t done = 0; done < item_count; ++dispatch_count) {
+    const uint32_t count = std::min(item_count - done, limits.group_count_x);
+    kernel.SetUniform(DRAPE_UNIFORM_FIRST_ITEM, first_item + done);
+    glDispatchCompute(count, 1, 1);
+    done += count;
+  }
+  DeviceBarrier();
+  return dispatch_count;
+}
+
+uint32_t StepResident(const StepGroup& group, const DispatchLimits& limits) {
+  return DispatchPerItem(*group.kernels->resident_step, group.first_item,
+                         static_cast<uint32_t>(group.cloths.size()), limits);
+}
+
+uint32_t StepTiled(const StepGroup& group, const DispatchLimits& limits, gl::Buffer& dispatches) {
+  uint32_t dispatch_count = 0;
+  const std::span<const GlCloth* const> cloths(group.cloths);
+  for (size_t first = 0; first < cloths.size(); first += limits.group_count_y) {
+    const size_t count = std::min<size_t>(cloths.size() - first, limits.group_count_y);
+    dispatch_count += TiledStep(*group.kernels, group.first_item + static_cast<uint32_t>(first),
+                                cloths.subspan(first, count), dispatches)
+                          .Run();
+  }
+  return dispatch_count;
+}
+
+}  // namespace drape

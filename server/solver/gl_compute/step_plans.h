@@ -1,0 +1,39 @@
+// How a group of cloths of one variant is dispatched. Every call with the context current and the arrays
+// bound (DeviceArrays::BindForStep).
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/solver/gl_compute/device_arrays.h"
+#include "server/solver/gl_compute/gl_cloth.h"
+
+namespace drape {
+
+// Cloths of one variant: items [first_item, first_item + cloths.size()) of the block Items.
+struct StepGroup {
+  const StepKernels* kernels = nullptr;
+  uint32_t first_item = 0;
+  std::vector<const GlCloth*> cloths;
+};
+
+// What the device dispatches at most [work groups].
+struct DispatchLimits {
+  uint32_t group_count_x = 0;
+  uint32_t group_count_y = 0;
+};
+
+// The next work group's reads see all writes before.
+void DeviceBarrier();
+
+// One work group per item of a kernel that indexes Items by gl_WorkGroupID.x. Returns the dispatches.
+uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
+                         const DispatchLimits& limits);
+
+// The whole step of the group; both return the number of dispatches, which depends on the variant and
+// the settings but not on the number of cloths (up to the limits of one dispatch).
+uint32_t StepResident(const StepGroup& group, const DispatchLimits& limits);
+uint32_t StepTiled(const StepGroup& group, const DispatchLimits& limits, gl::Buffer& dispatches);
+
+}  // namespace drape

@@ -1,0 +1,17 @@
+// The shader files as they were when the program was built.
+#pragma once
+
+#include <span>
+#include <string_view>
+
+namespace drape {
+
+struct EmbeddedShader {
+  std::string_view path;  // relative to shaders/, "kernels/resident_step.comp"
+  std::string_view text;
+};
+
+// Every file of interface/, lib/, stages/ and kernels/, sorted by path. Thread-safe.
+std::span<const EmbeddedShader> EmbeddedShaders();
+
+}  // namespace drape

@@ -1,0 +1,42 @@
+// Numbers that shaders and host must agree on: storage-block bindings, uniform locations, collider
+// kinds, fault bits. Plain #defines, because both C++ and GLSL read this file.
+#ifndef DRAPE_SHADERS_INTERFACE_BINDINGS_H_
+#define DRAPE_SHADERS_INTERFACE_BINDINGS_H_
+
+// Storage blocks. Eight, the number that OpenGL 4.5 guarantees to a compute shader.
+#define DRAPE_BINDING_ITEMS 0
+#define DRAPE_BINDING_CLOTHS 1
+#define DRAPE_BINDING_MODELS 2
+#define DRAPE_BINDING_STATES 3
+#define DRAPE_BINDING_PARAMETERS 4
+#define DRAPE_BINDING_SCRATCH 5
+#define DRAPE_BINDING_STATUSES 6
+#define DRAPE_BINDING_DISPATCHES 7
+// Only the kernel `pack` has an output block; it uses no dispatch arguments.
+#define DRAPE_BINDING_PACKED 7
+
+// Uniforms.
+#define DRAPE_UNIFORM_FIRST_ITEM 0
+#define DRAPE_UNIFORM_ITEM_COUNT 1
+#define DRAPE_UNIFORM_SUBSTEP 2
+#define DRAPE_UNIFORM_SWEEP 3
+#define DRAPE_UNIFORM_COLOUR 4
+#define DRAPE_UNIFORM_DISPATCH_COUNT 5
+#define DRAPE_UNIFORM_PART 6
+
+// Value of the uniform `substep` for the kick before the first substep.
+#define DRAPE_BEFORE_FIRST_SUBSTEP 0xffffffffu
+
+// Words of a spring end in a model: other particle, rest length [m], stiffness [N/m], damping [N s/m].
+#define DRAPE_SPRING_END_WORDS 4
+
+// Words of a collider in the parameters: kind, radius [m], centre or point xyz [m], normal xyz.
+#define DRAPE_COLLIDER_WORDS 8
+#define DRAPE_COLLIDER_SPHERE 1u
+#define DRAPE_COLLIDER_PLANE 2u
+
+// Bits of ClothStatus::fault.
+#define DRAPE_FAULT_NOT_FINITE 1u
+#define DRAPE_FAULT_RUNAWAY 2u
+
+#endif

@@ -1,0 +1,78 @@
+// Everything a kernel must know of one cloth: sizes, settings, and where its arrays lie. One record per
+// slot in the block `Cloths`. Offsets count 4-byte words from the start of the named block.
+#ifndef DRAPE_SHADERS_INTERFACE_CLOTH_RECORD_H_
+#define DRAPE_SHADERS_INTERFACE_CLOTH_RECORD_H_
+
+#ifdef __cplusplus
+#include "shaders/interface/types.h"
+namespace drape::shader {
+#endif
+
+struct ClothRecord {
+  vec4 gravity;  // xyz [m/s^2]; w unused
+
+  uint particle_count;
+  uint constraint_count;
+  uint colour_count;
+  uint pin_count;
+
+  uint collider_count;
+  uint has_springs;     // 0 or 1
+  uint has_compliance;  // 0 or 1
+  uint substeps;        // N
+
+  uint max_iterations;  // sweeps per substep
+  float h;              // substep [s]
+  float half_h;         // h / 2 [s]
+  float inverse_h;      // 1 / h [1/s]
+
+  float tolerance;          // relative to the rest length [-]; 0 = a fixed number of sweeps
+  float contact_tolerance;  // tolerance * the model's length scale [m]
+  float max_depenetration;  // farthest a contact moves a particle out in one substep [m]
+  float thickness;          // [m]
+
+  float friction_static;   // [-]
+  float friction_dynamic;  // [-]
+  float damping_factor;    // exp(-damping h) [-]
+  float contact_margin;    // gap up to which a contact is counted [m]
+
+  uint is_tiled;    // 0 or 1: how `pairs` is stored
+  // Resident plan in parts: upper bounds on the passes through loops of one invocation.
+  uint sweep_cost;    // of one sweep
+  uint substep_cost;  // of a substep without its sweeps
+  uint fixed_cost;    // of loading, pausing and committing
+
+  // In Models.
+  uint colour_offsets;   // [colour_count + 1] uint
+  uint pairs;            // resident: [constraint_count] i | j << 16; tiled: [constraint_count][2] uint
+  uint rest_lengths;     // [constraint_count] float [m]
+  uint compliances;      // [constraint_count] float [m/N]; only if has_compliance
+
+  uint masses;           // [particle_count] float [kg], pins included
+  uint inverse_masses;   // [particle_count] float [1/kg], 0 for pins
+  uint spring_offsets;   // [particle_count + 1] uint; only if has_springs
+  uint spring_ends;      // [][DRAPE_SPRING_END_WORDS]; only if has_springs
+
+  uint pins;             // [pin_count] uint, particle indices
+  // In States: the committed state.
+  uint positions;        // [particle_count][3] float [m]
+  uint velocities;       // [particle_count][3] float [m/s]
+  // In Parameters.
+  uint pin_targets;      // [pin_count][3] float [m]
+
+  uint colliders;        // [collider_count][DRAPE_COLLIDER_WORDS]
+  // In Scratch: valid within one step; the last substep's values are read by `measure`.
+  uint lambdas;          // [constraint_count] float [N s]; only if has_compliance
+  uint normal_betas;     // [collider_count][particle_count] float [m/s]
+  uint tangent_betas;    // [collider_count][3][particle_count] float [m/s]; only with friction
+
+  uint spring_accelerations;  // [particle_count][3] float [m/s^2]; only if has_springs
+  uint work_positions;        // [particle_count][3] float [m]; tiled, or resident in parts
+  uint work_velocities;       // [particle_count][3] float [m/s]; tiled, or resident in parts
+  uint violations;            // [particle_count] float [m]; only with colliders
+};
+
+#ifdef __cplusplus
+}  // namespace drape::shader
+#endif
+#endif

@@ -1,0 +1,225 @@
+// Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state.
+// One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint.
+// Stages: apply_springs, predict, solve_distance, solve_contacts, integrate, correct_velocity, commit
+// (server/solver/README.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
+// Statuses. SI units.
+// With IS_IN_PARTS (drivers that cut long loops, server/gl/README.md) a dispatch stops before it has used
+// up LOOP_BUDGET and the next one goes on where it stopped; the arithmetic is the same.
+#include "stages/access_resident.glsl"
+#include "stages/apply_springs.glsl"
+#include "stages/predict.glsl"
+#include "stages/solve_distance.glsl"
+#include "stages/solve_contacts.glsl"
+#include "lib/fault.glsl"
+
+layout(local_size_x = LOCAL_SIZE) in;
+
+#ifdef IS_IN_PARTS
+layout(location = DRAPE_UNIFORM_PART) uniform uint part;
+#endif
+
+#define FOR_EACH(index, begin, end) \
+  for (uint index = (begin) + gl_LocalInvocationID.x; index < (end); index += LOCAL_SIZE)
+
+// Where the step is; the same in every invocation.
+struct Progress {
+  uint substep;
+  uint sweep;  // of this substep; 0: it has not begun
+  uint sweep_count;
+  uint unconverged_substeps;
+};
+
+#ifdef IS_IN_PARTS
+uint used_loops = 0u;
+
+// Whether work of this cost would go beyond what one dispatch may do; if not, it is booked.
+bool MustPause(uint cost) {
+  if (used_loops + cost > LOOP_BUDGET) return true;
+  used_loops += cost;
+  return false;
+}
+
+Progress LoadProgress(uint status) {
+  if (part == 0u) return Progress(0u, 0u, 0u, 0u);
+  return Progress(statuses[status].next_substep, statuses[status].next_sweep,
+                  statuses[status].iterations, statuses[status].unconverged_substeps);
+}
+
+void SaveCloth() {
+  FOR_EACH(i, 0u, cloth.particle_count) {
+    SetScratchVector(cloth.work_positions + 3u * i, Position(i));
+    SetScratchVector(cloth.work_velocities + 3u * i, Velocity(i));
+  }
+}
+#endif
+
+void LoadParticle(uint i) {
+  shared_inverse_masses[i] = ModelFloat(cloth.inverse_masses + i);
+#ifdef IS_IN_PARTS
+  if (part != 0u) {
+    SetPosition(i, ScratchVector(cloth.work_positions + 3u * i));
+    SetVelocity(i, ScratchVector(cloth.work_velocities + 3u * i));
+    return;
+  }
+#endif
+  SetPosition(i, StateVector(cloth.positions + 3u * i));
+  SetVelocity(i, StateVector(cloth.velocities + 3u * i));
+}
+
+void LoadCloth() {
+  FOR_EACH(i, 0u, cloth.particle_count) LoadParticle(i);
+  if (gl_LocalInvocationID.x == 0u) {
+    shared_fault = 0u;
+    for (int f = 0; f < 3; ++f) sweep_changed[f] = 0u;
+  }
+  PhaseBarrier();
+}
+
+#if defined(SPRINGS_HALF_KICKS) || defined(SPRINGS_IN_FORCE)
+void StoreSpringAccelerations() {
+  FOR_EACH(i, 0u, cloth.particle_count) StoreSpringAcceleration(i);
+  PhaseBarrier();
+}
+#endif
+
+void ApplySprings(uint substep) {
+#ifdef SPRINGS_HALF_KICKS
+  StoreSpringAccelerations();
+  FOR_EACH(i, 0u, cloth.particle_count) KickParticle(i, KickSeconds(substep));
+  PhaseBarrier();
+#endif
+}
+
+void Predict(uint substep) {
+#ifdef SPRINGS_IN_FORCE
+  StoreSpringAccelerations();
+#endif
+  FOR_EACH(i, 0u, cloth.particle_count) PredictParticle(i);
+#ifdef HAS_PINS
+  FOR_EACH(k, 0u, cloth.pin_count) PredictPin(k, substep);
+#endif
+  PhaseBarrier();
+}
+
+// One sweep over all colours, then the contacts.
+void Sweep(bool is_first_sweep) {
+  for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
+    uint begin = models[cloth.colour_offsets + colour];
+    uint end = models[cloth.colour_offsets + colour + 1u];
+    FOR_EACH(k, begin, end) SolveDistance(k, is_first_sweep);
+    PhaseBarrier();
+  }
+#ifdef HAS_CONTACTS
+  FOR_EACH(i, 0u, cloth.particle_count) SolveContacts(i, is_first_sweep);
+  PhaseBarrier();
+#endif
+}
+
+const uint kPaused = 0u;
+const uint kConverged = 1u;
+const uint kUsedUp = 2u;
+
+// Sweeps until none of them changes anything, at most max_iterations.
+uint Solve(inout Progress progress) {
+  for (; progress.sweep < cloth.max_iterations; ++progress.sweep) {
+#ifdef IS_IN_PARTS
+    // The first sweep is booked together with the substep.
+    if (progress.sweep > 0u && MustPause(cloth.sweep_cost)) return kPaused;
+#endif
+#ifdef HAS_TOLERANCE
+    sweep_flag = progress.sweep_count % 3u;
+    if (gl_LocalInvocationID.x == 0u) sweep_changed[(sweep_flag + 1u) % 3u] = 0u;
+#endif
+    Sweep(progress.sweep == 0u);
+    ++progress.sweep_count;
+#ifdef HAS_TOLERANCE
+    // Also the barrier of a sweep without colours and contacts.
+    PhaseBarrier();
+    if (sweep_changed[sweep_flag] == 0u) return kConverged;
+#endif
+  }
+  return kUsedUp;
+}
+
+void Integrate(uint substep) {
+  FOR_EACH(i, 0u, cloth.particle_count) {
+#ifdef HAS_CONTACTS
+    if (substep + 1u == cloth.substeps) StoreContactViolation(i);
+#endif
+    IntegrateParticle(i);
+    CorrectVelocity(i);
+  }
+#ifdef HAS_PINS
+  if (substep + 1u == cloth.substeps) {
+    PhaseBarrier();
+    FOR_EACH(k, 0u, cloth.pin_count) PlacePin(k);
+  }
+#endif
+  PhaseBarrier();
+}
+
+// The new state replaces the old one unless any particle is beyond the limits.
+void Commit() {
+  FOR_EACH(i, 0u, cloth.particle_count) {
+    uint fault = FaultOf(Position(i), Velocity(i));
+    if (fault != 0u) atomicOr(shared_fault, fault);
+  }
+  PhaseBarrier();
+  if (shared_fault != 0u) return;
+  FOR_EACH(i, 0u, cloth.particle_count) {
+    SetStateVector(cloth.positions + 3u * i, Position(i));
+    SetStateVector(cloth.velocities + 3u * i, Velocity(i));
+  }
+}
+
+void StoreStatus(uint status, Progress progress) {
+  if (gl_LocalInvocationID.x != 0u) return;
+  statuses[status].iterations = progress.sweep_count;
+  statuses[status].unconverged_substeps = progress.unconverged_substeps;
+  statuses[status].fault = shared_fault;
+  statuses[status].next_substep = progress.substep;
+  statuses[status].next_sweep = progress.sweep;
+}
+
+// All substeps that are left; false if it had to pause.
+bool RunSubsteps(inout Progress progress) {
+  for (; progress.substep < cloth.substeps; ++progress.substep) {
+#ifdef IS_IN_PARTS
+    if (MustPause(cloth.substep_cost + cloth.sweep_cost)) return false;
+#endif
+    if (progress.sweep == 0u) Predict(progress.substep);
+    uint outcome = Solve(progress);
+    if (outcome == kPaused) return false;
+    if (outcome == kUsedUp) ++progress.unconverged_substeps;
+    progress.sweep = 0u;
+    Integrate(progress.substep);
+    ApplySprings(progress.substep);
+  }
+  return true;
+}
+
+void main() {
+  BatchItem item = items[first_item + gl_WorkGroupID.x];
+  cloth = cloths[item.cloth];
+#ifdef IS_IN_PARTS
+  Progress progress = LoadProgress(item.status);
+  if (progress.substep >= cloth.substeps) return;
+  MustPause(cloth.fixed_cost);
+#else
+  Progress progress = Progress(0u, 0u, 0u, 0u);
+#endif
+  LoadCloth();
+#ifdef IS_IN_PARTS
+  if (part == 0u) ApplySprings(DRAPE_BEFORE_FIRST_SUBSTEP);
+  if (!RunSubsteps(progress)) {
+    SaveCloth();
+    StoreStatus(item.status, progress);
+    return;
+  }
+#else
+  ApplySprings(DRAPE_BEFORE_FIRST_SUBSTEP);
+  RunSubsteps(progress);
+#endif
+  Commit();
+  StoreStatus(item.status, progress);
+}

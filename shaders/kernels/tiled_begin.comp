@@ -1,0 +1,20 @@
+// Kernel `tiled_begin`: copies the committed state to where the step works on it and clears the status.
+// One invocation = one particle. Reads States; writes Scratch, Statuses.
+#include "stages/access_tiled.glsl"
+
+layout(local_size_x = LOCAL_SIZE) in;
+
+void main() {
+  OpenCloth(gl_WorkGroupID.y);
+  uint i = gl_GlobalInvocationID.x;
+  if (i == 0u) {
+    statuses[status_index].iterations = 0u;
+    statuses[status_index].unconverged_substeps = 0u;
+    statuses[status_index].fault = 0u;
+    statuses[status_index].sweep_changed = 0u;
+    statuses[status_index].is_substep_done = 0u;
+  }
+  if (i >= cloth.particle_count) return;
+  SetPosition(i, StateVector(cloth.positions + 3u * i));
+  SetVelocity(i, StateVector(cloth.velocities + 3u * i));
+}

@@ -1,0 +1,17 @@
+// Kernel `tiled_commit`: stage commit, second phase: the new state replaces the old one unless the cloth is
+// faulted. One invocation = one particle. Reads Scratch, Statuses; writes States, Statuses (iterations
+// when their number is fixed).
+#include "stages/access_tiled.glsl"
+
+layout(local_size_x = LOCAL_SIZE) in;
+
+void main() {
+  OpenCloth(gl_WorkGroupID.y);
+  uint i = gl_GlobalInvocationID.x;
+#ifndef HAS_TOLERANCE
+  if (i == 0u) statuses[status_index].iterations = cloth.substeps * cloth.max_iterations;
+#endif
+  if (i >= cloth.particle_count || statuses[status_index].fault != 0u) return;
+  SetStateVector(cloth.positions + 3u * i, Position(i));
+  SetStateVector(cloth.velocities + 3u * i, Velocity(i));
+}

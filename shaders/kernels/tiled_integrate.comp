@@ -1,0 +1,20 @@
+// Kernel `tiled_integrate`: stages integrate and correct_velocity. One invocation = one particle. Reads
+// Scratch, Models, Parameters; writes Scratch (positions [m], velocities: v [m/s], violations [m]).
+#include "stages/access_tiled.glsl"
+#include "stages/predict.glsl"
+#include "stages/solve_contacts.glsl"
+
+layout(local_size_x = LOCAL_SIZE) in;
+
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+
+void main() {
+  OpenCloth(gl_WorkGroupID.y);
+  uint i = gl_GlobalInvocationID.x;
+  if (substep >= cloth.substeps || i >= cloth.particle_count) return;
+#ifdef HAS_CONTACTS
+  if (substep + 1u == cloth.substeps) StoreContactViolation(i);
+#endif
+  IntegrateParticle(i);
+  CorrectVelocity(i);
+}

@@ -1,0 +1,15 @@
+// Kernel `tiled_kick`: stage apply_springs, second phase: v += h A, or h/2 A at the ends of the step.
+// One invocation = one particle. Reads Scratch (accelerations [m/s^2]); writes Scratch (velocities).
+#include "stages/access_tiled.glsl"
+#include "stages/apply_springs.glsl"
+
+layout(local_size_x = LOCAL_SIZE) in;
+
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+
+void main() {
+  OpenCloth(gl_WorkGroupID.y);
+  uint i = gl_GlobalInvocationID.x;
+  bool is_due = substep == DRAPE_BEFORE_FIRST_SUBSTEP || substep < cloth.substeps;
+  if (i < cloth.particle_count && is_due) KickParticle(i, KickSeconds(substep));
+}

@@ -1,0 +1,14 @@
+// Kernel `tiled_place_pins`: the end of the last substep, where each pin is put on its target to the bit.
+// One invocation = one pin. Reads Models, Parameters; writes Scratch (positions [m]).
+#include "stages/access_tiled.glsl"
+#include "stages/predict.glsl"
+
+layout(local_size_x = LOCAL_SIZE) in;
+
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+
+void main() {
+  OpenCloth(gl_WorkGroupID.y);
+  uint k = gl_GlobalInvocationID.x;
+  if (substep + 1u == cloth.substeps && k < cloth.pin_count) PlacePin(k);
+}

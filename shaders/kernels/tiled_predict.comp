@@ -1,0 +1,16 @@
+// Kernel `tiled_predict`: stage predict, and the start of the substep's sweeps. One invocation = one
+// particle and one pin. Reads Scratch, Models, Parameters; writes Scratch (velocities: u [m/s]).
+#include "stages/access_tiled.glsl"
+#include "stages/predict.glsl"
+
+layout(local_size_x = LOCAL_SIZE) in;
+
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+
+void main() {
+  OpenCloth(gl_WorkGroupID.y);
+  if (substep >= cloth.substeps) return;
+  uint i = gl_GlobalInvocationID.x;
+  if (i < cloth.particle_count) PredictParticle(i);
+  if (i < cloth.pin_count) PredictPin(i, substep);
+}

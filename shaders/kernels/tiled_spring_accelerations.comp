@@ -1,0 +1,16 @@
+// Kernel `tiled_spring_accelerations`: stage apply_springs, first phase; also what `predict` needs with
+// IN_FORCE. One invocation = one particle. Reads Models, Scratch (positions, velocities); writes Scratch
+// (accelerations [m/s^2]).
+#include "stages/access_tiled.glsl"
+#include "stages/apply_springs.glsl"
+
+layout(local_size_x = LOCAL_SIZE) in;
+
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+
+void main() {
+  OpenCloth(gl_WorkGroupID.y);
+  uint i = gl_GlobalInvocationID.x;
+  bool is_due = substep == DRAPE_BEFORE_FIRST_SUBSTEP || substep < cloth.substeps;
+  if (i < cloth.particle_count && is_due) StoreSpringAcceleration(i);
+}

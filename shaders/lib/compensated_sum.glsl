@@ -1,0 +1,14 @@
+// Sums of many floats whose error does not grow with their number (Neumaier 1974).
+#ifndef DRAPE_LIB_COMPENSATED_SUM_GLSL_
+#define DRAPE_LIB_COMPENSATED_SUM_GLSL_
+
+// x: the sum so far, y: what its roundings lost. The sum is x + y.
+vec2 AddCompensated(vec2 sum, float value) {
+  precise float total = sum.x + value;
+  precise float from_sum = (sum.x - total) + value;
+  precise float from_value = (value - total) + sum.x;
+  precise float lost = sum.y + (abs(sum.x) >= abs(value) ? from_sum : from_value);
+  return vec2(total, lost);
+}
+
+#endif

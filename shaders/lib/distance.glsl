@@ -1,0 +1,41 @@
+// Stage `solve_distance`: the impulse of one distance constraint.
+#ifndef DRAPE_LIB_DISTANCE_GLSL_
+#define DRAPE_LIB_DISTANCE_GLSL_
+
+#include "lib/vector.glsl"
+
+struct DistanceError {
+  vec3 direction;   // n, unit, from i to j at the predicted positions
+  float residual;   // r = C + (alpha/h) Lambda [m]
+};
+
+// The predicted difference of positions is that of the old positions plus h times that of the mean
+// velocities. Bender et al. 2009, section 3.2. [m], [m/s], [m], [m/N], [N s].
+DistanceError PredictDistanceError(vec3 position_difference, vec3 velocity_difference, float h,
+                                   float inverse_h, float rest_length, float compliance,
+                                   float lambda) {
+  vec3 d = AddScaled(position_difference, h, velocity_difference);
+  float length_d = Length(d);
+  DistanceError error;
+  error.direction = Direction(d, length_d, vec3(1.0, 0.0, 0.0));
+  precise float residual = length_d - rest_length;
+#ifdef HAS_COMPLIANCE
+  residual = residual + compliance * inverse_h * lambda;
+#endif
+  error.residual = residual;
+  return error;
+}
+
+// Delta Lambda = -r / h / (w_i + w_j + alpha/h^2) [N s]; negative pulls the particles together.
+// Bender et al. 2009, section 3.2, with the compliance of server/solver/README.md.
+float DistanceImpulse(float residual, float inverse_h, float inverse_mass_sum, float compliance) {
+#ifdef HAS_COMPLIANCE
+  precise float denominator = inverse_mass_sum + compliance * inverse_h * inverse_h;
+#else
+  precise float denominator = inverse_mass_sum;
+#endif
+  precise float impulse = -(residual * inverse_h) / denominator;
+  return impulse;
+}
+
+#endif

@@ -1,0 +1,30 @@
+// Vector arithmetic with a fixed order of operations: `precise` keeps drivers from fusing or reordering,
+// so that results match the CPU backends closely and never depend on how a call was inlined.
+#ifndef DRAPE_LIB_VECTOR_GLSL_
+#define DRAPE_LIB_VECTOR_GLSL_
+
+float Dot(vec3 a, vec3 b) {
+  precise float sum = a.x * b.x + a.y * b.y + a.z * b.z;
+  return sum;
+}
+
+float Length(vec3 a) {
+  precise float length_a = sqrt(Dot(a, a));
+  return length_a;
+}
+
+// a + s b
+vec3 AddScaled(vec3 a, float s, vec3 b) {
+  precise vec3 scaled = s * b;
+  precise vec3 sum = a + scaled;
+  return sum;
+}
+
+// d / length; `fallback` where the length [m] is too small to have a direction.
+vec3 Direction(vec3 d, float length_d, vec3 fallback) {
+  if (length_d < MIN_DIRECTION_LENGTH) return fallback;
+  precise vec3 direction = d / length_d;
+  return direction;
+}
+
+#endif

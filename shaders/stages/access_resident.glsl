@@ -1,0 +1,60 @@
+// Particles of the resident plan: one work group holds one cloth in shared memory.
+#ifndef DRAPE_STAGES_ACCESS_RESIDENT_GLSL_
+#define DRAPE_STAGES_ACCESS_RESIDENT_GLSL_
+
+#include "stages/buffers.glsl"
+
+shared float shared_positions[3 * CAPACITY];
+shared float shared_velocities[3 * CAPACITY];
+shared float shared_inverse_masses[CAPACITY];
+// Whether a sweep applied an impulse. Three flags in turn: sweep k writes flag k % 3 and clears the next,
+// whose last readers have all passed the barrier that ended sweep k - 1.
+shared uint sweep_changed[3];
+shared uint shared_fault;
+
+// Which of the three flags the current sweep writes.
+uint sweep_flag = 0u;
+
+// The barrier rule of the resident plan: one phase (a set of invocations none of which reads what another
+// writes) ends with exactly this call, in uniform control flow.
+void PhaseBarrier() {
+  memoryBarrierShared();
+  barrier();
+}
+
+vec3 Position(uint i) {
+  return vec3(shared_positions[3u * i], shared_positions[3u * i + 1u],
+              shared_positions[3u * i + 2u]);
+}
+void SetPosition(uint i, vec3 p) {
+  shared_positions[3u * i] = p.x;
+  shared_positions[3u * i + 1u] = p.y;
+  shared_positions[3u * i + 2u] = p.z;
+}
+
+// v between substeps, u within one.
+vec3 Velocity(uint i) {
+  return vec3(shared_velocities[3u * i], shared_velocities[3u * i + 1u],
+              shared_velocities[3u * i + 2u]);
+}
+void SetVelocity(uint i, vec3 v) {
+  shared_velocities[3u * i] = v.x;
+  shared_velocities[3u * i + 1u] = v.y;
+  shared_velocities[3u * i + 2u] = v.z;
+}
+
+float InverseMass(uint i) { return shared_inverse_masses[i]; }
+
+uvec2 ConstraintPair(uint k) {
+  uint pair = models[cloth.pairs + k];
+  return uvec2(pair & 0xffffu, pair >> 16);
+}
+
+// This sweep applied an impulse. All writers write the same value.
+void MarkChanged() {
+#ifdef HAS_TOLERANCE
+  sweep_changed[sweep_flag] = 1u;
+#endif
+}
+
+#endif

@@ -1,0 +1,41 @@
+// Particles of the tiled plan: a cloth lies in storage buffers, and each dispatch is one phase for all
+// cloths of the batch. Work group y = cloth, invocation x = particle or constraint.
+#ifndef DRAPE_STAGES_ACCESS_TILED_GLSL_
+#define DRAPE_STAGES_ACCESS_TILED_GLSL_
+
+#include "stages/buffers.glsl"
+
+// The barrier rule of the tiled plan: the host puts a memory barrier between any two dispatches; a
+// kernel has none.
+
+uint status_index;
+
+// Loads `cloth`.
+void OpenCloth(uint item_in_group) {
+  BatchItem item = items[first_item + item_in_group];
+  cloth = cloths[item.cloth];
+  status_index = item.status;
+}
+
+vec3 Position(uint i) { return ScratchVector(cloth.work_positions + 3u * i); }
+void SetPosition(uint i, vec3 p) { SetScratchVector(cloth.work_positions + 3u * i, p); }
+
+// v between substeps, u within one.
+vec3 Velocity(uint i) { return ScratchVector(cloth.work_velocities + 3u * i); }
+void SetVelocity(uint i, vec3 v) { SetScratchVector(cloth.work_velocities + 3u * i, v); }
+
+float InverseMass(uint i) { return ModelFloat(cloth.inverse_masses + i); }
+
+uvec2 ConstraintPair(uint k) {
+  uint word = cloth.pairs + 2u * k;
+  return uvec2(models[word], models[word + 1u]);
+}
+
+// This sweep applied an impulse. All writers write the same value.
+void MarkChanged() {
+#ifdef HAS_TOLERANCE
+  statuses[status_index].sweep_changed = 1u;
+#endif
+}
+
+#endif

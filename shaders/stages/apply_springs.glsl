@@ -1,0 +1,34 @@
+// Stage `apply_springs`. Two phases, so that all accelerations come from the same velocities:
+// accelerations, then kicks. Needs the accessors of one plan.
+#include "lib/spring.glsl"
+#include "lib/vector.glsl"
+
+// A_i = w_i * sum of the forces of the springs of i, in list order.
+void StoreSpringAcceleration(uint i) {
+  uint begin = models[cloth.spring_offsets + i];
+  uint end = models[cloth.spring_offsets + i + 1u];
+  vec3 p = Position(i);
+  vec3 v = Velocity(i);
+  precise vec3 force = vec3(0.0);
+  for (uint s = begin; s < end; ++s) {
+    uint word = cloth.spring_ends + DRAPE_SPRING_END_WORDS * s;
+    uint other = models[word];
+    force = force + SpringForce(Position(other) - p, Velocity(other) - v, ModelFloat(word + 1u),
+                                ModelFloat(word + 2u), ModelFloat(word + 3u));
+  }
+  precise vec3 acceleration = InverseMass(i) * force;
+  SetScratchVector(cloth.spring_accelerations + 3u * i, acceleration);
+}
+
+// v += seconds * A_i; pins are moved by their targets alone.
+void KickParticle(uint i, float seconds) {
+  if (InverseMass(i) == 0.0) return;
+  vec3 acceleration = ScratchVector(cloth.spring_accelerations + 3u * i);
+  SetVelocity(i, AddScaled(Velocity(i), seconds, acceleration));
+}
+
+// Half a kick before the first and after the last substep, else a full one.
+float KickSeconds(uint substep) {
+  bool is_half = substep == DRAPE_BEFORE_FIRST_SUBSTEP || substep + 1u == cloth.substeps;
+  return is_half ? cloth.half_h : cloth.h;
+}

@@ -1,0 +1,74 @@
+// The storage blocks of all kernels but `pack`, and the loads and stores that both plans share.
+#ifndef DRAPE_STAGES_BUFFERS_GLSL_
+#define DRAPE_STAGES_BUFFERS_GLSL_
+
+#include "interface/bindings.h"
+#include "interface/batch_item.h"
+#include "interface/cloth_record.h"
+#include "interface/cloth_status.h"
+#include "interface/dispatch_args.h"
+#include "lib/contact.glsl"
+
+layout(std430, binding = DRAPE_BINDING_ITEMS) restrict readonly buffer Items {
+  BatchItem items[];
+};
+layout(std430, binding = DRAPE_BINDING_CLOTHS) restrict readonly buffer Cloths {
+  ClothRecord cloths[];
+};
+layout(std430, binding = DRAPE_BINDING_MODELS) restrict readonly buffer Models {
+  uint models[];
+};
+layout(std430, binding = DRAPE_BINDING_STATES) restrict buffer States {
+  float states[];
+};
+layout(std430, binding = DRAPE_BINDING_PARAMETERS) restrict readonly buffer Parameters {
+  uint parameters[];
+};
+layout(std430, binding = DRAPE_BINDING_SCRATCH) restrict buffer Scratch {
+  float scratch[];
+};
+layout(std430, binding = DRAPE_BINDING_STATUSES) restrict buffer Statuses {
+  ClothStatus statuses[];
+};
+layout(std430, binding = DRAPE_BINDING_DISPATCHES) restrict buffer Dispatches {
+  DispatchArgs dispatches[];
+};
+
+layout(location = DRAPE_UNIFORM_FIRST_ITEM) uniform uint first_item;
+
+// The cloth this invocation works on; set first thing in main().
+ClothRecord cloth;
+
+float ModelFloat(uint word) { return uintBitsToFloat(models[word]); }
+float Parameter(uint word) { return uintBitsToFloat(parameters[word]); }
+
+vec3 StateVector(uint word) { return vec3(states[word], states[word + 1u], states[word + 2u]); }
+void SetStateVector(uint word, vec3 value) {
+  states[word] = value.x;
+  states[word + 1u] = value.y;
+  states[word + 2u] = value.z;
+}
+
+vec3 ScratchVector(uint word) { return vec3(scratch[word], scratch[word + 1u], scratch[word + 2u]); }
+void SetScratchVector(uint word, vec3 value) {
+  scratch[word] = value.x;
+  scratch[word + 1u] = value.y;
+  scratch[word + 2u] = value.z;
+}
+
+vec3 PinTarget(uint k) {
+  uint word = cloth.pin_targets + 3u * k;
+  return vec3(Parameter(word), Parameter(word + 1u), Parameter(word + 2u));
+}
+
+Collider LoadCollider(uint c) {
+  uint word = cloth.colliders + DRAPE_COLLIDER_WORDS * c;
+  Collider collider;
+  collider.kind = parameters[word];
+  collider.radius = Parameter(word + 1u);
+  collider.point = vec3(Parameter(word + 2u), Parameter(word + 3u), Parameter(word + 4u));
+  collider.normal = vec3(Parameter(word + 5u), Parameter(word + 6u), Parameter(word + 7u));
+  return collider;
+}
+
+#endif

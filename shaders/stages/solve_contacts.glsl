@@ -1,0 +1,119 @@
+// Stages `solve_contacts` and `correct_velocity`. Need the accessors of one plan. Each invocation reads
+// and writes only its own particle and that particle's beta.
+#include "lib/contact.glsl"
+
+uint NormalBetaWord(uint collider, uint i) {
+  return cloth.normal_betas + collider * cloth.particle_count + i;
+}
+// x; y and z follow at distances of particle_count.
+uint TangentBetaWord(uint collider, uint i) {
+  return cloth.tangent_betas + 3u * collider * cloth.particle_count + i;
+}
+
+#ifdef HAS_FRICTION
+vec3 LoadTangentBeta(uint collider, uint i) {
+  uint word = TangentBetaWord(collider, i);
+  uint stride = cloth.particle_count;
+  return vec3(scratch[word], scratch[word + stride], scratch[word + 2u * stride]);
+}
+void StoreTangentBeta(uint collider, uint i, vec3 beta_t) {
+  uint word = TangentBetaWord(collider, i);
+  uint stride = cloth.particle_count;
+  scratch[word] = beta_t.x;
+  scratch[word + stride] = beta_t.y;
+  scratch[word + 2u * stride] = beta_t.z;
+}
+#endif
+
+// Whether a change of velocity [m/s] is worth applying: it moves the particle by more than the tolerance.
+bool IsAboveContactTolerance(float speed) {
+#ifdef HAS_TOLERANCE
+  precise float move = cloth.h * speed;
+  return move > cloth.contact_tolerance;
+#else
+  return true;
+#endif
+}
+
+#ifdef HAS_FRICTION
+vec3 SolveFriction(uint c, uint i, vec3 u, vec3 normal, float beta_n, bool is_first_sweep) {
+  vec3 beta_t = is_first_sweep ? vec3(0.0) : LoadTangentBeta(c, i);
+  if (beta_n > 0.0 || beta_t != vec3(0.0)) {
+    vec3 wanted = TangentBeta(beta_t, u, normal, beta_n, cloth.friction_static,
+                              cloth.friction_dynamic);
+    precise vec3 change = wanted - beta_t;
+    if (IsAboveContactTolerance(Length(change))) {
+      MarkChanged();
+      u = AddScaled(u, 1.0, change);
+      beta_t = wanted;
+    }
+  }
+  StoreTangentBeta(c, i, beta_t);
+  return u;
+}
+#endif
+
+void SolveContacts(uint i, bool is_first_sweep) {
+  if (InverseMass(i) == 0.0) return;
+  vec3 p = Position(i);
+  vec3 u = Velocity(i);
+  for (uint c = 0u; c < cloth.collider_count; ++c) {
+    Collider collider = LoadCollider(c);
+    float beta_n = is_first_sweep ? 0.0 : scratch[NormalBetaWord(c, i)];
+    float gap_floor = GapFloor(ColliderGap(collider, cloth.thickness, p).size,
+                               cloth.max_depenetration);
+    Gap gap = ColliderGap(collider, cloth.thickness, AddScaled(p, cloth.h, u));
+    float wanted = NormalBeta(beta_n, gap.size, gap_floor, cloth.inverse_h);
+    precise float change = wanted - beta_n;
+    if (change != 0.0 && IsAboveContactTolerance(abs(change))) {
+      MarkChanged();
+      u = AddScaled(u, change, gap.normal);
+      beta_n = wanted;
+    }
+    scratch[NormalBetaWord(c, i)] = beta_n;
+#ifdef HAS_FRICTION
+    u = SolveFriction(c, i, u, gap.normal, beta_n, is_first_sweep);
+#endif
+  }
+  SetVelocity(i, u);
+}
+
+#ifdef HAS_CONTACTS
+// How far the end of the substep, p + h u, is below where its contacts want it [m]; for `measure`.
+void StoreContactViolation(uint i) {
+  float violation = 0.0;
+  if (InverseMass(i) != 0.0) {
+    vec3 p = Position(i);
+    vec3 q = AddScaled(p, cloth.h, Velocity(i));
+    for (uint c = 0u; c < cloth.collider_count; ++c) {
+      Collider collider = LoadCollider(c);
+      float gap_floor = GapFloor(ColliderGap(collider, cloth.thickness, p).size,
+                                 cloth.max_depenetration);
+      precise float below = gap_floor - ColliderGap(collider, cloth.thickness, q).size;
+      violation = max(violation, below);
+    }
+  }
+  scratch[cloth.violations + i] = violation;
+}
+#endif
+
+// Contacts: no approach velocity, Coulomb friction; then damping. Free particles only.
+void CorrectVelocity(uint i) {
+#if defined(HAS_CONTACTS) || defined(HAS_DAMPING)
+  if (InverseMass(i) == 0.0) return;
+  vec3 v = Velocity(i);
+#ifdef HAS_CONTACTS
+  vec3 p = Position(i);
+  for (uint c = 0u; c < cloth.collider_count; ++c) {
+    if (scratch[NormalBetaWord(c, i)] <= 0.0) continue;
+    Gap gap = ColliderGap(LoadCollider(c), cloth.thickness, p);
+    v = ContactVelocity(v, gap.normal, cloth.friction_static, cloth.friction_dynamic);
+  }
+#endif
+#ifdef HAS_DAMPING
+  precise vec3 damped = v * cloth.damping_factor;
+  v = damped;
+#endif
+  SetVelocity(i, v);
+#endif
+}

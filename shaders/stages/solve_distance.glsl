@@ -1,0 +1,41 @@
+// Stage `solve_distance`. Needs the accessors of one plan.
+#include "lib/distance.glsl"
+
+// Distance constraint k. The colours give each free particle one writer; pins are only read.
+void SolveDistance(uint k, bool is_first_sweep) {
+  uvec2 pair = ConstraintPair(k);
+  float rest_length = ModelFloat(cloth.rest_lengths + k);
+  float compliance = 0.0;
+  float lambda = 0.0;
+#ifdef HAS_COMPLIANCE
+  compliance = ModelFloat(cloth.compliances + k);
+  if (is_first_sweep) {
+    scratch[cloth.lambdas + k] = 0.0;
+  } else {
+    lambda = scratch[cloth.lambdas + k];
+  }
+#endif
+  vec3 velocity_i = Velocity(pair.x);
+  vec3 velocity_j = Velocity(pair.y);
+  precise vec3 position_difference = Position(pair.y) - Position(pair.x);
+  precise vec3 velocity_difference = velocity_j - velocity_i;
+  DistanceError error =
+      PredictDistanceError(position_difference, velocity_difference, cloth.h, cloth.inverse_h,
+                           rest_length, compliance, lambda);
+#ifdef HAS_TOLERANCE
+  if (abs(error.residual) <= cloth.tolerance * rest_length) return;
+  MarkChanged();
+#endif
+  float inverse_mass_i = InverseMass(pair.x);
+  float inverse_mass_j = InverseMass(pair.y);
+  precise float inverse_mass_sum = inverse_mass_i + inverse_mass_j;
+  float impulse = DistanceImpulse(error.residual, cloth.inverse_h, inverse_mass_sum, compliance);
+#ifdef HAS_COMPLIANCE
+  precise float accumulated = lambda + impulse;
+  scratch[cloth.lambdas + k] = accumulated;
+#endif
+  precise float change_i = -(inverse_mass_i * impulse);
+  precise float change_j = inverse_mass_j * impulse;
+  if (inverse_mass_i != 0.0) SetVelocity(pair.x, AddScaled(velocity_i, change_i, error.direction));
+  if (inverse_mass_j != 0.0) SetVelocity(pair.y, AddScaled(velocity_j, change_j, error.direction));
+}
