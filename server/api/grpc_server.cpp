@@ -39,7 +39,8 @@ void ConfigureTransport(const ServerOptions& options, grpc::ServerBuilder& build
 
 bool IsLoopback(const std::string& listen) {
   const std::string host = HostOf(listen);
-  return host == "localhost" || host == "::1" || host.rfind("127.", 0) == 0;
+  const bool is_numeric = host.find_first_not_of("0123456789.") == std::string::npos;
+  return host == "localhost" || host == "::1" || (is_numeric && host.rfind("127.", 0) == 0);
 }
 
 Result<std::unique_ptr<GrpcServer>> GrpcServer::Start(const ServerOptions& options,

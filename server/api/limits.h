@@ -4,10 +4,13 @@
 #include <cstdint>
 
 #include "server/scene/scene_model.h"
+#include "server/session/session_limits.h"
 
 namespace drape::api {
 
 struct RequestLimits {
+  // Lease of a session whose creator asks for none [s].
+  double default_ttl_s = kDefaultTtl_s;
   // Larger messages are refused by the transport [bytes].
   uint32_t max_request_bytes = 64u << 20;
   // Of state data in one streamed message [bytes]. One callback stream is fastest at 1 MiB.

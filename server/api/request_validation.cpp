@@ -57,14 +57,15 @@ void ApplyOrigins(const v1::CreateClothsRequest& request, std::vector<ClothCopy>
   }
 }
 
-void ApplyOverride(const FieldPath& path, const v1::ClothSpec& spec,
+// `base`: the settings of the spec.
+void ApplyOverride(const FieldPath& path, const v1::StepSettings& base,
                    const v1::ClothOverride& override_, ClothParameters& parameters,
                    FieldChecks& checks) {
   parameters.gravity_m_per_s2 =
       CheckGravity(path.Child("gravity_m_per_s2"), override_.gravity_m_per_s2(),
                    parameters.gravity_m_per_s2, checks);
   if (override_.has_settings()) {
-    v1::StepSettings merged = spec.settings();
+    v1::StepSettings merged = base;
     merged.MergeFrom(override_.settings());
     parameters.settings = CheckSettings(path.Child("settings"), merged, checks);
   }
@@ -88,9 +89,13 @@ void ApplyOverrides(const v1::CreateClothsRequest& request, std::vector<ClothCop
       !checks.Length(path, request.overrides_size(), copies.size(), "1 per copy")) {
     return;
   }
+  // What is wrong with the spec's own settings is not said again for every copy.
+  FieldChecks spec_checks;
+  CheckSettings(FieldPath("spec"), request.spec().settings(), spec_checks);
+  const v1::StepSettings base = spec_checks.ok() ? request.spec().settings() : v1::StepSettings();
   for (size_t k = 0; k < copies.size() && !checks.is_full(); ++k) {
-    ApplyOverride(path.At(k), request.spec(), request.overrides(static_cast<int>(k)),
-                  copies[k].parameters, checks);
+    ApplyOverride(path.At(k), base, request.overrides(static_cast<int>(k)), copies[k].parameters,
+                  checks);
   }
 }
 

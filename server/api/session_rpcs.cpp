@@ -17,8 +17,7 @@ Status FillSession(const Result<SessionView>& view, v1::Session* response) {
 grpc::ServerUnaryReactor* SimulationService::CreateSession(Context* context,
                                                            const v1::CreateSessionRequest* request,
                                                            v1::Session* response) {
-  std::optional<double> ttl_s;
-  if (request->has_ttl_s()) ttl_s = request->ttl_s();
+  const double ttl_s = request->has_ttl_s() ? request->ttl_s() : context_.limits.default_ttl_s;
   const Result<SessionLease> session = context_.sessions.Create(ttl_s, request->display_name());
   if (!session.ok()) return Answer(context, session.status());
   spdlog::info("session_created session={} ttl_s={} peer={}", ShortSessionName((*session)->name()),

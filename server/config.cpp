@@ -1,0 +1,128 @@
+#include "server/config.h"
+
+#include <CLI/CLI.hpp>
+#include <istream>
+#include <iterator>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <vector>
+
+namespace drape {
+namespace {
+
+// A JSON object where the file begins with a brace, else CLI11's own format.
+class JsonOrLines final : public CLI::ConfigBase {
+ public:
+  std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
+    const std::string text{std::istreambuf_iterator<char>(input), {}};
+    const size_t start = text.find_first_not_of(" \t\r\n");
+    if (start == std::string::npos || text[start] != '{') {
+      std::istringstream lines(text);
+      return CLI::ConfigBase::from_config(lines);
+    }
+    const auto object = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
+    if (object.is_discarded()) throw CLI::FileError("the config file is not valid JSON");
+    std::vector<CLI::ConfigItem> entries;
+    for (const auto& [name, value] : object.items()) {
+      CLI::ConfigItem item;
+      item.name = name;
+      item.inputs.push_back(value.is_string() ? value.get<std::string>() : value.dump());
+      entries.push_back(std::move(item));
+    }
+    return entries;
+  }
+};
+
+void AddServerFlags(CLI::App& app, Config& config) {
+  const std::map<std::string, BackendChoice> backends = {{"auto", BackendChoice::kAuto},
+                                                         {"gl", BackendChoice::kGl},
+                                                         {"cpu", BackendChoice::kCpu},
+                                                         {"reference", BackendChoice::kReference}};
+  app.add_option("--listen", config.listen, "HOST:PORT; port 0 picks a free one")
+      ->capture_default_str();
+  app.add_option("--port-file", config.port_file,
+                 "file that gets the port's number when the server is up");
+  app.add_option(
+         "--backend", config.backend,
+         "auto (gl on a hardware GPU, else cpu), gl (Mesa llvmpipe will do), cpu, reference")
+      ->transform(CLI::CheckedTransformer(backends).description("auto|gl|cpu|reference"));
+  app.add_flag("--insecure", config.insecure, "serve other machines without TLS");
+  auto* cert = app.add_option("--tls-cert", config.tls_cert_file, "PEM certificate chain")
+                   ->check(CLI::ExistingFile);
+  auto* key =
+      app.add_option("--tls-key", config.tls_key_file, "PEM private key")->check(CLI::ExistingFile);
+  cert->needs(key);
+  key->needs(cert);
+  app.add_option("--log-level", config.log_level, "trace, debug, info, warn, error or off")
+      ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
+      ->capture_default_str();
+  app.add_option("--shader-dir", config.shader_dir, "shaders to use instead of the built-in ones")
+      ->check(CLI::ExistingDirectory);
+  app.add_option("--threads", config.threads, "of the cpu backend; 0 = one per core")
+      ->check(CLI::Range(0, 1024));
+}
+
+template <class T>
+void AddNumber(CLI::App& app, const std::string& name, T& value, double min, double max,
+               const std::string& meaning) {
+  app.add_option(name, value, meaning)
+      ->check(CLI::Range(min, max))
+      ->capture_default_str()
+      ->group("Limits");
+}
+
+void AddLimits(CLI::App& app, Config& config) {
+  constexpr double kMaxCount = 4e9;
+  AddNumber(app, "--max-sessions", config.sessions.max_sessions, 1, kMaxCount, "at once");
+  AddNumber(app, "--session-ttl", config.requests.default_ttl_s, kMinTtl_s, kMaxTtl_s,
+            "lease of a session that asks for none [s]");
+  AddNumber(app, "--max-cloths-per-session", config.sessions.max_cloths_per_session, 1, kMaxCount,
+            "at once");
+  AddNumber(app, "--max-particles-per-session", config.sessions.max_particles_per_session, 1, 1e15,
+            "at once");
+  AddNumber(app, "--max-particles-per-cloth", config.requests.model.max_particles, 1, 1u << 24, "");
+  AddNumber(app, "--max-colliders-per-cloth", config.requests.max_colliders_per_cloth, 0, 65536,
+            "");
+  AddNumber(app, "--max-steps-per-request", config.scheduler.max_steps_per_request, 1, kMaxCount,
+            "");
+  AddNumber(app, "--max-cloths-per-batch", config.scheduler.max_cloths_per_batch, 1, kMaxCount,
+            "stepped together");
+  AddNumber(app, "--max-queued-requests", config.scheduler.max_queued_requests, 1, kMaxCount,
+            "step requests of all sessions");
+  AddNumber(app, "--max-queued-requests-per-session",
+            config.scheduler.max_queued_requests_per_tenant, 1, kMaxCount, "step requests");
+  AddNumber(app, "--max-step-state-bytes", config.requests.max_step_state_bytes, 0, 1 << 30,
+            "of states in a Step answer");
+  AddNumber(app, "--drain-grace-ms", config.drain_grace_ms, 0, 3.6e6,
+            "for what is under way when the server is told to stop");
+  AddNumber(app, "--reap-interval-ms", config.reap_interval_ms, 1, 3.6e6,
+            "between two looks for expired sessions");
+  AddNumber(app, "--keepalive-ms", config.keepalive_ms, 1000, 3.6e6,
+            "of silence until a peer is asked whether it is there");
+  AddNumber(app, "--keepalive-timeout-ms", config.keepalive_timeout_ms, 100, 3.6e6,
+            "until a silent peer counts as gone");
+  AddNumber(app, "--builder-threads", config.builder_threads, 1, 256, "that build scene models");
+}
+
+}  // namespace
+
+CommandLine ParseCommandLine(int argc, const char* const* argv) {
+  CommandLine result;
+  CLI::App app("draped: steps cloths for its clients, on a GPU where there is one", "draped");
+  app.set_version_flag("--version", std::string("draped ") + DRAPE_VERSION);
+  app.config_formatter(std::make_shared<JsonOrLines>());
+  app.set_config("--config", "", "JSON or name=value lines with the names of these flags");
+  app.allow_config_extras(CLI::config_extras_mode::error);
+  AddServerFlags(app, result.config);
+  AddLimits(app, result.config);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    constexpr int kUsageError = 2;
+    result.exit_code = app.exit(error) == 0 ? 0 : kUsageError;
+  }
+  return result;
+}
+
+}  // namespace drape

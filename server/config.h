@@ -1,0 +1,48 @@
+// Every flag, limit and default of draped.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "server/api/limits.h"
+#include "server/scheduler/scheduler.h"
+#include "server/session/session_limits.h"
+
+namespace drape {
+
+enum class BackendChoice { kAuto, kGl, kCpu, kReference };
+
+struct Config {
+  std::string listen = "127.0.0.1:7743";
+  std::string port_file;  // empty: none
+  BackendChoice backend = BackendChoice::kAuto;
+  bool insecure = false;
+  std::string tls_cert_file;  // PEM; both or none
+  std::string tls_key_file;
+  std::string log_level = "info";
+  std::string shader_dir;             // empty: the shaders in the executable
+  uint32_t threads = 0;               // of the cpu backend; 0 = one per core
+  uint32_t builder_threads = 2;       // that build scene models
+  uint32_t max_queued_builds = 1024;  // models that wait for them
+  uint32_t drain_grace_ms = 10'000;   // for what is under way when a signal comes
+  uint32_t reap_interval_ms = 1'000;  // between two looks for expired sessions
+  uint32_t keepalive_ms = 30'000;     // a vanished peer is noticed after this and the next
+  uint32_t keepalive_timeout_ms = 10'000;
+  api::RequestLimits requests;
+  SessionLimits sessions;
+  SchedulerLimits scheduler;
+};
+
+// What the command line asks for: a server, or to end at once.
+struct CommandLine {
+  Config config;
+  std::optional<int>
+      exit_code;  // 0 after --help and --version, 2 for a usage error; text is printed
+};
+
+// Flags, then the file that --config names: JSON ({"listen": "...", "max-sessions": 10}) or lines
+// of name=value, with the names of the flags. A flag on the command line wins over the file.
+CommandLine ParseCommandLine(int argc, const char* const* argv);
+
+}  // namespace drape

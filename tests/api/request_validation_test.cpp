@@ -1,0 +1,244 @@
+#include "server/api/request_validation.h"
+
+#include "tests/api/bad_cases.h"
+#include "tests/api/requests.h"
+
+namespace drape::api {
+namespace {
+
+using test::BadCase;
+using test::ExpectViolation;
+using test::GoodCreation;
+using test::GoodStep;
+using test::kInfinity;
+using test::kNaN;
+using test::NameOf;
+using test::Set;
+using test::Spec;
+
+constexpr uint32_t kMaxSteps = 1000;
+
+using BadCreation = BadCase<v1::CreateClothsRequest>;
+class CreateClothsValidation : public testing::TestWithParam<BadCreation> {};
+
+TEST_P(CreateClothsValidation, NamesFieldValueAndRange) {
+  v1::CreateClothsRequest request = GoodCreation();
+  ASSERT_TRUE(CheckCreateCloths(request, {}).ok());
+  GetParam().spoil(request);
+  const auto checked = CheckCreateCloths(request, {});
+  ASSERT_FALSE(checked.ok());
+  ExpectViolation(checked.status(), GetParam().field, GetParam().text);
+  EXPECT_EQ(checked.status().violations().size(), 1u) << checked.status().ToString();
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    SettingsAndCopies, CreateClothsValidation,
+    testing::Values(
+        BadCreation{"UnknownPreset",
+                    [](auto& r) {
+                      Spec(r).mutable_settings()->set_preset(
+                          static_cast<v1::StepSettings::Preset>(42));
+                    },
+                    "spec.settings.preset", "42 is not a known value"},
+        BadCreation{"UnknownSpringIntegration",
+                    [](auto& r) {
+                      Spec(r).mutable_settings()->set_spring_integration(
+                          static_cast<v1::StepSettings::SpringIntegration>(-1));
+                    },
+                    "spec.settings.spring_integration", "IN_FORCE, HALF_KICKS"},
+        BadCreation{"NoTimeStep", [](auto& r) { Spec(r).mutable_settings()->set_time_step_s(0); },
+                    "spec.settings.time_step_s", "(0, 10]"},
+        BadCreation{"NegativeTimeStep",
+                    [](auto& r) { Spec(r).mutable_settings()->set_time_step_s(-1); },
+                    "spec.settings.time_step_s", "-1"},
+        BadCreation{"NotANumberTolerance",
+                    [](auto& r) { Spec(r).mutable_settings()->set_tolerance(kNaN); },
+                    "spec.settings.tolerance", "nan"},
+        BadCreation{"NoCopies", [](auto& r) { r.set_count(0); }, "count", "0 is not in [1, "},
+        BadCreation{"ManyCopies", [](auto& r) { r.set_count(4000000000u); }, "count", "4000000000"},
+        BadCreation{"ShortOrigins",
+                    [](auto& r) { r.mutable_environment_origins_m()->RemoveLast(); },
+                    "environment_origins_m", "has 5 elements, needs 6"},
+        BadCreation{"InfiniteOrigin", [](auto& r) { r.set_environment_origins_m(4, kInfinity); },
+                    "environment_origins_m[4]", "inf"},
+        BadCreation{"ShortTransforms", [](auto& r) { r.mutable_transforms()->RemoveLast(); },
+                    "transforms", "has 13 elements, needs 14"},
+        BadCreation{"ZeroQuaternionOfCopy", [](auto& r) { r.set_transforms(6, 0); },
+                    "transforms[3]", "not a rotation"},
+        BadCreation{"OneOverride", [](auto& r) { r.mutable_overrides()->RemoveLast(); },
+                    "overrides", "has 1 elements, needs 2"},
+        BadCreation{"OverrideGravity",
+                    [](auto& r) { r.mutable_overrides(1)->set_gravity_m_per_s2(0, kNaN); },
+                    "overrides[1].gravity_m_per_s2[0]", "nan"},
+        BadCreation{"OverrideSettings",
+                    [](auto& r) { r.mutable_overrides(0)->mutable_settings()->set_substeps(0); },
+                    "overrides[0].settings.substeps", "[1, 10000]"},
+        BadCreation{"OverrideFriction",
+                    [](auto& r) { r.mutable_overrides(1)->set_friction_static(0.1); },
+                    "overrides[1].friction_dynamic", "0.4"},
+        BadCreation{"OverrideDamping",
+                    [](auto& r) { r.mutable_overrides(0)->set_damping_per_s(-2); },
+                    "overrides[0].damping_per_s", "-2"}),
+    NameOf());
+
+TEST(CreateClothsRules, EveryViolationIsNamedAtOnce) {
+  v1::CreateClothsRequest request = GoodCreation();
+  request.mutable_spec()->mutable_grid()->set_width_m(-1);
+  request.mutable_spec()->mutable_pins(0)->set_particle(99);
+  request.mutable_spec()->mutable_settings()->set_substeps(0);
+  request.set_transforms(0, kNaN);
+  const Status status = CheckCreateCloths(request, {}).status();
+  std::vector<std::string> fields;
+  for (const auto& violation : status.violations()) fields.push_back(violation.field);
+  EXPECT_THAT(fields, testing::UnorderedElementsAre("spec.grid.width_m", "spec.pins[0].particle",
+                                                    "spec.settings.substeps", "transforms[0]"));
+}
+
+TEST(CreateClothsRules, CopiesOfManyCollidersAreBounded) {
+  v1::CreateClothsRequest request = GoodCreation();
+  request.clear_environment_origins_m();
+  request.clear_transforms();
+  request.clear_overrides();
+  request.set_count(3);
+  RequestLimits limits;
+  limits.max_colliders_per_request = 6;
+  EXPECT_TRUE(CheckCreateCloths(request, limits).ok());
+  request.set_count(4);
+  ExpectViolation(CheckCreateCloths(request, limits).status(), "count", "at most 6 colliders");
+}
+
+TEST(CreateClothsRules, ReadsEverythingOfAGoodRequest) {
+  const auto checked = CheckCreateCloths(GoodCreation(), {});
+  ASSERT_TRUE(checked.ok()) << checked.status().ToString();
+  const auto& grid = std::get<GridTopology>(checked->description->topology);
+  EXPECT_EQ(grid.columns, 4u);
+  EXPECT_EQ(grid.height_m, 0.2);
+  EXPECT_THAT(checked->description->pinned_particles, testing::ElementsAre(0, 3));
+  EXPECT_FALSE(checked->pins[0].target_m);
+  EXPECT_EQ(*checked->pins[1].target_m, Eigen::Vector3d(0.3, 0.1, 0));
+
+  ASSERT_EQ(checked->copies.size(), 2u);
+  const ClothCopy& first = checked->copies[0];
+  const ClothCopy& second = checked->copies[1];
+  EXPECT_EQ(second.environment_origin_m, Eigen::Vector3d(10, 0, 0));
+  EXPECT_EQ(second.transform.position_m, Eigen::Vector3d(0, 5, 0));
+  // (0, 1, 0, 1) normalised: a quarter turn about y takes z to x.
+  EXPECT_NEAR(
+      (second.transform.rotation * Eigen::Vector3d::UnitZ() - Eigen::Vector3d::UnitX()).norm(), 0,
+      1e-15);
+  EXPECT_EQ(first.parameters.gravity_m_per_s2, Eigen::Vector3d(0, -9, 0));
+  EXPECT_EQ(second.parameters.gravity_m_per_s2, Eigen::Vector3d(0, -1, 0));
+  EXPECT_EQ(second.parameters.damping_per_s, 0.25);
+  EXPECT_EQ(second.parameters.friction_dynamic, 0.4);
+  // The override changes one field of the spec's settings, not the others.
+  EXPECT_EQ(first.parameters.settings.max_iterations, 100u);
+  EXPECT_EQ(second.parameters.settings.max_iterations, 3u);
+  EXPECT_EQ(second.parameters.settings.substeps, 7u);
+  EXPECT_EQ(second.parameters.settings.preset, Preset::kAccurate);
+  EXPECT_EQ(std::get<PlaneCollider>(first.parameters.colliders[1]).normal,
+            Eigen::Vector3d::UnitY());
+}
+
+using BadStep = BadCase<v1::StepRequest>;
+class StepValidation : public testing::TestWithParam<BadStep> {};
+
+TEST_P(StepValidation, NamesFieldValueAndRange) {
+  v1::StepRequest request = GoodStep();
+  ASSERT_TRUE(CheckStep(request, kMaxSteps).ok());
+  GetParam().spoil(request);
+  const auto checked = CheckStep(request, kMaxSteps);
+  ASSERT_FALSE(checked.ok());
+  ExpectViolation(checked.status(), GetParam().field, GetParam().text);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    All, StepValidation,
+    testing::Values(
+        BadStep{"NoExtent", [](auto& r) { r.clear_extent(); }, "steps", "until_step"},
+        BadStep{"NoSteps", [](auto& r) { r.set_steps(0); }, "steps", "0 is not in [1, 1000]"},
+        BadStep{"ManySteps", [](auto& r) { r.set_steps(1001); }, "steps", "1001"},
+        BadStep{"ShortTargets",
+                [](auto& r) { r.mutable_pin_controls()->mutable_targets_m()->RemoveLast(); },
+                "pin_controls.targets_m", "has 2 elements, needs 3"},
+        BadStep{"NoParticles", [](auto& r) { r.mutable_pin_controls()->clear_particles(); },
+                "pin_controls.particles", "has 0 elements, needs 1"},
+        BadStep{"LongOver", [](auto& r) { r.mutable_pin_controls()->add_over_s(1); },
+                "pin_controls.over_s", "has 2 elements, needs 1"},
+        BadStep{"NegativeOver", [](auto& r) { r.mutable_pin_controls()->set_over_s(0, -1); },
+                "pin_controls.over_s[0]", "-1"},
+        BadStep{"NotANumberTarget",
+                [](auto& r) { r.mutable_pin_controls()->set_targets_m(1, kNaN); },
+                "pin_controls.targets_m[1]", "nan"}),
+    NameOf());
+
+TEST(StepRules, AnEmptyViewAsksForPositionsAndNoViewForNothing) {
+  v1::StepRequest request = GoodStep();
+  EXPECT_FALSE(CheckStep(request, kMaxSteps)->view.any());
+  request.mutable_view();
+  EXPECT_EQ(CheckStep(request, kMaxSteps)->view, (StateFields{true, false}));
+  request.mutable_view()->set_velocities(true);
+  EXPECT_EQ(CheckStep(request, kMaxSteps)->view, (StateFields{false, true}));
+}
+
+v1::UpdateClothsRequest Update(std::initializer_list<const char*> paths) {
+  v1::UpdateClothsRequest request;
+  request.add_cloth_ids(1);
+  for (const char* path : paths) request.mutable_update_mask()->add_paths(path);
+  return request;
+}
+
+TEST(UpdateClothsValidation, OnlyThePathsOfTheMaskAreRead) {
+  v1::UpdateClothsRequest request = Update({"environment.gravity_m_per_s2", "pins"});
+  Set(request.mutable_spec()->mutable_environment()->mutable_gravity_m_per_s2(), {1, 2, 3});
+  request.mutable_spec()->add_pins()->set_particle(7);
+  request.mutable_spec()->mutable_material()->set_damping_per_s(kNaN);  // not in the mask
+  const auto change = CheckUpdateCloths(request, {});
+  ASSERT_TRUE(change.ok()) << change.status().ToString();
+  EXPECT_EQ(*change->gravity_m_per_s2, Eigen::Vector3d(1, 2, 3));
+  EXPECT_EQ(change->pins->front().particle, 7u);
+  EXPECT_FALSE(change->damping_per_s || change->colliders || change->settings ||
+               change->friction_static || change->friction_dynamic || change->thickness_m);
+}
+
+TEST(UpdateClothsValidation, EveryDocumentedPathIsRead) {
+  const auto change =
+      CheckUpdateCloths(Update({"environment.gravity_m_per_s2", "environment.colliders", "pins",
+                                "settings", "material.damping_per_s", "material.friction_static",
+                                "material.friction_dynamic", "material.thickness_m"}),
+                        {});
+  ASSERT_TRUE(change.ok()) << change.status().ToString();
+  EXPECT_TRUE(change->gravity_m_per_s2 && change->colliders && change->pins && change->settings &&
+              change->damping_per_s && change->friction_static && change->friction_dynamic &&
+              change->thickness_m);
+}
+
+TEST(UpdateClothsValidation, RefusesUnknownPathsEmptyMasksAndNoIds) {
+  ExpectViolation(CheckUpdateCloths(Update({"pins", "material.colour"}), {}).status(),
+                  "update_mask.paths[1]", "'material.colour' is not one of");
+  ExpectViolation(CheckUpdateCloths(Update({}), {}).status(), "update_mask.paths", "is empty");
+  v1::UpdateClothsRequest request = Update({"pins"});
+  request.clear_cloth_ids();
+  ExpectViolation(CheckUpdateCloths(request, {}).status(), "cloth_ids", "at least 1");
+}
+
+TEST(UpdateClothsValidation, ChecksTheValues) {
+  v1::UpdateClothsRequest request = Update({"material.thickness_m", "settings"});
+  request.mutable_spec()->mutable_material()->set_thickness_m(-1);
+  request.mutable_spec()->mutable_settings()->set_time_step_s(11);
+  const Status status = CheckUpdateCloths(request, {}).status();
+  ExpectViolation(status, "spec.material.thickness_m", "-1");
+  ExpectViolation(status, "spec.settings.time_step_s", "11");
+}
+
+TEST(SubscribeValidation, RefusesRatesThatAreNone) {
+  v1::StreamStatesRequest::Subscribe request;
+  request.set_max_hz(-1);
+  ExpectViolation(CheckSubscribe(request).status(), "subscribe.max_hz", "-1");
+  request.set_max_hz(kNaN);
+  ExpectViolation(CheckSubscribe(request).status(), "subscribe.max_hz", "nan");
+  request.set_max_hz(30);
+  EXPECT_EQ(CheckSubscribe(request)->every_n_steps, 1u);
+}
+
+}  // namespace
+}  // namespace drape::api

@@ -1,0 +1,221 @@
+#include "server/api/spec_validation.h"
+
+#include "server/api/request_validation.h"
+#include "tests/api/bad_cases.h"
+#include "tests/api/requests.h"
+
+namespace drape::api {
+namespace {
+
+using test::BadCase;
+using test::BareSpec;
+using test::Chain;
+using test::ExpectViolation;
+using test::GoodCreation;
+using test::kInfinity;
+using test::kNaN;
+using test::Mesh;
+using test::NameOf;
+using test::Plane;
+using test::Set;
+using test::Spec;
+using test::Sphere;
+
+using BadCreation = BadCase<v1::CreateClothsRequest>;
+class SpecValidation : public testing::TestWithParam<BadCreation> {};
+
+TEST_P(SpecValidation, NamesFieldValueAndRange) {
+  v1::CreateClothsRequest request = GoodCreation();
+  ASSERT_TRUE(CheckCreateCloths(request, {}).ok());
+  GetParam().spoil(request);
+  const auto checked = CheckCreateCloths(request, {});
+  ASSERT_FALSE(checked.ok());
+  ExpectViolation(checked.status(), GetParam().field, GetParam().text);
+  EXPECT_EQ(checked.status().violations().size(), 1u) << checked.status().ToString();
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Topology, SpecValidation,
+    testing::Values(
+        BadCreation{"None", [](auto& r) { BareSpec(r).clear_topology(); }, "spec", "grid, mesh"},
+        BadCreation{"MeshFile", [](auto& r) { BareSpec(r).set_mesh_file("skirt.obj"); },
+                    "spec.mesh_file", "client reads the file"},
+        BadCreation{"Scale", [](auto& r) { Spec(r).set_scale_m(1); }, "spec.scale_m", "mesh_file"},
+        BadCreation{"NoColumns", [](auto& r) { BareSpec(r).mutable_grid()->set_columns(0); },
+                    "spec.grid.columns", "0"},
+        BadCreation{"NoRows", [](auto& r) { BareSpec(r).mutable_grid()->set_rows(0); },
+                    "spec.grid.rows", "0"},
+        BadCreation{"BillionParticles",
+                    [](auto& r) {
+                      BareSpec(r).mutable_grid()->set_columns(1000000);
+                      Spec(r).mutable_grid()->set_rows(1000);
+                    },
+                    "spec.grid.columns", "1000000000"},
+        BadCreation{"ProductBeyond64Bits",
+                    [](auto& r) {
+                      BareSpec(r).mutable_grid()->set_columns(4294967295u);
+                      Spec(r).mutable_grid()->set_rows(4294967295u);
+                    },
+                    "spec.grid.columns", "at most"},
+        BadCreation{"NoWidth", [](auto& r) { Spec(r).mutable_grid()->set_width_m(0); },
+                    "spec.grid.width_m", "0"},
+        BadCreation{"NotANumberHeight", [](auto& r) { Spec(r).mutable_grid()->set_height_m(kNaN); },
+                    "spec.grid.height_m", "nan"},
+        BadCreation{"NoDensity",
+                    [](auto& r) { Spec(r).mutable_material()->set_areal_density_kg_per_m2(0); },
+                    "spec.material.areal_density_kg_per_m2", "0"},
+        BadCreation{"MeshWithoutTriangles",
+                    [](auto& r) {
+                      *Mesh(r).mutable_triangles() =
+                          test::Packed<uint32_t>(v1::PackedArray::UINT32, 3, {});
+                    },
+                    "spec.mesh.triangles", "at least 1"},
+        BadCreation{"MeshWithoutPositions", [](auto& r) { Mesh(r).clear_positions_m(); },
+                    "spec.mesh.positions_m.data_type", "FLOAT32 or FLOAT64"},
+        BadCreation{
+            "TrianglesAsFloats",
+            [](auto& r) { Mesh(r).mutable_triangles()->set_data_type(v1::PackedArray::FLOAT32); },
+            "spec.mesh.triangles.data_type", "UINT32"},
+        BadCreation{"UnknownDataType",
+                    [](auto& r) {
+                      Mesh(r).mutable_positions_m()->set_data_type(
+                          static_cast<v1::PackedArray::DataType>(99));
+                    },
+                    "spec.mesh.positions_m.data_type", "99"},
+        BadCreation{"FlatShape",
+                    [](auto& r) {
+                      Mesh(r).mutable_positions_m()->clear_shape();
+                      Mesh(r).mutable_positions_m()->add_shape(12);
+                    },
+                    "spec.mesh.positions_m.shape", "[12] is not [n, 3]"},
+        BadCreation{"ShortBytes",
+                    [](auto& r) { Mesh(r).mutable_positions_m()->mutable_data()->pop_back(); },
+                    "spec.mesh.positions_m.data", "has 47 bytes, needs 48"},
+        BadCreation{"HugeShape",
+                    [](auto& r) { Mesh(r).mutable_positions_m()->set_shape(0, 4294967295u); },
+                    "spec.mesh.positions_m.data", "needs 51539607540"},
+        BadCreation{"WrongVertex",
+                    [](auto& r) {
+                      *Mesh(r).mutable_triangles() =
+                          test::Packed<uint32_t>(v1::PackedArray::UINT32, 3, {0, 1, 4, 0, 3, 2});
+                    },
+                    "spec.mesh.triangles[0]", "4"},
+        BadCreation{"NotANumberVertex",
+                    [](auto& r) {
+                      *Mesh(r).mutable_positions_m() = test::Packed<double>(
+                          v1::PackedArray::FLOAT64, 3, {0, 0, 0, 1, 0, 0, 1, kNaN, 1, 0, 0, 1});
+                    },
+                    "spec.mesh.positions_m[2]", "nan"},
+        BadCreation{"ShortPositions", [](auto& r) { Chain(r).mutable_positions_m()->RemoveLast(); },
+                    "spec.particles.positions_m", "has 8 elements"},
+        BadCreation{"ShortMasses", [](auto& r) { Chain(r).mutable_masses_kg()->RemoveLast(); },
+                    "spec.particles.masses_kg", "2 masses for 3 particles"},
+        BadCreation{"InfiniteMass", [](auto& r) { Chain(r).set_masses_kg(1, kInfinity); },
+                    "spec.particles.masses_kg[1]", "inf"},
+        BadCreation{"NegativeMass", [](auto& r) { Chain(r).set_masses_kg(2, -1); },
+                    "spec.particles.masses_kg[2]", "-1"},
+        BadCreation{"WrongConstraintIndex",
+                    [](auto& r) { Chain(r).mutable_distance_constraints(1)->set_j(3); },
+                    "spec.particles.distance_constraints[1].j", "3 is not in [0, 2]"},
+        BadCreation{"ConstraintToItself",
+                    [](auto& r) { Chain(r).mutable_distance_constraints(0)->set_j(0); },
+                    "spec.particles.distance_constraints[0].j", "0"},
+        BadCreation{"NoRestLength",
+                    [](auto& r) { Chain(r).mutable_distance_constraints(0)->set_rest_length_m(0); },
+                    "spec.particles.distance_constraints[0].rest_length_m", "0"},
+        BadCreation{"ParticlesCoincide", [](auto& r) { Chain(r).set_positions_m(3, 0); },
+                    "spec.particles.distance_constraints[0]", "coincide"},
+        BadCreation{"NegativeStiffness",
+                    [](auto& r) { Chain(r).mutable_springs(0)->set_stiffness_n_per_m(-5); },
+                    "spec.particles.springs[0].stiffness_n_per_m", "-5"}),
+    NameOf());
+
+INSTANTIATE_TEST_SUITE_P(
+    Surroundings, SpecValidation,
+    testing::Values(
+        BadCreation{"WrongPin", [](auto& r) { Spec(r).mutable_pins(0)->set_particle(12); },
+                    "spec.pins[0].particle", "12 is not in [0, 11]"},
+        BadCreation{"PinTwice", [](auto& r) { Spec(r).mutable_pins(1)->set_particle(0); },
+                    "spec.pins[1].particle", "pinned already"},
+        BadCreation{"ShortPinTarget",
+                    [](auto& r) { Spec(r).mutable_pins(1)->mutable_target_m()->RemoveLast(); },
+                    "spec.pins[1].target_m", "has 2 elements, needs 3"},
+        BadCreation{"FarPinTarget", [](auto& r) { Spec(r).mutable_pins(1)->set_target_m(1, -2e6); },
+                    "spec.pins[1].target_m[1]", "-2e+06"},
+        BadCreation{"ShortGravity",
+                    [](auto& r) {
+                      Spec(r).mutable_environment()->mutable_gravity_m_per_s2()->RemoveLast();
+                    },
+                    "spec.environment.gravity_m_per_s2", "has 2 elements, needs 3"},
+        BadCreation{
+            "InfiniteGravity",
+            [](auto& r) { Spec(r).mutable_environment()->set_gravity_m_per_s2(1, -kInfinity); },
+            "spec.environment.gravity_m_per_s2[1]", "-inf"},
+        BadCreation{"NoShape", [](auto& r) { Spec(r).mutable_environment()->add_colliders(); },
+                    "spec.environment.colliders[2]", "sphere, plane"},
+        BadCreation{"NoRadius", [](auto& r) { Sphere(r).set_radius_m(0); },
+                    "spec.environment.colliders[0].sphere.radius_m", "0 is not in"},
+        BadCreation{"NoCenter", [](auto& r) { Sphere(r).clear_center_m(); },
+                    "spec.environment.colliders[0].sphere.center_m", "has 0 elements"},
+        BadCreation{"NoNormal",
+                    [](auto& r) {
+                      Set(Plane(r).mutable_normal(), {0, 0, 0});
+                    },
+                    "spec.environment.colliders[1].plane.normal", "no direction"},
+        BadCreation{"NotANumberPoint", [](auto& r) { Plane(r).set_point_m(2, kNaN); },
+                    "spec.environment.colliders[1].plane.point_m[2]", "nan"},
+        BadCreation{"ManyColliders",
+                    [](auto& r) {
+                      for (int k = 0; k < 257; ++k) {
+                        *Spec(r).mutable_environment()->add_colliders()->mutable_sphere() =
+                            Sphere(r);
+                      }
+                    },
+                    "spec.environment.colliders", "at most 256"},
+        BadCreation{"ZeroQuaternion",
+                    [](auto& r) {
+                      Set(Spec(r).mutable_transform()->mutable_rotation_xyzw(), {0, 0, 0, 0});
+                    },
+                    "spec.transform.rotation_xyzw", "not a rotation"},
+        BadCreation{"ThreeNumberQuaternion",
+                    [](auto& r) {
+                      Set(Spec(r).mutable_transform()->mutable_rotation_xyzw(), {0, 0, 1});
+                    },
+                    "spec.transform.rotation_xyzw", "needs 4"},
+        BadCreation{"NegativeDamping",
+                    [](auto& r) { Spec(r).mutable_material()->set_damping_per_s(-1); },
+                    "spec.material.damping_per_s", "-1"},
+        BadCreation{"DynamicAboveStatic",
+                    [](auto& r) { Spec(r).mutable_material()->set_friction_dynamic(0.6); },
+                    "spec.material.friction_dynamic", "friction_static = 0.5"},
+        BadCreation{"NegativeThickness",
+                    [](auto& r) { Spec(r).mutable_material()->set_thickness_m(-0.1); },
+                    "spec.material.thickness_m", "-0.1"}),
+    NameOf());
+
+TEST(SpecValues, UnsetRestLengthsAreThoseOfTheRestShape) {
+  v1::CreateClothsRequest request = GoodCreation();
+  Chain(request).mutable_distance_constraints(1)->set_rest_length_m(0.25);
+  const auto checked = CheckCreateCloths(request, {});
+  ASSERT_TRUE(checked.ok()) << checked.status().ToString();
+  const auto& chain = std::get<ParticleTopology>(checked->description->topology);
+  EXPECT_EQ(chain.distance_constraints[0].rest_length_m, 1);
+  EXPECT_EQ(chain.distance_constraints[1].rest_length_m, 0.25);
+  EXPECT_EQ(chain.springs[0].rest_length_m, 2);
+}
+
+TEST(SpecValues, HugeAndTinyVectorsKeepTheirDirection) {
+  v1::CreateClothsRequest request = GoodCreation();
+  Set(Plane(request).mutable_normal(), {3e-300, 0, 4e-300});
+  Set(Spec(request).mutable_transform()->mutable_rotation_xyzw(), {0, 1e15, 0, 0});
+  request.clear_transforms();
+  const auto checked = CheckCreateCloths(request, {});
+  ASSERT_TRUE(checked.ok()) << checked.status().ToString();
+  const auto& plane = std::get<PlaneCollider>(checked->copies[0].parameters.colliders[1]);
+  // Rounding of one division and one square root per component.
+  EXPECT_NEAR((plane.normal - Eigen::Vector3d(0.6, 0, 0.8)).norm(), 0, 1e-15);
+  EXPECT_EQ(checked->copies[0].transform.rotation.y(), 1);
+}
+
+}  // namespace
+}  // namespace drape::api
