@@ -84,8 +84,9 @@ INSTANTIATE_TEST_SUITE_P(
                     "spec.mesh.positions_m.data_type", "99"},
         BadCreation{"FlatShape",
                     [](auto& r) {
-                      Mesh(r).mutable_positions_m()->clear_shape();
-                      Mesh(r).mutable_positions_m()->add_shape(12);
+                      v1::PackedArray& positions = *Mesh(r).mutable_positions_m();
+                      positions.clear_shape();
+                      positions.add_shape(12);
                     },
                     "spec.mesh.positions_m.shape", "[12] is not [n, 3]"},
         BadCreation{"ShortBytes",

@@ -1,0 +1,138 @@
+// draped: flags -> wire -> serve -> drain. The only file that names concrete classes.
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <iterator>
+#include <random>
+
+#include "server/api/grpc_server.h"
+#include "server/api/simulation_service.h"
+#include "server/config.h"
+#include "server/core/log.h"
+#include "server/gl/context.h"
+#include "server/session/reaper.h"
+#include "server/solver/cpu/cpu_backend.h"
+#include "server/solver/cpu_reference/reference_backend.h"
+#include "server/solver/gl_compute/gl_backend.h"
+
+namespace drape {
+namespace {
+
+using std::chrono::milliseconds;
+
+// How long streams may take to say goodbye after everything has been stepped.
+constexpr milliseconds kGoodbye{1'000};
+constexpr time_t kStatisticsPeriod_s = 10;
+
+// On the device thread.
+Result<std::unique_ptr<Backend>> MakeBackend(const Config& config) {
+  const bool wants_gl = config.backend == BackendChoice::kGl;
+  if (wants_gl || (config.backend == BackendChoice::kAuto && gl::FindHardwareGl())) {
+    GlBackendOptions options;
+    options.accept_software = wants_gl;
+    options.shader_dir = config.shader_dir;
+    return CreateGlBackend(options);
+  }
+  if (config.backend == BackendChoice::kReference) return CreateReferenceBackend();
+  return CreateCpuBackend({.thread_count = config.threads});
+}
+
+std::string RandomHex() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}", random(), random());
+}
+
+std::string ReadFile(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// A reader sees the whole number or no file.
+Status WritePortFile(const std::string& path, int port) {
+  if (path.empty()) return Status::Ok();
+  const std::string draft = path + ".draft";
+  std::ofstream(draft) << port << "\n" << std::flush;
+  if (std::rename(draft.c_str(), path.c_str()) == 0) return Status::Ok();
+  return Status(StatusCode::kFailedPrecondition, "PORT_FILE_FAILED", "cannot write " + path);
+}
+
+api::ServerOptions ToServerOptions(const Config& config) {
+  api::ServerOptions options;
+  options.listen = config.listen;
+  if (!config.tls_cert_file.empty()) {
+    options.tls_certificate_pem = ReadFile(config.tls_cert_file);
+    options.tls_key_pem = ReadFile(config.tls_key_file);
+  }
+  options.allow_insecure = config.insecure;
+  options.max_request_bytes = config.requests.max_request_bytes;
+  options.keepalive = milliseconds(config.keepalive_ms);
+  options.keepalive_timeout = milliseconds(config.keepalive_timeout_ms);
+  return options;
+}
+
+// The signals that end the server; blocked in every thread, taken by main alone.
+sigset_t StopSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  return signals;
+}
+
+int WaitForStop(const sigset_t& signals, const Scheduler& scheduler) {
+  const timespec period{kStatisticsPeriod_s, 0};
+  while (true) {
+    const int signal = sigtimedwait(&signals, nullptr, &period);
+    if (signal > 0) return signal;
+    const SchedulerCounters counters = scheduler.counters();
+    spdlog::debug("statistics rounds={} dispatches={} cloth_steps={} faults={} queued_requests={}",
+                  counters.rounds, counters.dispatches, counters.cloth_steps, counters.faults,
+                  counters.queued_requests);
+  }
+}
+
+Status Serve(const Config& config) {
+  const sigset_t signals = StopSignals();
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  const SteadyClock clock;
+  const std::string incarnation = RandomHex();
+  auto scheduler =
+      Scheduler::Start([&config] { return MakeBackend(config); }, config.scheduler, clock);
+  if (!scheduler.ok()) return scheduler.status();
+  SessionRegistry sessions(**scheduler, config.sessions, clock, incarnation);
+  api::WorkerPool builders(config.builder_threads, config.max_queued_builds);
+  api::SimulationService service(
+      {**scheduler, sessions, builders, clock, config.requests, DRAPE_VERSION, incarnation});
+  const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
+  auto server = api::GrpcServer::Start(ToServerOptions(config), service);
+  Status status =
+      server.ok() ? WritePortFile(config.port_file, (*server)->port()) : server.status();
+  if (status.ok()) {
+    const BackendDescription& backend = (*scheduler)->description();
+    spdlog::info("started version={} incarnation={} listen={} port={} backend={} device=\"{}\"",
+                 DRAPE_VERSION, incarnation, config.listen, (*server)->port(), backend.name,
+                 backend.device);
+    const int signal = WaitForStop(signals, **scheduler);
+    spdlog::info("draining signal={} grace_ms={}", signal, config.drain_grace_ms);
+    (*server)->SetServing(false);
+  }
+  (*scheduler)->Drain(status.ok() ? int64_t{config.drain_grace_ms} * 1000 : 0);
+  if (server.ok()) (*server)->Shutdown(kGoodbye);
+  return status;
+}
+
+}  // namespace
+}  // namespace drape
+
+int main(int argc, char** argv) {
+  const drape::CommandLine command_line = drape::ParseCommandLine(argc, argv);
+  if (command_line.exit_code) return *command_line.exit_code;
+  drape::Status status = drape::InitLog(command_line.config.log_level);
+  if (status.ok()) status = drape::Serve(command_line.config);
+  if (!status.ok()) {
+    spdlog::error("failed reason={} message=\"{}\"", status.reason(), status.message());
+    return 1;
+  }
+  spdlog::info("stopped");
+  return 0;
+}
