@@ -1,0 +1,100 @@
+#include "server/scheduler/cloth_runtime.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "tests/scheduler/fake_backend.h"
+
+namespace drape {
+namespace {
+
+std::shared_ptr<ClothRuntime> AtWork(double time_step_s) {
+  auto cloth = std::make_shared<ClothRuntime>();
+  cloth->Begin({3, 1}, ChainModel(2), time_step_s, {10, 100}, {}, {});
+  return cloth;
+}
+
+TEST(ClothRuntime, TimeIsExactlyStepsTimesTimeStep) {
+  const auto cloth = AtWork(1.0 / 60);
+  for (int step = 1; step <= 1000; ++step) {
+    cloth->CompleteStep({});
+    ASSERT_EQ(cloth->now().time_s, step * (1.0 / 60));
+  }
+  EXPECT_EQ(cloth->now().completed_steps, 1000u);
+  EXPECT_EQ(cloth->NextTime_s(), 1001 * (1.0 / 60));
+}
+
+TEST(ClothRuntime, ANewTimeStepCountsFromNowOn) {
+  const auto cloth = AtWork(0.5);
+  cloth->CompleteStep({});
+  cloth->CompleteStep({});
+  cloth->SetTimeStep(0.25);
+  cloth->CompleteStep({});
+  EXPECT_EQ(cloth->now().time_s, 1.25);
+  EXPECT_EQ(cloth->now().completed_steps, 3u);
+}
+
+TEST(ClothRuntime, AFaultStopsTheClockAndKeepsTheState) {
+  const auto cloth = AtWork(0.5);
+  cloth->CompleteStep({});
+  const uint64_t version = cloth->state_version();
+  StepReport report;
+  report.fault = FaultReason::kRunaway;
+  report.warnings.not_converged = true;
+  cloth->CompleteStep(report);
+  EXPECT_EQ(cloth->now().completed_steps, 1u);
+  EXPECT_EQ(cloth->now().time_s, 0.5);
+  EXPECT_EQ(cloth->now().fault, FaultReason::kRunaway);
+  EXPECT_EQ(cloth->state_version(), version);
+  EXPECT_EQ(cloth->progress().fault, FaultReason::kRunaway);
+}
+
+TEST(ClothRuntime, ResetBeginsAgainAndCountsAsAChangeOfState) {
+  const auto cloth = AtWork(0.5);
+  StepReport report;
+  report.warnings = {true, true, true};
+  cloth->CompleteStep(report);
+  EXPECT_EQ(cloth->progress().warnings, (WarningCounters{1, 1, 1}));
+  const uint64_t version = cloth->state_version();
+  cloth->Reset({}, {});
+  EXPECT_EQ(cloth->progress().completed_steps, 0u);
+  EXPECT_EQ(cloth->progress().time_s, 0);
+  EXPECT_EQ(cloth->progress().warnings, WarningCounters{});
+  EXPECT_GT(cloth->state_version(), version);
+  cloth->CompleteStep({});
+  EXPECT_EQ(cloth->progress().time_s, 0.5);
+}
+
+TEST(ClothRuntime, ReportsAreShiftedToTheClientsFrames) {
+  StepReport report;
+  report.measured.lowest_m = 1;
+  report.measured.potential_energy_j = 2;
+  const StepReport shifted = AtWork(1)->Shifted(report);
+  EXPECT_EQ(shifted.measured.lowest_m, 11);
+  EXPECT_EQ(shifted.measured.potential_energy_j, 102);
+}
+
+TEST(PublishedProgress, AReaderNeverSeesValuesOfTwoMoments) {
+  PublishedProgress published;
+  constexpr uint64_t kMoments = 200000;
+  std::thread writer([&] {
+    for (uint64_t n = 1; n <= kMoments; ++n) {
+      published.Publish({n, static_cast<double>(n), FaultReason::kNone, {n, n, n}});
+    }
+  });
+  uint64_t last = 0;
+  while (last < kMoments) {
+    const ClothProgress seen = published.Read();
+    ASSERT_EQ(seen.time_s, static_cast<double>(seen.completed_steps));
+    ASSERT_EQ(seen.warnings,
+              (WarningCounters{seen.completed_steps, seen.completed_steps, seen.completed_steps}));
+    ASSERT_GE(seen.completed_steps, last);
+    last = seen.completed_steps;
+  }
+  writer.join();
+}
+
+}  // namespace
+}  // namespace drape

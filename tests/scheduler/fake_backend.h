@@ -1,0 +1,340 @@
+// A backend without physics that records what it is asked, for tests of what stands above the
+// backends.
+#pragma once
+
+#include <algorithm>
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "server/scheduler/scheduler.h"
+#include "server/solver/backend.h"
+
+namespace drape {
+
+struct FakeItem {
+  ClothHandle cloth;
+  bool measure = false;
+  std::vector<Eigen::Vector3d> pin_targets_m;
+};
+using FakeBatch = std::vector<FakeItem>;
+
+// What a test tells the fake backend and what it sees of it. Outlives the backend; thread-safe.
+class FakeDevice {
+  // First, because its result is deduced.
+  template <class Function>
+  auto Locked(Function function) const {
+    const std::lock_guard lock(mutex_);
+    return function();
+  }
+
+ public:
+  // How many cloths fit.
+  void SetCapacity(size_t cloths) {
+    Locked([&] { capacity_ = cloths; });
+  }
+  // The `nth` (from 0) Write from now on fails with RESOURCE_EXHAUSTED.
+  void FailWrite(size_t nth) {
+    Locked([&] { write_to_fail_ = nth; });
+  }
+  // The next step of the cloth faults.
+  void FaultNextStep(ClothHandle cloth) {
+    Locked([&] { faults_.push_back(cloth); });
+  }
+  // Runs on the device thread in every Step, before anything else.
+  void OnStep(std::function<void()> hook) {
+    Locked([&] { on_step_ = std::move(hook); });
+  }
+
+  std::vector<FakeBatch> batches() const {
+    return Locked([&] { return batches_; });
+  }
+  // Cloths of each Read.
+  std::vector<size_t> reads() const {
+    return Locked([&] { return reads_; });
+  }
+  size_t live_cloths() const {
+    return Locked([&] { return live_; });
+  }
+  size_t writes() const {
+    return Locked([&] { return writes_; });
+  }
+  // The thread that made the backend.
+  std::thread::id thread() const {
+    return Locked([&] { return thread_; });
+  }
+  // Calls from any other thread, destruction included.
+  size_t calls_on_wrong_thread() const {
+    return Locked([&] { return wrong_thread_calls_; });
+  }
+  bool is_destroyed() const {
+    return Locked([&] { return is_destroyed_; });
+  }
+
+ private:
+  friend class FakeBackend;
+
+  mutable std::mutex mutex_;
+  size_t capacity_ = 1000000;
+  std::optional<size_t> write_to_fail_;
+  std::vector<ClothHandle> faults_;
+  std::function<void()> on_step_;
+  std::vector<FakeBatch> batches_;
+  std::vector<size_t> reads_;
+  size_t live_ = 0;
+  size_t writes_ = 0;
+  std::thread::id thread_;
+  size_t wrong_thread_calls_ = 0;
+  bool is_destroyed_ = false;
+};
+
+// A step moves every free particle by (0, -1, 0) and every pin to its target. A batch is one
+// dispatch. `measured.kinetic_energy_j` is the number of steps that the cloth has taken.
+class FakeBackend final : public Backend {
+ public:
+  explicit FakeBackend(std::shared_ptr<FakeDevice> device) : device_(std::move(device)) {
+    device_->Locked([&] { device_->thread_ = std::this_thread::get_id(); });
+  }
+  ~FakeBackend() override {
+    CheckThread();
+    device_->Locked([&] { device_->is_destroyed_ = true; });
+  }
+
+  BackendDescription Describe() const override {
+    return {"fake", "no device", ScalarType::kFloat64, false};
+  }
+  std::string PlanOf(const SceneModel& model) const override {
+    return model.pin_count() > 0 ? "pinned" : "free";
+  }
+
+  Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
+                             const ClothParameters& parameters,
+                             const ParticleState& state) override {
+    CheckThread();
+    if (cloths_.size() >= device_->Locked([&] { return device_->capacity_; })) return NoRoom();
+    const ClothHandle handle{next_slot_++, 1};
+    Cloth& cloth = cloths_[handle];
+    cloth = {std::move(model), parameters, state, {}, FaultReason::kNone, 0};
+    for (const uint32_t p : cloth.model->pins()) {
+      cloth.pin_targets_m.push_back(state.positions_m[p]);
+    }
+    device_->Locked([&] { ++device_->live_; });
+    return handle;
+  }
+
+  void Destroy(ClothHandle handle) override {
+    CheckThread();
+    DRAPE_CHECK(cloths_.erase(handle) == 1, "the cloth exists");
+    device_->Locked([&] { --device_->live_; });
+  }
+
+  BatchReport Step(std::span<const StepItem> items) override {
+    CheckThread();
+    const auto hook = device_->Locked([&] { return device_->on_step_; });
+    if (hook) hook();
+    BatchReport batch;
+    batch.dispatch_count = 1;
+    batch.upload_us = 1;
+    batch.device_us = 10;
+    batch.readback_us = 100;
+    FakeBatch record;
+    for (const StepItem& item : items) {
+      record.push_back(
+          {item.cloth, item.measure, {item.pin_targets_m.begin(), item.pin_targets_m.end()}});
+      batch.reports.push_back(StepOne(item));
+    }
+    device_->Locked([&] { device_->batches_.push_back(std::move(record)); });
+    return batch;
+  }
+
+  StateColumns Read(const ReadRequest& request) override {
+    CheckThread();
+    StateColumns columns;
+    if (request.positions) {
+      columns.positions_m = Column(request.cloths, &ParticleState::positions_m);
+    }
+    if (request.velocities) {
+      columns.velocities_m_per_s = Column(request.cloths, &ParticleState::velocities_m_per_s);
+    }
+    device_->Locked([&] { device_->reads_.push_back(request.cloths.size()); });
+    return columns;
+  }
+
+  Status Write(ClothHandle handle, const ClothUpdate& update) override {
+    CheckThread();
+    const bool fails = device_->Locked([&] {
+      ++device_->writes_;
+      if (!device_->write_to_fail_.has_value()) return false;
+      if ((*device_->write_to_fail_)-- > 0) return false;
+      device_->write_to_fail_.reset();
+      return true;
+    });
+    if (fails) return NoRoom();
+    Cloth& cloth = cloths_.at(handle);
+    if (update.model != nullptr) cloth.model = update.model;
+    if (update.parameters.has_value()) cloth.parameters = *update.parameters;
+    if (update.pin_targets_m.has_value()) cloth.pin_targets_m = *update.pin_targets_m;
+    if (update.state.has_value()) {
+      cloth.state = *update.state;
+      cloth.fault = FaultReason::kNone;
+      cloth.steps = 0;
+    }
+    DRAPE_CHECK(cloth.pin_targets_m.size() == cloth.model->pin_count(), "one target per pin");
+    return Status::Ok();
+  }
+
+  // For tests that look inside, on the device thread.
+  const ClothParameters& ParametersOf(ClothHandle handle) const {
+    return cloths_.at(handle).parameters;
+  }
+  const std::shared_ptr<const SceneModel>& ModelOf(ClothHandle handle) const {
+    return cloths_.at(handle).model;
+  }
+  const std::vector<Eigen::Vector3d>& PinTargetsOf(ClothHandle handle) const {
+    return cloths_.at(handle).pin_targets_m;
+  }
+  const ParticleState& StateOf(ClothHandle handle) const { return cloths_.at(handle).state; }
+
+ private:
+  struct Cloth {
+    std::shared_ptr<const SceneModel> model;
+    ClothParameters parameters;
+    ParticleState state;
+    std::vector<Eigen::Vector3d> pin_targets_m;
+    FaultReason fault = FaultReason::kNone;
+    uint64_t steps = 0;
+  };
+
+  static Status NoRoom() {
+    return {StatusCode::kResourceExhausted, "DEVICE_FULL", "the fake device is full"};
+  }
+
+  void CheckThread() const {
+    device_->Locked(
+        [&] { device_->wrong_thread_calls_ += device_->thread_ != std::this_thread::get_id(); });
+  }
+
+  bool TakeFault(ClothHandle handle) {
+    return device_->Locked([&] { return std::erase(device_->faults_, handle) > 0; });
+  }
+
+  StepReport StepOne(const StepItem& item) {
+    Cloth& cloth = cloths_.at(item.cloth);
+    StepReport report;
+    if (cloth.fault == FaultReason::kNone && TakeFault(item.cloth)) {
+      cloth.fault = FaultReason::kNotFinite;
+    }
+    report.fault = cloth.fault;
+    if (cloth.fault == FaultReason::kNone) {
+      if (!item.pin_targets_m.empty()) {
+        cloth.pin_targets_m.assign(item.pin_targets_m.begin(), item.pin_targets_m.end());
+      }
+      for (Eigen::Vector3d& p : cloth.state.positions_m) p.y() -= 1;
+      size_t k = 0;
+      for (const uint32_t pin : cloth.model->pins()) {
+        cloth.state.positions_m[pin] = cloth.pin_targets_m[k++];
+      }
+      ++cloth.steps;
+      report.iterations = 1;
+      report.warnings.not_converged = true;
+    }
+    if (item.measure) report.measured.kinetic_energy_j = static_cast<double>(cloth.steps);
+    return report;
+  }
+
+  std::vector<double> Column(std::span<const ClothHandle> handles,
+                             std::vector<Eigen::Vector3d> ParticleState::*member) const {
+    std::vector<double> column;
+    for (const ClothHandle handle : handles) {
+      for (const Eigen::Vector3d& v : cloths_.at(handle).state.*member) {
+        column.insert(column.end(), {v.x(), v.y(), v.z()});
+      }
+    }
+    return column;
+  }
+
+  std::shared_ptr<FakeDevice> device_;
+  std::unordered_map<ClothHandle, Cloth> cloths_;
+  uint32_t next_slot_ = 0;
+};
+
+inline BackendFactory FakeBackendFactory(std::shared_ptr<FakeDevice> device) {
+  return [device]() -> Result<std::unique_ptr<Backend>> {
+    return std::unique_ptr<Backend>(std::make_unique<FakeBackend>(device));
+  };
+}
+
+// A chain of particles along +x, 1 m apart, 1 kg each.
+inline ModelDescription ChainDescription(uint32_t particles, std::vector<uint32_t> pinned = {}) {
+  ParticleTopology chain;
+  for (uint32_t p = 0; p < particles; ++p) {
+    chain.positions_m.emplace_back(p, 0, 0);
+    chain.masses_kg.push_back(1);
+    if (p > 0) chain.distance_constraints.push_back({p - 1, p, 1, 0});
+  }
+  ModelDescription description;
+  description.topology = std::move(chain);
+  description.pinned_particles = std::move(pinned);
+  return description;
+}
+
+inline std::shared_ptr<const SceneModel> ChainModel(uint32_t particles,
+                                                    std::vector<uint32_t> pinned = {}) {
+  return SceneModel::Build(ChainDescription(particles, std::move(pinned))).value();
+}
+
+// Creates a cloth at rest in the model's rest shape, pins where they are. On the device thread.
+inline std::shared_ptr<ClothRuntime> BeginCloth(Backend& backend,
+                                                const std::shared_ptr<const SceneModel>& model,
+                                                double time_step_s = 0.25) {
+  ParticleState state;
+  state.positions_m.assign(model->rest_positions_m().begin(), model->rest_positions_m().end());
+  state.velocities_m_per_s.assign(model->particle_count(), Eigen::Vector3d::Zero());
+  ClothParameters parameters;
+  parameters.settings.time_step_s = time_step_s;
+  const ClothHandle handle = backend.Create(model, parameters, state).value();
+  std::vector<Eigen::Vector3d> pins_m;
+  for (const uint32_t p : model->pins()) pins_m.push_back(state.positions_m[p]);
+  auto runtime = std::make_shared<ClothRuntime>();
+  runtime->Begin(handle, model, time_step_s, ReportShift{}, pins_m, pins_m);
+  return runtime;
+}
+
+// Hands a value from one thread to another that waits for it. Copies share one value.
+template <class T>
+class Awaited {
+ public:
+  void Set(T value) {
+    const std::lock_guard lock(shared_->mutex);
+    shared_->value = std::move(value);
+    shared_->changed.notify_all();
+  }
+  bool has_value() const {
+    const std::lock_guard lock(shared_->mutex);
+    return shared_->value.has_value();
+  }
+  // Waits; the reference stays valid as long as a copy of this exists.
+  T& Get() const {
+    std::unique_lock lock(shared_->mutex);
+    shared_->changed.wait(lock, [this] { return shared_->value.has_value(); });
+    return *shared_->value;
+  }
+
+ private:
+  struct Shared {
+    std::mutex mutex;
+    std::condition_variable changed;
+    std::optional<T> value;
+  };
+  std::shared_ptr<Shared> shared_ = std::make_shared<Shared>();
+};
+
+}  // namespace drape

@@ -1,0 +1,365 @@
+#include "server/scheduler/scheduler.h"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tests/scheduler/fake_backend.h"
+
+namespace drape {
+namespace {
+
+class SchedulerTest : public testing::Test {
+ protected:
+  void Start(const SchedulerLimits& limits = {}) {
+    scheduler_ = Scheduler::Start(FakeBackendFactory(device_), limits, clock_).value();
+  }
+
+  ~SchedulerTest() override {
+    scheduler_.reset();
+    EXPECT_EQ(device_->calls_on_wrong_thread(), 0u);
+  }
+
+  std::shared_ptr<ClothRuntime> Cloth() {
+    std::shared_ptr<ClothRuntime> cloth;
+    EXPECT_TRUE(scheduler_
+                    ->RunBlocking([&](Backend& backend) {
+                      cloth = BeginCloth(backend, ChainModel(2));
+                      return Status::Ok();
+                    })
+                    .ok());
+    return cloth;
+  }
+
+  // Submits and returns where the outcome will be.
+  Awaited<StepOutcome> Submit(const std::string& tenant,
+                              std::vector<std::shared_ptr<ClothRuntime>> cloths, uint32_t steps = 1,
+                              const CancelToken& cancel = {}) {
+    Awaited<StepOutcome> outcome;
+    StepWork work;
+    work.tenant = tenant;
+    work.cloths = std::move(cloths);
+    work.steps = steps;
+    work.cancel = cancel;
+    work.done = [outcome](StepOutcome o) mutable { outcome.Set(std::move(o)); };
+    const Status status = scheduler_->Submit(std::move(work));
+    EXPECT_TRUE(status.ok()) << status.ToString();
+    return outcome;
+  }
+
+  Status TrySubmit(const std::string& tenant, const std::shared_ptr<ClothRuntime>& cloth) {
+    StepWork work;
+    work.tenant = tenant;
+    work.cloths = {cloth};
+    work.steps = 1;
+    work.done = [](const StepOutcome&) {};
+    return scheduler_->Submit(std::move(work));
+  }
+
+  std::shared_ptr<FakeDevice> device_ = std::make_shared<FakeDevice>();
+  FakeClock clock_;
+  std::unique_ptr<Scheduler> scheduler_;
+};
+
+TEST_F(SchedulerTest, TheFactorysErrorIsReturned) {
+  const auto scheduler = Scheduler::Start(
+      []() -> Result<std::unique_ptr<Backend>> {
+        return Status(StatusCode::kUnavailable, "NO_DEVICE", "no such device");
+      },
+      {}, clock_);
+  ASSERT_FALSE(scheduler.ok());
+  EXPECT_EQ(scheduler.status().reason(), "NO_DEVICE");
+}
+
+TEST_F(SchedulerTest, TheBackendLivesAndDiesOnTheDeviceThread) {
+  Start();
+  EXPECT_EQ(scheduler_->description().name, "fake");
+  EXPECT_NE(device_->thread(), std::this_thread::get_id());
+  scheduler_->Drain(0);
+  EXPECT_TRUE(device_->is_destroyed());
+  EXPECT_EQ(device_->calls_on_wrong_thread(), 0u);
+}
+
+TEST_F(SchedulerTest, SixteenClientsThatWaitTogetherAreOneBatch) {
+  Start();
+  std::vector<std::shared_ptr<ClothRuntime>> cloths;
+  for (int k = 0; k < 16; ++k) cloths.push_back(Cloth());
+  scheduler_->HoldForTest();
+  std::vector<Awaited<StepOutcome>> outcomes(16);
+  std::vector<std::thread> clients;
+  for (size_t k = 0; k < 16; ++k) {
+    clients.emplace_back(
+        [&, k] { outcomes[k] = Submit("client " + std::to_string(k), {cloths[k]}); });
+  }
+  for (std::thread& client : clients) client.join();
+  EXPECT_EQ(scheduler_->counters().queued_requests, 16u);
+  EXPECT_EQ(scheduler_->counters().rounds, 0u);
+  scheduler_->ReleaseForTest();
+  for (const auto& outcome : outcomes) {
+    EXPECT_TRUE(outcome.Get().status.ok());
+    EXPECT_EQ(outcome.Get().timing.batch_requests, 16u);
+    EXPECT_EQ(outcome.Get().timing.batch_cloths, 16u);
+  }
+  EXPECT_EQ(scheduler_->counters().rounds, 1u);
+  EXPECT_EQ(scheduler_->counters().dispatches, 1u);
+  EXPECT_EQ(scheduler_->counters().cloth_steps, 16u);
+  EXPECT_EQ(scheduler_->counters().queued_requests, 0u);
+}
+
+TEST_F(SchedulerTest, WhatOneCallerPostsAndSubmitsIsTakenInOrder) {
+  Start();
+  const auto cloth = Cloth();
+  scheduler_->HoldForTest();
+  std::vector<std::string> order;  // device thread, then after the last Get
+  ASSERT_TRUE(scheduler_->Post([&](Backend&) { order.push_back("first command"); }).ok());
+  ASSERT_TRUE(scheduler_->Post([&](Backend&) { order.push_back("second command"); }).ok());
+  device_->OnStep([&] { order.push_back("step"); });
+  const auto outcome = Submit("a", {cloth});
+  scheduler_->ReleaseForTest();
+  outcome.Get();
+  EXPECT_EQ(order, (std::vector<std::string>{"first command", "second command", "step"}));
+}
+
+TEST_F(SchedulerTest, CompletionsComeInOrderOnOneOtherThread) {
+  Start();
+  std::vector<std::shared_ptr<ClothRuntime>> cloths;
+  for (int k = 0; k < 20; ++k) cloths.push_back(Cloth());
+  scheduler_->HoldForTest();
+  std::vector<int> order;
+  std::vector<std::thread::id> threads;
+  Awaited<bool> all;
+  for (int k = 0; k < 20; ++k) {
+    StepWork work;
+    work.tenant = "a";
+    work.cloths = {cloths[static_cast<size_t>(k)]};
+    work.steps = 1;
+    work.done = [&, k, all](const StepOutcome&) mutable {
+      order.push_back(k);
+      threads.push_back(std::this_thread::get_id());
+      if (k == 19) all.Set(true);
+    };
+    ASSERT_TRUE(scheduler_->Submit(std::move(work)).ok());
+  }
+  scheduler_->ReleaseForTest();
+  all.Get();
+  for (int k = 0; k < 20; ++k) {
+    EXPECT_EQ(order[static_cast<size_t>(k)], k);
+    EXPECT_EQ(threads[static_cast<size_t>(k)], threads[0]);
+    EXPECT_NE(threads[static_cast<size_t>(k)], device_->thread());
+  }
+}
+
+TEST_F(SchedulerTest, TheQueueIsBoundedPerTenantAndInAll) {
+  SchedulerLimits limits;
+  limits.max_queued_requests_per_tenant = 2;
+  limits.max_queued_requests = 3;
+  limits.max_queued_commands = 1;
+  Start(limits);
+  const auto cloth = Cloth();
+  scheduler_->HoldForTest();
+  EXPECT_TRUE(TrySubmit("a", cloth).ok());
+  EXPECT_TRUE(TrySubmit("a", cloth).ok());
+  const Status full = TrySubmit("a", cloth);
+  EXPECT_EQ(full.code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(full.reason(), "QUEUE_FULL");
+  EXPECT_EQ(full.retry_after_ms(), limits.retry_after_ms);
+  EXPECT_TRUE(TrySubmit("b", cloth).ok());
+  EXPECT_EQ(TrySubmit("c", cloth).reason(), "QUEUE_FULL");
+  EXPECT_TRUE(scheduler_->Post([](Backend&) {}).ok());
+  EXPECT_EQ(scheduler_->Post([](Backend&) {}).reason(), "QUEUE_FULL");
+  EXPECT_TRUE(scheduler_->PostCleanup([](Backend&) {}));
+  scheduler_->ReleaseForTest();
+  // Places are free again once the answers are given.
+  while (scheduler_->counters().queued_requests > 0) std::this_thread::yield();
+  EXPECT_TRUE(TrySubmit("a", cloth).ok());
+}
+
+TEST_F(SchedulerTest, AClientThatGoesAwayEndsItsRequestAlone) {
+  Start();
+  const auto a = Cloth(), b = Cloth();
+  CancelToken token;
+  Awaited<bool> is_running;
+  device_->OnStep([is_running]() mutable { is_running.Set(true); });
+  const auto gone = Submit("gone", {a}, 1000000, token);
+  is_running.Get();
+  const auto stays = Submit("stays", {b}, 10);
+  token.Cancel();
+  EXPECT_EQ(gone.Get().status.code(), StatusCode::kCancelled);
+  EXPECT_TRUE(stays.Get().status.ok());
+  EXPECT_EQ(b->progress().completed_steps, 10u);
+  EXPECT_LT(a->progress().completed_steps, 1000000u);
+}
+
+TEST_F(SchedulerTest, DrainFinishesWhatWasTakenAndRefusesMore) {
+  Start();
+  const auto cloth = Cloth();
+  scheduler_->HoldForTest();
+  const auto outcome = Submit("a", {cloth}, 50);
+  scheduler_->Drain(1000000);
+  EXPECT_TRUE(outcome.has_value());
+  EXPECT_TRUE(outcome.Get().status.ok());
+  EXPECT_EQ(cloth->progress().completed_steps, 50u);
+  EXPECT_TRUE(scheduler_->is_draining());
+  EXPECT_EQ(TrySubmit("a", cloth).reason(), "DRAINING");
+  EXPECT_EQ(scheduler_->Post([](Backend&) {}).reason(), "DRAINING");
+  EXPECT_FALSE(scheduler_->PostCleanup([](Backend&) {}));
+  EXPECT_EQ(scheduler_->RunBlocking([](Backend&) { return Status::Ok(); }).reason(), "DRAINING");
+}
+
+TEST_F(SchedulerTest, DrainEndsWhatTakesTooLong) {
+  Start();
+  const auto cloth = Cloth();
+  device_->OnStep([this] { clock_.AdvanceUs(1000); });
+  scheduler_->HoldForTest();
+  const auto outcome = Submit("a", {cloth}, 1000000);
+  scheduler_->Drain(20000);
+  ASSERT_TRUE(outcome.has_value());
+  EXPECT_EQ(outcome.Get().status.code(), StatusCode::kUnavailable);
+  EXPECT_EQ(outcome.Get().status.reason(), "DRAINING");
+  EXPECT_EQ(cloth->progress().completed_steps, 20u);  // 20 ms of 1 ms each
+}
+
+TEST_F(SchedulerTest, ReadStatesReadsBetweenTwoRounds) {
+  Start();
+  const auto a = Cloth(), b = Cloth();
+  Submit("a", {b}, 3).Get();
+  Awaited<Result<ClothStates>> read;
+  ASSERT_TRUE(scheduler_
+                  ->ReadStates({a, b}, {true, false},
+                               [read](Result<ClothStates> r) mutable { read.Set(std::move(r)); })
+                  .ok());
+  const ClothStates& states = read.Get().value();
+  EXPECT_EQ(states.cloths[1].completed_steps, 3u);
+  EXPECT_EQ(states.cloths[1].time_s, 0.75);
+  EXPECT_EQ(std::get<std::vector<double>>(states.columns.positions_m),
+            (std::vector<double>{0, 0, 0, 1, 0, 0, 0, -3, 0, 1, -3, 0}));
+}
+
+TEST_F(SchedulerTest, ReadStatesOfADeletedClothIsNotFound) {
+  Start();
+  const auto cloth = Cloth();
+  ASSERT_TRUE(scheduler_
+                  ->RunBlocking([&](Backend& backend) {
+                    cloth->End({StatusCode::kNotFound, "CLOTH_NOT_FOUND", ""});
+                    backend.Destroy(cloth->handle());
+                    return Status::Ok();
+                  })
+                  .ok());
+  Awaited<Result<ClothStates>> read;
+  ASSERT_TRUE(scheduler_
+                  ->ReadStates({cloth}, {true, false},
+                               [read](Result<ClothStates> r) mutable { read.Set(std::move(r)); })
+                  .ok());
+  EXPECT_EQ(read.Get().status().reason(), "CLOTH_NOT_FOUND");
+}
+
+TEST_F(SchedulerTest, ASubscriptionGetsFramesUntilItEnds) {
+  Start();
+  const auto cloth = Cloth();
+  Awaited<ObservedFrame> last;
+  Awaited<Status> end;
+  ObserverSpec spec;
+  spec.cloths = {cloth};
+  spec.fields = {true, false};
+  spec.initial_credit = 1000;
+  spec.on_frame = [last](ObservedFrame frame) mutable {
+    frame.in_flight.reset();
+    if (frame.states.cloths[0].completed_steps == 30) last.Set(std::move(frame));
+  };
+  spec.on_end = [end](const Status& status) mutable { end.Set(status); };
+  const auto observer = scheduler_->Subscribe(spec).value();
+  Submit("a", {cloth}, 30).Get();
+  const ObservedFrame& frame = last.Get();
+  EXPECT_GE(frame.frame, 1u);
+  EXPECT_LE(frame.frame, 31u);
+  observer->Cancel();
+  EXPECT_EQ(end.Get().code(), StatusCode::kCancelled);
+}
+
+TEST_F(SchedulerTest, CreditAloneWakesTheDeviceThread) {
+  Start();
+  const auto cloth = Cloth();
+  Awaited<ObservedFrame> frame;
+  ObserverSpec spec;
+  spec.cloths = {cloth};
+  spec.fields = {true, true};
+  spec.on_frame = [frame](ObservedFrame f) mutable { frame.Set(std::move(f)); };
+  spec.on_end = [](const Status&) {};
+  const auto observer = scheduler_->Subscribe(spec).value();
+  observer->AddCredit(1);
+  EXPECT_EQ(frame.Get().states.cloths[0].completed_steps, 0u);
+}
+
+TEST_F(SchedulerTest, ARateLimitedFrameComesWithoutAnotherStep) {
+  const SteadyClock clock;
+  scheduler_ = Scheduler::Start(FakeBackendFactory(device_), {}, clock).value();
+  const auto cloth = Cloth();
+  Awaited<ObservedFrame> last;
+  ObserverSpec spec;
+  spec.cloths = {cloth};
+  spec.fields = {true, false};
+  spec.max_hz = 50;
+  spec.initial_credit = 1000;
+  spec.on_frame = [last](ObservedFrame frame) mutable {
+    if (frame.states.cloths[0].completed_steps == 5) last.Set(std::move(frame));
+  };
+  spec.on_end = [](const Status&) {};
+  const auto observer = scheduler_->Subscribe(spec).value();
+  Submit("a", {cloth}, 5).Get();
+  EXPECT_LE(last.Get().frame, 6u);
+  scheduler_.reset();  // before the clock
+}
+
+TEST_F(SchedulerTest, DrainEndsSubscriptions) {
+  Start();
+  const auto cloth = Cloth();
+  Awaited<Status> end;
+  ObserverSpec spec;
+  spec.cloths = {cloth};
+  spec.fields = {true, false};
+  spec.on_frame = [](const ObservedFrame&) {};
+  spec.on_end = [end](const Status& status) mutable { end.Set(status); };
+  const auto observer = scheduler_->Subscribe(spec).value();
+  scheduler_->Drain(0);
+  EXPECT_EQ(end.Get().reason(), "DRAINING");
+  scheduler_.reset();
+  observer->AddCredit(1);  // harmless after the end
+}
+
+// Many clients at once, each with its own cloths, some giving up: every request ends exactly once
+// and every cloth has as many steps as its own requests asked for.
+TEST_F(SchedulerTest, ManyClientsAtOnce) {
+  SchedulerLimits limits;
+  limits.max_cloths_per_batch = 5;
+  limits.max_queued_requests_per_tenant = 1000;
+  Start(limits);
+  std::vector<std::shared_ptr<ClothRuntime>> cloths;
+  for (int k = 0; k < 8; ++k) cloths.push_back(Cloth());
+  std::atomic<int> ended{0};
+  std::vector<std::thread> clients;
+  for (size_t k = 0; k < 8; ++k) {
+    clients.emplace_back([&, k] {
+      for (uint32_t r = 1; r <= 50; ++r) {
+        StepWork work;
+        work.tenant = "client " + std::to_string(k % 4);
+        work.cloths = {cloths[k]};
+        work.steps = 1 + r % 3;
+        work.done = [&](const StepOutcome& outcome) {
+          EXPECT_TRUE(outcome.status.ok());
+          ++ended;
+        };
+        const Status status = scheduler_->Submit(std::move(work));
+        EXPECT_TRUE(status.ok()) << status.ToString();
+      }
+    });
+  }
+  for (std::thread& client : clients) client.join();
+  scheduler_->Drain(1000000000);
+  EXPECT_EQ(ended, 400);
+  // The sum of 1 + r % 3 for r = 1 .. 50: 50 + 17 * 1 + 17 * 2 + 16 * 0.
+  for (const auto& cloth : cloths) EXPECT_EQ(cloth->progress().completed_steps, 101u);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,45 @@
+#include "server/scheduler/state_reading.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/scheduler/fake_backend.h"
+
+namespace drape {
+namespace {
+
+// The middle cloth has taken one step: its particles are at y = -1.
+TEST(StateReading, OneReadIsCutIntoASliceForEach) {
+  const auto device = std::make_shared<FakeDevice>();
+  FakeBackend backend(device);
+  std::vector<std::shared_ptr<ClothRuntime>> cloths;
+  for (const uint32_t particles : {2u, 3u, 2u}) {
+    cloths.push_back(BeginCloth(backend, ChainModel(particles)));
+  }
+  const StepItem second{cloths[1]->handle(), {}, false};
+  backend.Step(std::span(&second, 1));
+
+  const std::vector<ClothSpan> receivers{ClothSpan(cloths).first(2), ClothSpan(cloths).last(2)};
+  const auto columns = ReadForAll(backend, receivers, {true, true});
+  ASSERT_EQ(columns.size(), 2u);
+  EXPECT_EQ(device->reads(), std::vector<size_t>{4});
+  EXPECT_EQ(std::get<std::vector<double>>(columns[0].positions_m),
+            (std::vector<double>{0, 0, 0, 1, 0, 0, 0, -1, 0, 1, -1, 0, 2, -1, 0}));
+  EXPECT_EQ(std::get<std::vector<double>>(columns[1].positions_m),
+            (std::vector<double>{0, -1, 0, 1, -1, 0, 2, -1, 0, 0, 0, 0, 1, 0, 0}));
+  EXPECT_EQ(std::get<std::vector<double>>(columns[1].velocities_m_per_s),
+            std::vector<double>(15, 0));
+}
+
+TEST(StateReading, FieldsThatAreNotWantedAreEmpty) {
+  FakeBackend backend(std::make_shared<FakeDevice>());
+  const std::vector<std::shared_ptr<ClothRuntime>> cloths{BeginCloth(backend, ChainModel(2))};
+  const ClothStates states = ReadClothStates(backend, cloths, {.velocities = true});
+  EXPECT_EQ(std::get<std::vector<double>>(states.columns.velocities_m_per_s).size(), 6u);
+  EXPECT_TRUE(
+      std::visit([](const auto& column) { return column.empty(); }, states.columns.positions_m));
+  ASSERT_EQ(states.cloths.size(), 1u);
+  EXPECT_EQ(states.cloths[0].particle_count, 2u);
+}
+
+}  // namespace
+}  // namespace drape
