@@ -109,6 +109,15 @@ TEST_P(Pins, AreBitForBitAtTheirTargetsAfterTheStep) {
           << "pin " << k << ", step " << step;
     }
   }
+  // A long way to a place near the origin: p + h u alone would be off by an ulp of the way.
+  scene.pin_targets_m = {Vector3d(1e-5 / 3, -1e-6 / 7, 1e-7 / 9), Vector3d(0.4, 1e-9, 0),
+                         Vector3d(-1e-4 / 3, 0, -1e-3 / 7)};
+  StepAlone(backend(), cloth, scene);
+  const ParticleState near_origin = ReadState(backend(), cloth);
+  for (size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(near_origin.positions_m[scene.model->pins()[k]],
+              Stored(scalar(), scene.pin_targets_m[k]));
+  }
   // Without new targets they stay at the last ones.
   scene.pin_targets_m.clear();
   const ParticleState before = ReadState(backend(), cloth);
