@@ -27,6 +27,10 @@
 // Value of the uniform `substep` for the kick before the first substep.
 #define DRAPE_BEFORE_FIRST_SUBSTEP 0xffffffffu
 
+// Particles, and constraints, that one work group measures; words of its result.
+#define DRAPE_MEASURE_PIECE 2048u
+#define DRAPE_MEASURED_WORDS 13u
+
 // Words of a spring end in a model: other particle, rest length [m], stiffness [N/m], damping [N s/m].
 #define DRAPE_SPRING_END_WORDS 4
 

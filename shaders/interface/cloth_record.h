@@ -70,6 +70,11 @@ struct ClothRecord {
   uint work_positions;        // [particle_count][3] float [m]; tiled, or resident in parts
   uint work_velocities;       // [particle_count][3] float [m/s]; tiled, or resident in parts
   uint violations;            // [particle_count] float [m]; only with colliders
+
+  uint measured_pieces;      // [measure_piece_count][DRAPE_MEASURED_WORDS] float; only if more than one
+  uint measure_piece_count;
+  uint padding0;
+  uint padding1;
 };
 
 #ifdef __cplusplus

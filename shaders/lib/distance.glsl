@@ -9,6 +9,13 @@ struct DistanceError {
   float residual;   // r = C + (alpha/h) Lambda [m]
 };
 
+// r = C + (alpha/h) Lambda [m], the accumulated impulse included, so that the elongation of a compliant
+// constraint does not depend on the number of sweeps.
+float SoftenedResidual(float error, float compliance, float inverse_h, float lambda) {
+  precise float residual = error + compliance * inverse_h * lambda;
+  return residual;
+}
+
 // The predicted difference of positions is that of the old positions plus h times that of the mean
 // velocities. Bender et al. 2009, section 3.2. [m], [m/s], [m], [m/N], [N s].
 DistanceError PredictDistanceError(vec3 position_difference, vec3 velocity_difference, float h,
@@ -20,7 +27,7 @@ DistanceError PredictDistanceError(vec3 position_difference, vec3 velocity_diffe
   error.direction = Direction(d, length_d, vec3(1.0, 0.0, 0.0));
   precise float residual = length_d - rest_length;
 #ifdef HAS_COMPLIANCE
-  residual = residual + compliance * inverse_h * lambda;
+  residual = SoftenedResidual(residual, compliance, inverse_h, lambda);
 #endif
   error.residual = residual;
   return error;

@@ -65,28 +65,34 @@ TEST_F(GlBackendTest, FreeFallIsExact) {
   }
 }
 
-// A pendulum's bob never leaves the circle by more than the tolerance, and pins stay where they are.
+// What the solver calls converged is within the tolerance, and pins stay where they are. The committed
+// positions are p + h u rounded once more, which adds a few ulps of a coordinate of at most 1 m to an
+// error relative to the rest length of 1/11 m.
 TEST_F(GlBackendTest, HangingGridKeepsItsLengthsAndPins) {
-  const auto model = GridModel(32, 32, {0, 31});
+  constexpr double kTolerance = 1e-3;
+  constexpr double kRounding = 4 * kUlp * 11;
+  const auto model = GridModel(12, 12, {0, 11});
   ClothParameters parameters;
   parameters.settings = PresetSettings(Preset::kAccurate);
-  parameters.settings.tolerance = 1e-3;
-  parameters.settings.max_iterations = 1000;
+  parameters.settings.substeps = 8;
+  parameters.settings.tolerance = kTolerance;
+  parameters.settings.max_iterations = 2000;
   const ClothHandle cloth = CreateCloth(backend(), model, parameters);
-  for (int step = 0; step < 5; ++step) {
+  for (int step = 0; step < 4; ++step) {
     const StepReport report = StepCloth(backend(), cloth, true);
     EXPECT_TRUE(report.converged);
     EXPECT_FALSE(report.warnings.tolerance_raised);
-    EXPECT_LE(report.measured.max_strain, 1e-3 * 1.001);
+    EXPECT_GE(report.iterations, 8u);
+    EXPECT_LE(report.measured.max_strain, kTolerance + kRounding);
     EXPECT_GT(report.measured.kinetic_energy_j, 0);
   }
   const std::vector<float> state = ReadCloth(backend(), cloth);
-  for (const uint32_t pin : {0u, 31u}) {
+  for (const uint32_t pin : {0u, 11u}) {
     EXPECT_EQ(state[3 * pin], static_cast<float>(model->rest_positions_m()[pin].x()));
     EXPECT_EQ(state[3 * pin + 1], 0.0f);
     EXPECT_EQ(state[3 * pin + 2], 0.0f);
   }
-  EXPECT_LT(state[3 * (32 * 32 - 1) + 1], -0.01f) << "the free corner falls";
+  EXPECT_LT(state[3 * (12 * 12 - 1) + 1], -0.01f) << "the free corner falls";
   backend().Destroy(cloth);
 }
 

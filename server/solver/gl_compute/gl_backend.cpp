@@ -31,9 +31,9 @@ class GlBackend final : public Backend {
     std::unique_ptr<DeviceArrays> arrays;
     std::unique_ptr<KernelCache> kernels;
     std::unique_ptr<StateReader> reader;
-    const gl::Program* measure = nullptr;
-    VariantChoice choice;
-    DispatchLimits limits;
+    MeasureKernels measure;
+    DeviceTraits traits;
+    BatchDevice device;
   };
 
   explicit GlBackend(Parts parts)
@@ -66,6 +66,7 @@ class GlBackend final : public Backend {
   struct Room {
     std::shared_ptr<const DeviceModel> model;
     const StepKernels* kernels = nullptr;
+    uint64_t part_count = 1;
     WordRange parameter_words;
     WordRange scratch;
   };
@@ -87,15 +88,19 @@ Result<GlBackend::Room> GlBackend::MakeRoom(std::shared_ptr<const SceneModel> mo
                                             const ClothParameters& parameters) {
   DeviceArrays& arrays = *parts_.arrays;
   Room room;
-  const Result<const StepKernels*> kernels =
-      parts_.kernels->ForVariant(ChooseVariant(*model, parameters, parts_.choice));
+  const Result<VariantChoice> choice = ChooseVariant(*model, parameters, parts_.traits);
+  if (!choice.ok()) return choice.status();
+  const KernelVariant& variant = choice->variant;
+  const Result<const StepKernels*> kernels = parts_.kernels->ForVariant(variant);
   if (!kernels.ok()) return kernels.status();
   room.kernels = kernels.value();
+  room.part_count = choice->part_count;
   Result<WordRange> parameter_words =
       arrays.parameters.Allocate(ParameterWordCount(*model, parameters));
   if (!parameter_words.ok()) return parameter_words.status();
   room.parameter_words = std::move(parameter_words).value();
-  Result<WordRange> scratch = arrays.scratch.Allocate(LayOutScratch(*model, parameters).size);
+  Result<WordRange> scratch = arrays.scratch.Allocate(
+      LayOutScratch(*model, parameters, variant.is_tiled() || variant.is_in_parts).size);
   if (!scratch.ok()) return scratch.status();
   room.scratch = std::move(scratch).value();
   DRAPE_RETURN_IF_ERROR(arrays.ReserveBatch(cloths_.count() + 1, model->colour_count()));
@@ -111,6 +116,9 @@ void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& paramet
   cloth.parameter_words = std::move(room.parameter_words);
   cloth.scratch = std::move(room.scratch);
   cloth.parameters = parameters;
+  cloth.part_count = room.part_count;
+  cloth.costs =
+      CountResidentLoops(*cloth.model->model, parameters, cloth.kernels->variant.local_size);
   // A function of the model and the settings alone, so that a restored cloth computes the same bits.
   cloth.tolerance = SinglePrecisionTolerance(parameters.settings.tolerance, *cloth.model->model,
                                              cloth.model->extent_m);
@@ -223,7 +231,7 @@ BatchReport GlBackend::Step(std::span<const StepItem> items) {
       WriteTargets(cloth, PackTargets(item.pin_targets_m));
     }
   }
-  BatchReport report = RunBatch(items, cloths_, *parts_.arrays, *parts_.measure, parts_.limits);
+  BatchReport report = RunBatch(items, cloths_, *parts_.arrays, parts_.measure, parts_.device);
   const std::string reset_reason = parts_.context->ResetReason();
   // Every state on the device is gone; only a new process can have a device again.
   DRAPE_CHECK(reset_reason.empty(), reset_reason);
@@ -251,6 +259,12 @@ StateColumns GlBackend::Read(const ReadRequest& request) {
   return columns;
 }
 
+// Mesa's llvmpipe leaves all loops of an invocation after 65535 passes; the rest is slack for what the
+// count does not see.
+constexpr uint32_t kSoftwareLoopBudget = 60'000;
+// About a second at 60 ns per pass; watchdogs of graphics drivers wait for two or more.
+constexpr uint32_t kHardwareLoopBudget = 1u << 24;
+
 Status CheckLimits(const gl::DeviceLimits& limits) {
   constexpr uint32_t kStorageBlocks = 8;
   constexpr int64_t kSharedMemoryBytes = 32 * 1024;
@@ -273,8 +287,14 @@ Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options
   parts.context = std::move(context).value();
   const gl::DeviceLimits& limits = parts.context->limits();
   DRAPE_RETURN_IF_ERROR(CheckLimits(limits));
-  parts.choice = {.is_software = parts.context->is_software(), .local_size = options.local_size};
-  parts.limits = {limits.work_group_count_x, limits.work_group_count_y};
+  const bool is_software = parts.context->is_software();
+  parts.traits = {.is_software = is_software,
+                  .local_size = options.local_size,
+                  .loop_budget = options.loop_budget != 0 ? options.loop_budget
+                                 : is_software            ? kSoftwareLoopBudget
+                                                          : kHardwareLoopBudget};
+  parts.device = {.limits = {limits.work_group_count_x, limits.work_group_count_y},
+                  .has_timer_queries = !is_software};
   const int64_t max_bytes = options.max_array_bytes > 0
                                 ? std::min(options.max_array_bytes, limits.storage_block_bytes)
                                 : limits.storage_block_bytes;
@@ -285,13 +305,15 @@ Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options
   Result<KernelCache> kernels = KernelCache::Create(options.shader_dir);
   if (!kernels.ok()) return kernels.status();
   parts.kernels = std::make_unique<KernelCache>(std::move(kernels).value());
-  const uint32_t local_size = GeneralLocalSize(parts.choice);
-  const Result<const gl::Program*> measure = parts.kernels->General("measure", local_size);
-  if (!measure.ok()) return measure.status();
-  parts.measure = measure.value();
+  const uint32_t local_size = GeneralLocalSize(parts.traits);
+  const Result<const gl::Program*> pieces = parts.kernels->General("measure_pieces", local_size);
+  if (!pieces.ok()) return pieces.status();
+  const Result<const gl::Program*> total = parts.kernels->General("measure_total", local_size);
+  if (!total.ok()) return total.status();
+  parts.measure = {pieces.value(), total.value()};
   const Result<const gl::Program*> pack = parts.kernels->General("pack", local_size);
   if (!pack.ok()) return pack.status();
-  Result<StateReader> reader = StateReader::Create(pack.value(), max_bytes, parts.limits);
+  Result<StateReader> reader = StateReader::Create(pack.value(), max_bytes, parts.device.limits);
   if (!reader.ok()) return reader.status();
   parts.reader = std::make_unique<StateReader>(std::move(reader).value());
   spdlog::info("gl_backend device=\"{}\" version=\"{}\" max_array_bytes={}",

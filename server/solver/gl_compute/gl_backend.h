@@ -23,6 +23,9 @@ struct GlBackendOptions {
   int64_t max_array_bytes = 0;
   // Invocations per work group, a power of two; 0: what suits the device. Results do not depend on it.
   uint32_t local_size = 0;
+  // Most passes through loops that one dispatch of a resident step may make; 0: what suits the device.
+  // Results do not depend on it.
+  uint32_t loop_budget = 0;
 };
 
 // Owns an OpenGL context on the calling thread, which becomes the device thread of the backend.

@@ -1,5 +1,6 @@
 #include "server/solver/gl_compute/gl_cloth.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 
@@ -65,7 +66,13 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
 
 }  // namespace
 
-ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& parameters) {
+uint32_t MeasurePieceCount(const SceneModel& model) {
+  const uint32_t longest = std::max(model.particle_count(), model.constraint_count());
+  return (longest + DRAPE_MEASURE_PIECE - 1) / DRAPE_MEASURE_PIECE;
+}
+
+ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& parameters,
+                            bool has_work_state) {
   const uint64_t particles = model.particle_count();
   const uint64_t colliders = parameters.colliders.size();
   ScratchLayout layout;
@@ -79,8 +86,10 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
   layout.tangent_betas = append(parameters.friction_static > 0 ? 3 * colliders * particles : 0);
   layout.violations = append(colliders > 0 ? particles : 0);
   layout.spring_accelerations = append(model.spring_count() > 0 ? 3 * particles : 0);
-  layout.work_positions = append(IsResident(model) ? 0 : 3 * particles);
-  layout.work_velocities = append(IsResident(model) ? 0 : 3 * particles);
+  layout.work_positions = append(has_work_state ? 3 * particles : 0);
+  layout.work_velocities = append(has_work_state ? 3 * particles : 0);
+  const uint64_t pieces = MeasurePieceCount(model);
+  layout.measured_pieces = append(pieces > 1 ? DRAPE_MEASURED_WORDS * pieces : 0);
   return layout;
 }
 
@@ -98,7 +107,8 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   record.collider_count = static_cast<uint32_t>(cloth.parameters.colliders.size());
   record.pin_targets = cloth.parameter_words.begin();
   record.colliders = cloth.parameter_words.begin() + 3 * cloth.pin_count();
-  const ScratchLayout layout = LayOutScratch(*cloth.model->model, cloth.parameters);
+  const ScratchLayout layout =
+      LayOutScratch(*cloth.model->model, cloth.parameters, cloth.has_work_state());
   const auto scratch = [&cloth](uint64_t word) {
     return static_cast<uint32_t>(cloth.scratch.begin() + word);
   };
@@ -109,6 +119,14 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   record.spring_accelerations = scratch(layout.spring_accelerations);
   record.work_positions = scratch(layout.work_positions);
   record.work_velocities = scratch(layout.work_velocities);
+  record.measured_pieces = scratch(layout.measured_pieces);
+  record.measure_piece_count = MeasurePieceCount(*cloth.model->model);
+  if (cloth.kernels->variant.is_in_parts) {
+    // Each is below the budget, which is a 32-bit number.
+    record.sweep_cost = static_cast<uint32_t>(cloth.costs.sweep);
+    record.substep_cost = static_cast<uint32_t>(cloth.costs.substep);
+    record.fixed_cost = static_cast<uint32_t>(cloth.costs.fixed);
+  }
   return record;
 }
 

@@ -10,6 +10,7 @@
 #include "server/solver/cloth_parameters.h"
 #include "server/solver/gl_compute/device_model.h"
 #include "server/solver/gl_compute/free_list.h"
+#include "server/solver/gl_compute/kernel_costs.h"
 #include "server/solver/gl_compute/kernels.h"
 #include "server/solver/step_report.h"
 #include "shaders/interface/cloth_record.h"
@@ -26,16 +27,23 @@ struct ScratchLayout {
   uint64_t spring_accelerations = 0;
   uint64_t work_positions = 0;
   uint64_t work_velocities = 0;
+  uint64_t measured_pieces = 0;
   uint64_t size = 0;
 };
 
-// Pure.
-ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& parameters);
+// Pure. `has_work_state`: the step's own copy of the state lies in Scratch.
+ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& parameters,
+                            bool has_work_state);
+
+// Work groups that measure a cloth.
+uint32_t MeasurePieceCount(const SceneModel& model);
 
 struct GlCloth {
   std::shared_ptr<const DeviceModel> model;
   ClothParameters parameters;
   const StepKernels* kernels = nullptr;
+  uint64_t part_count = 1;  // dispatches of the resident step
+  LoopCosts costs;          // of the resident step
   double tolerance = 0;  // the one used: what single precision can meet
   FaultReason fault = FaultReason::kNone;
   WordRange state;            // positions, then velocities
@@ -44,6 +52,9 @@ struct GlCloth {
 
   uint32_t particle_count() const { return model->model->particle_count(); }
   uint32_t pin_count() const { return model->model->pin_count(); }
+  bool has_work_state() const {
+    return kernels->variant.is_tiled() || kernels->variant.is_in_parts;
+  }
   bool is_tolerance_raised() const { return tolerance > parameters.settings.tolerance; }
   bool are_springs_beyond_limit() const;
 };

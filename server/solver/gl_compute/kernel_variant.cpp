@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <sstream>
 
+#include "server/solver/gl_compute/kernel_costs.h"
+
 namespace drape {
 
 namespace {
@@ -15,11 +17,40 @@ constexpr uint32_t kSoftwareLocalSize = 32;
 constexpr uint32_t kHardwareLocalSizeOfLargest = 256;
 constexpr uint32_t kHardwareLocalSizeOfTiles = 128;
 
-uint32_t LocalSizeFor(uint32_t capacity, const VariantChoice& choice) {
-  if (choice.local_size != 0) return choice.local_size;
-  if (choice.is_software) return kSoftwareLocalSize;
+constexpr uint32_t kLargestLocalSize = 1024;
+
+uint32_t LocalSizeFor(uint32_t capacity, const DeviceTraits& device) {
+  if (device.local_size != 0) return device.local_size;
+  if (device.is_software) return kSoftwareLocalSize;
   if (capacity == 0) return kHardwareLocalSizeOfTiles;
   return std::min(capacity, kHardwareLocalSizeOfLargest);
+}
+
+Status LoopLimit() {
+  return Status(StatusCode::kResourceExhausted, "KERNEL_LOOP_LIMIT",
+                "a particle has too many springs, or the cloth too many colliders or colours, for "
+                "the kernels of this device");
+}
+
+// Cuts the step into parts where it is too long for one dispatch; more invocations per work group mean
+// shorter loops.
+Status FitLoops(const SceneModel& model, const ClothParameters& parameters,
+                const DeviceTraits& device, VariantChoice& choice) {
+  KernelVariant& variant = choice.variant;
+  if (CountLongestLoop(model, parameters, variant.local_size) > device.loop_budget) {
+    return LoopLimit();
+  }
+  if (variant.is_tiled()) return Status::Ok();
+  LoopCosts costs = CountResidentLoops(model, parameters, variant.local_size);
+  while (!CanRunInParts(costs, device.loop_budget)) {
+    if (variant.local_size >= kLargestLocalSize) return LoopLimit();
+    variant.local_size *= 2;
+    costs = CountResidentLoops(model, parameters, variant.local_size);
+  }
+  choice.part_count = CountParts(costs, parameters.settings, device.loop_budget);
+  variant.is_in_parts = choice.part_count > 1;
+  if (variant.is_in_parts) variant.loop_budget = device.loop_budget;
+  return Status::Ok();
 }
 
 }  // namespace
@@ -36,18 +67,26 @@ std::string KernelVariant::Defines() const {
   if (has_damping) text << "#define HAS_DAMPING\n";
   if (has_pins) text << "#define HAS_PINS\n";
   if (has_tolerance) text << "#define HAS_TOLERANCE\n";
+  if (is_in_parts) text << "#define IS_IN_PARTS\n#define LOOP_BUDGET " << loop_budget << "u\n";
   return text.str();
 }
 
-KernelVariant ChooseVariant(const SceneModel& model, const ClothParameters& parameters,
-                            const VariantChoice& choice) {
-  KernelVariant variant;
+bool IsResident(const SceneModel& model) {
+  return model.particle_count() <= kMaxResidentParticles &&
+         model.constraint_count() <= kMaxResidentConnections &&
+         model.spring_count() <= kMaxResidentConnections;
+}
+
+Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParameters& parameters,
+                                    const DeviceTraits& device) {
+  VariantChoice choice;
+  KernelVariant& variant = choice.variant;
   if (IsResident(model)) {
     variant.capacity = model.particle_count() <= 64    ? 64
                        : model.particle_count() <= 256 ? 256
                                                        : kMaxResidentParticles;
   }
-  variant.local_size = LocalSizeFor(variant.capacity, choice);
+  variant.local_size = LocalSizeFor(variant.capacity, device);
   if (model.spring_count() > 0) {
     variant.springs = parameters.settings.spring_integration == SpringIntegration::kInForce
                           ? KernelVariant::Springs::kInForce
@@ -59,12 +98,14 @@ KernelVariant ChooseVariant(const SceneModel& model, const ClothParameters& para
   variant.has_damping = parameters.damping_per_s > 0;
   variant.has_pins = model.pin_count() > 0;
   variant.has_tolerance = parameters.settings.tolerance > 0;
-  return variant;
+  DRAPE_RETURN_IF_ERROR(FitLoops(model, parameters, device, choice));
+  return choice;
 }
 
-uint32_t GeneralLocalSize(const VariantChoice& choice) {
-  if (choice.local_size != 0) return choice.local_size;
-  return choice.is_software ? kSoftwareLocalSize : kHardwareLocalSizeOfLargest;
+uint32_t GeneralLocalSize(const DeviceTraits& device) {
+  // `measure_pieces` keeps 52 bytes per invocation in shared memory.
+  if (device.local_size != 0) return std::min(device.local_size, kHardwareLocalSizeOfLargest);
+  return device.is_software ? kSoftwareLocalSize : kHardwareLocalSizeOfLargest;
 }
 
 }  // namespace drape

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <string>
 
+#include "server/core/status.h"
 #include "server/scene/scene_model.h"
 #include "server/solver/cloth_parameters.h"
 
@@ -25,6 +26,9 @@ struct KernelVariant {
   bool has_damping = false;
   bool has_pins = false;
   bool has_tolerance = false;
+  // The resident step takes several dispatches of at most loop_budget passes (kernel_costs.h).
+  bool is_in_parts = false;
+  uint32_t loop_budget = 0;  // 0 unless is_in_parts
 
   bool is_tiled() const { return capacity == 0; }
   // The #define block that specialises the kernels.
@@ -34,23 +38,31 @@ struct KernelVariant {
 };
 
 // What of the device the choice depends on.
-struct VariantChoice {
+struct DeviceTraits {
   bool is_software = false;
-  uint32_t local_size = 0;  // 0: what suits the device
+  uint32_t local_size = 0;   // 0: what suits the device
+  uint32_t loop_budget = 0;  // passes through loops per dispatch and invocation
 };
 
 // The largest cloth of the resident plan [particles]: 28 bytes each in the 32 KiB of shared memory that
 // OpenGL 4.5 guarantees.
 inline constexpr uint32_t kMaxResidentParticles = 1024;
+// Meshes and nets of 1024 particles have 2 to 6 thousand of each; with far more of them a sweep gains
+// nothing from shared memory.
+inline constexpr uint32_t kMaxResidentConnections = 8 * 1024;
 
-inline bool IsResident(const SceneModel& model) {
-  return model.particle_count() <= kMaxResidentParticles;
-}
+bool IsResident(const SceneModel& model);
 
-KernelVariant ChooseVariant(const SceneModel& model, const ClothParameters& parameters,
-                            const VariantChoice& choice);
+// How a cloth is stepped. RESOURCE_EXHAUSTED (KERNEL_LOOP_LIMIT) for one whose kernels would loop
+// longer than the device allows.
+struct VariantChoice {
+  KernelVariant variant;
+  uint64_t part_count = 1;  // dispatches of the resident step
+};
+Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParameters& parameters,
+                                    const DeviceTraits& device);
 
-// Invocations of a work group that does not depend on the cloth (`measure`, `pack`).
-uint32_t GeneralLocalSize(const VariantChoice& choice);
+// Invocations of a work group that does not depend on the cloth (`measure_pieces`, `pack`).
+uint32_t GeneralLocalSize(const DeviceTraits& device);
 
 }  // namespace drape

@@ -40,7 +40,7 @@ class KernelCache {
   static Result<KernelCache> Create(const std::string& shader_dir);
 
   Result<const StepKernels*> ForVariant(const KernelVariant& variant);
-  // A kernel without variants, "measure" or "pack".
+  // A kernel without variants, "measure_pieces" or "pack".
   Result<const gl::Program*> General(const std::string& kernel, uint32_t local_size);
 
  private:

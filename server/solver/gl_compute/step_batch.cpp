@@ -23,6 +23,7 @@ struct BatchPlan {
   std::vector<shader::BatchItem> items;
   std::vector<StepGroup> groups;
   uint32_t first_measured = 0;
+  std::vector<const GlCloth*> measured;
 };
 
 // Cloths of one variant together, in the order of the batch. Faulted cloths are measured but not stepped.
@@ -45,12 +46,14 @@ BatchPlan PlanBatch(std::span<const StepItem> items, ClothTable& cloths) {
   }
   plan.first_measured = static_cast<uint32_t>(plan.items.size());
   for (uint32_t index = 0; index < items.size(); ++index) {
-    if (items[index].measure) plan.items.push_back({items[index].cloth.slot, index});
+    if (!items[index].measure) continue;
+    plan.items.push_back({items[index].cloth.slot, index});
+    plan.measured.push_back(&cloths.Find(items[index].cloth));
   }
   return plan;
 }
 
-uint32_t Dispatch(const BatchPlan& plan, DeviceArrays& arrays, const gl::Program& measure,
+uint32_t Dispatch(const BatchPlan& plan, DeviceArrays& arrays, const MeasureKernels& measure,
                   const DispatchLimits& limits) {
   arrays.BindForStep();
   uint32_t dispatch_count = 0;
@@ -59,8 +62,7 @@ uint32_t Dispatch(const BatchPlan& plan, DeviceArrays& arrays, const gl::Program
                           ? StepTiled(group, limits, arrays.dispatches)
                           : StepResident(group, limits);
   }
-  const uint32_t measured_count = static_cast<uint32_t>(plan.items.size()) - plan.first_measured;
-  return dispatch_count + DispatchPerItem(measure, plan.first_measured, measured_count, limits);
+  return dispatch_count + Measure(measure, plan.first_measured, plan.measured, limits);
 }
 
 FaultReason FaultOf(const shader::ClothStatus& status) {
@@ -104,7 +106,7 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
 }  // namespace
 
 BatchReport RunBatch(std::span<const StepItem> items, ClothTable& cloths, DeviceArrays& arrays,
-                     const gl::Program& measure, const DispatchLimits& limits) {
+                     const MeasureKernels& measure, const BatchDevice& device) {
   BatchReport batch;
   if (items.empty()) return batch;
   const int64_t start_us = NowUs();
@@ -116,12 +118,12 @@ BatchReport RunBatch(std::span<const StepItem> items, ClothTable& cloths, Device
 
   gl::TimerQuery timer;
   timer.Start();
-  batch.dispatch_count = Dispatch(plan, arrays, measure, limits);
+  batch.dispatch_count = Dispatch(plan, arrays, measure, device.limits);
   timer.Stop();
   gl::WaitForDevice();
-  batch.device_us = timer.ElapsedUs();
-
   const int64_t readback_start_us = NowUs();
+  batch.device_us = device.has_timer_queries ? timer.ElapsedUs()
+                                             : readback_start_us - start_us - batch.upload_us;
   std::vector<shader::ClothStatus> statuses(items.size());
   arrays.statuses.Download(0, std::as_writable_bytes(std::span(statuses)));
   batch.readback_us = NowUs() - readback_start_us;

@@ -201,8 +201,36 @@ uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_
 }
 
 uint32_t StepResident(const StepGroup& group, const DispatchLimits& limits) {
-  return DispatchPerItem(*group.kernels->resident_step, group.first_item,
-                         static_cast<uint32_t>(group.cloths.size()), limits);
+  uint64_t part_count = 1;
+  for (const GlCloth* cloth : group.cloths) part_count = std::max(part_count, cloth->part_count);
+  uint32_t dispatch_count = 0;
+  for (uint64_t part = 0; part < part_count; ++part) {
+    group.kernels->resident_step->SetUniform(DRAPE_UNIFORM_PART, part == 0 ? 0 : 1);
+    dispatch_count += DispatchPerItem(*group.kernels->resident_step, group.first_item,
+                                      static_cast<uint32_t>(group.cloths.size()), limits);
+  }
+  return dispatch_count;
+}
+
+uint32_t Measure(const MeasureKernels& kernels, uint32_t first_item,
+                 std::span<const GlCloth* const> cloths, const DispatchLimits& limits) {
+  if (cloths.empty()) return 0;
+  uint32_t largest_piece_count = 1;
+  for (const GlCloth* cloth : cloths) {
+    largest_piece_count = std::max(largest_piece_count, MeasurePieceCount(*cloth->model->model));
+  }
+  uint32_t dispatch_count = 0;
+  const uint32_t item_count = static_cast<uint32_t>(cloths.size());
+  kernels.pieces->Use();
+  for (uint32_t done = 0; done < item_count; ++dispatch_count) {
+    const uint32_t count = std::min(item_count - done, limits.group_count_y);
+    kernels.pieces->SetUniform(DRAPE_UNIFORM_FIRST_ITEM, first_item + done);
+    glDispatchCompute(largest_piece_count, count, 1);
+    done += count;
+  }
+  DeviceBarrier();
+  if (largest_piece_count == 1) return dispatch_count;
+  return dispatch_count + DispatchPerItem(*kernels.total, first_item, item_count, limits);
 }
 
 uint32_t StepTiled(const StepGroup& group, const DispatchLimits& limits, gl::Buffer& dispatches) {

@@ -31,9 +31,19 @@ void DeviceBarrier();
 uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
                          const DispatchLimits& limits);
 
+// What measures any cloth.
+struct MeasureKernels {
+  const gl::Program* pieces = nullptr;
+  const gl::Program* total = nullptr;
+};
+
 // The whole step of the group; both return the number of dispatches, which depends on the variant and
 // the settings but not on the number of cloths (up to the limits of one dispatch).
 uint32_t StepResident(const StepGroup& group, const DispatchLimits& limits);
 uint32_t StepTiled(const StepGroup& group, const DispatchLimits& limits, gl::Buffer& dispatches);
+// Of the items [first_item, first_item + cloths.size()). Returns the dispatches: one, or two if any cloth
+// has more than one piece.
+uint32_t Measure(const MeasureKernels& kernels, uint32_t first_item,
+                 std::span<const GlCloth* const> cloths, const DispatchLimits& limits);
 
 }  // namespace drape

@@ -1,0 +1,35 @@
+// How long the kernels of a cloth run, counted in passes through loops. Pure.
+#pragma once
+
+#include <cstdint>
+
+#include "server/core/status.h"
+#include "server/scene/scene_model.h"
+#include "server/solver/cloth_parameters.h"
+
+namespace drape {
+
+// Upper bounds on the passes through loops that one invocation of `resident_step` makes. Mesa's llvmpipe
+// leaves every loop for good after 65535 passes per invocation, without a word (server/gl/README.md); on
+// hardware a watchdog stops kernels that run for seconds.
+struct LoopCosts {
+  uint64_t sweep = 0;    // one sweep
+  uint64_t substep = 0;  // a substep without its sweeps
+  uint64_t fixed = 0;    // loading, first kick, pausing, committing
+};
+
+LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& parameters,
+                             uint32_t local_size);
+
+// Whether a dispatch of `budget` passes gets anywhere.
+bool CanRunInParts(const LoopCosts& costs, uint64_t budget);
+
+// Dispatches that one step needs at most so that none makes more than `budget` passes. 1 where the whole
+// step fits. Needs CanRunInParts.
+uint64_t CountParts(const LoopCosts& costs, const StepSettings& settings, uint64_t budget);
+
+// Longest loop nest of the kernels that step a cloth outside the resident plan, and of `measure`.
+uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parameters,
+                          uint32_t local_size);
+
+}  // namespace drape

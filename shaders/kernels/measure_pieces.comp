@@ -1,0 +1,95 @@
+// Kernel `measure_pieces`: stage measure of one piece of a cloth (DRAPE_MEASURE_PIECE particles and as many
+// constraints), from the committed state; changes nothing but reports. Work group x = piece, y = cloth. A
+// cloth of one piece is finished here, others by `measure_total`. Reads States, Models, Parameters,
+// Scratch (lambdas [N s], violations [m]); writes Scratch (pieces) or Statuses.
+#include "stages/measured.glsl"
+#include "lib/distance.glsl"
+#include "lib/measure.glsl"
+
+layout(local_size_x = LOCAL_SIZE) in;
+
+vec3 CommittedPosition(uint i) { return StateVector(cloth.positions + 3u * i); }
+
+void MeasureContacts(uint i, vec3 p, inout Measured measured) {
+  float smallest_gap = ColliderGap(LoadCollider(0u), cloth.thickness, p).size;
+  for (uint c = 1u; c < cloth.collider_count; ++c) {
+    smallest_gap = min(smallest_gap, ColliderGap(LoadCollider(c), cloth.thickness, p).size);
+  }
+  if (smallest_gap <= cloth.contact_margin) ++measured.contacts;
+  measured.max_penetration = max(measured.max_penetration, -smallest_gap);
+  measured.max_residual = max(measured.max_residual, scratch[cloth.violations + i]);
+}
+
+// Each spring is counted at its end of smaller index.
+void MeasureSprings(uint i, vec3 p, inout Measured measured) {
+  uint end = models[cloth.spring_offsets + i + 1u];
+  for (uint s = models[cloth.spring_offsets + i]; s < end; ++s) {
+    uint word = cloth.spring_ends + DRAPE_SPRING_END_WORDS * s;
+    if (models[word] < i) continue;
+    precise vec3 d = CommittedPosition(models[word]) - p;
+    precise float elongation = Length(d) - ModelFloat(word + 1u);
+    measured.elastic =
+        AddCompensated(measured.elastic, ElasticEnergy(ModelFloat(word + 2u), elongation));
+  }
+}
+
+void MeasureParticle(uint i, inout Measured measured) {
+  float mass = ModelFloat(cloth.masses + i);
+  vec3 p = CommittedPosition(i);
+  vec3 v = StateVector(cloth.velocities + 3u * i);
+  measured.kinetic = AddCompensated(measured.kinetic, KineticEnergy(mass, v));
+  measured.potential =
+      AddCompensated(measured.potential, PotentialEnergy(mass, cloth.gravity.xyz, p));
+  measured.lowest = min(measured.lowest, p.y);
+  if (cloth.collider_count > 0u) MeasureContacts(i, p, measured);
+  if (cloth.has_springs != 0u) MeasureSprings(i, p, measured);
+}
+
+uvec2 LoadPair(uint k) {
+  if (cloth.is_tiled == 0u) {
+    uint pair = models[cloth.pairs + k];
+    return uvec2(pair & 0xffffu, pair >> 16);
+  }
+  return uvec2(models[cloth.pairs + 2u * k], models[cloth.pairs + 2u * k + 1u]);
+}
+
+void MeasureConstraint(uint k, inout Measured measured) {
+  uvec2 pair = LoadPair(k);
+  float rest_length = ModelFloat(cloth.rest_lengths + k);
+  precise vec3 d = CommittedPosition(pair.y) - CommittedPosition(pair.x);
+  precise float elongation = Length(d) - rest_length;
+  precise float strain = elongation / rest_length;
+  precise float strain_sq = strain * strain;
+  measured.max_strain = max(measured.max_strain, abs(strain));
+  measured.strain_sq = AddCompensated(measured.strain_sq, strain_sq);
+  float residual = elongation;
+  if (cloth.has_compliance != 0u) {
+    float compliance = ModelFloat(cloth.compliances + k);
+    residual = SoftenedResidual(elongation, compliance, cloth.inverse_h, scratch[cloth.lambdas + k]);
+    if (compliance > 0.0) {
+      measured.elastic =
+          AddCompensated(measured.elastic, ElasticEnergy(1.0 / compliance, elongation));
+    }
+  }
+  measured.max_residual = max(measured.max_residual, abs(residual));
+}
+
+void main() {
+  BatchItem item = items[first_item + gl_WorkGroupID.y];
+  cloth = cloths[item.cloth];
+  uint piece = gl_WorkGroupID.x;
+  if (piece >= cloth.measure_piece_count) return;
+  uint begin = piece * DRAPE_MEASURE_PIECE + gl_LocalInvocationID.x;
+  uint particle_end = min((piece + 1u) * DRAPE_MEASURE_PIECE, cloth.particle_count);
+  uint constraint_end = min((piece + 1u) * DRAPE_MEASURE_PIECE, cloth.constraint_count);
+  Measured measured = NothingMeasured();
+  for (uint i = begin; i < particle_end; i += LOCAL_SIZE) MeasureParticle(i, measured);
+  for (uint k = begin; k < constraint_end; k += LOCAL_SIZE) MeasureConstraint(k, measured);
+  measured = MergeLanes(measured);
+  if (gl_LocalInvocationID.x != 0u) return;
+  if (cloth.measure_piece_count == 1u) {
+    StoreMeasured(item.status, measured);
+  } else {
+    StorePiece(piece, measured);
+  }
+}
