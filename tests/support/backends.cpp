@@ -1,25 +1,32 @@
 #include "tests/support/backends.h"
 
 #include <map>
+#include <utility>
 
 #include "server/core/check.h"
 #include "server/solver/cpu/cpu_backend.h"
 #include "server/solver/cpu_reference/reference_backend.h"
+#include "server/solver/gl_compute/gl_backend.h"
 
 namespace drape::test {
 
 std::vector<std::string> BackendNames() {
-  return {"reference", "cpu"};
+  return {"reference", "cpu", "gl"};
 }
 
 std::vector<std::string> FloatBackendNames() {
-  return {"cpu"};
+  return {"cpu", "gl"};
 }
 
 std::unique_ptr<Backend> MakeBackend(const std::string& name) {
   if (name == "reference") return CreateReferenceBackend();
-  DRAPE_CHECK(name == "cpu", "no backend is called " + name);
-  return CreateCpuBackend();
+  if (name == "cpu") return CreateCpuBackend();
+  DRAPE_CHECK(name == "gl", "no backend is called " + name);
+  GlBackendOptions options;
+  options.accept_software = true;
+  auto backend = CreateGlBackend(options);
+  DRAPE_CHECK(backend.ok(), backend.status().ToString());
+  return std::move(*backend);
 }
 
 Backend& SharedBackend(const std::string& name) {

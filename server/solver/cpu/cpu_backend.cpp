@@ -1,7 +1,6 @@
 #include "server/solver/cpu/cpu_backend.h"
 
 #include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/partitioner.h>
@@ -93,7 +92,8 @@ class CpuBackend final : public Backend {
   explicit CpuBackend(const CpuBackendOptions& options)
       : thread_count_(options.thread_count > 0 ? static_cast<int>(options.thread_count)
                                                : tbb::info::default_concurrency()),
-        arena_(thread_count_) {}
+        arena_(thread_count_),
+        scratch_(static_cast<size_t>(thread_count_)) {}
 
   BackendDescription Describe() const override {
     return {"cpu",
@@ -182,13 +182,18 @@ class CpuBackend final : public Backend {
   }
 
  private:
+  StepScratch& ScratchOfThisThread() {
+    return scratch_.at(static_cast<size_t>(tbb::this_task_arena::current_thread_index()));
+  }
+
   // Touches only the item's cloth and this thread's scratch memory.
   StepReport StepItemOnThisThread(const StepItem& item) {
     Cloth& cloth = cloths_.At(item.cloth);
     if (!item.pin_targets_m.empty() && cloth.fault == FaultReason::kNone) {
       cloth.pin_targets = ToFloat(item.pin_targets_m, *cloth.model);
     }
-    const StepContext context{*cloth.model, *cloth.controls, cloth.pin_targets, scratch_.local()};
+    const StepContext context{*cloth.model, *cloth.controls, cloth.pin_targets,
+                              ScratchOfThisThread()};
     if (cloth.fault != FaultReason::kNone) {
       StepReport report;
       report.fault = cloth.fault;
@@ -202,7 +207,7 @@ class CpuBackend final : public Backend {
 
   const int thread_count_;
   tbb::task_arena arena_;
-  tbb::enumerable_thread_specific<StepScratch> scratch_;
+  std::vector<StepScratch> scratch_;  // one per thread of the arena
   FloatModelCache models_;
   ClothSlots<Cloth> cloths_;
 };
