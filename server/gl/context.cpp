@@ -106,8 +106,7 @@ std::vector<EglDevice> ListEglDevices() {
 }
 
 std::optional<std::string> FindHardwareGl() {
-  const Result<std::unique_ptr<Context>> context = Context::Create({.accept_software = false,
-                                                                    .device_filter = {}});
+  const Result<std::unique_ptr<Context>> context = Context::Create({.accept_software = false});
   if (!context.ok()) return std::nullopt;
   return context.value()->renderer();
 }

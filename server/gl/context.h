@@ -33,7 +33,7 @@ struct DeviceLimits {
 struct ContextOptions {
   bool accept_software = true;
   // Devices for which this is false are passed over; empty accepts all.
-  std::function<bool(const EglDevice&)> device_filter;
+  std::function<bool(const EglDevice&)> device_filter = {};
 };
 
 // All EGL devices, hardware first; empty where there is no EGL with device enumeration.

@@ -11,7 +11,7 @@ namespace {
 
 Status CompileError(const ShaderSource& source, const char* action, const std::string& log) {
   const std::string message =
-      source.name + " does not " + action + ": " + WithFileNames(log, source.files);
+      source.name + " does not " + action + ": " + WithFileNames(log, source.lines);
   spdlog::error("shader_{}_failed {}", action, message);
   return Status(StatusCode::kInternal, "SHADER_COMPILE_FAILED", message);
 }

@@ -11,9 +11,6 @@ namespace drape::gl {
 
 namespace {
 
-constexpr std::string_view kVersionLine = "#version 450 core\n";
-constexpr std::string_view kDefinesName = "<defines>";
-
 Status CompileError(const std::string& message) {
   return Status(StatusCode::kInternal, "SHADER_COMPILE_FAILED", message);
 }
@@ -36,33 +33,30 @@ class Assembler {
   Assembler(const std::map<std::string, std::string>& files, ShaderSource& source)
       : files_(files), source_(source) {}
 
-  Status Append(const std::string& path, const std::string& included_from) {
+  Status AppendFile(const std::string& path, const std::string& included_from) {
     if (!included_.insert(path).second) return Status::Ok();
     const auto file = files_.find(path);
     if (file == files_.end()) {
       return CompileError(included_from + ": no shader file \"" + path + "\"");
     }
-    const size_t number = source_.files.size();
-    source_.files.push_back(path);
-    AppendLineDirective(1, number);
-    std::istringstream lines(file->second);
+    return AppendText(path, file->second);
+  }
+
+  Status AppendText(const std::string& name, const std::string& text) {
+    std::istringstream lines(text);
     std::string line;
-    for (int line_number = 1; std::getline(lines, line); ++line_number) {
+    for (int number = 1; std::getline(lines, line); ++number) {
       if (const std::optional<std::string> next = IncludedFile(line)) {
-        DRAPE_RETURN_IF_ERROR(Append(*next, path + ":" + std::to_string(line_number)));
-        AppendLineDirective(line_number + 1, number);
-      } else {
-        source_.text += IsSystemInclude(line) ? "\n" : line + "\n";
+        DRAPE_RETURN_IF_ERROR(AppendFile(*next, name + ":" + std::to_string(number)));
+      } else if (!IsSystemInclude(line)) {
+        source_.text += line + "\n";
+        source_.lines.push_back({name, number});
       }
     }
     return Status::Ok();
   }
 
  private:
-  void AppendLineDirective(int line, size_t file_number) {
-    source_.text += "#line " + std::to_string(line) + " " + std::to_string(file_number) + "\n";
-  }
-
   const std::map<std::string, std::string>& files_;
   ShaderSource& source_;
   std::set<std::string> included_;
@@ -70,24 +64,23 @@ class Assembler {
 
 }  // namespace
 
-std::string WithFileNames(std::string_view log, const std::vector<std::string>& files) {
-  static const std::regex kMesa(R"re((^|\n|\s)(\d+):(\d+)\(\d+\))re");
-  static const std::regex kNvidia(R"re((^|\n)(\d+)\((\d+)\)()?)re");
-  std::string text(log);
-  for (const std::regex& place : {std::cref(kMesa), std::cref(kNvidia)}) {
-    std::string replaced;
-    std::smatch match;
-    std::string rest = text;
-    while (std::regex_search(rest, match, place)) {
-      const size_t file = std::stoul(match[2].str());
-      replaced += match.prefix().str();
-      replaced += file < files.size() ? match[1].str() + files[file] + ":" + match[3].str()
-                                      : match[0].str();
-      rest = match.suffix().str();
+std::string WithFileNames(std::string_view log, const std::vector<SourceLine>& lines) {
+  static const std::regex kPlace(R"re((^|\n|\s)0(?::(\d+)\(\d+\)|\((\d+)\)))re");
+  std::string replaced;
+  std::string rest(log);
+  std::smatch match;
+  while (std::regex_search(rest, match, kPlace)) {
+    const size_t number = std::stoul(match[2].matched ? match[2].str() : match[3].str());
+    replaced += match.prefix().str();
+    if (number >= 1 && number <= lines.size()) {
+      const SourceLine& line = lines[number - 1];
+      replaced += match[1].str() + line.file + ":" + std::to_string(line.line);
+    } else {
+      replaced += match[0].str();
     }
-    text = replaced + rest;
+    rest = match.suffix().str();
   }
-  return text;
+  return replaced + rest;
 }
 
 Status ShaderLibrary::AddDirectory(const std::string& directory) {
@@ -110,11 +103,11 @@ Status ShaderLibrary::AddDirectory(const std::string& directory) {
 
 Result<ShaderSource> ShaderLibrary::Assemble(const std::string& path,
                                              std::string_view defines) const {
-  ShaderSource source{.name = path, .text = std::string(kVersionLine), .files = {}};
-  source.files.push_back(std::string(kDefinesName));
-  source.text += "#line 1 0\n" + std::string(defines);
-  if (!defines.empty() && defines.back() != '\n') source.text += '\n';
-  DRAPE_RETURN_IF_ERROR(Assembler(files_, source).Append(path, path));
+  ShaderSource source{.name = path, .text = {}, .lines = {}};
+  Assembler assembler(files_, source);
+  DRAPE_RETURN_IF_ERROR(assembler.AppendText("<version>", "#version 450 core\n"));
+  DRAPE_RETURN_IF_ERROR(assembler.AppendText("<defines>", std::string(defines)));
+  DRAPE_RETURN_IF_ERROR(assembler.AppendFile(path, path));
   return source;
 }
 

@@ -11,16 +11,23 @@
 
 namespace drape::gl {
 
-// A complete compute shader. `files[s]` is the name of source-string number s in #line directives.
-struct ShaderSource {
-  std::string name;  // "kernels/measure.comp"
-  std::string text;
-  std::vector<std::string> files;
+// Where a line of a shader's text comes from, counted from 1.
+struct SourceLine {
+  std::string file;
+  int line = 0;
 };
 
-// Replaces the places that drivers write into logs, "s:line(column)" (Mesa) and "s(line)" (NVIDIA), by
-// "<file>:line", where s is a source-string number.
-std::string WithFileNames(std::string_view log, const std::vector<std::string>& files);
+// A complete compute shader. Its text has no #line directives, because Mesa forgets their source-string
+// number in many messages; `lines` tells the same.
+struct ShaderSource {
+  std::string name;  // "kernels/measure_pieces.comp"
+  std::string text;
+  std::vector<SourceLine> lines;  // of each line of `text`
+};
+
+// Replaces the places that drivers write into logs, "0:line(column)" (Mesa) and "0(line)" (NVIDIA), by
+// "file:line".
+std::string WithFileNames(std::string_view log, const std::vector<SourceLine>& lines);
 
 // A set of shader files by path. Copyable; thread-safe when constant.
 class ShaderLibrary {

@@ -16,9 +16,9 @@ struct GlBackendOptions {
   // Whether a software renderer (Mesa llvmpipe) will do where there is no hardware.
   bool accept_software = true;
   // Directory whose files replace the embedded shaders, for developers; empty: none.
-  std::string shader_dir;
+  std::string shader_dir = {};
   // Devices for which this is false are passed over; empty accepts all.
-  std::function<bool(const gl::EglDevice&)> device_filter;
+  std::function<bool(const gl::EglDevice&)> device_filter = {};
   // Largest size of any one device array [bytes]; 0: what the device allows.
   int64_t max_array_bytes = 0;
   // Invocations per work group, a power of two; 0: what suits the device. Results do not depend on it.
