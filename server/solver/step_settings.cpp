@@ -3,9 +3,21 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <sstream>
 #include <string>
 
 namespace drape {
+
+namespace {
+
+// As short as it can be said: 1e-30, not 0.000000.
+std::string Text(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
+}
+
+}  // namespace
 
 StepSettings PresetSettings(Preset preset) {
   StepSettings settings;
@@ -55,8 +67,8 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
   std::vector<FieldViolation> violations;
   const auto check = [&](bool is_legal, const char* field, double value, const std::string& range) {
     if (is_legal) return;
-    violations.push_back({std::string(field_prefix) + "." + field,
-                          std::to_string(value) + " is not in " + range});
+    violations.push_back(
+        {std::string(field_prefix) + "." + field, Text(value) + " is not in " + range});
   };
   check(settings.time_step_s > 0 && settings.time_step_s <= kMaxTimeStep_s, "time_step_s",
         settings.time_step_s, "(0, 10] s");
@@ -64,7 +76,13 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
         "[1, " + std::to_string(kMaxSubsteps) + "]");
   check(settings.max_iterations >= 1 && settings.max_iterations <= kMaxIterations, "max_iterations",
         settings.max_iterations, "[1, " + std::to_string(kMaxIterations) + "]");
-  check(settings.tolerance >= 0 && settings.tolerance < 1, "tolerance", settings.tolerance, "[0, 1)");
+  check(settings.tolerance >= 0 && settings.tolerance < 1, "tolerance", settings.tolerance,
+        "[0, 1)");
+  if (violations.empty() && settings.substep_s() < kMinSubstep_s) {
+    violations.push_back({std::string(field_prefix) + ".time_step_s",
+                          Text(settings.time_step_s) + " s in " + Text(settings.substeps) +
+                              " substeps makes a substep below 1e-6 s"});
+  }
   if (!violations.empty()) return Status::InvalidFields(std::move(violations));
   return settings;
 }

@@ -41,6 +41,8 @@ struct StepSettingsOverrides {
 };
 
 inline constexpr double kMaxTimeStep_s = 10;
+// Below, h^2 and the velocities that follow from rounded positions lose their meaning in single precision.
+inline constexpr double kMinSubstep_s = 1e-6;
 inline constexpr uint32_t kMaxSubsteps = 10000;
 inline constexpr uint32_t kMaxIterations = 10000;
 

@@ -72,6 +72,18 @@ TEST(StepSettings, LimitsThemselvesAreLegal) {
   EXPECT_TRUE(ResolveSettings(overrides, "settings").ok());
 }
 
+TEST(StepSettings, SubstepsBelowAMicrosecondAreRefused) {
+  StepSettingsOverrides overrides;
+  overrides.time_step_s = 1e-30;
+  const auto settings = ResolveSettings(overrides, "settings");
+  ASSERT_FALSE(settings.ok());
+  EXPECT_THAT(settings.status().message(), HasSubstr("settings.time_step_s"));
+  EXPECT_THAT(settings.status().message(), HasSubstr("1e-30 s in 60 substeps"));
+
+  overrides.time_step_s = 60 * kMinSubstep_s;
+  EXPECT_TRUE(ResolveSettings(overrides, "settings").ok());
+}
+
 TEST(StepSettings, EveryBadValueIsNamedWithItsRange) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInf = std::numeric_limits<double>::infinity();
