@@ -24,7 +24,7 @@ void PinTrack::Start(std::vector<PinMotion> motions) {
 
 void PinTrack::Move(size_t pin, const Eigen::Vector3d& target_m, double over_s, double now_s) {
   DRAPE_CHECK(pin < motions_.size(), "no such pin");
-  motions_[pin] = {motions_[pin].At(now_s), target_m, now_s, over_s};
+  motions_[pin] = {At(pin, now_s), target_m, now_s, over_s};
   is_settled_ = false;
 }
 

@@ -25,7 +25,12 @@ class PinTrack {
 
   size_t pin_count() const { return motions_.size(); }
   const PinMotion& motion(size_t pin) const { return motions_[pin]; }
-  Eigen::Vector3d At(size_t pin, double time_s) const { return motions_[pin].At(time_s); }
+  // Where the pin itself is. Unlike PinMotion::At, which is about targets, at the start of a motion
+  // this is where it starts, even if it is to be over within one step.
+  Eigen::Vector3d At(size_t pin, double time_s) const {
+    const PinMotion& motion = motions_[pin];
+    return time_s <= motion.start_s ? motion.start_m : motion.At(time_s);
+  }
   // What StepItem.pin_targets_m wants for a step that ends at `end_s`: every pin's target, or
   // nothing while no pin has moved since the targets of the last step. Valid until the next call.
   std::span<const Eigen::Vector3d> TargetsForStep(double end_s);

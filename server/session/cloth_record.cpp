@@ -1,11 +1,25 @@
 #include "server/session/cloth_record.h"
 
+#include <cmath>
 #include <utility>
 #include <variant>
 
 #include "server/core/check.h"
 
 namespace drape {
+namespace {
+
+// The nearest number with the 24 significant bits of single precision. By arithmetic, because GCC
+// 12 vectorises double -> float -> double of neighbouring values into no operation at all.
+double RoundToSinglePrecision(double value) {
+  constexpr int kSignificantBits = 24;
+  int exponent = 0;
+  std::frexp(value, &exponent);
+  const int shift = kSignificantBits - exponent;
+  return std::ldexp(std::nearbyint(std::ldexp(value, shift)), -shift);
+}
+
+}  // namespace
 
 ClothRecord::ClothRecord(Placement its_placement, RigidTransform its_transform,
                          std::shared_ptr<const ClothDescription> description)
@@ -31,7 +45,8 @@ Eigen::Vector3d OriginInEnvironment(const SceneModel& model, const RigidTransfor
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : model.rest_positions_m()) sum += p;
   const Eigen::Vector3d centroid = transform * (sum / model.particle_count());
-  return centroid.cast<float>().cast<double>();
+  return {RoundToSinglePrecision(centroid.x()), RoundToSinglePrecision(centroid.y()),
+          RoundToSinglePrecision(centroid.z())};
 }
 
 ParticleState PlaceRestShape(const SceneModel& model, const RigidTransform& transform,

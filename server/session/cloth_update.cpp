@@ -1,7 +1,5 @@
 #include "server/session/cloth_update.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <map>
 #include <optional>
@@ -18,15 +16,13 @@ struct PlannedUpdate {
   std::shared_ptr<const ClothDescription> after;
   ClothUpdate write;
   ClothUpdate undo;
-  std::optional<std::vector<PinMotion>> motions;  // set if the pins are replaced
+  std::optional<PinTrack> pins;  // set if they are replaced
 };
 
-std::vector<Eigen::Vector3d> TargetsNow(const ClothRuntime& cloth) {
-  std::vector<Eigen::Vector3d> targets_m;
-  for (size_t k = 0; k < cloth.pins().pin_count(); ++k) {
-    targets_m.push_back(cloth.pins().At(k, cloth.now().time_s));
-  }
-  return targets_m;
+std::vector<Eigen::Vector3d> PinsNow(const PinTrack& pins, double now_s) {
+  std::vector<Eigen::Vector3d> positions_m;
+  for (size_t k = 0; k < pins.pin_count(); ++k) positions_m.push_back(pins.At(k, now_s));
+  return positions_m;
 }
 
 Eigen::Vector3d Row(const ScalarColumn& column, uint32_t row) {
@@ -38,9 +34,9 @@ Eigen::Vector3d Row(const ScalarColumn& column, uint32_t row) {
       column);
 }
 
-// The motions of the new pins: those that stay keep theirs, new ones start where their particle is.
-std::vector<PinMotion> MotionsAfter(Backend& backend, const ClothRecord& cloth,
-                                    const std::vector<Pin>& pins) {
+// The new pins: those that stay keep their motions, new ones start where their particle is; then
+// the given targets.
+PinTrack PinsAfter(Backend& backend, const ClothRecord& cloth, const std::vector<Pin>& pins) {
   const ClothRuntime& runtime = *cloth.runtime;
   const double now_s = runtime.now().time_s;
   const auto old_pins = runtime.model()->pins();
@@ -56,12 +52,15 @@ std::vector<PinMotion> MotionsAfter(Backend& backend, const ClothRecord& cloth,
       motion.start_m = motion.target_m = Row(state.positions_m, pin.particle);
       motion.start_s = now_s;
     }
-    if (pin.target_m.has_value()) {
-      motion = {motion.At(now_s), cloth.placement.ClothFromEnvironment(*pin.target_m), now_s, 0};
-    }
     motions.push_back(motion);
   }
-  return motions;
+  PinTrack track;
+  track.Start(std::move(motions));
+  for (size_t k = 0; k < pins.size(); ++k) {
+    if (!pins[k].target_m.has_value()) continue;
+    track.Move(k, cloth.placement.ClothFromEnvironment(*pins[k].target_m), 0, now_s);
+  }
+  return track;
 }
 
 Result<PlannedUpdate> Plan(Backend& backend, const ClothRecord& cloth, const ClothChange& change,
@@ -80,14 +79,12 @@ Result<PlannedUpdate> Plan(Backend& backend, const ClothRecord& cloth, const Clo
     after->model = repinned->model;
     after->pins = SortedPins(*change.pins);
     after->plan = backend.PlanOf(*after->model);
-    plan.motions = MotionsAfter(backend, cloth, after->pins);
+    const double now_s = cloth.runtime->now().time_s;
+    plan.pins = PinsAfter(backend, cloth, after->pins);
     plan.write.model = after->model;
-    plan.write.pin_targets_m.emplace();
-    for (const PinMotion& motion : *plan.motions) {
-      plan.write.pin_targets_m->push_back(motion.At(cloth.runtime->now().time_s));
-    }
+    plan.write.pin_targets_m = PinsNow(*plan.pins, now_s);
     plan.undo.model = before->model;
-    plan.undo.pin_targets_m = TargetsNow(*cloth.runtime);
+    plan.undo.pin_targets_m = PinsNow(cloth.runtime->pins(), now_s);
   }
   plan.after = std::move(after);
   return plan;
@@ -97,14 +94,14 @@ void Commit(ClothRecord& cloth, PlannedUpdate plan) {
   ClothRuntime& runtime = *cloth.runtime;
   runtime.SetTimeStep(plan.after->parameters.settings.time_step_s);
   runtime.SetShift(ShiftOf(*plan.after->model, plan.after->parameters, cloth.placement));
-  if (plan.motions.has_value()) {
+  if (plan.pins.has_value()) {
     runtime.SetModel(plan.after->model);
-    runtime.pins().Start(std::move(*plan.motions));
+    runtime.pins() = std::move(*plan.pins);
   }
   cloth.ReplaceDescription(std::move(plan.after));
 }
 
-// The pin updates that name a pin's particle: "pins[2].particle" -> "spec.pins[2].particle".
+// Field names as in UpdateClothsRequest: "pins[2].particle" -> "spec.pins[2].particle".
 Status InSpec(const Status& status) {
   std::vector<FieldViolation> violations = status.violations();
   if (violations.empty()) return status;

@@ -1,0 +1,58 @@
+#include "server/session/cloth_creation.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/session/session_fixture.h"
+
+namespace drape {
+namespace {
+
+class ClothCreationTest : public testing::Test {
+ protected:
+  std::shared_ptr<FakeDevice> device_ = std::make_shared<FakeDevice>();
+  FakeBackend backend_{device_};
+};
+
+TEST_F(ClothCreationTest, CopiesAreMadeInPiecesAndUnmadeTogether) {
+  const ClothCreation creation = Chains(5, 2);
+  ClothMaker maker(creation, creation.model);
+  EXPECT_TRUE(maker.Make(backend_, 0, 2).ok());
+  EXPECT_EQ(device_->live_cloths(), 2u);
+  EXPECT_TRUE(maker.Make(backend_, 2, 5).ok());
+  ASSERT_EQ(maker.made().size(), 5u);
+  for (size_t k = 0; k < 5; ++k) {
+    EXPECT_EQ(maker.made()[k]->placement.environment_origin_m.x(), 10.0 * static_cast<double>(k));
+    EXPECT_TRUE(maker.made()[k]->runtime->is_alive());
+  }
+  maker.Unmake(backend_);
+  EXPECT_EQ(device_->live_cloths(), 0u);
+}
+
+TEST_F(ClothCreationTest, AnErrorLeavesWhatWasMadeToBeUnmade) {
+  device_->SetCapacity(3);
+  const ClothCreation creation = Chains(5, 2);
+  ClothMaker maker(creation, creation.model);
+  EXPECT_EQ(maker.Make(backend_, 0, 5).reason(), "DEVICE_FULL");
+  EXPECT_EQ(maker.made().size(), 3u);
+  maker.Unmake(backend_);
+  EXPECT_EQ(device_->live_cloths(), 0u);
+}
+
+TEST_F(ClothCreationTest, FreeingTwiceFreesOnce) {
+  const ClothCreation creation = Chains(1, 2);
+  ClothMaker maker(creation, creation.model);
+  EXPECT_TRUE(maker.Make(backend_, 0, 1).ok());
+  FreeCloth(backend_, *maker.made()[0]);
+  FreeCloth(backend_, *maker.made()[0]);
+  EXPECT_EQ(device_->live_cloths(), 0u);
+}
+
+TEST_F(ClothCreationTest, PinsAreSortedByParticle) {
+  const auto pins = SortedPins({{7, std::nullopt}, {1, std::nullopt}, {4, std::nullopt}});
+  EXPECT_EQ(pins[0].particle, 1u);
+  EXPECT_EQ(pins[1].particle, 4u);
+  EXPECT_EQ(pins[2].particle, 7u);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,170 @@
+#include "server/session/cloth_update.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/session/session_fixture.h"
+
+namespace drape {
+namespace {
+
+using Eigen::Vector3d;
+
+class ClothUpdateTest : public SessionFixture {
+ protected:
+  ClothUpdateTest() { Start(); }
+
+  ClothList CreateChains(size_t copies, uint32_t particles, const std::vector<Pin>& pins = {}) {
+    return Find(Create(Chains(copies, particles, pins)).value().ids);
+  }
+};
+
+TEST_F(ClothUpdateTest, ParametersChangeWhileTheStateStays) {
+  const ClothList cloths = CreateChains(2, 3);
+  Step(cloths, 2);
+  ClothChange change;
+  change.gravity_m_per_s2 = Vector3d(0, 0, -1);
+  change.colliders = std::vector<Collider>{SphereCollider{{1, 0, 0}, 2}};
+  EXPECT_TRUE(Update(cloths, change).ok());
+  Inspect([&](const FakeBackend& backend) {
+    for (const auto& cloth : cloths) {
+      const ClothParameters& parameters = backend.ParametersOf(cloth->runtime->handle());
+      EXPECT_EQ(parameters.gravity_m_per_s2, Vector3d(0, 0, -1));
+      // The cloth's origin is (1, 0, 0).
+      EXPECT_EQ(std::get<SphereCollider>(parameters.colliders[0]).center_m, Vector3d(0, 0, 0));
+      EXPECT_EQ(backend.StateOf(cloth->runtime->handle()).positions_m[0], Vector3d(-1, -2, 0));
+    }
+  });
+  const auto description = cloths[1]->description();
+  EXPECT_EQ(description->parameters.gravity_m_per_s2, Vector3d(0, 0, -1));
+  EXPECT_EQ(std::get<SphereCollider>(description->parameters.colliders[0]).center_m,
+            Vector3d(1, 0, 0));
+  EXPECT_EQ(cloths[0]->runtime->progress().completed_steps, 2u);
+}
+
+TEST_F(ClothUpdateTest, NewGravityCountsInThePotentialEnergyOfReports) {
+  const ClothList cloths = CreateChains(1, 3);  // origin (1, 0, 0), 3 kg
+  ClothChange change;
+  change.gravity_m_per_s2 = Vector3d(-10, 0, 0);
+  EXPECT_TRUE(Update(cloths, change).ok());
+  EXPECT_EQ(Step(cloths, 1).cloths[0].report->measured.potential_energy_j, 30);
+}
+
+TEST_F(ClothUpdateTest, ANewTimeStepCountsFromTheNextStepOn) {
+  const ClothList cloths = CreateChains(1, 3);
+  Step(cloths, 2);  // 0.5 s
+  ClothChange change;
+  change.settings = StepSettings{};
+  change.settings->time_step_s = 1;
+  EXPECT_TRUE(Update(cloths, change).ok());
+  EXPECT_EQ(Step(cloths, 2).cloths[0].stamp.time_s, 2.5);
+}
+
+TEST_F(ClothUpdateTest, AFailureInTheMiddleTakesEverythingBack) {
+  const ClothList cloths = CreateChains(3, 3, {{0, std::nullopt}});
+  device_->FailWrite(1);
+  ClothChange change;
+  change.gravity_m_per_s2 = Vector3d(1, 1, 1);
+  change.pins = std::vector<Pin>{{2, std::nullopt}};
+  const auto updated = Update(cloths, change);
+  EXPECT_EQ(updated.status().code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(device_->writes(), 3u);  // one, the one that failed, one taken back
+  Inspect([&](const FakeBackend& backend) {
+    for (const auto& cloth : cloths) {
+      const ClothHandle handle = cloth->runtime->handle();
+      EXPECT_EQ(backend.ParametersOf(handle).gravity_m_per_s2, Vector3d(0, -9.81, 0));
+      EXPECT_EQ(backend.ModelOf(handle), cloths[0]->description()->model);
+      EXPECT_EQ(backend.PinTargetsOf(handle), (std::vector<Vector3d>{{-1, 0, 0}}));
+    }
+  });
+  for (const auto& cloth : cloths) EXPECT_EQ(cloth->description()->pins[0].particle, 0u);
+}
+
+TEST_F(ClothUpdateTest, WhatOneClothCannotTakeNoneGets) {
+  const ClothList cloths = CreateChains(2, 3);
+  ClothChange ready;
+  ready.friction_static = 0.5;
+  EXPECT_TRUE(Update({cloths[0]}, ready).ok());
+  ClothChange change;
+  change.friction_dynamic = 0.4;
+  const auto updated = Update(cloths, change);
+  EXPECT_EQ(updated.status().violations()[0].field, "spec.material.friction_dynamic");
+  EXPECT_EQ(cloths[0]->description()->parameters.friction_dynamic, 0);
+  EXPECT_TRUE(Update({cloths[0]}, change).ok());
+}
+
+TEST_F(ClothUpdateTest, ADeletedClothIsNotFoundAndTheOthersStay) {
+  const ClothList cloths = CreateChains(2, 3);
+  EXPECT_TRUE(Delete({cloths[1]}).ok());
+  ClothChange change;
+  change.damping_per_s = 1;
+  EXPECT_EQ(Update(cloths, change).status().reason(), "CLOTH_NOT_FOUND");
+  EXPECT_EQ(cloths[0]->description()->parameters.damping_per_s, 0);
+}
+
+TEST_F(ClothUpdateTest, NewPinsStartWhereTheirParticlesAre) {
+  const ClothList cloths = CreateChains(1, 3);
+  Step(cloths, 2);
+  ClothChange change;
+  change.pins = std::vector<Pin>{{2, Vector3d(2, 5, 0)}, {0, std::nullopt}};
+  const auto updated = Update(cloths, change).value();
+  EXPECT_EQ(updated.plan, "pinned");
+  EXPECT_EQ(updated.model->pin_count(), 2u);
+  Inspect([&](const FakeBackend& backend) {
+    EXPECT_EQ(backend.PinTargetsOf(cloths[0]->runtime->handle()),
+              (std::vector<Vector3d>{{-1, -2, 0}, {1, -2, 0}}));
+  });
+  const StepOutcome outcome = Step(cloths, 1);
+  EXPECT_EQ(outcome.cloths[0].stamp.completed_steps, 3u);
+  EXPECT_EQ(std::get<std::vector<double>>(outcome.states->positions_m),
+            (std::vector<double>{-1, -2, 0, 0, -3, 0, 1, 5, 0}));
+}
+
+TEST_F(ClothUpdateTest, PinsThatStayKeepTheirMotion) {
+  const ClothList cloths = CreateChains(1, 3, {{0, std::nullopt}});
+  StepWork work;
+  work.tenant = "a";
+  work.cloths = {cloths[0]->runtime};
+  work.steps = 2;  // 0.5 s of 1 s
+  work.pin_controls = {{0, 0, Vector3d(-1, 8, 0), 1}};
+  Awaited<bool> moved;
+  work.done = [moved](const StepOutcome&) mutable { moved.Set(true); };
+  ASSERT_TRUE(scheduler_->Submit(std::move(work)).ok());
+  moved.Get();
+  ClothChange change;
+  change.pins = std::vector<Pin>{{0, std::nullopt}, {1, std::nullopt}};
+  EXPECT_TRUE(Update(cloths, change).ok());
+  const auto positions = std::get<std::vector<double>>(Step(cloths, 1).states->positions_m);
+  EXPECT_EQ(positions[1], 6);
+  EXPECT_EQ(positions[4], -2);
+}
+
+TEST_F(ClothUpdateTest, RemovedPinsAreFree) {
+  const ClothList cloths = CreateChains(1, 3, {{0, std::nullopt}});
+  ClothChange change;
+  change.pins = std::vector<Pin>{};
+  EXPECT_EQ(Update(cloths, change).value().plan, "free");
+  EXPECT_EQ(std::get<std::vector<double>>(Step(cloths, 1).states->positions_m)[1], -1);
+  EXPECT_TRUE(Reset(cloths).ok());
+  EXPECT_TRUE(Step(cloths, 1).status.ok());
+}
+
+TEST_F(ClothUpdateTest, ABadPinIsNamed) {
+  const ClothList cloths = CreateChains(1, 3);
+  ClothChange change;
+  change.pins = std::vector<Pin>{{0, std::nullopt}, {3, std::nullopt}};
+  const Status status = Update(cloths, change).status();
+  EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+  ASSERT_FALSE(status.violations().empty());
+  EXPECT_EQ(status.violations()[0].field, "spec.pins[1].particle");
+}
+
+TEST_F(ClothUpdateTest, ClothsOfOneDescriptionShareTheNewModel) {
+  const ClothList cloths = CreateChains(2, 3);
+  ClothChange change;
+  change.pins = std::vector<Pin>{{1, std::nullopt}};
+  EXPECT_TRUE(Update(cloths, change).ok());
+  EXPECT_EQ(cloths[0]->description()->model, cloths[1]->description()->model);
+}
+
+}  // namespace
+}  // namespace drape
