@@ -11,7 +11,8 @@
 
 namespace drape::gl {
 
-// Owns one OpenGL buffer. Move-only; every call with its context current. Offsets and sizes in bytes.
+// Owns one OpenGL buffer. Move-only; every call with its context current. Offsets and sizes in
+// bytes.
 class Buffer {
  public:
   Buffer() = default;

@@ -51,15 +51,13 @@ std::string GlString(GLenum name) {
 EGLContext CreateEglContext(EGLDisplay display) {
   // The last attempt does without robustness, which EGL 1.4 drivers may not offer.
   const std::array<EGLint, 4> robust = {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
-                                        EGL_LOSE_CONTEXT_ON_RESET,
-                                        EGL_CONTEXT_OPENGL_ROBUST_ACCESS, EGL_TRUE};
+                                        EGL_LOSE_CONTEXT_ON_RESET, EGL_CONTEXT_OPENGL_ROBUST_ACCESS,
+                                        EGL_TRUE};
   for (const size_t robust_count : {4, 2, 0}) {
-    std::vector<EGLint> attributes = {EGL_CONTEXT_MAJOR_VERSION,
-                                      4,
-                                      EGL_CONTEXT_MINOR_VERSION,
-                                      5,
-                                      EGL_CONTEXT_OPENGL_PROFILE_MASK,
-                                      EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT};
+    std::vector<EGLint> attributes = {
+        EGL_CONTEXT_MAJOR_VERSION,       4,
+        EGL_CONTEXT_MINOR_VERSION,       5,
+        EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT};
     attributes.insert(attributes.end(), robust.begin(), robust.begin() + robust_count);
     attributes.push_back(EGL_NONE);
     const EGLContext context =
@@ -94,7 +92,8 @@ std::vector<EglDevice> ListEglDevices() {
   if (!eglQueryDevicesEXT(count, handles.data(), &count)) return {};
   std::vector<EglDevice> devices;
   for (EGLint index = 0; index < count; ++index) {
-    EglDevice device{.handle = handles[static_cast<size_t>(index)], .index = index, .extensions = {}};
+    EglDevice device{
+        .handle = handles[static_cast<size_t>(index)], .index = index, .extensions = {}};
     const char* device_extensions = eglQueryDeviceStringEXT(device.handle, EGL_EXTENSIONS);
     device.extensions = device_extensions == nullptr ? "" : device_extensions;
     device.is_software = HasExtension(device_extensions, "EGL_MESA_device_software");

@@ -14,20 +14,21 @@ namespace drape::gl {
 
 // One EGL device as the driver lists it.
 struct EglDevice {
-  void* handle = nullptr;       // EGLDeviceEXT
-  int index = 0;                // in the driver's list
-  bool is_software = false;     // EGL_MESA_device_software; a renderer may still turn out to be software
+  void* handle = nullptr;  // EGLDeviceEXT
+  int index = 0;           // in the driver's list
+  bool is_software =
+      false;  // EGL_MESA_device_software; a renderer may still turn out to be software
   std::string extensions;
 };
 
 // What a shader may use; bytes unless said otherwise.
 struct DeviceLimits {
-  int64_t storage_block_bytes = 0;   // GL_MAX_SHADER_STORAGE_BLOCK_SIZE
-  int64_t shared_memory_bytes = 0;   // GL_MAX_COMPUTE_SHARED_MEMORY_SIZE
+  int64_t storage_block_bytes = 0;  // GL_MAX_SHADER_STORAGE_BLOCK_SIZE
+  int64_t shared_memory_bytes = 0;  // GL_MAX_COMPUTE_SHARED_MEMORY_SIZE
   uint32_t work_group_invocations = 0;
   uint32_t work_group_count_x = 0;
   uint32_t work_group_count_y = 0;
-  uint32_t storage_blocks = 0;       // per compute shader
+  uint32_t storage_blocks = 0;  // per compute shader
 };
 
 struct ContextOptions {
@@ -39,11 +40,12 @@ struct ContextOptions {
 // All EGL devices, hardware first; empty where there is no EGL with device enumeration.
 std::vector<EglDevice> ListEglDevices();
 
-// The renderer string of the first device with a hardware OpenGL 4.5 compute driver, if any. Makes a
-// context on the calling thread for a moment.
+// The renderer string of the first device with a hardware OpenGL 4.5 compute driver, if any. Makes
+// a context on the calling thread for a moment.
 std::optional<std::string> FindHardwareGl();
 
-// Owns one context. It belongs to the thread that made it: every call and the destructor on that thread.
+// Owns one context. It belongs to the thread that made it: every call and the destructor on that
+// thread.
 class Context {
  public:
   // The first device that works, hardware before software. UNAVAILABLE (NO_EGL_DEVICE) with what to

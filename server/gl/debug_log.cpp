@@ -7,8 +7,8 @@ namespace drape::gl {
 
 namespace {
 
-void APIENTRY LogMessage(GLenum source, GLenum type, GLuint id, GLenum severity,
-                         GLsizei /*length*/, const GLchar* message, const void* /*user*/) {
+void APIENTRY LogMessage(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei /*length*/,
+                         const GLchar* message, const void* /*user*/) {
   // Compile errors come again, with file names, from Program::Compile; Mesa gives warnings of its
   // compiler a high severity.
   if (source == GL_DEBUG_SOURCE_SHADER_COMPILER) {

@@ -15,7 +15,8 @@ Status CompileError(const std::string& message) {
   return Status(StatusCode::kInternal, "SHADER_COMPILE_FAILED", message);
 }
 
-// `file` of a line `#include "file"`. Interface headers say "shaders/interface/x.h", as C++ needs it.
+// `file` of a line `#include "file"`. Interface headers say "shaders/interface/x.h", as C++ needs
+// it.
 std::optional<std::string> IncludedFile(const std::string& line) {
   static const std::regex kInclude(R"re(^\s*#\s*include\s+"(?:shaders/)?([^"]+)".*$)re");
   std::smatch match;

@@ -1,4 +1,5 @@
-// From shader files to the one text that a driver compiles, and from the driver's log back to files.
+// From shader files to the one text that a driver compiles, and from the driver's log back to
+// files.
 #pragma once
 
 #include <map>
@@ -17,16 +18,16 @@ struct SourceLine {
   int line = 0;
 };
 
-// A complete compute shader. Its text has no #line directives, because Mesa forgets their source-string
-// number in many messages; `lines` tells the same.
+// A complete compute shader. Its text has no #line directives, because Mesa forgets their
+// source-string number in many messages; `lines` tells the same.
 struct ShaderSource {
   std::string name;  // "kernels/measure_pieces.comp"
   std::string text;
   std::vector<SourceLine> lines;  // of each line of `text`
 };
 
-// Replaces the places that drivers write into logs, "0:line(column)" (Mesa) and "0(line)" (NVIDIA), by
-// "file:line".
+// Replaces the places that drivers write into logs, "0:line(column)" (Mesa) and "0(line)" (NVIDIA),
+// by "file:line".
 std::string WithFileNames(std::string_view log, const std::vector<SourceLine>& lines);
 
 // A set of shader files by path. Copyable; thread-safe when constant.
@@ -39,8 +40,9 @@ class ShaderLibrary {
   // (SHADER_DIR_NOT_FOUND) if the directory cannot be read.
   Status AddDirectory(const std::string& directory);
 
-  // The file `path` with `defines` ("#define X 1\n...") before it and every `#include "file"` resolved,
-  // each file once. INTERNAL (SHADER_COMPILE_FAILED) naming file and line of an include that is missing.
+  // The file `path` with `defines` ("#define X 1\n...") before it and every `#include "file"`
+  // resolved, each file once. INTERNAL (SHADER_COMPILE_FAILED) naming file and line of an include
+  // that is missing.
   Result<ShaderSource> Assemble(const std::string& path, std::string_view defines) const;
 
  private:

@@ -27,7 +27,8 @@ class ProgramTest : public testing::Test {
   }
 
   static Result<Program> Compile(const ShaderLibrary& library) {
-    const Result<ShaderSource> source = library.Assemble("kernels/k.comp", "#define LOCAL_SIZE 4\n");
+    const Result<ShaderSource> source =
+        library.Assemble("kernels/k.comp", "#define LOCAL_SIZE 4\n");
     if (!source.ok()) return source.status();
     return Program::Compile(source.value());
   }
@@ -77,9 +78,11 @@ TEST_F(ProgramTest, UniformThatDoesNotExistIsNoError) {
 
 TEST_F(ProgramTest, CompileErrorNamesFileAndLine) {
   ShaderLibrary library;
-  library.Add("lib/broken.glsl", "float Fine() { return 1.0; }\n\nfloat Broken() { return missing; }\n");
-  library.Add("kernels/k.comp",
-              "#include \"lib/broken.glsl\"\nlayout(local_size_x = 1) in;\nvoid main() { Broken(); }\n");
+  library.Add("lib/broken.glsl",
+              "float Fine() { return 1.0; }\n\nfloat Broken() { return missing; }\n");
+  library.Add(
+      "kernels/k.comp",
+      "#include \"lib/broken.glsl\"\nlayout(local_size_x = 1) in;\nvoid main() { Broken(); }\n");
   const Result<Program> program = Compile(library);
   ASSERT_FALSE(program.ok());
   EXPECT_EQ(program.status().code(), StatusCode::kInternal);

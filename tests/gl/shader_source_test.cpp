@@ -52,7 +52,8 @@ TEST(ShaderSourceTest, MissingKernelIsAnError) {
 }
 
 TEST(ShaderSourceTest, LogsOfMesaAndNvidiaGetFileNames) {
-  const std::vector<SourceLine> lines = {{"<version>", 1}, {"kernels/k.comp", 12}, {"lib/a.glsl", 7}};
+  const std::vector<SourceLine> lines = {
+      {"<version>", 1}, {"kernels/k.comp", 12}, {"lib/a.glsl", 7}};
   EXPECT_EQ(WithFileNames("0:2(5): error: x undeclared\n0:3(1): warning: y", lines),
             "kernels/k.comp:12: error: x undeclared\nlib/a.glsl:7: warning: y");
   EXPECT_EQ(WithFileNames("0(3) : error C1503: undefined variable \"z\"\n0(2) : warning", lines),

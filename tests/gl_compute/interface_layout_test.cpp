@@ -73,7 +73,8 @@ class InterfaceLayoutTest : public testing::Test {
   std::unique_ptr<gl::Context> context_;
 };
 
-#define MEMBER(type, member) {#member, static_cast<GLint>(offsetof(shader::type, member))}
+#define MEMBER(type, member) \
+  { #member, static_cast < GLint>(offsetof(shader::type, member)) }
 
 TEST_F(InterfaceLayoutTest, ClothRecord) {
   const std::map<std::string, GLint> expected = {
@@ -134,22 +135,14 @@ TEST_F(InterfaceLayoutTest, ClothRecord) {
 
 TEST_F(InterfaceLayoutTest, ClothStatus) {
   const std::map<std::string, GLint> expected = {
-      MEMBER(ClothStatus, iterations),
-      MEMBER(ClothStatus, unconverged_substeps),
-      MEMBER(ClothStatus, fault),
-      MEMBER(ClothStatus, sweep_changed),
-      MEMBER(ClothStatus, is_substep_done),
-      MEMBER(ClothStatus, contacts),
-      MEMBER(ClothStatus, max_strain),
-      MEMBER(ClothStatus, rms_strain),
-      MEMBER(ClothStatus, kinetic_energy),
-      MEMBER(ClothStatus, potential_energy),
-      MEMBER(ClothStatus, strain_energy),
-      MEMBER(ClothStatus, lowest),
-      MEMBER(ClothStatus, max_penetration),
-      MEMBER(ClothStatus, max_residual),
-      MEMBER(ClothStatus, next_substep),
-      MEMBER(ClothStatus, next_sweep),
+      MEMBER(ClothStatus, iterations),      MEMBER(ClothStatus, unconverged_substeps),
+      MEMBER(ClothStatus, fault),           MEMBER(ClothStatus, sweep_changed),
+      MEMBER(ClothStatus, is_substep_done), MEMBER(ClothStatus, contacts),
+      MEMBER(ClothStatus, max_strain),      MEMBER(ClothStatus, rms_strain),
+      MEMBER(ClothStatus, kinetic_energy),  MEMBER(ClothStatus, potential_energy),
+      MEMBER(ClothStatus, strain_energy),   MEMBER(ClothStatus, lowest),
+      MEMBER(ClothStatus, max_penetration), MEMBER(ClothStatus, max_residual),
+      MEMBER(ClothStatus, next_substep),    MEMBER(ClothStatus, next_sweep),
   };
   const StructLayout driver = AskDriver("cloth_status.h", "ClothStatus");
   EXPECT_EQ(driver.offsets, expected);
@@ -166,7 +159,8 @@ TEST_F(InterfaceLayoutTest, BatchItem) {
 
 TEST_F(InterfaceLayoutTest, PackItem) {
   const std::map<std::string, GLint> expected = {MEMBER(PackItem, source), MEMBER(PackItem, target),
-                                                 MEMBER(PackItem, count), MEMBER(PackItem, padding)};
+                                                 MEMBER(PackItem, count),
+                                                 MEMBER(PackItem, padding)};
   const StructLayout driver = AskDriver("batch_item.h", "PackItem");
   EXPECT_EQ(driver.offsets, expected);
   EXPECT_EQ(driver.stride, static_cast<GLint>(sizeof(shader::PackItem)));

@@ -64,8 +64,7 @@ void DeviceArena::Write(const WordRange& range, uint32_t first_word,
   WriteBytes(range, first_word, std::as_bytes(words));
 }
 
-void DeviceArena::Write(const WordRange& range, uint32_t first_word,
-                        std::span<const float> words) {
+void DeviceArena::Write(const WordRange& range, uint32_t first_word, std::span<const float> words) {
   WriteBytes(range, first_word, std::as_bytes(words));
 }
 

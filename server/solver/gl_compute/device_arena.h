@@ -12,8 +12,8 @@
 
 namespace drape {
 
-// One storage buffer of 4-byte words, handed out in ranges. It grows by copying itself on the device, so
-// ranges keep their offsets. Every call with the context current.
+// One storage buffer of 4-byte words, handed out in ranges. It grows by copying itself on the
+// device, so ranges keep their offsets. Every call with the context current.
 class DeviceArena {
  public:
   // `name` is for messages; `max_bytes` is the largest size the device binds as one block.
@@ -43,7 +43,8 @@ class DeviceArena {
   FreeList free_list_;
 };
 
-// Ranges start at multiples of this many words, a cache line, so that no two cloths write the same line.
+// Ranges start at multiples of this many words, a cache line, so that no two cloths write the same
+// line.
 inline constexpr uint64_t kArenaAlignmentWords = 32;
 inline constexpr uint64_t kArenaWordBytes = 4;
 

@@ -21,20 +21,20 @@ struct DeviceArrays {
   // Each array is at most `max_bytes` long. RESOURCE_EXHAUSTED (DEVICE_MEMORY).
   static Result<std::unique_ptr<DeviceArrays>> Create(int64_t max_bytes);
 
-  // Room for a batch of `cloths` cloths and for the dispatches of `colours` colours. RESOURCE_EXHAUSTED
-  // (DEVICE_MEMORY); nothing changes then.
+  // Room for a batch of `cloths` cloths and for the dispatches of `colours` colours.
+  // RESOURCE_EXHAUSTED (DEVICE_MEMORY); nothing changes then.
   Status ReserveBatch(uint64_t cloths, uint64_t colours);
   // Everything a step reads and writes.
   void BindForStep() const;
 
-  MirroredBuffer cloths;     // [slot] ClothRecord
+  MirroredBuffer cloths;  // [slot] ClothRecord
   DeviceArena models;
   DeviceArena states;
   MirroredArena parameters;
   DeviceArena scratch;
-  gl::Buffer items;          // [] BatchItem: what to step, then what to measure
-  gl::Buffer statuses;       // [] ClothStatus
-  gl::Buffer dispatches;     // [] DispatchArgs
+  gl::Buffer items;       // [] BatchItem: what to step, then what to measure
+  gl::Buffer statuses;    // [] ClothStatus
+  gl::Buffer dispatches;  // [] DispatchArgs
 
  private:
   explicit DeviceArrays(MirroredBuffer cloth_records, DeviceArena model_arena,

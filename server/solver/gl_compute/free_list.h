@@ -30,7 +30,8 @@ class FreeList {
   std::map<uint64_t, uint64_t> gaps_;  // begin -> count
 };
 
-// Some words of a free list, given back on destruction. The list must outlive it and not move. Move-only.
+// Some words of a free list, given back on destruction. The list must outlive it and not move.
+// Move-only.
 class WordRange {
  public:
   WordRange() = default;

@@ -36,8 +36,7 @@ class GlBackend final : public Backend {
     BatchDevice device;
   };
 
-  explicit GlBackend(Parts parts)
-      : parts_(std::move(parts)), models_(&parts_.arrays->models) {}
+  explicit GlBackend(Parts parts) : parts_(std::move(parts)), models_(&parts_.arrays->models) {}
 
   ~GlBackend() override { parts_.context->MakeCurrent(); }
 
@@ -119,7 +118,8 @@ void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& paramet
   cloth.part_count = room.part_count;
   cloth.costs =
       CountResidentLoops(*cloth.model->model, parameters, cloth.kernels->variant.local_size);
-  // A function of the model and the settings alone, so that a restored cloth computes the same bits.
+  // A function of the model and the settings alone, so that a restored cloth computes the same
+  // bits.
   cloth.tolerance = SinglePrecisionTolerance(parameters.settings.tolerance, *cloth.model->model,
                                              cloth.model->extent_m);
 }
@@ -184,8 +184,7 @@ std::vector<uint32_t> GlBackend::CarryTargets(const GlCloth& cloth, const SceneM
   const std::span<const uint32_t> old_pins = cloth.model->model->pins();
   const std::vector<uint32_t> old_targets =
       parts_.arrays->parameters.Read(cloth.parameter_words, 0, 3 * cloth.pin_count());
-  const std::vector<float> positions =
-      ReadColumn(cloth.state.begin(), 3 * cloth.particle_count());
+  const std::vector<float> positions = ReadColumn(cloth.state.begin(), 3 * cloth.particle_count());
   std::vector<uint32_t> targets;
   for (const uint32_t pin : model.pins()) {
     const auto old = std::lower_bound(old_pins.begin(), old_pins.end(), pin);
@@ -202,8 +201,7 @@ std::vector<uint32_t> GlBackend::CarryTargets(const GlCloth& cloth, const SceneM
 Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
   parts_.context->MakeCurrent();
   GlCloth& cloth = cloths_.Find(handle);
-  const std::shared_ptr<const SceneModel> model =
-      update.model ? update.model : cloth.model->model;
+  const std::shared_ptr<const SceneModel> model = update.model ? update.model : cloth.model->model;
   DRAPE_CHECK(model->particle_count() == cloth.particle_count(),
               "a new model must have the same particle count");
   if (update.model || update.parameters) {
@@ -259,8 +257,8 @@ StateColumns GlBackend::Read(const ReadRequest& request) {
   return columns;
 }
 
-// Mesa's llvmpipe leaves all loops of an invocation after 65535 passes; the rest is slack for what the
-// count does not see.
+// Mesa's llvmpipe leaves all loops of an invocation after 65535 passes; the rest is slack for what
+// the count does not see.
 constexpr uint32_t kSoftwareLoopBudget = 60'000;
 // About a second at 60 ns per pass; watchdogs of graphics drivers wait for two or more.
 constexpr uint32_t kHardwareLoopBudget = 1u << 24;

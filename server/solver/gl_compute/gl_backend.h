@@ -21,10 +21,11 @@ struct GlBackendOptions {
   std::function<bool(const gl::EglDevice&)> device_filter = {};
   // Largest size of any one device array [bytes]; 0: what the device allows.
   int64_t max_array_bytes = 0;
-  // Invocations per work group, a power of two; 0: what suits the device. Results do not depend on it.
+  // Invocations per work group, a power of two; 0: what suits the device. Results do not depend on
+  // it.
   uint32_t local_size = 0;
-  // Most passes through loops that one dispatch of a resident step may make; 0: what suits the device.
-  // Results do not depend on it.
+  // Most passes through loops that one dispatch of a resident step may make; 0: what suits the
+  // device. Results do not depend on it.
   uint32_t loop_budget = 0;
 };
 

@@ -44,7 +44,7 @@ struct GlCloth {
   const StepKernels* kernels = nullptr;
   uint64_t part_count = 1;  // dispatches of the resident step
   LoopCosts costs;          // of the resident step
-  double tolerance = 0;  // the one used: what single precision can meet
+  double tolerance = 0;     // the one used: what single precision can meet
   FaultReason fault = FaultReason::kNone;
   WordRange state;            // positions, then velocities
   WordRange parameter_words;  // pin targets, then colliders

@@ -22,7 +22,8 @@ uint64_t LargestSpringDegree(const SceneModel& model) {
   uint64_t largest = 0;
   if (model.spring_count() == 0) return 0;
   for (uint32_t i = 0; i < model.particle_count(); ++i) {
-    largest = std::max<uint64_t>(largest, model.spring_offsets()[i + 1] - model.spring_offsets()[i]);
+    largest =
+        std::max<uint64_t>(largest, model.spring_offsets()[i + 1] - model.spring_offsets()[i]);
   }
   return largest;
 }
@@ -65,7 +66,8 @@ uint64_t CountParts(const LoopCosts& costs, const StepSettings& settings, uint64
   const uint64_t total =
       settings.substeps * (costs.substep + settings.max_iterations * costs.sweep);
   if (costs.fixed + total <= budget) return 1;
-  // A part leaves less than a substep and a sweep unused, and books the substep it goes on with again.
+  // A part leaves less than a substep and a sweep unused, and books the substep it goes on with
+  // again.
   const uint64_t useful = budget - costs.fixed - 2 * (costs.substep + costs.sweep);
   return RoundsFor(total, useful);
 }

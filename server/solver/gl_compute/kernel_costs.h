@@ -9,9 +9,9 @@
 
 namespace drape {
 
-// Upper bounds on the passes through loops that one invocation of `resident_step` makes. Mesa's llvmpipe
-// leaves every loop for good after 65535 passes per invocation, without a word (server/gl/README.md); on
-// hardware a watchdog stops kernels that run for seconds.
+// Upper bounds on the passes through loops that one invocation of `resident_step` makes. Mesa's
+// llvmpipe leaves every loop for good after 65535 passes per invocation, without a word
+// (server/gl/README.md); on hardware a watchdog stops kernels that run for seconds.
 struct LoopCosts {
   uint64_t sweep = 0;    // one sweep
   uint64_t substep = 0;  // a substep without its sweeps
@@ -24,8 +24,8 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
 // Whether a dispatch of `budget` passes gets anywhere.
 bool CanRunInParts(const LoopCosts& costs, uint64_t budget);
 
-// Dispatches that one step needs at most so that none makes more than `budget` passes. 1 where the whole
-// step fits. Needs CanRunInParts.
+// Dispatches that one step needs at most so that none makes more than `budget` passes. 1 where the
+// whole step fits. Needs CanRunInParts.
 uint64_t CountParts(const LoopCosts& costs, const StepSettings& settings, uint64_t budget);
 
 // Longest loop nest of the kernels that step a cloth outside the resident plan, and of `measure`.

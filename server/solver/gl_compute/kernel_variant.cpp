@@ -32,8 +32,8 @@ Status LoopLimit() {
                 "the kernels of this device");
 }
 
-// Cuts the step into parts where it is too long for one dispatch; more invocations per work group mean
-// shorter loops.
+// Cuts the step into parts where it is too long for one dispatch; more invocations per work group
+// mean shorter loops.
 Status FitLoops(const SceneModel& model, const ClothParameters& parameters,
                 const DeviceTraits& device, VariantChoice& choice) {
   KernelVariant& variant = choice.variant;

@@ -44,11 +44,11 @@ struct DeviceTraits {
   uint32_t loop_budget = 0;  // passes through loops per dispatch and invocation
 };
 
-// The largest cloth of the resident plan [particles]: 28 bytes each in the 32 KiB of shared memory that
-// OpenGL 4.5 guarantees.
+// The largest cloth of the resident plan [particles]: 28 bytes each in the 32 KiB of shared memory
+// that OpenGL 4.5 guarantees.
 inline constexpr uint32_t kMaxResidentParticles = 1024;
-// Meshes and nets of 1024 particles have 2 to 6 thousand of each; with far more of them a sweep gains
-// nothing from shared memory.
+// Meshes and nets of 1024 particles have 2 to 6 thousand of each; with far more of them a sweep
+// gains nothing from shared memory.
 inline constexpr uint32_t kMaxResidentConnections = 8 * 1024;
 
 bool IsResident(const SceneModel& model);

@@ -12,8 +12,8 @@
 
 namespace drape {
 
-// The programs that step the cloths of one variant. Those of the other plan, and those of stages that the
-// variant leaves out, are null.
+// The programs that step the cloths of one variant. Those of the other plan, and those of stages
+// that the variant leaves out, are null.
 struct StepKernels {
   KernelVariant variant;
   const gl::Program* resident_step = nullptr;
@@ -31,8 +31,8 @@ struct StepKernels {
   const gl::Program* tiled_commit = nullptr;
 };
 
-// Compiles on first use and keeps everything. Every call with the context current. Errors are INTERNAL
-// (SHADER_COMPILE_FAILED).
+// Compiles on first use and keeps everything. Every call with the context current. Errors are
+// INTERNAL (SHADER_COMPILE_FAILED).
 class KernelCache {
  public:
   // The embedded shaders, replaced by those in `shader_dir` unless it is empty. NOT_FOUND

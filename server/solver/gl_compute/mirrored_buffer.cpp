@@ -41,7 +41,8 @@ Status MirroredBuffer::Reserve(uint64_t size_bytes) {
 
 void MirroredBuffer::Write(uint64_t offset_bytes, std::span<const std::byte> bytes) {
   DRAPE_CHECK(offset_bytes + bytes.size() <= mirror_.size(), "write beyond what was reserved");
-  if (bytes.empty() || std::memcmp(mirror_.data() + offset_bytes, bytes.data(), bytes.size()) == 0) {
+  if (bytes.empty() ||
+      std::memcmp(mirror_.data() + offset_bytes, bytes.data(), bytes.size()) == 0) {
     return;
   }
   std::memcpy(mirror_.data() + offset_bytes, bytes.data(), bytes.size());

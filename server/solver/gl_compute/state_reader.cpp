@@ -41,8 +41,8 @@ void StateReader::Read(const gl::Buffer& states, std::span<const StateColumn> co
   for (const StateColumn& column : columns) {
     for (uint32_t first = 0; first < column.count;) {
       if (words == round_words || items.size() == kMaxItems) flush();
-      const uint32_t count = static_cast<uint32_t>(std::min<uint64_t>(
-          {column.count - first, kPieceWords, round_words - words}));
+      const uint32_t count = static_cast<uint32_t>(
+          std::min<uint64_t>({column.count - first, kPieceWords, round_words - words}));
       items.push_back({column.begin + first, static_cast<uint32_t>(words), count, 0});
       words += count;
       first += count;

@@ -26,7 +26,8 @@ struct BatchPlan {
   std::vector<const GlCloth*> measured;
 };
 
-// Cloths of one variant together, in the order of the batch. Faulted cloths are measured but not stepped.
+// Cloths of one variant together, in the order of the batch. Faulted cloths are measured but not
+// stepped.
 BatchPlan PlanBatch(std::span<const StepItem> items, ClothTable& cloths) {
   std::map<KernelVariant, std::vector<uint32_t>> by_variant;
   for (uint32_t index = 0; index < items.size(); ++index) {
@@ -122,8 +123,8 @@ BatchReport RunBatch(std::span<const StepItem> items, ClothTable& cloths, Device
   timer.Stop();
   gl::WaitForDevice();
   const int64_t readback_start_us = NowUs();
-  batch.device_us = device.has_timer_queries ? timer.ElapsedUs()
-                                             : readback_start_us - start_us - batch.upload_us;
+  batch.device_us =
+      device.has_timer_queries ? timer.ElapsedUs() : readback_start_us - start_us - batch.upload_us;
   std::vector<shader::ClothStatus> statuses(items.size());
   arrays.statuses.Download(0, std::as_writable_bytes(std::span(statuses)));
   batch.readback_us = NowUs() - readback_start_us;

@@ -13,11 +13,12 @@ namespace drape {
 // What of the device matters to a batch.
 struct BatchDevice {
   DispatchLimits limits;
-  bool has_timer_queries = false;  // else the host's clock, which is right where the device is the CPU
+  bool has_timer_queries =
+      false;  // else the host's clock, which is right where the device is the CPU
 };
 
-// Steps the items, marks cloths that blew up as faulted, and returns the reports. Pin targets are in the
-// arrays already. With the context current.
+// Steps the items, marks cloths that blew up as faulted, and returns the reports. Pin targets are
+// in the arrays already. With the context current.
 BatchReport RunBatch(std::span<const StepItem> items, ClothTable& cloths, DeviceArrays& arrays,
                      const MeasureKernels& measure, const BatchDevice& device);
 

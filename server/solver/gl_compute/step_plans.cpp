@@ -12,8 +12,8 @@ uint32_t GroupsFor(uint32_t invocations, uint32_t local_size) {
   return std::max(1u, (invocations + local_size - 1) / local_size);
 }
 
-// Largest of each size over the cloths of a group: how far the loops of the host go. A cloth with less
-// has its work groups return at once, so the bits of a cloth do not depend on the others.
+// Largest of each size over the cloths of a group: how far the loops of the host go. A cloth with
+// less has its work groups return at once, so the bits of a cloth do not depend on the others.
 struct LargestSizes {
   uint32_t particles = 0;
   uint32_t pins = 0;

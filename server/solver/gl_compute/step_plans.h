@@ -1,5 +1,5 @@
-// How a group of cloths of one variant is dispatched. Every call with the context current and the arrays
-// bound (DeviceArrays::BindForStep).
+// How a group of cloths of one variant is dispatched. Every call with the context current and the
+// arrays bound (DeviceArrays::BindForStep).
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,8 @@ struct DispatchLimits {
 // The next work group's reads see all writes before.
 void DeviceBarrier();
 
-// One work group per item of a kernel that indexes Items by gl_WorkGroupID.x. Returns the dispatches.
+// One work group per item of a kernel that indexes Items by gl_WorkGroupID.x. Returns the
+// dispatches.
 uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
                          const DispatchLimits& limits);
 
@@ -37,12 +38,12 @@ struct MeasureKernels {
   const gl::Program* total = nullptr;
 };
 
-// The whole step of the group; both return the number of dispatches, which depends on the variant and
-// the settings but not on the number of cloths (up to the limits of one dispatch).
+// The whole step of the group; both return the number of dispatches, which depends on the variant
+// and the settings but not on the number of cloths (up to the limits of one dispatch).
 uint32_t StepResident(const StepGroup& group, const DispatchLimits& limits);
 uint32_t StepTiled(const StepGroup& group, const DispatchLimits& limits, gl::Buffer& dispatches);
-// Of the items [first_item, first_item + cloths.size()). Returns the dispatches: one, or two if any cloth
-// has more than one piece.
+// Of the items [first_item, first_item + cloths.size()). Returns the dispatches: one, or two if any
+// cloth has more than one piece.
 uint32_t Measure(const MeasureKernels& kernels, uint32_t first_item,
                  std::span<const GlCloth* const> cloths, const DispatchLimits& limits);
 

@@ -1,0 +1,162 @@
+// DeviceArena, MirroredBuffer, MirroredArena, ModelStore and StateReader on a device.
+#include "server/solver/gl_compute/device_arrays.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "server/gl/context.h"
+#include "server/solver/gl_compute/device_model.h"
+#include "server/solver/gl_compute/kernels.h"
+#include "server/solver/gl_compute/state_reader.h"
+#include "tests/gl_compute/test_cloths.h"
+
+namespace drape {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+constexpr int64_t kLargeBytes = 1 << 24;
+
+class DeviceArraysTest : public testing::Test {
+ protected:
+  void SetUp() override {
+    Result<std::unique_ptr<gl::Context>> context = gl::Context::Create({});
+    ASSERT_TRUE(context.ok()) << context.status().ToString();
+    context_ = std::move(context).value();
+  }
+
+  static std::vector<uint32_t> Download(const gl::Buffer& buffer, const WordRange& range) {
+    std::vector<uint32_t> words(range.count());
+    buffer.Download(4 * uint64_t{range.begin()}, std::as_writable_bytes(std::span(words)));
+    return words;
+  }
+
+ private:
+  std::unique_ptr<gl::Context> context_;
+};
+
+TEST_F(DeviceArraysTest, ArenaGrowsWithItsContents) {
+  Result<DeviceArena> arena = DeviceArena::Create("test", kLargeBytes);
+  ASSERT_TRUE(arena.ok());
+  const uint64_t first_capacity = arena->capacity_words();
+  std::vector<WordRange> ranges;
+  for (uint32_t k = 0; k < 50; ++k) {
+    Result<WordRange> range = arena->Allocate(1000);
+    ASSERT_TRUE(range.ok());
+    ranges.push_back(std::move(range).value());
+    const std::vector<uint32_t> words(1000, k);
+    arena->Write(ranges.back(), 0, std::span(words));
+  }
+  EXPECT_GT(arena->capacity_words(), first_capacity);
+  for (uint32_t k = 0; k < 50; ++k) {
+    EXPECT_EQ(Download(arena->buffer(), ranges[k]), std::vector<uint32_t>(1000, k));
+  }
+}
+
+TEST_F(DeviceArraysTest, ArenaRefusesBeyondItsLimitAndReusesRoom) {
+  Result<DeviceArena> arena = DeviceArena::Create("test", 4096);
+  ASSERT_TRUE(arena.ok());
+  Result<WordRange> half = arena->Allocate(512);
+  ASSERT_TRUE(half.ok());
+  const Result<WordRange> too_much = arena->Allocate(513);
+  ASSERT_FALSE(too_much.ok());
+  EXPECT_EQ(too_much.status().reason(), "DEVICE_MEMORY");
+  EXPECT_THAT(too_much.status().message(), HasSubstr("\"test\""));
+  EXPECT_EQ(arena->free_words(), 512u);
+  { const WordRange gone = std::move(half).value(); }
+  EXPECT_TRUE(arena->Allocate(1024).ok());
+  EXPECT_TRUE(arena->Allocate(0).ok());
+}
+
+TEST_F(DeviceArraysTest, MirrorSendsOnlyWhatChanged) {
+  Result<MirroredBuffer> buffer = MirroredBuffer::Create("test", kLargeBytes);
+  ASSERT_TRUE(buffer.ok());
+  const std::vector<uint32_t> words = {1, 2, 3, 4};
+  const auto bytes = std::as_bytes(std::span(words));
+  buffer->Write(100, bytes);
+  buffer->Write(40'000, bytes);
+  EXPECT_EQ(buffer->Flush(), 32u) << "two parts far from each other";
+  EXPECT_EQ(buffer->Flush(), 0u);
+  buffer->Write(100, bytes);
+  EXPECT_EQ(buffer->Flush(), 0u) << "the same bytes are not sent again";
+  ASSERT_TRUE(buffer->Reserve(1 << 20).ok());
+  buffer->Flush();
+  std::vector<uint32_t> read(4);
+  buffer->buffer().Download(40'000, std::as_writable_bytes(std::span(read)));
+  EXPECT_EQ(read, words) << "contents survive growing";
+  EXPECT_EQ(buffer->Reserve(kLargeBytes + 1).reason(), "DEVICE_MEMORY");
+}
+
+TEST_F(DeviceArraysTest, MirroredArenaKeepsWhatWasWritten) {
+  Result<MirroredArena> arena = MirroredArena::Create("test", kLargeBytes);
+  ASSERT_TRUE(arena.ok());
+  std::vector<WordRange> ranges;
+  for (uint32_t k = 0; k < 40; ++k) {
+    Result<WordRange> range = arena->Allocate(1000);
+    ASSERT_TRUE(range.ok());
+    ranges.push_back(std::move(range).value());
+    const std::vector<uint32_t> words = {k, k + 1};
+    arena->Write(ranges.back(), 7, words);
+  }
+  arena->Flush();
+  for (uint32_t k = 0; k < 40; ++k) {
+    EXPECT_THAT(arena->Read(ranges[k], 7, 2), ElementsAre(k, k + 1));
+    EXPECT_EQ(Download(arena->buffer(), ranges[k])[8], k + 1);
+  }
+}
+
+TEST_F(DeviceArraysTest, EqualModelObjectsAreUploadedOnce) {
+  Result<DeviceArena> arena = DeviceArena::Create("models", kLargeBytes);
+  ASSERT_TRUE(arena.ok());
+  const uint64_t all_words = arena->free_words();
+  ModelStore store(&arena.value());
+  const auto model = GridModel(8, 8, {0});
+  {
+    const auto first = store.Acquire(model);
+    ASSERT_TRUE(first.ok());
+    const uint64_t with_one = arena->free_words();
+    EXPECT_LT(with_one, all_words);
+    const auto second = store.Acquire(model);
+    ASSERT_TRUE(second.ok());
+    EXPECT_EQ(first.value(), second.value());
+    EXPECT_EQ(arena->free_words(), with_one);
+    EXPECT_EQ(Download(arena->buffer(), first.value()->words), PackModel(*model).words);
+    EXPECT_TRUE(store.Acquire(GridModel(8, 8, {0})).ok());
+  }
+  EXPECT_EQ(arena->free_words(), all_words) << "the last cloth takes the model along";
+}
+
+// More words than one transfer holds, in columns of odd lengths.
+TEST_F(DeviceArraysTest, StateReaderGathersColumnsInOrder) {
+  Result<KernelCache> kernels = KernelCache::Create("");
+  ASSERT_TRUE(kernels.ok());
+  const Result<const gl::Program*> pack = kernels->General("pack", 32);
+  ASSERT_TRUE(pack.ok());
+  constexpr int64_t kSmallTransferBytes = 64 * 1024;
+  Result<StateReader> reader = StateReader::Create(pack.value(), kSmallTransferBytes,
+                                                   {.group_count_x = 3, .group_count_y = 1});
+  ASSERT_TRUE(reader.ok());
+  Result<DeviceArena> states = DeviceArena::Create("states", kLargeBytes);
+  ASSERT_TRUE(states.ok());
+  Result<WordRange> range = states->Allocate(200'000);
+  ASSERT_TRUE(range.ok());
+  std::vector<float> words(200'000);
+  std::iota(words.begin(), words.end(), 0.0f);
+  states->Write(range.value(), 0, std::span<const float>(words));
+
+  const std::vector<StateColumn> columns = {{100'000, 50'001}, {3, 1}, {0, 0}, {7, 20'000}};
+  std::vector<float> expected;
+  for (const StateColumn& column : columns) {
+    expected.insert(expected.end(), words.begin() + column.begin,
+                    words.begin() + column.begin + column.count);
+  }
+  std::vector<float> packed(expected.size());
+  reader->Read(states->buffer(), columns, packed);
+  EXPECT_EQ(packed, expected);
+}
+
+}  // namespace
+}  // namespace drape

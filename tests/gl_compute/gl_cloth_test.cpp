@@ -1,0 +1,128 @@
+#include "server/solver/gl_compute/gl_cloth.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+
+#include "shaders/interface/bindings.h"
+#include "tests/gl_compute/test_cloths.h"
+
+namespace drape {
+namespace {
+
+using testing::ElementsAre;
+
+float AsFloat(uint32_t word) {
+  return std::bit_cast<float>(word);
+}
+
+TEST(PackModelTest, ResidentModelsPackPairsIntoOneWord) {
+  const auto model = BuildModel(ChainDescription(3, {2}));
+  const PackedModel packed = PackModel(*model);
+  const ModelLayout& layout = packed.layout;
+  const DistanceConstraint& first = model->constraints()[0];
+  EXPECT_EQ(packed.words[layout.pairs], first.i | first.j << 16);
+  EXPECT_EQ(AsFloat(packed.words[layout.rest_lengths]), 0.02f);
+  EXPECT_EQ(packed.words[layout.colour_offsets + model->colour_count()], 2u);
+  EXPECT_EQ(AsFloat(packed.words[layout.masses + 2]), 0.01f);
+  EXPECT_EQ(AsFloat(packed.words[layout.inverse_masses]), 100.0f);
+  EXPECT_EQ(AsFloat(packed.words[layout.inverse_masses + 2]), 0.0f);
+  EXPECT_EQ(packed.words[layout.pins], 2u);
+}
+
+TEST(PackModelTest, TiledModelsHaveTwoWordsPerPair) {
+  const auto model = BuildModel(ChainDescription(70'000));
+  const PackedModel packed = PackModel(*model);
+  for (const uint32_t k : {0u, 50'000u, 69'998u}) {
+    EXPECT_EQ(packed.words[packed.layout.pairs + 2 * k], model->constraints()[k].i);
+    EXPECT_EQ(packed.words[packed.layout.pairs + 2 * k + 1], model->constraints()[k].j);
+  }
+}
+
+// Two particles of mass m on a spring k oscillate with w^2 = 2 k / m.
+TEST(LargestSpringFrequencyTest, TwoParticles) {
+  ParticleTopology pair;
+  pair.positions_m = {{0, 0, 0}, {1, 0, 0}};
+  pair.masses_kg = {0.5, 0.5};
+  pair.springs = {{0, 1, 1, 8, 0}};
+  const ModelDescription description{.topology = pair, .material = {}, .pinned_particles = {}};
+  EXPECT_DOUBLE_EQ(LargestSpringFrequencySq(*BuildModel(description)), 32);
+}
+
+TEST(LayOutScratchTest, ArraysDoNotOverlap) {
+  ModelDescription description = GridDescription(10, 10);
+  description.material.stretch_compliance_m_per_n = 1e-4;
+  description.material.shear_stiffness_n_per_m = 1;
+  const auto model = BuildModel(description);
+  ClothParameters parameters;
+  parameters.colliders.assign(3, PlaneCollider{});
+  parameters.friction_static = 0.1;
+  const ScratchLayout layout = LayOutScratch(*model, parameters, true);
+  EXPECT_EQ(layout.lambdas, 0u);
+  EXPECT_EQ(layout.normal_betas, layout.lambdas + model->constraint_count());
+  EXPECT_EQ(layout.tangent_betas, layout.normal_betas + 300);
+  EXPECT_EQ(layout.violations, layout.tangent_betas + 900);
+  EXPECT_EQ(layout.spring_accelerations, layout.violations + 100);
+  EXPECT_EQ(layout.work_positions, layout.spring_accelerations + 300);
+  EXPECT_EQ(layout.work_velocities, layout.work_positions + 300);
+  EXPECT_EQ(layout.size, layout.work_velocities + 300);
+  EXPECT_EQ(LayOutScratch(*GridModel(10, 10), {}, false).size, 0u) << "nothing that is not needed";
+}
+
+TEST(MeasurePieceCountTest, CountsTheLongerOfParticlesAndConstraints) {
+  EXPECT_EQ(MeasurePieceCount(*GridModel(32, 32)), 1u);  // 1984 constraints
+  EXPECT_EQ(MeasurePieceCount(*BuildModel(ChainDescription(2049))), 2u);
+  EXPECT_EQ(MeasurePieceCount(*GridModel(40, 40)), 2u);  // 3120 constraints
+}
+
+TEST(PackCollidersTest, SphereAndPlane) {
+  const std::vector<Collider> colliders = {
+      SphereCollider{.center_m = {1, 2, 3}, .radius_m = 0.5},
+      PlaneCollider{.point_m = {4, 5, 6}, .normal = {0, 0, 1}}};
+  const std::vector<uint32_t> words = PackColliders(colliders);
+  ASSERT_EQ(words.size(), 2u * DRAPE_COLLIDER_WORDS);
+  EXPECT_EQ(words[0], DRAPE_COLLIDER_SPHERE);
+  EXPECT_EQ(AsFloat(words[1]), 0.5f);
+  EXPECT_EQ(AsFloat(words[4]), 3.0f);
+  EXPECT_EQ(words[8], DRAPE_COLLIDER_PLANE);
+  EXPECT_EQ(AsFloat(words[10]), 4.0f);
+  EXPECT_EQ(AsFloat(words[15]), 1.0f);
+}
+
+TEST(PackStateTest, PositionsThenVelocities) {
+  const ParticleState state{.positions_m = {{1, 2, 3}, {4, 5, 6}},
+                            .velocities_m_per_s = {{7, 8, 9}, {10, 11, 12}}};
+  EXPECT_THAT(PackState(state), ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12));
+}
+
+TEST(MakeClothRecordTest, SettingsInTheUnitsOfTheKernels) {
+  const auto model = GridModel(11, 11, {0});  // length scale 0.1 m
+  GlCloth cloth;
+  cloth.model = std::make_shared<DeviceModel>(
+      DeviceModel{.model = model, .layout = {}, .words = {}, .colour_sizes = {}, .extent_m = 1});
+  StepKernels kernels;
+  kernels.variant.capacity = 256;
+  cloth.kernels = &kernels;
+  cloth.tolerance = 0.01;
+  cloth.parameters.damping_per_s = 3;
+  cloth.parameters.settings.time_step_s = 0.02;
+  cloth.parameters.settings.substeps = 4;
+  const shader::ClothRecord record = MakeClothRecord(cloth);
+  EXPECT_EQ(record.particle_count, 121u);
+  EXPECT_EQ(record.pin_count, 1u);
+  EXPECT_EQ(record.substeps, 4u);
+  EXPECT_FLOAT_EQ(record.h, 0.005f);
+  EXPECT_FLOAT_EQ(record.half_h, 0.0025f);
+  EXPECT_FLOAT_EQ(record.inverse_h, 200);
+  EXPECT_FLOAT_EQ(record.gravity.y, -9.81f);
+  EXPECT_FLOAT_EQ(record.contact_tolerance, 0.001f);
+  EXPECT_FLOAT_EQ(record.max_depenetration, 0.005f);  // 1 m/s
+  EXPECT_FLOAT_EQ(record.damping_factor, static_cast<float>(std::exp(-0.015)));
+  EXPECT_FLOAT_EQ(record.contact_margin, 1e-4f);
+  EXPECT_EQ(record.is_tiled, 0u);
+}
+
+}  // namespace
+}  // namespace drape
