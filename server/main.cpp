@@ -6,6 +6,7 @@
 #include <random>
 
 #include "server/api/grpc_server.h"
+#include "server/api/library_logs.h"
 #include "server/api/simulation_service.h"
 #include "server/config.h"
 #include "server/core/log.h"
@@ -128,6 +129,7 @@ int main(int argc, char** argv) {
   const drape::CommandLine command_line = drape::ParseCommandLine(argc, argv);
   if (command_line.exit_code) return *command_line.exit_code;
   drape::Status status = drape::InitLog(command_line.config.log_level);
+  drape::api::TakeLibraryLogs();
   if (status.ok()) status = drape::Serve(command_line.config);
   if (!status.ok()) {
     spdlog::error("failed reason={} message=\"{}\"", status.reason(), status.message());

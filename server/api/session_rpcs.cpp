@@ -20,8 +20,6 @@ grpc::ServerUnaryReactor* SimulationService::CreateSession(Context* context,
   const double ttl_s = request->has_ttl_s() ? request->ttl_s() : context_.limits.default_ttl_s;
   const Result<SessionLease> session = context_.sessions.Create(ttl_s, request->display_name());
   if (!session.ok()) return Answer(context, session.status());
-  spdlog::info("session_created session={} ttl_s={} peer={}", ShortSessionName((*session)->name()),
-               (*session)->ttl_s(), context->peer());
   return Answer(context, FillSession(context_.sessions.Get((*session)->name()), response));
 }
 

@@ -81,6 +81,8 @@ void StateChunker::Next(v1::StateChunk* chunk) {
   uint64_t rows = 0;
   while (next_cloth_ < cloths_.size() && rows < max_rows_) {
     const ClothStamp& stamp = states_.cloths[next_cloth_];
+    // Only a cloth that fits into no chunk is split, and it begins in a chunk of its own.
+    if (rows > 0 && stamp.particle_count > max_rows_ - rows) break;
     const uint64_t row_count =
         std::min<uint64_t>(stamp.particle_count - next_particle_, max_rows_ - rows);
     chunk->add_cloth_ids(cloths_[next_cloth_].id.Packed());

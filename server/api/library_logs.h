@@ -1,0 +1,11 @@
+// gRPC and protobuf write to stderr on their own, protobuf once for every hostile message: here
+// they are made part of our log.
+#pragma once
+
+namespace drape::api {
+
+// What they say becomes debug lines, except what makes gRPC abort. Call once, before anything is
+// served.
+void TakeLibraryLogs();
+
+}  // namespace drape::api

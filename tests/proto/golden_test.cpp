@@ -1,0 +1,38 @@
+// The wire contract as committed text: a change of it is a decision, not an accident.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "tests/proto/descriptors.h"
+
+namespace drape::test {
+namespace {
+
+constexpr char kGoldenPath[] = DRAPE_SOURCE_DIR "/tests/golden/drape_v1.txt";
+
+// Everything on the wire: names, numbers and types, without comments.
+std::string ContractText() {
+  const Descriptors descriptors;
+  std::string text;
+  for (const auto* file : descriptors.Files()) {
+    text += "// " + file->name() + "\n" + file->DebugString() + "\n";
+  }
+  return text;
+}
+
+TEST(GoldenDescriptors, AreWhatIsCommitted) {
+  const std::string text = ContractText();
+  if (std::getenv("DRAPE_RENEW_GOLDEN") != nullptr) std::ofstream(kGoldenPath) << text;
+  std::ifstream file(kGoldenPath);
+  const std::string golden{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_EQ(text, golden)
+      << "The protocol differs from " << kGoldenPath << ".\nIf that is meant: add a line to the "
+      << "changelog in proto/README.md, then run\n  DRAPE_RENEW_GOLDEN=1 proto_test "
+      << "--gtest_filter='GoldenDescriptors.*'\nand commit the file.";
+}
+
+}  // namespace
+}  // namespace drape::test

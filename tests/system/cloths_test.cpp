@@ -1,0 +1,280 @@
+// The life of cloths over the wire: create, step, change, reset, delete, lists.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <thread>
+
+#include "tests/api/requests.h"
+#include "tests/system/calls.h"
+#include "tests/system/server_process.h"
+
+namespace drape::test {
+namespace {
+
+class Cloths : public testing::Test {
+ protected:
+  void SetUp() override {
+    ASSERT_TRUE(server_.WaitUntilUp());
+    stub_ = server_.NewStub();
+    session_ = NewSession(*stub_);
+  }
+
+  uint32_t ClothCount() {
+    return Call(*stub_, &Stub::GetServerInfo, v1::GetServerInfoRequest()).value.cloth_count();
+  }
+
+  v1::UpdateClothsRequest UpdateOf(const Ids& ids, const std::string& path) {
+    v1::UpdateClothsRequest request;
+    request.set_session(session_);
+    request.mutable_cloth_ids()->Assign(ids.begin(), ids.end());
+    request.mutable_update_mask()->add_paths(path);
+    return request;
+  }
+
+  ServerProcess server_{{"--max-particles-per-session=1000"}};
+  std::unique_ptr<Stub> stub_;
+  std::string session_;
+};
+
+std::vector<float> PositionsOf(const std::vector<v1::StateChunk>& chunks) {
+  std::string data;
+  for (const auto& chunk : chunks) data += chunk.positions_m().data();
+  std::vector<float> positions(data.size() / sizeof(float));
+  std::memcpy(positions.data(), data.data(), data.size());
+  return positions;
+}
+
+TEST_F(Cloths, ValidateOnlyTellsTheShapeAndCreatesNothing) {
+  v1::CreateClothsRequest request = HangingSheet(session_, 8, 3);
+  request.set_validate_only(true);
+  const auto answer = Call(*stub_, &Stub::CreateCloths, request);
+  ASSERT_TRUE(answer.status.ok()) << answer.status.error_message();
+  EXPECT_EQ(answer.value.cloth_ids_size(), 0);
+  EXPECT_EQ(answer.value.shape().particles(), 64u);
+  // 2 * 8 * 7 edges, 7 of them between the pins of the first row.
+  EXPECT_EQ(answer.value.shape().distance_constraints(), 105u);
+  EXPECT_EQ(answer.value.shape().dropped_constraints(), 7u);
+  EXPECT_EQ(answer.value.shape().pins(), 8u);
+  EXPECT_NE(answer.value.shape().plan(), "");
+  EXPECT_EQ(ClothCount(), 0u);
+  request.mutable_spec()->mutable_grid()->set_rows(0);
+  EXPECT_FALSE(Call(*stub_, &Stub::CreateCloths, request).status.ok());
+}
+
+TEST_F(Cloths, CreationIsAtomic) {
+  // 15 sheets of 64 particles fit under the quota of 1000, 16 do not.
+  const auto refused = Call(*stub_, &Stub::CreateCloths, HangingSheet(session_, 8, 16));
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(ReasonOf(refused.status), "QUOTA_EXCEEDED");
+  EXPECT_THAT(refused.status.error_message(), testing::HasSubstr("1000"));
+  EXPECT_EQ(ClothCount(), 0u);
+  EXPECT_EQ(Create(*stub_, HangingSheet(session_, 8, 15)).size(), 15u);
+}
+
+TEST_F(Cloths, CopiesLieInTheirOwnEnvironmentsAndDifferOnlyByTheShift) {
+  v1::CreateClothsRequest request = HangingSheet(session_, 4, 2);
+  Set(request.mutable_environment_origins_m(), {0, 0, 0, 8, 0, 0});
+  Set(request.mutable_spec()->mutable_transform()->mutable_position_m(), {0, 2, 0});
+  const Ids ids = Create(*stub_, request);
+  Step(*stub_, StepsOf(session_, ids, 10));
+  const auto first = PositionsOf(Read(*stub_, session_, {ids[0]}));
+  const auto second = PositionsOf(Read(*stub_, session_, {ids[1]}));
+  ASSERT_EQ(first.size(), 48u);
+  // One rounding to float of coordinates below 16 m in each of the two.
+  const float round_off = 2 * std::ldexp(1.f, 3 - 24);
+  for (size_t k = 0; k < first.size(); ++k) {
+    EXPECT_NEAR(second[k] - first[k], k % 3 == 0 ? 8 : 0, round_off);
+  }
+  // The pinned corner is where the transform puts it.
+  EXPECT_EQ(first[1], 2);
+}
+
+TEST_F(Cloths, ARepeatedCreationHappensOnce) {
+  v1::CreateClothsRequest request = HangingSheet(session_);
+  request.set_request_id("create-1");
+  const Ids ids = Create(*stub_, request);
+  EXPECT_EQ(Create(*stub_, request), ids);
+  EXPECT_EQ(ClothCount(), 1u);
+  request.set_count(2);
+  const auto different = Call(*stub_, &Stub::CreateCloths, request);
+  EXPECT_EQ(different.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(FieldsOf(different.status), testing::ElementsAre("request_id"));
+}
+
+TEST_F(Cloths, ARepeatedStepHappensOnceAndAnswersTheSame) {
+  const Ids ids = Create(*stub_, HangingSheet(session_));
+  v1::StepRequest request = StepsOf(session_, ids, 3);
+  request.set_request_id("step-1");
+  request.mutable_view();
+  const v1::StepResponse first = Step(*stub_, request);
+  EXPECT_EQ(Step(*stub_, request).SerializeAsString(), first.SerializeAsString());
+  EXPECT_EQ(Get(*stub_, session_, ids[0]).step(), 3u);
+  // A failed request is not remembered: its id may be used again.
+  v1::StepRequest failing = StepsOf(session_, ids, 1);
+  failing.set_request_id("step-2");
+  failing.set_expected_step(7);
+  EXPECT_EQ(ReasonOf(Call(*stub_, &Stub::Step, failing).status), "STEP_MISMATCH");
+  failing.set_expected_step(3);
+  EXPECT_EQ(Step(*stub_, failing).steps(0), 4u);
+}
+
+TEST_F(Cloths, ExpectedAndUntilStepGuardTheOrder) {
+  const Ids ids = Create(*stub_, HangingSheet(session_));
+  v1::StepRequest request = StepsOf(session_, ids, 0);
+  request.set_until_step(5);
+  EXPECT_EQ(Step(*stub_, request).steps(0), 5u);
+  EXPECT_EQ(Step(*stub_, request).steps(0), 5u) << "already there: no step";
+  request.set_until_step(4);
+  EXPECT_EQ(ReasonOf(Call(*stub_, &Stub::Step, request).status), "STEP_MISMATCH");
+  // 5 * (1/60) as one product.
+  EXPECT_EQ(Get(*stub_, session_, ids[0]).time_s(), 5 * (1.0 / 60));
+}
+
+TEST_F(Cloths, AStepAnswersReportsAndStates) {
+  const Ids ids = Create(*stub_, HangingSheet(session_, 4, 2));
+  v1::StepRequest request = StepsOf(session_, {}, 2);
+  request.set_report(true);
+  request.mutable_view()->set_velocities(true);
+  const v1::StepResponse response = Step(*stub_, request);
+  EXPECT_THAT(response.cloth_ids(), testing::ElementsAreArray(ids));
+  EXPECT_THAT(response.steps(), testing::ElementsAre(2, 2));
+  ASSERT_EQ(response.reports_size(), 2);
+  EXPECT_EQ(response.reports(1).cloth_id(), ids[1]);
+  EXPECT_GT(response.reports(1).kinetic_energy_j(), 0);
+  EXPECT_LT(response.reports(1).lowest_m(), 0);
+  EXPECT_EQ(response.reports(1).iterations(), 4u);
+  EXPECT_FALSE(response.states().has_positions_m());
+  EXPECT_EQ(response.states().velocities_m_per_s().data().size(), 2 * 16 * 3 * sizeof(float));
+  EXPECT_GT(response.timing().device_us() + response.timing().queue_us(), 0u);
+}
+
+TEST_F(Cloths, StatesThatAreTooLargeForAStepAnswerAreRefusedBeforeTheStep) {
+  ServerProcess server({"--max-step-state-bytes=1000"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  const Ids ids = Create(*stub, HangingSheet(session, 10));
+  v1::StepRequest request = StepsOf(session, ids, 1);
+  request.mutable_view();
+  const auto refused = Call(*stub, &Stub::Step, request);
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(FieldsOf(refused.status), testing::ElementsAre("view"));
+  EXPECT_THAT(refused.status.error_message(), testing::HasSubstr("use ReadStates"));
+  EXPECT_EQ(Get(*stub, session, ids[0]).step(), 0u);
+}
+
+TEST_F(Cloths, GravityChangesWhileTheClothRuns) {
+  const Ids ids = Create(*stub_, HangingSheet(session_, 2));
+  std::thread runner([&] { Step(*stub_, StepsOf(session_, ids, 20000)); });
+  while (Get(*stub_, session_, ids[0]).step() == 0) std::this_thread::yield();
+  v1::UpdateClothsRequest update = UpdateOf(ids, "environment.gravity_m_per_s2");
+  Set(update.mutable_spec()->mutable_environment()->mutable_gravity_m_per_s2(), {0, 9, 0});
+  const auto answer = Call(*stub_, &Stub::UpdateCloths, update);
+  EXPECT_TRUE(answer.status.ok()) << answer.status.error_message();
+  const v1::Cloth during = Get(*stub_, session_, ids[0]);
+  EXPECT_THAT(during.environment().gravity_m_per_s2(), testing::ElementsAre(0, 9, 0));
+  EXPECT_LT(during.step(), 20000u) << "the update came too late to be one while running";
+  runner.join();
+  // It hangs upwards now, as far as its links are long: row 1 is above row 0.
+  update.mutable_update_mask()->set_paths(0, "material.damping_per_s");
+  update.mutable_spec()->mutable_material()->set_damping_per_s(5);
+  EXPECT_TRUE(Call(*stub_, &Stub::UpdateCloths, update).status.ok());
+  Step(*stub_, StepsOf(session_, ids, 600));
+  EXPECT_GT(PositionsOf(Read(*stub_, session_, ids))[7], 0.9f);
+}
+
+TEST_F(Cloths, NewPinsKeepTheState) {
+  const Ids ids = Create(*stub_, HangingSheet(session_, 4));
+  Step(*stub_, StepsOf(session_, ids, 10));
+  const auto before = PositionsOf(Read(*stub_, session_, ids));
+  v1::UpdateClothsRequest update = UpdateOf(ids, "pins");
+  update.mutable_spec()->add_pins()->set_particle(15);
+  const auto answer = Call(*stub_, &Stub::UpdateCloths, update);
+  ASSERT_TRUE(answer.status.ok()) << answer.status.error_message();
+  EXPECT_EQ(answer.value.shape().pins(), 1u);
+  EXPECT_EQ(answer.value.shape().distance_constraints(), 24u) << "none between two pins any more";
+  EXPECT_EQ(PositionsOf(Read(*stub_, session_, ids)), before);
+  Step(*stub_, StepsOf(session_, ids, 10));
+  const auto after = PositionsOf(Read(*stub_, session_, ids));
+  EXPECT_EQ(after[45], before[45]);
+  EXPECT_EQ(after[46], before[46]);
+  EXPECT_LT(after[1], before[1]) << "the old pin is free and falls";
+}
+
+TEST_F(Cloths, PinControlsMoveAPin) {
+  const Ids ids = Create(*stub_, HangingSheet(session_, 4));
+  v1::StepRequest request = StepsOf(session_, ids, 30);
+  v1::PinControls* controls = request.mutable_pin_controls();
+  controls->add_cloth_ids(ids[0]);
+  controls->add_particles(0);
+  Set(controls->mutable_targets_m(), {0, 0.25, 0.5});
+  controls->add_over_s(0.25);
+  Step(*stub_, request);
+  const auto positions = PositionsOf(Read(*stub_, session_, ids));
+  EXPECT_EQ(positions[1], 0.25f);
+  EXPECT_EQ(positions[2], 0.5f);
+}
+
+TEST_F(Cloths, ResetGoesBackToTheSameBits) {
+  const Ids ids = Create(*stub_, HangingSheet(session_));
+  const std::string start = Bits(*stub_, session_, ids);
+  Step(*stub_, StepsOf(session_, ids, 5));
+  const std::string after = Bits(*stub_, session_, ids);
+  EXPECT_NE(after, start);
+  v1::ResetClothsRequest request;
+  request.set_session(session_);
+  EXPECT_TRUE(Call(*stub_, &Stub::ResetCloths, request).status.ok());
+  EXPECT_EQ(Get(*stub_, session_, ids[0]).step(), 0u);
+  EXPECT_EQ(Bits(*stub_, session_, ids), start);
+  Step(*stub_, StepsOf(session_, ids, 5));
+  EXPECT_EQ(Bits(*stub_, session_, ids), after);
+}
+
+TEST_F(Cloths, DeletedIdsAreGoneAndTheirQuotaIsBack) {
+  const Ids ids = Create(*stub_, HangingSheet(session_, 8, 15));
+  v1::DeleteClothsRequest request;
+  request.set_session(session_);
+  request.mutable_cloth_ids()->Assign(ids.begin(), ids.end());
+  EXPECT_TRUE(Call(*stub_, &Stub::DeleteCloths, request).status.ok());
+  const Ids again = Create(*stub_, HangingSheet(session_, 8, 15));
+  EXPECT_THAT(again, testing::Each(testing::Not(testing::AnyOfArray(ids))));
+  EXPECT_EQ(ReasonOf(Call(*stub_, &Stub::Step, StepsOf(session_, {ids[0]}, 1)).status),
+            "CLOTH_NOT_FOUND");
+}
+
+TEST_F(Cloths, ListsComeInPages) {
+  const Ids ids = Create(*stub_, HangingSheet(session_, 2, 7));
+  v1::ListClothsRequest request;
+  request.set_session(session_);
+  request.set_page_size(3);
+  Ids listed;
+  do {
+    const auto page = Call(*stub_, &Stub::ListCloths, request);
+    ASSERT_TRUE(page.status.ok()) << page.status.error_message();
+    EXPECT_LE(page.value.cloths_size(), 3);
+    for (const v1::Cloth& cloth : page.value.cloths()) listed.push_back(cloth.id());
+    request.set_page_token(page.value.next_page_token());
+  } while (!request.page_token().empty());
+  EXPECT_EQ(listed, ids);
+}
+
+TEST_F(Cloths, GetShowsWhatWasAskedForResolved) {
+  v1::CreateClothsRequest creation = GoodCreation();
+  creation.set_session(session_);
+  const Ids ids = Create(*stub_, creation);
+  const v1::Cloth cloth = Get(*stub_, session_, ids.at(1));
+  EXPECT_EQ(cloth.settings().preset(), v1::StepSettings::ACCURATE);
+  EXPECT_EQ(cloth.settings().substeps(), 7u);
+  EXPECT_EQ(cloth.settings().max_iterations(), 3u);
+  EXPECT_EQ(cloth.settings().time_step_s(), 1.0 / 60);
+  EXPECT_THAT(cloth.environment().gravity_m_per_s2(), testing::ElementsAre(0, -1, 0));
+  EXPECT_THAT(cloth.environment().colliders(1).plane().normal(), testing::ElementsAre(0, 1, 0));
+  EXPECT_THAT(cloth.environment_origin_m(), testing::ElementsAre(10, 0, 0));
+  EXPECT_EQ(cloth.pins_size(), 2);
+  EXPECT_FALSE(cloth.faulted());
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,135 @@
+// What a client can find out about a server: health, reflection, server info, sessions.
+#include <gmock/gmock.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/support/byte_buffer.h>
+#include <gtest/gtest.h>
+
+#include "tests/system/calls.h"
+#include "tests/system/in_process_server.h"
+#include "tests/system/server_process.h"
+
+namespace drape::test {
+namespace {
+
+// One request, one answer, as bytes: these services have no stubs among our dependencies.
+std::string CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
+                    const std::string& request) {
+  grpc::GenericStub stub(channel);
+  grpc::ClientContext context;
+  grpc::CompletionQueue queue;
+  const auto step = [&queue] {
+    void* tag = nullptr;
+    bool ok = false;
+    EXPECT_TRUE(queue.Next(&tag, &ok));
+    return ok;
+  };
+  const auto stream = stub.PrepareCall(&context, method, &queue);
+  stream->StartCall(nullptr);
+  EXPECT_TRUE(step());
+  const grpc::Slice slice(request);
+  stream->WriteLast(grpc::ByteBuffer(&slice, 1), grpc::WriteOptions(), nullptr);
+  EXPECT_TRUE(step());
+  grpc::ByteBuffer answer;
+  stream->Read(&answer, nullptr);
+  const bool has_answer = step();
+  grpc::Status status;
+  stream->Finish(&status, nullptr);
+  step();
+  EXPECT_TRUE(has_answer && status.ok()) << method << ": " << status.error_message();
+  grpc::Slice bytes;
+  if (!has_answer || !answer.DumpToSingleSlice(&bytes).ok()) return "";
+  return {reinterpret_cast<const char*>(bytes.begin()), bytes.size()};
+}
+
+// grpc.health.v1.HealthCheckRequest{service = 1}, HealthCheckResponse{status = 1}.
+std::string Health(const std::shared_ptr<grpc::Channel>& channel, const std::string& service) {
+  const std::string request =
+      service.empty() ? "" : "\x0A" + std::string(1, static_cast<char>(service.size())) + service;
+  return CallRaw(channel, "/grpc.health.v1.Health/Check", request);
+}
+const std::string kServing("\x08\x01");
+const std::string kNotServing("\x08\x02");
+
+TEST(Discovery, HealthFollowsServing) {
+  InProcessServer server("cpu");
+  const auto channel = server.server().InProcessChannel();
+  for (const char* service : {"", "drape.v1.SimulationService"}) {
+    EXPECT_EQ(Health(channel, service), kServing);
+  }
+  server.server().SetServing(false);
+  for (const char* service : {"", "drape.v1.SimulationService"}) {
+    EXPECT_EQ(Health(channel, service), kNotServing);
+  }
+}
+
+TEST(Discovery, ReflectionListsTheService) {
+  ServerProcess server;
+  ASSERT_TRUE(server.WaitUntilUp());
+  // ServerReflectionRequest{list_services (7) = "*"}.
+  const std::string answer =
+      CallRaw(server.NewChannel(), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
+              "\x3A\x01*");
+  EXPECT_THAT(answer, testing::HasSubstr("drape.v1.SimulationService"));
+  EXPECT_THAT(answer, testing::HasSubstr("grpc.health.v1.Health"));
+}
+
+class Info : public testing::TestWithParam<std::string> {};
+
+TEST_P(Info, TellsWhatTheServerIs) {
+  ServerProcess server({"--backend=" + GetParam()});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  Create(*stub, HangingSheet(session, 8, 3));
+  const auto info = Call(*stub, &Stub::GetServerInfo, v1::GetServerInfoRequest()).value;
+  EXPECT_THAT(info.version(), testing::MatchesRegex("[0-9]+\\.[0-9]+\\.[0-9]+"));
+  EXPECT_NE(info.incarnation(), "");
+  EXPECT_EQ(info.backend(), GetParam());
+  EXPECT_NE(info.device(), "");
+  EXPECT_EQ(info.precision(), GetParam() == "reference" ? "float64" : "float32");
+  EXPECT_EQ(info.session_count(), 1u);
+  EXPECT_EQ(info.cloth_count(), 3u);
+  EXPECT_EQ(info.particle_count(), 192u);
+  EXPECT_GT(info.uptime_s(), 0);
+  const auto* limits = info.limits().GetDescriptor();
+  for (int k = 0; k < limits->field_count(); ++k) {
+    EXPECT_TRUE(info.limits().GetReflection()->HasField(info.limits(), limits->field(k)))
+        << limits->field(k)->name() << " is not published";
+  }
+}
+INSTANTIATE_TEST_SUITE_P(All, Info, testing::ValuesIn(BackendNames()),
+                         [](const auto& backend) { return backend.param; });
+
+TEST(Discovery, SessionListsDoNotGiveAccess) {
+  ServerProcess server;
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  const auto list = Call(*stub, &Stub::ListSessions, v1::ListSessionsRequest()).value;
+  ASSERT_EQ(list.sessions_size(), 1);
+  const std::string& shown = list.sessions(0).name();
+  EXPECT_NE(shown, session);
+  EXPECT_EQ(ReasonOf(Call(*stub, &Stub::Step, StepsOf(shown, {}, 1)).status), "SESSION_NOT_FOUND");
+  EXPECT_EQ(server.Log().find(session), std::string::npos) << "nor does the log";
+}
+
+TEST(Discovery, DeletedAndRenewedSessions) {
+  ServerProcess server;
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  v1::RenewSessionRequest renew;
+  renew.set_name(NewSession(*stub, 100));
+  const auto renewed = Call(*stub, &Stub::RenewSession, renew);
+  EXPECT_EQ(renewed.value.ttl_s(), 100);
+  EXPECT_GT(renewed.value.remaining_s(), 90);
+  Create(*stub, HangingSheet(renew.name()));
+  v1::DeleteSessionRequest remove;
+  remove.set_name(renew.name());
+  EXPECT_TRUE(Call(*stub, &Stub::DeleteSession, remove).status.ok());
+  EXPECT_EQ(ReasonOf(Call(*stub, &Stub::RenewSession, renew).status), "SESSION_NOT_FOUND");
+  const auto info = Call(*stub, &Stub::GetServerInfo, v1::GetServerInfoRequest()).value;
+  EXPECT_EQ(info.session_count() + info.cloth_count(), 0u);
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,170 @@
+// Starting and stopping draped: addresses, devices, shaders, signals.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <thread>
+
+#include "tests/system/calls.h"
+#include "tests/system/server_process.h"
+
+namespace drape::test {
+namespace {
+
+using testing::ContainsRegex;
+using testing::HasSubstr;
+
+class StopSignal : public testing::TestWithParam<int> {};
+
+// What is under way is finished, new work is refused, and the server ends with 0.
+TEST_P(StopSignal, DrainsAndExitsWithZero) {
+  ServerProcess server;
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  const Ids ids = Create(*stub, HangingSheet(session, 32));
+  // Some tenths of a second: far longer than it takes to send a signal.
+  constexpr uint32_t kSteps = 3000;
+  grpc::ClientContext context;
+  const auto stream = stub->StepStream(&context);
+  ASSERT_TRUE(stream->Write(StepsOf(session, ids, kSteps)));
+  while (Get(*stub, session, ids[0]).step() == 0) std::this_thread::yield();
+  server.Signal(GetParam());
+  v1::StepResponse response;
+  ASSERT_TRUE(stream->Read(&response)) << "the request under way was not finished";
+  EXPECT_EQ(response.steps(0), kSteps);
+  EXPECT_EQ(server.WaitForExit(), 0) << server.Log();
+  EXPECT_THAT(server.Log(), ContainsRegex("draining signal=.*stopped"));
+}
+INSTANTIATE_TEST_SUITE_P(All, StopSignal, testing::Values(SIGTERM, SIGINT));
+
+TEST(Lifecycle, DrainingRefusesNewWork) {
+  ServerProcess server;
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  const Ids ids = Create(*stub, HangingSheet(session, 32, 2));
+  grpc::ClientContext context;
+  const auto stream = stub->StepStream(&context);
+  ASSERT_TRUE(stream->Write(StepsOf(session, {ids[0]}, 100000)));
+  while (Get(*stub, session, ids[0]).step() == 0) std::this_thread::yield();
+  server.Signal(SIGTERM);
+  while (server.Log().find("draining") == std::string::npos) std::this_thread::yield();
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  const auto refused = Call(*stub, &Stub::Step, StepsOf(session, {ids[1]}, 1));
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(ReasonOf(refused.status), "DRAINING") << refused.status.error_message();
+  context.TryCancel();  // otherwise the server gives the long request its grace
+  EXPECT_EQ(server.WaitForExit(), 0);
+}
+
+TEST(Lifecycle, WorkThatOutlivesTheGraceEndsWithUnavailable) {
+  ServerProcess server({"--drain-grace-ms=100"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  const Ids ids = Create(*stub, HangingSheet(session, 32));
+  grpc::ClientContext context;
+  const auto stream = stub->StepStream(&context);
+  ASSERT_TRUE(stream->Write(StepsOf(session, ids, 1000000)));
+  while (Get(*stub, session, ids[0]).step() == 0) std::this_thread::yield();
+  server.Signal(SIGTERM);
+  v1::StepResponse response;
+  EXPECT_FALSE(stream->Read(&response));
+  const grpc::Status status = stream->Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
+  EXPECT_EQ(ReasonOf(status), "DRAINING");
+  EXPECT_EQ(server.WaitForExit(), 0);
+}
+
+TEST(Lifecycle, ASecondServerOnTheSamePortFailsClearly) {
+  ServerProcess first;
+  ASSERT_TRUE(first.WaitUntilUp());
+  ServerProcess second({"--listen=" + first.Address()});
+  EXPECT_EQ(second.WaitForExit(), 1);
+  EXPECT_THAT(second.Log(), HasSubstr("LISTEN_FAILED"));
+  EXPECT_THAT(second.Log(), HasSubstr("the port is in use"));
+  const auto stub = first.NewStub();
+  EXPECT_NE(NewSession(*stub), "");
+}
+
+TEST(Lifecycle, AnAddressForOthersNeedsTlsOrTheWordInsecure) {
+  ServerProcess refused({"--listen=0.0.0.0:0"});
+  EXPECT_EQ(refused.WaitForExit(), 1);
+  EXPECT_THAT(refused.Log(), HasSubstr("--insecure"));
+  ServerProcess accepted({"--listen=0.0.0.0:0", "--insecure"});
+  EXPECT_TRUE(accepted.WaitUntilUp());
+}
+
+TEST(Lifecycle, NoEglDeviceIsSaidClearly) {
+  ServerProcess server({"--backend=gl"}, {{"__EGL_VENDOR_LIBRARY_FILENAMES", "/dev/null"}});
+  EXPECT_EQ(server.WaitForExit(), 1);
+  EXPECT_THAT(server.Log(), HasSubstr("NO_EGL_DEVICE"));
+}
+
+TEST(Lifecycle, AutoFallsBackToTheProcessorWithoutAnEglDevice) {
+  ServerProcess server({"--backend=auto"}, {{"__EGL_VENDOR_LIBRARY_FILENAMES", "/dev/null"}});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  EXPECT_EQ(Call(*stub, &Stub::GetServerInfo, v1::GetServerInfoRequest()).value.backend(), "cpu");
+}
+
+// The log names the file and the line of the error.
+TEST(Lifecycle, AShaderThatDoesNotCompileIsNamedWithFileAndLine) {
+  namespace fs = std::filesystem;
+  const ScratchDir scratch;
+  const fs::path shaders = scratch / "shaders";
+  fs::copy(DRAPE_SOURCE_DIR "/shaders", shaders, fs::copy_options::recursive);
+  const fs::path spoiled = shaders / "lib" / "vector.glsl";
+  std::ifstream file(spoiled);
+  const auto last_line = std::count(std::istreambuf_iterator<char>(file), {}, '\n') + 1;
+  std::ofstream(spoiled, std::ios::app) << "this is no shader\n";
+  ServerProcess server({"--backend=gl", "--shader-dir=" + shaders.string()});
+  EXPECT_EQ(server.WaitForExit(), 1);
+  EXPECT_THAT(server.Log(), HasSubstr("SHADER_COMPILE_FAILED"));
+  EXPECT_THAT(server.Log(), HasSubstr("lib/vector.glsl:" + std::to_string(last_line) + ":"));
+}
+
+TEST(Lifecycle, UsageErrorsExitWithTwo) {
+  for (const char* flag :
+       {"--nonsense", "--backend=abacus", "--max-sessions=0", "--session-ttl-s=0",
+        "--config=/nonexistent.json", "--tls-cert=/nonexistent.pem"}) {
+    ServerProcess server({flag});
+    EXPECT_EQ(server.WaitForExit(), 2) << flag;
+    EXPECT_THAT(server.Log(), testing::Not(testing::IsEmpty())) << flag;
+  }
+}
+
+TEST(Lifecycle, ReadsAConfigFileInBothFormats) {
+  const ScratchDir scratch;
+  const std::string json = scratch / "config.json";
+  const std::string lines = scratch / "config.ini";
+  std::ofstream(json) << R"({"max-sessions": 1, "backend": "reference"})";
+  std::ofstream(lines) << "max-sessions=1\nbackend=reference\n";
+  for (const std::string& path : {json, lines}) {
+    // The command line wins: ServerProcess asks for the cpu backend.
+    ServerProcess server({"--config=" + path});
+    ASSERT_TRUE(server.WaitUntilUp());
+    const auto stub = server.NewStub();
+    const auto info = Call(*stub, &Stub::GetServerInfo, v1::GetServerInfoRequest()).value;
+    EXPECT_EQ(info.backend(), "cpu") << path;
+    EXPECT_EQ(info.limits().max_sessions(), 1u) << path;
+    NewSession(*stub);
+    const auto full = Call(*stub, &Stub::CreateSession, v1::CreateSessionRequest());
+    EXPECT_EQ(full.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+    EXPECT_EQ(ReasonOf(full.status), "TOO_MANY_SESSIONS");
+  }
+  const std::string unknown = scratch / "unknown.json";
+  std::ofstream(unknown) << R"({"max-session": 1})";
+  ServerProcess refused({"--config=" + unknown});
+  EXPECT_EQ(refused.WaitForExit(), 2);
+  EXPECT_THAT(refused.Log(), HasSubstr("max-session"));
+}
+
+}  // namespace
+}  // namespace drape::test
