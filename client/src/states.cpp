@@ -42,9 +42,56 @@ VectorView View(const v1::PackedArray& array, size_t first_row, size_t row_count
                                                        : Rows<float>(array, first_row, row_count);
 }
 
+void AppendArray(const v1::PackedArray& more, v1::PackedArray* array) {
+  if (more.shape().empty()) return;
+  if (array->shape_size() != 2 || array->data_type() != more.data_type()) {
+    throw Malformed("whose chunks differ in their fields");
+  }
+  array->mutable_data()->append(more.data());
+  array->set_shape(0, array->shape(0) + more.shape(0));
+}
+
+// Appends a chunk whose first cloth began in `chunk` and goes on.
+void AppendContinued(const v1::StateChunk& more, v1::StateChunk* chunk) {
+  const int last = chunk->cloth_ids_size() - 1;
+  if (last < 0 || more.cloth_ids(0) != chunk->cloth_ids(last) ||
+      more.particle_counts_size() != more.cloth_ids_size()) {
+    throw Malformed("that go on with a cloth which no chunk began");
+  }
+  chunk->set_particle_counts(last, chunk->particle_counts(last) + more.particle_counts(0));
+  for (int k = 1; k < more.cloth_ids_size(); ++k) {
+    chunk->add_cloth_ids(more.cloth_ids(k));
+    chunk->add_particle_counts(more.particle_counts(k));
+  }
+  const auto append_rest = [](const auto& from, auto* to) {
+    for (int k = 1; k < from.size(); ++k) to->Add(from[k]);
+  };
+  append_rest(more.steps(), chunk->mutable_steps());
+  append_rest(more.times_s(), chunk->mutable_times_s());
+  AppendArray(more.positions_m(), chunk->mutable_positions_m());
+  AppendArray(more.velocities_m_per_s(), chunk->mutable_velocities_m_per_s());
+  chunk->set_frames_dropped(chunk->frames_dropped() + more.frames_dropped());
+}
+
+// A cloth too large for one chunk arrives in several: those become one, so that each cloth is one
+// view.
+std::vector<v1::StateChunk> JoinContinued(std::vector<v1::StateChunk> chunks) {
+  std::vector<v1::StateChunk> joined;
+  for (v1::StateChunk& chunk : chunks) {
+    const bool is_continued = chunk.first_particles_size() > 0 && chunk.first_particles(0) > 0;
+    if (is_continued && chunk.cloth_ids_size() > 0) {
+      if (joined.empty()) throw Malformed("that begin in the middle of a cloth");
+      AppendContinued(chunk, &joined.back());
+    } else {
+      joined.push_back(std::move(chunk));
+    }
+  }
+  return joined;
+}
+
 }  // namespace
 
-States::States(std::vector<v1::StateChunk> chunks) : chunks_(std::move(chunks)) {
+States::States(std::vector<v1::StateChunk> chunks) : chunks_(JoinContinued(std::move(chunks))) {
   for (const v1::StateChunk& chunk : chunks_) AddChunk(chunk);
 }
 

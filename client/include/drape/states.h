@@ -1,4 +1,5 @@
-// Particle states as they arrived: typed views into the received bytes, nothing is copied.
+// Particle states as they arrived: typed views into the received bytes. Nothing is copied, except
+// that a cloth larger than one chunk is joined from its chunks.
 #pragma once
 
 #include <cstddef>
