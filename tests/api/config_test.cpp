@@ -1,0 +1,90 @@
+#include "server/config.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <vector>
+
+namespace drape {
+namespace {
+
+CommandLine Parse(std::vector<const char*> flags) {
+  flags.insert(flags.begin(), "draped");
+  return ParseCommandLine(static_cast<int>(flags.size()), flags.data());
+}
+
+TEST(Config, DefaultsAreSafe) {
+  const CommandLine line = Parse({});
+  ASSERT_FALSE(line.exit_code);
+  EXPECT_EQ(line.config.listen, "127.0.0.1:7743");
+  EXPECT_EQ(line.config.backend, BackendChoice::kAuto);
+  EXPECT_FALSE(line.config.insecure);
+  EXPECT_EQ(line.config.requests.max_request_bytes, 64u << 20);
+  EXPECT_EQ(line.config.requests.default_ttl_s, 300);
+}
+
+TEST(Config, FlagsReachTheirLimits) {
+  const CommandLine line =
+      Parse({"--backend=reference", "--max-sessions=7", "--session-ttl-s=2.5", "--threads=3",
+             "--max-queued-requests-per-session=9", "--max-particles-per-cloth=100"});
+  ASSERT_FALSE(line.exit_code);
+  EXPECT_EQ(line.config.backend, BackendChoice::kReference);
+  EXPECT_EQ(line.config.sessions.max_sessions, 7u);
+  EXPECT_EQ(line.config.requests.default_ttl_s, 2.5);
+  EXPECT_EQ(line.config.threads, 3u);
+  EXPECT_EQ(line.config.scheduler.max_queued_requests_per_tenant, 9u);
+  EXPECT_EQ(line.config.requests.model.max_particles, 100u);
+}
+
+TEST(Config, UsageErrorsAreTwoAndHelpIsZero) {
+  EXPECT_EQ(Parse({"--help"}).exit_code, 0);
+  EXPECT_EQ(Parse({"--version"}).exit_code, 0);
+  for (const char* flag : {"--nonsense", "--backend=abacus", "--max-sessions=0", "--max-sessions=x",
+                           "--session-ttl-s=0.5", "--tls-cert=/dev/null"}) {
+    EXPECT_EQ(Parse({flag}).exit_code, 2) << flag;
+  }
+}
+
+class ConfigFile : public testing::Test {
+ protected:
+  CommandLine ParseFile(const std::string& text, std::vector<const char*> flags = {}) {
+    std::ofstream(path_) << text;
+    const std::string flag = "--config=" + path_;
+    flags.push_back(flag.c_str());
+    return Parse(flags);
+  }
+  ~ConfigFile() override { std::remove(path_.c_str()); }
+
+  const std::string path_ = testing::TempDir() + "drape_config_test_" +
+                            testing::UnitTest::GetInstance()->current_test_info()->name();
+};
+
+TEST_F(ConfigFile, JsonAndLinesMeanTheSame) {
+  for (const char* text :
+       {R"({"listen": "127.0.0.1:99", "max-sessions": 5, "insecure": true, "session-ttl-s": 1.5})",
+        "listen=127.0.0.1:99\nmax-sessions=5\ninsecure=true\nsession-ttl-s=1.5\n"}) {
+    const CommandLine line = ParseFile(text);
+    ASSERT_FALSE(line.exit_code) << text;
+    EXPECT_EQ(line.config.listen, "127.0.0.1:99");
+    EXPECT_EQ(line.config.sessions.max_sessions, 5u);
+    EXPECT_EQ(line.config.requests.default_ttl_s, 1.5);
+    EXPECT_TRUE(line.config.insecure);
+  }
+}
+
+TEST_F(ConfigFile, TheCommandLineWins) {
+  EXPECT_EQ(ParseFile(R"({"max-sessions": 5})", {"--max-sessions=6"}).config.sessions.max_sessions,
+            6u);
+}
+
+TEST_F(ConfigFile, UnknownNamesAndBrokenFilesAreUsageErrors) {
+  EXPECT_EQ(ParseFile(R"({"max-session": 5})").exit_code, 2);
+  EXPECT_EQ(ParseFile(R"({"max-sessions": )").exit_code, 2);
+  EXPECT_EQ(ParseFile(R"({"max-sessions": [1, 2]})").exit_code, 2);
+  EXPECT_EQ(ParseFile("max-session=5\n").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,113 @@
+#include "server/api/mapping.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "server/api/request_validation.h"
+#include "tests/api/requests.h"
+
+namespace drape::api {
+namespace {
+
+using testing::ElementsAre;
+
+std::shared_ptr<ClothRecord> Record(const v1::CreateClothsRequest& request, size_t copy) {
+  const CheckedCreation checked = CheckCreateCloths(request, {}).value();
+  auto description = std::make_shared<ClothDescription>();
+  description->model_description = checked.description;
+  description->model = SceneModel::Build(*checked.description).value();
+  description->parameters = checked.copies[copy].parameters;
+  description->pins = checked.pins;
+  description->plan = "scalar";
+  Placement placement;
+  placement.environment_origin_m = checked.copies[copy].environment_origin_m;
+  auto record =
+      std::make_shared<ClothRecord>(placement, checked.copies[copy].transform, description);
+  record->id = ClothId{5, 2};
+  return record;
+}
+
+// What a client reads back of a cloth can be sent again and means the same.
+TEST(Mapping, AClothReadsBackAsItWasAskedFor) {
+  v1::CreateClothsRequest request = test::GoodCreation();
+  const v1::Cloth cloth = ToProto(*Record(request, 1));
+  EXPECT_EQ(cloth.id(), (ClothId{5, 2}.Packed()));
+  EXPECT_EQ(cloth.shape().particles(), 12u);
+  EXPECT_EQ(cloth.shape().plan(), "scalar");
+  EXPECT_THAT(cloth.environment_origin_m(), ElementsAre(10, 0, 0));
+  EXPECT_EQ(cloth.pins(1).particle(), 3u);
+  EXPECT_THAT(cloth.pins(1).target_m(), ElementsAre(0.3, 0.1, 0));
+
+  *request.mutable_spec()->mutable_environment() = cloth.environment();
+  *request.mutable_spec()->mutable_settings() = cloth.settings();
+  *request.mutable_spec()->mutable_pins() = cloth.pins();
+  request.clear_overrides();
+  const v1::Cloth again = ToProto(*Record(request, 1));
+  EXPECT_EQ(again.SerializeAsString(), cloth.SerializeAsString());
+}
+
+TEST(Mapping, SettingsOfEveryPresetReadBack) {
+  for (const Preset preset : {Preset::kPaper, Preset::kRealtime, Preset::kAccurate}) {
+    v1::CreateClothsRequest request = test::GoodCreation();
+    request.clear_overrides();
+    *request.mutable_spec()->mutable_settings() = ToProto(PresetSettings(preset));
+    EXPECT_EQ(CheckCreateCloths(request, {})->copies[0].parameters.settings,
+              PresetSettings(preset));
+  }
+}
+
+TEST(Mapping, ReportsNameTheWarningsThatOccurred) {
+  StepReport report;
+  report.iterations = 17;
+  report.converged = false;
+  report.measured.max_strain = 0.25;
+  report.measured.lowest_m = -3;
+  report.measured.contacts = 4;
+  WarningCounters warnings;
+  warnings.not_converged = 6;
+  const v1::StepReport message = ToProto(ClothId{1, 1}, 9, report, warnings);
+  EXPECT_EQ(message.step(), 9u);
+  EXPECT_EQ(message.iterations(), 17u);
+  EXPECT_FALSE(message.converged());
+  EXPECT_EQ(message.max_strain(), 0.25);
+  EXPECT_EQ(message.lowest_m(), -3);
+  EXPECT_EQ(message.contacts(), 4u);
+  EXPECT_FALSE(message.faulted());
+  EXPECT_EQ(message.fault_reason(), "");
+  ASSERT_EQ(message.warnings_size(), 1);
+  EXPECT_EQ(message.warnings().at("not_converged"), 6u);
+}
+
+TEST(Mapping, AStepAnswerNamesFaultedCloths) {
+  const auto record = Record(test::GoodCreation(), 0);
+  StepOutcome outcome;
+  outcome.cloths.resize(2);
+  outcome.cloths[0].stamp.completed_steps = 3;
+  outcome.cloths[1].stamp = {
+      .completed_steps = 1, .time_s = 0, .fault = FaultReason::kRunaway, .particle_count = 12};
+  outcome.cloths[1].report = StepReport{};
+  outcome.cloths[1].report->fault = FaultReason::kRunaway;
+  outcome.timing.queue_us = 12;
+  outcome.timing.batch_requests = 16;
+  const v1::StepResponse answer = ToProto({record, record}, outcome);
+  EXPECT_THAT(answer.steps(), ElementsAre(3, 1));
+  EXPECT_THAT(answer.faulted_cloth_ids(), ElementsAre(record->id.Packed()));
+  ASSERT_EQ(answer.reports_size(), 1);
+  EXPECT_THAT(answer.reports(0).fault_reason(), testing::HasSubstr("last good state"));
+  EXPECT_EQ(answer.timing().queue_us(), 12u);
+  EXPECT_EQ(answer.timing().batch_requests(), 16u);
+  EXPECT_FALSE(answer.has_states());
+}
+
+TEST(Mapping, ASessionShowsItsLease) {
+  const v1::Session session = ToProto(SessionView{"sessions/a-b", "my cloths", 300, 12.5, 3, 4096});
+  EXPECT_EQ(session.name(), "sessions/a-b");
+  EXPECT_EQ(session.display_name(), "my cloths");
+  EXPECT_EQ(session.ttl_s(), 300);
+  EXPECT_EQ(session.remaining_s(), 12.5);
+  EXPECT_EQ(session.cloth_count(), 3u);
+  EXPECT_EQ(session.particle_count(), 4096u);
+}
+
+}  // namespace
+}  // namespace drape::api

@@ -1,0 +1,40 @@
+#include "server/api/worker_pool.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+
+namespace drape::api {
+namespace {
+
+TEST(WorkerPool, RunsEveryTaskThatItTookBeforeItEnds) {
+  std::atomic<int> runs = 0;
+  {
+    WorkerPool pool(2, 1000);
+    for (int k = 0; k < 100; ++k) ASSERT_TRUE(pool.Post([&] { ++runs; }).ok());
+  }
+  EXPECT_EQ(runs, 100);
+}
+
+TEST(WorkerPool, AFullQueueIsRefusedWithAHintWhenToRetry) {
+  std::promise<void> go;
+  std::promise<void> started;
+  WorkerPool pool(1, 2);
+  ASSERT_TRUE(pool.Post([&, wait = go.get_future().share()] {
+                    started.set_value();
+                    wait.wait();
+                  })
+                  .ok());
+  started.get_future().wait();
+  EXPECT_TRUE(pool.Post([] {}).ok());
+  EXPECT_TRUE(pool.Post([] {}).ok());
+  const Status full = pool.Post([] { ADD_FAILURE() << "a refused task was run"; });
+  EXPECT_EQ(full.code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(full.reason(), "BUILD_QUEUE_FULL");
+  EXPECT_TRUE(full.retry_after_ms());
+  go.set_value();
+}
+
+}  // namespace
+}  // namespace drape::api
