@@ -31,6 +31,7 @@ void Compare(const States& states, const States& others, PositionDifference* dif
     details.message = "the two servers sent states of different cloths or steps";
     throw Error(std::move(details));
   }
+  if (std::isnan(difference->largest_m)) return;  // nothing is larger
   for (size_t k = 0; k < states.size(); ++k) {
     for (size_t particle = 0; particle < states[k].particle_count; ++particle) {
       const double distance = Distance(states[k].positions_m, others[k].positions_m, particle);

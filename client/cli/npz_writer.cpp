@@ -59,6 +59,7 @@ class Column {
     const std::string header = NpyHeader(type, shape);
     Append(header.data(), header.size());
     if (std::fflush(file_) != 0) ThrowCannotWrite("a temporary file");
+    std::rewind(file_);  // the source counts from where the file stands
     zip_source_t* source = zip_source_filep(archive, file_, 0, -1);
     if (source == nullptr) ThrowCannotWrite(name_);
     file_ = nullptr;  // the source closes it

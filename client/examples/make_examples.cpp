@@ -67,8 +67,10 @@ Json Chain() {
   Json masses = Json::array();
   Json constraints = Json::array();
   for (uint32_t bead = 0; bead < kBeads; ++bead) {
-    for (const double coordinate : {0.05 * bead, 0.0, 0.0})
+    const double along = 2.0 * bead / (kBeads - 1) - 1;  // -1 to 1
+    for (const double coordinate : {0.8 * (along + 1), 0.5 * (along * along - 1), 0.0}) {
       positions.push_back(Rounded(coordinate));
+    }
     masses.push_back(0.01);
     if (bead > 0) constraints.push_back({{"i", bead - 1}, {"j", bead}});
   }

@@ -51,7 +51,6 @@ Error UnknownField(const Descriptor& type, const std::string& path, const std::s
 }
 
 void CheckWholeNumber(const json& value, double highest, const std::string& path) {
-  if (value.is_string()) return;  // protobuf JSON writes 64-bit numbers as strings, and checks them
   const double number = value.is_number() ? value.get<double>() : -1;
   if (number < 0 || number > highest || number != std::floor(number)) {
     std::string top = highest > 1e15 ? "2^64-1" : std::to_string(static_cast<uint64_t>(highest));

@@ -26,7 +26,7 @@ inline namespace client {
 // How to talk to a server.
 struct ConnectOptions {
   // How long to wait until the server answers, > 0.
-  double ready_timeout_s = 10;
+  double ready_timeout_s = 5;
   // Limit of each single request that is not a stream; 0 = none. Long Steps need long limits.
   double request_timeout_s = 0;
 };

@@ -1,0 +1,53 @@
+// Running `drape run` on scenes and reading its report.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/client/client_test_support.h"
+
+namespace drape::client_test {
+
+// Fields that every report, cloth and sample has, in the order of the contract.
+inline const std::vector<std::string> kReportFields = {
+    "scene", "backend", "device", "steps", "wall_ms_per_step", "device_ms_per_step", "cloths"};
+inline const std::vector<std::string> kClothFields = {
+    "id", "particles", "constraints", "colours", "plan", "samples", "warnings", "faulted"};
+inline const std::vector<std::string> kSampleFields = {"step",
+                                                       "time_s",
+                                                       "max_strain",
+                                                       "rms_strain",
+                                                       "kinetic_energy_j",
+                                                       "potential_energy_j",
+                                                       "strain_energy_j",
+                                                       "lowest_m",
+                                                       "contacts",
+                                                       "max_penetration_m",
+                                                       "iterations",
+                                                       "max_residual_m"};
+
+inline std::vector<std::string> Keys(const nlohmann::ordered_json& object) {
+  std::vector<std::string> keys;
+  for (const auto& [key, value] : object.items()) keys.push_back(key);
+  return keys;
+}
+
+// `drape run SCENE arguments...` on the cpu backend with a report; checks that it is well and gives
+// the report.
+inline nlohmann::ordered_json RunForReport(const std::string& scene,
+                                           std::vector<std::string> arguments,
+                                           const std::string& backend = "cpu") {
+  const TemporaryFolder folder;
+  const std::string report = folder / "report.json";
+  arguments.insert(arguments.begin(), {"run", scene, "--report=" + report, "--backend=" + backend});
+  const Outcome outcome = RunProgram("drape", arguments);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  if (outcome.exit_code != 0) return {};
+  return nlohmann::ordered_json::parse(ReadText(report));
+}
+
+}  // namespace drape::client_test

@@ -1,0 +1,192 @@
+// The commands that talk to a running server, end to end.
+#include "client/cli/commands.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <thread>
+
+#include "drape/client.h"
+#include "tests/client/client_test_support.h"
+
+namespace drape {
+namespace {
+
+using client_test::Example;
+using client_test::Outcome;
+using client_test::ProgramPath;
+using client_test::ReadText;
+using client_test::RunningProgram;
+using client_test::RunProgram;
+using client_test::TemporaryFolder;
+using nlohmann::json;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+class CommandsTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    SpawnOptions options;
+    options.backend = "cpu";
+    options.executable = ProgramPath("draped");
+    client_ = new Client(Client::SpawnServer(options));
+  }
+  static void TearDownTestSuite() {
+    delete client_;
+    client_ = nullptr;
+  }
+
+  static std::vector<std::string> OnServer(std::vector<std::string> arguments) {
+    arguments.push_back("--server=" + client_->address());
+    return arguments;
+  }
+  // A command that must succeed; gives what it prints.
+  static std::string Do(std::vector<std::string> arguments) {
+    const Outcome outcome = RunProgram("drape", OnServer(std::move(arguments)));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return outcome.out;
+  }
+  static json DoJson(std::vector<std::string> arguments) {
+    arguments.push_back("--json");
+    return json::parse(Do(std::move(arguments)));
+  }
+  static std::string CreateChain() {
+    return DoJson({"create", Example("chain.json"), "--ttl=60"})["session"];
+  }
+
+  static Client* client_;
+};
+
+Client* CommandsTest::client_ = nullptr;
+
+TEST_F(CommandsTest, InfoAndHealth) {
+  EXPECT_THAT(Do({"info"}), AllOf(HasSubstr(client_->address()), HasSubstr("cpu (float32)"),
+                                  HasSubstr("max_steps_per_request")));
+  EXPECT_EQ(DoJson({"info"})["precision"], "float32");
+  EXPECT_EQ(Do({"health"}), "SERVING\n");
+  EXPECT_EQ(DoJson({"health"})["status"], "SERVING");
+}
+
+TEST_F(CommandsTest, InfoWithoutAServerStartsOne) {
+  const Outcome outcome = RunProgram("drape", {"info", "--backend=reference", "--json"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(json::parse(outcome.out)["backend"], "reference");
+}
+
+TEST_F(CommandsTest, CreateStepReadDelete) {
+  const json created = DoJson({"create", Example("sphere_drop.json")});
+  const std::string session = "--session=" + created["session"].get<std::string>();
+  ASSERT_EQ(created["cloths"].size(), 2u);
+  EXPECT_EQ(created["cloths"][0]["particles"], 1024);
+  const std::string second = created["cloths"][1]["id"];
+
+  const json stepped = DoJson({"step", session, "--steps=2", "--report"});
+  EXPECT_EQ(stepped["reports"].size(), 2u);
+  EXPECT_EQ(stepped["reports"][1]["cloth_id"], second);
+  EXPECT_THAT(Do({"step", session, "--cloth=" + second, "--until=5"}), HasSubstr("step 5"));
+
+  const json read = DoJson({"read", session});
+  ASSERT_EQ(read.size(), 2u);
+  EXPECT_EQ(read[0]["step"], 2);
+  EXPECT_EQ(read[1]["step"], 5);
+  EXPECT_EQ(read[1]["positions_m"].size(), 3u * 1024);
+  EXPECT_EQ(read[1]["velocities_m_per_s"].size(), 3u * 1024);
+  const TemporaryFolder folder;
+  Do({"read", session, "--cloth=" + second, "--states=" + (folder / "s.csv").string()});
+  EXPECT_THAT(ReadText(folder / "s.csv"), HasSubstr("\n0.0833333358,0,1023,"));
+
+  const json cloths = DoJson({"list", session});
+  ASSERT_EQ(cloths.size(), 2u);
+  EXPECT_EQ(cloths[1]["id"], second);
+  EXPECT_THAT(Do({"list", session}), HasSubstr("1024 particles"));
+  Do({"delete", session, "--cloth=" + second});
+  EXPECT_EQ(DoJson({"list", session}).size(), 1u);
+  Do({"delete", session});
+  const Outcome gone = RunProgram("drape", OnServer({"list", session}));
+  EXPECT_EQ(gone.exit_code, 1);
+  EXPECT_THAT(gone.err, HasSubstr("NOT_FOUND"));
+}
+
+TEST_F(CommandsTest, ListTellsSessionsButNotTheirSecret) {
+  const std::string session = CreateChain();
+  const std::string out = Do({"list"});
+  EXPECT_THAT(out, HasSubstr("drape create"));
+  EXPECT_THAT(out, HasSubstr("41 particles"));
+  EXPECT_EQ(out.find(session), std::string::npos);
+  Do({"delete", "--session=" + session});
+}
+
+TEST_F(CommandsTest, CreateAddsToASession) {
+  const std::string session = CreateChain();
+  DoJson({"create", Example("net.json"), "--session=" + session, "--set",
+          "material.damping_per_s=0.1"});
+  EXPECT_EQ(DoJson({"list", "--session=" + session}).size(), 2u);
+  Do({"delete", "--session=" + session});
+}
+
+TEST_F(CommandsTest, WatchFollows) {
+  const std::string session = CreateChain();
+  RunningProgram watch("drape",
+                       OnServer({"watch", "--session=" + session, "--frames=3", "--json"}));
+  Session attached = client_->AttachSession(session);
+  // Until the watcher has seen enough: how much it misses depends on both.
+  std::atomic<bool> is_done = false;
+  std::thread stepper([&] {
+    while (!is_done) {
+      attached.Step(1);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+  });
+  const Outcome outcome = watch.Wait();
+  is_done = true;
+  stepper.join();
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::istringstream lines(outcome.out);
+  uint64_t last_step = 0;
+  int frames = 0;
+  for (std::string line; std::getline(lines, line); ++frames) {
+    const json frame = json::parse(line);
+    EXPECT_EQ(frame["cloths"], 1);
+    EXPECT_GT(frame["step"].get<uint64_t>(), last_step);
+    last_step = frame["step"];
+  }
+  EXPECT_EQ(frames, 3);
+  attached.Delete();
+}
+
+TEST_F(CommandsTest, EveryCommandHasHelpAndUsageErrors) {
+  for (const char* command :
+       {"run", "demo", "info", "health", "create", "step", "read", "watch", "list", "delete"}) {
+    const Outcome help = RunProgram("drape", {command, "--help"});
+    EXPECT_EQ(help.exit_code, 0) << command;
+    EXPECT_THAT(help.out, AllOf(HasSubstr("--server"), HasSubstr("Exit codes")));
+    EXPECT_EQ(RunProgram("drape", {command, "--wobble"}).exit_code, 2) << command;
+  }
+  EXPECT_EQ(RunProgram("drape", {}).exit_code, 2);
+  EXPECT_EQ(RunProgram("drape", {"wobble"}).exit_code, 2);
+  EXPECT_EQ(RunProgram("drape", {"step", "--session=s"}).exit_code, 2) << "--server is required";
+}
+
+TEST_F(CommandsTest, DemoPrintsATableAndNamesItsFiles) {
+  const TemporaryFolder folder;
+  const std::string out = folder / "out";
+  const std::string text = Do({"demo", "--scenes", Example("chain.json"), Example("mesh_drop.json"),
+                               "--out=" + out, "--duration=0.1"});
+  EXPECT_THAT(text, AllOf(HasSubstr("particles"), HasSubstr("constraints"), HasSubstr("colours"),
+                          HasSubstr("ms per step"), HasSubstr("real time"), HasSubstr("max strain"),
+                          HasSubstr("RMS strain"), HasSubstr("contacts")));
+  for (const char* name : {"chain.obj", "chain.ply", "mesh_drop.obj", "mesh_drop.ply"}) {
+    const fs::path path = fs::path(out) / name;
+    EXPECT_THAT(text, HasSubstr(path.string()));
+    EXPECT_GT(fs::file_size(path), 1000u);
+  }
+  EXPECT_THAT(ReadText(fs::path(out) / "chain.obj"), HasSubstr("\nl 40 41\n"));
+}
+
+}  // namespace
+}  // namespace drape

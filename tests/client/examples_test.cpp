@@ -1,0 +1,155 @@
+// Every example, played for a short while by `drape run`, and the example programs.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "drape/scene_file.h"
+#include "tests/client/cli_end_to_end_test.h"
+
+namespace drape {
+namespace {
+
+using client_test::Example;
+using client_test::kClothFields;
+using client_test::Keys;
+using client_test::kReportFields;
+using client_test::kSampleFields;
+using client_test::Outcome;
+using client_test::ReadText;
+using client_test::RunForReport;
+using client_test::RunProgram;
+using client_test::TemporaryFolder;
+using nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+struct ExampleCase {
+  std::string name;
+  size_t cloths;
+  uint32_t particles;    // of each cloth
+  uint32_t constraints;  // of each cloth
+  double short_s;        // as long as it takes something to happen
+};
+
+// Grids of 32 x 32: 2 * 32 * 31 = 1984 edges. The net: 2 * 17 * 16 = 544. The disc: 3 ring(ring -
+// 1)
+// + ... = V + F - 1 = 817 + 1536 - 1 = 2352 edges (Euler). The skirt is a tube: V - E + F = 0 gives
+// 1809 + 3448 = 5257, less the 43 between neighbouring pins of the waist.
+const ExampleCase kExamples[] = {
+    {"hanging_two_corners", 1, 1024, 1984, 0.2},
+    {"hanging_edge", 1, 1024, 1984 - 31, 0.2},
+    {"sphere_drop", 2, 1024, 1984, 0.5},
+    {"many_cloths", 64, 1024, 1984, 0.05},
+    {"chain", 1, 41, 40, 0.7},
+    {"net", 1, 289, 544, 0.3},
+    {"skirt", 1, 1809, 5257 - 43, 0.2},
+    {"mesh_drop", 1, 817, 2352, 0.5},
+};
+
+class ExamplesTest : public ::testing::TestWithParam<ExampleCase> {};
+
+void CheckSamples(const ordered_json& cloth, uint64_t steps) {
+  ASSERT_EQ(cloth["samples"].size(), steps);
+  for (uint64_t k = 0; k < steps; ++k) {
+    const ordered_json& sample = cloth["samples"][k];
+    ASSERT_EQ(Keys(sample), kSampleFields);
+    EXPECT_EQ(sample["step"], k + 1);
+    EXPECT_DOUBLE_EQ(sample["time_s"].get<double>(), static_cast<double>(k + 1) / 60);
+    EXPECT_GE(sample["max_strain"].get<double>(), sample["rms_strain"].get<double>());
+    EXPECT_GE(sample["rms_strain"].get<double>(), 0);
+    // A broken step (a skipped constraint, a raced colour) stretches edges by their own length and
+    // more. The method's own worst is a cloth hung by points with one sweep per substep: an impulse
+    // travels only one edge per colour, and edges at the pin give by up to an eighth.
+    EXPECT_LT(sample["max_strain"].get<double>(), 0.25) << k;
+    EXPECT_LT(sample["rms_strain"].get<double>(), 0.02) << k;
+    EXPECT_GE(sample["kinetic_energy_j"].get<double>(), 0);
+    EXPECT_TRUE(sample["contacts"].is_number_unsigned());
+    EXPECT_TRUE(sample["iterations"].is_number_unsigned());
+  }
+}
+
+TEST_P(ExamplesTest, Runs) {
+  const ExampleCase& example = GetParam();
+  const ordered_json report = RunForReport(Example(example.name + ".json"),
+                                           {"--duration=" + std::to_string(example.short_s)});
+  const auto steps = static_cast<uint64_t>(std::llround(example.short_s * 60));
+  ASSERT_EQ(Keys(report), kReportFields);
+  EXPECT_EQ(report["scene"], example.name);
+  EXPECT_EQ(report["backend"], "cpu");
+  EXPECT_EQ(report["steps"], steps);
+  EXPECT_GT(report["wall_ms_per_step"].get<double>(), 0);
+  EXPECT_GT(report["device_ms_per_step"].get<double>(), 0);
+  ASSERT_EQ(report["cloths"].size(), example.cloths);
+  for (const ordered_json& cloth : report["cloths"]) {
+    ASSERT_EQ(Keys(cloth), kClothFields);
+    EXPECT_TRUE(cloth["id"].is_string());
+    EXPECT_EQ(cloth["particles"], example.particles);
+    EXPECT_EQ(cloth["constraints"], example.constraints);
+    EXPECT_GE(cloth["colours"].get<int>(), 2);
+    EXPECT_EQ(cloth["plan"], "scalar");
+    EXPECT_EQ(cloth["faulted"], false);
+    EXPECT_TRUE(cloth["warnings"].is_object());
+    CheckSamples(cloth, steps);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ExamplesTest, ::testing::ValuesIn(kExamples),
+                         [](const auto& example) { return example.param.name; });
+
+// 64 cloths, no two of which move alike.
+TEST(ManyClothsTest, NoTwoAreEqual) {
+  const ordered_json report =
+      RunForReport(Example("many_cloths.json"), {"--duration=0.05", "--every=3"});
+  std::set<double> energies;
+  for (const ordered_json& cloth : report["cloths"]) {
+    energies.insert(cloth["samples"].back()["kinetic_energy_j"].get<double>());
+  }
+  EXPECT_EQ(energies.size(), 64u);
+}
+
+// Dropped cloths reach what is below them, and stay above it.
+TEST(DropTest, ClothsLandOnTheSphereAndNotInIt) {
+  for (const char* name : {"sphere_drop", "mesh_drop"}) {
+    const ordered_json report =
+        RunForReport(Example(std::string(name) + ".json"), {"--duration=0.6", "--every=36"});
+    for (const ordered_json& cloth : report["cloths"]) {
+      const ordered_json& last = cloth["samples"].back();
+      EXPECT_GT(last["contacts"].get<int>(), 10) << name;
+      EXPECT_LT(last["max_penetration_m"].get<double>(), 0.005) << name << ": the thickness";
+    }
+  }
+}
+
+TEST(ExampleFilesTest, EveryFileIsTested) {
+  std::set<std::string> tested;
+  for (const ExampleCase& example : kExamples) tested.insert(example.name);
+  std::set<std::string> present;
+  for (const auto& entry : fs::directory_iterator(Example(""))) {
+    if (entry.path().extension() == ".json") present.insert(entry.path().stem().string());
+  }
+  EXPECT_EQ(present, tested);
+}
+
+TEST(ExampleFilesTest, GeneratedFilesAreWhatTheGeneratorMakes) {
+  const TemporaryFolder folder;
+  fs::create_directory(folder / "meshes");
+  fs::copy_file(Example("meshes/skirt.obj"), folder / "meshes/skirt.obj");
+  const Outcome outcome = RunProgram("make_examples", {folder.path().string()});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  for (const char* name :
+       {"many_cloths.json", "chain.json", "net.json", "skirt.json", "meshes/disc.obj"}) {
+    EXPECT_TRUE(ReadText(folder / name) == ReadText(Example(name)))
+        << name << ": run make_examples client/examples";
+  }
+}
+
+TEST(HelloClientTest, HangsAClothForASecond) {
+  const Outcome outcome = RunProgram("hello_client", {});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_THAT(outcome.out, ::testing::HasSubstr("1.0 s: the free corner is at"));
+  // 16 x 16: 2 * 16 * 15 edges.
+  EXPECT_THAT(outcome.out, ::testing::HasSubstr("has 480 constraints"));
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,235 @@
+// What the writers write, read back by readers of this file's own.
+#include "client/cli/state_writers.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <zip.h>
+
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <numeric>
+#include <sstream>
+
+#include "tests/client/client_test_support.h"
+
+namespace drape::cli {
+namespace {
+
+using client_test::ErrorOf;
+using client_test::MakeStates;
+using client_test::ReadText;
+using client_test::TemporaryFolder;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+constexpr float kThird = 1.0f / 3;
+
+// A cloth of three particles, with a triangle, and one of two, with a line.
+States TwoCloths(uint64_t step) {
+  std::vector<float> positions(15);
+  std::iota(positions.begin(), positions.end(), static_cast<float>(step));
+  positions[4] = kThird;
+  std::vector<float> velocities(15, 0.5f);
+  velocities[14] = -1e-20f;
+  return MakeStates({3, 2}, step, positions, velocities);
+}
+
+std::vector<Topology> TwoTopologies() {
+  Topology triangle;
+  triangle.triangles = {{0, 1, 2}};
+  Topology line;
+  line.lines = {{0, 1}};
+  return {triangle, line};
+}
+
+std::vector<std::string> Lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
+}
+
+class StateWritersTest : public ::testing::Test {
+ protected:
+  // The file after samples at steps 1 and 2, or of step 2 alone for geometry.
+  std::filesystem::path Written(const std::string& name) {
+    const auto path = folder_ / name;
+    const auto writer = MakeStateWriter(path, TwoTopologies());
+    if (writer->takes_samples()) writer->Add(TwoCloths(1));
+    writer->Add(TwoCloths(2));
+    writer->Finish();
+    return path;
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(StateWritersTest, CsvHasTheContractsColumnsAndOneRowPerParticle) {
+  const auto lines = Lines(ReadText(Written("s.csv")));
+  ASSERT_EQ(lines.size(), 1u + 2 * 5);
+  EXPECT_EQ(lines[0], "time_s,cloth,particle,x_m,y_m,z_m,vx_m_per_s,vy_m_per_s,vz_m_per_s");
+  EXPECT_EQ(lines[1], "0.100000001,0,0,1,2,3,0.5,0.5,0.5");
+  EXPECT_EQ(lines[2], "0.100000001,0,1,4,0.333333343,6,0.5,0.5,0.5");
+  EXPECT_EQ(lines[5], "0.100000001,1,1,13,14,15,0.5,0.5,-9.99999968e-21");
+  EXPECT_THAT(lines[10], StartsWith("0.200000003,1,1,"));
+}
+
+TEST_F(StateWritersTest, CsvNumbersGiveBackTheSameBits) {
+  const double third = 1.0 / 3;
+  const std::vector<double> positions = {third, -2 * third, 1e-300};
+  const auto writer = MakeCsvWriter(folder_ / "d.csv");
+  writer->Add(MakeStates<double>({1}, 3, positions, {0.1, 0.2, 0.3}));
+  writer->Finish();
+  std::istringstream row(Lines(ReadText(folder_ / "d.csv")).at(1));
+  std::vector<double> numbers;
+  for (std::string cell; std::getline(row, cell, ',');) numbers.push_back(std::stod(cell));
+  EXPECT_THAT(numbers, ElementsAre(0.1 * 3, 0, 0, third, -2 * third, 1e-300, 0.1, 0.2, 0.3));
+}
+
+// An array of an NPZ file.
+struct NpyArray {
+  std::string type;
+  std::string shape;
+  std::string bytes;
+
+  template <class Number>
+  Number At(size_t index) const {
+    Number number;
+    std::memcpy(&number, bytes.data() + index * sizeof(Number), sizeof(Number));
+    return number;
+  }
+};
+
+// What stands between `before` and `after`.
+std::string Between(const std::string& text, const std::string& before, const std::string& after) {
+  const size_t begin = text.find(before) + before.size();
+  return text.substr(begin, text.find(after, begin) - begin);
+}
+
+NpyArray ReadNpy(const std::filesystem::path& path, const std::string& name) {
+  int error = 0;
+  const std::unique_ptr<zip_t, void (*)(zip_t*)> archive(
+      zip_open(path.c_str(), ZIP_RDONLY | ZIP_CHECKCONS, &error), zip_discard);
+  EXPECT_NE(archive, nullptr) << error;
+  zip_stat_t stat;
+  EXPECT_EQ(zip_stat(archive.get(), (name + ".npy").c_str(), 0, &stat), 0) << name;
+  std::string text(stat.size, '\0');
+  zip_file_t* file = zip_fopen(archive.get(), (name + ".npy").c_str(), 0);
+  EXPECT_EQ(zip_fread(file, text.data(), stat.size), static_cast<zip_int64_t>(stat.size));
+  zip_fclose(file);
+
+  EXPECT_EQ(text.substr(0, 8), std::string("\x93NUMPY\x01\x00", 8));
+  const size_t header_bytes =
+      static_cast<unsigned char>(text[8]) + 256u * static_cast<unsigned char>(text[9]);
+  EXPECT_EQ((10 + header_bytes) % 64, 0u);
+  const std::string header = text.substr(10, header_bytes);
+  EXPECT_EQ(header.back(), '\n');
+  EXPECT_THAT(header, HasSubstr("'fortran_order': False"));
+  return {Between(header, "'descr': '", "'"), Between(header, "'shape': (", ")"),
+          text.substr(10 + header_bytes)};
+}
+
+TEST_F(StateWritersTest, NpzHoldsEverySample) {
+  const auto path = Written("s.npz");
+  const NpyArray times = ReadNpy(path, "times");
+  EXPECT_EQ(times.type, "<f8");
+  EXPECT_EQ(times.shape, "2,");
+  EXPECT_EQ(times.At<double>(1), 0.2);
+  const NpyArray steps = ReadNpy(path, "steps");
+  EXPECT_EQ(steps.At<uint64_t>(1), 2u);
+  const NpyArray positions = ReadNpy(path, "positions");
+  EXPECT_EQ(positions.type, "<f4");
+  EXPECT_EQ(positions.shape, "2,5,3,");
+  ASSERT_EQ(positions.bytes.size(), 2u * 5 * 3 * 4);
+  EXPECT_EQ(positions.At<float>(4), kThird);
+  EXPECT_EQ(positions.At<float>(15), 2);
+  const NpyArray velocities = ReadNpy(path, "velocities");
+  EXPECT_EQ(velocities.shape, "2,5,3,");
+  EXPECT_EQ(velocities.At<float>(29), -1e-20f);
+  const NpyArray cloth = ReadNpy(path, "cloth");
+  EXPECT_EQ(cloth.type, "<u4");
+  EXPECT_EQ(cloth.shape, "5,");
+  EXPECT_EQ(cloth.At<uint32_t>(3), 1u);
+  EXPECT_EQ(ReadNpy(path, "particle").At<uint32_t>(4), 1u);
+}
+
+TEST_F(StateWritersTest, NpzWithoutSamplesIsStillOne) {
+  MakeNpzWriter(folder_ / "none.npz")->Finish();
+  EXPECT_EQ(ReadNpy(folder_ / "none.npz", "positions").shape, "0,0,3,");
+}
+
+TEST_F(StateWritersTest, ObjCountsVerticesThroughTheFile) {
+  const auto lines = Lines(ReadText(Written("s.obj")));
+  EXPECT_THAT(lines,
+              ElementsAre(StartsWith("#"), "o cloth_0", "v 2 3 4", "v 5 0.333333343 7", "v 8 9 10",
+                          "f 1 2 3", "o cloth_1", "v 11 12 13", "v 14 15 16", "l 4 5"));
+}
+
+TEST_F(StateWritersTest, WithoutTopologyObjHasPoints) {
+  const auto writer = MakeObjWriter(folder_ / "p.obj", {});
+  writer->Add(TwoCloths(0));
+  writer->Finish();
+  const std::string text = ReadText(folder_ / "p.obj");
+  EXPECT_THAT(text, HasSubstr("\np 1\np 2\np 3\no cloth_1\n"));
+  EXPECT_THAT(text, HasSubstr("\np 4\np 5\n"));
+}
+
+TEST_F(StateWritersTest, PlyHasWhatItsHeaderSays) {
+  std::istringstream file(ReadText(Written("s.ply")));
+  std::vector<std::string> header;
+  for (std::string line; std::getline(file, line) && line != "end_header";) header.push_back(line);
+  EXPECT_THAT(header, ElementsAre("ply", "format ascii 1.0", StartsWith("comment"),
+                                  "element vertex 5", "property float x", "property float y",
+                                  "property float z", "property uint cloth", "element face 1",
+                                  "property list uchar uint vertex_indices", "element edge 1",
+                                  "property uint vertex1", "property uint vertex2"));
+  std::vector<std::string> body;
+  for (std::string line; std::getline(file, line);) body.push_back(line);
+  EXPECT_THAT(body, ElementsAre("2 3 4 0", "5 0.333333343 7 0", "8 9 10 0", "11 12 13 1",
+                                "14 15 16 1", "3 0 1 2", "3 4"));
+}
+
+TEST_F(StateWritersTest, APathThatCannotBeWrittenFailsAtOnce) {
+  for (const char* name : {"no/s.csv", "no/s.npz", "no/s.obj", "no/s.ply"}) {
+    const ErrorDetails details = ErrorOf([&] { MakeStateWriter(folder_ / name, {}); });
+    EXPECT_EQ(details.reason, "CANNOT_WRITE");
+    EXPECT_THAT(details.message, HasSubstr(name));
+  }
+}
+
+TEST_F(StateWritersTest, AnUnfinishedFileGoesAway) {
+  MakeCsvWriter(folder_ / "cut.csv")->Add(TwoCloths(1));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "cut.csv"));
+}
+
+TEST(IsStateFileTest, GoesByExtension) {
+  for (const char* name : {"a.csv", "b/c.npz", "a.b.obj", "a.ply"}) EXPECT_TRUE(IsStateFile(name));
+  for (const char* name : {"a", "a.txt", "csv", ".csv/a"}) EXPECT_FALSE(IsStateFile(name));
+}
+
+TEST(TopologyTest, GridsHaveTwoTrianglesPerCellSeenFromAbove) {
+  v1::ClothSpec spec;
+  spec.mutable_grid()->set_columns(3);
+  spec.mutable_grid()->set_rows(2);
+  const Topology topology = TopologyOf(spec);
+  using T = std::array<uint32_t, 3>;
+  EXPECT_THAT(topology.triangles, ElementsAre(T{0, 3, 1}, T{1, 3, 4}, T{1, 4, 2}, T{2, 4, 5}));
+  EXPECT_TRUE(topology.lines.empty());
+}
+
+TEST(TopologyTest, RowsAndParticlesHaveLines) {
+  using L = std::array<uint32_t, 2>;
+  v1::ClothSpec row;
+  row.mutable_grid()->set_columns(1);
+  row.mutable_grid()->set_rows(3);
+  EXPECT_THAT(TopologyOf(row).lines, ElementsAre(L{0, 1}, L{1, 2}));
+  v1::ClothSpec particles;
+  auto* constraint = particles.mutable_particles()->add_distance_constraints();
+  constraint->set_i(4);
+  constraint->set_j(2);
+  EXPECT_THAT(TopologyOf(particles).lines, ElementsAre(L{4, 2}));
+}
+
+}  // namespace
+}  // namespace drape::cli
