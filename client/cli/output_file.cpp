@@ -31,7 +31,7 @@ void ThrowCannotWrite(const std::filesystem::path& path) {
 }
 
 OutputFile::OutputFile(const std::filesystem::path& path)
-    : path_(path), file_(std::fopen(path.c_str(), "wb")) {
+    : path_(path), file_(std::fopen(path.c_str(), "wbe")) {
   if (file_ == nullptr) ThrowCannotWrite(path_);
 }
 
