@@ -58,7 +58,7 @@ Status FitLoops(const SceneModel& model, const ClothParameters& parameters,
 std::string KernelVariant::Defines() const {
   std::ostringstream text;
   if (!is_tiled()) text << "#define CAPACITY " << capacity << "\n";
-  text << "#define LOCAL_SIZE " << local_size << "u\n";
+  text << "#define LOCAL_SIZE " << local_size << "\n";
   if (springs == Springs::kInForce) text << "#define SPRINGS_IN_FORCE\n";
   if (springs == Springs::kHalfKicks) text << "#define SPRINGS_HALF_KICKS\n";
   if (has_compliance) text << "#define HAS_COMPLIANCE\n";

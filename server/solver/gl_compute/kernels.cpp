@@ -56,7 +56,7 @@ Result<const gl::Program*> KernelCache::Compile(const std::string& kernel,
 }
 
 Result<const gl::Program*> KernelCache::General(const std::string& kernel, uint32_t local_size) {
-  return Compile(kernel, "#define LOCAL_SIZE " + std::to_string(local_size) + "u\n");
+  return Compile(kernel, "#define LOCAL_SIZE " + std::to_string(local_size) + "\n");
 }
 
 Result<const StepKernels*> KernelCache::ForVariant(const KernelVariant& variant) {
