@@ -1,9 +1,10 @@
 #include "server/gl/shader_source.h"
 
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <regex>
 #include <set>
 #include <sstream>
 
@@ -15,18 +16,57 @@ Status CompileError(const std::string& message) {
   return Status(StatusCode::kInternal, "SHADER_COMPILE_FAILED", message);
 }
 
-// `file` of a line `#include "file"`. Interface headers say "shaders/interface/x.h", as C++ needs
-// it.
-std::optional<std::string> IncludedFile(const std::string& line) {
-  static const std::regex kInclude(R"re(^\s*#\s*include\s+"(?:shaders/)?([^"]+)".*$)re");
-  std::smatch match;
-  if (!std::regex_match(line, match, kInclude)) return std::nullopt;
-  return match[1].str();
+// What follows `#include` on a line, or nothing if the line is something else.
+std::optional<std::string_view> IncludeOperand(std::string_view line) {
+  const auto skip_blanks = [&line] {
+    line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
+  };
+  constexpr std::string_view kWord = "include";
+  skip_blanks();
+  if (!line.starts_with('#')) return std::nullopt;
+  line.remove_prefix(1);
+  skip_blanks();
+  if (!line.starts_with(kWord)) return std::nullopt;
+  line.remove_prefix(kWord.size());
+  skip_blanks();
+  return line;
 }
 
-bool IsSystemInclude(const std::string& line) {
-  static const std::regex kSystemInclude(R"re(^\s*#\s*include\s+<.*$)re");
-  return std::regex_match(line, kSystemInclude);
+// `file` of the operand `"file"`; empty for `<file>`, which only C++ reads. Interface headers say
+// "shaders/interface/x.h", as C++ needs it.
+std::string IncludedFile(std::string_view operand) {
+  constexpr std::string_view kPrefix = "shaders/";
+  if (!operand.starts_with('"')) return "";
+  operand.remove_prefix(1);
+  operand = operand.substr(0, operand.find('"'));
+  if (operand.starts_with(kPrefix)) operand.remove_prefix(kPrefix.size());
+  return std::string(operand);
+}
+
+// A place that a driver names: 0:line(column) or 0(line).
+struct LogPlace {
+  size_t line = 0;
+  size_t length = 0;  // characters of the place; 0: there is none
+};
+
+LogPlace ParsePlace(std::string_view text) {
+  const auto digits = [&text](size_t from) {
+    size_t end = from;
+    while (end < text.size() && std::isdigit(static_cast<unsigned char>(text[end])) != 0) ++end;
+    return end - from;
+  };
+  if (!text.starts_with("0:") && !text.starts_with("0(")) return {};
+  const size_t line_digits = digits(2);
+  constexpr size_t kMostDigits = 9;
+  if (line_digits == 0 || line_digits > kMostDigits) return {};
+  const size_t line = std::stoul(std::string(text.substr(2, line_digits)));
+  size_t end = 2 + line_digits;
+  if (text[1] == ':') {
+    if (end >= text.size() || text[end] != '(') return {};
+    end += 1 + digits(end + 1);
+  }
+  if (end >= text.size() || text[end] != ')') return {};
+  return {line, end + 1};
 }
 
 class Assembler {
@@ -47,9 +87,11 @@ class Assembler {
     std::istringstream lines(text);
     std::string line;
     for (int number = 1; std::getline(lines, line); ++number) {
-      if (const std::optional<std::string> next = IncludedFile(line)) {
-        DRAPE_RETURN_IF_ERROR(AppendFile(*next, name + ":" + std::to_string(number)));
-      } else if (!IsSystemInclude(line)) {
+      if (const std::optional<std::string_view> operand = IncludeOperand(line)) {
+        const std::string file = IncludedFile(*operand);
+        if (file.empty()) continue;
+        DRAPE_RETURN_IF_ERROR(AppendFile(file, name + ":" + std::to_string(number)));
+      } else {
         source_.text += line + "\n";
         source_.lines.push_back({name, number});
       }
@@ -66,22 +108,21 @@ class Assembler {
 }  // namespace
 
 std::string WithFileNames(std::string_view log, const std::vector<SourceLine>& lines) {
-  static const std::regex kPlace(R"re((^|\n|\s)0(?::(\d+)\(\d+\)|\((\d+)\)))re");
   std::string replaced;
-  std::string rest(log);
-  std::smatch match;
-  while (std::regex_search(rest, match, kPlace)) {
-    const size_t number = std::stoul(match[2].matched ? match[2].str() : match[3].str());
-    replaced += match.prefix().str();
-    if (number >= 1 && number <= lines.size()) {
-      const SourceLine& line = lines[number - 1];
-      replaced += match[1].str() + line.file + ":" + std::to_string(line.line);
+  bool is_at_word_start = true;
+  while (!log.empty()) {
+    const LogPlace place = is_at_word_start ? ParsePlace(log) : LogPlace{};
+    if (place.length > 0 && place.line >= 1 && place.line <= lines.size()) {
+      const SourceLine& line = lines[place.line - 1];
+      replaced += line.file + ":" + std::to_string(line.line);
+      log.remove_prefix(place.length);
     } else {
-      replaced += match[0].str();
+      replaced += log.front();
+      is_at_word_start = std::isspace(static_cast<unsigned char>(log.front())) != 0;
+      log.remove_prefix(1);
     }
-    rest = match.suffix().str();
   }
-  return replaced + rest;
+  return replaced;
 }
 
 Status ShaderLibrary::AddDirectory(const std::string& directory) {
