@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <chrono>
-#include <map>
 #include <utility>
 
 #include "server/gl/sync.h"
