@@ -1,7 +1,5 @@
 #include "server/scheduler/scheduler.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <future>
 #include <utility>

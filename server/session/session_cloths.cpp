@@ -1,4 +1,5 @@
 // The methods of Session that create and change cloths on the device.
+#include <algorithm>
 #include <utility>
 
 #include "server/core/check.h"
