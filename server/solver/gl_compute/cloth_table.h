@@ -12,7 +12,7 @@
 namespace drape {
 
 // A slot is used again under the next generation; stale handles are programmer errors.
-class ClothTable {
+class GlClothTable {
  public:
   ClothHandle Add(GlCloth cloth) {
     if (free_slots_.empty()) {

@@ -78,7 +78,7 @@ class GlBackend final : public Backend {
 
   Parts parts_;
   ModelStore models_;
-  ClothTable cloths_;
+  GlClothTable cloths_;
 };
 
 Result<GlBackend::Room> GlBackend::MakeRoom(std::shared_ptr<const SceneModel> model,

@@ -28,7 +28,7 @@ struct BatchPlan {
 
 // Cloths of one variant together, in the order of the batch. Faulted cloths are measured but not
 // stepped.
-BatchPlan PlanBatch(std::span<const StepItem> items, ClothTable& cloths) {
+BatchPlan PlanBatch(std::span<const StepItem> items, GlClothTable& cloths) {
   std::map<KernelVariant, std::vector<uint32_t>> by_variant;
   for (uint32_t index = 0; index < items.size(); ++index) {
     const GlCloth& cloth = cloths.Find(items[index].cloth);
@@ -106,7 +106,7 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
 
 }  // namespace
 
-BatchReport RunBatch(std::span<const StepItem> items, ClothTable& cloths, DeviceArrays& arrays,
+BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, DeviceArrays& arrays,
                      const MeasureKernels& measure, const BatchDevice& device) {
   BatchReport batch;
   if (items.empty()) return batch;

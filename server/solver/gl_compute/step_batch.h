@@ -19,7 +19,7 @@ struct BatchDevice {
 
 // Steps the items, marks cloths that blew up as faulted, and returns the reports. Pin targets are
 // in the arrays already. With the context current.
-BatchReport RunBatch(std::span<const StepItem> items, ClothTable& cloths, DeviceArrays& arrays,
+BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, DeviceArrays& arrays,
                      const MeasureKernels& measure, const BatchDevice& device);
 
 }  // namespace drape
