@@ -11,6 +11,11 @@
 namespace drape {
 namespace {
 
+const std::map<std::string, BackendChoice> kBackends = {{"auto", BackendChoice::kAuto},
+                                                        {"gl", BackendChoice::kGl},
+                                                        {"cpu", BackendChoice::kCpu},
+                                                        {"reference", BackendChoice::kReference}};
+
 // A JSON object where the file begins with a brace, else CLI11's own format.
 class JsonOrLines final : public CLI::ConfigBase {
  public:
@@ -35,18 +40,15 @@ class JsonOrLines final : public CLI::ConfigBase {
 };
 
 void AddServerFlags(CLI::App& app, Config& config) {
-  const std::map<std::string, BackendChoice> backends = {{"auto", BackendChoice::kAuto},
-                                                         {"gl", BackendChoice::kGl},
-                                                         {"cpu", BackendChoice::kCpu},
-                                                         {"reference", BackendChoice::kReference}};
   app.add_option("--listen", config.listen, "HOST:PORT; port 0 picks a free one")
       ->capture_default_str();
   app.add_option("--port-file", config.port_file,
                  "file that gets the port's number when the server is up");
-  app.add_option(
-         "--backend", config.backend,
-         "auto (gl on a hardware GPU, else cpu), gl (Mesa llvmpipe will do), cpu, reference")
-      ->transform(CLI::CheckedTransformer(backends).description("auto|gl|cpu|reference"));
+  app.add_option_function<std::string>(
+         "--backend", [&config](const std::string& name) { config.backend = kBackends.at(name); },
+         "auto (gl on a hardware GPU, else cpu), gl (Mesa llvmpipe will do), cpu or reference")
+      ->check(CLI::IsMember({"auto", "gl", "cpu", "reference"}))
+      ->default_str("auto");
   app.add_flag("--insecure", config.insecure, "serve other machines without TLS");
   auto* cert = app.add_option("--tls-cert", config.tls_cert_file, "PEM certificate chain")
                    ->check(CLI::ExistingFile);
@@ -64,45 +66,46 @@ void AddServerFlags(CLI::App& app, Config& config) {
 }
 
 template <class T>
-void AddNumber(CLI::App& app, const std::string& name, T& value, double min, double max,
+void AddNumber(CLI::App& app, const std::string& name, T& value, T min, T max,
                const std::string& meaning) {
   app.add_option(name, value, meaning)
-      ->check(CLI::Range(min, max))
+      ->check(CLI::Range(min, max, "in [" + std::to_string(min) + ", " + std::to_string(max) + "]"))
       ->capture_default_str()
       ->group("Limits");
 }
 
 void AddLimits(CLI::App& app, Config& config) {
-  constexpr double kMaxCount = 4e9;
-  AddNumber(app, "--max-sessions", config.sessions.max_sessions, 1, kMaxCount, "at once");
-  AddNumber(app, "--session-ttl", config.requests.default_ttl_s, kMinTtl_s, kMaxTtl_s,
-            "lease of a session that asks for none [s]");
-  AddNumber(app, "--max-cloths-per-session", config.sessions.max_cloths_per_session, 1, kMaxCount,
-            "at once");
-  AddNumber(app, "--max-particles-per-session", config.sessions.max_particles_per_session, 1, 1e15,
-            "at once");
-  AddNumber(app, "--max-particles-per-cloth", config.requests.model.max_particles, 1, 1u << 24, "");
-  AddNumber(app, "--max-colliders-per-cloth", config.requests.max_colliders_per_cloth, 0, 65536,
-            "");
-  AddNumber(app, "--max-steps-per-request", config.scheduler.max_steps_per_request, 1, kMaxCount,
-            "");
-  AddNumber(app, "--max-cloths-per-batch", config.scheduler.max_cloths_per_batch, 1, kMaxCount,
+  constexpr uint32_t kMaxCount = UINT32_MAX;
+  constexpr uint32_t kMaxTime_ms = 3'600'000;
+  api::RequestLimits& requests = config.requests;
+  SessionLimits& sessions = config.sessions;
+  SchedulerLimits& scheduler = config.scheduler;
+  AddNumber(app, "--max-sessions", sessions.max_sessions, 1u, kMaxCount, "at once");
+  AddNumber(app, "--session-ttl-s", requests.default_ttl_s, kMinTtl_s, kMaxTtl_s,
+            "lease of a session that asks for none");
+  AddNumber(app, "--max-cloths-per-session", sessions.max_cloths_per_session, 1u, kMaxCount, "");
+  AddNumber<uint64_t>(app, "--max-particles-per-session", sessions.max_particles_per_session, 1,
+                      UINT64_MAX / 2, "");
+  AddNumber(app, "--max-particles-per-cloth", requests.model.max_particles, 1u, 1u << 24, "");
+  AddNumber(app, "--max-colliders-per-cloth", requests.max_colliders_per_cloth, 0u, 65536u, "");
+  AddNumber(app, "--max-steps-per-request", scheduler.max_steps_per_request, 1u, kMaxCount, "");
+  AddNumber(app, "--max-cloths-per-batch", scheduler.max_cloths_per_batch, 1u, kMaxCount,
             "stepped together");
-  AddNumber(app, "--max-queued-requests", config.scheduler.max_queued_requests, 1, kMaxCount,
+  AddNumber(app, "--max-queued-requests", scheduler.max_queued_requests, 1u, kMaxCount,
             "step requests of all sessions");
-  AddNumber(app, "--max-queued-requests-per-session",
-            config.scheduler.max_queued_requests_per_tenant, 1, kMaxCount, "step requests");
-  AddNumber(app, "--max-step-state-bytes", config.requests.max_step_state_bytes, 0, 1 << 30,
-            "of states in a Step answer");
-  AddNumber(app, "--drain-grace-ms", config.drain_grace_ms, 0, 3.6e6,
+  AddNumber(app, "--max-queued-requests-per-session", scheduler.max_queued_requests_per_tenant, 1u,
+            kMaxCount, "step requests");
+  AddNumber<uint64_t>(app, "--max-step-state-bytes", requests.max_step_state_bytes, 0, 1u << 30,
+                      "of states in a Step answer");
+  AddNumber(app, "--drain-grace-ms", config.drain_grace_ms, 0u, kMaxTime_ms,
             "for what is under way when the server is told to stop");
-  AddNumber(app, "--reap-interval-ms", config.reap_interval_ms, 1, 3.6e6,
+  AddNumber(app, "--reap-interval-ms", config.reap_interval_ms, 1u, kMaxTime_ms,
             "between two looks for expired sessions");
-  AddNumber(app, "--keepalive-ms", config.keepalive_ms, 1000, 3.6e6,
+  AddNumber(app, "--keepalive-ms", config.keepalive_ms, 1000u, kMaxTime_ms,
             "of silence until a peer is asked whether it is there");
-  AddNumber(app, "--keepalive-timeout-ms", config.keepalive_timeout_ms, 100, 3.6e6,
+  AddNumber(app, "--keepalive-timeout-ms", config.keepalive_timeout_ms, 100u, kMaxTime_ms,
             "until a silent peer counts as gone");
-  AddNumber(app, "--builder-threads", config.builder_threads, 1, 256, "that build scene models");
+  AddNumber(app, "--builder-threads", config.builder_threads, 1u, 256u, "that build scene models");
 }
 
 }  // namespace
