@@ -17,8 +17,9 @@ struct ChunkCloth {
   Placement placement;
 };
 
-// Cuts states into chunks of at most `max_data_bytes` of columns each; a cloth that does not fit
-// goes on in the next chunk. Not thread-safe.
+// Cuts states into chunks of at most `max_data_bytes` of columns each. A cloth too large for any chunk
+// begins in a chunk of its own and goes on in the next ones; the others are never split. Not
+// thread-safe.
 class StateChunker {
  public:
   // `cloths` and `states.cloths` in the same order. At least one row goes into a chunk.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstring>
 #include <map>
 
@@ -94,6 +95,9 @@ TEST(StateChunks, ChunksTogetherAreTheWhole) {
                 rows_per_chunk * kRowBytes);
       for (int k = 0; k < chunk.cloth_ids_size(); ++k) {
         EXPECT_EQ(chunk.first_particles(k), received[chunk.cloth_ids(k)]);
+        const uint32_t whole = (std::array<uint32_t, 3>{3, 1, 4})[chunk.cloth_ids(k) & 3];
+        const bool is_split = chunk.particle_counts(k) < whole;
+        EXPECT_EQ(is_split, whole > rows_per_chunk) << "only a cloth that fits into no chunk is";
         received[chunk.cloth_ids(k)] += chunk.particle_counts(k);
       }
       const auto part = ValuesOf<float>(chunk.positions_m());
