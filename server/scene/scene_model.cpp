@@ -1,6 +1,7 @@
 #include "server/scene/scene_model.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <numeric>
 
@@ -133,6 +134,7 @@ Result<std::shared_ptr<const SceneModel>> SceneModel::Build(const ModelDescripti
   model->SetParticles(std::move(system.rest_positions_m), std::move(system.masses_kg),
                       description.pinned_particles);
   model->SetConnections(std::move(system.distance_constraints), std::move(system.springs));
+  model->SetScales();
   model->triangles_ = std::move(system.triangles);
   model->dropped_triangles_ = system.dropped_triangles;
   model->content_hash_ = model->HashContent();
@@ -164,11 +166,32 @@ void SceneModel::SetConnections(std::vector<DistanceConstraint> constraints,
   colour_offsets_ = std::move(coloured.colour_offsets);
   has_compliance_ = std::any_of(constraints_.begin(), constraints_.end(),
                                 [](const auto& c) { return c.compliance_m_per_n > 0; });
-  length_scale_m_ = LengthScale(constraints_, springs);
   SpringEnds gathered = GatherSpringEnds(springs, particle_count());
   springs_ = std::move(springs);
   spring_offsets_ = std::move(gathered.offsets);
   spring_ends_ = std::move(gathered.ends);
+}
+
+void SceneModel::SetScales() {
+  length_scale_m_ = LengthScale(constraints_, springs_);
+  double extent = 0;
+  for (const Eigen::Vector3d& p : rest_positions_m_) {
+    extent = std::max(extent, p.cwiseAbs().maxCoeff());
+  }
+  double shortest = length_scale_m_;
+  for (const auto& constraint : constraints_)
+    shortest = std::min(shortest, constraint.rest_length_m);
+  resolution_ratio_ = std::max(extent, shortest) / shortest;
+
+  const std::vector<double>& w = inverse_masses_per_kg_;
+  for (uint32_t i = 0; i < particle_count(); ++i) {
+    double row_sum = 0;
+    for (uint32_t s = spring_offsets_[i]; s < spring_offsets_[i + 1]; ++s) {
+      const SpringEnd& end = spring_ends_[s];
+      row_sum += end.stiffness_n_per_m * (w[i] + std::sqrt(w[i] * w[end.other_particle]));
+    }
+    spring_frequency_sq_bound_ = std::max(spring_frequency_sq_bound_, row_sum);
+  }
 }
 
 // Everything else follows from these.

@@ -66,6 +66,14 @@ class SceneModel {
   // Mean rest length of the constraints; if there are none, of the springs; else 1 m. The scale of
   // the tolerance of contacts.
   double length_scale_m() const { return length_scale_m_; }
+  // Largest |coordinate| of the rest shape over the shortest rest length, >= 1: with positions of
+  // relative precision u, strains below about u * resolution_ratio cannot be told apart.
+  double resolution_ratio() const { return resolution_ratio_; }
+  // Upper bound on the largest squared angular frequency of the springs [1/s^2], 0 without springs:
+  // the largest row sum of |M^-1/2 K M^-1/2| (Gershgorin), sum over the springs k of particle i of
+  // k (w_i + sqrt(w_i w_j)). Reached by a pair of equal masses, by a mass on a pin, and by long
+  // chains.
+  double spring_frequency_sq_bound() const { return spring_frequency_sq_bound_; }
   uint32_t dropped_triangles() const { return dropped_triangles_; }
   uint32_t dropped_constraints() const { return dropped_constraints_; }
   // Equal content gives equal hashes; compare with SameContent before sharing.
@@ -78,6 +86,7 @@ class SceneModel {
   void SetParticles(std::vector<Eigen::Vector3d> positions_m, std::vector<double> masses_kg,
                     std::vector<uint32_t> pins);
   void SetConnections(std::vector<DistanceConstraint> constraints, std::vector<Spring> springs);
+  void SetScales();
   uint64_t HashContent() const;
 
   std::vector<Eigen::Vector3d> rest_positions_m_;
@@ -92,6 +101,8 @@ class SceneModel {
   std::vector<std::array<uint32_t, 3>> triangles_;
   bool has_compliance_ = false;
   double length_scale_m_ = 1;
+  double resolution_ratio_ = 1;
+  double spring_frequency_sq_bound_ = 0;
   uint32_t dropped_triangles_ = 0;
   uint32_t dropped_constraints_ = 0;
   uint64_t content_hash_ = 0;

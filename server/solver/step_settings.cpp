@@ -17,6 +17,12 @@ std::string Text(double value) {
   return text.str();
 }
 
+// 4 ulp: two positions, each rounded when stored, and their difference.
+double ResolvableTolerance(double tolerance, const SceneModel& model, double relative_ulp) {
+  if (tolerance <= 0) return 0;
+  return std::max(tolerance, 4 * relative_ulp * model.resolution_ratio());
+}
+
 }  // namespace
 
 StepSettings PresetSettings(Preset preset) {
@@ -87,14 +93,16 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
   return settings;
 }
 
-double SinglePrecisionTolerance(double tolerance, const SceneModel& model, double extent_m) {
-  if (tolerance <= 0) return 0;
-  double shortest_m = model.length_scale_m();
-  for (const DistanceConstraint& constraint : model.constraints()) {
-    shortest_m = std::min(shortest_m, constraint.rest_length_m);
-  }
-  constexpr double kRelativeUlp = std::numeric_limits<float>::epsilon();
-  return std::max(tolerance, 4 * kRelativeUlp * std::max(extent_m, shortest_m) / shortest_m);
+double SinglePrecisionTolerance(double tolerance, const SceneModel& model) {
+  return ResolvableTolerance(tolerance, model, std::numeric_limits<float>::epsilon());
+}
+
+double DoublePrecisionTolerance(double tolerance, const SceneModel& model) {
+  return ResolvableTolerance(tolerance, model, std::numeric_limits<double>::epsilon());
+}
+
+bool AreSpringsBeyondLimit(const SceneModel& model, double substep_s) {
+  return substep_s * substep_s * model.spring_frequency_sq_bound() >= 4;
 }
 
 }  // namespace drape

@@ -22,7 +22,8 @@ struct StepSettings {
   double time_step_s = 1.0 / 60;  // (0, kMaxTimeStep_s]
   uint32_t substeps = 60;         // [1, kMaxSubsteps]
   uint32_t max_iterations = 1;    // [1, kMaxIterations] sweeps per substep
-  // Largest accepted |C| / rest length (contacts: / model length scale). 0 = a fixed number of sweeps.
+  // Largest accepted |C| / rest length (contacts: / model length scale). 0 = a fixed number of
+  // sweeps.
   double tolerance = 0;  // [0, 1)
   SpringIntegration spring_integration = SpringIntegration::kHalfKicks;
 
@@ -41,7 +42,8 @@ struct StepSettingsOverrides {
 };
 
 inline constexpr double kMaxTimeStep_s = 10;
-// Below, h^2 and the velocities that follow from rounded positions lose their meaning in single precision.
+// Below, h^2 and the velocities that follow from rounded positions lose their meaning in single
+// precision.
 inline constexpr double kMinSubstep_s = 1e-6;
 inline constexpr uint32_t kMaxSubsteps = 10000;
 inline constexpr uint32_t kMaxIterations = 10000;
@@ -54,9 +56,14 @@ std::string_view PresetName(Preset preset);
 Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
                                      std::string_view field_prefix);
 
-// Below about 4 ulp(|p|) / rest length no sweep in single precision ever meets the tolerance. Returns
-// the tolerance to use: the one asked for, or the smallest that 24-bit positions of this size can
-// resolve. 0 stays 0. `extent_m`: largest |coordinate| of the rest shape in the cloth frame.
-double SinglePrecisionTolerance(double tolerance, const SceneModel& model, double extent_m);
+// Below about 4 ulp(|p|) / rest length no sweep in single precision ever meets the tolerance.
+// Returns the tolerance to use: the one asked for, or the smallest that 24-bit positions of this
+// size can resolve. 0 stays 0.
+double SinglePrecisionTolerance(double tolerance, const SceneModel& model);
+// The same for 53-bit positions.
+double DoublePrecisionTolerance(double tolerance, const SceneModel& model);
+
+// Whether explicit springs may be unstable at this substep: velocity Verlet needs h^2 omega^2 < 4.
+bool AreSpringsBeyondLimit(const SceneModel& model, double substep_s);
 
 }  // namespace drape

@@ -41,16 +41,6 @@ TEST(PackModelTest, TiledModelsHaveTwoWordsPerPair) {
   }
 }
 
-// Two particles of mass m on a spring k oscillate with w^2 = 2 k / m.
-TEST(LargestSpringFrequencyTest, TwoParticles) {
-  ParticleTopology pair;
-  pair.positions_m = {{0, 0, 0}, {1, 0, 0}};
-  pair.masses_kg = {0.5, 0.5};
-  pair.springs = {{0, 1, 1, 8, 0}};
-  const ModelDescription description{.topology = pair, .material = {}, .pinned_particles = {}};
-  EXPECT_DOUBLE_EQ(LargestSpringFrequencySq(*BuildModel(description)), 32);
-}
-
 TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   ModelDescription description = GridDescription(10, 10);
   description.material.stretch_compliance_m_per_n = 1e-4;
@@ -101,7 +91,7 @@ TEST(MakeClothRecordTest, SettingsInTheUnitsOfTheKernels) {
   const auto model = GridModel(11, 11, {0});  // length scale 0.1 m
   GlCloth cloth;
   cloth.model = std::make_shared<DeviceModel>(
-      DeviceModel{.model = model, .layout = {}, .words = {}, .colour_sizes = {}, .extent_m = 1});
+      DeviceModel{.model = model, .layout = {}, .words = {}, .colour_sizes = {}});
   StepKernels kernels;
   kernels.variant.capacity = 256;
   cloth.kernels = &kernels;

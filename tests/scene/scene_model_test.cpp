@@ -117,6 +117,33 @@ TEST(SceneModel, LengthScaleIsTheMeanOfConstraintsElseOfSprings) {
       2);
 }
 
+double FrequencyBound(double mass_0_kg, double mass_1_kg, std::vector<uint32_t> pins = {}) {
+  ParticleTopology pair;
+  pair.positions_m = {{0, 0, 0}, {1, 0, 0}};
+  pair.masses_kg = {mass_0_kg, mass_1_kg};
+  pair.springs = {{0, 1, 1, 8, 0}};
+  return MustBuild({.topology = pair, .material = {}, .pinned_particles = std::move(pins)})
+      ->spring_frequency_sq_bound();
+}
+
+// Two masses on a spring k oscillate with omega^2 = k (1/m_0 + 1/m_1).
+TEST(SceneModel, SpringFrequencyBoundIsReachedByAPair) {
+  EXPECT_DOUBLE_EQ(FrequencyBound(0.5, 0.5), 8 * (2.0 + 2.0));
+  EXPECT_DOUBLE_EQ(FrequencyBound(0.5, 0.5, {0}), 8 * 2.0);
+  EXPECT_GE(FrequencyBound(0.5, 50), 8 * (2.0 + 0.02));
+  EXPECT_LE(FrequencyBound(0.5, 50), 8 * (2.0 + 2.0)) << "no worse than the lighter mass twice";
+  EXPECT_EQ(
+      MustBuild({.topology = GridTopology{2, 2, 1, 1}, .material = {}, .pinned_particles = {}})
+          ->spring_frequency_sq_bound(),
+      0);
+}
+
+TEST(SceneModel, ResolutionRatioIsExtentOverShortestEdge) {
+  ModelDescription description;
+  description.topology = GridTopology{.columns = 5, .rows = 3, .width_m = 1, .height_m = 2};
+  EXPECT_DOUBLE_EQ(MustBuild(description)->resolution_ratio(), 2 / 0.25);
+}
+
 TEST(SceneModel, TwoConstraintsBetweenTheSamePairGetTwoColours) {
   ParticleTopology particles;
   particles.positions_m = {{0, 0, 0}, {1, 0, 0}};

@@ -1,6 +1,5 @@
 #include "server/solver/cpu/float_controls.h"
 
-#include <algorithm>
 #include <cmath>
 #include <variant>
 
@@ -16,28 +15,12 @@ FloatCollider ToFloat(const Collider& collider, double thickness_m) {
   return {false, ToLanes(plane.point_m), ToLanes(plane.normal), static_cast<float>(thickness_m)};
 }
 
-// The largest h^2 omega^2 of the springs is at most the largest row sum of the system M^-1 K,
-// 2 h^2 w_i sum(k) (Gershgorin); explicit integration is stable below 4.
-bool AreSpringsBeyondLimit(const SceneModel& model, double h) {
-  double largest_frequency_sq = 0;
-  for (uint32_t i = 0; model.spring_count() > 0 && i < model.particle_count(); ++i) {
-    double stiffness = 0;
-    for (uint32_t e = model.spring_offsets()[i]; e < model.spring_offsets()[i + 1]; ++e) {
-      stiffness += model.spring_ends()[e].stiffness_n_per_m;
-    }
-    largest_frequency_sq =
-        std::max(largest_frequency_sq, 2 * model.inverse_masses_per_kg()[i] * stiffness);
-  }
-  return h * h * largest_frequency_sq >= 4;
-}
-
 }  // namespace
 
 FloatControls::FloatControls(const FloatModel& model, const ClothParameters& parameters) {
   const StepSettings& settings = parameters.settings;
   const double substep_s = settings.substep_s();
-  const double tolerance_met =
-      SinglePrecisionTolerance(settings.tolerance, *model.source, model.extent_m);
+  const double tolerance_met = SinglePrecisionTolerance(settings.tolerance, *model.source);
   substeps = settings.substeps;
   max_iterations = settings.max_iterations;
   h = static_cast<float>(substep_s);

@@ -62,13 +62,11 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
     : source(std::move(scene_model)),
       particle_count(source->particle_count()),
       pins(source->pins().begin(), source->pins().end()),
-      length_scale(static_cast<float>(source->length_scale_m())),
-      extent_m(0) {
+      length_scale(static_cast<float>(source->length_scale_m())) {
   for (uint32_t particle = 0; particle < particle_count; ++particle) {
     const double inverse_mass = source->inverse_masses_per_kg()[particle];
     inverse_masses.push_back(static_cast<float>(inverse_mass));
     if (inverse_mass > 0) free_particles.push_back(particle);
-    extent_m = std::max(extent_m, source->rest_positions_m()[particle].cwiseAbs().maxCoeff());
   }
   PackConstraints(*this);
   PackSprings(*this);

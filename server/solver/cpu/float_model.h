@@ -45,7 +45,6 @@ struct FloatModel {
   std::vector<uint32_t> spring_offsets;  // [particle_count + 1]; empty without springs
   std::vector<FloatSpringEnd> spring_ends;
   float length_scale;  // [m]
-  double extent_m;     // largest |coordinate| of the rest shape
 
   // The particle that padding constraints refer to: arrays have one element more than particles.
   uint32_t spare_particle() const { return particle_count; }

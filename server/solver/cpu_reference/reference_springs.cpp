@@ -1,7 +1,5 @@
 #include "server/solver/cpu_reference/reference_springs.h"
 
-#include <algorithm>
-
 #include "server/solver/solver_constants.h"
 
 namespace drape {
@@ -37,17 +35,6 @@ std::vector<Eigen::Vector3d> SpringAccelerations(const SceneModel& model,
     accelerations.push_back(model.inverse_masses_per_kg()[i] * force);
   }
   return accelerations;
-}
-
-bool AreSpringsBeyondLimit(const SceneModel& model, double substep_s) {
-  double largest_frequency_sq = 0;
-  for (uint32_t i = 0; i < model.particle_count(); ++i) {
-    double stiffness = 0;
-    for (const SpringEnd& spring : SpringsOf(model, i)) stiffness += spring.stiffness_n_per_m;
-    largest_frequency_sq =
-        std::max(largest_frequency_sq, 2 * model.inverse_masses_per_kg()[i] * stiffness);
-  }
-  return substep_s * substep_s * largest_frequency_sq >= 4;
 }
 
 }  // namespace drape

@@ -13,9 +13,4 @@ namespace drape {
 std::vector<Eigen::Vector3d> SpringAccelerations(const SceneModel& model,
                                                  const ParticleState& state);
 
-// Whether explicit springs may be unstable at this substep. M^-1 K has the row sums
-// w_i (sum k + sum k) where all springs of i pull along one line, which bounds the largest squared
-// frequency (Gershgorin); the leapfrog scheme needs h^2 omega^2 < 4.
-bool AreSpringsBeyondLimit(const SceneModel& model, double substep_s);
-
 }  // namespace drape

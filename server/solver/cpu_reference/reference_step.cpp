@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "server/solver/cpu_reference/reference_contact.h"
 #include "server/solver/cpu_reference/reference_measure.h"
@@ -14,18 +13,6 @@ namespace drape {
 namespace {
 
 using Eigen::Vector3d;
-
-// What double-precision positions can resolve; see SinglePrecisionTolerance for the reasoning.
-double SmallestTolerance(const SceneModel& model) {
-  double extent = 0;
-  for (const Vector3d& p : model.rest_positions_m())
-    extent = std::max(extent, p.cwiseAbs().maxCoeff());
-  double shortest = model.length_scale_m();
-  for (const auto& constraint : model.constraints()) {
-    shortest = std::min(shortest, constraint.rest_length_m);
-  }
-  return 4 * std::numeric_limits<double>::epsilon() * std::max(extent, shortest) / shortest;
-}
 
 // One step under way. Names as in server/solver/README.md: h substep [s], p positions [m],
 // v velocities [m/s], u mean velocities over the substep [m/s], a accelerations [m/s^2], w inverse
@@ -282,8 +269,7 @@ StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure) {
   double residual = 0;
   if (cloth.fault == FaultReason::kNone) {
     const StepSettings& settings = cloth.parameters.settings;
-    double tolerance = settings.tolerance;
-    if (tolerance > 0) tolerance = std::max(tolerance, SmallestTolerance(*cloth.model));
+    const double tolerance = DoublePrecisionTolerance(settings.tolerance, *cloth.model);
     ReferenceStep step(cloth, tolerance);
     step.Run(report);
     report.warnings = {

@@ -71,21 +71,6 @@ PackedModel PackModel(const SceneModel& model) {
   return packed;
 }
 
-double LargestSpringFrequencySq(const SceneModel& model) {
-  const std::span<const double> w = model.inverse_masses_per_kg();
-  double largest = 0;
-  if (model.spring_count() == 0) return largest;
-  for (uint32_t i = 0; i < model.particle_count(); ++i) {
-    double sum = 0;
-    for (uint32_t s = model.spring_offsets()[i]; s < model.spring_offsets()[i + 1]; ++s) {
-      const SpringEnd& end = model.spring_ends()[s];
-      sum += end.stiffness_n_per_m * (w[i] + w[end.other_particle]);
-    }
-    largest = std::max(largest, sum);
-  }
-  return largest;
-}
-
 Result<std::shared_ptr<const DeviceModel>> ModelStore::Acquire(
     std::shared_ptr<const SceneModel> model) {
   const auto known = models_.find(model.get());
@@ -104,10 +89,6 @@ Result<std::shared_ptr<const DeviceModel>> ModelStore::Acquire(
   for (size_t c = 0; c + 1 < offsets.size(); ++c) {
     on_device->colour_sizes.push_back(offsets[c + 1] - offsets[c]);
   }
-  for (const Eigen::Vector3d& p : model->rest_positions_m()) {
-    on_device->extent_m = std::max(on_device->extent_m, p.cwiseAbs().maxCoeff());
-  }
-  on_device->spring_frequency_sq = LargestSpringFrequencySq(*model);
   models_[model.get()] = on_device;
   on_device->model = std::move(model);
   return std::shared_ptr<const DeviceModel>(on_device);

@@ -34,18 +34,12 @@ struct PackedModel {
 // Pure.
 PackedModel PackModel(const SceneModel& model);
 
-// The square of the largest angular frequency that the springs of any particle may have [1/s^2]:
-// max over the particles of the sum over its springs of k (w_i + w_j).
-double LargestSpringFrequencySq(const SceneModel& model);
-
 // A model and its words on the device, constant.
 struct DeviceModel {
   std::shared_ptr<const SceneModel> model;
   ModelLayout layout;
   WordRange words;
   std::vector<uint32_t> colour_sizes;  // [colour_count] constraints
-  double extent_m = 0;                 // largest |coordinate| of the rest shape
-  double spring_frequency_sq = 0;      // LargestSpringFrequencySq
 };
 
 // Every call with the context current. The arena must outlive the models.

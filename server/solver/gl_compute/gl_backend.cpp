@@ -118,8 +118,7 @@ void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& paramet
       CountResidentLoops(*cloth.model->model, parameters, cloth.kernels->variant.local_size);
   // A function of the model and the settings alone, so that a restored cloth computes the same
   // bits.
-  cloth.tolerance = SinglePrecisionTolerance(parameters.settings.tolerance, *cloth.model->model,
-                                             cloth.model->extent_m);
+  cloth.tolerance = SinglePrecisionTolerance(parameters.settings.tolerance, *cloth.model->model);
 }
 
 void GlBackend::WriteState(GlCloth& cloth, const ParticleState& state) {

@@ -93,11 +93,6 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
   return layout;
 }
 
-bool GlCloth::are_springs_beyond_limit() const {
-  const double h = parameters.settings.substep_s();
-  return h * h * model->spring_frequency_sq >= 4;
-}
-
 shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   shader::ClothRecord record{};
   SetSettings(cloth, record);

@@ -56,7 +56,6 @@ struct GlCloth {
     return kernels->variant.is_tiled() || kernels->variant.is_in_parts;
   }
   bool is_tolerance_raised() const { return tolerance > parameters.settings.tolerance; }
-  bool are_springs_beyond_limit() const;
 };
 
 // Pure.

@@ -93,7 +93,8 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
     report.converged = cloth.tolerance == 0 || status.unconverged_substeps == 0;
     report.warnings = {.tolerance_raised = cloth.is_tolerance_raised(),
                        .not_converged = !report.converged,
-                       .springs_beyond_limit = cloth.are_springs_beyond_limit()};
+                       .springs_beyond_limit = AreSpringsBeyondLimit(
+                           *cloth.model->model, cloth.parameters.settings.substep_s())};
   }
   report.fault = cloth.fault;
   if (item.measure) {
