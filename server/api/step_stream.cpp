@@ -19,21 +19,23 @@ void StepStreamReactor::OnReadDone(bool ok) {
   std::shared_ptr<Slot> slot;
   {
     const std::lock_guard lock(mutex_);
-    is_reading_ = false;
-    is_read_over_ = !ok;
     if (ok && !is_ended_ && !is_broken_) {
       slot = slots_.emplace_back(std::make_shared<Slot>());
     } else {
+      is_reading_ = false;
+      is_read_over_ = !ok;
       WriteNext();
     }
   }
   if (!slot) return;
-  // Without the lock: the answer may come before StartStep returns.
+  // Without the lock: the answer may come before StartStep returns. is_reading_ is still set, so no
+  // other thread reads the next request, which would overwrite this one or overtake it.
   StartStep(context_, request_, slot->cancel,
             [self = shared_from_this(), slot](Result<v1::StepResponse> answer) {
               self->OnAnswer(*slot, std::move(answer));
             });
   const std::lock_guard lock(mutex_);
+  is_reading_ = false;
   ReadNext();
 }
 

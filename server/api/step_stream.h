@@ -47,8 +47,8 @@ class StepStreamReactor final : public grpc::ServerBidiReactor<v1::StepRequest, 
   v1::StepRequest request_;                  // being read
   v1::StepResponse response_;                // being written
   std::deque<std::shared_ptr<Slot>> slots_;  // oldest first
-  bool is_reading_ = false;
-  bool is_read_over_ = false;  // the client sends no more
+  bool is_reading_ = false;                  // a request is being read or submitted
+  bool is_read_over_ = false;                // the client sends no more
   bool is_writing_ = false;
   bool is_broken_ = false;  // the client has gone
   bool is_ended_ = false;   // Finish was called
