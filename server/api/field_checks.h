@@ -27,8 +27,6 @@ class FieldPath {
  public:
   // Names must outlive the path: string literals.
   explicit FieldPath(std::string_view name) { Append(name, kNoIndex); }
-  // A path inside nothing: its children stand at the top of the request.
-  FieldPath() = default;
 
   FieldPath Child(std::string_view name) const { return FieldPath(*this).Append(name, kNoIndex); }
   FieldPath At(size_t index) const;

@@ -5,6 +5,8 @@
 #include <grpcpp/security/server_credentials.h>
 #include <grpcpp/server_builder.h>
 
+#include <utility>
+
 namespace drape::api {
 namespace {
 
@@ -60,9 +62,10 @@ Result<std::unique_ptr<GrpcServer>> GrpcServer::Start(const ServerOptions& optio
   builder.RegisterService(&service);
   server->server_ = builder.BuildAndStart();
   if (!server->server_ || server->port_ == 0) {
-    return Status(StatusCode::kFailedPrecondition, "LISTEN_FAILED",
-                  "cannot listen on " + options.listen +
-                      ": the port is in use, or the address is not one of this machine");
+    std::string message = "cannot listen on " + options.listen +
+                          ": the port is in use, or the address is not one of this machine";
+    if (!options.tls_certificate_pem.empty()) message += ", or the TLS files are no PEM pair";
+    return Status(StatusCode::kFailedPrecondition, "LISTEN_FAILED", std::move(message));
   }
   server->SetServing(true);
   return server;

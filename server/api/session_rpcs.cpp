@@ -2,7 +2,6 @@
 #include "server/api/mapping.h"
 #include "server/api/simulation_service.h"
 #include "server/api/unary_call.h"
-#include "server/core/log.h"
 
 namespace drape::api {
 namespace {
@@ -54,11 +53,7 @@ grpc::ServerUnaryReactor* SimulationService::DeleteSession(Context*,
                                                            const v1::DeleteSessionRequest* request,
                                                            v1::DeleteSessionResponse*) {
   UnaryCall* call = UnaryCall::New();
-  context_.sessions.Delete(request->name(),
-                           [call, name = ShortSessionName(request->name())](const Status& status) {
-                             if (status.ok()) spdlog::info("session_deleted session={}", name);
-                             call->End(status);
-                           });
+  context_.sessions.Delete(request->name(), [call](const Status& status) { call->End(status); });
   return call;
 }
 

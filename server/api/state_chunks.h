@@ -17,8 +17,8 @@ struct ChunkCloth {
   Placement placement;
 };
 
-// Cuts states into chunks of at most `max_data_bytes` of columns each. A cloth too large for any chunk
-// begins in a chunk of its own and goes on in the next ones; the others are never split. Not
+// Cuts states into chunks of at most `max_data_bytes` of columns each. A cloth too large for any
+// chunk begins in a chunk of its own and goes on in the next ones; the others are never split. Not
 // thread-safe.
 class StateChunker {
  public:
