@@ -1,5 +1,6 @@
-// The rules of the tree that no compiler checks: who may include whom, where foreign headers may appear,
-// sizes, READMEs, and where shader code may stand. server/README.md and shaders/README.md state them.
+// The rules of the tree that no compiler checks: who may include whom, where foreign headers may
+// appear, sizes, READMEs, and where shader code may stand. server/README.md and shaders/README.md
+// state them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,7 +33,8 @@ bool HasExtension(const fs::path& path, const std::set<std::string>& extensions)
 }
 
 // Files below `folder`, relative to the root, in a fixed order.
-std::vector<fs::path> FilesBelow(const std::string& folder, const std::set<std::string>& extensions) {
+std::vector<fs::path> FilesBelow(const std::string& folder,
+                                 const std::set<std::string>& extensions) {
   std::vector<fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
     if (entry.is_regular_file() && HasExtension(entry.path(), extensions)) {
@@ -140,8 +142,8 @@ TEST(LintTest, ForeignHeadersStayInTheirFolders) {
       for (const std::string& include : Includes(ReadFile(kRoot / file))) {
         for (const ForeignRule& rule : kForeign) {
           if (!std::regex_match(include, rule.header)) continue;
-          const bool is_allowed = std::any_of(
-              rule.folders.begin(), rule.folders.end(), [&](const std::string& folder) {
+          const bool is_allowed =
+              std::any_of(rule.folders.begin(), rule.folders.end(), [&](const std::string& folder) {
                 return file == folder || StartsWith(file.string(), folder + "/");
               });
           if (!is_allowed) violations.push_back(file.string() + " includes " + include);
@@ -196,7 +198,8 @@ TEST(LintTest, EverySourceFolderHasAReadme) {
     }
   }
   for (const fs::path& folder : folders) {
-    // A parent's README covers its leaves of one kind: shaders/{interface,lib,kernels}, proto/**, ...
+    // A parent's README covers its leaves of one kind: shaders/{interface,lib,kernels}, proto/**,
+    // ...
     bool is_covered = false;
     for (fs::path up = folder; up.has_relative_path() && !is_covered; up = up.parent_path()) {
       is_covered = fs::exists(kRoot / up / "README.md");
@@ -233,6 +236,25 @@ TEST(LintTest, RelativeLinksInReadmesLeadSomewhere) {
           << readme << " links to " << target;
     }
   }
+}
+
+// Two classes of one name in one namespace break the one-definition rule, which no linker reports.
+TEST(LintTest, ClassNamesAreUniqueInTheServer) {
+  static const std::regex kNamespace(R"(^namespace ([\w:]+) \{)", std::regex::multiline);
+  static const std::regex kClass(R"(^(?:class|struct) (\w+)(?: final)?(?: :[^{;]*)? ?\{)",
+                                 std::regex::multiline);
+  std::map<std::string, fs::path> seen;
+  for (const fs::path& file : FilesBelow("server", {".h"})) {
+    const std::string text = ReadFile(kRoot / file);
+    std::smatch space;
+    ASSERT_TRUE(std::regex_search(text, space, kNamespace)) << file << " opens no namespace";
+    for (std::sregex_iterator it(text.begin(), text.end(), kClass), end; it != end; ++it) {
+      const std::string name = space[1].str() + "::" + (*it)[1].str();
+      const auto [place, is_new] = seen.emplace(name, file);
+      EXPECT_TRUE(is_new) << name << " in " << file << " and " << place->second;
+    }
+  }
+  EXPECT_GT(seen.size(), 50u);
 }
 
 // No global mutable state of the simulation: tenants share the process.

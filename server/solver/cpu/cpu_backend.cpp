@@ -83,7 +83,7 @@ std::string ProcessorName() {
 }
 
 Status OutOfMemory() {
-  return {StatusCode::kResourceExhausted, "DEVICE_MEMORY_EXHAUSTED",
+  return {StatusCode::kResourceExhausted, "DEVICE_MEMORY",
           "the server has no memory left for this cloth"};
 }
 
