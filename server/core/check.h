@@ -16,7 +16,7 @@ namespace drape {
 
 }  // namespace drape
 
-#define DRAPE_CHECK(condition, message)                                          \
-  do {                                                                           \
+#define DRAPE_CHECK(condition, message)                                              \
+  do {                                                                               \
     if (!(condition)) ::drape::CheckFailed(__FILE__, __LINE__, #condition, message); \
   } while (false)

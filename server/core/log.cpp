@@ -10,8 +10,8 @@ namespace drape {
 Status InitLog(const std::string& level) {
   constexpr std::array<const char*, 6> kLevels = {"trace", "debug", "info", "warn", "error", "off"};
   if (std::find(kLevels.begin(), kLevels.end(), level) == kLevels.end()) {
-    return Status::InvalidField("log-level",
-                                "'" + level + "' is not one of trace, debug, info, warn, error, off");
+    return Status::InvalidField(
+        "log-level", "'" + level + "' is not one of trace, debug, info, warn, error, off");
   }
   auto logger = spdlog::stderr_color_mt("draped");
   logger->set_pattern("%Y-%m-%dT%H:%M:%S.%e %^%l%$ %v");

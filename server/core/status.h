@@ -75,7 +75,7 @@ class [[nodiscard]] Status {
 template <class T>
 class [[nodiscard]] Result {
  public:
-  Result(T value) : content_(std::move(value)) {}  // NOLINT: implicit like std::expected
+  Result(T value) : content_(std::move(value)) {}        // NOLINT: implicit like std::expected
   Result(Status status) : content_(std::move(status)) {  // NOLINT
     DRAPE_CHECK(!std::get<Status>(content_).ok(), "a Result without a value needs an error");
   }
@@ -105,8 +105,8 @@ class [[nodiscard]] Result {
 };
 
 // Returns from the enclosing function if `expression` is a failed Status.
-#define DRAPE_RETURN_IF_ERROR(expression)                          \
-  do {                                                             \
+#define DRAPE_RETURN_IF_ERROR(expression)                                                        \
+  do {                                                                                           \
     if (::drape::Status drape_status_ = (expression); !drape_status_.ok()) return drape_status_; \
   } while (false)
 

@@ -1,4 +1,5 @@
-// What a cloth is made of, as plain values: the input of SceneModel::Build. SI units, double precision.
+// What a cloth is made of, as plain values: the input of SceneModel::Build. SI units, double
+// precision.
 #pragma once
 
 #include <Eigen/Core>
@@ -23,16 +24,16 @@ struct GridTopology {
 
 // Indexed triangles, counter-clockwise seen from outside. Also the topology of mesh cloths.
 struct TriangleMesh {
-  std::vector<Eigen::Vector3d> positions_m;          // [vertex_count]
-  std::vector<std::array<uint32_t, 3>> triangles;    // [triangle_count][3]
+  std::vector<Eigen::Vector3d> positions_m;        // [vertex_count]
+  std::vector<std::array<uint32_t, 3>> triangles;  // [triangle_count][3]
 };
 
 // C = |p_i - p_j| - rest_length_m, softened by the compliance (0 = inextensible).
 struct DistanceConstraint {
   uint32_t i = 0;
   uint32_t j = 0;
-  double rest_length_m = 0;         // > 0
-  double compliance_m_per_n = 0;    // >= 0
+  double rest_length_m = 0;       // > 0
+  double compliance_m_per_n = 0;  // >= 0
 };
 
 // Explicit spring-damper; force on i along the unit vector d from i to j:
@@ -40,9 +41,9 @@ struct DistanceConstraint {
 struct Spring {
   uint32_t i = 0;
   uint32_t j = 0;
-  double rest_length_m = 0;         // >= 0
-  double stiffness_n_per_m = 0;     // >= 0
-  double damping_n_s_per_m = 0;     // >= 0
+  double rest_length_m = 0;      // >= 0
+  double stiffness_n_per_m = 0;  // >= 0
+  double damping_n_s_per_m = 0;  // >= 0
 };
 
 // Free particles under explicit constraints and springs (chains, nets).
@@ -57,10 +58,10 @@ using Topology = std::variant<GridTopology, TriangleMesh, ParticleTopology>;
 
 // The part of the material that shapes constraints, springs and masses.
 struct StructuralMaterial {
-  double areal_density_kg_per_m2 = 0.2;     // > 0; grids and meshes
-  double stretch_compliance_m_per_n = 0;    // >= 0; grids and meshes
-  double bending_stiffness_n_per_m = 0;     // >= 0; grids and meshes, paper section 4.1
-  double shear_stiffness_n_per_m = 0;       // >= 0; grids
+  double areal_density_kg_per_m2 = 0.2;   // > 0; grids and meshes
+  double stretch_compliance_m_per_n = 0;  // >= 0; grids and meshes
+  double bending_stiffness_n_per_m = 0;   // >= 0; grids and meshes, paper section 4.1
+  double shear_stiffness_n_per_m = 0;     // >= 0; grids
 };
 
 // A particle moved by the client.

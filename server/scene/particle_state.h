@@ -9,8 +9,8 @@ namespace drape {
 // Positions and velocities in the cloth's own frame: axes of its environment, origin at the cloth's
 // origin (see placement.h), so that single precision is spent on the cloth and not on where it is.
 struct ParticleState {
-  std::vector<Eigen::Vector3d> positions_m;           // [particle_count]
-  std::vector<Eigen::Vector3d> velocities_m_per_s;    // [particle_count]
+  std::vector<Eigen::Vector3d> positions_m;         // [particle_count]
+  std::vector<Eigen::Vector3d> velocities_m_per_s;  // [particle_count]
 };
 
 }  // namespace drape

@@ -5,8 +5,8 @@
 
 namespace drape {
 
-// From `start_m` at start_s to `target_m` at start_s + over_s; constant before and after. over_s = 0:
-// the target applies from start_s on (the pin moves there within one step). Any one frame.
+// From `start_m` at start_s to `target_m` at start_s + over_s; constant before and after. over_s =
+// 0: the target applies from start_s on (the pin moves there within one step). Any one frame.
 struct PinMotion {
   Eigen::Vector3d start_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d target_m = Eigen::Vector3d::Zero();

@@ -47,8 +47,8 @@ struct BatchReport {
 // Packed x, y, z in the cloth frame, cloth after cloth in the order asked for.
 using ScalarColumn = std::variant<std::vector<float>, std::vector<double>>;
 struct StateColumns {
-  ScalarColumn positions_m;           // empty unless asked for
-  ScalarColumn velocities_m_per_s;    // empty unless asked for
+  ScalarColumn positions_m;         // empty unless asked for
+  ScalarColumn velocities_m_per_s;  // empty unless asked for
 };
 struct ReadRequest {
   std::span<const ClothHandle> cloths;
@@ -56,8 +56,8 @@ struct ReadRequest {
   bool velocities = false;
 };
 
-// What to change; unset members stay. A new model must have the same particle count; the state is kept
-// unless given. Writing a state clears a fault.
+// What to change; unset members stay. A new model must have the same particle count; the state is
+// kept unless given. Writing a state clears a fault.
 struct ClothUpdate {
   std::shared_ptr<const SceneModel> model;
   std::optional<ClothParameters> parameters;
@@ -65,30 +65,33 @@ struct ClothUpdate {
   std::optional<std::vector<Eigen::Vector3d>> pin_targets_m;  // [pin_count] of the (new) model
 };
 
-// Owns the device and the states of all cloths. Every call, construction and destruction included, on
-// one thread, the device thread. Input is already validated: violations are programmer errors.
+// Owns the device and the states of all cloths. Every call, construction and destruction included,
+// on one thread, the device thread. Input is already validated: violations are programmer errors.
 //
-// Contract, tested on every implementation: the result of a cloth is the same bit for bit whatever else
-// is in its batch and whatever slot it has; a faulted cloth keeps its last good state and never
-// touches another one; a cloth occurs at most once in a batch.
+// Contract, tested on every implementation: the result of a cloth is the same bit for bit whatever
+// else is in its batch and whatever slot it has; a faulted cloth keeps its last good state and
+// never touches another one; a cloth occurs at most once in a batch.
 class Backend {
  public:
   virtual ~Backend() = default;
 
   virtual BackendDescription Describe() const = 0;
-  // "resident", "tiled", "scalar": how a cloth of this model is stepped. A function of the model alone.
+  // "resident", "tiled", "scalar": how a cloth of this model is stepped. A function of the model
+  // alone.
   virtual std::string PlanOf(const SceneModel& model) const = 0;
 
-  // Pin targets start at the pins' positions in `state`. RESOURCE_EXHAUSTED when the device is full;
-  // nothing is created then.
+  // Pin targets start at the pins' positions in `state`. RESOURCE_EXHAUSTED when the device is
+  // full; nothing is created then.
   virtual Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
-                                     const ClothParameters& parameters, const ParticleState& state) = 0;
+                                     const ClothParameters& parameters,
+                                     const ParticleState& state) = 0;
   virtual void Destroy(ClothHandle cloth) = 0;
 
   // One time step of every item, in one go. Faulted cloths are left as they are and reported so.
   virtual BatchReport Step(std::span<const StepItem> items) = 0;
   virtual StateColumns Read(const ReadRequest& request) = 0;
-  // RESOURCE_EXHAUSTED when the device has no room for the new model or colliders; nothing changes then.
+  // RESOURCE_EXHAUSTED when the device has no room for the new model or colliders; nothing changes
+  // then.
   virtual Status Write(ClothHandle cloth, const ClothUpdate& update) = 0;
 };
 

@@ -9,7 +9,8 @@ std::string_view FaultReasonText(FaultReason reason) {
     case FaultReason::kNotFinite:
       return "a position or velocity became infinite or not a number; the last good state is kept";
     case FaultReason::kRunaway:
-      return "a particle exceeded 1e5 m/s or 1e6 m from the cloth's origin; the last good state is kept";
+      return "a particle exceeded 1e5 m/s or 1e6 m from the cloth's origin; the last good state is "
+             "kept";
   }
   return "";
 }

@@ -16,7 +16,8 @@ struct StepWarnings {
   bool tolerance_raised = false;
   // Some substep used max_iterations without meeting the tolerance (only with a tolerance > 0).
   bool not_converged = false;
-  // Explicit springs are beyond their stability limit h^2 * sum(k) * (w_i + w_j) < 4 for some particle.
+  // Explicit springs are beyond their stability limit h^2 * sum(k) * (w_i + w_j) < 4 for some
+  // particle.
   bool springs_beyond_limit = false;
 };
 

@@ -1,5 +1,5 @@
-// The stages of a step, in order. One name each: the same word is the enum value, the kernel or GLSL
-// library function, the function of each CPU backend, and the name of its test.
+// The stages of a step, in order. One name each: the same word is the enum value, the kernel or
+// GLSL library function, the function of each CPU backend, and the name of its test.
 #pragma once
 
 namespace drape {

@@ -31,7 +31,8 @@
 #define DRAPE_MEASURE_PIECE 2048u
 #define DRAPE_MEASURED_WORDS 13u
 
-// Words of a spring end in a model: other particle, rest length [m], stiffness [N/m], damping [N s/m].
+// Words of a spring end in a model: other particle, rest length [m], stiffness [N/m], damping [N
+// s/m].
 #define DRAPE_SPRING_END_WORDS 4
 
 // Words of a collider in the parameters: kind, radius [m], centre or point xyz [m], normal xyz.

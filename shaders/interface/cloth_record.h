@@ -1,5 +1,5 @@
-// Everything a kernel must know of one cloth: sizes, settings, and where its arrays lie. One record per
-// slot in the block `Cloths`. Offsets count 4-byte words from the start of the named block.
+// Everything a kernel must know of one cloth: sizes, settings, and where its arrays lie. One record
+// per slot in the block `Cloths`. Offsets count 4-byte words from the start of the named block.
 #ifndef DRAPE_SHADERS_INTERFACE_CLOTH_RECORD_H_
 #define DRAPE_SHADERS_INTERFACE_CLOTH_RECORD_H_
 
@@ -36,42 +36,42 @@ struct ClothRecord {
   float damping_factor;    // exp(-damping h) [-]
   float contact_margin;    // gap up to which a contact is counted [m]
 
-  uint is_tiled;    // 0 or 1: how `pairs` is stored
+  uint is_tiled;  // 0 or 1: how `pairs` is stored
   // Resident plan in parts: upper bounds on the passes through loops of one invocation.
   uint sweep_cost;    // of one sweep
   uint substep_cost;  // of a substep without its sweeps
   uint fixed_cost;    // of loading, pausing and committing
 
   // In Models.
-  uint colour_offsets;   // [colour_count + 1] uint
-  uint pairs;            // resident: [constraint_count] i | j << 16; tiled: [constraint_count][2] uint
-  uint rest_lengths;     // [constraint_count] float [m]
-  uint compliances;      // [constraint_count] float [m/N]; only if has_compliance
+  uint colour_offsets;  // [colour_count + 1] uint
+  uint pairs;         // resident: [constraint_count] i | j << 16; tiled: [constraint_count][2] uint
+  uint rest_lengths;  // [constraint_count] float [m]
+  uint compliances;   // [constraint_count] float [m/N]; only if has_compliance
 
-  uint masses;           // [particle_count] float [kg], pins included
-  uint inverse_masses;   // [particle_count] float [1/kg], 0 for pins
-  uint spring_offsets;   // [particle_count + 1] uint; only if has_springs
-  uint spring_ends;      // [][DRAPE_SPRING_END_WORDS]; only if has_springs
+  uint masses;          // [particle_count] float [kg], pins included
+  uint inverse_masses;  // [particle_count] float [1/kg], 0 for pins
+  uint spring_offsets;  // [particle_count + 1] uint; only if has_springs
+  uint spring_ends;     // [][DRAPE_SPRING_END_WORDS]; only if has_springs
 
-  uint pins;             // [pin_count] uint, particle indices
+  uint pins;  // [pin_count] uint, particle indices
   // In States: the committed state.
-  uint positions;        // [particle_count][3] float [m]
-  uint velocities;       // [particle_count][3] float [m/s]
+  uint positions;   // [particle_count][3] float [m]
+  uint velocities;  // [particle_count][3] float [m/s]
   // In Parameters.
-  uint pin_targets;      // [pin_count][3] float [m]
+  uint pin_targets;  // [pin_count][3] float [m]
 
-  uint colliders;        // [collider_count][DRAPE_COLLIDER_WORDS]
+  uint colliders;  // [collider_count][DRAPE_COLLIDER_WORDS]
   // In Scratch: valid within one step; the last substep's values are read by `measure`.
-  uint lambdas;          // [constraint_count] float [N s]; only if has_compliance
-  uint normal_betas;     // [collider_count][particle_count] float [m/s]
-  uint tangent_betas;    // [collider_count][3][particle_count] float [m/s]; only with friction
+  uint lambdas;        // [constraint_count] float [N s]; only if has_compliance
+  uint normal_betas;   // [collider_count][particle_count] float [m/s]
+  uint tangent_betas;  // [collider_count][3][particle_count] float [m/s]; only with friction
 
   uint spring_accelerations;  // [particle_count][3] float [m/s^2]; only if has_springs
   uint work_positions;        // [particle_count][3] float [m]; tiled, or resident in parts
   uint work_velocities;       // [particle_count][3] float [m/s]; tiled, or resident in parts
   uint violations;            // [particle_count] float [m]; only with colliders
 
-  uint measured_pieces;      // [measure_piece_count][DRAPE_MEASURED_WORDS] float; only if more than one
+  uint measured_pieces;  // [measure_piece_count][DRAPE_MEASURED_WORDS] float; only if more than one
   uint measure_piece_count;
   uint padding0;
   uint padding1;

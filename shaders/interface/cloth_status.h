@@ -13,20 +13,20 @@ struct ClothStatus {
   uint fault;                 // DRAPE_FAULT_* bits; not 0: the state was kept
   uint sweep_changed;         // tiled plan: this sweep applied an impulse
 
-  uint is_substep_done;       // tiled plan: no more sweeps in this substep
-  uint contacts;              // from here on written by `measure` alone
-  float max_strain;           // [-]
-  float rms_strain;           // [-]
+  uint is_substep_done;  // tiled plan: no more sweeps in this substep
+  uint contacts;         // from here on written by `measure` alone
+  float max_strain;      // [-]
+  float rms_strain;      // [-]
 
-  float kinetic_energy;       // [J]
-  float potential_energy;     // [J]
-  float strain_energy;        // [J]
-  float lowest;               // [m]
+  float kinetic_energy;    // [J]
+  float potential_energy;  // [J]
+  float strain_energy;     // [J]
+  float lowest;            // [m]
 
-  float max_penetration;      // [m]
-  float max_residual;         // [m]
-  uint next_substep;          // resident plan in parts: where the next part goes on
-  uint next_sweep;            // 0: the substep has not begun
+  float max_penetration;  // [m]
+  float max_residual;     // [m]
+  uint next_substep;      // resident plan in parts: where the next part goes on
+  uint next_sweep;        // 0: the substep has not begun
 };
 
 #ifdef __cplusplus

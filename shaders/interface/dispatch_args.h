@@ -7,8 +7,8 @@
 namespace drape::shader {
 #endif
 
-// The first three as OpenGL wants them; the kernels switch a dispatch off by setting group_count_y to 0
-// and on again by copying active_group_count_y.
+// The first three as OpenGL wants them; the kernels switch a dispatch off by setting group_count_y
+// to 0 and on again by copying active_group_count_y.
 struct DispatchArgs {
   uint group_count_x;
   uint group_count_y;

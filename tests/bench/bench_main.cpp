@@ -1,5 +1,5 @@
-// ./run bench: ms per step for each backend, against the number of cloths and against their size (the
-// shape of figures 3b and 3c of Bender et al. 2009).
+// ./run bench: ms per step for each backend, against the number of cloths and against their size
+// (the shape of figures 3b and 3c of Bender et al. 2009).
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
@@ -70,15 +70,15 @@ void Run(const Options& options, std::ostream* csv) {
   for (uint32_t count : options.cloths) cases.push_back({count, 32, settings});
   for (uint32_t side : options.sides) cases.push_back({1, side, settings});
 
-  std::printf("\n%s: %u substeps, at most %u iterations, tolerance %g, step 1/60 s; %u warm-up and %u "
-              "timed steps\n\n",
-              options.preset.c_str(), settings.substeps, settings.max_iterations,
-              settings.tolerance, options.warm_up, options.steps);
+  std::printf(
+      "\n%s: %u substeps, at most %u iterations, tolerance %g, step 1/60 s; %u warm-up and %u "
+      "timed steps\n\n",
+      options.preset.c_str(), settings.substeps, settings.max_iterations, settings.tolerance,
+      options.warm_up, options.steps);
   PrintHeader();
   for (const StepCase& step_case : cases) {
     for (size_t b = 0; b < backends.size(); ++b) {
-      const StepTimes times =
-          MeasureSteps(*backends[b], step_case, options.warm_up, options.steps);
+      const StepTimes times = MeasureSteps(*backends[b], step_case, options.warm_up, options.steps);
       Print(options.backends[b], step_case, times);
       if (csv != nullptr) WriteCsv(*csv, options.backends[b], options, step_case, times);
     }
