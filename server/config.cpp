@@ -39,9 +39,21 @@ class JsonOrLines final : public CLI::ConfigBase {
   }
 };
 
+// Empty, or what is wrong with HOST:PORT.
+std::string ListenProblem(const std::string& listen) {
+  const size_t colon = listen.rfind(':');
+  if (colon == std::string::npos || colon == 0) return "'" + listen + "' is not HOST:PORT";
+  const std::string port = listen.substr(colon + 1);
+  const bool is_number = !port.empty() && port.size() <= 5 &&
+                         port.find_first_not_of("0123456789") == std::string::npos;
+  if (is_number && std::stoi(port) <= 65535) return "";
+  return "port '" + port + "' is not a whole number in [0, 65535]";
+}
+
 void AddServerFlags(CLI::App& app, Config& config) {
   app.add_option("--listen", config.listen, "HOST:PORT; port 0 picks a free one")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->check(CLI::Validator(ListenProblem, ""));
   app.add_option("--port-file", config.port_file,
                  "file that gets the port's number when the server is up");
   app.add_option_function<std::string>(
@@ -68,8 +80,15 @@ void AddServerFlags(CLI::App& app, Config& config) {
 template <class T>
 void AddNumber(CLI::App& app, const std::string& name, T& value, T min, T max,
                const std::string& meaning) {
+  const std::string range = "in [" + std::to_string(min) + ", " + std::to_string(max) + "]";
+  // Not CLI::Range, which lets NaN through.
+  const auto check = [=](const std::string& text) {
+    T number{};
+    const bool is_legal = CLI::detail::lexical_cast(text, number) && number >= min && number <= max;
+    return is_legal ? std::string() : "'" + text + "' is not " + range;
+  };
   app.add_option(name, value, meaning)
-      ->check(CLI::Range(min, max, "in [" + std::to_string(min) + ", " + std::to_string(max) + "]"))
+      ->check(CLI::Validator(check, range))
       ->capture_default_str()
       ->group("Limits");
 }

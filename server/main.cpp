@@ -2,14 +2,16 @@
 #include <csignal>
 #include <cstdio>
 #include <fstream>
-#include <iterator>
+#include <optional>
 #include <random>
 
 #include "server/api/grpc_server.h"
 #include "server/api/library_logs.h"
 #include "server/api/simulation_service.h"
+#include "server/api/tls_files.h"
 #include "server/config.h"
 #include "server/core/log.h"
+#include "server/core/stop_guard.h"
 #include "server/gl/context.h"
 #include "server/session/reaper.h"
 #include "server/solver/cpu/cpu_backend.h"
@@ -23,6 +25,8 @@ using std::chrono::milliseconds;
 
 // How long streams may take to say goodbye after everything has been stepped.
 constexpr milliseconds kGoodbye{1'000};
+// After the grace of a drain: what has not ended by then hangs.
+constexpr milliseconds kStopPatience{5'000};
 constexpr time_t kStatisticsPeriod_s = 10;
 
 // On the device thread.
@@ -43,11 +47,6 @@ std::string RandomHex() {
   return fmt::format("{:08x}{:08x}", random(), random());
 }
 
-std::string ReadFile(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 // A reader sees the whole number or no file.
 Status WritePortFile(const std::string& path, int port) {
   if (path.empty()) return Status::Ok();
@@ -57,13 +56,10 @@ Status WritePortFile(const std::string& path, int port) {
   return Status(StatusCode::kFailedPrecondition, "PORT_FILE_FAILED", "cannot write " + path);
 }
 
-api::ServerOptions ToServerOptions(const Config& config) {
+Result<api::ServerOptions> ToServerOptions(const Config& config) {
   api::ServerOptions options;
   options.listen = config.listen;
-  if (!config.tls_cert_file.empty()) {
-    options.tls_certificate_pem = ReadFile(config.tls_cert_file);
-    options.tls_key_pem = ReadFile(config.tls_key_file);
-  }
+  DRAPE_RETURN_IF_ERROR(api::ReadTlsFiles(config.tls_cert_file, config.tls_key_file, options));
   options.allow_insecure = config.insecure;
   options.max_request_bytes = config.requests.max_request_bytes;
   options.keepalive = milliseconds(config.keepalive_ms);
@@ -95,6 +91,9 @@ int WaitForStop(const sigset_t& signals, const Scheduler& scheduler) {
 Status Serve(const Config& config) {
   const sigset_t signals = StopSignals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  const Result<api::ServerOptions> options = ToServerOptions(config);
+  if (!options.ok()) return options.status();
+  std::optional<StopGuard> guard;  // outlives everything that may hang while it ends
   const SteadyClock clock;
   const std::string incarnation = RandomHex();
   auto scheduler =
@@ -105,7 +104,7 @@ Status Serve(const Config& config) {
   api::SimulationService service(
       {**scheduler, sessions, builders, clock, config.requests, DRAPE_VERSION, incarnation});
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
-  auto server = api::GrpcServer::Start(ToServerOptions(config), service);
+  auto server = api::GrpcServer::Start(*options, service);
   Status status =
       server.ok() ? WritePortFile(config.port_file, (*server)->port()) : server.status();
   if (status.ok()) {
@@ -114,6 +113,7 @@ Status Serve(const Config& config) {
                  DRAPE_VERSION, incarnation, config.listen, (*server)->port(), backend.name,
                  backend.device);
     const int signal = WaitForStop(signals, **scheduler);
+    guard.emplace(signals, milliseconds(config.drain_grace_ms) + kStopPatience);
     spdlog::info("draining signal={} grace_ms={}", signal, config.drain_grace_ms);
     (*server)->SetServing(false);
   }

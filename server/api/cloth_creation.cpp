@@ -1,11 +1,14 @@
 #include "server/api/cloth_creation.h"
 
-#include <any>
 #include <memory>
+#include <optional>
 #include <utility>
 
+#include "server/api/build_queue.h"
+#include "server/api/known_answer.h"
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
+#include "server/api/step_cost.h"
 
 namespace drape::api {
 namespace {
@@ -21,11 +24,7 @@ struct Creation {
   Done done;
 
   void End(Result<v1::CreateClothsResponse> answer) {
-    if (answer.ok()) {
-      session->request_memory().Complete(request_id, *answer, answer->ByteSizeLong());
-    } else {
-      session->request_memory().Abandon(request_id);
-    }
+    EndRequest(session->request_memory(), request_id, answer);
     session = {};
     done(std::move(answer));
   }
@@ -47,9 +46,24 @@ Status InSpec(const Status& status) {
   return Status::InvalidFields(std::move(violations));
 }
 
+// An override without settings of its own has those of the spec.
+Status CheckStepCosts(const SceneModel& model, const CheckedCreation& checked) {
+  for (size_t k = 0; k < checked.copies.size(); ++k) {
+    const ClothParameters& parameters = checked.copies[k].parameters;
+    const std::string field = parameters.settings == checked.settings
+                                  ? "spec.settings"
+                                  : "overrides[" + std::to_string(k) + "].settings";
+    DRAPE_RETURN_IF_ERROR(
+        CheckStepCost(field, model, parameters.settings, parameters.colliders.size()));
+  }
+  return Status::Ok();
+}
+
 void BuildAndCreate(const std::shared_ptr<Creation>& creation, const ModelLimits& limits) {
   auto model = SceneModel::Build(*creation->checked.description, limits);
   if (!model.ok()) return creation->End(InSpec(model.status()));
+  const Status cost = CheckStepCosts(**model, creation->checked);
+  if (!cost.ok()) return creation->End(cost);
   ClothCreation cloths{std::move(creation->checked.description), std::move(*model),
                        std::move(creation->checked.pins), std::move(creation->checked.copies)};
   const auto end = [creation](const Result<CreatedCloths>& created) {
@@ -65,23 +79,26 @@ void BuildAndCreate(const std::shared_ptr<Creation>& creation, const ModelLimits
 }  // namespace
 
 void StartCreation(const ServiceContext& context, const v1::CreateClothsRequest& request,
-                   Done done) {
+                   const CancelToken& cancel, Done done) {
   Result<CheckedCreation> checked = CheckCreateCloths(request, context.limits);
   if (!checked.ok()) return done(checked.status());
   Result<SessionLease> session = context.sessions.Find(request.session());
   if (!session.ok()) return done(session.status());
 
   const std::string& request_id = request.validate_only() ? std::string() : request.request_id();
-  const Result<std::any> known =
-      (*session)->request_memory().Begin(request_id, Fingerprint(request));
+  Result<std::optional<v1::CreateClothsResponse>> known =
+      BeginRequest<v1::CreateClothsResponse>((*session)->request_memory(), request_id, request);
   if (!known.ok()) return done(known.status());
-  if (known->has_value()) return done(std::any_cast<const v1::CreateClothsResponse&>(*known));
+  if (known->has_value()) return done(std::move(**known));
 
   const auto creation =
       std::make_shared<Creation>(Creation{std::move(*session), request_id, request.validate_only(),
                                           std::move(*checked), std::move(done)});
-  const Status posted = context.builders.Post(
-      [creation, limits = context.limits.model] { BuildAndCreate(creation, limits); });
+  const Status posted = PostBuild(context, request.session(), cancel,
+                                  [creation, limits = context.limits.model](const Status& status) {
+                                    if (!status.ok()) return creation->End(status);
+                                    BuildAndCreate(creation, limits);
+                                  });
   if (!posted.ok()) creation->End(posted);
 }
 

@@ -8,8 +8,10 @@
 
 namespace drape::api {
 
-// `done` exactly once, on any thread; `request` must stay valid until then.
+// `done` exactly once, on any thread; `request` must stay valid until then. A cancelled creation
+// ends before its model is built; one that is being built goes on.
 void StartCreation(const ServiceContext& context, const v1::CreateClothsRequest& request,
+                   const CancelToken& cancel,
                    std::function<void(Result<v1::CreateClothsResponse>)> done);
 
 }  // namespace drape::api

@@ -1,9 +1,11 @@
 // Cloths: create, look, change, delete, reset.
+#include "server/api/cloth_change.h"
 #include "server/api/cloth_creation.h"
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
 #include "server/api/simulation_service.h"
 #include "server/api/unary_call.h"
+#include "server/session/page_token.h"
 
 namespace drape::api {
 namespace {
@@ -23,13 +25,31 @@ Result<NamedCloths> FindNamed(SessionRegistry& sessions, const std::string& sess
   return NamedCloths{std::move(*session), std::move(*cloths)};
 }
 
+// A page ends early rather than grow beyond this many bytes; clients take 4 MB by default.
+constexpr size_t kMaxPageBytes = 1u << 20;
+
+void FillPage(const ClothPage& page, v1::ListClothsResponse* response) {
+  size_t bytes = 0;
+  for (const auto& cloth : page.cloths) {
+    v1::Cloth message = ToProto(*cloth);
+    bytes += message.ByteSizeLong();
+    if (bytes > kMaxPageBytes && response->cloths_size() > 0) {
+      const auto& last = page.cloths[response->cloths_size() - 1];
+      response->set_next_page_token(MakePageToken(last->creation_number));
+      return;
+    }
+    *response->add_cloths() = std::move(message);
+  }
+  response->set_next_page_token(page.next_page_token);
+}
+
 }  // namespace
 
 grpc::ServerUnaryReactor* SimulationService::CreateCloths(Context*,
                                                           const v1::CreateClothsRequest* request,
                                                           v1::CreateClothsResponse* response) {
   UnaryCall* call = UnaryCall::New();
-  StartCreation(context_, *request,
+  StartCreation(context_, *request, call->cancel,
                 EndWith<v1::CreateClothsResponse>(
                     call, [response](auto& answer) { *response = std::move(answer); }));
   return call;
@@ -52,25 +72,17 @@ grpc::ServerUnaryReactor* SimulationService::ListCloths(Context* context,
   const Result<ClothPage> page =
       (*session)->ListCloths(request->page_size(), request->page_token());
   if (!page.ok()) return Answer(context, page.status());
-  for (const auto& cloth : page->cloths) *response->add_cloths() = ToProto(*cloth);
-  response->set_next_page_token(page->next_page_token);
+  FillPage(*page, response);
   return Answer(context, Status::Ok());
 }
 
-grpc::ServerUnaryReactor* SimulationService::UpdateCloths(Context* context,
+grpc::ServerUnaryReactor* SimulationService::UpdateCloths(Context*,
                                                           const v1::UpdateClothsRequest* request,
                                                           v1::UpdateClothsResponse* response) {
-  const Result<ClothChange> change = CheckUpdateCloths(*request, context_.limits);
-  if (!change.ok()) return Answer(context, change.status());
-  Result<NamedCloths> named =
-      FindNamed(context_.sessions, request->session(), ToClothIds(request->cloth_ids()));
-  if (!named.ok()) return Answer(context, named.status());
   UnaryCall* call = UnaryCall::New();
-  call->lease = std::move(named->session);
-  call->lease->UpdateCloths(named->cloths, *change,
-                            EndWith<UpdatedCloths>(call, [response](const UpdatedCloths& updated) {
-                              *response->mutable_shape() = ToProto(*updated.model, updated.plan);
-                            }));
+  StartUpdate(context_, *request, call->cancel,
+              EndWith<v1::UpdateClothsResponse>(
+                  call, [response](auto& answer) { *response = std::move(answer); }));
   return call;
 }
 

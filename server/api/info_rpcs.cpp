@@ -19,6 +19,7 @@ void FillLimits(const ServiceContext& context, v1::ServerInfo::Limits* limits) {
   limits->set_max_substeps(kMaxSubsteps);
   limits->set_max_iterations(kMaxIterations);
   limits->set_max_steps_per_request(context.scheduler.limits().max_steps_per_request);
+  limits->set_max_solves_per_step(kMaxSolvesPerStep);
 }
 
 }  // namespace

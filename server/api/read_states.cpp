@@ -35,7 +35,8 @@ Status ReadStatesReactor::Begin(const ServiceContext& context,
         if (!states.ok()) return End(states.status());
         chunker_.emplace(chunk_cloths, std::move(*states), max_bytes);
         WriteNext();
-      });
+      },
+      session_->name());
 }
 
 void ReadStatesReactor::OnWriteDone(bool ok) {
@@ -50,6 +51,8 @@ void ReadStatesReactor::WriteNext() {
 }
 
 void ReadStatesReactor::End(const Status& status) {
+  chunker_
+      .reset();  // gives back its place among the session's reads before the client can ask again
   session_ = {};
   Finish(ToGrpcStatus(status));
 }

@@ -17,6 +17,7 @@ namespace {
 constexpr double kMaxOrigin_m = 1e12;
 // Longest motion of a pin: over 30 years.
 constexpr double kMaxMotion_s = 1e9;
+constexpr double kMinFrames_hz = 1e-3;
 constexpr double kMaxFrames_hz = 1e6;
 
 // transforms: x, y, z, quaternion x, y, z, w per copy.
@@ -230,6 +231,7 @@ Result<CheckedCreation> CheckCreateCloths(const v1::CreateClothsRequest& request
   if (!checks.ok()) return checks.ToStatus();
   result.description = std::make_shared<const ModelDescription>(std::move(spec.description));
   result.pins = std::move(spec.pins);
+  result.settings = spec.parameters.settings;
   return result;
 }
 
@@ -251,6 +253,14 @@ Result<ClothChange> CheckUpdateCloths(const v1::UpdateClothsRequest& request,
     }
   }
   checks.AddAll(CheckNamesCloths(request.cloth_ids()).violations());
+  const size_t colliders = change.colliders ? change.colliders->size() : 0;
+  const size_t cloths = static_cast<size_t>(request.cloth_ids_size());
+  checks.Require(
+      colliders * cloths <= limits.max_colliders_per_request, FieldPath("cloth_ids"), [&] {
+        return std::to_string(cloths) + " cloths of " + std::to_string(colliders) +
+               " colliders, at most " + std::to_string(limits.max_colliders_per_request) +
+               " colliders are allowed in one request";
+      });
   if (!checks.ok()) return checks.ToStatus();
   return change;
 }
@@ -271,7 +281,9 @@ Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps
 Result<CheckedSubscription> CheckSubscribe(const v1::StreamStatesRequest::Subscribe& request) {
   FieldChecks checks;
   const FieldPath path("subscribe");
-  checks.InRange(path.Child("max_hz"), request.max_hz(), 0, kMaxFrames_hz, "Hz");
+  if (request.max_hz() != 0) {
+    checks.InRange(path.Child("max_hz"), request.max_hz(), kMinFrames_hz, kMaxFrames_hz, "Hz");
+  }
   if (!checks.ok()) return checks.ToStatus();
   CheckedSubscription result;
   result.cloths = ToClothIds(request.cloth_ids());

@@ -22,6 +22,7 @@ namespace drape::api {
 struct CheckedCreation {
   std::shared_ptr<const ModelDescription> description;
   std::vector<Pin> pins;
+  StepSettings settings;  // of the spec; a copy may have its own
   std::vector<ClothCopy> copies;
 };
 Result<CheckedCreation> CheckCreateCloths(const v1::CreateClothsRequest& request,

@@ -77,6 +77,7 @@ Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& r
     return Status(StatusCode::kFailedPrecondition, "NO_CLOTHS", "the session has no cloths");
   }
   ObserverSpec spec;
+  spec.tenant = (*session)->name();
   for (const auto& cloth : *cloths) {
     spec.cloths.push_back(cloth->runtime);
     cloths_.push_back({cloth->id, cloth->placement});

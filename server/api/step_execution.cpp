@@ -1,9 +1,10 @@
 #include "server/api/step_execution.h"
 
-#include <any>
 #include <memory>
+#include <optional>
 #include <utility>
 
+#include "server/api/known_answer.h"
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
 #include "server/api/state_chunks.h"
@@ -16,16 +17,12 @@ using Done = std::function<void(Result<v1::StepResponse>)>;
 // One step request under way.
 struct StepCall {
   SessionLease session;
-  std::string request_id;
+  std::string request_id;  // empty: not remembered
   ClothList cloths;
   Done done;
 
   void End(Result<v1::StepResponse> answer) {
-    if (answer.ok()) {
-      session->request_memory().Complete(request_id, *answer, answer->ByteSizeLong());
-    } else {
-      session->request_memory().Abandon(request_id);
-    }
+    EndRequest(session->request_memory(), request_id, answer);
     session = {};
     done(std::move(answer));
   }
@@ -87,10 +84,10 @@ void StartStep(const ServiceContext& context, const v1::StepRequest& request,
   if (!checked.ok()) return done(checked.status());
   Result<SessionLease> session = context.sessions.Find(request.session());
   if (!session.ok()) return done(session.status());
-  const Result<std::any> known =
-      (*session)->request_memory().Begin(request.request_id(), Fingerprint(request));
+  Result<std::optional<v1::StepResponse>> known =
+      BeginRequest<v1::StepResponse>((*session)->request_memory(), request.request_id(), request);
   if (!known.ok()) return done(known.status());
-  if (known->has_value()) return done(std::any_cast<const v1::StepResponse&>(*known));
+  if (known->has_value()) return done(std::move(**known));
 
   const auto call = std::make_shared<StepCall>(
       StepCall{std::move(*session), request.request_id(), {}, std::move(done)});
@@ -101,7 +98,8 @@ void StartStep(const ServiceContext& context, const v1::StepRequest& request,
 
   Result<StepWork> work = ToWork(context, *checked, call->session->name(), call->cloths);
   if (!work.ok()) return call->End(work.status());
-  work->cancel = cancel;
+  // One with an id is completed whoever has gone: its repetition asks for the answer.
+  if (call->request_id.empty()) work->cancel = cancel;
   work->done = [call](StepOutcome outcome) {
     call->End(ToAnswer(call->cloths, std::move(outcome)));
   };

@@ -9,7 +9,7 @@
 namespace drape::api {
 
 // `done` exactly once, on any thread, possibly before this returns. `request` is not used
-// afterwards.
+// afterwards. `cancel` counts only for requests without a request_id.
 void StartStep(const ServiceContext& context, const v1::StepRequest& request,
                const CancelToken& cancel, std::function<void(Result<v1::StepResponse>)> done);
 

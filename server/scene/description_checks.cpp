@@ -213,31 +213,36 @@ struct TopologyFields {
   std::string_view masses;
   std::string_view lengths;
   std::string_view constraints;
+  std::string_view springs;
 };
 
 TopologyFields FieldsOf(const Topology& topology) {
   if (std::holds_alternative<GridTopology>(topology)) {
-    return {"material.areal_density_kg_per_m2", "grid.width_m", "grid.columns"};
+    return {"material.areal_density_kg_per_m2", "grid.width_m", "grid.columns", "grid.columns"};
   }
   if (std::holds_alternative<TriangleMesh>(topology)) {
-    return {"material.areal_density_kg_per_m2", "mesh.positions_m", "mesh.triangles"};
+    return {"material.areal_density_kg_per_m2", "mesh.positions_m", "mesh.triangles",
+            "mesh.triangles"};
   }
-  return {"particles.masses_kg", "particles.distance_constraints",
-          "particles.distance_constraints"};
+  return {"particles.masses_kg", "particles.distance_constraints", "particles.distance_constraints",
+          "particles.springs"};
 }
 
-void CheckDegrees(std::string_view field, const ParticleSystem& system, uint32_t max_degree,
+// `connections`: distance constraints or springs.
+template <class Connection>
+void CheckDegrees(std::string_view field, const std::vector<Connection>& connections,
+                  size_t particle_count, uint32_t max_degree, std::string_view what,
                   Violations& violations) {
-  std::vector<uint32_t> degrees(system.rest_positions_m.size(), 0);
-  for (const DistanceConstraint& constraint : system.distance_constraints) {
-    ++degrees[constraint.i];
-    ++degrees[constraint.j];
+  std::vector<uint32_t> degrees(particle_count, 0);
+  for (const Connection& connection : connections) {
+    ++degrees[connection.i];
+    ++degrees[connection.j];
   }
   const auto largest = std::max_element(degrees.begin(), degrees.end());
   if (largest == degrees.end() || *largest <= max_degree) return;
   violations.Add(std::string(field),
-                 fmt::format("particle {} has {} distance constraints; at most {}",
-                             largest - degrees.begin(), *largest, max_degree));
+                 fmt::format("particle {} has {} {}; at most {}", largest - degrees.begin(),
+                             *largest, what, max_degree));
 }
 
 }  // namespace
@@ -283,9 +288,11 @@ std::vector<FieldViolation> CheckParticleSystem(const ModelDescription& descript
   }
   CheckCount(fields.constraints, system.distance_constraints.size(), limits.max_constraints,
              "distance constraints", violations);
-  CheckCount(fields.constraints, system.springs.size(), limits.max_constraints, "springs",
-             violations);
-  CheckDegrees(fields.constraints, system, limits.max_degree, violations);
+  CheckCount(fields.springs, system.springs.size(), limits.max_constraints, "springs", violations);
+  const size_t count = system.rest_positions_m.size();
+  CheckDegrees(fields.constraints, system.distance_constraints, count, limits.max_degree,
+               "distance constraints", violations);
+  CheckDegrees(fields.springs, system.springs, count, limits.max_degree, "springs", violations);
   return violations.Take();
 }
 

@@ -26,7 +26,7 @@ std::vector<FieldViolation> CheckDescription(const ModelDescription& description
                                              const ModelLimits& limits);
 
 // What only the built system shows: a mesh without area, masses and rest lengths out of range, too
-// many constraints, springs, or constraints of one particle.
+// many constraints or springs, in all or of one particle.
 std::vector<FieldViolation> CheckParticleSystem(const ModelDescription& description,
                                                 const ParticleSystem& system,
                                                 const ModelLimits& limits);

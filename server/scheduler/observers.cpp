@@ -9,6 +9,12 @@
 #include "server/scheduler/state_reading.h"
 
 namespace drape {
+namespace {
+
+// Between two frames that only a rate limit holds back, however low the limit: one hour.
+constexpr double kMaxInterval_us = 3600e6;
+
+}  // namespace
 
 FrameDecision DecideFrame(const FrameSituation& situation) {
   FrameDecision decision;
@@ -16,7 +22,8 @@ FrameDecision DecideFrame(const FrameSituation& situation) {
   decision.is_owed = true;
   if (situation.is_paused) return decision;
   if (situation.max_hz > 0 && situation.last_frame_us.has_value()) {
-    const auto interval_us = static_cast<int64_t>(std::ceil(1e6 / situation.max_hz));
+    const double interval = std::min(std::ceil(1e6 / situation.max_hz), kMaxInterval_us);
+    const auto interval_us = static_cast<int64_t>(interval);
     const int64_t next_us = *situation.last_frame_us + interval_us;
     if (situation.now_us < next_us) {
       decision.wake_at_us = next_us;

@@ -7,6 +7,8 @@
 #include <list>
 #include <memory>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "server/core/status.h"
@@ -56,10 +58,12 @@ struct ObservedFrame {
 };
 
 struct ObserverSpec {
+  std::string tenant;  // as in StepWork; empty: counted in all subscriptions alone
   std::vector<std::shared_ptr<ClothRuntime>> cloths;
   StateFields fields;          // at least one
   uint32_t every_n_steps = 1;  // >= 1
-  double max_hz = 0;           // frames per second at most; 0 = no limit
+  // Frames per second at most; 0 = no limit. Less than one per hour counts as one per hour.
+  double max_hz = 0;
   uint32_t initial_credit = 0;
   // Completion thread, in order. The first frame, as soon as there is credit, holds every cloth as
   // it is at that time, stepped or not.
@@ -73,8 +77,10 @@ struct ObserverSpec {
 // The caller's side of a subscription. Thread-safe, any thread; harmless after its end.
 class Observer {
  public:
-  // `wake` makes the device thread look at the subscription; it must be callable for ever.
-  explicit Observer(std::function<void()> wake) : wake_(std::move(wake)) {}
+  // `wake` makes the device thread look at the subscription; it must be callable for ever. `place`
+  // is kept until this goes.
+  explicit Observer(std::function<void()> wake, std::shared_ptr<void> place = nullptr)
+      : wake_(std::move(wake)), place_(std::move(place)) {}
 
   // Adds to what is left; saturates.
   void AddCredit(uint32_t frames);
@@ -89,6 +95,7 @@ class Observer {
   std::atomic<bool> is_cancelled_{false};
   std::atomic<uint32_t> frames_in_flight_{0};
   std::function<void()> wake_;
+  std::shared_ptr<void> place_;
 };
 
 // All subscriptions. Device thread alone.

@@ -60,27 +60,40 @@ Status Scheduler::Submit(StepWork work) {
 }
 
 Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, StateFields fields,
-                             std::function<void(Result<ClothStates>)> done) {
+                             std::function<void(Result<ClothStates>)> done,
+                             const std::string& tenant) {
   DRAPE_CHECK(fields.any(), "nothing to read");
+  Result<std::shared_ptr<void>> place = core_->read_places().Take(tenant);
+  if (!place.ok()) return place.status();
   return core_->Post([core = core_.get(), cloths = std::move(cloths), fields,
-                      done = std::move(done)](Backend& backend) {
+                      done = std::move(done),
+                      in_flight = std::move(*place)](Backend& backend) mutable {
     const bool is_complete = std::all_of(cloths.begin(), cloths.end(),
                                          [](const auto& cloth) { return cloth->is_alive(); });
     auto states = std::make_shared<Result<ClothStates>>(
         is_complete ? Result<ClothStates>(ReadClothStates(backend, cloths, fields))
                     : Status(StatusCode::kNotFound, "CLOTH_NOT_FOUND",
                              "a cloth was deleted before its state was read"));
+    // Moved: the command itself lives on until the round is over.
+    if (states->ok()) (*states)->in_flight = std::move(in_flight);
+    in_flight.reset();
     core->completions().Push([done, states] { done(std::move(*states)); });
   });
 }
 
 Result<std::shared_ptr<Observer>> Scheduler::Subscribe(ObserverSpec spec) {
-  auto observer = std::make_shared<Observer>([core = std::weak_ptr<Core>(core_)] {
-    if (const std::shared_ptr<Core> alive = core.lock()) alive->Wake();
-  });
+  Result<std::shared_ptr<void>> place = core_->observer_places().Take(spec.tenant);
+  if (!place.ok()) return place.status();
+  auto observer = std::make_shared<Observer>(
+      [core = std::weak_ptr<Core>(core_)] {
+        if (const std::shared_ptr<Core> alive = core.lock()) alive->Wake();
+      },
+      std::move(*place));
   observer->AddCredit(spec.initial_credit);
-  DRAPE_RETURN_IF_ERROR(core_->Post([core = core_.get(), spec = std::move(spec), observer](
-                                        Backend&) { core->observers().Add(spec, observer); }));
+  DRAPE_RETURN_IF_ERROR(
+      core_->Post([core = core_.get(), spec = std::move(spec), observer](Backend&) mutable {
+        core->observers().Add(std::move(spec), std::move(observer));
+      }));
   return observer;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "server/core/clock.h"
 #include "server/core/status.h"
@@ -27,6 +28,13 @@ struct SchedulerLimits {
   uint32_t max_queued_requests = 4096;
   // Commands posted and not yet run. A flood of creations must not fill the memory.
   uint32_t max_queued_commands = 4096;
+  // Subscriptions, of one tenant and of all. A place is free again when the subscription has ended
+  // and its Observer is gone.
+  uint32_t max_observers_per_tenant = 32;
+  uint32_t max_observers = 1024;
+  // Calls of ReadStates that wait or whose states are still held, of one tenant and of all.
+  uint32_t max_reads_in_flight_per_tenant = 4;
+  uint32_t max_reads_in_flight = 1024;
   // Of one step request; until_step may not lie further ahead. Bounds how long a request can run.
   uint32_t max_steps_per_request = 1000000;
   // Suggested to clients that were refused for want of a place [ms].
@@ -85,11 +93,14 @@ class Scheduler {
   Status Submit(StepWork work);
 
   // Reads states between two rounds; `done` on the completion thread: NOT_FOUND (CLOTH_NOT_FOUND)
-  // if one of the cloths is gone. Errors as for Post.
+  // if one of the cloths is gone. Errors as for Post, and RESOURCE_EXHAUSTED (TOO_MANY_READS, with
+  // retry_after): a read is in flight until the states (or their `in_flight`) are dropped.
+  // `tenant`: as in StepWork; empty: counted in all alone.
   Status ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, StateFields fields,
-                    std::function<void(Result<ClothStates>)> done);
+                    std::function<void(Result<ClothStates>)> done, const std::string& tenant = {});
 
-  // Starts a subscription; see ObserverSpec. Errors as for Post.
+  // Starts a subscription; see ObserverSpec. Errors as for Post, and RESOURCE_EXHAUSTED
+  // (TOO_MANY_SUBSCRIPTIONS).
   Result<std::shared_ptr<Observer>> Subscribe(ObserverSpec spec);
 
   // Refuses new work, runs what was taken for at most `grace_us` of the clock, then ends the rest

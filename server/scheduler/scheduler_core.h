@@ -16,6 +16,7 @@
 #include "server/scheduler/device_loop.h"
 #include "server/scheduler/observers.h"
 #include "server/scheduler/scheduler.h"
+#include "server/scheduler/tenant_places.h"
 
 namespace drape {
 
@@ -43,6 +44,8 @@ class Scheduler::Core {
   const BackendDescription& description() const { return description_; }
   const SchedulerLimits& limits() const { return limits_; }
   CompletionQueue& completions() { return completions_; }
+  TenantPlaces& observer_places() { return observer_places_; }
+  TenantPlaces& read_places() { return read_places_; }
   bool IsOnOwnThread() const {
     return std::this_thread::get_id() == device_thread_id_ || completions_.IsOnThread();
   }
@@ -75,6 +78,8 @@ class Scheduler::Core {
   std::thread::id device_thread_id_;  // constant after Start
   CompletionQueue completions_;
   RoundCounters round_counters_;
+  TenantPlaces observer_places_;
+  TenantPlaces read_places_;
   ObserverSet observers_;  // device thread
 
   mutable std::mutex mutex_;

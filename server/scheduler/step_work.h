@@ -59,6 +59,8 @@ ClothStamp StampOf(const ClothRuntime& cloth);
 struct ClothStates {
   std::vector<ClothStamp> cloths;
   StateColumns columns;
+  // Of Scheduler::ReadStates: the place that the read occupies as long as its states are held.
+  std::shared_ptr<void> in_flight;
 };
 
 // Where the time of a request went [us], summed over its batches (each counted whole, not by

@@ -66,8 +66,12 @@ void ClothMaker::Unmake(Backend& backend) {
 }
 
 void FreeCloth(Backend& backend, ClothRecord& cloth) {
+  FreeCloth(backend, cloth, ClothNotFound(cloth.id));
+}
+
+void FreeCloth(Backend& backend, ClothRecord& cloth, const Status& reason) {
   if (!cloth.runtime->is_alive()) return;
-  cloth.runtime->End(ClothNotFound(cloth.id));
+  cloth.runtime->End(reason);
   backend.Destroy(cloth.runtime->handle());
 }
 

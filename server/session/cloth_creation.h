@@ -35,8 +35,10 @@ class ClothMaker {
   std::vector<std::shared_ptr<ClothRecord>> made_;
 };
 
-// Ends the cloth and frees it on the backend. No effect on one that has ended. Device thread.
+// Ends the cloth and frees it on the backend; step requests that name it end with `reason`,
+// CLOTH_NOT_FOUND if there is none. No effect on one that has ended. Device thread.
 void FreeCloth(Backend& backend, ClothRecord& cloth);
+void FreeCloth(Backend& backend, ClothRecord& cloth, const Status& reason);
 
 // Writes the initial state; the cloth is alive. Device thread.
 Status ResetCloth(Backend& backend, ClothRecord& cloth);

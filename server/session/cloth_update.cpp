@@ -1,8 +1,12 @@
 #include "server/session/cloth_update.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
+#include <limits>
 #include <map>
 #include <optional>
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -25,23 +29,28 @@ std::vector<Eigen::Vector3d> PinsNow(const PinTrack& pins, double now_s) {
   return positions_m;
 }
 
-Eigen::Vector3d Row(const ScalarColumn& column, uint32_t row) {
+Eigen::Vector3d Row(const ScalarColumn& column, size_t row) {
   return std::visit(
       [&](const auto& values) {
-        const auto* xyz = values.data() + 3 * size_t{row};
+        const auto* xyz = values.data() + 3 * row;
         return Eigen::Vector3d(xyz[0], xyz[1], xyz[2]);
       },
       column);
 }
 
+// Positions of a cloth: rows of a column from `first_row` on.
+struct PositionRows {
+  const ScalarColumn& positions_m;
+  size_t first_row = 0;
+};
+
 // The new pins: those that stay keep their motions, new ones start where their particle is; then
 // the given targets.
-PinTrack PinsAfter(Backend& backend, const ClothRecord& cloth, const std::vector<Pin>& pins) {
+PinTrack PinsAfter(const PositionRows& rows, const ClothRecord& cloth,
+                   const std::vector<Pin>& pins) {
   const ClothRuntime& runtime = *cloth.runtime;
   const double now_s = runtime.now().time_s;
   const auto old_pins = runtime.model()->pins();
-  const ClothHandle handle = runtime.handle();
-  const StateColumns state = backend.Read({std::span(&handle, 1), true, false});
   std::vector<PinMotion> motions;
   for (const Pin& pin : pins) {
     const auto old = std::lower_bound(old_pins.begin(), old_pins.end(), pin.particle);
@@ -49,7 +58,7 @@ PinTrack PinsAfter(Backend& backend, const ClothRecord& cloth, const std::vector
     if (old != old_pins.end() && *old == pin.particle) {
       motion = runtime.pins().motion(static_cast<size_t>(old - old_pins.begin()));
     } else {
-      motion.start_m = motion.target_m = Row(state.positions_m, pin.particle);
+      motion.start_m = motion.target_m = Row(rows.positions_m, rows.first_row + pin.particle);
       motion.start_s = now_s;
     }
     motions.push_back(motion);
@@ -63,9 +72,10 @@ PinTrack PinsAfter(Backend& backend, const ClothRecord& cloth, const std::vector
   return track;
 }
 
-Result<PlannedUpdate> Plan(Backend& backend, const ClothRecord& cloth, const ClothChange& change,
-                           const RepinnedModel* repinned) {
-  if (!cloth.runtime->is_alive()) return ClothNotFound(cloth.id);
+// The cloth is alive. `rows` hold its positions if it is repinned.
+Result<PlannedUpdate> Plan(const Backend& backend, const ClothRecord& cloth,
+                           const ClothChange& change, const RepinnedModel* repinned,
+                           const PositionRows& rows) {
   const auto before = cloth.description();
   Result<ClothParameters> parameters = ApplyChange(before->parameters, change);
   if (!parameters.ok()) return parameters.status();
@@ -80,7 +90,7 @@ Result<PlannedUpdate> Plan(Backend& backend, const ClothRecord& cloth, const Clo
     after->pins = SortedPins(*change.pins);
     after->plan = backend.PlanOf(*after->model);
     const double now_s = cloth.runtime->now().time_s;
-    plan.pins = PinsAfter(backend, cloth, after->pins);
+    plan.pins = PinsAfter(rows, cloth, after->pins);
     plan.write.model = after->model;
     plan.write.pin_targets_m = PinsNow(*plan.pins, now_s);
     plan.undo.model = before->model;
@@ -99,6 +109,34 @@ void Commit(ClothRecord& cloth, PlannedUpdate plan) {
     runtime.pins() = std::move(*plan.pins);
   }
   cloth.ReplaceDescription(std::move(plan.after));
+}
+
+// Takes back what was written to the first `count` cloths, the last first, so that the device's
+// room is given up in the order opposite to that in which it was taken. Returns how many were ended
+// because the device had no room for what they were before.
+size_t TakeBack(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
+                std::span<const PlannedUpdate> plans, size_t count) {
+  size_t ended = 0;
+  for (size_t k = count; k-- > 0;) {
+    ClothRecord& cloth = *cloths[k];
+    const Status undone = backend.Write(cloth.runtime->handle(), plans[k].undo);
+    if (undone.ok()) continue;
+    spdlog::error("cloth_ended cloth={} reason=update_not_undone status=\"{}\"", cloth.id.Packed(),
+                  undone.ToString());
+    FreeCloth(backend, cloth,
+              Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",
+                     "cloth " + std::to_string(cloth.id.Packed()) +
+                         " was deleted: the device had no room to take a change of it back"));
+    ++ended;
+  }
+  return ended;
+}
+
+// What could be created can be repinned: the sizes were checked at creation, and they do not depend
+// on the pins.
+ModelLimits LimitsOfCreated() {
+  constexpr uint32_t kNoLimit = std::numeric_limits<uint32_t>::max();
+  return {.max_particles = kNoLimit, .max_constraints = kNoLimit, .max_degree = kNoLimit};
 }
 
 // Field names as in UpdateClothsRequest: "pins[2].particle" -> "spec.pins[2].particle".
@@ -124,7 +162,7 @@ Result<std::vector<RepinnedModel>> BuildRepinnedModels(
     if (entry.model == nullptr) {
       auto description = std::make_shared<ModelDescription>(*old_description);
       description->pinned_particles = particles;
-      auto model = SceneModel::Build(*description);
+      auto model = SceneModel::Build(*description, LimitsOfCreated());
       if (!model.ok()) return InSpec(model.status());
       entry = {std::move(description), models.Share(*model)};
     }
@@ -135,22 +173,30 @@ Result<std::vector<RepinnedModel>> BuildRepinnedModels(
 
 Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
                       const ClothChange& change, std::span<const RepinnedModel> repinned) {
+  std::vector<ClothHandle> handles;
+  for (const auto& cloth : cloths) {
+    if (!cloth->runtime->is_alive()) return ClothNotFound(cloth->id);
+    handles.push_back(cloth->runtime->handle());
+  }
+  StateColumns state;
+  if (!repinned.empty()) state = backend.Read({handles, true, false});
   std::vector<PlannedUpdate> plans;
+  PositionRows rows{state.positions_m};
   for (size_t k = 0; k < cloths.size(); ++k) {
     Result<PlannedUpdate> plan =
-        Plan(backend, *cloths[k], change, repinned.empty() ? nullptr : &repinned[k]);
+        Plan(backend, *cloths[k], change, repinned.empty() ? nullptr : &repinned[k], rows);
     if (!plan.ok()) return plan.status();
     plans.push_back(std::move(plan).value());
+    rows.first_row += cloths[k]->runtime->particle_count();
   }
   for (size_t k = 0; k < cloths.size(); ++k) {
     const Status status = backend.Write(cloths[k]->runtime->handle(), plans[k].write);
     if (status.ok()) continue;
-    for (size_t done = 0; done < k; ++done) {
-      const Status undone = backend.Write(cloths[done]->runtime->handle(), plans[done].undo);
-      // It fitted a moment ago, and the device thread is alone.
-      DRAPE_CHECK(undone.ok(), "a change could not be taken back");
-    }
-    return status;
+    const size_t ended = TakeBack(backend, cloths, plans, k);
+    if (ended == 0) return status;
+    return Status(status.code(), status.reason(),
+                  status.message() + "; " + std::to_string(ended) +
+                      " of the cloths were deleted: there was no room to take the change back");
   }
   for (size_t k = 0; k < cloths.size(); ++k) Commit(*cloths[k], std::move(plans[k]));
   return Status::Ok();

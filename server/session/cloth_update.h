@@ -24,7 +24,10 @@ Result<std::vector<RepinnedModel>> BuildRepinnedModels(
     ModelCache& models);
 
 // Applies the change to all the cloths or to none. `repinned` is empty unless change.pins is set,
-// then [cloth_count]. NOT_FOUND if one of them has been deleted. Device thread.
+// then [cloth_count]. NOT_FOUND if one of them has been deleted. If the device has no room even for
+// taking the change back, the cloths that it has none for end and are freed (they are no longer
+// alive then, and step requests that name them end with RESOURCE_EXHAUSTED, DEVICE_MEMORY); the
+// message says so. Device thread.
 Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
                       const ClothChange& change, std::span<const RepinnedModel> repinned);
 

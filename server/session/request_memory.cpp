@@ -5,6 +5,12 @@
 #include "server/core/check.h"
 
 namespace drape {
+namespace {
+
+// Suggested to a client whose request is still under way [ms].
+constexpr int64_t kRetryAfter_ms = 50;
+
+}  // namespace
 
 Result<std::any> RequestMemory::Begin(const std::string& request_id, uint64_t fingerprint) {
   if (request_id.empty()) return std::any();
@@ -22,8 +28,9 @@ Result<std::any> RequestMemory::Begin(const std::string& request_id, uint64_t fi
     return Status::InvalidField("request_id", "was used for a different request");
   }
   if (!entry->second.answer.has_value()) {
-    return Status(StatusCode::kAborted, "REQUEST_IN_PROGRESS",
+    Status status(StatusCode::kAborted, "REQUEST_IN_PROGRESS",
                   "a request with this request_id is still under way");
+    return status.RetryAfterMs(kRetryAfter_ms);
   }
   return entry->second.answer;
 }

@@ -80,7 +80,8 @@ class Session : public std::enable_shared_from_this<Session> {
   // Changes all the cloths (at least one) or none. INVALID_ARGUMENT for what the cloths' own values
   // make illegal, with fields as in UpdateClothsRequest ("spec.pins[2].particle");
   // RESOURCE_EXHAUSTED when the device has no room. Takes effect between two steps of what is
-  // running.
+  // running. Cloths that the device has no room to bring back to what they were when another one
+  // failed are deleted; the message says so.
   void UpdateCloths(ClothList cloths, ClothChange change,
                     std::function<void(Result<UpdatedCloths>)> done);
   // Ids are invalid on return; `done` when the device memory is free. Step requests under way on
@@ -103,6 +104,8 @@ class Session : public std::enable_shared_from_this<Session> {
   // Removes them from this session and the table. Those that are already gone are left out of the
   // result.
   ClothList Unpublish(const ClothList& cloths);
+  // Deletes those that have ended on the device. Device thread.
+  void DropEnded(const ClothList& cloths);
   // Posts what frees the cloths on the device and returns the quota.
   void FreeOnDevice(ClothList cloths, std::function<void(Status)> done);
 

@@ -87,6 +87,7 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
       [self = shared_from_this(), cloths = std::move(cloths), change = std::move(change),
        repinned = std::move(repinned), done](Backend& backend) {
         const Status outcome = UpdateOnDevice(backend, cloths, change, repinned);
+        if (!outcome.ok()) self->DropEnded(cloths);
         const auto description = cloths.front()->description();
         self->commons_->scheduler.Complete([done, outcome, description] {
           if (outcome.ok()) {
@@ -97,6 +98,14 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
         });
       });
   if (!status.ok()) done(status);
+}
+
+void Session::DropEnded(const ClothList& cloths) {
+  ClothList ended;
+  for (const auto& cloth : cloths) {
+    if (!cloth->runtime->is_alive()) ended.push_back(cloth);
+  }
+  if (!ended.empty()) DeleteCloths(std::move(ended), [](const Status&) {});
 }
 
 void Session::ResetCloths(ClothList cloths, std::function<void(Status)> done) {

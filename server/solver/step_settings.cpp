@@ -93,6 +93,13 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
   return settings;
 }
 
+double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count) {
+  const double sweeps = double{1} * settings.substeps * settings.max_iterations;
+  const double constraints = double{1} * model.constraint_count() + model.dropped_constraints();
+  const double contacts = model.particle_count() * (1 + static_cast<double>(collider_count));
+  return sweeps * (constraints + 2.0 * model.spring_count() + contacts);
+}
+
 double SinglePrecisionTolerance(double tolerance, const SceneModel& model) {
   return ResolvableTolerance(tolerance, model, std::numeric_limits<float>::epsilon());
 }

@@ -1,6 +1,7 @@
 // How a step is computed: one algorithm, few switches, and presets that set them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -47,6 +48,8 @@ inline constexpr double kMaxTimeStep_s = 10;
 inline constexpr double kMinSubstep_s = 1e-6;
 inline constexpr uint32_t kMaxSubsteps = 10000;
 inline constexpr uint32_t kMaxIterations = 10000;
+// Of one cloth, see SolvesPerStep: a step cannot be interrupted, and all tenants wait for it.
+inline constexpr double kMaxSolvesPerStep = 2e10;
 
 // The table of presets.
 StepSettings PresetSettings(Preset preset);
@@ -56,12 +59,21 @@ std::string_view PresetName(Preset preset);
 Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
                                      std::string_view field_prefix);
 
+// Upper bound on the solves of one step: substeps * max_iterations * (constraints + 2 * springs +
+// particles * (1 + colliders)). Constraints that the model has left out count: other pins may bring
+// them back.
+double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count);
+
 // Below about 4 ulp(|p|) / rest length no sweep in single precision ever meets the tolerance.
 // Returns the tolerance to use: the one asked for, or the smallest that 24-bit positions of this
 // size can resolve. 0 stays 0.
 double SinglePrecisionTolerance(double tolerance, const SceneModel& model);
 // The same for 53-bit positions.
 double DoublePrecisionTolerance(double tolerance, const SceneModel& model);
+
+// Of one cloth, particles * colliders: each pair has impulses of its own during a step. More would
+// let one cloth take gigabytes.
+inline constexpr uint64_t kMaxParticleColliderPairs = uint64_t{1} << 24;
 
 // Whether explicit springs may be unstable at this substep: velocity Verlet needs h^2 omega^2 < 4.
 bool AreSpringsBeyondLimit(const SceneModel& model, double substep_s);

@@ -23,7 +23,7 @@ void SolveDistance(uint k, bool is_first_sweep) {
       PredictDistanceError(position_difference, velocity_difference, cloth.h, cloth.inverse_h,
                            rest_length, compliance, lambda);
 #ifdef HAS_TOLERANCE
-  if (abs(error.residual) <= cloth.tolerance * rest_length) return;
+  if (!(abs(error.residual) > cloth.tolerance * rest_length)) return;
   MarkChanged();
 #endif
   float inverse_mass_i = InverseMass(pair.x);

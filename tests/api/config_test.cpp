@@ -42,7 +42,9 @@ TEST(Config, UsageErrorsAreTwoAndHelpIsZero) {
   EXPECT_EQ(Parse({"--help"}).exit_code, 0);
   EXPECT_EQ(Parse({"--version"}).exit_code, 0);
   for (const char* flag : {"--nonsense", "--backend=abacus", "--max-sessions=0", "--max-sessions=x",
-                           "--session-ttl-s=0.5", "--tls-cert=/dev/null"}) {
+                           "--session-ttl-s=0.5", "--session-ttl-s=nan", "--tls-cert=/dev/null",
+                           "--listen=localhost", "--listen=127.0.0.1:65536",
+                           "--listen=127.0.0.1:-1", "--listen=:1", "--listen=127.0.0.1:http"}) {
     EXPECT_EQ(Parse({flag}).exit_code, 2) << flag;
   }
 }

@@ -230,12 +230,32 @@ TEST(UpdateClothsValidation, ChecksTheValues) {
   ExpectViolation(status, "spec.settings.time_step_s", "11");
 }
 
+TEST(UpdateClothsValidation, CollidersOfManyClothsAreBounded) {
+  v1::UpdateClothsRequest request = Update({"environment.colliders"});
+  *request.mutable_spec() = GoodCreation().spec();  // 2 colliders
+  RequestLimits limits;
+  limits.max_colliders_per_request = 4;
+  request.add_cloth_ids(2);
+  EXPECT_TRUE(CheckUpdateCloths(request, limits).ok());
+  request.add_cloth_ids(3);
+  ExpectViolation(CheckUpdateCloths(request, limits).status(), "cloth_ids",
+                  "3 cloths of 2 colliders, at most 4 colliders");
+}
+
 TEST(SubscribeValidation, RefusesRatesThatAreNone) {
   v1::StreamStatesRequest::Subscribe request;
   request.set_max_hz(-1);
   ExpectViolation(CheckSubscribe(request).status(), "subscribe.max_hz", "-1");
   request.set_max_hz(kNaN);
   ExpectViolation(CheckSubscribe(request).status(), "subscribe.max_hz", "nan");
+  request.set_max_hz(1e-9);
+  ExpectViolation(CheckSubscribe(request).status(), "subscribe.max_hz", "1e-09");
+  request.set_max_hz(2e6);
+  ExpectViolation(CheckSubscribe(request).status(), "subscribe.max_hz", "[0.001, ");
+  for (const double legal_hz : {0.0, 0.001, 1e6}) {
+    request.set_max_hz(legal_hz);
+    EXPECT_TRUE(CheckSubscribe(request).ok()) << legal_hz;
+  }
   request.set_max_hz(30);
   EXPECT_EQ(CheckSubscribe(request)->every_n_steps, 1u);
 }

@@ -76,6 +76,7 @@ TEST_F(DeviceArraysTest, MirrorSendsOnlyWhatChanged) {
   ASSERT_TRUE(buffer.ok());
   const std::vector<uint32_t> words = {1, 2, 3, 4};
   const auto bytes = std::as_bytes(std::span(words));
+  EXPECT_EQ(buffer->Flush(), buffer->Mirror().size()) << "a new buffer is sent whole";
   buffer->Write(100, bytes);
   buffer->Write(40'000, bytes);
   EXPECT_EQ(buffer->Flush(), 32u) << "two parts far from each other";
@@ -83,7 +84,7 @@ TEST_F(DeviceArraysTest, MirrorSendsOnlyWhatChanged) {
   buffer->Write(100, bytes);
   EXPECT_EQ(buffer->Flush(), 0u) << "the same bytes are not sent again";
   ASSERT_TRUE(buffer->Reserve(1 << 20).ok());
-  buffer->Flush();
+  EXPECT_EQ(buffer->Flush(), buffer->Mirror().size()) << "and so is a grown one";
   std::vector<uint32_t> read(4);
   buffer->buffer().Download(40'000, std::as_writable_bytes(std::span(read)));
   EXPECT_EQ(read, words) << "contents survive growing";

@@ -71,9 +71,9 @@ TEST_F(Naming, EnumsAreUpperSnakeCaseWithAnUnspecifiedZero) {
 
 // A real number carries its SI unit, or is one of these pure numbers.
 TEST_F(Naming, RealNumbersCarryTheirUnit) {
-  const std::set<std::string> kPureNumbers = {"friction_static", "friction_dynamic", "tolerance",
-                                              "max_strain",      "rms_strain",       "normal",
-                                              "transforms",      "rotation_xyzw"};
+  const std::set<std::string> kPureNumbers = {
+      "friction_static", "friction_dynamic", "tolerance",     "max_strain",         "rms_strain",
+      "normal",          "transforms",       "rotation_xyzw", "max_solves_per_step"};
   const char* kUnits =
       ".*_(m|kg|s|hz|j|m_per_s|m_per_s2|kg_per_m2|n_per_m|n_s_per_m|m_per_n|per_s)";
   for (const Descriptor* message : descriptors_.Messages()) {

@@ -199,6 +199,9 @@ std::vector<BadDescription> BadParticles() {
       {"negative spring length", GoodParticles,
        OnParticles([](auto& p) { p.springs[0].rest_length_m = -1; }),
        "particles.springs[0].rest_length_m", "-1 is not in [0, "},
+      {"1100 springs of two particles", GoodParticles,
+       OnParticles([](auto& p) { p.springs.assign(1100, p.springs[0]); }), "particles.springs",
+       "particle 0 has 1100 springs; at most 1024"},
       {"pin", GoodParticles, SetPins({5}), "pins[0].particle", "5 is not in [0, 4]"},
   };
 }

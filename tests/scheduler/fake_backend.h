@@ -41,9 +41,13 @@ class FakeDevice {
   void SetCapacity(size_t cloths) {
     Locked([&] { capacity_ = cloths; });
   }
-  // The `nth` (from 0) Write from now on fails with RESOURCE_EXHAUSTED.
-  void FailWrite(size_t nth) {
-    Locked([&] { write_to_fail_ = nth; });
+  // The `nth` (from 0) Write from now on fails with RESOURCE_EXHAUSTED, and `count` in all from
+  // there on.
+  void FailWrite(size_t nth, size_t count = 1) {
+    Locked([&] {
+      writes_to_pass_ = nth;
+      writes_to_fail_ = count;
+    });
   }
   // The next step of the cloth faults.
   void FaultNextStep(ClothHandle cloth) {
@@ -84,7 +88,8 @@ class FakeDevice {
 
   mutable std::mutex mutex_;
   size_t capacity_ = 1000000;
-  std::optional<size_t> write_to_fail_;
+  size_t writes_to_pass_ = 0;
+  size_t writes_to_fail_ = 0;  // then
   std::vector<ClothHandle> faults_;
   std::function<void()> on_step_;
   std::vector<FakeBatch> batches_;
@@ -172,9 +177,12 @@ class FakeBackend final : public Backend {
     CheckThread();
     const bool fails = device_->Locked([&] {
       ++device_->writes_;
-      if (!device_->write_to_fail_.has_value()) return false;
-      if ((*device_->write_to_fail_)-- > 0) return false;
-      device_->write_to_fail_.reset();
+      if (device_->writes_to_fail_ == 0) return false;
+      if (device_->writes_to_pass_ > 0) {
+        --device_->writes_to_pass_;
+        return false;
+      }
+      --device_->writes_to_fail_;
       return true;
     });
     if (fails) return NoRoom();

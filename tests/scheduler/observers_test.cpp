@@ -84,6 +84,17 @@ TEST(DecideFrame, TheRateLimitNamesWhenToLookAgain) {
   EXPECT_TRUE(DecideFrame(situation).send);
 }
 
+TEST(DecideFrame, ATinyRateIsOneFramePerHour) {
+  FrameSituation situation = Due();
+  situation.last_frame_us = 5;
+  situation.now_us = 6;
+  for (const double max_hz : {1e-4, 1e-300, std::numeric_limits<double>::denorm_min()}) {
+    situation.max_hz = max_hz;
+    EXPECT_FALSE(DecideFrame(situation).send);
+    EXPECT_EQ(DecideFrame(situation).wake_at_us, 3600000005) << max_hz;
+  }
+}
+
 TEST(Observer, CreditSaturates) {
   int wakes = 0;
   Observer observer([&] { ++wakes; });

@@ -254,6 +254,53 @@ TEST_F(SchedulerTest, ReadStatesOfADeletedClothIsNotFound) {
   EXPECT_EQ(read.Get().status().reason(), "CLOTH_NOT_FOUND");
 }
 
+TEST_F(SchedulerTest, ReadsAreBoundedUntilTheirStatesAreDropped) {
+  SchedulerLimits limits;
+  limits.max_reads_in_flight_per_tenant = 1;
+  Start(limits);
+  const auto cloth = Cloth();
+  const auto read = [&](const std::string& tenant, Awaited<Result<ClothStates>> result) {
+    return scheduler_->ReadStates(
+        {cloth}, {true, false},
+        [result](Result<ClothStates> r) mutable { result.Set(std::move(r)); }, tenant);
+  };
+  const Awaited<Result<ClothStates>> first;
+  ASSERT_TRUE(read("a", first).ok());
+  first.Get();
+  const Status refused = read("a", {});
+  EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(refused.reason(), "TOO_MANY_READS");
+  EXPECT_EQ(refused.retry_after_ms(), limits.retry_after_ms);
+  EXPECT_TRUE(read("b", {}).ok());
+  first.Get()->in_flight.reset();
+  EXPECT_TRUE(read("a", {}).ok());
+}
+
+TEST_F(SchedulerTest, SubscriptionsAreBoundedUntilTheyHaveEnded) {
+  SchedulerLimits limits;
+  limits.max_observers_per_tenant = 1;
+  limits.max_observers = 2;
+  Start(limits);
+  ObserverSpec spec;
+  spec.tenant = "a";
+  spec.cloths = {Cloth()};
+  spec.fields = {true, false};
+  spec.on_frame = [](const ObservedFrame&) {};
+  spec.on_end = [](const Status&) {};
+  auto observer = scheduler_->Subscribe(spec).value();
+  const Status refused = scheduler_->Subscribe(spec).status();
+  EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(refused.reason(), "TOO_MANY_SUBSCRIPTIONS");
+  spec.tenant = "b";
+  const auto other = scheduler_->Subscribe(spec).value();
+  spec.tenant = "c";
+  EXPECT_EQ(scheduler_->Subscribe(spec).status().reason(), "TOO_MANY_SUBSCRIPTIONS");
+  observer->Cancel();
+  observer.reset();
+  spec.tenant = "a";
+  while (!scheduler_->Subscribe(spec).ok()) std::this_thread::yield();
+}
+
 TEST_F(SchedulerTest, ASubscriptionGetsFramesUntilItEnds) {
   Start();
   const auto cloth = Cloth();

@@ -79,6 +79,40 @@ TEST_F(ClothUpdateTest, AFailureInTheMiddleTakesEverythingBack) {
   for (const auto& cloth : cloths) EXPECT_EQ(cloth->description()->pins[0].particle, 0u);
 }
 
+TEST_F(ClothUpdateTest, AClothThatCannotBeTakenBackIsDeletedAndTheOthersStay) {
+  const ClothList cloths = CreateChains(3, 3);
+  device_->FailWrite(2, 2);  // the third cloth's, and what takes the second one back
+  ClothChange change;
+  change.gravity_m_per_s2 = Vector3d(1, 1, 1);
+  const Status status = Update(cloths, change).status();
+  EXPECT_EQ(status.code(), StatusCode::kResourceExhausted);
+  EXPECT_NE(status.message().find("1 of the cloths"), std::string::npos) << status.message();
+  Inspect([&](const FakeBackend& backend) {
+    for (const size_t k : {0, 2}) {
+      EXPECT_EQ(backend.ParametersOf(cloths[k]->runtime->handle()).gravity_m_per_s2,
+                Vector3d(0, -9.81, 0));
+    }
+  });
+  EXPECT_EQ(device_->live_cloths(), 2u);
+  EXPECT_EQ(session().cloth_count(), 2u);
+  EXPECT_EQ(session().FindCloths(std::vector{cloths[1]->id}).status().reason(), "CLOTH_NOT_FOUND");
+  EXPECT_TRUE(Step({cloths[0], cloths[2]}, 1).status.ok());
+}
+
+TEST_F(ClothUpdateTest, StepsOfAClothThatCannotBeTakenBackEnd) {
+  const ClothList cloths = CreateChains(2, 3);
+  Awaited<bool> is_running;
+  device_->OnStep([is_running]() mutable { is_running.Set(true); });
+  const auto outcome = BeginStep({cloths[0]}, 1000000);
+  is_running.Get();
+  device_->FailWrite(1, 2);
+  ClothChange change;
+  change.gravity_m_per_s2 = Vector3d(1, 1, 1);
+  EXPECT_FALSE(Update(cloths, change).ok());
+  EXPECT_EQ(outcome.Get().status.code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(outcome.Get().status.reason(), "DEVICE_MEMORY");
+}
+
 TEST_F(ClothUpdateTest, WhatOneClothCannotTakeNoneGets) {
   const ClothList cloths = CreateChains(2, 3);
   ClothChange ready;
@@ -117,6 +151,47 @@ TEST_F(ClothUpdateTest, NewPinsStartWhereTheirParticlesAre) {
   EXPECT_EQ(outcome.cloths[0].stamp.completed_steps, 3u);
   EXPECT_EQ(std::get<std::vector<double>>(outcome.states->positions_m),
             (std::vector<double>{-1, -2, 0, 0, -3, 0, 1, 5, 0}));
+}
+
+TEST_F(ClothUpdateTest, TheStatesOfAllClothsAreReadAtOnce) {
+  const ClothList cloths = CreateChains(2, 3);
+  Step({cloths[1]}, 2);
+  const size_t reads_before = device_->reads().size();
+  ClothChange change;
+  change.pins = std::vector<Pin>{{2, std::nullopt}};
+  EXPECT_TRUE(Update(cloths, change).ok());
+  ASSERT_EQ(device_->reads().size(), reads_before + 1);
+  EXPECT_EQ(device_->reads().back(), 2u);
+  Inspect([&](const FakeBackend& backend) {
+    EXPECT_EQ(backend.PinTargetsOf(cloths[0]->runtime->handle()),
+              (std::vector<Vector3d>{{1, 0, 0}}));
+    EXPECT_EQ(backend.PinTargetsOf(cloths[1]->runtime->handle()),
+              (std::vector<Vector3d>{{1, -2, 0}}));
+  });
+}
+
+TEST_F(ClothUpdateTest, WhatWasCreatedUnderWiderLimitsCanBeRepinned) {
+  // A star: one particle with more constraints than the default limit.
+  const uint32_t arms = ModelLimits{}.max_degree + 1;
+  ParticleTopology star;
+  for (uint32_t p = 0; p <= arms; ++p) {
+    star.positions_m.emplace_back(p, 0, 0);
+    star.masses_kg.push_back(1);
+    if (p > 0) star.distance_constraints.push_back({0, p, static_cast<double>(p), 0});
+  }
+  ModelDescription description;
+  description.topology = std::move(star);
+  ModelLimits limits;
+  limits.max_degree = arms;
+  ClothCreation creation = Chains(1, 2);
+  creation.description = std::make_shared<const ModelDescription>(std::move(description));
+  creation.model = SceneModel::Build(*creation.description, limits).value();
+  const ClothList cloths = Find(Create(std::move(creation)).value().ids);
+  ClothChange change;
+  change.pins = std::vector<Pin>{{1, std::nullopt}};
+  const auto updated = Update(cloths, change);
+  ASSERT_TRUE(updated.ok()) << updated.status().ToString();
+  EXPECT_EQ(updated->model->pin_count(), 1u);
 }
 
 TEST_F(ClothUpdateTest, PinsThatStayKeepTheirMotion) {

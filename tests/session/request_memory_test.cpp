@@ -26,6 +26,7 @@ TEST(RequestMemory, ADuplicateOfARequestUnderWayIsAborted) {
   const auto known = memory.Begin("a", 1);
   EXPECT_EQ(known.status().code(), StatusCode::kAborted);
   EXPECT_EQ(known.status().reason(), "REQUEST_IN_PROGRESS");
+  EXPECT_EQ(known.status().retry_after_ms(), 50);
 }
 
 TEST(RequestMemory, AFailedRequestMayBeTriedAgain) {

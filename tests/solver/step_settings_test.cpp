@@ -135,6 +135,19 @@ TEST(ResolvableTolerance, IsRaisedOnlyBelowWhatPositionsResolve) {
   EXPECT_DOUBLE_EQ(DoublePrecisionTolerance(1e-30, *scene.model), 4 * kDoubleUlp * 1 / 0.1);
 }
 
+TEST(SolvesPerStep, CountsEverySolveOfTheWorstStep) {
+  const test::Scene scene = test::Grid(4, 3, 1, 1);  // 9 + 8 edges
+  StepSettings settings;
+  settings.substeps = 5;
+  settings.max_iterations = 7;
+  const double springs = 2.0 * scene.model->spring_count();
+  EXPECT_EQ(SolvesPerStep(*scene.model, settings, 0), 35 * (17 + springs + 12));
+  EXPECT_EQ(SolvesPerStep(*scene.model, settings, 3), 35 * (17 + springs + 48));
+  settings.substeps = kMaxSubsteps;
+  settings.max_iterations = kMaxIterations;
+  EXPECT_GT(SolvesPerStep(*scene.model, settings, 50), kMaxSolvesPerStep);
+}
+
 TEST(FaultReasonText, SaysWhatHappenedOrNothing) {
   EXPECT_EQ(FaultReasonText(FaultReason::kNone), "");
   EXPECT_THAT(std::string(FaultReasonText(FaultReason::kNotFinite)), HasSubstr("not a number"));

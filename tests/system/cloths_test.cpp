@@ -260,6 +260,81 @@ TEST_F(Cloths, ListsComeInPages) {
   EXPECT_EQ(listed, ids);
 }
 
+TEST_F(Cloths, APageOfLargeClothsEndsBeforeItGrowsTooLong) {
+  v1::CreateClothsRequest creation = HangingSheet(session_, 2, 200);  // 10 kB each
+  for (int k = 0; k < 250; ++k) {
+    v1::Sphere* sphere =
+        creation.mutable_spec()->mutable_environment()->add_colliders()->mutable_sphere();
+    Set(sphere->mutable_center_m(), {0, -10.5, k + 0.5});
+    sphere->set_radius_m(0.25);
+  }
+  const Ids ids = Create(*stub_, creation);
+  v1::ListClothsRequest request;
+  request.set_session(session_);
+  request.set_page_size(1000);
+  Ids listed;
+  int pages = 0;
+  do {
+    const auto page = Call(*stub_, &Stub::ListCloths, request);
+    ASSERT_TRUE(page.status.ok()) << page.status.error_message();
+    EXPECT_GT(page.value.cloths_size(), 0);
+    EXPECT_LT(page.value.ByteSizeLong(), (1u << 20) + 4096);
+    for (const v1::Cloth& cloth : page.value.cloths()) listed.push_back(cloth.id());
+    request.set_page_token(page.value.next_page_token());
+    ++pages;
+  } while (!request.page_token().empty());
+  EXPECT_EQ(listed, ids);
+  EXPECT_GT(pages, 1) << "the cloths fit into one page: nothing was tested";
+}
+
+TEST_F(Cloths, AStepThatWouldTakeHoursIsRefused) {
+  v1::CreateClothsRequest creation = HangingSheet(session_, 30);
+  creation.mutable_spec()->mutable_settings()->set_substeps(10000);
+  creation.mutable_spec()->mutable_settings()->set_max_iterations(10000);
+  const auto refused = Call(*stub_, &Stub::CreateCloths, creation);
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(FieldsOf(refused.status), testing::ElementsAre("spec.settings"));
+  EXPECT_EQ(ClothCount(), 0u);
+  const Ids ids = Create(*stub_, HangingSheet(session_, 30));
+  v1::UpdateClothsRequest update = UpdateOf(ids, "settings");
+  *update.mutable_spec() = creation.spec();
+  const auto kept = Call(*stub_, &Stub::UpdateCloths, update);
+  EXPECT_THAT(FieldsOf(kept.status), testing::ElementsAre("spec.settings"));
+  EXPECT_EQ(Get(*stub_, session_, ids[0]).settings().substeps(), 4u);
+}
+
+TEST_F(Cloths, ARequestIdOfAnotherMethodIsRefused) {
+  v1::CreateClothsRequest creation = HangingSheet(session_);
+  creation.set_request_id("once");
+  v1::StepRequest step = StepsOf(session_, Create(*stub_, creation), 1);
+  step.set_request_id("once");
+  EXPECT_THAT(FieldsOf(Call(*stub_, &Stub::Step, step).status), testing::ElementsAre("request_id"));
+}
+
+TEST_F(Cloths, AStepWithARequestIdIsCompletedThoughItsClientHasGone) {
+  const Ids ids = Create(*stub_, HangingSheet(session_));
+  v1::StepRequest request = StepsOf(session_, ids, 20000);
+  request.set_request_id("step-1");
+  {
+    grpc::ClientContext context;
+    std::thread canceller([&] {
+      while (Get(*stub_, session_, ids[0]).step() == 0) std::this_thread::yield();
+      context.TryCancel();
+    });
+    v1::StepResponse response;
+    EXPECT_EQ(stub_->Step(&context, request, &response).error_code(), grpc::StatusCode::CANCELLED);
+    canceller.join();
+  }
+  auto repeated = Call(*stub_, &Stub::Step, request);
+  while (ReasonOf(repeated.status) == "REQUEST_IN_PROGRESS") {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    repeated = Call(*stub_, &Stub::Step, request);
+  }
+  ASSERT_TRUE(repeated.status.ok()) << repeated.status.error_message();
+  EXPECT_EQ(repeated.value.steps(0), 20000u);
+  EXPECT_EQ(Get(*stub_, session_, ids[0]).step(), 20000u);
+}
+
 TEST_F(Cloths, GetShowsWhatWasAskedForResolved) {
   v1::CreateClothsRequest creation = GoodCreation();
   creation.set_session(session_);

@@ -82,6 +82,24 @@ TEST(Lifecycle, WorkThatOutlivesTheGraceEndsWithUnavailable) {
   EXPECT_EQ(server.WaitForExit(), 0);
 }
 
+TEST(Lifecycle, ASecondSignalEndsTheServerAtOnce) {
+  ServerProcess server({"--drain-grace-ms=3600000"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  const Ids ids = Create(*stub, HangingSheet(session, 32));
+  grpc::ClientContext context;
+  const auto stream = stub->StepStream(&context);
+  ASSERT_TRUE(stream->Write(StepsOf(session, ids, 1000000)));
+  while (Get(*stub, session, ids[0]).step() == 0) std::this_thread::yield();
+  server.Signal(SIGTERM);
+  while (server.Log().find("draining") == std::string::npos) std::this_thread::yield();
+  server.Signal(SIGTERM);
+  EXPECT_EQ(server.WaitForExit(), 1);
+  EXPECT_THAT(server.Log(), HasSubstr("STOPPED_TWICE"));
+  context.TryCancel();
+}
+
 TEST(Lifecycle, ASecondServerOnTheSamePortFailsClearly) {
   ServerProcess first;
   ASSERT_TRUE(first.WaitUntilUp());
@@ -99,6 +117,12 @@ TEST(Lifecycle, AnAddressForOthersNeedsTlsOrTheWordInsecure) {
   EXPECT_THAT(refused.Log(), HasSubstr("--insecure"));
   ServerProcess accepted({"--listen=0.0.0.0:0", "--insecure"});
   EXPECT_TRUE(accepted.WaitUntilUp());
+}
+
+TEST(Lifecycle, EmptyTlsFilesAreNoReasonToServeInTheClear) {
+  ServerProcess server({"--tls-cert=/dev/null", "--tls-key=/dev/null"});
+  EXPECT_EQ(server.WaitForExit(), 1);
+  EXPECT_THAT(server.Log(), HasSubstr("TLS_FILE_FAILED"));
 }
 
 TEST(Lifecycle, NoEglDeviceIsSaidClearly) {

@@ -62,15 +62,16 @@ class ReferenceStep {
   double residual() const { return residual_; }
 
   FaultReason Fault() const {
+    FaultReason fault = FaultReason::kNone;
     for (uint32_t i = 0; i < model_.particle_count(); ++i) {
       const Vector3d& p = state_.positions_m[i];
       const Vector3d& v = state_.velocities_m_per_s[i];
       if (!p.allFinite() || !v.allFinite()) return FaultReason::kNotFinite;
       if (v.norm() > kMaxSpeed_m_per_s || p.cwiseAbs().maxCoeff() > kMaxCoordinate_m) {
-        return FaultReason::kRunaway;
+        fault = FaultReason::kRunaway;  // unless another particle is not even finite
       }
     }
-    return FaultReason::kNone;
+    return fault;
   }
 
  private:
@@ -277,8 +278,10 @@ StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure) {
         .not_converged = !report.converged,
         .springs_beyond_limit = AreSpringsBeyondLimit(*cloth.model, settings.substep_s())};
     cloth.fault = step.Fault();
-    if (cloth.fault == FaultReason::kNone) cloth.state = step.state();  // commit
-    residual = step.residual();
+    if (cloth.fault == FaultReason::kNone) {
+      cloth.state = step.state();  // commit
+      residual = step.residual();
+    }
   }
   report.fault = cloth.fault;
   if (measure) {

@@ -34,8 +34,8 @@ Status MirroredBuffer::Reserve(uint64_t size_bytes) {
   Result<gl::Buffer> grown = gl::Buffer::Create(grown_bytes);
   if (!grown.ok()) return grown.status();
   buffer_ = std::move(grown).value();
-  dirty_.assign(1, {0, mirror_.size()});
   mirror_.resize(grown_bytes);
+  dirty_.assign(1, {0, mirror_.size()});
   return Status::Ok();
 }
 

@@ -34,13 +34,15 @@ class MirroredBuffer {
       : name_(std::move(name)),
         max_bytes_(max_bytes),
         buffer_(std::move(buffer)),
-        mirror_(buffer_.size_bytes()) {}
+        mirror_(buffer_.size_bytes()),
+        dirty_(1, {0, mirror_.size()}) {}
 
   std::string name_;
   uint64_t max_bytes_;
   gl::Buffer buffer_;
   std::vector<std::byte> mirror_;
-  std::vector<std::pair<uint64_t, uint64_t>> dirty_;  // [begin, end) bytes
+  // [begin, end) bytes. All of a new buffer: the driver may hand out memory with anything in it.
+  std::vector<std::pair<uint64_t, uint64_t>> dirty_;
 };
 
 // A mirrored buffer of 4-byte words, handed out in ranges. Must not move once ranges exist.

@@ -1,0 +1,74 @@
+#include "server/api/cloth_change.h"
+
+#include <memory>
+#include <utility>
+
+#include "server/api/build_queue.h"
+#include "server/api/mapping.h"
+#include "server/api/request_validation.h"
+#include "server/api/step_cost.h"
+
+namespace drape::api {
+namespace {
+
+using Done = std::function<void(Result<v1::UpdateClothsResponse>)>;
+
+// One update under way. Held by whoever goes on with it.
+struct Update {
+  SessionLease session;
+  ClothList cloths;
+  ClothChange change;
+  Done done;
+
+  void End(Result<v1::UpdateClothsResponse> answer) {
+    session = {};
+    done(std::move(answer));
+  }
+};
+
+Result<v1::UpdateClothsResponse> ToAnswer(const Result<UpdatedCloths>& updated) {
+  if (!updated.ok()) return updated.status();
+  v1::UpdateClothsResponse answer;
+  *answer.mutable_shape() = ToProto(*updated->model, updated->plan);
+  return answer;
+}
+
+Status CheckStepCosts(const ClothList& cloths, const ClothChange& change) {
+  if (!change.settings && !change.colliders) return Status::Ok();
+  for (const auto& cloth : cloths) {
+    DRAPE_RETURN_IF_ERROR(CheckStepCost(*cloth->description(), change));
+  }
+  return Status::Ok();
+}
+
+void BuildAndUpdate(const std::shared_ptr<Update>& update) {
+  update->session->UpdateCloths(
+      std::move(update->cloths), std::move(update->change),
+      [update](const Result<UpdatedCloths>& updated) { update->End(ToAnswer(updated)); });
+}
+
+}  // namespace
+
+void StartUpdate(const ServiceContext& context, const v1::UpdateClothsRequest& request,
+                 const CancelToken& cancel, Done done) {
+  Result<ClothChange> change = CheckUpdateCloths(request, context.limits);
+  if (!change.ok()) return done(change.status());
+  Result<SessionLease> session = context.sessions.Find(request.session());
+  if (!session.ok()) return done(session.status());
+  Result<ClothList> cloths = (*session)->FindCloths(ToClothIds(request.cloth_ids()));
+  if (!cloths.ok()) return done(cloths.status());
+  const Status cost = CheckStepCosts(*cloths, *change);
+  if (!cost.ok()) return done(cost);
+  const auto update = std::make_shared<Update>(
+      Update{std::move(*session), std::move(*cloths), std::move(*change), std::move(done)});
+  // Other pins need other models; everything else is done at once.
+  if (!update->change.pins) return BuildAndUpdate(update);
+  const Status posted =
+      PostBuild(context, request.session(), cancel, [update](const Status& status) {
+        if (!status.ok()) return update->End(status);
+        BuildAndUpdate(update);
+      });
+  if (!posted.ok()) update->End(posted);
+}
+
+}  // namespace drape::api

@@ -1,0 +1,17 @@
+// UpdateCloths behind its handler: check, find, build the models of new pins, change.
+#pragma once
+
+#include <functional>
+
+#include "drape/v1/cloths.pb.h"
+#include "server/api/simulation_service.h"
+
+namespace drape::api {
+
+// `done` exactly once, on any thread, possibly before this returns. `request` is not used
+// afterwards.
+void StartUpdate(const ServiceContext& context, const v1::UpdateClothsRequest& request,
+                 const CancelToken& cancel,
+                 std::function<void(Result<v1::UpdateClothsResponse>)> done);
+
+}  // namespace drape::api

@@ -1,0 +1,42 @@
+#include "server/core/stop_guard.h"
+
+#include <spdlog/spdlog.h>
+
+#include <cstdlib>
+
+namespace drape {
+namespace {
+
+using std::chrono::milliseconds;
+
+// Between two looks whether all is done.
+constexpr milliseconds kPoll{20};
+
+}  // namespace
+
+StopGuard::StopGuard(const sigset_t& signals, milliseconds patience)
+    : signals_(signals),
+      deadline_(std::chrono::steady_clock::now() + patience),
+      thread_([this] { Watch(); }) {}
+
+StopGuard::~StopGuard() {
+  is_done_ = true;
+  thread_.join();
+}
+
+void StopGuard::Watch() const {
+  const timespec poll{0, std::chrono::nanoseconds(kPoll).count()};
+  while (!is_done_) {
+    const int signal = sigtimedwait(&signals_, nullptr, &poll);
+    if (signal > 0) {
+      spdlog::error("failed reason=STOPPED_TWICE message=\"signal {} while draining\"", signal);
+      std::_Exit(1);
+    }
+    if (std::chrono::steady_clock::now() >= deadline_) {
+      spdlog::error("failed reason=STOP_OVERDUE message=\"what is under way does not end\"");
+      std::_Exit(1);
+    }
+  }
+}
+
+}  // namespace drape

@@ -1,0 +1,63 @@
+#include "server/core/stop_guard.h"
+
+#include <gtest/gtest.h>
+#include <pthread.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <memory>
+#include <thread>
+
+namespace drape {
+namespace {
+
+using std::chrono::milliseconds;
+
+// Also lets the log go to stderr, where a death test looks.
+sigset_t BlockedStopSignals() {
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>(
+      "stop_guard_test", std::make_shared<spdlog::sinks::stderr_sink_mt>()));
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  return signals;
+}
+
+void Hang() {
+  while (true) std::this_thread::sleep_for(milliseconds(10));
+}
+
+TEST(StopGuardDeathTest, EndsAProcessThatHangs) {
+  EXPECT_EXIT(
+      {
+        const StopGuard guard(BlockedStopSignals(), milliseconds(50));
+        Hang();
+      },
+      testing::ExitedWithCode(1), "STOP_OVERDUE");
+}
+
+TEST(StopGuardDeathTest, EndsAProcessThatIsToldTwice) {
+  EXPECT_EXIT(
+      {
+        const StopGuard guard(BlockedStopSignals(), std::chrono::hours(1));
+        kill(getpid(), SIGTERM);
+        Hang();
+      },
+      testing::ExitedWithCode(1), "STOPPED_TWICE");
+}
+
+TEST(StopGuardDeathTest, DoesNothingOnceAllIsDone) {
+  EXPECT_EXIT(
+      {
+        { const StopGuard guard(BlockedStopSignals(), milliseconds(50)); }
+        std::this_thread::sleep_for(milliseconds(200));
+        std::_Exit(7);
+      },
+      testing::ExitedWithCode(7), "");
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,50 @@
+// Models are built only while somebody waits for them.
+#include "server/api/build_queue.h"
+
+#include <gtest/gtest.h>
+
+#include <future>
+#include <memory>
+
+#include "server/core/clock.h"
+#include "tests/support/backends.h"
+
+namespace drape::api {
+namespace {
+
+class BuildQueue : public testing::Test {
+ protected:
+  Status WhatABuildIsTold() {
+    const auto told = std::make_shared<std::promise<Status>>();
+    const Status posted = PostBuild(context_, "sessions/test", cancel_,
+                                    [told](const Status& status) { told->set_value(status); });
+    return posted.ok() ? told->get_future().get() : posted;
+  }
+
+  SteadyClock clock_;
+  const std::unique_ptr<Scheduler> scheduler_ =
+      Scheduler::Start(
+          []() -> Result<std::unique_ptr<Backend>> { return test::MakeBackend("cpu"); }, {}, clock_)
+          .value();
+  SessionRegistry sessions_{*scheduler_, {}, clock_, "test"};
+  WorkerPool builders_{1, 16};
+  const ServiceContext context_{*scheduler_, sessions_, builders_, clock_, {}, "test", "test"};
+  CancelToken cancel_;
+};
+
+TEST_F(BuildQueue, BuildsForAClientThatWaits) {
+  EXPECT_TRUE(WhatABuildIsTold().ok());
+}
+
+TEST_F(BuildQueue, BuildsNothingForAClientThatHasGone) {
+  cancel_.Cancel();
+  EXPECT_EQ(WhatABuildIsTold().code(), StatusCode::kCancelled);
+}
+
+TEST_F(BuildQueue, BuildsNothingWhileTheServerShutsDown) {
+  scheduler_->Drain(0);
+  EXPECT_EQ(WhatABuildIsTold().reason(), "DRAINING");
+}
+
+}  // namespace
+}  // namespace drape::api
