@@ -2,6 +2,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "client/cli/commands.h"
 #include "client/cli/options.h"
@@ -15,7 +16,7 @@ struct CreateOptions {
   std::string scene;
   std::string server;
   std::string session;
-  double ttl_s = 300;
+  std::optional<double> ttl_s;
   std::vector<std::string> sets;
   bool is_json = false;
 };
@@ -70,8 +71,10 @@ void AddCreate(CLI::App& app, Action& action) {
   auto* session = create->add_option("--session", options->session,
                                      "Put them into this session (default: a new one)");
   session->type_name("NAME");
-  create->add_option("--ttl", options->ttl_s, "Lease of the new session [s] (default: 300)")
+  create
+      ->add_option("--ttl", options->ttl_s, "Lease of the new session [s] (default: the server's)")
       ->check(CLI::Range(1.0, 86400.0))
+      ->check(FiniteNumber())
       ->type_name("S")
       ->excludes(session);
   create

@@ -23,28 +23,31 @@ class CsvWriter final : public StateWriter {
 
   bool takes_samples() const override { return true; }
 
-  void Add(const States& states) override {
+  void Finish() override { file_.Close(); }
+
+ private:
+  void DoAdd(const States& states, const std::optional<SampleTime>& sample) override {
     for (size_t index = 0; index < states.size(); ++index) {
       const ClothState& cloth = states[index];
+      const double time_s = sample ? sample->time_s : cloth.time_s;
       if (cloth.positions_m.is_float64()) {
-        AddCloth(index, cloth, cloth.time_s, cloth.positions_m.doubles(),
+        AddCloth(index, cloth, time_s, cloth.positions_m.doubles(),
                  cloth.velocities_m_per_s.doubles());
       } else {
-        AddCloth(index, cloth, static_cast<float>(cloth.time_s), cloth.positions_m.floats(),
+        AddCloth(index, cloth, time_s, cloth.positions_m.floats(),
                  cloth.velocities_m_per_s.floats());
       }
     }
   }
 
-  void Finish() override { file_.Close(); }
-
- private:
   template <class Number>
-  void AddCloth(size_t index, const ClothState& cloth, Number time,
+  void AddCloth(size_t index, const ClothState& cloth, double time_s,
                 std::span<const Number> positions, std::span<const Number> velocities) {
+    std::string time;
+    AppendNumber(time_s, std::numeric_limits<Number>::max_digits10, &time);
     text_.clear();
     for (size_t particle = 0; particle < cloth.particle_count; ++particle) {
-      AppendNumber(time, &text_);
+      text_ += time;
       text_ += ',';
       AppendNumber(uint64_t{index}, &text_);
       text_ += ',';

@@ -90,6 +90,7 @@ void AddDemo(CLI::App& app, Action& action) {
   demo->add_option("--duration", options->duration_s,
                    "Play at most this long of each [s] (default: 2)")
       ->check(CLI::Range(0.0, 1e6))
+      ->check(FiniteNumber())
       ->type_name("S");
   demo->callback([options, &action] { action = [options] { return Demo(*options); }; });
 }

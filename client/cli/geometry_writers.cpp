@@ -58,7 +58,8 @@ class ObjWriter final : public GeometryWriter {
  public:
   using GeometryWriter::GeometryWriter;
 
-  void Add(const States& states) override {
+ private:
+  void DoAdd(const States& states, const std::optional<SampleTime>&) override {
     file_.Write("# Drape: metres, +Y up\n");
     uint64_t offset = 1;  // indices of the format count from 1 through the whole file
     for (size_t index = 0; index < states.size(); ++index) {
@@ -75,7 +76,6 @@ class ObjWriter final : public GeometryWriter {
     }
   }
 
- private:
   static void AppendElements(const Topology& topology, size_t particle_count, uint64_t offset,
                              std::string* text) {
     for (const auto& triangle : topology.triangles) {
@@ -98,7 +98,8 @@ class PlyWriter final : public GeometryWriter {
  public:
   using GeometryWriter::GeometryWriter;
 
-  void Add(const States& states) override {
+ private:
+  void DoAdd(const States& states, const std::optional<SampleTime>&) override {
     file_.Write(Header(states));
     for (size_t index = 0; index < states.size(); ++index) {
       std::string text;
@@ -112,7 +113,6 @@ class PlyWriter final : public GeometryWriter {
     WriteElements(states, "", &Topology::lines);
   }
 
- private:
   std::string Header(const States& states) const {
     uint64_t vertex_count = 0;
     uint64_t face_count = 0;

@@ -84,27 +84,13 @@ class NpzWriter final : public StateWriter {
     archive_ = zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &error);
     // The archive appears only when it is closed: try now whether that will work.
     if (archive_ == nullptr) ThrowCannotWrite(path);
-    OutputFile(path).Close();
+    const OutputFile trial(path);
   }
   ~NpzWriter() override {
     if (archive_ != nullptr) zip_discard(archive_);
   }
 
   bool takes_samples() const override { return true; }
-
-  void Add(const States& states) override {
-    if (states.empty()) return;
-    if (sample_count_ == 0) AddIndices(states);
-    const double time_s = states[0].time_s;
-    const uint64_t step = states[0].step;
-    times_.Append(&time_s, sizeof(time_s));
-    steps_.Append(&step, sizeof(step));
-    for (const ClothState& cloth : states) {
-      positions_.Append(cloth.positions_m);
-      velocities_.Append(cloth.velocities_m_per_s);
-    }
-    ++sample_count_;
-  }
 
   void Finish() override {
     const std::string type = is_float64_ ? "<f8" : "<f4";
@@ -119,6 +105,20 @@ class NpzWriter final : public StateWriter {
   }
 
  private:
+  void DoAdd(const States& states, const std::optional<SampleTime>& sample) override {
+    if (states.empty()) return;
+    if (sample_count_ == 0) AddIndices(states);
+    const double time_s = sample ? sample->time_s : states[0].time_s;
+    const uint64_t step = sample ? sample->step : states[0].step;
+    times_.Append(&time_s, sizeof(time_s));
+    steps_.Append(&step, sizeof(step));
+    for (const ClothState& cloth : states) {
+      positions_.Append(cloth.positions_m);
+      velocities_.Append(cloth.velocities_m_per_s);
+    }
+    ++sample_count_;
+  }
+
   void AddIndices(const States& states) {
     is_float64_ = states[0].positions_m.is_float64();
     for (uint32_t index = 0; index < states.size(); ++index) {

@@ -1,5 +1,7 @@
 #include "client/cli/options.h"
 
+#include <cmath>
+
 #include "client/cli/state_writers.h"
 
 namespace drape::cli {
@@ -27,6 +29,16 @@ CLI::Validator StateFileValidator() {
         return IsStateFile(path) ? "" : path + " does not end in .csv, .npz, .obj or .ply";
       },
       "FILE");
+}
+
+CLI::Validator FiniteNumber() {
+  return CLI::Validator(
+      [](std::string& text) {
+        double value = 0;
+        const bool is_number = CLI::detail::lexical_cast(text, value);
+        return is_number && std::isfinite(value) ? "" : text + " is not a finite number";
+      },
+      "");
 }
 
 Client ServerOptions::Open() const {

@@ -37,6 +37,9 @@ void AddServerFlag(CLI::App& command, std::string* server);
 // "auto", "gl", "cpu", "reference".
 CLI::IsMember BackendNames();
 
+// Refuses NaN, which ranges let through, and infinities.
+CLI::Validator FiniteNumber();
+
 // A path that MakeStateWriter takes.
 CLI::Validator StateFileValidator();
 

@@ -1,5 +1,7 @@
 #include "client/cli/output_file.h"
 
+#include <unistd.h>
+
 #include <cerrno>
 #include <charconv>
 #include <cstring>
@@ -12,12 +14,29 @@ namespace drape::cli {
 namespace {
 
 template <class Number>
-void AppendGeneral(Number value, std::string* text) {
+void AppendGeneral(Number value, int digits, std::string* text) {
   char buffer[64];
   const auto result =
-      std::to_chars(buffer, buffer + sizeof(buffer), value, std::chars_format::general,
-                    std::numeric_limits<Number>::max_digits10);
+      std::to_chars(buffer, buffer + sizeof(buffer), value, std::chars_format::general, digits);
   text->append(buffer, result.ptr);
+}
+
+namespace fs = std::filesystem;
+
+// Devices, pipes and the like have no older content to keep and cannot be replaced.
+bool IsSpecial(const fs::path& path) {
+  for (const char* open_files : {"/dev/std", "/dev/fd/", "/proc/"}) {
+    if (path.string().starts_with(open_files)) return true;
+  }
+  std::error_code ignored;
+  return fs::exists(path, ignored) && !fs::is_regular_file(path, ignored);
+}
+
+// What a link leads to, so that it stays a link.
+fs::path Target(const fs::path& path) {
+  std::error_code error;
+  fs::path target = fs::canonical(path, error);
+  return error ? path : target;
 }
 
 }  // namespace
@@ -31,15 +50,20 @@ void ThrowCannotWrite(const std::filesystem::path& path) {
 }
 
 OutputFile::OutputFile(const std::filesystem::path& path)
-    : path_(path), file_(std::fopen(path.c_str(), "wbe")) {
+    : path_(path), target_(path), written_(path) {
+  if (!IsSpecial(path)) {
+    target_ = Target(path);
+    if (access(target_.c_str(), W_OK) != 0 && errno != ENOENT) ThrowCannotWrite(path_);
+    written_ = target_.string() + "." + std::to_string(getpid()) + ".part";
+  }
+  file_ = std::fopen(written_.c_str(), "wbe");
   if (file_ == nullptr) ThrowCannotWrite(path_);
 }
 
 OutputFile::~OutputFile() {
   if (file_ == nullptr) return;
   std::fclose(file_);
-  std::error_code ignored;
-  if (std::filesystem::is_regular_file(path_, ignored)) std::filesystem::remove(path_, ignored);
+  Discard();
 }
 
 void OutputFile::Write(std::string_view text) {
@@ -49,14 +73,30 @@ void OutputFile::Write(std::string_view text) {
 void OutputFile::Close() {
   std::FILE* file = file_;
   file_ = nullptr;
-  if (std::fclose(file) != 0) ThrowCannotWrite(path_);
+  const bool has_failed = std::ferror(file) != 0;
+  const bool is_written = std::fclose(file) == 0 && !has_failed;
+  if (is_written && (written_ == target_ || std::rename(written_.c_str(), target_.c_str()) == 0)) {
+    return;
+  }
+  const int error = errno;
+  Discard();
+  errno = error;
+  ThrowCannotWrite(path_);
+}
+
+void OutputFile::Discard() {
+  std::error_code ignored;
+  if (written_ != target_) fs::remove(written_, ignored);
 }
 
 void AppendNumber(float value, std::string* text) {
-  AppendGeneral(value, text);
+  AppendGeneral(value, std::numeric_limits<float>::max_digits10, text);
 }
 void AppendNumber(double value, std::string* text) {
-  AppendGeneral(value, text);
+  AppendNumber(value, std::numeric_limits<double>::max_digits10, text);
+}
+void AppendNumber(double value, int digits, std::string* text) {
+  AppendGeneral(value, digits, text);
 }
 void AppendNumber(uint64_t value, std::string* text) {
   *text += std::to_string(value);

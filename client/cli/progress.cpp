@@ -16,6 +16,7 @@ volatile std::sig_atomic_t interrupt_count = 0;
 extern "C" void OnInterrupt(int) {
   interrupt_count = 1;
   std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
 }
 
 }  // namespace
@@ -45,10 +46,12 @@ void ProgressBar::Show(uint64_t done) {
 InterruptGuard::InterruptGuard() {
   interrupt_count = 0;
   std::signal(SIGINT, OnInterrupt);
+  std::signal(SIGTERM, OnInterrupt);
 }
 
 InterruptGuard::~InterruptGuard() {
   std::signal(SIGINT, SIG_DFL);
+  std::signal(SIGTERM, SIG_DFL);
 }
 
 bool InterruptGuard::is_interrupted() const {

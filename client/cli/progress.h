@@ -23,8 +23,8 @@ class ProgressBar {
   int last_percent_ = -1;
 };
 
-// While it lives, the first SIGINT only asks to stop; the second ends the process as usual. One at
-// a time.
+// While it lives, the first SIGINT or SIGTERM only asks to stop; the second ends the process as
+// usual. One at a time.
 class InterruptGuard {
  public:
   InterruptGuard();

@@ -64,7 +64,9 @@ void RunReport::Add(uint64_t steps, const AdvanceResult& result) {
   wait_s_ += result.wait_s;
   device_us_ += result.device_us;
   for (size_t k = 0; k < result.reports.size(); ++k) {
-    cloths_.at(k).samples.push_back(result.reports[k]);
+    std::vector<v1::StepReport>& samples = cloths_.at(k).samples;
+    samples.push_back(result.reports[k]);
+    samples.back().set_step(steps_);  // a faulted cloth has stopped at an earlier one
   }
 }
 

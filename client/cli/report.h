@@ -50,7 +50,8 @@ class RunReport {
 };
 
 // The file of the command line contract: every field always written, counters as numbers, ids as
-// decimal strings. The time of a sample is its step times the time step.
+// decimal strings. The step of a sample is that of the run, also for a cloth that has stopped with
+// a fault; its time is that times the time step.
 std::string ReportJson(const RunReport& report);
 
 // A run on one line.

@@ -1,5 +1,6 @@
 // drape run: plays a scene file.
 #include <cstdio>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -105,13 +106,16 @@ int Run(const RunOptions& options) {
   auto bar = std::make_unique<ProgressBar>(scene.name(), step_count, options.is_quiet);
   sinks.on_step = [&bar](uint64_t done) { bar->Show(done); };
   sinks.should_stop = [&interrupt] { return interrupt.is_interrupted(); };
+  const auto write_report = [&report_file](const RunReport& what_there_is) {
+    if (!report_file) return;
+    report_file->Write(ReportJson(what_there_is));
+    report_file->Close();
+  };
+  sinks.on_failure = write_report;
   const RunReport report = RunScene(client, scene, options.every, sinks);
   bar.reset();
 
-  if (report_file) {
-    report_file->Write(ReportJson(report));
-    report_file->Close();
-  }
+  write_report(report);
   WarnOfFaults(report);
   if (options.is_json) {
     PrintJson(report, sinks.comparison.get());
@@ -136,6 +140,18 @@ void FindScene(RunOptions* options) {
     if (set.find('=') == std::string::npos || set.front() == '=') {
       throw CLI::ValidationError("--set", "\"" + set + "\" is not PATH=VALUE");
     }
+  }
+}
+
+void CheckOutputs(const RunOptions& options) {
+  if (options.report.empty() || options.states.empty()) return;
+  std::error_code ignored;  // a path that cannot be looked at cannot be written either
+  // Absolute first: of a relative path without an existing part nothing would be made canonical.
+  const auto place_of = [&](const std::string& path) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path), ignored);
+  };
+  if (place_of(options.report) == place_of(options.states)) {
+    throw CLI::ValidationError("--report", options.report + " is the file of --states too");
   }
 }
 
@@ -170,9 +186,11 @@ void AddRun(CLI::App& app, Action& action) {
       ->type_name("PATH=VALUE");
   run->add_option("--duration", options->duration_s, "Play this long instead [s]")
       ->check(CLI::Range(0.0, 1e6))
+      ->check(FiniteNumber())
       ->type_name("S");
   run->callback([options, &action] {
     FindScene(options.get());
+    CheckOutputs(*options);
     action = [options] { return Run(*options); };
   });
 }

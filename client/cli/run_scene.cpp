@@ -12,21 +12,36 @@ v1::StateView FullView() {
   return view;
 }
 
-void TakeSample(const Session& session, uint64_t steps, RunSinks& sinks) {
+// After `steps` steps since the last sample.
+void TakeSample(const Session& session, uint64_t steps, const SampleTime& sample, RunSinks& sinks) {
   const bool has_recorder = std::any_of(sinks.writers.begin(), sinks.writers.end(),
                                         [](const auto& writer) { return writer->takes_samples(); });
   if (!has_recorder && !sinks.comparison) return;
   const States states = session.ReadStates({}, FullView());
-  for (const auto& writer : sinks.writers) {
-    if (writer->takes_samples()) writer->Add(states);
-  }
   if (sinks.comparison) sinks.comparison->Advance(steps, states);
+  for (const auto& writer : sinks.writers) {
+    if (writer->takes_samples()) writer->Add(states, sample);
+  }
 }
 
-void FinishWriters(const Session& session, RunSinks& sinks) {
+void AddLastState(const Session& session, RunSinks& sinks) {
   for (const auto& writer : sinks.writers) {
     if (!writer->takes_samples()) writer->Add(session.ReadStates());
-    writer->Finish();
+  }
+}
+
+// Best effort: the error that ended the run is what counts.
+void KeepSamples(const RunReport& report, RunSinks& sinks) {
+  if (report.steps() == 0) return;
+  try {
+    for (const auto& writer : sinks.writers) {
+      if (writer->takes_samples()) writer->Finish();
+    }
+  } catch (const Error&) {
+  }
+  try {
+    if (sinks.on_failure) sinks.on_failure(report);
+  } catch (const Error&) {
   }
 }
 
@@ -46,14 +61,22 @@ RunReport RunScene(const Client& client, const v1::Scene& scene, uint64_t every,
   Session session = client.CreateSession();
   ScenePlayer player(session, scene, server.limits());
   RunReport report(server, player);
-  while (player.step() < player.step_count()) {
-    const uint64_t steps = std::min(every, player.step_count() - player.step());
-    report.Add(steps, player.Advance(steps, /*has_reports=*/true));
-    TakeSample(session, steps, sinks);
-    if (sinks.on_step) sinks.on_step(player.step());
-    if (sinks.should_stop && sinks.should_stop()) break;
+  try {
+    while (player.step() < player.step_count()) {
+      const AdvanceResult result = player.Advance(every, /*has_reports=*/true, sinks.should_stop);
+      const uint64_t steps = player.step() - report.steps();
+      const double time_s = static_cast<double>(player.step()) * scene.time_step_s();
+      TakeSample(session, steps, {player.step(), time_s}, sinks);
+      report.Add(steps, result);
+      if (sinks.on_step) sinks.on_step(player.step());
+      if (sinks.should_stop && sinks.should_stop()) break;
+    }
+    AddLastState(session, sinks);
+  } catch (const Error&) {
+    KeepSamples(report, sinks);
+    throw;
   }
-  FinishWriters(session, sinks);
+  for (const auto& writer : sinks.writers) writer->Finish();
   return report;
 }
 

@@ -16,11 +16,15 @@ struct RunSinks {
   std::vector<std::unique_ptr<StateWriter>> writers;
   std::unique_ptr<Comparison> comparison;  // may be null
   std::function<void(uint64_t)> on_step;   // after each sample, with the steps done
-  std::function<bool()> should_stop;       // asked after each sample
+  // Asked after each request; then there is one step more, and the last sample.
+  std::function<bool()> should_stop;
+  // With what there is when a run fails after its first sample; the error is thrown on.
+  std::function<void(const RunReport&)> on_failure;
 };
 
 // `every` >= 1: a sample after each so many steps, and after the last. Finishes the writers, also
-// when it stops early; after an error they are left as they are.
+// when it stops early. After an error only those that have samples; the others are left as they
+// are.
 RunReport RunScene(const Client& client, const v1::Scene& scene, uint64_t every, RunSinks& sinks);
 
 // One topology per cloth, copies counted, as state writers want them.

@@ -66,6 +66,7 @@ void AddWatch(CLI::App& app, Action& action) {
       ->type_name("N");
   watch->add_option("--max-hz", options->max_hz, "Frames per second at most (default: no limit)")
       ->check(CLI::NonNegativeNumber)
+      ->check(FiniteNumber())
       ->type_name("HZ");
   watch->add_option("--frames", options->frames, "End after so many frames")
       ->check(CLI::PositiveNumber)

@@ -70,7 +70,7 @@ Session Client::CreateSession(const SessionOptions& options) const {
   grpc::ClientContext context;
   connection_->Prepare(&context, "");
   v1::CreateSessionRequest request;
-  request.set_ttl_s(options.ttl_s);
+  if (options.ttl_s) request.set_ttl_s(*options.ttl_s);
   request.set_display_name(options.display_name);
   v1::Session session;
   ThrowIfFailed(connection_->stub->CreateSession(&context, request, &session));

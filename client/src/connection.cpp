@@ -18,6 +18,11 @@ std::chrono::system_clock::time_point After(double seconds) {
              std::chrono::duration<double>(seconds));
 }
 
+bool IsLoopback(const std::string& address) {
+  return address.starts_with("127.") || address.starts_with("localhost:") ||
+         address.starts_with("[::1]:");
+}
+
 }  // namespace
 
 void Connection::Prepare(grpc::ClientContext* context, const std::string& session) const {
@@ -33,10 +38,12 @@ std::shared_ptr<Connection> OpenConnection(const std::string& address,
   connection->address = address;
   connection->options = options;
   grpc::ChannelArguments arguments;
-  arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
-  arguments.SetMaxSendMessageSize(kMaxMessageBytes);
+  arguments.SetMaxReceiveMessageSize(-1);
+  arguments.SetMaxSendMessageSize(kMaxRequestBytes);
   // A connection of its own: channels of equal arguments would share one otherwise.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  // A proxy cannot reach a server of this machine.
+  if (IsLoopback(address)) arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   connection->channel =
       grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
   if (!connection->channel->WaitForConnected(After(options.ready_timeout_s))) {

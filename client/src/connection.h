@@ -15,8 +15,8 @@ inline namespace client {
 
 class PrivateServer;
 
-// Largest message that either side takes.
-inline constexpr int kMaxMessageBytes = 64 * 1024 * 1024;
+// Largest request; answers are bounded by the server.
+inline constexpr int kMaxRequestBytes = 64 * 1024 * 1024;
 // Routes a request to the server that holds the session.
 inline constexpr char kSessionHeader[] = "x-drape-session";
 

@@ -1,6 +1,13 @@
 #include "drape/mesh_file.h"
 
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <iterator>
 #include <string>
+#include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -60,12 +67,47 @@ void AppendFans(const tinyobj::mesh_t& mesh, size_t vertex_count, const std::fil
   if (first != mesh.indices.size()) throw BadMesh(path, "a face has more than 255 corners");
 }
 
+// What stands in front of the next blank, taken from `line`.
+std::string_view TakeWord(std::string_view* line) {
+  line->remove_prefix(std::min(line->find_first_not_of(" \t"), line->size()));
+  const std::string_view word = line->substr(0, line->find_first_of(" \t"));
+  line->remove_prefix(word.size());
+  return word;
+}
+
+bool IsFiniteNumber(std::string_view word) {
+  if (word.starts_with('+')) word.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+  return error == std::errc() && end == word.data() + word.size() && std::isfinite(value);
+}
+
+// Refuses vertices that the loader would fill up with zeros.
+void CheckVertices(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  size_t line_number = 1;
+  for (size_t begin = 0; begin < text.size(); ++line_number) {
+    const size_t end = std::min(text.find_first_of("\r\n", begin), text.size());
+    std::string_view line = std::string_view(text).substr(begin, end - begin);
+    begin = end + (text.compare(end, 2, "\r\n") == 0 ? 2 : 1);
+    if (TakeWord(&line) != "v") continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string_view word = TakeWord(&line);
+      if (IsFiniteNumber(word)) continue;
+      throw BadMesh(path, "line " + std::to_string(line_number) + ": a vertex needs three finite " +
+                              "numbers, got " + (word.empty() ? "fewer" : std::string(word)));
+    }
+  }
+}
+
 }  // namespace
 
 v1::Mesh LoadMesh(const std::filesystem::path& path, double scale_m) {
   if (!std::filesystem::is_regular_file(path)) {
     throw LocalError(ErrorCode::kNotFound, "NO_MESH_FILE", "no mesh file " + path.string());
   }
+  CheckVertices(path);
   tinyobj::attrib_t attributes;
   std::vector<tinyobj::shape_t> shapes;
   std::vector<tinyobj::material_t> materials;

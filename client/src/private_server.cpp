@@ -28,8 +28,8 @@ using std::chrono::steady_clock;
 
 constexpr char kProgramName[] = "draped";
 constexpr milliseconds kPortFilePoll(10);
-// A server that drains answers what is under way first.
-constexpr std::chrono::seconds kDrainTime(20);
+// For what is under way, before SIGKILL; nobody waits for its answer.
+constexpr std::chrono::seconds kDrainTime(8);
 constexpr size_t kLogTailLines = 20;
 constexpr int kExecFailed = 127;  // as shells do
 
@@ -39,8 +39,8 @@ bool IsExecutable(const fs::path& path) {
 
 // In the child between fork and exec: only async-signal-safe calls.
 [[noreturn]] void BecomeServer(const char* program, char* const* arguments, int log, pid_t parent) {
-  setpgid(0, 0);  // Ctrl-C of the terminal is for the client
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  setpgid(0, 0);                      // Ctrl-C of the terminal is for the client
+  prctl(PR_SET_PDEATHSIG, SIGKILL);   // it holds nothing that is worth a drain
   if (getppid() != parent) _exit(0);  // the parent went before prctl
   sigset_t none;
   sigemptyset(&none);

@@ -15,6 +15,8 @@ namespace {
 
 // Beyond it, step counts and times lose their meaning in double precision.
 constexpr double kMaxSteps = 1e12;
+// More than any server holds; bounds what the client itself expands by copies.
+constexpr uint64_t kMaxCloths = 1'000'000;
 
 std::string Number(double value) {
   std::ostringstream text;
@@ -44,11 +46,17 @@ void CheckVector(const google::protobuf::RepeatedField<double>& vector, bool may
 
 void CheckCloths(const v1::Scene& scene) {
   if (scene.cloths().empty()) throw BadField("cloths", "must have at least one cloth");
+  uint64_t cloth_count = 0;
   for (int k = 0; k < scene.cloths_size(); ++k) {
     const v1::SceneCloth& cloth = scene.cloths(k);
     const std::string path = "cloths[" + std::to_string(k) + "]";
     if (cloth.has_count() && cloth.count() == 0) {
       throw BadField(path + ".count", "must be at least 1, got 0");
+    }
+    cloth_count += cloth.has_count() ? cloth.count() : 1;
+    if (cloth_count > kMaxCloths) {
+      throw BadField(path + ".count",
+                     "makes more than " + std::to_string(kMaxCloths) + " cloths in the scene");
     }
     CheckFinite(cloth.spacing_m(), path + ".spacing_m");
     if (cloth.spec().topology_case() == v1::ClothSpec::TOPOLOGY_NOT_SET) {

@@ -16,7 +16,22 @@ inline namespace client {
 ScenePlayer::ScenePlayer(Session& session, const v1::Scene& scene,
                          const v1::ServerInfo::Limits& limits)
     : session_(session), scene_(scene), limits_(limits), step_count_(StepCount(scene)) {
-  for (int entry = 0; entry < scene_.cloths_size(); ++entry) CreateEntry(entry);
+  try {
+    for (int entry = 0; entry < scene_.cloths_size(); ++entry) CreateEntry(entry);
+  } catch (const Error&) {
+    DeleteCreated();
+    throw;
+  }
+}
+
+void ScenePlayer::DeleteCreated() {
+  if (cloths_.empty()) return;  // naming none may mean all
+  std::vector<ClothId> ids;
+  for (const PlayedCloth& cloth : cloths_) ids.push_back(cloth.id);
+  try {
+    session_.DeleteCloths(ids);
+  } catch (const Error&) {  // what made the creation fail is what counts
+  }
 }
 
 void ScenePlayer::CreateEntry(int entry) {
@@ -96,8 +111,21 @@ uint64_t ScenePlayer::NextControlStep() const {
   return next;
 }
 
-AdvanceResult ScenePlayer::Advance(uint64_t steps, bool has_reports) {
-  const uint64_t end = step_ + std::min(steps, step_count_ - step_);
+// A request of `steps` steps took `wait_s`.
+void ScenePlayer::AdaptRequests(uint64_t steps, double wait_s) {
+  constexpr double kRequestS = 0.5;
+  constexpr double kMostGrowth = 8;  // a short request tells little about a long one
+  const double growth = std::min(kMostGrowth, kRequestS / std::max(wait_s, 1e-9));
+  const double wanted = std::max(1.0, static_cast<double>(steps) * growth);
+  // A request cut short, by the end or a control, is no reason for shorter ones.
+  if (growth < 1 || wanted > static_cast<double>(steps_per_request_)) {
+    steps_per_request_ = static_cast<uint64_t>(std::min(wanted, 1e9));
+  }
+}
+
+AdvanceResult ScenePlayer::Advance(uint64_t steps, bool has_reports,
+                                   const std::function<bool()>& should_stop) {
+  uint64_t end = step_ + std::min(steps, step_count_ - step_);
   uint64_t max_steps = limits_.max_steps_per_request();
   if (max_steps == 0) max_steps = std::numeric_limits<uint32_t>::max();
   AdvanceResult result;
@@ -105,7 +133,8 @@ AdvanceResult ScenePlayer::Advance(uint64_t steps, bool has_reports) {
   while (step_ < end) {
     v1::StepRequest request;
     ApplyControls(&request);
-    const uint64_t until = std::min({end, NextControlStep(), step_ + max_steps});
+    const uint64_t until =
+        std::min({end, NextControlStep(), step_ + max_steps, step_ + steps_per_request_});
     request.set_steps(static_cast<uint32_t>(until - step_));
     request.set_expected_step(step_);
     request.set_report(has_reports && until == end);
@@ -113,10 +142,12 @@ AdvanceResult ScenePlayer::Advance(uint64_t steps, bool has_reports) {
     const auto start = std::chrono::steady_clock::now();
     v1::StepResponse response = session_.Step(std::move(request));
     const std::chrono::duration<double> wait = std::chrono::steady_clock::now() - start;
+    AdaptRequests(until - step_, wait.count());
     result.wait_s += wait.count();
     result.device_us += response.timing().device_us();
     step_ = until;
     result.reports = {response.reports().begin(), response.reports().end()};
+    if (should_stop && should_stop()) end = std::min(end, step_ + 1);
   }
   if (has_reports && result.reports.size() != cloths_.size()) {
     throw LocalError(ErrorCode::kInternal, "MALFORMED_ANSWER",

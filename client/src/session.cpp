@@ -1,5 +1,6 @@
 #include "drape/session.h"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -14,9 +15,19 @@ namespace {
 
 // Renewals per lease: two may be lost.
 constexpr double kRenewalsPerLease = 3;
-// A destructor must not hang on a server that is gone.
+// A destructor must not hang on a server that is gone: it waits for the renewal under way, then
+// deletes.
+constexpr double kMaxRenewalTimeoutS = 2;
 constexpr double kDeleteTimeoutS = 2;
 constexpr uint32_t kClothsPerPage = 1000;
+
+// Shortens the deadline of a prepared request; `timeout_s` 0 leaves it.
+void LimitTime(grpc::ClientContext* context, double timeout_s) {
+  if (timeout_s <= 0) return;
+  const auto limit = std::chrono::system_clock::now() +
+                     std::chrono::milliseconds(static_cast<int64_t>(timeout_s * 1000));
+  context->set_deadline(std::min(context->deadline(), limit));
+}
 
 // One unary request of a session: fills in the session, sends, throws on failure.
 template <class Request, class Response>
@@ -58,9 +69,10 @@ void Session::Impl::StopRenewing() {
   if (renewal.joinable()) renewal.join();
 }
 
-grpc::Status Session::Impl::Renew(v1::Session* session) const {
+grpc::Status Session::Impl::Renew(double timeout_s, v1::Session* session) const {
   grpc::ClientContext context;
   connection->Prepare(&context, name);
+  LimitTime(&context, timeout_s);
   v1::RenewSessionRequest request;
   request.set_name(name);
   return connection->stub->RenewSession(&context, request, session);
@@ -69,10 +81,7 @@ grpc::Status Session::Impl::Renew(v1::Session* session) const {
 grpc::Status Session::Impl::Delete(double timeout_s) const {
   grpc::ClientContext context;
   connection->Prepare(&context, name);
-  if (timeout_s > 0) {
-    context.set_deadline(std::chrono::system_clock::now() +
-                         std::chrono::milliseconds(static_cast<int64_t>(timeout_s * 1000)));
-  }
+  LimitTime(&context, timeout_s);
   v1::DeleteSessionRequest request;
   request.set_name(name);
   v1::DeleteSessionResponse response;
@@ -85,7 +94,7 @@ void Session::Impl::RenewLoop() {
   while (!wake.wait_for(lock, interval, [this] { return !is_renewing; })) {
     lock.unlock();
     v1::Session session;
-    const grpc::Status status = Renew(&session);
+    const grpc::Status status = Renew(std::min(interval.count(), kMaxRenewalTimeoutS), &session);
     lock.lock();
     // Anything else may pass: the next renewal tries again.
     if (status.error_code() == grpc::StatusCode::NOT_FOUND) {
@@ -106,7 +115,7 @@ const std::string& Session::name() const {
 
 v1::Session Session::Renew() {
   v1::Session session;
-  ThrowIfFailed(impl_->Renew(&session));
+  ThrowIfFailed(impl_->Renew(0, &session));
   return session;
 }
 

@@ -21,8 +21,8 @@ struct Session::Impl {
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
 
-  grpc::Status Renew(v1::Session* session) const;
   // `timeout_s` 0: that of the connection.
+  grpc::Status Renew(double timeout_s, v1::Session* session) const;
   grpc::Status Delete(double timeout_s) const;
   void StopRenewing();
 

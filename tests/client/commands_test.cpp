@@ -23,6 +23,7 @@ using client_test::ReadText;
 using client_test::RunningProgram;
 using client_test::RunProgram;
 using client_test::TemporaryFolder;
+using client_test::WriteText;
 using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
@@ -98,7 +99,7 @@ TEST_F(CommandsTest, CreateStepReadDelete) {
   EXPECT_EQ(read[1]["velocities_m_per_s"].size(), 3u * 1024);
   const TemporaryFolder folder;
   Do({"read", session, "--cloth=" + second, "--states=" + (folder / "s.csv").string()});
-  EXPECT_THAT(ReadText(folder / "s.csv"), HasSubstr("\n0.0833333358,0,1023,"));
+  EXPECT_THAT(ReadText(folder / "s.csv"), HasSubstr("\n0.0833333333,0,1023,"));
 
   const json cloths = DoJson({"list", session});
   ASSERT_EQ(cloths.size(), 2u);
@@ -126,6 +127,22 @@ TEST_F(CommandsTest, CreateAddsToASession) {
   DoJson({"create", Example("net.json"), "--session=" + session, "--set",
           "material.damping_per_s=0.1"});
   EXPECT_EQ(DoJson({"list", "--session=" + session}).size(), 2u);
+  Do({"delete", "--session=" + session});
+}
+
+// The server refuses the second entry: what the session had before is what it has.
+TEST_F(CommandsTest, CreateAddsAllOrNothing) {
+  const std::string session = CreateChain();
+  const TemporaryFolder folder;
+  constexpr char kGrid[] = R"("grid": {"columns": 2, "rows": 2, "width_m": 1, "height_m": 1})";
+  WriteText(folder / "bad.json", R"({"cloths": [{"count": 3, "spec": {)" + std::string(kGrid) +
+                                     R"(}}, {"spec": {)" + kGrid +
+                                     R"(, "pins": [{"particle": 99}]}}]})");
+  const Outcome outcome =
+      RunProgram("drape", OnServer({"create", folder / "bad.json", "--session=" + session}));
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("cloths[1]: "));
+  EXPECT_EQ(DoJson({"list", "--session=" + session}).size(), 1u);
   Do({"delete", "--session=" + session});
 }
 

@@ -82,6 +82,17 @@ TEST_F(MeshFileTest, RefusesWithAReason) {
   EXPECT_THAT(Refusal("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 0 1 2\n"), HasSubstr("mesh.obj"));
 }
 
+TEST_F(MeshFileTest, EveryVertexHasThreeFiniteNumbers) {
+  const std::string rest = "v 1 0 0\nv 0 0 1\nf 1 2 3\n";
+  for (const char* vertex : {"v 0 nan 0", "v 0 0 inf", "v abc 0 0", "v 0 0", "v", "v 0 1,5 0"}) {
+    EXPECT_THAT(Refusal(std::string("# head\r\n") + vertex + "\n" + rest), HasSubstr("line 2: "))
+        << vertex;
+  }
+  // Blanks, signs, weights, colours.
+  Load("  v\t+0  .5 -1.e-3 1\r\n" + rest);
+  Load("v 0 0 0 0.5 0.5 0.5 \n" + rest);
+}
+
 TEST_F(MeshFileTest, SaysWhichFileIsMissing) {
   const ErrorDetails details = ErrorOf([&] { LoadMesh(folder_ / "nowhere.obj"); });
   EXPECT_EQ(details.code, ErrorCode::kNotFound);

@@ -248,6 +248,8 @@ TEST_F(RunCommandTest, ErrorsNameWhatIsWrong) {
       {{good, "--backend=abacus"}, 2, "--backend"},
       {{good, "--compare=abacus"}, 2, "--compare"},
       {{good, "--states=s.txt"}, 2, "s.txt"},
+      {{good, "--duration=nan"}, 2, "--duration"},
+      {{good, "--states=s.csv", "--report=./s.csv"}, 2, "--report"},
       {{good, "--set", "substeps"}, 2, "substeps"},
       {{good, "--server=127.0.0.1:1"}, 2, "--server"},
   };
@@ -260,6 +262,16 @@ TEST_F(RunCommandTest, ErrorsNameWhatIsWrong) {
     EXPECT_THAT(outcome.err, HasSubstr(call.message));
     EXPECT_EQ(outcome.out, "");
   }
+}
+
+TEST_F(RunCommandTest, ARunThatFailsBeforeItsFirstSampleLeavesOlderFiles) {
+  const std::string scene = Write("scene.json", R"({"duration_s": 1, "cloths": [{"spec": {
+    "grid": {"columns": 2, "rows": 2, "width_m": 1, "height_m": 1}, "pins": [{"particle": 4}]}}]})");
+  const std::string report = Write("r.json", "older report");
+  const std::string states = Write("s.csv", "older states");
+  EXPECT_EQ(Run({scene, "--report=" + report, "--states=" + states}).exit_code, 1);
+  EXPECT_EQ(ReadText(report), "older report");
+  EXPECT_EQ(ReadText(states), "older states");
 }
 
 TEST_F(RunCommandTest, AServerThatIsNotThereIsAClearError) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -47,51 +48,133 @@ std::vector<pid_t> ChildrenOf(pid_t parent) {
   return children;
 }
 
+// Gone, or dead and waiting for an init process to notice.
+bool IsGone(pid_t pid) {
+  std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
+  const std::string text(std::istreambuf_iterator<char>(stat), {});
+  return text.empty() || text.find(") Z ") != std::string::npos;
+}
+
+// It has a handler of its own for the signal.
+bool Catches(pid_t pid, int signal) {
+  std::ifstream status("/proc/" + std::to_string(pid) + "/status");
+  for (std::string line; std::getline(status, line);) {
+    if (!line.starts_with("SigCgt:")) continue;
+    return (std::stoull(line.substr(7), nullptr, 16) >> (signal - 1) & 1) != 0;
+  }
+  return false;
+}
+
+// The private server of `drape`, once exec has happened; 0 when none comes up.
+pid_t ServerOf(const RunningProgram& program) {
+  std::vector<pid_t> servers;
+  const bool is_up = Eventually([&] {
+    servers = ChildrenOf(program.pid());
+    if (servers.size() != 1) return false;
+    std::error_code error;
+    return fs::read_symlink("/proc/" + std::to_string(servers[0]) + "/exe", error).filename() ==
+           "draped";
+  });
+  return is_up ? servers[0] : 0;
+}
+
 // A run that would take about forever.
 std::vector<std::string> LongRun() {
   return {"run", Example("hanging_two_corners.json"), "--backend=cpu", "--duration=10000"};
 }
 
-TEST(RunSignalsTest, AnInterruptKeepsWhatThereIs) {
-  const TemporaryFolder folder;
+// A file of `folder` has grown: the states that are on their way.
+bool HasStates(const TemporaryFolder& folder) {
+  for (const auto& entry : fs::directory_iterator(folder.path())) {
+    if (entry.file_size() > 100'000) return true;
+  }
+  return false;
+}
+
+// LongRun with both outputs, into `folder`.
+std::vector<std::string> LongRunInto(const TemporaryFolder& folder) {
   std::vector<std::string> arguments = LongRun();
-  const std::string states = folder / "s.csv";
-  arguments.insert(arguments.end(),
-                   {"--report=" + (folder / "r.json").string(), "--states=" + states});
-  RunningProgram program("drape", arguments);
-  EXPECT_TRUE(Eventually([&] { return fs::exists(states) && fs::file_size(states) > 100'000; }));
-  kill(program.pid(), SIGINT);
-  const Outcome outcome = program.Wait();
-  EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("interrupted after step "));
+  arguments.push_back("--report=" + (folder / "r.json").string());
+  arguments.push_back("--states=" + (folder / "s.csv").string());
+  return arguments;
+}
+
+// r.json and s.csv hold the same steps, fewer than all; gives their number.
+uint64_t SampledSteps(const TemporaryFolder& folder) {
   const auto report = nlohmann::json::parse(ReadText(folder / "r.json"));
   const uint64_t steps = report["steps"];
   EXPECT_GT(steps, 0u);
   EXPECT_LT(steps, 600'000u);
   EXPECT_EQ(report["cloths"][0]["samples"].size(), steps);
-  const std::string text = ReadText(states);
+  const std::string text = ReadText(folder / "s.csv");
   EXPECT_EQ(static_cast<uint64_t>(std::count(text.begin(), text.end(), '\n')), 1 + 1024 * steps);
+  return steps;
+}
+
+TEST(RunSignalsTest, AnInterruptKeepsWhatThereIs) {
+  for (const int signal : {SIGINT, SIGTERM}) {
+    const TemporaryFolder folder;
+    RunningProgram program("drape", LongRunInto(folder));
+    EXPECT_TRUE(Eventually([&] { return HasStates(folder); }));
+    kill(program.pid(), signal);
+    const Outcome outcome = program.Wait();
+    EXPECT_EQ(outcome.exit_code, 1);
+    const uint64_t steps = SampledSteps(folder);
+    EXPECT_THAT(outcome.err, HasSubstr("interrupted after step " + std::to_string(steps)));
+  }
+}
+
+TEST(RunSignalsTest, AnInterruptDoesNotWaitForTheNextSample) {
+  const TemporaryFolder folder;
+  std::vector<std::string> arguments = LongRun();
+  arguments.insert(arguments.end(), {"--every=600000", "--report=" + (folder / "r.json").string()});
+  RunningProgram program("drape", arguments);
+  ASSERT_TRUE(Eventually([&] { return Catches(program.pid(), SIGTERM); }));
+  std::this_thread::sleep_for(std::chrono::seconds(1));  // into the run
+  kill(program.pid(), SIGTERM);
+  EXPECT_TRUE(Eventually([&] { return IsGone(program.pid()); }));
+  kill(program.pid(), SIGKILL);
+  EXPECT_EQ(program.Wait().exit_code, 1);
+  const auto report = nlohmann::json::parse(ReadText(folder / "r.json"));
+  ASSERT_EQ(report["cloths"][0]["samples"].size(), 1u);
+  EXPECT_EQ(report["cloths"][0]["samples"][0]["step"], report["steps"]);
+}
+
+TEST(RunSignalsTest, ARunThatLosesItsServerKeepsItsSamples) {
+  const TemporaryFolder folder;
+  RunningProgram program("drape", LongRunInto(folder));
+  const pid_t server = ServerOf(program);
+  ASSERT_GT(server, 0);
+  EXPECT_TRUE(Eventually([&] { return HasStates(folder); }));
+  kill(server, SIGKILL);
+  const Outcome outcome = program.Wait();
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("UNAVAILABLE"));
+  SampledSteps(folder);
 }
 
 TEST(RunSignalsTest, TheServerDiesWithTheClient) {
   RunningProgram program("drape", LongRun());
-  std::vector<pid_t> servers;
-  ASSERT_TRUE(Eventually([&] { return !(servers = ChildrenOf(program.pid())).empty(); }));
-  ASSERT_EQ(servers.size(), 1u);
-  // Until it is a server of its own: exec has happened.
-  ASSERT_TRUE(Eventually([&] {
-    std::error_code error;
-    return fs::read_symlink("/proc/" + std::to_string(servers[0]) + "/exe", error).filename() ==
-           "draped";
-  }));
+  const pid_t server = ServerOf(program);
+  ASSERT_GT(server, 0);
   kill(program.pid(), SIGKILL);
   EXPECT_EQ(program.Wait().exit_code, -1);
-  // Gone, or dead and waiting for an init process to notice.
+  EXPECT_TRUE(Eventually([&] { return IsGone(server); }));
+}
+
+// The first waits for the request under way, which such a server never answers.
+TEST(RunSignalsTest, TheSecondInterruptEndsEvenAServerThatHangs) {
+  RunningProgram program("drape", LongRun());
+  const pid_t server = ServerOf(program);
+  ASSERT_GT(server, 0);
+  kill(server, SIGSTOP);
   EXPECT_TRUE(Eventually([&] {
-    std::ifstream stat("/proc/" + std::to_string(servers[0]) + "/stat");
-    const std::string text(std::istreambuf_iterator<char>(stat), {});
-    return text.empty() || text.find(") Z ") != std::string::npos;
+    kill(program.pid(), SIGINT);
+    return IsGone(server);
   }));
+  kill(server, SIGKILL);
+  kill(program.pid(), SIGKILL);
+  EXPECT_EQ(program.Wait().exit_code, -1);
 }
 
 TEST(RunSignalsTest, ATerminalGetsAProgressBar) {

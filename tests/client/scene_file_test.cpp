@@ -125,6 +125,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{R"({"duration_s": 1})", "cloths: must have at least one"},
         BadScene{R"({"cloths": [{"spec": {}}]})", "cloths[0].spec: must have one of grid"},
         BadScene{R"({"cloths": [{"count": 0}]})", "cloths[0].count: must be at least 1"},
+        BadScene{R"({"cloths": [{"count": 4294967295, "spec": {"grid": {}}}]})",
+                 "cloths[0].count: makes more than 1000000 cloths"},
+        BadScene{
+            R"({"cloths": [{"count": 1000000, "spec": {"grid": {}}}, {"spec": {"grid": {}}}]})",
+            "cloths[1].count: makes more than 1000000 cloths"},
         BadScene{R"({"cloths": [3]})", "cloths[0]: must be an object"},
         BadScene{"[]", "Scene: must be an object"},
         BadScene{Scene("", R"(, "controls": [{"time_s": -1}])"),

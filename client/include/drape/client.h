@@ -54,9 +54,10 @@ class Client {
   static Client Connect(const std::string& address, const ConnectOptions& options = {});
 
   // Starts `draped` on a free loopback port, in a process group of its own (a Ctrl-C of the
-  // terminal does not reach it). It is stopped (SIGTERM) when the client and all its sessions are
-  // gone, and dies with this process, however that ends. Throws kNotFound without the program and
-  // kUnavailable, with the end of the server's log, when it does not come up.
+  // terminal does not reach it). It is stopped (SIGTERM, 8 s later SIGKILL) when the client and
+  // all its sessions are gone, and killed with this process, however that ends. Throws kNotFound
+  // without the program and kUnavailable, with the end of the server's log, when it does not come
+  // up.
   static Client SpawnServer(const SpawnOptions& spawn = {}, const ConnectOptions& options = {});
 
   Client(Client&&) noexcept;

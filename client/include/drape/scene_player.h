@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "drape/error.h"
@@ -31,8 +32,8 @@ struct AdvanceResult {
 // One thread at a time. The session must outlive it and hold no other cloths.
 class ScenePlayer {
  public:
-  // `scene` comes from LoadScene or ParseScene. Creates all cloths; a refusal is an Error whose
-  // message begins with the entry, "cloths[3]: ...". `limits` are the server's.
+  // `scene` comes from LoadScene or ParseScene. Creates all cloths, or none: a refusal is an
+  // Error whose message begins with the entry, "cloths[3]: ...". `limits` are the server's.
   ScenePlayer(Session& session, const v1::Scene& scene, const v1::ServerInfo::Limits& limits);
 
   const v1::Scene& scene() const { return scene_; }
@@ -41,17 +42,22 @@ class ScenePlayer {
   uint64_t step_count() const { return step_count_; }
 
   // Does up to `steps` steps, as many as are left, in as many requests as controls and limits ask
-  // for.
-  AdvanceResult Advance(uint64_t steps, bool has_reports);
+  // for; one takes about half a second at most. Once `should_stop`, asked after each request, says
+  // so, one step is the last.
+  AdvanceResult Advance(uint64_t steps, bool has_reports,
+                        const std::function<bool()>& should_stop = nullptr);
 
  private:
   void CreateEntry(int entry);
+  // Best effort.
+  void DeleteCreated();
   // Moves pins through `request`, and updates gravity at once, for the controls that start now.
   void ApplyControls(v1::StepRequest* request);
   void SetGravity(const v1::SceneControl& control);
   std::vector<ClothId> ControlledIds(const v1::SceneControl& control) const;
   // The next step at which a control starts, or the end.
   uint64_t NextControlStep() const;
+  void AdaptRequests(uint64_t steps, double wait_s);
 
   Session& session_;
   const v1::Scene scene_;
@@ -59,6 +65,7 @@ class ScenePlayer {
   const uint64_t step_count_;
   std::vector<PlayedCloth> cloths_;
   uint64_t step_ = 0;
+  uint64_t steps_per_request_ = 1;  // at most; follows the time that requests take
 };
 
 }  // namespace client

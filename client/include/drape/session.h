@@ -21,11 +21,12 @@ inline namespace client {
 struct Connection;  // private
 
 struct SessionOptions {
-  // Lease, 1 to 86400 s: how long the server keeps the session without a request.
-  double ttl_s = 300;
+  // Lease, 1 to 86400 s: how long the server keeps the session without a request. Unset: the
+  // server's default.
+  std::optional<double> ttl_s;
   // Free text for operators.
   std::string display_name;
-  // Renew the lease from a thread of the library, three times per ttl_s, while this object lives.
+  // Renew the lease from a thread of the library, three times per lease, while this object lives.
   bool renews_lease = true;
 };
 
