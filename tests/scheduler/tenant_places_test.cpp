@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <optional>
 
 namespace drape {
@@ -45,8 +46,11 @@ TEST(TenantPlaces, APlaceMayOutliveThem) {
   std::optional<TenantPlaces> places;
   places.emplace("FULL", PlaceLimit{"max_per_tenant", 1}, PlaceLimit{"max", 1}, std::nullopt);
   auto place = places->Take("a").value();
+  const std::weak_ptr<void> watch = place;
   places.reset();
+  EXPECT_FALSE(watch.expired()) << "a place belongs to who took it";
   place.reset();
+  EXPECT_TRUE(watch.expired());
 }
 
 }  // namespace
