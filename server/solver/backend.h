@@ -18,6 +18,10 @@
 
 namespace drape {
 
+namespace gl {
+struct SharedCopy;  // server/gl/shared_copy.h; only gl_compute and what draws look inside
+}
+
 enum class ScalarType { kFloat32, kFloat64 };
 
 struct BackendDescription {
@@ -90,6 +94,10 @@ class Backend {
   // One time step of every item, in one go. Faulted cloths are left as they are and reported so.
   virtual BatchReport Step(std::span<const StepItem> items) = 0;
   virtual StateColumns Read(const ReadRequest& request) = 0;
+  // The columns (float32: all positions, then all velocities) copied on the device, for another
+  // context of its share group: nothing passes through the host and the device is not waited for.
+  // Null where states are in the host's memory anyway or the device has no room: Read them.
+  virtual std::shared_ptr<gl::SharedCopy> CopyOnDevice(const ReadRequest&) { return nullptr; }
   // RESOURCE_EXHAUSTED when the device has no room for the new model or colliders; nothing changes
   // then.
   virtual Status Write(ClothHandle cloth, const ClothUpdate& update) = 0;

@@ -82,10 +82,15 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"server/gl", {"server/core"}},
     {"server/solver/gl_compute",
      {"server/core", "server/scene", "server/solver", "server/gl", "shaders", "shaders/interface"}},
+    {"server/render", {"server/core", "server/scene", "server/solver"}},
+    {"server/render/gl_draw",
+     {"server/core", "server/scene", "server/solver", "server/gl", "server/render", "shaders",
+      "shaders/interface"}},
     {"server/scheduler", {"server/core", "server/scene", "server/solver"}},
     {"server/session", {"server/core", "server/scene", "server/solver", "server/scheduler"}},
     {"server/api",
-     {"server/core", "server/scene", "server/solver", "server/scheduler", "server/session"}},
+     {"server/core", "server/scene", "server/solver", "server/render", "server/scheduler",
+      "server/session"}},
     {"client", {"client/include/drape", "client/src", "client/cli", "client/examples"}},
 };
 
@@ -97,9 +102,11 @@ struct ForeignRule {
 const std::vector<ForeignRule> kForeign = {
     {std::regex("^(grpc|grpcpp|google/(protobuf|rpc)|drape/v1)/.*"),
      {"server/api", "client", "server/main.cpp"}},
-    {std::regex("^(EGL|epoxy)/.*"), {"server/gl", "server/solver/gl_compute"}},
+    {std::regex("^(EGL|epoxy)/.*"),
+     {"server/gl", "server/solver/gl_compute", "server/render/gl_draw"}},
     {std::regex("^(tbb|oneapi)/.*"), {"server/solver/cpu"}},
     {std::regex("^tiny_obj_loader.h|^zip.h"), {"client"}},
+    {std::regex("^png.h"), {"server/render"}},
 };
 
 TEST(LintTest, FoldersIncludeOnlyWhatTheDiagramAllows) {

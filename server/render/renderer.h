@@ -1,0 +1,36 @@
+// What draws pictures, as the rest of the server sees it.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "server/core/status.h"
+#include "server/render/picture_spec.h"
+#include "server/solver/backend.h"
+
+namespace drape::render {
+
+// The states to draw, cloth after cloth. Exactly one of the two is there; velocities only for
+// Colouring::kSpeed.
+struct DrawnStates {
+  StateColumns host;                       // from Backend::Read
+  std::shared_ptr<gl::SharedCopy> device;  // from Backend::CopyOnDevice
+};
+
+// Owns a graphics context. Every call, construction and destruction included, on one thread, which
+// also must drop the DrawnStates that it was given.
+class Renderer {
+ public:
+  virtual ~Renderer() = default;
+
+  // "llvmpipe (LLVM 15.0.6)"
+  virtual std::string device() const = 0;
+
+  // The states of `cloths`, in their order. The spec is already validated: violations are
+  // programmer errors. RESOURCE_EXHAUSTED (DEVICE_MEMORY) if there is no room for the picture or
+  // the cloths.
+  virtual Result<Picture> Draw(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
+                               const DrawnStates& states) = 0;
+};
+
+}  // namespace drape::render
