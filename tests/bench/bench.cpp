@@ -62,7 +62,7 @@ Table Bench::OpenTable(const std::string& name, const std::vector<std::string>& 
 
 bool Bench::StartRow(const std::string& what) {
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
-  const bool is_over = options_.budget_s > 0 && passed.count() > options_.budget_s;
+  const bool is_over = options_.budget_s > 0 && passed.count() > share_ * options_.budget_s;
   std::printf("[%5.0f s] %s%s\n", passed.count(), what.c_str(),
               is_over ? ": left out, and what follows in this table: --budget-s is used up" : "");
   std::fflush(stdout);

@@ -42,13 +42,16 @@ class Bench {
   // out/NAME.csv, and a note in machine.json of the command that made it.
   Table OpenTable(const std::string& name, const std::vector<std::string>& columns);
 
-  // Says which row comes next. False, and says so, when the budget is used up: the caller stops.
+  // From now on rows may start until this share of the budget, in (0, 1], is used up. At first: 1.
+  void AllowShare(double share) { share_ = share; }
+  // Says which row comes next. False, and says so, when its share is used up: the caller stops.
   bool StartRow(const std::string& what);
 
  private:
   void WriteMachineFile() const;
 
   BenchOptions options_;
+  double share_ = 1;
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::vector<NamedBackend> backends_;
   NamedBackend fast_;

@@ -2,23 +2,17 @@
 // script that reads them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/machine.h"
-#include "tests/bench/step_rows.h"
+#include "tests/bench/shell.h"
 #include "tests/support/paths.h"
 
 namespace drape::bench {
@@ -29,29 +23,6 @@ using Json = nlohmann::json;
 using testing::HasSubstr;
 using testing::SizeIs;
 
-struct Ending {
-  int exit_status = -1;
-  std::string text;  // stdout and stderr
-};
-
-Ending RunShell(const std::string& command) {
-  Ending ending;
-  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
-  if (pipe == nullptr) return ending;
-  std::array<char, 4096> part;
-  for (size_t size; (size = fread(part.data(), 1, part.size(), pipe)) > 0;) {
-    ending.text.append(part.data(), size);
-  }
-  const int status = pclose(pipe);
-  ending.exit_status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  return ending;
-}
-
-std::string ReadText(const fs::path& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 // Lines after the one with the columns.
 ptrdiff_t RowCount(const fs::path& csv) {
   const std::string text = ReadText(csv);
@@ -60,13 +31,6 @@ ptrdiff_t RowCount(const fs::path& csv) {
 
 class BenchTest : public testing::Test {
  protected:
-  BenchTest() {
-    std::string pattern = (fs::temp_directory_path() / "drape_bench_XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr) ADD_FAILURE() << "no temporary folder";
-    out_ = pattern;
-  }
-  ~BenchTest() override { fs::remove_all(out_); }
-
   Ending Bench(const std::string& arguments) const {
     return RunShell(test::ProgramPath("drape_bench").string() + " " + arguments +
                     " --quick --out=" + out_.string());
@@ -76,7 +40,8 @@ class BenchTest : public testing::Test {
                     arguments + out_.string());
   }
 
-  fs::path out_;
+  ScratchFolder folder_;
+  const fs::path out_ = folder_.path();
 };
 
 TEST_F(BenchTest, AllMakesEveryTableAndTheScriptReadsThem) {

@@ -88,12 +88,17 @@ std::string CommandOf(const std::string& invoked_as, int argc, char** argv) {
 int Run(const CLI::App& app, CommandLine& line) {
   if (app.got_subcommand("device")) return ShowDevice(line.needs_hardware);
   if (line.bench.is_quick) line.bench.limits = {1, 2, 1, 0.1};
-  const bool is_all = app.got_subcommand("all") || app.get_subcommands().empty();
   Bench bench(line.bench);
-  if (is_all || app.got_subcommand("cloths")) MeasureCloths(bench, line.cloths);
-  if (is_all || app.got_subcommand("particles")) MeasureParticles(bench, line.particles);
-  if (is_all || app.got_subcommand("figure4")) MeasureFigure4(bench, line.figure_4);
-  if (is_all || app.got_subcommand("order")) MeasureOrder(bench, line.order);
+  const bool is_all = app.got_subcommand("all") || app.get_subcommands().empty();
+  // Whether this part is wanted; in "all" it must leave the rest of the budget to those after it.
+  const auto is_wanted = [&](const char* name, double share_of_budget) {
+    bench.AllowShare(is_all ? share_of_budget : 1);
+    return is_all || app.got_subcommand(name);
+  };
+  if (is_wanted("cloths", 0.35)) MeasureCloths(bench, line.cloths);
+  if (is_wanted("particles", 0.6)) MeasureParticles(bench, line.particles);
+  if (is_wanted("figure4", 0.8)) MeasureFigure4(bench, line.figure_4);
+  if (is_wanted("order", 1)) MeasureOrder(bench, line.order);
   std::printf("\nresults are in %s\n", bench.out().c_str());
   return 0;
 }
