@@ -61,7 +61,8 @@ int Demo(const DemoOptions& options) {
     RunSinks sinks;
     for (const char* extension : {".obj", ".ply"}) {
       written.push_back(fs::path(options.folder) / (file.stem().string() + extension));
-      sinks.writers.push_back(MakeStateWriter(written.back(), SceneTopologies(scene)));
+      sinks.writers.push_back(
+          MakeStateWriter(written.back(), {SceneTopologies(scene), scene.time_step_s()}));
     }
     ProgressBar bar(scene.name(), StepCount(scene), /*is_quiet=*/false);
     sinks.on_step = [&bar](uint64_t done) { bar.Show(done); };
