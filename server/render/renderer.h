@@ -26,9 +26,14 @@ class Renderer {
   // "llvmpipe (LLVM 15.0.6)"
   virtual std::string device() const = 0;
 
+  // Whether DrawnStates::device may be used: the graphics context shares the backend's device
+  // memory. False: the states must come from Backend::Read.
+  virtual bool takes_device_copies() const = 0;
+
   // The states of `cloths`, in their order. The spec is already validated: violations are
   // programmer errors. RESOURCE_EXHAUSTED (DEVICE_MEMORY) if there is no room for the picture or
-  // the cloths.
+  // the cloths; UNAVAILABLE (RENDERER_LOST) after the device was reset: this renderer draws no
+  // more.
   virtual Result<Picture> Draw(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
                                const DrawnStates& states) = 0;
 };
