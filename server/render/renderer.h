@@ -17,7 +17,7 @@ struct DrawnStates {
   std::shared_ptr<gl::SharedCopy> device;  // from Backend::CopyOnDevice
 };
 
-// Reason of a Draw after which the renderer is of no more use.
+// Reason of the Draw after which the renderer is of no more use.
 inline constexpr char kRendererLost[] = "RENDERER_LOST";
 
 // Owns a graphics context. Every call, construction and destruction included, on one thread, which
@@ -28,12 +28,15 @@ class Renderer {
 
   // "llvmpipe (LLVM 15.0.6)"
   virtual std::string device() const = 0;
-  // Whether DrawnStates::device can be drawn: its context shares objects with the backend's.
+
+  // Whether DrawnStates::device may be used: the graphics context shares the backend's device
+  // memory. False: the states must come from Backend::Read.
   virtual bool takes_device_copies() const = 0;
 
   // The states of `cloths`, in their order. The spec is already validated: violations are
   // programmer errors. RESOURCE_EXHAUSTED (DEVICE_MEMORY) if there is no room for the picture or
-  // the cloths; UNAVAILABLE (RENDERER_LOST) when the device has lost everything in the context.
+  // the cloths; UNAVAILABLE (RENDERER_LOST) after the device was reset: this renderer draws no
+  // more.
   virtual Result<Picture> Draw(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
                                const DrawnStates& states) = 0;
 };
