@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <functional>
 #include <list>
@@ -19,6 +20,7 @@ namespace drape::render {
 struct PictureContent {
   std::vector<DrawnCloth> cloths;
   DrawnStates states;
+  std::vector<uint64_t> steps;      // [cloth] completed at that moment
   std::shared_ptr<void> in_flight;  // kept as long as the states: their place among the reads
 };
 using ContentReady = std::function<void(Result<PictureContent>)>;
@@ -30,6 +32,7 @@ struct DrawnPicture {
   Eigen::AlignedBox3d bounds_m;  // as Picture::bounds_m
   ValueRange range;              // as Picture::range
   std::string device;            // that drew it
+  std::vector<uint64_t> steps;   // as PictureContent::steps
   // Keep it until the file has left: it is the tenant's place among its pictures.
   std::shared_ptr<void> in_flight;
 };

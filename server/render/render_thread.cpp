@@ -213,6 +213,7 @@ Result<DrawnPicture> RenderThread::Core::DrawAndEncode(const PictureJob& job,
                       .bounds_m = picture->bounds_m,
                       .range = picture->range,
                       .device = renderer_->device(),
+                      .steps = content->steps,
                       .in_flight = job.place};
 }
 
