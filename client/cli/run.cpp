@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -9,6 +10,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/options.h"
 #include "client/cli/output_file.h"
+#include "client/cli/picture_flags.h"
 #include "client/cli/progress.h"
 #include "client/cli/run_scene.h"
 #include "drape/scene_file.h"
@@ -22,7 +24,9 @@ struct RunOptions {
   std::string compare;
   std::string report;
   std::string states;
-  uint64_t every = 1;
+  std::string render;
+  PictureFlags picture;
+  std::optional<uint64_t> every;
   std::vector<std::string> sets;
   std::optional<double> duration_s;
   bool has_summary = false;
@@ -98,6 +102,10 @@ int Run(const RunOptions& options) {
   if (!options.states.empty()) {
     sinks.writers.push_back(MakeStateWriter(options.states, SceneTopologies(scene)));
   }
+  if (!options.render.empty()) {
+    sinks.pictures = std::make_unique<PictureSink>(options.render, options.every.has_value(),
+                                                   options.picture.Request());
+  }
   const Client client = options.server.Open();
   if (!options.compare.empty()) {
     sinks.comparison = std::make_unique<Comparison>(options.compare, scene);
@@ -112,7 +120,7 @@ int Run(const RunOptions& options) {
     report_file->Close();
   };
   sinks.on_failure = write_report;
-  const RunReport report = RunScene(client, scene, options.every, sinks);
+  const RunReport report = RunScene(client, scene, options.every.value_or(1), sinks);
   bar.reset();
 
   write_report(report);
@@ -144,14 +152,21 @@ void FindScene(RunOptions* options) {
 }
 
 void CheckOutputs(const RunOptions& options) {
-  if (options.report.empty() || options.states.empty()) return;
   std::error_code ignored;  // a path that cannot be looked at cannot be written either
   // Absolute first: of a relative path without an existing part nothing would be made canonical.
   const auto place_of = [&](const std::string& path) {
     return std::filesystem::weakly_canonical(std::filesystem::absolute(path), ignored);
   };
-  if (place_of(options.report) == place_of(options.states)) {
-    throw CLI::ValidationError("--report", options.report + " is the file of --states too");
+  std::vector<std::pair<std::string, std::string>> outputs;  // path, flag
+  if (!options.states.empty()) outputs.emplace_back(options.states, "--states");
+  if (!options.render.empty()) outputs.emplace_back(options.render, "--render");
+  if (!options.report.empty()) outputs.emplace_back(options.report, "--report");
+  std::map<std::filesystem::path, std::string> taken;
+  for (const auto& [path, flag] : outputs) {
+    const auto [other, is_free] = taken.emplace(place_of(path), flag);
+    if (!is_free) {
+      throw CLI::ValidationError(flag, path + " is the file of " + other->second + " too");
+    }
   }
 }
 
@@ -160,6 +175,12 @@ void AddOutputs(CLI::App& run, RunOptions* options) {
   run.add_option("--states", options->states,
                  "Write states: .csv and .npz every sample, .obj and .ply the last one")
       ->check(StateFileValidator());
+  CLI::Option* render =
+      run.add_option("--render", options->render,
+                     "Draw the last state, or with --every=N each sample: P_000060.png")
+          ->check(PictureFileValidator())
+          ->type_name("P.png");
+  options->picture.AddTo(run, render);
   run.add_option("--every", options->every,
                  "A sample every N steps and after the last (default: 1)")
       ->check(CLI::Range(uint64_t{1}, uint64_t{1'000'000'000}))
