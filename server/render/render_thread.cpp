@@ -102,6 +102,7 @@ Status RenderThread::Core::Submit(PictureJob job) {
   std::vector<PictureJob> cancelled;
   {
     const std::lock_guard lock(mutex_);
+    if (is_stopping_) return Draining();
     cancelled = queue_.TakeCancelled();
   }
   for (PictureJob& gone : cancelled) End(std::move(gone), Cancelled());
