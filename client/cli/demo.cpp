@@ -64,7 +64,8 @@ int Demo(const DemoOptions& options) {
     RunSinks sinks;
     for (const char* extension : {".obj", ".ply"}) {
       written.push_back(fs::path(options.folder) / (file.stem().string() + extension));
-      sinks.writers.push_back(MakeStateWriter(written.back(), SceneTopologies(scene)));
+      sinks.writers.push_back(
+          MakeStateWriter(written.back(), {SceneTopologies(scene), scene.time_step_s()}));
     }
     sinks.pictures = std::make_unique<PictureSink>(
         fs::path(options.folder) / (file.stem().string() + ".png"), /*is_series=*/false,

@@ -23,7 +23,7 @@ struct RunOptions {
   ServerOptions server;
   std::string compare;
   std::string report;
-  std::string states;
+  std::vector<std::string> states;
   std::string render;
   PictureFlags picture;
   std::optional<uint64_t> every;
@@ -99,8 +99,10 @@ int Run(const RunOptions& options) {
   // Opened first: a path that cannot be written should not cost a run.
   std::unique_ptr<OutputFile> report_file;
   if (!options.report.empty()) report_file = std::make_unique<OutputFile>(options.report);
-  if (!options.states.empty()) {
-    sinks.writers.push_back(MakeStateWriter(options.states, SceneTopologies(scene)));
+  for (const std::string& path : options.states) {
+    const bool is_series = options.every.has_value();
+    sinks.writers.push_back(
+        MakeStateWriter(path, {SceneTopologies(scene), scene.time_step_s(), is_series}));
   }
   if (!options.render.empty()) {
     sinks.pictures = std::make_unique<PictureSink>(options.render, options.every.has_value(),
@@ -158,14 +160,14 @@ void CheckOutputs(const RunOptions& options) {
     return std::filesystem::weakly_canonical(std::filesystem::absolute(path), ignored);
   };
   std::vector<std::pair<std::string, std::string>> outputs;  // path, flag
-  if (!options.states.empty()) outputs.emplace_back(options.states, "--states");
+  for (const std::string& path : options.states) outputs.emplace_back(path, "--states");
   if (!options.render.empty()) outputs.emplace_back(options.render, "--render");
   if (!options.report.empty()) outputs.emplace_back(options.report, "--report");
   std::map<std::filesystem::path, std::string> taken;
   for (const auto& [path, flag] : outputs) {
     const auto [other, is_free] = taken.emplace(place_of(path), flag);
     if (!is_free) {
-      throw CLI::ValidationError(flag, path + " is the file of " + other->second + " too");
+      throw CLI::ValidationError(flag, path + " is a file of " + other->second + " too");
     }
   }
 }
@@ -173,8 +175,12 @@ void CheckOutputs(const RunOptions& options) {
 void AddOutputs(CLI::App& run, RunOptions* options) {
   run.add_option("--report", options->report, "Write the report of the run")->type_name("R.json");
   run.add_option("--states", options->states,
-                 "Write states: .csv and .npz every sample, .obj and .ply the last one")
-      ->check(StateFileValidator());
+                 "Write states, by extension: .csv, .npz, .pc2 and .usda every sample\n"
+                 "(.pc2 and .usda in single precision), .obj and .ply the last one, or with\n"
+                 "--every=N a file per sample, S_000060.obj. May be given several times")
+      ->allow_extra_args(false)
+      ->check(StateFileValidator())
+      ->type_name("FILE");
   CLI::Option* render =
       run.add_option("--render", options->render,
                      "Draw the last state, or with --every=N each sample: P_000060.png")

@@ -26,18 +26,18 @@ void TakeSample(const Session& session, uint64_t steps, const SampleTime& sample
 
 void AddLastState(const Session& session, RunSinks& sinks) {
   for (const auto& writer : sinks.writers) {
-    if (!writer->takes_samples()) writer->Add(session.ReadStates());
+    if (!writer->takes_samples()) writer->Add(session.ReadStates({}, FullView()));
   }
 }
 
 // Best effort: the error that ended the run is what counts.
 void KeepSamples(const RunReport& report, RunSinks& sinks) {
   if (report.steps() == 0) return;
-  try {
-    for (const auto& writer : sinks.writers) {
+  for (const auto& writer : sinks.writers) {
+    try {
       if (writer->takes_samples()) writer->Finish();
+    } catch (const Error&) {
     }
-  } catch (const Error&) {
   }
   try {
     if (sinks.on_failure) sinks.on_failure(report);
