@@ -79,8 +79,8 @@ int Demo(const DemoOptions& options) {
     cannot_draw = sinks.pictures->cannot_draw();
     if (interrupt.is_interrupted()) break;
   }
-  std::printf("%s\nThe final states, as geometry and as pictures, are in:\n",
-              SummaryTable(reports).c_str());
+  std::printf("%s\nThe final states%s are in:\n", SummaryTable(reports).c_str(),
+              cannot_draw ? "" : " and pictures of them");
   for (const fs::path& path : written) std::printf("  %s\n", path.c_str());
   if (cannot_draw) std::printf("NO PICTURES: %s\n", cannot_draw->what());
   if (!interrupt.is_interrupted()) return kDone;
