@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "client/cli/commands.h"
 #include "client/cli/message_json.h"
@@ -30,7 +31,9 @@ int Render(const RenderOptions& options) {
   file.Close();
   if (options.is_json) {
     drawn.clear_png();
-    std::cout << MessageJson(drawn) << "\n";
+    auto json = nlohmann::ordered_json::parse(MessageJson(drawn));
+    json.erase("png");
+    std::cout << json.dump(1) << "\n";
   } else {
     std::printf("%s: %u x %u px, %d cloths, drawn by %s\n", options.path.c_str(),
                 request.width_px(), request.height_px(), drawn.cloth_ids_size(),

@@ -170,6 +170,7 @@ TEST_F(RenderTest, PicturesOfALivingSession) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(json["cloth_ids"].size(), 1u);
+  EXPECT_FALSE(json.contains("png")) << "that is in the file";
   EXPECT_EQ(json["range"].size(), 2u);
   EXPECT_EQ(json["camera"]["eye_m"].size(), 3u);
   outcome = render({"--cloth=1"});

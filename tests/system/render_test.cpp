@@ -191,7 +191,6 @@ TEST_P(RenderLimitsTest, AreHeldAndPublished) {
 // Ten at once and one place: some are drawn, the others are told to come again.
 TEST_P(RenderLimitsTest, ASessionThatAsksForTooManyAtOnceIsToldSo) {
   const Ids ids = Create(*stub_, HangingSheet(session_));
-  Draw(Picture(ids));
   std::atomic<int> drawn = 0, refused = 0;
   std::vector<std::thread> clients;
   for (int k = 0; k < 10; ++k) {
