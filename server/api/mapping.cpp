@@ -84,6 +84,7 @@ v1::StepSettings ToProto(const StepSettings& settings) {
   message.set_substeps(settings.substeps);
   message.set_max_iterations(settings.max_iterations);
   message.set_tolerance(settings.tolerance);
+  message.set_use_tethers(settings.use_tethers);
   message.set_spring_integration(settings.spring_integration == SpringIntegration::kInForce
                                      ? v1::StepSettings::IN_FORCE
                                      : v1::StepSettings::HALF_KICKS);
