@@ -11,7 +11,7 @@ struct EmbeddedShader {
   std::string_view text;
 };
 
-// Every file of interface/, lib/, stages/ and kernels/, sorted by path. Thread-safe.
+// Every file of interface/, lib/, stages/, kernels/ and draw/, sorted by path. Thread-safe.
 std::span<const EmbeddedShader> EmbeddedShaders();
 
 }  // namespace drape

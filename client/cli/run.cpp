@@ -10,6 +10,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/options.h"
 #include "client/cli/output_file.h"
+#include "client/cli/picture_flags.h"
 #include "client/cli/progress.h"
 #include "client/cli/run_scene.h"
 #include "drape/scene_file.h"
@@ -23,6 +24,8 @@ struct RunOptions {
   std::string compare;
   std::string report;
   std::vector<std::string> states;
+  std::string render;
+  PictureFlags picture;
   std::optional<uint64_t> every;
   std::vector<std::string> sets;
   std::optional<double> duration_s;
@@ -101,6 +104,10 @@ int Run(const RunOptions& options) {
     sinks.writers.push_back(
         MakeStateWriter(path, {SceneTopologies(scene), scene.time_step_s(), is_series}));
   }
+  if (!options.render.empty()) {
+    sinks.pictures = std::make_unique<PictureSink>(options.render, options.every.has_value(),
+                                                   options.picture.Request());
+  }
   const Client client = options.server.Open();
   if (!options.compare.empty()) {
     sinks.comparison = std::make_unique<Comparison>(options.compare, scene);
@@ -154,6 +161,7 @@ void CheckOutputs(const RunOptions& options) {
   };
   std::vector<std::pair<std::string, std::string>> outputs;  // path, flag
   for (const std::string& path : options.states) outputs.emplace_back(path, "--states");
+  if (!options.render.empty()) outputs.emplace_back(options.render, "--render");
   if (!options.report.empty()) outputs.emplace_back(options.report, "--report");
   std::map<std::filesystem::path, std::string> taken;
   for (const auto& [path, flag] : outputs) {
@@ -173,6 +181,12 @@ void AddOutputs(CLI::App& run, RunOptions* options) {
       ->allow_extra_args(false)
       ->check(StateFileValidator())
       ->type_name("FILE");
+  CLI::Option* render =
+      run.add_option("--render", options->render,
+                     "Draw the last state, or with --every=N each sample: P_000060.png")
+          ->check(PictureFileValidator())
+          ->type_name("P.png");
+  options->picture.AddTo(run, render);
   run.add_option("--every", options->every,
                  "A sample every N steps and after the last (default: 1)")
       ->check(CLI::Range(uint64_t{1}, uint64_t{1'000'000'000}))

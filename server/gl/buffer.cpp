@@ -40,14 +40,23 @@ void Buffer::Download(size_t offset_bytes, std::span<std::byte> bytes) const {
                           static_cast<GLsizeiptr>(bytes.size()), bytes.data());
 }
 
-void Buffer::CopyFrom(const Buffer& source, size_t size_bytes) {
-  DRAPE_CHECK(size_bytes <= size_bytes_ && size_bytes <= source.size_bytes_, "copy beyond the end");
+void Buffer::CopyFrom(const Buffer& source, size_t source_offset_bytes, size_t offset_bytes,
+                      size_t size_bytes) {
+  DRAPE_CHECK(offset_bytes + size_bytes <= size_bytes_ &&
+                  source_offset_bytes + size_bytes <= source.size_bytes_,
+              "copy beyond the end");
   if (size_bytes == 0) return;
-  glCopyNamedBufferSubData(source.name_, name_, 0, 0, static_cast<GLsizeiptr>(size_bytes));
+  glCopyNamedBufferSubData(source.name_, name_, static_cast<GLintptr>(source_offset_bytes),
+                           static_cast<GLintptr>(offset_bytes),
+                           static_cast<GLsizeiptr>(size_bytes));
 }
 
 void Buffer::BindStorage(GLuint binding) const {
   glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, name_);
+}
+
+void Buffer::BindUniforms(GLuint binding) const {
+  glBindBufferBase(GL_UNIFORM_BUFFER, binding, name_);
 }
 
 }  // namespace drape::gl

@@ -33,8 +33,11 @@ class Buffer {
   // Waits for the device. Shader writes need a barrier with GL_BUFFER_UPDATE_BARRIER_BIT before.
   void Download(size_t offset_bytes, std::span<std::byte> bytes) const;
   // On the device.
-  void CopyFrom(const Buffer& source, size_t size_bytes);
+  void CopyFrom(const Buffer& source, size_t size_bytes) { CopyFrom(source, 0, 0, size_bytes); }
+  void CopyFrom(const Buffer& source, size_t source_offset_bytes, size_t offset_bytes,
+                size_t size_bytes);
   void BindStorage(GLuint binding) const;
+  void BindUniforms(GLuint binding) const;
 
  private:
   GLuint name_ = 0;

@@ -30,6 +30,10 @@ Status NoDevice(const std::string& details) {
                     "libegl1, libegl-mesa0 and libgl1-mesa-dri");
 }
 
+Status NotUsable(const std::string& message) {
+  return Status(StatusCode::kUnavailable, "NO_EGL_DEVICE", message);
+}
+
 std::string Hex(EGLint error) {
   std::ostringstream text;
   text << "EGL error 0x" << std::hex << error;
@@ -48,8 +52,9 @@ std::string GlString(GLenum name) {
   return text == nullptr ? "" : reinterpret_cast<const char*>(text);
 }
 
-EGLContext CreateEglContext(EGLDisplay display) {
-  // The last attempt does without robustness, which EGL 1.4 drivers may not offer.
+EGLContext CreateEglContext(EGLDisplay display, EGLContext share_context) {
+  // Contexts of a share group must agree on robustness; one of the attempts does. The last attempt
+  // does without it, because EGL 1.4 drivers may not offer it.
   const std::array<EGLint, 4> robust = {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
                                         EGL_LOSE_CONTEXT_ON_RESET, EGL_CONTEXT_OPENGL_ROBUST_ACCESS,
                                         EGL_TRUE};
@@ -61,7 +66,7 @@ EGLContext CreateEglContext(EGLDisplay display) {
     attributes.insert(attributes.end(), robust.begin(), robust.begin() + robust_count);
     attributes.push_back(EGL_NONE);
     const EGLContext context =
-        eglCreateContext(display, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, attributes.data());
+        eglCreateContext(display, EGL_NO_CONFIG_KHR, share_context, attributes.data());
     if (context != EGL_NO_CONTEXT) return context;
   }
   return EGL_NO_CONTEXT;
@@ -111,6 +116,10 @@ std::optional<std::string> FindHardwareGl() {
 }
 
 Result<std::unique_ptr<Context>> Context::Create(const ContextOptions& options) {
+  if (options.share_with) {
+    return CreateOnDisplay(options.share_with->display, options.share_with->context,
+                           options.accept_software);
+  }
   std::string details;
   for (const EglDevice& device : ListEglDevices()) {
     const std::string place = "; device " + std::to_string(device.index) + ": ";
@@ -130,30 +139,35 @@ Result<std::unique_ptr<Context>> Context::Create(const ContextOptions& options) 
 }
 
 Result<std::unique_ptr<Context>> Context::CreateOn(const EglDevice& device, bool accept_software) {
-  const auto failed = [](const std::string& message) {
-    return Status(StatusCode::kUnavailable, "NO_EGL_DEVICE", message);
-  };
   const EGLDisplay display =
       eglGetPlatformDisplayEXT(EGL_PLATFORM_DEVICE_EXT, device.handle, nullptr);
-  if (display == EGL_NO_DISPLAY) return failed("no display, " + Hex(eglGetError()));
+  if (display == EGL_NO_DISPLAY) return NotUsable("no display, " + Hex(eglGetError()));
+  return CreateOnDisplay(display, EGL_NO_CONTEXT, accept_software);
+}
+
+Result<std::unique_ptr<Context>> Context::CreateOnDisplay(void* display, void* share_context,
+                                                          bool accept_software) {
   EGLint major = 0;
   EGLint minor = 0;
   if (!eglInitialize(display, &major, &minor)) {
-    return failed("not initialised, " + Hex(eglGetError()));
+    return NotUsable("not initialised, " + Hex(eglGetError()));
   }
   const char* extensions = eglQueryString(display, EGL_EXTENSIONS);
   if (!HasExtension(extensions, "EGL_KHR_surfaceless_context") ||
       !(HasExtension(extensions, "EGL_KHR_no_config_context") ||
         HasExtension(extensions, "EGL_MESA_configless_context"))) {
-    return failed("no contexts without surface and config");
+    return NotUsable("no contexts without surface and config");
   }
-  if (!eglBindAPI(EGL_OPENGL_API)) return failed("no OpenGL, " + Hex(eglGetError()));
-  const EGLContext egl_context = CreateEglContext(display);
-  if (egl_context == EGL_NO_CONTEXT) return failed("no OpenGL 4.5, " + Hex(eglGetError()));
+  if (!eglBindAPI(EGL_OPENGL_API)) return NotUsable("no OpenGL, " + Hex(eglGetError()));
+  const EGLContext egl_context = CreateEglContext(display, share_context);
+  if (egl_context == EGL_NO_CONTEXT) {
+    return NotUsable((share_context == EGL_NO_CONTEXT ? "no OpenGL 4.5, " : "not shared, ") +
+                     Hex(eglGetError()));
+  }
   // Not make_unique: the constructor is private.
   std::unique_ptr<Context> context(new Context(display, egl_context));
   if (!eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, egl_context)) {
-    return failed("context not usable, " + Hex(eglGetError()));
+    return NotUsable("context not usable, " + Hex(eglGetError()));
   }
   DRAPE_RETURN_IF_ERROR(context->Describe(accept_software));
   EnableDebugLog();

@@ -31,10 +31,19 @@ struct DeviceLimits {
   uint32_t storage_blocks = 0;  // per compute shader
 };
 
+// Names a context to those that want to share its objects (buffers, textures, fences). Valid while
+// that context lives; any thread may hold it.
+struct ShareHandle {
+  void* display = nullptr;  // EGLDisplay
+  void* context = nullptr;  // EGLContext
+};
+
 struct ContextOptions {
   bool accept_software = true;
   // Devices for which this is false are passed over; empty accepts all.
   std::function<bool(const EglDevice&)> device_filter = {};
+  // Set: on the same device, in the same share group; the filter is not asked then.
+  std::optional<ShareHandle> share_with = std::nullopt;
 };
 
 // All EGL devices, hardware first; empty where there is no EGL with device enumeration.
@@ -49,7 +58,7 @@ std::optional<std::string> FindHardwareGl();
 class Context {
  public:
   // The first device that works, hardware before software. UNAVAILABLE (NO_EGL_DEVICE) with what to
-  // install and what each device lacked.
+  // install and what each device lacked, or why the context cannot be shared.
   static Result<std::unique_ptr<Context>> Create(const ContextOptions& options);
   ~Context();
   Context(const Context&) = delete;
@@ -57,6 +66,8 @@ class Context {
 
   // Cheap when it is current already.
   void MakeCurrent();
+
+  ShareHandle share_handle() const { return {.display = display_, .context = context_}; }
 
   bool is_software() const { return is_software_; }
   const std::string& renderer() const { return renderer_; }
@@ -70,6 +81,9 @@ class Context {
   Context(void* display, void* context) : display_(display), context_(context) {}
   Status Describe(bool accept_software);
   static Result<std::unique_ptr<Context>> CreateOn(const EglDevice& device, bool accept_software);
+  // `share_context`: an EGLContext of the display, or null.
+  static Result<std::unique_ptr<Context>> CreateOnDisplay(void* display, void* share_context,
+                                                          bool accept_software);
 
   void* display_;
   void* context_;

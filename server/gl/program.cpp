@@ -3,15 +3,15 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <array>
 #include <string>
 
 namespace drape::gl {
 
 namespace {
 
-Status CompileError(const ShaderSource& source, const char* action, const std::string& log) {
-  const std::string message =
-      source.name + " does not " + action + ": " + WithFileNames(log, source.lines);
+Status CompileError(const std::string& name, const char* action, const std::string& log) {
+  const std::string message = name + " does not " + action + ": " + log;
   spdlog::error("shader_{}_failed {}", action, message);
   return Status(StatusCode::kInternal, "SHADER_COMPILE_FAILED", message);
 }
@@ -39,27 +39,50 @@ std::string ProgramLog(GLuint program) {
 }  // namespace
 
 Result<Program> Program::Compile(const ShaderSource& source) {
-  const GLuint shader = glCreateShader(GL_COMPUTE_SHADER);
-  const char* text = source.text.c_str();
+  const Stage stage{GL_COMPUTE_SHADER, &source};
+  return Link(source.name, std::span(&stage, 1));
+}
+
+Result<Program> Program::CompileDraw(const ShaderSource& vertex, const ShaderSource& fragment) {
+  const std::array stages = {Stage{GL_VERTEX_SHADER, &vertex},
+                             Stage{GL_FRAGMENT_SHADER, &fragment}};
+  return Link(vertex.name + " with " + fragment.name, stages);
+}
+
+Result<Program> Program::Link(const std::string& name, std::span<const Stage> stages) {
+  Program program;
+  program.name_ = glCreateProgram();
+  for (const Stage& stage : stages) DRAPE_RETURN_IF_ERROR(program.Attach(stage));
+  glLinkProgram(program.name_);
+  GLint is_ok = GL_FALSE;
+  glGetProgramiv(program.name_, GL_LINK_STATUS, &is_ok);
+  if (is_ok != GL_TRUE) {
+    // Of several stages the log names no file; of one it does.
+    const std::vector<SourceLine> lines =
+        stages.size() == 1 ? stages[0].source->lines : std::vector<SourceLine>();
+    return CompileError(name, "link", WithFileNames(ProgramLog(program.name_), lines));
+  }
+  program.FindUniforms();
+  return program;
+}
+
+// The shader itself lives as long as the program that it is attached to.
+Status Program::Attach(const Stage& stage) {
+  const GLuint shader = glCreateShader(stage.kind);
+  const char* text = stage.source->text.c_str();
   glShaderSource(shader, 1, &text, nullptr);
   glCompileShader(shader);
   GLint is_ok = GL_FALSE;
   glGetShaderiv(shader, GL_COMPILE_STATUS, &is_ok);
-  if (is_ok != GL_TRUE) {
-    Status error = CompileError(source, "compile", ShaderLog(shader));
-    glDeleteShader(shader);
-    return error;
+  Status status;
+  if (is_ok == GL_TRUE) {
+    glAttachShader(name_, shader);
+  } else {
+    status = CompileError(stage.source->name, "compile",
+                          WithFileNames(ShaderLog(shader), stage.source->lines));
   }
-  Program program;
-  program.name_ = glCreateProgram();
-  glAttachShader(program.name_, shader);
-  glLinkProgram(program.name_);
-  glDetachShader(program.name_, shader);
   glDeleteShader(shader);
-  glGetProgramiv(program.name_, GL_LINK_STATUS, &is_ok);
-  if (is_ok != GL_TRUE) return CompileError(source, "link", ProgramLog(program.name_));
-  program.FindUniforms();
-  return program;
+  return status;
 }
 
 void Program::FindUniforms() {

@@ -1,8 +1,10 @@
-// Compute programs.
+// Compute and draw programs.
 #pragma once
 
 #include <epoxy/gl.h>
 
+#include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -11,11 +13,13 @@
 
 namespace drape::gl {
 
-// Owns one linked compute program. Move-only; every call with its context current.
+// Owns one linked program. Move-only; every call with its context current.
 class Program {
  public:
   // INTERNAL (SHADER_COMPILE_FAILED) with the driver's log, places given as "file:line".
   static Result<Program> Compile(const ShaderSource& source);
+  // The same for a vertex shader and a fragment shader.
+  static Result<Program> CompileDraw(const ShaderSource& vertex, const ShaderSource& fragment);
   ~Program();
   Program(Program&& other) noexcept { *this = std::move(other); }
   Program& operator=(Program&& other) noexcept {
@@ -30,8 +34,14 @@ class Program {
   void SetUniform(GLint location, GLuint value) const;
 
  private:
+  struct Stage {
+    GLenum kind;
+    const ShaderSource* source;
+  };
   Program() = default;
 
+  static Result<Program> Link(const std::string& name, std::span<const Stage> stages);
+  Status Attach(const Stage& stage);
   void FindUniforms();
 
   GLuint name_ = 0;

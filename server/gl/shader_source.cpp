@@ -1,6 +1,7 @@
 #include "server/gl/shader_source.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <filesystem>
 #include <fstream>
@@ -11,6 +12,8 @@
 namespace drape::gl {
 
 namespace {
+
+constexpr std::array<std::string_view, 5> kExtensions = {".h", ".glsl", ".comp", ".vert", ".frag"};
 
 Status CompileError(const std::string& message) {
   return Status(StatusCode::kInternal, "SHADER_COMPILE_FAILED", message);
@@ -134,7 +137,7 @@ Status ShaderLibrary::AddDirectory(const std::string& directory) {
   }
   for (const auto& entry : entries) {
     const std::string extension = entry.path().extension().string();
-    if (extension != ".h" && extension != ".glsl" && extension != ".comp") continue;
+    if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) continue;
     std::ifstream file(entry.path());
     std::ostringstream text;
     text << file.rdbuf();

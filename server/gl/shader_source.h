@@ -18,7 +18,7 @@ struct SourceLine {
   int line = 0;
 };
 
-// A complete compute shader. Its text has no #line directives, because Mesa forgets their
+// A complete shader. Its text has no #line directives, because Mesa forgets their
 // source-string number in many messages; `lines` tells the same.
 struct ShaderSource {
   std::string name;  // "kernels/measure_pieces.comp"
@@ -36,8 +36,8 @@ class ShaderLibrary {
   // Paths are relative to the shader directory, with '/'.
   void Add(std::string path, std::string text) { files_[std::move(path)] = std::move(text); }
 
-  // Every .h, .glsl and .comp file below `directory` replaces or joins what is there. NOT_FOUND
-  // (SHADER_DIR_NOT_FOUND) if the directory cannot be read.
+  // Every .h, .glsl, .comp, .vert and .frag file below `directory` replaces or joins what is there.
+  // NOT_FOUND (SHADER_DIR_NOT_FOUND) if the directory cannot be read.
   Status AddDirectory(const std::string& directory);
 
   // The file `path` with `defines` ("#define X 1\n...") before it and every `#include "file"`

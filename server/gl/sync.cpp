@@ -10,6 +10,21 @@ void WaitForDevice() {
   glDeleteSync(fence);
 }
 
+Fence Fence::Insert() {
+  Fence fence;
+  fence.sync_ = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  glFlush();
+  return fence;
+}
+
+Fence::~Fence() {
+  if (sync_ != nullptr) glDeleteSync(sync_);
+}
+
+void Fence::WaitOnDevice() const {
+  if (sync_ != nullptr) glWaitSync(sync_, 0, GL_TIMEOUT_IGNORED);
+}
+
 int64_t TimerQuery::ElapsedUs() const {
   GLuint64 elapsed_ns = 0;
   glGetQueryObjectui64v(name_, GL_QUERY_RESULT, &elapsed_ns);

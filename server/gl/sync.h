@@ -4,11 +4,37 @@
 #include <epoxy/gl.h>
 
 #include <cstdint>
+#include <utility>
 
 namespace drape::gl {
 
 // Blocks until the device has done everything submitted before.
 void WaitForDevice();
+
+// A point in the work submitted by one context, for the other contexts of its share group. Owns the
+// sync object. Move-only.
+class Fence {
+ public:
+  // Null: there is nothing to wait for.
+  Fence() = default;
+  // After everything that the current context has submitted, which is sent to the device: a fence
+  // that stayed in this context's queue would never be reached for the others.
+  static Fence Insert();
+  // With a context of the share group current.
+  ~Fence();
+  Fence(Fence&& other) noexcept { *this = std::move(other); }
+  Fence& operator=(Fence&& other) noexcept {
+    std::swap(sync_, other.sync_);
+    return *this;
+  }
+
+  // What the current context submits from here on is done after the fence. Does not block the
+  // thread.
+  void WaitOnDevice() const;
+
+ private:
+  GLsync sync_ = nullptr;
+};
 
 // Device time between Start and Stop. One at a time per context.
 class TimerQuery {

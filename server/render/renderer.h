@@ -17,6 +17,9 @@ struct DrawnStates {
   std::shared_ptr<gl::SharedCopy> device;  // from Backend::CopyOnDevice
 };
 
+// Reason of the Draw after which the renderer is of no more use.
+inline constexpr char kRendererLost[] = "RENDERER_LOST";
+
 // Owns a graphics context. Every call, construction and destruction included, on one thread, which
 // also must drop the DrawnStates that it was given.
 class Renderer {
@@ -26,9 +29,14 @@ class Renderer {
   // "llvmpipe (LLVM 15.0.6)"
   virtual std::string device() const = 0;
 
+  // Whether DrawnStates::device may be used: the graphics context shares the backend's device
+  // memory. False: the states must come from Backend::Read.
+  virtual bool takes_device_copies() const = 0;
+
   // The states of `cloths`, in their order. The spec is already validated: violations are
   // programmer errors. RESOURCE_EXHAUSTED (DEVICE_MEMORY) if there is no room for the picture or
-  // the cloths.
+  // the cloths; UNAVAILABLE (RENDERER_LOST) after the device was reset: this renderer draws no
+  // more.
   virtual Result<Picture> Draw(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
                                const DrawnStates& states) = 0;
 };

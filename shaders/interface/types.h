@@ -14,4 +14,9 @@ struct alignas(16) vec4 {
   float w = 0;
 };
 
+// Column by column.
+struct alignas(16) mat4 {
+  float elements[16] = {};
+};
+
 }  // namespace drape::shader

@@ -6,7 +6,7 @@
 #include <bit>
 #include <utility>
 
-#include "server/gl/sync.h"
+#include "server/gl/shared_copy.h"
 #include "server/solver/gl_compute/cloth_table.h"
 #include "server/solver/gl_compute/device_arrays.h"
 #include "server/solver/gl_compute/gl_cloth.h"
@@ -56,6 +56,7 @@ class GlBackend final : public Backend {
   void Destroy(ClothHandle handle) override;
   BatchReport Step(std::span<const StepItem> items) override;
   StateColumns Read(const ReadRequest& request) override;
+  std::shared_ptr<gl::SharedCopy> CopyOnDevice(const ReadRequest& request) override;
   Status Write(ClothHandle handle, const ClothUpdate& update) override;
 
  private:
@@ -254,6 +255,35 @@ StateColumns GlBackend::Read(const ReadRequest& request) {
   return columns;
 }
 
+std::shared_ptr<gl::SharedCopy> GlBackend::CopyOnDevice(const ReadRequest& request) {
+  parts_.context->MakeCurrent();
+  std::vector<StateColumn> columns;
+  for (const bool velocities : {false, true}) {
+    if (!(velocities ? request.velocities : request.positions)) continue;
+    for (const ClothHandle handle : request.cloths) {
+      const GlCloth& cloth = cloths_.Find(handle);
+      const uint32_t count = 3 * cloth.particle_count();
+      columns.push_back({cloth.state.begin() + (velocities ? count : 0), count});
+    }
+  }
+  size_t bytes = 0;
+  for (const StateColumn& column : columns) bytes += column.count * sizeof(float);
+  if (bytes == 0) return nullptr;
+  Result<gl::Buffer> buffer = gl::Buffer::Create(bytes);
+  if (!buffer.ok()) return nullptr;
+  // Steps wrote the states with shaders.
+  glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+  size_t target = 0;
+  for (const StateColumn& column : columns) {
+    const size_t column_bytes = column.count * sizeof(float);
+    buffer->CopyFrom(parts_.arrays->states.buffer(), column.begin * sizeof(float), target,
+                     column_bytes);
+    target += column_bytes;
+  }
+  return std::make_shared<gl::SharedCopy>(
+      gl::SharedCopy{std::move(buffer).value(), gl::Fence::Insert()});
+}
+
 // Mesa's llvmpipe leaves all loops of an invocation after 65535 passes; the rest is slack for what
 // the count does not see.
 constexpr uint32_t kSoftwareLoopBudget = 60'000;
@@ -280,6 +310,7 @@ Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options
       {.accept_software = options.accept_software, .device_filter = options.device_filter});
   if (!context.ok()) return context.status();
   parts.context = std::move(context).value();
+  if (options.on_context) options.on_context(parts.context->share_handle());
   const gl::DeviceLimits& limits = parts.context->limits();
   DRAPE_RETURN_IF_ERROR(CheckLimits(limits));
   const bool is_software = parts.context->is_software();

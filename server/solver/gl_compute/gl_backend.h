@@ -19,6 +19,8 @@ struct GlBackendOptions {
   std::string shader_dir = {};
   // Devices for which this is false are passed over; empty accepts all.
   std::function<bool(const gl::EglDevice&)> device_filter = {};
+  // Called on the device thread once the context is there, which lives as long as the backend.
+  std::function<void(const gl::ShareHandle&)> on_context = {};
   // Largest size of any one device array [bytes]; 0: what the device allows.
   int64_t max_array_bytes = 0;
   // Invocations per work group, a power of two; 0: what suits the device. Results do not depend on

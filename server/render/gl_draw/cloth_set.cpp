@@ -1,0 +1,237 @@
+#include "server/render/gl_draw/cloth_set.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+#include <string>
+#include <utility>
+
+#include "server/gl/shared_copy.h"
+#include "server/render/gl_draw/float_order.h"
+#include "server/render/gl_draw/palette.h"
+#include "server/render/gl_draw/projection.h"
+#include "shaders/interface/draw_bindings.h"
+
+namespace drape::render {
+
+namespace {
+
+using Eigen::Vector3d;
+
+Status TooLarge(int64_t bytes, int64_t allowed) {
+  return Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",
+                "a picture of these cloths needs an array of " + std::to_string(bytes) +
+                    " bytes on the device, which allows " + std::to_string(allowed) +
+                    "; ask for fewer cloths");
+}
+
+// Appends a column of the host as floats.
+void Append(const ScalarColumn& column, std::vector<float>& words) {
+  std::visit(
+      [&words](const auto& values) {
+        for (const auto value : values) words.push_back(static_cast<float>(value));
+      },
+      column);
+}
+
+// Of everything that is drawn of a model, in terms of the mean length of its constraints.
+void SetSizes(const SceneModel& model, shader::DrawRecord& record) {
+  const auto scale = static_cast<float>(model.length_scale_m());
+  const bool has_surface = !model.triangles().empty();
+  record.has_surface = has_surface ? 1 : 0;
+  record.line_radius = (has_surface ? 0.07f : 0.045f) * scale;
+  record.ball_radius = 0.1f * scale;
+  record.pin_radius = 0.3f * scale;
+}
+
+shader::vec4 RecordColour(Colouring colouring, bool has_surface, uint32_t cloth_index) {
+  if (colouring != Colouring::kColourGroup) return ClothColour(cloth_index);
+  return LinearFromHex(has_surface ? 0xe9ebee : 0x8a939e);
+}
+
+}  // namespace
+
+GLuint ColouringNumber(Colouring colouring) {
+  switch (colouring) {
+    case Colouring::kMaterial:
+      return DRAPE_DRAW_NO_VALUE;
+    case Colouring::kStrain:
+      return DRAPE_DRAW_STRAIN;
+    case Colouring::kColourGroup:
+      return DRAPE_DRAW_GROUPS;
+    case Colouring::kSpeed:
+      return DRAPE_DRAW_SPEED;
+  }
+  return DRAPE_DRAW_NO_VALUE;
+}
+
+Result<ClothSet> ClothSet::Load(Colouring colouring, std::span<const DrawnCloth> cloths,
+                                const DrawnStates& states, const gl::DeviceLimits& limits,
+                                GeometryCache& cache) {
+  ClothSet set;
+  set.colouring_ = colouring;
+  set.limits_ = limits;
+  DRAPE_RETURN_IF_ERROR(set.AddRecords(colouring, cloths, cache));
+  if (cloths.empty()) return set;
+  DRAPE_RETURN_IF_ERROR(set.LoadStates(states, limits.storage_block_bytes));
+  Result<gl::Buffer> records = gl::Buffer::Create(set.records_.size() * sizeof(shader::DrawRecord));
+  if (!records.ok()) return records.status();
+  set.records_buffer_ = std::move(records).value();
+  Result<gl::Buffer> extents =
+      gl::Buffer::Create(set.records_.size() * sizeof(shader::ClothExtents));
+  if (!extents.ok()) return extents.status();
+  set.extents_ = std::move(extents).value();
+  const size_t shaded_bytes = set.particle_count_ * sizeof(shader::vec4);
+  if (static_cast<int64_t>(shaded_bytes) > limits.storage_block_bytes) {
+    return TooLarge(static_cast<int64_t>(shaded_bytes), limits.storage_block_bytes);
+  }
+  Result<gl::Buffer> shaded = gl::Buffer::Create(shaded_bytes);
+  if (!shaded.ok()) return shaded.status();
+  set.shaded_ = std::move(shaded).value();
+  return set;
+}
+
+// Cloths of one model stand together, models in the order of their first cloth.
+Status ClothSet::AddRecords(Colouring colouring, std::span<const DrawnCloth> cloths,
+                            GeometryCache& cache) {
+  std::vector<uint32_t> first_particles;
+  std::map<const SceneModel*, uint32_t> first_cloths;  // with that model
+  uint64_t particles = 0;
+  for (const DrawnCloth& cloth : cloths) {
+    first_cloths.try_emplace(cloth.model.get(), static_cast<uint32_t>(first_particles.size()));
+    first_particles.push_back(static_cast<uint32_t>(particles));
+    particles += cloth.model->particle_count();
+  }
+  if (6 * particles > UINT32_MAX) {
+    return TooLarge(static_cast<int64_t>(6 * particles * sizeof(float)),
+                    limits_.storage_block_bytes);
+  }
+  particle_count_ = static_cast<uint32_t>(particles);
+
+  std::vector<uint32_t> order(cloths.size());
+  std::iota(order.begin(), order.end(), 0u);
+  std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+    return first_cloths.at(cloths[a].model.get()) < first_cloths.at(cloths[b].model.get());
+  });
+  const SceneModel* model_before = nullptr;
+  for (const uint32_t index : order) {
+    const DrawnCloth& cloth = cloths[index];
+    if (cloth.model.get() != model_before) {
+      Result<std::shared_ptr<const DeviceGeometry>> geometry = cache.Acquire(cloth.model);
+      if (!geometry.ok()) return geometry.status();
+      groups_.push_back({std::move(geometry).value(), static_cast<uint32_t>(records_.size()), 0});
+      model_before = cloth.model.get();
+    }
+    ++groups_.back().count;
+    const GeometryLayout& layout = groups_.back().geometry->layout;
+    shader::DrawRecord record = {};
+    SetSizes(*cloth.model, record);
+    record.colour = RecordColour(colouring, record.has_surface != 0, index);
+    record.particle_count = cloth.model->particle_count();
+    record.constraint_count = cloth.model->constraint_count();
+    record.positions = 3 * first_particles[index];
+    record.velocities = 3 * (particle_count_ + first_particles[index]);
+    record.shaded = first_particles[index];
+    record.corner_offsets = layout.corner_offsets;
+    record.corners = layout.corners;
+    record.end_offsets = layout.end_offsets;
+    record.ends = layout.ends;
+    record.constraints = layout.constraints;
+    record.pins = layout.pins;
+    record.pin_count = cloth.model->pin_count();
+    records_.push_back(record);
+    origins_m_.push_back(cloth.placement.WorldFromCloth(Vector3d::Zero()));
+    length_scales_m_.push_back(cloth.model->length_scale_m());
+  }
+  return Status::Ok();
+}
+
+Status ClothSet::LoadStates(const DrawnStates& states, int64_t max_block_bytes) {
+  const size_t columns = colouring_ == Colouring::kSpeed ? 2 : 1;
+  const size_t bytes = columns * 3 * sizeof(float) * particle_count_;
+  if (states.device) {
+    DRAPE_CHECK(states.device->buffer.size_bytes() >= bytes, "one state per particle");
+    if (static_cast<int64_t>(states.device->buffer.size_bytes()) > max_block_bytes) {
+      return TooLarge(static_cast<int64_t>(states.device->buffer.size_bytes()), max_block_bytes);
+    }
+    states.device->ready.WaitOnDevice();
+    shared_states_ = &states.device->buffer;
+    return Status::Ok();
+  }
+  if (static_cast<int64_t>(bytes) > max_block_bytes) {
+    return TooLarge(static_cast<int64_t>(bytes), max_block_bytes);
+  }
+  std::vector<float> words;
+  words.reserve(bytes / sizeof(float));
+  Append(states.host.positions_m, words);
+  if (columns == 2) Append(states.host.velocities_m_per_s, words);
+  DRAPE_CHECK(words.size() * sizeof(float) == bytes, "one state per particle");
+  Result<gl::Buffer> buffer = gl::Buffer::Create(bytes);
+  if (!buffer.ok()) return buffer.status();
+  own_states_ = std::move(buffer).value();
+  own_states_.Upload(0, std::as_bytes(std::span(words)));
+  return Status::Ok();
+}
+
+ClothMeasures ClothSet::Measure(const gl::Program& shade_vertices) {
+  ClothMeasures measures;
+  if (records_.empty()) return measures;
+  records_buffer_.Upload(0, std::as_bytes(std::span(records_)));
+  constexpr uint32_t kNone = UINT32_MAX;
+  std::vector<shader::ClothExtents> extents(records_.size(),
+                                            {kNone, kNone, kNone, kNone, 0, 0, 0, 0});
+  extents_.Upload(0, std::as_bytes(std::span(extents)));
+  shade_vertices.Use();
+  shade_vertices.SetUniform(DRAPE_DRAW_UNIFORM_COLOURING, ColouringNumber(colouring_));
+  extents_.BindStorage(DRAPE_DRAW_BINDING_EXTENTS);
+  for (const ClothGroup& group : groups_) {
+    Bind(group);
+    const GLuint work_groups =
+        (records_[group.first].particle_count + kShadeLocalSize - 1) / kShadeLocalSize;
+    for (uint32_t done = 0; done < group.count;) {
+      const uint32_t count = std::min(group.count - done, limits_.work_group_count_y);
+      shade_vertices.SetUniform(DRAPE_DRAW_UNIFORM_FIRST_CLOTH, group.first + done);
+      glDispatchCompute(work_groups, count, 1);
+      done += count;
+    }
+  }
+  glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+  extents_.Download(0, std::as_writable_bytes(std::span(extents)));
+
+  bool has_values = false;
+  for (size_t index = 0; index < extents.size(); ++index) {
+    const shader::ClothExtents& extent = extents[index];
+    if (extent.low_x > extent.high_x) continue;  // nothing finite
+    const auto value = [](uint32_t bits) {
+      return static_cast<double>(FloatFromOrderedBits(bits));
+    };
+    const Vector3d low(value(extent.low_x), value(extent.low_y), value(extent.low_z));
+    const Vector3d high(value(extent.high_x), value(extent.high_y), value(extent.high_z));
+    measures.bounds.push_back(
+        {.box_m = {Vector3d(low + origins_m_[index]), Vector3d(high + origins_m_[index])},
+         .length_scale_m = length_scales_m_[index]});
+    const ValueRange range{value(extent.low_value), value(extent.high_value)};
+    measures.values.low = has_values ? std::min(measures.values.low, range.low) : range.low;
+    measures.values.high = has_values ? std::max(measures.values.high, range.high) : range.high;
+    has_values = true;
+  }
+  return measures;
+}
+
+void ClothSet::PlaceBefore(const Vector3d& eye_m) {
+  if (records_.empty()) return;
+  for (size_t index = 0; index < records_.size(); ++index) {
+    records_[index].offset = ToShader(Vector3d(origins_m_[index] - eye_m), 0);
+  }
+  records_buffer_.Upload(0, std::as_bytes(std::span(records_)));
+}
+
+void ClothSet::Bind(const ClothGroup& group) const {
+  records_buffer_.BindStorage(DRAPE_DRAW_BINDING_CLOTHS);
+  states().BindStorage(DRAPE_DRAW_BINDING_STATES);
+  shaded_.BindStorage(DRAPE_DRAW_BINDING_SHADED);
+  group.geometry->surface.BindStorage(DRAPE_DRAW_BINDING_SURFACE);
+  group.geometry->constraints.BindStorage(DRAPE_DRAW_BINDING_CONSTRAINTS);
+}
+
+}  // namespace drape::render

@@ -1,0 +1,80 @@
+// The cloths of one picture on the device.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <Eigen/Geometry>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/core/status.h"
+#include "server/gl/buffer.h"
+#include "server/gl/context.h"
+#include "server/render/gl_draw/draw_programs.h"
+#include "server/render/gl_draw/geometry_cache.h"
+#include "server/render/renderer.h"
+#include "shaders/interface/draw_records.h"
+
+namespace drape::render {
+
+// Cloths of the same model: one draw call. They are `count` records from `first`.
+struct ClothGroup {
+  std::shared_ptr<const DeviceGeometry> geometry;
+  uint32_t first = 0;
+  uint32_t count = 0;
+};
+
+// What the device found out about all cloths of a picture.
+struct ClothMeasures {
+  struct Bounds {
+    Eigen::AlignedBox3d box_m;  // world frame
+    double length_scale_m = 1;  // of its model
+  };
+  std::vector<Bounds> bounds;  // of the cloths with finite positions
+  ValueRange values;           // of the finite ones; 0, 0 if there are none
+};
+
+// The colouring's number in the shaders (DRAPE_DRAW_STRAIN, ...).
+GLuint ColouringNumber(Colouring colouring);
+
+// Every call with the context current, on its thread.
+class ClothSet {
+ public:
+  // Geometry comes from the cache, states from the host or from the device's copy, which must
+  // outlive this. RESOURCE_EXHAUSTED (DEVICE_MEMORY).
+  static Result<ClothSet> Load(Colouring colouring, std::span<const DrawnCloth> cloths,
+                               const DrawnStates& states, const gl::DeviceLimits& limits,
+                               GeometryCache& cache);
+
+  // Finds normals, values and extents on the device; waits for it. Only the extents come back.
+  ClothMeasures Measure(const gl::Program& shade_vertices);
+  // Says where the cloths are, seen from the eye.
+  void PlaceBefore(const Eigen::Vector3d& eye_m);
+  // For the shaders of one group.
+  void Bind(const ClothGroup& group) const;
+
+  const std::vector<ClothGroup>& groups() const { return groups_; }
+  const shader::DrawRecord& record(uint32_t index) const { return records_[index]; }
+
+ private:
+  ClothSet() = default;
+  Status AddRecords(Colouring colouring, std::span<const DrawnCloth> cloths, GeometryCache& cache);
+  Status LoadStates(const DrawnStates& states, int64_t max_block_bytes);
+  const gl::Buffer& states() const { return shared_states_ ? *shared_states_ : own_states_; }
+
+  Colouring colouring_ = Colouring::kMaterial;
+  uint32_t particle_count_ = 0;
+  gl::DeviceLimits limits_;
+  std::vector<ClothGroup> groups_;
+  std::vector<shader::DrawRecord> records_;
+  std::vector<Eigen::Vector3d> origins_m_;  // of each record, of the cloth frame in the world
+  std::vector<double> length_scales_m_;     // of each record
+  gl::Buffer records_buffer_;
+  gl::Buffer own_states_;
+  const gl::Buffer* shared_states_ = nullptr;
+  gl::Buffer shaded_;
+  gl::Buffer extents_;
+};
+
+}  // namespace drape::render

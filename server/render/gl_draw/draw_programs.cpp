@@ -1,0 +1,88 @@
+#include "server/render/gl_draw/draw_programs.h"
+
+#include <optional>
+#include <utility>
+
+#include "server/gl/shader_source.h"
+#include "shaders/embedded_shaders.h"
+
+namespace drape::render {
+
+namespace {
+
+// Compiles until something does not compile; what comes after is left out.
+class Compiler {
+ public:
+  explicit Compiler(gl::ShaderLibrary library) : library_(std::move(library)) {}
+
+  std::optional<gl::Program> Compute(const std::string& file) {
+    if (!status_.ok()) return std::nullopt;
+    const Result<gl::ShaderSource> source = library_.Assemble(
+        "draw/" + file, "#define LOCAL_SIZE " + std::to_string(kShadeLocalSize) + "\n");
+    if (!source.ok()) return Failed(source.status());
+    Result<gl::Program> program = gl::Program::Compile(source.value());
+    if (!program.ok()) return Failed(program.status());
+    return std::move(program).value();
+  }
+
+  std::optional<gl::Program> Draw(const std::string& vertex_file,
+                                  const std::string& fragment_file) {
+    if (!status_.ok()) return std::nullopt;
+    const Result<gl::ShaderSource> vertex = library_.Assemble("draw/" + vertex_file, "");
+    if (!vertex.ok()) return Failed(vertex.status());
+    const Result<gl::ShaderSource> fragment = library_.Assemble("draw/" + fragment_file, "");
+    if (!fragment.ok()) return Failed(fragment.status());
+    Result<gl::Program> program = gl::Program::CompileDraw(vertex.value(), fragment.value());
+    if (!program.ok()) return Failed(program.status());
+    return std::move(program).value();
+  }
+
+  const Status& status() const { return status_; }
+
+ private:
+  std::nullopt_t Failed(Status status) {
+    status_ = std::move(status);
+    return std::nullopt;
+  }
+
+  gl::ShaderLibrary library_;
+  Status status_;
+};
+
+}  // namespace
+
+Result<DrawPrograms> CompileDrawPrograms(const std::string& shader_dir) {
+  gl::ShaderLibrary library;
+  for (const EmbeddedShader& shader : EmbeddedShaders()) {
+    library.Add(std::string(shader.path), std::string(shader.text));
+  }
+  if (!shader_dir.empty()) DRAPE_RETURN_IF_ERROR(library.AddDirectory(shader_dir));
+  Compiler compiler(std::move(library));
+  auto shade_vertices = compiler.Compute("shade_vertices.comp");
+  auto cloth = compiler.Draw("cloth.vert", "cloth.frag");
+  auto cloth_depth = compiler.Draw("cloth.vert", "depth.frag");
+  auto lines = compiler.Draw("lines.vert", "lines.frag");
+  auto lines_depth = compiler.Draw("lines.vert", "depth.frag");
+  auto particle_balls = compiler.Draw("particle_balls.vert", "particle_balls.frag");
+  auto particle_balls_depth = compiler.Draw("particle_balls.vert", "depth.frag");
+  auto balls = compiler.Draw("balls.vert", "balls.frag");
+  auto balls_depth = compiler.Draw("balls.vert", "depth.frag");
+  auto planes = compiler.Draw("planes.vert", "planes.frag");
+  auto backdrop = compiler.Draw("backdrop.vert", "backdrop.frag");
+  auto labels = compiler.Draw("labels.vert", "labels.frag");
+  if (!compiler.status().ok()) return compiler.status();
+  return DrawPrograms{.shade_vertices = *std::move(shade_vertices),
+                      .cloth = *std::move(cloth),
+                      .cloth_depth = *std::move(cloth_depth),
+                      .lines = *std::move(lines),
+                      .lines_depth = *std::move(lines_depth),
+                      .particle_balls = *std::move(particle_balls),
+                      .particle_balls_depth = *std::move(particle_balls_depth),
+                      .balls = *std::move(balls),
+                      .balls_depth = *std::move(balls_depth),
+                      .planes = *std::move(planes),
+                      .backdrop = *std::move(backdrop),
+                      .labels = *std::move(labels)};
+}
+
+}  // namespace drape::render

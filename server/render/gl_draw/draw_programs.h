@@ -1,0 +1,36 @@
+// The programs that draw, compiled.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <string>
+
+#include "server/core/status.h"
+#include "server/gl/program.h"
+
+namespace drape::render {
+
+// Invocations of a work group of shade_vertices.
+inline constexpr GLuint kShadeLocalSize = 64;
+
+// `*_depth`: the same vertices, for the shadow map.
+struct DrawPrograms {
+  gl::Program shade_vertices;
+  gl::Program cloth;
+  gl::Program cloth_depth;
+  gl::Program lines;
+  gl::Program lines_depth;
+  gl::Program particle_balls;
+  gl::Program particle_balls_depth;
+  gl::Program balls;
+  gl::Program balls_depth;
+  gl::Program planes;
+  gl::Program backdrop;
+  gl::Program labels;
+};
+
+// `shader_dir`: files that replace the embedded ones; empty: none. Needs a current context.
+// INTERNAL (SHADER_COMPILE_FAILED), NOT_FOUND (SHADER_DIR_NOT_FOUND).
+Result<DrawPrograms> CompileDrawPrograms(const std::string& shader_dir);
+
+}  // namespace drape::render

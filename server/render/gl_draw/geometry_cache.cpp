@@ -1,0 +1,75 @@
+#include "server/render/gl_draw/geometry_cache.h"
+
+#include <algorithm>
+#include <iterator>
+#include <span>
+#include <string>
+#include <utility>
+
+namespace drape::render {
+
+namespace {
+
+// OpenGL has no empty buffers: one word stands for no words.
+Result<gl::Buffer> UploadWords(std::span<const uint32_t> words, int64_t max_bytes) {
+  if (static_cast<int64_t>(words.size_bytes()) > max_bytes) {
+    return Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",
+                  "a cloth needs " + std::to_string(words.size_bytes()) +
+                      " bytes in one array to be drawn; the device allows " +
+                      std::to_string(max_bytes));
+  }
+  Result<gl::Buffer> buffer = gl::Buffer::Create(std::max(words.size_bytes(), sizeof(uint32_t)));
+  if (buffer.ok()) buffer->Upload(0, std::as_bytes(words));
+  return buffer;
+}
+
+}  // namespace
+
+Result<std::shared_ptr<const DeviceGeometry>> GeometryCache::Acquire(
+    const std::shared_ptr<const SceneModel>& model) {
+  DropEndedModels();
+  const auto known = std::find_if(entries_.begin(), entries_.end(),
+                                  [&](const Entry& entry) { return entry.model.lock() == model; });
+  if (known != entries_.end()) {
+    entries_.splice(entries_.begin(), entries_, known);
+    return known->geometry;
+  }
+  Result<std::shared_ptr<const DeviceGeometry>> geometry = Upload(*model);
+  if (!geometry.ok()) return geometry;
+  size_bytes_ += (*geometry)->size_bytes();
+  entries_.push_front({model, *geometry});
+  // The newest stays even if it is too large alone: it is drawn now.
+  while (size_bytes_ > max_bytes_ && entries_.size() > 1) Drop(std::prev(entries_.end()));
+  return geometry;
+}
+
+Result<std::shared_ptr<const DeviceGeometry>> GeometryCache::Upload(const SceneModel& model) const {
+  const ModelGeometry words = BuildGeometry(model);
+  Result<gl::Buffer> indices = UploadWords(words.indices, max_block_bytes_);
+  if (!indices.ok()) return indices.status();
+  Result<gl::Buffer> surface = UploadWords(words.surface, max_block_bytes_);
+  if (!surface.ok()) return surface.status();
+  Result<gl::Buffer> constraints = UploadWords(words.constraints, max_block_bytes_);
+  if (!constraints.ok()) return constraints.status();
+  return std::make_shared<const DeviceGeometry>(
+      DeviceGeometry{.layout = words.layout,
+                     .index_count = static_cast<uint32_t>(words.indices.size()),
+                     .indices = std::move(indices).value(),
+                     .surface = std::move(surface).value(),
+                     .constraints = std::move(constraints).value()});
+}
+
+void GeometryCache::DropEndedModels() {
+  for (auto entry = entries_.begin(); entry != entries_.end();) {
+    const auto next = std::next(entry);
+    if (entry->model.expired()) Drop(entry);
+    entry = next;
+  }
+}
+
+void GeometryCache::Drop(std::list<Entry>::iterator entry) {
+  size_bytes_ -= entry->geometry->size_bytes();
+  entries_.erase(entry);
+}
+
+}  // namespace drape::render

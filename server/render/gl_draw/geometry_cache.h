@@ -1,0 +1,56 @@
+// Scene models on the device, for drawing.
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <memory>
+
+#include "server/core/status.h"
+#include "server/gl/buffer.h"
+#include "server/render/gl_draw/model_geometry.h"
+
+namespace drape::render {
+
+struct DeviceGeometry {
+  GeometryLayout layout;
+  uint32_t index_count = 0;  // 0: a cloth without a surface
+  gl::Buffer indices;
+  gl::Buffer surface;
+  gl::Buffer constraints;
+
+  int64_t size_bytes() const {
+    return static_cast<int64_t>(indices.size_bytes() + surface.size_bytes() +
+                                constraints.size_bytes());
+  }
+};
+
+// Keeps what was drawn last, while its model lives, up to a size. Every call with the context
+// current.
+class GeometryCache {
+ public:
+  // `max_block_bytes`: of one array on the device.
+  GeometryCache(int64_t max_bytes, int64_t max_block_bytes)
+      : max_bytes_(max_bytes), max_block_bytes_(max_block_bytes) {}
+
+  // RESOURCE_EXHAUSTED (DEVICE_MEMORY).
+  Result<std::shared_ptr<const DeviceGeometry>> Acquire(
+      const std::shared_ptr<const SceneModel>& model);
+
+  int64_t size_bytes() const { return size_bytes_; }
+
+ private:
+  struct Entry {
+    std::weak_ptr<const SceneModel> model;
+    std::shared_ptr<const DeviceGeometry> geometry;
+  };
+  Result<std::shared_ptr<const DeviceGeometry>> Upload(const SceneModel& model) const;
+  void DropEndedModels();
+  void Drop(std::list<Entry>::iterator entry);
+
+  int64_t max_bytes_;
+  int64_t max_block_bytes_;
+  int64_t size_bytes_ = 0;
+  std::list<Entry> entries_;  // the one used last in front
+};
+
+}  // namespace drape::render

@@ -1,0 +1,196 @@
+#include "server/render/gl_draw/gl_renderer.h"
+
+#include <epoxy/gl.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "server/gl/framebuffer.h"
+#include "server/gl/texture.h"
+#include "server/render/gl_draw/cloth_set.h"
+#include "server/render/gl_draw/collider_shapes.h"
+#include "server/render/gl_draw/draw_programs.h"
+#include "server/render/gl_draw/geometry_cache.h"
+#include "server/render/gl_draw/glyph_atlas.h"
+#include "server/render/gl_draw/legend.h"
+#include "server/render/gl_draw/passes.h"
+#include "server/render/gl_draw/scene_view.h"
+#include "shaders/interface/draw_bindings.h"
+
+namespace drape::render {
+
+namespace {
+
+constexpr uint32_t kShadowSize_px = 2048;
+// Of geometry that is kept for the next picture.
+constexpr int64_t kMaxCacheBytes = int64_t{256} << 20;
+// Larger targets (about 44 bytes per pixel) are given back after each picture.
+constexpr uint64_t kMaxKeptPixels = uint64_t{1} << 22;
+
+class GlRenderer final : public Renderer {
+ public:
+  // Members in order of construction.
+  struct Parts {
+    std::unique_ptr<gl::Context> context;
+    bool is_shared = false;
+    std::optional<DrawPrograms> programs;
+    std::optional<gl::DepthMap> shadow_map;
+    std::optional<VertexArray> vertices;
+  };
+
+  explicit GlRenderer(Parts parts)
+      : parts_(std::move(parts)),
+        cache_(kMaxCacheBytes, parts_.context->limits().storage_block_bytes) {}
+
+  ~GlRenderer() override { parts_.context->MakeCurrent(); }
+
+  std::string device() const override { return parts_.context->renderer(); }
+  bool takes_device_copies() const override { return parts_.is_shared; }
+
+  Result<Picture> Draw(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
+                       const DrawnStates& states) override {
+    DRAPE_CHECK(!states.device || parts_.is_shared, "this renderer takes states of the host");
+    parts_.context->MakeCurrent();
+    Result<Picture> picture = DrawPicture(spec, cloths, states);
+    const std::string reset_reason = parts_.context->ResetReason();
+    if (!reset_reason.empty()) {
+      return Status(StatusCode::kUnavailable, "RENDERER_LOST", reset_reason);
+    }
+    return picture;
+  }
+
+ private:
+  Result<Picture> DrawPicture(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
+                              const DrawnStates& states);
+  Status PrepareTarget(const PictureSpec& spec);
+  // Empty where the picture has no legend.
+  Result<std::vector<shader::LabelRecord>> PrepareLegend(const PictureSpec& spec,
+                                                         const ValueRange& range,
+                                                         uint32_t group_count);
+
+  Parts parts_;
+  GeometryCache cache_;
+  std::optional<gl::PictureTarget> target_;  // of the size drawn last
+  std::optional<GlyphAtlas> glyphs_;         // of the size drawn last
+  std::optional<gl::GreyTexture> glyph_texture_;
+};
+
+uint32_t GroupCount(const PictureSpec& spec, std::span<const DrawnCloth> cloths) {
+  uint32_t count = 0;
+  if (spec.colouring != Colouring::kColourGroup) return count;
+  for (const DrawnCloth& cloth : cloths) count = std::max(count, cloth.model->colour_count());
+  return count;
+}
+
+Result<Picture> GlRenderer::DrawPicture(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
+                                        const DrawnStates& states) {
+  DRAPE_RETURN_IF_ERROR(PrepareTarget(spec));
+  Result<ClothSet> loaded =
+      ClothSet::Load(spec.colouring, cloths, states, parts_.context->limits(), cache_);
+  if (!loaded.ok()) return loaded.status();
+  ClothSet& set = loaded.value();
+  const ClothMeasures measures = set.Measure(parts_.programs->shade_vertices);
+  const ColliderShapes shapes = CollectColliders(cloths);
+  const SceneView view = LookAt(spec, cloths, measures, shapes, kShadowSize_px);
+  set.PlaceBefore(view.camera.eye_m);
+  const uint32_t group_count = GroupCount(spec, cloths);
+  const Result<DrawnScene> scene = LoadScene(spec, set, view, shapes, group_count);
+  if (!scene.ok()) return scene.status();
+  const Result<std::vector<shader::LabelRecord>> legend =
+      PrepareLegend(spec, view.range, group_count);
+  if (!legend.ok()) return legend.status();
+
+  DrawShadows(*parts_.programs, *parts_.vertices, scene.value(), *parts_.shadow_map);
+  target_->Begin();
+  DrawScene(*parts_.programs, *parts_.vertices, scene.value(), *parts_.shadow_map);
+  target_->Resolve();
+  DRAPE_RETURN_IF_ERROR(DrawLabels(*parts_.programs, scene.value(), legend.value()));
+  Picture picture{.width_px = spec.width_px,
+                  .height_px = spec.height_px,
+                  .rgb = target_->Read(),
+                  .camera = view.camera,
+                  .bounds_m = view.bounds_m,
+                  .range = view.range};
+  if (uint64_t{spec.width_px} * spec.height_px > kMaxKeptPixels) target_.reset();
+  if (glGetError() == GL_OUT_OF_MEMORY) {
+    return Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",
+                  "the device ran out of memory while it drew");
+  }
+  return picture;
+}
+
+Status GlRenderer::PrepareTarget(const PictureSpec& spec) {
+  if (target_ && target_->width_px() == spec.width_px && target_->height_px() == spec.height_px) {
+    return Status::Ok();
+  }
+  target_.reset();
+  Result<gl::PictureTarget> target = gl::PictureTarget::Create(spec.width_px, spec.height_px);
+  if (!target.ok()) return target.status();
+  target_ = std::move(target).value();
+  return Status::Ok();
+}
+
+Result<std::vector<shader::LabelRecord>> GlRenderer::PrepareLegend(const PictureSpec& spec,
+                                                                   const ValueRange& range,
+                                                                   uint32_t group_count) {
+  const uint32_t text_size = LegendTextSize(spec.width_px, spec.height_px);
+  if (!spec.has_legend || spec.colouring == Colouring::kMaterial || text_size == 0) {
+    return std::vector<shader::LabelRecord>();
+  }
+  if (!glyphs_ || glyphs_->size_px() != text_size) {
+    GlyphAtlas glyphs = GlyphAtlas::Bake(text_size);
+    Result<gl::GreyTexture> texture =
+        gl::GreyTexture::Create(glyphs.width(), glyphs.height(), glyphs.texels());
+    if (!texture.ok()) return texture.status();
+    glyphs_ = std::move(glyphs);
+    glyph_texture_ = std::move(texture).value();
+  }
+  glyph_texture_->Bind(DRAPE_DRAW_UNIT_GLYPHS);
+  return LayOutLegend(spec, range, group_count, *glyphs_);
+}
+
+// A context that shares if it can, else one of its own.
+Result<std::unique_ptr<gl::Context>> MakeContext(const GlRendererOptions& options,
+                                                 bool& is_shared) {
+  is_shared = false;
+  if (options.share_with) {
+    Result<std::unique_ptr<gl::Context>> shared = gl::Context::Create(
+        {.accept_software = options.accept_software, .share_with = options.share_with});
+    is_shared = shared.ok();
+    if (is_shared) return shared;
+    spdlog::warn("renderer_not_shared reason=\"{}\"", shared.status().message());
+  }
+  return gl::Context::Create({.accept_software = options.accept_software});
+}
+
+Status CheckVertexStorage() {
+  GLint blocks = 0;
+  glGetIntegerv(GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS, &blocks);
+  if (blocks >= DRAPE_DRAW_VERTEX_STORAGE_BLOCKS) return Status::Ok();
+  return Status(StatusCode::kUnavailable, "NO_EGL_DEVICE",
+                "vertex shaders of this OpenGL driver read " + std::to_string(blocks) +
+                    " storage blocks; pictures need " +
+                    std::to_string(DRAPE_DRAW_VERTEX_STORAGE_BLOCKS));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Renderer>> CreateGlRenderer(const GlRendererOptions& options) {
+  GlRenderer::Parts parts;
+  Result<std::unique_ptr<gl::Context>> context = MakeContext(options, parts.is_shared);
+  if (!context.ok()) return context.status();
+  parts.context = std::move(context).value();
+  DRAPE_RETURN_IF_ERROR(CheckVertexStorage());
+  Result<DrawPrograms> programs = CompileDrawPrograms(options.shader_dir);
+  if (!programs.ok()) return programs.status();
+  parts.programs = std::move(programs).value();
+  Result<gl::DepthMap> shadow_map = gl::DepthMap::Create(kShadowSize_px);
+  if (!shadow_map.ok()) return shadow_map.status();
+  parts.shadow_map = std::move(shadow_map).value();
+  parts.vertices.emplace();
+  return std::unique_ptr<Renderer>(std::make_unique<GlRenderer>(std::move(parts)));
+}
+
+}  // namespace drape::render

@@ -1,0 +1,218 @@
+#include "server/render/gl_draw/passes.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/render/gl_draw/palette.h"
+#include "server/render/gl_draw/projection.h"
+#include "shaders/interface/draw_bindings.h"
+
+namespace drape::render {
+
+namespace {
+
+using Eigen::Vector3d;
+
+// An array that is never empty, because OpenGL has no empty buffers.
+template <class T>
+Result<gl::Buffer> UploadArray(std::vector<T> elements) {
+  if (elements.empty()) elements.emplace_back();
+  const auto bytes = std::as_bytes(std::span(elements));
+  Result<gl::Buffer> buffer = gl::Buffer::Create(bytes.size());
+  if (buffer.ok()) buffer->Upload(0, bytes);
+  return buffer;
+}
+
+shader::PlaneRecord MakePlane(const DrawnPlane& plane, const SceneView& view) {
+  const Vector3d& normal = plane.normal;
+  const Vector3d hint = std::abs(normal.x()) < 0.9 ? Vector3d::UnitX() : Vector3d::UnitZ();
+  const Vector3d bitangent = normal.cross(hint).normalized();
+  const Vector3d tangent = bitangent.cross(normal);
+  // Under the middle of the picture; a little deeper than it is, because cloth lies on it.
+  const double height = normal.dot(view.center_m - plane.point_m);
+  const Vector3d center = view.center_m - (height + 0.002 * view.radius_m) * normal;
+  // Lines of the grid a power of ten of metres apart: 1 m in scenes of the size of a person.
+  const double cell = std::pow(10, std::round(std::log10(view.radius_m)));
+  const auto phase = [&](const Vector3d& axis) { return std::remainder(axis.dot(center), cell); };
+  return {.center = ToShader(Vector3d(center - view.camera.eye_m), 6 * view.radius_m),
+          .tangent = ToShader(tangent, phase(tangent)),
+          .bitangent = ToShader(bitangent, phase(bitangent)),
+          .grid = {static_cast<float>(cell), 0, 0, 0}};
+}
+
+void Prepare(const VertexArray& vertices, const gl::Buffer& frame, GLenum depth_func) {
+  glBindVertexArray(vertices.name());
+  frame.BindUniforms(DRAPE_DRAW_BINDING_FRAME);
+  glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  glEnable(GL_DEPTH_TEST);
+  glDepthMask(GL_TRUE);
+  glDepthFunc(depth_func);
+  glDisable(GL_BLEND);
+  glDisable(GL_CULL_FACE);
+}
+
+void Use(const gl::Program& program, const DrawnScene& scene) {
+  program.Use();
+  program.SetUniform(DRAPE_DRAW_UNIFORM_COLOURING, ColouringNumber(scene.spec.colouring));
+}
+
+void DrawSurface(const gl::Program& program, const VertexArray& vertices, const ClothGroup& group) {
+  program.Use();
+  program.SetUniform(DRAPE_DRAW_UNIFORM_FIRST_CLOTH, group.first);
+  glVertexArrayElementBuffer(vertices.name(), group.geometry->indices.name());
+  glDrawElementsInstanced(GL_TRIANGLES, static_cast<GLsizei>(group.geometry->index_count),
+                          GL_UNSIGNED_INT, nullptr, static_cast<GLsizei>(group.count));
+}
+
+void DrawParticleBalls(const gl::Program& program, const DrawnScene& scene, const ClothGroup& group,
+                       GLuint kind) {
+  program.Use();
+  program.SetUniform(DRAPE_DRAW_UNIFORM_BALL_KIND, kind);
+  const shader::DrawRecord& record = scene.cloths.record(group.first);
+  const GLuint count = kind == DRAPE_DRAW_BALL_PINS ? record.pin_count : record.particle_count;
+  if (count == 0) return;
+  for (uint32_t cloth = 0; cloth < group.count; ++cloth) {
+    program.SetUniform(DRAPE_DRAW_UNIFORM_FIRST_CLOTH, group.first + cloth);
+    glDrawArraysInstanced(GL_TRIANGLES, 0, DRAPE_DRAW_DISC_VERTICES, static_cast<GLsizei>(count));
+  }
+}
+
+struct ClothPrograms {
+  const gl::Program& surface;
+  const gl::Program& lines;
+  const gl::Program& balls;
+};
+
+void DrawCloths(const ClothPrograms& programs, const VertexArray& vertices,
+                const DrawnScene& scene) {
+  for (const gl::Program* program : {&programs.surface, &programs.lines, &programs.balls}) {
+    Use(*program, scene);
+  }
+  scene.groups.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
+  glEnable(GL_CLIP_DISTANCE0);
+  for (const ClothGroup& group : scene.cloths.groups()) {
+    scene.cloths.Bind(group);
+    const shader::DrawRecord& record = scene.cloths.record(group.first);
+    const bool has_surface = record.has_surface != 0;
+    if (has_surface) DrawSurface(programs.surface, vertices, group);
+    const bool has_lines = !has_surface || scene.spec.colouring == Colouring::kColourGroup;
+    if (has_lines && record.constraint_count > 0) {
+      programs.lines.Use();
+      programs.lines.SetUniform(DRAPE_DRAW_UNIFORM_FIRST_CLOTH, group.first);
+      glDrawArraysInstanced(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * record.constraint_count),
+                            static_cast<GLsizei>(group.count));
+    }
+    if (!has_surface) {
+      DrawParticleBalls(programs.balls, scene, group, DRAPE_DRAW_BALL_PARTICLES);
+    }
+    if (scene.spec.has_pins) DrawParticleBalls(programs.balls, scene, group, DRAPE_DRAW_BALL_PINS);
+  }
+  glDisable(GL_CLIP_DISTANCE0);
+}
+
+// Faces of a sphere are 1/48 to 1/192 of its circumference wide.
+void DrawBalls(const gl::Program& program, const DrawnScene& scene) {
+  if (scene.ball_count == 0) return;
+  const GLuint segments = scene.ball_count <= 8 ? 96 : scene.ball_count <= 64 ? 48 : 24;
+  program.Use();
+  program.SetUniform(DRAPE_DRAW_UNIFORM_SEGMENTS, segments);
+  scene.balls.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
+  glDrawArraysInstanced(GL_TRIANGLES, 0, static_cast<GLsizei>(12 * segments * segments),
+                        static_cast<GLsizei>(scene.ball_count));
+}
+
+}  // namespace
+
+Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, const SceneView& view,
+                             const ColliderShapes& shapes, uint32_t group_count) {
+  std::vector<shader::vec4> group_colours;
+  for (uint32_t group = 0; group < group_count; ++group) {
+    group_colours.push_back(GroupColour(group));
+  }
+  std::vector<shader::BallRecord> balls;
+  std::vector<shader::PlaneRecord> planes;
+  if (spec.has_colliders) {
+    for (const DrawnSphere& sphere : shapes.spheres) {
+      balls.push_back(
+          {ToShader(Vector3d(sphere.center_m - view.camera.eye_m), sphere.drawn_radius_m),
+           LinearFromHex(0xb4bac4)});
+    }
+    for (const DrawnPlane& plane : shapes.planes) planes.push_back(MakePlane(plane, view));
+  }
+  DrawnScene scene{.spec = spec,
+                   .cloths = cloths,
+                   .frame = {},
+                   .shadow_frame = {},
+                   .groups = {},
+                   .balls = {},
+                   .planes = {},
+                   .ball_count = static_cast<GLuint>(balls.size()),
+                   .plane_count = static_cast<GLuint>(planes.size())};
+  const auto load = [](auto elements, gl::Buffer& target) -> Status {
+    Result<gl::Buffer> buffer = UploadArray(std::move(elements));
+    if (!buffer.ok()) return buffer.status();
+    target = std::move(buffer).value();
+    return Status::Ok();
+  };
+  DRAPE_RETURN_IF_ERROR(load(std::vector{view.frame}, scene.frame));
+  DRAPE_RETURN_IF_ERROR(load(std::vector{view.shadow_frame}, scene.shadow_frame));
+  DRAPE_RETURN_IF_ERROR(load(std::move(group_colours), scene.groups));
+  DRAPE_RETURN_IF_ERROR(load(std::move(balls), scene.balls));
+  DRAPE_RETURN_IF_ERROR(load(std::move(planes), scene.planes));
+  return scene;
+}
+
+void DrawShadows(const DrawPrograms& programs, const VertexArray& vertices, const DrawnScene& scene,
+                 const gl::DepthMap& map) {
+  map.Begin();
+  Prepare(vertices, scene.shadow_frame, GL_LESS);
+  // Spheres that reach beyond the light's box still cast their shadow.
+  glEnable(GL_DEPTH_CLAMP);
+  glClearDepth(1);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  DrawBalls(programs.balls_depth, scene);
+  DrawCloths({programs.cloth_depth, programs.lines_depth, programs.particle_balls_depth}, vertices,
+             scene);
+  glDisable(GL_DEPTH_CLAMP);
+}
+
+void DrawScene(const DrawPrograms& programs, const VertexArray& vertices, const DrawnScene& scene,
+               const gl::DepthMap& map) {
+  Prepare(vertices, scene.frame, GL_GREATER);
+  glClearDepth(0);
+  glClear(GL_DEPTH_BUFFER_BIT);
+  glDepthFunc(GL_ALWAYS);
+  glDepthMask(GL_FALSE);
+  programs.backdrop.Use();
+  glDrawArrays(GL_TRIANGLES, 0, 3);
+  glDepthFunc(GL_GREATER);
+  glDepthMask(GL_TRUE);
+  map.BindTexture(DRAPE_DRAW_UNIT_SHADOW);
+  DrawBalls(programs.balls, scene);
+  DrawCloths({programs.cloth, programs.lines, programs.particle_balls}, vertices, scene);
+  if (scene.plane_count == 0) return;
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  glDepthMask(GL_FALSE);
+  programs.planes.Use();
+  scene.planes.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
+  glDrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(scene.plane_count));
+}
+
+Status DrawLabels(const DrawPrograms& programs, const DrawnScene& scene,
+                  std::span<const shader::LabelRecord> labels) {
+  if (labels.empty()) return Status::Ok();
+  const Result<gl::Buffer> buffer =
+      UploadArray(std::vector<shader::LabelRecord>(labels.begin(), labels.end()));
+  if (!buffer.ok()) return buffer.status();
+  scene.frame.BindUniforms(DRAPE_DRAW_BINDING_FRAME);
+  glDisable(GL_DEPTH_TEST);
+  glEnable(GL_BLEND);
+  glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
+  programs.labels.Use();
+  buffer.value().BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
+  glDrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(labels.size()));
+  return Status::Ok();
+}
+
+}  // namespace drape::render

@@ -1,0 +1,2 @@
+// Only the depth: the pass of the shadow map.
+void main() {}

@@ -1,0 +1,22 @@
+// Plane colliders, as squares that fade out. One instance: a plane.
+#include "draw/frame.glsl"
+
+layout(std430, binding = DRAPE_DRAW_BINDING_INSTANCES) readonly buffer Planes {
+  PlaneRecord planes[];
+};
+
+layout(location = 0) out vec3 position;
+layout(location = 1) out vec2 from_center;
+layout(location = 2) flat out uint plane_index;
+
+const vec2 kCorners[6] =
+    vec2[](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, -1), vec2(1, 1), vec2(-1, 1));
+
+void main() {
+  plane_index = uint(gl_InstanceID);
+  PlaneRecord plane = planes[plane_index];
+  from_center = plane.center.w * kCorners[gl_VertexID];
+  position = plane.center.xyz + from_center.x * plane.tangent.xyz +
+             from_center.y * plane.bitangent.xyz;
+  gl_Position = frame.clip_from_world * vec4(position, 1.0);
+}

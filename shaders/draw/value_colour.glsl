@@ -1,0 +1,13 @@
+// The colour of a value on the scale of the picture.
+#include "draw/frame.glsl"
+#include "lib/colour_map.glsl"
+
+layout(location = DRAPE_DRAW_UNIFORM_COLOURING) uniform uint colouring;
+
+// `colour` where there are no values.
+vec3 BaseColour(float value, vec3 colour) {
+  float t = (value - frame.scale.x) * frame.scale.y;
+  if (colouring == DRAPE_DRAW_STRAIN) return StrainColour(t);
+  if (colouring == DRAPE_DRAW_SPEED) return SpeedColour(t);
+  return colour;
+}
