@@ -1,5 +1,6 @@
 // Before drawing: of each particle the smooth normal and the value that is shown, of each cloth the
-// extents of both. Reads States, Surface, Constraints; writes Shaded, Extents. One invocation: one
+// extents of both and of what a fitted camera has to see. Reads States, Surface, Constraints; writes
+// Shaded, Extents. One invocation: one
 // particle (x) of one cloth (y).
 #include "draw/cloths.glsl"
 #include "draw/constraints.glsl"
@@ -13,10 +14,12 @@ layout(std430, binding = DRAPE_DRAW_BINDING_SURFACE) readonly buffer Surface {
 layout(std430, binding = DRAPE_DRAW_BINDING_SHADED) writeonly buffer Shaded { vec4 shaded[]; };
 layout(std430, binding = DRAPE_DRAW_BINDING_EXTENTS) buffer Extents { ClothExtents extents[]; };
 
+layout(std140, binding = DRAPE_DRAW_BINDING_REACHES) uniform Reaches { DrawReaches reaches; };
+
 layout(location = DRAPE_DRAW_UNIFORM_COLOURING) uniform uint colouring;
 
 shared uint lowest[4];
-shared uint highest[4];
+shared uint highest[8];
 
 // Sum over the triangles of a particle of their normals, each as long as twice its area: large
 // triangles count more.
@@ -61,6 +64,7 @@ void main() {
   if (lane < 4u) {
     lowest[lane] = 0xffffffffu;
     highest[lane] = 0u;
+    highest[4u + lane] = 0u;
   }
   barrier();
   uint particle = gl_GlobalInvocationID.x;
@@ -77,6 +81,9 @@ void main() {
         atomicMin(lowest[k], bits);
         atomicMax(highest[k], bits);
       }
+      vec4 reach = vec4(dot(reaches.right.xyz, p), dot(reaches.left.xyz, p),
+                        dot(reaches.up.xyz, p), dot(reaches.down.xyz, p));
+      for (int k = 0; k < 4; ++k) atomicMax(highest[4 + k], OrderedBits(reach[k]));
     } else {
       shaded[cloth.shaded + particle] = vec4(0.0);
     }
@@ -91,5 +98,9 @@ void main() {
     atomicMax(extents[index].high_y, highest[1]);
     atomicMax(extents[index].high_z, highest[2]);
     atomicMax(extents[index].high_value, highest[3]);
+    atomicMax(extents[index].reach_right, highest[4]);
+    atomicMax(extents[index].reach_left, highest[5]);
+    atomicMax(extents[index].reach_up, highest[6]);
+    atomicMax(extents[index].reach_down, highest[7]);
   }
 }

@@ -3,8 +3,9 @@
 #ifndef DRAPE_SHADERS_INTERFACE_DRAW_BINDINGS_H_
 #define DRAPE_SHADERS_INTERFACE_DRAW_BINDINGS_H_
 
-// Uniform block.
+// Uniform blocks.
 #define DRAPE_DRAW_BINDING_FRAME 0
+#define DRAPE_DRAW_BINDING_REACHES 1
 
 // Storage blocks.
 #define DRAPE_DRAW_BINDING_CLOTHS 0

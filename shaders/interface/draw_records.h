@@ -45,8 +45,16 @@ struct DrawRecord {
   uint has_surface;   // 0 or 1
 };
 
-// Bounds of one cloth in its own frame and of its values, as uints in the order of the floats
-// (lib/float_order.glsl).
+// Four directions, one for each side of the picture that a fitted camera is to see (xyz; w unused).
+struct DrawReaches {
+  vec4 right;
+  vec4 left;
+  vec4 up;
+  vec4 down;
+};
+
+// Bounds of one cloth in its own frame and of its values, and how far it reaches in the directions
+// of DrawReaches, as uints in the order of the floats (lib/float_order.glsl).
 struct ClothExtents {
   uint low_x;
   uint low_y;
@@ -57,6 +65,11 @@ struct ClothExtents {
   uint high_y;
   uint high_z;
   uint high_value;
+
+  uint reach_right;
+  uint reach_left;
+  uint reach_up;
+  uint reach_down;
 };
 
 struct BallRecord {

@@ -8,61 +8,57 @@
 
 namespace drape::render {
 
-namespace {
+using Eigen::Vector3d;
 
-// Where the eye must be for one axis of the picture, in the camera's coordinates: a ball with
-// centre c (across), depth z and radius r is within |across - eye| <= slope (z - eye_depth) if
-//   c - slope z + r w <= eye - slope eye_depth   and  -c - slope z + r w <= -eye - slope eye_depth,
-// w = sqrt(1 + slope^2): the distance of a plane through the eye from the ball's centre is at least
-// r. With the largest left sides A and B: eye_depth <= -(A + B) / (2 slope), and in the middle eye
-// = (A - B) / 2.
-struct AxisFit {
-  double eye = 0;
-  double eye_depth = 0;
-};
-
-AxisFit FitAxis(std::span<const FitBall> balls, const Eigen::Vector3d& origin,
-                const Eigen::Vector3d& axis, const Eigen::Vector3d& forward, double slope) {
-  double a = -std::numeric_limits<double>::infinity();
-  double b = a;
-  for (const FitBall& ball : balls) {
-    const Eigen::Vector3d center = ball.center_m - origin;
-    const double across = axis.dot(center);
-    const double rest = ball.radius_m * std::sqrt(1 + slope * slope) - slope * forward.dot(center);
-    a = std::max(a, across + rest);
-    b = std::max(b, -across + rest);
-  }
-  return {.eye = (a - b) / 2, .eye_depth = -(a + b) / (2 * slope)};
+CameraFit::CameraFit(const Vector3d& view_direction, double vertical_field_of_view_rad,
+                     double aspect, const FitShares& shares)
+    : field_of_view_rad_(vertical_field_of_view_rad), forward_(view_direction.normalized()) {
+  constexpr double kAlongUp = 0.9999;
+  const bool looks_along_up = std::abs(forward_.y()) > kAlongUp;
+  up_hint_ = looks_along_up ? Vector3d(-Vector3d::UnitZ()) : Vector3d(Vector3d::UnitY());
+  right_ = forward_.cross(up_hint_).normalized();
+  up_ = right_.cross(forward_);
+  const double slope = std::tan(vertical_field_of_view_rad / 2);
+  slopes_ = {slope * aspect * shares.right, slope * aspect * shares.left, slope * shares.up,
+             slope * shares.down};
+  directions_ = {Vector3d(right_ - slopes_[0] * forward_),
+                 Vector3d(-right_ - slopes_[1] * forward_), Vector3d(up_ - slopes_[2] * forward_),
+                 Vector3d(-up_ - slopes_[3] * forward_)};
+  reaches_m_.fill(-std::numeric_limits<double>::infinity());
 }
 
-}  // namespace
+void CameraFit::AddBall(const Vector3d& center_m, double radius_m) {
+  AddReaches(center_m, {0, 0, 0, 0}, radius_m);
+}
 
-Camera FitCamera(std::span<const FitBall> balls, const Eigen::Vector3d& view_direction,
-                 double vertical_field_of_view_rad, double aspect, double fill) {
-  DRAPE_CHECK(!balls.empty(), "a camera needs something to look at");
-  const Eigen::Vector3d forward = view_direction.normalized();
-  constexpr double kAlongUp = 0.9999;
-  const bool looks_along_up = std::abs(forward.y()) > kAlongUp;
-  const Eigen::Vector3d up_hint =
-      looks_along_up ? Eigen::Vector3d(-Eigen::Vector3d::UnitZ()) : Eigen::Vector3d::UnitY();
-  const Eigen::Vector3d right = forward.cross(up_hint).normalized();
-  const Eigen::Vector3d up = right.cross(forward);
-  // Small numbers, however far from the origin of the world everything is.
-  const Eigen::Vector3d origin = balls.front().center_m;
-  const double slope = fill * std::tan(vertical_field_of_view_rad / 2);
-  const AxisFit horizontal = FitAxis(balls, origin, right, forward, slope * aspect);
-  const AxisFit vertical = FitAxis(balls, origin, up, forward, slope);
-  const double eye_depth = std::min(horizontal.eye_depth, vertical.eye_depth);
+void CameraFit::AddReaches(const Vector3d& origin_m, const Reaches& reaches_m, double margin_m) {
+  for (size_t side = 0; side < directions_.size(); ++side) {
+    const Vector3d& direction = directions_[side];
+    reaches_m_[side] = std::max(
+        reaches_m_[side], direction.dot(origin_m) + reaches_m[side] + margin_m * direction.norm());
+  }
+}
 
-  // The target: at the mean depth of what is shown.
-  double depth_sum = 0;
-  for (const FitBall& ball : balls) depth_sum += forward.dot(ball.center_m - origin);
-  const double depth = depth_sum / static_cast<double>(balls.size());
-  const Eigen::Vector3d across = origin + horizontal.eye * right + vertical.eye * up;
-  return {.eye_m = across + eye_depth * forward,
-          .target_m = across + std::max(depth, eye_depth + 1e-3) * forward,
-          .up = up_hint,
-          .vertical_field_of_view_rad = vertical_field_of_view_rad};
+Camera CameraFit::Fit(const Vector3d& center_m) const {
+  DRAPE_CHECK(std::isfinite(reaches_m_[0]), "a camera needs something to look at");
+  const auto depth_of = [this](size_t side) {
+    return -(reaches_m_[side] + reaches_m_[side + 1]) / (slopes_[side] + slopes_[side + 1]);
+  };
+  const double depth = std::min(depth_of(0), depth_of(2));
+  // In the middle of where both sides allow the eye to be.
+  const auto across_of = [this, depth](size_t side) {
+    return ((reaches_m_[side] + slopes_[side] * depth) -
+            (reaches_m_[side + 1] + slopes_[side + 1] * depth)) /
+           2;
+  };
+  const Vector3d axis_point = across_of(0) * right_ + across_of(2) * up_;
+  const double target_depth = forward_.dot(center_m);
+  // Whatever the target's distance, the camera is the same.
+  const double least = 1e-9 * std::max(1.0, std::abs(depth)) + 1e-6;
+  return {.eye_m = axis_point + depth * forward_,
+          .target_m = axis_point + std::max(target_depth, depth + least) * forward_,
+          .up = up_hint_,
+          .vertical_field_of_view_rad = field_of_view_rad_};
 }
 
 }  // namespace drape::render
