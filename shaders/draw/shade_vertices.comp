@@ -19,7 +19,8 @@ layout(std140, binding = DRAPE_DRAW_BINDING_REACHES) uniform Reaches { DrawReach
 layout(location = DRAPE_DRAW_UNIFORM_COLOURING) uniform uint colouring;
 
 shared uint lowest[4];
-shared uint highest[8];
+shared uint highest[4];
+shared uint farthest[DRAPE_DRAW_REACHES];
 
 // Sum over the triangles of a particle of their normals, each as long as twice its area: large
 // triangles count more.
@@ -61,10 +62,10 @@ void main() {
   uint index = first_cloth + gl_WorkGroupID.y;
   DrawRecord cloth = cloths[index];
   uint lane = gl_LocalInvocationID.x;
+  if (lane < DRAPE_DRAW_REACHES) farthest[lane] = 0u;
   if (lane < 4u) {
     lowest[lane] = 0xffffffffu;
     highest[lane] = 0u;
-    highest[4u + lane] = 0u;
   }
   barrier();
   uint particle = gl_GlobalInvocationID.x;
@@ -81,9 +82,9 @@ void main() {
         atomicMin(lowest[k], bits);
         atomicMax(highest[k], bits);
       }
-      vec4 reach = vec4(dot(reaches.right.xyz, p), dot(reaches.left.xyz, p),
-                        dot(reaches.up.xyz, p), dot(reaches.down.xyz, p));
-      for (int k = 0; k < 4; ++k) atomicMax(highest[4 + k], OrderedBits(reach[k]));
+      for (int k = 0; k < DRAPE_DRAW_REACHES; ++k) {
+        atomicMax(farthest[k], OrderedBits(dot(reaches.directions[k].xyz, p)));
+      }
     } else {
       shaded[cloth.shaded + particle] = vec4(0.0);
     }
@@ -98,9 +99,6 @@ void main() {
     atomicMax(extents[index].high_y, highest[1]);
     atomicMax(extents[index].high_z, highest[2]);
     atomicMax(extents[index].high_value, highest[3]);
-    atomicMax(extents[index].reach_right, highest[4]);
-    atomicMax(extents[index].reach_left, highest[5]);
-    atomicMax(extents[index].reach_up, highest[6]);
-    atomicMax(extents[index].reach_down, highest[7]);
   }
+  if (lane < DRAPE_DRAW_REACHES) atomicMax(extents[index].reaches[lane], farthest[lane]);
 }

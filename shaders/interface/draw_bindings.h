@@ -29,6 +29,9 @@
 #define DRAPE_DRAW_UNIFORM_SEGMENTS 2
 #define DRAPE_DRAW_UNIFORM_BALL_KIND 3
 
+// Directions in which the extent of cloths is measured.
+#define DRAPE_DRAW_REACHES 8
+
 // What a value is; 0 where colours do not come from values.
 #define DRAPE_DRAW_NO_VALUE 0u
 #define DRAPE_DRAW_STRAIN 1u

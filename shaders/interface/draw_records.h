@@ -4,6 +4,7 @@
 #ifndef DRAPE_SHADERS_INTERFACE_DRAW_RECORDS_H_
 #define DRAPE_SHADERS_INTERFACE_DRAW_RECORDS_H_
 
+#include "shaders/interface/draw_bindings.h"
 #ifdef __cplusplus
 #include "shaders/interface/types.h"
 namespace drape::shader {
@@ -45,12 +46,9 @@ struct DrawRecord {
   uint has_surface;   // 0 or 1
 };
 
-// Four directions, one for each side of the picture that a fitted camera is to see (xyz; w unused).
+// The directions of CameraFit (xyz; w unused), two for each side of the picture.
 struct DrawReaches {
-  vec4 right;
-  vec4 left;
-  vec4 up;
-  vec4 down;
+  vec4 directions[DRAPE_DRAW_REACHES];
 };
 
 // Bounds of one cloth in its own frame and of its values, and how far it reaches in the directions
@@ -66,10 +64,7 @@ struct ClothExtents {
   uint high_z;
   uint high_value;
 
-  uint reach_right;
-  uint reach_left;
-  uint reach_up;
-  uint reach_down;
+  uint reaches[DRAPE_DRAW_REACHES];
 };
 
 struct BallRecord {

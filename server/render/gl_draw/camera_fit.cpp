@@ -21,14 +21,16 @@ CameraFit::CameraFit(const Vector3d& view_direction, double vertical_field_of_vi
   const double slope = std::tan(vertical_field_of_view_rad / 2);
   slopes_ = {slope * aspect * shares.right, slope * aspect * shares.left, slope * shares.up,
              slope * shares.down};
-  directions_ = {Vector3d(right_ - slopes_[0] * forward_),
-                 Vector3d(-right_ - slopes_[1] * forward_), Vector3d(up_ - slopes_[2] * forward_),
-                 Vector3d(-up_ - slopes_[3] * forward_)};
+  const std::array<Vector3d, 4> outward = {right_, Vector3d(-right_), up_, Vector3d(-up_)};
+  for (size_t side = 0; side < outward.size(); ++side) {
+    directions_[side] = outward[side] - slopes_[side] * forward_;
+    directions_[side + 4] = outward[side] - slopes_[side] / 2 * forward_;
+  }
   reaches_m_.fill(-std::numeric_limits<double>::infinity());
 }
 
 void CameraFit::AddBall(const Vector3d& center_m, double radius_m) {
-  AddReaches(center_m, {0, 0, 0, 0}, radius_m);
+  AddReaches(center_m, {}, radius_m);
 }
 
 void CameraFit::AddReaches(const Vector3d& origin_m, const Reaches& reaches_m, double margin_m) {
@@ -39,24 +41,36 @@ void CameraFit::AddReaches(const Vector3d& origin_m, const Reaches& reaches_m, d
   }
 }
 
+double CameraFit::DepthOf(size_t side) const {
+  return -(reaches_m_[side] + reaches_m_[side + 1]) / (slopes_[side] + slopes_[side + 1]);
+}
+
+// Both slopes are scaled by the factor s, 1/2 to 1, at which both sides touch: the gap A(s) + B(s)
+// + s (t_right + t_left) depth is 0 there, and straight between the ends.
+double CameraFit::AcrossOf(size_t side, double depth) const {
+  const double slopes = slopes_[side] + slopes_[side + 1];
+  const double gap_whole = reaches_m_[side] + reaches_m_[side + 1] + slopes * depth;
+  const double gap_half = reaches_m_[side + 4] + reaches_m_[side + 5] + slopes / 2 * depth;
+  // The gap is never above 0 at the whole slopes. Above 0 at half of them: they touch in between.
+  const double share = gap_half > 0 ? gap_half / (gap_half - gap_whole) : 0;
+  const auto between = [&](size_t k, double half_slope) {
+    const double whole = reaches_m_[k] + 2 * half_slope * depth;
+    const double half = reaches_m_[k + 4] + half_slope * depth;
+    return half + share * (whole - half);
+  };
+  const double lowest = between(side, slopes_[side] / 2);
+  const double highest = -between(side + 1, slopes_[side + 1] / 2);
+  return (lowest + highest) / 2;
+}
+
 Camera CameraFit::Fit(const Vector3d& center_m) const {
   DRAPE_CHECK(std::isfinite(reaches_m_[0]), "a camera needs something to look at");
-  const auto depth_of = [this](size_t side) {
-    return -(reaches_m_[side] + reaches_m_[side + 1]) / (slopes_[side] + slopes_[side + 1]);
-  };
-  const double depth = std::min(depth_of(0), depth_of(2));
-  // In the middle of where both sides allow the eye to be.
-  const auto across_of = [this, depth](size_t side) {
-    return ((reaches_m_[side] + slopes_[side] * depth) -
-            (reaches_m_[side + 1] + slopes_[side + 1] * depth)) /
-           2;
-  };
-  const Vector3d axis_point = across_of(0) * right_ + across_of(2) * up_;
-  const double target_depth = forward_.dot(center_m);
+  const double depth = std::min(DepthOf(0), DepthOf(2));
+  const Vector3d axis_point = AcrossOf(0, depth) * right_ + AcrossOf(2, depth) * up_;
   // Whatever the target's distance, the camera is the same.
   const double least = 1e-9 * std::max(1.0, std::abs(depth)) + 1e-6;
   return {.eye_m = axis_point + depth * forward_,
-          .target_m = axis_point + std::max(target_depth, depth + least) * forward_,
+          .target_m = axis_point + std::max(forward_.dot(center_m), depth + least) * forward_,
           .up = up_hint_,
           .vertical_field_of_view_rad = field_of_view_rad_};
 }

@@ -54,10 +54,11 @@ ClothMeasures::Cloth MeasuredCloth(const shader::ClothExtents& extent, const Vec
   const Vector3d low(FromBits(extent.low_x), FromBits(extent.low_y), FromBits(extent.low_z));
   const Vector3d high(FromBits(extent.high_x), FromBits(extent.high_y), FromBits(extent.high_z));
   const bool has_surface = record.has_surface != 0;
+  Reaches reaches;
+  for (size_t k = 0; k < reaches.size(); ++k) reaches[k] = FromBits(extent.reaches[k]);
   return {.box_m = {Vector3d(low + origin_m), Vector3d(high + origin_m)},
           .origin_m = origin_m,
-          .reaches_m = {FromBits(extent.reach_right), FromBits(extent.reach_left),
-                        FromBits(extent.reach_up), FromBits(extent.reach_down)},
+          .reaches_m = reaches,
           .margin_m = has_surface ? record.pin_radius : record.ball_radius};
 }
 
@@ -190,17 +191,19 @@ Status ClothSet::LoadStates(const DrawnStates& states, int64_t max_block_bytes) 
 }
 
 Result<ClothMeasures> ClothSet::Measure(const gl::Program& shade_vertices,
-                                        const std::array<Vector3d, 4>& directions) {
+                                        const std::array<Vector3d, 8>& directions) {
   if (records_.empty()) return ClothMeasures();
-  const shader::DrawReaches reaches{ToShader(directions[0], 0), ToShader(directions[1], 0),
-                                    ToShader(directions[2], 0), ToShader(directions[3], 0)};
+  shader::DrawReaches reaches;
+  for (size_t k = 0; k < directions.size(); ++k) {
+    reaches.directions[k] = ToShader(directions[k], 0);
+  }
   Result<gl::Buffer> reaches_buffer = gl::Buffer::Create(sizeof(reaches));
   if (!reaches_buffer.ok()) return reaches_buffer.status();
   reaches_buffer->Upload(0, std::as_bytes(std::span(&reaches, 1)));
   reaches_buffer->BindUniforms(DRAPE_DRAW_BINDING_REACHES);
   constexpr uint32_t kNone = UINT32_MAX;
   std::vector<shader::ClothExtents> extents(records_.size(),
-                                            {kNone, kNone, kNone, kNone, 0, 0, 0, 0, 0, 0, 0, 0});
+                                            {kNone, kNone, kNone, kNone, 0, 0, 0, 0, {}});
   extents_.Upload(0, std::as_bytes(std::span(extents)));
   records_buffer_.Upload(0, std::as_bytes(std::span(records_)));
   Shade(shade_vertices);

@@ -54,7 +54,7 @@ class ClothSet {
   // Finds normals, values and extents on the device; waits for it. Only the extents come back.
   // `directions`: CameraFit::directions(). RESOURCE_EXHAUSTED (DEVICE_MEMORY).
   Result<ClothMeasures> Measure(const gl::Program& shade_vertices,
-                                const std::array<Eigen::Vector3d, 4>& directions);
+                                const std::array<Eigen::Vector3d, 8>& directions);
   // Says where the cloths are, seen from the eye.
   void PlaceBefore(const Eigen::Vector3d& eye_m);
   // For the shaders of one group.
