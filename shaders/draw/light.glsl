@@ -9,6 +9,7 @@ layout(binding = DRAPE_DRAW_UNIT_SHADOW) uniform sampler2DShadow shadow_map;
 float LightShare(vec3 position, vec3 normal) {
   vec3 off_surface = position + 2.0 * frame.to_light.w * (normal + 0.5 * frame.to_light.xyz);
   vec3 place = (frame.shadow_from_world * vec4(off_surface, 1.0)).xyz;
+  if (any(greaterThan(abs(place.xy - 0.5), vec2(0.5)))) return 1.0;
   place.z = min(place.z, 1.0);  // behind everything that casts a shadow
   float share = 0.0;
   for (int y = -1; y <= 1; ++y) {

@@ -1,6 +1,6 @@
 // Discs, lit as if they were balls.
-#include "draw/light.glsl"
 #include "draw/value_colour.glsl"
+#include "lib/shading.glsl"
 
 layout(location = DRAPE_DRAW_UNIFORM_BALL_KIND) uniform uint ball_kind;
 
@@ -16,5 +16,7 @@ void main() {
   float toward = sqrt(max(1.0 - dot(disc, disc), 0.0));
   vec3 n = normalize(disc.x * right + disc.y * up + toward * ToViewer(position));
   vec3 base = ball_kind == DRAPE_DRAW_BALL_PINS ? colour : BaseColour(value, colour);
-  picture = vec4(ShadedColour(base, position, n, 0.15), 1.0);
+  // Always in the light: seen from the light the disc is another one, which would shade this one.
+  vec3 to_light = frame.to_light.xyz;
+  picture = vec4(LitColour(base, n, ToViewer(position), to_light, 1.0, 0.15), 1.0);
 }

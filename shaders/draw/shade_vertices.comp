@@ -1,5 +1,6 @@
 // Before drawing: of each particle the smooth normal and the value that is shown, of each cloth the
-// extents of both. Reads States, Surface, Constraints; writes Shaded, Extents. One invocation: one
+// extents of both and of what a fitted camera has to see. Reads States, Surface, Constraints; writes
+// Shaded, Extents. One invocation: one
 // particle (x) of one cloth (y).
 #include "draw/cloths.glsl"
 #include "draw/constraints.glsl"
@@ -13,10 +14,13 @@ layout(std430, binding = DRAPE_DRAW_BINDING_SURFACE) readonly buffer Surface {
 layout(std430, binding = DRAPE_DRAW_BINDING_SHADED) writeonly buffer Shaded { vec4 shaded[]; };
 layout(std430, binding = DRAPE_DRAW_BINDING_EXTENTS) buffer Extents { ClothExtents extents[]; };
 
+layout(std140, binding = DRAPE_DRAW_BINDING_REACHES) uniform Reaches { DrawReaches reaches; };
+
 layout(location = DRAPE_DRAW_UNIFORM_COLOURING) uniform uint colouring;
 
 shared uint lowest[4];
 shared uint highest[4];
+shared uint farthest[DRAPE_DRAW_REACHES];
 
 // Sum over the triangles of a particle of their normals, each as long as twice its area: large
 // triangles count more.
@@ -58,6 +62,7 @@ void main() {
   uint index = first_cloth + gl_WorkGroupID.y;
   DrawRecord cloth = cloths[index];
   uint lane = gl_LocalInvocationID.x;
+  if (lane < DRAPE_DRAW_REACHES) farthest[lane] = 0u;
   if (lane < 4u) {
     lowest[lane] = 0xffffffffu;
     highest[lane] = 0u;
@@ -77,6 +82,9 @@ void main() {
         atomicMin(lowest[k], bits);
         atomicMax(highest[k], bits);
       }
+      for (int k = 0; k < DRAPE_DRAW_REACHES; ++k) {
+        atomicMax(farthest[k], OrderedBits(dot(reaches.directions[k].xyz, p)));
+      }
     } else {
       shaded[cloth.shaded + particle] = vec4(0.0);
     }
@@ -92,4 +100,5 @@ void main() {
     atomicMax(extents[index].high_z, highest[2]);
     atomicMax(extents[index].high_value, highest[3]);
   }
+  if (lane < DRAPE_DRAW_REACHES) atomicMax(extents[index].reaches[lane], farthest[lane]);
 }

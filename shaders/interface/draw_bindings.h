@@ -3,8 +3,9 @@
 #ifndef DRAPE_SHADERS_INTERFACE_DRAW_BINDINGS_H_
 #define DRAPE_SHADERS_INTERFACE_DRAW_BINDINGS_H_
 
-// Uniform block.
+// Uniform blocks.
 #define DRAPE_DRAW_BINDING_FRAME 0
+#define DRAPE_DRAW_BINDING_REACHES 1
 
 // Storage blocks.
 #define DRAPE_DRAW_BINDING_CLOTHS 0
@@ -27,6 +28,9 @@
 #define DRAPE_DRAW_UNIFORM_COLOURING 1
 #define DRAPE_DRAW_UNIFORM_SEGMENTS 2
 #define DRAPE_DRAW_UNIFORM_BALL_KIND 3
+
+// Directions in which the extent of cloths is measured.
+#define DRAPE_DRAW_REACHES 8
 
 // What a value is; 0 where colours do not come from values.
 #define DRAPE_DRAW_NO_VALUE 0u

@@ -4,6 +4,7 @@
 #ifndef DRAPE_SHADERS_INTERFACE_DRAW_RECORDS_H_
 #define DRAPE_SHADERS_INTERFACE_DRAW_RECORDS_H_
 
+#include "shaders/interface/draw_bindings.h"
 #ifdef __cplusplus
 #include "shaders/interface/types.h"
 namespace drape::shader {
@@ -45,8 +46,13 @@ struct DrawRecord {
   uint has_surface;   // 0 or 1
 };
 
-// Bounds of one cloth in its own frame and of its values, as uints in the order of the floats
-// (lib/float_order.glsl).
+// The directions of CameraFit (xyz; w unused), two for each side of the picture.
+struct DrawReaches {
+  vec4 directions[DRAPE_DRAW_REACHES];
+};
+
+// Bounds of one cloth in its own frame and of its values, and how far it reaches in the directions
+// of DrawReaches, as uints in the order of the floats (lib/float_order.glsl).
 struct ClothExtents {
   uint low_x;
   uint low_y;
@@ -57,6 +63,8 @@ struct ClothExtents {
   uint high_y;
   uint high_z;
   uint high_value;
+
+  uint reaches[DRAPE_DRAW_REACHES];
 };
 
 struct BallRecord {

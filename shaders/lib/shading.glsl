@@ -2,8 +2,8 @@
 
 // Light of the sky and of the ground, by how far the normal points up (hemispheric lighting).
 vec3 AmbientLight(vec3 normal) {
-  const vec3 sky = vec3(0.46, 0.49, 0.54);
-  const vec3 ground = vec3(0.27, 0.25, 0.23);
+  const vec3 sky = vec3(0.42, 0.45, 0.50);
+  const vec3 ground = vec3(0.25, 0.235, 0.22);
   return mix(ground, sky, 0.5 + 0.5 * normal.y);
 }
 
@@ -21,7 +21,7 @@ float Highlight(vec3 normal, vec3 to_viewer, vec3 to_light, float gloss) {
 
 vec3 LitColour(vec3 base, vec3 normal, vec3 to_viewer, vec3 to_light, float light_share,
                float gloss) {
-  const vec3 key = vec3(0.66, 0.64, 0.60);
+  const vec3 key = vec3(0.56, 0.545, 0.515);
   const float fill = 0.14;  // from the viewer, so that folds show in the shadow as well
   vec3 light = AmbientLight(normal) + fill * max(dot(normal, to_viewer), 0.0) +
                key * light_share * WrappedDiffuse(normal, to_light);

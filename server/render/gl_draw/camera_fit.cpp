@@ -8,61 +8,71 @@
 
 namespace drape::render {
 
-namespace {
+using Eigen::Vector3d;
 
-// Where the eye must be for one axis of the picture, in the camera's coordinates: a ball with
-// centre c (across), depth z and radius r is within |across - eye| <= slope (z - eye_depth) if
-//   c - slope z + r w <= eye - slope eye_depth   and  -c - slope z + r w <= -eye - slope eye_depth,
-// w = sqrt(1 + slope^2): the distance of a plane through the eye from the ball's centre is at least
-// r. With the largest left sides A and B: eye_depth <= -(A + B) / (2 slope), and in the middle eye
-// = (A - B) / 2.
-struct AxisFit {
-  double eye = 0;
-  double eye_depth = 0;
-};
-
-AxisFit FitAxis(std::span<const FitBall> balls, const Eigen::Vector3d& origin,
-                const Eigen::Vector3d& axis, const Eigen::Vector3d& forward, double slope) {
-  double a = -std::numeric_limits<double>::infinity();
-  double b = a;
-  for (const FitBall& ball : balls) {
-    const Eigen::Vector3d center = ball.center_m - origin;
-    const double across = axis.dot(center);
-    const double rest = ball.radius_m * std::sqrt(1 + slope * slope) - slope * forward.dot(center);
-    a = std::max(a, across + rest);
-    b = std::max(b, -across + rest);
+CameraFit::CameraFit(const Vector3d& view_direction, double vertical_field_of_view_rad,
+                     double aspect, const FitShares& shares)
+    : field_of_view_rad_(vertical_field_of_view_rad), forward_(view_direction.normalized()) {
+  constexpr double kAlongUp = 0.9999;
+  const bool looks_along_up = std::abs(forward_.y()) > kAlongUp;
+  up_hint_ = looks_along_up ? Vector3d(-Vector3d::UnitZ()) : Vector3d(Vector3d::UnitY());
+  right_ = forward_.cross(up_hint_).normalized();
+  up_ = right_.cross(forward_);
+  const double slope = std::tan(vertical_field_of_view_rad / 2);
+  slopes_ = {slope * aspect * shares.right, slope * aspect * shares.left, slope * shares.up,
+             slope * shares.down};
+  const std::array<Vector3d, 4> outward = {right_, Vector3d(-right_), up_, Vector3d(-up_)};
+  for (size_t side = 0; side < outward.size(); ++side) {
+    directions_[side] = outward[side] - slopes_[side] * forward_;
+    directions_[side + 4] = outward[side] - slopes_[side] / 2 * forward_;
   }
-  return {.eye = (a - b) / 2, .eye_depth = -(a + b) / (2 * slope)};
+  reaches_m_.fill(-std::numeric_limits<double>::infinity());
 }
 
-}  // namespace
+void CameraFit::AddBall(const Vector3d& center_m, double radius_m) {
+  AddReaches(center_m, {}, radius_m);
+}
 
-Camera FitCamera(std::span<const FitBall> balls, const Eigen::Vector3d& view_direction,
-                 double vertical_field_of_view_rad, double aspect, double fill) {
-  DRAPE_CHECK(!balls.empty(), "a camera needs something to look at");
-  const Eigen::Vector3d forward = view_direction.normalized();
-  constexpr double kAlongUp = 0.9999;
-  const bool looks_along_up = std::abs(forward.y()) > kAlongUp;
-  const Eigen::Vector3d up_hint =
-      looks_along_up ? Eigen::Vector3d(-Eigen::Vector3d::UnitZ()) : Eigen::Vector3d::UnitY();
-  const Eigen::Vector3d right = forward.cross(up_hint).normalized();
-  const Eigen::Vector3d up = right.cross(forward);
-  // Small numbers, however far from the origin of the world everything is.
-  const Eigen::Vector3d origin = balls.front().center_m;
-  const double slope = fill * std::tan(vertical_field_of_view_rad / 2);
-  const AxisFit horizontal = FitAxis(balls, origin, right, forward, slope * aspect);
-  const AxisFit vertical = FitAxis(balls, origin, up, forward, slope);
-  const double eye_depth = std::min(horizontal.eye_depth, vertical.eye_depth);
+void CameraFit::AddReaches(const Vector3d& origin_m, const Reaches& reaches_m, double margin_m) {
+  for (size_t side = 0; side < directions_.size(); ++side) {
+    const Vector3d& direction = directions_[side];
+    reaches_m_[side] = std::max(
+        reaches_m_[side], direction.dot(origin_m) + reaches_m[side] + margin_m * direction.norm());
+  }
+}
 
-  // The target: at the mean depth of what is shown.
-  double depth_sum = 0;
-  for (const FitBall& ball : balls) depth_sum += forward.dot(ball.center_m - origin);
-  const double depth = depth_sum / static_cast<double>(balls.size());
-  const Eigen::Vector3d across = origin + horizontal.eye * right + vertical.eye * up;
-  return {.eye_m = across + eye_depth * forward,
-          .target_m = across + std::max(depth, eye_depth + 1e-3) * forward,
-          .up = up_hint,
-          .vertical_field_of_view_rad = vertical_field_of_view_rad};
+double CameraFit::DepthOf(size_t side) const {
+  return -(reaches_m_[side] + reaches_m_[side + 1]) / (slopes_[side] + slopes_[side + 1]);
+}
+
+// Both slopes are scaled by the factor s, 1/2 to 1, at which both sides touch: the gap A(s) + B(s)
+// + s (t_right + t_left) depth is 0 there, and straight between the ends.
+double CameraFit::AcrossOf(size_t side, double depth) const {
+  const double slopes = slopes_[side] + slopes_[side + 1];
+  const double gap_whole = reaches_m_[side] + reaches_m_[side + 1] + slopes * depth;
+  const double gap_half = reaches_m_[side + 4] + reaches_m_[side + 5] + slopes / 2 * depth;
+  // The gap is never above 0 at the whole slopes. Above 0 at half of them: they touch in between.
+  const double share = gap_half > 0 ? gap_half / (gap_half - gap_whole) : 0;
+  const auto between = [&](size_t k, double half_slope) {
+    const double whole = reaches_m_[k] + 2 * half_slope * depth;
+    const double half = reaches_m_[k + 4] + half_slope * depth;
+    return half + share * (whole - half);
+  };
+  const double lowest = between(side, slopes_[side] / 2);
+  const double highest = -between(side + 1, slopes_[side + 1] / 2);
+  return (lowest + highest) / 2;
+}
+
+Camera CameraFit::Fit(const Vector3d& center_m) const {
+  DRAPE_CHECK(std::isfinite(reaches_m_[0]), "a camera needs something to look at");
+  const double depth = std::min(DepthOf(0), DepthOf(2));
+  const Vector3d axis_point = AcrossOf(0, depth) * right_ + AcrossOf(2, depth) * up_;
+  // Whatever the target's distance, the camera is the same.
+  const double least = 1e-9 * std::max(1.0, std::abs(depth)) + 1e-6;
+  return {.eye_m = axis_point + depth * forward_,
+          .target_m = axis_point + std::max(forward_.dot(center_m), depth + least) * forward_,
+          .up = up_hint_,
+          .vertical_field_of_view_rad = field_of_view_rad_};
 }
 
 }  // namespace drape::render

@@ -35,18 +35,36 @@ void Append(const ScalarColumn& column, std::vector<float>& words) {
 }
 
 // Of everything that is drawn of a model, in terms of the mean length of its constraints.
-void SetSizes(const SceneModel& model, shader::DrawRecord& record) {
+void SetSizes(const SceneModel& model, double rest_diagonal_m, shader::DrawRecord& record) {
   const auto scale = static_cast<float>(model.length_scale_m());
   const bool has_surface = !model.triangles().empty();
   record.has_surface = has_surface ? 1 : 0;
   record.line_radius = (has_surface ? 0.07f : 0.045f) * scale;
   record.ball_radius = 0.1f * scale;
-  record.pin_radius = 0.3f * scale;
+  record.pin_radius = std::min(0.3f * scale, 0.008f * static_cast<float>(rest_diagonal_m));
+}
+
+double FromBits(uint32_t ordered_bits) {
+  return FloatFromOrderedBits(ordered_bits);
+}
+
+// `extent` has finite positions.
+ClothMeasures::Cloth MeasuredCloth(const shader::ClothExtents& extent, const Vector3d& origin_m,
+                                   const shader::DrawRecord& record) {
+  const Vector3d low(FromBits(extent.low_x), FromBits(extent.low_y), FromBits(extent.low_z));
+  const Vector3d high(FromBits(extent.high_x), FromBits(extent.high_y), FromBits(extent.high_z));
+  const bool has_surface = record.has_surface != 0;
+  Reaches reaches;
+  for (size_t k = 0; k < reaches.size(); ++k) reaches[k] = FromBits(extent.reaches[k]);
+  return {.box_m = {Vector3d(low + origin_m), Vector3d(high + origin_m)},
+          .origin_m = origin_m,
+          .reaches_m = reaches,
+          .margin_m = has_surface ? record.pin_radius : record.ball_radius};
 }
 
 shader::vec4 RecordColour(Colouring colouring, bool has_surface, uint32_t cloth_index) {
   if (colouring != Colouring::kColourGroup) return ClothColour(cloth_index);
-  return LinearFromHex(has_surface ? 0xe9ebee : 0x8a939e);
+  return LinearFromHex(has_surface ? 0xd3d7dd : 0x8a939e);
 }
 
 }  // namespace
@@ -125,7 +143,7 @@ Status ClothSet::AddRecords(Colouring colouring, std::span<const DrawnCloth> clo
     ++groups_.back().count;
     const GeometryLayout& layout = groups_.back().geometry->layout;
     shader::DrawRecord record = {};
-    SetSizes(*cloth.model, record);
+    SetSizes(*cloth.model, groups_.back().geometry->rest_diagonal_m, record);
     record.colour = RecordColour(colouring, record.has_surface != 0, index);
     record.particle_count = cloth.model->particle_count();
     record.constraint_count = cloth.model->constraint_count();
@@ -141,7 +159,6 @@ Status ClothSet::AddRecords(Colouring colouring, std::span<const DrawnCloth> clo
     record.pin_count = cloth.model->pin_count();
     records_.push_back(record);
     origins_m_.push_back(cloth.placement.WorldFromCloth(Vector3d::Zero()));
-    length_scales_m_.push_back(cloth.model->length_scale_m());
   }
   return Status::Ok();
 }
@@ -173,14 +190,39 @@ Status ClothSet::LoadStates(const DrawnStates& states, int64_t max_block_bytes) 
   return Status::Ok();
 }
 
-ClothMeasures ClothSet::Measure(const gl::Program& shade_vertices) {
-  ClothMeasures measures;
-  if (records_.empty()) return measures;
-  records_buffer_.Upload(0, std::as_bytes(std::span(records_)));
+Result<ClothMeasures> ClothSet::Measure(const gl::Program& shade_vertices,
+                                        const std::array<Vector3d, 8>& directions) {
+  if (records_.empty()) return ClothMeasures();
+  shader::DrawReaches reaches;
+  for (size_t k = 0; k < directions.size(); ++k) {
+    reaches.directions[k] = ToShader(directions[k], 0);
+  }
+  Result<gl::Buffer> reaches_buffer = gl::Buffer::Create(sizeof(reaches));
+  if (!reaches_buffer.ok()) return reaches_buffer.status();
+  reaches_buffer->Upload(0, std::as_bytes(std::span(&reaches, 1)));
+  reaches_buffer->BindUniforms(DRAPE_DRAW_BINDING_REACHES);
   constexpr uint32_t kNone = UINT32_MAX;
   std::vector<shader::ClothExtents> extents(records_.size(),
-                                            {kNone, kNone, kNone, kNone, 0, 0, 0, 0});
+                                            {kNone, kNone, kNone, kNone, 0, 0, 0, 0, {}});
   extents_.Upload(0, std::as_bytes(std::span(extents)));
+  records_buffer_.Upload(0, std::as_bytes(std::span(records_)));
+  Shade(shade_vertices);
+  extents_.Download(0, std::as_writable_bytes(std::span(extents)));
+
+  ClothMeasures measures;
+  for (size_t index = 0; index < extents.size(); ++index) {
+    const shader::ClothExtents& extent = extents[index];
+    if (extent.low_x > extent.high_x) continue;  // nothing finite
+    const ValueRange range{FromBits(extent.low_value), FromBits(extent.high_value)};
+    const bool is_first = measures.cloths.empty();
+    measures.values.low = is_first ? range.low : std::min(measures.values.low, range.low);
+    measures.values.high = is_first ? range.high : std::max(measures.values.high, range.high);
+    measures.cloths.push_back(MeasuredCloth(extent, origins_m_[index], records_[index]));
+  }
+  return measures;
+}
+
+void ClothSet::Shade(const gl::Program& shade_vertices) const {
   shade_vertices.Use();
   shade_vertices.SetUniform(DRAPE_DRAW_UNIFORM_COLOURING, ColouringNumber(colouring_));
   extents_.BindStorage(DRAPE_DRAW_BINDING_EXTENTS);
@@ -196,26 +238,6 @@ ClothMeasures ClothSet::Measure(const gl::Program& shade_vertices) {
     }
   }
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
-  extents_.Download(0, std::as_writable_bytes(std::span(extents)));
-
-  bool has_values = false;
-  for (size_t index = 0; index < extents.size(); ++index) {
-    const shader::ClothExtents& extent = extents[index];
-    if (extent.low_x > extent.high_x) continue;  // nothing finite
-    const auto value = [](uint32_t bits) {
-      return static_cast<double>(FloatFromOrderedBits(bits));
-    };
-    const Vector3d low(value(extent.low_x), value(extent.low_y), value(extent.low_z));
-    const Vector3d high(value(extent.high_x), value(extent.high_y), value(extent.high_z));
-    measures.bounds.push_back(
-        {.box_m = {Vector3d(low + origins_m_[index]), Vector3d(high + origins_m_[index])},
-         .length_scale_m = length_scales_m_[index]});
-    const ValueRange range{value(extent.low_value), value(extent.high_value)};
-    measures.values.low = has_values ? std::min(measures.values.low, range.low) : range.low;
-    measures.values.high = has_values ? std::max(measures.values.high, range.high) : range.high;
-    has_values = true;
-  }
-  return measures;
 }
 
 void ClothSet::PlaceBefore(const Vector3d& eye_m) {

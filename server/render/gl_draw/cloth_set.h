@@ -4,6 +4,7 @@
 #include <epoxy/gl.h>
 
 #include <Eigen/Geometry>
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "server/core/status.h"
 #include "server/gl/buffer.h"
 #include "server/gl/context.h"
+#include "server/render/gl_draw/camera_fit.h"
 #include "server/render/gl_draw/draw_programs.h"
 #include "server/render/gl_draw/geometry_cache.h"
 #include "server/render/renderer.h"
@@ -27,12 +29,14 @@ struct ClothGroup {
 
 // What the device found out about all cloths of a picture.
 struct ClothMeasures {
-  struct Bounds {
+  struct Cloth {
     Eigen::AlignedBox3d box_m;  // world frame
-    double length_scale_m = 1;  // of its model
+    Eigen::Vector3d origin_m;   // of the cloth frame, in the world
+    Reaches reaches_m;          // from there
+    double margin_m = 0;        // of what is drawn around its particles
   };
-  std::vector<Bounds> bounds;  // of the cloths with finite positions
-  ValueRange values;           // of the finite ones; 0, 0 if there are none
+  std::vector<Cloth> cloths;  // those with finite positions
+  ValueRange values;          // of the finite ones; 0, 0 if there are none
 };
 
 // The colouring's number in the shaders (DRAPE_DRAW_STRAIN, ...).
@@ -48,7 +52,9 @@ class ClothSet {
                                GeometryCache& cache);
 
   // Finds normals, values and extents on the device; waits for it. Only the extents come back.
-  ClothMeasures Measure(const gl::Program& shade_vertices);
+  // `directions`: CameraFit::directions(). RESOURCE_EXHAUSTED (DEVICE_MEMORY).
+  Result<ClothMeasures> Measure(const gl::Program& shade_vertices,
+                                const std::array<Eigen::Vector3d, 8>& directions);
   // Says where the cloths are, seen from the eye.
   void PlaceBefore(const Eigen::Vector3d& eye_m);
   // For the shaders of one group.
@@ -61,6 +67,7 @@ class ClothSet {
   ClothSet() = default;
   Status AddRecords(Colouring colouring, std::span<const DrawnCloth> cloths, GeometryCache& cache);
   Status LoadStates(const DrawnStates& states, int64_t max_block_bytes);
+  void Shade(const gl::Program& shade_vertices) const;
   const gl::Buffer& states() const { return shared_states_ ? *shared_states_ : own_states_; }
 
   Colouring colouring_ = Colouring::kMaterial;
@@ -69,7 +76,6 @@ class ClothSet {
   std::vector<ClothGroup> groups_;
   std::vector<shader::DrawRecord> records_;
   std::vector<Eigen::Vector3d> origins_m_;  // of each record, of the cloth frame in the world
-  std::vector<double> length_scales_m_;     // of each record
   gl::Buffer records_buffer_;
   gl::Buffer own_states_;
   const gl::Buffer* shared_states_ = nullptr;

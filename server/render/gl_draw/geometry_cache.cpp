@@ -1,5 +1,6 @@
 #include "server/render/gl_draw/geometry_cache.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <iterator>
 #include <span>
@@ -51,9 +52,12 @@ Result<std::shared_ptr<const DeviceGeometry>> GeometryCache::Upload(const SceneM
   if (!surface.ok()) return surface.status();
   Result<gl::Buffer> constraints = UploadWords(words.constraints, max_block_bytes_);
   if (!constraints.ok()) return constraints.status();
+  Eigen::AlignedBox3d rest_box;
+  for (const Eigen::Vector3d& position : model.rest_positions_m()) rest_box.extend(position);
   return std::make_shared<const DeviceGeometry>(
       DeviceGeometry{.layout = words.layout,
                      .index_count = static_cast<uint32_t>(words.indices.size()),
+                     .rest_diagonal_m = rest_box.diagonal().norm(),
                      .indices = std::move(indices).value(),
                      .surface = std::move(surface).value(),
                      .constraints = std::move(constraints).value()});

@@ -13,7 +13,8 @@ namespace drape::render {
 
 struct DeviceGeometry {
   GeometryLayout layout;
-  uint32_t index_count = 0;  // 0: a cloth without a surface
+  uint32_t index_count = 0;    // 0: a cloth without a surface
+  double rest_diagonal_m = 0;  // of the box around the rest shape
   gl::Buffer indices;
   gl::Buffer surface;
   gl::Buffer constraints;

@@ -91,9 +91,12 @@ Result<Picture> GlRenderer::DrawPicture(const PictureSpec& spec, std::span<const
       ClothSet::Load(spec.colouring, cloths, states, parts_.context->limits(), cache_);
   if (!loaded.ok()) return loaded.status();
   ClothSet& set = loaded.value();
-  const ClothMeasures measures = set.Measure(parts_.programs->shade_vertices);
+  const CameraFit fit = StartFit(spec);
+  const Result<ClothMeasures> measures =
+      set.Measure(parts_.programs->shade_vertices, fit.directions());
+  if (!measures.ok()) return measures.status();
   const ColliderShapes shapes = CollectColliders(cloths);
-  const SceneView view = LookAt(spec, cloths, measures, shapes, kShadowSize_px);
+  const SceneView view = LookAt(spec, cloths, measures.value(), shapes, fit, kShadowSize_px);
   set.PlaceBefore(view.camera.eye_m);
   const uint32_t group_count = GroupCount(spec, cloths);
   const Result<DrawnScene> scene = LoadScene(spec, set, view, shapes, group_count);

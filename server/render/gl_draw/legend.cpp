@@ -218,9 +218,13 @@ std::vector<Tick> RoundTicks(double low, double high) {
 }
 
 uint32_t LegendTextSize(uint32_t width_px, uint32_t height_px) {
-  if (width_px < 160 || height_px < 120) return 0;
+  if (width_px < 320 || height_px < 240) return 0;
   const double scale = std::min(width_px / 960.0, height_px / 720.0);
   return static_cast<uint32_t>(std::lround(std::clamp(15 * scale, 9.0, 90.0)));
+}
+
+double LegendWidth(const PictureSpec& spec) {
+  return 8.5 * LegendTextSize(spec.width_px, spec.height_px);
 }
 
 std::vector<shader::LabelRecord> LayOutLegend(const PictureSpec& spec, const ValueRange& range,

@@ -22,8 +22,11 @@ struct Tick {
 std::vector<Tick> RoundTicks(double low, double high);
 
 // Height of the text of a picture's legend [px]: 15 in 960 x 720; 0: the picture is too small for
-// one (below 160 x 120).
+// one (below 320 x 240).
 uint32_t LegendTextSize(uint32_t width_px, uint32_t height_px);
+
+// About how much of the picture's right side a colour scale takes, with its margins [px].
+double LegendWidth(const PictureSpec& spec);
 
 // The colour scale of `range` (strains are shown in percent), or of kColourGroup the colours of the
 // first 16 groups with their numbers. Empty for kMaterial, and where it would not fit.

@@ -40,16 +40,18 @@ Vector3d DirectionToKeyLight(const Camera& camera) {
   return (Vector3d::UnitY() - 0.55 * right + 0.6 * toward).normalized();
 }
 
-ShadowView FitShadow(std::span<const ShadowCaster> casters, const Vector3d& to_light) {
+ShadowView FitShadow(std::span<const Eigen::AlignedBox3d> casters, const Vector3d& eye_m,
+                     const Vector3d& to_light) {
   const Vector3d hint = std::abs(to_light.y()) < 0.9 ? Vector3d::UnitY() : Vector3d::UnitX();
   const Vector3d right = hint.cross(to_light).normalized();
   const Vector3d up = to_light.cross(right);
-  Eigen::AlignedBox3d box;
-  for (const ShadowCaster& caster : casters) {
-    const Vector3d center(right.dot(caster.center_m), up.dot(caster.center_m),
-                          -to_light.dot(caster.center_m));
-    box.extend(Vector3d(center - Vector3d::Constant(caster.radius_m)));
-    box.extend(Vector3d(center + Vector3d::Constant(caster.radius_m)));
+  Eigen::AlignedBox3d box;  // in the axes of the light
+  for (const Eigen::AlignedBox3d& caster : casters) {
+    for (int index = 0; index < 8; ++index) {
+      const Vector3d corner =
+          caster.corner(static_cast<Eigen::AlignedBox3d::CornerType>(index)) - eye_m;
+      box.extend(Vector3d(right.dot(corner), up.dot(corner), -to_light.dot(corner)));
+    }
   }
   // A little more, for the taps of the filter.
   const double width = 1.04 * std::max({box.sizes().x(), box.sizes().y(), 1e-6});

@@ -33,12 +33,9 @@ struct ShadowView {
   Eigen::Matrix4d texture_from_eye;  // the same as coordinates of the map
   double width_m = 0;                // of the whole map
 };
-// Around `balls_from_eye` (at least one): center and radius [m].
-struct ShadowCaster {
-  Eigen::Vector3d center_m;
-  double radius_m = 0;
-};
-ShadowView FitShadow(std::span<const ShadowCaster> casters, const Eigen::Vector3d& to_light);
+// Around boxes of the world, at least one.
+ShadowView FitShadow(std::span<const Eigen::AlignedBox3d> casters, const Eigen::Vector3d& eye_m,
+                     const Eigen::Vector3d& to_light);
 
 shader::mat4 ToShader(const Eigen::Matrix4d& matrix);
 shader::vec4 ToShader(const Eigen::Vector3d& vector, double w);

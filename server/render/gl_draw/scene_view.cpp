@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/render/gl_draw/camera_fit.h"
+#include "server/render/gl_draw/legend.h"
 #include "server/render/gl_draw/projection.h"
 
 namespace drape::render {
@@ -15,54 +15,37 @@ using Eigen::Vector3d;
 
 // Share of the picture's width and height that a fitted camera fills.
 constexpr double kFill = 0.85;
+constexpr double kFieldOfView_rad = 0.6;
 
-void AddCorners(const AlignedBox3d& box, double margin_m, std::vector<FitBall>& balls) {
+AlignedBox3d BoxAround(const DrawnSphere& sphere) {
+  const Vector3d radius = Vector3d::Constant(sphere.radius_m);
+  return {Vector3d(sphere.center_m - radius), Vector3d(sphere.center_m + radius)};
+}
+
+void AddCorners(const AlignedBox3d& box, CameraFit& fit) {
   if (box.isEmpty()) return;
   for (int corner = 0; corner < 8; ++corner) {
-    balls.push_back({box.corner(static_cast<AlignedBox3d::CornerType>(corner)), margin_m});
+    fit.AddBall(box.corner(static_cast<AlignedBox3d::CornerType>(corner)), 0);
   }
 }
 
-// What must be in the picture: around each cloth a margin for lines, balls and pins.
-std::vector<FitBall> Content(const ClothMeasures& measures, const ColliderShapes& shapes,
-                             const AlignedBox3d& cloth_bounds, bool has_colliders) {
-  std::vector<FitBall> balls;
-  for (const ClothMeasures::Bounds& bounds : measures.bounds) {
-    AddCorners(bounds.box_m, 0.1 * bounds.length_scale_m, balls);
-  }
-  if (!has_colliders || cloth_bounds.isEmpty()) return balls;
-  for (const DrawnSphere& sphere : shapes.spheres) {
-    if (IsNear(sphere, cloth_bounds)) balls.push_back({sphere.center_m, sphere.radius_m});
-  }
-  return balls;
+double AspectOf(const PictureSpec& spec) {
+  return static_cast<double>(spec.width_px) / spec.height_px;
 }
 
-AlignedBox3d BoxAround(std::span<const FitBall> balls) {
-  AlignedBox3d box;
-  for (const FitBall& ball : balls) {
-    box.extend(Vector3d(ball.center_m - Vector3d::Constant(ball.radius_m)));
-    box.extend(Vector3d(ball.center_m + Vector3d::Constant(ball.radius_m)));
-  }
-  return box;
-}
-
-void FillFrames(const PictureSpec& spec, std::span<const FitBall> content, uint32_t shadow_size_px,
-                SceneView& view) {
+void FillFrames(const PictureSpec& spec, std::span<const AlignedBox3d> casters,
+                uint32_t shadow_size_px, SceneView& view) {
   const Camera& camera = view.camera;
   const double width = spec.width_px;
   const double height = spec.height_px;
   const Vector3d to_light = DirectionToKeyLight(camera);
-  std::vector<ShadowCaster> casters;
-  for (const FitBall& ball : content) {
-    casters.push_back({ball.center_m - camera.eye_m, ball.radius_m});
-  }
-  const ShadowView shadow = FitShadow(casters, to_light);
+  const ShadowView shadow = FitShadow(casters, camera.eye_m, to_light);
   const double texel_m = shadow.width_m / shadow_size_px;
   const double pixel = 2 * std::tan(camera.vertical_field_of_view_rad / 2) / height;
   const double span = view.range.high - view.range.low;
 
   shader::DrawFrame& frame = view.frame;
-  frame.clip_from_world = ToShader(ClipFromEye(camera, width / height, view.near_m));
+  frame.clip_from_world = ToShader(ClipFromEye(camera, AspectOf(spec), view.near_m));
   frame.shadow_from_world = ToShader(shadow.texture_from_eye);
   frame.viewer = ToShader(Vector3d::Zero(), 1);
   frame.to_light = ToShader(to_light, texel_m);
@@ -97,36 +80,52 @@ ValueRange ScaleRange(const PictureSpec& spec, const ValueRange& values) {
   return {};
 }
 
+CameraFit StartFit(const PictureSpec& spec) {
+  FitShares shares{.right = kFill, .left = kFill, .up = kFill, .down = kFill};
+  if (spec.has_legend && spec.colouring != Colouring::kMaterial) {
+    shares.right = std::min(kFill, 1 - 2 * LegendWidth(spec) / spec.width_px);
+  }
+  return CameraFit(spec.view_direction, kFieldOfView_rad, AspectOf(spec), shares);
+}
+
 SceneView LookAt(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
-                 const ClothMeasures& measures, const ColliderShapes& shapes,
+                 const ClothMeasures& measures, const ColliderShapes& shapes, CameraFit fit,
                  uint32_t shadow_size_px) {
   SceneView view;
-  AlignedBox3d cloth_bounds;
-  for (const ClothMeasures::Bounds& bounds : measures.bounds) cloth_bounds.extend(bounds.box_m);
-  view.bounds_m = cloth_bounds.merged(spec.include_m);
+  view.bounds_m = spec.include_m;
+  AlignedBox3d content;  // cloths and the spheres near them
+  std::vector<AlignedBox3d> casters;
+  for (const ClothMeasures::Cloth& cloth : measures.cloths) {
+    view.bounds_m.extend(cloth.box_m);
+    content.extend(cloth.box_m);
+    casters.push_back(cloth.box_m);
+    fit.AddReaches(cloth.origin_m, cloth.reaches_m, cloth.margin_m);
+  }
+  if (spec.has_colliders && !content.isEmpty()) {
+    const AlignedBox3d cloth_bounds = content;
+    for (const DrawnSphere& sphere : shapes.spheres) {
+      if (!IsNear(sphere, cloth_bounds)) continue;
+      content.extend(BoxAround(sphere));
+      casters.push_back(BoxAround(sphere));
+      fit.AddBall(sphere.center_m, sphere.radius_m);
+    }
+  }
   if (view.bounds_m.isEmpty()) {
     view.bounds_m.extend(cloths.empty() ? Vector3d(Vector3d::Zero())
                                         : cloths[0].placement.WorldFromCloth(Vector3d::Zero()));
+    fit.AddBall(view.bounds_m.center(), 0.1);
   }
+  if (content.isEmpty()) content = view.bounds_m;
+  if (casters.empty()) casters.push_back(content);
+  AddCorners(spec.include_m, fit);
   view.range = ScaleRange(spec, measures.values);
-
-  std::vector<FitBall> content = Content(measures, shapes, cloth_bounds, spec.has_colliders);
-  if (content.empty()) AddCorners(view.bounds_m, 0.1, content);
-  const AlignedBox3d box = BoxAround(content);
-  view.center_m = box.center();
-  view.radius_m = std::max(box.diagonal().norm() / 2, 1e-6);
-
-  std::vector<FitBall> shown = content;
-  AddCorners(spec.include_m, 0, shown);
-  constexpr double kFieldOfView_rad = 0.6;
-  const double aspect = static_cast<double>(spec.width_px) / spec.height_px;
-  view.camera = spec.camera
-                    ? *spec.camera
-                    : FitCamera(shown, spec.view_direction, kFieldOfView_rad, aspect, kFill);
+  view.center_m = content.center();
+  view.radius_m = std::max(content.diagonal().norm() / 2, 1e-6);
+  view.camera = spec.camera ? *spec.camera : fit.Fit(view.center_m);
   // The depth keeps its precision however near this is (ClipFromEye).
   const double distance = (view.camera.eye_m - view.center_m).norm();
   view.near_m = 1e-3 * std::max(distance - view.radius_m, 0.01 * view.radius_m);
-  FillFrames(spec, content, shadow_size_px, view);
+  FillFrames(spec, casters, shadow_size_px, view);
   return view;
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
+#include "server/render/gl_draw/camera_fit.h"
 #include "server/render/gl_draw/cloth_set.h"
 #include "server/render/gl_draw/collider_shapes.h"
 #include "server/render/picture_spec.h"
@@ -23,10 +24,14 @@ struct SceneView {
   shader::DrawFrame shadow_frame;
 };
 
-// Shadow maps are `shadow_size_px` wide. With no finite particle the picture shows the box asked
-// for, or else the place where the first cloth has its origin.
+// What a fitted camera looks for: along the view direction of the spec, beside the legend.
+CameraFit StartFit(const PictureSpec& spec);
+
+// `fit`: what StartFit gave and the measures were made with. Shadow maps are `shadow_size_px` wide.
+// With no finite particle the picture shows the box asked for, or else the place where the first
+// cloth has its origin.
 SceneView LookAt(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
-                 const ClothMeasures& measures, const ColliderShapes& shapes,
+                 const ClothMeasures& measures, const ColliderShapes& shapes, CameraFit fit,
                  uint32_t shadow_size_px);
 
 // The ends of the colour scale: those asked for, else of the values; for strain symmetric about 0.
