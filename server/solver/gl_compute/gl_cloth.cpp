@@ -19,6 +19,39 @@ void AppendVector(const Eigen::Vector3d& v, std::vector<uint32_t>& words) {
   for (int axis = 0; axis < 3; ++axis) words.push_back(FloatWord(v[axis]));
 }
 
+// Layout: shaders/interface/bindings.h.
+struct ColliderWords {
+  uint32_t kind;
+  double radius_m = 0;
+  Eigen::Vector3d point_m;
+  Eigen::Vector3d vector = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();  // in columns
+};
+
+ColliderWords ToWords(const SphereCollider& sphere) {
+  return {.kind = DRAPE_COLLIDER_SPHERE, .radius_m = sphere.radius_m, .point_m = sphere.center_m};
+}
+
+ColliderWords ToWords(const PlaneCollider& plane) {
+  return {.kind = DRAPE_COLLIDER_PLANE, .point_m = plane.point_m, .vector = plane.normal};
+}
+
+ColliderWords ToWords(const CapsuleCollider& capsule) {
+  ColliderWords words{.kind = DRAPE_COLLIDER_CAPSULE,
+                      .radius_m = capsule.radius_m,
+                      .point_m = capsule.a_m,
+                      .vector = capsule.b_m - capsule.a_m};
+  words.axes.col(0) = NormalOnSegment(capsule);
+  return words;
+}
+
+ColliderWords ToWords(const BoxCollider& box) {
+  return {.kind = DRAPE_COLLIDER_BOX,
+          .point_m = box.center_m,
+          .vector = box.half_extents_m,
+          .axes = box.rotation.toRotationMatrix()};
+}
+
 void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
   const ClothParameters& parameters = cloth.parameters;
   const StepSettings& settings = parameters.settings;
@@ -140,18 +173,13 @@ std::vector<uint32_t> PackTargets(std::span<const Eigen::Vector3d> targets_m) {
 std::vector<uint32_t> PackColliders(std::span<const Collider> colliders) {
   std::vector<uint32_t> words;
   for (const Collider& collider : colliders) {
-    if (const auto* sphere = std::get_if<SphereCollider>(&collider)) {
-      words.push_back(DRAPE_COLLIDER_SPHERE);
-      words.push_back(FloatWord(sphere->radius_m));
-      AppendVector(sphere->center_m, words);
-      AppendVector(Eigen::Vector3d::UnitY(), words);
-    } else {
-      const auto& plane = std::get<PlaneCollider>(collider);
-      words.push_back(DRAPE_COLLIDER_PLANE);
-      words.push_back(FloatWord(0));
-      AppendVector(plane.point_m, words);
-      AppendVector(plane.normal, words);
-    }
+    const ColliderWords packed =
+        std::visit([](const auto& shape) { return ToWords(shape); }, collider);
+    words.push_back(packed.kind);
+    words.push_back(FloatWord(packed.radius_m));
+    AppendVector(packed.point_m, words);
+    AppendVector(packed.vector, words);
+    for (int k = 0; k < 3; ++k) AppendVector(packed.axes.col(k), words);
   }
   return words;
 }
