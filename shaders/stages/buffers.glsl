@@ -24,7 +24,13 @@ layout(std430, binding = DRAPE_BINDING_STATES) restrict buffer States {
 layout(std430, binding = DRAPE_BINDING_PARAMETERS) restrict readonly buffer Parameters {
   uint parameters[];
 };
-layout(std430, binding = DRAPE_BINDING_SCRATCH) restrict buffer Scratch {
+// In `apply_wind` of the resident plan invocations read what others of their work group have written here.
+#ifdef HAS_WIND
+#define SCRATCH_MEMORY coherent
+#else
+#define SCRATCH_MEMORY
+#endif
+layout(std430, binding = DRAPE_BINDING_SCRATCH) restrict SCRATCH_MEMORY buffer Scratch {
   float scratch[];
 };
 layout(std430, binding = DRAPE_BINDING_STATUSES) restrict buffer Statuses {

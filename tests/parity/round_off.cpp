@@ -4,9 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <variant>
 #include <vector>
 
+#include "server/scene/mesh.h"
+#include "server/solver/solver_constants.h"
 #include "tests/support/backends.h"
 #include "tests/support/states.h"
 
@@ -61,6 +64,31 @@ struct CurvatureRadius {
   double operator()(const CapsuleCollider& capsule) const { return capsule.radius_m; }
   double operator()(const BoxCollider&) const { return thickness_m > 0 ? thickness_m / 2 : flat; }
 };
+
+// Of the air on the triangles.
+struct AirScales {
+  double ratio = 0;  // largest share of its relative velocity that a triangle loses in a kick
+  double edge_m = 1;
+};
+
+AirScales FindAirScales(const Scene& scene, double relative_speed) {
+  const SceneModel& model = *scene.model;
+  const ClothParameters& parameters = scene.parameters;
+  AirScales scales;
+  if (!HasAirForces(model, parameters)) return scales;
+  scales.edge_m = std::numeric_limits<double>::infinity();
+  const double per_area = parameters.settings.substep_s() * kAirDensity_kg_per_m3 *
+                          (parameters.air_drag + parameters.air_lift) * relative_speed / 2;
+  for (size_t t = 0; t < model.triangles().size(); ++t) {
+    const auto& [i, j, k] = model.triangles()[t];
+    const auto p = model.rest_positions_m();
+    scales.ratio = std::max(scales.ratio, 2 * TriangleArea(p[i], p[j], p[k]) * per_area /
+                                              model.triangle_masses_kg()[t]);
+    scales.edge_m = std::min({scales.edge_m, (p[i] - p[j]).norm(), (p[j] - p[k]).norm()});
+  }
+  scales.ratio = std::min(scales.ratio, 1.0);
+  return scales;
+}
 
 double SmallestRadius(const ClothParameters& parameters, double otherwise) {
   double radius = otherwise;
@@ -142,7 +170,10 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
       std::sqrt(sweeps / count) * sweep + (coupling.degree + colliders) * 2 * position / h;
   const double spring = kRoundOff * 8 * h *
                         (coupling.spring_rate * coupling.length_m + coupling.spring_decay * speed);
-  const double free = 8 * kRoundOff * speed + 2 * spring;
+  const double air_speed = scene.parameters.wind_m_per_s.norm() + speed;
+  const AirScales air = FindAirScales(scene, air_speed);
+  const double kick = air.ratio * air_speed * (48 * kRoundOff + 8 * count * position / air.edge_m);
+  const double free = 8 * kRoundOff * speed + 2 * spring + 2 * kick;
 
   ErrorBound bound;
   bound.velocity_m_per_s = std::sqrt(count) * held + count * free;

@@ -52,11 +52,15 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   friction_static = static_cast<float>(parameters.friction_static);
   friction_dynamic = static_cast<float>(parameters.friction_dynamic);
   gravity = ToLanes(parameters.gravity_m_per_s2);
+  wind = ToLanes(parameters.wind_m_per_s);
+  air_drag = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_drag / 4);
+  air_lift = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_lift / 4);
   for (const Collider& collider : parameters.colliders) {
     colliders.push_back(std::visit(
         [&](const auto& shape) { return ToFloat(shape, parameters.thickness_m); }, collider));
   }
   use_tethers = settings.use_tethers;
+  has_air_forces = HasAirForces(*model.source, parameters);
   const bool is_in_force = settings.spring_integration == SpringIntegration::kInForce;
   has_half_kicks = model.has_springs() && !is_in_force;
   has_spring_forces = model.has_springs() && is_in_force;

@@ -50,8 +50,12 @@ struct FloatControls {
   float friction_static;
   float friction_dynamic;
   Lanes gravity;
+  Lanes wind;      // [m/s]
+  float air_drag;  // density of the air * coefficient / 4 [kg/m^3]
+  float air_lift;
   std::vector<FloatCollider> colliders;
   bool use_tethers;
+  bool has_air_forces;
   bool has_half_kicks;     // springs by half kicks
   bool has_spring_forces;  // springs in the force of the substep
   StepWarnings warnings;   // those that are known before the step

@@ -75,6 +75,24 @@ void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
   record.contact_margin = static_cast<float>(kContactMarginRatio * length_scale);
 }
 
+// Zero unless there are air forces.
+void SetAir(const GlCloth& cloth, shader::ClothRecord& record) {
+  const SceneModel& model = *cloth.model->model;
+  const ModelLayout& layout = cloth.model->layout;
+  const ClothParameters& parameters = cloth.parameters;
+  if (!HasAirForces(model, parameters)) return;
+  const Eigen::Vector3f wind = parameters.wind_m_per_s.cast<float>();
+  record.wind = {wind.x(), wind.y(), wind.z(), 0};
+  record.triangle_count = static_cast<uint32_t>(model.triangles().size());
+  record.air_drag = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_drag / 4);
+  record.air_lift = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_lift / 4);
+  const uint32_t begin = cloth.model->words.begin();
+  record.triangles = begin + layout.triangles;
+  record.triangle_masses = begin + layout.triangle_masses;
+  record.triangle_offsets = begin + layout.triangle_offsets;
+  record.particle_triangles = begin + layout.particle_triangles;
+}
+
 void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   const SceneModel& model = *cloth.model->model;
   const ModelLayout& layout = cloth.model->layout;
@@ -121,6 +139,7 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
   layout.tangent_betas = append(parameters.friction_static > 0 ? 3 * colliders * particles : 0);
   layout.violations = append(colliders > 0 ? particles : 0);
   layout.spring_accelerations = append(model.spring_count() > 0 ? 3 * particles : 0);
+  layout.air_impulses = append(HasAirForces(model, parameters) ? 3 * model.triangles().size() : 0);
   layout.work_positions = append(has_work_state ? 3 * particles : 0);
   layout.work_velocities = append(has_work_state ? 3 * particles : 0);
   const uint64_t pieces = MeasurePieceCount(model);
@@ -132,6 +151,7 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   shader::ClothRecord record{};
   SetSettings(cloth, record);
   SetModel(cloth, record);
+  SetAir(cloth, record);
   record.positions = cloth.state.begin();
   record.velocities = cloth.state.begin() + 3 * cloth.particle_count();
   record.collider_count = static_cast<uint32_t>(cloth.parameters.colliders.size());
@@ -147,6 +167,7 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   record.tangent_betas = scratch(layout.tangent_betas);
   record.violations = scratch(layout.violations);
   record.spring_accelerations = scratch(layout.spring_accelerations);
+  record.air_impulses = scratch(layout.air_impulses);
   record.work_positions = scratch(layout.work_positions);
   record.work_velocities = scratch(layout.work_velocities);
   record.measured_pieces = scratch(layout.measured_pieces);
