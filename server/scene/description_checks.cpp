@@ -10,38 +10,6 @@ namespace drape {
 
 namespace {
 
-constexpr size_t kMaxViolations = 16;
-
-// Collects violations up to the limit.
-class Violations {
- public:
-  bool is_full() const { return list_.size() >= kMaxViolations; }
-  bool is_empty() const { return list_.empty(); }
-  void Add(std::string field, std::string description) {
-    if (!is_full()) list_.push_back({std::move(field), std::move(description)});
-  }
-  // Not a number is in no range.
-  void CheckRange(std::string_view field, double value, double low, double high,
-                  std::string_view unit) {
-    if (value >= low && value <= high) return;
-    Add(std::string(field),
-        fmt::format("{} is not in [{}, {}]{}{}", value, low, high, unit.empty() ? "" : " ", unit));
-  }
-  void CheckPositive(std::string_view field, double value, double high, std::string_view unit) {
-    if (value > 0 && value <= high) return;
-    Add(std::string(field), fmt::format("{} is not in (0, {}] {}", value, high, unit));
-  }
-  void CheckIndex(std::string field, uint64_t index, uint64_t count) {
-    if (index < count) return;
-    Add(std::move(field), count == 0 ? fmt::format("{}: there are no particles", index)
-                                     : fmt::format("{} is not in [0, {}]", index, count - 1));
-  }
-  std::vector<FieldViolation> Take() { return std::move(list_); }
-
- private:
-  std::vector<FieldViolation> list_;
-};
-
 // The size checks run before anything is allocated; arithmetic in 64 bits.
 void CheckCount(std::string_view field, uint64_t count, uint64_t max, std::string_view what,
                 Violations& violations) {
@@ -102,14 +70,7 @@ void CheckValues(const GridTopology& grid, Violations& violations) {
 }
 
 void CheckValues(const TriangleMesh& mesh, Violations& violations) {
-  CheckPositions("mesh.positions_m", mesh.positions_m, violations);
-  for (size_t t = 0; t < mesh.triangles.size() && !violations.is_full(); ++t) {
-    for (const uint32_t vertex : mesh.triangles[t]) {
-      if (vertex < mesh.positions_m.size()) continue;
-      violations.CheckIndex(fmt::format("mesh.triangles[{}]", t), vertex, mesh.positions_m.size());
-      break;
-    }
-  }
+  CheckMeshValues(mesh, violations);
 }
 
 // Both ends of a constraint or spring; `field` is e.g. "particles.springs[0]".
@@ -246,6 +207,17 @@ void CheckDegrees(std::string_view field, const std::vector<Connection>& connect
 }
 
 }  // namespace
+
+void CheckMeshValues(const TriangleMesh& mesh, Violations& violations) {
+  CheckPositions("mesh.positions_m", mesh.positions_m, violations);
+  for (size_t t = 0; t < mesh.triangles.size() && !violations.is_full(); ++t) {
+    for (const uint32_t vertex : mesh.triangles[t]) {
+      if (vertex < mesh.positions_m.size()) continue;
+      violations.CheckIndex(fmt::format("mesh.triangles[{}]", t), vertex, mesh.positions_m.size());
+      break;
+    }
+  }
+}
 
 std::vector<FieldViolation> CheckDescription(const ModelDescription& description,
                                              const ModelLimits& limits) {

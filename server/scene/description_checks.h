@@ -8,6 +8,7 @@
 #include "server/scene/constraint_builder.h"
 #include "server/scene/description.h"
 #include "server/scene/scene_model.h"
+#include "server/scene/violations.h"
 
 namespace drape {
 
@@ -24,6 +25,10 @@ inline constexpr double kMaxCoefficient = 1e15;  // stiffness, damping, complian
 // = good.
 std::vector<FieldViolation> CheckDescription(const ModelDescription& description,
                                              const ModelLimits& limits);
+
+// Positions that are finite and in range, corners that name existing vertices; the fields are
+// "mesh.positions_m[3]" and "mesh.triangles[7]".
+void CheckMeshValues(const TriangleMesh& mesh, Violations& violations);
 
 // What only the built system shows: a mesh without area, masses and rest lengths out of range, too
 // many constraints or springs, in all or of one particle.

@@ -2,48 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <numeric>
 
 #include "server/scene/colouring.h"
+#include "server/scene/content_hash.h"
 #include "server/scene/description_checks.h"
 
 namespace drape {
 
 namespace {
-
-// FNV-1a, folding eight bytes at a time with the trailing bytes one by one.
-class ContentHash {
- public:
-  template <class T>
-  void Add(const std::vector<T>& values) {
-    AddWord(values.size());
-    const auto* bytes = reinterpret_cast<const unsigned char*>(values.data());
-    const size_t size = values.size() * sizeof(T);
-    size_t at = 0;
-    for (; at + sizeof(uint64_t) <= size; at += sizeof(uint64_t)) {
-      uint64_t word;
-      std::memcpy(&word, bytes + at, sizeof(word));
-      AddWord(word);
-    }
-    for (; at < size; ++at) AddWord(bytes[at]);
-  }
-  void AddWord(uint64_t word) {
-    hash_ = (hash_ ^ word) * 0x100000001b3u;
-    hash_ ^= hash_ >> 32;  // whole words reach only upwards in a product
-  }
-  uint64_t value() const { return hash_; }
-
- private:
-  uint64_t hash_ = 0xcbf29ce484222325u;
-};
-
-// Bit for bit: the elements have no padding.
-template <class T>
-bool SameBits(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
 
 static_assert(sizeof(DistanceConstraint) == 2 * sizeof(uint32_t) + 2 * sizeof(double));
 static_assert(sizeof(Spring) == 2 * sizeof(uint32_t) + 3 * sizeof(double));

@@ -1,0 +1,111 @@
+// Sampled signed distance of a closed mesh: what makes any solid a collider (paper section 4.1).
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "server/core/status.h"
+#include "server/scene/closed_mesh.h"
+#include "server/scene/description.h"
+
+namespace drape {
+
+// How finely a mesh is sampled.
+struct DistanceMapSettings {
+  // Cells along the longest side of the mesh; 4 to 1024. By default 14 mm for a person of 1.8 m.
+  uint32_t resolution = 128;
+  // At 4 bytes each. Cells grow until the samples are that few; 1024 to 2^28.
+  uint64_t max_samples = 1u << 21;
+};
+
+// Distance and the direction in which it grows.
+struct SurfaceDistance {
+  double distance_m = 0;    // negative inside
+  Eigen::Vector3d outward;  // unit
+};
+
+// Samples of the exact distance at the corners of cubic cells in the mesh's own frame, interpolated
+// in between. A collider places the map by a rigid transform. Immutable; safe to share between
+// threads.
+//
+// Error: |interpolated - exact| <= error_bound_m() everywhere in the grid, because a distance
+// changes by at most the way gone: with the weights w_k of the cell's corners x_k, the error is at
+// most sum_k w_k |x_k - p| <= sqrt(sum_k w_k |x_k - p|^2) <= sqrt(3)/2 cell. A spike that ends in
+// the middle of a cell reaches it. Where the surface is smooth with principal curvatures below
+// 1/R at distance d from it, it is at most 3/8 cell^2 / (R - |d|).
+//
+// Outside the grid, from q, the nearest point of the grid's box: sqrt(|p - q|^2 + D(q)^2). The mesh
+// lies in the box, which is convex, so this is at most the exact distance (but for the error bound)
+// and at least 1/sqrt(2) of it; no contact is missed, and it goes on from the inside without a
+// step.
+class DistanceMap {
+ public:
+  // Checks settings and mesh (closed_mesh.h) and refuses surfaces that cross themselves or have
+  // parts inside out as far as the samples show it. Fields: "mesh.positions_m[3]",
+  // "mesh.triangles[7]", "resolution", "max_samples". Single threaded and slow, seconds
+  // rather than milliseconds (README.md): not for a thread that others wait for.
+  static Result<std::shared_ptr<const DistanceMap>> Build(const TriangleMesh& mesh,
+                                                          const DistanceMapSettings& settings = {},
+                                                          const ClosedMeshLimits& limits = {});
+
+  // Of a finite point in the mesh's frame.
+  double DistanceAt(const Eigen::Vector3d& p) const;
+  // With the normalised gradient of DistanceAt. On the faces between cells it is that of the cell
+  // towards +; where it vanishes (length below 1e-6: deep inside, or halfway between two surfaces)
+  // +Y.
+  SurfaceDistance SurfaceAt(const Eigen::Vector3d& p) const;
+
+  // |DistanceAt(p) - exact distance| in the grid's box; see above.
+  double error_bound_m() const { return error_bound_m_; }
+  double cell_m() const { return cell_m_; }
+  // The grid's box, which holds the mesh with a margin of kMarginCells.
+  const Eigen::Vector3d& low_m() const { return low_m_; }
+  Eigen::Vector3d high_m() const;
+  // Samples along x, y and z, each >= 2.
+  const std::array<uint32_t, 3>& sample_counts() const { return sample_counts_; }
+  // Of sample (i, j, k) at low_m + cell_m * (i, j, k); x fastest, [count_z][count_y][count_x].
+  std::span<const float> samples_m() const { return samples_m_; }
+  // What the map was made of: for drawing, and to compare.
+  const TriangleMesh& mesh() const { return mesh_; }
+
+  static constexpr int kMarginCells = 3;
+
+ private:
+  DistanceMap() = default;
+  // Corner samples of a cell and where in it a point lies.
+  struct CellPoint {
+    std::array<double, 8> corners_m;  // bit 0 of the index: +x, bit 1: +y, bit 2: +z
+    Eigen::Vector3d fraction;         // in [0, 1]
+    Eigen::Vector3d outside_m;        // from the nearest point of the box to p
+  };
+  void SetGrid(const DistanceMapSettings& settings);
+  void SetSamples();
+  std::optional<Eigen::Vector3d> FindContradiction() const;
+  // Of positions in double precision [m].
+  double Rounding() const;
+  size_t SampleIndex(uint32_t i, uint32_t j, uint32_t k) const {
+    return (size_t{k} * sample_counts_[1] + j) * sample_counts_[0] + i;
+  }
+  Eigen::Vector3d SamplePoint(uint32_t i, uint32_t j, uint32_t k) const;
+  CellPoint Locate(const Eigen::Vector3d& p) const;
+
+  TriangleMesh mesh_;
+  Eigen::Vector3d low_m_ = Eigen::Vector3d::Zero();
+  double cell_m_ = 0;
+  std::array<uint32_t, 3> sample_counts_{};
+  std::vector<float> samples_m_;
+  double error_bound_m_ = 0;
+};
+
+// Of everything that the map follows from: equal arguments give equal maps and equal hashes.
+uint64_t DistanceMapHash(const TriangleMesh& mesh, const DistanceMapSettings& settings);
+
+// Whether two meshes are equal bit for bit.
+bool SameContent(const TriangleMesh& a, const TriangleMesh& b);
+
+}  // namespace drape
