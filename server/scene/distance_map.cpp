@@ -146,8 +146,8 @@ void DistanceMap::SetSamples() {
                    0.5 * static_cast<double>(largest * std::numeric_limits<float>::epsilon());
 }
 
-// Distances of neighbouring samples differ by at most their spacing, and the border is outside: a
-// wrong sign anywhere but next to the surface breaks that. Returns where.
+// Distances of neighbouring samples differ by at most their spacing; where the sign is wrong on one
+// side of a place that is not next to the surface, they do not. Returns that place.
 std::optional<Vector3d> DistanceMap::FindContradiction() const {
   const double largest_step = (1 + kFloatSlack) * cell_m_ + Rounding();
   const std::array<size_t, 3> strides = {1, sample_counts_[0],
@@ -159,9 +159,7 @@ std::optional<Vector3d> DistanceMap::FindContradiction() const {
         const std::array<uint32_t, 3> at = {i, j, k};
         const double sample = samples_m_[index];
         for (int axis = 0; axis < 3; ++axis) {
-          const bool is_last = at[axis] + 1 == sample_counts_[axis];
-          if ((is_last || at[axis] == 0) && !(sample > 0)) return SamplePoint(i, j, k);
-          if (is_last) continue;
+          if (at[axis] + 1 == sample_counts_[axis]) continue;
           const double step = samples_m_[index + strides[axis]] - sample;
           if (!(std::abs(step) <= largest_step)) return SamplePoint(i, j, k);
         }

@@ -25,8 +25,8 @@ struct DistanceMapSettings {
 
 // Distance and the direction in which it grows.
 struct SurfaceDistance {
-  double distance_m = 0;    // negative inside
-  Eigen::Vector3d outward;  // unit
+  double distance_m = 0;                               // negative inside
+  Eigen::Vector3d outward = Eigen::Vector3d::UnitY();  // unit
 };
 
 // Samples of the exact distance at the corners of cubic cells in the mesh's own frame, interpolated

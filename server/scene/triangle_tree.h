@@ -31,8 +31,8 @@ class TriangleTree {
 
  private:
   struct Box {
-    Eigen::Array3d low_m;
-    Eigen::Array3d high_m;
+    Eigen::Array3d low_m = Eigen::Array3d::Zero();
+    Eigen::Array3d high_m = Eigen::Array3d::Zero();
     double DistanceSq(const Eigen::Vector3d& p) const {
       double sum = 0;
       for (int axis = 0; axis < 3; ++axis) {

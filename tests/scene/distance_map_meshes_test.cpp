@@ -66,7 +66,7 @@ void ExpectBuiltWithin(const MeshFile& file, double cpu_seconds) {
 }
 
 TEST(DistanceMapMeshesTest, ACoarseTable) {
-  ExpectWithinBound(kTable, {.resolution = 24}, 300);
+  ExpectWithinBound(kTable, {.resolution = 20}, 100);
 }
 
 TEST(DistanceMapMeshesLong, TableAtTenThousandPoints) {

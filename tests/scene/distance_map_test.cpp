@@ -183,7 +183,7 @@ TEST(DistanceMapTest, ASpikeNearlyReachesTheErrorBound) {
 TEST(DistanceMapTest, OfASphereTheErrorIsSecondOrderInTheCell) {
   const TriangleMesh mesh = SphereMesh(1, 4);
   const MeshDistance exact(mesh);
-  for (const uint32_t resolution : {8u, 16u, 32u}) {
+  for (const uint32_t resolution : {8u, 20u}) {
     const auto map = Map(mesh, resolution);
     const double cell = map->cell_m();
     for (const Vector3d& p : PointsAround(mesh, 1000, 0.2)) {

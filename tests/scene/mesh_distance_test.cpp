@@ -66,7 +66,7 @@ TEST(MeshDistanceTest, PartsAndCavities) {
 }
 
 TEST(MeshDistanceTest, ATableHasAnInside) {
-  ExpectExact(ReadObj(SourcePath("client/examples/meshes/table.obj"), 1.0), 200, 0.05);
+  ExpectExact(ReadObj(SourcePath("client/examples/meshes/table.obj"), 1.0), 100, 0.05);
 }
 
 // The 10^4 points of the two real meshes: the table has a sliver of aspect 45, the body
