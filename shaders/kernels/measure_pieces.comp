@@ -2,6 +2,8 @@
 // constraints), from the committed state; changes nothing but reports. Work group x = piece, y = cloth. A
 // cloth of one piece is finished here, others by `measure_total`. Reads States, Models, Parameters,
 // Scratch (lambdas [N s], violations [m]); writes Scratch (pieces) or Statuses.
+#define HAS_CAPSULES  // it measures cloths of all variants
+#define HAS_BOXES
 #include "stages/measured.glsl"
 #include "lib/distance.glsl"
 #include "lib/measure.glsl"

@@ -19,6 +19,7 @@ struct Gap {
   vec3 normal;    // unit, outward
 };
 
+#ifdef HAS_CAPSULES
 // The distance to the nearest point of the segment less the radius.
 Gap CapsuleGap(Collider capsule, float thickness, vec3 from_a) {
   float length_sq = Dot(capsule.vector, capsule.vector);
@@ -36,6 +37,9 @@ Gap CapsuleGap(Collider capsule, float thickness, vec3 from_a) {
   return gap;
 }
 
+#endif
+
+#ifdef HAS_BOXES
 // (1, 0, 0), (0, 1, 0) or (0, 0, 1): the largest component, of equals the first.
 vec3 LargestComponent(vec3 v) {
   if (v.x >= v.y && v.x >= v.z) return vec3(1.0, 0.0, 0.0);
@@ -65,12 +69,17 @@ Gap BoxGap(Collider box, float thickness, vec3 from_center) {
   precise float gap_size = size - thickness;
   return Gap(gap_size, normal);
 }
+#endif
 
 // At a sphere's centre the normal is +y.
 Gap ColliderGap(Collider collider, float thickness, vec3 q) {
   precise vec3 from_point = q - collider.point;
+#ifdef HAS_CAPSULES
   if (collider.kind == DRAPE_COLLIDER_CAPSULE) return CapsuleGap(collider, thickness, from_point);
+#endif
+#ifdef HAS_BOXES
   if (collider.kind == DRAPE_COLLIDER_BOX) return BoxGap(collider, thickness, from_point);
+#endif
   Gap gap;
   if (collider.kind == DRAPE_COLLIDER_SPHERE) {
     float length_d = Length(from_point);

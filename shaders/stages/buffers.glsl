@@ -75,8 +75,10 @@ Collider LoadCollider(uint c) {
   collider.radius = Parameter(word + 1u);
   collider.point = ParameterVector(word + 2u);
   collider.vector = ParameterVector(word + 5u);
+#if defined(HAS_CAPSULES) || defined(HAS_BOXES)
   collider.axes = mat3(ParameterVector(word + 8u), ParameterVector(word + 11u),
                        ParameterVector(word + 14u));
+#endif
   return collider;
 }
 

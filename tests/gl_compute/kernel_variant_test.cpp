@@ -49,8 +49,8 @@ TEST(KernelVariantTest, LocalSizeFollowsTheDevice) {
 
 TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
   const std::string bare = VariantOf(*GridModel(4, 4), {}).Defines();
-  for (const char* word :
-       {"SPRINGS", "COMPLIANCE", "CONTACTS", "FRICTION", "DAMPING", "PINS", "TOLERANCE", "PARTS"}) {
+  for (const char* word : {"SPRINGS", "COMPLIANCE", "CONTACTS", "CAPSULES", "BOXES", "FRICTION",
+                           "DAMPING", "PINS", "TOLERANCE", "PARTS"}) {
     EXPECT_THAT(bare, Not(HasSubstr(word)));
   }
   ModelDescription description = GridDescription(4, 4, {0});
@@ -67,6 +67,11 @@ TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
                            "HAS_DAMPING", "HAS_PINS", "HAS_TOLERANCE"}) {
     EXPECT_THAT(full, HasSubstr(word));
   }
+  EXPECT_THAT(full, Not(HasSubstr("CAPSULES")));
+  EXPECT_THAT(full, Not(HasSubstr("BOXES")));
+  parameters.colliders = {CapsuleCollider{}, BoxCollider{}};
+  EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_CAPSULES\n"));
+  EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_BOXES\n"));
   parameters.settings.spring_integration = SpringIntegration::kInForce;
   EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("SPRINGS_IN_FORCE"));
   parameters.colliders.clear();

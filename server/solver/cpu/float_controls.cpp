@@ -37,6 +37,11 @@ FloatCollider ToFloat(const BoxCollider& box, double thickness_m) {
 
 }  // namespace
 
+Gap FloatCollider::GapOfLargerShape(Lanes q) const {
+  if (kind == Kind::kCapsule) return CapsuleGap(q, point, vector, axes[0], offset);
+  return BoxGap(q, point, vector, axes, offset);
+}
+
 FloatControls::FloatControls(const FloatModel& model, const ClothParameters& parameters) {
   const StepSettings& settings = parameters.settings;
   const double substep_s = settings.substep_s();

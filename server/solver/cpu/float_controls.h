@@ -21,18 +21,14 @@ struct FloatCollider {
   std::array<Lanes, 3> axes{};  // of a box; of a capsule only [0]: the normal on its segment
 
   Gap GapAt(Lanes q) const {
-    switch (kind) {
-      case Kind::kSphere:
-        return SphereGap(q, point, offset);
-      case Kind::kPlane:
-        break;
-      case Kind::kCapsule:
-        return CapsuleGap(q, point, vector, axes[0], offset);
-      case Kind::kBox:
-        return BoxGap(q, point, vector, axes, offset);
-    }
-    return PlaneGap(q, point, vector, offset);
+    if (kind == Kind::kSphere) return SphereGap(q, point, offset);
+    if (kind == Kind::kPlane) return PlaneGap(q, point, vector, offset);
+    return GapOfLargerShape(q);
   }
+
+ private:
+  // Not inline: in the loops over particles it would slow spheres and planes down.
+  Gap GapOfLargerShape(Lanes q) const;
 };
 
 // A function of the cloth's model and parameters alone.

@@ -26,6 +26,13 @@ uint32_t LocalSizeFor(uint32_t capacity, const DeviceTraits& device) {
   return std::min(capacity, kHardwareLocalSizeOfLargest);
 }
 
+template <class Shape>
+bool HasCollider(const ClothParameters& parameters) {
+  return std::ranges::any_of(parameters.colliders, [](const Collider& collider) {
+    return std::holds_alternative<Shape>(collider);
+  });
+}
+
 Status LoopLimit() {
   return Status(StatusCode::kResourceExhausted, "KERNEL_LOOP_LIMIT",
                 "a particle has too many springs or triangles, or the cloth too many colliders or colours, for "
@@ -63,6 +70,8 @@ std::string KernelVariant::Defines() const {
   if (springs == Springs::kHalfKicks) text << "#define SPRINGS_HALF_KICKS\n";
   if (has_compliance) text << "#define HAS_COMPLIANCE\n";
   if (has_contacts) text << "#define HAS_CONTACTS\n";
+  if (has_capsules) text << "#define HAS_CAPSULES\n";
+  if (has_boxes) text << "#define HAS_BOXES\n";
   if (has_friction) text << "#define HAS_FRICTION\n";
   if (has_damping) text << "#define HAS_DAMPING\n";
   if (has_pins) text << "#define HAS_PINS\n";
@@ -96,6 +105,8 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
   }
   variant.has_compliance = model.has_compliance();
   variant.has_contacts = !parameters.colliders.empty();
+  variant.has_capsules = HasCollider<CapsuleCollider>(parameters);
+  variant.has_boxes = HasCollider<BoxCollider>(parameters);
   variant.has_friction = variant.has_contacts && parameters.friction_static > 0;
   variant.has_damping = parameters.damping_per_s > 0;
   variant.has_pins = model.pin_count() > 0;

@@ -22,6 +22,8 @@ struct KernelVariant {
   Springs springs = Springs::kNone;
   bool has_compliance = false;
   bool has_contacts = false;
+  bool has_capsules = false;
+  bool has_boxes = false;
   bool has_friction = false;
   bool has_damping = false;
   bool has_pins = false;
