@@ -73,6 +73,8 @@ TEST_F(Naming, EnumsAreUpperSnakeCaseWithAnUnspecifiedZero) {
 TEST_F(Naming, RealNumbersCarryTheirUnit) {
   const std::set<std::string> kPureNumbers = {"friction_static",
                                               "friction_dynamic",
+                                              "air_drag",
+                                              "air_lift",
                                               "tolerance",
                                               "max_strain",
                                               "rms_strain",
@@ -102,7 +104,7 @@ TEST_F(Naming, ListsArePlural) {
   // Vectors are one value of several numbers; x, y, z are not counted.
   const char* kVectors =
       "gravity_.*|center_m|point_m|a_m|b_m|normal|position_m|rotation_xyzw|target_m|"
-      "environment_origin_m|over_s|shape|eye_m|up|view_direction|include_m|range";
+      "environment_origin_m|over_s|shape|eye_m|up|view_direction|include_m|range|wind_.*";
   for (const Descriptor* message : descriptors_.Messages()) {
     for (int k = 0; k < message->field_count(); ++k) {
       const FieldDescriptor* field = message->field(k);
