@@ -206,13 +206,12 @@ TEST(UpdateClothsValidation, OnlyThePathsOfTheMaskAreRead) {
 }
 
 TEST(UpdateClothsValidation, EveryDocumentedPathIsRead) {
-  const auto change =
-      CheckUpdateCloths(Update({"environment.gravity_m_per_s2", "environment.colliders", "pins",
-                                "settings", "material.damping_per_s", "material.friction_static",
-                                "material.friction_dynamic", "material.thickness_m",
-                                "environment.wind_m_per_s", "material.air_drag",
-                                "material.air_lift"}),
-                        {});
+  const auto change = CheckUpdateCloths(
+      Update({"environment.gravity_m_per_s2", "environment.colliders", "pins", "settings",
+              "material.damping_per_s", "material.friction_static", "material.friction_dynamic",
+              "material.thickness_m", "environment.wind_m_per_s", "material.air_drag",
+              "material.air_lift"}),
+      {});
   ASSERT_TRUE(change.ok()) << change.status().ToString();
   EXPECT_TRUE(change->gravity_m_per_s2 && change->colliders && change->pins && change->settings &&
               change->damping_per_s && change->friction_static && change->friction_dynamic &&

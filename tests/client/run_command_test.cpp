@@ -172,8 +172,8 @@ TEST_F(RunCommandTest, ControlsActAtTheirTimes) {
   }
 }
 
-// A weightless sheet in calm air until 0.5 s, then carried along by wind, then stopped by wind from the
-// other side: each time faster than half of it, because 0.5 s are many of its 1 / (c w).
+// A weightless sheet in calm air until 0.5 s, then carried along by wind, then stopped by wind from
+// the other side: each time faster than half of it, because 0.5 s are many of its 1 / (c w).
 TEST_F(RunCommandTest, TheWindOfAControlBlows) {
   const std::string scene = Write("scene.json", R"({
     "time_step_s": 0.25, "duration_s": 1.5,

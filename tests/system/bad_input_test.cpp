@@ -213,8 +213,8 @@ std::vector<BadCall> BadSteps() {
           "spec.environment.wind_m_per_s[2]", "nan"),
       Updating(
           "negative drag", "material.air_drag",
-          [](auto& spec) { spec.mutable_material()->set_air_drag(-0.5); },
-          "spec.material.air_drag", "-0.5"),
+          [](auto& spec) { spec.mutable_material()->set_air_drag(-0.5); }, "spec.material.air_drag",
+          "-0.5"),
       Updating(
           "dynamic above static friction", "material.friction_dynamic",
           [](auto& spec) { spec.mutable_material()->set_friction_dynamic(0.5); },

@@ -28,7 +28,8 @@ uint32_t LocalSizeFor(uint32_t capacity, const DeviceTraits& device) {
 
 Status LoopLimit() {
   return Status(StatusCode::kResourceExhausted, "KERNEL_LOOP_LIMIT",
-                "a particle has too many springs or triangles, or the cloth too many colliders or colours, for "
+                "a particle has too many springs or triangles, or the cloth too many colliders or "
+                "colours, for "
                 "the kernels of this device");
 }
 
