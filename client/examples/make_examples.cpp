@@ -117,6 +117,29 @@ Json Net() {
   return {{"name", "net"}, {"duration_s", 3}, {"cloths", {{{"spec", spec}}}}};
 }
 
+// A flag held along its hoist, in the xy plane. The wind blows past it, and from 3 s on across.
+Json Flag() {
+  constexpr uint32_t kColumns = 37, kRows = 25;
+  std::vector<uint32_t> hoist;
+  for (uint32_t row = 0; row < kRows; ++row) hoist.push_back(row * kColumns);
+  const Json spec = {
+      {"grid", {{"columns", kColumns}, {"rows", kRows}, {"width_m", 1.5}, {"height_m", 1}}},
+      {"transform", {{"rotation_xyzw", {1, 0, 0, 1}}}},
+      {"material",
+       {{"areal_density_kg_per_m2", 0.1},
+        {"shear_stiffness_n_per_m", 5},
+        {"bending_stiffness_n_per_m", 0.05},
+        {"damping_per_s", 0.1},
+        {"air_drag", 1.2},
+        {"air_lift", 1}}},
+      {"pins", Pins(hoist)},
+      {"environment", {{"wind_m_per_s", {6, 0, 0.3}}}}};
+  return {{"name", "flag"},
+          {"duration_s", 6},
+          {"cloths", {{{"spec", spec}}}},
+          {"controls", {{{"time_s", 3}, {"wind_m_per_s", {4, 0, 4.5}}}}}};
+}
+
 struct Vertices {
   std::vector<std::array<double, 3>> positions;
   std::vector<std::array<uint32_t, 3>> triangles;
@@ -249,6 +272,7 @@ int main(int argc, char** argv) {
     Write(folder / "many_cloths.json", LayOutJson(ManyCloths()));
     Write(folder / "chain.json", LayOutJson(Chain()));
     Write(folder / "net.json", LayOutJson(Net()));
+    Write(folder / "flag.json", LayOutJson(Flag()));
     Write(folder / "skirt.json", LayOutJson(Skirt(folder / "meshes" / "skirt.obj")));
     Write(folder / "meshes" / "disc.obj", DiscObj());
   } catch (const std::exception& error) {

@@ -101,6 +101,7 @@ void CheckControl(const v1::Scene& scene, const v1::SceneControl& control,
                   const std::string& path) {
   CheckNotNegative(control.time_s(), path + ".time_s");
   CheckVector(control.gravity_m_per_s2(), /*may_be_empty=*/true, path + ".gravity_m_per_s2");
+  CheckVector(control.wind_m_per_s(), /*may_be_empty=*/true, path + ".wind_m_per_s");
   const uint64_t cloth_count = ClothCount(scene);
   for (int i = 0; i < control.cloths_size(); ++i) {
     if (control.cloths(i) < cloth_count) continue;

@@ -6,6 +6,7 @@
 #include <map>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "client/src/errors.h"
 #include "drape/scene_file.h"
@@ -72,11 +73,18 @@ std::vector<ClothId> ScenePlayer::ControlledIds(const v1::SceneControl& control)
   return ids;
 }
 
-void ScenePlayer::SetGravity(const v1::SceneControl& control) {
-  static const std::string kPath = "environment.gravity_m_per_s2";
+void ScenePlayer::SetEnvironment(const v1::SceneControl& control) {
+  std::vector<std::string> paths;
   v1::ClothSpec spec;
-  *spec.mutable_environment()->mutable_gravity_m_per_s2() = control.gravity_m_per_s2();
-  session_.UpdateCloths(ControlledIds(control), spec, {&kPath, 1});
+  if (!control.gravity_m_per_s2().empty()) {
+    paths.push_back("environment.gravity_m_per_s2");
+    *spec.mutable_environment()->mutable_gravity_m_per_s2() = control.gravity_m_per_s2();
+  }
+  if (!control.wind_m_per_s().empty()) {
+    paths.push_back("environment.wind_m_per_s");
+    *spec.mutable_environment()->mutable_wind_m_per_s() = control.wind_m_per_s();
+  }
+  if (!paths.empty()) session_.UpdateCloths(ControlledIds(control), spec, paths);
 }
 
 void ScenePlayer::ApplyControls(v1::StepRequest* request) {
@@ -84,7 +92,7 @@ void ScenePlayer::ApplyControls(v1::StepRequest* request) {
   std::map<std::pair<ClothId, uint32_t>, const v1::PinTarget*> targets;
   for (const v1::SceneControl& control : scene_.controls()) {
     if (FirstStepAtOrAfter(control.time_s(), scene_.time_step_s()) != step_) continue;
-    if (!control.gravity_m_per_s2().empty()) SetGravity(control);
+    SetEnvironment(control);
     if (control.pin_targets().empty()) continue;
     for (const ClothId id : ControlledIds(control)) {
       for (const v1::PinTarget& target : control.pin_targets()) {

@@ -109,6 +109,7 @@ v1::StepSettings ToProto(const StepSettings& settings) {
 v1::Environment EnvironmentToProto(const ClothParameters& parameters) {
   v1::Environment message;
   Append(parameters.gravity_m_per_s2, message.mutable_gravity_m_per_s2());
+  Append(parameters.wind_m_per_s, message.mutable_wind_m_per_s());
   for (const Collider& collider : parameters.colliders) {
     std::visit([&](const auto& shape) { AddCollider(shape, message); }, collider);
   }

@@ -9,6 +9,7 @@
 #include "server/api/field_checks.h"
 #include "server/api/spec_validation.h"
 #include "server/scene/description_checks.h"
+#include "server/solver/solver_constants.h"
 
 namespace drape::api {
 namespace {
@@ -65,6 +66,8 @@ void ApplyOverride(const FieldPath& path, const v1::StepSettings& base,
   parameters.gravity_m_per_s2 =
       CheckGravity(path.Child("gravity_m_per_s2"), override_.gravity_m_per_s2(),
                    parameters.gravity_m_per_s2, checks);
+  parameters.wind_m_per_s = CheckWind(path.Child("wind_m_per_s"), override_.wind_m_per_s(),
+                                      parameters.wind_m_per_s, checks);
   if (override_.has_settings()) {
     v1::StepSettings merged = base;
     merged.MergeFrom(override_.settings());
@@ -121,6 +124,12 @@ const std::map<std::string, ReadPath, std::less<>>& UpdatePaths() {
                                                 spec.environment().gravity_m_per_s2(),
                                                 ClothParameters().gravity_m_per_s2, checks);
        }},
+      {"environment.wind_m_per_s",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.wind_m_per_s =
+             CheckWind(kEnvironment.Child("wind_m_per_s"), spec.environment().wind_m_per_s(),
+                       ClothParameters().wind_m_per_s, checks);
+       }},
       {"environment.colliders",
        [](const auto& spec, const auto& limits, ClothChange& change, FieldChecks& checks) {
          change.colliders = CheckColliders(kEnvironment.Child("colliders"),
@@ -151,6 +160,16 @@ const std::map<std::string, ReadPath, std::less<>>& UpdatePaths() {
          change.friction_dynamic =
              Coefficient(kMaterial.Child("friction_dynamic"), spec.material().friction_dynamic(),
                          kMaxCoefficient, "", checks);
+       }},
+      {"material.air_drag",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.air_drag = Coefficient(kMaterial.Child("air_drag"), spec.material().air_drag(),
+                                       kMaxAirCoefficient, "", checks);
+       }},
+      {"material.air_lift",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.air_lift = Coefficient(kMaterial.Child("air_lift"), spec.material().air_lift(),
+                                       kMaxAirCoefficient, "", checks);
        }},
       {"material.thickness_m",
        [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {

@@ -6,6 +6,7 @@
 
 #include "server/api/topology_validation.h"
 #include "server/scene/description_checks.h"
+#include "server/solver/solver_constants.h"
 
 namespace drape::api {
 namespace {
@@ -168,6 +169,12 @@ Eigen::Vector3d CheckGravity(const FieldPath& path, const DoubleList& gravity_m_
       .value_or(fallback);
 }
 
+Eigen::Vector3d CheckWind(const FieldPath& path, const DoubleList& wind_m_per_s,
+                          const Eigen::Vector3d& fallback, FieldChecks& checks) {
+  if (wind_m_per_s.empty()) return fallback;
+  return checks.Vector3(path, wind_m_per_s, kMaxWind_m_per_s, "m/s").value_or(fallback);
+}
+
 StepSettings CheckSettings(const FieldPath& path, const v1::StepSettings& settings,
                            FieldChecks& checks) {
   StepSettingsOverrides overrides;
@@ -223,6 +230,10 @@ void CheckSurfaceMaterial(const FieldPath& path, const v1::Material& material,
   parameters.thickness_m = material.thickness_m();
   checks.InRange(path.Child("damping_per_s"), parameters.damping_per_s, 0, kMaxCoefficient, "1/s");
   checks.InRange(path.Child("thickness_m"), parameters.thickness_m, 0, kMaxExtent_m, "m");
+  parameters.air_drag = material.air_drag();
+  parameters.air_lift = material.air_lift();
+  checks.InRange(path.Child("air_drag"), parameters.air_drag, 0, kMaxAirCoefficient, "");
+  checks.InRange(path.Child("air_lift"), parameters.air_lift, 0, kMaxAirCoefficient, "");
   CheckFriction(path.Child("friction_static"), path.Child("friction_dynamic"), parameters, checks);
 }
 
@@ -256,6 +267,9 @@ CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const Re
   result.parameters.gravity_m_per_s2 =
       CheckGravity(environment_path.Child("gravity_m_per_s2"), environment.gravity_m_per_s2(),
                    result.parameters.gravity_m_per_s2, checks);
+  result.parameters.wind_m_per_s =
+      CheckWind(environment_path.Child("wind_m_per_s"), environment.wind_m_per_s(),
+                result.parameters.wind_m_per_s, checks);
   result.parameters.colliders =
       CheckColliders(environment_path.Child("colliders"), environment.colliders(), limits, checks);
   CheckSurfaceMaterial(path.Child("material"), spec.material(), result.parameters, checks);

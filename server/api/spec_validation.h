@@ -23,7 +23,7 @@ struct CheckedSpec {
 // after a violation is usable but meaningless.
 CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const RequestLimits& limits,
                       FieldChecks& checks);
-// Damping, friction and thickness into `parameters`.
+// Damping, friction, thickness, drag and lift into `parameters`.
 void CheckSurfaceMaterial(const FieldPath& path, const v1::Material& material,
                           ClothParameters& parameters, FieldChecks& checks);
 // Targets only; the indices are drape::CheckDescription's.
@@ -35,6 +35,8 @@ std::vector<Collider> CheckColliders(
     const RequestLimits& limits, FieldChecks& checks);
 Eigen::Vector3d CheckGravity(const FieldPath& path, const DoubleList& gravity_m_per_s2,
                              const Eigen::Vector3d& fallback, FieldChecks& checks);
+Eigen::Vector3d CheckWind(const FieldPath& path, const DoubleList& wind_m_per_s,
+                          const Eigen::Vector3d& fallback, FieldChecks& checks);
 StepSettings CheckSettings(const FieldPath& path, const v1::StepSettings& settings,
                            FieldChecks& checks);
 RigidTransform CheckTransform(const FieldPath& path, const v1::Transform& transform,

@@ -34,14 +34,14 @@ TriangleShares ShareTriangles(std::span<const Eigen::Vector3d> rest_positions_m,
   std::vector<double> areas_m2;
   std::vector<double> areas_around_m2(masses_kg.size(), 0.0);
   for (const auto& [i, j, k] : triangles) {
-    areas_m2.push_back(
-        TriangleArea(rest_positions_m[i], rest_positions_m[j], rest_positions_m[k]));
+    areas_m2.push_back(TriangleArea(rest_positions_m[i], rest_positions_m[j], rest_positions_m[k]));
     for (const uint32_t corner : {i, j, k}) areas_around_m2[corner] += areas_m2.back();
   }
   for (size_t t = 0; t < triangles.size(); ++t) {
     double smallest_kg = std::numeric_limits<double>::infinity();
     for (const uint32_t corner : triangles[t]) {
-      smallest_kg = std::min(smallest_kg, masses_kg[corner] * areas_m2[t] / areas_around_m2[corner]);
+      smallest_kg =
+          std::min(smallest_kg, masses_kg[corner] * areas_m2[t] / areas_around_m2[corner]);
     }
     shares.masses_kg.push_back(std::max(3 * smallest_kg, kMinTriangleMass_kg));
   }

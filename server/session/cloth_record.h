@@ -42,10 +42,13 @@ struct ClothCreation {
 // Unset = as it is. Applied to several cloths, to all or none.
 struct ClothChange {
   std::optional<Eigen::Vector3d> gravity_m_per_s2;
+  std::optional<Eigen::Vector3d> wind_m_per_s;
   std::optional<double> damping_per_s;
   std::optional<double> friction_static;
   std::optional<double> friction_dynamic;
   std::optional<double> thickness_m;
+  std::optional<double> air_drag;
+  std::optional<double> air_lift;
   std::optional<std::vector<Collider>> colliders;  // environment frame
   std::optional<StepSettings> settings;            // fully resolved
   // Replaces all pins. A pin that stays keeps its motion unless it has a target here; a new one

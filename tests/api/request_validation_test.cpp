@@ -128,6 +128,10 @@ TEST(CreateClothsRules, ReadsEverythingOfAGoodRequest) {
       1e-15);
   EXPECT_EQ(first.parameters.gravity_m_per_s2, Eigen::Vector3d(0, -9, 0));
   EXPECT_EQ(second.parameters.gravity_m_per_s2, Eigen::Vector3d(0, -1, 0));
+  EXPECT_EQ(first.parameters.wind_m_per_s, Eigen::Vector3d(2, 0, 1));
+  EXPECT_EQ(second.parameters.wind_m_per_s, Eigen::Vector3d(0, 0, 7));
+  EXPECT_EQ(first.parameters.air_drag, 1.2);
+  EXPECT_EQ(second.parameters.air_lift, 0.8);
   EXPECT_EQ(second.parameters.damping_per_s, 0.25);
   EXPECT_EQ(second.parameters.friction_dynamic, 0.4);
   // The override changes one field of the spec's settings, not the others.
@@ -197,19 +201,21 @@ TEST(UpdateClothsValidation, OnlyThePathsOfTheMaskAreRead) {
   EXPECT_EQ(*change->gravity_m_per_s2, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(change->pins->front().particle, 7u);
   EXPECT_FALSE(change->damping_per_s || change->colliders || change->settings ||
-               change->friction_static || change->friction_dynamic || change->thickness_m);
+               change->friction_static || change->friction_dynamic || change->thickness_m ||
+               change->wind_m_per_s || change->air_drag || change->air_lift);
 }
 
 TEST(UpdateClothsValidation, EveryDocumentedPathIsRead) {
-  const auto change =
-      CheckUpdateCloths(Update({"environment.gravity_m_per_s2", "environment.colliders", "pins",
-                                "settings", "material.damping_per_s", "material.friction_static",
-                                "material.friction_dynamic", "material.thickness_m"}),
-                        {});
+  const auto change = CheckUpdateCloths(
+      Update({"environment.gravity_m_per_s2", "environment.colliders", "pins", "settings",
+              "material.damping_per_s", "material.friction_static", "material.friction_dynamic",
+              "material.thickness_m", "environment.wind_m_per_s", "material.air_drag",
+              "material.air_lift"}),
+      {});
   ASSERT_TRUE(change.ok()) << change.status().ToString();
   EXPECT_TRUE(change->gravity_m_per_s2 && change->colliders && change->pins && change->settings &&
               change->damping_per_s && change->friction_static && change->friction_dynamic &&
-              change->thickness_m);
+              change->thickness_m && change->wind_m_per_s && change->air_drag && change->air_lift);
 }
 
 TEST(UpdateClothsValidation, RefusesUnknownPathsEmptyMasksAndNoIds) {

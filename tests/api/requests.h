@@ -74,6 +74,9 @@ inline v1::CreateClothsRequest GoodCreation() {
   spec->mutable_material()->set_friction_dynamic(0.4);
   v1::Environment* environment = spec->mutable_environment();
   Set(environment->mutable_gravity_m_per_s2(), {0, -9, 0});
+  Set(environment->mutable_wind_m_per_s(), {2, 0, 1});
+  spec->mutable_material()->set_air_drag(1.2);
+  spec->mutable_material()->set_air_lift(0.8);
   v1::Sphere* sphere = environment->add_colliders()->mutable_sphere();
   Set(sphere->mutable_center_m(), {0, -1, 0});
   sphere->set_radius_m(0.5);
@@ -97,6 +100,7 @@ inline v1::CreateClothsRequest GoodCreation() {
   Set(second->mutable_gravity_m_per_s2(), {0, -1, 0});
   second->mutable_settings()->set_max_iterations(3);
   second->set_damping_per_s(0.25);
+  Set(second->mutable_wind_m_per_s(), {0, 0, 7});
   return request;
 }
 

@@ -43,6 +43,7 @@ const ExampleCase kExamples[] = {
     {"many_cloths", 64, 1024, 1984, 0.05},
     {"chain", 1, 41, 40, 0.7},
     {"net", 1, 289, 544, 0.3},
+    {"flag", 1, 925, 36 * 25 + 37 * 24 - 24, 0.2},
     {"skirt", 1, 1809, 5257 - 43, 0.2},
     {"mesh_drop", 1, 817, 2352, 0.5},
 };
@@ -137,8 +138,8 @@ TEST(ExampleFilesTest, GeneratedFilesAreWhatTheGeneratorMakes) {
   fs::copy_file(Example("meshes/skirt.obj"), folder / "meshes/skirt.obj");
   const Outcome outcome = RunProgram("make_examples", {folder.path().string()});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  for (const char* name :
-       {"many_cloths.json", "chain.json", "net.json", "skirt.json", "meshes/disc.obj"}) {
+  for (const char* name : {"many_cloths.json", "chain.json", "net.json", "flag.json", "skirt.json",
+                           "meshes/disc.obj"}) {
     EXPECT_TRUE(ReadText(folder / name) == ReadText(Example(name)))
         << name << ": run make_examples client/examples";
   }

@@ -172,6 +172,27 @@ TEST_F(RunCommandTest, ControlsActAtTheirTimes) {
   }
 }
 
+// A weightless sheet in calm air until 0.5 s, then carried along by wind, then stopped by wind from
+// the other side: each time faster than half of it, because 0.5 s are many of its 1 / (c w).
+TEST_F(RunCommandTest, TheWindOfAControlBlows) {
+  const std::string scene = Write("scene.json", R"({
+    "time_step_s": 0.25, "duration_s": 1.5,
+    "cloths": [{"spec": {"grid": {"columns": 3, "rows": 3, "width_m": 1, "height_m": 1},
+      "material": {"air_drag": 5}, "environment": {"gravity_m_per_s2": [0, 0, 0]}}}],
+    "controls": [{"time_s": 0.5, "wind_m_per_s": [0, 3, 0]},
+                 {"time_s": 1, "wind_m_per_s": [0, -3, 0], "gravity_m_per_s2": [0, 0, 0]}]})");
+  const std::string states = folder_ / "s.csv";
+  RunForReport(scene, {"--states=" + states});
+  const auto rows = ReadCsv(ReadText(states));
+  ASSERT_EQ(rows.size(), 6u * 9);
+  const auto speed = [&](size_t step) { return rows[9 * (step - 1) + 4][7]; };  // vy of the centre
+  EXPECT_EQ(speed(2), 0);
+  EXPECT_GT(speed(4), 1.5);
+  EXPECT_LT(speed(4), 3);
+  EXPECT_LT(speed(6), -1.5);
+  EXPECT_GT(speed(6), -3);
+}
+
 TEST_F(RunCommandTest, ComparesTwoBackends) {
   const Outcome outcome =
       Run({Example("hanging_two_corners.json"), "--duration=0.1", "--compare=reference"});

@@ -138,6 +138,8 @@ INSTANTIATE_TEST_SUITE_P(
                  "controls[0].cloths[1]: must be below the number of cloths, 1, got 1"},
         BadScene{Scene("", R"(, "controls": [{"gravity_m_per_s2": [1, 2]}])"),
                  "controls[0].gravity_m_per_s2: must have 3 numbers, got 2"},
+        BadScene{Scene("", R"(, "controls": [{"wind_m_per_s": [1]}])"),
+                 "controls[0].wind_m_per_s: must have 3 numbers, got 1"},
         BadScene{Scene(R"(, "pins": [{"particle": 1}])",
                        R"(, "controls": [{"pin_targets": [{"particle": 1}]}])"),
                  "controls[0].pin_targets[0].target_m: must have 3 numbers, got 0"},

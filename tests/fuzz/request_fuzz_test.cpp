@@ -118,6 +118,9 @@ TEST(RequestFuzz, CreateCloths) {
     EXPECT_LE(checked->copies.size(), limits.max_cloths_per_request);
     for (const ClothCopy& copy : checked->copies) {
       EXPECT_TRUE(copy.parameters.gravity_m_per_s2.allFinite());
+      EXPECT_TRUE(copy.parameters.wind_m_per_s.allFinite());
+      EXPECT_GE(copy.parameters.air_drag, 0);
+      EXPECT_GE(copy.parameters.air_lift, 0);
       EXPECT_NEAR(copy.transform.rotation.norm(), 1, 1e-12);
     }
     return SceneModel::Build(*checked->description, limits.model).status();
@@ -144,7 +147,8 @@ TEST(RequestFuzz, UpdateCloths) {
   update.add_cloth_ids(1);
   *update.mutable_spec() = GoodCreation().spec();
   for (const char* path : {"environment.gravity_m_per_s2", "environment.colliders", "pins",
-                           "settings", "material.friction_static"}) {
+                           "settings", "material.friction_static", "environment.wind_m_per_s",
+                           "material.air_drag", "material.air_lift"}) {
     update.mutable_update_mask()->add_paths(path);
   }
   const auto check = [](const v1::UpdateClothsRequest& request) -> Status {

@@ -41,6 +41,20 @@ TEST(PackModelTest, TiledModelsHaveTwoWordsPerPair) {
   }
 }
 
+TEST(PackModelTest, TrianglesArePackedForClothsInTheAirOnly) {
+  const auto model = GridModel(2, 2);  // triangles 0 2 1 and 1 2 3
+  EXPECT_EQ(PackModel(*model).layout.triangles, 0u);
+  const PackedModel packed = PackModel(*model, /*has_air_forces=*/true);
+  const auto words = [&](uint32_t begin, size_t count) {
+    return std::vector(packed.words.begin() + begin, packed.words.begin() + begin + count);
+  };
+  EXPECT_THAT(words(packed.layout.triangles, 6), ElementsAre(0, 2, 1, 1, 2, 3));
+  EXPECT_THAT(words(packed.layout.triangle_offsets, 5), ElementsAre(0, 1, 3, 5, 6));
+  EXPECT_THAT(words(packed.layout.particle_triangles, 6), ElementsAre(0, 0, 1, 0, 1, 1));
+  EXPECT_EQ(AsFloat(packed.words[packed.layout.triangle_masses]),
+            static_cast<float>(model->triangle_masses_kg()[0]));
+}
+
 TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   ModelDescription description = GridDescription(10, 10);
   description.material.stretch_compliance_m_per_n = 1e-4;
@@ -49,13 +63,15 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   ClothParameters parameters;
   parameters.colliders.assign(3, PlaneCollider{});
   parameters.friction_static = 0.1;
+  parameters.air_drag = 1;
   const ScratchLayout layout = LayOutScratch(*model, parameters, true);
   EXPECT_EQ(layout.lambdas, 0u);
   EXPECT_EQ(layout.normal_betas, layout.lambdas + model->constraint_count());
   EXPECT_EQ(layout.tangent_betas, layout.normal_betas + 300);
   EXPECT_EQ(layout.violations, layout.tangent_betas + 900);
   EXPECT_EQ(layout.spring_accelerations, layout.violations + 100);
-  EXPECT_EQ(layout.work_positions, layout.spring_accelerations + 300);
+  EXPECT_EQ(layout.air_impulses, layout.spring_accelerations + 300);
+  EXPECT_EQ(layout.work_positions, layout.air_impulses + 3 * 162);
   EXPECT_EQ(layout.work_velocities, layout.work_positions + 300);
   EXPECT_EQ(layout.size, layout.work_velocities + 300);
   EXPECT_EQ(LayOutScratch(*GridModel(10, 10), {}, false).size, 0u) << "nothing that is not needed";
@@ -113,7 +129,14 @@ TEST(MakeClothRecordTest, SettingsInTheUnitsOfTheKernels) {
   cloth.parameters.damping_per_s = 3;
   cloth.parameters.settings.time_step_s = 0.02;
   cloth.parameters.settings.substeps = 4;
+  EXPECT_EQ(MakeClothRecord(cloth).triangle_count, 0u) << "none needed without drag and lift";
+  cloth.parameters.wind_m_per_s = {1, 2, 3};
+  cloth.parameters.air_drag = 2;
   const shader::ClothRecord record = MakeClothRecord(cloth);
+  EXPECT_EQ(record.triangle_count, 200u);
+  EXPECT_FLOAT_EQ(record.wind.z, 3);
+  EXPECT_FLOAT_EQ(record.air_drag, 1.225f / 2);
+  EXPECT_EQ(record.air_lift, 0);
   EXPECT_EQ(record.particle_count, 121u);
   EXPECT_EQ(record.pin_count, 1u);
   EXPECT_EQ(record.substeps, 4u);

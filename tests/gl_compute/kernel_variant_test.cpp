@@ -60,11 +60,12 @@ TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
   parameters.colliders = {PlaneCollider{}};
   parameters.friction_static = 0.3;
   parameters.damping_per_s = 1;
+  parameters.air_lift = 1;
   parameters.settings.tolerance = 1e-3;
   const auto model = BuildModel(description);
   const std::string full = VariantOf(*model, parameters).Defines();
   for (const char* word : {"SPRINGS_HALF_KICKS", "HAS_COMPLIANCE", "HAS_CONTACTS", "HAS_FRICTION",
-                           "HAS_DAMPING", "HAS_PINS", "HAS_TOLERANCE"}) {
+                           "HAS_DAMPING", "HAS_PINS", "HAS_TOLERANCE", "HAS_WIND"}) {
     EXPECT_THAT(full, HasSubstr(word));
   }
   EXPECT_THAT(full, Not(HasSubstr("CAPSULES")));
@@ -104,6 +105,18 @@ TEST(KernelCostsTest, SweepOfAChain) {
   parameters.colliders = {PlaneCollider{}, PlaneCollider{}};
   // 4 rounds over the particles, each with 2 colliders, and one more pass for each loop's end.
   EXPECT_EQ(CountResidentLoops(*model, parameters, 32).sweep, costs.sweep + 5 + 4 * 3);
+}
+
+// 8 x 8 particles in 2 rounds of 32, 98 triangles in 4, at most 6 triangles per particle.
+TEST(KernelCostsTest, AKickOfTheAir) {
+  const auto model = GridModel(8, 8);
+  ClothParameters parameters;
+  const LoopCosts calm = CountResidentLoops(*model, parameters, 32);
+  parameters.air_drag = 1;
+  const LoopCosts windy = CountResidentLoops(*model, parameters, 32);
+  EXPECT_EQ(windy.substep - calm.substep, (4 + 1) + (2 + 1) + 2 * (6 + 1));
+  EXPECT_EQ(windy.fixed - calm.fixed, windy.substep - calm.substep);
+  EXPECT_EQ(windy.sweep, calm.sweep);
 }
 
 TEST(KernelCostsTest, PartsCoverTheWholeStep) {

@@ -28,13 +28,17 @@ std::vector<Scene> Subjects() {
   Stir(sheet, 0.5);
   Scene sphere = FallingOnSphere(16);
   for (auto& v : sphere.state.velocities_m_per_s) v.y() = -3;
+  Scene windy = SizedCloth(255);
+  windy.parameters.wind_m_per_s = {1, 3, 2};
+  windy.parameters.air_drag = windy.parameters.air_lift = 1;
   Scene large = SizedCloth(5000);
+  large.parameters.air_drag = 1;
   Stir(large, 0.2);
   large.parameters.settings.substeps = 4;
   Scene compliant = CompliantSheet(9, 1e-5);
   compliant.parameters.damping_per_s = 0.3;
   Stir(compliant, 0.5);
-  return {SizedCloth(1), sheet, PaperSheet(), sphere, compliant, large};
+  return {SizedCloth(1), sheet, PaperSheet(), sphere, compliant, windy, large};
 }
 
 std::vector<Scene> Neighbours() {

@@ -101,8 +101,8 @@ TEST_P(StageParityTest, ApplySprings) {
   }
 }
 
-// Moving and curved cloths in wind; the largest coefficients reach every limit of the stage. A cloth
-// without triangles (31 x 1) feels nothing.
+// Moving and curved cloths in wind; the largest coefficients reach every limit of the stage. A
+// cloth without triangles (31 x 1) feels nothing.
 TEST_P(StageParityTest, ApplyWind) {
   struct Air {
     double drag, lift;

@@ -47,6 +47,18 @@ TEST_P(WholeStepParityTest, ComplianceAndSpringsOfBothIntegrations) {
   }
 }
 
+TEST_P(WholeStepParityTest, WindAndSprings) {
+  for (const uint32_t substeps : {1u, 8u}) {
+    Scene scene = CompliantSheet(12, 1e-4);
+    Stir(scene, 0.3);
+    UseSubsteps(scene, substeps);
+    scene.parameters.wind_m_per_s = {2, 1, 4};
+    scene.parameters.air_drag = 1.2;
+    scene.parameters.air_lift = 0.8;
+    ExpectParity(GetParam(), scene, 2);
+  }
+}
+
 TEST_P(WholeStepParityTest, UnequalMassesInANet) {
   for (const uint32_t substeps : {1u, 8u}) {
     Scene scene = Net(9, 0.1, 1e-5);

@@ -33,8 +33,8 @@ Scene Sheet(uint32_t side, double angle_rad = 0) {
   }
   Scene scene;
   scene.name = "sheet";
-  scene.model = BuildModel(
-      {mesh, {.areal_density_kg_per_m2 = kDensity_kg_per_m2}, /*pinned_particles=*/{}});
+  scene.model =
+      BuildModel({mesh, {.areal_density_kg_per_m2 = kDensity_kg_per_m2}, /*pinned_particles=*/{}});
   scene.state = RestState(*scene.model);
   scene.parameters.air_drag = kDrag;
   return scene;
@@ -56,9 +56,9 @@ class Wind : public PhysicsTest {
   }
 };
 
-// Without other forces the relative velocity of a sheet broadside to the wind decays as w / (1 + c w
-// t), which is what a kick does: exact at any step size and resolution. 40 roundings per substep of
-// numbers up to w.
+// Without other forces the relative velocity of a sheet broadside to the wind decays as w / (1 + c
+// w t), which is what a kick does: exact at any step size and resolution. 40 roundings per substep
+// of numbers up to w.
 TEST_P(Wind, BroadsideDragIsExactAtAnyStepSize) {
   const Vector3d wind(0, 3, 0);
   struct Case {
@@ -78,9 +78,9 @@ TEST_P(Wind, BroadsideDragIsExactAtAnyStepSize) {
 }
 
 // v = v_t tanh(g t / v_t), v_t = sqrt(2 m g / (rho C A)). Drag and gravity act one after the other
-// (Strang splitting): the leading term of the error is at most h^2 c g^2 / 4 per second, where v < v_t
-// bounds every commutator of the two by 2 c g^2; the path adds the rule's h^2 / 12 of |v''| < c v_t g.
-// A second order scheme: half the step, a quarter of the error.
+// (Strang splitting): the leading term of the error is at most h^2 c g^2 / 4 per second, where v <
+// v_t bounds every commutator of the two by 2 c g^2; the path adds the rule's h^2 / 12 of |v''| < c
+// v_t g. A second order scheme: half the step, a quarter of the error.
 TEST_P(Wind, AFallingSheetReachesItsTerminalVelocity) {
   constexpr double kG = 9.81;
   const double terminal = std::sqrt(kG / kDecay_per_m);
@@ -96,10 +96,11 @@ TEST_P(Wind, AFallingSheetReachesItsTerminalVelocity) {
       const double phase = kG * (rate * quarters / 4) * h / terminal;
       const double v_bound = t * h * h * kDecay_per_m * kG * kG / 4 + 1e-5;
       const double p_bound = t * (v_bound + h * h * kDecay_per_m * terminal * kG / 12) + 1e-5;
-      const double v_error = std::abs(state.velocities_m_per_s[7].y() + terminal * std::tanh(phase));
+      const double v_error =
+          std::abs(state.velocities_m_per_s[7].y() + terminal * std::tanh(phase));
       EXPECT_LE(v_error, v_bound) << t << " s";
-      EXPECT_NEAR(state.positions_m[7].y(),
-                  -terminal * terminal / kG * std::log(std::cosh(phase)), p_bound)
+      EXPECT_NEAR(state.positions_m[7].y(), -terminal * terminal / kG * std::log(std::cosh(phase)),
+                  p_bound)
           << t << " s";
       if (quarters != 2 || rate == 30) continue;
       if (rate == 120) {
@@ -154,9 +155,9 @@ TEST_P(Wind, EdgeOnThereIsNoForce) {
   for (const Vector3d& v : StateAfter(scene, 2).velocities_m_per_s) EXPECT_EQ(v, Vector3d::Zero());
 }
 
-// A sheet that rises along the wind is hit from above and pushed down. Lift is rho/2 C A w^2 sin cos
-// of the angle between wind and normal and turns the relative velocity without changing its length,
-// so after one step of ratio x of the speed it lost x^2 / 2 along the wind.
+// A sheet that rises along the wind is hit from above and pushed down. Lift is rho/2 C A w^2 sin
+// cos of the angle between wind and normal and turns the relative velocity without changing its
+// length, so after one step of ratio x of the speed it lost x^2 / 2 along the wind.
 TEST_P(Wind, LiftIsPerpendicularToTheWind) {
   constexpr double kAngle_rad = 0.5, kWind = 5, kStep_s = 1e-3;
   for (const double sign : {1.0, -1.0}) {

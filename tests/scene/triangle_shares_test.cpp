@@ -20,16 +20,16 @@ std::shared_ptr<const SceneModel> Build(const Topology& topology) {
 
 // Two triangles of different size that share the edge 1-2.
 TEST(TriangleSharesTest, ListsTheTrianglesOfEachParticleAscending) {
-  const auto model = Build(TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {3, 0, 3}},
-                                        {{0, 2, 1}, {1, 2, 3}}});
+  const auto model =
+      Build(TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {3, 0, 3}}, {{0, 2, 1}, {1, 2, 3}}});
   EXPECT_THAT(model->triangle_offsets(), ElementsAre(0, 1, 3, 5, 6));
   EXPECT_THAT(model->particle_triangles(), ElementsAre(0, 0, 1, 0, 1, 1));
 }
 
 // A vertex of a mesh carries a third of each triangle, so each triangle gets its own mass back.
 TEST(TriangleSharesTest, OfAMeshOfUniformDensityAreTheMassesOfTheTriangles) {
-  const auto model = Build(TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {3, 0, 3}},
-                                        {{0, 2, 1}, {1, 2, 3}}});
+  const auto model =
+      Build(TriangleMesh{{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {3, 0, 3}}, {{0, 2, 1}, {1, 2, 3}}});
   ASSERT_EQ(model->triangle_masses_kg().size(), 2u);
   EXPECT_NEAR(model->triangle_masses_kg()[0], 0.2 * 0.5, 1e-15);
   EXPECT_NEAR(model->triangle_masses_kg()[1], 0.2 * 2.5, 1e-15);

@@ -87,14 +87,20 @@ TEST(ClothRecord, AChangeTouchesOnlyWhatItNames) {
   ClothParameters current;
   current.friction_static = 0.5;
   current.damping_per_s = 3;
+  current.air_drag = 1.2;
   ClothChange change;
   change.gravity_m_per_s2 = Vector3d(1, 2, 3);
   change.settings = PresetSettings(Preset::kPaper);
+  change.wind_m_per_s = Vector3d(0, 0, 4);
+  change.air_lift = 0.5;
   const ClothParameters changed = ApplyChange(current, change).value();
   EXPECT_EQ(changed.gravity_m_per_s2, Vector3d(1, 2, 3));
   EXPECT_EQ(changed.settings, PresetSettings(Preset::kPaper));
   EXPECT_EQ(changed.friction_static, 0.5);
   EXPECT_EQ(changed.damping_per_s, 3);
+  EXPECT_EQ(changed.wind_m_per_s, Vector3d(0, 0, 4));
+  EXPECT_EQ(changed.air_drag, 1.2);
+  EXPECT_EQ(changed.air_lift, 0.5);
 }
 
 TEST(ClothRecord, AChangeThatBreaksTheOrderOfFrictionIsRefused) {

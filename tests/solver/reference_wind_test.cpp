@@ -41,9 +41,10 @@ TEST(VelocityAfterAirTest, IsTheFlatPlateLawForShortTimes) {
   EXPECT_EQ(change, flipped) << "a triangle has no front";
 }
 
-// The normal part is a difference of numbers up to kMaxAirRatio times as large.
+// r' is a difference of numbers up to kMaxAirRatio times as large.
 TEST(VelocityAfterAirTest, NeverLengthensOrReverses) {
   std::mt19937 random(5);
+  const double rounding = kMaxAirRatio * 0x1p-50;
   for (const double coefficient : {0.1, 1.0, kMaxAirCoefficient}) {
     for (const double duration : {1e-4, 1.0 / 60, 10.0}) {
       for (int k = 0; k < 200; ++k) {
@@ -51,9 +52,9 @@ TEST(VelocityAfterAirTest, NeverLengthensOrReverses) {
         const Vector3d area = RandomVector(random, 0.01);
         const ClothParameters air = Air(k % 3 == 0 ? 0 : coefficient, k % 3 == 1 ? 0 : coefficient);
         const Vector3d after = VelocityAfterAir(r, area, 0.002, air, duration);
-        EXPECT_LE(after.norm(), r.norm() * (1 + 1e-15));
-        const double n = area.norm() * r.norm();
-        EXPECT_GE(after.dot(area) * (r.dot(area) < 0 ? -1 : 1), -kMaxAirRatio * 0x1p-50 * n);
+        EXPECT_LE(after.norm(), r.norm() * (1 + rounding));
+        const double approach = after.dot(area) * (r.dot(area) < 0 ? -1 : 1);
+        EXPECT_GE(approach, -rounding * area.norm() * r.norm());
       }
     }
   }

@@ -206,6 +206,16 @@ std::vector<BadCall> BadSteps() {
           },
           "spec.environment.gravity_m_per_s2[1]", "inf"),
       Updating(
+          "wind that is no number", "environment.wind_m_per_s",
+          [](auto& spec) {
+            Set(spec.mutable_environment()->mutable_wind_m_per_s(), {0, 0, kNaN});
+          },
+          "spec.environment.wind_m_per_s[2]", "nan"),
+      Updating(
+          "negative drag", "material.air_drag",
+          [](auto& spec) { spec.mutable_material()->set_air_drag(-0.5); }, "spec.material.air_drag",
+          "-0.5"),
+      Updating(
           "dynamic above static friction", "material.friction_dynamic",
           [](auto& spec) { spec.mutable_material()->set_friction_dynamic(0.5); },
           "spec.material.friction_dynamic", "0.5"),

@@ -369,6 +369,7 @@ TEST_F(Cloths, GetShowsWhatWasAskedForResolved) {
   EXPECT_EQ(cloth.settings().max_iterations(), 3u);
   EXPECT_EQ(cloth.settings().time_step_s(), 1.0 / 60);
   EXPECT_THAT(cloth.environment().gravity_m_per_s2(), testing::ElementsAre(0, -1, 0));
+  EXPECT_THAT(cloth.environment().wind_m_per_s(), testing::ElementsAre(0, 0, 7));
   EXPECT_THAT(cloth.environment().colliders(1).plane().normal(), testing::ElementsAre(0, 1, 0));
   EXPECT_THAT(cloth.environment_origin_m(), testing::ElementsAre(10, 0, 0));
   EXPECT_EQ(cloth.pins_size(), 2);

@@ -51,9 +51,10 @@ class ScenePlayer {
   void CreateEntry(int entry);
   // Best effort.
   void DeleteCreated();
-  // Moves pins through `request`, and updates gravity at once, for the controls that start now.
+  // Moves pins through `request`, and updates gravity and wind at once, for the controls that start
+  // now.
   void ApplyControls(v1::StepRequest* request);
-  void SetGravity(const v1::SceneControl& control);
+  void SetEnvironment(const v1::SceneControl& control);
   std::vector<ClothId> ControlledIds(const v1::SceneControl& control) const;
   // The next step at which a control starts, or the end.
   uint64_t NextControlStep() const;

@@ -64,8 +64,8 @@ inline Lanes Dot(const LaneVectors& a, const LaneVectors& b) {
 
 // r - r' for four triangles at once: how the air changes their velocities within a kick
 // (apply_wind, the README of server/solver). r is the velocity of the air relative to the triangle
-// [m/s], `normal` is perpendicular to it and twice its area long [m^2]; drag and lift are duration *
-// density of the air * coefficient / (4 * mass of the triangle) [s/m / m^2].
+// [m/s], `normal` is perpendicular to it and twice its area long [m^2]; drag and lift are duration
+// * density of the air * coefficient / (4 * mass of the triangle) [s/m / m^2].
 inline LaneVectors AirVelocityChange(const LaneVectors& r, const LaneVectors& normal, Lanes drag,
                                      Lanes lift) {
   const Lanes twice_area = Sqrt(Dot(normal, normal));

@@ -55,8 +55,7 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   const bool has_springs = model.spring_count() > 0;
   const uint64_t springs = has_springs ? 2 * particles + SpringPasses(model, rounds) : 0;
 
-  const uint64_t air =
-      HasAirForces(model, parameters) ? AirPasses(model, rounds, local_size) : 0;
+  const uint64_t air = HasAirForces(model, parameters) ? AirPasses(model, rounds, local_size) : 0;
 
   LoopCosts costs;
   costs.sweep = 1 + model.colour_count() + 1;

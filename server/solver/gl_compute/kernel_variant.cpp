@@ -35,7 +35,8 @@ bool HasCollider(const ClothParameters& parameters) {
 
 Status LoopLimit() {
   return Status(StatusCode::kResourceExhausted, "KERNEL_LOOP_LIMIT",
-                "a particle has too many springs or triangles, or the cloth too many colliders or colours, for "
+                "a particle has too many springs or triangles, or the cloth too many colliders or "
+                "colours, for "
                 "the kernels of this device");
 }
 

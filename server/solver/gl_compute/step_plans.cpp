@@ -29,8 +29,8 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
     const StepSettings& settings = cloth->parameters.settings;
     largest.particles = std::max(largest.particles, cloth->particle_count());
     largest.pins = std::max(largest.pins, cloth->pin_count());
-    largest.triangles = std::max(largest.triangles,
-                                 static_cast<uint32_t>(cloth->model->model->triangles().size()));
+    largest.triangles =
+        std::max(largest.triangles, static_cast<uint32_t>(cloth->model->model->triangles().size()));
     largest.substeps = std::max(largest.substeps, settings.substeps);
     largest.max_iterations = std::max(largest.max_iterations, settings.max_iterations);
     const std::vector<uint32_t>& sizes = cloth->model->colour_sizes;
