@@ -116,6 +116,13 @@ void AddLimits(CLI::App& app, Config& config) {
             kMaxCount, "step requests");
   AddNumber<uint64_t>(app, "--max-step-state-bytes", requests.max_step_state_bytes, 0, 1u << 30,
                       "of states in a Step answer");
+  AddNumber(app, "--max-pictures-in-flight-per-session",
+            config.pictures.max_pictures_in_flight_per_tenant, 1u, kMaxCount,
+            "that wait, are drawn or sent");
+  AddNumber(app, "--max-queued-pictures", config.pictures.max_queued_pictures, 1u, kMaxCount,
+            "of all sessions");
+  AddNumber(app, "--max-particles-per-picture", config.pictures.max_particles_per_picture, 1u,
+            kMaxCount, "of its cloths together, and of all pictures under way");
   AddNumber(app, "--drain-grace-ms", config.drain_grace_ms, 0u, kMaxTime_ms,
             "for what is under way when the server is told to stop");
   AddNumber(app, "--reap-interval-ms", config.reap_interval_ms, 1u, kMaxTime_ms,

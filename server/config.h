@@ -6,6 +6,7 @@
 #include <string>
 
 #include "server/api/limits.h"
+#include "server/render/render_thread.h"
 #include "server/scheduler/scheduler.h"
 #include "server/session/session_limits.h"
 
@@ -32,6 +33,7 @@ struct Config {
   api::RequestLimits requests;
   SessionLimits sessions;
   SchedulerLimits scheduler;
+  render::RenderLimits pictures;
 };
 
 // What the command line asks for: a server, or to end at once.

@@ -1,4 +1,5 @@
-// draped: flags -> wire -> serve -> drain. The only file that names concrete classes.
+// draped: flags -> wire -> serve -> drain. With backend_choice the only one that names concrete
+// classes.
 #include <csignal>
 #include <cstdio>
 #include <fstream>
@@ -9,14 +10,11 @@
 #include "server/api/library_logs.h"
 #include "server/api/simulation_service.h"
 #include "server/api/tls_files.h"
+#include "server/backend_choice.h"
 #include "server/config.h"
 #include "server/core/log.h"
 #include "server/core/stop_guard.h"
-#include "server/gl/context.h"
 #include "server/session/reaper.h"
-#include "server/solver/cpu/cpu_backend.h"
-#include "server/solver/cpu_reference/reference_backend.h"
-#include "server/solver/gl_compute/gl_backend.h"
 
 namespace drape {
 namespace {
@@ -28,19 +26,6 @@ constexpr milliseconds kGoodbye{1'000};
 // After the grace of a drain: what has not ended by then hangs.
 constexpr milliseconds kStopPatience{5'000};
 constexpr time_t kStatisticsPeriod_s = 10;
-
-// On the device thread.
-Result<std::unique_ptr<Backend>> MakeBackend(const Config& config) {
-  const bool wants_gl = config.backend == BackendChoice::kGl;
-  if (wants_gl || (config.backend == BackendChoice::kAuto && gl::FindHardwareGl())) {
-    GlBackendOptions options;
-    options.accept_software = wants_gl;
-    options.shader_dir = config.shader_dir;
-    return CreateGlBackend(options);
-  }
-  if (config.backend == BackendChoice::kReference) return CreateReferenceBackend();
-  return CreateCpuBackend({.thread_count = config.threads});
-}
 
 std::string RandomHex() {
   std::random_device random;
@@ -96,13 +81,15 @@ Status Serve(const Config& config) {
   std::optional<StopGuard> guard;  // outlives everything that may hang while it ends
   const SteadyClock clock;
   const std::string incarnation = RandomHex();
+  std::optional<gl::ShareHandle> gl_context;  // of the backend, constant from the next line on
   auto scheduler =
-      Scheduler::Start([&config] { return MakeBackend(config); }, config.scheduler, clock);
+      Scheduler::Start([&] { return MakeBackend(config, gl_context); }, config.scheduler, clock);
   if (!scheduler.ok()) return scheduler.status();
+  render::RenderThread pictures([&] { return MakeRenderer(config, gl_context); }, config.pictures);
   SessionRegistry sessions(**scheduler, config.sessions, clock, incarnation);
   api::WorkerPool builders(config.builder_threads, config.max_queued_builds);
-  api::SimulationService service(
-      {**scheduler, sessions, builders, clock, config.requests, DRAPE_VERSION, incarnation});
+  api::SimulationService service({**scheduler, sessions, builders, pictures, clock, config.requests,
+                                  DRAPE_VERSION, incarnation});
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
   auto server = api::GrpcServer::Start(*options, service);
   Status status =
@@ -117,6 +104,7 @@ Status Serve(const Config& config) {
     spdlog::info("draining signal={} grace_ms={}", signal, config.drain_grace_ms);
     (*server)->SetServing(false);
   }
+  pictures.Stop();  // while the backend is there, whose context it may share
   (*scheduler)->Drain(status.ok() ? int64_t{config.drain_grace_ms} * 1000 : 0);
   if (server.ok()) (*server)->Shutdown(kGoodbye);
   return status;

@@ -13,8 +13,8 @@ int Main(int argc, const char* const* argv) {
   app.require_subcommand(1);
   app.footer("Exit codes: 0 done, 1 the request failed, 2 usage.");
   Action action;
-  for (const auto add : {AddRun, AddDemo, AddInfo, AddHealth, AddCreate, AddStep, AddRead, AddWatch,
-                         AddList, AddDelete}) {
+  for (const auto add : {AddRun, AddDemo, AddInfo, AddHealth, AddCreate, AddStep, AddRead,
+                         AddRender, AddWatch, AddList, AddDelete}) {
     add(app, action);
   }
   try {

@@ -23,6 +23,7 @@ void AddHealth(CLI::App& app, Action& action);
 void AddCreate(CLI::App& app, Action& action);
 void AddStep(CLI::App& app, Action& action);
 void AddRead(CLI::App& app, Action& action);
+void AddRender(CLI::App& app, Action& action);
 void AddWatch(CLI::App& app, Action& action);
 void AddList(CLI::App& app, Action& action);
 void AddDelete(CLI::App& app, Action& action);

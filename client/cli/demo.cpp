@@ -1,8 +1,10 @@
-// drape demo: several scenes through one private server, a table, and the final states as geometry.
+// drape demo: several scenes through one private server, a table, the final states as geometry and
+// pictures.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include "client/cli/commands.h"
 #include "client/cli/options.h"
@@ -55,22 +57,32 @@ int Demo(const DemoOptions& options) {
   const InterruptGuard interrupt;
   std::vector<RunReport> reports;
   std::vector<fs::path> written;
+  std::optional<Error> cannot_draw;
   for (const fs::path& file : files) {
     v1::Scene scene = LoadScene(file);
     scene.set_duration_s(std::min(scene.duration_s(), options.duration_s));
     RunSinks sinks;
     for (const char* extension : {".obj", ".ply"}) {
       written.push_back(fs::path(options.folder) / (file.stem().string() + extension));
-      sinks.writers.push_back(MakeStateWriter(written.back(), SceneTopologies(scene)));
+      sinks.writers.push_back(
+          MakeStateWriter(written.back(), {SceneTopologies(scene), scene.time_step_s()}));
     }
+    sinks.pictures = std::make_unique<PictureSink>(
+        fs::path(options.folder) / (file.stem().string() + ".png"), /*is_series=*/false,
+        v1::RenderRequest(), PictureSink::Need::kIfPossible);
     ProgressBar bar(scene.name(), StepCount(scene), /*is_quiet=*/false);
     sinks.on_step = [&bar](uint64_t done) { bar.Show(done); };
     sinks.should_stop = [&interrupt] { return interrupt.is_interrupted(); };
     reports.push_back(RunScene(client, scene, kEvery, sinks));
+    const auto& pictures = sinks.pictures->written();
+    written.insert(written.end(), pictures.begin(), pictures.end());
+    cannot_draw = sinks.pictures->cannot_draw();
     if (interrupt.is_interrupted()) break;
   }
-  std::printf("%s\nThe final states are in:\n", SummaryTable(reports).c_str());
+  std::printf("%s\nThe final states%s are in:\n", SummaryTable(reports).c_str(),
+              cannot_draw ? "" : " and pictures of them");
   for (const fs::path& path : written) std::printf("  %s\n", path.c_str());
+  if (cannot_draw) std::printf("NO PICTURES: %s\n", cannot_draw->what());
   if (!interrupt.is_interrupted()) return kDone;
   std::fprintf(stderr, "drape: interrupted\n");
   return kFailed;
@@ -85,7 +97,8 @@ void AddDemo(CLI::App& app, Action& action) {
   demo->add_option("--scenes", options->scenes,
                    "Scene files, or folders of them (default: client/examples)")
       ->type_name("PATH");
-  demo->add_option("--out", options->folder, "Folder for the final states (default: out/demo)")
+  demo->add_option("--out", options->folder,
+                   "Folder for the final states and their pictures (default: out/demo)")
       ->type_name("DIR");
   demo->add_option("--duration", options->duration_s,
                    "Play at most this long of each [s] (default: 2)")

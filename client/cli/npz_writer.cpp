@@ -31,20 +31,14 @@ std::string NpyHeader(const std::string& type, const std::vector<uint64_t>& shap
 // One array on its way: elements in an unnamed temporary file, the header put in front at the end.
 class Column {
  public:
-  explicit Column(std::string name) : name_(std::move(name)), file_(std::tmpfile()) {
-    if (file_ == nullptr) ThrowCannotWrite("a temporary file");
+  // `path`: of the archive.
+  Column(const std::filesystem::path& path, std::string name)
+      : path_(path), name_(std::move(name)), file_(OpenSpool(path)) {
     Append(std::string(kHeaderBytes, ' ').data(), kHeaderBytes);
-  }
-  Column(const Column&) = delete;
-  Column& operator=(const Column&) = delete;
-  ~Column() {
-    if (file_ != nullptr) std::fclose(file_);
   }
 
   void Append(const void* bytes, size_t size) {
-    if (size > 0 && std::fwrite(bytes, 1, size, file_) != size) {
-      ThrowCannotWrite("a temporary file");
-    }
+    if (size > 0 && std::fwrite(bytes, 1, size, file_.get()) != size) ThrowCannotWrite(path_);
   }
   template <class Number>
   void Append(std::span<const Number> elements) {
@@ -55,26 +49,27 @@ class Column {
   }
 
   void AddTo(zip_t* archive, const std::string& type, const std::vector<uint64_t>& shape) {
-    std::rewind(file_);
+    std::rewind(file_.get());
     const std::string header = NpyHeader(type, shape);
     Append(header.data(), header.size());
-    if (std::fflush(file_) != 0) ThrowCannotWrite("a temporary file");
-    std::rewind(file_);  // the source counts from where the file stands
-    zip_source_t* source = zip_source_filep(archive, file_, 0, -1);
-    if (source == nullptr) ThrowCannotWrite(name_);
-    file_ = nullptr;  // the source closes it
+    if (std::fflush(file_.get()) != 0) ThrowCannotWrite(path_);
+    std::rewind(file_.get());  // the source counts from where the file stands
+    zip_source_t* source = zip_source_filep(archive, file_.get(), 0, -1);
+    if (source == nullptr) ThrowCannotWrite(path_);
+    file_.release();  // the source closes it
     const zip_int64_t index =
         zip_file_add(archive, (name_ + ".npy").c_str(), source, ZIP_FL_ENC_UTF_8);
     if (index < 0) {
       zip_source_free(source);
-      ThrowCannotWrite(name_);
+      ThrowCannotWrite(path_);
     }
     zip_set_file_compression(archive, static_cast<zip_uint64_t>(index), ZIP_CM_STORE, 0);
   }
 
  private:
+  std::filesystem::path path_;
   std::string name_;
-  std::FILE* file_;
+  FilePointer file_;
 };
 
 class NpzWriter final : public StateWriter {
@@ -135,12 +130,12 @@ class NpzWriter final : public StateWriter {
   bool is_float64_ = false;
   uint64_t sample_count_ = 0;
   uint64_t particle_count_ = 0;
-  Column times_{"times"};
-  Column steps_{"steps"};
-  Column positions_{"positions"};
-  Column velocities_{"velocities"};
-  Column cloth_{"cloth"};
-  Column particle_{"particle"};
+  Column times_{path_, "times"};
+  Column steps_{path_, "steps"};
+  Column positions_{path_, "positions"};
+  Column velocities_{path_, "velocities"};
+  Column cloth_{path_, "cloth"};
+  Column particle_{path_, "particle"};
 };
 
 }  // namespace

@@ -26,9 +26,9 @@ void ServerOptions::AddTo(CLI::App& command) {
 CLI::Validator StateFileValidator() {
   return CLI::Validator(
       [](std::string& path) {
-        return IsStateFile(path) ? "" : path + " does not end in .csv, .npz, .obj or .ply";
+        return IsStateFile(path) ? "" : path + " does not end in " + StateFileExtensions();
       },
-      "FILE");
+      "");
 }
 
 CLI::Validator FiniteNumber() {

@@ -1,5 +1,6 @@
 #include "client/cli/output_file.h"
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -66,8 +67,14 @@ OutputFile::~OutputFile() {
   Discard();
 }
 
-void OutputFile::Write(std::string_view text) {
-  if (std::fwrite(text.data(), 1, text.size(), file_) != text.size()) ThrowCannotWrite(path_);
+void OutputFile::Write(std::string_view bytes) {
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) ThrowCannotWrite(path_);
+}
+
+void OutputFile::WriteAtStart(std::string_view bytes) {
+  if (std::fseek(file_, 0, SEEK_SET) != 0) ThrowCannotWrite(path_);
+  Write(bytes);
+  if (std::fseek(file_, 0, SEEK_END) != 0) ThrowCannotWrite(path_);
 }
 
 void OutputFile::Close() {
@@ -87,6 +94,22 @@ void OutputFile::Close() {
 void OutputFile::Discard() {
   std::error_code ignored;
   if (written_ != target_) fs::remove(written_, ignored);
+}
+
+FilePointer OpenSpool(const fs::path& path) {
+  if (!IsSpecial(path)) {
+    fs::path folder = Target(path).parent_path();
+    if (folder.empty()) folder = ".";
+    const int descriptor = open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    if (descriptor >= 0) {
+      if (std::FILE* file = fdopen(descriptor, "w+b")) return FilePointer(file);
+      close(descriptor);
+    }
+  }
+  // No disk of its own, or a file system without unnamed files.
+  FilePointer file(std::tmpfile());
+  if (file == nullptr) ThrowCannotWrite("a temporary file for " + path.string());
+  return file;
 }
 
 void AppendNumber(float value, std::string* text) {

@@ -3,12 +3,13 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <string>
 #include <string_view>
 
 namespace drape::cli {
 
-// Buffered text output. Throws drape::Error (reason "CANNOT_WRITE") from every function. Goes to a
+// Buffered output. Throws drape::Error (reason "CANNOT_WRITE") from every function. Goes to a
 // file beside the one that is named (PATH.PID.part), which Close() puts in its place: an older file
 // stays until then. What is no regular file, such as /dev/null, is written directly.
 class OutputFile {
@@ -18,7 +19,10 @@ class OutputFile {
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  void Write(std::string_view text);
+  void Write(std::string_view bytes);
+  // Over what the file begins with, which has been written already, or as the first of all. For
+  // headers that count what follows.
+  void WriteAtStart(std::string_view bytes);
   // Nothing may be written afterwards. Without it, the destructor removes what was written.
   void Close();
 
@@ -30,6 +34,15 @@ class OutputFile {
   std::filesystem::path written_;  // the target, or the file that will replace it
   std::FILE* file_ = nullptr;
 };
+
+struct FileCloser {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+using FilePointer = std::unique_ptr<std::FILE, FileCloser>;
+
+// An unnamed temporary file, to read and write, gone when it is closed. On the disk of `path`: what
+// waits there for its place in a large file needs as much room. Throws as OutputFile does.
+FilePointer OpenSpool(const std::filesystem::path& path);
 
 // Appends the shortest %g form with 9 significant digits.
 void AppendNumber(float value, std::string* text);

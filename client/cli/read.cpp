@@ -74,8 +74,9 @@ void AddRead(CLI::App& app, Action& action) {
   auto options = std::make_shared<ReadOptions>();
   options->target.AddTo(*read);
   read->add_option("--states", options->states,
-                   "Write them to a file: .csv, .npz, .obj or .ply (points)")
-      ->check(StateFileValidator());
+                   "Write them to a file: " + StateFileExtensions() + " (points)")
+      ->check(StateFileValidator())
+      ->type_name("FILE");
   read->add_flag("--json", options->is_json, "Print JSON");
   read->callback([options, &action] { action = [options] { return Read(*options); }; });
 }

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -9,6 +10,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/options.h"
 #include "client/cli/output_file.h"
+#include "client/cli/picture_flags.h"
 #include "client/cli/progress.h"
 #include "client/cli/run_scene.h"
 #include "drape/scene_file.h"
@@ -21,8 +23,10 @@ struct RunOptions {
   ServerOptions server;
   std::string compare;
   std::string report;
-  std::string states;
-  uint64_t every = 1;
+  std::vector<std::string> states;
+  std::string render;
+  PictureFlags picture;
+  std::optional<uint64_t> every;
   std::vector<std::string> sets;
   std::optional<double> duration_s;
   bool has_summary = false;
@@ -95,8 +99,14 @@ int Run(const RunOptions& options) {
   // Opened first: a path that cannot be written should not cost a run.
   std::unique_ptr<OutputFile> report_file;
   if (!options.report.empty()) report_file = std::make_unique<OutputFile>(options.report);
-  if (!options.states.empty()) {
-    sinks.writers.push_back(MakeStateWriter(options.states, SceneTopologies(scene)));
+  for (const std::string& path : options.states) {
+    const bool is_series = options.every.has_value();
+    sinks.writers.push_back(
+        MakeStateWriter(path, {SceneTopologies(scene), scene.time_step_s(), is_series}));
+  }
+  if (!options.render.empty()) {
+    sinks.pictures = std::make_unique<PictureSink>(options.render, options.every.has_value(),
+                                                   options.picture.Request());
   }
   const Client client = options.server.Open();
   if (!options.compare.empty()) {
@@ -112,7 +122,7 @@ int Run(const RunOptions& options) {
     report_file->Close();
   };
   sinks.on_failure = write_report;
-  const RunReport report = RunScene(client, scene, options.every, sinks);
+  const RunReport report = RunScene(client, scene, options.every.value_or(1), sinks);
   bar.reset();
 
   write_report(report);
@@ -144,22 +154,39 @@ void FindScene(RunOptions* options) {
 }
 
 void CheckOutputs(const RunOptions& options) {
-  if (options.report.empty() || options.states.empty()) return;
   std::error_code ignored;  // a path that cannot be looked at cannot be written either
   // Absolute first: of a relative path without an existing part nothing would be made canonical.
   const auto place_of = [&](const std::string& path) {
     return std::filesystem::weakly_canonical(std::filesystem::absolute(path), ignored);
   };
-  if (place_of(options.report) == place_of(options.states)) {
-    throw CLI::ValidationError("--report", options.report + " is the file of --states too");
+  std::vector<std::pair<std::string, std::string>> outputs;  // path, flag
+  for (const std::string& path : options.states) outputs.emplace_back(path, "--states");
+  if (!options.render.empty()) outputs.emplace_back(options.render, "--render");
+  if (!options.report.empty()) outputs.emplace_back(options.report, "--report");
+  std::map<std::filesystem::path, std::string> taken;
+  for (const auto& [path, flag] : outputs) {
+    const auto [other, is_free] = taken.emplace(place_of(path), flag);
+    if (!is_free) {
+      throw CLI::ValidationError(flag, path + " is a file of " + other->second + " too");
+    }
   }
 }
 
 void AddOutputs(CLI::App& run, RunOptions* options) {
   run.add_option("--report", options->report, "Write the report of the run")->type_name("R.json");
   run.add_option("--states", options->states,
-                 "Write states: .csv and .npz every sample, .obj and .ply the last one")
-      ->check(StateFileValidator());
+                 "Write states, by extension: .csv, .npz, .pc2 and .usda every sample\n"
+                 "(.pc2 and .usda in single precision), .obj and .ply the last one, or with\n"
+                 "--every=N a file per sample, S_000060.obj. May be given several times")
+      ->allow_extra_args(false)
+      ->check(StateFileValidator())
+      ->type_name("FILE");
+  CLI::Option* render =
+      run.add_option("--render", options->render,
+                     "Draw the last state, or with --every=N each sample: P_000060.png")
+          ->check(PictureFileValidator())
+          ->type_name("P.png");
+  options->picture.AddTo(run, render);
   run.add_option("--every", options->every,
                  "A sample every N steps and after the last (default: 1)")
       ->check(CLI::Range(uint64_t{1}, uint64_t{1'000'000'000}))

@@ -26,18 +26,18 @@ void TakeSample(const Session& session, uint64_t steps, const SampleTime& sample
 
 void AddLastState(const Session& session, RunSinks& sinks) {
   for (const auto& writer : sinks.writers) {
-    if (!writer->takes_samples()) writer->Add(session.ReadStates());
+    if (!writer->takes_samples()) writer->Add(session.ReadStates({}, FullView()));
   }
 }
 
 // Best effort: the error that ended the run is what counts.
 void KeepSamples(const RunReport& report, RunSinks& sinks) {
   if (report.steps() == 0) return;
-  try {
-    for (const auto& writer : sinks.writers) {
+  for (const auto& writer : sinks.writers) {
+    try {
       if (writer->takes_samples()) writer->Finish();
+    } catch (const Error&) {
     }
-  } catch (const Error&) {
   }
   try {
     if (sinks.on_failure) sinks.on_failure(report);
@@ -61,6 +61,7 @@ RunReport RunScene(const Client& client, const v1::Scene& scene, uint64_t every,
   Session session = client.CreateSession();
   ScenePlayer player(session, scene, server.limits());
   RunReport report(server, player);
+  if (sinks.pictures) sinks.pictures->Begin(session);
   try {
     while (player.step() < player.step_count()) {
       const AdvanceResult result = player.Advance(every, /*has_reports=*/true, sinks.should_stop);
@@ -68,10 +69,12 @@ RunReport RunScene(const Client& client, const v1::Scene& scene, uint64_t every,
       const double time_s = static_cast<double>(player.step()) * scene.time_step_s();
       TakeSample(session, steps, {player.step(), time_s}, sinks);
       report.Add(steps, result);
+      if (sinks.pictures) sinks.pictures->AddSample(session, player.step());
       if (sinks.on_step) sinks.on_step(player.step());
       if (sinks.should_stop && sinks.should_stop()) break;
     }
     AddLastState(session, sinks);
+    if (sinks.pictures) sinks.pictures->Finish(session);
   } catch (const Error&) {
     KeepSamples(report, sinks);
     throw;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "client/cli/comparison.h"
+#include "client/cli/picture_sink.h"
 #include "client/cli/report.h"
 #include "client/cli/state_writers.h"
 #include "drape/client.h"
@@ -15,6 +16,7 @@ namespace drape::cli {
 struct RunSinks {
   std::vector<std::unique_ptr<StateWriter>> writers;
   std::unique_ptr<Comparison> comparison;  // may be null
+  std::unique_ptr<PictureSink> pictures;   // may be null
   std::function<void(uint64_t)> on_step;   // after each sample, with the steps done
   // Asked after each request; then there is one step more, and the last sample.
   std::function<bool()> should_stop;

@@ -226,6 +226,11 @@ States Session::ReadStates(std::span<const ClothId> cloths, const v1::StateView&
   return States(std::move(chunks));
 }
 
+v1::RenderResponse Session::Render(v1::RenderRequest request) const {
+  return Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::Render,
+              std::move(request));
+}
+
 StateStream Session::StreamStates(v1::StreamStatesRequest::Subscribe subscribe) const {
   subscribe.set_session(impl_->name);
   return StateStream(std::make_unique<StateStream::Impl>(impl_->connection, std::move(subscribe)));

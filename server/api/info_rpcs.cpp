@@ -1,4 +1,5 @@
 // What this server is, and what it allows.
+#include "server/api/picture_validation.h"
 #include "server/api/simulation_service.h"
 #include "server/api/unary_call.h"
 
@@ -20,6 +21,11 @@ void FillLimits(const ServiceContext& context, v1::ServerInfo::Limits* limits) {
   limits->set_max_iterations(kMaxIterations);
   limits->set_max_steps_per_request(context.scheduler.limits().max_steps_per_request);
   limits->set_max_solves_per_step(kMaxSolvesPerStep);
+  const render::RenderLimits& pictures = context.pictures.limits();
+  limits->set_max_picture_edge_px(kMaxPictureEdge_px);
+  limits->set_max_particles_per_picture(pictures.max_particles_per_picture);
+  limits->set_max_colliders_per_picture(pictures.max_colliders_per_picture);
+  limits->set_max_pictures_in_flight_per_session(pictures.max_pictures_in_flight_per_tenant);
 }
 
 }  // namespace

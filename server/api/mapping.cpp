@@ -1,6 +1,7 @@
 #include "server/api/mapping.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace drape::api {
 namespace {
@@ -83,6 +84,7 @@ v1::StepSettings ToProto(const StepSettings& settings) {
   message.set_substeps(settings.substeps);
   message.set_max_iterations(settings.max_iterations);
   message.set_tolerance(settings.tolerance);
+  message.set_use_tethers(settings.use_tethers);
   message.set_spring_integration(settings.spring_integration == SpringIntegration::kInForce
                                      ? v1::StepSettings::IN_FORCE
                                      : v1::StepSettings::HALF_KICKS);
@@ -162,6 +164,34 @@ v1::StepResponse ToProto(const ClothList& cloths, const StepOutcome& outcome) {
     if (cloth.stamp.fault != FaultReason::kNone) message.add_faulted_cloth_ids(id.Packed());
   }
   *message.mutable_timing() = ToProto(outcome.timing);
+  return message;
+}
+
+v1::Camera ToProto(const render::Camera& camera) {
+  v1::Camera message;
+  Append(camera.eye_m, message.mutable_eye_m());
+  Append(camera.target_m, message.mutable_target_m());
+  Append(camera.up, message.mutable_up());
+  message.set_vertical_field_of_view_rad(camera.vertical_field_of_view_rad);
+  return message;
+}
+
+v1::RenderResponse ToProto(const ClothList& cloths, render::DrawnPicture picture) {
+  DRAPE_CHECK(cloths.size() == picture.steps.size(), "steps of every cloth");
+  v1::RenderResponse message;
+  message.set_png(std::move(picture.png));
+  *message.mutable_camera() = ToProto(picture.camera);
+  if (!picture.bounds_m.isEmpty()) {
+    Append(picture.bounds_m.min(), message.mutable_bounds_m());
+    Append(picture.bounds_m.max(), message.mutable_bounds_m());
+  }
+  if (picture.range.low < picture.range.high) {
+    message.add_range(picture.range.low);
+    message.add_range(picture.range.high);
+  }
+  message.set_device(picture.device);
+  for (const auto& cloth : cloths) message.add_cloth_ids(cloth->id.Packed());
+  message.mutable_steps()->Assign(picture.steps.begin(), picture.steps.end());
   return message;
 }
 

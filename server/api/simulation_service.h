@@ -8,6 +8,7 @@
 #include "server/api/limits.h"
 #include "server/api/worker_pool.h"
 #include "server/core/clock.h"
+#include "server/render/render_thread.h"
 #include "server/scheduler/scheduler.h"
 #include "server/session/session_registry.h"
 
@@ -18,6 +19,7 @@ struct ServiceContext {
   Scheduler& scheduler;
   SessionRegistry& sessions;
   WorkerPool& builders;
+  render::RenderThread& pictures;
   const Clock& clock;
   RequestLimits limits;
   std::string version;
@@ -25,7 +27,7 @@ struct ServiceContext {
 };
 
 // Thread-safe. One file per group of RPCs: session_rpcs.cpp, cloth_rpcs.cpp, step_rpcs.cpp,
-// state_rpcs.cpp, info_rpcs.cpp. The streams have classes of their own.
+// state_rpcs.cpp, render_rpcs.cpp, info_rpcs.cpp. The streams have classes of their own.
 class SimulationService final : public v1::SimulationService::CallbackService {
  public:
   using Context = grpc::CallbackServerContext;
@@ -57,6 +59,8 @@ class SimulationService final : public v1::SimulationService::CallbackService {
   grpc::ServerWriteReactor<v1::StateChunk>* ReadStates(Context*,
                                                        const v1::ReadStatesRequest*) override;
   grpc::ServerBidiReactor<v1::StreamStatesRequest, v1::StateChunk>* StreamStates(Context*) override;
+
+  Reactor* Render(Context*, const v1::RenderRequest*, v1::RenderResponse*) override;
 
   Reactor* GetServerInfo(Context*, const v1::GetServerInfoRequest*, v1::ServerInfo*) override;
 

@@ -147,6 +147,7 @@ StepSettings CheckSettings(const FieldPath& path, const v1::StepSettings& settin
   if (settings.has_time_step_s()) overrides.time_step_s = settings.time_step_s();
   if (settings.has_substeps()) overrides.substeps = settings.substeps();
   if (settings.has_max_iterations()) overrides.max_iterations = settings.max_iterations();
+  if (settings.has_use_tethers()) overrides.use_tethers = settings.use_tethers();
   if (settings.has_tolerance()) overrides.tolerance = settings.tolerance();
   const Result<StepSettings> resolved = ResolveSettings(overrides, path.ToString());
   if (resolved.ok()) return *resolved;

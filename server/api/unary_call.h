@@ -4,6 +4,7 @@
 #include <grpcpp/support/server_callback.h>
 
 #include <functional>
+#include <memory>
 
 #include "server/api/status_mapping.h"
 #include "server/scheduler/step_work.h"
@@ -19,6 +20,8 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
 
   // Keeps the session alive while the request is under way.
   SessionLease lease;
+  // Goes when the answer has left.
+  std::shared_ptr<void> until_sent;
   // Set when the client has gone or its deadline has passed.
   CancelToken cancel;
 

@@ -17,6 +17,9 @@ struct DrawnStates {
   std::shared_ptr<gl::SharedCopy> device;  // from Backend::CopyOnDevice
 };
 
+// Reason of the Draw after which the renderer is of no more use.
+inline constexpr char kRendererLost[] = "RENDERER_LOST";
+
 // Owns a graphics context. Every call, construction and destruction included, on one thread, which
 // also must drop the DrawnStates that it was given.
 class Renderer {

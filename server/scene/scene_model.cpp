@@ -164,6 +164,7 @@ void SceneModel::SetConnections(std::vector<DistanceConstraint> constraints,
   ColouredConstraints coloured = SortByColour(constraints, particle_count());
   constraints_ = std::move(coloured.constraints);
   colour_offsets_ = std::move(coloured.colour_offsets);
+  tethers_ = FindTethers(rest_positions_m_, constraints_, pins_);
   has_compliance_ = std::any_of(constraints_.begin(), constraints_.end(),
                                 [](const auto& c) { return c.compliance_m_per_n > 0; });
   SpringEnds gathered = GatherSpringEnds(springs, particle_count());

@@ -8,6 +8,7 @@
 #include "server/core/status.h"
 #include "server/scene/constraint_builder.h"
 #include "server/scene/description.h"
+#include "server/scene/tethers.h"
 
 namespace drape {
 
@@ -60,6 +61,10 @@ class SceneModel {
   std::span<const SpringEnd> spring_ends() const { return spring_ends_; }
   // Pinned particles, ascending; pin k's target is element k of every pin-target list.
   std::span<const uint32_t> pins() const { return pins_; }
+  // The tethers of particle p are the entries tether_offsets[p] .. tether_offsets[p + 1] of
+  // tethers.
+  std::span<const uint32_t> tether_offsets() const { return tethers_.offsets; }
+  std::span<const Tether> tethers() const { return tethers_.tethers; }
   std::span<const std::array<uint32_t, 3>> triangles() const { return triangles_; }
 
   bool has_compliance() const { return has_compliance_; }
@@ -98,6 +103,7 @@ class SceneModel {
   std::vector<uint32_t> spring_offsets_;
   std::vector<SpringEnd> spring_ends_;
   std::vector<uint32_t> pins_;
+  TetherSet tethers_;
   std::vector<std::array<uint32_t, 3>> triangles_;
   bool has_compliance_ = false;
   double length_scale_m_ = 1;

@@ -9,6 +9,18 @@
 #include "server/scheduler/state_reading.h"
 
 namespace drape {
+namespace {
+
+Status CheckAlive(ClothSpan cloths) {
+  if (std::all_of(cloths.begin(), cloths.end(),
+                  [](const auto& cloth) { return cloth->is_alive(); })) {
+    return Status::Ok();
+  }
+  return {StatusCode::kNotFound, "CLOTH_NOT_FOUND",
+          "a cloth was deleted before its state was read"};
+}
+
+}  // namespace
 
 Result<std::unique_ptr<Scheduler>> Scheduler::Start(BackendFactory factory,
                                                     const SchedulerLimits& limits,
@@ -68,16 +80,34 @@ Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, 
   return core_->Post([core = core_.get(), cloths = std::move(cloths), fields,
                       done = std::move(done),
                       in_flight = std::move(*place)](Backend& backend) mutable {
-    const bool is_complete = std::all_of(cloths.begin(), cloths.end(),
-                                         [](const auto& cloth) { return cloth->is_alive(); });
+    const Status alive = CheckAlive(cloths);
     auto states = std::make_shared<Result<ClothStates>>(
-        is_complete ? Result<ClothStates>(ReadClothStates(backend, cloths, fields))
-                    : Status(StatusCode::kNotFound, "CLOTH_NOT_FOUND",
-                             "a cloth was deleted before its state was read"));
+        alive.ok() ? Result<ClothStates>(ReadClothStates(backend, cloths, fields)) : alive);
     // Moved: the command itself lives on until the round is over.
     if (states->ok()) (*states)->in_flight = std::move(in_flight);
     in_flight.reset();
     core->completions().Push([done, states] { done(std::move(*states)); });
+  });
+}
+
+Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths,
+                                 StateFields fields, bool on_device,
+                                 std::function<void(Result<ClothStates>)> done,
+                                 const std::string& tenant) {
+  DRAPE_CHECK(fields.any(), "nothing to read");
+  Result<std::shared_ptr<void>> place = core_->read_places().Take(tenant);
+  if (!place.ok()) return place.status();
+  return core_->Post([cloths = std::move(cloths), fields, on_device, done = std::move(done),
+                      in_flight = std::move(*place)](Backend& backend) mutable {
+    const Status alive = CheckAlive(cloths);
+    if (!alive.ok()) {
+      in_flight.reset();
+      return done(alive);
+    }
+    ClothStates states = on_device ? CopyClothStates(backend, cloths, fields)
+                                   : ReadClothStates(backend, cloths, fields);
+    states.in_flight = std::move(in_flight);
+    done(std::move(states));
   });
 }
 

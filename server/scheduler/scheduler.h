@@ -99,6 +99,12 @@ class Scheduler {
   Status ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, StateFields fields,
                     std::function<void(Result<ClothStates>)> done, const std::string& tenant = {});
 
+  // The same for a picture. `done` on the DEVICE thread: it must do no more than hand the states
+  // over. `on_device`: a copy that stays on the device (ClothStates::on_device) will do.
+  Status ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths, StateFields fields,
+                        bool on_device, std::function<void(Result<ClothStates>)> done,
+                        const std::string& tenant);
+
   // Starts a subscription; see ObserverSpec. Errors as for Post, and RESOURCE_EXHAUSTED
   // (TOO_MANY_SUBSCRIPTIONS).
   Result<std::shared_ptr<Observer>> Subscribe(ObserverSpec spec);

@@ -33,10 +33,11 @@ Scheduler::Core::Core(const SchedulerLimits& limits, const Clock& clock)
       clock_(clock),
       observer_places_("TOO_MANY_SUBSCRIPTIONS",
                        {"max_observers_per_tenant", limits.max_observers_per_tenant},
-                       {"max_observers", limits.max_observers}, std::nullopt),
+                       PlaceLimit{"max_observers", limits.max_observers}, std::nullopt),
       read_places_("TOO_MANY_READS",
                    {"max_reads_in_flight_per_tenant", limits.max_reads_in_flight_per_tenant},
-                   {"max_reads_in_flight", limits.max_reads_in_flight}, limits.retry_after_ms),
+                   PlaceLimit{"max_reads_in_flight", limits.max_reads_in_flight},
+                   limits.retry_after_ms),
       observers_(
           [this](std::function<void()> function) { completions_.Push(std::move(function)); }) {}
 

@@ -12,11 +12,11 @@
 #include <unordered_map>
 #include <vector>
 
+#include "server/core/tenant_places.h"
 #include "server/scheduler/completion_queue.h"
 #include "server/scheduler/device_loop.h"
 #include "server/scheduler/observers.h"
 #include "server/scheduler/scheduler.h"
-#include "server/scheduler/tenant_places.h"
 
 namespace drape {
 

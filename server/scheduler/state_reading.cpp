@@ -26,14 +26,19 @@ size_t ParticleTotal(ClothSpan cloths) {
   return total;
 }
 
-}  // namespace
-
-std::vector<StateColumns> ReadForAll(Backend& backend, std::span<const ClothSpan> receivers,
-                                     StateFields fields) {
+std::vector<ClothHandle> HandlesOf(std::span<const ClothSpan> receivers) {
   std::vector<ClothHandle> handles;
   for (const ClothSpan& cloths : receivers) {
     for (const auto& cloth : cloths) handles.push_back(cloth->handle());
   }
+  return handles;
+}
+
+}  // namespace
+
+std::vector<StateColumns> ReadForAll(Backend& backend, std::span<const ClothSpan> receivers,
+                                     StateFields fields) {
+  const std::vector<ClothHandle> handles = HandlesOf(receivers);
   StateColumns all = backend.Read({handles, fields.positions, fields.velocities});
   std::vector<StateColumns> columns;
   if (receivers.size() == 1) {  // the usual case, without a copy
@@ -54,6 +59,16 @@ ClothStates ReadClothStates(Backend& backend, ClothSpan cloths, StateFields fiel
   ClothStates states;
   for (const auto& cloth : cloths) states.cloths.push_back(StampOf(*cloth));
   states.columns = std::move(ReadForAll(backend, std::span(&cloths, 1), fields).front());
+  return states;
+}
+
+ClothStates CopyClothStates(Backend& backend, ClothSpan cloths, StateFields fields) {
+  const std::vector<ClothHandle> handles = HandlesOf(std::span(&cloths, 1));
+  auto copy = backend.CopyOnDevice({handles, fields.positions, fields.velocities});
+  if (copy == nullptr) return ReadClothStates(backend, cloths, fields);
+  ClothStates states;
+  for (const auto& cloth : cloths) states.cloths.push_back(StampOf(*cloth));
+  states.on_device = std::move(copy);
   return states;
 }
 

@@ -20,4 +20,7 @@ std::vector<StateColumns> ReadForAll(Backend& backend, std::span<const ClothSpan
 // Stamps and columns of the cloths, all alive. Device thread.
 ClothStates ReadClothStates(Backend& backend, ClothSpan cloths, StateFields fields);
 
+// The same with a copy on the device instead of the columns where the backend makes one.
+ClothStates CopyClothStates(Backend& backend, ClothSpan cloths, StateFields fields);
+
 }  // namespace drape

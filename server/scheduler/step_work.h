@@ -59,7 +59,10 @@ ClothStamp StampOf(const ClothRuntime& cloth);
 struct ClothStates {
   std::vector<ClothStamp> cloths;
   StateColumns columns;
-  // Of Scheduler::ReadStates: the place that the read occupies as long as its states are held.
+  // Of Scheduler::ReadForDrawing: instead of the columns. Goes on the device thread, or where a
+  // context of its share group is current.
+  std::shared_ptr<gl::SharedCopy> on_device;
+  // Of the reads of the scheduler: the place that the read occupies as long as its states are held.
   std::shared_ptr<void> in_flight;
 };
 

@@ -34,6 +34,7 @@ StepSettings PresetSettings(Preset preset) {
       settings.max_iterations = 100;
       settings.tolerance = 1e-3;
       settings.spring_integration = SpringIntegration::kInForce;
+      settings.use_tethers = false;
       break;
     case Preset::kRealtime:
       settings.substeps = 60;
@@ -44,6 +45,7 @@ StepSettings PresetSettings(Preset preset) {
       settings.substeps = 60;
       settings.max_iterations = 100;
       settings.tolerance = 1e-4;
+      settings.use_tethers = false;
       break;
   }
   return settings;
@@ -68,6 +70,7 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
   if (overrides.substeps) settings.substeps = *overrides.substeps;
   if (overrides.max_iterations) settings.max_iterations = *overrides.max_iterations;
   if (overrides.tolerance) settings.tolerance = *overrides.tolerance;
+  if (overrides.use_tethers) settings.use_tethers = *overrides.use_tethers;
   if (overrides.spring_integration) settings.spring_integration = *overrides.spring_integration;
 
   std::vector<FieldViolation> violations;
@@ -97,7 +100,14 @@ double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size
   const double sweeps = double{1} * settings.substeps * settings.max_iterations;
   const double constraints = double{1} * model.constraint_count() + model.dropped_constraints();
   const double contacts = model.particle_count() * (1 + static_cast<double>(collider_count));
-  return sweeps * (constraints + 2.0 * model.spring_count() + contacts);
+  const double tethers =
+      settings.use_tethers ? double{1} * settings.substeps * model.particle_count() : 0;
+  return sweeps * (constraints + 2.0 * model.spring_count() + contacts) +
+         kMaxTethersPerParticle * tethers;
+}
+
+bool HasTethers(const SceneModel& model, const StepSettings& settings) {
+  return settings.use_tethers && !model.tethers().empty();
 }
 
 double SinglePrecisionTolerance(double tolerance, const SceneModel& model) {

@@ -27,6 +27,8 @@ struct StepSettings {
   // sweeps.
   double tolerance = 0;  // [0, 1)
   SpringIntegration spring_integration = SpringIntegration::kHalfKicks;
+  // Whether particles are kept within reach of their pins (scene/tethers.h) before the sweeps.
+  bool use_tethers = true;
 
   double substep_s() const { return time_step_s / substeps; }
   friend bool operator==(const StepSettings&, const StepSettings&) = default;
@@ -40,6 +42,7 @@ struct StepSettingsOverrides {
   std::optional<uint32_t> max_iterations;
   std::optional<double> tolerance;
   std::optional<SpringIntegration> spring_integration;
+  std::optional<bool> use_tethers;
 };
 
 inline constexpr double kMaxTimeStep_s = 10;
@@ -59,10 +62,13 @@ std::string_view PresetName(Preset preset);
 Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
                                      std::string_view field_prefix);
 
-// Upper bound on the solves of one step: substeps * max_iterations * (constraints + 2 * springs +
-// particles * (1 + colliders)). Constraints that the model has left out count: other pins may bring
-// them back.
+// Upper bound on the solves of one step: substeps * (max_iterations * (constraints + 2 * springs +
+// particles * (1 + colliders)) + 4 * particles), the last with tethers only. Constraints that the
+// model has left out count: other pins may bring them back.
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count);
+
+// Whether the stage `tether` has anything to do.
+bool HasTethers(const SceneModel& model, const StepSettings& settings);
 
 // Below about 4 ulp(|p|) / rest length no sweep in single precision ever meets the tolerance.
 // Returns the tolerance to use: the one asked for, or the smallest that 24-bit positions of this

@@ -7,6 +7,7 @@ namespace drape {
 // apply_springs     half a kick of the spring accelerations (HALF_KICKS only)
 // for each substep of size h:
 //   predict         u = v + a h/2, the mean velocity over the substep; pins: (target - p) / h
+//   tether          no particle farther from its pins than the cloth between them allows
 //   until no error exceeds the tolerance, at most max_iterations times:
 //     solve_distance  per colour: the impulse that removes each constraint's error at p + h u
 //     solve_contacts  per particle: gap >= 0 at p + h u, Coulomb friction against h u
@@ -18,6 +19,7 @@ namespace drape {
 enum class StepStage {
   kApplySprings,
   kPredict,
+  kTether,
   kSolveDistance,
   kSolveContacts,
   kIntegrate,

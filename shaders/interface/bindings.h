@@ -34,6 +34,8 @@
 // Words of a spring end in a model: other particle, rest length [m], stiffness [N/m], damping [N
 // s/m].
 #define DRAPE_SPRING_END_WORDS 4
+// Words of a tether in a model: pin, length [m].
+#define DRAPE_TETHER_WORDS 2
 
 // Words of a collider in the parameters: kind, radius [m], centre or point xyz [m], normal xyz.
 #define DRAPE_COLLIDER_WORDS 8

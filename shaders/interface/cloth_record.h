@@ -73,8 +73,9 @@ struct ClothRecord {
 
   uint measured_pieces;  // [measure_piece_count][DRAPE_MEASURED_WORDS] float; only if more than one
   uint measure_piece_count;
-  uint padding0;
-  uint padding1;
+  // In Models; only with tethers.
+  uint tether_offsets;  // [particle_count + 1] uint
+  uint tethers;         // [][DRAPE_TETHER_WORDS]
 };
 
 #ifdef __cplusplus

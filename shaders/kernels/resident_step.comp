@@ -1,6 +1,6 @@
 // Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state.
 // One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint.
-// Stages: apply_springs, predict, solve_distance, solve_contacts, integrate, correct_velocity, commit
+// Stages: apply_springs, predict, tether, solve_distance, solve_contacts, integrate, correct_velocity, commit
 // (server/solver/README.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
 // Statuses. SI units.
 // With IS_IN_PARTS (drivers that cut long loops, server/gl/README.md) a dispatch stops before it has used
@@ -8,6 +8,7 @@
 #include "stages/access_resident.glsl"
 #include "stages/apply_springs.glsl"
 #include "stages/predict.glsl"
+#include "stages/tether.glsl"
 #include "stages/solve_distance.glsl"
 #include "stages/solve_contacts.glsl"
 #include "lib/fault.glsl"
@@ -101,6 +102,13 @@ void Predict(uint substep) {
   PhaseBarrier();
 }
 
+void Tether() {
+#ifdef HAS_TETHERS
+  FOR_EACH(i, 0u, cloth.particle_count) ApplyTethers(i);
+  PhaseBarrier();
+#endif
+}
+
 // One sweep over all colours, then the contacts.
 void Sweep(bool is_first_sweep) {
   for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
@@ -187,7 +195,10 @@ bool RunSubsteps(inout Progress progress) {
 #ifdef IS_IN_PARTS
     if (MustPause(cloth.substep_cost + cloth.sweep_cost)) return false;
 #endif
-    if (progress.sweep == 0u) Predict(progress.substep);
+    if (progress.sweep == 0u) {
+      Predict(progress.substep);
+      Tether();
+    }
     uint outcome = Solve(progress);
     if (outcome == kPaused) return false;
     if (outcome == kUsedUp) ++progress.unconverged_substeps;

@@ -28,7 +28,9 @@ TEST(Config, DefaultsAreSafe) {
 TEST(Config, FlagsReachTheirLimits) {
   const CommandLine line =
       Parse({"--backend=reference", "--max-sessions=7", "--session-ttl-s=2.5", "--threads=3",
-             "--max-queued-requests-per-session=9", "--max-particles-per-cloth=100"});
+             "--max-queued-requests-per-session=9", "--max-particles-per-cloth=100",
+             "--max-particles-per-picture=200", "--max-queued-pictures=11",
+             "--max-pictures-in-flight-per-session=12"});
   ASSERT_FALSE(line.exit_code);
   EXPECT_EQ(line.config.backend, BackendChoice::kReference);
   EXPECT_EQ(line.config.sessions.max_sessions, 7u);
@@ -36,6 +38,9 @@ TEST(Config, FlagsReachTheirLimits) {
   EXPECT_EQ(line.config.threads, 3u);
   EXPECT_EQ(line.config.scheduler.max_queued_requests_per_tenant, 9u);
   EXPECT_EQ(line.config.requests.model.max_particles, 100u);
+  EXPECT_EQ(line.config.pictures.max_particles_per_picture, 200u);
+  EXPECT_EQ(line.config.pictures.max_queued_pictures, 11u);
+  EXPECT_EQ(line.config.pictures.max_pictures_in_flight_per_tenant, 12u);
 }
 
 TEST(Config, UsageErrorsAreTwoAndHelpIsZero) {

@@ -109,5 +109,29 @@ TEST(Mapping, ASessionShowsItsLease) {
   EXPECT_EQ(session.particle_count(), 4096u);
 }
 
+TEST(Mapping, APictureWithItsCameraBoundsAndRange) {
+  render::DrawnPicture picture;
+  picture.png = "file";
+  picture.camera.eye_m = {1, 2, 3};
+  picture.camera.target_m = {4, 5, 6};
+  picture.camera.vertical_field_of_view_rad = 0.5;
+  picture.bounds_m = {Eigen::Vector3d(-1, -2, -3), Eigen::Vector3d(1, 2, 3)};
+  picture.range = {-0.5, 0.5};
+  picture.device = "fake";
+  const v1::RenderResponse message = ToProto(ClothList(), picture);
+  EXPECT_EQ(message.png(), "file");
+  EXPECT_THAT(message.camera().eye_m(), testing::ElementsAre(1, 2, 3));
+  EXPECT_THAT(message.camera().target_m(), testing::ElementsAre(4, 5, 6));
+  EXPECT_THAT(message.camera().up(), testing::ElementsAre(0, 1, 0));
+  EXPECT_EQ(message.camera().vertical_field_of_view_rad(), 0.5);
+  EXPECT_THAT(message.bounds_m(), testing::ElementsAre(-1, -2, -3, 1, 2, 3));
+  EXPECT_THAT(message.range(), testing::ElementsAre(-0.5, 0.5));
+  EXPECT_EQ(message.device(), "fake");
+
+  const v1::RenderResponse empty = ToProto(ClothList(), render::DrawnPicture());
+  EXPECT_TRUE(empty.bounds_m().empty()) << "around nothing";
+  EXPECT_TRUE(empty.range().empty()) << "without a scale";
+}
+
 }  // namespace
 }  // namespace drape::api

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "drape/v1/cloths.pb.h"
+#include "drape/v1/render.pb.h"
 #include "drape/v1/step.pb.h"
 
 namespace drape::test {
@@ -125,6 +126,25 @@ inline v1::StepRequest GoodStep() {
   controls->add_particles(0);
   Set(controls->mutable_targets_m(), {0, 1, 0});
   controls->add_over_s(0.5);
+  return request;
+}
+
+// With everything set that goes together.
+inline v1::RenderRequest GoodPicture() {
+  v1::RenderRequest request;
+  request.set_session("sessions/none");
+  request.set_width_px(200);
+  request.set_height_px(100);
+  v1::Camera* camera = request.mutable_camera();
+  Set(camera->mutable_eye_m(), {1, 1, 3});
+  Set(camera->mutable_target_m(), {1, 0.5, 0});
+  Set(camera->mutable_up(), {4, 0, 0});
+  camera->set_vertical_field_of_view_rad(0.5);
+  request.set_colouring(v1::RenderRequest::STRAIN);
+  Set(request.mutable_range(), {-0.1, 0.2});
+  request.set_hide_legend(true);
+  request.set_hide_colliders(true);
+  request.set_hide_pins(true);
   return request;
 }
 

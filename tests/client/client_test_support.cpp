@@ -10,6 +10,8 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "tests/support/paths.h"
+
 extern char** environ;
 
 namespace drape::client_test {
@@ -40,11 +42,11 @@ void WriteText(const fs::path& path, const std::string& text) {
 }
 
 fs::path ProgramPath(const std::string& name) {
-  return fs::path(DRAPE_BIN_DIR) / name;
+  return test::ProgramPath(name);
 }
 
 fs::path Example(const std::string& name) {
-  return fs::path(DRAPE_SOURCE_DIR) / "client" / "examples" / name;
+  return test::SourcePath("client/examples/" + name);
 }
 
 RunningProgram::RunningProgram(const std::string& name, const std::vector<std::string>& arguments,

@@ -177,8 +177,8 @@ TEST_F(CommandsTest, WatchFollows) {
 }
 
 TEST_F(CommandsTest, EveryCommandHasHelpAndUsageErrors) {
-  for (const char* command :
-       {"run", "demo", "info", "health", "create", "step", "read", "watch", "list", "delete"}) {
+  for (const char* command : {"run", "demo", "info", "health", "create", "step", "read", "render",
+                              "watch", "list", "delete"}) {
     const Outcome help = RunProgram("drape", {command, "--help"});
     EXPECT_EQ(help.exit_code, 0) << command;
     EXPECT_THAT(help.out, AllOf(HasSubstr("--server"), HasSubstr("Exit codes")));
@@ -197,7 +197,8 @@ TEST_F(CommandsTest, DemoPrintsATableAndNamesItsFiles) {
   EXPECT_THAT(text, AllOf(HasSubstr("particles"), HasSubstr("constraints"), HasSubstr("colours"),
                           HasSubstr("ms per step"), HasSubstr("real time"), HasSubstr("max strain"),
                           HasSubstr("RMS strain"), HasSubstr("contacts")));
-  for (const char* name : {"chain.obj", "chain.ply", "mesh_drop.obj", "mesh_drop.ply"}) {
+  for (const char* name :
+       {"chain.obj", "chain.ply", "chain.png", "mesh_drop.obj", "mesh_drop.ply", "mesh_drop.png"}) {
     const fs::path path = fs::path(out) / name;
     EXPECT_THAT(text, HasSubstr(path.string()));
     EXPECT_GT(fs::file_size(path), 1000u);

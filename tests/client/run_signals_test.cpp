@@ -8,11 +8,13 @@
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <functional>
 #include <thread>
 
 #include "tests/client/cli_end_to_end_test.h"
+#include "tests/client/usda_reader.h"
 
 namespace drape {
 namespace {
@@ -122,6 +124,29 @@ TEST(RunSignalsTest, AnInterruptKeepsWhatThereIs) {
     const uint64_t steps = SampledSteps(folder);
     EXPECT_THAT(outcome.err, HasSubstr("interrupted after step " + std::to_string(steps)));
   }
+}
+
+// Formats whose headers and order are known only at the end are complete files all the same.
+TEST(RunSignalsTest, AnInterruptCompletesEveryFormat) {
+  const TemporaryFolder folder;
+  std::vector<std::string> arguments = LongRunInto(folder);
+  for (const char* name : {"s.pc2", "s.usda", "s.npz"}) {
+    arguments.push_back("--states=" + (folder / name).string());
+  }
+  RunningProgram program("drape", arguments);
+  EXPECT_TRUE(Eventually([&] { return HasStates(folder); }));
+  kill(program.pid(), SIGINT);
+  EXPECT_EQ(program.Wait().exit_code, 1);
+  const uint64_t steps = SampledSteps(folder);
+  const std::string cache = ReadText(folder / "s.pc2");
+  int32_t sample_count = 0;
+  std::memcpy(&sample_count, cache.data() + 28, sizeof(sample_count));
+  EXPECT_EQ(static_cast<uint64_t>(sample_count), steps);
+  EXPECT_EQ(cache.size(), 32 + steps * 1024 * 12);
+  const auto stage = client_test::ParseUsda(ReadText(folder / "s.usda"));
+  EXPECT_EQ(stage.metadata.at("endTimeCode"), std::to_string(steps));
+  EXPECT_EQ(stage.prims.at(0).children.at(0).attributes.at("points").samples.size(), steps);
+  EXPECT_GT(fs::file_size(folder / "s.npz"), steps * 1024 * 24);
 }
 
 TEST(RunSignalsTest, AnInterruptDoesNotWaitForTheNextSample) {

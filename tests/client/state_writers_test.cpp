@@ -8,41 +8,21 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
-#include <numeric>
 #include <sstream>
 
-#include "tests/client/client_test_support.h"
+#include "tests/client/state_file_test_support.h"
 
 namespace drape::cli {
 namespace {
 
 using client_test::ErrorOf;
+using client_test::kThird;
 using client_test::MakeStates;
 using client_test::ReadText;
-using client_test::TemporaryFolder;
+using client_test::TwoCloths;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-constexpr float kThird = 1.0f / 3;
-
-// A cloth of three particles, with a triangle, and one of two, with a line.
-States TwoCloths(uint64_t step) {
-  std::vector<float> positions(15);
-  std::iota(positions.begin(), positions.end(), static_cast<float>(step));
-  positions[4] = kThird;
-  std::vector<float> velocities(15, 0.5f);
-  velocities[14] = -1e-20f;
-  return MakeStates({3, 2}, step, positions, velocities);
-}
-
-std::vector<Topology> TwoTopologies() {
-  Topology triangle;
-  triangle.triangles = {{0, 1, 2}};
-  Topology line;
-  line.lines = {{0, 1}};
-  return {triangle, line};
-}
 
 std::vector<std::string> Lines(const std::string& text) {
   std::vector<std::string> lines;
@@ -51,19 +31,7 @@ std::vector<std::string> Lines(const std::string& text) {
   return lines;
 }
 
-class StateWritersTest : public ::testing::Test {
- protected:
-  // The file after samples at steps 1 and 2, or of step 2 alone for geometry.
-  std::filesystem::path Written(const std::string& name) {
-    const auto path = folder_ / name;
-    const auto writer = MakeStateWriter(path, TwoTopologies());
-    if (writer->takes_samples()) writer->Add(TwoCloths(1));
-    writer->Add(TwoCloths(2));
-    writer->Finish();
-    return path;
-  }
-  TemporaryFolder folder_;
-};
+using StateWritersTest = client_test::StateFileTest;
 
 TEST_F(StateWritersTest, CsvHasTheContractsColumnsAndOneRowPerParticle) {
   const auto lines = Lines(ReadText(Written("s.csv")));
@@ -171,39 +139,9 @@ TEST_F(StateWritersTest, NpzWithoutSamplesIsStillOne) {
   EXPECT_EQ(ReadNpy(folder_ / "none.npz", "positions").shape, "0,0,3,");
 }
 
-TEST_F(StateWritersTest, ObjCountsVerticesThroughTheFile) {
-  const auto lines = Lines(ReadText(Written("s.obj")));
-  EXPECT_THAT(lines,
-              ElementsAre(StartsWith("#"), "o cloth_0", "v 2 3 4", "v 5 0.333333343 7", "v 8 9 10",
-                          "f 1 2 3", "o cloth_1", "v 11 12 13", "v 14 15 16", "l 4 5"));
-}
-
-TEST_F(StateWritersTest, WithoutTopologyObjHasPoints) {
-  const auto writer = MakeObjWriter(folder_ / "p.obj", {});
-  writer->Add(TwoCloths(0));
-  writer->Finish();
-  const std::string text = ReadText(folder_ / "p.obj");
-  EXPECT_THAT(text, HasSubstr("\np 1\np 2\np 3\no cloth_1\n"));
-  EXPECT_THAT(text, HasSubstr("\np 4\np 5\n"));
-}
-
-TEST_F(StateWritersTest, PlyHasWhatItsHeaderSays) {
-  std::istringstream file(ReadText(Written("s.ply")));
-  std::vector<std::string> header;
-  for (std::string line; std::getline(file, line) && line != "end_header";) header.push_back(line);
-  EXPECT_THAT(header, ElementsAre("ply", "format ascii 1.0", StartsWith("comment"),
-                                  "element vertex 5", "property float x", "property float y",
-                                  "property float z", "property uint cloth", "element face 1",
-                                  "property list uchar uint vertex_indices", "element edge 1",
-                                  "property uint vertex1", "property uint vertex2"));
-  std::vector<std::string> body;
-  for (std::string line; std::getline(file, line);) body.push_back(line);
-  EXPECT_THAT(body, ElementsAre("2 3 4 0", "5 0.333333343 7 0", "8 9 10 0", "11 12 13 1",
-                                "14 15 16 1", "3 0 1 2", "3 4"));
-}
-
 TEST_F(StateWritersTest, APathThatCannotBeWrittenFailsAtOnce) {
-  for (const char* name : {"no/s.csv", "no/s.npz", "no/s.obj", "no/s.ply"}) {
+  for (const char* name :
+       {"no/s.csv", "no/s.npz", "no/s.obj", "no/s.pc2", "no/s.ply", "no/s.usda"}) {
     const ErrorDetails details = ErrorOf([&] { MakeStateWriter(folder_ / name, {}); });
     EXPECT_EQ(details.reason, "CANNOT_WRITE");
     EXPECT_THAT(details.message, HasSubstr(name));
@@ -213,7 +151,7 @@ TEST_F(StateWritersTest, APathThatCannotBeWrittenFailsAtOnce) {
 TEST_F(StateWritersTest, AnUnfinishedFileGoesAwayAndAnOlderOneStays) {
   MakeCsvWriter(folder_ / "cut.csv")->Add(TwoCloths(1));
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
-  for (const char* name : {"s.csv", "s.npz", "s.obj", "s.ply"}) {
+  for (const char* name : {"s.csv", "s.npz", "s.obj", "s.pc2", "s.ply", "s.usda"}) {
     client_test::WriteText(folder_ / name, "older");
     MakeStateWriter(folder_ / name, {})->Add(TwoCloths(1));
     EXPECT_EQ(ReadText(folder_ / name), "older");
@@ -230,9 +168,27 @@ TEST_F(StateWritersTest, WritesThroughALink) {
   EXPECT_THAT(ReadText(folder_ / "file.csv"), StartsWith("time_s,"));
 }
 
+// /dev/full takes what is written and fails when it is to arrive.
+TEST_F(StateWritersTest, AFullDiskIsAnError) {
+  std::filesystem::create_symlink("/dev/full", folder_ / "full.csv");
+  std::filesystem::create_symlink("/dev/full", folder_ / "full.pc2");
+  std::filesystem::create_symlink("/dev/full", folder_ / "full.usda");
+  for (const char* name : {"full.csv", "full.pc2", "full.usda"}) {
+    const ErrorDetails details = ErrorOf([&] {
+      const auto writer = MakeStateWriter(folder_ / name, {});
+      writer->Add(TwoCloths(1));
+      writer->Finish();
+    });
+    EXPECT_EQ(details.reason, "CANNOT_WRITE") << name;
+    EXPECT_THAT(details.message, HasSubstr("No space left")) << name;
+  }
+}
+
 TEST(IsStateFileTest, GoesByExtension) {
-  for (const char* name : {"a.csv", "b/c.npz", "a.b.obj", "a.ply"}) EXPECT_TRUE(IsStateFile(name));
-  for (const char* name : {"a", "a.txt", "csv", ".csv/a"}) EXPECT_FALSE(IsStateFile(name));
+  for (const char* name : {"a.csv", "b/c.npz", "a.b.obj", "a.ply", "a.pc2", "a.usda"}) {
+    EXPECT_TRUE(IsStateFile(name)) << name;
+  }
+  for (const char* name : {"a", "a.txt", "csv", ".csv/a", "a.usd"}) EXPECT_FALSE(IsStateFile(name));
 }
 
 TEST(TopologyTest, GridsHaveTwoTrianglesPerCellSeenFromAbove) {

@@ -6,6 +6,7 @@
 
 #include <random>
 
+#include "server/api/picture_validation.h"
 #include "server/api/request_validation.h"
 #include "server/api/status_mapping.h"
 #include "tests/api/requests.h"
@@ -150,6 +151,31 @@ TEST(RequestFuzz, UpdateCloths) {
     return api::CheckUpdateCloths(request, {}).status();
   };
   Fuzz<v1::UpdateClothsRequest>({update}, 3, check).ExpectAll();
+}
+
+// What was accepted can be drawn: every number finite, every direction of length 1.
+TEST(RequestFuzz, Render) {
+  v1::RenderRequest fitted = GoodPicture();
+  fitted.clear_camera();
+  Set(fitted.mutable_fit()->mutable_view_direction(), {1, -1, 0.5});
+  Set(fitted.mutable_fit()->mutable_include_m(), {-1, -1, -1, 1, 2, 3});
+  const auto check = [](const v1::RenderRequest& request) -> Status {
+    const auto spec = api::CheckRender(request);
+    if (!spec.ok()) return spec.status();
+    EXPECT_TRUE(spec->width_px >= 16 && spec->width_px <= 4096);
+    EXPECT_TRUE(spec->height_px >= 16 && spec->height_px <= 4096);
+    EXPECT_NEAR(spec->view_direction.norm(), 1, 0.01);
+    if (spec->camera) {
+      const render::Camera& camera = *spec->camera;
+      EXPECT_NEAR(camera.up.norm(), 1, 1e-12);
+      EXPECT_GE(camera.up.cross((camera.target_m - camera.eye_m).normalized()).norm(), 0.9e-3);
+    }
+    if (spec->range) {
+      EXPECT_LT(static_cast<float>(spec->range->low), static_cast<float>(spec->range->high));
+    }
+    return Status::Ok();
+  };
+  Fuzz<v1::RenderRequest>({GoodPicture(), fitted}, 4, check).ExpectAll();
 }
 
 }  // namespace

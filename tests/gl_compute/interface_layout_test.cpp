@@ -126,8 +126,8 @@ TEST_F(InterfaceLayoutTest, ClothRecord) {
       MEMBER(ClothRecord, violations),
       MEMBER(ClothRecord, measured_pieces),
       MEMBER(ClothRecord, measure_piece_count),
-      MEMBER(ClothRecord, padding0),
-      MEMBER(ClothRecord, padding1),
+      MEMBER(ClothRecord, tether_offsets),
+      MEMBER(ClothRecord, tethers),
   };
   const StructLayout driver = AskDriver("cloth_record.h", "ClothRecord");
   EXPECT_EQ(driver.offsets, expected);

@@ -71,11 +71,20 @@ TEST_F(Naming, EnumsAreUpperSnakeCaseWithAnUnspecifiedZero) {
 
 // A real number carries its SI unit, or is one of these pure numbers.
 TEST_F(Naming, RealNumbersCarryTheirUnit) {
-  const std::set<std::string> kPureNumbers = {
-      "friction_static", "friction_dynamic", "tolerance",     "max_strain",         "rms_strain",
-      "normal",          "transforms",       "rotation_xyzw", "max_solves_per_step"};
+  const std::set<std::string> kPureNumbers = {"friction_static",
+                                              "friction_dynamic",
+                                              "tolerance",
+                                              "max_strain",
+                                              "rms_strain",
+                                              "normal",
+                                              "transforms",
+                                              "rotation_xyzw",
+                                              "max_solves_per_step",
+                                              "view_direction",
+                                              "up",
+                                              "range"};  // of whatever the colours show
   const char* kUnits =
-      ".*_(m|kg|s|hz|j|m_per_s|m_per_s2|kg_per_m2|n_per_m|n_s_per_m|m_per_n|per_s)";
+      ".*_(m|kg|s|hz|j|rad|m_per_s|m_per_s2|kg_per_m2|n_per_m|n_s_per_m|m_per_n|per_s)";
   for (const Descriptor* message : descriptors_.Messages()) {
     for (int k = 0; k < message->field_count(); ++k) {
       const FieldDescriptor* field = message->field(k);
@@ -93,7 +102,7 @@ TEST_F(Naming, ListsArePlural) {
   // Vectors are one value of several numbers; x, y, z are not counted.
   const char* kVectors =
       "gravity_.*|center_m|point_m|normal|position_m|rotation_xyzw|target_m|environment_origin_m|"
-      "over_s|shape";
+      "over_s|shape|eye_m|up|view_direction|include_m|range";
   for (const Descriptor* message : descriptors_.Messages()) {
     for (int k = 0; k < message->field_count(); ++k) {
       const FieldDescriptor* field = message->field(k);

@@ -53,6 +53,10 @@ class FakeDevice {
   void FaultNextStep(ClothHandle cloth) {
     Locked([&] { faults_.push_back(cloth); });
   }
+  // CopyOnDevice makes copies from now on, whose life `copy` shows.
+  void MakeCopies(std::shared_ptr<int> copy) {
+    Locked([&] { copy_ = std::move(copy); });
+  }
   // Runs on the device thread in every Step, before anything else.
   void OnStep(std::function<void()> hook) {
     Locked([&] { on_step_ = std::move(hook); });
@@ -96,6 +100,7 @@ class FakeDevice {
   std::vector<size_t> reads_;
   size_t live_ = 0;
   size_t writes_ = 0;
+  std::shared_ptr<int> copy_;
   std::thread::id thread_;
   size_t wrong_thread_calls_ = 0;
   bool is_destroyed_ = false;
@@ -171,6 +176,14 @@ class FakeBackend final : public Backend {
     }
     device_->Locked([&] { device_->reads_.push_back(request.cloths.size()); });
     return columns;
+  }
+
+  std::shared_ptr<gl::SharedCopy> CopyOnDevice(const ReadRequest&) override {
+    CheckThread();
+    const auto copy = device_->Locked([&] { return device_->copy_; });
+    if (copy == nullptr) return nullptr;
+    // Nobody looks inside: only its life counts.
+    return {copy, reinterpret_cast<gl::SharedCopy*>(copy.get())};
   }
 
   Status Write(ClothHandle handle, const ClothUpdate& update) override {

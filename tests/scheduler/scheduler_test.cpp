@@ -276,6 +276,61 @@ TEST_F(SchedulerTest, ReadsAreBoundedUntilTheirStatesAreDropped) {
   EXPECT_TRUE(read("a", {}).ok());
 }
 
+// Where it will not do, or the backend makes none, the columns come instead of a copy.
+TEST_F(SchedulerTest, ReadForDrawingGivesACopyOnTheDeviceWhereThatWillDo) {
+  Start();
+  const auto cloth = Cloth();
+  Submit("a", {cloth}, 3).Get();
+  const auto read = [&](bool on_device) {
+    Awaited<Result<ClothStates>> result;
+    Awaited<std::thread::id> thread;
+    const auto done = [result, thread](Result<ClothStates> r) mutable {
+      thread.Set(std::this_thread::get_id());
+      result.Set(std::move(r));
+    };
+    EXPECT_TRUE(scheduler_->ReadForDrawing({cloth}, {true, false}, on_device, done, "a").ok());
+    EXPECT_EQ(thread.Get(), device_->thread());
+    return std::move(result.Get()).value();
+  };
+  const std::vector<double> positions{0, -3, 0, 1, -3, 0};
+  EXPECT_EQ(std::get<std::vector<double>>(read(true).columns.positions_m), positions);
+  const auto copy = std::make_shared<int>(0);
+  device_->MakeCopies(copy);
+  const ClothStates on_host = read(false);
+  EXPECT_EQ(on_host.on_device, nullptr);
+  EXPECT_EQ(std::get<std::vector<double>>(on_host.columns.positions_m), positions);
+  const ClothStates on_device = read(true);
+  EXPECT_NE(on_device.on_device, nullptr);
+  EXPECT_EQ(on_device.cloths.at(0).completed_steps, 3u);
+  EXPECT_EQ(device_->reads().size(), 2u) << "no read for the copy";
+}
+
+TEST_F(SchedulerTest, ReadForDrawingCountsAsAReadAndNeedsLivingCloths) {
+  SchedulerLimits limits;
+  limits.max_reads_in_flight_per_tenant = 1;
+  Start(limits);
+  const auto cloth = Cloth();
+  const auto read = [&](Awaited<Result<ClothStates>> result) {
+    return scheduler_->ReadForDrawing(
+        {cloth}, {true, false}, true,
+        [result](Result<ClothStates> r) mutable { result.Set(std::move(r)); }, "a");
+  };
+  const Awaited<Result<ClothStates>> first, second;
+  ASSERT_TRUE(read(first).ok());
+  first.Get();
+  EXPECT_EQ(read({}).reason(), "TOO_MANY_READS");
+  first.Get()->in_flight.reset();
+  ASSERT_TRUE(scheduler_
+                  ->RunBlocking([&](Backend& backend) {
+                    cloth->End({StatusCode::kNotFound, "CLOTH_NOT_FOUND", ""});
+                    backend.Destroy(cloth->handle());
+                    return Status::Ok();
+                  })
+                  .ok());
+  ASSERT_TRUE(read(second).ok());
+  EXPECT_EQ(second.Get().status().reason(), "CLOTH_NOT_FOUND");
+}
+
 TEST_F(SchedulerTest, SubscriptionsAreBoundedUntilTheyHaveEnded) {
   SchedulerLimits limits;
   limits.max_observers_per_tenant = 1;

@@ -21,15 +21,18 @@ TEST(StepSettings, PresetsAreWhatTheirNamesPromise) {
   EXPECT_EQ(paper.max_iterations, 100u);
   EXPECT_GT(paper.tolerance, 0);
   EXPECT_EQ(paper.spring_integration, SpringIntegration::kInForce);
+  EXPECT_FALSE(paper.use_tethers);
 
   const StepSettings realtime = PresetSettings(Preset::kRealtime);
   EXPECT_EQ(realtime.substeps * realtime.max_iterations, 60u);
   EXPECT_EQ(realtime.tolerance, 0);
   EXPECT_EQ(realtime.spring_integration, SpringIntegration::kHalfKicks);
+  EXPECT_TRUE(realtime.use_tethers);
 
   const StepSettings accurate = PresetSettings(Preset::kAccurate);
   EXPECT_LT(accurate.tolerance, paper.tolerance);
   EXPECT_EQ(accurate.spring_integration, SpringIntegration::kHalfKicks);
+  EXPECT_FALSE(accurate.use_tethers);
   for (const Preset preset : {Preset::kPaper, Preset::kRealtime, Preset::kAccurate}) {
     EXPECT_EQ(PresetSettings(preset).preset, preset);
     EXPECT_DOUBLE_EQ(PresetSettings(preset).time_step_s, 1.0 / 60);
@@ -52,11 +55,13 @@ TEST(StepSettings, WhatIsSetOverridesThePreset) {
                                          .substeps = 4,
                                          .max_iterations = 7,
                                          .tolerance = 0.0,
-                                         .spring_integration = SpringIntegration::kHalfKicks},
+                                         .spring_integration = SpringIntegration::kHalfKicks,
+                                         .use_tethers = true},
                                         "settings");
   ASSERT_TRUE(settings.ok());
   EXPECT_EQ(settings->preset, Preset::kPaper);
   EXPECT_EQ(settings->time_step_s, 0.01);
+  EXPECT_TRUE(settings->use_tethers);
   EXPECT_EQ(settings->substeps, 4u);
   EXPECT_EQ(settings->max_iterations, 7u);
   EXPECT_EQ(settings->tolerance, 0);
@@ -141,6 +146,9 @@ TEST(SolvesPerStep, CountsEverySolveOfTheWorstStep) {
   settings.substeps = 5;
   settings.max_iterations = 7;
   const double springs = 2.0 * scene.model->spring_count();
+  const double tethers = 5 * 4 * 12;  // whatever the pins: they may be changed later
+  EXPECT_EQ(SolvesPerStep(*scene.model, settings, 0), 35 * (17 + springs + 12) + tethers);
+  settings.use_tethers = false;
   EXPECT_EQ(SolvesPerStep(*scene.model, settings, 0), 35 * (17 + springs + 12));
   EXPECT_EQ(SolvesPerStep(*scene.model, settings, 3), 35 * (17 + springs + 48));
   settings.substeps = kMaxSubsteps;

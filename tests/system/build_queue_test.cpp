@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "server/core/clock.h"
+#include "server/render/gl_draw/gl_renderer.h"
 #include "tests/support/backends.h"
 
 namespace drape::api {
@@ -28,7 +29,9 @@ class BuildQueue : public testing::Test {
           .value();
   SessionRegistry sessions_{*scheduler_, {}, clock_, "test"};
   WorkerPool builders_{1, 16};
-  const ServiceContext context_{*scheduler_, sessions_, builders_, clock_, {}, "test", "test"};
+  render::RenderThread pictures_{[] { return render::CreateGlRenderer({}); }, {}};
+  const ServiceContext context_{*scheduler_, sessions_, builders_, pictures_,
+                                clock_,      {},        "test",    "test"};
   CancelToken cancel_;
 };
 

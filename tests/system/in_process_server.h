@@ -8,6 +8,7 @@
 #include "server/api/grpc_server.h"
 #include "server/api/simulation_service.h"
 #include "server/core/clock.h"
+#include "server/render/gl_draw/gl_renderer.h"
 #include "server/session/session_registry.h"
 #include "tests/support/backends.h"
 
@@ -20,10 +21,12 @@ class InProcessServer {
       : scheduler_(StartScheduler(backend, limits, clock_)),
         sessions_(*scheduler_, {}, clock_, "test"),
         builders_(2, 1024),
-        service_({*scheduler_, sessions_, builders_, clock_, {}, "test", "test"}),
+        pictures_([] { return render::CreateGlRenderer({}); }, {}),
+        service_({*scheduler_, sessions_, builders_, pictures_, clock_, {}, "test", "test"}),
         server_(api::GrpcServer::Start({.listen = "127.0.0.1:0"}, service_).value()) {}
 
   ~InProcessServer() {
+    pictures_.Stop();
     scheduler_->Drain(0);
     server_->Shutdown(std::chrono::milliseconds(100));
   }
@@ -48,6 +51,7 @@ class InProcessServer {
   std::unique_ptr<Scheduler> scheduler_;
   SessionRegistry sessions_;
   api::WorkerPool builders_;
+  render::RenderThread pictures_;
   api::SimulationService service_;
   std::unique_ptr<api::GrpcServer> server_;
 };

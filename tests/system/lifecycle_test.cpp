@@ -10,6 +10,7 @@
 #include <iterator>
 #include <thread>
 
+#include "tests/support/paths.h"
 #include "tests/system/calls.h"
 #include "tests/system/server_process.h"
 
@@ -143,7 +144,7 @@ TEST(Lifecycle, AShaderThatDoesNotCompileIsNamedWithFileAndLine) {
   namespace fs = std::filesystem;
   const ScratchDir scratch;
   const fs::path shaders = scratch / "shaders";
-  fs::copy(DRAPE_SOURCE_DIR "/shaders", shaders, fs::copy_options::recursive);
+  fs::copy(SourcePath("shaders"), shaders, fs::copy_options::recursive);
   const fs::path spoiled = shaders / "lib" / "vector.glsl";
   std::ifstream file(spoiled);
   const auto last_line = std::count(std::istreambuf_iterator<char>(file), {}, '\n') + 1;

@@ -15,6 +15,7 @@
 #include <thread>
 
 #include "server/core/check.h"
+#include "tests/support/paths.h"
 
 namespace drape::test {
 namespace {
@@ -60,7 +61,7 @@ ScratchDir::~ScratchDir() {
 }
 
 ServerProcess::ServerProcess(std::vector<std::string> flags, const Environment& environment) {
-  std::vector<std::string> words = {DRAPE_BIN_DIR "/draped"};
+  std::vector<std::string> words = {ProgramPath("draped").string()};
   if (!Mentions(flags, "--listen")) words.push_back("--listen=127.0.0.1:0");
   if (!Mentions(flags, "--port-file")) words.push_back("--port-file=" + (dir_ / "port"));
   if (!Mentions(flags, "--backend")) words.push_back("--backend=cpu");

@@ -12,6 +12,7 @@
 #include "drape/states.h"
 #include "drape/streams.h"
 #include "drape/v1/cloths.pb.h"
+#include "drape/v1/render.pb.h"
 #include "drape/v1/session.pb.h"
 #include "drape/v1/step.pb.h"
 
@@ -78,6 +79,9 @@ class Session {
 
   // No cloths named: every cloth of the session. `view` unset: positions only.
   States ReadStates(std::span<const ClothId> cloths = {}, const v1::StateView& view = {}) const;
+  // A PNG file of cloths as they are now; see RenderRequest. Throws kFailedPrecondition
+  // (NO_EGL_DEVICE) when the server cannot draw.
+  v1::RenderResponse Render(v1::RenderRequest request = {}) const;
   // Follows the session while others step it. `subscribe.session` is filled in.
   StateStream StreamStates(v1::StreamStatesRequest::Subscribe subscribe = {}) const;
 

@@ -41,7 +41,8 @@ void SetSizes(const SceneModel& model, double rest_diagonal_m, shader::DrawRecor
   record.has_surface = has_surface ? 1 : 0;
   record.line_radius = (has_surface ? 0.07f : 0.045f) * scale;
   record.ball_radius = 0.1f * scale;
-  record.pin_radius = std::min(0.3f * scale, 0.008f * static_cast<float>(rest_diagonal_m));
+  record.pin_radius =
+      static_cast<float>(std::clamp(0.3 * scale, 0.004 * rest_diagonal_m, 0.008 * rest_diagonal_m));
 }
 
 double FromBits(uint32_t ordered_bits) {

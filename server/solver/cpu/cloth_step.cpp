@@ -76,6 +76,28 @@ void Predict(const StepContext& context, uint32_t substep) {
   scratch.distance_impulses.assign(model.compliances.size(), Lanes{});
 }
 
+// No particle ends the substep farther from a pin than the cloth between them is long
+// (scene/tethers.h).
+void ApplyTethers(const StepContext& context) {
+  const float h = context.controls.h;
+  const Lanes* const p = context.scratch.state.positions.data();
+  Lanes* const u = context.scratch.state.velocities.data();
+  for (const TetherGroup& group : context.model.tethers) {
+    Lanes d[kLaneCount];
+    for (uint32_t k = 0; k < kLaneCount; ++k) {
+      const uint32_t i = group.particle[k], pin = group.pin[k];
+      d[k] = PredictedDifference(p[pin], p[i], u[pin], u[i], h);
+    }
+    const LaneVectors t = Transpose(d[0], d[1], d[2], d[3]);
+    const Lanes length = Sqrt((t.x * t.x + t.y * t.y) + t.z * t.z);
+    const LaneMask is_taut = length > group.length;
+    if (!IsAnyLaneSet(is_taut)) continue;
+    const Lanes speed = TetherSpeed(length, group.length, context.controls.inverse_h);
+    const Lanes speed_per_length = is_taut ? speed / length : Lanes{};
+    for (uint32_t k = 0; k < kLaneCount; ++k) u[group.particle[k]] -= speed_per_length[k] * d[k];
+  }
+}
+
 // For particles without distance: the impulse acts along +x.
 void ReplaceShortDirections(Lanes (&differences)[kLaneCount], Lanes& lengths) {
   for (uint32_t k = 0; k < kLaneCount; ++k) {
@@ -266,6 +288,7 @@ StepReport StepCloth(const StepContext& context, bool measure, FloatState& state
   for (uint32_t substep = 0; substep < controls.substeps; ++substep) {
     const bool is_last = substep + 1 == controls.substeps;
     Predict(context, substep);
+    if (controls.use_tethers) ApplyTethers(context);
     Solve(context, report);
     Integrate(context, substep);
     CorrectVelocity(context);

@@ -31,6 +31,14 @@ inline T DistanceImpulse(T residual, float inverse_h, T inverse_mass_sum) {
   return -residual * inverse_h / inverse_mass_sum;
 }
 
+// Speed towards a pin that brings a particle back within reach by the end of the substep: (|d| -
+// reach) / h. Only the particle moves: the pin's inverse mass is 0 (Bender et al. 2009,
+// section 3.2, for the inequality reach - |d| >= 0).
+template <class T>
+inline T TetherSpeed(T length, T reach, float inverse_h) {
+  return (length - reach) * inverse_h;
+}
+
 // Acceleration of particle i, before the factor w_i, from one spring to j (Bender et al. 2009,
 // section 4.1): [k (|d| - l0) + c (v_j - v_i).n] n with n = d/|d|, d = p_j - p_i. No direction: no
 // force.

@@ -35,6 +35,7 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   for (const Collider& collider : parameters.colliders) {
     colliders.push_back(ToFloat(collider, parameters.thickness_m));
   }
+  use_tethers = settings.use_tethers;
   const bool is_in_force = settings.spring_integration == SpringIntegration::kInForce;
   has_half_kicks = model.has_springs() && !is_in_force;
   has_spring_forces = model.has_springs() && is_in_force;

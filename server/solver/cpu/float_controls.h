@@ -37,6 +37,7 @@ struct FloatControls {
   float friction_dynamic;
   Lanes gravity;
   std::vector<FloatCollider> colliders;
+  bool use_tethers;
   bool has_half_kicks;     // springs by half kicks
   bool has_spring_forces;  // springs in the force of the substep
   StepWarnings warnings;   // those that are known before the step

@@ -45,6 +45,30 @@ void PackConstraints(FloatModel& model) {
   }
 }
 
+// Rank by rank, so that the lanes of a group never share a particle and each particle meets its
+// pins in their order.
+void PackTethers(FloatModel& model) {
+  const std::span<const uint32_t> offsets = model.source->tether_offsets();
+  for (uint32_t rank = 0; rank < kMaxTethersPerParticle; ++rank) {
+    uint32_t lane = 0;
+    for (uint32_t particle = 0; particle < model.particle_count; ++particle) {
+      if (offsets[particle] + rank >= offsets[particle + 1]) continue;
+      const Tether& tether = model.source->tethers()[offsets[particle] + rank];
+      if (lane == 0) {
+        model.tethers.emplace_back();
+        model.tethers.back().particle.fill(model.spare_particle());
+        model.tethers.back().pin.fill(model.spare_particle());
+        model.tethers.back().length = Splat(1);
+      }
+      TetherGroup& group = model.tethers.back();
+      group.particle[lane] = particle;
+      group.pin[lane] = tether.pin;
+      group.length[lane] = static_cast<float>(tether.length_m);
+      lane = (lane + 1) % kLaneCount;
+    }
+  }
+}
+
 void PackSprings(FloatModel& model) {
   const SceneModel& source = *model.source;
   if (source.spring_count() == 0) return;
@@ -69,6 +93,7 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
     if (inverse_mass > 0) free_particles.push_back(particle);
   }
   PackConstraints(*this);
+  PackTethers(*this);
   PackSprings(*this);
 }
 

@@ -22,6 +22,13 @@ struct DistanceGroup {
   Lanes inverse_mass_j;
 };
 
+// Four tethers of different particles. Filled up with tethers from the spare particle to itself.
+struct TetherGroup {
+  std::array<uint32_t, kLaneCount> particle;
+  std::array<uint32_t, kLaneCount> pin;
+  Lanes length;  // [m]
+};
+
 struct FloatSpringEnd {
   uint32_t other_particle;
   float rest_length;  // [m]
@@ -42,6 +49,7 @@ struct FloatModel {
   // [constraint_count]: where constraint c of the source is, as group * kLaneCount + lane.
   std::vector<uint32_t> constraint_places;
   std::vector<Lanes> compliances;        // [group_count] [m/N]; empty if all are 0
+  std::vector<TetherGroup> tethers;      // the nearest pin of every particle, then the next, ...
   std::vector<uint32_t> spring_offsets;  // [particle_count + 1]; empty without springs
   std::vector<FloatSpringEnd> spring_ends;
   float length_scale;  // [m]

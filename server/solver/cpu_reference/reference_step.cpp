@@ -40,6 +40,7 @@ class ReferenceStep {
     for (uint32_t substep = 0; substep < settings_.substeps; ++substep) {
       const uint32_t substeps_left = settings_.substeps - substep;
       Predict(substeps_left);
+      if (settings_.use_tethers) ApplyTethers();
       bool has_converged = tolerance_ == 0;
       for (uint32_t sweep = 0; sweep < settings_.max_iterations; ++sweep) {
         const bool has_changed_distance = SolveDistance();
@@ -105,6 +106,20 @@ class ReferenceStep {
   // From particle i to j at the end of the substep, p + h u.
   Vector3d PredictedDifference(uint32_t i, uint32_t j) const {
     return (state_.positions_m[j] - state_.positions_m[i]) + h_ * (u_[j] - u_[i]);
+  }
+
+  // No particle ends the substep farther from a pin than the cloth between them is long (an
+  // inequality in the sense of Bender et al. 2009, section 3.1); nearest pin first.
+  void ApplyTethers() {
+    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
+      const uint32_t end = model_.tether_offsets()[i + 1];
+      for (uint32_t t = model_.tether_offsets()[i]; t < end; ++t) {
+        const auto [pin, reach] = model_.tethers()[t];
+        const Vector3d d = PredictedDifference(pin, i);
+        const double excess = d.norm() - reach;
+        if (excess > 0) u_[i] -= d.normalized() * (excess / h_);
+      }
+    }
   }
 
   // Error that the impulse has to remove: C + (alpha/h) lambda.

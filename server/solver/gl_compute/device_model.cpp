@@ -56,6 +56,18 @@ void PackSprings(const SceneModel& model, PackedModel& packed) {
   }
 }
 
+void PackTethers(const SceneModel& model, PackedModel& packed) {
+  if (model.tethers().empty()) return;
+  std::vector<uint32_t>& words = packed.words;
+  packed.layout.tether_offsets = Position(words);
+  words.insert(words.end(), model.tether_offsets().begin(), model.tether_offsets().end());
+  packed.layout.tethers = Position(words);
+  for (const Tether& tether : model.tethers()) {
+    words.push_back(tether.pin);
+    words.push_back(FloatWord(tether.length_m));
+  }
+}
+
 }  // namespace
 
 PackedModel PackModel(const SceneModel& model) {
@@ -68,6 +80,7 @@ PackedModel PackModel(const SceneModel& model) {
   PackSprings(model, packed);
   packed.layout.pins = Position(packed.words);
   packed.words.insert(packed.words.end(), model.pins().begin(), model.pins().end());
+  PackTethers(model, packed);
   return packed;
 }
 

@@ -24,6 +24,8 @@ struct ModelLayout {
   uint32_t spring_offsets = 0;
   uint32_t spring_ends = 0;
   uint32_t pins = 0;
+  uint32_t tether_offsets = 0;
+  uint32_t tethers = 0;
 };
 
 struct PackedModel {

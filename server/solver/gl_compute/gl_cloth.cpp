@@ -62,6 +62,8 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   record.spring_offsets = begin + layout.spring_offsets;
   record.spring_ends = begin + layout.spring_ends;
   record.pins = begin + layout.pins;
+  record.tether_offsets = begin + layout.tether_offsets;
+  record.tethers = begin + layout.tethers;
 }
 
 }  // namespace

@@ -51,6 +51,9 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   }
   if (colliders > 0) costs.sweep += particles + rounds * (colliders + 1);
   costs.substep = 2 + springs + 2 * particles + 2 * LoopPasses(model.pin_count(), local_size);
+  if (HasTethers(model, parameters.settings)) {
+    costs.substep += particles + rounds * (kMaxTethersPerParticle + 1);
+  }
   if (colliders > 0) costs.substep += 2 * rounds * (colliders + 1);
   // Loading, checking with its loop over the axes, storing, pausing.
   costs.fixed = springs + 4 * particles + 4 * rounds + 8;
@@ -78,7 +81,8 @@ uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parame
   const uint64_t piece_rounds = RoundsFor(DRAPE_MEASURE_PIECE, local_size);
   const uint64_t measure = 2 * (piece_rounds + 1) + piece_rounds * (colliders + 1) +
                            SpringPasses(model, piece_rounds) + 16;
-  const uint64_t tiled = std::max(LargestSpringDegree(model) + 1, 2 * (colliders + 1));
+  const uint64_t tiled = std::max(
+      {LargestSpringDegree(model) + 1, 2 * (colliders + 1), uint64_t{kMaxTethersPerParticle} + 1});
   // `tiled_begin_sweeps` and `tiled_end_sweep` go through the dispatches of all colours.
   const uint64_t control = LoopPasses(model.colour_count() + 2, local_size);
   return std::max({measure, tiled, control});

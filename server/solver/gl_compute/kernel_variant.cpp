@@ -66,6 +66,7 @@ std::string KernelVariant::Defines() const {
   if (has_friction) text << "#define HAS_FRICTION\n";
   if (has_damping) text << "#define HAS_DAMPING\n";
   if (has_pins) text << "#define HAS_PINS\n";
+  if (has_tethers) text << "#define HAS_TETHERS\n";
   if (has_tolerance) text << "#define HAS_TOLERANCE\n";
   if (is_in_parts) text << "#define IS_IN_PARTS\n#define LOOP_BUDGET " << loop_budget << "u\n";
   return text.str();
@@ -97,6 +98,7 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
   variant.has_friction = variant.has_contacts && parameters.friction_static > 0;
   variant.has_damping = parameters.damping_per_s > 0;
   variant.has_pins = model.pin_count() > 0;
+  variant.has_tethers = HasTethers(model, parameters.settings);
   variant.has_tolerance = parameters.settings.tolerance > 0;
   DRAPE_RETURN_IF_ERROR(FitLoops(model, parameters, device, choice));
   return choice;

@@ -100,6 +100,7 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
       Wanted{has_springs, "tiled_spring_accelerations", plain, &kernels.tiled_spring_accelerations},
       Wanted{has_kicks, "tiled_kick", plain, &kernels.tiled_kick},
       Wanted{true, "tiled_predict", WithSprings(plain, all), &kernels.tiled_predict},
+      Wanted{all.has_tethers, "tiled_tether", plain, &kernels.tiled_tether},
       Wanted{all.has_tolerance, "tiled_begin_sweeps", plain, &kernels.tiled_begin_sweeps},
       Wanted{true, "tiled_solve_distance", distance, &kernels.tiled_solve_distance},
       Wanted{all.has_contacts, "tiled_solve_contacts", contacts, &kernels.tiled_solve_contacts},

@@ -21,6 +21,7 @@ struct StepKernels {
   const gl::Program* tiled_spring_accelerations = nullptr;
   const gl::Program* tiled_kick = nullptr;
   const gl::Program* tiled_predict = nullptr;
+  const gl::Program* tiled_tether = nullptr;
   const gl::Program* tiled_begin_sweeps = nullptr;
   const gl::Program* tiled_solve_distance = nullptr;
   const gl::Program* tiled_solve_contacts = nullptr;

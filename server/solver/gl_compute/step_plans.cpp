@@ -56,6 +56,7 @@ class TiledStep {
     ApplySprings(DRAPE_BEFORE_FIRST_SUBSTEP);
     for (uint32_t substep = 0; substep < largest_.substeps; ++substep) {
       Predict(substep);
+      Tether(substep);
       Solve(substep);
       Integrate(substep);
       ApplySprings(substep);
@@ -120,6 +121,10 @@ class TiledStep {
       DispatchParticles(*kernels_.tiled_spring_accelerations, substep);
     }
     DispatchParticles(*kernels_.tiled_predict, substep);
+  }
+
+  void Tether(uint32_t substep) {
+    if (kernels_.tiled_tether != nullptr) DispatchParticles(*kernels_.tiled_tether, substep);
   }
 
   void PrepareSweepControl(const gl::Program& kernel, uint32_t substep, uint32_t sweep) {

@@ -20,7 +20,7 @@ struct PlaceLimit {
 class TenantPlaces {
  public:
   // Refusals are RESOURCE_EXHAUSTED with `reason`; `retry_after_ms` unless waiting does not help.
-  TenantPlaces(std::string reason, PlaceLimit per_tenant, PlaceLimit in_all,
+  TenantPlaces(std::string reason, PlaceLimit per_tenant, std::optional<PlaceLimit> in_all,
                std::optional<int64_t> retry_after_ms);
 
   // Taken until the last copy of the pointer is gone, which may outlive this. An empty tenant is
@@ -34,7 +34,7 @@ class TenantPlaces {
 
   const std::string reason_;
   const PlaceLimit per_tenant_;
-  const PlaceLimit in_all_;
+  const std::optional<PlaceLimit> in_all_;
   const std::optional<int64_t> retry_after_ms_;
   const std::shared_ptr<Counts> counts_;
 };

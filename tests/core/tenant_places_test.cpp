@@ -1,4 +1,4 @@
-#include "server/scheduler/tenant_places.h"
+#include "server/core/tenant_places.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@ namespace drape {
 namespace {
 
 TEST(TenantPlaces, APlaceIsTakenUntilItsLastHolderIsGone) {
-  TenantPlaces places("FULL", {"max_per_tenant", 1}, {"max", 10}, 50);
+  TenantPlaces places("FULL", {"max_per_tenant", 1}, PlaceLimit{"max", 10}, 50);
   std::shared_ptr<void> place = places.Take("a").value();
   std::shared_ptr<void> copy = place;
   EXPECT_TRUE(places.Take("b").ok());
@@ -24,7 +24,7 @@ TEST(TenantPlaces, APlaceIsTakenUntilItsLastHolderIsGone) {
 }
 
 TEST(TenantPlaces, AllTogetherAreLimitedToo) {
-  TenantPlaces places("FULL", {"max_per_tenant", 2}, {"max", 3}, std::nullopt);
+  TenantPlaces places("FULL", {"max_per_tenant", 2}, PlaceLimit{"max", 3}, std::nullopt);
   const auto a = places.Take("a").value();
   const auto b = places.Take("b").value();
   auto c = places.Take("c").value();
@@ -36,7 +36,7 @@ TEST(TenantPlaces, AllTogetherAreLimitedToo) {
 }
 
 TEST(TenantPlaces, AnEmptyTenantIsCountedInAllAlone) {
-  TenantPlaces places("FULL", {"max_per_tenant", 1}, {"max", 2}, std::nullopt);
+  TenantPlaces places("FULL", {"max_per_tenant", 1}, PlaceLimit{"max", 2}, std::nullopt);
   const auto first = places.Take("").value();
   const auto second = places.Take("").value();
   EXPECT_FALSE(places.Take("").ok());

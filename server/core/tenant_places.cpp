@@ -1,4 +1,4 @@
-#include "server/scheduler/tenant_places.h"
+#include "server/core/tenant_places.h"
 
 #include <mutex>
 #include <unordered_map>
@@ -19,8 +19,8 @@ struct TenantPlaces::Counts {
   }
 };
 
-TenantPlaces::TenantPlaces(std::string reason, PlaceLimit per_tenant, PlaceLimit in_all,
-                           std::optional<int64_t> retry_after_ms)
+TenantPlaces::TenantPlaces(std::string reason, PlaceLimit per_tenant,
+                           std::optional<PlaceLimit> in_all, std::optional<int64_t> retry_after_ms)
     : reason_(std::move(reason)),
       per_tenant_(std::move(per_tenant)),
       in_all_(std::move(in_all)),
@@ -30,7 +30,7 @@ TenantPlaces::TenantPlaces(std::string reason, PlaceLimit per_tenant, PlaceLimit
 Result<std::shared_ptr<void>> TenantPlaces::Take(const std::string& tenant) {
   {
     const std::lock_guard lock(counts_->mutex);
-    if (counts_->in_all >= in_all_.value) return Refusal(in_all_);
+    if (in_all_ && counts_->in_all >= in_all_->value) return Refusal(*in_all_);
     const auto entry = counts_->by_tenant.find(tenant);
     const uint32_t taken = entry == counts_->by_tenant.end() ? 0 : entry->second;
     if (!tenant.empty() && taken >= per_tenant_.value) return Refusal(per_tenant_);

@@ -1,0 +1,112 @@
+// Pictures: the states are fetched when a picture's turn has come, drawn, and sent as a file.
+#include "server/api/mapping.h"
+#include "server/api/picture_validation.h"
+#include "server/api/request_validation.h"
+#include "server/api/simulation_service.h"
+#include "server/api/unary_call.h"
+
+namespace drape::api {
+namespace {
+
+// One picture under way. Shared by the functions of its job.
+struct PictureCall {
+  UnaryCall* call = nullptr;
+  v1::RenderResponse* response = nullptr;
+  ClothList cloths;
+  bool has_colliders = true;
+};
+
+Status NoCloths() {
+  return {StatusCode::kFailedPrecondition, "NO_CLOTHS", "the session has no cloths to draw"};
+}
+
+uint64_t ParticleTotal(const ClothList& cloths) {
+  uint64_t total = 0;
+  for (const auto& cloth : cloths) total += cloth->description()->model->particle_count();
+  return total;
+}
+
+// Device thread: description and state are of the same moment.
+Result<render::PictureContent> ToContent(const PictureCall& picture, Result<ClothStates> states,
+                                         const render::RenderLimits& limits) {
+  if (!states.ok()) return states.status();
+  render::PictureContent content;
+  uint64_t colliders = 0;
+  for (const auto& cloth : picture.cloths) {
+    const auto description = cloth->description();
+    render::DrawnCloth drawn{description->model, cloth->placement, {}};
+    if (picture.has_colliders) {
+      colliders += description->parameters.colliders.size();
+      if (colliders > limits.max_colliders_per_picture) {
+        return render::PictureTooLarge("max_colliders_per_picture", colliders,
+                                       limits.max_colliders_per_picture);
+      }
+      drawn.colliders = description->parameters.colliders;
+    }
+    content.cloths.push_back(std::move(drawn));
+  }
+  for (const ClothStamp& stamp : states->cloths) content.steps.push_back(stamp.completed_steps);
+  content.states = {std::move(states->columns), std::move(states->on_device)};
+  content.in_flight = std::move(states->in_flight);
+  return content;
+}
+
+void Fetch(const ServiceContext& context, const std::shared_ptr<PictureCall>& picture,
+           StateFields fields, bool on_device, const render::ContentReady& ready) {
+  std::vector<std::shared_ptr<ClothRuntime>> runtimes;
+  for (const auto& cloth : picture->cloths) runtimes.push_back(cloth->runtime);
+  const Status status = context.scheduler.ReadForDrawing(
+      std::move(runtimes), fields, on_device,
+      [picture, ready, limits = context.pictures.limits()](Result<ClothStates> states) {
+        ready(ToContent(*picture, std::move(states), limits));
+      },
+      picture->call->lease->name());
+  if (!status.ok()) ready(status);
+}
+
+void End(PictureCall& picture, Result<render::DrawnPicture> drawn) {
+  if (drawn.ok()) {
+    picture.call->until_sent = std::move(drawn->in_flight);
+    *picture.response = ToProto(picture.cloths, std::move(*drawn));
+  }
+  picture.call->End(drawn.status());
+}
+
+render::PictureJob ToJob(const ServiceContext& context, render::PictureSpec spec,
+                         const std::shared_ptr<PictureCall>& picture) {
+  const StateFields fields{.positions = true,
+                           .velocities = spec.colouring == render::Colouring::kSpeed};
+  render::PictureJob job;
+  job.tenant = picture->call->lease->name();
+  job.spec = std::move(spec);
+  job.particle_count = ParticleTotal(picture->cloths);
+  job.fetch = [&context, picture, fields](bool on_device, const render::ContentReady& ready) {
+    Fetch(context, picture, fields, on_device, ready);
+  };
+  job.is_cancelled = [cancel = picture->call->cancel] { return cancel.is_cancelled(); };
+  job.done = [picture](Result<render::DrawnPicture> drawn) { End(*picture, std::move(drawn)); };
+  return job;
+}
+
+}  // namespace
+
+grpc::ServerUnaryReactor* SimulationService::Render(Context* context,
+                                                    const v1::RenderRequest* request,
+                                                    v1::RenderResponse* response) {
+  Result<render::PictureSpec> spec = CheckRender(*request);
+  if (!spec.ok()) return Answer(context, spec.status());
+  Result<SessionLease> session = context_.sessions.Find(request->session());
+  if (!session.ok()) return Answer(context, session.status());
+  Result<ClothList> cloths = (*session)->FindCloths(ToClothIds(request->cloth_ids()));
+  if (!cloths.ok()) return Answer(context, cloths.status());
+  if (cloths->empty()) return Answer(context, NoCloths());
+  UnaryCall* call = UnaryCall::New();
+  call->lease = std::move(*session);
+  const auto picture = std::make_shared<PictureCall>(
+      PictureCall{call, response, std::move(*cloths), spec->has_colliders});
+  const Status status = context_.pictures.Submit(ToJob(context_, std::move(*spec), picture));
+  if (!status.ok()) call->End(status);
+  return call;
+}
+
+}  // namespace drape::api

@@ -1,0 +1,120 @@
+#include "server/scene/tethers.h"
+
+#include <algorithm>
+#include <numeric>
+#include <queue>
+#include <tuple>
+
+namespace drape {
+namespace {
+
+// A bound this close to the one that a nearer pin implies adds nothing but rounding.
+constexpr double kImpliedMargin = 1e-9;
+
+struct Neighbour {
+  uint32_t particle = 0;
+  double length_m = 0;
+};
+
+// The inextensible constraints by particle.
+class Adjacency {
+ public:
+  Adjacency(std::span<const DistanceConstraint> constraints, size_t particle_count)
+      : offsets_(particle_count + 1, 0) {
+    for (const DistanceConstraint& c : constraints) {
+      if (c.compliance_m_per_n > 0) continue;
+      ++offsets_[c.i + 1];
+      ++offsets_[c.j + 1];
+    }
+    std::partial_sum(offsets_.begin(), offsets_.end(), offsets_.begin());
+    neighbours_.resize(offsets_.back());
+    std::vector<uint32_t> next(offsets_.begin(), offsets_.end() - 1);
+    for (const DistanceConstraint& c : constraints) {
+      if (c.compliance_m_per_n > 0) continue;
+      neighbours_[next[c.i]++] = {c.j, c.rest_length_m};
+      neighbours_[next[c.j]++] = {c.i, c.rest_length_m};
+    }
+  }
+
+  std::span<const Neighbour> Of(uint32_t particle) const {
+    return std::span(neighbours_)
+        .subspan(offsets_[particle], offsets_[particle + 1] - offsets_[particle]);
+  }
+
+ private:
+  std::vector<uint32_t> offsets_;  // [particle_count + 1]
+  std::vector<Neighbour> neighbours_;
+};
+
+// Dijkstra's algorithm from all pins at once, with up to kMaxTethersPerParticle final distances per
+// particle, each to another pin.
+class TetherSearch {
+ public:
+  TetherSearch(std::span<const Eigen::Vector3d> rest_positions_m,
+               std::span<const DistanceConstraint> constraints, std::span<const uint32_t> pins)
+      : rest_positions_m_(rest_positions_m),
+        adjacency_(constraints, rest_positions_m.size()),
+        is_pin_(rest_positions_m.size(), false),
+        found_(rest_positions_m.size()) {
+    for (const uint32_t pin : pins) is_pin_[pin] = true;
+    for (const uint32_t pin : pins) Reach(pin, {pin, 0});
+  }
+
+  TetherSet Run() {
+    while (!front_.empty()) {
+      const auto [length_m, particle, pin] = front_.top();
+      front_.pop();
+      if (!IsNeeded(particle, {pin, length_m})) continue;
+      found_[particle].push_back({pin, length_m});
+      Reach(particle, {pin, length_m});
+    }
+    TetherSet set;
+    set.offsets.push_back(0);
+    for (const std::vector<Tether>& found : found_) {
+      set.tethers.insert(set.tethers.end(), found.begin(), found.end());
+      set.offsets.push_back(static_cast<uint32_t>(set.tethers.size()));
+    }
+    return set;
+  }
+
+ private:
+  // Goes on from a particle to its free neighbours.
+  void Reach(uint32_t particle, const Tether& tether) {
+    for (const Neighbour& neighbour : adjacency_.Of(particle)) {
+      if (is_pin_[neighbour.particle]) continue;
+      front_.emplace(tether.length_m + neighbour.length_m, neighbour.particle, tether.pin);
+    }
+  }
+
+  bool IsNeeded(uint32_t particle, const Tether& tether) const {
+    const std::vector<Tether>& nearer = found_[particle];
+    if (nearer.size() >= kMaxTethersPerParticle) return false;
+    return std::none_of(nearer.begin(), nearer.end(), [&](const Tether& other) {
+      if (other.pin == tether.pin) return true;
+      const double between = (rest_positions_m_[other.pin] - rest_positions_m_[tether.pin]).norm();
+      return tether.length_m >= (other.length_m + between) * (1 - kImpliedMargin);
+    });
+  }
+
+  // (length, particle, pin): ties are broken by index, so the result depends on the cloth alone.
+  using Entry = std::tuple<double, uint32_t, uint32_t>;
+
+  std::span<const Eigen::Vector3d> rest_positions_m_;
+  const Adjacency adjacency_;
+  std::vector<bool> is_pin_;
+  std::vector<std::vector<Tether>> found_;  // [particle_count]
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front_;
+};
+
+}  // namespace
+
+TetherSet FindTethers(std::span<const Eigen::Vector3d> rest_positions_m,
+                      std::span<const DistanceConstraint> constraints,
+                      std::span<const uint32_t> pins) {
+  if (pins.empty()) {
+    return {std::vector<uint32_t>(rest_positions_m.size() + 1, 0), {}};
+  }
+  return TetherSearch(rest_positions_m, constraints, pins).Run();
+}
+
+}  // namespace drape

@@ -1,0 +1,37 @@
+// Tethers: how far a particle can be from a pin, by the lengths along the cloth between them.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/scene/description.h"
+
+namespace drape {
+
+// |p - p_pin| <= length_m holds in every state in which the constraints hold.
+struct Tether {
+  uint32_t pin = 0;  // particle index
+  double length_m = 0;
+};
+
+// The tethers of particle i are the entries offsets[i] .. offsets[i + 1] of `tethers`, nearest pin
+// first; pins have none.
+struct TetherSet {
+  std::vector<uint32_t> offsets;  // [particle_count + 1]
+  std::vector<Tether> tethers;
+};
+
+// Of one particle. More pins hardly ever add a bound that the nearest ones do not imply.
+inline constexpr uint32_t kMaxTethersPerParticle = 4;
+
+// For each free particle the pins nearest along inextensible constraints (compliance 0), at most
+// kMaxTethersPerParticle. Left out is a pin whose bound follows from that of a nearer pin, given
+// the pins' distance in the rest shape (triangle inequality). Paths do not lead through other pins,
+// which may be moved apart. O(constraints * log) time.
+TetherSet FindTethers(std::span<const Eigen::Vector3d> rest_positions_m,
+                      std::span<const DistanceConstraint> constraints,
+                      std::span<const uint32_t> pins);
+
+}  // namespace drape

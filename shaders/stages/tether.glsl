@@ -1,0 +1,17 @@
+// Stage `tether`. Needs the accessors of one plan. Pins are only read, so one phase for all particles.
+#include "lib/tether.glsl"
+
+void ApplyTethers(uint i) {
+  uint end = models[cloth.tether_offsets + i + 1u];
+  vec3 p = Position(i);
+  vec3 u = Velocity(i);
+  for (uint t = models[cloth.tether_offsets + i]; t < end; ++t) {
+    uint pin = models[cloth.tethers + DRAPE_TETHER_WORDS * t];
+    float reach = ModelFloat(cloth.tethers + DRAPE_TETHER_WORDS * t + 1u);
+    precise vec3 position_difference = p - Position(pin);
+    precise vec3 velocity_difference = u - Velocity(pin);
+    vec3 d = AddScaled(position_difference, cloth.h, velocity_difference);
+    u = TetheredVelocity(u, d, reach, cloth.inverse_h);
+  }
+  if (InverseMass(i) != 0.0) SetVelocity(i, u);
+}

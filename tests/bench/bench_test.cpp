@@ -1,0 +1,163 @@
+// The programme as a user runs it, at its smallest: every table with its columns and rows, and the
+// script that reads them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "tests/bench/bench_scenes.h"
+#include "tests/bench/machine.h"
+#include "tests/bench/shell.h"
+#include "tests/support/paths.h"
+
+namespace drape::bench {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using testing::HasSubstr;
+using testing::SizeIs;
+
+// Lines after the one with the columns.
+ptrdiff_t RowCount(const fs::path& csv) {
+  const std::string text = ReadText(csv);
+  return std::count(text.begin(), text.end(), '\n') - 1;
+}
+
+class BenchTest : public testing::Test {
+ protected:
+  Ending Bench(const std::string& arguments) const {
+    return RunShell(test::ProgramPath("drape_bench").string() + " " + arguments +
+                    " --quick --out=" + out_.string());
+  }
+  Ending Tables(const std::string& arguments) const {
+    return RunShell("python3 -B " + test::SourcePath("tests/bench/tables.py").string() + " " +
+                    arguments + out_.string());
+  }
+
+  ScratchFolder folder_;
+  const fs::path out_ = folder_.path();
+};
+
+TEST_F(BenchTest, AllMakesEveryTableAndTheScriptReadsThem) {
+  const Ending ending = Bench("all");
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  constexpr int kBackends = 3;
+  EXPECT_EQ(RowCount(out_ / "cloths.csv"), 2 * kBackends);
+  EXPECT_EQ(RowCount(out_ / "particles.csv"), 2 * 2 * kBackends);
+  EXPECT_EQ(RowCount(out_ / "figure_4_motion.csv"), 6);
+  EXPECT_EQ(RowCount(out_ / "figure_4.csv"), kBackends);
+  // Scenes x substeps x (nothing, from_pins, towards_pins, 2 seeds of 3 shuffles).
+  EXPECT_EQ(RowCount(out_ / "order.csv"), 3 * 2 * (3 + 2 * 3));
+
+  const Ending read = Tables("--check ");
+  ASSERT_EQ(read.exit_status, 0) << "python3 is needed (./run test installs it): " << read.text;
+  EXPECT_EQ(read.text, "cloths 6\nparticles 12\nfigure_4 3\nfigure_4_motion 6\norder 54\n");
+  ASSERT_EQ(Tables("").exit_status, 0);
+  const std::string readme = ReadText(out_ / "README.md");
+  EXPECT_THAT(readme, HasSubstr("drape_bench all --quick"));
+  EXPECT_THAT(readme, HasSubstr("| cloths | cpu [ms] | gl [ms] | reference [ms] |"));
+  EXPECT_THAT(readme, HasSubstr("- hanging_edge: "));
+}
+
+// Drawing needs matplotlib, which tests do not install: here only that it is Python.
+TEST_F(BenchTest, TheScriptThatDrawsIsValidPython) {
+  const Ending parsed =
+      RunShell("python3 -B -c 'import ast, sys; ast.parse(open(sys.argv[1]).read())' " +
+               test::SourcePath("tests/bench/plots.py").string());
+  EXPECT_EQ(parsed.exit_status, 0) << parsed.text;
+}
+
+TEST_F(BenchTest, OneTableAfterTheOtherIntoOneFolder) {
+  const Ending first = Bench("cloths --backends=cpu --machine=desk --commit=abc");
+  ASSERT_EQ(first.exit_status, 0) << first.text;
+  const Ending second = Bench("order --seeds=3 --backends=cpu --machine=desk");
+  ASSERT_EQ(second.exit_status, 0) << second.text;
+  const Json machine = Json::parse(ReadText(out_ / "machine.json"));
+  EXPECT_EQ(machine["machine"], "desk");
+  EXPECT_EQ(machine["gl"], "");
+  EXPECT_THAT(machine["tables"], SizeIs(2));
+  EXPECT_EQ(machine["tables"]["cloths"]["commit"], "abc");
+  EXPECT_THAT(machine["tables"]["order"]["command"].get<std::string>(), HasSubstr("--seeds=3"));
+  EXPECT_GE(machine["cores"], 1);
+}
+
+TEST_F(BenchTest, ATableOfOtherColumnsIsRefusedByName) {
+  ASSERT_EQ(Bench("cloths --backends=cpu").exit_status, 0);
+  std::ofstream(out_ / "order.csv") << "scene,sweeps\nx,1\n";
+  const Ending read = Tables("--check ");
+  EXPECT_NE(read.exit_status, 0);
+  EXPECT_THAT(read.text, HasSubstr("order.csv: columns ['scene', 'sweeps']"));
+}
+
+TEST_F(BenchTest, ABudgetThatIsUsedUpLeavesRowsOutAndSaysSo) {
+  const Ending ending = Bench("all --backends=cpu --budget-s=0.000001");
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  EXPECT_THAT(ending.text, HasSubstr("left out"));
+  EXPECT_EQ(RowCount(out_ / "cloths.csv"), 0);
+  EXPECT_EQ(RowCount(out_ / "order.csv"), 0);
+}
+
+TEST_F(BenchTest, WrongArgumentsAreNamed) {
+  EXPECT_THAT(Bench("cloths --presets=FAST").text, HasSubstr("FAST"));
+  EXPECT_NE(Bench("nonsense").exit_status, 0);
+  const Ending unwritable = RunShell(test::ProgramPath("drape_bench").string() +
+                                     " cloths --quick --backends=cpu --out=/dev/null/x");
+  EXPECT_EQ(unwritable.exit_status, 1);
+  EXPECT_THAT(unwritable.text, HasSubstr("cannot make --out /dev/null/x"));
+}
+
+TEST_F(BenchTest, DeviceTellsSoftwareFromHardware) {
+  const std::string device = test::ProgramPath("drape_bench").string() + " device";
+  const Ending any = RunShell(device);
+  ASSERT_EQ(any.exit_status, 0) << any.text;
+  EXPECT_THAT(any.text, HasSubstr("renderer: "));
+  const bool is_software = any.text.find("kind: software") != std::string::npos;
+  EXPECT_EQ(RunShell(device + " --require-hardware").exit_status, is_software ? 3 : 0);
+}
+
+// scenes/figure_4.json is for `drape run`; the benchmark must mean the same scene.
+TEST(Figure4Test, TheSceneFileIsTheSceneOfTheBenchmark) {
+  const Json file = Json::parse(ReadText(test::SourcePath("tests/bench/scenes/figure_4.json")));
+  const Json& spec = file["cloths"][0]["spec"];
+  const test::Scene scene = Figure4(256, PresetSettings(Preset::kRealtime));
+  const SceneModel& model = *scene.model;
+  const Json& grid = spec["grid"];
+  EXPECT_EQ(grid["columns"].get<uint32_t>() * grid["rows"].get<uint32_t>(), model.particle_count());
+  const Eigen::Vector3d far_corner(grid["width_m"], 0, grid["height_m"]);
+  EXPECT_EQ(model.rest_positions_m().back(), far_corner);
+  ASSERT_THAT(spec["pins"], SizeIs(model.pin_count()));
+  for (uint32_t k = 0; k < model.pin_count(); ++k) {
+    EXPECT_EQ(spec["pins"][k]["particle"], model.pins()[k]);
+  }
+  const Json& material = spec["material"];
+  EXPECT_EQ(material["damping_per_s"], scene.parameters.damping_per_s);
+  EXPECT_EQ(material["friction_static"], scene.parameters.friction_static);
+  EXPECT_EQ(material["friction_dynamic"], scene.parameters.friction_dynamic);
+  ASSERT_THAT(spec["environment"]["colliders"], SizeIs(scene.parameters.colliders.size()));
+  const Json& sphere = spec["environment"]["colliders"][0]["sphere"];
+  const auto& expected = std::get<SphereCollider>(scene.parameters.colliders[0]);
+  EXPECT_EQ(Eigen::Vector3d(sphere["center_m"][0], sphere["center_m"][1], sphere["center_m"][2]),
+            expected.center_m);
+  EXPECT_EQ(sphere["radius_m"], expected.radius_m);
+}
+
+TEST(MachineTest, NamesAreFolders) {
+  EXPECT_EQ(Slug("Intel(R) Xeon(R) @ 2.50GHz"), "intel-r-xeon-r-2-50ghz");
+  EXPECT_EQ(
+      MachineName(
+          {.cpu = "AMD EPYC", .cores = 2, .instruction_sets = {}, .compiler = "", .flags = ""}, ""),
+      "amd-epyc-2-cores");
+  EXPECT_EQ(
+      MachineName({.cpu = "A", .cores = 1, .instruction_sets = {}, .compiler = "", .flags = ""},
+                  "NVIDIA X/PCIe"),
+      "a-1-core-nvidia-x-pcie");
+}
+
+}  // namespace
+}  // namespace drape::bench

@@ -1,0 +1,247 @@
+#!/usr/bin/env bash
+# Correctness and benchmarks on a machine with a GPU, from programs and libraries that are carried there.
+# Plain bash and coreutils: the machine needs nothing else but a GL driver and a C library no older than ours.
+set -euo pipefail
+
+usage() {
+  cat <<'TEXT'
+Usage: gpu_round.sh pack DIR                          build, and gather into DIR all that the other machine needs
+       DIR/gpu_round.sh run DIR OUT [OPTIONS]         there: tests, then benchmarks; OUT/summary.txt, OUT/results.tar.gz
+
+Options of run:
+  --allow-software   go on when OpenGL is a software renderer (llvmpipe); without it that is an error
+  --limit-s=N        wall time of everything (default 560); parts get what is left of it
+  --bench-s=N        wall time of the benchmarks (default 180)
+
+Exit status of run: 0 all tests passed; 1 a test failed or did not end; 2 usage; 3 no OpenGL 4.5, or only software.
+TEXT
+}
+
+die() { printf 'gpu_round: error: %s\n' "$1" >&2; exit "${2:-1}"; }
+say() { printf '%s\n' "$*"; }
+
+programs=(draped drape drape_bench)
+# What the GL backend must pass; one that this version of the tree does not have yet is named and left out.
+suites=(gl_test gl_compute_test gl_draw_test parity_test physics_test stability_test scheduler_test system_test)
+# Suites whose long cases run too, in what is left of the time.
+long_suites=(stability_test)
+files=(shaders client/examples tests/bench/scenes)
+max_pack_mib=50
+
+# Loaded by name at run time, so ldd does not tell of them: the vendor-neutral loader of GL drivers.
+gl_loader='libEGL\.so\.1|libOpenGL\.so\.0|libGLdispatch\.so\.0'
+# Part of glibc: never carried.
+glibc_part='^(linux-vdso|ld-linux.*|libc|libm|libdl|libpthread|librt|libresolv|libutil|libanl)\.so'
+# Carried in case the machine has none; its own go first, because its GL driver was built against them.
+if_missing='^(libstdc\+\+|libgcc_s|libz|libEGL|libGLdispatch|libOpenGL)\.so'
+
+# --- pack ---------------------------------------------------------------------------------------------------------------
+
+shared_libraries() {
+  local name path
+  { ldd "$1"/bin/*; ldconfig -p | sed -nE "s/^\t($gl_loader) .* => (.*)$/\t\1 => \2/p"; } |
+    awk '$2 == "=>" && $3 ~ /^\// {print $1, $3}' | sort -u | while read -r name path; do
+      [[ $name =~ $glibc_part ]] || echo "$name $path"
+    done
+}
+
+pack() {
+  local root dir name path program suite built=() absent=()
+  root=$(cd "$(dirname "$(readlink -f "$0")")/../.." && pwd)
+  mkdir -p "$1"
+  dir=$(cd "$1" && pwd)
+  [ -z "$(ls -A "$dir")" ] || [ -f "$dir/COMMIT" ] || die "$dir is not empty and not a pack"
+  cd "$root"
+  local targets; targets=$(ninja -C build/release -t targets all 2>/dev/null | sed -n 's/: phony$//p')
+  for suite in "${suites[@]}"; do
+    if grep -qx "$suite" <<<"$targets"; then built+=("$suite"); else absent+=("$suite"); fi
+  done
+  ninja -C build/release "${programs[@]}" "${built[@]}"
+  rm -rf "${dir:?}"/{bin,lib,lib-if-missing,shaders,client,tests}
+  mkdir -p "$dir"/{bin,lib,lib-if-missing}
+  for program in "${programs[@]}" "${built[@]}"; do strip -o "$dir/bin/$program" "build/release/bin/$program"; done
+  shared_libraries "$dir" | while read -r name path; do
+    if [[ $name =~ $if_missing ]]; then cp -L "$path" "$dir/lib-if-missing/$name"; else cp -L "$path" "$dir/lib/$name"; fi
+  done
+  for path in "${files[@]}"; do
+    mkdir -p "$dir/$(dirname "$path")"
+    cp -r "$path" "$dir/$(dirname "$path")/"
+  done
+  cp tests/bench/gpu_round.sh "$dir/"
+  git describe --always --dirty >"$dir/COMMIT"
+  objdump -T "$dir"/bin/* "$dir"/lib/* "$dir"/lib-if-missing/* 2>/dev/null | grep -o 'GLIBC_2\.[0-9]*' | sort -uV | tail -n 1 |
+    sed 's/GLIBC_//' >"$dir/GLIBC"
+  local mib; mib=$(du -sm "$dir" | cut -f1)
+  say "packed ${#programs[@]} programs, ${#built[@]} test suites and $(ls "$dir/lib" "$dir/lib-if-missing" | grep -c '\.so') libraries:" \
+    "$mib MiB in $dir; needs glibc $(cat "$dir/GLIBC")"
+  [ ${#absent[@]} -eq 0 ] || say "not in this tree: ${absent[*]}"
+  [ "$mib" -le $max_pack_mib ] || die "more than $max_pack_mib MiB"
+}
+
+# --- run ----------------------------------------------------------------------------------------------------------------
+
+has_library() { ldconfig -p 2>/dev/null | grep -q "^[[:space:]]$1 "; }
+
+# First file of that path on the machine, for drivers that lie outside the places the loader looks in.
+find_file() {
+  find /usr/local/nvidia /usr/lib /usr/lib64 /usr/local/lib /usr/local/share /opt -maxdepth 4 -path "$1" -print -quit 2>/dev/null || :
+}
+
+# Points the loader at the carried libraries and EGL at the vendor's driver.
+set_up_libraries() {
+  local name library vendor driver=
+  mkdir -p "$work/lib"
+  for library in "$dir"/lib-if-missing/*; do
+    name=$(basename "$library")
+    has_library "$name" || ln -sf "$library" "$work/lib/$name"
+  done
+  export LD_LIBRARY_PATH="$dir/lib:$work/lib${LD_LIBRARY_PATH:+:$LD_LIBRARY_PATH}"
+  say "carried because the machine has none: $(ls "$work/lib" | tr '\n' ' ')"
+  # A driver mounted into a container may have no entry in the loader's cache, or no vendor file.
+  if ! has_library libEGL_nvidia.so.0; then
+    driver=$(find_file '*/libEGL_nvidia.so.0')
+    [ -z "$driver" ] || { say "driver outside the loader's cache: $driver"; LD_LIBRARY_PATH+=:$(dirname "$driver"); }
+  fi
+  [ -z "${__EGL_VENDOR_LIBRARY_FILENAMES:-}" ] || { say "vendor file as given: $__EGL_VENDOR_LIBRARY_FILENAMES"; return 0; }
+  grep -qsl nvidia /usr/share/glvnd/egl_vendor.d/*.json /etc/glvnd/egl_vendor.d/*.json && return 0
+  vendor=$(find_file '*/egl_vendor.d/*nvidia*.json')
+  if [ -z "$vendor" ] && { has_library libEGL_nvidia.so.0 || [ -n "$driver" ]; }; then
+    vendor=$work/10_nvidia.json
+    printf '{"file_format_version": "1.0.0", "ICD": {"library_path": "libEGL_nvidia.so.0"}}\n' >"$vendor"
+  fi
+  [ -z "$vendor" ] || { say "vendor file: $vendor"; export __EGL_VENDOR_LIBRARY_FILENAMES=$vendor; }
+}
+
+check_glibc() {
+  local needed own
+  needed=$(cat "$dir/GLIBC")
+  own=$(getconf GNU_LIBC_VERSION 2>/dev/null | awk '{print $2}')
+  [ "$(printf '%s\n%s\n' "$needed" "$own" | sort -V | head -n 1)" = "$needed" ] ||
+    die "glibc $own here, the programs need $needed: pack on an older Debian" 3
+}
+
+describe_machine() {
+  uname -a
+  grep PRETTY_NAME /etc/os-release || :
+  grep -m 1 'model name' /proc/cpuinfo || :
+  say "cores: $(nproc)"
+  if command -v nvidia-smi >/dev/null; then
+    nvidia-smi || :
+    nvidia-smi -q -d CLOCK,POWER,TEMPERATURE 2>/dev/null | head -n 60 || :
+  else
+    say "no nvidia-smi"
+  fi
+  ldconfig -p 2>/dev/null | grep -E 'libEGL|libGLX|libOpenGL|libGLdispatch|libnvidia-(gl|egl)' || :
+  ls -l /dev/nvidia* /dev/dri 2>/dev/null || :
+}
+
+# What is kept is kept now: a run that is killed later leaves the results of the parts before.
+keep() {
+  cp "$work/summary.txt" "$out/summary.txt"
+  tar -C "$work" -czf "$out/results.tar.gz.new" summary.txt log xml bench && mv "$out/results.tar.gz.new" "$out/results.tar.gz"
+}
+
+# part KIND NAME SECONDS COMMAND...: one part under its own time limit; a line of the summary. KIND: test (must pass),
+# long (must not fail; may be cut off by the time limit of everything), bench (only reported).
+failures=0
+part() {
+  local kind=$1 name=$2 limit=$3 status=passed code=0 start=$SECONDS count
+  shift 3
+  local left=$((deadline - SECONDS))
+  [ "$limit" -le "$left" ] || limit=$left
+  if [ "$limit" -lt 2 ]; then
+    status='no time'
+  else
+    timeout --kill-after=5 "$limit" "$@" >"$work/log/$name.log" 2>&1 || code=$?
+    case $code in 0) ;; 124 | 137) status='timed out' ;; *) status="FAILED ($code)" ;; esac
+  fi
+  case $kind:$status in
+    *:passed | bench:* | long:'timed out' | long:'no time') ;;
+    *) failures=$((failures + 1)) ;;
+  esac
+  count=$(grep -c '^\[       OK \]' "$work/log/$name.log" 2>/dev/null || :)
+  local failed; failed=$(grep -c '^\[  FAILED  \] .* ms)$' "$work/log/$name.log" 2>/dev/null || :)
+  [ "$kind" = bench ] || [ "${count:-0}${failed:-0}" = 00 ] || count="$count ok, $failed failed"
+  [ "${count:-0}" != 0 ] || count=-
+  printf '%-20s %-12s %6d s  %s\n' "$name" "$status" $((SECONDS - start)) "$count" | tee -a "$work/summary.txt"
+  [ "$status" = passed ] || [ ! -f "$work/log/$name.log" ] ||
+    grep -m 20 -E 'Failure$|^\[  FAILED  \]|error|check failed' "$work/log/$name.log" | cut -c1-200 | sed 's/^/    /' || :
+  keep
+}
+
+suite() {
+  local kind=$1 name=$2 limit=$3 filter=$4 program=$5
+  [ -x "$dir/bin/$program" ] || return 0
+  part "$kind" "$name" "$limit" "$dir/bin/$program" --gtest_filter="$filter" --gtest_output="xml:$work/xml/$name.xml"
+}
+
+run() {
+  local allow_software=0 limit_s=560 bench_s=180
+  [ $# -ge 2 ] || { usage >&2; exit 2; }
+  dir=$(cd "$1" && pwd)
+  mkdir -p "$2"
+  out=$(cd "$2" && pwd)
+  shift 2
+  for argument in "$@"; do
+    case $argument in
+      --allow-software) allow_software=1 ;;
+      --limit-s=*) limit_s=${argument#*=} ;;
+      --bench-s=*) bench_s=${argument#*=} ;;
+      *) usage >&2; die "unknown argument '$argument'" 2 ;;
+    esac
+  done
+  [[ $limit_s =~ ^[1-9][0-9]*$ && $bench_s =~ ^[1-9][0-9]*$ ]] || die "--limit-s and --bench-s are whole seconds above 0" 2
+  [ -f "$dir/COMMIT" ] || die "$dir was not made by 'gpu_round.sh pack'" 2
+  deadline=$((SECONDS + limit_s))
+  work=$(mktemp -d)
+  trap 'rm -rf "$work"' EXIT
+  mkdir -p "$work"/{log,xml,bench}
+  export DRAPE_TEST_ROOT=$dir HOME=${HOME:-$work}
+  check_glibc
+  describe_machine 2>&1 | tee "$work/log/machine.log"
+  set_up_libraries >"$work/log/libraries.log" 2>&1
+  cat "$work/log/libraries.log"
+
+  local commit software=() device=0
+  commit=$(cat "$dir/COMMIT")
+  [ $allow_software -eq 1 ] || software=(--require-hardware)
+  timeout 60 "$dir/bin/drape_bench" device "${software[@]}" >"$work/log/device.log" 2>&1 || device=$?
+  cat "$work/log/device.log"
+  { say "Drape $commit"; grep -E '^(renderer|version|kind):' "$work/log/device.log" || :; say ""; } >"$work/summary.txt"
+  if [ $device -ne 0 ]; then
+    [ $device -eq 3 ] && say "THE GL BACKEND WOULD RUN IN SOFTWARE" >>"$work/summary.txt"
+    keep
+    die "no hardware OpenGL 4.5 (drape_bench device: exit status $device); --allow-software to go on with a software renderer" 3
+  fi
+
+  local short='-*Long.*:*Long/*' scene
+  suite test gl 90 "$short" gl_test
+  suite test gl_compute 120 "$short" gl_compute_test
+  suite test gl_draw 90 "$short" gl_draw_test
+  suite test parity 150 "$short" parity_test
+  suite test physics 120 "$short" physics_test
+  suite test stability 120 "$short" stability_test
+  suite test scheduler 60 "$short" scheduler_test
+  suite test system 150 "$short" system_test
+  for scene in sphere_drop skirt; do
+    part test "scene_$scene" 60 "$dir/bin/drape" run "$dir/client/examples/$scene.json" --backend=gl --compare=reference \
+      --every=30 --report="$work/log/$scene.json"
+  done
+  part bench bench $((bench_s + 60)) "$dir/bin/drape_bench" all --out="$work/bench" --budget-s="$bench_s" --row-s=0.5 \
+    --commit="$commit" --invoked-as=drape_bench
+  for name in "${long_suites[@]}"; do suite long "${name%_test}_long" 300 '*Long.*:*Long/*' "$name"; done
+
+  { say ""; [ $failures -eq 0 ] && say "all parts passed" || say "$failures PARTS FAILED"; } >>"$work/summary.txt"
+  keep
+  printf '\n'
+  cat "$work/summary.txt"
+  say "results: $out/results.tar.gz"
+  [ $failures -eq 0 ]
+}
+
+case ${1:-} in
+  pack) [ $# -eq 2 ] || { usage >&2; exit 2; }; pack "$2" ;;
+  run) shift; run "$@" ;;
+  help | --help | -h) usage ;;
+  *) usage >&2; exit 2 ;;
+esac

@@ -1,0 +1,122 @@
+// The script for a GPU machine on a pack of shell scripts: what counts as passed, what is kept, and
+// which exit status tells it. That the carried libraries suffice can only be tried on such a
+// machine.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "tests/bench/shell.h"
+#include "tests/support/paths.h"
+
+namespace drape::bench {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::ContainsRegex;
+using testing::HasSubstr;
+using testing::Not;
+
+constexpr char kPasses[] = "echo '[       OK ] A.b (0 ms)'";
+
+class GpuRoundTest : public testing::Test {
+ protected:
+  GpuRoundTest() {
+    WriteFile(pack_ / "COMMIT", "abc1234\n");
+    WriteFile(pack_ / "GLIBC", "2.0\n");
+    fs::create_directory(pack_ / "lib-if-missing");
+    for (const char* suite : {"gl_test", "parity_test", "stability_test"}) Program(suite, kPasses);
+    Program("drape", "exit 0");
+    Program("drape_bench", "echo 'kind: hardware'");
+  }
+
+  void Program(const std::string& name, const std::string& script) const {
+    const fs::path path = pack_ / "bin" / name;
+    WriteFile(path, "#!/bin/sh\n" + script + "\n");
+    chmod(path.c_str(), 0755);
+  }
+
+  Ending Run(const std::string& options = "") const {
+    return RunShell(test::SourcePath("tests/bench/gpu_round.sh").string() + " run " +
+                    pack_.string() + " " + out_.string() + " " + options);
+  }
+  std::string Summary() const { return ReadText(out_ / "summary.txt"); }
+  // The names of the files in results.tar.gz.
+  std::string Packed() const {
+    return RunShell("tar -tzf " + (out_ / "results.tar.gz").string()).text;
+  }
+
+  ScratchFolder folder_;
+  fs::path pack_ = folder_.path() / "pack";
+  fs::path out_ = folder_.path() / "out";
+};
+
+TEST_F(GpuRoundTest, AllPassed) {
+  const Ending ending = Run();
+  EXPECT_EQ(ending.exit_status, 0) << ending.text;
+  EXPECT_THAT(Summary(), HasSubstr("Drape abc1234"));
+  EXPECT_THAT(Summary(), ContainsRegex("parity +passed +[0-9]+ s +1 ok, 0 failed"));
+  EXPECT_THAT(Summary(), HasSubstr("all parts passed"));
+  EXPECT_THAT(Packed(), HasSubstr("log/parity.log"));
+  EXPECT_THAT(Summary(), Not(HasSubstr("physics"))) << "a suite that was not packed is left out";
+}
+
+TEST_F(GpuRoundTest, AFailedSuiteIsToldAndTheRestRuns) {
+  Program("parity_test", "echo '[  FAILED  ] A.c (3 ms)'; exit 1");
+  Program("gl_test", "kill -SEGV $$");
+  const Ending ending = Run();
+  EXPECT_EQ(ending.exit_status, 1) << ending.text;
+  EXPECT_THAT(Summary(), ContainsRegex("gl +FAILED"));
+  EXPECT_THAT(Summary(), ContainsRegex("parity +FAILED \\(1\\) +[0-9]+ s +0 ok, 1 failed"));
+  EXPECT_THAT(Summary(), ContainsRegex("stability +passed"));
+  EXPECT_THAT(Summary(), HasSubstr("2 PARTS FAILED"));
+}
+
+TEST_F(GpuRoundTest, ABenchmarkThatFailsIsToldButIsNoFailedTest) {
+  Program("drape_bench", "[ \"$1\" = device ] || exit 1");
+  EXPECT_EQ(Run().exit_status, 0);
+  EXPECT_THAT(Summary(), ContainsRegex("bench +FAILED \\(1\\)"));
+}
+
+TEST_F(GpuRoundTest, SoftwareIsRefusedUnlessAllowed) {
+  Program("drape_bench", "case \"$*\" in *--require-hardware*) exit 3 ;; esac");
+  const Ending refused = Run();
+  EXPECT_EQ(refused.exit_status, 3);
+  EXPECT_THAT(refused.text, HasSubstr("no hardware OpenGL 4.5"));
+  EXPECT_THAT(Summary(), HasSubstr("THE GL BACKEND WOULD RUN IN SOFTWARE"));
+  EXPECT_EQ(Run("--allow-software").exit_status, 0);
+}
+
+TEST_F(GpuRoundTest, TooOldACLibraryIsToldBeforeAnythingRuns) {
+  WriteFile(pack_ / "GLIBC", "99.1\n");
+  const Ending ending = Run();
+  EXPECT_EQ(ending.exit_status, 3);
+  EXPECT_THAT(ending.text, HasSubstr("the programs need 99.1"));
+}
+
+TEST_F(GpuRoundTest, WrongArgumentsAreNamed) {
+  const Ending ending = Run("--fast");
+  EXPECT_EQ(ending.exit_status, 2);
+  EXPECT_THAT(ending.text, HasSubstr("unknown argument '--fast'"));
+  EXPECT_EQ(Run("--limit-s=soon").exit_status, 2);
+  fs::remove(pack_ / "COMMIT");
+  EXPECT_THAT(Run().text, HasSubstr("was not made by 'gpu_round.sh pack'"));
+}
+
+class GpuRoundLong : public GpuRoundTest {};
+
+TEST_F(GpuRoundLong, AHangEndsWithTheTimeLimitAndWhatWasMeasuredIsKept) {
+  Program("parity_test", std::string(kPasses) + "; exec sleep 600");
+  const Ending ending = Run("--limit-s=4");
+  EXPECT_EQ(ending.exit_status, 1) << ending.text;
+  EXPECT_THAT(Summary(), ContainsRegex("gl +passed"));
+  EXPECT_THAT(Summary(), ContainsRegex("parity +timed out +[0-9]+ s +1 ok, 0 failed"));
+  EXPECT_THAT(Summary(), ContainsRegex("stability +no time"));
+  EXPECT_THAT(Packed(), HasSubstr("log/parity.log"));
+}
+
+}  // namespace
+}  // namespace drape::bench

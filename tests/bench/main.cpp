@@ -1,0 +1,131 @@
+// drape_bench: measures this machine; see README.md.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <iostream>
+
+#include "server/core/log.h"
+#include "tests/bench/subcommands.h"
+
+namespace drape::bench {
+
+StepSettings SettingsOf(const std::string& preset) {
+  if (preset == "PAPER") return PresetSettings(Preset::kPaper);
+  if (preset == "ACCURATE") return PresetSettings(Preset::kAccurate);
+  return PresetSettings(Preset::kRealtime);
+}
+
+namespace {
+
+struct CommandLine {
+  BenchOptions bench;
+  ClothsOptions cloths;
+  ParticlesOptions particles;
+  Figure4Options figure_4;
+  OrderOptions order;
+  bool needs_hardware = false;
+};
+
+const CLI::IsMember& Presets() {
+  static const CLI::IsMember presets({"PAPER", "REALTIME", "ACCURATE"});
+  return presets;
+}
+
+void AddCommonOptions(CLI::App& app, CommandLine& line) {
+  BenchOptions& bench = line.bench;
+  app.add_option("--backends", bench.backends, "measured side by side")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"cpu", "gl", "reference"}));
+  app.add_flag("--quick", bench.is_quick, "small sizes, few repeats: only whether all works");
+  app.add_option("--machine", bench.machine, "folder of the results; default: processor and GPU");
+  app.add_option("--out", bench.out, "default: tests/bench/results/MACHINE");
+  app.add_option("--warm-up", bench.limits.warm_up, "steps before the timed ones");
+  app.add_option("--steps", bench.limits.steps, "timed steps of a row and backend at most")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--min-steps", bench.limits.min_steps, "and at least")->check(CLI::PositiveNumber);
+  app.add_option("--row-s", bench.limits.seconds, "no more steps after that long [s]")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--budget-s", bench.budget_s, "no new row after that long [s]; 0: no limit")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--commit", bench.commit, "what is measured, for machine.json");
+  app.add_option("--invoked-as", bench.command, "the programme's name in machine.json");
+}
+
+void AddSteps(CLI::App& app, CommandLine& line) {
+  CLI::App* cloths = app.add_subcommand("cloths", "ms per step against the number of cloths");
+  cloths->add_option("--counts", line.cloths.counts, "numbers of cloths")->delimiter(',');
+  cloths->add_option("--particles", line.cloths.particles, "of each cloth")->delimiter(',');
+  cloths->add_option("--presets", line.cloths.presets)->delimiter(',')->check(Presets());
+  CLI::App* particles = app.add_subcommand("particles", "ms per step against the particles");
+  particles->add_option("--particles", line.particles.particles, "of the cloth")->delimiter(',');
+  particles->add_option("--presets", line.particles.presets)->delimiter(',')->check(Presets());
+}
+
+void AddScenes(CLI::App& app, CommandLine& line) {
+  CLI::App* figure_4 = app.add_subcommand("figure4", "65 536 particles swing onto a sphere");
+  figure_4->add_option("--side", line.figure_4.side, "particles along a side")
+      ->check(CLI::Range(2, 1024));
+  figure_4->add_option("--duration-s", line.figure_4.duration_s)->check(CLI::PositiveNumber);
+  figure_4->add_option("--presets", line.figure_4.presets)->delimiter(',')->check(Presets());
+  CLI::App* order = app.add_subcommand("order", "order of the colours against convergence");
+  order->add_option("--seeds", line.order.seeds, "shuffles")->check(CLI::Range(1, 10000));
+  CLI::App* device = app.add_subcommand("device", "the GL device; exit status 3: software");
+  device->add_flag("--require-hardware", line.needs_hardware, "fail on a software renderer");
+  app.add_subcommand("all", "every table (the default)");
+}
+
+// What to type to measure the same again; without the options that only say what is noted.
+std::string CommandOf(const std::string& invoked_as, int argc, char** argv) {
+  std::string command = invoked_as.empty() ? argv[0] : invoked_as;
+  for (int k = 1; k < argc; ++k) {
+    const std::string word = argv[k];
+    if (word.starts_with("--commit=") || word.starts_with("--invoked-as=")) continue;
+    command += " " + word;
+  }
+  return command;
+}
+
+int Run(const CLI::App& app, CommandLine& line) {
+  if (app.got_subcommand("device")) return ShowDevice(line.needs_hardware);
+  if (line.bench.is_quick) line.bench.limits = {1, 2, 1, 0.1};
+  Bench bench(line.bench);
+  const bool is_all = app.got_subcommand("all") || app.get_subcommands().empty();
+  // Whether this part is wanted; in "all" it must leave the rest of the budget to those after it.
+  const auto is_wanted = [&](const char* name, double share_of_budget) {
+    bench.AllowShare(is_all ? share_of_budget : 1);
+    return is_all || app.got_subcommand(name);
+  };
+  if (is_wanted("cloths", 0.35)) MeasureCloths(bench, line.cloths);
+  if (is_wanted("particles", 0.6)) MeasureParticles(bench, line.particles);
+  if (is_wanted("figure4", 0.8)) MeasureFigure4(bench, line.figure_4);
+  if (is_wanted("order", 1)) MeasureOrder(bench, line.order);
+  std::printf("\nresults are in %s\n", bench.out().c_str());
+  return 0;
+}
+
+}  // namespace
+}  // namespace drape::bench
+
+int main(int argc, char** argv) {
+  using namespace drape::bench;
+  CommandLine line;
+  CLI::App app{
+      "Measures the time of a step on this machine, the backends side by side, and writes "
+      "a CSV file per table."};
+  app.set_version_flag("--version", DRAPE_VERSION);
+  app.option_defaults()->always_capture_default();
+  app.fallthrough();
+  app.require_subcommand(0, 1);
+  AddCommonOptions(app, line);
+  AddSteps(app, line);
+  AddScenes(app, line);
+  CLI11_PARSE(app, argc, argv);
+  line.bench.command = CommandOf(line.bench.command, argc, argv);
+  try {
+    if (const drape::Status status = drape::InitLog("warn"); !status.ok()) return 1;
+    return Run(app, line);
+  } catch (const std::exception& error) {
+    std::cerr << "drape_bench: " << error.what() << "\n";
+    return 1;
+  }
+}
