@@ -22,6 +22,21 @@ void AddCollider(const PlaneCollider& plane, v1::Environment& environment) {
   Append(plane.normal, message->mutable_normal());
 }
 
+void AddCollider(const CapsuleCollider& capsule, v1::Environment& environment) {
+  v1::Capsule* message = environment.add_colliders()->mutable_capsule();
+  Append(capsule.a_m, message->mutable_a_m());
+  Append(capsule.b_m, message->mutable_b_m());
+  message->set_radius_m(capsule.radius_m);
+}
+
+void AddCollider(const BoxCollider& box, v1::Environment& environment) {
+  v1::Box* message = environment.add_colliders()->mutable_box();
+  Append(box.center_m, message->mutable_center_m());
+  Append(box.half_extents_m, message->mutable_half_extents_m());
+  const Eigen::Vector4d& xyzw = box.rotation.coeffs();
+  message->mutable_rotation_xyzw()->Add(xyzw.begin(), xyzw.end());
+}
+
 v1::StepSettings::Preset ToProto(Preset preset) {
   switch (preset) {
     case Preset::kPaper:

@@ -1,5 +1,7 @@
 #include "server/api/spec_validation.h"
 
+#include <cmath>
+#include <limits>
 #include <utility>
 
 #include "server/api/topology_validation.h"
@@ -8,13 +10,17 @@
 namespace drape::api {
 namespace {
 
-// A sphere smaller than this is a point that single precision cannot tell from its surface.
+// A sphere, capsule or box smaller than this is one that single precision cannot tell from its
+// surface.
 constexpr double kMinRadius_m = 1e-9;
 // Far above any gravity; a step of 10 s still gives a finite velocity in single precision.
 constexpr double kMaxAcceleration_m_per_s2 = 1e12;
 
-// Unit vector along `v`, without overflow or underflow. `v` must not be zero.
+// Unit vector along `v`, without overflow or underflow. `v` must not be zero. A unit vector stays
+// as it is, so that what a client reads back and sends again keeps its bits.
 Eigen::VectorXd Direction(const Eigen::VectorXd& v) {
+  constexpr double kFewRoundings = 16 * std::numeric_limits<double>::epsilon();
+  if (std::abs(v.squaredNorm() - 1) <= kFewRoundings) return v;
   const Eigen::VectorXd scaled = v / v.cwiseAbs().maxCoeff();
   return scaled / scaled.norm();
 }
@@ -42,6 +48,45 @@ PlaneCollider CheckPlane(const FieldPath& path, const v1::Plane& plane, FieldChe
   return result;
 }
 
+CapsuleCollider CheckCapsule(const FieldPath& path, const v1::Capsule& capsule,
+                             FieldChecks& checks) {
+  CapsuleCollider result;
+  const auto a_m = checks.Vector3(path.Child("a_m"), capsule.a_m(), kMaxExtent_m, "m");
+  const auto b_m = checks.Vector3(path.Child("b_m"), capsule.b_m(), kMaxExtent_m, "m");
+  checks.InRange(path.Child("radius_m"), capsule.radius_m(), kMinRadius_m, kMaxExtent_m, "m");
+  if (a_m) result.a_m = *a_m;
+  if (b_m) result.b_m = *b_m;
+  result.radius_m = capsule.radius_m();
+  return result;
+}
+
+// Empty: no rotation.
+Eigen::Quaterniond CheckOptionalRotation(const FieldPath& path, const DoubleList& xyzw,
+                                         FieldChecks& checks) {
+  if (xyzw.empty() || !checks.Length(path, static_cast<size_t>(xyzw.size()), 4, "x, y, z, w") ||
+      !checks.AllWithin(path, xyzw, kMaxCoefficient, "")) {
+    return Eigen::Quaterniond::Identity();
+  }
+  return CheckRotation(path, {xyzw[0], xyzw[1], xyzw[2], xyzw[3]}, checks);
+}
+
+BoxCollider CheckBox(const FieldPath& path, const v1::Box& box, FieldChecks& checks) {
+  BoxCollider result;
+  const FieldPath extents_path = path.Child("half_extents_m");
+  const DoubleList& half_extents_m = box.half_extents_m();
+  const auto center_m = checks.Vector3(path.Child("center_m"), box.center_m(), kMaxExtent_m, "m");
+  if (center_m) result.center_m = *center_m;
+  if (checks.Length(extents_path, static_cast<size_t>(half_extents_m.size()), 3, "x, y, z")) {
+    for (int axis = 0; axis < 3; ++axis) {
+      checks.InRange(extents_path.At(static_cast<size_t>(axis)), half_extents_m[axis], kMinRadius_m,
+                     kMaxExtent_m, "m");
+      result.half_extents_m[axis] = half_extents_m[axis];
+    }
+  }
+  result.rotation = CheckOptionalRotation(path.Child("rotation_xyzw"), box.rotation_xyzw(), checks);
+  return result;
+}
+
 }  // namespace
 
 Eigen::Quaterniond CheckRotation(const FieldPath& path, const Eigen::Vector4d& values,
@@ -62,12 +107,8 @@ RigidTransform CheckTransform(const FieldPath& path, const v1::Transform& transf
         checks.Vector3(path.Child("position_m"), transform.position_m(), kMaxExtent_m, "m")
             .value_or(result.position_m);
   }
-  const auto& xyzw = transform.rotation_xyzw();
-  const FieldPath rotation_path = path.Child("rotation_xyzw");
-  if (!xyzw.empty() && checks.Length(rotation_path, xyzw.size(), 4, "x, y, z, w") &&
-      checks.AllWithin(rotation_path, xyzw, kMaxCoefficient, "")) {
-    result.rotation = CheckRotation(rotation_path, {xyzw[0], xyzw[1], xyzw[2], xyzw[3]}, checks);
-  }
+  result.rotation =
+      CheckOptionalRotation(path.Child("rotation_xyzw"), transform.rotation_xyzw(), checks);
   return result;
 }
 
@@ -91,8 +132,14 @@ std::vector<Collider> CheckColliders(
       case v1::Collider::kPlane:
         result.emplace_back(CheckPlane(here.Child("plane"), colliders[k].plane(), checks));
         break;
+      case v1::Collider::kCapsule:
+        result.emplace_back(CheckCapsule(here.Child("capsule"), colliders[k].capsule(), checks));
+        break;
+      case v1::Collider::kBox:
+        result.emplace_back(CheckBox(here.Child("box"), colliders[k].box(), checks));
+        break;
       case v1::Collider::SHAPE_NOT_SET:
-        checks.Add(here, "no shape is set: one of sphere, plane is needed");
+        checks.Add(here, "no shape is set: one of sphere, plane, capsule, box is needed");
         break;
     }
   }

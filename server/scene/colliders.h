@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <variant>
 
 namespace drape {
@@ -17,6 +18,28 @@ struct PlaneCollider {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitY();  // unit
 };
 
-using Collider = std::variant<SphereCollider, PlaneCollider>;
+// All points no farther than radius_m from the segment between a_m and b_m; a sphere where they
+// coincide.
+struct CapsuleCollider {
+  Eigen::Vector3d a_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d b_m = Eigen::Vector3d::Zero();
+  double radius_m = 0;  // > 0
+};
+
+// A solid cuboid. Inside, distance and normal are those of the nearest face (of equally near ones
+// the first in the order x, y, z; between two opposite ones the positive side); outside, those of
+// the nearest point.
+struct BoxCollider {
+  Eigen::Vector3d center_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d half_extents_m = Eigen::Vector3d::Zero();      // each > 0, along the box's axes
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // unit; takes x, y, z to the axes
+};
+
+using Collider = std::variant<SphereCollider, PlaneCollider, CapsuleCollider, BoxCollider>;
+
+// The outward normal on the segment itself, where the distance has no gradient: +y made
+// perpendicular to the segment; +x for a steep one (more than 0.9 of it along y); +y for a point,
+// as at a sphere's centre.
+Eigen::Vector3d NormalOnSegment(const CapsuleCollider& capsule);
 
 }  // namespace drape

@@ -9,6 +9,7 @@
 #include "server/scene/constraint_builder.h"
 #include "server/scene/description.h"
 #include "server/scene/tethers.h"
+#include "server/scene/triangle_shares.h"
 
 namespace drape {
 
@@ -66,6 +67,11 @@ class SceneModel {
   std::span<const uint32_t> tether_offsets() const { return tethers_.offsets; }
   std::span<const Tether> tethers() const { return tethers_.tethers; }
   std::span<const std::array<uint32_t, 3>> triangles() const { return triangles_; }
+  // The triangles of particle p are the entries triangle_offsets[p] .. triangle_offsets[p + 1] of
+  // particle_triangles; triangle_masses_kg as in TriangleShares.
+  std::span<const uint32_t> triangle_offsets() const { return triangle_shares_.offsets; }
+  std::span<const uint32_t> particle_triangles() const { return triangle_shares_.triangles; }
+  std::span<const double> triangle_masses_kg() const { return triangle_shares_.masses_kg; }
 
   bool has_compliance() const { return has_compliance_; }
   // Mean rest length of the constraints; if there are none, of the springs; else 1 m. The scale of
@@ -105,6 +111,7 @@ class SceneModel {
   std::vector<uint32_t> pins_;
   TetherSet tethers_;
   std::vector<std::array<uint32_t, 3>> triangles_;
+  TriangleShares triangle_shares_;
   bool has_compliance_ = false;
   double length_scale_m_ = 1;
   double resolution_ratio_ = 1;

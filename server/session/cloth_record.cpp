@@ -19,6 +19,21 @@ double RoundToSinglePrecision(double value) {
   return std::ldexp(std::nearbyint(std::ldexp(value, shift)), -shift);
 }
 
+// Environment -> cloth frame: a translation, so that directions and rotations stay.
+void Shift(SphereCollider& sphere, const Placement& placement) {
+  sphere.center_m = placement.ClothFromEnvironment(sphere.center_m);
+}
+void Shift(PlaneCollider& plane, const Placement& placement) {
+  plane.point_m = placement.ClothFromEnvironment(plane.point_m);
+}
+void Shift(CapsuleCollider& capsule, const Placement& placement) {
+  capsule.a_m = placement.ClothFromEnvironment(capsule.a_m);
+  capsule.b_m = placement.ClothFromEnvironment(capsule.b_m);
+}
+void Shift(BoxCollider& box, const Placement& placement) {
+  box.center_m = placement.ClothFromEnvironment(box.center_m);
+}
+
 }  // namespace
 
 ClothRecord::ClothRecord(Placement its_placement, RigidTransform its_transform,
@@ -63,11 +78,7 @@ ParticleState PlaceRestShape(const SceneModel& model, const RigidTransform& tran
 ClothParameters InClothFrame(const ClothParameters& parameters, const Placement& placement) {
   ClothParameters shifted = parameters;
   for (Collider& collider : shifted.colliders) {
-    if (auto* sphere = std::get_if<SphereCollider>(&collider)) {
-      sphere->center_m = placement.ClothFromEnvironment(sphere->center_m);
-    } else if (auto* plane = std::get_if<PlaneCollider>(&collider)) {
-      plane->point_m = placement.ClothFromEnvironment(plane->point_m);
-    }
+    std::visit([&](auto& shape) { Shift(shape, placement); }, collider);
   }
   return shifted;
 }

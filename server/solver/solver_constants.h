@@ -22,4 +22,18 @@ inline constexpr double kMaxCoordinate_m = 1e6;
 // along +y.
 inline constexpr double kMinDirectionLength_m = 1e-12;
 
+// Density of the air [kg/m^3]: dry, at sea level and 15 degrees Celsius (ISO 2533). Thinner air or
+// water: scale the coefficients of drag and lift.
+inline constexpr double kAirDensity_kg_per_m3 = 1.225;
+
+// Largest coefficients of drag and lift [-] (a flat plate across the wind has a drag of about 1.2),
+// and largest components of the wind [m/s]: far below kMaxSpeed, so that wind alone faults no cloth.
+inline constexpr double kMaxAirCoefficient = 1e3;
+inline constexpr double kMaxWind_m_per_s = 1e4;
+
+// What the air would do to a triangle within one kick, relative to what it can do [-]: at this ratio
+// all but a thousandth of the relative speed is gone already. Larger: lift on a triangle that
+// the air meets squarely multiplies the rounding of the angle.
+inline constexpr double kMaxAirRatio = 1e3;
+
 }  // namespace drape

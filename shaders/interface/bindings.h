@@ -37,10 +37,15 @@
 // Words of a tether in a model: pin, length [m].
 #define DRAPE_TETHER_WORDS 2
 
-// Words of a collider in the parameters: kind, radius [m], centre or point xyz [m], normal xyz.
-#define DRAPE_COLLIDER_WORDS 8
+// Words of a collider in the parameters: kind, radius [m], point xyz [m], vector xyz, three axes
+// xyz. Sphere: point = centre. Plane: point; vector = normal. Capsule: point = end a; vector = end
+// b - end a [m]; first axis = normal on the segment. Box: point = centre; vector = half extents
+// [m]; axes.
+#define DRAPE_COLLIDER_WORDS 17
 #define DRAPE_COLLIDER_SPHERE 1u
 #define DRAPE_COLLIDER_PLANE 2u
+#define DRAPE_COLLIDER_CAPSULE 3u
+#define DRAPE_COLLIDER_BOX 4u
 
 // Bits of ClothStatus::fault.
 #define DRAPE_FAULT_NOT_FINITE 1u

@@ -76,6 +76,20 @@ struct ClothRecord {
   // In Models; only with tethers.
   uint tether_offsets;  // [particle_count + 1] uint
   uint tethers;         // [][DRAPE_TETHER_WORDS]
+
+  // All of the air only with drag or lift.
+  vec4 wind;  // xyz [m/s]; w unused
+
+  uint triangle_count;
+  float air_drag;     // density of the air * coefficient / 4 [kg/m^3]
+  float air_lift;     // likewise
+  uint air_impulses;  // in Scratch: [triangle_count][3] float [N s], a third of each impulse
+
+  // In Models.
+  uint triangles;           // [triangle_count][3] uint
+  uint triangle_masses;     // [triangle_count] float [kg]
+  uint triangle_offsets;    // [particle_count + 1] uint
+  uint particle_triangles;  // [3 * triangle_count] uint
 };
 
 #ifdef __cplusplus

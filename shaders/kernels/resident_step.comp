@@ -1,12 +1,14 @@
 // Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state.
 // One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint.
-// Stages: apply_springs, predict, tether, solve_distance, solve_contacts, integrate, correct_velocity, commit
+// Stages: apply_springs, apply_wind, predict, tether, solve_distance, solve_contacts, integrate,
+// correct_velocity, commit
 // (server/solver/README.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
 // Statuses. SI units.
 // With IS_IN_PARTS (drivers that cut long loops, server/gl/README.md) a dispatch stops before it has used
 // up LOOP_BUDGET and the next one goes on where it stopped; the arithmetic is the same.
 #include "stages/access_resident.glsl"
 #include "stages/apply_springs.glsl"
+#include "stages/apply_wind.glsl"
 #include "stages/predict.glsl"
 #include "stages/tether.glsl"
 #include "stages/solve_distance.glsl"
@@ -89,6 +91,22 @@ void ApplySprings(uint substep) {
   FOR_EACH(i, 0u, cloth.particle_count) KickParticle(i, KickSeconds(substep));
   PhaseBarrier();
 #endif
+}
+
+void ApplyWind(uint substep) {
+#ifdef HAS_WIND
+  float seconds = KickSeconds(substep);
+  FOR_EACH(t, 0u, cloth.triangle_count) StoreAirImpulse(t, seconds);
+  ScratchPhaseBarrier();
+  FOR_EACH(i, 0u, cloth.particle_count) ApplyAirImpulses(i);
+  PhaseBarrier();
+#endif
+}
+
+// What acts between the substeps.
+void Kick(uint substep) {
+  ApplySprings(substep);
+  ApplyWind(substep);
 }
 
 void Predict(uint substep) {
@@ -204,7 +222,7 @@ bool RunSubsteps(inout Progress progress) {
     if (outcome == kUsedUp) ++progress.unconverged_substeps;
     progress.sweep = 0u;
     Integrate(progress.substep);
-    ApplySprings(progress.substep);
+    Kick(progress.substep);
   }
   return true;
 }
@@ -221,14 +239,14 @@ void main() {
 #endif
   LoadCloth();
 #ifdef IS_IN_PARTS
-  if (part == 0u) ApplySprings(DRAPE_BEFORE_FIRST_SUBSTEP);
+  if (part == 0u) Kick(DRAPE_BEFORE_FIRST_SUBSTEP);
   if (!RunSubsteps(progress)) {
     SaveCloth();
     StoreStatus(item.status, progress);
     return;
   }
 #else
-  ApplySprings(DRAPE_BEFORE_FIRST_SUBSTEP);
+  Kick(DRAPE_BEFORE_FIRST_SUBSTEP);
   RunSubsteps(progress);
 #endif
   Commit();

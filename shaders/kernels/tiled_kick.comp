@@ -10,6 +10,5 @@ layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
-  bool is_due = substep == DRAPE_BEFORE_FIRST_SUBSTEP || substep < cloth.substeps;
-  if (i < cloth.particle_count && is_due) KickParticle(i, KickSeconds(substep));
+  if (i < cloth.particle_count && IsKickDue(substep)) KickParticle(i, KickSeconds(substep));
 }

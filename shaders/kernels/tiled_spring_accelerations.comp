@@ -11,6 +11,5 @@ layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
-  bool is_due = substep == DRAPE_BEFORE_FIRST_SUBSTEP || substep < cloth.substeps;
-  if (i < cloth.particle_count && is_due) StoreSpringAcceleration(i);
+  if (i < cloth.particle_count && IsKickDue(substep)) StoreSpringAcceleration(i);
 }

@@ -7,9 +7,11 @@
 
 struct Collider {
   uint kind;      // DRAPE_COLLIDER_*
-  float radius;   // sphere [m]
-  vec3 point;     // sphere: centre; plane: a point on it [m]
-  vec3 normal;    // plane: unit, away from the solid
+  float radius;   // sphere, capsule [m]
+  vec3 point;     // sphere, box: centre; plane: a point on it; capsule: end a [m]
+  vec3 vector;    // plane: normal, unit, away from the solid; capsule: end b - end a [m];
+                  // box: half extents [m]
+  mat3 axes;      // box: its unit axes; capsule: [0] is the normal on the segment
 };
 
 struct Gap {
@@ -17,9 +19,58 @@ struct Gap {
   vec3 normal;    // unit, outward
 };
 
+// The distance to the nearest point of the segment less the radius.
+Gap CapsuleGap(Collider capsule, float thickness, vec3 from_a) {
+  float length_sq = Dot(capsule.vector, capsule.vector);
+  float along = 0.0;
+  if (length_sq >= MIN_DIRECTION_LENGTH * MIN_DIRECTION_LENGTH) {
+    precise float share = Dot(from_a, capsule.vector) / length_sq;
+    along = clamp(share, 0.0, 1.0);
+  }
+  vec3 d = AddScaled(from_a, -along, capsule.vector);
+  float length_d = Length(d);
+  Gap gap;
+  gap.normal = Direction(d, length_d, capsule.axes[0]);
+  precise float size = length_d - capsule.radius - thickness;
+  gap.size = size;
+  return gap;
+}
+
+// (1, 0, 0), (0, 1, 0) or (0, 0, 1): the largest component, of equals the first.
+vec3 LargestComponent(vec3 v) {
+  if (v.x >= v.y && v.x >= v.z) return vec3(1.0, 0.0, 0.0);
+  return v.y >= v.z ? vec3(0.0, 1.0, 0.0) : vec3(0.0, 0.0, 1.0);
+}
+
+// Inside and above a face the normal is the axis of the nearest face; elsewhere it comes from the nearest
+// point, which differs by `outside`.
+Gap BoxGap(Collider box, float thickness, vec3 from_center) {
+  vec3 local = vec3(Dot(from_center, box.axes[0]), Dot(from_center, box.axes[1]),
+                    Dot(from_center, box.axes[2]));
+  vec3 side = vec3(local.x < 0.0 ? -1.0 : 1.0, local.y < 0.0 ? -1.0 : 1.0,
+                   local.z < 0.0 ? -1.0 : 1.0);
+  precise vec3 beyond = abs(local) - box.vector;
+  vec3 outside = max(beyond, vec3(0.0));
+  float size = Length(outside);
+  int beyond_count = int(beyond.x > 0.0) + int(beyond.y > 0.0) + int(beyond.z > 0.0);
+  precise vec3 direction;
+  if (beyond_count > 1 && size >= MIN_DIRECTION_LENGTH) {
+    direction = outside / size;
+  } else {
+    direction = LargestComponent(beyond);
+    size = max(max(beyond.x, beyond.y), beyond.z);
+  }
+  precise vec3 normal = side.x * direction.x * box.axes[0] + side.y * direction.y * box.axes[1] +
+                        side.z * direction.z * box.axes[2];
+  precise float gap_size = size - thickness;
+  return Gap(gap_size, normal);
+}
+
 // At a sphere's centre the normal is +y.
 Gap ColliderGap(Collider collider, float thickness, vec3 q) {
   precise vec3 from_point = q - collider.point;
+  if (collider.kind == DRAPE_COLLIDER_CAPSULE) return CapsuleGap(collider, thickness, from_point);
+  if (collider.kind == DRAPE_COLLIDER_BOX) return BoxGap(collider, thickness, from_point);
   Gap gap;
   if (collider.kind == DRAPE_COLLIDER_SPHERE) {
     float length_d = Length(from_point);
@@ -27,8 +78,8 @@ Gap ColliderGap(Collider collider, float thickness, vec3 q) {
     precise float size = length_d - collider.radius - thickness;
     gap.size = size;
   } else {
-    gap.normal = collider.normal;
-    precise float size = Dot(from_point, collider.normal) - thickness;
+    gap.normal = collider.vector;
+    precise float size = Dot(from_point, collider.vector) - thickness;
     gap.size = size;
   }
   return gap;

@@ -22,6 +22,12 @@ void PhaseBarrier() {
   barrier();
 }
 
+// The same where the next phase reads what others wrote to Scratch (declared coherent then).
+void ScratchPhaseBarrier() {
+  memoryBarrierBuffer();
+  barrier();
+}
+
 vec3 Position(uint i) {
   return vec3(shared_positions[3u * i], shared_positions[3u * i + 1u],
               shared_positions[3u * i + 2u]);

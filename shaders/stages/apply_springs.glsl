@@ -2,6 +2,7 @@
 // accelerations, then kicks. Needs the accessors of one plan.
 #include "lib/spring.glsl"
 #include "lib/vector.glsl"
+#include "stages/kick.glsl"
 
 // A_i = w_i * sum of the forces of the springs of i, in list order.
 void StoreSpringAcceleration(uint i) {
@@ -25,10 +26,4 @@ void KickParticle(uint i, float seconds) {
   if (InverseMass(i) == 0.0) return;
   vec3 acceleration = ScratchVector(cloth.spring_accelerations + 3u * i);
   SetVelocity(i, AddScaled(Velocity(i), seconds, acceleration));
-}
-
-// Half a kick before the first and after the last substep, else a full one.
-float KickSeconds(uint substep) {
-  bool is_half = substep == DRAPE_BEFORE_FIRST_SUBSTEP || substep + 1u == cloth.substeps;
-  return is_half ? cloth.half_h : cloth.h;
 }

@@ -24,7 +24,13 @@ layout(std430, binding = DRAPE_BINDING_STATES) restrict buffer States {
 layout(std430, binding = DRAPE_BINDING_PARAMETERS) restrict readonly buffer Parameters {
   uint parameters[];
 };
-layout(std430, binding = DRAPE_BINDING_SCRATCH) restrict buffer Scratch {
+// In `apply_wind` of the resident plan invocations read what others of their work group have written here.
+#ifdef HAS_WIND
+#define SCRATCH_MEMORY coherent
+#else
+#define SCRATCH_MEMORY
+#endif
+layout(std430, binding = DRAPE_BINDING_SCRATCH) restrict SCRATCH_MEMORY buffer Scratch {
   float scratch[];
 };
 layout(std430, binding = DRAPE_BINDING_STATUSES) restrict buffer Statuses {
@@ -56,18 +62,21 @@ void SetScratchVector(uint word, vec3 value) {
   scratch[word + 2u] = value.z;
 }
 
-vec3 PinTarget(uint k) {
-  uint word = cloth.pin_targets + 3u * k;
+vec3 ParameterVector(uint word) {
   return vec3(Parameter(word), Parameter(word + 1u), Parameter(word + 2u));
 }
+
+vec3 PinTarget(uint k) { return ParameterVector(cloth.pin_targets + 3u * k); }
 
 Collider LoadCollider(uint c) {
   uint word = cloth.colliders + DRAPE_COLLIDER_WORDS * c;
   Collider collider;
   collider.kind = parameters[word];
   collider.radius = Parameter(word + 1u);
-  collider.point = vec3(Parameter(word + 2u), Parameter(word + 3u), Parameter(word + 4u));
-  collider.normal = vec3(Parameter(word + 5u), Parameter(word + 6u), Parameter(word + 7u));
+  collider.point = ParameterVector(word + 2u);
+  collider.vector = ParameterVector(word + 5u);
+  collider.axes = mat3(ParameterVector(word + 8u), ParameterVector(word + 11u),
+                       ParameterVector(word + 14u));
   return collider;
 }
 

@@ -9,6 +9,7 @@
 namespace drape::api {
 namespace {
 
+using testing::DoubleNear;
 using testing::ElementsAre;
 
 std::shared_ptr<ClothRecord> Record(const v1::CreateClothsRequest& request, size_t copy) {
@@ -37,6 +38,15 @@ TEST(Mapping, AClothReadsBackAsItWasAskedFor) {
   EXPECT_THAT(cloth.environment_origin_m(), ElementsAre(10, 0, 0));
   EXPECT_EQ(cloth.pins(1).particle(), 3u);
   EXPECT_THAT(cloth.pins(1).target_m(), ElementsAre(0.3, 0.1, 0));
+  const v1::Capsule& capsule = cloth.environment().colliders(2).capsule();
+  EXPECT_THAT(capsule.a_m(), ElementsAre(-1, -1, 0));
+  EXPECT_THAT(capsule.b_m(), ElementsAre(1, -1, 0.5));
+  EXPECT_EQ(capsule.radius_m(), 0.25);
+  const v1::Box& box = cloth.environment().colliders(3).box();
+  EXPECT_THAT(box.center_m(), ElementsAre(2, -1, 0));
+  EXPECT_THAT(box.half_extents_m(), ElementsAre(0.5, 0.25, 1));
+  EXPECT_THAT(box.rotation_xyzw(),
+              ElementsAre(0, DoubleNear(0.6, 1e-15), 0, DoubleNear(0.8, 1e-15)));
 
   *request.mutable_spec()->mutable_environment() = cloth.environment();
   *request.mutable_spec()->mutable_settings() = cloth.settings();

@@ -101,10 +101,10 @@ TEST(CreateClothsRules, CopiesOfManyCollidersAreBounded) {
   request.clear_overrides();
   request.set_count(3);
   RequestLimits limits;
-  limits.max_colliders_per_request = 6;
+  limits.max_colliders_per_request = 12;
   EXPECT_TRUE(CheckCreateCloths(request, limits).ok());
   request.set_count(4);
-  ExpectViolation(CheckCreateCloths(request, limits).status(), "count", "at most 6 colliders");
+  ExpectViolation(CheckCreateCloths(request, limits).status(), "count", "at most 12 colliders");
 }
 
 TEST(CreateClothsRules, ReadsEverythingOfAGoodRequest) {
@@ -232,14 +232,14 @@ TEST(UpdateClothsValidation, ChecksTheValues) {
 
 TEST(UpdateClothsValidation, CollidersOfManyClothsAreBounded) {
   v1::UpdateClothsRequest request = Update({"environment.colliders"});
-  *request.mutable_spec() = GoodCreation().spec();  // 2 colliders
+  *request.mutable_spec() = GoodCreation().spec();  // 4 colliders
   RequestLimits limits;
-  limits.max_colliders_per_request = 4;
+  limits.max_colliders_per_request = 8;
   request.add_cloth_ids(2);
   EXPECT_TRUE(CheckUpdateCloths(request, limits).ok());
   request.add_cloth_ids(3);
   ExpectViolation(CheckUpdateCloths(request, limits).status(), "cloth_ids",
-                  "3 cloths of 2 colliders, at most 4 colliders");
+                  "3 cloths of 4 colliders, at most 8 colliders");
 }
 
 TEST(SubscribeValidation, RefusesRatesThatAreNone) {

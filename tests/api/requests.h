@@ -80,6 +80,14 @@ inline v1::CreateClothsRequest GoodCreation() {
   v1::Plane* plane = environment->add_colliders()->mutable_plane();
   Set(plane->mutable_point_m(), {0, -2, 0});
   Set(plane->mutable_normal(), {0, 3, 0});
+  v1::Capsule* capsule = environment->add_colliders()->mutable_capsule();
+  Set(capsule->mutable_a_m(), {-1, -1, 0});
+  Set(capsule->mutable_b_m(), {1, -1, 0.5});
+  capsule->set_radius_m(0.25);
+  v1::Box* box = environment->add_colliders()->mutable_box();
+  Set(box->mutable_center_m(), {2, -1, 0});
+  Set(box->mutable_half_extents_m(), {0.5, 0.25, 1});
+  Set(box->mutable_rotation_xyzw(), {0, 3, 0, 4});
   spec->mutable_settings()->set_preset(v1::StepSettings::ACCURATE);
   spec->mutable_settings()->set_substeps(7);
   Set(request.mutable_environment_origins_m(), {0, 0, 0, 10, 0, 0});
@@ -114,6 +122,12 @@ inline v1::Sphere& Sphere(v1::CreateClothsRequest& request) {
 }
 inline v1::Plane& Plane(v1::CreateClothsRequest& request) {
   return *Spec(request).mutable_environment()->mutable_colliders(1)->mutable_plane();
+}
+inline v1::Capsule& Capsule(v1::CreateClothsRequest& request) {
+  return *Spec(request).mutable_environment()->mutable_colliders(2)->mutable_capsule();
+}
+inline v1::Box& Box(v1::CreateClothsRequest& request) {
+  return *Spec(request).mutable_environment()->mutable_colliders(3)->mutable_box();
 }
 
 inline v1::StepRequest GoodStep() {

@@ -9,6 +9,8 @@ namespace {
 
 using test::BadCase;
 using test::BareSpec;
+using test::Box;
+using test::Capsule;
 using test::Chain;
 using test::ExpectViolation;
 using test::GoodCreation;
@@ -153,7 +155,7 @@ INSTANTIATE_TEST_SUITE_P(
             [](auto& r) { Spec(r).mutable_environment()->set_gravity_m_per_s2(1, -kInfinity); },
             "spec.environment.gravity_m_per_s2[1]", "-inf"},
         BadCreation{"NoShape", [](auto& r) { Spec(r).mutable_environment()->add_colliders(); },
-                    "spec.environment.colliders[2]", "sphere, plane"},
+                    "spec.environment.colliders[4]", "sphere, plane, capsule, box"},
         BadCreation{"NoRadius", [](auto& r) { Sphere(r).set_radius_m(0); },
                     "spec.environment.colliders[0].sphere.radius_m", "0 is not in"},
         BadCreation{"NoCenter", [](auto& r) { Sphere(r).clear_center_m(); },
@@ -165,6 +167,29 @@ INSTANTIATE_TEST_SUITE_P(
                     "spec.environment.colliders[1].plane.normal", "no direction"},
         BadCreation{"NotANumberPoint", [](auto& r) { Plane(r).set_point_m(2, kNaN); },
                     "spec.environment.colliders[1].plane.point_m[2]", "nan"},
+        BadCreation{"NoCapsuleRadius", [](auto& r) { Capsule(r).set_radius_m(-0.5); },
+                    "spec.environment.colliders[2].capsule.radius_m", "-0.5 is not in"},
+        BadCreation{"NoCapsuleEnd", [](auto& r) { Capsule(r).clear_b_m(); },
+                    "spec.environment.colliders[2].capsule.b_m", "has 0 elements"},
+        BadCreation{"FarCapsuleEnd", [](auto& r) { Capsule(r).set_a_m(1, 2e6); },
+                    "spec.environment.colliders[2].capsule.a_m[1]", "2e+06"},
+        BadCreation{"NoBoxCenter", [](auto& r) { Box(r).clear_center_m(); },
+                    "spec.environment.colliders[3].box.center_m", "has 0 elements"},
+        BadCreation{"FlatBox", [](auto& r) { Box(r).set_half_extents_m(1, 0); },
+                    "spec.environment.colliders[3].box.half_extents_m[1]", "0 is not in [1e-09"},
+        BadCreation{"NotANumberBox", [](auto& r) { Box(r).set_half_extents_m(2, kNaN); },
+                    "spec.environment.colliders[3].box.half_extents_m[2]", "nan"},
+        BadCreation{"TwoHalfExtents",
+                    [](auto& r) { Box(r).mutable_half_extents_m()->RemoveLast(); },
+                    "spec.environment.colliders[3].box.half_extents_m", "needs 3"},
+        BadCreation{"ThreeNumberBoxRotation",
+                    [](auto& r) { Box(r).mutable_rotation_xyzw()->RemoveLast(); },
+                    "spec.environment.colliders[3].box.rotation_xyzw", "needs 4"},
+        BadCreation{"ZeroBoxRotation",
+                    [](auto& r) {
+                      Set(Box(r).mutable_rotation_xyzw(), {0, 0, 0, 0});
+                    },
+                    "spec.environment.colliders[3].box.rotation_xyzw", "not a rotation"},
         BadCreation{"ManyColliders",
                     [](auto& r) {
                       for (int k = 0; k < 257; ++k) {
@@ -203,6 +228,27 @@ TEST(SpecValues, UnsetRestLengthsAreThoseOfTheRestShape) {
   EXPECT_EQ(chain.distance_constraints[0].rest_length_m, 1);
   EXPECT_EQ(chain.distance_constraints[1].rest_length_m, 0.25);
   EXPECT_EQ(chain.springs[0].rest_length_m, 2);
+}
+
+TEST(SpecValues, CapsulesAndBoxes) {
+  v1::CreateClothsRequest request = GoodCreation();
+  auto checked = CheckCreateCloths(request, {});
+  ASSERT_TRUE(checked.ok()) << checked.status().ToString();
+  const auto& colliders = checked->copies[0].parameters.colliders;
+  const auto& capsule = std::get<CapsuleCollider>(colliders[2]);
+  EXPECT_EQ(capsule.a_m, Eigen::Vector3d(-1, -1, 0));
+  EXPECT_EQ(capsule.b_m, Eigen::Vector3d(1, -1, 0.5));
+  EXPECT_EQ(capsule.radius_m, 0.25);
+  const auto& box = std::get<BoxCollider>(colliders[3]);
+  EXPECT_EQ(box.center_m, Eigen::Vector3d(2, -1, 0));
+  EXPECT_EQ(box.half_extents_m, Eigen::Vector3d(0.5, 0.25, 1));
+  EXPECT_NEAR((box.rotation.coeffs() - Eigen::Vector4d(0, 0.6, 0, 0.8)).norm(), 0, 1e-15);
+
+  Box(request).clear_rotation_xyzw();
+  checked = CheckCreateCloths(request, {});
+  ASSERT_TRUE(checked.ok()) << checked.status().ToString();
+  EXPECT_EQ(std::get<BoxCollider>(checked->copies[0].parameters.colliders[3]).rotation.coeffs(),
+            Eigen::Vector4d(0, 0, 0, 1));
 }
 
 TEST(SpecValues, HugeAndTinyVectorsKeepTheirDirection) {

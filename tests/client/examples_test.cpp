@@ -39,6 +39,7 @@ const ExampleCase kExamples[] = {
     {"hanging_two_corners", 1, 1024, 1984, 0.2},
     {"hanging_edge", 1, 1024, 1984 - 31, 0.2},
     {"sphere_drop", 2, 1024, 1984, 0.5},
+    {"box_and_capsule", 1, 1024, 1984, 0.5},
     {"many_cloths", 64, 1024, 1984, 0.05},
     {"chain", 1, 41, 40, 0.7},
     {"net", 1, 289, 544, 0.3},
@@ -108,8 +109,8 @@ TEST(ManyClothsTest, NoTwoAreEqual) {
 }
 
 // Dropped cloths reach what is below them, and stay above it.
-TEST(DropTest, ClothsLandOnTheSphereAndNotInIt) {
-  for (const char* name : {"sphere_drop", "mesh_drop"}) {
+TEST(DropTest, ClothsLandOnTheCollidersAndNotInThem) {
+  for (const char* name : {"sphere_drop", "mesh_drop", "box_and_capsule"}) {
     const ordered_json report =
         RunForReport(Example(std::string(name) + ".json"), {"--duration=0.6", "--every=36"});
     for (const ordered_json& cloth : report["cloths"]) {

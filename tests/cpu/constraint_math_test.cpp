@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 
 namespace drape::cpu {
@@ -66,6 +67,44 @@ TEST(ConstraintMathTest, GapsAndNormals) {
   EXPECT_EQ(centre.normal[1], 1) << "a centre pushes along +y";
   const Gap plane = PlaneGap(Lanes{5, 3, 0, 0}, Lanes{0, 1, 0, 0}, Lanes{0, 1, 0, 0}, 0.5f);
   EXPECT_EQ(plane.gap, 1.5f);
+}
+
+void ExpectGap(const Gap& actual, float gap, const std::array<float, 3>& normal) {
+  EXPECT_NEAR(actual.gap, gap, kFewUlps);
+  for (uint32_t k = 0; k < 3; ++k) EXPECT_NEAR(actual.normal[k], normal[k], kFewUlps) << k;
+}
+
+TEST(ConstraintMathTest, CapsuleGaps) {
+  const auto gap = [](float x, float y, float z) {
+    return CapsuleGap(Lanes{x, y, z, 0}, Lanes{-1, 0.5f, 2, 0}, Lanes{4, 0, 0, 0},
+                      Lanes{0, 1, 0, 0}, 0.25f);
+  };
+  ExpectGap(gap(0.7f, 1.5f, 2), 0.75f, {0, 1, 0});
+  ExpectGap(gap(2.9f, 0.5f, 1.9f), -0.15f, {0, 0, -1});
+  ExpectGap(gap(-3, 0.5f, 2), 1.75f, {-1, 0, 0});
+  ExpectGap(gap(3.3f, 0.5f, 2.4f), 0.25f, {0.6f, 0, 0.8f});
+  ExpectGap(gap(0.25f, 0.5f, 2), -0.25f, {0, 1, 0});  // on the segment
+  const Lanes center{1, 1, 1, 0};
+  ExpectGap(CapsuleGap(center, center, Lanes{}, Lanes{0, 1, 0, 0}, 2), -2, {0, 1, 0});
+  ExpectGap(CapsuleGap(Lanes{4, 5, 1, 0}, center, Lanes{}, Lanes{0, 1, 0, 0}, 2), 3,
+            {0.6f, 0.8f, 0});  // of length 0
+}
+
+TEST(ConstraintMathTest, BoxGaps) {
+  const std::array<Lanes, 3> axes = {Lanes{1, 0, 0, 0}, Lanes{0, 1, 0, 0}, Lanes{0, 0, 1, 0}};
+  const auto gap = [&](float x, float y, float z) {
+    return BoxGap(Lanes{x, y, z, 0}, Lanes{1, 2, 3, 0}, Lanes{0.5f, 0.25f, 1, 0}, axes, 0.125f);
+  };
+  ExpectGap(gap(1.25f, 3, 2.5f), 0.625f, {0, 1, 0});
+  ExpectGap(gap(1.8f, 1.35f, 3), 0.375f, {0.6f, -0.8f, 0});
+  const float third = 1.0f / 3;
+  ExpectGap(gap(1.7f, 2.45f, 4.1f), 0.175f, {2 * third, 2 * third, third});
+  ExpectGap(gap(1.5f, 2.25f, 4), -0.125f, {1, 0, 0});  // on the corner: the first face
+  ExpectGap(gap(1.1f, 1.9f, 3.2f), -0.275f, {0, -1, 0});
+  ExpectGap(gap(1, 2, 3), -0.375f, {0, 1, 0});  // the centre: the nearer, then +
+  const std::array<Lanes, 3> turned = {Lanes{0, 1, 0, 0}, Lanes{-1, 0, 0, 0}, Lanes{0, 0, 1, 0}};
+  ExpectGap(BoxGap(Lanes{0, 2, 3, 0}, Lanes{1, 2, 3, 0}, Lanes{0.5f, 0.25f, 1, 0}, turned, 0),
+            0.75f, {-1, 0, 0});
 }
 
 TEST(ConstraintMathTest, ContactsOnlyPush) {

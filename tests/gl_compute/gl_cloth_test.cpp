@@ -67,18 +67,32 @@ TEST(MeasurePieceCountTest, CountsTheLongerOfParticlesAndConstraints) {
   EXPECT_EQ(MeasurePieceCount(*GridModel(40, 40)), 2u);  // 3120 constraints
 }
 
-TEST(PackCollidersTest, SphereAndPlane) {
+TEST(PackCollidersTest, EveryShape) {
   const std::vector<Collider> colliders = {
       SphereCollider{.center_m = {1, 2, 3}, .radius_m = 0.5},
-      PlaneCollider{.point_m = {4, 5, 6}, .normal = {0, 0, 1}}};
+      PlaneCollider{.point_m = {4, 5, 6}, .normal = {0, 0, 1}},
+      CapsuleCollider{.a_m = {1, 2, 3}, .b_m = {3, 2, 3}, .radius_m = 0.25},
+      BoxCollider{.center_m = {7, 8, 9},
+                  .half_extents_m = {0.5, 1, 2},
+                  .rotation = Eigen::Quaterniond(0, 0, 0, 1)}};  // half a turn about z
   const std::vector<uint32_t> words = PackColliders(colliders);
-  ASSERT_EQ(words.size(), 2u * DRAPE_COLLIDER_WORDS);
+  ASSERT_EQ(words.size(), 4u * DRAPE_COLLIDER_WORDS);
   EXPECT_EQ(words[0], DRAPE_COLLIDER_SPHERE);
   EXPECT_EQ(AsFloat(words[1]), 0.5f);
   EXPECT_EQ(AsFloat(words[4]), 3.0f);
-  EXPECT_EQ(words[8], DRAPE_COLLIDER_PLANE);
-  EXPECT_EQ(AsFloat(words[10]), 4.0f);
-  EXPECT_EQ(AsFloat(words[15]), 1.0f);
+  const auto floats = [&words](size_t collider, size_t first, size_t count) {
+    std::vector<float> values;
+    for (size_t k = 0; k < count; ++k) {
+      values.push_back(AsFloat(words[collider * DRAPE_COLLIDER_WORDS + first + k]));
+    }
+    return values;
+  };
+  EXPECT_EQ(words[DRAPE_COLLIDER_WORDS], DRAPE_COLLIDER_PLANE);
+  EXPECT_THAT(floats(1, 2, 6), ElementsAre(4, 5, 6, 0, 0, 1));
+  EXPECT_EQ(words[2 * DRAPE_COLLIDER_WORDS], DRAPE_COLLIDER_CAPSULE);
+  EXPECT_THAT(floats(2, 1, 10), ElementsAre(0.25f, 1, 2, 3, 2, 0, 0, 0, 1, 0));
+  EXPECT_EQ(words[3 * DRAPE_COLLIDER_WORDS], DRAPE_COLLIDER_BOX);
+  EXPECT_THAT(floats(3, 2, 15), ElementsAre(7, 8, 9, 0.5f, 1, 2, -1, 0, 0, 0, -1, 0, 0, 0, 1));
 }
 
 TEST(PackStateTest, PositionsThenVelocities) {

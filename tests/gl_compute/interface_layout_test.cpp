@@ -128,6 +128,15 @@ TEST_F(InterfaceLayoutTest, ClothRecord) {
       MEMBER(ClothRecord, measure_piece_count),
       MEMBER(ClothRecord, tether_offsets),
       MEMBER(ClothRecord, tethers),
+      MEMBER(ClothRecord, wind),
+      MEMBER(ClothRecord, triangle_count),
+      MEMBER(ClothRecord, air_drag),
+      MEMBER(ClothRecord, air_lift),
+      MEMBER(ClothRecord, air_impulses),
+      MEMBER(ClothRecord, triangles),
+      MEMBER(ClothRecord, triangle_masses),
+      MEMBER(ClothRecord, triangle_offsets),
+      MEMBER(ClothRecord, particle_triangles),
   };
   const StructLayout driver = AskDriver("cloth_record.h", "ClothRecord");
   EXPECT_EQ(driver.offsets, expected);

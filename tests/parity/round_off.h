@@ -35,6 +35,10 @@ struct ErrorBound {
 //   a position    1 rounding of size X per substep, which constraints and contacts turn into X/h of
 //   velocity a spring      8 roundings of k L and of c U, times h/m predict, integrate,
 //   correct_velocity: 8 roundings of U + g h
+//   the air       a triangle's change of velocity is at most its share q <= 1 of the relative velocity
+//   R = |wind| + U: 48 roundings of q R; the direction of the triangle is off by 8 X/L times the
+//   roundings of its corners so far; the corners' masses are shared, so that of one particle is no
+//   larger (stretched by at most 2 in area)
 // An impulse is a projection: it does not enlarge an error that is there already in the norm of
 // kinetic energy, so errors add up over sweeps and substeps. Those of constraints and contacts have
 // changing arguments and add like independent ones, with the square root of their number (each is

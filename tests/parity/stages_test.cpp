@@ -101,6 +101,47 @@ TEST_P(StageParityTest, ApplySprings) {
   }
 }
 
+// Moving and curved cloths in wind; the largest coefficients reach every limit of the stage. A cloth
+// without triangles (31 x 1) feels nothing.
+TEST_P(StageParityTest, ApplyWind) {
+  struct Air {
+    double drag, lift;
+  };
+  for (const uint32_t particle_count : {31u, 33u, 1025u}) {
+    for (const auto [drag, lift] : {Air{1.2, 0}, Air{0, 1}, Air{1.2, 0.8}, Air{1e3, 1e3}}) {
+      for (const uint32_t substeps : {1u, 4u}) {
+        Scene scene = SizedCloth(particle_count);
+        Stir(scene, 1);
+        scene.parameters.gravity_m_per_s2.setZero();
+        scene.parameters.wind_m_per_s = {3, 2, -1};
+        scene.parameters.air_drag = drag;
+        scene.parameters.air_lift = lift;
+        SetSubsteps(scene, substeps);
+        ExpectParity(GetParam(), scene, 1);
+      }
+    }
+  }
+}
+
+// A sheet at rest in still air, and one that the air meets exactly edge-on.
+TEST_P(StageParityTest, ApplyWindWithoutApproach) {
+  for (const Vector3d& wind : {Vector3d(0, 0, 0), Vector3d(4, 0, 2)}) {
+    Scene scene = Grid(5, 3, 1, 0.5);  // edges without rounding
+    scene.parameters.gravity_m_per_s2.setZero();
+    scene.parameters.wind_m_per_s = wind;
+    scene.parameters.air_drag = scene.parameters.air_lift = 1;
+    SetSubsteps(scene, 2);
+    ExpectParity(GetParam(), scene, 2);
+    Backend& backend = SharedBackend(GetParam());
+    const ClothHandle cloth = CreateCloth(backend, scene);
+    StepAlone(backend, cloth, scene);
+    for (const Vector3d& v : ReadState(backend, cloth).velocities_m_per_s) {
+      EXPECT_EQ(v, Vector3d::Zero());
+    }
+    backend.Destroy(cloth);
+  }
+}
+
 TEST_P(StageParityTest, SolveDistanceOneSweep) {
   for (const uint32_t particle_count : {2u, 3u, 31u, 33u, 1025u}) {
     Scene scene = SizedCloth(particle_count);
@@ -153,6 +194,61 @@ TEST_P(StageParityTest, SolveContacts) {
     SetSubsteps(scene, 1, sweeps);
     ExpectParity(GetParam(), scene, 2);
   }
+}
+
+TEST_P(StageParityTest, SolveContactsWithACapsule) {
+  Scene scene = LooseParticles({{0.1, -0.22, 0.02},   // beside the segment
+                                {0.85, -0.31, 0.35},  // at an end
+                                {-0.75, -0.5, -0.3},  // beyond the other
+                                {0.0, -0.5, 0.0},     // on the segment
+                                {0.25, -0.45, 0.1},   // deep inside
+                                {-0.5, -0.5, -0.25},  // at end a
+                                {3, 1, 2}});          // touches nothing
+  scene.parameters.colliders = {
+      CapsuleCollider{Vector3d(-0.5, -0.5, -0.25), Vector3d(0.75, -0.5, 0.375), 0.25}};
+  scene.parameters.thickness_m = 0.01;
+  scene.parameters.friction_static = 0.5;
+  scene.parameters.friction_dynamic = 0.3;
+  scene.state.velocities_m_per_s.assign(7, Vector3d(0.2, -1, 0.1));
+  for (const uint32_t sweeps : {1u, 4u}) {
+    SetSubsteps(scene, 1, sweeps);
+    ExpectParity(GetParam(), scene, 2);
+  }
+}
+
+TEST_P(StageParityTest, SolveContactsWithABox) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.6, Vector3d(1, 2, -2) / 3));
+  const Vector3d center(0.1, -0.5, 0.2), half_extents(0.5, 0.3, 0.4);
+  std::vector<Vector3d> positions;
+  for (const Vector3d& local : {Vector3d(0.1, 0.32, 0.05),     // above a face
+                                Vector3d(0.515, 0.312, 0.1),   // at an edge
+                                Vector3d(0.51, 0.31, -0.42),   // at a corner
+                                Vector3d(-0.2, 0.1, 0.31),     // deep inside, nearest to +z
+                                Vector3d(-0.47, 0.02, -0.05),  // inside, nearest to -x
+                                Vector3d(0.1, -0.31, 0.05),    // below
+                                Vector3d(2, 3, -1)}) {         // touches nothing
+    positions.push_back(center + turn * local);
+  }
+  Scene scene = LooseParticles(positions);
+  scene.parameters.colliders = {BoxCollider{center, half_extents, turn}};
+  scene.parameters.thickness_m = 0.02;
+  scene.parameters.friction_static = 0.5;
+  scene.parameters.friction_dynamic = 0.3;
+  scene.state.velocities_m_per_s.assign(7, turn * Vector3d(-0.1, -0.5, 0.05));
+  for (const uint32_t sweeps : {1u, 4u}) {
+    SetSubsteps(scene, 1, sweeps);
+    ExpectParity(GetParam(), scene, 2);
+  }
+}
+
+// Both at once, and a point of equally near faces: all of them take the first.
+TEST_P(StageParityTest, SolveContactsAtTheCentreOfABox) {
+  Scene scene = LooseParticles({{0.5, -1, 0.25}, {0.5, -0.875, 0.25}});
+  scene.parameters.gravity_m_per_s2.setZero();
+  scene.parameters.colliders = {BoxCollider{{0.5, -1, 0.25}, {0.25, 0.25, 0.25}},
+                                SphereCollider{{0.5, -0.75, 0.25}, 0.0625}};
+  SetSubsteps(scene, 1, 2);
+  ExpectParity(GetParam(), scene, 3);
 }
 
 // Sticks below the static coefficient and slides above it; the slopes are far from the limit.

@@ -78,6 +78,15 @@ TEST_P(WholeStepParityTest, SphereAndPlane) {
   }
 }
 
+TEST_P(WholeStepParityTest, BoxAndCapsule) {
+  for (const uint32_t substeps : {1u, 8u}) {
+    Scene scene = FallingOnBoxAndCapsule(15);
+    UseSubsteps(scene, substeps);
+    for (auto& v : scene.state.velocities_m_per_s) v.y() = -3;  // meets both in the second step
+    ExpectParity(GetParam(), scene, 2);
+  }
+}
+
 TEST_P(WholeStepParityTest, Tolerance) {
   for (const double tolerance : {1e-2, 1e-3}) {
     // Particles, and links on the longest way to a pin: a row of 31, and 11 x 3.

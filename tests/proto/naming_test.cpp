@@ -101,8 +101,8 @@ TEST_F(Naming, RealNumbersCarryTheirUnit) {
 TEST_F(Naming, ListsArePlural) {
   // Vectors are one value of several numbers; x, y, z are not counted.
   const char* kVectors =
-      "gravity_.*|center_m|point_m|normal|position_m|rotation_xyzw|target_m|environment_origin_m|"
-      "over_s|shape|eye_m|up|view_direction|include_m|range";
+      "gravity_.*|center_m|point_m|a_m|b_m|normal|position_m|rotation_xyzw|target_m|"
+      "environment_origin_m|over_s|shape|eye_m|up|view_direction|include_m|range";
   for (const Descriptor* message : descriptors_.Messages()) {
     for (int k = 0; k < message->field_count(); ++k) {
       const FieldDescriptor* field = message->field(k);

@@ -100,6 +100,16 @@ Scene FallingOnSphere(uint32_t side) {
   return scene;
 }
 
+Scene FallingOnBoxAndCapsule(uint32_t side) {
+  Scene scene = FallingOnSphere(side);
+  scene.name = "box_and_capsule_" + std::to_string(side);
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.3, Vector3d::UnitY()));
+  scene.parameters.colliders = {
+      BoxCollider{Vector3d(0.24, -0.2, 0.52), Vector3d(0.17, 0.15, 0.31), turn},
+      CapsuleCollider{Vector3d(0.7, -0.16, 0.13), Vector3d(0.81, -0.16, 0.84), 0.11}};
+  return scene;
+}
+
 Scene CompliantSheet(uint32_t side, double compliance_m_per_n) {
   StructuralMaterial material;
   material.stretch_compliance_m_per_n = compliance_m_per_n;

@@ -50,6 +50,9 @@ Scene Net(uint32_t side, double cord_m, double compliance_m_per_n);
 // A sheet of 1 m falling from 5 cm above a sphere of 0.3 m, over a plane, with friction.
 Scene FallingOnSphere(uint32_t side);
 
+// The same sheet over a turned box and, as high, an oblique capsule.
+Scene FallingOnBoxAndCapsule(uint32_t side);
+
 // Two corners pinned, stretch compliance, bending and shear springs.
 Scene CompliantSheet(uint32_t side, double compliance_m_per_n);
 

@@ -185,6 +185,30 @@ TEST_F(Cloths, GravityChangesWhileTheClothRuns) {
   EXPECT_GT(PositionsOf(Read(*stub_, session_, ids))[7], 0.9f);
 }
 
+// Its top is at 0.75 m in the environment, whose origin is at 100 m in the world.
+TEST_F(Cloths, ABoxPutUnderARunningClothCatchesIt) {
+  v1::CreateClothsRequest creation = HangingSheet(session_, 4);
+  creation.mutable_spec()->clear_pins();
+  Set(creation.mutable_spec()->mutable_transform()->mutable_position_m(), {5, 1, 0});
+  Set(creation.mutable_environment_origins_m(), {0, 100, 0});
+  const Ids ids = Create(*stub_, creation);
+  Step(*stub_, StepsOf(session_, ids, 2));
+  v1::UpdateClothsRequest update = UpdateOf(ids, "environment.colliders");
+  v1::Box* box = update.mutable_spec()->mutable_environment()->add_colliders()->mutable_box();
+  Set(box->mutable_center_m(), {5.5, 0.25, 0.5});
+  Set(box->mutable_half_extents_m(), {1, 0.5, 0.75});
+  Set(box->mutable_rotation_xyzw(), {0, 1, 0, 2});
+  ASSERT_TRUE(Call(*stub_, &Stub::UpdateCloths, update).status.ok());
+  Step(*stub_, StepsOf(session_, ids, 120));
+  const auto positions = PositionsOf(Read(*stub_, session_, ids));
+  for (size_t i = 0; i < 16; ++i) {
+    // Rounding of a float near 100, and of the gap near 1.
+    EXPECT_NEAR(positions[3 * i + 1], 100.75, 100.75 * 0x1p-24 + 8 * 0x1p-24) << "particle " << i;
+  }
+  EXPECT_THAT(Get(*stub_, session_, ids[0]).environment().colliders(0).box().center_m(),
+              testing::ElementsAre(5.5, 0.25, 0.5));
+}
+
 TEST_F(Cloths, NewPinsKeepTheState) {
   const Ids ids = Create(*stub_, HangingSheet(session_, 4));
   Step(*stub_, StepsOf(session_, ids, 10));

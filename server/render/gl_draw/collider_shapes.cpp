@@ -40,10 +40,9 @@ ColliderShapes CollectColliders(std::span<const DrawnCloth> cloths) {
                                  Rounded(sphere->radius_m)},
                                 DrawnSphere{center, sphere->radius_m, drawn});
         place->second.drawn_radius_m = std::min(place->second.drawn_radius_m, drawn);
-      } else {
-        const auto& plane = std::get<PlaneCollider>(collider);
-        const Vector3d point = plane.point_m + origin;
-        const Vector3d& normal = plane.normal;
+      } else if (const auto* plane = std::get_if<PlaneCollider>(&collider)) {
+        const Vector3d point = plane->point_m + origin;
+        const Vector3d& normal = plane->normal;
         planes.try_emplace({Rounded(normal.x()), Rounded(normal.y()), Rounded(normal.z()),
                             Rounded(normal.dot(point))},
                            DrawnPlane{point, normal});

@@ -4,6 +4,7 @@
 
 #include "server/solver/cpu/constraint_math.h"
 #include "server/solver/cpu/measure.h"
+#include "server/solver/cpu/wind.h"
 
 namespace drape::cpu {
 namespace {
@@ -274,6 +275,9 @@ void Begin(const StepContext& context, const FloatState& state) {
   StepScratch& scratch = context.scratch;
   scratch.state = state;
   scratch.accelerations.resize(context.model.has_springs() ? context.model.particle_count : 0);
+  if (context.controls.has_air_forces) {
+    scratch.air_impulses.resize(context.model.triangles.size() * kLaneCount);
+  }
   scratch.contacts.resize(context.model.particle_count * context.controls.colliders.size());
 }
 
@@ -284,7 +288,9 @@ StepReport StepCloth(const StepContext& context, bool measure, FloatState& state
   StepReport report;
   report.warnings = controls.warnings;
   Begin(context, state);
-  if (controls.has_half_kicks) ApplySprings(context, 0.5f * controls.h);
+  const float half_h = 0.5f * controls.h;
+  if (controls.has_half_kicks) ApplySprings(context, half_h);
+  if (controls.has_air_forces) ApplyWind(context, half_h);
   for (uint32_t substep = 0; substep < controls.substeps; ++substep) {
     const bool is_last = substep + 1 == controls.substeps;
     Predict(context, substep);
@@ -292,7 +298,9 @@ StepReport StepCloth(const StepContext& context, bool measure, FloatState& state
     Solve(context, report);
     Integrate(context, substep);
     CorrectVelocity(context);
-    if (controls.has_half_kicks) ApplySprings(context, is_last ? 0.5f * controls.h : controls.h);
+    const float kick = is_last ? half_h : controls.h;
+    if (controls.has_half_kicks) ApplySprings(context, kick);
+    if (controls.has_air_forces) ApplyWind(context, kick);
   }
   report.warnings.not_converged = !report.converged;
   Commit(context, state, report);

@@ -28,6 +28,7 @@ struct ContactImpulses {
 struct StepScratch {
   FloatState state;                  // the step's working copy; velocities hold u within a substep
   std::vector<Lanes> accelerations;  // [particle_count] springs (+ gravity if IN_FORCE)
+  std::vector<Lanes> air_impulses;   // [triangle group][lane] a third of the impulse [N s]
   std::vector<Lanes> distance_impulses;   // Lambda, [group_count] [N s]; only with compliance
   std::vector<ContactImpulses> contacts;  // [particle_count][collider_count]
 };

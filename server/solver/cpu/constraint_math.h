@@ -6,6 +6,9 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
 
 #include "server/solver/cpu/lanes.h"
 #include "server/solver/solver_constants.h"
@@ -51,6 +54,46 @@ inline Lanes SpringForce(Lanes p_i, Lanes p_j, Lanes v_i, Lanes v_j, float rest_
   return (stiffness * (length - rest_length) + damping * Dot(v_j - v_i, n)) * n;
 }
 
+// a x b, lane by lane.
+inline LaneVectors Cross(const LaneVectors& a, const LaneVectors& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+inline Lanes Dot(const LaneVectors& a, const LaneVectors& b) {
+  return (a.x * b.x + a.y * b.y) + a.z * b.z;
+}
+
+// r - r' for four triangles at once: how the air changes their velocities within a kick
+// (apply_wind, the README of server/solver). r is the velocity of the air relative to the triangle
+// [m/s], `normal` is perpendicular to it and twice its area long [m^2]; drag and lift are duration *
+// density of the air * coefficient / (4 * mass of the triangle) [s/m / m^2].
+inline LaneVectors AirVelocityChange(const LaneVectors& r, const LaneVectors& normal, Lanes drag,
+                                     Lanes lift) {
+  const Lanes twice_area = Sqrt(Dot(normal, normal));
+  const Lanes speed = Sqrt(Dot(r, r));
+  const LaneMask has_force = (twice_area > 0) & (speed > 0);
+  const Lanes area_divisor = has_force ? twice_area : Splat(1);
+  const LaneVectors n{normal.x / area_divisor, normal.y / area_divisor, normal.z / area_divisor};
+  const Lanes approach = Dot(r, n);
+  const Lanes cosine = Min(Abs(approach) / (has_force ? speed : Splat(1)), Splat(1));
+  const Lanes sine_sq = 1 - cosine * cosine;
+
+  const Lanes max_ratio = Splat(static_cast<float>(kMaxAirRatio));
+  const Lanes drag_ratio = Min(drag * (twice_area * Abs(approach)), max_ratio);
+  const Lanes lift_ratio = Min(lift * (twice_area * speed), max_ratio);
+  const Lanes turn = lift_ratio * cosine / (1 + lift_ratio * sine_sq);
+  const Lanes turn_sq = turn * turn * sine_sq;
+  const Lanes root = Sqrt(1 + turn_sq);
+  // r - r' without the difference of nearly equal numbers.
+  const Lanes keep = 1 / (1 + drag_ratio);
+  const Lanes shrink = keep * (drag_ratio + turn_sq / (root * (1 + root)));
+  const Lanes along_n = keep * turn / root * (approach < 0 ? -speed : speed);
+  const Lanes along_r = shrink - keep * turn / root * cosine;
+  const Lanes none = Splat(0);
+  return {has_force ? along_r * r.x + along_n * n.x : none,
+          has_force ? along_r * r.y + along_n * n.y : none,
+          has_force ? along_r * r.z + along_n * n.z : none};
+}
+
 // Signed distance of a point from a collider and the outward normal there.
 struct Gap {
   float gap;  // [m], < 0 inside
@@ -68,6 +111,44 @@ inline Gap SphereGap(Lanes q, Lanes center, float offset) {
 // `offset` = thickness.
 inline Gap PlaneGap(Lanes q, Lanes point, Lanes normal, float offset) {
   return {Dot(q - point, normal) - offset, normal};
+}
+
+// `segment` from a to b; `offset` = radius + thickness; on the segment `axis_normal` pushes.
+inline Gap CapsuleGap(Lanes q, Lanes a, Lanes segment, Lanes axis_normal, float offset) {
+  constexpr float kMinLengthSq = kMinDirectionLength * kMinDirectionLength;
+  const Lanes from_a = q - a;
+  const float length_sq = Dot(segment, segment);
+  const float along =
+      length_sq < kMinLengthSq ? 0 : std::clamp(Dot(from_a, segment) / length_sq, 0.0f, 1.0f);
+  const Lanes d = from_a - along * segment;
+  const float distance = Length(d);
+  if (distance < kMinDirectionLength) return {distance - offset, axis_normal};
+  return {distance - offset, d / distance};
+}
+
+// `axes`: the box's unit axes; `offset` = thickness. Inside and above a face the normal is the
+// axis of the nearest face (of equals the first), elsewhere it comes from the nearest point.
+inline Gap BoxGap(Lanes q, Lanes center, Lanes half_extents, const std::array<Lanes, 3>& axes,
+                  float offset) {
+  const Lanes d = q - center;
+  float side[3], beyond[3], outside[3];
+  uint32_t nearest_face = 0, beyond_count = 0;
+  for (uint32_t k = 0; k < 3; ++k) {
+    const float local = Dot(d, axes[k]);
+    side[k] = local < 0 ? -1.0f : 1.0f;
+    beyond[k] = std::fabs(local) - half_extents[k];
+    outside[k] = std::max(beyond[k], 0.0f);
+    if (beyond[k] > 0) ++beyond_count;
+    if (beyond[k] > beyond[nearest_face]) nearest_face = k;
+  }
+  const float distance =
+      std::sqrt(outside[0] * outside[0] + outside[1] * outside[1] + outside[2] * outside[2]);
+  if (beyond_count > 1 && distance >= kMinDirectionLength) {
+    Lanes from_nearest{};
+    for (uint32_t k = 0; k < 3; ++k) from_nearest += side[k] * outside[k] * axes[k];
+    return {distance - offset, from_nearest / distance};
+  }
+  return {beyond[nearest_face] - offset, side[nearest_face] * axes[nearest_face]};
 }
 
 // Lowest gap that a contact accepts at the end of the substep: what starts deep inside comes out at

@@ -6,13 +6,33 @@
 namespace drape::cpu {
 namespace {
 
-FloatCollider ToFloat(const Collider& collider, double thickness_m) {
-  if (const auto* sphere = std::get_if<SphereCollider>(&collider)) {
-    return {true, ToLanes(sphere->center_m), Lanes{},
-            static_cast<float>(sphere->radius_m + thickness_m)};
-  }
-  const auto& plane = std::get<PlaneCollider>(collider);
-  return {false, ToLanes(plane.point_m), ToLanes(plane.normal), static_cast<float>(thickness_m)};
+using Kind = FloatCollider::Kind;
+
+FloatCollider ToFloat(const SphereCollider& sphere, double thickness_m) {
+  return {Kind::kSphere, ToLanes(sphere.center_m), Lanes{},
+          static_cast<float>(sphere.radius_m + thickness_m)};
+}
+
+FloatCollider ToFloat(const PlaneCollider& plane, double thickness_m) {
+  return {Kind::kPlane, ToLanes(plane.point_m), ToLanes(plane.normal),
+          static_cast<float>(thickness_m)};
+}
+
+FloatCollider ToFloat(const CapsuleCollider& capsule, double thickness_m) {
+  return {Kind::kCapsule,
+          ToLanes(capsule.a_m),
+          ToLanes(capsule.b_m - capsule.a_m),
+          static_cast<float>(capsule.radius_m + thickness_m),
+          {ToLanes(NormalOnSegment(capsule))}};
+}
+
+FloatCollider ToFloat(const BoxCollider& box, double thickness_m) {
+  const Eigen::Matrix3d axes = box.rotation.toRotationMatrix();
+  return {Kind::kBox,
+          ToLanes(box.center_m),
+          ToLanes(box.half_extents_m),
+          static_cast<float>(thickness_m),
+          {ToLanes(axes.col(0)), ToLanes(axes.col(1)), ToLanes(axes.col(2))}};
 }
 
 }  // namespace
@@ -32,10 +52,15 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   friction_static = static_cast<float>(parameters.friction_static);
   friction_dynamic = static_cast<float>(parameters.friction_dynamic);
   gravity = ToLanes(parameters.gravity_m_per_s2);
+  wind = ToLanes(parameters.wind_m_per_s);
+  air_drag = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_drag / 4);
+  air_lift = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_lift / 4);
   for (const Collider& collider : parameters.colliders) {
-    colliders.push_back(ToFloat(collider, parameters.thickness_m));
+    colliders.push_back(std::visit(
+        [&](const auto& shape) { return ToFloat(shape, parameters.thickness_m); }, collider));
   }
   use_tethers = settings.use_tethers;
+  has_air_forces = HasAirForces(*model.source, parameters);
   const bool is_in_force = settings.spring_integration == SpringIntegration::kInForce;
   has_half_kicks = model.has_springs() && !is_in_force;
   has_spring_forces = model.has_springs() && is_in_force;

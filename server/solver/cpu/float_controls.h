@@ -1,6 +1,7 @@
 // The parameters of one cloth in single precision, with everything that follows from them once.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "server/solver/cloth_parameters.h"
@@ -11,13 +12,26 @@
 namespace drape::cpu {
 
 struct FloatCollider {
-  bool is_sphere;
-  Lanes point;   // centre of a sphere, point of a plane
-  Lanes normal;  // of a plane
-  float offset;  // what is taken off the distance: radius of a sphere, and the cloth's thickness
+  enum class Kind { kSphere, kPlane, kCapsule, kBox };
+
+  Kind kind;
+  Lanes point;   // centre of a sphere or box, point of a plane, end a of a capsule
+  Lanes vector;  // normal of a plane, end b - end a of a capsule, half extents of a box
+  float offset;  // what is taken off the distance: radius, if any, and the cloth's thickness
+  std::array<Lanes, 3> axes{};  // of a box; of a capsule only [0]: the normal on its segment
 
   Gap GapAt(Lanes q) const {
-    return is_sphere ? SphereGap(q, point, offset) : PlaneGap(q, point, normal, offset);
+    switch (kind) {
+      case Kind::kSphere:
+        return SphereGap(q, point, offset);
+      case Kind::kPlane:
+        break;
+      case Kind::kCapsule:
+        return CapsuleGap(q, point, vector, axes[0], offset);
+      case Kind::kBox:
+        return BoxGap(q, point, vector, axes, offset);
+    }
+    return PlaneGap(q, point, vector, offset);
   }
 };
 
@@ -36,8 +50,12 @@ struct FloatControls {
   float friction_static;
   float friction_dynamic;
   Lanes gravity;
+  Lanes wind;      // [m/s]
+  float air_drag;  // density of the air * coefficient / 4 [kg/m^3]
+  float air_lift;
   std::vector<FloatCollider> colliders;
   bool use_tethers;
+  bool has_air_forces;
   bool has_half_kicks;     // springs by half kicks
   bool has_spring_forces;  // springs in the force of the substep
   StepWarnings warnings;   // those that are known before the step

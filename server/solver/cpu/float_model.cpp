@@ -69,6 +69,23 @@ void PackTethers(FloatModel& model) {
   }
 }
 
+void PackTriangles(FloatModel& model) {
+  const auto triangles = model.source->triangles();
+  for (size_t t = 0; t < triangles.size(); ++t) {
+    const size_t lane = t % kLaneCount;
+    if (lane == 0) {
+      model.triangles.emplace_back();
+      for (auto& corner : model.triangles.back().corners) corner.fill(model.spare_particle());
+      model.triangles.back().mass = Splat(1);
+    }
+    TriangleGroup& group = model.triangles.back();
+    for (size_t corner = 0; corner < 3; ++corner) {
+      group.corners[corner][lane] = triangles[t][corner];
+    }
+    group.mass[lane] = static_cast<float>(model.source->triangle_masses_kg()[t]);
+  }
+}
+
 void PackSprings(FloatModel& model) {
   const SceneModel& source = *model.source;
   if (source.spring_count() == 0) return;
@@ -94,6 +111,7 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
   }
   PackConstraints(*this);
   PackTethers(*this);
+  PackTriangles(*this);
   PackSprings(*this);
 }
 

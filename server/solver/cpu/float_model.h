@@ -29,6 +29,12 @@ struct TetherGroup {
   Lanes length;  // [m]
 };
 
+// Four triangles. Filled up with triangles of the spare particle alone.
+struct TriangleGroup {
+  std::array<std::array<uint32_t, kLaneCount>, 3> corners;
+  Lanes mass;  // [kg] TriangleShares::masses_kg
+};
+
 struct FloatSpringEnd {
   uint32_t other_particle;
   float rest_length;  // [m]
@@ -50,6 +56,7 @@ struct FloatModel {
   std::vector<uint32_t> constraint_places;
   std::vector<Lanes> compliances;        // [group_count] [m/N]; empty if all are 0
   std::vector<TetherGroup> tethers;      // the nearest pin of every particle, then the next, ...
+  std::vector<TriangleGroup> triangles;  // in the order of the source
   std::vector<uint32_t> spring_offsets;  // [particle_count + 1]; empty without springs
   std::vector<FloatSpringEnd> spring_ends;
   float length_scale;  // [m]

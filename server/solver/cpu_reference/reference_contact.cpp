@@ -1,5 +1,7 @@
 #include "server/solver/cpu_reference/reference_contact.h"
 
+#include <algorithm>
+
 #include "server/solver/solver_constants.h"
 
 namespace drape {
@@ -15,6 +17,34 @@ ReferenceContact ContactWith(const SphereCollider& sphere, const Eigen::Vector3d
 
 ReferenceContact ContactWith(const PlaneCollider& plane, const Eigen::Vector3d& q) {
   return {(q - plane.point_m).dot(plane.normal), plane.normal};
+}
+
+// The distance to the nearest point of the segment less the radius.
+ReferenceContact ContactWith(const CapsuleCollider& capsule, const Eigen::Vector3d& q) {
+  const Eigen::Vector3d segment = capsule.b_m - capsule.a_m;
+  const bool is_point = segment.norm() < kMinDirectionLength_m;
+  const double along =
+      is_point ? 0 : std::clamp((q - capsule.a_m).dot(segment) / segment.squaredNorm(), 0.0, 1.0);
+  const Eigen::Vector3d from_nearest = q - (capsule.a_m + along * segment);
+  const double distance = from_nearest.norm();
+  if (distance < kMinDirectionLength_m) return {-capsule.radius_m, NormalOnSegment(capsule)};
+  return {distance - capsule.radius_m, from_nearest / distance};
+}
+
+// In the box's axes: the nearest point of a box is q itself with each coordinate clamped to the
+// half extents, so the difference to it is `outside`. Where at most one coordinate lies beyond its
+// face (inside, and above a face), the face's own normal is exact.
+ReferenceContact ContactWith(const BoxCollider& box, const Eigen::Vector3d& q) {
+  const Eigen::Vector3d local = box.rotation.conjugate() * (q - box.center_m);
+  const Eigen::Vector3d side = (local.array() < 0).select(-Eigen::Array3d::Ones(), 1);
+  const Eigen::Vector3d beyond = local.cwiseAbs() - box.half_extents_m;  // < 0: within the slab
+  const Eigen::Vector3d outside = beyond.cwiseMax(0);
+  const double distance = outside.norm();
+  const bool is_beyond_edge = (beyond.array() > 0).count() > 1 && distance >= kMinDirectionLength_m;
+  if (is_beyond_edge) return {distance, box.rotation * (side.cwiseProduct(outside) / distance)};
+  Eigen::Index nearest_face = 0;
+  const double above_face = beyond.maxCoeff(&nearest_face);
+  return {above_face, box.rotation * (side[nearest_face] * Eigen::Vector3d::Unit(nearest_face))};
 }
 
 }  // namespace

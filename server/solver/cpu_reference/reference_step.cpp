@@ -6,6 +6,7 @@
 #include "server/solver/cpu_reference/reference_contact.h"
 #include "server/solver/cpu_reference/reference_measure.h"
 #include "server/solver/cpu_reference/reference_springs.h"
+#include "server/solver/cpu_reference/reference_wind.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape {
@@ -36,7 +37,9 @@ class ReferenceStep {
   void Run(StepReport& report) {
     const bool has_kicks =
         settings_.spring_integration == SpringIntegration::kHalfKicks && model_.spring_count() > 0;
+    const bool has_air_forces = HasAirForces(model_, parameters_);
     if (has_kicks) ApplySprings(h_ / 2);
+    if (has_air_forces) ApplyWind(h_ / 2);
     for (uint32_t substep = 0; substep < settings_.substeps; ++substep) {
       const uint32_t substeps_left = settings_.substeps - substep;
       Predict(substeps_left);
@@ -55,7 +58,9 @@ class ReferenceStep {
       if (substeps_left == 1) residual_ = Residual();
       Integrate(substeps_left);
       CorrectVelocity();
-      if (has_kicks) ApplySprings(substeps_left == 1 ? h_ / 2 : h_);
+      const double kick_s = substeps_left == 1 ? h_ / 2 : h_;
+      if (has_kicks) ApplySprings(kick_s);
+      if (has_air_forces) ApplyWind(kick_s);
     }
   }
 
@@ -81,6 +86,14 @@ class ReferenceStep {
     const std::vector<Vector3d> accelerations = SpringAccelerations(model_, state_);
     for (uint32_t i = 0; i < model_.particle_count(); ++i) {
       state_.velocities_m_per_s[i] += kick_s * accelerations[i];
+    }
+  }
+
+  // Drag and lift of the air, all from the same velocities.
+  void ApplyWind(double kick_s) {
+    const std::vector<Vector3d> changes = WindVelocityChanges(model_, parameters_, state_, kick_s);
+    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
+      state_.velocities_m_per_s[i] += changes[i];
     }
   }
 

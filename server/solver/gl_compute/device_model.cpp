@@ -68,9 +68,23 @@ void PackTethers(const SceneModel& model, PackedModel& packed) {
   }
 }
 
+void PackTriangles(const SceneModel& model, PackedModel& packed) {
+  std::vector<uint32_t>& words = packed.words;
+  packed.layout.triangles = Position(words);
+  for (const auto& corners : model.triangles()) {
+    words.insert(words.end(), corners.begin(), corners.end());
+  }
+  packed.layout.triangle_masses = Position(words);
+  for (const double mass : model.triangle_masses_kg()) words.push_back(FloatWord(mass));
+  packed.layout.triangle_offsets = Position(words);
+  words.insert(words.end(), model.triangle_offsets().begin(), model.triangle_offsets().end());
+  packed.layout.particle_triangles = Position(words);
+  words.insert(words.end(), model.particle_triangles().begin(), model.particle_triangles().end());
+}
+
 }  // namespace
 
-PackedModel PackModel(const SceneModel& model) {
+PackedModel PackModel(const SceneModel& model, bool has_air_forces) {
   PackedModel packed;
   PackConstraints(model, packed);
   packed.layout.masses = Position(packed.words);
@@ -81,17 +95,19 @@ PackedModel PackModel(const SceneModel& model) {
   packed.layout.pins = Position(packed.words);
   packed.words.insert(packed.words.end(), model.pins().begin(), model.pins().end());
   PackTethers(model, packed);
+  if (has_air_forces) PackTriangles(model, packed);
   return packed;
 }
 
 Result<std::shared_ptr<const DeviceModel>> ModelStore::Acquire(
-    std::shared_ptr<const SceneModel> model) {
-  const auto known = models_.find(model.get());
+    std::shared_ptr<const SceneModel> model, bool has_air_forces) {
+  const std::pair key(static_cast<const SceneModel*>(model.get()), has_air_forces);
+  const auto known = models_.find(key);
   if (known != models_.end()) {
     if (std::shared_ptr<const DeviceModel> on_device = known->second.lock()) return on_device;
   }
   std::erase_if(models_, [](const auto& entry) { return entry.second.expired(); });
-  PackedModel packed = PackModel(*model);
+  PackedModel packed = PackModel(*model, has_air_forces);
   Result<WordRange> range = arena_->Allocate(packed.words.size());
   if (!range.ok()) return range.status();
   auto on_device = std::make_shared<DeviceModel>();
@@ -102,7 +118,7 @@ Result<std::shared_ptr<const DeviceModel>> ModelStore::Acquire(
   for (size_t c = 0; c + 1 < offsets.size(); ++c) {
     on_device->colour_sizes.push_back(offsets[c + 1] - offsets[c]);
   }
-  models_[model.get()] = on_device;
+  models_[key] = on_device;
   on_device->model = std::move(model);
   return std::shared_ptr<const DeviceModel>(on_device);
 }

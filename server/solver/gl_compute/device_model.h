@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "server/core/status.h"
@@ -26,6 +27,11 @@ struct ModelLayout {
   uint32_t pins = 0;
   uint32_t tether_offsets = 0;
   uint32_t tethers = 0;
+  // With air forces.
+  uint32_t triangles = 0;
+  uint32_t triangle_masses = 0;
+  uint32_t triangle_offsets = 0;
+  uint32_t particle_triangles = 0;
 };
 
 struct PackedModel {
@@ -33,8 +39,8 @@ struct PackedModel {
   std::vector<uint32_t> words;
 };
 
-// Pure.
-PackedModel PackModel(const SceneModel& model);
+// Pure. The triangles are packed only for cloths with air forces.
+PackedModel PackModel(const SceneModel& model, bool has_air_forces = false);
 
 // A model and its words on the device, constant.
 struct DeviceModel {
@@ -49,13 +55,15 @@ class ModelStore {
  public:
   explicit ModelStore(DeviceArena* arena) : arena_(arena) {}
 
-  // The device copy of this very model object, uploaded unless some cloth has it already.
-  // RESOURCE_EXHAUSTED (DEVICE_MEMORY).
-  Result<std::shared_ptr<const DeviceModel>> Acquire(std::shared_ptr<const SceneModel> model);
+  // The device copy of this very model object, uploaded unless some cloth has it already; cloths
+  // with and without air forces have one each. RESOURCE_EXHAUSTED (DEVICE_MEMORY).
+  Result<std::shared_ptr<const DeviceModel>> Acquire(std::shared_ptr<const SceneModel> model,
+                                                     bool has_air_forces);
 
  private:
   DeviceArena* arena_;
-  std::map<const SceneModel*, std::weak_ptr<const DeviceModel>> models_;
+  // By model and whether it is packed for air forces.
+  std::map<std::pair<const SceneModel*, bool>, std::weak_ptr<const DeviceModel>> models_;
 };
 
 }  // namespace drape

@@ -102,7 +102,9 @@ Result<GlBackend::Room> GlBackend::MakeRoom(std::shared_ptr<const SceneModel> mo
   if (!scratch.ok()) return scratch.status();
   room.scratch = std::move(scratch).value();
   DRAPE_RETURN_IF_ERROR(arrays.ReserveBatch(cloths_.count() + 1, model->colour_count()));
-  Result<std::shared_ptr<const DeviceModel>> on_device = models_.Acquire(std::move(model));
+  const bool has_air_forces = HasAirForces(*model, parameters);
+  Result<std::shared_ptr<const DeviceModel>> on_device =
+      models_.Acquire(std::move(model), has_air_forces);
   if (!on_device.ok()) return on_device.status();
   room.model = std::move(on_device).value();
   return room;

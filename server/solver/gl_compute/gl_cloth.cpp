@@ -19,6 +19,39 @@ void AppendVector(const Eigen::Vector3d& v, std::vector<uint32_t>& words) {
   for (int axis = 0; axis < 3; ++axis) words.push_back(FloatWord(v[axis]));
 }
 
+// Layout: shaders/interface/bindings.h.
+struct ColliderWords {
+  uint32_t kind;
+  double radius_m = 0;
+  Eigen::Vector3d point_m;
+  Eigen::Vector3d vector = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();  // in columns
+};
+
+ColliderWords ToWords(const SphereCollider& sphere) {
+  return {.kind = DRAPE_COLLIDER_SPHERE, .radius_m = sphere.radius_m, .point_m = sphere.center_m};
+}
+
+ColliderWords ToWords(const PlaneCollider& plane) {
+  return {.kind = DRAPE_COLLIDER_PLANE, .point_m = plane.point_m, .vector = plane.normal};
+}
+
+ColliderWords ToWords(const CapsuleCollider& capsule) {
+  ColliderWords words{.kind = DRAPE_COLLIDER_CAPSULE,
+                      .radius_m = capsule.radius_m,
+                      .point_m = capsule.a_m,
+                      .vector = capsule.b_m - capsule.a_m};
+  words.axes.col(0) = NormalOnSegment(capsule);
+  return words;
+}
+
+ColliderWords ToWords(const BoxCollider& box) {
+  return {.kind = DRAPE_COLLIDER_BOX,
+          .point_m = box.center_m,
+          .vector = box.half_extents_m,
+          .axes = box.rotation.toRotationMatrix()};
+}
+
 void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
   const ClothParameters& parameters = cloth.parameters;
   const StepSettings& settings = parameters.settings;
@@ -40,6 +73,24 @@ void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
   record.friction_dynamic = static_cast<float>(parameters.friction_dynamic);
   record.damping_factor = static_cast<float>(std::exp(-parameters.damping_per_s * h));
   record.contact_margin = static_cast<float>(kContactMarginRatio * length_scale);
+}
+
+// Zero unless there are air forces.
+void SetAir(const GlCloth& cloth, shader::ClothRecord& record) {
+  const SceneModel& model = *cloth.model->model;
+  const ModelLayout& layout = cloth.model->layout;
+  const ClothParameters& parameters = cloth.parameters;
+  if (!HasAirForces(model, parameters)) return;
+  const Eigen::Vector3f wind = parameters.wind_m_per_s.cast<float>();
+  record.wind = {wind.x(), wind.y(), wind.z(), 0};
+  record.triangle_count = static_cast<uint32_t>(model.triangles().size());
+  record.air_drag = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_drag / 4);
+  record.air_lift = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_lift / 4);
+  const uint32_t begin = cloth.model->words.begin();
+  record.triangles = begin + layout.triangles;
+  record.triangle_masses = begin + layout.triangle_masses;
+  record.triangle_offsets = begin + layout.triangle_offsets;
+  record.particle_triangles = begin + layout.particle_triangles;
 }
 
 void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
@@ -88,6 +139,7 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
   layout.tangent_betas = append(parameters.friction_static > 0 ? 3 * colliders * particles : 0);
   layout.violations = append(colliders > 0 ? particles : 0);
   layout.spring_accelerations = append(model.spring_count() > 0 ? 3 * particles : 0);
+  layout.air_impulses = append(HasAirForces(model, parameters) ? 3 * model.triangles().size() : 0);
   layout.work_positions = append(has_work_state ? 3 * particles : 0);
   layout.work_velocities = append(has_work_state ? 3 * particles : 0);
   const uint64_t pieces = MeasurePieceCount(model);
@@ -99,6 +151,7 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   shader::ClothRecord record{};
   SetSettings(cloth, record);
   SetModel(cloth, record);
+  SetAir(cloth, record);
   record.positions = cloth.state.begin();
   record.velocities = cloth.state.begin() + 3 * cloth.particle_count();
   record.collider_count = static_cast<uint32_t>(cloth.parameters.colliders.size());
@@ -114,6 +167,7 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   record.tangent_betas = scratch(layout.tangent_betas);
   record.violations = scratch(layout.violations);
   record.spring_accelerations = scratch(layout.spring_accelerations);
+  record.air_impulses = scratch(layout.air_impulses);
   record.work_positions = scratch(layout.work_positions);
   record.work_velocities = scratch(layout.work_velocities);
   record.measured_pieces = scratch(layout.measured_pieces);
@@ -140,18 +194,13 @@ std::vector<uint32_t> PackTargets(std::span<const Eigen::Vector3d> targets_m) {
 std::vector<uint32_t> PackColliders(std::span<const Collider> colliders) {
   std::vector<uint32_t> words;
   for (const Collider& collider : colliders) {
-    if (const auto* sphere = std::get_if<SphereCollider>(&collider)) {
-      words.push_back(DRAPE_COLLIDER_SPHERE);
-      words.push_back(FloatWord(sphere->radius_m));
-      AppendVector(sphere->center_m, words);
-      AppendVector(Eigen::Vector3d::UnitY(), words);
-    } else {
-      const auto& plane = std::get<PlaneCollider>(collider);
-      words.push_back(DRAPE_COLLIDER_PLANE);
-      words.push_back(FloatWord(0));
-      AppendVector(plane.point_m, words);
-      AppendVector(plane.normal, words);
-    }
+    const ColliderWords packed =
+        std::visit([](const auto& shape) { return ToWords(shape); }, collider);
+    words.push_back(packed.kind);
+    words.push_back(FloatWord(packed.radius_m));
+    AppendVector(packed.point_m, words);
+    AppendVector(packed.vector, words);
+    for (int k = 0; k < 3; ++k) AppendVector(packed.axes.col(k), words);
   }
   return words;
 }

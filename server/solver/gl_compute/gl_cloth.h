@@ -25,6 +25,7 @@ struct ScratchLayout {
   uint64_t tangent_betas = 0;
   uint64_t violations = 0;
   uint64_t spring_accelerations = 0;
+  uint64_t air_impulses = 0;
   uint64_t work_positions = 0;
   uint64_t work_velocities = 0;
   uint64_t measured_pieces = 0;

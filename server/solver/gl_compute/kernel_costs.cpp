@@ -18,19 +18,31 @@ uint64_t LoopPasses(uint64_t elements, uint64_t local_size) {
   return RoundsFor(elements, local_size) + 1;
 }
 
-uint64_t LargestSpringDegree(const SceneModel& model) {
+// Most entries of one particle in a list that has those of particle p from offsets[p] to
+// offsets[p + 1].
+uint64_t LargestDegree(std::span<const uint32_t> offsets) {
   uint64_t largest = 0;
-  if (model.spring_count() == 0) return 0;
-  for (uint32_t i = 0; i < model.particle_count(); ++i) {
-    largest =
-        std::max<uint64_t>(largest, model.spring_offsets()[i + 1] - model.spring_offsets()[i]);
+  for (size_t i = 0; i + 1 < offsets.size(); ++i) {
+    largest = std::max<uint64_t>(largest, offsets[i + 1] - offsets[i]);
   }
   return largest;
+}
+
+uint64_t LargestSpringDegree(const SceneModel& model) {
+  return model.spring_count() == 0 ? 0 : LargestDegree(model.spring_offsets());
 }
 
 // Invocations run in vectors, so each round takes as long as its particle with the most springs.
 uint64_t SpringPasses(const SceneModel& model, uint64_t rounds) {
   return rounds + std::min<uint64_t>(rounds * LargestSpringDegree(model), 2 * model.spring_count());
+}
+
+// Of one kick of the air.
+uint64_t AirPasses(const SceneModel& model, uint64_t rounds, uint32_t local_size) {
+  const uint64_t triangles = model.triangles().size();
+  const uint64_t of_particles = rounds * LargestDegree(model.triangle_offsets());
+  return LoopPasses(triangles, local_size) + 2 * rounds + 1 +
+         std::min<uint64_t>(of_particles, 3 * triangles);
 }
 
 }  // namespace
@@ -43,6 +55,9 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   const bool has_springs = model.spring_count() > 0;
   const uint64_t springs = has_springs ? 2 * particles + SpringPasses(model, rounds) : 0;
 
+  const uint64_t air =
+      HasAirForces(model, parameters) ? AirPasses(model, rounds, local_size) : 0;
+
   LoopCosts costs;
   costs.sweep = 1 + model.colour_count() + 1;
   const std::span<const uint32_t> offsets = model.colour_offsets();
@@ -50,13 +65,13 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
     costs.sweep += LoopPasses(offsets[c + 1] - offsets[c], local_size);
   }
   if (colliders > 0) costs.sweep += particles + rounds * (colliders + 1);
-  costs.substep = 2 + springs + 2 * particles + 2 * LoopPasses(model.pin_count(), local_size);
+  costs.substep = 2 + springs + air + 2 * particles + 2 * LoopPasses(model.pin_count(), local_size);
   if (HasTethers(model, parameters.settings)) {
     costs.substep += particles + rounds * (kMaxTethersPerParticle + 1);
   }
   if (colliders > 0) costs.substep += 2 * rounds * (colliders + 1);
   // Loading, checking with its loop over the axes, storing, pausing.
-  costs.fixed = springs + 4 * particles + 4 * rounds + 8;
+  costs.fixed = springs + air + 4 * particles + 4 * rounds + 8;
   return costs;
 }
 
@@ -81,8 +96,10 @@ uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parame
   const uint64_t piece_rounds = RoundsFor(DRAPE_MEASURE_PIECE, local_size);
   const uint64_t measure = 2 * (piece_rounds + 1) + piece_rounds * (colliders + 1) +
                            SpringPasses(model, piece_rounds) + 16;
-  const uint64_t tiled = std::max(
-      {LargestSpringDegree(model) + 1, 2 * (colliders + 1), uint64_t{kMaxTethersPerParticle} + 1});
+  const uint64_t air =
+      HasAirForces(model, parameters) ? LargestDegree(model.triangle_offsets()) + 1 : 0;
+  const uint64_t tiled = std::max({LargestSpringDegree(model) + 1, air, 2 * (colliders + 1),
+                                   uint64_t{kMaxTethersPerParticle} + 1});
   // `tiled_begin_sweeps` and `tiled_end_sweep` go through the dispatches of all colours.
   const uint64_t control = LoopPasses(model.colour_count() + 2, local_size);
   return std::max({measure, tiled, control});

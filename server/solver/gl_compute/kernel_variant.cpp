@@ -28,7 +28,7 @@ uint32_t LocalSizeFor(uint32_t capacity, const DeviceTraits& device) {
 
 Status LoopLimit() {
   return Status(StatusCode::kResourceExhausted, "KERNEL_LOOP_LIMIT",
-                "a particle has too many springs, or the cloth too many colliders or colours, for "
+                "a particle has too many springs or triangles, or the cloth too many colliders or colours, for "
                 "the kernels of this device");
 }
 
@@ -67,6 +67,7 @@ std::string KernelVariant::Defines() const {
   if (has_damping) text << "#define HAS_DAMPING\n";
   if (has_pins) text << "#define HAS_PINS\n";
   if (has_tethers) text << "#define HAS_TETHERS\n";
+  if (has_wind) text << "#define HAS_WIND\n";
   if (has_tolerance) text << "#define HAS_TOLERANCE\n";
   if (is_in_parts) text << "#define IS_IN_PARTS\n#define LOOP_BUDGET " << loop_budget << "u\n";
   return text.str();
@@ -99,6 +100,7 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
   variant.has_damping = parameters.damping_per_s > 0;
   variant.has_pins = model.pin_count() > 0;
   variant.has_tethers = HasTethers(model, parameters.settings);
+  variant.has_wind = HasAirForces(model, parameters);
   variant.has_tolerance = parameters.settings.tolerance > 0;
   DRAPE_RETURN_IF_ERROR(FitLoops(model, parameters, device, choice));
   return choice;

@@ -26,6 +26,7 @@ struct KernelVariant {
   bool has_damping = false;
   bool has_pins = false;
   bool has_tethers = false;
+  bool has_wind = false;  // drag or lift of the air, also in still air
   bool has_tolerance = false;
   // The resident step takes several dispatches of at most loop_budget passes (kernel_costs.h).
   bool is_in_parts = false;

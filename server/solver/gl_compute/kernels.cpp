@@ -16,6 +16,7 @@ std::string ConstantDefines() {
   text << std::scientific;
   text << "#define MIN_DIRECTION_LENGTH " << kMinDirectionLength_m << "\n";
   text << "#define MAX_SPEED " << kMaxSpeed_m_per_s << "\n";
+  text << "#define MAX_AIR_RATIO " << kMaxAirRatio << "\n";
   text << "#define MAX_COORDINATE " << kMaxCoordinate_m << "\n";
   return text.str();
 }
@@ -99,6 +100,8 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
       Wanted{true, "tiled_begin", plain, &kernels.tiled_begin},
       Wanted{has_springs, "tiled_spring_accelerations", plain, &kernels.tiled_spring_accelerations},
       Wanted{has_kicks, "tiled_kick", plain, &kernels.tiled_kick},
+      Wanted{all.has_wind, "tiled_air_impulses", plain, &kernels.tiled_air_impulses},
+      Wanted{all.has_wind, "tiled_apply_wind", plain, &kernels.tiled_apply_wind},
       Wanted{true, "tiled_predict", WithSprings(plain, all), &kernels.tiled_predict},
       Wanted{all.has_tethers, "tiled_tether", plain, &kernels.tiled_tether},
       Wanted{all.has_tolerance, "tiled_begin_sweeps", plain, &kernels.tiled_begin_sweeps},

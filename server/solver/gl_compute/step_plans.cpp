@@ -17,6 +17,7 @@ uint32_t GroupsFor(uint32_t invocations, uint32_t local_size) {
 struct LargestSizes {
   uint32_t particles = 0;
   uint32_t pins = 0;
+  uint32_t triangles = 0;
   uint32_t substeps = 0;
   uint32_t max_iterations = 0;
   std::vector<uint32_t> colours;  // [colour] constraints
@@ -28,6 +29,8 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
     const StepSettings& settings = cloth->parameters.settings;
     largest.particles = std::max(largest.particles, cloth->particle_count());
     largest.pins = std::max(largest.pins, cloth->pin_count());
+    largest.triangles = std::max(largest.triangles,
+                                 static_cast<uint32_t>(cloth->model->model->triangles().size()));
     largest.substeps = std::max(largest.substeps, settings.substeps);
     largest.max_iterations = std::max(largest.max_iterations, settings.max_iterations);
     const std::vector<uint32_t>& sizes = cloth->model->colour_sizes;
@@ -54,12 +57,14 @@ class TiledStep {
     if (kernels_.variant.has_tolerance) UploadDispatchArgs();
     DispatchParticles(*kernels_.tiled_begin, 0);
     ApplySprings(DRAPE_BEFORE_FIRST_SUBSTEP);
+    ApplyWind(DRAPE_BEFORE_FIRST_SUBSTEP);
     for (uint32_t substep = 0; substep < largest_.substeps; ++substep) {
       Predict(substep);
       Tether(substep);
       Solve(substep);
       Integrate(substep);
       ApplySprings(substep);
+      ApplyWind(substep);
     }
     DispatchParticles(*kernels_.tiled_check, 0);
     DispatchParticles(*kernels_.tiled_commit, 0);
@@ -114,6 +119,12 @@ class TiledStep {
     if (kernels_.tiled_kick == nullptr) return;
     DispatchParticles(*kernels_.tiled_spring_accelerations, substep);
     DispatchParticles(*kernels_.tiled_kick, substep);
+  }
+
+  void ApplyWind(uint32_t substep) {
+    if (kernels_.tiled_apply_wind == nullptr) return;
+    DispatchElements(*kernels_.tiled_air_impulses, substep, largest_.triangles);
+    DispatchParticles(*kernels_.tiled_apply_wind, substep);
   }
 
   void Predict(uint32_t substep) {

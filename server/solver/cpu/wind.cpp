@@ -1,0 +1,61 @@
+#include "server/solver/cpu/wind.h"
+
+#include "server/solver/cpu/constraint_math.h"
+
+namespace drape::cpu {
+namespace {
+
+LaneVectors Gather(const std::vector<Lanes>& vectors,
+                   const std::array<uint32_t, kLaneCount>& indices) {
+  return Transpose(vectors[indices[0]], vectors[indices[1]], vectors[indices[2]],
+                   vectors[indices[3]]);
+}
+
+LaneVectors Minus(const LaneVectors& a, const LaneVectors& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
+// First phase: of each triangle, a third of its impulse, all from the same velocities.
+void StoreAirImpulses(const StepContext& context, float duration) {
+  const FloatControls& controls = context.controls;
+  const FloatState& state = context.scratch.state;
+  Lanes* impulses = context.scratch.air_impulses.data();
+  for (const TriangleGroup& group : context.model.triangles) {
+    const auto& [i, j, k] = group.corners;
+    const LaneVectors v_i = Gather(state.velocities, i);
+    const LaneVectors v_j = Gather(state.velocities, j);
+    const LaneVectors v_k = Gather(state.velocities, k);
+    const LaneVectors relative{controls.wind[0] - (v_i.x + v_j.x + v_k.x) / 3,
+                               controls.wind[1] - (v_i.y + v_j.y + v_k.y) / 3,
+                               controls.wind[2] - (v_i.z + v_j.z + v_k.z) / 3};
+    const LaneVectors p_i = Gather(state.positions, i);
+    const LaneVectors normal = Cross(Minus(Gather(state.positions, j), p_i),
+                                     Minus(Gather(state.positions, k), p_i));
+    const LaneVectors change =
+        AirVelocityChange(relative, normal, duration * controls.air_drag / group.mass,
+                          duration * controls.air_lift / group.mass);
+    const Lanes share = group.mass / 3;
+    for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
+      *impulses++ = share[lane] * Lanes{change.x[lane], change.y[lane], change.z[lane], 0};
+    }
+  }
+}
+
+}  // namespace
+
+void ApplyWind(const StepContext& context, float duration) {
+  StoreAirImpulses(context, duration);
+  const FloatModel& model = context.model;
+  const auto offsets = model.source->triangle_offsets();
+  const auto triangles = model.source->particle_triangles();
+  StepScratch& scratch = context.scratch;
+  for (const uint32_t i : model.free_particles) {
+    Lanes impulse{};
+    for (uint32_t e = offsets[i]; e < offsets[i + 1]; ++e) {
+      impulse += scratch.air_impulses[triangles[e]];
+    }
+    scratch.state.velocities[i] += model.inverse_masses[i] * impulse;
+  }
+}
+
+}  // namespace drape::cpu

@@ -1,0 +1,14 @@
+// Kernel `tiled_air_impulses`: stage apply_wind, first phase. One invocation = one triangle. Reads Models,
+// Scratch (positions, velocities); writes Scratch (impulses [N s]).
+#include "stages/access_tiled.glsl"
+#include "stages/apply_wind.glsl"
+
+layout(local_size_x = LOCAL_SIZE) in;
+
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+
+void main() {
+  OpenCloth(gl_WorkGroupID.y);
+  uint t = gl_GlobalInvocationID.x;
+  if (t < cloth.triangle_count && IsKickDue(substep)) StoreAirImpulse(t, KickSeconds(substep));
+}

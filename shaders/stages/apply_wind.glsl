@@ -1,0 +1,31 @@
+// Stage `apply_wind`. Two phases, so that all forces come from the same velocities: the impulses of the
+// triangles, then the sums of the particles. Needs the accessors of one plan.
+#include "lib/wind.glsl"
+#include "stages/kick.glsl"
+
+// A third of the impulse of triangle t [N s]: what each of its corners gets.
+void StoreAirImpulse(uint t, float seconds) {
+  uint word = cloth.triangles + 3u * t;
+  uvec3 corners = uvec3(models[word], models[word + 1u], models[word + 2u]);
+  float mass = ModelFloat(cloth.triangle_masses + t);
+  precise vec3 velocity = (Velocity(corners.x) + Velocity(corners.y) + Velocity(corners.z)) / 3.0;
+  precise vec3 relative = cloth.wind.xyz - velocity;
+  vec3 p = Position(corners.x);
+  precise vec3 edge_y = Position(corners.y) - p;
+  precise vec3 edge_z = Position(corners.z) - p;
+  precise float drag = seconds * cloth.air_drag / mass;
+  precise float lift = seconds * cloth.air_lift / mass;
+  precise vec3 impulse = mass / 3.0 * AirVelocityChange(relative, Cross(edge_y, edge_z), drag, lift);
+  SetScratchVector(cloth.air_impulses + 3u * t, impulse);
+}
+
+// v += w * the impulses of the triangles of i, in ascending order; pins are moved by their targets alone.
+void ApplyAirImpulses(uint i) {
+  if (InverseMass(i) == 0.0) return;
+  uint end = models[cloth.triangle_offsets + i + 1u];
+  precise vec3 impulse = vec3(0.0);
+  for (uint e = models[cloth.triangle_offsets + i]; e < end; ++e) {
+    impulse = impulse + ScratchVector(cloth.air_impulses + 3u * models[cloth.particle_triangles + e]);
+  }
+  SetVelocity(i, AddScaled(Velocity(i), InverseMass(i), impulse));
+}

@@ -1,0 +1,215 @@
+// Sheets and particles on boxes and capsules.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/physics/physics_test.h"
+
+namespace drape::test {
+namespace {
+
+using Eigen::Vector3d;
+constexpr double kG = 9.81;
+
+class SolidContact : public PhysicsTest {};
+
+// A sheet of 0.6 m centred over the origin at height 0.
+Scene CentredSheet(double friction, const Collider& collider) {
+  Scene scene = Grid(7, 7, 0.6, 0.6);
+  for (Vector3d& p : scene.state.positions_m) p -= Vector3d(0.3, 0, 0.3);
+  scene.parameters.colliders = {collider};
+  scene.parameters.friction_static = scene.parameters.friction_dynamic = friction;
+  scene.parameters.settings = SingleSubstep(1.0 / 60, 2);
+  scene.parameters.settings.substeps = 8;
+  return scene;
+}
+
+// Above its face a box is the plane of that face. With the centre at height 0 both distances are
+// the same operations, so a sheet that falls askew, slides and comes to rest has the same bits.
+TEST_P(SolidContact, TheTopOfABoxIsAPlane) {
+  const auto settle = [this](const Collider& collider) {
+    Scene scene = CentredSheet(0.4, collider);
+    for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {
+      Vector3d& p = scene.state.positions_m[i];
+      p.y() = 0.3 + 0.1 * p.x();
+      scene.state.velocities_m_per_s[i] = Vector3d(0.5, 0, -0.25);
+    }
+    const ClothHandle cloth = Make(scene);
+    const StepReport report = StepAlone(backend(), cloth, scene, 240, true);
+    EXPECT_EQ(report.measured.contacts, scene.model->particle_count());
+    return ReadState(backend(), cloth);
+  };
+  const ParticleState on_box = settle(BoxCollider{.half_extents_m = {1, 0.25, 1}});
+  const ParticleState on_plane = settle(PlaneCollider{.point_m = {0, 0.25, 0}});
+  EXPECT_EQ(on_box.positions_m, on_plane.positions_m);
+  EXPECT_EQ(on_box.velocities_m_per_s, on_plane.velocities_m_per_s);
+}
+
+// On a box anywhere, turned anyhow about the vertical: no drift in 1000 steps.
+TEST_P(SolidContact, AParticleAtRestOnABoxStays) {
+  Scene scene = LoneParticle(Vector3d(0.3, -0.65, -0.2), Vector3d::Zero());
+  scene.parameters.colliders = {
+      BoxCollider{.center_m = {0.1, -1.05, 0.2},
+                  .half_extents_m = {0.7, 0.4, 0.6},
+                  .rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vector3d::UnitY()))}};
+  scene.parameters.friction_static = scene.parameters.friction_dynamic = 0.5;
+  scene.parameters.settings = SingleSubstep(1.0 / 60, 1);
+  scene.parameters.settings.substeps = 4;
+  const ClothHandle cloth = Make(scene);
+  const StepReport report = StepAlone(backend(), cloth, scene, 1000, true);
+  const ParticleState state = ReadState(backend(), cloth);
+  // The height of the top is the sum of rounded numbers below 1.05, the particle's one more.
+  EXPECT_NEAR(state.positions_m[0].y(), -0.65, 4 * 1.05 * round_off());
+  EXPECT_NEAR(state.positions_m[0].x(), 0.3, 0.3 * round_off());
+  EXPECT_NEAR(state.positions_m[0].z(), -0.2, 0.2 * round_off());
+  EXPECT_EQ(report.measured.contacts, 1u);
+  EXPECT_LE(report.measured.max_penetration_m, 4 * 1.05 * round_off());
+  EXPECT_LE(state.velocities_m_per_s[0].norm(), kG / 240 * 8 * round_off());
+}
+
+double DepthInCapsule(const CapsuleCollider& capsule, const Vector3d& q) {
+  // Along x: the distance in the plane across it, and beyond an end that to the end.
+  const double x = std::clamp(q.x(), capsule.a_m.x(), capsule.b_m.x());
+  return capsule.radius_m - (q - Vector3d(x, capsule.a_m.y(), capsule.a_m.z())).norm();
+}
+
+double DepthInBox(const BoxCollider& box, const Vector3d& q) {
+  return (box.half_extents_m - (box.rotation.conjugate() * (q - box.center_m)).cwiseAbs())
+      .minCoeff();
+}
+
+// The deepest a particle of the sheet gets, and the largest speed so far, by steps.
+template <class Depth>
+void ExpectNothingFallsIn(Backend& backend, ClothHandle cloth, const Scene& scene,
+                          const Depth& depth, double turning_per_sq_m) {
+  const double h = scene.parameters.settings.substep_s();
+  const double round_off = UnitRoundOff(backend);
+  uint32_t contacts = 0;
+  double speed = 0;
+  for (int step = 0; step < 60; ++step) {
+    const StepReport report = StepAlone(backend, cloth, scene, 1, true);
+    contacts = std::max(contacts, report.measured.contacts);
+    const ParticleState state = ReadState(backend, cloth);
+    double deepest = 0;
+    for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {
+      deepest = std::max(deepest, depth(state.positions_m[i]));
+      speed = std::max(speed, state.velocities_m_per_s[i].norm());
+    }
+    const double turning = turning_per_sq_m * speed * h * speed * h;
+    EXPECT_LE(deepest, turning + 16 * round_off) << "step " << step;
+    EXPECT_NEAR(report.measured.max_penetration_m, deepest, 16 * round_off) << "step " << step;
+  }
+  EXPECT_GE(contacts, 3u) << "the sheet never lay on it";
+}
+
+// As for a sphere (contact_test): friction may take back what was tangential to the normal of an
+// earlier sweep, and within a substep the normal turns by at most v h / r.
+TEST_P(SolidContact, NothingFallsIntoACapsule) {
+  const CapsuleCollider capsule{
+      .a_m = {-0.12, -0.3, 0.02}, .b_m = {0.17, -0.3, 0.02}, .radius_m = 0.2};
+  for (const double friction : {0.0, 0.5}) {
+    SCOPED_TRACE("friction " + std::to_string(friction));
+    const Scene scene = CentredSheet(friction, capsule);
+    ExpectNothingFallsIn(
+        backend(), Make(scene), scene,
+        [&](const Vector3d& q) { return DepthInCapsule(capsule, q); },
+        friction == 0 ? 0 : 1 / capsule.radius_m);
+  }
+}
+
+// The faces are flat; without friction the last projection of a sweep is exact, edges or not.
+TEST_P(SolidContact, NothingFallsIntoABox) {
+  const BoxCollider box{.center_m = {0.02, -0.3, -0.01},
+                        .half_extents_m = {0.17, 0.2, 0.13},
+                        .rotation = Eigen::Quaterniond(0.9, 0.1, 0.3, -0.2).normalized()};
+  const Scene scene = CentredSheet(0, box);
+  ExpectNothingFallsIn(
+      backend(), Make(scene), scene, [&](const Vector3d& q) { return DepthInBox(box, q); }, 0);
+}
+
+// Friction takes back what was tangential to the normal of an earlier sweep; at an edge that can be
+// the next face's normal. It took at most mu times what the face pushed, and that is no more than
+// the way of the substep, v h, for each of the two sweeps.
+TEST_P(SolidContact, WithFrictionNothingFallsDeepIntoABox) {
+  const BoxCollider box{.center_m = {0.02, -0.3, -0.01},
+                        .half_extents_m = {0.17, 0.2, 0.13},
+                        .rotation = Eigen::Quaterniond(0.9, 0.1, 0.3, -0.2).normalized()};
+  constexpr double kFriction = 0.5;
+  const Scene scene = CentredSheet(kFriction, box);
+  const double h = scene.parameters.settings.substep_s();
+  const ClothHandle cloth = Make(scene);
+  double speed = 0, deepest = 0;
+  uint32_t contacts = 0;
+  for (int step = 0; step < 60; ++step) {
+    contacts = std::max(contacts, StepAlone(backend(), cloth, scene, 1, true).measured.contacts);
+    const ParticleState state = ReadState(backend(), cloth);
+    for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {
+      speed = std::max(speed, state.velocities_m_per_s[i].norm());
+      deepest = std::max(deepest, DepthInBox(box, state.positions_m[i]));
+    }
+    EXPECT_LE(deepest, 2 * kFriction * speed * h + 16 * round_off()) << "step " << step;
+  }
+  EXPECT_GE(contacts, 3u) << "the sheet never lay on it";
+}
+
+// Hung over a capsule, askew, a sheet comes to rest and friction keeps it there. What hangs, at
+// most 0.3 m long, swings with a frequency above c/2, so its swing decays as exp(-c t/2) in 6 s.
+TEST_P(SolidContact, ASheetComesToRestOverACapsule) {
+  constexpr double kDamping_per_s = 6;
+  const CapsuleCollider capsule{
+      .a_m = {-0.4, -0.3, 0.02}, .b_m = {0.4, -0.3, 0.02}, .radius_m = 0.2};
+  Scene scene = CentredSheet(0.6, capsule);
+  scene.parameters.damping_per_s = kDamping_per_s;
+  const ClothHandle cloth = Make(scene);
+  StepAlone(backend(), cloth, scene, 360);
+  const ParticleState rest = ReadState(backend(), cloth);
+  StepAlone(backend(), cloth, scene, 60);
+  const ParticleState later = ReadState(backend(), cloth);
+  double drift = 0, deepest = 0;
+  for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {
+    drift = std::max(drift, (later.positions_m[i] - rest.positions_m[i]).norm());
+    deepest = std::max(deepest, DepthInCapsule(capsule, later.positions_m[i]));
+  }
+  EXPECT_LE(drift, 0.6 * std::exp(-kDamping_per_s * 6 / 2) + 16 * round_off());
+  EXPECT_LE(deepest, 16 * round_off());
+}
+
+// A contact sees where a particle is, not where it came from. What moves by less than half the
+// thickness per substep is held on the side that it came from ...
+TEST_P(SolidContact, AThinBoxStopsWhatMovesLessThanHalfOfItPerSubstep) {
+  for (const uint32_t substeps : {1u, 8u}) {
+    const double h = 1.0 / 60 / substeps;
+    Scene scene = LoneParticle(Vector3d(0, 0.03125, 0), Vector3d(0, -0.015 / h, 0));
+    scene.parameters.gravity_m_per_s2.setZero();
+    scene.parameters.colliders = {BoxCollider{.half_extents_m = {1, 0.015625, 1}}};
+    scene.parameters.settings = SingleSubstep(1.0 / 60, 2);
+    scene.parameters.settings.substeps = substeps;
+    const ClothHandle cloth = Make(scene);
+    StepAlone(backend(), cloth, scene, 3);
+    const ParticleState state = ReadState(backend(), cloth);
+    EXPECT_NEAR(state.positions_m[0].y(), 0.015625, 4 * round_off() * 0.03125);
+    EXPECT_NEAR(state.velocities_m_per_s[0].norm(), 0, 4 * round_off() * 0.015 / h);
+  }
+}
+
+// ... and what moves farther may pass: it is put onto the face that it is nearest to then, and
+// leaves with the speed that this took, below twice its own.
+TEST_P(SolidContact, AThinBoxLetsFasterParticlesThroughToItsOtherFace) {
+  constexpr double kStep_s = 1.0 / 64;
+  constexpr double kSpeed = 2;  // 1/32 m per step
+  Scene scene = LoneParticle(Vector3d(0, 0.0234375, 0), Vector3d(0, -kSpeed, 0));
+  scene.parameters.gravity_m_per_s2.setZero();
+  scene.parameters.colliders = {BoxCollider{.half_extents_m = {1, 0.015625, 1}}};
+  scene.parameters.settings = SingleSubstep(kStep_s, 2);
+  const ClothHandle cloth = Make(scene);
+  StepAlone(backend(), cloth, scene);
+  const ParticleState passed = ReadState(backend(), cloth);
+  EXPECT_EQ(passed.positions_m[0].y(), -0.015625);
+  EXPECT_EQ(passed.velocities_m_per_s[0].y(), -(0.0234375 + 0.015625) / kStep_s);
+  StepAlone(backend(), cloth, scene);
+  EXPECT_EQ(ReadState(backend(), cloth).velocities_m_per_s[0], passed.velocities_m_per_s[0]);
+}
+
+DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(SolidContact);
+
+}  // namespace
+}  // namespace drape::test
