@@ -25,7 +25,8 @@ void main() {
   if (label.kind == DRAPE_DRAW_LABEL_PANEL) {
     picture.a *= BoxShare(label.box, label.corner_radius);
   } else if (label.kind == DRAPE_DRAW_LABEL_GLYPH) {
-    picture.a *= texture(glyphs, texture_place).r;
+    // Blended in linear light, dark text on a light ground would look thin.
+    picture.a *= 1.0 - pow(1.0 - texture(glyphs, texture_place).r, 1.8);
   } else if (label.kind == DRAPE_DRAW_LABEL_STRAIN_SCALE) {
     picture.rgb = StrainColour(texture_place.y);
   } else {

@@ -27,7 +27,8 @@ void main() {
   vec3 to_viewer = ToViewer(center);
   DiscAxes(to_viewer, right, up);
   disc = DiscCorner(gl_VertexID);
-  float radius = max(is_pin ? cloth.pin_radius : cloth.ball_radius, HalfPixel(center));
+  float radius = is_pin ? max(cloth.pin_radius, 3.0 * HalfPixel(center))
+                        : max(cloth.ball_radius, HalfPixel(center));
   // Before the lines that end in it and the cloth that hangs from it.
   position = center + radius * (disc.x * right + disc.y * up + to_viewer);
   value = shaded[cloth.shaded + particle].w;

@@ -29,6 +29,7 @@ void main() {
                     0.1 * GridLines(place, 0.1 * plane.grid.x, 1.0));
   vec3 base = mix(vec3(0.80, 0.815, 0.835), vec3(0.25, 0.28, 0.33), lines);
   float faded = clamp(length(from_center) / plane.center.w, 0.0, 1.0);
+  if (faded == 1.0) discard;
   float alpha = (is_above ? 1.0 : 0.25) * (1.0 - smoothstep(0.25, 1.0, faded));
   picture = vec4(ShadedColour(base, position, is_above ? normal : -normal, 0.0), alpha);
 }

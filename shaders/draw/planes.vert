@@ -1,4 +1,5 @@
-// Plane colliders, as squares that fade out. One instance: a plane.
+// Plane colliders, as discs that fade out. One instance: a plane; three vertices: the triangle around
+// the disc. Without an edge inside the disc, along which llvmpipe's derivatives are wrong.
 #include "draw/frame.glsl"
 
 layout(std430, binding = DRAPE_DRAW_BINDING_INSTANCES) readonly buffer Planes {
@@ -9,8 +10,8 @@ layout(location = 0) out vec3 position;
 layout(location = 1) out vec2 from_center;
 layout(location = 2) flat out uint plane_index;
 
-const vec2 kCorners[6] =
-    vec2[](vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, -1), vec2(1, 1), vec2(-1, 1));
+// Around the unit circle.
+const vec2 kCorners[3] = vec2[](vec2(-1.7320508, -1), vec2(1.7320508, -1), vec2(0, 2));
 
 void main() {
   plane_index = uint(gl_InstanceID);

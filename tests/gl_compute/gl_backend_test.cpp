@@ -8,6 +8,7 @@
 #include <fstream>
 #include <limits>
 
+#include "server/gl/shared_copy.h"
 #include "tests/gl_compute/test_cloths.h"
 
 namespace drape {
@@ -311,6 +312,38 @@ TEST_F(GlBackendTest, WriteChangesOnlyWhatIsSet) {
 }
 
 // Many cloths make every array grow several times.
+TEST_F(GlBackendTest, CopiesOnTheDeviceAreWhatIsReadAndStaySo) {
+  const ClothHandle one = CreateCloth(backend(), GridModel(5, 4));
+  const ClothHandle other = CreateCloth(backend(), GridModel(3, 3));
+  StepCloth(backend(), one);
+  StepCloth(backend(), other);
+  const ClothHandle both[] = {other, one};
+  const auto read_back = [](const gl::SharedCopy& copy) {
+    std::vector<float> words(copy.buffer.size_bytes() / sizeof(float));
+    copy.buffer.Download(0, std::as_writable_bytes(std::span(words)));
+    return words;
+  };
+  const auto columns = [&](const ReadRequest& request) {
+    const StateColumns read = backend().Read(request);
+    std::vector<float> words = std::get<std::vector<float>>(read.positions_m);
+    const auto& velocities = std::get<std::vector<float>>(read.velocities_m_per_s);
+    words.insert(words.end(), velocities.begin(), velocities.end());
+    return words;
+  };
+  for (const auto& [positions, velocities] : {std::pair(true, true), std::pair(true, false)}) {
+    const ReadRequest request{both, positions, velocities};
+    const std::vector<float> expected = columns(request);
+    const std::shared_ptr<gl::SharedCopy> copy = backend().CopyOnDevice(request);
+    ASSERT_NE(copy, nullptr);
+    EXPECT_EQ(read_back(*copy), expected);
+    StepCloth(backend(), one);
+    EXPECT_EQ(read_back(*copy), expected);
+  }
+  EXPECT_EQ(backend().CopyOnDevice({{}, true, true}), nullptr);
+  backend().Destroy(one);
+  backend().Destroy(other);
+}
+
 TEST_F(GlBackendTest, GrowingArraysKeepStates) {
   const std::unique_ptr<Backend> fresh = MakeGlBackend();
   const auto model = GridModel(10, 10, {0});

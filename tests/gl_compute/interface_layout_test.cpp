@@ -15,6 +15,7 @@
 #include "shaders/interface/cloth_record.h"
 #include "shaders/interface/cloth_status.h"
 #include "shaders/interface/dispatch_args.h"
+#include "shaders/interface/draw_records.h"
 
 namespace drape {
 namespace {
@@ -182,6 +183,75 @@ TEST_F(InterfaceLayoutTest, DispatchArgs) {
   const StructLayout driver = AskDriver("dispatch_args.h", "DispatchArgs");
   EXPECT_EQ(driver.offsets, expected);
   EXPECT_EQ(driver.stride, static_cast<GLint>(sizeof(shader::DispatchArgs)));
+}
+
+// Uniform blocks have the layout std140, storage blocks, which AskDriver asks for, std430: the same
+// for structs whose members are multiples of 16 bytes.
+TEST_F(InterfaceLayoutTest, DrawFrame) {
+  const std::map<std::string, GLint> expected = {
+      MEMBER(DrawFrame, clip_from_world), MEMBER(DrawFrame, shadow_from_world),
+      MEMBER(DrawFrame, viewer),          MEMBER(DrawFrame, to_light),
+      MEMBER(DrawFrame, screen),          MEMBER(DrawFrame, scale)};
+  const StructLayout driver = AskDriver("draw_records.h", "DrawFrame");
+  EXPECT_EQ(driver.offsets, expected);
+  EXPECT_EQ(driver.stride, static_cast<GLint>(sizeof(shader::DrawFrame)));
+}
+
+TEST_F(InterfaceLayoutTest, DrawReaches) {
+  const StructLayout driver = AskDriver("draw_records.h", "DrawReaches");
+  EXPECT_EQ(driver.offsets, (std::map<std::string, GLint>{{"directions[0]", 0}}));
+  EXPECT_EQ(driver.stride, static_cast<GLint>(sizeof(shader::DrawReaches)));
+}
+
+TEST_F(InterfaceLayoutTest, DrawRecord) {
+  const std::map<std::string, GLint> expected = {
+      MEMBER(DrawRecord, offset),         MEMBER(DrawRecord, colour),
+      MEMBER(DrawRecord, particle_count), MEMBER(DrawRecord, constraint_count),
+      MEMBER(DrawRecord, positions),      MEMBER(DrawRecord, velocities),
+      MEMBER(DrawRecord, shaded),         MEMBER(DrawRecord, corner_offsets),
+      MEMBER(DrawRecord, corners),        MEMBER(DrawRecord, end_offsets),
+      MEMBER(DrawRecord, ends),           MEMBER(DrawRecord, constraints),
+      MEMBER(DrawRecord, pins),           MEMBER(DrawRecord, pin_count),
+      MEMBER(DrawRecord, line_radius),    MEMBER(DrawRecord, ball_radius),
+      MEMBER(DrawRecord, pin_radius),     MEMBER(DrawRecord, has_surface)};
+  const StructLayout driver = AskDriver("draw_records.h", "DrawRecord");
+  EXPECT_EQ(driver.offsets, expected);
+  EXPECT_EQ(driver.stride, static_cast<GLint>(sizeof(shader::DrawRecord)));
+}
+
+TEST_F(InterfaceLayoutTest, ClothExtents) {
+  const std::map<std::string, GLint> expected = {
+      MEMBER(ClothExtents, low_x),
+      MEMBER(ClothExtents, low_y),
+      MEMBER(ClothExtents, low_z),
+      MEMBER(ClothExtents, low_value),
+      MEMBER(ClothExtents, high_x),
+      MEMBER(ClothExtents, high_y),
+      MEMBER(ClothExtents, high_z),
+      MEMBER(ClothExtents, high_value),
+      {"reaches[0]", static_cast<GLint>(offsetof(shader::ClothExtents, reaches))}};
+  const StructLayout driver = AskDriver("draw_records.h", "ClothExtents");
+  EXPECT_EQ(driver.offsets, expected);
+  EXPECT_EQ(driver.stride, static_cast<GLint>(sizeof(shader::ClothExtents)));
+}
+
+TEST_F(InterfaceLayoutTest, DrawnThings) {
+  const StructLayout ball = AskDriver("draw_records.h", "BallRecord");
+  EXPECT_EQ(ball.offsets,
+            (std::map<std::string, GLint>{MEMBER(BallRecord, center), MEMBER(BallRecord, colour)}));
+  EXPECT_EQ(ball.stride, static_cast<GLint>(sizeof(shader::BallRecord)));
+  const StructLayout plane = AskDriver("draw_records.h", "PlaneRecord");
+  EXPECT_EQ(plane.offsets, (std::map<std::string, GLint>{
+                               MEMBER(PlaneRecord, center), MEMBER(PlaneRecord, tangent),
+                               MEMBER(PlaneRecord, bitangent), MEMBER(PlaneRecord, grid)}));
+  EXPECT_EQ(plane.stride, static_cast<GLint>(sizeof(shader::PlaneRecord)));
+  const StructLayout label = AskDriver("draw_records.h", "LabelRecord");
+  EXPECT_EQ(label.offsets,
+            (std::map<std::string, GLint>{
+                MEMBER(LabelRecord, box), MEMBER(LabelRecord, texture), MEMBER(LabelRecord, colour),
+                MEMBER(LabelRecord, kind), MEMBER(LabelRecord, corner_radius),
+                MEMBER(LabelRecord, padding0), MEMBER(LabelRecord, padding1)}));
+  EXPECT_EQ(label.stride, static_cast<GLint>(sizeof(shader::LabelRecord)));
 }
 
 }  // namespace

@@ -196,7 +196,7 @@ void DrawScene(const DrawPrograms& programs, const VertexArray& vertices, const 
   glDepthMask(GL_FALSE);
   programs.planes.Use();
   scene.planes.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
-  glDrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(scene.plane_count));
+  glDrawArraysInstanced(GL_TRIANGLES, 0, 3, static_cast<GLsizei>(scene.plane_count));
 }
 
 Status DrawLabels(const DrawPrograms& programs, const DrawnScene& scene,

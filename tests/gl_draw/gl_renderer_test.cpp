@@ -1,0 +1,344 @@
+// What pictures show, measured in their pixels. Edges are antialiased, so that a share of the
+// pixels along a perimeter may count either way: that is where tolerances of counts come from.
+#include "server/render/gl_draw/gl_renderer.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <vector>
+
+#include "tests/gl_draw/pictures.h"
+
+namespace drape::render {
+namespace {
+
+using Eigen::Vector3d;
+
+DrawnCloth At(std::shared_ptr<const SceneModel> model,
+              const Vector3d& environment = Vector3d::Zero(),
+              std::vector<Collider> colliders = {}) {
+  return {.model = std::move(model),
+          .placement = {.environment_origin_m = environment},
+          .colliders = std::move(colliders)};
+}
+
+class GlRendererTest : public PictureTest {
+ protected:
+  // The backdrop alone.
+  static Picture Empty(PictureSpec spec) {
+    spec.camera = FrontCamera(Vector3d::Zero(), 10, 2);
+    spec.has_legend = false;
+    return Draw(spec, {}, {});
+  }
+  // What is not backdrop.
+  static Patch Shown(const Picture& picture) {
+    return Difference(picture, Empty(SmallSpec(picture.width_px, picture.height_px)));
+  }
+};
+
+TEST_F(GlRendererTest, ASquareCoversWhatItShould) {
+  PictureSpec spec = SmallSpec(240, 200);
+  spec.camera = FrontCamera({0.5, 0.5, 0}, 10, 2);  // 100 px per metre
+  const std::vector<DrawnCloth> cloths = {At(GridModel(6))};
+  const Patch shown = Shown(Draw(spec, cloths, HostStates(cloths, Upright)));
+  EXPECT_NEAR(static_cast<double>(shown.count), 100 * 100, 4 * 100);
+  EXPECT_NEAR(shown.centroid.x(), 120, 0.5);
+  EXPECT_NEAR(shown.centroid.y(), 100, 0.5);
+}
+
+TEST_F(GlRendererTest, ClothsAreWhereTheyAreInTheWorld) {
+  PictureSpec spec = SmallSpec(400, 200);
+  spec.camera = FrontCamera({0, 0, 0}, 10, 2);
+  const auto model = GridModel(4, 0.4);
+  // Centres at (-1, -0.3) and (1, 0.5), through both parts of a placement.
+  const std::vector<DrawnCloth> cloths = {
+      At(model, {-1.2, -0.5, 0}),
+      {.model = model,
+       .placement = {.environment_origin_m = {0, 0.3, 0}, .origin_in_environment_m = {0.8, 0, 0}},
+       .colliders = {}}};
+  const Picture picture = Draw(spec, cloths, HostStates(cloths, Upright));
+  const Picture empty = Empty(SmallSpec(400, 200));
+  const auto half = [&](bool is_left) {
+    return Count(picture, [&](size_t x, size_t y, const Rgb& pixel) {
+      return (x < 200) == is_left && Distance(pixel, PixelOf(empty, x, y)) > 8;
+    });
+  };
+  for (const auto& [patch, x, y] :
+       {std::tuple(half(true), 100.0, 130.0), std::tuple(half(false), 300.0, 50.0)}) {
+    EXPECT_NEAR(static_cast<double>(patch.count), 40 * 40, 4 * 40);
+    EXPECT_NEAR(patch.centroid.x(), x, 0.5);
+    EXPECT_NEAR(patch.centroid.y(), y, 0.5);
+  }
+  // The first two colours of the palette.
+  EXPECT_GT((half(true).mean_rgb - half(false).mean_rgb).norm(), 60);
+}
+
+TEST_F(GlRendererTest, FrontAndBackDiffer) {
+  PictureSpec spec = SmallSpec();
+  spec.camera = FrontCamera({0.5, 0.5, 0}, 10, 1);
+  const std::vector<DrawnCloth> cloths = {At(GridModel(4))};
+  const auto centre = [&](const Map& map) {
+    return PixelOf(Draw(spec, cloths, HostStates(cloths, map)), 100, 100);
+  };
+  const Rgb one = centre(Upright);
+  const Rgb other = centre([](const Vector3d& p) { return Vector3d(1 - p.x(), p.z(), 0); });
+  EXPECT_GT(Distance(one, other), 20);
+}
+
+TEST_F(GlRendererTest, ASphereHasItsRadius) {
+  PictureSpec spec = SmallSpec(240, 240);
+  spec.camera = FrontCamera(Vector3d::Zero(), 10, 1.2);
+  // The cloth itself is far outside the picture.
+  const std::vector<DrawnCloth> cloths = {At(
+      GridModel(2, 0.001), {50, 0, 0}, {SphereCollider{.center_m = {-50, 0, 0}, .radius_m = 0.4}})};
+  const Patch shown = Shown(Draw(spec, cloths, HostStates(cloths)));
+  // Its outline is seen under asin(r / d); drawn 0.4 % smaller (collider_shapes.h).
+  const double drawn = 0.4 * 0.996;
+  const double radius_px = 200 * 10 * std::tan(std::asin(drawn / 10));
+  EXPECT_NEAR(std::sqrt(static_cast<double>(shown.count) / std::numbers::pi), radius_px, 0.7);
+  EXPECT_NEAR(shown.centroid.x(), 120, 0.5);
+  EXPECT_NEAR(shown.centroid.y(), 120, 0.5);
+  spec.has_colliders = false;
+  EXPECT_EQ(Shown(Draw(spec, cloths, HostStates(cloths))).count, 0u);
+}
+
+TEST_F(GlRendererTest, ClothHidesTheSphereThatItLiesOn) {
+  const double radius_m = 0.4;
+  // A dome of particles on the sphere, as the solver leaves them.
+  const Map on_sphere = [radius_m](const Vector3d& p) {
+    const Vector3d flat(p.x() - 0.25, p.z() - 0.25, 0.45);
+    return Vector3d(radius_m * flat.normalized());
+  };
+  PictureSpec spec = SmallSpec(300, 300);
+  spec.camera = FrontCamera(Vector3d::Zero(), 10, 1);
+  const std::vector<DrawnCloth> bare = {At(GridModel(16, 0.5))};
+  const std::vector<DrawnCloth> lying = {
+      At(GridModel(16, 0.5), Vector3d::Zero(),
+         {SphereCollider{.center_m = Vector3d::Zero(), .radius_m = radius_m}})};
+  const Picture cloth_alone = Draw(spec, bare, HostStates(bare, on_sphere));
+  const Picture with_sphere = Draw(spec, lying, HostStates(lying, on_sphere));
+  const Picture empty = Empty(SmallSpec(300, 300));
+  // Where the cloth is, nothing else is seen: its edge aside, every pixel stays (shadows of what is
+  // behind it cannot fall on it).
+  const Patch changed = Count(with_sphere, [&](size_t x, size_t y, const Rgb& pixel) {
+    return Distance(PixelOf(cloth_alone, x, y), PixelOf(empty, x, y)) > 8 &&
+           Distance(pixel, PixelOf(cloth_alone, x, y)) > 30;
+  });
+  EXPECT_LE(changed.count, 4u * 110);                            // about the perimeter of the cloth
+  EXPECT_GT(Difference(with_sphere, cloth_alone).count, 2000u);  // the sphere around it
+}
+
+TEST_F(GlRendererTest, APlaneFillsTheViewAndTakesTheShadow) {
+  PictureSpec spec = SmallSpec(300, 300);
+  spec.view_direction = {0, -1, -0.4};
+  const std::vector<DrawnCloth> floating = {At(GridModel(8, 0.5), Vector3d::Zero())};
+  const std::vector<DrawnCloth> above = {
+      At(GridModel(8, 0.5), Vector3d::Zero(),
+         {PlaneCollider{.point_m = {0, -0.3, 0}, .normal = Vector3d::UnitY()}})};
+  const Picture without = Draw(spec, floating, HostStates(floating));
+  const Picture with = Draw(spec, above, HostStates(above));
+  // It fades out towards the edges of the picture.
+  EXPECT_GT(Difference(with, without, 3).count, 300u * 300 / 3);
+  const Picture empty = Empty(SmallSpec(300, 300));
+  // Some of the floor is in the shadow: much darker than most of it.
+  const Patch dark = Count(with, [&](size_t x, size_t y, const Rgb& pixel) {
+    return Distance(PixelOf(without, x, y), PixelOf(empty, x, y)) <= 8 && pixel.green < 185;
+  });
+  EXPECT_GT(dark.count, 300u);
+}
+
+TEST_F(GlRendererTest, PinsAreShownUnlessHidden) {
+  PictureSpec spec = SmallSpec(300, 300);
+  const auto is_red = [](size_t, size_t, const Rgb& pixel) {
+    return pixel.red > 110 && pixel.green < pixel.red / 2 && pixel.blue < pixel.red / 2;
+  };
+  const std::vector<DrawnCloth> cloths = {At(GridModel(9, 1, {0, 8}))};
+  const Picture with = Draw(spec, cloths, HostStates(cloths));
+  EXPECT_GT(Count(with, is_red).count, 2u * 3);  // of each the part that is whole pixels
+  spec.has_pins = false;
+  const Picture without = Draw(spec, cloths, HostStates(cloths));
+  EXPECT_EQ(Count(without, is_red).count, 0u);
+  // Two balls of at least 1.5 px radius.
+  EXPECT_GT(Difference(with, without).count, 2u * 7);
+}
+
+TEST_F(GlRendererTest, AFittedCameraFillsThePicture) {
+  PictureSpec spec = SmallSpec(300, 200);
+  for (const Vector3d& view : {Vector3d(0, 0, -1), Vector3d(-0.55, -0.42, -0.72)}) {
+    spec.view_direction = view;
+    for (const double stretch : {0.3, 1.0, 5.0}) {
+      const std::vector<DrawnCloth> cloths = {At(GridModel(8), {100, -20, 3})};
+      const DrawnStates states = HostStates(
+          cloths, [&](const Vector3d& p) { return Vector3d(stretch * p.x(), p.z(), 0.2 * p.x()); });
+      const Picture picture = Draw(spec, cloths, states);
+      const Picture empty = Empty(SmallSpec(300, 200));
+      Eigen::AlignedBox2d shown;
+      Count(picture, [&](size_t x, size_t y, const Rgb& pixel) {
+        if (Distance(pixel, PixelOf(empty, x, y)) > 8) {
+          shown.extend(Eigen::Vector2d(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5));
+        }
+        return false;
+      });
+      const Eigen::Vector2d fill(shown.sizes().x() / 300, shown.sizes().y() / 200);
+      // 85 % in one direction, less the margin for pins; the pixels of a sharp corner are faint.
+      EXPECT_NEAR(fill.maxCoeff(), 0.84, 0.03) << stretch;
+      EXPECT_NEAR(shown.center().x(), 150, 8);
+      EXPECT_NEAR(shown.center().y(), 100, 8);
+      EXPECT_NEAR(picture.bounds_m.min().x(), 100, 1e-6);
+      EXPECT_NEAR(picture.bounds_m.max().x(), 100 + stretch, 1e-6 * (100 + stretch));
+    }
+  }
+}
+
+TEST_F(GlRendererTest, IncludedBoxesWidenTheView) {
+  PictureSpec spec = SmallSpec();
+  const std::vector<DrawnCloth> cloths = {At(GridModel(4))};
+  const size_t before = Shown(Draw(spec, cloths, HostStates(cloths))).count;
+  spec.include_m = Eigen::AlignedBox3d(Vector3d(-1, -1, -1), Vector3d(2, 2, 2));
+  const Picture wider = Draw(spec, cloths, HostStates(cloths));
+  EXPECT_LT(Shown(wider).count, before / 4);
+  EXPECT_TRUE(wider.bounds_m.isApprox(spec.include_m));
+}
+
+TEST_F(GlRendererTest, FarAwayIsTheSamePicture) {
+  PictureSpec spec = SmallSpec(300, 300);
+  const auto model = GridModel(12, 1, {0, 11});
+  const std::vector<Collider> colliders = {
+      SphereCollider{.center_m = {0.5, -0.4, 0.5}, .radius_m = 0.3},
+      PlaneCollider{.point_m = {0, -0.8, 0}, .normal = Vector3d::UnitY()}};
+  const std::vector<DrawnCloth> here = {At(model, Vector3d::Zero(), colliders)};
+  const std::vector<DrawnCloth> far = {At(model, {1e6, 2e6, -3e6}, colliders)};
+  const Map wavy = [](const Vector3d& p) {
+    return Vector3d(p.x(), 0.1 * std::sin(7 * p.x()), p.z());
+  };
+  const Picture one = Draw(spec, here, HostStates(here, wavy));
+  const Picture other = Draw(spec, far, HostStates(far, wavy));
+  // Edges of shadows and lines of the grid may move by a little of a pixel.
+  EXPECT_LT(Difference(one, other, 12).count, 300u * 300 / 200);
+}
+
+TEST_F(GlRendererTest, WhatIsNotFiniteIsLeftOut) {
+  const std::vector<DrawnCloth> cloths = {At(GridModel(6, 1, {0})), At(ChainModel(5))};
+  for (const double bad :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 1e300}) {
+    for (const Colouring colouring :
+         {Colouring::kMaterial, Colouring::kStrain, Colouring::kColourGroup, Colouring::kSpeed}) {
+      PictureSpec spec = SmallSpec();
+      spec.colouring = colouring;
+      DrawnStates states = HostStates(cloths, AsItIs, [](const Vector3d&) { return 1.0; });
+      auto& positions = std::get<std::vector<double>>(states.host.positions_m);
+      auto& velocities = std::get<std::vector<double>>(states.host.velocities_m_per_s);
+      positions[3 * 14] = bad;      // inside the grid
+      positions[3 * 38 + 1] = bad;  // in the chain
+      velocities[3 * 7 + 2] = bad;
+      const Picture picture = Draw(spec, cloths, states);
+      EXPECT_LE(picture.bounds_m.diagonal().norm(), 2);
+      EXPECT_GT(Shown(picture).count, 500u);
+      std::fill(positions.begin(), positions.end(), bad);
+      EXPECT_TRUE(Draw(spec, cloths, states).bounds_m.diagonal().allFinite());
+    }
+  }
+}
+
+TEST_F(GlRendererTest, AHoleIsWhereTheParticleWas) {
+  PictureSpec spec = SmallSpec();
+  spec.camera = FrontCamera({0.5, 0.5, 0}, 10, 1);  // the grid fills the picture
+  const std::vector<DrawnCloth> cloths = {At(GridModel(5))};
+  DrawnStates states = HostStates(cloths, Upright);
+  auto& positions = std::get<std::vector<double>>(states.host.positions_m);
+  positions[3 * 12] = std::numeric_limits<double>::quiet_NaN();  // the middle of 5 x 5
+  const Picture picture = Draw(spec, cloths, states);
+  const Picture empty = Empty(spec);
+  // The six triangles around it: half of them in each of two squares, all of two: 6 * 25 * 25 / 2
+  // * 4.
+  const Patch hole = Count(picture, [&](size_t x, size_t y, const Rgb& pixel) {
+    return Distance(pixel, PixelOf(empty, x, y)) <= 8;
+  });
+  EXPECT_NEAR(static_cast<double>(hole.count), 6 * 50 * 50 / 2, 400);
+  EXPECT_NEAR(hole.centroid.x(), 100, 3);
+  EXPECT_NEAR(hole.centroid.y(), 100, 3);
+}
+
+TEST_F(GlRendererTest, ChainsAreLinesWithBalls) {
+  PictureSpec spec = SmallSpec(300, 300);
+  spec.camera = FrontCamera({0.5, 0, 0}, 10, 1.2);  // 250 px per metre
+  const std::vector<DrawnCloth> cloths = {At(ChainModel(11))};
+  const Patch shown = Shown(Draw(spec, cloths, HostStates(cloths)));
+  // Ribbons of 2 * 0.045 of 25 px, eleven balls of radius 0.1 of 25 px.
+  const double expected = 250 * 2.25 + 11 * (std::numbers::pi * 2.5 * 2.5 - 5 * 2.25);
+  EXPECT_NEAR(static_cast<double>(shown.count), expected, 0.45 * expected);
+  EXPECT_NEAR(shown.centroid.x(), 150, 1);
+  EXPECT_NEAR(shown.centroid.y(), 150, 1);
+}
+
+TEST_F(GlRendererTest, ManyClothsOfSeveralModels) {
+  PictureSpec spec = SmallSpec(320, 320);
+  spec.camera = FrontCamera({4, 4, 0}, 30, 8);  // 40 px per metre
+  const std::vector<std::shared_ptr<const SceneModel>> models = {
+      GridModel(4, 0.5), GridModel(5, 0.5), GridModel(6, 0.5)};
+  std::vector<DrawnCloth> cloths;
+  for (int k = 0; k < 64; ++k) {
+    cloths.push_back(At(models[static_cast<size_t>(k % 3)],
+                        {0.25 + k % 8, 0.25 + k / 8, 0}));  // NOLINT: whole rows
+  }
+  const Picture picture = Draw(spec, cloths, HostStates(cloths, Upright));
+  const Picture empty = Empty(SmallSpec(320, 320));
+  for (size_t row = 0; row < 8; ++row) {
+    for (size_t column = 0; column < 8; ++column) {
+      const Patch one = Count(picture, [&](size_t x, size_t y, const Rgb& pixel) {
+        return x / 40 == column && y / 40 == row && Distance(pixel, PixelOf(empty, x, y)) > 8;
+      });
+      EXPECT_NEAR(static_cast<double>(one.count), 20 * 20, 4 * 20) << row << " " << column;
+      EXPECT_NEAR(one.centroid.x(), 40 * static_cast<double>(column) + 20, 1);
+      EXPECT_NEAR(one.centroid.y(), 40 * static_cast<double>(row) + 20, 1);
+    }
+  }
+}
+
+TEST_F(GlRendererTest, TinyPicturesAreDrawnAndHugeOnesRefused) {
+  const std::vector<DrawnCloth> cloths = {At(GridModel(4))};
+  for (const auto& [width, height] : {std::pair(16u, 16u), std::pair(16u, 900u)}) {
+    for (const Colouring colouring : {Colouring::kMaterial, Colouring::kColourGroup}) {
+      PictureSpec spec = SmallSpec(width, height);
+      spec.colouring = colouring;
+      const Patch shown = Shown(Draw(spec, cloths, HostStates(cloths)));
+      EXPECT_GT(shown.count, 16u);
+    }
+  }
+  const Result<Picture> huge = renderer_->Draw(SmallSpec(1u << 20, 16), cloths, HostStates(cloths));
+  ASSERT_FALSE(huge.ok());
+  EXPECT_EQ(huge.status().code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(huge.status().reason(), "DEVICE_MEMORY");
+  // And it goes on drawing.
+  EXPECT_GT(Shown(Draw(SmallSpec(), cloths, HostStates(cloths))).count, 1000u);
+}
+
+class GlRendererLong : public GlRendererTest {};
+
+TEST_F(GlRendererLong, TheLargestPictureWorksOrIsRefused) {
+  PictureSpec spec = SmallSpec(4096, 4096);
+  spec.camera = FrontCamera({0.5, 0.5, 0}, 10, 4);  // 1024 px per metre
+  const std::vector<DrawnCloth> cloths = {At(GridModel(4))};
+  const Result<Picture> picture = renderer_->Draw(spec, cloths, HostStates(cloths, Upright));
+  if (picture.ok()) {
+    EXPECT_NEAR(static_cast<double>(Shown(*picture).count), 1024.0 * 1024, 4 * 1024);
+  } else {
+    EXPECT_EQ(picture.status().reason(), "DEVICE_MEMORY");
+  }
+}
+
+TEST_F(GlRendererTest, SamePictureTwice) {
+  PictureSpec spec = SmallSpec();
+  spec.colouring = Colouring::kStrain;
+  const std::vector<DrawnCloth> cloths = {At(GridModel(16, 1, {0}))};
+  const Map wavy = [](const Vector3d& p) {
+    return Vector3d(p.x(), 0.1 * std::sin(9 * p.x() * p.z()), p.z());
+  };
+  EXPECT_EQ(Draw(spec, cloths, HostStates(cloths, wavy)).rgb,
+            Draw(spec, cloths, HostStates(cloths, wavy)).rgb);
+}
+
+}  // namespace
+}  // namespace drape::render
