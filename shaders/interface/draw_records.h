@@ -67,8 +67,12 @@ struct ClothExtents {
   uint reaches[DRAPE_DRAW_REACHES];
 };
 
-struct BallRecord {
+// All points no farther than a radius from a box.
+struct SolidRecord {
   vec4 center;  // w: radius [m]
+  vec4 axis_x;  // unit; w: half the extent of the box along it [m]
+  vec4 axis_y;
+  vec4 axis_z;
   vec4 colour;  // linear; w unused
 };
 

@@ -236,10 +236,12 @@ TEST_F(InterfaceLayoutTest, ClothExtents) {
 }
 
 TEST_F(InterfaceLayoutTest, DrawnThings) {
-  const StructLayout ball = AskDriver("draw_records.h", "BallRecord");
-  EXPECT_EQ(ball.offsets,
-            (std::map<std::string, GLint>{MEMBER(BallRecord, center), MEMBER(BallRecord, colour)}));
-  EXPECT_EQ(ball.stride, static_cast<GLint>(sizeof(shader::BallRecord)));
+  const StructLayout solid = AskDriver("draw_records.h", "SolidRecord");
+  EXPECT_EQ(solid.offsets,
+            (std::map<std::string, GLint>{MEMBER(SolidRecord, center), MEMBER(SolidRecord, axis_x),
+                                          MEMBER(SolidRecord, axis_y), MEMBER(SolidRecord, axis_z),
+                                          MEMBER(SolidRecord, colour)}));
+  EXPECT_EQ(solid.stride, static_cast<GLint>(sizeof(shader::SolidRecord)));
   const StructLayout plane = AskDriver("draw_records.h", "PlaneRecord");
   EXPECT_EQ(plane.offsets, (std::map<std::string, GLint>{
                                MEMBER(PlaneRecord, center), MEMBER(PlaneRecord, tangent),

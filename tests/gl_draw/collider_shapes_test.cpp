@@ -26,13 +26,13 @@ TEST(ColliderShapesTest, SharedOnesAreDrawnOnce) {
                                           Cloth(0.02, {same_plane, sphere}),
                                           Cloth(0.01, {moved}, {10, 0, 0})};
   const ColliderShapes shapes = CollectColliders(cloths);
-  ASSERT_EQ(shapes.spheres.size(), 1u);
+  ASSERT_EQ(shapes.solids.size(), 1u);
   ASSERT_EQ(shapes.planes.size(), 1u);
-  EXPECT_NEAR((shapes.spheres[0].center_m - Vector3d(1, 2, 3)).norm(), 0, 1e-12);
+  EXPECT_NEAR((shapes.solids[0].center_m - Vector3d(1, 2, 3)).norm(), 0, 1e-12);
   EXPECT_NEAR(shapes.planes[0].point_m.y(), -1, 1e-12);
   // Small enough for the coarsest cloth: diagonals of 0.02 m squares, stretched by a fifth.
   const double sag = 2 * 1.44 * 0.02 * 0.02 / (8 * 0.5);
-  EXPECT_NEAR(shapes.spheres[0].drawn_radius_m, 0.5 - sag - 0.002, 1e-12);
+  EXPECT_NEAR(shapes.solids[0].drawn_radius_m, 0.5 - sag - 0.002, 1e-12);
 }
 
 TEST(ColliderShapesTest, DifferentOnesStay) {
@@ -43,20 +43,47 @@ TEST(ColliderShapesTest, DifferentOnesStay) {
                   PlaneCollider{.point_m = {0, 1, 0}, .normal = Vector3d::UnitX()}}),
       Cloth(0.1, {sphere}, {0, 0, 1})};
   const ColliderShapes shapes = CollectColliders(cloths);
-  EXPECT_EQ(shapes.spheres.size(), 3u);
+  EXPECT_EQ(shapes.solids.size(), 3u);
   EXPECT_EQ(shapes.planes.size(), 2u);
 }
 
 TEST(ColliderShapesTest, ASphereSmallerThanTheEdgesKeepsMostOfItsRadius) {
   const std::vector<DrawnCloth> cloths = {
       Cloth(1, {SphereCollider{.center_m = {0, 0, 0}, .radius_m = 0.1}})};
-  EXPECT_NEAR(CollectColliders(cloths).spheres[0].drawn_radius_m, 0.075, 1e-12);
+  EXPECT_NEAR(CollectColliders(cloths).solids[0].drawn_radius_m, 0.075, 1e-12);
 }
 
-TEST(ColliderShapesTest, OnlySpheresOfTheSizeOfThePictureAreNear) {
+TEST(ColliderShapesTest, ACapsuleIsASegmentWithARadius) {
+  const CapsuleCollider capsule{.a_m = {1, 0, 0}, .b_m = {1, 0, 3}, .radius_m = 0.5};
+  const ColliderShapes shapes = CollectColliders(std::vector{Cloth(0.01, {capsule}, {0, 1, 0})});
+  ASSERT_EQ(shapes.solids.size(), 1u);
+  const DrawnSolid& solid = shapes.solids[0];
+  EXPECT_NEAR((solid.center_m - Vector3d(1, 1, 1.5)).norm(), 0, 1e-12);
+  EXPECT_NEAR(std::abs(solid.axes.col(1).z()), 1, 1e-12);
+  EXPECT_NEAR((solid.half_extents_m - Vector3d(0, 1.5, 0)).norm(), 0, 1e-12);
+  EXPECT_EQ(solid.radius_m, 0.5);
+  EXPECT_LT(solid.drawn_radius_m, 0.5);
+}
+
+TEST(ColliderShapesTest, ABoxKeepsItsAxes) {
+  BoxCollider box{.center_m = {1, 2, 3}, .half_extents_m = {0.3, 0.2, 0.1}};
+  box.rotation = Eigen::AngleAxisd(0.4, Vector3d::UnitX());
+  const DrawnSolid solid = CollectColliders(std::vector{Cloth(0.01, {box})}).solids.at(0);
+  EXPECT_NEAR((solid.axes - box.rotation.toRotationMatrix()).norm(), 0, 1e-12);
+  EXPECT_EQ(solid.radius_m, 0);
+  EXPECT_NEAR(solid.drawn_half_extents_m.x(), 0.3 - 0.002 - 0.0012, 1e-12);
+  for (const Vector3d& corner : CornersOf(solid)) {
+    EXPECT_NEAR((corner - solid.center_m).norm(), box.half_extents_m.norm(), 1e-12);
+  }
+}
+
+TEST(ColliderShapesTest, OnlySolidsOfTheSizeOfThePictureAreNear) {
   const Eigen::AlignedBox3d bounds(Vector3d::Zero(), Vector3d(3, 4, 0));  // diagonal 5
   const auto sphere = [](double x, double radius) {
-    return DrawnSphere{{x, 2, 0}, radius, radius};
+    DrawnSolid solid;
+    solid.center_m = {x, 2, 0};
+    solid.radius_m = radius;
+    return solid;
   };
   EXPECT_TRUE(IsNear(sphere(1, 0.3), bounds));
   EXPECT_TRUE(IsNear(sphere(6.4, 1), bounds));     // a gap of 2.4

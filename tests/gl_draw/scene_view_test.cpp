@@ -48,7 +48,10 @@ TEST(SceneViewTest, BoundsAreOfTheClothsAndTheBoxAskedFor) {
                              .origin_m = Vector3d::Zero(),
                              .reaches_m = {},
                              .margin_m = 0});
-  const ColliderShapes shapes{.spheres = {{Vector3d(9, 1, 1), 1, 1}}, .planes = {}};
+  DrawnSolid solid;
+  solid.center_m = Vector3d(9, 1, 1);
+  solid.radius_m = 1;
+  const ColliderShapes shapes{.solids = {solid}, .planes = {}};
   const SceneView view = LookAt(spec, {}, measures, shapes, StartFit(spec), 1024);
   EXPECT_TRUE(view.bounds_m.isApprox(AlignedBox3d(Vector3d(-1, 0, 0), Vector3d(1, 2, 4))));
 }

@@ -1,7 +1,6 @@
 #include "server/render/gl_draw/collider_shapes.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 
@@ -9,10 +8,12 @@ namespace drape::render {
 
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // Places that differ by less are the same: what is left of shifts by environment origins.
 constexpr double kSamePlace_m = 1e-6;
+constexpr double kShare = 0.004;
 
 double Rounded(double value) {
   return std::round(value / kSamePlace_m);
@@ -21,44 +22,100 @@ double Rounded(double value) {
 double DrawnRadius(double radius_m, double length_scale_m) {
   constexpr double kLargestStretch_sq = 1.2 * 1.2;
   const double sag = 2 * kLargestStretch_sq * length_scale_m * length_scale_m / (8 * radius_m);
-  return radius_m - std::min(sag + 0.004 * radius_m, 0.25 * radius_m);
+  return radius_m - std::min(sag + kShare * radius_m, 0.25 * radius_m);
+}
+
+// One shape in the environment of a cloth as a solid in that environment.
+struct ToSolid {
+  double length_scale_m;
+
+  DrawnSolid operator()(const SphereCollider& sphere) const {
+    DrawnSolid solid;
+    solid.center_m = sphere.center_m;
+    solid.radius_m = sphere.radius_m;
+    solid.drawn_radius_m = DrawnRadius(sphere.radius_m, length_scale_m);
+    return solid;
+  }
+  DrawnSolid operator()(const CapsuleCollider& capsule) const {
+    DrawnSolid solid;
+    const Vector3d segment = capsule.b_m - capsule.a_m;
+    solid.center_m = capsule.a_m + segment / 2;
+    solid.axes = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitY(), segment).toRotationMatrix();
+    solid.half_extents_m = Vector3d(0, segment.norm() / 2, 0);
+    solid.drawn_half_extents_m = solid.half_extents_m;
+    if (segment.isZero()) solid.axes.setIdentity();
+    solid.radius_m = capsule.radius_m;
+    solid.drawn_radius_m = DrawnRadius(capsule.radius_m, length_scale_m);
+    return solid;
+  }
+  DrawnSolid operator()(const BoxCollider& box) const {
+    DrawnSolid solid;
+    solid.center_m = box.center_m;
+    solid.axes = box.rotation.toRotationMatrix();
+    solid.half_extents_m = box.half_extents_m;
+    for (int k = 0; k < 3; ++k) {
+      const double half = box.half_extents_m[k];
+      solid.drawn_half_extents_m[k] =
+          half - std::min(0.2 * length_scale_m + kShare * half, 0.25 * half);
+    }
+    return solid;
+  }
+  DrawnSolid operator()(const PlaneCollider&) const { return {}; }  // is none
+};
+
+std::vector<double> PlaceOf(const DrawnSolid& solid) {
+  std::vector<double> place = {Rounded(solid.radius_m)};
+  for (int k = 0; k < 3; ++k) {
+    place.push_back(Rounded(solid.center_m[k]));
+    place.push_back(Rounded(solid.half_extents_m[k]));
+  }
+  for (const double element : solid.axes.reshaped()) place.push_back(Rounded(element));
+  return place;
 }
 
 }  // namespace
 
 ColliderShapes CollectColliders(std::span<const DrawnCloth> cloths) {
-  std::map<std::array<double, 4>, DrawnSphere> spheres;
-  std::map<std::array<double, 4>, DrawnPlane> planes;
+  std::map<std::vector<double>, DrawnSolid> solids;
+  std::map<std::vector<double>, DrawnPlane> planes;
   for (const DrawnCloth& cloth : cloths) {
     const Vector3d& origin = cloth.placement.environment_origin_m;
     for (const Collider& collider : cloth.colliders) {
-      if (const auto* sphere = std::get_if<SphereCollider>(&collider)) {
-        const Vector3d center = sphere->center_m + origin;
-        const double drawn = DrawnRadius(sphere->radius_m, cloth.model->length_scale_m());
-        const auto [place, is_new] =
-            spheres.try_emplace({Rounded(center.x()), Rounded(center.y()), Rounded(center.z()),
-                                 Rounded(sphere->radius_m)},
-                                DrawnSphere{center, sphere->radius_m, drawn});
-        place->second.drawn_radius_m = std::min(place->second.drawn_radius_m, drawn);
-      } else if (const auto* plane = std::get_if<PlaneCollider>(&collider)) {
+      if (const auto* plane = std::get_if<PlaneCollider>(&collider)) {
         const Vector3d point = plane->point_m + origin;
         const Vector3d& normal = plane->normal;
         planes.try_emplace({Rounded(normal.x()), Rounded(normal.y()), Rounded(normal.z()),
                             Rounded(normal.dot(point))},
                            DrawnPlane{point, normal});
+        continue;
       }
+      DrawnSolid solid = std::visit(ToSolid{cloth.model->length_scale_m()}, collider);
+      solid.center_m += origin;
+      DrawnSolid& drawn = solids.try_emplace(PlaceOf(solid), solid).first->second;
+      drawn.drawn_radius_m = std::min(drawn.drawn_radius_m, solid.drawn_radius_m);
+      drawn.drawn_half_extents_m = drawn.drawn_half_extents_m.cwiseMin(solid.drawn_half_extents_m);
     }
   }
   ColliderShapes shapes;
-  for (const auto& [key, sphere] : spheres) shapes.spheres.push_back(sphere);
+  for (const auto& [key, solid] : solids) shapes.solids.push_back(solid);
   for (const auto& [key, plane] : planes) shapes.planes.push_back(plane);
   return shapes;
 }
 
-bool IsNear(const DrawnSphere& sphere, const Eigen::AlignedBox3d& bounds_m) {
+std::array<Vector3d, 8> CornersOf(const DrawnSolid& solid) {
+  std::array<Vector3d, 8> corners;
+  for (size_t k = 0; k < corners.size(); ++k) {
+    const Vector3d side((k & 1) != 0 ? 1 : -1, (k & 2) != 0 ? 1 : -1, (k & 4) != 0 ? 1 : -1);
+    corners[k] = solid.center_m + solid.axes * side.cwiseProduct(solid.half_extents_m);
+  }
+  return corners;
+}
+
+bool IsNear(const DrawnSolid& solid, const Eigen::AlignedBox3d& bounds_m) {
   const double diagonal = bounds_m.diagonal().norm();
-  return sphere.radius_m <= 1.5 * diagonal &&
-         bounds_m.exteriorDistance(sphere.center_m) - sphere.radius_m <= 0.5 * diagonal;
+  const double reach = solid.half_extents_m.norm() + solid.radius_m;
+  return reach <= 1.5 * diagonal &&
+         bounds_m.exteriorDistance(solid.center_m) - reach <= 0.5 * diagonal;
 }
 
 }  // namespace drape::render

@@ -65,8 +65,8 @@ Result<DrawPrograms> CompileDrawPrograms(const std::string& shader_dir) {
   auto lines_depth = compiler.Draw("lines.vert", "depth.frag");
   auto particle_balls = compiler.Draw("particle_balls.vert", "particle_balls.frag");
   auto particle_balls_depth = compiler.Draw("particle_balls.vert", "depth.frag");
-  auto balls = compiler.Draw("balls.vert", "balls.frag");
-  auto balls_depth = compiler.Draw("balls.vert", "depth.frag");
+  auto solids = compiler.Draw("solids.vert", "solids.frag");
+  auto solids_depth = compiler.Draw("solids.vert", "depth.frag");
   auto planes = compiler.Draw("planes.vert", "planes.frag");
   auto backdrop = compiler.Draw("backdrop.vert", "backdrop.frag");
   auto labels = compiler.Draw("labels.vert", "labels.frag");
@@ -78,8 +78,8 @@ Result<DrawPrograms> CompileDrawPrograms(const std::string& shader_dir) {
                       .lines_depth = *std::move(lines_depth),
                       .particle_balls = *std::move(particle_balls),
                       .particle_balls_depth = *std::move(particle_balls_depth),
-                      .balls = *std::move(balls),
-                      .balls_depth = *std::move(balls_depth),
+                      .solids = *std::move(solids),
+                      .solids_depth = *std::move(solids_depth),
                       .planes = *std::move(planes),
                       .backdrop = *std::move(backdrop),
                       .labels = *std::move(labels)};

@@ -22,8 +22,8 @@ struct DrawPrograms {
   gl::Program lines_depth;
   gl::Program particle_balls;
   gl::Program particle_balls_depth;
-  gl::Program balls;
-  gl::Program balls_depth;
+  gl::Program solids;
+  gl::Program solids_depth;
   gl::Program planes;
   gl::Program backdrop;
   gl::Program labels;

@@ -110,15 +110,27 @@ void DrawCloths(const ClothPrograms& programs, const VertexArray& vertices,
   glDisable(GL_CLIP_DISTANCE0);
 }
 
+shader::SolidRecord MakeSolid(const DrawnSolid& solid, const SceneView& view) {
+  const auto axis = [&solid](int k) {
+    return ToShader(Vector3d(solid.axes.col(k)), solid.drawn_half_extents_m[k]);
+  };
+  return {.center = ToShader(Vector3d(solid.center_m - view.camera.eye_m), solid.drawn_radius_m),
+          .axis_x = axis(0),
+          .axis_y = axis(1),
+          .axis_z = axis(2),
+          .colour = LinearFromHex(0xb4bac4)};
+}
+
 // Faces of a sphere are 1/48 to 1/192 of its circumference wide.
-void DrawBalls(const gl::Program& program, const DrawnScene& scene) {
-  if (scene.ball_count == 0) return;
-  const GLuint segments = scene.ball_count <= 8 ? 96 : scene.ball_count <= 64 ? 48 : 24;
+void DrawSolids(const gl::Program& program, const DrawnScene& scene) {
+  if (scene.solid_count == 0) return;
+  const GLuint segments = scene.solid_count <= 8 ? 96 : scene.solid_count <= 64 ? 48 : 24;
+  const GLuint faces = (2 * segments + 4) * (segments + 3);
   program.Use();
   program.SetUniform(DRAPE_DRAW_UNIFORM_SEGMENTS, segments);
-  scene.balls.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
-  glDrawArraysInstanced(GL_TRIANGLES, 0, static_cast<GLsizei>(12 * segments * segments),
-                        static_cast<GLsizei>(scene.ball_count));
+  scene.solids.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
+  glDrawArraysInstanced(GL_TRIANGLES, 0, static_cast<GLsizei>(6 * faces),
+                        static_cast<GLsizei>(scene.solid_count));
 }
 
 }  // namespace
@@ -129,14 +141,10 @@ Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, co
   for (uint32_t group = 0; group < group_count; ++group) {
     group_colours.push_back(GroupColour(group));
   }
-  std::vector<shader::BallRecord> balls;
+  std::vector<shader::SolidRecord> solids;
   std::vector<shader::PlaneRecord> planes;
   if (spec.has_colliders) {
-    for (const DrawnSphere& sphere : shapes.spheres) {
-      balls.push_back(
-          {ToShader(Vector3d(sphere.center_m - view.camera.eye_m), sphere.drawn_radius_m),
-           LinearFromHex(0xb4bac4)});
-    }
+    for (const DrawnSolid& solid : shapes.solids) solids.push_back(MakeSolid(solid, view));
     for (const DrawnPlane& plane : shapes.planes) planes.push_back(MakePlane(plane, view));
   }
   DrawnScene scene{.spec = spec,
@@ -144,9 +152,9 @@ Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, co
                    .frame = {},
                    .shadow_frame = {},
                    .groups = {},
-                   .balls = {},
+                   .solids = {},
                    .planes = {},
-                   .ball_count = static_cast<GLuint>(balls.size()),
+                   .solid_count = static_cast<GLuint>(solids.size()),
                    .plane_count = static_cast<GLuint>(planes.size())};
   const auto load = [](auto elements, gl::Buffer& target) -> Status {
     Result<gl::Buffer> buffer = UploadArray(std::move(elements));
@@ -157,7 +165,7 @@ Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, co
   DRAPE_RETURN_IF_ERROR(load(std::vector{view.frame}, scene.frame));
   DRAPE_RETURN_IF_ERROR(load(std::vector{view.shadow_frame}, scene.shadow_frame));
   DRAPE_RETURN_IF_ERROR(load(std::move(group_colours), scene.groups));
-  DRAPE_RETURN_IF_ERROR(load(std::move(balls), scene.balls));
+  DRAPE_RETURN_IF_ERROR(load(std::move(solids), scene.solids));
   DRAPE_RETURN_IF_ERROR(load(std::move(planes), scene.planes));
   return scene;
 }
@@ -166,11 +174,11 @@ void DrawShadows(const DrawPrograms& programs, const VertexArray& vertices, cons
                  const gl::DepthMap& map) {
   map.Begin();
   Prepare(vertices, scene.shadow_frame, GL_LESS);
-  // Spheres that reach beyond the light's box still cast their shadow.
+  // Solids that reach beyond the light's box still cast their shadow.
   glEnable(GL_DEPTH_CLAMP);
   glClearDepth(1);
   glClear(GL_DEPTH_BUFFER_BIT);
-  DrawBalls(programs.balls_depth, scene);
+  DrawSolids(programs.solids_depth, scene);
   DrawCloths({programs.cloth_depth, programs.lines_depth, programs.particle_balls_depth}, vertices,
              scene);
   glDisable(GL_DEPTH_CLAMP);
@@ -188,7 +196,7 @@ void DrawScene(const DrawPrograms& programs, const VertexArray& vertices, const 
   glDepthFunc(GL_GREATER);
   glDepthMask(GL_TRUE);
   map.BindTexture(DRAPE_DRAW_UNIT_SHADOW);
-  DrawBalls(programs.balls, scene);
+  DrawSolids(programs.solids, scene);
   DrawCloths({programs.cloth, programs.lines, programs.particle_balls}, vertices, scene);
   if (scene.plane_count == 0) return;
   glEnable(GL_BLEND);

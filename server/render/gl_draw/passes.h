@@ -41,9 +41,9 @@ struct DrawnScene {
   gl::Buffer frame;         // DrawFrame
   gl::Buffer shadow_frame;  // DrawFrame
   gl::Buffer groups;        // [] vec4; of the groups of constraints
-  gl::Buffer balls;         // [] BallRecord
+  gl::Buffer solids;        // [] SolidRecord
   gl::Buffer planes;        // [] PlaneRecord
-  GLuint ball_count = 0;
+  GLuint solid_count = 0;
   GLuint plane_count = 0;
 };
 

@@ -17,9 +17,11 @@ using Eigen::Vector3d;
 constexpr double kFill = 0.85;
 constexpr double kFieldOfView_rad = 0.6;
 
-AlignedBox3d BoxAround(const DrawnSphere& sphere) {
-  const Vector3d radius = Vector3d::Constant(sphere.radius_m);
-  return {Vector3d(sphere.center_m - radius), Vector3d(sphere.center_m + radius)};
+AlignedBox3d BoxAround(const DrawnSolid& solid) {
+  AlignedBox3d box;
+  for (const Vector3d& corner : CornersOf(solid)) box.extend(corner);
+  const Vector3d margin = Vector3d::Constant(solid.radius_m);
+  return {box.min() - margin, box.max() + margin};
 }
 
 void AddCorners(const AlignedBox3d& box, CameraFit& fit) {
@@ -93,7 +95,7 @@ SceneView LookAt(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
                  uint32_t shadow_size_px) {
   SceneView view;
   view.bounds_m = spec.include_m;
-  AlignedBox3d content;  // cloths and the spheres near them
+  AlignedBox3d content;  // cloths and the solids near them
   std::vector<AlignedBox3d> casters;
   for (const ClothMeasures::Cloth& cloth : measures.cloths) {
     view.bounds_m.extend(cloth.box_m);
@@ -103,11 +105,11 @@ SceneView LookAt(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
   }
   if (spec.has_colliders && !content.isEmpty()) {
     const AlignedBox3d cloth_bounds = content;
-    for (const DrawnSphere& sphere : shapes.spheres) {
-      if (!IsNear(sphere, cloth_bounds)) continue;
-      content.extend(BoxAround(sphere));
-      casters.push_back(BoxAround(sphere));
-      fit.AddBall(sphere.center_m, sphere.radius_m);
+    for (const DrawnSolid& solid : shapes.solids) {
+      if (!IsNear(solid, cloth_bounds)) continue;
+      content.extend(BoxAround(solid));
+      casters.push_back(BoxAround(solid));
+      for (const Vector3d& corner : CornersOf(solid)) fit.AddBall(corner, solid.radius_m);
     }
   }
   if (view.bounds_m.isEmpty()) {

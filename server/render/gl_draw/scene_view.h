@@ -17,7 +17,7 @@ struct SceneView {
   Camera camera;                 // given or fitted
   Eigen::AlignedBox3d bounds_m;  // as in Picture
   ValueRange range;              // as in Picture
-  double radius_m = 1;           // of a ball around the cloths and the spheres near them
+  double radius_m = 1;           // of a ball around the cloths and the solids near them
   Eigen::Vector3d center_m;      // of that ball
   double near_m = 0;             // of the projection
   shader::DrawFrame frame;       // of the picture
