@@ -27,7 +27,7 @@ Status NoDevice(const std::string& details) {
   return Status(StatusCode::kUnavailable, "NO_EGL_DEVICE",
                 "no EGL device with OpenGL 4.5 compute" + details +
                     "; install the driver of the GPU, or for the software renderer the packages "
-                    "libegl1, libegl-mesa0 and libgl1-mesa-dri");
+                    "libegl1, libegl-mesa0, libgl1-mesa-dri and libopengl0");
 }
 
 Status NotUsable(const std::string& message) {
