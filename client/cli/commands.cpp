@@ -1,11 +1,32 @@
 #include "client/cli/commands.h"
 
+#include <algorithm>
 #include <exception>
 #include <iostream>
+#include <string>
+#include <vector>
 
 #include "drape/error.h"
 
 namespace drape::cli {
+namespace {
+
+bool IsCommand(const CLI::App& app, const std::string& name) {
+  const std::vector<const CLI::App*> commands = app.get_subcommands(/*filter=*/{});
+  return std::any_of(commands.begin(), commands.end(),
+                     [&](const CLI::App* command) { return command->get_name() == name; });
+}
+
+// " run, demo, ..."
+std::string Names(const CLI::App& app) {
+  std::string names;
+  for (const CLI::App* command : app.get_subcommands(/*filter=*/{})) {
+    names += (names.empty() ? " " : ", ") + command->get_name();
+  }
+  return names;
+}
+
+}  // namespace
 
 int Main(int argc, const char* const* argv) {
   CLI::App app("Client of the Drape cloth-simulation server.", "drape");
@@ -16,6 +37,10 @@ int Main(int argc, const char* const* argv) {
   for (const auto add : {AddRun, AddDemo, AddInfo, AddHealth, AddCreate, AddStep, AddRead,
                          AddRender, AddWatch, AddList, AddDelete}) {
     add(app, action);
+  }
+  if (argc > 1 && argv[1][0] != '-' && !IsCommand(app, argv[1])) {
+    std::cerr << "drape: unknown command \"" << argv[1] << "\"; there are" << Names(app) << "\n";
+    return kUsage;
   }
   try {
     app.parse(argc, argv);

@@ -48,9 +48,13 @@ Comparison::Comparison(const std::string& backend, const v1::Scene& scene)
       backend_(client_.GetServerInfo().backend()),
       player_(session_, scene, client_.GetServerInfo().limits()) {}
 
-void Comparison::Advance(uint64_t steps, const States& states) {
-  player_.Advance(steps, /*has_reports=*/false);
+void Comparison::Advance(uint64_t steps, const States& states,
+                         const std::function<bool()>& should_stop) {
+  first_steps_ += steps;
+  player_.Advance(first_steps_ - player_.step(), /*has_reports=*/false, should_stop);
+  if (player_.step() != first_steps_) return;
   Compare(states, session_.ReadStates(), &difference_);
+  compared_steps_ = first_steps_;
 }
 
 }  // namespace drape::cli

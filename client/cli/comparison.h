@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string>
 
 #include "drape/client.h"
@@ -26,11 +27,15 @@ class Comparison {
  public:
   Comparison(const std::string& backend, const v1::Scene& scene);
 
-  // Does as many steps as the first player did, and compares.
-  void Advance(uint64_t steps, const States& states);
+  // Does as many steps as the first player did, and compares. Once `should_stop` says so it may end
+  // short of them (ScenePlayer::Advance), where there is nothing to compare with.
+  void Advance(uint64_t steps, const States& states,
+               const std::function<bool()>& should_stop = nullptr);
 
   const std::string& backend() const { return backend_; }
   const PositionDifference& difference() const { return difference_; }
+  // Up to the last sample that was compared.
+  uint64_t compared_steps() const { return compared_steps_; }
 
  private:
   const Client client_;
@@ -38,6 +43,8 @@ class Comparison {
   std::string backend_;
   ScenePlayer player_;
   PositionDifference difference_;
+  uint64_t first_steps_ = 0;  // of the first player
+  uint64_t compared_steps_ = 0;
 };
 
 }  // namespace drape::cli

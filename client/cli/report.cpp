@@ -29,13 +29,17 @@ Json ClothJson(const ClothReport& cloth, double time_step_s) {
   for (const v1::StepReport& sample : cloth.samples) {
     samples.push_back(SampleJson(sample, time_step_s));
   }
-  // Warnings are counted since creation: the last report has them all. Sorted by name.
+  // Warnings are counted since creation: the last report has them all. Sorted by name. Triangles
+  // without an area are left out when a cloth is made, before there are reports.
   std::map<std::string, uint64_t> warnings;
   bool is_faulted = false;
   if (!cloth.samples.empty()) {
     const v1::StepReport& last = cloth.samples.back();
     warnings = {last.warnings().begin(), last.warnings().end()};
     is_faulted = last.faulted();
+  }
+  if (const uint32_t dropped = cloth.shape.dropped_triangles(); dropped > 0) {
+    warnings["dropped_triangles"] = dropped;
   }
   return {{"id", std::to_string(cloth.id)},
           {"particles", cloth.shape.particles()},

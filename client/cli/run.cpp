@@ -58,10 +58,12 @@ void PrintText(const RunOptions& options, const RunReport& report, const Compari
   if (options.has_summary) std::printf("%s", SummaryTable({report}).c_str());
   if (comparison == nullptr) return;
   const PositionDifference& difference = comparison->difference();
+  const std::string up_to = ", compared up to step " + std::to_string(comparison->compared_steps());
   std::printf(
-      "largest position difference of %s and %s: %.9g m (cloth %zu, particle %zu, step %lu)\n",
+      "largest position difference of %s and %s: %.9g m (cloth %zu, particle %zu, step %lu)%s\n",
       report.backend().c_str(), comparison->backend().c_str(), difference.largest_m,
-      difference.cloth, difference.particle, difference.step);
+      difference.cloth, difference.particle, difference.step,
+      comparison->compared_steps() < report.steps() ? up_to.c_str() : "");
 }
 
 void PrintJson(const RunReport& report, const Comparison* comparison) {
@@ -83,11 +85,10 @@ void PrintJson(const RunReport& report, const Comparison* comparison) {
                                  {"faulted", summary.faulted}};
   if (comparison != nullptr) {
     const PositionDifference& difference = comparison->difference();
-    json["comparison"] = {{"backend", comparison->backend()},
-                          {"largest_position_difference_m", difference.largest_m},
-                          {"cloth", difference.cloth},
-                          {"particle", difference.particle},
-                          {"step", difference.step}};
+    json["comparison"] = {
+        {"backend", comparison->backend()}, {"largest_position_difference_m", difference.largest_m},
+        {"cloth", difference.cloth},        {"particle", difference.particle},
+        {"step", difference.step},          {"compared_steps", comparison->compared_steps()}};
   }
   std::cout << json.dump(1) << "\n";
 }

@@ -18,7 +18,7 @@ void TakeSample(const Session& session, uint64_t steps, const SampleTime& sample
                                         [](const auto& writer) { return writer->takes_samples(); });
   if (!has_recorder && !sinks.comparison) return;
   const States states = session.ReadStates({}, FullView());
-  if (sinks.comparison) sinks.comparison->Advance(steps, states);
+  if (sinks.comparison) sinks.comparison->Advance(steps, states, sinks.should_stop);
   for (const auto& writer : sinks.writers) {
     if (writer->takes_samples()) writer->Add(states, sample);
   }

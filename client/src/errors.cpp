@@ -3,6 +3,7 @@
 #include <google/rpc/error_details.pb.h>
 #include <google/rpc/status.pb.h>
 
+#include <sstream>
 #include <utility>
 
 namespace drape {
@@ -123,6 +124,12 @@ Error BadField(std::string field, std::string description) {
   details.domain = kClientDomain;
   details.violations.push_back({std::move(field), std::move(description)});
   return Error(std::move(details));
+}
+
+std::string NumberText(double value) {
+  std::ostringstream text;
+  text << value;
+  return text.str();
 }
 
 }  // namespace client

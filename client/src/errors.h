@@ -23,5 +23,8 @@ Error LocalError(ErrorCode code, std::string reason, std::string message);
 // kInvalidArgument, reason "BAD_FIELD", with one violation.
 Error BadField(std::string field, std::string description);
 
+// A number as messages show it: "-1e+308" rather than all its digits.
+std::string NumberText(double value);
+
 }  // namespace client
 }  // namespace drape

@@ -122,7 +122,11 @@ json ParseJson(std::string_view text) {
   try {
     return json::parse(text, refuse_repeated_keys);
   } catch (const json::exception& error) {
-    throw LocalError(ErrorCode::kInvalidArgument, "BAD_JSON", error.what());
+    // "[json.exception.parse_error.101] parse error at line 1, ...": the name is the library's.
+    const std::string reason = error.what();
+    const size_t name_end = reason.starts_with('[') ? reason.find("] ") : std::string::npos;
+    throw LocalError(ErrorCode::kInvalidArgument, "BAD_JSON",
+                     name_end == std::string::npos ? reason : reason.substr(name_end + 2));
   }
 }
 

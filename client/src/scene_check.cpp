@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -18,19 +17,13 @@ constexpr double kMaxSteps = 1e12;
 // More than any server holds; bounds what the client itself expands by copies.
 constexpr uint64_t kMaxCloths = 1'000'000;
 
-std::string Number(double value) {
-  std::ostringstream text;
-  text << value;
-  return text.str();
-}
-
 void CheckFinite(double value, const std::string& field) {
-  if (!std::isfinite(value)) throw BadField(field, "must be finite, got " + Number(value));
+  if (!std::isfinite(value)) throw BadField(field, "must be finite, got " + NumberText(value));
 }
 
 void CheckNotNegative(double value, const std::string& field) {
   if (!(value >= 0) || !std::isfinite(value)) {
-    throw BadField(field, "must be >= 0, got " + Number(value));
+    throw BadField(field, "must be >= 0, got " + NumberText(value));
   }
 }
 
@@ -119,7 +112,7 @@ void CheckControl(const v1::Scene& scene, const v1::SceneControl& control,
 
 void CheckScene(const v1::Scene& scene) {
   if (!(scene.time_step_s() > 0) || !std::isfinite(scene.time_step_s())) {
-    throw BadField("time_step_s", "must be > 0, got " + Number(scene.time_step_s()));
+    throw BadField("time_step_s", "must be > 0, got " + NumberText(scene.time_step_s()));
   }
   CheckNotNegative(scene.duration_s(), "duration_s");
   if (scene.duration_s() / scene.time_step_s() > kMaxSteps) {

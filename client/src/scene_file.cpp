@@ -67,7 +67,7 @@ void ReadMeshFiles(const std::filesystem::path& folder, v1::Scene* scene) {
     }
     const double scale_m = spec->has_scale_m() ? spec->scale_m() : 1;
     if (!(scale_m > 0) || !std::isfinite(scale_m)) {
-      throw BadField(path + ".scale_m", "must be > 0, got " + std::to_string(scale_m));
+      throw BadField(path + ".scale_m", "must be > 0, got " + NumberText(scale_m));
     }
     try {
       *spec->mutable_mesh() = LoadMesh(folder / std::string(spec->mesh_file()), scale_m);

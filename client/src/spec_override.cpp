@@ -37,9 +37,22 @@ json& Member(json& parent, const std::string& name, const std::string& path) {
   return parent[index];
 }
 
+// JSON can hold nothing else.
+bool IsUtf8(const std::string& text) {
+  try {
+    (void)json(text).dump();
+    return true;
+  } catch (const json::type_error&) {
+    return false;
+  }
+}
+
 }  // namespace
 
 SpecOverride ParseOverride(const std::string& text) {
+  if (!IsUtf8(text)) {
+    throw LocalError(ErrorCode::kInvalidArgument, "BAD_OVERRIDE", "PATH=VALUE is not UTF-8 text");
+  }
   const size_t equals = text.find('=');
   if (equals == 0 || equals == std::string::npos) {
     throw LocalError(ErrorCode::kInvalidArgument, "BAD_OVERRIDE",

@@ -185,7 +185,9 @@ TEST_F(CommandsTest, EveryCommandHasHelpAndUsageErrors) {
     EXPECT_EQ(RunProgram("drape", {command, "--wobble"}).exit_code, 2) << command;
   }
   EXPECT_EQ(RunProgram("drape", {}).exit_code, 2);
-  EXPECT_EQ(RunProgram("drape", {"wobble"}).exit_code, 2);
+  const Outcome unknown = RunProgram("drape", {"wobble"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.err, AllOf(HasSubstr("unknown command \"wobble\""), HasSubstr("run, demo")));
   EXPECT_EQ(RunProgram("drape", {"step", "--session=s"}).exit_code, 2) << "--server is required";
 }
 

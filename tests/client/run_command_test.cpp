@@ -197,6 +197,17 @@ TEST_F(RunCommandTest, TheWindOfAControlBlows) {
   EXPECT_GT(speed(6), -3);
 }
 
+// The second of three triangles has no area.
+TEST_F(RunCommandTest, ReportsTrianglesThatWereLeftOut) {
+  WriteText(folder_ / "m.obj",
+            "v 0 0 0\nv 1 0 0\nv 0 0 1\nv 2 0 0\nv 2 0 1\nf 1 2 3\nf 1 2 4\nf 2 4 5\n");
+  WriteText(folder_ / "m.json",
+            R"({"name": "m", "time_step_s": 0.01, "duration_s": 0.02,
+                "cloths": [{"spec": {"mesh_file": "m.obj"}}]})");
+  const auto report = RunForReport((folder_ / "m.json").string(), {});
+  EXPECT_EQ(report["cloths"][0]["warnings"]["dropped_triangles"], 1);
+}
+
 TEST_F(RunCommandTest, ComparesTwoBackends) {
   const Outcome outcome =
       Run({Example("hanging_two_corners.json"), "--duration=0.1", "--compare=reference"});
@@ -212,6 +223,7 @@ TEST_F(RunCommandTest, ComparesTwoBackends) {
   EXPECT_GT(largest, 0);
   EXPECT_LT(largest, 1e-3);
   EXPECT_EQ(json["comparison"]["backend"], "reference");
+  EXPECT_EQ(json["comparison"]["compared_steps"], 6);
 }
 
 // The same request gives the same states, bit for bit: also in other pieces.

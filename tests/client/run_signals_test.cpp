@@ -165,6 +165,21 @@ TEST(RunSignalsTest, AnInterruptDoesNotWaitForTheNextSample) {
   EXPECT_EQ(report["cloths"][0]["samples"][0]["step"], report["steps"]);
 }
 
+// Nor for the second backend, which has not begun.
+TEST(RunSignalsTest, AnInterruptDoesNotWaitForTheComparison) {
+  std::vector<std::string> arguments = LongRun();
+  arguments.insert(arguments.end(), {"--every=600000", "--compare=reference", "--json"});
+  RunningProgram program("drape", arguments);
+  ASSERT_TRUE(Eventually([&] { return Catches(program.pid(), SIGTERM); }));
+  std::this_thread::sleep_for(std::chrono::seconds(1));  // into the run
+  kill(program.pid(), SIGTERM);
+  const Outcome outcome = program.Wait();
+  EXPECT_EQ(outcome.exit_code, 1);
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_GT(json["steps"], 2);
+  EXPECT_EQ(json["comparison"]["compared_steps"], 0);
+}
+
 TEST(RunSignalsTest, ARunThatLosesItsServerKeepsItsSamples) {
   const TemporaryFolder folder;
   RunningProgram program("drape", LongRunInto(folder));
