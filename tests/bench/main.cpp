@@ -38,7 +38,8 @@ void AddCommonOptions(CLI::App& app, CommandLine& line) {
       ->check(CLI::IsMember({"cpu", "gl", "reference"}));
   app.add_flag("--quick", bench.is_quick, "small sizes, few repeats: only whether all works");
   app.add_option("--machine", bench.machine, "folder of the results; default: processor and GPU");
-  app.add_option("--out", bench.out, "default: tests/bench/results/MACHINE");
+  app.add_option("--out", bench.out,
+                 "default: tests/bench/results/MACHINE; with --quick out/bench-quick/MACHINE");
   app.add_option("--warm-up", bench.limits.warm_up, "steps before the timed ones");
   app.add_option("--steps", bench.limits.steps, "timed steps of a row and backend at most")
       ->check(CLI::PositiveNumber);
@@ -87,7 +88,11 @@ std::string CommandOf(const std::string& invoked_as, int argc, char** argv) {
 
 int Run(const CLI::App& app, CommandLine& line) {
   if (app.got_subcommand("device")) return ShowDevice(line.needs_hardware);
-  if (line.bench.is_quick) line.bench.limits = {1, 2, 1, 0.1};
+  if (line.bench.is_quick) {
+    line.bench.limits = {1, 2, 1, 0.1};
+    // Never over what was measured.
+    line.bench.results_root = "out/bench-quick";
+  }
   Bench bench(line.bench);
   const bool is_all = app.got_subcommand("all") || app.get_subcommands().empty();
   // Whether this part is wanted; in "all" it must leave the rest of the budget to those after it.
