@@ -81,8 +81,10 @@ class TetherSearch {
   // Goes on from a particle to its free neighbours.
   void Reach(uint32_t particle, const Tether& tether) {
     for (const Neighbour& neighbour : adjacency_.Of(particle)) {
-      if (is_pin_[neighbour.particle]) continue;
-      front_.emplace(tether.length_m + neighbour.length_m, neighbour.particle, tether.pin);
+      const Tether next{tether.pin, tether.length_m + neighbour.length_m};
+      // Also asked here, so that the front stays short.
+      if (is_pin_[neighbour.particle] || !IsNeeded(neighbour.particle, next)) continue;
+      front_.emplace(next.length_m, neighbour.particle, next.pin);
     }
   }
 
