@@ -42,6 +42,8 @@ class SubstepSchedule {
 
   bool has_two_steps() const { return has_two_steps_; }
   uint32_t size() const { return has_two_steps_ ? substeps_ + 1 : substeps_; }
+  // `damp_twist` is due in the last substep and every so many before it; 0: never.
+  uint32_t twist_period() const { return twist_period_; }
   Substep operator[](uint32_t index) const;  // index < size()
 
  private:
@@ -51,7 +53,7 @@ class SubstepSchedule {
   bool has_two_steps_;
   uint32_t substeps_;
   double h_;  // of a whole substep [s]
-  uint32_t twist_period_ = 0;  // 0: no twist damping
+  uint32_t twist_period_ = 0;
   double twist_share_ = 0;
 };
 

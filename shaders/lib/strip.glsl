@@ -18,12 +18,13 @@ float StripCoupling(vec3 direction, vec3 next_direction, float inverse_mass) {
   return coupling;
 }
 
-// Eliminates the link before from this one. `diagonal` = w_from + w_to + alpha/h^2 [1/kg].
-StripLink EliminateLink(DistanceError error, float diagonal, float inverse_h, float coupling,
-                        StripLink before) {
+// Eliminates the link before from this one. `diagonal` = w_from + w_to + alpha/h^2
+// [1/kg], `min_pivot` the least share of it that a pivot has.
+StripLink EliminateLink(DistanceError error, float diagonal, float min_pivot, float inverse_h,
+                        float coupling, StripLink before) {
   precise float pivot = diagonal - coupling * (coupling * before.inverse_pivot);
   precise float right_side = -error.residual * inverse_h - coupling * before.right_side;
-  precise float inverse_pivot = 1.0 / max(pivot, MIN_STRIP_PIVOT * diagonal);
+  precise float inverse_pivot = 1.0 / max(pivot, min_pivot * diagonal);
   precise float impulse = right_side * inverse_pivot;
   return StripLink(error.direction, inverse_pivot, impulse);
 }

@@ -46,7 +46,9 @@ bool EliminateStrip(uint strip, uint begin, uint end, bool is_first_sweep) {
       precise float ratio = coupling * before.inverse_pivot;
       scratch[LinkWord(k - 1u) + 3u] = ratio;
     }
-    before = EliminateLink(error, diagonal, substep.inverse_interval, coupling, before);
+    float min_pivot = InverseMass(to) == 0.0 ? MIN_STRIP_PIVOT_AT_PIN : MIN_STRIP_PIVOT;
+    before =
+        EliminateLink(error, diagonal, min_pivot, substep.inverse_interval, coupling, before);
     SetScratchVector(LinkWord(k), before.direction);
     scratch[LinkWord(k) + 3u] = 0.0;
     scratch[LinkWord(k) + 4u] = before.right_side;

@@ -1,5 +1,7 @@
 #include "server/solver/cpu/float_model.h"
 
+#include "server/solver/solver_constants.h"
+
 #include <algorithm>
 #include <utility>
 
@@ -57,6 +59,8 @@ void PackStripLane(FloatModel& model, const StripGroup& group, uint32_t lane, ui
     link.to[lane] = to;
     link.places[lane] = model.constraint_places[strips.constraints[k]];
     link.rest_length[lane] = static_cast<float>(constraint.rest_length_m);
+    link.inverse_rest_length_sq[lane] = 1 / (link.rest_length[lane] * link.rest_length[lane]);
+    link.min_pivot[lane] = static_cast<float>(w[to] == 0 ? kMinStripPivotAtPin : kMinStripPivot);
     link.inverse_mass_from[lane] = w[from];
     link.inverse_mass_to[lane] = w[to];
     link.inverse_mass_joint[lane] = k + 1 < end ? w[to] : 0;

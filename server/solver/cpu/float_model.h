@@ -29,6 +29,8 @@ struct StripLink {
   // Where the compliance and the accumulated impulse are (FloatModel::compliances).
   std::array<uint32_t, kLaneCount> places;
   Lanes rest_length;         // [m]
+  Lanes inverse_rest_length_sq;  // [1/m^2]; 0 for padding
+  Lanes min_pivot;               // share of the diagonal
   Lanes inverse_mass_from;   // [1/kg]
   Lanes inverse_mass_to;
   Lanes inverse_mass_joint;  // of the particle shared with the next link; 0 if there is none

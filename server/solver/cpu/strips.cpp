@@ -6,7 +6,6 @@
 namespace drape::cpu {
 namespace {
 
-constexpr float kMinPivot = static_cast<float>(kMinStripPivot);
 constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 
 Lanes DotOf(const LaneVectors& a, const LaneVectors& b) {
@@ -31,6 +30,7 @@ class StripSolve {
         group_(group),
         h_(context.substep.interval),
         inverse_h_(context.substep.inverse_interval),
+        limit_scale_(1 / (kMaxMove * inverse_h_ * kMaxMove * inverse_h_)),
         u_(context.scratch.state.velocities.data()),
         solution_(context.scratch.strip_links.data()) {}
 
@@ -91,7 +91,7 @@ class StripSolve {
         pivot -= before.coupling * (before.coupling * before.inverse_pivot);
         right_side -= before.coupling * before.impulse;
       }
-      const Lanes least = kMinPivot * diagonal;
+      const Lanes least = link.min_pivot * diagonal;
       now.inverse_pivot = 1 / (pivot > least ? pivot : least);
       now.impulse = right_side * now.inverse_pivot;
       now.coupling = Lanes{};
@@ -111,26 +111,24 @@ class StripSolve {
       next_impulse = now.impulse;
       const LaneVectors pull{now.impulse * now.n.x, now.impulse * now.n.y, now.impulse * now.n.z};
       Push(LinkAt(k).to, LinkAt(k).inverse_mass_to, pull, pull_of_next,
-           LinkAt(k).rest_length, true);
+           LinkAt(k).inverse_rest_length_sq * limit_scale_, true);
       pull_of_next = pull;
     }
-    Push(group_.first, LinkAt(0).inverse_mass_from, LaneVectors{}, pull_of_next, LinkAt(0).rest_length, true);
+    Push(group_.first, LinkAt(0).inverse_mass_from, LaneVectors{}, pull_of_next,
+         LinkAt(0).inverse_rest_length_sq * limit_scale_, true);
   }
 
   // u += w (pull - pull_of_next), for the particles between two links.
   void Push(const std::array<uint32_t, kLaneCount>& particles, Lanes inverse_mass,
-            const LaneVectors& pull, const LaneVectors& pull_of_next, Lanes rest_length,
+            const LaneVectors& pull, const LaneVectors& pull_of_next, Lanes inverse_limit_sq,
             bool is_measured) {
     const LaneVectors change{inverse_mass * (pull.x - pull_of_next.x),
                              inverse_mass * (pull.y - pull_of_next.y),
                              inverse_mass * (pull.z - pull_of_next.z)};
     if (is_measured) {
       const Lanes speed_sq = DotOf(change, change);
-      const Lanes limit = rest_length * (kMaxMove * inverse_h_);
-      const Lanes ratio_sq = speed_sq / (limit * limit);
-      const LaneMask is_real = inverse_mass > 0;
-      const LaneMask is_larger = is_real & (ratio_sq > largest_ratio_sq_);
-      largest_ratio_sq_ = is_larger ? ratio_sq : largest_ratio_sq_;
+      const Lanes ratio_sq = speed_sq * inverse_limit_sq;
+      largest_ratio_sq_ = ratio_sq > largest_ratio_sq_ ? ratio_sq : largest_ratio_sq_;
     }
     const std::array<Lanes, kLaneCount> changes = Transpose(change);
     for (uint32_t lane = 0; lane < kLaneCount; ++lane) u_[particles[lane]] += changes[lane];
@@ -170,6 +168,7 @@ class StripSolve {
   const StripGroup& group_;
   const float h_;
   const float inverse_h_;
+  const float limit_scale_;  // 1 / (largest speed per link length)^2 [s^2]
   Lanes* const u_;
   StripLinkSolution* const solution_;
   Lanes largest_ratio_sq_{};

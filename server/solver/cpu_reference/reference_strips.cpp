@@ -19,6 +19,7 @@ struct Link {
   double error_m = 0;             // C + (alpha/h) lambda
   double diagonal = 0;            // w_from + w_to + alpha/h^2 [1/kg]
   double coupling = 0;            // to the next link: -w_to n . n_next [1/kg]; 0 for the last
+  double min_pivot = 0;           // [1/kg]
   double impulse = 0;             // delta lambda [N s]
 };
 
@@ -40,6 +41,8 @@ std::vector<Link> Linearise(const StripPrediction& prediction, uint32_t strip,
     link.error_m = length - constraint.rest_length_m +
                    constraint.compliance_m_per_n / h * lambda[strips.constraints[k]];
     link.diagonal = w[link.from] + w[link.to] + constraint.compliance_m_per_n / (h * h);
+    const bool ends_at_pin = w[link.to] == 0;
+    link.min_pivot = (ends_at_pin ? kMinStripPivotAtPin : kMinStripPivot) * link.diagonal;
     if (!links.empty()) links.back().coupling = -w[link.from] * links.back().n.dot(link.n);
     links.push_back(link);
   }
@@ -56,7 +59,7 @@ void SolveTridiagonal(std::vector<Link>& links, double h) {
       pivot -= links[k - 1].coupling * ratio[k - 1];
       right_side -= links[k - 1].coupling * links[k - 1].impulse;
     }
-    pivot = std::max(pivot, kMinStripPivot * links[k].diagonal);
+    pivot = std::max(pivot, links[k].min_pivot);
     ratio[k] = links[k].coupling / pivot;
     links[k].impulse = right_side / pivot;
   }

@@ -68,6 +68,19 @@ void PackTethers(const SceneModel& model, PackedModel& packed) {
   }
 }
 
+void PackStrips(const SceneModel& model, PackedModel& packed) {
+  const StripSet& strips = model.strips();
+  const auto append = [&packed](const std::vector<uint32_t>& values) {
+    const uint32_t begin = Position(packed.words);
+    packed.words.insert(packed.words.end(), values.begin(), values.end());
+    return begin;
+  };
+  packed.layout.strip_phases = append(strips.phase_offsets);
+  packed.layout.strip_offsets = append(strips.strip_offsets);
+  packed.layout.strip_constraints = append(strips.constraints);
+  packed.layout.strip_particles = append(strips.particles);
+}
+
 void PackTriangles(const SceneModel& model, PackedModel& packed) {
   std::vector<uint32_t>& words = packed.words;
   packed.layout.triangles = Position(words);
@@ -95,6 +108,7 @@ PackedModel PackModel(const SceneModel& model, bool has_air_forces) {
   packed.layout.pins = Position(packed.words);
   packed.words.insert(packed.words.end(), model.pins().begin(), model.pins().end());
   PackTethers(model, packed);
+  PackStrips(model, packed);
   if (has_air_forces) PackTriangles(model, packed);
   return packed;
 }
@@ -117,6 +131,10 @@ Result<std::shared_ptr<const DeviceModel>> ModelStore::Acquire(
   const std::span<const uint32_t> offsets = model->colour_offsets();
   for (size_t c = 0; c + 1 < offsets.size(); ++c) {
     on_device->colour_sizes.push_back(offsets[c + 1] - offsets[c]);
+  }
+  const std::vector<uint32_t>& phases = model->strips().phase_offsets;
+  for (size_t f = 0; f + 1 < phases.size(); ++f) {
+    on_device->phase_sizes.push_back(phases[f + 1] - phases[f]);
   }
   models_[key] = on_device;
   on_device->model = std::move(model);

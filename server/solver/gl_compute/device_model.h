@@ -27,6 +27,10 @@ struct ModelLayout {
   uint32_t pins = 0;
   uint32_t tether_offsets = 0;
   uint32_t tethers = 0;
+  uint32_t strip_phases = 0;
+  uint32_t strip_offsets = 0;
+  uint32_t strip_constraints = 0;
+  uint32_t strip_particles = 0;
   // With air forces.
   uint32_t triangles = 0;
   uint32_t triangle_masses = 0;
@@ -48,6 +52,7 @@ struct DeviceModel {
   ModelLayout layout;
   WordRange words;
   std::vector<uint32_t> colour_sizes;  // [colour_count] constraints
+  std::vector<uint32_t> phase_sizes;   // [strips().phase_count()] strips
 };
 
 // Every call with the context current. The arena must outlive the models.

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "server/solver/solver_constants.h"
+#include "server/solver/substep_schedule.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -60,7 +61,6 @@ void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
   record.gravity = {static_cast<float>(parameters.gravity_m_per_s2.x()),
                     static_cast<float>(parameters.gravity_m_per_s2.y()),
                     static_cast<float>(parameters.gravity_m_per_s2.z()), 0};
-  record.substeps = settings.substeps;
   record.max_iterations = settings.max_iterations;
   record.h = static_cast<float>(h);
   record.half_h = static_cast<float>(h / 2);
@@ -71,8 +71,35 @@ void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
   record.thickness = static_cast<float>(parameters.thickness_m);
   record.friction_static = static_cast<float>(parameters.friction_static);
   record.friction_dynamic = static_cast<float>(parameters.friction_dynamic);
-  record.damping_factor = static_cast<float>(std::exp(-parameters.damping_per_s * h));
   record.contact_margin = static_cast<float>(kContactMarginRatio * length_scale);
+}
+
+// The times of the three kinds of substeps: the first, the second, later ones.
+void SetSchedule(const GlCloth& cloth, shader::ClothRecord& record) {
+  const SubstepSchedule schedule(*cloth.model->model, cloth.parameters);
+  const double damping_per_s = cloth.parameters.damping_per_s;
+  record.substeps = schedule.size();
+  float* const intervals[] = {&record.intervals.x, &record.intervals.y, &record.intervals.z};
+  float* const inverses[] = {&record.inverse_intervals.x, &record.inverse_intervals.y,
+                             &record.inverse_intervals.z};
+  float* const dampings[] = {&record.damping_factors.x, &record.damping_factors.y,
+                             &record.damping_factors.z};
+  float* const ratios[] = {&record.pin_velocity_ratios.x, &record.pin_velocity_ratios.y,
+                           &record.pin_velocity_ratios.z};
+  for (uint32_t kind = 0; kind < 3; ++kind) {
+    const Substep substep = schedule[std::min(kind, schedule.size() - 1)];
+    const double h = substep.interval_s;
+    *intervals[kind] = static_cast<float>(h);
+    *inverses[kind] = static_cast<float>(1 / h);
+    *dampings[kind] = static_cast<float>(substep.is_two_step ? 1 / (1 + damping_per_s * h)
+                                                             : std::exp(-damping_per_s * h));
+    *ratios[kind] = static_cast<float>(h / substep.duration_s);
+  }
+  const Substep last = schedule[schedule.size() - 1];
+  record.first_kick = static_cast<float>(schedule[0].kick_before_s);
+  record.last_inverse_interval = static_cast<float>(1 / last.interval_s);
+  record.twist_share = static_cast<float>(last.twist_share);
+  record.twist_period = schedule.twist_period();
 }
 
 // Zero unless there are air forces.
@@ -115,6 +142,13 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   record.pins = begin + layout.pins;
   record.tether_offsets = begin + layout.tether_offsets;
   record.tethers = begin + layout.tethers;
+  record.grid_columns = model.grid_columns();
+  record.grid_rows = model.grid_rows();
+  record.strip_phase_count = model.strips().phase_count();
+  record.strip_phases = begin + layout.strip_phases;
+  record.strip_offsets = begin + layout.strip_offsets;
+  record.strip_constraints = begin + layout.strip_constraints;
+  record.strip_particles = begin + layout.strip_particles;
 }
 
 }  // namespace
@@ -140,6 +174,13 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
   layout.violations = append(colliders > 0 ? particles : 0);
   layout.spring_accelerations = append(model.spring_count() > 0 ? 3 * particles : 0);
   layout.air_impulses = append(HasAirForces(model, parameters) ? 3 * model.triangles().size() : 0);
+  const bool has_two_steps = UsesTwoSteps(model, parameters);
+  layout.previous_positions = append(has_two_steps ? 3 * particles : 0);
+  layout.previous_velocities = append(has_two_steps ? 3 * particles : 0);
+  layout.twist_changes = append(HasTwistDamping(model, parameters.settings) ? 3 * particles : 0);
+  layout.strip_links = append(HasStrips(parameters.settings)
+                                  ? uint64_t{DRAPE_STRIP_LINK_WORDS} * model.constraint_count()
+                                  : 0);
   layout.work_positions = append(has_work_state ? 3 * particles : 0);
   layout.work_velocities = append(has_work_state ? 3 * particles : 0);
   const uint64_t pieces = MeasurePieceCount(model);
@@ -150,6 +191,7 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
 shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   shader::ClothRecord record{};
   SetSettings(cloth, record);
+  SetSchedule(cloth, record);
   SetModel(cloth, record);
   SetAir(cloth, record);
   record.positions = cloth.state.begin();
@@ -168,6 +210,10 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   record.violations = scratch(layout.violations);
   record.spring_accelerations = scratch(layout.spring_accelerations);
   record.air_impulses = scratch(layout.air_impulses);
+  record.previous_positions = scratch(layout.previous_positions);
+  record.previous_velocities = scratch(layout.previous_velocities);
+  record.twist_changes = scratch(layout.twist_changes);
+  record.strip_links = scratch(layout.strip_links);
   record.work_positions = scratch(layout.work_positions);
   record.work_velocities = scratch(layout.work_velocities);
   record.measured_pieces = scratch(layout.measured_pieces);

@@ -26,6 +26,10 @@ struct ScratchLayout {
   uint64_t violations = 0;
   uint64_t spring_accelerations = 0;
   uint64_t air_impulses = 0;
+  uint64_t previous_positions = 0;
+  uint64_t previous_velocities = 0;
+  uint64_t twist_changes = 0;
+  uint64_t strip_links = 0;
   uint64_t work_positions = 0;
   uint64_t work_velocities = 0;
   uint64_t measured_pieces = 0;

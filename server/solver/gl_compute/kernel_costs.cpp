@@ -37,6 +37,38 @@ uint64_t SpringPasses(const SceneModel& model, uint64_t rounds) {
   return rounds + std::min<uint64_t>(rounds * LargestSpringDegree(model), 2 * model.spring_count());
 }
 
+// Of one sweep over the colours.
+uint64_t ColourPasses(const SceneModel& model, uint32_t local_size) {
+  const std::span<const uint32_t> offsets = model.colour_offsets();
+  uint64_t passes = 1 + model.colour_count();
+  for (uint32_t c = 0; c < model.colour_count(); ++c) {
+    passes += LoopPasses(offsets[c + 1] - offsets[c], local_size);
+  }
+  return passes;
+}
+
+// Of one strip: elimination, substitution, step length, change.
+uint64_t PassesOfStrip(uint64_t links) {
+  return 2 * (links + 1) + 2 * (links + 2);
+}
+
+// Of one sweep over the strips; each round takes as long as its longest strip.
+uint64_t StripPasses(const StripSet& strips, uint32_t local_size) {
+  uint64_t passes = 1 + strips.phase_count();
+  for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
+    const uint32_t end = strips.phase_offsets[phase + 1];
+    for (uint32_t round = strips.phase_offsets[phase]; round < end; round += local_size) {
+      uint64_t longest = 0;
+      for (uint32_t s = round; s < std::min(round + local_size, end); ++s) {
+        longest = std::max<uint64_t>(longest, strips.strip_offsets[s + 1] - strips.strip_offsets[s]);
+      }
+      passes += 1 + PassesOfStrip(longest);
+    }
+    passes += 1;
+  }
+  return passes;
+}
+
 // Of one kick of the air.
 uint64_t AirPasses(const SceneModel& model, uint64_t rounds, uint32_t local_size) {
   const uint64_t triangles = model.triangles().size();
@@ -58,13 +90,12 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   const uint64_t air = HasAirForces(model, parameters) ? AirPasses(model, rounds, local_size) : 0;
 
   LoopCosts costs;
-  costs.sweep = 1 + model.colour_count() + 1;
-  const std::span<const uint32_t> offsets = model.colour_offsets();
-  for (uint32_t c = 0; c < model.colour_count(); ++c) {
-    costs.sweep += LoopPasses(offsets[c + 1] - offsets[c], local_size);
-  }
+  costs.sweep = 3;
+  if (HasStrips(parameters.settings)) costs.sweep += StripPasses(model.strips(), local_size);
+  if (HasColours(parameters.settings)) costs.sweep += ColourPasses(model, local_size);
   if (colliders > 0) costs.sweep += particles + rounds * (colliders + 1);
   costs.substep = 2 + springs + air + 2 * particles + 2 * LoopPasses(model.pin_count(), local_size);
+  if (HasTwistDamping(model, parameters.settings)) costs.substep += 2 * particles;
   if (HasTethers(model, parameters.settings)) {
     costs.substep += particles + rounds * (kMaxTethersPerParticle + 1);
   }
@@ -80,8 +111,9 @@ bool CanRunInParts(const LoopCosts& costs, uint64_t budget) {
 
 uint64_t CountParts(const LoopCosts& costs, const StepSettings& settings, uint64_t budget) {
   DRAPE_CHECK(CanRunInParts(costs, budget), "the budget of a dispatch is too small for this cloth");
+  // With two steps there is one substep more.
   const uint64_t total =
-      settings.substeps * (costs.substep + settings.max_iterations * costs.sweep);
+      (uint64_t{settings.substeps} + 1) * (costs.substep + settings.max_iterations * costs.sweep);
   if (costs.fixed + total <= budget) return 1;
   // A part leaves less than a substep and a sweep unused, and books the substep it goes on with
   // again.
@@ -97,10 +129,11 @@ uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parame
                            SpringPasses(model, piece_rounds) + 16;
   const uint64_t air =
       HasAirForces(model, parameters) ? LargestDegree(model.triangle_offsets()) + 1 : 0;
-  const uint64_t tiled = std::max({LargestSpringDegree(model) + 1, air, 2 * (colliders + 1),
+  const uint64_t strip = HasStrips(parameters.settings) ? PassesOfStrip(kMaxStripLinks) : 0;
+  const uint64_t tiled = std::max({strip, LargestSpringDegree(model) + 1, air, 2 * (colliders + 1),
                                    uint64_t{kMaxTethersPerParticle} + 1});
   // `tiled_begin_sweeps` and `tiled_end_sweep` go through the dispatches of all colours.
-  const uint64_t control = LoopPasses(model.colour_count() + 2, local_size);
+  const uint64_t control = LoopPasses(model.colour_count() + model.strips().phase_count() + 2, local_size);
   return std::max({measure, tiled, control});
 }
 

@@ -79,6 +79,10 @@ std::string KernelVariant::Defines() const {
   if (has_tethers) text << "#define HAS_TETHERS\n";
   if (has_wind) text << "#define HAS_WIND\n";
   if (has_tolerance) text << "#define HAS_TOLERANCE\n";
+  if (has_two_steps) text << "#define HAS_TWO_STEPS\n";
+  if (has_twist) text << "#define HAS_TWIST\n";
+  if (has_strips) text << "#define HAS_STRIPS\n";
+  if (has_colours) text << "#define HAS_COLOURS\n";
   if (is_in_parts) text << "#define IS_IN_PARTS\n#define LOOP_BUDGET " << loop_budget << "u\n";
   return text.str();
 }
@@ -114,6 +118,10 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
   variant.has_tethers = HasTethers(model, parameters.settings);
   variant.has_wind = HasAirForces(model, parameters);
   variant.has_tolerance = parameters.settings.tolerance > 0;
+  variant.has_two_steps = UsesTwoSteps(model, parameters);
+  variant.has_twist = HasTwistDamping(model, parameters.settings);
+  variant.has_strips = HasStrips(parameters.settings);
+  variant.has_colours = HasColours(parameters.settings);
   DRAPE_RETURN_IF_ERROR(FitLoops(model, parameters, device, choice));
   return choice;
 }

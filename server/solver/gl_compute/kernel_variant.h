@@ -30,6 +30,10 @@ struct KernelVariant {
   bool has_tethers = false;
   bool has_wind = false;  // drag or lift of the air, also in still air
   bool has_tolerance = false;
+  bool has_two_steps = false;
+  bool has_twist = false;
+  bool has_strips = false;
+  bool has_colours = false;
   // The resident step takes several dispatches of at most loop_budget passes (kernel_costs.h).
   bool is_in_parts = false;
   uint32_t loop_budget = 0;  // 0 unless is_in_parts

@@ -15,6 +15,9 @@ std::string ConstantDefines() {
   std::ostringstream text;
   text << std::scientific;
   text << "#define MIN_DIRECTION_LENGTH " << kMinDirectionLength_m << "\n";
+  text << "#define MIN_STRIP_PIVOT " << kMinStripPivot << "\n";
+  text << "#define MIN_STRIP_PIVOT_AT_PIN " << kMinStripPivotAtPin << "\n";
+  text << "#define MAX_STRIP_MOVE " << kMaxStripMove << "\n";
   text << "#define MAX_SPEED " << kMaxSpeed_m_per_s << "\n";
   text << "#define MAX_AIR_RATIO " << kMaxAirRatio << "\n";
   text << "#define MAX_COORDINATE " << kMaxCoordinate_m << "\n";
@@ -80,10 +83,15 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   const KernelVariant tolerance = OnlyTolerance(all);
   KernelVariant distance = tolerance;
   distance.has_compliance = all.has_compliance;
+  distance.has_strips = all.has_strips;
+  distance.has_colours = all.has_colours;
+  distance.has_two_steps = all.has_two_steps;
+  KernelVariant timed = plain;
+  timed.has_two_steps = all.has_two_steps;
   KernelVariant contacts = tolerance;
   contacts.has_contacts = all.has_contacts;
   contacts.has_friction = all.has_friction;
-  KernelVariant integrate = WithSprings(plain, all);
+  KernelVariant integrate = WithSprings(timed, all);
   integrate.has_contacts = all.has_contacts;
   integrate.has_friction = all.has_friction;
   integrate.has_damping = all.has_damping;
@@ -98,14 +106,17 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   const bool has_kicks = all.springs == KernelVariant::Springs::kHalfKicks;
   const std::array wanted = {
       Wanted{true, "tiled_begin", plain, &kernels.tiled_begin},
-      Wanted{has_springs, "tiled_spring_accelerations", plain, &kernels.tiled_spring_accelerations},
-      Wanted{has_kicks, "tiled_kick", plain, &kernels.tiled_kick},
-      Wanted{all.has_wind, "tiled_air_impulses", plain, &kernels.tiled_air_impulses},
-      Wanted{all.has_wind, "tiled_apply_wind", plain, &kernels.tiled_apply_wind},
-      Wanted{true, "tiled_predict", WithSprings(plain, all), &kernels.tiled_predict},
-      Wanted{all.has_tethers, "tiled_tether", plain, &kernels.tiled_tether},
+      Wanted{has_springs, "tiled_spring_accelerations", timed, &kernels.tiled_spring_accelerations},
+      Wanted{has_kicks, "tiled_kick", timed, &kernels.tiled_kick},
+      Wanted{all.has_wind, "tiled_air_impulses", timed, &kernels.tiled_air_impulses},
+      Wanted{all.has_wind, "tiled_apply_wind", timed, &kernels.tiled_apply_wind},
+      Wanted{true, "tiled_predict", WithSprings(timed, all), &kernels.tiled_predict},
+      Wanted{all.has_twist, "tiled_twist_changes", timed, &kernels.tiled_twist_changes},
+      Wanted{all.has_twist, "tiled_apply_twist", timed, &kernels.tiled_apply_twist},
+      Wanted{all.has_tethers, "tiled_tether", timed, &kernels.tiled_tether},
       Wanted{all.has_tolerance, "tiled_begin_sweeps", plain, &kernels.tiled_begin_sweeps},
-      Wanted{true, "tiled_solve_distance", distance, &kernels.tiled_solve_distance},
+      Wanted{all.has_strips, "tiled_solve_strips", distance, &kernels.tiled_solve_strips},
+      Wanted{all.has_colours, "tiled_solve_distance", distance, &kernels.tiled_solve_distance},
       Wanted{all.has_contacts, "tiled_solve_contacts", contacts, &kernels.tiled_solve_contacts},
       Wanted{all.has_tolerance, "tiled_end_sweep", plain, &kernels.tiled_end_sweep},
       Wanted{true, "tiled_integrate", integrate, &kernels.tiled_integrate},

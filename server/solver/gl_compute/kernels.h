@@ -23,8 +23,11 @@ struct StepKernels {
   const gl::Program* tiled_air_impulses = nullptr;
   const gl::Program* tiled_apply_wind = nullptr;
   const gl::Program* tiled_predict = nullptr;
+  const gl::Program* tiled_twist_changes = nullptr;
+  const gl::Program* tiled_apply_twist = nullptr;
   const gl::Program* tiled_tether = nullptr;
   const gl::Program* tiled_begin_sweeps = nullptr;
+  const gl::Program* tiled_solve_strips = nullptr;
   const gl::Program* tiled_solve_distance = nullptr;
   const gl::Program* tiled_solve_contacts = nullptr;
   const gl::Program* tiled_end_sweep = nullptr;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "server/solver/substep_schedule.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -20,8 +21,14 @@ struct LargestSizes {
   uint32_t triangles = 0;
   uint32_t substeps = 0;
   uint32_t max_iterations = 0;
+  std::vector<uint32_t> phases;   // [phase] strips
   std::vector<uint32_t> colours;  // [colour] constraints
 };
+
+void MakeAtLeast(std::vector<uint32_t>& largest, const std::vector<uint32_t>& sizes) {
+  if (largest.size() < sizes.size()) largest.resize(sizes.size());
+  for (size_t k = 0; k < sizes.size(); ++k) largest[k] = std::max(largest[k], sizes[k]);
+}
 
 LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
   LargestSizes largest;
@@ -31,13 +38,11 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
     largest.pins = std::max(largest.pins, cloth->pin_count());
     largest.triangles =
         std::max(largest.triangles, static_cast<uint32_t>(cloth->model->model->triangles().size()));
-    largest.substeps = std::max(largest.substeps, settings.substeps);
+    const SubstepSchedule schedule(*cloth->model->model, cloth->parameters);
+    largest.substeps = std::max(largest.substeps, schedule.size());
     largest.max_iterations = std::max(largest.max_iterations, settings.max_iterations);
-    const std::vector<uint32_t>& sizes = cloth->model->colour_sizes;
-    if (largest.colours.size() < sizes.size()) largest.colours.resize(sizes.size());
-    for (size_t c = 0; c < sizes.size(); ++c) {
-      largest.colours[c] = std::max(largest.colours[c], sizes[c]);
-    }
+    MakeAtLeast(largest.colours, cloth->model->colour_sizes);
+    MakeAtLeast(largest.phases, cloth->model->phase_sizes);
   }
   return largest;
 }
@@ -51,20 +56,24 @@ class TiledStep {
         first_item_(first_item),
         item_count_(static_cast<uint32_t>(cloths.size())),
         largest_(FindLargest(cloths)),
+        phase_count_(kernels.variant.has_strips ? static_cast<uint32_t>(largest_.phases.size())
+                                                : 0),
+        colour_count_(kernels.variant.has_colours ? static_cast<uint32_t>(largest_.colours.size())
+                                                  : 0),
         dispatches_(dispatches) {}
 
   uint32_t Run() {
     if (kernels_.variant.has_tolerance) UploadDispatchArgs();
     DispatchParticles(*kernels_.tiled_begin, 0);
-    ApplySprings(DRAPE_BEFORE_FIRST_SUBSTEP);
-    ApplyWind(DRAPE_BEFORE_FIRST_SUBSTEP);
+    Kick(0, DRAPE_KICK_BEFORE);
     for (uint32_t substep = 0; substep < largest_.substeps; ++substep) {
       Predict(substep);
+      if (substep > 0 && kernels_.variant.has_two_steps) Kick(substep, DRAPE_KICK_WITHIN);
+      DampTwist(substep);
       Tether(substep);
       Solve(substep);
       Integrate(substep);
-      ApplySprings(substep);
-      ApplyWind(substep);
+      if (substep == 0 || !kernels_.variant.has_two_steps) Kick(substep, DRAPE_KICK_AFTER);
     }
     DispatchParticles(*kernels_.tiled_check, 0);
     DispatchParticles(*kernels_.tiled_commit, 0);
@@ -72,15 +81,19 @@ class TiledStep {
   }
 
  private:
-  // Dispatch arguments of the sweeps: one per colour, then the contacts, then the end of the sweep.
-  uint32_t contacts_index() const { return static_cast<uint32_t>(largest_.colours.size()); }
+  // Dispatch arguments of the sweeps: one per phase of strips, one per colour, then the contacts, then
+  // the end of the sweep.
+  uint32_t contacts_index() const { return phase_count_ + colour_count_; }
   uint32_t end_sweep_index() const { return contacts_index() + 1; }
 
   void UploadDispatchArgs() {
     const uint32_t local_size = kernels_.variant.local_size;
     std::vector<shader::DispatchArgs> args;
-    for (const uint32_t size : largest_.colours) {
-      args.push_back({GroupsFor(size, local_size), 0, 1, item_count_});
+    for (uint32_t phase = 0; phase < phase_count_; ++phase) {
+      args.push_back({GroupsFor(largest_.phases[phase], local_size), 0, 1, item_count_});
+    }
+    for (uint32_t colour = 0; colour < colour_count_; ++colour) {
+      args.push_back({GroupsFor(largest_.colours[colour], local_size), 0, 1, item_count_});
     }
     args.push_back({GroupsFor(largest_.particles, local_size), 0, 1, item_count_});
     args.push_back({1, 0, 1, 1});
@@ -115,21 +128,35 @@ class TiledStep {
     DispatchElements(kernel, substep, largest_.particles);
   }
 
-  void ApplySprings(uint32_t substep) {
-    if (kernels_.tiled_kick == nullptr) return;
-    DispatchParticles(*kernels_.tiled_spring_accelerations, substep);
-    DispatchParticles(*kernels_.tiled_kick, substep);
+  // What acts on the velocities before, within or after a substep.
+  void Kick(uint32_t substep, uint32_t place) {
+    if (kernels_.tiled_kick != nullptr) {
+      DispatchKick(*kernels_.tiled_spring_accelerations, substep, place, largest_.particles);
+      DispatchKick(*kernels_.tiled_kick, substep, place, largest_.particles);
+    }
+    if (kernels_.tiled_apply_wind != nullptr) {
+      DispatchKick(*kernels_.tiled_air_impulses, substep, place, largest_.triangles);
+      DispatchKick(*kernels_.tiled_apply_wind, substep, place, largest_.particles);
+    }
   }
 
-  void ApplyWind(uint32_t substep) {
-    if (kernels_.tiled_apply_wind == nullptr) return;
-    DispatchElements(*kernels_.tiled_air_impulses, substep, largest_.triangles);
-    DispatchParticles(*kernels_.tiled_apply_wind, substep);
+  void DispatchKick(const gl::Program& kernel, uint32_t substep, uint32_t place,
+                    uint32_t elements) {
+    kernel.SetUniform(DRAPE_UNIFORM_KICK_PLACE, place);
+    DispatchElements(kernel, substep, elements);
+  }
+
+  // Not every substep has it; the kernels know.
+  void DampTwist(uint32_t substep) {
+    if (kernels_.tiled_apply_twist == nullptr) return;
+    DispatchParticles(*kernels_.tiled_twist_changes, substep);
+    DispatchParticles(*kernels_.tiled_apply_twist, substep);
   }
 
   void Predict(uint32_t substep) {
     if (kernels_.variant.springs == KernelVariant::Springs::kInForce) {
-      DispatchParticles(*kernels_.tiled_spring_accelerations, substep);
+      DispatchKick(*kernels_.tiled_spring_accelerations, substep, DRAPE_KICK_BEFORE,
+                   largest_.particles);
     }
     DispatchParticles(*kernels_.tiled_predict, substep);
   }
@@ -160,12 +187,23 @@ class TiledStep {
   }
 
   void Sweep(uint32_t substep, uint32_t sweep) {
-    const gl::Program& distance = *kernels_.tiled_solve_distance;
-    Prepare(distance, substep);
-    distance.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
-    for (uint32_t colour = 0; colour < contacts_index(); ++colour) {
-      distance.SetUniform(DRAPE_UNIFORM_COLOUR, colour);
-      DispatchSweepStage(colour, largest_.colours[colour]);
+    if (phase_count_ > 0) {
+      const gl::Program& strips = *kernels_.tiled_solve_strips;
+      Prepare(strips, substep);
+      strips.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+      for (uint32_t phase = 0; phase < phase_count_; ++phase) {
+        strips.SetUniform(DRAPE_UNIFORM_PHASE, phase);
+        DispatchSweepStage(phase, largest_.phases[phase]);
+      }
+    }
+    if (colour_count_ > 0) {
+      const gl::Program& distance = *kernels_.tiled_solve_distance;
+      Prepare(distance, substep);
+      distance.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+      for (uint32_t colour = 0; colour < colour_count_; ++colour) {
+        distance.SetUniform(DRAPE_UNIFORM_COLOUR, colour);
+        DispatchSweepStage(phase_count_ + colour, largest_.colours[colour]);
+      }
     }
     if (!kernels_.variant.has_contacts) return;
     Prepare(*kernels_.tiled_solve_contacts, substep);
@@ -191,6 +229,8 @@ class TiledStep {
   const uint32_t first_item_;
   const uint32_t item_count_;
   const LargestSizes largest_;
+  const uint32_t phase_count_;   // of strips that are solved
+  const uint32_t colour_count_;  // that are solved
   gl::Buffer& dispatches_;
   uint32_t dispatch_count_ = 0;
 };
