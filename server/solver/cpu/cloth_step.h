@@ -6,6 +6,7 @@
 
 #include "server/solver/cpu/float_controls.h"
 #include "server/solver/cpu/float_model.h"
+#include "server/solver/cpu/wide_lanes.h"
 #include "server/solver/step_report.h"
 #include "server/solver/substep_schedule.h"
 
@@ -45,12 +46,12 @@ struct FloatSubstep {
   float damping_factor = 1;  // of velocities: of v after a ballistic substep, of u before two steps
 };
 
-// One link of four strips under way.
+// One link of eight strips under way.
 struct StripLinkSolution {
-  LaneVectors n;    // unit, at the predicted positions
-  Lanes coupling;   // to the next link [1/kg]
-  Lanes inverse_pivot;
-  Lanes impulse;    // [N s]; during the elimination its right side
+  WideVectors n;    // unit, at the predicted positions
+  WideLanes ratio;  // coupling to the next link over the pivot
+  WideLanes inverse_pivot;
+  WideLanes impulse;  // [N s]; during the elimination the right side over the pivot
 };
 
 // Working memory of one step; kept by a thread between steps only to save allocations.

@@ -58,13 +58,14 @@ void PackStripLane(FloatModel& model, const StripGroup& group, uint32_t lane, ui
     const DistanceConstraint& constraint = model.source->constraints()[strips.constraints[k]];
     link.to[lane] = to;
     link.places[lane] = model.constraint_places[strips.constraints[k]];
-    link.rest_length[lane] = static_cast<float>(constraint.rest_length_m);
-    link.inverse_rest_length_sq[lane] = 1 / (link.rest_length[lane] * link.rest_length[lane]);
-    link.min_pivot[lane] = static_cast<float>(w[to] == 0 ? kMinStripPivotAtPin : kMinStripPivot);
-    link.inverse_mass_from[lane] = w[from];
-    link.inverse_mass_to[lane] = w[to];
-    link.inverse_mass_joint[lane] = k + 1 < end ? w[to] : 0;
-    link.diagonal[lane] = w[from] + w[to];
+    const float rest_length = static_cast<float>(constraint.rest_length_m);
+    link.rest_length.Set(lane, rest_length);
+    link.inverse_rest_length_sq.Set(lane, 1 / (rest_length * rest_length));
+    link.min_pivot.Set(lane, static_cast<float>(w[to] == 0 ? kMinStripPivotAtPin : kMinStripPivot));
+    link.inverse_mass_from.Set(lane, w[from]);
+    link.inverse_mass_to.Set(lane, w[to]);
+    link.inverse_mass_joint.Set(lane, k + 1 < end ? w[to] : 0);
+    link.diagonal.Set(lane, w[from] + w[to]);
   }
   for (uint32_t k = group.link_begin + (end - begin); k < group.link_end; ++k) {
     model.strip_links[k].to[lane] = strips.particles[end + strip];
@@ -77,12 +78,12 @@ void PackStrips(FloatModel& model) {
   StripLink padding{};
   padding.to.fill(model.spare_particle());
   padding.places.fill(static_cast<uint32_t>(model.groups.size() * kLaneCount));
-  padding.diagonal = Splat(1);
+  padding.diagonal = WideSplat(1);
   model.longest_strip = 0;
   for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
     const uint32_t phase_end = strips.phase_offsets[phase + 1];
-    for (uint32_t s = strips.phase_offsets[phase]; s < phase_end; s += kLaneCount) {
-      const uint32_t lane_count = std::min(kLaneCount, phase_end - s);
+    for (uint32_t s = strips.phase_offsets[phase]; s < phase_end; s += kWideCount) {
+      const uint32_t lane_count = std::min(kWideCount, phase_end - s);
       uint32_t length = 0;
       for (uint32_t lane = 0; lane < lane_count; ++lane) {
         length = std::max(length, strips.strip_offsets[s + lane + 1] - strips.strip_offsets[s + lane]);

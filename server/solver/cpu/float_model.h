@@ -9,6 +9,7 @@
 
 #include "server/scene/scene_model.h"
 #include "server/solver/cpu/lanes.h"
+#include "server/solver/cpu/wide_lanes.h"
 
 namespace drape::cpu {
 
@@ -22,24 +23,24 @@ struct DistanceGroup {
   Lanes inverse_mass_j;
 };
 
-// One link of each of four strips of a phase. Shorter strips are filled up with links from their last
+// One link of each of eight strips of a phase. Shorter strips are filled up with links from their last
 // particle to itself that no impulse moves.
 struct StripLink {
-  std::array<uint32_t, kLaneCount> to;  // the particle at the end of the link
+  std::array<uint32_t, kWideCount> to;  // the particle at the end of the link
   // Where the compliance and the accumulated impulse are (FloatModel::compliances).
-  std::array<uint32_t, kLaneCount> places;
-  Lanes rest_length;         // [m]
-  Lanes inverse_rest_length_sq;  // [1/m^2]; 0 for padding
-  Lanes min_pivot;               // share of the diagonal
-  Lanes inverse_mass_from;   // [1/kg]
-  Lanes inverse_mass_to;
-  Lanes inverse_mass_joint;  // of the particle shared with the next link; 0 if there is none
-  Lanes diagonal;            // inverse_mass_from + inverse_mass_to, never 0
+  std::array<uint32_t, kWideCount> places;
+  WideLanes rest_length;             // [m]
+  WideLanes inverse_rest_length_sq;  // [1/m^2]; 0 for padding
+  WideLanes inverse_mass_from;       // [1/kg]
+  WideLanes inverse_mass_to;
+  WideLanes inverse_mass_joint;  // of the particle shared with the next link; 0 if there is none
+  WideLanes diagonal;            // inverse_mass_from + inverse_mass_to, never 0
+  WideLanes min_pivot;           // share of the diagonal
 };
 
-// Four strips of a phase.
+// Eight strips of a phase.
 struct StripGroup {
-  std::array<uint32_t, kLaneCount> first;  // their first particles
+  std::array<uint32_t, kWideCount> first;  // their first particles
   uint32_t link_begin;                     // in FloatModel::strip_links
   uint32_t link_end;
 };

@@ -1,6 +1,7 @@
 #include "server/solver/cpu/strips.h"
 
 #include "server/solver/cpu/constraint_math.h"
+#include "server/solver/cpu/wide_lanes.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape::cpu {
@@ -8,15 +9,12 @@ namespace {
 
 constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 
-Lanes DotOf(const LaneVectors& a, const LaneVectors& b) {
-  return (a.x * b.x + a.y * b.y) + a.z * b.z;
-}
-
 // One number of each lane from an array of groups of lanes.
-Lanes GatherPlaces(const std::vector<Lanes>& groups, const std::array<uint32_t, kLaneCount>& places) {
-  Lanes values{};
-  for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
-    values[lane] = groups[places[lane] / kLaneCount][places[lane] % kLaneCount];
+WideLanes GatherPlaces(const std::vector<Lanes>& groups,
+                       const std::array<uint32_t, kWideCount>& places) {
+  WideLanes values{};
+  for (uint32_t lane = 0; lane < kWideCount; ++lane) {
+    values.Set(lane, groups[places[lane] / kLaneCount][places[lane] % kLaneCount]);
   }
   return values;
 }
@@ -36,13 +34,15 @@ class StripSolve {
 
   // Whether the error of any link was larger than the tolerance.
   bool Run() {
-    const LaneMask is_active = Eliminate();
+    const WideMask is_active = Eliminate();
     if (!IsAnyLaneSet(is_active)) return false;
     Substitute(is_active);
-    const Lanes step = StepLengths();
-    if (IsAnyLaneSet(step < 1)) [[unlikely]]
-      ShortenStep(step);
-    if constexpr (kHasCompliance) Accumulate(step);
+    WideLanes share = WideSplat(1);
+    if (IsAnyLaneSet(largest_ratio_sq_ > WideSplat(1))) [[unlikely]] {
+      share = 1 / Sqrt(Max(largest_ratio_sq_, WideSplat(1)));
+      TakeBack(share);
+    }
+    if constexpr (kHasCompliance) Accumulate(share);
     return true;
   }
 
@@ -54,112 +54,115 @@ class StripSolve {
 
   // Linearises link after link and eliminates the one before; returns the lanes with an error beyond
   // the tolerance.
-  LaneMask Eliminate() {
-    const Lanes* const p = context_.scratch.state.positions.data();
+  WideMask Eliminate() {
     const float tolerance = context_.controls.tolerance;
-    std::array<uint32_t, kLaneCount> from = group_.first;
-    LaneMask is_active{};
+    const std::array<uint32_t, kWideCount>* from = &group_.first;
+    WideMask is_active{};
     for (uint32_t k = 0; k < link_count(); ++k) {
       const StripLink& link = LinkAt(k);
-      Lanes d[kLaneCount];
-      for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
-        const uint32_t i = from[lane], j = link.to[lane];
-        d[lane] = PredictedDifference(p[i], p[j], u_[i], u_[j], h_);
-      }
-      from = link.to;
-      LaneVectors n = Transpose(d[0], d[1], d[2], d[3]);
-      const Lanes length = Sqrt(DotOf(n, n));
-      const LaneMask is_short = length < kMinDirectionLength;
-      const Lanes inverse_length = 1 / (is_short ? Splat(1) : length);
-      n = {is_short ? Splat(1) : n.x * inverse_length, is_short ? Splat(0) : n.y * inverse_length,
-           is_short ? Splat(0) : n.z * inverse_length};
-      Lanes error = length - link.rest_length;
-      Lanes diagonal = link.diagonal;
-      if constexpr (kHasCompliance) {
-        const Lanes alpha_over_h = GatherPlaces(context_.model.compliances, link.places) * inverse_h_;
-        error += alpha_over_h * GatherPlaces(context_.scratch.distance_impulses, link.places);
-        diagonal += alpha_over_h * inverse_h_;
-      }
-      is_active |= Abs(error) > tolerance * link.rest_length;
-
+      const WideVectors d = Differences(*from, link.to);
+      from = &link.to;
+      const WideLanes length = Sqrt(Dot(d, d));
+      const WideMask is_short = length < kMinDirectionLength;
       StripLinkSolution& now = solution_[k];
-      now.n = n;
-      Lanes pivot = diagonal, right_side = -error * inverse_h_;
-      if (k > 0) {
-        StripLinkSolution& before = solution_[k - 1];
-        before.coupling = -LinkAt(k - 1).inverse_mass_joint * DotOf(before.n, n);
-        pivot -= before.coupling * (before.coupling * before.inverse_pivot);
-        right_side -= before.coupling * before.impulse;
+      now.n = (1 / Select(is_short, WideSplat(1), length)) * d;
+      if (IsAnyLaneSet(is_short)) [[unlikely]]
+        now.n = {Select(is_short, WideSplat(1), now.n.x), Select(is_short, WideSplat(0), now.n.y),
+                 Select(is_short, WideSplat(0), now.n.z)};
+      WideLanes error = length - link.rest_length;
+      WideLanes diagonal = link.diagonal;
+      if constexpr (kHasCompliance) {
+        const WideLanes alpha_over_h =
+            GatherPlaces(context_.model.compliances, link.places) * inverse_h_;
+        error = error + alpha_over_h * GatherPlaces(context_.scratch.distance_impulses, link.places);
+        diagonal = diagonal + alpha_over_h * inverse_h_;
       }
-      const Lanes least = link.min_pivot * diagonal;
-      now.inverse_pivot = 1 / (pivot > least ? pivot : least);
-      now.impulse = right_side * now.inverse_pivot;
-      now.coupling = Lanes{};
+      is_active |= Abs(error) > link.rest_length * tolerance;
+      EliminateLink(k, error, diagonal);
     }
     return is_active;
   }
 
+  // From particles `from` to `to` at the end of the substep.
+  WideVectors Differences(const std::array<uint32_t, kWideCount>& from,
+                          const std::array<uint32_t, kWideCount>& to) const {
+    const Lanes* const p = context_.scratch.state.positions.data();
+    std::array<Lanes, kWideCount> d;
+    for (uint32_t lane = 0; lane < kWideCount; ++lane) {
+      d[lane] = PredictedDifference(p[from[lane]], p[to[lane]], u_[from[lane]], u_[to[lane]], h_);
+    }
+    return Transpose(d);
+  }
+
+  void EliminateLink(uint32_t k, const WideLanes& error, const WideLanes& diagonal) {
+    StripLinkSolution& now = solution_[k];
+    WideLanes pivot = diagonal, right_side = -(error * inverse_h_);
+    if (k > 0) {
+      StripLinkSolution& before = solution_[k - 1];
+      const WideLanes coupling = -(LinkAt(k - 1).inverse_mass_joint * Dot(before.n, now.n));
+      before.ratio = coupling * before.inverse_pivot;
+      pivot = pivot - coupling * before.ratio;
+      right_side = right_side - coupling * before.impulse;
+    }
+    now.inverse_pivot = 1 / Max(pivot, LinkAt(k).min_pivot * diagonal);
+    now.impulse = right_side * now.inverse_pivot;
+    now.ratio = WideLanes{};
+  }
+
   // From the last link back: impulses, and what they do to the particle at the end of each link.
   // Lanes that are not active get none.
-  void Substitute(LaneMask is_active) {
-    LaneVectors pull_of_next{};  // impulse * n of the link behind
-    Lanes next_impulse{};
+  void Substitute(const WideMask& is_active) {
+    WideVectors pull_of_next{};  // impulse * n of the link behind
+    WideLanes next_impulse{};
     for (uint32_t k = link_count(); k-- > 0;) {
+      const StripLink& link = LinkAt(k);
       StripLinkSolution& now = solution_[k];
-      const Lanes impulse = now.impulse - now.coupling * now.inverse_pivot * next_impulse;
-      now.impulse = is_active ? impulse : Lanes{};
-      next_impulse = now.impulse;
-      const LaneVectors pull{now.impulse * now.n.x, now.impulse * now.n.y, now.impulse * now.n.z};
-      Push(LinkAt(k).to, LinkAt(k).inverse_mass_to, pull, pull_of_next,
-           LinkAt(k).inverse_rest_length_sq * limit_scale_, true);
+      const WideLanes impulse = now.impulse - now.ratio * next_impulse;
+      now.impulse = next_impulse = Select(is_active, impulse, WideLanes{});
+      const WideVectors pull = now.impulse * now.n;
+      const WideVectors change = link.inverse_mass_to * (pull - pull_of_next);
+      MeasureMove(link, change);
+      Push(link.to, change);
       pull_of_next = pull;
     }
-    Push(group_.first, LinkAt(0).inverse_mass_from, LaneVectors{}, pull_of_next,
-         LinkAt(0).inverse_rest_length_sq * limit_scale_, true);
+    const WideVectors change = -LinkAt(0).inverse_mass_from * pull_of_next;
+    MeasureMove(LinkAt(0), change);
+    Push(group_.first, change);
   }
 
-  // u += w (pull - pull_of_next), for the particles between two links.
-  void Push(const std::array<uint32_t, kLaneCount>& particles, Lanes inverse_mass,
-            const LaneVectors& pull, const LaneVectors& pull_of_next, Lanes inverse_limit_sq,
-            bool is_measured) {
-    const LaneVectors change{inverse_mass * (pull.x - pull_of_next.x),
-                             inverse_mass * (pull.y - pull_of_next.y),
-                             inverse_mass * (pull.z - pull_of_next.z)};
-    if (is_measured) {
-      const Lanes speed_sq = DotOf(change, change);
-      const Lanes ratio_sq = speed_sq * inverse_limit_sq;
-      largest_ratio_sq_ = ratio_sq > largest_ratio_sq_ ? ratio_sq : largest_ratio_sq_;
+  void MeasureMove(const StripLink& link, const WideVectors& change) {
+    const WideLanes ratio_sq = Dot(change, change) * (link.inverse_rest_length_sq * limit_scale_);
+    largest_ratio_sq_ = Max(ratio_sq, largest_ratio_sq_);
+  }
+
+  void Push(const std::array<uint32_t, kWideCount>& particles, const WideVectors& change) {
+    const auto low = Transpose(LaneVectors{change.x.low, change.y.low, change.z.low});
+    const auto high = Transpose(LaneVectors{change.x.high, change.y.high, change.z.high});
+    for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
+      u_[particles[lane]] += low[lane];
+      u_[particles[lane + kLaneCount]] += high[lane];
     }
-    const std::array<Lanes, kLaneCount> changes = Transpose(change);
-    for (uint32_t lane = 0; lane < kLaneCount; ++lane) u_[particles[lane]] += changes[lane];
   }
 
-  // The share of the impulses that moves no particle by more than kMaxStripMove link lengths.
-  Lanes StepLengths() const {
-    return largest_ratio_sq_ > 1 ? 1 / Sqrt(largest_ratio_sq_) : Splat(1);
-  }
-
-  // Takes back what is beyond the share.
-  void ShortenStep(Lanes step) {
-    const Lanes back = step - 1;
-    LaneVectors pull_of_next{};
+  // Leaves `share` of what Substitute has done.
+  void TakeBack(const WideLanes& share) {
+    const WideLanes back = share - WideSplat(1);
+    WideVectors pull_of_next{};
     for (uint32_t k = link_count(); k-- > 0;) {
-      const StripLinkSolution& now = solution_[k];
-      const Lanes impulse = back * now.impulse;
-      const LaneVectors pull{impulse * now.n.x, impulse * now.n.y, impulse * now.n.z};
-      Push(LinkAt(k).to, LinkAt(k).inverse_mass_to, pull, pull_of_next, Splat(1), false);
+      const WideVectors pull = (back * solution_[k].impulse) * solution_[k].n;
+      Push(LinkAt(k).to, LinkAt(k).inverse_mass_to * (pull - pull_of_next));
       pull_of_next = pull;
     }
-    Push(group_.first, LinkAt(0).inverse_mass_from, LaneVectors{}, pull_of_next, Splat(1), false);
+    Push(group_.first, -LinkAt(0).inverse_mass_from * pull_of_next);
   }
 
-  void Accumulate(Lanes step) {
+  void Accumulate(const WideLanes& share) {
     std::vector<Lanes>& sums = context_.scratch.distance_impulses;
     for (uint32_t k = 0; k < link_count(); ++k) {
-      const Lanes impulse = step * solution_[k].impulse;
-      for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
+      const WideLanes impulse = share * solution_[k].impulse;
+      for (uint32_t lane = 0; lane < kWideCount; ++lane) {
         const uint32_t place = LinkAt(k).places[lane];
-        sums[place / kLaneCount][place % kLaneCount] += impulse[lane];
+        sums[place / kLaneCount][place % kLaneCount] += impulse.Get(lane);
       }
     }
   }
@@ -171,7 +174,7 @@ class StripSolve {
   const float limit_scale_;  // 1 / (largest speed per link length)^2 [s^2]
   Lanes* const u_;
   StripLinkSolution* const solution_;
-  Lanes largest_ratio_sq_{};
+  WideLanes largest_ratio_sq_{};
 };
 
 template <bool kHasCompliance>

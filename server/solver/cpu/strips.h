@@ -1,4 +1,4 @@
-// Stage `solve_strips`: all constraints of a path at once, four paths side by side.
+// Stage `solve_strips`: all constraints of a path at once, eight paths side by side.
 #pragma once
 
 #include "server/solver/cpu/cloth_step.h"
