@@ -108,10 +108,8 @@ void PredictTwoStep(const StepContext& context) {
     Lanes& previous_v = scratch.previous.velocities[i];
     const Lanes base = p + (p - previous_p) * kThird;
     const Lanes mean = ((v + (v - previous_v) * kThird) + kick) * substep.damping_factor;
-    if (substep.sets_previous) {
-      previous_p = p;
-      previous_v = v;
-    }
+    previous_p = substep.sets_previous ? p : previous_p;
+    previous_v = substep.sets_previous ? v : previous_v;
     p = base;
     v = mean;
   }
@@ -143,9 +141,10 @@ void ApplyTethers(const StepContext& context) {
       d[k] = PredictedDifference(p[pin], p[i], u[pin], u[i], h);
     }
     const LaneVectors t = Transpose(d[0], d[1], d[2], d[3]);
-    const Lanes length = Sqrt((t.x * t.x + t.y * t.y) + t.z * t.z);
-    const LaneMask is_taut = length > group.length;
+    const Lanes length_sq = (t.x * t.x + t.y * t.y) + t.z * t.z;
+    const LaneMask is_taut = length_sq > group.length * group.length;
     if (!IsAnyLaneSet(is_taut)) continue;
+    const Lanes length = Sqrt(length_sq);
     const Lanes speed = TetherSpeed(length, group.length, context.substep.inverse_interval);
     const Lanes speed_per_length = is_taut ? speed / length : Lanes{};
     for (uint32_t k = 0; k < kLaneCount; ++k) u[group.particle[k]] -= speed_per_length[k] * d[k];
