@@ -28,14 +28,14 @@ inline bool HasAirForces(const SceneModel& model, const ClothParameters& paramet
   return !model.triangles().empty() && (parameters.air_drag > 0 || parameters.air_lift > 0);
 }
 
-// Whether the cloth is advanced by two-step differences. Contacts are not smooth, and springs alone
-// are better off with velocity Verlet.
+// Whether the cloth is advanced by two-step differences. Contacts are not smooth; springs alone are
+// better off with velocity Verlet; and what colours alone leave of the errors would gain energy.
 inline bool UsesTwoSteps(const SceneModel& model, const ClothParameters& parameters) {
   const StepSettings& settings = parameters.settings;
   const bool has_spring_forces =
       model.spring_count() > 0 && settings.spring_integration == SpringIntegration::kInForce;
-  return settings.integration == Integration::kTwoStep && settings.substeps > 1 &&
-         model.constraint_count() > 0 && parameters.colliders.empty() && !has_spring_forces;
+  return settings.integration == Integration::kTwoStep && HasStrips(settings) &&
+         settings.substeps > 1 && model.constraint_count() > 0 && parameters.colliders.empty() && !has_spring_forces;
 }
 
 // Whether explicit springs may be unstable: velocity Verlet needs h^2 omega^2 < 4, two steps with

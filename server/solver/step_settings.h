@@ -21,7 +21,7 @@ enum class SpringIntegration { kInForce, kHalfKicks };
 // kOneStep: ballistic (paper equations 1 and 2), first order where impulses act. kTwoStep: the
 // backward differentiation formula of second order. It starts anew with every step, so a step is a
 // function of positions and velocities. Cloths that have colliders, springs in the force, nothing
-// but springs, or one substep use kOneStep; see UsesTwoSteps.
+// but springs, no strips in their sweeps, or one substep use kOneStep; see UsesTwoSteps.
 enum class Integration { kOneStep, kTwoStep };
 
 // In which order the distance constraints are solved within a sweep. kColours: Algorithm 1 of the
@@ -52,16 +52,16 @@ struct StepSettings {
 
 // What a client asked for; unset = the preset's value.
 struct StepSettingsOverrides {
-  std::optional<Preset> preset;  // default kRealtime
-  std::optional<double> time_step_s;
-  std::optional<uint32_t> substeps;
-  std::optional<uint32_t> max_iterations;
-  std::optional<double> tolerance;
-  std::optional<SpringIntegration> spring_integration;
-  std::optional<bool> use_tethers;
-  std::optional<Integration> integration;
-  std::optional<Sweep> sweep;
-  std::optional<double> twist_damping_per_s;
+  std::optional<Preset> preset{};  // default kRealtime
+  std::optional<double> time_step_s{};
+  std::optional<uint32_t> substeps{};
+  std::optional<uint32_t> max_iterations{};
+  std::optional<double> tolerance{};
+  std::optional<SpringIntegration> spring_integration{};
+  std::optional<bool> use_tethers{};
+  std::optional<Integration> integration{};
+  std::optional<Sweep> sweep{};
+  std::optional<double> twist_damping_per_s{};
 };
 
 inline constexpr double kMaxTimeStep_s = 10;

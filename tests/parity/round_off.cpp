@@ -121,6 +121,15 @@ double ColliderExtent(const ClothParameters& parameters) {
   return extent;
 }
 
+double LongestStrip(const SceneModel& model) {
+  const std::vector<uint32_t>& offsets = model.strips().strip_offsets;
+  uint32_t longest = 0;
+  for (size_t s = 0; s + 1 < offsets.size(); ++s) {
+    longest = std::max(longest, offsets[s + 1] - offsets[s]);
+  }
+  return longest;
+}
+
 double LargestNorm(const std::vector<Vector3d>& vectors) {
   double largest = 0;
   for (const Vector3d& v : vectors) largest = std::max(largest, v.norm());
@@ -162,7 +171,8 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
   const double colliders = static_cast<double>(scene.parameters.colliders.size());
   const double count = substeps;
 
-  const double constraint = kRoundOff * (13 * (coupling.length_m + h * speed) / h + speed);
+  const double roundings = 13 + (HasStrips(scene.parameters.settings) ? 8 * LongestStrip(*scene.model) : 0);
+  const double constraint = kRoundOff * (roundings * (coupling.length_m + h * speed) / h + speed);
   const double contact = kRoundOff * (8 * extent / h + (2 * extent / radius + 4) * speed);
   const double sweep = coupling.degree * constraint + colliders * contact;
   const double position = kRoundOff * extent;
@@ -175,8 +185,9 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
   const double kick = air.ratio * air_speed * (48 * kRoundOff + 8 * count * position / air.edge_m);
   const double free = 8 * kRoundOff * speed + 2 * spring + 2 * kick;
 
+  const double growth = UsesTwoSteps(*scene.model, scene.parameters) ? 1.5 : 1;
   ErrorBound bound;
-  bound.velocity_m_per_s = std::sqrt(count) * held + count * free;
+  bound.velocity_m_per_s = growth * (std::sqrt(count) * held + count * free);
   bound.position_m = count * position + h * count * bound.velocity_m_per_s;
   return bound;
 }
