@@ -148,6 +148,7 @@ ParticleSystem BuildParticles(const ParticleTopology& particles) {
   system.masses_kg = particles.masses_kg;
   system.distance_constraints = particles.distance_constraints;
   system.springs = particles.springs;
+  system.point_joints = particles.point_joints;
   return system;
 }
 

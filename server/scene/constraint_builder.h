@@ -1,4 +1,5 @@
-// From a topology to particles, distance constraints and springs. Pure; input already validated.
+// From a topology to particles, distance constraints, springs and joints. Pure; input already
+// validated.
 #pragma once
 
 #include "server/scene/description.h"
@@ -11,6 +12,7 @@ struct ParticleSystem {
   std::vector<double> masses_kg;                  // [particle_count]
   std::vector<DistanceConstraint> distance_constraints;
   std::vector<Spring> springs;
+  std::vector<PointJoint> point_joints;
   std::vector<std::array<uint32_t, 3>> triangles;  // for drawing and export; may be empty
   uint32_t dropped_triangles = 0;                  // zero-area triangles left out
 };

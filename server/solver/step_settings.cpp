@@ -98,7 +98,8 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
 
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count) {
   const double sweeps = double{1} * settings.substeps * settings.max_iterations;
-  const double constraints = double{1} * model.constraint_count() + model.dropped_constraints();
+  const double constraints =
+      double{1} * model.constraint_count() + model.joint_count() + model.dropped_constraints();
   const double contacts = model.particle_count() * (1 + static_cast<double>(collider_count));
   const double tethers =
       settings.use_tethers ? double{1} * settings.substeps * model.particle_count() : 0;

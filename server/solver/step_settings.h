@@ -62,9 +62,9 @@ std::string_view PresetName(Preset preset);
 Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
                                      std::string_view field_prefix);
 
-// Upper bound on the solves of one step: substeps * (max_iterations * (constraints + 2 * springs +
-// particles * (1 + colliders)) + 2 * triangles + 4 * particles), the last with tethers only.
-// Constraints that the model has left out count, other pins may bring them back; so do triangles
+// Upper bound on the solves of one step: substeps * (max_iterations * (constraints + joints + 2 *
+// springs + particles * (1 + colliders)) + 2 * triangles + 4 * particles), the last with tethers
+// only. Constraints that the model has left out count, other pins may bring them back; so do triangles
 // without air forces, which may come while the cloth runs.
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count);
 

@@ -11,6 +11,7 @@ namespace drape {
 //   tether          no particle farther from its pins than the cloth between them allows
 //   until no error exceeds the tolerance, at most max_iterations times:
 //     solve_distance  per colour: the impulse that removes each constraint's error at p + h u
+//     solve_joints    per colour of the joints: likewise for point joints
 //     solve_contacts  per particle: gap >= 0 at p + h u, Coulomb friction against h u
 //   integrate       p += h u, v = u + a h/2
 //   correct_velocity  contacts: no approach velocity, Coulomb friction; then damping
@@ -24,6 +25,7 @@ enum class StepStage {
   kPredict,
   kTether,
   kSolveDistance,
+  kSolveJoints,
   kSolveContacts,
   kIntegrate,
   kCorrectVelocity,

@@ -1,7 +1,7 @@
 // Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state.
 // One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint.
-// Stages: apply_springs, apply_wind, predict, tether, solve_distance, solve_contacts, integrate,
-// correct_velocity, commit
+// Stages: apply_springs, apply_wind, predict, tether, solve_distance, solve_joints, solve_contacts,
+// integrate, correct_velocity, commit
 // (server/solver/README.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
 // Statuses. SI units.
 // With IS_IN_PARTS (drivers that cut long loops, server/gl/README.md) a dispatch stops before it has used
@@ -12,6 +12,7 @@
 #include "stages/predict.glsl"
 #include "stages/tether.glsl"
 #include "stages/solve_distance.glsl"
+#include "stages/solve_joints.glsl"
 #include "stages/solve_contacts.glsl"
 #include "lib/fault.glsl"
 
@@ -127,7 +128,18 @@ void Tether() {
 #endif
 }
 
-// One sweep over all colours, then the contacts.
+void SolveJoints(bool is_first_sweep) {
+#ifdef HAS_JOINTS
+  for (uint colour = 0u; colour < cloth.joint_colour_count; ++colour) {
+    uint begin = models[cloth.joint_colour_offsets + colour];
+    uint end = models[cloth.joint_colour_offsets + colour + 1u];
+    FOR_EACH(k, begin, end) SolveJoint(k, is_first_sweep);
+    PhaseBarrier();
+  }
+#endif
+}
+
+// One sweep over all colours, then the joints and the contacts.
 void Sweep(bool is_first_sweep) {
   for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
     uint begin = models[cloth.colour_offsets + colour];
@@ -135,6 +147,7 @@ void Sweep(bool is_first_sweep) {
     FOR_EACH(k, begin, end) SolveDistance(k, is_first_sweep);
     PhaseBarrier();
   }
+  SolveJoints(is_first_sweep);
 #ifdef HAS_CONTACTS
   FOR_EACH(i, 0u, cloth.particle_count) SolveContacts(i, is_first_sweep);
   PhaseBarrier();
@@ -147,6 +160,7 @@ const uint kUsedUp = 2u;
 
 // Sweeps until none of them changes anything, at most max_iterations.
 uint Solve(inout Progress progress) {
+  SetStepShare(progress.substep);
   for (; progress.sweep < cloth.max_iterations; ++progress.sweep) {
 #ifdef IS_IN_PARTS
     // The first sweep is booked together with the substep.

@@ -17,6 +17,7 @@ void main() {
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif
+  SetStepShare(substep);
   uint k = models[cloth.colour_offsets + colour] + gl_GlobalInvocationID.x;
   uint end = models[cloth.colour_offsets + colour + 1u];
   if (k < end) SolveDistance(k, sweep == 0u);

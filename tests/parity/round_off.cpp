@@ -37,6 +37,10 @@ Coupling FindCoupling(const SceneModel& model) {
     ++degrees[constraint.j];
     coupling.length_m = std::max(coupling.length_m, constraint.rest_length_m);
   }
+  for (const PointJoint& joint : model.joints()) {
+    ++degrees[joint.i];
+    ++degrees[joint.j];
+  }
   for (const Spring& spring : model.springs()) {
     coupling.length_m = std::max(coupling.length_m, spring.rest_length_m);
   }

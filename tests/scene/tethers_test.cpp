@@ -23,11 +23,12 @@ struct Row {
     for (uint32_t i = 0; i + 1 < count; ++i) constraints.push_back({i, i + 1, 1, 0});
   }
   TetherSet Find(const std::vector<uint32_t>& pins) const {
-    return FindTethers(positions_m, constraints, pins);
+    return FindTethers(positions_m, constraints, joints, pins);
   }
 
   std::vector<Vector3d> positions_m;
   std::vector<DistanceConstraint> constraints;
+  std::vector<PointJoint> joints;
 };
 
 std::shared_ptr<const SceneModel> GridModel(uint32_t columns, uint32_t rows,
@@ -121,7 +122,7 @@ TEST(TethersTest, AreAtMostFourPerParticle) {
     constraints.push_back({0, k, 1 + 0.01 * k, 0});
     pins.push_back(k);
   }
-  const TetherSet set = FindTethers(positions_m, constraints, pins);
+  const TetherSet set = FindTethers(positions_m, constraints, {}, pins);
   EXPECT_THAT(Texts(Of(set, 0)), ElementsAre("1:1.01", "2:1.02", "3:1.03", "4:1.04"));
 }
 

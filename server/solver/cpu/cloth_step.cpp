@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "server/solver/cpu/constraint_math.h"
+#include "server/solver/cpu/joints.h"
 #include "server/solver/cpu/measure.h"
 #include "server/solver/cpu/wind.h"
 
@@ -74,7 +75,9 @@ void Predict(const StepContext& context, uint32_t substep) {
   }
   PredictPins(context, substep);
   PredictContacts(context);
-  scratch.distance_impulses.assign(model.compliances.size(), Lanes{});
+  const bool has_impulses = model.has_compliance() || model.has_inequalities();
+  scratch.distance_impulses.assign(has_impulses ? model.groups.size() : 0, Lanes{});
+  scratch.joint_impulses.assign(model.joints.size(), Lanes{});
 }
 
 // No particle ends the substep farther from a pin than the cloth between them is long
@@ -110,7 +113,7 @@ void ReplaceShortDirections(Lanes (&differences)[kLaneCount], Lanes& lengths) {
 
 // One sweep over all colours, four constraints of a colour at once (Bender et al. 2009, section 3.2
 // and 3.3). Returns whether an error was larger than the tolerance.
-template <bool kHasCompliance>
+template <bool kHasCompliance, bool kHasInequalities, bool kHasOwnLengths>
 bool SweepDistances(const StepContext& context) {
   const float h = context.controls.h;
   const float inverse_h = context.controls.inverse_h;
@@ -131,16 +134,24 @@ bool SweepDistances(const StepContext& context) {
     if (IsAnyLaneSet(length < kMinDirectionLength)) [[unlikely]]
       ReplaceShortDirections(d, divisor);
 
-    Lanes residual = length - group.rest_length;
+    const Lanes rest_length = kHasOwnLengths ? context.scratch.rest_lengths[g] : group.rest_length;
+    Lanes residual = length - rest_length;
     Lanes weight = group.inverse_mass_i + group.inverse_mass_j;
     if constexpr (kHasCompliance) {
       const Lanes alpha_over_h = context.model.compliances[g] * inverse_h;
       residual += alpha_over_h * context.scratch.distance_impulses[g];
       weight += alpha_over_h * inverse_h;
     }
-    const LaneMask is_active = Abs(residual) > tolerance * group.rest_length;
-    const Lanes impulse = is_active ? DistanceImpulse(residual, inverse_h, weight) : Lanes{};
-    if constexpr (kHasCompliance) context.scratch.distance_impulses[g] += impulse;
+    LaneMask is_active = Abs(residual) > tolerance * rest_length;
+    Lanes impulse = is_active ? DistanceImpulse(residual, inverse_h, weight) : Lanes{};
+    if constexpr (kHasInequalities) {
+      const ImpulseBounds& bounds = context.model.bounds[g];
+      impulse = ClampImpulse(context.scratch.distance_impulses[g], impulse, bounds.min, bounds.max);
+      is_active &= impulse != 0;
+    }
+    if constexpr (kHasCompliance || kHasInequalities) {
+      context.scratch.distance_impulses[g] += impulse;
+    }
     const Lanes impulse_per_length = impulse / divisor;
     const Lanes scale_i = group.inverse_mass_i * impulse_per_length;
     const Lanes scale_j = group.inverse_mass_j * impulse_per_length;
@@ -156,8 +167,21 @@ bool SweepDistances(const StepContext& context) {
 }
 
 bool SolveDistance(const StepContext& context) {
-  return context.model.has_compliance() ? SweepDistances<true>(context)
-                                        : SweepDistances<false>(context);
+  const bool has_compliance = context.model.has_compliance();
+  if (context.own_lengths != nullptr) {
+    if (context.model.has_inequalities()) {
+      return has_compliance ? SweepDistances<true, true, true>(context)
+                            : SweepDistances<false, true, true>(context);
+    }
+    return has_compliance ? SweepDistances<true, false, true>(context)
+                          : SweepDistances<false, false, true>(context);
+  }
+  if (context.model.has_inequalities()) {
+    return has_compliance ? SweepDistances<true, true, false>(context)
+                          : SweepDistances<false, true, false>(context);
+  }
+  return has_compliance ? SweepDistances<true, false, false>(context)
+                        : SweepDistances<false, false, false>(context);
 }
 
 // One particle against one collider. Returns whether it changed u.
@@ -244,10 +268,12 @@ void Solve(const StepContext& context, StepReport& report) {
   const FloatControls& controls = context.controls;
   for (uint32_t iteration = 0; iteration < controls.max_iterations; ++iteration) {
     ++report.iterations;
-    // Both always run: a contact can break what the distances have just met.
+    // All always run: a contact can break what the distances have just met.
     const bool distances_changed = SolveDistance(context);
+    const bool joints_changed = SolveJoints(context);
     const bool contacts_changed = SolveContacts(context);
-    if (controls.tolerance > 0 && !distances_changed && !contacts_changed) return;
+    const bool has_changed = distances_changed || joints_changed || contacts_changed;
+    if (controls.tolerance > 0 && !has_changed) return;
   }
   if (controls.tolerance > 0) report.converged = false;
 }
@@ -294,7 +320,8 @@ StepReport StepCloth(const StepContext& context, bool measure, FloatState& state
   for (uint32_t substep = 0; substep < controls.substeps; ++substep) {
     const bool is_last = substep + 1 == controls.substeps;
     Predict(context, substep);
-    if (controls.use_tethers) ApplyTethers(context);
+    if (context.own_lengths != nullptr) AdvanceLengths(context, substep);
+    if (controls.use_tethers && context.own_lengths == nullptr) ApplyTethers(context);
     Solve(context, report);
     Integrate(context, substep);
     CorrectVelocity(context);

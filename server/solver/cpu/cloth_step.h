@@ -29,8 +29,17 @@ struct StepScratch {
   FloatState state;                  // the step's working copy; velocities hold u within a substep
   std::vector<Lanes> accelerations;  // [particle_count] springs (+ gravity if IN_FORCE)
   std::vector<Lanes> air_impulses;   // [triangle group][lane] a third of the impulse [N s]
-  std::vector<Lanes> distance_impulses;   // Lambda, [group_count] [N s]; only with compliance
+  // Lambda, [group_count] [N s]; only with compliance or inequalities
+  std::vector<Lanes> distance_impulses;
+  std::vector<Lanes> joint_impulses;      // Lambda, [joint_count] [N s]
+  std::vector<Lanes> rest_lengths;  // [group_count] [m] at the end of the substep; only of its own
   std::vector<ContactImpulses> contacts;  // [particle_count][collider_count]
+};
+
+// Rest lengths of one cloth, [group_count] in the places of FloatModel::groups [m].
+struct OwnLengths {
+  std::vector<Lanes> starts;   // before the step
+  std::vector<Lanes> targets;  // at its end
 };
 
 // Everything one step needs.
@@ -38,6 +47,7 @@ struct StepContext {
   const FloatModel& model;
   const FloatControls& controls;
   std::span<const Lanes> pin_targets;  // [pin_count]
+  const OwnLengths* own_lengths;       // null: the rest lengths are the model's
   StepScratch& scratch;
 };
 

@@ -1,6 +1,7 @@
 #include "server/solver/cpu/float_model.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace drape::cpu {
@@ -17,6 +18,8 @@ DistanceGroup PaddingGroup(uint32_t spare_particle) {
   return group;
 }
 
+constexpr float kNoBound = std::numeric_limits<float>::infinity();
+
 void PackConstraints(FloatModel& model) {
   const SceneModel& source = *model.source;
   const auto constraints = source.constraints();
@@ -28,6 +31,7 @@ void PackConstraints(FloatModel& model) {
       if (lane == 0) {
         model.groups.push_back(PaddingGroup(model.spare_particle()));
         if (source.has_compliance()) model.compliances.push_back(Splat(0));
+        if (source.has_inequalities()) model.bounds.push_back({Splat(-kNoBound), Splat(kNoBound)});
       }
       const DistanceConstraint& constraint = constraints[c];
       DistanceGroup& group = model.groups.back();
@@ -39,9 +43,18 @@ void PackConstraints(FloatModel& model) {
       if (source.has_compliance()) {
         model.compliances.back()[lane] = static_cast<float>(constraint.compliance_m_per_n);
       }
+      if (constraint.kind == ConstraintKind::kAtMost) model.bounds.back().max[lane] = 0;
+      if (constraint.kind == ConstraintKind::kAtLeast) model.bounds.back().min[lane] = 0;
       model.constraint_places[c] =
           static_cast<uint32_t>((model.groups.size() - 1) * kLaneCount + lane);
     }
+  }
+}
+
+void PackJoints(FloatModel& model) {
+  for (const auto& [i, j, compliance] : model.source->joints()) {
+    model.joints.push_back({i, j, model.inverse_masses[i], model.inverse_masses[j],
+                            static_cast<float>(compliance)});
   }
 }
 
@@ -110,6 +123,7 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
     if (inverse_mass > 0) free_particles.push_back(particle);
   }
   PackConstraints(*this);
+  PackJoints(*this);
   PackTethers(*this);
   PackTriangles(*this);
   PackSprings(*this);

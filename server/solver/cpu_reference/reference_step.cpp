@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/solver/cpu_reference/reference_constraints.h"
 #include "server/solver/cpu_reference/reference_contact.h"
 #include "server/solver/cpu_reference/reference_measure.h"
 #include "server/solver/cpu_reference/reference_springs.h"
@@ -22,13 +23,15 @@ using Eigen::Vector3d;
 class ReferenceStep {
  public:
   ReferenceStep(const ReferenceCloth& cloth, double tolerance)
-      : model_(*cloth.model),
+      : cloth_(cloth),
+        model_(*cloth.model),
         parameters_(cloth.parameters),
         settings_(cloth.parameters.settings),
         pin_targets_(cloth.pin_targets_m),
         tolerance_(tolerance),
         h_(settings_.substep_s()),
         w_(model_.inverse_masses_per_kg()),
+        rest_lengths_(model_, cloth.rest_lengths_m, cloth.rest_length_targets_m),
         state_(cloth.state),
         u_(model_.particle_count()),
         a_(model_.particle_count()) {}
@@ -43,13 +46,16 @@ class ReferenceStep {
     for (uint32_t substep = 0; substep < settings_.substeps; ++substep) {
       const uint32_t substeps_left = settings_.substeps - substep;
       Predict(substeps_left);
-      if (settings_.use_tethers) ApplyTethers();
+      rest_lengths_.Advance(substep, settings_.substeps);
+      if (settings_.use_tethers && !cloth_.has_own_lengths()) ApplyTethers();
       bool has_converged = tolerance_ == 0;
       for (uint32_t sweep = 0; sweep < settings_.max_iterations; ++sweep) {
         const bool has_changed_distance = SolveDistance();
+        const bool has_changed_joints = SolveJoints();
         const bool has_changed_contacts = SolveContacts();
         ++report.iterations;
-        if (tolerance_ > 0 && !has_changed_distance && !has_changed_contacts) {
+        if (tolerance_ > 0 && !has_changed_distance && !has_changed_joints &&
+            !has_changed_contacts) {
           has_converged = true;
           break;
         }
@@ -113,6 +119,7 @@ class ReferenceStep {
       u_[model_.pins()[k]] = (q - p) / h_;
     }
     lambda_.assign(model_.constraint_count(), 0.0);
+    joint_lambda_.assign(model_.joint_count(), Vector3d::Zero());
     beta_.assign(model_.particle_count() * parameters_.colliders.size(), {});
   }
 
@@ -138,7 +145,7 @@ class ReferenceStep {
   // Error that the impulse has to remove: C + (alpha/h) lambda.
   double DistanceError(uint32_t index, double length) const {
     const DistanceConstraint& constraint = model_.constraints()[index];
-    return length - constraint.rest_length_m + constraint.compliance_m_per_n / h_ * lambda_[index];
+    return length - rest_lengths_[index] + constraint.compliance_m_per_n / h_ * lambda_[index];
   }
 
   // The impulse of every constraint, in order of the colours (Bender et al. 2009, section 3.2; the
@@ -146,17 +153,44 @@ class ReferenceStep {
   bool SolveDistance() {
     bool has_changed = false;
     for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
-      const auto [i, j, rest_length, compliance] = model_.constraints()[index];
+      const auto [i, j, model_length, compliance, kind] = model_.constraints()[index];
       const Vector3d d = PredictedDifference(i, j);
       const double length = d.norm();
       const double error = DistanceError(index, length);
-      if (tolerance_ > 0 && !(std::abs(error) > tolerance_ * rest_length)) continue;
+      if (tolerance_ > 0 && !(std::abs(error) > tolerance_ * rest_lengths_[index])) continue;
 
       const Vector3d n = length < kMinDirectionLength_m ? Vector3d::UnitX() : Vector3d(d / length);
-      const double impulse = -error / h_ / (w_[i] + w_[j] + compliance / (h_ * h_));
+      const double impulse = AdmissibleImpulse(
+          kind, lambda_[index], -error / h_ / (w_[i] + w_[j] + compliance / (h_ * h_)));
+      if (kind != ConstraintKind::kEqual && impulse == 0) continue;  // slack
       lambda_[index] += impulse;
       u_[i] -= w_[i] * impulse * n;
       u_[j] += w_[j] * impulse * n;
+      has_changed = true;
+    }
+    return has_changed;
+  }
+
+  // C + (alpha/h) lambda of a joint, with C = p_j - p_i at the end of the substep.
+  Vector3d JointError(uint32_t index) const {
+    const auto [i, j, compliance] = model_.joints()[index];
+    return PredictedDifference(i, j) + compliance / h_ * joint_lambda_[index];
+  }
+
+  // The impulse of every joint, in order of their colours: three equality constraints along the axes
+  // at once, which are independent and linear, so one impulse removes the error of one joint exactly
+  // (Bender et al. 2009, section 3.2).
+  bool SolveJoints() {
+    bool has_changed = false;
+    for (uint32_t index = 0; index < model_.joint_count(); ++index) {
+      const auto [i, j, compliance] = model_.joints()[index];
+      const Vector3d error = JointError(index);
+      if (tolerance_ > 0 && !(error.norm() > tolerance_ * model_.length_scale_m())) continue;
+
+      const Vector3d impulse = -error / h_ / (w_[i] + w_[j] + compliance / (h_ * h_));
+      joint_lambda_[index] += impulse;
+      u_[i] -= w_[i] * impulse;
+      u_[j] += w_[j] * impulse;
       has_changed = true;
     }
     return has_changed;
@@ -219,13 +253,27 @@ class ReferenceStep {
     return has_changed;
   }
 
+  // The part of an error that an impulse may still remove: of an inequality no more than undoes the
+  // impulses so far.
+  double AdmissibleError(uint32_t index, double error) const {
+    const auto& constraint = model_.constraints()[index];
+    const double error_per_impulse =
+        h_ * (w_[constraint.i] + w_[constraint.j]) + constraint.compliance_m_per_n / h_;
+    if (constraint.kind == ConstraintKind::kEqual) return error;
+    return error_per_impulse *
+           AdmissibleImpulse(constraint.kind, lambda_[index], -error / error_per_impulse);
+  }
+
   // Largest error left after the sweeps [m].
   double Residual() const {
     double residual = 0;
     for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
       const auto& constraint = model_.constraints()[index];
       const double length = PredictedDifference(constraint.i, constraint.j).norm();
-      residual = std::max(residual, std::abs(DistanceError(index, length)));
+      residual = std::max(residual, std::abs(AdmissibleError(index, DistanceError(index, length))));
+    }
+    for (uint32_t index = 0; index < model_.joint_count(); ++index) {
+      residual = std::max(residual, JointError(index).norm());
     }
     for (uint32_t i = 0; i < model_.particle_count(); ++i) {
       if (w_[i] == 0) continue;
@@ -275,6 +323,7 @@ class ReferenceStep {
                                  parameters_.friction_dynamic);
   }
 
+  const ReferenceCloth& cloth_;
   const SceneModel& model_;
   const ClothParameters& parameters_;
   const StepSettings& settings_;
@@ -283,10 +332,12 @@ class ReferenceStep {
   const double h_;
   const std::span<const double> w_;
 
+  ReferenceLengths rest_lengths_;
   ParticleState state_;  // p and v
   std::vector<Vector3d> u_;
   std::vector<Vector3d> a_;
-  std::vector<double> lambda_;        // [constraint_count]
+  std::vector<double> lambda_;          // [constraint_count]
+  std::vector<Vector3d> joint_lambda_;  // [joint_count]
   std::vector<ContactImpulse> beta_;  // [particle_count][collider_count]
   double residual_ = 0;
 };
@@ -313,7 +364,8 @@ StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure) {
   }
   report.fault = cloth.fault;
   if (measure) {
-    report.measured = MeasureState(*cloth.model, cloth.parameters, cloth.state);
+    report.measured =
+        MeasureState(*cloth.model, cloth.parameters, cloth.state, cloth.rest_length_targets_m);
     report.measured.max_residual_m = residual;
   }
   return report;

@@ -113,6 +113,14 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   record.spring_offsets = begin + layout.spring_offsets;
   record.spring_ends = begin + layout.spring_ends;
   record.pins = begin + layout.pins;
+  record.joint_count = model.joint_count();
+  record.joint_colour_count = model.joint_colour_count();
+  record.has_joint_compliance = model.has_joint_compliance() ? 1 : 0;
+  record.has_inequalities = model.has_inequalities() ? 1 : 0;
+  record.joint_colour_offsets = begin + layout.joint_colour_offsets;
+  record.joint_pairs = begin + layout.joint_pairs;
+  record.joint_compliances = begin + layout.joint_compliances;
+  record.kinds = begin + layout.kinds;
   record.tether_offsets = begin + layout.tether_offsets;
   record.tethers = begin + layout.tethers;
 }
@@ -120,7 +128,8 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
 }  // namespace
 
 uint32_t MeasurePieceCount(const SceneModel& model) {
-  const uint32_t longest = std::max(model.particle_count(), model.constraint_count());
+  const uint32_t longest =
+      std::max({model.particle_count(), model.constraint_count(), model.joint_count()});
   return (longest + DRAPE_MEASURE_PIECE - 1) / DRAPE_MEASURE_PIECE;
 }
 
@@ -134,7 +143,9 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
     layout.size += words;
     return begin;
   };
-  layout.lambdas = append(model.has_compliance() ? model.constraint_count() : 0);
+  const bool has_lambdas = model.has_compliance() || model.has_inequalities();
+  layout.lambdas = append(has_lambdas ? model.constraint_count() : 0);
+  layout.joint_lambdas = append(model.has_joint_compliance() ? 3 * model.joint_count() : 0);
   layout.normal_betas = append(colliders * particles);
   layout.tangent_betas = append(parameters.friction_static > 0 ? 3 * colliders * particles : 0);
   layout.violations = append(colliders > 0 ? particles : 0);
@@ -157,12 +168,20 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   record.collider_count = static_cast<uint32_t>(cloth.parameters.colliders.size());
   record.pin_targets = cloth.parameter_words.begin();
   record.colliders = cloth.parameter_words.begin() + 3 * cloth.pin_count();
+  if (cloth.has_own_lengths()) {
+    record.has_own_lengths = 1;
+    record.length_starts =
+        cloth.parameter_words.begin() +
+        LengthsOffset(*cloth.model->model, cloth.parameters);
+    record.length_targets = record.length_starts + record.constraint_count;
+  }
   const ScratchLayout layout =
       LayOutScratch(*cloth.model->model, cloth.parameters, cloth.has_work_state());
   const auto scratch = [&cloth](uint64_t word) {
     return static_cast<uint32_t>(cloth.scratch.begin() + word);
   };
   record.lambdas = scratch(layout.lambdas);
+  record.joint_lambdas = scratch(layout.joint_lambdas);
   record.normal_betas = scratch(layout.normal_betas);
   record.tangent_betas = scratch(layout.tangent_betas);
   record.violations = scratch(layout.violations);
@@ -181,8 +200,21 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   return record;
 }
 
-uint64_t ParameterWordCount(const SceneModel& model, const ClothParameters& parameters) {
-  return 3 * uint64_t{model.pin_count()} + DRAPE_COLLIDER_WORDS * parameters.colliders.size();
+uint32_t LengthsOffset(const SceneModel& model, const ClothParameters& parameters) {
+  return 3 * model.pin_count() +
+         DRAPE_COLLIDER_WORDS * static_cast<uint32_t>(parameters.colliders.size());
+}
+
+uint64_t ParameterWordCount(const SceneModel& model, const ClothParameters& parameters,
+                            bool has_own_lengths) {
+  return uint64_t{LengthsOffset(model, parameters)} +
+         (has_own_lengths ? 2 * uint64_t{model.constraint_count()} : 0);
+}
+
+std::vector<uint32_t> PackLengths(std::span<const double> rest_lengths_m) {
+  std::vector<uint32_t> words;
+  for (const double length : rest_lengths_m) words.push_back(FloatWord(length));
+  return words;
 }
 
 std::vector<uint32_t> PackTargets(std::span<const Eigen::Vector3d> targets_m) {

@@ -58,10 +58,14 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   const uint64_t air = HasAirForces(model, parameters) ? AirPasses(model, rounds, local_size) : 0;
 
   LoopCosts costs;
-  costs.sweep = 1 + model.colour_count() + 1;
+  costs.sweep = 1 + model.colour_count() + (model.joint_count() > 0 ? 1 : 0) + 1;
   const std::span<const uint32_t> offsets = model.colour_offsets();
   for (uint32_t c = 0; c < model.colour_count(); ++c) {
     costs.sweep += LoopPasses(offsets[c + 1] - offsets[c], local_size);
+  }
+  const std::span<const uint32_t> joint_offsets = model.joint_colour_offsets();
+  for (uint32_t c = 0; c < model.joint_colour_count(); ++c) {
+    costs.sweep += 1 + LoopPasses(joint_offsets[c + 1] - joint_offsets[c], local_size);
   }
   if (colliders > 0) costs.sweep += particles + rounds * (colliders + 1);
   costs.substep = 2 + springs + air + 2 * particles + 2 * LoopPasses(model.pin_count(), local_size);
@@ -93,14 +97,16 @@ uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parame
                           uint32_t local_size) {
   const uint64_t colliders = parameters.colliders.size();
   const uint64_t piece_rounds = RoundsFor(DRAPE_MEASURE_PIECE, local_size);
-  const uint64_t measure = 2 * (piece_rounds + 1) + piece_rounds * (colliders + 1) +
+  const uint64_t measure = 3 * (piece_rounds + 1) + piece_rounds * (colliders + 1) +
                            SpringPasses(model, piece_rounds) + 16;
   const uint64_t air =
       HasAirForces(model, parameters) ? LargestDegree(model.triangle_offsets()) + 1 : 0;
   const uint64_t tiled = std::max({LargestSpringDegree(model) + 1, air, 2 * (colliders + 1),
                                    uint64_t{kMaxTethersPerParticle} + 1});
-  // `tiled_begin_sweeps` and `tiled_end_sweep` go through the dispatches of all colours.
-  const uint64_t control = LoopPasses(model.colour_count() + 2, local_size);
+  // `tiled_begin_sweeps` and `tiled_end_sweep` go through the dispatches of all colours of
+  // constraints and joints.
+  const uint64_t control = LoopPasses(
+      uint64_t{model.colour_count()} + model.joint_colour_count() + 2, local_size);
   return std::max({measure, tiled, control});
 }
 

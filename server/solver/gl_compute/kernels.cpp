@@ -80,6 +80,11 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   const KernelVariant tolerance = OnlyTolerance(all);
   KernelVariant distance = tolerance;
   distance.has_compliance = all.has_compliance;
+  distance.has_inequalities = all.has_inequalities;
+  distance.has_own_lengths = all.has_own_lengths;
+  KernelVariant joints = tolerance;
+  joints.has_joints = all.has_joints;
+  joints.has_joint_compliance = all.has_joint_compliance;
   KernelVariant contacts = tolerance;
   contacts.has_contacts = all.has_contacts;
   contacts.has_friction = all.has_friction;
@@ -106,6 +111,7 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
       Wanted{all.has_tethers, "tiled_tether", plain, &kernels.tiled_tether},
       Wanted{all.has_tolerance, "tiled_begin_sweeps", plain, &kernels.tiled_begin_sweeps},
       Wanted{true, "tiled_solve_distance", distance, &kernels.tiled_solve_distance},
+      Wanted{all.has_joints, "tiled_solve_joints", joints, &kernels.tiled_solve_joints},
       Wanted{all.has_contacts, "tiled_solve_contacts", contacts, &kernels.tiled_solve_contacts},
       Wanted{all.has_tolerance, "tiled_end_sweep", plain, &kernels.tiled_end_sweep},
       Wanted{true, "tiled_integrate", integrate, &kernels.tiled_integrate},

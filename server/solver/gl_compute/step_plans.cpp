@@ -20,8 +20,14 @@ struct LargestSizes {
   uint32_t triangles = 0;
   uint32_t substeps = 0;
   uint32_t max_iterations = 0;
-  std::vector<uint32_t> colours;  // [colour] constraints
+  std::vector<uint32_t> colours;        // [colour] constraints
+  std::vector<uint32_t> joint_colours;  // [colour] joints
 };
+
+void Enlarge(const std::vector<uint32_t>& sizes, std::vector<uint32_t>& largest) {
+  if (largest.size() < sizes.size()) largest.resize(sizes.size());
+  for (size_t c = 0; c < sizes.size(); ++c) largest[c] = std::max(largest[c], sizes[c]);
+}
 
 LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
   LargestSizes largest;
@@ -33,11 +39,8 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
         std::max(largest.triangles, static_cast<uint32_t>(cloth->model->model->triangles().size()));
     largest.substeps = std::max(largest.substeps, settings.substeps);
     largest.max_iterations = std::max(largest.max_iterations, settings.max_iterations);
-    const std::vector<uint32_t>& sizes = cloth->model->colour_sizes;
-    if (largest.colours.size() < sizes.size()) largest.colours.resize(sizes.size());
-    for (size_t c = 0; c < sizes.size(); ++c) {
-      largest.colours[c] = std::max(largest.colours[c], sizes[c]);
-    }
+    Enlarge(cloth->model->colour_sizes, largest.colours);
+    Enlarge(cloth->model->joint_colour_sizes, largest.joint_colours);
   }
   return largest;
 }
@@ -72,14 +75,21 @@ class TiledStep {
   }
 
  private:
-  // Dispatch arguments of the sweeps: one per colour, then the contacts, then the end of the sweep.
-  uint32_t contacts_index() const { return static_cast<uint32_t>(largest_.colours.size()); }
+  // Dispatch arguments of the sweeps: one per colour, one per colour of the joints, then the contacts,
+  // then the end of the sweep.
+  uint32_t joints_index() const { return static_cast<uint32_t>(largest_.colours.size()); }
+  uint32_t contacts_index() const {
+    return joints_index() + static_cast<uint32_t>(largest_.joint_colours.size());
+  }
   uint32_t end_sweep_index() const { return contacts_index() + 1; }
 
   void UploadDispatchArgs() {
     const uint32_t local_size = kernels_.variant.local_size;
     std::vector<shader::DispatchArgs> args;
     for (const uint32_t size : largest_.colours) {
+      args.push_back({GroupsFor(size, local_size), 0, 1, item_count_});
+    }
+    for (const uint32_t size : largest_.joint_colours) {
       args.push_back({GroupsFor(size, local_size), 0, 1, item_count_});
     }
     args.push_back({GroupsFor(largest_.particles, local_size), 0, 1, item_count_});
@@ -163,14 +173,26 @@ class TiledStep {
     const gl::Program& distance = *kernels_.tiled_solve_distance;
     Prepare(distance, substep);
     distance.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
-    for (uint32_t colour = 0; colour < contacts_index(); ++colour) {
+    for (uint32_t colour = 0; colour < joints_index(); ++colour) {
       distance.SetUniform(DRAPE_UNIFORM_COLOUR, colour);
       DispatchSweepStage(colour, largest_.colours[colour]);
     }
+    SolveJoints(substep, sweep);
     if (!kernels_.variant.has_contacts) return;
     Prepare(*kernels_.tiled_solve_contacts, substep);
     kernels_.tiled_solve_contacts->SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
     DispatchSweepStage(contacts_index(), largest_.particles);
+  }
+
+  void SolveJoints(uint32_t substep, uint32_t sweep) {
+    if (kernels_.tiled_solve_joints == nullptr) return;
+    const gl::Program& joints = *kernels_.tiled_solve_joints;
+    Prepare(joints, substep);
+    joints.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+    for (uint32_t colour = 0; colour < largest_.joint_colours.size(); ++colour) {
+      joints.SetUniform(DRAPE_UNIFORM_COLOUR, colour);
+      DispatchSweepStage(joints_index() + colour, largest_.joint_colours[colour]);
+    }
   }
 
   void DispatchSweepStage(uint32_t index, uint32_t elements) {
