@@ -142,6 +142,12 @@ ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& mat
   return system;
 }
 
+double RestDistance_m(uint32_t i, uint32_t j, const std::vector<Eigen::Vector3d>& positions_m) {
+  if (i >= positions_m.size() || j >= positions_m.size()) return 1;
+  const double length_m = (positions_m[i] - positions_m[j]).norm();
+  return length_m > 0 ? length_m : 1;
+}
+
 ParticleSystem BuildParticles(const ParticleTopology& particles) {
   ParticleSystem system;
   system.rest_positions_m = particles.positions_m;

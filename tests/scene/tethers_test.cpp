@@ -112,6 +112,20 @@ TEST(TethersTest, ExtensibleConstraintsCarryNone) {
   EXPECT_THAT(Of(set, 3), IsEmpty());
 }
 
+TEST(TethersTest, RopesAndJointsCarryThemStrutsDoNot) {
+  Row row(5);
+  row.constraints[0].kind = ConstraintKind::kAtMost;
+  row.constraints[3].kind = ConstraintKind::kAtLeast;
+  row.constraints.erase(row.constraints.begin() + 1);
+  row.joints = {{1, 2, 0}};
+  const TetherSet set = row.Find({0});
+  EXPECT_THAT(Texts(Of(set, 2)), ElementsAre("0:1"));
+  EXPECT_THAT(Texts(Of(set, 3)), ElementsAre("0:2"));
+  EXPECT_THAT(Of(set, 4), IsEmpty());
+  row.joints[0].compliance_m_per_n = 1e-6;
+  EXPECT_THAT(Of(row.Find({0}), 2), IsEmpty());
+}
+
 // A hub held by many pins on a circle: none implies another.
 TEST(TethersTest, AreAtMostFourPerParticle) {
   std::vector<Vector3d> positions_m = {Vector3d::Zero()};
