@@ -27,6 +27,12 @@ void CheckNotNegative(double value, const std::string& field) {
   }
 }
 
+void CheckPositive(double value, const std::string& field) {
+  if (!(value > 0) || !std::isfinite(value)) {
+    throw BadField(field, "must be > 0, got " + NumberText(value));
+  }
+}
+
 void CheckVector(const google::protobuf::RepeatedField<double>& vector, bool may_be_empty,
                  const std::string& field) {
   if (!(may_be_empty && vector.empty()) && vector.size() != 3) {
@@ -101,6 +107,15 @@ void CheckControl(const v1::Scene& scene, const v1::SceneControl& control,
     throw BadField(path + ".cloths[" + std::to_string(i) + "]",
                    "must be below the number of cloths, " + std::to_string(cloth_count) + ", got " +
                        std::to_string(control.cloths(i)));
+  }
+  for (int i = 0; i < control.rest_lengths_size(); ++i) {
+    const std::string target = path + ".rest_lengths[" + std::to_string(i) + "]";
+    CheckPositive(control.rest_lengths(i).rest_length_m(), target + ".rest_length_m");
+    CheckNotNegative(control.rest_lengths(i).over_s(), target + ".over_s");
+  }
+  if (control.has_rest_length_scale()) {
+    CheckPositive(control.rest_length_scale().scale(), path + ".rest_length_scale.scale");
+    CheckNotNegative(control.rest_length_scale().over_s(), path + ".rest_length_scale.over_s");
   }
   for (int i = 0; i < control.pin_targets_size(); ++i) {
     CheckPinTarget(scene, control, control.pin_targets(i),

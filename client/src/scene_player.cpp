@@ -88,25 +88,40 @@ void ScenePlayer::SetEnvironment(const v1::SceneControl& control) {
 }
 
 void ScenePlayer::ApplyControls(v1::StepRequest* request) {
-  // Of two controls that move one pin from the same step on, the later in the file counts.
+  // Of two controls that move the same from the same step on, the later in the file counts.
   std::map<std::pair<ClothId, uint32_t>, const v1::PinTarget*> targets;
+  std::map<std::pair<ClothId, uint32_t>, const v1::RestLengthTarget*> lengths;
+  std::map<ClothId, const v1::RestLengthScale*> scales;
   for (const v1::SceneControl& control : scene_.controls()) {
     if (FirstStepAtOrAfter(control.time_s(), scene_.time_step_s()) != step_) continue;
     SetEnvironment(control);
-    if (control.pin_targets().empty()) continue;
     for (const ClothId id : ControlledIds(control)) {
-      for (const v1::PinTarget& target : control.pin_targets()) {
-        targets[{id, target.particle()}] = &target;
+      for (const auto& target : control.pin_targets()) targets[{id, target.particle()}] = &target;
+      for (const auto& target : control.rest_lengths()) {
+        lengths[{id, target.constraint()}] = &target;
       }
+      if (control.has_rest_length_scale()) scales[id] = &control.rest_length_scale();
     }
   }
-  if (targets.empty()) return;
-  v1::PinControls* controls = request->mutable_pin_controls();
   for (const auto& [pin, target] : targets) {
+    v1::PinControls* controls = request->mutable_pin_controls();
     controls->add_cloth_ids(pin.first);
     controls->add_particles(pin.second);
     controls->mutable_targets_m()->MergeFrom(target->target_m());
     controls->add_over_s(target->over_s());
+  }
+  for (const auto& [constraint, target] : lengths) {
+    v1::RestLengthControls* controls = request->mutable_rest_length_controls();
+    controls->add_cloth_ids(constraint.first);
+    controls->add_constraints(constraint.second);
+    controls->add_lengths_m(target->rest_length_m());
+    controls->add_over_s(target->over_s());
+  }
+  for (const auto& [id, scale] : scales) {
+    v1::RestLengthScales* controls = request->mutable_rest_length_scales();
+    controls->add_cloth_ids(id);
+    controls->add_scales(scale->scale());
+    controls->add_over_s(scale->over_s());
   }
 }
 

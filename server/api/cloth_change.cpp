@@ -34,17 +34,23 @@ Result<v1::UpdateClothsResponse> ToAnswer(const Result<UpdatedCloths>& updated) 
 }
 
 Status CheckStepCosts(const ClothList& cloths, const ClothChange& change) {
-  if (!change.settings && !change.colliders) return Status::Ok();
+  // Of another model when it is built.
+  if (change.needs_model() || (!change.settings && !change.colliders)) return Status::Ok();
   for (const auto& cloth : cloths) {
     DRAPE_RETURN_IF_ERROR(CheckStepCost(*cloth->description(), change));
   }
   return Status::Ok();
 }
 
-void BuildAndUpdate(const std::shared_ptr<Update>& update) {
+void BuildAndUpdate(const std::shared_ptr<Update>& update, const ModelLimits& limits) {
+  const ModelRules rules{
+      .limits = limits,
+      .accept = [change = update->change](const ClothDescription& before, const SceneModel& after) {
+        return CheckStepCost(before, after, change);
+      }};
   update->session->UpdateCloths(
       std::move(update->cloths), std::move(update->change),
-      [update](const Result<UpdatedCloths>& updated) { update->End(ToAnswer(updated)); });
+      [update](const Result<UpdatedCloths>& updated) { update->End(ToAnswer(updated)); }, rules);
 }
 
 }  // namespace
@@ -61,13 +67,14 @@ void StartUpdate(const ServiceContext& context, const v1::UpdateClothsRequest& r
   if (!cost.ok()) return done(cost);
   const auto update = std::make_shared<Update>(
       Update{std::move(*session), std::move(*cloths), std::move(*change), std::move(done)});
-  // Other pins need other models; everything else is done at once.
-  if (!update->change.pins) return BuildAndUpdate(update);
+  // Other pins and connections need other models; everything else is done at once.
+  if (!update->change.needs_model()) return BuildAndUpdate(update, context.limits.model);
   const Status posted =
-      PostBuild(context, request.session(), cancel, [update](const Status& status) {
-        if (!status.ok()) return update->End(status);
-        BuildAndUpdate(update);
-      });
+      PostBuild(context, request.session(), cancel,
+                [update, limits = context.limits.model](const Status& status) {
+                  if (!status.ok()) return update->End(status);
+                  BuildAndUpdate(update, limits);
+                });
   if (!posted.ok()) update->End(posted);
 }
 

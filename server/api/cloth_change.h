@@ -1,4 +1,4 @@
-// UpdateCloths behind its handler: check, find, build the models of new pins, change.
+// UpdateCloths behind its handler: check, find, build other models where needed, change.
 #pragma once
 
 #include <functional>

@@ -83,6 +83,7 @@ v1::ClothShape ToProto(const SceneModel& model, const std::string& plan) {
   message.set_particles(model.particle_count());
   message.set_distance_constraints(model.constraint_count());
   message.set_springs(model.spring_count());
+  message.set_point_joints(model.joint_count());
   message.set_triangles(static_cast<uint32_t>(model.triangles().size()));
   message.set_colours(model.colour_count());
   message.set_pins(model.pin_count());

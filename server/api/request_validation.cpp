@@ -7,7 +7,10 @@
 #include <map>
 
 #include "server/api/field_checks.h"
+#include "server/api/connection_validation.h"
+#include "server/api/rest_length_validation.h"
 #include "server/api/spec_validation.h"
+#include "server/api/topology_validation.h"
 #include "server/scene/description_checks.h"
 #include "server/solver/solver_constants.h"
 
@@ -16,8 +19,6 @@ namespace {
 
 // The world is larger than a cloth: its origins are added in double precision only.
 constexpr double kMaxOrigin_m = 1e12;
-// Longest motion of a pin: over 30 years.
-constexpr double kMaxMotion_s = 1e9;
 constexpr double kMinFrames_hz = 1e-3;
 constexpr double kMaxFrames_hz = 1e6;
 
@@ -171,6 +172,40 @@ const std::map<std::string, ReadPath, std::less<>>& UpdatePaths() {
          change.air_lift = Coefficient(kMaterial.Child("air_lift"), spec.material().air_lift(),
                                        kMaxAirCoefficient, "", checks);
        }},
+      {"material.stretch_compliance_m_per_n",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.model.stretch_compliance_m_per_n =
+             Coefficient(kMaterial.Child("stretch_compliance_m_per_n"),
+                         spec.material().stretch_compliance_m_per_n(), kMaxCoefficient, "m/N",
+                         checks);
+       }},
+      {"material.bending_stiffness_n_per_m",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.model.bending_stiffness_n_per_m =
+             Coefficient(kMaterial.Child("bending_stiffness_n_per_m"),
+                         spec.material().bending_stiffness_n_per_m(), kMaxCoefficient, "N/m",
+                         checks);
+       }},
+      {"material.shear_stiffness_n_per_m",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.model.shear_stiffness_n_per_m =
+             Coefficient(kMaterial.Child("shear_stiffness_n_per_m"),
+                         spec.material().shear_stiffness_n_per_m(), kMaxCoefficient, "N/m", checks);
+       }},
+      {"particles.distance_constraints",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.model.distance_constraints =
+             CheckNewConstraints(kSpec.Child("particles"), spec.particles(), checks);
+       }},
+      {"particles.springs",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.model.springs =
+             CheckNewSprings(kSpec.Child("particles"), spec.particles(), checks);
+       }},
+      {"particles.point_joints",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks&) {
+         change.model.point_joints = ReadJoints(spec.particles());
+       }},
       {"material.thickness_m",
        [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
          change.thickness_m = Coefficient(kMaterial.Child("thickness_m"),
@@ -291,6 +326,8 @@ Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps
   CheckExtent(request, max_steps_per_request, result, checks);
   if (request.has_expected_step()) result.expected_step = request.expected_step();
   CheckPinControls(request.pin_controls(), result, checks);
+  result.length_controls = CheckLengthControls(request.rest_length_controls(), checks);
+  result.length_scales = CheckLengthScales(request.rest_length_scales(), checks);
   if (request.has_view()) result.view = ToStateFields(request.view());
   result.report = request.report();
   if (!checks.ok()) return checks.ToStatus();

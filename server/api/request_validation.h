@@ -15,6 +15,7 @@
 #include "server/scheduler/step_work.h"
 #include "server/session/cloth_record.h"
 #include "server/session/pin_controls.h"
+#include "server/session/rest_length_controls.h"
 
 namespace drape::api {
 
@@ -38,6 +39,8 @@ struct CheckedStep {
   std::optional<uint64_t> until_step;
   std::optional<uint64_t> expected_step;
   std::vector<PinControlRow> pin_controls;
+  std::vector<RestLengthRow> length_controls;
+  std::vector<RestLengthScaleRow> length_scales;
   StateFields view;
   bool report = false;
 };

@@ -23,8 +23,13 @@ Status CheckStepCost(const std::string& field, const SceneModel& model,
 }
 
 Status CheckStepCost(const ClothDescription& cloth, const ClothChange& change) {
+  return CheckStepCost(cloth, *cloth.model, change);
+}
+
+Status CheckStepCost(const ClothDescription& cloth, const SceneModel& model,
+                     const ClothChange& change) {
   const auto& colliders = change.colliders ? *change.colliders : cloth.parameters.colliders;
-  return CheckStepCost("spec.settings", *cloth.model,
+  return CheckStepCost("spec.settings", model,
                        change.settings.value_or(cloth.parameters.settings), colliders.size());
 }
 

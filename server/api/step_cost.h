@@ -18,5 +18,8 @@ Status CheckStepCost(const std::string& field, const SceneModel& model,
 
 // The same for a cloth that `change` is applied to; names "spec.settings".
 Status CheckStepCost(const ClothDescription& cloth, const ClothChange& change);
+// And for one that gets another model by it.
+Status CheckStepCost(const ClothDescription& cloth, const SceneModel& model,
+                     const ClothChange& change);
 
 }  // namespace drape::api

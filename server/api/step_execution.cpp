@@ -60,6 +60,10 @@ Result<StepWork> ToWork(const ServiceContext& context, const CheckedStep& checke
                         const std::string& session_name, const ClothList& cloths) {
   Result<std::vector<PinControl>> pin_controls = MapPinControls(checked.pin_controls, cloths);
   if (!pin_controls.ok()) return pin_controls.status();
+  Result<std::vector<LengthControl>> lengths = MapLengthControls(checked.length_controls, cloths);
+  if (!lengths.ok()) return lengths.status();
+  Result<std::vector<LengthScale>> scales = MapLengthScales(checked.length_scales, cloths);
+  if (!scales.ok()) return scales.status();
   DRAPE_RETURN_IF_ERROR(CheckStateBytes(cloths, checked.view,
                                         context.scheduler.description().scalar,
                                         context.limits.max_step_state_bytes));
@@ -70,6 +74,8 @@ Result<StepWork> ToWork(const ServiceContext& context, const CheckedStep& checke
   work.until_step = checked.until_step;
   work.expected_step = checked.expected_step;
   work.pin_controls = std::move(*pin_controls);
+  work.length_controls = std::move(*lengths);
+  work.length_scales = std::move(*scales);
   work.report = checked.report;
   work.view = checked.view;
   return work;

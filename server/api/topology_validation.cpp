@@ -3,6 +3,8 @@
 #include <bit>
 #include <cstring>
 
+#include "server/scene/constraint_builder.h"
+
 namespace drape::api {
 namespace {
 
@@ -50,13 +52,10 @@ std::optional<TriangleMesh> ReadMesh(const FieldPath& path, const v1::Mesh& mesh
   return result;
 }
 
-// The length between two particles of the rest shape, where a rest length is unset. 1 where there
-// is no length to take, so that only the cause (a bad index, particles that coincide) is reported.
-double DefaultRestLength_m(uint32_t i, uint32_t j,
-                           const std::vector<Eigen::Vector3d>& positions_m) {
-  if (i >= positions_m.size() || j >= positions_m.size()) return 1;
-  const double length_m = (positions_m[i] - positions_m[j]).norm();
-  return length_m > 0 ? length_m : 1;
+ConstraintKind ReadKind(v1::DistanceConstraint::Kind kind) {
+  if (kind == v1::DistanceConstraint::AT_MOST) return ConstraintKind::kAtMost;
+  if (kind == v1::DistanceConstraint::AT_LEAST) return ConstraintKind::kAtLeast;
+  return ConstraintKind::kEqual;
 }
 
 std::optional<ParticleTopology> ReadParticles(const FieldPath& path, const v1::Particles& particles,
@@ -74,26 +73,56 @@ std::optional<ParticleTopology> ReadParticles(const FieldPath& path, const v1::P
     result.positions_m.emplace_back(p[0], p[1], p[2]);
   }
   result.masses_kg.assign(particles.masses_kg().begin(), particles.masses_kg().end());
-  for (const v1::DistanceConstraint& constraint : particles.distance_constraints()) {
-    const auto i = constraint.i(), j = constraint.j();
-    result.distance_constraints.push_back({i, j,
-                                           constraint.has_rest_length_m()
-                                               ? constraint.rest_length_m()
-                                               : DefaultRestLength_m(i, j, result.positions_m),
-                                           constraint.compliance_m_per_n()});
+  result.distance_constraints = ReadConstraints(path, particles, checks);
+  for (int k = 0; k < particles.distance_constraints_size(); ++k) {
+    if (particles.distance_constraints(k).has_rest_length_m()) continue;
+    DistanceConstraint& constraint = result.distance_constraints[static_cast<size_t>(k)];
+    constraint.rest_length_m = RestDistance_m(constraint.i, constraint.j, result.positions_m);
   }
-  for (const v1::Spring& spring : particles.springs()) {
-    const auto i = spring.i(), j = spring.j();
-    result.springs.push_back({i, j,
-                              spring.has_rest_length_m()
-                                  ? spring.rest_length_m()
-                                  : DefaultRestLength_m(i, j, result.positions_m),
-                              spring.stiffness_n_per_m(), spring.damping_n_s_per_m()});
+  result.springs = ReadSprings(particles);
+  for (int k = 0; k < particles.springs_size(); ++k) {
+    if (particles.springs(k).has_rest_length_m()) continue;
+    Spring& spring = result.springs[static_cast<size_t>(k)];
+    spring.rest_length_m = RestDistance_m(spring.i, spring.j, result.positions_m);
   }
+  result.point_joints = ReadJoints(particles);
   return result;
 }
 
 }  // namespace
+
+std::vector<DistanceConstraint> ReadConstraints(const FieldPath& path,
+                                                const v1::Particles& particles,
+                                                FieldChecks& checks) {
+  std::vector<DistanceConstraint> result;
+  for (int k = 0; k < particles.distance_constraints_size(); ++k) {
+    const v1::DistanceConstraint& constraint = particles.distance_constraints(k);
+    if (constraint.kind() != v1::DistanceConstraint::KIND_UNSPECIFIED) {
+      checks.KnownEnum(path.Child("distance_constraints").At(static_cast<size_t>(k)).Child("kind"),
+                       constraint.kind(), v1::DistanceConstraint::Kind_descriptor());
+    }
+    result.push_back({constraint.i(), constraint.j(), constraint.rest_length_m(),
+                      constraint.compliance_m_per_n(), ReadKind(constraint.kind())});
+  }
+  return result;
+}
+
+std::vector<Spring> ReadSprings(const v1::Particles& particles) {
+  std::vector<Spring> result;
+  for (const v1::Spring& spring : particles.springs()) {
+    result.push_back({spring.i(), spring.j(), spring.rest_length_m(), spring.stiffness_n_per_m(),
+                      spring.damping_n_s_per_m()});
+  }
+  return result;
+}
+
+std::vector<PointJoint> ReadJoints(const v1::Particles& particles) {
+  std::vector<PointJoint> result;
+  for (const v1::PointJoint& joint : particles.point_joints()) {
+    result.push_back({joint.i(), joint.j(), joint.compliance_m_per_n()});
+  }
+  return result;
+}
 
 std::optional<Topology> ReadTopology(const FieldPath& path, const v1::ClothSpec& spec,
                                      FieldChecks& checks) {

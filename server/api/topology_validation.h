@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "drape/v1/cloth_spec.pb.h"
 #include "server/api/field_checks.h"
@@ -14,5 +15,13 @@ namespace drape::api {
 // go on with. `path` leads to the spec.
 std::optional<Topology> ReadTopology(const FieldPath& path, const v1::ClothSpec& spec,
                                      FieldChecks& checks);
+
+// The lists of `particles`, which `path` leads to; a rest length that is unset is 0. Unknown kinds
+// are added to `checks`, everything else is drape::CheckDescription's.
+std::vector<DistanceConstraint> ReadConstraints(const FieldPath& path,
+                                                const v1::Particles& particles,
+                                                FieldChecks& checks);
+std::vector<Spring> ReadSprings(const v1::Particles& particles);
+std::vector<PointJoint> ReadJoints(const v1::Particles& particles);
 
 }  // namespace drape::api

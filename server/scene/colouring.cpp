@@ -13,17 +13,17 @@ constexpr size_t kWordBits = 64;
 // When (i, j) is coloured, at most degree_i - 1 + degree_j - 1 colours are taken, so no colour of
 // particle i exceeds degree_i - 2 + its largest neighbour's degree: masks of that size never
 // overflow.
-std::vector<size_t> MaskOffsets(std::span<const DistanceConstraint> constraints,
-                                uint32_t particle_count) {
+template <class Pair>
+std::vector<size_t> MaskOffsets(std::span<const Pair> pairs, uint32_t particle_count) {
   std::vector<uint32_t> degrees(particle_count, 0);
-  for (const auto& [i, j, rest_length, compliance] : constraints) {
-    ++degrees[i];
-    ++degrees[j];
+  for (const Pair& pair : pairs) {
+    ++degrees[pair.i];
+    ++degrees[pair.j];
   }
   std::vector<uint32_t> neighbour_degrees(particle_count, 0);
-  for (const auto& [i, j, rest_length, compliance] : constraints) {
-    neighbour_degrees[i] = std::max(neighbour_degrees[i], degrees[j]);
-    neighbour_degrees[j] = std::max(neighbour_degrees[j], degrees[i]);
+  for (const Pair& pair : pairs) {
+    neighbour_degrees[pair.i] = std::max(neighbour_degrees[pair.i], degrees[pair.j]);
+    neighbour_degrees[pair.j] = std::max(neighbour_degrees[pair.j], degrees[pair.i]);
   }
   std::vector<size_t> offsets(particle_count + size_t{1}, 0);
   for (uint32_t p = 0; p < particle_count; ++p) {
@@ -33,15 +33,15 @@ std::vector<size_t> MaskOffsets(std::span<const DistanceConstraint> constraints,
   return offsets;
 }
 
-}  // namespace
-
-std::vector<uint32_t> ColourConstraints(std::span<const DistanceConstraint> constraints,
-                                        uint32_t particle_count) {
-  const std::vector<size_t> offsets = MaskOffsets(constraints, particle_count);
+template <class Pair>
+std::vector<uint32_t> ColourPairs(std::span<const Pair> pairs, uint32_t particle_count) {
+  const std::vector<size_t> offsets = MaskOffsets(pairs, particle_count);
   std::vector<uint64_t> used(offsets.back(), 0);
   std::vector<uint32_t> colours;
-  colours.reserve(constraints.size());
-  for (const auto& [i, j, rest_length, compliance] : constraints) {
+  colours.reserve(pairs.size());
+  for (const Pair& pair : pairs) {
+    const uint32_t i = pair.i;
+    const uint32_t j = pair.j;
     // A word that only one of the two masks has is unused by the other particle.
     const auto word_of = [&](uint32_t p, size_t word) {
       return offsets[p] + word < offsets[p + 1] ? used[offsets[p] + word] : 0;
@@ -54,6 +54,17 @@ std::vector<uint32_t> ColourConstraints(std::span<const DistanceConstraint> cons
     colours.push_back(static_cast<uint32_t>(word * kWordBits) + static_cast<uint32_t>(bit));
   }
   return colours;
+}
+
+}  // namespace
+
+std::vector<uint32_t> ColourConstraints(std::span<const DistanceConstraint> constraints,
+                                        uint32_t particle_count) {
+  return ColourPairs(constraints, particle_count);
+}
+
+std::vector<uint32_t> ColourJoints(std::span<const PointJoint> joints, uint32_t particle_count) {
+  return ColourPairs(joints, particle_count);
 }
 
 }  // namespace drape

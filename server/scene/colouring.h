@@ -16,5 +16,6 @@ namespace drape {
 // of each constraint, [constraint_count]. Every index must be < particle_count, and i != j.
 std::vector<uint32_t> ColourConstraints(std::span<const DistanceConstraint> constraints,
                                         uint32_t particle_count);
+std::vector<uint32_t> ColourJoints(std::span<const PointJoint> joints, uint32_t particle_count);
 
 }  // namespace drape

@@ -142,12 +142,19 @@ ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& mat
   return system;
 }
 
+double RestDistance_m(uint32_t i, uint32_t j, const std::vector<Eigen::Vector3d>& positions_m) {
+  if (i >= positions_m.size() || j >= positions_m.size()) return 1;
+  const double length_m = (positions_m[i] - positions_m[j]).norm();
+  return length_m > 0 ? length_m : 1;
+}
+
 ParticleSystem BuildParticles(const ParticleTopology& particles) {
   ParticleSystem system;
   system.rest_positions_m = particles.positions_m;
   system.masses_kg = particles.masses_kg;
   system.distance_constraints = particles.distance_constraints;
   system.springs = particles.springs;
+  system.point_joints = particles.point_joints;
   return system;
 }
 

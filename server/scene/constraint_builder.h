@@ -1,4 +1,5 @@
-// From a topology to particles, distance constraints and springs. Pure; input already validated.
+// From a topology to particles, distance constraints, springs and joints. Pure; input already
+// validated.
 #pragma once
 
 #include "server/scene/description.h"
@@ -11,6 +12,7 @@ struct ParticleSystem {
   std::vector<double> masses_kg;                  // [particle_count]
   std::vector<DistanceConstraint> distance_constraints;
   std::vector<Spring> springs;
+  std::vector<PointJoint> point_joints;
   std::vector<std::array<uint32_t, 3>> triangles;  // for drawing and export; may be empty
   uint32_t dropped_triangles = 0;                  // zero-area triangles left out
 };
@@ -24,6 +26,11 @@ ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& mat
 // vertex or an area below 1e-12 of the squared longest edge are dropped and counted. Vertices
 // without triangle are kept as particles with the mean mass of the others.
 ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& material);
+
+// The rest length of what joins two particles and has none of its own: their distance in the rest
+// shape. 1 where there is none to take, so that only the cause (a bad index, particles that
+// coincide) is reported.
+double RestDistance_m(uint32_t i, uint32_t j, const std::vector<Eigen::Vector3d>& positions_m);
 
 ParticleSystem BuildParticles(const ParticleTopology& particles);
 

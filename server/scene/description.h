@@ -28,11 +28,25 @@ struct TriangleMesh {
   std::vector<std::array<uint32_t, 3>> triangles;  // [triangle_count][3]
 };
 
-// C = |p_i - p_j| - rest_length_m, softened by the compliance (0 = inextensible).
+// What a distance constraint keeps: the length, at most the length (a rope), at least the length (a
+// strut). As wide as the doubles beside it, so that DistanceConstraint has no padding.
+enum class ConstraintKind : uint64_t { kEqual, kAtMost, kAtLeast };
+
+// C = |p_i - p_j| - rest_length_m, softened by the compliance (0 = inextensible): C = 0, C <= 0 or
+// C >= 0.
 struct DistanceConstraint {
   uint32_t i = 0;
   uint32_t j = 0;
   double rest_length_m = 0;       // > 0
+  double compliance_m_per_n = 0;  // >= 0
+  ConstraintKind kind = ConstraintKind::kEqual;
+};
+
+// C = p_j - p_i = 0 in all three axes, softened by the compliance (0 = rigid). Particles that are
+// apart in the rest shape are pulled together in the first substep.
+struct PointJoint {
+  uint32_t i = 0;
+  uint32_t j = 0;
   double compliance_m_per_n = 0;  // >= 0
 };
 
@@ -46,12 +60,13 @@ struct Spring {
   double damping_n_s_per_m = 0;  // >= 0
 };
 
-// Free particles under explicit constraints and springs (chains, nets).
+// Free particles under explicit constraints, springs and joints (chains, nets, linkages).
 struct ParticleTopology {
   std::vector<Eigen::Vector3d> positions_m;  // [particle_count]
   std::vector<double> masses_kg;             // [particle_count], each > 0
   std::vector<DistanceConstraint> distance_constraints;
   std::vector<Spring> springs;
+  std::vector<PointJoint> point_joints{};
 };
 
 using Topology = std::variant<GridTopology, TriangleMesh, ParticleTopology>;

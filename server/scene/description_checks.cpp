@@ -50,6 +50,8 @@ void CheckSizes(const ParticleTopology& particles, const ModelLimits& limits,
              limits.max_constraints, "constraints", violations);
   CheckCount("particles.springs", particles.springs.size(), limits.max_constraints, "springs",
              violations);
+  CheckCount("particles.point_joints", particles.point_joints.size(), limits.max_constraints,
+             "joints", violations);
 }
 
 void CheckPositions(std::string_view field, const std::vector<Eigen::Vector3d>& positions,
@@ -87,7 +89,7 @@ bool IsCoefficient(double value) {
 
 void CheckConstraint(size_t index, const DistanceConstraint& constraint,
                      const ParticleTopology& particles, Violations& violations) {
-  const auto [i, j, rest_length, compliance] = constraint;
+  const auto [i, j, rest_length, compliance, kind] = constraint;
   const size_t count = particles.positions_m.size();
   const bool has_good_ends = i < count && j < count && i != j;
   const bool has_good_values =
@@ -103,6 +105,14 @@ void CheckConstraint(size_t index, const DistanceConstraint& constraint,
     violations.Add(
         field, fmt::format("particles {} and {} coincide; joined particles must be apart", i, j));
   }
+}
+
+void CheckJoint(size_t index, const PointJoint& joint, size_t count, Violations& violations) {
+  const auto [i, j, compliance] = joint;
+  if (i < count && j < count && i != j && IsCoefficient(compliance)) return;
+  const std::string field = fmt::format("particles.point_joints[{}]", index);
+  CheckEnds(field, i, j, count, violations);
+  violations.CheckRange(field + ".compliance_m_per_n", compliance, 0, kMaxCoefficient, "m/N");
 }
 
 void CheckSpring(size_t index, const Spring& spring, size_t count, Violations& violations) {
@@ -131,6 +141,9 @@ void CheckValues(const ParticleTopology& particles, Violations& violations) {
   }
   for (size_t k = 0; k < particles.springs.size() && !violations.is_full(); ++k) {
     CheckSpring(k, particles.springs[k], particles.positions_m.size(), violations);
+  }
+  for (size_t k = 0; k < particles.point_joints.size() && !violations.is_full(); ++k) {
+    CheckJoint(k, particles.point_joints[k], particles.positions_m.size(), violations);
   }
 }
 
@@ -265,6 +278,8 @@ std::vector<FieldViolation> CheckParticleSystem(const ModelDescription& descript
   CheckDegrees(fields.constraints, system.distance_constraints, count, limits.max_degree,
                "distance constraints", violations);
   CheckDegrees(fields.springs, system.springs, count, limits.max_degree, "springs", violations);
+  CheckDegrees("particles.point_joints", system.point_joints, count, limits.max_degree, "joints",
+               violations);
   return violations.Take();
 }
 

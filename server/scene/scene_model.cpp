@@ -12,7 +12,8 @@ namespace drape {
 
 namespace {
 
-static_assert(sizeof(DistanceConstraint) == 2 * sizeof(uint32_t) + 2 * sizeof(double));
+static_assert(sizeof(DistanceConstraint) == 2 * sizeof(uint32_t) + 3 * sizeof(double));
+static_assert(sizeof(PointJoint) == 2 * sizeof(uint32_t) + sizeof(double));
 static_assert(sizeof(Spring) == 2 * sizeof(uint32_t) + 3 * sizeof(double));
 static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
 
@@ -21,28 +22,23 @@ void EraseBetweenPins(const std::vector<bool>& is_pin, Pairs& pairs) {
   std::erase_if(pairs, [&](const auto& pair) { return is_pin[pair.i] && is_pin[pair.j]; });
 }
 
-struct ColouredConstraints {
-  std::vector<DistanceConstraint> constraints;  // sorted by colour
-  std::vector<uint32_t> colour_offsets;         // [colour_count + 1]
+// The order of a stable counting sort by colour.
+struct ColourOrder {
+  std::vector<uint32_t> indices;  // of what is sorted, colour after colour
+  std::vector<uint32_t> offsets;  // [colour_count + 1] where each colour begins
 };
 
-// Stable counting sort by colour.
-ColouredConstraints SortByColour(const std::vector<DistanceConstraint>& constraints,
-                                 uint32_t particle_count) {
-  const std::vector<uint32_t> colours = ColourConstraints(constraints, particle_count);
-  ColouredConstraints sorted;
+ColourOrder OrderByColour(const std::vector<uint32_t>& colours) {
+  ColourOrder order;
   const uint32_t colour_count =
       colours.empty() ? 0 : *std::max_element(colours.begin(), colours.end()) + 1;
-  sorted.colour_offsets.assign(colour_count + size_t{1}, 0);
-  for (const uint32_t colour : colours) ++sorted.colour_offsets[colour + 1];
-  std::partial_sum(sorted.colour_offsets.begin(), sorted.colour_offsets.end(),
-                   sorted.colour_offsets.begin());
-  sorted.constraints.resize(constraints.size());
-  std::vector<uint32_t> next(sorted.colour_offsets.begin(), sorted.colour_offsets.end() - 1);
-  for (size_t k = 0; k < constraints.size(); ++k) {
-    sorted.constraints[next[colours[k]]++] = constraints[k];
-  }
-  return sorted;
+  order.offsets.assign(colour_count + size_t{1}, 0);
+  for (const uint32_t colour : colours) ++order.offsets[colour + 1];
+  std::partial_sum(order.offsets.begin(), order.offsets.end(), order.offsets.begin());
+  order.indices.resize(colours.size());
+  std::vector<uint32_t> next(order.offsets.begin(), order.offsets.end() - 1);
+  for (uint32_t k = 0; k < colours.size(); ++k) order.indices[next[colours[k]]++] = k;
+  return order;
 }
 
 template <class Pairs>
@@ -100,7 +96,7 @@ Result<std::shared_ptr<const SceneModel>> SceneModel::Build(const ModelDescripti
   const auto model = std::shared_ptr<SceneModel>(new SceneModel());
   model->SetParticles(std::move(system.rest_positions_m), std::move(system.masses_kg),
                       description.pinned_particles);
-  model->SetConnections(std::move(system.distance_constraints), std::move(system.springs));
+  model->SetConnections(system);
   if (const auto* grid = std::get_if<GridTopology>(&description.topology)) {
     model->grid_columns_ = grid->columns;
     model->grid_rows_ = grid->rows;
@@ -125,26 +121,55 @@ void SceneModel::SetParticles(std::vector<Eigen::Vector3d> positions_m,
   for (const uint32_t pin : pins_) inverse_masses_per_kg_[pin] = 0;
 }
 
-void SceneModel::SetConnections(std::vector<DistanceConstraint> constraints,
-                                std::vector<Spring> springs) {
+void SceneModel::SetConnections(ParticleSystem& system) {
   std::vector<bool> is_pin(particle_count(), false);
   for (const uint32_t pin : pins_) is_pin[pin] = true;
-  const size_t constraints_given = constraints.size();
-  EraseBetweenPins(is_pin, constraints);
-  EraseBetweenPins(is_pin, springs);
-  dropped_constraints_ = static_cast<uint32_t>(constraints_given - constraints.size());
-
-  ColouredConstraints coloured = SortByColour(constraints, particle_count());
-  constraints_ = std::move(coloured.constraints);
-  colour_offsets_ = std::move(coloured.colour_offsets);
-  tethers_ = FindTethers(rest_positions_m_, constraints_, pins_);
+  SetConstraints(is_pin, std::move(system.distance_constraints));
+  SetJoints(is_pin, std::move(system.point_joints));
+  tethers_ = FindTethers(rest_positions_m_, constraints_, joints_, pins_);
   strips_ = FindStrips(rest_positions_m_, constraints_, is_pin);
-  has_compliance_ = std::any_of(constraints_.begin(), constraints_.end(),
-                                [](const auto& c) { return c.compliance_m_per_n > 0; });
-  SpringEnds gathered = GatherSpringEnds(springs, particle_count());
-  springs_ = std::move(springs);
+  springs_ = std::move(system.springs);
+  EraseBetweenPins(is_pin, springs_);
+  SpringEnds gathered = GatherSpringEnds(springs_, particle_count());
   spring_offsets_ = std::move(gathered.offsets);
   spring_ends_ = std::move(gathered.ends);
+}
+
+void SceneModel::SetConstraints(const std::vector<bool>& is_pin,
+                                std::vector<DistanceConstraint> constraints) {
+  described_constraint_count_ = static_cast<uint32_t>(constraints.size());
+  std::vector<uint32_t> sources;  // of those that stay
+  sources.reserve(constraints.size());
+  for (uint32_t k = 0; k < constraints.size(); ++k) {
+    if (!is_pin[constraints[k].i] || !is_pin[constraints[k].j]) sources.push_back(k);
+  }
+  EraseBetweenPins(is_pin, constraints);
+  dropped_constraints_ += described_constraint_count_ - static_cast<uint32_t>(constraints.size());
+  ColourOrder order = OrderByColour(ColourConstraints(constraints, particle_count()));
+  colour_offsets_ = std::move(order.offsets);
+  constraints_.reserve(constraints.size());
+  constraint_sources_.reserve(constraints.size());
+  for (const uint32_t k : order.indices) {
+    constraints_.push_back(constraints[k]);
+    constraint_sources_.push_back(sources[k]);
+  }
+  has_compliance_ = std::any_of(constraints_.begin(), constraints_.end(),
+                                [](const auto& c) { return c.compliance_m_per_n > 0; });
+  has_inequalities_ = std::any_of(constraints_.begin(), constraints_.end(), [](const auto& c) {
+    return c.kind != ConstraintKind::kEqual;
+  });
+}
+
+void SceneModel::SetJoints(const std::vector<bool>& is_pin, std::vector<PointJoint> joints) {
+  const size_t joints_given = joints.size();
+  EraseBetweenPins(is_pin, joints);
+  dropped_constraints_ += static_cast<uint32_t>(joints_given - joints.size());
+  ColourOrder order = OrderByColour(ColourJoints(joints, particle_count()));
+  joint_colour_offsets_ = std::move(order.offsets);
+  joints_.reserve(joints.size());
+  for (const uint32_t k : order.indices) joints_.push_back(joints[k]);
+  has_joint_compliance_ = std::any_of(joints_.begin(), joints_.end(),
+                                      [](const auto& j) { return j.compliance_m_per_n > 0; });
 }
 
 void SceneModel::SetScales() {
@@ -175,6 +200,8 @@ uint64_t SceneModel::HashContent() const {
   hash.Add(rest_positions_m_);
   hash.Add(masses_kg_);
   hash.Add(constraints_);
+  hash.Add(constraint_sources_);
+  hash.Add(joints_);
   hash.Add(springs_);
   hash.Add(pins_);
   hash.Add(triangles_);
@@ -182,17 +209,21 @@ uint64_t SceneModel::HashContent() const {
   hash.AddWord(grid_rows_);
   hash.AddWord(dropped_triangles_);
   hash.AddWord(dropped_constraints_);
+  hash.AddWord(described_constraint_count_);
   return hash.value();
 }
 
 bool SceneModel::SameContent(const SceneModel& other) const {
   return SameBits(rest_positions_m_, other.rest_positions_m_) &&
          SameBits(masses_kg_, other.masses_kg_) && SameBits(constraints_, other.constraints_) &&
-         SameBits(colour_offsets_, other.colour_offsets_) && SameBits(springs_, other.springs_) &&
+         SameBits(colour_offsets_, other.colour_offsets_) &&
+         SameBits(constraint_sources_, other.constraint_sources_) &&
+         SameBits(joints_, other.joints_) && SameBits(springs_, other.springs_) &&
          SameBits(pins_, other.pins_) && SameBits(triangles_, other.triangles_) &&
          grid_columns_ == other.grid_columns_ && grid_rows_ == other.grid_rows_ &&
          dropped_triangles_ == other.dropped_triangles_ &&
-         dropped_constraints_ == other.dropped_constraints_;
+         dropped_constraints_ == other.dropped_constraints_ &&
+         described_constraint_count_ == other.described_constraint_count_;
 }
 
 }  // namespace drape

@@ -26,16 +26,16 @@ struct SpringEnd {
 // Limits that keep one model within what the server publishes.
 struct ModelLimits {
   uint32_t max_particles = 1u << 20;
-  uint32_t max_constraints = 1u << 23;  // of distance constraints, and of springs
-  // Distance constraints of one particle, and springs of one. Bounds the colours (2 * max_degree -
-  // 1), and with them the dependent phases of a sweep: a star of a million edges would occupy the
-  // device for all tenants.
+  uint32_t max_constraints = 1u << 23;  // of distance constraints, of springs, and of joints
+  // Distance constraints of one particle, springs of one, and joints of one. Bounds the colours (2 *
+  // max_degree - 1), and with them the dependent phases of a sweep: a star of a million edges would
+  // occupy the device for all tenants.
   uint32_t max_degree = 1024;
 };
 
 // Finished and constant after Build; safe to share between threads. Constraints are sorted by
-// colour, in a colour by their order in the description. Constraints and springs between two pins
-// are left out.
+// colour, in a colour by their order in the description, and so are joints, which have colours of
+// their own. Constraints, joints and springs between two pins are left out.
 class SceneModel {
  public:
   // Checks every index, length, mass and coefficient and names the field as it stands in
@@ -48,6 +48,10 @@ class SceneModel {
   uint32_t particle_count() const { return static_cast<uint32_t>(masses_kg_.size()); }
   uint32_t constraint_count() const { return static_cast<uint32_t>(constraints_.size()); }
   uint32_t colour_count() const { return static_cast<uint32_t>(colour_offsets_.size()) - 1; }
+  uint32_t joint_count() const { return static_cast<uint32_t>(joints_.size()); }
+  uint32_t joint_colour_count() const {
+    return static_cast<uint32_t>(joint_colour_offsets_.size()) - 1;
+  }
   uint32_t spring_count() const { return static_cast<uint32_t>(springs_.size()); }
   uint32_t pin_count() const { return static_cast<uint32_t>(pins_.size()); }
 
@@ -58,6 +62,14 @@ class SceneModel {
   // Sorted by colour: colour c is [colour_offsets[c], colour_offsets[c + 1]).
   std::span<const DistanceConstraint> constraints() const { return constraints_; }
   std::span<const uint32_t> colour_offsets() const { return colour_offsets_; }
+  // For each of constraints() its index in the description: in the list of a particle topology, or
+  // in the order in which a grid or mesh makes its constraints (constraint_builder.h).
+  std::span<const uint32_t> constraint_sources() const { return constraint_sources_; }
+  // Constraints of the description, those between two pins included.
+  uint32_t described_constraint_count() const { return described_constraint_count_; }
+  // Sorted by colour: colour c is [joint_colour_offsets[c], joint_colour_offsets[c + 1]).
+  std::span<const PointJoint> joints() const { return joints_; }
+  std::span<const uint32_t> joint_colour_offsets() const { return joint_colour_offsets_; }
   std::span<const Spring> springs() const { return springs_; }
   std::span<const uint32_t> spring_offsets() const { return spring_offsets_; }
   std::span<const SpringEnd> spring_ends() const { return spring_ends_; }
@@ -78,7 +90,9 @@ class SceneModel {
   std::span<const uint32_t> particle_triangles() const { return triangle_shares_.triangles; }
   std::span<const double> triangle_masses_kg() const { return triangle_shares_.masses_kg; }
 
-  bool has_compliance() const { return has_compliance_; }
+  bool has_compliance() const { return has_compliance_; }  // of a distance constraint
+  bool has_joint_compliance() const { return has_joint_compliance_; }
+  bool has_inequalities() const { return has_inequalities_; }  // constraints of another kind
   // Mean rest length of the constraints; if there are none, of the springs; else 1 m. The scale of
   // the tolerance of contacts.
   double length_scale_m() const { return length_scale_m_; }
@@ -91,6 +105,7 @@ class SceneModel {
   // chains.
   double spring_frequency_sq_bound() const { return spring_frequency_sq_bound_; }
   uint32_t dropped_triangles() const { return dropped_triangles_; }
+  // Distance constraints and joints between two pins.
   uint32_t dropped_constraints() const { return dropped_constraints_; }
   // Equal content gives equal hashes; compare with SameContent before sharing.
   uint64_t content_hash() const { return content_hash_; }
@@ -101,7 +116,9 @@ class SceneModel {
   // The steps of Build, in this order.
   void SetParticles(std::vector<Eigen::Vector3d> positions_m, std::vector<double> masses_kg,
                     std::vector<uint32_t> pins);
-  void SetConnections(std::vector<DistanceConstraint> constraints, std::vector<Spring> springs);
+  void SetConnections(ParticleSystem& system);
+  void SetConstraints(const std::vector<bool>& is_pin, std::vector<DistanceConstraint> constraints);
+  void SetJoints(const std::vector<bool>& is_pin, std::vector<PointJoint> joints);
   void SetScales();
   uint64_t HashContent() const;
 
@@ -109,7 +126,10 @@ class SceneModel {
   std::vector<double> masses_kg_;
   std::vector<double> inverse_masses_per_kg_;
   std::vector<DistanceConstraint> constraints_;
+  std::vector<uint32_t> constraint_sources_;
   std::vector<uint32_t> colour_offsets_;
+  std::vector<PointJoint> joints_;
+  std::vector<uint32_t> joint_colour_offsets_;
   std::vector<Spring> springs_;
   std::vector<uint32_t> spring_offsets_;
   std::vector<SpringEnd> spring_ends_;
@@ -121,11 +141,14 @@ class SceneModel {
   std::vector<std::array<uint32_t, 3>> triangles_;
   TriangleShares triangle_shares_;
   bool has_compliance_ = false;
+  bool has_joint_compliance_ = false;
+  bool has_inequalities_ = false;
   double length_scale_m_ = 1;
   double resolution_ratio_ = 1;
   double spring_frequency_sq_bound_ = 0;
   uint32_t dropped_triangles_ = 0;
   uint32_t dropped_constraints_ = 0;
+  uint32_t described_constraint_count_ = 0;
   uint64_t content_hash_ = 0;
 };
 

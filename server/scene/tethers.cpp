@@ -16,24 +16,34 @@ struct Neighbour {
   double length_m = 0;
 };
 
-// The inextensible constraints by particle.
+double LengthOf(const DistanceConstraint& constraint) {
+  return constraint.rest_length_m;
+}
+double LengthOf(const PointJoint&) {
+  return 0;
+}
+
+// Whether the length between two particles is a bound on their distance.
+bool IsBound(const DistanceConstraint& constraint) {
+  return constraint.compliance_m_per_n == 0 && constraint.kind != ConstraintKind::kAtLeast;
+}
+bool IsBound(const PointJoint& joint) {
+  return joint.compliance_m_per_n == 0;
+}
+
+// What bounds distances, by particle.
 class Adjacency {
  public:
-  Adjacency(std::span<const DistanceConstraint> constraints, size_t particle_count)
+  Adjacency(std::span<const DistanceConstraint> constraints, std::span<const PointJoint> joints,
+            size_t particle_count)
       : offsets_(particle_count + 1, 0) {
-    for (const DistanceConstraint& c : constraints) {
-      if (c.compliance_m_per_n > 0) continue;
-      ++offsets_[c.i + 1];
-      ++offsets_[c.j + 1];
-    }
+    Count(constraints);
+    Count(joints);
     std::partial_sum(offsets_.begin(), offsets_.end(), offsets_.begin());
     neighbours_.resize(offsets_.back());
     std::vector<uint32_t> next(offsets_.begin(), offsets_.end() - 1);
-    for (const DistanceConstraint& c : constraints) {
-      if (c.compliance_m_per_n > 0) continue;
-      neighbours_[next[c.i]++] = {c.j, c.rest_length_m};
-      neighbours_[next[c.j]++] = {c.i, c.rest_length_m};
-    }
+    Connect(constraints, next);
+    Connect(joints, next);
   }
 
   std::span<const Neighbour> Of(uint32_t particle) const {
@@ -42,6 +52,24 @@ class Adjacency {
   }
 
  private:
+  template <class Pair>
+  void Count(std::span<const Pair> pairs) {
+    for (const Pair& pair : pairs) {
+      if (!IsBound(pair)) continue;
+      ++offsets_[pair.i + 1];
+      ++offsets_[pair.j + 1];
+    }
+  }
+
+  template <class Pair>
+  void Connect(std::span<const Pair> pairs, std::vector<uint32_t>& next) {
+    for (const Pair& pair : pairs) {
+      if (!IsBound(pair)) continue;
+      neighbours_[next[pair.i]++] = {pair.j, LengthOf(pair)};
+      neighbours_[next[pair.j]++] = {pair.i, LengthOf(pair)};
+    }
+  }
+
   std::vector<uint32_t> offsets_;  // [particle_count + 1]
   std::vector<Neighbour> neighbours_;
 };
@@ -51,9 +79,10 @@ class Adjacency {
 class TetherSearch {
  public:
   TetherSearch(std::span<const Eigen::Vector3d> rest_positions_m,
-               std::span<const DistanceConstraint> constraints, std::span<const uint32_t> pins)
+               std::span<const DistanceConstraint> constraints,
+               std::span<const PointJoint> joints, std::span<const uint32_t> pins)
       : rest_positions_m_(rest_positions_m),
-        adjacency_(constraints, rest_positions_m.size()),
+        adjacency_(constraints, joints, rest_positions_m.size()),
         is_pin_(rest_positions_m.size(), false),
         found_(rest_positions_m.size()) {
     for (const uint32_t pin : pins) is_pin_[pin] = true;
@@ -112,11 +141,11 @@ class TetherSearch {
 
 TetherSet FindTethers(std::span<const Eigen::Vector3d> rest_positions_m,
                       std::span<const DistanceConstraint> constraints,
-                      std::span<const uint32_t> pins) {
+                      std::span<const PointJoint> joints, std::span<const uint32_t> pins) {
   if (pins.empty()) {
     return {std::vector<uint32_t>(rest_positions_m.size() + 1, 0), {}};
   }
-  return TetherSearch(rest_positions_m, constraints, pins).Run();
+  return TetherSearch(rest_positions_m, constraints, joints, pins).Run();
 }
 
 }  // namespace drape

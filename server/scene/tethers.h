@@ -26,12 +26,13 @@ struct TetherSet {
 // Of one particle. More pins hardly ever add a bound that the nearest ones do not imply.
 inline constexpr uint32_t kMaxTethersPerParticle = 4;
 
-// For each free particle the pins nearest along inextensible constraints (compliance 0), at most
+// For each free particle the pins nearest along what cannot become longer (constraints of
+// compliance 0 but struts, and joints of compliance 0, which are 0 long), at most
 // kMaxTethersPerParticle. Left out is a pin whose bound follows from that of a nearer pin, given
 // the pins' distance in the rest shape (triangle inequality). Paths do not lead through other pins,
 // which may be moved apart. O(constraints * log) time.
 TetherSet FindTethers(std::span<const Eigen::Vector3d> rest_positions_m,
                       std::span<const DistanceConstraint> constraints,
-                      std::span<const uint32_t> pins);
+                      std::span<const PointJoint> joints, std::span<const uint32_t> pins);
 
 }  // namespace drape

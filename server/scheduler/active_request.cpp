@@ -15,6 +15,18 @@ Status StepMismatch(const ClothRuntime& cloth, uint32_t cloth_index, const std::
               std::to_string(cloth.now().completed_steps) + " steps, " + wanted};
 }
 
+// A cloth gets lengths of its own, which are those it has, when the first one is driven.
+Status BeginDriving(Backend& backend, ClothRuntime& cloth) {
+  if (cloth.lengths().is_driven() || cloth.model()->constraint_count() == 0) return Status::Ok();
+  LengthTrack track;
+  track.Start(*cloth.model());
+  ClothUpdate update;
+  update.rest_lengths_m = track.LengthsAt(cloth.now().time_s);
+  DRAPE_RETURN_IF_ERROR(backend.Write(cloth.handle(), update));
+  cloth.lengths() = std::move(track);
+  return Status::Ok();
+}
+
 }  // namespace
 
 ActiveRequest::ActiveRequest(StepWork work, int64_t submitted_us, uint32_t tenant, uint64_t round)
@@ -70,8 +82,7 @@ Status ActiveRequest::CheckExpectations(uint32_t max_steps) const {
   return Status::Ok();
 }
 
-Status ActiveRequest::ApplyPinControls() {
-  std::vector<size_t> pins;
+Status ActiveRequest::FindPins(std::vector<size_t>& pins) const {
   for (const PinControl& control : work_.pin_controls) {
     const auto model_pins = work_.cloths[control.cloth_index]->model()->pins();
     const auto found = std::lower_bound(model_pins.begin(), model_pins.end(), control.particle);
@@ -82,18 +93,58 @@ Status ActiveRequest::ApplyPinControls() {
     }
     pins.push_back(static_cast<size_t>(found - model_pins.begin()));
   }
+  return Status::Ok();
+}
+
+void ActiveRequest::ApplyPinControls(const std::vector<size_t>& pins) {
   for (size_t r = 0; r < pins.size(); ++r) {
     const PinControl& control = work_.pin_controls[r];
     ClothRuntime& cloth = *work_.cloths[control.cloth_index];
     cloth.pins().Move(pins[r], control.target_m, control.over_s, cloth.now().time_s);
   }
+}
+
+Status ActiveRequest::CheckLengthControls() const {
+  for (const LengthControl& control : work_.length_controls) {
+    const auto sources = work_.cloths[control.cloth_index]->model()->constraint_sources();
+    if (std::find(sources.begin(), sources.end(), control.constraint) != sources.end()) continue;
+    return {StatusCode::kFailedPrecondition, "CONSTRAINT_NOT_FOUND",
+            "cloth " + std::to_string(control.cloth_index) +
+                " of the request no longer has the constraint " +
+                std::to_string(control.constraint)};
+  }
   return Status::Ok();
 }
 
-Status ActiveRequest::Start(uint32_t max_steps) {
+Status ActiveRequest::ApplyLengthControls(Backend& backend) {
+  for (const LengthScale& control : work_.length_scales) {
+    DRAPE_RETURN_IF_ERROR(BeginDriving(backend, *work_.cloths[control.cloth_index]));
+  }
+  for (const LengthControl& control : work_.length_controls) {
+    DRAPE_RETURN_IF_ERROR(BeginDriving(backend, *work_.cloths[control.cloth_index]));
+  }
+  for (const LengthScale& control : work_.length_scales) {
+    ClothRuntime& cloth = *work_.cloths[control.cloth_index];
+    if (!cloth.lengths().is_driven()) continue;  // without constraints
+    cloth.lengths().Scale(*cloth.model(), control.scale, control.over_s, cloth.now().time_s);
+  }
+  for (const LengthControl& control : work_.length_controls) {
+    ClothRuntime& cloth = *work_.cloths[control.cloth_index];
+    const std::optional<uint32_t> place = cloth.lengths().PlaceOf(control.constraint);
+    DRAPE_CHECK(place.has_value(), "checked before");
+    cloth.lengths().Move(*place, control.length_m, control.over_s, cloth.now().time_s);
+  }
+  return Status::Ok();
+}
+
+Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
   DRAPE_CHECK(has_every_turn() && !has_started_, "a request starts once, when it has every turn");
   DRAPE_RETURN_IF_ERROR(CheckExpectations(max_steps));
-  DRAPE_RETURN_IF_ERROR(ApplyPinControls());
+  std::vector<size_t> pins;
+  DRAPE_RETURN_IF_ERROR(FindPins(pins));
+  DRAPE_RETURN_IF_ERROR(CheckLengthControls());
+  DRAPE_RETURN_IF_ERROR(ApplyLengthControls(backend));
+  ApplyPinControls(pins);
   has_started_ = true;
   steps_left_.resize(work_.cloths.size());
   if (work_.report) reports_.resize(work_.cloths.size());

@@ -27,9 +27,10 @@ class ActiveRequest {
   void LeaveTurns();
   bool has_every_turn() const { return missing_turns_ == 0; }
 
-  // Checks what must hold before anything moves, applies the pin controls, and finds out how many
-  // steps each cloth has to do. An error ends the request.
-  Status Start(uint32_t max_steps);
+  // Checks what must hold before anything moves, applies the controls, and finds out how many steps
+  // each cloth has to do. An error ends the request. `backend` is told of cloths that get rest
+  // lengths of their own.
+  Status Start(Backend& backend, uint32_t max_steps);
   bool has_started() const { return has_started_; }
 
   // The request ends as soon as the loop sees it, with this status; the first one counts.
@@ -59,7 +60,10 @@ class ActiveRequest {
 
  private:
   Status CheckExpectations(uint32_t max_steps) const;
-  Status ApplyPinControls();
+  Status FindPins(std::vector<size_t>& pins) const;
+  Status CheckLengthControls() const;
+  void ApplyPinControls(const std::vector<size_t>& pins);
+  Status ApplyLengthControls(Backend& backend);
 
   StepWork work_;
   const uint32_t tenant_;

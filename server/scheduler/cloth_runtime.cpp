@@ -94,6 +94,7 @@ void ClothRuntime::Reset(std::vector<Eigen::Vector3d> pin_starts_m,
   ++state_version_;
   ++reset_count_;
   pins_.Start(std::move(pin_starts_m), std::move(pin_targets_m), 0);
+  lengths_.Stop();
   published_.Publish(progress_);
 }
 

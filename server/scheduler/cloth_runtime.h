@@ -8,6 +8,7 @@
 
 #include "server/core/ids.h"
 #include "server/scene/scene_model.h"
+#include "server/scheduler/length_track.h"
 #include "server/scheduler/pin_track.h"
 #include "server/solver/step_report.h"
 
@@ -96,6 +97,8 @@ class ClothRuntime {
   uint64_t reset_count() const { return reset_count_; }
   PinTrack& pins() { return pins_; }
   const PinTrack& pins() const { return pins_; }
+  LengthTrack& lengths() { return lengths_; }
+  const LengthTrack& lengths() const { return lengths_; }
 
   // Simulated time at the end of the next step: base time + steps since * time step, so that a
   // cloth whose time step never changed is at exactly step * time step.
@@ -105,12 +108,13 @@ class ClothRuntime {
   // Adds the shift to the report's measurements.
   StepReport Shifted(StepReport report) const;
 
-  // Step 0, time 0, no fault, no warnings; pins as in Begin. The caller has written the state.
+  // Step 0, time 0, no fault, no warnings; pins as in Begin, rest lengths of the model. The caller has written the state.
   void Reset(std::vector<Eigen::Vector3d> pin_starts_m, std::vector<Eigen::Vector3d> pin_targets_m);
   // From the next step on.
   void SetTimeStep(double time_step_s);
   void SetShift(const ReportShift& shift) { shift_ = shift; }
-  // A model of the same particle count that the backend has taken over. The caller replaces pins().
+  // A model of the same particle count that the backend has taken over. The caller replaces pins()
+  // and lengths().
   void SetModel(std::shared_ptr<const SceneModel> model) { model_ = std::move(model); }
 
   // Step requests that name this cloth, in order of arrival; the first one has the turn
@@ -131,6 +135,7 @@ class ClothRuntime {
   uint64_t state_version_ = 0;
   uint64_t reset_count_ = 0;
   PinTrack pins_;
+  LengthTrack lengths_;
   std::deque<ActiveRequest*> turns_;
   PublishedProgress published_;
 };

@@ -58,7 +58,7 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
       request.EndWith({StatusCode::kCancelled, "CANCELLED", "the client cancelled the request"});
     }
     if (!request.end_status().has_value() && !request.has_started() && request.has_every_turn()) {
-      const Status status = request.Start(settings_.max_steps_per_request);
+      const Status status = request.Start(backend_, settings_.max_steps_per_request);
       if (!status.ok()) request.EndWith(status);
     }
     if (!request.end_status().has_value() && !request.is_done()) {
@@ -102,7 +102,10 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
       StepItem item;
       item.cloth = cloth.handle();
       item.measure = part.request->IsMeasured(k);
-      if (!cloth.is_faulted()) item.pin_targets_m = cloth.pins().TargetsForStep(cloth.NextTime_s());
+      if (!cloth.is_faulted()) {
+        item.pin_targets_m = cloth.pins().TargetsForStep(cloth.NextTime_s());
+        item.rest_lengths_m = cloth.lengths().TargetsForStep(cloth.NextTime_s());
+      }
       items.push_back(item);
     }
   }

@@ -43,6 +43,22 @@ struct PinControl {
   double over_s = 0;                                   // >= 0; 0 = within one step
 };
 
+// Drives a rest length from the start of the first step of a request.
+struct LengthControl {
+  uint32_t cloth_index = 0;  // in StepWork::cloths
+  // In the order of the description; must be in the model when the request starts.
+  uint32_t constraint = 0;
+  double length_m = 0;  // > 0
+  double over_s = 0;    // >= 0; 0 = within one step
+};
+
+// Drives every rest length of a cloth to that of its model times `scale`.
+struct LengthScale {
+  uint32_t cloth_index = 0;  // in StepWork::cloths
+  double scale = 1;          // > 0
+  double over_s = 0;         // >= 0; 0 = within one step
+};
+
 // One cloth when it was read or when a request ended.
 struct ClothStamp {
   uint64_t completed_steps = 0;
@@ -93,7 +109,9 @@ struct StepOutcome {
   // OK even if cloths faulted. Else the request ended early and the rest is empty:
   //   FAILED_PRECONDITION STEP_MISMATCH: expected_step or until_step does not fit; nothing has
   //   moved. FAILED_PRECONDITION PIN_NOT_FOUND: a pin control names a particle that is no longer
-  //   pinned. INVALID_ARGUMENT: more steps than max_steps_per_request up to until_step. NOT_FOUND
+  //   pinned. FAILED_PRECONDITION CONSTRAINT_NOT_FOUND: a rest-length control names a constraint
+  //   that the cloth no longer has. RESOURCE_EXHAUSTED: the device has no room for rest lengths of
+  //   the cloth's own. INVALID_ARGUMENT: more steps than max_steps_per_request up to until_step. NOT_FOUND
   //   CLOTH_NOT_FOUND: a cloth was deleted, before or during the request. CANCELLED CANCELLED: the
   //   token; the steps that were complete stay. UNAVAILABLE DRAINING: the server shuts down.
   Status status;
@@ -113,6 +131,8 @@ struct StepWork {
   // Every cloth that is not faulted must have completed exactly this many when the request starts.
   std::optional<uint64_t> expected_step;
   std::vector<PinControl> pin_controls;
+  std::vector<LengthScale> length_scales;      // before the single lengths
+  std::vector<LengthControl> length_controls;
   bool report = false;  // measure in the last step of each cloth
   StateFields view;     // states after the last step
   CancelToken cancel;   // takes effect after the current round

@@ -81,6 +81,7 @@ Status ResetCloth(Backend& backend, ClothRecord& cloth) {
   update.state = cloth.InitialState();
   std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*description->model, *update.state);
   update.pin_targets_m = starts_m;
+  if (cloth.runtime->lengths().is_driven()) update.rest_lengths_m.emplace();
   DRAPE_RETURN_IF_ERROR(backend.Write(cloth.runtime->handle(), update));
   std::vector<Eigen::Vector3d> targets_m = PinTargets(description->pins, cloth.placement, starts_m);
   cloth.runtime->Reset(std::move(starts_m), std::move(targets_m));

@@ -39,6 +39,25 @@ struct ClothCreation {
   std::vector<ClothCopy> copies;  // at least one
 };
 
+// A rest length of a ModelChange that is the distance in the rest shape.
+inline constexpr double kRestShapeLength = -1;
+
+// What makes another model. Unset = as it is; the particles stay.
+struct ModelChange {
+  std::optional<double> stretch_compliance_m_per_n;  // of grids and meshes
+  std::optional<double> bending_stiffness_n_per_m;   // of grids and meshes
+  std::optional<double> shear_stiffness_n_per_m;     // of grids
+  // Of cloths made of particles; each replaces the whole list.
+  std::optional<std::vector<DistanceConstraint>> distance_constraints;
+  std::optional<std::vector<Spring>> springs;
+  std::optional<std::vector<PointJoint>> point_joints;
+
+  bool is_any_set() const {
+    return stretch_compliance_m_per_n || bending_stiffness_n_per_m || shear_stiffness_n_per_m ||
+           distance_constraints || springs || point_joints;
+  }
+};
+
 // Unset = as it is. Applied to several cloths, to all or none.
 struct ClothChange {
   std::optional<Eigen::Vector3d> gravity_m_per_s2;
@@ -54,6 +73,9 @@ struct ClothChange {
   // Replaces all pins. A pin that stays keeps its motion unless it has a target here; a new one
   // starts where its particle is; both go to a given target within one step. The state is kept.
   std::optional<std::vector<Pin>> pins;
+  ModelChange model;
+
+  bool needs_model() const { return pins.has_value() || model.is_any_set(); }
 };
 
 // What of a cloth can change while it lives. Immutable; replaced as a whole.

@@ -3,8 +3,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <limits>
-#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -21,6 +19,7 @@ struct PlannedUpdate {
   ClothUpdate write;
   ClothUpdate undo;
   std::optional<PinTrack> pins;  // set if they are replaced
+  LengthTrack lengths;           // with another model
 };
 
 std::vector<Eigen::Vector3d> PinsNow(const PinTrack& pins, double now_s) {
@@ -72,9 +71,21 @@ PinTrack PinsAfter(const PositionRows& rows, const ClothRecord& cloth,
   return track;
 }
 
-// The cloth is alive. `rows` hold its positions if it is repinned.
+// Lengths that are driven go on under another model, unless there are other constraints.
+void PlanLengths(const ClothRuntime& runtime, const ClothChange& change, const SceneModel& model,
+                 PlannedUpdate& plan) {
+  if (!runtime.lengths().is_driven()) return;
+  const double now_s = runtime.now().time_s;
+  plan.undo.rest_lengths_m = runtime.lengths().LengthsAt(now_s);
+  if (change.model.distance_constraints) return;
+  plan.lengths = runtime.lengths().CarriedTo(model);
+  if (plan.lengths.is_driven()) plan.write.rest_lengths_m = plan.lengths.LengthsAt(now_s);
+}
+
+// The cloth is alive. `changed` is null unless it gets another model; `rows` hold its positions if it
+// gets other pins.
 Result<PlannedUpdate> Plan(const Backend& backend, const ClothRecord& cloth,
-                           const ClothChange& change, const RepinnedModel* repinned,
+                           const ClothChange& change, const ChangedModel* changed,
                            const PositionRows& rows) {
   const auto before = cloth.description();
   Result<ClothParameters> parameters = ApplyChange(before->parameters, change);
@@ -84,16 +95,19 @@ Result<PlannedUpdate> Plan(const Backend& backend, const ClothRecord& cloth,
   after->parameters = std::move(parameters).value();
   plan.write.parameters = InClothFrame(after->parameters, cloth.placement);
   plan.undo.parameters = InClothFrame(before->parameters, cloth.placement);
-  if (repinned != nullptr) {
-    after->model_description = repinned->description;
-    after->model = repinned->model;
-    after->pins = SortedPins(*change.pins);
+  if (changed != nullptr) {
+    after->model_description = changed->description;
+    after->model = changed->model;
     after->plan = backend.PlanOf(*after->model);
-    const double now_s = cloth.runtime->now().time_s;
-    plan.pins = PinsAfter(rows, cloth, after->pins);
     plan.write.model = after->model;
-    plan.write.pin_targets_m = PinsNow(*plan.pins, now_s);
     plan.undo.model = before->model;
+    PlanLengths(*cloth.runtime, change, *after->model, plan);
+  }
+  if (change.pins) {
+    const double now_s = cloth.runtime->now().time_s;
+    after->pins = SortedPins(*change.pins);
+    plan.pins = PinsAfter(rows, cloth, after->pins);
+    plan.write.pin_targets_m = PinsNow(*plan.pins, now_s);
     plan.undo.pin_targets_m = PinsNow(cloth.runtime->pins(), now_s);
   }
   plan.after = std::move(after);
@@ -104,10 +118,9 @@ void Commit(ClothRecord& cloth, PlannedUpdate plan) {
   ClothRuntime& runtime = *cloth.runtime;
   runtime.SetTimeStep(plan.after->parameters.settings.time_step_s);
   runtime.SetShift(ShiftOf(*plan.after->model, plan.after->parameters, cloth.placement));
-  if (plan.pins.has_value()) {
-    runtime.SetModel(plan.after->model);
-    runtime.pins() = std::move(*plan.pins);
-  }
+  if (plan.write.model) runtime.lengths() = std::move(plan.lengths);
+  runtime.SetModel(plan.after->model);
+  if (plan.pins.has_value()) runtime.pins() = std::move(*plan.pins);
   cloth.ReplaceDescription(std::move(plan.after));
 }
 
@@ -132,59 +145,22 @@ size_t TakeBack(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> 
   return ended;
 }
 
-// What could be created can be repinned: the sizes were checked at creation, and they do not depend
-// on the pins.
-ModelLimits LimitsOfCreated() {
-  constexpr uint32_t kNoLimit = std::numeric_limits<uint32_t>::max();
-  return {.max_particles = kNoLimit, .max_constraints = kNoLimit, .max_degree = kNoLimit};
-}
-
-// Field names as in UpdateClothsRequest: "pins[2].particle" -> "spec.pins[2].particle".
-Status InSpec(const Status& status) {
-  std::vector<FieldViolation> violations = status.violations();
-  if (violations.empty()) return status;
-  for (FieldViolation& violation : violations) violation.field = "spec." + violation.field;
-  return Status::InvalidFields(std::move(violations));
-}
-
 }  // namespace
 
-Result<std::vector<RepinnedModel>> BuildRepinnedModels(
-    std::span<const std::shared_ptr<ClothRecord>> cloths, const std::vector<Pin>& pins,
-    ModelCache& models) {
-  std::vector<uint32_t> particles;
-  for (const Pin& pin : pins) particles.push_back(pin.particle);
-  std::map<std::shared_ptr<const ModelDescription>, RepinnedModel> built;
-  std::vector<RepinnedModel> repinned;
-  for (const auto& cloth : cloths) {
-    const auto old_description = cloth->description()->model_description;
-    RepinnedModel& entry = built[old_description];
-    if (entry.model == nullptr) {
-      auto description = std::make_shared<ModelDescription>(*old_description);
-      description->pinned_particles = particles;
-      auto model = SceneModel::Build(*description, LimitsOfCreated());
-      if (!model.ok()) return InSpec(model.status());
-      entry = {std::move(description), models.Share(*model)};
-    }
-    repinned.push_back(entry);
-  }
-  return repinned;
-}
-
 Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
-                      const ClothChange& change, std::span<const RepinnedModel> repinned) {
+                      const ClothChange& change, std::span<const ChangedModel> models) {
   std::vector<ClothHandle> handles;
   for (const auto& cloth : cloths) {
     if (!cloth->runtime->is_alive()) return ClothNotFound(cloth->id);
     handles.push_back(cloth->runtime->handle());
   }
   StateColumns state;
-  if (!repinned.empty()) state = backend.Read({handles, true, false});
+  if (change.pins) state = backend.Read({handles, true, false});
   std::vector<PlannedUpdate> plans;
   PositionRows rows{state.positions_m};
   for (size_t k = 0; k < cloths.size(); ++k) {
     Result<PlannedUpdate> plan =
-        Plan(backend, *cloths[k], change, repinned.empty() ? nullptr : &repinned[k], rows);
+        Plan(backend, *cloths[k], change, models.empty() ? nullptr : &models[k], rows);
     if (!plan.ok()) return plan.status();
     plans.push_back(std::move(plan).value());
     rows.first_row += cloths[k]->runtime->particle_count();

@@ -72,21 +72,22 @@ void Session::CheckCloths(ClothCreation creation, std::function<void(Result<Crea
 }
 
 void Session::UpdateCloths(ClothList cloths, ClothChange change,
-                           std::function<void(Result<UpdatedCloths>)> done) {
+                           std::function<void(Result<UpdatedCloths>)> done,
+                           const ModelRules& rules) {
   DRAPE_CHECK(!cloths.empty(), "at least one cloth");
-  std::vector<RepinnedModel> repinned;
-  if (change.pins.has_value()) {
-    auto built = BuildRepinnedModels(cloths, *change.pins, commons_->models);
+  std::vector<ChangedModel> models;
+  if (change.needs_model()) {
+    auto built = BuildChangedModels(cloths, change, rules, commons_->models);
     if (!built.ok()) {
       done(built.status());
       return;
     }
-    repinned = std::move(built).value();
+    models = std::move(built).value();
   }
   const Status status = commons_->scheduler.Post(
       [self = shared_from_this(), cloths = std::move(cloths), change = std::move(change),
-       repinned = std::move(repinned), done](Backend& backend) {
-        const Status outcome = UpdateOnDevice(backend, cloths, change, repinned);
+       models = std::move(models), done](Backend& backend) {
+        const Status outcome = UpdateOnDevice(backend, cloths, change, models);
         if (!outcome.ok()) self->DropEnded(cloths);
         const auto description = cloths.front()->description();
         self->commons_->scheduler.Complete([done, outcome, description] {

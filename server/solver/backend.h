@@ -38,6 +38,10 @@ struct StepItem {
   // straight line. Empty: the targets of the last step or write.
   std::span<const Eigen::Vector3d> pin_targets_m;
   bool measure = false;  // fill StepReport::measured
+  // The rest lengths at the end of the step, [constraint_count] in the order of the model; they
+  // change linearly within it. Only of cloths with rest lengths of their own (ClothUpdate). Empty:
+  // those of the last step or write.
+  std::span<const double> rest_lengths_m = {};
 };
 
 struct BatchReport {
@@ -67,6 +71,9 @@ struct ClothUpdate {
   std::optional<ClothParameters> parameters;
   std::optional<ParticleState> state;
   std::optional<std::vector<Eigen::Vector3d>> pin_targets_m;  // [pin_count] of the (new) model
+  // Rest lengths of the cloth's own from now on, [constraint_count] of the (new) model, each > 0; an
+  // empty vector gives them up for those of the model, as does a new model without them.
+  std::optional<std::vector<double>> rest_lengths_m;
 };
 
 // Owns the device and the states of all cloths. Every call, construction and destruction included,

@@ -28,21 +28,39 @@ inline bool HasAirForces(const SceneModel& model, const ClothParameters& paramet
   return !model.triangles().empty() && (parameters.air_drag > 0 || parameters.air_lift > 0);
 }
 
-// Whether the cloth is advanced by two-step differences. Contacts are not smooth; springs alone are
-// better off with velocity Verlet; and what colours alone leave of the errors would gain energy.
-inline bool UsesTwoSteps(const SceneModel& model, const ClothParameters& parameters) {
+// Which solvers a cloth's sweeps have and how it is advanced: what its settings ask for, as far as it
+// suits the cloth.
+struct SolverChoice {
+  bool has_strips = false;
+  bool has_colours = false;
+  bool has_two_steps = false;
+};
+
+// Strips hold plain constraints of the model's lengths only: with ropes, struts or `has_own_lengths`
+// (driven rest lengths) the sweeps have colours. Two steps need strips and nothing abrupt: contacts
+// are not smooth, springs alone are better off with velocity Verlet, and what colours and joints alone
+// leave of the errors would gain energy.
+inline SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parameters,
+                                 bool has_own_lengths) {
   const StepSettings& settings = parameters.settings;
   const bool has_spring_forces =
       model.spring_count() > 0 && settings.spring_integration == SpringIntegration::kInForce;
-  return settings.integration == Integration::kTwoStep && HasStrips(settings) &&
-         settings.substeps > 1 && model.constraint_count() > 0 && parameters.colliders.empty() && !has_spring_forces;
+  SolverChoice choice;
+  choice.has_strips =
+      settings.sweep != Sweep::kColours && !model.has_inequalities() && !has_own_lengths;
+  choice.has_colours = settings.sweep != Sweep::kStrips || !choice.has_strips;
+  choice.has_two_steps = settings.integration == Integration::kTwoStep && choice.has_strips &&
+                         settings.substeps > 1 && model.constraint_count() > 0 &&
+                         model.joint_count() == 0 && parameters.colliders.empty() &&
+                         !has_spring_forces;
+  return choice;
 }
 
 // Whether explicit springs may be unstable: velocity Verlet needs h^2 omega^2 < 4, two steps with
 // the springs at the predicted positions less than the square of the golden ratio.
 inline bool AreSpringsBeyondLimit(const SceneModel& model, const ClothParameters& parameters) {
   const double h = parameters.settings.substep_s();
-  const double limit = UsesTwoSteps(model, parameters) ? 2.618 : 4;
+  const double limit = ChooseSolver(model, parameters, false).has_two_steps ? 2.618 : 4;
   return h * h * model.spring_frequency_sq_bound() >= limit;
 }
 

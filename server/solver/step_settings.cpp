@@ -47,7 +47,7 @@ StepSettings PresetSettings(Preset preset) {
     case Preset::kAccurate:
       settings.substeps = 60;
       settings.max_iterations = 100;
-      settings.tolerance = 1e-4;
+      settings.tolerance = 1e-6;
       settings.use_tethers = false;
       break;
   }
@@ -108,7 +108,8 @@ double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size
   const double sweeps = double{1} * settings.substeps * settings.max_iterations;
   const double solvers = settings.sweep == Sweep::kStripsThenColours ? 2 : 1;
   const double constraints =
-      solvers * (double{1} * model.constraint_count() + model.dropped_constraints());
+      solvers * (double{1} * model.constraint_count() + model.dropped_constraints()) +
+      model.joint_count();
   const double contacts = model.particle_count() * (1 + static_cast<double>(collider_count));
   const double tethers =
       settings.use_tethers ? double{1} * settings.substeps * model.particle_count() : 0;

@@ -20,8 +20,7 @@ enum class SpringIntegration { kInForce, kHalfKicks };
 // How positions and velocities advance over a substep (server/solver/README.md, "Two steps").
 // kOneStep: ballistic (paper equations 1 and 2), first order where impulses act. kTwoStep: the
 // backward differentiation formula of second order. It starts anew with every step, so a step is a
-// function of positions and velocities. Cloths that have colliders, springs in the force, nothing
-// but springs, no strips in their sweeps, or one substep use kOneStep; see UsesTwoSteps.
+// function of positions and velocities. Cloths that it does not suit use kOneStep; see ChooseSolver.
 enum class Integration { kOneStep, kTwoStep };
 
 // In which order the distance constraints are solved within a sweep. kColours: Algorithm 1 of the
@@ -82,18 +81,14 @@ std::string_view PresetName(Preset preset);
 Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
                                      std::string_view field_prefix);
 
-// Upper bound on the solves of one step: substeps * (max_iterations * (constraints + 2 * springs +
-// particles * (1 + colliders)) + 2 * triangles + 4 * particles), the last with tethers only.
-// Constraints that the model has left out count, other pins may bring them back; so do triangles
+// Upper bound on the solves of one step: substeps * (max_iterations * (constraints + joints + 2 *
+// springs + particles * (1 + colliders)) + 2 * triangles + 4 * particles), the last with tethers
+// only. Constraints that the model has left out count, other pins may bring them back; so do triangles
 // without air forces, which may come while the cloth runs.
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count);
 
 // Whether the stage `tether` has anything to do.
 bool HasTethers(const SceneModel& model, const StepSettings& settings);
-
-// Whether the sweeps contain strips, colours.
-inline bool HasStrips(const StepSettings& settings) { return settings.sweep != Sweep::kColours; }
-inline bool HasColours(const StepSettings& settings) { return settings.sweep != Sweep::kStrips; }
 
 // Below about 4 ulp(|p|) / rest length no sweep in single precision ever meets the tolerance.
 // Returns the tolerance to use: the one asked for, or the smallest that 24-bit positions of this

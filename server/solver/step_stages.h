@@ -13,6 +13,7 @@ namespace drape {
 //   until no error exceeds the tolerance, at most max_iterations times:
 //     solve_strips    per phase of strips: the impulses that remove the errors of a whole path
 //     solve_distance  per colour: the impulse that removes each constraint's error at p + h u
+//     solve_joints    per colour of the joints: likewise for point joints
 //     solve_contacts  per particle: gap >= 0 at p + h u, Coulomb friction against h u
 //   integrate       p += h u, v = u + a h/2
 //   correct_velocity  contacts: no approach velocity, Coulomb friction; then damping
@@ -28,6 +29,7 @@ enum class StepStage {
   kTether,
   kSolveStrips,
   kSolveDistance,
+  kSolveJoints,
   kSolveContacts,
   kIntegrate,
   kCorrectVelocity,

@@ -4,8 +4,9 @@
 
 namespace drape {
 
-SubstepSchedule::SubstepSchedule(const SceneModel& model, const ClothParameters& parameters)
-    : has_two_steps_(UsesTwoSteps(model, parameters)),
+SubstepSchedule::SubstepSchedule(const SceneModel& model, const ClothParameters& parameters,
+                                 bool has_two_steps)
+    : has_two_steps_(has_two_steps),
       substeps_(parameters.settings.substeps),
       h_(parameters.settings.substep_s()) {
   const StepSettings& settings = parameters.settings;

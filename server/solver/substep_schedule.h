@@ -38,7 +38,8 @@ inline constexpr double kMaxTwistShare = 1.0 / 16;
 // done in two halves to start from. Small; substeps are made when asked for.
 class SubstepSchedule {
  public:
-  SubstepSchedule(const SceneModel& model, const ClothParameters& parameters);
+  // `has_two_steps` as in SolverChoice.
+  SubstepSchedule(const SceneModel& model, const ClothParameters& parameters, bool has_two_steps);
 
   bool has_two_steps() const { return has_two_steps_; }
   uint32_t size() const { return has_two_steps_ ? substeps_ + 1 : substeps_; }

@@ -43,6 +43,11 @@
 // Words of a tether in a model: pin, length [m].
 #define DRAPE_TETHER_WORDS 2
 
+// What a distance constraint keeps (scene/description.h, ConstraintKind).
+#define DRAPE_KIND_EQUAL 0u
+#define DRAPE_KIND_AT_MOST 1u
+#define DRAPE_KIND_AT_LEAST 2u
+
 // Words of a collider in the parameters: kind, radius [m], point xyz [m], vector xyz, three axes
 // xyz. Sphere: point = centre. Plane: point; vector = normal. Capsule: point = end a; vector = end
 // b - end a [m]; first axis = normal on the segment. Box: point = centre; vector = half extents

@@ -62,7 +62,7 @@ struct ClothRecord {
 
   uint colliders;  // [collider_count][DRAPE_COLLIDER_WORDS]
   // In Scratch: valid within one step; the last substep's values are read by `measure`.
-  uint lambdas;        // [constraint_count] float [N s]; only if has_compliance
+  uint lambdas;  // [constraint_count] float [N s]; only if has_compliance or has_inequalities
   uint normal_betas;   // [collider_count][particle_count] float [m/s]
   uint tangent_betas;  // [collider_count][3][particle_count] float [m/s]; only with friction
 
@@ -82,7 +82,7 @@ struct ClothRecord {
   vec4 intervals;            // H [s]
   vec4 inverse_intervals;    // 1 / H [1/s]
   vec4 damping_factors;      // of velocities [-]
-  vec4 pin_velocity_ratios;  // H / duration [-]
+  vec4 inverse_durations;    // [1/s]
 
   float last_inverse_interval;  // 1 / H of the last substep [1/s]
   // Only with twist damping.
@@ -120,6 +120,24 @@ struct ClothRecord {
   uint triangle_masses;     // [triangle_count] float [kg]
   uint triangle_offsets;    // [particle_count + 1] uint
   uint particle_triangles;  // [3 * triangle_count] uint
+
+  // Point joints, and distance constraints that are not plain equalities.
+  uint joint_count;
+  uint joint_colour_count;
+  uint has_joint_compliance;  // 0 or 1
+  uint has_inequalities;      // 0 or 1
+
+  // In Models.
+  uint joint_colour_offsets;  // [joint_colour_count + 1] uint
+  uint joint_pairs;           // [joint_count][2] uint
+  uint joint_compliances;     // [joint_count] float [m/N]; only if has_joint_compliance
+  uint kinds;                 // [constraint_count] DRAPE_KIND_*; only if has_inequalities
+
+  uint joint_lambdas;  // in Scratch: [joint_count][3] float [N s]; only if has_joint_compliance
+  // In Parameters: rest lengths of the cloth's own, before the step and at its end.
+  uint has_own_lengths;  // 0 or 1
+  uint length_starts;    // [constraint_count] float [m]
+  uint length_targets;   // [constraint_count] float [m]
 };
 
 #ifdef __cplusplus

@@ -1,11 +1,14 @@
 // Kernel `measure_pieces`: stage measure of one piece of a cloth (DRAPE_MEASURE_PIECE particles and as many
-// constraints), from the committed state; changes nothing but reports. Work group x = piece, y = cloth. A
+// constraints and joints), from the committed state; changes nothing but reports. Work group x = piece, y = cloth. A
 // cloth of one piece is finished here, others by `measure_total`. Reads States, Models, Parameters,
 // Scratch (lambdas [N s], violations [m]); writes Scratch (pieces) or Statuses.
 #define HAS_CAPSULES  // it measures cloths of all variants
 #define HAS_BOXES
+#define HAS_JOINT_COMPLIANCE
 #include "stages/measured.glsl"
 #include "lib/distance.glsl"
+#include "lib/inequality.glsl"
+#include "lib/joint.glsl"
 #include "lib/measure.glsl"
 
 layout(local_size_x = LOCAL_SIZE) in;
@@ -57,23 +60,49 @@ uvec2 LoadPair(uint k) {
 
 void MeasureConstraint(uint k, inout Measured measured) {
   uvec2 pair = LoadPair(k);
-  float rest_length = ModelFloat(cloth.rest_lengths + k);
+  float rest_length = cloth.has_own_lengths != 0u ? Parameter(cloth.length_targets + k)
+                                                  : ModelFloat(cloth.rest_lengths + k);
+  uint kind = cloth.has_inequalities != 0u ? models[cloth.kinds + k] : DRAPE_KIND_EQUAL;
   precise vec3 d = CommittedPosition(pair.y) - CommittedPosition(pair.x);
   precise float elongation = Length(d) - rest_length;
-  precise float strain = elongation / rest_length;
+  float violation = Violation(kind, elongation);
+  precise float strain = violation / rest_length;
   precise float strain_sq = strain * strain;
   measured.max_strain = max(measured.max_strain, abs(strain));
   measured.strain_sq = AddCompensated(measured.strain_sq, strain_sq);
   float residual = elongation;
+  float compliance = 0.0;
   if (cloth.has_compliance != 0u) {
-    float compliance = ModelFloat(cloth.compliances + k);
-    residual = SoftenedResidual(elongation, compliance, cloth.last_inverse_interval, scratch[cloth.lambdas + k]);
+    compliance = ModelFloat(cloth.compliances + k);
+    residual = SoftenedResidual(elongation, compliance, cloth.last_inverse_interval,
+                                scratch[cloth.lambdas + k]);
     if (compliance > 0.0) {
       measured.elastic =
-          AddCompensated(measured.elastic, ElasticEnergy(1.0 / compliance, elongation));
+          AddCompensated(measured.elastic, ElasticEnergy(1.0 / compliance, violation));
     }
   }
+  if (kind != DRAPE_KIND_EQUAL) {
+    float inverse_mass_sum = ModelFloat(cloth.inverse_masses + pair.x) +
+                             ModelFloat(cloth.inverse_masses + pair.y);
+    residual = AdmissibleError(kind, residual, scratch[cloth.lambdas + k], inverse_mass_sum,
+                               compliance, cloth.h, cloth.inverse_h);
+  }
   measured.max_residual = max(measured.max_residual, abs(residual));
+}
+
+void MeasureJoint(uint k, inout Measured measured) {
+  uint word = cloth.joint_pairs + 2u * k;
+  precise vec3 d = CommittedPosition(models[word + 1u]) - CommittedPosition(models[word]);
+  float error = Length(d);
+  if (cloth.has_joint_compliance != 0u) {
+    float compliance = ModelFloat(cloth.joint_compliances + k);
+    vec3 lambda = ScratchVector(cloth.joint_lambdas + 3u * k);
+    if (compliance > 0.0) {
+      measured.elastic = AddCompensated(measured.elastic, ElasticEnergy(1.0 / compliance, error));
+    }
+    error = Length(JointResidual(d, compliance, cloth.inverse_h, lambda));
+  }
+  measured.max_residual = max(measured.max_residual, error);
 }
 
 void main() {
@@ -84,9 +113,11 @@ void main() {
   uint begin = piece * DRAPE_MEASURE_PIECE + gl_LocalInvocationID.x;
   uint particle_end = min((piece + 1u) * DRAPE_MEASURE_PIECE, cloth.particle_count);
   uint constraint_end = min((piece + 1u) * DRAPE_MEASURE_PIECE, cloth.constraint_count);
+  uint joint_end = min((piece + 1u) * DRAPE_MEASURE_PIECE, cloth.joint_count);
   Measured measured = NothingMeasured();
   for (uint i = begin; i < particle_end; i += LOCAL_SIZE) MeasureParticle(i, measured);
   for (uint k = begin; k < constraint_end; k += LOCAL_SIZE) MeasureConstraint(k, measured);
+  for (uint k = begin; k < joint_end; k += LOCAL_SIZE) MeasureJoint(k, measured);
   measured = MergeLanes(measured);
   if (gl_LocalInvocationID.x != 0u) return;
   if (cloth.measure_piece_count == 1u) {

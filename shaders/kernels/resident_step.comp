@@ -1,8 +1,7 @@
 // Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state.
 // One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint.
 // Stages: apply_springs, apply_wind, predict, damp_twist, tether, solve_strips, solve_distance,
-// solve_contacts, integrate,
-// correct_velocity, commit
+// solve_joints, solve_contacts, integrate, correct_velocity, commit
 // (server/solver/README.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
 // Statuses. SI units.
 // With IS_IN_PARTS (drivers that cut long loops, server/gl/README.md) a dispatch stops before it has used
@@ -15,6 +14,7 @@
 #include "stages/tether.glsl"
 #include "stages/solve_strips.glsl"
 #include "stages/solve_distance.glsl"
+#include "stages/solve_joints.glsl"
 #include "stages/solve_contacts.glsl"
 #include "lib/fault.glsl"
 
@@ -145,7 +145,18 @@ void Tether() {
 #endif
 }
 
-// One sweep over all strips, colours, then the contacts.
+void SolveJoints(bool is_first_sweep) {
+#ifdef HAS_JOINTS
+  for (uint colour = 0u; colour < cloth.joint_colour_count; ++colour) {
+    uint begin = models[cloth.joint_colour_offsets + colour];
+    uint end = models[cloth.joint_colour_offsets + colour + 1u];
+    FOR_EACH(k, begin, end) SolveJoint(k, is_first_sweep);
+    PhaseBarrier();
+  }
+#endif
+}
+
+// One sweep over the strips, the colours, the joints and the contacts.
 void Sweep(bool is_first_sweep) {
 #ifdef HAS_STRIPS
   for (uint phase = 0u; phase < cloth.strip_phase_count; ++phase) {
@@ -169,6 +180,7 @@ void Sweep(bool is_first_sweep) {
   ScratchPhaseBarrier();
 #endif
 #endif
+  SolveJoints(is_first_sweep);
 #ifdef HAS_CONTACTS
   FOR_EACH(i, 0u, cloth.particle_count) SolveContacts(i, is_first_sweep);
   PhaseBarrier();
@@ -181,6 +193,7 @@ const uint kUsedUp = 2u;
 
 // Sweeps until none of them changes anything, at most max_iterations.
 uint Solve(inout Progress progress) {
+  SetStepShare(progress.substep);
   for (; progress.sweep < cloth.max_iterations; ++progress.sweep) {
 #ifdef IS_IN_PARTS
     // The first sweep is booked together with the substep.

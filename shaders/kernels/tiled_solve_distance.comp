@@ -18,6 +18,7 @@ void main() {
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif
   BeginSubstep(substep_index);
+  SetStepShare(substep_index);
   uint k = models[cloth.colour_offsets + colour] + gl_GlobalInvocationID.x;
   uint end = models[cloth.colour_offsets + colour + 1u];
   if (k < end) SolveDistance(k, sweep == 0u);

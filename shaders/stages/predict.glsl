@@ -52,21 +52,19 @@ void PredictParticle(uint i) {
 
 void PredictPin(uint k) {
   uint i = models[cloth.pins + k];
-  SetVelocity(i, PinVelocity(Position(i), PinTarget(k), substep.pin_shares, substep.inverse_interval));
+  vec3 way = PinWay(Position(i), PinTarget(k), substep.pin_shares);
+  precise vec3 velocity = way * substep.inverse_duration;
+  SetVelocity(i, velocity);
+#ifdef HAS_TWO_STEPS
+  SetPosition(i, AddScaled(Position(i), substep.pin_lead, way));
+#endif
 }
 
 // p = b + H u; v = u + a H/2, with two steps and for pins u. Bender et al. 2009, section 3.1, eq. 1.
 void IntegrateParticle(uint i) {
   vec3 u = Velocity(i);
   SetPosition(i, AddScaled(Position(i), substep.interval, u));
-  if (InverseMass(i) == 0.0) {
-#ifdef HAS_TWO_STEPS
-    precise vec3 v = u * substep.pin_velocity_ratio;
-    SetVelocity(i, v);
-#endif
-    return;
-  }
-  if (substep.is_two_step) return;
+  if (InverseMass(i) == 0.0 || substep.is_two_step) return;
   SetVelocity(i, AddScaled(u, substep.half_interval, ConstantAcceleration(i)));
 }
 

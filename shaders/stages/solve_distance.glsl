@@ -1,15 +1,23 @@
 // Stage `solve_distance`. Needs the accessors of one plan.
 #include "lib/distance.glsl"
+#include "lib/inequality.glsl"
+#include "stages/rest_length.glsl"
 #include "stages/substep.glsl"
+
+#if defined(HAS_COMPLIANCE) || defined(HAS_INEQUALITIES)
+#define HAS_LAMBDA
+#endif
 
 // Distance constraint k. The colours give each free particle one writer; pins are only read.
 void SolveDistance(uint k, bool is_first_sweep) {
   uvec2 pair = ConstraintPair(k);
-  float rest_length = ModelFloat(cloth.rest_lengths + k);
+  float rest_length = RestLength(k);
   float compliance = 0.0;
   float lambda = 0.0;
 #ifdef HAS_COMPLIANCE
   compliance = ModelFloat(cloth.compliances + k);
+#endif
+#ifdef HAS_LAMBDA
   // With strips before, these have begun the sum.
 #ifdef HAS_STRIPS
   is_first_sweep = false;
@@ -29,13 +37,18 @@ void SolveDistance(uint k, bool is_first_sweep) {
                            substep.inverse_interval, rest_length, compliance, lambda);
 #ifdef HAS_TOLERANCE
   if (!(abs(error.residual) > cloth.tolerance * rest_length)) return;
-  MarkChanged();
 #endif
   float inverse_mass_i = InverseMass(pair.x);
   float inverse_mass_j = InverseMass(pair.y);
   precise float inverse_mass_sum = inverse_mass_i + inverse_mass_j;
-  float impulse = DistanceImpulse(error.residual, substep.inverse_interval, inverse_mass_sum, compliance);
-#ifdef HAS_COMPLIANCE
+  float impulse =
+      DistanceImpulse(error.residual, substep.inverse_interval, inverse_mass_sum, compliance);
+#ifdef HAS_INEQUALITIES
+  impulse = AdmissibleImpulse(models[cloth.kinds + k], lambda, impulse);
+  if (impulse == 0.0) return;  // slack
+#endif
+  MarkChanged();
+#ifdef HAS_LAMBDA
   precise float accumulated = lambda + impulse;
   scratch[cloth.lambdas + k] = accumulated;
 #endif

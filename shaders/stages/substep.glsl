@@ -10,7 +10,8 @@ struct Substep {
   float half_interval;       // H / 2 [s]
   float inverse_interval;    // 1 / H [1/s]
   float damping_factor;      // [-]
-  float pin_velocity_ratio;  // of the velocity of a pin to its u [-]
+  float inverse_duration;    // [1/s]
+  float pin_lead;            // 1 - H / duration: how far on its way the b of a pin is [-]
   bool is_two_step;
   bool sets_previous;
   bool is_last;
@@ -26,7 +27,8 @@ void BeginSubstep(uint index) {
   substep.half_interval = 0.5 * substep.interval;
   substep.inverse_interval = cloth.inverse_intervals[kind];
   substep.damping_factor = cloth.damping_factors[kind];
-  substep.pin_velocity_ratio = cloth.pin_velocity_ratios[kind];
+  substep.inverse_duration = cloth.inverse_durations[kind];
+  substep.pin_lead = index > 0u ? 1.0 / 3.0 : 0.0;
   substep.is_two_step = index > 0u;
   substep.sets_previous = index != 1u;
   // The first two are halves of a substep.
@@ -36,7 +38,8 @@ void BeginSubstep(uint index) {
   substep.half_interval = cloth.half_h;
   substep.inverse_interval = cloth.inverse_h;
   substep.damping_factor = cloth.damping_factors.x;
-  substep.pin_velocity_ratio = 1.0;
+  substep.inverse_duration = cloth.inverse_h;
+  substep.pin_lead = 0.0;
   substep.is_two_step = false;
   substep.sets_previous = false;
   substep.pin_shares = cloth.substeps - index;

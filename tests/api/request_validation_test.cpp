@@ -170,6 +170,19 @@ INSTANTIATE_TEST_SUITE_P(
                 "pin_controls.over_s", "has 2 elements, needs 1"},
         BadStep{"NegativeOver", [](auto& r) { r.mutable_pin_controls()->set_over_s(0, -1); },
                 "pin_controls.over_s[0]", "-1"},
+        BadStep{"NoConstraints", [](auto& r) { r.mutable_rest_length_controls()->clear_constraints(); },
+                "rest_length_controls.constraints", "has 0 elements, needs 1"},
+        BadStep{"NoLengths", [](auto& r) { r.mutable_rest_length_controls()->clear_lengths_m(); },
+                "rest_length_controls.lengths_m", "has 0 elements, needs 1"},
+        BadStep{"ZeroLength", [](auto& r) { r.mutable_rest_length_controls()->set_lengths_m(0, 0); },
+                "rest_length_controls.lengths_m[0]", "0 is not in"},
+        BadStep{"NegativeLengthOver",
+                [](auto& r) { r.mutable_rest_length_controls()->set_over_s(0, -2); },
+                "rest_length_controls.over_s[0]", "-2"},
+        BadStep{"NoScales", [](auto& r) { r.mutable_rest_length_scales()->clear_scales(); },
+                "rest_length_scales.scales", "has 0 elements, needs 1"},
+        BadStep{"NotANumberScale", [](auto& r) { r.mutable_rest_length_scales()->set_scales(0, kNaN); },
+                "rest_length_scales.scales[0]", "nan"},
         BadStep{"NotANumberTarget",
                 [](auto& r) { r.mutable_pin_controls()->set_targets_m(1, kNaN); },
                 "pin_controls.targets_m[1]", "nan"}),
@@ -210,12 +223,42 @@ TEST(UpdateClothsValidation, EveryDocumentedPathIsRead) {
       Update({"environment.gravity_m_per_s2", "environment.colliders", "pins", "settings",
               "material.damping_per_s", "material.friction_static", "material.friction_dynamic",
               "material.thickness_m", "environment.wind_m_per_s", "material.air_drag",
-              "material.air_lift"}),
+              "material.air_lift", "material.stretch_compliance_m_per_n",
+              "material.bending_stiffness_n_per_m", "material.shear_stiffness_n_per_m",
+              "particles.distance_constraints", "particles.springs", "particles.point_joints"}),
       {});
   ASSERT_TRUE(change.ok()) << change.status().ToString();
   EXPECT_TRUE(change->gravity_m_per_s2 && change->colliders && change->pins && change->settings &&
               change->damping_per_s && change->friction_static && change->friction_dynamic &&
               change->thickness_m && change->wind_m_per_s && change->air_drag && change->air_lift);
+}
+
+TEST(UpdateClothsValidation, ConnectionsAreReadWithTheLengthsThatAreSet) {
+  v1::UpdateClothsRequest request =
+      Update({"particles.distance_constraints", "particles.springs", "particles.point_joints"});
+  *request.mutable_spec()->mutable_particles() = ShortChain();
+  v1::Particles& particles = *request.mutable_spec()->mutable_particles();
+  particles.mutable_distance_constraints(1)->set_rest_length_m(0.5);
+  particles.mutable_distance_constraints(1)->set_kind(v1::DistanceConstraint::AT_LEAST);
+  particles.add_point_joints()->set_j(2);
+  const auto change = CheckUpdateCloths(request, {});
+  ASSERT_TRUE(change.ok()) << change.status().ToString();
+  const auto& constraints = *change->model.distance_constraints;
+  EXPECT_EQ(constraints[0].rest_length_m, kRestShapeLength);
+  EXPECT_EQ(constraints[1].rest_length_m, 0.5);
+  EXPECT_EQ(constraints[1].kind, ConstraintKind::kAtLeast);
+  EXPECT_EQ(change->model.springs->front().stiffness_n_per_m, 5);
+  EXPECT_EQ(change->model.point_joints->front().j, 2u);
+  EXPECT_TRUE(change->needs_model());
+
+  particles.mutable_distance_constraints(1)->set_rest_length_m(kNaN);
+  particles.mutable_springs(0)->set_rest_length_m(-1);
+  particles.mutable_distance_constraints(0)->set_kind(
+      static_cast<v1::DistanceConstraint::Kind>(9));
+  const Status status = CheckUpdateCloths(request, {}).status();
+  ExpectViolation(status, "spec.particles.distance_constraints[0].kind", "9 is not a known value");
+  ExpectViolation(status, "spec.particles.distance_constraints[1].rest_length_m", "nan");
+  ExpectViolation(status, "spec.particles.springs[0].rest_length_m", "-1");
 }
 
 TEST(UpdateClothsValidation, RefusesUnknownPathsEmptyMasksAndNoIds) {

@@ -144,6 +144,14 @@ inline v1::StepRequest GoodStep() {
   controls->add_particles(0);
   Set(controls->mutable_targets_m(), {0, 1, 0});
   controls->add_over_s(0.5);
+  v1::RestLengthControls* lengths = request.mutable_rest_length_controls();
+  lengths->add_cloth_ids(1);
+  lengths->add_constraints(0);
+  lengths->add_lengths_m(0.5);
+  lengths->add_over_s(0.25);
+  v1::RestLengthScales* scales = request.mutable_rest_length_scales();
+  scales->add_cloth_ids(1);
+  scales->add_scales(2);
   return request;
 }
 

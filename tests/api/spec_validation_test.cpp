@@ -126,6 +126,14 @@ INSTANTIATE_TEST_SUITE_P(
         BadCreation{"NoRestLength",
                     [](auto& r) { Chain(r).mutable_distance_constraints(0)->set_rest_length_m(0); },
                     "spec.particles.distance_constraints[0].rest_length_m", "0"},
+        BadCreation{"UnknownKind",
+                    [](auto& r) {
+                      Chain(r).mutable_distance_constraints(1)->set_kind(
+                          static_cast<v1::DistanceConstraint::Kind>(4));
+                    },
+                    "spec.particles.distance_constraints[1].kind", "EQUAL, AT_MOST, AT_LEAST"},
+        BadCreation{"JointToItself", [](auto& r) { Chain(r).add_point_joints(); },
+                    "spec.particles.point_joints[0].j", "equals i"},
         BadCreation{"ParticlesCoincide", [](auto& r) { Chain(r).set_positions_m(3, 0); },
                     "spec.particles.distance_constraints[0]", "coincide"},
         BadCreation{"NegativeStiffness",
@@ -236,6 +244,24 @@ TEST(SpecValues, UnsetRestLengthsAreThoseOfTheRestShape) {
   EXPECT_EQ(chain.distance_constraints[0].rest_length_m, 1);
   EXPECT_EQ(chain.distance_constraints[1].rest_length_m, 0.25);
   EXPECT_EQ(chain.springs[0].rest_length_m, 2);
+}
+
+TEST(SpecValues, KindsAndJoints) {
+  v1::CreateClothsRequest request = GoodCreation();
+  v1::Particles& particles = Chain(request);
+  particles.mutable_distance_constraints(0)->set_kind(v1::DistanceConstraint::AT_MOST);
+  particles.mutable_distance_constraints(1)->set_kind(v1::DistanceConstraint::AT_LEAST);
+  v1::PointJoint* joint = particles.add_point_joints();
+  joint->set_i(2);
+  joint->set_compliance_m_per_n(1e-3);
+  const auto checked = CheckCreateCloths(request, {});
+  ASSERT_TRUE(checked.ok()) << checked.status().ToString();
+  const auto& chain = std::get<ParticleTopology>(checked->description->topology);
+  EXPECT_EQ(chain.distance_constraints[0].kind, ConstraintKind::kAtMost);
+  EXPECT_EQ(chain.distance_constraints[1].kind, ConstraintKind::kAtLeast);
+  ASSERT_EQ(chain.point_joints.size(), 1u);
+  EXPECT_EQ(chain.point_joints[0].i, 2u);
+  EXPECT_EQ(chain.point_joints[0].compliance_m_per_n, 1e-3);
 }
 
 TEST(SpecValues, CapsulesAndBoxes) {

@@ -137,6 +137,18 @@ TEST_F(InterfaceLayoutTest, ClothRecord) {
       MEMBER(ClothRecord, triangle_masses),
       MEMBER(ClothRecord, triangle_offsets),
       MEMBER(ClothRecord, particle_triangles),
+      MEMBER(ClothRecord, joint_count),
+      MEMBER(ClothRecord, joint_colour_count),
+      MEMBER(ClothRecord, has_joint_compliance),
+      MEMBER(ClothRecord, has_inequalities),
+      MEMBER(ClothRecord, joint_colour_offsets),
+      MEMBER(ClothRecord, joint_pairs),
+      MEMBER(ClothRecord, joint_compliances),
+      MEMBER(ClothRecord, kinds),
+      MEMBER(ClothRecord, joint_lambdas),
+      MEMBER(ClothRecord, has_own_lengths),
+      MEMBER(ClothRecord, length_starts),
+      MEMBER(ClothRecord, length_targets),
   };
   const StructLayout driver = AskDriver("cloth_record.h", "ClothRecord");
   EXPECT_EQ(driver.offsets, expected);

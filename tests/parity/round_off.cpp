@@ -37,6 +37,10 @@ Coupling FindCoupling(const SceneModel& model) {
     ++degrees[constraint.j];
     coupling.length_m = std::max(coupling.length_m, constraint.rest_length_m);
   }
+  for (const PointJoint& joint : model.joints()) {
+    ++degrees[joint.i];
+    ++degrees[joint.j];
+  }
   for (const Spring& spring : model.springs()) {
     coupling.length_m = std::max(coupling.length_m, spring.rest_length_m);
   }
@@ -171,7 +175,7 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
   const double colliders = static_cast<double>(scene.parameters.colliders.size());
   const double count = substeps;
 
-  const double roundings = 13 + (HasStrips(scene.parameters.settings) ? 8 * LongestStrip(*scene.model) : 0);
+  const double roundings = 13 + (ChooseSolver(*scene.model, scene.parameters, false).has_strips ? 8 * LongestStrip(*scene.model) : 0);
   const double constraint = kRoundOff * (roundings * (coupling.length_m + h * speed) / h + speed);
   const double contact = kRoundOff * (8 * extent / h + (2 * extent / radius + 4) * speed);
   const double sweep = coupling.degree * constraint + colliders * contact;
@@ -185,7 +189,7 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
   const double kick = air.ratio * air_speed * (48 * kRoundOff + 8 * count * position / air.edge_m);
   const double free = 8 * kRoundOff * speed + 2 * spring + 2 * kick;
 
-  const double growth = UsesTwoSteps(*scene.model, scene.parameters) ? 1.5 : 1;
+  const double growth = ChooseSolver(*scene.model, scene.parameters, false).has_two_steps ? 1.5 : 1;
   ErrorBound bound;
   bound.velocity_m_per_s = growth * (std::sqrt(count) * held + count * free);
   bound.position_m = count * position + h * count * bound.velocity_m_per_s;

@@ -47,6 +47,65 @@ TEST(SceneModel, ConstraintsAreSortedByColourStably) {
   EXPECT_EQ(sorted, expected);
 }
 
+// Every constraint knows its place in the description, those between pins counted.
+TEST(SceneModel, ConstraintsKnowTheirSources) {
+  ModelDescription description = GridDescription(5, 4);
+  description.pinned_particles = {0, 1, 7};
+  const auto model = MustBuild(description);
+  const ParticleSystem system =
+      BuildGrid({.columns = 5, .rows = 4, .width_m = 1, .height_m = 2}, {});
+  EXPECT_EQ(model->described_constraint_count(), system.distance_constraints.size());
+  EXPECT_EQ(model->constraint_count(), system.distance_constraints.size() - 1);
+  ASSERT_EQ(model->constraint_sources().size(), model->constraint_count());
+  for (uint32_t k = 0; k < model->constraint_count(); ++k) {
+    const auto& source = system.distance_constraints.at(model->constraint_sources()[k]);
+    EXPECT_EQ(model->constraints()[k].i, source.i);
+    EXPECT_EQ(model->constraints()[k].j, source.j);
+  }
+}
+
+// As the protocol says (RestLengthControls.constraints).
+TEST(SceneModel, AGridCountsItsEdgesAlongRowsThenAlongColumns) {
+  const GridTopology grid{.columns = 5, .rows = 4, .width_m = 1, .height_m = 2};
+  const ParticleSystem system = BuildGrid(grid, {});
+  for (uint32_t row = 0; row < 4; ++row) {
+    for (uint32_t column = 0; column < 5; ++column) {
+      const uint32_t particle = row * 5 + column;
+      if (column < 4) {
+        EXPECT_EQ(system.distance_constraints[row * 4 + column].i, particle);
+        EXPECT_EQ(system.distance_constraints[row * 4 + column].j, particle + 1);
+      }
+      if (row < 3) {
+        EXPECT_EQ(system.distance_constraints[4 * 4 + particle].i, particle);
+        EXPECT_EQ(system.distance_constraints[4 * 4 + particle].j, particle + 5);
+      }
+    }
+  }
+}
+
+TEST(SceneModel, JointsHaveColoursOfTheirOwn) {
+  ParticleTopology particles;
+  for (uint32_t i = 0; i < 5; ++i) {
+    particles.positions_m.emplace_back(i, 0, 0);
+    particles.masses_kg.push_back(1);
+  }
+  particles.distance_constraints = {{0, 1, 1, 0}};
+  // The last one joins two pins.
+  particles.point_joints = {{0, 1, 0}, {1, 2, 1e-3}, {2, 3, 0}, {3, 4, 0}};
+  const auto model = MustBuild({particles, {}, {3, 4}});
+  EXPECT_EQ(model->colour_count(), 1u);
+  ASSERT_EQ(model->joint_colour_count(), 2u);
+  EXPECT_EQ(model->joint_count(), 3u);
+  EXPECT_EQ(model->dropped_constraints(), 1u);
+  EXPECT_TRUE(model->has_joint_compliance());
+  EXPECT_FALSE(model->has_compliance() || model->has_inequalities());
+  const auto offsets = model->joint_colour_offsets();
+  EXPECT_EQ(std::vector<uint32_t>(offsets.begin(), offsets.end()),
+            (std::vector<uint32_t>{0, 2, 3}));
+  EXPECT_EQ(model->joints()[1].i, 2u);
+  EXPECT_EQ(model->joints()[2].i, 1u);
+}
+
 TEST(SceneModel, EveryParticleSeesItsSpringsInOrder) {
   const auto model = MustBuild(GridDescription(4, 3));
   ASSERT_EQ(model->spring_ends().size(), 2 * model->spring_count());
@@ -195,6 +254,10 @@ TEST(SceneModel, EqualContentHasEqualHashesAndAnyDifferenceShows) {
   add_changed([](auto& t) { t.distance_constraints[1].compliance_m_per_n = 1e-9; });
   add_changed([](auto& t) { std::swap(t.distance_constraints[0], t.distance_constraints[1]); });
   add_changed([](auto& t) { t.distance_constraints.pop_back(); });
+  add_changed([](auto& t) { t.distance_constraints[1].kind = ConstraintKind::kAtMost; });
+  add_changed([](auto& t) { t.point_joints = {{0, 2, 0}}; });
+  add_changed([](auto& t) { t.point_joints = {{1, 2, 0}}; });
+  add_changed([](auto& t) { t.point_joints = {{1, 2, 1e-9}}; });
   add_changed([](auto& t) { t.springs[0].damping_n_s_per_m = 1; });
   add_changed([](auto& t) { t.springs[0].stiffness_n_per_m = 6; });
   add_changed([](auto& t) { t.springs[0].rest_length_m = 1; });

@@ -23,11 +23,12 @@ struct Row {
     for (uint32_t i = 0; i + 1 < count; ++i) constraints.push_back({i, i + 1, 1, 0});
   }
   TetherSet Find(const std::vector<uint32_t>& pins) const {
-    return FindTethers(positions_m, constraints, pins);
+    return FindTethers(positions_m, constraints, joints, pins);
   }
 
   std::vector<Vector3d> positions_m;
   std::vector<DistanceConstraint> constraints;
+  std::vector<PointJoint> joints;
 };
 
 std::shared_ptr<const SceneModel> GridModel(uint32_t columns, uint32_t rows,
@@ -111,6 +112,20 @@ TEST(TethersTest, ExtensibleConstraintsCarryNone) {
   EXPECT_THAT(Of(set, 3), IsEmpty());
 }
 
+TEST(TethersTest, RopesAndJointsCarryThemStrutsDoNot) {
+  Row row(5);
+  row.constraints[0].kind = ConstraintKind::kAtMost;
+  row.constraints[3].kind = ConstraintKind::kAtLeast;
+  row.constraints.erase(row.constraints.begin() + 1);
+  row.joints = {{1, 2, 0}};
+  const TetherSet set = row.Find({0});
+  EXPECT_THAT(Texts(Of(set, 2)), ElementsAre("0:1"));
+  EXPECT_THAT(Texts(Of(set, 3)), ElementsAre("0:2"));
+  EXPECT_THAT(Of(set, 4), IsEmpty());
+  row.joints[0].compliance_m_per_n = 1e-6;
+  EXPECT_THAT(Of(row.Find({0}), 2), IsEmpty());
+}
+
 // A hub held by many pins on a circle: none implies another.
 TEST(TethersTest, AreAtMostFourPerParticle) {
   std::vector<Vector3d> positions_m = {Vector3d::Zero()};
@@ -121,7 +136,7 @@ TEST(TethersTest, AreAtMostFourPerParticle) {
     constraints.push_back({0, k, 1 + 0.01 * k, 0});
     pins.push_back(k);
   }
-  const TetherSet set = FindTethers(positions_m, constraints, pins);
+  const TetherSet set = FindTethers(positions_m, constraints, {}, pins);
   EXPECT_THAT(Texts(Of(set, 0)), ElementsAre("1:1.01", "2:1.02", "3:1.03", "4:1.04"));
 }
 

@@ -132,7 +132,7 @@ class FakeBackend final : public Backend {
     if (cloths_.size() >= device_->Locked([&] { return device_->capacity_; })) return NoRoom();
     const ClothHandle handle{next_slot_++, 1};
     Cloth& cloth = cloths_[handle];
-    cloth = {std::move(model), parameters, state, {}, FaultReason::kNone, 0};
+    cloth = {std::move(model), parameters, state, {}, FaultReason::kNone, 0, {}};
     for (const uint32_t p : cloth.model->pins()) {
       cloth.pin_targets_m.push_back(state.positions_m[p]);
     }
@@ -201,6 +201,9 @@ class FakeBackend final : public Backend {
     if (fails) return NoRoom();
     Cloth& cloth = cloths_.at(handle);
     if (update.model != nullptr) cloth.model = update.model;
+    if (update.model != nullptr || update.rest_lengths_m.has_value()) {
+      cloth.rest_lengths_m = update.rest_lengths_m.value_or(std::vector<double>{});
+    }
     if (update.parameters.has_value()) cloth.parameters = *update.parameters;
     if (update.pin_targets_m.has_value()) cloth.pin_targets_m = *update.pin_targets_m;
     if (update.state.has_value()) {
@@ -222,6 +225,10 @@ class FakeBackend final : public Backend {
   const std::vector<Eigen::Vector3d>& PinTargetsOf(ClothHandle handle) const {
     return cloths_.at(handle).pin_targets_m;
   }
+  // Rest lengths of its own; empty: those of the model.
+  const std::vector<double>& LengthsOf(ClothHandle handle) const {
+    return cloths_.at(handle).rest_lengths_m;
+  }
   const ParticleState& StateOf(ClothHandle handle) const { return cloths_.at(handle).state; }
 
  private:
@@ -232,6 +239,7 @@ class FakeBackend final : public Backend {
     std::vector<Eigen::Vector3d> pin_targets_m;
     FaultReason fault = FaultReason::kNone;
     uint64_t steps = 0;
+    std::vector<double> rest_lengths_m{};
   };
 
   static Status NoRoom() {
@@ -257,6 +265,10 @@ class FakeBackend final : public Backend {
     if (cloth.fault == FaultReason::kNone) {
       if (!item.pin_targets_m.empty()) {
         cloth.pin_targets_m.assign(item.pin_targets_m.begin(), item.pin_targets_m.end());
+      }
+      if (!item.rest_lengths_m.empty()) {
+        DRAPE_CHECK(cloth.rest_lengths_m.size() == item.rest_lengths_m.size(), "it has its own");
+        cloth.rest_lengths_m.assign(item.rest_lengths_m.begin(), item.rest_lengths_m.end());
       }
       for (Eigen::Vector3d& p : cloth.state.positions_m) p.y() -= 1;
       size_t k = 0;

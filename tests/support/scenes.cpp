@@ -147,6 +147,15 @@ void Stir(Scene& scene, double speed_m_per_s) {
 ClothHandle CreateCloth(Backend& backend, const Scene& scene) {
   auto cloth = backend.Create(scene.model, scene.parameters, scene.state);
   DRAPE_CHECK(cloth.ok(), cloth.status().ToString());
+  if (!scene.rest_length_targets_m.empty()) {
+    ClothUpdate update;
+    update.rest_lengths_m.emplace();
+    for (const DistanceConstraint& constraint : scene.model->constraints()) {
+      update.rest_lengths_m->push_back(constraint.rest_length_m);
+    }
+    const Status written = backend.Write(*cloth, update);
+    DRAPE_CHECK(written.ok(), written.ToString());
+  }
   return *cloth;
 }
 
@@ -154,7 +163,8 @@ StepReport StepAlone(Backend& backend, ClothHandle cloth, const Scene& scene, ui
                      bool measure) {
   StepReport report;
   for (uint32_t step = 0; step < steps; ++step) {
-    const StepItem item{cloth, scene.pin_targets_m, measure && step + 1 == steps};
+    const StepItem item{cloth, scene.pin_targets_m, measure && step + 1 == steps,
+                        scene.rest_length_targets_m};
     report = backend.Step({&item, 1}).reports.at(0);
   }
   return report;

@@ -20,6 +20,8 @@ struct Scene {
   ClothParameters parameters;
   ParticleState state;
   std::vector<Eigen::Vector3d> pin_targets_m;  // of every step; empty: the pins stay
+  // At the end of every step, in the order of the model; empty: the model's.
+  std::vector<double> rest_length_targets_m{};
 };
 
 // Ends the process with the reason if the description is refused.

@@ -51,7 +51,7 @@ class ScenePlayer {
   void CreateEntry(int entry);
   // Best effort.
   void DeleteCreated();
-  // Moves pins through `request`, and updates gravity and wind at once, for the controls that start
+  // Moves pins and rest lengths through `request`, and updates gravity and wind at once, for the controls that start
   // now.
   void ApplyControls(v1::StepRequest* request);
   void SetEnvironment(const v1::SceneControl& control);

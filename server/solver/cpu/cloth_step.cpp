@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "server/solver/cpu/constraint_math.h"
+#include "server/solver/cpu/joints.h"
 #include "server/solver/cpu/measure.h"
 #include "server/solver/cpu/strips.h"
 #include "server/solver/cpu/twist.h"
@@ -56,8 +57,9 @@ void PredictPins(const StepContext& context) {
   FloatState& state = context.scratch.state;
   for (size_t k = 0; k < context.model.pins.size(); ++k) {
     const uint32_t i = context.model.pins[k];
-    state.velocities[i] = (context.pin_targets[k] - state.positions[i]) / substep.pin_shares *
-                          substep.inverse_interval;
+    const Lanes way = (context.pin_targets[k] - state.positions[i]) / substep.pin_shares;
+    state.velocities[i] = way * substep.inverse_duration;
+    state.positions[i] += way * substep.pin_lead;
   }
 }
 
@@ -124,8 +126,10 @@ void Predict(const StepContext& context) {
   }
   PredictPins(context);
   if (context.substep.is_two_step) KickWithin(context);
-  const size_t compliance_count = context.model.compliances.size();
-  context.scratch.distance_impulses.assign(compliance_count, Lanes{});
+  const FloatModel& model = context.model;
+  const bool has_impulses = model.has_compliance() || model.has_inequalities();
+  context.scratch.distance_impulses.assign(has_impulses ? model.groups.size() + 1 : 0, Lanes{});
+  context.scratch.joint_impulses.assign(model.joints.size(), Lanes{});
 }
 
 // No particle ends the substep farther from a pin than the cloth between them is long
@@ -162,7 +166,7 @@ void ReplaceShortDirections(Lanes (&differences)[kLaneCount], Lanes& lengths) {
 
 // One sweep over all colours, four constraints of a colour at once (Bender et al. 2009, section 3.2
 // and 3.3). Returns whether an error was larger than the tolerance.
-template <bool kHasCompliance>
+template <bool kHasCompliance, bool kHasInequalities, bool kHasOwnLengths>
 bool SweepDistances(const StepContext& context) {
   const float h = context.substep.interval;
   const float inverse_h = context.substep.inverse_interval;
@@ -183,16 +187,24 @@ bool SweepDistances(const StepContext& context) {
     if (IsAnyLaneSet(length < kMinDirectionLength)) [[unlikely]]
       ReplaceShortDirections(d, divisor);
 
-    Lanes residual = length - group.rest_length;
+    const Lanes rest_length = kHasOwnLengths ? context.scratch.rest_lengths[g] : group.rest_length;
+    Lanes residual = length - rest_length;
     Lanes weight = group.inverse_mass_i + group.inverse_mass_j;
     if constexpr (kHasCompliance) {
       const Lanes alpha_over_h = context.model.compliances[g] * inverse_h;
       residual += alpha_over_h * context.scratch.distance_impulses[g];
       weight += alpha_over_h * inverse_h;
     }
-    const LaneMask is_active = Abs(residual) > tolerance * group.rest_length;
-    const Lanes impulse = is_active ? DistanceImpulse(residual, inverse_h, weight) : Lanes{};
-    if constexpr (kHasCompliance) context.scratch.distance_impulses[g] += impulse;
+    LaneMask is_active = Abs(residual) > tolerance * rest_length;
+    Lanes impulse = is_active ? DistanceImpulse(residual, inverse_h, weight) : Lanes{};
+    if constexpr (kHasInequalities) {
+      const ImpulseBounds& bounds = context.model.bounds[g];
+      impulse = ClampImpulse(context.scratch.distance_impulses[g], impulse, bounds.min, bounds.max);
+      is_active &= impulse != 0;
+    }
+    if constexpr (kHasCompliance || kHasInequalities) {
+      context.scratch.distance_impulses[g] += impulse;
+    }
     const Lanes impulse_per_length = impulse / divisor;
     const Lanes scale_i = group.inverse_mass_i * impulse_per_length;
     const Lanes scale_j = group.inverse_mass_j * impulse_per_length;
@@ -208,8 +220,21 @@ bool SweepDistances(const StepContext& context) {
 }
 
 bool SolveDistance(const StepContext& context) {
-  return context.model.has_compliance() ? SweepDistances<true>(context)
-                                        : SweepDistances<false>(context);
+  const bool has_compliance = context.model.has_compliance();
+  if (context.own_lengths != nullptr) {
+    if (context.model.has_inequalities()) {
+      return has_compliance ? SweepDistances<true, true, true>(context)
+                            : SweepDistances<false, true, true>(context);
+    }
+    return has_compliance ? SweepDistances<true, false, true>(context)
+                          : SweepDistances<false, false, true>(context);
+  }
+  if (context.model.has_inequalities()) {
+    return has_compliance ? SweepDistances<true, true, false>(context)
+                          : SweepDistances<false, true, false>(context);
+  }
+  return has_compliance ? SweepDistances<true, false, false>(context)
+                        : SweepDistances<false, false, false>(context);
 }
 
 // One particle against one collider. Returns whether it changed u.
@@ -276,7 +301,6 @@ void Integrate(const StepContext& context) {
     state.positions[i] = substep.pin_shares == 1
                              ? context.pin_targets[k]
                              : state.positions[i] + substep.interval * state.velocities[i];
-    state.velocities[i] *= substep.pin_velocity_ratio;
   }
 }
 
@@ -304,8 +328,9 @@ void Solve(const StepContext& context, StepReport& report) {
   for (uint32_t iteration = 0; iteration < controls.max_iterations; ++iteration) {
     ++report.iterations;
     // All always run: a contact can break what the distances have just met.
-    bool has_changed = controls.has_strips && SolveStrips(context);
-    if (controls.has_colours) has_changed |= SolveDistance(context);
+    bool has_changed = controls.solver.has_strips && SolveStrips(context);
+    if (controls.solver.has_colours) has_changed |= SolveDistance(context);
+    has_changed |= SolveJoints(context);
     has_changed |= SolveContacts(context);
     if (controls.tolerance > 0 && !has_changed) return;
   }
@@ -353,7 +378,8 @@ FloatSubstep::FloatSubstep(const Substep& substep, double damping_per_s)
       is_two_step(substep.is_two_step),
       sets_previous(substep.sets_previous),
       pin_shares(static_cast<float>(substep.pin_shares)),
-      pin_velocity_ratio(static_cast<float>(substep.interval_s / substep.duration_s)),
+      inverse_duration(static_cast<float>(1 / substep.duration_s)),
+      pin_lead(static_cast<float>(1 - substep.interval_s / substep.duration_s)),
       kick_before(static_cast<float>(substep.kick_before_s)),
       kick_after(static_cast<float>(substep.kick_after_s)),
       kick_within(static_cast<float>(substep.kick_within_s)),
@@ -372,8 +398,9 @@ StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
     context.substep = FloatSubstep(controls.schedule[index], controls.damping_per_s);
     Kick(context, positions, context.substep.kick_before);
     Predict(context);
+    if (context.own_lengths != nullptr) AdvanceLengths(context);
     if (context.substep.twist_share > 0) DampTwist(context);
-    if (controls.use_tethers) ApplyTethers(context);
+    if (controls.use_tethers && context.own_lengths == nullptr) ApplyTethers(context);
     Solve(context, report);
     Integrate(context);
     CorrectVelocity(context);

@@ -38,7 +38,8 @@ struct FloatSubstep {
   bool is_two_step = false;
   bool sets_previous = false;
   float pin_shares = 1;
-  float pin_velocity_ratio = 1;  // of the velocity of a pin to its u: H / duration
+  float inverse_duration = 0;  // [1/s]
+  float pin_lead = 0;          // 1 - H / duration: how far on its way the b of a pin is
   float kick_before = 0;         // [s]
   float kick_after = 0;
   float kick_within = 0;
@@ -61,10 +62,19 @@ struct StepScratch {
   std::vector<Lanes> predicted;      // positions for kicks within a substep
   std::vector<Lanes> accelerations;  // [particle_count] springs (+ gravity if IN_FORCE)
   std::vector<Lanes> air_impulses;   // [triangle group][lane] a third of the impulse [N s]
-  std::vector<Lanes> distance_impulses;   // Lambda, [group_count + 1] [N s]; only with compliance
+  // Lambda, [group_count + 1] [N s]; only with compliance or inequalities
+  std::vector<Lanes> distance_impulses;
   std::vector<StripLinkSolution> strip_links;  // of one group of strips
   std::vector<Lanes> twists;                   // [row of cells, two of them][column]
+  std::vector<Lanes> joint_impulses;           // Lambda, [joint_count] [N s]
+  std::vector<Lanes> rest_lengths;  // [group_count] [m] at the end of the substep; only of its own
   std::vector<ContactImpulses> contacts;  // [particle_count][collider_count]
+};
+
+// Rest lengths of one cloth, [group_count] in the places of FloatModel::groups [m].
+struct OwnLengths {
+  std::vector<Lanes> starts;   // before the step
+  std::vector<Lanes> targets;  // at its end
 };
 
 // Everything one step needs.
@@ -72,6 +82,7 @@ struct StepContext {
   const FloatModel& model;
   const FloatControls& controls;
   std::span<const Lanes> pin_targets;  // [pin_count]
+  const OwnLengths* own_lengths;       // null: the rest lengths are the model's
   StepScratch& scratch;
   FloatSubstep substep{};  // the one under way
 };

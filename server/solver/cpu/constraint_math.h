@@ -34,6 +34,24 @@ inline T DistanceImpulse(T residual, float inverse_h, T inverse_mass_sum) {
   return -residual * inverse_h / inverse_mass_sum;
 }
 
+// The part of an impulse that keeps the accumulated one within its bounds: inequality constraints
+// push or pull, never both (Bender et al. 2009, section 3.2).
+inline Lanes ClampImpulse(Lanes lambda, Lanes impulse, Lanes min, Lanes max) {
+  return Min(Max(lambda + impulse, min), max) - lambda;
+}
+
+// Impulse that closes a point joint, along all axes at once: Delta Lambda = -r / h / (w_i + w_j +
+// alpha/h^2), r = p_j - p_i + (alpha/h) Lambda (Bender et al. 2009, section 3.2, for the equality
+// constraint p_j - p_i = 0).
+inline Lanes JointImpulse(Lanes residual, float inverse_h, float inverse_mass_sum) {
+  return -residual * inverse_h / inverse_mass_sum;
+}
+
+// A rest length that changes linearly within the step.
+inline Lanes LengthBetween(Lanes start, Lanes target, float share) {
+  return start + (target - start) * share;
+}
+
 // Speed towards a pin that brings a particle back within reach by the end of the substep: (|d| -
 // reach) / h. Only the particle moves: the pin's inverse mass is 0 (Bender et al. 2009,
 // section 3.2, for the inequality reach - |d| >= 0).

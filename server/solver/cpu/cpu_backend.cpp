@@ -20,6 +20,7 @@
 #include "server/solver/cpu/denormals.h"
 #include "server/solver/cpu/float_controls.h"
 #include "server/solver/cpu/float_model.h"
+#include "server/solver/cpu/joints.h"
 #include "server/solver/cpu/measure.h"
 
 namespace drape {
@@ -32,6 +33,7 @@ struct Cloth {
   std::optional<FloatControls> controls;  // always set in a used slot
   FloatState state;
   std::vector<Lanes> pin_targets;  // [pin_count]
+  std::optional<OwnLengths> own_lengths{};
   FaultReason fault = FaultReason::kNone;
 };
 
@@ -65,6 +67,25 @@ std::vector<Lanes> TransferTargets(const Cloth& cloth, const FloatModel& new_mod
                               : cloth.state.positions[particle]);
   }
   return targets;
+}
+
+// Empty: none.
+std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,
+                                       const FloatModel& model) {
+  if (rest_lengths_m.empty()) return std::nullopt;
+  DRAPE_CHECK(rest_lengths_m.size() == model.constraint_places.size(),
+              "one rest length per constraint");
+  std::vector<Lanes> packed = PackLengths(model, rest_lengths_m);
+  return OwnLengths{packed, packed};
+}
+
+// A step begins with the lengths at which the last one ended; without targets it keeps them.
+void SetLengthTargets(Cloth& cloth, std::span<const double> rest_lengths_m) {
+  if (cloth.own_lengths) cloth.own_lengths->starts = cloth.own_lengths->targets;
+  if (rest_lengths_m.empty()) return;
+  DRAPE_CHECK(cloth.own_lengths.has_value(),
+              "only a cloth with rest lengths of its own is driven");
+  cloth.own_lengths->targets = PackLengths(*cloth.model, rest_lengths_m);
 }
 
 void Append(const std::vector<Lanes>& values, uint32_t particle_count, std::vector<float>& packed) {
@@ -111,7 +132,7 @@ class CpuBackend final : public Backend {
     Cloth cloth;
     cloth.model = models_.Get(model);
     cloth.parameters = parameters;
-    cloth.controls.emplace(*cloth.model, parameters);
+    cloth.controls.emplace(*cloth.model, parameters, false);
     cloth.state = ToFloat(state, cloth.model->particle_count);
     for (const uint32_t pin : cloth.model->pins) {
       cloth.pin_targets.push_back(cloth.state.positions[pin]);
@@ -163,9 +184,6 @@ class CpuBackend final : public Backend {
       changed.model = models_.Get(update.model);
     }
     if (update.parameters) changed.parameters = *update.parameters;
-    if (update.model || update.parameters) {
-      changed.controls.emplace(*changed.model, changed.parameters);
-    }
     if (update.state) {
       changed.state = ToFloat(*update.state, changed.model->particle_count);
       changed.fault = FaultReason::kNone;
@@ -175,6 +193,13 @@ class CpuBackend final : public Backend {
     } else if (update.model) {
       changed.pin_targets =
           TransferTargets({cloth.model, {}, {}, changed.state, cloth.pin_targets}, *changed.model);
+    }
+    if (update.model) changed.own_lengths.reset();
+    if (update.rest_lengths_m) {
+      changed.own_lengths = ToOwnLengths(*update.rest_lengths_m, *changed.model);
+    }
+    if (update.model || update.parameters || update.rest_lengths_m) {
+      changed.controls.emplace(*changed.model, changed.parameters, changed.own_lengths.has_value());
     }
     cloth = std::move(changed);
     return Status::Ok();
@@ -194,7 +219,9 @@ class CpuBackend final : public Backend {
     if (!item.pin_targets_m.empty() && cloth.fault == FaultReason::kNone) {
       cloth.pin_targets = ToFloat(item.pin_targets_m, *cloth.model);
     }
-    const StepContext context{*cloth.model, *cloth.controls, cloth.pin_targets,
+    if (cloth.fault == FaultReason::kNone) SetLengthTargets(cloth, item.rest_lengths_m);
+    const OwnLengths* own_lengths = cloth.own_lengths ? &*cloth.own_lengths : nullptr;
+    const StepContext context{*cloth.model, *cloth.controls, cloth.pin_targets, own_lengths,
                               ScratchOfThisThread()};
     if (cloth.fault != FaultReason::kNone) {
       StepReport report;

@@ -42,13 +42,13 @@ Gap FloatCollider::GapOfLargerShape(Lanes q) const {
   return BoxGap(q, point, vector, axes, offset);
 }
 
-FloatControls::FloatControls(const FloatModel& model, const ClothParameters& parameters)
-    : schedule(*model.source, parameters) {
+FloatControls::FloatControls(const FloatModel& model, const ClothParameters& parameters,
+                             bool has_own_lengths)
+    : solver(ChooseSolver(*model.source, parameters, has_own_lengths)),
+      schedule(*model.source, parameters, solver.has_two_steps) {
   const StepSettings& settings = parameters.settings;
   const double substep_s = settings.substep_s();
   const double tolerance_met = SinglePrecisionTolerance(settings.tolerance, *model.source);
-  has_strips = HasStrips(settings);
-  has_colours = HasColours(settings);
   damping_per_s = parameters.damping_per_s;
   max_iterations = settings.max_iterations;
   h = static_cast<float>(substep_s);

@@ -34,15 +34,14 @@ struct FloatCollider {
 
 // A function of the cloth's model and parameters alone.
 struct FloatControls {
-  FloatControls(const FloatModel& model, const ClothParameters& parameters);
+  FloatControls(const FloatModel& model, const ClothParameters& parameters, bool has_own_lengths);
 
+  SolverChoice solver;
   SubstepSchedule schedule;
   double damping_per_s;
   uint32_t max_iterations;
   float h;                       // substep [s]
   float inverse_h;               // [1/s]
-  bool has_strips;
-  bool has_colours;
   float tolerance;               // relative to the rest length; 0 = fixed number of sweeps
   float contact_tolerance;       // [m]
   float depenetration_distance;  // [m] per substep

@@ -3,6 +3,7 @@
 #include "server/solver/solver_constants.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 
 namespace drape::cpu {
@@ -19,6 +20,8 @@ DistanceGroup PaddingGroup(uint32_t spare_particle) {
   return group;
 }
 
+constexpr float kNoBound = std::numeric_limits<float>::infinity();
+
 void PackConstraints(FloatModel& model) {
   const SceneModel& source = *model.source;
   const auto constraints = source.constraints();
@@ -30,6 +33,7 @@ void PackConstraints(FloatModel& model) {
       if (lane == 0) {
         model.groups.push_back(PaddingGroup(model.spare_particle()));
         if (source.has_compliance()) model.compliances.push_back(Splat(0));
+        if (source.has_inequalities()) model.bounds.push_back({Splat(-kNoBound), Splat(kNoBound)});
       }
       const DistanceConstraint& constraint = constraints[c];
       DistanceGroup& group = model.groups.back();
@@ -41,6 +45,8 @@ void PackConstraints(FloatModel& model) {
       if (source.has_compliance()) {
         model.compliances.back()[lane] = static_cast<float>(constraint.compliance_m_per_n);
       }
+      if (constraint.kind == ConstraintKind::kAtMost) model.bounds.back().max[lane] = 0;
+      if (constraint.kind == ConstraintKind::kAtLeast) model.bounds.back().min[lane] = 0;
       model.constraint_places[c] =
           static_cast<uint32_t>((model.groups.size() - 1) * kLaneCount + lane);
     }
@@ -100,6 +106,13 @@ void PackStrips(FloatModel& model) {
       model.longest_strip = std::max(model.longest_strip, length);
       model.strips.push_back(group);
     }
+  }
+}
+
+void PackJoints(FloatModel& model) {
+  for (const auto& [i, j, compliance] : model.source->joints()) {
+    model.joints.push_back({i, j, model.inverse_masses[i], model.inverse_masses[j],
+                            static_cast<float>(compliance)});
   }
 }
 
@@ -169,6 +182,7 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
   }
   PackConstraints(*this);
   if (has_compliance()) compliances.push_back(Splat(0));
+  PackJoints(*this);
   PackStrips(*this);
   PackTethers(*this);
   PackTriangles(*this);

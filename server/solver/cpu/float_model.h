@@ -45,6 +45,21 @@ struct StripGroup {
   uint32_t link_end;
 };
 
+// What the accumulated impulses of four constraints may be [N s]: a rope's at most 0, a strut's at
+// least 0, others anything.
+struct ImpulseBounds {
+  Lanes min;
+  Lanes max;
+};
+
+struct FloatJoint {
+  uint32_t i;
+  uint32_t j;
+  float inverse_mass_i;
+  float inverse_mass_j;
+  float compliance;  // [m/N]
+};
+
 // Four tethers of different particles. Filled up with tethers from the spare particle to itself.
 struct TetherGroup {
   std::array<uint32_t, kLaneCount> particle;
@@ -82,6 +97,8 @@ struct FloatModel {
   std::vector<StripGroup> strips;  // phase after phase
   std::vector<StripLink> strip_links;
   uint32_t longest_strip;  // links
+  std::vector<ImpulseBounds> bounds;     // [group_count]; empty if all constraints are equalities
+  std::vector<FloatJoint> joints;        // in the order of the source
   std::vector<TetherGroup> tethers;      // the nearest pin of every particle, then the next, ...
   std::vector<TriangleGroup> triangles;  // in the order of the source
   std::vector<uint32_t> spring_offsets;  // [particle_count + 1]; empty without springs
@@ -91,6 +108,7 @@ struct FloatModel {
   // The particle that padding constraints refer to: arrays have one element more than particles.
   uint32_t spare_particle() const { return particle_count; }
   bool has_compliance() const { return !compliances.empty(); }
+  bool has_inequalities() const { return !bounds.empty(); }
   bool has_springs() const { return !spring_ends.empty(); }
 };
 

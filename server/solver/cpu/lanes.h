@@ -53,6 +53,10 @@ inline Lanes Min(Lanes a, Lanes b) {
   return a < b ? a : b;
 }
 
+inline Lanes Max(Lanes a, Lanes b) {
+  return a > b ? a : b;
+}
+
 inline bool IsAnyLaneSet(LaneMask mask) {
   using Halves = int64_t __attribute__((vector_size(16)));
   const Halves halves = reinterpret_cast<Halves>(mask);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/solver/cpu/joints.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape::cpu {
@@ -12,11 +13,22 @@ double Distance(const FloatState& state, uint32_t i, uint32_t j) {
   return (ToVector3d(state.positions[j]) - ToVector3d(state.positions[i])).norm();
 }
 
-void MeasureStrain(const SceneModel& source, const FloatState& state, Measurements& measured) {
+// The part of the error that the kind of the constraint does not allow [m].
+double Violation(ConstraintKind kind, double error) {
+  if (kind == ConstraintKind::kAtMost) return std::max(error, 0.0);
+  if (kind == ConstraintKind::kAtLeast) return std::min(error, 0.0);
+  return error;
+}
+
+void MeasureStrain(const StepContext& context, const FloatState& state, Measurements& measured) {
+  const SceneModel& source = *context.model.source;
   double sum_of_squares = 0;
-  for (const DistanceConstraint& constraint : source.constraints()) {
-    const double error = Distance(state, constraint.i, constraint.j) - constraint.rest_length_m;
-    const double strain = error / constraint.rest_length_m;
+  for (uint32_t c = 0; c < source.constraint_count(); ++c) {
+    const DistanceConstraint& constraint = source.constraints()[c];
+    const double rest_length = RestLengthAtEnd(context, c);
+    const double error =
+        Violation(constraint.kind, Distance(state, constraint.i, constraint.j) - rest_length);
+    const double strain = error / rest_length;
     measured.max_strain = std::max(measured.max_strain, std::fabs(strain));
     sum_of_squares += strain * strain;
     if (constraint.compliance_m_per_n > 0) {
@@ -25,6 +37,10 @@ void MeasureStrain(const SceneModel& source, const FloatState& state, Measuremen
   }
   if (source.constraint_count() > 0) {
     measured.rms_strain = std::sqrt(sum_of_squares / source.constraint_count());
+  }
+  for (const auto& [i, j, compliance] : source.joints()) {
+    const double error = Distance(state, i, j);
+    if (compliance > 0) measured.strain_energy_j += error * error / (2 * compliance);
   }
   for (const Spring& spring : source.springs()) {
     const double error = Distance(state, spring.i, spring.j) - spring.rest_length_m;
@@ -58,6 +74,20 @@ void MeasureContacts(const StepContext& context, const FloatState& state, Measur
   }
 }
 
+// The part of an error that an impulse may still remove [m]: of an inequality no more than undoes
+// the impulses so far.
+double AdmissibleError(const StepContext& context, const DistanceConstraint& constraint,
+                       double lambda, double error) {
+  if (constraint.kind == ConstraintKind::kEqual) return error;
+  const std::vector<float>& w = context.model.inverse_masses;
+  const double error_per_impulse =
+      context.controls.h * (double{w[constraint.i]} + double{w[constraint.j]}) +
+      constraint.compliance_m_per_n * context.controls.inverse_h;
+  const double undone = error_per_impulse * lambda;
+  return constraint.kind == ConstraintKind::kAtMost ? std::max(error, undone)
+                                                    : std::min(error, undone);
+}
+
 // |C + (alpha/h) Lambda| of the constraints and how far contacts are below their floor.
 double MaxResidual(const StepContext& context, const FloatState& state) {
   const FloatModel& model = context.model;
@@ -65,13 +95,18 @@ double MaxResidual(const StepContext& context, const FloatState& state) {
   double largest = 0;
   for (size_t c = 0; c < model.constraint_places.size(); ++c) {
     const DistanceConstraint& constraint = model.source->constraints()[c];
-    double residual = Distance(state, constraint.i, constraint.j) - constraint.rest_length_m;
-    if (model.has_compliance()) {
+    double residual =
+        Distance(state, constraint.i, constraint.j) - RestLengthAtEnd(context, c);
+    if (model.has_compliance() || model.has_inequalities()) {
       const uint32_t place = model.constraint_places[c];
       const double impulse = scratch.distance_impulses[place / kLaneCount][place % kLaneCount];
       residual += constraint.compliance_m_per_n * context.substep.inverse_interval * impulse;
+      residual = AdmissibleError(context, constraint, impulse, residual);
     }
     largest = std::max(largest, std::fabs(residual));
+  }
+  for (size_t k = 0; k < model.joints.size(); ++k) {
+    largest = std::max(largest, double{Length(JointResidual(context, state, k))});
   }
   const auto& colliders = context.controls.colliders;
   for (const uint32_t i : model.free_particles) {
@@ -88,7 +123,7 @@ double MaxResidual(const StepContext& context, const FloatState& state) {
 
 Measurements Measure(const StepContext& context, const FloatState& state, FaultReason fault) {
   Measurements measured;
-  MeasureStrain(*context.model.source, state, measured);
+  MeasureStrain(context, state, measured);
   MeasureParticles(context, state, measured);
   MeasureContacts(context, state, measured);
   if (fault == FaultReason::kNone) measured.max_residual_m = MaxResidual(context, state);

@@ -64,6 +64,7 @@ class ReferenceBackend final : public Backend {
         DRAPE_CHECK(item.pin_targets_m.size() == cloth.model->pin_count(), "one target per pin");
         cloth.pin_targets_m.assign(item.pin_targets_m.begin(), item.pin_targets_m.end());
       }
+      if (cloth.fault == FaultReason::kNone) SetLengthTargets(cloth, item.rest_lengths_m);
       batch.reports.push_back(StepReferenceCloth(cloth, item.measure));
     }
     batch.device_us = std::chrono::duration_cast<std::chrono::microseconds>(
@@ -91,6 +92,10 @@ class ReferenceBackend final : public Backend {
       cloth.fault = FaultReason::kNone;
     }
     if (update.model) ReplaceModel(cloth, update.model);
+    if (update.rest_lengths_m) {
+      CheckLengths(*cloth.model, *update.rest_lengths_m);
+      cloth.rest_lengths_m = cloth.rest_length_targets_m = *update.rest_lengths_m;
+    }
     if (update.parameters) cloth.parameters = *update.parameters;
     if (update.pin_targets_m) {
       DRAPE_CHECK(update.pin_targets_m->size() == cloth.model->pin_count(), "one target per pin");
@@ -102,6 +107,20 @@ class ReferenceBackend final : public Backend {
  private:
   static void Append(const std::vector<Vector3d>& vectors, std::vector<double>& packed) {
     for (const Vector3d& v : vectors) packed.insert(packed.end(), v.data(), v.data() + 3);
+  }
+
+  static void CheckLengths(const SceneModel& model, std::span<const double> rest_lengths_m) {
+    DRAPE_CHECK(rest_lengths_m.empty() || rest_lengths_m.size() == model.constraint_count(),
+                "one rest length per constraint");
+  }
+
+  // A step begins with the lengths at which the last one ended; without targets it keeps them.
+  static void SetLengthTargets(ReferenceCloth& cloth, std::span<const double> rest_lengths_m) {
+    cloth.rest_lengths_m = cloth.rest_length_targets_m;
+    if (rest_lengths_m.empty()) return;
+    CheckLengths(*cloth.model, rest_lengths_m);
+    DRAPE_CHECK(cloth.has_own_lengths(), "only a cloth with rest lengths of its own is driven");
+    cloth.rest_length_targets_m.assign(rest_lengths_m.begin(), rest_lengths_m.end());
   }
 
   // Pins that stay keep their targets; new ones start where they are.
@@ -117,6 +136,8 @@ class ReferenceBackend final : public Backend {
       }
     }
     cloth.pin_targets_m = std::move(targets);
+    cloth.rest_lengths_m.clear();
+    cloth.rest_length_targets_m.clear();
     cloth.model = std::move(model);
   }
 

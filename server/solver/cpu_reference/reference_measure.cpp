@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "server/solver/cpu_reference/reference_constraints.h"
 #include "server/solver/cpu_reference/reference_contact.h"
 #include "server/solver/solver_constants.h"
 
@@ -15,10 +16,14 @@ double Square(double x) {
   return x * x;
 }
 
-void MeasureStrain(const SceneModel& model, const ParticleState& state, Measurements& measured) {
+void MeasureStrain(const SceneModel& model, const ParticleState& state,
+                   std::span<const double> rest_lengths_m, Measurements& measured) {
   double sum_sq = 0;
-  for (const auto& [i, j, rest_length, compliance] : model.constraints()) {
-    const double error = (state.positions_m[j] - state.positions_m[i]).norm() - rest_length;
+  for (uint32_t k = 0; k < model.constraint_count(); ++k) {
+    const auto [i, j, model_length, compliance, kind] = model.constraints()[k];
+    const double rest_length = rest_lengths_m.empty() ? model_length : rest_lengths_m[k];
+    const double error =
+        Violation(kind, (state.positions_m[j] - state.positions_m[i]).norm() - rest_length);
     const double strain = error / rest_length;
     measured.max_strain = std::max(measured.max_strain, std::abs(strain));
     sum_sq += Square(strain);
@@ -26,6 +31,10 @@ void MeasureStrain(const SceneModel& model, const ParticleState& state, Measurem
   }
   if (model.constraint_count() > 0) {
     measured.rms_strain = std::sqrt(sum_sq / model.constraint_count());
+  }
+  for (const auto& [i, j, compliance] : model.joints()) {
+    const double error_sq = (state.positions_m[j] - state.positions_m[i]).squaredNorm();
+    if (compliance > 0) measured.strain_energy_j += error_sq / (2 * compliance);
   }
   for (const Spring& spring : model.springs()) {
     const double error =
@@ -50,7 +59,7 @@ void MeasureContacts(const SceneModel& model, const ClothParameters& parameters,
 }  // namespace
 
 Measurements MeasureState(const SceneModel& model, const ClothParameters& parameters,
-                          const ParticleState& state) {
+                          const ParticleState& state, std::span<const double> rest_lengths_m) {
   Measurements measured;
   measured.lowest_m = std::numeric_limits<double>::infinity();
   for (uint32_t i = 0; i < model.particle_count(); ++i) {
@@ -59,7 +68,7 @@ Measurements MeasureState(const SceneModel& model, const ClothParameters& parame
     measured.potential_energy_j -= mass * parameters.gravity_m_per_s2.dot(state.positions_m[i]);
     measured.lowest_m = std::min(measured.lowest_m, state.positions_m[i].y());
   }
-  MeasureStrain(model, state, measured);
+  MeasureStrain(model, state, rest_lengths_m, measured);
   MeasureContacts(model, parameters, state, measured);
   return measured;
 }

@@ -1,6 +1,8 @@
 // What a report asks for about a state. Pure.
 #pragma once
 
+#include <span>
+
 #include "server/scene/particle_state.h"
 #include "server/scene/scene_model.h"
 #include "server/solver/cloth_parameters.h"
@@ -9,7 +11,9 @@
 namespace drape {
 
 // Stage `measure`, all but max_residual_m, which belongs to the solve and not to the state.
+// `rest_lengths_m`: [constraint_count], or empty: those of the model.
 Measurements MeasureState(const SceneModel& model, const ClothParameters& parameters,
-                          const ParticleState& state);
+                          const ParticleState& state,
+                          std::span<const double> rest_lengths_m = {});
 
 }  // namespace drape

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/solver/cpu_reference/reference_constraints.h"
 #include "server/solver/cpu_reference/reference_contact.h"
 #include "server/solver/cpu_reference/reference_measure.h"
 #include "server/solver/cpu_reference/reference_springs.h"
@@ -25,15 +26,18 @@ using Eigen::Vector3d;
 class ReferenceStep {
  public:
   ReferenceStep(const ReferenceCloth& cloth, double tolerance)
-      : model_(*cloth.model),
+      : cloth_(cloth),
+        model_(*cloth.model),
         parameters_(cloth.parameters),
         settings_(cloth.parameters.settings),
         pin_targets_(cloth.pin_targets_m),
         tolerance_(tolerance),
+        solver_(ChooseSolver(model_, parameters_, cloth.has_own_lengths())),
         has_kicks_(settings_.spring_integration == SpringIntegration::kHalfKicks &&
                    model_.spring_count() > 0),
         has_air_forces_(HasAirForces(model_, parameters_)),
         w_(model_.inverse_masses_per_kg()),
+        rest_lengths_(model_, cloth.rest_lengths_m, cloth.rest_length_targets_m),
         state_(cloth.state),
         previous_(cloth.state),
         base_(model_.particle_count()),
@@ -42,14 +46,15 @@ class ReferenceStep {
 
   // The whole step but for commit and measure.
   void Run(StepReport& report) {
-    const SubstepSchedule schedule(model_, parameters_);
+    const SubstepSchedule schedule(model_, parameters_, solver_.has_two_steps);
     for (uint32_t index = 0; index < schedule.size(); ++index) {
       const Substep substep = schedule[index];
       h_ = substep.interval_s;
       Kick(substep.kick_before_s, state_.positions_m, state_.velocities_m_per_s);
       Predict(substep);
+      rest_lengths_.Advance(settings_.substeps - substep.pin_shares, settings_.substeps);
       if (substep.twist_share > 0) DampTwist(model_, substep.twist_share, u_);
-      if (settings_.use_tethers) ApplyTethers();
+      if (settings_.use_tethers && !cloth_.has_own_lengths()) ApplyTethers();
       Solve(report);
       residual_ = Residual();
       Integrate(substep);
@@ -105,11 +110,7 @@ class ReferenceStep {
       PredictBallistic();
     }
     if (substep.sets_previous) previous_ = before;
-    for (uint32_t k = 0; k < model_.pin_count(); ++k) {
-      const uint32_t i = model_.pins()[k];
-      base_[i] = state_.positions_m[i];
-      u_[i] = (pin_targets_[k] - base_[i]) / substep.pin_shares / h_;
-    }
+    for (uint32_t k = 0; k < model_.pin_count(); ++k) PredictPin(k, substep);
     if (substep.is_two_step) Kick(substep.kick_within_s, Predicted(), u_);
     lambda_.assign(model_.constraint_count(), 0.0);
     beta_.assign(model_.particle_count() * parameters_.colliders.size(), {});
@@ -126,6 +127,9 @@ class ReferenceStep {
     for (uint32_t i = 0; i < model_.particle_count(); ++i) {
       u_[i] = state_.velocities_m_per_s[i] + a_[i] * (h_ / 2);
     }
+    lambda_.assign(model_.constraint_count(), 0.0);
+    joint_lambda_.assign(model_.joint_count(), Vector3d::Zero());
+    beta_.assign(model_.particle_count() * parameters_.colliders.size(), {});
   }
 
   // The backward differentiation formula of second order, for positions and velocities alike.
@@ -139,6 +143,16 @@ class ReferenceStep {
       u_[i] = v + (v - previous_.velocities_m_per_s[i]) / 3 + h_ * parameters_.gravity_m_per_s2;
       u_[i] *= damping;
     }
+  }
+
+  // The pin's share of its way as a velocity; b so that it ends there.
+  void PredictPin(uint32_t k, const Substep& substep) {
+    const uint32_t i = model_.pins()[k];
+    const Vector3d& p = state_.positions_m[i];
+    const Vector3d way = (pin_targets_[k] - p) / substep.pin_shares;
+    u_[i] = way / substep.duration_s;
+    base_[i] = p;
+    if (substep.is_two_step) base_[i] += way - h_ * u_[i];
   }
 
   std::vector<Vector3d> Predicted() const {
@@ -170,10 +184,11 @@ class ReferenceStep {
   void Solve(StepReport& report) {
     for (uint32_t sweep = 0; sweep < settings_.max_iterations; ++sweep) {
       bool has_changed = false;
-      if (HasStrips(settings_)) {
+      if (solver_.has_strips) {
         has_changed |= SolveStrips({model_, base_, h_, tolerance_}, u_, lambda_);
       }
-      if (HasColours(settings_)) has_changed |= SolveDistance();
+      if (solver_.has_colours) has_changed |= SolveDistance();
+      has_changed |= SolveJoints();
       has_changed |= SolveContacts();
       ++report.iterations;
       if (tolerance_ > 0 && !has_changed) return;
@@ -184,7 +199,7 @@ class ReferenceStep {
   // Error that the impulse has to remove: C + (alpha/h) lambda.
   double DistanceError(uint32_t index, double length) const {
     const DistanceConstraint& constraint = model_.constraints()[index];
-    return length - constraint.rest_length_m + constraint.compliance_m_per_n / h_ * lambda_[index];
+    return length - rest_lengths_[index] + constraint.compliance_m_per_n / h_ * lambda_[index];
   }
 
   // The impulse of every constraint, in order of the colours (Bender et al. 2009, section 3.2; the
@@ -192,17 +207,44 @@ class ReferenceStep {
   bool SolveDistance() {
     bool has_changed = false;
     for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
-      const auto [i, j, rest_length, compliance] = model_.constraints()[index];
+      const auto [i, j, model_length, compliance, kind] = model_.constraints()[index];
       const Vector3d d = PredictedDifference(i, j);
       const double length = d.norm();
       const double error = DistanceError(index, length);
-      if (tolerance_ > 0 && !(std::abs(error) > tolerance_ * rest_length)) continue;
+      if (tolerance_ > 0 && !(std::abs(error) > tolerance_ * rest_lengths_[index])) continue;
 
       const Vector3d n = length < kMinDirectionLength_m ? Vector3d::UnitX() : Vector3d(d / length);
-      const double impulse = -error / h_ / (w_[i] + w_[j] + compliance / (h_ * h_));
+      const double impulse = AdmissibleImpulse(
+          kind, lambda_[index], -error / h_ / (w_[i] + w_[j] + compliance / (h_ * h_)));
+      if (kind != ConstraintKind::kEqual && impulse == 0) continue;  // slack
       lambda_[index] += impulse;
       u_[i] -= w_[i] * impulse * n;
       u_[j] += w_[j] * impulse * n;
+      has_changed = true;
+    }
+    return has_changed;
+  }
+
+  // C + (alpha/h) lambda of a joint, with C = p_j - p_i at the end of the substep.
+  Vector3d JointError(uint32_t index) const {
+    const auto [i, j, compliance] = model_.joints()[index];
+    return PredictedDifference(i, j) + compliance / h_ * joint_lambda_[index];
+  }
+
+  // The impulse of every joint, in order of their colours: three equality constraints along the axes
+  // at once, which are independent and linear, so one impulse removes the error of one joint exactly
+  // (Bender et al. 2009, section 3.2).
+  bool SolveJoints() {
+    bool has_changed = false;
+    for (uint32_t index = 0; index < model_.joint_count(); ++index) {
+      const auto [i, j, compliance] = model_.joints()[index];
+      const Vector3d error = JointError(index);
+      if (tolerance_ > 0 && !(error.norm() > tolerance_ * model_.length_scale_m())) continue;
+
+      const Vector3d impulse = -error / h_ / (w_[i] + w_[j] + compliance / (h_ * h_));
+      joint_lambda_[index] += impulse;
+      u_[i] -= w_[i] * impulse;
+      u_[j] += w_[j] * impulse;
       has_changed = true;
     }
     return has_changed;
@@ -265,13 +307,27 @@ class ReferenceStep {
     return has_changed;
   }
 
+  // The part of an error that an impulse may still remove: of an inequality no more than undoes the
+  // impulses so far.
+  double AdmissibleError(uint32_t index, double error) const {
+    const auto& constraint = model_.constraints()[index];
+    const double error_per_impulse =
+        h_ * (w_[constraint.i] + w_[constraint.j]) + constraint.compliance_m_per_n / h_;
+    if (constraint.kind == ConstraintKind::kEqual) return error;
+    return error_per_impulse *
+           AdmissibleImpulse(constraint.kind, lambda_[index], -error / error_per_impulse);
+  }
+
   // Largest error left after the sweeps [m].
   double Residual() const {
     double residual = 0;
     for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
       const auto& constraint = model_.constraints()[index];
       const double length = PredictedDifference(constraint.i, constraint.j).norm();
-      residual = std::max(residual, std::abs(DistanceError(index, length)));
+      residual = std::max(residual, std::abs(AdmissibleError(index, DistanceError(index, length))));
+    }
+    for (uint32_t index = 0; index < model_.joint_count(); ++index) {
+      residual = std::max(residual, JointError(index).norm());
     }
     for (uint32_t i = 0; i < model_.particle_count(); ++i) {
       if (w_[i] == 0) continue;
@@ -291,9 +347,7 @@ class ReferenceStep {
       state_.velocities_m_per_s[i] = u_[i];
       if (!substep.is_two_step) state_.velocities_m_per_s[i] += a_[i] * (h_ / 2);
     }
-    for (const uint32_t i : model_.pins()) {
-      state_.velocities_m_per_s[i] = u_[i] * (h_ / substep.duration_s);
-    }
+    for (const uint32_t i : model_.pins()) state_.velocities_m_per_s[i] = u_[i];
   }
 
   // Velocity constraints of the contacts that pushed, after the advance, then damping.
@@ -322,22 +376,26 @@ class ReferenceStep {
                                  parameters_.friction_dynamic);
   }
 
+  const ReferenceCloth& cloth_;
   const SceneModel& model_;
   const ClothParameters& parameters_;
   const StepSettings& settings_;
   const std::vector<Vector3d>& pin_targets_;
   const double tolerance_;
+  const SolverChoice solver_;
   const bool has_kicks_;
   const bool has_air_forces_;
   const std::span<const double> w_;
 
   double h_ = 0;
+  ReferenceLengths rest_lengths_;
   ParticleState state_;     // p and v
   ParticleState previous_;  // p' and v', two steps only
   std::vector<Vector3d> base_;
   std::vector<Vector3d> u_;
   std::vector<Vector3d> a_;
-  std::vector<double> lambda_;        // [constraint_count]
+  std::vector<double> lambda_;          // [constraint_count]
+  std::vector<Vector3d> joint_lambda_;  // [joint_count]
   std::vector<ContactImpulse> beta_;  // [particle_count][collider_count]
   double residual_ = 0;
 };
@@ -364,7 +422,8 @@ StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure) {
   }
   report.fault = cloth.fault;
   if (measure) {
-    report.measured = MeasureState(*cloth.model, cloth.parameters, cloth.state);
+    report.measured =
+        MeasureState(*cloth.model, cloth.parameters, cloth.state, cloth.rest_length_targets_m);
     report.measured.max_residual_m = residual;
   }
   return report;

@@ -18,6 +18,12 @@ struct ReferenceCloth {
   ParticleState state;
   std::vector<Eigen::Vector3d> pin_targets_m;  // [pin_count]
   FaultReason fault = FaultReason::kNone;
+  // Rest lengths of its own, before the step and at its end; [constraint_count], or empty: those of
+  // the model.
+  std::vector<double> rest_lengths_m{};
+  std::vector<double> rest_length_targets_m{};
+
+  bool has_own_lengths() const { return !rest_lengths_m.empty(); }
 };
 
 // Steps the cloth, its pins to pin_targets_m. A cloth that is faulted, or becomes so, keeps its

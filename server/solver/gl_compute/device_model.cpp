@@ -18,6 +18,18 @@ uint32_t Position(const std::vector<uint32_t>& words) {
   return static_cast<uint32_t>(words.size());
 }
 
+uint32_t KindWord(ConstraintKind kind) {
+  switch (kind) {
+    case ConstraintKind::kAtMost:
+      return DRAPE_KIND_AT_MOST;
+    case ConstraintKind::kAtLeast:
+      return DRAPE_KIND_AT_LEAST;
+    case ConstraintKind::kEqual:
+      break;
+  }
+  return DRAPE_KIND_EQUAL;
+}
+
 void PackConstraints(const SceneModel& model, PackedModel& packed) {
   std::vector<uint32_t>& words = packed.words;
   packed.layout.colour_offsets = Position(words);
@@ -35,11 +47,43 @@ void PackConstraints(const SceneModel& model, PackedModel& packed) {
   for (const DistanceConstraint& constraint : model.constraints()) {
     words.push_back(FloatWord(constraint.rest_length_m));
   }
-  if (!model.has_compliance()) return;
-  packed.layout.compliances = Position(words);
-  for (const DistanceConstraint& constraint : model.constraints()) {
-    words.push_back(FloatWord(constraint.compliance_m_per_n));
+  if (model.has_compliance()) {
+    packed.layout.compliances = Position(words);
+    for (const DistanceConstraint& constraint : model.constraints()) {
+      words.push_back(FloatWord(constraint.compliance_m_per_n));
+    }
   }
+  if (model.has_inequalities()) {
+    packed.layout.kinds = Position(words);
+    for (const DistanceConstraint& constraint : model.constraints()) {
+      words.push_back(KindWord(constraint.kind));
+    }
+  }
+}
+
+void PackJoints(const SceneModel& model, PackedModel& packed) {
+  if (model.joint_count() == 0) return;
+  std::vector<uint32_t>& words = packed.words;
+  packed.layout.joint_colour_offsets = Position(words);
+  words.insert(words.end(), model.joint_colour_offsets().begin(),
+               model.joint_colour_offsets().end());
+  packed.layout.joint_pairs = Position(words);
+  for (const PointJoint& joint : model.joints()) {
+    words.push_back(joint.i);
+    words.push_back(joint.j);
+  }
+  if (!model.has_joint_compliance()) return;
+  packed.layout.joint_compliances = Position(words);
+  for (const PointJoint& joint : model.joints()) {
+    words.push_back(FloatWord(joint.compliance_m_per_n));
+  }
+}
+
+// [colour_count] from where each colour begins.
+std::vector<uint32_t> SizesOf(std::span<const uint32_t> offsets) {
+  std::vector<uint32_t> sizes;
+  for (size_t c = 0; c + 1 < offsets.size(); ++c) sizes.push_back(offsets[c + 1] - offsets[c]);
+  return sizes;
 }
 
 void PackSprings(const SceneModel& model, PackedModel& packed) {
@@ -100,6 +144,7 @@ void PackTriangles(const SceneModel& model, PackedModel& packed) {
 PackedModel PackModel(const SceneModel& model, bool has_air_forces) {
   PackedModel packed;
   PackConstraints(model, packed);
+  PackJoints(model, packed);
   packed.layout.masses = Position(packed.words);
   for (const double mass : model.masses_kg()) packed.words.push_back(FloatWord(mass));
   packed.layout.inverse_masses = Position(packed.words);
@@ -128,14 +173,9 @@ Result<std::shared_ptr<const DeviceModel>> ModelStore::Acquire(
   on_device->layout = packed.layout;
   on_device->words = std::move(range).value();
   arena_->Write(on_device->words, 0, std::span<const uint32_t>(packed.words));
-  const std::span<const uint32_t> offsets = model->colour_offsets();
-  for (size_t c = 0; c + 1 < offsets.size(); ++c) {
-    on_device->colour_sizes.push_back(offsets[c + 1] - offsets[c]);
-  }
-  const std::vector<uint32_t>& phases = model->strips().phase_offsets;
-  for (size_t f = 0; f + 1 < phases.size(); ++f) {
-    on_device->phase_sizes.push_back(phases[f + 1] - phases[f]);
-  }
+  on_device->colour_sizes = SizesOf(model->colour_offsets());
+  on_device->joint_colour_sizes = SizesOf(model->joint_colour_offsets());
+  on_device->phase_sizes = SizesOf(model->strips().phase_offsets);
   models_[key] = on_device;
   on_device->model = std::move(model);
   return std::shared_ptr<const DeviceModel>(on_device);

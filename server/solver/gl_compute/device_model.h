@@ -20,6 +20,10 @@ struct ModelLayout {
   uint32_t pairs = 0;
   uint32_t rest_lengths = 0;
   uint32_t compliances = 0;
+  uint32_t kinds = 0;
+  uint32_t joint_colour_offsets = 0;
+  uint32_t joint_pairs = 0;
+  uint32_t joint_compliances = 0;
   uint32_t masses = 0;
   uint32_t inverse_masses = 0;
   uint32_t spring_offsets = 0;
@@ -51,8 +55,9 @@ struct DeviceModel {
   std::shared_ptr<const SceneModel> model;
   ModelLayout layout;
   WordRange words;
-  std::vector<uint32_t> colour_sizes;  // [colour_count] constraints
-  std::vector<uint32_t> phase_sizes;   // [strips().phase_count()] strips
+  std::vector<uint32_t> colour_sizes;          // [colour_count] constraints
+  std::vector<uint32_t> joint_colour_sizes{};  // [joint_colour_count] joints
+  std::vector<uint32_t> phase_sizes{};         // [strips().phase_count()] strips
 };
 
 // Every call with the context current. The arena must outlive the models.

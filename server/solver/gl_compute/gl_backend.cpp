@@ -68,12 +68,17 @@ class GlBackend final : public Backend {
     WordRange parameter_words;
     WordRange scratch;
   };
-  Result<Room> MakeRoom(std::shared_ptr<const SceneModel> model, const ClothParameters& parameters);
+  Result<Room> MakeRoom(std::shared_ptr<const SceneModel> model, const ClothParameters& parameters,
+                        bool has_own_lengths = false);
   static void Occupy(GlCloth& cloth, Room room, const ClothParameters& parameters);
   // Targets of the pins of `model`: those that stay keep theirs, new ones start where they are.
   std::vector<uint32_t> CarryTargets(const GlCloth& cloth, const SceneModel& model);
   void WriteState(GlCloth& cloth, const ParticleState& state);
   void WriteTargets(const GlCloth& cloth, std::span<const uint32_t> words);
+  // The own rest lengths before and at the end of the next step.
+  void WriteLengths(const GlCloth& cloth, std::span<const uint32_t> starts);
+  // A step begins with the lengths at which the last one ended; without targets it keeps them.
+  void SetLengthTargets(GlCloth& cloth, std::span<const double> rest_lengths_m);
   void WriteRecord(uint32_t slot);
   std::vector<float> ReadColumn(uint32_t begin, uint32_t count);
 
@@ -83,10 +88,12 @@ class GlBackend final : public Backend {
 };
 
 Result<GlBackend::Room> GlBackend::MakeRoom(std::shared_ptr<const SceneModel> model,
-                                            const ClothParameters& parameters) {
+                                            const ClothParameters& parameters,
+                                            bool has_own_lengths) {
   DeviceArrays& arrays = *parts_.arrays;
   Room room;
-  const Result<VariantChoice> choice = ChooseVariant(*model, parameters, parts_.traits);
+  const Result<VariantChoice> choice = 
+      ChooseVariant(*model, parameters, parts_.traits, has_own_lengths);
   if (!choice.ok()) return choice.status();
   const KernelVariant& variant = choice->variant;
   const Result<const StepKernels*> kernels = parts_.kernels->ForVariant(variant);
@@ -94,14 +101,15 @@ Result<GlBackend::Room> GlBackend::MakeRoom(std::shared_ptr<const SceneModel> mo
   room.kernels = kernels.value();
   room.part_count = choice->part_count;
   Result<WordRange> parameter_words =
-      arrays.parameters.Allocate(ParameterWordCount(*model, parameters));
+      arrays.parameters.Allocate(ParameterWordCount(*model, parameters, has_own_lengths));
   if (!parameter_words.ok()) return parameter_words.status();
   room.parameter_words = std::move(parameter_words).value();
   Result<WordRange> scratch = arrays.scratch.Allocate(
       LayOutScratch(*model, parameters, variant.is_tiled() || variant.is_in_parts).size);
   if (!scratch.ok()) return scratch.status();
   room.scratch = std::move(scratch).value();
-  DRAPE_RETURN_IF_ERROR(arrays.ReserveBatch(cloths_.count() + 1, model->colour_count()));
+  DRAPE_RETURN_IF_ERROR(arrays.ReserveBatch(
+      cloths_.count() + 1, uint64_t{model->colour_count()} + model->joint_colour_count()));
   const bool has_air_forces = HasAirForces(*model, parameters);
   Result<std::shared_ptr<const DeviceModel>> on_device =
       models_.Acquire(std::move(model), has_air_forces);
@@ -118,7 +126,8 @@ void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& paramet
   cloth.parameters = parameters;
   cloth.part_count = room.part_count;
   cloth.costs =
-      CountResidentLoops(*cloth.model->model, parameters, cloth.kernels->variant.local_size);
+      CountResidentLoops(*cloth.model->model, parameters, cloth.kernels->variant.local_size,
+                         cloth.kernels->variant.has_own_lengths);
   // A function of the model and the settings alone, so that a restored cloth computes the same
   // bits.
   cloth.tolerance = SinglePrecisionTolerance(parameters.settings.tolerance, *cloth.model->model);
@@ -135,6 +144,24 @@ void GlBackend::WriteState(GlCloth& cloth, const ParticleState& state) {
 void GlBackend::WriteTargets(const GlCloth& cloth, std::span<const uint32_t> words) {
   DRAPE_CHECK(words.size() == 3 * size_t{cloth.pin_count()}, "one target per pin");
   parts_.arrays->parameters.Write(cloth.parameter_words, 0, words);
+}
+
+void GlBackend::WriteLengths(const GlCloth& cloth, std::span<const uint32_t> starts) {
+  const uint32_t offset = LengthsOffset(*cloth.model->model, cloth.parameters);
+  parts_.arrays->parameters.Write(cloth.parameter_words, offset, starts);
+  parts_.arrays->parameters.Write(cloth.parameter_words, offset + static_cast<uint32_t>(starts.size()),
+                                  cloth.length_words);
+}
+
+void GlBackend::SetLengthTargets(GlCloth& cloth, std::span<const double> rest_lengths_m) {
+  const bool has_targets = !rest_lengths_m.empty();
+  if (!has_targets && !cloth.are_lengths_moving) return;
+  DRAPE_CHECK(cloth.has_own_lengths(), "only a cloth with rest lengths of its own is driven");
+  const std::vector<uint32_t> starts = cloth.length_words;
+  if (has_targets) cloth.length_words = PackLengths(rest_lengths_m);
+  DRAPE_CHECK(cloth.length_words.size() == starts.size(), "one rest length per constraint");
+  WriteLengths(cloth, starts);
+  cloth.are_lengths_moving = has_targets;
 }
 
 void GlBackend::WriteRecord(uint32_t slot) {
@@ -204,15 +231,22 @@ Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
   const std::shared_ptr<const SceneModel> model = update.model ? update.model : cloth.model->model;
   DRAPE_CHECK(model->particle_count() == cloth.particle_count(),
               "a new model must have the same particle count");
-  if (update.model || update.parameters) {
+  if (update.model || update.parameters || update.rest_lengths_m) {
+    std::vector<uint32_t> lengths = update.model ? std::vector<uint32_t>{} : cloth.length_words;
+    if (update.rest_lengths_m) lengths = PackLengths(*update.rest_lengths_m);
+    DRAPE_CHECK(lengths.empty() || lengths.size() == model->constraint_count(),
+                "one rest length per constraint");
     const ClothParameters parameters = update.parameters.value_or(cloth.parameters);
-    Result<Room> room = MakeRoom(model, parameters);
+    Result<Room> room = MakeRoom(model, parameters, !lengths.empty());
     if (!room.ok()) return room.status();
     // From here on nothing can fail.
     if (update.state) WriteState(cloth, *update.state);
     const std::vector<uint32_t> targets = CarryTargets(cloth, *model);
     Occupy(cloth, std::move(room).value(), parameters);
     WriteTargets(cloth, targets);
+    cloth.length_words = std::move(lengths);
+    cloth.are_lengths_moving = false;
+    if (cloth.has_own_lengths()) WriteLengths(cloth, cloth.length_words);
     WriteRecord(handle.slot);
   } else if (update.state) {
     WriteState(cloth, *update.state);
@@ -224,10 +258,10 @@ Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
 BatchReport GlBackend::Step(std::span<const StepItem> items) {
   parts_.context->MakeCurrent();
   for (const StepItem& item : items) {
-    const GlCloth& cloth = cloths_.Find(item.cloth);
-    if (!item.pin_targets_m.empty() && cloth.fault == FaultReason::kNone) {
-      WriteTargets(cloth, PackTargets(item.pin_targets_m));
-    }
+    GlCloth& cloth = cloths_.Find(item.cloth);
+    if (cloth.fault != FaultReason::kNone) continue;
+    if (!item.pin_targets_m.empty()) WriteTargets(cloth, PackTargets(item.pin_targets_m));
+    SetLengthTargets(cloth, item.rest_lengths_m);
   }
   BatchReport report = RunBatch(items, cloths_, *parts_.arrays, parts_.measure, parts_.device);
   const std::string reset_reason = parts_.context->ResetReason();

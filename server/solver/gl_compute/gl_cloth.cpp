@@ -76,7 +76,8 @@ void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
 
 // The times of the three kinds of substeps: the first, the second, later ones.
 void SetSchedule(const GlCloth& cloth, shader::ClothRecord& record) {
-  const SubstepSchedule schedule(*cloth.model->model, cloth.parameters);
+  const SubstepSchedule schedule(*cloth.model->model, cloth.parameters,
+                                 cloth.kernels->variant.has_two_steps);
   const double damping_per_s = cloth.parameters.damping_per_s;
   record.substeps = schedule.size();
   float* const intervals[] = {&record.intervals.x, &record.intervals.y, &record.intervals.z};
@@ -84,8 +85,8 @@ void SetSchedule(const GlCloth& cloth, shader::ClothRecord& record) {
                              &record.inverse_intervals.z};
   float* const dampings[] = {&record.damping_factors.x, &record.damping_factors.y,
                              &record.damping_factors.z};
-  float* const ratios[] = {&record.pin_velocity_ratios.x, &record.pin_velocity_ratios.y,
-                           &record.pin_velocity_ratios.z};
+  float* const durations[] = {&record.inverse_durations.x, &record.inverse_durations.y,
+                              &record.inverse_durations.z};
   for (uint32_t kind = 0; kind < 3; ++kind) {
     const Substep substep = schedule[std::min(kind, schedule.size() - 1)];
     const double h = substep.interval_s;
@@ -93,7 +94,7 @@ void SetSchedule(const GlCloth& cloth, shader::ClothRecord& record) {
     *inverses[kind] = static_cast<float>(1 / h);
     *dampings[kind] = static_cast<float>(substep.is_two_step ? 1 / (1 + damping_per_s * h)
                                                              : std::exp(-damping_per_s * h));
-    *ratios[kind] = static_cast<float>(h / substep.duration_s);
+    *durations[kind] = static_cast<float>(1 / substep.duration_s);
   }
   const Substep last = schedule[schedule.size() - 1];
   record.first_kick = static_cast<float>(schedule[0].kick_before_s);
@@ -140,6 +141,14 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   record.spring_offsets = begin + layout.spring_offsets;
   record.spring_ends = begin + layout.spring_ends;
   record.pins = begin + layout.pins;
+  record.joint_count = model.joint_count();
+  record.joint_colour_count = model.joint_colour_count();
+  record.has_joint_compliance = model.has_joint_compliance() ? 1 : 0;
+  record.has_inequalities = model.has_inequalities() ? 1 : 0;
+  record.joint_colour_offsets = begin + layout.joint_colour_offsets;
+  record.joint_pairs = begin + layout.joint_pairs;
+  record.joint_compliances = begin + layout.joint_compliances;
+  record.kinds = begin + layout.kinds;
   record.tether_offsets = begin + layout.tether_offsets;
   record.tethers = begin + layout.tethers;
   record.grid_columns = model.grid_columns();
@@ -154,7 +163,8 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
 }  // namespace
 
 uint32_t MeasurePieceCount(const SceneModel& model) {
-  const uint32_t longest = std::max(model.particle_count(), model.constraint_count());
+  const uint32_t longest =
+      std::max({model.particle_count(), model.constraint_count(), model.joint_count()});
   return (longest + DRAPE_MEASURE_PIECE - 1) / DRAPE_MEASURE_PIECE;
 }
 
@@ -168,17 +178,20 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
     layout.size += words;
     return begin;
   };
-  layout.lambdas = append(model.has_compliance() ? model.constraint_count() : 0);
+  const bool has_lambdas = model.has_compliance() || model.has_inequalities();
+  layout.lambdas = append(has_lambdas ? model.constraint_count() : 0);
+  layout.joint_lambdas = append(model.has_joint_compliance() ? 3 * model.joint_count() : 0);
   layout.normal_betas = append(colliders * particles);
   layout.tangent_betas = append(parameters.friction_static > 0 ? 3 * colliders * particles : 0);
   layout.violations = append(colliders > 0 ? particles : 0);
   layout.spring_accelerations = append(model.spring_count() > 0 ? 3 * particles : 0);
   layout.air_impulses = append(HasAirForces(model, parameters) ? 3 * model.triangles().size() : 0);
-  const bool has_two_steps = UsesTwoSteps(model, parameters);
-  layout.previous_positions = append(has_two_steps ? 3 * particles : 0);
-  layout.previous_velocities = append(has_two_steps ? 3 * particles : 0);
+  // Those that rest lengths of its own would switch off are counted too.
+  const SolverChoice solver = ChooseSolver(model, parameters, false);
+  layout.previous_positions = append(solver.has_two_steps ? 3 * particles : 0);
+  layout.previous_velocities = append(solver.has_two_steps ? 3 * particles : 0);
   layout.twist_changes = append(HasTwistDamping(model, parameters.settings) ? 3 * particles : 0);
-  layout.strip_links = append(HasStrips(parameters.settings)
+  layout.strip_links = append(solver.has_strips
                                   ? uint64_t{DRAPE_STRIP_LINK_WORDS} * model.constraint_count()
                                   : 0);
   layout.work_positions = append(has_work_state ? 3 * particles : 0);
@@ -199,12 +212,20 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   record.collider_count = static_cast<uint32_t>(cloth.parameters.colliders.size());
   record.pin_targets = cloth.parameter_words.begin();
   record.colliders = cloth.parameter_words.begin() + 3 * cloth.pin_count();
+  if (cloth.has_own_lengths()) {
+    record.has_own_lengths = 1;
+    record.length_starts =
+        cloth.parameter_words.begin() +
+        LengthsOffset(*cloth.model->model, cloth.parameters);
+    record.length_targets = record.length_starts + record.constraint_count;
+  }
   const ScratchLayout layout =
       LayOutScratch(*cloth.model->model, cloth.parameters, cloth.has_work_state());
   const auto scratch = [&cloth](uint64_t word) {
     return static_cast<uint32_t>(cloth.scratch.begin() + word);
   };
   record.lambdas = scratch(layout.lambdas);
+  record.joint_lambdas = scratch(layout.joint_lambdas);
   record.normal_betas = scratch(layout.normal_betas);
   record.tangent_betas = scratch(layout.tangent_betas);
   record.violations = scratch(layout.violations);
@@ -227,8 +248,21 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   return record;
 }
 
-uint64_t ParameterWordCount(const SceneModel& model, const ClothParameters& parameters) {
-  return 3 * uint64_t{model.pin_count()} + DRAPE_COLLIDER_WORDS * parameters.colliders.size();
+uint32_t LengthsOffset(const SceneModel& model, const ClothParameters& parameters) {
+  return 3 * model.pin_count() +
+         DRAPE_COLLIDER_WORDS * static_cast<uint32_t>(parameters.colliders.size());
+}
+
+uint64_t ParameterWordCount(const SceneModel& model, const ClothParameters& parameters,
+                            bool has_own_lengths) {
+  return uint64_t{LengthsOffset(model, parameters)} +
+         (has_own_lengths ? 2 * uint64_t{model.constraint_count()} : 0);
+}
+
+std::vector<uint32_t> PackLengths(std::span<const double> rest_lengths_m) {
+  std::vector<uint32_t> words;
+  for (const double length : rest_lengths_m) words.push_back(FloatWord(length));
+  return words;
 }
 
 std::vector<uint32_t> PackTargets(std::span<const Eigen::Vector3d> targets_m) {

@@ -21,6 +21,7 @@ namespace drape {
 // shaders/interface/cloth_record.h.
 struct ScratchLayout {
   uint64_t lambdas = 0;
+  uint64_t joint_lambdas = 0;
   uint64_t normal_betas = 0;
   uint64_t tangent_betas = 0;
   uint64_t violations = 0;
@@ -52,9 +53,15 @@ struct GlCloth {
   double tolerance = 0;     // the one used: what single precision can meet
   FaultReason fault = FaultReason::kNone;
   WordRange state;            // positions, then velocities
-  WordRange parameter_words;  // pin targets, then colliders
+  WordRange parameter_words;  // pin targets, colliders, own rest lengths (starts, then targets)
   WordRange scratch;
 
+  // Rest lengths of the cloth's own at the end of the last step, [constraint_count] float bits;
+  // empty: those of the model.
+  std::vector<uint32_t> length_words;
+  bool are_lengths_moving = false;  // the last step changed them
+
+  bool has_own_lengths() const { return !length_words.empty(); }
   uint32_t particle_count() const { return model->model->particle_count(); }
   uint32_t pin_count() const { return model->model->pin_count(); }
   bool has_work_state() const {
@@ -66,8 +73,13 @@ struct GlCloth {
 // Pure.
 shader::ClothRecord MakeClothRecord(const GlCloth& cloth);
 
-// Words of Parameters: pin targets (3 per pin, float bits), then colliders.
-uint64_t ParameterWordCount(const SceneModel& model, const ClothParameters& parameters);
+// Words of Parameters: pin targets (3 per pin, float bits), colliders, rest lengths of the cloth's
+// own (2 per constraint).
+uint64_t ParameterWordCount(const SceneModel& model, const ClothParameters& parameters,
+                            bool has_own_lengths = false);
+// Where the rest lengths begin in a cloth's words of Parameters.
+uint32_t LengthsOffset(const SceneModel& model, const ClothParameters& parameters);
+std::vector<uint32_t> PackLengths(std::span<const double> rest_lengths_m);
 std::vector<uint32_t> PackTargets(std::span<const Eigen::Vector3d> targets_m);
 std::vector<uint32_t> PackColliders(std::span<const Collider> colliders);
 // Positions, then velocities.

@@ -19,7 +19,7 @@ struct LoopCosts {
 };
 
 LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& parameters,
-                             uint32_t local_size);
+                             uint32_t local_size, bool has_own_lengths = false);
 
 // Whether a dispatch of `budget` passes gets anywhere.
 bool CanRunInParts(const LoopCosts& costs, uint64_t budget);

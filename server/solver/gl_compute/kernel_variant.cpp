@@ -49,11 +49,11 @@ Status FitLoops(const SceneModel& model, const ClothParameters& parameters,
     return LoopLimit();
   }
   if (variant.is_tiled()) return Status::Ok();
-  LoopCosts costs = CountResidentLoops(model, parameters, variant.local_size);
+  LoopCosts costs = CountResidentLoops(model, parameters, variant.local_size, variant.has_own_lengths);
   while (!CanRunInParts(costs, device.loop_budget)) {
     if (variant.local_size >= kLargestLocalSize) return LoopLimit();
     variant.local_size *= 2;
-    costs = CountResidentLoops(model, parameters, variant.local_size);
+    costs = CountResidentLoops(model, parameters, variant.local_size, variant.has_own_lengths);
   }
   choice.part_count = CountParts(costs, parameters.settings, device.loop_budget);
   variant.is_in_parts = choice.part_count > 1;
@@ -70,6 +70,10 @@ std::string KernelVariant::Defines() const {
   if (springs == Springs::kInForce) text << "#define SPRINGS_IN_FORCE\n";
   if (springs == Springs::kHalfKicks) text << "#define SPRINGS_HALF_KICKS\n";
   if (has_compliance) text << "#define HAS_COMPLIANCE\n";
+  if (has_inequalities) text << "#define HAS_INEQUALITIES\n";
+  if (has_own_lengths) text << "#define HAS_OWN_LENGTHS\n";
+  if (has_joints) text << "#define HAS_JOINTS\n";
+  if (has_joint_compliance) text << "#define HAS_JOINT_COMPLIANCE\n";
   if (has_contacts) text << "#define HAS_CONTACTS\n";
   if (has_capsules) text << "#define HAS_CAPSULES\n";
   if (has_boxes) text << "#define HAS_BOXES\n";
@@ -90,11 +94,12 @@ std::string KernelVariant::Defines() const {
 bool IsResident(const SceneModel& model) {
   return model.particle_count() <= kMaxResidentParticles &&
          model.constraint_count() <= kMaxResidentConnections &&
+         model.joint_count() <= kMaxResidentConnections &&
          model.spring_count() <= kMaxResidentConnections;
 }
 
 Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParameters& parameters,
-                                    const DeviceTraits& device) {
+                                    const DeviceTraits& device, bool has_own_lengths) {
   VariantChoice choice;
   KernelVariant& variant = choice.variant;
   if (IsResident(model)) {
@@ -109,19 +114,24 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
                           : KernelVariant::Springs::kHalfKicks;
   }
   variant.has_compliance = model.has_compliance();
+  variant.has_inequalities = model.has_inequalities();
+  variant.has_own_lengths = has_own_lengths;
+  variant.has_joints = model.joint_count() > 0;
+  variant.has_joint_compliance = model.has_joint_compliance();
   variant.has_contacts = !parameters.colliders.empty();
   variant.has_capsules = HasCollider<CapsuleCollider>(parameters);
   variant.has_boxes = HasCollider<BoxCollider>(parameters);
   variant.has_friction = variant.has_contacts && parameters.friction_static > 0;
   variant.has_damping = parameters.damping_per_s > 0;
   variant.has_pins = model.pin_count() > 0;
-  variant.has_tethers = HasTethers(model, parameters.settings);
+  variant.has_tethers = HasTethers(model, parameters.settings) && !has_own_lengths;
   variant.has_wind = HasAirForces(model, parameters);
   variant.has_tolerance = parameters.settings.tolerance > 0;
-  variant.has_two_steps = UsesTwoSteps(model, parameters);
+  const SolverChoice solver = ChooseSolver(model, parameters, has_own_lengths);
+  variant.has_two_steps = solver.has_two_steps;
   variant.has_twist = HasTwistDamping(model, parameters.settings);
-  variant.has_strips = HasStrips(parameters.settings);
-  variant.has_colours = HasColours(parameters.settings);
+  variant.has_strips = solver.has_strips;
+  variant.has_colours = solver.has_colours;
   DRAPE_RETURN_IF_ERROR(FitLoops(model, parameters, device, choice));
   return choice;
 }

@@ -21,6 +21,10 @@ struct KernelVariant {
   uint32_t local_size = 0;  // invocations per work group
   Springs springs = Springs::kNone;
   bool has_compliance = false;
+  bool has_inequalities = false;
+  bool has_own_lengths = false;  // rest lengths in the parameters, not in the model
+  bool has_joints = false;
+  bool has_joint_compliance = false;
   bool has_contacts = false;
   bool has_capsules = false;
   bool has_boxes = false;
@@ -61,14 +65,14 @@ inline constexpr uint32_t kMaxResidentConnections = 8 * 1024;
 
 bool IsResident(const SceneModel& model);
 
-// How a cloth is stepped. RESOURCE_EXHAUSTED (KERNEL_LOOP_LIMIT) for one whose kernels would loop
+// How a cloth is stepped; `has_own_lengths`: it has rest lengths of its own. RESOURCE_EXHAUSTED (KERNEL_LOOP_LIMIT) for one whose kernels would loop
 // longer than the device allows.
 struct VariantChoice {
   KernelVariant variant;
   uint64_t part_count = 1;  // dispatches of the resident step
 };
 Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParameters& parameters,
-                                    const DeviceTraits& device);
+                                    const DeviceTraits& device, bool has_own_lengths = false);
 
 // Invocations of a work group that does not depend on the cloth (`measure_pieces`, `pack`).
 uint32_t GeneralLocalSize(const DeviceTraits& device);

@@ -88,6 +88,11 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   distance.has_two_steps = all.has_two_steps;
   KernelVariant timed = plain;
   timed.has_two_steps = all.has_two_steps;
+  distance.has_inequalities = all.has_inequalities;
+  distance.has_own_lengths = all.has_own_lengths;
+  KernelVariant joints = tolerance;
+  joints.has_joints = all.has_joints;
+  joints.has_joint_compliance = all.has_joint_compliance;
   KernelVariant contacts = tolerance;
   contacts.has_contacts = all.has_contacts;
   contacts.has_friction = all.has_friction;
@@ -117,6 +122,8 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
       Wanted{all.has_tolerance, "tiled_begin_sweeps", plain, &kernels.tiled_begin_sweeps},
       Wanted{all.has_strips, "tiled_solve_strips", distance, &kernels.tiled_solve_strips},
       Wanted{all.has_colours, "tiled_solve_distance", distance, &kernels.tiled_solve_distance},
+      Wanted{true, "tiled_solve_distance", distance, &kernels.tiled_solve_distance},
+      Wanted{all.has_joints, "tiled_solve_joints", joints, &kernels.tiled_solve_joints},
       Wanted{all.has_contacts, "tiled_solve_contacts", contacts, &kernels.tiled_solve_contacts},
       Wanted{all.has_tolerance, "tiled_end_sweep", plain, &kernels.tiled_end_sweep},
       Wanted{true, "tiled_integrate", integrate, &kernels.tiled_integrate},

@@ -29,6 +29,7 @@ struct StepKernels {
   const gl::Program* tiled_begin_sweeps = nullptr;
   const gl::Program* tiled_solve_strips = nullptr;
   const gl::Program* tiled_solve_distance = nullptr;
+  const gl::Program* tiled_solve_joints = nullptr;
   const gl::Program* tiled_solve_contacts = nullptr;
   const gl::Program* tiled_end_sweep = nullptr;
   const gl::Program* tiled_integrate = nullptr;

@@ -21,13 +21,14 @@ struct LargestSizes {
   uint32_t triangles = 0;
   uint32_t substeps = 0;
   uint32_t max_iterations = 0;
-  std::vector<uint32_t> phases;   // [phase] strips
-  std::vector<uint32_t> colours;  // [colour] constraints
+  std::vector<uint32_t> phases;         // [phase] strips
+  std::vector<uint32_t> colours;        // [colour] constraints
+  std::vector<uint32_t> joint_colours;  // [colour] joints
 };
 
-void MakeAtLeast(std::vector<uint32_t>& largest, const std::vector<uint32_t>& sizes) {
+void Enlarge(const std::vector<uint32_t>& sizes, std::vector<uint32_t>& largest) {
   if (largest.size() < sizes.size()) largest.resize(sizes.size());
-  for (size_t k = 0; k < sizes.size(); ++k) largest[k] = std::max(largest[k], sizes[k]);
+  for (size_t c = 0; c < sizes.size(); ++c) largest[c] = std::max(largest[c], sizes[c]);
 }
 
 LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
@@ -38,11 +39,13 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
     largest.pins = std::max(largest.pins, cloth->pin_count());
     largest.triangles =
         std::max(largest.triangles, static_cast<uint32_t>(cloth->model->model->triangles().size()));
-    const SubstepSchedule schedule(*cloth->model->model, cloth->parameters);
+    const SubstepSchedule schedule(*cloth->model->model, cloth->parameters,
+                                   cloth->kernels->variant.has_two_steps);
     largest.substeps = std::max(largest.substeps, schedule.size());
     largest.max_iterations = std::max(largest.max_iterations, settings.max_iterations);
-    MakeAtLeast(largest.colours, cloth->model->colour_sizes);
-    MakeAtLeast(largest.phases, cloth->model->phase_sizes);
+    Enlarge(cloth->model->phase_sizes, largest.phases);
+    Enlarge(cloth->model->colour_sizes, largest.colours);
+    Enlarge(cloth->model->joint_colour_sizes, largest.joint_colours);
   }
   return largest;
 }
@@ -81,9 +84,12 @@ class TiledStep {
   }
 
  private:
-  // Dispatch arguments of the sweeps: one per phase of strips, one per colour, then the contacts, then
-  // the end of the sweep.
-  uint32_t contacts_index() const { return phase_count_ + colour_count_; }
+  // Dispatch arguments of the sweeps: one per phase of strips, one per colour, one per colour of the
+  // joints, then the contacts, then the end of the sweep.
+  uint32_t joints_index() const { return phase_count_ + colour_count_; }
+  uint32_t contacts_index() const {
+    return joints_index() + static_cast<uint32_t>(largest_.joint_colours.size());
+  }
   uint32_t end_sweep_index() const { return contacts_index() + 1; }
 
   void UploadDispatchArgs() {
@@ -94,6 +100,9 @@ class TiledStep {
     }
     for (uint32_t colour = 0; colour < colour_count_; ++colour) {
       args.push_back({GroupsFor(largest_.colours[colour], local_size), 0, 1, item_count_});
+    }
+    for (const uint32_t size : largest_.joint_colours) {
+      args.push_back({GroupsFor(size, local_size), 0, 1, item_count_});
     }
     args.push_back({GroupsFor(largest_.particles, local_size), 0, 1, item_count_});
     args.push_back({1, 0, 1, 1});
@@ -205,10 +214,22 @@ class TiledStep {
         DispatchSweepStage(phase_count_ + colour, largest_.colours[colour]);
       }
     }
+    SolveJoints(substep, sweep);
     if (!kernels_.variant.has_contacts) return;
     Prepare(*kernels_.tiled_solve_contacts, substep);
     kernels_.tiled_solve_contacts->SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
     DispatchSweepStage(contacts_index(), largest_.particles);
+  }
+
+  void SolveJoints(uint32_t substep, uint32_t sweep) {
+    if (kernels_.tiled_solve_joints == nullptr) return;
+    const gl::Program& joints = *kernels_.tiled_solve_joints;
+    Prepare(joints, substep);
+    joints.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+    for (uint32_t colour = 0; colour < largest_.joint_colours.size(); ++colour) {
+      joints.SetUniform(DRAPE_UNIFORM_COLOUR, colour);
+      DispatchSweepStage(joints_index() + colour, largest_.joint_colours[colour]);
+    }
   }
 
   void DispatchSweepStage(uint32_t index, uint32_t elements) {

@@ -1,0 +1,21 @@
+// Constraints and springs that replace those of cloths that run. Pure.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "drape/v1/cloth_spec.pb.h"
+#include "server/api/field_checks.h"
+#include "server/scene/description.h"
+
+namespace drape::api {
+
+// As in topology_validation.h, but what is not set stays marked so (kRestShapeLength) until the rest
+// shape is known, and rest lengths that are set are checked here. `path` leads to `particles`.
+std::vector<DistanceConstraint> CheckNewConstraints(const FieldPath& path,
+                                                    const v1::Particles& particles,
+                                                    FieldChecks& checks);
+std::vector<Spring> CheckNewSprings(const FieldPath& path, const v1::Particles& particles,
+                                    FieldChecks& checks);
+
+}  // namespace drape::api

@@ -1,0 +1,59 @@
+#include "server/api/rest_length_validation.h"
+
+#include "server/scene/description_checks.h"
+
+namespace drape::api {
+namespace {
+
+// Empty, or one number per row.
+bool CheckOverColumn(const FieldPath& path, const DoubleList& over_s, size_t rows,
+                     FieldChecks& checks) {
+  return over_s.empty() ||
+         checks.Length(path, static_cast<size_t>(over_s.size()), rows, "1 per row, or none");
+}
+
+}  // namespace
+
+std::vector<RestLengthRow> CheckLengthControls(const v1::RestLengthControls& controls,
+                                               FieldChecks& checks) {
+  std::vector<RestLengthRow> result;
+  const FieldPath path("rest_length_controls");
+  const size_t rows = controls.cloth_ids_size();
+  const bool is_even =
+      checks.Length(path.Child("constraints"), controls.constraints_size(), rows, "1 per row") &
+      checks.Length(path.Child("lengths_m"), controls.lengths_m_size(), rows, "1 per row") &
+      CheckOverColumn(path.Child("over_s"), controls.over_s(), rows, checks);
+  if (!is_even) return result;
+  for (size_t r = 0; r < rows && !checks.is_full(); ++r) {
+    const int row = static_cast<int>(r);
+    const double over_s = controls.over_s().empty() ? 0 : controls.over_s(row);
+    checks.InRange(path.Child("lengths_m").At(r), controls.lengths_m(row), kMinRestLength_m,
+                   kMaxExtent_m, "m");
+    checks.InRange(path.Child("over_s").At(r), over_s, 0, kMaxMotion_s, "s");
+    result.push_back({ClothId::FromPacked(controls.cloth_ids(row)), controls.constraints(row),
+                      controls.lengths_m(row), over_s});
+  }
+  return result;
+}
+
+std::vector<RestLengthScaleRow> CheckLengthScales(const v1::RestLengthScales& scales,
+                                                  FieldChecks& checks) {
+  std::vector<RestLengthScaleRow> result;
+  const FieldPath path("rest_length_scales");
+  const size_t rows = scales.cloth_ids_size();
+  const bool is_even =
+      checks.Length(path.Child("scales"), scales.scales_size(), rows, "1 per row") &
+      CheckOverColumn(path.Child("over_s"), scales.over_s(), rows, checks);
+  if (!is_even) return result;
+  for (size_t r = 0; r < rows && !checks.is_full(); ++r) {
+    const int row = static_cast<int>(r);
+    const double over_s = scales.over_s().empty() ? 0 : scales.over_s(row);
+    checks.InRange(path.Child("scales").At(r), scales.scales(row), 1 / kMaxLengthScale,
+                   kMaxLengthScale, "");
+    checks.InRange(path.Child("over_s").At(r), over_s, 0, kMaxMotion_s, "s");
+    result.push_back({ClothId::FromPacked(scales.cloth_ids(row)), scales.scales(row), over_s});
+  }
+  return result;
+}
+
+}  // namespace drape::api

@@ -1,0 +1,23 @@
+// Driven rest lengths of a StepRequest. Pure.
+#pragma once
+
+#include <vector>
+
+#include "drape/v1/step.pb.h"
+#include "server/api/field_checks.h"
+#include "server/session/rest_length_controls.h"
+
+namespace drape::api {
+
+// Longest motion of a pin or a rest length: over 30 years.
+inline constexpr double kMaxMotion_s = 1e9;
+// Of all rest lengths at once; the least is its reciprocal.
+inline constexpr double kMaxLengthScale = 1000;
+
+// The rows of "rest_length_controls" and "rest_length_scales"; what is wrong goes to `checks`.
+std::vector<RestLengthRow> CheckLengthControls(const v1::RestLengthControls& controls,
+                                               FieldChecks& checks);
+std::vector<RestLengthScaleRow> CheckLengthScales(const v1::RestLengthScales& scales,
+                                                  FieldChecks& checks);
+
+}  // namespace drape::api

@@ -1,0 +1,23 @@
+// The rest length of a distance constraint [m]: the model's, or the cloth's own, which changes linearly
+// within the step. Needs the storage blocks.
+#ifdef HAS_OWN_LENGTHS
+// How much of the step is over at the end of this substep, in (0, 1]; set before the sweeps.
+float step_share = 1.0;
+
+void SetStepShare(uint substep) {
+  precise float share = float(substep + 1u) / float(cloth.substeps);
+  step_share = share;
+}
+
+float RestLength(uint k) {
+  float target = Parameter(cloth.length_targets + k);
+  if (step_share >= 1.0) return target;
+  float start = Parameter(cloth.length_starts + k);
+  precise float rest_length = start + (target - start) * step_share;
+  return rest_length;
+}
+#else
+void SetStepShare(uint substep) {}
+
+float RestLength(uint k) { return ModelFloat(cloth.rest_lengths + k); }
+#endif
