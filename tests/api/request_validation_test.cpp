@@ -236,7 +236,7 @@ TEST(UpdateClothsValidation, EveryDocumentedPathIsRead) {
 TEST(UpdateClothsValidation, ConnectionsAreReadWithTheLengthsThatAreSet) {
   v1::UpdateClothsRequest request =
       Update({"particles.distance_constraints", "particles.springs", "particles.point_joints"});
-  *request.mutable_spec()->mutable_particles() = ShortChain();
+  *request.mutable_spec()->mutable_particles() = test::ShortChain();
   v1::Particles& particles = *request.mutable_spec()->mutable_particles();
   particles.mutable_distance_constraints(1)->set_rest_length_m(0.5);
   particles.mutable_distance_constraints(1)->set_kind(v1::DistanceConstraint::AT_LEAST);
