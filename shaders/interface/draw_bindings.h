@@ -43,7 +43,8 @@
 #define DRAPE_DRAW_BALL_PINS 1u
 
 // Words of an entry of the arrays of a model: triangle corners (the two other particles),
-// constraint ends (other particle | DRAPE_DRAW_KIND_*, rest length [m]), constraints (two particles, colour group).
+// constraint ends (other particle | DRAPE_DRAW_KIND_*, rest length [m]), constraints (two
+// particles, colour group).
 #define DRAPE_DRAW_CORNER_WORDS 2u
 #define DRAPE_DRAW_END_WORDS 2u
 // Bits above the particle: ropes have no compressive, struts no tensile strain.

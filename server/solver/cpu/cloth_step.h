@@ -31,7 +31,7 @@ struct StepScratch {
   std::vector<Lanes> air_impulses;   // [triangle group][lane] a third of the impulse [N s]
   // Lambda, [group_count] [N s]; only with compliance or inequalities
   std::vector<Lanes> distance_impulses;
-  std::vector<Lanes> joint_impulses;      // Lambda, [joint_count] [N s]
+  std::vector<Lanes> joint_impulses;  // Lambda, [joint_count] [N s]
   std::vector<Lanes> rest_lengths;  // [group_count] [m] at the end of the substep; only of its own
   std::vector<ContactImpulses> contacts;  // [particle_count][collider_count]
 };

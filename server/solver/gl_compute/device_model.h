@@ -51,7 +51,7 @@ struct DeviceModel {
   std::shared_ptr<const SceneModel> model;
   ModelLayout layout;
   WordRange words;
-  std::vector<uint32_t> colour_sizes;        // [colour_count] constraints
+  std::vector<uint32_t> colour_sizes;          // [colour_count] constraints
   std::vector<uint32_t> joint_colour_sizes{};  // [joint_colour_count] joints
 };
 

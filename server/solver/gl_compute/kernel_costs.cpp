@@ -18,8 +18,8 @@ uint64_t LoopPasses(uint64_t elements, uint64_t local_size) {
   return RoundsFor(elements, local_size) + 1;
 }
 
-// A loop around others; llvmpipe books one pass more for it (found by letting kernels run until they
-// were cut: tests/gl_compute/kernel_loops_test.cpp).
+// A loop around others; llvmpipe books one pass more for it (found by letting kernels run until
+// they were cut: tests/gl_compute/kernel_loops_test.cpp).
 uint64_t OuterLoopPasses(uint64_t elements) {
   return elements + 2;
 }
@@ -112,8 +112,8 @@ uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parame
                                    uint64_t{kMaxTethersPerParticle} + 1});
   // `tiled_begin_sweeps` and `tiled_end_sweep` go through the dispatches of all colours of
   // constraints and joints.
-  const uint64_t control = LoopPasses(
-      uint64_t{model.colour_count()} + model.joint_colour_count() + 2, local_size);
+  const uint64_t control =
+      LoopPasses(uint64_t{model.colour_count()} + model.joint_colour_count() + 2, local_size);
   return std::max({measure, tiled, control});
 }
 
