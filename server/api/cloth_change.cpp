@@ -69,12 +69,11 @@ void StartUpdate(const ServiceContext& context, const v1::UpdateClothsRequest& r
       Update{std::move(*session), std::move(*cloths), std::move(*change), std::move(done)});
   // Other pins and connections need other models; everything else is done at once.
   if (!update->change.needs_model()) return BuildAndUpdate(update, context.limits.model);
-  const Status posted =
-      PostBuild(context, request.session(), cancel,
-                [update, limits = context.limits.model](const Status& status) {
-                  if (!status.ok()) return update->End(status);
-                  BuildAndUpdate(update, limits);
-                });
+  const Status posted = PostBuild(context, request.session(), cancel,
+                                  [update, limits = context.limits.model](const Status& status) {
+                                    if (!status.ok()) return update->End(status);
+                                    BuildAndUpdate(update, limits);
+                                  });
   if (!posted.ok()) update->End(posted);
 }
 

@@ -10,8 +10,8 @@
 
 namespace drape::api {
 
-// As in topology_validation.h, but what is not set stays marked so (kRestShapeLength) until the rest
-// shape is known, and rest lengths that are set are checked here. `path` leads to `particles`.
+// As in topology_validation.h, but what is not set stays marked so (kRestShapeLength) until the
+// rest shape is known, and rest lengths that are set are checked here. `path` leads to `particles`.
 std::vector<DistanceConstraint> CheckNewConstraints(const FieldPath& path,
                                                     const v1::Particles& particles,
                                                     FieldChecks& checks);

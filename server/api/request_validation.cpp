@@ -6,8 +6,8 @@
 #include <limits>
 #include <map>
 
-#include "server/api/field_checks.h"
 #include "server/api/connection_validation.h"
+#include "server/api/field_checks.h"
 #include "server/api/rest_length_validation.h"
 #include "server/api/spec_validation.h"
 #include "server/api/topology_validation.h"
@@ -174,17 +174,15 @@ const std::map<std::string, ReadPath, std::less<>>& UpdatePaths() {
        }},
       {"material.stretch_compliance_m_per_n",
        [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.model.stretch_compliance_m_per_n =
-             Coefficient(kMaterial.Child("stretch_compliance_m_per_n"),
-                         spec.material().stretch_compliance_m_per_n(), kMaxCoefficient, "m/N",
-                         checks);
+         change.model.stretch_compliance_m_per_n = Coefficient(
+             kMaterial.Child("stretch_compliance_m_per_n"),
+             spec.material().stretch_compliance_m_per_n(), kMaxCoefficient, "m/N", checks);
        }},
       {"material.bending_stiffness_n_per_m",
        [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.model.bending_stiffness_n_per_m =
-             Coefficient(kMaterial.Child("bending_stiffness_n_per_m"),
-                         spec.material().bending_stiffness_n_per_m(), kMaxCoefficient, "N/m",
-                         checks);
+         change.model.bending_stiffness_n_per_m = Coefficient(
+             kMaterial.Child("bending_stiffness_n_per_m"),
+             spec.material().bending_stiffness_n_per_m(), kMaxCoefficient, "N/m", checks);
        }},
       {"material.shear_stiffness_n_per_m",
        [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
@@ -199,8 +197,7 @@ const std::map<std::string, ReadPath, std::less<>>& UpdatePaths() {
        }},
       {"particles.springs",
        [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.model.springs =
-             CheckNewSprings(kSpec.Child("particles"), spec.particles(), checks);
+         change.model.springs = CheckNewSprings(kSpec.Child("particles"), spec.particles(), checks);
        }},
       {"particles.point_joints",
        [](const auto& spec, const auto&, ClothChange& change, FieldChecks&) {

@@ -29,8 +29,8 @@ Status CheckStepCost(const ClothDescription& cloth, const ClothChange& change) {
 Status CheckStepCost(const ClothDescription& cloth, const SceneModel& model,
                      const ClothChange& change) {
   const auto& colliders = change.colliders ? *change.colliders : cloth.parameters.colliders;
-  return CheckStepCost("spec.settings", model,
-                       change.settings.value_or(cloth.parameters.settings), colliders.size());
+  return CheckStepCost("spec.settings", model, change.settings.value_or(cloth.parameters.settings),
+                       colliders.size());
 }
 
 }  // namespace drape::api

@@ -155,9 +155,8 @@ void SceneModel::SetConstraints(const std::vector<bool>& is_pin,
   }
   has_compliance_ = std::any_of(constraints_.begin(), constraints_.end(),
                                 [](const auto& c) { return c.compliance_m_per_n > 0; });
-  has_inequalities_ = std::any_of(constraints_.begin(), constraints_.end(), [](const auto& c) {
-    return c.kind != ConstraintKind::kEqual;
-  });
+  has_inequalities_ = std::any_of(constraints_.begin(), constraints_.end(),
+                                  [](const auto& c) { return c.kind != ConstraintKind::kEqual; });
 }
 
 void SceneModel::SetJoints(const std::vector<bool>& is_pin, std::vector<PointJoint> joints) {

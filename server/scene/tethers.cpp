@@ -79,8 +79,8 @@ class Adjacency {
 class TetherSearch {
  public:
   TetherSearch(std::span<const Eigen::Vector3d> rest_positions_m,
-               std::span<const DistanceConstraint> constraints,
-               std::span<const PointJoint> joints, std::span<const uint32_t> pins)
+               std::span<const DistanceConstraint> constraints, std::span<const PointJoint> joints,
+               std::span<const uint32_t> pins)
       : rest_positions_m_(rest_positions_m),
         adjacency_(constraints, joints, rest_positions_m.size()),
         is_pin_(rest_positions_m.size(), false),

@@ -108,7 +108,8 @@ class ClothRuntime {
   // Adds the shift to the report's measurements.
   StepReport Shifted(StepReport report) const;
 
-  // Step 0, time 0, no fault, no warnings; pins as in Begin, rest lengths of the model. The caller has written the state.
+  // Step 0, time 0, no fault, no warnings; pins as in Begin, rest lengths of the model. The caller
+  // has written the state.
   void Reset(std::vector<Eigen::Vector3d> pin_starts_m, std::vector<Eigen::Vector3d> pin_targets_m);
   // From the next step on.
   void SetTimeStep(double time_step_s);

@@ -111,9 +111,10 @@ struct StepOutcome {
   //   moved. FAILED_PRECONDITION PIN_NOT_FOUND: a pin control names a particle that is no longer
   //   pinned. FAILED_PRECONDITION CONSTRAINT_NOT_FOUND: a rest-length control names a constraint
   //   that the cloth no longer has. RESOURCE_EXHAUSTED: the device has no room for rest lengths of
-  //   the cloth's own. INVALID_ARGUMENT: more steps than max_steps_per_request up to until_step. NOT_FOUND
-  //   CLOTH_NOT_FOUND: a cloth was deleted, before or during the request. CANCELLED CANCELLED: the
-  //   token; the steps that were complete stay. UNAVAILABLE DRAINING: the server shuts down.
+  //   the cloth's own. INVALID_ARGUMENT: more steps than max_steps_per_request up to until_step.
+  //   NOT_FOUND CLOTH_NOT_FOUND: a cloth was deleted, before or during the request. CANCELLED
+  //   CANCELLED: the token; the steps that were complete stay. UNAVAILABLE DRAINING: the server
+  //   shuts down.
   Status status;
   std::vector<ClothOutcome> cloths;  // same order as StepWork::cloths
   StepTiming timing;
@@ -131,7 +132,7 @@ struct StepWork {
   // Every cloth that is not faulted must have completed exactly this many when the request starts.
   std::optional<uint64_t> expected_step;
   std::vector<PinControl> pin_controls;
-  std::vector<LengthScale> length_scales;      // before the single lengths
+  std::vector<LengthScale> length_scales;  // before the single lengths
   std::vector<LengthControl> length_controls;
   bool report = false;  // measure in the last step of each cloth
   StateFields view;     // states after the last step

@@ -82,8 +82,8 @@ void PlanLengths(const ClothRuntime& runtime, const ClothChange& change, const S
   if (plan.lengths.is_driven()) plan.write.rest_lengths_m = plan.lengths.LengthsAt(now_s);
 }
 
-// The cloth is alive. `changed` is null unless it gets another model; `rows` hold its positions if it
-// gets other pins.
+// The cloth is alive. `changed` is null unless it gets another model; `rows` hold its positions if
+// it gets other pins.
 Result<PlannedUpdate> Plan(const Backend& backend, const ClothRecord& cloth,
                            const ClothChange& change, const ChangedModel* changed,
                            const PositionRows& rows) {

@@ -1,4 +1,5 @@
-// Other models for cloths that run: other pins, constraints, springs, joints or structural material.
+// Other models for cloths that run: other pins, constraints, springs, joints or structural
+// material.
 #pragma once
 
 #include <functional>

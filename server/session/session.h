@@ -81,8 +81,8 @@ class Session : public std::enable_shared_from_this<Session> {
   // Changes all the cloths (at least one) or none. INVALID_ARGUMENT for what the cloths' own values
   // make illegal, with fields as in UpdateClothsRequest ("spec.pins[2].particle");
   // RESOURCE_EXHAUSTED when the device has no room. Takes effect between two steps of what is
-  // running. `rules` for what needs another model. Cloths that the device has no room to bring back to what they were when another one
-  // failed are deleted; the message says so.
+  // running. `rules` for what needs another model. Cloths that the device has no room to bring back
+  // to what they were when another one failed are deleted; the message says so.
   void UpdateCloths(ClothList cloths, ClothChange change,
                     std::function<void(Result<UpdatedCloths>)> done, const ModelRules& rules = {});
   // Ids are invalid on return; `done` when the device memory is free. Step requests under way on

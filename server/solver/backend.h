@@ -71,8 +71,8 @@ struct ClothUpdate {
   std::optional<ClothParameters> parameters;
   std::optional<ParticleState> state;
   std::optional<std::vector<Eigen::Vector3d>> pin_targets_m;  // [pin_count] of the (new) model
-  // Rest lengths of the cloth's own from now on, [constraint_count] of the (new) model, each > 0; an
-  // empty vector gives them up for those of the model, as does a new model without them.
+  // Rest lengths of the cloth's own from now on, [constraint_count] of the (new) model, each > 0;
+  // an empty vector gives them up for those of the model, as does a new model without them.
   std::optional<std::vector<double>> rest_lengths_m;
 };
 

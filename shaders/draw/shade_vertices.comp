@@ -37,16 +37,20 @@ vec3 SmoothNormal(DrawRecord cloth, uint particle, vec3 p) {
   return size > 0.0 ? sum / size : vec3(0.0);
 }
 
-// (l - l0) / l0 of the constraint of the particle where its magnitude is largest [-].
+// (l - l0) / l0 of the constraint of the particle where its magnitude is largest [-], with the rest
+// lengths of the model; of ropes and struts only what their kind forbids.
 float LargestStrain(DrawRecord cloth, uint particle, vec3 p) {
   float largest = 0.0;
   uint end = constraint_words[cloth.end_offsets + particle + 1u];
   for (uint k = constraint_words[cloth.end_offsets + particle]; k < end; ++k) {
     uint word = cloth.ends + DRAPE_DRAW_END_WORDS * k;
-    vec3 q = LocalPosition(cloth.positions, constraint_words[word]);
+    uint other = constraint_words[word];
+    vec3 q = LocalPosition(cloth.positions, other & DRAPE_DRAW_PARTICLE_BITS);
     float rest_length = uintBitsToFloat(constraint_words[word + 1u]);
     if (!IsFinite(q)) continue;
     float strain = (distance(p, q) - rest_length) / rest_length;
+    if ((other & DRAPE_DRAW_KIND_AT_MOST) != 0u) strain = max(strain, 0.0);
+    if ((other & DRAPE_DRAW_KIND_AT_LEAST) != 0u) strain = min(strain, 0.0);
     if (abs(strain) > abs(largest)) largest = strain;
   }
   return largest;

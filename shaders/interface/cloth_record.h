@@ -62,7 +62,7 @@ struct ClothRecord {
 
   uint colliders;  // [collider_count][DRAPE_COLLIDER_WORDS]
   // In Scratch: valid within one step; the last substep's values are read by `measure`.
-  uint lambdas;  // [constraint_count] float [N s]; only if has_compliance or has_inequalities
+  uint lambdas;        // [constraint_count] float [N s]; only if has_compliance or has_inequalities
   uint normal_betas;   // [collider_count][particle_count] float [m/s]
   uint tangent_betas;  // [collider_count][3][particle_count] float [m/s]; only with friction
 

@@ -43,9 +43,14 @@
 #define DRAPE_DRAW_BALL_PINS 1u
 
 // Words of an entry of the arrays of a model: triangle corners (the two other particles),
-// constraint ends (other particle, rest length [m]), constraints (two particles, colour group).
+// constraint ends (other particle | DRAPE_DRAW_KIND_*, rest length [m]), constraints (two
+// particles, colour group).
 #define DRAPE_DRAW_CORNER_WORDS 2u
 #define DRAPE_DRAW_END_WORDS 2u
+// Bits above the particle: ropes have no compressive, struts no tensile strain.
+#define DRAPE_DRAW_KIND_AT_MOST 0x40000000u
+#define DRAPE_DRAW_KIND_AT_LEAST 0x80000000u
+#define DRAPE_DRAW_PARTICLE_BITS 0x3fffffffu
 #define DRAPE_DRAW_CONSTRAINT_WORDS 3u
 
 // Corners of the disc as which a ball is drawn; vertices of a disc.

@@ -170,18 +170,21 @@ INSTANTIATE_TEST_SUITE_P(
                 "pin_controls.over_s", "has 2 elements, needs 1"},
         BadStep{"NegativeOver", [](auto& r) { r.mutable_pin_controls()->set_over_s(0, -1); },
                 "pin_controls.over_s[0]", "-1"},
-        BadStep{"NoConstraints", [](auto& r) { r.mutable_rest_length_controls()->clear_constraints(); },
+        BadStep{"NoConstraints",
+                [](auto& r) { r.mutable_rest_length_controls()->clear_constraints(); },
                 "rest_length_controls.constraints", "has 0 elements, needs 1"},
         BadStep{"NoLengths", [](auto& r) { r.mutable_rest_length_controls()->clear_lengths_m(); },
                 "rest_length_controls.lengths_m", "has 0 elements, needs 1"},
-        BadStep{"ZeroLength", [](auto& r) { r.mutable_rest_length_controls()->set_lengths_m(0, 0); },
+        BadStep{"ZeroLength",
+                [](auto& r) { r.mutable_rest_length_controls()->set_lengths_m(0, 0); },
                 "rest_length_controls.lengths_m[0]", "0 is not in"},
         BadStep{"NegativeLengthOver",
                 [](auto& r) { r.mutable_rest_length_controls()->set_over_s(0, -2); },
                 "rest_length_controls.over_s[0]", "-2"},
         BadStep{"NoScales", [](auto& r) { r.mutable_rest_length_scales()->clear_scales(); },
                 "rest_length_scales.scales", "has 0 elements, needs 1"},
-        BadStep{"NotANumberScale", [](auto& r) { r.mutable_rest_length_scales()->set_scales(0, kNaN); },
+        BadStep{"NotANumberScale",
+                [](auto& r) { r.mutable_rest_length_scales()->set_scales(0, kNaN); },
                 "rest_length_scales.scales[0]", "nan"},
         BadStep{"NotANumberTarget",
                 [](auto& r) { r.mutable_pin_controls()->set_targets_m(1, kNaN); },
@@ -236,7 +239,7 @@ TEST(UpdateClothsValidation, EveryDocumentedPathIsRead) {
 TEST(UpdateClothsValidation, ConnectionsAreReadWithTheLengthsThatAreSet) {
   v1::UpdateClothsRequest request =
       Update({"particles.distance_constraints", "particles.springs", "particles.point_joints"});
-  *request.mutable_spec()->mutable_particles() = ShortChain();
+  *request.mutable_spec()->mutable_particles() = test::ShortChain();
   v1::Particles& particles = *request.mutable_spec()->mutable_particles();
   particles.mutable_distance_constraints(1)->set_rest_length_m(0.5);
   particles.mutable_distance_constraints(1)->set_kind(v1::DistanceConstraint::AT_LEAST);
@@ -253,8 +256,7 @@ TEST(UpdateClothsValidation, ConnectionsAreReadWithTheLengthsThatAreSet) {
 
   particles.mutable_distance_constraints(1)->set_rest_length_m(kNaN);
   particles.mutable_springs(0)->set_rest_length_m(-1);
-  particles.mutable_distance_constraints(0)->set_kind(
-      static_cast<v1::DistanceConstraint::Kind>(9));
+  particles.mutable_distance_constraints(0)->set_kind(static_cast<v1::DistanceConstraint::Kind>(9));
   const Status status = CheckUpdateCloths(request, {}).status();
   ExpectViolation(status, "spec.particles.distance_constraints[0].kind", "9 is not a known value");
   ExpectViolation(status, "spec.particles.distance_constraints[1].rest_length_m", "nan");

@@ -144,6 +144,10 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{Scene(R"(, "pins": [{"particle": 1}])",
                        R"(, "controls": [{"pin_targets": [{"particle": 1}]}])"),
                  "controls[0].pin_targets[0].target_m: must have 3 numbers, got 0"},
+        BadScene{Scene("", R"(, "controls": [{"rest_lengths": [{"constraint": 0}]}])"),
+                 "controls[0].rest_lengths[0].rest_length_m: must be > 0, got 0"},
+        BadScene{Scene("", R"(, "controls": [{"rest_length_scale": {"scale": 2, "over_s": -1}}])"),
+                 "controls[0].rest_length_scale.over_s: must be >= 0, got -1"},
         BadScene{
             Scene(R"(, "pins": [{"particle": 1}])",
                   R"(, "controls": [{"pin_targets": [{"particle": 2, "target_m": [0,0,0]}]}])"),

@@ -1,5 +1,6 @@
-// Steps of very small cloths with very many sweeps: what is not counted of the loops of a sweep weighs
-// most there. A driver that cuts loops (server/gl/README.md) would stop such a step in its middle.
+// Steps of very small cloths with very many sweeps: what is not counted of the loops of a sweep
+// weighs most there. A driver that cuts loops (server/gl/README.md) would stop such a step in its
+// middle.
 #include <gtest/gtest.h>
 
 #include "tests/gl_compute/test_cloths.h"

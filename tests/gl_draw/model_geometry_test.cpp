@@ -68,6 +68,19 @@ TEST(ModelGeometryTest, ConstraintsComeWithTheirGroupsAndEnds) {
   EXPECT_EQ(geometry.constraints[layout.pins + 1], 5u);
 }
 
+TEST(ModelGeometryTest, EndsOfRopesAndStrutsSayWhatTheyAre) {
+  ParticleTopology particles;
+  particles.positions_m = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  particles.masses_kg = {1, 1, 1};
+  particles.distance_constraints = {{0, 1, 1, 0, ConstraintKind::kAtMost},
+                                    {1, 2, 1, 0, ConstraintKind::kAtLeast}};
+  const auto model = SceneModel::Build({particles, {}, {}}).value();
+  const ModelGeometry geometry = BuildGeometry(*model);
+  const uint32_t* ends = &geometry.constraints[geometry.layout.ends];
+  EXPECT_EQ(ends[0], 1u | DRAPE_DRAW_KIND_AT_MOST);
+  EXPECT_EQ(ends[DRAPE_DRAW_END_WORDS * 3], 1u | DRAPE_DRAW_KIND_AT_LEAST);
+}
+
 TEST(ModelGeometryTest, NoTrianglesNoSurface) {
   const ModelGeometry geometry = BuildGeometry(*ChainModel(4));
   EXPECT_TRUE(geometry.indices.empty());

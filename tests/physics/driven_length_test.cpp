@@ -15,8 +15,8 @@ class DrivenLengths : public PhysicsTest {};
 // A particle on a link to a pin, whose length follows a sine, without other forces: it is where the
 // link ends, and as fast as the link grows in the last substep. 8 operations of 1 m, over h.
 TEST_P(DrivenLengths, AParticleMovesWithItsLink) {
-  Scene scene = Particles(
-      {{Vector3d::Zero(), Vector3d(0, 0, 1)}, {1, 0.25}, {{0, 1, 1, 0}}, {}}, {0});
+  Scene scene =
+      Particles({{Vector3d::Zero(), Vector3d(0, 0, 1)}, {1, 0.25}, {{0, 1, 1, 0}}, {}}, {0});
   scene.parameters.gravity_m_per_s2.setZero();
   scene.parameters.settings = SingleSubstep(1.0 / 64);
   scene.parameters.settings.substeps = 4;
@@ -39,8 +39,8 @@ TEST_P(DrivenLengths, AParticleMovesWithItsLink) {
 
 // Without targets the lengths stay where they were driven; given up, they are the model's again.
 TEST_P(DrivenLengths, StayAndAreGivenUp) {
-  Scene scene = Particles(
-      {{Vector3d::Zero(), Vector3d(0, 0, 1)}, {1, 0.25}, {{0, 1, 1, 0}}, {}}, {0});
+  Scene scene =
+      Particles({{Vector3d::Zero(), Vector3d(0, 0, 1)}, {1, 0.25}, {{0, 1, 1, 0}}, {}}, {0});
   scene.parameters.gravity_m_per_s2.setZero();
   scene.parameters.damping_per_s = 100;
   scene.parameters.settings = SingleSubstep(1.0 / 64);
@@ -60,12 +60,11 @@ TEST_P(DrivenLengths, StayAndAreGivenUp) {
   EXPECT_NEAR(ReadState(backend(), cloth).positions_m[1].z(), 1, 16 * round_off() * 1.5);
 }
 
-// m r^2 omega of a pair that spins in free space, while its link shrinks from 1 m to 1/2 m in 1/4 s.
+// m r^2 omega of a pair that spins in free space, while its link shrinks from 1 m to 1/2 m in 1/4
+// s.
 double AngularMomentumAfterShrinking(Backend& backend, uint32_t substeps) {
-  Scene scene = Particles({{Vector3d(-0.75, 0, 0), Vector3d(0.25, 0, 0)},
-                           {0.125, 0.375},
-                           {{0, 1, 1, 0}},
-                           {}});
+  Scene scene = Particles(
+      {{Vector3d(-0.75, 0, 0), Vector3d(0.25, 0, 0)}, {0.125, 0.375}, {{0, 1, 1, 0}}, {}});
   scene.parameters.gravity_m_per_s2.setZero();
   scene.parameters.settings = SingleSubstep(1.0 / 64);
   scene.parameters.settings.substeps = substeps;
@@ -80,15 +79,15 @@ double AngularMomentumAfterShrinking(Backend& backend, uint32_t substeps) {
   backend.Destroy(cloth);
   double momentum = 0;
   for (uint32_t i = 0; i < 2; ++i) {
-    momentum += scene.model->masses_kg()[i] *
-                state.positions_m[i].cross(state.velocities_m_per_s[i]).y();
+    momentum +=
+        scene.model->masses_kg()[i] * state.positions_m[i].cross(state.velocities_m_per_s[i]).y();
   }
   return momentum;
 }
 
-// A skater who pulls the arms in: the angular momentum stays, so half the radius turns four times as
-// fast. Impulses along predicted directions lose some, of first order: half as much with half the
-// substep, and after extrapolation what is of second order.
+// A skater who pulls the arms in: the angular momentum stays, so half the radius turns four times
+// as fast. Impulses along predicted directions lose some, of first order: half as much with half
+// the substep, and after extrapolation what is of second order.
 TEST_P(DrivenLengths, ASkaterSpeedsUp) {
   constexpr double kMomentum = -(0.125 * 0.75 * 1.5 + 0.375 * 0.25 * 0.5);
   const double coarse = AngularMomentumAfterShrinking(backend(), 32) / kMomentum;

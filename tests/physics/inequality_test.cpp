@@ -15,11 +15,9 @@ class Inequalities : public PhysicsTest {};
 // A pin in the origin and a particle of 0.5 kg.
 Scene OnePair(const Vector3d& position, ConstraintKind kind, double length_m,
               double compliance_m_per_n = 0) {
-  Scene scene = Particles({{Vector3d::Zero(), position},
-                           {1, 0.5},
-                           {{0, 1, length_m, compliance_m_per_n, kind}},
-                           {}},
-                          {0});
+  Scene scene = Particles(
+      {{Vector3d::Zero(), position}, {1, 0.5}, {{0, 1, length_m, compliance_m_per_n, kind}}, {}},
+      {0});
   return scene;
 }
 
@@ -110,8 +108,8 @@ TEST_P(Inequalities, StrainCountsOnlyWhatIsForbidden) {
 }
 
 // Highest point of a mass on a rope of 1 m that is thrown from the bottom with v0^2 = 3.5 g l. The
-// rope goes slack at 120 degrees from the bottom (cos = (2 - v0^2 / g l) / 3), and the parabola from
-// there rises by 3/16 l above 1/2 l.
+// rope goes slack at 120 degrees from the bottom (cos = (2 - v0^2 / g l) / 3), and the parabola
+// from there rises by 3/16 l above 1/2 l.
 double HighestPoint(Backend& backend, uint32_t substeps) {
   Scene scene = OnePair({0, -1, 0}, ConstraintKind::kAtMost, 1);
   scene.parameters.settings = SingleSubstep(1.0 / 256);
@@ -127,10 +125,11 @@ double HighestPoint(Backend& backend, uint32_t substeps) {
   return highest;
 }
 
-// First order in the substep: the error halves with it; a step of 1/256 s misses the flat top of the
-// parabola by at most g (1/512 s)^2 / 2 = 2e-5 m.
+// First order in the substep: the error halves with it; a step of 1/256 s misses the flat top of
+// the parabola by at most g (1/512 s)^2 / 2 = 2e-5 m.
 TEST_P(Inequalities, AMassOnARopeLeavesTheCircleAndFliesOn) {
-  const double errors[] = {0.6875 - HighestPoint(backend(), 8), 0.6875 - HighestPoint(backend(), 16)};
+  const double errors[] = {0.6875 - HighestPoint(backend(), 8),
+                           0.6875 - HighestPoint(backend(), 16)};
   EXPECT_LT(std::abs(errors[0]), 0.02);
   const double rounding = 4096 * 8 * round_off();
   EXPECT_LT(std::abs(errors[1]), 0.6 * std::abs(errors[0]) + 2e-5 + rounding);

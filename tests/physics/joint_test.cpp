@@ -17,11 +17,8 @@ class Joints : public PhysicsTest {};
 // one place at the end of the step, which is where their centre of mass is. Rounded are the
 // difference, the impulse, two velocities and two positions: 16 operations of at most 4 m/s or 1 m.
 TEST_P(Joints, OneImpulseIsExact) {
-  Scene scene = Particles({{Vector3d(0.25, 0, 0), Vector3d(0.5, 0.25, -0.125)},
-                           {0.5, 0.25},
-                           {},
-                           {},
-                           {{0, 1, 0}}});
+  Scene scene = Particles(
+      {{Vector3d(0.25, 0, 0), Vector3d(0.5, 0.25, -0.125)}, {0.5, 0.25}, {}, {}, {{0, 1, 0}}});
   scene.parameters.gravity_m_per_s2.setZero();
   scene.state.velocities_m_per_s = {{1, 2, -1}, {-2, 1, 3}};
   scene.parameters.settings = SingleSubstep(0.125);
@@ -39,12 +36,9 @@ TEST_P(Joints, OneImpulseIsExact) {
 TEST_P(Joints, ACompliantJointSagsAsItsLoadSays) {
   constexpr double kCompliance_m_per_n = 1.0 / 64;
   for (const uint32_t sweeps : {1u, 2u, 10u}) {
-    Scene scene = Particles({{Vector3d::Zero(), Vector3d::Zero()},
-                             {1, 0.5},
-                             {},
-                             {},
-                             {{0, 1, kCompliance_m_per_n}}},
-                            {0});
+    Scene scene = Particles(
+        {{Vector3d::Zero(), Vector3d::Zero()}, {1, 0.5}, {}, {}, {{0, 1, kCompliance_m_per_n}}},
+        {0});
     scene.state.positions_m[1].y() = -kCompliance_m_per_n * 0.5 * 9.81;
     // At rest the velocity carries the half step of gravity that the next impulse takes away.
     scene.parameters.settings = SingleSubstep(1.0 / 64, sweeps);
@@ -138,15 +132,15 @@ TEST_P(Joints, ADoublePendulumOfTwoRodsMovesAsOneWithASharedParticle) {
   EXPECT_LT((2 * ends[2] - ends[1]).norm(), 0.2 * differences[1] + 1e-9);
 }
 
-// Ground, crank, coupler and rocker: three rods, two joints and a joint to a pin close a cycle. With
-// a tolerance every joint and rod is as good as that at the end of every substep. An error of the
-// longest rod l makes velocities wrong by at most tolerance l / h = 0.05 m/s, and so the energy of
-// 0.8 kg at up to 1.5 m/s by 0.06 J; beyond that it never grows (impulses along predicted directions
-// take some).
+// Ground, crank, coupler and rocker: three rods, two joints and a joint to a pin close a cycle.
+// With a tolerance every joint and rod is as good as that at the end of every substep. An error of
+// the longest rod l makes velocities wrong by at most tolerance l / h = 0.05 m/s, and so the energy
+// of 0.8 kg at up to 1.5 m/s by 0.06 J; beyond that it never grows (impulses along predicted
+// directions take some).
 TEST_P(Joints, AFourBarLinkageStaysClosed) {
   constexpr double kTolerance = 1e-4;
   ParticleTopology particles;
-  particles.positions_m = {{0, 0, 0},       {0, 0.25, 0},    {0, 0.25, 0}, {0.75, 0.5, 0},
+  particles.positions_m = {{0, 0, 0},      {0, 0.25, 0}, {0, 0.25, 0}, {0.75, 0.5, 0},
                            {0.75, 0.5, 0}, {0.75, 0, 0}, {0.75, 0, 0}};
   particles.masses_kg = {1, 0.1, 0.1, 0.2, 0.2, 0.1, 1};
   particles.distance_constraints = {

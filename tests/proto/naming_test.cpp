@@ -71,11 +71,22 @@ TEST_F(Naming, EnumsAreUpperSnakeCaseWithAnUnspecifiedZero) {
 
 // A real number carries its SI unit, or is one of these pure numbers.
 TEST_F(Naming, RealNumbersCarryTheirUnit) {
-  const std::set<std::string> kPureNumbers = {
-      "friction_static",     "friction_dynamic", "air_drag", "air_lift",   "tolerance",
-      "max_strain",          "rms_strain",       "normal",   "transforms", "rotation_xyzw",
-      "max_solves_per_step", "view_direction",   "up",       "range"};  // of whatever the colours
-                                                                        // show
+  const std::set<std::string> kPureNumbers = {"friction_static",
+                                              "friction_dynamic",
+                                              "air_drag",
+                                              "air_lift",
+                                              "tolerance",
+                                              "max_strain",
+                                              "rms_strain",
+                                              "normal",
+                                              "transforms",
+                                              "rotation_xyzw",
+                                              "max_solves_per_step",
+                                              "view_direction",
+                                              "up",
+                                              "scale",
+                                              "scales",
+                                              "range"};  // of whatever the colours show
   const char* kUnits =
       ".*_(m|kg|s|hz|j|rad|m_per_s|m_per_s2|kg_per_m2|n_per_m|n_s_per_m|m_per_n|per_s)";
   for (const Descriptor* message : descriptors_.Messages()) {

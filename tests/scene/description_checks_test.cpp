@@ -199,16 +199,21 @@ std::vector<BadDescription> BadParticles() {
       {"negative spring length", GoodParticles,
        OnParticles([](auto& p) { p.springs[0].rest_length_m = -1; }),
        "particles.springs[0].rest_length_m", "-1 is not in [0, "},
-      {"joint out of range", GoodParticles,
-       OnParticles([](auto& p) { p.point_joints = {{1, 2, 0}, {4, 5, 0}}; }),
+      {"joint out of range", GoodParticles, OnParticles([](auto& p) {
+         p.point_joints = {{1, 2, 0}, {4, 5, 0}};
+       }),
        "particles.point_joints[1].j", "5 is not in [0, 4]"},
-      {"joint to itself", GoodParticles, OnParticles([](auto& p) { p.point_joints = {{2, 2, 0}}; }),
+      {"joint to itself", GoodParticles, OnParticles([](auto& p) {
+         p.point_joints = {{2, 2, 0}};
+       }),
        "particles.point_joints[0].j", "equals i"},
-      {"joint of negative compliance", GoodParticles,
-       OnParticles([](auto& p) { p.point_joints = {{1, 2, -1e-3}}; }),
+      {"joint of negative compliance", GoodParticles, OnParticles([](auto& p) {
+         p.point_joints = {{1, 2, -1e-3}};
+       }),
        "particles.point_joints[0].compliance_m_per_n", "-0.001 is not in [0, "},
-      {"1100 joints of two particles", GoodParticles,
-       OnParticles([](auto& p) { p.point_joints.assign(1100, {1, 2, 0}); }),
+      {"1100 joints of two particles", GoodParticles, OnParticles([](auto& p) {
+         p.point_joints.assign(1100, {1, 2, 0});
+       }),
        "particles.point_joints", "particle 1 has 1100 joints; at most 1024"},
       {"1100 springs of two particles", GoodParticles,
        OnParticles([](auto& p) { p.springs.assign(1100, p.springs[0]); }), "particles.springs",

@@ -27,8 +27,7 @@ Scene RopesAndStruts(uint32_t side, double cord_m, double compliance_m_per_n) {
   particles.masses_kg.assign(net.model->masses_kg().begin(), net.model->masses_kg().end());
   for (const DistanceConstraint& constraint : net.model->constraints()) {
     particles.distance_constraints.push_back(constraint);
-    particles.distance_constraints.back().kind =
-        kKinds[particles.distance_constraints.size() % 3];
+    particles.distance_constraints.back().kind = kKinds[particles.distance_constraints.size() % 3];
   }
   Scene scene = Particles(particles, {0, side - 1, side * (side - 1), side * side - 1});
   scene.name = "ropes_and_struts_" + std::to_string(side);

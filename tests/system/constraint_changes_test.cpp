@@ -112,9 +112,8 @@ TEST_P(ConstraintChanges, AConstraintIsCutAndTiedAgain) {
 
 TEST_P(ConstraintChanges, SpringsJointsAndKindsComeAndGo) {
   const Ids ids = Create(*stub_, ThreeInARow(1));
-  v1::UpdateClothsRequest update =
-      UpdateOf(ids, {"particles.distance_constraints", "particles.springs",
-                     "particles.point_joints"});
+  v1::UpdateClothsRequest update = UpdateOf(
+      ids, {"particles.distance_constraints", "particles.springs", "particles.point_joints"});
   v1::Particles& particles = *update.mutable_spec()->mutable_particles();
   v1::DistanceConstraint* rope = particles.add_distance_constraints();
   rope->set_j(1);
@@ -152,9 +151,9 @@ TEST_P(ConstraintChanges, MaterialOfAGridMakesAnotherModel) {
   const Ids ids = Create(*stub_, HangingSheet(session_, 8, 2));
   Step(*stub_, StepsOf(session_, ids, 3));
   const std::string before = Bits(*stub_, session_, ids);
-  v1::UpdateClothsRequest update =
-      UpdateOf({ids[0]}, {"material.stretch_compliance_m_per_n",
-                          "material.bending_stiffness_n_per_m", "material.shear_stiffness_n_per_m"});
+  v1::UpdateClothsRequest update = UpdateOf(
+      {ids[0]}, {"material.stretch_compliance_m_per_n", "material.bending_stiffness_n_per_m",
+                 "material.shear_stiffness_n_per_m"});
   v1::Material& material = *update.mutable_spec()->mutable_material();
   material.set_stretch_compliance_m_per_n(0.05);
   material.set_bending_stiffness_n_per_m(0.01);

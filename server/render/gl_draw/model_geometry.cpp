@@ -44,6 +44,12 @@ uint32_t RestLengthBits(const DistanceConstraint& constraint) {
   return std::bit_cast<uint32_t>(static_cast<float>(constraint.rest_length_m));
 }
 
+uint32_t KindBits(ConstraintKind kind) {
+  if (kind == ConstraintKind::kAtMost) return DRAPE_DRAW_KIND_AT_MOST;
+  if (kind == ConstraintKind::kAtLeast) return DRAPE_DRAW_KIND_AT_LEAST;
+  return 0;
+}
+
 void BuildConstraints(const SceneModel& model, ModelGeometry& geometry) {
   const auto constraints = model.constraints();
   const size_t offset_count = size_t{model.particle_count()} + 1;
@@ -69,7 +75,7 @@ void BuildConstraints(const SceneModel& model, ModelGeometry& geometry) {
     for (const auto& [particle, other] :
          {std::pair(constraint.i, constraint.j), std::pair(constraint.j, constraint.i)}) {
       const size_t word = layout.ends + DRAPE_DRAW_END_WORDS * next[particle]++;
-      words[word] = other;
+      words[word] = other | KindBits(constraint.kind);
       words[word + 1] = RestLengthBits(constraint);
     }
     const size_t word = layout.constraints + DRAPE_DRAW_CONSTRAINT_WORDS * k;

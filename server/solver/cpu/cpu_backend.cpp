@@ -83,8 +83,7 @@ std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,
 void SetLengthTargets(Cloth& cloth, std::span<const double> rest_lengths_m) {
   if (cloth.own_lengths) cloth.own_lengths->starts = cloth.own_lengths->targets;
   if (rest_lengths_m.empty()) return;
-  DRAPE_CHECK(cloth.own_lengths.has_value(),
-              "only a cloth with rest lengths of its own is driven");
+  DRAPE_CHECK(cloth.own_lengths.has_value(), "only a cloth with rest lengths of its own is driven");
   cloth.own_lengths->targets = PackLengths(*cloth.model, rest_lengths_m);
 }
 

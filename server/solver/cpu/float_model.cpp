@@ -111,8 +111,8 @@ void PackStrips(FloatModel& model) {
 
 void PackJoints(FloatModel& model) {
   for (const auto& [i, j, compliance] : model.source->joints()) {
-    model.joints.push_back({i, j, model.inverse_masses[i], model.inverse_masses[j],
-                            static_cast<float>(compliance)});
+    model.joints.push_back(
+        {i, j, model.inverse_masses[i], model.inverse_masses[j], static_cast<float>(compliance)});
   }
 }
 

@@ -15,11 +15,10 @@ bool SolveJoints(const StepContext& context) {
     const auto& [i, j, inverse_mass_i, inverse_mass_j, compliance] = context.model.joints[k];
     Lanes& lambda = context.scratch.joint_impulses[k];
     const float alpha_over_h = compliance * inverse_h;
-    const Lanes residual =
-        PredictedDifference(p[i], p[j], u[i], u[j], h) + alpha_over_h * lambda;
+    const Lanes residual = PredictedDifference(p[i], p[j], u[i], u[j], h) + alpha_over_h * lambda;
     if (controls.tolerance > 0 && !(Length(residual) > controls.contact_tolerance)) continue;
-    const Lanes impulse = JointImpulse(residual, inverse_h,
-                                       (inverse_mass_i + inverse_mass_j) + alpha_over_h * inverse_h);
+    const Lanes impulse = JointImpulse(
+        residual, inverse_h, (inverse_mass_i + inverse_mass_j) + alpha_over_h * inverse_h);
     lambda += impulse;
     u[i] -= inverse_mass_i * impulse;
     u[j] += inverse_mass_j * impulse;

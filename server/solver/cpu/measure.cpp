@@ -95,8 +95,7 @@ double MaxResidual(const StepContext& context, const FloatState& state) {
   double largest = 0;
   for (size_t c = 0; c < model.constraint_places.size(); ++c) {
     const DistanceConstraint& constraint = model.source->constraints()[c];
-    double residual =
-        Distance(state, constraint.i, constraint.j) - RestLengthAtEnd(context, c);
+    double residual = Distance(state, constraint.i, constraint.j) - RestLengthAtEnd(context, c);
     if (model.has_compliance() || model.has_inequalities()) {
       const uint32_t place = model.constraint_places[c];
       const double impulse = scratch.distance_impulses[place / kLaneCount][place % kLaneCount];

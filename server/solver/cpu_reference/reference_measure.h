@@ -13,7 +13,6 @@ namespace drape {
 // Stage `measure`, all but max_residual_m, which belongs to the solve and not to the state.
 // `rest_lengths_m`: [constraint_count], or empty: those of the model.
 Measurements MeasureState(const SceneModel& model, const ClothParameters& parameters,
-                          const ParticleState& state,
-                          std::span<const double> rest_lengths_m = {});
+                          const ParticleState& state, std::span<const double> rest_lengths_m = {});
 
 }  // namespace drape

@@ -231,9 +231,9 @@ class ReferenceStep {
     return PredictedDifference(i, j) + compliance / h_ * joint_lambda_[index];
   }
 
-  // The impulse of every joint, in order of their colours: three equality constraints along the axes
-  // at once, which are independent and linear, so one impulse removes the error of one joint exactly
-  // (Bender et al. 2009, section 3.2).
+  // The impulse of every joint, in order of their colours: three equality constraints along the
+  // axes at once, which are independent and linear, so one impulse removes the error of one joint
+  // exactly (Bender et al. 2009, section 3.2).
   bool SolveJoints() {
     bool has_changed = false;
     for (uint32_t index = 0; index < model_.joint_count(); ++index) {
@@ -396,7 +396,7 @@ class ReferenceStep {
   std::vector<Vector3d> a_;
   std::vector<double> lambda_;          // [constraint_count]
   std::vector<Vector3d> joint_lambda_;  // [joint_count]
-  std::vector<ContactImpulse> beta_;  // [particle_count][collider_count]
+  std::vector<ContactImpulse> beta_;    // [particle_count][collider_count]
   double residual_ = 0;
 };
 

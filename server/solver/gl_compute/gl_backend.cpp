@@ -92,7 +92,7 @@ Result<GlBackend::Room> GlBackend::MakeRoom(std::shared_ptr<const SceneModel> mo
                                             bool has_own_lengths) {
   DeviceArrays& arrays = *parts_.arrays;
   Room room;
-  const Result<VariantChoice> choice = 
+  const Result<VariantChoice> choice =
       ChooseVariant(*model, parameters, parts_.traits, has_own_lengths);
   if (!choice.ok()) return choice.status();
   const KernelVariant& variant = choice->variant;
@@ -149,8 +149,8 @@ void GlBackend::WriteTargets(const GlCloth& cloth, std::span<const uint32_t> wor
 void GlBackend::WriteLengths(const GlCloth& cloth, std::span<const uint32_t> starts) {
   const uint32_t offset = LengthsOffset(*cloth.model->model, cloth.parameters);
   parts_.arrays->parameters.Write(cloth.parameter_words, offset, starts);
-  parts_.arrays->parameters.Write(cloth.parameter_words, offset + static_cast<uint32_t>(starts.size()),
-                                  cloth.length_words);
+  parts_.arrays->parameters.Write(
+      cloth.parameter_words, offset + static_cast<uint32_t>(starts.size()), cloth.length_words);
 }
 
 void GlBackend::SetLengthTargets(GlCloth& cloth, std::span<const double> rest_lengths_m) {

@@ -215,8 +215,7 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   if (cloth.has_own_lengths()) {
     record.has_own_lengths = 1;
     record.length_starts =
-        cloth.parameter_words.begin() +
-        LengthsOffset(*cloth.model->model, cloth.parameters);
+        cloth.parameter_words.begin() + LengthsOffset(*cloth.model->model, cloth.parameters);
     record.length_targets = record.length_starts + record.constraint_count;
   }
   const ScratchLayout layout =

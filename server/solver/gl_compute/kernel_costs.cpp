@@ -18,8 +18,8 @@ uint64_t LoopPasses(uint64_t elements, uint64_t local_size) {
   return RoundsFor(elements, local_size) + 1;
 }
 
-// A loop around others; llvmpipe books one pass more for it (found by letting kernels run until they
-// were cut: tests/gl_compute/kernel_loops_test.cpp).
+// A loop around others; llvmpipe books one pass more for it (found by letting kernels run until
+// they were cut: tests/gl_compute/kernel_loops_test.cpp).
 uint64_t OuterLoopPasses(uint64_t elements) {
   return elements + 2;
 }

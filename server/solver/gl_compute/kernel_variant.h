@@ -65,8 +65,8 @@ inline constexpr uint32_t kMaxResidentConnections = 8 * 1024;
 
 bool IsResident(const SceneModel& model);
 
-// How a cloth is stepped; `has_own_lengths`: it has rest lengths of its own. RESOURCE_EXHAUSTED (KERNEL_LOOP_LIMIT) for one whose kernels would loop
-// longer than the device allows.
+// How a cloth is stepped; `has_own_lengths`: it has rest lengths of its own. RESOURCE_EXHAUSTED
+// (KERNEL_LOOP_LIMIT) for one whose kernels would loop longer than the device allows.
 struct VariantChoice {
   KernelVariant variant;
   uint64_t part_count = 1;  // dispatches of the resident step
