@@ -33,7 +33,7 @@ inline constexpr double kMinStripPivotAtPin = 1e-2;
 // The impulses of a strip are scaled down, all alike, where they would move a particle by more than
 // this many link lengths in one sweep [-]: beyond, the linearised errors mean nothing. Smaller: slow
 // recovery of stretched cloths; larger: links may turn over.
-inline constexpr double kMaxStripMove = 0.5;
+inline constexpr double kMaxStripMove = 1;
 
 // Density of the air [kg/m^3]: dry, at sea level and 15 degrees Celsius (ISO 2533). Thinner air or
 // water: scale the coefficients of drag and lift.

@@ -64,6 +64,7 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   parameters.colliders.assign(3, PlaneCollider{});
   parameters.friction_static = 0.1;
   parameters.air_drag = 1;
+  parameters.settings.twist_damping_per_s = 1;
   const ScratchLayout layout = LayOutScratch(*model, parameters, true);
   EXPECT_EQ(layout.lambdas, 0u);
   EXPECT_EQ(layout.normal_betas, layout.lambdas + model->constraint_count());
@@ -71,10 +72,17 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   EXPECT_EQ(layout.violations, layout.tangent_betas + 900);
   EXPECT_EQ(layout.spring_accelerations, layout.violations + 100);
   EXPECT_EQ(layout.air_impulses, layout.spring_accelerations + 300);
-  EXPECT_EQ(layout.work_positions, layout.air_impulses + 3 * 162);
+  EXPECT_EQ(layout.twist_changes, layout.air_impulses + 3 * 162) << "no two steps with colliders";
+  EXPECT_EQ(layout.strip_links, layout.twist_changes + 300);
+  EXPECT_EQ(layout.work_positions, layout.strip_links + 5 * uint64_t{model->constraint_count()});
   EXPECT_EQ(layout.work_velocities, layout.work_positions + 300);
   EXPECT_EQ(layout.size, layout.work_velocities + 300);
-  EXPECT_EQ(LayOutScratch(*GridModel(10, 10), {}, false).size, 0u) << "nothing that is not needed";
+  ClothParameters plain;
+  plain.settings.sweep = Sweep::kColours;
+  EXPECT_EQ(LayOutScratch(*GridModel(10, 10), plain, false).size, 0u) << "nothing that is not needed";
+  plain.settings.sweep = Sweep::kStrips;
+  EXPECT_EQ(LayOutScratch(*GridModel(10, 10), plain, false).size, 600u + 5 * 180)
+      << "the state before, and the links";
 }
 
 TEST(MeasurePieceCountTest, CountsTheLongerOfParticlesAndConstraints) {
@@ -146,7 +154,9 @@ TEST(MakeClothRecordTest, SettingsInTheUnitsOfTheKernels) {
   EXPECT_FLOAT_EQ(record.gravity.y, -9.81f);
   EXPECT_FLOAT_EQ(record.contact_tolerance, 0.001f);
   EXPECT_FLOAT_EQ(record.max_depenetration, 0.005f);  // 1 m/s
-  EXPECT_FLOAT_EQ(record.damping_factor, static_cast<float>(std::exp(-0.015)));
+  EXPECT_FLOAT_EQ(record.damping_factors.x, static_cast<float>(std::exp(-0.015)));
+  EXPECT_FLOAT_EQ(record.first_kick, 0.0025f);
+  EXPECT_FLOAT_EQ(record.last_inverse_interval, 200);
   EXPECT_FLOAT_EQ(record.contact_margin, 1e-4f);
   EXPECT_EQ(record.is_tiled, 0u);
 }

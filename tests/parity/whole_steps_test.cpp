@@ -26,10 +26,15 @@ void UseSubsteps(Scene& scene, uint32_t substeps) {
 TEST_P(WholeStepParityTest, AwkwardSizes) {
   for (const uint32_t particle_count : kAwkwardSizes) {
     for (const uint32_t substeps : {1u, 8u}) {
-      Scene scene = SizedCloth(particle_count);
-      Stir(scene, 0.3);
-      UseSubsteps(scene, substeps);
-      ExpectParity(GetParam(), scene, 2);
+      // Strips see a taut row between two pins as one constraint too many, and rounding decides what
+      // it does: with them the cloth is free.
+      for (const Sweep sweep : {Sweep::kColours, Sweep::kStrips}) {
+        Scene scene = SizedCloth(particle_count, sweep == Sweep::kColours);
+        Stir(scene, 0.3);
+        UseSubsteps(scene, substeps);
+        scene.parameters.settings.sweep = sweep;
+        ExpectParity(GetParam(), scene, 2);
+      }
     }
   }
 }
@@ -70,7 +75,7 @@ TEST_P(WholeStepParityTest, UnequalMassesInANet) {
 
 TEST_P(WholeStepParityTest, MovingPins) {
   for (const uint32_t substeps : {1u, 8u}) {
-    Scene scene = SizedCloth(33);
+    Scene scene = Grid(11, 3, 0.5, 0.1, {0, 11, 22});
     UseSubsteps(scene, substeps);
     for (const uint32_t pin : scene.model->pins()) {
       scene.pin_targets_m.push_back(scene.state.positions_m[pin] +

@@ -41,6 +41,7 @@ TEST_P(Tethers, HoldAClothThatHangsByTwoCorners) {
   for (const bool use_tethers : {false, true}) {
     Scene scene = Grid(24, 24, 1, 1, {0, 23});
     scene.parameters.settings.use_tethers = use_tethers;
+    scene.parameters.settings.sweep = Sweep::kColours;
     const ClothHandle cloth = Make(scene);
     StepAlone(backend(), cloth, scene, 60);
     for (int step = 0; step < 30; ++step) {

@@ -13,15 +13,13 @@ uint64_t RoundsFor(uint64_t elements, uint64_t local_size) {
   return (elements + local_size - 1) / local_size;
 }
 
-// A loop tests its condition once more than it runs its body.
-uint64_t LoopPasses(uint64_t elements, uint64_t local_size) {
-  return RoundsFor(elements, local_size) + 1;
-}
+// What a loop costs beside its rounds. Its condition is tested once more than its body is run, and
+// llvmpipe was seen to book up to one more (found by letting kernels run until they were cut:
+// tests/gl_compute/kernel_loops_test.cpp).
+constexpr uint64_t kLoopEnd = 2;
 
-// A loop around others; llvmpipe books one pass more for it (found by letting kernels run until
-// they were cut: tests/gl_compute/kernel_loops_test.cpp).
-uint64_t OuterLoopPasses(uint64_t elements) {
-  return elements + 2;
+uint64_t LoopPasses(uint64_t elements, uint64_t local_size) {
+  return RoundsFor(elements, local_size) + kLoopEnd;
 }
 
 // Most entries of one particle in a list that has those of particle p from offsets[p] to
@@ -40,12 +38,13 @@ uint64_t LargestSpringDegree(const SceneModel& model) {
 
 // Invocations run in vectors, so each round takes as long as its particle with the most springs.
 uint64_t SpringPasses(const SceneModel& model, uint64_t rounds) {
-  return rounds + std::min<uint64_t>(rounds * LargestSpringDegree(model), 2 * model.spring_count());
+  return kLoopEnd * rounds +
+         std::min<uint64_t>(rounds * LargestSpringDegree(model), 2 * model.spring_count());
 }
 
 // Of one sweep over the colours of constraints or joints.
 uint64_t ColourPasses(std::span<const uint32_t> offsets, uint32_t local_size) {
-  uint64_t passes = OuterLoopPasses(offsets.size() - 1);
+  uint64_t passes = offsets.size() - 1 + kLoopEnd;
   for (size_t c = 0; c + 1 < offsets.size(); ++c) {
     passes += LoopPasses(offsets[c + 1] - offsets[c], local_size);
   }
@@ -54,12 +53,20 @@ uint64_t ColourPasses(std::span<const uint32_t> offsets, uint32_t local_size) {
 
 // Of one strip: elimination, substitution, step length, change.
 uint64_t PassesOfStrip(uint64_t links) {
-  return 2 * (links + 1) + 2 * (links + 2);
+  return 2 * (links + kLoopEnd) + 2 * (links + 1 + kLoopEnd);
+}
+
+uint64_t LongestStrip(const StripSet& strips) {
+  uint64_t longest = 0;
+  for (uint32_t s = 0; s < strips.strip_count(); ++s) {
+    longest = std::max<uint64_t>(longest, strips.strip_offsets[s + 1] - strips.strip_offsets[s]);
+  }
+  return longest;
 }
 
 // Of one sweep over the strips; each round takes as long as its longest strip.
 uint64_t StripPasses(const StripSet& strips, uint32_t local_size) {
-  uint64_t passes = OuterLoopPasses(strips.phase_count());
+  uint64_t passes = strips.phase_count() + kLoopEnd;
   for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
     const uint32_t end = strips.phase_offsets[phase + 1];
     for (uint32_t round = strips.phase_offsets[phase]; round < end; round += local_size) {
@@ -69,7 +76,7 @@ uint64_t StripPasses(const StripSet& strips, uint32_t local_size) {
       }
       passes += 1 + PassesOfStrip(longest);
     }
-    passes += 1;
+    passes += kLoopEnd;
   }
   return passes;
 }
@@ -78,7 +85,7 @@ uint64_t StripPasses(const StripSet& strips, uint32_t local_size) {
 uint64_t AirPasses(const SceneModel& model, uint64_t rounds, uint32_t local_size) {
   const uint64_t triangles = model.triangles().size();
   const uint64_t of_particles = rounds * LargestDegree(model.triangle_offsets());
-  return LoopPasses(triangles, local_size) + 2 * rounds + 1 +
+  return LoopPasses(triangles, local_size) + (1 + kLoopEnd) * rounds + kLoopEnd +
          std::min<uint64_t>(of_particles, 3 * triangles);
 }
 
@@ -88,7 +95,7 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
                              uint32_t local_size, bool has_own_lengths) {
   const SolverChoice solver = ChooseSolver(model, parameters, has_own_lengths);
   const uint64_t rounds = RoundsFor(model.particle_count(), local_size);
-  const uint64_t particles = rounds + 1;
+  const uint64_t particles = rounds + kLoopEnd;
   const uint64_t colliders = parameters.colliders.size();
   const bool has_springs = model.spring_count() > 0;
   const uint64_t springs = has_springs ? 2 * particles + SpringPasses(model, rounds) : 0;
@@ -96,19 +103,19 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   const uint64_t air = HasAirForces(model, parameters) ? AirPasses(model, rounds, local_size) : 0;
 
   LoopCosts costs;
-  costs.sweep = 4;
+  costs.sweep = 1;
   if (solver.has_strips) costs.sweep += StripPasses(model.strips(), local_size);
   if (solver.has_colours) costs.sweep += ColourPasses(model.colour_offsets(), local_size);
   if (model.joint_count() > 0) {
     costs.sweep += ColourPasses(model.joint_colour_offsets(), local_size);
   }
-  if (colliders > 0) costs.sweep += 1 + particles + rounds * (colliders + 1);
+  if (colliders > 0) costs.sweep += 1 + particles + rounds * (colliders + kLoopEnd);
   costs.substep = 4 + springs + air + 2 * particles + 2 * LoopPasses(model.pin_count(), local_size);
   if (HasTwistDamping(model, parameters.settings)) costs.substep += 2 * particles;
   if (HasTethers(model, parameters.settings)) {
-    costs.substep += particles + rounds * (kMaxTethersPerParticle + 1);
+    costs.substep += particles + rounds * (kMaxTethersPerParticle + kLoopEnd);
   }
-  if (colliders > 0) costs.substep += 2 * rounds * (colliders + 1);
+  if (colliders > 0) costs.substep += 2 * rounds * (colliders + kLoopEnd);
   // Loading, checking with its loop over the axes, storing, pausing.
   costs.fixed = springs + air + 4 * particles + 4 * rounds + 8;
   return costs;
@@ -134,11 +141,11 @@ uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parame
                           uint32_t local_size) {
   const uint64_t colliders = parameters.colliders.size();
   const uint64_t piece_rounds = RoundsFor(DRAPE_MEASURE_PIECE, local_size);
-  const uint64_t measure = 3 * (piece_rounds + 1) + piece_rounds * (colliders + 1) +
+  const uint64_t measure = 3 * (piece_rounds + 1) + piece_rounds * (colliders + kLoopEnd) +
                            SpringPasses(model, piece_rounds) + 16;
   const uint64_t air =
       HasAirForces(model, parameters) ? LargestDegree(model.triangle_offsets()) + 1 : 0;
-  const uint64_t strip = parameters.settings.sweep != Sweep::kColours ? PassesOfStrip(kMaxStripLinks) : 0;
+  const uint64_t strip = PassesOfStrip(LongestStrip(model.strips()));
   const uint64_t tiled = std::max({strip, LargestSpringDegree(model) + 1, air, 2 * (colliders + 1),
                                    uint64_t{kMaxTethersPerParticle} + 1});
   // `tiled_begin_sweeps` and `tiled_end_sweep` go through the dispatches of all phases and colours.
