@@ -1,0 +1,106 @@
+// Chains and cloths that swing, against the exact planar chain (tests/support/planar_chain.h) and,
+// where there is no exact motion, against themselves at smaller steps.
+#include <algorithm>
+
+#include "tests/physics/preset_test.h"
+#include "tests/support/planar_chain.h"
+
+namespace drape::test {
+namespace {
+
+using Eigen::Vector3d;
+
+double LargestDistance(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b) {
+  return FindWorst(a, b).distance;
+}
+
+// The product's chain in the same place with the same masses; the pivot is particle 0.
+Scene SceneOf(const PlanarChain& chain) {
+  ParticleTopology particles;
+  particles.positions_m = chain.Positions_m();
+  particles.masses_kg = {1};
+  for (uint32_t k = 0; k < chain.links().size(); ++k) {
+    particles.masses_kg.push_back(chain.links()[k].mass_kg);
+    particles.distance_constraints.push_back({k, k + 1, chain.links()[k].length_m, 0});
+  }
+  Scene scene = Particles(particles, {0});
+  scene.state.velocities_m_per_s = chain.Velocities_m_per_s();
+  return scene;
+}
+
+class ChainMotion : public PresetTest {
+ protected:
+  // Each substep rounds a position of at most 1 m twice, and 4 times a velocity whose error acts
+  // for the rest of a motion in which a particle goes about as far as the chain is long.
+  double Rounding(uint32_t substeps) { return 6.0 * substeps * round_off(); }
+
+  void ExpectTheExactMotion(const PlanarChain& start, double duration_s, uint32_t substeps,
+                            uint32_t sweeps) {
+    PlanarChain exact = start;
+    exact.AdvanceConverged(duration_s, 1e-11);
+    std::array<double, 3> errors{};
+    for (size_t k = 0; k < 3; ++k, substeps *= 2) {
+      Scene scene = SceneOf(start);
+      scene.parameters.settings = SchemeSettings(preset(), duration_s, substeps, sweeps);
+      errors[k] = LargestDistance(StateAfter(scene).positions_m, exact.Positions_m());
+    }
+    ExpectOrder(errors, order(), Rounding(substeps / 2));
+  }
+};
+
+// Unequal links and masses, spinning against each other: within 0.5 s the lower one goes over the
+// top. Longer and it is chaos.
+TEST_P(ChainMotion, ADoublePendulumFollowsItsEquations) {
+  const PlanarChain start({{.length_m = 0.5, .mass_kg = 0.3, .angle_rad = 1.5, .rate_rad_s = 0},
+                           {.length_m = 0.3, .mass_kg = 0.2, .angle_rad = 0.5, .rate_rad_s = 6}});
+  ExpectTheExactMotion(start, 0.5, 240, 40);
+}
+
+TEST_P(ChainMotion, AChainOfFiveLinksFollowsItsEquations) {
+  ExpectTheExactMotion(StraightChain(5, 0.2, 0.1, 1.2), 0.5, 240, 60);
+}
+
+// A cloth hung by its whole top row is as many chains side by side, and the constraints across are
+// never needed. Let go in a plane at 1 rad, so that the whip of a horizontal start, which no step
+// of this size resolves, is not all that is measured.
+TEST_P(ChainMotion, AClothHungByAnEdgeIsASheafOfChains) {
+  constexpr uint32_t kColumns = 3, kRows = 6;
+  constexpr double kDuration_s = 0.4, kAngle_rad = 1;
+  PlanarChain exact = StraightChain(kRows - 1, 0.1, 1, kAngle_rad);
+  exact.AdvanceConverged(kDuration_s, 1e-11);
+  std::array<double, 3> errors{};
+  for (size_t k = 0; k < 3; ++k) {
+    const uint32_t substeps = 240u << k;
+    Scene scene = Grid(kColumns, kRows, 0.2, 0.5, {0, 1, 2});
+    std::vector<Vector3d> expected;
+    for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {
+      Vector3d& p = scene.state.positions_m[i];
+      const Vector3d& column = exact.Positions_m()[i / kColumns];
+      expected.emplace_back(p.x(), column.y(), column.x());
+      p = {p.x(), -p.z() * std::cos(kAngle_rad), p.z() * std::sin(kAngle_rad)};
+    }
+    scene.parameters.settings = SchemeSettings(preset(), kDuration_s, substeps, 60);
+    errors[k] = LargestDistance(StateAfter(scene).positions_m, expected);
+  }
+  ExpectOrder(errors, order(), Rounding(4 * 240));
+}
+
+// The same cloth let go horizontally with a smooth, lopsided velocity: not in a plane any more, all
+// constraints at work. What halving the step changes shrinks as the error does.
+TEST_P(ChainMotion, ASwingingClothConvergesInTheOrderOfItsScheme) {
+  std::vector<std::vector<Vector3d>> positions;
+  for (uint32_t k = 0; k < 4; ++k) {
+    Scene scene = Grid(4, 4, 0.3, 0.3, {0, 1, 2, 3});
+    Stir(scene, 0.5);
+    scene.parameters.settings = SchemeSettings(preset(), 0.2, 60u << k, 80);
+    positions.push_back(StateAfter(scene).positions_m);
+  }
+  std::array<double, 3> changes{};
+  for (size_t k = 0; k < 3; ++k) changes[k] = LargestDistance(positions[k], positions[k + 1]);
+  ExpectOrder(changes, order(), 2 * Rounding(480));
+}
+
+DRAPE_PRESET_TEST_ON_EVERY_BACKEND(ChainMotion);
+
+}  // namespace
+}  // namespace drape::test

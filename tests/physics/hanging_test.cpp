@@ -1,0 +1,217 @@
+// What hangs: the tension of every link of a column, the modes of a chain, the shape of a hammock
+// at any resolution.
+#include <algorithm>
+#include <numbers>
+
+#include "tests/physics/preset_test.h"
+
+namespace drape::test {
+namespace {
+
+using Eigen::Vector3d;
+constexpr double kG = 9.81;
+
+class Hanging : public PhysicsTest {};
+
+// Each link of a column carries what hangs below it, T_k = g sum of the masses below, and a
+// compliant one is longer by alpha T_k. The column starts at rest in that place with the velocity
+// that a hanging particle has between substeps, -g h / 2, so it has nowhere to go. What is left to
+// solve is the impulse of each substep, h T_k: a tolerance of that many rest lengths leaves |C +
+// (alpha/h) Lambda| below it, and the column at most as far off, link by link, as often as the mean
+// of its slow swing about the new place allows: twice.
+TEST_P(Hanging, EachLinkOfAColumnCarriesWhatIsBelow) {
+  constexpr uint32_t kLinks = 6;
+  constexpr double kLink_m = 0.25, kCompliance_m_per_n = 2e-3, kTolerance = 2e-5;
+  ParticleTopology column;
+  std::vector<double> tensions(kLinks, 0.0);
+  for (uint32_t k = 0; k <= kLinks; ++k) {
+    column.masses_kg.push_back(0.1 * (1 + k % 3));
+    for (uint32_t link = 0; link < k; ++link) tensions[link] += kG * column.masses_kg[k];
+  }
+  double height = 0;
+  for (uint32_t k = 0; k <= kLinks; ++k) {
+    column.positions_m.emplace_back(0, height, 0);
+    if (k < kLinks) {
+      column.distance_constraints.push_back({k, k + 1, kLink_m, kCompliance_m_per_n});
+      height -= kLink_m + kCompliance_m_per_n * tensions[k];
+    }
+  }
+  Scene scene = Particles(column, {0});
+  scene.parameters.settings = SingleSubstep(1.0 / 60, 2000);
+  scene.parameters.settings.substeps = 4;
+  scene.parameters.settings.tolerance = kTolerance;
+  const double h = scene.parameters.settings.substep_s();
+  for (uint32_t k = 1; k <= kLinks; ++k) {
+    scene.state.velocities_m_per_s[k] = Vector3d(0, -kG * h / 2, 0);
+  }
+  const ClothHandle cloth = Make(scene);
+  const StepReport report = StepAlone(backend(), cloth, scene, 120);
+  EXPECT_TRUE(report.converged);
+  const ParticleState state = ReadState(backend(), cloth);
+  for (uint32_t k = 0; k < kLinks; ++k) {
+    const double length = (state.positions_m[k + 1] - state.positions_m[k]).norm();
+    const double tension = (length - kLink_m) / kCompliance_m_per_n;
+    // Positions of up to 2 m: 5 roundings of that size in a length.
+    EXPECT_NEAR(tension, tensions[k],
+                (2 * kTolerance * kLink_m + 5 * 2 * round_off()) / kCompliance_m_per_n)
+        << "link " << k;
+  }
+}
+
+// The sum over the halves of a discrete catenary of `links` links: tan(angle_k) = (k + 1/2 - n/2) /
+// stiffness, where stiffness is the horizontal tension in weights of a particle. Found by
+// bisection.
+struct DiscreteCatenary {
+  DiscreteCatenary(uint32_t links, double length_m, double span_m) {
+    double low = 1e-9, high = 1e9;  // of the horizontal tension
+    for (int step = 0; step < 200; ++step) {
+      const double middle = std::sqrt(low * high);
+      (Span(links, length_m, middle) < span_m ? low : high) = middle;
+    }
+    sag_m = 0;
+    for (uint32_t k = 0; k < links / 2; ++k) {
+      const double tangent = Tangent(links, k, low);
+      sag_m += length_m / links * tangent / std::sqrt(1 + tangent * tangent);
+    }
+  }
+  static double Tangent(uint32_t links, uint32_t k, double tension) {
+    return std::abs(k + 0.5 - links / 2.0) / tension;
+  }
+  static double Span(uint32_t links, double length_m, double tension) {
+    double span = 0;
+    for (uint32_t k = 0; k < links; ++k) {
+      const double tangent = Tangent(links, k, tension);
+      span += length_m / links / std::sqrt(1 + tangent * tangent);
+    }
+    return span;
+  }
+  double sag_m;
+};
+
+// s = 2 a sinh(span / 2a) gives a, the sag is a (cosh(span / 2a) - 1).
+double CatenarySag(double length_m, double span_m) {
+  double low = 1e-2 * span_m, high = 1e3 * span_m;
+  for (int step = 0; step < 200; ++step) {
+    const double a = std::sqrt(low * high);
+    (2 * a * std::sinh(span_m / (2 * a)) > length_m ? low : high) = a;
+  }
+  return low * (std::cosh(span_m / (2 * low)) - 1);
+}
+
+// The same hammock of 4, 8 and 16 cells, held by two opposite edges that are closer than it is
+// long: its sag is that of the discrete catenary, which comes closer to the catenary by 4 whenever
+// the cells are halved. Pins at both ends, 0.8 of the length apart.
+TEST_P(Hanging, AHammockHasOneShapeAtAnyResolution) {
+  constexpr double kLength_m = 1, kSpan_m = 0.8;
+  const double exact = CatenarySag(kLength_m, kSpan_m);
+  double previous = 0;
+  for (const uint32_t cells : {4u, 8u, 16u}) {
+    const DiscreteCatenary discrete(cells, kLength_m, kSpan_m);
+    const double off = std::abs(discrete.sag_m - exact);
+    if (previous > 0) {
+      EXPECT_NEAR(previous / off, 4, 0.5) << "second order in the resolution";
+    }
+    previous = off;
+
+    const uint32_t columns = cells + 1, rows = 3;
+    std::vector<uint32_t> pins;
+    for (uint32_t row = 0; row < rows; ++row) {
+      pins.push_back(row * columns);
+      pins.push_back(row * columns + cells);
+    }
+    Scene scene = Grid(columns, rows, kLength_m, 2 * kLength_m / cells, pins);
+    const double half_depth = std::sqrt(kLength_m * kLength_m - kSpan_m * kSpan_m) / 2;
+    for (Vector3d& p : scene.state.positions_m) {
+      p = {kSpan_m * p.x(), -2 * half_depth * std::min(p.x(), kLength_m - p.x()), p.z()};
+    }
+    scene.parameters.damping_per_s = 8;
+    scene.parameters.settings = SingleSubstep(1.0 / 60, 8);
+    scene.parameters.settings.substeps = 32;
+    const double h = scene.parameters.settings.substep_s();
+    const ParticleState state = StateAfter(scene, 180);
+    // As in equilibrium_test: while the impulses of a substep are found, a particle is away from
+    // where it stays by at most its tension's share of g h^2, here at most cells g h^2, at each of
+    // the particles between the edge and the middle.
+    const double bound = cells * cells / 2.0 * kG * h * h + 16 * cells * round_off() * kLength_m;
+    EXPECT_NEAR(-state.positions_m[columns + cells / 2].y(), discrete.sag_m, bound) << cells;
+  }
+}
+
+class Modes : public PresetTest {};
+
+double Laguerre(uint32_t n, double x) {
+  double before = 1, now = 1 - x;
+  if (n == 0) return before;
+  for (uint32_t k = 1; k < n; ++k) {
+    before = std::exchange(now, ((2 * k + 1 - x) * now - k * before) / (k + 1));
+  }
+  return now;
+}
+
+// Zeros of L_n, ascending, by bisection between sign changes; they lie in (0, 4n).
+std::vector<double> LaguerreZeros(uint32_t n) {
+  std::vector<double> zeros;
+  constexpr double kGrid = 1e-3;
+  for (double x = 0; x < 4 * n; x += kGrid) {
+    double low = x, high = x + kGrid;
+    if (Laguerre(n, low) * Laguerre(n, high) > 0) continue;
+    for (int step = 0; step < 60; ++step) {
+      const double middle = (low + high) / 2;
+      (Laguerre(n, low) * Laguerre(n, middle) > 0 ? low : high) = middle;
+    }
+    zeros.push_back(low);
+  }
+  return zeros;
+}
+
+// A chain of n equal links and masses has the small modes w^2 = (g/l) z with z the zeros of the
+// Laguerre polynomial L_n; the particle k links above the free end swings by L_k(z). Let go at rest
+// in a mode, after a quarter of its period it passes the middle. With links at angles of at most a
+// particles rise and fall by at most n l a^2 / 2 at twice the frequency, 2 n z a^2 of gravity; by
+// that share the tensions change, and the frequency by half of it. Without tethers: a chain that is
+// taut but for less than g h^2 is held by them too, in another direction than its links
+// (README.md).
+TEST_P(Modes, OfAChainAreTheZerosOfTheLaguerrePolynomial) {
+  constexpr uint32_t kLinks = 4;
+  constexpr double kLink_m = 0.25, kLargestAngle = 0.004;
+  const std::vector<double> zeros = LaguerreZeros(kLinks);
+  ASSERT_EQ(zeros.size(), kLinks);
+  for (const double z : zeros) {
+    std::vector<double> shape(kLinks + 1);  // by particle, the pivot first
+    double steepest = 0;
+    for (uint32_t i = 0; i <= kLinks; ++i) {
+      shape[i] = i == 0 ? 0 : Laguerre(kLinks - i, z);
+      if (i > 0) steepest = std::max(steepest, std::abs(shape[i] - shape[i - 1]) / kLink_m);
+    }
+    Scene scene = Chain(kLinks, kLink_m, 0.1);
+    double height = 0, norm = 0;
+    for (uint32_t i = 0; i <= kLinks; ++i) {
+      shape[i] *= kLargestAngle / steepest;
+      norm += shape[i] * shape[i];
+      if (i > 0) height -= std::sqrt(kLink_m * kLink_m - std::pow(shape[i] - shape[i - 1], 2));
+      scene.state.positions_m[i] = Vector3d(shape[i], height, 0);
+    }
+    const double quarter = std::numbers::pi / 2 / std::sqrt(kG / kLink_m * z);
+    std::array<double, 3> share{};  // of the mode that is left
+    for (size_t k = 0; k < 3; ++k) {
+      scene.parameters.settings = SchemeSettings(preset(), quarter, 60u << k, 60);
+      scene.parameters.settings.use_tethers = false;
+      const ParticleState state = StateAfter(scene);
+      for (uint32_t i = 0; i <= kLinks; ++i) share[k] += shape[i] * state.positions_m[i].x() / norm;
+    }
+    // Each of 240 substeps rounds positions of up to 1 m, and smaller velocities.
+    const double finite_angle = std::numbers::pi / 2 * kLinks * z * kLargestAngle * kLargestAngle;
+    const double rounding = 240 * 2 * round_off() / std::sqrt(norm);
+    const Refinement refinement{share, order()};
+    EXPECT_NEAR(refinement.limit(), 0,
+                refinement.bound() + refinement.rounding_gain() * rounding + finite_angle)
+        << "mode " << z;
+    EXPECT_LT(refinement.bound() + finite_angle, 0.01) << "the test must be able to tell";
+  }
+}
+
+DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(Hanging);
+DRAPE_PRESET_TEST_ON_EVERY_BACKEND(Modes);
+
+}  // namespace
+}  // namespace drape::test
