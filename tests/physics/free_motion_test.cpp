@@ -94,7 +94,7 @@ TEST_P(FreeMotion, ASpinningPolygonIsHeldByItsTension) {
   for (uint32_t k = 0; k < kCount; ++k) {
     scene.state.velocities_m_per_s[k] = kRate * Vector3d::UnitZ().cross(scene.state.positions_m[k]);
   }
-  constexpr uint32_t kSubsteps = 240, kSweeps = 60;
+  constexpr uint32_t kSubsteps = 120, kSweeps = 40;
   const auto states = Refined(scene, kSubsteps, kSweeps);
   const double rounding = Rounding(4 * kSubsteps, kSweeps, 1);
   std::array<double, 3> pulls{};
@@ -125,7 +125,7 @@ TEST_P(FreeMotion, AFreeChainKeepsMomentumAngularMomentumAndEnergy) {
     const double x = scene.state.positions_m[k].x();
     scene.state.velocities_m_per_s[k] = Vector3d(0.2, 4 * x + 2 * x * x, 1 - 3 * x * x);
   }
-  constexpr uint32_t kSubsteps = 240, kSweeps = 60;
+  constexpr uint32_t kSubsteps = 120, kSweeps = 40;
   ExpectKept(scene, Refined(scene, kSubsteps, kSweeps), Rounding(4 * kSubsteps, kSweeps, 1));
 }
 
@@ -139,7 +139,7 @@ TEST_P(FreeMotion, AFreeClothKeepsMomentumAngularMomentumAndEnergy) {
         Vector3d(0, 0.3, 0.1) + Vector3d(0, 2, 0).cross(p) +
         Vector3d(0, std::sin(8 * p.x() + 0.4) * std::cos(6 * p.z()), 0);
   }
-  constexpr uint32_t kSubsteps = 240, kSweeps = 60;
+  constexpr uint32_t kSubsteps = 120, kSweeps = 40;
   ExpectKept(scene, Refined(scene, kSubsteps, kSweeps), Rounding(4 * kSubsteps, kSweeps, 1));
 }
 

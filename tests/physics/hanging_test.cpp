@@ -14,14 +14,14 @@ constexpr double kG = 9.81;
 class Hanging : public PhysicsTest {};
 
 // Each link of a column carries what hangs below it, T_k = g sum of the masses below, and a
-// compliant one is longer by alpha T_k. The column starts at rest in that place with the velocity
-// that a hanging particle has between substeps, -g h / 2, so it has nowhere to go. What is left to
-// solve is the impulse of each substep, h T_k: a tolerance of that many rest lengths leaves |C +
-// (alpha/h) Lambda| below it, and the column at most as far off, link by link, as often as the mean
-// of its slow swing about the new place allows: twice.
+// compliant one is longer by alpha T_k, with ten sweeps as with two hundred: no stiffening. The
+// column starts at rest in that place with the velocity that a hanging particle has between
+// substeps, -g h / 2, so it has nowhere to go. A sweep goes through the links colour by colour and
+// leaves of the impulses' errors at most the share (w_i + w_j) / (w_i + w_j + alpha / h^2), below
+// 15 / 130 here, which after ten sweeps is nothing.
 TEST_P(Hanging, EachLinkOfAColumnCarriesWhatIsBelow) {
   constexpr uint32_t kLinks = 6;
-  constexpr double kLink_m = 0.25, kCompliance_m_per_n = 2e-3, kTolerance = 2e-5;
+  constexpr double kLink_m = 0.25, kCompliance_m_per_n = 2e-3;
   ParticleTopology column;
   std::vector<double> tensions(kLinks, 0.0);
   for (uint32_t k = 0; k <= kLinks; ++k) {
@@ -37,24 +37,32 @@ TEST_P(Hanging, EachLinkOfAColumnCarriesWhatIsBelow) {
     }
   }
   Scene scene = Particles(column, {0});
-  scene.parameters.settings = SingleSubstep(1.0 / 60, 2000);
+  scene.parameters.settings = SingleSubstep(1.0 / 60);
   scene.parameters.settings.substeps = 4;
-  scene.parameters.settings.tolerance = kTolerance;
   const double h = scene.parameters.settings.substep_s();
   for (uint32_t k = 1; k <= kLinks; ++k) {
     scene.state.velocities_m_per_s[k] = Vector3d(0, -kG * h / 2, 0);
   }
-  const ClothHandle cloth = Make(scene);
-  const StepReport report = StepAlone(backend(), cloth, scene, 120);
-  EXPECT_TRUE(report.converged);
-  const ParticleState state = ReadState(backend(), cloth);
-  for (uint32_t k = 0; k < kLinks; ++k) {
-    const double length = (state.positions_m[k + 1] - state.positions_m[k]).norm();
-    const double tension = (length - kLink_m) / kCompliance_m_per_n;
-    // Positions of up to 2 m: 5 roundings of that size in a length.
-    EXPECT_NEAR(tension, tensions[k],
-                (2 * kTolerance * kLink_m + 5 * 2 * round_off()) / kCompliance_m_per_n)
-        << "link " << k;
+  // Positions of up to 2 m: 5 roundings of that size in a length.
+  const double bound =
+      2 * std::pow(15.0 / 130, 10) * tensions[0] + 5 * 2 * round_off() / kCompliance_m_per_n;
+  for (const uint32_t sweeps : {1u, 2u, 10u, 50u, 200u}) {
+    scene.parameters.settings.max_iterations = sweeps;
+    const ParticleState state = StateAfter(scene, 120);
+    double worst = 0;
+    for (uint32_t k = 0; k < kLinks; ++k) {
+      const double length = (state.positions_m[k + 1] - state.positions_m[k]).norm();
+      const double off = (length - kLink_m) / kCompliance_m_per_n - tensions[k];
+      worst = std::max(worst, std::abs(off) / tensions[k]);
+      if (sweeps >= 10) {
+        EXPECT_LE(std::abs(off), bound) << "link " << k << " with " << sweeps << " sweeps";
+      }
+    }
+    // Found by too few sweeps, an elongation is off in the other direction: too long.
+    std::printf(
+        "[ MEASURED ] elongation of a column of %u links with %u sweeps on %s: off by at "
+        "most %.3g %%\n",
+        kLinks, sweeps, GetParam().c_str(), 100 * worst);
   }
 }
 
