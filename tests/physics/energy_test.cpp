@@ -1,6 +1,6 @@
 // What happens to the energy of what swings for ten seconds without physical damping, in units of m
-// g l (the mass times the length that hangs). Schemes of first order damp by a known amount; for
-// the others there is the project's bar. Long: it belongs to `./run test --full`.
+// g l (the mass times the length that hangs). Schemes of first order damp by a known amount, those
+// of second order by less; for ACCURATE there is a bar. Long: it belongs to `./run test --full`.
 #include <algorithm>
 
 #include "tests/physics/preset_test.h"
@@ -13,7 +13,8 @@ constexpr double kG = 9.81;
 constexpr double kDuration_s = 10;
 constexpr double kAngle_rad = 2;
 
-// The bar for schemes of second order.
+// The bar for ACCURATE once it is of second order, and for chains, which at these steps lose less
+// than a pendulum at 2 rad, for any scheme of second order.
 constexpr double kLargestDrift = 0.03;
 
 double EnergyOf(const Scene& scene, const ParticleState& state) {
@@ -85,7 +86,9 @@ TEST_P(EnergyLong, OfAPendulumAt2Radians) {
     EXPECT_NEAR(changes.back(), predicted,
                 std::abs(predicted) * h * largest_rate + 6 * substeps * round_off());
   } else {
-    ExpectWithinTheBar(changes);
+    const double first_order = PredictedDrift(scene.parameters.settings.substep_s());
+    EXPECT_LT(std::abs(changes.back()), std::abs(first_order));
+    if (preset() == Preset::kAccurate) ExpectWithinTheBar(changes);
   }
 }
 
