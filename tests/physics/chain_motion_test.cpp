@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "tests/physics/chain_scene.h"
 #include "tests/physics/preset_test.h"
-#include "tests/support/planar_chain.h"
 
 namespace drape::test {
 namespace {
@@ -13,20 +13,6 @@ using Eigen::Vector3d;
 
 double LargestDistance(const std::vector<Vector3d>& a, const std::vector<Vector3d>& b) {
   return FindWorst(a, b).distance;
-}
-
-// The product's chain in the same place with the same masses; the pivot is particle 0.
-Scene SceneOf(const PlanarChain& chain) {
-  ParticleTopology particles;
-  particles.positions_m = chain.Positions_m();
-  particles.masses_kg = {1};
-  for (uint32_t k = 0; k < chain.links().size(); ++k) {
-    particles.masses_kg.push_back(chain.links()[k].mass_kg);
-    particles.distance_constraints.push_back({k, k + 1, chain.links()[k].length_m, 0});
-  }
-  Scene scene = Particles(particles, {0});
-  scene.state.velocities_m_per_s = chain.Velocities_m_per_s();
-  return scene;
 }
 
 class ChainMotion : public PresetTest {

@@ -109,6 +109,38 @@ TEST(PlanarChainTest, AHangingChainCarriesWhatIsBelow) {
   EXPECT_NEAR(tensions[2], 4 * kG, 1e-12);
 }
 
+// Small modes w^2 = (g/l) z, z the zeros of L_n: after a quarter of its period the chain is
+// straight. At an angle of 1e-4 what is not linear is some 1e-8 of it, times the number of links
+// and z.
+TEST(PlanarChainTest, SmallModesAreTheZerosOfTheLaguerrePolynomials) {
+  for (const uint32_t links : {1u, 2u, 5u}) {
+    const std::vector<double> zeros = LaguerreZeros(links);
+    ASSERT_EQ(zeros.size(), links);
+    for (const double z : zeros) {
+      PlanarChain chain = ChainInMode(links, 0.2, 1, z, 1e-4);
+      chain.AdvanceConverged(std::numbers::pi / 2 / std::sqrt(kG / 0.2 * z), 1e-13);
+      for (const PlanarChain::Link& link : chain.links()) {
+        EXPECT_NEAR(link.angle_rad, 0, 1e-4 * 1e-5) << links << " links, z " << z;
+      }
+    }
+  }
+}
+
+// The slowest mode of a rope of the same length is w^2 = (g/L) j^2 / 4 with the first zero j =
+// 2.404825557695773 of the Bessel function J_0 (Daniel Bernoulli). The chain's comes to it by the
+// square of the number of links, if half a link is added for the mass of its lower end.
+TEST(PlanarChainTest, TheSlowestModeIsThatOfARope) {
+  const double rope = 2.404825557695773 * 2.404825557695773 / 4;
+  double previous = 0;
+  for (const uint32_t links : {4u, 8u, 16u}) {
+    const double off = std::abs((links + 0.5) * LaguerreZeros(links)[0] - rope);
+    if (previous > 0) {
+      EXPECT_NEAR(previous / off, 4, 0.5);
+    }
+    previous = off;
+  }
+}
+
 // Let go horizontally, links further out know nothing of the pivot yet: no tension, free fall.
 TEST(PlanarChainTest, TheCurtainStartsInFreeFall) {
   PlanarChain column = CurtainColumn(32, 1);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "tests/support/closed_forms.h"
 
 namespace drape::test {
 namespace {
@@ -164,6 +165,20 @@ double PlanarChain::Energy_j() const {
 PlanarChain StraightChain(uint32_t link_count, double link_m, double mass_kg, double angle_rad) {
   return PlanarChain(std::vector<Link>(
       link_count, Link{.length_m = link_m, .mass_kg = mass_kg, .angle_rad = angle_rad}));
+}
+
+PlanarChain ChainInMode(uint32_t link_count, double link_m, double mass_kg, double z,
+                        double steepest_rad) {
+  std::vector<Link> links(link_count, Link{.length_m = link_m, .mass_kg = mass_kg});
+  double steepest = 0, above = 0;  // how far the particle above is to the side
+  for (uint32_t k = 0; k < link_count; ++k) {
+    const double here = Laguerre(link_count - 1 - k, z);
+    links[k].angle_rad = here - above;
+    steepest = std::max(steepest, std::abs(here - above));
+    above = here;
+  }
+  for (Link& link : links) link.angle_rad *= steepest_rad / steepest;
+  return PlanarChain(links);
 }
 
 PlanarChain CurtainColumn(uint32_t rows, double height_m) {

@@ -48,6 +48,11 @@ class PlanarChain {
 // `link_count` equal links of link_m in a straight line.
 PlanarChain StraightChain(uint32_t link_count, double link_m, double mass_kg, double angle_rad);
 
+// The same, at rest in the small mode of the zero z of the Laguerre polynomial L_n
+// (closed_forms.h), scaled so that its steepest link is at the angle.
+PlanarChain ChainInMode(uint32_t link_count, double link_m, double mass_kg, double z,
+                        double steepest_rad);
+
 // One column of a grid of `rows` rows and height_m hung by its whole first row, let go
 // horizontally: x of the chain is z of the grid. All columns stay alike and their mass cancels.
 PlanarChain CurtainColumn(uint32_t rows, double height_m);
