@@ -91,7 +91,9 @@ TEST_P(ChainMotion, ASwingingClothConvergesInTheOrderOfItsScheme) {
   std::vector<std::vector<Vector3d>> positions;
   for (uint32_t k = 0; k < 4; ++k) {
     Scene scene = Grid(4, 4, 0.3, 0.3, {0, 1, 2, 3});
+    // Across the sheet only, so that no constraint is asked to stretch at the start.
     Stir(scene, 0.5);
+    for (Vector3d& v : scene.state.velocities_m_per_s) v = {0, v.y(), 0};
     scene.parameters.settings = SchemeSettings(preset(), 0.2, 30u << k, 60);
     positions.push_back(StateAfter(scene).positions_m);
   }

@@ -79,6 +79,9 @@ struct Refinement {
   double rounding_gain() const { return 4 * (std::exp2(order) + 1) / (std::exp2(order) - 1); }
 };
 
+// Scenes must start with velocities that no constraint forbids: taking those away costs an impulse
+// at the start, whose error may be of a lower order than the scheme's.
+//
 // Errors at h, h/2 and h/4 shrink as the order says, less 0.2 of it for the orders above that still
 // count at steps this long, and down to what rounding leaves.
 inline void ExpectOrder(const std::array<double, 3>& errors, int order, double rounding) {
