@@ -12,14 +12,16 @@
 
 namespace drape::test {
 
-// Parameter: a backend's name. Destroys the cloths that it made.
-class PhysicsTest : public ::testing::TestWithParam<std::string> {
+// What every fixture here offers. Destroys the cloths that it made.
+class PhysicsBase : public ::testing::Test {
  protected:
   void TearDown() override {
     for (const ClothHandle cloth : cloths_) backend().Destroy(cloth);
   }
 
-  Backend& backend() { return SharedBackend(GetParam()); }
+  virtual std::string backend_name() const = 0;
+
+  Backend& backend() { return SharedBackend(backend_name()); }
   // Largest relative error of one rounded operation.
   double round_off() { return UnitRoundOff(backend()); }
   ScalarType scalar() { return backend().Describe().scalar; }
@@ -28,18 +30,32 @@ class PhysicsTest : public ::testing::TestWithParam<std::string> {
     cloths_.push_back(CreateCloth(backend(), scene));
     return cloths_.back();
   }
+  // Of a new cloth after so many steps.
+  ParticleState StateAfter(const Scene& scene, uint32_t steps = 1) {
+    const ClothHandle cloth = Make(scene);
+    StepAlone(backend(), cloth, scene, steps);
+    return ReadState(backend(), cloth);
+  }
 
  private:
   std::vector<ClothHandle> cloths_;
 };
 
-// One substep per step, this many sweeps, no tolerance.
+// Parameter: a backend's name.
+class PhysicsTest : public PhysicsBase, public ::testing::WithParamInterface<std::string> {
+ protected:
+  std::string backend_name() const override { return GetParam(); }
+};
+
+// One substep per step, this many sweeps over the colours, no tolerance.
 inline StepSettings SingleSubstep(double time_step_s, uint32_t max_iterations = 1) {
   StepSettings settings;
   settings.time_step_s = time_step_s;
   settings.substeps = 1;
   settings.max_iterations = max_iterations;
   settings.tolerance = 0;
+  settings.integration = Integration::kOneStep;
+  settings.sweep = Sweep::kColours;
   return settings;
 }
 

@@ -47,14 +47,7 @@ Scene WeightlessSheet(uint32_t side, const Vector3d& wind_m_per_s, double angle_
   return scene;
 }
 
-class Wind : public PhysicsTest {
- protected:
-  ParticleState StateAfter(const Scene& scene, uint32_t steps) {
-    const ClothHandle cloth = Make(scene);
-    StepAlone(backend(), cloth, scene, steps);
-    return ReadState(backend(), cloth);
-  }
-};
+class Wind : public PhysicsTest {};
 
 // Without other forces the relative velocity of a sheet broadside to the wind decays as w / (1 + c
 // w t), which is what a kick does: exact at any step size and resolution. 40 roundings per substep

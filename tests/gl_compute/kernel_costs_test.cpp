@@ -1,0 +1,98 @@
+#include "server/solver/gl_compute/kernel_costs.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/gl_compute/test_cloths.h"
+
+namespace drape {
+namespace {
+
+// llvmpipe leaves every loop after 65535 passes in one invocation, without a word. In small models
+// what a loop costs beside its rounds is most of the count: the longest step of one dispatch, a
+// little longer ones and much longer ones must all make every sweep.
+TEST(KernelCostsTest, LongStepsOfChainsAreNotCutShort) {
+  const std::unique_ptr<Backend> backend = MakeGlBackend();
+  for (const uint32_t links : {1u, 3u}) {
+    const auto model = BuildModel(ChainDescription(links + 1, {0}));
+    for (const uint32_t sweeps : {4u, 64u}) {
+      ClothParameters parameters;
+      parameters.settings.integration = Integration::kOneStep;
+      parameters.settings.sweep = links == 3 ? Sweep::kStripsThenColours : Sweep::kColours;
+      parameters.settings.use_tethers = links == 3;
+      parameters.settings.max_iterations = sweeps;
+      const auto dispatches_of = [&](uint32_t substeps) {
+        parameters.settings.substeps = substeps;
+        const ClothHandle cloth = CreateCloth(*backend, model, parameters);
+        const StepItem item{.cloth = cloth, .pin_targets_m = {}, .measure = false};
+        const BatchReport report = backend->Step({&item, 1});
+        EXPECT_EQ(report.reports[0].iterations, substeps * sweeps)
+            << links << " links, " << sweeps << " sweeps in " << report.dispatch_count
+            << " dispatches";
+        backend->Destroy(cloth);
+        return report.dispatch_count;
+      };
+      uint32_t fits = 1, does_not = 2500;
+      const uint32_t least = dispatches_of(fits);
+      ASSERT_LT(least, dispatches_of(does_not));
+      while (does_not - fits > 1 + fits / 50) {
+        const uint32_t middle = (fits + does_not) / 2;
+        (dispatches_of(middle) == least ? fits : does_not) = middle;
+      }
+    }
+  }
+}
+
+TEST(KernelCostsTest, SweepOfAChain) {
+  // 100 particles, 99 constraints in 2 colours of 50 and 49: with 32 invocations 2 rounds each.
+  const auto model = BuildModel(ChainDescription(100));
+  ASSERT_EQ(model->colour_count(), 2u);
+  ClothParameters parameters;
+  parameters.settings.sweep = Sweep::kColours;
+  const LoopCosts costs = CountResidentLoops(*model, parameters, 32);
+  // The sweep's own pass, 2 + 2 of the colours, 2 + 2 of each colour's constraints.
+  EXPECT_EQ(costs.sweep, 1u + 4 + 4 + 4);
+  parameters.colliders = {PlaneCollider{}, PlaneCollider{}};
+  // 4 rounds over the particles, each with 2 colliders, and two more passes for each loop's end; one
+  // for the loop around.
+  EXPECT_EQ(CountResidentLoops(*model, parameters, 32).sweep, costs.sweep + 1 + 6 + 4 * 4);
+}
+
+// One strip of 99 links: along it four times, to 99 links or 100 particles, each with two passes more.
+TEST(KernelCostsTest, SweepOfAChainAsAStrip) {
+  const auto model = BuildModel(ChainDescription(100));
+  ASSERT_EQ(model->strips().strip_count(), 1u);
+  // The sweep's own pass, 1 + 2 of the phases, 1 + 2 of the strips in it.
+  EXPECT_EQ(CountResidentLoops(*model, {}, 32).sweep, 1u + 3 + 3 + 2 * 101 + 2 * 102);
+}
+
+// 8 x 8 particles in 2 rounds of 32, 98 triangles in 4, at most 6 triangles per particle.
+TEST(KernelCostsTest, AKickOfTheAir) {
+  const auto model = GridModel(8, 8);
+  ClothParameters parameters;
+  const LoopCosts calm = CountResidentLoops(*model, parameters, 32);
+  parameters.air_drag = 1;
+  const LoopCosts windy = CountResidentLoops(*model, parameters, 32);
+  EXPECT_EQ(windy.substep - calm.substep, (4 + 2) + (2 + 2) + 2 * (6 + 2));
+  EXPECT_EQ(windy.fixed - calm.fixed, windy.substep - calm.substep);
+  EXPECT_EQ(windy.sweep, calm.sweep);
+}
+
+TEST(KernelCostsTest, PartsCoverTheWholeStep) {
+  const LoopCosts costs = {.sweep = 70, .substep = 130, .fixed = 200};
+  StepSettings settings;
+  for (const uint32_t substeps : {1u, 60u, 10'000u}) {
+    for (const uint32_t iterations : {1u, 100u, 10'000u}) {
+      settings.substeps = substeps;
+      settings.max_iterations = iterations;
+      const uint64_t parts = CountParts(costs, settings, 60'000);
+      const uint64_t total = (uint64_t{substeps} + 1) * (130 + uint64_t{iterations} * 70);
+      EXPECT_GE(parts * 60'000, total + costs.fixed);
+      EXPECT_EQ(parts == 1, total + costs.fixed <= 60'000);
+    }
+  }
+  EXPECT_TRUE(CanRunInParts(costs, 800));
+  EXPECT_FALSE(CanRunInParts(costs, 799));
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,129 @@
+// Nothing depends on where a cloth is, how it is turned or how fast all of it moves (Galilean
+// invariance).
+#include <algorithm>
+#include <numbers>
+
+#include "tests/physics/preset_test.h"
+
+namespace drape::test {
+namespace {
+
+using Eigen::Vector3d;
+
+// x -> rotation x + shift + velocity t.
+struct Frame {
+  std::string name;
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
+  Vector3d shift_m = Vector3d::Zero();
+  Vector3d velocity_m_per_s = Vector3d::Zero();
+
+  Vector3d PositionAt(double t, const Vector3d& p) const {
+    return rotation * p + shift_m + velocity_m_per_s * t;
+  }
+};
+
+std::vector<Frame> Frames() {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(2.2, Vector3d(0.36, 0.48, 0.8)));
+  return {{.name = "turned", .rotation = turn},
+          {.name = "shifted", .shift_m = Vector3d(3, -2, 5)},
+          {.name = "moving", .velocity_m_per_s = Vector3d(2, 1, -3)},
+          {"all", turn, Vector3d(3, -2, 5), Vector3d(2, 1, -3)}};
+}
+
+class FrameIndependence : public PresetTest {
+ protected:
+  static constexpr uint32_t kSteps = 8;
+
+  // The scene's positions after kSteps in a frame, brought back into the scene's own. The pins, if
+  // any, move with the frame; colliders are turned and shifted (they do not move).
+  std::vector<Vector3d> SeenFrom(const Frame& frame, Scene scene) {
+    const double step_s = scene.parameters.settings.time_step_s;
+    const std::vector<Vector3d> rest = scene.state.positions_m;
+    for (Vector3d& p : scene.state.positions_m) p = frame.PositionAt(0, p);
+    for (Vector3d& v : scene.state.velocities_m_per_s) {
+      v = frame.rotation * v + frame.velocity_m_per_s;
+    }
+    ClothParameters& parameters = scene.parameters;
+    parameters.gravity_m_per_s2 = frame.rotation * parameters.gravity_m_per_s2;
+    parameters.wind_m_per_s = frame.rotation * parameters.wind_m_per_s + frame.velocity_m_per_s;
+    for (Collider& collider : parameters.colliders) {
+      auto& sphere = std::get<SphereCollider>(collider);
+      sphere.center_m = frame.PositionAt(0, sphere.center_m);
+    }
+    const ClothHandle cloth = Make(scene);
+    for (uint32_t step = 1; step <= kSteps; ++step) {
+      scene.pin_targets_m.clear();
+      for (const uint32_t pin : scene.model->pins()) {
+        scene.pin_targets_m.push_back(frame.PositionAt(step * step_s, rest[pin]));
+      }
+      contacts_ += StepAlone(backend(), cloth, scene, 1, /*measure=*/true).measured.contacts;
+    }
+    std::vector<Vector3d> positions = ReadState(backend(), cloth).positions_m;
+    for (Vector3d& p : positions) {
+      p = frame.rotation.conjugate() *
+          (p - frame.shift_m - frame.velocity_m_per_s * (kSteps * step_s));
+    }
+    return positions;
+  }
+
+  // Positions are numbers of size up to `size_m`, rounded twice in each substep, which changes the
+  // error C of a constraint by so much and, corrected, the positions at its ends; substeps that are
+  // alike may round alike. Velocities enter as h u, which is smaller. What is moved aside by an
+  // amount moves on with the cloth, whose neighbouring states part at most as fast as two pendulums
+  // of an edge's length about their upper equilibrium: exp(sqrt(g / l) t).
+  double Bound(const Scene& scene, double size_m) {
+    const StepSettings& settings = scene.parameters.settings;
+    const double time = kSteps * settings.time_step_s;
+    const double growth = std::exp(std::sqrt(9.81 / scene.model->length_scale_m()) * time);
+    return 4.0 * kSteps * settings.substeps * round_off() * size_m * growth;
+  }
+
+  void ExpectTheSameFromEveryFrame(const Scene& scene, const std::vector<Frame>& frames) {
+    const std::vector<Vector3d> here = SeenFrom({.name = "here"}, scene);
+    for (const Frame& frame : frames) {
+      const double time = kSteps * scene.parameters.settings.time_step_s;
+      const double size = 1 + frame.shift_m.norm() + time * frame.velocity_m_per_s.norm();
+      const WorstOffender worst = FindWorst(SeenFrom(frame, scene), here);
+      EXPECT_LE(worst.distance, Bound(scene, size)) << frame.name << ": " << worst.message;
+    }
+  }
+
+  uint32_t contacts_ = 0;  // seen in all runs
+};
+
+TEST_P(FrameIndependence, OfAHangingClothInTheWind) {
+  StructuralMaterial material;
+  material.stretch_compliance_m_per_n = 1e-4;
+  material.shear_stiffness_n_per_m = 1;
+  Scene scene = Grid(6, 5, 0.5, 0.4, {0, 5}, material);
+  Stir(scene, 0.5);
+  scene.parameters.wind_m_per_s = Vector3d(3, 1, 2);
+  scene.parameters.air_drag = 1;
+  scene.parameters.air_lift = 0.5;
+  scene.parameters.settings = PresetSettings(preset());
+  scene.parameters.settings.tolerance = 0;
+  scene.parameters.settings.max_iterations =
+      std::min(20u, scene.parameters.settings.max_iterations);
+  ExpectTheSameFromEveryFrame(scene, Frames());
+}
+
+// Falls onto a sphere with friction; colliders rest, so the frames do not move.
+TEST_P(FrameIndependence, OfAClothOnASphere) {
+  Scene scene = Grid(6, 6, 0.5, 0.5);
+  scene.parameters.colliders = {SphereCollider{Vector3d(0.25, -0.205, 0.23), 0.2}};
+  scene.parameters.friction_static = 0.5;
+  scene.parameters.friction_dynamic = 0.4;
+  scene.parameters.settings = PresetSettings(preset());
+  scene.parameters.settings.tolerance = 0;
+  scene.parameters.settings.max_iterations =
+      std::min(20u, scene.parameters.settings.max_iterations);
+  std::vector<Frame> frames = Frames();
+  std::erase_if(frames, [](const Frame& frame) { return !frame.velocity_m_per_s.isZero(0); });
+  ExpectTheSameFromEveryFrame(scene, frames);
+  EXPECT_GT(contacts_, 0u) << "it never touched the sphere";
+}
+
+DRAPE_PRESET_TEST_ON_EVERY_BACKEND(FrameIndependence);
+
+}  // namespace
+}  // namespace drape::test
