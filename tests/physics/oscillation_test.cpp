@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "tests/physics/physics_test.h"
+#include "tests/support/closed_forms.h"
 
 namespace drape::test {
 namespace {
@@ -29,15 +30,6 @@ class Oscillation : public PhysicsTest {
   }
 };
 
-double ArithmeticGeometricMean(double a, double b) {
-  while (std::abs(a - b) > 1e-15 * a) {
-    const double mean = (a + b) / 2;
-    b = std::sqrt(a * b);
-    a = mean;
-  }
-  return a;
-}
-
 // T = 2 pi sqrt(L/g) / AGM(1, cos(theta/2)). With the impulse along the rod at the END of the
 // substep, eliminating v gives the step of the angle d' = atan((sin d - w2 sin t) / (2 - cos d + w2
 // cos t)), w2 = h^2 g / L: a damping rate of h g / L, which shortens the frequency by w2/8, and
@@ -47,8 +39,7 @@ double ArithmeticGeometricMean(double a, double b) {
 TEST_P(Oscillation, PendulumPeriod) {
   constexpr double kLength = 1;
   constexpr double kAngle = 0.1;
-  const double exact =
-      2 * kPi * std::sqrt(kLength / kG) / ArithmeticGeometricMean(1, std::cos(kAngle / 2));
+  const double exact = PendulumPeriod_s(kLength, kG, kAngle);
   for (const double h : {1.0 / 240, 1.0 / 480}) {
     Scene scene = Chain(1, kLength, 0.2);
     scene.state.positions_m[1] = kLength * Vector3d(std::sin(kAngle), -std::cos(kAngle), 0);
