@@ -139,8 +139,8 @@ AccuracyScene SwingScene(uint32_t side, bool is_quick) {
 
 std::vector<AccuracyScene> AccuracyScenes(bool is_quick) {
   if (is_quick) {
-    return {PendulumScene(), Curtain(6, true), SwingScene(6, true), TwoCorners(6, 0.2),
-            Sphere(9, 0.2)};
+    return {PendulumScene(), Curtain(6, true), SwingScene(6, true), TwoCorners(6, 0.1),
+            Sphere(9, 0.1)};
   }
   std::vector<AccuracyScene> scenes;
   for (AccuracyScene& scene :

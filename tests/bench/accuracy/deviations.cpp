@@ -16,6 +16,11 @@ constexpr double kNotDefined = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace
 
+Deviations Deviations::NotDefined() {
+  return {kNotDefined, kNotDefined, kNotDefined, kNotDefined,
+          kNotDefined, kNotDefined, kNotDefined};
+}
+
 PositionError ComparePositions(const SceneModel& model, const std::vector<Vector3d>& a,
                                const std::vector<Vector3d>& b) {
   DRAPE_CHECK(a.size() == b.size(), "as many particles");
@@ -77,6 +82,7 @@ void Observer::Observe(uint32_t frame, const ParticleState& state) {
 }
 
 Deviations Observer::Result() const {
+  if (!is_finite_) return Deviations::NotDefined();
   Deviations result = worst_;
   result.rms_strain = std::sqrt(strain_sq_sum_ / strain_count_);
   const ClothParameters& parameters = scene_.scene.parameters;
@@ -85,10 +91,6 @@ Deviations Observer::Result() const {
   }
   if (parameters.colliders.empty()) {
     result.max_penetration_m = result.midpoint_penetration_m = kNotDefined;
-  }
-  if (!is_finite_) {
-    result = {kNotDefined, kNotDefined, kNotDefined, kNotDefined,
-              kNotDefined, kNotDefined, kNotDefined};
   }
   return result;
 }

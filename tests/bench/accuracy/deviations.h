@@ -12,6 +12,8 @@ namespace drape::bench {
 
 // NaN: not defined for this scene, or the motion was not finite.
 struct Deviations {
+  static Deviations NotDefined();
+
   // (b) |l - l0| / l0 over the inextensible constraints: the largest of any frame of the window,
   // and the root mean square over constraints and frames.
   double max_strain = 0;

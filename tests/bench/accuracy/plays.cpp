@@ -39,8 +39,10 @@ class Player {
       iterations_ += report.iterations;
       observer_.Observe(frame_, contestant_.State());
       if (report.is_faulted) status_ = "faulted";
-      if (wall_ms_.back() > 1000 * limits.play_s) status_ = "over_time";
     }
+    // What the whole play would take, after a part of it.
+    const double expected_ms = wall_ms_.back() / std::max(frame_, 1u) * scene_.frame_count();
+    if (is_first_ && status_ == "ok" && expected_ms > 1000 * limits.play_s) status_ = "over_time";
   }
 
   bool WantsRound(const PlayLimits& limits) const {
@@ -53,7 +55,7 @@ class Player {
   PlayResult Result() const {
     PlayResult result;
     result.status = status_;
-    result.deviations = observer_.Result();
+    result.deviations = status_ == "ok" ? observer_.Result() : Deviations::NotDefined();
     std::span<const double> wall_ms(wall_ms_);
     if (wall_ms.size() > 1) wall_ms = wall_ms.subspan(1);
     // Only a play that was stopped early has less than all frames; then there is no other.

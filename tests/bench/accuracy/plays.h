@@ -18,8 +18,8 @@ struct PlayLimits {
 };
 
 struct PlayResult {
-  // "ok"; "faulted": the cloth blew up; "over_time": stopped at PlayLimits::play_s. The deviations
-  // count for "ok" only.
+  // "ok"; "faulted": the cloth blew up; "over_time": stopped because of PlayLimits::play_s. The
+  // deviations are defined for "ok" only.
   std::string status = "ok";
   Deviations deviations;
   uint32_t repeats = 0;  // plays that the times come from
