@@ -2,7 +2,7 @@
 
 import math
 
-from rows import distinct, markdown, millimetres, milliseconds, percent, select
+from rows import distinct, markdown, millimetres, milliseconds, percent, select, two_digits
 
 COLUMNS = {
     "accuracy": [
@@ -161,8 +161,8 @@ def contacts_text(rows):
         shown = row["backend"] == PEER or (row["backend"] == main_backend(rows) and row["method"] in PRESETS)
         if shown and row["status"] == "ok" and math.isfinite(row["max_penetration_m"]):
             lines.append([f"{row['scene']}: {row['method']}", milliseconds(row["wall_ms_per_s"]), percent(row["max_strain"]),
-                          percent(row["rms_strain"]), f"{1000 * row['max_penetration_m']:.2g}",
-                          f"{1000 * row['midpoint_penetration_m']:.2g}"])
+                          percent(row["rms_strain"]), two_digits(1000 * row["max_penetration_m"]),
+                          two_digits(1000 * row["midpoint_penetration_m"])])
     if not lines:
         return []
     return ["### Contacts\n", markdown(["scene: method", "ms/s", "max strain", "RMS strain", "deepest particle [mm]",
@@ -219,7 +219,7 @@ def order_text(rows):
     lines = []
     for (backend, method, scene), order in orders(rows).items():
         some = select(rows, backend=backend, method=method, scene=scene)
-        errors = " / ".join(f"{1000 * r['rms_position_m']:.2g}" for r in some)
+        errors = " / ".join(two_digits(1000 * r["rms_position_m"]) for r in some)
         lines.append([f"{scene}: {method}, {backend}", " / ".join(f"{r['substeps']:.0f}" for r in some), errors, f"{order:.2f}"])
     return ["### Order of convergence\n",
             "RMS position error at the end against the substeps of a frame of 1/60 s; order: slope of a straight line through all of "
@@ -229,10 +229,10 @@ def order_text(rows):
 
 
 def energy_text(energy, creep):
-    lines = [[f"{r['scene']}: {r['method']}", f"{r['duration_s']:g} s", f"{100 * r['energy_drift']:.2g} %"] for r in energy]
+    lines = [[f"{r['scene']}: {r['method']}", f"{r['duration_s']:g} s", two_digits(100 * r["energy_drift"]) + " %"] for r in energy]
     text = ["### Energy\n", "Largest change of the energy at any frame, in units of m g l, without damping; negative: lost.\n",
             markdown(["scene: method", "over", "change"], lines)]
-    lines = [[r["method"], f"{r['duration_s']:g} s", f"{1000 * r['creep_m']:.2g} mm"] for r in creep]
+    lines = [[r["method"], f"{r['duration_s']:g} s", millimetres(r["creep_m"])] for r in creep]
     return [*text, "A patch on an incline of 0.3 under friction of 0.5 creeps:\n", markdown(["method", "in", "by"], lines)]
 
 
@@ -247,8 +247,8 @@ def split_text(rows):
             lines = []
             for substeps in distinct(some, "substeps"):
                 row = select(some, substeps=substeps)
-                lines.append([f"{substeps:.0f}", f"{1000 * row[0]['discretisation_m']:.2g}",
-                              *(f"{1000 * r['algebraic_m']:.2g}" for r in row)])
+                lines.append([f"{substeps:.0f}", two_digits(1000 * row[0]["discretisation_m"]),
+                              *(two_digits(1000 * r["algebraic_m"]) for r in row)])
             text.append(f"{scene}, {method}:\n")
             text.append(markdown(["substeps", "discretisation", *(f"algebraic, {sweeps:.0f} sweeps" for sweeps in
                                                                    distinct(some, "sweeps"))], lines))

@@ -39,9 +39,13 @@ def percent(value):
     return f"{100 * value:.0f} %" if value >= 0.1 else f"{100 * value:.2g} %"
 
 
+def two_digits(value):
+    """1200, 12, 1.2, 0.012, 1.2e-06."""
+    return f"{value:.0f}" if abs(value) >= 99.5 else f"{value:.2g}"
+
+
 def millimetres(value_m):
-    """Of metres; two digits."""
-    return f"{1000 * value_m:.0f} mm" if value_m >= 0.0995 else f"{1000 * value_m:.2g} mm"
+    return two_digits(1000 * value_m) + " mm"
 
 
 def markdown(header, lines):
