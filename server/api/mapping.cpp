@@ -92,6 +92,18 @@ v1::ClothShape ToProto(const SceneModel& model, const std::string& plan) {
   return message;
 }
 
+v1::StepSettings::Sweep ToProto(Sweep sweep) {
+  switch (sweep) {
+    case Sweep::kColours:
+      return v1::StepSettings::COLOURS;
+    case Sweep::kStrips:
+      return v1::StepSettings::STRIPS;
+    case Sweep::kStripsThenColours:
+      return v1::StepSettings::STRIPS_THEN_COLOURS;
+  }
+  return v1::StepSettings::SWEEP_UNSPECIFIED;
+}
+
 v1::StepSettings ToProto(const StepSettings& settings) {
   v1::StepSettings message;
   message.set_preset(ToProto(settings.preset));
@@ -103,6 +115,11 @@ v1::StepSettings ToProto(const StepSettings& settings) {
   message.set_spring_integration(settings.spring_integration == SpringIntegration::kInForce
                                      ? v1::StepSettings::IN_FORCE
                                      : v1::StepSettings::HALF_KICKS);
+  message.set_sweep(ToProto(settings.sweep));
+  message.set_integration(settings.integration == Integration::kOneStep
+                              ? v1::StepSettings::ONE_STEP
+                              : v1::StepSettings::TWO_STEP);
+  message.set_twist_damping_per_s(settings.twist_damping_per_s);
   return message;
 }
 

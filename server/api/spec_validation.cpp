@@ -175,6 +175,26 @@ Eigen::Vector3d CheckWind(const FieldPath& path, const DoubleList& wind_m_per_s,
   return checks.Vector3(path, wind_m_per_s, kMaxWind_m_per_s, "m/s").value_or(fallback);
 }
 
+void CheckSolverChoices(const FieldPath& path, const v1::StepSettings& settings,
+                        StepSettingsOverrides& overrides, FieldChecks& checks) {
+  if (checks.KnownEnum(path.Child("sweep"), settings.sweep(), v1::StepSettings::Sweep_descriptor())) {
+    if (settings.sweep() == v1::StepSettings::COLOURS) overrides.sweep = Sweep::kColours;
+    if (settings.sweep() == v1::StepSettings::STRIPS) overrides.sweep = Sweep::kStrips;
+    if (settings.sweep() == v1::StepSettings::STRIPS_THEN_COLOURS) {
+      overrides.sweep = Sweep::kStripsThenColours;
+    }
+  }
+  if (checks.KnownEnum(path.Child("integration"), settings.integration(),
+                       v1::StepSettings::Integration_descriptor())) {
+    if (settings.integration() == v1::StepSettings::ONE_STEP) {
+      overrides.integration = Integration::kOneStep;
+    }
+    if (settings.integration() == v1::StepSettings::TWO_STEP) {
+      overrides.integration = Integration::kTwoStep;
+    }
+  }
+}
+
 StepSettings CheckSettings(const FieldPath& path, const v1::StepSettings& settings,
                            FieldChecks& checks) {
   StepSettingsOverrides overrides;
@@ -197,6 +217,10 @@ StepSettings CheckSettings(const FieldPath& path, const v1::StepSettings& settin
     overrides.spring_integration = settings.spring_integration() == v1::StepSettings::IN_FORCE
                                        ? SpringIntegration::kInForce
                                        : SpringIntegration::kHalfKicks;
+  }
+  CheckSolverChoices(path, settings, overrides, checks);
+  if (settings.has_twist_damping_per_s()) {
+    overrides.twist_damping_per_s = settings.twist_damping_per_s();
   }
   if (settings.has_time_step_s()) overrides.time_step_s = settings.time_step_s();
   if (settings.has_substeps()) overrides.substeps = settings.substeps();

@@ -101,6 +101,10 @@ Result<std::shared_ptr<const SceneModel>> SceneModel::Build(const ModelDescripti
   model->SetParticles(std::move(system.rest_positions_m), std::move(system.masses_kg),
                       description.pinned_particles);
   model->SetConnections(std::move(system.distance_constraints), std::move(system.springs));
+  if (const auto* grid = std::get_if<GridTopology>(&description.topology)) {
+    model->grid_columns_ = grid->columns;
+    model->grid_rows_ = grid->rows;
+  }
   model->SetScales();
   model->triangles_ = std::move(system.triangles);
   model->triangle_shares_ =
@@ -134,6 +138,7 @@ void SceneModel::SetConnections(std::vector<DistanceConstraint> constraints,
   constraints_ = std::move(coloured.constraints);
   colour_offsets_ = std::move(coloured.colour_offsets);
   tethers_ = FindTethers(rest_positions_m_, constraints_, pins_);
+  strips_ = FindStrips(rest_positions_m_, constraints_, is_pin);
   has_compliance_ = std::any_of(constraints_.begin(), constraints_.end(),
                                 [](const auto& c) { return c.compliance_m_per_n > 0; });
   SpringEnds gathered = GatherSpringEnds(springs, particle_count());
@@ -173,6 +178,8 @@ uint64_t SceneModel::HashContent() const {
   hash.Add(springs_);
   hash.Add(pins_);
   hash.Add(triangles_);
+  hash.AddWord(grid_columns_);
+  hash.AddWord(grid_rows_);
   hash.AddWord(dropped_triangles_);
   hash.AddWord(dropped_constraints_);
   return hash.value();
@@ -183,6 +190,7 @@ bool SceneModel::SameContent(const SceneModel& other) const {
          SameBits(masses_kg_, other.masses_kg_) && SameBits(constraints_, other.constraints_) &&
          SameBits(colour_offsets_, other.colour_offsets_) && SameBits(springs_, other.springs_) &&
          SameBits(pins_, other.pins_) && SameBits(triangles_, other.triangles_) &&
+         grid_columns_ == other.grid_columns_ && grid_rows_ == other.grid_rows_ &&
          dropped_triangles_ == other.dropped_triangles_ &&
          dropped_constraints_ == other.dropped_constraints_;
 }

@@ -8,6 +8,7 @@
 #include "server/core/status.h"
 #include "server/scene/constraint_builder.h"
 #include "server/scene/description.h"
+#include "server/scene/strips.h"
 #include "server/scene/tethers.h"
 #include "server/scene/triangle_shares.h"
 
@@ -66,6 +67,10 @@ class SceneModel {
   // tethers.
   std::span<const uint32_t> tether_offsets() const { return tethers_.offsets; }
   std::span<const Tether> tethers() const { return tethers_.tethers; }
+  const StripSet& strips() const { return strips_; }
+  // Of a grid; 0 for everything else. Particle index = row * columns + column.
+  uint32_t grid_columns() const { return grid_columns_; }
+  uint32_t grid_rows() const { return grid_rows_; }
   std::span<const std::array<uint32_t, 3>> triangles() const { return triangles_; }
   // The triangles of particle p are the entries triangle_offsets[p] .. triangle_offsets[p + 1] of
   // particle_triangles; triangle_masses_kg as in TriangleShares.
@@ -110,6 +115,9 @@ class SceneModel {
   std::vector<SpringEnd> spring_ends_;
   std::vector<uint32_t> pins_;
   TetherSet tethers_;
+  StripSet strips_;
+  uint32_t grid_columns_ = 0;
+  uint32_t grid_rows_ = 0;
   std::vector<std::array<uint32_t, 3>> triangles_;
   TriangleShares triangle_shares_;
   bool has_compliance_ = false;

@@ -35,11 +35,14 @@ StepSettings PresetSettings(Preset preset) {
       settings.tolerance = 1e-3;
       settings.spring_integration = SpringIntegration::kInForce;
       settings.use_tethers = false;
+      settings.integration = Integration::kOneStep;
+      settings.sweep = Sweep::kColours;
       break;
     case Preset::kRealtime:
       settings.substeps = 60;
       settings.max_iterations = 1;
       settings.tolerance = 0;
+      settings.twist_damping_per_s = 150;
       break;
     case Preset::kAccurate:
       settings.substeps = 60;
@@ -71,6 +74,9 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
   if (overrides.max_iterations) settings.max_iterations = *overrides.max_iterations;
   if (overrides.tolerance) settings.tolerance = *overrides.tolerance;
   if (overrides.use_tethers) settings.use_tethers = *overrides.use_tethers;
+  if (overrides.integration) settings.integration = *overrides.integration;
+  if (overrides.sweep) settings.sweep = *overrides.sweep;
+  if (overrides.twist_damping_per_s) settings.twist_damping_per_s = *overrides.twist_damping_per_s;
   if (overrides.spring_integration) settings.spring_integration = *overrides.spring_integration;
 
   std::vector<FieldViolation> violations;
@@ -87,6 +93,8 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
         settings.max_iterations, "[1, " + std::to_string(kMaxIterations) + "]");
   check(settings.tolerance >= 0 && settings.tolerance < 1, "tolerance", settings.tolerance,
         "[0, 1)");
+  check(settings.twist_damping_per_s >= 0 && settings.twist_damping_per_s <= kMaxTwistDamping_per_s,
+        "twist_damping_per_s", settings.twist_damping_per_s, "[0, 1e+06] 1/s");
   if (violations.empty() && settings.substep_s() < kMinSubstep_s) {
     violations.push_back({std::string(field_prefix) + ".time_step_s",
                           Text(settings.time_step_s) + " s in " + Text(settings.substeps) +
@@ -98,13 +106,16 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
 
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count) {
   const double sweeps = double{1} * settings.substeps * settings.max_iterations;
-  const double constraints = double{1} * model.constraint_count() + model.dropped_constraints();
+  const double solvers = settings.sweep == Sweep::kStripsThenColours ? 2 : 1;
+  const double constraints =
+      solvers * (double{1} * model.constraint_count() + model.dropped_constraints());
   const double contacts = model.particle_count() * (1 + static_cast<double>(collider_count));
   const double tethers =
       settings.use_tethers ? double{1} * settings.substeps * model.particle_count() : 0;
+  const double twist = settings.twist_damping_per_s > 0 ? 2.0 * settings.substeps * model.particle_count() : 0;
   const double air = 2.0 * settings.substeps * static_cast<double>(model.triangles().size());
   return sweeps * (constraints + 2.0 * model.spring_count() + contacts) +
-         kMaxTethersPerParticle * tethers + air;
+         kMaxTethersPerParticle * tethers + twist + air;
 }
 
 bool HasTethers(const SceneModel& model, const StepSettings& settings) {
@@ -117,10 +128,6 @@ double SinglePrecisionTolerance(double tolerance, const SceneModel& model) {
 
 double DoublePrecisionTolerance(double tolerance, const SceneModel& model) {
   return ResolvableTolerance(tolerance, model, std::numeric_limits<double>::epsilon());
-}
-
-bool AreSpringsBeyondLimit(const SceneModel& model, double substep_s) {
-  return substep_s * substep_s * model.spring_frequency_sq_bound() >= 4;
 }
 
 }  // namespace drape

@@ -17,6 +17,18 @@ enum class Preset { kPaper, kRealtime, kAccurate };
 // spring's amplitude by sqrt(1 + h^2 w^2 / 2) each substep). kHalfKicks: velocity-Verlet.
 enum class SpringIntegration { kInForce, kHalfKicks };
 
+// How positions and velocities advance over a substep (server/solver/README.md, "Two steps").
+// kOneStep: ballistic (paper equations 1 and 2), first order where impulses act. kTwoStep: the
+// backward differentiation formula of second order. It starts anew with every step, so a step is a
+// function of positions and velocities. Cloths that have colliders, springs in the force, nothing
+// but springs, or one substep use kOneStep; see UsesTwoSteps.
+enum class Integration { kOneStep, kTwoStep };
+
+// In which order the distance constraints are solved within a sweep. kColours: Algorithm 1 of the
+// paper. kStrips: whole paths at once (scene/strips.h), each as one tridiagonal system (the paper's
+// reference [14]).
+enum class Sweep { kColours, kStrips, kStripsThenColours };
+
 // Fully resolved settings of one cloth.
 struct StepSettings {
   Preset preset = Preset::kRealtime;
@@ -27,6 +39,10 @@ struct StepSettings {
   // sweeps.
   double tolerance = 0;  // [0, 1)
   SpringIntegration spring_integration = SpringIntegration::kHalfKicks;
+  Integration integration = Integration::kTwoStep;
+  Sweep sweep = Sweep::kStrips;
+  // Rate at which the twist of a grid's cells is damped [1/s], see server/solver/README.md; 0 = none.
+  double twist_damping_per_s = 0;
   // Whether particles are kept within reach of their pins (scene/tethers.h) before the sweeps.
   bool use_tethers = true;
 
@@ -43,9 +59,13 @@ struct StepSettingsOverrides {
   std::optional<double> tolerance;
   std::optional<SpringIntegration> spring_integration;
   std::optional<bool> use_tethers;
+  std::optional<Integration> integration;
+  std::optional<Sweep> sweep;
+  std::optional<double> twist_damping_per_s;
 };
 
 inline constexpr double kMaxTimeStep_s = 10;
+inline constexpr double kMaxTwistDamping_per_s = 1e6;
 // Below, h^2 and the velocities that follow from rounded positions lose their meaning in single
 // precision.
 inline constexpr double kMinSubstep_s = 1e-6;
@@ -71,6 +91,10 @@ double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size
 // Whether the stage `tether` has anything to do.
 bool HasTethers(const SceneModel& model, const StepSettings& settings);
 
+// Whether the sweeps contain strips, colours.
+inline bool HasStrips(const StepSettings& settings) { return settings.sweep != Sweep::kColours; }
+inline bool HasColours(const StepSettings& settings) { return settings.sweep != Sweep::kStrips; }
+
 // Below about 4 ulp(|p|) / rest length no sweep in single precision ever meets the tolerance.
 // Returns the tolerance to use: the one asked for, or the smallest that 24-bit positions of this
 // size can resolve. 0 stays 0.
@@ -81,8 +105,5 @@ double DoublePrecisionTolerance(double tolerance, const SceneModel& model);
 // Of one cloth, particles * colliders: each pair has impulses of its own during a step. More would
 // let one cloth take gigabytes.
 inline constexpr uint64_t kMaxParticleColliderPairs = uint64_t{1} << 24;
-
-// Whether explicit springs may be unstable at this substep: velocity Verlet needs h^2 omega^2 < 4.
-bool AreSpringsBeyondLimit(const SceneModel& model, double substep_s);
 
 }  // namespace drape

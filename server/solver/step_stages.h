@@ -8,8 +8,10 @@ namespace drape {
 // apply_wind        half a kick of the air's drag and lift on the triangles
 // for each substep of size h:
 //   predict         u = v + a h/2, the mean velocity over the substep; pins: (target - p) / h
+//   damp_twist      every few substeps: the cells of a grid lose twist
 //   tether          no particle farther from its pins than the cloth between them allows
 //   until no error exceeds the tolerance, at most max_iterations times:
+//     solve_strips    per phase of strips: the impulses that remove the errors of a whole path
 //     solve_distance  per colour: the impulse that removes each constraint's error at p + h u
 //     solve_contacts  per particle: gap >= 0 at p + h u, Coulomb friction against h u
 //   integrate       p += h u, v = u + a h/2
@@ -22,7 +24,9 @@ enum class StepStage {
   kApplySprings,
   kApplyWind,
   kPredict,
+  kDampTwist,
   kTether,
+  kSolveStrips,
   kSolveDistance,
   kSolveContacts,
   kIntegrate,

@@ -23,9 +23,13 @@
 #define DRAPE_UNIFORM_COLOUR 4
 #define DRAPE_UNIFORM_DISPATCH_COUNT 5
 #define DRAPE_UNIFORM_PART 6
+#define DRAPE_UNIFORM_KICK_PLACE 7
+#define DRAPE_UNIFORM_PHASE 8
 
-// Value of the uniform `substep` for the kick before the first substep.
-#define DRAPE_BEFORE_FIRST_SUBSTEP 0xffffffffu
+// Before, within or after a substep: values of the uniform `place`.
+#define DRAPE_KICK_BEFORE 0u
+#define DRAPE_KICK_WITHIN 1u
+#define DRAPE_KICK_AFTER 2u
 
 // Particles, and constraints, that one work group measures; words of its result.
 #define DRAPE_MEASURE_PIECE 2048u
@@ -34,6 +38,8 @@
 // Words of a spring end in a model: other particle, rest length [m], stiffness [N/m], damping [N
 // s/m].
 #define DRAPE_SPRING_END_WORDS 4
+// Words of a link of a strip in Scratch: direction xyz, coupling over pivot, impulse [N s].
+#define DRAPE_STRIP_LINK_WORDS 5
 // Words of a tether in a model: pin, length [m].
 #define DRAPE_TETHER_WORDS 2
 

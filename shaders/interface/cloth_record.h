@@ -19,7 +19,7 @@ struct ClothRecord {
   uint collider_count;
   uint has_springs;     // 0 or 1
   uint has_compliance;  // 0 or 1
-  uint substeps;        // N
+  uint substeps;        // how many there are: N, with two steps N + 1
 
   uint max_iterations;  // sweeps per substep
   float h;              // substep [s]
@@ -33,7 +33,7 @@ struct ClothRecord {
 
   float friction_static;   // [-]
   float friction_dynamic;  // [-]
-  float damping_factor;    // exp(-damping h) [-]
+  float first_kick;        // of springs and air, around the first substep [s]
   float contact_margin;    // gap up to which a contact is counted [m]
 
   uint is_tiled;  // 0 or 1: how `pairs` is stored
@@ -76,6 +76,36 @@ struct ClothRecord {
   // In Models; only with tethers.
   uint tether_offsets;  // [particle_count + 1] uint
   uint tethers;         // [][DRAPE_TETHER_WORDS]
+
+  // Of the first, second and later substeps (solver/substep_schedule.h); w unused. Without two steps
+  // only damping_factors.x is used.
+  vec4 intervals;            // H [s]
+  vec4 inverse_intervals;    // 1 / H [1/s]
+  vec4 damping_factors;      // of velocities [-]
+  vec4 pin_velocity_ratios;  // H / duration [-]
+
+  float last_inverse_interval;  // 1 / H of the last substep [1/s]
+  // Only with twist damping.
+  float twist_share;   // [-]
+  uint twist_period;   // substeps
+  uint twist_changes;  // in Scratch: [particle_count][3] float [m/s]
+
+  uint grid_columns;
+  uint grid_rows;
+  // In Scratch; only with two steps.
+  uint previous_positions;   // [particle_count][3] float [m]
+  uint previous_velocities;  // [particle_count][3] float [m/s]
+
+  // Only with strips (scene/strips.h). In Models, but strip_links.
+  uint strip_phase_count;
+  uint strip_phases;   // [strip_phase_count + 1] uint
+  uint strip_offsets;  // [strip_count + 1] uint
+  uint strip_constraints;  // [constraint_count] uint
+
+  uint strip_particles;  // [constraint_count + strip_count] uint
+  uint strip_links;      // in Scratch: [constraint_count][DRAPE_STRIP_LINK_WORDS] float
+  uint padding_0;
+  uint padding_1;
 
   // All of the air only with drag or lift.
   vec4 wind;  // xyz [m/s]; w unused

@@ -67,7 +67,7 @@ void MeasureConstraint(uint k, inout Measured measured) {
   float residual = elongation;
   if (cloth.has_compliance != 0u) {
     float compliance = ModelFloat(cloth.compliances + k);
-    residual = SoftenedResidual(elongation, compliance, cloth.inverse_h, scratch[cloth.lambdas + k]);
+    residual = SoftenedResidual(elongation, compliance, cloth.last_inverse_interval, scratch[cloth.lambdas + k]);
     if (compliance > 0.0) {
       measured.elastic =
           AddCompensated(measured.elastic, ElasticEnergy(1.0 / compliance, elongation));

@@ -1,6 +1,7 @@
 // Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state.
 // One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint.
-// Stages: apply_springs, apply_wind, predict, tether, solve_distance, solve_contacts, integrate,
+// Stages: apply_springs, apply_wind, predict, damp_twist, tether, solve_strips, solve_distance,
+// solve_contacts, integrate,
 // correct_velocity, commit
 // (server/solver/README.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
 // Statuses. SI units.
@@ -10,7 +11,9 @@
 #include "stages/apply_springs.glsl"
 #include "stages/apply_wind.glsl"
 #include "stages/predict.glsl"
+#include "stages/damp_twist.glsl"
 #include "stages/tether.glsl"
+#include "stages/solve_strips.glsl"
 #include "stages/solve_distance.glsl"
 #include "stages/solve_contacts.glsl"
 #include "lib/fault.glsl"
@@ -79,45 +82,60 @@ void LoadCloth() {
 }
 
 #if defined(SPRINGS_HALF_KICKS) || defined(SPRINGS_IN_FORCE)
-void StoreSpringAccelerations() {
-  FOR_EACH(i, 0u, cloth.particle_count) StoreSpringAcceleration(i);
+void StoreSpringAccelerations(uint place) {
+  FOR_EACH(i, 0u, cloth.particle_count) StoreSpringAcceleration(i, place);
   PhaseBarrier();
 }
 #endif
 
-void ApplySprings(uint substep) {
+void ApplySprings(uint place, float seconds) {
 #ifdef SPRINGS_HALF_KICKS
-  StoreSpringAccelerations();
-  FOR_EACH(i, 0u, cloth.particle_count) KickParticle(i, KickSeconds(substep));
+  StoreSpringAccelerations(place);
+  FOR_EACH(i, 0u, cloth.particle_count) KickParticle(i, seconds);
   PhaseBarrier();
 #endif
 }
 
-void ApplyWind(uint substep) {
+void ApplyWind(uint place, float seconds) {
 #ifdef HAS_WIND
-  float seconds = KickSeconds(substep);
-  FOR_EACH(t, 0u, cloth.triangle_count) StoreAirImpulse(t, seconds);
+  FOR_EACH(t, 0u, cloth.triangle_count) StoreAirImpulse(t, place, seconds);
   ScratchPhaseBarrier();
   FOR_EACH(i, 0u, cloth.particle_count) ApplyAirImpulses(i);
   PhaseBarrier();
 #endif
 }
 
-// What acts between the substeps.
-void Kick(uint substep) {
-  ApplySprings(substep);
-  ApplyWind(substep);
+// What acts on the velocities before, within or after a substep.
+void Kick(uint index, uint place) {
+  float seconds = KickSeconds(index, place);
+  if (seconds == 0.0) return;
+  ApplySprings(place, seconds);
+  ApplyWind(place, seconds);
 }
 
-void Predict(uint substep) {
+void Predict(uint index) {
 #ifdef SPRINGS_IN_FORCE
-  StoreSpringAccelerations();
+  StoreSpringAccelerations(DRAPE_KICK_BEFORE);
 #endif
   FOR_EACH(i, 0u, cloth.particle_count) PredictParticle(i);
 #ifdef HAS_PINS
-  FOR_EACH(k, 0u, cloth.pin_count) PredictPin(k, substep);
+  FOR_EACH(k, 0u, cloth.pin_count) PredictPin(k);
 #endif
   PhaseBarrier();
+#ifdef HAS_TWO_STEPS
+  Kick(index, DRAPE_KICK_WITHIN);
+#endif
+}
+
+void DampTwist(uint index) {
+#ifdef HAS_TWIST
+  float share = TwistShare(index);
+  if (share == 0.0) return;
+  FOR_EACH(i, 0u, cloth.particle_count) StoreTwistChange(i, share);
+  PhaseBarrier();
+  FOR_EACH(i, 0u, cloth.particle_count) ApplyTwistChange(i);
+  PhaseBarrier();
+#endif
 }
 
 void Tether() {
@@ -127,14 +145,30 @@ void Tether() {
 #endif
 }
 
-// One sweep over all colours, then the contacts.
+// One sweep over all strips, colours, then the contacts.
 void Sweep(bool is_first_sweep) {
+#ifdef HAS_STRIPS
+  for (uint phase = 0u; phase < cloth.strip_phase_count; ++phase) {
+    uint begin = models[cloth.strip_phases + phase];
+    uint end = models[cloth.strip_phases + phase + 1u];
+    FOR_EACH(strip, begin, end) SolveStrip(strip, is_first_sweep);
+    PhaseBarrier();
+  }
+#ifdef SHARES_LAMBDAS
+  ScratchPhaseBarrier();
+#endif
+#endif
+#ifdef HAS_COLOURS
   for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
     uint begin = models[cloth.colour_offsets + colour];
     uint end = models[cloth.colour_offsets + colour + 1u];
     FOR_EACH(k, begin, end) SolveDistance(k, is_first_sweep);
     PhaseBarrier();
   }
+#ifdef SHARES_LAMBDAS
+  ScratchPhaseBarrier();
+#endif
+#endif
 #ifdef HAS_CONTACTS
   FOR_EACH(i, 0u, cloth.particle_count) SolveContacts(i, is_first_sweep);
   PhaseBarrier();
@@ -167,16 +201,16 @@ uint Solve(inout Progress progress) {
   return kUsedUp;
 }
 
-void Integrate(uint substep) {
+void Integrate() {
   FOR_EACH(i, 0u, cloth.particle_count) {
 #ifdef HAS_CONTACTS
-    if (substep + 1u == cloth.substeps) StoreContactViolation(i);
+    if (substep.is_last) StoreContactViolation(i);
 #endif
     IntegrateParticle(i);
     CorrectVelocity(i);
   }
 #ifdef HAS_PINS
-  if (substep + 1u == cloth.substeps) {
+  if (substep.is_last) {
     PhaseBarrier();
     FOR_EACH(k, 0u, cloth.pin_count) PlacePin(k);
   }
@@ -213,16 +247,19 @@ bool RunSubsteps(inout Progress progress) {
 #ifdef IS_IN_PARTS
     if (MustPause(cloth.substep_cost + cloth.sweep_cost)) return false;
 #endif
+    BeginSubstep(progress.substep);
     if (progress.sweep == 0u) {
+      Kick(progress.substep, DRAPE_KICK_BEFORE);
       Predict(progress.substep);
+      DampTwist(progress.substep);
       Tether();
     }
     uint outcome = Solve(progress);
     if (outcome == kPaused) return false;
     if (outcome == kUsedUp) ++progress.unconverged_substeps;
     progress.sweep = 0u;
-    Integrate(progress.substep);
-    Kick(progress.substep);
+    Integrate();
+    Kick(progress.substep, DRAPE_KICK_AFTER);
   }
   return true;
 }
@@ -239,14 +276,12 @@ void main() {
 #endif
   LoadCloth();
 #ifdef IS_IN_PARTS
-  if (part == 0u) Kick(DRAPE_BEFORE_FIRST_SUBSTEP);
   if (!RunSubsteps(progress)) {
     SaveCloth();
     StoreStatus(item.status, progress);
     return;
   }
 #else
-  Kick(DRAPE_BEFORE_FIRST_SUBSTEP);
   RunSubsteps(progress);
 #endif
   Commit();

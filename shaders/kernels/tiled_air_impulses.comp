@@ -5,10 +5,14 @@
 
 layout(local_size_x = LOCAL_SIZE) in;
 
-layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
+layout(location = DRAPE_UNIFORM_KICK_PLACE) uniform uint place;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint t = gl_GlobalInvocationID.x;
-  if (t < cloth.triangle_count && IsKickDue(substep)) StoreAirImpulse(t, KickSeconds(substep));
+  float seconds = KickSeconds(substep_index, place);
+  if (t >= cloth.triangle_count || seconds == 0.0) return;
+  BeginSubstep(substep_index);
+  StoreAirImpulse(t, place, seconds);
 }

@@ -5,10 +5,11 @@
 
 layout(local_size_x = LOCAL_SIZE) in;
 
-layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
+layout(location = DRAPE_UNIFORM_KICK_PLACE) uniform uint place;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
-  if (i < cloth.particle_count && IsKickDue(substep)) ApplyAirImpulses(i);
+  if (i < cloth.particle_count && KickSeconds(substep_index, place) != 0.0) ApplyAirImpulses(i);
 }

@@ -6,14 +6,14 @@
 layout(local_size_x = LOCAL_SIZE) in;
 
 layout(location = DRAPE_UNIFORM_ITEM_COUNT) uniform uint item_count;
-layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 layout(location = DRAPE_UNIFORM_DISPATCH_COUNT) uniform uint dispatch_count;
 
 void main() {
   for (uint item = gl_LocalInvocationID.x; item < item_count; item += LOCAL_SIZE) {
     OpenCloth(item);
     statuses[status_index].sweep_changed = 0u;
-    statuses[status_index].is_substep_done = substep < cloth.substeps ? 0u : 1u;
+    statuses[status_index].is_substep_done = substep_index < cloth.substeps ? 0u : 1u;
   }
   for (uint d = gl_LocalInvocationID.x; d < dispatch_count; d += LOCAL_SIZE) {
     dispatches[d].group_count_y = dispatches[d].active_group_count_y;

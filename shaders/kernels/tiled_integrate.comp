@@ -6,14 +6,15 @@
 
 layout(local_size_x = LOCAL_SIZE) in;
 
-layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
-  if (substep >= cloth.substeps || i >= cloth.particle_count) return;
+  if (substep_index >= cloth.substeps || i >= cloth.particle_count) return;
+  BeginSubstep(substep_index);
 #ifdef HAS_CONTACTS
-  if (substep + 1u == cloth.substeps) StoreContactViolation(i);
+  if (substep_index + 1u == cloth.substeps) StoreContactViolation(i);
 #endif
   IntegrateParticle(i);
   CorrectVelocity(i);

@@ -5,10 +5,10 @@
 
 layout(local_size_x = LOCAL_SIZE) in;
 
-layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint k = gl_GlobalInvocationID.x;
-  if (substep + 1u == cloth.substeps && k < cloth.pin_count) PlacePin(k);
+  if (substep_index + 1u == cloth.substeps && k < cloth.pin_count) PlacePin(k);
 }

@@ -5,12 +5,13 @@
 
 layout(local_size_x = LOCAL_SIZE) in;
 
-layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep >= cloth.substeps) return;
+  if (substep_index >= cloth.substeps) return;
+  BeginSubstep(substep_index);
   uint i = gl_GlobalInvocationID.x;
   if (i < cloth.particle_count) PredictParticle(i);
-  if (i < cloth.pin_count) PredictPin(i, substep);
+  if (i < cloth.pin_count) PredictPin(i);
 }

@@ -6,12 +6,12 @@
 
 layout(local_size_x = LOCAL_SIZE) in;
 
-layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 layout(location = DRAPE_UNIFORM_SWEEP) uniform uint sweep;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep >= cloth.substeps || sweep >= cloth.max_iterations) return;
+  if (substep_index >= cloth.substeps || sweep >= cloth.max_iterations) return;
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif

@@ -6,17 +6,18 @@
 
 layout(local_size_x = LOCAL_SIZE) in;
 
-layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 layout(location = DRAPE_UNIFORM_SWEEP) uniform uint sweep;
 layout(location = DRAPE_UNIFORM_COLOUR) uniform uint colour;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep >= cloth.substeps || sweep >= cloth.max_iterations) return;
+  if (substep_index >= cloth.substeps || sweep >= cloth.max_iterations) return;
   if (colour >= cloth.colour_count) return;
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif
+  BeginSubstep(substep_index);
   uint k = models[cloth.colour_offsets + colour] + gl_GlobalInvocationID.x;
   uint end = models[cloth.colour_offsets + colour + 1u];
   if (k < end) SolveDistance(k, sweep == 0u);

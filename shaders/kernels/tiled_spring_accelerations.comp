@@ -6,10 +6,13 @@
 
 layout(local_size_x = LOCAL_SIZE) in;
 
-layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
+layout(location = DRAPE_UNIFORM_KICK_PLACE) uniform uint place;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
-  if (i < cloth.particle_count && IsKickDue(substep)) StoreSpringAcceleration(i);
+  if (i >= cloth.particle_count || substep_index >= cloth.substeps) return;
+  BeginSubstep(substep_index);
+  StoreSpringAcceleration(i, place);
 }

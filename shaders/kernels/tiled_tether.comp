@@ -5,10 +5,11 @@
 
 layout(local_size_x = LOCAL_SIZE) in;
 
-layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep;
+layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
+  BeginSubstep(substep_index);
   uint i = gl_GlobalInvocationID.x;
-  if (substep < cloth.substeps && i < cloth.particle_count) ApplyTethers(i);
+  if (substep_index < cloth.substeps && i < cloth.particle_count) ApplyTethers(i);
 }

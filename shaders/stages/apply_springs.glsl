@@ -5,16 +5,16 @@
 #include "stages/kick.glsl"
 
 // A_i = w_i * sum of the forces of the springs of i, in list order.
-void StoreSpringAcceleration(uint i) {
+void StoreSpringAcceleration(uint i, uint place) {
   uint begin = models[cloth.spring_offsets + i];
   uint end = models[cloth.spring_offsets + i + 1u];
-  vec3 p = Position(i);
+  vec3 p = KickPosition(i, place);
   vec3 v = Velocity(i);
   precise vec3 force = vec3(0.0);
   for (uint s = begin; s < end; ++s) {
     uint word = cloth.spring_ends + DRAPE_SPRING_END_WORDS * s;
     uint other = models[word];
-    force = force + SpringForce(Position(other) - p, Velocity(other) - v, ModelFloat(word + 1u),
+    force = force + SpringForce(KickPosition(other, place) - p, Velocity(other) - v, ModelFloat(word + 1u),
                                 ModelFloat(word + 2u), ModelFloat(word + 3u));
   }
   precise vec3 acceleration = InverseMass(i) * force;

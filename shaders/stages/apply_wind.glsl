@@ -4,15 +4,15 @@
 #include "stages/kick.glsl"
 
 // A third of the impulse of triangle t [N s]: what each of its corners gets.
-void StoreAirImpulse(uint t, float seconds) {
+void StoreAirImpulse(uint t, uint place, float seconds) {
   uint word = cloth.triangles + 3u * t;
   uvec3 corners = uvec3(models[word], models[word + 1u], models[word + 2u]);
   float mass = ModelFloat(cloth.triangle_masses + t);
   precise vec3 velocity = (Velocity(corners.x) + Velocity(corners.y) + Velocity(corners.z)) / 3.0;
   precise vec3 relative = cloth.wind.xyz - velocity;
-  vec3 p = Position(corners.x);
-  precise vec3 edge_y = Position(corners.y) - p;
-  precise vec3 edge_z = Position(corners.z) - p;
+  vec3 p = KickPosition(corners.x, place);
+  precise vec3 edge_y = KickPosition(corners.y, place) - p;
+  precise vec3 edge_z = KickPosition(corners.z, place) - p;
   precise float drag = seconds * cloth.air_drag / mass;
   precise float lift = seconds * cloth.air_lift / mass;
   precise vec3 impulse = mass / 3.0 * AirVelocityChange(relative, Cross(edge_y, edge_z), drag, lift);

@@ -24,8 +24,12 @@ layout(std430, binding = DRAPE_BINDING_STATES) restrict buffer States {
 layout(std430, binding = DRAPE_BINDING_PARAMETERS) restrict readonly buffer Parameters {
   uint parameters[];
 };
-// In `apply_wind` of the resident plan invocations read what others of their work group have written here.
-#ifdef HAS_WIND
+// With strips and colours both use the accumulated impulses, each by invocations of its own.
+#if defined(HAS_STRIPS) && defined(HAS_COLOURS) && defined(HAS_COMPLIANCE)
+#define SHARES_LAMBDAS
+#endif
+// There and in `apply_wind` of the resident plan invocations read what others of their work group have written here.
+#if defined(HAS_WIND) || defined(SHARES_LAMBDAS)
 #define SCRATCH_MEMORY coherent
 #else
 #define SCRATCH_MEMORY

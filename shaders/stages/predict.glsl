@@ -1,6 +1,8 @@
 // Stages `predict` and `integrate`. Need the accessors of one plan.
 #include "lib/predict.glsl"
+#include "lib/two_step.glsl"
 #include "lib/vector.glsl"
+#include "stages/substep.glsl"
 
 // What is constant over the substep: gravity, and with IN_FORCE the springs (Bender et al. 2009, eq. 1).
 vec3 ConstantAcceleration(uint i) {
@@ -13,22 +15,59 @@ vec3 ConstantAcceleration(uint i) {
 #endif
 }
 
+void PredictBallistic(uint i) {
+  SetVelocity(i, MeanVelocity(Velocity(i), ConstantAcceleration(i), substep.half_interval));
+}
+
+#ifdef HAS_TWO_STEPS
+// The state before the substep becomes the previous one.
+void SetPrevious(uint i, vec3 p, vec3 v) {
+  SetScratchVector(cloth.previous_positions + 3u * i, p);
+  SetScratchVector(cloth.previous_velocities + 3u * i, v);
+}
+
+// b = p + (p - p')/3; u = (v + (v - v')/3 + H g) / (1 + c H).
+void PredictTwoStep(uint i) {
+  vec3 p = Position(i);
+  vec3 v = Velocity(i);
+  SetPosition(i, Extrapolated(p, ScratchVector(cloth.previous_positions + 3u * i)));
+  vec3 ahead = Extrapolated(v, ScratchVector(cloth.previous_velocities + 3u * i));
+  precise vec3 u = AddScaled(ahead, substep.interval, cloth.gravity.xyz) * substep.damping_factor;
+  SetVelocity(i, u);
+  if (substep.sets_previous) SetPrevious(i, p, v);
+}
+#endif
+
 void PredictParticle(uint i) {
   if (InverseMass(i) == 0.0) return;  // pins: PredictPin
-  SetVelocity(i, MeanVelocity(Velocity(i), ConstantAcceleration(i), cloth.half_h));
+#ifdef HAS_TWO_STEPS
+  if (substep.is_two_step) {
+    PredictTwoStep(i);
+    return;
+  }
+  SetPrevious(i, Position(i), Velocity(i));
+#endif
+  PredictBallistic(i);
 }
 
-void PredictPin(uint k, uint substep) {
+void PredictPin(uint k) {
   uint i = models[cloth.pins + k];
-  SetVelocity(i, PinVelocity(Position(i), PinTarget(k), cloth.substeps - substep, cloth.inverse_h));
+  SetVelocity(i, PinVelocity(Position(i), PinTarget(k), substep.pin_shares, substep.inverse_interval));
 }
 
-// p += h u; v = u + a h/2, for pins v = u. Bender et al. 2009, section 3.1, eq. 1.
+// p = b + H u; v = u + a H/2, with two steps and for pins u. Bender et al. 2009, section 3.1, eq. 1.
 void IntegrateParticle(uint i) {
   vec3 u = Velocity(i);
-  SetPosition(i, AddScaled(Position(i), cloth.h, u));
-  if (InverseMass(i) == 0.0) return;
-  SetVelocity(i, AddScaled(u, cloth.half_h, ConstantAcceleration(i)));
+  SetPosition(i, AddScaled(Position(i), substep.interval, u));
+  if (InverseMass(i) == 0.0) {
+#ifdef HAS_TWO_STEPS
+    precise vec3 v = u * substep.pin_velocity_ratio;
+    SetVelocity(i, v);
+#endif
+    return;
+  }
+  if (substep.is_two_step) return;
+  SetVelocity(i, AddScaled(u, substep.half_interval, ConstantAcceleration(i)));
 }
 
 // At the end of the step a pin is where it was asked to be, to the bit.

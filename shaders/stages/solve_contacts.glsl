@@ -1,6 +1,7 @@
 // Stages `solve_contacts` and `correct_velocity`. Need the accessors of one plan. Each invocation reads
 // and writes only its own particle and that particle's beta.
 #include "lib/contact.glsl"
+#include "stages/substep.glsl"
 
 uint NormalBetaWord(uint collider, uint i) {
   return cloth.normal_betas + collider * cloth.particle_count + i;
@@ -99,6 +100,7 @@ void StoreContactViolation(uint i) {
 
 // Contacts: no approach velocity, Coulomb friction; then damping. Free particles only.
 void CorrectVelocity(uint i) {
+  if (substep.is_two_step) return;  // damping is in predict
 #if defined(HAS_CONTACTS) || defined(HAS_DAMPING)
   if (InverseMass(i) == 0.0) return;
   vec3 v = Velocity(i);
@@ -111,7 +113,7 @@ void CorrectVelocity(uint i) {
   }
 #endif
 #ifdef HAS_DAMPING
-  precise vec3 damped = v * cloth.damping_factor;
+  precise vec3 damped = v * substep.damping_factor;
   v = damped;
 #endif
   SetVelocity(i, v);

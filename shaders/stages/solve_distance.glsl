@@ -1,5 +1,6 @@
 // Stage `solve_distance`. Needs the accessors of one plan.
 #include "lib/distance.glsl"
+#include "stages/substep.glsl"
 
 // Distance constraint k. The colours give each free particle one writer; pins are only read.
 void SolveDistance(uint k, bool is_first_sweep) {
@@ -9,6 +10,10 @@ void SolveDistance(uint k, bool is_first_sweep) {
   float lambda = 0.0;
 #ifdef HAS_COMPLIANCE
   compliance = ModelFloat(cloth.compliances + k);
+  // With strips before, these have begun the sum.
+#ifdef HAS_STRIPS
+  is_first_sweep = false;
+#endif
   if (is_first_sweep) {
     scratch[cloth.lambdas + k] = 0.0;
   } else {
@@ -20,8 +25,8 @@ void SolveDistance(uint k, bool is_first_sweep) {
   precise vec3 position_difference = Position(pair.y) - Position(pair.x);
   precise vec3 velocity_difference = velocity_j - velocity_i;
   DistanceError error =
-      PredictDistanceError(position_difference, velocity_difference, cloth.h, cloth.inverse_h,
-                           rest_length, compliance, lambda);
+      PredictDistanceError(position_difference, velocity_difference, substep.interval,
+                           substep.inverse_interval, rest_length, compliance, lambda);
 #ifdef HAS_TOLERANCE
   if (!(abs(error.residual) > cloth.tolerance * rest_length)) return;
   MarkChanged();
@@ -29,7 +34,7 @@ void SolveDistance(uint k, bool is_first_sweep) {
   float inverse_mass_i = InverseMass(pair.x);
   float inverse_mass_j = InverseMass(pair.y);
   precise float inverse_mass_sum = inverse_mass_i + inverse_mass_j;
-  float impulse = DistanceImpulse(error.residual, cloth.inverse_h, inverse_mass_sum, compliance);
+  float impulse = DistanceImpulse(error.residual, substep.inverse_interval, inverse_mass_sum, compliance);
 #ifdef HAS_COMPLIANCE
   precise float accumulated = lambda + impulse;
   scratch[cloth.lambdas + k] = accumulated;

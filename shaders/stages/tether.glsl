@@ -1,5 +1,6 @@
 // Stage `tether`. Needs the accessors of one plan. Pins are only read, so one phase for all particles.
 #include "lib/tether.glsl"
+#include "stages/substep.glsl"
 
 void ApplyTethers(uint i) {
   uint end = models[cloth.tether_offsets + i + 1u];
@@ -10,8 +11,8 @@ void ApplyTethers(uint i) {
     float reach = ModelFloat(cloth.tethers + DRAPE_TETHER_WORDS * t + 1u);
     precise vec3 position_difference = p - Position(pin);
     precise vec3 velocity_difference = u - Velocity(pin);
-    vec3 d = AddScaled(position_difference, cloth.h, velocity_difference);
-    u = TetheredVelocity(u, d, reach, cloth.inverse_h);
+    vec3 d = AddScaled(position_difference, substep.interval, velocity_difference);
+    u = TetheredVelocity(u, d, reach, substep.inverse_interval);
   }
   if (InverseMass(i) != 0.0) SetVelocity(i, u);
 }

@@ -4,41 +4,60 @@
 
 #include "server/solver/cpu/constraint_math.h"
 #include "server/solver/cpu/measure.h"
+#include "server/solver/cpu/strips.h"
+#include "server/solver/cpu/twist.h"
 #include "server/solver/cpu/wind.h"
 
 namespace drape::cpu {
 namespace {
 
-Lanes SpringAcceleration(const FloatModel& model, const FloatState& state, uint32_t i) {
+// A_i(p, v) by the springs of particle i.
+Lanes SpringAcceleration(const FloatModel& model, const Lanes* p, const Lanes* v, uint32_t i) {
   Lanes force{};
   for (uint32_t e = model.spring_offsets[i]; e < model.spring_offsets[i + 1]; ++e) {
     const FloatSpringEnd& end = model.spring_ends[e];
     const uint32_t j = end.other_particle;
-    force += SpringForce(state.positions[i], state.positions[j], state.velocities[i],
-                         state.velocities[j], end.rest_length, end.stiffness, end.damping);
+    force += SpringForce(p[i], p[j], v[i], v[j], end.rest_length, end.stiffness, end.damping);
   }
   return model.inverse_masses[i] * force;
 }
 
-void ApplySprings(const StepContext& context, float duration) {
+void ApplySprings(const StepContext& context, const Lanes* positions, float duration) {
   const FloatModel& model = context.model;
   StepScratch& scratch = context.scratch;
+  Lanes* const v = scratch.state.velocities.data();
   for (const uint32_t i : model.free_particles) {
-    scratch.accelerations[i] = SpringAcceleration(model, scratch.state, i);
+    scratch.accelerations[i] = SpringAcceleration(model, positions, v, i);
   }
-  for (const uint32_t i : model.free_particles) {
-    scratch.state.velocities[i] += duration * scratch.accelerations[i];
-  }
+  for (const uint32_t i : model.free_particles) v[i] += duration * scratch.accelerations[i];
 }
 
-void PredictPins(const StepContext& context, uint32_t substep) {
+// What acts on the velocities for some time, from the same positions and velocities.
+void Kick(const StepContext& context, const std::vector<Lanes>& positions, float duration) {
+  if (duration == 0) return;
+  if (context.controls.has_half_kicks) ApplySprings(context, positions.data(), duration);
+  if (context.controls.has_air_forces) ApplyWind(context, positions.data(), duration);
+}
+
+// The same on the predicted velocities u, from the predicted positions b + H u.
+void KickWithin(const StepContext& context) {
   const FloatControls& controls = context.controls;
+  if (!controls.has_half_kicks && !controls.has_air_forces) return;
+  StepScratch& scratch = context.scratch;
+  for (size_t i = 0; i < scratch.predicted.size(); ++i) {
+    scratch.predicted[i] =
+        scratch.state.positions[i] + context.substep.interval * scratch.state.velocities[i];
+  }
+  Kick(context, scratch.predicted, context.substep.kick_within);
+}
+
+void PredictPins(const StepContext& context) {
+  const FloatSubstep& substep = context.substep;
   FloatState& state = context.scratch.state;
-  const float remaining = static_cast<float>(controls.substeps - substep);
   for (size_t k = 0; k < context.model.pins.size(); ++k) {
     const uint32_t i = context.model.pins[k];
-    state.velocities[i] =
-        (context.pin_targets[k] - state.positions[i]) / remaining * controls.inverse_h;
+    state.velocities[i] = (context.pin_targets[k] - state.positions[i]) / substep.pin_shares *
+                          substep.inverse_interval;
   }
 }
 
@@ -55,32 +74,66 @@ void PredictContacts(const StepContext& context) {
   }
 }
 
-// Bender et al. 2009, section 3.1, eq. 2: the velocities become u = v + a h/2.
-void Predict(const StepContext& context, uint32_t substep) {
+// Bender et al. 2009, section 3.1, eq. 2: the velocities become u = v + a H/2.
+void PredictBallistic(const StepContext& context) {
   const FloatModel& model = context.model;
   const FloatControls& controls = context.controls;
   StepScratch& scratch = context.scratch;
-  const float half_h = 0.5f * controls.h;
+  Lanes* const v = scratch.state.velocities.data();
+  const float half = context.substep.half_interval;
+  if (context.substep.sets_previous) scratch.previous = scratch.state;
   if (controls.has_spring_forces) {
+    const Lanes* const p = scratch.state.positions.data();
     for (const uint32_t i : model.free_particles) {
-      scratch.accelerations[i] = controls.gravity + SpringAcceleration(model, scratch.state, i);
+      scratch.accelerations[i] = controls.gravity + SpringAcceleration(model, p, v, i);
     }
-    for (const uint32_t i : model.free_particles) {
-      scratch.state.velocities[i] += scratch.accelerations[i] * half_h;
-    }
+    for (const uint32_t i : model.free_particles) v[i] += scratch.accelerations[i] * half;
   } else {
-    const Lanes kick = controls.gravity * half_h;
-    for (const uint32_t i : model.free_particles) scratch.state.velocities[i] += kick;
+    const Lanes kick = controls.gravity * half;
+    for (const uint32_t i : model.free_particles) v[i] += kick;
   }
-  PredictPins(context, substep);
-  PredictContacts(context);
-  scratch.distance_impulses.assign(model.compliances.size(), Lanes{});
+}
+
+// The backward differentiation formula of second order: the positions become b = p + (p - p')/3, the
+// velocities u = (v + (v - v')/3 + H g) / (1 + c H).
+void PredictTwoStep(const StepContext& context) {
+  constexpr float kThird = 1.0f / 3;
+  const FloatSubstep& substep = context.substep;
+  StepScratch& scratch = context.scratch;
+  const Lanes kick = context.controls.gravity * substep.interval;
+  for (const uint32_t i : context.model.free_particles) {
+    Lanes& p = scratch.state.positions[i];
+    Lanes& v = scratch.state.velocities[i];
+    Lanes& previous_p = scratch.previous.positions[i];
+    Lanes& previous_v = scratch.previous.velocities[i];
+    const Lanes base = p + (p - previous_p) * kThird;
+    const Lanes mean = ((v + (v - previous_v) * kThird) + kick) * substep.damping_factor;
+    if (substep.sets_previous) {
+      previous_p = p;
+      previous_v = v;
+    }
+    p = base;
+    v = mean;
+  }
+}
+
+void Predict(const StepContext& context) {
+  if (context.substep.is_two_step) {
+    PredictTwoStep(context);
+  } else {
+    PredictBallistic(context);
+    PredictContacts(context);
+  }
+  PredictPins(context);
+  if (context.substep.is_two_step) KickWithin(context);
+  const size_t compliance_count = context.model.compliances.size();
+  context.scratch.distance_impulses.assign(compliance_count, Lanes{});
 }
 
 // No particle ends the substep farther from a pin than the cloth between them is long
 // (scene/tethers.h).
 void ApplyTethers(const StepContext& context) {
-  const float h = context.controls.h;
+  const float h = context.substep.interval;
   const Lanes* const p = context.scratch.state.positions.data();
   Lanes* const u = context.scratch.state.velocities.data();
   for (const TetherGroup& group : context.model.tethers) {
@@ -93,7 +146,7 @@ void ApplyTethers(const StepContext& context) {
     const Lanes length = Sqrt((t.x * t.x + t.y * t.y) + t.z * t.z);
     const LaneMask is_taut = length > group.length;
     if (!IsAnyLaneSet(is_taut)) continue;
-    const Lanes speed = TetherSpeed(length, group.length, context.controls.inverse_h);
+    const Lanes speed = TetherSpeed(length, group.length, context.substep.inverse_interval);
     const Lanes speed_per_length = is_taut ? speed / length : Lanes{};
     for (uint32_t k = 0; k < kLaneCount; ++k) u[group.particle[k]] -= speed_per_length[k] * d[k];
   }
@@ -112,8 +165,8 @@ void ReplaceShortDirections(Lanes (&differences)[kLaneCount], Lanes& lengths) {
 // and 3.3). Returns whether an error was larger than the tolerance.
 template <bool kHasCompliance>
 bool SweepDistances(const StepContext& context) {
-  const float h = context.controls.h;
-  const float inverse_h = context.controls.inverse_h;
+  const float h = context.substep.interval;
+  const float inverse_h = context.substep.inverse_interval;
   const float tolerance = context.controls.tolerance;
   const Lanes* const p = context.scratch.state.positions.data();
   Lanes* const u = context.scratch.state.velocities.data();
@@ -204,30 +257,37 @@ bool SolveContacts(const StepContext& context) {
   return changed;
 }
 
-// Bender et al. 2009, section 3.1, eq. 1: p += h u; the velocities become v = u + a h/2.
-void Integrate(const StepContext& context, uint32_t substep) {
+// Bender et al. 2009, section 3.1, eq. 1: p = b + H u; the velocities become v = u + a H/2, with two
+// steps they are u.
+void Integrate(const StepContext& context) {
   const FloatControls& controls = context.controls;
+  const FloatSubstep& substep = context.substep;
   FloatState& state = context.scratch.state;
-  const bool is_last = substep + 1 == controls.substeps;
-  const float half_h = 0.5f * controls.h;
-  const Lanes kick = controls.gravity * half_h;
+  const Lanes kick = controls.gravity * substep.half_interval;
   for (const uint32_t i : context.model.free_particles) {
-    state.positions[i] += controls.h * state.velocities[i];
-    state.velocities[i] +=
-        controls.has_spring_forces ? context.scratch.accelerations[i] * half_h : kick;
+    state.positions[i] += substep.interval * state.velocities[i];
+    if (substep.is_two_step) continue;
+    state.velocities[i] += controls.has_spring_forces
+                               ? context.scratch.accelerations[i] * substep.half_interval
+                               : kick;
   }
   for (size_t k = 0; k < context.model.pins.size(); ++k) {
     const uint32_t i = context.model.pins[k];
-    state.positions[i] =
-        is_last ? context.pin_targets[k] : state.positions[i] + controls.h * state.velocities[i];
+    // At the end of the step a pin is where it was asked to be, to the bit.
+    state.positions[i] = substep.pin_shares == 1
+                             ? context.pin_targets[k]
+                             : state.positions[i] + substep.interval * state.velocities[i];
+    state.velocities[i] *= substep.pin_velocity_ratio;
   }
 }
 
 void CorrectVelocity(const StepContext& context) {
   const FloatControls& controls = context.controls;
+  if (context.substep.is_two_step) return;
+  const float damping_factor = context.substep.damping_factor;
   FloatState& state = context.scratch.state;
   const size_t collider_count = controls.colliders.size();
-  if (collider_count == 0 && controls.damping_factor == 1) return;
+  if (collider_count == 0 && damping_factor == 1) return;
   for (const uint32_t i : context.model.free_particles) {
     Lanes v = state.velocities[i];
     for (size_t k = 0; k < collider_count; ++k) {
@@ -235,7 +295,7 @@ void CorrectVelocity(const StepContext& context) {
       const Lanes n = controls.colliders[k].GapAt(state.positions[i]).normal;
       v = VelocityAfterContact(v, n, controls.friction_static, controls.friction_dynamic);
     }
-    state.velocities[i] = v * controls.damping_factor;
+    state.velocities[i] = v * damping_factor;
   }
 }
 
@@ -244,10 +304,11 @@ void Solve(const StepContext& context, StepReport& report) {
   const FloatControls& controls = context.controls;
   for (uint32_t iteration = 0; iteration < controls.max_iterations; ++iteration) {
     ++report.iterations;
-    // Both always run: a contact can break what the distances have just met.
-    const bool distances_changed = SolveDistance(context);
-    const bool contacts_changed = SolveContacts(context);
-    if (controls.tolerance > 0 && !distances_changed && !contacts_changed) return;
+    // All always run: a contact can break what the distances have just met.
+    bool has_changed = controls.has_strips && SolveStrips(context);
+    if (controls.has_colours) has_changed |= SolveDistance(context);
+    has_changed |= SolveContacts(context);
+    if (controls.tolerance > 0 && !has_changed) return;
   }
   if (controls.tolerance > 0) report.converged = false;
 }
@@ -274,6 +335,9 @@ void Commit(const StepContext& context, FloatState& state, StepReport& report) {
 void Begin(const StepContext& context, const FloatState& state) {
   StepScratch& scratch = context.scratch;
   scratch.state = state;
+  const bool has_two_steps = context.controls.schedule.has_two_steps();
+  scratch.predicted.resize(has_two_steps ? state.positions.size() : 0);
+  scratch.strip_links.resize(context.model.longest_strip);
   scratch.accelerations.resize(context.model.has_springs() ? context.model.particle_count : 0);
   if (context.controls.has_air_forces) {
     scratch.air_impulses.resize(context.model.triangles.size() * kLaneCount);
@@ -283,24 +347,38 @@ void Begin(const StepContext& context, const FloatState& state) {
 
 }  // namespace
 
-StepReport StepCloth(const StepContext& context, bool measure, FloatState& state) {
+FloatSubstep::FloatSubstep(const Substep& substep, double damping_per_s)
+    : interval(static_cast<float>(substep.interval_s)),
+      half_interval(0.5f * interval),
+      inverse_interval(static_cast<float>(1 / substep.interval_s)),
+      is_two_step(substep.is_two_step),
+      sets_previous(substep.sets_previous),
+      pin_shares(static_cast<float>(substep.pin_shares)),
+      pin_velocity_ratio(static_cast<float>(substep.interval_s / substep.duration_s)),
+      kick_before(static_cast<float>(substep.kick_before_s)),
+      kick_after(static_cast<float>(substep.kick_after_s)),
+      kick_within(static_cast<float>(substep.kick_within_s)),
+      twist_share(static_cast<float>(substep.twist_share)),
+      damping_factor(static_cast<float>(substep.is_two_step
+                                            ? 1 / (1 + damping_per_s * substep.interval_s)
+                                            : std::exp(-damping_per_s * substep.interval_s))) {}
+
+StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
   const FloatControls& controls = context.controls;
+  const std::vector<Lanes>& positions = context.scratch.state.positions;
   StepReport report;
   report.warnings = controls.warnings;
   Begin(context, state);
-  const float half_h = 0.5f * controls.h;
-  if (controls.has_half_kicks) ApplySprings(context, half_h);
-  if (controls.has_air_forces) ApplyWind(context, half_h);
-  for (uint32_t substep = 0; substep < controls.substeps; ++substep) {
-    const bool is_last = substep + 1 == controls.substeps;
-    Predict(context, substep);
+  for (uint32_t index = 0; index < controls.schedule.size(); ++index) {
+    context.substep = FloatSubstep(controls.schedule[index], controls.damping_per_s);
+    Kick(context, positions, context.substep.kick_before);
+    Predict(context);
+    if (context.substep.twist_share > 0) DampTwist(context);
     if (controls.use_tethers) ApplyTethers(context);
     Solve(context, report);
-    Integrate(context, substep);
+    Integrate(context);
     CorrectVelocity(context);
-    const float kick = is_last ? half_h : controls.h;
-    if (controls.has_half_kicks) ApplySprings(context, kick);
-    if (controls.has_air_forces) ApplyWind(context, kick);
+    Kick(context, positions, context.substep.kick_after);
   }
   report.warnings.not_converged = !report.converged;
   Commit(context, state, report);

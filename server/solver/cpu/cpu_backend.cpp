@@ -17,6 +17,7 @@
 
 #include "server/solver/cpu/cloth_slots.h"
 #include "server/solver/cpu/cloth_step.h"
+#include "server/solver/cpu/denormals.h"
 #include "server/solver/cpu/float_controls.h"
 #include "server/solver/cpu/float_model.h"
 #include "server/solver/cpu/measure.h"
@@ -188,6 +189,7 @@ class CpuBackend final : public Backend {
 
   // Touches only the item's cloth and this thread's scratch memory.
   StepReport StepItemOnThisThread(const StepItem& item) {
+    const DenormalsAreZero denormals_are_zero;
     Cloth& cloth = cloths_.At(item.cloth);
     if (!item.pin_targets_m.empty() && cloth.fault == FaultReason::kNone) {
       cloth.pin_targets = ToFloat(item.pin_targets_m, *cloth.model);

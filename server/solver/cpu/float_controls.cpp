@@ -42,18 +42,20 @@ Gap FloatCollider::GapOfLargerShape(Lanes q) const {
   return BoxGap(q, point, vector, axes, offset);
 }
 
-FloatControls::FloatControls(const FloatModel& model, const ClothParameters& parameters) {
+FloatControls::FloatControls(const FloatModel& model, const ClothParameters& parameters)
+    : schedule(*model.source, parameters) {
   const StepSettings& settings = parameters.settings;
   const double substep_s = settings.substep_s();
   const double tolerance_met = SinglePrecisionTolerance(settings.tolerance, *model.source);
-  substeps = settings.substeps;
+  has_strips = HasStrips(settings);
+  has_colours = HasColours(settings);
+  damping_per_s = parameters.damping_per_s;
   max_iterations = settings.max_iterations;
   h = static_cast<float>(substep_s);
   inverse_h = static_cast<float>(1 / substep_s);
   tolerance = static_cast<float>(tolerance_met);
   contact_tolerance = static_cast<float>(tolerance_met * model.source->length_scale_m());
   depenetration_distance = static_cast<float>(kMaxDepenetrationSpeed_m_per_s * substep_s);
-  damping_factor = static_cast<float>(std::exp(-parameters.damping_per_s * substep_s));
   friction_static = static_cast<float>(parameters.friction_static);
   friction_dynamic = static_cast<float>(parameters.friction_dynamic);
   gravity = ToLanes(parameters.gravity_m_per_s2);
@@ -70,7 +72,7 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   has_half_kicks = model.has_springs() && !is_in_force;
   has_spring_forces = model.has_springs() && is_in_force;
   warnings.tolerance_raised = tolerance_met > settings.tolerance;
-  warnings.springs_beyond_limit = AreSpringsBeyondLimit(*model.source, substep_s);
+  warnings.springs_beyond_limit = AreSpringsBeyondLimit(*model.source, parameters);
 }
 
 }  // namespace drape::cpu

@@ -8,6 +8,7 @@
 #include "server/solver/cpu/constraint_math.h"
 #include "server/solver/cpu/float_model.h"
 #include "server/solver/step_report.h"
+#include "server/solver/substep_schedule.h"
 
 namespace drape::cpu {
 
@@ -35,14 +36,16 @@ struct FloatCollider {
 struct FloatControls {
   FloatControls(const FloatModel& model, const ClothParameters& parameters);
 
-  uint32_t substeps;
+  SubstepSchedule schedule;
+  double damping_per_s;
   uint32_t max_iterations;
   float h;                       // substep [s]
   float inverse_h;               // [1/s]
+  bool has_strips;
+  bool has_colours;
   float tolerance;               // relative to the rest length; 0 = fixed number of sweeps
   float contact_tolerance;       // [m]
   float depenetration_distance;  // [m] per substep
-  float damping_factor;          // of the velocity per substep, 1 = none
   float friction_static;
   float friction_dynamic;
   Lanes gravity;

@@ -45,6 +45,59 @@ void PackConstraints(FloatModel& model) {
   }
 }
 
+// Lane `lane` of the links of a group, from strip `strip`.
+void PackStripLane(FloatModel& model, const StripGroup& group, uint32_t lane, uint32_t strip) {
+  const StripSet& strips = model.source->strips();
+  const std::vector<float>& w = model.inverse_masses;
+  const uint32_t begin = strips.strip_offsets[strip], end = strips.strip_offsets[strip + 1];
+  for (uint32_t k = begin; k < end; ++k) {
+    StripLink& link = model.strip_links[group.link_begin + (k - begin)];
+    const uint32_t from = strips.particles[k + strip], to = strips.particles[k + strip + 1];
+    const DistanceConstraint& constraint = model.source->constraints()[strips.constraints[k]];
+    link.to[lane] = to;
+    link.places[lane] = model.constraint_places[strips.constraints[k]];
+    link.rest_length[lane] = static_cast<float>(constraint.rest_length_m);
+    link.inverse_mass_from[lane] = w[from];
+    link.inverse_mass_to[lane] = w[to];
+    link.inverse_mass_joint[lane] = k + 1 < end ? w[to] : 0;
+    link.diagonal[lane] = w[from] + w[to];
+  }
+  for (uint32_t k = group.link_begin + (end - begin); k < group.link_end; ++k) {
+    model.strip_links[k].to[lane] = strips.particles[end + strip];
+  }
+}
+
+// Strips of a phase are sorted by length, so little is padding.
+void PackStrips(FloatModel& model) {
+  const StripSet& strips = model.source->strips();
+  StripLink padding{};
+  padding.to.fill(model.spare_particle());
+  padding.places.fill(static_cast<uint32_t>(model.groups.size() * kLaneCount));
+  padding.diagonal = Splat(1);
+  model.longest_strip = 0;
+  for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
+    const uint32_t phase_end = strips.phase_offsets[phase + 1];
+    for (uint32_t s = strips.phase_offsets[phase]; s < phase_end; s += kLaneCount) {
+      const uint32_t lane_count = std::min(kLaneCount, phase_end - s);
+      uint32_t length = 0;
+      for (uint32_t lane = 0; lane < lane_count; ++lane) {
+        length = std::max(length, strips.strip_offsets[s + lane + 1] - strips.strip_offsets[s + lane]);
+      }
+      StripGroup group;
+      group.first.fill(model.spare_particle());
+      group.link_begin = static_cast<uint32_t>(model.strip_links.size());
+      group.link_end = group.link_begin + length;
+      model.strip_links.resize(group.link_end, padding);
+      for (uint32_t lane = 0; lane < lane_count; ++lane) {
+        group.first[lane] = strips.particles[strips.strip_offsets[s + lane] + s + lane];
+        PackStripLane(model, group, lane, s + lane);
+      }
+      model.longest_strip = std::max(model.longest_strip, length);
+      model.strips.push_back(group);
+    }
+  }
+}
+
 // Rank by rank, so that the lanes of a group never share a particle and each particle meets its
 // pins in their order.
 void PackTethers(FloatModel& model) {
@@ -110,6 +163,8 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
     if (inverse_mass > 0) free_particles.push_back(particle);
   }
   PackConstraints(*this);
+  if (has_compliance()) compliances.push_back(Splat(0));
+  PackStrips(*this);
   PackTethers(*this);
   PackTriangles(*this);
   PackSprings(*this);

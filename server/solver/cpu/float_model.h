@@ -22,6 +22,26 @@ struct DistanceGroup {
   Lanes inverse_mass_j;
 };
 
+// One link of each of four strips of a phase. Shorter strips are filled up with links from their last
+// particle to itself that no impulse moves.
+struct StripLink {
+  std::array<uint32_t, kLaneCount> to;  // the particle at the end of the link
+  // Where the compliance and the accumulated impulse are (FloatModel::compliances).
+  std::array<uint32_t, kLaneCount> places;
+  Lanes rest_length;         // [m]
+  Lanes inverse_mass_from;   // [1/kg]
+  Lanes inverse_mass_to;
+  Lanes inverse_mass_joint;  // of the particle shared with the next link; 0 if there is none
+  Lanes diagonal;            // inverse_mass_from + inverse_mass_to, never 0
+};
+
+// Four strips of a phase.
+struct StripGroup {
+  std::array<uint32_t, kLaneCount> first;  // their first particles
+  uint32_t link_begin;                     // in FloatModel::strip_links
+  uint32_t link_end;
+};
+
 // Four tethers of different particles. Filled up with tethers from the spare particle to itself.
 struct TetherGroup {
   std::array<uint32_t, kLaneCount> particle;
@@ -54,7 +74,11 @@ struct FloatModel {
   std::vector<DistanceGroup> groups;     // colour after colour
   // [constraint_count]: where constraint c of the source is, as group * kLaneCount + lane.
   std::vector<uint32_t> constraint_places;
-  std::vector<Lanes> compliances;        // [group_count] [m/N]; empty if all are 0
+  // [group_count + 1] [m/N], the last of padding; empty if all are 0.
+  std::vector<Lanes> compliances;
+  std::vector<StripGroup> strips;  // phase after phase
+  std::vector<StripLink> strip_links;
+  uint32_t longest_strip;  // links
   std::vector<TetherGroup> tethers;      // the nearest pin of every particle, then the next, ...
   std::vector<TriangleGroup> triangles;  // in the order of the source
   std::vector<uint32_t> spring_offsets;  // [particle_count + 1]; empty without springs

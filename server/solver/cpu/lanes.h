@@ -5,6 +5,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -70,6 +71,19 @@ inline LaneVectors Transpose(Lanes a, Lanes b, Lanes c, Lanes d) {
   return {__builtin_shuffle(ab_xy, cd_xy, LaneMask{0, 1, 4, 5}),
           __builtin_shuffle(ab_xy, cd_xy, LaneMask{2, 3, 6, 7}),
           __builtin_shuffle(ab_z, cd_z, LaneMask{0, 1, 4, 5})};
+}
+
+// The four vectors again; lane 3 of each is 0.
+inline std::array<Lanes, kLaneCount> Transpose(const LaneVectors& v) {
+  const Lanes zero{};
+  const Lanes xy_low = __builtin_shuffle(v.x, v.y, LaneMask{0, 4, 1, 5});
+  const Lanes xy_high = __builtin_shuffle(v.x, v.y, LaneMask{2, 6, 3, 7});
+  const Lanes z_low = __builtin_shuffle(v.z, zero, LaneMask{0, 4, 1, 5});
+  const Lanes z_high = __builtin_shuffle(v.z, zero, LaneMask{2, 6, 3, 7});
+  return {__builtin_shuffle(xy_low, z_low, LaneMask{0, 1, 4, 5}),
+          __builtin_shuffle(xy_low, z_low, LaneMask{2, 3, 6, 7}),
+          __builtin_shuffle(xy_high, z_high, LaneMask{0, 1, 4, 5}),
+          __builtin_shuffle(xy_high, z_high, LaneMask{2, 3, 6, 7})};
 }
 
 }  // namespace drape::cpu

@@ -69,7 +69,7 @@ double MaxResidual(const StepContext& context, const FloatState& state) {
     if (model.has_compliance()) {
       const uint32_t place = model.constraint_places[c];
       const double impulse = scratch.distance_impulses[place / kLaneCount][place % kLaneCount];
-      residual += constraint.compliance_m_per_n * context.controls.inverse_h * impulse;
+      residual += constraint.compliance_m_per_n * context.substep.inverse_interval * impulse;
     }
     largest = std::max(largest, std::fabs(residual));
   }

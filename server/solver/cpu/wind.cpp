@@ -5,8 +5,7 @@
 namespace drape::cpu {
 namespace {
 
-LaneVectors Gather(const std::vector<Lanes>& vectors,
-                   const std::array<uint32_t, kLaneCount>& indices) {
+LaneVectors Gather(const Lanes* vectors, const std::array<uint32_t, kLaneCount>& indices) {
   return Transpose(vectors[indices[0]], vectors[indices[1]], vectors[indices[2]],
                    vectors[indices[3]]);
 }
@@ -16,21 +15,21 @@ LaneVectors Minus(const LaneVectors& a, const LaneVectors& b) {
 }
 
 // First phase: of each triangle, a third of its impulse, all from the same velocities.
-void StoreAirImpulses(const StepContext& context, float duration) {
+void StoreAirImpulses(const StepContext& context, const Lanes* p, float duration) {
   const FloatControls& controls = context.controls;
-  const FloatState& state = context.scratch.state;
+  const Lanes* const v = context.scratch.state.velocities.data();
   Lanes* impulses = context.scratch.air_impulses.data();
   for (const TriangleGroup& group : context.model.triangles) {
     const auto& [i, j, k] = group.corners;
-    const LaneVectors v_i = Gather(state.velocities, i);
-    const LaneVectors v_j = Gather(state.velocities, j);
-    const LaneVectors v_k = Gather(state.velocities, k);
+    const LaneVectors v_i = Gather(v, i);
+    const LaneVectors v_j = Gather(v, j);
+    const LaneVectors v_k = Gather(v, k);
     const LaneVectors relative{controls.wind[0] - (v_i.x + v_j.x + v_k.x) / 3,
                                controls.wind[1] - (v_i.y + v_j.y + v_k.y) / 3,
                                controls.wind[2] - (v_i.z + v_j.z + v_k.z) / 3};
-    const LaneVectors p_i = Gather(state.positions, i);
+    const LaneVectors p_i = Gather(p, i);
     const LaneVectors normal =
-        Cross(Minus(Gather(state.positions, j), p_i), Minus(Gather(state.positions, k), p_i));
+        Cross(Minus(Gather(p, j), p_i), Minus(Gather(p, k), p_i));
     const LaneVectors change =
         AirVelocityChange(relative, normal, duration * controls.air_drag / group.mass,
                           duration * controls.air_lift / group.mass);
@@ -43,8 +42,8 @@ void StoreAirImpulses(const StepContext& context, float duration) {
 
 }  // namespace
 
-void ApplyWind(const StepContext& context, float duration) {
-  StoreAirImpulses(context, duration);
+void ApplyWind(const StepContext& context, const Lanes* positions, float duration) {
+  StoreAirImpulses(context, positions, duration);
   const FloatModel& model = context.model;
   const auto offsets = model.source->triangle_offsets();
   const auto triangles = model.source->particle_triangles();

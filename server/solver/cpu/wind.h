@@ -7,6 +7,6 @@ namespace drape::cpu {
 
 // Changes the velocities of the scratch state by what the air does within `duration` [s]. The
 // controls must have air forces.
-void ApplyWind(const StepContext& context, float duration);
+void ApplyWind(const StepContext& context, const Lanes* positions, float duration);
 
 }  // namespace drape::cpu

@@ -6,8 +6,11 @@
 #include "server/solver/cpu_reference/reference_contact.h"
 #include "server/solver/cpu_reference/reference_measure.h"
 #include "server/solver/cpu_reference/reference_springs.h"
+#include "server/solver/cpu_reference/reference_strips.h"
+#include "server/solver/cpu_reference/reference_twist.h"
 #include "server/solver/cpu_reference/reference_wind.h"
 #include "server/solver/solver_constants.h"
+#include "server/solver/substep_schedule.h"
 
 namespace drape {
 
@@ -15,10 +18,10 @@ namespace {
 
 using Eigen::Vector3d;
 
-// One step under way. Names as in server/solver/README.md: h substep [s], p positions [m],
-// v velocities [m/s], u mean velocities over the substep [m/s], a accelerations [m/s^2], w inverse
-// masses [1/kg], lambda accumulated impulses of constraints [N s], beta those of contacts times w
-// [m/s].
+// One step under way. Names as in server/solver/README.md: h the interval of a substep's impulses
+// [s], b where they start from [m], p positions [m], v velocities [m/s], u mean velocities over the
+// interval [m/s], a accelerations [m/s^2], w inverse masses [1/kg], lambda accumulated impulses of
+// constraints [N s], beta those of contacts times w [m/s].
 class ReferenceStep {
  public:
   ReferenceStep(const ReferenceCloth& cloth, double tolerance)
@@ -27,40 +30,34 @@ class ReferenceStep {
         settings_(cloth.parameters.settings),
         pin_targets_(cloth.pin_targets_m),
         tolerance_(tolerance),
-        h_(settings_.substep_s()),
+        has_kicks_(settings_.spring_integration == SpringIntegration::kHalfKicks &&
+                   model_.spring_count() > 0),
+        has_air_forces_(HasAirForces(model_, parameters_)),
         w_(model_.inverse_masses_per_kg()),
         state_(cloth.state),
+        previous_(cloth.state),
+        base_(model_.particle_count()),
         u_(model_.particle_count()),
         a_(model_.particle_count()) {}
 
   // The whole step but for commit and measure.
   void Run(StepReport& report) {
-    const bool has_kicks =
-        settings_.spring_integration == SpringIntegration::kHalfKicks && model_.spring_count() > 0;
-    const bool has_air_forces = HasAirForces(model_, parameters_);
-    if (has_kicks) ApplySprings(h_ / 2);
-    if (has_air_forces) ApplyWind(h_ / 2);
-    for (uint32_t substep = 0; substep < settings_.substeps; ++substep) {
-      const uint32_t substeps_left = settings_.substeps - substep;
-      Predict(substeps_left);
+    const SubstepSchedule schedule(model_, parameters_);
+    for (uint32_t index = 0; index < schedule.size(); ++index) {
+      const Substep substep = schedule[index];
+      h_ = substep.interval_s;
+      Kick(substep.kick_before_s, state_.positions_m, state_.velocities_m_per_s);
+      Predict(substep);
+      if (substep.twist_share > 0) DampTwist(model_, substep.twist_share, u_);
       if (settings_.use_tethers) ApplyTethers();
-      bool has_converged = tolerance_ == 0;
-      for (uint32_t sweep = 0; sweep < settings_.max_iterations; ++sweep) {
-        const bool has_changed_distance = SolveDistance();
-        const bool has_changed_contacts = SolveContacts();
-        ++report.iterations;
-        if (tolerance_ > 0 && !has_changed_distance && !has_changed_contacts) {
-          has_converged = true;
-          break;
-        }
-      }
-      report.converged = report.converged && has_converged;
-      if (substeps_left == 1) residual_ = Residual();
-      Integrate(substeps_left);
-      CorrectVelocity();
-      const double kick_s = substeps_left == 1 ? h_ / 2 : h_;
-      if (has_kicks) ApplySprings(kick_s);
-      if (has_air_forces) ApplyWind(kick_s);
+      Solve(report);
+      residual_ = Residual();
+      Integrate(substep);
+      CorrectVelocity(substep);
+      Kick(substep.kick_after_s, state_.positions_m, state_.velocities_m_per_s);
+    }
+    for (uint32_t k = 0; k < model_.pin_count(); ++k) {
+      state_.positions_m[model_.pins()[k]] = pin_targets_[k];
     }
   }
 
@@ -81,44 +78,78 @@ class ReferenceStep {
   }
 
  private:
-  // v += kick A(p, v), all A from the same velocities (velocity Verlet).
-  void ApplySprings(double kick_s) {
-    const std::vector<Vector3d> accelerations = SpringAccelerations(model_, state_);
-    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
-      state_.velocities_m_per_s[i] += kick_s * accelerations[i];
+  // What acts between the substeps, all from the same positions and velocities: springs (velocity
+  // Verlet), then drag and lift of the air.
+  void Kick(double kick_s, const std::vector<Vector3d>& positions,
+            std::vector<Vector3d>& velocities) const {
+    if (kick_s == 0) return;
+    if (has_kicks_) {
+      const auto accelerations = SpringAccelerations(model_, {positions, velocities});
+      for (uint32_t i = 0; i < model_.particle_count(); ++i) {
+        velocities[i] += kick_s * accelerations[i];
+      }
+    }
+    if (has_air_forces_) {
+      const auto changes =
+          WindVelocityChanges(model_, parameters_, {positions, velocities}, kick_s);
+      for (uint32_t i = 0; i < model_.particle_count(); ++i) velocities[i] += changes[i];
     }
   }
 
-  // Drag and lift of the air, all from the same velocities.
-  void ApplyWind(double kick_s) {
-    const std::vector<Vector3d> changes = WindVelocityChanges(model_, parameters_, state_, kick_s);
-    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
-      state_.velocities_m_per_s[i] += changes[i];
+  // Where and how fast the particles would end the substep without constraints.
+  void Predict(const Substep& substep) {
+    const ParticleState before = state_;
+    if (substep.is_two_step) {
+      PredictTwoStep();
+    } else {
+      PredictBallistic();
     }
+    if (substep.sets_previous) previous_ = before;
+    for (uint32_t k = 0; k < model_.pin_count(); ++k) {
+      const uint32_t i = model_.pins()[k];
+      base_[i] = state_.positions_m[i];
+      u_[i] = (pin_targets_[k] - base_[i]) / substep.pin_shares / h_;
+    }
+    if (substep.is_two_step) Kick(substep.kick_within_s, Predicted(), u_);
+    lambda_.assign(model_.constraint_count(), 0.0);
+    beta_.assign(model_.particle_count() * parameters_.colliders.size(), {});
   }
 
   // u = v + a h/2: p + h u is the ballistic position (Bender et al. 2009, section 3.1, eq. 2).
-  void Predict(uint32_t substeps_left) {
+  void PredictBallistic() {
     std::fill(a_.begin(), a_.end(), parameters_.gravity_m_per_s2);
     if (settings_.spring_integration == SpringIntegration::kInForce && model_.spring_count() > 0) {
       const std::vector<Vector3d> accelerations = SpringAccelerations(model_, state_);
       for (uint32_t i = 0; i < model_.particle_count(); ++i) a_[i] += accelerations[i];
     }
+    base_ = state_.positions_m;
     for (uint32_t i = 0; i < model_.particle_count(); ++i) {
       u_[i] = state_.velocities_m_per_s[i] + a_[i] * (h_ / 2);
     }
-    for (uint32_t k = 0; k < model_.pin_count(); ++k) {
-      const Vector3d& p = state_.positions_m[model_.pins()[k]];
-      const Vector3d q = p + (pin_targets_[k] - p) / substeps_left;
-      u_[model_.pins()[k]] = (q - p) / h_;
-    }
-    lambda_.assign(model_.constraint_count(), 0.0);
-    beta_.assign(model_.particle_count() * parameters_.colliders.size(), {});
   }
 
-  // From particle i to j at the end of the substep, p + h u.
+  // The backward differentiation formula of second order, for positions and velocities alike.
+  // Damping is part of it, at the end of the substep.
+  void PredictTwoStep() {
+    const double damping = 1 / (1 + parameters_.damping_per_s * h_);
+    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
+      const Vector3d& p = state_.positions_m[i];
+      const Vector3d& v = state_.velocities_m_per_s[i];
+      base_[i] = p + (p - previous_.positions_m[i]) / 3;
+      u_[i] = v + (v - previous_.velocities_m_per_s[i]) / 3 + h_ * parameters_.gravity_m_per_s2;
+      u_[i] *= damping;
+    }
+  }
+
+  std::vector<Vector3d> Predicted() const {
+    std::vector<Vector3d> predicted = base_;
+    for (uint32_t i = 0; i < model_.particle_count(); ++i) predicted[i] += h_ * u_[i];
+    return predicted;
+  }
+
+  // From particle i to j at the end of the substep, b + h u.
   Vector3d PredictedDifference(uint32_t i, uint32_t j) const {
-    return (state_.positions_m[j] - state_.positions_m[i]) + h_ * (u_[j] - u_[i]);
+    return (base_[j] - base_[i]) + h_ * (u_[j] - u_[i]);
   }
 
   // No particle ends the substep farther from a pin than the cloth between them is long (an
@@ -133,6 +164,21 @@ class ReferenceStep {
         if (excess > 0) u_[i] -= d.normalized() * (excess / h_);
       }
     }
+  }
+
+  // Sweeps until none of them changes anything, at most max_iterations.
+  void Solve(StepReport& report) {
+    for (uint32_t sweep = 0; sweep < settings_.max_iterations; ++sweep) {
+      bool has_changed = false;
+      if (HasStrips(settings_)) {
+        has_changed |= SolveStrips({model_, base_, h_, tolerance_}, u_, lambda_);
+      }
+      if (HasColours(settings_)) has_changed |= SolveDistance();
+      has_changed |= SolveContacts();
+      ++report.iterations;
+      if (tolerance_ > 0 && !has_changed) return;
+    }
+    if (tolerance_ > 0) report.converged = false;
   }
 
   // Error that the impulse has to remove: C + (alpha/h) lambda.
@@ -237,21 +283,22 @@ class ReferenceStep {
     return residual;
   }
 
-  // p += h u, v = u + a h/2 (Bender et al. 2009, section 3.1, eq. 1 and 2).
-  void Integrate(uint32_t substeps_left) {
+  // p = b + h u, and v = u + a h/2 (Bender et al. 2009, section 3.1, eq. 1 and 2) or, with two steps
+  // and for pins, the velocity itself.
+  void Integrate(const Substep& substep) {
     for (uint32_t i = 0; i < model_.particle_count(); ++i) {
-      state_.positions_m[i] += h_ * u_[i];
-      state_.velocities_m_per_s[i] = u_[i] + a_[i] * (h_ / 2);
-    }
-    for (uint32_t k = 0; k < model_.pin_count(); ++k) {
-      const uint32_t i = model_.pins()[k];
+      state_.positions_m[i] = base_[i] + h_ * u_[i];
       state_.velocities_m_per_s[i] = u_[i];
-      if (substeps_left == 1) state_.positions_m[i] = pin_targets_[k];
+      if (!substep.is_two_step) state_.velocities_m_per_s[i] += a_[i] * (h_ / 2);
+    }
+    for (const uint32_t i : model_.pins()) {
+      state_.velocities_m_per_s[i] = u_[i] * (h_ / substep.duration_s);
     }
   }
 
   // Velocity constraints of the contacts that pushed, after the advance, then damping.
-  void CorrectVelocity() {
+  void CorrectVelocity(const Substep& substep) {
+    if (substep.is_two_step) return;
     const double decay = std::exp(-parameters_.damping_per_s * h_);
     for (uint32_t i = 0; i < model_.particle_count(); ++i) {
       if (w_[i] == 0) continue;
@@ -280,10 +327,14 @@ class ReferenceStep {
   const StepSettings& settings_;
   const std::vector<Vector3d>& pin_targets_;
   const double tolerance_;
-  const double h_;
+  const bool has_kicks_;
+  const bool has_air_forces_;
   const std::span<const double> w_;
 
-  ParticleState state_;  // p and v
+  double h_ = 0;
+  ParticleState state_;     // p and v
+  ParticleState previous_;  // p' and v', two steps only
+  std::vector<Vector3d> base_;
   std::vector<Vector3d> u_;
   std::vector<Vector3d> a_;
   std::vector<double> lambda_;        // [constraint_count]
@@ -304,7 +355,7 @@ StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure) {
     report.warnings = {
         .tolerance_raised = tolerance > settings.tolerance,
         .not_converged = !report.converged,
-        .springs_beyond_limit = AreSpringsBeyondLimit(*cloth.model, settings.substep_s())};
+        .springs_beyond_limit = AreSpringsBeyondLimit(*cloth.model, cloth.parameters)};
     cloth.fault = step.Fault();
     if (cloth.fault == FaultReason::kNone) {
       cloth.state = step.state();  // commit

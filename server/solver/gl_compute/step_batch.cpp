@@ -94,7 +94,7 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
     report.warnings = {.tolerance_raised = cloth.is_tolerance_raised(),
                        .not_converged = !report.converged,
                        .springs_beyond_limit = AreSpringsBeyondLimit(
-                           *cloth.model->model, cloth.parameters.settings.substep_s())};
+                           *cloth.model->model, cloth.parameters)};
   }
   report.fault = cloth.fault;
   if (item.measure) {

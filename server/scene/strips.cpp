@@ -1,0 +1,209 @@
+#include "server/scene/strips.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <numeric>
+#include <utility>
+
+namespace drape {
+
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr uint32_t kNone = ~uint32_t{0};
+// Cosine between the two edges, both seen from the particle between them: 70 degrees from straight.
+constexpr double kMaxJoinedCosine = -0.35;
+// Beyond, a particle is the hub of a star and no path goes through it.
+constexpr uint32_t kMaxJoinedDegree = 32;
+// Cosines are compared in these units, so that the last digits of the rest shape decide nothing.
+constexpr double kCosineSteps = 1e6;
+
+// The constraints of each particle, ascending: entries offsets[p] .. offsets[p + 1] of list.
+struct Incidence {
+  std::vector<uint32_t> offsets;
+  std::vector<uint32_t> list;
+};
+
+Incidence FindIncidence(std::span<const DistanceConstraint> constraints, size_t particle_count) {
+  Incidence incidence;
+  incidence.offsets.assign(particle_count + 1, 0);
+  for (const DistanceConstraint& c : constraints) {
+    ++incidence.offsets[c.i + 1];
+    ++incidence.offsets[c.j + 1];
+  }
+  std::partial_sum(incidence.offsets.begin(), incidence.offsets.end(), incidence.offsets.begin());
+  incidence.list.resize(2 * constraints.size());
+  std::vector<uint32_t> next(incidence.offsets.begin(), incidence.offsets.end() - 1);
+  for (uint32_t c = 0; c < constraints.size(); ++c) {
+    incidence.list[next[constraints[c].i]++] = c;
+    incidence.list[next[constraints[c].j]++] = c;
+  }
+  return incidence;
+}
+
+// Cuts the graph into paths.
+class PathCover {
+ public:
+  PathCover(std::span<const Vector3d> rest_positions_m,
+            std::span<const DistanceConstraint> constraints)
+      : positions_(rest_positions_m),
+        constraints_(constraints),
+        incidence_(FindIncidence(constraints, rest_positions_m.size())),
+        mates_(2 * constraints.size(), kNone),
+        is_taken_(constraints.size(), false),
+        last_path_(rest_positions_m.size(), kNone) {}
+
+  struct Path {
+    std::vector<uint32_t> links;
+    std::vector<uint32_t> particles;  // one more
+  };
+
+  std::vector<Path> Find() {
+    for (uint32_t p = 0; p < positions_.size(); ++p) JoinEdgesOf(p);
+    std::vector<Path> paths;
+    // From ends, then what is left: rings, from their first edge.
+    for (uint32_t c = 0; c < constraints_.size(); ++c) {
+      if (is_taken_[c]) continue;
+      if (MateAt(c, constraints_[c].i) == kNone) {
+        Trace(c, constraints_[c].i, paths);
+      } else if (MateAt(c, constraints_[c].j) == kNone) {
+        Trace(c, constraints_[c].j, paths);
+      }
+    }
+    for (uint32_t c = 0; c < constraints_.size(); ++c) {
+      if (!is_taken_[c]) Trace(c, constraints_[c].i, paths);
+    }
+    return paths;
+  }
+
+ private:
+  uint32_t OtherEnd(uint32_t c, uint32_t p) const {
+    return constraints_[c].i == p ? constraints_[c].j : constraints_[c].i;
+  }
+  uint32_t& MateAt(uint32_t c, uint32_t p) {
+    return mates_[2 * size_t{c} + (constraints_[c].i == p ? 0 : 1)];
+  }
+
+  void Join(uint32_t c, uint32_t d, uint32_t p) {
+    MateAt(c, p) = d;
+    MateAt(d, p) = c;
+  }
+
+  void JoinEdgesOf(uint32_t p) {
+    const std::span<const uint32_t> edges(incidence_.list.data() + incidence_.offsets[p],
+                                          incidence_.offsets[p + 1] - incidence_.offsets[p]);
+    if (edges.size() > kMaxJoinedDegree) return;
+    if (edges.size() == 2 && IsInChain(p, edges)) return Join(edges[0], edges[1], p);
+    struct Pair {
+      long cosine;  // in steps of 1 / kCosineSteps
+      uint32_t c, d;
+    };
+    std::vector<Pair> pairs;
+    for (size_t a = 0; a < edges.size(); ++a) {
+      const Vector3d to_a = DirectionFrom(p, edges[a]);
+      for (size_t b = a + 1; b < edges.size(); ++b) {
+        const double cosine = to_a.dot(DirectionFrom(p, edges[b]));
+        if (cosine < kMaxJoinedCosine) {
+          pairs.push_back({std::lround(cosine * kCosineSteps), edges[a], edges[b]});
+        }
+      }
+    }
+    std::stable_sort(pairs.begin(), pairs.end(),
+                     [](const Pair& x, const Pair& y) { return x.cosine < y.cosine; });
+    for (const Pair& pair : pairs) {
+      if (MateAt(pair.c, p) == kNone && MateAt(pair.d, p) == kNone) Join(pair.c, pair.d, p);
+    }
+  }
+
+  uint32_t DegreeOf(uint32_t p) const { return incidence_.offsets[p + 1] - incidence_.offsets[p]; }
+
+  // Not the corner of a cloth.
+  bool IsInChain(uint32_t p, std::span<const uint32_t> edges) const {
+    return std::ranges::all_of(edges, [&](uint32_t c) { return DegreeOf(OtherEnd(c, p)) <= 2; });
+  }
+
+  Vector3d DirectionFrom(uint32_t p, uint32_t c) const {
+    return (positions_[OtherEnd(c, p)] - positions_[p]).stableNormalized();
+  }
+
+  // Follows the mates from edge c, entered at particle p, until there is none, the path meets itself
+  // or is long enough.
+  void Trace(uint32_t c, uint32_t p, std::vector<Path>& paths) {
+    const uint32_t path_index = static_cast<uint32_t>(paths.size());
+    Path path;
+    path.particles.push_back(p);
+    last_path_[p] = path_index;
+    while (c != kNone && !is_taken_[c] && path.links.size() < kMaxStripLinks) {
+      p = OtherEnd(c, p);
+      if (last_path_[p] == path_index) break;
+      last_path_[p] = path_index;
+      is_taken_[c] = true;
+      path.links.push_back(c);
+      path.particles.push_back(p);
+      c = MateAt(c, p);
+    }
+    paths.push_back(std::move(path));
+  }
+
+  std::span<const Vector3d> positions_;
+  std::span<const DistanceConstraint> constraints_;
+  const Incidence incidence_;
+  std::vector<uint32_t> mates_;  // [constraint][end i, end j]
+  std::vector<bool> is_taken_;
+  std::vector<uint32_t> last_path_;  // [particle] the last path through it
+};
+
+using Path = PathCover::Path;
+
+// First fit; [path_count]. A particle's taken phases are a list: few paths meet in one.
+std::vector<uint32_t> ChoosePhases(const std::vector<Path>& paths,
+                                   const std::vector<bool>& is_pin) {
+  std::vector<std::vector<uint32_t>> taken(is_pin.size());
+  std::vector<uint32_t> phases;
+  std::vector<uint32_t> blocker;  // [phase] the last path that cannot be in it
+  for (uint32_t path = 0; path < paths.size(); ++path) {
+    for (const uint32_t p : paths[path].particles) {
+      for (const uint32_t phase : taken[p]) blocker[phase] = path;
+    }
+    const auto free =
+        std::find_if(blocker.begin(), blocker.end(), [&](uint32_t b) { return b != path; });
+    const uint32_t phase = static_cast<uint32_t>(free - blocker.begin());
+    if (free == blocker.end()) blocker.push_back(kNone);
+    phases.push_back(phase);
+    for (const uint32_t p : paths[path].particles) {
+      if (!is_pin[p]) taken[p].push_back(phase);
+    }
+  }
+  return phases;
+}
+
+}  // namespace
+
+StripSet FindStrips(std::span<const Vector3d> rest_positions_m,
+                    std::span<const DistanceConstraint> constraints,
+                    const std::vector<bool>& is_pin) {
+  std::vector<Path> paths = PathCover(rest_positions_m, constraints).Find();
+  std::stable_sort(paths.begin(), paths.end(), [](const Path& a, const Path& b) {
+    return a.links.size() > b.links.size();
+  });
+  const std::vector<uint32_t> phases = ChoosePhases(paths, is_pin);
+  std::vector<uint32_t> order(paths.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](uint32_t a, uint32_t b) { return phases[a] < phases[b]; });
+
+  StripSet strips;
+  for (size_t k = 0; k < order.size(); ++k) {
+    const auto& [links, particles] = paths[order[k]];
+    strips.constraints.insert(strips.constraints.end(), links.begin(), links.end());
+    strips.particles.insert(strips.particles.end(), particles.begin(), particles.end());
+    strips.strip_offsets.push_back(static_cast<uint32_t>(strips.constraints.size()));
+    const bool ends_phase = k + 1 == order.size() || phases[order[k + 1]] != phases[order[k]];
+    if (ends_phase) strips.phase_offsets.push_back(strips.strip_count());
+  }
+  return strips;
+}
+
+}  // namespace drape

@@ -1,0 +1,12 @@
+// Stage `solve_strips`: all constraints of a path at once, four paths side by side.
+#pragma once
+
+#include "server/solver/cpu/cloth_step.h"
+
+namespace drape::cpu {
+
+// One sweep over all strips, phase by phase (server/solver/README.md). Returns whether the errors of
+// any were larger than the tolerance.
+bool SolveStrips(const StepContext& context);
+
+}  // namespace drape::cpu

@@ -1,0 +1,116 @@
+#include "server/solver/cpu_reference/reference_strips.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/solver/solver_constants.h"
+
+namespace drape {
+
+namespace {
+
+using Eigen::Vector3d;
+
+// One link of a strip under way, from particle `from` to `to`.
+struct Link {
+  uint32_t from = 0, to = 0;
+  double rest_length_m = 0;
+  Vector3d n = Vector3d::Zero();  // unit, at the predicted positions
+  double error_m = 0;             // C + (alpha/h) lambda
+  double diagonal = 0;            // w_from + w_to + alpha/h^2 [1/kg]
+  double coupling = 0;            // to the next link: -w_to n . n_next [1/kg]; 0 for the last
+  double impulse = 0;             // delta lambda [N s]
+};
+
+std::vector<Link> Linearise(const StripPrediction& prediction, uint32_t strip,
+                            const std::vector<Vector3d>& u, const std::vector<double>& lambda) {
+  const SceneModel& model = prediction.model;
+  const StripSet& strips = model.strips();
+  const auto w = model.inverse_masses_per_kg();
+  const double h = prediction.interval_s;
+  std::vector<Link> links;
+  for (uint32_t k = strips.strip_offsets[strip]; k < strips.strip_offsets[strip + 1]; ++k) {
+    const DistanceConstraint& constraint = model.constraints()[strips.constraints[k]];
+    Link link{.from = strips.particles[k + strip], .to = strips.particles[k + strip + 1]};
+    const Vector3d d = (prediction.base_m[link.to] - prediction.base_m[link.from]) +
+                       h * (u[link.to] - u[link.from]);
+    const double length = d.norm();
+    link.rest_length_m = constraint.rest_length_m;
+    link.n = length < kMinDirectionLength_m ? Vector3d::UnitX() : Vector3d(d / length);
+    link.error_m = length - constraint.rest_length_m +
+                   constraint.compliance_m_per_n / h * lambda[strips.constraints[k]];
+    link.diagonal = w[link.from] + w[link.to] + constraint.compliance_m_per_n / (h * h);
+    if (!links.empty()) links.back().coupling = -w[link.from] * links.back().n.dot(link.n);
+    links.push_back(link);
+  }
+  return links;
+}
+
+// Thomas's elimination of the symmetric tridiagonal system: sum over the links of (effect on this
+// one's error) = -error, for the impulses.
+void SolveTridiagonal(std::vector<Link>& links, double h) {
+  std::vector<double> ratio(links.size());  // coupling / pivot
+  for (size_t k = 0; k < links.size(); ++k) {
+    double pivot = links[k].diagonal, right_side = -links[k].error_m / h;
+    if (k > 0) {
+      pivot -= links[k - 1].coupling * ratio[k - 1];
+      right_side -= links[k - 1].coupling * links[k - 1].impulse;
+    }
+    pivot = std::max(pivot, kMinStripPivot * links[k].diagonal);
+    ratio[k] = links[k].coupling / pivot;
+    links[k].impulse = right_side / pivot;
+  }
+  for (size_t k = links.size() - 1; k-- > 0;) {
+    links[k].impulse -= ratio[k] * links[k + 1].impulse;
+  }
+}
+
+// The share of the impulses that moves no particle by more than kMaxStripMove link lengths.
+double StepLength(const std::vector<Link>& links, std::span<const double> w, double h) {
+  double largest_move = 0;  // [link lengths]
+  for (size_t k = 0; k <= links.size(); ++k) {
+    const Link& nearest = links[k == links.size() ? k - 1 : k];
+    const uint32_t particle = k == links.size() ? nearest.to : nearest.from;
+    Vector3d change = Vector3d::Zero();
+    if (k > 0) change += links[k - 1].impulse * links[k - 1].n;
+    if (k < links.size()) change -= links[k].impulse * links[k].n;
+    largest_move = std::max(largest_move, h * w[particle] * change.norm() / nearest.rest_length_m);
+  }
+  return largest_move > kMaxStripMove ? kMaxStripMove / largest_move : 1;
+}
+
+bool SolveStrip(const StripPrediction& prediction, uint32_t strip, std::vector<Vector3d>& u,
+                std::vector<double>& lambda) {
+  const StripSet& strips = prediction.model.strips();
+  const auto w = prediction.model.inverse_masses_per_kg();
+  std::vector<Link> links = Linearise(prediction, strip, u, lambda);
+  const bool is_within_tolerance =
+      prediction.tolerance > 0 && std::ranges::all_of(links, [&](const Link& link) {
+        return std::abs(link.error_m) <= prediction.tolerance * link.rest_length_m;
+      });
+  if (is_within_tolerance) return false;
+
+  SolveTridiagonal(links, prediction.interval_s);
+  const double share = StepLength(links, w, prediction.interval_s);
+  for (size_t k = 0; k < links.size(); ++k) {
+    const Link& link = links[k];
+    const double impulse = share * link.impulse;
+    lambda[strips.constraints[strips.strip_offsets[strip] + k]] += impulse;
+    u[link.from] -= w[link.from] * impulse * link.n;
+    u[link.to] += w[link.to] * impulse * link.n;
+  }
+  return true;
+}
+
+}  // namespace
+
+bool SolveStrips(const StripPrediction& prediction, std::vector<Vector3d>& u,
+                 std::vector<double>& lambda) {
+  bool has_changed = false;
+  for (uint32_t strip = 0; strip < prediction.model.strips().strip_count(); ++strip) {
+    if (SolveStrip(prediction, strip, u, lambda)) has_changed = true;
+  }
+  return has_changed;
+}
+
+}  // namespace drape

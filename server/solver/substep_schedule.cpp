@@ -1,0 +1,60 @@
+#include "server/solver/substep_schedule.h"
+
+#include <algorithm>
+
+namespace drape {
+
+SubstepSchedule::SubstepSchedule(const SceneModel& model, const ClothParameters& parameters)
+    : has_two_steps_(UsesTwoSteps(model, parameters)),
+      substeps_(parameters.settings.substeps),
+      h_(parameters.settings.substep_s()) {
+  const StepSettings& settings = parameters.settings;
+  if (!HasTwistDamping(model, settings)) return;
+  twist_period_ = std::min(kTwistPeriod, substeps_);
+  // The twist of a single cell falls by four shares.
+  const double share = settings.twist_damping_per_s * h_ * twist_period_ / 4;
+  twist_share_ = std::min(share, kMaxTwistShare);
+}
+
+Substep SubstepSchedule::operator[](uint32_t index) const {
+  Substep substep = has_two_steps_ ? TwoStep(index) : OneStep(index);
+  const bool is_twist_due = twist_period_ > 0 && (size() - 1 - index) % twist_period_ == 0;
+  // Never in the first half of a substep.
+  if (is_twist_due && !(has_two_steps_ && index == 0)) substep.twist_share = twist_share_;
+  return substep;
+}
+
+Substep SubstepSchedule::OneStep(uint32_t index) const {
+  const bool is_last = index + 1 == substeps_;
+  return {.duration_s = h_,
+          .interval_s = h_,
+          .pin_shares = substeps_ - index,
+          .kick_before_s = index == 0 ? h_ / 2 : 0,
+          .kick_after_s = is_last ? h_ / 2 : h_};
+}
+
+Substep SubstepSchedule::TwoStep(uint32_t index) const {
+  if (index == 0) {
+    return {.duration_s = h_ / 2,
+            .interval_s = h_ / 2,
+            .sets_previous = true,
+            .pin_shares = 2 * substeps_,
+            .kick_before_s = h_ / 4,
+            .kick_after_s = h_ / 4};
+  }
+  if (index == 1) {
+    return {.duration_s = h_ / 2,
+            .interval_s = h_ / 3,
+            .is_two_step = true,
+            .pin_shares = 2 * substeps_ - 1,
+            .kick_within_s = h_ / 3};
+  }
+  return {.duration_s = h_,
+          .interval_s = 2 * h_ / 3,
+          .is_two_step = true,
+          .sets_previous = true,
+          .pin_shares = substeps_ - (index - 1),
+          .kick_within_s = 2 * h_ / 3};
+}
+
+}  // namespace drape

@@ -1,0 +1,58 @@
+// The substeps of a step and how long everything acts in each: the one place for these facts.
+#pragma once
+
+#include <cstdint>
+
+#include "server/scene/scene_model.h"
+#include "server/solver/cloth_parameters.h"
+
+namespace drape {
+
+// Impulses are found for the end of the substep, predicted as q = b + H u, with
+//   ballistic:  b = p, H = duration, u = v + a H/2; then p = q, v = u + a H/2
+//   two steps:  b = p + (p - p')/3, H = 2/3 duration, u = (4 v - v')/3 + a H; then p = q, v = u
+// where p', v' are the previous state (backward differences of second order; server/solver/README.md).
+struct Substep {
+  double duration_s = 0;
+  double interval_s = 0;  // H
+  bool is_two_step = false;
+  // Whether the state before this substep becomes the previous one of the next.
+  bool sets_previous = false;
+  // Pins go this part of the rest of their way: 1 / pin_shares.
+  uint32_t pin_shares = 1;
+  // How long the kicks (springs, air) act before the substep, after it, and, with two steps, on the
+  // predicted velocities.
+  double kick_before_s = 0;
+  double kick_after_s = 0;
+  double kick_within_s = 0;
+  // Share of a cell's twist that each of its corners loses [-]; 0 = no `damp_twist` in this substep.
+  double twist_share = 0;
+};
+
+// `damp_twist` runs every so many substeps: more often gains nothing.
+inline constexpr uint32_t kTwistPeriod = 4;
+// Where all cells twist alternately each particle loses 16 shares: above 1/16 it would overshoot.
+inline constexpr double kMaxTwistShare = 1.0 / 16;
+
+// The substeps of one step: settings.substeps of them, or with two steps one more, as the first is
+// done in two halves to start from. Small; substeps are made when asked for.
+class SubstepSchedule {
+ public:
+  SubstepSchedule(const SceneModel& model, const ClothParameters& parameters);
+
+  bool has_two_steps() const { return has_two_steps_; }
+  uint32_t size() const { return has_two_steps_ ? substeps_ + 1 : substeps_; }
+  Substep operator[](uint32_t index) const;  // index < size()
+
+ private:
+  Substep OneStep(uint32_t index) const;
+  Substep TwoStep(uint32_t index) const;
+
+  bool has_two_steps_;
+  uint32_t substeps_;
+  double h_;  // of a whole substep [s]
+  uint32_t twist_period_ = 0;  // 0: no twist damping
+  double twist_share_ = 0;
+};
+
+}  // namespace drape

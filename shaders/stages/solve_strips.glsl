@@ -1,0 +1,116 @@
+// Stage `solve_strips`. Needs the accessors of one plan.
+#include "lib/strip.glsl"
+#include "stages/substep.glsl"
+
+// Scratch of link k: n xyz, coupling to the next over the pivot, impulse.
+uint LinkWord(uint k) { return cloth.strip_links + DRAPE_STRIP_LINK_WORDS * k; }
+
+vec3 LinkDirection(uint k) { return ScratchVector(LinkWord(k)); }
+float LinkImpulse(uint k) { return scratch[LinkWord(k) + 4u]; }
+
+uint StripParticle(uint word) { return models[cloth.strip_particles + word]; }
+
+// Goes along the strip, linearises each link and eliminates it from the next; whether an error is
+// larger than the tolerance.
+bool EliminateStrip(uint strip, uint begin, uint end, bool is_first_sweep) {
+  bool is_active = false;
+  StripLink before = StripLink(vec3(0.0), 0.0, 0.0);
+  uint from = StripParticle(begin + strip);
+  for (uint k = begin; k < end; ++k) {
+    uint to = StripParticle(k + strip + 1u);
+    uint constraint = models[cloth.strip_constraints + k];
+    float rest_length = ModelFloat(cloth.rest_lengths + constraint);
+    float compliance = 0.0;
+    float lambda = 0.0;
+#ifdef HAS_COMPLIANCE
+    compliance = ModelFloat(cloth.compliances + constraint);
+    if (is_first_sweep) {
+      scratch[cloth.lambdas + constraint] = 0.0;
+    } else {
+      lambda = scratch[cloth.lambdas + constraint];
+    }
+#endif
+    precise vec3 position_difference = Position(to) - Position(from);
+    precise vec3 velocity_difference = Velocity(to) - Velocity(from);
+    DistanceError error =
+        PredictDistanceError(position_difference, velocity_difference, substep.interval,
+                             substep.inverse_interval, rest_length, compliance, lambda);
+    if (abs(error.residual) > cloth.tolerance * rest_length) is_active = true;
+    precise float diagonal = InverseMass(from) + InverseMass(to);
+#ifdef HAS_COMPLIANCE
+    diagonal = diagonal + compliance * substep.inverse_interval * substep.inverse_interval;
+#endif
+    float coupling = 0.0;
+    if (k > begin) {
+      coupling = StripCoupling(before.direction, error.direction, InverseMass(from));
+      precise float ratio = coupling * before.inverse_pivot;
+      scratch[LinkWord(k - 1u) + 3u] = ratio;
+    }
+    before = EliminateLink(error, diagonal, substep.inverse_interval, coupling, before);
+    SetScratchVector(LinkWord(k), before.direction);
+    scratch[LinkWord(k) + 3u] = 0.0;
+    scratch[LinkWord(k) + 4u] = before.right_side;
+    from = to;
+  }
+  return is_active;
+}
+
+// From the last link back, the impulses.
+void SubstituteStrip(uint begin, uint end) {
+  float next_impulse = 0.0;
+  for (uint k = end; k-- > begin;) {
+    precise float impulse = LinkImpulse(k) - scratch[LinkWord(k) + 3u] * next_impulse;
+    scratch[LinkWord(k) + 4u] = impulse;
+    next_impulse = impulse;
+  }
+}
+
+// The change of velocity of the particle between links k - 1 and k by their impulses [m/s].
+vec3 StripChange(uint k, uint begin, uint end, float inverse_mass) {
+  precise vec3 pull = vec3(0.0);
+  if (k > begin) pull = LinkImpulse(k - 1u) * LinkDirection(k - 1u);
+  precise vec3 pull_of_next = vec3(0.0);
+  if (k < end) pull_of_next = LinkImpulse(k) * LinkDirection(k);
+  precise vec3 change = inverse_mass * (pull - pull_of_next);
+  return change;
+}
+
+// The share of the impulses that moves no particle by more than MAX_STRIP_MOVE link lengths.
+float StripStepLength(uint strip, uint begin, uint end) {
+  float largest_ratio_sq = 0.0;
+  for (uint k = begin; k <= end; ++k) {
+    float inverse_mass = InverseMass(StripParticle(k + strip));
+    uint constraint = models[cloth.strip_constraints + (k > begin ? k - 1u : k)];
+    vec3 change = StripChange(k, begin, end, inverse_mass);
+    precise float limit =
+        ModelFloat(cloth.rest_lengths + constraint) * (MAX_STRIP_MOVE * substep.inverse_interval);
+    precise float ratio_sq = Dot(change, change) / (limit * limit);
+    largest_ratio_sq = max(largest_ratio_sq, ratio_sq);
+  }
+  if (!(largest_ratio_sq > 1.0)) return 1.0;
+  precise float share = 1.0 / sqrt(largest_ratio_sq);
+  return share;
+}
+
+// All constraints of one strip together. The phases give each free particle one writer.
+void SolveStrip(uint strip, bool is_first_sweep) {
+  uint begin = models[cloth.strip_offsets + strip];
+  uint end = models[cloth.strip_offsets + strip + 1u];
+  if (!EliminateStrip(strip, begin, end, is_first_sweep)) return;
+  MarkChanged();
+  SubstituteStrip(begin, end);
+  float share = StripStepLength(strip, begin, end);
+  for (uint k = begin; k <= end; ++k) {
+    uint i = StripParticle(k + strip);
+    float inverse_mass = InverseMass(i);
+#ifdef HAS_COMPLIANCE
+    if (k < end) {
+      uint lambda = cloth.lambdas + models[cloth.strip_constraints + k];
+      precise float accumulated = scratch[lambda] + share * LinkImpulse(k);
+      scratch[lambda] = accumulated;
+    }
+#endif
+    if (inverse_mass == 0.0) continue;
+    SetVelocity(i, AddScaled(Velocity(i), share, StripChange(k, begin, end, inverse_mass)));
+  }
+}
