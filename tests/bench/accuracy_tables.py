@@ -125,8 +125,8 @@ def losses(rows, scene):
 def scenes_text(rows):
     text = ["### Fronts\n",
             "Points that no other setting of the same backend beats in both time and error, from the cheapest to the most accurate; "
-            "named are those that are better by a fifth and more; «16x2» is 16 substeps of 2 sweeps; times are wall ms per simulated second. Settings that would have taken too long for "
-            "a play, and cloths that blew up, are told as such.\n"]
+            "named are those that are better by a fifth and more; «16x2» is 16 substeps of 2 sweeps; times are wall ms "
+            "per simulated second. Settings that would have taken too long for a play, and cloths that blew up, are told as such.\n"]
     for scene in distinct(rows, "scene"):
         some = select(rows, scene=scene)
         lines = [f"- **{scene}**, {some[0]['particles']:.0f} particles, {some[0]['duration_s']:g} s:"]

@@ -79,7 +79,7 @@ std::vector<Entry> EntriesFor(Bench& bench, const AccuracyScene& scene,
                               const std::vector<Method>& own) {
   std::vector<Entry> entries;
   const PointGrid points = bench.is_quick() ? PointGrid::kFew : scene.points;
-  std::vector<Method> methods = MethodsFor(*scene.scene.model, points);
+  std::vector<Method> methods = MethodsFor(scene.scene, points);
   methods.insert(methods.end(), own.begin(), own.end());
   for (const Method& method : methods) {
     entries.push_back(MakeEntry(bench.backends()[0], scene, method));
@@ -91,7 +91,7 @@ std::vector<Entry> EntriesFor(Bench& bench, const AccuracyScene& scene,
   }
   for (NamedBackend& named : bench.backends().subspan(1)) {
     if (!scene.all_backends && !bench.is_quick()) continue;
-    for (const Method& method : MethodsFor(*scene.scene.model, PointGrid::kPresets)) {
+    for (const Method& method : MethodsFor(scene.scene, PointGrid::kPresets)) {
       entries.push_back(MakeEntry(named, scene, method));
     }
   }

@@ -79,7 +79,7 @@ void MeasureEnergies(Bench& bench) {
                                           SwingScene(is_quick ? 4 : 16, is_quick)}) {
     if (!bench.StartRow("energy: " + scene.name)) return;
     scene.duration_s = is_quick ? 0.5 : 10;
-    for (const Method& method : MethodsFor(*scene.scene.model, PointGrid::kPresets)) {
+    for (const Method& method : MethodsFor(scene.scene, PointGrid::kPresets)) {
       NamedBackend& named = bench.backends()[0];
       Observer observer(scene, {});
       Play(*named.backend, scene, method.settings, &observer);
@@ -139,7 +139,7 @@ void MeasureCreep(Bench& bench) {
   AccuracyScene scene = StickingPatch();
   if (bench.is_quick()) scene.duration_s = 0.5;
   if (!bench.StartRow("creep")) return;
-  for (const Method& method : MethodsFor(*scene.scene.model, PointGrid::kPresets)) {
+  for (const Method& method : MethodsFor(scene.scene, PointGrid::kPresets)) {
     NamedBackend& named = bench.backends()[0];
     const auto end_m = Play(*named.backend, scene, method.settings).positions_m;
     table.Add({named.name, method.name, scene.duration_s,

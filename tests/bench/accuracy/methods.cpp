@@ -146,8 +146,9 @@ std::span<const Point> PointsOf(PointGrid grid) {
   return {};
 }
 
-// What a cloth of this model does with the settings: without anything to tether, tethers are off.
-StepSettings EffectiveSettings(StepSettings settings, const SceneModel& model) {
+// What the scene's cloth does with the settings: a switch that has nothing to do is off.
+StepSettings EffectiveSettings(StepSettings settings, const test::Scene& scene) {
+  const SceneModel& model = *scene.model;
   settings.use_tethers = HasTethers(model, settings);
   settings.preset = Preset::kRealtime;  // only the name of the rest
   if (model.spring_count() == 0) settings.spring_integration = SpringIntegration::kHalfKicks;
@@ -200,7 +201,7 @@ std::vector<Method> FinerPreset(Preset preset, std::span<const uint32_t> substep
   return methods;
 }
 
-std::vector<Method> MethodsFor(const SceneModel& model, PointGrid grid) {
+std::vector<Method> MethodsFor(const test::Scene& scene, PointGrid grid) {
   std::vector<Method> candidates;
   for (const Preset preset : kPresets) {
     const std::string name(PresetName(preset));
@@ -225,7 +226,7 @@ std::vector<Method> MethodsFor(const SceneModel& model, PointGrid grid) {
   std::vector<Method> methods;
   std::vector<StepSettings> seen;
   for (Method& method : candidates) {
-    const StepSettings effective = EffectiveSettings(method.settings, model);
+    const StepSettings effective = EffectiveSettings(method.settings, scene);
     const bool is_preset = methods.size() < kPresets.size();
     if (!is_preset && std::find(seen.begin(), seen.end(), effective) != seen.end()) continue;
     seen.push_back(effective);

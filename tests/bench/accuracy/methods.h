@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "server/core/status.h"
-#include "server/scene/scene_model.h"
 #include "server/solver/step_settings.h"
+#include "tests/support/scenes.h"
 
 namespace drape::bench {
 
@@ -37,9 +37,9 @@ enum class PointGrid {
   kFullAndFiner,  // and the presets PAPER and ACCURATE at other substeps
 };
 
-// The presets first. Settings that do the same as earlier ones for this model (tethers without
+// The presets first. Settings that do the same as earlier ones for this scene (tethers without
 // pins) are left out.
-std::vector<Method> MethodsFor(const SceneModel& model, PointGrid grid);
+std::vector<Method> MethodsFor(const test::Scene& scene, PointGrid grid);
 
 // The words of each family that are not its points: "use_tethers=false", ...
 std::vector<std::string> SwitchesOfFamilies();

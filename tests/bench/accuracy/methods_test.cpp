@@ -45,18 +45,18 @@ TEST(MethodsTest, WordsThatMeanNothingAreNamedWithWhatIsLegal) {
 TEST(MethodsTest, NamesAreUniqueAndNoTwoMethodsDoTheSame) {
   const test::Scene hung = test::Grid(4, 4, 1, 1, {0, 3});
   const test::Scene loose = test::Grid(4, 4, 1, 1);
-  const auto all = MethodsFor(*hung.model, PointGrid::kFullAndFiner);
+  const auto all = MethodsFor(hung, PointGrid::kFullAndFiner);
   std::set<std::string> names;
   for (const Method& method : all) names.insert(method.name);
   EXPECT_EQ(names.size(), all.size());
   EXPECT_EQ(all[0].name, "PAPER");
   EXPECT_EQ(all[1].settings, PresetSettings(Preset::kRealtime));
   // Nothing to tether: the family with tethers goes.
-  EXPECT_LT(MethodsFor(*loose.model, PointGrid::kFullAndFiner).size(), all.size());
-  for (const Method& method : MethodsFor(*loose.model, PointGrid::kFull)) {
+  EXPECT_LT(MethodsFor(loose, PointGrid::kFullAndFiner).size(), all.size());
+  for (const Method& method : MethodsFor(loose, PointGrid::kFull)) {
     EXPECT_NE(method.family, "colours + tethers");
   }
-  EXPECT_EQ(MethodsFor(*hung.model, PointGrid::kPresets).size(), 3u);
+  EXPECT_EQ(MethodsFor(hung, PointGrid::kPresets).size(), 3u);
 }
 
 }  // namespace
