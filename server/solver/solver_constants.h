@@ -27,8 +27,8 @@ inline constexpr double kMinDirectionLength_m = 1e-12;
 // particles at light ones (pivots of their mass ratio) are held less tightly than they could be.
 inline constexpr double kMinStripPivot = 1e-5;
 // The impulses of a strip are scaled down, all alike, where they would move a particle by more than
-// this many link lengths in one sweep [-]: beyond, the linearised errors mean nothing. Smaller: slow
-// recovery of stretched cloths; larger: links may turn over.
+// this many link lengths in one sweep [-]: beyond, the linearised errors mean nothing. Smaller:
+// slow recovery of stretched cloths; larger: links may turn over.
 inline constexpr double kMaxStripMove = 0.5;
 
 // Density of the air [kg/m^3]: dry, at sea level and 15 degrees Celsius (ISO 2533). Thinner air or

@@ -41,7 +41,8 @@ struct StepSettings {
   SpringIntegration spring_integration = SpringIntegration::kHalfKicks;
   Integration integration = Integration::kTwoStep;
   Sweep sweep = Sweep::kStrips;
-  // Rate at which the twist of a grid's cells is damped [1/s], see server/solver/README.md; 0 = none.
+  // Rate at which the twist of a grid's cells is damped [1/s], see server/solver/README.md; 0 =
+  // none.
   double twist_damping_per_s = 0;
   // Whether particles are kept within reach of their pins (scene/tethers.h) before the sweeps.
   bool use_tethers = true;
@@ -92,8 +93,12 @@ double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size
 bool HasTethers(const SceneModel& model, const StepSettings& settings);
 
 // Whether the sweeps contain strips, colours.
-inline bool HasStrips(const StepSettings& settings) { return settings.sweep != Sweep::kColours; }
-inline bool HasColours(const StepSettings& settings) { return settings.sweep != Sweep::kStrips; }
+inline bool HasStrips(const StepSettings& settings) {
+  return settings.sweep != Sweep::kColours;
+}
+inline bool HasColours(const StepSettings& settings) {
+  return settings.sweep != Sweep::kStrips;
+}
 
 // Below about 4 ulp(|p|) / rest length no sweep in single precision ever meets the tolerance.
 // Returns the tolerance to use: the one asked for, or the smallest that 24-bit positions of this

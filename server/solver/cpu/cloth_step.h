@@ -47,10 +47,10 @@ struct FloatSubstep {
 
 // One link of four strips under way.
 struct StripLinkSolution {
-  LaneVectors n;    // unit, at the predicted positions
-  Lanes coupling;   // to the next link [1/kg]
+  LaneVectors n;   // unit, at the predicted positions
+  Lanes coupling;  // to the next link [1/kg]
   Lanes inverse_pivot;
-  Lanes impulse;    // [N s]; during the elimination its right side
+  Lanes impulse;  // [N s]; during the elimination its right side
 };
 
 // Working memory of one step; kept by a thread between steps only to save allocations.
@@ -60,10 +60,10 @@ struct StepScratch {
   std::vector<Lanes> predicted;      // positions for kicks within a substep
   std::vector<Lanes> accelerations;  // [particle_count] springs (+ gravity if IN_FORCE)
   std::vector<Lanes> air_impulses;   // [triangle group][lane] a third of the impulse [N s]
-  std::vector<Lanes> distance_impulses;   // Lambda, [group_count + 1] [N s]; only with compliance
+  std::vector<Lanes> distance_impulses;  // Lambda, [group_count + 1] [N s]; only with compliance
   std::vector<StripLinkSolution> strip_links;  // of one group of strips
   std::vector<Lanes> twists;                   // [row of cells, two of them][column]
-  std::vector<ContactImpulses> contacts;  // [particle_count][collider_count]
+  std::vector<ContactImpulses> contacts;       // [particle_count][collider_count]
 };
 
 // Everything one step needs.

@@ -39,8 +39,8 @@ struct FloatControls {
   SubstepSchedule schedule;
   double damping_per_s;
   uint32_t max_iterations;
-  float h;                       // substep [s]
-  float inverse_h;               // [1/s]
+  float h;          // substep [s]
+  float inverse_h;  // [1/s]
   bool has_strips;
   bool has_colours;
   float tolerance;               // relative to the rest length; 0 = fixed number of sweeps

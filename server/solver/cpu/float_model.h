@@ -22,14 +22,14 @@ struct DistanceGroup {
   Lanes inverse_mass_j;
 };
 
-// One link of each of four strips of a phase. Shorter strips are filled up with links from their last
-// particle to itself that no impulse moves.
+// One link of each of four strips of a phase. Shorter strips are filled up with links from their
+// last particle to itself that no impulse moves.
 struct StripLink {
   std::array<uint32_t, kLaneCount> to;  // the particle at the end of the link
   // Where the compliance and the accumulated impulse are (FloatModel::compliances).
   std::array<uint32_t, kLaneCount> places;
-  Lanes rest_length;         // [m]
-  Lanes inverse_mass_from;   // [1/kg]
+  Lanes rest_length;        // [m]
+  Lanes inverse_mass_from;  // [1/kg]
   Lanes inverse_mass_to;
   Lanes inverse_mass_joint;  // of the particle shared with the next link; 0 if there is none
   Lanes diagonal;            // inverse_mass_from + inverse_mass_to, never 0
@@ -78,7 +78,7 @@ struct FloatModel {
   std::vector<Lanes> compliances;
   std::vector<StripGroup> strips;  // phase after phase
   std::vector<StripLink> strip_links;
-  uint32_t longest_strip;  // links
+  uint32_t longest_strip;                // links
   std::vector<TetherGroup> tethers;      // the nearest pin of every particle, then the next, ...
   std::vector<TriangleGroup> triangles;  // in the order of the source
   std::vector<uint32_t> spring_offsets;  // [particle_count + 1]; empty without springs

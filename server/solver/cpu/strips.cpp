@@ -14,7 +14,8 @@ Lanes DotOf(const LaneVectors& a, const LaneVectors& b) {
 }
 
 // One number of each lane from an array of groups of lanes.
-Lanes GatherPlaces(const std::vector<Lanes>& groups, const std::array<uint32_t, kLaneCount>& places) {
+Lanes GatherPlaces(const std::vector<Lanes>& groups,
+                   const std::array<uint32_t, kLaneCount>& places) {
   Lanes values{};
   for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
     values[lane] = groups[places[lane] / kLaneCount][places[lane] % kLaneCount];
@@ -52,8 +53,8 @@ class StripSolve {
   }
   uint32_t link_count() const { return group_.link_end - group_.link_begin; }
 
-  // Linearises link after link and eliminates the one before; returns the lanes with an error beyond
-  // the tolerance.
+  // Linearises link after link and eliminates the one before; returns the lanes with an error
+  // beyond the tolerance.
   LaneMask Eliminate() {
     const Lanes* const p = context_.scratch.state.positions.data();
     const float tolerance = context_.controls.tolerance;
@@ -76,7 +77,8 @@ class StripSolve {
       Lanes error = length - link.rest_length;
       Lanes diagonal = link.diagonal;
       if constexpr (kHasCompliance) {
-        const Lanes alpha_over_h = GatherPlaces(context_.model.compliances, link.places) * inverse_h_;
+        const Lanes alpha_over_h =
+            GatherPlaces(context_.model.compliances, link.places) * inverse_h_;
         error += alpha_over_h * GatherPlaces(context_.scratch.distance_impulses, link.places);
         diagonal += alpha_over_h * inverse_h_;
       }
@@ -110,11 +112,12 @@ class StripSolve {
       now.impulse = is_active ? impulse : Lanes{};
       next_impulse = now.impulse;
       const LaneVectors pull{now.impulse * now.n.x, now.impulse * now.n.y, now.impulse * now.n.z};
-      Push(LinkAt(k).to, LinkAt(k).inverse_mass_to, pull, pull_of_next,
-           LinkAt(k).rest_length, true);
+      Push(LinkAt(k).to, LinkAt(k).inverse_mass_to, pull, pull_of_next, LinkAt(k).rest_length,
+           true);
       pull_of_next = pull;
     }
-    Push(group_.first, LinkAt(0).inverse_mass_from, LaneVectors{}, pull_of_next, LinkAt(0).rest_length, true);
+    Push(group_.first, LinkAt(0).inverse_mass_from, LaneVectors{}, pull_of_next,
+         LinkAt(0).rest_length, true);
   }
 
   // u += w (pull - pull_of_next), for the particles between two links.

@@ -19,8 +19,19 @@ struct Family {
   const char* words;
 };
 constexpr Family kFamilies[] = {
-    {"colours", "use_tethers=false"},
-    {"colours + tethers", "use_tethers=true"},
+    {"colours", "integration=ONE_STEP sweep=COLOURS use_tethers=false twist_damping_per_s=0"},
+    {"colours + tethers",
+     "integration=ONE_STEP sweep=COLOURS use_tethers=true twist_damping_per_s=0"},
+    {"two steps", "integration=TWO_STEP sweep=COLOURS use_tethers=false twist_damping_per_s=0"},
+    {"strips", "integration=ONE_STEP sweep=STRIPS use_tethers=false twist_damping_per_s=0"},
+    {"two steps + strips",
+     "integration=TWO_STEP sweep=STRIPS use_tethers=false twist_damping_per_s=0"},
+    {"two steps + strips + tethers",
+     "integration=TWO_STEP sweep=STRIPS use_tethers=true twist_damping_per_s=0"},
+    {"two steps + strips + tethers + twist",
+     "integration=TWO_STEP sweep=STRIPS use_tethers=true twist_damping_per_s=150"},
+    {"two steps + strips and colours + tethers",
+     "integration=TWO_STEP sweep=STRIPS_THEN_COLOURS use_tethers=true twist_damping_per_s=0"},
 };
 
 struct Point {
@@ -112,6 +123,14 @@ const std::map<std::string, Word, std::less<>>& Words() {
        NamedWord<SpringIntegration>({{"IN_FORCE", SpringIntegration::kInForce},
                                      {"HALF_KICKS", SpringIntegration::kHalfKicks}},
                                     &O::spring_integration, &S::spring_integration)},
+      {"integration", NamedWord<Integration>({{"ONE_STEP", Integration::kOneStep},
+                                              {"TWO_STEP", Integration::kTwoStep}},
+                                             &O::integration, &S::integration)},
+      {"sweep", NamedWord<Sweep>({{"COLOURS", Sweep::kColours},
+                                  {"STRIPS", Sweep::kStrips},
+                                  {"STRIPS_THEN_COLOURS", Sweep::kStripsThenColours}},
+                                 &O::sweep, &S::sweep)},
+      {"twist_damping_per_s", NumberWord<double>(&O::twist_damping_per_s, &S::twist_damping_per_s)},
       {"use_tethers",
        NamedWord<bool>({{"true", true}, {"false", false}}, &O::use_tethers, &S::use_tethers)},
   };
@@ -150,6 +169,10 @@ std::span<const Point> PointsOf(PointGrid grid) {
 StepSettings EffectiveSettings(StepSettings settings, const test::Scene& scene) {
   const SceneModel& model = *scene.model;
   settings.use_tethers = HasTethers(model, settings);
+  if (!HasTwistDamping(model, settings)) settings.twist_damping_per_s = 0;
+  ClothParameters parameters = scene.parameters;
+  parameters.settings = settings;
+  if (!UsesTwoSteps(model, parameters)) settings.integration = Integration::kOneStep;
   settings.preset = Preset::kRealtime;  // only the name of the rest
   if (model.spring_count() == 0) settings.spring_integration = SpringIntegration::kHalfKicks;
   return settings;

@@ -54,7 +54,7 @@ TEST(MethodsTest, NamesAreUniqueAndNoTwoMethodsDoTheSame) {
   // Nothing to tether: the family with tethers goes.
   EXPECT_LT(MethodsFor(loose, PointGrid::kFullAndFiner).size(), all.size());
   for (const Method& method : MethodsFor(loose, PointGrid::kFull)) {
-    EXPECT_NE(method.family, "colours + tethers");
+    EXPECT_EQ(method.family.find("tethers"), std::string::npos) << method.family;
   }
   EXPECT_EQ(MethodsFor(hung, PointGrid::kPresets).size(), 3u);
 }
