@@ -59,7 +59,7 @@ def draw_scene(panel, rows, scene, error, colours):
     is_length = error.endswith("_m")
     panel.set_ylabel(label + (" [mm]" if is_length else " [%]"))
     xs = [r["wall_ms_per_s"] for r in own + peer]
-    panel.set_xlim(min(xs) / 1.2, max(xs) * (max(xs) / min(xs)) ** 0.3 * 1.1)  # room for the labels
+    panel.set_xlim(min(xs) / 1.2, max(xs) * (max(xs) / min(xs)) ** 0.22 * 1.2)  # room for the labels
     plain_log_axis(panel.xaxis, min(xs), max(xs), lambda value: f"{value:g}")
     ys = [r[error] for r in own + peer]
     plain_log_axis(panel.yaxis, min(ys), max(ys), lambda value: f"{(1000 if is_length else 100) * value:g}")

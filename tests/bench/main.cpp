@@ -79,8 +79,10 @@ void AddScenes(CLI::App& app, CommandLine& line) {
                        "one more, \"NAME: substeps=16 use_tethers=false\"; may be repeated");
   PlayLimits& limits = line.accuracy.limits;
   accuracy->add_option("--repeats", limits.repeats, "timed plays of a point at most");
-  accuracy->add_option("--point-s", limits.seconds, "no further play of a point after that long");
-  accuracy->add_option("--play-s", limits.play_s, "a play that takes longer is stopped [s]");
+  accuracy->add_option("--point-s", limits.seconds,
+                       "no further play of a point after that long [s]");
+  accuracy->add_option("--play-s", limits.play_s,
+                       "what is going to take longer for a play is stopped [s]");
   CLI::App* device = app.add_subcommand("device", "the GL device; exit status 3: software");
   device->add_flag("--require-hardware", line.needs_hardware, "fail on a software renderer");
   app.add_subcommand("all", "every table but those of accuracy (the default)");

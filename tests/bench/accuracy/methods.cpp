@@ -40,9 +40,8 @@ struct Point {
 };
 constexpr Point kFewPoints[] = {{16, 2}, {60, 1}};
 constexpr Point kCoarsePoints[] = {{1, 100}, {16, 1}, {16, 2}, {32, 1}, {60, 1}, {100, 1}};
-constexpr Point kFullPoints[] = {{1, 100}, {4, 1},   {4, 5},   {4, 25}, {8, 1},  {8, 2},
-                                 {16, 1},  {16, 2},  {16, 6},  {32, 1}, {32, 3}, {60, 1},
-                                 {60, 2},  {100, 1}, {100, 3}, {200, 1}};
+constexpr Point kFullPoints[] = {{1, 100}, {4, 1},  {4, 10}, {8, 1},  {8, 4},  {16, 1},  {16, 2},
+                                 {16, 6},  {32, 1}, {32, 3}, {60, 1}, {60, 2}, {100, 1}, {200, 1}};
 constexpr uint32_t kFinerPaper[] = {2, 4, 8, 16, 32, 64, 256, 1024};
 constexpr uint32_t kFinerAccurate[] = {2, 4, 8, 16, 32, 120};
 

@@ -12,9 +12,9 @@
 namespace drape::bench {
 
 struct PlayLimits {
-  uint32_t repeats = 5;  // timed plays at most, after a first one that warms up and is observed
-  double seconds = 1;    // no further play of a contestant that has taken this long
-  double play_s = 12;    // a contestant that takes longer for one play is stopped
+  uint32_t repeats = 4;  // timed plays at most, after a first one that warms up and is observed
+  double seconds = 0.8;  // no further play of a contestant that has taken this long
+  double play_s = 20;    // a contestant that is going to take longer for a play is stopped
 };
 
 struct PlayResult {
