@@ -177,7 +177,8 @@ Eigen::Vector3d CheckWind(const FieldPath& path, const DoubleList& wind_m_per_s,
 
 void CheckSolverChoices(const FieldPath& path, const v1::StepSettings& settings,
                         StepSettingsOverrides& overrides, FieldChecks& checks) {
-  if (checks.KnownEnum(path.Child("sweep"), settings.sweep(), v1::StepSettings::Sweep_descriptor())) {
+  if (checks.KnownEnum(path.Child("sweep"), settings.sweep(),
+                       v1::StepSettings::Sweep_descriptor())) {
     if (settings.sweep() == v1::StepSettings::COLOURS) overrides.sweep = Sweep::kColours;
     if (settings.sweep() == v1::StepSettings::STRIPS) overrides.sweep = Sweep::kStrips;
     if (settings.sweep() == v1::StepSettings::STRIPS_THEN_COLOURS) {

@@ -128,8 +128,8 @@ class PathCover {
     return (positions_[OtherEnd(c, p)] - positions_[p]).stableNormalized();
   }
 
-  // Follows the mates from edge c, entered at particle p, until there is none, the path meets itself
-  // or is long enough.
+  // Follows the mates from edge c, entered at particle p, until there is none, the path meets
+  // itself or is long enough.
   void Trace(uint32_t c, uint32_t p, std::vector<Path>& paths) {
     const uint32_t path_index = static_cast<uint32_t>(paths.size());
     Path path;
@@ -185,9 +185,8 @@ StripSet FindStrips(std::span<const Vector3d> rest_positions_m,
                     std::span<const DistanceConstraint> constraints,
                     const std::vector<bool>& is_pin) {
   std::vector<Path> paths = PathCover(rest_positions_m, constraints).Find();
-  std::stable_sort(paths.begin(), paths.end(), [](const Path& a, const Path& b) {
-    return a.links.size() > b.links.size();
-  });
+  std::stable_sort(paths.begin(), paths.end(),
+                   [](const Path& a, const Path& b) { return a.links.size() > b.links.size(); });
   const std::vector<uint32_t> phases = ChoosePhases(paths, is_pin);
   std::vector<uint32_t> order(paths.size());
   std::iota(order.begin(), order.end(), 0);

@@ -17,8 +17,8 @@ inline constexpr uint32_t kMaxStripLinks = 1024;
 // Every constraint is in exactly one strip. Strip s has the links [strip_offsets[s],
 // strip_offsets[s + 1]): link k is constraint constraints[k], between two neighbours of the path
 // whose particles are particles[strip_offsets[s] + s] and on, one more than it has links. No
-// particle occurs twice in a strip. Phase f has the strips [phase_offsets[f], phase_offsets[f + 1]);
-// no two strips of a phase share a particle, unless it is a pin: those are only read.
+// particle occurs twice in a strip. Phase f has the strips [phase_offsets[f], phase_offsets[f +
+// 1]); no two strips of a phase share a particle, unless it is a pin: those are only read.
 struct StripSet {
   std::vector<uint32_t> phase_offsets{0};  // [phase_count + 1]
   std::vector<uint32_t> strip_offsets{0};  // [strip_count + 1]
@@ -29,11 +29,11 @@ struct StripSet {
   uint32_t strip_count() const { return static_cast<uint32_t>(strip_offsets.size()) - 1; }
 };
 
-// At every particle the edges that continue each other most straightly in the rest shape are joined,
-// less than 70 degrees from straight, those of a chain always. This cuts the graph into paths: the
-// rows and columns of a grid, the three directions of a regular triangle mesh, a chain as a whole.
-// Paths go into the first phase they fit, longest first. Deterministic; about linear in the
-// constraints. `is_pin`: [particle_count].
+// At every particle the edges that continue each other most straightly in the rest shape are
+// joined, less than 70 degrees from straight, those of a chain always. This cuts the graph into
+// paths: the rows and columns of a grid, the three directions of a regular triangle mesh, a chain
+// as a whole. Paths go into the first phase they fit, longest first. Deterministic; about linear in
+// the constraints. `is_pin`: [particle_count].
 StripSet FindStrips(std::span<const Eigen::Vector3d> rest_positions_m,
                     std::span<const DistanceConstraint> constraints,
                     const std::vector<bool>& is_pin);

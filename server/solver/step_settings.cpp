@@ -113,7 +113,8 @@ double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size
   const double contacts = model.particle_count() * (1 + static_cast<double>(collider_count));
   const double tethers =
       settings.use_tethers ? double{1} * settings.substeps * model.particle_count() : 0;
-  const double twist = settings.twist_damping_per_s > 0 ? 2.0 * settings.substeps * model.particle_count() : 0;
+  const double twist =
+      settings.twist_damping_per_s > 0 ? 2.0 * settings.substeps * model.particle_count() : 0;
   const double air = 2.0 * settings.substeps * static_cast<double>(model.triangles().size());
   return sweeps * (constraints + 2.0 * model.spring_count() + contacts) +
          kMaxTethersPerParticle * tethers + twist + air;

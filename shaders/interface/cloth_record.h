@@ -77,8 +77,8 @@ struct ClothRecord {
   uint tether_offsets;  // [particle_count + 1] uint
   uint tethers;         // [][DRAPE_TETHER_WORDS]
 
-  // Of the first, second and later substeps (solver/substep_schedule.h); w unused. Without two steps
-  // only damping_factors.x is used.
+  // Of the first, second and later substeps (solver/substep_schedule.h); w unused. Without two
+  // steps only damping_factors.x is used.
   vec4 intervals;            // H [s]
   vec4 inverse_intervals;    // 1 / H [1/s]
   vec4 damping_factors;      // of velocities [-]
@@ -98,8 +98,8 @@ struct ClothRecord {
 
   // Only with strips (scene/strips.h). In Models, but strip_links.
   uint strip_phase_count;
-  uint strip_phases;   // [strip_phase_count + 1] uint
-  uint strip_offsets;  // [strip_count + 1] uint
+  uint strip_phases;       // [strip_phase_count + 1] uint
+  uint strip_offsets;      // [strip_count + 1] uint
   uint strip_constraints;  // [constraint_count] uint
 
   uint strip_particles;  // [constraint_count + strip_count] uint

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include "server/core/log.h"
+#include "tests/bench/accuracy/accuracy.h"
 #include "tests/bench/subcommands.h"
 
 namespace drape::bench {
@@ -23,6 +24,7 @@ struct CommandLine {
   ParticlesOptions particles;
   Figure4Options figure_4;
   OrderOptions order;
+  AccuracyOptions accuracy;
   bool needs_hardware = false;
 };
 
@@ -70,9 +72,20 @@ void AddScenes(CLI::App& app, CommandLine& line) {
   figure_4->add_option("--presets", line.figure_4.presets)->delimiter(',')->check(Presets());
   CLI::App* order = app.add_subcommand("order", "order of the colours against convergence");
   order->add_option("--seeds", line.order.seeds, "shuffles")->check(CLI::Range(1, 10000));
+  CLI::App* accuracy = app.add_subcommand(
+      "accuracy", "wall time against error: methods x settings x scenes; not part of all");
+  accuracy->add_option("--scenes", line.accuracy.scenes, "only these")->delimiter(',');
+  accuracy->add_option("--method", line.accuracy.methods,
+                       "one more, \"NAME: substeps=16 use_tethers=false\"; may be repeated");
+  PlayLimits& limits = line.accuracy.limits;
+  accuracy->add_option("--repeats", limits.repeats, "timed plays of a point at most");
+  accuracy->add_option("--point-s", limits.seconds,
+                       "no further play of a point after that long [s]");
+  accuracy->add_option("--play-s", limits.play_s,
+                       "what is going to take longer for a play is stopped [s]");
   CLI::App* device = app.add_subcommand("device", "the GL device; exit status 3: software");
   device->add_flag("--require-hardware", line.needs_hardware, "fail on a software renderer");
-  app.add_subcommand("all", "every table (the default)");
+  app.add_subcommand("all", "every table but those of accuracy (the default)");
 }
 
 // What to type to measure the same again; without the options that only say what is noted.
@@ -104,6 +117,7 @@ int Run(const CLI::App& app, CommandLine& line) {
   if (is_wanted("particles", 0.6)) MeasureParticles(bench, line.particles);
   if (is_wanted("figure4", 0.8)) MeasureFigure4(bench, line.figure_4);
   if (is_wanted("order", 1)) MeasureOrder(bench, line.order);
+  if (app.got_subcommand("accuracy")) MeasureAccuracy(bench, line.accuracy);
   std::printf("\nresults are in %s\n", bench.out().c_str());
   return 0;
 }

@@ -12,6 +12,7 @@ import matplotlib
 matplotlib.use("Agg")
 from matplotlib import pyplot, ticker  # noqa: E402
 
+import accuracy_plots  # noqa: E402
 import tables  # noqa: E402
 
 COLOURS = {"cpu": "tab:blue", "gl": "tab:red", "reference": "tab:gray"}
@@ -156,6 +157,7 @@ DRAWINGS = {
     "particles": (draw_particles, ["particles"]),
     "figure_4": (draw_figure_4, ["figure_4_motion", "figure_4"]),
     "order": (draw_order, ["order"]),
+    **accuracy_plots.DRAWINGS,
 }
 
 
@@ -170,7 +172,7 @@ def main():
             continue
         figure = draw(*rows)
         figure.tight_layout()
-        figure.savefig(folder / (name + ".png"), dpi=110)
+        figure.savefig(folder / (name + ".png"), dpi=110, bbox_inches="tight")
         pyplot.close(figure)
         print(folder / (name + ".png"))
     (folder / "README.md").write_text(tables.readme(folder), encoding="utf-8")

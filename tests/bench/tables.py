@@ -9,14 +9,18 @@ Only the standard library: plots.py draws the same rows with matplotlib.
 
 import argparse
 import collections
-import csv
 import json
 import pathlib
 import statistics
 import sys
 
+import accuracy_bars
+import accuracy_tables
+import rows
+from rows import distinct, markdown, milliseconds, percent, select
+
 REAL_TIME_MS = 1000 / 60
-TEXT_COLUMNS = {"preset", "pins", "backend", "plan", "scene", "shuffled", "fault"}
+TEXT_COLUMNS = {"preset", "pins", "backend", "plan", "scene", "shuffled", "fault"} | accuracy_tables.TEXT_COLUMNS
 STEP_COLUMNS = [
     "preset", "pins", "cloths", "particles", "columns", "rows", "backend", "plan", "steps", "median_ms", "p10_ms",
     "p90_ms", "min_ms", "max_ms", "device_ms", "dispatches", "iterations", "max_strain", "swing_max_strain",
@@ -31,53 +35,18 @@ COLUMNS = {
     "order": [
         "scene", "particles", "constraints", "time_s", "substep_s", "shuffled", "seed", "colours", "sweeps",
         "max_error_after_100", "rms_error_after_100"],
+    **accuracy_tables.COLUMNS,
 }
 MOST_SWEEPS = 3000  # kMaxSweeps in order.cpp: as many mean "not converged"
 
 
 def read_table(folder, name):
-    """Rows of folder/name.csv as dictionaries, numbers as float; None where there is no such file.
-    ValueError names a file whose columns are not those of this version or whose rows are broken."""
-    path = pathlib.Path(folder) / (name + ".csv")
-    if not path.exists():
-        return None
-    with open(path, newline="", encoding="utf-8") as file:
-        reader = csv.DictReader(file)
-        if reader.fieldnames != COLUMNS[name]:
-            raise ValueError(f"{path}: columns {reader.fieldnames} instead of {COLUMNS[name]}")
-        rows = []
-        for number, row in enumerate(reader, start=2):
-            if None in row or None in row.values():
-                raise ValueError(f"{path}:{number}: not one value per column")
-            rows.append({key: value if key in TEXT_COLUMNS else float(value) for key, value in row.items()})
-    return rows
+    return rows.read_table(folder, name, COLUMNS[name], TEXT_COLUMNS)
 
 
 def read_machine(folder):
     with open(pathlib.Path(folder) / "machine.json", encoding="utf-8") as file:
         return json.load(file)
-
-
-def distinct(rows, column):
-    """Values of a column in order of first appearance."""
-    return list(dict.fromkeys(row[column] for row in rows))
-
-
-def select(rows, **wanted):
-    return [row for row in rows if all(row[key] == value for key, value in wanted.items())]
-
-
-def milliseconds(value):
-    return f"{value:.0f}" if value >= 100 else f"{value:.2g}" if value < 1 else f"{value:.1f}"
-
-
-def percent(value):
-    return f"{100 * value:.0f} %" if value >= 0.1 else f"{100 * value:.2g} %"
-
-
-def markdown(header, lines):
-    rule = ["---"] + ["---:"] * (len(header) - 1)
-    return "\n".join("| " + " | ".join(line) + " |" for line in [header, rule, *lines]) + "\n"
 
 
 def pivot(rows, column, backends):
@@ -216,6 +185,28 @@ def order_text(rows):
     return [*text, ""]
 
 
+def accuracy_text(read):
+    """Everything that the tables of accuracy say; parts that were not measured are left out."""
+    table, order, energy, creep = (read["accuracy"], read["accuracy_order"], read["accuracy_energy"], read["accuracy_creep"])
+    text = ["## Accuracy: run time against error\n",
+            "What is measured and how: tests/bench/README.md. Wall ms per simulated second, median of the repeats, the methods in turn "
+            "in one run.\n"]
+    text += accuracy_bars.bars_text(table, order, energy, creep)
+    text += ["![position error](accuracy_position.png)\n", "![RMS strain](accuracy_rms_strain.png)\n",
+             "![max strain](accuracy_max_strain.png)\n"]
+    text += accuracy_tables.losses_text(table) + accuracy_tables.scenes_text(table)
+    text += accuracy_tables.contacts_text(table) + accuracy_tables.parity_text(table)
+    if order:
+        text += accuracy_tables.order_text(order)
+    if energy and creep:
+        text += accuracy_tables.energy_text(energy, creep)
+    if read["accuracy_split"]:
+        text += accuracy_tables.split_text(read["accuracy_split"])
+    if read["accuracy_references"]:
+        text += accuracy_tables.references_text(read["accuracy_references"])
+    return text
+
+
 def readme(folder):
     machine = read_machine(folder)
     text = [f"# {machine['machine']}\n",
@@ -237,6 +228,8 @@ def readme(folder):
         text += figure_4_text(tables["figure_4_motion"], tables["figure_4"])
     if tables["order"]:
         text += order_text(tables["order"])
+    if tables["accuracy"]:
+        text += accuracy_text(tables)
     return "\n".join(text)
 
 
@@ -249,8 +242,8 @@ def main():
         if options.check:
             readme(options.folder)
             for name in COLUMNS:
-                rows = read_table(options.folder, name)
-                print(name, "-" if rows is None else len(rows))
+                found = read_table(options.folder, name)
+                print(name, "-" if found is None else len(found))
             return
         (options.folder / "README.md").write_text(readme(options.folder), encoding="utf-8")
     except (OSError, ValueError, KeyError) as error:

@@ -107,6 +107,7 @@ const std::vector<ForeignRule> kForeign = {
     {std::regex("^(tbb|oneapi)/.*"), {"server/solver/cpu"}},
     {std::regex("^tiny_obj_loader.h|^zip.h"), {"client"}},
     {std::regex("^png.h"), {"server/render"}},
+    {std::regex("^(Bullet|btBullet|LinearMath/).*"), {}},  // the benchmark's peer: tests/bench only
 };
 
 TEST(LintTest, FoldersIncludeOnlyWhatTheDiagramAllows) {

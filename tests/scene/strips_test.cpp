@@ -33,8 +33,8 @@ std::shared_ptr<const SceneModel> Model(Topology topology, std::vector<uint32_t>
   return model.value();
 }
 
-// Every constraint in one strip, links between neighbours of the path, nothing twice in a strip, and
-// no free particle in two strips of a phase.
+// Every constraint in one strip, links between neighbours of the path, nothing twice in a strip,
+// and no free particle in two strips of a phase.
 void ExpectValid(const SceneModel& model) {
   const StripSet& strips = model.strips();
   std::vector<int> uses(model.constraint_count(), 0);

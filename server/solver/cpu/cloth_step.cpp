@@ -96,8 +96,8 @@ void PredictBallistic(const StepContext& context) {
   }
 }
 
-// The backward differentiation formula of second order: the positions become b = p + (p - p')/3, the
-// velocities u = (v + (v - v')/3 + H g) / (1 + c H).
+// The backward differentiation formula of second order: the positions become b = p + (p - p')/3,
+// the velocities u = (v + (v - v')/3 + H g) / (1 + c H).
 void PredictTwoStep(const StepContext& context) {
   constexpr float kThird = 1.0f / 3;
   const FloatSubstep& substep = context.substep;
@@ -281,8 +281,8 @@ bool SolveContacts(const StepContext& context) {
   return changed;
 }
 
-// Bender et al. 2009, section 3.1, eq. 1: p = b + H u; the velocities become v = u + a H/2, with two
-// steps they are u.
+// Bender et al. 2009, section 3.1, eq. 1: p = b + H u; the velocities become v = u + a H/2, with
+// two steps they are u.
 void Integrate(const StepContext& context) {
   const FloatControls& controls = context.controls;
   const FloatSubstep& substep = context.substep;

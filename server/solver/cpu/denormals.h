@@ -9,13 +9,17 @@
 namespace drape::cpu {
 
 // For the calling thread, while it lives: results and operands below 1.2e-38 are 0. A strip's
-// impulses fall off geometrically with the distance from an error; where they leave the normal range
-// each operation would take some hundred cycles. Elsewhere than on x86 it does nothing.
+// impulses fall off geometrically with the distance from an error; where they leave the normal
+// range each operation would take some hundred cycles. Elsewhere than on x86 it does nothing.
 class DenormalsAreZero {
  public:
 #if defined(__x86_64__)
-  DenormalsAreZero() : saved_(_mm_getcsr()) { _mm_setcsr(saved_ | kFlushToZero | kDenormalsAreZero); }
-  ~DenormalsAreZero() { _mm_setcsr(saved_); }
+  DenormalsAreZero() : saved_(_mm_getcsr()) {
+    _mm_setcsr(saved_ | kFlushToZero | kDenormalsAreZero);
+  }
+  ~DenormalsAreZero() {
+    _mm_setcsr(saved_);
+  }
 #else
   DenormalsAreZero() = default;
 #endif

@@ -92,7 +92,8 @@ void PackStrips(FloatModel& model) {
       const uint32_t lane_count = std::min(kWideCount, phase_end - s);
       uint32_t length = 0;
       for (uint32_t lane = 0; lane < lane_count; ++lane) {
-        length = std::max(length, strips.strip_offsets[s + lane + 1] - strips.strip_offsets[s + lane]);
+        length =
+            std::max(length, strips.strip_offsets[s + lane + 1] - strips.strip_offsets[s + lane]);
       }
       StripGroup group;
       group.first.fill(model.spare_particle());

@@ -5,8 +5,8 @@
 
 namespace drape::cpu {
 
-// One sweep over all strips, phase by phase (server/solver/README.md). Returns whether the errors of
-// any were larger than the tolerance.
+// One sweep over all strips, phase by phase (server/solver/README.md). Returns whether the errors
+// of any were larger than the tolerance.
 bool SolveStrips(const StepContext& context);
 
 }  // namespace drape::cpu

@@ -32,7 +32,8 @@ void DampTwist(const StepContext& context) {
     }
     const float* const w = model.inverse_masses.data() + size_t{row} * columns;
     for (uint32_t column = 0; column < columns; ++column) {
-      const Lanes change = (above[column + 1] - above[column]) + (below[column] - below[column + 1]);
+      const Lanes change =
+          (above[column + 1] - above[column]) + (below[column] - below[column + 1]);
       if (w[column] != 0) u[column] += change;
     }
     std::swap(above, below);

@@ -339,8 +339,8 @@ class ReferenceStep {
     return residual;
   }
 
-  // p = b + h u, and v = u + a h/2 (Bender et al. 2009, section 3.1, eq. 1 and 2) or, with two steps
-  // and for pins, the velocity itself.
+  // p = b + h u, and v = u + a h/2 (Bender et al. 2009, section 3.1, eq. 1 and 2) or, with two
+  // steps and for pins, the velocity itself.
   void Integrate(const Substep& substep) {
     for (uint32_t i = 0; i < model_.particle_count(); ++i) {
       state_.positions_m[i] = base_[i] + h_ * u_[i];

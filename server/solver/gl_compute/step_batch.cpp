@@ -91,10 +91,10 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
     cloth.fault = FaultOf(status);
     report.iterations = status.iterations;
     report.converged = cloth.tolerance == 0 || status.unconverged_substeps == 0;
-    report.warnings = {.tolerance_raised = cloth.is_tolerance_raised(),
-                       .not_converged = !report.converged,
-                       .springs_beyond_limit = AreSpringsBeyondLimit(
-                           *cloth.model->model, cloth.parameters)};
+    report.warnings = {
+        .tolerance_raised = cloth.is_tolerance_raised(),
+        .not_converged = !report.converged,
+        .springs_beyond_limit = AreSpringsBeyondLimit(*cloth.model->model, cloth.parameters)};
   }
   report.fault = cloth.fault;
   if (item.measure) {
