@@ -28,18 +28,18 @@ inline bool HasAirForces(const SceneModel& model, const ClothParameters& paramet
   return !model.triangles().empty() && (parameters.air_drag > 0 || parameters.air_lift > 0);
 }
 
-// Which solvers a cloth's sweeps have and how it is advanced: what its settings ask for, as far as it
-// suits the cloth.
+// Which solvers a cloth's sweeps have and how it is advanced: what its settings ask for, as far as
+// it suits the cloth.
 struct SolverChoice {
   bool has_strips = false;
   bool has_colours = false;
   bool has_two_steps = false;
 };
 
-// Strips hold plain constraints of the model's lengths only: with ropes, struts or `has_own_lengths`
-// (driven rest lengths) the sweeps have colours. Two steps need strips and nothing abrupt: contacts
-// are not smooth, springs alone are better off with velocity Verlet, and what colours and joints alone
-// leave of the errors would gain energy.
+// Strips hold plain constraints of the model's lengths only: with ropes, struts or
+// `has_own_lengths` (driven rest lengths) the sweeps have colours. Two steps need strips and
+// nothing abrupt: contacts are not smooth, springs alone are better off with velocity Verlet, and
+// what colours and joints alone leave of the errors would gain energy.
 inline SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parameters,
                                  bool has_own_lengths) {
   const StepSettings& settings = parameters.settings;

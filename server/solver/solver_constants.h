@@ -22,17 +22,17 @@ inline constexpr double kMaxCoordinate_m = 1e6;
 // along +y.
 inline constexpr double kMinDirectionLength_m = 1e-12;
 
-// A pivot of a strip's tridiagonal system is at least this share of its diagonal [-]; pivots go down to
-// the ratio of the masses. Smaller: rounding decides; larger: heavy particles at light ones are held
-// less tightly than they could be.
+// A pivot of a strip's tridiagonal system is at least this share of its diagonal [-]; pivots go
+// down to the ratio of the masses. Smaller: rounding decides; larger: heavy particles at light ones
+// are held less tightly than they could be.
 inline constexpr double kMinStripPivot = 1e-5;
-// The same for a link that ends at a pin. Where the path begins at one too and is taut and straight, a
-// constraint is redundant and its pivot is 0. Smaller: what rounding leaves of it throws particles
-// about; larger: rows between pins are solved less exactly.
+// The same for a link that ends at a pin. Where the path begins at one too and is taut and
+// straight, a constraint is redundant and its pivot is 0. Smaller: what rounding leaves of it
+// throws particles about; larger: rows between pins are solved less exactly.
 inline constexpr double kMinStripPivotAtPin = 1e-2;
 // The impulses of a strip are scaled down, all alike, where they would move a particle by more than
-// this many link lengths in one sweep [-]: beyond, the linearised errors mean nothing. Smaller: slow
-// recovery of stretched cloths; larger: links may turn over.
+// this many link lengths in one sweep [-]: beyond, the linearised errors mean nothing. Smaller:
+// slow recovery of stretched cloths; larger: links may turn over.
 inline constexpr double kMaxStripMove = 1;
 
 // Density of the air [kg/m^3]: dry, at sea level and 15 degrees Celsius (ISO 2533). Thinner air or

@@ -20,7 +20,8 @@ enum class SpringIntegration { kInForce, kHalfKicks };
 // How positions and velocities advance over a substep (server/solver/README.md, "Two steps").
 // kOneStep: ballistic (paper equations 1 and 2), first order where impulses act. kTwoStep: the
 // backward differentiation formula of second order. It starts anew with every step, so a step is a
-// function of positions and velocities. Cloths that it does not suit use kOneStep; see ChooseSolver.
+// function of positions and velocities. Cloths that it does not suit use kOneStep; see
+// ChooseSolver.
 enum class Integration { kOneStep, kTwoStep };
 
 // In which order the distance constraints are solved within a sweep. kColours: Algorithm 1 of the
@@ -40,7 +41,8 @@ struct StepSettings {
   SpringIntegration spring_integration = SpringIntegration::kHalfKicks;
   Integration integration = Integration::kTwoStep;
   Sweep sweep = Sweep::kStrips;
-  // Rate at which the twist of a grid's cells is damped [1/s], see server/solver/README.md; 0 = none.
+  // Rate at which the twist of a grid's cells is damped [1/s], see server/solver/README.md; 0 =
+  // none.
   double twist_damping_per_s = 0;
   // Whether particles are kept within reach of their pins (scene/tethers.h) before the sweeps.
   bool use_tethers = true;

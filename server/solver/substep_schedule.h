@@ -11,7 +11,8 @@ namespace drape {
 // Impulses are found for the end of the substep, predicted as q = b + H u, with
 //   ballistic:  b = p, H = duration, u = v + a H/2; then p = q, v = u + a H/2
 //   two steps:  b = p + (p - p')/3, H = 2/3 duration, u = (4 v - v')/3 + a H; then p = q, v = u
-// where p', v' are the previous state (backward differences of second order; server/solver/README.md).
+// where p', v' are the previous state (backward differences of second order;
+// server/solver/README.md).
 struct Substep {
   double duration_s = 0;
   double interval_s = 0;  // H
@@ -25,7 +26,8 @@ struct Substep {
   double kick_before_s = 0;
   double kick_after_s = 0;
   double kick_within_s = 0;
-  // Share of a cell's twist that each of its corners loses [-]; 0 = no `damp_twist` in this substep.
+  // Share of a cell's twist that each of its corners loses [-]; 0 = no `damp_twist` in this
+  // substep.
   double twist_share = 0;
 };
 

@@ -79,10 +79,10 @@ struct ClothRecord {
 
   // Of the first, second and later substeps (solver/substep_schedule.h); w unused. Without two
   // steps only damping_factors.x is used.
-  vec4 intervals;            // H [s]
-  vec4 inverse_intervals;    // 1 / H [1/s]
-  vec4 damping_factors;      // of velocities [-]
-  vec4 inverse_durations;    // [1/s]
+  vec4 intervals;          // H [s]
+  vec4 inverse_intervals;  // 1 / H [1/s]
+  vec4 damping_factors;    // of velocities [-]
+  vec4 inverse_durations;  // [1/s]
 
   float last_inverse_interval;  // 1 / H of the last substep [1/s]
   // Only with twist damping.

@@ -365,10 +365,12 @@ TEST_F(GlBackendTest, GrowingArraysKeepStates) {
 TEST_F(GlBackendTest, FullDeviceRefusesAndKeepsWhatItHas) {
   const std::unique_ptr<Backend> small = MakeGlBackend({.max_array_bytes = 128 * 1024});
   const auto model = GridModel(30, 30, {0});  // 21600 bytes of state
+  ClothParameters plain;
+  plain.settings.sweep = Sweep::kColours;
   std::vector<ClothHandle> cloths;
   Status refusal;
   while (refusal.ok()) {
-    Result<ClothHandle> cloth = small->Create(model, {}, AtRest(*model));
+    Result<ClothHandle> cloth = small->Create(model, plain, AtRest(*model));
     if (cloth.ok()) cloths.push_back(cloth.value());
     refusal = cloth.status();
     ASSERT_LE(cloths.size(), 6u);
@@ -416,6 +418,7 @@ TEST_F(GlBackendTest, TooManySpringsAtOneParticleAreRefused) {
 TEST_F(GlBackendTest, TiledClothsStopSweepingOnceConverged) {
   const auto model = GridModel(41, 25, {0, 40});
   ClothParameters parameters;
+  parameters.settings.integration = Integration::kOneStep;
   parameters.settings.substeps = 10;
   parameters.settings.max_iterations = 50;
   parameters.settings.tolerance = 0.02;

@@ -79,7 +79,8 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   EXPECT_EQ(layout.size, layout.work_velocities + 300);
   ClothParameters plain;
   plain.settings.sweep = Sweep::kColours;
-  EXPECT_EQ(LayOutScratch(*GridModel(10, 10), plain, false).size, 0u) << "nothing that is not needed";
+  EXPECT_EQ(LayOutScratch(*GridModel(10, 10), plain, false).size, 0u)
+      << "nothing that is not needed";
   plain.settings.sweep = Sweep::kStrips;
   EXPECT_EQ(LayOutScratch(*GridModel(10, 10), plain, false).size, 600u + 5 * 180)
       << "the state before, and the links";

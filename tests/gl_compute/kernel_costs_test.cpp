@@ -52,12 +52,13 @@ TEST(KernelCostsTest, SweepOfAChain) {
   // The sweep's own pass, 2 + 2 of the colours, 2 + 2 of each colour's constraints.
   EXPECT_EQ(costs.sweep, 1u + 4 + 4 + 4);
   parameters.colliders = {PlaneCollider{}, PlaneCollider{}};
-  // 4 rounds over the particles, each with 2 colliders, and two more passes for each loop's end; one
-  // for the loop around.
+  // 4 rounds over the particles, each with 2 colliders, and two more passes for each loop's end;
+  // one for the loop around.
   EXPECT_EQ(CountResidentLoops(*model, parameters, 32).sweep, costs.sweep + 1 + 6 + 4 * 4);
 }
 
-// One strip of 99 links: along it four times, to 99 links or 100 particles, each with two passes more.
+// One strip of 99 links: along it four times, to 99 links or 100 particles, each with two passes
+// more.
 TEST(KernelCostsTest, SweepOfAChainAsAStrip) {
   const auto model = BuildModel(ChainDescription(100));
   ASSERT_EQ(model->strips().strip_count(), 1u);

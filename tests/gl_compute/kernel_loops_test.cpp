@@ -30,6 +30,7 @@ TEST(KernelLoopsTest, ManySweepsOfFewConstraintsAreNotCutShort) {
       parameters.settings.substeps = 40;
       parameters.settings.max_iterations = 300;
       parameters.settings.use_tethers = false;
+      parameters.settings.integration = Integration::kOneStep;
       std::vector<std::vector<float>> states;
       for (Backend* backend : {usual.get(), cautious.get()}) {
         const ClothHandle cloth = CreateCloth(*backend, model, parameters);

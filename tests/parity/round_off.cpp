@@ -175,7 +175,9 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
   const double colliders = static_cast<double>(scene.parameters.colliders.size());
   const double count = substeps;
 
-  const double roundings = 13 + (ChooseSolver(*scene.model, scene.parameters, false).has_strips ? 8 * LongestStrip(*scene.model) : 0);
+  const double roundings = 13 + (ChooseSolver(*scene.model, scene.parameters, false).has_strips
+                                     ? 8 * LongestStrip(*scene.model)
+                                     : 0);
   const double constraint = kRoundOff * (roundings * (coupling.length_m + h * speed) / h + speed);
   const double contact = kRoundOff * (8 * extent / h + (2 * extent / radius + 4) * speed);
   const double sweep = coupling.degree * constraint + colliders * contact;

@@ -29,12 +29,13 @@ struct ErrorBound {
 //   is C/h
 //                 times weights <= 1 (5 more relative roundings, |C| <= L); added to u (1 of size
 //                 U)
-//   a strip       the same for each of its links, and the elimination of N links 8 N roundings more of
+//   a strip       the same for each of its links, and the elimination of N links 8 N roundings more
+//   of
 //                 their errors: impulses are off by more, but by what changes no velocity (its
 //                 tridiagonal matrix is that of a projection)
-//   two steps     a rounding of b or u is extrapolated by 4/3 and 13/9 ..., at most 3/2 times as large
-//   a contact     q, q - c, |q - c|, gap: 8 roundings of size X, over h; its direction is off by 2
-//   e X/R
+//   two steps     a rounding of b or u is extrapolated by 4/3 and 13/9 ..., at most 3/2 times as
+//   large a contact     q, q - c, |q - c|, gap: 8 roundings of size X, over h; its direction is off
+//   by 2 e X/R
 //                 and 4 e, times impulses of at most U
 //   a position    1 rounding of size X per substep, which constraints and contacts turn into X/h of
 //   velocity a spring      8 roundings of k L and of c U, times h/m predict, integrate,

@@ -142,8 +142,8 @@ TEST_P(StageParityTest, ApplyWindWithoutApproach) {
   }
 }
 
-// Chains, nets and grids, hanging by pins and free, in one sweep or several, with every order of the
-// two solvers.
+// Chains, nets and grids, hanging by pins and free, in one sweep or several, with every order of
+// the two solvers.
 TEST_P(StageParityTest, SolveStrips) {
   for (const uint32_t particle_count : {2u, 3u, 31u, 33u, 1025u}) {
     for (const Sweep sweep : {Sweep::kStrips, Sweep::kStripsThenColours}) {
@@ -172,7 +172,8 @@ TEST_P(StageParityTest, SolveStripsWithUnequalMassesAndCompliance) {
   }
 }
 
-// A chain stretched to three times its length: what one sweep may move is limited, alike everywhere.
+// A chain stretched to three times its length: what one sweep may move is limited, alike
+// everywhere.
 TEST_P(StageParityTest, SolveStripsOfAnOverstretchedChainInLimitedSteps) {
   Scene scene = Chain(20, 0.1, 0.01);
   for (Vector3d& p : scene.state.positions_m) p *= 3;

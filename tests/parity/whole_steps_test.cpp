@@ -26,8 +26,8 @@ void UseSubsteps(Scene& scene, uint32_t substeps) {
 TEST_P(WholeStepParityTest, AwkwardSizes) {
   for (const uint32_t particle_count : kAwkwardSizes) {
     for (const uint32_t substeps : {1u, 8u}) {
-      // Strips see a taut row between two pins as one constraint too many, and rounding decides what
-      // it does: with them the cloth is free.
+      // Strips see a taut row between two pins as one constraint too many, and rounding decides
+      // what it does: with them the cloth is free.
       for (const Sweep sweep : {Sweep::kColours, Sweep::kStrips}) {
         Scene scene = SizedCloth(particle_count, sweep == Sweep::kColours);
         Stir(scene, 0.3);

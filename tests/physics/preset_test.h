@@ -18,8 +18,8 @@ namespace drape::test {
 inline const std::vector<Preset> kAllPresets = {Preset::kPaper, Preset::kRealtime,
                                                 Preset::kAccurate};
 
-// THE table: order in the step of what a preset makes of rigid links. In one step impulses along the
-// direction at the END of the substep are first order, with two steps they are second.
+// THE table: order in the step of what a preset makes of rigid links. In one step impulses along
+// the direction at the END of the substep are first order, with two steps they are second.
 constexpr int SchemeOrder(Preset preset) {
   switch (preset) {
     case Preset::kPaper:

@@ -33,6 +33,7 @@ TEST_P(HardSceneTest, MassRatioOfAThousand) {
   Backend& backend = SharedBackend(GetParam());
   Scene scene = HeavyBob();
   scene.parameters.settings.integration = Integration::kOneStep;
+  scene.parameters.settings.sweep = Sweep::kColours;
   const ClothHandle cloth = CreateCloth(backend, scene);
   for (int step = 0; step < 120; ++step) {
     const StepReport report = StepAlone(backend, cloth, scene);

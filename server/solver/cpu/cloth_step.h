@@ -40,7 +40,7 @@ struct FloatSubstep {
   float pin_shares = 1;
   float inverse_duration = 0;  // [1/s]
   float pin_lead = 0;          // 1 - H / duration: how far on its way the b of a pin is
-  float kick_before = 0;         // [s]
+  float kick_before = 0;       // [s]
   float kick_after = 0;
   float kick_within = 0;
   float twist_share = 0;

@@ -23,8 +23,8 @@ struct DistanceGroup {
   Lanes inverse_mass_j;
 };
 
-// One link of each of eight strips of a phase. Shorter strips are filled up with links from their last
-// particle to itself that no impulse moves.
+// One link of each of eight strips of a phase. Shorter strips are filled up with links from their
+// last particle to itself that no impulse moves.
 struct StripLink {
   std::array<uint32_t, kWideCount> to;  // the particle at the end of the link
   // Where the compliance and the accumulated impulse are (FloatModel::compliances).
@@ -96,7 +96,7 @@ struct FloatModel {
   std::vector<Lanes> compliances;
   std::vector<StripGroup> strips;  // phase after phase
   std::vector<StripLink> strip_links;
-  uint32_t longest_strip;  // links
+  uint32_t longest_strip;                // links
   std::vector<ImpulseBounds> bounds;     // [group_count]; empty if all constraints are equalities
   std::vector<FloatJoint> joints;        // in the order of the source
   std::vector<TetherGroup> tethers;      // the nearest pin of every particle, then the next, ...

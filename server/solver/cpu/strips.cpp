@@ -52,8 +52,8 @@ class StripSolve {
   }
   uint32_t link_count() const { return group_.link_end - group_.link_begin; }
 
-  // Linearises link after link and eliminates the one before; returns the lanes with an error beyond
-  // the tolerance.
+  // Linearises link after link and eliminates the one before; returns the lanes with an error
+  // beyond the tolerance.
   WideMask Eliminate() {
     const float tolerance = context_.controls.tolerance;
     const std::array<uint32_t, kWideCount>* from = &group_.first;
@@ -74,7 +74,8 @@ class StripSolve {
       if constexpr (kHasCompliance) {
         const WideLanes alpha_over_h =
             GatherPlaces(context_.model.compliances, link.places) * inverse_h_;
-        error = error + alpha_over_h * GatherPlaces(context_.scratch.distance_impulses, link.places);
+        error =
+            error + alpha_over_h * GatherPlaces(context_.scratch.distance_impulses, link.places);
         diagonal = diagonal + alpha_over_h * inverse_h_;
       }
       is_active |= Abs(error) > link.rest_length * tolerance;

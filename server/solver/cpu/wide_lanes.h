@@ -1,5 +1,5 @@
-// Eight floats as two times four: two chains of dependent operations side by side, so that one fills
-// the time that the other waits for a division. Each lane is rounded like a scalar float.
+// Eight floats as two times four: two chains of dependent operations side by side, so that one
+// fills the time that the other waits for a division. Each lane is rounded like a scalar float.
 #pragma once
 
 #include <array>
@@ -14,9 +14,7 @@ inline constexpr uint32_t kWideCount = 2 * kLaneCount;
 struct WideLanes {
   Lanes low, high;
 
-  float Get(uint32_t lane) const {
-    return lane < kLaneCount ? low[lane] : high[lane - kLaneCount];
-  }
+  float Get(uint32_t lane) const { return lane < kLaneCount ? low[lane] : high[lane - kLaneCount]; }
   void Set(uint32_t lane, float value) {
     (lane < kLaneCount ? low[lane] : high[lane - kLaneCount]) = value;
   }

@@ -191,9 +191,8 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
   layout.previous_positions = append(solver.has_two_steps ? 3 * particles : 0);
   layout.previous_velocities = append(solver.has_two_steps ? 3 * particles : 0);
   layout.twist_changes = append(HasTwistDamping(model, parameters.settings) ? 3 * particles : 0);
-  layout.strip_links = append(solver.has_strips
-                                  ? uint64_t{DRAPE_STRIP_LINK_WORDS} * model.constraint_count()
-                                  : 0);
+  layout.strip_links =
+      append(solver.has_strips ? uint64_t{DRAPE_STRIP_LINK_WORDS} * model.constraint_count() : 0);
   layout.work_positions = append(has_work_state ? 3 * particles : 0);
   layout.work_velocities = append(has_work_state ? 3 * particles : 0);
   const uint64_t pieces = MeasurePieceCount(model);

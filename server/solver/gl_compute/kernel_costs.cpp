@@ -72,7 +72,8 @@ uint64_t StripPasses(const StripSet& strips, uint32_t local_size) {
     for (uint32_t round = strips.phase_offsets[phase]; round < end; round += local_size) {
       uint64_t longest = 0;
       for (uint32_t s = round; s < std::min(round + local_size, end); ++s) {
-        longest = std::max<uint64_t>(longest, strips.strip_offsets[s + 1] - strips.strip_offsets[s]);
+        longest =
+            std::max<uint64_t>(longest, strips.strip_offsets[s + 1] - strips.strip_offsets[s]);
       }
       passes += 1 + PassesOfStrip(longest);
     }
@@ -149,10 +150,9 @@ uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parame
   const uint64_t tiled = std::max({strip, LargestSpringDegree(model) + 1, air, 2 * (colliders + 1),
                                    uint64_t{kMaxTethersPerParticle} + 1});
   // `tiled_begin_sweeps` and `tiled_end_sweep` go through the dispatches of all phases and colours.
-  const uint64_t control =
-      LoopPasses(uint64_t{model.strips().phase_count()} + model.colour_count() +
-                     model.joint_colour_count() + 2,
-                 local_size);
+  const uint64_t control = LoopPasses(uint64_t{model.strips().phase_count()} +
+                                          model.colour_count() + model.joint_colour_count() + 2,
+                                      local_size);
   return std::max({measure, tiled, control});
 }
 

@@ -49,7 +49,8 @@ Status FitLoops(const SceneModel& model, const ClothParameters& parameters,
     return LoopLimit();
   }
   if (variant.is_tiled()) return Status::Ok();
-  LoopCosts costs = CountResidentLoops(model, parameters, variant.local_size, variant.has_own_lengths);
+  LoopCosts costs =
+      CountResidentLoops(model, parameters, variant.local_size, variant.has_own_lengths);
   while (!CanRunInParts(costs, device.loop_budget)) {
     if (variant.local_size >= kLargestLocalSize) return LoopLimit();
     variant.local_size *= 2;

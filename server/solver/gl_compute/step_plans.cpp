@@ -84,8 +84,8 @@ class TiledStep {
   }
 
  private:
-  // Dispatch arguments of the sweeps: one per phase of strips, one per colour, one per colour of the
-  // joints, then the contacts, then the end of the sweep.
+  // Dispatch arguments of the sweeps: one per phase of strips, one per colour, one per colour of
+  // the joints, then the contacts, then the end of the sweep.
   uint32_t joints_index() const { return phase_count_ + colour_count_; }
   uint32_t contacts_index() const {
     return joints_index() + static_cast<uint32_t>(largest_.joint_colours.size());

@@ -171,7 +171,8 @@ StepSettings EffectiveSettings(StepSettings settings, const test::Scene& scene) 
   if (!HasTwistDamping(model, settings)) settings.twist_damping_per_s = 0;
   ClothParameters parameters = scene.parameters;
   parameters.settings = settings;
-  if (!UsesTwoSteps(model, parameters)) settings.integration = Integration::kOneStep;
+  if (!ChooseSolver(model, parameters, false).has_two_steps)
+    settings.integration = Integration::kOneStep;
   settings.preset = Preset::kRealtime;  // only the name of the rest
   if (model.spring_count() == 0) settings.spring_integration = SpringIntegration::kHalfKicks;
   return settings;
