@@ -39,7 +39,7 @@ StepSettings PresetSettings(Preset preset) {
       settings.sweep = Sweep::kColours;
       break;
     case Preset::kRealtime:
-      settings.substeps = 60;
+      settings.substeps = 52;
       settings.max_iterations = 1;
       settings.tolerance = 0;
       settings.twist_damping_per_s = 150;

@@ -24,7 +24,7 @@ TEST(StepSettings, PresetsAreWhatTheirNamesPromise) {
   EXPECT_FALSE(paper.use_tethers);
 
   const StepSettings realtime = PresetSettings(Preset::kRealtime);
-  EXPECT_EQ(realtime.substeps * realtime.max_iterations, 60u);
+  EXPECT_EQ(realtime.substeps * realtime.max_iterations, 52u);
   EXPECT_EQ(realtime.tolerance, 0);
   EXPECT_EQ(realtime.spring_integration, SpringIntegration::kHalfKicks);
   EXPECT_TRUE(realtime.use_tethers);
@@ -46,7 +46,7 @@ TEST(StepSettings, NothingSetIsRealtime) {
   const auto settings = ResolveSettings({}, "settings");
   ASSERT_TRUE(settings.ok());
   EXPECT_EQ(*settings, PresetSettings(Preset::kRealtime));
-  EXPECT_DOUBLE_EQ(settings->substep_s(), 1.0 / 3600);
+  EXPECT_DOUBLE_EQ(settings->substep_s(), 1.0 / 3120);
 }
 
 TEST(StepSettings, WhatIsSetOverridesThePreset) {
@@ -83,7 +83,7 @@ TEST(StepSettings, SubstepsBelowAMicrosecondAreRefused) {
   const auto settings = ResolveSettings(overrides, "settings");
   ASSERT_FALSE(settings.ok());
   EXPECT_THAT(settings.status().message(), HasSubstr("settings.time_step_s"));
-  EXPECT_THAT(settings.status().message(), HasSubstr("1e-30 s in 60 substeps"));
+  EXPECT_THAT(settings.status().message(), HasSubstr("1e-30 s in 52 substeps"));
 
   overrides.time_step_s = 60 * kMinSubstep_s;
   EXPECT_TRUE(ResolveSettings(overrides, "settings").ok());
