@@ -26,7 +26,8 @@ void StoreTangentBeta(uint collider, uint i, vec3 beta_t) {
 }
 #endif
 
-// Whether a change of velocity [m/s] is worth applying: it moves the particle by more than the tolerance.
+// Whether a change of velocity [m/s] keeps the sweeps going: it moves the particle by more than the
+// tolerance. Smaller ones are applied too: in short substeps friction consists of nothing else.
 bool IsAboveContactTolerance(float speed) {
 #ifdef HAS_TOLERANCE
   precise float move = cloth.h * speed;
@@ -43,11 +44,9 @@ vec3 SolveFriction(uint c, uint i, vec3 u, vec3 normal, float beta_n, bool is_fi
     vec3 wanted = TangentBeta(beta_t, u, normal, beta_n, cloth.friction_static,
                               cloth.friction_dynamic);
     precise vec3 change = wanted - beta_t;
-    if (IsAboveContactTolerance(Length(change))) {
-      MarkChanged();
-      u = AddScaled(u, 1.0, change);
-      beta_t = wanted;
-    }
+    if (IsAboveContactTolerance(Length(change))) MarkChanged();
+    u = AddScaled(u, 1.0, change);
+    beta_t = wanted;
   }
   StoreTangentBeta(c, i, beta_t);
   return u;
@@ -66,8 +65,8 @@ void SolveContacts(uint i, bool is_first_sweep) {
     Gap gap = ColliderGap(collider, cloth.thickness, AddScaled(p, cloth.h, u));
     float wanted = NormalBeta(beta_n, gap.size, gap_floor, cloth.inverse_h);
     precise float change = wanted - beta_n;
-    if (change != 0.0 && IsAboveContactTolerance(abs(change))) {
-      MarkChanged();
+    if (change != 0.0) {
+      if (IsAboveContactTolerance(abs(change))) MarkChanged();
       u = AddScaled(u, change, gap.normal);
       beta_n = wanted;
     }

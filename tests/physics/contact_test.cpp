@@ -78,6 +78,18 @@ TEST_P(Contact, ABlockSticksOnAnInclineBelowTheStaticFriction) {
   }
 }
 
+// What friction takes from the velocity in a substep, g sin(20 degrees) h^2 = 9e-6 m, is far within
+// this tolerance of 1e-3 m: it must act all the same.
+TEST_P(Contact, FrictionActsBelowTheToleranceToo) {
+  const Incline incline(20 * M_PI / 180);
+  Scene scene = BlockOn(incline, incline.plane, 0, 0.4, 0.3);
+  scene.parameters.settings.tolerance = 1e-3;
+  const ClothHandle cloth = Make(scene);
+  StepAlone(backend(), cloth, scene, 300);
+  const double h = scene.parameters.settings.substep_s();
+  EXPECT_LE(ReadState(backend(), cloth).positions_m[0].norm(), 3e3 * 4 * round_off() * kG * h * h);
+}
+
 // The same, one degree beyond: it must not stick. atan(0.4) = 21.8 degrees.
 TEST_P(Contact, ABlockSlidesOnAnInclineWithTheDynamicFriction) {
   for (const double degrees : {22.8, 45.0}) {

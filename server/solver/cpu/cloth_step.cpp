@@ -245,22 +245,20 @@ bool SolveContact(const FloatControls& controls, const FloatCollider& collider, 
   const float normal_impulse =
       ContactImpulse(contact.normal, at_end.gap - contact.floor, controls.inverse_h);
   const float change = normal_impulse - contact.normal;
-  if (controls.h * std::fabs(change) > controls.contact_tolerance) {
-    u += change * at_end.normal;
-    contact.normal = normal_impulse;
-    changed = true;
-  }
+  // Changes within the tolerance are applied too, but do not keep the sweeps going: in short
+  // substeps friction consists of nothing else.
+  u += change * at_end.normal;
+  contact.normal = normal_impulse;
+  changed |= controls.h * std::fabs(change) > controls.contact_tolerance;
   const bool has_tangent = Dot(contact.tangent, contact.tangent) > 0;
   if (controls.friction_static > 0 && (contact.normal > 0 || has_tangent)) {
     const Lanes tangent =
         FrictionImpulse(contact.tangent, Tangential(u, at_end.normal), contact.normal,
                         controls.friction_static, controls.friction_dynamic);
     const Lanes tangent_change = tangent - contact.tangent;
-    if (controls.h * Length(tangent_change) > controls.contact_tolerance) {
-      u += tangent_change;
-      contact.tangent = tangent;
-      changed = true;
-    }
+    u += tangent_change;
+    contact.tangent = tangent;
+    changed |= controls.h * Length(tangent_change) > controls.contact_tolerance;
   }
   return changed;
 }

@@ -273,8 +273,9 @@ class ReferenceStep {
     return std::min(0.0, gap + kMaxDepenetrationSpeed_m_per_s * h_);
   }
 
-  // Whether a change of velocity of this size is more than the tolerance allows to leave out.
-  bool IsWorthChanging(double velocity_change) const {
+  // Whether a change of velocity of this size keeps the sweeps going. Smaller ones are applied too:
+  // in short substeps friction consists of nothing else.
+  bool IsAboveTolerance(double velocity_change) const {
     return tolerance_ == 0 || h_ * velocity_change > tolerance_ * model_.length_scale_m();
   }
 
@@ -285,11 +286,9 @@ class ReferenceStep {
     const auto [gap, n] = PredictedContact(i, collider);
     const double normal = std::max(beta.normal - (gap - GapFloor(i, collider)) / h_, 0.0);
     const double normal_change = normal - beta.normal;
-    if (IsWorthChanging(std::abs(normal_change))) {
-      u_[i] += normal_change * n;
-      beta.normal = normal;
-      has_changed = true;
-    }
+    u_[i] += normal_change * n;
+    beta.normal = normal;
+    has_changed |= IsAboveTolerance(std::abs(normal_change));
 
     const bool has_friction =
         parameters_.friction_static > 0 && (beta.normal > 0 || !beta.tangential.isZero(0));
@@ -299,12 +298,9 @@ class ReferenceStep {
         CoulombImpulse(beta.tangential - sliding, beta.normal, parameters_.friction_static,
                        parameters_.friction_dynamic);
     const Vector3d tangential_change = tangential - beta.tangential;
-    if (IsWorthChanging(tangential_change.norm())) {
-      u_[i] += tangential_change;
-      beta.tangential = tangential;
-      has_changed = true;
-    }
-    return has_changed;
+    u_[i] += tangential_change;
+    beta.tangential = tangential;
+    return has_changed || IsAboveTolerance(tangential_change.norm());
   }
 
   // The part of an error that an impulse may still remove: of an inequality no more than undoes the
