@@ -45,7 +45,8 @@ Bench::Bench(BenchOptions options) : options_(std::move(options)) {
   reference_ = {"reference", test::MakeBackend("reference")};
   machine_ =
       options_.machine.empty() ? MachineName(DescribeMachine(), gpu_renderer) : options_.machine;
-  out_ = options_.out.empty() ? options_.results_root / machine_ : options_.out;
+  out_ =
+      options_.out.empty() ? options_.results_root / machine_ / options_.subfolder : options_.out;
   std::error_code error;
   fs::create_directories(out_, error);
   if (error) throw std::runtime_error("cannot make --out " + out_.string());

@@ -15,8 +15,9 @@ struct BenchOptions {
   std::vector<std::string> backends = {"cpu", "gl", "reference"};
   bool is_quick = false;      // smallest sizes, fewest repeats: whether everything works
   std::string machine;        // folder of the results; empty: from processor and GPU
-  std::filesystem::path out;  // empty: results_root / machine
+  std::filesystem::path out;  // empty: results_root / machine / subfolder
   std::filesystem::path results_root = "tests/bench/results";
+  std::filesystem::path subfolder;
   TimingLimits limits;
   double budget_s = 0;  // no new row after that long; 0: no limit
   std::string commit;   // what was measured, for machine.json

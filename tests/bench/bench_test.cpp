@@ -67,9 +67,26 @@ TEST_F(BenchTest, AllMakesEveryTableAndTheScriptReadsThem) {
   EXPECT_THAT(readme, HasSubstr("- hanging_edge: "));
 }
 
+TEST_F(BenchTest, StabilityTriesTheTablesOnEveryBackend) {
+  const Ending ending = Bench("stability --methods=REALTIME --tables=load,starts,impact,soak");
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  const ptrdiff_t cells = RowCount(out_ / "stability.csv");
+  EXPECT_GT(cells, 3 * 15);
+  EXPECT_EQ(cells % 3, 0) << "the same cells on each backend";
+  ASSERT_EQ(Tables("").exit_status, 0);
+  const std::string readme = ReadText(out_ / "README.md");
+  EXPECT_THAT(readme, HasSubstr("### The bar"));
+  EXPECT_THAT(readme, HasSubstr("In none of the " + std::to_string(cells) + " cells"));
+  EXPECT_THAT(readme, HasSubstr("`reference`, "));
+  const Ending unknown = Bench("stability --tables=weather");
+  EXPECT_EQ(unknown.exit_status, 1);
+  EXPECT_THAT(unknown.text, HasSubstr("'weather' is none of gravity"));
+}
+
 // Drawing needs matplotlib, which tests do not install: here only that it is Python.
 TEST_F(BenchTest, TheScriptsThatDrawAreValidPython) {
-  for (const char* script : {"tests/bench/plots.py", "tests/bench/accuracy_plots.py"}) {
+  for (const char* script : {"tests/bench/plots.py", "tests/bench/accuracy_plots.py",
+                             "tests/bench/stability_plots.py"}) {
     const Ending parsed =
         RunShell("python3 -B -c 'import ast, sys; ast.parse(open(sys.argv[1]).read())' " +
                  test::SourcePath(script).string());

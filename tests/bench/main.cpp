@@ -6,6 +6,7 @@
 
 #include "server/core/log.h"
 #include "tests/bench/accuracy/accuracy.h"
+#include "tests/bench/stability/stability.h"
 #include "tests/bench/subcommands.h"
 
 namespace drape::bench {
@@ -25,6 +26,7 @@ struct CommandLine {
   Figure4Options figure_4;
   OrderOptions order;
   AccuracyOptions accuracy;
+  StabilityOptions stability;
   bool needs_hardware = false;
 };
 
@@ -83,9 +85,16 @@ void AddScenes(CLI::App& app, CommandLine& line) {
                        "no further play of a point after that long [s]");
   accuracy->add_option("--play-s", limits.play_s,
                        "what is going to take longer for a play is stopped [s]");
+  CLI::App* stability = app.add_subcommand(
+      "stability", "what survives, recovers, warns, breaks or faults; not part of all");
+  stability->add_flag("--full", line.stability.is_full, "every value and switch: takes long");
+  stability->add_option("--tables", line.stability.tables, "only these")->delimiter(',');
+  stability->add_option("--methods", line.stability.methods, "only these")->delimiter(',');
+  stability->add_option("--cell-s", line.stability.cell_s, "no step of a cell after that long [s]")
+      ->check(CLI::PositiveNumber);
   CLI::App* device = app.add_subcommand("device", "the GL device; exit status 3: software");
   device->add_flag("--require-hardware", line.needs_hardware, "fail on a software renderer");
-  app.add_subcommand("all", "every table but those of accuracy (the default)");
+  app.add_subcommand("all", "every table but those of accuracy and stability (the default)");
 }
 
 // What to type to measure the same again; without the options that only say what is noted.
@@ -106,6 +115,7 @@ int Run(const CLI::App& app, CommandLine& line) {
     // Never over what was measured.
     line.bench.results_root = "out/bench-quick";
   }
+  if (app.got_subcommand("stability")) line.bench.subfolder = "stability";
   Bench bench(line.bench);
   const bool is_all = app.got_subcommand("all") || app.get_subcommands().empty();
   // Whether this part is wanted; in "all" it must leave the rest of the budget to those after it.
@@ -118,6 +128,7 @@ int Run(const CLI::App& app, CommandLine& line) {
   if (is_wanted("figure4", 0.8)) MeasureFigure4(bench, line.figure_4);
   if (is_wanted("order", 1)) MeasureOrder(bench, line.order);
   if (app.got_subcommand("accuracy")) MeasureAccuracy(bench, line.accuracy);
+  if (app.got_subcommand("stability")) MeasureStability(bench, line.stability);
   std::printf("\nresults are in %s\n", bench.out().c_str());
   return 0;
 }

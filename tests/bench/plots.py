@@ -13,6 +13,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot, ticker  # noqa: E402
 
 import accuracy_plots  # noqa: E402
+import stability_plots  # noqa: E402
 import tables  # noqa: E402
 
 COLOURS = {"cpu": "tab:blue", "gl": "tab:red", "reference": "tab:gray"}
@@ -161,6 +162,12 @@ DRAWINGS = {
 }
 
 
+def save(figure, path):
+    figure.savefig(path, dpi=110, bbox_inches="tight")
+    pyplot.close(figure)
+    print(path)
+
+
 def main():
     parser = argparse.ArgumentParser(description="Draws the tables of a results folder and writes its README.md.")
     parser.add_argument("folder", type=pathlib.Path)
@@ -172,9 +179,9 @@ def main():
             continue
         figure = draw(*rows)
         figure.tight_layout()
-        figure.savefig(folder / (name + ".png"), dpi=110, bbox_inches="tight")
-        pyplot.close(figure)
-        print(folder / (name + ".png"))
+        save(figure, folder / (name + ".png"))
+    for name, figure in stability_plots.figures(tables.read_table(folder, "stability") or []):
+        save(figure, folder / (name + ".png"))
     (folder / "README.md").write_text(tables.readme(folder), encoding="utf-8")
     print(folder / "README.md")
 

@@ -17,10 +17,11 @@ import sys
 import accuracy_bars
 import accuracy_tables
 import rows
+import stability_tables
 from rows import distinct, markdown, milliseconds, percent, select
 
 REAL_TIME_MS = 1000 / 60
-TEXT_COLUMNS = {"preset", "pins", "backend", "plan", "scene", "shuffled", "fault"} | accuracy_tables.TEXT_COLUMNS
+TEXT_COLUMNS = {"preset", "pins", "backend", "plan", "scene", "shuffled", "fault"} | accuracy_tables.TEXT_COLUMNS | stability_tables.TEXT_COLUMNS
 STEP_COLUMNS = [
     "preset", "pins", "cloths", "particles", "columns", "rows", "backend", "plan", "steps", "median_ms", "p10_ms",
     "p90_ms", "min_ms", "max_ms", "device_ms", "dispatches", "iterations", "max_strain", "swing_max_strain",
@@ -36,6 +37,7 @@ COLUMNS = {
         "scene", "particles", "constraints", "time_s", "substep_s", "shuffled", "seed", "colours", "sweeps",
         "max_error_after_100", "rms_error_after_100"],
     **accuracy_tables.COLUMNS,
+    **stability_tables.COLUMNS,
 }
 MOST_SWEEPS = 3000  # kMaxSweeps in order.cpp: as many mean "not converged"
 
@@ -230,6 +232,8 @@ def readme(folder):
         text += order_text(tables["order"])
     if tables["accuracy"]:
         text += accuracy_text(tables)
+    if tables["stability"]:
+        text += stability_tables.stability_text(tables["stability"])
     return "\n".join(text)
 
 

@@ -1,0 +1,114 @@
+"""What the rows of `drape_bench stability` mean, in words. Only the standard library."""
+
+from rows import distinct, markdown, percent, select, two_digits
+
+COLUMNS = {"stability": [
+    "table", "title", "row_axis", "row", "column_axis", "column", "backend", "method", "time_step_s", "substeps", "steps",
+    "is_cut", "verdict", "violation", "in_bar", "max_strain", "end_strain", "max_gain", "end_gain", "warnings", "wall_s"]}
+TEXT_COLUMNS = {"table", "title", "row_axis", "row", "column_axis", "column", "method", "verdict", "violation", "warnings"}
+
+VERDICTS = {
+    "survives": "strain at most 10 % (above what the case cannot avoid) and energy at most 0.1 m g l above the start, at every step",
+    "recovers": "not at every step, but at every one of the last quarter",
+    "warns": "neither, and a report says so (`not_converged`, `springs_beyond_limit`)",
+    "breaks": "neither, and no report says so",
+    "faults": "FAULTED: stopped at its last good state, which stays readable"}
+MAX_STRAIN, MAX_GAIN = 0.1, 0.1  # kMaxStrain and kMaxGain of tests/stability/atlas/trial.h
+
+
+def is_good(row):
+    return row["verdict"] in ("survives", "recovers")
+
+
+def why(row):
+    """What of a cell is beyond the limits at the end; of one that is not, the largest strain."""
+    if row["verdict"] == "faults":
+        return "faults"
+    parts = []
+    if row["end_strain"] > MAX_STRAIN:
+        parts.append(percent(row["end_strain"]))
+    if row["end_gain"] > MAX_GAIN:
+        parts.append(f"+{two_digits(row['end_gain'])} mgl")
+    return " ".join(parts) if parts else percent(row["max_strain"])
+
+
+def counts(some):
+    return " · ".join(str(len(select(some, verdict=verdict))) for verdict in VERDICTS)
+
+
+def bar_text(rows):
+    inside = [row for row in rows if row["in_bar"] == 1]
+    failing = [row for row in inside if not is_good(row)]
+    text = ["### The bar\n",
+            "REALTIME survives or recovers at steps of at most 1/60 s, mass ratios of at most 1000, at most 100 g, and from every "
+            f"degenerate start: {len(inside) - len(failing)} of {len(inside)} cells do."]
+    if failing:
+        text.append("The others:\n")
+        text.append(markdown(["cell", "backend", "verdict", "at the end"],
+                             [[f"{row['table']}: {row['row']}, {row['column']}", row["backend"], row["verdict"], why(row)]
+                              for row in failing]))
+    return text + [""]
+
+
+def promises_text(rows):
+    broken = [row for row in rows if row["violation"]]
+    if not broken:
+        return [f"In none of the {len(rows)} cells a number that is not finite was read, a step did not end, the neighbour in the batch "
+                "got other bits, or the cloth did otherwise in the batch than alone.\n"]
+    return ["**Broken promises:**\n", *(f"- {row['backend']}, {row['method']}, {row['table']}: {row['row']}, {row['column']}: "
+                                        f"{row['violation']}" for row in broken), ""]
+
+
+def realtime_text(own):
+    """Where REALTIME neither survives nor recovers, row by row."""
+    text = ["### Where REALTIME gives way\n"]
+    for table in distinct(own, "table"):
+        some = select(own, table=table, method="REALTIME")
+        if not some:
+            continue
+        lines = []
+        for row in distinct(some, "row"):
+            bad = [cell for cell in select(some, row=row) if not is_good(cell)]
+            if bad:
+                lines.append(f"  - {row}: " + ", ".join(f"{cell['column']} {cell['verdict']}" +
+                                                        ("" if cell["verdict"] == "faults" else f" ({why(cell)})") for cell in bad))
+        text.append(f"- **{table}** ({some[0]['title']}): " + ("nowhere in this table" if not lines else ""))
+        text += lines
+    return text + [""]
+
+
+def backends_text(rows, main):
+    others = [name for name in distinct(rows, "backend") if name != main]
+    text = []
+    for backend in others:
+        some = select(rows, backend=backend)
+        differing = []
+        for row in some:
+            found = select(rows, backend=main, table=row["table"], row=row["row"], column=row["column"], method=row["method"])
+            if found and found[0]["verdict"] != row["verdict"]:
+                differing.append(f"{row['method']}, {row['table']}: {row['row']}, {row['column']} "
+                                 f"({row['verdict']} {why(row)}; {main} {found[0]['verdict']} {why(found[0])})")
+        text.append(f"`{backend}`, {len(some)} cells: the verdict of `{main}` in all but {len(differing)}" +
+                    (":\n" + "\n".join(f"- {line}" for line in differing) if differing else ".") + "\n")
+    return ["### The other backends\n", *text] if others else []
+
+
+def stability_text(rows):
+    main = distinct(rows, "backend")[0]
+    own = select(rows, backend=main)
+    text = ["## Stability\n",
+            "Cases at and beyond the edge of what a cloth can stand (`tests/stability/atlas`), each beside a neighbour in one batch, every "
+            "state read, judged by one rule:\n",
+            *(f"- **{verdict}**: {meaning}" for verdict, meaning in VERDICTS.items()), ""]
+    cut = [row for row in rows if row["is_cut"] == 1]
+    if cut:
+        text.append(f"{len(cut)} cells took too long and are judged by the steps until then.\n")
+    text += promises_text(rows) + bar_text(rows) + realtime_text(own)
+    methods = distinct(own, "method")
+    text += [f"### Methods on `{main}`\n", "Cells that " + " · ".join(VERDICTS) + ":\n",
+             markdown(["table", *methods], [[table, *(counts(select(own, table=table, method=method)) for method in methods)]
+                                            for table in distinct(own, "table")])]
+    text += backends_text(rows, main)
+    text.append("### Maps\n")
+    text.append("Largest strain, or what is beyond the limits in the last quarter (strain, energy above the start); framed: the bar's cells.\n")
+    return text + [f"![{table}](stability_{table}.png)\n" for table in distinct(own, "table")]
