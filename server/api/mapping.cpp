@@ -105,6 +105,18 @@ v1::StepSettings::Sweep ToProto(Sweep sweep) {
   return v1::StepSettings::SWEEP_UNSPECIFIED;
 }
 
+v1::StepSettings::Direction ToProto(Direction direction) {
+  switch (direction) {
+    case Direction::kAtEnd:
+      return v1::StepSettings::AT_END;
+    case Direction::kAtStart:
+      return v1::StepSettings::AT_START;
+    case Direction::kBlended:
+      return v1::StepSettings::BLENDED;
+  }
+  return v1::StepSettings::DIRECTION_UNSPECIFIED;
+}
+
 v1::StepSettings ToProto(const StepSettings& settings) {
   v1::StepSettings message;
   message.set_preset(ToProto(settings.preset));
@@ -117,6 +129,8 @@ v1::StepSettings ToProto(const StepSettings& settings) {
                                      ? v1::StepSettings::IN_FORCE
                                      : v1::StepSettings::HALF_KICKS);
   message.set_sweep(ToProto(settings.sweep));
+  message.set_direction(ToProto(settings.direction));
+  message.set_velocity_iterations(settings.velocity_iterations);
   message.set_integration(settings.integration == Integration::kOneStep
                               ? v1::StepSettings::ONE_STEP
                               : v1::StepSettings::TWO_STEP);

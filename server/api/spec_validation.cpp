@@ -185,6 +185,16 @@ void CheckSolverChoices(const FieldPath& path, const v1::StepSettings& settings,
       overrides.sweep = Sweep::kStripsThenColours;
     }
   }
+  if (checks.KnownEnum(path.Child("direction"), settings.direction(),
+                       v1::StepSettings::Direction_descriptor())) {
+    if (settings.direction() == v1::StepSettings::AT_END) overrides.direction = Direction::kAtEnd;
+    if (settings.direction() == v1::StepSettings::AT_START) {
+      overrides.direction = Direction::kAtStart;
+    }
+    if (settings.direction() == v1::StepSettings::BLENDED) {
+      overrides.direction = Direction::kBlended;
+    }
+  }
   if (checks.KnownEnum(path.Child("integration"), settings.integration(),
                        v1::StepSettings::Integration_descriptor())) {
     if (settings.integration() == v1::StepSettings::ONE_STEP) {
@@ -226,6 +236,9 @@ StepSettings CheckSettings(const FieldPath& path, const v1::StepSettings& settin
   if (settings.has_time_step_s()) overrides.time_step_s = settings.time_step_s();
   if (settings.has_substeps()) overrides.substeps = settings.substeps();
   if (settings.has_max_iterations()) overrides.max_iterations = settings.max_iterations();
+  if (settings.has_velocity_iterations()) {
+    overrides.velocity_iterations = settings.velocity_iterations();
+  }
   if (settings.has_use_tethers()) overrides.use_tethers = settings.use_tethers();
   if (settings.has_tolerance()) overrides.tolerance = settings.tolerance();
   const Result<StepSettings> resolved = ResolveSettings(overrides, path.ToString());

@@ -183,6 +183,11 @@ void SceneModel::SetScales() {
   resolution_ratio_ = std::max(extent, shortest) / shortest;
 
   const std::vector<double>& w = inverse_masses_per_kg_;
+  for (const auto& constraint : constraints_) {
+    const double largest = std::max(w[constraint.i], w[constraint.j]);
+    link_mobility_ = std::max(link_mobility_, largest / constraint.rest_length_m);
+  }
+  for (uint32_t i = 0; i < particle_count(); ++i) total_mass_kg_ += w[i] > 0 ? masses_kg_[i] : 0;
   for (uint32_t i = 0; i < particle_count(); ++i) {
     double row_sum = 0;
     for (uint32_t s = spring_offsets_[i]; s < spring_offsets_[i + 1]; ++s) {

@@ -104,6 +104,10 @@ class SceneModel {
   // k (w_i + sqrt(w_i w_j)). Reached by a pair of equal masses, by a mass on a pin, and by long
   // chains.
   double spring_frequency_sq_bound() const { return spring_frequency_sq_bound_; }
+  // Largest max(w_i, w_j) / l0 of the constraints [1/(kg m)]: times a tension, the squared
+  // frequency of a link across its length.
+  double link_mobility() const { return link_mobility_; }
+  double total_mass_kg() const { return total_mass_kg_; }  // without pins
   uint32_t dropped_triangles() const { return dropped_triangles_; }
   // Distance constraints and joints between two pins.
   uint32_t dropped_constraints() const { return dropped_constraints_; }
@@ -146,6 +150,8 @@ class SceneModel {
   double length_scale_m_ = 1;
   double resolution_ratio_ = 1;
   double spring_frequency_sq_bound_ = 0;
+  double link_mobility_ = 0;
+  double total_mass_kg_ = 0;
   uint32_t dropped_triangles_ = 0;
   uint32_t dropped_constraints_ = 0;
   uint32_t described_constraint_count_ = 0;

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include "server/scene/colliders.h"
+#include "server/solver/solver_constants.h"
 #include "server/solver/step_settings.h"
 
 namespace drape {
@@ -34,7 +36,33 @@ struct SolverChoice {
   bool has_strips = false;
   bool has_colours = false;
   bool has_two_steps = false;
+  // Of the direction of a link at the end of the substep in that of its impulses; the rest is the
+  // one at its start. [0, 1].
+  double end_share = 1;
+  uint32_t velocity_iterations = 0;
 };
+
+// How far start directions are from where they are unstable: Gamma = h^2 T / (m L) of the worst
+// link, if it carried the whole weight of the cloth (server/solver/README.md, "Direction").
+inline double WeightGamma(const SceneModel& model, const ClothParameters& parameters) {
+  const double h = parameters.settings.substep_s();
+  const double weight_n = model.total_mass_kg() * parameters.gravity_m_per_s2.norm();
+  return h * h * weight_n * model.link_mobility();
+}
+
+// SolverChoice::end_share.
+inline double EndShare(const SceneModel& model, const ClothParameters& parameters) {
+  switch (parameters.settings.direction) {
+    case Direction::kAtEnd:
+      return 1;
+    case Direction::kAtStart:
+      return 0;
+    case Direction::kBlended:
+      break;
+  }
+  const double beyond = WeightGamma(model, parameters) - kBlendBegin;
+  return std::clamp(beyond / (kBlendEnd - kBlendBegin), 0.0, 1.0);
+}
 
 // Strips hold plain constraints of the model's lengths only: with ropes, struts or
 // `has_own_lengths` (driven rest lengths) the sweeps have colours. Two steps need strips and
@@ -53,6 +81,9 @@ inline SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters&
                          settings.substeps > 1 && model.constraint_count() > 0 &&
                          model.joint_count() == 0 && parameters.colliders.empty() &&
                          !has_spring_forces;
+  if (choice.has_two_steps) return choice;
+  choice.end_share = EndShare(model, parameters);
+  if (!has_own_lengths) choice.velocity_iterations = settings.velocity_iterations;
   return choice;
 }
 

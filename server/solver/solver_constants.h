@@ -35,6 +35,17 @@ inline constexpr double kMinStripPivotAtPin = 1e-2;
 // slow recovery of stretched cloths; larger: links may turn over.
 inline constexpr double kMaxStripMove = 1;
 
+// Direction BLENDED: impulses act along the links as they were at the start of the substep where
+// Gamma = h^2 T / (m L), with the whole weight of the cloth as T, is at most the first number, as
+// they will be at its end from the second on [-]. Larger: start directions are unstable from about
+// 1 on, and motion multiplies tensions; smaller: more cloths are solved to first order.
+inline constexpr double kBlendBegin = 0.15;
+inline constexpr double kBlendEnd = 0.30;
+// A link that turns farther than this within a substep, 8 degrees, has the direction of its end
+// [-, cosine]: no motion of a cloth does, only flutter. Smaller: strips of links that flutter blow
+// up; larger: more links are solved to first order.
+inline constexpr double kMinDirectionCosine = 0.99;
+
 // Density of the air [kg/m^3]: dry, at sea level and 15 degrees Celsius (ISO 2533). Thinner air or
 // water: scale the coefficients of drag and lift.
 inline constexpr double kAirDensity_kg_per_m3 = 1.225;

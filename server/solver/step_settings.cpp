@@ -36,6 +36,7 @@ StepSettings PresetSettings(Preset preset) {
       settings.spring_integration = SpringIntegration::kInForce;
       settings.use_tethers = false;
       settings.integration = Integration::kOneStep;
+      settings.direction = Direction::kAtEnd;
       settings.sweep = Sweep::kColours;
       break;
     case Preset::kRealtime:
@@ -75,6 +76,8 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
   if (overrides.tolerance) settings.tolerance = *overrides.tolerance;
   if (overrides.use_tethers) settings.use_tethers = *overrides.use_tethers;
   if (overrides.integration) settings.integration = *overrides.integration;
+  if (overrides.direction) settings.direction = *overrides.direction;
+  if (overrides.velocity_iterations) settings.velocity_iterations = *overrides.velocity_iterations;
   if (overrides.sweep) settings.sweep = *overrides.sweep;
   if (overrides.twist_damping_per_s) settings.twist_damping_per_s = *overrides.twist_damping_per_s;
   if (overrides.spring_integration) settings.spring_integration = *overrides.spring_integration;
@@ -91,6 +94,8 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
         "[1, " + std::to_string(kMaxSubsteps) + "]");
   check(settings.max_iterations >= 1 && settings.max_iterations <= kMaxIterations, "max_iterations",
         settings.max_iterations, "[1, " + std::to_string(kMaxIterations) + "]");
+  check(settings.velocity_iterations <= kMaxIterations, "velocity_iterations",
+        settings.velocity_iterations, "[0, " + std::to_string(kMaxIterations) + "]");
   check(settings.tolerance >= 0 && settings.tolerance < 1, "tolerance", settings.tolerance,
         "[0, 1)");
   check(settings.twist_damping_per_s >= 0 && settings.twist_damping_per_s <= kMaxTwistDamping_per_s,
@@ -110,6 +115,9 @@ double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size
   const double constraints =
       solvers * (double{1} * model.constraint_count() + model.dropped_constraints()) +
       model.joint_count();
+  const double velocity_sweeps = double{1} * settings.substeps * settings.velocity_iterations;
+  const double velocities = velocity_sweeps * (double{1} * model.constraint_count() +
+                                               model.dropped_constraints() + model.joint_count());
   const double contacts = model.particle_count() * (1 + static_cast<double>(collider_count));
   const double tethers =
       settings.use_tethers ? double{1} * settings.substeps * model.particle_count() : 0;
@@ -117,7 +125,7 @@ double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size
       settings.twist_damping_per_s > 0 ? 2.0 * settings.substeps * model.particle_count() : 0;
   const double air = 2.0 * settings.substeps * static_cast<double>(model.triangles().size());
   return sweeps * (constraints + 2.0 * model.spring_count() + contacts) +
-         kMaxTethersPerParticle * tethers + twist + air;
+         kMaxTethersPerParticle * tethers + velocities + twist + air;
 }
 
 bool HasTethers(const SceneModel& model, const StepSettings& settings) {

@@ -29,6 +29,13 @@ enum class Integration { kOneStep, kTwoStep };
 // reference [14]).
 enum class Sweep { kColours, kStrips, kStripsThenColours };
 
+// Along which direction of a link its impulses act, with kOneStep (two steps: always kAtEnd).
+// kAtEnd: as predicted for the end of the substep (the paper): first order, takes energy, stable at
+// any step. kAtStart: as it was at its start (SHAKE): second order, keeps energy, unstable where
+// h^2 T / (m L) exceeds about 1. kBlended: one of them or a mean, for all links of the cloth alike,
+// by that number for the cloth's weight (server/solver/README.md, "Direction").
+enum class Direction { kAtEnd, kAtStart, kBlended };
+
 // Fully resolved settings of one cloth.
 struct StepSettings {
   Preset preset = Preset::kRealtime;
@@ -40,6 +47,10 @@ struct StepSettings {
   double tolerance = 0;  // [0, 1)
   SpringIntegration spring_integration = SpringIntegration::kHalfKicks;
   Integration integration = Integration::kTwoStep;
+  Direction direction = Direction::kBlended;
+  // [0, kMaxIterations] sweeps per substep that take the velocities along links which the
+  // constraints forbid; kOneStep only.
+  uint32_t velocity_iterations = 0;
   Sweep sweep = Sweep::kStrips;
   // Rate at which the twist of a grid's cells is damped [1/s], see server/solver/README.md; 0 =
   // none.
@@ -61,6 +72,8 @@ struct StepSettingsOverrides {
   std::optional<SpringIntegration> spring_integration{};
   std::optional<bool> use_tethers{};
   std::optional<Integration> integration{};
+  std::optional<Direction> direction{};
+  std::optional<uint32_t> velocity_iterations{};
   std::optional<Sweep> sweep{};
   std::optional<double> twist_damping_per_s{};
 };

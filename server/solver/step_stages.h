@@ -16,6 +16,7 @@ namespace drape {
 //     solve_joints    per colour of the joints: likewise for point joints
 //     solve_contacts  per particle: gap >= 0 at p + h u, Coulomb friction against h u
 //   integrate       p += h u, v = u + a h/2
+//   solve_velocity  per colour, velocity_iterations times: no velocity along rigid links and joints
 //   correct_velocity  contacts: no approach velocity, Coulomb friction; then damping
 //   apply_springs   a full kick, half a kick after the last substep
 //   apply_wind      likewise
@@ -32,6 +33,7 @@ enum class StepStage {
   kSolveJoints,
   kSolveContacts,
   kIntegrate,
+  kSolveVelocity,
   kCorrectVelocity,
   kCommit,
   kMeasure,

@@ -104,8 +104,8 @@ struct ClothRecord {
 
   uint strip_particles;  // [constraint_count + strip_count] uint
   uint strip_links;      // in Scratch: [constraint_count][DRAPE_STRIP_LINK_WORDS] float
-  uint padding_0;
-  uint padding_1;
+  float end_share;       // of the direction at the end of the substep in that of an impulse [-]
+  uint velocity_iterations;
 
   // All of the air only with drag or lift.
   vec4 wind;  // xyz [m/s]; w unused

@@ -1,7 +1,7 @@
 // Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state.
 // One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint.
 // Stages: apply_springs, apply_wind, predict, damp_twist, tether, solve_strips, solve_distance,
-// solve_joints, solve_contacts, integrate, correct_velocity, commit
+// solve_joints, solve_contacts, integrate, solve_velocity, correct_velocity, commit
 // (server/solver/README.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
 // Statuses. SI units.
 // With IS_IN_PARTS (drivers that cut long loops, server/gl/README.md) a dispatch stops before it has used
@@ -16,6 +16,7 @@
 #include "stages/solve_distance.glsl"
 #include "stages/solve_joints.glsl"
 #include "stages/solve_contacts.glsl"
+#include "stages/solve_velocity.glsl"
 #include "lib/fault.glsl"
 
 layout(local_size_x = LOCAL_SIZE) in;
@@ -214,14 +215,43 @@ uint Solve(inout Progress progress) {
   return kUsedUp;
 }
 
+#ifdef HAS_VELOCITY_STAGE
+// Sweeps over the velocities that rigid links and joints forbid.
+void SolveVelocity() {
+  for (uint sweep = 0u; sweep < cloth.velocity_iterations; ++sweep) {
+    for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
+      uint begin = models[cloth.colour_offsets + colour];
+      uint end = models[cloth.colour_offsets + colour + 1u];
+      FOR_EACH(k, begin, end) SolveLinkVelocity(k);
+      PhaseBarrier();
+    }
+#ifdef HAS_JOINTS
+    for (uint colour = 0u; colour < cloth.joint_colour_count; ++colour) {
+      uint begin = models[cloth.joint_colour_offsets + colour];
+      uint end = models[cloth.joint_colour_offsets + colour + 1u];
+      FOR_EACH(k, begin, end) SolveJointVelocity(k);
+      PhaseBarrier();
+    }
+#endif
+  }
+}
+#endif
+
 void Integrate() {
   FOR_EACH(i, 0u, cloth.particle_count) {
 #ifdef HAS_CONTACTS
     if (substep.is_last) StoreContactViolation(i);
 #endif
     IntegrateParticle(i);
+#ifndef HAS_VELOCITY_STAGE
     CorrectVelocity(i);
+#endif
   }
+#ifdef HAS_VELOCITY_STAGE
+  PhaseBarrier();
+  SolveVelocity();
+  FOR_EACH(i, 0u, cloth.particle_count) CorrectVelocity(i);
+#endif
 #ifdef HAS_PINS
   if (substep.is_last) {
     PhaseBarrier();

@@ -1,4 +1,5 @@
-// Kernel `tiled_integrate`: stages integrate and correct_velocity. One invocation = one particle. Reads
+// Kernel `tiled_integrate`: stages integrate and, without solve_velocity
+// between them, correct_velocity. One invocation = one particle. Reads
 // Scratch, Models, Parameters; writes Scratch (positions [m], velocities: v [m/s], violations [m]).
 #include "stages/access_tiled.glsl"
 #include "stages/predict.glsl"
@@ -17,5 +18,7 @@ void main() {
   if (substep_index + 1u == cloth.substeps) StoreContactViolation(i);
 #endif
   IntegrateParticle(i);
+#ifndef HAS_VELOCITY_STAGE
   CorrectVelocity(i);
+#endif
 }

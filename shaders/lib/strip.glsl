@@ -6,27 +6,29 @@
 
 // A link and what the elimination has made of it.
 struct StripLink {
-  vec3 direction;       // n, unit, at the predicted positions
+  vec3 direction;       // n, of the impulse
+  vec3 n_end;           // unit, at the predicted positions
   float inverse_pivot;  // [kg]
   float right_side;     // over the pivot [N s]: the impulse but for the links behind
 };
 
-// How much the impulse of a link changes the error of the next: -w n . n_next [1/kg]; w [1/kg] of the
-// particle between them.
-float StripCoupling(vec3 direction, vec3 next_direction, float inverse_mass) {
-  precise float coupling = -inverse_mass * Dot(direction, next_direction);
+// How much the impulse of a link changes the error of its neighbour: -w n . n_end [1/kg]; w [1/kg] of
+// the particle between them.
+float StripCoupling(vec3 direction, vec3 n_end_of_other, float inverse_mass) {
+  precise float coupling = -inverse_mass * Dot(direction, n_end_of_other);
   return coupling;
 }
 
-// Eliminates the link before from this one. `diagonal` = w_from + w_to + alpha/h^2
-// [1/kg], `min_pivot` the least share of it that a pivot has.
-StripLink EliminateLink(DistanceError error, float diagonal, float min_pivot, float inverse_h,
-                        float coupling, StripLink before) {
-  precise float pivot = diagonal - coupling * (coupling * before.inverse_pivot);
+// Eliminates the link before from this one. `diagonal` = (w_from + w_to) slope + alpha/h^2
+// [1/kg], `min_pivot` the least share of it that a pivot has. `coupling`: how the impulse of the link
+// before changes this error, `ratio`: how this impulse changes the error before, over its pivot.
+StripLink EliminateLink(DistanceError error, vec3 direction, float diagonal, float min_pivot,
+                        float inverse_h, float coupling, float ratio, StripLink before) {
+  precise float pivot = diagonal - coupling * ratio;
   precise float right_side = -error.residual * inverse_h - coupling * before.right_side;
   precise float inverse_pivot = 1.0 / max(pivot, min_pivot * diagonal);
   precise float impulse = right_side * inverse_pivot;
-  return StripLink(error.direction, inverse_pivot, impulse);
+  return StripLink(direction, error.direction, inverse_pivot, impulse);
 }
 
 #endif

@@ -1,4 +1,5 @@
 // Stage `solve_distance`. Needs the accessors of one plan.
+#include "lib/direction.glsl"
 #include "lib/distance.glsl"
 #include "lib/inequality.glsl"
 #include "stages/rest_length.glsl"
@@ -41,6 +42,12 @@ void SolveDistance(uint k, bool is_first_sweep) {
   float inverse_mass_i = InverseMass(pair.x);
   float inverse_mass_j = InverseMass(pair.y);
   precise float inverse_mass_sum = inverse_mass_i + inverse_mass_j;
+  vec3 direction = error.direction;
+#ifdef HAS_START_DIRECTIONS
+  ImpulseLine line = BlendDirections(position_difference, error.direction, cloth.end_share);
+  direction = line.direction;
+  inverse_mass_sum = inverse_mass_sum * line.slope;
+#endif
   float impulse =
       DistanceImpulse(error.residual, substep.inverse_interval, inverse_mass_sum, compliance);
 #ifdef HAS_INEQUALITIES
@@ -54,6 +61,6 @@ void SolveDistance(uint k, bool is_first_sweep) {
 #endif
   precise float change_i = -(inverse_mass_i * impulse);
   precise float change_j = inverse_mass_j * impulse;
-  if (inverse_mass_i != 0.0) SetVelocity(pair.x, AddScaled(velocity_i, change_i, error.direction));
-  if (inverse_mass_j != 0.0) SetVelocity(pair.y, AddScaled(velocity_j, change_j, error.direction));
+  if (inverse_mass_i != 0.0) SetVelocity(pair.x, AddScaled(velocity_i, change_i, direction));
+  if (inverse_mass_j != 0.0) SetVelocity(pair.y, AddScaled(velocity_j, change_j, direction));
 }

@@ -1,4 +1,5 @@
 // Stage `solve_strips`. Needs the accessors of one plan.
+#include "lib/direction.glsl"
 #include "lib/strip.glsl"
 #include "stages/substep.glsl"
 
@@ -14,7 +15,7 @@ uint StripParticle(uint word) { return models[cloth.strip_particles + word]; }
 // larger than the tolerance.
 bool EliminateStrip(uint strip, uint begin, uint end, bool is_first_sweep) {
   bool is_active = false;
-  StripLink before = StripLink(vec3(0.0), 0.0, 0.0);
+  StripLink before = StripLink(vec3(0.0), vec3(0.0), 0.0, 0.0);
   uint from = StripParticle(begin + strip);
   for (uint k = begin; k < end; ++k) {
     uint to = StripParticle(k + strip + 1u);
@@ -37,18 +38,30 @@ bool EliminateStrip(uint strip, uint begin, uint end, bool is_first_sweep) {
                              substep.inverse_interval, rest_length, compliance, lambda);
     if (abs(error.residual) > cloth.tolerance * rest_length) is_active = true;
     precise float diagonal = InverseMass(from) + InverseMass(to);
+    vec3 direction = error.direction;
+#ifdef HAS_START_DIRECTIONS
+    ImpulseLine line = BlendDirections(position_difference, error.direction, cloth.end_share);
+    direction = line.direction;
+    diagonal = diagonal * line.slope;
+#endif
 #ifdef HAS_COMPLIANCE
     diagonal = diagonal + compliance * substep.inverse_interval * substep.inverse_interval;
 #endif
     float coupling = 0.0;
+    precise float ratio = 0.0;
     if (k > begin) {
       coupling = StripCoupling(before.direction, error.direction, InverseMass(from));
-      precise float ratio = coupling * before.inverse_pivot;
+#ifdef HAS_START_DIRECTIONS
+      ratio = StripCoupling(direction, before.n_end, InverseMass(from)) * before.inverse_pivot;
+#else
+      ratio = coupling * before.inverse_pivot;
+#endif
       scratch[LinkWord(k - 1u) + 3u] = ratio;
     }
     float min_pivot = InverseMass(to) == 0.0 ? MIN_STRIP_PIVOT_AT_PIN : MIN_STRIP_PIVOT;
     before =
-        EliminateLink(error, diagonal, min_pivot, substep.inverse_interval, coupling, before);
+        EliminateLink(error, direction, diagonal, min_pivot, substep.inverse_interval, coupling,
+                      ratio, before);
     SetScratchVector(LinkWord(k), before.direction);
     scratch[LinkWord(k) + 3u] = 0.0;
     scratch[LinkWord(k) + 4u] = before.right_side;

@@ -175,9 +175,14 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
   const double colliders = static_cast<double>(scene.parameters.colliders.size());
   const double count = substeps;
 
-  const double roundings = 13 + (ChooseSolver(*scene.model, scene.parameters, false).has_strips
-                                     ? 8 * LongestStrip(*scene.model)
-                                     : 0);
+  const SolverChoice solver = ChooseSolver(*scene.model, scene.parameters, false);
+  // Along start directions: a second unit vector (8), the mean of the two and its slope (5); in
+  // strips one more coupling per link.
+  const bool has_starts = solver.end_share < 1;
+  const double of_a_link = has_starts ? 26 : 13;
+  const double of_elimination = has_starts ? 12 : 8;
+  const double roundings =
+      of_a_link + (solver.has_strips ? of_elimination * LongestStrip(*scene.model) : 0);
   const double constraint = kRoundOff * (roundings * (coupling.length_m + h * speed) / h + speed);
   const double contact = kRoundOff * (8 * extent / h + (2 * extent / radius + 4) * speed);
   const double sweep = coupling.degree * constraint + colliders * contact;
@@ -191,7 +196,8 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
   const double kick = air.ratio * air_speed * (48 * kRoundOff + 8 * count * position / air.edge_m);
   const double free = 8 * kRoundOff * speed + 2 * spring + 2 * kick;
 
-  const double growth = ChooseSolver(*scene.model, scene.parameters, false).has_two_steps ? 1.5 : 1;
+  // The velocity stage is so many sweeps more of the same size.
+  const double growth = (solver.has_two_steps ? 1.5 : 1) * (1 + solver.velocity_iterations);
   ErrorBound bound;
   bound.velocity_m_per_s = growth * (std::sqrt(count) * held + count * free);
   bound.position_m = count * position + h * count * bound.velocity_m_per_s;

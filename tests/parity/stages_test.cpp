@@ -6,6 +6,7 @@
 
 #include "tests/parity/round_off.h"
 #include "tests/support/backends.h"
+#include "tests/support/constraint_scenes.h"
 #include "tests/support/states.h"
 
 namespace drape::test {
@@ -190,6 +191,62 @@ TEST_P(StageParityTest, SolveStripsOfCoincidentParticlesActsAlongX) {
   scene.parameters.gravity_m_per_s2.setZero();
   SetSubsteps(scene, 1, 2);
   ExpectParity(GetParam(), scene, 1);
+}
+
+// Impulses along the links as they were at the start of the substep, or between. No gravity:
+// BLENDED is AT_START; some links turn so far that they have the end.
+TEST_P(StageParityTest, SolveAlongStartDirections) {
+  for (const uint32_t particle_count : {2u, 31u, 33u, 1025u}) {
+    for (const Sweep sweep : {Sweep::kColours, Sweep::kStrips}) {
+      for (const double speed_m_per_s : {0.1, 3.0}) {
+        Scene scene = SizedCloth(particle_count);
+        Stir(scene, speed_m_per_s);
+        scene.parameters.gravity_m_per_s2.setZero();
+        scene.parameters.settings.sweep = sweep;
+        scene.parameters.settings.integration = Integration::kOneStep;
+        scene.parameters.settings.direction = Direction::kAtStart;
+        SetSubsteps(scene, 1, 2);
+        ExpectParity(GetParam(), scene, 1);
+      }
+    }
+  }
+}
+
+TEST_P(StageParityTest, SolveAlongBlendedDirections) {
+  for (const Sweep sweep : {Sweep::kColours, Sweep::kStrips}) {
+    Scene scene = Net(7, 0.2, 1e-5);
+    Stir(scene, 0.5);
+    scene.parameters.settings.sweep = sweep;
+    scene.parameters.settings.integration = Integration::kOneStep;
+    scene.parameters.settings.direction = Direction::kBlended;
+    SetSubsteps(scene, 1, 2);
+    StepSettings& settings = scene.parameters.settings;
+    settings.time_step_s *= std::sqrt(0.2 / WeightGamma(*scene.model, scene.parameters));
+    const double end_share = ChooseSolver(*scene.model, scene.parameters, false).end_share;
+    ASSERT_GT(end_share, 0.1);
+    ASSERT_LT(end_share, 0.9);
+    ExpectParity(GetParam(), scene, 1);
+  }
+}
+
+// Links, compliant links, ropes and struts, joints.
+TEST_P(StageParityTest, SolveVelocity) {
+  for (const uint32_t particle_count : {2u, 33u, 1025u}) {
+    Scene scene = SizedCloth(particle_count);
+    Stir(scene, 1);
+    scene.parameters.settings.integration = Integration::kOneStep;
+    scene.parameters.settings.velocity_iterations = 3;
+    SetSubsteps(scene, 2);
+    ExpectParity(GetParam(), scene, 1);
+  }
+  for (Scene scene :
+       {CompliantSheet(5, 1e-4), RopesAndStruts(4, 0.2, 0), JointedChain(6, 0.2, 0)}) {
+    Stir(scene, 1);
+    scene.parameters.settings.integration = Integration::kOneStep;
+    scene.parameters.settings.velocity_iterations = 2;
+    SetSubsteps(scene, 2);
+    ExpectParity(GetParam(), scene, 1);
+  }
 }
 
 // Two steps, with everything that acts within them.

@@ -55,6 +55,7 @@ inline StepSettings SingleSubstep(double time_step_s, uint32_t max_iterations = 
   settings.max_iterations = max_iterations;
   settings.tolerance = 0;
   settings.integration = Integration::kOneStep;
+  settings.direction = Direction::kAtEnd;
   settings.sweep = Sweep::kColours;
   return settings;
 }

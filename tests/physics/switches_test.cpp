@@ -46,6 +46,9 @@ const std::map<std::string, SwitchCase>& Cases() {
       {"spring_integration", {StirredSheet, "substeps: 20", ""}},
       {"sweep", {StirredSheet, "", ""}},
       {"integration", {StirredSheet, "", ""}},
+      // Substeps of 7 ms: shorter ones and longer ones make BLENDED one of the others.
+      {"direction", {HungSheet, "integration: ONE_STEP time_step_s: 0.0568 substeps: 8", ""}},
+      {"velocity_iterations", {HungSheet, "integration: ONE_STEP", "velocity_iterations: 2"}},
       {"twist_damping_per_s", {StirredSheet, "", "twist_damping_per_s: 300"}},
       {"use_tethers", {HungSheet, "use_tethers: true", "use_tethers: false"}},
   };

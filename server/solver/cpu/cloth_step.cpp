@@ -164,9 +164,19 @@ void ReplaceShortDirections(Lanes (&differences)[kLaneCount], Lanes& lengths) {
   }
 }
 
+// The lines of the impulses of four constraints whose predicted differences are `end`.
+ImpulseLines<LaneVectors, Lanes> LinesOf(const StepContext& context, const DistanceGroup& group,
+                                         const LaneVectors& end, Lanes length) {
+  const Lanes* const p = context.scratch.state.positions.data();
+  Lanes start[kLaneCount];
+  for (uint32_t k = 0; k < kLaneCount; ++k) start[k] = p[group.j[k]] - p[group.i[k]];
+  return BlendDirections(Transpose(start[0], start[1], start[2], start[3]), Directions(end, length),
+                         Splat(context.controls.end_share));
+}
+
 // One sweep over all colours, four constraints of a colour at once (Bender et al. 2009, section 3.2
 // and 3.3). Returns whether an error was larger than the tolerance.
-template <bool kHasCompliance, bool kHasInequalities, bool kHasOwnLengths>
+template <bool kHasCompliance, bool kHasInequalities, bool kHasOwnLengths, bool kHasStarts>
 bool SweepDistances(const StepContext& context) {
   const float h = context.substep.interval;
   const float inverse_h = context.substep.inverse_interval;
@@ -190,6 +200,13 @@ bool SweepDistances(const StepContext& context) {
     const Lanes rest_length = kHasOwnLengths ? context.scratch.rest_lengths[g] : group.rest_length;
     Lanes residual = length - rest_length;
     Lanes weight = group.inverse_mass_i + group.inverse_mass_j;
+    if constexpr (kHasStarts) {
+      const auto lines = LinesOf(context, group, t, length);
+      weight *= lines.slope;
+      const auto n = Transpose(lines.n);
+      std::copy(n.begin(), n.end(), d);
+      divisor = Splat(1);
+    }
     if constexpr (kHasCompliance) {
       const Lanes alpha_over_h = context.model.compliances[g] * inverse_h;
       residual += alpha_over_h * context.scratch.distance_impulses[g];
@@ -219,22 +236,21 @@ bool SweepDistances(const StepContext& context) {
   return IsAnyLaneSet(changed);
 }
 
+// SweepDistances with the flags that the cloth needs.
+template <bool... kFlags>
+bool ChooseSweep(const StepContext& context) {
+  if constexpr (sizeof...(kFlags) == 4) {
+    return SweepDistances<kFlags...>(context);
+  } else {
+    const bool flags[] = {context.model.has_compliance(), context.model.has_inequalities(),
+                          context.own_lengths != nullptr, context.controls.has_start_directions()};
+    return flags[sizeof...(kFlags)] ? ChooseSweep<kFlags..., true>(context)
+                                    : ChooseSweep<kFlags..., false>(context);
+  }
+}
+
 bool SolveDistance(const StepContext& context) {
-  const bool has_compliance = context.model.has_compliance();
-  if (context.own_lengths != nullptr) {
-    if (context.model.has_inequalities()) {
-      return has_compliance ? SweepDistances<true, true, true>(context)
-                            : SweepDistances<false, true, true>(context);
-    }
-    return has_compliance ? SweepDistances<true, false, true>(context)
-                          : SweepDistances<false, false, true>(context);
-  }
-  if (context.model.has_inequalities()) {
-    return has_compliance ? SweepDistances<true, true, false>(context)
-                          : SweepDistances<false, true, false>(context);
-  }
-  return has_compliance ? SweepDistances<true, false, false>(context)
-                        : SweepDistances<false, false, false>(context);
+  return ChooseSweep<>(context);
 }
 
 // One particle against one collider. Returns whether it changed u.
@@ -299,6 +315,38 @@ void Integrate(const StepContext& context) {
     state.positions[i] = substep.pin_shares == 1
                              ? context.pin_targets[k]
                              : state.positions[i] + substep.interval * state.velocities[i];
+  }
+}
+
+// No velocity along rigid links is left (Bender et al. 2009, section 3.2).
+void SolveVelocity(const StepContext& context) {
+  const FloatModel& model = context.model;
+  const Lanes* const p = context.scratch.state.positions.data();
+  Lanes* const v = context.scratch.state.velocities.data();
+  for (uint32_t sweep = 0; sweep < context.controls.solver.velocity_iterations; ++sweep) {
+    for (size_t g = 0; g < model.groups.size(); ++g) {
+      const DistanceGroup& group = model.groups[g];
+      Lanes d[kLaneCount], difference[kLaneCount];
+      for (uint32_t k = 0; k < kLaneCount; ++k) {
+        d[k] = p[group.j[k]] - p[group.i[k]];
+        difference[k] = v[group.j[k]] - v[group.i[k]];
+      }
+      const LaneVectors t = Transpose(d[0], d[1], d[2], d[3]);
+      const LaneVectors n = Directions(t, Sqrt(Dot(t, t)));
+      const LaneVectors approach =
+          Transpose(difference[0], difference[1], difference[2], difference[3]);
+      const Lanes impulse = Select(
+          model.RigidLanes(g),
+          VelocityImpulse(Dot(n, approach), group.inverse_mass_i, group.inverse_mass_j), Lanes{});
+      const auto line = Transpose(n);
+      const Lanes scale_i = group.inverse_mass_i * impulse;
+      const Lanes scale_j = group.inverse_mass_j * impulse;
+      for (uint32_t k = 0; k < kLaneCount; ++k) {
+        v[group.i[k]] -= scale_i[k] * line[k];
+        v[group.j[k]] += scale_j[k] * line[k];
+      }
+    }
+    SolveJointVelocities(context);
   }
 }
 
@@ -401,6 +449,7 @@ StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
     if (controls.use_tethers && context.own_lengths == nullptr) ApplyTethers(context);
     Solve(context, report);
     Integrate(context);
+    SolveVelocity(context);
     CorrectVelocity(context);
     Kick(context, positions, context.substep.kick_after);
   }

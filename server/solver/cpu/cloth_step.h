@@ -49,8 +49,9 @@ struct FloatSubstep {
 
 // One link of eight strips under way.
 struct StripLinkSolution {
-  WideVectors n;    // unit, at the predicted positions
-  WideLanes ratio;  // coupling to the next link over the pivot
+  WideVectors n;      // the line of the impulse
+  WideVectors n_end;  // unit, at the predicted positions; only with start directions
+  WideLanes ratio;    // coupling to the next link over the pivot
   WideLanes inverse_pivot;
   WideLanes impulse;  // [N s]; during the elimination the right side over the pivot
 };

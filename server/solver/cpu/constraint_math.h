@@ -11,6 +11,7 @@
 #include <cstdint>
 
 #include "server/solver/cpu/lanes.h"
+#include "server/solver/cpu/wide_lanes.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape::cpu {
@@ -25,6 +26,46 @@ inline Lanes PredictedDifference(Lanes p_i, Lanes p_j, Lanes u_i, Lanes u_j, flo
   return (p_j - p_i) + h * (u_j - u_i);
 }
 
+inline Lanes AllLanes(float value, const Lanes&) {
+  return Splat(value);
+}
+inline WideLanes AllLanes(float value, const WideLanes&) {
+  return WideSplat(value);
+}
+
+// d / |d|; +x where d is too short to have a direction. `length` = |d|.
+template <class Vectors, class Scalars>
+inline Vectors Directions(const Vectors& d, const Scalars& length) {
+  const auto is_short = length < kMinDirectionLength;
+  const Scalars one = AllLanes(1, length);
+  Vectors n = (one / Select(is_short, one, length)) * d;
+  if (IsAnyLaneSet(is_short)) [[unlikely]] {
+    const Scalars zero = AllLanes(0, length);
+    n = {Select(is_short, one, n.x), Select(is_short, zero, n.y), Select(is_short, zero, n.z)};
+  }
+  return n;
+}
+
+// Lines of impulses, and how much of a displacement along them changes the lengths (the README of
+// server/solver, "Direction").
+template <class Vectors, class Scalars>
+struct ImpulseLines {
+  Vectors n;
+  Scalars slope;  // n . n_end
+};
+
+// `start` are the differences of positions at the start of the substep [m].
+template <class Vectors, class Scalars>
+inline ImpulseLines<Vectors, Scalars> BlendDirections(const Vectors& start, const Vectors& n_end,
+                                                      const Scalars& end_share) {
+  const Scalars one = AllLanes(1, end_share);
+  const Vectors n_start = Directions(start, Sqrt(Dot(start, start)));
+  const auto turns_far = Dot(n_start, n_end) < static_cast<float>(kMinDirectionCosine);
+  const Scalars share = Select(turns_far, one, end_share);
+  const Vectors n = (one - share) * n_start + share * n_end;
+  return {n, Dot(n, n_end)};
+}
+
 // Impulse that removes the residual r = C + (alpha/h) Lambda within h (Bender et al. 2009,
 // section 3.2; C_distance of section 4.3; the compliance is an extension, see the README of
 // server/solver): Delta Lambda = -r / h / (w_i + w_j + alpha/h^2). Negative pulls the particles
@@ -32,6 +73,13 @@ inline Lanes PredictedDifference(Lanes p_i, Lanes p_j, Lanes u_i, Lanes u_j, flo
 template <class T>
 inline T DistanceImpulse(T residual, float inverse_h, T inverse_mass_sum) {
   return -residual * inverse_h / inverse_mass_sum;
+}
+
+// Impulse that takes the velocity along a link, n . (v_j - v_i) (Bender et al. 2009, section 3.2, a
+// velocity constraint: no 1/h). Padding has no mass: none.
+inline Lanes VelocityImpulse(Lanes speed, Lanes inverse_mass_i, Lanes inverse_mass_j) {
+  const Lanes sum = inverse_mass_i + inverse_mass_j;
+  return sum > 0 ? -speed / (sum > 0 ? sum : Splat(1)) : Splat(0);
 }
 
 // The part of an impulse that keeps the accumulated one within its bounds: inequality constraints
@@ -75,9 +123,6 @@ inline Lanes SpringForce(Lanes p_i, Lanes p_j, Lanes v_i, Lanes v_j, float rest_
 // a x b, lane by lane.
 inline LaneVectors Cross(const LaneVectors& a, const LaneVectors& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-inline Lanes Dot(const LaneVectors& a, const LaneVectors& b) {
-  return (a.x * b.x + a.y * b.y) + a.z * b.z;
 }
 
 // r - r' for four triangles at once: how the air changes their velocities within a kick

@@ -50,6 +50,7 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   const double substep_s = settings.substep_s();
   const double tolerance_met = SinglePrecisionTolerance(settings.tolerance, *model.source);
   damping_per_s = parameters.damping_per_s;
+  end_share = static_cast<float>(solver.end_share);
   max_iterations = settings.max_iterations;
   h = static_cast<float>(substep_s);
   inverse_h = static_cast<float>(1 / substep_s);

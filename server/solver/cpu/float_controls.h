@@ -52,6 +52,8 @@ struct FloatControls {
   float air_drag;  // density of the air * coefficient / 4 [kg/m^3]
   float air_lift;
   std::vector<FloatCollider> colliders;
+  float end_share;  // of the direction at the end of the substep in that of an impulse, [0, 1]
+  bool has_start_directions() const { return end_share < 1; }
   bool use_tethers;
   bool has_air_forces;
   bool has_half_kicks;     // springs by half kicks

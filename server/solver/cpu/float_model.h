@@ -109,6 +109,13 @@ struct FloatModel {
   uint32_t spare_particle() const { return particle_count; }
   bool has_compliance() const { return !compliances.empty(); }
   bool has_inequalities() const { return !bounds.empty(); }
+  // Which constraints of a group are rigid equalities: those that velocities must keep as well.
+  LaneMask RigidLanes(size_t group) const {
+    LaneMask mask = Splat(0) == Splat(0);
+    if (has_compliance()) mask &= compliances[group] == 0;
+    if (has_inequalities()) mask &= (bounds[group].min < 0) & (bounds[group].max > 0);
+    return mask;
+  }
   bool has_springs() const { return !spring_ends.empty(); }
 };
 

@@ -27,6 +27,16 @@ bool SolveJoints(const StepContext& context) {
   return changed;
 }
 
+void SolveJointVelocities(const StepContext& context) {
+  Lanes* const v = context.scratch.state.velocities.data();
+  for (const auto& [i, j, inverse_mass_i, inverse_mass_j, compliance] : context.model.joints) {
+    if (compliance > 0) continue;
+    const Lanes impulse = (v[i] - v[j]) / (inverse_mass_i + inverse_mass_j);
+    v[i] -= inverse_mass_i * impulse;
+    v[j] += inverse_mass_j * impulse;
+  }
+}
+
 Lanes JointResidual(const StepContext& context, const FloatState& state, size_t index) {
   const FloatJoint& joint = context.model.joints[index];
   const float alpha_over_h = joint.compliance * context.controls.inverse_h;

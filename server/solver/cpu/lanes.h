@@ -57,6 +57,11 @@ inline Lanes Max(Lanes a, Lanes b) {
   return a > b ? a : b;
 }
 
+// Lane by lane: a where the mask is set, else b.
+inline Lanes Select(LaneMask mask, Lanes a, Lanes b) {
+  return mask ? a : b;
+}
+
 inline bool IsAnyLaneSet(LaneMask mask) {
   using Halves = int64_t __attribute__((vector_size(16)));
   const Halves halves = reinterpret_cast<Halves>(mask);
@@ -67,6 +72,16 @@ inline bool IsAnyLaneSet(LaneMask mask) {
 struct LaneVectors {
   Lanes x, y, z;
 };
+inline Lanes Dot(const LaneVectors& a, const LaneVectors& b) {
+  return (a.x * b.x + a.y * b.y) + a.z * b.z;
+}
+inline LaneVectors operator+(const LaneVectors& a, const LaneVectors& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+inline LaneVectors operator*(Lanes s, const LaneVectors& v) {
+  return {s * v.x, s * v.y, s * v.z};
+}
+
 inline LaneVectors Transpose(Lanes a, Lanes b, Lanes c, Lanes d) {
   const Lanes ab_xy = __builtin_shuffle(a, b, LaneMask{0, 4, 1, 5});
   const Lanes cd_xy = __builtin_shuffle(c, d, LaneMask{0, 4, 1, 5});

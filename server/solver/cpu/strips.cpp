@@ -20,7 +20,7 @@ WideLanes GatherPlaces(const std::vector<Lanes>& groups,
 }
 
 // The group of strips that is being solved.
-template <bool kHasCompliance>
+template <bool kHasCompliance, bool kHasStarts>
 class StripSolve {
  public:
   StripSolve(const StepContext& context, const StripGroup& group)
@@ -29,6 +29,7 @@ class StripSolve {
         h_(context.substep.interval),
         inverse_h_(context.substep.inverse_interval),
         limit_scale_(1 / (kMaxMove * inverse_h_ * kMaxMove * inverse_h_)),
+        p_(context.scratch.state.positions.data()),
         u_(context.scratch.state.velocities.data()),
         solution_(context.scratch.strip_links.data()) {}
 
@@ -60,17 +61,26 @@ class StripSolve {
     WideMask is_active{};
     for (uint32_t k = 0; k < link_count(); ++k) {
       const StripLink& link = LinkAt(k);
-      const WideVectors d = Differences(*from, link.to);
+      WideVectors d, start;
+      if constexpr (kHasStarts) {
+        start = Differences(*from, link.to, p_);
+        d = start + WideSplat(h_) * Differences(*from, link.to, u_);
+      } else {
+        d = PredictedDifferences(*from, link.to);
+      }
       from = &link.to;
       const WideLanes length = Sqrt(Dot(d, d));
-      const WideMask is_short = length < kMinDirectionLength;
       StripLinkSolution& now = solution_[k];
-      now.n = (1 / Select(is_short, WideSplat(1), length)) * d;
-      if (IsAnyLaneSet(is_short)) [[unlikely]]
-        now.n = {Select(is_short, WideSplat(1), now.n.x), Select(is_short, WideSplat(0), now.n.y),
-                 Select(is_short, WideSplat(0), now.n.z)};
-      WideLanes error = length - link.rest_length;
+      now.n = Directions(d, length);
       WideLanes diagonal = link.diagonal;
+      if constexpr (kHasStarts) {
+        now.n_end = now.n;
+        const auto lines =
+            BlendDirections(start, now.n_end, WideSplat(context_.controls.end_share));
+        now.n = lines.n;
+        diagonal = diagonal * lines.slope;
+      }
+      WideLanes error = length - link.rest_length;
       if constexpr (kHasCompliance) {
         const WideLanes alpha_over_h =
             GatherPlaces(context_.model.compliances, link.places) * inverse_h_;
@@ -84,13 +94,21 @@ class StripSolve {
     return is_active;
   }
 
-  // From particles `from` to `to` at the end of the substep.
-  WideVectors Differences(const std::array<uint32_t, kWideCount>& from,
-                          const std::array<uint32_t, kWideCount>& to) const {
-    const Lanes* const p = context_.scratch.state.positions.data();
+  // Of positions or velocities, from particles `from` to `to`.
+  static WideVectors Differences(const std::array<uint32_t, kWideCount>& from,
+                                 const std::array<uint32_t, kWideCount>& to, const Lanes* values) {
+    std::array<Lanes, kWideCount> d;
+    for (uint32_t lane = 0; lane < kWideCount; ++lane)
+      d[lane] = values[to[lane]] - values[from[lane]];
+    return Transpose(d);
+  }
+
+  // The same of the positions at the end of the substep, with half the shuffles.
+  WideVectors PredictedDifferences(const std::array<uint32_t, kWideCount>& from,
+                                   const std::array<uint32_t, kWideCount>& to) const {
     std::array<Lanes, kWideCount> d;
     for (uint32_t lane = 0; lane < kWideCount; ++lane) {
-      d[lane] = PredictedDifference(p[from[lane]], p[to[lane]], u_[from[lane]], u_[to[lane]], h_);
+      d[lane] = PredictedDifference(p_[from[lane]], p_[to[lane]], u_[from[lane]], u_[to[lane]], h_);
     }
     return Transpose(d);
   }
@@ -100,8 +118,14 @@ class StripSolve {
     WideLanes pivot = diagonal, right_side = -(error * inverse_h_);
     if (k > 0) {
       StripLinkSolution& before = solution_[k - 1];
-      const WideLanes coupling = -(LinkAt(k - 1).inverse_mass_joint * Dot(before.n, now.n));
-      before.ratio = coupling * before.inverse_pivot;
+      // How the impulse before changes this error; the matrix is symmetric without directions.
+      const WideVectors& now_end = kHasStarts ? now.n_end : now.n;
+      const WideLanes coupling = -(LinkAt(k - 1).inverse_mass_joint * Dot(before.n, now_end));
+      WideLanes coupling_back = coupling;
+      if constexpr (kHasStarts) {
+        coupling_back = -(LinkAt(k - 1).inverse_mass_joint * Dot(before.n_end, now.n));
+      }
+      before.ratio = coupling_back * before.inverse_pivot;
       pivot = pivot - coupling * before.ratio;
       right_side = right_side - coupling * before.impulse;
     }
@@ -173,16 +197,17 @@ class StripSolve {
   const float h_;
   const float inverse_h_;
   const float limit_scale_;  // 1 / (largest speed per link length)^2 [s^2]
+  const Lanes* const p_;
   Lanes* const u_;
   StripLinkSolution* const solution_;
   WideLanes largest_ratio_sq_{};
 };
 
-template <bool kHasCompliance>
+template <bool kHasCompliance, bool kHasStarts>
 bool Sweep(const StepContext& context) {
   bool has_changed = false;
   for (const StripGroup& group : context.model.strips) {
-    has_changed |= StripSolve<kHasCompliance>(context, group).Run();
+    has_changed |= StripSolve<kHasCompliance, kHasStarts>(context, group).Run();
   }
   return has_changed;
 }
@@ -190,7 +215,12 @@ bool Sweep(const StepContext& context) {
 }  // namespace
 
 bool SolveStrips(const StepContext& context) {
-  return context.model.has_compliance() ? Sweep<true>(context) : Sweep<false>(context);
+  if (context.controls.has_start_directions()) {
+    return context.model.has_compliance() ? Sweep<true, true>(context)
+                                          : Sweep<false, true>(context);
+  }
+  return context.model.has_compliance() ? Sweep<true, false>(context)
+                                        : Sweep<false, false>(context);
 }
 
 }  // namespace drape::cpu

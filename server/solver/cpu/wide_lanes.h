@@ -29,6 +29,9 @@ struct WideLanes {
     return {a.low * b.low, a.high * b.high};
   }
   friend WideLanes operator*(const WideLanes& a, float b) { return {a.low * b, a.high * b}; }
+  friend WideLanes operator/(const WideLanes& a, const WideLanes& b) {
+    return {a.low / b.low, a.high / b.high};
+  }
   friend WideLanes operator/(float a, const WideLanes& b) { return {a / b.low, a / b.high}; }
   friend WideLanes operator-(const WideLanes& a) { return {-a.low, -a.high}; }
 };
@@ -76,6 +79,9 @@ struct WideVectors {
 };
 inline WideLanes Dot(const WideVectors& a, const WideVectors& b) {
   return (a.x * b.x + a.y * b.y) + a.z * b.z;
+}
+inline WideVectors operator+(const WideVectors& a, const WideVectors& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
 inline WideVectors operator-(const WideVectors& a, const WideVectors& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};

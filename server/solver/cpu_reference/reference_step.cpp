@@ -5,6 +5,7 @@
 
 #include "server/solver/cpu_reference/reference_constraints.h"
 #include "server/solver/cpu_reference/reference_contact.h"
+#include "server/solver/cpu_reference/reference_directions.h"
 #include "server/solver/cpu_reference/reference_measure.h"
 #include "server/solver/cpu_reference/reference_springs.h"
 #include "server/solver/cpu_reference/reference_strips.h"
@@ -58,6 +59,7 @@ class ReferenceStep {
       Solve(report);
       residual_ = Residual();
       Integrate(substep);
+      SolveVelocity();
       CorrectVelocity(substep);
       Kick(substep.kick_after_s, state_.positions_m, state_.velocities_m_per_s);
     }
@@ -113,6 +115,7 @@ class ReferenceStep {
     for (uint32_t k = 0; k < model_.pin_count(); ++k) PredictPin(k, substep);
     if (substep.is_two_step) Kick(substep.kick_within_s, Predicted(), u_);
     lambda_.assign(model_.constraint_count(), 0.0);
+    joint_lambda_.assign(model_.joint_count(), Vector3d::Zero());
     beta_.assign(model_.particle_count() * parameters_.colliders.size(), {});
   }
 
@@ -127,9 +130,6 @@ class ReferenceStep {
     for (uint32_t i = 0; i < model_.particle_count(); ++i) {
       u_[i] = state_.velocities_m_per_s[i] + a_[i] * (h_ / 2);
     }
-    lambda_.assign(model_.constraint_count(), 0.0);
-    joint_lambda_.assign(model_.joint_count(), Vector3d::Zero());
-    beta_.assign(model_.particle_count() * parameters_.colliders.size(), {});
   }
 
   // The backward differentiation formula of second order, for positions and velocities alike.
@@ -185,7 +185,7 @@ class ReferenceStep {
     for (uint32_t sweep = 0; sweep < settings_.max_iterations; ++sweep) {
       bool has_changed = false;
       if (solver_.has_strips) {
-        has_changed |= SolveStrips({model_, base_, h_, tolerance_}, u_, lambda_);
+        has_changed |= SolveStrips({model_, base_, solver_.end_share, h_, tolerance_}, u_, lambda_);
       }
       if (solver_.has_colours) has_changed |= SolveDistance();
       has_changed |= SolveJoints();
@@ -213,9 +213,9 @@ class ReferenceStep {
       const double error = DistanceError(index, length);
       if (tolerance_ > 0 && !(std::abs(error) > tolerance_ * rest_lengths_[index])) continue;
 
-      const Vector3d n = length < kMinDirectionLength_m ? Vector3d::UnitX() : Vector3d(d / length);
+      const auto [n, slope] = BlendDirections(base_[j] - base_[i], d, solver_.end_share);
       const double impulse = AdmissibleImpulse(
-          kind, lambda_[index], -error / h_ / (w_[i] + w_[j] + compliance / (h_ * h_)));
+          kind, lambda_[index], -error / h_ / ((w_[i] + w_[j]) * slope + compliance / (h_ * h_)));
       if (kind != ConstraintKind::kEqual && impulse == 0) continue;  // slack
       lambda_[index] += impulse;
       u_[i] -= w_[i] * impulse * n;
@@ -344,6 +344,28 @@ class ReferenceStep {
       if (!substep.is_two_step) state_.velocities_m_per_s[i] += a_[i] * (h_ / 2);
     }
     for (const uint32_t i : model_.pins()) state_.velocities_m_per_s[i] = u_[i];
+  }
+
+  // Velocity constraints n . (v_j - v_i) = 0 of rigid links and v_j - v_i = 0 of rigid joints,
+  // after the advance (Bender et al. 2009, section 3.2; with the direction at the start: RATTLE).
+  // What gives way, ropes and struts have none.
+  void SolveVelocity() {
+    std::vector<Vector3d>& v = state_.velocities_m_per_s;
+    for (uint32_t sweep = 0; sweep < solver_.velocity_iterations; ++sweep) {
+      for (const auto& [i, j, length, compliance, kind] : model_.constraints()) {
+        if (compliance > 0 || kind != ConstraintKind::kEqual) continue;
+        const Vector3d n = DirectionOf(state_.positions_m[j] - state_.positions_m[i]);
+        const double impulse = -n.dot(v[j] - v[i]) / (w_[i] + w_[j]);
+        v[i] -= w_[i] * impulse * n;
+        v[j] += w_[j] * impulse * n;
+      }
+      for (const auto& [i, j, compliance] : model_.joints()) {
+        if (compliance > 0) continue;
+        const Vector3d impulse = -(v[j] - v[i]) / (w_[i] + w_[j]);
+        v[i] -= w_[i] * impulse;
+        v[j] += w_[j] * impulse;
+      }
+    }
   }
 
   // Velocity constraints of the contacts that pushed, after the advance, then damping.

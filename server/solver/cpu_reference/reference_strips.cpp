@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/solver/cpu_reference/reference_directions.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape {
@@ -15,12 +16,16 @@ using Eigen::Vector3d;
 struct Link {
   uint32_t from = 0, to = 0;
   double rest_length_m = 0;
-  Vector3d n = Vector3d::Zero();  // unit, at the predicted positions
-  double error_m = 0;             // C + (alpha/h) lambda
-  double diagonal = 0;            // w_from + w_to + alpha/h^2 [1/kg]
-  double coupling = 0;            // to the next link: -w_to n . n_next [1/kg]; 0 for the last
-  double min_pivot = 0;           // [1/kg]
-  double impulse = 0;             // delta lambda [N s]
+  ImpulseLine line{};
+  Vector3d n_end = Vector3d::Zero();  // unit, at the predicted positions
+  double error_m = 0;                 // C + (alpha/h) lambda
+  double diagonal = 0;                // (w_from + w_to) slope + alpha/h^2 [1/kg]
+  // How the impulse of the next link changes this error: -w_to n_end . n_next [1/kg], and the
+  // other way round; 0 for the last.
+  double from_next = 0;
+  double to_next = 0;
+  double min_pivot = 0;  // [1/kg]
+  double impulse = 0;    // delta lambda [N s]
 };
 
 std::vector<Link> Linearise(const StripPrediction& prediction, uint32_t strip,
@@ -33,34 +38,40 @@ std::vector<Link> Linearise(const StripPrediction& prediction, uint32_t strip,
   for (uint32_t k = strips.strip_offsets[strip]; k < strips.strip_offsets[strip + 1]; ++k) {
     const DistanceConstraint& constraint = model.constraints()[strips.constraints[k]];
     Link link{.from = strips.particles[k + strip], .to = strips.particles[k + strip + 1]};
-    const Vector3d d = (prediction.base_m[link.to] - prediction.base_m[link.from]) +
-                       h * (u[link.to] - u[link.from]);
+    const Vector3d start = prediction.base_m[link.to] - prediction.base_m[link.from];
+    const Vector3d d = start + h * (u[link.to] - u[link.from]);
     const double length = d.norm();
     link.rest_length_m = constraint.rest_length_m;
-    link.n = length < kMinDirectionLength_m ? Vector3d::UnitX() : Vector3d(d / length);
+    link.n_end = DirectionOf(d);
+    link.line = BlendDirections(start, d, prediction.end_share);
     link.error_m = length - constraint.rest_length_m +
                    constraint.compliance_m_per_n / h * lambda[strips.constraints[k]];
-    link.diagonal = w[link.from] + w[link.to] + constraint.compliance_m_per_n / (h * h);
+    link.diagonal =
+        (w[link.from] + w[link.to]) * link.line.slope + constraint.compliance_m_per_n / (h * h);
     const bool ends_at_pin = w[link.to] == 0;
     link.min_pivot = (ends_at_pin ? kMinStripPivotAtPin : kMinStripPivot) * link.diagonal;
-    if (!links.empty()) links.back().coupling = -w[link.from] * links.back().n.dot(link.n);
+    if (!links.empty()) {
+      Link& before = links.back();
+      before.from_next = -w[link.from] * before.n_end.dot(link.line.direction);
+      before.to_next = -w[link.from] * before.line.direction.dot(link.n_end);
+    }
     links.push_back(link);
   }
   return links;
 }
 
-// Thomas's elimination of the symmetric tridiagonal system: sum over the links of (effect on this
+// Thomas's elimination of the tridiagonal system: sum over the links of (effect on this
 // one's error) = -error, for the impulses.
 void SolveTridiagonal(std::vector<Link>& links, double h) {
-  std::vector<double> ratio(links.size());  // coupling / pivot
+  std::vector<double> ratio(links.size());  // from_next / pivot
   for (size_t k = 0; k < links.size(); ++k) {
     double pivot = links[k].diagonal, right_side = -links[k].error_m / h;
     if (k > 0) {
-      pivot -= links[k - 1].coupling * ratio[k - 1];
-      right_side -= links[k - 1].coupling * links[k - 1].impulse;
+      pivot -= links[k - 1].to_next * ratio[k - 1];
+      right_side -= links[k - 1].to_next * links[k - 1].impulse;
     }
     pivot = std::max(pivot, links[k].min_pivot);
-    ratio[k] = links[k].coupling / pivot;
+    ratio[k] = links[k].from_next / pivot;
     links[k].impulse = right_side / pivot;
   }
   for (size_t k = links.size() - 1; k-- > 0;) {
@@ -75,8 +86,8 @@ double StepLength(const std::vector<Link>& links, std::span<const double> w, dou
     const Link& nearest = links[k == links.size() ? k - 1 : k];
     const uint32_t particle = k == links.size() ? nearest.to : nearest.from;
     Vector3d change = Vector3d::Zero();
-    if (k > 0) change += links[k - 1].impulse * links[k - 1].n;
-    if (k < links.size()) change -= links[k].impulse * links[k].n;
+    if (k > 0) change += links[k - 1].impulse * links[k - 1].line.direction;
+    if (k < links.size()) change -= links[k].impulse * links[k].line.direction;
     largest_move = std::max(largest_move, h * w[particle] * change.norm() / nearest.rest_length_m);
   }
   return largest_move > kMaxStripMove ? kMaxStripMove / largest_move : 1;
@@ -99,8 +110,8 @@ bool SolveStrip(const StripPrediction& prediction, uint32_t strip, std::vector<V
     const Link& link = links[k];
     const double impulse = share * link.impulse;
     lambda[strips.constraints[strips.strip_offsets[strip] + k]] += impulse;
-    u[link.from] -= w[link.from] * impulse * link.n;
-    u[link.to] += w[link.to] * impulse * link.n;
+    u[link.from] -= w[link.from] * impulse * link.line.direction;
+    u[link.to] += w[link.to] * impulse * link.line.direction;
   }
   return true;
 }

@@ -13,6 +13,7 @@ namespace drape {
 struct StripPrediction {
   const SceneModel& model;
   std::span<const Eigen::Vector3d> base_m;
+  double end_share = 1;  // as in SolverChoice
   double interval_s = 0;
   double tolerance = 0;  // of |error| / rest length; 0: always solve
 };

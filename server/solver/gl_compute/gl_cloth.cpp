@@ -62,6 +62,10 @@ void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
                     static_cast<float>(parameters.gravity_m_per_s2.y()),
                     static_cast<float>(parameters.gravity_m_per_s2.z()), 0};
   record.max_iterations = settings.max_iterations;
+  const SolverChoice solver =
+      ChooseSolver(*cloth.model->model, parameters, cloth.has_own_lengths());
+  record.end_share = static_cast<float>(solver.end_share);
+  record.velocity_iterations = solver.velocity_iterations;
   record.h = static_cast<float>(h);
   record.half_h = static_cast<float>(h / 2);
   record.inverse_h = static_cast<float>(1 / h);

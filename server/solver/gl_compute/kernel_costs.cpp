@@ -112,6 +112,11 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   }
   if (colliders > 0) costs.sweep += 1 + particles + rounds * (colliders + kLoopEnd);
   costs.substep = 4 + springs + air + 2 * particles + 2 * LoopPasses(model.pin_count(), local_size);
+  if (solver.velocity_iterations > 0) {
+    const uint64_t colours = ColourPasses(model.colour_offsets(), local_size) +
+                             ColourPasses(model.joint_colour_offsets(), local_size);
+    costs.substep += particles + kLoopEnd + solver.velocity_iterations * (1 + colours);
+  }
   if (HasTwistDamping(model, parameters.settings)) costs.substep += 2 * particles;
   if (HasTethers(model, parameters.settings)) {
     costs.substep += particles + rounds * (kMaxTethersPerParticle + kLoopEnd);

@@ -86,6 +86,8 @@ std::string KernelVariant::Defines() const {
   if (has_tolerance) text << "#define HAS_TOLERANCE\n";
   if (has_two_steps) text << "#define HAS_TWO_STEPS\n";
   if (has_twist) text << "#define HAS_TWIST\n";
+  if (has_start_directions) text << "#define HAS_START_DIRECTIONS\n";
+  if (has_velocity_stage) text << "#define HAS_VELOCITY_STAGE\n";
   if (has_strips) text << "#define HAS_STRIPS\n";
   if (has_colours) text << "#define HAS_COLOURS\n";
   if (is_in_parts) text << "#define IS_IN_PARTS\n#define LOOP_BUDGET " << loop_budget << "u\n";
@@ -131,6 +133,8 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
   const SolverChoice solver = ChooseSolver(model, parameters, has_own_lengths);
   variant.has_two_steps = solver.has_two_steps;
   variant.has_twist = HasTwistDamping(model, parameters.settings);
+  variant.has_start_directions = solver.end_share < 1;
+  variant.has_velocity_stage = solver.velocity_iterations > 0;
   variant.has_strips = solver.has_strips;
   variant.has_colours = solver.has_colours;
   DRAPE_RETURN_IF_ERROR(FitLoops(model, parameters, device, choice));

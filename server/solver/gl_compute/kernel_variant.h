@@ -36,6 +36,8 @@ struct KernelVariant {
   bool has_tolerance = false;
   bool has_two_steps = false;
   bool has_twist = false;
+  bool has_start_directions = false;  // impulses not only along the directions at the end
+  bool has_velocity_stage = false;
   bool has_strips = false;
   bool has_colours = false;
   // The resident step takes several dispatches of at most loop_budget passes (kernel_costs.h).

@@ -18,6 +18,7 @@ std::string ConstantDefines() {
   text << "#define MIN_STRIP_PIVOT " << kMinStripPivot << "\n";
   text << "#define MIN_STRIP_PIVOT_AT_PIN " << kMinStripPivotAtPin << "\n";
   text << "#define MAX_STRIP_MOVE " << kMaxStripMove << "\n";
+  text << "#define MIN_DIRECTION_COSINE " << kMinDirectionCosine << "\n";
   text << "#define MAX_SPEED " << kMaxSpeed_m_per_s << "\n";
   text << "#define MAX_AIR_RATIO " << kMaxAirRatio << "\n";
   text << "#define MAX_COORDINATE " << kMaxCoordinate_m << "\n";
@@ -83,6 +84,7 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   const KernelVariant tolerance = OnlyTolerance(all);
   KernelVariant distance = tolerance;
   distance.has_compliance = all.has_compliance;
+  distance.has_start_directions = all.has_start_directions;
   distance.has_strips = all.has_strips;
   distance.has_colours = all.has_colours;
   distance.has_two_steps = all.has_two_steps;
@@ -100,6 +102,12 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   integrate.has_contacts = all.has_contacts;
   integrate.has_friction = all.has_friction;
   integrate.has_damping = all.has_damping;
+  integrate.has_velocity_stage = all.has_velocity_stage;
+  KernelVariant velocity = plain;
+  velocity.has_compliance = all.has_compliance;
+  velocity.has_inequalities = all.has_inequalities;
+  velocity.has_joints = all.has_joints;
+  velocity.has_joint_compliance = all.has_joint_compliance;
 
   struct Wanted {
     bool is_needed;
@@ -122,11 +130,14 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
       Wanted{all.has_tolerance, "tiled_begin_sweeps", plain, &kernels.tiled_begin_sweeps},
       Wanted{all.has_strips, "tiled_solve_strips", distance, &kernels.tiled_solve_strips},
       Wanted{all.has_colours, "tiled_solve_distance", distance, &kernels.tiled_solve_distance},
-      Wanted{true, "tiled_solve_distance", distance, &kernels.tiled_solve_distance},
       Wanted{all.has_joints, "tiled_solve_joints", joints, &kernels.tiled_solve_joints},
       Wanted{all.has_contacts, "tiled_solve_contacts", contacts, &kernels.tiled_solve_contacts},
       Wanted{all.has_tolerance, "tiled_end_sweep", plain, &kernels.tiled_end_sweep},
       Wanted{true, "tiled_integrate", integrate, &kernels.tiled_integrate},
+      Wanted{all.has_velocity_stage, "tiled_solve_velocity", velocity,
+             &kernels.tiled_solve_velocity},
+      Wanted{all.has_velocity_stage, "tiled_correct_velocity", integrate,
+             &kernels.tiled_correct_velocity},
       Wanted{all.has_pins, "tiled_place_pins", plain, &kernels.tiled_place_pins},
       Wanted{true, "tiled_check", plain, &kernels.tiled_check},
       Wanted{true, "tiled_commit", tolerance, &kernels.tiled_commit},

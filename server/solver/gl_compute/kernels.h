@@ -33,6 +33,8 @@ struct StepKernels {
   const gl::Program* tiled_solve_contacts = nullptr;
   const gl::Program* tiled_end_sweep = nullptr;
   const gl::Program* tiled_integrate = nullptr;
+  const gl::Program* tiled_solve_velocity = nullptr;
+  const gl::Program* tiled_correct_velocity = nullptr;
   const gl::Program* tiled_place_pins = nullptr;
   const gl::Program* tiled_check = nullptr;
   const gl::Program* tiled_commit = nullptr;

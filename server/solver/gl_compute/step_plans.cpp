@@ -21,6 +21,7 @@ struct LargestSizes {
   uint32_t triangles = 0;
   uint32_t substeps = 0;
   uint32_t max_iterations = 0;
+  uint32_t velocity_iterations = 0;
   std::vector<uint32_t> phases;         // [phase] strips
   std::vector<uint32_t> colours;        // [colour] constraints
   std::vector<uint32_t> joint_colours;  // [colour] joints
@@ -43,6 +44,8 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
                                    cloth->kernels->variant.has_two_steps);
     largest.substeps = std::max(largest.substeps, schedule.size());
     largest.max_iterations = std::max(largest.max_iterations, settings.max_iterations);
+    largest.velocity_iterations =
+        std::max(largest.velocity_iterations, settings.velocity_iterations);
     Enlarge(cloth->model->phase_sizes, largest.phases);
     Enlarge(cloth->model->colour_sizes, largest.colours);
     Enlarge(cloth->model->joint_colour_sizes, largest.joint_colours);
@@ -242,8 +245,27 @@ class TiledStep {
 
   void Integrate(uint32_t substep) {
     DispatchParticles(*kernels_.tiled_integrate, substep);
+    if (kernels_.variant.has_velocity_stage) {
+      for (uint32_t sweep = 0; sweep < largest_.velocity_iterations; ++sweep) {
+        SolveVelocity(substep, sweep, false, largest_.colours);
+        SolveVelocity(substep, sweep, true, largest_.joint_colours);
+      }
+      DispatchParticles(*kernels_.tiled_correct_velocity, substep);
+    }
     if (kernels_.tiled_place_pins == nullptr) return;
     DispatchElements(*kernels_.tiled_place_pins, substep, largest_.pins);
+  }
+
+  // One sweep over the velocities that the links or joints forbid.
+  void SolveVelocity(uint32_t substep, uint32_t sweep, bool is_of_joints,
+                     const std::vector<uint32_t>& colours) {
+    const gl::Program& kernel = *kernels_.tiled_solve_velocity;
+    kernel.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+    kernel.SetUniform(DRAPE_UNIFORM_IS_OF_JOINTS, is_of_joints ? 1 : 0);
+    for (uint32_t colour = 0; colour < colours.size(); ++colour) {
+      kernel.SetUniform(DRAPE_UNIFORM_COLOUR, colour);
+      DispatchElements(kernel, substep, colours[colour]);
+    }
   }
 
   const StepKernels& kernels_;

@@ -19,11 +19,19 @@ struct Family {
   const char* words;
 };
 constexpr Family kFamilies[] = {
-    {"colours", "integration=ONE_STEP sweep=COLOURS use_tethers=false twist_damping_per_s=0"},
+    {"colours",
+     "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=false twist_damping_per_s=0"},
     {"colours + tethers",
-     "integration=ONE_STEP sweep=COLOURS use_tethers=true twist_damping_per_s=0"},
+     "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=true twist_damping_per_s=0"},
     {"two steps", "integration=TWO_STEP sweep=COLOURS use_tethers=false twist_damping_per_s=0"},
-    {"strips", "integration=ONE_STEP sweep=STRIPS use_tethers=false twist_damping_per_s=0"},
+    {"strips",
+     "integration=ONE_STEP direction=AT_END sweep=STRIPS use_tethers=false twist_damping_per_s=0"},
+    {"start directions + strips",
+     "integration=ONE_STEP direction=BLENDED sweep=STRIPS use_tethers=false "
+     "twist_damping_per_s=0"},
+    {"start directions + strips + tethers + twist",
+     "integration=ONE_STEP direction=BLENDED sweep=STRIPS use_tethers=true "
+     "twist_damping_per_s=150"},
     {"two steps + strips",
      "integration=TWO_STEP sweep=STRIPS use_tethers=false twist_damping_per_s=0"},
     {"two steps + strips + tethers",
@@ -125,6 +133,12 @@ const std::map<std::string, Word, std::less<>>& Words() {
       {"integration", NamedWord<Integration>({{"ONE_STEP", Integration::kOneStep},
                                               {"TWO_STEP", Integration::kTwoStep}},
                                              &O::integration, &S::integration)},
+      {"direction", NamedWord<Direction>({{"AT_END", Direction::kAtEnd},
+                                          {"AT_START", Direction::kAtStart},
+                                          {"BLENDED", Direction::kBlended}},
+                                         &O::direction, &S::direction)},
+      {"velocity_iterations",
+       NumberWord<uint32_t>(&O::velocity_iterations, &S::velocity_iterations)},
       {"sweep", NamedWord<Sweep>({{"COLOURS", Sweep::kColours},
                                   {"STRIPS", Sweep::kStrips},
                                   {"STRIPS_THEN_COLOURS", Sweep::kStripsThenColours}},
@@ -171,8 +185,10 @@ StepSettings EffectiveSettings(StepSettings settings, const test::Scene& scene) 
   if (!HasTwistDamping(model, settings)) settings.twist_damping_per_s = 0;
   ClothParameters parameters = scene.parameters;
   parameters.settings = settings;
-  if (!ChooseSolver(model, parameters, false).has_two_steps)
-    settings.integration = Integration::kOneStep;
+  const SolverChoice solver = ChooseSolver(model, parameters, false);
+  if (!solver.has_two_steps) settings.integration = Integration::kOneStep;
+  if (solver.end_share == 1) settings.direction = Direction::kAtEnd;
+  if (solver.end_share == 0) settings.direction = Direction::kAtStart;
   settings.preset = Preset::kRealtime;  // only the name of the rest
   if (model.spring_count() == 0) settings.spring_integration = SpringIntegration::kHalfKicks;
   return settings;
