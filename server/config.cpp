@@ -107,6 +107,11 @@ void AddLimits(CLI::App& app, Config& config) {
                       UINT64_MAX / 2, "");
   AddNumber(app, "--max-particles-per-cloth", requests.model.max_particles, 1u, 1u << 24, "");
   AddNumber(app, "--max-colliders-per-cloth", requests.max_colliders_per_cloth, 0u, 65536u, "");
+  AddNumber(app, "--max-mesh-colliders-per-cloth", requests.max_mesh_colliders_per_cloth, 0u,
+            65536u, "each takes seconds to build");
+  AddNumber<uint64_t>(app, "--max-mesh-collider-bytes-per-session",
+                      sessions.max_mesh_collider_bytes_per_session, 0, UINT64_MAX / 2,
+                      "of distance grids and meshes, equal ones once");
   AddNumber(app, "--max-steps-per-request", scheduler.max_steps_per_request, 1u, kMaxCount, "");
   AddNumber(app, "--max-cloths-per-batch", scheduler.max_cloths_per_batch, 1u, kMaxCount,
             "stepped together");

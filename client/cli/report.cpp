@@ -10,18 +10,21 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 Json SampleJson(const v1::StepReport& sample, double time_step_s) {
-  return {{"step", sample.step()},
-          {"time_s", static_cast<double>(sample.step()) * time_step_s},
-          {"max_strain", sample.max_strain()},
-          {"rms_strain", sample.rms_strain()},
-          {"kinetic_energy_j", sample.kinetic_energy_j()},
-          {"potential_energy_j", sample.potential_energy_j()},
-          {"strain_energy_j", sample.strain_energy_j()},
-          {"lowest_m", sample.lowest_m()},
-          {"contacts", sample.contacts()},
-          {"max_penetration_m", sample.max_penetration_m()},
-          {"iterations", sample.iterations()},
-          {"max_residual_m", sample.max_residual_m()}};
+  Json json = {{"step", sample.step()},
+               {"time_s", static_cast<double>(sample.step()) * time_step_s},
+               {"max_strain", sample.max_strain()},
+               {"rms_strain", sample.rms_strain()},
+               {"kinetic_energy_j", sample.kinetic_energy_j()},
+               {"potential_energy_j", sample.potential_energy_j()},
+               {"strain_energy_j", sample.strain_energy_j()},
+               {"lowest_m", sample.lowest_m()},
+               {"contacts", sample.contacts()},
+               {"max_penetration_m", sample.max_penetration_m()},
+               {"iterations", sample.iterations()},
+               {"max_residual_m", sample.max_residual_m()}};
+  // Only of cloths with a frame budget.
+  if (sample.iteration_cap() > 0) json["iteration_cap"] = sample.iteration_cap();
+  return json;
 }
 
 Json ClothJson(const ClothReport& cloth, double time_step_s) {

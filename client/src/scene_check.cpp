@@ -96,6 +96,27 @@ void CheckPinTarget(const v1::Scene& scene, const v1::SceneControl& control,
   }
 }
 
+void CheckColliderTarget(const v1::Scene& scene, const v1::SceneControl& control,
+                         const v1::ColliderTarget& target, const std::string& path) {
+  CheckVector(target.position_m(), /*may_be_empty=*/false, path + ".position_m");
+  const auto& xyzw = target.rotation_xyzw();
+  if (!xyzw.empty() && xyzw.size() != 4) {
+    throw BadField(path + ".rotation_xyzw",
+                   "must have 4 numbers or none, got " + std::to_string(xyzw.size()));
+  }
+  for (int k = 0; k < xyzw.size(); ++k) {
+    CheckFinite(xyzw[k], path + ".rotation_xyzw[" + std::to_string(k) + "]");
+  }
+  CheckNotNegative(target.over_s(), path + ".over_s");
+  for (const int k : ControlledEntries(scene, control)) {
+    const int count = scene.cloths(k).spec().environment().colliders_size();
+    if (target.collider() < static_cast<uint32_t>(count)) continue;
+    throw BadField(path + ".collider", "collider " + std::to_string(target.collider()) +
+                                           " is none of the " + std::to_string(count) +
+                                           " of cloths[" + std::to_string(k) + "]");
+  }
+}
+
 void CheckControl(const v1::Scene& scene, const v1::SceneControl& control,
                   const std::string& path) {
   CheckNotNegative(control.time_s(), path + ".time_s");
@@ -116,6 +137,10 @@ void CheckControl(const v1::Scene& scene, const v1::SceneControl& control,
   if (control.has_rest_length_scale()) {
     CheckPositive(control.rest_length_scale().scale(), path + ".rest_length_scale.scale");
     CheckNotNegative(control.rest_length_scale().over_s(), path + ".rest_length_scale.over_s");
+  }
+  for (int i = 0; i < control.collider_targets_size(); ++i) {
+    CheckColliderTarget(scene, control, control.collider_targets(i),
+                        path + ".collider_targets[" + std::to_string(i) + "]");
   }
   for (int i = 0; i < control.pin_targets_size(); ++i) {
     CheckPinTarget(scene, control, control.pin_targets(i),

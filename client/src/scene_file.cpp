@@ -57,27 +57,38 @@ void ResolveTimeStep(bool is_overridden, v1::Scene* scene) {
   }
 }
 
+// In a spec or a collider at `path`: the file replaced by what it holds.
+template <class MeshOwner>
+void ReadMeshFile(const std::filesystem::path& folder, const std::string& path, MeshOwner* owner) {
+  if (!owner->has_mesh_file()) {
+    if (!owner->has_scale_m()) return;
+    throw BadField(path + ".scale_m", "goes with mesh_file, which is not given");
+  }
+  const double scale_m = owner->has_scale_m() ? owner->scale_m() : 1;
+  if (!(scale_m > 0) || !std::isfinite(scale_m)) {
+    throw BadField(path + ".scale_m", "must be > 0, got " + NumberText(scale_m));
+  }
+  try {
+    *owner->mutable_mesh() = LoadMesh(folder / std::string(owner->mesh_file()), scale_m);
+  } catch (const Error& error) {
+    ErrorDetails details = error.details();
+    details.violations.push_back({path + ".mesh_file", details.message});
+    details.message = path + ".mesh_file: " + details.message;
+    throw Error(std::move(details));
+  }
+  owner->clear_scale_m();
+}
+
 void ReadMeshFiles(const std::filesystem::path& folder, v1::Scene* scene) {
   for (int k = 0; k < scene->cloths_size(); ++k) {
     v1::ClothSpec* spec = scene->mutable_cloths(k)->mutable_spec();
     const std::string path = "cloths[" + std::to_string(k) + "].spec";
-    if (!spec->has_mesh_file()) {
-      if (!spec->has_scale_m()) continue;
-      throw BadField(path + ".scale_m", "goes with mesh_file, which is not given");
+    ReadMeshFile(folder, path, spec);
+    auto* colliders = spec->mutable_environment()->mutable_colliders();
+    for (int c = 0; c < colliders->size(); ++c) {
+      ReadMeshFile(folder, path + ".environment.colliders[" + std::to_string(c) + "]",
+                   colliders->Mutable(c));
     }
-    const double scale_m = spec->has_scale_m() ? spec->scale_m() : 1;
-    if (!(scale_m > 0) || !std::isfinite(scale_m)) {
-      throw BadField(path + ".scale_m", "must be > 0, got " + NumberText(scale_m));
-    }
-    try {
-      *spec->mutable_mesh() = LoadMesh(folder / std::string(spec->mesh_file()), scale_m);
-    } catch (const Error& error) {
-      ErrorDetails details = error.details();
-      details.violations.push_back({path + ".mesh_file", details.message});
-      details.message = path + ".mesh_file: " + details.message;
-      throw Error(std::move(details));
-    }
-    spec->clear_scale_m();
   }
 }
 

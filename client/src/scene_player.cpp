@@ -92,6 +92,7 @@ void ScenePlayer::ApplyControls(v1::StepRequest* request) {
   std::map<std::pair<ClothId, uint32_t>, const v1::PinTarget*> targets;
   std::map<std::pair<ClothId, uint32_t>, const v1::RestLengthTarget*> lengths;
   std::map<ClothId, const v1::RestLengthScale*> scales;
+  std::map<std::pair<ClothId, uint32_t>, const v1::ColliderTarget*> colliders;
   for (const v1::SceneControl& control : scene_.controls()) {
     if (FirstStepAtOrAfter(control.time_s(), scene_.time_step_s()) != step_) continue;
     SetEnvironment(control);
@@ -99,6 +100,9 @@ void ScenePlayer::ApplyControls(v1::StepRequest* request) {
       for (const auto& target : control.pin_targets()) targets[{id, target.particle()}] = &target;
       for (const auto& target : control.rest_lengths()) {
         lengths[{id, target.constraint()}] = &target;
+      }
+      for (const auto& target : control.collider_targets()) {
+        colliders[{id, target.collider()}] = &target;
       }
       if (control.has_rest_length_scale()) scales[id] = &control.rest_length_scale();
     }
@@ -108,6 +112,18 @@ void ScenePlayer::ApplyControls(v1::StepRequest* request) {
     controls->add_cloth_ids(pin.first);
     controls->add_particles(pin.second);
     controls->mutable_targets_m()->MergeFrom(target->target_m());
+    controls->add_over_s(target->over_s());
+  }
+  for (const auto& [collider, target] : colliders) {
+    v1::ColliderControls* controls = request->mutable_collider_controls();
+    controls->add_cloth_ids(collider.first);
+    controls->add_colliders(collider.second);
+    controls->mutable_positions_m()->MergeFrom(target->position_m());
+    if (target->rotation_xyzw().empty()) {
+      for (const double none : {0.0, 0.0, 0.0, 1.0}) controls->add_rotations_xyzw(none);
+    } else {
+      controls->mutable_rotations_xyzw()->MergeFrom(target->rotation_xyzw());
+    }
     controls->add_over_s(target->over_s());
   }
   for (const auto& [constraint, target] : lengths) {

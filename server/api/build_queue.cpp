@@ -4,18 +4,22 @@
 
 namespace drape::api {
 
+StopReason BuildStopReason(const ServiceContext& context, const CancelToken& cancel) {
+  return [&scheduler = context.scheduler, cancel]() -> Status {
+    if (cancel.is_cancelled()) {
+      return {StatusCode::kCancelled, "CANCELLED", "the client has gone"};
+    }
+    if (scheduler.is_draining()) {
+      return {StatusCode::kUnavailable, "DRAINING", "the server is shutting down"};
+    }
+    return Status::Ok();
+  };
+}
+
 Status PostBuild(const ServiceContext& context, const std::string& session_name,
                  const CancelToken& cancel, std::function<void(const Status&)> build) {
-  return context.builders.Post(
-      session_name, [&scheduler = context.scheduler, cancel, build = std::move(build)] {
-        if (cancel.is_cancelled()) {
-          return build(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
-        }
-        if (scheduler.is_draining()) {
-          return build(Status(StatusCode::kUnavailable, "DRAINING", "the server is shutting down"));
-        }
-        build(Status::Ok());
-      });
+  return context.builders.Post(session_name, [stop_reason = BuildStopReason(context, cancel),
+                                              build = std::move(build)] { build(stop_reason()); });
 }
 
 }  // namespace drape::api

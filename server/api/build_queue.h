@@ -14,4 +14,9 @@ namespace drape::api {
 Status PostBuild(const ServiceContext& context, const std::string& session_name,
                  const CancelToken& cancel, std::function<void(const Status&)> build);
 
+// Why a build that waits or is under way should stop: CANCELLED, UNAVAILABLE (DRAINING); OK: it
+// should go on. May be asked as long as what `context` names lives.
+using StopReason = std::function<Status()>;
+StopReason BuildStopReason(const ServiceContext& context, const CancelToken& cancel);
+
 }  // namespace drape::api

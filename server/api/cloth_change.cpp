@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/api/build_queue.h"
+#include "server/api/collider_maps.h"
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
 #include "server/api/step_cost.h"
@@ -18,6 +19,7 @@ struct Update {
   SessionLease session;
   ClothList cloths;
   ClothChange change;
+  std::vector<ColliderMesh> meshes;  // among its colliders
   Done done;
 
   void End(Result<v1::UpdateClothsResponse> answer) {
@@ -39,6 +41,16 @@ Status CheckStepCosts(const ClothList& cloths, const ClothChange& change) {
   for (const auto& cloth : cloths) {
     DRAPE_RETURN_IF_ERROR(CheckStepCost(*cloth->description(), change));
   }
+  return Status::Ok();
+}
+
+Status BuildMaps(Update& update, const RequestLimits& limits, const StopReason& stop_reason) {
+  const Result<std::vector<ColliderMap>> maps =
+      BuildColliderMaps(FieldPath("spec.environment.colliders"), update.meshes,
+                        limits.collider_mesh, stop_reason, update.session->maps());
+  if (!maps.ok()) return maps.status();
+  if (update.change.colliders) SetMaps(*maps, *update.change.colliders);
+  update.meshes.clear();
   return Status::Ok();
 }
 
@@ -65,15 +77,25 @@ void StartUpdate(const ServiceContext& context, const v1::UpdateClothsRequest& r
   if (!cloths.ok()) return done(cloths.status());
   const Status cost = CheckStepCosts(*cloths, *change);
   if (!cost.ok()) return done(cost);
-  const auto update = std::make_shared<Update>(
-      Update{std::move(*session), std::move(*cloths), std::move(*change), std::move(done)});
-  // Other pins and connections need other models; everything else is done at once.
-  if (!update->change.needs_model()) return BuildAndUpdate(update, context.limits.model);
-  const Status posted = PostBuild(context, request.session(), cancel,
-                                  [update, limits = context.limits.model](const Status& status) {
-                                    if (!status.ok()) return update->End(status);
-                                    BuildAndUpdate(update, limits);
-                                  });
+  std::vector<ColliderMesh> meshes;
+  if (change->colliders) meshes = ReadColliderMeshes(request.spec().environment().colliders());
+  const auto update =
+      std::make_shared<Update>(Update{std::move(*session), std::move(*cloths), std::move(*change),
+                                      std::move(meshes), std::move(done)});
+  // Other pins and connections need other models, meshes distance maps; everything else is done at
+  // once.
+  if (!update->change.needs_model() && update->meshes.empty()) {
+    return BuildAndUpdate(update, context.limits.model);
+  }
+  const Status posted =
+      PostBuild(context, request.session(), cancel,
+                [update, limits = context.limits,
+                 stop_reason = BuildStopReason(context, cancel)](const Status& status) {
+                  if (!status.ok()) return update->End(status);
+                  const Status maps = BuildMaps(*update, limits, stop_reason);
+                  if (!maps.ok()) return update->End(maps);
+                  BuildAndUpdate(update, limits.model);
+                });
   if (!posted.ok()) update->End(posted);
 }
 

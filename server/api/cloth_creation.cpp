@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/api/build_queue.h"
+#include "server/api/collider_maps.h"
 #include "server/api/known_answer.h"
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
@@ -21,6 +22,7 @@ struct Creation {
   std::string request_id;  // empty: not remembered
   bool validate_only = false;
   CheckedCreation checked;
+  std::vector<ColliderMesh> meshes;  // among the colliders of every copy
   Done done;
 
   void End(Result<v1::CreateClothsResponse> answer) {
@@ -59,11 +61,24 @@ Status CheckStepCosts(const SceneModel& model, const CheckedCreation& checked) {
   return Status::Ok();
 }
 
-void BuildAndCreate(const std::shared_ptr<Creation>& creation, const ModelLimits& limits) {
-  auto model = SceneModel::Build(*creation->checked.description, limits);
+Status BuildMaps(Creation& creation, const RequestLimits& limits, const StopReason& stop_reason) {
+  const Result<std::vector<ColliderMap>> maps =
+      BuildColliderMaps(FieldPath("spec.environment.colliders"), creation.meshes,
+                        limits.collider_mesh, stop_reason, creation.session->maps());
+  if (!maps.ok()) return maps.status();
+  for (ClothCopy& copy : creation.checked.copies) SetMaps(*maps, copy.parameters.colliders);
+  creation.meshes.clear();
+  return Status::Ok();
+}
+
+void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimits& limits,
+                    const StopReason& stop_reason) {
+  auto model = SceneModel::Build(*creation->checked.description, limits.model);
   if (!model.ok()) return creation->End(InSpec(model.status()));
   const Status cost = CheckStepCosts(**model, creation->checked);
   if (!cost.ok()) return creation->End(cost);
+  const Status maps = BuildMaps(*creation, limits, stop_reason);
+  if (!maps.ok()) return creation->End(maps);
   ClothCreation cloths{std::move(creation->checked.description), std::move(*model),
                        std::move(creation->checked.pins), std::move(creation->checked.copies)};
   const auto end = [creation](const Result<CreatedCloths>& created) {
@@ -91,14 +106,16 @@ void StartCreation(const ServiceContext& context, const v1::CreateClothsRequest&
   if (!known.ok()) return done(known.status());
   if (known->has_value()) return done(std::move(**known));
 
-  const auto creation =
-      std::make_shared<Creation>(Creation{std::move(*session), request_id, request.validate_only(),
-                                          std::move(*checked), std::move(done)});
-  const Status posted = PostBuild(context, request.session(), cancel,
-                                  [creation, limits = context.limits.model](const Status& status) {
-                                    if (!status.ok()) return creation->End(status);
-                                    BuildAndCreate(creation, limits);
-                                  });
+  const auto creation = std::make_shared<Creation>(
+      Creation{std::move(*session), request_id, request.validate_only(), std::move(*checked),
+               ReadColliderMeshes(request.spec().environment().colliders()), std::move(done)});
+  const Status posted =
+      PostBuild(context, request.session(), cancel,
+                [creation, limits = context.limits,
+                 stop_reason = BuildStopReason(context, cancel)](const Status& status) {
+                  if (!status.ok()) return creation->End(status);
+                  BuildAndCreate(creation, limits, stop_reason);
+                });
   if (!posted.ok()) creation->End(posted);
 }
 

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 
+#include "server/scene/closed_mesh.h"
 #include "server/scene/scene_model.h"
 #include "server/session/session_limits.h"
 
@@ -21,6 +22,9 @@ struct RequestLimits {
   ModelLimits model;
   // Each particle meets every collider in every sweep.
   uint32_t max_colliders_per_cloth = 256;
+  // Each takes seconds to build.
+  uint32_t max_mesh_colliders_per_cloth = 16;
+  ClosedMeshLimits collider_mesh;
   uint32_t max_cloths_per_request = 65536;
   // Copies times colliders: bounds the memory that a small request can ask for.
   uint32_t max_colliders_per_request = 1u << 20;

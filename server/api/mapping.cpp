@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/scene/distance_map.h"
+
 namespace drape::api {
 namespace {
 
@@ -35,6 +37,23 @@ void AddCollider(const BoxCollider& box, v1::Environment& environment) {
   Append(box.half_extents_m, message->mutable_half_extents_m());
   const Eigen::Vector4d& xyzw = box.rotation.coeffs();
   message->mutable_rotation_xyzw()->Add(xyzw.begin(), xyzw.end());
+}
+
+// Without its arrays, which may be large: their shapes only.
+void AddCollider(const DistanceMapCollider& solid, v1::Environment& environment) {
+  v1::Collider* message = environment.add_colliders();
+  const TriangleMesh& mesh = solid.map->mesh();
+  v1::PackedArray* positions_m = message->mutable_mesh()->mutable_positions_m();
+  positions_m->set_data_type(v1::PackedArray::FLOAT64);
+  positions_m->add_shape(static_cast<uint32_t>(mesh.positions_m.size()));
+  positions_m->add_shape(3);
+  v1::PackedArray* triangles = message->mutable_mesh()->mutable_triangles();
+  triangles->set_data_type(v1::PackedArray::UINT32);
+  triangles->add_shape(static_cast<uint32_t>(mesh.triangles.size()));
+  triangles->add_shape(3);
+  Append(solid.transform.position_m, message->mutable_transform()->mutable_position_m());
+  const Eigen::Vector4d& xyzw = solid.transform.rotation.coeffs();
+  message->mutable_transform()->mutable_rotation_xyzw()->Add(xyzw.begin(), xyzw.end());
 }
 
 v1::StepSettings::Preset ToProto(Preset preset) {
@@ -84,6 +103,7 @@ v1::ClothShape ToProto(const SceneModel& model, const std::string& plan) {
   message.set_distance_constraints(model.constraint_count());
   message.set_springs(model.spring_count());
   message.set_point_joints(model.joint_count());
+  message.set_elastic_elements(model.elastic_count());
   message.set_triangles(static_cast<uint32_t>(model.triangles().size()));
   message.set_colours(model.colour_count());
   message.set_pins(model.pin_count());
@@ -135,6 +155,7 @@ v1::StepSettings ToProto(const StepSettings& settings) {
                               ? v1::StepSettings::ONE_STEP
                               : v1::StepSettings::TWO_STEP);
   message.set_twist_damping_per_s(settings.twist_damping_per_s);
+  message.set_frame_budget_ms(settings.frame_budget_ms);
   return message;
 }
 
@@ -144,6 +165,13 @@ v1::Environment EnvironmentToProto(const ClothParameters& parameters) {
   Append(parameters.wind_m_per_s, message.mutable_wind_m_per_s());
   for (const Collider& collider : parameters.colliders) {
     std::visit([&](const auto& shape) { AddCollider(shape, message); }, collider);
+  }
+  for (size_t k = 0; k < parameters.collider_motions.size(); ++k) {
+    const RigidMotion& motion = parameters.collider_motions[k];
+    v1::Collider* collider = message.mutable_colliders(static_cast<int>(k));
+    Append(motion.pivot_m, collider->mutable_pivot_m());
+    Append(motion.velocity_m_per_s, collider->mutable_velocity_m_per_s());
+    Append(motion.angular_velocity_rad_per_s, collider->mutable_angular_velocity_rad_per_s());
   }
   return message;
 }
@@ -166,6 +194,12 @@ v1::Cloth ToProto(const ClothRecord& record) {
   Append(record.placement.environment_origin_m, message.mutable_environment_origin_m());
   message.set_faulted(progress.fault != FaultReason::kNone);
   message.set_fault_reason(std::string(FaultReasonText(progress.fault)));
+  for (const RigidMotion& motion : ColliderMotionsNow(record)) {
+    v1::Transform* pose = message.add_collider_poses();
+    Append(motion.position_m, pose->mutable_position_m());
+    const Eigen::Vector4d& xyzw = motion.rotation.coeffs();
+    pose->mutable_rotation_xyzw()->Add(xyzw.begin(), xyzw.end());
+  }
   return message;
 }
 
@@ -184,6 +218,7 @@ v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,
   message.set_contacts(measured.contacts);
   message.set_max_penetration_m(measured.max_penetration_m);
   message.set_iterations(report.iterations);
+  message.set_iteration_cap(report.iteration_cap);
   message.set_max_residual_m(measured.max_residual_m);
   message.set_converged(report.converged);
   message.set_faulted(report.fault != FaultReason::kNone);
@@ -194,6 +229,9 @@ v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,
   add_warning("tolerance_raised", warnings.tolerance_raised);
   add_warning("not_converged", warnings.not_converged);
   add_warning("springs_beyond_limit", warnings.springs_beyond_limit);
+  add_warning("elastic_beyond_limit", warnings.elastic_beyond_limit);
+  add_warning("springs_gain_energy", warnings.springs_gain_energy);
+  add_warning("over_budget", warnings.over_budget);
   return message;
 }
 

@@ -41,7 +41,7 @@ Result<render::PictureContent> ToContent(const PictureCall& picture, Result<Clot
         return render::PictureTooLarge("max_colliders_per_picture", colliders,
                                        limits.max_colliders_per_picture);
       }
-      drawn.colliders = description->parameters.colliders;
+      drawn.colliders = CollidersNow(*cloth);
     }
     content.cloths.push_back(std::move(drawn));
   }

@@ -1,5 +1,7 @@
 #include "server/api/request_validation.h"
 
+#include "server/api/collider_control_validation.h"
+
 #include <google/protobuf/field_mask.pb.h>
 
 #include <functional>
@@ -133,8 +135,10 @@ const std::map<std::string, ReadPath, std::less<>>& UpdatePaths() {
        }},
       {"environment.colliders",
        [](const auto& spec, const auto& limits, ClothChange& change, FieldChecks& checks) {
-         change.colliders = CheckColliders(kEnvironment.Child("colliders"),
-                                           spec.environment().colliders(), limits, checks);
+         const FieldPath path = kEnvironment.Child("colliders");
+         change.colliders = CheckColliders(path, spec.environment().colliders(), limits, checks);
+         change.collider_motions =
+             CheckColliderMotions(path, spec.environment().colliders(), *change.colliders, checks);
        }},
       {"pins",
        [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
@@ -161,6 +165,11 @@ const std::map<std::string, ReadPath, std::less<>>& UpdatePaths() {
          change.friction_dynamic =
              Coefficient(kMaterial.Child("friction_dynamic"), spec.material().friction_dynamic(),
                          kMaxCoefficient, "", checks);
+       }},
+      {"material.restitution",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.restitution = Coefficient(kMaterial.Child("restitution"),
+                                          spec.material().restitution(), 1, "", checks);
        }},
       {"material.air_drag",
        [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
@@ -189,6 +198,24 @@ const std::map<std::string, ReadPath, std::less<>>& UpdatePaths() {
          change.model.shear_stiffness_n_per_m =
              Coefficient(kMaterial.Child("shear_stiffness_n_per_m"),
                          spec.material().shear_stiffness_n_per_m(), kMaxCoefficient, "N/m", checks);
+       }},
+      {"material.bending_rigidity_n_m",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.model.bending_rigidity_n_m = Coefficient(kMaterial.Child("bending_rigidity_n_m"),
+                                                         spec.material().bending_rigidity_n_m(),
+                                                         kMaxBendingRigidity_n_m, "N m", checks);
+       }},
+      {"material.stretch_stiffness_n_per_m",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.model.stretch_stiffness_n_per_m = Coefficient(
+             kMaterial.Child("stretch_stiffness_n_per_m"),
+             spec.material().stretch_stiffness_n_per_m(), kMaxCoefficient, "N/m", checks);
+       }},
+      {"material.shear_modulus_n_per_m",
+       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
+         change.model.shear_modulus_n_per_m =
+             Coefficient(kMaterial.Child("shear_modulus_n_per_m"),
+                         spec.material().shear_modulus_n_per_m(), kMaxCoefficient, "N/m", checks);
        }},
       {"particles.distance_constraints",
        [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
@@ -323,6 +350,7 @@ Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps
   CheckExtent(request, max_steps_per_request, result, checks);
   if (request.has_expected_step()) result.expected_step = request.expected_step();
   CheckPinControls(request.pin_controls(), result, checks);
+  result.collider_controls = CheckColliderControls(request.collider_controls(), checks);
   result.length_controls = CheckLengthControls(request.rest_length_controls(), checks);
   result.length_scales = CheckLengthScales(request.rest_length_scales(), checks);
   if (request.has_view()) result.view = ToStateFields(request.view());

@@ -1,9 +1,11 @@
 #include "server/api/spec_validation.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include "server/api/collider_control_validation.h"
 #include "server/api/topology_validation.h"
 #include "server/scene/description_checks.h"
 #include "server/solver/solver_constants.h"
@@ -88,6 +90,30 @@ BoxCollider CheckBox(const FieldPath& path, const v1::Box& box, FieldChecks& che
   return result;
 }
 
+// The map comes later, from a builder thread (collider_maps.h).
+DistanceMapCollider CheckMeshCollider(const FieldPath& path, const v1::Collider& collider,
+                                      const ClosedMeshLimits& limits, FieldChecks& checks) {
+  const FieldPath mesh_path = path.Child("mesh");
+  if (CheckMeshArrays(mesh_path, collider.mesh(), checks)) {
+    checks.CountInRange(mesh_path.Child("positions_m"), collider.mesh().positions_m().shape(0), 4,
+                        limits.max_vertices);
+    checks.CountInRange(mesh_path.Child("triangles"), collider.mesh().triangles().shape(0), 4,
+                        limits.max_triangles);
+  }
+  return {.map = nullptr,
+          .transform = CheckTransform(path.Child("transform"), collider.transform(), checks)};
+}
+
+// What only meshes have.
+void CheckMeshFields(const FieldPath& path, const v1::Collider& collider, FieldChecks& checks) {
+  if (collider.has_scale_m()) {
+    checks.Add(path.Child("scale_m"), "belongs to mesh_file, which only scene files may have");
+  }
+  if (collider.has_transform() && !collider.has_mesh() && !collider.has_mesh_file()) {
+    checks.Add(path.Child("transform"), "belongs to mesh: other shapes say where they are");
+  }
+}
+
 }  // namespace
 
 Eigen::Quaterniond CheckRotation(const FieldPath& path, const Eigen::Vector4d& values,
@@ -124,8 +150,16 @@ std::vector<Collider> CheckColliders(
                       })) {
     return result;
   }
+  const auto mesh_count =
+      std::count_if(colliders.begin(), colliders.end(), [](const auto& c) { return c.has_mesh(); });
+  checks.Require(static_cast<uint64_t>(mesh_count) <= limits.max_mesh_colliders_per_cloth, path,
+                 [&] {
+                   return "has " + std::to_string(mesh_count) + " meshes, at most " +
+                          std::to_string(limits.max_mesh_colliders_per_cloth) + " are allowed";
+                 });
   for (int k = 0; k < colliders.size(); ++k) {
     const FieldPath here = path.At(k);
+    CheckMeshFields(here, colliders[k], checks);
     switch (colliders[k].shape_case()) {
       case v1::Collider::kSphere:
         result.emplace_back(CheckSphere(here.Child("sphere"), colliders[k].sphere(), checks));
@@ -139,8 +173,15 @@ std::vector<Collider> CheckColliders(
       case v1::Collider::kBox:
         result.emplace_back(CheckBox(here.Child("box"), colliders[k].box(), checks));
         break;
+      case v1::Collider::kMesh:
+        result.emplace_back(CheckMeshCollider(here, colliders[k], limits.collider_mesh, checks));
+        break;
+      case v1::Collider::kMeshFile:
+        checks.Add(here.Child("mesh_file"),
+                   "a server reads no files: the client reads the file and sends `mesh`");
+        break;
       case v1::Collider::SHAPE_NOT_SET:
-        checks.Add(here, "no shape is set: one of sphere, plane, capsule, box is needed");
+        checks.Add(here, "no shape is set: one of sphere, plane, capsule, box, mesh is needed");
         break;
     }
   }
@@ -240,6 +281,7 @@ StepSettings CheckSettings(const FieldPath& path, const v1::StepSettings& settin
     overrides.velocity_iterations = settings.velocity_iterations();
   }
   if (settings.has_use_tethers()) overrides.use_tethers = settings.use_tethers();
+  if (settings.has_frame_budget_ms()) overrides.frame_budget_ms = settings.frame_budget_ms();
   if (settings.has_tolerance()) overrides.tolerance = settings.tolerance();
   const Result<StepSettings> resolved = ResolveSettings(overrides, path.ToString());
   if (resolved.ok()) return *resolved;
@@ -265,8 +307,10 @@ void CheckSurfaceMaterial(const FieldPath& path, const v1::Material& material,
   parameters.damping_per_s = material.damping_per_s();
   parameters.friction_static = material.friction_static();
   parameters.friction_dynamic = material.friction_dynamic();
+  parameters.restitution = material.restitution();
   parameters.thickness_m = material.thickness_m();
   checks.InRange(path.Child("damping_per_s"), parameters.damping_per_s, 0, kMaxCoefficient, "1/s");
+  checks.InRange(path.Child("restitution"), parameters.restitution, 0, 1, "");
   checks.InRange(path.Child("thickness_m"), parameters.thickness_m, 0, kMaxExtent_m, "m");
   parameters.air_drag = material.air_drag();
   parameters.air_lift = material.air_lift();
@@ -283,6 +327,9 @@ StructuralMaterial ReadStructuralMaterial(const v1::Material& material) {
   result.stretch_compliance_m_per_n = material.stretch_compliance_m_per_n();
   result.bending_stiffness_n_per_m = material.bending_stiffness_n_per_m();
   result.shear_stiffness_n_per_m = material.shear_stiffness_n_per_m();
+  result.bending_rigidity_n_m = material.bending_rigidity_n_m();
+  result.stretch_stiffness_n_per_m = material.stretch_stiffness_n_per_m();
+  result.shear_modulus_n_per_m = material.shear_modulus_n_per_m();
   return result;
 }
 
@@ -310,6 +357,9 @@ CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const Re
                 result.parameters.wind_m_per_s, checks);
   result.parameters.colliders =
       CheckColliders(environment_path.Child("colliders"), environment.colliders(), limits, checks);
+  result.parameters.collider_motions =
+      CheckColliderMotions(environment_path.Child("colliders"), environment.colliders(),
+                           result.parameters.colliders, checks);
   CheckSurfaceMaterial(path.Child("material"), spec.material(), result.parameters, checks);
   result.parameters.settings = CheckSettings(path.Child("settings"), spec.settings(), checks);
   return result;

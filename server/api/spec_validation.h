@@ -30,6 +30,8 @@ void CheckSurfaceMaterial(const FieldPath& path, const v1::Material& material,
 std::vector<Pin> CheckPinTargets(const FieldPath& path,
                                  const google::protobuf::RepeatedPtrField<v1::Pin>& pins,
                                  FieldChecks& checks);
+// Distance maps without their maps: ReadColliderMeshes and BuildColliderMaps (collider_maps.h) make
+// them.
 std::vector<Collider> CheckColliders(
     const FieldPath& path, const google::protobuf::RepeatedPtrField<v1::Collider>& colliders,
     const RequestLimits& limits, FieldChecks& checks);

@@ -60,6 +60,9 @@ Result<StepWork> ToWork(const ServiceContext& context, const CheckedStep& checke
                         const std::string& session_name, const ClothList& cloths) {
   Result<std::vector<PinControl>> pin_controls = MapPinControls(checked.pin_controls, cloths);
   if (!pin_controls.ok()) return pin_controls.status();
+  Result<std::vector<ColliderControl>> colliders =
+      MapColliderControls(checked.collider_controls, cloths);
+  if (!colliders.ok()) return colliders.status();
   Result<std::vector<LengthControl>> lengths = MapLengthControls(checked.length_controls, cloths);
   if (!lengths.ok()) return lengths.status();
   Result<std::vector<LengthScale>> scales = MapLengthScales(checked.length_scales, cloths);
@@ -74,6 +77,7 @@ Result<StepWork> ToWork(const ServiceContext& context, const CheckedStep& checke
   work.until_step = checked.until_step;
   work.expected_step = checked.expected_step;
   work.pin_controls = std::move(*pin_controls);
+  work.collider_controls = std::move(*colliders);
   work.length_controls = std::move(*lengths);
   work.length_scales = std::move(*scales);
   work.report = checked.report;

@@ -28,30 +28,6 @@ GridTopology ReadGrid(const v1::Grid& grid) {
   return {grid.columns(), grid.rows(), grid.width_m(), grid.height_m()};
 }
 
-std::optional<TriangleMesh> ReadMesh(const FieldPath& path, const v1::Mesh& mesh,
-                                     FieldChecks& checks) {
-  const auto vertices = checks.PackedRows(path.Child("positions_m"), mesh.positions_m(),
-                                          {v1::PackedArray::FLOAT32, v1::PackedArray::FLOAT64}, 3);
-  const auto triangles =
-      checks.PackedRows(path.Child("triangles"), mesh.triangles(), {v1::PackedArray::UINT32}, 3);
-  if (!vertices || !triangles) return {};
-  TriangleMesh result;
-  result.positions_m.resize(*vertices);
-  for (size_t k = 0; k < *vertices; ++k) {
-    for (size_t axis = 0; axis < 3; ++axis) {
-      result.positions_m[k][static_cast<Eigen::Index>(axis)] =
-          Coordinate(mesh.positions_m(), 3 * k + axis);
-    }
-  }
-  result.triangles.resize(*triangles);
-  for (size_t k = 0; k < *triangles; ++k) {
-    for (size_t corner = 0; corner < 3; ++corner) {
-      result.triangles[k][corner] = Element<uint32_t>(mesh.triangles(), 3 * k + corner);
-    }
-  }
-  return result;
-}
-
 ConstraintKind ReadKind(v1::DistanceConstraint::Kind kind) {
   if (kind == v1::DistanceConstraint::AT_MOST) return ConstraintKind::kAtMost;
   if (kind == v1::DistanceConstraint::AT_LEAST) return ConstraintKind::kAtLeast;
@@ -90,6 +66,32 @@ std::optional<ParticleTopology> ReadParticles(const FieldPath& path, const v1::P
 }
 
 }  // namespace
+
+bool CheckMeshArrays(const FieldPath& path, const v1::Mesh& mesh, FieldChecks& checks) {
+  const auto vertices = checks.PackedRows(path.Child("positions_m"), mesh.positions_m(),
+                                          {v1::PackedArray::FLOAT32, v1::PackedArray::FLOAT64}, 3);
+  const auto triangles =
+      checks.PackedRows(path.Child("triangles"), mesh.triangles(), {v1::PackedArray::UINT32}, 3);
+  return vertices && triangles;
+}
+
+TriangleMesh ToTriangleMesh(const v1::Mesh& mesh) {
+  TriangleMesh result;
+  result.positions_m.resize(mesh.positions_m().shape(0));
+  for (size_t k = 0; k < result.positions_m.size(); ++k) {
+    for (size_t axis = 0; axis < 3; ++axis) {
+      result.positions_m[k][static_cast<Eigen::Index>(axis)] =
+          Coordinate(mesh.positions_m(), 3 * k + axis);
+    }
+  }
+  result.triangles.resize(mesh.triangles().shape(0));
+  for (size_t k = 0; k < result.triangles.size(); ++k) {
+    for (size_t corner = 0; corner < 3; ++corner) {
+      result.triangles[k][corner] = Element<uint32_t>(mesh.triangles(), 3 * k + corner);
+    }
+  }
+  return result;
+}
 
 std::vector<DistanceConstraint> ReadConstraints(const FieldPath& path,
                                                 const v1::Particles& particles,
@@ -133,7 +135,8 @@ std::optional<Topology> ReadTopology(const FieldPath& path, const v1::ClothSpec&
     case v1::ClothSpec::kGrid:
       return ReadGrid(spec.grid());
     case v1::ClothSpec::kMesh:
-      return ReadMesh(path.Child("mesh"), spec.mesh(), checks);
+      if (!CheckMeshArrays(path.Child("mesh"), spec.mesh(), checks)) return {};
+      return ToTriangleMesh(spec.mesh());
     case v1::ClothSpec::kParticles:
       return ReadParticles(path.Child("particles"), spec.particles(), checks);
     case v1::ClothSpec::kMeshFile:

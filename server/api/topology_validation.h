@@ -16,6 +16,11 @@ namespace drape::api {
 std::optional<Topology> ReadTopology(const FieldPath& path, const v1::ClothSpec& spec,
                                      FieldChecks& checks);
 
+// Types, shapes and sizes of both arrays.
+bool CheckMeshArrays(const FieldPath& path, const v1::Mesh& mesh, FieldChecks& checks);
+// A mesh that CheckMeshArrays has passed.
+TriangleMesh ToTriangleMesh(const v1::Mesh& mesh);
+
 // The lists of `particles`, which `path` leads to; a rest length that is unset is 0. Unknown kinds
 // are added to `checks`, everything else is drape::CheckDescription's.
 std::vector<DistanceConstraint> ReadConstraints(const FieldPath& path,

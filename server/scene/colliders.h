@@ -3,9 +3,15 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <memory>
 #include <variant>
 
+#include "server/scene/description.h"
+#include "server/scene/rigid_motion.h"
+
 namespace drape {
+
+class DistanceMap;  // scene/distance_map.h
 
 struct SphereCollider {
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();
@@ -35,7 +41,23 @@ struct BoxCollider {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // unit; takes x, y, z to the axes
 };
 
-using Collider = std::variant<SphereCollider, PlaneCollider, CapsuleCollider, BoxCollider>;
+// A solid bounded by a closed mesh, by the samples of its signed distance: distance and normal are
+// those of DistanceMap::SurfaceAt in the mesh's frame, off by at most the map's error bound. Where
+// the distance has no gradient the normal is the mesh's +y.
+struct DistanceMapCollider {
+  std::shared_ptr<const DistanceMap> map;  // shared by all colliders of this mesh; never null
+  RigidTransform transform;                // places the mesh
+};
+
+using Collider = std::variant<SphereCollider, PlaneCollider, CapsuleCollider, BoxCollider,  // exact
+                              DistanceMapCollider>;  // sampled
+
+// The point of a collider about which it turns unless another one is given: the centre of a sphere
+// or box, the middle of a capsule, the point of a plane, the origin of a mesh.
+Eigen::Vector3d CentreOf(const Collider& collider);
+
+// The shape where the motion has it at time 0.
+Collider Moved(const Collider& collider, const RigidMotion& motion);
 
 // The outward normal on the segment itself, where the distance has no gradient: +y made
 // perpendicular to the segment; +x for a steep one (more than 0.9 of it along y); +y for a point,

@@ -28,6 +28,52 @@ double GridSpacing(double extent, uint32_t count) {
   return count > 1 ? extent / (count - 1) : 0;
 }
 
+// Lengths of a grid's material: the spacings, and what a row or column stands for.
+struct GridLengths {
+  explicit GridLengths(const GridTopology& grid)
+      : dx(GridSpacing(grid.width_m, grid.columns)),
+        dz(GridSpacing(grid.height_m, grid.rows)),
+        row_width(grid.height_m / grid.rows),
+        column_width(grid.width_m / grid.columns) {}
+
+  double dx, dz;  // [m]
+  double row_width, column_width;
+};
+
+// Of an edge of this length that stands for a strip of this width.
+double EdgeCompliance(const StructuralMaterial& material, double length, double width) {
+  if (material.stretch_stiffness_n_per_m == 0) return material.stretch_compliance_m_per_n;
+  return length / (material.stretch_stiffness_n_per_m * width);
+}
+
+void AddGridBending(const GridTopology& grid, const GridLengths& lengths, double rigidity,
+                    ParticleSystem& system) {
+  std::vector<ElasticElement>& elements = system.elastic_elements;
+  ForEachGridPair(grid, 0, 2, [&](uint32_t i, uint32_t j) {
+    elements.push_back(BendingRod(i, i + 1, j, lengths.dx, lengths.row_width, rigidity));
+  });
+  ForEachGridPair(grid, 2, 0, [&](uint32_t i, uint32_t j) {
+    elements.push_back(
+        BendingRod(i, i + grid.columns, j, lengths.dz, lengths.column_width, rigidity));
+  });
+  const double area = lengths.dx * lengths.dz;
+  ForEachGridPair(grid, 1, 1, [&](uint32_t i, uint32_t j) {
+    elements.push_back(TwistCell(i, i + 1, i + grid.columns, j, area, rigidity));
+  });
+}
+
+// Both diagonals of a cell that is shorn by a small angle stretch by angle * dx dz / diagonal.
+void AddGridShear(const GridTopology& grid, const GridLengths& lengths, double modulus,
+                  ParticleSystem& system) {
+  const double diagonal = std::hypot(lengths.dx, lengths.dz);
+  const double stiffness = modulus * diagonal * diagonal / (2 * lengths.dx * lengths.dz);
+  const auto add = [&](uint32_t i, uint32_t j) {
+    system.elastic_elements.push_back(ShearDiagonal(i, j, diagonal, stiffness));
+  };
+  ForEachGridPair(grid, 1, 1, add);
+  ForEachGridPair(grid, 1, -1, add);
+}
+
 void AddGridTriangles(const GridTopology& grid, ParticleSystem& system) {
   if (grid.columns < 2 || grid.rows < 2) return;
   system.triangles.reserve(size_t{2} * (grid.columns - 1) * (grid.rows - 1));
@@ -51,6 +97,25 @@ void AddBendingSprings(const MeshEdge& edge, double stiffness, ParticleSystem& s
     system.springs.push_back(
         {.i = i, .j = j, .rest_length_m = length, .stiffness_n_per_m = stiffness});
   }
+}
+
+// Hinges between the same pairs of triangles.
+void AddHinges(const MeshEdge& edge, double rigidity, ParticleSystem& system) {
+  for (size_t k = 0; k + 1 < edge.opposite_vertices.size(); ++k) {
+    const std::array<uint32_t, 4> ijkl = {edge.i, edge.j, edge.opposite_vertices[k],
+                                          edge.opposite_vertices[k + 1]};
+    if (ijkl[2] == ijkl[3]) continue;
+    system.elastic_elements.push_back(Hinge(ijkl, system.rest_positions_m, rigidity));
+  }
+}
+
+// Of all triangles at an edge [m^2].
+double AreaAround(const MeshEdge& edge, const std::vector<Eigen::Vector3d>& positions_m) {
+  double area = 0;
+  for (const uint32_t k : edge.opposite_vertices) {
+    area += TriangleArea(positions_m[edge.i], positions_m[edge.j], positions_m[k]);
+  }
+  return area;
 }
 
 // A third of the mass of each triangle per corner; the mean of those for vertices without triangle.
@@ -78,8 +143,8 @@ std::vector<double> VertexMasses(const TriangleMesh& mesh,
 ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& material) {
   ParticleSystem system;
   const size_t particle_count = size_t{grid.columns} * grid.rows;
-  const double dx = GridSpacing(grid.width_m, grid.columns);
-  const double dz = GridSpacing(grid.height_m, grid.rows);
+  const GridLengths lengths(grid);
+  const double dx = lengths.dx, dz = lengths.dz;
   const double mass = material.areal_density_kg_per_m2 * grid.width_m * grid.height_m /
                       static_cast<double>(particle_count);
   system.masses_kg.assign(particle_count, mass);
@@ -92,13 +157,11 @@ ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& mat
     }
   }
 
-  const auto add_edges = [&](int row_step, int column_step, double length) {
+  const auto add_edges = [&](int row_step, int column_step, double length, double width) {
+    const double compliance = EdgeCompliance(material, length, width);
     ForEachGridPair(grid, row_step, column_step, [&](uint32_t i, uint32_t j) {
       system.distance_constraints.push_back(
-          {.i = i,
-           .j = j,
-           .rest_length_m = length,
-           .compliance_m_per_n = material.stretch_compliance_m_per_n});
+          {.i = i, .j = j, .rest_length_m = length, .compliance_m_per_n = compliance});
     });
   };
   const auto add_springs = [&](int row_step, int column_step, double length, double stiffness) {
@@ -109,12 +172,18 @@ ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& mat
     });
   };
   system.distance_constraints.reserve(2 * particle_count);
-  add_edges(0, 1, dx);
-  add_edges(1, 0, dz);
+  add_edges(0, 1, dx, lengths.row_width);
+  add_edges(1, 0, dz, lengths.column_width);
   add_springs(0, 2, 2 * dx, material.bending_stiffness_n_per_m);
   add_springs(2, 0, 2 * dz, material.bending_stiffness_n_per_m);
   add_springs(1, 1, std::hypot(dx, dz), material.shear_stiffness_n_per_m);
   add_springs(1, -1, std::hypot(dx, dz), material.shear_stiffness_n_per_m);
+  if (material.bending_rigidity_n_m > 0) {
+    AddGridBending(grid, lengths, material.bending_rigidity_n_m, system);
+  }
+  if (material.shear_modulus_n_per_m > 0) {
+    AddGridShear(grid, lengths, material.shear_modulus_n_per_m, system);
+  }
   AddGridTriangles(grid, system);
   return system;
 }
@@ -134,7 +203,9 @@ ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& mat
         {.i = edge.i,
          .j = edge.j,
          .rest_length_m = length,
-         .compliance_m_per_n = material.stretch_compliance_m_per_n});
+         .compliance_m_per_n =
+             EdgeCompliance(material, length, AreaAround(edge, mesh.positions_m) / length)});
+    if (material.bending_rigidity_n_m > 0) AddHinges(edge, material.bending_rigidity_n_m, system);
     if (material.bending_stiffness_n_per_m > 0) {
       AddBendingSprings(edge, material.bending_stiffness_n_per_m, system);
     }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "server/scene/description.h"
+#include "server/scene/elastic_elements.h"
 
 namespace drape {
 
@@ -13,18 +14,26 @@ struct ParticleSystem {
   std::vector<DistanceConstraint> distance_constraints;
   std::vector<Spring> springs;
   std::vector<PointJoint> point_joints;
+  std::vector<ElasticElement> elastic_elements;
   std::vector<std::array<uint32_t, 3>> triangles;  // for drawing and export; may be empty
   uint32_t dropped_triangles = 0;                  // zero-area triangles left out
 };
 
 // Structural edges along rows, then along columns; bending springs between particles two apart;
 // shear springs along both diagonals of each cell. Springs of stiffness 0 are not made.
+// Elastic elements: a rod for every three particles in a row or column, a twist for every cell,
+// then the diagonals of every cell that shear. Every row stands for an equal part of the height, as
+// it weighs, and every column for one of the width: the stretch stiffness and the bending rigidity
+// of a strip are those of its material to the bit, whatever its resolution.
 ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& material);
 
 // One distance constraint per unique edge, one bending spring per inner edge between the two
-// vertices opposite it, a third of each triangle's mass per corner. Triangles with a repeated
-// vertex or an area below 1e-12 of the squared longest edge are dropped and counted. Vertices
-// without triangle are kept as particles with the mean mass of the others.
+// vertices opposite it, one hinge there with a bending rigidity, a third of each triangle's mass
+// per corner. With a stretch stiffness E an edge of length l between triangles of area A in all has
+// the stiffness E A / l^2: E along any direction of equilateral triangles (Van Gelder 1998,
+// "Approximate simulation of elastic membranes by triangulated spring meshes"). Triangles with a
+// repeated vertex or an area below 1e-12 of the squared longest edge are dropped and counted.
+// Vertices without triangle are kept as particles with the mean mass of the others.
 ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& material);
 
 // The rest length of what joins two particles and has none of its own: their distance in the rest

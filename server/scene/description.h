@@ -71,12 +71,17 @@ struct ParticleTopology {
 
 using Topology = std::variant<GridTopology, TriangleMesh, ParticleTopology>;
 
-// The part of the material that shapes constraints, springs and masses.
+// The part of the material that shapes constraints, springs, elastic elements and masses. The first
+// of each pair is per edge or spring, the second the same cloth at any resolution.
 struct StructuralMaterial {
   double areal_density_kg_per_m2 = 0.2;   // > 0; grids and meshes
   double stretch_compliance_m_per_n = 0;  // >= 0; grids and meshes
-  double bending_stiffness_n_per_m = 0;   // >= 0; grids and meshes, paper section 4.1
-  double shear_stiffness_n_per_m = 0;     // >= 0; grids
+  double stretch_stiffness_n_per_m =
+      0;  // >= 0; grids and meshes; force per width and strain; 0: unset
+  double bending_stiffness_n_per_m = 0;  // >= 0; grids and meshes, paper section 4.1
+  double bending_rigidity_n_m = 0;       // >= 0; grids and meshes; moment per width and curvature
+  double shear_stiffness_n_per_m = 0;    // >= 0; grids
+  double shear_modulus_n_per_m = 0;      // >= 0; grids; shear modulus times thickness
 };
 
 // A particle moved by the client.

@@ -156,6 +156,46 @@ void CheckMaterial(const StructuralMaterial& material, Violations& violations) {
                         kMaxCoefficient, "N/m");
   violations.CheckRange("material.shear_stiffness_n_per_m", material.shear_stiffness_n_per_m, 0,
                         kMaxCoefficient, "N/m");
+  violations.CheckRange("material.bending_rigidity_n_m", material.bending_rigidity_n_m, 0,
+                        kMaxBendingRigidity_n_m, "N m");
+  violations.CheckRange("material.stretch_stiffness_n_per_m", material.stretch_stiffness_n_per_m, 0,
+                        kMaxCoefficient, "N/m");
+  violations.CheckRange("material.shear_modulus_n_per_m", material.shear_modulus_n_per_m, 0,
+                        kMaxCoefficient, "N/m");
+}
+
+// Two ways to say one thing.
+void CheckChoices(const StructuralMaterial& material, Violations& violations) {
+  if (material.stretch_stiffness_n_per_m > 0 && material.stretch_compliance_m_per_n > 0) {
+    violations.Add(
+        "material.stretch_stiffness_n_per_m",
+        fmt::format("{} N/m together with material.stretch_compliance_m_per_n {} m/N; at "
+                    "most one of the two may be other than 0",
+                    material.stretch_stiffness_n_per_m, material.stretch_compliance_m_per_n));
+  }
+  if (material.shear_modulus_n_per_m > 0 && material.shear_stiffness_n_per_m > 0) {
+    violations.Add(
+        "material.shear_modulus_n_per_m",
+        fmt::format("{} N/m together with material.shear_stiffness_n_per_m {} N/m; at most one of "
+                    "the two may be other than 0",
+                    material.shear_modulus_n_per_m, material.shear_stiffness_n_per_m));
+  }
+}
+
+// Refuses what would do nothing.
+void CheckFits(const ModelDescription& description, Violations& violations) {
+  const StructuralMaterial& material = description.material;
+  const bool is_grid = std::holds_alternative<GridTopology>(description.topology);
+  const bool is_sheet = !std::holds_alternative<ParticleTopology>(description.topology);
+  const auto require = [&](double value, bool fits, const char* field, const char* owner) {
+    if (value == 0 || fits) return;
+    violations.Add(field, fmt::format("{} belongs to {}; must be 0 here", value, owner));
+  };
+  require(material.bending_rigidity_n_m, is_sheet, "material.bending_rigidity_n_m",
+          "grids and meshes");
+  require(material.stretch_stiffness_n_per_m, is_sheet, "material.stretch_stiffness_n_per_m",
+          "grids and meshes");
+  require(material.shear_modulus_n_per_m, is_grid, "material.shear_modulus_n_per_m", "grids");
 }
 
 uint64_t ParticleCount(const Topology& topology) {
@@ -219,6 +259,22 @@ void CheckDegrees(std::string_view field, const std::vector<Connection>& connect
                              *largest, what, max_degree));
 }
 
+// As many elements as springs, for the same reason.
+void CheckElasticDegrees(const ParticleSystem& system, uint32_t max_degree,
+                         Violations& violations) {
+  std::vector<uint32_t> degrees(system.rest_positions_m.size(), 0);
+  for (const ElasticElement& element : system.elastic_elements) {
+    for (size_t k = 0; k < element.particles.size(); ++k) {
+      if (element.weights[k] != 0) ++degrees[element.particles[k]];
+    }
+  }
+  const auto largest = std::max_element(degrees.begin(), degrees.end());
+  if (largest == degrees.end() || *largest <= max_degree) return;
+  violations.Add("material.bending_rigidity_n_m",
+                 fmt::format("particle {} has {} elastic elements of bending; at most {}",
+                             largest - degrees.begin(), *largest, max_degree));
+}
+
 }  // namespace
 
 void CheckMeshValues(const TriangleMesh& mesh, Violations& violations) {
@@ -241,6 +297,8 @@ std::vector<FieldViolation> CheckDescription(const ModelDescription& description
   std::visit([&](const auto& topology) { CheckValues(topology, violations); },
              description.topology);
   CheckMaterial(description.material, violations);
+  CheckChoices(description.material, violations);
+  CheckFits(description, violations);
   CheckPins(description, violations);
   return violations.Take();
 }
@@ -273,11 +331,21 @@ std::vector<FieldViolation> CheckParticleSystem(const ModelDescription& descript
   }
   CheckCount(fields.constraints, system.distance_constraints.size(), limits.max_constraints,
              "distance constraints", violations);
+  for (const DistanceConstraint& constraint : system.distance_constraints) {
+    if (constraint.compliance_m_per_n <= kMaxCoefficient) continue;
+    violations.Add("material.stretch_stiffness_n_per_m",
+                   fmt::format("gives an edge the compliance {} m/N; at most {} m/N",
+                               constraint.compliance_m_per_n, kMaxCoefficient));
+    break;
+  }
   CheckCount(fields.springs, system.springs.size(), limits.max_constraints, "springs", violations);
+  CheckCount("material.bending_rigidity_n_m", system.elastic_elements.size(),
+             limits.max_constraints, "elastic elements of bending and shear", violations);
   const size_t count = system.rest_positions_m.size();
   CheckDegrees(fields.constraints, system.distance_constraints, count, limits.max_degree,
                "distance constraints", violations);
   CheckDegrees(fields.springs, system.springs, count, limits.max_degree, "springs", violations);
+  CheckElasticDegrees(system, limits.max_degree, violations);
   CheckDegrees("particles.point_joints", system.point_joints, count, limits.max_degree, "joints",
                violations);
   return violations.Take();

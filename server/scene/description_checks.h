@@ -18,7 +18,8 @@ inline constexpr double kMaxExtent_m = 1e6;       // |coordinate|, lengths
 inline constexpr double kMinRestLength_m = 1e-9;  // of distance constraints
 inline constexpr double kMinParticleMass_kg = 1e-12;
 inline constexpr double kMaxParticleMass_kg = 1e12;
-inline constexpr double kMaxCoefficient = 1e15;  // stiffness, damping, compliance; SI
+inline constexpr double kMaxCoefficient = 1e15;         // stiffness, damping, compliance; SI
+inline constexpr double kMaxBendingRigidity_n_m = 1e6;  // of a steel plate of 4 cm
 
 // Everything that can be told without building: sizes, indices, finiteness, ranges, pins. Sizes
 // come first and end the check, so that an absurd grid costs nothing. At most 16 violations; empty

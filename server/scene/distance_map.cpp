@@ -17,8 +17,6 @@ constexpr uint32_t kMinResolution = 4;
 constexpr uint32_t kMaxResolution = 1024;
 constexpr uint64_t kMinSamples = 1024;
 constexpr uint64_t kMaxSamples = uint64_t{1} << 28;
-// Length of a gradient [-] below which its direction is rounding.
-constexpr double kMinGradient = 1e-6;
 // Of a cell [-]: what rounding to floats can add to the difference of two samples, the largest of
 // which is below 2000 cells. Ten times that.
 constexpr double kFloatSlack = 2e-3;
@@ -78,16 +76,18 @@ Vector3d InterpolatedGradient(const std::array<double, 8>& corners, const Vector
 
 }  // namespace
 
-Result<std::shared_ptr<const DistanceMap>> DistanceMap::Build(const TriangleMesh& mesh,
-                                                              const DistanceMapSettings& settings,
-                                                              const ClosedMeshLimits& limits) {
+Result<std::shared_ptr<const DistanceMap>> DistanceMap::Build(
+    const TriangleMesh& mesh, const DistanceMapSettings& settings, const ClosedMeshLimits& limits,
+    const std::function<bool()>& is_cancelled) {
   auto violations = CheckSettings(settings);
   if (violations.empty()) violations = CheckClosedMesh(mesh, limits);
   if (!violations.empty()) return Status::InvalidFields(std::move(violations));
   const auto map = std::shared_ptr<DistanceMap>(new DistanceMap());
   map->mesh_ = mesh;
   map->SetGrid(settings);
-  map->SetSamples();
+  if (!map->SetSamples(is_cancelled)) {
+    return Status(StatusCode::kCancelled, "CANCELLED", "nobody waits for the map any more");
+  }
   if (const auto contradiction = map->FindContradiction()) {
     const Vector3d& p = *contradiction;
     return Status::InvalidField(
@@ -122,13 +122,14 @@ void DistanceMap::SetGrid(const DistanceMapSettings& settings) {
 }
 
 // Row by row there and back, so that each sample's nearest triangle is a good guess for the next.
-void DistanceMap::SetSamples() {
+bool DistanceMap::SetSamples(const std::function<bool()>& is_cancelled) {
   const MeshDistance exact(mesh_);
   const auto [nx, ny, nz] = sample_counts_;
   samples_m_.resize(Product(sample_counts_));
   uint32_t guess = 0;
   float largest = 0;
   for (uint32_t k = 0; k < nz; ++k) {
+    if (is_cancelled && is_cancelled()) return false;
     for (uint32_t row = 0; row < ny; ++row) {
       const uint32_t j = k % 2 == 0 ? row : ny - 1 - row;
       for (uint32_t step = 0; step < nx; ++step) {
@@ -144,6 +145,7 @@ void DistanceMap::SetSamples() {
   // Storing as floats costs half a unit in the last place of the largest sample.
   error_bound_m_ = 0.5 * std::sqrt(3.0) * cell_m_ + Rounding() +
                    0.5 * static_cast<double>(largest * std::numeric_limits<float>::epsilon());
+  return true;
 }
 
 // Distances of neighbouring samples differ by at most their spacing; where the sign is wrong on one
@@ -172,6 +174,12 @@ std::optional<Vector3d> DistanceMap::FindContradiction() const {
 double DistanceMap::Rounding() const {
   const double farthest = low_m_.cwiseAbs().cwiseMax(high_m().cwiseAbs()).maxCoeff();
   return 16 * std::numeric_limits<double>::epsilon() * farthest;
+}
+
+uint64_t DistanceMap::size_bytes() const {
+  return sizeof(*this) + samples_m_.size() * sizeof(float) +
+         mesh_.positions_m.size() * sizeof(Vector3d) +
+         mesh_.triangles.size() * sizeof(mesh_.triangles[0]);
 }
 
 Vector3d DistanceMap::high_m() const {

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -48,16 +49,17 @@ class DistanceMap {
   // Checks settings and mesh (closed_mesh.h) and refuses surfaces that cross themselves or have
   // parts inside out as far as the samples show it. Fields: "mesh.positions_m[3]",
   // "mesh.triangles[7]", "resolution", "max_samples". Single threaded and slow, seconds
-  // rather than milliseconds (README.md): not for a thread that others wait for.
-  static Result<std::shared_ptr<const DistanceMap>> Build(const TriangleMesh& mesh,
-                                                          const DistanceMapSettings& settings = {},
-                                                          const ClosedMeshLimits& limits = {});
+  // rather than milliseconds (README.md): not for a thread that others wait for. `is_cancelled` is
+  // asked before each layer of samples; once it says so: CANCELLED.
+  static Result<std::shared_ptr<const DistanceMap>> Build(
+      const TriangleMesh& mesh, const DistanceMapSettings& settings = {},
+      const ClosedMeshLimits& limits = {}, const std::function<bool()>& is_cancelled = {});
 
   // Of a finite point in the mesh's frame.
   double DistanceAt(const Eigen::Vector3d& p) const;
   // With the normalised gradient of DistanceAt. On the faces between cells it is that of the cell
-  // towards +; where it vanishes (length below 1e-6: deep inside, or halfway between two surfaces)
-  // +Y.
+  // towards +; where it vanishes (length below kMinGradient: deep inside, halfway between two
+  // surfaces) +Y.
   SurfaceDistance SurfaceAt(const Eigen::Vector3d& p) const;
 
   // |DistanceAt(p) - exact distance| in the grid's box; see above.
@@ -68,12 +70,16 @@ class DistanceMap {
   Eigen::Vector3d high_m() const;
   // Samples along x, y and z, each >= 2.
   const std::array<uint32_t, 3>& sample_counts() const { return sample_counts_; }
+  // What the map occupies, its mesh included [bytes].
+  uint64_t size_bytes() const;
   // Of sample (i, j, k) at low_m + cell_m * (i, j, k); x fastest, [count_z][count_y][count_x].
   std::span<const float> samples_m() const { return samples_m_; }
   // What the map was made of: for drawing, and to compare.
   const TriangleMesh& mesh() const { return mesh_; }
 
   static constexpr int kMarginCells = 3;
+  // Length of a gradient [-] below which its direction is rounding.
+  static constexpr double kMinGradient = 1e-6;
 
  private:
   DistanceMap() = default;
@@ -84,7 +90,8 @@ class DistanceMap {
     Eigen::Vector3d outside_m;        // from the nearest point of the box to p
   };
   void SetGrid(const DistanceMapSettings& settings);
-  void SetSamples();
+  // False: cancelled.
+  bool SetSamples(const std::function<bool()>& is_cancelled);
   std::optional<Eigen::Vector3d> FindContradiction() const;
   // Of positions in double precision [m].
   double Rounding() const;

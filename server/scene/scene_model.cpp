@@ -1,7 +1,9 @@
 #include "server/scene/scene_model.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "server/scene/colouring.h"
@@ -15,11 +17,51 @@ namespace {
 static_assert(sizeof(DistanceConstraint) == 2 * sizeof(uint32_t) + 3 * sizeof(double));
 static_assert(sizeof(PointJoint) == 2 * sizeof(uint32_t) + sizeof(double));
 static_assert(sizeof(Spring) == 2 * sizeof(uint32_t) + 3 * sizeof(double));
+static_assert(sizeof(ElasticElement) == 4 * sizeof(uint32_t) + 7 * sizeof(double));
 static_assert(sizeof(Eigen::Vector3d) == 3 * sizeof(double));
 
 template <class Pairs>
 void EraseBetweenPins(const std::vector<bool>& is_pin, Pairs& pairs) {
   std::erase_if(pairs, [&](const auto& pair) { return is_pin[pair.i] && is_pin[pair.j]; });
+}
+
+bool IsOfPinsAlone(const std::vector<bool>& is_pin, const ElasticElement& element) {
+  return std::ranges::all_of(element.particles, [&](uint32_t i) { return is_pin[i]; });
+}
+
+double LeastSpringDamping_s(const std::vector<Spring>& springs) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Spring& spring : springs) {
+    if (spring.stiffness_n_per_m == 0) continue;
+    least = std::min(least, spring.damping_n_s_per_m / spring.stiffness_n_per_m);
+  }
+  return std::isinf(least) ? 0 : least;
+}
+
+// See SceneModel::held_mass_ratio.
+double HeldMassRatio(const std::vector<DistanceConstraint>& constraints,
+                     const std::vector<double>& masses_kg,
+                     const std::vector<double>& inverse_masses_per_kg) {
+  constexpr size_t kHeld = 4;  // more than a particle can move in
+  // The masses of the heaviest neighbours, the heaviest first.
+  std::vector<std::array<double, kHeld>> heaviest(masses_kg.size(), std::array<double, kHeld>{});
+  const auto add = [&](uint32_t particle, uint32_t neighbour) {
+    double mass_kg = inverse_masses_per_kg[neighbour] == 0 ? std::numeric_limits<double>::infinity()
+                                                           : masses_kg[neighbour];
+    for (double& place : heaviest[particle]) {
+      if (mass_kg > place) std::swap(mass_kg, place);
+    }
+  };
+  for (const DistanceConstraint& constraint : constraints) {
+    add(constraint.i, constraint.j);
+    add(constraint.j, constraint.i);
+  }
+  double largest = 0;
+  for (size_t i = 0; i < masses_kg.size(); ++i) {
+    if (inverse_masses_per_kg[i] == 0) continue;
+    largest = std::max(largest, heaviest[i][kHeld - 1] / masses_kg[i]);
+  }
+  return largest;
 }
 
 // The order of a stable counting sort by colour.
@@ -133,6 +175,10 @@ void SceneModel::SetConnections(ParticleSystem& system) {
   SpringEnds gathered = GatherSpringEnds(springs_, particle_count());
   spring_offsets_ = std::move(gathered.offsets);
   spring_ends_ = std::move(gathered.ends);
+  elastic_elements_ = std::move(system.elastic_elements);
+  std::erase_if(elastic_elements_,
+                [&](const ElasticElement& element) { return IsOfPinsAlone(is_pin, element); });
+  elastic_shares_ = ShareElasticElements(inverse_masses_per_kg_, elastic_elements_);
 }
 
 void SceneModel::SetConstraints(const std::vector<bool>& is_pin,
@@ -196,6 +242,13 @@ void SceneModel::SetScales() {
     }
     spring_frequency_sq_bound_ = std::max(spring_frequency_sq_bound_, row_sum);
   }
+  least_spring_damping_s_ = LeastSpringDamping_s(springs_);
+  held_mass_ratio_ = HeldMassRatio(constraints_, masses_kg_, w);
+}
+
+double SceneModel::elastic_frequency_sq_bound() const {
+  const std::vector<double>& all = elastic_shares_.frequencies_sq_per_s2;
+  return all.empty() ? 0 : *std::ranges::max_element(all);
 }
 
 // Everything else follows from these.
@@ -207,6 +260,7 @@ uint64_t SceneModel::HashContent() const {
   hash.Add(constraint_sources_);
   hash.Add(joints_);
   hash.Add(springs_);
+  if (!elastic_elements_.empty()) hash.Add(elastic_elements_);  // others keep their hashes
   hash.Add(pins_);
   hash.Add(triangles_);
   hash.AddWord(grid_columns_);
@@ -223,9 +277,9 @@ bool SceneModel::SameContent(const SceneModel& other) const {
          SameBits(colour_offsets_, other.colour_offsets_) &&
          SameBits(constraint_sources_, other.constraint_sources_) &&
          SameBits(joints_, other.joints_) && SameBits(springs_, other.springs_) &&
-         SameBits(pins_, other.pins_) && SameBits(triangles_, other.triangles_) &&
-         grid_columns_ == other.grid_columns_ && grid_rows_ == other.grid_rows_ &&
-         dropped_triangles_ == other.dropped_triangles_ &&
+         SameBits(elastic_elements_, other.elastic_elements_) && SameBits(pins_, other.pins_) &&
+         SameBits(triangles_, other.triangles_) && grid_columns_ == other.grid_columns_ &&
+         grid_rows_ == other.grid_rows_ && dropped_triangles_ == other.dropped_triangles_ &&
          dropped_constraints_ == other.dropped_constraints_ &&
          described_constraint_count_ == other.described_constraint_count_;
 }

@@ -53,6 +53,7 @@ class SceneModel {
     return static_cast<uint32_t>(joint_colour_offsets_.size()) - 1;
   }
   uint32_t spring_count() const { return static_cast<uint32_t>(springs_.size()); }
+  uint32_t elastic_count() const { return static_cast<uint32_t>(elastic_elements_.size()); }
   uint32_t pin_count() const { return static_cast<uint32_t>(pins_.size()); }
 
   std::span<const Eigen::Vector3d> rest_positions_m() const { return rest_positions_m_; }
@@ -73,6 +74,9 @@ class SceneModel {
   std::span<const Spring> springs() const { return springs_; }
   std::span<const uint32_t> spring_offsets() const { return spring_offsets_; }
   std::span<const SpringEnd> spring_ends() const { return spring_ends_; }
+  // Without those of pins alone, in the order of constraint_builder.h.
+  std::span<const ElasticElement> elastic_elements() const { return elastic_elements_; }
+  const ElasticShares& elastic_shares() const { return elastic_shares_; }
   // Pinned particles, ascending; pin k's target is element k of every pin-target list.
   std::span<const uint32_t> pins() const { return pins_; }
   // The tethers of particle p are the entries tether_offsets[p] .. tether_offsets[p + 1] of
@@ -108,6 +112,15 @@ class SceneModel {
   // frequency of a link across its length.
   double link_mobility() const { return link_mobility_; }
   double total_mass_kg() const { return total_mass_kg_; }  // without pins
+  // The largest squared angular frequency of an elastic element [1/s^2], 0 without: a bound on that
+  // of all of them together (ElasticShares).
+  double elastic_frequency_sq_bound() const;
+  // Smallest damping over stiffness of a spring with stiffness [s]; 0 without springs.
+  double least_spring_damping_s() const { return least_spring_damping_s_; }
+  // The largest R such that some free particle has four constraints to neighbours that are all at
+  // least R times as heavy (pins: infinitely); 0 if none has four. Such a particle cannot give way
+  // to its neighbours one by one, so sweeps converge the more slowly the larger R is.
+  double held_mass_ratio() const { return held_mass_ratio_; }
   uint32_t dropped_triangles() const { return dropped_triangles_; }
   // Distance constraints and joints between two pins.
   uint32_t dropped_constraints() const { return dropped_constraints_; }
@@ -137,6 +150,8 @@ class SceneModel {
   std::vector<Spring> springs_;
   std::vector<uint32_t> spring_offsets_;
   std::vector<SpringEnd> spring_ends_;
+  std::vector<ElasticElement> elastic_elements_;
+  ElasticShares elastic_shares_;
   std::vector<uint32_t> pins_;
   TetherSet tethers_;
   StripSet strips_;
@@ -152,6 +167,8 @@ class SceneModel {
   double spring_frequency_sq_bound_ = 0;
   double link_mobility_ = 0;
   double total_mass_kg_ = 0;
+  double least_spring_damping_s_ = 0;
+  double held_mass_ratio_ = 0;
   uint32_t dropped_triangles_ = 0;
   uint32_t dropped_constraints_ = 0;
   uint32_t described_constraint_count_ = 0;

@@ -27,6 +27,19 @@ Status BeginDriving(Backend& backend, ClothRuntime& cloth) {
   return Status::Ok();
 }
 
+// Colliders that rested become ones that move, without moving yet.
+Status BeginMoving(Backend& backend, ClothRuntime& cloth) {
+  if (cloth.colliders().is_moving()) return Status::Ok();
+  ColliderTrack track = cloth.colliders();
+  const double now_s = cloth.now().time_s;
+  track.BeginMoving(now_s);
+  ClothUpdate update;
+  update.collider_motions = track.At(now_s);
+  DRAPE_RETURN_IF_ERROR(backend.Write(cloth.handle(), update));
+  cloth.SetColliders(std::move(track));
+  return Status::Ok();
+}
+
 }  // namespace
 
 ActiveRequest::ActiveRequest(StepWork work, int64_t submitted_us, uint32_t tenant, uint64_t round)
@@ -116,6 +129,26 @@ Status ActiveRequest::CheckLengthControls() const {
   return Status::Ok();
 }
 
+Status ActiveRequest::CheckColliderControls() const {
+  for (const ColliderControl& control : work_.collider_controls) {
+    const size_t count = work_.cloths[control.cloth_index]->colliders().collider_count();
+    if (control.collider < count) continue;
+    return {StatusCode::kFailedPrecondition, "COLLIDER_NOT_FOUND",
+            "cloth " + std::to_string(control.cloth_index) +
+                " of the request no longer has the collider " + std::to_string(control.collider)};
+  }
+  return Status::Ok();
+}
+
+void ActiveRequest::ApplyColliderControls() {
+  for (const ColliderControl& control : work_.collider_controls) {
+    ClothRuntime& cloth = *work_.cloths[control.cloth_index];
+    ColliderTrack track = cloth.colliders();
+    track.Move(control.collider, control.target, control.over_s, cloth.now().time_s);
+    cloth.SetColliders(std::move(track));
+  }
+}
+
 Status ActiveRequest::ApplyLengthControls(Backend& backend) {
   for (const LengthScale& control : work_.length_scales) {
     DRAPE_RETURN_IF_ERROR(BeginDriving(backend, *work_.cloths[control.cloth_index]));
@@ -143,8 +176,13 @@ Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
   std::vector<size_t> pins;
   DRAPE_RETURN_IF_ERROR(FindPins(pins));
   DRAPE_RETURN_IF_ERROR(CheckLengthControls());
+  DRAPE_RETURN_IF_ERROR(CheckColliderControls());
+  for (const ColliderControl& control : work_.collider_controls) {
+    DRAPE_RETURN_IF_ERROR(BeginMoving(backend, *work_.cloths[control.cloth_index]));
+  }
   DRAPE_RETURN_IF_ERROR(ApplyLengthControls(backend));
   ApplyPinControls(pins);
+  ApplyColliderControls();
   has_started_ = true;
   steps_left_.resize(work_.cloths.size());
   if (work_.report) reports_.resize(work_.cloths.size());

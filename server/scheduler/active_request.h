@@ -29,7 +29,7 @@ class ActiveRequest {
 
   // Checks what must hold before anything moves, applies the controls, and finds out how many steps
   // each cloth has to do. An error ends the request. `backend` is told of cloths that get rest
-  // lengths of their own.
+  // lengths of their own, and of colliders that begin to move.
   Status Start(Backend& backend, uint32_t max_steps);
   bool has_started() const { return has_started_; }
 
@@ -62,8 +62,10 @@ class ActiveRequest {
   Status CheckExpectations(uint32_t max_steps) const;
   Status FindPins(std::vector<size_t>& pins) const;
   Status CheckLengthControls() const;
+  Status CheckColliderControls() const;
   void ApplyPinControls(const std::vector<size_t>& pins);
   Status ApplyLengthControls(Backend& backend);
+  void ApplyColliderControls();
 
   StepWork work_;
   const uint32_t tenant_;

@@ -10,6 +10,9 @@ void WarningCounters::Count(const StepWarnings& warnings) {
   tolerance_raised += warnings.tolerance_raised;
   not_converged += warnings.not_converged;
   springs_beyond_limit += warnings.springs_beyond_limit;
+  elastic_beyond_limit += warnings.elastic_beyond_limit;
+  springs_gain_energy += warnings.springs_gain_energy;
+  over_budget += warnings.over_budget;
 }
 
 void PublishedProgress::Publish(const ClothProgress& progress) {
@@ -23,6 +26,9 @@ void PublishedProgress::Publish(const ClothProgress& progress) {
   tolerance_raised_.store(progress.warnings.tolerance_raised, std::memory_order_relaxed);
   not_converged_.store(progress.warnings.not_converged, std::memory_order_relaxed);
   springs_beyond_limit_.store(progress.warnings.springs_beyond_limit, std::memory_order_relaxed);
+  elastic_beyond_limit_.store(progress.warnings.elastic_beyond_limit, std::memory_order_relaxed);
+  springs_gain_energy_.store(progress.warnings.springs_gain_energy, std::memory_order_relaxed);
+  over_budget_.store(progress.warnings.over_budget, std::memory_order_relaxed);
   sequence_.store(sequence + 2, std::memory_order_release);
 }
 
@@ -36,6 +42,9 @@ ClothProgress PublishedProgress::Read() const {
     progress.warnings.tolerance_raised = tolerance_raised_.load(std::memory_order_relaxed);
     progress.warnings.not_converged = not_converged_.load(std::memory_order_relaxed);
     progress.warnings.springs_beyond_limit = springs_beyond_limit_.load(std::memory_order_relaxed);
+    progress.warnings.elastic_beyond_limit = elastic_beyond_limit_.load(std::memory_order_relaxed);
+    progress.warnings.springs_gain_energy = springs_gain_energy_.load(std::memory_order_relaxed);
+    progress.warnings.over_budget = over_budget_.load(std::memory_order_relaxed);
     // No value above may be read after the second look at the sequence number.
     std::atomic_thread_fence(std::memory_order_acquire);
     if (before % 2 == 0 && sequence_.load(std::memory_order_relaxed) == before) return progress;
@@ -58,6 +67,34 @@ void ClothRuntime::Begin(ClothHandle handle, std::shared_ptr<const SceneModel> m
 void ClothRuntime::End(const Status& reason) {
   is_alive_ = false;
   for (ActiveRequest* request : turns_) request->EndWith(reason);
+}
+
+std::vector<RigidMotion> ClothRuntime::collider_motions() const {
+  std::shared_ptr<const ColliderTrack> track;
+  {
+    const std::lock_guard lock(mutex_);
+    track = shown_colliders_;
+  }
+  if (track == nullptr) return {};
+  return track->At(progress().time_s);
+}
+
+void ClothRuntime::StartColliders(std::vector<RigidMotion> motions,
+                                  std::vector<Eigen::Vector3d> pivots_m) {
+  ColliderTrack track;
+  if (motions.empty()) {
+    track.Rest(std::move(pivots_m));
+  } else {
+    track.Start(std::move(motions), progress_.time_s);
+  }
+  SetColliders(std::move(track));
+}
+
+void ClothRuntime::SetColliders(ColliderTrack track) {
+  auto shown = track.is_moving() ? std::make_shared<const ColliderTrack>(track) : nullptr;
+  colliders_ = std::move(track);
+  const std::lock_guard lock(mutex_);
+  shown_colliders_ = std::move(shown);
 }
 
 double ClothRuntime::TimeAfter_s(uint64_t completed_steps) const {

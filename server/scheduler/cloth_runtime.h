@@ -5,9 +5,14 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
 
 #include "server/core/ids.h"
 #include "server/scene/scene_model.h"
+#include "server/scheduler/collider_track.h"
+#include "server/scheduler/frame_budget.h"
 #include "server/scheduler/length_track.h"
 #include "server/scheduler/pin_track.h"
 #include "server/solver/step_report.h"
@@ -21,6 +26,9 @@ struct WarningCounters {
   uint64_t tolerance_raised = 0;
   uint64_t not_converged = 0;
   uint64_t springs_beyond_limit = 0;
+  uint64_t elastic_beyond_limit = 0;
+  uint64_t springs_gain_energy = 0;
+  uint64_t over_budget = 0;
 
   void Count(const StepWarnings& warnings);
   friend bool operator==(const WarningCounters&, const WarningCounters&) = default;
@@ -50,6 +58,9 @@ class PublishedProgress {
   std::atomic<uint64_t> tolerance_raised_{0};
   std::atomic<uint64_t> not_converged_{0};
   std::atomic<uint64_t> springs_beyond_limit_{0};
+  std::atomic<uint64_t> elastic_beyond_limit_{0};
+  std::atomic<uint64_t> springs_gain_energy_{0};
+  std::atomic<uint64_t> over_budget_{0};
 };
 
 // Added to a report's measurements to bring them from the cloth's own frame to where clients see
@@ -59,9 +70,10 @@ struct ReportShift {
   double potential_energy_j = 0;  // zero at the cloth's origin to zero at the environment's
 };
 
-// THREAD RULE: everything but progress() is for the device thread alone: inside a function handed
-// to Scheduler::Post or PostCleanup, or inside the scheduler. Created anywhere, then given to one
-// such function that calls Begin. Shared pointers to it may be held and dropped on any thread.
+// THREAD RULE: everything but progress() and collider_motions() is for the device thread alone:
+// inside a function handed to Scheduler::Post or PostCleanup, or inside the scheduler. Created
+// anywhere, then given to one such function that calls Begin. Shared pointers to it may be held and
+// dropped on any thread.
 //
 // Life: constructed -> Begin -> (steps, Reset, SetTimeStep, ...) -> End. Before Begin and after End
 // it is not alive: work that names it ends with NOT_FOUND, reason CLOTH_NOT_FOUND.
@@ -73,6 +85,8 @@ class ClothRuntime {
 
   // Any thread.
   ClothProgress progress() const { return published_.Read(); }
+  // Where the colliders are and how they go on, in the cloth frame; empty: they rest as described.
+  std::vector<RigidMotion> collider_motions() const;
 
   // --- Device thread from here on. ---
 
@@ -99,6 +113,16 @@ class ClothRuntime {
   const PinTrack& pins() const { return pins_; }
   LengthTrack& lengths() { return lengths_; }
   const LengthTrack& lengths() const { return lengths_; }
+  const ColliderTrack& colliders() const { return colliders_; }
+  // For the next step; valid until the next call.
+  std::span<const RigidMotion> NextColliderMotions() {
+    return colliders_.MotionsForStep(progress_.time_s, NextTime_s());
+  }
+  // The cloth has these colliders from now on, in motion or (empty) at rest about these pivots.
+  void StartColliders(std::vector<RigidMotion> motions, std::vector<Eigen::Vector3d> pivots_m);
+  // The backend knows of `track`'s motions.
+  void SetColliders(ColliderTrack track);
+  FrameBudget& budget() { return budget_; }
 
   // Simulated time at the end of the next step: base time + steps since * time step, so that a
   // cloth whose time step never changed is at exactly step * time step.
@@ -109,7 +133,7 @@ class ClothRuntime {
   StepReport Shifted(StepReport report) const;
 
   // Step 0, time 0, no fault, no warnings; pins as in Begin, rest lengths of the model. The caller
-  // has written the state.
+  // has written the state, and starts the colliders.
   void Reset(std::vector<Eigen::Vector3d> pin_starts_m, std::vector<Eigen::Vector3d> pin_targets_m);
   // From the next step on.
   void SetTimeStep(double time_step_s);
@@ -137,6 +161,10 @@ class ClothRuntime {
   uint64_t reset_count_ = 0;
   PinTrack pins_;
   LengthTrack lengths_;
+  ColliderTrack colliders_;
+  mutable std::mutex mutex_;
+  std::shared_ptr<const ColliderTrack> shown_colliders_;  // null: they rest; guarded by mutex_
+  FrameBudget budget_;
   std::deque<ActiveRequest*> turns_;
   PublishedProgress published_;
 };

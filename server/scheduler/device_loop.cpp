@@ -102,9 +102,11 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
       StepItem item;
       item.cloth = cloth.handle();
       item.measure = part.request->IsMeasured(k);
+      item.max_iterations = cloth.budget().Cap();
       if (!cloth.is_faulted()) {
         item.pin_targets_m = cloth.pins().TargetsForStep(cloth.NextTime_s());
         item.rest_lengths_m = cloth.lengths().TargetsForStep(cloth.NextTime_s());
+        item.collider_motions = cloth.NextColliderMotions();
       }
       items.push_back(item);
     }
@@ -114,6 +116,7 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
 
 void DeviceLoop::StepBatch(const std::vector<Part>& parts) {
   const std::vector<StepItem> items = ItemsOf(parts);
+  const int64_t begin_us = clock_.NowUs();
   const BatchReport batch = backend_.Step(items);
   DRAPE_CHECK(batch.reports.size() == items.size(), "one report per item");
   const int64_t now_us = clock_.NowUs();
@@ -121,8 +124,9 @@ void DeviceLoop::StepBatch(const std::vector<Part>& parts) {
   uint64_t faults = 0;
   for (const Part& part : parts) {
     for (const uint32_t k : part.cloths) {
-      const StepReport& report = batch.reports[next++];
       ClothRuntime& cloth = *part.request->work().cloths[k];
+      const StepReport report =
+          cloth.budget().Measured(batch.reports[next++], static_cast<double>(now_us - begin_us));
       faults += report.fault != FaultReason::kNone && !cloth.is_faulted();
       part.request->CompleteStep(k, report);
       cloth.CompleteStep(report);

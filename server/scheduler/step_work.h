@@ -43,6 +43,14 @@ struct PinControl {
   double over_s = 0;                                   // >= 0; 0 = within one step
 };
 
+// Moves a collider from the start of the first step of a request.
+struct ColliderControl {
+  uint32_t cloth_index = 0;  // in StepWork::cloths
+  uint32_t collider = 0;     // the cloth must have it when the request starts
+  ColliderTarget target;     // cloth frame
+  double over_s = 0;         // >= 0; 0 = within one step
+};
+
 // Drives a rest length from the start of the first step of a request.
 struct LengthControl {
   uint32_t cloth_index = 0;  // in StepWork::cloths
@@ -109,12 +117,12 @@ struct StepOutcome {
   // OK even if cloths faulted. Else the request ended early and the rest is empty:
   //   FAILED_PRECONDITION STEP_MISMATCH: expected_step or until_step does not fit; nothing has
   //   moved. FAILED_PRECONDITION PIN_NOT_FOUND: a pin control names a particle that is no longer
-  //   pinned. FAILED_PRECONDITION CONSTRAINT_NOT_FOUND: a rest-length control names a constraint
-  //   that the cloth no longer has. RESOURCE_EXHAUSTED: the device has no room for rest lengths of
-  //   the cloth's own. INVALID_ARGUMENT: more steps than max_steps_per_request up to until_step.
-  //   NOT_FOUND CLOTH_NOT_FOUND: a cloth was deleted, before or during the request. CANCELLED
-  //   CANCELLED: the token; the steps that were complete stay. UNAVAILABLE DRAINING: the server
-  //   shuts down.
+  //   pinned. FAILED_PRECONDITION CONSTRAINT_NOT_FOUND, COLLIDER_NOT_FOUND: a control names a
+  //   constraint or a collider that the cloth no longer has. RESOURCE_EXHAUSTED: the device has no
+  //   room for rest lengths of the cloth's own or for moving colliders. INVALID_ARGUMENT: more
+  //   steps than max_steps_per_request up to until_step. NOT_FOUND CLOTH_NOT_FOUND: a cloth was
+  //   deleted, before or during the request. CANCELLED CANCELLED: the token; the steps that were
+  //   complete stay. UNAVAILABLE DRAINING: the server shuts down.
   Status status;
   std::vector<ClothOutcome> cloths;  // same order as StepWork::cloths
   StepTiming timing;
@@ -132,6 +140,7 @@ struct StepWork {
   // Every cloth that is not faulted must have completed exactly this many when the request starts.
   std::optional<uint64_t> expected_step;
   std::vector<PinControl> pin_controls;
+  std::vector<ColliderControl> collider_controls;
   std::vector<LengthScale> length_scales;  // before the single lengths
   std::vector<LengthControl> length_controls;
   bool report = false;  // measure in the last step of each cloth

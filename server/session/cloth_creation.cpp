@@ -46,17 +46,19 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   const Placement placement{copy.environment_origin_m,
                             OriginInEnvironment(*model_, copy.transform)};
   const ParticleState state = PlaceRestShape(*model_, copy.transform, placement);
-  Result<ClothHandle> handle =
-      backend.Create(model_, InClothFrame(copy.parameters, placement), state);
+  const ClothParameters in_cloth_frame = InClothFrame(copy.parameters, placement);
+  Result<ClothHandle> handle = backend.Create(model_, in_cloth_frame, state);
   if (!handle.ok()) return handle.status();
-  auto description = std::make_shared<const ClothDescription>(
-      ClothDescription{creation_.description, model_, copy.parameters, pins_, *plan_});
+  auto description = std::make_shared<const ClothDescription>(ClothDescription{
+      creation_.description, model_, copy.parameters, pins_, *plan_, creation_.map_charges});
   made_.push_back(std::make_shared<ClothRecord>(placement, copy.transform, std::move(description)));
   std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model_, state);
   std::vector<Eigen::Vector3d> targets_m = PinTargets(pins_, placement, starts_m);
   made_.back()->runtime->Begin(*handle, model_, copy.parameters.settings.time_step_s,
                                ShiftOf(*model_, copy.parameters, placement), std::move(starts_m),
                                std::move(targets_m));
+  StartColliders(in_cloth_frame, *made_.back()->runtime);
+  made_.back()->runtime->budget().Set(copy.parameters.settings);
   return Status::Ok();
 }
 
@@ -73,6 +75,11 @@ void FreeCloth(Backend& backend, ClothRecord& cloth, const Status& reason) {
   if (!cloth.runtime->is_alive()) return;
   cloth.runtime->End(reason);
   backend.Destroy(cloth.runtime->handle());
+  // The quota is free before anybody hears of it, whoever still holds the record.
+  if (cloth.description()->map_charges.empty()) return;
+  auto after = std::make_shared<ClothDescription>(*cloth.description());
+  after->map_charges.clear();
+  cloth.ReplaceDescription(std::move(after));
 }
 
 Status ResetCloth(Backend& backend, ClothRecord& cloth) {
@@ -82,9 +89,14 @@ Status ResetCloth(Backend& backend, ClothRecord& cloth) {
   std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*description->model, *update.state);
   update.pin_targets_m = starts_m;
   if (cloth.runtime->lengths().is_driven()) update.rest_lengths_m.emplace();
+  const ClothParameters in_cloth_frame = InClothFrame(description->parameters, cloth.placement);
+  if (cloth.runtime->colliders().is_moving()) {
+    update.collider_motions = in_cloth_frame.collider_motions;
+  }
   DRAPE_RETURN_IF_ERROR(backend.Write(cloth.runtime->handle(), update));
   std::vector<Eigen::Vector3d> targets_m = PinTargets(description->pins, cloth.placement, starts_m);
   cloth.runtime->Reset(std::move(starts_m), std::move(targets_m));
+  StartColliders(in_cloth_frame, *cloth.runtime);
   return Status::Ok();
 }
 

@@ -33,6 +33,9 @@ void Shift(CapsuleCollider& capsule, const Placement& placement) {
 void Shift(BoxCollider& box, const Placement& placement) {
   box.center_m = placement.ClothFromEnvironment(box.center_m);
 }
+void Shift(DistanceMapCollider& solid, const Placement& placement) {
+  solid.transform.position_m = placement.ClothFromEnvironment(solid.transform.position_m);
+}
 
 }  // namespace
 
@@ -80,7 +83,35 @@ ClothParameters InClothFrame(const ClothParameters& parameters, const Placement&
   for (Collider& collider : shifted.colliders) {
     std::visit([&](auto& shape) { Shift(shape, placement); }, collider);
   }
+  for (RigidMotion& motion : shifted.collider_motions) {
+    motion.pivot_m = placement.ClothFromEnvironment(motion.pivot_m);
+    motion.position_m = placement.ClothFromEnvironment(motion.position_m);
+  }
   return shifted;
+}
+
+void StartColliders(const ClothParameters& in_cloth_frame, ClothRuntime& runtime) {
+  std::vector<Eigen::Vector3d> pivots_m;
+  for (const Collider& collider : in_cloth_frame.colliders) pivots_m.push_back(CentreOf(collider));
+  runtime.StartColliders(in_cloth_frame.collider_motions, std::move(pivots_m));
+}
+
+std::vector<RigidMotion> ColliderMotionsNow(const ClothRecord& cloth) {
+  std::vector<RigidMotion> motions = cloth.runtime->collider_motions();
+  for (RigidMotion& motion : motions) {
+    motion.pivot_m = cloth.placement.EnvironmentFromCloth(motion.pivot_m);
+    motion.position_m = cloth.placement.EnvironmentFromCloth(motion.position_m);
+  }
+  return motions;
+}
+
+std::vector<Collider> CollidersNow(const ClothRecord& cloth) {
+  const std::vector<RigidMotion> motions = ColliderMotionsNow(cloth);
+  std::vector<Collider> colliders = cloth.description()->parameters.colliders;
+  // Else they are being replaced: as described.
+  if (motions.size() != colliders.size()) return colliders;
+  for (size_t k = 0; k < colliders.size(); ++k) colliders[k] = Moved(colliders[k], motions[k]);
+  return colliders;
 }
 
 ReportShift ShiftOf(const SceneModel& model, const ClothParameters& parameters,
@@ -114,10 +145,14 @@ Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothC
   changed.damping_per_s = change.damping_per_s.value_or(current.damping_per_s);
   changed.friction_static = change.friction_static.value_or(current.friction_static);
   changed.friction_dynamic = change.friction_dynamic.value_or(current.friction_dynamic);
+  changed.restitution = change.restitution.value_or(current.restitution);
   changed.thickness_m = change.thickness_m.value_or(current.thickness_m);
   changed.air_drag = change.air_drag.value_or(current.air_drag);
   changed.air_lift = change.air_lift.value_or(current.air_lift);
-  if (change.colliders.has_value()) changed.colliders = *change.colliders;
+  if (change.colliders.has_value()) {
+    changed.colliders = *change.colliders;
+    changed.collider_motions = change.collider_motions;
+  }
   changed.settings = change.settings.value_or(current.settings);
   if (changed.friction_dynamic > changed.friction_static) {
     return Status::InvalidField(

@@ -15,6 +15,7 @@
 #include "server/scene/placement.h"
 #include "server/scene/scene_model.h"
 #include "server/scheduler/cloth_runtime.h"
+#include "server/session/map_quota.h"
 #include "server/solver/cloth_parameters.h"
 
 namespace drape {
@@ -37,6 +38,7 @@ struct ClothCreation {
   // Exactly the model's pins, any order; targets in the environment frame, the same for every copy.
   std::vector<Pin> pins;
   std::vector<ClothCopy> copies;  // at least one
+  MapCharges map_charges{};       // for the copies' colliders; taken by Session::CreateCloths
 };
 
 // A rest length of a ModelChange that is the distance in the rest shape.
@@ -47,6 +49,9 @@ struct ModelChange {
   std::optional<double> stretch_compliance_m_per_n;  // of grids and meshes
   std::optional<double> bending_stiffness_n_per_m;   // of grids and meshes
   std::optional<double> shear_stiffness_n_per_m;     // of grids
+  std::optional<double> bending_rigidity_n_m;        // of grids and meshes
+  std::optional<double> stretch_stiffness_n_per_m;   // of grids and meshes
+  std::optional<double> shear_modulus_n_per_m;       // of grids
   // Of cloths made of particles; each replaces the whole list.
   std::optional<std::vector<DistanceConstraint>> distance_constraints;
   std::optional<std::vector<Spring>> springs;
@@ -54,6 +59,7 @@ struct ModelChange {
 
   bool is_any_set() const {
     return stretch_compliance_m_per_n || bending_stiffness_n_per_m || shear_stiffness_n_per_m ||
+           bending_rigidity_n_m || stretch_stiffness_n_per_m || shear_modulus_n_per_m ||
            distance_constraints || springs || point_joints;
   }
 };
@@ -65,10 +71,13 @@ struct ClothChange {
   std::optional<double> damping_per_s;
   std::optional<double> friction_static;
   std::optional<double> friction_dynamic;
+  std::optional<double> restitution;
   std::optional<double> thickness_m;
   std::optional<double> air_drag;
   std::optional<double> air_lift;
   std::optional<std::vector<Collider>> colliders;  // environment frame
+  MapCharges map_charges{};                        // for them; taken by Session::UpdateCloths
+  std::vector<RigidMotion> collider_motions;       // of `colliders`, or empty: they rest
   std::optional<StepSettings> settings;            // fully resolved
   // Replaces all pins. A pin that stays keeps its motion unless it has a target here; a new one
   // starts where its particle is; both go to a given target within one step. The state is kept.
@@ -85,6 +94,7 @@ struct ClothDescription {
   ClothParameters parameters;  // colliders in the environment frame
   std::vector<Pin> pins;       // sorted by particle, like model->pins()
   std::string plan;            // Backend::PlanOf(*model)
+  MapCharges map_charges{};    // for the colliders of `parameters`
 };
 
 // A cloth of a session. Thread-safe.
@@ -125,6 +135,15 @@ ParticleState PlaceRestShape(const SceneModel& model, const RigidTransform& tran
 
 // Environment frame -> cloth frame: the colliders move, everything else stays.
 ClothParameters InClothFrame(const ClothParameters& parameters, const Placement& placement);
+
+// The runtime's colliders are those of `in_cloth_frame`, from now on. Device thread.
+void StartColliders(const ClothParameters& in_cloth_frame, ClothRuntime& runtime);
+
+// Where they are and how they go on, in the environment frame; empty: they rest as described. Any
+// thread.
+std::vector<RigidMotion> ColliderMotionsNow(const ClothRecord& cloth);
+// The shapes where they are now, in the environment frame. Any thread.
+std::vector<Collider> CollidersNow(const ClothRecord& cloth);
 
 // What brings a report of the cloth to the frames that clients see.
 ReportShift ShiftOf(const SceneModel& model, const ClothParameters& parameters,

@@ -20,6 +20,7 @@ struct PlannedUpdate {
   ClothUpdate undo;
   std::optional<PinTrack> pins;  // set if they are replaced
   LengthTrack lengths;           // with another model
+  bool has_new_colliders = false;
 };
 
 std::vector<Eigen::Vector3d> PinsNow(const PinTrack& pins, double now_s) {
@@ -93,8 +94,14 @@ Result<PlannedUpdate> Plan(const Backend& backend, const ClothRecord& cloth,
   PlannedUpdate plan;
   auto after = std::make_shared<ClothDescription>(*before);
   after->parameters = std::move(parameters).value();
+  if (change.colliders) after->map_charges = change.map_charges;
   plan.write.parameters = InClothFrame(after->parameters, cloth.placement);
   plan.undo.parameters = InClothFrame(before->parameters, cloth.placement);
+  plan.has_new_colliders = change.colliders.has_value();
+  if (cloth.runtime->colliders().is_moving()) {
+    plan.undo.collider_motions = cloth.runtime->colliders().At(cloth.runtime->now().time_s);
+    if (!plan.has_new_colliders) plan.write.collider_motions = plan.undo.collider_motions;
+  }
   if (changed != nullptr) {
     after->model_description = changed->description;
     after->model = changed->model;
@@ -117,9 +124,11 @@ Result<PlannedUpdate> Plan(const Backend& backend, const ClothRecord& cloth,
 void Commit(ClothRecord& cloth, PlannedUpdate plan) {
   ClothRuntime& runtime = *cloth.runtime;
   runtime.SetTimeStep(plan.after->parameters.settings.time_step_s);
+  runtime.budget().Set(plan.after->parameters.settings);
   runtime.SetShift(ShiftOf(*plan.after->model, plan.after->parameters, cloth.placement));
   if (plan.write.model) runtime.lengths() = std::move(plan.lengths);
   runtime.SetModel(plan.after->model);
+  if (plan.has_new_colliders) StartColliders(*plan.write.parameters, runtime);
   if (plan.pins.has_value()) runtime.pins() = std::move(*plan.pins);
   cloth.ReplaceDescription(std::move(plan.after));
 }

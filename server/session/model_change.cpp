@@ -53,6 +53,12 @@ Status CheckFits(const ModelChange& change, const Topology& topology) {
           "spec.material.bending_stiffness_n_per_m", "grids and meshes");
   require(change.shear_stiffness_n_per_m.has_value(), is_grid,
           "spec.material.shear_stiffness_n_per_m", "grids");
+  require(change.bending_rigidity_n_m.has_value(), !is_particles,
+          "spec.material.bending_rigidity_n_m", "grids and meshes");
+  require(change.stretch_stiffness_n_per_m.has_value(), !is_particles,
+          "spec.material.stretch_stiffness_n_per_m", "grids and meshes");
+  require(change.shear_modulus_n_per_m.has_value(), is_grid, "spec.material.shear_modulus_n_per_m",
+          "grids");
   require(change.distance_constraints.has_value(), is_particles,
           "spec.particles.distance_constraints", "cloths made of particles");
   require(change.springs.has_value(), is_particles, "spec.particles.springs",
@@ -81,6 +87,12 @@ void Apply(const ModelChange& change, ModelDescription& description) {
       change.bending_stiffness_n_per_m.value_or(material.bending_stiffness_n_per_m);
   material.shear_stiffness_n_per_m =
       change.shear_stiffness_n_per_m.value_or(material.shear_stiffness_n_per_m);
+  material.bending_rigidity_n_m =
+      change.bending_rigidity_n_m.value_or(material.bending_rigidity_n_m);
+  material.stretch_stiffness_n_per_m =
+      change.stretch_stiffness_n_per_m.value_or(material.stretch_stiffness_n_per_m);
+  material.shear_modulus_n_per_m =
+      change.shear_modulus_n_per_m.value_or(material.shear_modulus_n_per_m);
   auto* particles = std::get_if<ParticleTopology>(&description.topology);
   if (particles == nullptr) return;
   if (change.distance_constraints) {

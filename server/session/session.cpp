@@ -30,7 +30,9 @@ Session::Session(std::shared_ptr<SessionCommons> commons, std::string name,
       display_name_(std::move(display_name)),
       ttl_s_(ttl_s),
       request_memory_(commons_->limits.max_remembered_answers,
-                      commons_->limits.max_remembered_bytes) {}
+                      commons_->limits.max_remembered_bytes),
+      map_quota_(std::make_shared<MapQuota>(commons_->limits.max_mesh_collider_bytes_per_session)) {
+}
 
 uint32_t Session::cloth_count() const {
   const std::lock_guard lock(mutex_);

@@ -13,6 +13,8 @@
 #include "server/scheduler/scheduler.h"
 #include "server/session/cloth_record.h"
 #include "server/session/cloth_table.h"
+#include "server/session/distance_map_cache.h"
+#include "server/session/map_quota.h"
 #include "server/session/model_cache.h"
 #include "server/session/model_change.h"
 #include "server/session/request_memory.h"
@@ -28,6 +30,7 @@ struct SessionCommons {
   const SessionLimits limits;
   ClothTable cloths;
   ModelCache models;
+  DistanceMapCache maps;
 };
 
 struct CreatedCloths {
@@ -62,7 +65,10 @@ class Session : public std::enable_shared_from_this<Session> {
   double ttl_s() const { return ttl_s_; }
   uint32_t cloth_count() const;     // quota in use
   uint64_t particle_count() const;  // quota in use
+  uint64_t map_bytes() const { return map_quota_->used_bytes(); }
   RequestMemory& request_memory() { return request_memory_; }
+  // Of the whole server.
+  DistanceMapCache& maps() { return commons_->maps; }
 
   // Creates all the copies or none. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED) names the limit;
   // RESOURCE_EXHAUSTED of the backend when the device is full.
@@ -115,6 +121,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::string display_name_;
   const double ttl_s_;
   RequestMemory request_memory_;
+  const std::shared_ptr<MapQuota> map_quota_;
 
   mutable std::mutex mutex_;
   std::map<uint64_t, std::shared_ptr<ClothRecord>> cloths_;  // by creation number

@@ -9,12 +9,27 @@
 #include "server/session/sliced_command.h"
 
 namespace drape {
+namespace {
+
+DistanceMapSet MapsOf(const ClothCreation& creation) {
+  DistanceMapSet maps;
+  for (const ClothCopy& copy : creation.copies) Insert(copy.parameters.colliders, maps);
+  return maps;
+}
+
+}  // namespace
 
 void Session::CreateCloths(ClothCreation creation,
                            std::function<void(Result<CreatedCloths>)> done) {
   DRAPE_CHECK(!creation.copies.empty(), "at least one copy");
   const size_t cloths = creation.copies.size();
   const uint64_t particles = uint64_t{creation.model->particle_count()} * cloths;
+  Result<MapCharges> charges = map_quota_->Charge(MapsOf(creation));
+  if (!charges.ok()) {
+    done(charges.status());
+    return;
+  }
+  creation.map_charges = std::move(charges).value();
   if (const Status status = ReserveQuota(cloths, particles); !status.ok()) {
     done(status);
     return;
@@ -53,8 +68,8 @@ void Session::CreateCloths(ClothCreation creation,
 }
 
 void Session::CheckCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done) {
-  Status status;
-  {
+  Status status = map_quota_->Charge(MapsOf(creation)).status();
+  if (status.ok()) {
     const std::lock_guard lock(mutex_);
     status = CheckQuota(creation.copies.size(),
                         uint64_t{creation.model->particle_count()} * creation.copies.size());
@@ -75,6 +90,16 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
                            std::function<void(Result<UpdatedCloths>)> done,
                            const ModelRules& rules) {
   DRAPE_CHECK(!cloths.empty(), "at least one cloth");
+  if (change.colliders) {
+    DistanceMapSet maps;
+    Insert(*change.colliders, maps);
+    Result<MapCharges> charges = map_quota_->Charge(maps);
+    if (!charges.ok()) {
+      done(charges.status());
+      return;
+    }
+    change.map_charges = std::move(charges).value();
+  }
   std::vector<ChangedModel> models;
   if (change.needs_model()) {
     auto built = BuildChangedModels(cloths, change, rules, commons_->models);

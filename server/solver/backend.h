@@ -1,6 +1,7 @@
 // The narrow interface between what schedules cloths and what computes them.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -42,7 +43,19 @@ struct StepItem {
   // change linearly within it. Only of cloths with rest lengths of their own (ClothUpdate). Empty:
   // those of the last step or write.
   std::span<const double> rest_lengths_m = {};
+  // How the colliders move from the start of the step on, [collider_count]; only of cloths with
+  // ClothParameters::collider_motions. Empty: on from where the last step or write left them.
+  std::span<const RigidMotion> collider_motions = {};
+  // Sweeps per substep at most in this step, if fewer than the cloth's settings say; 0: as they
+  // say. The result is that of a cloth with this max_iterations, bit for bit.
+  uint32_t max_iterations = 0;
 };
+
+// Sweeps per substep at most.
+inline uint32_t IterationsOf(const StepItem& item, const StepSettings& settings) {
+  if (item.max_iterations == 0) return settings.max_iterations;
+  return std::min(item.max_iterations, settings.max_iterations);
+}
 
 struct BatchReport {
   std::vector<StepReport> reports;  // one per item, same order
@@ -74,6 +87,8 @@ struct ClothUpdate {
   // Rest lengths of the cloth's own from now on, [constraint_count] of the (new) model, each > 0;
   // an empty vector gives them up for those of the model, as does a new model without them.
   std::optional<std::vector<double>> rest_lengths_m;
+  // Replaces those of the (new) parameters: [collider_count], or empty.
+  std::optional<std::vector<RigidMotion>> collider_motions;
 };
 
 // Owns the device and the states of all cloths. Every call, construction and destruction included,

@@ -3,9 +3,11 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "server/scene/colliders.h"
+#include "server/scene/rigid_motion.h"
 #include "server/solver/solver_constants.h"
 #include "server/solver/step_settings.h"
 
@@ -18,16 +20,35 @@ struct ClothParameters {
   double damping_per_s = 0;               // >= 0; v decays as exp(-damping t)
   double friction_static = 0;             // >= friction_dynamic
   double friction_dynamic = 0;            // >= 0
+  double restitution = 0;                 // [0, 1]; share of the approach speed that a hit leaves
   double thickness_m = 0;                 // >= 0; gap = distance to the collider - thickness
   double air_drag = 0;                    // drag coefficient, [0, kMaxAirCoefficient]
   double air_lift = 0;                    // lift coefficient, [0, kMaxAirCoefficient]
   std::vector<Collider> colliders;
+  // How they move from the next step on, [colliders.size()]; empty: all of them rest as described.
+  std::vector<RigidMotion> collider_motions;
   StepSettings settings;
 };
 
 // Whether the stage `apply_wind` has anything to do. Cloths without triangles feel no air.
 inline bool HasAirForces(const SceneModel& model, const ClothParameters& parameters) {
   return !model.triangles().empty() && (parameters.air_drag > 0 || parameters.air_lift > 0);
+}
+
+// Whether colliders move, or rest elsewhere than described.
+inline bool HasMovingColliders(const ClothParameters& parameters) {
+  return !parameters.collider_motions.empty();
+}
+
+// Whether particles may bounce off colliders.
+inline bool HasRestitution(const ClothParameters& parameters) {
+  return !parameters.colliders.empty() && parameters.restitution > 0;
+}
+
+// Slowest approach to a collider that is a hit, from which a particle bounces [m/s]: what gravity
+// makes in kReboundSubsteps substeps.
+inline double SlowestRebound(const ClothParameters& parameters) {
+  return kReboundSubsteps * parameters.gravity_m_per_s2.norm() * parameters.settings.substep_s();
 }
 
 // Which solvers a cloth's sweeps have and how it is advanced: what its settings ask for, as far as
@@ -67,7 +88,8 @@ inline double EndShare(const SceneModel& model, const ClothParameters& parameter
 // Strips hold plain constraints of the model's lengths only: with ropes, struts or
 // `has_own_lengths` (driven rest lengths) the sweeps have colours. Two steps need strips and
 // nothing abrupt: contacts are not smooth, springs alone are better off with velocity Verlet, and
-// what colours and joints alone leave of the errors would gain energy.
+// what colours and joints alone leave of the errors would gain energy, as would what strips leave
+// where masses differ much (kMaxHeldMassRatio).
 inline SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parameters,
                                  bool has_own_lengths) {
   const StepSettings& settings = parameters.settings;
@@ -80,19 +102,48 @@ inline SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters&
   choice.has_two_steps = settings.integration == Integration::kTwoStep && choice.has_strips &&
                          settings.substeps > 1 && model.constraint_count() > 0 &&
                          model.joint_count() == 0 && parameters.colliders.empty() &&
-                         !has_spring_forces;
+                         !has_spring_forces && model.held_mass_ratio() <= kMaxHeldMassRatio;
   if (choice.has_two_steps) return choice;
   choice.end_share = EndShare(model, parameters);
   if (!has_own_lengths) choice.velocity_iterations = settings.velocity_iterations;
   return choice;
 }
 
+// h^2 omega^2 of the fastest elastic element of a cloth. Above 1 the substep cannot follow it, and
+// it is as soft as makes this 1 (server/solver/README.md, "Elastic elements").
+inline double ElasticRatio(const SceneModel& model, const ClothParameters& parameters) {
+  const double h = parameters.settings.substep_s();
+  return h * h * model.elastic_frequency_sq_bound();
+}
+
 // Whether explicit springs may be unstable: velocity Verlet needs h^2 omega^2 < 4, two steps with
-// the springs at the predicted positions less than the square of the golden ratio.
+// the springs at the predicted positions less than the square of the golden ratio. Elastic elements
+// use up their part of it.
 inline bool AreSpringsBeyondLimit(const SceneModel& model, const ClothParameters& parameters) {
   const double h = parameters.settings.substep_s();
   const double limit = ChooseSolver(model, parameters, false).has_two_steps ? 2.618 : 4;
-  return h * h * model.spring_frequency_sq_bound() >= limit;
+  const double ratio = h * h * model.spring_frequency_sq_bound();
+  return model.spring_count() > 0 &&
+         ratio + std::min(ElasticRatio(model, parameters), 1.0) >= limit;
+}
+
+// Rate at which the energy of springs in the force grows at most [1/s], constraints apart; <= 0: it
+// does not. A mode of frequency w and damping d/k = s is multiplied per substep by the matrix of
+// x += h v + h^2 a/2, v += h a, a = -w^2 (x + s v), whose determinant is the factor of the squared
+// amplitude: 1 + w^2 h (h/2 - s). It grows with w. Damping of the cloth takes exp(-c h).
+inline double SpringGain_per_s(const SceneModel& model, const ClothParameters& parameters) {
+  if (model.spring_count() == 0 ||
+      parameters.settings.spring_integration != SpringIntegration::kInForce) {
+    return 0;
+  }
+  const double h = parameters.settings.substep_s();
+  const double growth =
+      model.spring_frequency_sq_bound() * h * (h / 2 - model.least_spring_damping_s());
+  return std::log1p(std::max(growth, 0.0)) / h - parameters.damping_per_s;
+}
+
+inline bool MaySpringsGainEnergy(const SceneModel& model, const ClothParameters& parameters) {
+  return SpringGain_per_s(model, parameters) > kMaxSpringGain_per_s;
 }
 
 // Whether the stage `damp_twist` has anything to do: cells are those of a grid.

@@ -8,6 +8,17 @@ namespace drape {
 // recovery.
 inline constexpr double kMaxDepenetrationSpeed_m_per_s = 1.0;
 
+// A particle that approaches a collider more slowly than gravity makes it in this many substeps
+// does not bounce off it [-] (Müller et al. 2020, «Detailed Rigid Body Simulation with Extended
+// Position Based Dynamics», section 3.6). Smaller: what rests hops; larger: bounces end at a larger
+// height.
+inline constexpr double kReboundSubsteps = 2;
+
+// Fastest that a collider may move [m/s] and turn [rad/s] by itself: within 1/60 s that is 17 m and
+// 2.7 turns, far more than any cloth follows.
+inline constexpr double kMaxColliderSpeed_m_per_s = 1e3;
+inline constexpr double kMaxColliderTurn_rad_per_s = 1e3;
+
 // A particle touches a collider when its gap is at most this share of the model's length scale [-].
 // Only for counting contacts in reports.
 inline constexpr double kContactMarginRatio = 1e-3;
@@ -45,6 +56,19 @@ inline constexpr double kBlendEnd = 0.30;
 // [-, cosine]: no motion of a cloth does, only flutter. Smaller: strips of links that flutter blow
 // up; larger: more links are solved to first order.
 inline constexpr double kMinDirectionCosine = 0.99;
+
+// Largest h^2 omega^2 of an elastic element that its damping is reckoned with [-]: at this ratio
+// all but a trillionth of its speed is taken already. Larger: the square leaves single precision.
+inline constexpr double kMaxElasticRatio = 1e6;
+// Cloths whose SceneModel::held_mass_ratio is larger keep to one step [-]: one sweep leaves much of
+// the errors there, and two steps extrapolate what is left and gain energy (from about 30 on a
+// sheet whose masses alternate, `./run bench stability`). Smaller: cloths that two steps suit lose
+// their second order.
+inline constexpr double kMaxHeldMassRatio = 10;
+
+// Rate at which springs in the force may gain energy before a report warns [1/s]. Larger: motion
+// that grows visibly goes unnamed; smaller: warnings of what constraints and friction take anyway.
+inline constexpr double kMaxSpringGain_per_s = 1;
 
 // Density of the air [kg/m^3]: dry, at sea level and 15 degrees Celsius (ISO 2533). Thinner air or
 // water: scale the coefficients of drag and lift.

@@ -19,6 +19,13 @@ struct StepWarnings {
   // Explicit springs are beyond their stability limit h^2 * sum(k) * (w_i + w_j) < 4 for some
   // particle.
   bool springs_beyond_limit = false;
+  // Some elastic element (bending, shear) is faster than the substep can follow, and softer than
+  // asked for.
+  bool elastic_beyond_limit = false;
+  // Springs in the force may gain energy faster than kMaxSpringGain_per_s (SpringGain_per_s).
+  bool springs_gain_energy = false;
+  // One sweep per substep already takes longer than the frame budget. Set by the scheduler.
+  bool over_budget = false;
 };
 
 // Measured on the committed state, only on request. Frames: the cloth's own; the caller shifts.
@@ -28,9 +35,10 @@ struct Measurements {
   double kinetic_energy_j = 0;
   // -sum m g.p with p in the cloth frame; the caller adds the frame's shift.
   double potential_energy_j = 0;
-  double strain_energy_j = 0;    // springs k/2 (l-l0)^2 and compliant constraints C^2 / (2 alpha)
-  double lowest_m = 0;           // smallest y
-  uint32_t contacts = 0;         // particles with a gap <= kContactMarginRatio * length scale
+  double strain_energy_j =
+      0;                  // springs, elastic elements: k/2 (l-l0)^2; compliance: C^2 / (2 alpha)
+  double lowest_m = 0;    // smallest y
+  uint32_t contacts = 0;  // particles with a gap <= kContactMarginRatio * length scale
   double max_penetration_m = 0;  // max(0, -gap)
   // Largest |C + (alpha/h) Lambda| of the last substep, and contact violation.
   double max_residual_m = 0;
@@ -38,7 +46,9 @@ struct Measurements {
 
 struct StepReport {
   uint32_t iterations = 0;  // sweeps over all substeps of the step
-  bool converged = true;    // every substep met the tolerance; true when the tolerance is 0
+  // Sweeps per substep that the frame budget allowed; 0: no budget. Set by the scheduler.
+  uint32_t iteration_cap = 0;
+  bool converged = true;  // every substep met the tolerance; true when the tolerance is 0
   FaultReason fault = FaultReason::kNone;
   StepWarnings warnings;
   Measurements measured;  // zero unless asked for

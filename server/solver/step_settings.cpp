@@ -80,6 +80,7 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
   if (overrides.velocity_iterations) settings.velocity_iterations = *overrides.velocity_iterations;
   if (overrides.sweep) settings.sweep = *overrides.sweep;
   if (overrides.twist_damping_per_s) settings.twist_damping_per_s = *overrides.twist_damping_per_s;
+  if (overrides.frame_budget_ms) settings.frame_budget_ms = *overrides.frame_budget_ms;
   if (overrides.spring_integration) settings.spring_integration = *overrides.spring_integration;
 
   std::vector<FieldViolation> violations;
@@ -100,6 +101,8 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
         "[0, 1)");
   check(settings.twist_damping_per_s >= 0 && settings.twist_damping_per_s <= kMaxTwistDamping_per_s,
         "twist_damping_per_s", settings.twist_damping_per_s, "[0, 1e+06] 1/s");
+  check(settings.frame_budget_ms >= 0 && settings.frame_budget_ms <= kMaxFrameBudget_ms,
+        "frame_budget_ms", settings.frame_budget_ms, "[0, 10000] ms");
   if (violations.empty() && settings.substep_s() < kMinSubstep_s) {
     violations.push_back({std::string(field_prefix) + ".time_step_s",
                           Text(settings.time_step_s) + " s in " + Text(settings.substeps) +
@@ -124,8 +127,9 @@ double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size
   const double twist =
       settings.twist_damping_per_s > 0 ? 2.0 * settings.substeps * model.particle_count() : 0;
   const double air = 2.0 * settings.substeps * static_cast<double>(model.triangles().size());
+  const double elastic = 2.0 * settings.substeps * model.elastic_count();
   return sweeps * (constraints + 2.0 * model.spring_count() + contacts) +
-         kMaxTethersPerParticle * tethers + velocities + twist + air;
+         kMaxTethersPerParticle * tethers + velocities + twist + air + elastic;
 }
 
 bool HasTethers(const SceneModel& model, const StepSettings& settings) {

@@ -55,6 +55,10 @@ struct StepSettings {
   // Rate at which the twist of a grid's cells is damped [1/s], see server/solver/README.md; 0 =
   // none.
   double twist_damping_per_s = 0;
+  // Wall time that a step should take at most [ms], [0, kMaxFrameBudget_ms]; 0 = none. Backends do
+  // not know it: the scheduler turns it into StepItem::max_iterations
+  // (server/scheduler/frame_budget.h).
+  double frame_budget_ms = 0;
   // Whether particles are kept within reach of their pins (scene/tethers.h) before the sweeps.
   bool use_tethers = true;
 
@@ -76,10 +80,12 @@ struct StepSettingsOverrides {
   std::optional<uint32_t> velocity_iterations{};
   std::optional<Sweep> sweep{};
   std::optional<double> twist_damping_per_s{};
+  std::optional<double> frame_budget_ms{};
 };
 
 inline constexpr double kMaxTimeStep_s = 10;
 inline constexpr double kMaxTwistDamping_per_s = 1e6;
+inline constexpr double kMaxFrameBudget_ms = 10000;
 // Below, h^2 and the velocities that follow from rounded positions lose their meaning in single
 // precision.
 inline constexpr double kMinSubstep_s = 1e-6;

@@ -5,6 +5,7 @@
 namespace drape {
 
 // apply_springs     half a kick of the spring accelerations (HALF_KICKS only)
+// apply_elastic     half a kick of the elements of bending and shear
 // apply_wind        half a kick of the air's drag and lift on the triangles
 // for each substep of size h:
 //   predict         u = v + a h/2, the mean velocity over the substep; pins: (target - p) / h
@@ -19,11 +20,13 @@ namespace drape {
 //   solve_velocity  per colour, velocity_iterations times: no velocity along rigid links and joints
 //   correct_velocity  contacts: no approach velocity, Coulomb friction; then damping
 //   apply_springs   a full kick, half a kick after the last substep
+//   apply_elastic   likewise
 //   apply_wind      likewise
 // commit            the new state replaces the old one, unless the cloth is faulted
 // measure           what a report asks for, from the committed state
 enum class StepStage {
   kApplySprings,
+  kApplyElastic,
   kApplyWind,
   kPredict,
   kDampTwist,

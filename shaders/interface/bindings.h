@@ -39,6 +39,11 @@
 // Words of a spring end in a model: other particle, rest length [m], stiffness [N/m], damping [N
 // s/m].
 #define DRAPE_SPRING_END_WORDS 4
+// Words of an elastic element in a model: four particles, the weights of the second to fourth, rest
+// length [m], mass [kg], squared frequency [1/s^2], share of damping; of an end of one: element,
+// weight.
+#define DRAPE_ELASTIC_WORDS 11
+#define DRAPE_ELASTIC_END_WORDS 2
 // Words of a link of a strip in Scratch: direction xyz, coupling over pivot, impulse [N s].
 #define DRAPE_STRIP_LINK_WORDS 5
 // Words of a tether in a model: pin, length [m].
@@ -50,14 +55,26 @@
 #define DRAPE_KIND_AT_LEAST 2u
 
 // Words of a collider in the parameters: kind, radius [m], point xyz [m], vector xyz, three axes
-// xyz. Sphere: point = centre. Plane: point; vector = normal. Capsule: point = end a; vector = end
-// b - end a [m]; first axis = normal on the segment. Box: point = centre; vector = half extents
-// [m]; axes.
-#define DRAPE_COLLIDER_WORDS 17
+// xyz, place of the distance map in Models. Sphere: point = centre. Plane: point; vector = normal.
+// Capsule: point = end a; vector = end b - end a [m]; first axis = normal on the segment. Box:
+// point = centre; vector = half extents [m]; axes. Distance map: point = its first sample's place;
+// axes; map.
+#define DRAPE_COLLIDER_WORDS 18
 #define DRAPE_COLLIDER_SPHERE 1u
 #define DRAPE_COLLIDER_PLANE 2u
 #define DRAPE_COLLIDER_CAPSULE 3u
 #define DRAPE_COLLIDER_BOX 4u
+#define DRAPE_COLLIDER_DISTANCE_MAP 5u
+
+// Words of a distance map in Models before its samples, x fastest [m]: samples along x, y and z,
+// cell [m], 1 / cell [1/m].
+#define DRAPE_MAP_HEADER_WORDS 5
+
+// Words of the motion of a collider in the parameters, as at the start of the step: pivot as
+// described xyz [m], position of it xyz [m], columns of the rotation 3 xyz, velocity xyz [m/s],
+// axis of the turn xyz, angular velocity xyz [rad/s], turns per second, and for a substep of h s
+// and the angle a in it sin(a)/a and h (1 - cos(a))/a^2 [s].
+#define DRAPE_COLLIDER_MOTION_WORDS 27
 
 // Bits of ClothStatus::fault.
 #define DRAPE_FAULT_NOT_FINITE 1u

@@ -138,6 +138,24 @@ struct ClothRecord {
   uint has_own_lengths;  // 0 or 1
   uint length_starts;    // [constraint_count] float [m]
   uint length_targets;   // [constraint_count] float [m]
+
+  // Only with restitution.
+  float restitution;      // [-]
+  float slowest_rebound;  // [m/s]
+  uint rebounds;          // in Scratch: [collider_count][particle_count] float [m/s]
+  // In Parameters: [collider_count][DRAPE_COLLIDER_MOTION_WORDS]; 0: they rest as described.
+  uint collider_motions;
+
+  // Only with elastic elements. In Models, but elastic_impulses.
+  uint elastic_count;
+  uint elastic_elements;  // [elastic_count][DRAPE_ELASTIC_WORDS]
+  uint elastic_offsets;   // [particle_count + 1] uint
+  uint elastic_ends;      // [][DRAPE_ELASTIC_END_WORDS]
+
+  uint elastic_impulses;  // in Scratch: [elastic_count][3] float [N s]
+  uint padding_0;
+  uint padding_1;
+  uint padding_2;
 };
 
 #ifdef __cplusplus

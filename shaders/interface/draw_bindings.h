@@ -28,6 +28,7 @@
 #define DRAPE_DRAW_UNIFORM_COLOURING 1
 #define DRAPE_DRAW_UNIFORM_SEGMENTS 2
 #define DRAPE_DRAW_UNIFORM_BALL_KIND 3
+#define DRAPE_DRAW_UNIFORM_MESH 4
 
 // Directions in which the extent of cloths is measured.
 #define DRAPE_DRAW_REACHES 8
@@ -52,6 +53,8 @@
 #define DRAPE_DRAW_KIND_AT_LEAST 0x80000000u
 #define DRAPE_DRAW_PARTICLE_BITS 0x3fffffffu
 #define DRAPE_DRAW_CONSTRAINT_WORDS 3u
+// Words of a corner of a mesh collider: position xyz [m], normal xyz.
+#define DRAPE_DRAW_MESH_CORNER_WORDS 6u
 
 // Corners of the disc as which a ball is drawn; vertices of a disc.
 #define DRAPE_DRAW_DISC_CORNERS 16

@@ -1,24 +1,36 @@
 // Kernel `measure_pieces`: stage measure of one piece of a cloth (DRAPE_MEASURE_PIECE particles and as many
-// constraints and joints), from the committed state; changes nothing but reports. Work group x = piece, y = cloth. A
-// cloth of one piece is finished here, others by `measure_total`. Reads States, Models, Parameters,
-// Scratch (lambdas [N s], violations [m]); writes Scratch (pieces) or Statuses.
+// constraints, joints and elastic elements), from the committed state; changes nothing but reports. Work group
+// x = piece, y = cloth. A cloth of one piece is finished here, others by `measure_total`. Reads States, Models,
+// Parameters, Scratch (lambdas [N s], violations [m]); writes Scratch (pieces) or Statuses.
 #define HAS_CAPSULES  // it measures cloths of all variants
 #define HAS_BOXES
+#define HAS_DISTANCE_MAPS
+#define HAS_MOVING_COLLIDERS
 #define HAS_JOINT_COMPLIANCE
 #include "stages/measured.glsl"
+#include "stages/collider_surface.glsl"
 #include "lib/distance.glsl"
 #include "lib/inequality.glsl"
 #include "lib/joint.glsl"
 #include "lib/measure.glsl"
+#include "stages/elastic_element.glsl"
 
 layout(local_size_x = LOCAL_SIZE) in;
 
 vec3 CommittedPosition(uint i) { return StateVector(cloth.positions + 3u * i); }
 
+// From where the committed state is: at the end of the step, or at its start if the cloth is faulted.
+float CommittedGap(uint c, vec3 p) {
+  if (cloth.collider_motions == 0u) {
+    return ColliderGap(LoadCollider(c), cloth.thickness, p).size;
+  }
+  return GapAtEnd(LoadSurface(c), p).size;
+}
+
 void MeasureContacts(uint i, vec3 p, inout Measured measured) {
-  float smallest_gap = ColliderGap(LoadCollider(0u), cloth.thickness, p).size;
+  float smallest_gap = CommittedGap(0u, p);
   for (uint c = 1u; c < cloth.collider_count; ++c) {
-    smallest_gap = min(smallest_gap, ColliderGap(LoadCollider(c), cloth.thickness, p).size);
+    smallest_gap = min(smallest_gap, CommittedGap(c, p));
   }
   if (smallest_gap <= cloth.contact_margin) ++measured.contacts;
   measured.max_penetration = max(measured.max_penetration, -smallest_gap);
@@ -105,19 +117,35 @@ void MeasureJoint(uint k, inout Measured measured) {
   measured.max_residual = max(measured.max_residual, error);
 }
 
+void MeasureElement(uint e, inout Measured measured) {
+  ElasticElement element = LoadElement(e);
+  uvec4 i = element.particles;
+  Differences d = DifferencesFrom(CommittedPosition(i.x), CommittedPosition(i.y),
+                                  CommittedPosition(i.z), CommittedPosition(i.w));
+  vec3 l = WeightedSum(element.weights, d);
+  measured.elastic =
+      AddCompensated(measured.elastic, ElasticEnergy(element.mass * element.frequency_sq,
+                                                     ElasticDeflection(l, d, element.rest_length)));
+}
+
 void main() {
   BatchItem item = items[first_item + gl_WorkGroupID.y];
   cloth = cloths[item.cloth];
+  precise float step_end = float(cloth.substeps) * cloth.h;
+  substep.begin = 0.0;
+  substep.end = statuses[item.status].fault != 0u ? 0.0 : step_end;
   uint piece = gl_WorkGroupID.x;
   if (piece >= cloth.measure_piece_count) return;
   uint begin = piece * DRAPE_MEASURE_PIECE + gl_LocalInvocationID.x;
   uint particle_end = min((piece + 1u) * DRAPE_MEASURE_PIECE, cloth.particle_count);
   uint constraint_end = min((piece + 1u) * DRAPE_MEASURE_PIECE, cloth.constraint_count);
   uint joint_end = min((piece + 1u) * DRAPE_MEASURE_PIECE, cloth.joint_count);
+  uint elastic_end = min((piece + 1u) * DRAPE_MEASURE_PIECE, cloth.elastic_count);
   Measured measured = NothingMeasured();
   for (uint i = begin; i < particle_end; i += LOCAL_SIZE) MeasureParticle(i, measured);
   for (uint k = begin; k < constraint_end; k += LOCAL_SIZE) MeasureConstraint(k, measured);
   for (uint k = begin; k < joint_end; k += LOCAL_SIZE) MeasureJoint(k, measured);
+  for (uint e = begin; e < elastic_end; e += LOCAL_SIZE) MeasureElement(e, measured);
   measured = MergeLanes(measured);
   if (gl_LocalInvocationID.x != 0u) return;
   if (cloth.measure_piece_count == 1u) {

@@ -1,13 +1,14 @@
 // Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state.
 // One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint.
-// Stages: apply_springs, apply_wind, predict, damp_twist, tether, solve_strips, solve_distance,
-// solve_joints, solve_contacts, integrate, solve_velocity, correct_velocity, commit
+// Stages: apply_springs, apply_elastic, apply_wind, predict, damp_twist, tether, solve_strips,
+// solve_distance, solve_joints, solve_contacts, integrate, solve_velocity, correct_velocity, commit
 // (server/solver/README.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
 // Statuses. SI units.
 // With IS_IN_PARTS (drivers that cut long loops, server/gl/README.md) a dispatch stops before it has used
 // up LOOP_BUDGET and the next one goes on where it stopped; the arithmetic is the same.
 #include "stages/access_resident.glsl"
 #include "stages/apply_springs.glsl"
+#include "stages/apply_elastic.glsl"
 #include "stages/apply_wind.glsl"
 #include "stages/predict.glsl"
 #include "stages/damp_twist.glsl"
@@ -71,6 +72,9 @@ void LoadParticle(uint i) {
 #endif
   SetPosition(i, StateVector(cloth.positions + 3u * i));
   SetVelocity(i, StateVector(cloth.velocities + 3u * i));
+#ifdef HAS_TWO_STEPS
+  SetPrevious(i, Position(i), Velocity(i));
+#endif
 }
 
 void LoadCloth() {
@@ -97,6 +101,15 @@ void ApplySprings(uint place, float seconds) {
 #endif
 }
 
+void ApplyElastic(uint place, float seconds) {
+#ifdef HAS_ELASTIC
+  FOR_EACH(e, 0u, cloth.elastic_count) StoreElasticImpulse(e, place, seconds);
+  ScratchPhaseBarrier();
+  FOR_EACH(i, 0u, cloth.particle_count) ApplyElasticImpulses(i);
+  PhaseBarrier();
+#endif
+}
+
 void ApplyWind(uint place, float seconds) {
 #ifdef HAS_WIND
   FOR_EACH(t, 0u, cloth.triangle_count) StoreAirImpulse(t, place, seconds);
@@ -111,6 +124,7 @@ void Kick(uint index, uint place) {
   float seconds = KickSeconds(index, place);
   if (seconds == 0.0) return;
   ApplySprings(place, seconds);
+  ApplyElastic(place, seconds);
   ApplyWind(place, seconds);
 }
 

@@ -1,6 +1,7 @@
 // Kernel `tiled_begin`: copies the committed state to where the step works on it and clears the status.
 // One invocation = one particle. Reads States; writes Scratch, Statuses.
 #include "stages/access_tiled.glsl"
+#include "stages/previous.glsl"
 
 layout(local_size_x = LOCAL_SIZE) in;
 
@@ -17,4 +18,7 @@ void main() {
   if (i >= cloth.particle_count) return;
   SetPosition(i, StateVector(cloth.positions + 3u * i));
   SetVelocity(i, StateVector(cloth.velocities + 3u * i));
+#ifdef HAS_TWO_STEPS
+  SetPrevious(i, Position(i), Velocity(i));
+#endif
 }

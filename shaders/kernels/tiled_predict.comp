@@ -1,5 +1,5 @@
 // Kernel `tiled_predict`: stage predict, and the start of the substep's sweeps. One invocation = one
-// particle and one pin. Reads Scratch, Models, Parameters; writes Scratch (velocities: u [m/s]).
+// particle and one pin. Reads Scratch, Models, Parameters; writes Scratch (velocities: u, rebounds [m/s]).
 #include "stages/access_tiled.glsl"
 #include "stages/predict.glsl"
 

@@ -15,6 +15,9 @@ void main() {
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif
+#ifdef HAS_MOVING_COLLIDERS
+  BeginSubstep(substep_index);
+#endif
   uint i = gl_GlobalInvocationID.x;
   if (i < cloth.particle_count) SolveContacts(i, sweep == 0u);
 }

@@ -4,14 +4,22 @@
 #define DRAPE_LIB_CONTACT_GLSL_
 
 #include "lib/vector.glsl"
+#ifdef HAS_DISTANCE_MAPS
+#include "lib/distance_map.glsl"
+#endif
 
 struct Collider {
   uint kind;      // DRAPE_COLLIDER_*
   float radius;   // sphere, capsule [m]
-  vec3 point;     // sphere, box: centre; plane: a point on it; capsule: end a [m]
+  vec3 point;     // sphere, box: centre; plane: a point on it; capsule: end a; distance map: the first
+                  // sample [m]
   vec3 vector;    // plane: normal, unit, away from the solid; capsule: end b - end a [m];
                   // box: half extents [m]
-  mat3 axes;      // box: its unit axes; capsule: [0] is the normal on the segment
+  mat3 axes;      // box: its unit axes; capsule: [0] is the normal on the segment; distance map:
+                  // the directions of its grid
+#ifdef HAS_DISTANCE_MAPS
+  DistanceGrid grid;
+#endif
 };
 
 struct Gap {
@@ -71,8 +79,27 @@ Gap BoxGap(Collider box, float thickness, vec3 from_center) {
 }
 #endif
 
-// At a sphere's centre the normal is +y.
-Gap ColliderGap(Collider collider, float thickness, vec3 q) {
+#ifdef HAS_DISTANCE_MAPS
+// `corners`: the samples around `place`. Where the distance has no gradient the normal is the mesh's +y.
+Gap DistanceMapGap(Collider solid, float thickness, MapPlace place, CellCorners corners) {
+  MapDistance map = DistanceInMap(solid.grid, place, corners);
+  float slope = Length(map.gradient);
+  Gap gap;
+  precise float size = map.distance - thickness;
+  gap.size = size;
+  gap.normal = solid.axes[1];
+  if (slope >= MIN_GRADIENT) {
+    precise vec3 direction = map.gradient / slope;
+    precise vec3 normal =
+        direction.x * solid.axes[0] + direction.y * solid.axes[1] + direction.z * solid.axes[2];
+    gap.normal = normal;
+  }
+  return gap;
+}
+#endif
+
+// All shapes but distance maps. At a sphere's centre the normal is +y.
+Gap ShapeGap(Collider collider, float thickness, vec3 q) {
   precise vec3 from_point = q - collider.point;
 #ifdef HAS_CAPSULES
   if (collider.kind == DRAPE_COLLIDER_CAPSULE) return CapsuleGap(collider, thickness, from_point);
@@ -107,6 +134,19 @@ float NormalBeta(float beta_n, float gap, float gap_floor, float inverse_h) {
   return max(wanted, 0.0);
 }
 
+#ifdef HAS_RESTITUTION
+// How fast a particle that hits is to leave [m/s]: restitution times the speed with which it reaches the
+// surface from where it is before the substep; 0 where it approaches too slowly.
+float ReboundSpeed(Gap at_start, vec3 v, vec3 gravity, float restitution, float slowest) {
+  float approach = -Dot(v, at_start.normal);
+  if (approach <= slowest) return 0.0;
+  precise float gained = -2.0 * Dot(gravity, at_start.normal) * max(at_start.size, 0.0);
+  precise float arrival_sq = approach * approach + gained;
+  precise float rebound = restitution * sqrt(max(arrival_sq, 0.0));
+  return rebound;
+}
+#endif
+
 vec3 TangentialPart(vec3 u, vec3 normal) { return AddScaled(u, -Dot(u, normal), normal); }
 
 // The accumulated tangential impulse times w [m/s] that stops the particle, held inside the Coulomb cone:
@@ -140,5 +180,28 @@ vec3 ContactVelocity(vec3 v, vec3 normal, float friction_static, float friction_
   return tangential;
 #endif
 }
+
+#ifdef HAS_RESTITUTION
+// The same where the particle leaves with the speed `rebound` along the normal, unless it is faster already.
+vec3 VelocityAfterHit(vec3 v, vec3 normal, float rebound, float friction_static,
+                      float friction_dynamic) {
+  float normal_speed = Dot(v, normal);
+  precise float impulse = rebound - normal_speed;
+  if (impulse <= 0.0) return v;
+  precise vec3 leaving = rebound * normal;
+  vec3 tangential = AddScaled(v, -normal_speed, normal);
+#ifdef HAS_FRICTION
+  float speed = Length(tangential);
+  precise float stick_limit = friction_static * impulse;
+  if (speed <= stick_limit) return leaving;
+  precise float share = 1.0 - friction_dynamic * impulse / speed;
+  precise vec3 sliding = tangential * share + leaving;
+  return sliding;
+#else
+  precise vec3 sum = tangential + leaving;
+  return sum;
+#endif
+}
+#endif
 
 #endif

@@ -27,4 +27,10 @@ vec3 Direction(vec3 d, float length_d, vec3 fallback) {
   return direction;
 }
 
+vec3 Cross(vec3 a, vec3 b) {
+  precise vec3 cross_product =
+      vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+  return cross_product;
+}
+
 #endif

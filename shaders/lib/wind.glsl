@@ -4,12 +4,6 @@
 
 #include "lib/vector.glsl"
 
-vec3 Cross(vec3 a, vec3 b) {
-  precise vec3 cross_product =
-      vec3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-  return cross_product;
-}
-
 // r - r': how the air changes the velocity of a triangle within a kick. r is the velocity of the air
 // relative to the triangle [m/s], `normal` is perpendicular to it and twice its area long [m^2]; drag and
 // lift are duration * density of the air * coefficient / (4 * mass of the triangle) [s/m / m^2].

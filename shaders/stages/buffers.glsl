@@ -28,8 +28,9 @@ layout(std430, binding = DRAPE_BINDING_PARAMETERS) restrict readonly buffer Para
 #if defined(HAS_STRIPS) && defined(HAS_COLOURS) && defined(HAS_COMPLIANCE)
 #define SHARES_LAMBDAS
 #endif
-// There and in `apply_wind` of the resident plan invocations read what others of their work group have written here.
-#if defined(HAS_WIND) || defined(SHARES_LAMBDAS)
+// There and in `apply_wind` and `apply_elastic` of the resident plan invocations read what others of their
+// work group have written here.
+#if defined(HAS_WIND) || defined(HAS_ELASTIC) || defined(SHARES_LAMBDAS)
 #define SCRATCH_MEMORY coherent
 #else
 #define SCRATCH_MEMORY
@@ -72,6 +73,14 @@ vec3 ParameterVector(uint word) {
 
 vec3 PinTarget(uint k) { return ParameterVector(cloth.pin_targets + 3u * k); }
 
+#ifdef HAS_DISTANCE_MAPS
+// `map`: its place in Models; 0, and nothing of use, for colliders of other shapes.
+DistanceGrid LoadGrid(uint map) {
+  return DistanceGrid(uvec3(models[map], models[map + 1u], models[map + 2u]), ModelFloat(map + 3u),
+                      ModelFloat(map + 4u), map + DRAPE_MAP_HEADER_WORDS);
+}
+#endif
+
 Collider LoadCollider(uint c) {
   uint word = cloth.colliders + DRAPE_COLLIDER_WORDS * c;
   Collider collider;
@@ -79,11 +88,39 @@ Collider LoadCollider(uint c) {
   collider.radius = Parameter(word + 1u);
   collider.point = ParameterVector(word + 2u);
   collider.vector = ParameterVector(word + 5u);
-#if defined(HAS_CAPSULES) || defined(HAS_BOXES)
+#if defined(HAS_CAPSULES) || defined(HAS_BOXES) || defined(HAS_DISTANCE_MAPS)
   collider.axes = mat3(ParameterVector(word + 8u), ParameterVector(word + 11u),
                        ParameterVector(word + 14u));
 #endif
+#ifdef HAS_DISTANCE_MAPS
+  collider.grid = LoadGrid(parameters[word + 17u]);
+#endif
   return collider;
+}
+
+#ifdef HAS_DISTANCE_MAPS
+CellCorners LoadCorners(DistanceGrid grid, uvec3 cell) {
+  uint row = grid.sample_counts.x;
+  uint layer = row * grid.sample_counts.y;
+  uint near_z = grid.samples + cell.z * layer + cell.y * row + cell.x;
+  uint far_z = near_z + layer;
+  return CellCorners(vec4(ModelFloat(near_z), ModelFloat(near_z + 1u), ModelFloat(near_z + row),
+                          ModelFloat(near_z + row + 1u)),
+                     vec4(ModelFloat(far_z), ModelFloat(far_z + 1u), ModelFloat(far_z + row),
+                          ModelFloat(far_z + row + 1u)));
+}
+#endif
+
+// Gap and outward normal at q, of any shape.
+Gap ColliderGap(Collider collider, float thickness, vec3 q) {
+#ifdef HAS_DISTANCE_MAPS
+  if (collider.kind == DRAPE_COLLIDER_DISTANCE_MAP) {
+    precise vec3 from_corner = q - collider.point;
+    MapPlace place = PlaceInMap(collider.grid, collider.axes, from_corner);
+    return DistanceMapGap(collider, thickness, place, LoadCorners(collider.grid, place.cell));
+  }
+#endif
+  return ShapeGap(collider, thickness, q);
 }
 
 #endif

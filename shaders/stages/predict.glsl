@@ -2,6 +2,8 @@
 #include "lib/predict.glsl"
 #include "lib/two_step.glsl"
 #include "lib/vector.glsl"
+#include "stages/previous.glsl"
+#include "stages/rebound.glsl"
 #include "stages/substep.glsl"
 
 // What is constant over the substep: gravity, and with IN_FORCE the springs (Bender et al. 2009, eq. 1).
@@ -20,12 +22,6 @@ void PredictBallistic(uint i) {
 }
 
 #ifdef HAS_TWO_STEPS
-// The state before the substep becomes the previous one.
-void SetPrevious(uint i, vec3 p, vec3 v) {
-  SetScratchVector(cloth.previous_positions + 3u * i, p);
-  SetScratchVector(cloth.previous_velocities + 3u * i, v);
-}
-
 // b = p + (p - p')/3; u = (v + (v - v')/3 + H g) / (1 + c H).
 void PredictTwoStep(uint i) {
   vec3 p = Position(i);
@@ -40,12 +36,14 @@ void PredictTwoStep(uint i) {
 
 void PredictParticle(uint i) {
   if (InverseMass(i) == 0.0) return;  // pins: PredictPin
+#ifdef HAS_RESTITUTION
+  StoreRebounds(i);
+#endif
 #ifdef HAS_TWO_STEPS
   if (substep.is_two_step) {
     PredictTwoStep(i);
     return;
   }
-  SetPrevious(i, Position(i), Velocity(i));
 #endif
   PredictBallistic(i);
 }

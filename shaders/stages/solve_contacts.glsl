@@ -1,6 +1,8 @@
 // Stages `solve_contacts` and `correct_velocity`. Need the accessors of one plan. Each invocation reads
 // and writes only its own particle and that particle's beta.
 #include "lib/contact.glsl"
+#include "stages/collider_surface.glsl"
+#include "stages/rebound.glsl"
 #include "stages/substep.glsl"
 
 uint NormalBetaWord(uint collider, uint i) {
@@ -38,10 +40,12 @@ bool IsAboveContactTolerance(float speed) {
 }
 
 #ifdef HAS_FRICTION
-vec3 SolveFriction(uint c, uint i, vec3 u, vec3 normal, float beta_n, bool is_first_sweep) {
+vec3 SolveFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, float beta_n,
+                   bool is_first_sweep) {
   vec3 beta_t = is_first_sweep ? vec3(0.0) : LoadTangentBeta(c, i);
   if (beta_n > 0.0 || beta_t != vec3(0.0)) {
-    vec3 wanted = TangentBeta(beta_t, u, normal, beta_n, cloth.friction_static,
+    vec3 sliding = RelativeMean(surface, Position(i), u);
+    vec3 wanted = TangentBeta(beta_t, sliding, normal, beta_n, cloth.friction_static,
                               cloth.friction_dynamic);
     precise vec3 change = wanted - beta_t;
     if (IsAboveContactTolerance(Length(change))) MarkChanged();
@@ -58,11 +62,10 @@ void SolveContacts(uint i, bool is_first_sweep) {
   vec3 p = Position(i);
   vec3 u = Velocity(i);
   for (uint c = 0u; c < cloth.collider_count; ++c) {
-    Collider collider = LoadCollider(c);
+    Surface surface = LoadSurface(c);
     float beta_n = is_first_sweep ? 0.0 : scratch[NormalBetaWord(c, i)];
-    float gap_floor = GapFloor(ColliderGap(collider, cloth.thickness, p).size,
-                               cloth.max_depenetration);
-    Gap gap = ColliderGap(collider, cloth.thickness, AddScaled(p, cloth.h, u));
+    float gap_floor = GapFloor(GapAtStart(surface, p).size, cloth.max_depenetration);
+    Gap gap = GapAtEnd(surface, AddScaled(p, cloth.h, u));
     float wanted = NormalBeta(beta_n, gap.size, gap_floor, cloth.inverse_h);
     precise float change = wanted - beta_n;
     if (change != 0.0) {
@@ -72,7 +75,7 @@ void SolveContacts(uint i, bool is_first_sweep) {
     }
     scratch[NormalBetaWord(c, i)] = beta_n;
 #ifdef HAS_FRICTION
-    u = SolveFriction(c, i, u, gap.normal, beta_n, is_first_sweep);
+    u = SolveFriction(c, i, surface, u, gap.normal, beta_n, is_first_sweep);
 #endif
   }
   SetVelocity(i, u);
@@ -86,14 +89,26 @@ void StoreContactViolation(uint i) {
     vec3 p = Position(i);
     vec3 q = AddScaled(p, cloth.h, Velocity(i));
     for (uint c = 0u; c < cloth.collider_count; ++c) {
-      Collider collider = LoadCollider(c);
-      float gap_floor = GapFloor(ColliderGap(collider, cloth.thickness, p).size,
-                                 cloth.max_depenetration);
-      precise float below = gap_floor - ColliderGap(collider, cloth.thickness, q).size;
+      Surface surface = LoadSurface(c);
+      float gap_floor = GapFloor(GapAtStart(surface, p).size, cloth.max_depenetration);
+      precise float below = gap_floor - GapAtEnd(surface, q).size;
       violation = max(violation, below);
     }
   }
   scratch[cloth.violations + i] = violation;
+}
+#endif
+
+#ifdef HAS_CONTACTS
+// Of the velocity relative to the surface.
+vec3 CorrectContactVelocity(uint c, uint i, vec3 normal, vec3 v) {
+#ifdef HAS_RESTITUTION
+  float rebound = scratch[ReboundWord(c, i)];
+  if (rebound > 0.0) {
+    return VelocityAfterHit(v, normal, rebound, cloth.friction_static, cloth.friction_dynamic);
+  }
+#endif
+  return ContactVelocity(v, normal, cloth.friction_static, cloth.friction_dynamic);
 }
 #endif
 
@@ -107,8 +122,10 @@ void CorrectVelocity(uint i) {
   vec3 p = Position(i);
   for (uint c = 0u; c < cloth.collider_count; ++c) {
     if (scratch[NormalBetaWord(c, i)] <= 0.0) continue;
-    Gap gap = ColliderGap(LoadCollider(c), cloth.thickness, p);
-    v = ContactVelocity(v, gap.normal, cloth.friction_static, cloth.friction_dynamic);
+    Surface surface = LoadSurface(c);
+    vec3 normal = GapAtEnd(surface, p).normal;
+    vec3 relative = CorrectContactVelocity(c, i, normal, RelativeAtEnd(surface, p, v));
+    v = AbsoluteAtEnd(surface, p, relative);
   }
 #endif
 #ifdef HAS_DAMPING

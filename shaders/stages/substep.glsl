@@ -15,6 +15,9 @@ struct Substep {
   bool is_two_step;
   bool sets_previous;
   bool is_last;
+  // From the start of the step; only with moving colliders, which have substeps of one length only.
+  float begin;  // [s]
+  float end;
   uint pin_shares;  // pins go 1 / pin_shares of the rest of their way
 };
 
@@ -43,6 +46,12 @@ void BeginSubstep(uint index) {
   substep.is_two_step = false;
   substep.sets_previous = false;
   substep.pin_shares = cloth.substeps - index;
+#endif
+#ifdef HAS_MOVING_COLLIDERS
+  precise float begin = float(index) * cloth.h;
+  precise float end = float(index + 1u) * cloth.h;
+  substep.begin = begin;
+  substep.end = end;
 #endif
   substep.is_last = index + 1u == cloth.substeps;
 }

@@ -46,6 +46,9 @@ INSTANTIATE_TEST_SUITE_P(
                           static_cast<v1::StepSettings::SpringIntegration>(-1));
                     },
                     "spec.settings.spring_integration", "IN_FORCE, HALF_KICKS"},
+        BadCreation{"NegativeFrameBudget",
+                    [](auto& r) { Spec(r).mutable_settings()->set_frame_budget_ms(-1); },
+                    "spec.settings.frame_budget_ms", "[0, 10000] ms"},
         BadCreation{"NoTimeStep", [](auto& r) { Spec(r).mutable_settings()->set_time_step_s(0); },
                     "spec.settings.time_step_s", "(0, 10]"},
         BadCreation{"NegativeTimeStep",
@@ -170,6 +173,29 @@ INSTANTIATE_TEST_SUITE_P(
                 "pin_controls.over_s", "has 2 elements, needs 1"},
         BadStep{"NegativeOver", [](auto& r) { r.mutable_pin_controls()->set_over_s(0, -1); },
                 "pin_controls.over_s[0]", "-1"},
+        BadStep{"NoCollider", [](auto& r) { r.mutable_collider_controls()->clear_colliders(); },
+                "collider_controls.colliders", "has 0 elements, needs 1"},
+        BadStep{"NoPosition", [](auto& r) { r.mutable_collider_controls()->clear_positions_m(); },
+                "collider_controls.positions_m", "has 0 elements, needs 3"},
+        BadStep{"HalfARotation",
+                [](auto& r) {
+                  Set(r.mutable_collider_controls()->mutable_rotations_xyzw(), {0, 1});
+                },
+                "collider_controls.rotations_xyzw", "has 2 elements, needs 4"},
+        BadStep{"NoRotation",
+                [](auto& r) {
+                  Set(r.mutable_collider_controls()->mutable_rotations_xyzw(), {0, 0, 0, 0});
+                },
+                "collider_controls.rotations_xyzw[0]", "not a rotation"},
+        BadStep{"InfinitePosition",
+                [](auto& r) {
+                  r.mutable_collider_controls()->set_positions_m(
+                      2, std::numeric_limits<double>::infinity());
+                },
+                "collider_controls.positions_m[2]", "inf"},
+        BadStep{"NegativeColliderOver",
+                [](auto& r) { r.mutable_collider_controls()->set_over_s(0, -1); },
+                "collider_controls.over_s[0]", "-1"},
         BadStep{"NoConstraints",
                 [](auto& r) { r.mutable_rest_length_controls()->clear_constraints(); },
                 "rest_length_controls.constraints", "has 0 elements, needs 1"},
@@ -190,6 +216,22 @@ INSTANTIATE_TEST_SUITE_P(
                 [](auto& r) { r.mutable_pin_controls()->set_targets_m(1, kNaN); },
                 "pin_controls.targets_m[1]", "nan"}),
     NameOf());
+
+TEST(StepRules, ColliderControlsAreReadWithTheirRotations) {
+  v1::StepRequest request = GoodStep();
+  auto step = CheckStep(request, 10);
+  ASSERT_TRUE(step.ok()) << step.status().ToString();
+  ASSERT_EQ(step->collider_controls.size(), 1u);
+  EXPECT_EQ(step->collider_controls[0].collider, 2u);
+  EXPECT_EQ(step->collider_controls[0].target.position_m, Eigen::Vector3d(0, 1, 2));
+  EXPECT_EQ(step->collider_controls[0].target.rotation.coeffs(), Eigen::Vector4d(0, 0, 1, 0));
+  EXPECT_EQ(step->collider_controls[0].over_s, 0.75);
+  request.mutable_collider_controls()->clear_rotations_xyzw();
+  request.mutable_collider_controls()->clear_over_s();
+  step = CheckStep(request, 10);
+  EXPECT_EQ(step->collider_controls[0].target.rotation.coeffs(), Eigen::Vector4d(0, 0, 0, 1));
+  EXPECT_EQ(step->collider_controls[0].over_s, 0);
+}
 
 TEST(StepRules, AnEmptyViewAsksForPositionsAndNoViewForNothing) {
   v1::StepRequest request = GoodStep();
@@ -218,22 +260,39 @@ TEST(UpdateClothsValidation, OnlyThePathsOfTheMaskAreRead) {
   EXPECT_EQ(change->pins->front().particle, 7u);
   EXPECT_FALSE(change->damping_per_s || change->colliders || change->settings ||
                change->friction_static || change->friction_dynamic || change->thickness_m ||
-               change->wind_m_per_s || change->air_drag || change->air_lift);
+               change->wind_m_per_s || change->air_drag || change->air_lift || change->restitution);
 }
 
 TEST(UpdateClothsValidation, EveryDocumentedPathIsRead) {
-  const auto change = CheckUpdateCloths(
-      Update({"environment.gravity_m_per_s2", "environment.colliders", "pins", "settings",
-              "material.damping_per_s", "material.friction_static", "material.friction_dynamic",
-              "material.thickness_m", "environment.wind_m_per_s", "material.air_drag",
-              "material.air_lift", "material.stretch_compliance_m_per_n",
-              "material.bending_stiffness_n_per_m", "material.shear_stiffness_n_per_m",
-              "particles.distance_constraints", "particles.springs", "particles.point_joints"}),
-      {});
+  const auto change = CheckUpdateCloths(Update({"environment.gravity_m_per_s2",
+                                                "environment.colliders",
+                                                "pins",
+                                                "settings",
+                                                "material.damping_per_s",
+                                                "material.friction_static",
+                                                "material.friction_dynamic",
+                                                "material.restitution",
+                                                "material.thickness_m",
+                                                "environment.wind_m_per_s",
+                                                "material.air_drag",
+                                                "material.air_lift",
+                                                "material.stretch_compliance_m_per_n",
+                                                "material.bending_stiffness_n_per_m",
+                                                "material.shear_stiffness_n_per_m",
+                                                "material.bending_rigidity_n_m",
+                                                "material.stretch_stiffness_n_per_m",
+                                                "material.shear_modulus_n_per_m",
+                                                "particles.distance_constraints",
+                                                "particles.springs",
+                                                "particles.point_joints"}),
+                                        {});
   ASSERT_TRUE(change.ok()) << change.status().ToString();
   EXPECT_TRUE(change->gravity_m_per_s2 && change->colliders && change->pins && change->settings &&
               change->damping_per_s && change->friction_static && change->friction_dynamic &&
-              change->thickness_m && change->wind_m_per_s && change->air_drag && change->air_lift);
+              change->thickness_m && change->wind_m_per_s && change->air_drag && change->air_lift &&
+              change->restitution);
+  EXPECT_TRUE(change->model.bending_rigidity_n_m && change->model.stretch_stiffness_n_per_m &&
+              change->model.shear_modulus_n_per_m);
 }
 
 TEST(UpdateClothsValidation, ConnectionsAreReadWithTheLengthsThatAreSet) {

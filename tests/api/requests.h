@@ -36,6 +36,16 @@ inline v1::Mesh SquareMesh() {
   return mesh;
 }
 
+// A closed tetrahedron.
+inline v1::Mesh SolidMesh() {
+  v1::Mesh mesh;
+  *mesh.mutable_positions_m() =
+      Packed<float>(v1::PackedArray::FLOAT32, 3, {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1});
+  *mesh.mutable_triangles() =
+      Packed<uint32_t>(v1::PackedArray::UINT32, 3, {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3});
+  return mesh;
+}
+
 // Three particles in a row, two constraints, one spring.
 inline v1::Particles ShortChain() {
   v1::Particles particles;
@@ -91,6 +101,10 @@ inline v1::CreateClothsRequest GoodCreation() {
   Set(box->mutable_center_m(), {2, -1, 0});
   Set(box->mutable_half_extents_m(), {0.5, 0.25, 1});
   Set(box->mutable_rotation_xyzw(), {0, 3, 0, 4});
+  v1::Collider* moving = environment->mutable_colliders(3);
+  Set(moving->mutable_velocity_m_per_s(), {0.5, 0, 0});
+  Set(moving->mutable_angular_velocity_rad_per_s(), {0, 2, 0});
+  Set(moving->mutable_pivot_m(), {2, 0, 0});
   spec->mutable_settings()->set_preset(v1::StepSettings::ACCURATE);
   spec->mutable_settings()->set_substeps(7);
   Set(request.mutable_environment_origins_m(), {0, 0, 0, 10, 0, 0});
@@ -134,6 +148,15 @@ inline v1::Box& Box(v1::CreateClothsRequest& request) {
   return *Spec(request).mutable_environment()->mutable_colliders(3)->mutable_box();
 }
 
+// A mesh collider behind the others.
+inline v1::Collider& AddSolid(v1::CreateClothsRequest& request) {
+  v1::Collider& solid = *Spec(request).mutable_environment()->add_colliders();
+  *solid.mutable_mesh() = SolidMesh();
+  Set(solid.mutable_transform()->mutable_position_m(), {-4, -1, 0});
+  Set(solid.mutable_transform()->mutable_rotation_xyzw(), {0, 0, 2, 0});
+  return solid;
+}
+
 inline v1::StepRequest GoodStep() {
   v1::StepRequest request;
   request.set_session("sessions/none");
@@ -144,6 +167,12 @@ inline v1::StepRequest GoodStep() {
   controls->add_particles(0);
   Set(controls->mutable_targets_m(), {0, 1, 0});
   controls->add_over_s(0.5);
+  v1::ColliderControls* colliders = request.mutable_collider_controls();
+  colliders->add_cloth_ids(1);
+  colliders->add_colliders(2);
+  Set(colliders->mutable_positions_m(), {0, 1, 2});
+  Set(colliders->mutable_rotations_xyzw(), {0, 0, 2, 0});
+  colliders->add_over_s(0.75);
   v1::RestLengthControls* lengths = request.mutable_rest_length_controls();
   lengths->add_cloth_ids(1);
   lengths->add_constraints(0);

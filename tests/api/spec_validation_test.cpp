@@ -214,6 +214,28 @@ INSTANTIATE_TEST_SUITE_P(
                       }
                     },
                     "spec.environment.colliders", "at most 256"},
+        BadCreation{
+            "ColliderTooFast",
+            [](auto& r) {
+              Set(Spec(r).mutable_environment()->mutable_colliders(0)->mutable_velocity_m_per_s(),
+                  {0, -1001, 0});
+            },
+            "spec.environment.colliders[0].velocity_m_per_s[1]", "-1001"},
+        BadCreation{"ColliderTurnsIntoNothing",
+                    [](auto& r) {
+                      Set(Spec(r)
+                              .mutable_environment()
+                              ->mutable_colliders(1)
+                              ->mutable_angular_velocity_rad_per_s(),
+                          {0, 0, kNaN});
+                    },
+                    "spec.environment.colliders[1].angular_velocity_rad_per_s[2]", "nan"},
+        BadCreation{
+            "PivotOfTwoNumbers",
+            [](auto& r) {
+              Set(Spec(r).mutable_environment()->mutable_colliders(2)->mutable_pivot_m(), {0, 1});
+            },
+            "spec.environment.colliders[2].pivot_m", "needs 3"},
         BadCreation{"ZeroQuaternion",
                     [](auto& r) {
                       Set(Spec(r).mutable_transform()->mutable_rotation_xyzw(), {0, 0, 0, 0});
@@ -230,6 +252,9 @@ INSTANTIATE_TEST_SUITE_P(
         BadCreation{"DynamicAboveStatic",
                     [](auto& r) { Spec(r).mutable_material()->set_friction_dynamic(0.6); },
                     "spec.material.friction_dynamic", "friction_static = 0.5"},
+        BadCreation{"RestitutionAboveOne",
+                    [](auto& r) { Spec(r).mutable_material()->set_restitution(1.01); },
+                    "spec.material.restitution", "1.01"},
         BadCreation{"NegativeThickness",
                     [](auto& r) { Spec(r).mutable_material()->set_thickness_m(-0.1); },
                     "spec.material.thickness_m", "-0.1"}),
@@ -244,6 +269,27 @@ TEST(SpecValues, UnsetRestLengthsAreThoseOfTheRestShape) {
   EXPECT_EQ(chain.distance_constraints[0].rest_length_m, 1);
   EXPECT_EQ(chain.distance_constraints[1].rest_length_m, 0.25);
   EXPECT_EQ(chain.springs[0].rest_length_m, 2);
+}
+
+TEST(SpecValues, CollidersMoveAboutTheirPivots) {
+  v1::CreateClothsRequest request = GoodCreation();
+  const auto checked = CheckCreateCloths(request, {});
+  ASSERT_TRUE(checked.ok()) << checked.status().ToString();
+  const auto& motions = checked->copies[1].parameters.collider_motions;
+  ASSERT_EQ(motions.size(), 4u);
+  EXPECT_EQ(motions[3].pivot_m, Eigen::Vector3d(2, 0, 0));
+  EXPECT_EQ(motions[3].position_m, Eigen::Vector3d(2, 0, 0));
+  EXPECT_EQ(motions[3].velocity_m_per_s, Eigen::Vector3d(0.5, 0, 0));
+  EXPECT_EQ(motions[3].angular_velocity_rad_per_s, Eigen::Vector3d(0, 2, 0));
+  // The middle of the capsule.
+  EXPECT_EQ(motions[2].pivot_m, Eigen::Vector3d(0, -1, 0.25));
+  EXPECT_TRUE(motions[2].velocity_m_per_s.isZero(0));
+
+  v1::Collider* box = Spec(request).mutable_environment()->mutable_colliders(3);
+  box->clear_velocity_m_per_s();
+  box->clear_angular_velocity_rad_per_s();
+  box->clear_pivot_m();
+  EXPECT_TRUE(CheckCreateCloths(request, {})->copies[0].parameters.collider_motions.empty());
 }
 
 TEST(SpecValues, KindsAndJoints) {

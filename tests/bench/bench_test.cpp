@@ -83,6 +83,14 @@ TEST_F(BenchTest, StabilityTriesTheTablesOnEveryBackend) {
   EXPECT_THAT(unknown.text, HasSubstr("'weather' is none of gravity"));
 }
 
+TEST_F(BenchTest, BudgetOnEveryBackend) {
+  const Ending ending = Bench("budget");
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  EXPECT_EQ(RowCount(out_ / "budget.csv"), 3);
+  ASSERT_EQ(Tables("").exit_status, 0);
+  EXPECT_THAT(ReadText(out_ / "README.md"), HasSubstr("| cpu, 1 ms |"));
+}
+
 // Drawing needs matplotlib, which tests do not install: here only that it is Python.
 TEST_F(BenchTest, TheScriptsThatDrawAreValidPython) {
   for (const char* script : {"tests/bench/plots.py", "tests/bench/accuracy_plots.py",

@@ -27,6 +27,7 @@ struct CommandLine {
   OrderOptions order;
   AccuracyOptions accuracy;
   StabilityOptions stability;
+  BudgetOptions budget;
   bool needs_hardware = false;
 };
 
@@ -85,6 +86,11 @@ void AddScenes(CLI::App& app, CommandLine& line) {
                        "no further play of a point after that long [s]");
   accuracy->add_option("--play-s", limits.play_s,
                        "what is going to take longer for a play is stopped [s]");
+  CLI::App* budget =
+      app.add_subcommand("budget", "whether steps keep to their frame budgets; not part of all");
+  budget->add_option("--budgets-ms", line.budget.budgets_ms)->delimiter(',');
+  budget->add_option("--particles", line.budget.particles, "of the cloth");
+  budget->add_option("--steps", line.budget.steps)->check(CLI::PositiveNumber);
   CLI::App* stability = app.add_subcommand(
       "stability", "what survives, recovers, warns, breaks or faults; not part of all");
   stability->add_flag("--full", line.stability.is_full, "every value and switch: takes long");
@@ -94,7 +100,8 @@ void AddScenes(CLI::App& app, CommandLine& line) {
       ->check(CLI::PositiveNumber);
   CLI::App* device = app.add_subcommand("device", "the GL device; exit status 3: software");
   device->add_flag("--require-hardware", line.needs_hardware, "fail on a software renderer");
-  app.add_subcommand("all", "every table but those of accuracy and stability (the default)");
+  app.add_subcommand("all",
+                     "every table but those of accuracy, budget and stability (the default)");
 }
 
 // What to type to measure the same again; without the options that only say what is noted.
@@ -128,6 +135,7 @@ int Run(const CLI::App& app, CommandLine& line) {
   if (is_wanted("figure4", 0.8)) MeasureFigure4(bench, line.figure_4);
   if (is_wanted("order", 1)) MeasureOrder(bench, line.order);
   if (app.got_subcommand("accuracy")) MeasureAccuracy(bench, line.accuracy);
+  if (app.got_subcommand("budget")) MeasureBudget(bench, line.budget);
   if (app.got_subcommand("stability")) MeasureStability(bench, line.stability);
   std::printf("\nresults are in %s\n", bench.out().c_str());
   return 0;

@@ -40,6 +40,14 @@ struct OrderOptions {
 };
 void MeasureOrder(Bench& bench, OrderOptions options);
 
+// Section 3.5, frame budgets -> budget.csv.
+struct BudgetOptions {
+  std::vector<double> budgets_ms = {0.2, 0.5, 1, 2};
+  uint32_t particles = 1024;
+  uint32_t steps = 2000;  // a tenth of it on gl
+};
+void MeasureBudget(Bench& bench, BudgetOptions options);
+
 // Prints the GL devices and what the backend "gl" runs on. Exit status: 0, or 3 if that is
 // software and `needs_hardware`, or 4 if there is none.
 int ShowDevice(bool needs_hardware);

@@ -40,14 +40,17 @@ const ExampleCase kExamples[] = {
     {"hanging_edge", 1, 1024, 1984 - 31, 0.2},
     {"sphere_drop", 2, 1024, 1984, 0.5},
     {"box_and_capsule", 1, 1024, 1984, 0.5},
+    {"moving_colliders", 2, 625, 1200, 0.6},
     {"many_cloths", 64, 1024, 1984, 0.05},
     {"chain", 1, 41, 40, 0.7},
     {"net", 1, 289, 544, 0.3},
     {"linkage", 1, 8, 6, 0.8},
     {"rope", 1, 11, 10, 0.6},
     {"flag", 1, 925, 36 * 25 + 37 * 24 - 24, 0.2},
+    {"fabrics", 3, 1024, 1984, 0.3},
     {"skirt", 1, 1809, 5257 - 43, 0.2},
     {"mesh_drop", 1, 817, 2352, 0.5},
+    {"tablecloth", 1, 2623, 61 * 42 + 60 * 43, 0.3},
 };
 
 class ExamplesTest : public ::testing::TestWithParam<ExampleCase> {};
@@ -113,7 +116,8 @@ TEST(ManyClothsTest, NoTwoAreEqual) {
 
 // Dropped cloths reach what is below them, and stay above it.
 TEST(DropTest, ClothsLandOnTheCollidersAndNotInThem) {
-  for (const char* name : {"sphere_drop", "mesh_drop", "box_and_capsule"}) {
+  for (const char* name :
+       {"sphere_drop", "mesh_drop", "box_and_capsule", "tablecloth", "fabrics"}) {
     const ordered_json report =
         RunForReport(Example(std::string(name) + ".json"), {"--duration=0.6", "--every=36"});
     for (const ordered_json& cloth : report["cloths"]) {

@@ -144,6 +144,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{Scene(R"(, "pins": [{"particle": 1}])",
                        R"(, "controls": [{"pin_targets": [{"particle": 1}]}])"),
                  "controls[0].pin_targets[0].target_m: must have 3 numbers, got 0"},
+        BadScene{Scene("", R"(, "controls": [{"collider_targets": [{"collider": 0}]}])"),
+                 "controls[0].collider_targets[0].position_m: must have 3 numbers, got 0"},
+        BadScene{
+            Scene("", R"(, "controls": [{"collider_targets": [{"position_m": [0,0,0]}]}])"),
+            "controls[0].collider_targets[0].collider: collider 0 is none of the 0 of cloths[0]"},
         BadScene{Scene("", R"(, "controls": [{"rest_lengths": [{"constraint": 0}]}])"),
                  "controls[0].rest_lengths[0].rest_length_m: must be > 0, got 0"},
         BadScene{Scene("", R"(, "controls": [{"rest_length_scale": {"scale": 2, "over_s": -1}}])"),
@@ -209,6 +214,35 @@ TEST(SceneFileTest, MeshFilesAreReadBesideTheSceneFile) {
   std::memcpy(&x, scene.cloths(0).spec().mesh().positions_m().data().data() + 3 * sizeof(x),
               sizeof(x));
   EXPECT_EQ(x, 2);
+}
+
+TEST(SceneFileTest, MeshFilesOfCollidersAreReadToo) {
+  const TemporaryFolder folder;
+  WriteText(folder / "one.obj", "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n");
+  const std::string head = R"({"cloths": [{"spec": {"grid": {"columns": 2, "rows": 2},
+                                                    "environment": {"colliders": [)";
+  WriteText(folder / "one.json", head + R"({"sphere": {"center_m": [0, 0, 0], "radius_m": 1}},
+                      {"mesh_file": "one.obj", "scale_m": 3,
+                       "transform": {"position_m": [0, 1, 0]}}]}}}]})");
+  const v1::Scene scene = LoadScene(folder / "one.json");
+  const v1::Collider& collider = scene.cloths(0).spec().environment().colliders(1);
+  ASSERT_TRUE(collider.has_mesh());
+  EXPECT_FALSE(collider.has_scale_m());
+  EXPECT_EQ(collider.transform().position_m(1), 1);
+  double x = 0;
+  std::memcpy(&x, collider.mesh().positions_m().data().data() + 3 * sizeof(x), sizeof(x));
+  EXPECT_EQ(x, 3);
+
+  const auto refusal = [&](const std::string& collider_json) {
+    return ErrorOf([&] { ParseScene(head + collider_json + "]}}}]}", folder.path()); }).message;
+  };
+  EXPECT_THAT(refusal(R"({"mesh_file": "gone.obj"})"),
+              HasSubstr("cloths[0].spec.environment.colliders[0].mesh_file: no mesh file"));
+  EXPECT_THAT(refusal(R"({"mesh_file": "one.obj", "scale_m": 0})"),
+              StartsWith("cloths[0].spec.environment.colliders[0].scale_m: must be > 0"));
+  EXPECT_THAT(refusal(R"({"plane": {}, "scale_m": 2})"),
+              StartsWith("cloths[0].spec.environment.colliders[0].scale_m: goes with mesh_file"));
+  EXPECT_THAT(refusal(R"({"plane": {}, "mesh_file": "one.obj"})"), HasSubstr("only one of"));
 }
 
 TEST(SceneFileTest, SaysWhichFileIsMissing) {

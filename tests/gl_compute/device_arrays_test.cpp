@@ -1,16 +1,21 @@
-// DeviceArena, MirroredBuffer, MirroredArena, ModelStore and StateReader on a device.
+// DeviceArena, MirroredBuffer, MirroredArena, ModelStore, MapStore and StateReader on a device.
 #include "server/solver/gl_compute/device_arrays.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <cstring>
 #include <numeric>
 
 #include "server/gl/context.h"
+#include "server/solver/gl_compute/device_map.h"
 #include "server/solver/gl_compute/device_model.h"
 #include "server/solver/gl_compute/kernels.h"
 #include "server/solver/gl_compute/state_reader.h"
+#include "shaders/interface/bindings.h"
 #include "tests/gl_compute/test_cloths.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape {
 namespace {
@@ -128,6 +133,41 @@ TEST_F(DeviceArraysTest, EqualModelObjectsAreUploadedOnce) {
     EXPECT_TRUE(store.Acquire(GridModel(8, 8, {0}), false).ok());
   }
   EXPECT_EQ(arena->free_words(), all_words) << "the last cloth takes the model along";
+}
+
+TEST_F(DeviceArraysTest, EqualDistanceMapsAreUploadedOnce) {
+  Result<DeviceArena> arena = DeviceArena::Create("models", kLargeBytes);
+  ASSERT_TRUE(arena.ok());
+  const auto map =
+      DistanceMap::Build(test::BoxMesh({0, 0, 0}, {1, 0.5, 0.25}), {.resolution = 4}).value();
+  MapStore store(&arena.value());
+  {
+    const auto first = store.Acquire(map);
+    ASSERT_TRUE(first.ok());
+    const uint64_t with_one = arena->free_words();
+    EXPECT_EQ(store.Acquire(map).value(), first.value());
+    EXPECT_EQ(arena->free_words(), with_one);
+    const std::vector<uint32_t> words = Download(arena->buffer(), first.value()->words);
+    ASSERT_EQ(words.size(), DRAPE_MAP_HEADER_WORDS + map->samples_m().size());
+    EXPECT_THAT(std::vector(words.begin(), words.begin() + 3), ElementsAre(11, 9, 8));
+    EXPECT_EQ(std::bit_cast<float>(words[3]), 0.25f);
+    EXPECT_EQ(std::bit_cast<float>(words[4]), 4.0f);
+    EXPECT_EQ(std::memcmp(words.data() + DRAPE_MAP_HEADER_WORDS, map->samples_m().data(),
+                          map->samples_m().size_bytes()),
+              0);
+  }
+  EXPECT_EQ(map.use_count(), 1) << "the last cloth takes the map along";
+  EXPECT_EQ(arena->free_words(), arena->capacity_words());
+}
+
+TEST_F(DeviceArraysTest, AMapThatDoesNotFitIsRefused) {
+  Result<DeviceArena> arena = DeviceArena::Create("models", 4096);
+  ASSERT_TRUE(arena.ok());
+  const auto map =
+      DistanceMap::Build(test::BoxMesh({0, 0, 0}, {1, 1, 1}), {.resolution = 8}).value();
+  MapStore store(&arena.value());
+  EXPECT_EQ(store.Acquire(map).status().reason(), "DEVICE_MEMORY");
+  EXPECT_EQ(map.use_count(), 1);
 }
 
 // More words than one transfer holds, in columns of odd lengths.

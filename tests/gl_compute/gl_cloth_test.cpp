@@ -6,8 +6,10 @@
 #include <bit>
 #include <cmath>
 
+#include "server/scene/distance_map.h"
 #include "shaders/interface/bindings.h"
 #include "tests/gl_compute/test_cloths.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape {
 namespace {
@@ -118,6 +120,36 @@ TEST(PackCollidersTest, EveryShape) {
   EXPECT_THAT(floats(2, 1, 10), ElementsAre(0.25f, 1, 2, 3, 2, 0, 0, 0, 1, 0));
   EXPECT_EQ(words[3 * DRAPE_COLLIDER_WORDS], DRAPE_COLLIDER_BOX);
   EXPECT_THAT(floats(3, 2, 15), ElementsAre(7, 8, 9, 0.5f, 1, 2, -1, 0, 0, 0, -1, 0, 0, 0, 1));
+}
+
+TEST(PackCollidersTest, DistanceMapsInTheirOrder) {
+  const auto map =
+      DistanceMap::Build(test::BoxMesh({1, 2, 3}, {2, 3, 4}), {.resolution = 4}).value();
+  const Eigen::Quaterniond half_turn(0, 0, 0, 1);  // about z
+  const std::vector<Collider> colliders = {SphereCollider{.radius_m = 1},
+                                           DistanceMapCollider{map, {{10, 20, 30}, half_turn}},
+                                           DistanceMapCollider{map, {}}};
+  FreeList list(1000);
+  ASSERT_EQ(list.Allocate(64), 0u);
+  std::vector<std::shared_ptr<const DeviceMap>> maps;
+  for (int k = 0; k < 2; ++k) {
+    auto on_device = std::make_shared<DeviceMap>();
+    on_device->words = WordRange(&list, *list.Allocate(64), 64, 64);
+    maps.push_back(on_device);
+  }
+  const std::vector<uint32_t> words = PackColliders(colliders, maps);
+  ASSERT_EQ(words.size(), 3u * DRAPE_COLLIDER_WORDS);
+  const uint32_t first = DRAPE_COLLIDER_WORDS;
+  EXPECT_EQ(words[first - 1], 0u) << "no map";
+  EXPECT_EQ(words[first], DRAPE_COLLIDER_DISTANCE_MAP);
+  EXPECT_EQ(words[first + 17], 64u);
+  EXPECT_EQ(words[2 * first + 17], 128u);
+  // 3 cells of 1/4 m below the mesh's corner, turned.
+  EXPECT_EQ(AsFloat(words[first + 2]), 10 - 0.25f);
+  EXPECT_EQ(AsFloat(words[first + 3]), 20 - 1.25f);
+  EXPECT_EQ(AsFloat(words[first + 4]), 30 + 2.25f);
+  EXPECT_EQ(AsFloat(words[first + 8]), -1.0f);
+  EXPECT_EQ(AsFloat(words[2 * first + 2]), 0.25f);
 }
 
 TEST(PackStateTest, PositionsThenVelocities) {

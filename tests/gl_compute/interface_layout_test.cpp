@@ -169,6 +169,18 @@ TEST_F(InterfaceLayoutTest, ClothRecord) {
       MEMBER(ClothRecord, has_own_lengths),
       MEMBER(ClothRecord, length_starts),
       MEMBER(ClothRecord, length_targets),
+      MEMBER(ClothRecord, restitution),
+      MEMBER(ClothRecord, slowest_rebound),
+      MEMBER(ClothRecord, rebounds),
+      MEMBER(ClothRecord, collider_motions),
+      MEMBER(ClothRecord, elastic_count),
+      MEMBER(ClothRecord, elastic_elements),
+      MEMBER(ClothRecord, elastic_offsets),
+      MEMBER(ClothRecord, elastic_ends),
+      MEMBER(ClothRecord, elastic_impulses),
+      MEMBER(ClothRecord, padding_0),
+      MEMBER(ClothRecord, padding_1),
+      MEMBER(ClothRecord, padding_2),
   };
   const StructLayout driver = AskDriver("cloth_record.h", "ClothRecord");
   EXPECT_EQ(driver.offsets, expected);

@@ -78,6 +78,21 @@ TEST(KernelCostsTest, AKickOfTheAir) {
   EXPECT_EQ(windy.sweep, calm.sweep);
 }
 
+// 8 x 8 particles in 2 rounds of 32; 96 rods, 49 twists and 98 diagonals in 8 rounds; a particle
+// inside is in 6 rods, 4 twists and 4 diagonals.
+TEST(KernelCostsTest, AKickOfElasticElements) {
+  const ClothParameters parameters;
+  const auto plain = GridModel(8, 8);
+  const auto elastic = BuildModel(
+      {GridTopology{8, 8, 1, 1}, {.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 10}, {}});
+  ASSERT_EQ(elastic->elastic_count(), 96u + 49 + 98);
+  const LoopCosts before = CountResidentLoops(*plain, parameters, 32);
+  const LoopCosts after = CountResidentLoops(*elastic, parameters, 32);
+  EXPECT_EQ(after.substep - before.substep, (8 + 2) + (2 + 2) + 2 * (14 + 2));
+  EXPECT_EQ(after.fixed - before.fixed, after.substep - before.substep);
+  EXPECT_EQ(after.sweep, before.sweep);
+}
+
 TEST(KernelCostsTest, PartsCoverTheWholeStep) {
   const LoopCosts costs = {.sweep = 70, .substep = 130, .fixed = 200};
   StepSettings settings;

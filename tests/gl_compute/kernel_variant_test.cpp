@@ -48,8 +48,9 @@ TEST(KernelVariantTest, LocalSizeFollowsTheDevice) {
 
 TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
   const std::string bare = VariantOf(*GridModel(4, 4), {}).Defines();
-  for (const char* word : {"SPRINGS", "COMPLIANCE", "CONTACTS", "CAPSULES", "BOXES", "FRICTION",
-                           "DAMPING", "PINS", "TOLERANCE", "PARTS"}) {
+  for (const char* word :
+       {"SPRINGS", "COMPLIANCE", "CONTACTS", "CAPSULES", "BOXES", "MAPS", "FRICTION", "RESTITUTION",
+        "MOVING", "DAMPING", "PINS", "TOLERANCE", "PARTS"}) {
     EXPECT_THAT(bare, Not(HasSubstr(word)));
   }
   ModelDescription description = GridDescription(4, 4, {0});
@@ -58,24 +59,38 @@ TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
   ClothParameters parameters;
   parameters.colliders = {PlaneCollider{}};
   parameters.friction_static = 0.3;
+  parameters.restitution = 0.5;
   parameters.damping_per_s = 1;
   parameters.air_lift = 1;
   parameters.settings.tolerance = 1e-3;
   const auto model = BuildModel(description);
   const std::string full = VariantOf(*model, parameters).Defines();
-  for (const char* word : {"SPRINGS_HALF_KICKS", "HAS_COMPLIANCE", "HAS_CONTACTS", "HAS_FRICTION",
-                           "HAS_DAMPING", "HAS_PINS", "HAS_TOLERANCE", "HAS_WIND"}) {
+  for (const char* word :
+       {"SPRINGS_HALF_KICKS", "HAS_COMPLIANCE", "HAS_CONTACTS", "HAS_FRICTION", "HAS_RESTITUTION",
+        "HAS_DAMPING", "HAS_PINS", "HAS_TOLERANCE", "HAS_WIND"}) {
     EXPECT_THAT(full, HasSubstr(word));
   }
+  EXPECT_THAT(full, Not(HasSubstr("MOVING")));
+  ClothParameters moving = parameters;
+  moving.collider_motions = {RigidMotion::AtRest(Eigen::Vector3d::Zero())};
+  EXPECT_THAT(VariantOf(*model, moving).Defines(), HasSubstr("HAS_MOVING_COLLIDERS"));
   EXPECT_THAT(full, Not(HasSubstr("CAPSULES")));
   EXPECT_THAT(full, Not(HasSubstr("BOXES")));
+  EXPECT_THAT(full, Not(HasSubstr("MAPS")));
   parameters.colliders = {CapsuleCollider{}, BoxCollider{}};
   EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_CAPSULES\n"));
   EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_BOXES\n"));
+  parameters.colliders = {DistanceMapCollider{}};
+  EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_DISTANCE_MAPS\n"));
   parameters.settings.spring_integration = SpringIntegration::kInForce;
   EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("SPRINGS_IN_FORCE"));
+  EXPECT_THAT(full, Not(HasSubstr("ELASTIC")));
+  description.material.bending_rigidity_n_m = 1e-4;
+  EXPECT_THAT(VariantOf(*BuildModel(description), parameters).Defines(),
+              HasSubstr("#define HAS_ELASTIC\n"));
   parameters.colliders.clear();
   EXPECT_FALSE(VariantOf(*model, parameters).has_friction) << "no friction without colliders";
+  EXPECT_FALSE(VariantOf(*model, parameters).has_restitution) << "nothing to bounce off";
 }
 
 TEST(KernelVariantTest, LongStepsRunInPartsOnSoftwareOnly) {

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "server/scene/distance_map.h"
 #include "tests/gl_draw/pictures.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape::render {
 namespace {
@@ -75,6 +77,22 @@ TEST(ColliderShapesTest, ABoxKeepsItsAxes) {
   for (const Vector3d& corner : CornersOf(solid)) {
     EXPECT_NEAR((corner - solid.center_m).norm(), box.half_extents_m.norm(), 1e-12);
   }
+}
+
+TEST(ColliderShapesTest, AMeshHasItsMapAndTheBoxAroundIt) {
+  const auto map =
+      DistanceMap::Build(test::BoxMesh({1, 0, 0}, {2, 0.5, 0.25}), {.resolution = 8}).value();
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.4, Vector3d::UnitX()));
+  const DistanceMapCollider mesh{map, {{1, 2, 3}, turn}};
+  const DistanceMapCollider elsewhere{map, {{1, 2, 4}, turn}};
+  const auto solids =
+      CollectColliders(std::vector{Cloth(0.01, {mesh, elsewhere}), Cloth(0.1, {mesh})}).solids;
+  ASSERT_EQ(solids.size(), 2u) << "each place once";
+  EXPECT_EQ(solids[0].map, map);
+  EXPECT_NEAR((solids[0].center_m - mesh.transform * Vector3d(1.5, 0.25, 0.125)).norm(), 0, 1e-12);
+  EXPECT_NEAR((solids[0].half_extents_m - Vector3d(0.5, 0.25, 0.125)).norm(), 0, 1e-12);
+  EXPECT_NEAR(solids[0].inset_m, 0.03, 1e-12) << "for the coarser cloth";
+  EXPECT_NEAR(solids[1].inset_m, 0.003, 1e-12);
 }
 
 TEST(ColliderShapesTest, OnlySolidsOfTheSizeOfThePictureAreNear) {

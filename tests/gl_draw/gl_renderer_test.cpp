@@ -9,7 +9,9 @@
 #include <numbers>
 #include <vector>
 
+#include "server/scene/distance_map.h"
 #include "tests/gl_draw/pictures.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape::render {
 namespace {
@@ -100,6 +102,40 @@ TEST_F(GlRendererTest, ASphereHasItsRadius) {
   EXPECT_NEAR(std::sqrt(static_cast<double>(shown.count) / std::numbers::pi), radius_px, 0.7);
   EXPECT_NEAR(shown.centroid.x(), 120, 0.5);
   EXPECT_NEAR(shown.centroid.y(), 120, 0.5);
+  spec.has_colliders = false;
+  EXPECT_EQ(Shown(Draw(spec, cloths, HostStates(cloths))).count, 0u);
+}
+
+// A cube of 0.8 m, a diamond from the front, and the same mesh again beside it, upright.
+TEST_F(GlRendererTest, MeshesAreWhereTheirCollidersAre) {
+  PictureSpec spec = SmallSpec(480, 240);
+  spec.camera = FrontCamera(Vector3d::Zero(), 10, 1.2);
+  const Vector3d half = Vector3d::Constant(0.2);
+  const auto map =
+      DistanceMap::Build(test::BoxMesh(Vector3d(1, 2, 3) - half, Vector3d(1, 2, 3) + half),
+                         {.resolution = 8})
+          .value();
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(std::numbers::pi / 4, Vector3d::UnitZ()));
+  const Vector3d left(-0.5, 0.1, 0), right(0.5, -0.1, 0), mesh_center(1, 2, 3);
+  const std::vector<DrawnCloth> cloths = {
+      At(GridModel(2, 0.001), {50, 0, 0},
+         {DistanceMapCollider{map, {left - Vector3d(50, 0, 0) - turn * mesh_center, turn}},
+          DistanceMapCollider{map, {right - Vector3d(50, 0, 0) - mesh_center, {1, 0, 0, 0}}}})};
+  const Picture picture = Draw(spec, cloths, HostStates(cloths));
+  const Picture empty = Empty(SmallSpec(480, 240));
+  // The front faces are 9.8 m away; 200 pixels per metre at 10 m. Drawn 0.3 of the
+  // cloth's edge smaller, 0.3 mm.
+  const double side_px = 0.4 * 200 * 10 / 9.8;
+  for (const bool is_left : {true, false}) {
+    const Patch patch = Count(picture, [&](size_t x, size_t y, const Rgb& pixel) {
+      return (x < 240) == is_left && Distance(pixel, PixelOf(empty, x, y)) > 8;
+    });
+    // Of the sides towards the middle one sees 0.3 m (1/9.8 - 1/10.2) 2000 px = 2.4 px at most.
+    EXPECT_GT(static_cast<double>(patch.count), side_px * (side_px - 2));
+    EXPECT_LT(static_cast<double>(patch.count), (side_px + 2.4 + 2) * (side_px + 2.4 + 2));
+    EXPECT_NEAR(patch.centroid.x(), is_left ? 140 : 340, 3);
+    EXPECT_NEAR(patch.centroid.y(), is_left ? 100 : 140, 3);
+  }
   spec.has_colliders = false;
   EXPECT_EQ(Shown(Draw(spec, cloths, HostStates(cloths))).count, 0u);
 }

@@ -1,6 +1,7 @@
 // The result of a cloth is the same bit for bit whatever is stepped with it and wherever it lies.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -28,9 +29,19 @@ std::vector<Scene> Subjects() {
   Stir(sheet, 0.5);
   Scene sphere = FallingOnSphere(16);
   for (auto& v : sphere.state.velocities_m_per_s) v.y() = -3;
+  Scene pushed = FallingOnSphere(10);
+  pushed.parameters.restitution = 0.5;
+  for (const Collider& collider : pushed.parameters.colliders) {
+    pushed.parameters.collider_motions.push_back(RigidMotion::AtRest(CentreOf(collider)));
+  }
+  pushed.parameters.collider_motions[0].velocity_m_per_s = {0, 3, 0.5};
+  pushed.parameters.collider_motions[0].angular_velocity_rad_per_s = {0, 5, 0};
   Scene windy = SizedCloth(255);
   windy.parameters.wind_m_per_s = {1, 3, 2};
   windy.parameters.air_drag = windy.parameters.air_lift = 1;
+  Scene fabric =
+      Grid(12, 9, 0.5, 0.5, {0}, {.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 20});
+  Stir(fabric, 0.5);
   Scene large = SizedCloth(5000);
   large.parameters.air_drag = 1;
   Stir(large, 0.2);
@@ -38,12 +49,16 @@ std::vector<Scene> Subjects() {
   Scene compliant = CompliantSheet(9, 1e-5);
   compliant.parameters.damping_per_s = 0.3;
   Stir(compliant, 0.5);
-  return {SizedCloth(1), sheet, PaperSheet(), sphere, compliant, windy, large};
+  Scene on_map = FallingOnDistanceMap(14);
+  for (auto& v : on_map.state.velocities_m_per_s) v.y() = -3;
+  return {SizedCloth(1), sheet, PaperSheet(), sphere, pushed,
+          compliant,     windy, fabric,       large,  on_map};
 }
 
 std::vector<Scene> Neighbours() {
   Scene falling = FallingOnSphere(9);
-  return {SizedCloth(2), ExplosiveSheet(6), SizedCloth(1025), falling, SizedCloth(31)};
+  return {SizedCloth(2), ExplosiveSheet(6), SizedCloth(1025),
+          falling,       SizedCloth(31),    FallingOnDistanceMap(9)};
 }
 
 // Cloths of one backend that are stepped together; destroys them at the end.
@@ -179,6 +194,14 @@ TEST_P(BitExactnessTest, SameAfterReadAndWrite) {
     update.state = ReadState(backend, first);
     backend.Destroy(first);
     const ClothHandle second = CreateCloth(backend, scene);
+    // Where colliders are is not part of the particles' state.
+    std::vector<RigidMotion> motions = scene.parameters.collider_motions;
+    for (RigidMotion& motion : motions) {
+      for (uint32_t step = 1; step < kSteps; ++step) {
+        motion = motion.After(scene.parameters.settings.time_step_s);
+      }
+    }
+    update.collider_motions = motions;
     ASSERT_TRUE(backend.Write(second, update).ok());
     StepAlone(backend, second, scene);
     ExpectSameBits(ReadBits(backend, second), uninterrupted, scene.name);
@@ -204,6 +227,33 @@ TEST(CpuBitExactnessTest, SameWithAnyNumberOfThreads) {
       ExpectSameBits(bits[k], expected[k],
                      "cloth " + std::to_string(k) + ", threads " + std::to_string(thread_count));
     }
+  }
+}
+
+// What the frame budget asks for: a cap for one step is the setting for that step, and leaves the
+// next one as it is.
+TEST_P(BitExactnessTest, ACapOnSweepsIsThatSetting) {
+  for (Scene scene : {PaperSheet(), SizedCloth(1500)}) {
+    scene.parameters.settings.max_iterations = 9;
+    scene.parameters.settings.tolerance = 0;
+    scene.parameters.settings.substeps = 2;
+    Stir(scene, 0.5);
+    Backend& backend = SharedBackend(GetParam());
+    const ClothHandle capped = CreateCloth(backend, scene);
+    const ClothHandle set = CreateCloth(backend, scene);
+    for (const uint32_t cap : {3u, 0u, 1u, 20u}) {
+      ClothUpdate update;
+      update.parameters = scene.parameters;
+      if (cap > 0) update.parameters->settings.max_iterations = std::min(cap, 9u);
+      ASSERT_TRUE(backend.Write(set, update).ok());
+      const StepItem item{
+          .cloth = capped, .pin_targets_m = {}, .measure = false, .max_iterations = cap};
+      const StepReport report = backend.Step({&item, 1}).reports.at(0);
+      EXPECT_EQ(report.iterations, StepAlone(backend, set, scene).iterations);
+      EXPECT_EQ(ReadBits(backend, capped), ReadBits(backend, set)) << "cap " << cap;
+    }
+    backend.Destroy(capped);
+    backend.Destroy(set);
   }
 }
 

@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "server/scene/distance_map.h"
 #include "server/scene/mesh.h"
 #include "server/solver/solver_constants.h"
 #include "tests/support/backends.h"
@@ -67,6 +68,11 @@ struct CurvatureRadius {
   double operator()(const PlaneCollider&) const { return flat; }
   double operator()(const CapsuleCollider& capsule) const { return capsule.radius_m; }
   double operator()(const BoxCollider&) const { return thickness_m > 0 ? thickness_m / 2 : flat; }
+  // Distances of neighbouring samples differ by at most a cell, so that within a cell each
+  // component of the gradient changes by at most 2 per cell along the two other axes: in all by 2
+  // sqrt(6) per cell, and its direction by twice that, because these tests keep to gradients of at
+  // least 1/2.
+  double operator()(const DistanceMapCollider& solid) const { return solid.map->cell_m() / 10; }
 };
 
 // Of the air on the triangles.
@@ -94,6 +100,40 @@ AirScales FindAirScales(const Scene& scene, double relative_speed) {
   return scales;
 }
 
+// Of the elastic elements of the busiest particle.
+struct ElasticScales {
+  double rate = 0;   // change of velocity per second and displacement [1/s^2]
+  double decay = 0;  // and per speed [1/s]
+  double length_m = 0;
+};
+
+ElasticScales FindElasticScales(const Scene& scene) {
+  const SceneModel& model = *scene.model;
+  ElasticScales scales;
+  if (model.elastic_count() == 0) return scales;
+  const double h = scene.parameters.settings.substep_s();
+  std::vector<double> rates(model.particle_count()), decays(model.particle_count());
+  for (uint32_t e = 0; e < model.elastic_count(); ++e) {
+    const auto& [particles, weights, rest_length, stiffness, damping] = model.elastic_elements()[e];
+    const double frequency_sq = model.elastic_shares().frequencies_sq_per_s2[e];
+    const double mass = model.elastic_shares().masses_kg[e];
+    double all_weights = 0;
+    for (const double weight : weights) all_weights += std::abs(weight);
+    for (size_t k = 0; k < 4; ++k) {
+      const uint32_t i = particles[k];
+      const double gain =
+          model.inverse_masses_per_kg()[i] * std::abs(weights[k]) * mass * all_weights;
+      rates[i] += gain * std::min(frequency_sq, 1 / (h * h));
+      decays[i] += gain * damping / h;
+      const Vector3d side = model.rest_positions_m()[i] - model.rest_positions_m()[particles[0]];
+      scales.length_m = std::max(scales.length_m, side.norm());
+    }
+  }
+  scales.rate = *std::max_element(rates.begin(), rates.end());
+  scales.decay = *std::max_element(decays.begin(), decays.end());
+  return scales;
+}
+
 double SmallestRadius(const ClothParameters& parameters, double otherwise) {
   double radius = otherwise;
   for (const Collider& collider : parameters.colliders) {
@@ -115,7 +155,26 @@ struct Extent {
   double operator()(const BoxCollider& box) const {
     return box.center_m.norm() + box.half_extents_m.norm();
   }
+  double operator()(const DistanceMapCollider& solid) const {
+    return solid.transform.position_m.norm() +
+           std::max(solid.map->low_m().norm(), solid.map->high_m().norm());
+  }
 };
+
+// Roundings of one contact: of size X in its gap, of size X in the place whose direction it takes,
+// and relative ones of that direction.
+struct ContactRoundings {
+  double gap = 8;
+  double place = 2;
+  double direction = 4;
+};
+
+ContactRoundings RoundingsOf(const ClothParameters& parameters) {
+  const bool has_map = std::ranges::any_of(parameters.colliders, [](const Collider& collider) {
+    return std::holds_alternative<DistanceMapCollider>(collider);
+  });
+  return has_map ? ContactRoundings{72, 32, 48} : ContactRoundings{};
+}
 
 double ColliderExtent(const ClothParameters& parameters) {
   double extent = 0;
@@ -123,6 +182,16 @@ double ColliderExtent(const ClothParameters& parameters) {
     extent = std::max(extent, std::visit(Extent{}, collider));
   }
   return extent;
+}
+
+// Of points of colliders within `extent` of the origin; 0 if they rest.
+double LargestSurfaceSpeed(const ClothParameters& parameters, double extent) {
+  double speed = 0;
+  for (const RigidMotion& motion : parameters.collider_motions) {
+    speed = std::max(speed, motion.velocity_m_per_s.norm() +
+                                2 * extent * motion.angular_velocity_rad_per_s.norm());
+  }
+  return speed;
 }
 
 double LongestStrip(const SceneModel& model) {
@@ -148,6 +217,7 @@ void Widen(RunScales& scales, const ParticleState& state) {
 void CompareReports(const StepReport& actual, const StepReport& expected, bool has_tolerance) {
   EXPECT_EQ(actual.fault, expected.fault);
   EXPECT_EQ(actual.warnings.springs_beyond_limit, expected.warnings.springs_beyond_limit);
+  EXPECT_EQ(actual.warnings.elastic_beyond_limit, expected.warnings.elastic_beyond_limit);
   EXPECT_EQ(actual.converged, expected.converged);
   EXPECT_EQ(actual.warnings.not_converged, expected.warnings.not_converged);
   if (!has_tolerance) {
@@ -184,7 +254,11 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
   const double roundings =
       of_a_link + (solver.has_strips ? of_elimination * LongestStrip(*scene.model) : 0);
   const double constraint = kRoundOff * (roundings * (coupling.length_m + h * speed) / h + speed);
-  const double contact = kRoundOff * (8 * extent / h + (2 * extent / radius + 4) * speed);
+  const ContactRoundings of = RoundingsOf(scene.parameters);
+  const double moving = HasMovingColliders(scene.parameters) ? 24 : 0;
+  const double contact = kRoundOff * ((of.gap + moving) * extent / h +
+                                      (of.place * extent / radius + of.direction) * speed +
+                                      12 * LargestSurfaceSpeed(scene.parameters, extent));
   const double sweep = coupling.degree * constraint + colliders * contact;
   const double position = kRoundOff * extent;
   const double held =
@@ -194,7 +268,15 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
   const double air_speed = scene.parameters.wind_m_per_s.norm() + speed;
   const AirScales air = FindAirScales(scene, air_speed);
   const double kick = air.ratio * air_speed * (48 * kRoundOff + 8 * count * position / air.edge_m);
-  const double free = 8 * kRoundOff * speed + 2 * spring + 2 * kick;
+  const ElasticScales elastic_scales = FindElasticScales(scene);
+  const double elastic =
+      elastic_scales.length_m > 0
+          ? h * elastic_scales.rate *
+                    (16 * kRoundOff * elastic_scales.length_m + 2 * count * position) +
+                h * elastic_scales.decay * speed *
+                    (16 * kRoundOff + 2 * count * position / elastic_scales.length_m)
+          : 0;
+  const double free = 8 * kRoundOff * speed + 2 * spring + 2 * elastic + 2 * kick;
 
   // The velocity stage is so many sweeps more of the same size.
   const double growth = (solver.has_two_steps ? 1.5 : 1) * (1 + solver.velocity_iterations);

@@ -36,7 +36,15 @@ struct ErrorBound {
 //   two steps     a rounding of b or u is extrapolated by 4/3 and 13/9 ..., at most 3/2 times as
 //   large a contact     q, q - c, |q - c|, gap: 8 roundings of size X, over h; its direction is off
 //   by 2 e X/R
-//                 and 4 e, times impulses of at most U
+//                 and 4 e, times impulses of at most U; a collider that moves: into its own
+//   frame and back 24 roundings of X more, and 12 of the speed of its surface
+//   a distance map  the first sample's place 1, q less it 2, three axes and dot products 4 each of
+//   size
+//                 2 X, 1/cell and the way to the grid 5: places are off by 32 e X. The gap by that
+//                 times a gradient of at most sqrt(3), by three levels of interpolation between
+//                 samples of at most 2 X, and by a root: 72 e X. The direction by 32 e X/R, and by
+//                 9 roundings of each component of a gradient of length >= 1/2, its length and the
+//                 turn: 48 e
 //   a position    1 rounding of size X per substep, which constraints and contacts turn into X/h of
 //   velocity a spring      8 roundings of k L and of c U, times h/m predict, integrate,
 //   correct_velocity: 8 roundings of U + g h
@@ -44,6 +52,10 @@ struct ErrorBound {
 //   velocity R = |wind| + U: 48 roundings of q R; the direction of the triangle is off by 8 X/L
 //   times the roundings of its corners so far; the corners' masses are shared, so that of one
 //   particle is no larger (stretched by at most 2 in area)
+//   an element    of bending or shear: 16 roundings of its extent and of U in its deflection and
+//   its speed, and
+//                 those of places so far, times what a particle gains by them (its share of the
+//                 mass, at most 1/h^2)
 // An impulse is a projection: it does not enlarge an error that is there already in the norm of
 // kinetic energy, so errors add up over sweeps and substeps. Those of constraints and contacts have
 // changing arguments and add like independent ones, with the square root of their number (each is

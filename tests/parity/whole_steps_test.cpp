@@ -64,6 +64,22 @@ TEST_P(WholeStepParityTest, WindAndSprings) {
   }
 }
 
+TEST_P(WholeStepParityTest, FabricsInTheWind) {
+  for (const uint32_t substeps : {1u, 8u}) {
+    for (const double stretch_n_per_m : {0.0, 300.0}) {
+      Scene scene = Grid(12, 9, 0.5, 0.5, {0},
+                         {.stretch_stiffness_n_per_m = stretch_n_per_m,
+                          .bending_rigidity_n_m = 1e-4,
+                          .shear_modulus_n_per_m = 20});
+      Stir(scene, 0.3);
+      UseSubsteps(scene, substeps);
+      scene.parameters.wind_m_per_s = {2, 1, 4};
+      scene.parameters.air_drag = 1.2;
+      ExpectParity(GetParam(), scene, 2);
+    }
+  }
+}
+
 TEST_P(WholeStepParityTest, UnequalMassesInANet) {
   for (const uint32_t substeps : {1u, 8u}) {
     Scene scene = Net(9, 0.1, 1e-5);
@@ -95,12 +111,44 @@ TEST_P(WholeStepParityTest, SphereAndPlane) {
   }
 }
 
+// In one work group, and in tiles of a large cloth.
+TEST_P(WholeStepParityTest, AMovingSphere) {
+  for (const uint32_t side : {15u, 33u}) {
+    Scene scene = FallingOnSphere(side);
+    UseSubsteps(scene, 8);
+    for (const Collider& collider : scene.parameters.colliders) {
+      scene.parameters.collider_motions.push_back(RigidMotion::AtRest(CentreOf(collider)));
+    }
+    scene.parameters.restitution = 0.3;
+    scene.parameters.collider_motions[0].velocity_m_per_s = Eigen::Vector3d(0.2, 3, 0.1);
+    scene.parameters.collider_motions[0].angular_velocity_rad_per_s = Eigen::Vector3d(0, 2, 1);
+    ExpectParity(GetParam(), scene, 2);
+    const ClothHandle cloth = CreateCloth(SharedBackend(GetParam()), scene);
+    const StepReport report = StepAlone(SharedBackend(GetParam()), cloth, scene, 2, true);
+    EXPECT_GT(report.measured.contacts, 0u) << "the scene must touch the sphere";
+    SharedBackend(GetParam()).Destroy(cloth);
+  }
+}
+
 TEST_P(WholeStepParityTest, BoxAndCapsule) {
-  for (const uint32_t substeps : {1u, 8u}) {
-    Scene scene = FallingOnBoxAndCapsule(15);
+  // The larger one in tiles.
+  for (const auto& [side, substeps] : {std::pair{15u, 1u}, {15u, 8u}, {33u, 8u}}) {
+    Scene scene = FallingOnBoxAndCapsule(side);
     UseSubsteps(scene, substeps);
     for (auto& v : scene.state.velocities_m_per_s) v.y() = -3;  // meets both in the second step
     ExpectParity(GetParam(), scene, 2);
+  }
+}
+
+// By both plans of the GPU.
+TEST_P(WholeStepParityTest, DistanceMap) {
+  for (const uint32_t side : {15u, 40u}) {
+    for (const uint32_t substeps : {1u, 8u}) {
+      Scene scene = FallingOnDistanceMap(side);
+      UseSubsteps(scene, substeps);
+      for (auto& v : scene.state.velocities_m_per_s) v.y() = -3;  // meets it in the second step
+      ExpectParity(GetParam(), scene, 2);
+    }
   }
 }
 

@@ -1,4 +1,5 @@
 // Pendulum, spring and compliant constraint against their closed forms.
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -137,6 +138,50 @@ TEST_P(Oscillation, InForceSpringsGainTheKnownAmount) {
   // W is about (0.3 x)^2: a relative error of x counts 2 / 0.09 times; 10 roundings per step add
   // up.
   EXPECT_NEAR(last / first, growth, growth * 2 / 0.09 * 10 * kSteps * round_off());
+}
+
+// The rate that the warning goes by is that of the pair, whose frequency bound is exact for equal
+// masses: with the spring's damping s, D = 1 + h^2 w^2 / 2 - h s w^2, and exp(-c h) for the
+// cloth's.
+TEST_P(Oscillation, TheReportWarnsOfSpringsThatGainEnergy) {
+  const double omega = std::sqrt(30 / 0.1);
+  const double h = 0.3 / omega;
+  for (const double damping_s : {0.0, 0.3 * h, 0.6 * h}) {
+    for (const double damping_per_s : {0.0, 4.0}) {
+      ParticleTopology pair;
+      pair.positions_m = {{0, 0, 0}, {0.5, 0, 0}};
+      pair.masses_kg = {0.2, 0.2};
+      pair.springs = {{0, 1, 0, 30, 30 * damping_s}};
+      Scene scene = Particles(pair);
+      scene.parameters.gravity_m_per_s2.setZero();
+      scene.parameters.settings = SingleSubstep(h);
+      scene.parameters.settings.spring_integration = SpringIntegration::kInForce;
+      scene.parameters.damping_per_s = damping_per_s;
+      const double growth = std::max(0.09 * (0.5 - damping_s / h), 0.0);
+      const double expected = std::log1p(growth) / h - damping_per_s;
+      const double rate = SpringGain_per_s(*scene.model, scene.parameters);
+      EXPECT_NEAR(rate, expected, 1e-9);
+
+      const ClothHandle cloth = Make(scene);
+      std::vector<double> x = {Extension(scene.state)};
+      bool has_warned = false;
+      constexpr size_t kSteps = 30;
+      for (size_t step = 0; step < kSteps; ++step) {
+        has_warned = StepAlone(backend(), cloth, scene).warnings.springs_gain_energy;
+        x.push_back(Extension(ReadState(backend(), cloth)));
+      }
+      EXPECT_EQ(has_warned, rate > kMaxSpringGain_per_s) << rate;
+      if (growth == 0) continue;
+      const double first = x[1] * x[1] - x[0] * x[2];
+      const double last = x[kSteps - 1] * x[kSteps - 1] - x[kSteps] * x[kSteps - 2];
+      const double measured = std::log(last / first) / (h * (kSteps - 2));
+      // The bound of the test above, as a rate.
+      EXPECT_NEAR(measured, rate, 2 / 0.09 * 10 * kSteps * round_off() / (h * (kSteps - 2)));
+
+      scene.parameters.settings.spring_integration = SpringIntegration::kHalfKicks;
+      EXPECT_FALSE(MaySpringsGainEnergy(*scene.model, scene.parameters));
+    }
+  }
 }
 
 // At rest the elongation is alpha m g for any number of sweeps: the accumulated impulse makes it

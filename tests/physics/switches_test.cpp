@@ -8,6 +8,7 @@
 #include <set>
 
 #include "server/api/spec_validation.h"
+#include "server/scheduler/frame_budget.h"
 #include "tests/physics/physics_test.h"
 
 namespace drape::test {
@@ -50,6 +51,8 @@ const std::map<std::string, SwitchCase>& Cases() {
       {"direction", {HungSheet, "integration: ONE_STEP time_step_s: 0.0568 substeps: 8", ""}},
       {"velocity_iterations", {HungSheet, "integration: ONE_STEP", "velocity_iterations: 2"}},
       {"twist_damping_per_s", {StirredSheet, "", "twist_damping_per_s: 300"}},
+      // Not of the step itself: the scheduler caps the sweeps, one as long as nothing is measured.
+      {"frame_budget_ms", {StirredSheet, "max_iterations: 5", "frame_budget_ms: 1"}},
       {"use_tethers", {HungSheet, "use_tethers: true", "use_tethers: false"}},
   };
   return cases;
@@ -69,8 +72,13 @@ class Switches : public PhysicsTest {
     scene.parameters.settings = api::CheckSettings(api::FieldPath("settings"), Parse(text), checks);
     EXPECT_TRUE(checks.ok()) << text;
     const ClothHandle cloth = Make(scene);
-    const StepReport report = StepAlone(backend(), cloth, scene, 5);
-    EXPECT_EQ(report.fault, FaultReason::kNone) << text;
+    FrameBudget budget;
+    budget.Set(scene.parameters.settings);
+    for (int step = 0; step < 5; ++step) {
+      const StepItem item{
+          .cloth = cloth, .pin_targets_m = {}, .measure = false, .max_iterations = budget.Cap()};
+      EXPECT_EQ(backend().Step({&item, 1}).reports.at(0).fault, FaultReason::kNone) << text;
+    }
     return ReadBits(backend(), cloth);
   }
 };

@@ -75,12 +75,14 @@ TEST_F(Naming, RealNumbersCarryTheirUnit) {
                                               "friction_dynamic",
                                               "air_drag",
                                               "air_lift",
+                                              "restitution",
                                               "tolerance",
                                               "max_strain",
                                               "rms_strain",
                                               "normal",
                                               "transforms",
                                               "rotation_xyzw",
+                                              "rotations_xyzw",
                                               "max_solves_per_step",
                                               "view_direction",
                                               "up",
@@ -88,7 +90,7 @@ TEST_F(Naming, RealNumbersCarryTheirUnit) {
                                               "scales",
                                               "range"};  // of whatever the colours show
   const char* kUnits =
-      ".*_(m|kg|s|hz|j|rad|m_per_s|m_per_s2|kg_per_m2|n_per_m|n_s_per_m|m_per_n|per_s)";
+      ".*_(m|kg|s|ms|hz|j|rad|m_per_s|m_per_s2|kg_per_m2|n_per_m|n_s_per_m|m_per_n|per_s)";
   for (const Descriptor* message : descriptors_.Messages()) {
     for (int k = 0; k < message->field_count(); ++k) {
       const FieldDescriptor* field = message->field(k);
@@ -106,7 +108,8 @@ TEST_F(Naming, ListsArePlural) {
   // Vectors are one value of several numbers; x, y, z are not counted.
   const char* kVectors =
       "gravity_.*|center_m|point_m|a_m|b_m|normal|position_m|rotation_xyzw|target_m|"
-      "environment_origin_m|over_s|shape|eye_m|up|view_direction|include_m|range|wind_.*";
+      "environment_origin_m|over_s|shape|eye_m|up|view_direction|include_m|range|wind_.*|"
+      "rotations_xyzw|velocity_m_per_s|angular_velocity_rad_per_s|pivot_m";
   for (const Descriptor* message : descriptors_.Messages()) {
     for (int k = 0; k < message->field_count(); ++k) {
       const FieldDescriptor* field = message->field(k);

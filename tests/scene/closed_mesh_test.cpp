@@ -8,7 +8,7 @@
 #include <numbers>
 #include <string>
 
-#include "tests/scene/solids.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape::test {
 namespace {

@@ -112,6 +112,33 @@ std::vector<BadDescription> BadGrids() {
       {"infinite bending", GoodGrid,
        OnMaterial([](auto& m) { m.bending_stiffness_n_per_m = kInf; }),
        "material.bending_stiffness_n_per_m", "inf is not in [0, "},
+      {"negative rigidity", GoodGrid, OnMaterial([](auto& m) { m.bending_rigidity_n_m = -1; }),
+       "material.bending_rigidity_n_m", "-1 is not in [0, 1000000] N m"},
+      {"rigidity of particles", GoodParticles,
+       OnMaterial([](auto& m) { m.bending_rigidity_n_m = 1; }), "material.bending_rigidity_n_m",
+       "belongs to grids and meshes"},
+      {"negative stiffness", GoodGrid,
+       OnMaterial([](auto& m) { m.stretch_stiffness_n_per_m = -3; }),
+       "material.stretch_stiffness_n_per_m", "-3 is not in [0, "},
+      {"hardly any stiffness", GoodGrid,
+       OnMaterial([](auto& m) { m.stretch_stiffness_n_per_m = 1e-300; }),
+       "material.stretch_stiffness_n_per_m", "gives an edge the compliance"},
+      {"stiffness and compliance", GoodGrid, OnMaterial([](auto& m) {
+         m.stretch_stiffness_n_per_m = 100;
+         m.stretch_compliance_m_per_n = 0.5;
+       }),
+       "material.stretch_stiffness_n_per_m",
+       "100 N/m together with material.stretch_compliance_m_per_n 0.5 m/N"},
+      {"negative modulus", GoodGrid, OnMaterial([](auto& m) { m.shear_modulus_n_per_m = -4; }),
+       "material.shear_modulus_n_per_m", "-4 is not in [0, "},
+      {"modulus and springs", GoodGrid, OnMaterial([](auto& m) {
+         m.shear_modulus_n_per_m = 10;
+         m.shear_stiffness_n_per_m = 2;
+       }),
+       "material.shear_modulus_n_per_m",
+       "10 N/m together with material.shear_stiffness_n_per_m 2 N/m"},
+      {"modulus of a mesh", GoodMesh, OnMaterial([](auto& m) { m.shear_modulus_n_per_m = 1; }),
+       "material.shear_modulus_n_per_m", "1 belongs to grids"},
       {"negative shear", GoodGrid, OnMaterial([](auto& m) { m.shear_stiffness_n_per_m = -2; }),
        "material.shear_stiffness_n_per_m", "-2 is not in [0, "},
       {"pin out of range", GoodGrid, SetPins({0, 1, 12}), "pins[2].particle",

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "server/scene/distance_map.h"
-#include "tests/scene/solids.h"
 #include "tests/support/obj_file.h"
 #include "tests/support/paths.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape::test {
 namespace {

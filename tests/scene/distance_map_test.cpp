@@ -10,7 +10,7 @@
 #include <string>
 
 #include "server/scene/mesh_distance.h"
-#include "tests/scene/solids.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape::test {
 namespace {

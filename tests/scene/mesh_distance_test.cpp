@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "tests/scene/solids.h"
 #include "tests/support/obj_file.h"
 #include "tests/support/paths.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape::test {
 namespace {

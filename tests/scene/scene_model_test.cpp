@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <type_traits>
 
@@ -197,6 +198,45 @@ TEST(SceneModel, SpringFrequencyBoundIsReachedByAPair) {
       0);
 }
 
+// A particle in the middle of four others, and the mass of each.
+double HeldRatio(double middle_kg, std::vector<double> around_kg, std::vector<uint32_t> pins = {}) {
+  ParticleTopology star;
+  star.positions_m = {{0, 0, 0}};
+  star.masses_kg = {middle_kg};
+  for (uint32_t k = 0; k < around_kg.size(); ++k) {
+    star.positions_m.emplace_back(std::cos(k), std::sin(k), 0);
+    star.masses_kg.push_back(around_kg[k]);
+    star.distance_constraints.push_back({0, k + 1, 1, 0});
+  }
+  return MustBuild({.topology = star, .material = {}, .pinned_particles = std::move(pins)})
+      ->held_mass_ratio();
+}
+
+TEST(SceneModel, HeldMassRatioIsThatOfTheFourthHeaviestNeighbour) {
+  EXPECT_EQ(HeldRatio(1, {7, 7, 7}), 0) << "three leave it a way";
+  EXPECT_EQ(HeldRatio(2, {100, 60, 30, 80}), 15);
+  EXPECT_EQ(HeldRatio(2, {100, 60, 30, 80, 1}), 15);
+  EXPECT_EQ(HeldRatio(2, {100, 60, 30, 80, 1, 40}), 20);
+  EXPECT_EQ(HeldRatio(2, {1, 60, 30, 80}, {1}), 15) << "a pin is heavier than all";
+  EXPECT_EQ(HeldRatio(2, {100, 60, 30, 80}, {0}), 0) << "a pin is not held";
+  const auto grid =
+      MustBuild({.topology = GridTopology{5, 5, 1, 1}, .material = {}, .pinned_particles = {}});
+  EXPECT_EQ(grid->held_mass_ratio(), 1);
+}
+
+TEST(SceneModel, LeastSpringDampingIsOfTheLeastDampedStiffSpring) {
+  ParticleTopology chain;
+  chain.positions_m = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+  chain.masses_kg = {1, 1, 1};
+  EXPECT_EQ(MustBuild({.topology = chain, .material = {}, .pinned_particles = {}})
+                ->least_spring_damping_s(),
+            0);
+  chain.springs = {{0, 1, 1, 8, 2}, {1, 2, 1, 4, 0.5}, {0, 2, 1, 0, 3}};
+  EXPECT_EQ(MustBuild({.topology = chain, .material = {}, .pinned_particles = {}})
+                ->least_spring_damping_s(),
+            0.125);
+}
+
 TEST(SceneModel, ResolutionRatioIsExtentOverShortestEdge) {
   ModelDescription description;
   description.topology = GridTopology{.columns = 5, .rows = 3, .width_m = 1, .height_m = 2};
@@ -266,6 +306,20 @@ TEST(SceneModel, EqualContentHasEqualHashesAndAnyDifferenceShows) {
     EXPECT_FALSE(model->SameContent(*others[k])) << k;
     EXPECT_NE(model->content_hash(), others[k]->content_hash()) << k;
   }
+}
+
+TEST(SceneModel, ElasticElementsAreContent) {
+  ModelDescription description;
+  description.topology = GridTopology{.columns = 4, .rows = 3, .width_m = 1, .height_m = 1};
+  const auto plain = MustBuild(description);
+  description.material.bending_rigidity_n_m = 1e-4;
+  const auto bent = MustBuild(description);
+  description.material.bending_rigidity_n_m = 2e-4;
+  const auto stiff = MustBuild(description);
+  EXPECT_NE(plain->content_hash(), bent->content_hash());
+  EXPECT_NE(bent->content_hash(), stiff->content_hash());
+  EXPECT_FALSE(plain->SameContent(*bent));
+  EXPECT_FALSE(bent->SameContent(*stiff));
 }
 
 // The hash stands in logs and may one day stand in files: it must not change from build to build.

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/scene/solids.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape::test {
 namespace {

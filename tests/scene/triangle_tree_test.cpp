@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "tests/scene/solids.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape::test {
 namespace {

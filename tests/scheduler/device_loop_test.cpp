@@ -242,6 +242,58 @@ TEST_F(DeviceLoopTest, APinThatIsNoneAnyMoreEndsTheRequestUntouched) {
   EXPECT_EQ(a->pins().At(0, 100), Vector3d(0, 0, 0));  // the first control is not half applied
 }
 
+// The backend has motions from the first control on; what of the colliders is shown follows the
+// time.
+TEST_F(DeviceLoopTest, CollidersMoveFromTheStartOfTheRequest) {
+  const auto a = Cloth();
+  a->StartColliders({}, {Vector3d(1, 0, 0), Vector3d(0, 0, 0)});
+  Admit(Work("before", {a}, 4));  // 1 s
+  StepWork work = Work("move", {a}, 1);
+  work.collider_controls = {{0, 1, {.position_m = Vector3d(0, 8, 0)}, 0.5}};
+  Admit(work);
+  RunAll();
+  const auto motions = [&]() -> const std::vector<RigidMotion>& {
+    return backend_.ParametersOf(a->handle()).collider_motions;
+  };
+  ASSERT_EQ(motions().size(), 2u);
+  EXPECT_EQ(motions()[1].position_m, Vector3d(0, 0, 0));
+  EXPECT_EQ(motions()[1].velocity_m_per_s, Vector3d(0, 16, 0));
+  EXPECT_EQ(motions()[0].velocity_m_per_s, Vector3d::Zero());
+  EXPECT_EQ(a->collider_motions()[1].position_m, Vector3d(0, 4, 0));
+  Admit(Work("on", {a}, 2));
+  RunAll();
+  EXPECT_EQ(motions()[1].position_m, Vector3d(0, 8, 0));
+  EXPECT_EQ(motions()[1].velocity_m_per_s, Vector3d::Zero());
+}
+
+TEST_F(DeviceLoopTest, AColliderThatIsNoneAnyMoreEndsTheRequestUntouched) {
+  const auto a = Cloth();
+  a->StartColliders({}, {Vector3d(1, 0, 0)});
+  StepWork work = Work("work", {a});
+  work.collider_controls = {{0, 0, {.position_m = Vector3d(0, 8, 0)}, 0},
+                            {0, 1, {.position_m = Vector3d(0, 8, 0)}, 0}};
+  Admit(work);
+  RunAll();
+  EXPECT_EQ(outcomes_["work"].status.code(), StatusCode::kFailedPrecondition);
+  EXPECT_EQ(outcomes_["work"].status.reason(), "COLLIDER_NOT_FOUND");
+  EXPECT_FALSE(a->colliders().is_moving());
+  EXPECT_EQ(a->now().completed_steps, 0u);
+}
+
+TEST_F(DeviceLoopTest, WithoutRoomForMovingCollidersNothingMoves) {
+  const auto a = Cloth({0});
+  a->StartColliders({}, {Vector3d(1, 0, 0)});
+  StepWork work = Work("work", {a});
+  work.pin_controls = {{0, 0, Vector3d(0, 8, 0), 0}};
+  work.collider_controls = {{0, 0, {.position_m = Vector3d(0, 8, 0)}, 0}};
+  device_->FailWrite(0);
+  Admit(work);
+  RunAll();
+  EXPECT_EQ(outcomes_["work"].status.code(), StatusCode::kResourceExhausted);
+  EXPECT_FALSE(a->colliders().is_moving());
+  EXPECT_EQ(a->pins().At(0, 100), Vector3d(0, 0, 0));
+}
+
 TEST_F(DeviceLoopTest, StatesOfTheBatchAreReadTogether) {
   const auto a = Cloth(), b = Cloth();
   StepWork one = Work("one", {a});
@@ -368,6 +420,45 @@ TEST(TenantIndex, NumbersOfThoseWhoLeftAreUsedAgain) {
   EXPECT_EQ(index.Enter("c"), 2u);
   index.Leave("a");
   EXPECT_EQ(index.Enter("d"), 0u);
+}
+
+// Two cloths that take 0.25 ms together: the one with a budget of 1 ms gets one sweep, and then
+// as many as fit if they all cost as much.
+TEST_F(DeviceLoopTest, AFrameBudgetCapsTheSweepsOfItsCloth) {
+  const auto a = Cloth(), b = Cloth();
+  StepSettings settings;
+  settings.substeps = 1;
+  settings.max_iterations = 100;
+  settings.frame_budget_ms = 1;
+  b->budget().Set(settings);
+  device_->OnStep([this] { clock_.AdvanceUs(250); });
+  StepWork work = Work("x", {a, b}, 2);
+  work.report = true;
+  Admit(std::move(work));
+  RunAll();
+  const std::vector<FakeBatch> batches = device_->batches();
+  ASSERT_EQ(batches.size(), 2u);
+  EXPECT_EQ(batches[0][0].max_iterations, 0u) << "no budget";
+  EXPECT_EQ(batches[0][1].max_iterations, 1u);
+  EXPECT_EQ(batches[1][0].max_iterations, 0u);
+  EXPECT_EQ(batches[1][1].max_iterations, 4u);
+  const StepOutcome& outcome = outcomes_.at("x");
+  EXPECT_EQ(outcome.cloths[0].report->iteration_cap, 0u);
+  EXPECT_EQ(outcome.cloths[1].report->iteration_cap, 4u);
+  EXPECT_EQ(outcome.cloths[1].warnings.over_budget, 0u);
+}
+
+TEST_F(DeviceLoopTest, ABudgetBelowOneSweepIsCounted) {
+  const auto cloth = Cloth();
+  StepSettings settings;
+  settings.substeps = 1;
+  settings.frame_budget_ms = 0.1;
+  cloth->budget().Set(settings);
+  device_->OnStep([this] { clock_.AdvanceUs(250); });
+  Admit(Work("x", {cloth}, 3));
+  RunAll();
+  EXPECT_EQ(outcomes_.at("x").cloths[0].warnings.over_budget, 3u);
+  EXPECT_EQ(device_->batches().back()[0].max_iterations, 1u);
 }
 
 }  // namespace

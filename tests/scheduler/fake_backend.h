@@ -24,6 +24,7 @@ struct FakeItem {
   ClothHandle cloth;
   bool measure = false;
   std::vector<Eigen::Vector3d> pin_targets_m;
+  uint32_t max_iterations = 0;  // as asked for
 };
 using FakeBatch = std::vector<FakeItem>;
 
@@ -157,8 +158,10 @@ class FakeBackend final : public Backend {
     batch.readback_us = 100;
     FakeBatch record;
     for (const StepItem& item : items) {
-      record.push_back(
-          {item.cloth, item.measure, {item.pin_targets_m.begin(), item.pin_targets_m.end()}});
+      record.push_back({item.cloth,
+                        item.measure,
+                        {item.pin_targets_m.begin(), item.pin_targets_m.end()},
+                        item.max_iterations});
       batch.reports.push_back(StepOne(item));
     }
     device_->Locked([&] { device_->batches_.push_back(std::move(record)); });
@@ -205,6 +208,7 @@ class FakeBackend final : public Backend {
       cloth.rest_lengths_m = update.rest_lengths_m.value_or(std::vector<double>{});
     }
     if (update.parameters.has_value()) cloth.parameters = *update.parameters;
+    if (update.collider_motions) cloth.parameters.collider_motions = *update.collider_motions;
     if (update.pin_targets_m.has_value()) cloth.pin_targets_m = *update.pin_targets_m;
     if (update.state.has_value()) {
       cloth.state = *update.state;
@@ -270,6 +274,10 @@ class FakeBackend final : public Backend {
         DRAPE_CHECK(cloth.rest_lengths_m.size() == item.rest_lengths_m.size(), "it has its own");
         cloth.rest_lengths_m.assign(item.rest_lengths_m.begin(), item.rest_lengths_m.end());
       }
+      DRAPE_CHECK(item.collider_motions.size() == cloth.parameters.collider_motions.size(),
+                  "the motions of every step are given");
+      cloth.parameters.collider_motions.assign(item.collider_motions.begin(),
+                                               item.collider_motions.end());
       for (Eigen::Vector3d& p : cloth.state.positions_m) p.y() -= 1;
       size_t k = 0;
       for (const uint32_t pin : cloth.model->pins()) {

@@ -7,6 +7,7 @@
 #include <functional>
 #include <limits>
 
+#include "server/solver/cloth_parameters.h"
 #include "server/solver/step_report.h"
 #include "tests/support/scenes.h"
 
@@ -152,6 +153,10 @@ TEST(SolvesPerStep, CountsEverySolveOfTheWorstStep) {
   settings.use_tethers = false;
   EXPECT_EQ(SolvesPerStep(*scene.model, settings, 0), 35 * (17 + springs + 12) + air);
   EXPECT_EQ(SolvesPerStep(*scene.model, settings, 3), 35 * (17 + springs + 48) + air);
+  // 2 rods in each of 3 rows, one in each of 4 columns, 6 twists.
+  const test::Scene fabric = test::Grid(4, 3, 1, 1, {}, {.bending_rigidity_n_m = 1e-4});
+  EXPECT_EQ(SolvesPerStep(*fabric.model, settings, 0),
+            SolvesPerStep(*scene.model, settings, 0) + 5 * 2 * (6 + 4 + 6));
   settings.substeps = kMaxSubsteps;
   settings.max_iterations = kMaxIterations;
   EXPECT_GT(SolvesPerStep(*scene.model, settings, 50), kMaxSolvesPerStep);
@@ -161,6 +166,19 @@ TEST(FaultReasonText, SaysWhatHappenedOrNothing) {
   EXPECT_EQ(FaultReasonText(FaultReason::kNone), "");
   EXPECT_THAT(std::string(FaultReasonText(FaultReason::kNotFinite)), HasSubstr("not a number"));
   EXPECT_THAT(std::string(FaultReasonText(FaultReason::kRunaway)), HasSubstr("1e5 m/s"));
+}
+
+// Two steps extrapolate what sweeps leave, which is much where the masses around a particle differ.
+TEST(ChooseSolver, UnequalMassesKeepToOneStep) {
+  ParticleTopology star;
+  star.positions_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
+  for (uint32_t k = 1; k < 5; ++k) star.distance_constraints.push_back({0, k, 1, 0});
+  for (const double mass_kg : {9.0, 11.0}) {
+    star.masses_kg = {1, mass_kg, mass_kg, mass_kg, mass_kg};
+    const auto model =
+        SceneModel::Build({.topology = star, .material = {}, .pinned_particles = {}}).value();
+    EXPECT_EQ(ChooseSolver(*model, {}, false).has_two_steps, mass_kg < kMaxHeldMassRatio);
+  }
 }
 
 }  // namespace

@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/scene/distance_map.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape::test {
 namespace {
@@ -107,6 +109,18 @@ Scene FallingOnBoxAndCapsule(uint32_t side) {
   scene.parameters.colliders = {
       BoxCollider{Vector3d(0.24, -0.2, 0.52), Vector3d(0.17, 0.15, 0.31), turn},
       CapsuleCollider{Vector3d(0.7, -0.16, 0.13), Vector3d(0.81, -0.16, 0.84), 0.11}};
+  return scene;
+}
+
+Scene FallingOnDistanceMap(uint32_t side) {
+  Scene scene = FallingOnSphere(side);
+  scene.name = "distance_map_" + std::to_string(side);
+  const auto map =
+      DistanceMap::Build(BoxMesh({-0.8, -0.3, -0.8}, {0.8, 0, 0.8}), {.resolution = 24});
+  DRAPE_CHECK(map.ok(), map.status().ToString());
+  const Eigen::Quaterniond turn =
+      Eigen::AngleAxisd(0.3, Vector3d::UnitY()) * Eigen::AngleAxisd(0.1, Vector3d(0.6, 0, 0.8));
+  scene.parameters.colliders = {DistanceMapCollider{*map, {Vector3d(0.5, -0.06, 0.5), turn}}};
   return scene;
 }
 

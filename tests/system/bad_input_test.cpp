@@ -216,6 +216,10 @@ std::vector<BadCall> BadSteps() {
           [](auto& spec) { spec.mutable_material()->set_air_drag(-0.5); }, "spec.material.air_drag",
           "-0.5"),
       Updating(
+          "restitution that is no number", "material.restitution",
+          [](auto& spec) { spec.mutable_material()->set_restitution(kNaN); },
+          "spec.material.restitution", "nan"),
+      Updating(
           "dynamic above static friction", "material.friction_dynamic",
           [](auto& spec) { spec.mutable_material()->set_friction_dynamic(0.5); },
           "spec.material.friction_dynamic", "0.5"),

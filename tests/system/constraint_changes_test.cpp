@@ -168,6 +168,35 @@ TEST_P(ConstraintChanges, MaterialOfAGridMakesAnotherModel) {
   EXPECT_GT(stepped.reports(0).max_strain(), 2 * stepped.reports(1).max_strain());
 }
 
+TEST_P(ConstraintChanges, ModuliOfAGridMakeAnotherModel) {
+  const Ids ids = Create(*stub_, HangingSheet(session_, 8, 2));
+  const std::string before = Bits(*stub_, session_, ids);
+  v1::UpdateClothsRequest update =
+      UpdateOf({ids[0]}, {"material.stretch_stiffness_n_per_m", "material.bending_rigidity_n_m",
+                          "material.shear_modulus_n_per_m"});
+  v1::Material& material = *update.mutable_spec()->mutable_material();
+  material.set_stretch_stiffness_n_per_m(20);
+  material.set_bending_rigidity_n_m(1e-4);
+  material.set_shear_modulus_n_per_m(5);
+  const auto answer = Call(*stub_, &Stub::UpdateCloths, update);
+  ASSERT_TRUE(answer.status.ok()) << answer.status.error_message();
+  // Rods along 8 rows and 8 columns, twists and pairs of diagonals of 49 cells; what joins pins
+  // alone is left out.
+  EXPECT_GT(answer.value.shape().elastic_elements(), 2 * 8 * 6u + 49);
+  EXPECT_LE(answer.value.shape().elastic_elements(), 2 * 8 * 6u + 3 * 49);
+  EXPECT_EQ(Bits(*stub_, session_, ids), before);
+  v1::StepRequest step = StepsOf(session_, ids, 30);
+  step.set_report(true);
+  const v1::StepResponse stepped = Step(*stub_, step);
+  EXPECT_GT(stepped.reports(0).max_strain(), 2 * stepped.reports(1).max_strain());
+  // The compliance excludes the stiffness that the cloth has by now.
+  v1::UpdateClothsRequest both = UpdateOf({ids[0]}, {"material.stretch_compliance_m_per_n"});
+  both.mutable_spec()->mutable_material()->set_stretch_compliance_m_per_n(0.1);
+  const auto refused = Call(*stub_, &Stub::UpdateCloths, both);
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(FieldsOf(refused.status), ElementsAre("spec.material.stretch_stiffness_n_per_m"));
+}
+
 // Whatever is refused has changed nothing: the next steps are those of a cloth that nobody asked.
 TEST_P(ConstraintChanges, ARefusalChangesNothing) {
   const Ids ids = Create(*stub_, ThreeInARow(2));

@@ -51,8 +51,8 @@ class ScenePlayer {
   void CreateEntry(int entry);
   // Best effort.
   void DeleteCreated();
-  // Moves pins and rest lengths through `request`, and updates gravity and wind at once, for the
-  // controls that start now.
+  // Moves pins, colliders and rest lengths through `request`, and updates gravity and wind at once,
+  // for the controls that start now.
   void ApplyControls(v1::StepRequest* request);
   void SetEnvironment(const v1::SceneControl& control);
   std::vector<ClothId> ControlledIds(const v1::SceneControl& control) const;

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
+
+#include "server/scene/distance_map.h"
 
 namespace drape::render {
 
@@ -60,8 +63,22 @@ struct ToSolid {
     }
     return solid;
   }
+  DrawnSolid operator()(const DistanceMapCollider& mesh) const {
+    const DistanceMap& map = *mesh.map;
+    const double margin_m = DistanceMap::kMarginCells * map.cell_m();
+    DrawnSolid solid;
+    solid.center_m = mesh.transform * CenterOf(map);
+    solid.axes = mesh.transform.rotation.toRotationMatrix();
+    solid.half_extents_m = (map.high_m() - map.low_m()) / 2 - Vector3d::Constant(margin_m);
+    solid.map = mesh.map;
+    solid.inset_m = std::min(0.3 * length_scale_m, map.cell_m());
+    return solid;
+  }
   DrawnSolid operator()(const PlaneCollider&) const { return {}; }  // is none
 };
+
+// Solids of one shape at one place are drawn once.
+using SolidKey = std::pair<const DistanceMap*, std::vector<double>>;
 
 std::vector<double> PlaceOf(const DrawnSolid& solid) {
   std::vector<double> place = {Rounded(solid.radius_m)};
@@ -75,8 +92,12 @@ std::vector<double> PlaceOf(const DrawnSolid& solid) {
 
 }  // namespace
 
+Vector3d CenterOf(const DistanceMap& map) {
+  return (map.low_m() + map.high_m()) / 2;
+}
+
 ColliderShapes CollectColliders(std::span<const DrawnCloth> cloths) {
-  std::map<std::vector<double>, DrawnSolid> solids;
+  std::map<SolidKey, DrawnSolid> solids;
   std::map<std::vector<double>, DrawnPlane> planes;
   for (const DrawnCloth& cloth : cloths) {
     const Vector3d& origin = cloth.placement.environment_origin_m;
@@ -91,8 +112,10 @@ ColliderShapes CollectColliders(std::span<const DrawnCloth> cloths) {
       }
       DrawnSolid solid = std::visit(ToSolid{cloth.model->length_scale_m()}, collider);
       solid.center_m += origin;
-      DrawnSolid& drawn = solids.try_emplace(PlaceOf(solid), solid).first->second;
+      DrawnSolid& drawn =
+          solids.try_emplace({solid.map.get(), PlaceOf(solid)}, solid).first->second;
       drawn.drawn_radius_m = std::min(drawn.drawn_radius_m, solid.drawn_radius_m);
+      drawn.inset_m = std::max(drawn.inset_m, solid.inset_m);
       drawn.drawn_half_extents_m = drawn.drawn_half_extents_m.cwiseMin(solid.drawn_half_extents_m);
     }
   }

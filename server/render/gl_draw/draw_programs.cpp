@@ -67,6 +67,8 @@ Result<DrawPrograms> CompileDrawPrograms(const std::string& shader_dir) {
   auto particle_balls_depth = compiler.Draw("particle_balls.vert", "depth.frag");
   auto solids = compiler.Draw("solids.vert", "solids.frag");
   auto solids_depth = compiler.Draw("solids.vert", "depth.frag");
+  auto meshes = compiler.Draw("meshes.vert", "solids.frag");
+  auto meshes_depth = compiler.Draw("meshes.vert", "depth.frag");
   auto planes = compiler.Draw("planes.vert", "planes.frag");
   auto backdrop = compiler.Draw("backdrop.vert", "backdrop.frag");
   auto labels = compiler.Draw("labels.vert", "labels.frag");
@@ -80,6 +82,8 @@ Result<DrawPrograms> CompileDrawPrograms(const std::string& shader_dir) {
                       .particle_balls_depth = *std::move(particle_balls_depth),
                       .solids = *std::move(solids),
                       .solids_depth = *std::move(solids_depth),
+                      .meshes = *std::move(meshes),
+                      .meshes_depth = *std::move(meshes_depth),
                       .planes = *std::move(planes),
                       .backdrop = *std::move(backdrop),
                       .labels = *std::move(labels)};

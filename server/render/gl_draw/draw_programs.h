@@ -24,6 +24,8 @@ struct DrawPrograms {
   gl::Program particle_balls_depth;
   gl::Program solids;
   gl::Program solids_depth;
+  gl::Program meshes;
+  gl::Program meshes_depth;
   gl::Program planes;
   gl::Program backdrop;
   gl::Program labels;

@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
+#include "server/render/gl_draw/mesh_corners.h"
 #include "server/render/gl_draw/palette.h"
 #include "server/render/gl_draw/projection.h"
+#include "server/render/render_thread.h"
+#include "server/scene/distance_map.h"
 #include "shaders/interface/draw_bindings.h"
 
 namespace drape::render {
@@ -133,6 +137,45 @@ void DrawSolids(const gl::Program& program, const DrawnScene& scene) {
                         static_cast<GLsizei>(scene.solid_count));
 }
 
+void DrawMeshes(const gl::Program& program, const DrawnScene& scene) {
+  if (scene.meshes.empty()) return;
+  program.Use();
+  scene.mesh_records.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
+  for (GLuint k = 0; k < scene.meshes.size(); ++k) {
+    program.SetUniform(DRAPE_DRAW_UNIFORM_MESH, k);
+    scene.meshes[k].corners->BindStorage(DRAPE_DRAW_BINDING_SURFACE);
+    glDrawArrays(GL_TRIANGLES, 0, static_cast<GLsizei>(scene.meshes[k].corner_count));
+  }
+}
+
+// One copy of each mesh, drawn as far inside as the picture's largest inset of it.
+Result<std::vector<DrawnMesh>> LoadMeshes(std::span<const DrawnSolid> solids) {
+  std::map<const DistanceMap*, double> insets_m;
+  for (const DrawnSolid& solid : solids) {
+    double& inset_m = insets_m[solid.map.get()];
+    inset_m = std::max(inset_m, solid.inset_m);
+  }
+  uint64_t triangle_count = 0;
+  for (const auto& [map, inset_m] : insets_m) triangle_count += map->mesh().triangles.size();
+  if (triangle_count > kMaxMeshTriangles) {
+    return PictureTooLarge("triangles of mesh colliders", triangle_count, kMaxMeshTriangles);
+  }
+  std::map<const DistanceMap*, std::shared_ptr<const gl::Buffer>> loaded;
+  std::vector<DrawnMesh> meshes;
+  for (const DrawnSolid& solid : solids) {
+    const DistanceMap& map = *solid.map;
+    std::shared_ptr<const gl::Buffer>& corners = loaded[&map];
+    if (corners == nullptr) {
+      Result<gl::Buffer> buffer =
+          UploadArray(MeshCorners(map.mesh(), CenterOf(map), insets_m.at(&map)));
+      if (!buffer.ok()) return buffer.status();
+      corners = std::make_shared<const gl::Buffer>(std::move(buffer).value());
+    }
+    meshes.push_back({corners, static_cast<GLuint>(3 * map.mesh().triangles.size())});
+  }
+  return meshes;
+}
+
 }  // namespace
 
 Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, const SceneView& view,
@@ -141,12 +184,18 @@ Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, co
   for (uint32_t group = 0; group < group_count; ++group) {
     group_colours.push_back(GroupColour(group));
   }
-  std::vector<shader::SolidRecord> solids;
+  std::vector<shader::SolidRecord> solids, mesh_records;
+  std::vector<DrawnSolid> mesh_solids;
   std::vector<shader::PlaneRecord> planes;
   if (spec.has_colliders) {
-    for (const DrawnSolid& solid : shapes.solids) solids.push_back(MakeSolid(solid, view));
+    for (const DrawnSolid& solid : shapes.solids) {
+      (solid.map ? mesh_records : solids).push_back(MakeSolid(solid, view));
+      if (solid.map) mesh_solids.push_back(solid);
+    }
     for (const DrawnPlane& plane : shapes.planes) planes.push_back(MakePlane(plane, view));
   }
+  Result<std::vector<DrawnMesh>> meshes = LoadMeshes(mesh_solids);
+  if (!meshes.ok()) return meshes.status();
   DrawnScene scene{.spec = spec,
                    .cloths = cloths,
                    .frame = {},
@@ -154,8 +203,10 @@ Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, co
                    .groups = {},
                    .solids = {},
                    .planes = {},
+                   .mesh_records = {},
                    .solid_count = static_cast<GLuint>(solids.size()),
-                   .plane_count = static_cast<GLuint>(planes.size())};
+                   .plane_count = static_cast<GLuint>(planes.size()),
+                   .meshes = std::move(meshes).value()};
   const auto load = [](auto elements, gl::Buffer& target) -> Status {
     Result<gl::Buffer> buffer = UploadArray(std::move(elements));
     if (!buffer.ok()) return buffer.status();
@@ -167,6 +218,7 @@ Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, co
   DRAPE_RETURN_IF_ERROR(load(std::move(group_colours), scene.groups));
   DRAPE_RETURN_IF_ERROR(load(std::move(solids), scene.solids));
   DRAPE_RETURN_IF_ERROR(load(std::move(planes), scene.planes));
+  DRAPE_RETURN_IF_ERROR(load(std::move(mesh_records), scene.mesh_records));
   return scene;
 }
 
@@ -179,6 +231,7 @@ void DrawShadows(const DrawPrograms& programs, const VertexArray& vertices, cons
   glClearDepth(1);
   glClear(GL_DEPTH_BUFFER_BIT);
   DrawSolids(programs.solids_depth, scene);
+  DrawMeshes(programs.meshes_depth, scene);
   DrawCloths({programs.cloth_depth, programs.lines_depth, programs.particle_balls_depth}, vertices,
              scene);
   glDisable(GL_DEPTH_CLAMP);
@@ -197,6 +250,7 @@ void DrawScene(const DrawPrograms& programs, const VertexArray& vertices, const 
   glDepthMask(GL_TRUE);
   map.BindTexture(DRAPE_DRAW_UNIT_SHADOW);
   DrawSolids(programs.solids, scene);
+  DrawMeshes(programs.meshes, scene);
   DrawCloths({programs.cloth, programs.lines, programs.particle_balls}, vertices, scene);
   if (scene.plane_count == 0) return;
   glEnable(GL_BLEND);

@@ -3,6 +3,7 @@
 
 #include <epoxy/gl.h>
 
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -17,6 +18,9 @@
 #include "server/render/picture_spec.h"
 
 namespace drape::render {
+
+// Of the different meshes of a picture together: 288 MiB of corners.
+inline constexpr uint64_t kMaxMeshTriangles = uint64_t{1} << 22;
 
 // Owns a vertex array object, without which OpenGL does not draw. Move-only.
 class VertexArray {
@@ -34,6 +38,12 @@ class VertexArray {
   GLuint name_ = 0;
 };
 
+// A mesh collider: corners (mesh_corners.h), and its record in DrawnScene::mesh_records.
+struct DrawnMesh {
+  std::shared_ptr<const gl::Buffer> corners;  // shared by all colliders of the mesh
+  GLuint corner_count = 0;
+};
+
 // Everything of one picture on the device.
 struct DrawnScene {
   const PictureSpec& spec;
@@ -43,11 +53,13 @@ struct DrawnScene {
   gl::Buffer groups;        // [] vec4; of the groups of constraints
   gl::Buffer solids;        // [] SolidRecord
   gl::Buffer planes;        // [] PlaneRecord
+  gl::Buffer mesh_records;  // [] SolidRecord, one per mesh
   GLuint solid_count = 0;
   GLuint plane_count = 0;
+  std::vector<DrawnMesh> meshes;
 };
 
-// RESOURCE_EXHAUSTED (DEVICE_MEMORY).
+// RESOURCE_EXHAUSTED (DEVICE_MEMORY; PICTURE_TOO_LARGE for more than kMaxMeshTriangles).
 Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, const SceneView& view,
                              const ColliderShapes& shapes, uint32_t group_count);
 

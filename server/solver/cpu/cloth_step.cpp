@@ -3,6 +3,8 @@
 #include <cmath>
 
 #include "server/solver/cpu/constraint_math.h"
+#include "server/solver/cpu/contacts.h"
+#include "server/solver/cpu/elastic.h"
 #include "server/solver/cpu/joints.h"
 #include "server/solver/cpu/measure.h"
 #include "server/solver/cpu/strips.h"
@@ -37,13 +39,14 @@ void ApplySprings(const StepContext& context, const Lanes* positions, float dura
 void Kick(const StepContext& context, const std::vector<Lanes>& positions, float duration) {
   if (duration == 0) return;
   if (context.controls.has_half_kicks) ApplySprings(context, positions.data(), duration);
+  if (context.model.has_elastic()) ApplyElastic(context, positions.data(), duration);
   if (context.controls.has_air_forces) ApplyWind(context, positions.data(), duration);
 }
 
 // The same on the predicted velocities u, from the predicted positions b + H u.
 void KickWithin(const StepContext& context) {
   const FloatControls& controls = context.controls;
-  if (!controls.has_half_kicks && !controls.has_air_forces) return;
+  if (!controls.has_half_kicks && !controls.has_air_forces && !context.model.has_elastic()) return;
   StepScratch& scratch = context.scratch;
   for (size_t i = 0; i < scratch.predicted.size(); ++i) {
     scratch.predicted[i] =
@@ -63,19 +66,6 @@ void PredictPins(const StepContext& context) {
   }
 }
 
-void PredictContacts(const StepContext& context) {
-  const FloatControls& controls = context.controls;
-  StepScratch& scratch = context.scratch;
-  const size_t collider_count = controls.colliders.size();
-  for (const uint32_t i : context.model.free_particles) {
-    for (size_t k = 0; k < collider_count; ++k) {
-      const float gap = controls.colliders[k].GapAt(scratch.state.positions[i]).gap;
-      scratch.contacts[i * collider_count + k] = {
-          Lanes{}, 0, ContactFloor(gap, controls.depenetration_distance)};
-    }
-  }
-}
-
 // Bender et al. 2009, section 3.1, eq. 2: the velocities become u = v + a H/2.
 void PredictBallistic(const StepContext& context) {
   const FloatModel& model = context.model;
@@ -83,7 +73,6 @@ void PredictBallistic(const StepContext& context) {
   StepScratch& scratch = context.scratch;
   Lanes* const v = scratch.state.velocities.data();
   const float half = context.substep.half_interval;
-  if (context.substep.sets_previous) scratch.previous = scratch.state;
   if (controls.has_spring_forces) {
     const Lanes* const p = scratch.state.positions.data();
     for (const uint32_t i : model.free_particles) {
@@ -121,8 +110,8 @@ void Predict(const StepContext& context) {
   if (context.substep.is_two_step) {
     PredictTwoStep(context);
   } else {
-    PredictBallistic(context);
     PredictContacts(context);
+    PredictBallistic(context);
   }
   PredictPins(context);
   if (context.substep.is_two_step) KickWithin(context);
@@ -253,48 +242,6 @@ bool SolveDistance(const StepContext& context) {
   return ChooseSweep<>(context);
 }
 
-// One particle against one collider. Returns whether it changed u.
-bool SolveContact(const FloatControls& controls, const FloatCollider& collider, Lanes p,
-                  ContactImpulses& contact, Lanes& u) {
-  bool changed = false;
-  const Gap at_end = collider.GapAt(p + controls.h * u);
-  const float normal_impulse =
-      ContactImpulse(contact.normal, at_end.gap - contact.floor, controls.inverse_h);
-  const float change = normal_impulse - contact.normal;
-  // Changes within the tolerance are applied too, but do not keep the sweeps going: in short
-  // substeps friction consists of nothing else.
-  u += change * at_end.normal;
-  contact.normal = normal_impulse;
-  changed |= controls.h * std::fabs(change) > controls.contact_tolerance;
-  const bool has_tangent = Dot(contact.tangent, contact.tangent) > 0;
-  if (controls.friction_static > 0 && (contact.normal > 0 || has_tangent)) {
-    const Lanes tangent =
-        FrictionImpulse(contact.tangent, Tangential(u, at_end.normal), contact.normal,
-                        controls.friction_static, controls.friction_dynamic);
-    const Lanes tangent_change = tangent - contact.tangent;
-    u += tangent_change;
-    contact.tangent = tangent;
-    changed |= controls.h * Length(tangent_change) > controls.contact_tolerance;
-  }
-  return changed;
-}
-
-bool SolveContacts(const StepContext& context) {
-  const FloatControls& controls = context.controls;
-  StepScratch& scratch = context.scratch;
-  const size_t collider_count = controls.colliders.size();
-  bool changed = false;
-  if (collider_count == 0) return changed;
-  for (const uint32_t i : context.model.free_particles) {
-    for (size_t k = 0; k < collider_count; ++k) {
-      changed |=
-          SolveContact(controls, controls.colliders[k], scratch.state.positions[i],
-                       scratch.contacts[i * collider_count + k], scratch.state.velocities[i]);
-    }
-  }
-  return changed;
-}
-
 // Bender et al. 2009, section 3.1, eq. 1: p = b + H u; the velocities become v = u + a H/2, with
 // two steps they are u.
 void Integrate(const StepContext& context) {
@@ -350,28 +297,10 @@ void SolveVelocity(const StepContext& context) {
   }
 }
 
-void CorrectVelocity(const StepContext& context) {
-  const FloatControls& controls = context.controls;
-  if (context.substep.is_two_step) return;
-  const float damping_factor = context.substep.damping_factor;
-  FloatState& state = context.scratch.state;
-  const size_t collider_count = controls.colliders.size();
-  if (collider_count == 0 && damping_factor == 1) return;
-  for (const uint32_t i : context.model.free_particles) {
-    Lanes v = state.velocities[i];
-    for (size_t k = 0; k < collider_count; ++k) {
-      if (!(context.scratch.contacts[i * collider_count + k].normal > 0)) continue;
-      const Lanes n = controls.colliders[k].GapAt(state.positions[i]).normal;
-      v = VelocityAfterContact(v, n, controls.friction_static, controls.friction_dynamic);
-    }
-    state.velocities[i] = v * damping_factor;
-  }
-}
-
 // Sweeps until none finds an error, at most max_iterations.
 void Solve(const StepContext& context, StepReport& report) {
   const FloatControls& controls = context.controls;
-  for (uint32_t iteration = 0; iteration < controls.max_iterations; ++iteration) {
+  for (uint32_t iteration = 0; iteration < context.max_iterations; ++iteration) {
     ++report.iterations;
     // All always run: a contact can break what the distances have just met.
     bool has_changed = controls.solver.has_strips && SolveStrips(context);
@@ -409,6 +338,7 @@ void Begin(const StepContext& context, const FloatState& state) {
   scratch.predicted.resize(has_two_steps ? state.positions.size() : 0);
   scratch.strip_links.resize(context.model.longest_strip);
   scratch.accelerations.resize(context.model.has_springs() ? context.model.particle_count : 0);
+  scratch.elastic_impulses.resize(context.model.elastic_groups.size() * kLaneCount);
   if (context.controls.has_air_forces) {
     scratch.air_impulses.resize(context.model.triangles.size() * kLaneCount);
   }
@@ -441,7 +371,14 @@ StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
   report.warnings = controls.warnings;
   Begin(context, state);
   for (uint32_t index = 0; index < controls.schedule.size(); ++index) {
-    context.substep = FloatSubstep(controls.schedule[index], controls.damping_per_s);
+    const Substep substep = controls.schedule[index];
+    context.substep = FloatSubstep(substep, controls.damping_per_s);
+    // Colliders are met by substeps of equal length only.
+    PlaceColliders(context, index * substep.duration_s, (index + 1) * substep.duration_s);
+    // Before the kick, which is part of what two steps continue.
+    if (index == 0 && context.substep.sets_previous) {
+      context.scratch.previous = context.scratch.state;
+    }
     Kick(context, positions, context.substep.kick_before);
     Predict(context);
     if (context.own_lengths != nullptr) AdvanceLengths(context);
@@ -455,6 +392,7 @@ StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
   }
   report.warnings.not_converged = !report.converged;
   Commit(context, state, report);
+  if (report.fault != FaultReason::kNone) PlaceColliders(context, 0, 0);
   if (measure) report.measured = Measure(context, state, report.fault);
   return report;
 }

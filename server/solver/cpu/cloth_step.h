@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "server/solver/cpu/collider_surface.h"
 #include "server/solver/cpu/float_controls.h"
 #include "server/solver/cpu/float_model.h"
 #include "server/solver/cpu/wide_lanes.h"
@@ -23,7 +24,8 @@ struct FloatState {
 struct ContactImpulses {
   Lanes tangent;
   float normal;
-  float floor;  // lowest accepted gap [m]
+  float floor;    // lowest accepted gap [m]
+  float rebound;  // speed with which the particle leaves if it hits [m/s]
 };
 
 // A substep in single precision (solver/substep_schedule.h). While it lasts the positions of the
@@ -63,6 +65,7 @@ struct StepScratch {
   std::vector<Lanes> predicted;      // positions for kicks within a substep
   std::vector<Lanes> accelerations;  // [particle_count] springs (+ gravity if IN_FORCE)
   std::vector<Lanes> air_impulses;   // [triangle group][lane] a third of the impulse [N s]
+  std::vector<Lanes> elastic_impulses;  // [elastic group][lane] [N s]
   // Lambda, [group_count + 1] [N s]; only with compliance or inequalities
   std::vector<Lanes> distance_impulses;
   std::vector<StripLinkSolution> strip_links;  // of one group of strips
@@ -70,6 +73,8 @@ struct StepScratch {
   std::vector<Lanes> joint_impulses;           // Lambda, [joint_count] [N s]
   std::vector<Lanes> rest_lengths;  // [group_count] [m] at the end of the substep; only of its own
   std::vector<ContactImpulses> contacts;  // [particle_count][collider_count]
+  // [collider_count] in the substep under way; empty if they all rest as described.
+  std::vector<MovingSurface> surfaces;
 };
 
 // Rest lengths of one cloth, [group_count] in the places of FloatModel::groups [m].
@@ -84,8 +89,11 @@ struct StepContext {
   const FloatControls& controls;
   std::span<const Lanes> pin_targets;  // [pin_count]
   const OwnLengths* own_lengths;       // null: the rest lengths are the model's
+  // From the start of the step on, [collider_count]; empty: they rest as described.
+  std::span<const RigidMotion> collider_motions;
   StepScratch& scratch;
-  FloatSubstep substep{};  // the one under way
+  uint32_t max_iterations;  // sweeps per substep at most
+  FloatSubstep substep{};   // the one under way
 };
 
 // Steps `state` once. If it blows up, `state` stays as it was and the report says why. The result

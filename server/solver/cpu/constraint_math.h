@@ -125,6 +125,18 @@ inline LaneVectors Cross(const LaneVectors& a, const LaneVectors& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
+// Impulse along L of four elastic elements at once (apply_elastic, the README of server/solver):
+// oscillators of this mass [kg] and squared frequency [1/s^2] that a substep h follows as far as it
+// can, `deflection` [m] from rest and at this speed [m/s], within `duration` [s].
+inline Lanes ElasticImpulse(Lanes mass, Lanes frequency_sq, Lanes damping_share, Lanes deflection,
+                            Lanes speed, float duration, float h, float inverse_h) {
+  const Lanes ratio = Min((h * h) * frequency_sq, Splat(static_cast<float>(kMaxElasticRatio)));
+  const Lanes ratio_sq = ratio * ratio;
+  const Lanes damping = damping_share * ratio_sq / (1 + ratio_sq) * inverse_h;
+  const Lanes stiffness = Min(frequency_sq, Splat(inverse_h * inverse_h));
+  return -(duration * mass) * (stiffness * deflection + damping * speed);
+}
+
 // r - r' for four triangles at once: how the air changes their velocities within a kick
 // (apply_wind, the README of server/solver). r is the velocity of the air relative to the triangle
 // [m/s], `normal` is perpendicular to it and twice its area long [m^2]; drag and lift are duration
@@ -242,6 +254,16 @@ inline Lanes FrictionImpulse(Lanes beta_tangent, Lanes tangential_velocity, floa
   return b;
 }
 
+// How fast a particle that hits is to leave [m/s]: `restitution` times the speed with which it
+// reaches the surface from where it is before the substep; 0 where it approaches too slowly.
+inline float ReboundSpeed(const Gap& at_start, Lanes v, Lanes gravity, float restitution,
+                          float slowest) {
+  const float approach = -Dot(v, at_start.normal);
+  if (approach <= slowest) return 0;
+  const float gained = -2 * Dot(gravity, at_start.normal) * std::max(at_start.gap, 0.0f);
+  return restitution * std::sqrt(std::max(approach * approach + gained, 0.0f));
+}
+
 // Velocity after a contact that the particle approaches (v.n < 0): no normal part, and the
 // tangential part less Coulomb friction of the same impulse (a velocity constraint, Bender et al.
 // 2009, section 3.2).
@@ -252,6 +274,19 @@ inline Lanes VelocityAfterContact(Lanes v, Lanes n, float friction_static, float
   const float speed = Length(tangential);
   if (speed <= friction_static * -normal_speed) return Lanes{};
   return tangential * (1.0f - friction_dynamic * -normal_speed / speed);
+}
+
+// The same where the particle leaves with the speed `rebound` along the normal, unless it is faster
+// already.
+inline Lanes VelocityAfterHit(Lanes v, Lanes n, float rebound, float friction_static,
+                              float friction_dynamic) {
+  const float normal_speed = Dot(v, n);
+  const float impulse = rebound - normal_speed;
+  if (!(impulse > 0)) return v;
+  const Lanes tangential = v - normal_speed * n;
+  const float speed = Length(tangential);
+  if (speed <= friction_static * impulse) return rebound * n;
+  return tangential * (1.0f - friction_dynamic * impulse / speed) + rebound * n;
 }
 
 }  // namespace drape::cpu

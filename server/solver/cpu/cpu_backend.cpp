@@ -17,6 +17,7 @@
 
 #include "server/solver/cpu/cloth_slots.h"
 #include "server/solver/cpu/cloth_step.h"
+#include "server/solver/cpu/contacts.h"
 #include "server/solver/cpu/denormals.h"
 #include "server/solver/cpu/float_controls.h"
 #include "server/solver/cpu/float_model.h"
@@ -85,6 +86,20 @@ void SetLengthTargets(Cloth& cloth, std::span<const double> rest_lengths_m) {
   if (rest_lengths_m.empty()) return;
   DRAPE_CHECK(cloth.own_lengths.has_value(), "only a cloth with rest lengths of its own is driven");
   cloth.own_lengths->targets = PackLengths(*cloth.model, rest_lengths_m);
+}
+
+void CheckMotionCount(const ClothParameters& parameters) {
+  const size_t count = parameters.collider_motions.size();
+  DRAPE_CHECK(count == 0 || count == parameters.colliders.size(), "one motion per collider");
+}
+
+// Empty: they go on.
+void SetColliderMotions(Cloth& cloth, std::span<const RigidMotion> motions) {
+  if (motions.empty()) return;
+  DRAPE_CHECK(HasMovingColliders(cloth.parameters),
+              "only a cloth with moving colliders has motions");
+  cloth.parameters.collider_motions.assign(motions.begin(), motions.end());
+  CheckMotionCount(cloth.parameters);
 }
 
 void Append(const std::vector<Lanes>& values, uint32_t particle_count, std::vector<float>& packed) {
@@ -197,6 +212,8 @@ class CpuBackend final : public Backend {
     if (update.rest_lengths_m) {
       changed.own_lengths = ToOwnLengths(*update.rest_lengths_m, *changed.model);
     }
+    if (update.collider_motions) changed.parameters.collider_motions = *update.collider_motions;
+    CheckMotionCount(changed.parameters);
     if (update.model || update.parameters || update.rest_lengths_m) {
       changed.controls.emplace(*changed.model, changed.parameters, changed.own_lengths.has_value());
     }
@@ -219,17 +236,25 @@ class CpuBackend final : public Backend {
       cloth.pin_targets = ToFloat(item.pin_targets_m, *cloth.model);
     }
     if (cloth.fault == FaultReason::kNone) SetLengthTargets(cloth, item.rest_lengths_m);
+    if (cloth.fault == FaultReason::kNone) SetColliderMotions(cloth, item.collider_motions);
     const OwnLengths* own_lengths = cloth.own_lengths ? &*cloth.own_lengths : nullptr;
-    const StepContext context{*cloth.model, *cloth.controls, cloth.pin_targets, own_lengths,
-                              ScratchOfThisThread()};
+    std::vector<RigidMotion>& motions = cloth.parameters.collider_motions;
+    const uint32_t max_iterations = IterationsOf(item, cloth.parameters.settings);
+    const StepContext context{*cloth.model, *cloth.controls,       cloth.pin_targets, own_lengths,
+                              motions,      ScratchOfThisThread(), max_iterations};
     if (cloth.fault != FaultReason::kNone) {
       StepReport report;
       report.fault = cloth.fault;
+      PlaceColliders(context, 0, 0);
       if (item.measure) report.measured = Measure(context, cloth.state, cloth.fault);
       return report;
     }
     const StepReport report = StepCloth(context, item.measure, cloth.state);
     cloth.fault = report.fault;
+    if (cloth.fault != FaultReason::kNone) return report;
+    for (RigidMotion& motion : motions) {
+      motion = motion.After(cloth.parameters.settings.time_step_s);
+    }
     return report;
   }
 

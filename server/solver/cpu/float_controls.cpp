@@ -35,11 +35,22 @@ FloatCollider ToFloat(const BoxCollider& box, double thickness_m) {
           {ToLanes(axes.col(0)), ToLanes(axes.col(1)), ToLanes(axes.col(2))}};
 }
 
+FloatCollider ToFloat(const DistanceMapCollider& solid, double thickness_m) {
+  const Eigen::Matrix3d axes = solid.transform.rotation.toRotationMatrix();
+  return {Kind::kDistanceMap,
+          ToLanes(solid.transform * solid.map->low_m()),
+          Lanes{},
+          static_cast<float>(thickness_m),
+          {ToLanes(axes.col(0)), ToLanes(axes.col(1)), ToLanes(axes.col(2))},
+          DistanceSamples(solid.map)};
+}
+
 }  // namespace
 
 Gap FloatCollider::GapOfLargerShape(Lanes q) const {
   if (kind == Kind::kCapsule) return CapsuleGap(q, point, vector, axes[0], offset);
-  return BoxGap(q, point, vector, axes, offset);
+  if (kind == Kind::kBox) return BoxGap(q, point, vector, axes, offset);
+  return DistanceMapGap(q, point, axes, samples, offset);
 }
 
 FloatControls::FloatControls(const FloatModel& model, const ClothParameters& parameters,
@@ -51,7 +62,6 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   const double tolerance_met = SinglePrecisionTolerance(settings.tolerance, *model.source);
   damping_per_s = parameters.damping_per_s;
   end_share = static_cast<float>(solver.end_share);
-  max_iterations = settings.max_iterations;
   h = static_cast<float>(substep_s);
   inverse_h = static_cast<float>(1 / substep_s);
   tolerance = static_cast<float>(tolerance_met);
@@ -59,6 +69,9 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   depenetration_distance = static_cast<float>(kMaxDepenetrationSpeed_m_per_s * substep_s);
   friction_static = static_cast<float>(parameters.friction_static);
   friction_dynamic = static_cast<float>(parameters.friction_dynamic);
+  has_restitution = HasRestitution(parameters);
+  restitution = static_cast<float>(parameters.restitution);
+  slowest_rebound = static_cast<float>(SlowestRebound(parameters));
   gravity = ToLanes(parameters.gravity_m_per_s2);
   wind = ToLanes(parameters.wind_m_per_s);
   air_drag = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_drag / 4);
@@ -74,6 +87,8 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   has_spring_forces = model.has_springs() && is_in_force;
   warnings.tolerance_raised = tolerance_met > settings.tolerance;
   warnings.springs_beyond_limit = AreSpringsBeyondLimit(*model.source, parameters);
+  warnings.elastic_beyond_limit = ElasticRatio(*model.source, parameters) > 1;
+  warnings.springs_gain_energy = MaySpringsGainEnergy(*model.source, parameters);
 }
 
 }  // namespace drape::cpu

@@ -6,6 +6,7 @@
 
 #include "server/solver/cloth_parameters.h"
 #include "server/solver/cpu/constraint_math.h"
+#include "server/solver/cpu/distance_map_gap.h"
 #include "server/solver/cpu/float_model.h"
 #include "server/solver/step_report.h"
 #include "server/solver/substep_schedule.h"
@@ -13,13 +14,21 @@
 namespace drape::cpu {
 
 struct FloatCollider {
-  enum class Kind { kSphere, kPlane, kCapsule, kBox };
+  enum class Kind { kSphere, kPlane, kCapsule, kBox, kDistanceMap };
 
   Kind kind;
-  Lanes point;   // centre of a sphere or box, point of a plane, end a of a capsule
+  // Centre of a sphere or box, point of a plane, end a of a capsule, corner of a distance map.
+  Lanes point;
   Lanes vector;  // normal of a plane, end b - end a of a capsule, half extents of a box
   float offset;  // what is taken off the distance: radius, if any, and the cloth's thickness
-  std::array<Lanes, 3> axes{};  // of a box; of a capsule only [0]: the normal on its segment
+  // Of a box or distance map; of a capsule only [0]: the normal on its segment.
+  std::array<Lanes, 3> axes{};
+  DistanceSamples samples{};  // of a distance map
+
+  // What MovingSurface offers, for a collider that rests as described.
+  static constexpr bool kMoves = false;
+  Gap GapAtStart(Lanes p) const { return GapAt(p); }
+  Gap GapAtEnd(Lanes q) const { return GapAt(q); }
 
   Gap GapAt(Lanes q) const {
     if (kind == Kind::kSphere) return SphereGap(q, point, offset);
@@ -39,7 +48,6 @@ struct FloatControls {
   SolverChoice solver;
   SubstepSchedule schedule;
   double damping_per_s;
-  uint32_t max_iterations;
   float h;                       // substep [s]
   float inverse_h;               // [1/s]
   float tolerance;               // relative to the rest length; 0 = fixed number of sweeps
@@ -47,6 +55,9 @@ struct FloatControls {
   float depenetration_distance;  // [m] per substep
   float friction_static;
   float friction_dynamic;
+  bool has_restitution;
+  float restitution;
+  float slowest_rebound;  // [m/s]
   Lanes gravity;
   Lanes wind;      // [m/s]
   float air_drag;  // density of the air * coefficient / 4 [kg/m^3]

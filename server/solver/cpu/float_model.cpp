@@ -158,6 +158,34 @@ void PackTriangles(FloatModel& model) {
   }
 }
 
+ElasticGroup PaddingElements(uint32_t spare_particle) {
+  ElasticGroup group{};
+  for (auto& place : group.particles) place.fill(spare_particle);
+  return group;
+}
+
+void PackElastic(FloatModel& model) {
+  const auto elements = model.source->elastic_elements();
+  const ElasticShares& shares = model.source->elastic_shares();
+  for (size_t e = 0; e < elements.size(); ++e) {
+    const size_t lane = e % kLaneCount;
+    if (lane == 0) model.elastic_groups.push_back(PaddingElements(model.spare_particle()));
+    ElasticGroup& group = model.elastic_groups.back();
+    for (size_t k = 0; k < 4; ++k) {
+      group.particles[k][lane] = elements[e].particles[k];
+      if (k > 0) group.weights[k - 1][lane] = static_cast<float>(elements[e].weights[k]);
+    }
+    group.rest_length[lane] = static_cast<float>(elements[e].rest_length_m);
+    group.damping_share[lane] = static_cast<float>(elements[e].damping_share);
+    group.mass[lane] = static_cast<float>(shares.masses_kg[e]);
+    group.frequency_sq[lane] = static_cast<float>(shares.frequencies_sq_per_s2[e]);
+  }
+  model.elastic_offsets = shares.offsets;
+  for (const ElasticEnd& end : shares.ends) {
+    model.elastic_ends.push_back({end.element, static_cast<float>(end.weight)});
+  }
+}
+
 void PackSprings(FloatModel& model) {
   const SceneModel& source = *model.source;
   if (source.spring_count() == 0) return;
@@ -187,6 +215,7 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
   PackStrips(*this);
   PackTethers(*this);
   PackTriangles(*this);
+  PackElastic(*this);
   PackSprings(*this);
 }
 

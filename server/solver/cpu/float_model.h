@@ -73,6 +73,21 @@ struct TriangleGroup {
   Lanes mass;  // [kg] TriangleShares::masses_kg
 };
 
+// Four elastic elements. Filled up with elements of the spare particle alone.
+struct ElasticGroup {
+  std::array<std::array<uint32_t, kLaneCount>, 4> particles;
+  std::array<Lanes, 3> weights;  // of the second to fourth particle
+  Lanes rest_length;             // [m]
+  Lanes mass;                    // [kg] ElasticShares::masses_kg
+  Lanes frequency_sq;            // [1/s^2]
+  Lanes damping_share;
+};
+
+struct FloatElasticEnd {
+  uint32_t element;
+  float weight;
+};
+
 struct FloatSpringEnd {
   uint32_t other_particle;
   float rest_length;  // [m]
@@ -101,6 +116,9 @@ struct FloatModel {
   std::vector<FloatJoint> joints;        // in the order of the source
   std::vector<TetherGroup> tethers;      // the nearest pin of every particle, then the next, ...
   std::vector<TriangleGroup> triangles;  // in the order of the source
+  std::vector<ElasticGroup> elastic_groups;  // in the order of the source
+  std::vector<uint32_t> elastic_offsets;     // [particle_count + 1]
+  std::vector<FloatElasticEnd> elastic_ends;
   std::vector<uint32_t> spring_offsets;  // [particle_count + 1]; empty without springs
   std::vector<FloatSpringEnd> spring_ends;
   float length_scale;  // [m]
@@ -116,6 +134,7 @@ struct FloatModel {
     if (has_inequalities()) mask &= (bounds[group].min < 0) & (bounds[group].max > 0);
     return mask;
   }
+  bool has_elastic() const { return !elastic_groups.empty(); }
   bool has_springs() const { return !spring_ends.empty(); }
 };
 

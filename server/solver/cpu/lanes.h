@@ -92,6 +92,15 @@ inline LaneVectors Transpose(Lanes a, Lanes b, Lanes c, Lanes d) {
           __builtin_shuffle(ab_z, cd_z, LaneMask{0, 1, 4, 5})};
 }
 
+inline LaneVectors Gather(const Lanes* vectors, const std::array<uint32_t, kLaneCount>& indices) {
+  return Transpose(vectors[indices[0]], vectors[indices[1]], vectors[indices[2]],
+                   vectors[indices[3]]);
+}
+
+inline LaneVectors Minus(const LaneVectors& a, const LaneVectors& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+
 // The four vectors again; lane 3 of each is 0.
 inline std::array<Lanes, kLaneCount> Transpose(const LaneVectors& v) {
   const Lanes zero{};

@@ -48,6 +48,26 @@ void MeasureStrain(const StepContext& context, const FloatState& state, Measurem
   }
 }
 
+// l - rest length of an elastic element [m] (scene/elastic_elements.h).
+double Deflection(const FloatState& state, const ElasticElement& element) {
+  std::array<Eigen::Vector3d, 4> from_first;
+  Eigen::Vector3d l = Eigen::Vector3d::Zero();
+  for (size_t k = 0; k < 4; ++k) {
+    from_first[k] = ToVector3d(state.positions[element.particles[k]]) -
+                    ToVector3d(state.positions[element.particles[0]]);
+    l += element.weights[k] * from_first[k];
+  }
+  const bool is_turned = l.dot(from_first[1].cross(from_first[3] - from_first[2])) < 0;
+  return l.norm() - (is_turned ? -element.rest_length_m : element.rest_length_m);
+}
+
+void MeasureElastic(const StepContext& context, const FloatState& state, Measurements& measured) {
+  for (const ElasticElement& element : context.model.source->elastic_elements()) {
+    const double deflection = Deflection(state, element);
+    measured.strain_energy_j += 0.5 * element.stiffness_n_per_m * deflection * deflection;
+  }
+}
+
 void MeasureParticles(const StepContext& context, const FloatState& state, Measurements& measured) {
   const SceneModel& source = *context.model.source;
   const Eigen::Vector3d gravity = ToVector3d(context.controls.gravity);
@@ -61,12 +81,19 @@ void MeasureParticles(const StepContext& context, const FloatState& state, Measu
   }
 }
 
+// Of collider k from where the state is [m].
+float GapOf(const StepContext& context, const FloatState& state, uint32_t i, size_t k) {
+  const std::vector<MovingSurface>& surfaces = context.scratch.surfaces;
+  if (!surfaces.empty()) return surfaces[k].GapAtEnd(state.positions[i]).gap;
+  return context.controls.colliders[k].GapAt(state.positions[i]).gap;
+}
+
 void MeasureContacts(const StepContext& context, const FloatState& state, Measurements& measured) {
   const float margin = static_cast<float>(kContactMarginRatio) * context.model.length_scale;
   for (uint32_t i = 0; i < context.model.particle_count; ++i) {
     bool is_touching = false;
-    for (const FloatCollider& collider : context.controls.colliders) {
-      const float gap = collider.GapAt(state.positions[i]).gap;
+    for (size_t k = 0; k < context.controls.colliders.size(); ++k) {
+      const float gap = GapOf(context, state, i, k);
       is_touching |= gap <= margin;
       measured.max_penetration_m = std::max(measured.max_penetration_m, -double{gap});
     }
@@ -111,7 +138,7 @@ double MaxResidual(const StepContext& context, const FloatState& state) {
   for (const uint32_t i : model.free_particles) {
     for (size_t k = 0; k < colliders.size(); ++k) {
       const float floor = scratch.contacts[i * colliders.size() + k].floor;
-      const float gap = colliders[k].GapAt(state.positions[i]).gap;
+      const float gap = GapOf(context, state, i, k);
       largest = std::max(largest, double{floor} - double{gap});
     }
   }
@@ -123,6 +150,7 @@ double MaxResidual(const StepContext& context, const FloatState& state) {
 Measurements Measure(const StepContext& context, const FloatState& state, FaultReason fault) {
   Measurements measured;
   MeasureStrain(context, state, measured);
+  MeasureElastic(context, state, measured);
   MeasureParticles(context, state, measured);
   MeasureContacts(context, state, measured);
   if (fault == FaultReason::kNone) measured.max_residual_m = MaxResidual(context, state);

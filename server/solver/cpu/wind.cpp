@@ -5,15 +5,6 @@
 namespace drape::cpu {
 namespace {
 
-LaneVectors Gather(const Lanes* vectors, const std::array<uint32_t, kLaneCount>& indices) {
-  return Transpose(vectors[indices[0]], vectors[indices[1]], vectors[indices[2]],
-                   vectors[indices[3]]);
-}
-
-LaneVectors Minus(const LaneVectors& a, const LaneVectors& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-
 // First phase: of each triangle, a third of its impulse, all from the same velocities.
 void StoreAirImpulses(const StepContext& context, const Lanes* p, float duration) {
   const FloatControls& controls = context.controls;

@@ -65,7 +65,11 @@ class ReferenceBackend final : public Backend {
         cloth.pin_targets_m.assign(item.pin_targets_m.begin(), item.pin_targets_m.end());
       }
       if (cloth.fault == FaultReason::kNone) SetLengthTargets(cloth, item.rest_lengths_m);
-      batch.reports.push_back(StepReferenceCloth(cloth, item.measure));
+      if (!item.collider_motions.empty() && cloth.fault == FaultReason::kNone) {
+        cloth.parameters.collider_motions = CheckedMotions(cloth.parameters, item.collider_motions);
+      }
+      batch.reports.push_back(
+          StepReferenceCloth(cloth, item.measure, IterationsOf(item, cloth.parameters.settings)));
     }
     batch.device_us = std::chrono::duration_cast<std::chrono::microseconds>(
                           std::chrono::steady_clock::now() - start)
@@ -97,6 +101,10 @@ class ReferenceBackend final : public Backend {
       cloth.rest_lengths_m = cloth.rest_length_targets_m = *update.rest_lengths_m;
     }
     if (update.parameters) cloth.parameters = *update.parameters;
+    if (update.collider_motions) {
+      cloth.parameters.collider_motions = *update.collider_motions;
+    }
+    CheckMotionCount(cloth.parameters);
     if (update.pin_targets_m) {
       DRAPE_CHECK(update.pin_targets_m->size() == cloth.model->pin_count(), "one target per pin");
       cloth.pin_targets_m = *update.pin_targets_m;
@@ -107,6 +115,18 @@ class ReferenceBackend final : public Backend {
  private:
   static void Append(const std::vector<Vector3d>& vectors, std::vector<double>& packed) {
     for (const Vector3d& v : vectors) packed.insert(packed.end(), v.data(), v.data() + 3);
+  }
+
+  static void CheckMotionCount(const ClothParameters& parameters) {
+    const size_t count = parameters.collider_motions.size();
+    DRAPE_CHECK(count == 0 || count == parameters.colliders.size(), "one motion per collider");
+  }
+
+  static std::vector<RigidMotion> CheckedMotions(const ClothParameters& parameters,
+                                                 std::span<const RigidMotion> motions) {
+    DRAPE_CHECK(HasMovingColliders(parameters) && motions.size() == parameters.colliders.size(),
+                "only a cloth with moving colliders has motions, one per collider");
+    return {motions.begin(), motions.end()};
   }
 
   static void CheckLengths(const SceneModel& model, std::span<const double> rest_lengths_m) {

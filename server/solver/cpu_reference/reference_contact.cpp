@@ -1,7 +1,9 @@
 #include "server/solver/cpu_reference/reference_contact.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "server/scene/distance_map.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape {
@@ -47,6 +49,14 @@ ReferenceContact ContactWith(const BoxCollider& box, const Eigen::Vector3d& q) {
   return {above_face, box.rotation * (side[nearest_face] * Eigen::Vector3d::Unit(nearest_face))};
 }
 
+// In the mesh's frame, where the map knows the interpolated distance and its normalised gradient.
+ReferenceContact ContactWith(const DistanceMapCollider& solid, const Eigen::Vector3d& q) {
+  const RigidTransform& transform = solid.transform;
+  const Eigen::Vector3d local = transform.rotation.conjugate() * (q - transform.position_m);
+  const SurfaceDistance surface = solid.map->SurfaceAt(local);
+  return {surface.distance_m, transform.rotation * surface.outward};
+}
+
 }  // namespace
 
 ReferenceContact ContactAt(const Collider& collider, double thickness_m, const Eigen::Vector3d& q) {
@@ -54,6 +64,22 @@ ReferenceContact ContactAt(const Collider& collider, double thickness_m, const E
       std::visit([&](const auto& shape) { return ContactWith(shape, q); }, collider);
   contact.gap -= thickness_m;
   return contact;
+}
+
+ReferenceContact ContactAt(const Collider& collider, const RigidMotion& motion, double thickness_m,
+                           const Eigen::Vector3d& q) {
+  ReferenceContact contact = ContactAt(collider, thickness_m, motion.DescribedAt(q));
+  contact.normal = motion.rotation * contact.normal;
+  return contact;
+}
+
+double ReboundSpeed(const ReferenceContact& contact, const Eigen::Vector3d& velocity_m_per_s,
+                    const Eigen::Vector3d& gravity_m_per_s2, double restitution,
+                    double slowest_m_per_s) {
+  const double approach = -velocity_m_per_s.dot(contact.normal);
+  if (approach <= slowest_m_per_s) return 0;
+  const double gained = -2 * gravity_m_per_s2.dot(contact.normal) * std::max(contact.gap, 0.0);
+  return restitution * std::sqrt(std::max(approach * approach + gained, 0.0));
 }
 
 Eigen::Vector3d CoulombImpulse(const Eigen::Vector3d& wanted, double normal_impulse,

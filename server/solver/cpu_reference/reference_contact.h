@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "server/scene/colliders.h"
+#include "server/scene/rigid_motion.h"
 
 namespace drape {
 
@@ -19,6 +20,19 @@ struct ContactImpulse {
   double normal = 0;  // >= 0
   Eigen::Vector3d tangential = Eigen::Vector3d::Zero();
 };
+
+// Of a collider that is where `motion` is at its time 0: in its own frame the collider is as it was
+// described.
+ReferenceContact ContactAt(const Collider& collider, const RigidMotion& motion, double thickness_m,
+                           const Eigen::Vector3d& q);
+
+// How fast a particle that hits a collider is to leave it [m/s], from where it is and how fast
+// before the substep, relative to the surface: `restitution` times the speed with which it arrives,
+// as gravity makes it on the way to the surface. 0 where it approaches no faster than
+// `slowest_m_per_s`.
+double ReboundSpeed(const ReferenceContact& contact, const Eigen::Vector3d& velocity_m_per_s,
+                    const Eigen::Vector3d& gravity_m_per_s2, double restitution,
+                    double slowest_m_per_s);
 
 // Coulomb's law on accumulated impulses: `wanted` stops the sliding; it is granted up to the static
 // limit, beyond that its size becomes the dynamic friction.

@@ -6,6 +6,7 @@
 
 #include "server/solver/cpu_reference/reference_constraints.h"
 #include "server/solver/cpu_reference/reference_contact.h"
+#include "server/solver/cpu_reference/reference_elastic.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape {
@@ -41,6 +42,10 @@ void MeasureStrain(const SceneModel& model, const ParticleState& state,
         (state.positions_m[spring.j] - state.positions_m[spring.i]).norm() - spring.rest_length_m;
     measured.strain_energy_j += spring.stiffness_n_per_m / 2 * Square(error);
   }
+  for (const ElasticElement& element : model.elastic_elements()) {
+    const double error = DeflectionOf(element, state.positions_m).deflection_m;
+    measured.strain_energy_j += element.stiffness_n_per_m / 2 * Square(error);
+  }
 }
 
 void MeasureContacts(const SceneModel& model, const ClothParameters& parameters,
@@ -48,8 +53,11 @@ void MeasureContacts(const SceneModel& model, const ClothParameters& parameters,
   const double margin = kContactMarginRatio * model.length_scale_m();
   for (const Eigen::Vector3d& p : state.positions_m) {
     double smallest_gap = std::numeric_limits<double>::infinity();
-    for (const Collider& collider : parameters.colliders) {
-      smallest_gap = std::min(smallest_gap, ContactAt(collider, parameters.thickness_m, p).gap);
+    for (size_t c = 0; c < parameters.colliders.size(); ++c) {
+      const Eigen::Vector3d place =
+          parameters.collider_motions.empty() ? p : parameters.collider_motions[c].DescribedAt(p);
+      const double gap = ContactAt(parameters.colliders[c], parameters.thickness_m, place).gap;
+      smallest_gap = std::min(smallest_gap, gap);
     }
     measured.contacts += smallest_gap <= margin;
     measured.max_penetration_m = std::max(measured.max_penetration_m, -smallest_gap);

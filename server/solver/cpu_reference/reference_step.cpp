@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/solver/cpu_reference/reference_colliders.h"
 #include "server/solver/cpu_reference/reference_constraints.h"
 #include "server/solver/cpu_reference/reference_contact.h"
 #include "server/solver/cpu_reference/reference_directions.h"
+#include "server/solver/cpu_reference/reference_elastic.h"
 #include "server/solver/cpu_reference/reference_measure.h"
 #include "server/solver/cpu_reference/reference_springs.h"
 #include "server/solver/cpu_reference/reference_strips.h"
@@ -26,18 +28,20 @@ using Eigen::Vector3d;
 // constraints [N s], beta those of contacts times w [m/s].
 class ReferenceStep {
  public:
-  ReferenceStep(const ReferenceCloth& cloth, double tolerance)
+  ReferenceStep(const ReferenceCloth& cloth, double tolerance, uint32_t max_iterations)
       : cloth_(cloth),
         model_(*cloth.model),
         parameters_(cloth.parameters),
         settings_(cloth.parameters.settings),
         pin_targets_(cloth.pin_targets_m),
         tolerance_(tolerance),
+        max_iterations_(max_iterations),
         solver_(ChooseSolver(model_, parameters_, cloth.has_own_lengths())),
         has_kicks_(settings_.spring_integration == SpringIntegration::kHalfKicks &&
                    model_.spring_count() > 0),
         has_air_forces_(HasAirForces(model_, parameters_)),
         w_(model_.inverse_masses_per_kg()),
+        colliders_(parameters_),
         rest_lengths_(model_, cloth.rest_lengths_m, cloth.rest_length_targets_m),
         state_(cloth.state),
         previous_(cloth.state),
@@ -51,8 +55,12 @@ class ReferenceStep {
     for (uint32_t index = 0; index < schedule.size(); ++index) {
       const Substep substep = schedule[index];
       h_ = substep.interval_s;
+      // Colliders are met by substeps of equal length only.
+      colliders_.Place(index * h_, (index + 1) * h_);
+      const ParticleState before = state_;
       Kick(substep.kick_before_s, state_.positions_m, state_.velocities_m_per_s);
       Predict(substep);
+      if (substep.sets_previous) previous_ = before;
       rest_lengths_.Advance(settings_.substeps - substep.pin_shares, settings_.substeps);
       if (substep.twist_share > 0) DampTwist(model_, substep.twist_share, u_);
       if (settings_.use_tethers && !cloth_.has_own_lengths()) ApplyTethers();
@@ -86,7 +94,7 @@ class ReferenceStep {
 
  private:
   // What acts between the substeps, all from the same positions and velocities: springs (velocity
-  // Verlet), then drag and lift of the air.
+  // Verlet), then bending and shear, then drag and lift of the air.
   void Kick(double kick_s, const std::vector<Vector3d>& positions,
             std::vector<Vector3d>& velocities) const {
     if (kick_s == 0) return;
@@ -95,6 +103,11 @@ class ReferenceStep {
       for (uint32_t i = 0; i < model_.particle_count(); ++i) {
         velocities[i] += kick_s * accelerations[i];
       }
+    }
+    if (model_.elastic_count() > 0) {
+      const auto changes =
+          ElasticVelocityChanges(model_, {positions, velocities}, kick_s, settings_.substep_s());
+      for (uint32_t i = 0; i < model_.particle_count(); ++i) velocities[i] += changes[i];
     }
     if (has_air_forces_) {
       const auto changes =
@@ -105,18 +118,32 @@ class ReferenceStep {
 
   // Where and how fast the particles would end the substep without constraints.
   void Predict(const Substep& substep) {
-    const ParticleState before = state_;
+    FindRebounds();
     if (substep.is_two_step) {
       PredictTwoStep();
     } else {
       PredictBallistic();
     }
-    if (substep.sets_previous) previous_ = before;
     for (uint32_t k = 0; k < model_.pin_count(); ++k) PredictPin(k, substep);
     if (substep.is_two_step) Kick(substep.kick_within_s, Predicted(), u_);
     lambda_.assign(model_.constraint_count(), 0.0);
     joint_lambda_.assign(model_.joint_count(), Vector3d::Zero());
     beta_.assign(model_.particle_count() * parameters_.colliders.size(), {});
+  }
+
+  // How fast a particle leaves each collider that it hits in this substep.
+  void FindRebounds() {
+    rebounds_.assign(model_.particle_count() * colliders_.size(), 0.0);
+    if (!HasRestitution(parameters_)) return;
+    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
+      const Vector3d& p = state_.positions_m[i];
+      for (size_t c = 0; c < colliders_.size(); ++c) {
+        const Vector3d relative = state_.velocities_m_per_s[i] - colliders_.VelocityAtStart(c, p);
+        rebounds_[i * colliders_.size() + c] =
+            ReboundSpeed(colliders_.AtStart(c, p), relative, parameters_.gravity_m_per_s2,
+                         parameters_.restitution, SlowestRebound(parameters_));
+      }
+    }
   }
 
   // u = v + a h/2: p + h u is the ballistic position (Bender et al. 2009, section 3.1, eq. 2).
@@ -182,7 +209,7 @@ class ReferenceStep {
 
   // Sweeps until none of them changes anything, at most max_iterations.
   void Solve(StepReport& report) {
-    for (uint32_t sweep = 0; sweep < settings_.max_iterations; ++sweep) {
+    for (uint32_t sweep = 0; sweep < max_iterations_; ++sweep) {
       bool has_changed = false;
       if (solver_.has_strips) {
         has_changed |= SolveStrips({model_, base_, solver_.end_share, h_, tolerance_}, u_, lambda_);
@@ -256,20 +283,19 @@ class ReferenceStep {
       if (w_[i] == 0) continue;
       for (size_t c = 0; c < parameters_.colliders.size(); ++c) {
         ContactImpulse& beta = beta_[i * parameters_.colliders.size() + c];
-        if (SolveContact(i, parameters_.colliders[c], beta)) has_changed = true;
+        if (SolveContact(i, c, beta)) has_changed = true;
       }
     }
     return has_changed;
   }
 
-  ReferenceContact PredictedContact(uint32_t i, const Collider& collider) const {
-    const Vector3d q = state_.positions_m[i] + h_ * u_[i];
-    return ContactAt(collider, parameters_.thickness_m, q);
+  ReferenceContact PredictedContact(uint32_t i, size_t c) const {
+    return colliders_.AtEnd(c, state_.positions_m[i] + h_ * u_[i]);
   }
 
   // Smallest gap that the end of the substep may have: 0, or less for what was deep inside before.
-  double GapFloor(uint32_t i, const Collider& collider) const {
-    const double gap = ContactAt(collider, parameters_.thickness_m, state_.positions_m[i]).gap;
+  double GapFloor(uint32_t i, size_t c) const {
+    const double gap = colliders_.AtStart(c, state_.positions_m[i]).gap;
     return std::min(0.0, gap + kMaxDepenetrationSpeed_m_per_s * h_);
   }
 
@@ -280,11 +306,11 @@ class ReferenceStep {
   }
 
   // gap >= floor with impulses that only push (Bender et al. 2009, section 3.2, inequality
-  // constraints), then Coulomb friction against the motion of the substep.
-  bool SolveContact(uint32_t i, const Collider& collider, ContactImpulse& beta) {
+  // constraints), then Coulomb friction against the motion of the substep relative to the surface.
+  bool SolveContact(uint32_t i, size_t c, ContactImpulse& beta) {
     bool has_changed = false;
-    const auto [gap, n] = PredictedContact(i, collider);
-    const double normal = std::max(beta.normal - (gap - GapFloor(i, collider)) / h_, 0.0);
+    const auto [gap, n] = PredictedContact(i, c);
+    const double normal = std::max(beta.normal - (gap - GapFloor(i, c)) / h_, 0.0);
     const double normal_change = normal - beta.normal;
     u_[i] += normal_change * n;
     beta.normal = normal;
@@ -293,7 +319,8 @@ class ReferenceStep {
     const bool has_friction =
         parameters_.friction_static > 0 && (beta.normal > 0 || !beta.tangential.isZero(0));
     if (!has_friction) return has_changed;
-    const Vector3d sliding = u_[i] - u_[i].dot(n) * n;
+    const Vector3d relative = u_[i] - colliders_.MeanVelocity(c, state_.positions_m[i]);
+    const Vector3d sliding = relative - relative.dot(n) * n;
     const Vector3d tangential =
         CoulombImpulse(beta.tangential - sliding, beta.normal, parameters_.friction_static,
                        parameters_.friction_dynamic);
@@ -327,8 +354,8 @@ class ReferenceStep {
     }
     for (uint32_t i = 0; i < model_.particle_count(); ++i) {
       if (w_[i] == 0) continue;
-      for (const Collider& collider : parameters_.colliders) {
-        const double violation = GapFloor(i, collider) - PredictedContact(i, collider).gap;
+      for (size_t c = 0; c < parameters_.colliders.size(); ++c) {
+        const double violation = GapFloor(i, c) - PredictedContact(i, c).gap;
         residual = std::max(residual, violation);
       }
     }
@@ -375,23 +402,29 @@ class ReferenceStep {
     for (uint32_t i = 0; i < model_.particle_count(); ++i) {
       if (w_[i] == 0) continue;
       for (size_t c = 0; c < parameters_.colliders.size(); ++c) {
-        if (beta_[i * parameters_.colliders.size() + c].normal > 0) {
-          CorrectContactVelocity(i, parameters_.colliders[c]);
+        const size_t contact = i * parameters_.colliders.size() + c;
+        if (beta_[contact].normal > 0) {
+          CorrectContactVelocity(i, c, rebounds_[contact]);
         }
       }
       if (parameters_.damping_per_s > 0) state_.velocities_m_per_s[i] *= decay;
     }
   }
 
-  // No approach velocity is left; the impulse that took it carries Coulomb friction.
-  void CorrectContactVelocity(uint32_t i, const Collider& collider) {
-    const Vector3d n = ContactAt(collider, parameters_.thickness_m, state_.positions_m[i]).normal;
-    Vector3d& v = state_.velocities_m_per_s[i];
-    const double approach = -v.dot(n);
-    if (!(approach > 0)) return;
-    const Vector3d sliding = v + approach * n;
-    v = sliding + CoulombImpulse(-sliding, approach, parameters_.friction_static,
+  // No approach velocity is left, and what hits leaves with its rebound speed; the impulse that
+  // this takes carries Coulomb friction.
+  void CorrectContactVelocity(uint32_t i, size_t c, double rebound) {
+    const Vector3d& p = state_.positions_m[i];
+    const Vector3d n = colliders_.AtEnd(c, p).normal;
+    const Vector3d of_surface = colliders_.VelocityAtEnd(c, p);
+    Vector3d v = state_.velocities_m_per_s[i] - of_surface;
+    const double normal_impulse = rebound - v.dot(n);
+    if (!(normal_impulse > 0)) return;
+    const Vector3d sliding = v - v.dot(n) * n;
+    v = sliding + CoulombImpulse(-sliding, normal_impulse, parameters_.friction_static,
                                  parameters_.friction_dynamic);
+    if (rebound > 0) v += rebound * n;
+    state_.velocities_m_per_s[i] = colliders_.are_moving() ? Vector3d(of_surface + v) : v;
   }
 
   const ReferenceCloth& cloth_;
@@ -400,12 +433,14 @@ class ReferenceStep {
   const StepSettings& settings_;
   const std::vector<Vector3d>& pin_targets_;
   const double tolerance_;
+  const uint32_t max_iterations_;
   const SolverChoice solver_;
   const bool has_kicks_;
   const bool has_air_forces_;
   const std::span<const double> w_;
 
   double h_ = 0;
+  ReferenceColliders colliders_;
   ReferenceLengths rest_lengths_;
   ParticleState state_;     // p and v
   ParticleState previous_;  // p' and v', two steps only
@@ -415,26 +450,32 @@ class ReferenceStep {
   std::vector<double> lambda_;          // [constraint_count]
   std::vector<Vector3d> joint_lambda_;  // [joint_count]
   std::vector<ContactImpulse> beta_;    // [particle_count][collider_count]
+  std::vector<double> rebounds_;        // [particle_count][collider_count] [m/s]; 0: no hit
   double residual_ = 0;
 };
 
 }  // namespace
 
-StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure) {
+StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_iterations) {
   StepReport report;
   double residual = 0;
   if (cloth.fault == FaultReason::kNone) {
     const StepSettings& settings = cloth.parameters.settings;
     const double tolerance = DoublePrecisionTolerance(settings.tolerance, *cloth.model);
-    ReferenceStep step(cloth, tolerance);
+    ReferenceStep step(cloth, tolerance, max_iterations);
     step.Run(report);
     report.warnings = {
         .tolerance_raised = tolerance > settings.tolerance,
         .not_converged = !report.converged,
-        .springs_beyond_limit = AreSpringsBeyondLimit(*cloth.model, cloth.parameters)};
+        .springs_beyond_limit = AreSpringsBeyondLimit(*cloth.model, cloth.parameters),
+        .elastic_beyond_limit = ElasticRatio(*cloth.model, cloth.parameters) > 1,
+        .springs_gain_energy = MaySpringsGainEnergy(*cloth.model, cloth.parameters)};
     cloth.fault = step.Fault();
     if (cloth.fault == FaultReason::kNone) {
       cloth.state = step.state();  // commit
+      for (RigidMotion& motion : cloth.parameters.collider_motions) {
+        motion = motion.After(settings.time_step_s);
+      }
       residual = step.residual();
     }
   }

@@ -26,8 +26,8 @@ struct ReferenceCloth {
   bool has_own_lengths() const { return !rest_lengths_m.empty(); }
 };
 
-// Steps the cloth, its pins to pin_targets_m. A cloth that is faulted, or becomes so, keeps its
-// state.
-StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure);
+// Steps the cloth, its pins to pin_targets_m, by at most max_iterations sweeps per substep. A cloth
+// that is faulted, or becomes so, keeps its state.
+StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_iterations);
 
 }  // namespace drape

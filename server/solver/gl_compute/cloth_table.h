@@ -38,7 +38,7 @@ class GlClothTable {
     return *slots_[handle.slot].cloth;
   }
 
-  const GlCloth& AtSlot(uint32_t slot) const { return *slots_[slot].cloth; }
+  GlCloth& AtSlot(uint32_t slot) { return *slots_[slot].cloth; }
   size_t count() const { return slots_.size() - free_slots_.size(); }
   // The next new cloth's slot is at most this.
   size_t slot_count() const { return slots_.size(); }

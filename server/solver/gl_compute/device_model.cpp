@@ -100,6 +100,29 @@ void PackSprings(const SceneModel& model, PackedModel& packed) {
   }
 }
 
+void PackElastic(const SceneModel& model, PackedModel& packed) {
+  if (model.elastic_count() == 0) return;
+  std::vector<uint32_t>& words = packed.words;
+  const ElasticShares& shares = model.elastic_shares();
+  packed.layout.elastic_elements = Position(words);
+  for (uint32_t e = 0; e < model.elastic_count(); ++e) {
+    const ElasticElement& element = model.elastic_elements()[e];
+    words.insert(words.end(), element.particles.begin(), element.particles.end());
+    for (size_t k = 1; k < 4; ++k) words.push_back(FloatWord(element.weights[k]));
+    words.push_back(FloatWord(element.rest_length_m));
+    words.push_back(FloatWord(shares.masses_kg[e]));
+    words.push_back(FloatWord(shares.frequencies_sq_per_s2[e]));
+    words.push_back(FloatWord(element.damping_share));
+  }
+  packed.layout.elastic_offsets = Position(words);
+  words.insert(words.end(), shares.offsets.begin(), shares.offsets.end());
+  packed.layout.elastic_ends = Position(words);
+  for (const ElasticEnd& end : shares.ends) {
+    words.push_back(end.element);
+    words.push_back(FloatWord(end.weight));
+  }
+}
+
 void PackTethers(const SceneModel& model, PackedModel& packed) {
   if (model.tethers().empty()) return;
   std::vector<uint32_t>& words = packed.words;
@@ -150,6 +173,7 @@ PackedModel PackModel(const SceneModel& model, bool has_air_forces) {
   packed.layout.inverse_masses = Position(packed.words);
   for (const double w : model.inverse_masses_per_kg()) packed.words.push_back(FloatWord(w));
   PackSprings(model, packed);
+  PackElastic(model, packed);
   packed.layout.pins = Position(packed.words);
   packed.words.insert(packed.words.end(), model.pins().begin(), model.pins().end());
   PackTethers(model, packed);

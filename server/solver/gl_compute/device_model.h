@@ -28,6 +28,9 @@ struct ModelLayout {
   uint32_t inverse_masses = 0;
   uint32_t spring_offsets = 0;
   uint32_t spring_ends = 0;
+  uint32_t elastic_elements = 0;
+  uint32_t elastic_offsets = 0;
+  uint32_t elastic_ends = 0;
   uint32_t pins = 0;
   uint32_t tether_offsets = 0;
   uint32_t tethers = 0;

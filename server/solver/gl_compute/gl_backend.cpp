@@ -34,7 +34,8 @@ class GlBackend final : public Backend {
     BatchDevice device;
   };
 
-  explicit GlBackend(Parts parts) : parts_(std::move(parts)), models_(&parts_.arrays->models) {}
+  explicit GlBackend(Parts parts)
+      : parts_(std::move(parts)), models_(&parts_.arrays->models), maps_(&parts_.arrays->models) {}
 
   ~GlBackend() override { parts_.context->MakeCurrent(); }
 
@@ -63,6 +64,7 @@ class GlBackend final : public Backend {
   // What a cloth needs on the device for a model and parameters.
   struct Room {
     std::shared_ptr<const DeviceModel> model;
+    std::vector<std::shared_ptr<const DeviceMap>> maps;
     const StepKernels* kernels = nullptr;
     uint64_t part_count = 1;
     WordRange parameter_words;
@@ -79,11 +81,16 @@ class GlBackend final : public Backend {
   void WriteLengths(const GlCloth& cloth, std::span<const uint32_t> starts);
   // A step begins with the lengths at which the last one ended; without targets it keeps them.
   void SetLengthTargets(GlCloth& cloth, std::span<const double> rest_lengths_m);
+  // The colliders' motions from the start of the next step on, where they differ from the last.
+  void WriteMotions(GlCloth& cloth, std::span<const RigidMotion> motions);
+  // The step is over: the motions go on from its end, unless the cloth is faulted.
+  void EndMotions(GlCloth& cloth);
   void WriteRecord(uint32_t slot);
   std::vector<float> ReadColumn(uint32_t begin, uint32_t count);
 
   Parts parts_;
   ModelStore models_;
+  MapStore maps_;
   GlClothTable cloths_;
 };
 
@@ -115,15 +122,24 @@ Result<GlBackend::Room> GlBackend::MakeRoom(std::shared_ptr<const SceneModel> mo
       models_.Acquire(std::move(model), has_air_forces);
   if (!on_device.ok()) return on_device.status();
   room.model = std::move(on_device).value();
+  for (const Collider& collider : parameters.colliders) {
+    const auto* solid = std::get_if<DistanceMapCollider>(&collider);
+    if (solid == nullptr) continue;
+    Result<std::shared_ptr<const DeviceMap>> map = maps_.Acquire(solid->map);
+    if (!map.ok()) return map.status();
+    room.maps.push_back(std::move(map).value());
+  }
   return room;
 }
 
 void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& parameters) {
   cloth.model = std::move(room.model);
+  cloth.maps = std::move(room.maps);
   cloth.kernels = room.kernels;
   cloth.parameter_words = std::move(room.parameter_words);
   cloth.scratch = std::move(room.scratch);
   cloth.parameters = parameters;
+  cloth.max_iterations = parameters.settings.max_iterations;
   cloth.part_count = room.part_count;
   cloth.costs =
       CountResidentLoops(*cloth.model->model, parameters, cloth.kernels->variant.local_size,
@@ -164,11 +180,40 @@ void GlBackend::SetLengthTargets(GlCloth& cloth, std::span<const double> rest_le
   cloth.are_lengths_moving = has_targets;
 }
 
+void GlBackend::WriteMotions(GlCloth& cloth, std::span<const RigidMotion> motions) {
+  if (motions.empty()) return;
+  const ClothParameters& parameters = cloth.parameters;
+  DRAPE_CHECK(motions.size() == parameters.colliders.size(), "one motion per collider");
+  std::vector<uint32_t> words = PackMotions(motions, parameters.settings.substep_s());
+  if (words == cloth.motion_words) return;
+  cloth.motion_words = std::move(words);
+  parts_.arrays->parameters.Write(
+      cloth.parameter_words, MotionsOffset(*cloth.model->model, parameters), cloth.motion_words);
+}
+
+void GlBackend::EndMotions(GlCloth& cloth) {
+  std::vector<RigidMotion>& motions = cloth.parameters.collider_motions;
+  if (cloth.fault == FaultReason::kNone) {
+    const double step_s = cloth.parameters.settings.time_step_s;
+    for (RigidMotion& motion : motions) motion = motion.After(step_s);
+    return;
+  }
+  // Measured where its state is.
+  std::vector<RigidMotion> stopped = motions;
+  for (RigidMotion& motion : stopped) {
+    motion.velocity_m_per_s.setZero();
+    motion.angular_velocity_rad_per_s.setZero();
+  }
+  WriteMotions(cloth, stopped);
+}
+
 void GlBackend::WriteRecord(uint32_t slot) {
-  const GlCloth& cloth = cloths_.AtSlot(slot);
+  GlCloth& cloth = cloths_.AtSlot(slot);
+  cloth.motion_words.clear();
+  WriteMotions(cloth, cloth.parameters.collider_motions);
   DeviceArrays& arrays = *parts_.arrays;
   arrays.parameters.Write(cloth.parameter_words, 3 * cloth.pin_count(),
-                          PackColliders(cloth.parameters.colliders));
+                          PackColliders(cloth.parameters.colliders, cloth.maps));
   const shader::ClothRecord record = MakeClothRecord(cloth);
   arrays.cloths.Write(slot * sizeof(record), std::as_bytes(std::span(&record, 1)));
 }
@@ -231,12 +276,13 @@ Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
   const std::shared_ptr<const SceneModel> model = update.model ? update.model : cloth.model->model;
   DRAPE_CHECK(model->particle_count() == cloth.particle_count(),
               "a new model must have the same particle count");
-  if (update.model || update.parameters || update.rest_lengths_m) {
+  if (update.model || update.parameters || update.rest_lengths_m || update.collider_motions) {
     std::vector<uint32_t> lengths = update.model ? std::vector<uint32_t>{} : cloth.length_words;
     if (update.rest_lengths_m) lengths = PackLengths(*update.rest_lengths_m);
     DRAPE_CHECK(lengths.empty() || lengths.size() == model->constraint_count(),
                 "one rest length per constraint");
-    const ClothParameters parameters = update.parameters.value_or(cloth.parameters);
+    ClothParameters parameters = update.parameters.value_or(cloth.parameters);
+    if (update.collider_motions) parameters.collider_motions = *update.collider_motions;
     Result<Room> room = MakeRoom(model, parameters, !lengths.empty());
     if (!room.ok()) return room.status();
     // From here on nothing can fail.
@@ -262,9 +308,22 @@ BatchReport GlBackend::Step(std::span<const StepItem> items) {
     if (cloth.fault != FaultReason::kNone) continue;
     if (!item.pin_targets_m.empty()) WriteTargets(cloth, PackTargets(item.pin_targets_m));
     SetLengthTargets(cloth, item.rest_lengths_m);
+    if (!item.collider_motions.empty()) {
+      DRAPE_CHECK(HasMovingColliders(cloth.parameters),
+                  "only a cloth with moving colliders has motions");
+      cloth.parameters.collider_motions.assign(item.collider_motions.begin(),
+                                               item.collider_motions.end());
+    }
+    WriteMotions(cloth, cloth.parameters.collider_motions);
+    const uint32_t max_iterations = IterationsOf(item, cloth.parameters.settings);
+    if (max_iterations != cloth.max_iterations) {
+      cloth.max_iterations = max_iterations;
+      WriteRecord(item.cloth.slot);
+    }
   }
   BatchReport report = RunBatch(items, cloths_, *parts_.arrays, parts_.measure, parts_.device);
   const std::string reset_reason = parts_.context->ResetReason();
+  for (const StepItem& item : items) EndMotions(cloths_.Find(item.cloth));
   // Every state on the device is gone; only a new process can have a device again.
   DRAPE_CHECK(reset_reason.empty(), reset_reason);
   return report;

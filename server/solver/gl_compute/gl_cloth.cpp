@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numbers>
 
 #include "server/solver/solver_constants.h"
 #include "server/solver/substep_schedule.h"
@@ -53,6 +54,12 @@ ColliderWords ToWords(const BoxCollider& box) {
           .axes = box.rotation.toRotationMatrix()};
 }
 
+ColliderWords ToWords(const DistanceMapCollider& solid) {
+  return {.kind = DRAPE_COLLIDER_DISTANCE_MAP,
+          .point_m = solid.transform * solid.map->low_m(),
+          .axes = solid.transform.rotation.toRotationMatrix()};
+}
+
 void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
   const ClothParameters& parameters = cloth.parameters;
   const StepSettings& settings = parameters.settings;
@@ -61,7 +68,7 @@ void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
   record.gravity = {static_cast<float>(parameters.gravity_m_per_s2.x()),
                     static_cast<float>(parameters.gravity_m_per_s2.y()),
                     static_cast<float>(parameters.gravity_m_per_s2.z()), 0};
-  record.max_iterations = settings.max_iterations;
+  record.max_iterations = cloth.max_iterations;
   const SolverChoice solver =
       ChooseSolver(*cloth.model->model, parameters, cloth.has_own_lengths());
   record.end_share = static_cast<float>(solver.end_share);
@@ -75,6 +82,8 @@ void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
   record.thickness = static_cast<float>(parameters.thickness_m);
   record.friction_static = static_cast<float>(parameters.friction_static);
   record.friction_dynamic = static_cast<float>(parameters.friction_dynamic);
+  record.restitution = static_cast<float>(parameters.restitution);
+  record.slowest_rebound = static_cast<float>(SlowestRebound(parameters));
   record.contact_margin = static_cast<float>(kContactMarginRatio * length_scale);
 }
 
@@ -144,6 +153,10 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   record.inverse_masses = begin + layout.inverse_masses;
   record.spring_offsets = begin + layout.spring_offsets;
   record.spring_ends = begin + layout.spring_ends;
+  record.elastic_count = model.elastic_count();
+  record.elastic_elements = begin + layout.elastic_elements;
+  record.elastic_offsets = begin + layout.elastic_offsets;
+  record.elastic_ends = begin + layout.elastic_ends;
   record.pins = begin + layout.pins;
   record.joint_count = model.joint_count();
   record.joint_colour_count = model.joint_colour_count();
@@ -167,8 +180,8 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
 }  // namespace
 
 uint32_t MeasurePieceCount(const SceneModel& model) {
-  const uint32_t longest =
-      std::max({model.particle_count(), model.constraint_count(), model.joint_count()});
+  const uint32_t longest = std::max({model.particle_count(), model.constraint_count(),
+                                     model.joint_count(), model.elastic_count()});
   return (longest + DRAPE_MEASURE_PIECE - 1) / DRAPE_MEASURE_PIECE;
 }
 
@@ -187,8 +200,10 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
   layout.joint_lambdas = append(model.has_joint_compliance() ? 3 * model.joint_count() : 0);
   layout.normal_betas = append(colliders * particles);
   layout.tangent_betas = append(parameters.friction_static > 0 ? 3 * colliders * particles : 0);
+  layout.rebounds = append(HasRestitution(parameters) ? colliders * particles : 0);
   layout.violations = append(colliders > 0 ? particles : 0);
   layout.spring_accelerations = append(model.spring_count() > 0 ? 3 * particles : 0);
+  layout.elastic_impulses = append(uint64_t{3} * model.elastic_count());
   layout.air_impulses = append(HasAirForces(model, parameters) ? 3 * model.triangles().size() : 0);
   // Those that rest lengths of its own would switch off are counted too.
   const SolverChoice solver = ChooseSolver(model, parameters, false);
@@ -215,6 +230,10 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   record.collider_count = static_cast<uint32_t>(cloth.parameters.colliders.size());
   record.pin_targets = cloth.parameter_words.begin();
   record.colliders = cloth.parameter_words.begin() + 3 * cloth.pin_count();
+  if (HasMovingColliders(cloth.parameters)) {
+    record.collider_motions =
+        cloth.parameter_words.begin() + MotionsOffset(*cloth.model->model, cloth.parameters);
+  }
   if (cloth.has_own_lengths()) {
     record.has_own_lengths = 1;
     record.length_starts =
@@ -230,8 +249,10 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   record.joint_lambdas = scratch(layout.joint_lambdas);
   record.normal_betas = scratch(layout.normal_betas);
   record.tangent_betas = scratch(layout.tangent_betas);
+  record.rebounds = scratch(layout.rebounds);
   record.violations = scratch(layout.violations);
   record.spring_accelerations = scratch(layout.spring_accelerations);
+  record.elastic_impulses = scratch(layout.elastic_impulses);
   record.air_impulses = scratch(layout.air_impulses);
   record.previous_positions = scratch(layout.previous_positions);
   record.previous_velocities = scratch(layout.previous_velocities);
@@ -250,9 +271,14 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   return record;
 }
 
-uint32_t LengthsOffset(const SceneModel& model, const ClothParameters& parameters) {
+uint32_t MotionsOffset(const SceneModel& model, const ClothParameters& parameters) {
   return 3 * model.pin_count() +
          DRAPE_COLLIDER_WORDS * static_cast<uint32_t>(parameters.colliders.size());
+}
+
+uint32_t LengthsOffset(const SceneModel& model, const ClothParameters& parameters) {
+  return MotionsOffset(model, parameters) +
+         DRAPE_COLLIDER_MOTION_WORDS * static_cast<uint32_t>(parameters.collider_motions.size());
 }
 
 uint64_t ParameterWordCount(const SceneModel& model, const ClothParameters& parameters,
@@ -273,8 +299,10 @@ std::vector<uint32_t> PackTargets(std::span<const Eigen::Vector3d> targets_m) {
   return words;
 }
 
-std::vector<uint32_t> PackColliders(std::span<const Collider> colliders) {
+std::vector<uint32_t> PackColliders(std::span<const Collider> colliders,
+                                    std::span<const std::shared_ptr<const DeviceMap>> maps) {
   std::vector<uint32_t> words;
+  size_t map_count = 0;
   for (const Collider& collider : colliders) {
     const ColliderWords packed =
         std::visit([](const auto& shape) { return ToWords(shape); }, collider);
@@ -283,6 +311,28 @@ std::vector<uint32_t> PackColliders(std::span<const Collider> colliders) {
     AppendVector(packed.point_m, words);
     AppendVector(packed.vector, words);
     for (int k = 0; k < 3; ++k) AppendVector(packed.axes.col(k), words);
+    const bool is_map = packed.kind == DRAPE_COLLIDER_DISTANCE_MAP;
+    words.push_back(is_map ? maps[map_count++]->words.begin() : 0);
+  }
+  return words;
+}
+
+std::vector<uint32_t> PackMotions(std::span<const RigidMotion> motions, double substep_s) {
+  std::vector<uint32_t> words;
+  for (const RigidMotion& motion : motions) {
+    const double rate = motion.angular_velocity_rad_per_s.norm();
+    const Eigen::Matrix3d rotation = motion.rotation.toRotationMatrix();
+    const ChordFactors chord = motion.ChordOver(substep_s);
+    AppendVector(motion.pivot_m, words);
+    AppendVector(motion.position_m, words);
+    for (int k = 0; k < 3; ++k) AppendVector(rotation.col(k), words);
+    AppendVector(motion.velocity_m_per_s, words);
+    const Eigen::Vector3d axis = motion.angular_velocity_rad_per_s / (rate > 0 ? rate : 1);
+    AppendVector(axis, words);
+    AppendVector(motion.angular_velocity_rad_per_s, words);
+    words.push_back(FloatWord(rate / (2 * std::numbers::pi)));
+    words.push_back(FloatWord(chord.sine));
+    words.push_back(FloatWord(chord.cosine_s));
   }
   return words;
 }

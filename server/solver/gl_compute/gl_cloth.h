@@ -8,6 +8,7 @@
 
 #include "server/scene/particle_state.h"
 #include "server/solver/cloth_parameters.h"
+#include "server/solver/gl_compute/device_map.h"
 #include "server/solver/gl_compute/device_model.h"
 #include "server/solver/gl_compute/free_list.h"
 #include "server/solver/gl_compute/kernel_costs.h"
@@ -24,8 +25,10 @@ struct ScratchLayout {
   uint64_t joint_lambdas = 0;
   uint64_t normal_betas = 0;
   uint64_t tangent_betas = 0;
+  uint64_t rebounds = 0;
   uint64_t violations = 0;
   uint64_t spring_accelerations = 0;
+  uint64_t elastic_impulses = 0;
   uint64_t air_impulses = 0;
   uint64_t previous_positions = 0;
   uint64_t previous_velocities = 0;
@@ -46,15 +49,21 @@ uint32_t MeasurePieceCount(const SceneModel& model);
 
 struct GlCloth {
   std::shared_ptr<const DeviceModel> model;
+  std::vector<std::shared_ptr<const DeviceMap>> maps{};  // of the distance maps, in their order
   ClothParameters parameters;
   const StepKernels* kernels = nullptr;
-  uint64_t part_count = 1;  // dispatches of the resident step
-  LoopCosts costs;          // of the resident step
-  double tolerance = 0;     // the one used: what single precision can meet
+  uint64_t part_count = 1;      // dispatches of the resident step
+  LoopCosts costs;              // of the resident step
+  uint32_t max_iterations = 0;  // sweeps per substep at most, of the step under way
+  double tolerance = 0;         // the one used: what single precision can meet
   FaultReason fault = FaultReason::kNone;
-  WordRange state;            // positions, then velocities
-  WordRange parameter_words;  // pin targets, colliders, own rest lengths (starts, then targets)
+  WordRange state;  // positions, then velocities
+  // Pin targets, colliders, their motions, own rest lengths (starts, then targets).
+  WordRange parameter_words;
   WordRange scratch;
+
+  // How the colliders move in the last step, as packed; empty: they rest as described.
+  std::vector<uint32_t> motion_words;
 
   // Rest lengths of the cloth's own at the end of the last step, [constraint_count] float bits;
   // empty: those of the model.
@@ -73,15 +82,21 @@ struct GlCloth {
 // Pure.
 shader::ClothRecord MakeClothRecord(const GlCloth& cloth);
 
-// Words of Parameters: pin targets (3 per pin, float bits), colliders, rest lengths of the cloth's
-// own (2 per constraint).
+// Words of Parameters: pin targets (3 per pin, float bits), colliders, their motions, rest lengths
+// of the cloth's own (2 per constraint).
 uint64_t ParameterWordCount(const SceneModel& model, const ClothParameters& parameters,
                             bool has_own_lengths = false);
 // Where the rest lengths begin in a cloth's words of Parameters.
 uint32_t LengthsOffset(const SceneModel& model, const ClothParameters& parameters);
 std::vector<uint32_t> PackLengths(std::span<const double> rest_lengths_m);
+// Where the motions of the colliders begin in a cloth's words of Parameters.
+uint32_t MotionsOffset(const SceneModel& model, const ClothParameters& parameters);
+// For substeps of so long.
+std::vector<uint32_t> PackMotions(std::span<const RigidMotion> motions, double substep_s);
 std::vector<uint32_t> PackTargets(std::span<const Eigen::Vector3d> targets_m);
-std::vector<uint32_t> PackColliders(std::span<const Collider> colliders);
+// `maps`: those of the distance maps among the colliders, in their order.
+std::vector<uint32_t> PackColliders(std::span<const Collider> colliders,
+                                    std::span<const std::shared_ptr<const DeviceMap>> maps = {});
 // Positions, then velocities.
 std::vector<float> PackState(const ParticleState& state);
 // Where the pins of the model are in a state.

@@ -90,6 +90,15 @@ uint64_t AirPasses(const SceneModel& model, uint64_t rounds, uint32_t local_size
          std::min<uint64_t>(of_particles, 3 * triangles);
 }
 
+// Of one kick of the elastic elements.
+uint64_t ElasticPasses(const SceneModel& model, uint64_t rounds, uint32_t local_size) {
+  if (model.elastic_count() == 0) return 0;
+  const ElasticShares& shares = model.elastic_shares();
+  const uint64_t of_particles = rounds * LargestDegree(shares.offsets);
+  return LoopPasses(model.elastic_count(), local_size) + (1 + kLoopEnd) * rounds + kLoopEnd +
+         std::min<uint64_t>(of_particles, shares.ends.size());
+}
+
 }  // namespace
 
 LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& parameters,
@@ -101,6 +110,7 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   const bool has_springs = model.spring_count() > 0;
   const uint64_t springs = has_springs ? 2 * particles + SpringPasses(model, rounds) : 0;
 
+  const uint64_t elastic = ElasticPasses(model, rounds, local_size);
   const uint64_t air = HasAirForces(model, parameters) ? AirPasses(model, rounds, local_size) : 0;
 
   LoopCosts costs;
@@ -111,7 +121,8 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
     costs.sweep += ColourPasses(model.joint_colour_offsets(), local_size);
   }
   if (colliders > 0) costs.sweep += 1 + particles + rounds * (colliders + kLoopEnd);
-  costs.substep = 4 + springs + air + 2 * particles + 2 * LoopPasses(model.pin_count(), local_size);
+  costs.substep =
+      4 + springs + elastic + air + 2 * particles + 2 * LoopPasses(model.pin_count(), local_size);
   if (solver.velocity_iterations > 0) {
     const uint64_t colours = ColourPasses(model.colour_offsets(), local_size) +
                              ColourPasses(model.joint_colour_offsets(), local_size);
@@ -122,8 +133,9 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
     costs.substep += particles + rounds * (kMaxTethersPerParticle + kLoopEnd);
   }
   if (colliders > 0) costs.substep += 2 * rounds * (colliders + kLoopEnd);
+  if (HasRestitution(parameters)) costs.substep += rounds * (colliders + kLoopEnd);
   // Loading, checking with its loop over the axes, storing, pausing.
-  costs.fixed = springs + air + 4 * particles + 4 * rounds + 8;
+  costs.fixed = springs + elastic + air + 4 * particles + 4 * rounds + 8;
   return costs;
 }
 
@@ -147,13 +159,15 @@ uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parame
                           uint32_t local_size) {
   const uint64_t colliders = parameters.colliders.size();
   const uint64_t piece_rounds = RoundsFor(DRAPE_MEASURE_PIECE, local_size);
-  const uint64_t measure = 3 * (piece_rounds + 1) + piece_rounds * (colliders + kLoopEnd) +
+  const uint64_t measure = 4 * (piece_rounds + 1) + piece_rounds * (colliders + kLoopEnd) +
                            SpringPasses(model, piece_rounds) + 16;
   const uint64_t air =
       HasAirForces(model, parameters) ? LargestDegree(model.triangle_offsets()) + 1 : 0;
+  const uint64_t elastic =
+      model.elastic_count() > 0 ? LargestDegree(model.elastic_shares().offsets) + 1 : 0;
   const uint64_t strip = PassesOfStrip(LongestStrip(model.strips()));
-  const uint64_t tiled = std::max({strip, LargestSpringDegree(model) + 1, air, 2 * (colliders + 1),
-                                   uint64_t{kMaxTethersPerParticle} + 1});
+  const uint64_t tiled = std::max({strip, LargestSpringDegree(model) + 1, elastic, air,
+                                   2 * (colliders + 1), uint64_t{kMaxTethersPerParticle} + 1});
   // `tiled_begin_sweeps` and `tiled_end_sweep` go through the dispatches of all phases and colours.
   const uint64_t control = LoopPasses(uint64_t{model.strips().phase_count()} +
                                           model.colour_count() + model.joint_colour_count() + 2,

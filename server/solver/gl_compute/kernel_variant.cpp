@@ -35,7 +35,8 @@ bool HasCollider(const ClothParameters& parameters) {
 
 Status LoopLimit() {
   return Status(StatusCode::kResourceExhausted, "KERNEL_LOOP_LIMIT",
-                "a particle has too many springs or triangles, or the cloth too many colliders or "
+                "a particle has too many springs, triangles or elastic elements, or the cloth too "
+                "many colliders or "
                 "colours, for "
                 "the kernels of this device");
 }
@@ -78,10 +79,14 @@ std::string KernelVariant::Defines() const {
   if (has_contacts) text << "#define HAS_CONTACTS\n";
   if (has_capsules) text << "#define HAS_CAPSULES\n";
   if (has_boxes) text << "#define HAS_BOXES\n";
+  if (has_distance_maps) text << "#define HAS_DISTANCE_MAPS\n";
   if (has_friction) text << "#define HAS_FRICTION\n";
+  if (has_restitution) text << "#define HAS_RESTITUTION\n";
+  if (has_moving_colliders) text << "#define HAS_MOVING_COLLIDERS\n";
   if (has_damping) text << "#define HAS_DAMPING\n";
   if (has_pins) text << "#define HAS_PINS\n";
   if (has_tethers) text << "#define HAS_TETHERS\n";
+  if (has_elastic) text << "#define HAS_ELASTIC\n";
   if (has_wind) text << "#define HAS_WIND\n";
   if (has_tolerance) text << "#define HAS_TOLERANCE\n";
   if (has_two_steps) text << "#define HAS_TWO_STEPS\n";
@@ -98,7 +103,8 @@ bool IsResident(const SceneModel& model) {
   return model.particle_count() <= kMaxResidentParticles &&
          model.constraint_count() <= kMaxResidentConnections &&
          model.joint_count() <= kMaxResidentConnections &&
-         model.spring_count() <= kMaxResidentConnections;
+         model.spring_count() <= kMaxResidentConnections &&
+         model.elastic_count() <= kMaxResidentConnections;
 }
 
 Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParameters& parameters,
@@ -124,10 +130,14 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
   variant.has_contacts = !parameters.colliders.empty();
   variant.has_capsules = HasCollider<CapsuleCollider>(parameters);
   variant.has_boxes = HasCollider<BoxCollider>(parameters);
+  variant.has_distance_maps = HasCollider<DistanceMapCollider>(parameters);
   variant.has_friction = variant.has_contacts && parameters.friction_static > 0;
+  variant.has_restitution = HasRestitution(parameters);
+  variant.has_moving_colliders = HasMovingColliders(parameters);
   variant.has_damping = parameters.damping_per_s > 0;
   variant.has_pins = model.pin_count() > 0;
   variant.has_tethers = HasTethers(model, parameters.settings) && !has_own_lengths;
+  variant.has_elastic = model.elastic_count() > 0;
   variant.has_wind = HasAirForces(model, parameters);
   variant.has_tolerance = parameters.settings.tolerance > 0;
   const SolverChoice solver = ChooseSolver(model, parameters, has_own_lengths);

@@ -28,10 +28,14 @@ struct KernelVariant {
   bool has_contacts = false;
   bool has_capsules = false;
   bool has_boxes = false;
+  bool has_distance_maps = false;
   bool has_friction = false;
+  bool has_restitution = false;
+  bool has_moving_colliders = false;
   bool has_damping = false;
   bool has_pins = false;
   bool has_tethers = false;
+  bool has_elastic = false;
   bool has_wind = false;  // drag or lift of the air, also in still air
   bool has_tolerance = false;
   bool has_two_steps = false;

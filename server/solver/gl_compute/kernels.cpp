@@ -4,6 +4,7 @@
 #include <sstream>
 #include <utility>
 
+#include "server/scene/distance_map.h"
 #include "server/solver/solver_constants.h"
 #include "shaders/embedded_shaders.h"
 
@@ -15,12 +16,14 @@ std::string ConstantDefines() {
   std::ostringstream text;
   text << std::scientific;
   text << "#define MIN_DIRECTION_LENGTH " << kMinDirectionLength_m << "\n";
+  text << "#define MIN_GRADIENT " << DistanceMap::kMinGradient << "\n";
   text << "#define MIN_STRIP_PIVOT " << kMinStripPivot << "\n";
   text << "#define MIN_STRIP_PIVOT_AT_PIN " << kMinStripPivotAtPin << "\n";
   text << "#define MAX_STRIP_MOVE " << kMaxStripMove << "\n";
   text << "#define MIN_DIRECTION_COSINE " << kMinDirectionCosine << "\n";
   text << "#define MAX_SPEED " << kMaxSpeed_m_per_s << "\n";
   text << "#define MAX_AIR_RATIO " << kMaxAirRatio << "\n";
+  text << "#define MAX_ELASTIC_RATIO " << kMaxElasticRatio << "\n";
   text << "#define MAX_COORDINATE " << kMaxCoordinate_m << "\n";
   return text.str();
 }
@@ -32,6 +35,17 @@ KernelVariant OnlyTolerance(const KernelVariant& variant) {
 
 KernelVariant WithSprings(KernelVariant narrowed, const KernelVariant& variant) {
   narrowed.springs = variant.springs;
+  return narrowed;
+}
+
+KernelVariant WithContacts(KernelVariant narrowed, const KernelVariant& variant) {
+  narrowed.has_contacts = variant.has_contacts;
+  narrowed.has_capsules = variant.has_capsules;
+  narrowed.has_boxes = variant.has_boxes;
+  narrowed.has_distance_maps = variant.has_distance_maps;
+  narrowed.has_friction = variant.has_friction;
+  narrowed.has_restitution = variant.has_restitution;
+  narrowed.has_moving_colliders = variant.has_moving_colliders;
   return narrowed;
 }
 
@@ -95,12 +109,12 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   KernelVariant joints = tolerance;
   joints.has_joints = all.has_joints;
   joints.has_joint_compliance = all.has_joint_compliance;
-  KernelVariant contacts = tolerance;
-  contacts.has_contacts = all.has_contacts;
-  contacts.has_friction = all.has_friction;
-  KernelVariant integrate = WithSprings(timed, all);
-  integrate.has_contacts = all.has_contacts;
-  integrate.has_friction = all.has_friction;
+  const KernelVariant contacts = WithContacts(tolerance, all);
+  const KernelVariant with_springs = WithSprings(timed, all);
+  // The rebound of a hit is found from the velocity before the substep.
+  const KernelVariant predict =
+      all.has_restitution ? WithContacts(with_springs, all) : with_springs;
+  KernelVariant integrate = WithContacts(with_springs, all);
   integrate.has_damping = all.has_damping;
   integrate.has_velocity_stage = all.has_velocity_stage;
   KernelVariant velocity = plain;
@@ -118,12 +132,14 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   const bool has_springs = all.springs != KernelVariant::Springs::kNone;
   const bool has_kicks = all.springs == KernelVariant::Springs::kHalfKicks;
   const std::array wanted = {
-      Wanted{true, "tiled_begin", plain, &kernels.tiled_begin},
+      Wanted{true, "tiled_begin", timed, &kernels.tiled_begin},
       Wanted{has_springs, "tiled_spring_accelerations", timed, &kernels.tiled_spring_accelerations},
       Wanted{has_kicks, "tiled_kick", timed, &kernels.tiled_kick},
+      Wanted{all.has_elastic, "tiled_elastic_impulses", timed, &kernels.tiled_elastic_impulses},
+      Wanted{all.has_elastic, "tiled_apply_elastic", timed, &kernels.tiled_apply_elastic},
       Wanted{all.has_wind, "tiled_air_impulses", timed, &kernels.tiled_air_impulses},
       Wanted{all.has_wind, "tiled_apply_wind", timed, &kernels.tiled_apply_wind},
-      Wanted{true, "tiled_predict", WithSprings(timed, all), &kernels.tiled_predict},
+      Wanted{true, "tiled_predict", predict, &kernels.tiled_predict},
       Wanted{all.has_twist, "tiled_twist_changes", timed, &kernels.tiled_twist_changes},
       Wanted{all.has_twist, "tiled_apply_twist", timed, &kernels.tiled_apply_twist},
       Wanted{all.has_tethers, "tiled_tether", timed, &kernels.tiled_tether},

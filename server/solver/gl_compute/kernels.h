@@ -20,6 +20,8 @@ struct StepKernels {
   const gl::Program* tiled_begin = nullptr;
   const gl::Program* tiled_spring_accelerations = nullptr;
   const gl::Program* tiled_kick = nullptr;
+  const gl::Program* tiled_elastic_impulses = nullptr;
+  const gl::Program* tiled_apply_elastic = nullptr;
   const gl::Program* tiled_air_impulses = nullptr;
   const gl::Program* tiled_apply_wind = nullptr;
   const gl::Program* tiled_predict = nullptr;

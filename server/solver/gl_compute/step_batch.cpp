@@ -94,7 +94,9 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
     report.warnings = {
         .tolerance_raised = cloth.is_tolerance_raised(),
         .not_converged = !report.converged,
-        .springs_beyond_limit = AreSpringsBeyondLimit(*cloth.model->model, cloth.parameters)};
+        .springs_beyond_limit = AreSpringsBeyondLimit(*cloth.model->model, cloth.parameters),
+        .elastic_beyond_limit = ElasticRatio(*cloth.model->model, cloth.parameters) > 1,
+        .springs_gain_energy = MaySpringsGainEnergy(*cloth.model->model, cloth.parameters)};
   }
   report.fault = cloth.fault;
   if (item.measure) {

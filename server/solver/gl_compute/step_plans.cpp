@@ -19,6 +19,7 @@ struct LargestSizes {
   uint32_t particles = 0;
   uint32_t pins = 0;
   uint32_t triangles = 0;
+  uint32_t elastic_elements = 0;
   uint32_t substeps = 0;
   uint32_t max_iterations = 0;
   uint32_t velocity_iterations = 0;
@@ -40,10 +41,12 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
     largest.pins = std::max(largest.pins, cloth->pin_count());
     largest.triangles =
         std::max(largest.triangles, static_cast<uint32_t>(cloth->model->model->triangles().size()));
+    largest.elastic_elements =
+        std::max(largest.elastic_elements, cloth->model->model->elastic_count());
     const SubstepSchedule schedule(*cloth->model->model, cloth->parameters,
                                    cloth->kernels->variant.has_two_steps);
     largest.substeps = std::max(largest.substeps, schedule.size());
-    largest.max_iterations = std::max(largest.max_iterations, settings.max_iterations);
+    largest.max_iterations = std::max(largest.max_iterations, cloth->max_iterations);
     largest.velocity_iterations =
         std::max(largest.velocity_iterations, settings.velocity_iterations);
     Enlarge(cloth->model->phase_sizes, largest.phases);
@@ -145,6 +148,10 @@ class TiledStep {
     if (kernels_.tiled_kick != nullptr) {
       DispatchKick(*kernels_.tiled_spring_accelerations, substep, place, largest_.particles);
       DispatchKick(*kernels_.tiled_kick, substep, place, largest_.particles);
+    }
+    if (kernels_.tiled_apply_elastic != nullptr) {
+      DispatchKick(*kernels_.tiled_elastic_impulses, substep, place, largest_.elastic_elements);
+      DispatchKick(*kernels_.tiled_apply_elastic, substep, place, largest_.particles);
     }
     if (kernels_.tiled_apply_wind != nullptr) {
       DispatchKick(*kernels_.tiled_air_impulses, substep, place, largest_.triangles);

@@ -109,6 +109,7 @@ struct Warnings {
 
   void Add(const StepWarnings& warnings) {
     if (warnings.not_converged) names.insert("not_converged");
+    if (warnings.springs_gain_energy) names.insert("springs_gain_energy");
     if (warnings.springs_beyond_limit) names.insert("springs_beyond_limit");
   }
   std::string Text() const {

@@ -1,4 +1,4 @@
-// Closed meshes for the tests of this folder and their distances by other code than the server's.
+// Closed meshes for tests, and their distances by other code than the server's.
 #pragma once
 
 #include <cstdint>

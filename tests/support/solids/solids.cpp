@@ -1,4 +1,4 @@
-#include "tests/scene/solids.h"
+#include "tests/support/solids/solids.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,0 +1,81 @@
+#include "server/api/collider_control_validation.h"
+
+#include "server/api/rest_length_validation.h"
+#include "server/api/spec_validation.h"
+#include "server/scene/description_checks.h"
+#include "server/solver/solver_constants.h"
+
+namespace drape::api {
+namespace {
+
+// Three numbers, or none.
+Eigen::Vector3d CheckVector(const FieldPath& path, const DoubleList& values, double max,
+                            std::string_view unit, const Eigen::Vector3d& fallback,
+                            FieldChecks& checks) {
+  if (values.empty()) return fallback;
+  return checks.Vector3(path, values, max, unit).value_or(fallback);
+}
+
+}  // namespace
+
+std::vector<RigidMotion> CheckColliderMotions(
+    const FieldPath& path, const google::protobuf::RepeatedPtrField<v1::Collider>& colliders,
+    const std::vector<Collider>& shapes, FieldChecks& checks) {
+  std::vector<RigidMotion> motions;
+  if (static_cast<size_t>(colliders.size()) != shapes.size()) return motions;
+  bool is_any_given = false;
+  for (size_t k = 0; k < shapes.size(); ++k) {
+    const v1::Collider& collider = colliders[static_cast<int>(k)];
+    const FieldPath here = path.At(k);
+    RigidMotion motion = RigidMotion::AtRest(CheckVector(
+        here.Child("pivot_m"), collider.pivot_m(), kMaxExtent_m, "m", CentreOf(shapes[k]), checks));
+    motion.velocity_m_per_s =
+        CheckVector(here.Child("velocity_m_per_s"), collider.velocity_m_per_s(),
+                    kMaxColliderSpeed_m_per_s, "m/s", Eigen::Vector3d::Zero(), checks);
+    motion.angular_velocity_rad_per_s =
+        CheckVector(here.Child("angular_velocity_rad_per_s"), collider.angular_velocity_rad_per_s(),
+                    kMaxColliderTurn_rad_per_s, "rad/s", Eigen::Vector3d::Zero(), checks);
+    is_any_given |= !collider.pivot_m().empty() || !motion.velocity_m_per_s.isZero(0) ||
+                    !motion.angular_velocity_rad_per_s.isZero(0);
+    motions.push_back(motion);
+  }
+  if (!is_any_given) motions.clear();
+  return motions;
+}
+
+std::vector<ColliderControlRow> CheckColliderControls(const v1::ColliderControls& controls,
+                                                      FieldChecks& checks) {
+  std::vector<ColliderControlRow> result;
+  const FieldPath path("collider_controls");
+  const size_t rows = controls.cloth_ids_size();
+  const DoubleList& rotations = controls.rotations_xyzw();
+  const FieldPath positions_path = path.Child("positions_m");
+  const FieldPath rotations_path = path.Child("rotations_xyzw");
+  const bool is_even =
+      checks.Length(path.Child("colliders"), controls.colliders_size(), rows, "1 per row") &
+      checks.Length(positions_path, controls.positions_m_size(), 3 * rows, "3 per row") &
+      (rotations.empty() ||
+       checks.Length(rotations_path, rotations.size(), 4 * rows, "4 per row, or none")) &
+      (controls.over_s().empty() ||
+       checks.Length(path.Child("over_s"), controls.over_s_size(), rows, "1 per row, or none"));
+  if (!is_even || !checks.AllWithin(positions_path, controls.positions_m(), kMaxExtent_m, "m") ||
+      !checks.AllWithin(rotations_path, rotations, kMaxMagnitude, "")) {
+    return result;
+  }
+  for (size_t r = 0; r < rows && !checks.is_full(); ++r) {
+    const int row = static_cast<int>(r);
+    ColliderControlRow control{.cloth = ClothId::FromPacked(controls.cloth_ids(row)),
+                               .collider = controls.colliders(row)};
+    control.target.position_m = Eigen::Vector3d(controls.positions_m().data() + 3 * r);
+    if (!rotations.empty()) {
+      const Eigen::Vector4d xyzw(rotations.data() + 4 * r);
+      control.target.rotation = CheckRotation(rotations_path.At(4 * r), xyzw, checks);
+    }
+    control.over_s = controls.over_s().empty() ? 0 : controls.over_s(row);
+    checks.InRange(path.Child("over_s").At(r), control.over_s, 0, kMaxMotion_s, "s");
+    result.push_back(control);
+  }
+  return result;
+}
+
+}  // namespace drape::api

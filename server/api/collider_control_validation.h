@@ -1,0 +1,24 @@
+// Motions of colliders: those of a spec, and the controls of a StepRequest. Pure.
+#pragma once
+
+#include <vector>
+
+#include "drape/v1/cloth_spec.pb.h"
+#include "drape/v1/step.pb.h"
+#include "server/api/field_checks.h"
+#include "server/scene/colliders.h"
+#include "server/session/collider_controls.h"
+
+namespace drape::api {
+
+// The motions of `colliders`, whose shapes are `shapes`; empty if all of them rest about their
+// centres, or after a violation of a shape.
+std::vector<RigidMotion> CheckColliderMotions(
+    const FieldPath& path, const google::protobuf::RepeatedPtrField<v1::Collider>& colliders,
+    const std::vector<Collider>& shapes, FieldChecks& checks);
+
+// The rows of "collider_controls"; what is wrong goes to `checks`.
+std::vector<ColliderControlRow> CheckColliderControls(const v1::ColliderControls& controls,
+                                                      FieldChecks& checks);
+
+}  // namespace drape::api

@@ -1,0 +1,54 @@
+#include "server/api/collider_maps.h"
+
+#include <utility>
+#include <variant>
+
+#include "server/api/topology_validation.h"
+
+namespace drape::api {
+namespace {
+
+Status Below(const FieldPath& path, const Status& status) {
+  if (status.violations().empty()) return status;
+  std::vector<FieldViolation> violations = status.violations();
+  for (FieldViolation& violation : violations) {
+    violation.field.insert(0, path.ToString() + ".");
+  }
+  return Status::InvalidFields(std::move(violations));
+}
+
+}  // namespace
+
+std::vector<ColliderMesh> ReadColliderMeshes(
+    const google::protobuf::RepeatedPtrField<v1::Collider>& colliders) {
+  std::vector<ColliderMesh> meshes;
+  for (int k = 0; k < colliders.size(); ++k) {
+    if (!colliders[k].has_mesh()) continue;
+    meshes.push_back({static_cast<size_t>(k), ToTriangleMesh(colliders[k].mesh())});
+  }
+  return meshes;
+}
+
+Result<std::vector<ColliderMap>> BuildColliderMaps(const FieldPath& path,
+                                                   std::span<const ColliderMesh> meshes,
+                                                   const ClosedMeshLimits& limits,
+                                                   const StopReason& stop_reason,
+                                                   DistanceMapCache& cache) {
+  std::vector<ColliderMap> maps;
+  for (const ColliderMesh& mesh : meshes) {
+    Result<std::shared_ptr<const DistanceMap>> map =
+        cache.Get(mesh.mesh, limits, [&stop_reason] { return !stop_reason().ok(); });
+    DRAPE_RETURN_IF_ERROR(stop_reason());
+    if (!map.ok()) return Below(path.At(mesh.collider), map.status());
+    maps.push_back({mesh.collider, std::move(map).value()});
+  }
+  return maps;
+}
+
+void SetMaps(std::span<const ColliderMap> maps, std::vector<Collider>& colliders) {
+  for (const ColliderMap& map : maps) {
+    std::get<DistanceMapCollider>(colliders[map.collider]).map = map.map;
+  }
+}
+
+}  // namespace drape::api

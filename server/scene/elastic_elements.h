@@ -1,0 +1,74 @@
+// What resists bending and shear at any step size: elements that a particle system is made of, and
+// how they share the masses of the particles (server/solver/README.md, "Elastic elements").
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/scene/mesh.h"
+
+namespace drape {
+
+// Stores stiffness / 2 (l - rest_length)^2 for L = sum of weights[k] p[particles[k]], whose weights
+// add up to 0, and l = |L|; for a rest length other than 0 l is negative where L points against
+// (p[1] - p[0]) x (p[3] - p[2]). Places that an element does not need have weight 0 and the
+// particle of the first place, which makes that product 0.
+struct ElasticElement {
+  std::array<uint32_t, 4> particles{};
+  std::array<double, 4> weights{};
+  double rest_length_m = 0;
+  double stiffness_n_per_m = 0;  // > 0
+  // 1, or 0 for no damping: how much of the speed of l an element loses that is far too fast for a
+  // substep. What is linear needs none, and has no direction to lose it along where it is flat.
+  double damping_share = 0;
+};
+
+// A spring.
+ElasticElement ShearDiagonal(uint32_t i, uint32_t j, double length_m, double stiffness_n_per_m);
+
+// Three particles in a row, `middle` between the others; `width_m` of a plate of rigidity B bends
+// there: l is the turning angle times the spacing.
+ElasticElement BendingRod(uint32_t before, uint32_t middle, uint32_t after, double spacing_m,
+                          double width_m, double rigidity_n_m);
+
+// The cell i j / k l of a plate of rigidity B and Poisson's ratio 0: 2 B / 2 times the square of
+// its twist per area.
+ElasticElement TwistCell(uint32_t i, uint32_t j, uint32_t k, uint32_t l, double area_m2,
+                         double rigidity_n_m);
+
+// The hinge between the triangles (i, j, k) and (i, j, l): l is twice the sine of half the angle
+// between them times the length of the edge, as in the isometric bending model (Bergou et al. 2006,
+// "A quadratic bending model for inextensible surfaces"), and the stiffness B over their area
+// (exact on equilateral triangles; Seung and Nelson 1988). At rest where it is at `positions_m`.
+ElasticElement Hinge(const std::array<uint32_t, 4>& ijkl,
+                     std::span<const Eigen::Vector3d> positions_m, double rigidity_n_m);
+
+// An element as one of its particles sees it.
+struct ElasticEnd {
+  uint32_t element = 0;
+  double weight = 0;
+};
+
+// The elements of particle i are the entries offsets[i] .. offsets[i + 1] of `ends`, ascending.
+struct ElasticShares {
+  std::vector<uint32_t> offsets;  // [particle_count + 1]
+  std::vector<ElasticEnd> ends;
+  // How fast an element alone would oscillate with the shares of its particles' masses that it
+  // claims [1/s^2], [element_count], and the mass of that oscillator [kg]: mass * frequency_sq is
+  // the stiffness. No particle is claimed for more than its mass, so that the motion of a particle
+  // is the mean, by these shares, of what its elements alone would do.
+  std::vector<double> frequencies_sq_per_s2;
+  std::vector<double> masses_kg;
+};
+
+// Small enough to have no effect, and large enough for single precision.
+inline constexpr double kMinElasticMass_kg = 1e-30;
+inline constexpr double kMaxElasticFrequencySq_per_s2 = 1e18;  // far above any 1 / substep^2
+
+// `inverse_masses_per_kg`: 0 for pins, which claim nothing. Linear time.
+ElasticShares ShareElasticElements(std::span<const double> inverse_masses_per_kg,
+                                   std::span<const ElasticElement> elements);
+
+}  // namespace drape

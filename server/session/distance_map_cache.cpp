@@ -1,0 +1,59 @@
+#include "server/session/distance_map_cache.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+#include <vector>
+
+namespace drape {
+namespace {
+
+// Between two looks whether anybody still wants the map that another thread builds.
+constexpr std::chrono::milliseconds kPatience{50};
+
+}  // namespace
+
+std::shared_ptr<const DistanceMap> DistanceMapCache::FindLive(uint64_t hash,
+                                                              const TriangleMesh& mesh) const {
+  const auto [begin, end] = maps_.equal_range(hash);
+  for (auto entry = begin; entry != end; ++entry) {
+    std::shared_ptr<const DistanceMap> map = entry->second.lock();
+    if (map != nullptr && SameContent(map->mesh(), mesh)) return map;
+  }
+  return nullptr;
+}
+
+Result<std::shared_ptr<const DistanceMap>> DistanceMapCache::Get(
+    const TriangleMesh& mesh, const ClosedMeshLimits& limits,
+    const std::function<bool()>& is_cancelled) {
+  const uint64_t hash = DistanceMapHash(mesh, {});
+  {
+    std::unique_lock lock(mutex_);
+    while (building_.contains(hash)) {
+      is_built_.wait_for(lock, kPatience);
+      if (is_cancelled()) {
+        return Status(StatusCode::kCancelled, "CANCELLED", "nobody waits for the map any more");
+      }
+    }
+    if (std::shared_ptr<const DistanceMap> map = FindLive(hash, mesh)) return map;
+    building_.insert(hash);
+  }
+  Result<std::shared_ptr<const DistanceMap>> map =
+      DistanceMap::Build(mesh, {}, limits, is_cancelled);
+  {
+    const std::lock_guard lock(mutex_);
+    building_.erase(hash);
+    std::erase_if(maps_, [](const auto& entry) { return entry.second.expired(); });
+    if (map.ok()) maps_.emplace(hash, *map);
+  }
+  is_built_.notify_all();
+  return map;
+}
+
+size_t DistanceMapCache::size() const {
+  const std::lock_guard lock(mutex_);
+  return static_cast<size_t>(std::count_if(
+      maps_.begin(), maps_.end(), [](const auto& entry) { return !entry.second.expired(); }));
+}
+
+}  // namespace drape

@@ -1,0 +1,149 @@
+#include "server/solver/cpu/contacts.h"
+
+#include <cmath>
+#include <span>
+
+#include "server/solver/cpu/collider_surface.h"
+#include "server/solver/cpu/constraint_math.h"
+
+namespace drape::cpu {
+namespace {
+
+// The colliders as a list of surfaces, of one type or the other.
+template <class Function>
+auto WithSurfaces(const StepContext& context, const Function& function) {
+  if (context.scratch.surfaces.empty()) {
+    return function(std::span<const FloatCollider>(context.controls.colliders));
+  }
+  return function(std::span<const MovingSurface>(context.scratch.surfaces));
+}
+
+// Relative to the surface where the particle is.
+template <class Surface>
+Lanes VelocityBefore(const Surface& surface, Lanes p, Lanes v) {
+  if constexpr (Surface::kMoves) return v - surface.VelocityAtStart(p);
+  return v;
+}
+
+// From positions and velocities before the substep.
+template <class Surface>
+void PredictContactsOf(const StepContext& context, std::span<const Surface> surfaces) {
+  const FloatControls& controls = context.controls;
+  StepScratch& scratch = context.scratch;
+  for (const uint32_t i : context.model.free_particles) {
+    const Lanes p = scratch.state.positions[i];
+    for (size_t k = 0; k < surfaces.size(); ++k) {
+      const Gap gap = surfaces[k].GapAtStart(p);
+      ContactImpulses& contact = scratch.contacts[i * surfaces.size() + k];
+      contact = {Lanes{}, 0, ContactFloor(gap.gap, controls.depenetration_distance), 0};
+      if (!controls.has_restitution) continue;
+      const Lanes v = VelocityBefore(surfaces[k], p, scratch.state.velocities[i]);
+      contact.rebound =
+          ReboundSpeed(gap, v, controls.gravity, controls.restitution, controls.slowest_rebound);
+    }
+  }
+}
+
+// One particle against one collider. Returns whether it changed u.
+template <class Surface>
+bool SolveContact(const FloatControls& controls, const Surface& surface, Lanes p,
+                  ContactImpulses& contact, Lanes& u) {
+  bool changed = false;
+  const Gap at_end = surface.GapAtEnd(p + controls.h * u);
+  const float normal_impulse =
+      ContactImpulse(contact.normal, at_end.gap - contact.floor, controls.inverse_h);
+  const float change = normal_impulse - contact.normal;
+  // Changes within the tolerance are applied too, but do not keep the sweeps going: in short
+  // substeps friction consists of nothing else.
+  u += change * at_end.normal;
+  contact.normal = normal_impulse;
+  changed |= controls.h * std::fabs(change) > controls.contact_tolerance;
+  const bool has_tangent = Dot(contact.tangent, contact.tangent) > 0;
+  if (controls.friction_static > 0 && (contact.normal > 0 || has_tangent)) {
+    Lanes relative = u;
+    if constexpr (Surface::kMoves) relative -= surface.MeanVelocity(p);
+    const Lanes tangent =
+        FrictionImpulse(contact.tangent, Tangential(relative, at_end.normal), contact.normal,
+                        controls.friction_static, controls.friction_dynamic);
+    const Lanes tangent_change = tangent - contact.tangent;
+    u += tangent_change;
+    contact.tangent = tangent;
+    changed |= controls.h * Length(tangent_change) > controls.contact_tolerance;
+  }
+  return changed;
+}
+
+template <class Surface>
+bool SolveContactsOf(const StepContext& context, std::span<const Surface> surfaces) {
+  StepScratch& scratch = context.scratch;
+  bool changed = false;
+  if (surfaces.empty()) return changed;
+  for (const uint32_t i : context.model.free_particles) {
+    for (size_t k = 0; k < surfaces.size(); ++k) {
+      changed |=
+          SolveContact(context.controls, surfaces[k], scratch.state.positions[i],
+                       scratch.contacts[i * surfaces.size() + k], scratch.state.velocities[i]);
+    }
+  }
+  return changed;
+}
+
+// Of a particle at p, relative to the surface.
+Lanes CorrectContactVelocity(const FloatControls& controls, const ContactImpulses& contact, Lanes n,
+                             Lanes v) {
+  if (contact.rebound > 0) {
+    return VelocityAfterHit(v, n, contact.rebound, controls.friction_static,
+                            controls.friction_dynamic);
+  }
+  return VelocityAfterContact(v, n, controls.friction_static, controls.friction_dynamic);
+}
+
+template <class Surface>
+void CorrectVelocityOf(const StepContext& context, std::span<const Surface> surfaces) {
+  const FloatControls& controls = context.controls;
+  if (context.substep.is_two_step) return;
+  const float damping_factor = context.substep.damping_factor;
+  FloatState& state = context.scratch.state;
+  if (surfaces.empty() && damping_factor == 1) return;
+  for (const uint32_t i : context.model.free_particles) {
+    const Lanes p = state.positions[i];
+    Lanes v = state.velocities[i];
+    for (size_t k = 0; k < surfaces.size(); ++k) {
+      const ContactImpulses& contact = context.scratch.contacts[i * surfaces.size() + k];
+      if (!(contact.normal > 0)) continue;
+      const Lanes n = surfaces[k].GapAtEnd(p).normal;
+      if constexpr (Surface::kMoves) {
+        const Lanes of_surface = surfaces[k].VelocityAtEnd(p);
+        v = of_surface + CorrectContactVelocity(controls, contact, n, v - of_surface);
+      } else {
+        v = CorrectContactVelocity(controls, contact, n, v);
+      }
+    }
+    state.velocities[i] = v * damping_factor;
+  }
+}
+
+}  // namespace
+
+void PredictContacts(const StepContext& context) {
+  WithSurfaces(context, [&](auto surfaces) { PredictContactsOf(context, surfaces); });
+}
+
+bool SolveContacts(const StepContext& context) {
+  return WithSurfaces(context, [&](auto surfaces) { return SolveContactsOf(context, surfaces); });
+}
+
+void CorrectVelocity(const StepContext& context) {
+  WithSurfaces(context, [&](auto surfaces) { CorrectVelocityOf(context, surfaces); });
+}
+
+void PlaceColliders(const StepContext& context, double begin_s, double end_s) {
+  std::vector<MovingSurface>& surfaces = context.scratch.surfaces;
+  surfaces.clear();
+  for (size_t k = 0; k < context.collider_motions.size(); ++k) {
+    surfaces.emplace_back(context.controls.colliders[k], context.collider_motions[k], begin_s,
+                          end_s);
+  }
+}
+
+}  // namespace drape::cpu

@@ -1,0 +1,63 @@
+#include "server/solver/cpu_reference/reference_elastic.h"
+
+#include <algorithm>
+
+#include "server/solver/solver_constants.h"
+
+namespace drape {
+
+using Eigen::Vector3d;
+
+namespace {
+
+// The sum of weights[k] x[particles[k]], from differences, as the weights add up to 0.
+Vector3d WeightedSum(const ElasticElement& element, const std::vector<Vector3d>& x) {
+  Vector3d sum = Vector3d::Zero();
+  for (size_t k = 1; k < 4; ++k) {
+    sum += element.weights[k] * (x[element.particles[k]] - x[element.particles[0]]);
+  }
+  return sum;
+}
+
+// Impulse along L of an oscillator of mass m and frequency omega that the substep of length h
+// follows as far as it can: all of its force and none of its damping where h omega is small.
+double ElasticImpulse(double mass, double frequency_sq, double damping_share, double deflection,
+                      double speed, double duration, double h) {
+  const double ratio = std::min(h * h * frequency_sq, kMaxElasticRatio);
+  const double damping = damping_share * ratio * ratio / (1 + ratio * ratio) / h;
+  return -mass * duration * (std::min(frequency_sq, 1 / (h * h)) * deflection + damping * speed);
+}
+
+}  // namespace
+
+ElasticDeflection DeflectionOf(const ElasticElement& element,
+                               const std::vector<Vector3d>& positions_m) {
+  const Vector3d l = WeightedSum(element, positions_m);
+  const double length = l.norm();
+  if (length < kMinDirectionLength_m) return {};
+  const auto& [i, j, a, b] = element.particles;
+  const Vector3d normal = (positions_m[j] - positions_m[i]).cross(positions_m[b] - positions_m[a]);
+  const double rest_length = l.dot(normal) < 0 ? -element.rest_length_m : element.rest_length_m;
+  return {length - rest_length, l / length};
+}
+
+std::vector<Vector3d> ElasticVelocityChanges(const SceneModel& model, const ParticleState& state,
+                                             double duration_s, double substep_s) {
+  std::vector<Vector3d> changes(model.particle_count(), Vector3d::Zero());
+  const ElasticShares& shares = model.elastic_shares();
+  for (uint32_t e = 0; e < model.elastic_count(); ++e) {
+    const ElasticElement& element = model.elastic_elements()[e];
+    const auto [deflection, direction] = DeflectionOf(element, state.positions_m);
+    const double speed = WeightedSum(element, state.velocities_m_per_s).dot(direction);
+    const Vector3d impulse =
+        direction * ElasticImpulse(shares.masses_kg[e], shares.frequencies_sq_per_s2[e],
+                                   element.damping_share, deflection, speed, duration_s, substep_s);
+    for (size_t k = 0; k < 4; ++k) {
+      const uint32_t i = element.particles[k];
+      changes[i] += model.inverse_masses_per_kg()[i] * element.weights[k] * impulse;
+    }
+  }
+  return changes;
+}
+
+}  // namespace drape

@@ -1,0 +1,26 @@
+// Forces of elastic elements: bending and shear. Pure functions.
+#pragma once
+
+#include <vector>
+
+#include "server/scene/particle_state.h"
+#include "server/scene/scene_model.h"
+
+namespace drape {
+
+// How far the element e is from rest, l - rest length [m], and the unit vector along L, 0 where it
+// has none.
+struct ElasticDeflection {
+  double deflection_m = 0;
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();
+};
+ElasticDeflection DeflectionOf(const ElasticElement& element,
+                               const std::vector<Eigen::Vector3d>& positions_m);
+
+// Change of velocity of every particle by the elastic elements within `duration_s`, part of a
+// substep of `substep_s` [m/s], [particle_count]; 0 for pins.
+std::vector<Eigen::Vector3d> ElasticVelocityChanges(const SceneModel& model,
+                                                    const ParticleState& state, double duration_s,
+                                                    double substep_s);
+
+}  // namespace drape

@@ -1,0 +1,44 @@
+// Stage `apply_elastic`. Two phases, so that all impulses come from the same velocities: the impulses of
+// the elements, then the sums of the particles. Needs the accessors of one plan.
+#include "stages/elastic_element.glsl"
+#include "stages/kick.glsl"
+
+// The impulse along L of element e [N s]; none where L has no direction.
+void StoreElasticImpulse(uint e, uint place, float seconds) {
+  ElasticElement element = LoadElement(e);
+  uvec4 i = element.particles;
+  Differences d = DifferencesFrom(KickPosition(i.x, place), KickPosition(i.y, place),
+                                  KickPosition(i.z, place), KickPosition(i.w, place));
+  vec3 l = WeightedSum(element.weights, d);
+  float len = Length(l);
+  vec3 impulse = vec3(0.0);
+  if (len >= MIN_DIRECTION_LENGTH) {
+    float speed = 0.0;
+    if (element.damping_share > 0.0) {
+      Differences rates = DifferencesFrom(Velocity(i.x), Velocity(i.y), Velocity(i.z), Velocity(i.w));
+      precise float speed_along = Dot(WeightedSum(element.weights, rates), l) / len;
+      speed = speed_along;
+    }
+    precise float per_length =
+        ElasticImpulse(element, ElasticDeflection(l, d, element.rest_length), speed, seconds, cloth.h,
+                       cloth.inverse_h) /
+        len;
+    precise vec3 along = per_length * l;
+    impulse = along;
+  }
+  SetScratchVector(cloth.elastic_impulses + 3u * e, impulse);
+}
+
+// v += w * the impulses of the elements of i times its weights in them, in ascending order; pins are moved by
+// their targets alone.
+void ApplyElasticImpulses(uint i) {
+  if (InverseMass(i) == 0.0) return;
+  uint end = models[cloth.elastic_offsets + i + 1u];
+  precise vec3 impulse = vec3(0.0);
+  for (uint k = models[cloth.elastic_offsets + i]; k < end; ++k) {
+    uint word = cloth.elastic_ends + DRAPE_ELASTIC_END_WORDS * k;
+    impulse = AddScaled(impulse, ModelFloat(word + 1u),
+                        ScratchVector(cloth.elastic_impulses + 3u * models[word]));
+  }
+  SetVelocity(i, AddScaled(Velocity(i), InverseMass(i), impulse));
+}

@@ -1,0 +1,19 @@
+// How fast particles leave the colliders that they hit, kept in Scratch from `predict` to
+// `correct_velocity`. Needs the accessors of one plan.
+#include "stages/collider_surface.glsl"
+
+#ifdef HAS_RESTITUTION
+uint ReboundWord(uint collider, uint i) {
+  return cloth.rebounds + collider * cloth.particle_count + i;
+}
+
+// From position and velocity before the substep.
+void StoreRebounds(uint i) {
+  for (uint c = 0u; c < cloth.collider_count; ++c) {
+    Surface surface = LoadSurface(c);
+    vec3 v = RelativeAtStart(surface, Position(i), Velocity(i));
+    scratch[ReboundWord(c, i)] = ReboundSpeed(GapAtStart(surface, Position(i)), v, cloth.gravity.xyz,
+                                              cloth.restitution, cloth.slowest_rebound);
+  }
+}
+#endif

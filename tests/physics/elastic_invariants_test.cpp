@@ -1,0 +1,140 @@
+// What elements of bending and shear keep at any strength and step: momentum, angular momentum, and
+// that they give no energy.
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "tests/physics/preset_test.h"
+
+namespace drape::test {
+namespace {
+
+using Eigen::Vector3d;
+
+// Edges so soft that they do nothing.
+constexpr double kNoStretching_m_per_n = 1e12;
+
+struct Sums {
+  Vector3d momentum = Vector3d::Zero();
+  Vector3d angular = Vector3d::Zero();
+  double kinetic_j = 0;
+};
+
+Sums SumsOf(const SceneModel& model, const ParticleState& state) {
+  Sums sums;
+  for (uint32_t i = 0; i < model.particle_count(); ++i) {
+    const Vector3d p = model.masses_kg()[i] * state.velocities_m_per_s[i];
+    sums.momentum += p;
+    sums.angular += state.positions_m[i].cross(p);
+    sums.kinetic_j += p.dot(state.velocities_m_per_s[i]) / 2;
+  }
+  return sums;
+}
+
+// A grid of both elements, and a mesh that is curved at rest; crumpled, moving, free, weightless.
+Scene Crumpled(bool is_mesh, double strength) {
+  ModelDescription description;
+  if (is_mesh) {
+    TriangleMesh mesh;
+    constexpr uint32_t kSide = 6;
+    for (uint32_t i = 0; i < kSide * kSide; ++i) {
+      const double x = i % kSide * 0.1, z = i / kSide * 0.1;
+      mesh.positions_m.emplace_back(x, 0.3 * x * x + 0.1 * std::sin(7 * z), z);
+      if (i % kSide + 1 == kSide || i / kSide + 1 == kSide) continue;
+      mesh.triangles.push_back({i, i + kSide, i + 1});
+      mesh.triangles.push_back({i + 1, i + kSide, i + kSide + 1});
+    }
+    description.topology = mesh;
+  } else {
+    description.topology = GridTopology{7, 5, 0.6, 0.4};
+    description.material.shear_modulus_n_per_m = 1e3 * strength;
+  }
+  description.material.stretch_compliance_m_per_n = kNoStretching_m_per_n;
+  description.material.bending_rigidity_n_m = strength;
+  Scene scene;
+  scene.name = is_mesh ? "mesh" : "grid";
+  scene.model = BuildModel(description);
+  scene.state = RestState(*scene.model);
+  scene.parameters.gravity_m_per_s2.setZero();
+  for (Vector3d& p : scene.state.positions_m) {
+    p.y() += 0.03 * std::sin(23 * p.x() + 31 * p.z());
+    p.x() += 0.01 * std::cos(17 * p.z());
+  }
+  Stir(scene, 0.5);
+  return scene;
+}
+
+class ElasticInvariants : public PhysicsTest {};
+
+// All impulses of an element add up to 0 and lie along L, the weighted sum of their places: neither
+// momentum nor angular momentum. ONE_STEP, as two steps keep neither exactly for anything. Each
+// impulse is rounded a few times relative to its size, at most (stiffness) h l at a weight of 2;
+// the largest of l, of a rounding of positions, is bounded by the speeds that come of it.
+TEST_P(ElasticInvariants, MomentumAndAngularMomentum) {
+  for (const bool is_mesh : {false, true}) {
+    for (const double strength : {1e-4, 1.0, 1e6}) {
+      Scene scene = Crumpled(is_mesh, strength);
+      SCOPED_TRACE(scene.name + " " + std::to_string(strength));
+      scene.parameters.settings = SingleSubstep(1.0 / 240);
+      constexpr uint32_t kSteps = 20;
+      const ClothHandle cloth = Make(scene);
+      const Sums before = SumsOf(*scene.model, scene.state);
+      double fastest = 0;
+      for (uint32_t step = 0; step < kSteps; ++step) {
+        const StepReport report = StepAlone(backend(), cloth, scene);
+        EXPECT_EQ(report.fault, FaultReason::kNone);
+        EXPECT_EQ(report.warnings.elastic_beyond_limit, strength >= 1);
+        for (const Vector3d& v : ReadState(backend(), cloth).velocities_m_per_s) {
+          fastest = std::max(fastest, v.norm());
+        }
+      }
+      const Sums after = SumsOf(*scene.model, ReadState(backend(), cloth));
+      // Two kicks per step, 60 roundings of a change of velocity of at most 2 `fastest` on each of
+      // at most 30 elements of a particle; places are within 1 m.
+      const double mass = scene.model->masses_kg()[0] * scene.model->particle_count() * 2;
+      const double bound = kSteps * 2 * 60 * round_off() * 2 * fastest * mass;
+      EXPECT_LE((after.momentum - before.momentum).norm(), bound);
+      EXPECT_LE((after.angular - before.angular).norm(), bound);
+    }
+  }
+}
+
+class ElasticEnergy : public PresetTest {};
+
+// A flat sheet has no elastic energy and gets all of it from its motion. Whatever the strength and
+// the step: where the elements are limited to h^2 omega^2 <= 1, the Verlet steps of the linear ones
+// keep v.v / 2 + p.K p' / 2 (p, p' before and after a drift), at least v.v (1 - 1/4) / 2: the
+// kinetic energy never exceeds 4/3 of what it was. Two steps and the damping of diagonals only
+// take.
+TEST_P(ElasticEnergy, AbsurdStrengthGivesNoEnergy) {
+  for (const double rigidity : {1e-3, 1.0, 1e6}) {
+    for (const double shear : {0.0, 1e3, 1e15}) {
+      for (const uint32_t substeps : {1u, 7u}) {
+        SCOPED_TRACE(std::to_string(rigidity) + " N m, " + std::to_string(shear) + " N/m, " +
+                     std::to_string(substeps));
+        Scene scene = Grid(9, 8, 0.8, 0.7, {},
+                           {.bending_rigidity_n_m = rigidity, .shear_modulus_n_per_m = shear});
+        Stir(scene, 2);
+        scene.parameters.gravity_m_per_s2.setZero();
+        scene.parameters.settings = PresetSettings(preset());
+        scene.parameters.settings.substeps = substeps;
+        const double before = SumsOf(*scene.model, scene.state).kinetic_j;
+        double largest = 0;
+        const ClothHandle cloth = Make(scene);
+        for (uint32_t step = 0; step < 60; ++step) {
+          EXPECT_EQ(StepAlone(backend(), cloth, scene).fault, FaultReason::kNone);
+          largest = std::max(largest,
+                             SumsOf(*scene.model, ReadState(backend(), cloth)).kinetic_j / before);
+        }
+        EXPECT_LE(largest, 4.0 / 3);
+      }
+    }
+  }
+}
+
+}  // namespace
+
+DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(ElasticInvariants);
+DRAPE_PRESET_TEST_ON_EVERY_BACKEND(ElasticEnergy);
+
+}  // namespace drape::test

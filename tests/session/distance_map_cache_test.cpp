@@ -1,0 +1,88 @@
+#include "server/session/distance_map_cache.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+#include <vector>
+
+#include "tests/support/solids/solids.h"
+
+namespace drape {
+namespace {
+
+const std::function<bool()> kGoOn = [] { return false; };
+
+// Small enough to be sampled in a moment at the default resolution: a slab of few cells' height.
+TriangleMesh Slab(double length_m = 1) {
+  return test::BoxMesh({0, 0, 0}, {length_m, 0.02, 0.3});
+}
+
+TEST(DistanceMapCache, EqualMeshesShareOneMap) {
+  DistanceMapCache cache;
+  const auto first = cache.Get(Slab(), {}, kGoOn).value();
+  EXPECT_EQ(cache.Get(Slab(), {}, kGoOn).value(), first);
+  EXPECT_NE(cache.Get(Slab(1.5), {}, kGoOn).value(), first);
+}
+
+TEST(DistanceMapCache, ItHoldsNothingAlive) {
+  DistanceMapCache cache;
+  {
+    const auto map = cache.Get(Slab(), {}, kGoOn).value();
+    EXPECT_EQ(cache.size(), 1u);
+  }
+  EXPECT_EQ(cache.size(), 0u);
+  EXPECT_TRUE(cache.Get(Slab(), {}, kGoOn).ok());
+}
+
+TEST(DistanceMapCache, ManyThreadsGetTheMapThatOneOfThemBuilds) {
+  DistanceMapCache cache;
+  std::vector<std::shared_ptr<const DistanceMap>> maps(4);
+  std::vector<std::thread> threads;
+  for (auto& map : maps) {
+    threads.emplace_back([&] { map = cache.Get(Slab(), {}, kGoOn).value(); });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const auto& map : maps) EXPECT_EQ(map, maps[0]);
+}
+
+TEST(DistanceMapCache, AnErrorIsEverybodysOwn) {
+  DistanceMapCache cache;
+  TriangleMesh open = Slab();
+  open.triangles.pop_back();
+  EXPECT_EQ(cache.Get(open, {}, kGoOn).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(cache.Get(open, {}, kGoOn).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(cache.size(), 0u);
+}
+
+TEST(DistanceMapCache, ACancelledBuildLeavesRoomForTheNext) {
+  DistanceMapCache cache;
+  std::atomic<int> asked = 0;
+  const auto cancelled = cache.Get(Slab(), {}, [&] { return ++asked > 3; });
+  EXPECT_EQ(cancelled.status().code(), StatusCode::kCancelled);
+  EXPECT_EQ(asked, 4) << "it stops at once";
+  EXPECT_TRUE(cache.Get(Slab(), {}, kGoOn).ok());
+}
+
+// The second one waits for a build that lasts until it is told to end, and gives up.
+TEST(DistanceMapCache, WhoWaitsMayGiveUp) {
+  DistanceMapCache cache;
+  std::atomic<bool> is_building = false, ends = false;
+  std::thread builder([&] {
+    EXPECT_FALSE(cache
+                     .Get(Slab(), {},
+                          [&] {
+                            is_building = true;
+                            while (!ends) std::this_thread::yield();
+                            return true;
+                          })
+                     .ok());
+  });
+  while (!is_building) std::this_thread::yield();
+  EXPECT_EQ(cache.Get(Slab(), {}, [] { return true; }).status().code(), StatusCode::kCancelled);
+  ends = true;
+  builder.join();
+}
+
+}  // namespace
+}  // namespace drape
