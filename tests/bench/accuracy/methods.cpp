@@ -23,7 +23,9 @@ constexpr Family kFamilies[] = {
      "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=false twist_damping_per_s=0"},
     {"colours + tethers",
      "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=true twist_damping_per_s=0"},
-    {"two steps", "integration=TWO_STEP sweep=COLOURS use_tethers=false twist_damping_per_s=0"},
+    {"start directions + colours",
+     "integration=ONE_STEP direction=BLENDED sweep=COLOURS use_tethers=false "
+     "twist_damping_per_s=0"},
     {"strips",
      "integration=ONE_STEP direction=AT_END sweep=STRIPS use_tethers=false twist_damping_per_s=0"},
     {"start directions + strips",
