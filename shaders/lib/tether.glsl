@@ -3,17 +3,27 @@
 #ifndef DRAPE_LIB_TETHER_GLSL_
 #define DRAPE_LIB_TETHER_GLSL_
 
+#include "lib/direction.glsl"
 #include "lib/vector.glsl"
 
 // u of the particle, for d [m] from the pin to it as predicted at the end of the substep: where |d| is
 // beyond `reach` [m] the excess is taken off within h. Bender et al. 2009, section 3.2, for the
-// inequality reach - |d| >= 0 and a pin of inverse mass 0. u [m/s], inverse_h [1/s].
-vec3 TetheredVelocity(vec3 u, vec3 d, float reach, float inverse_h) {
+// inequality reach - |d| >= 0 and a pin of inverse mass 0. `start` is d at the start of the substep and
+// `end_share` that of an impulse's direction at its end; both only with start directions. u [m/s],
+// inverse_h [1/s].
+vec3 TetheredVelocity(vec3 u, vec3 start, vec3 d, float reach, float inverse_h, float end_share) {
   float length_d = Length(d);
   if (length_d <= reach) return u;
   precise float speed = (length_d - reach) * inverse_h;
+#ifdef HAS_START_DIRECTIONS
+  vec3 n_end = Direction(d, length_d, vec3(1.0, 0.0, 0.0));
+  ImpulseLine line = BlendDirections(start, n_end, end_share);
+  precise float scale = speed / line.slope;
+  return AddScaled(u, -scale, line.direction);
+#else
   precise float speed_per_length = speed / length_d;
   return AddScaled(u, -speed_per_length, d);
+#endif
 }
 
 #endif

@@ -12,7 +12,8 @@ void ApplyTethers(uint i) {
     precise vec3 position_difference = p - Position(pin);
     precise vec3 velocity_difference = u - Velocity(pin);
     vec3 d = AddScaled(position_difference, substep.interval, velocity_difference);
-    u = TetheredVelocity(u, d, reach, substep.inverse_interval);
+    u = TetheredVelocity(u, position_difference, d, reach, substep.inverse_interval,
+                         cloth.end_share);
   }
   if (InverseMass(i) != 0.0) SetVelocity(i, u);
 }

@@ -31,17 +31,20 @@ TEST_P(DirectionTest, StartDirectionsAreOfSecondOrderBesideAFarCollider) {
   const PlanarChain start = StraightChain(5, 0.2, 0.1, 1.2);
   PlanarChain exact = start;
   exact.AdvanceConverged(0.5, 1e-11);
-  std::array<double, 3> errors{};
-  uint32_t substeps = 120;
-  for (double& error : errors) {
-    Scene scene = SceneOf(start);
-    scene.parameters.colliders = {PlaneCollider{{0, -9, 0}, {0, 1, 0}}};
-    scene.parameters.settings = SchemeSettings(Preset::kAccurate, 0.5, substeps, 60);
-    ASSERT_EQ(ChooseSolver(*scene.model, scene.parameters, false).end_share, 0);
-    error = FindWorst(StateAfter(scene).positions_m, exact.Positions_m()).distance;
-    substeps *= 2;
+  for (const bool has_tethers : {false, true}) {
+    std::array<double, 3> errors{};
+    uint32_t substeps = 120;
+    for (double& error : errors) {
+      Scene scene = SceneOf(start);
+      scene.parameters.colliders = {PlaneCollider{{0, -9, 0}, {0, 1, 0}}};
+      scene.parameters.settings = SchemeSettings(Preset::kAccurate, 0.5, substeps, 60);
+      scene.parameters.settings.use_tethers = has_tethers;
+      ASSERT_EQ(ChooseSolver(*scene.model, scene.parameters, false).end_share, 0);
+      error = FindWorst(StateAfter(scene).positions_m, exact.Positions_m()).distance;
+      substeps *= 2;
+    }
+    ExpectOrder(errors, 2, Rounding(substeps / 2));
   }
-  ExpectOrder(errors, 2, Rounding(substeps / 2));
 }
 
 // An impulse along p_j - p_i at the start of the substep has no moment about any point, so angular

@@ -121,6 +121,21 @@ void Predict(const StepContext& context) {
   context.scratch.joint_impulses.assign(model.joints.size(), Lanes{});
 }
 
+// Four tethers along the start of the substep: `speeds` [m/s] are to be taken off their lengths,
+// `n_end` are the directions at its end.
+void PullAlongStarts(const StepContext& context, const TetherGroup& group, const LaneVectors& n_end,
+                     Lanes speeds) {
+  const Lanes* const p = context.scratch.state.positions.data();
+  Lanes start[kLaneCount];
+  for (uint32_t k = 0; k < kLaneCount; ++k) start[k] = p[group.particle[k]] - p[group.pin[k]];
+  const auto lines = BlendDirections(Transpose(start[0], start[1], start[2], start[3]), n_end,
+                                     Splat(context.controls.end_share));
+  const auto n = Transpose(lines.n);
+  const Lanes scale = speeds / lines.slope;
+  Lanes* const u = context.scratch.state.velocities.data();
+  for (uint32_t k = 0; k < kLaneCount; ++k) u[group.particle[k]] -= scale[k] * n[k];
+}
+
 // No particle ends the substep farther from a pin than the cloth between them is long
 // (scene/tethers.h).
 void ApplyTethers(const StepContext& context) {
@@ -139,6 +154,10 @@ void ApplyTethers(const StepContext& context) {
     if (!IsAnyLaneSet(is_taut)) continue;
     const Lanes length = Sqrt(length_sq);
     const Lanes speed = TetherSpeed(length, group.length, context.substep.inverse_interval);
+    if (context.controls.has_start_directions()) {
+      PullAlongStarts(context, group, Directions(t, length), is_taut ? speed : Lanes{});
+      continue;
+    }
     const Lanes speed_per_length = is_taut ? speed / length : Lanes{};
     for (uint32_t k = 0; k < kLaneCount; ++k) u[group.particle[k]] -= speed_per_length[k] * d[k];
   }

@@ -202,7 +202,9 @@ class ReferenceStep {
         const auto [pin, reach] = model_.tethers()[t];
         const Vector3d d = PredictedDifference(pin, i);
         const double excess = d.norm() - reach;
-        if (excess > 0) u_[i] -= d.normalized() * (excess / h_);
+        if (!(excess > 0)) continue;
+        const auto [n, slope] = BlendDirections(base_[i] - base_[pin], d, solver_.end_share);
+        u_[i] -= n * (excess / h_ / slope);
       }
     }
   }

@@ -104,6 +104,8 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   distance.has_two_steps = all.has_two_steps;
   KernelVariant timed = plain;
   timed.has_two_steps = all.has_two_steps;
+  KernelVariant tether = timed;
+  tether.has_start_directions = all.has_start_directions;
   distance.has_inequalities = all.has_inequalities;
   distance.has_own_lengths = all.has_own_lengths;
   KernelVariant joints = tolerance;
@@ -142,7 +144,7 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
       Wanted{true, "tiled_predict", predict, &kernels.tiled_predict},
       Wanted{all.has_twist, "tiled_twist_changes", timed, &kernels.tiled_twist_changes},
       Wanted{all.has_twist, "tiled_apply_twist", timed, &kernels.tiled_apply_twist},
-      Wanted{all.has_tethers, "tiled_tether", timed, &kernels.tiled_tether},
+      Wanted{all.has_tethers, "tiled_tether", tether, &kernels.tiled_tether},
       Wanted{all.has_tolerance, "tiled_begin_sweeps", plain, &kernels.tiled_begin_sweeps},
       Wanted{all.has_strips, "tiled_solve_strips", distance, &kernels.tiled_solve_strips},
       Wanted{all.has_colours, "tiled_solve_distance", distance, &kernels.tiled_solve_distance},
