@@ -26,13 +26,18 @@ void StateStreamReactor::OnReadDone(bool ok) {
 void StateStreamReactor::OnWriteDone(bool ok) {
   const std::lock_guard lock(mutex_);
   is_writing_ = false;
-  if (!ok) return Close(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
+  if (!ok) return LoseClient();
   if (!frames_.front().chunker.has_next()) frames_.pop_front();
   WriteNext();
 }
 
 void StateStreamReactor::OnCancel() {
   const std::lock_guard lock(mutex_);
+  LoseClient();
+}
+
+void StateStreamReactor::LoseClient() {
+  is_broken_ = true;
   Close(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
 }
 
@@ -111,9 +116,8 @@ void StateStreamReactor::Close(const Status& status) {
 
 void StateStreamReactor::WriteNext() {
   if (is_writing_ || is_ended_) return;
-  // A frame that was begun is completed unless the client has gone.
-  const bool is_gone = ending_ && ending_->code() == StatusCode::kCancelled;
-  if (frames_.empty() || is_gone) {
+  // A frame that was begun is completed unless the client has gone, whatever ended the stream.
+  if (frames_.empty() || is_broken_) {
     if (!ending_) return;
     is_ended_ = true;
     frames_.clear();

@@ -42,6 +42,7 @@ class StateStreamReactor final
   Status Take(const v1::StreamStatesRequest& request);
   Status Subscribe(const v1::StreamStatesRequest::Subscribe& request);
   void Close(const Status& status);
+  void LoseClient();
   void WriteNext();
 
   const ServiceContext& context_;
@@ -56,7 +57,8 @@ class StateStreamReactor final
   std::deque<Frame> frames_;      // to be written, oldest first
   std::optional<Status> ending_;  // set once: no more frames are taken
   bool is_writing_ = false;
-  bool is_ended_ = false;  // Finish was called
+  bool is_broken_ = false;  // the client has gone: nothing more can be written
+  bool is_ended_ = false;   // Finish was called
 };
 
 }  // namespace drape::api

@@ -1,5 +1,6 @@
 // Streams: pipelined steps, chunks, frames against credits, and clients that vanish.
 #include <gmock/gmock.h>
+#include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -138,6 +139,31 @@ TEST_F(Streams, AClientThatVanishesFromStreamStatesFreesItsSession) {
   }
   EXPECT_EQ(ReasonOf(status), "SESSION_EXPIRED");
   EXPECT_EQ(cloth_count, 0u);
+}
+
+// The server has begun to end the stream when its client goes: of the frame under way, larger than
+// what is sent unasked, nothing more can be written.
+TEST_F(Streams, AClientThatVanishesAfterItsLastMessageHarmsNobody) {
+  const Ids ids = Create(*stub_, HangingSheet(session_, 128));
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  // Else what is sent unasked follows the speed of the connection.
+  arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  const auto stub = v1::SimulationService::NewStub(
+      grpc::CreateCustomChannel(server_.Address(), grpc::InsecureChannelCredentials(), arguments));
+  for (int k = 0; k < 10; ++k) {
+    grpc::ClientContext context;
+    const auto stream = stub->StreamStates(&context);
+    ASSERT_TRUE(stream->Write(Subscription(1))) << server_.Log();
+    stream->WaitForInitialMetadata();  // leaves the server with the frame
+    stream->WritesDone();
+    std::this_thread::sleep_for(milliseconds(50));  // it has arrived
+    context.TryCancel();
+    EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  }
+  std::this_thread::sleep_for(milliseconds(100));  // what it does when it finds out
+  ASSERT_TRUE(server_.is_running()) << server_.Log();
+  EXPECT_EQ(Step(*stub_, StepsOf(session_, ids, 1)).steps(0), 1u);
 }
 
 TEST_F(Streams, FramesComeAgainstCreditsAndTheLatestWins) {
