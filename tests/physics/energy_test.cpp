@@ -13,9 +13,10 @@ constexpr double kG = 9.81;
 constexpr double kDuration_s = 10;
 constexpr double kAngle_rad = 2;
 
-// The bar for ACCURATE once it is of second order, and for chains, which at these steps lose less
-// than a pendulum at 2 rad, for any scheme of second order.
-constexpr double kLargestDrift = 0.03;
+// The bar for ACCURATE: what is asked of it, not what follows from the scheme (README.md has what
+// is measured). Chains, which at these steps lose less than a pendulum at 2 rad, meet it under any
+// scheme of second order.
+constexpr double kLargestDrift = 0.005;
 
 double EnergyOf(const Scene& scene, const ParticleState& state) {
   double energy = 0;
