@@ -1,7 +1,7 @@
 // Contacts and Coulomb friction of single particles against closed forms.
 #include <cmath>
 
-#include "tests/physics/physics_test.h"
+#include "tests/physics/falling_sheet.h"
 
 namespace drape::test {
 namespace {
@@ -149,32 +149,20 @@ TEST_P(Contact, NothingFallsIntoASphere) {
   const Vector3d center(0.05, -0.4, -0.03);
   constexpr double kRadius = 0.3;
   for (const double friction : {0.0, 0.5}) {
-    Scene scene = Grid(7, 7, 0.6, 0.6);
-    for (Vector3d& p : scene.state.positions_m) p -= Vector3d(0.3, 0, 0.3);
-    scene.parameters.colliders = {SphereCollider{.center_m = center, .radius_m = kRadius}};
-    scene.parameters.friction_static = scene.parameters.friction_dynamic = friction;
-    scene.parameters.settings = SingleSubstep(1.0 / 60, 2);
-    scene.parameters.settings.substeps = 8;
+    SCOPED_TRACE("friction " + std::to_string(friction));
+    const Scene scene =
+        CentredSheet(7, 0.6, friction, SphereCollider{.center_m = center, .radius_m = kRadius});
     const double h = scene.parameters.settings.substep_s();
-    const ClothHandle cloth = Make(scene);
-    uint32_t contacts = 0;
-    double speed = 0;
-    for (int step = 0; step < 40; ++step) {
-      const StepReport report = StepAlone(backend(), cloth, scene, 1, true);
-      contacts = std::max(contacts, report.measured.contacts);
-      const ParticleState state = ReadState(backend(), cloth);
-      double deepest = 0;
-      for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {
-        deepest = std::max(deepest, kRadius - (state.positions_m[i] - center).norm());
-        speed = std::max(speed, state.velocities_m_per_s[i].norm());
-      }
+    const auto depth = [&](const Vector3d& p) { return kRadius - (p - center).norm(); };
+    const auto check = [&](const WatchedStep& step) {
       // Distances below 1 m: the gap is made of some 8 rounded operations, the advance of 2 more.
-      const double turning = friction == 0 ? 0 : speed * h * speed * h / kRadius;
-      EXPECT_LE(deepest, turning + 10 * round_off())
-          << "step " << step << ", friction " << friction;
-      EXPECT_NEAR(report.measured.max_penetration_m, deepest, 8 * round_off());
-    }
-    EXPECT_GE(contacts, 3u) << "the sheet never lay on the sphere";
+      const double way = step.speed_m_per_s * h;
+      const double turning = friction == 0 ? 0 : way * way / kRadius;
+      EXPECT_LE(step.deepest_m, turning + 10 * round_off());
+      EXPECT_NEAR(step.reported_m, step.deepest_m, 8 * round_off());
+    };
+    EXPECT_GE(WatchFall(backend(), Make(scene), scene, 40, depth, check), 3u)
+        << "the sheet never lay on the sphere";
   }
 }
 

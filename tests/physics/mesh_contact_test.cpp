@@ -6,7 +6,7 @@
 
 #include "server/scene/distance_map.h"
 #include "server/scene/mesh_distance.h"
-#include "tests/physics/physics_test.h"
+#include "tests/physics/falling_sheet.h"
 #include "tests/support/obj_file.h"
 #include "tests/support/paths.h"
 #include "tests/support/solids/solids.h"
@@ -166,30 +166,18 @@ TEST_P(MeshContact, ParticlesRestOnABallAtItsRadius) {
 TEST_P(MeshContact, NothingFallsIntoABall) {
   const MeshBall ball;
   const Vector3d center(0.05, -0.6, -0.03);
-  Scene scene = Grid(9, 9, 0.8, 0.8);
-  for (Vector3d& p : scene.state.positions_m) p -= Vector3d(0.4, 0, 0.4);
   const Eigen::Quaterniond turn(0.9, 0.1, 0.3, -0.2);
-  scene.parameters.colliders = {DistanceMapCollider{ball.map, {center, turn.normalized()}}};
-  scene.parameters.settings = SingleSubstep(1.0 / 60, 2);
-  scene.parameters.settings.substeps = 8;
+  const Scene scene =
+      CentredSheet(9, 0.8, 0, DistanceMapCollider{ball.map, {center, turn.normalized()}});
   const double h = scene.parameters.settings.substep_s();
-  const ClothHandle cloth = Make(scene);
-  uint32_t contacts = 0;
-  double speed = 0;
-  for (int step = 0; step < 40; ++step) {
-    const StepReport report = StepAlone(backend(), cloth, scene, 1, true);
-    contacts = std::max(contacts, report.measured.contacts);
-    const ParticleState state = ReadState(backend(), cloth);
-    double deepest = 0;
-    for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {
-      deepest = std::max(deepest, MeshBall::kRadius - (state.positions_m[i] - center).norm());
-      speed = std::max(speed, state.velocities_m_per_s[i].norm());
-    }
-    const double left = speed * h * ball.GradientError() + 72 * round_off();
-    EXPECT_LE(deepest, ball.DistanceError() + left) << "step " << step;
-    EXPECT_LE(report.measured.max_penetration_m, left) << "step " << step;
-  }
-  EXPECT_GE(contacts, 5u) << "the sheet never lay on it";
+  const auto depth = [&](const Vector3d& p) { return MeshBall::kRadius - (p - center).norm(); };
+  const auto check = [&](const WatchedStep& step) {
+    const double left = step.speed_m_per_s * h * ball.GradientError() + 72 * round_off();
+    EXPECT_LE(step.deepest_m, ball.DistanceError() + left);
+    EXPECT_LE(step.reported_m, left);
+  };
+  EXPECT_GE(WatchFall(backend(), Make(scene), scene, 40, depth, check), 5u)
+      << "the sheet never lay on it";
 }
 
 // A cloth dropped on a real table (1.1 million samples) comes to lie on it and hangs down: nothing

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "tests/physics/physics_test.h"
+#include "tests/physics/falling_sheet.h"
 
 namespace drape::test {
 namespace {
@@ -12,22 +12,11 @@ constexpr double kG = 9.81;
 
 class SolidContact : public PhysicsTest {};
 
-// A sheet of 0.6 m centred over the origin at height 0.
-Scene CentredSheet(double friction, const Collider& collider) {
-  Scene scene = Grid(7, 7, 0.6, 0.6);
-  for (Vector3d& p : scene.state.positions_m) p -= Vector3d(0.3, 0, 0.3);
-  scene.parameters.colliders = {collider};
-  scene.parameters.friction_static = scene.parameters.friction_dynamic = friction;
-  scene.parameters.settings = SingleSubstep(1.0 / 60, 2);
-  scene.parameters.settings.substeps = 8;
-  return scene;
-}
-
 // Above its face a box is the plane of that face. With the centre at height 0 both distances are
 // the same operations, so a sheet that falls askew, slides and comes to rest has the same bits.
 TEST_P(SolidContact, TheTopOfABoxIsAPlane) {
   const auto settle = [this](const Collider& collider) {
-    Scene scene = CentredSheet(0.4, collider);
+    Scene scene = CentredSheet(7, 0.6, 0.4, collider);
     for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {
       Vector3d& p = scene.state.positions_m[i];
       p.y() = 0.3 + 0.1 * p.x();
@@ -77,28 +66,17 @@ double DepthInBox(const BoxCollider& box, const Vector3d& q) {
       .minCoeff();
 }
 
-// The deepest a particle of the sheet gets, and the largest speed so far, by steps.
 template <class Depth>
 void ExpectNothingFallsIn(Backend& backend, ClothHandle cloth, const Scene& scene,
                           const Depth& depth, double turning_per_sq_m) {
   const double h = scene.parameters.settings.substep_s();
-  const double round_off = UnitRoundOff(backend);
-  uint32_t contacts = 0;
-  double speed = 0;
-  for (int step = 0; step < 60; ++step) {
-    const StepReport report = StepAlone(backend, cloth, scene, 1, true);
-    contacts = std::max(contacts, report.measured.contacts);
-    const ParticleState state = ReadState(backend, cloth);
-    double deepest = 0;
-    for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {
-      deepest = std::max(deepest, depth(state.positions_m[i]));
-      speed = std::max(speed, state.velocities_m_per_s[i].norm());
-    }
-    const double turning = turning_per_sq_m * speed * h * speed * h;
-    EXPECT_LE(deepest, turning + 16 * round_off) << "step " << step;
-    EXPECT_NEAR(report.measured.max_penetration_m, deepest, 16 * round_off) << "step " << step;
-  }
-  EXPECT_GE(contacts, 3u) << "the sheet never lay on it";
+  const double rounding = 16 * UnitRoundOff(backend);
+  const auto check = [&](const WatchedStep& step) {
+    const double way = step.speed_m_per_s * h;
+    EXPECT_LE(step.deepest_m, turning_per_sq_m * way * way + rounding);
+    EXPECT_NEAR(step.reported_m, step.deepest_m, rounding);
+  };
+  EXPECT_GE(WatchFall(backend, cloth, scene, 60, depth, check), 3u) << "the sheet never lay on it";
 }
 
 // As for a sphere (contact_test): friction may take back what was tangential to the normal of an
@@ -108,7 +86,7 @@ TEST_P(SolidContact, NothingFallsIntoACapsule) {
       .a_m = {-0.12, -0.3, 0.02}, .b_m = {0.17, -0.3, 0.02}, .radius_m = 0.2};
   for (const double friction : {0.0, 0.5}) {
     SCOPED_TRACE("friction " + std::to_string(friction));
-    const Scene scene = CentredSheet(friction, capsule);
+    const Scene scene = CentredSheet(7, 0.6, friction, capsule);
     ExpectNothingFallsIn(
         backend(), Make(scene), scene,
         [&](const Vector3d& q) { return DepthInCapsule(capsule, q); },
@@ -121,7 +99,7 @@ TEST_P(SolidContact, NothingFallsIntoABox) {
   const BoxCollider box{.center_m = {0.02, -0.3, -0.01},
                         .half_extents_m = {0.17, 0.2, 0.13},
                         .rotation = Eigen::Quaterniond(0.9, 0.1, 0.3, -0.2).normalized()};
-  const Scene scene = CentredSheet(0, box);
+  const Scene scene = CentredSheet(7, 0.6, 0, box);
   ExpectNothingFallsIn(
       backend(), Make(scene), scene, [&](const Vector3d& q) { return DepthInBox(box, q); }, 0);
 }
@@ -134,21 +112,14 @@ TEST_P(SolidContact, WithFrictionNothingFallsDeepIntoABox) {
                         .half_extents_m = {0.17, 0.2, 0.13},
                         .rotation = Eigen::Quaterniond(0.9, 0.1, 0.3, -0.2).normalized()};
   constexpr double kFriction = 0.5;
-  const Scene scene = CentredSheet(kFriction, box);
+  const Scene scene = CentredSheet(7, 0.6, kFriction, box);
   const double h = scene.parameters.settings.substep_s();
-  const ClothHandle cloth = Make(scene);
-  double speed = 0, deepest = 0;
-  uint32_t contacts = 0;
-  for (int step = 0; step < 60; ++step) {
-    contacts = std::max(contacts, StepAlone(backend(), cloth, scene, 1, true).measured.contacts);
-    const ParticleState state = ReadState(backend(), cloth);
-    for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {
-      speed = std::max(speed, state.velocities_m_per_s[i].norm());
-      deepest = std::max(deepest, DepthInBox(box, state.positions_m[i]));
-    }
-    EXPECT_LE(deepest, 2 * kFriction * speed * h + 16 * round_off()) << "step " << step;
-  }
-  EXPECT_GE(contacts, 3u) << "the sheet never lay on it";
+  const auto check = [&](const WatchedStep& step) {
+    EXPECT_LE(step.deepest_m, 2 * kFriction * step.speed_m_per_s * h + 16 * round_off());
+  };
+  const auto depth = [&](const Vector3d& q) { return DepthInBox(box, q); };
+  EXPECT_GE(WatchFall(backend(), Make(scene), scene, 60, depth, check), 3u)
+      << "the sheet never lay on it";
 }
 
 // Hung over a capsule, askew, a sheet comes to rest and friction keeps it there. What hangs, at
@@ -157,7 +128,7 @@ TEST_P(SolidContact, ASheetComesToRestOverACapsule) {
   constexpr double kDamping_per_s = 6;
   const CapsuleCollider capsule{
       .a_m = {-0.4, -0.3, 0.02}, .b_m = {0.4, -0.3, 0.02}, .radius_m = 0.2};
-  Scene scene = CentredSheet(0.6, capsule);
+  Scene scene = CentredSheet(7, 0.6, 0.6, capsule);
   scene.parameters.damping_per_s = kDamping_per_s;
   const ClothHandle cloth = Make(scene);
   StepAlone(backend(), cloth, scene, 360);
