@@ -1,22 +1,11 @@
 #include "server/api/collider_control_validation.h"
 
-#include "server/api/rest_length_validation.h"
+#include "server/api/over_column.h"
 #include "server/api/spec_validation.h"
 #include "server/scene/description_checks.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape::api {
-namespace {
-
-// Three numbers, or none.
-Eigen::Vector3d CheckVector(const FieldPath& path, const DoubleList& values, double max,
-                            std::string_view unit, const Eigen::Vector3d& fallback,
-                            FieldChecks& checks) {
-  if (values.empty()) return fallback;
-  return checks.Vector3(path, values, max, unit).value_or(fallback);
-}
-
-}  // namespace
 
 std::vector<RigidMotion> CheckColliderMotions(
     const FieldPath& path, const google::protobuf::RepeatedPtrField<v1::Collider>& colliders,
@@ -27,14 +16,14 @@ std::vector<RigidMotion> CheckColliderMotions(
   for (size_t k = 0; k < shapes.size(); ++k) {
     const v1::Collider& collider = colliders[static_cast<int>(k)];
     const FieldPath here = path.At(k);
-    RigidMotion motion = RigidMotion::AtRest(CheckVector(
-        here.Child("pivot_m"), collider.pivot_m(), kMaxExtent_m, "m", CentreOf(shapes[k]), checks));
+    RigidMotion motion = RigidMotion::AtRest(checks.Vector3Or(
+        CentreOf(shapes[k]), here.Child("pivot_m"), collider.pivot_m(), kMaxExtent_m, "m"));
     motion.velocity_m_per_s =
-        CheckVector(here.Child("velocity_m_per_s"), collider.velocity_m_per_s(),
-                    kMaxColliderSpeed_m_per_s, "m/s", Eigen::Vector3d::Zero(), checks);
-    motion.angular_velocity_rad_per_s =
-        CheckVector(here.Child("angular_velocity_rad_per_s"), collider.angular_velocity_rad_per_s(),
-                    kMaxColliderTurn_rad_per_s, "rad/s", Eigen::Vector3d::Zero(), checks);
+        checks.Vector3Or(Eigen::Vector3d::Zero(), here.Child("velocity_m_per_s"),
+                         collider.velocity_m_per_s(), kMaxColliderSpeed_m_per_s, "m/s");
+    motion.angular_velocity_rad_per_s = checks.Vector3Or(
+        Eigen::Vector3d::Zero(), here.Child("angular_velocity_rad_per_s"),
+        collider.angular_velocity_rad_per_s(), kMaxColliderTurn_rad_per_s, "rad/s");
     is_any_given |= !collider.pivot_m().empty() || !motion.velocity_m_per_s.isZero(0) ||
                     !motion.angular_velocity_rad_per_s.isZero(0);
     motions.push_back(motion);
@@ -56,8 +45,7 @@ std::vector<ColliderControlRow> CheckColliderControls(const v1::ColliderControls
       checks.Length(positions_path, controls.positions_m_size(), 3 * rows, "3 per row") &
       (rotations.empty() ||
        checks.Length(rotations_path, rotations.size(), 4 * rows, "4 per row, or none")) &
-      (controls.over_s().empty() ||
-       checks.Length(path.Child("over_s"), controls.over_s_size(), rows, "1 per row, or none"));
+      CheckOverColumn(path.Child("over_s"), controls.over_s(), rows, checks);
   if (!is_even || !checks.AllWithin(positions_path, controls.positions_m(), kMaxExtent_m, "m") ||
       !checks.AllWithin(rotations_path, rotations, kMaxMagnitude, "")) {
     return result;
@@ -71,8 +59,7 @@ std::vector<ColliderControlRow> CheckColliderControls(const v1::ColliderControls
       const Eigen::Vector4d xyzw(rotations.data() + 4 * r);
       control.target.rotation = CheckRotation(rotations_path.At(4 * r), xyzw, checks);
     }
-    control.over_s = controls.over_s().empty() ? 0 : controls.over_s(row);
-    checks.InRange(path.Child("over_s").At(r), control.over_s, 0, kMaxMotion_s, "s");
+    control.over_s = CheckOver(path.Child("over_s"), controls.over_s(), r, checks);
     result.push_back(control);
   }
   return result;

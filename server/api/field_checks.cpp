@@ -119,6 +119,13 @@ std::optional<Eigen::Vector3d> FieldChecks::Vector3(const FieldPath& path, const
   return Eigen::Vector3d(values[0], values[1], values[2]);
 }
 
+Eigen::Vector3d FieldChecks::Vector3Or(const Eigen::Vector3d& fallback, const FieldPath& path,
+                                       const DoubleList& values, double max,
+                                       std::string_view unit) {
+  if (values.empty()) return fallback;
+  return Vector3(path, values, max, unit).value_or(fallback);
+}
+
 std::optional<size_t> FieldChecks::PackedRows(
     const FieldPath& path, const v1::PackedArray& array,
     std::initializer_list<v1::PackedArray::DataType> types, uint32_t columns) {

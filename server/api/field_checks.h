@@ -78,6 +78,9 @@ class FieldChecks {
   // Three numbers, each of magnitude <= max; none after a violation.
   std::optional<Eigen::Vector3d> Vector3(const FieldPath& path, const DoubleList& values,
                                          double max, std::string_view unit);
+  // The same, or `fallback`: where there are no numbers, and after a violation.
+  Eigen::Vector3d Vector3Or(const Eigen::Vector3d& fallback, const FieldPath& path,
+                            const DoubleList& values, double max, std::string_view unit);
   // Data type one of `types`, shape [rows, columns], data of exactly that many bytes. The rows, or
   // none after a violation.
   std::optional<size_t> PackedRows(const FieldPath& path, const v1::PackedArray& array,

@@ -10,6 +10,7 @@
 
 #include "server/api/connection_validation.h"
 #include "server/api/field_checks.h"
+#include "server/api/over_column.h"
 #include "server/api/rest_length_validation.h"
 #include "server/api/spec_validation.h"
 #include "server/api/topology_validation.h"
@@ -267,15 +268,13 @@ void CheckPinControls(const v1::PinControls& controls, CheckedStep& result, Fiel
   const bool is_even =
       checks.Length(path.Child("particles"), controls.particles_size(), rows, "1 per row") &
       checks.Length(path.Child("targets_m"), controls.targets_m_size(), 3 * rows, "3 per row") &
-      (controls.over_s().empty() ||
-       checks.Length(path.Child("over_s"), controls.over_s_size(), rows, "1 per row, or none"));
+      CheckOverColumn(path.Child("over_s"), controls.over_s(), rows, checks);
   if (!is_even) return;
   checks.AllWithin(path.Child("targets_m"), controls.targets_m(), kMaxExtent_m, "m");
   for (size_t r = 0; r < rows; ++r) {
     const int row = static_cast<int>(r);
     const double* target = controls.targets_m().data() + 3 * r;
-    const double over_s = controls.over_s().empty() ? 0 : controls.over_s(row);
-    checks.InRange(path.Child("over_s").At(r), over_s, 0, kMaxMotion_s, "s");
+    const double over_s = CheckOver(path.Child("over_s"), controls.over_s(), r, checks);
     result.pin_controls.push_back({ClothId::FromPacked(controls.cloth_ids(row)),
                                    controls.particles(row),
                                    {target[0], target[1], target[2]},

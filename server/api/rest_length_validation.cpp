@@ -1,18 +1,9 @@
 #include "server/api/rest_length_validation.h"
 
+#include "server/api/over_column.h"
 #include "server/scene/description_checks.h"
 
 namespace drape::api {
-namespace {
-
-// Empty, or one number per row.
-bool CheckOverColumn(const FieldPath& path, const DoubleList& over_s, size_t rows,
-                     FieldChecks& checks) {
-  return over_s.empty() ||
-         checks.Length(path, static_cast<size_t>(over_s.size()), rows, "1 per row, or none");
-}
-
-}  // namespace
 
 std::vector<RestLengthRow> CheckLengthControls(const v1::RestLengthControls& controls,
                                                FieldChecks& checks) {
@@ -26,10 +17,9 @@ std::vector<RestLengthRow> CheckLengthControls(const v1::RestLengthControls& con
   if (!is_even) return result;
   for (size_t r = 0; r < rows && !checks.is_full(); ++r) {
     const int row = static_cast<int>(r);
-    const double over_s = controls.over_s().empty() ? 0 : controls.over_s(row);
     checks.InRange(path.Child("lengths_m").At(r), controls.lengths_m(row), kMinRestLength_m,
                    kMaxExtent_m, "m");
-    checks.InRange(path.Child("over_s").At(r), over_s, 0, kMaxMotion_s, "s");
+    const double over_s = CheckOver(path.Child("over_s"), controls.over_s(), r, checks);
     result.push_back({ClothId::FromPacked(controls.cloth_ids(row)), controls.constraints(row),
                       controls.lengths_m(row), over_s});
   }
@@ -47,10 +37,9 @@ std::vector<RestLengthScaleRow> CheckLengthScales(const v1::RestLengthScales& sc
   if (!is_even) return result;
   for (size_t r = 0; r < rows && !checks.is_full(); ++r) {
     const int row = static_cast<int>(r);
-    const double over_s = scales.over_s().empty() ? 0 : scales.over_s(row);
     checks.InRange(path.Child("scales").At(r), scales.scales(row), 1 / kMaxLengthScale,
                    kMaxLengthScale, "");
-    checks.InRange(path.Child("over_s").At(r), over_s, 0, kMaxMotion_s, "s");
+    const double over_s = CheckOver(path.Child("over_s"), scales.over_s(), r, checks);
     result.push_back({ClothId::FromPacked(scales.cloth_ids(row)), scales.scales(row), over_s});
   }
   return result;

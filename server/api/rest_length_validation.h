@@ -9,8 +9,6 @@
 
 namespace drape::api {
 
-// Longest motion of a pin, a collider or a rest length: over 30 years.
-inline constexpr double kMaxMotion_s = 1e9;
 // Of all rest lengths at once; the least is its reciprocal.
 inline constexpr double kMaxLengthScale = 1000;
 

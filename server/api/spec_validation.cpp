@@ -129,11 +129,8 @@ Eigen::Quaterniond CheckRotation(const FieldPath& path, const Eigen::Vector4d& v
 RigidTransform CheckTransform(const FieldPath& path, const v1::Transform& transform,
                               FieldChecks& checks) {
   RigidTransform result;
-  if (!transform.position_m().empty()) {
-    result.position_m =
-        checks.Vector3(path.Child("position_m"), transform.position_m(), kMaxExtent_m, "m")
-            .value_or(result.position_m);
-  }
+  result.position_m = checks.Vector3Or(result.position_m, path.Child("position_m"),
+                                       transform.position_m(), kMaxExtent_m, "m");
   result.rotation =
       CheckOptionalRotation(path.Child("rotation_xyzw"), transform.rotation_xyzw(), checks);
   return result;
@@ -205,15 +202,12 @@ std::vector<Pin> CheckPinTargets(const FieldPath& path,
 
 Eigen::Vector3d CheckGravity(const FieldPath& path, const DoubleList& gravity_m_per_s2,
                              const Eigen::Vector3d& fallback, FieldChecks& checks) {
-  if (gravity_m_per_s2.empty()) return fallback;
-  return checks.Vector3(path, gravity_m_per_s2, kMaxAcceleration_m_per_s2, "m/s^2")
-      .value_or(fallback);
+  return checks.Vector3Or(fallback, path, gravity_m_per_s2, kMaxAcceleration_m_per_s2, "m/s^2");
 }
 
 Eigen::Vector3d CheckWind(const FieldPath& path, const DoubleList& wind_m_per_s,
                           const Eigen::Vector3d& fallback, FieldChecks& checks) {
-  if (wind_m_per_s.empty()) return fallback;
-  return checks.Vector3(path, wind_m_per_s, kMaxWind_m_per_s, "m/s").value_or(fallback);
+  return checks.Vector3Or(fallback, path, wind_m_per_s, kMaxWind_m_per_s, "m/s");
 }
 
 void CheckSolverChoices(const FieldPath& path, const v1::StepSettings& settings,

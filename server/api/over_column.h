@@ -1,0 +1,18 @@
+// The column over_s of a table of controls: how long each row's motion takes. Pure.
+#pragma once
+
+#include "server/api/field_checks.h"
+
+namespace drape::api {
+
+// Longest motion of a pin, a collider or a rest length: over 30 years.
+inline constexpr double kMaxMotion_s = 1e9;
+
+// Empty, or one number per row.
+bool CheckOverColumn(const FieldPath& path, const DoubleList& over_s, size_t rows,
+                     FieldChecks& checks);
+
+// Of a column that passed CheckOverColumn: the number of a row, 0 where the column is empty.
+double CheckOver(const FieldPath& path, const DoubleList& over_s, size_t row, FieldChecks& checks);
+
+}  // namespace drape::api
