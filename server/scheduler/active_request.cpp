@@ -1,10 +1,13 @@
 #include "server/scheduler/active_request.h"
 
 #include <algorithm>
+#include <map>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/scene/constraint_places.h"
 
 namespace drape {
 namespace {
@@ -118,9 +121,11 @@ void ActiveRequest::ApplyPinControls(const std::vector<size_t>& pins) {
 }
 
 Status ActiveRequest::CheckLengthControls() const {
+  std::unordered_map<uint32_t, ConstraintPlaces> places;  // by cloth
   for (const LengthControl& control : work_.length_controls) {
-    const auto sources = work_.cloths[control.cloth_index]->model()->constraint_sources();
-    if (std::find(sources.begin(), sources.end(), control.constraint) != sources.end()) continue;
+    const SceneModel& model = *work_.cloths[control.cloth_index]->model();
+    const ConstraintPlaces& of_cloth = places.try_emplace(control.cloth_index, model).first->second;
+    if (of_cloth.Find(control.constraint).has_value()) continue;
     return {StatusCode::kFailedPrecondition, "CONSTRAINT_NOT_FOUND",
             "cloth " + std::to_string(control.cloth_index) +
                 " of the request no longer has the constraint " +
@@ -141,12 +146,13 @@ Status ActiveRequest::CheckColliderControls() const {
 }
 
 void ActiveRequest::ApplyColliderControls() {
+  std::map<uint32_t, ColliderTrack> tracks;  // by cloth
   for (const ColliderControl& control : work_.collider_controls) {
-    ClothRuntime& cloth = *work_.cloths[control.cloth_index];
-    ColliderTrack track = cloth.colliders();
+    const ClothRuntime& cloth = *work_.cloths[control.cloth_index];
+    ColliderTrack& track = tracks.try_emplace(control.cloth_index, cloth.colliders()).first->second;
     track.Move(control.collider, control.target, control.over_s, cloth.now().time_s);
-    cloth.SetColliders(std::move(track));
   }
+  for (auto& [index, track] : tracks) work_.cloths[index]->SetColliders(std::move(track));
 }
 
 Status ActiveRequest::ApplyLengthControls(Backend& backend) {

@@ -1,16 +1,10 @@
 #include "server/scheduler/length_track.h"
 
 #include <algorithm>
-#include <limits>
 
 #include "server/core/check.h"
 
 namespace drape {
-namespace {
-
-constexpr uint32_t kNoPlace = std::numeric_limits<uint32_t>::max();
-
-}  // namespace
 
 double LengthMotion::At(double time_s) const {
   if (IsOver(time_s)) return target_m;
@@ -21,12 +15,10 @@ double LengthMotion::At(double time_s) const {
 void LengthTrack::Start(const SceneModel& model) {
   DRAPE_CHECK(model.constraint_count() > 0, "there is nothing to drive");
   motions_.clear();
-  places_.assign(model.described_constraint_count(), kNoPlace);
-  for (uint32_t k = 0; k < model.constraint_count(); ++k) {
-    const double length_m = model.constraints()[k].rest_length_m;
-    motions_.push_back({length_m, length_m, 0, 0});
-    places_[model.constraint_sources()[k]] = k;
+  for (const DistanceConstraint& constraint : model.constraints()) {
+    motions_.push_back({constraint.rest_length_m, constraint.rest_length_m, 0, 0});
   }
+  places_ = ConstraintPlaces(model);
   is_settled_ = true;
 }
 
@@ -40,11 +32,6 @@ LengthTrack LengthTrack::CarriedTo(const SceneModel& model) const {
   }
   carried.is_settled_ = is_settled_;
   return carried;
-}
-
-std::optional<uint32_t> LengthTrack::PlaceOf(uint32_t source) const {
-  if (source >= places_.size() || places_[source] == kNoPlace) return std::nullopt;
-  return places_[source];
 }
 
 void LengthTrack::Move(uint32_t place, double length_m, double over_s, double now_s) {

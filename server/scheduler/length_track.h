@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "server/scene/constraint_places.h"
 #include "server/scene/scene_model.h"
 
 namespace drape {
@@ -37,7 +38,7 @@ class LengthTrack {
 
   // Where constraint `source` of the description is in the model; none if the model leaves it out.
   // Needs is_driven().
-  std::optional<uint32_t> PlaceOf(uint32_t source) const;
+  std::optional<uint32_t> PlaceOf(uint32_t source) const { return places_.Find(source); }
   // The constraint at `place` goes to `length_m` from what it is at now_s over `over_s` seconds.
   void Move(uint32_t place, double length_m, double over_s, double now_s);
   // Every constraint goes to `scale` times the length of `model`.
@@ -54,7 +55,7 @@ class LengthTrack {
   double LengthAt(uint32_t place, double time_s) const;
 
   std::vector<LengthMotion> motions_;  // [constraint_count] in the order of the model
-  std::vector<uint32_t> places_;       // by index in the description
+  ConstraintPlaces places_;
   std::vector<double> targets_m_;
   bool is_settled_ = true;  // the backend has every final length
 };

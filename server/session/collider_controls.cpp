@@ -2,30 +2,28 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include <unordered_map>
+#include <optional>
 #include <utility>
+
+#include "server/session/cloth_indices.h"
 
 namespace drape {
 
 Result<std::vector<ColliderControl>> MapColliderControls(
     std::span<const ColliderControlRow> rows,
     std::span<const std::shared_ptr<ClothRecord>> cloths) {
-  // At most this many bad rows are named; the rest would be more of the same.
-  constexpr size_t kMaxViolations = 16;
   std::vector<ColliderControl> controls;
   std::vector<FieldViolation> violations;
-  std::unordered_map<ClothId, uint32_t> indices;
-  if (!rows.empty()) {
-    for (uint32_t k = 0; k < cloths.size(); ++k) indices.emplace(cloths[k]->id, k);
-  }
-  for (size_t r = 0; r < rows.size() && violations.size() < kMaxViolations; ++r) {
-    const auto found = indices.find(rows[r].cloth);
-    if (found == indices.end()) {
+  if (rows.empty()) return controls;
+  const ClothIndices indices(cloths);
+  for (size_t r = 0; r < rows.size() && violations.size() < kMaxNamedRows; ++r) {
+    const std::optional<uint32_t> index = indices.Find(rows[r].cloth);
+    if (!index) {
       violations.push_back(
           {fmt::format("collider_controls.cloth_ids[{}]", r), "no cloth of this request"});
       continue;
     }
-    const ClothRecord& cloth = *cloths[found->second];
+    const ClothRecord& cloth = *cloths[*index];
     const size_t count = cloth.description()->parameters.colliders.size();
     if (rows[r].collider >= count) {
       violations.push_back(
@@ -33,7 +31,7 @@ Result<std::vector<ColliderControl>> MapColliderControls(
            fmt::format("{} is not below the number of colliders, {}", rows[r].collider, count)});
       continue;
     }
-    ColliderControl control{found->second, rows[r].collider, rows[r].target, rows[r].over_s};
+    ColliderControl control{*index, rows[r].collider, rows[r].target, rows[r].over_s};
     control.target.position_m = cloth.placement.ClothFromEnvironment(rows[r].target.position_m);
     controls.push_back(control);
   }

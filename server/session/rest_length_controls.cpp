@@ -6,63 +6,33 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
+#include "server/scene/constraint_places.h"
 #include "server/scene/description_checks.h"
+#include "server/session/cloth_indices.h"
 
 namespace drape {
 namespace {
 
-// At most this many bad rows are named; the rest would be more of the same.
-constexpr size_t kMaxViolations = 16;
-
-// The cloths of a request by id.
-class ClothIndices {
- public:
-  explicit ClothIndices(std::span<const std::shared_ptr<ClothRecord>> cloths) {
-    for (uint32_t k = 0; k < cloths.size(); ++k) indices_.emplace(cloths[k]->id, k);
-  }
-  std::optional<uint32_t> Find(ClothId id) const {
-    const auto found = indices_.find(id);
-    if (found == indices_.end()) return std::nullopt;
-    return found->second;
-  }
-
- private:
-  std::unordered_map<ClothId, uint32_t> indices_;
-};
-
 // Empty: the constraint can be driven.
-std::string WhyNot(const SceneModel& model, uint32_t constraint) {
+std::string WhyNot(const SceneModel& model, const ConstraintPlaces& places, uint32_t constraint) {
   if (constraint >= model.described_constraint_count()) {
     return fmt::format("{} is not below the number of distance constraints, {}", constraint,
                        model.described_constraint_count());
   }
-  const auto sources = model.constraint_sources();
-  if (std::find(sources.begin(), sources.end(), constraint) != sources.end()) return "";
+  if (places.Find(constraint).has_value()) return "";
   return fmt::format("constraint {} joins two pins", constraint);
-}
-
-double ShortestLength(const SceneModel& model) {
-  double shortest = kMaxExtent_m;
-  for (const auto& constraint : model.constraints()) {
-    shortest = std::min(shortest, constraint.rest_length_m);
-  }
-  return shortest;
-}
-
-double LongestLength(const SceneModel& model) {
-  double longest = 0;
-  for (const auto& constraint : model.constraints()) {
-    longest = std::max(longest, constraint.rest_length_m);
-  }
-  return longest;
 }
 
 std::string WhyNotScale(const SceneModel& model, double scale) {
   if (model.constraint_count() == 0) return "the cloth has no distance constraint";
-  const double shortest_m = scale * ShortestLength(model);
-  const double longest_m = scale * LongestLength(model);
+  const auto [shortest, longest] = std::minmax_element(
+      model.constraints().begin(), model.constraints().end(),
+      [](const auto& a, const auto& b) { return a.rest_length_m < b.rest_length_m; });
+  const double shortest_m = scale * shortest->rest_length_m;
+  const double longest_m = scale * longest->rest_length_m;
   if (shortest_m >= kMinRestLength_m && longest_m <= kMaxExtent_m) return "";
   return fmt::format("{} makes rest lengths of {} to {} m, which are not in [{}, {}] m", scale,
                      shortest_m, longest_m, kMinRestLength_m, kMaxExtent_m);
@@ -76,14 +46,17 @@ Result<std::vector<LengthControl>> MapLengthControls(
   std::vector<FieldViolation> violations;
   if (rows.empty()) return controls;
   const ClothIndices indices(cloths);
-  for (size_t r = 0; r < rows.size() && violations.size() < kMaxViolations; ++r) {
+  std::unordered_map<uint32_t, ConstraintPlaces> places;  // by cloth
+  for (size_t r = 0; r < rows.size() && violations.size() < kMaxNamedRows; ++r) {
     const std::optional<uint32_t> index = indices.Find(rows[r].cloth);
     if (!index) {
       violations.push_back(
           {fmt::format("rest_length_controls.cloth_ids[{}]", r), "no cloth of this request"});
       continue;
     }
-    std::string why_not = WhyNot(*cloths[*index]->description()->model, rows[r].constraint);
+    const auto model = cloths[*index]->description()->model;
+    const ConstraintPlaces& of_cloth = places.try_emplace(*index, *model).first->second;
+    std::string why_not = WhyNot(*model, of_cloth, rows[r].constraint);
     if (!why_not.empty()) {
       violations.push_back(
           {fmt::format("rest_length_controls.constraints[{}]", r), std::move(why_not)});
@@ -102,11 +75,16 @@ Result<std::vector<LengthScale>> MapLengthScales(
   std::vector<FieldViolation> violations;
   if (rows.empty()) return scales;
   const ClothIndices indices(cloths);
-  for (size_t r = 0; r < rows.size() && violations.size() < kMaxViolations; ++r) {
+  std::unordered_set<uint32_t> scaled;
+  for (size_t r = 0; r < rows.size() && violations.size() < kMaxNamedRows; ++r) {
+    const std::string cloth_field = fmt::format("rest_length_scales.cloth_ids[{}]", r);
     const std::optional<uint32_t> index = indices.Find(rows[r].cloth);
     if (!index) {
-      violations.push_back(
-          {fmt::format("rest_length_scales.cloth_ids[{}]", r), "no cloth of this request"});
+      violations.push_back({cloth_field, "no cloth of this request"});
+      continue;
+    }
+    if (!scaled.insert(*index).second) {
+      violations.push_back({cloth_field, fmt::format("{} occurs twice", rows[r].cloth.Packed())});
       continue;
     }
     std::string why_not = WhyNotScale(*cloths[*index]->description()->model, rows[r].scale);

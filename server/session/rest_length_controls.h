@@ -28,7 +28,9 @@ struct RestLengthScaleRow {
 // Finds the cloth of each row among the request's cloths. INVALID_ARGUMENT names
 // "rest_length_controls.cloth_ids[r]" (not a cloth of the request),
 // "rest_length_controls.constraints[r]" (no such constraint, or one between two pins),
-// "rest_length_scales.scales[r]" (a length below the least) and so on. Pure.
+// "rest_length_scales.cloth_ids[r]" (named before: a row costs a pass over its cloth),
+// "rest_length_scales.scales[r]" (a length below the least) and so on. Takes time in proportion to
+// the rows and to the constraints of the cloths that they name. Pure.
 Result<std::vector<LengthControl>> MapLengthControls(
     std::span<const RestLengthRow> rows, std::span<const std::shared_ptr<ClothRecord>> cloths);
 Result<std::vector<LengthScale>> MapLengthScales(
