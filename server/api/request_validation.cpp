@@ -7,6 +7,8 @@
 #include <functional>
 #include <limits>
 #include <map>
+#include <set>
+#include <string_view>
 
 #include "server/api/connection_validation.h"
 #include "server/api/field_checks.h"
@@ -320,12 +322,15 @@ Result<ClothChange> CheckUpdateCloths(const v1::UpdateClothsRequest& request,
   if (request.update_mask().paths().empty()) {
     checks.Add(path, "is empty: at least one of " + UpdatePathNames() + " is needed");
   }
+  std::set<std::string_view> seen;  // reading a path again would cost as much again
   for (int k = 0; k < request.update_mask().paths_size() && !checks.is_full(); ++k) {
-    const auto entry = UpdatePaths().find(request.update_mask().paths(k));
-    if (checks.Require(entry != UpdatePaths().end(), path.At(k), [&] {
-          return "'" + request.update_mask().paths(k).substr(0, 64) + "' is not one of " +
-                 UpdatePathNames();
-        })) {
+    const std::string& name = request.update_mask().paths(k);
+    const auto entry = UpdatePaths().find(name);
+    if (checks.Require(
+            entry != UpdatePaths().end(), path.At(k),
+            [&] { return "'" + name.substr(0, 64) + "' is not one of " + UpdatePathNames(); }) &&
+        checks.Require(seen.insert(name).second, path.At(k),
+                       [&] { return "'" + name + "' occurs twice"; })) {
       entry->second(request.spec(), limits, change, checks);
     }
   }

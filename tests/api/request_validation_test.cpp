@@ -322,10 +322,12 @@ TEST(UpdateClothsValidation, ConnectionsAreReadWithTheLengthsThatAreSet) {
   ExpectViolation(status, "spec.particles.springs[0].rest_length_m", "-1");
 }
 
-TEST(UpdateClothsValidation, RefusesUnknownPathsEmptyMasksAndNoIds) {
+TEST(UpdateClothsValidation, RefusesUnknownAndRepeatedPathsEmptyMasksAndNoIds) {
   ExpectViolation(CheckUpdateCloths(Update({"pins", "material.colour"}), {}).status(),
                   "update_mask.paths[1]", "'material.colour' is not one of");
   ExpectViolation(CheckUpdateCloths(Update({}), {}).status(), "update_mask.paths", "is empty");
+  ExpectViolation(CheckUpdateCloths(Update({"pins", "settings", "pins"}), {}).status(),
+                  "update_mask.paths[2]", "'pins' occurs twice");
   v1::UpdateClothsRequest request = Update({"pins"});
   request.clear_cloth_ids();
   ExpectViolation(CheckUpdateCloths(request, {}).status(), "cloth_ids", "at least 1");
