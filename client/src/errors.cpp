@@ -126,6 +126,18 @@ Error BadField(std::string field, std::string description) {
   return Error(std::move(details));
 }
 
+Error Below(const std::string& path, const Error& error) {
+  ErrorDetails details = error.details();
+  if (details.violations.empty()) details.message = path + ": " + details.message;
+  std::string fields;
+  for (FieldViolation& violation : details.violations) {
+    violation.field = path + "." + violation.field;
+    fields += (fields.empty() ? "" : "; ") + violation.field + ": " + violation.description;
+  }
+  if (!fields.empty()) details.message = std::move(fields);
+  return Error(std::move(details));
+}
+
 std::string NumberText(double value) {
   std::ostringstream text;
   text << value;

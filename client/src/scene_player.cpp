@@ -58,9 +58,7 @@ void ScenePlayer::CreateEntry(int entry) {
       cloths_.push_back({id, entry, response.shape()});
     }
   } catch (const Error& error) {
-    ErrorDetails details = error.details();
-    details.message = path + ": " + details.message;
-    throw Error(std::move(details));
+    throw Below(path, error);
   }
 }
 

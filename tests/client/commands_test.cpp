@@ -141,7 +141,7 @@ TEST_F(CommandsTest, CreateAddsAllOrNothing) {
   const Outcome outcome =
       RunProgram("drape", OnServer({"create", folder / "bad.json", "--session=" + session}));
   EXPECT_EQ(outcome.exit_code, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("cloths[1]: "));
+  EXPECT_THAT(outcome.err, HasSubstr("): cloths[1].spec.pins[0].particle: "));
   EXPECT_EQ(DoJson({"list", "--session=" + session}).size(), 1u);
   Do({"delete", "--session=" + session});
 }

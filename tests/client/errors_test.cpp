@@ -73,6 +73,16 @@ TEST(ErrorsTest, WhatIsOneLineWithCodeReasonAndFields) {
                "spec.grid.rows: is wrong");
 }
 
+TEST(ErrorsTest, WhatIsBelowIsNamedFromAbove) {
+  const Error fields = Below("cloths[3]", Error(DecodeStatus(ToGrpc(RichStatus()))));
+  EXPECT_EQ(fields.violations()[1].field, "cloths[3].spec.grid.rows");
+  EXPECT_STREQ(fields.what(),
+               "INVALID_ARGUMENT (BAD_SPEC): cloths[3].spec.pins[2].particle: is wrong; "
+               "cloths[3].spec.grid.rows: is wrong");
+  const Error quota = Below("cloths[3]", LocalError(ErrorCode::kResourceExhausted, "FULL", "no"));
+  EXPECT_STREQ(quota.what(), "RESOURCE_EXHAUSTED (FULL): cloths[3]: no");
+}
+
 TEST(ErrorsTest, AStatusWithoutReadableDetailsKeepsCodeAndMessage) {
   for (const std::string& bytes : {std::string(), std::string("\xff\xff rubbish")}) {
     const ErrorDetails details =

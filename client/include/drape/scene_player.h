@@ -33,7 +33,8 @@ struct AdvanceResult {
 class ScenePlayer {
  public:
   // `scene` comes from LoadScene or ParseScene. Creates all cloths, or none: a refusal is an
-  // Error whose message begins with the entry, "cloths[3]: ...". `limits` are the server's.
+  // Error whose message begins with the entry, or with its field that is wrong,
+  // "cloths[3].spec.grid.rows: ...". `limits` are the server's.
   ScenePlayer(Session& session, const v1::Scene& scene, const v1::ServerInfo::Limits& limits);
 
   const v1::Scene& scene() const { return scene_; }
