@@ -98,6 +98,7 @@ PrivateServer::PrivateServer(const SpawnOptions& options) {
   try {
     Start(program, options);
     WaitForPort(options.ready_timeout_s);
+    RemoveFolder();
   } catch (...) {
     Stop();
     throw;
@@ -189,6 +190,10 @@ void PrivateServer::Stop() {
     }
     keeper_.join();
   }
+  RemoveFolder();
+}
+
+void PrivateServer::RemoveFolder() {
   std::error_code ignored;  // a temporary folder that stays does no harm
   fs::remove_all(folder_, ignored);
 }

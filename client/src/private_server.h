@@ -38,10 +38,13 @@ class PrivateServer {
   void Start(const std::filesystem::path& program, const SpawnOptions& options);
   void WaitForPort(double timeout_s);
   void Stop();
+  void RemoveFolder();
   // The last lines of what the server wrote.
   std::string LogTail() const;
 
-  std::filesystem::path folder_;  // private temporary folder: port file and log
+  // Private temporary folder for port file and log, while the server comes up: one that stayed
+  // longer would be left behind when this process is killed.
+  std::filesystem::path folder_;
   std::string address_;
   pid_t pid_ = -1;
   std::thread keeper_;

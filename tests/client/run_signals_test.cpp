@@ -193,13 +193,20 @@ TEST(RunSignalsTest, ARunThatLosesItsServerKeepsItsSamples) {
   SampledSteps(folder);
 }
 
-TEST(RunSignalsTest, TheServerDiesWithTheClient) {
-  RunningProgram program("drape", LongRun());
+TEST(RunSignalsTest, TheServerDiesWithTheClientAndNothingStays) {
+  const TemporaryFolder folder, temporaries;
+  setenv("TMPDIR", temporaries.path().c_str(), /*overwrite=*/1);
+  RunningProgram program("drape", LongRunInto(folder));
+  unsetenv("TMPDIR");
   const pid_t server = ServerOf(program);
   ASSERT_GT(server, 0);
+  EXPECT_TRUE(Eventually([&] { return HasStates(folder); }));
   kill(program.pid(), SIGKILL);
-  EXPECT_EQ(program.Wait().exit_code, -1);
+  program.Wait();
   EXPECT_TRUE(Eventually([&] { return IsGone(server); }));
+  for (const auto& entry : fs::directory_iterator(temporaries.path())) {
+    EXPECT_TRUE(entry.path().filename().string().starts_with("drape-test-")) << entry.path();
+  }
 }
 
 // The first waits for the request under way, which such a server never answers.
