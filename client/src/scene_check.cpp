@@ -16,6 +16,7 @@ namespace {
 constexpr double kMaxSteps = 1e12;
 // More than any server holds; bounds what the client itself expands by copies.
 constexpr uint64_t kMaxCloths = 1'000'000;
+constexpr uint64_t kMaxParticles = 1u << 24;  // of one cloth
 
 void CheckFinite(double value, const std::string& field) {
   if (!std::isfinite(value)) throw BadField(field, "must be finite, got " + NumberText(value));
@@ -60,6 +61,11 @@ void CheckCloths(const v1::Scene& scene) {
     CheckFinite(cloth.spacing_m(), path + ".spacing_m");
     if (cloth.spec().topology_case() == v1::ClothSpec::TOPOLOGY_NOT_SET) {
       throw BadField(path + ".spec", "must have one of grid, mesh, mesh_file and particles");
+    }
+    const v1::Grid& grid = cloth.spec().grid();
+    if (uint64_t{grid.columns()} * grid.rows() > kMaxParticles) {
+      throw BadField(path + ".spec.grid",
+                     "makes more than " + std::to_string(kMaxParticles) + " particles");
     }
   }
 }

@@ -125,6 +125,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{R"({"duration_s": 1e300, "cloths": []})", "duration_s: is more than"},
         BadScene{R"({"duration_s": 1})", "cloths: must have at least one"},
         BadScene{R"({"cloths": [{"spec": {}}]})", "cloths[0].spec: must have one of grid"},
+        BadScene{R"({"cloths": [{"spec": {"grid": {"columns": 65536, "rows": 65536}}}]})",
+                 "cloths[0].spec.grid: makes more than 16777216 particles"},
         BadScene{R"({"cloths": [{"count": 0}]})", "cloths[0].count: must be at least 1"},
         BadScene{R"({"cloths": [{"count": 4294967295, "spec": {"grid": {}}}]})",
                  "cloths[0].count: makes more than 1000000 cloths"},
