@@ -135,14 +135,24 @@ Status ShaderLibrary::AddDirectory(const std::string& directory) {
     return Status(StatusCode::kNotFound, "SHADER_DIR_NOT_FOUND",
                   "shader directory \"" + directory + "\": " + error.message());
   }
+  std::map<std::string, std::string> found;
   for (const auto& entry : entries) {
     const std::string extension = entry.path().extension().string();
     if (std::find(kExtensions.begin(), kExtensions.end(), extension) == kExtensions.end()) continue;
     std::ifstream file(entry.path());
     std::ostringstream text;
     text << file.rdbuf();
-    Add(entry.path().lexically_relative(directory).generic_string(), text.str());
+    found[entry.path().lexically_relative(directory).generic_string()] = text.str();
   }
+  const bool is_any_replaced = std::any_of(found.begin(), found.end(), [this](const auto& entry) {
+    return files_.contains(entry.first);
+  });
+  if (!is_any_replaced && !files_.empty()) {
+    return Status(StatusCode::kNotFound, "SHADER_DIR_UNUSED",
+                  "shader directory \"" + directory +
+                      "\" holds no file that replaces one, such as " + files_.begin()->first);
+  }
+  for (auto& [path, text] : found) Add(path, std::move(text));
   return Status::Ok();
 }
 

@@ -37,7 +37,8 @@ class ShaderLibrary {
   void Add(std::string path, std::string text) { files_[std::move(path)] = std::move(text); }
 
   // Every .h, .glsl, .comp, .vert and .frag file below `directory` replaces or joins what is there.
-  // NOT_FOUND (SHADER_DIR_NOT_FOUND) if the directory cannot be read.
+  // NOT_FOUND: SHADER_DIR_NOT_FOUND if the directory cannot be read, SHADER_DIR_UNUSED if no file
+  // replaces one.
   Status AddDirectory(const std::string& directory);
 
   // The file `path` with `defines` ("#define X 1\n...") before it and every `#include "file"`

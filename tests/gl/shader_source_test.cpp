@@ -76,6 +76,20 @@ TEST(ShaderSourceTest, DirectoryReplacesFiles) {
   std::filesystem::remove_all(directory);
 }
 
+TEST(ShaderSourceTest, ADirectoryThatReplacesNothingIsAnError) {
+  const std::filesystem::path directory =
+      std::filesystem::path(testing::TempDir()) / "drape_shader_source_test_unused";
+  std::filesystem::create_directories(directory);
+  ShaderLibrary library;
+  library.Add("kernels/k.comp", "void main() {}\n");
+  EXPECT_EQ(library.AddDirectory(directory.string()).reason(), "SHADER_DIR_UNUSED");
+  std::ofstream(directory / "k.comp") << "void main() {}\n";  // not below kernels/
+  const Status status = library.AddDirectory(directory.string());
+  EXPECT_EQ(status.reason(), "SHADER_DIR_UNUSED");
+  EXPECT_THAT(status.message(), HasSubstr("kernels/k.comp"));
+  std::filesystem::remove_all(directory);
+}
+
 TEST(ShaderSourceTest, UnreadableDirectoryIsNotFound) {
   const Status status = ShaderLibrary().AddDirectory("/no/such/directory");
   EXPECT_EQ(status.code(), StatusCode::kNotFound);

@@ -32,7 +32,7 @@ struct DrawPrograms {
 };
 
 // `shader_dir`: files that replace the embedded ones; empty: none. Needs a current context.
-// INTERNAL (SHADER_COMPILE_FAILED), NOT_FOUND (SHADER_DIR_NOT_FOUND).
+// INTERNAL (SHADER_COMPILE_FAILED), NOT_FOUND (SHADER_DIR_NOT_FOUND, SHADER_DIR_UNUSED).
 Result<DrawPrograms> CompileDrawPrograms(const std::string& shader_dir);
 
 }  // namespace drape::render

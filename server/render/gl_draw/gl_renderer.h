@@ -24,7 +24,8 @@ struct GlRendererOptions {
 };
 
 // Owns an OpenGL context on the calling thread. UNAVAILABLE (NO_EGL_DEVICE), INTERNAL
-// (SHADER_COMPILE_FAILED), NOT_FOUND (SHADER_DIR_NOT_FOUND), RESOURCE_EXHAUSTED (DEVICE_MEMORY).
+// (SHADER_COMPILE_FAILED), NOT_FOUND (SHADER_DIR_NOT_FOUND, SHADER_DIR_UNUSED), RESOURCE_EXHAUSTED
+// (DEVICE_MEMORY).
 Result<std::unique_ptr<Renderer>> CreateGlRenderer(const GlRendererOptions& options);
 
 }  // namespace drape::render

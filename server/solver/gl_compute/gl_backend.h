@@ -32,8 +32,8 @@ struct GlBackendOptions {
 };
 
 // Owns an OpenGL context on the calling thread, which becomes the device thread of the backend.
-// UNAVAILABLE (NO_EGL_DEVICE), INTERNAL (SHADER_COMPILE_FAILED), NOT_FOUND (SHADER_DIR_NOT_FOUND),
-// RESOURCE_EXHAUSTED (DEVICE_MEMORY).
+// UNAVAILABLE (NO_EGL_DEVICE), INTERNAL (SHADER_COMPILE_FAILED), NOT_FOUND (SHADER_DIR_NOT_FOUND,
+// SHADER_DIR_UNUSED), RESOURCE_EXHAUSTED (DEVICE_MEMORY).
 Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options);
 
 }  // namespace drape

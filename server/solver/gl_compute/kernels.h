@@ -47,7 +47,7 @@ struct StepKernels {
 class KernelCache {
  public:
   // The embedded shaders, replaced by those in `shader_dir` unless it is empty. NOT_FOUND
-  // (SHADER_DIR_NOT_FOUND).
+  // (SHADER_DIR_NOT_FOUND, SHADER_DIR_UNUSED).
   static Result<KernelCache> Create(const std::string& shader_dir);
 
   Result<const StepKernels*> ForVariant(const KernelVariant& variant);
