@@ -7,7 +7,7 @@
 
 namespace drape {
 
-// A request that may be stepped now: every cloth of it has the turn (cloth_turns.h).
+// A request that may be stepped now: every cloth of it has the turn (cloth_runtime.h).
 struct RunnableRequest {
   uint32_t tenant = 0;       // index into the tenants
   uint32_t cloth_count = 0;  // cloths of it that have steps left; >= 1

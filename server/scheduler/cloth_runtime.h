@@ -143,7 +143,7 @@ class ClothRuntime {
   void SetModel(std::shared_ptr<const SceneModel> model) { model_ = std::move(model); }
 
   // Step requests that name this cloth, in order of arrival; the first one has the turn
-  // (cloth_turns.h). For the scheduler alone.
+  // (active_request.h). For the scheduler alone.
   std::deque<ActiveRequest*>& turns() { return turns_; }
 
  private:
