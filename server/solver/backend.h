@@ -102,8 +102,8 @@ class Backend {
   virtual ~Backend() = default;
 
   virtual BackendDescription Describe() const = 0;
-  // "resident", "tiled", "scalar": how a cloth of this model is stepped. A function of the model
-  // alone.
+  // "resident", "tiled", "lanes", "single", "scalar": how a cloth of this model is stepped. A
+  // function of the model alone.
   virtual std::string PlanOf(const SceneModel& model) const = 0;
 
   // Pin targets start at the pins' positions in `state`. RESOURCE_EXHAUSTED when the device is

@@ -35,6 +35,7 @@ Bench::Bench(BenchOptions options) : options_(std::move(options)) {
     const BackendDescription description = backends_.back().backend->Describe();
     std::printf("%-10s %s\n", name.c_str(), description.device.c_str());
     if (name == "gl") gl_device_ = description.device;
+    if (name == "cpu") cpu_device_ = description.device;
     if (description.is_hardware_gpu) {
       has_gpu = true;
       gpu_renderer = description.device.substr(0, description.device.find(','));
@@ -76,10 +77,15 @@ void Bench::WriteMachineFile() const {
   for (const std::string& name : tables_) {
     tables[name] = {{"command", options_.command}, {"date", UtcNow()}, {"commit", options_.commit}};
   }
-  const Json json = {{"machine", machine_},    {"cpu", machine.cpu},
-                     {"cores", machine.cores}, {"instruction_sets", machine.instruction_sets},
-                     {"gl", gl_device_},       {"compiler", machine.compiler},
-                     {"flags", machine.flags}, {"drape_version", DRAPE_VERSION},
+  const Json json = {{"machine", machine_},
+                     {"cpu", machine.cpu},
+                     {"cores", machine.cores},
+                     {"instruction_sets", machine.instruction_sets},
+                     {"cpu_backend", cpu_device_},
+                     {"gl", gl_device_},
+                     {"compiler", machine.compiler},
+                     {"flags", machine.flags},
+                     {"drape_version", DRAPE_VERSION},
                      {"tables", tables}};
   std::ofstream file(out_ / kMachineFile);
   file << json.dump(1) << "\n";

@@ -57,7 +57,8 @@ class Bench {
   std::vector<NamedBackend> backends_;
   NamedBackend fast_;
   NamedBackend reference_;
-  std::string gl_device_;  // empty without the backend gl
+  std::string gl_device_;   // empty without the backend gl
+  std::string cpu_device_;  // with its lanes; empty without the backend cpu
   std::string machine_;
   std::filesystem::path out_;
   std::vector<std::string> tables_;

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "tests/bench/bench_scenes.h"
@@ -89,6 +90,14 @@ TEST_F(BenchTest, BudgetOnEveryBackend) {
   EXPECT_EQ(RowCount(out_ / "budget.csv"), 3);
   ASSERT_EQ(Tables("").exit_status, 0);
   EXPECT_THAT(ReadText(out_ / "README.md"), HasSubstr("| cpu, 1 ms |"));
+}
+
+TEST_F(BenchTest, LanesAgainstSingleClothsWithOneThreadAndAll) {
+  const Ending ending = Bench("lanes");
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  EXPECT_EQ(RowCount(out_ / "lanes.csv"), std::thread::hardware_concurrency() > 1 ? 4 : 2);
+  ASSERT_EQ(Tables("").exit_status, 0);
+  EXPECT_THAT(ReadText(out_ / "README.md"), HasSubstr("single / lanes"));
 }
 
 // Drawing needs matplotlib, which tests do not install: here only that it is Python.

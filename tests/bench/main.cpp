@@ -28,6 +28,7 @@ struct CommandLine {
   AccuracyOptions accuracy;
   StabilityOptions stability;
   BudgetOptions budget;
+  LanesOptions lanes;
   bool needs_hardware = false;
 };
 
@@ -91,6 +92,11 @@ void AddScenes(CLI::App& app, CommandLine& line) {
   budget->add_option("--budgets-ms", line.budget.budgets_ms)->delimiter(',');
   budget->add_option("--particles", line.budget.particles, "of the cloth");
   budget->add_option("--steps", line.budget.steps)->check(CLI::PositiveNumber);
+  CLI::App* lanes = app.add_subcommand(
+      "lanes", "many equal cloths on cpu, side by side and one by one; not part of all");
+  lanes->add_option("--counts", line.lanes.counts, "numbers of cloths")->delimiter(',');
+  lanes->add_option("--particles", line.lanes.particles, "of each cloth");
+  lanes->add_option("--presets", line.lanes.presets)->delimiter(',')->check(Presets());
   CLI::App* stability = app.add_subcommand(
       "stability", "what survives, recovers, warns, breaks or faults; not part of all");
   stability->add_flag("--full", line.stability.is_full, "every value and switch: takes long");
@@ -100,8 +106,8 @@ void AddScenes(CLI::App& app, CommandLine& line) {
       ->check(CLI::PositiveNumber);
   CLI::App* device = app.add_subcommand("device", "the GL device; exit status 3: software");
   device->add_flag("--require-hardware", line.needs_hardware, "fail on a software renderer");
-  app.add_subcommand("all",
-                     "every table but those of accuracy, budget and stability (the default)");
+  app.add_subcommand(
+      "all", "every table but those of accuracy, budget, lanes and stability (the default)");
 }
 
 // What to type to measure the same again; without the options that only say what is noted.
@@ -136,6 +142,7 @@ int Run(const CLI::App& app, CommandLine& line) {
   if (is_wanted("order", 1)) MeasureOrder(bench, line.order);
   if (app.got_subcommand("accuracy")) MeasureAccuracy(bench, line.accuracy);
   if (app.got_subcommand("budget")) MeasureBudget(bench, line.budget);
+  if (app.got_subcommand("lanes")) MeasureLanes(bench, line.lanes);
   if (app.got_subcommand("stability")) MeasureStability(bench, line.stability);
   std::printf("\nresults are in %s\n", bench.out().c_str());
   return 0;

@@ -1,4 +1,4 @@
-#include "server/solver/cpu/constraint_math.h"
+#include "server/solver/cpu/constraint_math-inl.h"
 
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ TEST(LanesTest, IsAnyLaneSetSeesEachLane) {
 // After the impulse the predicted distance is right: C = h (w_i + w_j) |Delta Lambda|.
 TEST(ConstraintMathTest, DistanceImpulseRemovesTheError) {
   const float h = 0.01f, w_i = 2, w_j = 3, error = 0.25f;
-  const float impulse = DistanceImpulse(error, 1 / h, w_i + w_j);
+  const float impulse = HWY_NAMESPACE::DistanceImpulse(error, 1 / h, w_i + w_j);
   EXPECT_LT(impulse, 0) << "too long: pulls";
   EXPECT_NEAR(error + h * (w_i + w_j) * impulse, 0, error * kFewUlps);
 }

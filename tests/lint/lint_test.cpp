@@ -104,7 +104,7 @@ const std::vector<ForeignRule> kForeign = {
      {"server/api", "client", "server/main.cpp"}},
     {std::regex("^(EGL|epoxy)/.*"),
      {"server/gl", "server/solver/gl_compute", "server/render/gl_draw"}},
-    {std::regex("^(tbb|oneapi)/.*"), {"server/solver/cpu"}},
+    {std::regex("^(tbb|oneapi|hwy)/.*"), {"server/solver/cpu"}},
     {std::regex("^tiny_obj_loader.h|^zip.h"), {"client"}},
     {std::regex("^png.h"), {"server/render"}},
     {std::regex("^(Bullet|btBullet|LinearMath/).*"), {}},  // the benchmark's peer: tests/bench only

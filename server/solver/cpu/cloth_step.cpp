@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "server/solver/cpu/constraint_math-inl.h"
 #include "server/solver/cpu/constraint_math.h"
 #include "server/solver/cpu/contacts.h"
 #include "server/solver/cpu/elastic.h"
@@ -13,6 +14,8 @@
 
 namespace drape::cpu {
 namespace {
+
+using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
 // A_i(p, v) by the springs of particle i.
 Lanes SpringAcceleration(const FloatModel& model, const Lanes* p, const Lanes* v, uint32_t i) {
@@ -331,6 +334,13 @@ void Solve(const StepContext& context, StepReport& report) {
   if (controls.tolerance > 0) report.converged = false;
 }
 
+// Of positions and velocities. A zero has no sign: which one it got depends on what padding added
+// to it, and so on the path.
+void DropSignsOfZeros(FloatState& state) {
+  for (Lanes& p : state.positions) p += Lanes{};
+  for (Lanes& v : state.velocities) v += Lanes{};
+}
+
 FaultReason FindFault(const FloatState& state) {
   bool is_runaway = false;
   for (size_t i = 0; i < state.positions.size(); ++i) {
@@ -346,6 +356,7 @@ FaultReason FindFault(const FloatState& state) {
 
 // The new state replaces the old one unless it has blown up.
 void Commit(const StepContext& context, FloatState& state, StepReport& report) {
+  DropSignsOfZeros(context.scratch.state);
   report.fault = FindFault(context.scratch.state);
   if (report.fault == FaultReason::kNone) std::swap(state, context.scratch.state);
 }
@@ -356,6 +367,8 @@ void Begin(const StepContext& context, const FloatState& state) {
   const bool has_two_steps = context.controls.schedule.has_two_steps();
   scratch.predicted.resize(has_two_steps ? state.positions.size() : 0);
   scratch.strip_links.resize(context.model.longest_strip);
+  const bool has_starts = context.controls.has_start_directions();
+  scratch.end_directions.resize(has_starts ? context.model.longest_strip : 0);
   scratch.accelerations.resize(context.model.has_springs() ? context.model.particle_count : 0);
   scratch.elastic_impulses.resize(context.model.elastic_groups.size() * kLaneCount);
   if (context.controls.has_air_forces) {
@@ -383,6 +396,13 @@ FloatSubstep::FloatSubstep(const Substep& substep, double damping_per_s)
                                             ? 1 / (1 + damping_per_s * substep.interval_s)
                                             : std::exp(-damping_per_s * substep.interval_s))) {}
 
+void Finish(const StepContext& context, bool measure, FloatState& state, StepReport& report) {
+  report.warnings.not_converged = !report.converged;
+  Commit(context, state, report);
+  if (report.fault != FaultReason::kNone) PlaceColliders(context, 0, 0);
+  if (measure) report.measured = Measure(context, state, report.fault);
+}
+
 StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
   const FloatControls& controls = context.controls;
   const std::vector<Lanes>& positions = context.scratch.state.positions;
@@ -409,10 +429,7 @@ StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
     CorrectVelocity(context);
     Kick(context, positions, context.substep.kick_after);
   }
-  report.warnings.not_converged = !report.converged;
-  Commit(context, state, report);
-  if (report.fault != FaultReason::kNone) PlaceColliders(context, 0, 0);
-  if (measure) report.measured = Measure(context, state, report.fault);
+  Finish(context, measure, state, report);
   return report;
 }
 

@@ -49,13 +49,12 @@ struct FloatSubstep {
   float damping_factor = 1;  // of velocities: of v after a ballistic substep, of u before two steps
 };
 
-// One link of eight strips under way.
+// One link of a strip under way, of each lane.
+template <class Scalars, class Vectors>
 struct StripLinkSolution {
-  WideVectors n;      // the line of the impulse
-  WideVectors n_end;  // unit, at the predicted positions; only with start directions
-  WideLanes ratio;    // coupling to the next link over the pivot
-  WideLanes inverse_pivot;
-  WideLanes impulse;  // [N s]; during the elimination the right side over the pivot
+  Vectors n;        // the line of the impulse
+  Scalars ratio;    // coupling to the next link over the pivot
+  Scalars impulse;  // [N s]; during the elimination the right side over the pivot
 };
 
 // Working memory of one step; kept by a thread between steps only to save allocations.
@@ -68,9 +67,11 @@ struct StepScratch {
   std::vector<Lanes> elastic_impulses;  // [elastic group][lane] [N s]
   // Lambda, [group_count + 1] [N s]; only with compliance or inequalities
   std::vector<Lanes> distance_impulses;
-  std::vector<StripLinkSolution> strip_links;  // of one group of strips
-  std::vector<Lanes> twists;                   // [row of cells, two of them][column]
-  std::vector<Lanes> joint_impulses;           // Lambda, [joint_count] [N s]
+  // Of one group of strips.
+  std::vector<StripLinkSolution<WideLanes, WideVectors>> strip_links;
+  std::vector<WideVectors> end_directions;  // of their links; only with start directions
+  std::vector<Lanes> twists;                // [row of cells, two of them][column]
+  std::vector<Lanes> joint_impulses;        // Lambda, [joint_count] [N s]
   std::vector<Lanes> rest_lengths;  // [group_count] [m] at the end of the substep; only of its own
   std::vector<ContactImpulses> contacts;  // [particle_count][collider_count]
   // [collider_count] in the substep under way; empty if they all rest as described.
@@ -95,6 +96,10 @@ struct StepContext {
   uint32_t max_iterations;  // sweeps per substep at most
   FloatSubstep substep{};   // the one under way
 };
+
+// What a step ends with: the new state of context.scratch replaces `state` unless it has blown up,
+// and the report gets what there is to tell.
+void Finish(const StepContext& context, bool measure, FloatState& state, StepReport& report);
 
 // Steps `state` once. If it blows up, `state` stays as it was and the report says why. The result
 // is a function of model, controls, pin targets and state alone. Thread-safe for different states.

@@ -1,8 +1,8 @@
-// The formulas of the step as pure functions; no state, no loops over particles. T is float (one
-// constraint) or Lanes (four at once). Symbols as in Bender et al. 2009 and
-// server/solver/README.md: p, v, u position, velocity, mean velocity over the substep; w inverse
-// mass; h substep; C error; n direction; Lambda accumulated impulse; alpha compliance; beta impulse
-// of a contact times w.
+// The formulas of the step as pure functions; no state, no loops over particles. Those of
+// constraints that both paths share are in constraint_math-inl.h. Symbols as in Bender et al. 2009
+// and server/solver/README.md: p, v, u position, velocity, mean velocity over the substep; w
+// inverse mass; h substep; C error; n direction; Lambda accumulated impulse; alpha compliance; beta
+// impulse of a contact times w.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,6 @@
 #include <cstdint>
 
 #include "server/solver/cpu/lanes.h"
-#include "server/solver/cpu/wide_lanes.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape::cpu {
@@ -26,68 +25,6 @@ inline Lanes PredictedDifference(Lanes p_i, Lanes p_j, Lanes u_i, Lanes u_j, flo
   return (p_j - p_i) + h * (u_j - u_i);
 }
 
-inline Lanes AllLanes(float value, const Lanes&) {
-  return Splat(value);
-}
-inline WideLanes AllLanes(float value, const WideLanes&) {
-  return WideSplat(value);
-}
-
-// d / |d|; +x where d is too short to have a direction. `length` = |d|.
-template <class Vectors, class Scalars>
-inline Vectors Directions(const Vectors& d, const Scalars& length) {
-  const auto is_short = length < kMinDirectionLength;
-  const Scalars one = AllLanes(1, length);
-  Vectors n = (one / Select(is_short, one, length)) * d;
-  if (IsAnyLaneSet(is_short)) [[unlikely]] {
-    const Scalars zero = AllLanes(0, length);
-    n = {Select(is_short, one, n.x), Select(is_short, zero, n.y), Select(is_short, zero, n.z)};
-  }
-  return n;
-}
-
-// Lines of impulses, and how much of a displacement along them changes the lengths (the README of
-// server/solver, "Direction").
-template <class Vectors, class Scalars>
-struct ImpulseLines {
-  Vectors n;
-  Scalars slope;  // n . n_end
-};
-
-// `start` are the differences of positions at the start of the substep [m].
-template <class Vectors, class Scalars>
-inline ImpulseLines<Vectors, Scalars> BlendDirections(const Vectors& start, const Vectors& n_end,
-                                                      const Scalars& end_share) {
-  const Scalars one = AllLanes(1, end_share);
-  const Vectors n_start = Directions(start, Sqrt(Dot(start, start)));
-  const auto turns_far = Dot(n_start, n_end) < static_cast<float>(kMinDirectionCosine);
-  const Scalars share = Select(turns_far, one, end_share);
-  const Vectors n = (one - share) * n_start + share * n_end;
-  return {n, Dot(n, n_end)};
-}
-
-// Impulse that removes the residual r = C + (alpha/h) Lambda within h (Bender et al. 2009,
-// section 3.2; C_distance of section 4.3; the compliance is an extension, see the README of
-// server/solver): Delta Lambda = -r / h / (w_i + w_j + alpha/h^2). Negative pulls the particles
-// together.
-template <class T>
-inline T DistanceImpulse(T residual, float inverse_h, T inverse_mass_sum) {
-  return -residual * inverse_h / inverse_mass_sum;
-}
-
-// Impulse that takes the velocity along a link, n . (v_j - v_i) (Bender et al. 2009, section 3.2, a
-// velocity constraint: no 1/h). Padding has no mass: none.
-inline Lanes VelocityImpulse(Lanes speed, Lanes inverse_mass_i, Lanes inverse_mass_j) {
-  const Lanes sum = inverse_mass_i + inverse_mass_j;
-  return sum > 0 ? -speed / (sum > 0 ? sum : Splat(1)) : Splat(0);
-}
-
-// The part of an impulse that keeps the accumulated one within its bounds: inequality constraints
-// push or pull, never both (Bender et al. 2009, section 3.2).
-inline Lanes ClampImpulse(Lanes lambda, Lanes impulse, Lanes min, Lanes max) {
-  return Min(Max(lambda + impulse, min), max) - lambda;
-}
-
 // Impulse that closes a point joint, along all axes at once: Delta Lambda = -r / h / (w_i + w_j +
 // alpha/h^2), r = p_j - p_i + (alpha/h) Lambda (Bender et al. 2009, section 3.2, for the equality
 // constraint p_j - p_i = 0).
@@ -98,14 +35,6 @@ inline Lanes JointImpulse(Lanes residual, float inverse_h, float inverse_mass_su
 // A rest length that changes linearly within the step.
 inline Lanes LengthBetween(Lanes start, Lanes target, float share) {
   return start + (target - start) * share;
-}
-
-// Speed towards a pin that brings a particle back within reach by the end of the substep: (|d| -
-// reach) / h. Only the particle moves: the pin's inverse mass is 0 (Bender et al. 2009,
-// section 3.2, for the inequality reach - |d| >= 0).
-template <class T>
-inline T TetherSpeed(T length, T reach, float inverse_h) {
-  return (length - reach) * inverse_h;
 }
 
 // Acceleration of particle i, before the factor w_i, from one spring to j (Bender et al. 2009,

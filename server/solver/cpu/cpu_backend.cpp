@@ -22,7 +22,9 @@
 #include "server/solver/cpu/float_controls.h"
 #include "server/solver/cpu/float_model.h"
 #include "server/solver/cpu/joints.h"
+#include "server/solver/cpu/lane_step.h"
 #include "server/solver/cpu/measure.h"
+#include "server/solver/cpu/step_groups.h"
 
 namespace drape {
 namespace cpu {
@@ -102,6 +104,27 @@ void SetColliderMotions(Cloth& cloth, std::span<const RigidMotion> motions) {
   CheckMotionCount(cloth.parameters);
 }
 
+// Where pins, lengths and colliders go in a step.
+void SetTargets(Cloth& cloth, const StepItem& item) {
+  if (!item.pin_targets_m.empty()) cloth.pin_targets = ToFloat(item.pin_targets_m, *cloth.model);
+  SetLengthTargets(cloth, item.rest_lengths_m);
+  SetColliderMotions(cloth, item.collider_motions);
+}
+
+void EndStep(Cloth& cloth, const StepReport& report) {
+  cloth.fault = report.fault;
+  if (cloth.fault != FaultReason::kNone) return;
+  for (RigidMotion& motion : cloth.parameters.collider_motions) {
+    motion = motion.After(cloth.parameters.settings.time_step_s);
+  }
+}
+
+// Whether the cloth can be stepped in lanes (lane_step.h).
+bool ClothFitsLanes(const Cloth& cloth) {
+  return cloth.fault == FaultReason::kNone && !cloth.own_lengths &&
+         FitsLanes(*cloth.model->source) && FitsLanes(*cloth.controls);
+}
+
 void Append(const std::vector<Lanes>& values, uint32_t particle_count, std::vector<float>& packed) {
   for (uint32_t i = 0; i < particle_count; ++i) {
     packed.insert(packed.end(), {values[i][0], values[i][1], values[i][2]});
@@ -129,16 +152,19 @@ class CpuBackend final : public Backend {
       : thread_count_(options.thread_count > 0 ? static_cast<int>(options.thread_count)
                                                : tbb::info::default_concurrency()),
         arena_(thread_count_),
+        lane_count_(options.use_lanes ? SupportedLanes().lane_count : 1),
         scratch_(static_cast<size_t>(thread_count_)) {}
 
   BackendDescription Describe() const override {
     return {"cpu",
             std::to_string(thread_count_) + (thread_count_ == 1 ? " core, " : " cores, ") +
-                ProcessorName(),
+                ProcessorName() + ", " + LanesText(),
             ScalarType::kFloat32, false};
   }
 
-  std::string PlanOf(const SceneModel&) const override { return "scalar"; }
+  std::string PlanOf(const SceneModel& model) const override {
+    return lane_count_ > 1 && FitsLanes(model) ? "lanes" : "single";
+  }
 
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
                              const ClothParameters& parameters, const ParticleState& state) override
@@ -162,12 +188,13 @@ class CpuBackend final : public Backend {
     const auto start = std::chrono::steady_clock::now();
     BatchReport batch;
     batch.reports.resize(items.size());
+    const std::vector<StepGroup> groups = GroupsOf(items);
     arena_.execute([&] {
       tbb::parallel_for(
-          tbb::blocked_range<size_t>(0, items.size(), 1),
+          tbb::blocked_range<size_t>(0, groups.size(), 1),
           [&](const tbb::blocked_range<size_t>& range) {
             for (size_t k = range.begin(); k < range.end(); ++k) {
-              batch.reports[k] = StepItemOnThisThread(items[k]);
+              StepOnThisThread(items, groups[k], batch.reports);
             }
           },
           tbb::simple_partitioner());
@@ -224,43 +251,85 @@ class CpuBackend final : public Backend {
   }
 
  private:
-  StepScratch& ScratchOfThisThread() {
+  // "16 lanes (AVX3)", "no lanes"
+  std::string LanesText() const {
+    if (lane_count_ == 1) return "no lanes";
+    return std::to_string(lane_count_) + " lanes (" + SupportedLanes().name + ")";
+  }
+
+  // Working memory of one thread, apart from that of others.
+  struct alignas(128) ThreadScratch {
+    StepScratch single;
+    LaneScratch lanes;
+  };
+
+  ThreadScratch& ScratchOfThisThread() {
     return scratch_.at(static_cast<size_t>(tbb::this_task_arena::current_thread_index()));
   }
 
-  // Touches only the item's cloth and this thread's scratch memory.
-  StepReport StepItemOnThisThread(const StepItem& item) {
-    const DenormalsAreZero denormals_are_zero;
-    Cloth& cloth = cloths_.At(item.cloth);
-    if (!item.pin_targets_m.empty() && cloth.fault == FaultReason::kNone) {
-      cloth.pin_targets = ToFloat(item.pin_targets_m, *cloth.model);
+  std::vector<StepGroup> GroupsOf(std::span<const StepItem> items) {
+    std::vector<std::optional<LaneKey>> keys(items.size());
+    for (size_t k = 0; k < items.size() && lane_count_ > 1; ++k) {
+      const Cloth& cloth = cloths_.At(items[k].cloth);
+      if (!ClothFitsLanes(cloth)) continue;
+      const StepSettings& settings = cloth.parameters.settings;
+      keys[k].emplace(*cloth.model, *cloth.controls, settings, IterationsOf(items[k], settings));
     }
-    if (cloth.fault == FaultReason::kNone) SetLengthTargets(cloth, item.rest_lengths_m);
-    if (cloth.fault == FaultReason::kNone) SetColliderMotions(cloth, item.collider_motions);
-    const OwnLengths* own_lengths = cloth.own_lengths ? &*cloth.own_lengths : nullptr;
-    std::vector<RigidMotion>& motions = cloth.parameters.collider_motions;
-    const uint32_t max_iterations = IterationsOf(item, cloth.parameters.settings);
-    const StepContext context{*cloth.model, *cloth.controls,       cloth.pin_targets, own_lengths,
-                              motions,      ScratchOfThisThread(), max_iterations};
+    return FormGroups(keys, lane_count_, static_cast<uint32_t>(thread_count_));
+  }
+
+  // Touches only the cloths of the group and this thread's scratch memory.
+  void StepOnThisThread(std::span<const StepItem> items, const StepGroup& group,
+                        std::vector<StepReport>& reports) {
+    const DenormalsAreZero denormals_are_zero;
+    if (group.size() == 1) {
+      reports[group[0]] = StepAlone(items[group[0]]);
+      return;
+    }
+    std::vector<LaneCloth> cloths;
+    for (const uint32_t k : group) {
+      Cloth& cloth = cloths_.At(items[k].cloth);
+      SetTargets(cloth, items[k]);
+      cloths.push_back({ContextOf(cloth, items[k]), items[k].measure, cloth.state});
+    }
+    StepCloths(cloths, ScratchOfThisThread().lanes);
+    for (size_t lane = 0; lane < group.size(); ++lane) {
+      reports[group[lane]] = cloths[lane].report;
+      EndStep(cloths_.At(items[group[lane]].cloth), cloths[lane].report);
+    }
+  }
+
+  StepReport StepAlone(const StepItem& item) {
+    Cloth& cloth = cloths_.At(item.cloth);
     if (cloth.fault != FaultReason::kNone) {
+      const StepContext context = ContextOf(cloth, item);
       StepReport report;
       report.fault = cloth.fault;
       PlaceColliders(context, 0, 0);
       if (item.measure) report.measured = Measure(context, cloth.state, cloth.fault);
       return report;
     }
-    const StepReport report = StepCloth(context, item.measure, cloth.state);
-    cloth.fault = report.fault;
-    if (cloth.fault != FaultReason::kNone) return report;
-    for (RigidMotion& motion : motions) {
-      motion = motion.After(cloth.parameters.settings.time_step_s);
-    }
+    SetTargets(cloth, item);
+    const StepReport report = StepCloth(ContextOf(cloth, item), item.measure, cloth.state);
+    EndStep(cloth, report);
     return report;
+  }
+
+  // Valid as long as the cloth is not changed.
+  StepContext ContextOf(const Cloth& cloth, const StepItem& item) {
+    return {*cloth.model,
+            *cloth.controls,
+            cloth.pin_targets,
+            cloth.own_lengths ? &*cloth.own_lengths : nullptr,
+            cloth.parameters.collider_motions,
+            ScratchOfThisThread().single,
+            IterationsOf(item, cloth.parameters.settings)};
   }
 
   const int thread_count_;
   tbb::task_arena arena_;
-  std::vector<StepScratch> scratch_;  // one per thread of the arena
+  const uint32_t lane_count_;           // 1: every cloth is stepped alone
+  std::vector<ThreadScratch> scratch_;  // one per thread of the arena
   FloatModelCache models_;
   ClothSlots<Cloth> cloths_;
 };

@@ -1,4 +1,5 @@
-// The single-precision backend on all cores: plain float, one cloth per task.
+// The single-precision backend on all cores: equal cloths side by side in the lanes of the vector
+// registers, others alone.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +13,13 @@ struct CpuBackendOptions {
   // Threads that step cloths, the calling one included; 0 = one per core. The result does not
   // depend on it.
   uint32_t thread_count = 0;
+  // Whether equal cloths are stepped side by side in the lanes of the vector registers. The result
+  // does not depend on it.
+  bool use_lanes = true;
 };
 
-// Named "cpu"; every model runs as plan "scalar".
+// Named "cpu". Plan "lanes": cloths of this model are stepped side by side wherever the batch has
+// several that are alike (lane_step.h); "single": always alone.
 std::unique_ptr<Backend> CreateCpuBackend(const CpuBackendOptions& options = {});
 
 }  // namespace drape

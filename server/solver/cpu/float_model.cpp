@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <span>
+#include <tuple>
 #include <utility>
 
 namespace drape::cpu {
@@ -53,13 +55,14 @@ void PackConstraints(FloatModel& model) {
   }
 }
 
-// Lane `lane` of the links of a group, from strip `strip`.
-void PackStripLane(FloatModel& model, const StripGroup& group, uint32_t lane, uint32_t strip) {
+// Lane `lane` of the links of a group, from strip `strip`; `links` are those of the group.
+template <class Link>
+void PackStripLane(const FloatModel& model, uint32_t strip, uint32_t lane, std::span<Link> links) {
   const StripSet& strips = model.source->strips();
   const std::vector<float>& w = model.inverse_masses;
   const uint32_t begin = strips.strip_offsets[strip], end = strips.strip_offsets[strip + 1];
   for (uint32_t k = begin; k < end; ++k) {
-    StripLink& link = model.strip_links[group.link_begin + (k - begin)];
+    Link& link = links[k - begin];
     const uint32_t from = strips.particles[k + strip], to = strips.particles[k + strip + 1];
     const DistanceConstraint& constraint = model.source->constraints()[strips.constraints[k]];
     link.to[lane] = to;
@@ -73,39 +76,42 @@ void PackStripLane(FloatModel& model, const StripGroup& group, uint32_t lane, ui
     link.inverse_mass_joint.Set(lane, k + 1 < end ? w[to] : 0);
     link.diagonal.Set(lane, w[from] + w[to]);
   }
-  for (uint32_t k = group.link_begin + (end - begin); k < group.link_end; ++k) {
-    model.strip_links[k].to[lane] = strips.particles[end + strip];
-  }
+  for (Link& link : links.subspan(end - begin)) link.to[lane] = strips.particles[end + strip];
+}
+
+template <class Link>
+Link PaddingLink(const FloatModel& model) {
+  Link padding{};
+  padding.to.fill(model.spare_particle());
+  padding.places.fill(static_cast<uint32_t>(model.groups.size() * kLaneCount));
+  for (uint32_t lane = 0; lane < padding.to.size(); ++lane) padding.diagonal.Set(lane, 1);
+  return padding;
 }
 
 // Strips of a phase are sorted by length, so little is padding.
-void PackStrips(FloatModel& model) {
+template <class Ends, class Link>
+void PackStrips(FloatModel& model, std::vector<Strips<Ends>>& groups, std::vector<Link>& links) {
+  constexpr uint32_t kCount = std::tuple_size_v<Ends>;
   const StripSet& strips = model.source->strips();
-  StripLink padding{};
-  padding.to.fill(model.spare_particle());
-  padding.places.fill(static_cast<uint32_t>(model.groups.size() * kLaneCount));
-  padding.diagonal = WideSplat(1);
-  model.longest_strip = 0;
   for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
     const uint32_t phase_end = strips.phase_offsets[phase + 1];
-    for (uint32_t s = strips.phase_offsets[phase]; s < phase_end; s += kWideCount) {
-      const uint32_t lane_count = std::min(kWideCount, phase_end - s);
+    for (uint32_t s = strips.phase_offsets[phase]; s < phase_end; s += kCount) {
+      const uint32_t lane_count = std::min(kCount, phase_end - s);
       uint32_t length = 0;
-      for (uint32_t lane = 0; lane < lane_count; ++lane) {
-        length =
-            std::max(length, strips.strip_offsets[s + lane + 1] - strips.strip_offsets[s + lane]);
+      for (uint32_t k = s; k < s + lane_count; ++k) {
+        length = std::max(length, strips.strip_offsets[k + 1] - strips.strip_offsets[k]);
       }
-      StripGroup group;
+      Strips<Ends> group;
       group.first.fill(model.spare_particle());
-      group.link_begin = static_cast<uint32_t>(model.strip_links.size());
+      group.link_begin = static_cast<uint32_t>(links.size());
       group.link_end = group.link_begin + length;
-      model.strip_links.resize(group.link_end, padding);
+      links.resize(group.link_end, PaddingLink<Link>(model));
       for (uint32_t lane = 0; lane < lane_count; ++lane) {
         group.first[lane] = strips.particles[strips.strip_offsets[s + lane] + s + lane];
-        PackStripLane(model, group, lane, s + lane);
+        PackStripLane(model, s + lane, lane, std::span(links).subspan(group.link_begin));
       }
       model.longest_strip = std::max(model.longest_strip, length);
-      model.strips.push_back(group);
+      groups.push_back(group);
     }
   }
 }
@@ -121,6 +127,12 @@ void PackJoints(FloatModel& model) {
 // pins in their order.
 void PackTethers(FloatModel& model) {
   const std::span<const uint32_t> offsets = model.source->tether_offsets();
+  for (uint32_t particle = 0; particle < model.particle_count; ++particle) {
+    for (uint32_t t = offsets[particle]; t < offsets[particle + 1]; ++t) {
+      const Tether& tether = model.source->tethers()[t];
+      model.single_tethers.push_back({particle, tether.pin, static_cast<float>(tether.length_m)});
+    }
+  }
   for (uint32_t rank = 0; rank < kMaxTethersPerParticle; ++rank) {
     uint32_t lane = 0;
     for (uint32_t particle = 0; particle < model.particle_count; ++particle) {
@@ -212,7 +224,8 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
   PackConstraints(*this);
   if (has_compliance()) compliances.push_back(Splat(0));
   PackJoints(*this);
-  PackStrips(*this);
+  PackStrips(*this, strips, strip_links);
+  PackStrips(*this, strip_pairs, pair_links);
   PackTethers(*this);
   PackTriangles(*this);
   PackElastic(*this);

@@ -23,27 +23,43 @@ struct DistanceGroup {
   Lanes inverse_mass_j;
 };
 
-// One link of each of eight strips of a phase. Shorter strips are filled up with links from their
-// last particle to itself that no impulse moves.
-struct StripLink {
-  std::array<uint32_t, kWideCount> to;  // the particle at the end of the link
+// One link of each of several strips of a phase side by side. Ends are the particles or places of
+// each lane, Numbers a number of each lane. Shorter strips are filled up with links from their last
+// particle to itself that no impulse moves.
+template <class Ends, class Numbers>
+struct StripLinks {
+  Ends to;  // the particle at the end of the link
   // Where the compliance and the accumulated impulse are (FloatModel::compliances).
-  std::array<uint32_t, kWideCount> places;
-  WideLanes rest_length;             // [m]
-  WideLanes inverse_rest_length_sq;  // [1/m^2]; 0 for padding
-  WideLanes inverse_mass_from;       // [1/kg]
-  WideLanes inverse_mass_to;
-  WideLanes inverse_mass_joint;  // of the particle shared with the next link; 0 if there is none
-  WideLanes diagonal;            // inverse_mass_from + inverse_mass_to, never 0
-  WideLanes min_pivot;           // share of the diagonal
+  Ends places;
+  Numbers rest_length;             // [m]
+  Numbers inverse_rest_length_sq;  // [1/m^2]; 0 for padding
+  Numbers inverse_mass_from;       // [1/kg]
+  Numbers inverse_mass_to;
+  Numbers inverse_mass_joint;  // of the particle shared with the next link; 0 if there is none
+  Numbers diagonal;            // inverse_mass_from + inverse_mass_to, never 0
+  Numbers min_pivot;           // share of the diagonal
 };
 
-// Eight strips of a phase.
-struct StripGroup {
-  std::array<uint32_t, kWideCount> first;  // their first particles
-  uint32_t link_begin;                     // in FloatModel::strip_links
+// Strips of a phase side by side.
+template <class Ends>
+struct Strips {
+  Ends first;           // their first particles
+  uint32_t link_begin;  // in the array of their links
   uint32_t link_end;
 };
+
+// Eight strips of one cloth.
+using StripLink = StripLinks<std::array<uint32_t, kWideCount>, WideLanes>;
+using StripGroup = Strips<std::array<uint32_t, kWideCount>>;
+
+// Two strips, the same of several cloths.
+struct NumberPair {
+  float low, high;
+
+  void Set(uint32_t strip, float value) { (strip == 0 ? low : high) = value; }
+};
+using PairLink = StripLinks<std::array<uint32_t, 2>, NumberPair>;
+using StripPair = Strips<std::array<uint32_t, 2>>;
 
 // What the accumulated impulses of four constraints may be [N s]: a rope's at most 0, a strut's at
 // least 0, others anything.
@@ -65,6 +81,12 @@ struct TetherGroup {
   std::array<uint32_t, kLaneCount> particle;
   std::array<uint32_t, kLaneCount> pin;
   Lanes length;  // [m]
+};
+
+struct SingleTether {
+  uint32_t particle;
+  uint32_t pin;
+  float length;  // [m]
 };
 
 // Four triangles. Filled up with triangles of the spare particle alone.
@@ -111,11 +133,14 @@ struct FloatModel {
   std::vector<Lanes> compliances;
   std::vector<StripGroup> strips;  // phase after phase
   std::vector<StripLink> strip_links;
-  uint32_t longest_strip;                // links
-  std::vector<ImpulseBounds> bounds;     // [group_count]; empty if all constraints are equalities
-  std::vector<FloatJoint> joints;        // in the order of the source
-  std::vector<TetherGroup> tethers;      // the nearest pin of every particle, then the next, ...
-  std::vector<TriangleGroup> triangles;  // in the order of the source
+  std::vector<StripPair> strip_pairs;  // the same in pairs
+  std::vector<PairLink> pair_links;
+  uint32_t longest_strip = 0;         // links
+  std::vector<ImpulseBounds> bounds;  // [group_count]; empty if all constraints are equalities
+  std::vector<FloatJoint> joints;     // in the order of the source
+  std::vector<TetherGroup> tethers;   // the nearest pin of every particle, then the next, ...
+  std::vector<SingleTether> single_tethers;  // particle by particle, the nearest pin first
+  std::vector<TriangleGroup> triangles;      // in the order of the source
   std::vector<ElasticGroup> elastic_groups;  // in the order of the source
   std::vector<uint32_t> elastic_offsets;     // [particle_count + 1]
   std::vector<FloatElasticEnd> elastic_ends;

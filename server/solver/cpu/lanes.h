@@ -27,6 +27,11 @@ inline Lanes Splat(float value) {
   return Lanes{value, value, value, value};
 }
 
+// The value in all lanes, of the type of the second argument.
+inline Lanes AllLanes(float value, const Lanes&) {
+  return Splat(value);
+}
+
 // Of x, y, z; the sum is taken in that order.
 inline float Dot(Lanes a, Lanes b) {
   const Lanes product = a * b;

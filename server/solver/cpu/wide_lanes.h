@@ -49,8 +49,8 @@ struct WideMask {
 inline WideMask operator>(const WideLanes& a, const WideLanes& b) {
   return {a.low > b.low, a.high > b.high};
 }
-inline WideMask operator<(const WideLanes& a, float b) {
-  return {a.low < b, a.high < b};
+inline WideMask operator<(const WideLanes& a, const WideLanes& b) {
+  return {a.low < b.low, a.high < b.high};
 }
 inline bool IsAnyLaneSet(const WideMask& mask) {
   return IsAnyLaneSet(mask.low | mask.high);
@@ -58,6 +58,9 @@ inline bool IsAnyLaneSet(const WideMask& mask) {
 
 inline WideLanes WideSplat(float value) {
   return {Splat(value), Splat(value)};
+}
+inline WideLanes AllLanes(float value, const WideLanes&) {
+  return WideSplat(value);
 }
 inline WideLanes Sqrt(const WideLanes& v) {
   return {Sqrt(v.low), Sqrt(v.high)};

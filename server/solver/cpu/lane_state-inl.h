@@ -1,0 +1,159 @@
+// What a step of a group of cloths works on. Compiled once per instruction set.
+#if defined(DRAPE_CPU_LANE_STATE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DRAPE_CPU_LANE_STATE_INL_H_
+#undef DRAPE_CPU_LANE_STATE_INL_H_
+#else
+#define DRAPE_CPU_LANE_STATE_INL_H_
+#endif
+
+#include <algorithm>
+#include <span>
+
+#include "server/solver/cpu/cloth_lanes-inl.h"
+#include "server/solver/cpu/lane_step.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace drape::cpu::HWY_NAMESPACE {
+namespace {
+
+// One particle of each cloth. While a substep lasts p is b and u the mean velocity, else v.
+struct ClothParticle {
+  ClothVectors p, u;
+};
+
+using PairLinkSolution = StripLinkSolution<PairLanes, PairVectors>;
+
+ClothVectors GravityOf(std::span<const LaneCloth> cloths) {
+  alignas(64) float axes[3][kClothCount] = {};
+  for (size_t lane = 0; lane < cloths.size(); ++lane) {
+    for (size_t axis = 0; axis < 3; ++axis) {
+      axes[axis][lane] = cloths[lane].context.controls.gravity[axis];
+    }
+  }
+  return {LoadCloths(axes[0]), LoadCloths(axes[1]), LoadCloths(axes[2])};
+}
+
+ClothLanes EndShareOf(std::span<const LaneCloth> cloths) {
+  alignas(64) float shares[kClothCount] = {};
+  for (size_t lane = 0; lane < cloths.size(); ++lane) {
+    shares[lane] = cloths[lane].context.controls.end_share;
+  }
+  return LoadCloths(shares);
+}
+
+// Everything one step of a group needs.
+struct LaneContext {
+  LaneContext(std::span<const LaneCloth> cloths, LaneScratch& scratch)
+      : model(cloths[0].context.model),
+        controls(cloths[0].context.controls),
+        max_iterations(cloths[0].context.max_iterations),
+        particles(scratch.particles.Reserve<ClothParticle>(particle_count())),
+        previous(scratch.previous.Reserve<ClothParticle>(
+            controls.schedule.has_two_steps() ? particle_count() : 0)),
+        pin_targets(scratch.pin_targets.Reserve<ClothVectors>(model.pins.size())),
+        strip_links(scratch.strip_links.Reserve<PairLinkSolution>(model.longest_strip)),
+        end_directions(scratch.end_directions.Reserve<PairVectors>(
+            controls.has_start_directions() ? model.longest_strip : 0)),
+        distance_impulses(scratch.distance_impulses.Reserve<ClothLanes>(impulse_count())),
+        twists(
+            scratch.twists.Reserve<ClothVectors>(2 * (model.source->grid_columns() + size_t{1}))),
+        gravity(GravityOf(cloths)),
+        end_share(EndShareOf(cloths)) {}
+
+  // With the spare one.
+  size_t particle_count() const { return model.particle_count + size_t{1}; }
+  // Of constraints with an accumulated impulse, in the places of the model, and padding.
+  size_t impulse_count() const {
+    const bool has_impulses = model.has_compliance() || model.has_inequalities();
+    return has_impulses ? (model.groups.size() + 1) * kLaneCount : 0;
+  }
+
+  const FloatModel& model;
+  const FloatControls& controls;  // of the first cloth: only what a group shares may be used
+  const uint32_t max_iterations;  // sweeps per substep at most
+  // The working memory, LaneScratch.
+  ClothParticle* const particles;
+  ClothParticle* const previous;
+  ClothVectors* const pin_targets;
+  PairLinkSolution* const strip_links;
+  PairVectors* const end_directions;
+  ClothLanes* const distance_impulses;
+  ClothVectors* const twists;
+  // What differs between the cloths.
+  const ClothVectors gravity;
+  const ClothLanes end_share;
+  ClothLanes damping_factor = SplatCloths(1);  // of the substep under way
+  bool has_damping = false;                    // some cloth has
+  FloatSubstep substep{};                      // the one under way, but for the damping
+};
+
+// The same vector of each cloth, `vectors[lane]`.
+ClothVectors Interleave(const Lanes* const (&vectors)[kClothCount], size_t index) {
+  alignas(64) Lanes tile[kClothCount];
+  for (size_t lane = 0; lane < kClothCount; ++lane) tile[lane] = vectors[lane][index];
+  ClothVectors result;
+  ClothLanes unused;
+  hn::LoadInterleaved4(LaneTag(), reinterpret_cast<const float*>(tile), result.x.v, result.y.v,
+                       result.z.v, unused.v);
+  return result;
+}
+
+void Separate(const ClothVectors& vectors, Lanes* const* results, size_t cloth_count,
+              size_t index) {
+  alignas(64) Lanes tile[kClothCount];
+  hn::StoreInterleaved4(vectors.x.v, vectors.y.v, vectors.z.v, hn::Zero(LaneTag()), LaneTag(),
+                        reinterpret_cast<float*>(tile));
+  for (size_t lane = 0; lane < cloth_count; ++lane) results[lane][index] = tile[lane];
+}
+
+// States and pin targets into the lanes; lanes without a cloth are like the last one.
+void Gather(std::span<const LaneCloth> cloths, const LaneContext& context) {
+  const Lanes* positions[kClothCount];
+  const Lanes* velocities[kClothCount];
+  const Lanes* targets[kClothCount];
+  for (size_t lane = 0; lane < kClothCount; ++lane) {
+    const LaneCloth& cloth = cloths[std::min(lane, cloths.size() - 1)];
+    positions[lane] = cloth.state.positions.data();
+    velocities[lane] = cloth.state.velocities.data();
+    targets[lane] = cloth.context.pin_targets.data();
+  }
+  for (size_t i = 0; i < context.particle_count(); ++i) {
+    context.particles[i] = {Interleave(positions, i), Interleave(velocities, i)};
+  }
+  for (size_t k = 0; k < context.model.pins.size(); ++k) {
+    context.pin_targets[k] = Interleave(targets, k);
+  }
+}
+
+// The lanes into one state per cloth.
+void Scatter(const LaneContext& context, std::span<FloatState> results) {
+  Lanes* positions[kClothCount] = {};
+  Lanes* velocities[kClothCount] = {};
+  for (size_t lane = 0; lane < results.size(); ++lane) {
+    results[lane].positions.resize(context.particle_count());
+    results[lane].velocities.resize(context.particle_count());
+    positions[lane] = results[lane].positions.data();
+    velocities[lane] = results[lane].velocities.data();
+  }
+  for (size_t i = 0; i < context.particle_count(); ++i) {
+    Separate(context.particles[i].p, positions, results.size(), i);
+    Separate(context.particles[i].u, velocities, results.size(), i);
+  }
+}
+
+// What Measure reads of the working memory of a cloth.
+void ScatterImpulses(const LaneContext& context, size_t lane, StepScratch& scratch) {
+  scratch.surfaces.clear();
+  scratch.joint_impulses.clear();
+  scratch.distance_impulses.resize(context.impulse_count() / kLaneCount);
+  for (size_t place = 0; place < context.impulse_count(); ++place) {
+    scratch.distance_impulses[place / kLaneCount][place % kLaneCount] =
+        hn::ExtractLane(context.distance_impulses[place].v, lane);
+  }
+}
+
+}  // namespace
+}  // namespace drape::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard, once per instruction set

@@ -1,0 +1,71 @@
+// The step of several cloths of one model at once, a lane of the vector registers per cloth. Each
+// gets the operations of StepCloth in the same order, and so the same bits.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "server/solver/cpu/cloth_step.h"
+#include "server/solver/step_report.h"
+
+namespace drape::cpu {
+
+// Working memory for vectors of any instruction set; keeps its size.
+class LaneMemory {
+ public:
+  // Of at least this many; what they hold is left from before.
+  template <class T>
+  T* Reserve(size_t count) {
+    blocks_.resize(
+        std::max(blocks_.size(), (count * sizeof(T) + sizeof(Block) - 1) / sizeof(Block)));
+    return reinterpret_cast<T*>(blocks_.data());
+  }
+
+ private:
+  struct alignas(64) Block {
+    std::byte bytes[64];
+  };
+  std::vector<Block> blocks_;
+};
+
+// Working memory of one step of a group; kept by a thread between steps only to save allocations.
+struct LaneScratch {
+  LaneMemory particles;             // [particle_count + 1] position, velocity
+  LaneMemory previous;              // the same of the state before, two steps only
+  LaneMemory pin_targets;           // [pin_count]
+  LaneMemory strip_links;           // of a pair of strips
+  LaneMemory end_directions;        // of its links; only with start directions
+  LaneMemory distance_impulses;     // Lambda, [(group_count + 1) * kLaneCount] [N s]
+  LaneMemory twists;                // [two rows of cells][column]
+  std::vector<FloatState> results;  // of each cloth
+};
+
+// One cloth of a group.
+struct LaneCloth {
+  StepContext context;
+  bool measure;
+  FloatState& state;
+  StepReport report{};
+};
+
+// The vector instructions of this machine.
+struct LaneSupport {
+  uint32_t lane_count;  // cloths that one group may have; 1: none that is worth it
+  std::string name;     // "AVX3" (AVX-512), "AVX2", ...
+};
+LaneSupport SupportedLanes();
+
+// Whether cloths of this model can be stepped in lanes: it has nothing that only StepCloth knows.
+bool FitsLanes(const SceneModel& model);
+// Whether a cloth with these parameters can, if its model can.
+bool FitsLanes(const FloatControls& controls);
+// Steps every cloth once as StepCloth does. At most lane_count cloths, all of them fit for lanes
+// and pairwise alike in model, schedule, solver, tolerance, max_iterations, use of tethers and of
+// start directions; numbers may differ. Thread-safe for different cloths and working memory.
+void StepCloths(std::span<LaneCloth> cloths, LaneScratch& scratch);
+
+}  // namespace drape::cpu

@@ -1,0 +1,225 @@
+// The sweeps of a substep for a group of cloths. Compiled once per instruction set.
+#if defined(DRAPE_CPU_LANE_SWEEPS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DRAPE_CPU_LANE_SWEEPS_INL_H_
+#undef DRAPE_CPU_LANE_SWEEPS_INL_H_
+#else
+#define DRAPE_CPU_LANE_SWEEPS_INL_H_
+#endif
+
+#include <array>
+#include <vector>
+
+#include "server/solver/cpu/constraint_math-inl.h"
+#include "server/solver/cpu/lane_state-inl.h"
+#include "server/solver/cpu/strip_solve-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace drape::cpu::HWY_NAMESPACE {
+namespace {
+
+// Two strips of each cloth: what strip_solve-inl.h sweeps over.
+class StripPairs {
+ public:
+  using Scalars = PairLanes;
+  using Vectors = PairVectors;
+  using Mask = PairMask;
+  using Ends = std::array<uint32_t, 2>;
+  using Link = PairLink;
+  using Group = StripPair;
+
+  explicit StripPairs(const LaneContext& context)
+      : context_(context), particles_(context.particles) {}
+
+  const std::vector<StripPair>& groups() const { return context_.model.strip_pairs; }
+  const PairLink* links() const { return context_.model.pair_links.data(); }
+  PairLinkSolution* solution() const { return context_.strip_links; }
+  PairVectors* end_directions() const { return context_.end_directions; }
+  float tolerance() const { return context_.controls.tolerance; }
+  PairLanes end_share() const { return {context_.end_share, context_.end_share}; }
+  float interval() const { return context_.substep.interval; }
+  float inverse_interval() const { return context_.substep.inverse_interval; }
+  static PairLanes Splat(float value) { return {SplatCloths(value), SplatCloths(value)}; }
+  static PairLanes Number(NumberPair number) {
+    return {SplatCloths(number.low), SplatCloths(number.high)};
+  }
+
+  PairVectors PositionDifferences(const Ends& from, const Ends& to) const {
+    return Join(particles_[to[0]].p - particles_[from[0]].p,
+                particles_[to[1]].p - particles_[from[1]].p);
+  }
+  PairVectors VelocityDifferences(const Ends& from, const Ends& to) const {
+    return Join(particles_[to[0]].u - particles_[from[0]].u,
+                particles_[to[1]].u - particles_[from[1]].u);
+  }
+  PairVectors PredictedDifferences(const Ends& from, const Ends& to) const {
+    return PositionDifferences(from, to) + Splat(interval()) * VelocityDifferences(from, to);
+  }
+  void Push(const Ends& particles, const PairVectors& change) const {
+    ClothParticle& low = particles_[particles[0]];
+    low.u = low.u + Low(change);
+    ClothParticle& high = particles_[particles[1]];
+    high.u = high.u + High(change);
+  }
+
+  PairLanes Compliances(const Ends& places) const {
+    const std::vector<Lanes>& compliances = context_.model.compliances;
+    return {SplatCloths(compliances[places[0] / kLaneCount][places[0] % kLaneCount]),
+            SplatCloths(compliances[places[1] / kLaneCount][places[1] % kLaneCount])};
+  }
+  PairLanes Impulses(const Ends& places) const {
+    return {context_.distance_impulses[places[0]], context_.distance_impulses[places[1]]};
+  }
+  void AddImpulses(const Ends& places, const PairLanes& impulses) const {
+    ClothLanes* const sums = context_.distance_impulses;
+    sums[places[0]] = sums[places[0]] + impulses.low;
+    sums[places[1]] = sums[places[1]] + impulses.high;
+  }
+
+ private:
+  const LaneContext& context_;
+  ClothParticle* const particles_;
+};
+
+ClothMask SolveStrips(const LaneContext& context) {
+  const PairMask changed = SweepStrips(StripPairs(context), context.model.has_compliance(),
+                                       context.controls.has_start_directions());
+  return changed.low | changed.high;
+}
+
+// One constraint of each cloth (Bender et al. 2009, section 3.2 and 3.3). Returns the lanes in
+// which the error was larger than the tolerance.
+template <bool kHasCompliance, bool kHasInequalities, bool kHasStarts>
+ClothMask SolveConstraint(const LaneContext& context, size_t g, uint32_t k) {
+  const float inverse_h = context.substep.inverse_interval;
+  const DistanceGroup& group = context.model.groups[g];
+  ClothParticle& from = context.particles[group.i[k]];
+  ClothParticle& to = context.particles[group.j[k]];
+  const ClothLanes one = SplatCloths(1), zero = SplatCloths(0);
+  const ClothVectors start = to.p - from.p;
+  const ClothVectors end = start + (to.u - from.u) * context.substep.interval;
+  const ClothLanes length = Sqrt(Dot(end, end));
+  const ClothLanes rest_length = SplatCloths(group.rest_length[k]);
+  ClothLanes residual = length - rest_length;
+  ClothLanes weight = SplatCloths(group.inverse_mass_i[k] + group.inverse_mass_j[k]);
+  ClothVectors d = end;
+  ClothLanes divisor = length;
+  if constexpr (kHasStarts) {
+    const auto lines = BlendDirections(start, Directions(end, length), context.end_share);
+    weight = weight * lines.slope;
+    d = lines.n;
+    divisor = one;
+  } else {
+    // Without a distance the impulse acts along +x.
+    const ClothMask is_short = length < SplatCloths(kMinDirectionLength);
+    if (IsAnyLaneSet(is_short)) [[unlikely]] {
+      d = {Select(is_short, one, d.x), Select(is_short, zero, d.y), Select(is_short, zero, d.z)};
+      divisor = Select(is_short, one, length);
+    }
+  }
+  ClothLanes* const lambda = context.distance_impulses + (g * kLaneCount + k);
+  if constexpr (kHasCompliance) {
+    const ClothLanes alpha_over_h = SplatCloths(context.model.compliances[g][k]) * inverse_h;
+    residual = residual + alpha_over_h * *lambda;
+    weight = weight + alpha_over_h * inverse_h;
+  }
+  ClothMask is_active =
+      Abs(residual) > SplatCloths(context.controls.tolerance * group.rest_length[k]);
+  ClothLanes impulse = Select(is_active, DistanceImpulse(residual, inverse_h, weight), zero);
+  if constexpr (kHasInequalities) {
+    const ImpulseBounds& bounds = context.model.bounds[g];
+    impulse =
+        ClampImpulse(*lambda, impulse, SplatCloths(bounds.min[k]), SplatCloths(bounds.max[k]));
+    is_active &= impulse != zero;
+  }
+  if constexpr (kHasCompliance || kHasInequalities) *lambda = *lambda + impulse;
+  const ClothLanes impulse_per_length = impulse / divisor;
+  from.u = from.u - (SplatCloths(group.inverse_mass_i[k]) * impulse_per_length) * d;
+  to.u = to.u + (SplatCloths(group.inverse_mass_j[k]) * impulse_per_length) * d;
+  return is_active;
+}
+
+// One sweep over all colours.
+template <bool kHasCompliance, bool kHasInequalities, bool kHasStarts>
+ClothMask SweepDistances(const LaneContext& context) {
+  const FloatModel& model = context.model;
+  ClothMask changed;
+  for (size_t g = 0; g < model.groups.size(); ++g) {
+    for (uint32_t k = 0; k < kLaneCount; ++k) {
+      if (model.groups[g].i[k] == model.spare_particle()) break;  // padding is behind
+      changed |= SolveConstraint<kHasCompliance, kHasInequalities, kHasStarts>(context, g, k);
+    }
+  }
+  return changed;
+}
+
+// SweepDistances with the flags that the cloths need.
+template <bool... kFlags>
+ClothMask SolveDistance(const LaneContext& context) {
+  if constexpr (sizeof...(kFlags) == 3) {
+    return SweepDistances<kFlags...>(context);
+  } else {
+    const bool flags[] = {context.model.has_compliance(), context.model.has_inequalities(),
+                          context.controls.has_start_directions()};
+    return flags[sizeof...(kFlags)] ? SolveDistance<kFlags..., true>(context)
+                                    : SolveDistance<kFlags..., false>(context);
+  }
+}
+
+// Sweeps until no cloth has an error, at most max_iterations. A sweep changes nothing of a cloth
+// that was found without errors; it is only counted no longer.
+void Solve(const LaneContext& context, std::span<LaneCloth> cloths) {
+  const FloatControls& controls = context.controls;
+  std::array<bool, kClothCount> is_done{};
+  size_t done_count = 0;
+  for (uint32_t iteration = 0; iteration < context.max_iterations; ++iteration) {
+    for (size_t lane = 0; lane < cloths.size(); ++lane) {
+      if (!is_done[lane]) ++cloths[lane].report.iterations;
+    }
+    ClothMask has_changed;
+    if (controls.solver.has_strips) has_changed |= SolveStrips(context);
+    if (controls.solver.has_colours) has_changed |= SolveDistance(context);
+    if (controls.tolerance == 0) continue;
+    alignas(64) float changed[kClothCount];
+    hn::Store(Select(has_changed, SplatCloths(1), SplatCloths(0)).v, LaneTag(), changed);
+    for (size_t lane = 0; lane < cloths.size(); ++lane) {
+      if (is_done[lane] || changed[lane] != 0) continue;
+      is_done[lane] = true;
+      ++done_count;
+    }
+    if (done_count == cloths.size()) return;
+  }
+  if (controls.tolerance == 0) return;
+  for (size_t lane = 0; lane < cloths.size(); ++lane) {
+    if (!is_done[lane]) cloths[lane].report.converged = false;
+  }
+}
+
+// No velocity along rigid links is left (Bender et al. 2009, section 3.2).
+void SolveVelocity(const LaneContext& context) {
+  const FloatModel& model = context.model;
+  for (uint32_t sweep = 0; sweep < context.controls.solver.velocity_iterations; ++sweep) {
+    for (size_t g = 0; g < model.groups.size(); ++g) {
+      const DistanceGroup& group = model.groups[g];
+      const LaneMask is_rigid = model.RigidLanes(g);
+      for (uint32_t k = 0; k < kLaneCount; ++k) {
+        if (group.i[k] == model.spare_particle() || !is_rigid[k]) continue;
+        ClothParticle& from = context.particles[group.i[k]];
+        ClothParticle& to = context.particles[group.j[k]];
+        const ClothLanes inverse_mass_i = SplatCloths(group.inverse_mass_i[k]);
+        const ClothLanes inverse_mass_j = SplatCloths(group.inverse_mass_j[k]);
+        const ClothVectors d = to.p - from.p;
+        const ClothVectors n = Directions(d, Sqrt(Dot(d, d)));
+        const ClothLanes impulse =
+            VelocityImpulse(Dot(n, to.u - from.u), inverse_mass_i, inverse_mass_j);
+        from.u = from.u - (inverse_mass_i * impulse) * n;
+        to.u = to.u + (inverse_mass_j * impulse) * n;
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace drape::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard, once per instruction set

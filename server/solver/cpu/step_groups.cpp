@@ -1,0 +1,65 @@
+#include "server/solver/cpu/step_groups.h"
+
+#include <algorithm>
+#include <map>
+
+namespace drape::cpu {
+namespace {
+
+// The cloths that could all share lanes, in the order of the batch.
+std::vector<std::vector<uint32_t>> Alike(std::span<const std::optional<LaneKey>> keys) {
+  std::map<LaneKey, size_t> places;
+  std::vector<std::vector<uint32_t>> classes;
+  for (uint32_t k = 0; k < keys.size(); ++k) {
+    if (!keys[k]) continue;
+    const auto [found, is_new] = places.emplace(*keys[k], classes.size());
+    if (is_new) classes.emplace_back();
+    classes[found->second].push_back(k);
+  }
+  return classes;
+}
+
+}  // namespace
+
+LaneKey::LaneKey(const FloatModel& key_model, const FloatControls& controls,
+                 const StepSettings& settings, uint32_t key_max_iterations)
+    : model(&key_model),
+      time_step_s(settings.time_step_s),
+      substeps(settings.substeps),
+      has_two_steps(controls.solver.has_two_steps),
+      has_strips(controls.solver.has_strips),
+      has_colours(controls.solver.has_colours),
+      has_start_directions(controls.has_start_directions()),
+      use_tethers(controls.use_tethers),
+      velocity_iterations(controls.solver.velocity_iterations),
+      max_iterations(key_max_iterations),
+      tolerance(settings.tolerance),
+      twist_damping_per_s(settings.twist_damping_per_s) {}
+
+std::vector<StepGroup> FormGroups(std::span<const std::optional<LaneKey>> keys, uint32_t lane_count,
+                                  uint32_t thread_count) {
+  const size_t share_of_thread = (keys.size() + thread_count - 1) / thread_count;
+  const size_t width = std::min<size_t>(lane_count, std::max<size_t>(share_of_thread, 1));
+  std::vector<StepGroup> groups;
+  std::vector<uint32_t> alone;
+  for (uint32_t k = 0; k < keys.size(); ++k) {
+    if (!keys[k]) alone.push_back(k);
+  }
+  for (const std::vector<uint32_t>& cloths : Alike(keys)) {
+    for (size_t begin = 0; begin < cloths.size(); begin += width) {
+      const auto first = cloths.begin() + static_cast<std::ptrdiff_t>(begin);
+      const auto count = static_cast<std::ptrdiff_t>(std::min(width, cloths.size() - begin));
+      if (count >= kMinGroupSize) {
+        groups.emplace_back(first, first + count);
+      } else {
+        alone.insert(alone.end(), first, first + count);
+      }
+    }
+  }
+  std::stable_sort(groups.begin(), groups.end(),
+                   [](const auto& a, const auto& b) { return a.size() > b.size(); });
+  for (const uint32_t k : alone) groups.push_back({k});
+  return groups;
+}
+
+}  // namespace drape::cpu

@@ -1,0 +1,49 @@
+// Which cloths of a batch are stepped side by side (lane_step.h).
+#pragma once
+
+#include <compare>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "server/solver/cpu/float_controls.h"
+#include "server/solver/cpu/float_model.h"
+
+namespace drape::cpu {
+
+// What cloths of one group have in common: with these alike the same stages run for all of them.
+struct LaneKey {
+  LaneKey(const FloatModel& model, const FloatControls& controls, const StepSettings& settings,
+          uint32_t max_iterations);
+
+  const FloatModel* model;
+  double time_step_s;
+  uint32_t substeps;
+  bool has_two_steps;
+  bool has_strips;
+  bool has_colours;
+  bool has_start_directions;
+  bool use_tethers;
+  uint32_t velocity_iterations;
+  uint32_t max_iterations;
+  double tolerance;
+  double twist_damping_per_s;
+
+  friend auto operator<=>(const LaneKey&, const LaneKey&) = default;
+};
+
+// Cloths that one task steps: in lanes if they are several, else alone.
+using StepGroup = std::vector<uint32_t>;
+
+// Fewer than this are stepped alone: a group takes about as long as 3 to 4 cloths alone, however
+// few it has (server/solver/cpu/README.md).
+inline constexpr uint32_t kMinGroupSize = 4;
+
+// Divides a batch. `keys`: of each cloth, none if it is to be stepped alone. A group has at most
+// lane_count cloths, and fewer where that leaves every thread one. Every cloth is in one group.
+// Large groups come first.
+std::vector<StepGroup> FormGroups(std::span<const std::optional<LaneKey>> keys, uint32_t lane_count,
+                                  uint32_t thread_count);
+
+}  // namespace drape::cpu

@@ -1,0 +1,246 @@
+// Cloths of the cpu backend have the same bits side by side in the lanes of the vector registers as
+// alone, with every instruction set of this machine, in groups of any size.
+#include <gtest/gtest.h>
+#include <hwy/targets.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <ostream>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "server/solver/cpu/cpu_backend.h"
+#include "server/solver/cpu/lane_step.h"
+#include "tests/support/backends.h"
+#include "tests/support/scenes.h"
+#include "tests/support/states.h"
+
+namespace drape::test {
+namespace {
+
+constexpr uint32_t kSteps = 2;
+constexpr uint32_t kGroupSizes[] = {1, 2, 7, 8, 15, 16, 17, 33};
+
+struct Case {
+  Scene scene;
+  // Whether its cloths need different numbers of sweeps.
+  bool exits_early = false;
+};
+void PrintTo(const Case& one, std::ostream* stream) {
+  *stream << one.scene.name;
+}
+
+Scene With(Scene scene, const std::string& name, Preset preset) {
+  scene.name = name;
+  scene.parameters.settings = PresetSettings(preset);
+  return scene;
+}
+
+Scene Sheet(const std::string& name, Preset preset) {
+  return With(Grid(13, 10, 0.6, 0.5, {0, 12}), name, preset);
+}
+
+Scene Compliant(const std::string& name, Preset preset) {
+  return With(Grid(9, 7, 0.5, 0.4, {0, 8}, {.stretch_stiffness_n_per_m = 2000}), name, preset);
+}
+
+// A knot in the middle of ropes and struts, held by all ends.
+Scene RopesAndStruts() {
+  ParticleTopology particles;
+  std::vector<uint32_t> pins;
+  for (uint32_t k = 0; k < 7; ++k) {
+    const double turn = 0.9 * k;
+    particles.positions_m.push_back({k == 0 ? 0 : std::cos(turn), 0, k == 0 ? 0 : std::sin(turn)});
+    particles.masses_kg.push_back(0.1 + 0.02 * k);
+    if (k == 0) continue;
+    particles.distance_constraints.push_back({.i = 0,
+                                              .j = k,
+                                              .rest_length_m = 1,
+                                              .compliance_m_per_n = k == 3 ? 1e-4 : 0,
+                                              .kind = k % 3 == 0   ? ConstraintKind::kAtMost
+                                                      : k % 3 == 1 ? ConstraintKind::kAtLeast
+                                                                   : ConstraintKind::kEqual});
+    if (k % 2 == 0) pins.push_back(k);
+  }
+  return With(Particles(particles, pins), "ropes_and_struts", Preset::kPaper);
+}
+
+// Between them every stage that lanes have, and every variant of it.
+std::vector<Case> Cases() {
+  std::vector<Case> cases;
+  cases.push_back({Sheet("realtime", Preset::kRealtime)});
+  cases.push_back({Sheet("paper", Preset::kPaper), true});
+  cases.back().scene.parameters.settings.tolerance = 0.02;
+  cases.push_back({Sheet("accurate", Preset::kAccurate), true});
+  cases.back().scene.parameters.settings.substeps = 8;
+  cases.back().scene.parameters.settings.tolerance = 1e-4;
+  cases.push_back({Compliant("compliant_strips", Preset::kRealtime)});
+  cases.push_back({Compliant("compliant_colours", Preset::kPaper), true});
+  cases.push_back({RopesAndStruts(), true});
+  for (const Sweep sweep : {Sweep::kStrips, Sweep::kStripsThenColours, Sweep::kColours}) {
+    Scene scene =
+        Sheet("start_directions_" + std::to_string(static_cast<int>(sweep)), Preset::kRealtime);
+    scene.parameters.settings.substeps = 20;
+    scene.parameters.settings.sweep = sweep;
+    scene.parameters.settings.max_iterations = 2;
+    scene.parameters.settings.integration = Integration::kOneStep;
+    scene.parameters.settings.direction = Direction::kAtStart;
+    scene.parameters.settings.velocity_iterations = 2;
+    cases.push_back({scene});
+  }
+  // Shares of the directions between 0 and 1 that differ with gravity.
+  Scene blended = Sheet("blended_directions", Preset::kRealtime);
+  blended.parameters.settings.integration = Integration::kOneStep;
+  blended.parameters.settings.substeps = 30;
+  cases.push_back({blended});
+  cases.push_back({With(Chain(20, 0.05, 0.01), "chain", Preset::kRealtime)});
+  cases.push_back({With(SizedCloth(1), "one_particle", Preset::kPaper)});
+  return cases;
+}
+
+// Its velocity.
+Eigen::Vector3d& FirstFree(Scene& scene) {
+  size_t i = 0;
+  while (scene.model->inverse_masses_per_kg()[i] == 0) ++i;
+  return scene.state.velocities_m_per_s[i];
+}
+
+// One of several cloths of a scene, no two alike: gravity, damping, pin targets, velocities. The
+// fourth blows up; the sixth is stirred so much that its strips are limited.
+Scene Variant(Scene scene, uint32_t index) {
+  const double x = index + 1;
+  scene.parameters.gravity_m_per_s2 = {0.3 * std::sin(x), -9.81 + 0.1 * std::cos(x), 0.2 * x / 33};
+  scene.parameters.damping_per_s = index % 3 == 0 ? 0 : 0.1 * x;
+  for (const uint32_t pin : scene.model->pins()) {
+    const Eigen::Vector3d way{0.002 * std::cos(x), 0.001 * x / 33, -0.0005};
+    scene.pin_targets_m.push_back(scene.state.positions_m[pin] + way);
+  }
+  Stir(scene, index % 5 == 0 ? 0.001 : 0.1 * (index % 7));
+  if (index % 16 == 5) Stir(scene, 200);
+  if (index % 16 == 3) FirstFree(scene).x() = 1e30;
+  return scene;
+}
+
+struct Outcome {
+  std::string bits;
+  StepReport report;
+};
+
+std::vector<Outcome> StepTogether(Backend& backend, const std::vector<Scene>& scenes) {
+  std::vector<StepItem> items;
+  std::vector<Outcome> outcomes;
+  for (const Scene& scene : scenes) {
+    items.push_back({CreateCloth(backend, scene), scene.pin_targets_m, true});
+  }
+  BatchReport batch;
+  for (uint32_t step = 0; step < kSteps; ++step) batch = backend.Step(items);
+  for (size_t k = 0; k < items.size(); ++k) {
+    outcomes.push_back({ReadBits(backend, items[k].cloth), batch.reports[k]});
+    backend.Destroy(items[k].cloth);
+  }
+  return outcomes;
+}
+
+void ExpectSame(const Outcome& actual, const Outcome& expected, const std::string& where) {
+  EXPECT_TRUE(actual.bits == expected.bits) << where;
+  EXPECT_EQ(actual.report.iterations, expected.report.iterations) << where;
+  EXPECT_EQ(actual.report.converged, expected.report.converged) << where;
+  EXPECT_EQ(actual.report.fault, expected.report.fault) << where;
+  EXPECT_EQ(actual.report.warnings.not_converged, expected.report.warnings.not_converged) << where;
+  EXPECT_EQ(actual.report.warnings.tolerance_raised, expected.report.warnings.tolerance_raised);
+  const Measurements &a = actual.report.measured, &e = expected.report.measured;
+  EXPECT_EQ(a.max_strain, e.max_strain) << where;
+  EXPECT_EQ(a.rms_strain, e.rms_strain) << where;
+  EXPECT_EQ(a.kinetic_energy_j, e.kinetic_energy_j) << where;
+  EXPECT_EQ(a.potential_energy_j, e.potential_energy_j) << where;
+  EXPECT_EQ(a.strain_energy_j, e.strain_energy_j) << where;
+  EXPECT_EQ(a.lowest_m, e.lowest_m) << where;
+  EXPECT_EQ(a.max_residual_m, e.max_residual_m) << where;
+}
+
+// The instruction sets that highway compiles for and this machine has.
+std::vector<int64_t> InstructionSets() {
+  hwy::SetSupportedTargetsForTest(0);
+  std::vector<int64_t> sets;
+  for (int64_t rest = hwy::SupportedTargets(); rest != 0; rest &= rest - 1) {
+    sets.push_back(rest & -rest);
+  }
+  return sets;
+}
+
+// Lanes of one instruction set, while it lives.
+class OnlyInstructionSet {
+ public:
+  explicit OnlyInstructionSet(int64_t set) { Choose(set); }
+  ~OnlyInstructionSet() { Choose(0); }
+  OnlyInstructionSet(const OnlyInstructionSet&) = delete;
+  OnlyInstructionSet& operator=(const OnlyInstructionSet&) = delete;
+
+ private:
+  static void Choose(int64_t set) {
+    hwy::SetSupportedTargetsForTest(set);
+    hwy::GetChosenTarget().DeInit();
+  }
+};
+
+class LaneExactnessTest : public testing::TestWithParam<Case> {};
+INSTANTIATE_TEST_SUITE_P(Scenes, LaneExactnessTest, testing::ValuesIn(Cases()),
+                         [](const auto& one) { return one.param.scene.name; });
+
+TEST_P(LaneExactnessTest, SameInGroupsOfAnySizeAsAlone) {
+  const uint32_t count = *std::max_element(std::begin(kGroupSizes), std::end(kGroupSizes));
+  std::vector<Scene> scenes;
+  for (uint32_t k = 0; k < count; ++k) scenes.push_back(Variant(GetParam().scene, k));
+  const auto single = CreateCpuBackend({.thread_count = 1, .use_lanes = false});
+  const std::vector<Outcome> alone = StepTogether(*single, scenes);
+  EXPECT_NE(alone[3].report.fault, FaultReason::kNone) << "one neighbour must blow up";
+  EXPECT_EQ(alone[0].report.fault, FaultReason::kNone);
+  if (GetParam().exits_early) {
+    std::set<uint32_t> iterations;
+    for (const Outcome& one : alone) iterations.insert(one.report.iterations);
+    EXPECT_GT(iterations.size(), 2u) << "sweeps must end at different times";
+  }
+  uint32_t most_lanes = 1;
+  for (const int64_t set : InstructionSets()) {
+    const OnlyInstructionSet only(set);
+    most_lanes = std::max(most_lanes, cpu::SupportedLanes().lane_count);
+    for (const uint32_t size : kGroupSizes) {
+      const auto lanes = CreateCpuBackend({.thread_count = 1, .use_lanes = true});
+      const std::vector<Outcome> together =
+          StepTogether(*lanes, {scenes.begin(), scenes.begin() + size});
+      for (uint32_t k = 0; k < size; ++k) {
+        ExpectSame(together[k], alone[k],
+                   "cloth " + std::to_string(k) + " of " + std::to_string(size) + " with " +
+                       cpu::SupportedLanes().name);
+      }
+    }
+  }
+#if defined(__x86_64__)
+  EXPECT_GE(most_lanes, 4u) << "this machine has no lanes to test";
+#endif
+}
+
+// Batches of several models, in which only some cloths can share lanes.
+TEST(MixedLaneExactnessTest, SameInMixedBatchesAsAlone) {
+  const Scene sheet = Sheet("sheet", Preset::kRealtime), other = SizedCloth(77);
+  std::vector<Scene> scenes;
+  for (uint32_t k = 0; k < 80; ++k) {
+    Scene scene = Variant(k % 5 == 0 ? other : sheet, k);
+    if (k % 4 == 1) scene.parameters.settings.max_iterations = 2;
+    if (k % 16 == 2) scene.parameters.air_drag = 1;
+    if (k % 8 == 3) scene.parameters.settings.substeps = 10;
+    scenes.push_back(scene);
+  }
+  const auto single = CreateCpuBackend({.thread_count = 1, .use_lanes = false});
+  const auto lanes = CreateCpuBackend({.thread_count = 2, .use_lanes = true});
+  const std::vector<Outcome> alone = StepTogether(*single, scenes);
+  const std::vector<Outcome> together = StepTogether(*lanes, scenes);
+  for (size_t k = 0; k < scenes.size(); ++k) {
+    ExpectSame(together[k], alone[k], "cloth " + std::to_string(k));
+  }
+}
+
+}  // namespace
+}  // namespace drape::test
