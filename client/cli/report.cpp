@@ -32,8 +32,8 @@ Json ClothJson(const ClothReport& cloth, double time_step_s) {
   for (const v1::StepReport& sample : cloth.samples) {
     samples.push_back(SampleJson(sample, time_step_s));
   }
-  // Warnings are counted since creation: the last report has them all. Sorted by name. Triangles
-  // without an area are left out when a cloth is made, before there are reports.
+  // Warnings are counted since creation: the last report has them all. Sorted by name. What
+  // is put right when a cloth is made comes before there are reports.
   std::map<std::string, uint64_t> warnings;
   bool is_faulted = false;
   if (!cloth.samples.empty()) {
@@ -44,6 +44,7 @@ Json ClothJson(const ClothReport& cloth, double time_step_s) {
   if (const uint32_t dropped = cloth.shape.dropped_triangles(); dropped > 0) {
     warnings["dropped_triangles"] = dropped;
   }
+  if (cloth.shape.has_start_correction()) warnings["start_corrected"] = 1;
   return {{"id", std::to_string(cloth.id)},
           {"particles", cloth.shape.particles()},
           {"constraints", cloth.shape.distance_constraints()},

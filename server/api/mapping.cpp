@@ -109,6 +109,10 @@ v1::ClothShape ToProto(const SceneModel& model, const std::string& plan) {
   message.set_pins(model.pin_count());
   message.set_dropped_triangles(model.dropped_triangles());
   message.set_dropped_constraints(model.dropped_constraints());
+  if (model.is_start_restored()) {
+    message.mutable_start_correction()->set_described_error(model.rest_errors().max);
+    message.mutable_start_correction()->set_start_error(model.start_errors().max);
+  }
   message.set_plan(plan);
   return message;
 }

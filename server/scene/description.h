@@ -43,7 +43,7 @@ struct DistanceConstraint {
 };
 
 // C = p_j - p_i = 0 in all three axes, softened by the compliance (0 = rigid). Particles that are
-// apart in the rest shape are pulled together in the first substep.
+// apart in the rest shape are together when the cloth starts (start_positions.h).
 struct PointJoint {
   uint32_t i = 0;
   uint32_t j = 0;

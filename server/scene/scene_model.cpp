@@ -144,6 +144,7 @@ Result<std::shared_ptr<const SceneModel>> SceneModel::Build(const ModelDescripti
     model->grid_rows_ = grid->rows;
   }
   model->SetScales();
+  model->SetStart();
   model->triangles_ = std::move(system.triangles);
   model->triangle_shares_ =
       ShareTriangles(model->rest_positions_m_, model->masses_kg_, model->triangles_);
@@ -244,6 +245,22 @@ void SceneModel::SetScales() {
   }
   least_spring_damping_s_ = LeastSpringDamping_s(springs_);
   held_mass_ratio_ = HeldMassRatio(constraints_, masses_kg_, w);
+}
+
+LengthDemands SceneModel::length_demands() const {
+  return {.inverse_masses_per_kg = inverse_masses_per_kg_,
+          .constraints = constraints_,
+          .constraint_sources = constraint_sources_,
+          .joints = joints_,
+          .length_scale_m = length_scale_m_,
+          .tethers = tethers_};
+}
+
+void SceneModel::SetStart() {
+  start_errors_ = rest_errors_ = FindLengthErrors(length_demands(), rest_positions_m_);
+  if (!NeedsRestoring(rest_errors_)) return;
+  start_positions_m_ = rest_positions_m_;
+  start_errors_ = RestoreLengths(length_demands(), start_positions_m_);
 }
 
 double SceneModel::elastic_frequency_sq_bound() const {

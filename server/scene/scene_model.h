@@ -8,6 +8,7 @@
 #include "server/core/status.h"
 #include "server/scene/constraint_builder.h"
 #include "server/scene/description.h"
+#include "server/scene/start_positions.h"
 #include "server/scene/strips.h"
 #include "server/scene/tethers.h"
 #include "server/scene/triangle_shares.h"
@@ -57,6 +58,16 @@ class SceneModel {
   uint32_t pin_count() const { return static_cast<uint32_t>(pins_.size()); }
 
   std::span<const Eigen::Vector3d> rest_positions_m() const { return rest_positions_m_; }
+  // Where cloths start: rest_positions_m(), or what RestoreLengths makes of them where they violate
+  // the lengths (NeedsRestoring).
+  std::span<const Eigen::Vector3d> start_positions_m() const {
+    return is_start_restored() ? start_positions_m_ : rest_positions_m_;
+  }
+  bool is_start_restored() const { return !start_positions_m_.empty(); }
+  // Of rest_positions_m() and of start_positions_m().
+  const LengthErrors& rest_errors() const { return rest_errors_; }
+  const LengthErrors& start_errors() const { return start_errors_; }
+  LengthDemands length_demands() const;
   std::span<const double> masses_kg() const { return masses_kg_; }
   // 1/m, and 0 for pins.
   std::span<const double> inverse_masses_per_kg() const { return inverse_masses_per_kg_; }
@@ -137,9 +148,13 @@ class SceneModel {
   void SetConstraints(const std::vector<bool>& is_pin, std::vector<DistanceConstraint> constraints);
   void SetJoints(const std::vector<bool>& is_pin, std::vector<PointJoint> joints);
   void SetScales();
+  void SetStart();
   uint64_t HashContent() const;
 
   std::vector<Eigen::Vector3d> rest_positions_m_;
+  std::vector<Eigen::Vector3d> start_positions_m_;  // empty: as rest_positions_m_
+  LengthErrors rest_errors_;
+  LengthErrors start_errors_;
   std::vector<double> masses_kg_;
   std::vector<double> inverse_masses_per_kg_;
   std::vector<DistanceConstraint> constraints_;

@@ -45,7 +45,7 @@ Status ClothMaker::Make(Backend& backend, size_t begin, size_t end) {
 Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   const Placement placement{copy.environment_origin_m,
                             OriginInEnvironment(*model_, copy.transform)};
-  const ParticleState state = PlaceRestShape(*model_, copy.transform, placement);
+  const ParticleState state = PlaceAtStart(*model_, copy.transform, placement);
   const ClothParameters in_cloth_frame = InClothFrame(copy.parameters, placement);
   Result<ClothHandle> handle = backend.Create(model_, in_cloth_frame, state);
   if (!handle.ok()) return handle.status();

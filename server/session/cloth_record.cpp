@@ -56,7 +56,7 @@ void ClothRecord::ReplaceDescription(std::shared_ptr<const ClothDescription> des
 }
 
 ParticleState ClothRecord::InitialState() const {
-  return PlaceRestShape(*description()->model, transform, placement);
+  return PlaceAtStart(*description()->model, transform, placement);
 }
 
 Eigen::Vector3d OriginInEnvironment(const SceneModel& model, const RigidTransform& transform) {
@@ -67,11 +67,11 @@ Eigen::Vector3d OriginInEnvironment(const SceneModel& model, const RigidTransfor
           RoundToSinglePrecision(centroid.z())};
 }
 
-ParticleState PlaceRestShape(const SceneModel& model, const RigidTransform& transform,
-                             const Placement& placement) {
+ParticleState PlaceAtStart(const SceneModel& model, const RigidTransform& transform,
+                           const Placement& placement) {
   ParticleState state;
   state.positions_m.reserve(model.particle_count());
-  for (const Eigen::Vector3d& p : model.rest_positions_m()) {
+  for (const Eigen::Vector3d& p : model.start_positions_m()) {
     state.positions_m.push_back(placement.ClothFromEnvironment(transform * p));
   }
   state.velocities_m_per_s.assign(model.particle_count(), Eigen::Vector3d::Zero());

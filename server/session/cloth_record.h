@@ -117,7 +117,7 @@ class ClothRecord {
   // Device thread: no two changes at once.
   void ReplaceDescription(std::shared_ptr<const ClothDescription> description);
 
-  // The state of creation, computed again from the model's rest shape: the same bits each time.
+  // The state of creation, computed again from the model: the same bits each time.
   ParticleState InitialState() const;
 
  private:
@@ -125,13 +125,13 @@ class ClothRecord {
   std::shared_ptr<const ClothDescription> description_;
 };
 
-// Where to put the origin of the cloth frame: the centroid of the initial positions, rounded to
+// Where to put the origin of the cloth frame: the centroid of the rest positions, rounded to
 // single precision so that float and double backends see the same frame. [m], environment frame.
 Eigen::Vector3d OriginInEnvironment(const SceneModel& model, const RigidTransform& transform);
 
-// Rest shape -> cloth frame, at rest.
-ParticleState PlaceRestShape(const SceneModel& model, const RigidTransform& transform,
-                             const Placement& placement);
+// The model's start positions -> cloth frame, at rest.
+ParticleState PlaceAtStart(const SceneModel& model, const RigidTransform& transform,
+                           const Placement& placement);
 
 // Environment frame -> cloth frame: the colliders move, everything else stays.
 ClothParameters InClothFrame(const ClothParameters& parameters, const Placement& placement);

@@ -29,7 +29,7 @@ TEST(ClothRecord, TheRestShapeIsTurnedThenMovedThenSeenFromTheOrigin) {
   const auto model = ChainModel(3);
   const RigidTransform transform = QuarterTurnAboutY({4, 5, 6});
   const Placement placement{Vector3d::Zero(), OriginInEnvironment(*model, transform)};
-  const ParticleState state = PlaceRestShape(*model, transform, placement);
+  const ParticleState state = PlaceAtStart(*model, transform, placement);
   // +x turned by a quarter about +y is -z. The origin is off by float rounding of about 1e-7.
   for (int p = 0; p < 3; ++p) {
     EXPECT_LT((state.positions_m[static_cast<size_t>(p)] - Vector3d(0, 0, 1 - p)).norm(), 1e-6);
@@ -41,8 +41,8 @@ TEST(ClothRecord, CopiesThatDifferOnlyByTheirEnvironmentHaveTheSameBits) {
   const auto model = ChainModel(7);
   const RigidTransform transform = QuarterTurnAboutY({0.3, 0.7, 0.1});
   const Vector3d origin = OriginInEnvironment(*model, transform);
-  const auto here = PlaceRestShape(*model, transform, {Vector3d::Zero(), origin});
-  const auto there = PlaceRestShape(*model, transform, {Vector3d(1e5, 0.1, 3), origin});
+  const auto here = PlaceAtStart(*model, transform, {Vector3d::Zero(), origin});
+  const auto there = PlaceAtStart(*model, transform, {Vector3d(1e5, 0.1, 3), origin});
   EXPECT_EQ(here.positions_m, there.positions_m);
 }
 

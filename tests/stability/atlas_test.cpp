@@ -15,9 +15,6 @@ namespace {
 // that has become good must be taken out.
 const std::set<std::string> kKnownToBreak = {
     "mixed_masses: 1e3, 1/60 s",
-    "starts: compressed to half, 1/60 s",
-    "starts: stretched to double, 1/60 s",
-    "starts: random, 1/60 s",
     "starts: across a sphere's centre, 1/60 s",
 };
 

@@ -63,6 +63,35 @@ TEST_F(Cloths, ValidateOnlyTellsTheShapeAndCreatesNothing) {
   EXPECT_FALSE(Call(*stub_, &Stub::CreateCloths, request).status.ok());
 }
 
+// Two links of 1 m, described 2 m and 1 m long: the second particle comes to the pin, the third
+// after it.
+TEST_F(Cloths, StartsAtItsLengths) {
+  v1::CreateClothsRequest request;
+  request.set_session(session_);
+  auto& particles = *request.mutable_spec()->mutable_particles();
+  for (const double p : {0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 3.0, 0.0, 0.0}) particles.add_positions_m(p);
+  for (uint32_t k = 0; k < 3; ++k) particles.add_masses_kg(0.1);
+  for (uint32_t k = 0; k < 2; ++k) {
+    auto& link = *particles.add_distance_constraints();
+    link.set_i(k);
+    link.set_j(k + 1);
+    link.set_rest_length_m(1);
+  }
+  request.mutable_spec()->add_pins()->set_particle(0);
+  const auto answer = Call(*stub_, &Stub::CreateCloths, request);
+  ASSERT_TRUE(answer.status.ok()) << answer.status.error_message();
+  EXPECT_DOUBLE_EQ(answer.value.shape().start_correction().described_error(), 1);
+  EXPECT_LE(answer.value.shape().start_correction().start_error(), 1e-6);
+  const auto positions = PositionsOf(Read(*stub_, session_, {answer.value.cloth_ids(0)}));
+  ASSERT_EQ(positions.size(), 9u);
+  EXPECT_NEAR(positions[3], 1, 2e-6);
+  EXPECT_NEAR(positions[6], 2, 4e-6);
+  particles.mutable_distance_constraints(0)->clear_rest_length_m();  // 2 m, as described
+  const auto kept = Call(*stub_, &Stub::CreateCloths, request);
+  ASSERT_TRUE(kept.status.ok()) << kept.status.error_message();
+  EXPECT_FALSE(kept.value.shape().has_start_correction());
+}
+
 TEST_F(Cloths, CreationIsAtomic) {
   // 15 sheets of 64 particles fit under the quota of 1000, 16 do not.
   const auto refused = Call(*stub_, &Stub::CreateCloths, HangingSheet(session_, 8, 16));

@@ -20,7 +20,8 @@ Scene MixedMasses(uint32_t side, double ratio);
 using NamedCase = std::pair<std::string, AtlasCase>;
 // Constraints that contradict each other, of which there are more than motions, or that lock.
 std::vector<NamedCase> ConstraintCases();
-// Starts without direction, volume or room.
+// Starts without direction, volume or room. Where positions violate the lengths, both lists have
+// what the server makes of them (scene/start_positions.h).
 std::vector<NamedCase> StartCases();
 
 // A free sheet that hits a collider at this speed. By place: sphere, plane, thin box, capsule.
