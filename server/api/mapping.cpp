@@ -160,6 +160,7 @@ v1::StepSettings ToProto(const StepSettings& settings) {
                               : v1::StepSettings::TWO_STEP);
   message.set_twist_damping_per_s(settings.twist_damping_per_s);
   message.set_frame_budget_ms(settings.frame_budget_ms);
+  message.set_load_limit(settings.load_limit);
   return message;
 }
 
@@ -189,7 +190,8 @@ v1::Cloth ToProto(const ClothRecord& record) {
   message.set_step(progress.completed_steps);
   message.set_time_s(progress.time_s);
   *message.mutable_environment() = EnvironmentToProto(description->parameters);
-  *message.mutable_settings() = ToProto(description->parameters.settings);
+  *message.mutable_settings() =
+      ToProto(RaiseSubsteps(*description->model, description->parameters).settings);
   for (const Pin& pin : description->pins) {
     v1::Pin* pin_message = message.add_pins();
     pin_message->set_particle(pin.particle);

@@ -1,6 +1,7 @@
 #include "server/api/step_cost.h"
 
 #include "server/api/field_checks.h"
+#include "server/solver/solver_constants.h"
 
 namespace drape::api {
 
@@ -14,7 +15,9 @@ Status CheckStepCost(const std::string& field, const SceneModel& model,
                                     std::to_string(pairs) + " pairs, at most " +
                                     std::to_string(kMaxParticleColliderPairs) + " are allowed");
   }
-  const double solves = SolvesPerStep(model, settings, collider_count);
+  // The load may change while the cloth runs, with gravity, pins and material.
+  const double load_factor = settings.load_limit > 0 ? kMaxLoadFactor : 1;
+  const double solves = load_factor * SolvesPerStep(model, settings, collider_count);
   if (solves <= kMaxSolvesPerStep) return Status::Ok();
   return Status::InvalidField(
       field, "make up to " + NumberText(solves) + " solves per step, at most " +

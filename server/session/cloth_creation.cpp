@@ -46,8 +46,8 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   const Placement placement{copy.environment_origin_m,
                             OriginInEnvironment(*model_, copy.transform)};
   const ParticleState state = PlaceAtStart(*model_, copy.transform, placement);
-  const ClothParameters in_cloth_frame = InClothFrame(copy.parameters, placement);
-  Result<ClothHandle> handle = backend.Create(model_, in_cloth_frame, state);
+  const ClothParameters on_device = OnDevice(*model_, copy.parameters, placement);
+  Result<ClothHandle> handle = backend.Create(model_, on_device, state);
   if (!handle.ok()) return handle.status();
   auto description = std::make_shared<const ClothDescription>(ClothDescription{
       creation_.description, model_, copy.parameters, pins_, *plan_, creation_.map_charges});
@@ -57,8 +57,8 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   made_.back()->runtime->Begin(*handle, model_, copy.parameters.settings.time_step_s,
                                ShiftOf(*model_, copy.parameters, placement), std::move(starts_m),
                                std::move(targets_m));
-  StartColliders(in_cloth_frame, *made_.back()->runtime);
-  made_.back()->runtime->budget().Set(copy.parameters.settings);
+  StartColliders(on_device, *made_.back()->runtime);
+  made_.back()->runtime->budget().Set(on_device.settings);
   return Status::Ok();
 }
 

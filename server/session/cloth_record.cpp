@@ -78,6 +78,11 @@ ParticleState PlaceAtStart(const SceneModel& model, const RigidTransform& transf
   return state;
 }
 
+ClothParameters OnDevice(const SceneModel& model, const ClothParameters& parameters,
+                         const Placement& placement) {
+  return RaiseSubsteps(model, InClothFrame(parameters, placement));
+}
+
 ClothParameters InClothFrame(const ClothParameters& parameters, const Placement& placement) {
   ClothParameters shifted = parameters;
   for (Collider& collider : shifted.colliders) {

@@ -136,6 +136,10 @@ ParticleState PlaceAtStart(const SceneModel& model, const RigidTransform& transf
 // Environment frame -> cloth frame: the colliders move, everything else stays.
 ClothParameters InClothFrame(const ClothParameters& parameters, const Placement& placement);
 
+// What the backend gets: in the cloth frame, with the substeps that the load asks for.
+ClothParameters OnDevice(const SceneModel& model, const ClothParameters& parameters,
+                         const Placement& placement);
+
 // The runtime's colliders are those of `in_cloth_frame`, from now on. Device thread.
 void StartColliders(const ClothParameters& in_cloth_frame, ClothRuntime& runtime);
 

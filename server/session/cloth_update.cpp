@@ -95,8 +95,9 @@ Result<PlannedUpdate> Plan(const Backend& backend, const ClothRecord& cloth,
   auto after = std::make_shared<ClothDescription>(*before);
   after->parameters = std::move(parameters).value();
   if (change.colliders) after->map_charges = change.map_charges;
-  plan.write.parameters = InClothFrame(after->parameters, cloth.placement);
-  plan.undo.parameters = InClothFrame(before->parameters, cloth.placement);
+  const SceneModel& model = changed != nullptr ? *changed->model : *before->model;
+  plan.write.parameters = OnDevice(model, after->parameters, cloth.placement);
+  plan.undo.parameters = OnDevice(*before->model, before->parameters, cloth.placement);
   plan.has_new_colliders = change.colliders.has_value();
   if (cloth.runtime->colliders().is_moving()) {
     plan.undo.collider_motions = cloth.runtime->colliders().At(cloth.runtime->now().time_s);
@@ -124,7 +125,7 @@ Result<PlannedUpdate> Plan(const Backend& backend, const ClothRecord& cloth,
 void Commit(ClothRecord& cloth, PlannedUpdate plan) {
   ClothRuntime& runtime = *cloth.runtime;
   runtime.SetTimeStep(plan.after->parameters.settings.time_step_s);
-  runtime.budget().Set(plan.after->parameters.settings);
+  runtime.budget().Set(plan.write.parameters->settings);
   runtime.SetShift(ShiftOf(*plan.after->model, plan.after->parameters, cloth.placement));
   if (plan.write.model) runtime.lengths() = std::move(plan.lengths);
   runtime.SetModel(plan.after->model);

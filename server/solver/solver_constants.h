@@ -52,6 +52,9 @@ inline constexpr double kMaxStripMove = 1;
 // 1 on, and motion multiplies tensions; smaller: more cloths are solved to first order.
 inline constexpr double kBlendBegin = 0.15;
 inline constexpr double kBlendEnd = 0.30;
+// At most so many times the substeps of its settings does a cloth get for its load [-]. Larger: one
+// tenant's heavy cloth takes the time of all; smaller: heavy cloths stretch.
+inline constexpr double kMaxLoadFactor = 2;
 // A link that turns farther than this within a substep, 8 degrees, has the direction of its end
 // [-, cosine]: no motion of a cloth does, only flutter. Smaller: strips of links that flutter blow
 // up; larger: more links are solved to first order.

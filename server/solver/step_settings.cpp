@@ -44,6 +44,7 @@ StepSettings PresetSettings(Preset preset) {
       settings.max_iterations = 1;
       settings.tolerance = 0;
       settings.twist_damping_per_s = 150;
+      settings.load_limit = 0.15;
       break;
     case Preset::kAccurate:
       settings.substeps = 60;
@@ -71,7 +72,11 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
                                      std::string_view field_prefix) {
   StepSettings settings = PresetSettings(overrides.preset.value_or(Preset::kRealtime));
   if (overrides.time_step_s) settings.time_step_s = *overrides.time_step_s;
-  if (overrides.substeps) settings.substeps = *overrides.substeps;
+  if (overrides.substeps) {
+    settings.substeps = *overrides.substeps;
+    settings.load_limit = 0;
+  }
+  if (overrides.load_limit) settings.load_limit = *overrides.load_limit;
   if (overrides.max_iterations) settings.max_iterations = *overrides.max_iterations;
   if (overrides.tolerance) settings.tolerance = *overrides.tolerance;
   if (overrides.use_tethers) settings.use_tethers = *overrides.use_tethers;
@@ -103,6 +108,8 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
         "twist_damping_per_s", settings.twist_damping_per_s, "[0, 1e+06] 1/s");
   check(settings.frame_budget_ms >= 0 && settings.frame_budget_ms <= kMaxFrameBudget_ms,
         "frame_budget_ms", settings.frame_budget_ms, "[0, 10000] ms");
+  check(settings.load_limit >= 0 && settings.load_limit <= kMaxLoadLimit, "load_limit",
+        settings.load_limit, "[0, 1e+06]");
   if (violations.empty() && settings.substep_s() < kMinSubstep_s) {
     violations.push_back({std::string(field_prefix) + ".time_step_s",
                           Text(settings.time_step_s) + " s in " + Text(settings.substeps) +

@@ -59,6 +59,10 @@ struct StepSettings {
   // not know it: the scheduler turns it into StepItem::max_iterations
   // (server/scheduler/frame_budget.h).
   double frame_budget_ms = 0;
+  // Where the load of a cloth (LoadRatio) is larger, it has more substeps than `substeps`, up to
+  // kMaxLoadFactor times as many: [0, kMaxLoadLimit]; 0 = never. Backends do not know it: see
+  // RaiseSubsteps.
+  double load_limit = 0;
   // Whether particles are kept within reach of their pins (scene/tethers.h) before the sweeps.
   bool use_tethers = true;
 
@@ -81,11 +85,14 @@ struct StepSettingsOverrides {
   std::optional<Sweep> sweep{};
   std::optional<double> twist_damping_per_s{};
   std::optional<double> frame_budget_ms{};
+  // Default 0 where `substeps` is set, else the preset's.
+  std::optional<double> load_limit{};
 };
 
 inline constexpr double kMaxTimeStep_s = 10;
 inline constexpr double kMaxTwistDamping_per_s = 1e6;
 inline constexpr double kMaxFrameBudget_ms = 10000;
+inline constexpr double kMaxLoadLimit = 1e6;
 // Below, h^2 and the velocities that follow from rounded positions lose their meaning in single
 // precision.
 inline constexpr double kMinSubstep_s = 1e-6;

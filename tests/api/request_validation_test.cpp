@@ -46,6 +46,9 @@ INSTANTIATE_TEST_SUITE_P(
                           static_cast<v1::StepSettings::SpringIntegration>(-1));
                     },
                     "spec.settings.spring_integration", "IN_FORCE, HALF_KICKS"},
+        BadCreation{"NegativeLoadLimit",
+                    [](auto& r) { Spec(r).mutable_settings()->set_load_limit(-1); },
+                    "spec.settings.load_limit", "[0, 1e+06]"},
         BadCreation{"NegativeFrameBudget",
                     [](auto& r) { Spec(r).mutable_settings()->set_frame_budget_ms(-1); },
                     "spec.settings.frame_budget_ms", "[0, 10000] ms"},

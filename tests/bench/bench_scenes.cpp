@@ -27,6 +27,7 @@ test::Scene Sheet(uint32_t particle_count, Pins pins, const StepSettings& settin
   test::Scene scene =
       test::Grid(sides.columns, sides.rows, 1, edge_m * (sides.rows - 1), std::move(pinned));
   scene.parameters.settings = settings;
+  scene.parameters = RaiseSubsteps(*scene.model, scene.parameters);  // as the server does
   return scene;
 }
 
@@ -38,6 +39,7 @@ test::Scene Figure4(uint32_t side, const StepSettings& settings) {
   scene.parameters.friction_static = 0.5;
   scene.parameters.friction_dynamic = 0.4;
   scene.parameters.settings = settings;
+  scene.parameters = RaiseSubsteps(*scene.model, scene.parameters);  // as the server does
   return scene;
 }
 
@@ -70,6 +72,7 @@ test::Scene Skirt(uint32_t around, uint32_t down, const StepSettings& settings) 
   scene.model = test::BuildModel(description);
   scene.state = test::RestState(*scene.model);
   scene.parameters.settings = settings;
+  scene.parameters = RaiseSubsteps(*scene.model, scene.parameters);  // as the server does
   return scene;
 }
 

@@ -51,7 +51,9 @@ const std::map<std::string, SwitchCase>& Cases() {
       {"direction", {HungSheet, "integration: ONE_STEP time_step_s: 0.0568 substeps: 8", ""}},
       {"velocity_iterations", {HungSheet, "integration: ONE_STEP", "velocity_iterations: 2"}},
       {"twist_damping_per_s", {StirredSheet, "", "twist_damping_per_s: 300"}},
-      // Not of the step itself: the scheduler caps the sweeps, one as long as nothing is measured.
+      // Not of the step itself: the server raises the substeps.
+      {"load_limit", {HungSheet, "load_limit: 0", "load_limit: 1e-6"}},
+      // Nor this: the scheduler caps the sweeps, one as long as nothing is measured.
       {"frame_budget_ms", {StirredSheet, "max_iterations: 5", "frame_budget_ms: 1"}},
       {"use_tethers", {HungSheet, "use_tethers: true", "use_tethers: false"}},
   };
@@ -71,6 +73,7 @@ class Switches : public PhysicsTest {
     Scene scene = one.scene();
     scene.parameters.settings = api::CheckSettings(api::FieldPath("settings"), Parse(text), checks);
     EXPECT_TRUE(checks.ok()) << text;
+    scene.parameters = RaiseSubsteps(*scene.model, scene.parameters);
     const ClothHandle cloth = Make(scene);
     FrameBudget budget;
     budget.Set(scene.parameters.settings);

@@ -92,6 +92,34 @@ TEST_F(Cloths, StartsAtItsLengths) {
   EXPECT_FALSE(kept.value.shape().has_start_correction());
 }
 
+// A sheet that hangs by two corners under ten thousand times its weight gets all the substeps that
+// load may add, under its own weight none.
+TEST_F(Cloths, SubstepsFollowTheLoad) {
+  v1::CreateClothsRequest request = HangingSheet(session_, 8, 1);
+  request.mutable_spec()->clear_settings();
+  request.mutable_spec()->clear_pins();
+  for (const uint32_t pin : {0u, 7u}) request.mutable_spec()->add_pins()->set_particle(pin);
+  const auto set_gravity = [](v1::ClothSpec& spec, double gravity) {
+    spec.mutable_environment()->clear_gravity_m_per_s2();
+    for (const double g : {0.0, -gravity, 0.0}) {
+      spec.mutable_environment()->add_gravity_m_per_s2(g);
+    }
+  };
+  set_gravity(*request.mutable_spec(), 98100);
+  const Ids ids = Create(*stub_, request);
+  const auto substeps_of = [&](uint64_t id) {
+    return Get(*stub_, session_, id).settings().substeps();
+  };
+  EXPECT_EQ(substeps_of(ids.at(0)), 104u);
+  Step(*stub_, StepsOf(session_, ids, 1));
+  v1::UpdateClothsRequest lighter = UpdateOf(ids, "environment.gravity_m_per_s2");
+  set_gravity(*lighter.mutable_spec(), 9.81);
+  ASSERT_TRUE(Call(*stub_, &Stub::UpdateCloths, lighter).status.ok());
+  EXPECT_EQ(substeps_of(ids.at(0)), 52u);
+  request.mutable_spec()->mutable_settings()->set_substeps(20);
+  EXPECT_EQ(substeps_of(Create(*stub_, request).at(0)), 20u) << "as asked for";
+}
+
 TEST_F(Cloths, CreationIsAtomic) {
   // 15 sheets of 64 particles fit under the quota of 1000, 16 do not.
   const auto refused = Call(*stub_, &Stub::CreateCloths, HangingSheet(session_, 8, 16));

@@ -10,6 +10,7 @@ class Cloth final : public Contestant {
   Cloth(Backend& backend, const test::Scene& scene, const StepSettings& settings)
       : backend_(backend), scene_(scene) {
     scene_.parameters.settings = settings;
+    scene_.parameters = RaiseSubsteps(*scene_.model, scene_.parameters);  // as the server does
     cloth_ = test::CreateCloth(backend_, scene_);
   }
   ~Cloth() override { backend_.Destroy(cloth_); }

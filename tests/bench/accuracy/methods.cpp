@@ -145,6 +145,7 @@ const std::map<std::string, Word, std::less<>>& Words() {
                                   {"STRIPS", Sweep::kStrips},
                                   {"STRIPS_THEN_COLOURS", Sweep::kStripsThenColours}},
                                  &O::sweep, &S::sweep)},
+      {"load_limit", NumberWord<double>(&O::load_limit, &S::load_limit)},
       {"twist_damping_per_s", NumberWord<double>(&O::twist_damping_per_s, &S::twist_damping_per_s)},
       {"use_tethers",
        NamedWord<bool>({{"true", true}, {"false", false}}, &O::use_tethers, &S::use_tethers)},

@@ -134,6 +134,7 @@ class Play {
       : backend_(backend), case_(atlas_case) {
     Scene scene = case_.scene;
     scene.parameters.settings = settings;
+    scene.parameters = RaiseSubsteps(*scene.model, scene.parameters);  // as the server does
     cloth_ = CreateCloth(backend_, scene);
   }
   ~Play() { backend_.Destroy(cloth_); }
