@@ -1,6 +1,8 @@
 #include "server/scheduler/active_request.h"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <map>
 #include <string>
 #include <unordered_map>
@@ -205,6 +207,19 @@ Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
     cloths_to_step_ += steps_left_[k] > 0;
   }
   return Status::Ok();
+}
+
+std::span<const uint32_t> ActiveRequest::Places(double solves_per_place) {
+  constexpr double kMost = std::numeric_limits<uint32_t>::max();
+  places_.clear();
+  const size_t count = steps_left_.size();
+  for (size_t n = 0; n < count; ++n) {
+    const size_t k = (cursor_ + n) % count;
+    if (steps_left_[k] == 0) continue;
+    const double places = std::ceil(work_.cloths[k]->solves_per_step() / solves_per_place);
+    places_.push_back(static_cast<uint32_t>(std::clamp(places, 1.0, kMost)));
+  }
+  return places_;
 }
 
 std::vector<uint32_t> ActiveRequest::Take(uint32_t count, uint64_t round, int64_t now_us) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -42,6 +43,10 @@ class ActiveRequest {
   bool is_done() const { return has_started_ && cloths_to_step_ == 0; }
   uint64_t last_round() const { return last_round_; }
 
+  // Of each cloth that has steps left, in the order in which Take takes them, the places that it
+  // occupies in a batch: one for every `solves_per_place` that its step may cost, at least one.
+  // Valid until the next call.
+  std::span<const uint32_t> Places(double solves_per_place);
   // The next `count` (<= cloths_to_step) cloths in turn, as indices into work().cloths. They take
   // part in round `round`, which begins at `now_us`.
   std::vector<uint32_t> Take(uint32_t count, uint64_t round, int64_t now_us);
@@ -76,6 +81,7 @@ class ActiveRequest {
   std::vector<std::optional<StepReport>> reports_;  // [cloth], only if reports are wanted
   uint32_t cloths_to_step_ = 0;
   uint32_t cursor_ = 0;  // where Take goes on
+  std::vector<uint32_t> places_;
   uint64_t last_round_;
   int64_t idle_since_us_;  // submitted, or the end of the last batch
   StepTiming timing_;

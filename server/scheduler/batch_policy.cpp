@@ -28,40 +28,50 @@ std::vector<TenantQueue> QueuesByTenant(std::span<const RunnableRequest> request
   return queues;
 }
 
-// Takes up to `places` cloths from the front of the queue; returns how many.
-uint32_t TakeFromQueue(std::span<const RunnableRequest> requests, uint32_t places,
-                       TenantQueue& queue, std::vector<uint32_t>& taken) {
-  uint32_t total = 0;
-  while (total < places && !queue.is_empty()) {
-    const uint32_t r = queue.requests[queue.next];
-    const uint32_t take = std::min(places - total, requests[r].cloth_count - taken[r]);
-    taken[r] += take;
-    total += take;
-    if (taken[r] == requests[r].cloth_count) ++queue.next;
-  }
-  return total;
-}
+// A batch that is being filled.
+struct OpenBatch {
+  std::span<const RunnableRequest> requests;
+  uint64_t room = 0;            // places left
+  std::vector<uint32_t> taken;  // [request] cloths
+  bool is_empty = true;
 
-// The round robin proper, for when not everybody fits. Fills `taken` [request].
-FairShare ShareOut(std::span<const RunnableRequest> requests, FairShare share,
-                   const BatchLimits& limits, std::vector<uint32_t>& taken) {
-  std::vector<TenantQueue> queues = QueuesByTenant(requests);
+  // Places of the next cloth of a queue that is not empty.
+  uint64_t NextPlaces(const TenantQueue& queue) const {
+    const uint32_t r = queue.requests[queue.next];
+    return requests[r].places[taken[r]];
+  }
+  // A cloth that needs more than there are in all has a batch of its own.
+  bool Fits(uint64_t places) const { return places <= room || is_empty; }
+  void TakeNext(TenantQueue& queue) {
+    const uint32_t r = queue.requests[queue.next];
+    room -= std::min(room, NextPlaces(queue));
+    is_empty = false;
+    if (++taken[r] == requests[r].places.size()) ++queue.next;
+  }
+};
+
+// The round robin proper, for when not everybody fits. Ends: more places are wanted than there are.
+FairShare ShareOut(FairShare share, uint32_t quantum_places, OpenBatch& batch) {
+  std::vector<TenantQueue> queues = QueuesByTenant(batch.requests);
   const auto tenant_count = static_cast<uint32_t>(queues.size());
   share.deficits.resize(tenant_count, 0);
-  uint32_t tenant = share.first_tenant % tenant_count;
-  uint32_t room = limits.max_cloths;
-  while (room > 0) {  // ends: more cloths wait than there is room
-    uint32_t& deficit = share.deficits[tenant];
-    if (deficit == 0) deficit = limits.quantum_cloths;
-    const uint32_t total = TakeFromQueue(requests, std::min(deficit, room), queues[tenant], taken);
-    room -= total;
-    deficit -= total;
+  share.first_tenant %= tenant_count;
+  while (true) {
+    TenantQueue& queue = queues[share.first_tenant];
+    uint64_t& deficit = share.deficits[share.first_tenant];
+    if (!share.has_turn_begun && !queue.is_empty()) deficit += quantum_places;
+    share.has_turn_begun = true;
+    while (!queue.is_empty() && batch.NextPlaces(queue) <= deficit) {
+      if (!batch.Fits(batch.NextPlaces(queue))) return share;
+      deficit -= batch.NextPlaces(queue);
+      batch.TakeNext(queue);
+    }
     // Who has nothing left to do saves nothing up.
-    if (queues[tenant].is_empty()) deficit = 0;
-    if (deficit == 0) tenant = (tenant + 1) % tenant_count;
+    if (queue.is_empty()) deficit = 0;
+    share.first_tenant = (share.first_tenant + 1) % tenant_count;
+    share.has_turn_begun = false;
+    if (batch.room == 0) return share;
   }
-  share.first_tenant = tenant;
-  return share;
 }
 
 }  // namespace
@@ -70,18 +80,21 @@ BatchChoice SelectBatch(std::span<const RunnableRequest> requests, const FairSha
                         const BatchLimits& limits) {
   BatchChoice choice;
   choice.share = share;
-  std::vector<uint32_t> taken(requests.size(), 0);
-  const uint64_t waiting = std::accumulate(
-      requests.begin(), requests.end(), uint64_t{0},
-      [](uint64_t sum, const RunnableRequest& request) { return sum + request.cloth_count; });
-  if (waiting <= limits.max_cloths) {
-    for (size_t r = 0; r < requests.size(); ++r) taken[r] = requests[r].cloth_count;
-    std::fill(choice.share.deficits.begin(), choice.share.deficits.end(), 0);
+  uint64_t wanted = 0;
+  for (const RunnableRequest& request : requests) {
+    wanted = std::accumulate(request.places.begin(), request.places.end(), wanted);
+  }
+  OpenBatch batch{requests, limits.max_places, std::vector<uint32_t>(requests.size(), 0)};
+  if (wanted <= limits.max_places) {
+    for (size_t r = 0; r < requests.size(); ++r) {
+      batch.taken[r] = static_cast<uint32_t>(requests[r].places.size());
+    }
+    choice.share = {share.first_tenant, false, {}};  // nobody has to wait: all begin anew
   } else {
-    choice.share = ShareOut(requests, share, limits, taken);
+    choice.share = ShareOut(share, limits.quantum_places, batch);
   }
   for (uint32_t r = 0; r < requests.size(); ++r) {
-    if (taken[r] > 0) choice.takes.push_back({r, taken[r]});
+    if (batch.taken[r] > 0) choice.takes.push_back({r, batch.taken[r]});
   }
   return choice;
 }

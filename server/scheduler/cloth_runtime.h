@@ -123,6 +123,10 @@ class ClothRuntime {
   // The backend knows of `track`'s motions.
   void SetColliders(ColliderTrack track);
   FrameBudget& budget() { return budget_; }
+  // What the next step may cost at most (step_settings.h, SolvesPerStep).
+  double solves_per_step() const {
+    return SolvesPerStep(*model_, budget_.settings(), colliders_.collider_count());
+  }
 
   // Simulated time at the end of the next step: base time + steps since * time step, so that a
   // cloth whose time step never changed is at exactly step * time step.

@@ -74,11 +74,13 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
 }
 
 std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
+  const double solves_per_place = settings_.max_solves_per_batch / settings_.batch.max_places;
   std::vector<RunnableRequest> runnable;
   std::vector<ActiveRequest*> requests;
   for (const RequestPointer& request : requests_) {
     if (!request->has_started()) continue;
-    runnable.push_back({request->tenant(), request->cloths_to_step(), request->last_round()});
+    runnable.push_back(
+        {request->tenant(), request->Places(solves_per_place), request->last_round()});
     requests.push_back(request.get());
   }
   if (runnable.empty()) return {};

@@ -46,6 +46,8 @@ class DeviceLoop {
   struct Settings {
     BatchLimits batch;
     uint32_t max_steps_per_request = 1;
+    // What all places together may cost.
+    double max_solves_per_batch = kMaxSolvesPerStep;
   };
   // `ended` is called with the work and its outcome of every request, once, in order of completion.
   using EndedCallback = std::function<void(StepWork, StepOutcome)>;

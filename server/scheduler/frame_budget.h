@@ -16,6 +16,8 @@ class FrameBudget {
  public:
   // Forgets what was measured if the settings that it belongs to change.
   void Set(const StepSettings& settings);
+  // As set.
+  const StepSettings& settings() const { return settings_; }
 
   // Sweeps per substep that the next step may have: as many as fit into the budget, at least one,
   // at most the settings' max_iterations; one as long as nothing is measured. 0 without a budget.

@@ -23,6 +23,9 @@ using DeviceCommand = std::function<void(Backend&)>;
 struct SchedulerLimits {
   // Cloths stepped in one backend.Step. More: better use of a large device, coarser interleaving.
   uint32_t max_cloths_per_batch = 16384;
+  // What they may cost together; a cloth that may cost more is stepped alone. A batch cannot be
+  // interrupted, and all tenants wait for it.
+  double max_solves_per_batch = kMaxSolvesPerStep;
   // Step requests submitted and not yet ended, of one tenant and of all.
   uint32_t max_queued_requests_per_tenant = 64;
   uint32_t max_queued_requests = 4096;
@@ -89,7 +92,7 @@ class Scheduler {
   // then its expectations are checked and its pin controls take effect; then each of its cloths
   // takes part in one batch per step, together with the cloths of all other requests that can run.
   // All the requests that wait when a round begins are in the same backend.Step, up to
-  // max_cloths_per_batch.
+  // max_cloths_per_batch and max_solves_per_batch.
   Status Submit(StepWork work);
 
   // Reads states between two rounds; `done` on the completion thread: NOT_FOUND (CLOTH_NOT_FOUND)

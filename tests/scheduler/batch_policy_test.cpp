@@ -4,10 +4,20 @@
 
 #include <algorithm>
 #include <map>
+#include <numeric>
 #include <random>
+#include <vector>
 
 namespace drape {
 namespace {
+
+// A request whose cloths occupy `places` each.
+RunnableRequest Of(uint32_t tenant, uint32_t cloths, uint64_t last_round, uint32_t places = 1) {
+  static std::map<uint32_t, std::vector<uint32_t>> rows;
+  std::vector<uint32_t>& row = rows[places];
+  if (row.empty()) row.assign(1000, places);
+  return {tenant, std::span(row).first(cloths), last_round};
+}
 
 uint32_t TakenBy(const BatchChoice& choice, uint32_t request) {
   for (const BatchTake& take : choice.takes) {
@@ -27,8 +37,8 @@ TEST(BatchPolicy, NothingWaitsNothingIsTaken) {
 }
 
 TEST(BatchPolicy, EverybodyWhoFitsIsTakenWhole) {
-  const std::vector<RunnableRequest> requests{{0, 5, 0}, {1, 7, 0}, {0, 4, 0}};
-  const BatchChoice choice = SelectBatch(requests, {}, {.max_cloths = 16, .quantum_cloths = 1});
+  const std::vector<RunnableRequest> requests{Of(0, 5, 0), Of(1, 7, 0), Of(0, 4, 0)};
+  const BatchChoice choice = SelectBatch(requests, {}, {.max_places = 16, .quantum_places = 1});
   ASSERT_EQ(choice.takes.size(), 3u);
   EXPECT_EQ(TakenBy(choice, 0), 5u);
   EXPECT_EQ(TakenBy(choice, 1), 7u);
@@ -37,24 +47,24 @@ TEST(BatchPolicy, EverybodyWhoFitsIsTakenWhole) {
 
 TEST(BatchPolicy, TenantsShareAFullBatchEvenly) {
   // Tenant 0 has ten times the requests of tenant 1.
-  std::vector<RunnableRequest> requests(10, RunnableRequest{0, 100, 0});
-  requests.push_back({1, 100, 0});
-  const BatchChoice choice = SelectBatch(requests, {}, {.max_cloths = 100, .quantum_cloths = 10});
+  std::vector<RunnableRequest> requests(10, Of(0, 100, 0));
+  requests.push_back(Of(1, 100, 0));
+  const BatchChoice choice = SelectBatch(requests, {}, {.max_places = 100, .quantum_places = 10});
   EXPECT_EQ(Total(choice), 100u);
   EXPECT_EQ(TakenBy(choice, 10), 50u);
 }
 
 TEST(BatchPolicy, PlacesThatOneTenantDoesNotNeedGoToTheOthers) {
-  const std::vector<RunnableRequest> requests{{0, 3, 0}, {1, 100, 0}, {2, 100, 0}};
-  const BatchChoice choice = SelectBatch(requests, {}, {.max_cloths = 63, .quantum_cloths = 10});
+  const std::vector<RunnableRequest> requests{Of(0, 3, 0), Of(1, 100, 0), Of(2, 100, 0)};
+  const BatchChoice choice = SelectBatch(requests, {}, {.max_places = 63, .quantum_places = 10});
   EXPECT_EQ(TakenBy(choice, 0), 3u);
   EXPECT_EQ(TakenBy(choice, 1), 30u);
   EXPECT_EQ(TakenBy(choice, 2), 30u);
 }
 
 TEST(BatchPolicy, ATurnThatWasCutShortGoesOnInTheNextBatch) {
-  const std::vector<RunnableRequest> requests{{0, 100, 0}, {1, 100, 0}};
-  const BatchLimits limits{.max_cloths = 15, .quantum_cloths = 10};
+  const std::vector<RunnableRequest> requests{Of(0, 100, 0), Of(1, 100, 0)};
+  const BatchLimits limits{.max_places = 15, .quantum_places = 10};
   const BatchChoice first = SelectBatch(requests, {}, limits);
   EXPECT_EQ(TakenBy(first, 0), 10u);
   EXPECT_EQ(TakenBy(first, 1), 5u);
@@ -65,8 +75,8 @@ TEST(BatchPolicy, ATurnThatWasCutShortGoesOnInTheNextBatch) {
 }
 
 TEST(BatchPolicy, InsideATenantTheLongestWaitGoesFirst) {
-  const std::vector<RunnableRequest> requests{{0, 4, 9}, {0, 4, 3}, {0, 4, 3}};
-  const BatchChoice choice = SelectBatch(requests, {}, {.max_cloths = 6, .quantum_cloths = 100});
+  const std::vector<RunnableRequest> requests{Of(0, 4, 9), Of(0, 4, 3), Of(0, 4, 3)};
+  const BatchChoice choice = SelectBatch(requests, {}, {.max_places = 6, .quantum_places = 100});
   EXPECT_EQ(TakenBy(choice, 0), 0u);
   EXPECT_EQ(TakenBy(choice, 1), 4u);  // equal: in order of arrival
   EXPECT_EQ(TakenBy(choice, 2), 2u);
@@ -82,26 +92,89 @@ TEST(BatchPolicy, NobodyWaitsForEver) {
     const uint32_t tenants = 1 + below(5);
     const uint32_t per_tenant = 1 + below(4);
     const uint32_t largest = 1 + below(40);
-    const BatchLimits limits{.max_cloths = 8, .quantum_cloths = 1 + below(8)};
+    const BatchLimits limits{.max_places = 8, .quantum_places = 1 + below(8)};
     std::vector<RunnableRequest> requests;
     for (uint32_t r = 0; r < tenants * per_tenant; ++r) {
-      requests.push_back({r % tenants, 1 + below(largest), 0});
+      requests.push_back(Of(r % tenants, 1 + below(largest), 0));
     }
     const uint32_t turns =
-        tenants * per_tenant * ((largest + limits.quantum_cloths - 1) / limits.quantum_cloths);
-    const uint64_t bound = turns / (limits.max_cloths / limits.quantum_cloths) + 1;
+        tenants * per_tenant * ((largest + limits.quantum_places - 1) / limits.quantum_places);
+    const uint64_t bound = turns / (limits.max_places / limits.quantum_places) + 1;
     FairShare share;
     for (uint64_t round = 1; round <= 200; ++round) {
       const BatchChoice choice = SelectBatch(requests, share, limits);
       share = choice.share;
       uint32_t waiting = 0;
-      for (const RunnableRequest& request : requests) waiting += request.cloth_count;
-      ASSERT_EQ(Total(choice), std::min(waiting, limits.max_cloths));
+      for (const RunnableRequest& request : requests) {
+        waiting += static_cast<uint32_t>(request.places.size());
+      }
+      ASSERT_EQ(Total(choice), std::min(waiting, limits.max_places));
       for (const BatchTake& take : choice.takes) {
         ASSERT_GT(take.cloth_count, 0u);
-        ASSERT_LE(take.cloth_count, requests[take.request].cloth_count);
+        ASSERT_LE(take.cloth_count, requests[take.request].places.size());
         requests[take.request].last_round = round;
       }
+      for (const RunnableRequest& request : requests) {
+        ASSERT_LE(round - request.last_round, bound) << "scenario " << scenario;
+      }
+    }
+  }
+}
+
+// Tenant 0 has costly cloths, each a batch of its own: tenant 1 waits for one of them at most.
+TEST(BatchPolicy, CostlyClothsDoNotHoldUpOthers) {
+  const std::vector<RunnableRequest> requests{Of(0, 50, 0, 20), Of(1, 3, 0)};
+  const BatchLimits limits{.max_places = 16, .quantum_places = 4};
+  FairShare share;
+  uint32_t last_round = 0, costly = 0;
+  for (uint32_t round = 1; round <= 40; ++round) {
+    const BatchChoice choice = SelectBatch(requests, share, limits);
+    share = choice.share;
+    ASSERT_LE(TakenBy(choice, 0), 1u);
+    ASSERT_TRUE(TakenBy(choice, 0) == 0 || TakenBy(choice, 1) == 0) << "no room beside it";
+    costly += TakenBy(choice, 0);
+    if (TakenBy(choice, 1) == 0) continue;
+    EXPECT_EQ(TakenBy(choice, 1), 3u);
+    EXPECT_LE(round - last_round, 2u);
+    last_round = round;
+  }
+  EXPECT_EQ(costly, 20u);
+}
+
+// Random costs: a batch is never empty, never holds more than its places unless it is a single
+// cloth, and each request takes part before T * R * ceil(largest / quantum) turns are over. A turn
+// takes fewer places than a quantum and the costliest cloth, and a batch takes at least one.
+TEST(BatchPolicy, NobodyWaitsForEverWhateverTheCosts) {
+  std::mt19937 generator(11);
+  const auto below = [&](uint32_t limit) { return static_cast<uint32_t>(generator() % limit); };
+  for (int scenario = 0; scenario < 30; ++scenario) {
+    const uint32_t tenants = 1 + below(3), per_tenant = 1 + below(3);
+    const BatchLimits limits{.max_places = 8, .quantum_places = 1 + below(8)};
+    std::vector<std::vector<uint32_t>> places(tenants * per_tenant);
+    std::vector<RunnableRequest> requests;
+    uint32_t largest = 0;
+    constexpr uint32_t kCostliest = 12;
+    for (uint32_t r = 0; r < places.size(); ++r) {
+      for (uint32_t k = 0; k <= below(6); ++k) places[r].push_back(1 + below(kCostliest));
+      largest = std::max(largest, std::accumulate(places[r].begin(), places[r].end(), 0u));
+      requests.push_back({r % tenants, places[r], 0});
+    }
+    const uint64_t turns =
+        tenants * per_tenant * ((largest + limits.quantum_places - 1) / limits.quantum_places);
+    const uint64_t bound = turns * (limits.quantum_places + kCostliest) + 1;
+    FairShare share;
+    for (uint64_t round = 1; round <= 2 * bound; ++round) {
+      const BatchChoice choice = SelectBatch(requests, share, limits);
+      share = choice.share;
+      uint64_t taken = 0;
+      for (const BatchTake& take : choice.takes) {
+        const auto of_request = requests[take.request].places;
+        ASSERT_LE(take.cloth_count, of_request.size());
+        for (uint32_t k = 0; k < take.cloth_count; ++k) taken += of_request[k];
+        requests[take.request].last_round = round;
+      }
+      ASSERT_GT(Total(choice), 0u);
+      ASSERT_TRUE(taken <= limits.max_places || Total(choice) == 1);
       for (const RunnableRequest& request : requests) {
         ASSERT_LE(round - request.last_round, bound) << "scenario " << scenario;
       }

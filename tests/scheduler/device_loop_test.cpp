@@ -14,9 +14,10 @@ class DeviceLoopTest : public testing::Test {
  protected:
   DeviceLoopTest() { Restart(16384); }
 
-  void Restart(uint32_t max_cloths_per_batch) {
+  void Restart(uint32_t max_cloths_per_batch, double max_solves_per_batch = kMaxSolvesPerStep) {
     loop_.emplace(
-        backend_, DeviceLoop::Settings{{max_cloths_per_batch, 1}, 1000}, clock_,
+        backend_, DeviceLoop::Settings{{max_cloths_per_batch, 1}, 1000, max_solves_per_batch},
+        clock_,
         [this](StepWork work, StepOutcome outcome) {
           ended_.push_back(work.tenant);
           outcomes_[work.tenant] = std::move(outcome);
@@ -63,6 +64,24 @@ TEST_F(DeviceLoopTest, RequestsThatWaitTogetherAreOneBatch) {
   EXPECT_EQ(outcomes_["x"].timing.batch_cloths, 3u);
   EXPECT_EQ(outcomes_["x"].timing.batch_requests, 2u);
   EXPECT_EQ(outcomes_["x"].timing.batch_dispatches, 1u);
+}
+
+// Each may cost as much as a whole batch: between two of them the cheap cloth has its step.
+TEST_F(DeviceLoopTest, CostlyClothsAreSteppedOneByOne) {
+  std::vector<std::shared_ptr<ClothRuntime>> costly;
+  for (int k = 0; k < 8; ++k) {
+    costly.push_back(Cloth());
+    StepSettings settings;
+    settings.substeps = 1000;
+    costly.back()->budget().Set(settings);
+  }
+  Restart(64, costly[0]->solves_per_step());
+  const auto cheap = Cloth();
+  Admit(Work("costly", costly));
+  Admit(Work("cheap", {cheap}, 4));
+  RunAll();
+  EXPECT_EQ(ended_, (std::vector<std::string>{"cheap", "costly"}));
+  for (const FakeBatch& batch : device_->batches()) EXPECT_EQ(batch.size(), 1u);
 }
 
 TEST_F(DeviceLoopTest, LongRequestsAreJoinedAndLeftByShortOnes) {
