@@ -31,6 +31,10 @@ inline ClothMask operator&(ClothMask a, ClothMask b) {
 inline ClothMask operator|(ClothMask a, ClothMask b) {
   return {hn::Or(a.m, b.m)};
 }
+// Where a is not set and b is.
+inline ClothMask AndNot(ClothMask a, ClothMask b) {
+  return {hn::AndNot(a.m, b.m)};
+}
 inline ClothMask& operator|=(ClothMask& a, ClothMask b) {
   return a = a | b;
 }
@@ -188,6 +192,12 @@ inline ClothVectors operator*(const ClothVectors& v, float s) {
 }
 inline ClothVectors operator/(const ClothVectors& v, float s) {
   return {v.x / s, v.y / s, v.z / s};
+}
+inline ClothVectors operator/(const ClothVectors& v, ClothLanes s) {
+  return {v.x / s, v.y / s, v.z / s};
+}
+inline ClothVectors Select(ClothMask mask, const ClothVectors& a, const ClothVectors& b) {
+  return {Select(mask, a.x, b.x), Select(mask, a.y, b.y), Select(mask, a.z, b.z)};
 }
 inline PairVectors Join(const ClothVectors& low, const ClothVectors& high) {
   return {{low.x, high.x}, {low.y, high.y}, {low.z, high.z}};

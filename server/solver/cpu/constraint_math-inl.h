@@ -91,6 +91,62 @@ inline Scalars TetherSpeed(const Scalars& length, const Scalars& reach, float in
   return (length - reach) * inverse_h;
 }
 
+// a x b, lane by lane.
+template <class Vectors>
+inline Vectors Cross(const Vectors& a, const Vectors& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+// Impulse along L of elastic elements (apply_elastic, the README of server/solver): oscillators of
+// this mass [kg] and squared frequency [1/s^2] that a substep h follows as far as it can,
+// `deflection` [m] from rest and at this speed [m/s], within `duration` [s].
+template <class Scalars>
+inline Scalars ElasticImpulse(const Scalars& mass, const Scalars& frequency_sq,
+                              const Scalars& damping_share, const Scalars& deflection,
+                              const Scalars& speed, float duration, float h, float inverse_h) {
+  const Scalars one = AllLanes(1, mass);
+  const Scalars ratio =
+      Min(frequency_sq * (h * h), AllLanes(static_cast<float>(kMaxElasticRatio), mass));
+  const Scalars ratio_sq = ratio * ratio;
+  const Scalars damping = damping_share * ratio_sq / (one + ratio_sq) * inverse_h;
+  const Scalars stiffness = Min(frequency_sq, AllLanes(inverse_h * inverse_h, mass));
+  return -(mass * duration) * (stiffness * deflection + damping * speed);
+}
+
+// r - r' for triangles: how the air changes their velocities within a kick (apply_wind, the README
+// of server/solver). r is the velocity of the air relative to the triangle [m/s], `normal` is
+// perpendicular to it and twice its area long [m^2]; drag and lift are duration * density of the
+// air
+// * coefficient / (4 * mass of the triangle) [s/m / m^2].
+template <class Vectors, class Scalars>
+inline Vectors AirVelocityChange(const Vectors& r, const Vectors& normal, const Scalars& drag,
+                                 const Scalars& lift) {
+  const Scalars zero = AllLanes(0, drag), one = AllLanes(1, drag);
+  const Scalars twice_area = Sqrt(Dot(normal, normal));
+  const Scalars speed = Sqrt(Dot(r, r));
+  const auto has_force = (twice_area > zero) & (speed > zero);
+  const Scalars area_divisor = Select(has_force, twice_area, one);
+  const Vectors n{normal.x / area_divisor, normal.y / area_divisor, normal.z / area_divisor};
+  const Scalars approach = Dot(r, n);
+  const Scalars cosine = Min(Abs(approach) / Select(has_force, speed, one), one);
+  const Scalars sine_sq = one - cosine * cosine;
+
+  const Scalars max_ratio = AllLanes(static_cast<float>(kMaxAirRatio), drag);
+  const Scalars drag_ratio = Min(drag * (twice_area * Abs(approach)), max_ratio);
+  const Scalars lift_ratio = Min(lift * (twice_area * speed), max_ratio);
+  const Scalars turn = lift_ratio * cosine / (one + lift_ratio * sine_sq);
+  const Scalars turn_sq = turn * turn * sine_sq;
+  const Scalars root = Sqrt(one + turn_sq);
+  // r - r' without the difference of nearly equal numbers.
+  const Scalars keep = one / (one + drag_ratio);
+  const Scalars shrink = keep * (drag_ratio + turn_sq / (root * (one + root)));
+  const Scalars along_n = keep * turn / root * Select(approach < zero, -speed, speed);
+  const Scalars along_r = shrink - keep * turn / root * cosine;
+  return {Select(has_force, along_r * r.x + along_n * n.x, zero),
+          Select(has_force, along_r * r.y + along_n * n.y, zero),
+          Select(has_force, along_r * r.z + along_n * n.z, zero)};
+}
+
 }  // namespace drape::cpu::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 

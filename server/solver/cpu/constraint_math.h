@@ -49,55 +49,6 @@ inline Lanes SpringForce(Lanes p_i, Lanes p_j, Lanes v_i, Lanes v_j, float rest_
   return (stiffness * (length - rest_length) + damping * Dot(v_j - v_i, n)) * n;
 }
 
-// a x b, lane by lane.
-inline LaneVectors Cross(const LaneVectors& a, const LaneVectors& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
-// Impulse along L of four elastic elements at once (apply_elastic, the README of server/solver):
-// oscillators of this mass [kg] and squared frequency [1/s^2] that a substep h follows as far as it
-// can, `deflection` [m] from rest and at this speed [m/s], within `duration` [s].
-inline Lanes ElasticImpulse(Lanes mass, Lanes frequency_sq, Lanes damping_share, Lanes deflection,
-                            Lanes speed, float duration, float h, float inverse_h) {
-  const Lanes ratio = Min((h * h) * frequency_sq, Splat(static_cast<float>(kMaxElasticRatio)));
-  const Lanes ratio_sq = ratio * ratio;
-  const Lanes damping = damping_share * ratio_sq / (1 + ratio_sq) * inverse_h;
-  const Lanes stiffness = Min(frequency_sq, Splat(inverse_h * inverse_h));
-  return -(duration * mass) * (stiffness * deflection + damping * speed);
-}
-
-// r - r' for four triangles at once: how the air changes their velocities within a kick
-// (apply_wind, the README of server/solver). r is the velocity of the air relative to the triangle
-// [m/s], `normal` is perpendicular to it and twice its area long [m^2]; drag and lift are duration
-// * density of the air * coefficient / (4 * mass of the triangle) [s/m / m^2].
-inline LaneVectors AirVelocityChange(const LaneVectors& r, const LaneVectors& normal, Lanes drag,
-                                     Lanes lift) {
-  const Lanes twice_area = Sqrt(Dot(normal, normal));
-  const Lanes speed = Sqrt(Dot(r, r));
-  const LaneMask has_force = (twice_area > 0) & (speed > 0);
-  const Lanes area_divisor = has_force ? twice_area : Splat(1);
-  const LaneVectors n{normal.x / area_divisor, normal.y / area_divisor, normal.z / area_divisor};
-  const Lanes approach = Dot(r, n);
-  const Lanes cosine = Min(Abs(approach) / (has_force ? speed : Splat(1)), Splat(1));
-  const Lanes sine_sq = 1 - cosine * cosine;
-
-  const Lanes max_ratio = Splat(static_cast<float>(kMaxAirRatio));
-  const Lanes drag_ratio = Min(drag * (twice_area * Abs(approach)), max_ratio);
-  const Lanes lift_ratio = Min(lift * (twice_area * speed), max_ratio);
-  const Lanes turn = lift_ratio * cosine / (1 + lift_ratio * sine_sq);
-  const Lanes turn_sq = turn * turn * sine_sq;
-  const Lanes root = Sqrt(1 + turn_sq);
-  // r - r' without the difference of nearly equal numbers.
-  const Lanes keep = 1 / (1 + drag_ratio);
-  const Lanes shrink = keep * (drag_ratio + turn_sq / (root * (1 + root)));
-  const Lanes along_n = keep * turn / root * (approach < 0 ? -speed : speed);
-  const Lanes along_r = shrink - keep * turn / root * cosine;
-  const Lanes none = Splat(0);
-  return {has_force ? along_r * r.x + along_n * n.x : none,
-          has_force ? along_r * r.y + along_n * n.y : none,
-          has_force ? along_r * r.z + along_n * n.z : none};
-}
-
 // Signed distance of a point from a collider and the outward normal there.
 struct Gap {
   float gap;  // [m], < 0 inside

@@ -122,7 +122,7 @@ void EndStep(Cloth& cloth, const StepReport& report) {
 // Whether the cloth can be stepped in lanes (lane_step.h).
 bool ClothFitsLanes(const Cloth& cloth) {
   return cloth.fault == FaultReason::kNone && !cloth.own_lengths &&
-         FitsLanes(*cloth.model->source) && FitsLanes(*cloth.controls);
+         !HasMovingColliders(cloth.parameters) && FitsLanes(*cloth.controls);
 }
 
 void Append(const std::vector<Lanes>& values, uint32_t particle_count, std::vector<float>& packed) {
@@ -162,8 +162,8 @@ class CpuBackend final : public Backend {
             ScalarType::kFloat32, false};
   }
 
-  std::string PlanOf(const SceneModel& model) const override {
-    return lane_count_ > 1 && FitsLanes(model) ? "lanes" : "single";
+  std::string PlanOf(const SceneModel&) const override {
+    return lane_count_ > 1 ? "lanes" : "single";
   }
 
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,

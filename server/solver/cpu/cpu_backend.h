@@ -18,8 +18,8 @@ struct CpuBackendOptions {
   bool use_lanes = true;
 };
 
-// Named "cpu". Plan "lanes": cloths of this model are stepped side by side wherever the batch has
-// several that are alike (lane_step.h); "single": always alone.
+// Named "cpu". Plan "lanes": cloths are stepped side by side wherever the batch has several that
+// are alike (lane_step.h); "single": always alone, on a machine without lanes.
 std::unique_ptr<Backend> CreateCpuBackend(const CpuBackendOptions& options = {});
 
 }  // namespace drape

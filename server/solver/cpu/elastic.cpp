@@ -1,9 +1,11 @@
 #include "server/solver/cpu/elastic.h"
 
-#include "server/solver/cpu/constraint_math.h"
+#include "server/solver/cpu/constraint_math-inl.h"
 
 namespace drape::cpu {
 namespace {
+
+using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
 // Of the particles at the four places of four elements, less that at the first place.
 struct Differences {

@@ -7,6 +7,7 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <span>
 
 #include "server/solver/cpu/cloth_lanes-inl.h"
@@ -21,24 +22,38 @@ struct ClothParticle {
   ClothVectors p, u;
 };
 
+// One collider of each cloth, all of one kind (FloatCollider).
+struct ClothCollider {
+  FloatCollider::Kind kind;
+  ClothVectors point, vector;
+  ClothLanes offset;
+  std::array<ClothVectors, 3> axes;
+};
+
+// What that collider has done to one particle of each cloth in this substep, times w
+// (ContactImpulses).
+struct ClothContact {
+  ClothVectors tangent;
+  ClothLanes normal, floor, rebound;
+};
+
 using PairLinkSolution = StripLinkSolution<PairLanes, PairVectors>;
 
-ClothVectors GravityOf(std::span<const LaneCloth> cloths) {
-  alignas(64) float axes[3][kClothCount] = {};
-  for (size_t lane = 0; lane < cloths.size(); ++lane) {
-    for (size_t axis = 0; axis < 3; ++axis) {
-      axes[axis][lane] = cloths[lane].context.controls.gravity[axis];
-    }
+// One number of each cloth; lanes without a cloth are like the last one.
+template <class Number>
+ClothLanes NumberOf(std::span<const LaneCloth> cloths, const Number& number) {
+  alignas(64) float values[kClothCount];
+  for (size_t lane = 0; lane < kClothCount; ++lane) {
+    values[lane] = number(cloths[std::min(lane, cloths.size() - 1)].context.controls);
   }
-  return {LoadCloths(axes[0]), LoadCloths(axes[1]), LoadCloths(axes[2])};
+  return LoadCloths(values);
 }
 
-ClothLanes EndShareOf(std::span<const LaneCloth> cloths) {
-  alignas(64) float shares[kClothCount] = {};
-  for (size_t lane = 0; lane < cloths.size(); ++lane) {
-    shares[lane] = cloths[lane].context.controls.end_share;
-  }
-  return LoadCloths(shares);
+template <class Vector>
+ClothVectors VectorOf(std::span<const LaneCloth> cloths, const Vector& vector) {
+  return {NumberOf(cloths, [&](const FloatControls& c) { return vector(c)[0]; }),
+          NumberOf(cloths, [&](const FloatControls& c) { return vector(c)[1]; }),
+          NumberOf(cloths, [&](const FloatControls& c) { return vector(c)[2]; })};
 }
 
 // Everything one step of a group needs.
@@ -57,11 +72,34 @@ struct LaneContext {
         distance_impulses(scratch.distance_impulses.Reserve<ClothLanes>(impulse_count())),
         twists(
             scratch.twists.Reserve<ClothVectors>(2 * (model.source->grid_columns() + size_t{1}))),
-        gravity(GravityOf(cloths)),
-        end_share(EndShareOf(cloths)) {}
+        colliders(scratch.colliders.Reserve<ClothCollider>(collider_count())),
+        accelerations(scratch.accelerations.Reserve<ClothVectors>(
+            model.has_springs() ? model.particle_count : 0)),
+        impulses(scratch.impulses.Reserve<ClothVectors>(kick_count())),
+        predicted(scratch.predicted.Reserve<ClothVectors>(
+            controls.schedule.has_two_steps() ? particle_count() : 0)),
+        joint_impulses(scratch.joint_impulses.Reserve<ClothVectors>(model.joints.size())),
+        contacts(scratch.contacts.Reserve<ClothContact>(model.particle_count * collider_count())),
+        gravity(VectorOf(cloths, [](const FloatControls& c) { return c.gravity; })),
+        wind(VectorOf(cloths, [](const FloatControls& c) { return c.wind; })),
+        air_drag(NumberOf(cloths, [](const FloatControls& c) { return c.air_drag; })),
+        air_lift(NumberOf(cloths, [](const FloatControls& c) { return c.air_lift; })),
+        end_share(NumberOf(cloths, [](const FloatControls& c) { return c.end_share; })),
+        friction_static(NumberOf(cloths, [](const FloatControls& c) { return c.friction_static; })),
+        friction_dynamic(
+            NumberOf(cloths, [](const FloatControls& c) { return c.friction_dynamic; })),
+        restitution(NumberOf(cloths, [](const FloatControls& c) { return c.restitution; })),
+        slowest_rebound(NumberOf(cloths, [](const FloatControls& c) { return c.slowest_rebound; })),
+        has_restitution(IsAnyLaneSet(restitution > SplatCloths(0))) {}
 
+  size_t collider_count() const { return controls.colliders.size(); }
   // With the spare one.
   size_t particle_count() const { return model.particle_count + size_t{1}; }
+  // Of elastic elements or triangles.
+  size_t kick_count() const {
+    return std::max(model.source->elastic_elements().size(),
+                    controls.has_air_forces ? model.source->triangles().size() : size_t{0});
+  }
   // Of constraints with an accumulated impulse, in the places of the model, and padding.
   size_t impulse_count() const {
     const bool has_impulses = model.has_compliance() || model.has_inequalities();
@@ -79,12 +117,24 @@ struct LaneContext {
   PairVectors* const end_directions;
   ClothLanes* const distance_impulses;
   ClothVectors* const twists;
+  ClothCollider* const colliders;
+  ClothVectors* const accelerations;
+  ClothVectors* const impulses;
+  ClothVectors* const predicted;
+  ClothVectors* const joint_impulses;
+  ClothContact* const contacts;  // [particle_count][collider_count]
   // What differs between the cloths.
   const ClothVectors gravity;
+  const ClothVectors wind;
+  const ClothLanes air_drag, air_lift;
   const ClothLanes end_share;
+  const ClothLanes friction_static, friction_dynamic;
+  const ClothLanes restitution, slowest_rebound;
+  const bool has_restitution;                  // some cloth has
   ClothLanes damping_factor = SplatCloths(1);  // of the substep under way
   bool has_damping = false;                    // some cloth has
   FloatSubstep substep{};                      // the one under way, but for the damping
+  ClothMask is_running{};  // those whose sweeps go on; the others stay as they are
 };
 
 // The same vector of each cloth, `vectors[lane]`.
@@ -104,6 +154,23 @@ void Separate(const ClothVectors& vectors, Lanes* const* results, size_t cloth_c
   hn::StoreInterleaved4(vectors.x.v, vectors.y.v, vectors.z.v, hn::Zero(LaneTag()), LaneTag(),
                         reinterpret_cast<float*>(tile));
   for (size_t lane = 0; lane < cloth_count; ++lane) results[lane][index] = tile[lane];
+}
+
+void GatherColliders(std::span<const LaneCloth> cloths, const LaneContext& context) {
+  for (size_t k = 0; k < context.collider_count(); ++k) {
+    const auto of = [&](const auto& part) {
+      return VectorOf(cloths, [&](const FloatControls& c) { return part(c.colliders[k]); });
+    };
+    ClothCollider& collider = context.colliders[k];
+    collider.kind = context.controls.colliders[k].kind;
+    collider.point = of([](const FloatCollider& c) { return c.point; });
+    collider.vector = of([](const FloatCollider& c) { return c.vector; });
+    collider.offset =
+        NumberOf(cloths, [&](const FloatControls& c) { return c.colliders[k].offset; });
+    for (size_t axis = 0; axis < 3; ++axis) {
+      collider.axes[axis] = of([&](const FloatCollider& c) { return c.axes[axis]; });
+    }
+  }
 }
 
 // States and pin targets into the lanes; lanes without a cloth are like the last one.
@@ -144,7 +211,20 @@ void Scatter(const LaneContext& context, std::span<FloatState> results) {
 // What Measure reads of the working memory of a cloth.
 void ScatterImpulses(const LaneContext& context, size_t lane, StepScratch& scratch) {
   scratch.surfaces.clear();
-  scratch.joint_impulses.clear();
+  scratch.contacts.resize(context.model.particle_count * context.collider_count());
+  for (const uint32_t i : context.model.free_particles) {
+    for (size_t k = 0; k < context.collider_count(); ++k) {
+      const size_t place = i * context.collider_count() + k;
+      scratch.contacts[place].floor = hn::ExtractLane(context.contacts[place].floor.v, lane);
+    }
+  }
+  scratch.joint_impulses.resize(context.model.joints.size());
+  for (size_t k = 0; k < context.model.joints.size(); ++k) {
+    const ClothVectors& impulse = context.joint_impulses[k];
+    scratch.joint_impulses[k] = {hn::ExtractLane(impulse.x.v, lane),
+                                 hn::ExtractLane(impulse.y.v, lane),
+                                 hn::ExtractLane(impulse.z.v, lane), 0};
+  }
   scratch.distance_impulses.resize(context.impulse_count() / kLaneCount);
   for (size_t place = 0; place < context.impulse_count(); ++place) {
     scratch.distance_impulses[place / kLaneCount][place % kLaneCount] =

@@ -7,6 +7,8 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "server/solver/cpu/lane_contacts-inl.h"
+#include "server/solver/cpu/lane_kicks-inl.h"
 #include "server/solver/cpu/lane_state-inl.h"
 #include "server/solver/cpu/lane_sweeps-inl.h"
 
@@ -26,9 +28,18 @@ void PredictPins(const LaneContext& context) {
 
 // Bender et al. 2009, section 3.1, eq. 2: the velocities become u = v + a H/2.
 void PredictBallistic(const LaneContext& context) {
-  const ClothVectors kick = context.gravity * context.substep.half_interval;
-  for (const uint32_t i : context.model.free_particles) {
-    context.particles[i].u = context.particles[i].u + kick;
+  const FloatModel& model = context.model;
+  const float half = context.substep.half_interval;
+  const ClothVectors kick = context.gravity * half;
+  const auto p = [&](uint32_t i) { return context.particles[i].p; };
+  if (context.controls.has_spring_forces) {
+    for (const uint32_t i : model.free_particles) {
+      context.accelerations[i] = context.gravity + SpringAcceleration(context, p, i);
+    }
+  }
+  for (const uint32_t i : model.free_particles) {
+    ClothVectors& v = context.particles[i].u;
+    v = v + (context.controls.has_spring_forces ? context.accelerations[i] * half : kick);
   }
 }
 
@@ -50,8 +61,16 @@ void PredictTwoStep(const LaneContext& context) {
 }
 
 void Predict(const LaneContext& context) {
-  context.substep.is_two_step ? PredictTwoStep(context) : PredictBallistic(context);
+  if (context.substep.is_two_step) {
+    PredictTwoStep(context);
+  } else {
+    PredictContacts(context);
+    PredictBallistic(context);
+  }
   PredictPins(context);
+  if (context.substep.is_two_step) KickWithin(context);
+  const ClothVectors none{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
+  std::fill_n(context.joint_impulses, context.model.joints.size(), none);
   std::fill_n(context.distance_impulses, context.impulse_count(), SplatCloths(0));
 }
 
@@ -129,20 +148,15 @@ void Integrate(const LaneContext& context) {
   for (const uint32_t i : context.model.free_particles) {
     ClothParticle& particle = context.particles[i];
     particle.p = particle.p + particle.u * substep.interval;
-    if (!substep.is_two_step) particle.u = particle.u + kick;
+    if (substep.is_two_step) continue;
+    particle.u = particle.u + (context.controls.has_spring_forces
+                                   ? context.accelerations[i] * substep.half_interval
+                                   : kick);
   }
   for (size_t k = 0; k < context.model.pins.size(); ++k) {
     ClothParticle& pin = context.particles[context.model.pins[k]];
     // At the end of the step a pin is where it was asked to be, to the bit.
     pin.p = substep.pin_shares == 1 ? context.pin_targets[k] : pin.p + pin.u * substep.interval;
-  }
-}
-
-// Damping.
-void CorrectVelocity(const LaneContext& context) {
-  if (context.substep.is_two_step || !context.has_damping) return;
-  for (const uint32_t i : context.model.free_particles) {
-    context.particles[i].u = context.damping_factor * context.particles[i].u;
   }
 }
 
@@ -166,12 +180,15 @@ void StepGroup(std::span<LaneCloth> cloths, LaneScratch& scratch) {
   LaneContext context(cloths, scratch);
   const FloatControls& controls = context.controls;
   Gather(cloths, context);
+  GatherColliders(cloths, context);
   for (LaneCloth& cloth : cloths) cloth.report.warnings = cloth.context.controls.warnings;
   for (uint32_t index = 0; index < controls.schedule.size(); ++index) {
     BeginSubstep(controls.schedule, index, cloths, context);
+    // Before the kick, which is part of what two steps continue.
     if (index == 0 && context.substep.sets_previous) {
       std::copy_n(context.particles, context.particle_count(), context.previous);
     }
+    Kick(context, context.substep.kick_before);
     Predict(context);
     if (context.substep.twist_share > 0) DampTwist(context);
     if (controls.use_tethers) ApplyTethers(context);
@@ -179,6 +196,7 @@ void StepGroup(std::span<LaneCloth> cloths, LaneScratch& scratch) {
     Integrate(context);
     SolveVelocity(context);
     CorrectVelocity(context);
+    Kick(context, context.substep.kick_after);
   }
   if (scratch.results.size() < cloths.size()) scratch.results.resize(cloths.size());
   Scatter(context, std::span(scratch.results).first(cloths.size()));
@@ -186,7 +204,7 @@ void StepGroup(std::span<LaneCloth> cloths, LaneScratch& scratch) {
     LaneCloth& cloth = cloths[lane];
     FloatState& working = cloth.context.scratch.state;
     std::swap(working, scratch.results[lane]);
-    ScatterImpulses(context, lane, cloth.context.scratch);
+    if (cloth.measure) ScatterImpulses(context, lane, cloth.context.scratch);
     Finish(cloth.context, cloth.measure, cloth.state, cloth.report);
     std::swap(working, scratch.results[lane]);
   }
@@ -211,12 +229,11 @@ LaneSupport SupportedLanes() {
   return HWY_DYNAMIC_DISPATCH(Support)();
 }
 
-bool FitsLanes(const SceneModel& model) {
-  return model.spring_count() == 0 && model.elastic_elements().empty() && model.joint_count() == 0;
-}
-
 bool FitsLanes(const FloatControls& controls) {
-  return controls.colliders.empty() && !controls.has_air_forces;
+  const auto is_map = [](const FloatCollider& collider) {
+    return collider.kind == FloatCollider::Kind::kDistanceMap;
+  };
+  return std::none_of(controls.colliders.begin(), controls.colliders.end(), is_map);
 }
 
 void StepCloths(std::span<LaneCloth> cloths, LaneScratch& scratch) {

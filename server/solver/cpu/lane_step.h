@@ -41,6 +41,12 @@ struct LaneScratch {
   LaneMemory end_directions;        // of its links; only with start directions
   LaneMemory distance_impulses;     // Lambda, [(group_count + 1) * kLaneCount] [N s]
   LaneMemory twists;                // [two rows of cells][column]
+  LaneMemory colliders;             // [collider_count]
+  LaneMemory contacts;              // [particle_count][collider_count]
+  LaneMemory accelerations;         // [particle_count] springs (+ gravity if IN_FORCE)
+  LaneMemory impulses;              // [element_count] or [triangle_count] [N s]
+  LaneMemory predicted;             // [particle_count + 1] positions for kicks within a substep
+  LaneMemory joint_impulses;        // Lambda, [joint_count] [N s]
   std::vector<FloatState> results;  // of each cloth
 };
 
@@ -59,9 +65,8 @@ struct LaneSupport {
 };
 LaneSupport SupportedLanes();
 
-// Whether cloths of this model can be stepped in lanes: it has nothing that only StepCloth knows.
-bool FitsLanes(const SceneModel& model);
-// Whether a cloth with these parameters can, if its model can.
+// Whether a cloth with these parameters can be stepped in lanes: it has nothing that only StepCloth
+// knows.
 bool FitsLanes(const FloatControls& controls);
 // Steps every cloth once as StepCloth does. At most lane_count cloths, all of them fit for lanes
 // and pairwise alike in model, schedule, solver, tolerance, max_iterations, use of tethers and of

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/solver/cpu/constraint_math-inl.h"
+#include "server/solver/cpu/lane_contacts-inl.h"
 #include "server/solver/cpu/lane_state-inl.h"
 #include "server/solver/cpu/strip_solve-inl.h"
 
@@ -53,6 +54,10 @@ class StripPairs {
   }
   PairVectors PredictedDifferences(const Ends& from, const Ends& to) const {
     return PositionDifferences(from, to) + Splat(interval()) * VelocityDifferences(from, to);
+  }
+  // Of cloths whose sweeps go on.
+  PairMask Running(const PairMask& mask) const {
+    return {mask.low & context_.is_running, mask.high & context_.is_running};
   }
   void Push(const Ends& particles, const PairVectors& change) const {
     ClothParticle& low = particles_[particles[0]];
@@ -123,7 +128,8 @@ ClothMask SolveConstraint(const LaneContext& context, size_t g, uint32_t k) {
     weight = weight + alpha_over_h * inverse_h;
   }
   ClothMask is_active =
-      Abs(residual) > SplatCloths(context.controls.tolerance * group.rest_length[k]);
+      context.is_running &
+      (Abs(residual) > SplatCloths(context.controls.tolerance * group.rest_length[k]));
   ClothLanes impulse = Select(is_active, DistanceImpulse(residual, inverse_h, weight), zero);
   if constexpr (kHasInequalities) {
     const ImpulseBounds& bounds = context.model.bounds[g];
@@ -165,32 +171,72 @@ ClothMask SolveDistance(const LaneContext& context) {
   }
 }
 
-// Sweeps until no cloth has an error, at most max_iterations. A sweep changes nothing of a cloth
-// that was found without errors; it is only counted no longer.
-void Solve(const LaneContext& context, std::span<LaneCloth> cloths) {
+// One sweep over all point joints.
+ClothMask SolveJoints(const LaneContext& context) {
   const FloatControls& controls = context.controls;
-  std::array<bool, kClothCount> is_done{};
-  size_t done_count = 0;
+  const float inverse_h = controls.inverse_h;
+  const ClothLanes zero = SplatCloths(0);
+  ClothMask changed;
+  for (size_t k = 0; k < context.model.joints.size(); ++k) {
+    const auto& [i, j, inverse_mass_i, inverse_mass_j, compliance] = context.model.joints[k];
+    ClothParticle& from = context.particles[i];
+    ClothParticle& to = context.particles[j];
+    ClothVectors& lambda = context.joint_impulses[k];
+    const float alpha_over_h = compliance * inverse_h;
+    const ClothVectors residual =
+        ((to.p - from.p) + (to.u - from.u) * controls.h) + lambda * alpha_over_h;
+    const ClothMask is_active = controls.tolerance > 0
+                                    ? context.is_running & (Sqrt(Dot(residual, residual)) >
+                                                            SplatCloths(controls.contact_tolerance))
+                                    : context.is_running;
+    const float weight = (inverse_mass_i + inverse_mass_j) + alpha_over_h * inverse_h;
+    const ClothVectors impulse =
+        Select(is_active, (residual * -1) * inverse_h / weight, {zero, zero, zero});
+    lambda = lambda + impulse;
+    from.u = from.u - impulse * inverse_mass_i;
+    to.u = to.u + impulse * inverse_mass_j;
+    changed |= is_active;
+  }
+  return changed;
+}
+
+// One sweep over the velocities that rigid joints forbid.
+void SolveJointVelocities(const LaneContext& context) {
+  for (const auto& [i, j, inverse_mass_i, inverse_mass_j, compliance] : context.model.joints) {
+    if (compliance > 0) continue;
+    ClothParticle& from = context.particles[i];
+    ClothParticle& to = context.particles[j];
+    const ClothVectors impulse = (from.u - to.u) / (inverse_mass_i + inverse_mass_j);
+    from.u = from.u - impulse * inverse_mass_i;
+    to.u = to.u + impulse * inverse_mass_j;
+  }
+}
+
+// Sweeps until no cloth has an error, at most max_iterations.
+void Solve(LaneContext& context, std::span<LaneCloth> cloths) {
+  const FloatControls& controls = context.controls;
+  alignas(64) float running[kClothCount];
+  std::fill_n(running, kClothCount, 1.0f);
+  std::fill(running + cloths.size(), running + kClothCount, 0.0f);
+  context.is_running = LoadCloths(running) > SplatCloths(0);
   for (uint32_t iteration = 0; iteration < context.max_iterations; ++iteration) {
     for (size_t lane = 0; lane < cloths.size(); ++lane) {
-      if (!is_done[lane]) ++cloths[lane].report.iterations;
+      if (running[lane] > 0) ++cloths[lane].report.iterations;
     }
+    // All always run: a contact can break what the distances have just met.
     ClothMask has_changed;
     if (controls.solver.has_strips) has_changed |= SolveStrips(context);
     if (controls.solver.has_colours) has_changed |= SolveDistance(context);
+    has_changed |= SolveJoints(context);
+    has_changed |= SolveContacts(context);
     if (controls.tolerance == 0) continue;
-    alignas(64) float changed[kClothCount];
-    hn::Store(Select(has_changed, SplatCloths(1), SplatCloths(0)).v, LaneTag(), changed);
-    for (size_t lane = 0; lane < cloths.size(); ++lane) {
-      if (is_done[lane] || changed[lane] != 0) continue;
-      is_done[lane] = true;
-      ++done_count;
-    }
-    if (done_count == cloths.size()) return;
+    context.is_running &= has_changed;
+    if (!IsAnyLaneSet(context.is_running)) return;
+    hn::Store(Select(context.is_running, SplatCloths(1), SplatCloths(0)).v, LaneTag(), running);
   }
   if (controls.tolerance == 0) return;
   for (size_t lane = 0; lane < cloths.size(); ++lane) {
-    if (!is_done[lane]) cloths[lane].report.converged = false;
+    if (running[lane] > 0) cloths[lane].report.converged = false;
   }
 }
 
@@ -215,6 +261,7 @@ void SolveVelocity(const LaneContext& context) {
         to.u = to.u + (inverse_mass_j * impulse) * n;
       }
     }
+    SolveJointVelocities(context);
   }
 }
 

@@ -31,10 +31,17 @@ LaneKey::LaneKey(const FloatModel& key_model, const FloatControls& controls,
       has_colours(controls.solver.has_colours),
       has_start_directions(controls.has_start_directions()),
       use_tethers(controls.use_tethers),
+      has_air_forces(controls.has_air_forces),
+      has_half_kicks(controls.has_half_kicks),
+      has_spring_forces(controls.has_spring_forces),
       velocity_iterations(controls.solver.velocity_iterations),
       max_iterations(key_max_iterations),
       tolerance(settings.tolerance),
-      twist_damping_per_s(settings.twist_damping_per_s) {}
+      twist_damping_per_s(settings.twist_damping_per_s) {
+  for (const FloatCollider& collider : controls.colliders) {
+    colliders.push_back(static_cast<char>(collider.kind));
+  }
+}
 
 std::vector<StepGroup> FormGroups(std::span<const std::optional<LaneKey>> keys, uint32_t lane_count,
                                   uint32_t thread_count) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "server/solver/cpu/float_controls.h"
@@ -25,6 +26,10 @@ struct LaneKey {
   bool has_colours;
   bool has_start_directions;
   bool use_tethers;
+  bool has_air_forces;
+  bool has_half_kicks;
+  bool has_spring_forces;
+  std::string colliders;  // their kinds
   uint32_t velocity_iterations;
   uint32_t max_iterations;
   double tolerance;

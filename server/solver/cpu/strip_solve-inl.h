@@ -21,6 +21,7 @@ inline constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 //   Scalars, Vectors, Mask, Ends (the particle of each lane), Link, Group   types
 //   tolerance, end_share, interval, inverse_interval                       numbers of the substep
 //   Number(x)                                                              a number of a link
+//   Running(mask)                                                          lanes that are swept
 //   PositionDifferences, VelocityDifferences, PredictedDifferences         from, to -> Vectors
 //   Push(ends, change)                                                     onto u
 //   Compliances, Impulses, AddImpulses                                     by places
@@ -94,7 +95,7 @@ class StripSolve {
       EliminateLink(k, kHasStarts ? lines.n : n_end, n_end, error, diagonal);
     }
     solution_[link_count_ - 1].ratio = access_.Splat(0);
-    return is_active;
+    return access_.Running(is_active);
   }
 
   void EliminateLink(uint32_t k, const Vectors& n, const Vectors& n_end, const Scalars& error,

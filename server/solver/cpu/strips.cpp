@@ -50,6 +50,8 @@ class EightStrips {
     return Transpose(d);
   }
 
+  static const WideMask& Running(const WideMask& mask) { return mask; }
+
   void Push(const Ends& particles, const WideVectors& change) const {
     const auto low = Transpose(LaneVectors{change.x.low, change.y.low, change.z.low});
     const auto high = Transpose(LaneVectors{change.x.high, change.y.high, change.z.high});

@@ -1,9 +1,11 @@
 #include "server/solver/cpu/wind.h"
 
-#include "server/solver/cpu/constraint_math.h"
+#include "server/solver/cpu/constraint_math-inl.h"
 
 namespace drape::cpu {
 namespace {
+
+using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
 // First phase: of each triangle, a third of its impulse, all from the same velocities.
 void StoreAirImpulses(const StepContext& context, const Lanes* p, float duration) {
