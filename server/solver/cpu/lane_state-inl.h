@@ -221,9 +221,9 @@ void ScatterImpulses(const LaneContext& context, size_t lane, StepScratch& scrat
   scratch.joint_impulses.resize(context.model.joints.size());
   for (size_t k = 0; k < context.model.joints.size(); ++k) {
     const ClothVectors& impulse = context.joint_impulses[k];
-    scratch.joint_impulses[k] = {hn::ExtractLane(impulse.x.v, lane),
-                                 hn::ExtractLane(impulse.y.v, lane),
-                                 hn::ExtractLane(impulse.z.v, lane), 0};
+    scratch.joint_impulses[k] =
+        Lanes{hn::ExtractLane(impulse.x.v, lane), hn::ExtractLane(impulse.y.v, lane),
+              hn::ExtractLane(impulse.z.v, lane), 0};
   }
   scratch.distance_impulses.resize(context.impulse_count() / kLaneCount);
   for (size_t place = 0; place < context.impulse_count(); ++place) {
