@@ -54,7 +54,7 @@ inline constexpr double kBlendBegin = 0.15;
 inline constexpr double kBlendEnd = 0.30;
 // At most so many times the substeps of its settings does a cloth get for its load [-]. Larger: one
 // tenant's heavy cloth takes the time of all; smaller: heavy cloths stretch.
-inline constexpr double kMaxLoadFactor = 2;
+inline constexpr double kMaxLoadFactor = 1.8;
 // A link that turns farther than this within a substep, 8 degrees, has the direction of its end
 // [-, cosine]: no motion of a cloth does, only flutter. Smaller: strips of links that flutter blow
 // up; larger: more links are solved to first order.

@@ -110,7 +110,7 @@ TEST_F(Cloths, SubstepsFollowTheLoad) {
   const auto substeps_of = [&](uint64_t id) {
     return Get(*stub_, session_, id).settings().substeps();
   };
-  EXPECT_EQ(substeps_of(ids.at(0)), 104u);
+  EXPECT_EQ(substeps_of(ids.at(0)), 94u);
   Step(*stub_, StepsOf(session_, ids, 1));
   v1::UpdateClothsRequest lighter = UpdateOf(ids, "environment.gravity_m_per_s2");
   set_gravity(*lighter.mutable_spec(), 9.81);
