@@ -20,6 +20,8 @@ constexpr uint32_t kPatience = 8;
 // Of conjugate gradients: a Newton step needs its direction only roughly.
 constexpr double kLinearTolerance = 1e-4;
 constexpr int kMaxLinearIterations = 2000;
+// Newton's matrices take some hundred bytes per row; for more rows there are only sweeps.
+constexpr size_t kMaxNewtonRows = size_t{1} << 18;
 // From the described positions first, then from disordered ones.
 constexpr uint32_t kAttempts = 5;
 // Of disorder, in mean lengths: enough to leave a line, too little to turn links over.
@@ -171,6 +173,7 @@ class Restoration {
 
   // Newton's method until the errors are gone or do not get smaller.
   void Correct() {
+    if (order_.size() + 3 * demands_.joints.size() > kMaxNewtonRows) return;
     uint32_t failures = 0;
     for (uint32_t step = 0; step < kMaxNewtonSteps && work_ < kMaxWork; ++step) {
       if (best_errors_.max <= kRestoredError || failures > kPatience) return;

@@ -72,7 +72,8 @@ inline double WeightGamma(const SceneModel& model, const ClothParameters& parame
 }
 
 // The same where each pin carries its part of the weight; without pins 0, as nothing pulls then.
-// What one sweep per substep leaves of the errors goes with it: about 10 % of the worst link at 0.5
+// What one sweep per substep leaves of the errors grows with it: 10 to 20 % of the worst link at
+// 0.4 to 0.5
 // (`./run bench stability`).
 inline double LoadRatio(const SceneModel& model, const ClothParameters& parameters) {
   return model.pin_count() == 0 ? 0 : WeightGamma(model, parameters) / model.pin_count();

@@ -122,7 +122,7 @@ void EndStep(Cloth& cloth, const StepReport& report) {
 // Whether the cloth can be stepped in lanes (lane_step.h).
 bool ClothFitsLanes(const Cloth& cloth) {
   return cloth.fault == FaultReason::kNone && !cloth.own_lengths &&
-         !HasMovingColliders(cloth.parameters) && FitsLanes(*cloth.controls);
+         !HasMovingColliders(cloth.parameters) && FitsLanes(*cloth.model, *cloth.controls);
 }
 
 void Append(const std::vector<Lanes>& values, uint32_t particle_count, std::vector<float>& packed) {

@@ -229,7 +229,10 @@ LaneSupport SupportedLanes() {
   return HWY_DYNAMIC_DISPATCH(Support)();
 }
 
-bool FitsLanes(const FloatControls& controls) {
+bool FitsLanes(const FloatModel& model, const FloatControls& controls) {
+  const size_t particles = model.particle_count;
+  if (particles > kMaxLaneParticles) return false;
+  if (particles * controls.colliders.size() > kMaxLaneContacts) return false;
   const auto is_map = [](const FloatCollider& collider) {
     return collider.kind == FloatCollider::Kind::kDistanceMap;
   };

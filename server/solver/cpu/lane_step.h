@@ -65,9 +65,14 @@ struct LaneSupport {
 };
 LaneSupport SupportedLanes();
 
-// Whether a cloth with these parameters can be stepped in lanes: it has nothing that only StepCloth
-// knows.
-bool FitsLanes(const FloatControls& controls);
+// Of a cloth in lanes: the working memory of a thread holds about 1.3 KiB per particle and 384
+// bytes per particle and collider, with 16 lanes; larger cloths fill a thread's time alone.
+inline constexpr size_t kMaxLaneParticles = size_t{1} << 16;
+inline constexpr size_t kMaxLaneContacts = size_t{1} << 18;  // particles * colliders
+
+// Whether a cloth with these parameters can be stepped in lanes: it is not too large, and has
+// nothing that only StepCloth knows.
+bool FitsLanes(const FloatModel& model, const FloatControls& controls);
 // Steps every cloth once as StepCloth does. At most lane_count cloths, all of them fit for lanes
 // and pairwise alike in model, schedule, solver, tolerance, max_iterations, use of tethers and of
 // start directions; numbers may differ. Thread-safe for different cloths and working memory.
