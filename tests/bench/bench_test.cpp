@@ -92,18 +92,39 @@ TEST_F(BenchTest, BudgetOnEveryBackend) {
   EXPECT_THAT(ReadText(out_ / "README.md"), HasSubstr("| cpu, 1 ms |"));
 }
 
-TEST_F(BenchTest, LanesAgainstSingleClothsWithOneThreadAndAll) {
-  const Ending ending = Bench("lanes");
+TEST_F(BenchTest, SpeedMakesItsTables) {
+  const Ending ending = Bench("speed");
   ASSERT_EQ(ending.exit_status, 0) << ending.text;
-  EXPECT_EQ(RowCount(out_ / "lanes.csv"), std::thread::hardware_concurrency() > 1 ? 4 : 2);
+  const ptrdiff_t thread_counts = std::thread::hardware_concurrency() > 1 ? 2 : 1;
+  // Copies in two caches and four operations on the cpu, three limits of gl.
+  EXPECT_EQ(RowCount(out_ / "speed_limits.csv"), thread_counts * 6 + 3);
+  // Cloths: three presets, lanes and single with one thread and all, and gl; then two sizes of one
+  // cloth.
+  EXPECT_EQ(RowCount(out_ / "speed_cost.csv"), 3 * (thread_counts * 2 + 1) + 2 * 2);
+  EXPECT_EQ(RowCount(out_ / "speed_curve.csv"), 5);
   ASSERT_EQ(Tables("").exit_status, 0);
-  EXPECT_THAT(ReadText(out_ / "README.md"), HasSubstr("single / lanes"));
+  const std::string readme = ReadText(out_ / "README.md");
+  EXPECT_THAT(readme, HasSubstr("### The machine's limits"));
+  EXPECT_THAT(readme, HasSubstr("single / lanes"));
+  EXPECT_THAT(readme, HasSubstr("has NOT measured"));
+  EXPECT_THAT(readme, HasSubstr("| Bullet 1x10 |"));
+}
+
+TEST_F(BenchTest, APartOfSpeedAndASettingOfOnesOwn) {
+  const Ending ending =
+      Bench("speed --parts=curve --backends=cpu --method=\"mine: substeps=3 sweep=COLOURS\"");
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  EXPECT_FALSE(fs::exists(out_ / "speed_cost.csv"));
+  EXPECT_THAT(ReadText(out_ / "speed_curve.csv"), HasSubstr("cpu,mine,mine,"));
+  const Ending unknown = Bench("speed --parts=weather");
+  EXPECT_NE(unknown.exit_status, 0);
+  EXPECT_THAT(unknown.text, HasSubstr("weather"));
 }
 
 // Drawing needs matplotlib, which tests do not install: here only that it is Python.
 TEST_F(BenchTest, TheScriptsThatDrawAreValidPython) {
   for (const char* script : {"tests/bench/plots.py", "tests/bench/accuracy_plots.py",
-                             "tests/bench/stability_plots.py"}) {
+                             "tests/bench/speed_plots.py", "tests/bench/stability_plots.py"}) {
     const Ending parsed =
         RunShell("python3 -B -c 'import ast, sys; ast.parse(open(sys.argv[1]).read())' " +
                  test::SourcePath(script).string());

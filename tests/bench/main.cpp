@@ -6,6 +6,7 @@
 
 #include "server/core/log.h"
 #include "tests/bench/accuracy/accuracy.h"
+#include "tests/bench/speed/speed.h"
 #include "tests/bench/stability/stability.h"
 #include "tests/bench/subcommands.h"
 
@@ -28,7 +29,7 @@ struct CommandLine {
   AccuracyOptions accuracy;
   StabilityOptions stability;
   BudgetOptions budget;
-  LanesOptions lanes;
+  SpeedOptions speed;
   bool needs_hardware = false;
 };
 
@@ -92,11 +93,6 @@ void AddScenes(CLI::App& app, CommandLine& line) {
   budget->add_option("--budgets-ms", line.budget.budgets_ms)->delimiter(',');
   budget->add_option("--particles", line.budget.particles, "of the cloth");
   budget->add_option("--steps", line.budget.steps)->check(CLI::PositiveNumber);
-  CLI::App* lanes = app.add_subcommand(
-      "lanes", "many equal cloths on cpu, side by side and one by one; not part of all");
-  lanes->add_option("--counts", line.lanes.counts, "numbers of cloths")->delimiter(',');
-  lanes->add_option("--particles", line.lanes.particles, "of each cloth");
-  lanes->add_option("--presets", line.lanes.presets)->delimiter(',')->check(Presets());
   CLI::App* stability = app.add_subcommand(
       "stability", "what survives, recovers, warns, breaks or faults; not part of all");
   stability->add_flag("--full", line.stability.is_full, "every value and switch: takes long");
@@ -107,7 +103,18 @@ void AddScenes(CLI::App& app, CommandLine& line) {
   CLI::App* device = app.add_subcommand("device", "the GL device; exit status 3: software");
   device->add_flag("--require-hardware", line.needs_hardware, "fail on a software renderer");
   app.add_subcommand(
-      "all", "every table but those of accuracy, budget, lanes and stability (the default)");
+      "all", "every table but those of accuracy, budget, speed and stability (the default)");
+}
+
+void AddSpeed(CLI::App& app, CommandLine& line) {
+  SpeedOptions& options = line.speed;
+  CLI::App* speed = app.add_subcommand(
+      "speed", "what a cloth costs, against the machine's limits and others; not part of all");
+  speed->add_option("--parts", options.parts, "only these")
+      ->delimiter(',')
+      ->check(CLI::IsMember(options.parts));
+  speed->add_option("--method", options.curve.methods,
+                    "one more of the curve, \"NAME: substeps=16 sweep=COLOURS\"; may be repeated");
 }
 
 // What to type to measure the same again; without the options that only say what is noted.
@@ -142,7 +149,7 @@ int Run(const CLI::App& app, CommandLine& line) {
   if (is_wanted("order", 1)) MeasureOrder(bench, line.order);
   if (app.got_subcommand("accuracy")) MeasureAccuracy(bench, line.accuracy);
   if (app.got_subcommand("budget")) MeasureBudget(bench, line.budget);
-  if (app.got_subcommand("lanes")) MeasureLanes(bench, line.lanes);
+  if (app.got_subcommand("speed")) MeasureSpeed(bench, line.speed);
   if (app.got_subcommand("stability")) MeasureStability(bench, line.stability);
   std::printf("\nresults are in %s\n", bench.out().c_str());
   return 0;
@@ -164,6 +171,7 @@ int main(int argc, char** argv) {
   AddCommonOptions(app, line);
   AddSteps(app, line);
   AddScenes(app, line);
+  AddSpeed(app, line);
   CLI11_PARSE(app, argc, argv);
   line.bench.command = CommandOf(line.bench.command, argc, argv);
   try {

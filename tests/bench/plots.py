@@ -13,6 +13,7 @@ matplotlib.use("Agg")
 from matplotlib import pyplot, ticker  # noqa: E402
 
 import accuracy_plots  # noqa: E402
+import speed_plots  # noqa: E402
 import stability_plots  # noqa: E402
 import tables  # noqa: E402
 
@@ -159,6 +160,7 @@ DRAWINGS = {
     "figure_4": (draw_figure_4, ["figure_4_motion", "figure_4"]),
     "order": (draw_order, ["order"]),
     **accuracy_plots.DRAWINGS,
+    **speed_plots.DRAWINGS,
 }
 
 

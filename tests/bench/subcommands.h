@@ -48,17 +48,6 @@ struct BudgetOptions {
 };
 void MeasureBudget(Bench& bench, BudgetOptions options);
 
-// Many equal cloths on cpu, in lanes and one by one -> lanes.csv.
-struct LanesOptions {
-  std::vector<uint32_t> counts = {1, 2, 3, 4, 5, 6, 8, 12, 16, 32, 64, 160, 256, 1024, 4096};
-  uint32_t particles = 1024;  // of each cloth
-  std::vector<std::string> presets = {"REALTIME", "PAPER", "ACCURATE"};
-  uint32_t late_cloths = 64;  // whose strain is watched
-  double late_s = 4;          // and in the last second of how long
-  double longest_step_s = 4;  // counts are left out whose step would take longer
-};
-void MeasureLanes(Bench& bench, LanesOptions options);
-
 // Prints the GL devices and what the backend "gl" runs on. Exit status: 0, or 3 if that is
 // software and `needs_hardware`, or 4 if there is none.
 int ShowDevice(bool needs_hardware);

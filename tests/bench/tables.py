@@ -17,11 +17,12 @@ import sys
 import accuracy_bars
 import accuracy_tables
 import rows
+import speed_tables
 import stability_tables
 from rows import distinct, markdown, milliseconds, percent, select
 
 REAL_TIME_MS = 1000 / 60
-TEXT_COLUMNS = {"preset", "pins", "backend", "plan", "scene", "shuffled", "fault", "path"} | accuracy_tables.TEXT_COLUMNS | stability_tables.TEXT_COLUMNS
+TEXT_COLUMNS = {"preset", "pins", "backend", "plan", "scene", "shuffled", "fault", "path"} | accuracy_tables.TEXT_COLUMNS | speed_tables.TEXT_COLUMNS | stability_tables.TEXT_COLUMNS
 STEP_COLUMNS = [
     "preset", "pins", "cloths", "particles", "columns", "rows", "backend", "plan", "steps", "median_ms", "p10_ms",
     "p90_ms", "min_ms", "max_ms", "device_ms", "dispatches", "iterations", "max_strain", "swing_max_strain",
@@ -39,9 +40,7 @@ COLUMNS = {
     "budget": [
         "backend", "particles", "budget_ms", "steps", "median_ms", "p90_ms", "p99_ms", "max_ms", "sweep_ms", "cap_median",
         "cap_min", "over_budget"],
-    "lanes": [
-        "preset", "cloths", "particles", "threads", "path", "steps", "median_ms", "p10_ms", "p90_ms", "min_ms",
-        "us_per_cloth", "iterations", "late_strain", "faulted"],
+    **speed_tables.COLUMNS,
     **accuracy_tables.COLUMNS,
     **stability_tables.COLUMNS,
 }
@@ -204,28 +203,6 @@ def budget_text(rows):
                       "steps over budget", "99 % ≤ budget + sweep"], lines)]
 
 
-def lanes_text(rows, cpu_backend):
-    """Per preset: a line per number of cloths, a column per path and number of threads."""
-    text = ["## Many equal cloths on cpu: lanes\n",
-            f"Sheets of {rows[0]['particles']:.0f} particles, each with its own gravity, on {cpu_backend}. `lanes`: side by side in the lanes "
-            "of the vector registers wherever that is worth it; `single`: one by one, with the same bits. Median ms per step.\n"]
-    for preset in distinct(rows, "preset"):
-        of_preset = select(rows, preset=preset)
-        ways = list(dict.fromkeys((row["threads"], row["path"]) for row in of_preset))
-        lines = []
-        for count in distinct(of_preset, "cloths"):
-            times = {(row["threads"], row["path"]): row["median_ms"] for row in select(of_preset, cloths=count)}
-            most = max(threads for threads, _ in ways)
-            lines.append([f"{count:.0f}", *(milliseconds(times[way]) for way in ways),
-                          f"{times[(most, 'single')] / times[(most, 'lanes')]:.2f}", f"{times[(1, 'lanes')] / times[(most, 'lanes')]:.2f}",
-                          f"{1000 * times[(most, 'lanes')] / count:.0f}"])
-        text += [f"### {preset}\n",
-                 f"Largest strain of 64 of them in the last of 4 s: {percent(of_preset[0]['late_strain'])}.\n",
-                 markdown(["cloths", *(f"{path}, {threads:.0f} thread{'s' if threads > 1 else ''}" for threads, path in ways),
-                           "single / lanes", "1 thread / all", "lanes, all threads: µs per cloth"], lines)]
-    return text
-
-
 def accuracy_text(read):
     """Everything that the tables of accuracy say; parts that were not measured are left out."""
     table, order, energy, creep = (read["accuracy"], read["accuracy_order"], read["accuracy_energy"], read["accuracy_creep"])
@@ -271,8 +248,7 @@ def readme(folder):
         text += order_text(tables["order"])
     if tables["budget"]:
         text += budget_text(tables["budget"])
-    if tables["lanes"]:
-        text += lanes_text(tables["lanes"], machine["cpu_backend"])
+    text += speed_tables.speed_text(tables, machine["cpu_backend"])
     if tables["accuracy"]:
         text += accuracy_text(tables)
     if tables["stability"]:

@@ -36,21 +36,6 @@ const std::vector<std::string> kColumns = {"scene",
                                            "max_penetration_m",
                                            "midpoint_penetration_m"};
 
-// "mine: substeps=16 max_iterations=2" as a method; without "NAME:" the words are the name.
-Method ParseMethod(const std::string& text) {
-  const size_t colon = text.find(':');
-  const std::string name = text.substr(0, colon);
-  const std::string words = colon == std::string::npos ? text : text.substr(colon + 1);
-  const Result<StepSettings> settings = ParseSettings(words);
-  if (!settings.ok()) {
-    throw std::runtime_error("--method '" + text + "': " + settings.status().ToString());
-  }
-  if (text.find_first_of(",\"\n") != std::string::npos) {
-    throw std::runtime_error("--method '" + text + "': no commas and quotes");
-  }
-  return {name, name, *settings};
-}
-
 // The named scenes, or all.
 std::vector<AccuracyScene> ChosenScenes(const AccuracyOptions& options, bool is_quick) {
   std::vector<AccuracyScene> scenes = AccuracyScenes(is_quick);

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <sstream>
+#include <stdexcept>
 #include <utility>
 
 #include "server/core/check.h"
@@ -216,6 +217,20 @@ Result<StepSettings> ParseSettings(std::string_view text) {
   }
   if (!violations.empty()) return Status::InvalidFields(std::move(violations));
   return ResolveSettings(overrides, "settings");
+}
+
+Method ParseMethod(const std::string& text) {
+  const size_t colon = text.find(':');
+  const std::string name = text.substr(0, colon);
+  const std::string words = colon == std::string::npos ? text : text.substr(colon + 1);
+  const Result<StepSettings> settings = ParseSettings(words);
+  if (!settings.ok()) {
+    throw std::runtime_error("--method '" + text + "': " + settings.status().ToString());
+  }
+  if (text.find_first_of(",\"\n") != std::string::npos) {
+    throw std::runtime_error("--method '" + text + "': no commas and quotes");
+  }
+  return {name, name, *settings};
 }
 
 std::string SettingsText(const StepSettings& settings) {

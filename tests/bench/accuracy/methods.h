@@ -25,6 +25,10 @@ struct Method {
 // and its legal values, or a value out of range.
 Result<StepSettings> ParseSettings(std::string_view words);
 
+// "mine: substeps=16 max_iterations=2" as a method; without "NAME:" the words are the name.
+// std::runtime_error names what is wrong.
+Method ParseMethod(const std::string& text);
+
 // All fields, such that ParseSettings gives the settings back.
 std::string SettingsText(const StepSettings& settings);
 

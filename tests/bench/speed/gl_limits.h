@@ -1,0 +1,27 @@
+// What an OpenGL device can do at best, by small shaders of its own.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace drape::bench {
+
+struct GlRate {
+  std::string limit;      // "copy", "fused multiply-add", "shared memory"
+  double size_bytes = 0;  // of both buffers; of the copy only
+  double rate = 0;        // per second
+  std::string unit;       // "byte", "flop"
+};
+
+struct GlLimits {
+  std::string device;
+  std::vector<GlRate> rates;
+};
+
+// On a context of its own, hardware before software, gone when this returns; what was current must
+// be made current again. `seconds`: of each measurement, about. `quick`: buffers of a MiB.
+// std::runtime_error where there is no device or a shader does not compile.
+GlLimits MeasureGlLimits(double seconds, bool quick);
+
+}  // namespace drape::bench

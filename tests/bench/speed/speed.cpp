@@ -1,0 +1,16 @@
+#include "tests/bench/speed/speed.h"
+
+#include <algorithm>
+
+namespace drape::bench {
+
+void MeasureSpeed(Bench& bench, const SpeedOptions& options) {
+  const auto is_wanted = [&](const char* part) {
+    return std::ranges::find(options.parts, part) != options.parts.end();
+  };
+  if (is_wanted("limits")) MeasureLimits(bench, options.limits);
+  if (is_wanted("cost")) MeasureCost(bench, options.cost);
+  if (is_wanted("curve")) MeasureCurve(bench, options.curve);
+}
+
+}  // namespace drape::bench

@@ -1,0 +1,50 @@
+// The subcommand `speed`: what a cloth costs, why, and what others pay for the same; see README.md.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "tests/bench/bench.h"
+
+namespace drape::bench {
+
+// Time against strain of hanging cloths -> speed_curve.csv.
+struct CurveOptions {
+  uint32_t cloths = 64;
+  uint32_t side = 32;                // particles
+  uint32_t frames = 240;             // of 1/60 s, from the horizontal start
+  uint32_t window_frames = 60;       // strain counts in the last so many
+  double thread_s = 3;               // timed frames with one thread: no more after that long
+  double play_s = 60;                // a setting that would take longer is left out and told
+  std::vector<std::string> methods;  // further settings, as of `accuracy --method`
+};
+void MeasureCurve(Bench& bench, CurveOptions options);
+
+// What the machine can do at best -> speed_limits.csv.
+struct LimitsOptions {
+  double seconds = 0.1;  // of each of the repeats of a limit
+};
+void MeasureLimits(Bench& bench, const LimitsOptions& options);
+
+// ms per step against the number of cloths and against the particles of one -> speed_cost.csv.
+struct CostOptions {
+  std::vector<uint32_t> counts = {1, 2, 3, 4, 5, 6, 8, 12, 16, 32, 64, 160, 256, 1024, 4096, 16384};
+  std::vector<uint32_t> few_counts = {1, 8, 16, 64, 1024};  // of PAPER and ACCURATE
+  uint32_t cloth_particles = 1024;                          // of each of several cloths
+  std::vector<uint32_t> particles = {64,   128,  256,   512,   1024,  2048,
+                                     4096, 8192, 16384, 65536, 262144};  // of the one cloth
+  double longest_step_s = 2;  // a way of stepping whose step would take longer leaves the row out
+};
+void MeasureCost(Bench& bench, CostOptions options);
+
+struct SpeedOptions {
+  // Some of limits, solves, cost, curve, service; in this order.
+  std::vector<std::string> parts = {"limits", "cost", "curve"};
+  LimitsOptions limits;
+  CostOptions cost;
+  CurveOptions curve;
+};
+void MeasureSpeed(Bench& bench, const SpeedOptions& options);
+
+}  // namespace drape::bench

@@ -1,0 +1,105 @@
+"""What the table of the costs says: ms per step against cloths and particles, and whether the bars hold."""
+
+from rows import distinct, markdown, milliseconds, select
+
+COLUMNS = [
+    "along", "preset", "cloths", "particles", "constraints", "backend", "path", "threads", "steps", "median_ms", "p10_ms", "p90_ms",
+    "min_ms", "dispatches", "iterations", "faulted"]
+FLAT_CLOTHS, FLAT_CLOTHS_BAR = (64, 4096), 1.15
+FLAT_PARTICLES, FLAT_PARTICLES_BAR = (1024, 65536), 2
+THREADS_BAR = 0.9  # of the number of threads: two threads 1.8 times as fast as one
+
+
+def us_per_cloth(row):
+    return 1000 * row["median_ms"] / row["cloths"]
+
+
+def ns_per_particle(row):
+    return 1e6 * row["median_ms"] / row["cloths"] / row["particles"]
+
+
+def way(row):
+    threads = f", {row['threads']:.0f} thread{'s' if row['threads'] > 1 else ''}" if row["threads"] else ""
+    return f"{row['backend']} {row['path']}{threads}"
+
+
+def most_threads(rows):
+    return max(row["threads"] for row in rows)
+
+
+def within(rows, column, limits):
+    return [row for row in rows if limits[0] <= row[column] <= limits[1]]
+
+
+def spread_line(name, rows, column, limits, cost, unit, bar):
+    """How far the cost goes apart between two sizes; `rows` of one way of stepping."""
+    some = within(rows, column, limits)
+    ends = {row[column] for row in some}
+    if not set(limits) <= ends:
+        return [name, f"{limits[0]} … {limits[1]} {column}", "not measured", f"≤ {bar:g}", "–"]
+    low, high = min(some, key=cost), max(some, key=cost)
+    ratio = cost(high) / cost(low)
+    words = f"{ratio:.2f} ({cost(low):.3g} {unit} at {low[column]:.0f}, {cost(high):.3g} at {high[column]:.0f})"
+    return [name, f"{limits[0]} … {limits[1]} {column}", words, f"≤ {bar:g}", "yes" if ratio <= bar else "NO"]
+
+
+def threads_line(rows):
+    """One thread against all at the largest number of cloths that both have."""
+    lanes = select(rows, along="cloths", preset="REALTIME", path="lanes")
+    most = most_threads(lanes) if lanes else 1
+    of_one = {row["cloths"]: row for row in select(lanes, threads=1)}
+    both = [row for row in select(lanes, threads=most) if row["cloths"] in of_one]
+    if most < 2 or not both:
+        return []
+    row = max(both, key=lambda row: row["cloths"])
+    ratio = of_one[row["cloths"]]["median_ms"] / row["median_ms"]
+    return [["cpu lanes", f"{most:.0f} threads against one, {row['cloths']:.0f} cloths", f"{ratio:.2f}", f"≥ {THREADS_BAR * most:.3g}",
+             "yes" if ratio >= THREADS_BAR * most else "NO"]]
+
+
+def bars_text(rows):
+    lines = []
+    cloths = select(rows, along="cloths", preset="REALTIME")
+    for name in dict.fromkeys(way(row) for row in cloths):
+        of_way = [row for row in cloths if way(row) == name]
+        if of_way[0]["threads"] in (0, most_threads(cloths)) and of_way[0]["path"] != "single":
+            lines.append(spread_line(name, of_way, "cloths", FLAT_CLOTHS, us_per_cloth, "µs per cloth", FLAT_CLOTHS_BAR))
+    particles = select(rows, along="particles")
+    for backend in distinct(particles, "backend"):
+        lines.append(spread_line(f"{backend}, one cloth", select(particles, backend=backend), "particles", FLAT_PARTICLES,
+                                 ns_per_particle, "ns per particle", FLAT_PARTICLES_BAR))
+    return ["#### Bars\n", markdown(["what", "between", "largest / least", "bar", "holds"], lines + threads_line(rows))]
+
+
+def cloths_text(rows, preset):
+    of_preset = select(rows, along="cloths", preset=preset)
+    ways = list(dict.fromkeys(way(row) for row in of_preset))
+    lines = []
+    for count in distinct(of_preset, "cloths"):
+        found = {way(row): row for row in select(of_preset, cloths=count)}
+        cells = [f"{milliseconds(found[name]['median_ms'])} / {us_per_cloth(found[name]):.0f}" if name in found else "" for name in ways]
+        most = most_threads(of_preset)
+        pair = {row["path"]: row["median_ms"] for row in found.values() if row["threads"] == most}
+        ratio = f"{pair['single'] / pair['lanes']:.2f}" if {"single", "lanes"} <= set(pair) else ""
+        lines.append([f"{count:.0f}", *cells, ratio])
+    return [f"{preset}, ms per step / µs per cloth:\n", markdown(["cloths", *ways, "single / lanes"], lines)]
+
+
+def cost_text(rows, cpu_backend):
+    text = ["### What a step costs\n",
+            f"Sheets hung by two corners, in the middle of the swing; several cloths have their own gravity each. cpu: {cpu_backend}. "
+            "`lanes`: side by side in the lanes of the vector registers wherever that is worth it; `single`: one by one, with the same "
+            "bits. A way of stepping that would take too long for a row is left out of it.\n",
+            "![cost](speed_cost.png)\n", *bars_text(rows)]
+    for preset in distinct(select(rows, along="cloths"), "preset"):
+        text += cloths_text(rows, preset)
+    particles = select(rows, along="particles")
+    backends = distinct(particles, "backend")
+    lines = []
+    for count in distinct(particles, "particles"):
+        found = {row["backend"]: row for row in select(particles, particles=count)}
+        lines.append([f"{count:.0f}", *(f"{milliseconds(found[b]['median_ms'])} / {ns_per_particle(found[b]):.0f} ({found[b]['path']})"
+                                        if b in found else "" for b in backends)])
+    if lines:
+        text += ["One cloth, REALTIME, ms per step / ns per particle:\n", markdown(["particles", *backends], lines)]
+    return text

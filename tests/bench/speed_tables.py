@@ -1,0 +1,22 @@
+"""What the tables of `drape_bench speed` say, in the order of the subcommand."""
+
+import speed_cost
+import speed_curve
+import speed_solves
+
+COLUMNS = {"speed_limits": speed_solves.COLUMNS, "speed_cost": speed_cost.COLUMNS, "speed_curve": speed_curve.COLUMNS}
+TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit"}
+
+
+def speed_text(tables, cpu_backend):
+    """Parts that were not measured are left out."""
+    text = []
+    if tables["speed_limits"]:
+        text += speed_solves.limits_text(tables["speed_limits"])
+    if tables["speed_limits"] and tables["speed_cost"]:
+        text += speed_solves.solves_text(tables["speed_limits"], tables["speed_cost"])
+    if tables["speed_cost"]:
+        text += speed_cost.cost_text(tables["speed_cost"], cpu_backend)
+    if tables["speed_curve"]:
+        text += speed_curve.curve_text(tables["speed_curve"], cpu_backend)
+    return ["## Speed\n", *text] if text else []
