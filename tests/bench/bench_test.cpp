@@ -102,12 +102,14 @@ TEST_F(BenchTest, SpeedMakesItsTables) {
   // cloth.
   EXPECT_EQ(RowCount(out_ / "speed_cost.csv"), 3 * (thread_counts * 2 + 1) + 2 * 2);
   EXPECT_EQ(RowCount(out_ / "speed_curve.csv"), 5);
+  EXPECT_EQ(RowCount(out_ / "speed_service.csv"), 2 * 2);  // loads, with positions and without
   ASSERT_EQ(Tables("").exit_status, 0);
   const std::string readme = ReadText(out_ / "README.md");
   EXPECT_THAT(readme, HasSubstr("### The machine's limits"));
   EXPECT_THAT(readme, HasSubstr("single / lanes"));
   EXPECT_THAT(readme, HasSubstr("has NOT measured"));
   EXPECT_THAT(readme, HasSubstr("| Bullet 1x10 |"));
+  EXPECT_THAT(readme, HasSubstr("| 2 × 1, positions |"));
 }
 
 TEST_F(BenchTest, APartOfSpeedAndASettingOfOnesOwn) {

@@ -2,10 +2,12 @@
 
 import speed_cost
 import speed_curve
+import speed_service
 import speed_solves
 
-COLUMNS = {"speed_limits": speed_solves.COLUMNS, "speed_cost": speed_cost.COLUMNS, "speed_curve": speed_curve.COLUMNS}
-TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit"}
+COLUMNS = {"speed_limits": speed_solves.COLUMNS, "speed_cost": speed_cost.COLUMNS, "speed_curve": speed_curve.COLUMNS,
+           "speed_service": speed_service.COLUMNS}
+TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view"}
 
 
 def speed_text(tables, cpu_backend):
@@ -19,4 +21,6 @@ def speed_text(tables, cpu_backend):
         text += speed_cost.cost_text(tables["speed_cost"], cpu_backend)
     if tables["speed_curve"]:
         text += speed_curve.curve_text(tables["speed_curve"], cpu_backend)
+    if tables["speed_service"]:
+        text += speed_service.service_text(tables["speed_service"])
     return ["## Speed\n", *text] if text else []

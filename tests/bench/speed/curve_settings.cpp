@@ -15,25 +15,26 @@ struct Family {
 
 const std::vector<Family>& Families() {
   static const std::vector<Family> families = {
-      {"REALTIME", "tolerance=0", {6, 8, 10, 13, 18, 26, 36, 52, 74, 104, 208}},
+      {"REALTIME", "tolerance=0", {7, 10, 14, 20, 30, 40, 52, 75, 104, 150}},
+      {"REALTIME + colours", "sweep=STRIPS_THEN_COLOURS", {5, 7, 12, 20, 30, 40, 52, 75}},
       {"strips + tethers",
        "integration=ONE_STEP direction=AT_END sweep=STRIPS use_tethers=true twist_damping_per_s=0",
-       {4, 6, 8, 10, 14, 20, 30, 60, 120}},
+       {8, 14, 20, 30, 60, 120}},
       {"strips + tethers + twist",
        "integration=ONE_STEP direction=AT_END sweep=STRIPS use_tethers=true "
        "twist_damping_per_s=150",
-       {4, 8, 14, 20, 30, 60, 120}},
+       {4, 8, 14, 30, 60}},
       {"colours + tethers",
        "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=true twist_damping_per_s=0",
-       {4, 6, 8, 10, 14, 20, 30, 50, 100, 200}},
+       {4, 8, 12, 16, 24, 40, 60, 100, 200}},
       {"colours + tethers + twist",
        "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=true "
        "twist_damping_per_s=150",
-       {8, 20, 50, 100}},
+       {16, 40, 100}},
       {"colours",
        "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=false "
        "twist_damping_per_s=0",
-       {10, 30, 100, 200}},
+       {30, 100}},
       {"ACCURATE", "preset=ACCURATE", {2, 4, 8}},
   };
   return families;

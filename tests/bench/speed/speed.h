@@ -38,12 +38,26 @@ struct CostOptions {
 };
 void MeasureCost(Bench& bench, CostOptions options);
 
+// Step requests over localhost against the bare backend -> speed_service.csv.
+struct ServiceLoad {
+  uint32_t clients = 1;
+  uint32_t cloths = 1;  // of each client
+};
+struct ServiceOptions {
+  std::vector<ServiceLoad> loads = {{1, 1}, {1, 16}, {1, 64}, {1, 1024}, {8, 8}, {8, 64}, {64, 1}};
+  uint32_t side = 32;   // particles
+  uint32_t turns = 4;   // of service and bare backend, after one that does not count
+  double turn_s = 0.4;  // of each
+};
+void MeasureService(Bench& bench, ServiceOptions options);
+
 struct SpeedOptions {
-  // Some of limits, solves, cost, curve, service; in this order.
-  std::vector<std::string> parts = {"limits", "cost", "curve"};
+  // Some of limits, cost, service, curve; in this order.
+  std::vector<std::string> parts = {"limits", "cost", "service", "curve"};
   LimitsOptions limits;
   CostOptions cost;
   CurveOptions curve;
+  ServiceOptions service;
 };
 void MeasureSpeed(Bench& bench, const SpeedOptions& options);
 

@@ -1,0 +1,41 @@
+// A server process and its clients, by the client library; apart from everything that includes
+// server/, whose names are the client library's as well.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace drape::bench {
+
+// One Step request of one step [ms].
+struct ServedStep {
+  double wall_ms = 0;  // as the client sees it
+  // StepResponse.timing
+  double queue_ms = 0;
+  double upload_ms = 0;
+  double device_ms = 0;
+  double readback_ms = 0;
+};
+
+// A connection, a session and its cloths; one thread at a time.
+class ServiceClient {
+ public:
+  virtual ~ServiceClient() = default;
+  // One step of every cloth. std::runtime_error if the request fails or a cloth blows up.
+  virtual ServedStep Step(bool wants_positions) = 0;
+};
+
+// A `draped` of its own, stopped when the last of this and its clients is gone.
+class Service {
+ public:
+  virtual ~Service() = default;
+  // `cloths` sheets of side x side particles, 1 m, hung by the two corners of the first row, under
+  // REALTIME.
+  virtual std::unique_ptr<ServiceClient> Connect(uint32_t side, uint32_t cloths) = 0;
+};
+
+// std::runtime_error where the server does not come up.
+std::unique_ptr<Service> StartService(const std::string& backend);
+
+}  // namespace drape::bench

@@ -1,0 +1,52 @@
+"""What the table of the service says: Step requests over localhost against the bare backend in the same run."""
+
+from rows import markdown, milliseconds, select
+
+COLUMNS = [
+    "backend", "clients", "cloths", "particles", "view", "steps", "cloth_steps_per_s", "p50_ms", "p99_ms", "bare_ms", "wall_ms",
+    "queue_ms", "upload_ms", "device_ms", "readback_ms"]
+PARTS = ["queue_ms", "upload_ms", "device_ms", "readback_ms"]
+BAR_CLOTHS = 64  # one client
+BARS = {"positions": (0.3, 0.1), "acknowledgement": (0.05, None)}  # more wall time than the bare backend: bar, aim
+
+
+def bare_rate(row):
+    return 1000 * row["clients"] * row["cloths"] / row["bare_ms"]
+
+
+def extra(row):
+    """Share of wall time above that of the bare backend, for the same cloths."""
+    if row["clients"] == 1:
+        return row["p50_ms"] / row["bare_ms"] - 1
+    return bare_rate(row) / row["cloth_steps_per_s"] - 1
+
+
+def rest_ms(row):
+    return row["wall_ms"] - sum(row[part] for part in PARTS)
+
+
+def bars_text(rows):
+    lines = []
+    for view, (bar, aim) in BARS.items():
+        for row in select(rows, clients=1, cloths=BAR_CLOTHS, view=view):
+            parts = {**{part.removesuffix("_ms"): row[part] for part in PARTS if part != "device_ms"}, "rest": rest_ms(row)}
+            largest = max(parts, key=parts.get)
+            lines.append([f"{BAR_CLOTHS} × {row['particles']:.0f}, {view}", f"{100 * extra(row):.1f} %", f"≤ {100 * bar:.0f} %",
+                          "yes" if extra(row) <= bar else "NO",
+                          "–" if aim is None else f"≤ {100 * aim:.0f} %: {'yes' if extra(row) <= aim else 'NO'}",
+                          f"{largest}: {parts[largest]:.2g} ms"])
+    return ["Wall time of a Step of one client above that of the bare backend's step (medians), and the largest part beside the device:\n",
+            markdown(["load", "above the bare step", "bar", "holds", "aim", "largest part"], lines)] if lines else []
+
+
+def service_text(rows):
+    lines = [[f"{row['clients']:.0f} × {row['cloths']:.0f}, {row['view']}", f"{row['cloth_steps_per_s']:.0f}", f"{bare_rate(row):.0f}",
+              f"{100 * extra(row):.0f} %", milliseconds(row["p50_ms"]), milliseconds(row["p99_ms"]),
+              *(f"{row[part]:.2g}" for part in PARTS), f"{rest_ms(row):.2g}"] for row in rows]
+    return ["### The service\n",
+            f"`draped` with the backend {rows[0]['backend']} in a process of its own; clients × cloths of {rows[0]['particles']:.0f} particles, "
+            "each client with a connection and a session, one step per request, one request after the other. Service and bare backend (as "
+            "many cloths in this process) in turn. The parts are means per Step, from `StepResponse.timing`: queue, upload, device, readback; "
+            "the rest of the wall time is making the answer, gRPC, the network stack and reading the message.\n", *bars_text(rows),
+            markdown(["clients × cloths, view", "cloth-steps/s", "bare", "more time", "p50 [ms]", "p99 [ms]", "queue", "upload", "device",
+                      "readback", "rest [ms]"], lines)]
