@@ -67,9 +67,10 @@ int WaitForStop(const sigset_t& signals, const Scheduler& scheduler) {
     const int signal = sigtimedwait(&signals, nullptr, &period);
     if (signal > 0) return signal;
     const SchedulerCounters counters = scheduler.counters();
-    spdlog::debug("statistics rounds={} dispatches={} cloth_steps={} faults={} queued_requests={}",
-                  counters.rounds, counters.dispatches, counters.cloth_steps, counters.faults,
-                  counters.queued_requests);
+    spdlog::debug(
+        "statistics rounds={} dispatches={} cloth_steps={} asleep={} faults={} queued_requests={}",
+        counters.rounds, counters.dispatches, counters.cloth_steps, counters.cloth_steps_asleep,
+        counters.faults, counters.queued_requests);
   }
 }
 

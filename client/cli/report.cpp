@@ -24,6 +24,7 @@ Json SampleJson(const v1::StepReport& sample, double time_step_s) {
                {"max_residual_m", sample.max_residual_m()}};
   // Only of cloths with a frame budget.
   if (sample.iteration_cap() > 0) json["iteration_cap"] = sample.iteration_cap();
+  if (sample.asleep()) json["asleep"] = true;
   return json;
 }
 

@@ -161,6 +161,7 @@ v1::StepSettings ToProto(const StepSettings& settings) {
   message.set_twist_damping_per_s(settings.twist_damping_per_s);
   message.set_frame_budget_ms(settings.frame_budget_ms);
   message.set_load_limit(settings.load_limit);
+  message.set_sleep_motion_m(settings.sleep_motion_m);
   return message;
 }
 
@@ -225,6 +226,7 @@ v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,
   message.set_max_penetration_m(measured.max_penetration_m);
   message.set_iterations(report.iterations);
   message.set_iteration_cap(report.iteration_cap);
+  message.set_asleep(report.is_asleep);
   message.set_max_residual_m(measured.max_residual_m);
   message.set_converged(report.converged);
   message.set_faulted(report.fault != FaultReason::kNone);

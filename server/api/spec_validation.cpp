@@ -277,6 +277,7 @@ StepSettings CheckSettings(const FieldPath& path, const v1::StepSettings& settin
   if (settings.has_use_tethers()) overrides.use_tethers = settings.use_tethers();
   if (settings.has_frame_budget_ms()) overrides.frame_budget_ms = settings.frame_budget_ms();
   if (settings.has_load_limit()) overrides.load_limit = settings.load_limit();
+  if (settings.has_sleep_motion_m()) overrides.sleep_motion_m = settings.sleep_motion_m();
   if (settings.has_tolerance()) overrides.tolerance = settings.tolerance();
   const Result<StepSettings> resolved = ResolveSettings(overrides, path.ToString());
   if (resolved.ok()) return *resolved;

@@ -52,14 +52,14 @@ ClothProgress PublishedProgress::Read() const {
 }
 
 void ClothRuntime::Begin(ClothHandle handle, std::shared_ptr<const SceneModel> model,
-                         double time_step_s, const ReportShift& shift,
+                         const StepSettings& settings, const ReportShift& shift,
                          std::vector<Eigen::Vector3d> pin_starts_m,
                          std::vector<Eigen::Vector3d> pin_targets_m) {
   DRAPE_CHECK(!is_alive_ && model_ == nullptr, "a cloth begins once");
   is_alive_ = true;
   handle_ = handle;
   model_ = std::move(model);
-  time_step_s_ = time_step_s;
+  SetSettings(settings);
   shift_ = shift;
   Reset(std::move(pin_starts_m), std::move(pin_targets_m));
 }
@@ -113,6 +113,14 @@ void ClothRuntime::CompleteStep(const StepReport& report) {
     ++state_version_;
     progress_.warnings.Count(report.warnings);
   }
+  sleep_.CompleteStep(report);
+  published_.Publish(progress_);
+}
+
+void ClothRuntime::CompleteStepAsleep() {
+  progress_.time_s = NextTime_s();
+  ++progress_.completed_steps;
+  progress_.warnings.Count(sleep_.report().warnings);
   published_.Publish(progress_);
 }
 
@@ -132,7 +140,14 @@ void ClothRuntime::Reset(std::vector<Eigen::Vector3d> pin_starts_m,
   ++reset_count_;
   pins_.Start(std::move(pin_starts_m), std::move(pin_targets_m), 0);
   lengths_.Stop();
+  sleep_.Wake();
   published_.Publish(progress_);
+}
+
+void ClothRuntime::SetSettings(const StepSettings& settings) {
+  SetTimeStep(settings.time_step_s);
+  budget_.Set(settings);
+  sleep_.Set(settings);
 }
 
 void ClothRuntime::SetTimeStep(double time_step_s) {

@@ -15,6 +15,7 @@
 #include "server/scheduler/frame_budget.h"
 #include "server/scheduler/length_track.h"
 #include "server/scheduler/pin_track.h"
+#include "server/scheduler/sleep_watch.h"
 #include "server/solver/step_report.h"
 
 namespace drape {
@@ -75,7 +76,7 @@ struct ReportShift {
 // anywhere, then given to one such function that calls Begin. Shared pointers to it may be held and
 // dropped on any thread.
 //
-// Life: constructed -> Begin -> (steps, Reset, SetTimeStep, ...) -> End. Before Begin and after End
+// Life: constructed -> Begin -> (steps, Reset, SetSettings, ...) -> End. Before Begin and after End
 // it is not alive: work that names it ends with NOT_FOUND, reason CLOTH_NOT_FOUND.
 class ClothRuntime {
  public:
@@ -92,9 +93,9 @@ class ClothRuntime {
 
   // The backend has created the cloth as `handle`. Pins begin at `pin_starts_m` and move to
   // `pin_targets_m` in the first step; both [pin_count] in the cloth frame.
-  void Begin(ClothHandle handle, std::shared_ptr<const SceneModel> model, double time_step_s,
-             const ReportShift& shift, std::vector<Eigen::Vector3d> pin_starts_m,
-             std::vector<Eigen::Vector3d> pin_targets_m);
+  void Begin(ClothHandle handle, std::shared_ptr<const SceneModel> model,
+             const StepSettings& settings, const ReportShift& shift,
+             std::vector<Eigen::Vector3d> pin_starts_m, std::vector<Eigen::Vector3d> pin_targets_m);
   // The backend no longer has the cloth. Every step request that names it ends with `reason` after
   // this command, before anything of it is stepped again.
   void End(const Status& reason);
@@ -122,9 +123,14 @@ class ClothRuntime {
   void StartColliders(std::vector<RigidMotion> motions, std::vector<Eigen::Vector3d> pivots_m);
   // The backend knows of `track`'s motions.
   void SetColliders(ColliderTrack track);
+  // The settings that steps have from now on. Wakes, as whatever comes with them may act.
+  void SetSettings(const StepSettings& settings);
   FrameBudget& budget() { return budget_; }
+  SleepWatch& sleep() { return sleep_; }
+  const SleepWatch& sleep() const { return sleep_; }
   // What the next step may cost at most (step_settings.h, SolvesPerStep).
   double solves_per_step() const {
+    if (sleep_.is_asleep()) return 0;
     return SolvesPerStep(*model_, budget_.settings(), colliders_.collider_count());
   }
 
@@ -133,14 +139,14 @@ class ClothRuntime {
   double NextTime_s() const;
   // Takes in what the backend reported of one step. A fault leaves steps and time where they were.
   void CompleteStep(const StepReport& report);
+  // A step of a cloth that sleeps: only time goes on.
+  void CompleteStepAsleep();
   // Adds the shift to the report's measurements.
   StepReport Shifted(StepReport report) const;
 
   // Step 0, time 0, no fault, no warnings; pins as in Begin, rest lengths of the model. The caller
   // has written the state, and starts the colliders.
   void Reset(std::vector<Eigen::Vector3d> pin_starts_m, std::vector<Eigen::Vector3d> pin_targets_m);
-  // From the next step on.
-  void SetTimeStep(double time_step_s);
   void SetShift(const ReportShift& shift) { shift_ = shift; }
   // A model of the same particle count that the backend has taken over. The caller replaces pins()
   // and lengths().
@@ -152,6 +158,7 @@ class ClothRuntime {
 
  private:
   double TimeAfter_s(uint64_t completed_steps) const;
+  void SetTimeStep(double time_step_s);
 
   bool is_alive_ = false;
   ClothHandle handle_;
@@ -169,6 +176,7 @@ class ClothRuntime {
   mutable std::mutex mutex_;
   std::shared_ptr<const ColliderTrack> shown_colliders_;  // null: they rest; guarded by mutex_
   FrameBudget budget_;
+  SleepWatch sleep_;
   std::deque<ActiveRequest*> turns_;
   PublishedProgress published_;
 };

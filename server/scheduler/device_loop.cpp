@@ -1,11 +1,28 @@
 #include "server/scheduler/device_loop.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "server/core/check.h"
 #include "server/scheduler/state_reading.h"
 
 namespace drape {
+namespace {
+
+// Read at once to find out whether cloths are at rest: 12 MiB in single precision.
+constexpr size_t kMaxParticlesPerLook = size_t{1} << 20;
+
+bool IsMoving(const RigidMotion& motion) {
+  return !motion.velocity_m_per_s.isZero(0) || !motion.angular_velocity_rad_per_s.isZero(0);
+}
+
+// Whether the next step of the cloth is not like its last one.
+bool ActsOnCloth(const StepItem& item) {
+  return !item.pin_targets_m.empty() || !item.rest_lengths_m.empty() ||
+         std::any_of(item.collider_motions.begin(), item.collider_motions.end(), IsMoving);
+}
+
+}  // namespace
 
 uint32_t TenantIndex::Enter(const std::string& tenant) {
   auto [entry, is_new] = places_.try_emplace(tenant);
@@ -103,13 +120,15 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
       ClothRuntime& cloth = *part.request->work().cloths[k];
       StepItem item;
       item.cloth = cloth.handle();
-      item.measure = part.request->IsMeasured(k);
       item.max_iterations = cloth.budget().Cap();
       if (!cloth.is_faulted()) {
         item.pin_targets_m = cloth.pins().TargetsForStep(cloth.NextTime_s());
         item.rest_lengths_m = cloth.lengths().TargetsForStep(cloth.NextTime_s());
         item.collider_motions = cloth.NextColliderMotions();
       }
+      if (ActsOnCloth(item)) cloth.sleep().Wake();
+      if (cloth.sleep().is_asleep()) continue;
+      item.measure = part.request->IsMeasured(k) || cloth.sleep().decides_next();
       items.push_back(item);
     }
   }
@@ -119,14 +138,20 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
 void DeviceLoop::StepBatch(const std::vector<Part>& parts) {
   const std::vector<StepItem> items = ItemsOf(parts);
   const int64_t begin_us = clock_.NowUs();
-  const BatchReport batch = backend_.Step(items);
+  const BatchReport batch = items.empty() ? BatchReport{} : backend_.Step(items);
   DRAPE_CHECK(batch.reports.size() == items.size(), "one report per item");
   const int64_t now_us = clock_.NowUs();
   size_t next = 0;
-  uint64_t faults = 0;
+  uint64_t faults = 0, asleep = 0;
   for (const Part& part : parts) {
     for (const uint32_t k : part.cloths) {
       ClothRuntime& cloth = *part.request->work().cloths[k];
+      if (cloth.sleep().is_asleep()) {
+        part.request->CompleteStep(k, cloth.sleep().report());
+        cloth.CompleteStepAsleep();
+        ++asleep;
+        continue;
+      }
       const StepReport report =
           cloth.budget().Measured(batch.reports[next++], static_cast<double>(now_us - begin_us));
       faults += report.fault != FaultReason::kNone && !cloth.is_faulted();
@@ -136,10 +161,38 @@ void DeviceLoop::StepBatch(const std::vector<Part>& parts) {
     part.request->AddBatch(batch, static_cast<uint32_t>(items.size()),
                            static_cast<uint32_t>(parts.size()), now_us);
   }
+  LookAtCloths(parts);
   ++counters_.rounds;
   counters_.dispatches += batch.dispatch_count;
-  counters_.cloth_steps += items.size();
+  counters_.cloth_steps += items.size() + asleep;
+  counters_.cloth_steps_asleep += asleep;
   counters_.faults += faults;
+}
+
+void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
+  std::vector<std::shared_ptr<ClothRuntime>> cloths;
+  size_t particles = 0;
+  const auto look = [&] {
+    const ClothSpan looked_at(cloths);
+    const StateColumns state = std::move(ReadForAll(backend_, {&looked_at, 1}, {true, false})[0]);
+    size_t first_row = 0;
+    for (const auto& cloth : cloths) {
+      cloth->sleep().Look(state.positions_m, first_row, cloth->particle_count());
+      first_row += cloth->particle_count();
+    }
+    cloths.clear();
+    particles = 0;
+  };
+  for (const Part& part : parts) {
+    for (const uint32_t k : part.cloths) {
+      const auto& cloth = part.request->work().cloths[k];
+      if (!cloth->sleep().wants_look()) continue;
+      cloths.push_back(cloth);
+      particles += cloth->particle_count();
+      if (particles >= kMaxParticlesPerLook) look();
+    }
+  }
+  if (!cloths.empty()) look();
 }
 
 void DeviceLoop::ReadViews(const std::vector<RequestPointer>& over, StateFields fields,

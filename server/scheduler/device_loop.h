@@ -22,6 +22,7 @@ struct RoundCounters {
   std::atomic<uint64_t> rounds{0};
   std::atomic<uint64_t> dispatches{0};
   std::atomic<uint64_t> cloth_steps{0};
+  std::atomic<uint64_t> cloth_steps_asleep{0};  // of these
   std::atomic<uint64_t> faults{0};
 };
 
@@ -74,8 +75,11 @@ class DeviceLoop {
     std::vector<uint32_t> cloths;  // indices into its work
   };
   std::vector<Part> SelectParts();
+  // Of the cloths that are awake; wakes those on which something acts.
   std::vector<StepItem> ItemsOf(const std::vector<Part>& parts) const;
   void StepBatch(const std::vector<Part>& parts);
+  // Reads the positions of the cloths that want it, to find out whether they are at rest.
+  void LookAtCloths(const std::vector<Part>& parts);
   // Reads the states that the requests want, together where the fields agree, and hands out the
   // outcomes in order.
   void Finish(std::vector<RequestPointer> over);

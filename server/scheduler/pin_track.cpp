@@ -24,6 +24,8 @@ void PinTrack::Start(std::vector<PinMotion> motions) {
 
 void PinTrack::Move(size_t pin, const Eigen::Vector3d& target_m, double over_s, double now_s) {
   DRAPE_CHECK(pin < motions_.size(), "no such pin");
+  // Nothing happens; the cloth may go on sleeping.
+  if (is_settled_ && target_m == motions_[pin].target_m) return;
   motions_[pin] = {At(pin, now_s), target_m, now_s, over_s};
   is_settled_ = false;
 }

@@ -46,9 +46,10 @@ struct SchedulerLimits {
 
 // Since the start, except what is "now".
 struct SchedulerCounters {
-  uint64_t rounds = 0;      // calls of backend.Step
-  uint64_t dispatches = 0;  // sum of BatchReport::dispatch_count
-  uint64_t cloth_steps = 0;
+  uint64_t rounds = 0;              // batches
+  uint64_t dispatches = 0;          // sum of BatchReport::dispatch_count
+  uint64_t cloth_steps = 0;         // complete
+  uint64_t cloth_steps_asleep = 0;  // of these, not computed (sleep_watch.h)
   uint64_t faults = 0;
   uint32_t queued_requests = 0;  // now: step requests submitted and not yet ended
   uint32_t queued_commands = 0;  // now

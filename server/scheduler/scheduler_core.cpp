@@ -219,6 +219,7 @@ SchedulerCounters Scheduler::Core::counters() const {
   counters.rounds = round_counters_.rounds;
   counters.dispatches = round_counters_.dispatches;
   counters.cloth_steps = round_counters_.cloth_steps;
+  counters.cloth_steps_asleep = round_counters_.cloth_steps_asleep;
   counters.faults = round_counters_.faults;
   const std::lock_guard lock(mutex_);
   counters.queued_requests = request_count_;

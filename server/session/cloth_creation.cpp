@@ -54,11 +54,10 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   made_.push_back(std::make_shared<ClothRecord>(placement, copy.transform, std::move(description)));
   std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model_, state);
   std::vector<Eigen::Vector3d> targets_m = PinTargets(pins_, placement, starts_m);
-  made_.back()->runtime->Begin(*handle, model_, copy.parameters.settings.time_step_s,
+  made_.back()->runtime->Begin(*handle, model_, on_device.settings,
                                ShiftOf(*model_, copy.parameters, placement), std::move(starts_m),
                                std::move(targets_m));
   StartColliders(on_device, *made_.back()->runtime);
-  made_.back()->runtime->budget().Set(on_device.settings);
   return Status::Ok();
 }
 

@@ -124,8 +124,7 @@ Result<PlannedUpdate> Plan(const Backend& backend, const ClothRecord& cloth,
 
 void Commit(ClothRecord& cloth, PlannedUpdate plan) {
   ClothRuntime& runtime = *cloth.runtime;
-  runtime.SetTimeStep(plan.after->parameters.settings.time_step_s);
-  runtime.budget().Set(plan.write.parameters->settings);
+  runtime.SetSettings(plan.write.parameters->settings);
   runtime.SetShift(ShiftOf(*plan.after->model, plan.after->parameters, cloth.placement));
   if (plan.write.model) runtime.lengths() = std::move(plan.lengths);
   runtime.SetModel(plan.after->model);

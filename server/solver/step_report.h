@@ -48,6 +48,8 @@ struct StepReport {
   uint32_t iterations = 0;  // sweeps over all substeps of the step
   // Sweeps per substep that the frame budget allowed; 0: no budget. Set by the scheduler.
   uint32_t iteration_cap = 0;
+  // Not computed: the cloth is at rest, and was measured when it fell asleep. Set by the scheduler.
+  bool is_asleep = false;
   bool converged = true;  // every substep met the tolerance; true when the tolerance is 0
   FaultReason fault = FaultReason::kNone;
   StepWarnings warnings;

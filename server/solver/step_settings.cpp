@@ -45,6 +45,7 @@ StepSettings PresetSettings(Preset preset) {
       settings.tolerance = 0;
       settings.twist_damping_per_s = 150;
       settings.load_limit = 0.15;
+      settings.sleep_motion_m = 1e-5;
       break;
     case Preset::kAccurate:
       settings.substeps = 60;
@@ -85,6 +86,7 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
   if (overrides.velocity_iterations) settings.velocity_iterations = *overrides.velocity_iterations;
   if (overrides.sweep) settings.sweep = *overrides.sweep;
   if (overrides.twist_damping_per_s) settings.twist_damping_per_s = *overrides.twist_damping_per_s;
+  if (overrides.sleep_motion_m) settings.sleep_motion_m = *overrides.sleep_motion_m;
   if (overrides.frame_budget_ms) settings.frame_budget_ms = *overrides.frame_budget_ms;
   if (overrides.spring_integration) settings.spring_integration = *overrides.spring_integration;
 
@@ -110,6 +112,8 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
         "frame_budget_ms", settings.frame_budget_ms, "[0, 10000] ms");
   check(settings.load_limit >= 0 && settings.load_limit <= kMaxLoadLimit, "load_limit",
         settings.load_limit, "[0, 1e+06]");
+  check(settings.sleep_motion_m >= 0 && settings.sleep_motion_m <= kMaxSleepMotion_m,
+        "sleep_motion_m", settings.sleep_motion_m, "[0, 1] m");
   if (violations.empty() && settings.substep_s() < kMinSubstep_s) {
     violations.push_back({std::string(field_prefix) + ".time_step_s",
                           Text(settings.time_step_s) + " s in " + Text(settings.substeps) +

@@ -59,6 +59,11 @@ struct StepSettings {
   // not know it: the scheduler turns it into StepItem::max_iterations
   // (server/scheduler/frame_budget.h).
   double frame_budget_ms = 0;
+  // A cloth of which no particle gets farther than this from where it was [m], within a second of
+  // simulated time, sleeps: its steps are complete without being computed, until something acts on
+  // it. [0, kMaxSleepMotion_m]; 0 = never. Backends do not know it
+  // (server/scheduler/sleep_watch.h).
+  double sleep_motion_m = 0;
   // Where the load of a cloth (LoadRatio) is larger, it has more substeps than `substeps`, up to
   // kMaxLoadFactor times as many: [0, kMaxLoadLimit]; 0 = never. Backends do not know it: see
   // RaiseSubsteps.
@@ -87,12 +92,14 @@ struct StepSettingsOverrides {
   std::optional<double> frame_budget_ms{};
   // Default 0 where `substeps` is set, else the preset's.
   std::optional<double> load_limit{};
+  std::optional<double> sleep_motion_m{};
 };
 
 inline constexpr double kMaxTimeStep_s = 10;
 inline constexpr double kMaxTwistDamping_per_s = 1e6;
 inline constexpr double kMaxFrameBudget_ms = 10000;
 inline constexpr double kMaxLoadLimit = 1e6;
+inline constexpr double kMaxSleepMotion_m = 1;
 // Below, h^2 and the velocities that follow from rounded positions lose their meaning in single
 // precision.
 inline constexpr double kMinSubstep_s = 1e-6;

@@ -9,6 +9,7 @@
 
 #include "server/api/spec_validation.h"
 #include "server/scheduler/frame_budget.h"
+#include "server/scheduler/sleep_watch.h"
 #include "tests/physics/physics_test.h"
 
 namespace drape::test {
@@ -29,10 +30,16 @@ Scene HungSheet() {
   return Grid(8, 8, 1, 1, {0, 7});
 }
 
+// No particle gets farther than 1 m from where it was.
+Scene SmallSheet() {
+  return Grid(4, 4, 0.2, 0.2, {0, 3});
+}
+
 struct SwitchCase {
   Scene (*scene)();
   std::string without;  // settings in text format; set beside them, the switch matters
   std::string with;     // empty for enums: each of their values is set in turn
+  int steps = 5;
 };
 
 const std::map<std::string, SwitchCase>& Cases() {
@@ -55,6 +62,8 @@ const std::map<std::string, SwitchCase>& Cases() {
       {"load_limit", {HungSheet, "load_limit: 0", "load_limit: 1e-6"}},
       // Nor this: the scheduler caps the sweeps, one as long as nothing is measured.
       {"frame_budget_ms", {StirredSheet, "max_iterations: 5", "frame_budget_ms: 1"}},
+      // Nor this: the scheduler leaves steps out, here after a second.
+      {"sleep_motion_m", {SmallSheet, "substeps: 2", "sleep_motion_m: 1", 80}},
       {"use_tethers", {HungSheet, "use_tethers: true", "use_tethers: false"}},
   };
   return cases;
@@ -77,10 +86,17 @@ class Switches : public PhysicsTest {
     const ClothHandle cloth = Make(scene);
     FrameBudget budget;
     budget.Set(scene.parameters.settings);
-    for (int step = 0; step < 5; ++step) {
+    SleepWatch sleep;
+    sleep.Set(scene.parameters.settings);
+    for (int step = 0; step < one.steps && !sleep.is_asleep(); ++step) {
       const StepItem item{
           .cloth = cloth, .pin_targets_m = {}, .measure = false, .max_iterations = budget.Cap()};
-      EXPECT_EQ(backend().Step({&item, 1}).reports.at(0).fault, FaultReason::kNone) << text;
+      const StepReport report = backend().Step({&item, 1}).reports.at(0);
+      EXPECT_EQ(report.fault, FaultReason::kNone) << text;
+      sleep.CompleteStep(report);
+      if (!sleep.wants_look()) continue;
+      sleep.Look(backend().Read({{&cloth, 1}, true, false}).positions_m, 0,
+                 scene.model->particle_count());
     }
     return ReadBits(backend(), cloth);
   }

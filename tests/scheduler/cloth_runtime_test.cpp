@@ -12,7 +12,9 @@ namespace {
 
 std::shared_ptr<ClothRuntime> AtWork(double time_step_s) {
   auto cloth = std::make_shared<ClothRuntime>();
-  cloth->Begin({3, 1}, ChainModel(2), time_step_s, {10, 100}, {}, {});
+  StepSettings settings;
+  settings.time_step_s = time_step_s;
+  cloth->Begin({3, 1}, ChainModel(2), settings, {10, 100}, {}, {});
   return cloth;
 }
 
@@ -30,7 +32,9 @@ TEST(ClothRuntime, ANewTimeStepCountsFromNowOn) {
   const auto cloth = AtWork(0.5);
   cloth->CompleteStep({});
   cloth->CompleteStep({});
-  cloth->SetTimeStep(0.25);
+  StepSettings slower;
+  slower.time_step_s = 0.25;
+  cloth->SetSettings(slower);
   cloth->CompleteStep({});
   EXPECT_EQ(cloth->now().time_s, 1.25);
   EXPECT_EQ(cloth->now().completed_steps, 3u);

@@ -2,56 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include "tests/scheduler/fake_backend.h"
+#include "tests/scheduler/device_loop_fixture.h"
 
 namespace drape {
 namespace {
 
 using Eigen::Vector3d;
-
-// Rounds by hand, on one thread.
-class DeviceLoopTest : public testing::Test {
- protected:
-  DeviceLoopTest() { Restart(16384); }
-
-  void Restart(uint32_t max_cloths_per_batch, double max_solves_per_batch = kMaxSolvesPerStep) {
-    loop_.emplace(
-        backend_, DeviceLoop::Settings{{max_cloths_per_batch, 1}, 1000, max_solves_per_batch},
-        clock_,
-        [this](StepWork work, StepOutcome outcome) {
-          ended_.push_back(work.tenant);
-          outcomes_[work.tenant] = std::move(outcome);
-        },
-        counters_);
-  }
-
-  std::shared_ptr<ClothRuntime> Cloth(std::vector<uint32_t> pinned = {}) {
-    return BeginCloth(backend_, ChainModel(2, std::move(pinned)));
-  }
-
-  static StepWork Work(const std::string& name, std::vector<std::shared_ptr<ClothRuntime>> cloths,
-                       uint32_t steps = 1) {
-    StepWork work;
-    work.tenant = name;
-    work.cloths = std::move(cloths);
-    work.steps = steps;
-    return work;
-  }
-
-  void Admit(StepWork work) { loop_->Admit(std::move(work), clock_.NowUs()); }
-
-  void RunAll() {
-    while (loop_->has_requests()) loop_->RunRound();
-  }
-
-  std::shared_ptr<FakeDevice> device_ = std::make_shared<FakeDevice>();
-  FakeBackend backend_{device_};
-  FakeClock clock_;
-  RoundCounters counters_;
-  std::optional<DeviceLoop> loop_;
-  std::vector<std::string> ended_;
-  std::map<std::string, StepOutcome> outcomes_;
-};
 
 TEST_F(DeviceLoopTest, RequestsThatWaitTogetherAreOneBatch) {
   const auto a = Cloth(), b = Cloth(), c = Cloth();
@@ -73,7 +29,7 @@ TEST_F(DeviceLoopTest, CostlyClothsAreSteppedOneByOne) {
     costly.push_back(Cloth());
     StepSettings settings;
     settings.substeps = 1000;
-    costly.back()->budget().Set(settings);
+    costly.back()->SetSettings(settings);
   }
   Restart(64, costly[0]->solves_per_step());
   const auto cheap = Cloth();
@@ -449,7 +405,7 @@ TEST_F(DeviceLoopTest, AFrameBudgetCapsTheSweepsOfItsCloth) {
   settings.substeps = 1;
   settings.max_iterations = 100;
   settings.frame_budget_ms = 1;
-  b->budget().Set(settings);
+  b->SetSettings(settings);
   device_->OnStep([this] { clock_.AdvanceUs(250); });
   StepWork work = Work("x", {a, b}, 2);
   work.report = true;
@@ -472,7 +428,7 @@ TEST_F(DeviceLoopTest, ABudgetBelowOneSweepIsCounted) {
   StepSettings settings;
   settings.substeps = 1;
   settings.frame_budget_ms = 0.1;
-  cloth->budget().Set(settings);
+  cloth->SetSettings(settings);
   device_->OnStep([this] { clock_.AdvanceUs(250); });
   Admit(Work("x", {cloth}, 3));
   RunAll();

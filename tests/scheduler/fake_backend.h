@@ -345,7 +345,7 @@ inline std::shared_ptr<ClothRuntime> BeginCloth(Backend& backend,
   std::vector<Eigen::Vector3d> pins_m;
   for (const uint32_t p : model->pins()) pins_m.push_back(state.positions_m[p]);
   auto runtime = std::make_shared<ClothRuntime>();
-  runtime->Begin(handle, model, time_step_s, ReportShift{}, pins_m, pins_m);
+  runtime->Begin(handle, model, parameters.settings, ReportShift{}, pins_m, pins_m);
   return runtime;
 }
 

@@ -28,6 +28,19 @@ class EndToEnd : public testing::Test {
     return creation;
   }
 
+  // Of the first cloth, after that many steps.
+  StepReport StepAndReport(const SessionLease& session, const ClothList& cloths, uint32_t steps) {
+    Awaited<StepOutcome> outcome;
+    StepWork work;
+    work.tenant = session->name();
+    for (const auto& cloth : cloths) work.cloths.push_back(cloth->runtime);
+    work.steps = steps;
+    work.report = true;
+    work.done = [outcome](StepOutcome o) mutable { outcome.Set(std::move(o)); };
+    EXPECT_TRUE(scheduler_->Submit(std::move(work)).ok());
+    return *outcome.Get().cloths.at(0).report;
+  }
+
   SteadyClock clock_;
   std::unique_ptr<Scheduler> scheduler_ =
       Scheduler::Start([]() -> Result<std::unique_ptr<Backend>> { return CreateCpuBackend(); }, {},
@@ -86,6 +99,48 @@ TEST_F(EndToEnd, ClothsFallAsTheyShouldAndCopiesAgreeBitForBit) {
   ASSERT_TRUE(scheduler_->Submit(std::move(repeat)).ok());
   const auto& repeated = std::get<std::vector<float>>(again.Get().states->positions_m);
   EXPECT_EQ(repeated, std::vector<float>(positions.begin() + 12, positions.end()));
+}
+
+// A chain that falls onto the ground sleeps there, until it is told of another gravity or reset.
+TEST_F(EndToEnd, ClothsAtRestSleepUntilSomethingChanges) {
+  const SessionLease session = registry_.Create(std::nullopt, "").value();
+  ClothCreation creation = Chains(1, 4);
+  creation.copies[0].parameters.settings = PresetSettings(Preset::kRealtime);
+  creation.copies[0].parameters.colliders = {
+      PlaneCollider{Eigen::Vector3d(0, -0.1, 0), Eigen::Vector3d::UnitY()}};
+  Awaited<Result<CreatedCloths>> created;
+  session->CreateCloths(std::move(creation),
+                        [created](Result<CreatedCloths> r) mutable { created.Set(std::move(r)); });
+  const ClothList cloths = session->FindCloths(created.Get().value().ids).value();
+
+  EXPECT_FALSE(StepAndReport(session, cloths, 10).is_asleep) << "still falling";
+  const StepReport at_rest = StepAndReport(session, cloths, 290);
+  EXPECT_TRUE(at_rest.is_asleep);
+  EXPECT_NEAR(at_rest.measured.lowest_m, -0.1, 1e-6);
+
+  const auto change_gravity = [&](const Eigen::Vector3d& gravity_m_per_s2) {
+    ClothChange change;
+    change.gravity_m_per_s2 = gravity_m_per_s2;
+    Awaited<Status> changed;
+    session->UpdateCloths(
+        cloths, std::move(change),
+        [changed](const Result<UpdatedCloths>& r) mutable { changed.Set(r.status()); });
+    ASSERT_TRUE(changed.Get().ok());
+  };
+  change_gravity({0, 9.81, 0});
+  const StepReport risen = StepAndReport(session, cloths, 30);
+  EXPECT_FALSE(risen.is_asleep);
+  // Half a second of it; contacts let go at once.
+  EXPECT_NEAR(risen.measured.lowest_m, -0.1 + 9.81 / 8, 0.02);
+  change_gravity({0, -9.81, 0});
+  EXPECT_TRUE(StepAndReport(session, cloths, 600).is_asleep);
+
+  Awaited<Status> reset;
+  session->ResetCloths(cloths, [reset](const Status& s) mutable { reset.Set(s); });
+  ASSERT_TRUE(reset.Get().ok());
+  const StepReport anew = StepAndReport(session, cloths, 1);
+  EXPECT_FALSE(anew.is_asleep);
+  EXPECT_NEAR(anew.measured.lowest_m, -9.81 / 7200, 1e-4);
 }
 
 }  // namespace

@@ -1,0 +1,111 @@
+#include "server/scheduler/sleep_watch.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <variant>
+
+#include "server/core/check.h"
+
+namespace drape {
+namespace {
+
+// When to look, in 1/60 s from the beginning. The first looks end the watch of whatever moves; no
+// vibration has all of these as multiples of its period, and a swing around its turning point is
+// at one place only twice.
+constexpr std::array<uint64_t, 8> kSleepLooks = {1, 3, 8, 15, 24, 35, 47, 60};
+// Of a cloth that moves, in 1/60 s: the time between two watches doubles up to a second, so that
+// what never rests is read twice a second at most.
+constexpr uint64_t kLeastPatience = 8;
+constexpr uint64_t kMostPatience = 60;
+
+template <class Scalar>
+bool AnyBeyond(const std::vector<Scalar>& anchor, const std::vector<Scalar>& now, size_t first,
+               double most_m) {
+  for (size_t k = 0; k < anchor.size(); k += 3) {
+    double distance_sq = 0;
+    for (size_t axis = 0; axis < 3; ++axis) {
+      const double change_m = double{now[first + k + axis]} - double{anchor[k + axis]};
+      distance_sq += change_m * change_m;
+    }
+    if (!(distance_sq <= most_m * most_m)) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+void SleepWatch::Set(const StepSettings& settings) {
+  motion_m_ = settings.sleep_motion_m;
+  stride_ =
+      std::max<uint64_t>(1, static_cast<uint64_t>(std::lround(1 / (60 * settings.time_step_s))));
+  Wake();
+}
+
+void SleepWatch::Wake() {
+  is_asleep_ = false;
+  wants_look_ = false;
+  has_anchor_ = false;
+  anchor_m_ = {};
+  steps_ = 0;
+  looks_ = 0;
+  patience_ = kLeastPatience * stride_;
+}
+
+uint64_t SleepWatch::NextLook() const {
+  return has_anchor_ ? kSleepLooks[looks_] * stride_ : patience_;
+}
+
+bool SleepWatch::decides_next() const {
+  return motion_m_ > 0 && !is_asleep_ && has_anchor_ && looks_ + 1 == kSleepLooks.size() &&
+         steps_ + 1 == NextLook();
+}
+
+void SleepWatch::CompleteStep(const StepReport& report) {
+  DRAPE_CHECK(!is_asleep_ && !wants_look_, "a step of a cloth that was to be looked at");
+  if (motion_m_ == 0 || report.fault != FaultReason::kNone) return;
+  if (decides_next()) report_ = report;
+  ++steps_;
+  wants_look_ = steps_ == NextLook();
+}
+
+void SleepWatch::Look(const ScalarColumn& positions_m, size_t first_row, size_t row_count) {
+  DRAPE_CHECK(wants_look_, "nothing to look at");
+  wants_look_ = false;
+  if (!has_anchor_) {
+    Anchor(positions_m, first_row, row_count);
+  } else if (HasMoved(positions_m, first_row)) {
+    const uint64_t patience = std::min(2 * patience_, kMostPatience * stride_);
+    Wake();
+    patience_ = patience;
+  } else if (++looks_ == kSleepLooks.size()) {
+    is_asleep_ = true;
+    anchor_m_ = {};
+    report_.iterations = 0;
+    report_.is_asleep = true;
+  }
+}
+
+void SleepWatch::Anchor(const ScalarColumn& positions_m, size_t first_row, size_t row_count) {
+  anchor_m_ = std::visit(
+      [&](const auto& values) -> ScalarColumn {
+        const auto begin = values.begin() + static_cast<std::ptrdiff_t>(3 * first_row);
+        return std::decay_t<decltype(values)>(begin,
+                                              begin + static_cast<std::ptrdiff_t>(3 * row_count));
+      },
+      positions_m);
+  has_anchor_ = true;
+  steps_ = 0;
+}
+
+bool SleepWatch::HasMoved(const ScalarColumn& positions_m, size_t first_row) const {
+  return std::visit(
+      [&](const auto& values) {
+        using Values = std::decay_t<decltype(values)>;
+        return AnyBeyond(std::get<Values>(anchor_m_), values, 3 * first_row, motion_m_);
+      },
+      positions_m);
+}
+
+}  // namespace drape
