@@ -9,6 +9,7 @@
 #include <ostream>
 #include <set>
 #include <string>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -95,6 +96,19 @@ Scene Jointed() {
   return With(Particles(particles, {0}), "jointed", Preset::kPaper);
 }
 
+// A hanging chain and particles that no constraint holds, among its numbers.
+Scene ChainAndLooseParticles() {
+  ParticleTopology particles;
+  for (uint32_t k = 0; k < 12; ++k) {
+    particles.positions_m.push_back({0.1 * k, 0.01 * (k % 2), 0});
+    particles.masses_kg.push_back(0.01 * (1 + k % 3));
+  }
+  for (const auto& [i, j] : {std::pair{0u, 2u}, {2u, 5u}, {5u, 9u}}) {
+    particles.distance_constraints.push_back({.i = i, .j = j, .rest_length_m = 0.1 * (j - i)});
+  }
+  return With(Particles(particles, {0}), "chain_and_loose_particles", Preset::kRealtime);
+}
+
 // Between them every stage that lanes have, and every variant of it.
 std::vector<Case> Cases() {
   std::vector<Case> cases;
@@ -152,6 +166,7 @@ std::vector<Case> Cases() {
   cases.back().scene.parameters.settings.velocity_iterations = 2;
   cases.back().scene.parameters.settings.tolerance = 0.01;
   cases.push_back({With(Chain(20, 0.05, 0.01), "chain", Preset::kRealtime)});
+  cases.push_back({ChainAndLooseParticles()});
   cases.push_back({With(SizedCloth(1), "one_particle", Preset::kPaper)});
   return cases;
 }

@@ -199,6 +199,13 @@ inline ClothVectors operator/(const ClothVectors& v, ClothLanes s) {
 inline ClothVectors Select(ClothMask mask, const ClothVectors& a, const ClothVectors& b) {
   return {Select(mask, a.x, b.x), Select(mask, a.y, b.y), Select(mask, a.z, b.z)};
 }
+// target = value; one by one, as GCC copies the whole through the stack.
+template <class Scalars>
+void Assign(VectorsOf<Scalars>& target, const VectorsOf<Scalars>& value) {
+  target.x = value.x;
+  target.y = value.y;
+  target.z = value.z;
+}
 inline PairVectors Join(const ClothVectors& low, const ClothVectors& high) {
   return {{low.x, high.x}, {low.y, high.y}, {low.z, high.z}};
 }

@@ -116,6 +116,29 @@ void PackStrips(FloatModel& model, std::vector<Strips<Ends>>& groups, std::vecto
   }
 }
 
+// Which particles a pair is the first to need.
+void OrderParticles(FloatModel& model) {
+  std::vector<bool> is_new(model.particle_count + size_t{1}, false);
+  for (const uint32_t i : model.free_particles) is_new[i] = true;
+  std::vector<uint32_t>& order = model.pair_particles;
+  const auto add = [&](uint32_t i) {
+    if (is_new[i]) order.push_back(i);
+    is_new[i] = false;
+  };
+  for (const StripPair& pair : model.strip_pairs) {
+    const size_t begin = order.size();
+    model.pair_particle_offsets.push_back(static_cast<uint32_t>(begin));
+    for (const uint32_t i : pair.first) add(i);
+    for (uint32_t k = pair.link_begin; k < pair.link_end; ++k) {
+      for (const uint32_t i : model.pair_links[k].to) add(i);
+    }
+    std::sort(order.begin() + static_cast<std::ptrdiff_t>(begin), order.end());
+  }
+  model.pair_particle_offsets.push_back(static_cast<uint32_t>(order.size()));
+  for (const uint32_t i : model.free_particles) add(i);
+  model.pair_particle_offsets.push_back(static_cast<uint32_t>(order.size()));
+}
+
 void PackJoints(FloatModel& model) {
   for (const auto& [i, j, compliance] : model.source->joints()) {
     model.joints.push_back(
@@ -226,6 +249,7 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
   PackJoints(*this);
   PackStrips(*this, strips, strip_links);
   PackStrips(*this, strip_pairs, pair_links);
+  OrderParticles(*this);
   PackTethers(*this);
   PackTriangles(*this);
   PackElastic(*this);

@@ -135,11 +135,15 @@ struct FloatModel {
   std::vector<StripLink> strip_links;
   std::vector<StripPair> strip_pairs;  // the same in pairs
   std::vector<PairLink> pair_links;
+  // The free particles in the order in which the pairs need them, first those of pair 0; those that
+  // no strip has come last. [pair_count + 2] offsets.
+  std::vector<uint32_t> pair_particles;
+  std::vector<uint32_t> pair_particle_offsets;
   uint32_t longest_strip = 0;         // links
   std::vector<ImpulseBounds> bounds;  // [group_count]; empty if all constraints are equalities
   std::vector<FloatJoint> joints;     // in the order of the source
   std::vector<TetherGroup> tethers;   // the nearest pin of every particle, then the next, ...
-  std::vector<SingleTether> single_tethers;  // particle by particle, the nearest pin first
+  std::vector<SingleTether> single_tethers;  // as in the source: particle by particle
   std::vector<TriangleGroup> triangles;      // in the order of the source
   std::vector<ElasticGroup> elastic_groups;  // in the order of the source
   std::vector<uint32_t> elastic_offsets;     // [particle_count + 1]

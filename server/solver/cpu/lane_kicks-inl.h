@@ -41,6 +41,14 @@ ClothVectors SpringAcceleration(const LaneContext& context, const Positions& p, 
   return SplatCloths(model.inverse_masses[i]) * force;
 }
 
+// Springs in the force: the accelerations of the substep, gravity with them.
+void AccelerateBySprings(const LaneContext& context) {
+  const auto p = [&](uint32_t i) { return context.particles[i].p; };
+  for (const uint32_t i : context.model.free_particles) {
+    context.accelerations[i] = context.gravity + SpringAcceleration(context, p, i);
+  }
+}
+
 template <class Positions>
 void ApplySprings(const LaneContext& context, const Positions& p, float duration) {
   for (const uint32_t i : context.model.free_particles) {

@@ -1,12 +1,14 @@
 #include "server/solver/cpu/lane_step.h"
 
 #include <algorithm>
+#include <optional>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/solver/cpu/lane_step.cpp"
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+#include "server/solver/cpu/lane_advance-inl.h"
 #include "server/solver/cpu/lane_contacts-inl.h"
 #include "server/solver/cpu/lane_kicks-inl.h"
 #include "server/solver/cpu/lane_state-inl.h"
@@ -16,59 +18,27 @@ HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
-void PredictPins(const LaneContext& context) {
-  const FloatSubstep& substep = context.substep;
-  for (size_t k = 0; k < context.model.pins.size(); ++k) {
-    ClothParticle& pin = context.particles[context.model.pins[k]];
-    const ClothVectors way = (context.pin_targets[k] - pin.p) / substep.pin_shares;
-    pin.u = way * substep.inverse_duration;
-    pin.p = pin.p + way * substep.pin_lead;
-  }
-}
-
-// Bender et al. 2009, section 3.1, eq. 2: the velocities become u = v + a H/2.
-void PredictBallistic(const LaneContext& context) {
-  const FloatModel& model = context.model;
-  const float half = context.substep.half_interval;
-  const ClothVectors kick = context.gravity * half;
-  const auto p = [&](uint32_t i) { return context.particles[i].p; };
-  if (context.controls.has_spring_forces) {
-    for (const uint32_t i : model.free_particles) {
-      context.accelerations[i] = context.gravity + SpringAcceleration(context, p, i);
-    }
-  }
-  for (const uint32_t i : model.free_particles) {
-    ClothVectors& v = context.particles[i].u;
-    v = v + (context.controls.has_spring_forces ? context.accelerations[i] * half : kick);
-  }
-}
-
-// The backward differentiation formula of second order: the positions become b = p + (p - p')/3,
-// the velocities u = (v + (v - v')/3 + H g) / (1 + c H).
-void PredictTwoStep(const LaneContext& context) {
-  constexpr float kThird = 1.0f / 3;
-  const ClothVectors kick = context.gravity * context.substep.interval;
-  const bool sets_previous = context.substep.sets_previous;
+template <class Prediction>
+void PredictFree(const LaneContext& context) {
+  const Prediction predict(context);
   for (const uint32_t i : context.model.free_particles) {
-    ClothParticle& now = context.particles[i];
-    ClothParticle& previous = context.previous[i];
-    const ClothVectors base = now.p + (now.p - previous.p) * kThird;
-    const ClothVectors mean =
-        context.damping_factor * ((now.u + (now.u - previous.u) * kThird) + kick);
-    if (sets_previous) previous = now;
-    now = {base, mean};
+    predict(i, context.particles[i].p, context.particles[i].u);
   }
 }
 
 void Predict(const LaneContext& context) {
   if (context.substep.is_two_step) {
-    PredictTwoStep(context);
+    PredictFree<TwoStepPrediction>(context);
   } else {
     PredictContacts(context);
-    PredictBallistic(context);
+    if (context.controls.has_spring_forces) AccelerateBySprings(context);
+    PredictFree<BallisticPrediction>(context);
   }
   PredictPins(context);
   if (context.substep.is_two_step) KickWithin(context);
+}
+
+void ResetImpulses(const LaneContext& context) {
   const ClothVectors none{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
   std::fill_n(context.joint_impulses, context.model.joints.size(), none);
   std::fill_n(context.distance_impulses, context.impulse_count(), SplatCloths(0));
@@ -84,16 +54,25 @@ void StoreTwists(const ClothParticle* upper, const ClothParticle* lower, uint32_
 }
 
 // Every cell of the grid gives its corners a share of its twist back (server/solver/README.md).
-void DampTwist(const LaneContext& context) {
+// `before(i)`: before the velocity of a free particle is read, `after(i)`: when it has changed.
+template <class Before, class After>
+void DampTwist(const LaneContext& context, const Before& before, const After& after) {
   const FloatModel& model = context.model;
   const uint32_t columns = model.source->grid_columns(), rows = model.source->grid_rows();
   const ClothVectors none{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
   ClothVectors* above = context.twists;  // of the cells above the row of particles
   ClothVectors* below = above + columns + 1;
   std::fill_n(above, 2 * (columns + size_t{1}), none);
+  const auto before_row = [&](uint32_t row) {
+    for (uint32_t i = row * columns; i < (row + 1) * columns; ++i) {
+      if (model.inverse_masses[i] != 0) before(i);
+    }
+  };
+  before_row(0);
   for (uint32_t row = 0; row < rows; ++row) {
     ClothParticle* const particles = context.particles + size_t{row} * columns;
     if (row + 1 < rows) {
+      before_row(row + 1);
       StoreTwists(particles, particles + columns, columns, context.substep.twist_share, below);
     } else {
       std::fill_n(below, columns + 1, none);
@@ -104,60 +83,18 @@ void DampTwist(const LaneContext& context) {
       const ClothVectors change =
           (above[column + 1] - above[column]) + (below[column] - below[column + 1]);
       particles[column].u = particles[column].u + change;
+      after(row * columns + column);
     }
     std::swap(above, below);
   }
 }
 
-// Along the start of the substep: `speed` [m/s] is to be taken off the length, `n_end` is the
-// direction at its end.
-ClothVectors PullAlongStart(const LaneContext& context, const ClothVectors& start,
-                            const ClothVectors& n_end, ClothLanes speed) {
-  const auto lines = BlendDirections(start, n_end, context.end_share);
-  return (speed / lines.slope) * lines.n;
-}
-
-// No particle ends the substep farther from a pin than the cloth between them is long
-// (scene/tethers.h).
-void ApplyTethers(const LaneContext& context) {
-  const float h = context.substep.interval;
-  const ClothLanes none = SplatCloths(0);
-  for (const SingleTether& tether : context.model.single_tethers) {
-    ClothParticle& particle = context.particles[tether.particle];
-    const ClothParticle& pin = context.particles[tether.pin];
-    const ClothVectors start = particle.p - pin.p;
-    const ClothVectors d = start + (particle.u - pin.u) * h;
-    const ClothLanes length_sq = Dot(d, d);
-    const ClothMask is_taut = length_sq > SplatCloths(tether.length * tether.length);
-    if (!IsAnyLaneSet(is_taut)) continue;
-    const ClothLanes length = Sqrt(length_sq);
-    const ClothLanes speed =
-        TetherSpeed(length, SplatCloths(tether.length), context.substep.inverse_interval);
-    particle.u = particle.u - (context.controls.has_start_directions()
-                                   ? PullAlongStart(context, start, Directions(d, length),
-                                                    Select(is_taut, speed, none))
-                                   : Select(is_taut, speed / length, none) * d);
-  }
-}
-
-// Bender et al. 2009, section 3.1, eq. 1: p = b + H u; the velocities become v = u + a H/2, with
-// two steps they are u.
 void Integrate(const LaneContext& context) {
-  const FloatSubstep& substep = context.substep;
-  const ClothVectors kick = context.gravity * substep.half_interval;
+  const Integration integrate(context);
   for (const uint32_t i : context.model.free_particles) {
-    ClothParticle& particle = context.particles[i];
-    particle.p = particle.p + particle.u * substep.interval;
-    if (substep.is_two_step) continue;
-    particle.u = particle.u + (context.controls.has_spring_forces
-                                   ? context.accelerations[i] * substep.half_interval
-                                   : kick);
+    integrate(i, context.particles[i].p, context.particles[i].u);
   }
-  for (size_t k = 0; k < context.model.pins.size(); ++k) {
-    ClothParticle& pin = context.particles[context.model.pins[k]];
-    // At the end of the step a pin is where it was asked to be, to the bit.
-    pin.p = substep.pin_shares == 1 ? context.pin_targets[k] : pin.p + pin.u * substep.interval;
-  }
+  IntegratePins(context);
 }
 
 // The substep under way of all cloths, and what differs between them.
@@ -176,27 +113,90 @@ void BeginSubstep(const SubstepSchedule& schedule, uint32_t index, std::span<Lan
   context.substep = cloths[0].context.substep;
 }
 
+// Whether nothing but constraints, gravity and damping acts: then all that happens to a particle
+// between two sweeps is a matter of its own and its pins, and done in one visit.
+bool HasOneVisit(const LaneContext& context) {
+  const FloatControls& controls = context.controls;
+  return !controls.has_spring_forces && !controls.has_half_kicks && !controls.has_air_forces &&
+         !context.model.has_elastic() && context.collider_count() == 0 &&
+         context.model.joints.empty() && controls.solver.velocity_iterations == 0;
+}
+
+// A substep stage by stage.
+void Advance(LaneContext& context, std::span<LaneCloth> cloths) {
+  const auto nothing = [](size_t) {};
+  Kick(context, context.substep.kick_before);
+  Predict(context);
+  if (context.substep.twist_share > 0) DampTwist(context, nothing, nothing);
+  if (context.controls.use_tethers) ApplyTethers(context);
+  Solve(context, cloths, nothing);
+  Integrate(context);
+  SolveVelocity(context);
+  CorrectVelocity(context);
+  Kick(context, context.substep.kick_after);
+}
+
+// The same where HasOneVisit: particles are prepared when the first strip needs them, while the
+// caches have them. Leaves the free particles as they are at the end of the sweeps; `open` tells
+// what is left to do, before and after.
+template <class Prediction>
+void AdvanceInOneVisit(LaneContext& context, std::span<LaneCloth> cloths,
+                       std::optional<Ending>& open) {
+  const FloatModel& model = context.model;
+  const bool has_twist = context.substep.twist_share > 0,
+             has_tethers = context.controls.use_tethers;
+  const Preparation<Prediction> prepare(context, open, has_tethers && !has_twist);
+  const auto prepare_of_pair = [&](size_t pair) {
+    for (uint32_t k = model.pair_particle_offsets[pair]; k < model.pair_particle_offsets[pair + 1];
+         ++k) {
+      prepare(model.pair_particles[k]);
+    }
+  };
+  PredictPins(context);
+  if (has_twist) {
+    const TetherPull pull(context);
+    DampTwist(context, prepare, [&](uint32_t i) {
+      if (has_tethers) pull(i, context.particles[i].p, context.particles[i].u);
+    });
+    Solve(context, cloths, [](size_t) {});
+  } else if (context.controls.solver.has_strips) {
+    prepare_of_pair(model.strip_pairs.size());  // those that no strip has
+    Solve(context, cloths, prepare_of_pair);
+  } else {
+    for (const uint32_t i : model.free_particles) prepare(i);
+    Solve(context, cloths, [](size_t) {});
+  }
+  IntegratePins(context);
+  open.emplace(context);
+}
+
 void StepGroup(std::span<LaneCloth> cloths, LaneScratch& scratch) {
   LaneContext context(cloths, scratch);
   const FloatControls& controls = context.controls;
   Gather(cloths, context);
   GatherColliders(cloths, context);
   for (LaneCloth& cloth : cloths) cloth.report.warnings = cloth.context.controls.warnings;
+  const bool has_one_visit = HasOneVisit(context);
+  std::optional<Ending> open;
   for (uint32_t index = 0; index < controls.schedule.size(); ++index) {
     BeginSubstep(controls.schedule, index, cloths, context);
     // Before the kick, which is part of what two steps continue.
     if (index == 0 && context.substep.sets_previous) {
       std::copy_n(context.particles, context.particle_count(), context.previous);
     }
-    Kick(context, context.substep.kick_before);
-    Predict(context);
-    if (context.substep.twist_share > 0) DampTwist(context);
-    if (controls.use_tethers) ApplyTethers(context);
-    Solve(context, cloths);
-    Integrate(context);
-    SolveVelocity(context);
-    CorrectVelocity(context);
-    Kick(context, context.substep.kick_after);
+    ResetImpulses(context);
+    if (!has_one_visit) {
+      Advance(context, cloths);
+    } else if (context.substep.is_two_step) {
+      AdvanceInOneVisit<TwoStepPrediction>(context, cloths, open);
+    } else {
+      AdvanceInOneVisit<BallisticPrediction>(context, cloths, open);
+    }
+  }
+  if (open) {
+    for (const uint32_t i : context.model.free_particles) {
+      (*open)(i, context.particles[i].p, context.particles[i].u);
+    }
   }
   if (scratch.results.size() < cloths.size()) scratch.results.resize(cloths.size());
   Scatter(context, std::span(scratch.results).first(cloths.size()));

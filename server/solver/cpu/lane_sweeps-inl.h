@@ -7,6 +7,7 @@
 #endif
 
 #include <array>
+#include <functional>
 #include <vector>
 
 #include "server/solver/cpu/constraint_math-inl.h"
@@ -18,7 +19,9 @@ HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
-// Two strips of each cloth: what strip_solve-inl.h sweeps over.
+// Two strips of each cloth: what strip_solve-inl.h sweeps over. `prepare(k)` is called before pair
+// k.
+template <class PreparePair>
 class StripPairs {
  public:
   using Scalars = PairLanes;
@@ -28,10 +31,13 @@ class StripPairs {
   using Link = PairLink;
   using Group = StripPair;
 
-  explicit StripPairs(const LaneContext& context)
-      : context_(context), particles_(context.particles) {}
+  StripPairs(const LaneContext& context, const PreparePair& prepare)
+      : context_(context), particles_(context.particles), prepare_(prepare) {}
 
   const std::vector<StripPair>& groups() const { return context_.model.strip_pairs; }
+  void Prepare(const StripPair& pair) const {
+    prepare_(static_cast<size_t>(&pair - groups().data()));
+  }
   const PairLink* links() const { return context_.model.pair_links.data(); }
   PairLinkSolution* solution() const { return context_.strip_links; }
   PairVectors* end_directions() const { return context_.end_directions; }
@@ -83,10 +89,12 @@ class StripPairs {
  private:
   const LaneContext& context_;
   ClothParticle* const particles_;
+  const PreparePair& prepare_;
 };
 
-ClothMask SolveStrips(const LaneContext& context) {
-  const PairMask changed = SweepStrips(StripPairs(context), context.model.has_compliance(),
+template <class PreparePair>
+ClothMask SolveStrips(const LaneContext& context, const PreparePair& prepare) {
+  const PairMask changed = SweepStrips(StripPairs(context, prepare), context.model.has_compliance(),
                                        context.controls.has_start_directions());
   return changed.low | changed.high;
 }
@@ -212,8 +220,10 @@ void SolveJointVelocities(const LaneContext& context) {
   }
 }
 
-// Sweeps until no cloth has an error, at most max_iterations.
-void Solve(LaneContext& context, std::span<LaneCloth> cloths) {
+// Sweeps until no cloth has an error, at most max_iterations. `prepare_pair(k)` is called before
+// the first sweep comes to pair k of the strips.
+void Solve(LaneContext& context, std::span<LaneCloth> cloths,
+           const std::function<void(size_t)>& prepare_pair) {
   const FloatControls& controls = context.controls;
   alignas(64) float running[kClothCount];
   std::fill_n(running, kClothCount, 1.0f);
@@ -225,7 +235,11 @@ void Solve(LaneContext& context, std::span<LaneCloth> cloths) {
     }
     // All always run: a contact can break what the distances have just met.
     ClothMask has_changed;
-    if (controls.solver.has_strips) has_changed |= SolveStrips(context);
+    if (controls.solver.has_strips) {
+      has_changed |= SolveStrips(context, [&](size_t pair) {
+        if (iteration == 0) prepare_pair(pair);
+      });
+    }
     if (controls.solver.has_colours) has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
     has_changed |= SolveContacts(context);

@@ -19,6 +19,7 @@ inline constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 
 // The strip (or strips) being solved. Access is what differs between the paths of the backend:
 //   Scalars, Vectors, Mask, Ends (the particle of each lane), Link, Group   types
+//   Prepare(group)                                                         before it is swept
 //   tolerance, end_share, interval, inverse_interval                       numbers of the substep
 //   Number(x)                                                              a number of a link
 //   Running(mask)                                                          lanes that are swept
@@ -186,6 +187,7 @@ template <bool kHasCompliance, bool kHasStarts, class Access>
 typename Access::Mask SweepStrips(const Access& access) {
   typename Access::Mask has_changed{};
   for (const auto& group : access.groups()) {
+    access.Prepare(group);
     has_changed |= StripSolve<Access, kHasCompliance, kHasStarts>(access, group).Run();
   }
   return has_changed;

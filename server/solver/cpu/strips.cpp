@@ -21,6 +21,7 @@ class EightStrips {
         u_(context.scratch.state.velocities.data()) {}
 
   const std::vector<StripGroup>& groups() const { return context_.model.strips; }
+  static void Prepare(const StripGroup&) {}
   const StripLink* links() const { return context_.model.strip_links.data(); }
   StripLinkSolution<Scalars, Vectors>* solution() const {
     return context_.scratch.strip_links.data();
