@@ -1,6 +1,8 @@
 #include "server/api/state_chunks.h"
 
 #include <algorithm>
+#include <array>
+#include <cstring>
 #include <string>
 
 #include "server/core/check.h"
@@ -19,15 +21,32 @@ v1::PackedArray::DataType DataTypeOf(const ScalarColumn& column) {
                                                              : v1::PackedArray::FLOAT32;
 }
 
-// Adds `shift` in double precision, then rounds to the column's type.
+// Adds `shift` in double precision, then rounds to the column's type. Without a shift they stay as
+// they are.
 template <class T>
 void AppendShifted(const T* values, uint64_t row_count, const Eigen::Vector3d& shift,
                    std::string* data) {
-  std::vector<T> shifted(3 * row_count);
-  for (uint64_t k = 0; k < shifted.size(); ++k) {
-    shifted[k] = static_cast<T>(double{values[k]} + shift[static_cast<Eigen::Index>(k % 3)]);
+  constexpr size_t kRowBytes = 3 * sizeof(T);
+  if (shift.isZero(0)) {
+    data->append(reinterpret_cast<const char*>(values), row_count * kRowBytes);
+    return;
   }
-  data->append(reinterpret_cast<const char*>(shifted.data()), shifted.size() * sizeof(T));
+  const size_t begin = data->size();
+  data->resize(begin + row_count * kRowBytes);
+  char* to = data->data() + begin;
+  for (uint64_t k = 0; k < row_count; ++k, to += kRowBytes) {
+    const std::array<T, 3> row = {static_cast<T>(double{values[3 * k]} + shift.x()),
+                                  static_cast<T>(double{values[3 * k + 1]} + shift.y()),
+                                  static_cast<T>(double{values[3 * k + 2]} + shift.z())};
+    std::memcpy(to, row.data(), kRowBytes);
+  }
+}
+
+// Room for what a chunk that begins at `first_row` can hold: growing by and by copies it again.
+void ReserveRows(const ScalarColumn& column, uint64_t first_row, uint64_t max_rows,
+                 v1::PackedArray* array) {
+  const uint64_t rows = std::visit([](const auto& values) { return values.size() / 3; }, column);
+  array->mutable_data()->reserve(std::min(rows - first_row, max_rows) * RowBytes(column));
 }
 
 void AppendColumn(const ScalarColumn& column, uint64_t first_row, uint64_t row_count,
@@ -78,6 +97,14 @@ void StateChunker::AppendRows(const ChunkCloth& cloth, uint64_t first_row, uint6
 void StateChunker::Next(v1::StateChunk* chunk) {
   DRAPE_CHECK(!is_done_, "no chunk left");
   chunk->Clear();
+  const StateColumns& columns = states_.columns;
+  if (RowBytes(columns.positions_m) > 0) {
+    ReserveRows(columns.positions_m, next_row_, max_rows_, chunk->mutable_positions_m());
+  }
+  if (RowBytes(columns.velocities_m_per_s) > 0) {
+    ReserveRows(columns.velocities_m_per_s, next_row_, max_rows_,
+                chunk->mutable_velocities_m_per_s());
+  }
   uint64_t rows = 0;
   while (next_cloth_ < cloths_.size() && rows < max_rows_) {
     const ClothStamp& stamp = states_.cloths[next_cloth_];
@@ -100,10 +127,10 @@ void StateChunker::Next(v1::StateChunk* chunk) {
     }
   }
   if (chunk->has_positions_m()) {
-    FinishColumn(states_.columns.positions_m, rows, chunk->mutable_positions_m());
+    FinishColumn(columns.positions_m, rows, chunk->mutable_positions_m());
   }
   if (chunk->has_velocities_m_per_s()) {
-    FinishColumn(states_.columns.velocities_m_per_s, rows, chunk->mutable_velocities_m_per_s());
+    FinishColumn(columns.velocities_m_per_s, rows, chunk->mutable_velocities_m_per_s());
   }
   is_done_ = next_cloth_ == cloths_.size();
   chunk->set_is_last(is_done_);

@@ -126,8 +126,12 @@ bool ClothFitsLanes(const Cloth& cloth) {
 }
 
 void Append(const std::vector<Lanes>& values, uint32_t particle_count, std::vector<float>& packed) {
-  for (uint32_t i = 0; i < particle_count; ++i) {
-    packed.insert(packed.end(), {values[i][0], values[i][1], values[i][2]});
+  packed.resize(packed.size() + 3 * size_t{particle_count});
+  float* to = packed.data() + packed.size() - 3 * size_t{particle_count};
+  for (uint32_t i = 0; i < particle_count; ++i, to += 3) {
+    to[0] = values[i][0];
+    to[1] = values[i][1];
+    to[2] = values[i][2];
   }
 }
 
@@ -206,7 +210,13 @@ class CpuBackend final : public Backend {
   }
 
   StateColumns Read(const ReadRequest& request) override {
+    size_t particles = 0;
+    for (const ClothHandle& handle : request.cloths) {
+      particles += cloths_.At(handle).model->particle_count;
+    }
     std::vector<float> positions, velocities;
+    if (request.positions) positions.reserve(3 * particles);
+    if (request.velocities) velocities.reserve(3 * particles);
     for (const ClothHandle& handle : request.cloths) {
       const Cloth& cloth = cloths_.At(handle);
       const uint32_t count = cloth.model->particle_count;
