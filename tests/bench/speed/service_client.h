@@ -31,7 +31,7 @@ class Service {
  public:
   virtual ~Service() = default;
   // `cloths` sheets of side x side particles, 1 m, hung by the two corners of the first row, under
-  // REALTIME.
+  // REALTIME, never asleep.
   virtual std::unique_ptr<ServiceClient> Connect(uint32_t side, uint32_t cloths) = 0;
 };
 
