@@ -103,6 +103,8 @@ TEST_F(BenchTest, SpeedMakesItsTables) {
   EXPECT_EQ(RowCount(out_ / "speed_cost.csv"), 3 * (thread_counts * 2 + 1) + 2 * 2);
   EXPECT_EQ(RowCount(out_ / "speed_curve.csv"), 5);
   EXPECT_EQ(RowCount(out_ / "speed_service.csv"), 2 * 2);  // loads, with positions and without
+  EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 5);
+  EXPECT_THAT(ReadText(out_ / "speed_skips.csv"), HasSubstr("sleep: all at rest on the ground,"));
   ASSERT_EQ(Tables("").exit_status, 0);
   const std::string readme = ReadText(out_ / "README.md");
   EXPECT_THAT(readme, HasSubstr("### The machine's limits"));

@@ -3,11 +3,12 @@
 import speed_cost
 import speed_curve
 import speed_service
+import speed_skips
 import speed_solves
 
 COLUMNS = {"speed_limits": speed_solves.COLUMNS, "speed_cost": speed_cost.COLUMNS, "speed_curve": speed_curve.COLUMNS,
-           "speed_service": speed_service.COLUMNS}
-TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view"}
+           "speed_service": speed_service.COLUMNS, "speed_skips": speed_skips.COLUMNS}
+TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view", "skip"}
 
 
 def speed_text(tables, cpu_backend):
@@ -19,6 +20,8 @@ def speed_text(tables, cpu_backend):
         text += speed_solves.solves_text(tables["speed_limits"], tables["speed_cost"])
     if tables["speed_cost"]:
         text += speed_cost.cost_text(tables["speed_cost"], cpu_backend)
+    if tables["speed_skips"]:
+        text += speed_skips.skips_text(tables["speed_skips"])
     if tables["speed_curve"]:
         text += speed_curve.curve_text(tables["speed_curve"], cpu_backend)
     if tables["speed_service"]:

@@ -51,13 +51,23 @@ struct ServiceOptions {
 };
 void MeasureService(Bench& bench, ServiceOptions options);
 
+// What a scene does not need, with and without -> speed_skips.csv.
+struct SkipsOptions {
+  uint32_t cloths = 64;
+  uint32_t side = 32;  // particles
+  uint32_t turns = 3;  // of both in turn, after one that does not count
+  uint32_t steps = 10;
+};
+void MeasureSkips(Bench& bench, SkipsOptions options);
+
 struct SpeedOptions {
-  // Some of limits, cost, service, curve; in this order.
-  std::vector<std::string> parts = {"limits", "cost", "service", "curve"};
+  // Some of limits, cost, skips, service, curve; in this order.
+  std::vector<std::string> parts = {"limits", "cost", "skips", "service", "curve"};
   LimitsOptions limits;
   CostOptions cost;
   CurveOptions curve;
   ServiceOptions service;
+  SkipsOptions skips;
 };
 void MeasureSpeed(Bench& bench, const SpeedOptions& options);
 

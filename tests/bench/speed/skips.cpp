@@ -1,0 +1,148 @@
+// What a scene does not need and what leaving it out saves, each on and off -> speed_skips.csv.
+#include <chrono>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/scheduler/device_loop.h"
+#include "tests/bench/bench_scenes.h"
+#include "tests/bench/quantiles.h"
+#include "tests/bench/speed/speed.h"
+#include "tests/support/backends.h"
+#include "tests/support/states.h"
+
+namespace drape::bench {
+namespace {
+
+// Cloths that are stepped as the server steps them, without its sessions and its network.
+class Stepper {
+ public:
+  Stepper(const std::string& backend, const ClothBatch& batch)
+      : backend_(test::MakeBackend(backend)) {
+    for (const Eigen::Vector3d& gravity_m_per_s2 : batch.gravities_m_per_s2) {
+      test::Scene scene = batch.scene;
+      scene.parameters.gravity_m_per_s2 = gravity_m_per_s2;
+      cloths_.push_back(std::make_shared<ClothRuntime>());
+      std::vector<Eigen::Vector3d> pins_m;
+      for (const uint32_t p : scene.model->pins()) pins_m.push_back(scene.state.positions_m[p]);
+      cloths_.back()->Begin(test::CreateCloth(*backend_, scene), scene.model,
+                            scene.parameters.settings, ReportShift{}, pins_m, pins_m);
+    }
+  }
+
+  // Wall time [ms] of each of `steps` steps of all cloths.
+  std::vector<double> Step_ms(uint32_t steps, bool report) {
+    std::vector<double> times_ms;
+    for (uint32_t k = 0; k < steps; ++k) {
+      StepWork work;
+      work.cloths = cloths_;
+      work.steps = 1;
+      work.report = report;
+      const auto start = std::chrono::steady_clock::now();
+      loop_.Admit(std::move(work), clock_.NowUs());
+      while (loop_.has_requests()) loop_.RunRound();
+      const std::chrono::duration<double, std::milli> wall =
+          std::chrono::steady_clock::now() - start;
+      times_ms.push_back(wall.count());
+    }
+    return times_ms;
+  }
+
+  std::string Bits() {
+    std::string bits;
+    for (const auto& cloth : cloths_) bits += test::ReadBits(*backend_, cloth->handle());
+    return bits;
+  }
+
+ private:
+  std::unique_ptr<Backend> backend_;
+  std::vector<std::shared_ptr<ClothRuntime>> cloths_;
+  SteadyClock clock_;
+  RoundCounters counters_;
+  DeviceLoop loop_{*backend_,
+                   {{16384, 16384}, 1000, kMaxSolvesPerStep},
+                   clock_,
+                   [](StepWork, StepOutcome) {},
+                   counters_};
+};
+
+// One thing that a scene may not need: cloths that have it anyway (full) and cloths that do not.
+struct Skip {
+  std::string name;
+  test::Scene full, lean;
+  bool full_is_reported = false;  // each step of `full` is measured
+  uint32_t lead_steps = 0;        // before the timed ones, of both
+  bool is_tilted = true;          // each cloth has its own gravity
+};
+
+test::Scene With(test::Scene scene, const StepSettings& settings) {
+  scene.parameters.settings = settings;
+  return scene;
+}
+
+std::vector<Skip> Skips(uint32_t side) {
+  StepSettings sleepless = PresetSettings(Preset::kRealtime);
+  sleepless.sleep_motion_m = 0;
+  StepSettings sleepy = sleepless;
+  sleepy.sleep_motion_m = PresetSettings(Preset::kRealtime).sleep_motion_m;
+  const test::Scene hung = Sheet(side * side, Pins::kCorners, sleepless);
+
+  test::Scene on_ground = test::Grid(side, side, 1, 1);
+  on_ground.parameters.colliders = {
+      PlaneCollider{Eigen::Vector3d(0, -0.05, 0), Eigen::Vector3d::UnitY()}};
+  StepSettings swept = PresetSettings(Preset::kPaper);
+  swept.tolerance = 0;
+
+  // Along the end in one step, so that a collider does not change how links are solved.
+  StepSettings plain = sleepless;
+  plain.integration = Integration::kOneStep;
+  plain.direction = Direction::kAtEnd;
+  test::Scene far_collider = With(hung, plain);
+  far_collider.parameters.colliders = {SphereCollider{Eigen::Vector3d(0, 0, 100), 0.3}};
+
+  // Long enough to fall and fall asleep.
+  constexpr uint32_t kRest = 180;
+  return {
+      {"sleep: all at rest on the ground", With(on_ground, sleepless), With(on_ground, sleepy),
+       false, kRest, false},
+      {"sleep: all awake", hung, With(hung, sleepy)},
+      {"early exit: at rest on the ground under PAPER", With(on_ground, swept),
+       With(on_ground, PresetSettings(Preset::kPaper)), false, kRest, false},
+      {"report of every step", hung, hung, true},
+      {"a collider out of reach", far_collider, With(hung, plain)},
+  };
+}
+
+ClothBatch BatchOf(const test::Scene& scene, uint32_t cloths, bool is_tilted) {
+  if (is_tilted) return MakeBatch(scene, cloths);
+  return {scene, std::vector(cloths, scene.parameters.gravity_m_per_s2)};
+}
+
+}  // namespace
+
+void MeasureSkips(Bench& bench, SkipsOptions options) {
+  if (bench.is_quick()) options = {.cloths = 2, .side = 6, .turns = 1, .steps = 2};
+  Table table = bench.OpenTable("speed_skips", {"skip", "backend", "cloths", "particles", "full_ms",
+                                                "lean_ms", "same_state"});
+  const std::string& backend = bench.fast_backend().name;
+  for (const Skip& skip : Skips(options.side)) {
+    if (!bench.StartRow(skip.name)) return;
+    Stepper full(backend, BatchOf(skip.full, options.cloths, skip.is_tilted));
+    Stepper lean(backend, BatchOf(skip.lean, options.cloths, skip.is_tilted));
+    full.Step_ms(skip.lead_steps, false);
+    lean.Step_ms(skip.lead_steps, false);
+    std::vector<double> full_ms, lean_ms;
+    for (uint32_t turn = 0; turn <= options.turns; ++turn) {
+      const std::vector<double> of_full = full.Step_ms(options.steps, skip.full_is_reported);
+      const std::vector<double> of_lean = lean.Step_ms(options.steps, false);
+      if (turn == 0) continue;  // warms up
+      full_ms.insert(full_ms.end(), of_full.begin(), of_full.end());
+      lean_ms.insert(lean_ms.end(), of_lean.begin(), of_lean.end());
+    }
+    table.Add({skip.name, backend, options.cloths, options.side * options.side,
+               Quantile(full_ms, 0.5), Quantile(lean_ms, 0.5), full.Bits() == lean.Bits()});
+  }
+}
+
+}  // namespace drape::bench

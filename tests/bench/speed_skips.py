@@ -1,0 +1,15 @@
+"""What leaving out what a scene does not need saves, and what looking for it costs."""
+
+from rows import markdown, milliseconds
+
+COLUMNS = ["skip", "backend", "cloths", "particles", "full_ms", "lean_ms", "same_state"]
+
+
+def skips_text(rows):
+    lines = [[row["skip"], milliseconds(row["full_ms"]), milliseconds(row["lean_ms"]), f"{100 * row['lean_ms'] / row['full_ms']:.1f} %",
+              "yes" if row["same_state"] else "no"] for row in rows]
+    first = rows[0]
+    return ["### What a scene does not need\n",
+            f"{first['cloths']:.0f} sheets of {first['particles']:.0f} particles on {first['backend']}, stepped as the server steps them "
+            "(`DeviceLoop`): with it and without it, in turn, medians of a step; and whether the states are bit for bit the same in the end.\n",
+            markdown(["what", "with [ms]", "without [ms]", "without / with", "same state"], lines)]
