@@ -90,3 +90,12 @@ def curve_text(rows, cpu_backend):
                      [line(row) for row in rows if row["family"] == row["method"] or row["program"] == "bullet"])]
     bad = [f"{row['method']} ({row['status']})" for row in rows if row["status"] != "ok"]
     return text + ([f"Not finished: {', '.join(bad)}.\n"] if bad else [])
+
+
+def peers_text(rows):
+    lines = [[f"{row['program']}, {row['settings']}", f"{1000 * row['ms_per_frame']:.0f}",
+              strains(row) if row["status"] == "ok" else row["status"]] for row in rows]
+    return ["### Other simulators\n",
+            "One sheet of the same scene with what pip installs, CPU time on one thread (`tests/bench/peers.py`, which says how each is set "
+            "up); not in turn with the rows above. Each has more to it than this scene asks for: contacts, materials, gradients.\n",
+            markdown(["program", "µs per cloth and frame", "max / RMS strain"], lines)]

@@ -1,5 +1,6 @@
 """What the tables of `drape_bench speed` say, in the order of the subcommand."""
 
+import peers
 import speed_cost
 import speed_curve
 import speed_service
@@ -7,7 +8,8 @@ import speed_skips
 import speed_solves
 
 COLUMNS = {"speed_limits": speed_solves.COLUMNS, "speed_cost": speed_cost.COLUMNS, "speed_curve": speed_curve.COLUMNS,
-           "speed_service": speed_service.COLUMNS, "speed_skips": speed_skips.COLUMNS}
+           "speed_service": speed_service.COLUMNS, "speed_skips": speed_skips.COLUMNS,
+           "speed_peers": peers.COLUMNS}
 TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view", "skip"}
 
 
@@ -24,6 +26,8 @@ def speed_text(tables, cpu_backend):
         text += speed_skips.skips_text(tables["speed_skips"])
     if tables["speed_curve"]:
         text += speed_curve.curve_text(tables["speed_curve"], cpu_backend)
+    if tables["speed_peers"]:
+        text += speed_curve.peers_text(tables["speed_peers"])
     if tables["speed_service"]:
         text += speed_service.service_text(tables["speed_service"])
     return ["## Speed\n", *text] if text else []
