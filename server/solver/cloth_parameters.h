@@ -102,8 +102,13 @@ inline double EndShare(const SceneModel& model, const ClothParameters& parameter
     case Direction::kBlended:
       break;
   }
-  const double beyond = WeightGamma(model, parameters) - kBlendBegin;
-  return std::clamp(beyond / (kBlendEnd - kBlendBegin), 0.0, 1.0);
+  const auto share = [](double gamma, double begin, double end) {
+    return std::clamp((gamma - begin) / (end - begin), 0.0, 1.0);
+  };
+  const double of_weight = share(WeightGamma(model, parameters), kBlendBegin, kBlendEnd);
+  // A chain or a tree has no cells that could flutter.
+  if (model.constraint_count() < model.particle_count()) return of_weight;
+  return std::max(of_weight, share(LoadRatio(model, parameters), kWhipBegin, kWhipEnd));
 }
 
 // Strips hold plain constraints of the model's lengths only: with ropes, struts or

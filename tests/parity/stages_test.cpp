@@ -271,7 +271,7 @@ TEST_P(StageParityTest, SolveAlongBlendedDirections) {
     scene.parameters.settings.direction = Direction::kBlended;
     SetSubsteps(scene, 1, 2);
     StepSettings& settings = scene.parameters.settings;
-    settings.time_step_s *= std::sqrt(0.2 / WeightGamma(*scene.model, scene.parameters));
+    settings.time_step_s *= std::sqrt(0.006 / LoadRatio(*scene.model, scene.parameters));
     const double end_share = ChooseSolver(*scene.model, scene.parameters, false).end_share;
     ASSERT_GT(end_share, 0.1);
     ASSERT_LT(end_share, 0.9);

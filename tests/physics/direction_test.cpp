@@ -144,7 +144,7 @@ TEST_P(DirectionTest, StartDirectionsAndTheVelocityStageKeepThePendulumsEnergy) 
 
 // BLENDED is a rule of the cloth's weight and the substep alone.
 TEST_P(DirectionTest, BlendedIsOneOfTheOthersWhereTheSubstepIsShortOrLong) {
-  Scene scene = Grid(8, 8, 1, 1, {0, 7});
+  Scene scene = Chain(8, 0.1, 0.01);
   const auto bits = [&](Direction direction, double h) {
     scene.parameters.settings = OneStep(direction, 4 * h, 4, 2);
     const ClothHandle cloth = Make(scene);
@@ -158,6 +158,32 @@ TEST_P(DirectionTest, BlendedIsOneOfTheOthersWhereTheSubstepIsShortOrLong) {
   EXPECT_EQ(bits(Direction::kBlended, short_h), bits(Direction::kAtStart, short_h));
   EXPECT_EQ(bits(Direction::kBlended, long_h), bits(Direction::kAtEnd, long_h));
   EXPECT_NE(bits(Direction::kAtStart, short_h), bits(Direction::kAtEnd, short_h));
+
+  // Links that form cells, few pins: the weight that each of them bears.
+  scene = Grid(8, 8, 1, 1, {0, 7});
+  scene.parameters.settings = OneStep(Direction::kBlended, 1, 1, 1);
+  const double pin_h = 1 / std::sqrt(LoadRatio(*scene.model, scene.parameters));
+  const double begin_h = pin_h * std::sqrt(0.9 * kWhipBegin);
+  const double end_h = pin_h * std::sqrt(1.1 * kWhipEnd);
+  EXPECT_EQ(bits(Direction::kBlended, begin_h), bits(Direction::kAtStart, begin_h));
+  EXPECT_EQ(bits(Direction::kBlended, end_h), bits(Direction::kAtEnd, end_h));
+  EXPECT_NE(bits(Direction::kAtStart, end_h), bits(Direction::kAtEnd, end_h));
+}
+
+// A sheet whose hem whips, above a floor that it never touches: along start directions alone it
+// blows up within half a second.
+TEST_P(DirectionTest, AWhippingHemBesideAFarColliderHolds) {
+  Scene scene = Grid(32, 32, 1, 1, {0, 31});
+  scene.parameters.settings = PresetSettings(Preset::kRealtime);
+  scene.parameters.gravity_m_per_s2 = {-0.609, -9.788, 0.252};
+  scene.parameters.colliders = {PlaneCollider{{0, -3, 0}, {0, 1, 0}}};
+  const ClothHandle cloth = Make(scene);
+  for (int step = 0; step < 60; ++step) {
+    const StepReport report = StepAlone(backend(), cloth, scene);
+    ASSERT_EQ(report.fault, FaultReason::kNone) << "step " << step;
+    // What the stability atlas calls survival.
+    ASSERT_LE(report.measured.max_strain, 0.1) << "step " << step;
+  }
 }
 
 DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(DirectionTest);
