@@ -10,6 +10,7 @@
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
 #include "server/api/step_cost.h"
+#include "server/session/clear_starts.h"
 
 namespace drape::api {
 namespace {
@@ -36,7 +37,7 @@ Result<v1::CreateClothsResponse> ToAnswer(const Result<CreatedCloths>& created) 
   if (!created.ok()) return created.status();
   v1::CreateClothsResponse answer;
   for (const ClothId id : created->ids) answer.add_cloth_ids(id.Packed());
-  *answer.mutable_shape() = ToProto(*created->model, created->plan);
+  *answer.mutable_shape() = ToProto(*created->model, created->plan, created->start.get());
   return answer;
 }
 
@@ -81,6 +82,8 @@ void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimi
   if (!maps.ok()) return creation->End(maps);
   ClothCreation cloths{std::move(creation->checked.description), std::move(*model),
                        std::move(creation->checked.pins), std::move(creation->checked.copies)};
+  const Status starts = FindClearStarts(cloths, stop_reason);
+  if (!starts.ok()) return creation->End(starts);
   const auto end = [creation](const Result<CreatedCloths>& created) {
     creation->End(ToAnswer(created));
   };

@@ -97,7 +97,7 @@ v1::Session ToProto(const SessionView& session) {
   return message;
 }
 
-v1::ClothShape ToProto(const SceneModel& model, const std::string& plan) {
+v1::ClothShape ToProto(const SceneModel& model, const std::string& plan, const ClearStart* start) {
   v1::ClothShape message;
   message.set_particles(model.particle_count());
   message.set_distance_constraints(model.constraint_count());
@@ -109,9 +109,11 @@ v1::ClothShape ToProto(const SceneModel& model, const std::string& plan) {
   message.set_pins(model.pin_count());
   message.set_dropped_triangles(model.dropped_triangles());
   message.set_dropped_constraints(model.dropped_constraints());
-  if (model.is_start_restored()) {
-    message.mutable_start_correction()->set_described_error(model.rest_errors().max);
-    message.mutable_start_correction()->set_start_error(model.start_errors().max);
+  const bool is_cleared = start != nullptr && start->clearance == StartClearance::kCleared;
+  if (model.is_start_restored() || is_cleared) {
+    v1::StartCorrection& correction = *message.mutable_start_correction();
+    correction.set_described_error(model.rest_errors().max);
+    correction.set_start_error(is_cleared ? start->errors.max : model.start_errors().max);
   }
   message.set_plan(plan);
   return message;
@@ -187,7 +189,7 @@ v1::Cloth ToProto(const ClothRecord& record) {
   const ClothProgress progress = record.runtime->progress();
   v1::Cloth message;
   message.set_id(record.id.Packed());
-  *message.mutable_shape() = ToProto(*description->model, description->plan);
+  *message.mutable_shape() = ToProto(*description->model, description->plan, record.start().get());
   message.set_step(progress.completed_steps);
   message.set_time_s(progress.time_s);
   *message.mutable_environment() = EnvironmentToProto(description->parameters);

@@ -4,7 +4,11 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <random>
+
+#include "server/scene/collider_surface.h"
+#include "server/scene/obstacles.h"
 
 namespace drape {
 namespace {
@@ -14,6 +18,15 @@ using Eigen::Vector3d;
 // Sweeps that bring links from anywhere to about their lengths; what they leave is smooth and small
 // enough for Newton's method.
 constexpr uint32_t kSweeps = 1000;
+// What is led out of obstacles is stretched at their rims, which sweeps spread over large cloths
+// slowly. Where they leave more than this (RMS), more follow in rounds: some that go on with this
+// share of the motion of the last one, some plain ones for the wrinkles that this leaves. Rounds
+// end when one does not bring the errors below this share of what they were.
+constexpr double kSweptError = 3e-3;
+constexpr uint32_t kHeavySweeps = 200;
+constexpr double kMomentum = 0.95;
+constexpr uint32_t kPlainSweeps = 50;
+constexpr double kUseful = 0.8;
 constexpr uint32_t kMaxNewtonSteps = 60;
 // Newton steps without a smaller error in between, after which no more are tried.
 constexpr uint32_t kPatience = 8;
@@ -31,10 +44,13 @@ constexpr double kMaxWork = 2e8;
 // Below this length [m] a difference has no direction.
 constexpr double kMinLength_m = 1e-12;
 
-// One scalar demand at some positions: `error_m` is what j is too far from i along n.
+constexpr uint32_t kNoParticle = ~0u;
+
+// One scalar demand at some positions: `error_m` is what j is too far from i along n. Of an
+// obstacle: how far i has to go along n.
 struct Row {
   uint32_t i = 0;
-  uint32_t j = 0;
+  uint32_t j = kNoParticle;
   Vector3d n;
   double error_m = 0;
   double length_m = 1;  // to which the error is relative
@@ -48,8 +64,12 @@ double WhatIsForbidden(ConstraintKind kind, double error_m) {
 
 class Restoration {
  public:
-  Restoration(const LengthDemands& demands, std::vector<Vector3d> positions_m)
-      : demands_(demands), w_(demands.inverse_masses_per_kg), x_(std::move(positions_m)) {
+  Restoration(const LengthDemands& demands, const Obstacles& obstacles,
+              std::vector<Vector3d> positions_m)
+      : demands_(demands),
+        obstacles_(obstacles),
+        w_(demands.inverse_masses_per_kg),
+        x_(std::move(positions_m)) {
     for (const DistanceConstraint& constraint : demands.constraints) {
       if (constraint.compliance_m_per_n == 0) order_.push_back(OrderOf(constraint));
     }
@@ -65,7 +85,8 @@ class Restoration {
     for (uint32_t attempt = 0; attempt < kAttempts; ++attempt) {
       if (attempt > 0) Disorder();
       // Forth and back along the order of the description, which leads through the cloth.
-      for (uint32_t s = 0; s < kSweeps && work_ < kMaxWork; ++s) Sweep(s % 2 == 1);
+      SweepPlainly(kSweeps);
+      if (!obstacles_.colliders.empty()) SpreadErrors();
       KeepIfBetter();
       Correct();
       if (best_errors_.max <= kRestoredError || work_ >= kMaxWork) break;
@@ -82,7 +103,7 @@ class Restoration {
       const double error = std::abs(row.error_m) / row.length_m;
       errors.max = std::max(errors.max, error);
       sum_sq += error * error;
-      ++count;
+      if (row.j != kNoParticle) ++count;
     });
     errors.rms = count > 0 ? std::sqrt(sum_sq / count) : 0;
     return errors;
@@ -117,10 +138,26 @@ class Restoration {
     }
   }
 
+  // Of the particles that are inside.
+  template <class Visit>
+  void EachObstacleRow(const Visit& visit) const {
+    for (const Collider& collider : obstacles_.colliders) {
+      for (uint32_t i = 0; i < x_.size(); ++i) {
+        if (w_[i] == 0) continue;
+        const SurfaceDistance surface = SurfaceOf(collider, x_[i]);
+        const double gap_m = surface.distance_m - obstacles_.thickness_m;
+        if (gap_m >= 0) continue;
+        visit(Row{
+            .i = i, .n = surface.outward, .error_m = -gap_m, .length_m = demands_.length_scale_m});
+      }
+    }
+  }
+
   template <class Visit>
   void EachRow(const Visit& visit) const {
     for (const uint32_t k : order_) visit(RowOf(demands_.constraints[k]));
     EachJointRow(visit);
+    EachObstacleRow(visit);
   }
 
   void PullToPins() {
@@ -148,6 +185,10 @@ class Restoration {
   }
 
   void Meet(const Row& row) {
+    if (row.j == kNoParticle) {
+      x_[row.i] += row.error_m * row.n;
+      return;
+    }
     const Vector3d way = row.error_m / (w_[row.i] + w_[row.j]) * row.n;
     x_[row.i] += w_[row.i] * way;
     x_[row.j] -= w_[row.j] * way;
@@ -160,7 +201,30 @@ class Restoration {
       Meet(RowOf(demands_.constraints[next]));
     }
     EachJointRow([&](const Row& row) { Meet(row); });
-    work_ += static_cast<double>(order_.size() + 3 * demands_.joints.size());
+    EachObstacleRow([&](const Row& row) { Meet(row); });
+    work_ += static_cast<double>(order_.size() + 3 * demands_.joints.size() +
+                                 obstacles_.colliders.size() * x_.size());
+  }
+
+  void SweepPlainly(uint32_t sweeps) {
+    for (uint32_t s = 0; s < sweeps && work_ < kMaxWork; ++s) Sweep(s % 2 == 1);
+  }
+
+  void SpreadErrors() {
+    double before = std::numeric_limits<double>::infinity();
+    double now = Errors().rms;
+    while (work_ < kMaxWork && now > kSweptError && now < kUseful * before) {
+      std::vector<Vector3d> last = x_;
+      for (uint32_t s = 0; s < kHeavySweeps && work_ < kMaxWork; ++s) {
+        const std::vector<Vector3d> here = x_;
+        for (size_t i = 0; i < x_.size(); ++i) x_[i] += kMomentum * (x_[i] - last[i]);
+        last = here;
+        Sweep(s % 2 == 1);
+      }
+      SweepPlainly(kPlainSweeps);
+      before = now;
+      now = Errors().rms;
+    }
   }
 
   bool KeepIfBetter() {
@@ -205,6 +269,7 @@ class Restoration {
       errors[k] = row.error_m;
       for (int axis = 0; axis < 3; ++axis) {
         weighted.insert(k, 3 * Eigen::Index{row.i} + axis) = -std::sqrt(w_[row.i]) * row.n[axis];
+        if (row.j == kNoParticle) continue;
         weighted.insert(k, 3 * Eigen::Index{row.j} + axis) = std::sqrt(w_[row.j]) * row.n[axis];
       }
     }
@@ -219,12 +284,13 @@ class Restoration {
     for (Eigen::Index k = 0; k < weighted.rows(); ++k) {
       const Row& row = rows[static_cast<size_t>(k)];
       motion[row.i] += w_[row.i] * impulses[k] * row.n;
-      motion[row.j] -= w_[row.j] * impulses[k] * row.n;
+      if (row.j != kNoParticle) motion[row.j] -= w_[row.j] * impulses[k] * row.n;
     }
     return motion;
   }
 
   const LengthDemands& demands_;
+  const Obstacles& obstacles_;
   std::span<const double> w_;
   std::vector<Vector3d> x_;
   std::vector<uint32_t> order_;  // of the rigid constraints
@@ -237,7 +303,7 @@ class Restoration {
 }  // namespace
 
 LengthErrors FindLengthErrors(const LengthDemands& demands, std::span<const Vector3d> positions_m) {
-  return Restoration(demands, {positions_m.begin(), positions_m.end()}).Errors();
+  return Restoration(demands, {}, {positions_m.begin(), positions_m.end()}).Errors();
 }
 
 bool NeedsRestoring(const LengthErrors& errors) {
@@ -245,7 +311,12 @@ bool NeedsRestoring(const LengthErrors& errors) {
 }
 
 LengthErrors RestoreLengths(const LengthDemands& demands, std::vector<Vector3d>& positions_m) {
-  return Restoration(demands, positions_m).Run(positions_m);
+  return RestoreLengths(demands, positions_m, {});
+}
+
+LengthErrors RestoreLengths(const LengthDemands& demands, std::vector<Vector3d>& positions_m,
+                            const Obstacles& obstacles) {
+  return Restoration(demands, obstacles, positions_m).Run(positions_m);
 }
 
 }  // namespace drape

@@ -45,13 +45,14 @@ Status ClothMaker::Make(Backend& backend, size_t begin, size_t end) {
 Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   const Placement placement{copy.environment_origin_m,
                             OriginInEnvironment(*model_, copy.transform)};
-  const ParticleState state = PlaceAtStart(*model_, copy.transform, placement);
+  const ParticleState state = PlaceAtStart(*model_, copy.transform, placement, copy.start.get());
   const ClothParameters on_device = OnDevice(*model_, copy.parameters, placement);
   Result<ClothHandle> handle = backend.Create(model_, on_device, state);
   if (!handle.ok()) return handle.status();
   auto description = std::make_shared<const ClothDescription>(ClothDescription{
       creation_.description, model_, copy.parameters, pins_, *plan_, creation_.map_charges});
-  made_.push_back(std::make_shared<ClothRecord>(placement, copy.transform, std::move(description)));
+  made_.push_back(
+      std::make_shared<ClothRecord>(placement, copy.transform, std::move(description), copy.start));
   std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model_, state);
   std::vector<Eigen::Vector3d> targets_m = PinTargets(pins_, placement, starts_m);
   made_.back()->runtime->Begin(*handle, model_, on_device.settings,

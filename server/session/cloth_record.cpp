@@ -40,9 +40,11 @@ void Shift(DistanceMapCollider& solid, const Placement& placement) {
 }  // namespace
 
 ClothRecord::ClothRecord(Placement its_placement, RigidTransform its_transform,
-                         std::shared_ptr<const ClothDescription> description)
+                         std::shared_ptr<const ClothDescription> description,
+                         std::shared_ptr<const ClearStart> start)
     : placement(std::move(its_placement)),
       transform(std::move(its_transform)),
+      start_(std::move(start)),
       description_(std::move(description)) {}
 
 std::shared_ptr<const ClothDescription> ClothRecord::description() const {
@@ -56,7 +58,14 @@ void ClothRecord::ReplaceDescription(std::shared_ptr<const ClothDescription> des
 }
 
 ParticleState ClothRecord::InitialState() const {
-  return PlaceAtStart(*description()->model, transform, placement);
+  return PlaceAtStart(*description()->model, transform, placement, start().get());
+}
+
+std::shared_ptr<const ClearStart> ClothRecord::start() const {
+  if (start_ == nullptr || start_->clearance != StartClearance::kCleared) return start_;
+  const auto model = description()->model;
+  const LengthErrors errors = FindLengthErrors(model->length_demands(), start_->positions_m);
+  return NeedsRestoring(errors) ? nullptr : start_;
 }
 
 Eigen::Vector3d OriginInEnvironment(const SceneModel& model, const RigidTransform& transform) {
@@ -68,13 +77,17 @@ Eigen::Vector3d OriginInEnvironment(const SceneModel& model, const RigidTransfor
 }
 
 ParticleState PlaceAtStart(const SceneModel& model, const RigidTransform& transform,
-                           const Placement& placement) {
+                           const Placement& placement, const ClearStart* start) {
   ParticleState state;
+  state.velocities_m_per_s.assign(model.particle_count(), Eigen::Vector3d::Zero());
+  if (start != nullptr && start->clearance == StartClearance::kCleared) {
+    state.positions_m = start->positions_m;
+    return state;
+  }
   state.positions_m.reserve(model.particle_count());
   for (const Eigen::Vector3d& p : model.start_positions_m()) {
     state.positions_m.push_back(placement.ClothFromEnvironment(transform * p));
   }
-  state.velocities_m_per_s.assign(model.particle_count(), Eigen::Vector3d::Zero());
   return state;
 }
 

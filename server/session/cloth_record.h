@@ -14,6 +14,7 @@
 #include "server/scene/particle_state.h"
 #include "server/scene/placement.h"
 #include "server/scene/scene_model.h"
+#include "server/scene/start_clearance.h"
 #include "server/scheduler/cloth_runtime.h"
 #include "server/session/map_quota.h"
 #include "server/solver/cloth_parameters.h"
@@ -27,6 +28,9 @@ struct ClothCopy {
   // Checked by the caller. Colliders in the ENVIRONMENT frame (not, as solvers want them, in the
   // cloth's own).
   ClothParameters parameters;
+  // Where its particles start in the cloth frame if not as the model says, or that it is caught
+  // (FindClearStarts); null: as the model says.
+  std::shared_ptr<const ClearStart> start{};
 };
 
 // The input of Session::CreateCloths: everything as the client sees it.
@@ -100,8 +104,10 @@ struct ClothDescription {
 // A cloth of a session. Thread-safe.
 class ClothRecord {
  public:
+  // `start` as in ClothCopy.
   ClothRecord(Placement placement, RigidTransform transform,
-              std::shared_ptr<const ClothDescription> description);
+              std::shared_ptr<const ClothDescription> description,
+              std::shared_ptr<const ClearStart> start = nullptr);
 
   // Set once, before other threads see the record.
   ClothId id;
@@ -119,8 +125,11 @@ class ClothRecord {
 
   // The state of creation, computed again from the model: the same bits each time.
   ParticleState InitialState() const;
+  // Of creation, as long as it fits the lengths of the model; else null.
+  std::shared_ptr<const ClearStart> start() const;
 
  private:
+  const std::shared_ptr<const ClearStart> start_;
   mutable std::mutex mutex_;
   std::shared_ptr<const ClothDescription> description_;
 };
@@ -129,9 +138,9 @@ class ClothRecord {
 // single precision so that float and double backends see the same frame. [m], environment frame.
 Eigen::Vector3d OriginInEnvironment(const SceneModel& model, const RigidTransform& transform);
 
-// The model's start positions -> cloth frame, at rest.
+// The model's start positions -> cloth frame, or those of `start` if it has some; at rest.
 ParticleState PlaceAtStart(const SceneModel& model, const RigidTransform& transform,
-                           const Placement& placement);
+                           const Placement& placement, const ClearStart* start = nullptr);
 
 // Environment frame -> cloth frame: the colliders move, everything else stays.
 ClothParameters InClothFrame(const ClothParameters& parameters, const Placement& placement);

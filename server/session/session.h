@@ -36,13 +36,15 @@ struct SessionCommons {
 struct CreatedCloths {
   std::vector<ClothId> ids;  // one per copy, same order
   std::shared_ptr<const SceneModel> model;
-  std::string plan;  // Backend::PlanOf
+  std::string plan;                         // Backend::PlanOf
+  std::shared_ptr<const ClearStart> start;  // ClothCopy::start of one, a cleared one first
 };
 
 // The shape of the first cloth after an update.
 struct UpdatedCloths {
   std::shared_ptr<const SceneModel> model;
   std::string plan;
+  std::shared_ptr<const ClearStart> start;  // ClothRecord::start
 };
 
 struct ClothPage {

@@ -17,6 +17,16 @@ DistanceMapSet MapsOf(const ClothCreation& creation) {
   return maps;
 }
 
+std::shared_ptr<const ClearStart> StartOf(const ClothCreation& creation) {
+  std::shared_ptr<const ClearStart> start;
+  for (const ClothCopy& copy : creation.copies) {
+    if (copy.start == nullptr) continue;
+    if (copy.start->clearance == StartClearance::kCleared) return copy.start;
+    start = copy.start;
+  }
+  return start;
+}
+
 }  // namespace
 
 void Session::CreateCloths(ClothCreation creation,
@@ -36,9 +46,10 @@ void Session::CreateCloths(ClothCreation creation,
   }
   auto model = commons_->models.Share(creation.model);
   const size_t per_slice = ClothsPerSlice(model->particle_count());
+  auto start = StartOf(creation);
   auto maker = std::make_shared<ClothMaker>(std::move(creation), std::move(model));
-  const auto finish = [self = shared_from_this(), maker, done, cloths, particles](
-                          Backend& backend, const Status& status) {
+  const auto finish = [self = shared_from_this(), maker, start = std::move(start), done, cloths,
+                       particles](Backend& backend, const Status& status) {
     Status outcome = status;
     if (outcome.ok() && !self->Publish(maker->made())) {
       outcome = Status(StatusCode::kNotFound, "SESSION_NOT_FOUND", "the session has ended");
@@ -47,6 +58,7 @@ void Session::CreateCloths(ClothCreation creation,
         outcome.ok() ? Result<CreatedCloths>(CreatedCloths{}) : Result<CreatedCloths>(outcome);
     if (outcome.ok()) {
       answer->model = maker->model();
+      answer->start = start;
       answer->plan = maker->made().front()->description()->plan;
       for (const auto& cloth : maker->made()) answer->ids.push_back(cloth->id);
     } else {
@@ -75,13 +87,14 @@ void Session::CheckCloths(ClothCreation creation, std::function<void(Result<Crea
                         uint64_t{creation.model->particle_count()} * creation.copies.size());
   }
   if (status.ok()) {
-    status = commons_->scheduler.Post(
-        [self = shared_from_this(), model = creation.model, done](Backend& backend) {
-          CreatedCloths answer;
-          answer.model = model;
-          answer.plan = backend.PlanOf(*model);
-          self->commons_->scheduler.Complete([done, answer] { done(answer); });
-        });
+    status = commons_->scheduler.Post([self = shared_from_this(), model = creation.model,
+                                       start = StartOf(creation), done](Backend& backend) {
+      CreatedCloths answer;
+      answer.model = model;
+      answer.start = start;
+      answer.plan = backend.PlanOf(*model);
+      self->commons_->scheduler.Complete([done, answer] { done(answer); });
+    });
   }
   if (!status.ok()) done(status);
 }
@@ -115,13 +128,14 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
         const Status outcome = UpdateOnDevice(backend, cloths, change, models);
         if (!outcome.ok()) self->DropEnded(cloths);
         const auto description = cloths.front()->description();
-        self->commons_->scheduler.Complete([done, outcome, description] {
-          if (outcome.ok()) {
-            done(UpdatedCloths{description->model, description->plan});
-          } else {
-            done(outcome);
-          }
-        });
+        self->commons_->scheduler.Complete(
+            [done, outcome, description, start = cloths.front()->start()] {
+              if (outcome.ok()) {
+                done(UpdatedCloths{description->model, description->plan, start});
+              } else {
+                done(outcome);
+              }
+            });
       });
   if (!status.ok()) done(status);
 }

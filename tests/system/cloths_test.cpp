@@ -92,6 +92,44 @@ TEST_F(Cloths, StartsAtItsLengths) {
   EXPECT_FALSE(kept.value.shape().has_start_correction());
 }
 
+// A sheet through the middle of a sphere starts outside, and is reset there; one with a pin in
+// there cannot.
+TEST_F(Cloths, StartsBesideItsColliders) {
+  v1::CreateClothsRequest request = HangingSheet(session_, 12);
+  request.mutable_spec()->clear_pins();
+  const double middle_m = 5.0 / 11;
+  v1::Sphere* sphere =
+      request.mutable_spec()->mutable_environment()->add_colliders()->mutable_sphere();
+  Set(sphere->mutable_center_m(), {middle_m, 0, middle_m});
+  sphere->set_radius_m(0.3);
+  const auto answer = Call(*stub_, &Stub::CreateCloths, request);
+  ASSERT_TRUE(answer.status.ok()) << answer.status.error_message();
+  const v1::StartCorrection& correction = answer.value.shape().start_correction();
+  EXPECT_TRUE(answer.value.shape().has_start_correction());
+  EXPECT_LE(correction.start_error(), 1e-6);
+  const Ids ids = {answer.value.cloth_ids(0)};
+  EXPECT_TRUE(Get(*stub_, session_, ids[0]).shape().has_start_correction());
+  const auto positions = PositionsOf(Read(*stub_, session_, ids));
+  for (size_t k = 0; k < positions.size(); k += 3) {
+    const double x = positions[k] - middle_m, y = positions[k + 1], z = positions[k + 2] - middle_m;
+    EXPECT_GE(std::sqrt(x * x + y * y + z * z), 0.3 - 1e-6) << k / 3;
+  }
+  const std::string start = Bits(*stub_, session_, ids);
+  Step(*stub_, StepsOf(session_, ids, 3));
+  EXPECT_NE(Bits(*stub_, session_, ids), start);
+  v1::ResetClothsRequest reset;
+  reset.set_session(session_);
+  reset.add_cloth_ids(ids[0]);
+  ASSERT_TRUE(Call(*stub_, &Stub::ResetCloths, reset).status.ok());
+  EXPECT_EQ(Bits(*stub_, session_, ids), start);
+
+  request.mutable_spec()->add_pins()->set_particle(5 * 12 + 5);
+  request.set_validate_only(true);
+  const auto held = Call(*stub_, &Stub::CreateCloths, request);
+  ASSERT_TRUE(held.status.ok()) << held.status.error_message();
+  EXPECT_FALSE(held.value.shape().has_start_correction());
+}
+
 // A sheet that hangs by two corners under ten thousand times its weight gets all the substeps that
 // load may add, under its own weight none.
 TEST_F(Cloths, SubstepsFollowTheLoad) {

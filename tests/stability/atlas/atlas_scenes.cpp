@@ -5,6 +5,8 @@
 #include <random>
 #include <utility>
 
+#include "server/solver/cloth_start.h"
+
 namespace drape::test {
 namespace {
 
@@ -120,7 +122,8 @@ Scene JointsTooFarApart() {
   return Particles(particles, {kLinks + 1, kLinks + 2});
 }
 
-// As the server starts cloths that are described so (SceneModel::start_positions_m).
+// As the server starts cloths that are described so (SceneModel::start_positions_m,
+// FindClearStart).
 std::vector<NamedCase> Started(std::vector<NamedCase> described) {
   for (auto& [name, atlas_case] : described) {
     const LengthDemands demands = atlas_case.scene.model->length_demands();
@@ -128,6 +131,11 @@ std::vector<NamedCase> Started(std::vector<NamedCase> described) {
     if (NeedsRestoring(FindLengthErrors(demands, positions_m))) {
       RestoreLengths(demands, positions_m);
     }
+    ClearStart start =
+        FindClearStart(*atlas_case.scene.model, atlas_case.scene.parameters, positions_m);
+    if (start.clearance != StartClearance::kCleared) continue;
+    positions_m = std::move(start.positions_m);
+    atlas_case.allowed_gain_j = 0;  // no contact pushes it out
   }
   return described;
 }
@@ -326,6 +334,26 @@ AtlasCase TeleportingPins(double distance_m, double time_step_s) {
     return targets;
   };
   return jumping;
+}
+
+std::vector<NamedCase> CaughtCases() {
+  const auto across = [](const Collider& collider, const std::vector<uint32_t>& pins = {}) {
+    AtlasCase start{.scene = Grid(kStartSide, kStartSide, 1, 1, pins)};
+    start.scene.parameters.colliders = {collider, FloorBelow()};
+    start.scene.parameters.friction_static = 0.5;
+    start.scene.parameters.friction_dynamic = 0.4;
+    return start;
+  };
+  AtlasCase tilted = across(SphereCollider{{0.5, 0, 0.5}, 0.3});
+  for (Vector3d& p : tilted.scene.state.positions_m) {
+    p = Eigen::AngleAxisd(0.8, Vector3d::UnitZ()) * (p - Vector3d(0.5, 0, 0)) + Vector3d(0.5, 0, 0);
+  }
+  return Started({{"sphere, between particles", across(SphereCollider{{0.5, 0.05, 0.5}, 0.3})},
+                  {"sphere, tilted", std::move(tilted)},
+                  {"sphere, held by a corner", across(SphereCollider{{0.5, 0, 0.5}, 0.3}, {0})},
+                  {"sphere at the rim", across(SphereCollider{{0.9, 0, 0.5}, 0.3})},
+                  {"capsule", across(CapsuleCollider{{0.2, 0, 0.5}, {0.8, 0, 0.5}, 0.1})},
+                  {"box", across(BoxCollider{{0.5, 0.02, 0.5}, {0.2, 0.2, 0.2}})}});
 }
 
 std::vector<NamedCase> SoakCases() {

@@ -21,8 +21,10 @@ using NamedCase = std::pair<std::string, AtlasCase>;
 // Constraints that contradict each other, of which there are more than motions, or that lock.
 std::vector<NamedCase> ConstraintCases();
 // Starts without direction, volume or room. Where positions violate the lengths, both lists have
-// what the server makes of them (scene/start_positions.h).
+// what the server makes of them (scene/start_positions.h, solver/cloth_start.h).
 std::vector<NamedCase> StartCases();
+// Neighbours of the last of them: sheets described through the middle of a collider, over a floor.
+std::vector<NamedCase> CaughtCases();
 
 // A free sheet that hits a collider at this speed. By place: sphere, plane, thin box, capsule.
 std::vector<std::string> ImpactColliders();

@@ -1,0 +1,49 @@
+// Where a cloth starts that is described caught in a collider: contacts would push the ends of a
+// link out to either side, and the cloth would stay around the collider, stretched.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/scene/obstacles.h"
+
+namespace drape {
+
+// A link whose ends are both inside a collider is caught where, each out by the nearest way, they
+// are farther apart than this many times its length [-] (or than they are described, if that is
+// more). On a surface of radius R that is deeper than R/2, at an edge of a box deeper than 0.7 of
+// the length, and never where both ends are less deep than half the length. Smaller: cloths that
+// lie a little deep in a tight curve would be moved, and contacts bring those out without harm.
+// Larger: what contacts tear starts as it is described.
+inline constexpr double kCaughtRatio = 2;
+
+enum class StartClearance : uint8_t {
+  kFree,     // no link is caught: starts as described
+  kCleared,  // starts beside the colliders
+  kCaught,   // no place was found that is good enough: starts as described
+};
+
+struct ClearStart {
+  StartClearance clearance = StartClearance::kFree;
+  std::vector<Eigen::Vector3d> positions_m{};  // kCleared only
+  LengthErrors errors{};                       // of positions_m, obstacles included
+};
+
+// Looks for caught links. Particles that hang together inside a collider by links, some of them
+// caught, are led out to one side of the sheet that they are part of: along its normal there, to
+// the side that takes the least motion (sum m |dx|^2), `up` (unit) where that is about the same.
+// Then lengths are restored with the colliders as obstacles (RestoreLengths). Where that is not
+// good enough the other side is tried, then the nearest ways out. Good enough are errors that need
+// no restoring (NeedsRestoring), with no link caught.
+//
+// Rigid links keep their lengths; compliant ones get no longer than they are described; springs are
+// not looked at. Pins stay: a link that is caught with one of its ends pinned cannot be freed.
+// Without caught links, one look at each particle and collider, and at the links of those that have
+// particles inside. A pure function, the same bits every time. Any thread.
+ClearStart ClearOfObstacles(const LengthDemands& demands, const Obstacles& obstacles,
+                            const Eigen::Vector3d& up,
+                            std::span<const Eigen::Vector3d> positions_m);
+
+}  // namespace drape

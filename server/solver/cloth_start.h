@@ -1,0 +1,18 @@
+// Where a cloth starts among its colliders.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+
+#include "server/scene/scene_model.h"
+#include "server/scene/start_clearance.h"
+#include "server/solver/cloth_parameters.h"
+
+namespace drape {
+
+// ClearOfObstacles, of the colliders where they are when the cloth is made, up against gravity. All
+// in the cloth's own frame. Milliseconds to seconds where links are caught. Any thread.
+ClearStart FindClearStart(const SceneModel& model, const ClothParameters& parameters,
+                          std::span<const Eigen::Vector3d> positions_m);
+
+}  // namespace drape
