@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <string>
 #include <utility>
 #include <variant>
 
@@ -71,12 +72,19 @@ std::shared_ptr<const ClearStart> FindStartOf(const SceneModel& model, const Clo
 
 Status FindClearStarts(ClothCreation& creation, const std::function<Status()>& stop_reason) {
   const ClothCopy* before = nullptr;
+  uint32_t searches = 0;
   for (ClothCopy& copy : creation.copies) {
     if (!copy.parameters.colliders.empty()) {
       DRAPE_RETURN_IF_ERROR(stop_reason());
-      copy.start = before != nullptr && AreAlike(*before, copy)
-                       ? before->start
-                       : FindStartOf(*creation.model, copy);
+      const bool is_known = before != nullptr && AreAlike(*before, copy);
+      copy.start = is_known ? before->start : FindStartOf(*creation.model, copy);
+      searches += !is_known && copy.start != nullptr;
+      if (searches > kMaxCaughtStarts) {
+        return {StatusCode::kResourceExhausted, "CAUGHT_STARTS",
+                "more than " + std::to_string(kMaxCaughtStarts) +
+                    " cloths of the request are caught in colliders, each lying in another way: "
+                    "place them outside, or make them in several requests"};
+      }
     }
     before = &copy;
   }

@@ -63,6 +63,16 @@ TEST_F(ClearStartsTest, FarAwayIsTheSame) {
   EXPECT_EQ(here.copies[0].start->positions_m, there.copies[0].start->positions_m);
 }
 
+TEST_F(ClearStartsTest, ARequestHasSoManySearches) {
+  std::vector<Vector3d> offsets_m;
+  for (uint32_t k = 0; k < kMaxCaughtStarts; ++k) offsets_m.emplace_back(0, 0.001 * k, 0);
+  ClothCreation most = PairsIn(offsets_m);
+  ASSERT_TRUE(FindClearStarts(most, GoOn).ok());
+  offsets_m.emplace_back(0, -0.1, 0);
+  ClothCreation more = PairsIn(offsets_m);
+  EXPECT_EQ(FindClearStarts(more, GoOn).reason(), "CAUGHT_STARTS");
+}
+
 TEST_F(ClearStartsTest, StopsWhenAsked) {
   ClothCreation creation = PairsIn({Vector3d::Zero()});
   const Status status =
