@@ -54,8 +54,8 @@ const std::map<std::string, SwitchCase>& Cases() {
       {"spring_integration", {StirredSheet, "substeps: 20", ""}},
       {"sweep", {StirredSheet, "", ""}},
       {"integration", {StirredSheet, "", ""}},
-      // Substeps of 7 ms: shorter ones and longer ones make BLENDED one of the others.
-      {"direction", {HungSheet, "integration: ONE_STEP time_step_s: 0.0568 substeps: 8", ""}},
+      // Substeps of 1.65 ms: shorter ones and longer ones make BLENDED one of the others.
+      {"direction", {HungSheet, "integration: ONE_STEP time_step_s: 0.0132 substeps: 8", ""}},
       {"velocity_iterations", {HungSheet, "integration: ONE_STEP", "velocity_iterations: 2"}},
       {"twist_damping_per_s", {StirredSheet, "", "twist_damping_per_s: 300"}},
       // Not of the step itself: the server raises the substeps.
