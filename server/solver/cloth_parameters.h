@@ -106,8 +106,10 @@ inline double EndShare(const SceneModel& model, const ClothParameters& parameter
     return std::clamp((gamma - begin) / (end - begin), 0.0, 1.0);
   };
   const double of_weight = share(WeightGamma(model, parameters), kBlendBegin, kBlendEnd);
-  // A chain or a tree has no cells that could flutter.
-  if (model.constraint_count() < model.particle_count()) return of_weight;
+  // A chain or a tree has no cells that could flutter; where masses differ much the weight on a pin
+  // says little of a hem, and end directions stretch more.
+  const bool has_cells = model.constraint_count() >= model.particle_count();
+  if (!has_cells || model.held_mass_ratio() > kMaxHeldMassRatio) return of_weight;
   return std::max(of_weight, share(LoadRatio(model, parameters), kWhipBegin, kWhipEnd));
 }
 
