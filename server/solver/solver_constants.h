@@ -53,10 +53,9 @@ inline constexpr double kMaxStripMove = 1;
 inline constexpr double kBlendBegin = 0.15;
 inline constexpr double kBlendEnd = 0.30;
 // The same for the weight over the number of pins, where links form cells: what hangs by few pins
-// whips with its hem, whose cells flutter. Sheets beside a collider that they never touch, gravity
-// tilted by up to 10 degrees, largest strain within 5 s, start / end directions: 16 x 16 on one
-// corner (0.0039) 1.5 / 1.7 %, 24 x 24 on two (0.0067) 6.3 / 1.1 %, 32 x 32 on two (0.016) faults
-// / 2.6 %.
+// whips with its hem, whose cells flutter. Largest strain beside a collider that is never touched,
+// start / end directions (DirectionLong in tests/physics): 24 x 24 on two corners (Gamma per pin
+// 0.0067) 11 / 1.3 %, 32 x 32 (0.016) 8 of 64 fault / 3.7 %.
 inline constexpr double kWhipBegin = 0.004;
 inline constexpr double kWhipEnd = 0.008;
 // At most so many times the substeps of its settings does a cloth get for its load [-]. Larger: one

@@ -2,6 +2,9 @@
 // and what the velocity stage takes.
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
+#include <utility>
+#include <vector>
 
 #include "tests/physics/chain_scene.h"
 #include "tests/physics/preset_test.h"
@@ -187,6 +190,60 @@ TEST_P(DirectionTest, AWhippingHemBesideAFarColliderHolds) {
 }
 
 DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(DirectionTest);
+
+// What 64 cloths do within 4 s, their gravities spread over a cone of 10 degrees, above a floor
+// that they never touch.
+struct TiltedPlay {
+  int faults = 0;
+  double max_strain = 0;  // of those that go on
+};
+
+TiltedPlay PlayTilted(uint32_t side, const std::vector<uint32_t>& pins, Direction direction) {
+  constexpr uint32_t kCloths = 64;
+  Backend& backend = SharedBackend("cpu");
+  Scene scene = Grid(side, side, 1, 1, pins);
+  scene.parameters.settings = PresetSettings(Preset::kRealtime);
+  scene.parameters.settings.direction = direction;
+  scene.parameters.colliders = {PlaneCollider{{0, -3, 0}, {0, 1, 0}}};
+  std::vector<StepItem> items;
+  for (uint32_t k = 0; k < kCloths; ++k) {
+    const double turn = k * M_PI * (std::sqrt(5.0) - 1);  // golden angle: an even spread
+    const double tilt = M_PI / 18 * std::sqrt((k + 0.5) / kCloths);
+    scene.parameters.gravity_m_per_s2 =
+        9.81 *
+        Vector3d(std::sin(tilt) * std::cos(turn), -std::cos(tilt), std::sin(tilt) * std::sin(turn));
+    items.push_back({CreateCloth(backend, scene), {}, true});
+  }
+  TiltedPlay play;
+  for (int step = 0; step < 240; ++step) {
+    play.faults = 0;
+    for (const StepReport& report : backend.Step(items).reports) {
+      const bool is_faulted = report.fault != FaultReason::kNone;
+      play.faults += is_faulted;
+      if (!is_faulted) play.max_strain = std::max(play.max_strain, report.measured.max_strain);
+    }
+  }
+  for (const StepItem& item : items) backend.Destroy(item.cloth);
+  return play;
+}
+
+// The figures beside kWhipBegin are those that this prints.
+TEST(DirectionLong, TiltedSheetsAboveAFloorHold) {
+  const std::vector<std::pair<uint32_t, std::vector<uint32_t>>> sheets = {
+      {16, {0}}, {24, {0, 23}}, {32, {0, 31}}};
+  for (const auto& [side, pins] : sheets) {
+    for (const Direction direction :
+         {Direction::kAtStart, Direction::kAtEnd, Direction::kBlended}) {
+      const TiltedPlay play = PlayTilted(side, pins, direction);
+      std::printf("%u x %u, %zu pins, direction %d: %d of 64 fault, max strain %.1f %%\n", side,
+                  side, pins.size(), static_cast<int>(direction), play.faults,
+                  100 * play.max_strain);
+      if (direction == Direction::kAtStart) continue;
+      EXPECT_EQ(play.faults, 0);
+      EXPECT_LE(play.max_strain, 0.1) << "what the stability atlas calls survival";
+    }
+  }
+}
 
 }  // namespace
 }  // namespace drape::test
