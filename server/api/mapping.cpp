@@ -164,6 +164,7 @@ v1::StepSettings ToProto(const StepSettings& settings) {
   message.set_frame_budget_ms(settings.frame_budget_ms);
   message.set_load_limit(settings.load_limit);
   message.set_sleep_motion_m(settings.sleep_motion_m);
+  message.set_refine_above_strain(settings.refine_above_strain);
   return message;
 }
 

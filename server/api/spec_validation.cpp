@@ -268,6 +268,9 @@ StepSettings CheckSettings(const FieldPath& path, const v1::StepSettings& settin
   if (settings.has_twist_damping_per_s()) {
     overrides.twist_damping_per_s = settings.twist_damping_per_s();
   }
+  if (settings.has_refine_above_strain()) {
+    overrides.refine_above_strain = settings.refine_above_strain();
+  }
   if (settings.has_time_step_s()) overrides.time_step_s = settings.time_step_s();
   if (settings.has_substeps()) overrides.substeps = settings.substeps();
   if (settings.has_max_iterations()) overrides.max_iterations = settings.max_iterations();

@@ -57,6 +57,8 @@ struct SolverChoice {
   bool has_strips = false;
   bool has_colours = false;
   bool has_two_steps = false;
+  // Strain from which links that strips leave are solved again; 0: none are.
+  double refine_above_strain = 0;
   // Of the direction of a link at the end of the substep in that of its impulses; the rest is the
   // one at its start. [0, 1].
   double end_share = 1;
@@ -113,6 +115,18 @@ inline double EndShare(const SceneModel& model, const ClothParameters& parameter
   return std::max(of_weight, share(LoadRatio(model, parameters), kWhipBegin, kWhipEnd));
 }
 
+// SolverChoice::refine_above_strain of a choice that is made otherwise. Strips of one phase leave
+// nothing, what gives way has no strain to be measured by, and along start directions links that
+// turn are left to the substeps. Never below the tolerance: a sweep that changed nothing has left
+// nothing to refine.
+inline double RefineAboveStrain(const SceneModel& model, const StepSettings& settings,
+                                const SolverChoice& choice) {
+  const bool is_refined = settings.refine_above_strain > 0 && choice.has_strips &&
+                          model.strips().phase_count() > 1 && choice.end_share == 1 &&
+                          !model.has_compliance();
+  return is_refined ? std::max(settings.refine_above_strain, settings.tolerance) : 0;
+}
+
 // Strips hold plain constraints of the model's lengths only: with ropes, struts or
 // `has_own_lengths` (driven rest lengths) the sweeps have colours. Two steps need strips and
 // nothing abrupt: contacts are not smooth, springs alone are better off with velocity Verlet, and
@@ -131,9 +145,11 @@ inline SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters&
                          settings.substeps > 1 && model.constraint_count() > 0 &&
                          model.joint_count() == 0 && parameters.colliders.empty() &&
                          !has_spring_forces && model.held_mass_ratio() <= kMaxHeldMassRatio;
-  if (choice.has_two_steps) return choice;
-  choice.end_share = EndShare(model, parameters);
-  if (!has_own_lengths) choice.velocity_iterations = settings.velocity_iterations;
+  if (!choice.has_two_steps) {
+    choice.end_share = EndShare(model, parameters);
+    if (!has_own_lengths) choice.velocity_iterations = settings.velocity_iterations;
+  }
+  choice.refine_above_strain = RefineAboveStrain(model, settings, choice);
   return choice;
 }
 

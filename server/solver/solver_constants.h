@@ -46,6 +46,10 @@ inline constexpr double kMinStripPivotAtPin = 1e-2;
 // slow recovery of stretched cloths; larger: links may turn over.
 inline constexpr double kMaxStripMove = 1;
 
+// Sweeps over the links that refinement solves again [-]. One leaves more of the errors; of more
+// than two nothing was gained (tests/bench/README.md).
+inline constexpr unsigned kRefineSweeps = 2;
+
 // Direction BLENDED: impulses act along the links as they were at the start of the substep where
 // Gamma = h^2 T / (m L), with the whole weight of the cloth as T, is at most the first number, as
 // they will be at its end from the second on [-]. Larger: start directions are unstable from about

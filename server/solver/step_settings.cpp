@@ -6,6 +6,8 @@
 #include <sstream>
 #include <string>
 
+#include "server/solver/solver_constants.h"
+
 namespace drape {
 
 namespace {
@@ -44,6 +46,7 @@ StepSettings PresetSettings(Preset preset) {
       settings.max_iterations = 1;
       settings.tolerance = 0;
       settings.twist_damping_per_s = 150;
+      settings.refine_above_strain = 2e-3;
       settings.load_limit = 0.15;
       settings.sleep_motion_m = 1e-5;
       break;
@@ -86,6 +89,7 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
   if (overrides.velocity_iterations) settings.velocity_iterations = *overrides.velocity_iterations;
   if (overrides.sweep) settings.sweep = *overrides.sweep;
   if (overrides.twist_damping_per_s) settings.twist_damping_per_s = *overrides.twist_damping_per_s;
+  if (overrides.refine_above_strain) settings.refine_above_strain = *overrides.refine_above_strain;
   if (overrides.sleep_motion_m) settings.sleep_motion_m = *overrides.sleep_motion_m;
   if (overrides.frame_budget_ms) settings.frame_budget_ms = *overrides.frame_budget_ms;
   if (overrides.spring_integration) settings.spring_integration = *overrides.spring_integration;
@@ -108,6 +112,8 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
         "[0, 1)");
   check(settings.twist_damping_per_s >= 0 && settings.twist_damping_per_s <= kMaxTwistDamping_per_s,
         "twist_damping_per_s", settings.twist_damping_per_s, "[0, 1e+06] 1/s");
+  check(settings.refine_above_strain >= 0 && settings.refine_above_strain < 1,
+        "refine_above_strain", settings.refine_above_strain, "[0, 1)");
   check(settings.frame_budget_ms >= 0 && settings.frame_budget_ms <= kMaxFrameBudget_ms,
         "frame_budget_ms", settings.frame_budget_ms, "[0, 10000] ms");
   check(settings.load_limit >= 0 && settings.load_limit <= kMaxLoadLimit, "load_limit",
@@ -125,7 +131,8 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
 
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count) {
   const double sweeps = double{1} * settings.substeps * settings.max_iterations;
-  const double solvers = settings.sweep == Sweep::kStripsThenColours ? 2 : 1;
+  const double solvers = (settings.sweep == Sweep::kStripsThenColours ? 2 : 1) +
+                         (settings.refine_above_strain > 0 ? kRefineSweeps : 0);
   const double constraints =
       solvers * (double{1} * model.constraint_count() + model.dropped_constraints()) +
       model.joint_count();

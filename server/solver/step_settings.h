@@ -55,6 +55,10 @@ struct StepSettings {
   // Rate at which the twist of a grid's cells is damped [1/s], see server/solver/README.md; 0 =
   // none.
   double twist_damping_per_s = 0;
+  // Links that a sweep of strips leaves farther than this share of their length from it are solved
+  // again at once, with their neighbours (server/solver/README.md, "Refinement"). [0, 1); 0 =
+  // never.
+  double refine_above_strain = 0;
   // Wall time that a step should take at most [ms], [0, kMaxFrameBudget_ms]; 0 = none. Backends do
   // not know it: the scheduler turns it into StepItem::max_iterations
   // (server/scheduler/frame_budget.h).
@@ -89,6 +93,7 @@ struct StepSettingsOverrides {
   std::optional<uint32_t> velocity_iterations{};
   std::optional<Sweep> sweep{};
   std::optional<double> twist_damping_per_s{};
+  std::optional<double> refine_above_strain{};
   std::optional<double> frame_budget_ms{};
   // Default 0 where `substeps` is set, else the preset's.
   std::optional<double> load_limit{};
@@ -118,7 +123,7 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
 
 // Upper bound on the solves of one step: substeps * (max_iterations * (constraints + joints + 2 *
 // springs + particles * (1 + colliders)) + 2 * triangles + 4 * particles), the last with tethers
-// only. Constraints that the model has left out count, other pins may bring them back; so do
+// only; with refinement as many more times the constraints as it has sweeps. Constraints that the model has left out count, other pins may bring them back; so do
 // triangles without air forces, which may come while the cloth runs.
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count);
 

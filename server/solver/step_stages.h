@@ -13,6 +13,7 @@ namespace drape {
 //   tether          no particle farther from its pins than the cloth between them allows
 //   until no error exceeds the tolerance, at most max_iterations times:
 //     solve_strips    per phase of strips: the impulses that remove the errors of a whole path
+//     refine          likewise, of the links that the strips have left far off and their neighbours
 //     solve_distance  per colour: the impulse that removes each constraint's error at p + h u
 //     solve_joints    per colour of the joints: likewise for point joints
 //     solve_contacts  per particle: gap >= 0 at p + h u, Coulomb friction against h u
@@ -32,6 +33,7 @@ enum class StepStage {
   kDampTwist,
   kTether,
   kSolveStrips,
+  kRefine,
   kSolveDistance,
   kSolveJoints,
   kSolveContacts,

@@ -216,6 +216,7 @@ class ReferenceStep {
       if (solver_.has_strips) {
         has_changed |= SolveStrips({model_, base_, solver_.end_share, h_, tolerance_}, u_, lambda_);
       }
+      if (solver_.refine_above_strain > 0) Refine();
       if (solver_.has_colours) has_changed |= SolveDistance();
       has_changed |= SolveJoints();
       has_changed |= SolveContacts();
@@ -236,22 +237,54 @@ class ReferenceStep {
   bool SolveDistance() {
     bool has_changed = false;
     for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
-      const auto [i, j, model_length, compliance, kind] = model_.constraints()[index];
-      const Vector3d d = PredictedDifference(i, j);
-      const double length = d.norm();
-      const double error = DistanceError(index, length);
-      if (tolerance_ > 0 && !(std::abs(error) > tolerance_ * rest_lengths_[index])) continue;
-
-      const auto [n, slope] = BlendDirections(base_[j] - base_[i], d, solver_.end_share);
-      const double impulse = AdmissibleImpulse(
-          kind, lambda_[index], -error / h_ / ((w_[i] + w_[j]) * slope + compliance / (h_ * h_)));
-      if (kind != ConstraintKind::kEqual && impulse == 0) continue;  // slack
-      lambda_[index] += impulse;
-      u_[i] -= w_[i] * impulse * n;
-      u_[j] += w_[j] * impulse * n;
-      has_changed = true;
+      has_changed |= SolveConstraint(index, tolerance_);
     }
     return has_changed;
+  }
+
+  // Returns whether there was anything to solve.
+  bool SolveConstraint(uint32_t index, double tolerance) {
+    const auto [i, j, model_length, compliance, kind] = model_.constraints()[index];
+    const Vector3d d = PredictedDifference(i, j);
+    const double length = d.norm();
+    const double error = DistanceError(index, length);
+    if (tolerance > 0 && !(std::abs(error) > tolerance * rest_lengths_[index])) return false;
+
+    const auto [n, slope] = BlendDirections(base_[j] - base_[i], d, solver_.end_share);
+    const double impulse = AdmissibleImpulse(
+        kind, lambda_[index], -error / h_ / ((w_[i] + w_[j]) * slope + compliance / (h_ * h_)));
+    if (kind != ConstraintKind::kEqual && impulse == 0) return false;  // slack
+    lambda_[index] += impulse;
+    u_[i] -= w_[i] * impulse * n;
+    u_[j] += w_[j] * impulse * n;
+    return true;
+  }
+
+  // Where the strips solved last have pulled links of the ones before far from their lengths, these
+  // and all links at their ends are solved one by one, in order of the colours.
+  void Refine() {
+    const std::vector<bool> is_far_off = EndsOfLinksFarOff();
+    for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
+      for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
+        const DistanceConstraint& constraint = model_.constraints()[index];
+        if (is_far_off[constraint.i] || is_far_off[constraint.j]) SolveConstraint(index, 0);
+      }
+    }
+  }
+
+  // [particle_count]; the last phase of strips leaves nothing.
+  std::vector<bool> EndsOfLinksFarOff() const {
+    const StripSet& strips = model_.strips();
+    const uint32_t last_phase = strips.phase_offsets[strips.phase_count() - 1];
+    std::vector<bool> is_far_off(model_.particle_count(), false);
+    for (uint32_t k = 0; k < strips.strip_offsets[last_phase]; ++k) {
+      const DistanceConstraint& constraint = model_.constraints()[strips.constraints[k]];
+      const double length = PredictedDifference(constraint.i, constraint.j).norm();
+      const double error = std::abs(length - constraint.rest_length_m);
+      if (!(error > solver_.refine_above_strain * constraint.rest_length_m)) continue;
+      is_far_off[constraint.i] = is_far_off[constraint.j] = true;
+    }
+    return is_far_off;
   }
 
   // C + (alpha/h) lambda of a joint, with C = p_j - p_i at the end of the substep.
