@@ -123,8 +123,9 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
 
 // Upper bound on the solves of one step: substeps * (max_iterations * (constraints + joints + 2 *
 // springs + particles * (1 + colliders)) + 2 * triangles + 4 * particles), the last with tethers
-// only; with refinement as many more times the constraints as it has sweeps. Constraints that the model has left out count, other pins may bring them back; so do
-// triangles without air forces, which may come while the cloth runs.
+// only; with refinement as many more times the constraints as it has sweeps. Constraints that the
+// model has left out count, other pins may bring them back; so do triangles without air forces,
+// which may come while the cloth runs.
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count);
 
 // Whether the stage `tether` has anything to do.

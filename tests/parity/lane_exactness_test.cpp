@@ -159,6 +159,14 @@ std::vector<Case> Cases() {
       cases.push_back({*scene});
     }
   }
+  for (const double tolerance : {0.0, 1e-3}) {
+    Scene refined = Sheet(tolerance > 0 ? "refined_to_tolerance" : "refined", Preset::kRealtime);
+    refined.parameters.settings.substeps = 6;
+    refined.parameters.settings.max_iterations = tolerance > 0 ? 5 : 1;
+    refined.parameters.settings.tolerance = tolerance;
+    refined.parameters.settings.refine_above_strain = 1e-5;
+    cases.push_back({refined, tolerance > 0});
+  }
   cases.push_back({With(CompliantSheet(7, 0), "springs_in_force", Preset::kPaper), true});
   cases.back().scene.parameters.settings.tolerance = 0.02;
   cases.push_back({With(ExplosiveSheet(6), "explosive", Preset::kRealtime)});

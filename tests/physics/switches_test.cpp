@@ -58,7 +58,7 @@ const std::map<std::string, SwitchCase>& Cases() {
       {"direction", {HungSheet, "integration: ONE_STEP time_step_s: 0.0132 substeps: 8", ""}},
       {"velocity_iterations", {HungSheet, "integration: ONE_STEP", "velocity_iterations: 2"}},
       {"twist_damping_per_s", {StirredSheet, "", "twist_damping_per_s: 300"}},
-      {"refine_above_strain", {StirredSheet, "substeps: 4", "refine_above_strain: 1e-6"}},
+      {"refine_above_strain", {HungSheet, "substeps: 4", "refine_above_strain: 1e-6"}},
       // Not of the step itself: the server raises the substeps.
       {"load_limit", {HungSheet, "load_limit: 0", "load_limit: 1e-6"}},
       // Nor this: the scheduler caps the sweeps, one as long as nothing is measured.

@@ -79,6 +79,7 @@ TEST_F(Naming, RealNumbersCarryTheirUnit) {
                                               "described_error",
                                               "start_error",
                                               "load_limit",
+                                              "refine_above_strain",
                                               "tolerance",
                                               "max_strain",
                                               "rms_strain",

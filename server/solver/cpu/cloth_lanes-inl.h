@@ -44,6 +44,17 @@ inline ClothMask& operator&=(ClothMask& a, ClothMask b) {
 inline bool IsAnyLaneSet(ClothMask mask) {
   return !hn::AllFalse(LaneTag(), mask.m);
 }
+// A bit of each cloth, the first one lowest.
+inline uint32_t BitsOf(ClothMask mask) {
+  uint8_t bytes[8] = {};
+  hn::StoreMaskBits(LaneTag(), mask.m, bytes);
+  return bytes[0] | uint32_t{bytes[1]} << 8;
+}
+inline ClothMask MaskOf(uint32_t bits) {
+  // Eight bytes: what Highway may read.
+  const uint8_t bytes[8] = {static_cast<uint8_t>(bits), static_cast<uint8_t>(bits >> 8)};
+  return {hn::LoadMaskBits(LaneTag(), bytes)};
+}
 
 struct ClothLanes {
   hn::Vec<LaneTag> v;

@@ -264,6 +264,62 @@ bool SolveDistance(const StepContext& context) {
   return ChooseSweep<>(context);
 }
 
+// The impulse that removes the error of a rigid link, along its direction at the end of the
+// substep.
+void SolveLink(const StepContext& context, uint32_t place) {
+  const DistanceGroup& group = context.model.groups[place / kLaneCount];
+  const uint32_t lane = place % kLaneCount;
+  const uint32_t i = group.i[lane], j = group.j[lane];
+  const Lanes* const p = context.scratch.state.positions.data();
+  Lanes* const u = context.scratch.state.velocities.data();
+  Lanes d = PredictedDifference(p[i], p[j], u[i], u[j], context.substep.interval);
+  const float length = Length(d);
+  float divisor = length;
+  if (length < kMinDirectionLength) [[unlikely]] {
+    d = Lanes{1, 0, 0, 0};
+    divisor = 1;
+  }
+  const float weight = group.inverse_mass_i[lane] + group.inverse_mass_j[lane];
+  const float impulse =
+      DistanceImpulse(length - group.rest_length[lane], context.substep.inverse_interval, weight);
+  const float impulse_per_length = impulse / divisor;
+  u[i] -= (group.inverse_mass_i[lane] * impulse_per_length) * d;
+  u[j] += (group.inverse_mass_j[lane] * impulse_per_length) * d;
+}
+
+// Links that strips have left far off, and those at their ends, one by one. The strips of the last
+// phase have just been solved.
+void Refine(const StepContext& context) {
+  const StripSet& strips = context.model.source->strips();
+  const RefineLimits& limits = context.controls.refine_limits;
+  const Lanes* const p = context.scratch.state.positions.data();
+  const Lanes* const u = context.scratch.state.velocities.data();
+  Refinement& refinement = context.scratch.refinement;
+  refinement.Begin(context.model.particle_count);
+  const uint32_t strip_count = strips.phase_offsets[strips.phase_count() - 1];
+  for (uint32_t s = 0; s < strip_count; ++s) {
+    uint32_t from = strips.particles[strips.strip_offsets[s] + s];
+    Lanes start = p[from] + context.substep.interval * u[from];
+    for (uint32_t k = strips.strip_offsets[s]; k < strips.strip_offsets[s + 1]; ++k) {
+      const uint32_t to = strips.particles[k + s + 1];
+      const Lanes end = p[to] + context.substep.interval * u[to];
+      const Lanes d = end - start;
+      const float length_sq = Dot(d, d);
+      const float rest_length_sq = context.model.strip_lengths_sq[k];
+      if (length_sq < limits.min_sq * rest_length_sq ||
+          length_sq > limits.max_sq * rest_length_sq) {
+        refinement.Mark(from, to, 1);
+      }
+      from = to;
+      start = end;
+    }
+  }
+  const std::span<const RefinedLink> links = refinement.TakeLinks(context.model);
+  for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
+    for (const RefinedLink& link : links) SolveLink(context, link.place);
+  }
+}
+
 // Bender et al. 2009, section 3.1, eq. 1: p = b + H u; the velocities become v = u + a H/2, with
 // two steps they are u.
 void Integrate(const StepContext& context) {
@@ -326,6 +382,7 @@ void Solve(const StepContext& context, StepReport& report) {
     ++report.iterations;
     // All always run: a contact can break what the distances have just met.
     bool has_changed = controls.solver.has_strips && SolveStrips(context);
+    if (controls.has_refinement()) Refine(context);
     if (controls.solver.has_colours) has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
     has_changed |= SolveContacts(context);

@@ -7,6 +7,7 @@
 #include "server/solver/cpu/collider_surface.h"
 #include "server/solver/cpu/float_controls.h"
 #include "server/solver/cpu/float_model.h"
+#include "server/solver/cpu/refine.h"
 #include "server/solver/cpu/wide_lanes.h"
 #include "server/solver/step_report.h"
 #include "server/solver/substep_schedule.h"
@@ -71,7 +72,8 @@ struct StepScratch {
   std::vector<StripLinkSolution<WideLanes, WideVectors>> strip_links;
   std::vector<WideVectors> end_directions;  // of their links; only with start directions
   std::vector<Lanes> twists;                // [row of cells, two of them][column]
-  std::vector<Lanes> joint_impulses;        // Lambda, [joint_count] [N s]
+  Refinement refinement;
+  std::vector<Lanes> joint_impulses;  // Lambda, [joint_count] [N s]
   std::vector<Lanes> rest_lengths;  // [group_count] [m] at the end of the substep; only of its own
   std::vector<ContactImpulses> contacts;  // [particle_count][collider_count]
   // [collider_count] in the substep under way; empty if they all rest as described.

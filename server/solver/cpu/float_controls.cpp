@@ -56,7 +56,8 @@ Gap FloatCollider::GapOfLargerShape(Lanes q) const {
 FloatControls::FloatControls(const FloatModel& model, const ClothParameters& parameters,
                              bool has_own_lengths)
     : solver(ChooseSolver(*model.source, parameters, has_own_lengths)),
-      schedule(*model.source, parameters, solver.has_two_steps) {
+      schedule(*model.source, parameters, solver.has_two_steps),
+      refine_limits(solver.refine_above_strain) {
   const StepSettings& settings = parameters.settings;
   const double substep_s = settings.substep_s();
   const double tolerance_met = SinglePrecisionTolerance(settings.tolerance, *model.source);

@@ -8,6 +8,7 @@
 #include "server/solver/cpu/constraint_math.h"
 #include "server/solver/cpu/distance_map_gap.h"
 #include "server/solver/cpu/float_model.h"
+#include "server/solver/cpu/refine.h"
 #include "server/solver/step_report.h"
 #include "server/solver/substep_schedule.h"
 
@@ -51,6 +52,7 @@ struct FloatControls {
   float h;                       // substep [s]
   float inverse_h;               // [1/s]
   float tolerance;               // relative to the rest length; 0 = fixed number of sweeps
+  RefineLimits refine_limits;    // of links that are not far off
   float contact_tolerance;       // [m]
   float depenetration_distance;  // [m] per substep
   float friction_static;
@@ -65,6 +67,7 @@ struct FloatControls {
   std::vector<FloatCollider> colliders;
   float end_share;  // of the direction at the end of the substep in that of an impulse, [0, 1]
   bool has_start_directions() const { return end_share < 1; }
+  bool has_refinement() const { return solver.refine_above_strain > 0; }
   bool use_tethers;
   bool has_air_forces;
   bool has_half_kicks;     // springs by half kicks

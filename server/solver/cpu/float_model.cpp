@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
 #include <span>
 #include <tuple>
 #include <utility>
@@ -52,6 +53,24 @@ void PackConstraints(FloatModel& model) {
       model.constraint_places[c] =
           static_cast<uint32_t>((model.groups.size() - 1) * kLaneCount + lane);
     }
+  }
+}
+
+// Which constraints each particle has.
+void ListLinks(FloatModel& model) {
+  const auto constraints = model.source->constraints();
+  model.link_offsets.assign(model.particle_count + size_t{1}, 0);
+  for (const DistanceConstraint& constraint : constraints) {
+    ++model.link_offsets[constraint.i + size_t{1}];
+    ++model.link_offsets[constraint.j + size_t{1}];
+  }
+  std::partial_sum(model.link_offsets.begin(), model.link_offsets.end(),
+                   model.link_offsets.begin());
+  model.link_places.resize(2 * constraints.size());
+  std::vector<uint32_t> next = model.link_offsets;
+  for (size_t c = 0; c < constraints.size(); ++c) {
+    model.link_places[next[constraints[c].i]++] = model.constraint_places[c];
+    model.link_places[next[constraints[c].j]++] = model.constraint_places[c];
   }
 }
 
@@ -245,9 +264,14 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
     if (inverse_mass > 0) free_particles.push_back(particle);
   }
   PackConstraints(*this);
+  ListLinks(*this);
   if (has_compliance()) compliances.push_back(Splat(0));
   PackJoints(*this);
   PackStrips(*this, strips, strip_links);
+  for (const uint32_t c : source->strips().constraints) {
+    const auto length = static_cast<float>(source->constraints()[c].rest_length_m);
+    strip_lengths_sq.push_back(length * length);
+  }
   PackStrips(*this, strip_pairs, pair_links);
   OrderParticles(*this);
   PackTethers(*this);

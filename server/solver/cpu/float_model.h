@@ -139,10 +139,14 @@ struct FloatModel {
   // no strip has come last. [pair_count + 2] offsets.
   std::vector<uint32_t> pair_particles;
   std::vector<uint32_t> pair_particle_offsets;
-  uint32_t longest_strip = 0;         // links
-  std::vector<ImpulseBounds> bounds;  // [group_count]; empty if all constraints are equalities
-  std::vector<FloatJoint> joints;     // in the order of the source
-  std::vector<TetherGroup> tethers;   // the nearest pin of every particle, then the next, ...
+  uint32_t longest_strip = 0;  // links
+  // Where the constraints of each particle are: [particle_count + 1] offsets.
+  std::vector<uint32_t> link_offsets;
+  std::vector<uint32_t> link_places;
+  std::vector<float> strip_lengths_sq;  // of the links of strips, as in the source [m^2]
+  std::vector<ImpulseBounds> bounds;    // [group_count]; empty if all constraints are equalities
+  std::vector<FloatJoint> joints;       // in the order of the source
+  std::vector<TetherGroup> tethers;     // the nearest pin of every particle, then the next, ...
   std::vector<SingleTether> single_tethers;  // as in the source: particle by particle
   std::vector<TriangleGroup> triangles;      // in the order of the source
   std::vector<ElasticGroup> elastic_groups;  // in the order of the source

@@ -79,6 +79,7 @@ struct LaneContext {
         predicted(scratch.predicted.Reserve<ClothVectors>(
             controls.schedule.has_two_steps() ? particle_count() : 0)),
         joint_impulses(scratch.joint_impulses.Reserve<ClothVectors>(model.joints.size())),
+        refinement(scratch.refinement),
         contacts(scratch.contacts.Reserve<ClothContact>(model.particle_count * collider_count())),
         gravity(VectorOf(cloths, [](const FloatControls& c) { return c.gravity; })),
         wind(VectorOf(cloths, [](const FloatControls& c) { return c.wind; })),
@@ -122,6 +123,7 @@ struct LaneContext {
   ClothVectors* const impulses;
   ClothVectors* const predicted;
   ClothVectors* const joint_impulses;
+  Refinement& refinement;
   ClothContact* const contacts;  // [particle_count][collider_count]
   // What differs between the cloths.
   const ClothVectors gravity;

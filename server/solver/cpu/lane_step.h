@@ -34,19 +34,20 @@ class LaneMemory {
 
 // Working memory of one step of a group; kept by a thread between steps only to save allocations.
 struct LaneScratch {
-  LaneMemory particles;             // [particle_count + 1] position, velocity
-  LaneMemory previous;              // the same of the state before, two steps only
-  LaneMemory pin_targets;           // [pin_count]
-  LaneMemory strip_links;           // of a pair of strips
-  LaneMemory end_directions;        // of its links; only with start directions
-  LaneMemory distance_impulses;     // Lambda, [(group_count + 1) * kLaneCount] [N s]
-  LaneMemory twists;                // [two rows of cells][column]
-  LaneMemory colliders;             // [collider_count]
-  LaneMemory contacts;              // [particle_count][collider_count]
-  LaneMemory accelerations;         // [particle_count] springs (+ gravity if IN_FORCE)
-  LaneMemory impulses;              // [element_count] or [triangle_count] [N s]
-  LaneMemory predicted;             // [particle_count + 1] positions for kicks within a substep
-  LaneMemory joint_impulses;        // Lambda, [joint_count] [N s]
+  LaneMemory particles;          // [particle_count + 1] position, velocity
+  LaneMemory previous;           // the same of the state before, two steps only
+  LaneMemory pin_targets;        // [pin_count]
+  LaneMemory strip_links;        // of a pair of strips
+  LaneMemory end_directions;     // of its links; only with start directions
+  LaneMemory distance_impulses;  // Lambda, [(group_count + 1) * kLaneCount] [N s]
+  LaneMemory twists;             // [two rows of cells][column]
+  LaneMemory colliders;          // [collider_count]
+  LaneMemory contacts;           // [particle_count][collider_count]
+  LaneMemory accelerations;      // [particle_count] springs (+ gravity if IN_FORCE)
+  LaneMemory impulses;           // [element_count] or [triangle_count] [N s]
+  LaneMemory predicted;          // [particle_count + 1] positions for kicks within a substep
+  LaneMemory joint_impulses;     // Lambda, [joint_count] [N s]
+  Refinement refinement;
   std::vector<FloatState> results;  // of each cloth
 };
 

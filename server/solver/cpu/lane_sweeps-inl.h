@@ -99,10 +99,11 @@ ClothMask SolveStrips(const LaneContext& context, const PreparePair& prepare) {
   return changed.low | changed.high;
 }
 
-// One constraint of each cloth (Bender et al. 2009, section 3.2 and 3.3). Returns the lanes in
-// which the error was larger than the tolerance.
+// One constraint of some of the cloths (Bender et al. 2009, section 3.2 and 3.3). Returns the lanes
+// in which the error was larger than the tolerance.
 template <bool kHasCompliance, bool kHasInequalities, bool kHasStarts>
-ClothMask SolveConstraint(const LaneContext& context, size_t g, uint32_t k) {
+ClothMask SolveConstraint(const LaneContext& context, size_t g, uint32_t k, ClothMask cloths,
+                          float tolerance) {
   const float inverse_h = context.substep.inverse_interval;
   const DistanceGroup& group = context.model.groups[g];
   ClothParticle& from = context.particles[group.i[k]];
@@ -135,9 +136,7 @@ ClothMask SolveConstraint(const LaneContext& context, size_t g, uint32_t k) {
     residual = residual + alpha_over_h * *lambda;
     weight = weight + alpha_over_h * inverse_h;
   }
-  ClothMask is_active =
-      context.is_running &
-      (Abs(residual) > SplatCloths(context.controls.tolerance * group.rest_length[k]));
+  ClothMask is_active = cloths & (Abs(residual) > SplatCloths(tolerance * group.rest_length[k]));
   ClothLanes impulse = Select(is_active, DistanceImpulse(residual, inverse_h, weight), zero);
   if constexpr (kHasInequalities) {
     const ImpulseBounds& bounds = context.model.bounds[g];
@@ -160,7 +159,8 @@ ClothMask SweepDistances(const LaneContext& context) {
   for (size_t g = 0; g < model.groups.size(); ++g) {
     for (uint32_t k = 0; k < kLaneCount; ++k) {
       if (model.groups[g].i[k] == model.spare_particle()) break;  // padding is behind
-      changed |= SolveConstraint<kHasCompliance, kHasInequalities, kHasStarts>(context, g, k);
+      changed |= SolveConstraint<kHasCompliance, kHasInequalities, kHasStarts>(
+          context, g, k, context.is_running, context.controls.tolerance);
     }
   }
   return changed;
@@ -176,6 +176,44 @@ ClothMask SolveDistance(const LaneContext& context) {
                           context.controls.has_start_directions()};
     return flags[sizeof...(kFlags)] ? SolveDistance<kFlags..., true>(context)
                                     : SolveDistance<kFlags..., false>(context);
+  }
+}
+
+// Links that strips have left far off in some cloths, and those at their ends, one by one. The
+// strips of the last phase have just been solved.
+void Refine(const LaneContext& context) {
+  const FloatModel& model = context.model;
+  const StripSet& strips = model.source->strips();
+  const RefineLimits& limits = context.controls.refine_limits;
+  const float interval = context.substep.interval;
+  const ClothParticle* const particles = context.particles;
+  context.refinement.Begin(model.particle_count);
+  const uint32_t strip_count = strips.phase_offsets[strips.phase_count() - 1];
+  for (uint32_t s = 0; s < strip_count; ++s) {
+    uint32_t from = strips.particles[strips.strip_offsets[s] + s];
+    ClothVectors start = particles[from].p + particles[from].u * interval;
+    for (uint32_t k = strips.strip_offsets[s]; k < strips.strip_offsets[s + 1]; ++k) {
+      const uint32_t to = strips.particles[k + s + 1];
+      const ClothVectors end = particles[to].p + particles[to].u * interval;
+      const ClothVectors d = end - start;
+      const ClothLanes length_sq = Dot(d, d);
+      const float rest_length_sq = model.strip_lengths_sq[k];
+      const ClothMask is_far_off =
+          context.is_running & ((length_sq < SplatCloths(limits.min_sq * rest_length_sq)) |
+                                (length_sq > SplatCloths(limits.max_sq * rest_length_sq)));
+      if (IsAnyLaneSet(is_far_off)) [[unlikely]] {
+        context.refinement.Mark(from, to, BitsOf(is_far_off));
+      }
+      from = to;
+      start = end;
+    }
+  }
+  const std::span<const RefinedLink> links = context.refinement.TakeLinks(model);
+  for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
+    for (const auto& [place, cloths] : links) {
+      SolveConstraint<false, false, false>(context, place / kLaneCount, place % kLaneCount,
+                                           MaskOf(cloths), 0);
+    }
   }
 }
 
@@ -240,6 +278,7 @@ void Solve(LaneContext& context, std::span<LaneCloth> cloths,
         if (iteration == 0) prepare_pair(pair);
       });
     }
+    if (controls.has_refinement()) Refine(context);
     if (controls.solver.has_colours) has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
     has_changed |= SolveContacts(context);

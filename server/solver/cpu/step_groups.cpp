@@ -37,7 +37,8 @@ LaneKey::LaneKey(const FloatModel& key_model, const FloatControls& controls,
       velocity_iterations(controls.solver.velocity_iterations),
       max_iterations(key_max_iterations),
       tolerance(settings.tolerance),
-      twist_damping_per_s(settings.twist_damping_per_s) {
+      twist_damping_per_s(settings.twist_damping_per_s),
+      refine_above_strain(controls.solver.refine_above_strain) {
   for (const FloatCollider& collider : controls.colliders) {
     colliders.push_back(static_cast<char>(collider.kind));
   }

@@ -34,6 +34,7 @@ struct LaneKey {
   uint32_t max_iterations;
   double tolerance;
   double twist_damping_per_s;
+  double refine_above_strain;
 
   friend auto operator<=>(const LaneKey&, const LaneKey&) = default;
 };

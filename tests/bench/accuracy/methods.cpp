@@ -21,28 +21,38 @@ struct Family {
 };
 constexpr Family kFamilies[] = {
     {"colours",
-     "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=false twist_damping_per_s=0"},
+     "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=false twist_damping_per_s=0 "
+     "refine_above_strain=0"},
     {"colours + tethers",
-     "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=true twist_damping_per_s=0"},
+     "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=true twist_damping_per_s=0 "
+     "refine_above_strain=0"},
     {"start directions + colours",
      "integration=ONE_STEP direction=BLENDED sweep=COLOURS use_tethers=false "
-     "twist_damping_per_s=0"},
+     "twist_damping_per_s=0 refine_above_strain=0"},
     {"strips",
-     "integration=ONE_STEP direction=AT_END sweep=STRIPS use_tethers=false twist_damping_per_s=0"},
+     "integration=ONE_STEP direction=AT_END sweep=STRIPS use_tethers=false twist_damping_per_s=0 "
+     "refine_above_strain=0"},
     {"start directions + strips",
      "integration=ONE_STEP direction=BLENDED sweep=STRIPS use_tethers=false "
-     "twist_damping_per_s=0"},
+     "twist_damping_per_s=0 refine_above_strain=0"},
     {"start directions + strips + tethers + twist",
      "integration=ONE_STEP direction=BLENDED sweep=STRIPS use_tethers=true "
-     "twist_damping_per_s=150"},
+     "twist_damping_per_s=150 refine_above_strain=0"},
     {"two steps + strips",
-     "integration=TWO_STEP sweep=STRIPS use_tethers=false twist_damping_per_s=0"},
+     "integration=TWO_STEP sweep=STRIPS use_tethers=false twist_damping_per_s=0 "
+     "refine_above_strain=0"},
     {"two steps + strips + tethers",
-     "integration=TWO_STEP sweep=STRIPS use_tethers=true twist_damping_per_s=0"},
+     "integration=TWO_STEP sweep=STRIPS use_tethers=true twist_damping_per_s=0 "
+     "refine_above_strain=0"},
     {"two steps + strips + tethers + twist",
-     "integration=TWO_STEP sweep=STRIPS use_tethers=true twist_damping_per_s=150"},
+     "integration=TWO_STEP sweep=STRIPS use_tethers=true twist_damping_per_s=150 "
+     "refine_above_strain=0"},
+    {"two steps + strips + tethers + twist + refinement",
+     "integration=TWO_STEP sweep=STRIPS use_tethers=true twist_damping_per_s=150 "
+     "refine_above_strain=0.002"},
     {"two steps + strips and colours + tethers",
-     "integration=TWO_STEP sweep=STRIPS_THEN_COLOURS use_tethers=true twist_damping_per_s=0"},
+     "integration=TWO_STEP sweep=STRIPS_THEN_COLOURS use_tethers=true twist_damping_per_s=0 "
+     "refine_above_strain=0"},
 };
 
 struct Point {
@@ -147,6 +157,7 @@ const std::map<std::string, Word, std::less<>>& Words() {
                                   {"STRIPS_THEN_COLOURS", Sweep::kStripsThenColours}},
                                  &O::sweep, &S::sweep)},
       {"load_limit", NumberWord<double>(&O::load_limit, &S::load_limit)},
+      {"refine_above_strain", NumberWord<double>(&O::refine_above_strain, &S::refine_above_strain)},
       {"twist_damping_per_s", NumberWord<double>(&O::twist_damping_per_s, &S::twist_damping_per_s)},
       {"use_tethers",
        NamedWord<bool>({{"true", true}, {"false", false}}, &O::use_tethers, &S::use_tethers)},
@@ -190,6 +201,7 @@ StepSettings EffectiveSettings(StepSettings settings, const test::Scene& scene) 
   ClothParameters parameters = scene.parameters;
   parameters.settings = settings;
   const SolverChoice solver = ChooseSolver(model, parameters, false);
+  settings.refine_above_strain = solver.refine_above_strain;
   if (!solver.has_two_steps) settings.integration = Integration::kOneStep;
   if (solver.end_share == 1) settings.direction = Direction::kAtEnd;
   if (solver.end_share == 0) settings.direction = Direction::kAtStart;

@@ -15,25 +15,31 @@ struct Family {
 
 const std::vector<Family>& Families() {
   static const std::vector<Family> families = {
-      {"REALTIME", "tolerance=0", {7, 10, 14, 20, 30, 40, 52, 75, 104, 150}},
-      {"REALTIME + colours", "sweep=STRIPS_THEN_COLOURS", {5, 7, 12, 20, 30, 40, 52, 75}},
+      {"REALTIME", "tolerance=0", {8, 10, 12, 14, 20, 26, 30, 34, 40, 46, 52, 60, 75, 104, 150}},
+      {"REALTIME with coarser refinement",
+       "refine_above_strain=0.006",
+       {7, 8, 9, 10, 11, 12, 14, 20, 30}},
+      {"REALTIME without refinement", "refine_above_strain=0", {10, 20, 30, 52, 75, 104}},
       {"strips + tethers",
-       "integration=ONE_STEP direction=AT_END sweep=STRIPS use_tethers=true twist_damping_per_s=0",
+       "integration=ONE_STEP direction=AT_END sweep=STRIPS use_tethers=true twist_damping_per_s=0 "
+       "refine_above_strain=0",
        {8, 14, 20, 30, 60, 120}},
       {"strips + tethers + twist",
        "integration=ONE_STEP direction=AT_END sweep=STRIPS use_tethers=true "
-       "twist_damping_per_s=150",
+       "twist_damping_per_s=150 refine_above_strain=0",
        {4, 8, 14, 30, 60}},
       {"colours + tethers",
-       "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=true twist_damping_per_s=0",
+       "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=true twist_damping_per_s=0 "
+       "refine_above_strain=0",
        {4, 8, 12, 16, 24, 40, 60, 100, 200}},
       {"colours + tethers + twist",
        "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=true "
-       "twist_damping_per_s=150",
+       "twist_damping_per_s=150 refine_above_strain=0",
        {16, 40, 100}},
       {"colours",
        "integration=ONE_STEP direction=AT_END sweep=COLOURS use_tethers=false "
-       "twist_damping_per_s=0",
+       "twist_damping_per_s=0 "
+       "refine_above_strain=0",
        {30, 100}},
       {"ACCURATE", "preset=ACCURATE", {2, 4, 8}},
   };

@@ -1,0 +1,85 @@
+// Refinement: links that strips leave far from their lengths are solved again, and nothing else.
+#include <algorithm>
+#include <cstdio>
+
+#include "server/solver/solver_constants.h"
+#include "tests/physics/physics_test.h"
+
+namespace drape::test {
+namespace {
+
+using Eigen::Vector3d;
+
+class Refinement : public PhysicsTest {
+ protected:
+  ParticleState Play(Scene scene, double above_strain, uint32_t substeps, uint32_t steps) {
+    scene.parameters.settings.substeps = substeps;
+    scene.parameters.settings.refine_above_strain = above_strain;
+    const ClothHandle cloth = Make(scene);
+    StepAlone(backend(), cloth, scene, steps);
+    return ReadState(backend(), cloth);
+  }
+};
+
+// A curtain whose first row is held falls in one plane, where strips leave nothing: not a bit.
+TEST_P(Refinement, ChangesNothingWhereNothingIsFarOff) {
+  const Scene curtain = Grid(6, 8, 0.5, 0.7, {0, 1, 2, 3, 4, 5});
+  const ParticleState with = Play(curtain, 2e-3, 26, 20);
+  const ParticleState without = Play(curtain, 0, 26, 20);
+  EXPECT_EQ(with.positions_m, without.positions_m);
+  EXPECT_EQ(with.velocities_m_per_s, without.velocities_m_per_s);
+}
+
+// Impulses of a link add up to nothing, also of one that is solved again: the momentum of a free
+// sheet stays as it is, but for rounding: half an ulp of a particle's momentum for each of the
+// impulses that change it.
+TEST_P(Refinement, KeepsMomentum) {
+  constexpr uint32_t kSubsteps = 6, kSteps = 5;
+  Scene sheet = Grid(9, 7, 0.8, 0.6, {});
+  sheet.parameters.gravity_m_per_s2.setZero();
+  Stir(sheet, 2);
+  const auto momentum = [&](const ParticleState& state) {
+    Vector3d sum = Vector3d::Zero();
+    for (uint32_t i = 0; i < sheet.model->particle_count(); ++i) {
+      sum += state.velocities_m_per_s[i] / sheet.model->inverse_masses_per_kg()[i];
+    }
+    return sum;
+  };
+  double largest_speed = 0;
+  for (const Vector3d& v : sheet.state.velocities_m_per_s) {
+    largest_speed = std::max(largest_speed, v.norm());
+  }
+  const ParticleState with = Play(sheet, 1e-5, kSubsteps, kSteps);
+  const ParticleState without = Play(sheet, 0, kSubsteps, kSteps);
+  EXPECT_NE(with.positions_m, without.positions_m) << "something must be far off";
+  // Four links, each in a strip and twice refined, the prediction and the integration.
+  const double changes = (4 * (1 + kRefineSweeps) + 4) * (kSubsteps + 1) * kSteps;
+  const double bound = changes * round_off() * sheet.model->total_mass_kg() * largest_speed;
+  EXPECT_LT((momentum(with) - momentum(sheet.state)).norm(), bound);
+}
+
+// What it is for: a sheet that hangs by two corners whips, and cells of its hem collapse. How much
+// it stretches without is measured beside, the mean over the steps of the largest strain; two
+// thirds of it are allowed (about half was seen).
+TEST_P(Refinement, TakesWhatStripsLeaveOfAHemThatWhips) {
+  double strain[2] = {0, 0};
+  for (const bool is_refined : {false, true}) {
+    Scene scene = Grid(16, 16, 1, 1, {0, 15});
+    scene.parameters.settings.substeps = 12;
+    scene.parameters.settings.refine_above_strain = is_refined ? 2e-3 : 0;
+    const ClothHandle cloth = Make(scene);
+    for (int step = 0; step < 120; ++step) {
+      strain[is_refined] +=
+          StepAlone(backend(), cloth, scene, 1, /*measure=*/true).measured.max_strain / 120;
+    }
+  }
+  EXPECT_LT(strain[1], strain[0] * 2 / 3);
+  EXPECT_GT(strain[0], 0.005) << "without refinement this cloth stretches";
+  std::printf("    mean of the largest strain: %.4f without, %.4f with refinement\n", strain[0],
+              strain[1]);
+}
+
+DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(Refinement);
+
+}  // namespace
+}  // namespace drape::test
