@@ -153,9 +153,17 @@ struct ClothRecord {
   uint elastic_ends;      // [][DRAPE_ELASTIC_END_WORDS]
 
   uint elastic_impulses;  // in Scratch: [elastic_count][3] float [N s]
+  // Only with refinement.
+  float shortest_sq;       // (1 - strain)^2 [-]: of the links that are far off
+  float longest_sq;        // (1 + strain)^2 [-]
+  uint tested_link_count;  // of strips of all phases but the last
+
+  // In Scratch; tiled only. [particle_count] uint, 1 at the ends of links that are far off; then
+  // uint, whether there are any; then [colour_count] uint, how many constraints are refined.
+  uint far_off_flags;
+  uint refined_links;  // [constraint_count] uint, those of each colour from where the colour begins
   uint padding_0;
   uint padding_1;
-  uint padding_2;
 };
 
 #ifdef __cplusplus

@@ -1,7 +1,7 @@
 // Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state.
 // One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint.
 // Stages: apply_springs, apply_elastic, apply_wind, predict, damp_twist, tether, solve_strips,
-// solve_distance, solve_joints, solve_contacts, integrate, solve_velocity, correct_velocity, commit
+// refine, solve_distance, solve_joints, solve_contacts, integrate, solve_velocity, correct_velocity, commit
 // (server/solver/README.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
 // Statuses. SI units.
 // With IS_IN_PARTS (drivers that cut long loops, server/gl/README.md) a dispatch stops before it has used
@@ -15,6 +15,9 @@
 #include "stages/tether.glsl"
 #include "stages/solve_strips.glsl"
 #include "stages/solve_distance.glsl"
+#ifdef HAS_REFINEMENT
+#include "stages/refine.glsl"
+#endif
 #include "stages/solve_joints.glsl"
 #include "stages/solve_contacts.glsl"
 #include "stages/solve_velocity.glsl"
@@ -77,12 +80,23 @@ void LoadParticle(uint i) {
 #endif
 }
 
+#ifdef HAS_REFINEMENT
+// Ends its phase nowhere: before the next flag is set there are the barriers of the strips.
+void ClearFlags() {
+  FOR_EACH(word, 0u, (cloth.particle_count + 31u) / 32u) shared_flags[word] = 0u;
+  if (gl_LocalInvocationID.x == 0u) shared_has_flags = 0u;
+}
+#endif
+
 void LoadCloth() {
   FOR_EACH(i, 0u, cloth.particle_count) LoadParticle(i);
   if (gl_LocalInvocationID.x == 0u) {
     shared_fault = 0u;
     for (int f = 0; f < 3; ++f) sweep_changed[f] = 0u;
   }
+#ifdef HAS_REFINEMENT
+  ClearFlags();
+#endif
   PhaseBarrier();
 }
 
@@ -160,6 +174,26 @@ void Tether() {
 #endif
 }
 
+// What the strips have left far off.
+void Refine() {
+#ifdef HAS_REFINEMENT
+  FOR_EACH(k, 0u, cloth.tested_link_count) TestLink(k);
+  PhaseBarrier();
+  if (shared_has_flags == 0u) return;
+  for (uint sweep = 0u; sweep < REFINE_SWEEPS; ++sweep) {
+    for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
+      uint begin = models[cloth.colour_offsets + colour];
+      uint end = models[cloth.colour_offsets + colour + 1u];
+      FOR_EACH(k, begin, end) {
+        if (IsAtFlag(k)) RefineConstraint(k);
+      }
+      PhaseBarrier();
+    }
+  }
+  ClearFlags();
+#endif
+}
+
 void SolveJoints(bool is_first_sweep) {
 #ifdef HAS_JOINTS
   for (uint colour = 0u; colour < cloth.joint_colour_count; ++colour) {
@@ -171,7 +205,7 @@ void SolveJoints(bool is_first_sweep) {
 #endif
 }
 
-// One sweep over the strips, the colours, the joints and the contacts.
+// One sweep over the strips, what they have left far off, the colours, the joints and the contacts.
 void Sweep(bool is_first_sweep) {
 #ifdef HAS_STRIPS
   for (uint phase = 0u; phase < cloth.strip_phase_count; ++phase) {
@@ -184,6 +218,7 @@ void Sweep(bool is_first_sweep) {
   ScratchPhaseBarrier();
 #endif
 #endif
+  Refine();
 #ifdef HAS_COLOURS
   for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
     uint begin = models[cloth.colour_offsets + colour];

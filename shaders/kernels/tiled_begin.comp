@@ -1,4 +1,5 @@
-// Kernel `tiled_begin`: copies the committed state to where the step works on it and clears the status.
+// Kernel `tiled_begin`: copies the committed state to where the step works on it and clears the status and
+// the flags of `refine`.
 // One invocation = one particle. Reads States; writes Scratch, Statuses.
 #include "stages/access_tiled.glsl"
 #include "stages/previous.glsl"
@@ -18,6 +19,13 @@ void main() {
   if (i >= cloth.particle_count) return;
   SetPosition(i, StateVector(cloth.positions + 3u * i));
   SetVelocity(i, StateVector(cloth.velocities + 3u * i));
+#ifdef HAS_REFINEMENT
+  // The flags of the particles, whether there are any, the lengths of the lists; zero in either type.
+  uint flag_count = cloth.particle_count + 1u + cloth.colour_count;
+  for (uint word = i; word < flag_count; word += cloth.particle_count) {
+    scratch[cloth.far_off_flags + word] = 0.0;
+  }
+#endif
 #ifdef HAS_TWO_STEPS
   SetPrevious(i, Position(i), Velocity(i));
 #endif

@@ -33,6 +33,16 @@ DistanceError PredictDistanceError(vec3 position_difference, vec3 velocity_diffe
   return error;
 }
 
+// Whether a constraint whose ends will be d [m] apart is off its rest length [m] by more than a strain, of
+// which `shortest_sq` = (1 - strain)^2 and `longest_sq` = (1 + strain)^2 [-].
+bool IsFarOff(vec3 d, float rest_length, float shortest_sq, float longest_sq) {
+  float length_sq = Dot(d, d);
+  precise float rest_length_sq = rest_length * rest_length;
+  precise float shortest = shortest_sq * rest_length_sq;
+  precise float longest = longest_sq * rest_length_sq;
+  return length_sq < shortest || length_sq > longest;
+}
+
 // Delta Lambda = -r / h / (w_i + w_j + alpha/h^2) [N s]; negative pulls the particles together.
 // Bender et al. 2009, section 3.2, with the compliance of server/solver/README.md.
 float DistanceImpulse(float residual, float inverse_h, float inverse_mass_sum, float compliance) {

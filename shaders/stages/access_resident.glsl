@@ -12,6 +12,18 @@ shared float shared_inverse_masses[CAPACITY];
 shared uint sweep_changed[3];
 shared uint shared_fault;
 
+#ifdef HAS_REFINEMENT
+// A bit per particle: it is at the end of a link that is far off. Clear but within `refine`.
+shared uint shared_flags[(CAPACITY + 31) / 32];
+shared uint shared_has_flags;
+
+void FlagParticle(uint i) {
+  atomicOr(shared_flags[i >> 5], 1u << (i & 31u));
+  shared_has_flags = 1u;  // all writers write the same
+}
+bool IsFlagged(uint i) { return (shared_flags[i >> 5] >> (i & 31u) & 1u) != 0u; }
+#endif
+
 // Which of the three flags the current sweep writes.
 uint sweep_flag = 0u;
 

@@ -31,6 +31,19 @@ uvec2 ConstraintPair(uint k) {
   return uvec2(models[word], models[word + 1u]);
 }
 
+#ifdef COUNTS_IN_SCRATCH
+// The flags of `refine`, clear but within it.
+uint HasFlagsWord() { return cloth.far_off_flags + cloth.particle_count; }
+uint RefinedCountWord(uint colour) { return HasFlagsWord() + 1u + colour; }
+
+// All writers write the same value.
+void FlagParticle(uint i) {
+  scratch_words[cloth.far_off_flags + i] = 1u;
+  scratch_words[HasFlagsWord()] = 1u;
+}
+bool IsFlagged(uint i) { return scratch_words[cloth.far_off_flags + i] != 0u; }
+#endif
+
 // This sweep applied an impulse. All writers write the same value.
 void MarkChanged() {
 #ifdef HAS_TOLERANCE

@@ -29,14 +29,19 @@ layout(std430, binding = DRAPE_BINDING_PARAMETERS) restrict readonly buffer Para
 #define SHARES_LAMBDAS
 #endif
 // There and in `apply_wind` and `apply_elastic` of the resident plan invocations read what others of their
-// work group have written here.
-#if defined(HAS_WIND) || defined(HAS_ELASTIC) || defined(SHARES_LAMBDAS)
+// work group have written here; SOLVES_IN_SCRATCH: a kernel of the tiled plan that has phases.
+#if defined(HAS_WIND) || defined(HAS_ELASTIC) || defined(SHARES_LAMBDAS) || defined(SOLVES_IN_SCRATCH)
 #define SCRATCH_MEMORY coherent
 #else
 #define SCRATCH_MEMORY
 #endif
+// COUNTS_IN_SCRATCH: a kernel that has atomics in it sees floats by their bits.
 layout(std430, binding = DRAPE_BINDING_SCRATCH) restrict SCRATCH_MEMORY buffer Scratch {
+#ifdef COUNTS_IN_SCRATCH
+  uint scratch_words[];
+#else
   float scratch[];
+#endif
 };
 layout(std430, binding = DRAPE_BINDING_STATUSES) restrict buffer Statuses {
   ClothStatus statuses[];
@@ -60,12 +65,24 @@ void SetStateVector(uint word, vec3 value) {
   states[word + 2u] = value.z;
 }
 
+#ifdef COUNTS_IN_SCRATCH
+vec3 ScratchVector(uint word) {
+  return uintBitsToFloat(
+      uvec3(scratch_words[word], scratch_words[word + 1u], scratch_words[word + 2u]));
+}
+void SetScratchVector(uint word, vec3 value) {
+  scratch_words[word] = floatBitsToUint(value.x);
+  scratch_words[word + 1u] = floatBitsToUint(value.y);
+  scratch_words[word + 2u] = floatBitsToUint(value.z);
+}
+#else
 vec3 ScratchVector(uint word) { return vec3(scratch[word], scratch[word + 1u], scratch[word + 2u]); }
 void SetScratchVector(uint word, vec3 value) {
   scratch[word] = value.x;
   scratch[word + 1u] = value.y;
   scratch[word + 2u] = value.z;
 }
+#endif
 
 vec3 ParameterVector(uint word) {
   return vec3(Parameter(word), Parameter(word + 1u), Parameter(word + 2u));

@@ -9,8 +9,9 @@
 #define HAS_LAMBDA
 #endif
 
-// Distance constraint k. The colours give each free particle one writer; pins are only read.
-void SolveDistance(uint k, bool is_first_sweep) {
+// Solves distance constraint k and returns whether there was anything to solve; exactly: also an error
+// within the tolerance. The colours give each free particle one writer; pins are only read.
+bool SolveConstraint(uint k, bool is_first_sweep, bool is_exact) {
   uvec2 pair = ConstraintPair(k);
   float rest_length = RestLength(k);
   float compliance = 0.0;
@@ -37,7 +38,7 @@ void SolveDistance(uint k, bool is_first_sweep) {
       PredictDistanceError(position_difference, velocity_difference, substep.interval,
                            substep.inverse_interval, rest_length, compliance, lambda);
 #ifdef HAS_TOLERANCE
-  if (!(abs(error.residual) > cloth.tolerance * rest_length)) return;
+  if (!is_exact && !(abs(error.residual) > cloth.tolerance * rest_length)) return false;
 #endif
   float inverse_mass_i = InverseMass(pair.x);
   float inverse_mass_j = InverseMass(pair.y);
@@ -52,9 +53,8 @@ void SolveDistance(uint k, bool is_first_sweep) {
       DistanceImpulse(error.residual, substep.inverse_interval, inverse_mass_sum, compliance);
 #ifdef HAS_INEQUALITIES
   impulse = AdmissibleImpulse(models[cloth.kinds + k], lambda, impulse);
-  if (impulse == 0.0) return;  // slack
+  if (impulse == 0.0) return false;  // slack
 #endif
-  MarkChanged();
 #ifdef HAS_LAMBDA
   precise float accumulated = lambda + impulse;
   scratch[cloth.lambdas + k] = accumulated;
@@ -63,4 +63,9 @@ void SolveDistance(uint k, bool is_first_sweep) {
   precise float change_j = inverse_mass_j * impulse;
   if (inverse_mass_i != 0.0) SetVelocity(pair.x, AddScaled(velocity_i, change_i, direction));
   if (inverse_mass_j != 0.0) SetVelocity(pair.y, AddScaled(velocity_j, change_j, direction));
+  return true;
+}
+
+void SolveDistance(uint k, bool is_first_sweep) {
+  if (SolveConstraint(k, is_first_sweep, false)) MarkChanged();
 }

@@ -88,6 +88,24 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
       << "the state before, and the links";
 }
 
+// Flags, whether there are any, a count for each colour, a list of all constraints.
+TEST(LayOutScratchTest, RefinementOfTiledCloths) {
+  ClothParameters parameters;
+  parameters.settings.integration = Integration::kOneStep;
+  parameters.settings.direction = Direction::kAtEnd;
+  const auto resident = GridModel(10, 10);
+  const auto tiled = GridModel(41, 25);
+  const uint64_t resident_size = LayOutScratch(*resident, parameters, false).size;
+  const uint64_t tiled_size = LayOutScratch(*tiled, parameters, true).size;
+  parameters.settings.refine_above_strain = 1e-3;
+  EXPECT_EQ(LayOutScratch(*resident, parameters, false).size, resident_size);
+  const ScratchLayout layout = LayOutScratch(*tiled, parameters, true);
+  const uint64_t flags = 1025 + 1 + uint64_t{tiled->colour_count()};
+  EXPECT_EQ(layout.refined_links, layout.far_off_flags + flags);
+  EXPECT_EQ(layout.work_positions, layout.refined_links + tiled->constraint_count());
+  EXPECT_EQ(layout.size, tiled_size + flags + tiled->constraint_count());
+}
+
 TEST(MeasurePieceCountTest, CountsTheLongerOfParticlesAndConstraints) {
   EXPECT_EQ(MeasurePieceCount(*GridModel(32, 32)), 1u);  // 1984 constraints
   EXPECT_EQ(MeasurePieceCount(*BuildModel(ChainDescription(2049))), 2u);
@@ -192,6 +210,24 @@ TEST(MakeClothRecordTest, SettingsInTheUnitsOfTheKernels) {
   EXPECT_FLOAT_EQ(record.last_inverse_interval, 200);
   EXPECT_FLOAT_EQ(record.contact_margin, 1e-4f);
   EXPECT_EQ(record.is_tiled, 0u);
+}
+
+TEST(MakeClothRecordTest, RefinementNotBelowTheToleranceThatIsUsed) {
+  GlCloth cloth;
+  cloth.model = std::make_shared<DeviceModel>(
+      DeviceModel{.model = GridModel(11, 11), .layout = {}, .words = {}, .colour_sizes = {}});
+  StepKernels kernels;
+  kernels.variant.capacity = 256;
+  cloth.kernels = &kernels;
+  EXPECT_EQ(MakeClothRecord(cloth).tested_link_count, 0u);
+  cloth.parameters.settings.refine_above_strain = 0.25;
+  const shader::ClothRecord record = MakeClothRecord(cloth);
+  EXPECT_EQ(record.tested_link_count, 110u);
+  EXPECT_EQ(record.shortest_sq, 0.5625f);
+  EXPECT_EQ(record.longest_sq, 1.5625f);
+  cloth.tolerance = 0.5;
+  EXPECT_EQ(MakeClothRecord(cloth).shortest_sq, 0.25f);
+  EXPECT_EQ(MakeClothRecord(cloth).longest_sq, 2.25f);
 }
 
 }  // namespace

@@ -178,9 +178,13 @@ TEST_F(InterfaceLayoutTest, ClothRecord) {
       MEMBER(ClothRecord, elastic_offsets),
       MEMBER(ClothRecord, elastic_ends),
       MEMBER(ClothRecord, elastic_impulses),
+      MEMBER(ClothRecord, shortest_sq),
+      MEMBER(ClothRecord, longest_sq),
+      MEMBER(ClothRecord, tested_link_count),
+      MEMBER(ClothRecord, far_off_flags),
+      MEMBER(ClothRecord, refined_links),
       MEMBER(ClothRecord, padding_0),
       MEMBER(ClothRecord, padding_1),
-      MEMBER(ClothRecord, padding_2),
   };
   const StructLayout driver = AskDriver("cloth_record.h", "ClothRecord");
   EXPECT_EQ(driver.offsets, expected);

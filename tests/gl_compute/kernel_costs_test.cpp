@@ -66,6 +66,25 @@ TEST(KernelCostsTest, SweepOfAChainAsAStrip) {
   EXPECT_EQ(CountResidentLoops(*model, {}, 32).sweep, 1u + 3 + 3 + 2 * 101 + 2 * 102);
 }
 
+// 8 x 8 particles: 56 links of one phase of strips before the 56 of the other; 4 colours of 28.
+TEST(KernelCostsTest, RefinementOfEveryLink) {
+  const auto model = GridModel(8, 8);
+  ASSERT_EQ(model->strips().phase_count(), 2u);
+  ASSERT_EQ(model->colour_count(), 4u);
+  EXPECT_EQ(TestedLinkCount(*model), 56u);
+  ClothParameters parameters;
+  const LoopCosts before = CountResidentLoops(*model, parameters, 32);
+  parameters.settings.refine_above_strain = 1e-3;
+  const LoopCosts after = CountResidentLoops(*model, parameters, 32);
+  // The tests, two sweeps over the colours, two words of flags to clear.
+  const uint64_t colours = (4 + 2) + 4 * (1 + 2);
+  EXPECT_EQ(after.sweep - before.sweep, (2 + 2) + (2 + 2) + 2 * colours + (1 + 2));
+  EXPECT_EQ(after.substep, before.substep);
+  EXPECT_EQ(after.fixed - before.fixed, 1u + 2);
+  // Two sweeps, the flags of the constraints in their lists, five words of counts.
+  EXPECT_EQ(CountTiledRefineLoops(*model, 32), (2 + 2) + 3 * colours + (1 + 2));
+}
+
 // 8 x 8 particles in 2 rounds of 32, 98 triangles in 4, at most 6 triangles per particle.
 TEST(KernelCostsTest, AKickOfTheAir) {
   const auto model = GridModel(8, 8);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "server/solver/gl_compute/kernel_costs.h"
 #include "tests/gl_compute/test_cloths.h"
 
 namespace drape {
@@ -50,7 +51,7 @@ TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
   const std::string bare = VariantOf(*GridModel(4, 4), {}).Defines();
   for (const char* word :
        {"SPRINGS", "COMPLIANCE", "CONTACTS", "CAPSULES", "BOXES", "MAPS", "FRICTION", "RESTITUTION",
-        "MOVING", "DAMPING", "PINS", "TOLERANCE", "PARTS"}) {
+        "MOVING", "DAMPING", "PINS", "TOLERANCE", "REFINEMENT", "PARTS"}) {
     EXPECT_THAT(bare, Not(HasSubstr(word)));
   }
   ModelDescription description = GridDescription(4, 4, {0});
@@ -91,6 +92,37 @@ TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
   parameters.colliders.clear();
   EXPECT_FALSE(VariantOf(*model, parameters).has_friction) << "no friction without colliders";
   EXPECT_FALSE(VariantOf(*model, parameters).has_restitution) << "nothing to bounce off";
+}
+
+TEST(KernelVariantTest, RefinementOfStripsThatCrossOnly) {
+  ClothParameters parameters;
+  parameters.settings.refine_above_strain = 1e-3;
+  const auto grid = GridModel(8, 8, {0});
+  const KernelVariant variant = VariantOf(*grid, parameters);
+  EXPECT_THAT(variant.Defines(), HasSubstr("#define HAS_REFINEMENT\n"));
+  EXPECT_EQ(variant.refine_local_size, 0u) << "of the tiled plan only";
+  EXPECT_FALSE(VariantOf(*BuildModel(ChainDescription(64)), parameters).has_refinement);
+  ModelDescription soft = GridDescription(8, 8);
+  soft.material.stretch_compliance_m_per_n = 1e-4;
+  EXPECT_FALSE(VariantOf(*BuildModel(soft), parameters).has_refinement);
+  EXPECT_FALSE(ChooseVariant(*grid, parameters, kHardware, /*has_own_lengths=*/true)
+                   ->variant.has_refinement);
+}
+
+// One work group refines a tiled cloth: as large as the loops that the device allows demand.
+TEST(KernelVariantTest, RefinementOfTiledCloths) {
+  ClothParameters parameters;
+  parameters.settings.refine_above_strain = 1e-3;
+  const auto model = GridModel(64, 64);
+  EXPECT_EQ(VariantOf(*model, parameters, kHardware).refine_local_size, 1024u);
+  EXPECT_EQ(VariantOf(*model, parameters, kSoftware).refine_local_size, 32u);
+  DeviceTraits device = kSoftware;
+  device.loop_budget = 600;
+  const KernelVariant variant = VariantOf(*model, parameters, device);
+  EXPECT_EQ(variant.refine_local_size, 64u);
+  EXPECT_EQ(variant.local_size, 32u);
+  EXPECT_LE(CountTiledRefineLoops(*model, 64), 600u);
+  EXPECT_GT(CountTiledRefineLoops(*model, 32), 600u);
 }
 
 TEST(KernelVariantTest, LongStepsRunInPartsOnSoftwareOnly) {

@@ -27,6 +27,7 @@ Scene PaperSheet() {
 std::vector<Scene> Subjects() {
   Scene sheet = SizedCloth(33);
   Stir(sheet, 0.5);
+  sheet.parameters.settings.refine_above_strain = 1e-5;
   Scene sphere = FallingOnSphere(16);
   for (auto& v : sphere.state.velocities_m_per_s) v.y() = -3;
   Scene pushed = FallingOnSphere(10);
@@ -46,6 +47,7 @@ std::vector<Scene> Subjects() {
   large.parameters.air_drag = 1;
   Stir(large, 0.2);
   large.parameters.settings.substeps = 4;
+  large.parameters.settings.refine_above_strain = 1e-5;
   Scene compliant = CompliantSheet(9, 1e-5);
   compliant.parameters.damping_per_s = 0.3;
   Stir(compliant, 0.5);

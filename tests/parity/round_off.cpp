@@ -261,8 +261,11 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
                                       12 * LargestSurfaceSpeed(scene.parameters, extent));
   const double sweep = coupling.degree * constraint + colliders * contact;
   const double position = kRoundOff * extent;
+  // The refinement solves links as often again as it has sweeps.
+  const double refined_sweeps =
+      solver.refine_above_strain > 0 ? (1.0 + kRefineSweeps) * sweeps : 1.0 * sweeps;
   const double held =
-      std::sqrt(sweeps / count) * sweep + (coupling.degree + colliders) * 2 * position / h;
+      std::sqrt(refined_sweeps / count) * sweep + (coupling.degree + colliders) * 2 * position / h;
   const double spring = kRoundOff * 8 * h *
                         (coupling.spring_rate * coupling.length_m + coupling.spring_decay * speed);
   const double air_speed = scene.parameters.wind_m_per_s.norm() + speed;

@@ -33,6 +33,7 @@ struct ErrorBound {
 //   of
 //                 their errors: impulses are off by more, but by what changes no velocity (its
 //                 tridiagonal matrix is that of a projection)
+//   the refinement  sweeps of its own over constraints
 //   two steps     a rounding of b or u is extrapolated by 4/3 and 13/9 ..., at most 3/2 times as
 //   large a contact     q, q - c, |q - c|, gap: 8 roundings of size X, over h; its direction is off
 //   by 2 e X/R

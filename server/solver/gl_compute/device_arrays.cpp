@@ -10,7 +10,7 @@ namespace drape {
 namespace {
 
 constexpr uint64_t kFirstBatch = 64;
-constexpr uint64_t kFirstColours = 64;
+constexpr uint64_t kFirstDispatches = 64;
 
 }  // namespace
 
@@ -29,7 +29,7 @@ Result<std::unique_ptr<DeviceArrays>> DeviceArrays::Create(int64_t max_bytes) {
   std::unique_ptr<DeviceArrays> arrays(new DeviceArrays(
       std::move(cloths).value(), std::move(models).value(), std::move(states).value(),
       std::move(parameters).value(), std::move(scratch).value(), max_bytes));
-  DRAPE_RETURN_IF_ERROR(arrays->ReserveBatch(kFirstBatch, kFirstColours));
+  DRAPE_RETURN_IF_ERROR(arrays->ReserveBatch(kFirstBatch, kFirstDispatches));
   return arrays;
 }
 
@@ -47,12 +47,11 @@ Status DeviceArrays::ReserveBuffer(gl::Buffer& buffer, uint64_t size_bytes) cons
   return Status::Ok();
 }
 
-Status DeviceArrays::ReserveBatch(uint64_t cloth_count, uint64_t colour_count) {
+Status DeviceArrays::ReserveBatch(uint64_t cloth_count, uint64_t dispatches_of_sweep) {
   // Each cloth may be stepped and measured.
   DRAPE_RETURN_IF_ERROR(ReserveBuffer(items, 2 * cloth_count * sizeof(shader::BatchItem)));
   DRAPE_RETURN_IF_ERROR(ReserveBuffer(statuses, cloth_count * sizeof(shader::ClothStatus)));
-  // Contacts and the end of the sweep are dispatches too.
-  return ReserveBuffer(dispatches, (colour_count + 2) * sizeof(shader::DispatchArgs));
+  return ReserveBuffer(dispatches, dispatches_of_sweep * sizeof(shader::DispatchArgs));
 }
 
 void DeviceArrays::BindForStep() const {

@@ -21,9 +21,9 @@ struct DeviceArrays {
   // Each array is at most `max_bytes` long. RESOURCE_EXHAUSTED (DEVICE_MEMORY).
   static Result<std::unique_ptr<DeviceArrays>> Create(int64_t max_bytes);
 
-  // Room for a batch of `cloths` cloths and for the dispatches of `colours` colours.
+  // Room for a batch of `cloths` cloths and for so many dispatches of a sweep.
   // RESOURCE_EXHAUSTED (DEVICE_MEMORY); nothing changes then.
-  Status ReserveBatch(uint64_t cloths, uint64_t colours);
+  Status ReserveBatch(uint64_t cloths, uint64_t dispatches_of_sweep);
   // Everything a step reads and writes.
   void BindForStep() const;
 

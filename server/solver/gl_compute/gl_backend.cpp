@@ -115,8 +115,7 @@ Result<GlBackend::Room> GlBackend::MakeRoom(std::shared_ptr<const SceneModel> mo
       LayOutScratch(*model, parameters, variant.is_tiled() || variant.is_in_parts).size);
   if (!scratch.ok()) return scratch.status();
   room.scratch = std::move(scratch).value();
-  DRAPE_RETURN_IF_ERROR(arrays.ReserveBatch(
-      cloths_.count() + 1, uint64_t{model->colour_count()} + model->joint_colour_count()));
+  DRAPE_RETURN_IF_ERROR(arrays.ReserveBatch(cloths_.count() + 1, MostDispatchesOfSweep(*model)));
   const bool has_air_forces = HasAirForces(*model, parameters);
   Result<std::shared_ptr<const DeviceModel>> on_device =
       models_.Acquire(std::move(model), has_air_forces);

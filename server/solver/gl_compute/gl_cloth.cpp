@@ -87,6 +87,19 @@ void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
   record.contact_margin = static_cast<float>(kContactMarginRatio * length_scale);
 }
 
+// Zero unless there is a refinement.
+void SetRefinement(const GlCloth& cloth, shader::ClothRecord& record) {
+  const SceneModel& model = *cloth.model->model;
+  const double strain =
+      ChooseSolver(model, cloth.parameters, cloth.has_own_lengths()).refine_above_strain;
+  if (strain == 0) return;
+  // Never below the tolerance that is used: a sweep that changed nothing has left nothing.
+  const double limit = std::max(strain, cloth.tolerance);
+  record.shortest_sq = static_cast<float>((1 - limit) * (1 - limit));
+  record.longest_sq = static_cast<float>((1 + limit) * (1 + limit));
+  record.tested_link_count = TestedLinkCount(model);
+}
+
 // The times of the three kinds of substeps: the first, the second, later ones.
 void SetSchedule(const GlCloth& cloth, shader::ClothRecord& record) {
   const SubstepSchedule schedule(*cloth.model->model, cloth.parameters,
@@ -212,6 +225,10 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
   layout.twist_changes = append(HasTwistDamping(model, parameters.settings) ? 3 * particles : 0);
   layout.strip_links =
       append(solver.has_strips ? uint64_t{DRAPE_STRIP_LINK_WORDS} * model.constraint_count() : 0);
+  const bool has_links_to_refine = solver.refine_above_strain > 0 && !IsResident(model);
+  layout.far_off_flags =
+      append(has_links_to_refine ? particles + 1 + uint64_t{model.colour_count()} : 0);
+  layout.refined_links = append(has_links_to_refine ? model.constraint_count() : 0);
   layout.work_positions = append(has_work_state ? 3 * particles : 0);
   layout.work_velocities = append(has_work_state ? 3 * particles : 0);
   const uint64_t pieces = MeasurePieceCount(model);
@@ -224,6 +241,7 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   SetSettings(cloth, record);
   SetSchedule(cloth, record);
   SetModel(cloth, record);
+  SetRefinement(cloth, record);
   SetAir(cloth, record);
   record.positions = cloth.state.begin();
   record.velocities = cloth.state.begin() + 3 * cloth.particle_count();
@@ -258,6 +276,8 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   record.previous_velocities = scratch(layout.previous_velocities);
   record.twist_changes = scratch(layout.twist_changes);
   record.strip_links = scratch(layout.strip_links);
+  record.far_off_flags = scratch(layout.far_off_flags);
+  record.refined_links = scratch(layout.refined_links);
   record.work_positions = scratch(layout.work_positions);
   record.work_velocities = scratch(layout.work_velocities);
   record.measured_pieces = scratch(layout.measured_pieces);

@@ -34,6 +34,8 @@ struct ScratchLayout {
   uint64_t previous_velocities = 0;
   uint64_t twist_changes = 0;
   uint64_t strip_links = 0;
+  uint64_t far_off_flags = 0;
+  uint64_t refined_links = 0;
   uint64_t work_positions = 0;
   uint64_t work_velocities = 0;
   uint64_t measured_pieces = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/core/check.h"
+#include "server/solver/solver_constants.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -49,6 +50,22 @@ uint64_t ColourPasses(std::span<const uint32_t> offsets, uint32_t local_size) {
     passes += LoopPasses(offsets[c + 1] - offsets[c], local_size);
   }
   return passes;
+}
+
+// Of `sweeps` sweeps over the colours of the constraints.
+uint64_t RepeatedColourPasses(const SceneModel& model, uint64_t sweeps, uint32_t local_size) {
+  return sweeps + kLoopEnd + sweeps * ColourPasses(model.colour_offsets(), local_size);
+}
+
+// Of clearing the flags of particles whose links are far off.
+uint64_t ClearPasses(const SceneModel& model, uint32_t local_size) {
+  return LoopPasses(RoundsFor(model.particle_count(), 32), local_size);
+}
+
+// Of the refinement of every link in one sweep: the tests, the sweeps, the flags.
+uint64_t RefinePasses(const SceneModel& model, uint32_t local_size) {
+  return LoopPasses(TestedLinkCount(model), local_size) +
+         RepeatedColourPasses(model, kRefineSweeps, local_size) + ClearPasses(model, local_size);
 }
 
 // Of one strip: elimination, substitution, step length, change.
@@ -101,6 +118,19 @@ uint64_t ElasticPasses(const SceneModel& model, uint64_t rounds, uint32_t local_
 
 }  // namespace
 
+uint32_t TestedLinkCount(const SceneModel& model) {
+  const StripSet& strips = model.strips();
+  if (strips.phase_count() == 0) return 0;
+  return strips.strip_offsets[strips.phase_offsets[strips.phase_count() - 1]];
+}
+
+uint64_t CountTiledRefineLoops(const SceneModel& model, uint32_t local_size) {
+  // Its sweeps, and one more over what it has solved to clear the flags; then the counts.
+  return RepeatedColourPasses(model, kRefineSweeps, local_size) +
+         ColourPasses(model.colour_offsets(), local_size) +
+         LoopPasses(uint64_t{model.colour_count()} + 1, local_size);
+}
+
 LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& parameters,
                              uint32_t local_size, bool has_own_lengths) {
   const SolverChoice solver = ChooseSolver(model, parameters, has_own_lengths);
@@ -116,6 +146,8 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   LoopCosts costs;
   costs.sweep = 1;
   if (solver.has_strips) costs.sweep += StripPasses(model.strips(), local_size);
+  const bool has_refinement = solver.refine_above_strain > 0;
+  if (has_refinement) costs.sweep += RefinePasses(model, local_size);
   if (solver.has_colours) costs.sweep += ColourPasses(model.colour_offsets(), local_size);
   if (model.joint_count() > 0) {
     costs.sweep += ColourPasses(model.joint_colour_offsets(), local_size);
@@ -136,6 +168,7 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   if (HasRestitution(parameters)) costs.substep += rounds * (colliders + kLoopEnd);
   // Loading, checking with its loop over the axes, storing, pausing.
   costs.fixed = springs + elastic + air + 4 * particles + 4 * rounds + 8;
+  if (has_refinement) costs.fixed += ClearPasses(model, local_size);
   return costs;
 }
 
@@ -166,11 +199,14 @@ uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parame
   const uint64_t elastic =
       model.elastic_count() > 0 ? LargestDegree(model.elastic_shares().offsets) + 1 : 0;
   const uint64_t strip = PassesOfStrip(LongestStrip(model.strips()));
-  const uint64_t tiled = std::max({strip, LargestSpringDegree(model) + 1, elastic, air,
+  // To find the colour of a link, to refine it.
+  const uint64_t colour = uint64_t{model.colour_count()} + kLoopEnd;
+  const uint64_t tiled = std::max({strip, LargestSpringDegree(model) + 1, elastic, air, colour,
                                    2 * (colliders + 1), uint64_t{kMaxTethersPerParticle} + 1});
-  // `tiled_begin_sweeps` and `tiled_end_sweep` go through the dispatches of all phases and colours.
+  // `tiled_begin_sweeps` and `tiled_end_sweep` go through the dispatches of all phases and colours,
+  // the three of the refinement, the contacts and the end of the sweep.
   const uint64_t control = LoopPasses(uint64_t{model.strips().phase_count()} +
-                                          model.colour_count() + model.joint_colour_count() + 2,
+                                          model.colour_count() + model.joint_colour_count() + 5,
                                       local_size);
   return std::max({measure, tiled, control});
 }

@@ -21,6 +21,12 @@ struct LoopCosts {
 LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& parameters,
                              uint32_t local_size, bool has_own_lengths = false);
 
+// Links that `refine` tests: those of strips of all phases but the last.
+uint32_t TestedLinkCount(const SceneModel& model);
+
+// Passes of one invocation of `tiled_refine` if every link is refined.
+uint64_t CountTiledRefineLoops(const SceneModel& model, uint32_t local_size);
+
 // Whether a dispatch of `budget` passes gets anywhere.
 bool CanRunInParts(const LoopCosts& costs, uint64_t budget);
 

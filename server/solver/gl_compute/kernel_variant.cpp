@@ -36,9 +36,19 @@ bool HasCollider(const ClothParameters& parameters) {
 Status LoopLimit() {
   return Status(StatusCode::kResourceExhausted, "KERNEL_LOOP_LIMIT",
                 "a particle has too many springs, triangles or elastic elements, or the cloth too "
-                "many colliders or "
-                "colours, for "
-                "the kernels of this device");
+                "many colliders, colours or refined constraints, for the kernels of this device");
+}
+
+// One work group refines a tiled cloth, however large it is.
+Status FitRefinement(const SceneModel& model, const DeviceTraits& device, KernelVariant& variant) {
+  if (!variant.has_refinement) return Status::Ok();
+  const bool is_hardware = !device.is_software && device.local_size == 0;
+  variant.refine_local_size = is_hardware ? kLargestLocalSize : variant.local_size;
+  while (CountTiledRefineLoops(model, variant.refine_local_size) > device.loop_budget) {
+    if (variant.refine_local_size >= kLargestLocalSize) return LoopLimit();
+    variant.refine_local_size *= 2;
+  }
+  return Status::Ok();
 }
 
 // Cuts the step into parts where it is too long for one dispatch; more invocations per work group
@@ -49,7 +59,7 @@ Status FitLoops(const SceneModel& model, const ClothParameters& parameters,
   if (CountLongestLoop(model, parameters, variant.local_size) > device.loop_budget) {
     return LoopLimit();
   }
-  if (variant.is_tiled()) return Status::Ok();
+  if (variant.is_tiled()) return FitRefinement(model, device, variant);
   LoopCosts costs =
       CountResidentLoops(model, parameters, variant.local_size, variant.has_own_lengths);
   while (!CanRunInParts(costs, device.loop_budget)) {
@@ -95,6 +105,7 @@ std::string KernelVariant::Defines() const {
   if (has_velocity_stage) text << "#define HAS_VELOCITY_STAGE\n";
   if (has_strips) text << "#define HAS_STRIPS\n";
   if (has_colours) text << "#define HAS_COLOURS\n";
+  if (has_refinement) text << "#define HAS_REFINEMENT\n";
   if (is_in_parts) text << "#define IS_IN_PARTS\n#define LOOP_BUDGET " << loop_budget << "u\n";
   return text.str();
 }
@@ -147,6 +158,7 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
   variant.has_velocity_stage = solver.velocity_iterations > 0;
   variant.has_strips = solver.has_strips;
   variant.has_colours = solver.has_colours;
+  variant.has_refinement = solver.refine_above_strain > 0;
   DRAPE_RETURN_IF_ERROR(FitLoops(model, parameters, device, choice));
   return choice;
 }

@@ -44,6 +44,9 @@ struct KernelVariant {
   bool has_velocity_stage = false;
   bool has_strips = false;
   bool has_colours = false;
+  bool has_refinement = false;
+  // Invocations of the work group that refines a cloth of the tiled plan; else 0.
+  uint32_t refine_local_size = 0;
   // The resident step takes several dispatches of at most loop_budget passes (kernel_costs.h).
   bool is_in_parts = false;
   uint32_t loop_budget = 0;  // 0 unless is_in_parts
@@ -62,8 +65,8 @@ struct DeviceTraits {
   uint32_t loop_budget = 0;  // passes through loops per dispatch and invocation
 };
 
-// The largest cloth of the resident plan [particles]: 28 bytes each in the 32 KiB of shared memory
-// that OpenGL 4.5 guarantees.
+// The largest cloth of the resident plan [particles]: 28 bytes and a bit each in the 32 KiB of
+// shared memory that OpenGL 4.5 guarantees.
 inline constexpr uint32_t kMaxResidentParticles = 1024;
 // Meshes and nets of 1024 particles have 2 to 6 thousand of each; with far more of them a sweep
 // gains nothing from shared memory.

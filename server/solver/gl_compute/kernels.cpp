@@ -20,6 +20,7 @@ std::string ConstantDefines() {
   text << "#define MIN_STRIP_PIVOT " << kMinStripPivot << "\n";
   text << "#define MIN_STRIP_PIVOT_AT_PIN " << kMinStripPivotAtPin << "\n";
   text << "#define MAX_STRIP_MOVE " << kMaxStripMove << "\n";
+  text << "#define REFINE_SWEEPS " << kRefineSweeps << "u\n";
   text << "#define MIN_DIRECTION_COSINE " << kMinDirectionCosine << "\n";
   text << "#define MAX_SPEED " << kMaxSpeed_m_per_s << "\n";
   text << "#define MAX_AIR_RATIO " << kMaxAirRatio << "\n";
@@ -104,6 +105,12 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   distance.has_two_steps = all.has_two_steps;
   KernelVariant timed = plain;
   timed.has_two_steps = all.has_two_steps;
+  KernelVariant begin = timed;
+  begin.has_refinement = all.has_refinement;
+  KernelVariant refine = tolerance;
+  refine.has_two_steps = all.has_two_steps;
+  KernelVariant refine_group = refine;
+  refine_group.local_size = all.refine_local_size;
   KernelVariant tether = timed;
   tether.has_start_directions = all.has_start_directions;
   distance.has_inequalities = all.has_inequalities;
@@ -134,7 +141,7 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   const bool has_springs = all.springs != KernelVariant::Springs::kNone;
   const bool has_kicks = all.springs == KernelVariant::Springs::kHalfKicks;
   const std::array wanted = {
-      Wanted{true, "tiled_begin", timed, &kernels.tiled_begin},
+      Wanted{true, "tiled_begin", begin, &kernels.tiled_begin},
       Wanted{has_springs, "tiled_spring_accelerations", timed, &kernels.tiled_spring_accelerations},
       Wanted{has_kicks, "tiled_kick", timed, &kernels.tiled_kick},
       Wanted{all.has_elastic, "tiled_elastic_impulses", timed, &kernels.tiled_elastic_impulses},
@@ -147,6 +154,9 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
       Wanted{all.has_tethers, "tiled_tether", tether, &kernels.tiled_tether},
       Wanted{all.has_tolerance, "tiled_begin_sweeps", plain, &kernels.tiled_begin_sweeps},
       Wanted{all.has_strips, "tiled_solve_strips", distance, &kernels.tiled_solve_strips},
+      Wanted{all.has_refinement, "tiled_test_links", refine, &kernels.tiled_test_links},
+      Wanted{all.has_refinement, "tiled_collect_links", refine, &kernels.tiled_collect_links},
+      Wanted{all.has_refinement, "tiled_refine", refine_group, &kernels.tiled_refine},
       Wanted{all.has_colours, "tiled_solve_distance", distance, &kernels.tiled_solve_distance},
       Wanted{all.has_joints, "tiled_solve_joints", joints, &kernels.tiled_solve_joints},
       Wanted{all.has_contacts, "tiled_solve_contacts", contacts, &kernels.tiled_solve_contacts},

@@ -30,6 +30,9 @@ struct StepKernels {
   const gl::Program* tiled_tether = nullptr;
   const gl::Program* tiled_begin_sweeps = nullptr;
   const gl::Program* tiled_solve_strips = nullptr;
+  const gl::Program* tiled_test_links = nullptr;
+  const gl::Program* tiled_collect_links = nullptr;
+  const gl::Program* tiled_refine = nullptr;
   const gl::Program* tiled_solve_distance = nullptr;
   const gl::Program* tiled_solve_joints = nullptr;
   const gl::Program* tiled_solve_contacts = nullptr;

@@ -20,6 +20,8 @@ struct LargestSizes {
   uint32_t pins = 0;
   uint32_t triangles = 0;
   uint32_t elastic_elements = 0;
+  uint32_t constraints = 0;
+  uint32_t tested_links = 0;
   uint32_t substeps = 0;
   uint32_t max_iterations = 0;
   uint32_t velocity_iterations = 0;
@@ -43,6 +45,8 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
         std::max(largest.triangles, static_cast<uint32_t>(cloth->model->model->triangles().size()));
     largest.elastic_elements =
         std::max(largest.elastic_elements, cloth->model->model->elastic_count());
+    largest.constraints = std::max(largest.constraints, cloth->model->model->constraint_count());
+    largest.tested_links = std::max(largest.tested_links, TestedLinkCount(*cloth->model->model));
     const SubstepSchedule schedule(*cloth->model->model, cloth->parameters,
                                    cloth->kernels->variant.has_two_steps);
     largest.substeps = std::max(largest.substeps, schedule.size());
@@ -90,9 +94,12 @@ class TiledStep {
   }
 
  private:
-  // Dispatch arguments of the sweeps: one per phase of strips, one per colour, one per colour of
-  // the joints, then the contacts, then the end of the sweep.
-  uint32_t joints_index() const { return phase_count_ + colour_count_; }
+  // Dispatch arguments of the sweeps: one per phase of strips, three of the refinement, one per
+  // colour, one per colour of the joints, then the contacts, then the end of the sweep.
+  uint32_t colours_index() const {
+    return phase_count_ + (kernels_.variant.has_refinement ? 3 : 0);
+  }
+  uint32_t joints_index() const { return colours_index() + colour_count_; }
   uint32_t contacts_index() const {
     return joints_index() + static_cast<uint32_t>(largest_.joint_colours.size());
   }
@@ -103,6 +110,11 @@ class TiledStep {
     std::vector<shader::DispatchArgs> args;
     for (uint32_t phase = 0; phase < phase_count_; ++phase) {
       args.push_back({GroupsFor(largest_.phases[phase], local_size), 0, 1, item_count_});
+    }
+    if (kernels_.variant.has_refinement) {
+      args.push_back({GroupsFor(largest_.tested_links, local_size), 0, 1, item_count_});
+      args.push_back({GroupsFor(largest_.constraints, local_size), 0, 1, item_count_});
+      args.push_back({1, 0, 1, item_count_});
     }
     for (uint32_t colour = 0; colour < colour_count_; ++colour) {
       args.push_back({GroupsFor(largest_.colours[colour], local_size), 0, 1, item_count_});
@@ -215,13 +227,14 @@ class TiledStep {
         DispatchSweepStage(phase, largest_.phases[phase]);
       }
     }
+    Refine(substep, sweep);
     if (colour_count_ > 0) {
       const gl::Program& distance = *kernels_.tiled_solve_distance;
       Prepare(distance, substep);
       distance.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
       for (uint32_t colour = 0; colour < colour_count_; ++colour) {
         distance.SetUniform(DRAPE_UNIFORM_COLOUR, colour);
-        DispatchSweepStage(phase_count_ + colour, largest_.colours[colour]);
+        DispatchSweepStage(colours_index() + colour, largest_.colours[colour]);
       }
     }
     SolveJoints(substep, sweep);
@@ -229,6 +242,19 @@ class TiledStep {
     Prepare(*kernels_.tiled_solve_contacts, substep);
     kernels_.tiled_solve_contacts->SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
     DispatchSweepStage(contacts_index(), largest_.particles);
+  }
+
+  // What the strips have left far off; one work group per cloth sweeps over it.
+  void Refine(uint32_t substep, uint32_t sweep) {
+    if (!kernels_.variant.has_refinement) return;
+    const auto dispatch = [&](const gl::Program& kernel, uint32_t index, uint32_t elements) {
+      Prepare(kernel, substep);
+      kernel.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+      DispatchSweepStage(index, elements);
+    };
+    dispatch(*kernels_.tiled_test_links, phase_count_, largest_.tested_links);
+    dispatch(*kernels_.tiled_collect_links, phase_count_ + 1, largest_.constraints);
+    dispatch(*kernels_.tiled_refine, phase_count_ + 2, 1);
   }
 
   void SolveJoints(uint32_t substep, uint32_t sweep) {
@@ -290,6 +316,14 @@ class TiledStep {
 void DeviceBarrier() {
   glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT |
                   GL_BUFFER_UPDATE_BARRIER_BIT);
+}
+
+uint64_t MostDispatchesOfSweep(const SceneModel& model) {
+  const uint64_t most =
+      uint64_t{model.strips().phase_count()} + model.colour_count() + model.joint_colour_count();
+  // Three cloths may have the most of one kind each. The refinement, contacts, the end of the
+  // sweep.
+  return 3 * most + 5;
 }
 
 uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,

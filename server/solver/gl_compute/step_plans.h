@@ -32,6 +32,10 @@ void DeviceBarrier();
 uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
                          const DispatchLimits& limits);
 
+// Dispatches that the tiled plan has arguments for, in a group of cloths with at most as many
+// phases and colours each as the model has of all.
+uint64_t MostDispatchesOfSweep(const SceneModel& model);
+
 // What measures any cloth.
 struct MeasureKernels {
   const gl::Program* pieces = nullptr;
