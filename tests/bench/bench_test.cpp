@@ -99,8 +99,9 @@ TEST_F(BenchTest, SpeedMakesItsTables) {
   // Copies in two caches and four operations on the cpu, three limits of gl.
   EXPECT_EQ(RowCount(out_ / "speed_limits.csv"), thread_counts * 6 + 3);
   // Cloths: three presets, lanes and single with one thread and all, and gl; then two sizes of one
-  // cloth.
-  EXPECT_EQ(RowCount(out_ / "speed_cost.csv"), 3 * (thread_counts * 2 + 1) + 2 * 2);
+  // cloth, with one thread and all, and gl.
+  EXPECT_EQ(RowCount(out_ / "speed_cost.csv"),
+            3 * (thread_counts * 2 + 1) + 2 * (thread_counts + 1));
   EXPECT_EQ(RowCount(out_ / "speed_curve.csv"), 5);
   EXPECT_EQ(RowCount(out_ / "speed_service.csv"), 2 * 2);  // loads, with positions and without
   EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 5);

@@ -1,5 +1,7 @@
 """What the table of the costs says: ms per step against cloths and particles, and whether the bars hold."""
 
+import math
+
 from rows import distinct, markdown, milliseconds, select
 
 COLUMNS = [
@@ -8,6 +10,7 @@ COLUMNS = [
 FLAT_CLOTHS, FLAT_CLOTHS_BAR = (64, 4096), 1.15
 FLAT_PARTICLES, FLAT_PARTICLES_BAR = (1024, 65536), 2
 THREADS_BAR = 0.9  # of the number of threads: two threads 1.8 times as fast as one
+BIG_CLOTH = 65536  # particles
 
 
 def us_per_cloth(row):
@@ -21,6 +24,15 @@ def ns_per_particle(row):
 def way(row):
     threads = f", {row['threads']:.0f} thread{'s' if row['threads'] > 1 else ''}" if row["threads"] else ""
     return f"{row['backend']} {row['path']}{threads}"
+
+
+def ways_of_one_cloth(rows):
+    """Of the rows along the particles: the names of their ways, and the rows of each. The path of gl depends on the size."""
+    found = {}
+    for row in rows:
+        threads = f", {row['threads']:.0f} thread{'s' if row['threads'] > 1 else ''}" if row["threads"] else ""
+        found.setdefault(row["backend"] + threads, []).append(row)
+    return found
 
 
 def most_threads(rows):
@@ -43,17 +55,16 @@ def spread_line(name, rows, column, limits, cost, unit, bar):
     return [name, f"{limits[0]} … {limits[1]} {column}", words, f"≤ {bar:g}", "yes" if ratio <= bar else "NO"]
 
 
-def threads_line(rows):
-    """One thread against all at the largest number of cloths that both have."""
-    lanes = select(rows, along="cloths", preset="REALTIME", path="lanes")
-    most = most_threads(lanes) if lanes else 1
-    of_one = {row["cloths"]: row for row in select(lanes, threads=1)}
-    both = [row for row in select(lanes, threads=most) if row["cloths"] in of_one]
+def threads_line(name, rows, column, at_most):
+    """One thread against all at the largest size that both have; `rows` of one way of stepping but for the threads."""
+    most = most_threads(rows) if rows else 1
+    of_one = {row[column]: row for row in select(rows, threads=1)}
+    both = [row for row in select(rows, threads=most) if row[column] in of_one and row[column] <= at_most]
     if most < 2 or not both:
         return []
-    row = max(both, key=lambda row: row["cloths"])
-    ratio = of_one[row["cloths"]]["median_ms"] / row["median_ms"]
-    return [["cpu lanes", f"{most:.0f} threads against one, {row['cloths']:.0f} cloths", f"{ratio:.2f}", f"≥ {THREADS_BAR * most:.3g}",
+    row = max(both, key=lambda row: row[column])
+    ratio = of_one[row[column]]["median_ms"] / row["median_ms"]
+    return [[name, f"{most:.0f} threads against one, {row[column]:.0f} {column}", f"{ratio:.2f}", f"≥ {THREADS_BAR * most:.3g}",
              "yes" if ratio >= THREADS_BAR * most else "NO"]]
 
 
@@ -65,10 +76,13 @@ def bars_text(rows):
         if of_way[0]["threads"] in (0, most_threads(cloths)) and of_way[0]["path"] != "single":
             lines.append(spread_line(name, of_way, "cloths", FLAT_CLOTHS, us_per_cloth, "µs per cloth", FLAT_CLOTHS_BAR))
     particles = select(rows, along="particles")
-    for backend in distinct(particles, "backend"):
-        lines.append(spread_line(f"{backend}, one cloth", select(particles, backend=backend), "particles", FLAT_PARTICLES,
-                                 ns_per_particle, "ns per particle", FLAT_PARTICLES_BAR))
-    return ["#### Bars\n", markdown(["what", "between", "largest / least", "bar", "holds"], lines + threads_line(rows))]
+    for name, of_way in ways_of_one_cloth(particles).items():
+        if of_way[0]["threads"] in (0, most_threads(particles)):
+            lines.append(spread_line(f"{name}, one cloth", of_way, "particles", FLAT_PARTICLES, ns_per_particle, "ns per particle",
+                                     FLAT_PARTICLES_BAR))
+    lines += threads_line("cpu lanes", select(cloths, path="lanes"), "cloths", math.inf)
+    lines += threads_line("cpu, one cloth", select(particles, backend="cpu"), "particles", BIG_CLOTH)
+    return ["#### Bars\n", markdown(["what", "between", "largest / least", "bar", "holds"], lines)]
 
 
 def cloths_text(rows, preset):
@@ -94,12 +108,12 @@ def cost_text(rows, cpu_backend):
     for preset in distinct(select(rows, along="cloths"), "preset"):
         text += cloths_text(rows, preset)
     particles = select(rows, along="particles")
-    backends = distinct(particles, "backend")
+    ways = ways_of_one_cloth(particles)
     lines = []
     for count in distinct(particles, "particles"):
-        found = {row["backend"]: row for row in select(particles, particles=count)}
-        lines.append([f"{count:.0f}", *(f"{milliseconds(found[b]['median_ms'])} / {ns_per_particle(found[b]):.0f} ({found[b]['path']})"
-                                        if b in found else "" for b in backends)])
+        found = {name: row for name, of_way in ways.items() for row in select(of_way, particles=count)}
+        lines.append([f"{count:.0f}", *(f"{milliseconds(found[w]['median_ms'])} / {ns_per_particle(found[w]):.0f} ({found[w]['path']})"
+                                        if w in found else "" for w in ways)])
     if lines:
-        text += ["One cloth, REALTIME, ms per step / ns per particle:\n", markdown(["particles", *backends], lines)]
+        text += ["One cloth, REALTIME, ms per step / ns per particle:\n", markdown(["particles", *ways], lines)]
     return text

@@ -52,9 +52,8 @@ def draw_cost(rows):
     cloths = select(rows, along="cloths", preset="REALTIME")
     for name in dict.fromkeys(speed_cost.way(row) for row in cloths):
         curve_of(axes[0], [row for row in cloths if speed_cost.way(row) == name], "cloths", speed_cost.us_per_cloth, name)
-    particles = select(rows, along="particles")
-    for backend in distinct(particles, "backend"):
-        curve_of(axes[1], select(particles, backend=backend), "particles", speed_cost.ns_per_particle, backend)
+    for name, of_way in speed_cost.ways_of_one_cloth(select(rows, along="particles")).items():
+        curve_of(axes[1], of_way, "particles", speed_cost.ns_per_particle, name)
     for panel, x_label, y_label in ((axes[0], "cloths", "time per cloth and step [µs]"),
                                     (axes[1], "particles of the one cloth", "time per particle and step [ns]")):
         panel.set_xscale("log")

@@ -8,6 +8,7 @@
 #include "server/solver/cpu/float_controls.h"
 #include "server/solver/cpu/float_model.h"
 #include "server/solver/cpu/refine.h"
+#include "server/solver/cpu/step_team.h"
 #include "server/solver/cpu/wide_lanes.h"
 #include "server/solver/step_report.h"
 #include "server/solver/substep_schedule.h"
@@ -58,6 +59,13 @@ struct StripLinkSolution {
   Scalars impulse;  // [N s]; during the elimination the right side over the pivot
 };
 
+// Of one group of strips.
+struct StripScratch {
+  std::vector<StripLinkSolution<WideLanes, WideVectors>> links;
+  std::vector<WideVectors> end_directions;  // of the links; only with start directions
+  std::vector<LinkEnds> far_off;            // links that refinement found
+};
+
 // Working memory of one step; kept by a thread between steps only to save allocations.
 struct StepScratch {
   FloatState state;                  // the step's working copy; velocities hold u within a substep
@@ -68,10 +76,8 @@ struct StepScratch {
   std::vector<Lanes> elastic_impulses;  // [elastic group][lane] [N s]
   // Lambda, [group_count + 1] [N s]; only with compliance or inequalities
   std::vector<Lanes> distance_impulses;
-  // Of one group of strips.
-  std::vector<StripLinkSolution<WideLanes, WideVectors>> strip_links;
-  std::vector<WideVectors> end_directions;  // of their links; only with start directions
-  std::vector<Lanes> twists;                // [row of cells, two of them][column]
+  std::vector<StripScratch> strips;   // of each member of the team
+  std::vector<Lanes> twists;          // [row_count + 1][column_count + 1] of the cells around
   Refinement refinement;
   std::vector<Lanes> joint_impulses;  // Lambda, [joint_count] [N s]
   std::vector<Lanes> rest_lengths;  // [group_count] [m] at the end of the substep; only of its own
@@ -86,6 +92,15 @@ struct OwnLengths {
   std::vector<Lanes> targets;  // at its end
 };
 
+// Not fewer in a range that is one thread's (StepTeam): they take about half a microsecond, what it
+// takes a thread to find a range.
+inline constexpr size_t kParticleGrain = 128;
+inline constexpr size_t kGroupGrain = 32;  // groups of four constraints, elements, triangles
+inline constexpr size_t kBlockGrain = 32;  // TetherBlock
+inline constexpr size_t kRowGrain = 4;     // of a grid
+inline constexpr size_t kStripGrain = 1;   // groups of strips
+inline constexpr size_t kTestedStripGrain = 8;  // single strips whose links are only compared
+
 // Everything one step needs.
 struct StepContext {
   const FloatModel& model;
@@ -95,16 +110,52 @@ struct StepContext {
   // From the start of the step on, [collider_count]; empty: they rest as described.
   std::span<const RigidMotion> collider_motions;
   StepScratch& scratch;
+  StepTeam& team;
   uint32_t max_iterations;  // sweeps per substep at most
   FloatSubstep substep{};   // the one under way
+
+  // function(begin, end) of ranges that divide [0, count).
+  template <class Function>
+  void ForRanges(size_t count, size_t grain, const Function& function) const {
+    team.AnyOf(0, count, grain, [&](size_t begin, size_t end, uint32_t) {
+      function(begin, end);
+      return false;
+    });
+  }
+  // Whether function(particles) is true of any of the ranges that divide the free particles.
+  template <class Function>
+  bool AnyFreeRange(const Function& function) const {
+    const std::span<const uint32_t> particles = model.free_particles;
+    return team.AnyOf(0, particles.size(), kParticleGrain,
+                      [&](size_t begin, size_t end, uint32_t) -> bool {
+                        return function(particles.subspan(begin, end - begin));
+                      });
+  }
+  template <class Function>
+  void ForFreeRanges(const Function& function) const {
+    AnyFreeRange([&](std::span<const uint32_t> particles) {
+      function(particles);
+      return false;
+    });
+  }
+  // function(i) of every free particle i.
+  template <class Function>
+  void ForFreeParticles(const Function& function) const {
+    ForFreeRanges([&](std::span<const uint32_t> particles) {
+      const Function local = function;  // what it holds need not be read again for every particle
+      for (const uint32_t i : particles) local(i);
+    });
+  }
 };
 
 // What a step ends with: the new state of context.scratch replaces `state` unless it has blown up,
 // and the report gets what there is to tell.
 void Finish(const StepContext& context, bool measure, FloatState& state, StepReport& report);
 
-// Steps `state` once. If it blows up, `state` stays as it was and the report says why. The result
-// is a function of model, controls, pin targets and state alone. Thread-safe for different states.
+// Steps `state` once, by the calling thread as the leader of context.team. If it blows up, `state`
+// stays as it was and the report says why. The result is a function of model, controls, pin targets
+// and state alone: within a stage ranges depend on each other in nothing. Thread-safe for different
+// states.
 StepReport StepCloth(StepContext context, bool measure, FloatState& state);
 
 }  // namespace drape::cpu

@@ -27,10 +27,11 @@ Lanes VelocityBefore(const Surface& surface, Lanes p, Lanes v) {
 
 // From positions and velocities before the substep.
 template <class Surface>
-void PredictContactsOf(const StepContext& context, std::span<const Surface> surfaces) {
+void PredictContactsOf(const StepContext& context, std::span<const Surface> surfaces,
+                       std::span<const uint32_t> particles) {
   const FloatControls& controls = context.controls;
   StepScratch& scratch = context.scratch;
-  for (const uint32_t i : context.model.free_particles) {
+  for (const uint32_t i : particles) {
     const Lanes p = scratch.state.positions[i];
     for (size_t k = 0; k < surfaces.size(); ++k) {
       const Gap gap = surfaces[k].GapAtStart(p);
@@ -74,11 +75,11 @@ bool SolveContact(const FloatControls& controls, const Surface& surface, Lanes p
 }
 
 template <class Surface>
-bool SolveContactsOf(const StepContext& context, std::span<const Surface> surfaces) {
+bool SolveContactsOf(const StepContext& context, std::span<const Surface> surfaces,
+                     std::span<const uint32_t> particles) {
   StepScratch& scratch = context.scratch;
   bool changed = false;
-  if (surfaces.empty()) return changed;
-  for (const uint32_t i : context.model.free_particles) {
+  for (const uint32_t i : particles) {
     for (size_t k = 0; k < surfaces.size(); ++k) {
       changed |=
           SolveContact(context.controls, surfaces[k], scratch.state.positions[i],
@@ -99,13 +100,12 @@ Lanes CorrectContactVelocity(const FloatControls& controls, const ContactImpulse
 }
 
 template <class Surface>
-void CorrectVelocityOf(const StepContext& context, std::span<const Surface> surfaces) {
+void CorrectVelocityOf(const StepContext& context, std::span<const Surface> surfaces,
+                       std::span<const uint32_t> particles) {
   const FloatControls& controls = context.controls;
-  if (context.substep.is_two_step) return;
   const float damping_factor = context.substep.damping_factor;
   FloatState& state = context.scratch.state;
-  if (surfaces.empty() && damping_factor == 1) return;
-  for (const uint32_t i : context.model.free_particles) {
+  for (const uint32_t i : particles) {
     const Lanes p = state.positions[i];
     Lanes v = state.velocities[i];
     for (size_t k = 0; k < surfaces.size(); ++k) {
@@ -126,15 +126,31 @@ void CorrectVelocityOf(const StepContext& context, std::span<const Surface> surf
 }  // namespace
 
 void PredictContacts(const StepContext& context) {
-  WithSurfaces(context, [&](auto surfaces) { PredictContactsOf(context, surfaces); });
+  if (context.controls.colliders.empty()) return;
+  WithSurfaces(context, [&](auto surfaces) {
+    context.ForFreeRanges([&](std::span<const uint32_t> particles) {
+      PredictContactsOf(context, surfaces, particles);
+    });
+  });
 }
 
 bool SolveContacts(const StepContext& context) {
-  return WithSurfaces(context, [&](auto surfaces) { return SolveContactsOf(context, surfaces); });
+  if (context.controls.colliders.empty()) return false;
+  return WithSurfaces(context, [&](auto surfaces) {
+    return context.AnyFreeRange([&](std::span<const uint32_t> particles) {
+      return SolveContactsOf(context, surfaces, particles);
+    });
+  });
 }
 
 void CorrectVelocity(const StepContext& context) {
-  WithSurfaces(context, [&](auto surfaces) { CorrectVelocityOf(context, surfaces); });
+  if (context.substep.is_two_step) return;
+  if (context.controls.colliders.empty() && context.substep.damping_factor == 1) return;
+  WithSurfaces(context, [&](auto surfaces) {
+    context.ForFreeRanges([&](std::span<const uint32_t> particles) {
+      CorrectVelocityOf(context, surfaces, particles);
+    });
+  });
 }
 
 void PlaceColliders(const StepContext& context, double begin_s, double end_s) {

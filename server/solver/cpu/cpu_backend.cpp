@@ -7,6 +7,7 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <fstream>
 #include <new>
@@ -25,6 +26,7 @@
 #include "server/solver/cpu/lane_step.h"
 #include "server/solver/cpu/measure.h"
 #include "server/solver/cpu/step_groups.h"
+#include "server/solver/cpu/step_team.h"
 
 namespace drape {
 namespace cpu {
@@ -192,17 +194,7 @@ class CpuBackend final : public Backend {
     const auto start = std::chrono::steady_clock::now();
     BatchReport batch;
     batch.reports.resize(items.size());
-    const std::vector<StepGroup> groups = GroupsOf(items);
-    arena_.execute([&] {
-      tbb::parallel_for(
-          tbb::blocked_range<size_t>(0, groups.size(), 1),
-          [&](const tbb::blocked_range<size_t>& range) {
-            for (size_t k = range.begin(); k < range.end(); ++k) {
-              StepOnThisThread(items, groups[k], batch.reports);
-            }
-          },
-          tbb::simple_partitioner());
-    });
+    StepOnAllThreads(items, batch.reports);
     batch.device_us = std::chrono::duration_cast<std::chrono::microseconds>(
                           std::chrono::steady_clock::now() - start)
                           .count();
@@ -271,6 +263,16 @@ class CpuBackend final : public Backend {
   struct alignas(128) ThreadScratch {
     StepScratch single;
     LaneScratch lanes;
+    StepTeam alone{1};
+  };
+
+  // What the threads share while they step a batch.
+  struct SharedBatch {
+    std::span<const StepItem> items;
+    const std::vector<StepGroup> groups;
+    const std::vector<std::unique_ptr<StepTeam>> teams;  // of each group; null: one thread's work
+    std::vector<StepReport>& reports;                    // of each item
+    std::atomic<size_t> next_group{0};
   };
 
   ThreadScratch& ScratchOfThisThread() {
@@ -288,19 +290,77 @@ class CpuBackend final : public Backend {
     return FormGroups(keys, lane_count_, static_cast<uint32_t>(thread_count_));
   }
 
-  // Touches only the cloths of the group and this thread's scratch memory.
-  void StepOnThisThread(std::span<const StepItem> items, const StepGroup& group,
-                        std::vector<StepReport>& reports) {
+  // Null for groups that one thread steps.
+  std::vector<std::unique_ptr<StepTeam>> TeamsOf(std::span<const StepItem> items,
+                                                 const std::vector<StepGroup>& groups) {
+    std::vector<std::unique_ptr<StepTeam>> teams(groups.size());
+    for (size_t k = 0; k < groups.size() && thread_count_ > 1; ++k) {
+      const Cloth& cloth = cloths_.At(items[groups[k][0]].cloth);
+      if (groups[k].size() > 1 || cloth.model->particle_count < kMinTeamParticles) continue;
+      teams[k] = std::make_unique<StepTeam>(static_cast<uint32_t>(thread_count_));
+    }
+    return teams;
+  }
+
+  void StepOnAllThreads(std::span<const StepItem> items, std::vector<StepReport>& reports) {
+    std::vector<StepGroup> groups = GroupsOf(items);
+    std::vector<std::unique_ptr<StepTeam>> teams = TeamsOf(items, groups);
+    const bool has_team = std::any_of(teams.begin(), teams.end(),
+                                      [](const auto& team) -> bool { return team != nullptr; });
+    const size_t all = static_cast<size_t>(thread_count_);
+    const size_t threads = has_team ? all : std::min(all, groups.size());
+    SharedBatch batch{items, std::move(groups), std::move(teams), reports};
+    arena_.execute([&] {
+      tbb::parallel_for(
+          tbb::blocked_range<size_t>(0, threads, 1),
+          [&](const tbb::blocked_range<size_t>&) { WorkOn(batch); }, tbb::simple_partitioner());
+    });
+  }
+
+  // One thread's part. Big cloths that others step are helped when no group is left, so a thread is
+  // never kept from a cloth of its own; nothing waits for a thread that the arena does not have.
+  void WorkOn(SharedBatch& batch) {
     const DenormalsAreZero denormals_are_zero;
+    for (size_t k; (k = batch.next_group.fetch_add(1)) < batch.groups.size();) {
+      StepOnThisThread(batch, k);
+    }
+    while (StepTeam* const team = SmallestOpenTeam(batch)) team->Join();
+  }
+
+  // Null: all cloths that have a team have been stepped.
+  static StepTeam* SmallestOpenTeam(const SharedBatch& batch) {
+    StepTeam* smallest = nullptr;
+    for (const std::unique_ptr<StepTeam>& team : batch.teams) {
+      if (!team || team->is_closed()) continue;
+      if (!smallest || team->member_count() < smallest->member_count()) smallest = team.get();
+    }
+    return smallest;
+  }
+
+  // Closes a team when its cloth has been stepped, in whatever way that ends.
+  struct TeamLead {
+    StepTeam* const team;
+    ~TeamLead() {
+      if (team != nullptr) team->Close();
+    }
+  };
+
+  // Touches only the cloths of the group and this thread's scratch memory.
+  void StepOnThisThread(SharedBatch& batch, size_t index) {
+    const StepGroup& group = batch.groups[index];
+    const std::span<const StepItem> items = batch.items;
+    std::vector<StepReport>& reports = batch.reports;
+    StepTeam& alone = ScratchOfThisThread().alone;
     if (group.size() == 1) {
-      reports[group[0]] = StepAlone(items[group[0]]);
+      const TeamLead lead{batch.teams[index].get()};
+      reports[group[0]] = StepAlone(items[group[0]], lead.team != nullptr ? *lead.team : alone);
       return;
     }
     std::vector<LaneCloth> cloths;
     for (const uint32_t k : group) {
       Cloth& cloth = cloths_.At(items[k].cloth);
       SetTargets(cloth, items[k]);
-      cloths.push_back({ContextOf(cloth, items[k]), items[k].measure, cloth.state});
+      cloths.push_back({ContextOf(cloth, items[k], alone), items[k].measure, cloth.state});
     }
     StepCloths(cloths, ScratchOfThisThread().lanes);
     for (size_t lane = 0; lane < group.size(); ++lane) {
@@ -309,10 +369,10 @@ class CpuBackend final : public Backend {
     }
   }
 
-  StepReport StepAlone(const StepItem& item) {
+  StepReport StepAlone(const StepItem& item, StepTeam& team) {
     Cloth& cloth = cloths_.At(item.cloth);
     if (cloth.fault != FaultReason::kNone) {
-      const StepContext context = ContextOf(cloth, item);
+      const StepContext context = ContextOf(cloth, item, team);
       StepReport report;
       report.fault = cloth.fault;
       PlaceColliders(context, 0, 0);
@@ -320,19 +380,20 @@ class CpuBackend final : public Backend {
       return report;
     }
     SetTargets(cloth, item);
-    const StepReport report = StepCloth(ContextOf(cloth, item), item.measure, cloth.state);
+    const StepReport report = StepCloth(ContextOf(cloth, item, team), item.measure, cloth.state);
     EndStep(cloth, report);
     return report;
   }
 
   // Valid as long as the cloth is not changed.
-  StepContext ContextOf(const Cloth& cloth, const StepItem& item) {
+  StepContext ContextOf(const Cloth& cloth, const StepItem& item, StepTeam& team) {
     return {*cloth.model,
             *cloth.controls,
             cloth.pin_targets,
             cloth.own_lengths ? &*cloth.own_lengths : nullptr,
             cloth.parameters.collider_motions,
             ScratchOfThisThread().single,
+            team,
             IterationsOf(item, cloth.parameters.settings)};
   }
 

@@ -1,5 +1,5 @@
 // The single-precision backend on all cores: equal cloths side by side in the lanes of the vector
-// registers, others alone.
+// registers, others alone, big ones among these by several threads together.
 #pragma once
 
 #include <cstdint>

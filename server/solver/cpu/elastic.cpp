@@ -26,12 +26,14 @@ LaneVectors WeightedSum(const ElasticGroup& group, const Differences& difference
           (w_a * a.z + w_b * b.z) + w_c * c.z};
 }
 
-// First phase: the impulses of the elements, all from the same velocities.
-void StoreElasticImpulses(const StepContext& context, const Lanes* p, float duration) {
+// First phase: the impulses of the elements, all from the same velocities. Groups [begin, end).
+void StoreElasticImpulses(const StepContext& context, const Lanes* p, float duration, size_t begin,
+                          size_t end) {
   const FloatControls& controls = context.controls;
   const Lanes* const v = context.scratch.state.velocities.data();
-  Lanes* impulses = context.scratch.elastic_impulses.data();
-  for (const ElasticGroup& group : context.model.elastic_groups) {
+  Lanes* impulses = context.scratch.elastic_impulses.data() + begin * kLaneCount;
+  for (size_t g = begin; g < end; ++g) {
+    const ElasticGroup& group = context.model.elastic_groups[g];
     const Differences d(group, p);
     const LaneVectors l = WeightedSum(group, d);
     const LaneVectors normal = Cross(d.from_first[0], Minus(d.from_first[2], d.from_first[1]));
@@ -56,17 +58,19 @@ void StoreElasticImpulses(const StepContext& context, const Lanes* p, float dura
 }  // namespace
 
 void ApplyElastic(const StepContext& context, const Lanes* positions, float duration) {
-  StoreElasticImpulses(context, positions, duration);
   const FloatModel& model = context.model;
   StepScratch& scratch = context.scratch;
-  for (const uint32_t i : model.free_particles) {
+  context.ForRanges(model.elastic_groups.size(), kGroupGrain, [&](size_t begin, size_t end) {
+    StoreElasticImpulses(context, positions, duration, begin, end);
+  });
+  context.ForFreeParticles([&](uint32_t i) {
     Lanes impulse{};
     for (uint32_t e = model.elastic_offsets[i]; e < model.elastic_offsets[i + 1]; ++e) {
       const FloatElasticEnd& end = model.elastic_ends[e];
       impulse += end.weight * scratch.elastic_impulses[end.element];
     }
     scratch.state.velocities[i] += model.inverse_masses[i] * impulse;
-  }
+  });
 }
 
 }  // namespace drape::cpu

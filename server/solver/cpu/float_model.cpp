@@ -31,6 +31,7 @@ void PackConstraints(FloatModel& model) {
   const auto colour_offsets = source.colour_offsets();
   model.constraint_places.resize(constraints.size());
   for (uint32_t colour = 0; colour < source.colour_count(); ++colour) {
+    model.colour_offsets.push_back(static_cast<uint32_t>(model.groups.size()));
     for (uint32_t c = colour_offsets[colour]; c < colour_offsets[colour + 1]; ++c) {
       const uint32_t lane = (c - colour_offsets[colour]) % kLaneCount;
       if (lane == 0) {
@@ -54,6 +55,7 @@ void PackConstraints(FloatModel& model) {
           static_cast<uint32_t>((model.groups.size() - 1) * kLaneCount + lane);
     }
   }
+  model.colour_offsets.push_back(static_cast<uint32_t>(model.groups.size()));
 }
 
 // Which constraints each particle has.
@@ -107,12 +109,23 @@ Link PaddingLink(const FloatModel& model) {
   return padding;
 }
 
-// Strips of a phase are sorted by length, so little is padding.
+bool HasPins(const FloatModel& model, uint32_t strip) {
+  const StripSet& strips = model.source->strips();
+  const auto begin = strips.particles.begin() + strips.strip_offsets[strip] + strip;
+  const auto end = strips.particles.begin() + strips.strip_offsets[strip + 1] + strip + 1;
+  return std::any_of(begin, end, [&](uint32_t i) { return model.inverse_masses[i] == 0; });
+}
+
+// Strips of a phase are sorted by length, so little is padding. Returns where the groups of each
+// phase begin, and where the last ends.
 template <class Ends, class Link>
-void PackStrips(FloatModel& model, std::vector<Strips<Ends>>& groups, std::vector<Link>& links) {
+std::vector<uint32_t> PackStrips(FloatModel& model, std::vector<Strips<Ends>>& groups,
+                                 std::vector<Link>& links) {
+  std::vector<uint32_t> phase_offsets;
   constexpr uint32_t kCount = std::tuple_size_v<Ends>;
   const StripSet& strips = model.source->strips();
   for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
+    phase_offsets.push_back(static_cast<uint32_t>(groups.size()));
     const uint32_t phase_end = strips.phase_offsets[phase + 1];
     for (uint32_t s = strips.phase_offsets[phase]; s < phase_end; s += kCount) {
       const uint32_t lane_count = std::min(kCount, phase_end - s);
@@ -124,15 +137,19 @@ void PackStrips(FloatModel& model, std::vector<Strips<Ends>>& groups, std::vecto
       group.first.fill(model.spare_particle());
       group.link_begin = static_cast<uint32_t>(links.size());
       group.link_end = group.link_begin + length;
+      group.has_pins = false;
       links.resize(group.link_end, PaddingLink<Link>(model));
       for (uint32_t lane = 0; lane < lane_count; ++lane) {
         group.first[lane] = strips.particles[strips.strip_offsets[s + lane] + s + lane];
         PackStripLane(model, s + lane, lane, std::span(links).subspan(group.link_begin));
+        group.has_pins |= HasPins(model, s + lane);
       }
       model.longest_strip = std::max(model.longest_strip, length);
       groups.push_back(group);
     }
   }
+  phase_offsets.push_back(static_cast<uint32_t>(groups.size()));
+  return phase_offsets;
 }
 
 // Which particles a pair is the first to need.
@@ -166,7 +183,27 @@ void PackJoints(FloatModel& model) {
 }
 
 // Rank by rank, so that the lanes of a group never share a particle and each particle meets its
-// pins in their order.
+// pins in their order. `particles`: at most four.
+void PackTetherBlock(FloatModel& model, std::span<const uint32_t> particles) {
+  const std::span<const uint32_t> offsets = model.source->tether_offsets();
+  uint32_t ranks = 0;
+  for (const uint32_t i : particles) ranks = std::max(ranks, offsets[i + 1] - offsets[i]);
+  for (uint32_t rank = 0; rank < ranks; ++rank) {
+    TetherGroup& group = model.tethers.emplace_back();
+    group.particle.fill(model.spare_particle());
+    std::copy(particles.begin(), particles.end(), group.particle.begin());
+    group.pin = group.particle;
+    group.length = Splat(1);
+    for (uint32_t lane = 0; lane < particles.size(); ++lane) {
+      const uint32_t t = offsets[particles[lane]] + rank;
+      if (t >= offsets[particles[lane] + 1]) continue;
+      group.pin[lane] = model.source->tethers()[t].pin;
+      group.length[lane] = static_cast<float>(model.source->tethers()[t].length_m);
+    }
+  }
+  model.tether_block_offsets.push_back(static_cast<uint32_t>(model.tethers.size()));
+}
+
 void PackTethers(FloatModel& model) {
   const std::span<const uint32_t> offsets = model.source->tether_offsets();
   for (uint32_t particle = 0; particle < model.particle_count; ++particle) {
@@ -175,23 +212,11 @@ void PackTethers(FloatModel& model) {
       model.single_tethers.push_back({particle, tether.pin, static_cast<float>(tether.length_m)});
     }
   }
-  for (uint32_t rank = 0; rank < kMaxTethersPerParticle; ++rank) {
-    uint32_t lane = 0;
-    for (uint32_t particle = 0; particle < model.particle_count; ++particle) {
-      if (offsets[particle] + rank >= offsets[particle + 1]) continue;
-      const Tether& tether = model.source->tethers()[offsets[particle] + rank];
-      if (lane == 0) {
-        model.tethers.emplace_back();
-        model.tethers.back().particle.fill(model.spare_particle());
-        model.tethers.back().pin.fill(model.spare_particle());
-        model.tethers.back().length = Splat(1);
-      }
-      TetherGroup& group = model.tethers.back();
-      group.particle[lane] = particle;
-      group.pin[lane] = tether.pin;
-      group.length[lane] = static_cast<float>(tether.length_m);
-      lane = (lane + 1) % kLaneCount;
-    }
+  model.tether_block_offsets.push_back(0);
+  const std::span<const uint32_t> particles = model.free_particles;
+  for (size_t begin = 0; begin < particles.size(); begin += kLaneCount) {
+    const size_t count = std::min<size_t>(kLaneCount, particles.size() - begin);
+    PackTetherBlock(model, particles.subspan(begin, count));
   }
 }
 
@@ -267,7 +292,7 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
   ListLinks(*this);
   if (has_compliance()) compliances.push_back(Splat(0));
   PackJoints(*this);
-  PackStrips(*this, strips, strip_links);
+  strip_phase_offsets = PackStrips(*this, strips, strip_links);
   for (const uint32_t c : source->strips().constraints) {
     const auto length = static_cast<float>(source->constraints()[c].rest_length_m);
     strip_lengths_sq.push_back(length * length);

@@ -46,6 +46,7 @@ struct Strips {
   Ends first;           // their first particles
   uint32_t link_begin;  // in the array of their links
   uint32_t link_end;
+  bool has_pins;  // others of their phase may have the same ones
 };
 
 // Eight strips of one cloth.
@@ -76,7 +77,7 @@ struct FloatJoint {
   float compliance;  // [m/N]
 };
 
-// Four tethers of different particles. Filled up with tethers from the spare particle to itself.
+// Four tethers of different particles. Filled up with tethers from a particle to itself.
 struct TetherGroup {
   std::array<uint32_t, kLaneCount> particle;
   std::array<uint32_t, kLaneCount> pin;
@@ -127,11 +128,13 @@ struct FloatModel {
   std::vector<uint32_t> pins;            // ascending
   std::vector<float> inverse_masses;     // [particle_count] [1/kg]
   std::vector<DistanceGroup> groups;     // colour after colour
+  std::vector<uint32_t> colour_offsets;  // [colour_count + 1] groups
   // [constraint_count]: where constraint c of the source is, as group * kLaneCount + lane.
   std::vector<uint32_t> constraint_places;
   // [group_count + 1] [m/N], the last of padding; empty if all are 0.
   std::vector<Lanes> compliances;
-  std::vector<StripGroup> strips;  // phase after phase
+  std::vector<StripGroup> strips;             // phase after phase
+  std::vector<uint32_t> strip_phase_offsets;  // [phase_count + 1] groups of strips
   std::vector<StripLink> strip_links;
   std::vector<StripPair> strip_pairs;  // the same in pairs
   std::vector<PairLink> pair_links;
@@ -139,18 +142,21 @@ struct FloatModel {
   // no strip has come last. [pair_count + 2] offsets.
   std::vector<uint32_t> pair_particles;
   std::vector<uint32_t> pair_particle_offsets;
-  uint32_t longest_strip = 0;  // links
+  uint32_t longest_strip = 0;         // links
   // Where the constraints of each particle are: [particle_count + 1] offsets.
   std::vector<uint32_t> link_offsets;
   std::vector<uint32_t> link_places;
   std::vector<float> strip_lengths_sq;  // of the links of strips, as in the source [m^2]
-  std::vector<ImpulseBounds> bounds;    // [group_count]; empty if all constraints are equalities
-  std::vector<FloatJoint> joints;       // in the order of the source
-  std::vector<TetherGroup> tethers;     // the nearest pin of every particle, then the next, ...
-  std::vector<SingleTether> single_tethers;  // as in the source: particle by particle
-  std::vector<TriangleGroup> triangles;      // in the order of the source
-  std::vector<ElasticGroup> elastic_groups;  // in the order of the source
-  std::vector<uint32_t> elastic_offsets;     // [particle_count + 1]
+  std::vector<ImpulseBounds> bounds;  // [group_count]; empty if all constraints are equalities
+  std::vector<FloatJoint> joints;     // in the order of the source
+  // Of four free particles their nearest pins, then the next, ...; then of the next four. Blocks
+  // depend on each other in nothing.
+  std::vector<TetherGroup> tethers;
+  std::vector<uint32_t> tether_block_offsets;  // [ceil(free particles / 4) + 1] groups
+  std::vector<SingleTether> single_tethers;    // as in the source: particle by particle
+  std::vector<TriangleGroup> triangles;        // in the order of the source
+  std::vector<ElasticGroup> elastic_groups;    // in the order of the source
+  std::vector<uint32_t> elastic_offsets;       // [particle_count + 1]
   std::vector<FloatElasticEnd> elastic_ends;
   std::vector<uint32_t> spring_offsets;  // [particle_count + 1]; empty without springs
   std::vector<FloatSpringEnd> spring_ends;

@@ -52,9 +52,11 @@ void AdvanceLengths(const StepContext& context) {
   if (substeps_left == 0) return;
   const float substeps = static_cast<float>(context.controls.schedule.size());
   const float share = (substeps - substeps_left) / substeps;
-  for (size_t g = 0; g < now.size(); ++g) {
-    now[g] = LengthBetween(lengths.starts[g], lengths.targets[g], share);
-  }
+  context.ForRanges(now.size(), kGroupGrain, [&](size_t begin, size_t end) {
+    for (size_t g = begin; g < end; ++g) {
+      now[g] = LengthBetween(lengths.starts[g], lengths.targets[g], share);
+    }
+  });
 }
 
 std::vector<Lanes> PackLengths(const FloatModel& model, std::span<const double> rest_lengths_m) {

@@ -11,10 +11,10 @@ namespace drape::cpu {
 // One sweep over all point joints. Returns whether an error was larger than the tolerance.
 bool SolveJoints(const StepContext& context);
 
-// C + (alpha/h) Lambda of joint `index`, with C from the positions of `state` [m].
 // One sweep over the velocities that rigid joints forbid.
 void SolveJointVelocities(const StepContext& context);
 
+// C + (alpha/h) Lambda of joint `index`, with C from the positions of `state` [m].
 Lanes JointResidual(const StepContext& context, const FloatState& state, size_t index);
 
 // The lengths at the end of this substep into the scratch memory. Needs own lengths.

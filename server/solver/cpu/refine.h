@@ -20,6 +20,11 @@ struct RefineLimits {
   float max_sq;
 };
 
+struct LinkEnds {
+  uint32_t from;
+  uint32_t to;
+};
+
 // A link that is solved again, in some of the cloths of a group.
 struct RefinedLink {
   uint32_t place;   // as FloatModel::constraint_places

@@ -1,11 +1,15 @@
 #include "server/solver/cpu/strips.h"
 
+#include <span>
+
 #include "server/solver/cpu/strip_solve-inl.h"
 
 namespace drape::cpu {
 namespace {
 
-// Eight strips of a phase, four and four: what strip_solve-inl.h sweeps over.
+// Eight strips of a phase, four and four: what strip_solve-inl.h sweeps over. `kHasPins`: whether
+// there may be pins among their particles.
+template <bool kHasPins>
 class EightStrips {
  public:
   using Scalars = WideLanes;
@@ -15,18 +19,19 @@ class EightStrips {
   using Link = StripLink;
   using Group = StripGroup;
 
-  explicit EightStrips(const StepContext& context)
+  // Group `index` of the model, by a member of the team.
+  EightStrips(const StepContext& context, size_t index, uint32_t member)
       : context_(context),
         p_(context.scratch.state.positions.data()),
-        u_(context.scratch.state.velocities.data()) {}
+        u_(context.scratch.state.velocities.data()),
+        groups_(&context.model.strips[index], 1),
+        scratch_(context.scratch.strips[member]) {}
 
-  const std::vector<StripGroup>& groups() const { return context_.model.strips; }
+  std::span<const StripGroup> groups() const { return groups_; }
   static void Prepare(const StripGroup&) {}
   const StripLink* links() const { return context_.model.strip_links.data(); }
-  StripLinkSolution<Scalars, Vectors>* solution() const {
-    return context_.scratch.strip_links.data();
-  }
-  Vectors* end_directions() const { return context_.scratch.end_directions.data(); }
+  StripLinkSolution<Scalars, Vectors>* solution() const { return scratch_.links.data(); }
+  Vectors* end_directions() const { return scratch_.end_directions.data(); }
   float tolerance() const { return context_.controls.tolerance; }
   WideLanes end_share() const { return WideSplat(context_.controls.end_share); }
   float interval() const { return context_.substep.interval; }
@@ -53,12 +58,12 @@ class EightStrips {
 
   static const WideMask& Running(const WideMask& mask) { return mask; }
 
-  void Push(const Ends& particles, const WideVectors& change) const {
+  HWY_INLINE void Push(const Ends& particles, const WideVectors& change) const {
     const auto low = Transpose(LaneVectors{change.x.low, change.y.low, change.z.low});
     const auto high = Transpose(LaneVectors{change.x.high, change.y.high, change.z.high});
     for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
-      u_[particles[lane]] += low[lane];
-      u_[particles[lane + kLaneCount]] += high[lane];
+      PushOne(particles[lane], low[lane]);
+      PushOne(particles[lane + kLaneCount], high[lane]);
     }
   }
 
@@ -76,6 +81,14 @@ class EightStrips {
   }
 
  private:
+  // Pins are left alone: strips that another thread solves may be reading them.
+  HWY_INLINE void PushOne(uint32_t i, Lanes change) const {
+    if constexpr (kHasPins) {
+      if (i == context_.model.spare_particle() || context_.model.inverse_masses[i] == 0) return;
+    }
+    u_[i] += change;
+  }
+
   static WideVectors Differences(const Ends& from, const Ends& to, const Lanes* values) {
     std::array<Lanes, kWideCount> d;
     for (uint32_t lane = 0; lane < kWideCount; ++lane)
@@ -95,14 +108,39 @@ class EightStrips {
   const StepContext& context_;
   const Lanes* const p_;
   Lanes* const u_;
+  const std::span<const StripGroup> groups_;
+  StripScratch& scratch_;
 };
+
+template <bool kHasPins>
+bool SolveGroup(const StepContext& context, size_t index, uint32_t member) {
+  return IsAnyLaneSet(HWY_NAMESPACE::SweepStrips(EightStrips<kHasPins>(context, index, member),
+                                                 context.model.has_compliance(),
+                                                 context.controls.has_start_directions()));
+}
+
+// Groups [begin, end) of a phase.
+bool SolveGroups(const StepContext& context, size_t begin, size_t end, uint32_t member) {
+  bool has_changed = false;
+  for (size_t g = begin; g < end; ++g) {
+    has_changed |= context.model.strips[g].has_pins ? SolveGroup<true>(context, g, member)
+                                                    : SolveGroup<false>(context, g, member);
+  }
+  return has_changed;
+}
 
 }  // namespace
 
 bool SolveStrips(const StepContext& context) {
-  return IsAnyLaneSet(HWY_NAMESPACE::SweepStrips(EightStrips(context),
-                                                 context.model.has_compliance(),
-                                                 context.controls.has_start_directions()));
+  const std::vector<uint32_t>& offsets = context.model.strip_phase_offsets;
+  bool has_changed = false;
+  for (size_t phase = 0; phase + 1 < offsets.size(); ++phase) {
+    has_changed |= context.team.AnyOf(offsets[phase], offsets[phase + 1], kStripGrain,
+                                      [&](size_t begin, size_t end, uint32_t member) {
+                                        return SolveGroups(context, begin, end, member);
+                                      });
+  }
+  return has_changed;
 }
 
 }  // namespace drape::cpu

@@ -7,12 +7,15 @@ namespace {
 
 using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
-// First phase: of each triangle, a third of its impulse, all from the same velocities.
-void StoreAirImpulses(const StepContext& context, const Lanes* p, float duration) {
+// First phase: of each triangle, a third of its impulse, all from the same velocities. Groups
+// [begin, end).
+void StoreAirImpulses(const StepContext& context, const Lanes* p, float duration, size_t begin,
+                      size_t end) {
   const FloatControls& controls = context.controls;
   const Lanes* const v = context.scratch.state.velocities.data();
-  Lanes* impulses = context.scratch.air_impulses.data();
-  for (const TriangleGroup& group : context.model.triangles) {
+  Lanes* impulses = context.scratch.air_impulses.data() + begin * kLaneCount;
+  for (size_t g = begin; g < end; ++g) {
+    const TriangleGroup& group = context.model.triangles[g];
     const auto& [i, j, k] = group.corners;
     const LaneVectors v_i = Gather(v, i);
     const LaneVectors v_j = Gather(v, j);
@@ -35,18 +38,20 @@ void StoreAirImpulses(const StepContext& context, const Lanes* p, float duration
 }  // namespace
 
 void ApplyWind(const StepContext& context, const Lanes* positions, float duration) {
-  StoreAirImpulses(context, positions, duration);
   const FloatModel& model = context.model;
+  context.ForRanges(model.triangles.size(), kGroupGrain, [&](size_t begin, size_t end) {
+    StoreAirImpulses(context, positions, duration, begin, end);
+  });
   const auto offsets = model.source->triangle_offsets();
   const auto triangles = model.source->particle_triangles();
   StepScratch& scratch = context.scratch;
-  for (const uint32_t i : model.free_particles) {
+  context.ForFreeParticles([&](uint32_t i) {
     Lanes impulse{};
     for (uint32_t e = offsets[i]; e < offsets[i + 1]; ++e) {
       impulse += scratch.air_impulses[triangles[e]];
     }
     scratch.state.velocities[i] += model.inverse_masses[i] * impulse;
-  }
+  });
 }
 
 }  // namespace drape::cpu

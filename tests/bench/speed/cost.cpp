@@ -29,7 +29,7 @@ std::vector<Way> MakeWays(const Bench& bench, bool has_single) {
   std::vector<Way> ways;
   const uint32_t cores = std::max(std::thread::hardware_concurrency(), 1u);
   std::vector<uint32_t> thread_counts = {1};
-  if (cores > 1 && has_single) thread_counts.push_back(cores);
+  if (cores > 1) thread_counts.push_back(cores);
   for (const std::string& name : bench.options().backends) {
     if (name == "reference") continue;  // the readable specification: nobody waits for it
     if (name != "cpu") {
@@ -118,7 +118,7 @@ void MeasureCost(Bench& bench, CostOptions options) {
       if (!table.AddRow("cloths", preset, start, count, ways)) return;
     }
   }
-  std::vector<Way> ways = MakeWays(bench, false);  // one cloth goes alone, on one thread
+  std::vector<Way> ways = MakeWays(bench, false);  // one cloth goes alone on either path
   for (const uint32_t particles : options.particles) {
     const test::Scene start = MidSwing(bench, particles, Pins::kCorners, "REALTIME").scene;
     if (!table.AddRow("particles", "REALTIME", start, 1, ways)) return;
