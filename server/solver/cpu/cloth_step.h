@@ -76,8 +76,8 @@ struct StepScratch {
   std::vector<Lanes> elastic_impulses;  // [elastic group][lane] [N s]
   // Lambda, [group_count + 1] [N s]; only with compliance or inequalities
   std::vector<Lanes> distance_impulses;
-  std::vector<StripScratch> strips;   // of each member of the team
-  std::vector<Lanes> twists;          // [row_count + 1][column_count + 1] of the cells around
+  std::vector<StripScratch> strips;  // of each member of the team
+  std::vector<Lanes> twists;         // [row_count + 1][column_count + 1] of the cells around
   Refinement refinement;
   std::vector<Lanes> joint_impulses;  // Lambda, [joint_count] [N s]
   std::vector<Lanes> rest_lengths;  // [group_count] [m] at the end of the substep; only of its own
@@ -95,10 +95,10 @@ struct OwnLengths {
 // Not fewer in a range that is one thread's (StepTeam): they take about half a microsecond, what it
 // takes a thread to find a range.
 inline constexpr size_t kParticleGrain = 128;
-inline constexpr size_t kGroupGrain = 32;  // groups of four constraints, elements, triangles
-inline constexpr size_t kBlockGrain = 32;  // TetherBlock
-inline constexpr size_t kRowGrain = 4;     // of a grid
-inline constexpr size_t kStripGrain = 1;   // groups of strips
+inline constexpr size_t kGroupGrain = 32;       // groups of four constraints, elements, triangles
+inline constexpr size_t kBlockGrain = 32;       // TetherBlock
+inline constexpr size_t kRowGrain = 4;          // of a grid
+inline constexpr size_t kStripGrain = 1;        // groups of strips
 inline constexpr size_t kTestedStripGrain = 8;  // single strips whose links are only compared
 
 // Everything one step needs.

@@ -79,8 +79,7 @@ void SolveLink(const StepContext& context, uint32_t place) {
 
 void RefineLinks(const StepContext& context) {
   MarkLinksFarOff(context);
-  const std::span<const RefinedLink> links =
-      context.scratch.refinement.TakeLinks(context.model);
+  const std::span<const RefinedLink> links = context.scratch.refinement.TakeLinks(context.model);
   for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
     for (const RefinedLink& link : links) SolveLink(context, link.place);
   }
