@@ -213,7 +213,7 @@ TEST_P(BitExactnessTest, SameAfterReadAndWrite) {
 
 TEST(CpuBitExactnessTest, SameWithAnyNumberOfThreads) {
   std::vector<std::string> expected;
-  for (const uint32_t thread_count : {1u, 2u}) {
+  for (const uint32_t thread_count : {1u, 2u, 4u}) {
     const std::unique_ptr<Backend> backend = CreateCpuBackend({thread_count});
     Batch batch(*backend);
     std::vector<ClothHandle> cloths;
@@ -228,6 +228,18 @@ TEST(CpuBitExactnessTest, SameWithAnyNumberOfThreads) {
     for (size_t k = 0; k < bits.size(); ++k) {
       ExpectSameBits(bits[k], expected[k],
                      "cloth " + std::to_string(k) + ", threads " + std::to_string(thread_count));
+    }
+  }
+}
+
+// In a batch of its own a big cloth has all threads from the start.
+TEST(CpuBitExactnessTest, ABigClothAloneIsSameWithAnyNumberOfThreads) {
+  for (Scene scene : {SizedCloth(5000), FallingOnSphere(70)}) {
+    Stir(scene, 0.5);
+    for (auto& v : scene.state.velocities_m_per_s) v.y() -= 3;
+    const std::string one_thread = BitsAlone(*CreateCpuBackend({1}), scene);
+    for (const uint32_t thread_count : {2u, 4u}) {
+      ExpectSameBits(BitsAlone(*CreateCpuBackend({thread_count}), scene), one_thread, scene.name);
     }
   }
 }

@@ -10,9 +10,9 @@
 namespace drape::cpu {
 
 // Cloths with fewer particles are stepped by one thread. Two threads of an AMD EPYC (Zen 5) take a
-// REALTIME step of 1024 particles in 0.51 ms instead of 0.70 ms, of 2048 in 1.0 instead of 1.4, of
-// 4096 in 1.6 ... 2.0 instead of 2.8, of 16384 in 6.5 instead of 12.1; but where other programs
-// want the cores, a thread put aside costs a step some milliseconds.
+// REALTIME step of 1024 particles in 0.51 ms instead of 0.69 ms, of 2048 in 0.87 instead of 1.39,
+// of 4096 in 1.8 instead of 2.8, of 16384 in 6.5 instead of 11.9 (README.md); but where other
+// programs want the cores, a thread put aside can cost a step some milliseconds.
 inline constexpr uint32_t kMinTeamParticles = 2048;
 
 // One thread, the leader, steps the cloth and calls AnyOf; others take part in what it calls while
