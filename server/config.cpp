@@ -115,6 +115,8 @@ void AddLimits(CLI::App& app, Config& config) {
   AddNumber(app, "--max-steps-per-request", scheduler.max_steps_per_request, 1u, kMaxCount, "");
   AddNumber(app, "--max-cloths-per-batch", scheduler.max_cloths_per_batch, 1u, kMaxCount,
             "stepped together");
+  AddNumber<int64_t>(app, "--max-queue-delay-us", scheduler.max_queue_delay_us, 0, 1'000'000,
+                     "for clients that come back soon, before a batch");
   AddNumber(app, "--max-queued-requests", scheduler.max_queued_requests, 1u, kMaxCount,
             "step requests of all sessions");
   AddNumber(app, "--max-queued-requests-per-session", scheduler.max_queued_requests_per_tenant, 1u,

@@ -28,10 +28,8 @@ struct StepCall {
   }
 };
 
-Result<v1::StepResponse> ToAnswer(const ClothList& cloths, StepOutcome outcome) {
-  if (!outcome.status.ok()) return outcome.status;
-  v1::StepResponse answer = ToProto(cloths, outcome);
-  if (!outcome.states) return answer;
+void AddStates(const ClothList& cloths, StepOutcome& outcome, v1::StepResponse& answer) {
+  if (!outcome.states) return;
   std::vector<ChunkCloth> chunk_cloths;
   ClothStates states;
   for (size_t k = 0; k < cloths.size(); ++k) {
@@ -41,6 +39,16 @@ Result<v1::StepResponse> ToAnswer(const ClothList& cloths, StepOutcome outcome) 
   states.columns = std::move(*outcome.states);
   StateChunker(std::move(chunk_cloths), std::move(states), UINT64_MAX)
       .Next(answer.mutable_states());
+}
+
+// `clock`: that of the scheduler.
+Result<v1::StepResponse> ToAnswer(const ClothList& cloths, StepOutcome outcome,
+                                  const Clock& clock) {
+  if (!outcome.status.ok()) return outcome.status;
+  v1::StepResponse answer = ToProto(cloths, outcome);
+  AddStates(cloths, outcome, answer);
+  answer.mutable_timing()->set_encode_us(
+      static_cast<uint64_t>(clock.NowUs() - outcome.device_done_us));
   return answer;
 }
 
@@ -110,8 +118,8 @@ void StartStep(const ServiceContext& context, const v1::StepRequest& request,
   if (!work.ok()) return call->End(work.status());
   // One with an id is completed whoever has gone: its repetition asks for the answer.
   if (call->request_id.empty()) work->cancel = cancel;
-  work->done = [call](StepOutcome outcome) {
-    call->End(ToAnswer(call->cloths, std::move(outcome)));
+  work->done = [call, &clock = context.clock](StepOutcome outcome) {
+    call->End(ToAnswer(call->cloths, std::move(outcome), clock));
   };
   const Status submitted = context.scheduler.Submit(std::move(*work));
   if (!submitted.ok()) call->End(submitted);

@@ -222,7 +222,7 @@ std::span<const uint32_t> ActiveRequest::Places(double solves_per_place) {
   return places_;
 }
 
-std::vector<uint32_t> ActiveRequest::Take(uint32_t count, uint64_t round, int64_t now_us) {
+std::vector<uint32_t> ActiveRequest::Take(uint32_t count, uint64_t round) {
   DRAPE_CHECK(count <= cloths_to_step_, "a request has no more cloths to step");
   std::vector<uint32_t> taken;
   taken.reserve(count);
@@ -231,7 +231,6 @@ std::vector<uint32_t> ActiveRequest::Take(uint32_t count, uint64_t round, int64_
     cursor_ = (cursor_ + 1) % static_cast<uint32_t>(steps_left_.size());
   }
   last_round_ = round;
-  timing_.queue_us += now_us - idle_since_us_;
   return taken;
 }
 
@@ -253,14 +252,15 @@ void ActiveRequest::CompleteStep(uint32_t cloth_index, const StepReport& report)
 }
 
 void ActiveRequest::AddBatch(const BatchReport& batch, uint32_t cloths, uint32_t requests,
-                             int64_t now_us) {
+                             int64_t begin_us, int64_t end_us) {
+  timing_.queue_us += begin_us - idle_since_us_;
   timing_.upload_us += batch.upload_us;
   timing_.device_us += batch.device_us;
   timing_.readback_us += batch.readback_us;
   timing_.batch_cloths = cloths;
   timing_.batch_requests = requests;
   timing_.batch_dispatches = batch.dispatch_count;
-  idle_since_us_ = now_us;
+  idle_since_us_ = end_us;
 }
 
 StepOutcome ActiveRequest::Outcome() const {

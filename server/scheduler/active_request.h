@@ -48,14 +48,15 @@ class ActiveRequest {
   // Valid until the next call.
   std::span<const uint32_t> Places(double solves_per_place);
   // The next `count` (<= cloths_to_step) cloths in turn, as indices into work().cloths. They take
-  // part in round `round`, which begins at `now_us`.
-  std::vector<uint32_t> Take(uint32_t count, uint64_t round, int64_t now_us);
+  // part in round `round`.
+  std::vector<uint32_t> Take(uint32_t count, uint64_t round);
   // The next step of this cloth is its last one and a report is wanted.
   bool IsMeasured(uint32_t cloth_index) const;
   // Takes in the report of one step; the runtime has not seen it yet.
   void CompleteStep(uint32_t cloth_index, const StepReport& report);
-  // The batch that this request took part in is over.
-  void AddBatch(const BatchReport& batch, uint32_t cloths, uint32_t requests, int64_t now_us);
+  // The batch that this request took part in, from `begin_us` to `end_us`, is over.
+  void AddBatch(const BatchReport& batch, uint32_t cloths, uint32_t requests, int64_t begin_us,
+                int64_t end_us);
   void AddReadback(int64_t readback_us) { timing_.readback_us += readback_us; }
 
   // The answer; with the cloths' stamps as they are now.

@@ -58,12 +58,13 @@ void DeviceLoop::Admit(StepWork work, int64_t submitted_us) {
   requests_.back()->EnterTurns();
 }
 
-void DeviceLoop::RunRound() {
+std::optional<int64_t> DeviceLoop::RunRound() {
   Finish(StartAndEnd());
   const std::vector<Part> parts = SelectParts();
-  if (parts.empty()) return;
-  StepBatch(parts);
+  if (parts.empty()) return std::nullopt;
+  const int64_t batch_us = StepBatch(parts);
   Finish(StartAndEnd());
+  return batch_us;
 }
 
 std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
@@ -104,11 +105,10 @@ std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
   ++round_;
   BatchChoice choice = SelectBatch(runnable, share_, settings_.batch);
   share_ = std::move(choice.share);
-  const int64_t now_us = clock_.NowUs();
   std::vector<Part> parts;
   for (const BatchTake& take : choice.takes) {
     ActiveRequest* request = requests[take.request];
-    parts.push_back({request, request->Take(take.cloth_count, round_, now_us)});
+    parts.push_back({request, request->Take(take.cloth_count, round_)});
   }
   return parts;
 }
@@ -135,12 +135,12 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
   return items;
 }
 
-void DeviceLoop::StepBatch(const std::vector<Part>& parts) {
+int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
   const std::vector<StepItem> items = ItemsOf(parts);
   const int64_t begin_us = clock_.NowUs();
-  const BatchReport batch = items.empty() ? BatchReport{} : backend_.Step(items);
+  BatchReport batch = items.empty() ? BatchReport{} : backend_.Step(items);
   DRAPE_CHECK(batch.reports.size() == items.size(), "one report per item");
-  const int64_t now_us = clock_.NowUs();
+  const int64_t stepped_us = clock_.NowUs();
   size_t next = 0;
   uint64_t faults = 0, asleep = 0;
   for (const Part& part : parts) {
@@ -152,21 +152,26 @@ void DeviceLoop::StepBatch(const std::vector<Part>& parts) {
         ++asleep;
         continue;
       }
-      const StepReport report =
-          cloth.budget().Measured(batch.reports[next++], static_cast<double>(now_us - begin_us));
+      const StepReport report = cloth.budget().Measured(batch.reports[next++],
+                                                        static_cast<double>(stepped_us - begin_us));
       faults += report.fault != FaultReason::kNone && !cloth.is_faulted();
       part.request->CompleteStep(k, report);
       cloth.CompleteStep(report);
     }
-    part.request->AddBatch(batch, static_cast<uint32_t>(items.size()),
-                           static_cast<uint32_t>(parts.size()), now_us);
   }
   LookAtCloths(parts);
+  const int64_t end_us = clock_.NowUs();
+  batch.readback_us += end_us - stepped_us;
+  for (const Part& part : parts) {
+    part.request->AddBatch(batch, static_cast<uint32_t>(items.size()),
+                           static_cast<uint32_t>(parts.size()), begin_us, end_us);
+  }
   ++counters_.rounds;
   counters_.dispatches += batch.dispatch_count;
   counters_.cloth_steps += items.size() + asleep;
   counters_.cloth_steps_asleep += asleep;
   counters_.faults += faults;
+  return end_us - begin_us;
 }
 
 void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
@@ -196,7 +201,7 @@ void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
 }
 
 void DeviceLoop::ReadViews(const std::vector<RequestPointer>& over, StateFields fields,
-                           std::vector<std::optional<StateColumns>>& views) {
+                           std::vector<View>& views) {
   std::vector<size_t> wanting;
   std::vector<ClothSpan> receivers;
   for (size_t r = 0; r < over.size(); ++r) {
@@ -207,21 +212,23 @@ void DeviceLoop::ReadViews(const std::vector<RequestPointer>& over, StateFields 
   if (wanting.empty()) return;
   const int64_t begin_us = clock_.NowUs();
   std::vector<StateColumns> columns = ReadForAll(backend_, receivers, fields);
-  const int64_t readback_us = clock_.NowUs() - begin_us;
+  const int64_t end_us = clock_.NowUs();
   for (size_t w = 0; w < wanting.size(); ++w) {
-    views[wanting[w]] = std::move(columns[w]);
-    over[wanting[w]]->AddReadback(readback_us);
+    views[wanting[w]] = {std::move(columns[w]), end_us};
+    over[wanting[w]]->AddReadback(end_us - begin_us);
   }
 }
 
 void DeviceLoop::Finish(std::vector<RequestPointer> over) {
-  std::vector<std::optional<StateColumns>> views(over.size());
+  if (over.empty()) return;
+  std::vector<View> views(over.size(), {std::nullopt, clock_.NowUs()});
   ReadViews(over, {true, false}, views);
   ReadViews(over, {false, true}, views);
   ReadViews(over, {true, true}, views);
   for (size_t r = 0; r < over.size(); ++r) {
     StepOutcome outcome = over[r]->Outcome();
-    outcome.states = std::move(views[r]);
+    outcome.states = std::move(views[r].states);
+    outcome.device_done_us = views[r].done_us;
     ended_(std::move(*over[r]).TakeWork(), std::move(outcome));
   }
 }

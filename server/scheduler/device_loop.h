@@ -6,6 +6,7 @@
 #include <functional>
 #include <list>
 #include <memory>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -58,8 +59,9 @@ class DeviceLoop {
 
   void Admit(StepWork work, int64_t submitted_us);
   // Ends what is cancelled, starts what can start, steps one batch, ends what is complete. As long
-  // as has_requests(), each round brings something forward.
-  void RunRound();
+  // as has_requests(), each round brings something forward. How long the batch took [us]; nothing:
+  // there was none.
+  std::optional<int64_t> RunRound();
   bool has_requests() const { return !requests_.empty(); }
   // Ends every request with this status.
   void EndAll(const Status& status);
@@ -77,14 +79,19 @@ class DeviceLoop {
   std::vector<Part> SelectParts();
   // Of the cloths that are awake; wakes those on which something acts.
   std::vector<StepItem> ItemsOf(const std::vector<Part>& parts) const;
-  void StepBatch(const std::vector<Part>& parts);
+  // How long it took [us].
+  int64_t StepBatch(const std::vector<Part>& parts);
   // Reads the positions of the cloths that want it, to find out whether they are at rest.
   void LookAtCloths(const std::vector<Part>& parts);
   // Reads the states that the requests want, together where the fields agree, and hands out the
   // outcomes in order.
   void Finish(std::vector<RequestPointer> over);
+  struct View {
+    std::optional<StateColumns> states;
+    int64_t done_us = 0;  // when the device had done everything for the request
+  };
   void ReadViews(const std::vector<RequestPointer>& over, StateFields fields,
-                 std::vector<std::optional<StateColumns>>& views);
+                 std::vector<View>& views);
 
   Backend& backend_;
   const Settings settings_;

@@ -26,6 +26,9 @@ struct SchedulerLimits {
   // What they may cost together; a cloth that may cost more is stepped alone. A batch cannot be
   // interrupted, and all tenants wait for it.
   double max_solves_per_batch = kMaxSolvesPerStep;
+  // How long a batch may wait, after the answers of the last one, for tenants that came back with
+  // their next request that soon before; never longer than two batches take. 0: not at all.
+  int64_t max_queue_delay_us = 10'000;
   // Step requests submitted and not yet ended, of one tenant and of all.
   uint32_t max_queued_requests_per_tenant = 64;
   uint32_t max_queued_requests = 4096;
@@ -93,7 +96,8 @@ class Scheduler {
   // then its expectations are checked and its pin controls take effect; then each of its cloths
   // takes part in one batch per step, together with the cloths of all other requests that can run.
   // All the requests that wait when a round begins are in the same backend.Step, up to
-  // max_cloths_per_batch and max_solves_per_batch.
+  // max_cloths_per_batch and max_solves_per_batch. A round that only new requests are in may wait
+  // for others, see max_queue_delay_us.
   Status Submit(StepWork work);
 
   // Reads states between two rounds; `done` on the completion thread: NOT_FOUND (CLOTH_NOT_FOUND)

@@ -39,7 +39,8 @@ Scheduler::Core::Core(const SchedulerLimits& limits, const Clock& clock)
                    PlaceLimit{"max_reads_in_flight", limits.max_reads_in_flight},
                    limits.retry_after_ms),
       observers_(
-          [this](std::function<void()> function) { completions_.Push(std::move(function)); }) {}
+          [this](std::function<void()> function) { completions_.Push(std::move(function)); }),
+      gathering_(limits.max_queue_delay_us) {}
 
 Status Scheduler::Core::Start(BackendFactory factory) {
   std::promise<Status> started;
@@ -82,8 +83,11 @@ Status Scheduler::Core::Submit(StepWork work) {
   }
   ++tenant->second;
   ++request_count_;
-  submissions_.push_back({std::move(work), clock_.NowUs()});
-  wake_.notify_one();
+  const int64_t now_us = clock_.NowUs();
+  gathering_.Arrive(work.tenant, now_us);
+  submissions_.push_back({std::move(work), now_us});
+  // The device thread need not see every one of many that come one by one.
+  if (gathering_.awaited_count() == 0) wake_.notify_one();
   return Status::Ok();
 }
 
@@ -92,7 +96,8 @@ void Scheduler::Core::EndRequest(StepWork work, StepOutcome outcome) {
     const std::lock_guard lock(mutex_);
     --request_count_;
     const auto tenant = requests_by_tenant_.find(work.tenant);
-    if (--tenant->second == 0) requests_by_tenant_.erase(tenant);
+    gathering_.Answer(work.tenant, --tenant->second, clock_.NowUs());
+    if (tenant->second == 0) requests_by_tenant_.erase(tenant);
   }
   // std::function wants what it holds to be copyable; the outcome is moved out once.
   auto held = std::make_shared<StepOutcome>(std::move(outcome));
@@ -134,15 +139,19 @@ void Scheduler::Core::RunRounds(Backend& backend) {
       loop.Admit(std::move(submission.work), submission.submitted_us);
     }
     if (inbox.is_last) break;
-    loop.RunRound();
+    if (const std::optional<int64_t> batch_us = loop.RunRound(); batch_us.has_value()) {
+      const std::lock_guard lock(mutex_);
+      gathering_.EndBatch(*batch_us);
+    }
     wake_at_us = observers_.Serve(backend, clock_.NowUs());
   }
   loop.EndAll(DrainingStatus());
   observers_.EndAll(DrainingStatus());
 }
 
-bool Scheduler::Core::HasWork(bool has_requests) const {
-  return has_requests || is_woken_ || !commands_.empty() || !submissions_.empty();
+bool Scheduler::Core::IsBatchDue(bool has_requests) const {
+  if (submissions_.empty()) return false;
+  return has_requests || is_draining_ || gathering_.awaited_count() == 0;
 }
 
 bool Scheduler::Core::IsAtTheEnd(bool has_requests) const {
@@ -151,27 +160,49 @@ bool Scheduler::Core::IsAtTheEnd(bool has_requests) const {
   return is_idle || clock_.NowUs() >= drain_deadline_us_;
 }
 
+void Scheduler::Core::WaitForWork(std::unique_lock<std::mutex>& lock, bool has_requests,
+                                  std::optional<int64_t> wake_at_us) {
+  using std::chrono::microseconds;
+  using std::chrono::steady_clock;
+  std::optional<steady_clock::time_point> wake_at;
+  if (wake_at_us.has_value()) {
+    const int64_t wait_us = std::max(*wake_at_us - clock_.NowUs(), kMinWait_us);
+    wake_at = steady_clock::now() + microseconds(wait_us);
+  }
+  for (;;) {
+    const int64_t now_us = clock_.NowUs();
+    const std::optional<int64_t> gather_until_us = gathering_.WaitUntil(now_us);
+    const bool has_work =
+        has_requests || is_woken_ || is_draining_ || !commands_.empty() || IsBatchDue(has_requests);
+    const bool is_time = wake_at.has_value() && steady_clock::now() >= *wake_at;
+    if (is_held_) {
+      wake_.wait(lock);
+    } else if (has_work || is_time) {
+      return;
+    } else if (gather_until_us.has_value()) {
+      const auto gather_until = steady_clock::now() + microseconds(*gather_until_us - now_us);
+      wake_.wait_until(lock, std::min(gather_until, wake_at.value_or(gather_until)));
+    } else if (wake_at.has_value()) {
+      wake_.wait_until(lock, *wake_at);
+    } else {
+      wake_.wait(lock);
+    }
+  }
+}
+
 Scheduler::Core::Inbox Scheduler::Core::TakeInbox(bool has_requests,
                                                   std::optional<int64_t> wake_at_us) {
   std::unique_lock lock(mutex_);
   is_parked_ = true;
   parked_.notify_all();
-  const auto may_go_on = [&] { return !is_held_ && (HasWork(has_requests) || is_draining_); };
-  if (wake_at_us.has_value() && !is_held_) {
-    const int64_t wait_us = std::max(*wake_at_us - clock_.NowUs(), kMinWait_us);
-    wake_.wait_for(lock, std::chrono::microseconds(wait_us), may_go_on);
-    // A hold that began meanwhile is waited for below.
-    wake_.wait(lock, [&] { return !is_held_; });
-  } else {
-    wake_.wait(lock, may_go_on);
-  }
+  WaitForWork(lock, has_requests, wake_at_us);
   is_parked_ = false;
   is_woken_ = false;
   Inbox inbox;
   inbox.is_last = IsAtTheEnd(has_requests);
   is_stopped_ = inbox.is_last;
   inbox.commands.swap(commands_);
-  inbox.submissions.swap(submissions_);
+  if (IsBatchDue(has_requests) || inbox.is_last) inbox.submissions.swap(submissions_);
   return inbox;
 }
 

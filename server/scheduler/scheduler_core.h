@@ -15,6 +15,7 @@
 #include "server/core/tenant_places.h"
 #include "server/scheduler/completion_queue.h"
 #include "server/scheduler/device_loop.h"
+#include "server/scheduler/gathering.h"
 #include "server/scheduler/observers.h"
 #include "server/scheduler/scheduler.h"
 
@@ -57,7 +58,8 @@ class Scheduler::Core {
     StepWork work;
     int64_t submitted_us = 0;
   };
-  // What the device thread takes over at the beginning of a round.
+  // What the device thread takes over at the beginning of a round; commands alone while the next
+  // batch waits for further requests.
   struct Inbox {
     std::deque<DeviceCommand> commands;
     std::deque<Submission> submissions;
@@ -68,8 +70,12 @@ class Scheduler::Core {
   void RunRounds(Backend& backend);
   // Waits until there is something to do. `wake_at_us`: look again then, by the clock.
   Inbox TakeInbox(bool has_requests, std::optional<int64_t> wake_at_us);
-  bool HasWork(bool has_requests) const;     // mutex_ held
-  bool IsAtTheEnd(bool has_requests) const;  // mutex_ held
+  // The rest with mutex_ held.
+  void WaitForWork(std::unique_lock<std::mutex>& lock, bool has_requests,
+                   std::optional<int64_t> wake_at_us);
+  // The submissions that wait need not wait for more.
+  bool IsBatchDue(bool has_requests) const;
+  bool IsAtTheEnd(bool has_requests) const;
   void EndRequest(StepWork work, StepOutcome outcome);
 
   const SchedulerLimits limits_;
@@ -90,6 +96,7 @@ class Scheduler::Core {
   // Step requests submitted and not yet ended.
   std::unordered_map<std::string, uint32_t> requests_by_tenant_;
   uint32_t request_count_ = 0;
+  Gathering gathering_;
   bool is_woken_ = false;
   bool is_held_ = false;
   bool is_parked_ = false;  // the device thread waits

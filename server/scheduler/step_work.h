@@ -96,7 +96,8 @@ struct StepTiming {
   int64_t queue_us = 0;  // not in any batch: before the first, and between two
   int64_t upload_us = 0;
   int64_t device_us = 0;
-  int64_t readback_us = 0;  // reports of every batch, and the states at the end
+  // Reports of every batch, what tells whether its cloths are at rest, and the states at the end.
+  int64_t readback_us = 0;
   // Of the batch that held the last step, all requests together.
   uint32_t batch_cloths = 0;
   uint32_t batch_requests = 0;
@@ -128,6 +129,8 @@ struct StepOutcome {
   StepTiming timing;
   // Set if states were asked for: all cloths of the request, same order, after its last step.
   std::optional<StateColumns> states;
+  // When the device had done everything for the request, by the clock of the scheduler [us].
+  int64_t device_done_us = 0;
 };
 
 // One step request.

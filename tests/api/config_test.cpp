@@ -30,13 +30,14 @@ TEST(Config, FlagsReachTheirLimits) {
       Parse({"--backend=reference", "--max-sessions=7", "--session-ttl-s=2.5", "--threads=3",
              "--max-queued-requests-per-session=9", "--max-particles-per-cloth=100",
              "--max-particles-per-picture=200", "--max-queued-pictures=11",
-             "--max-pictures-in-flight-per-session=12"});
+             "--max-pictures-in-flight-per-session=12", "--max-queue-delay-us=13"});
   ASSERT_FALSE(line.exit_code);
   EXPECT_EQ(line.config.backend, BackendChoice::kReference);
   EXPECT_EQ(line.config.sessions.max_sessions, 7u);
   EXPECT_EQ(line.config.requests.default_ttl_s, 2.5);
   EXPECT_EQ(line.config.threads, 3u);
   EXPECT_EQ(line.config.scheduler.max_queued_requests_per_tenant, 9u);
+  EXPECT_EQ(line.config.scheduler.max_queue_delay_us, 13);
   EXPECT_EQ(line.config.requests.model.max_particles, 100u);
   EXPECT_EQ(line.config.pictures.max_particles_per_picture, 200u);
   EXPECT_EQ(line.config.pictures.max_queued_pictures, 11u);
@@ -47,6 +48,7 @@ TEST(Config, UsageErrorsAreTwoAndHelpIsZero) {
   EXPECT_EQ(Parse({"--help"}).exit_code, 0);
   EXPECT_EQ(Parse({"--version"}).exit_code, 0);
   for (const char* flag : {"--nonsense", "--backend=abacus", "--max-sessions=0", "--max-sessions=x",
+                           "--max-queue-delay-us=-1", "--max-queue-delay-us=1000001",
                            "--session-ttl-s=0.5", "--session-ttl-s=nan", "--tls-cert=/dev/null",
                            "--listen=localhost", "--listen=127.0.0.1:65536",
                            "--listen=127.0.0.1:-1", "--listen=:1", "--listen=127.0.0.1:http"}) {

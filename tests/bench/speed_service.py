@@ -4,8 +4,8 @@ from rows import markdown, milliseconds, select
 
 COLUMNS = [
     "backend", "clients", "cloths", "particles", "view", "steps", "cloth_steps_per_s", "p50_ms", "p99_ms", "bare_ms", "wall_ms",
-    "queue_ms", "upload_ms", "device_ms", "readback_ms"]
-PARTS = ["queue_ms", "upload_ms", "device_ms", "readback_ms"]
+    "queue_ms", "upload_ms", "device_ms", "readback_ms", "encode_ms", "empty_ms"]
+PARTS = ["queue_ms", "upload_ms", "device_ms", "readback_ms", "encode_ms"]
 BAR_CLOTHS = 64  # one client
 BARS = {"positions": (0.3, 0.1), "acknowledgement": (0.05, None)}  # more wall time than the bare backend: bar, aim
 
@@ -21,7 +21,8 @@ def extra(row):
     return bare_rate(row) / row["cloth_steps_per_s"] - 1
 
 
-def rest_ms(row):
+def wire_ms(row):
+    """gRPC in both processes and the network."""
     return row["wall_ms"] - sum(row[part] for part in PARTS)
 
 
@@ -29,7 +30,7 @@ def bars_text(rows):
     lines = []
     for view, (bar, aim) in BARS.items():
         for row in select(rows, clients=1, cloths=BAR_CLOTHS, view=view):
-            parts = {**{part.removesuffix("_ms"): row[part] for part in PARTS if part != "device_ms"}, "rest": rest_ms(row)}
+            parts = {**{part.removesuffix("_ms"): row[part] for part in PARTS if part != "device_ms"}, "wire": wire_ms(row)}
             largest = max(parts, key=parts.get)
             lines.append([f"{BAR_CLOTHS} × {row['particles']:.0f}, {view}", f"{100 * extra(row):.1f} %", f"≤ {100 * bar:.0f} %",
                           "yes" if extra(row) <= bar else "NO",
@@ -42,11 +43,12 @@ def bars_text(rows):
 def service_text(rows):
     lines = [[f"{row['clients']:.0f} × {row['cloths']:.0f}, {row['view']}", f"{row['cloth_steps_per_s']:.0f}", f"{bare_rate(row):.0f}",
               f"{100 * extra(row):.0f} %", milliseconds(row["p50_ms"]), milliseconds(row["p99_ms"]),
-              *(f"{row[part]:.2g}" for part in PARTS), f"{rest_ms(row):.2g}"] for row in rows]
+              *(f"{row[part]:.2g}" for part in PARTS), f"{wire_ms(row):.2g}", f"{row['empty_ms']:.2g}"] for row in rows]
     return ["### The service\n",
             f"`draped` with the backend {rows[0]['backend']} in a process of its own; clients × cloths of {rows[0]['particles']:.0f} particles, "
             "each client with a connection and a session, one step per request, one request after the other. Service and bare backend (as "
-            "many cloths in this process) in turn. The parts are means per Step, from `StepResponse.timing`: queue, upload, device, readback; "
-            "the rest of the wall time is making the answer, gRPC, the network stack and reading the message.\n", *bars_text(rows),
+            "many cloths in this process) in turn. The parts are means per Step, from `StepResponse.timing`: queue, upload, device, "
+            "readback, encode (making the answer, and waiting for that); wire is the rest of the wall time: gRPC in both processes and the "
+            "network. «empty» is a Step of a session without cloths, all clients at once, median: the way and nothing else.\n", *bars_text(rows),
             markdown(["clients × cloths, view", "cloth-steps/s", "bare", "more time", "p50 [ms]", "p99 [ms]", "queue", "upload", "device",
-                      "readback", "rest [ms]"], lines)]
+                      "readback", "encode", "wire [ms]", "empty [ms]"], lines)]

@@ -373,6 +373,8 @@ TEST_F(DeviceLoopTest, TimingCountsEveryBatchAndTheWaitBeforeIt) {
   EXPECT_EQ(outcomes_["second"].timing.upload_us, 3);
   EXPECT_EQ(outcomes_["second"].timing.device_us, 30);
   EXPECT_EQ(outcomes_["second"].timing.readback_us, 300);
+  EXPECT_EQ(outcomes_["first"].device_done_us, 2050);
+  EXPECT_EQ(outcomes_["second"].device_done_us, 5050);
 }
 
 TEST_F(DeviceLoopTest, EndAllEndsEverything) {

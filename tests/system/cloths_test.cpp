@@ -242,6 +242,7 @@ TEST_F(Cloths, AStepAnswersReportsAndStates) {
   EXPECT_EQ(response.reports(1).iterations(), 5u) << "two steps begin with two halves";
   EXPECT_FALSE(response.states().has_positions_m());
   EXPECT_EQ(response.states().velocities_m_per_s().data().size(), 2 * 16 * 3 * sizeof(float));
+  EXPECT_GT(response.timing().encode_us(), 0u);
   EXPECT_GT(response.timing().device_us() + response.timing().queue_us(), 0u);
 }
 

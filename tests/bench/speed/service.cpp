@@ -53,16 +53,20 @@ struct ServiceTimes {
   std::vector<ServedStep> steps;  // of all clients
   double wall_ms = 0;             // of the turns of the service together
   std::vector<double> bare_ms;    // of each step of all cloths on the bare backend
+  std::vector<double> empty_ms;   // of requests without cloths, all clients at once
 };
 
-// All clients at once for `turn_s`.
-void ServeTurn(std::span<const std::unique_ptr<ServiceClient>> clients, bool wants_positions,
-               double turn_s, ServiceTimes& times) {
-  std::vector<std::vector<ServedStep>> served(clients.size());
+using Clients = std::span<const std::unique_ptr<ServiceClient>>;
+
+// All clients at once, one request after the other, for `turn_s`: what `request` gave, of all.
+template <class Request>
+auto ServeTurn(Clients clients, double turn_s, Request request) {
+  using Served = decltype(request(*clients[0]));
+  std::vector<std::vector<Served>> served(clients.size());
   const auto start = WallClock::now();
   const auto run = [&](size_t k) {
     do {
-      served[k].push_back(clients[k]->Step(wants_positions));
+      served[k].push_back(request(*clients[k]));
     } while (Since_ms(start) < 1000 * turn_s);
   };
   if (clients.size() == 1) {
@@ -72,10 +76,25 @@ void ServeTurn(std::span<const std::unique_ptr<ServiceClient>> clients, bool wan
     for (size_t k = 0; k < clients.size(); ++k) threads.emplace_back(run, k);
     for (std::thread& thread : threads) thread.join();
   }
-  times.wall_ms += Since_ms(start);
-  for (const std::vector<ServedStep>& of_client : served) {
-    times.steps.insert(times.steps.end(), of_client.begin(), of_client.end());
+  std::vector<Served> all;
+  for (const std::vector<Served>& of_client : served) {
+    all.insert(all.end(), of_client.begin(), of_client.end());
   }
+  return all;
+}
+
+void StepTurn(Clients clients, bool wants_positions, double turn_s, ServiceTimes& times) {
+  const auto start = WallClock::now();
+  const auto steps = ServeTurn(clients, turn_s,
+                               [&](ServiceClient& client) { return client.Step(wants_positions); });
+  times.wall_ms += Since_ms(start);
+  times.steps.insert(times.steps.end(), steps.begin(), steps.end());
+}
+
+void EmptyTurn(Clients clients, double turn_s, ServiceTimes& times) {
+  const auto empty_ms =
+      ServeTurn(clients, turn_s, [](ServiceClient& client) { return client.StepNothing_ms(); });
+  times.empty_ms.insert(times.empty_ms.end(), empty_ms.begin(), empty_ms.end());
 }
 
 void BareTurn(BareCloths& bare, double turn_s, ServiceTimes& times) {
@@ -104,7 +123,8 @@ void AddRow(Table& table, const std::string& backend, const ServiceLoad& load, u
   table.Add({backend, load.clients, load.cloths, side * side, view, times.steps.size(),
              cloth_steps_per_s, Quantile(wall_ms, 0.5), Quantile(wall_ms, 0.99), bare_ms,
              mean(&ServedStep::wall_ms), mean(&ServedStep::queue_ms), mean(&ServedStep::upload_ms),
-             mean(&ServedStep::device_ms), mean(&ServedStep::readback_ms)});
+             mean(&ServedStep::device_ms), mean(&ServedStep::readback_ms),
+             mean(&ServedStep::encode_ms), Quantile(times.empty_ms, 0.5)});
 }
 
 // The service and the bare backend in turn, a few times, so that what disturbs the machine disturbs
@@ -120,8 +140,9 @@ void MeasureLoad(Table& table, Service& service, const std::string& backend,
     ServiceTimes times;
     for (uint32_t turn = 0; turn <= options.turns; ++turn) {
       if (turn == 1) times = {};  // the first one warmed up
-      ServeTurn(clients, wants_positions, options.turn_s, times);
+      StepTurn(clients, wants_positions, options.turn_s, times);
       BareTurn(bare, options.turn_s, times);
+      EmptyTurn(clients, options.turn_s / 4, times);
     }
     AddRow(table, backend, load, options.side, wants_positions, times);
   }
@@ -137,9 +158,9 @@ void MeasureService(Bench& bench, ServiceOptions options) {
     options.turns = 1;
   }
   Table table = bench.OpenTable(
-      "speed_service",
-      {"backend", "clients", "cloths", "particles", "view", "steps", "cloth_steps_per_s", "p50_ms",
-       "p99_ms", "bare_ms", "wall_ms", "queue_ms", "upload_ms", "device_ms", "readback_ms"});
+      "speed_service", {"backend", "clients", "cloths", "particles", "view", "steps",
+                        "cloth_steps_per_s", "p50_ms", "p99_ms", "bare_ms", "wall_ms", "queue_ms",
+                        "upload_ms", "device_ms", "readback_ms", "encode_ms", "empty_ms"});
   const std::string backend = bench.fast_backend().name;
   const std::unique_ptr<Service> service = StartService(backend);
   for (const ServiceLoad& load : options.loads) {

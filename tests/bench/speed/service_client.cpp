@@ -9,6 +9,12 @@
 namespace drape::bench {
 namespace {
 
+using WallClock = std::chrono::steady_clock;
+
+double Since_ms(WallClock::time_point start) {
+  return std::chrono::duration<double, std::milli>(WallClock::now() - start).count();
+}
+
 double Milliseconds(uint64_t us) {
   return static_cast<double>(us) / 1000;
 }
@@ -29,7 +35,9 @@ v1::ClothSpec HangingSpec(uint32_t side) {
 class SessionClient final : public ServiceClient {
  public:
   SessionClient(const std::string& address, const v1::ClothSpec& spec, uint32_t cloths)
-      : client_(Client::Connect(address)), session_(client_.CreateSession()) {
+      : client_(Client::Connect(address)),
+        session_(client_.CreateSession()),
+        empty_session_(client_.CreateSession()) {
     session_.CreateCloths(spec, cloths);
   }
 
@@ -37,20 +45,31 @@ class SessionClient final : public ServiceClient {
     v1::StepRequest request;
     request.set_steps(1);
     if (wants_positions) request.mutable_view()->set_positions(true);
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = WallClock::now();
     const v1::StepResponse response = session_.Step(std::move(request));
-    const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - start;
+    const double wall_ms = Since_ms(start);
     if (!response.faulted_cloth_ids().empty()) {
       throw std::runtime_error("a cloth of the service has blown up");
     }
     const v1::StepTiming& timing = response.timing();
-    return {wall.count(), Milliseconds(timing.queue_us()), Milliseconds(timing.upload_us()),
-            Milliseconds(timing.device_us()), Milliseconds(timing.readback_us())};
+    return {wall_ms,
+            Milliseconds(timing.queue_us()),
+            Milliseconds(timing.upload_us()),
+            Milliseconds(timing.device_us()),
+            Milliseconds(timing.readback_us()),
+            Milliseconds(timing.encode_us())};
+  }
+
+  double StepNothing_ms() override {
+    const auto start = WallClock::now();
+    empty_session_.Step(1);
+    return Since_ms(start);
   }
 
  private:
   Client client_;
   Session session_;
+  Session empty_session_;
 };
 
 class SpawnedService final : public Service {

@@ -16,6 +16,7 @@ struct ServedStep {
   double upload_ms = 0;
   double device_ms = 0;
   double readback_ms = 0;
+  double encode_ms = 0;
 };
 
 // A connection, a session and its cloths; one thread at a time.
@@ -24,6 +25,8 @@ class ServiceClient {
   virtual ~ServiceClient() = default;
   // One step of every cloth. std::runtime_error if the request fails or a cloth blows up.
   virtual ServedStep Step(bool wants_positions) = 0;
+  // Wall time of a Step of a session without cloths: what the way costs [ms].
+  virtual double StepNothing_ms() = 0;
 };
 
 // A `draped` of its own, stopped when the last of this and its clients is gone.

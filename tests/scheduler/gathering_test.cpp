@@ -1,0 +1,101 @@
+#include "server/scheduler/gathering.h"
+
+#include <gtest/gtest.h>
+
+namespace drape {
+namespace {
+
+constexpr int64_t kMaxDelay_us = 1000;
+constexpr int64_t kBatch_us = 200;
+constexpr int64_t kDelay_us = 2 * kBatch_us;
+
+class GatheringTest : public testing::Test {
+ protected:
+  GatheringTest() { gathering_.EndBatch(kBatch_us); }
+
+  // The tenant asks, is answered at `now_us`, and was back once before within `gap_us`.
+  void Show(const std::string& tenant, int64_t gap_us, int64_t now_us) {
+    gathering_.Arrive(tenant, now_us - gap_us);
+    gathering_.Answer(tenant, 0, now_us - gap_us);
+    gathering_.Arrive(tenant, now_us);
+    gathering_.Answer(tenant, 0, now_us);
+  }
+
+  Gathering gathering_{kMaxDelay_us};
+};
+
+TEST_F(GatheringTest, NobodyIsAwaitedBeforeItHasComeBack) {
+  EXPECT_EQ(gathering_.WaitUntil(0), std::nullopt);
+  gathering_.Arrive("a", 0);
+  EXPECT_EQ(gathering_.WaitUntil(0), std::nullopt);
+  gathering_.Answer("a", 0, 100);
+  EXPECT_EQ(gathering_.awaited_count(), 0u);
+  EXPECT_EQ(gathering_.WaitUntil(100), std::nullopt);
+}
+
+TEST_F(GatheringTest, WhoCameBackInTimeIsAwaitedUntilItIsThereAgain) {
+  Show("a", 100, 5000);
+  Show("b", kDelay_us - 1, 5000);
+  EXPECT_EQ(gathering_.awaited_count(), 2u);
+  EXPECT_EQ(gathering_.WaitUntil(5000), 5000 + kDelay_us);
+  gathering_.Arrive("b", 5010);
+  EXPECT_EQ(gathering_.awaited_count(), 1u);
+  EXPECT_EQ(gathering_.WaitUntil(5010), 5000 + kDelay_us);
+  gathering_.Arrive("a", 5020);
+  EXPECT_EQ(gathering_.awaited_count(), 0u);
+  EXPECT_EQ(gathering_.WaitUntil(5020), std::nullopt);
+}
+
+TEST_F(GatheringTest, WhoCameBackLateIsNotAwaited) {
+  Show("a", kDelay_us, 5000);
+  EXPECT_EQ(gathering_.awaited_count(), 0u);
+}
+
+TEST_F(GatheringTest, WhoStaysAwayIsForgottenAndHasToShowAnew) {
+  Show("a", 100, 5000);
+  EXPECT_TRUE(gathering_.WaitUntil(5000 + kDelay_us - 1).has_value());
+  EXPECT_EQ(gathering_.WaitUntil(5000 + kDelay_us), std::nullopt);
+  EXPECT_EQ(gathering_.awaited_count(), 0u);
+  gathering_.Arrive("a", 6000);
+  gathering_.Answer("a", 0, 6100);
+  EXPECT_EQ(gathering_.awaited_count(), 0u);
+  gathering_.Arrive("a", 6200);
+  gathering_.Answer("a", 0, 6300);
+  EXPECT_EQ(gathering_.awaited_count(), 1u);
+}
+
+TEST_F(GatheringTest, NobodyIsAwaitedForLongerThanTheLimit) {
+  gathering_.EndBatch(1'000'000);
+  Show("a", kMaxDelay_us - 1, 5000);
+  EXPECT_EQ(gathering_.WaitUntil(5000), 5000 + kMaxDelay_us);
+  Gathering none(0);
+  none.EndBatch(1'000'000);
+  for (const int64_t now_us : {0, 1, 2}) {
+    none.Arrive("a", now_us);
+    none.Answer("a", 0, now_us);
+    EXPECT_EQ(none.awaited_count(), 0u);
+    EXPECT_EQ(none.WaitUntil(now_us), std::nullopt);
+  }
+}
+
+// Else a small batch, which leaves no time for the others, would be followed by a small batch.
+TEST_F(GatheringTest, OneSmallBatchDoesNotEndTheWaiting) {
+  gathering_.EndBatch(10);
+  Show("a", 300, 5000);
+  EXPECT_EQ(gathering_.WaitUntil(5000), 5360) << "twice nine tenths";
+  for (int batch = 0; batch < 50; ++batch) gathering_.EndBatch(10);
+  EXPECT_EQ(gathering_.WaitUntil(5000), 5020);
+}
+
+TEST_F(GatheringTest, WhoHasOtherRequestsUnderWayIsThere) {
+  Show("a", 100, 5000);
+  gathering_.Arrive("a", 5100);
+  gathering_.Arrive("a", 5110);
+  gathering_.Answer("a", 1, 5200);
+  EXPECT_EQ(gathering_.awaited_count(), 0u);
+  gathering_.Answer("a", 0, 5300);
+  EXPECT_EQ(gathering_.WaitUntil(5300), 5300 + kDelay_us);
+}
+
+}  // namespace
+}  // namespace drape
