@@ -102,6 +102,7 @@ TEST_F(BenchTest, SpeedMakesItsTables) {
   // cloth, with one thread and all, and gl.
   EXPECT_EQ(RowCount(out_ / "speed_cost.csv"),
             3 * (thread_counts * 2 + 1) + 2 * (thread_counts + 1));
+  EXPECT_EQ(RowCount(out_ / "speed_flatness.csv"), 2 * 2 * 2);  // sizes and rounds
   EXPECT_EQ(RowCount(out_ / "speed_curve.csv"), 5);
   EXPECT_EQ(RowCount(out_ / "speed_service.csv"), 2 * 2);  // loads, with positions and without
   EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 5);

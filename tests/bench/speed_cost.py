@@ -1,12 +1,14 @@
 """What the table of the costs says: ms per step against cloths and particles, and whether the bars hold."""
 
 import math
+from statistics import median
 
 from rows import distinct, markdown, milliseconds, select
 
 COLUMNS = [
     "along", "preset", "cloths", "particles", "constraints", "backend", "path", "threads", "steps", "median_ms", "p10_ms", "p90_ms",
     "min_ms", "dispatches", "iterations", "faulted"]
+FLATNESS_COLUMNS = ["along", "backend", "cloths", "particles", "round", "ms"]
 FLAT_CLOTHS, FLAT_CLOTHS_BAR = (64, 4096), 1.15
 FLAT_PARTICLES, FLAT_PARTICLES_BAR = (1024, 65536), 2
 THREADS_BAR = 0.9  # of the number of threads: two threads 1.8 times as fast as one
@@ -43,16 +45,19 @@ def within(rows, column, limits):
     return [row for row in rows if limits[0] <= row[column] <= limits[1]]
 
 
-def spread_line(name, rows, column, limits, cost, unit, bar):
-    """How far the cost goes apart between two sizes; `rows` of one way of stepping."""
-    some = within(rows, column, limits)
-    ends = {row[column] for row in some}
-    if not set(limits) <= ends:
-        return [name, f"{limits[0]} … {limits[1]} {column}", "not measured", f"≤ {bar:g}", "–"]
-    low, high = min(some, key=cost), max(some, key=cost)
-    ratio = cost(high) / cost(low)
-    words = f"{ratio:.2f} ({cost(low):.3g} {unit} at {low[column]:.0f}, {cost(high):.3g} at {high[column]:.0f})"
-    return [name, f"{limits[0]} … {limits[1]} {column}", words, f"≤ {bar:g}", "yes" if ratio <= bar else "NO"]
+def flatness_line(rows, along, limits, unit, bar):
+    """How far the cost goes apart between two sizes: largest over least of the medians of the rounds, in which the sizes took turns."""
+    some = within(select(rows, along=along), along, limits)
+    costs = {}
+    for row in some:
+        costs.setdefault(row[along], []).append(1e3 * row["ms"] / (row["cloths"] if along == "cloths" else row["particles"]))
+    if not set(limits) <= set(costs):
+        return []
+    medians = {size: median(found) for size, found in costs.items()}
+    low, high = min(medians, key=medians.get), max(medians, key=medians.get)
+    ratio = medians[high] / medians[low]
+    words = f"{ratio:.2f} ({medians[low]:.3g} {unit} at {low:.0f}, {medians[high]:.3g} at {high:.0f})"
+    return [[f"{some[0]['backend']}, all threads", f"{limits[0]} … {limits[1]} {along}", words, f"≤ {bar:g}", "yes" if ratio <= bar else "NO"]]
 
 
 def threads_line(name, rows, column, at_most):
@@ -68,21 +73,14 @@ def threads_line(name, rows, column, at_most):
              "yes" if ratio >= THREADS_BAR * most else "NO"]]
 
 
-def bars_text(rows):
-    lines = []
+def bars_text(rows, flatness):
     cloths = select(rows, along="cloths", preset="REALTIME")
-    for name in dict.fromkeys(way(row) for row in cloths):
-        of_way = [row for row in cloths if way(row) == name]
-        if of_way[0]["threads"] in (0, most_threads(cloths)) and of_way[0]["path"] != "single":
-            lines.append(spread_line(name, of_way, "cloths", FLAT_CLOTHS, us_per_cloth, "µs per cloth", FLAT_CLOTHS_BAR))
     particles = select(rows, along="particles")
-    for name, of_way in ways_of_one_cloth(particles).items():
-        if of_way[0]["threads"] in (0, most_threads(particles)):
-            lines.append(spread_line(f"{name}, one cloth", of_way, "particles", FLAT_PARTICLES, ns_per_particle, "ns per particle",
-                                     FLAT_PARTICLES_BAR))
+    lines = flatness_line(flatness, "cloths", FLAT_CLOTHS, "µs per cloth", FLAT_CLOTHS_BAR)
+    lines += flatness_line(flatness, "particles", FLAT_PARTICLES, "µs per particle of one cloth", FLAT_PARTICLES_BAR)
     lines += threads_line("cpu lanes", select(cloths, path="lanes"), "cloths", math.inf)
     lines += threads_line("cpu, one cloth", select(particles, backend="cpu"), "particles", BIG_CLOTH)
-    return ["#### Bars\n", markdown(["what", "between", "largest / least", "bar", "holds"], lines)]
+    return ["#### Bars\n", "Flatness: sizes in turn, round after round, the medians of the rounds (speed_flatness.csv).\n", markdown(["what", "between", "largest / least", "bar", "holds"], lines)]
 
 
 def cloths_text(rows, preset):
@@ -99,12 +97,12 @@ def cloths_text(rows, preset):
     return [f"{preset}, ms per step / µs per cloth:\n", markdown(["cloths", *ways, "single / lanes"], lines)]
 
 
-def cost_text(rows, cpu_backend):
+def cost_text(rows, flatness, cpu_backend):
     text = ["### What a step costs\n",
             f"Sheets hung by two corners, in the middle of the swing; several cloths have their own gravity each. cpu: {cpu_backend}. "
             "`lanes`: side by side in the lanes of the vector registers wherever that is worth it; `single`: one by one, with the same "
             "bits. A way of stepping that would take too long for a row is left out of it.\n",
-            "![cost](speed_cost.png)\n", *bars_text(rows)]
+            "![cost](speed_cost.png)\n", *bars_text(rows, flatness)]
     for preset in distinct(select(rows, along="cloths"), "preset"):
         text += cloths_text(rows, preset)
     particles = select(rows, along="particles")

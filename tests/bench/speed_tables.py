@@ -7,8 +7,8 @@ import speed_service
 import speed_skips
 import speed_solves
 
-COLUMNS = {"speed_limits": speed_solves.COLUMNS, "speed_cost": speed_cost.COLUMNS, "speed_curve": speed_curve.COLUMNS,
-           "speed_service": speed_service.COLUMNS, "speed_skips": speed_skips.COLUMNS,
+COLUMNS = {"speed_limits": speed_solves.COLUMNS, "speed_cost": speed_cost.COLUMNS, "speed_flatness": speed_cost.FLATNESS_COLUMNS,
+           "speed_curve": speed_curve.COLUMNS, "speed_service": speed_service.COLUMNS, "speed_skips": speed_skips.COLUMNS,
            "speed_peers": peers.COLUMNS}
 TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view", "skip"}
 
@@ -21,7 +21,7 @@ def speed_text(tables, cpu_backend):
     if tables["speed_limits"] and tables["speed_cost"]:
         text += speed_solves.solves_text(tables["speed_limits"], tables["speed_cost"])
     if tables["speed_cost"]:
-        text += speed_cost.cost_text(tables["speed_cost"], cpu_backend)
+        text += speed_cost.cost_text(tables["speed_cost"], tables["speed_flatness"], cpu_backend)
     if tables["speed_skips"]:
         text += speed_skips.skips_text(tables["speed_skips"])
     if tables["speed_curve"]:

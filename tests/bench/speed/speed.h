@@ -38,6 +38,17 @@ struct CostOptions {
 };
 void MeasureCost(Bench& bench, CostOptions options);
 
+// Whether a cloth costs the same among few and many, and a particle in small cloths and large ones
+// -> speed_flatness.csv.
+struct FlatnessOptions {
+  std::vector<uint32_t> counts = {64, 256, 1024, 4096};
+  uint32_t cloth_particles = 1024;
+  std::vector<uint32_t> particles = {1024, 2048, 4096, 8192, 16384, 65536};  // of the one cloth
+  uint32_t rounds = 12;  // after one that does not count
+  double turn_s = 0.1;   // of each size in a round, at least one step
+};
+void MeasureFlatness(Bench& bench, FlatnessOptions options);
+
 // Step requests over localhost against the bare backend -> speed_service.csv.
 struct ServiceLoad {
   uint32_t clients = 1;
@@ -61,10 +72,11 @@ struct SkipsOptions {
 void MeasureSkips(Bench& bench, SkipsOptions options);
 
 struct SpeedOptions {
-  // Some of limits, cost, skips, service, curve; in this order.
-  std::vector<std::string> parts = {"limits", "cost", "skips", "service", "curve"};
+  // Some of limits, cost, flatness, skips, service, curve; in this order.
+  std::vector<std::string> parts = {"limits", "cost", "flatness", "skips", "service", "curve"};
   LimitsOptions limits;
   CostOptions cost;
+  FlatnessOptions flatness;
   CurveOptions curve;
   ServiceOptions service;
   SkipsOptions skips;
