@@ -105,7 +105,7 @@ TEST_F(BenchTest, SpeedMakesItsTables) {
   EXPECT_EQ(RowCount(out_ / "speed_flatness.csv"), 2 * 2 * 2);  // sizes and rounds
   EXPECT_EQ(RowCount(out_ / "speed_curve.csv"), 5);
   EXPECT_EQ(RowCount(out_ / "speed_service.csv"), 2 * 2);  // loads, with positions and without
-  EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 5);
+  EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 7);
   EXPECT_THAT(ReadText(out_ / "speed_skips.csv"), HasSubstr("sleep: all at rest on the ground,"));
   ASSERT_EQ(Tables("").exit_status, 0);
   const std::string readme = ReadText(out_ / "README.md");

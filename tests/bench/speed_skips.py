@@ -11,5 +11,6 @@ def skips_text(rows):
     first = rows[0]
     return ["### What a scene does not need\n",
             f"{first['cloths']:.0f} sheets of {first['particles']:.0f} particles on {first['backend']}, stepped as the server steps them "
-            "(`DeviceLoop`): with it and without it, in turn, medians of a step; and whether the states are bit for bit the same in the end.\n",
+            "(`DeviceLoop`): with it and without it, in turn, medians of a step; and whether the states are bit for bit the same in the end. "
+            "«colliders left out»: all colliders tested, and those out of reach left out.\n",
             markdown(["what", "with [ms]", "without [ms]", "without / with", "same state"], lines)]

@@ -57,6 +57,30 @@ TEST(CpuBackendTest, ReadPacksClothAfterCloth) {
   EXPECT_TRUE(std::get<std::vector<float>>(columns.velocities_m_per_s).empty());
 }
 
+// Bits of these cloths after some steps together.
+std::string BitsTogether(const CpuBackendOptions& options, const std::vector<test::Scene>& scenes) {
+  const auto backend = CreateCpuBackend(options);
+  std::vector<StepItem> items;
+  for (const test::Scene& scene : scenes) items.push_back({CreateCloth(*backend, scene), {}});
+  for (uint32_t step = 0; step < 12; ++step) backend->Step(items);
+  std::string bits;
+  for (const StepItem& item : items) bits += test::ReadBits(*backend, item.cloth);
+  return bits;
+}
+
+TEST(CpuBackendTest, LeavingOutCollidersChangesNoBit) {
+  std::vector<test::Scene> scenes;
+  for (uint32_t k = 0; k < 8; ++k) {
+    for (test::Scene scene : {test::FallingOnSphere(9), test::FallingOnBoxAndCapsule(9),
+                              test::FallingOnDistanceMap(9)}) {
+      for (Eigen::Vector3d& p : scene.state.positions_m) p.y() += 0.05 * k;
+      scenes.push_back(scene);
+    }
+  }
+  EXPECT_TRUE(BitsTogether({.leave_out_colliders = true}, scenes) ==
+              BitsTogether({.leave_out_colliders = false}, scenes));
+}
+
 TEST(CpuBackendTest, PinTargetsOfAStepStay) {
   const auto backend = CreateCpuBackend();
   test::Scene scene = test::SizedCloth(33);

@@ -16,6 +16,7 @@
 #include "server/solver/cpu/cpu_backend.h"
 #include "server/solver/cpu/lane_step.h"
 #include "tests/support/backends.h"
+#include "tests/support/reports.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"
 
@@ -246,21 +247,7 @@ std::vector<Outcome> StepTogether(Backend& backend, const std::vector<Scene>& sc
 
 void ExpectSame(const Outcome& actual, const Outcome& expected, const std::string& where) {
   EXPECT_TRUE(actual.bits == expected.bits) << where;
-  EXPECT_EQ(actual.report.iterations, expected.report.iterations) << where;
-  EXPECT_EQ(actual.report.converged, expected.report.converged) << where;
-  EXPECT_EQ(actual.report.fault, expected.report.fault) << where;
-  EXPECT_EQ(actual.report.warnings.not_converged, expected.report.warnings.not_converged) << where;
-  EXPECT_EQ(actual.report.warnings.tolerance_raised, expected.report.warnings.tolerance_raised);
-  const Measurements &a = actual.report.measured, &e = expected.report.measured;
-  EXPECT_EQ(a.max_strain, e.max_strain) << where;
-  EXPECT_EQ(a.rms_strain, e.rms_strain) << where;
-  EXPECT_EQ(a.kinetic_energy_j, e.kinetic_energy_j) << where;
-  EXPECT_EQ(a.potential_energy_j, e.potential_energy_j) << where;
-  EXPECT_EQ(a.strain_energy_j, e.strain_energy_j) << where;
-  EXPECT_EQ(a.lowest_m, e.lowest_m) << where;
-  EXPECT_EQ(a.max_residual_m, e.max_residual_m) << where;
-  EXPECT_EQ(a.contacts, e.contacts) << where;
-  EXPECT_EQ(a.max_penetration_m, e.max_penetration_m) << where;
+  EXPECT_EQ(DifferenceOf(actual.report, expected.report), "") << where;
 }
 
 // The instruction sets that highway compiles for and this machine has.

@@ -1,7 +1,9 @@
 #include "server/solver/cpu/advance.h"
 
 #include <algorithm>
+#include <span>
 
+#include "server/solver/cpu/collider_reach.h"
 #include "server/solver/cpu/tethers.h"
 
 namespace drape::cpu {
@@ -68,24 +70,53 @@ void PredictFreeWith(const StepContext& context) {
   context.ForFreeParticles([=](uint32_t i) { predict(i, p[i], v[i]); });
 }
 
-// Of the blocks [begin, end): four free particles each, then their tethers.
+// Of where particles end a substep.
+ReachWatch WatchOfEnds(const StepContext& context) {
+  const ColliderReach& reach = context.scratch.reach;
+  return {reach.range, reach.WatchesEnds(context.max_iterations)};
+}
+
+// function(i, p, v) of every free particle ends its substep.
+template <class Function>
+void EndFree(const StepContext& context, const Function& function) {
+  Lanes* const p = context.scratch.state.positions.data();
+  Lanes* const v = context.scratch.state.velocities.data();
+  const bool has_left = context.AnyFreeRange([&](std::span<const uint32_t> particles) {
+    const Function local = function;
+    ReachWatch watch = WatchOfEnds(context);
+    for (const uint32_t i : particles) {
+      local(i, p[i], v[i]);
+      watch.See(p[i]);
+    }
+    return watch.has_left();
+  });
+  context.scratch.reach.has_left |= has_left;
+}
+
+// Of the blocks [begin, end): four free particles each, then their tethers. Returns whether a
+// particle had left the range at the end of the substep before.
 template <class Prediction>
-void PrepareBlocks(const StepContext& context, const std::optional<Ending>& open, bool has_tethers,
+bool PrepareBlocks(const StepContext& context, const std::optional<Ending>& open, bool has_tethers,
                    size_t begin, size_t end) {
   const std::vector<uint32_t>& particles = context.model.free_particles;
   Lanes* const positions = context.scratch.state.positions.data();
   Lanes* const velocities = context.scratch.state.velocities.data();
   const Prediction predict(context);
+  ReachWatch watch = WatchOfEnds(context);
   const size_t last = std::min(particles.size(), end * kLaneCount);
   for (size_t k = begin * kLaneCount; k < last; ++k) {
     const uint32_t i = particles[k];
     Lanes p = positions[i], v = velocities[i];
-    if (open) (*open)(p, v);
+    if (open) {
+      (*open)(p, v);
+      watch.See(p);
+    }
     predict(i, p, v);
     positions[i] = p;
     velocities[i] = v;
   }
   if (has_tethers) PullBlocks(context, begin, end);
+  return watch.has_left();
 }
 
 }  // namespace
@@ -112,16 +143,14 @@ void PredictPins(const StepContext& context) {
 // Bender et al. 2009, section 3.1, eq. 1: p = b + H u; the velocities become v = u + a H/2, with
 // two steps they are u.
 void Integrate(const StepContext& context) {
-  Lanes* const p = context.scratch.state.positions.data();
-  Lanes* const v = context.scratch.state.velocities.data();
   const float interval = context.substep.interval;
   if (context.substep.is_two_step) {
-    context.ForFreeParticles([=](uint32_t i) { p[i] += interval * v[i]; });
+    EndFree(context, [=](uint32_t, Lanes& p, const Lanes& v) { p += interval * v; });
   } else {
     const BallisticPrediction second_half(context);
-    context.ForFreeParticles([=](uint32_t i) {
-      p[i] += interval * v[i];
-      second_half(i, p[i], v[i]);
+    EndFree(context, [=](uint32_t i, Lanes& p, Lanes& v) {
+      p += interval * v;
+      second_half(i, p, v);
     });
   }
   IntegratePins(context);
@@ -142,7 +171,7 @@ void IntegratePins(const StepContext& context) {
 bool HasOneVisit(const StepContext& context) {
   const FloatControls& controls = context.controls;
   return !controls.has_spring_forces && !controls.has_half_kicks && !controls.has_air_forces &&
-         !context.model.has_elastic() && controls.colliders.empty() &&
+         !context.model.has_elastic() && context.scratch.reach.near.empty() &&
          context.own_lengths == nullptr && controls.solver.velocity_iterations == 0;
 }
 
@@ -155,22 +184,22 @@ Ending::Ending(const StepContext& context)
 void PrepareInOneVisit(const StepContext& context, const std::optional<Ending>& open,
                        bool has_tethers) {
   const size_t blocks = context.model.tether_block_offsets.size() - 1;
-  context.ForRanges(blocks, kBlockGrain, [&](size_t begin, size_t end) {
-    for (size_t now = begin; now < end; now += kVisitBlocks) {
-      const size_t next = std::min(now + kVisitBlocks, end);
-      if (context.substep.is_two_step) {
-        PrepareBlocks<TwoStepPrediction>(context, open, has_tethers, now, next);
-      } else {
-        PrepareBlocks<BallisticPrediction>(context, open, has_tethers, now, next);
-      }
-    }
-  });
+  const auto prepare = context.substep.is_two_step ? PrepareBlocks<TwoStepPrediction>
+                                                   : PrepareBlocks<BallisticPrediction>;
+  const bool has_left =
+      context.team.AnyOf(0, blocks, kBlockGrain, [&](size_t begin, size_t end, uint32_t) {
+        bool has_any_left = false;
+        for (size_t now = begin; now < end; now += kVisitBlocks) {
+          const size_t next = std::min(now + kVisitBlocks, end);
+          has_any_left |= prepare(context, open, has_tethers, now, next);
+        }
+        return has_any_left;
+      });
+  context.scratch.reach.has_left |= has_left;
 }
 
 void End(const StepContext& context, const Ending& open) {
-  Lanes* const p = context.scratch.state.positions.data();
-  Lanes* const v = context.scratch.state.velocities.data();
-  context.ForFreeParticles([=](uint32_t i) { open(p[i], v[i]); });
+  EndFree(context, [=](uint32_t, Lanes& p, Lanes& v) { open(p, v); });
 }
 
 }  // namespace drape::cpu

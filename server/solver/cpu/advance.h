@@ -17,8 +17,8 @@ void PredictPins(const StepContext& context);
 void Integrate(const StepContext& context);
 void IntegratePins(const StepContext& context);
 
-// Whether nothing but constraints, gravity and damping acts: then all that happens to a particle
-// between two sweeps is a matter of its own and its pins.
+// Whether nothing but constraints, gravity and damping acts, and no collider is near: then all that
+// happens to a particle between two sweeps is a matter of its own and its pins. Needs the reach.
 bool HasOneVisit(const StepContext& context);
 
 // What ends such a substep for a free particle.

@@ -97,6 +97,9 @@ inline ClothMask operator<(ClothLanes a, ClothLanes b) {
 inline ClothMask operator>(ClothLanes a, ClothLanes b) {
   return {hn::Gt(a.v, b.v)};
 }
+inline ClothMask operator>=(ClothLanes a, ClothLanes b) {
+  return {hn::Ge(a.v, b.v)};
+}
 inline ClothMask operator!=(ClothLanes a, ClothLanes b) {
   return {hn::Ne(a.v, b.v)};
 }

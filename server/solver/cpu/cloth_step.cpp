@@ -192,7 +192,7 @@ void Begin(const StepContext& context, const FloatState& state) {
   }
   const bool has_impulses = model.has_compliance() || model.has_inequalities();
   scratch.distance_impulses.resize(has_impulses ? model.groups.size() + 1 : 0);
-  scratch.contacts.resize(model.particle_count * context.controls.colliders.size());
+  scratch.contacts.resize(model.particle_count * scratch.reach.near.size());
 }
 
 // Stage by stage.
@@ -228,33 +228,8 @@ void AdvanceInOneVisit(const StepContext& context, std::optional<Ending>& open,
   open.emplace(context);
 }
 
-}  // namespace
-
-FloatSubstep::FloatSubstep(const Substep& substep, double damping_per_s)
-    : interval(static_cast<float>(substep.interval_s)),
-      half_interval(0.5f * interval),
-      inverse_interval(static_cast<float>(1 / substep.interval_s)),
-      is_two_step(substep.is_two_step),
-      sets_previous(substep.sets_previous),
-      pin_shares(static_cast<float>(substep.pin_shares)),
-      inverse_duration(static_cast<float>(1 / substep.duration_s)),
-      pin_lead(static_cast<float>(1 - substep.interval_s / substep.duration_s)),
-      kick_before(static_cast<float>(substep.kick_before_s)),
-      kick_after(static_cast<float>(substep.kick_after_s)),
-      kick_within(static_cast<float>(substep.kick_within_s)),
-      twist_share(static_cast<float>(substep.twist_share)),
-      damping_factor(static_cast<float>(substep.is_two_step
-                                            ? 1 / (1 + damping_per_s * substep.interval_s)
-                                            : std::exp(-damping_per_s * substep.interval_s))) {}
-
-void Finish(const StepContext& context, bool measure, FloatState& state, StepReport& report) {
-  report.warnings.not_converged = !report.converged;
-  Commit(context, state, report);
-  if (report.fault != FaultReason::kNone) PlaceColliders(context, 0, 0);
-  if (measure) report.measured = Measure(context, state, report.fault);
-}
-
-StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
+// The substeps, on the copy of `state` that they begin with.
+StepReport DoSubsteps(StepContext& context, const FloatState& state) {
   const FloatControls& controls = context.controls;
   StepReport report;
   report.warnings = controls.warnings;
@@ -277,6 +252,44 @@ StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
     }
   }
   if (open) End(context, *open);
+  return report;
+}
+
+}  // namespace
+
+FloatSubstep::FloatSubstep(const Substep& substep, double damping_per_s)
+    : interval(static_cast<float>(substep.interval_s)),
+      half_interval(0.5f * interval),
+      inverse_interval(static_cast<float>(1 / substep.interval_s)),
+      is_two_step(substep.is_two_step),
+      sets_previous(substep.sets_previous),
+      pin_shares(static_cast<float>(substep.pin_shares)),
+      inverse_duration(static_cast<float>(1 / substep.duration_s)),
+      pin_lead(static_cast<float>(1 - substep.interval_s / substep.duration_s)),
+      kick_before(static_cast<float>(substep.kick_before_s)),
+      kick_after(static_cast<float>(substep.kick_after_s)),
+      kick_within(static_cast<float>(substep.kick_within_s)),
+      twist_share(static_cast<float>(substep.twist_share)),
+      damping_factor(static_cast<float>(substep.is_two_step
+                                            ? 1 / (1 + damping_per_s * substep.interval_s)
+                                            : std::exp(-damping_per_s * substep.interval_s))) {}
+
+bool Finish(const StepContext& context, bool measure, FloatState& state, StepReport& report) {
+  if (context.scratch.reach.has_left) return false;
+  report.warnings.not_converged = !report.converged;
+  Commit(context, state, report);
+  if (measure) report.measured = Measure(context, state, report.fault);
+  return true;
+}
+
+StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
+  ColliderReach& reach = context.scratch.reach;
+  FindReach(context, state, reach);
+  StepReport report = DoSubsteps(context, state);
+  if (Finish(context, measure, state, report)) return report;
+  ++context.scratch.repeats;
+  ReachAll(context, reach);
+  report = DoSubsteps(context, state);
   Finish(context, measure, state, report);
   return report;
 }

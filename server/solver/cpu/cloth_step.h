@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "server/solver/cpu/collider_reach.h"
 #include "server/solver/cpu/collider_surface.h"
 #include "server/solver/cpu/float_controls.h"
 #include "server/solver/cpu/float_model.h"
@@ -81,9 +82,11 @@ struct StepScratch {
   Refinement refinement;
   std::vector<Lanes> joint_impulses;  // Lambda, [joint_count] [N s]
   std::vector<Lanes> rest_lengths;  // [group_count] [m] at the end of the substep; only of its own
-  std::vector<ContactImpulses> contacts;  // [particle_count][collider_count]
-  // [collider_count] in the substep under way; empty if they all rest as described.
+  ColliderReach reach;
+  std::vector<ContactImpulses> contacts;  // [particle_count][reach.near]
+  // [reach.near] in the substep under way; empty if all rest as described.
   std::vector<MovingSurface> surfaces;
+  uint64_t repeats = 0;  // steps of this thread that were done again with all colliders
 };
 
 // Rest lengths of one cloth, [group_count] in the places of FloatModel::groups [m].
@@ -111,8 +114,9 @@ struct StepContext {
   std::span<const RigidMotion> collider_motions;
   StepScratch& scratch;
   StepTeam& team;
-  uint32_t max_iterations;  // sweeps per substep at most
-  FloatSubstep substep{};   // the one under way
+  uint32_t max_iterations;    // sweeps per substep at most
+  bool leaves_out_colliders;  // those out of reach; the result does not depend on it
+  FloatSubstep substep{};     // the one under way
 
   // function(begin, end) of ranges that divide [0, count).
   template <class Function>
@@ -149,8 +153,9 @@ struct StepContext {
 };
 
 // What a step ends with: the new state of context.scratch replaces `state` unless it has blown up,
-// and the report gets what there is to tell.
-void Finish(const StepContext& context, bool measure, FloatState& state, StepReport& report);
+// and the report gets what there is to tell. False: nothing is done, as colliders were left out
+// that may have been touched; the step is to be done again with all (ColliderReach).
+bool Finish(const StepContext& context, bool measure, FloatState& state, StepReport& report);
 
 // Steps `state` once, by the calling thread as the leader of context.team. If it blows up, `state`
 // stays as it was and the report says why. The result is a function of model, controls, pin targets

@@ -1,7 +1,9 @@
 #include "server/solver/cpu/contacts.h"
 
+#include <atomic>
 #include <cmath>
 #include <span>
+#include <type_traits>
 
 #include "server/solver/cpu/collider_surface.h"
 #include "server/solver/cpu/constraint_math.h"
@@ -9,12 +11,23 @@
 namespace drape::cpu {
 namespace {
 
-// The colliders as a list of surfaces, of one type or the other.
+// Those near colliders that rest as described.
+class RestingSurfaces {
+ public:
+  explicit RestingSurfaces(const StepContext& context)
+      : colliders_(context.controls.colliders.data()), near_(context.scratch.reach.near) {}
+  size_t size() const { return near_.size(); }
+  const FloatCollider& operator[](size_t k) const { return colliders_[near_[k]]; }
+
+ private:
+  const FloatCollider* colliders_;
+  std::span<const uint32_t> near_;
+};
+
+// The near colliders as a list of surfaces, of one type or the other.
 template <class Function>
 auto WithSurfaces(const StepContext& context, const Function& function) {
-  if (context.scratch.surfaces.empty()) {
-    return function(std::span<const FloatCollider>(context.controls.colliders));
-  }
+  if (context.collider_motions.empty()) return function(RestingSurfaces(context));
   return function(std::span<const MovingSurface>(context.scratch.surfaces));
 }
 
@@ -26,8 +39,8 @@ Lanes VelocityBefore(const Surface& surface, Lanes p, Lanes v) {
 }
 
 // From positions and velocities before the substep.
-template <class Surface>
-void PredictContactsOf(const StepContext& context, std::span<const Surface> surfaces,
+template <class Surfaces>
+void PredictContactsOf(const StepContext& context, const Surfaces& surfaces,
                        std::span<const uint32_t> particles) {
   const FloatControls& controls = context.controls;
   StepScratch& scratch = context.scratch;
@@ -74,18 +87,25 @@ bool SolveContact(const FloatControls& controls, const Surface& surface, Lanes p
   return changed;
 }
 
-template <class Surface>
-bool SolveContactsOf(const StepContext& context, std::span<const Surface> surfaces,
-                     std::span<const uint32_t> particles) {
+// Returns whether a contact changed; `has_left`: set if a particle has left the range.
+template <class Surfaces>
+bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
+                     std::span<const uint32_t> particles, std::atomic<bool>& has_left) {
+  const FloatControls& controls = context.controls;
   StepScratch& scratch = context.scratch;
+  ReachWatch watch(scratch.reach.range, scratch.reach.WatchesSweeps(context.max_iterations));
   bool changed = false;
   for (const uint32_t i : particles) {
+    const Lanes p = scratch.state.positions[i];
+    Lanes& u = scratch.state.velocities[i];
     for (size_t k = 0; k < surfaces.size(); ++k) {
+      watch.See(p + controls.h * u);
       changed |=
-          SolveContact(context.controls, surfaces[k], scratch.state.positions[i],
-                       scratch.contacts[i * surfaces.size() + k], scratch.state.velocities[i]);
+          SolveContact(controls, surfaces[k], p, scratch.contacts[i * surfaces.size() + k], u);
     }
+    watch.See(p + controls.h * u);
   }
+  if (watch.has_left()) has_left = true;
   return changed;
 }
 
@@ -99,9 +119,10 @@ Lanes CorrectContactVelocity(const FloatControls& controls, const ContactImpulse
   return VelocityAfterContact(v, n, controls.friction_static, controls.friction_dynamic);
 }
 
-template <class Surface>
-void CorrectVelocityOf(const StepContext& context, std::span<const Surface> surfaces,
+template <class Surfaces>
+void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
                        std::span<const uint32_t> particles) {
+  using Surface = std::remove_cvref_t<decltype(surfaces[0])>;
   const FloatControls& controls = context.controls;
   const float damping_factor = context.substep.damping_factor;
   FloatState& state = context.scratch.state;
@@ -126,8 +147,8 @@ void CorrectVelocityOf(const StepContext& context, std::span<const Surface> surf
 }  // namespace
 
 void PredictContacts(const StepContext& context) {
-  if (context.controls.colliders.empty()) return;
-  WithSurfaces(context, [&](auto surfaces) {
+  if (context.scratch.reach.near.empty()) return;
+  WithSurfaces(context, [&](const auto& surfaces) {
     context.ForFreeRanges([&](std::span<const uint32_t> particles) {
       PredictContactsOf(context, surfaces, particles);
     });
@@ -135,18 +156,22 @@ void PredictContacts(const StepContext& context) {
 }
 
 bool SolveContacts(const StepContext& context) {
-  if (context.controls.colliders.empty()) return false;
-  return WithSurfaces(context, [&](auto surfaces) {
+  ColliderReach& reach = context.scratch.reach;
+  if (reach.near.empty() && !reach.WatchesSweeps(context.max_iterations)) return false;
+  std::atomic<bool> has_left = false;
+  const bool has_changed = WithSurfaces(context, [&](const auto& surfaces) {
     return context.AnyFreeRange([&](std::span<const uint32_t> particles) {
-      return SolveContactsOf(context, surfaces, particles);
+      return SolveContactsOf(context, surfaces, particles, has_left);
     });
   });
+  reach.has_left |= has_left;
+  return has_changed;
 }
 
 void CorrectVelocity(const StepContext& context) {
   if (context.substep.is_two_step) return;
-  if (context.controls.colliders.empty() && context.substep.damping_factor == 1) return;
-  WithSurfaces(context, [&](auto surfaces) {
+  if (context.scratch.reach.near.empty() && context.substep.damping_factor == 1) return;
+  WithSurfaces(context, [&](const auto& surfaces) {
     context.ForFreeRanges([&](std::span<const uint32_t> particles) {
       CorrectVelocityOf(context, surfaces, particles);
     });
@@ -156,7 +181,8 @@ void CorrectVelocity(const StepContext& context) {
 void PlaceColliders(const StepContext& context, double begin_s, double end_s) {
   std::vector<MovingSurface>& surfaces = context.scratch.surfaces;
   surfaces.clear();
-  for (size_t k = 0; k < context.collider_motions.size(); ++k) {
+  if (context.collider_motions.empty()) return;
+  for (const uint32_t k : context.scratch.reach.near) {
     surfaces.emplace_back(context.controls.colliders[k], context.collider_motions[k], begin_s,
                           end_s);
   }

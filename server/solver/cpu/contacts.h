@@ -5,7 +5,8 @@
 
 namespace drape::cpu {
 
-// Places the moving colliders where they are in a substep from `begin_s` to `end_s` of the step.
+// Places the moving colliders that are near where they are in a substep from `begin_s` to `end_s`
+// of the step.
 void PlaceColliders(const StepContext& context, double begin_s, double end_s);
 
 // From positions and velocities before the substep.

@@ -18,7 +18,6 @@
 
 #include "server/solver/cpu/cloth_slots.h"
 #include "server/solver/cpu/cloth_step.h"
-#include "server/solver/cpu/contacts.h"
 #include "server/solver/cpu/denormals.h"
 #include "server/solver/cpu/float_controls.h"
 #include "server/solver/cpu/float_model.h"
@@ -159,6 +158,7 @@ class CpuBackend final : public Backend {
                                                : tbb::info::default_concurrency()),
         arena_(thread_count_),
         lane_count_(options.use_lanes ? SupportedLanes().lane_count : 1),
+        leaves_out_colliders_(options.leave_out_colliders),
         scratch_(static_cast<size_t>(thread_count_)) {}
 
   BackendDescription Describe() const override {
@@ -375,7 +375,6 @@ class CpuBackend final : public Backend {
       const StepContext context = ContextOf(cloth, item, team);
       StepReport report;
       report.fault = cloth.fault;
-      PlaceColliders(context, 0, 0);
       if (item.measure) report.measured = Measure(context, cloth.state, cloth.fault);
       return report;
     }
@@ -394,12 +393,14 @@ class CpuBackend final : public Backend {
             cloth.parameters.collider_motions,
             ScratchOfThisThread().single,
             team,
-            IterationsOf(item, cloth.parameters.settings)};
+            IterationsOf(item, cloth.parameters.settings),
+            leaves_out_colliders_};
   }
 
   const int thread_count_;
   tbb::task_arena arena_;
-  const uint32_t lane_count_;           // 1: every cloth is stepped alone
+  const uint32_t lane_count_;  // 1: every cloth is stepped alone
+  const bool leaves_out_colliders_;
   std::vector<ThreadScratch> scratch_;  // one per thread of the arena
   FloatModelCache models_;
   ClothSlots<Cloth> cloths_;

@@ -16,6 +16,9 @@ struct CpuBackendOptions {
   // Whether equal cloths are stepped side by side in the lanes of the vector registers. The result
   // does not depend on it.
   bool use_lanes = true;
+  // Whether a step leaves out the colliders that a cloth cannot reach in it. The result does not
+  // depend on it.
+  bool leave_out_colliders = true;
 };
 
 // Named "cpu". Plan "lanes": cloths are stepped side by side wherever the batch has several that

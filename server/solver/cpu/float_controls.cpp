@@ -63,6 +63,7 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   const double tolerance_met = SinglePrecisionTolerance(settings.tolerance, *model.source);
   damping_per_s = parameters.damping_per_s;
   end_share = static_cast<float>(solver.end_share);
+  time_step = static_cast<float>(settings.time_step_s);
   h = static_cast<float>(substep_s);
   inverse_h = static_cast<float>(1 / substep_s);
   tolerance = static_cast<float>(tolerance_met);

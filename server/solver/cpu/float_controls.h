@@ -49,6 +49,7 @@ struct FloatControls {
   SolverChoice solver;
   SubstepSchedule schedule;
   double damping_per_s;
+  float time_step;               // [s]
   float h;                       // substep [s]
   float inverse_h;               // [1/s]
   float tolerance;               // relative to the rest length; 0 = fixed number of sweeps

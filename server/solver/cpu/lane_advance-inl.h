@@ -141,8 +141,11 @@ void ApplyTethers(const LaneContext& context) {
 // v = u + a H/2, with two steps they are u.
 class Integration {
  public:
-  explicit Integration(const LaneContext& context)
-      : is_two_step_(context.substep.is_two_step),
+  explicit Integration(LaneContext& context)
+      : range_(context.range),
+        is_held_(context.is_held),
+        watches_(context.reach.WatchesEnds(context.max_iterations)),
+        is_two_step_(context.substep.is_two_step),
         has_spring_forces_(context.controls.has_spring_forces),
         interval_(context.substep.interval),
         half_interval_(context.substep.half_interval),
@@ -150,11 +153,15 @@ class Integration {
         kick_(context.gravity * half_interval_) {}
   HWY_INLINE void operator()(uint32_t i, ClothVectors& p, ClothVectors& v) const {
     Assign(p, p + v * interval_);
+    if (watches_) is_held_ &= Holds(range_, p);
     if (is_two_step_) return;
     Assign(v, v + (has_spring_forces_ ? accelerations_[i] * half_interval_ : kick_));
   }
 
  private:
+  const ClothBox& range_;
+  ClothMask& is_held_;
+  const bool watches_;
   const bool is_two_step_;
   const bool has_spring_forces_;
   const float interval_;
@@ -166,7 +173,7 @@ class Integration {
 // What ends a substep for a free particle where nothing but constraints, gravity and damping acts.
 class Ending {
  public:
-  explicit Ending(const LaneContext& context)
+  explicit Ending(LaneContext& context)
       : integrate_(context),
         has_damping_(context.has_damping && !context.substep.is_two_step),
         damping_factor_(context.damping_factor) {}

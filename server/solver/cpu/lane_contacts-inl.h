@@ -131,9 +131,11 @@ ClothMask SolveFriction(const LaneContext& context, const ClothVectors& n, Cloth
                       SplatCloths(context.controls.contact_tolerance));
 }
 
-// One particle against one collider.
+// One particle against one collider. `after()` is called where it may have changed u.
+template <class After>
 ClothMask SolveContact(const LaneContext& context, const ClothCollider& collider,
-                       const ClothVectors& p, ClothContact& contact, ClothVectors& u) {
+                       const ClothVectors& p, ClothContact& contact, ClothVectors& u,
+                       const After& after) {
   const FloatControls& controls = context.controls;
   const ClothLanes zero = SplatCloths(0);
   const ClothGap at_end = GapAt(p + u * controls.h, collider);
@@ -151,19 +153,28 @@ ClothMask SolveContact(const LaneContext& context, const ClothCollider& collider
   const ClothMask has_friction =
       (context.friction_static > zero) &
       ((contact.normal > zero) | (Dot(contact.tangent, contact.tangent) > zero));
-  return changed |
-         SolveFriction(context, at_end.normal, context.is_running & has_friction, contact, u);
+  const ClothMask slips =
+      SolveFriction(context, at_end.normal, context.is_running & has_friction, contact, u);
+  after();
+  return changed | slips;
 }
 
 // One sweep. Returns the lanes in which an impulse was larger than the tolerance.
-ClothMask SolveContacts(const LaneContext& context) {
+ClothMask SolveContacts(LaneContext& context) {
   ClothMask changed;
-  if (context.collider_count() == 0) return changed;
+  const bool watches = context.reach.WatchesSweeps(context.max_iterations);
+  if (context.collider_count() == 0 && !watches) return changed;
   for (const uint32_t i : context.model.free_particles) {
     ClothParticle& particle = context.particles[i];
     ClothContact* const contacts = context.contacts + i * context.collider_count();
+    const auto watch = [&] {
+      if (!watches) return;
+      context.is_held &= Holds(context.range, particle.p + particle.u * context.controls.h);
+    };
+    watch();
     for (size_t k = 0; k < context.collider_count(); ++k) {
-      changed |= SolveContact(context, context.colliders[k], particle.p, contacts[k], particle.u);
+      changed |=
+          SolveContact(context, context.colliders[k], particle.p, contacts[k], particle.u, watch);
     }
   }
   return changed;

@@ -37,6 +37,17 @@ struct ClothContact {
   ClothLanes normal, floor, rebound;
 };
 
+// ParticleBox of each cloth.
+struct ClothBox {
+  ClothVectors low, high;
+};
+// Of those whose places are in their boxes; what is not a number is not.
+HWY_INLINE ClothMask Holds(const ClothBox& box, const ClothVectors& place) {
+  return ((place.x >= box.low.x) & (box.high.x >= place.x)) &
+         ((place.y >= box.low.y) & (box.high.y >= place.y)) &
+         ((place.z >= box.low.z) & (box.high.z >= place.z));
+}
+
 using PairLinkSolution = StripLinkSolution<PairLanes, PairVectors>;
 
 // One number of each cloth; lanes without a cloth are like the last one.
@@ -72,6 +83,7 @@ struct LaneContext {
         distance_impulses(scratch.distance_impulses.Reserve<ClothLanes>(impulse_count())),
         twists(
             scratch.twists.Reserve<ClothVectors>(2 * (model.source->grid_columns() + size_t{1}))),
+        reach(scratch.reaches[0]),
         colliders(scratch.colliders.Reserve<ClothCollider>(collider_count())),
         accelerations(scratch.accelerations.Reserve<ClothVectors>(
             model.has_springs() ? model.particle_count : 0)),
@@ -93,7 +105,8 @@ struct LaneContext {
         slowest_rebound(NumberOf(cloths, [](const FloatControls& c) { return c.slowest_rebound; })),
         has_restitution(IsAnyLaneSet(restitution > SplatCloths(0))) {}
 
-  size_t collider_count() const { return controls.colliders.size(); }
+  // Colliders that the step works on.
+  size_t collider_count() const { return reach.near.size(); }
   // With the spare one.
   size_t particle_count() const { return model.particle_count + size_t{1}; }
   // Of elastic elements or triangles.
@@ -118,6 +131,7 @@ struct LaneContext {
   PairVectors* const end_directions;
   ClothLanes* const distance_impulses;
   ClothVectors* const twists;
+  const ColliderReach& reach;  // only what a group shares
   ClothCollider* const colliders;
   ClothVectors* const accelerations;
   ClothVectors* const impulses;
@@ -132,10 +146,12 @@ struct LaneContext {
   const ClothLanes end_share;
   const ClothLanes friction_static, friction_dynamic;
   const ClothLanes restitution, slowest_rebound;
-  const bool has_restitution;                  // some cloth has
-  ClothLanes damping_factor = SplatCloths(1);  // of the substep under way
-  bool has_damping = false;                    // some cloth has
-  FloatSubstep substep{};                      // the one under way, but for the damping
+  const bool has_restitution;                            // some cloth has
+  ClothLanes damping_factor = SplatCloths(1);            // of the substep under way
+  bool has_damping = false;                              // some cloth has
+  ClothBox range{};                                      // ColliderReach::range
+  ClothMask is_held = SplatCloths(0) >= SplatCloths(0);  // of those that have not left it
+  FloatSubstep substep{};                                // the one under way, but for the damping
   ClothMask is_running{};  // those whose sweeps go on; the others stay as they are
 };
 
@@ -159,11 +175,12 @@ void Separate(const ClothVectors& vectors, Lanes* const* results, size_t cloth_c
 }
 
 void GatherColliders(std::span<const LaneCloth> cloths, const LaneContext& context) {
-  for (size_t k = 0; k < context.collider_count(); ++k) {
+  ClothCollider* next = context.colliders;
+  for (const uint32_t k : context.reach.near) {
     const auto of = [&](const auto& part) {
       return VectorOf(cloths, [&](const FloatControls& c) { return part(c.colliders[k]); });
     };
-    ClothCollider& collider = context.colliders[k];
+    ClothCollider& collider = *next++;
     collider.kind = context.controls.colliders[k].kind;
     collider.point = of([](const FloatCollider& c) { return c.point; });
     collider.vector = of([](const FloatCollider& c) { return c.vector; });
@@ -173,6 +190,19 @@ void GatherColliders(std::span<const LaneCloth> cloths, const LaneContext& conte
       collider.axes[axis] = of([&](const FloatCollider& c) { return c.axes[axis]; });
     }
   }
+}
+
+void GatherRanges(std::span<const ColliderReach> reaches, LaneContext& context) {
+  Lanes low[kClothCount], high[kClothCount];
+  const Lanes *lows[kClothCount], *highs[kClothCount];
+  for (size_t lane = 0; lane < kClothCount; ++lane) {
+    const ParticleBox& range = reaches[std::min(lane, reaches.size() - 1)].range;
+    low[lane] = range.low;
+    high[lane] = range.high;
+    lows[lane] = low + lane;
+    highs[lane] = high + lane;
+  }
+  context.range = {Interleave(lows, 0), Interleave(highs, 0)};
 }
 
 // States and pin targets into the lanes; lanes without a cloth are like the last one.
@@ -210,9 +240,15 @@ void Scatter(const LaneContext& context, std::span<FloatState> results) {
   }
 }
 
+// Whether each cloth has left its range.
+void ScatterReaches(const LaneContext& context, std::span<ColliderReach> reaches) {
+  alignas(64) float is_held[kClothCount];
+  hn::Store(Select(context.is_held, SplatCloths(1), SplatCloths(0)).v, LaneTag(), is_held);
+  for (size_t lane = 0; lane < reaches.size(); ++lane) reaches[lane].has_left = is_held[lane] == 0;
+}
+
 // What Measure reads of the working memory of a cloth.
 void ScatterImpulses(const LaneContext& context, size_t lane, StepScratch& scratch) {
-  scratch.surfaces.clear();
   scratch.contacts.resize(context.model.particle_count * context.collider_count());
   for (const uint32_t i : context.model.free_particles) {
     for (size_t k = 0; k < context.collider_count(); ++k) {

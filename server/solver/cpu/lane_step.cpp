@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
+#include <vector>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "server/solver/cpu/lane_step.cpp"
@@ -89,7 +91,7 @@ void DampTwist(const LaneContext& context, const Before& before, const After& af
   }
 }
 
-void Integrate(const LaneContext& context) {
+void Integrate(LaneContext& context) {
   const Integration integrate(context);
   for (const uint32_t i : context.model.free_particles) {
     integrate(i, context.particles[i].p, context.particles[i].u);
@@ -175,6 +177,8 @@ void StepGroup(std::span<LaneCloth> cloths, LaneScratch& scratch) {
   const FloatControls& controls = context.controls;
   Gather(cloths, context);
   GatherColliders(cloths, context);
+  const std::span reaches = std::span(scratch.reaches).first(cloths.size());
+  GatherRanges(reaches, context);
   for (LaneCloth& cloth : cloths) cloth.report.warnings = cloth.context.controls.warnings;
   const bool has_one_visit = HasOneVisit(context);
   std::optional<Ending> open;
@@ -200,12 +204,18 @@ void StepGroup(std::span<LaneCloth> cloths, LaneScratch& scratch) {
   }
   if (scratch.results.size() < cloths.size()) scratch.results.resize(cloths.size());
   Scatter(context, std::span(scratch.results).first(cloths.size()));
+  if (context.reach.has_far) ScatterReaches(context, reaches);
   for (size_t lane = 0; lane < cloths.size(); ++lane) {
     LaneCloth& cloth = cloths[lane];
     FloatState& working = cloth.context.scratch.state;
     std::swap(working, scratch.results[lane]);
     if (cloth.measure) ScatterImpulses(context, lane, cloth.context.scratch);
-    Finish(cloth.context, cloth.measure, cloth.state, cloth.report);
+    ColliderReach& reach = cloth.context.scratch.reach;
+    std::swap(reach, scratch.reaches[lane]);
+    if (!Finish(cloth.context, cloth.measure, cloth.state, cloth.report)) {
+      scratch.unfinished.push_back(lane);
+    }
+    std::swap(reach, scratch.reaches[lane]);
     std::swap(working, scratch.results[lane]);
   }
 }
@@ -225,6 +235,26 @@ namespace drape::cpu {
 HWY_EXPORT(StepGroup);
 HWY_EXPORT(Support);
 
+namespace {
+
+// What the step of a group begins with: a collider is near if it is to any cloth.
+void FindReaches(std::span<const LaneCloth> cloths, std::vector<ColliderReach>& reaches) {
+  const size_t count = cloths[0].context.controls.colliders.size();
+  reaches.resize(std::max(reaches.size(), cloths.size()));
+  std::vector<uint32_t>& near = reaches[0].near;
+  near.clear();
+  for (size_t lane = 0; lane < cloths.size() && near.size() < count; ++lane) {
+    reaches[lane].range = AddNear(cloths[lane].context, cloths[lane].state, near);
+  }
+  for (size_t lane = 0; lane < cloths.size(); ++lane) {
+    reaches[lane].near = near;
+    reaches[lane].has_far = near.size() < count;
+    reaches[lane].has_left = false;
+  }
+}
+
+}  // namespace
+
 LaneSupport SupportedLanes() {
   return HWY_DYNAMIC_DISPATCH(Support)();
 }
@@ -240,7 +270,19 @@ bool FitsLanes(const FloatModel& model, const FloatControls& controls) {
 }
 
 void StepCloths(std::span<LaneCloth> cloths, LaneScratch& scratch) {
+  FindReaches(cloths, scratch.reaches);
+  scratch.unfinished.clear();
   HWY_DYNAMIC_DISPATCH(StepGroup)(cloths, scratch);
+  if (scratch.unfinished.empty()) return;
+  const std::vector<size_t> lanes = std::exchange(scratch.unfinished, {});
+  scratch.repeats += lanes.size();
+  std::vector<LaneCloth> again;
+  for (const size_t lane : lanes) {
+    again.push_back({cloths[lane].context, cloths[lane].measure, cloths[lane].state});
+    ReachAll(again.back().context, scratch.reaches[again.size() - 1]);
+  }
+  HWY_DYNAMIC_DISPATCH(StepGroup)(again, scratch);
+  for (size_t k = 0; k < lanes.size(); ++k) cloths[lanes[k]].report = again[k].report;
 }
 
 }  // namespace drape::cpu

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "server/solver/cpu/cloth_step.h"
+#include "server/solver/cpu/collider_reach.h"
 #include "server/solver/step_report.h"
 
 namespace drape::cpu {
@@ -41,14 +42,18 @@ struct LaneScratch {
   LaneMemory end_directions;     // of its links; only with start directions
   LaneMemory distance_impulses;  // Lambda, [(group_count + 1) * kLaneCount] [N s]
   LaneMemory twists;             // [two rows of cells][column]
-  LaneMemory colliders;          // [collider_count]
-  LaneMemory contacts;           // [particle_count][collider_count]
+  LaneMemory colliders;          // [reaches[0].near]
+  LaneMemory contacts;           // [particle_count][reaches[0].near]
   LaneMemory accelerations;      // [particle_count] springs (+ gravity if IN_FORCE)
   LaneMemory impulses;           // [element_count] or [triangle_count] [N s]
   LaneMemory predicted;          // [particle_count + 1] positions for kicks within a substep
   LaneMemory joint_impulses;     // Lambda, [joint_count] [N s]
   Refinement refinement;
   std::vector<FloatState> results;  // of each cloth
+  // Of each cloth. All have the same colliders near: those that one of them can meet.
+  std::vector<ColliderReach> reaches;
+  std::vector<size_t> unfinished;  // cloths whose step is to be done again with all colliders
+  uint64_t repeats = 0;            // how many steps of this thread were
 };
 
 // One cloth of a group.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
+#include <vector>
 
 #include "server/solver/cpu/joints.h"
 #include "server/solver/solver_constants.h"
@@ -81,19 +83,38 @@ void MeasureParticles(const StepContext& context, const FloatState& state, Measu
   }
 }
 
-// Of collider k from where the state is [m].
-float GapOf(const StepContext& context, const FloatState& state, uint32_t i, size_t k) {
-  const std::vector<MovingSurface>& surfaces = context.scratch.surfaces;
-  if (!surfaces.empty()) return surfaces[k].GapAtEnd(state.positions[i]).gap;
-  return context.controls.colliders[k].GapAt(state.positions[i]).gap;
+// All colliders of a cloth where they are when its state is measured.
+class PlacedColliders {
+ public:
+  PlacedColliders(const StepContext& context, double time_s)
+      : resting_(context.controls.colliders) {
+    for (size_t k = 0; k < context.collider_motions.size(); ++k) {
+      moving_.emplace_back(resting_[k], context.collider_motions[k], time_s, time_s);
+    }
+  }
+  size_t size() const { return resting_.size(); }
+  // From collider k [m].
+  float GapOf(size_t k, Lanes place) const {
+    return moving_.empty() ? resting_[k].GapAt(place).gap : moving_[k].GapAtEnd(place).gap;
+  }
+
+ private:
+  std::span<const FloatCollider> resting_;
+  std::vector<MovingSurface> moving_;
+};
+
+// From the start of the step to the end of its last substep [s].
+double EndOf(const SubstepSchedule& schedule) {
+  return schedule.size() * schedule[schedule.size() - 1].duration_s;
 }
 
-void MeasureContacts(const StepContext& context, const FloatState& state, Measurements& measured) {
+void MeasureContacts(const StepContext& context, const FloatState& state,
+                     const PlacedColliders& colliders, Measurements& measured) {
   const float margin = static_cast<float>(kContactMarginRatio) * context.model.length_scale;
   for (uint32_t i = 0; i < context.model.particle_count; ++i) {
     bool is_touching = false;
-    for (size_t k = 0; k < context.controls.colliders.size(); ++k) {
-      const float gap = GapOf(context, state, i, k);
+    for (size_t k = 0; k < colliders.size(); ++k) {
+      const float gap = colliders.GapOf(k, state.positions[i]);
       is_touching |= gap <= margin;
       measured.max_penetration_m = std::max(measured.max_penetration_m, -double{gap});
     }
@@ -115,8 +136,10 @@ double AdmissibleError(const StepContext& context, const DistanceConstraint& con
                                                     : std::min(error, undone);
 }
 
-// |C + (alpha/h) Lambda| of the constraints and how far contacts are below their floor.
-double MaxResidual(const StepContext& context, const FloatState& state) {
+// |C + (alpha/h) Lambda| of the constraints and how far contacts are below their floor; what is out
+// of reach is above it.
+double MaxResidual(const StepContext& context, const FloatState& state,
+                   const PlacedColliders& colliders) {
   const FloatModel& model = context.model;
   const StepScratch& scratch = context.scratch;
   double largest = 0;
@@ -134,11 +157,11 @@ double MaxResidual(const StepContext& context, const FloatState& state) {
   for (size_t k = 0; k < model.joints.size(); ++k) {
     largest = std::max(largest, double{Length(JointResidual(context, state, k))});
   }
-  const auto& colliders = context.controls.colliders;
+  const std::vector<uint32_t>& near = scratch.reach.near;
   for (const uint32_t i : model.free_particles) {
-    for (size_t k = 0; k < colliders.size(); ++k) {
-      const float floor = scratch.contacts[i * colliders.size() + k].floor;
-      const float gap = GapOf(context, state, i, k);
+    for (size_t k = 0; k < near.size(); ++k) {
+      const float floor = scratch.contacts[i * near.size() + k].floor;
+      const float gap = colliders.GapOf(near[k], state.positions[i]);
       largest = std::max(largest, double{floor} - double{gap});
     }
   }
@@ -152,8 +175,10 @@ Measurements Measure(const StepContext& context, const FloatState& state, FaultR
   MeasureStrain(context, state, measured);
   MeasureElastic(context, state, measured);
   MeasureParticles(context, state, measured);
-  MeasureContacts(context, state, measured);
-  if (fault == FaultReason::kNone) measured.max_residual_m = MaxResidual(context, state);
+  const bool is_good = fault == FaultReason::kNone;
+  const PlacedColliders colliders(context, is_good ? EndOf(context.controls.schedule) : 0);
+  MeasureContacts(context, state, colliders, measured);
+  if (is_good) measured.max_residual_m = MaxResidual(context, state, colliders);
   return measured;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "server/scheduler/device_loop.h"
+#include "server/solver/cpu/cpu_backend.h"
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/quantiles.h"
 #include "tests/bench/speed/speed.h"
@@ -18,8 +19,8 @@ namespace {
 // Cloths that are stepped as the server steps them, without its sessions and its network.
 class Stepper {
  public:
-  Stepper(const std::string& backend, const ClothBatch& batch)
-      : backend_(test::MakeBackend(backend)) {
+  Stepper(std::unique_ptr<Backend> backend, const ClothBatch& batch)
+      : backend_(std::move(backend)) {
     for (const Eigen::Vector3d& gravity_m_per_s2 : batch.gravities_m_per_s2) {
       test::Scene scene = batch.scene;
       scene.parameters.gravity_m_per_s2 = gravity_m_per_s2;
@@ -74,6 +75,8 @@ struct Skip {
   bool full_is_reported = false;  // each step of `full` is measured
   uint32_t lead_steps = 0;        // before the timed ones, of both
   bool is_tilted = true;          // each cloth has its own gravity
+  // On the backend `cpu`: the same cloths, with all colliders and without those out of reach.
+  bool is_of_colliders = false;
 };
 
 test::Scene With(test::Scene scene, const StepSettings& settings) {
@@ -111,7 +114,23 @@ std::vector<Skip> Skips(uint32_t side) {
        With(on_ground, PresetSettings(Preset::kPaper)), false, kRest, false},
       {"report of every step", hung, hung, true},
       {"a collider out of reach", far_collider, With(hung, plain)},
+      {.name = "colliders left out: one out of reach",
+       .full = far_collider,
+       .lean = far_collider,
+       .is_of_colliders = true},
+      {.name = "colliders left out: at rest on the ground",
+       .full = With(on_ground, sleepless),
+       .lean = With(on_ground, sleepless),
+       .lead_steps = kRest,
+       .is_tilted = false,
+       .is_of_colliders = true},
   };
+}
+
+std::unique_ptr<Backend> BackendOf(const Skip& skip, const std::string& fast_backend,
+                                   bool is_full) {
+  if (!skip.is_of_colliders) return test::MakeBackend(fast_backend);
+  return CreateCpuBackend({.leave_out_colliders = !is_full});
 }
 
 ClothBatch BatchOf(const test::Scene& scene, uint32_t cloths, bool is_tilted) {
@@ -125,11 +144,14 @@ void MeasureSkips(Bench& bench, SkipsOptions options) {
   if (bench.is_quick()) options = {.cloths = 2, .side = 6, .turns = 1, .steps = 2};
   Table table = bench.OpenTable("speed_skips", {"skip", "backend", "cloths", "particles", "full_ms",
                                                 "lean_ms", "same_state"});
-  const std::string& backend = bench.fast_backend().name;
+  const std::string& fast_backend = bench.fast_backend().name;
   for (const Skip& skip : Skips(options.side)) {
     if (!bench.StartRow(skip.name)) return;
-    Stepper full(backend, BatchOf(skip.full, options.cloths, skip.is_tilted));
-    Stepper lean(backend, BatchOf(skip.lean, options.cloths, skip.is_tilted));
+    const std::string backend = skip.is_of_colliders ? "cpu" : fast_backend;
+    Stepper full(BackendOf(skip, fast_backend, true),
+                 BatchOf(skip.full, options.cloths, skip.is_tilted));
+    Stepper lean(BackendOf(skip, fast_backend, false),
+                 BatchOf(skip.lean, options.cloths, skip.is_tilted));
     full.Step_ms(skip.lead_steps, false);
     lean.Step_ms(skip.lead_steps, false);
     std::vector<double> full_ms, lean_ms;

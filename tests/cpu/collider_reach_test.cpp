@@ -1,0 +1,452 @@
+// Leaving out colliders that a cloth cannot reach changes nothing, to the bit, along both paths.
+#include "server/solver/cpu/collider_reach.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <memory>
+#include <ostream>
+#include <random>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "server/solver/cpu/advance.h"
+#include "server/solver/cpu/cloth_step.h"
+#include "server/solver/cpu/collider_surface.h"
+#include "server/solver/cpu/contacts.h"
+#include "server/solver/cpu/lane_step.h"
+#include "server/solver/cpu/step_team.h"
+#include "tests/support/reports.h"
+#include "tests/support/scenes.h"
+
+namespace drape::cpu {
+namespace {
+
+using Eigen::Vector3d;
+using test::Scene;
+
+std::vector<Lanes> ToLaneVectors(const std::vector<Vector3d>& vectors) {
+  std::vector<Lanes> result;
+  for (const Vector3d& v : vectors) result.push_back(ToLanes(v));
+  result.push_back(Lanes{});
+  return result;
+}
+
+// A cloth with what the backend keeps of one.
+struct Cloth {
+  Cloth(std::shared_ptr<const FloatModel> its_model, const Scene& scene)
+      : model(std::move(its_model)),
+        parameters(scene.parameters),
+        controls(*model, parameters, false),
+        state{ToLaneVectors(scene.state.positions_m),
+              ToLaneVectors(scene.state.velocities_m_per_s)} {
+    for (const uint32_t pin : model->pins) pin_targets.push_back(state.positions[pin]);
+  }
+
+  StepContext Context(StepScratch& scratch, bool leaves_out_colliders) const {
+    return {*model,
+            controls,
+            pin_targets,
+            nullptr,
+            parameters.collider_motions,
+            scratch,
+            *alone,
+            parameters.settings.max_iterations,
+            leaves_out_colliders};
+  }
+  void End(const StepReport& report) {
+    reports.push_back(report);
+    if (report.fault != FaultReason::kNone) return;
+    for (RigidMotion& motion : parameters.collider_motions) {
+      motion = motion.After(parameters.settings.time_step_s);
+    }
+  }
+
+  std::shared_ptr<const FloatModel> model;
+  ClothParameters parameters;
+  FloatControls controls;
+  FloatState state;
+  std::vector<Lanes> pin_targets;
+  std::vector<StepReport> reports;  // of every step
+  std::unique_ptr<StepTeam> alone = std::make_unique<StepTeam>(1);
+};
+
+// How often a play did what it is about.
+struct Counts {
+  uint32_t far_steps = 0;  // that left out a collider
+  uint64_t repeats = 0;
+};
+
+Cloth PlayAlone(const Scene& scene, uint32_t steps, bool leaves_out_colliders, Counts& counts) {
+  Cloth cloth(std::make_shared<FloatModel>(scene.model), scene);
+  StepScratch scratch;
+  for (uint32_t k = 0; k < steps; ++k) {
+    cloth.End(StepCloth(cloth.Context(scratch, leaves_out_colliders), true, cloth.state));
+    counts.far_steps += scratch.reach.has_far ? 1 : 0;
+  }
+  counts.repeats += scratch.repeats;
+  return cloth;
+}
+
+std::vector<Cloth> PlayTogether(const std::vector<Scene>& scenes, uint32_t steps, Counts& counts) {
+  const auto model = std::make_shared<FloatModel>(scenes[0].model);
+  std::vector<Cloth> cloths;
+  for (const Scene& scene : scenes) cloths.emplace_back(model, scene);
+  StepScratch single;
+  LaneScratch lanes;
+  for (uint32_t k = 0; k < steps; ++k) {
+    std::vector<LaneCloth> group;
+    for (Cloth& cloth : cloths) group.push_back({cloth.Context(single, true), true, cloth.state});
+    StepCloths(group, lanes);
+    for (size_t lane = 0; lane < cloths.size(); ++lane) cloths[lane].End(group[lane].report);
+    counts.far_steps += lanes.reaches[0].has_far ? 1 : 0;
+  }
+  counts.repeats += lanes.repeats;
+  return cloths;
+}
+
+bool SameBits(const std::vector<Lanes>& a, const std::vector<Lanes>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Lanes)) == 0;
+}
+
+void ExpectSame(const Cloth& actual, const Cloth& expected, const std::string& where) {
+  EXPECT_TRUE(SameBits(actual.state.positions, expected.state.positions)) << where;
+  EXPECT_TRUE(SameBits(actual.state.velocities, expected.state.velocities)) << where;
+  ASSERT_EQ(actual.reports.size(), expected.reports.size());
+  for (size_t k = 0; k < actual.reports.size(); ++k) {
+    EXPECT_EQ(test::DifferenceOf(actual.reports[k], expected.reports[k]), "")
+        << where << ", step " << k;
+  }
+}
+
+struct Case {
+  Scene scene;
+  uint32_t steps = 1;
+  bool meets = false;    // the colliders change something
+  bool repeats = false;  // some step has to be done again
+  bool fits_lanes = true;
+};
+void PrintTo(const Case& one, std::ostream* stream) {
+  *stream << one.scene.name;
+}
+
+// One of each kind, their tops at this height below the middle of a sheet.
+std::vector<std::pair<std::string, Collider>> EachKind(double top_m) {
+  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.3, Vector3d::UnitY()));
+  auto map =
+      std::get<DistanceMapCollider>(test::FallingOnDistanceMap(4).parameters.colliders.front());
+  map.transform.position_m.y() = top_m;
+  return {
+      {"sphere", SphereCollider{{0.5, top_m - 0.3, 0.5}, 0.3}},
+      {"plane", PlaneCollider{{0, top_m, 0}, Vector3d(0.1, 1, 0.05).normalized()}},
+      {"capsule", CapsuleCollider{{0.2, top_m - 0.1, 0.4}, {0.8, top_m - 0.1, 0.6}, 0.1}},
+      {"box", BoxCollider{{0.5, top_m - 0.2, 0.5}, {0.3, 0.2, 0.25}, turn}},
+      {"map", map},
+  };
+}
+
+Scene Sheet(const std::string& name, Preset preset, std::vector<uint32_t> pins = {}) {
+  Scene scene = test::Grid(9, 8, 1, 1, std::move(pins));
+  scene.name = name;
+  scene.parameters.settings = PresetSettings(preset);
+  if (preset == Preset::kPaper) scene.parameters.settings.substeps = 2;
+  scene.parameters.friction_static = 0.5;
+  scene.parameters.friction_dynamic = 0.4;
+  scene.parameters.restitution = 0.3;
+  scene.parameters.thickness_m = 0.002;
+  return scene;
+}
+
+// Held together to this share of its size: it bursts within the first step.
+void Squeeze(Scene& scene, double share) {
+  const Vector3d middle(0.5, 0, 0.5);
+  for (Vector3d& p : scene.state.positions_m) p = middle + share * (p - middle);
+}
+
+PlaneCollider Wall(double x_m) {
+  return {{x_m, 0, 0}, {-1, 0, 0}};
+}
+
+void AddFalls(std::vector<Case>& cases) {
+  for (const Preset preset : {Preset::kRealtime, Preset::kPaper}) {
+    for (const bool moves : {false, true}) {
+      for (const auto& [kind, collider] : EachKind(moves ? -0.75 : -0.55)) {
+        const std::string suffix =
+            "_" + kind + (moves ? "_moving" : "") + (preset == Preset::kPaper ? "_paper" : "");
+        Scene scene = Sheet("fall" + suffix, preset);
+        for (Vector3d& v : scene.state.velocities_m_per_s) v.y() = -3;
+        scene.parameters.colliders = {collider};
+        if (moves) {
+          RigidMotion motion = RigidMotion::AtRest(CentreOf(collider));
+          motion.velocity_m_per_s = {0.2, 1, 0};
+          motion.angular_velocity_rad_per_s = {0, 0.5, 0.1};
+          scene.parameters.collider_motions = {motion};
+        }
+        const bool fits_lanes = !moves && kind != "map";
+        cases.push_back({.scene = scene, .steps = 13, .meets = true, .fits_lanes = fits_lanes});
+      }
+    }
+  }
+}
+
+// 0.83 m per step: within reach before they touch, though nothing is near when they start.
+void AddFastFalls(std::vector<Case>& cases) {
+  for (const auto& [kind, collider] : EachKind(-3)) {
+    Scene scene = Sheet("fast_fall_" + kind, Preset::kRealtime);
+    scene.parameters.settings.substeps = 4;
+    for (Vector3d& v : scene.state.velocities_m_per_s) v.y() = -50;
+    scene.parameters.colliders = {collider};
+    cases.push_back({.scene = scene, .steps = 4, .meets = true, .fits_lanes = kind != "map"});
+  }
+}
+
+void AddFarOnes(std::vector<Case>& cases) {
+  for (const Preset preset : {Preset::kRealtime, Preset::kPaper, Preset::kAccurate}) {
+    Scene scene = Sheet(std::string("hung_") + (preset == Preset::kRealtime ? "realtime"
+                                                : preset == Preset::kPaper  ? "paper"
+                                                                            : "accurate"),
+                        preset, {0, 8});
+    if (preset == Preset::kAccurate) scene.parameters.settings.substeps = 8;
+    for (const auto& [kind, collider] : EachKind(-20)) {
+      if (kind != "map") scene.parameters.colliders.push_back(collider);
+    }
+    cases.push_back({.scene = scene, .steps = 3});
+  }
+  // Stages one by one, as elastic elements are between them.
+  Scene bending =
+      test::Grid(9, 8, 1, 1, {0, 8}, {.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 20});
+  bending.name = "hung_bending";
+  bending.parameters.colliders = {Wall(30)};
+  cases.push_back({.scene = bending, .steps = 3});
+  // On the floor, with others before and after it that are far.
+  Scene floor = Sheet("floor_among_far_ones", Preset::kRealtime);
+  floor.parameters.colliders = {Wall(30), PlaneCollider{{0, -0.005, 0}, {0, 1, 0}},
+                                SphereCollider{{0.5, 8, 0.5}, 1}};
+  cases.push_back({.scene = floor, .steps = 6, .meets = true});
+  Scene moving = floor;
+  moving.name = "moving_floor_among_far_ones";
+  for (const Collider& collider : moving.parameters.colliders) {
+    moving.parameters.collider_motions.push_back(RigidMotion::AtRest(CentreOf(collider)));
+  }
+  moving.parameters.collider_motions[1].velocity_m_per_s.x() = 0.3;
+  cases.push_back({.scene = moving, .steps = 6, .meets = true, .fits_lanes = false});
+}
+
+// What no speed foretells.
+void AddBursts(std::vector<Case>& cases) {
+  for (const uint32_t sweeps : {1u, 3u}) {
+    const std::string suffix = sweeps == 1 ? "" : "_of_several_sweeps";
+    Scene burst = Sheet("burst" + suffix, Preset::kRealtime);
+    Squeeze(burst, 0.8);
+    burst.parameters.settings.max_iterations = sweeps;
+    burst.parameters.colliders = {Wall(0.96)};
+    cases.push_back({.scene = burst, .meets = true, .repeats = true});
+    // Only towards walls of which the nearer one takes all particles back before the sweep ends.
+    Scene two_walls =
+        Sheet("burst_at_two_walls" + suffix, Preset::kRealtime, {0, 9, 18, 27, 36, 45, 54, 63});
+    for (Vector3d& p : two_walls.state.positions_m) p.x() *= 0.8;
+    two_walls.parameters.settings.max_iterations = sweeps;
+    two_walls.parameters.settings.substeps = 1;
+    two_walls.parameters.gravity_m_per_s2 = {0, 0, 9.81};  // so that it does not buckle
+    for (Vector3d& v : two_walls.state.velocities_m_per_s) v.x() = -0.5;  // a reach of 23 mm
+    two_walls.parameters.colliders = {Wall(0.85), Wall(0.82)};
+    cases.push_back({.scene = two_walls, .meets = true, .repeats = true});
+    Scene moving = burst;
+    moving.name = "burst_at_a_moving_wall" + suffix;
+    moving.parameters.collider_motions = {RigidMotion::AtRest({0.96, 0, 0})};
+    cases.push_back({.scene = moving, .meets = true, .repeats = true, .fits_lanes = false});
+    Scene bending = test::Grid(9, 8, 1, 1, {}, {.bending_rigidity_n_m = 1e-4});
+    bending.name = "burst_of_a_stiff_sheet" + suffix;
+    bending.parameters = burst.parameters;
+    Squeeze(bending, 0.8);
+    cases.push_back({.scene = bending, .meets = true, .repeats = true});
+  }
+  Scene explosive = test::ExplosiveSheet(6);
+  explosive.parameters.colliders = {Wall(30)};
+  cases.push_back({.scene = explosive, .repeats = true});
+}
+
+std::vector<Case> Cases() {
+  std::vector<Case> cases;
+  AddFalls(cases);
+  AddFastFalls(cases);
+  AddFarOnes(cases);
+  AddBursts(cases);
+  return cases;
+}
+
+class ColliderReachTest : public testing::TestWithParam<Case> {};
+INSTANTIATE_TEST_SUITE_P(Scenes, ColliderReachTest, testing::ValuesIn(Cases()),
+                         [](const auto& one) { return one.param.scene.name; });
+
+TEST_P(ColliderReachTest, AloneTheBitsAreThoseOfAllColliders) {
+  const Case& one = GetParam();
+  Counts counts, of_all;
+  const Cloth cloth = PlayAlone(one.scene, one.steps, true, counts);
+  const Cloth expected = PlayAlone(one.scene, one.steps, false, of_all);
+  ExpectSame(cloth, expected, one.scene.name);
+  EXPECT_EQ(of_all.far_steps + of_all.repeats, 0u);
+  EXPECT_GT(counts.far_steps + counts.repeats, 0u);
+  Scene empty = one.scene;
+  empty.parameters.colliders = {Wall(1e4)};
+  empty.parameters.collider_motions.clear();
+  const Cloth alone = PlayAlone(empty, one.steps, false, of_all);
+  EXPECT_EQ(!SameBits(alone.state.velocities, expected.state.velocities), one.meets);
+  EXPECT_EQ(counts.repeats > 0, one.repeats) << counts.repeats;
+}
+
+// Of several cloths higher and higher, of which the burst ones have only one that is squeezed.
+TEST_P(ColliderReachTest, InLanesTheBitsAreThoseOfAllCollidersAlone) {
+  const Case& one = GetParam();
+  if (!one.fits_lanes) return;
+  std::vector<Scene> scenes;
+  for (uint32_t k = 0; k < std::min(6u, SupportedLanes().lane_count); ++k) {
+    scenes.push_back(one.scene);
+    Scene& scene = scenes.back();
+    if (one.repeats && k != 2) scene.state = test::RestState(*scene.model);
+    const Vector3d way(one.repeats && k != 2 ? -1 : 0, 0.03 * k, 0);
+    for (Vector3d& p : scene.state.positions_m) p += way;
+    scene.parameters.gravity_m_per_s2.x() = 0.1 * k;
+  }
+  Counts counts, of_all;
+  const std::vector<Cloth> cloths = PlayTogether(scenes, one.steps, counts);
+  for (size_t k = 0; k < scenes.size(); ++k) {
+    ExpectSame(cloths[k], PlayAlone(scenes[k], one.steps, false, of_all),
+               one.scene.name + " " + std::to_string(k));
+  }
+  EXPECT_GT(counts.far_steps + counts.repeats, 0u);
+  EXPECT_EQ(counts.repeats > 0, one.repeats) << counts.repeats;
+}
+
+// What looks whether particles stay in their range, alone.
+struct Look {
+  std::string name;
+  uint32_t sweeps;
+  void (*function)(const StepContext& context);
+};
+const Look kLooks[] = {
+    {"integrate", 1, [](const StepContext& context) { Integrate(context); }},
+    {"end", 1, [](const StepContext& context) { End(context, Ending(context)); }},
+    {"prepare", 1,
+     [](const StepContext& context) { PrepareInOneVisit(context, Ending(context), false); }},
+    {"sweep", 2, [](const StepContext& context) { SolveContacts(context); }},
+};
+
+TEST(ReachWatchTest, OneParticleThatLeavesItsRangeIsNoticed) {
+  Scene scene = Sheet("sheet", Preset::kRealtime);
+  scene.parameters.colliders = {Wall(30)};
+  const Cloth cloth(std::make_shared<FloatModel>(scene.model), scene);
+  StepScratch scratch;
+  for (const Look& look : kLooks) {
+    for (const float speed : {0.0f, 1e4f, std::numeric_limits<float>::quiet_NaN()}) {
+      for (const uint32_t i : {0u, 40u, cloth.model->particle_count - 1}) {
+        StepContext context = cloth.Context(scratch, true);
+        context.max_iterations = look.sweeps;
+        context.substep = FloatSubstep(cloth.controls.schedule[0], 0);
+        FindReach(context, cloth.state, scratch.reach);
+        ASSERT_TRUE(scratch.reach.has_far);
+        scratch.state = cloth.state;
+        scratch.state.velocities[i][1] = speed;
+        look.function(context);
+        EXPECT_EQ(scratch.reach.has_left, speed != 0) << look.name << " " << i << " " << speed;
+      }
+    }
+  }
+}
+
+// Places and motions of all sizes.
+class AnyScene {
+ public:
+  explicit AnyScene(uint32_t seed) : random_(seed) {
+    size_m_ = std::pow(10, Between(-1, 3));
+    scene_ = test::SizedCloth(9, false);
+    for (Vector3d& p : scene_.state.positions_m) p = Place();
+    for (Vector3d& v : scene_.state.velocities_m_per_s) v = Place();
+    auto kinds = EachKind(0);
+    Collider collider = kinds[seed % kinds.size()].second;
+    RigidMotion motion = RigidMotion::AtRest(CentreOf(collider));
+    motion.position_m = 2 * Place();
+    motion.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(Between(0, 6), Place().normalized()));
+    scene_.parameters.colliders = {Moved(collider, motion)};
+    if (seed % 2 == 0) return;
+    motion = RigidMotion::AtRest(CentreOf(scene_.parameters.colliders[0]));
+    motion.velocity_m_per_s = Place();
+    motion.angular_velocity_rad_per_s = Place() / size_m_;
+    scene_.parameters.collider_motions = {motion};
+  }
+
+  const Scene& scene() const { return scene_; }
+  double Between(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
+
+ private:
+  Vector3d Place() { return size_m_ * Vector3d(Between(-1, 1), Between(-1, 1), Between(-1, 1)); }
+
+  std::mt19937 random_;
+  Scene scene_;
+  double size_m_;
+};
+
+// The least gap of many places in the range at many times within the step, as the step computes it.
+float LeastGap(AnyScene& any, const StepContext& context, const ParticleBox& range) {
+  float least = std::numeric_limits<float>::infinity();
+  for (uint32_t k = 0; k < 300; ++k) {
+    Lanes place{};
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const double share = k < 8 ? k >> axis & 1 : any.Between(0, 1);
+      place[axis] =
+          static_cast<float>(range.low[axis] + share * (range.high[axis] - range.low[axis]));
+    }
+    const FloatCollider& collider = context.controls.colliders[0];
+    if (context.collider_motions.empty()) {
+      least = std::min(least, collider.GapAt(place).gap);
+      continue;
+    }
+    const double time_s = k % 3 == 0 ? context.controls.time_step : any.Between(0, 1.0 / 60);
+    const MovingSurface surface(collider, context.collider_motions[0], time_s, time_s);
+    least = std::min(least, surface.GapAtEnd(place).gap);
+  }
+  return least;
+}
+
+TEST(AddNearTest, NothingInTheRangeTouchesWhatIsLeftOut) {
+  uint32_t far = 0;
+  for (uint32_t seed = 0; seed < 2000; ++seed) {
+    AnyScene any(seed);
+    const Cloth cloth(std::make_shared<FloatModel>(any.scene().model), any.scene());
+    StepScratch scratch;
+    const StepContext context = cloth.Context(scratch, true);
+    std::vector<uint32_t> near;
+    const ParticleBox range = AddNear(context, cloth.state, near);
+    if (!near.empty()) continue;
+    ++far;
+    EXPECT_GT(LeastGap(any, context, range), 0) << seed;
+  }
+  EXPECT_GT(far, 300u);
+}
+
+// A collider has to be away twice the way that gravity allows for within the step, 5 mm, and 1 % of
+// the length scale, 1 mm; the box of a map is larger than its mesh by three cells of 7 cm, and here
+// it is turned.
+TEST(AddNearTest, CollidersBelowASheetAreLeftOutBeyondItsReach) {
+  for (const double top_m : {-0.005, -0.03, -0.4}) {
+    for (const auto& [kind, collider] : EachKind(top_m)) {
+      Scene scene = Sheet(kind, Preset::kRealtime);
+      scene.parameters.colliders = {collider};
+      const Cloth cloth(std::make_shared<FloatModel>(scene.model), scene);
+      StepScratch scratch;
+      std::vector<uint32_t> near;
+      AddNear(cloth.Context(scratch, true), cloth.state, near);
+      EXPECT_EQ(near.empty(), top_m < (kind == "map" ? -0.03 : -0.005)) << kind << " at " << top_m;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace drape::cpu
