@@ -35,9 +35,10 @@ def bars_text(rows):
             lines.append([f"{BAR_CLOTHS} × {row['particles']:.0f}, {view}", f"{100 * extra(row):.1f} %", f"≤ {100 * bar:.0f} %",
                           "yes" if extra(row) <= bar else "NO",
                           "–" if aim is None else f"≤ {100 * aim:.0f} %: {'yes' if extra(row) <= aim else 'NO'}",
-                          f"{largest}: {parts[largest]:.2g} ms"])
-    return ["Wall time of a Step of one client above that of the bare backend's step (medians), and the largest part beside the device:\n",
-            markdown(["load", "above the bare step", "bar", "holds", "aim", "largest part"], lines)] if lines else []
+                          f"{largest}: {parts[largest]:.2g} ms", f"{100 * row['empty_ms'] / row['bare_ms']:.1f} %"])
+    return ["Wall time of a Step of one client above that of the bare backend's step (medians), and the largest part beside the device. "
+            "An empty Step is what gRPC and waking the threads cost alone:\n",
+            markdown(["load", "above the bare step", "bar", "holds", "aim", "largest part", "empty Step"], lines)] if lines else []
 
 
 def service_text(rows):
@@ -49,6 +50,6 @@ def service_text(rows):
             "each client with a connection and a session, one step per request, one request after the other. Service and bare backend (as "
             "many cloths in this process) in turn. The parts are means per Step, from `StepResponse.timing`: queue, upload, device, "
             "readback, encode (making the answer, and waiting for that); wire is the rest of the wall time: gRPC in both processes and the "
-            "network. «empty» is a Step of a session without cloths, all clients at once, median: the way and nothing else.\n", *bars_text(rows),
+            "network. «empty» is a Step of a session without cloths after a pause as long as the bare step, median: the way and nothing else.\n", *bars_text(rows),
             markdown(["clients × cloths, view", "cloth-steps/s", "bare", "more time", "p50 [ms]", "p99 [ms]", "queue", "upload", "device",
                       "readback", "encode", "wire [ms]", "empty [ms]"], lines)]

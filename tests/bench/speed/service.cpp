@@ -91,9 +91,11 @@ void StepTurn(Clients clients, bool wants_positions, double turn_s, ServiceTimes
   times.steps.insert(times.steps.end(), steps.begin(), steps.end());
 }
 
+// With pauses as long as the bare steps before.
 void EmptyTurn(Clients clients, double turn_s, ServiceTimes& times) {
-  const auto empty_ms =
-      ServeTurn(clients, turn_s, [](ServiceClient& client) { return client.StepNothing_ms(); });
+  const double pause_ms = Quantile(times.bare_ms, 0.5);
+  const auto empty_ms = ServeTurn(
+      clients, turn_s, [&](ServiceClient& client) { return client.StepNothing_ms(pause_ms); });
   times.empty_ms.insert(times.empty_ms.end(), empty_ms.begin(), empty_ms.end());
 }
 

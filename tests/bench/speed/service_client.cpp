@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include "drape/client.h"
@@ -60,7 +61,8 @@ class SessionClient final : public ServiceClient {
             Milliseconds(timing.encode_us())};
   }
 
-  double StepNothing_ms() override {
+  double StepNothing_ms(double pause_ms) override {
+    std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(pause_ms));
     const auto start = WallClock::now();
     empty_session_.Step(1);
     return Since_ms(start);

@@ -25,8 +25,9 @@ class ServiceClient {
   virtual ~ServiceClient() = default;
   // One step of every cloth. std::runtime_error if the request fails or a cloth blows up.
   virtual ServedStep Step(bool wants_positions) = 0;
-  // Wall time of a Step of a session without cloths: what the way costs [ms].
-  virtual double StepNothing_ms() = 0;
+  // Wall time of a Step of a session without cloths after a pause, in which threads and caches get
+  // as cold as during a step: what the way costs [ms].
+  virtual double StepNothing_ms(double pause_ms) = 0;
 };
 
 // A `draped` of its own, stopped when the last of this and its clients is gone.
