@@ -1,5 +1,6 @@
 #include "server/solver/cpu/float_controls.h"
 
+#include <algorithm>
 #include <cmath>
 #include <variant>
 
@@ -57,7 +58,9 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
                              bool has_own_lengths)
     : solver(ChooseSolver(*model.source, parameters, has_own_lengths)),
       schedule(*model.source, parameters, solver.has_two_steps),
-      refine_limits(solver.refine_above_strain) {
+      refine_limits(
+          std::max(solver.refine_above_strain,
+                   SinglePrecisionTolerance(parameters.settings.tolerance, *model.source))) {
   const StepSettings& settings = parameters.settings;
   const double substep_s = settings.substep_s();
   const double tolerance_met = SinglePrecisionTolerance(settings.tolerance, *model.source);

@@ -66,6 +66,19 @@ void MeasureContacts(const SceneModel& model, const ClothParameters& parameters,
 
 }  // namespace
 
+FaultReason FindFault(const ParticleState& state) {
+  FaultReason fault = FaultReason::kNone;
+  for (size_t i = 0; i < state.positions_m.size(); ++i) {
+    const Eigen::Vector3d& p = state.positions_m[i];
+    const Eigen::Vector3d& v = state.velocities_m_per_s[i];
+    if (!p.allFinite() || !v.allFinite()) return FaultReason::kNotFinite;
+    if (v.norm() > kMaxSpeed_m_per_s || p.cwiseAbs().maxCoeff() > kMaxCoordinate_m) {
+      fault = FaultReason::kRunaway;  // unless another particle is not even finite
+    }
+  }
+  return fault;
+}
+
 Measurements MeasureState(const SceneModel& model, const ClothParameters& parameters,
                           const ParticleState& state, std::span<const double> rest_lengths_m) {
   Measurements measured;

@@ -10,6 +10,9 @@
 
 namespace drape {
 
+// What keeps a state from being committed.
+FaultReason FindFault(const ParticleState& state);
+
 // Stage `measure`, all but max_residual_m, which belongs to the solve and not to the state.
 // `rest_lengths_m`: [constraint_count], or empty: those of the model.
 Measurements MeasureState(const SceneModel& model, const ClothParameters& parameters,

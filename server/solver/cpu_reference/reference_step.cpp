@@ -79,19 +79,6 @@ class ReferenceStep {
   const ParticleState& state() const { return state_; }
   double residual() const { return residual_; }
 
-  FaultReason Fault() const {
-    FaultReason fault = FaultReason::kNone;
-    for (uint32_t i = 0; i < model_.particle_count(); ++i) {
-      const Vector3d& p = state_.positions_m[i];
-      const Vector3d& v = state_.velocities_m_per_s[i];
-      if (!p.allFinite() || !v.allFinite()) return FaultReason::kNotFinite;
-      if (v.norm() > kMaxSpeed_m_per_s || p.cwiseAbs().maxCoeff() > kMaxCoordinate_m) {
-        fault = FaultReason::kRunaway;  // unless another particle is not even finite
-      }
-    }
-    return fault;
-  }
-
  private:
   // What acts between the substeps, all from the same positions and velocities: springs (velocity
   // Verlet), then bending and shear, then drag and lift of the air.
@@ -263,28 +250,15 @@ class ReferenceStep {
   // Where the strips solved last have pulled links of the ones before far from their lengths, these
   // and all links at their ends are solved one by one, in order of the colours.
   void Refine() {
-    const std::vector<bool> is_far_off = EndsOfLinksFarOff();
+    const double strain = std::max(solver_.refine_above_strain, tolerance_);
+    const std::vector<bool> is_far_off =
+        EndsOfLinksFarOff({model_, base_, solver_.end_share, h_, tolerance_}, strain, u_);
     for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
       for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
         const DistanceConstraint& constraint = model_.constraints()[index];
         if (is_far_off[constraint.i] || is_far_off[constraint.j]) SolveConstraint(index, 0);
       }
     }
-  }
-
-  // [particle_count]; the last phase of strips leaves nothing.
-  std::vector<bool> EndsOfLinksFarOff() const {
-    const StripSet& strips = model_.strips();
-    const uint32_t last_phase = strips.phase_offsets[strips.phase_count() - 1];
-    std::vector<bool> is_far_off(model_.particle_count(), false);
-    for (uint32_t k = 0; k < strips.strip_offsets[last_phase]; ++k) {
-      const DistanceConstraint& constraint = model_.constraints()[strips.constraints[k]];
-      const double length = PredictedDifference(constraint.i, constraint.j).norm();
-      const double error = std::abs(length - constraint.rest_length_m);
-      if (!(error > solver_.refine_above_strain * constraint.rest_length_m)) continue;
-      is_far_off[constraint.i] = is_far_off[constraint.j] = true;
-    }
-    return is_far_off;
   }
 
   // C + (alpha/h) lambda of a joint, with C = p_j - p_i at the end of the substep.
@@ -505,7 +479,7 @@ StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_
         .springs_beyond_limit = AreSpringsBeyondLimit(*cloth.model, cloth.parameters),
         .elastic_beyond_limit = ElasticRatio(*cloth.model, cloth.parameters) > 1,
         .springs_gain_energy = MaySpringsGainEnergy(*cloth.model, cloth.parameters)};
-    cloth.fault = step.Fault();
+    cloth.fault = FindFault(step.state());
     if (cloth.fault == FaultReason::kNone) {
       cloth.state = step.state();  // commit
       for (RigidMotion& motion : cloth.parameters.collider_motions) {
