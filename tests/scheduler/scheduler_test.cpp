@@ -1,65 +1,30 @@
-#include "server/scheduler/scheduler.h"
-
 #include <gtest/gtest.h>
 
 #include <chrono>
 #include <thread>
 
-#include "tests/scheduler/fake_backend.h"
+#include "tests/scheduler/scheduler_fixture.h"
 
 namespace drape {
 namespace {
 
-class SchedulerTest : public testing::Test {
- protected:
-  void Start(const SchedulerLimits& limits = {}) {
-    scheduler_ = Scheduler::Start(FakeBackendFactory(device_), limits, clock_).value();
-  }
+const Status status = scheduler_->Submit(std::move(work));
+EXPECT_TRUE(status.ok()) << status.ToString();
+return outcome;
+}
 
-  ~SchedulerTest() override {
-    scheduler_.reset();
-    EXPECT_EQ(device_->calls_on_wrong_thread(), 0u);
-  }
+Status TrySubmit(const std::string& tenant, const std::shared_ptr<ClothRuntime>& cloth) {
+  StepWork work;
+  work.tenant = tenant;
+  work.cloths = {cloth};
+  work.steps = 1;
+  work.done = [](const StepOutcome&) {};
+  return scheduler_->Submit(std::move(work));
+}
 
-  std::shared_ptr<ClothRuntime> Cloth() {
-    std::shared_ptr<ClothRuntime> cloth;
-    EXPECT_TRUE(scheduler_
-                    ->RunBlocking([&](Backend& backend) {
-                      cloth = BeginCloth(backend, ChainModel(2));
-                      return Status::Ok();
-                    })
-                    .ok());
-    return cloth;
-  }
-
-  // Submits and returns where the outcome will be.
-  Awaited<StepOutcome> Submit(const std::string& tenant,
-                              std::vector<std::shared_ptr<ClothRuntime>> cloths, uint32_t steps = 1,
-                              const CancelToken& cancel = {}) {
-    Awaited<StepOutcome> outcome;
-    StepWork work;
-    work.tenant = tenant;
-    work.cloths = std::move(cloths);
-    work.steps = steps;
-    work.cancel = cancel;
-    work.done = [outcome](StepOutcome o) mutable { outcome.Set(std::move(o)); };
-    const Status status = scheduler_->Submit(std::move(work));
-    EXPECT_TRUE(status.ok()) << status.ToString();
-    return outcome;
-  }
-
-  Status TrySubmit(const std::string& tenant, const std::shared_ptr<ClothRuntime>& cloth) {
-    StepWork work;
-    work.tenant = tenant;
-    work.cloths = {cloth};
-    work.steps = 1;
-    work.done = [](const StepOutcome&) {};
-    return scheduler_->Submit(std::move(work));
-  }
-
-  std::shared_ptr<FakeDevice> device_ = std::make_shared<FakeDevice>();
-  FakeClock clock_;
-  std::unique_ptr<Scheduler> scheduler_;
+std::shared_ptr<FakeDevice> device_ = std::make_shared<FakeDevice>();
+FakeClock clock_;
+std::unique_ptr<Scheduler> scheduler_;
 };
 
 TEST_F(SchedulerTest, TheFactorysErrorIsReturned) {
@@ -105,64 +70,6 @@ TEST_F(SchedulerTest, SixteenClientsThatWaitTogetherAreOneBatch) {
   EXPECT_EQ(scheduler_->counters().dispatches, 1u);
   EXPECT_EQ(scheduler_->counters().cloth_steps, 16u);
   EXPECT_EQ(scheduler_->counters().queued_requests, 0u);
-}
-
-// With steps of 1 ms: "a" and "b" ask for a step and, when they have the answer, at once for
-// another.
-class SchedulerGatheringTest : public SchedulerTest {
- protected:
-  SchedulerGatheringTest() {
-    device_->OnStep([this] { clock_.AdvanceUs(1000); });
-    Start();
-    a_ = Cloth();
-    b_ = Cloth();
-    for (int request = 0; request < 2; ++request) {
-      scheduler_->HoldForTest();
-      const auto first = Submit("a", {a_}), second = Submit("b", {b_});
-      scheduler_->ReleaseForTest();
-      EXPECT_EQ(first.Get().timing.batch_requests, 2u);
-      EXPECT_EQ(second.Get().timing.batch_requests, 2u);
-    }
-  }
-
-  // The device thread has looked at what was submitted before.
-  void LetTheDeviceThreadLook() {
-    for (int look = 0; look < 2; ++look) {
-      EXPECT_TRUE(scheduler_->RunBlocking([](Backend&) { return Status::Ok(); }).ok());
-    }
-  }
-
-  std::shared_ptr<ClothRuntime> a_, b_;
-};
-
-TEST_F(SchedulerGatheringTest, ABatchWaitsForWhoIsAboutToComeBack) {
-  const auto first = Submit("a", {a_});
-  LetTheDeviceThreadLook();  // commands do not wait
-  EXPECT_FALSE(first.has_value());
-  EXPECT_EQ(scheduler_->counters().rounds, 2u);
-  clock_.AdvanceUs(100);
-  const auto second = Submit("b", {b_});
-  EXPECT_EQ(first.Get().timing.batch_requests, 2u);
-  EXPECT_EQ(first.Get().timing.queue_us, 100);
-  EXPECT_EQ(second.Get().timing.queue_us, 0);
-}
-
-TEST_F(SchedulerGatheringTest, ABatchWaitsNoLongerThanTwoBatchesTake) {
-  const auto first = Submit("a", {a_});
-  clock_.AdvanceUs(1999);
-  LetTheDeviceThreadLook();
-  EXPECT_FALSE(first.has_value());
-  clock_.AdvanceUs(1);
-  EXPECT_EQ(first.Get().timing.batch_requests, 1u);
-  EXPECT_EQ(first.Get().timing.queue_us, 2000);
-  EXPECT_EQ(Submit("a", {a_}).Get().timing.queue_us, 0) << "who stayed away is forgotten";
-}
-
-TEST_F(SchedulerGatheringTest, DrainDoesNotWaitForAnybody) {
-  const auto first = Submit("a", {a_});
-  scheduler_->Drain(1000000);
-  EXPECT_TRUE(first.Get().status.ok());
-  EXPECT_EQ(first.Get().timing.queue_us, 0);
 }
 
 TEST_F(SchedulerTest, WhatOneCallerPostsAndSubmitsIsTakenInOrder) {

@@ -1,0 +1,50 @@
+// A scheduler with a fake device and a fake clock.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/scheduler/scheduler.h"
+#include "tests/scheduler/fake_backend.h"
+
+namespace drape {
+
+class SchedulerTest : public testing::Test {
+ protected:
+  void Start(const SchedulerLimits& limits = {}) {
+    scheduler_ = Scheduler::Start(FakeBackendFactory(device_), limits, clock_).value();
+  }
+
+  ~SchedulerTest() override {
+    scheduler_.reset();
+    EXPECT_EQ(device_->calls_on_wrong_thread(), 0u);
+  }
+
+  std::shared_ptr<ClothRuntime> Cloth() {
+    std::shared_ptr<ClothRuntime> cloth;
+    EXPECT_TRUE(scheduler_
+                    ->RunBlocking([&](Backend& backend) {
+                      cloth = BeginCloth(backend, ChainModel(2));
+                      return Status::Ok();
+                    })
+                    .ok());
+    return cloth;
+  }
+
+  // Submits and returns where the outcome will be.
+  Awaited<StepOutcome> Submit(const std::string& tenant,
+                              std::vector<std::shared_ptr<ClothRuntime>> cloths, uint32_t steps = 1,
+                              const CancelToken& cancel = {}) {
+    Awaited<StepOutcome> outcome;
+    StepWork work;
+    work.tenant = tenant;
+    work.cloths = std::move(cloths);
+    work.steps = steps;
+    work.cancel = cancel;
+    work.done = [outcome](StepOutcome o) mutable { outcome.Set(std::move(o)); };
+
+  }  // namespace drape
