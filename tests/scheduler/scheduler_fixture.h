@@ -46,5 +46,23 @@ class SchedulerTest : public testing::Test {
     work.steps = steps;
     work.cancel = cancel;
     work.done = [outcome](StepOutcome o) mutable { outcome.Set(std::move(o)); };
+    const Status status = scheduler_->Submit(std::move(work));
+    EXPECT_TRUE(status.ok()) << status.ToString();
+    return outcome;
+  }
 
-  }  // namespace drape
+  Status TrySubmit(const std::string& tenant, const std::shared_ptr<ClothRuntime>& cloth) {
+    StepWork work;
+    work.tenant = tenant;
+    work.cloths = {cloth};
+    work.steps = 1;
+    work.done = [](const StepOutcome&) {};
+    return scheduler_->Submit(std::move(work));
+  }
+
+  std::shared_ptr<FakeDevice> device_ = std::make_shared<FakeDevice>();
+  FakeClock clock_;
+  std::unique_ptr<Scheduler> scheduler_;
+};
+
+}  // namespace drape

@@ -8,25 +8,6 @@
 namespace drape {
 namespace {
 
-const Status status = scheduler_->Submit(std::move(work));
-EXPECT_TRUE(status.ok()) << status.ToString();
-return outcome;
-}
-
-Status TrySubmit(const std::string& tenant, const std::shared_ptr<ClothRuntime>& cloth) {
-  StepWork work;
-  work.tenant = tenant;
-  work.cloths = {cloth};
-  work.steps = 1;
-  work.done = [](const StepOutcome&) {};
-  return scheduler_->Submit(std::move(work));
-}
-
-std::shared_ptr<FakeDevice> device_ = std::make_shared<FakeDevice>();
-FakeClock clock_;
-std::unique_ptr<Scheduler> scheduler_;
-};
-
 TEST_F(SchedulerTest, TheFactorysErrorIsReturned) {
   const auto scheduler = Scheduler::Start(
       []() -> Result<std::unique_ptr<Backend>> {

@@ -10,6 +10,7 @@
 
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/speed/speed.h"
+#include "tests/bench/step_rows.h"
 #include "tests/support/backends.h"
 
 namespace drape::bench {
