@@ -46,7 +46,6 @@ StepSettings PresetSettings(Preset preset) {
       settings.max_iterations = 1;
       settings.tolerance = 0;
       settings.twist_damping_per_s = 150;
-      settings.refine_above_strain = 2e-3;
       settings.load_limit = 0.15;
       settings.sleep_motion_m = 1e-5;
       break;

@@ -1,5 +1,8 @@
 #include "server/solver/cpu/refine_links.h"
 
+#include <algorithm>
+#include <cstring>
+
 #include "server/solver/cpu/constraint_math-inl.h"
 #include "server/solver/cpu/constraint_math.h"
 
@@ -8,26 +11,49 @@ namespace {
 
 using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
-// The links of a strip that are far off, to `far_off`.
+// Four numbers that need not be aligned.
+Lanes Load(const float* numbers) {
+  Lanes lanes;
+  std::memcpy(&lanes, numbers, sizeof(lanes));
+  return lanes;
+}
+
+// The links of a strip that are far off, to `far_off`; four at once.
 void TestStrip(const StepContext& context, uint32_t strip, std::vector<LinkEnds>& far_off) {
   const StripSet& strips = context.model.source->strips();
   const RefineLimits& limits = context.controls.refine_limits;
   const float interval = context.substep.interval;
   const Lanes* const p = context.scratch.state.positions.data();
   const Lanes* const u = context.scratch.state.velocities.data();
-  uint32_t from = strips.particles[strips.strip_offsets[strip] + strip];
-  Lanes start = p[from] + interval * u[from];
-  for (uint32_t k = strips.strip_offsets[strip]; k < strips.strip_offsets[strip + 1]; ++k) {
-    const uint32_t to = strips.particles[k + strip + 1];
-    const Lanes end = p[to] + interval * u[to];
-    const Lanes d = end - start;
-    const float length_sq = Dot(d, d);
-    const float rest_length_sq = context.model.strip_lengths_sq[k];
-    if (length_sq < limits.min_sq * rest_length_sq || length_sq > limits.max_sq * rest_length_sq) {
-      far_off.push_back({from, to});
+  const uint32_t begin = strips.strip_offsets[strip];
+  const uint32_t link_count = strips.strip_offsets[strip + 1] - begin;
+  const uint32_t* const particles = strips.particles.data() + begin + strip;
+  const float* const rest_lengths_sq = context.model.strip_lengths_sq.data() + begin;
+  const auto predicted = [&](uint32_t i) { return p[i] + interval * u[i]; };
+  Lanes start = predicted(particles[0]);
+  for (uint32_t k = 0; k < link_count; k += kLaneCount) {
+    // Behind the last link there are links of length 0 from its end to itself.
+    const uint32_t count = std::min(link_count - k, kLaneCount);
+    Lanes rest_length_sq{};
+    if (count == kLaneCount) {
+      rest_length_sq = Load(rest_lengths_sq + k);
+    } else {
+      std::memcpy(&rest_length_sq, rest_lengths_sq + k, count * sizeof(float));
     }
-    from = to;
-    start = end;
+    Lanes d[kLaneCount] = {};
+    for (uint32_t lane = 0; lane < count; ++lane) {
+      const Lanes end = predicted(particles[k + lane + 1]);
+      d[lane] = end - start;
+      start = end;
+    }
+    const LaneVectors t = Transpose(d[0], d[1], d[2], d[3]);
+    const Lanes length_sq = Dot(t, t);
+    const LaneMask is_far_off =
+        (length_sq < limits.min_sq * rest_length_sq) | (length_sq > limits.max_sq * rest_length_sq);
+    if (!IsAnyLaneSet(is_far_off)) continue;
+    for (uint32_t lane = 0; lane < count; ++lane) {
+      if (is_far_off[lane]) far_off.push_back({particles[k + lane], particles[k + lane + 1]});
+    }
   }
 }
 
