@@ -84,6 +84,17 @@ uint32_t GlIndexed(GLenum name, GLuint index) {
   return static_cast<uint32_t>(value);
 }
 
+// Drivers may list only GL_KHR_shader_subgroup, not the extensions of the shading language that it
+// has.
+uint32_t ShuffleSize() {
+  if (!epoxy_has_gl_extension("GL_KHR_shader_subgroup")) return 0;
+  const int64_t stages = GlInteger(GL_SUBGROUP_SUPPORTED_STAGES_KHR);
+  const int64_t features = GlInteger(GL_SUBGROUP_SUPPORTED_FEATURES_KHR);
+  if ((stages & GL_COMPUTE_SHADER_BIT) == 0) return 0;
+  if ((features & GL_SUBGROUP_FEATURE_SHUFFLE_BIT_KHR) == 0) return 0;
+  return static_cast<uint32_t>(GlInteger(GL_SUBGROUP_SIZE_KHR));
+}
+
 }  // namespace
 
 std::vector<EglDevice> ListEglDevices() {
@@ -190,7 +201,8 @@ Status Context::Describe(bool accept_software) {
           static_cast<uint32_t>(GlInteger(GL_MAX_COMPUTE_WORK_GROUP_INVOCATIONS)),
       .work_group_count_x = GlIndexed(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0),
       .work_group_count_y = GlIndexed(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 1),
-      .storage_blocks = static_cast<uint32_t>(GlInteger(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS))};
+      .storage_blocks = static_cast<uint32_t>(GlInteger(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS)),
+      .shuffle_size = ShuffleSize()};
   return Status::Ok();
 }
 

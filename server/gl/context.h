@@ -29,6 +29,9 @@ struct DeviceLimits {
   uint32_t work_group_count_x = 0;
   uint32_t work_group_count_y = 0;
   uint32_t storage_blocks = 0;  // per compute shader
+  // Invocations of a subgroup in which compute shaders can hand each other values by shuffles
+  // (GL_KHR_shader_subgroup); 0: they cannot.
+  uint32_t shuffle_size = 0;
 };
 
 // Names a context to those that want to share its objects (buffers, textures, fences). Valid while

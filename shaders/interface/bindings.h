@@ -46,6 +46,11 @@
 #define DRAPE_ELASTIC_END_WORDS 2
 // Words of a link of a strip in Scratch: direction xyz, coupling over pivot, impulse [N s].
 #define DRAPE_STRIP_LINK_WORDS 5
+// Invocations that solve a strip together; the most links that such a strip has.
+#define DRAPE_STRIP_LANES 32u
+// Invocations that hand each other values through shared memory at most; more would not fit into it
+// beside 1024 particles.
+#define DRAPE_SHARED_LANES 128u
 // Words of a tether in a model: pin, length [m].
 #define DRAPE_TETHER_WORDS 2
 

@@ -1,5 +1,6 @@
 // Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state.
-// One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint.
+// One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint, with
+// HAS_LANES a link of a strip.
 // Stages: apply_springs, apply_elastic, apply_wind, predict, damp_twist, tether, solve_strips,
 // refine, solve_distance, solve_joints, solve_contacts, integrate, solve_velocity, correct_velocity, commit
 // (server/solver/README.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
@@ -14,6 +15,9 @@
 #include "stages/damp_twist.glsl"
 #include "stages/tether.glsl"
 #include "stages/solve_strips.glsl"
+#ifdef HAS_LANES
+#include "stages/reduce_strips.glsl"
+#endif
 #include "stages/solve_distance.glsl"
 #ifdef HAS_REFINEMENT
 #include "stages/refine.glsl"
@@ -205,13 +209,24 @@ void SolveJoints(bool is_first_sweep) {
 #endif
 }
 
+// The strips of a phase: by groups of lanes, or an invocation each.
+void SolveStrips(uint begin, uint end, bool is_first_sweep) {
+#ifdef HAS_LANES
+  if (HasLanes()) {
+    ReduceStrips(begin, end, is_first_sweep);
+    return;
+  }
+#endif
+  FOR_EACH(strip, begin, end) SolveStrip(strip, is_first_sweep);
+}
+
 // One sweep over the strips, what they have left far off, the colours, the joints and the contacts.
 void Sweep(bool is_first_sweep) {
 #ifdef HAS_STRIPS
   for (uint phase = 0u; phase < cloth.strip_phase_count; ++phase) {
     uint begin = models[cloth.strip_phases + phase];
     uint end = models[cloth.strip_phases + phase + 1u];
-    FOR_EACH(strip, begin, end) SolveStrip(strip, is_first_sweep);
+    SolveStrips(begin, end, is_first_sweep);
     PhaseBarrier();
   }
 #ifdef SHARES_LAMBDAS

@@ -11,6 +11,55 @@ float LinkImpulse(uint k) { return scratch[LinkWord(k) + 4u]; }
 
 uint StripParticle(uint word) { return models[cloth.strip_particles + word]; }
 
+// A link at the predicted positions.
+struct LinearisedLink {
+  float rest_length;  // [m]
+  DistanceError error;
+  vec3 direction;  // n, of the impulse
+  float diagonal;  // how much the impulse changes the error: (w_from + w_to) slope + alpha/h^2 [1/kg]
+};
+
+LinearisedLink LineariseLink(uint k, uint from, uint to, bool is_first_sweep) {
+  uint constraint = models[cloth.strip_constraints + k];
+  LinearisedLink link;
+  link.rest_length = ModelFloat(cloth.rest_lengths + constraint);
+  float compliance = 0.0;
+  float lambda = 0.0;
+#ifdef HAS_COMPLIANCE
+  compliance = ModelFloat(cloth.compliances + constraint);
+  if (is_first_sweep) {
+    scratch[cloth.lambdas + constraint] = 0.0;
+  } else {
+    lambda = scratch[cloth.lambdas + constraint];
+  }
+#endif
+  precise vec3 position_difference = Position(to) - Position(from);
+  precise vec3 velocity_difference = Velocity(to) - Velocity(from);
+  link.error = PredictDistanceError(position_difference, velocity_difference, substep.interval,
+                                    substep.inverse_interval, link.rest_length, compliance, lambda);
+  precise float diagonal = InverseMass(from) + InverseMass(to);
+  link.direction = link.error.direction;
+#ifdef HAS_START_DIRECTIONS
+  ImpulseLine line = BlendDirections(position_difference, link.error.direction, cloth.end_share);
+  link.direction = line.direction;
+  diagonal = diagonal * line.slope;
+#endif
+#ifdef HAS_COMPLIANCE
+  diagonal = diagonal + compliance * substep.inverse_interval * substep.inverse_interval;
+#endif
+  link.diagonal = diagonal;
+  return link;
+}
+
+bool IsBeyondTolerance(LinearisedLink link) {
+  return abs(link.error.residual) > cloth.tolerance * link.rest_length;
+}
+
+// The least share of its diagonal that the pivot of a link has whose second particle is `to`.
+float MinPivot(uint to) {
+  return InverseMass(to) == 0.0 ? MIN_STRIP_PIVOT_AT_PIN : MIN_STRIP_PIVOT;
+}
+
 // Goes along the strip, linearises each link and eliminates it from the next; whether an error is
 // larger than the tolerance.
 bool EliminateStrip(uint strip, uint begin, uint end, bool is_first_sweep) {
@@ -19,49 +68,21 @@ bool EliminateStrip(uint strip, uint begin, uint end, bool is_first_sweep) {
   uint from = StripParticle(begin + strip);
   for (uint k = begin; k < end; ++k) {
     uint to = StripParticle(k + strip + 1u);
-    uint constraint = models[cloth.strip_constraints + k];
-    float rest_length = ModelFloat(cloth.rest_lengths + constraint);
-    float compliance = 0.0;
-    float lambda = 0.0;
-#ifdef HAS_COMPLIANCE
-    compliance = ModelFloat(cloth.compliances + constraint);
-    if (is_first_sweep) {
-      scratch[cloth.lambdas + constraint] = 0.0;
-    } else {
-      lambda = scratch[cloth.lambdas + constraint];
-    }
-#endif
-    precise vec3 position_difference = Position(to) - Position(from);
-    precise vec3 velocity_difference = Velocity(to) - Velocity(from);
-    DistanceError error =
-        PredictDistanceError(position_difference, velocity_difference, substep.interval,
-                             substep.inverse_interval, rest_length, compliance, lambda);
-    if (abs(error.residual) > cloth.tolerance * rest_length) is_active = true;
-    precise float diagonal = InverseMass(from) + InverseMass(to);
-    vec3 direction = error.direction;
-#ifdef HAS_START_DIRECTIONS
-    ImpulseLine line = BlendDirections(position_difference, error.direction, cloth.end_share);
-    direction = line.direction;
-    diagonal = diagonal * line.slope;
-#endif
-#ifdef HAS_COMPLIANCE
-    diagonal = diagonal + compliance * substep.inverse_interval * substep.inverse_interval;
-#endif
+    LinearisedLink link = LineariseLink(k, from, to, is_first_sweep);
+    if (IsBeyondTolerance(link)) is_active = true;
     float coupling = 0.0;
     precise float ratio = 0.0;
     if (k > begin) {
-      coupling = StripCoupling(before.direction, error.direction, InverseMass(from));
+      coupling = StripCoupling(before.direction, link.error.direction, InverseMass(from));
 #ifdef HAS_START_DIRECTIONS
-      ratio = StripCoupling(direction, before.n_end, InverseMass(from)) * before.inverse_pivot;
+      ratio = StripCoupling(link.direction, before.n_end, InverseMass(from)) * before.inverse_pivot;
 #else
       ratio = coupling * before.inverse_pivot;
 #endif
       scratch[LinkWord(k - 1u) + 3u] = ratio;
     }
-    float min_pivot = InverseMass(to) == 0.0 ? MIN_STRIP_PIVOT_AT_PIN : MIN_STRIP_PIVOT;
-    before =
-        EliminateLink(error, direction, diagonal, min_pivot, substep.inverse_interval, coupling,
-                      ratio, before);
+    before = EliminateLink(link.error, link.direction, link.diagonal, MinPivot(to),
+                           substep.inverse_interval, coupling, ratio, before);
     SetScratchVector(LinkWord(k), before.direction);
     scratch[LinkWord(k) + 3u] = 0.0;
     scratch[LinkWord(k) + 4u] = before.right_side;
@@ -90,21 +111,31 @@ vec3 StripChange(uint k, uint begin, uint end, float inverse_mass) {
   return change;
 }
 
+// The square of a change of velocity [m/s] over that which moves by MAX_STRIP_MOVE lengths [m] of a link.
+float MoveRatioSq(vec3 change, float rest_length) {
+  precise float limit = rest_length * (MAX_STRIP_MOVE * substep.inverse_interval);
+  precise float ratio_sq = Dot(change, change) / (limit * limit);
+  return ratio_sq;
+}
+
+// The share of the impulses that makes the largest move as large as it may be.
+float ShareOfMove(float largest_ratio_sq) {
+  if (!(largest_ratio_sq > 1.0)) return 1.0;
+  precise float share = 1.0 / sqrt(largest_ratio_sq);
+  return share;
+}
+
 // The share of the impulses that moves no particle by more than MAX_STRIP_MOVE link lengths.
 float StripStepLength(uint strip, uint begin, uint end) {
   float largest_ratio_sq = 0.0;
   for (uint k = begin; k <= end; ++k) {
     float inverse_mass = InverseMass(StripParticle(k + strip));
     uint constraint = models[cloth.strip_constraints + (k > begin ? k - 1u : k)];
-    vec3 change = StripChange(k, begin, end, inverse_mass);
-    precise float limit =
-        ModelFloat(cloth.rest_lengths + constraint) * (MAX_STRIP_MOVE * substep.inverse_interval);
-    precise float ratio_sq = Dot(change, change) / (limit * limit);
+    float ratio_sq = MoveRatioSq(StripChange(k, begin, end, inverse_mass),
+                                 ModelFloat(cloth.rest_lengths + constraint));
     largest_ratio_sq = max(largest_ratio_sq, ratio_sq);
   }
-  if (!(largest_ratio_sq > 1.0)) return 1.0;
-  precise float share = 1.0 / sqrt(largest_ratio_sq);
-  return share;
+  return ShareOfMove(largest_ratio_sq);
 }
 
 // All constraints of one strip together. The phases give each free particle one writer.

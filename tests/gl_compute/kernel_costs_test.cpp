@@ -66,6 +66,28 @@ TEST(KernelCostsTest, SweepOfAChainAsAStrip) {
   EXPECT_EQ(CountResidentLoops(*model, {}, 32).sweep, 1u + 3 + 3 + 2 * 101 + 2 * 102);
 }
 
+// 8 x 8 particles: 8 strips of 7 links in each of 2 phases. A group of 32 lanes takes 8 rounds,
+// each with two loops over five levels; 128 lanes take two, and more do not share memory.
+TEST(KernelCostsTest, SweepByReduction) {
+  const auto model = GridModel(8, 8);
+  ASSERT_EQ(model->strips().phase_count(), 2u);
+  ASSERT_EQ(LongestStrip(model->strips()), 7u);
+  const auto sweep = [&](uint32_t local_size, StripSolve strip_solve) {
+    return CountResidentLoops(*model, {}, local_size, false, strip_solve).sweep;
+  };
+  constexpr uint64_t kRound = 1 + 2 * (5 + 2);
+  const uint64_t elimination = 1 + (2 + 2) + 2 * (1 + 2 * (7 + 2) + 2 * (8 + 2) + 2);
+  EXPECT_EQ(sweep(32, StripSolve::kElimination), elimination);
+  EXPECT_EQ(sweep(32, StripSolve::kReductionWithBarriers), 1 + (2 + 2) + 2 * (8 * kRound + 2));
+  EXPECT_EQ(sweep(32, StripSolve::kReduction), 1 + (2 + 2) + 2 * (8 * kRound + 2));
+  // At most as many passes as by elimination, which a kernel may fall back on.
+  EXPECT_EQ(sweep(128, StripSolve::kReductionWithBarriers), elimination);
+  EXPECT_EQ(sweep(256, StripSolve::kReduction), elimination);
+  EXPECT_FALSE(IsReductionShorter(model->strips(), 64));
+  EXPECT_TRUE(IsReductionShorter(model->strips(), 128));
+  EXPECT_TRUE(IsReductionShorter(GridModel(32, 32)->strips(), 256));
+}
+
 // 8 x 8 particles: 56 links of one phase of strips before the 56 of the other; 4 colours of 28.
 TEST(KernelCostsTest, RefinementOfEveryLink) {
   const auto model = GridModel(8, 8);

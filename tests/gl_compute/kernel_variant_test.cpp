@@ -125,6 +125,38 @@ TEST(KernelVariantTest, RefinementOfTiledCloths) {
   EXPECT_GT(CountTiledRefineLoops(*model, 32), 600u);
 }
 
+// Strips that fit the lanes, where rounds of reduction are the shorter way; never by what the local
+// size is set to.
+TEST(KernelVariantTest, ReductionOfStripsThatFitTheLanes) {
+  DeviceTraits device = kHardware;
+  device.strip_solve = StripSolve::kReduction;
+  const auto solve_of = [&](const SceneModel& model, const ClothParameters& parameters = {}) {
+    return VariantOf(model, parameters, device).strip_solve;
+  };
+  for (const uint32_t local_size : {0u, 8u, 1024u}) {
+    device.local_size = local_size;
+    EXPECT_EQ(solve_of(*GridModel(32, 32)), StripSolve::kReduction);
+    EXPECT_EQ(solve_of(*BuildModel(ChainDescription(33))), StripSolve::kReduction);
+    EXPECT_EQ(solve_of(*BuildModel(ChainDescription(34))), StripSolve::kElimination) << "33 links";
+    EXPECT_EQ(solve_of(*GridModel(8, 8)), StripSolve::kElimination) << "4 rounds for 7 links";
+    EXPECT_EQ(solve_of(*GridModel(33, 33)), StripSolve::kElimination) << "tiled";
+    EXPECT_GE(VariantOf(*GridModel(32, 32), {}, device).local_size, 32u);
+  }
+  ClothParameters colours;
+  colours.settings.sweep = Sweep::kColours;
+  EXPECT_EQ(solve_of(*GridModel(32, 32), colours), StripSolve::kElimination);
+  device.local_size = 0;
+  const std::string defines = VariantOf(*GridModel(32, 32), {}, device).Defines();
+  EXPECT_THAT(defines, testing::StartsWith("#extension GL_KHR_shader_subgroup_basic : require\n"));
+  EXPECT_THAT(defines, HasSubstr("#define HAS_SUBGROUPS\n"));
+  device.strip_solve = StripSolve::kReductionWithBarriers;
+  EXPECT_EQ(solve_of(*GridModel(8, 8)), StripSolve::kReductionWithBarriers) << "wherever it can";
+  const std::string with_barriers = VariantOf(*GridModel(32, 32), {}, device).Defines();
+  EXPECT_THAT(with_barriers, HasSubstr("#define HAS_LANES\n"));
+  EXPECT_THAT(with_barriers, Not(HasSubstr("SUBGROUP")));
+  EXPECT_THAT(VariantOf(*GridModel(32, 32), {}, kHardware).Defines(), Not(HasSubstr("LANES")));
+}
+
 TEST(KernelVariantTest, LongStepsRunInPartsOnSoftwareOnly) {
   const auto model = GridModel(32, 32);
   ClothParameters parameters;

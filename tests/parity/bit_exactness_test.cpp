@@ -108,6 +108,8 @@ void ExpectSameBits(const std::string& actual, const std::string& expected,
 class BitExactnessTest : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Backends, BitExactnessTest, testing::ValuesIn(BackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
+INSTANTIATE_TEST_SUITE_P(Reduction, BitExactnessTest, testing::Values("gl_reduction"),
+                         NameOfCase<testing::TestParamInfo<std::string>>);
 
 TEST_P(BitExactnessTest, AStepChangesTheState) {
   Backend& backend = SharedBackend(GetParam());

@@ -13,7 +13,7 @@ namespace drape::test {
 namespace {
 
 class WholeStepParityTest : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Backends, WholeStepParityTest, testing::ValuesIn(FloatBackendNames()),
+INSTANTIATE_TEST_SUITE_P(Backends, WholeStepParityTest, testing::ValuesIn(StripBackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
 void UseSubsteps(Scene& scene, uint32_t substeps) {

@@ -35,6 +35,8 @@ class DegenerateStartTest : public testing::TestWithParam<std::string> {
 };
 INSTANTIATE_TEST_SUITE_P(Backends, DegenerateStartTest, testing::ValuesIn(BackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
+INSTANTIATE_TEST_SUITE_P(Reduction, DegenerateStartTest, testing::Values("gl_reduction"),
+                         NameOfCase<testing::TestParamInfo<std::string>>);
 
 Scene HungSheet() {
   return Grid(kSide, kSide, 1, 1, {0, kSide - 1});

@@ -18,12 +18,26 @@ std::vector<std::string> FloatBackendNames() {
   return {"cpu", "gl"};
 }
 
+std::vector<std::string> StripBackendNames() {
+  return {"cpu", "gl", "gl_reduction"};
+}
+
+bool HasReduction(const Backend& backend) {
+  return backend.Describe().device.find("cyclic reduction") != std::string::npos;
+}
+
 std::unique_ptr<Backend> MakeBackend(const std::string& name) {
   if (name == "reference") return CreateReferenceBackend();
   if (name == "cpu") return CreateCpuBackend();
-  DRAPE_CHECK(name == "gl", "no backend is called " + name);
   GlBackendOptions options;
   options.accept_software = true;
+  if (name == "gl_reduction") {
+    options.strip_solve = StripSolve::kReductionWithBarriers;
+  } else if (name == "gl_elimination") {
+    options.strip_solve = StripSolve::kElimination;
+  } else {
+    DRAPE_CHECK(name == "gl", "no backend is called " + name);
+  }
   auto backend = CreateGlBackend(options);
   DRAPE_CHECK(backend.ok(), backend.status().ToString());
   return std::move(*backend);

@@ -15,8 +15,16 @@ std::vector<std::string> BackendNames();
 // Those in single precision.
 std::vector<std::string> FloatBackendNames();
 
-// A new backend on the calling thread. One that cannot be created ends the process with the reason:
-// a test never passes because its backend was missing.
+// Single precision, and "gl_reduction": "gl" that solves short strips by cyclic reduction also
+// where the device has no subgroups, with barriers. For tests of what strips do.
+std::vector<std::string> StripBackendNames();
+
+// Whether a backend may solve strips by cyclic reduction.
+bool HasReduction(const Backend& backend);
+
+// A new backend on the calling thread: of those above, or "gl_elimination", for measurements of
+// what cyclic reduction brings. One that cannot be created ends the process with the reason: a test
+// never passes because its backend was missing.
 std::unique_ptr<Backend> MakeBackend(const std::string& name);
 
 // One instance per process, made at first use, for tests to which a fresh device is too dear. Only

@@ -14,6 +14,7 @@
 #include "server/solver/gl_compute/state_reader.h"
 #include "server/solver/gl_compute/step_batch.h"
 #include "server/solver/gl_compute/step_plans.h"
+#include "shaders/interface/bindings.h"
 
 namespace drape {
 
@@ -41,8 +42,10 @@ class GlBackend final : public Backend {
 
   BackendDescription Describe() const override {
     const gl::Context& context = *parts_.context;
+    const bool has_reduction = parts_.traits.strip_solve != StripSolve::kElimination;
     return {.name = "gl",
-            .device = context.renderer() + ", OpenGL " + context.version(),
+            .device = context.renderer() + ", OpenGL " + context.version() +
+                      (has_reduction ? ", strips by cyclic reduction" : ""),
             .scalar = ScalarType::kFloat32,
             .is_hardware_gpu = !context.is_software()};
   }
@@ -70,6 +73,9 @@ class GlBackend final : public Backend {
     WordRange parameter_words;
     WordRange scratch;
   };
+  // The kernels of a cloth, its parts: a function of the cloth and the device.
+  Status ChooseKernels(const SceneModel& model, const ClothParameters& parameters,
+                       bool has_own_lengths, Room& room);
   Result<Room> MakeRoom(std::shared_ptr<const SceneModel> model, const ClothParameters& parameters,
                         bool has_own_lengths = false);
   static void Occupy(GlCloth& cloth, Room room, const ClothParameters& parameters);
@@ -94,19 +100,30 @@ class GlBackend final : public Backend {
   GlClothTable cloths_;
 };
 
+Status GlBackend::ChooseKernels(const SceneModel& model, const ClothParameters& parameters,
+                                bool has_own_lengths, Room& room) {
+  DeviceTraits traits = parts_.traits;
+  while (true) {
+    const Result<VariantChoice> choice = ChooseVariant(model, parameters, traits, has_own_lengths);
+    if (!choice.ok()) return choice.status();
+    const Result<const StepKernels*> kernels = parts_.kernels->ForVariant(choice->variant);
+    if (kernels.ok()) {
+      room.kernels = kernels.value();
+      room.part_count = choice->part_count;
+      return Status::Ok();
+    }
+    if (choice->variant.strip_solve == StripSolve::kElimination) return kernels.status();
+    traits.strip_solve = StripSolve::kElimination;
+  }
+}
+
 Result<GlBackend::Room> GlBackend::MakeRoom(std::shared_ptr<const SceneModel> model,
                                             const ClothParameters& parameters,
                                             bool has_own_lengths) {
   DeviceArrays& arrays = *parts_.arrays;
   Room room;
-  const Result<VariantChoice> choice =
-      ChooseVariant(*model, parameters, parts_.traits, has_own_lengths);
-  if (!choice.ok()) return choice.status();
-  const KernelVariant& variant = choice->variant;
-  const Result<const StepKernels*> kernels = parts_.kernels->ForVariant(variant);
-  if (!kernels.ok()) return kernels.status();
-  room.kernels = kernels.value();
-  room.part_count = choice->part_count;
+  DRAPE_RETURN_IF_ERROR(ChooseKernels(*model, parameters, has_own_lengths, room));
+  const KernelVariant& variant = room.kernels->variant;
   Result<WordRange> parameter_words =
       arrays.parameters.Allocate(ParameterWordCount(*model, parameters, has_own_lengths));
   if (!parameter_words.ok()) return parameter_words.status();
@@ -140,9 +157,9 @@ void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& paramet
   cloth.parameters = parameters;
   cloth.max_iterations = parameters.settings.max_iterations;
   cloth.part_count = room.part_count;
-  cloth.costs =
-      CountResidentLoops(*cloth.model->model, parameters, cloth.kernels->variant.local_size,
-                         cloth.kernels->variant.has_own_lengths);
+  cloth.costs = CountResidentLoops(
+      *cloth.model->model, parameters, cloth.kernels->variant.local_size,
+      cloth.kernels->variant.has_own_lengths, cloth.kernels->variant.strip_solve);
   // A function of the model and the settings alone, so that a restored cloth computes the same
   // bits.
   cloth.tolerance = SinglePrecisionTolerance(parameters.settings.tolerance, *cloth.model->model);
@@ -396,6 +413,24 @@ Status CheckLimits(const gl::DeviceLimits& limits) {
                     " bytes of shared memory; 8 and 32768 are needed");
 }
 
+// Groups of lanes must fill subgroups.
+StripSolve StripSolveOf(const gl::DeviceLimits& limits) {
+  const bool has_lanes = limits.shuffle_size > 0 && limits.shuffle_size % DRAPE_STRIP_LANES == 0;
+  return has_lanes ? StripSolve::kReduction : StripSolve::kElimination;
+}
+
+const char* NameOf(StripSolve strip_solve) {
+  switch (strip_solve) {
+    case StripSolve::kElimination:
+      return "elimination";
+    case StripSolve::kReduction:
+      return "reduction";
+    case StripSolve::kReductionWithBarriers:
+      return "reduction_with_barriers";
+  }
+  return "";
+}
+
 }  // namespace
 
 Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options) {
@@ -412,7 +447,8 @@ Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options
                   .local_size = options.local_size,
                   .loop_budget = options.loop_budget != 0 ? options.loop_budget
                                  : is_software            ? kSoftwareLoopBudget
-                                                          : kHardwareLoopBudget};
+                                                          : kHardwareLoopBudget,
+                  .strip_solve = options.strip_solve.value_or(StripSolveOf(limits))};
   parts.device = {.limits = {limits.work_group_count_x, limits.work_group_count_y},
                   .has_timer_queries = !is_software};
   const int64_t max_bytes = options.max_array_bytes > 0
@@ -436,8 +472,9 @@ Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options
   Result<StateReader> reader = StateReader::Create(pack.value(), max_bytes, parts.device.limits);
   if (!reader.ok()) return reader.status();
   parts.reader = std::make_unique<StateReader>(std::move(reader).value());
-  spdlog::info("gl_backend device=\"{}\" version=\"{}\" max_array_bytes={}",
-               parts.context->renderer(), parts.context->version(), max_bytes);
+  spdlog::info("gl_backend device=\"{}\" version=\"{}\" max_array_bytes={} strips={}",
+               parts.context->renderer(), parts.context->version(), max_bytes,
+               NameOf(parts.traits.strip_solve));
   return std::unique_ptr<Backend>(std::make_unique<GlBackend>(std::move(parts)));
 }
 

@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "server/core/status.h"
 #include "server/gl/context.h"
 #include "server/solver/backend.h"
+#include "server/solver/gl_compute/strip_solve.h"
 
 namespace drape {
 
@@ -29,6 +31,10 @@ struct GlBackendOptions {
   // Most passes through loops that one dispatch of a resident step may make; 0: what suits the
   // device. Results do not depend on it.
   uint32_t loop_budget = 0;
+  // How strips are solved where they are short enough; unset: by reduction where the device has
+  // subgroups of enough invocations, else by elimination. Where the device does not compile a
+  // kernel by reduction its cloths are solved by elimination, with a warning in the log.
+  std::optional<StripSolve> strip_solve = std::nullopt;
 };
 
 // Owns an OpenGL context on the calling thread, which becomes the device thread of the backend.

@@ -1,6 +1,7 @@
 #include "server/solver/gl_compute/kernel_costs.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "server/core/check.h"
 #include "server/solver/solver_constants.h"
@@ -73,16 +74,8 @@ uint64_t PassesOfStrip(uint64_t links) {
   return 2 * (links + kLoopEnd) + 2 * (links + 1 + kLoopEnd);
 }
 
-uint64_t LongestStrip(const StripSet& strips) {
-  uint64_t longest = 0;
-  for (uint32_t s = 0; s < strips.strip_count(); ++s) {
-    longest = std::max<uint64_t>(longest, strips.strip_offsets[s + 1] - strips.strip_offsets[s]);
-  }
-  return longest;
-}
-
-// Of one sweep over the strips; each round takes as long as its longest strip.
-uint64_t StripPasses(const StripSet& strips, uint32_t local_size) {
+// Of one sweep over the strips by elimination; each round takes as long as its longest strip.
+uint64_t EliminationPasses(const StripSet& strips, uint32_t local_size) {
   uint64_t passes = strips.phase_count() + kLoopEnd;
   for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
     const uint32_t end = strips.phase_offsets[phase + 1];
@@ -97,6 +90,28 @@ uint64_t StripPasses(const StripSet& strips, uint32_t local_size) {
     passes += kLoopEnd;
   }
   return passes;
+}
+
+// Of one sweep over the strips by reduction: rounds of as many strips as there are groups of lanes,
+// each with a loop over the levels and one over those of the maximum.
+uint64_t ReductionPasses(const StripSet& strips, uint32_t lane_count) {
+  constexpr uint64_t kLevels = std::bit_width(DRAPE_STRIP_LANES - 1);
+  const uint64_t groups = lane_count / DRAPE_STRIP_LANES;
+  uint64_t passes = strips.phase_count() + kLoopEnd;
+  for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
+    const uint64_t strips_of_phase = strips.phase_offsets[phase + 1] - strips.phase_offsets[phase];
+    passes += RoundsFor(strips_of_phase, groups) * (1 + 2 * (kLevels + kLoopEnd)) + kLoopEnd;
+  }
+  return passes;
+}
+
+// Where the invocations turn out to fill no subgroups, a kernel made for reduction eliminates.
+uint64_t StripPasses(const StripSet& strips, uint32_t local_size, StripSolve strip_solve) {
+  const uint64_t elimination = EliminationPasses(strips, local_size);
+  if (strip_solve == StripSolve::kElimination) return elimination;
+  const bool has_subgroups = strip_solve == StripSolve::kReduction;
+  const uint32_t lane_count = has_subgroups ? local_size : std::min(local_size, DRAPE_SHARED_LANES);
+  return std::max(elimination, ReductionPasses(strips, lane_count));
 }
 
 // Of one kick of the air.
@@ -131,8 +146,20 @@ uint64_t CountTiledRefineLoops(const SceneModel& model, uint32_t local_size) {
          LoopPasses(uint64_t{model.colour_count()} + 1, local_size);
 }
 
+uint64_t LongestStrip(const StripSet& strips) {
+  uint64_t longest = 0;
+  for (uint32_t s = 0; s < strips.strip_count(); ++s) {
+    longest = std::max<uint64_t>(longest, strips.strip_offsets[s + 1] - strips.strip_offsets[s]);
+  }
+  return longest;
+}
+
+bool IsReductionShorter(const StripSet& strips, uint32_t local_size) {
+  return ReductionPasses(strips, local_size) < EliminationPasses(strips, local_size);
+}
+
 LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& parameters,
-                             uint32_t local_size, bool has_own_lengths) {
+                             uint32_t local_size, bool has_own_lengths, StripSolve strip_solve) {
   const SolverChoice solver = ChooseSolver(model, parameters, has_own_lengths);
   const uint64_t rounds = RoundsFor(model.particle_count(), local_size);
   const uint64_t particles = rounds + kLoopEnd;
@@ -145,7 +172,7 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
 
   LoopCosts costs;
   costs.sweep = 1;
-  if (solver.has_strips) costs.sweep += StripPasses(model.strips(), local_size);
+  if (solver.has_strips) costs.sweep += StripPasses(model.strips(), local_size, strip_solve);
   const bool has_refinement = solver.refine_above_strain > 0;
   if (has_refinement) costs.sweep += RefinePasses(model, local_size);
   if (solver.has_colours) costs.sweep += ColourPasses(model.colour_offsets(), local_size);

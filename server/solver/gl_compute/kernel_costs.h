@@ -6,6 +6,7 @@
 #include "server/core/status.h"
 #include "server/scene/scene_model.h"
 #include "server/solver/cloth_parameters.h"
+#include "server/solver/gl_compute/strip_solve.h"
 
 namespace drape {
 
@@ -19,7 +20,16 @@ struct LoopCosts {
 };
 
 LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& parameters,
-                             uint32_t local_size, bool has_own_lengths = false);
+                             uint32_t local_size, bool has_own_lengths = false,
+                             StripSolve strip_solve = StripSolve::kElimination);
+
+// Links of the longest strip; 0 without strips.
+uint64_t LongestStrip(const StripSet& strips);
+
+// Whether an invocation makes fewer passes in a sweep over the strips if groups of lanes reduce
+// them than if each invocation eliminates its own. Needs strips of at most DRAPE_STRIP_LANES links
+// and a local size of at least so many.
+bool IsReductionShorter(const StripSet& strips, uint32_t local_size);
 
 // Links that `refine` tests: those of strips of all phases but the last.
 uint32_t TestedLinkCount(const SceneModel& model);

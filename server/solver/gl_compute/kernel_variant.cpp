@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "server/solver/gl_compute/kernel_costs.h"
+#include "shaders/interface/bindings.h"
 
 namespace drape {
 
@@ -51,6 +52,19 @@ Status FitRefinement(const SceneModel& model, const DeviceTraits& device, Kernel
   return Status::Ok();
 }
 
+// What each invocation of a work group is given to do must not decide how a strip is solved, for
+// that would change bits: so it goes by the local size that suits the device.
+StripSolve ChooseStripSolve(const SceneModel& model, uint32_t capacity,
+                            const DeviceTraits& device) {
+  const StripSet& strips = model.strips();
+  if (LongestStrip(strips) > DRAPE_STRIP_LANES) return StripSolve::kElimination;
+  if (device.strip_solve != StripSolve::kReduction) return device.strip_solve;
+  DeviceTraits usual = device;
+  usual.local_size = 0;
+  const uint32_t local_size = std::max(LocalSizeFor(capacity, usual), DRAPE_STRIP_LANES);
+  return IsReductionShorter(strips, local_size) ? StripSolve::kReduction : StripSolve::kElimination;
+}
+
 // Cuts the step into parts where it is too long for one dispatch; more invocations per work group
 // mean shorter loops.
 Status FitLoops(const SceneModel& model, const ClothParameters& parameters,
@@ -60,12 +74,15 @@ Status FitLoops(const SceneModel& model, const ClothParameters& parameters,
     return LoopLimit();
   }
   if (variant.is_tiled()) return FitRefinement(model, device, variant);
-  LoopCosts costs =
-      CountResidentLoops(model, parameters, variant.local_size, variant.has_own_lengths);
+  const auto count = [&] {
+    return CountResidentLoops(model, parameters, variant.local_size, variant.has_own_lengths,
+                              variant.strip_solve);
+  };
+  LoopCosts costs = count();
   while (!CanRunInParts(costs, device.loop_budget)) {
     if (variant.local_size >= kLargestLocalSize) return LoopLimit();
     variant.local_size *= 2;
-    costs = CountResidentLoops(model, parameters, variant.local_size, variant.has_own_lengths);
+    costs = count();
   }
   choice.part_count = CountParts(costs, parameters.settings, device.loop_budget);
   variant.is_in_parts = choice.part_count > 1;
@@ -77,6 +94,12 @@ Status FitLoops(const SceneModel& model, const ClothParameters& parameters,
 
 std::string KernelVariant::Defines() const {
   std::ostringstream text;
+  if (strip_solve == StripSolve::kReduction) {
+    text << "#extension GL_KHR_shader_subgroup_basic : require\n"
+         << "#extension GL_KHR_shader_subgroup_shuffle : require\n"
+         << "#define HAS_SUBGROUPS\n";
+  }
+  if (strip_solve != StripSolve::kElimination) text << "#define HAS_LANES\n";
   if (!is_tiled()) text << "#define CAPACITY " << capacity << "\n";
   text << "#define LOCAL_SIZE " << local_size << "\n";
   if (springs == Springs::kInForce) text << "#define SPRINGS_IN_FORCE\n";
@@ -157,6 +180,12 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
   variant.has_start_directions = solver.end_share < 1;
   variant.has_velocity_stage = solver.velocity_iterations > 0;
   variant.has_strips = solver.has_strips;
+  if (solver.has_strips && !variant.is_tiled()) {
+    variant.strip_solve = ChooseStripSolve(model, variant.capacity, device);
+  }
+  if (variant.strip_solve != StripSolve::kElimination) {
+    variant.local_size = std::max(variant.local_size, DRAPE_STRIP_LANES);
+  }
   variant.has_colours = solver.has_colours;
   variant.has_refinement = solver.refine_above_strain > 0;
   DRAPE_RETURN_IF_ERROR(FitLoops(model, parameters, device, choice));

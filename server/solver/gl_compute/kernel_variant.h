@@ -8,6 +8,7 @@
 #include "server/core/status.h"
 #include "server/scene/scene_model.h"
 #include "server/solver/cloth_parameters.h"
+#include "server/solver/gl_compute/strip_solve.h"
 
 namespace drape {
 
@@ -43,6 +44,7 @@ struct KernelVariant {
   bool has_start_directions = false;  // impulses not only along the directions at the end
   bool has_velocity_stage = false;
   bool has_strips = false;
+  StripSolve strip_solve = StripSolve::kElimination;
   bool has_colours = false;
   bool has_refinement = false;
   // Invocations of the work group that refines a cloth of the tiled plan; else 0.
@@ -63,6 +65,9 @@ struct DeviceTraits {
   bool is_software = false;
   uint32_t local_size = 0;   // 0: what suits the device
   uint32_t loop_budget = 0;  // passes through loops per dispatch and invocation
+  // How strips are solved where they are short enough, with kReduction also only where it is the
+  // shorter way (IsReductionShorter).
+  StripSolve strip_solve = StripSolve::kElimination;
 };
 
 // The largest cloth of the resident plan [particles]: 28 bytes and a bit each in the 32 KiB of

@@ -1,5 +1,7 @@
 #include "server/solver/gl_compute/kernels.h"
 
+#include <spdlog/spdlog.h>
+
 #include <array>
 #include <sstream>
 #include <utility>
@@ -82,12 +84,20 @@ Result<const gl::Program*> KernelCache::General(const std::string& kernel, uint3
 Result<const StepKernels*> KernelCache::ForVariant(const KernelVariant& variant) {
   const auto known = variants_.find(variant);
   if (known != variants_.end()) return &known->second;
+  const auto refused = refused_.find(variant);
+  if (refused != refused_.end()) return refused->second;
   StepKernels kernels{.variant = variant};
   if (variant.is_tiled()) {
     DRAPE_RETURN_IF_ERROR(CompileTiled(kernels));
   } else {
     const Result<const gl::Program*> program = Compile("resident_step", variant.Defines());
-    if (!program.ok()) return program.status();
+    if (!program.ok()) {
+      if (variant.strip_solve != StripSolve::kElimination) {
+        spdlog::warn("strips_by_elimination reason=\"{}\"", program.status().message());
+        refused_.emplace(variant, program.status());
+      }
+      return program.status();
+    }
     kernels.resident_step = program.value();
   }
   return &variants_.emplace(variant, kernels).first->second;

@@ -53,6 +53,7 @@ class KernelCache {
   // (SHADER_DIR_NOT_FOUND, SHADER_DIR_UNUSED).
   static Result<KernelCache> Create(const std::string& shader_dir);
 
+  // For a variant by reduction that the device has refused it is not asked again.
   Result<const StepKernels*> ForVariant(const KernelVariant& variant);
   // A kernel without variants, "measure_pieces" or "pack".
   Result<const gl::Program*> General(const std::string& kernel, uint32_t local_size);
@@ -66,6 +67,8 @@ class KernelCache {
   // By kernel and defines. Pointers into a map stay valid.
   std::map<std::pair<std::string, std::string>, gl::Program> programs_;
   std::map<KernelVariant, StepKernels> variants_;
+  // Those by reduction that the device does not compile, and why.
+  std::map<KernelVariant, Status> refused_;
 };
 
 }  // namespace drape

@@ -1,0 +1,17 @@
+// How the strips of a resident cloth are solved (server/solver/README.md, «Strips»).
+#pragma once
+
+namespace drape {
+
+enum class StripSolve {
+  // One invocation per strip goes along it.
+  kElimination,
+  // Cyclic reduction: a subgroup solves the links of a strip all at once and hands values on by
+  // shuffles. For strips of at most DRAPE_STRIP_LANES links.
+  kReduction,
+  // The same arithmetic with shared memory and barriers for the shuffles: how devices without
+  // subgroups test it. Slower than elimination.
+  kReductionWithBarriers,
+};
+
+}  // namespace drape

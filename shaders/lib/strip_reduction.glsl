@@ -1,0 +1,63 @@
+// Stage `solve_strips` by cyclic reduction: the arithmetic of one equation of a strip
+// (server/solver/README.md, "Strips, all links at once").
+#ifndef DRAPE_LIB_STRIP_REDUCTION_GLSL_
+#define DRAPE_LIB_STRIP_REDUCTION_GLSL_
+
+// The equation of a link, divided by its pivot, in a system whose neighbours are `stride` links apart:
+//   impulse + before * (impulse of the link before) + after * (that of the link after) = right_side
+struct StripRow {
+  float before;      // [-]
+  float after;       // [-]
+  float right_side;  // [N s]
+  float excess;      // 1 - abs(before) - abs(after) [-], kept apart: the difference would be rounding
+};
+
+vec4 PackRow(StripRow row) { return vec4(row.before, row.after, row.right_side, row.excess); }
+StripRow UnpackRow(vec4 row) { return StripRow(row.x, row.y, row.z, row.w); }
+
+// `diagonal` [1/kg], how the impulses of the links before and after change the error of this one
+// [1/kg], -residual / h [m/s].
+StripRow FirstRow(float diagonal, float from_before, float from_after, float right_side) {
+  precise float inverse = 1.0 / diagonal;
+  precise float before = from_before * inverse;
+  precise float after = from_after * inverse;
+  precise float scaled = right_side * inverse;
+  precise float excess = 1.0 - abs(before) - abs(after);
+  return StripRow(before, after, scaled, excess);
+}
+
+struct ReducedRow {
+  StripRow row;
+  float pivot;  // over the pivot before [-]
+};
+
+// Eliminates from an equation the link before and, if `has_after`, the one after; else what the equation
+// has of the link after stays. `least` is the least pivot. Where all impulses act along the directions at
+// the end, every sum for the pivot is of terms that are not negative.
+ReducedRow ReduceRow(StripRow row, StripRow row_before, StripRow row_after, bool has_after,
+                     float least) {
+  float share_after = has_after ? row.after : 0.0;
+  precise float before = -(row.before * row_before.before);
+  precise float after = has_after ? -(row.after * row_after.after) : row.after;
+  precise float excess = row.excess + abs(row.before) * row_before.excess;
+  excess = excess + abs(share_after) * row_after.excess;
+#ifdef HAS_START_DIRECTIONS
+  // The effects of two links on each other are not equal there and may have unequal signs.
+  precise float unlike_before = max(-(row.before * row_before.after), 0.0);
+  precise float unlike_after = max(-(share_after * row_after.before), 0.0);
+  excess = excess + 2.0 * (unlike_before + unlike_after);
+#endif
+  precise float pivot = excess + (abs(before) + abs(after));
+  precise float raised = max(pivot, least);
+  precise float inverse = 1.0 / raised;
+  precise float right_side = row.right_side - row.before * row_before.right_side;
+  right_side = right_side - share_after * row_after.right_side;
+  precise float scaled_before = before * inverse;
+  precise float scaled_after = after * inverse;
+  precise float scaled_right_side = right_side * inverse;
+  precise float scaled_excess = (excess + (raised - pivot)) * inverse;
+  return ReducedRow(StripRow(scaled_before, scaled_after, scaled_right_side, scaled_excess),
+                    raised);
+}
+
+#endif

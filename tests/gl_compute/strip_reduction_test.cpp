@@ -1,0 +1,130 @@
+// Strips by cyclic reduction: what only concerns this backend. What it computes is in
+// tests/parity/strips_test.cpp.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "server/gl/context.h"
+#include "tests/gl_compute/test_cloths.h"
+
+namespace drape {
+namespace {
+
+// A sheet that is thrown about: its bits after two steps.
+std::vector<float> ThrownSheet(Backend& backend, uint32_t columns, uint32_t rows,
+                               Direction direction = Direction::kAtEnd) {
+  const auto model = GridModel(columns, rows, {0, columns / 2, columns - 1});
+  ClothParameters parameters;
+  parameters.settings.integration = Integration::kOneStep;
+  parameters.settings.direction = direction;
+  parameters.settings.substeps = 4;
+  parameters.settings.max_iterations = 3;
+  ParticleState state = AtRest(*model);
+  for (uint32_t i = columns; i < columns * rows; ++i) {
+    state.velocities_m_per_s[i] = {std::cos(2.4 * i), 3 * std::sin(7.2 * i), std::sin(2.4 * i)};
+  }
+  const ClothHandle cloth = CreateCloth(backend, model, parameters, state);
+  StepCloth(backend, cloth);
+  EXPECT_EQ(StepCloth(backend, cloth).iterations, 4u * 3);
+  std::vector<float> result = ReadCloth(backend, cloth);
+  backend.Destroy(cloth);
+  return result;
+}
+
+TEST(StripReductionTest, LocalSizeAndPartsDoNotChangeBits) {
+  constexpr auto kWithBarriers = StripSolve::kReductionWithBarriers;
+  const std::unique_ptr<Backend> usual = MakeGlBackend({.strip_solve = kWithBarriers});
+  const std::unique_ptr<Backend> by_elimination =
+      MakeGlBackend({.strip_solve = StripSolve::kElimination});
+  std::vector<std::unique_ptr<Backend>> others;
+  for (const uint32_t local_size : {8u, 64u, 128u, 256u}) {
+    others.push_back(MakeGlBackend({.local_size = local_size, .strip_solve = kWithBarriers}));
+  }
+  others.push_back(MakeGlBackend({.loop_budget = 6000, .strip_solve = kWithBarriers}));
+  for (const uint32_t side : {5u, 32u}) {
+    for (const Direction direction : {Direction::kAtEnd, Direction::kAtStart}) {
+      const std::vector<float> expected = ThrownSheet(*usual, side, side, direction);
+      EXPECT_NE(ThrownSheet(*by_elimination, side, side, direction), expected)
+          << "not by reduction";
+      for (const auto& other : others) {
+        EXPECT_EQ(ThrownSheet(*other, side, side, direction), expected) << side;
+      }
+    }
+  }
+}
+
+// Strips of 33 links and cloths of the tiled plan are left to elimination.
+TEST(StripReductionTest, LongStripsAreEliminated) {
+  const std::unique_ptr<Backend> reduction =
+      MakeGlBackend({.strip_solve = StripSolve::kReductionWithBarriers});
+  const std::unique_ptr<Backend> elimination =
+      MakeGlBackend({.strip_solve = StripSolve::kElimination});
+  EXPECT_NE(ThrownSheet(*reduction, 33, 8), ThrownSheet(*elimination, 33, 8)) << "32 links";
+  EXPECT_EQ(ThrownSheet(*reduction, 34, 8), ThrownSheet(*elimination, 34, 8)) << "33 links";
+  EXPECT_EQ(ThrownSheet(*reduction, 33, 33), ThrownSheet(*elimination, 33, 33)) << "tiled";
+}
+
+// With subgroups their shuffles hand on the same values as the barriers do; without, the compiler
+// refuses the shuffles, and elimination does it.
+TEST(StripReductionTest, ShufflesGiveTheBitsOfBarriers) {
+  const auto context = gl::Context::Create({});
+  ASSERT_TRUE(context.ok());
+  const uint32_t shuffle_size = (*context)->limits().shuffle_size;
+  const bool has_lanes = shuffle_size > 0 && shuffle_size % 32 == 0;
+  const std::unique_ptr<Backend> usual = MakeGlBackend();
+  EXPECT_EQ(usual->Describe().device.find("cyclic reduction") != std::string::npos, has_lanes);
+  const std::unique_ptr<Backend> shuffles = MakeGlBackend({.strip_solve = StripSolve::kReduction});
+  const std::unique_ptr<Backend> expected = MakeGlBackend(
+      {.strip_solve = has_lanes ? StripSolve::kReductionWithBarriers : StripSolve::kElimination});
+  // Of a single row reduction is the shorter way with any local size.
+  for (const uint32_t rows : {1u, 32u}) {
+    for (const Direction direction : {Direction::kAtEnd, Direction::kAtStart}) {
+      EXPECT_EQ(ThrownSheet(*shuffles, 32, rows, direction),
+                ThrownSheet(*expected, 32, rows, direction));
+    }
+  }
+}
+
+// A driver that compiles everything but reduction.
+TEST(StripReductionTest, EliminationWhereTheDeviceRefusesReduction) {
+  const std::filesystem::path folder =
+      std::filesystem::path(testing::TempDir()) / "refused_reduction";
+  std::filesystem::create_directories(folder / "stages");
+  std::ofstream(folder / "stages" / "lanes.glsl") << "#error no lanes here\n";
+  const std::unique_ptr<Backend> refusing = MakeGlBackend(
+      {.shader_dir = folder.string(), .strip_solve = StripSolve::kReductionWithBarriers});
+  const std::unique_ptr<Backend> elimination =
+      MakeGlBackend({.strip_solve = StripSolve::kElimination});
+  for (int again = 0; again < 2; ++again) {
+    EXPECT_EQ(ThrownSheet(*refusing, 16, 16), ThrownSheet(*elimination, 16, 16));
+  }
+  std::filesystem::remove_all(folder);
+}
+
+// llvmpipe leaves every loop after 65535 passes in one invocation, without a word: a long step of a
+// small cloth makes every sweep, and the bits do not depend on where it is cut.
+TEST(StripReductionTest, ManySweepsAreNotCutShort) {
+  const std::unique_ptr<Backend> usual =
+      MakeGlBackend({.strip_solve = StripSolve::kReductionWithBarriers});
+  const std::unique_ptr<Backend> cautious =
+      MakeGlBackend({.loop_budget = 5000, .strip_solve = StripSolve::kReductionWithBarriers});
+  const auto model = GridModel(3, 3, {0});
+  ClothParameters parameters;
+  parameters.settings.time_step_s = 0.4;
+  parameters.settings.substeps = 40;
+  parameters.settings.max_iterations = 100;
+  parameters.settings.integration = Integration::kOneStep;
+  std::vector<std::vector<float>> states;
+  for (Backend* backend : {usual.get(), cautious.get()}) {
+    const ClothHandle cloth = CreateCloth(*backend, model, parameters);
+    EXPECT_EQ(StepCloth(*backend, cloth).iterations, 40u * 100);
+    states.push_back(ReadCloth(*backend, cloth));
+    backend->Destroy(cloth);
+  }
+  EXPECT_EQ(states[0], states[1]);
+}
+
+}  // namespace
+}  // namespace drape
