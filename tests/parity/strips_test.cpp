@@ -64,6 +64,30 @@ TEST_P(StripParityTest, AnOverstretchedChainInLimitedSteps) {
   ExpectParity(GetParam(), scene, 1);
 }
 
+// The limit of a particle's move is by the length of the link before it; here it is the one that
+// was pulled out of its row.
+TEST_P(StripParityTest, LimitedStepsOfUnevenLinks) {
+  for (const uint32_t pulled : {0u, 1u, 9u, 10u, 11u, 20u}) {
+    ParticleTopology particles;
+    double x_m = 0;
+    for (uint32_t i = 0; i <= 20; ++i) {
+      const double length_m = i % 3 == 0 ? 0.02 : 0.1;
+      if (i > 0) {
+        particles.distance_constraints.push_back({i - 1, i, length_m, 0});
+        x_m += length_m;
+      }
+      particles.positions_m.emplace_back(x_m, 0, 0);
+      particles.masses_kg.push_back(i == pulled ? 0.01 : 0.1);
+    }
+    Scene scene = Particles(particles);
+    scene.name += "_pulled_at_" + std::to_string(pulled);
+    scene.state.positions_m[pulled] += Vector3d(0.01, 0.6, 0.02);
+    scene.parameters.gravity_m_per_s2.setZero();
+    SetSubsteps(scene, 1);
+    ExpectParity(GetParam(), scene, 1);
+  }
+}
+
 TEST_P(StripParityTest, CoincidentParticlesActAlongX) {
   Scene scene = Particles({{{0, 0, 0}, {0.25, 0, 0}}, {1, 3}, {{0, 1, 0.25, 0}}, {}});
   scene.state.positions_m[1] = scene.state.positions_m[0];

@@ -79,12 +79,13 @@ void SolveTridiagonal(std::vector<Link>& links, double h) {
   }
 }
 
-// The share of the impulses that moves no particle by more than kMaxStripMove link lengths.
+// The share of the impulses that moves no particle by more than kMaxStripMove lengths of the link
+// before it (the first one: of its only one).
 double StepLength(const std::vector<Link>& links, std::span<const double> w, double h) {
   double largest_move = 0;  // [link lengths]
   for (size_t k = 0; k <= links.size(); ++k) {
-    const Link& nearest = links[k == links.size() ? k - 1 : k];
-    const uint32_t particle = k == links.size() ? nearest.to : nearest.from;
+    const Link& nearest = links[k == 0 ? 0 : k - 1];
+    const uint32_t particle = k == 0 ? nearest.from : nearest.to;
     Vector3d change = Vector3d::Zero();
     if (k > 0) change += links[k - 1].impulse * links[k - 1].line.direction;
     if (k < links.size()) change -= links[k].impulse * links[k].line.direction;
