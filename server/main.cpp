@@ -12,6 +12,7 @@
 #include "server/api/tls_files.h"
 #include "server/backend_choice.h"
 #include "server/config.h"
+#include "server/core/heap.h"
 #include "server/core/log.h"
 #include "server/core/stop_guard.h"
 #include "server/session/reaper.h"
@@ -117,6 +118,7 @@ Status Serve(const Config& config) {
 int main(int argc, char** argv) {
   const drape::CommandLine command_line = drape::ParseCommandLine(argc, argv);
   if (command_line.exit_code) return *command_line.exit_code;
+  drape::KeepFreedMemory();
   drape::Status status = drape::InitLog(command_line.config.log_level);
   drape::api::TakeLibraryLogs();
   if (status.ok()) status = drape::Serve(command_line.config);
