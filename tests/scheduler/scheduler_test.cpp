@@ -96,6 +96,27 @@ TEST_F(SchedulerTest, CompletionsComeInOrderOnOneOtherThread) {
   }
 }
 
+// A client that has its next request on the way keeps the device busy.
+TEST_F(SchedulerTest, TheNextRequestOfAClothDoesNotWaitForTheAnswerToTheOneBefore) {
+  Start();
+  const auto cloth = Cloth();
+  scheduler_->HoldForTest();
+  Awaited<bool> second_step;
+  int steps = 0;  // device thread
+  device_->OnStep([&] {
+    if (++steps == 2) second_step.Set(true);
+  });
+  StepWork work;
+  work.tenant = "a";
+  work.cloths = {cloth};
+  work.steps = 1;
+  work.done = [second_step](const StepOutcome&) { second_step.Get(); };
+  ASSERT_TRUE(scheduler_->Submit(std::move(work)).ok());
+  const auto second = Submit("a", {cloth});
+  scheduler_->ReleaseForTest();
+  EXPECT_EQ(second.Get().cloths[0].stamp.completed_steps, 2u);
+}
+
 TEST_F(SchedulerTest, TheQueueIsBoundedPerTenantAndInAll) {
   SchedulerLimits limits;
   limits.max_queued_requests_per_tenant = 2;

@@ -71,10 +71,10 @@ class Session {
   // Back to the state of creation. No cloths named: every cloth of the session.
   void ResetCloths(std::span<const ClothId> cloths = {});
 
-  // `steps` >= 1 steps of every cloth of the session.
+  // `steps` >= 1 steps of every cloth of the session; waits for the answer.
   v1::StepResponse Step(uint32_t steps);
   v1::StepResponse Step(v1::StepRequest request);
-  // For many requests in flight on one connection.
+  // To send the next requests before the first one is answered.
   StepStream OpenStepStream();
 
   // No cloths named: every cloth of the session. `view` unset: positions only.

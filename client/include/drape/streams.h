@@ -12,15 +12,27 @@
 namespace drape {
 inline namespace client {
 
-// Step requests on one stream, answered in order; several may be under way. One thread may write
-// while another reads; Cancel from any thread. Destruction cancels what is still under way.
+// Step requests on one stream, answered in order, and those of the same cloth done in order;
+// several may be under way. Who does not need an answer before it sends the next request keeps two
+// under way: one waits in the server while the other one is stepped, and the device waits for
+// nobody.
+//
+//   stream.Write(request);
+//   for (...) {
+//     stream.Write(request);  // the next one
+//     const auto answer = stream.Read();
+//   }
+//
+// One thread may write while another reads; Cancel from any thread. Destruction cancels what is
+// still under way.
 class StepStream {
  public:
   StepStream(StepStream&&) noexcept;
   StepStream& operator=(StepStream&&) noexcept;
   ~StepStream();
 
-  // Sends a request; `session` is filled in. Throws when the stream has ended.
+  // Sends a request; `session` is filled in. The server takes 16 at once: with more it may wait
+  // until answers are read. Throws when the stream has ended.
   void Write(v1::StepRequest request);
   // Waits for the next answer. Throws the stream's error; unset when the stream ended well, which
   // takes FinishWriting() first.

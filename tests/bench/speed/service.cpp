@@ -1,14 +1,18 @@
 // End to end: clients that step their cloths over localhost, against the bare backend in the same
 // run -> speed_service.csv.
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <memory>
+#include <numeric>
 #include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "server/core/heap.h"
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/quantiles.h"
 #include "tests/bench/speed/service_client.h"
@@ -49,26 +53,29 @@ class BareCloths {
   std::vector<StepItem> items_;
 };
 
+// What is asked for, and how many requests of a client are under way at once.
+struct Asking {
+  bool wants_positions = false;
+  uint32_t under_way = 1;
+};
+
 struct ServiceTimes {
   std::vector<ServedStep> steps;  // of all clients
   double wall_ms = 0;             // of the turns of the service together
-  std::vector<double> bare_ms;    // of each step of all cloths on the bare backend
   std::vector<double> empty_ms;   // of requests without cloths, all clients at once
 };
 
 using Clients = std::span<const std::unique_ptr<ServiceClient>>;
 
-// All clients at once, one request after the other, for `turn_s`: what `request` gave, of all.
-template <class Request>
-auto ServeTurn(Clients clients, double turn_s, Request request) {
-  using Served = decltype(request(*clients[0]));
-  std::vector<std::vector<Served>> served(clients.size());
+// All clients at once for `turn_s`: what serve(client, is_over) gave, of all. `is_over` tells when
+// to stop.
+template <class Serve>
+auto ServeTurn(Clients clients, double turn_s, Serve serve) {
   const auto start = WallClock::now();
-  const auto run = [&](size_t k) {
-    do {
-      served[k].push_back(request(*clients[k]));
-    } while (Since_ms(start) < 1000 * turn_s);
-  };
+  const std::function<bool()> is_over = [=] { return Since_ms(start) >= 1000 * turn_s; };
+  using Served = decltype(serve(*clients[0], is_over));
+  std::vector<Served> served(clients.size());
+  const auto run = [&](size_t k) { served[k] = serve(*clients[k], is_over); };
   if (clients.size() == 1) {
     run(0);
   } else {
@@ -76,38 +83,57 @@ auto ServeTurn(Clients clients, double turn_s, Request request) {
     for (size_t k = 0; k < clients.size(); ++k) threads.emplace_back(run, k);
     for (std::thread& thread : threads) thread.join();
   }
-  std::vector<Served> all;
-  for (const std::vector<Served>& of_client : served) {
-    all.insert(all.end(), of_client.begin(), of_client.end());
-  }
+  Served all;
+  for (const Served& of_client : served) all.insert(all.end(), of_client.begin(), of_client.end());
   return all;
 }
 
-void StepTurn(Clients clients, bool wants_positions, double turn_s, ServiceTimes& times) {
+void StepTurn(Clients clients, const Asking& asking, double turn_s, ServiceTimes& times) {
   const auto start = WallClock::now();
-  const auto steps = ServeTurn(clients, turn_s,
-                               [&](ServiceClient& client) { return client.Step(wants_positions); });
+  const auto steps = ServeTurn(clients, turn_s, [&](ServiceClient& client, const auto& is_over) {
+    return client.Steps(asking.wants_positions, asking.under_way, is_over);
+  });
   times.wall_ms += Since_ms(start);
   times.steps.insert(times.steps.end(), steps.begin(), steps.end());
 }
 
-// With pauses as long as the bare steps before.
-void EmptyTurn(Clients clients, double turn_s, ServiceTimes& times) {
-  const double pause_ms = Quantile(times.bare_ms, 0.5);
-  const auto empty_ms = ServeTurn(
-      clients, turn_s, [&](ServiceClient& client) { return client.StepNothing_ms(pause_ms); });
+// With pauses as long as the bare steps.
+void EmptyTurn(Clients clients, double turn_s, double pause_ms, ServiceTimes& times) {
+  const auto empty_ms = ServeTurn(clients, turn_s, [&](ServiceClient& client, const auto& is_over) {
+    std::vector<double> served_ms;
+    do {
+      served_ms.push_back(client.StepNothing_ms(pause_ms));
+    } while (!is_over());
+    return served_ms;
+  });
   times.empty_ms.insert(times.empty_ms.end(), empty_ms.begin(), empty_ms.end());
 }
 
-void BareTurn(BareCloths& bare, double turn_s, ServiceTimes& times) {
+void BareTurn(BareCloths& bare, double turn_s, std::vector<double>& bare_ms) {
   const auto start = WallClock::now();
   do {
-    times.bare_ms.push_back(bare.Step_ms());
+    bare_ms.push_back(bare.Step_ms());
   } while (Since_ms(start) < 1000 * turn_s);
 }
 
+double Mean(std::span<const double> values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+// Median over eights of successive steps of their mean: what a step takes where answers come by
+// twos, without the few that something else held up.
+double PerStep_ms(std::span<const double> steps_ms) {
+  constexpr size_t kEight = 8;
+  std::vector<double> means_ms;
+  for (; !steps_ms.empty(); steps_ms = steps_ms.subspan(std::min(kEight, steps_ms.size()))) {
+    if (steps_ms.size() < kEight && !means_ms.empty()) break;
+    means_ms.push_back(Mean(steps_ms.first(std::min(kEight, steps_ms.size()))));
+  }
+  return Quantile(means_ms, 0.5);
+}
+
 void AddRow(Table& table, const std::string& backend, const ServiceLoad& load, uint32_t side,
-            bool wants_positions, const ServiceTimes& times) {
+            const Asking& asking, const ServiceTimes& times, std::span<const double> bare_ms) {
   std::vector<double> wall_ms;
   for (const ServedStep& step : times.steps) wall_ms.push_back(step.wall_ms);
   const auto mean = [&](double ServedStep::*part) {
@@ -115,22 +141,38 @@ void AddRow(Table& table, const std::string& backend, const ServiceLoad& load, u
     for (const ServedStep& step : times.steps) sum += step.*part;
     return sum / static_cast<double>(times.steps.size());
   };
-  const double bare_ms = Quantile(times.bare_ms, 0.5);
   const double cloth_steps_per_s =
       1000 * static_cast<double>(times.steps.size()) * load.cloths / times.wall_ms;
-  const std::string view = wants_positions ? "positions" : "acknowledgement";
-  std::printf("    %-15s %9.0f cloth-steps/s, bare %9.0f  p50 %.3f ms p99 %.3f ms\n", view.c_str(),
-              cloth_steps_per_s, 1000 * load.clients * load.cloths / bare_ms,
-              Quantile(wall_ms, 0.5), Quantile(wall_ms, 0.99));
-  table.Add({backend, load.clients, load.cloths, side * side, view, times.steps.size(),
-             cloth_steps_per_s, Quantile(wall_ms, 0.5), Quantile(wall_ms, 0.99), bare_ms,
-             mean(&ServedStep::wall_ms), mean(&ServedStep::queue_ms), mean(&ServedStep::upload_ms),
-             mean(&ServedStep::device_ms), mean(&ServedStep::readback_ms),
-             mean(&ServedStep::encode_ms), Quantile(times.empty_ms, 0.5)});
+  const std::string view = asking.wants_positions ? "positions" : "acknowledgement";
+  std::printf("    %-15s %u under way %9.0f cloth-steps/s, bare %9.0f  p50 %.3f ms p99 %.3f ms\n",
+              view.c_str(), asking.under_way, cloth_steps_per_s,
+              1000 * load.clients * load.cloths / Mean(bare_ms), Quantile(wall_ms, 0.5),
+              Quantile(wall_ms, 0.99));
+  table.Add({backend,
+             load.clients,
+             load.cloths,
+             side * side,
+             view,
+             asking.under_way,
+             times.steps.size(),
+             cloth_steps_per_s,
+             Quantile(wall_ms, 0.5),
+             Quantile(wall_ms, 0.99),
+             PerStep_ms(wall_ms),
+             Quantile(bare_ms, 0.5),
+             PerStep_ms(bare_ms),
+             Mean(bare_ms),
+             mean(&ServedStep::wall_ms),
+             mean(&ServedStep::queue_ms),
+             mean(&ServedStep::upload_ms),
+             mean(&ServedStep::device_ms),
+             mean(&ServedStep::readback_ms),
+             mean(&ServedStep::encode_ms),
+             Quantile(times.empty_ms, 0.5)});
 }
 
-// The service and the bare backend in turn, a few times, so that what disturbs the machine disturbs
-// both.
+// One request at a time, two under way and the bare backend in turn, a few times, so that what
+// disturbs the machine disturbs all.
 void MeasureLoad(Table& table, Service& service, const std::string& backend,
                  const ServiceLoad& load, const ServiceOptions& options) {
   std::vector<std::unique_ptr<ServiceClient>> clients;
@@ -139,14 +181,22 @@ void MeasureLoad(Table& table, Service& service, const std::string& backend,
   }
   BareCloths bare(backend, options.side, load.clients * load.cloths);
   for (const bool wants_positions : {false, true}) {
-    ServiceTimes times;
+    const std::array<Asking, 2> askings = {{{wants_positions, 1}, {wants_positions, 2}}};
+    std::array<ServiceTimes, 2> times;
+    std::vector<double> bare_ms;
     for (uint32_t turn = 0; turn <= options.turns; ++turn) {
-      if (turn == 1) times = {};  // the first one warmed up
-      StepTurn(clients, wants_positions, options.turn_s, times);
-      BareTurn(bare, options.turn_s, times);
-      EmptyTurn(clients, options.turn_s / 4, times);
+      if (turn == 1) {  // the first one warmed up
+        times = {};
+        bare_ms.clear();
+      }
+      for (size_t k = 0; k < 2; ++k) StepTurn(clients, askings[k], options.turn_s, times[k]);
+      BareTurn(bare, options.turn_s, bare_ms);
+      EmptyTurn(clients, options.turn_s / 4, Quantile(bare_ms, 0.5), times[0]);
     }
-    AddRow(table, backend, load, options.side, wants_positions, times);
+    times[1].empty_ms = times[0].empty_ms;
+    for (size_t k = 0; k < 2; ++k) {
+      AddRow(table, backend, load, options.side, askings[k], times[k], bare_ms);
+    }
   }
 }
 
@@ -159,10 +209,28 @@ void MeasureService(Bench& bench, ServiceOptions options) {
     options.turn_s = 0.01;
     options.turns = 1;
   }
-  Table table = bench.OpenTable(
-      "speed_service", {"backend", "clients", "cloths", "particles", "view", "steps",
-                        "cloth_steps_per_s", "p50_ms", "p99_ms", "bare_ms", "wall_ms", "queue_ms",
-                        "upload_ms", "device_ms", "readback_ms", "encode_ms", "empty_ms"});
+  Table table = bench.OpenTable("speed_service", {"backend",
+                                                  "clients",
+                                                  "cloths",
+                                                  "particles",
+                                                  "view",
+                                                  "under_way",
+                                                  "steps",
+                                                  "cloth_steps_per_s",
+                                                  "p50_ms",
+                                                  "p99_ms",
+                                                  "per_step_ms",
+                                                  "bare_ms",
+                                                  "bare_per_step_ms",
+                                                  "bare_mean_ms",
+                                                  "wall_ms",
+                                                  "queue_ms",
+                                                  "upload_ms",
+                                                  "device_ms",
+                                                  "readback_ms",
+                                                  "encode_ms",
+                                                  "empty_ms"});
+  KeepFreedMemory();  // what client/README.md tells clients that ask for states in every step
   const std::string backend = bench.fast_backend().name;
   const std::unique_ptr<Service> service = StartService(backend);
   for (const ServiceLoad& load : options.loads) {

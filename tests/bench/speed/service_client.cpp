@@ -1,6 +1,7 @@
 #include "tests/bench/speed/service_client.h"
 
 #include <chrono>
+#include <optional>
 #include <stdexcept>
 #include <thread>
 #include <utility>
@@ -33,6 +34,19 @@ v1::ClothSpec HangingSpec(uint32_t side) {
   return spec;
 }
 
+ServedStep ToServedStep(double wall_ms, const v1::StepResponse& response) {
+  if (!response.faulted_cloth_ids().empty()) {
+    throw std::runtime_error("a cloth of the service has blown up");
+  }
+  const v1::StepTiming& timing = response.timing();
+  return {wall_ms,
+          Milliseconds(timing.queue_us()),
+          Milliseconds(timing.upload_us()),
+          Milliseconds(timing.device_us()),
+          Milliseconds(timing.readback_us()),
+          Milliseconds(timing.encode_us())};
+}
+
 class SessionClient final : public ServiceClient {
  public:
   SessionClient(const std::string& address, const v1::ClothSpec& spec, uint32_t cloths)
@@ -42,23 +56,13 @@ class SessionClient final : public ServiceClient {
     session_.CreateCloths(spec, cloths);
   }
 
-  ServedStep Step(bool wants_positions) override {
+  std::vector<ServedStep> Steps(bool wants_positions, uint32_t under_way,
+                                const std::function<bool()>& is_over) override {
     v1::StepRequest request;
     request.set_steps(1);
     if (wants_positions) request.mutable_view()->set_positions(true);
-    const auto start = WallClock::now();
-    const v1::StepResponse response = session_.Step(std::move(request));
-    const double wall_ms = Since_ms(start);
-    if (!response.faulted_cloth_ids().empty()) {
-      throw std::runtime_error("a cloth of the service has blown up");
-    }
-    const v1::StepTiming& timing = response.timing();
-    return {wall_ms,
-            Milliseconds(timing.queue_us()),
-            Milliseconds(timing.upload_us()),
-            Milliseconds(timing.device_us()),
-            Milliseconds(timing.readback_us()),
-            Milliseconds(timing.encode_us())};
+    return under_way == 1 ? StepsByCalls(request, is_over)
+                          : StepsByStream(request, under_way, is_over);
   }
 
   double StepNothing_ms(double pause_ms) override {
@@ -69,6 +73,36 @@ class SessionClient final : public ServiceClient {
   }
 
  private:
+  std::vector<ServedStep> StepsByCalls(const v1::StepRequest& request,
+                                       const std::function<bool()>& is_over) {
+    std::vector<ServedStep> steps;
+    do {
+      const auto start = WallClock::now();
+      const v1::StepResponse response = session_.Step(request);
+      steps.push_back(ToServedStep(Since_ms(start), response));
+    } while (!is_over());
+    return steps;
+  }
+
+  std::vector<ServedStep> StepsByStream(const v1::StepRequest& request, uint32_t under_way,
+                                        const std::function<bool()>& is_over) {
+    std::vector<ServedStep> steps;
+    auto start = WallClock::now();
+    StepStream stream = session_.OpenStepStream();
+    for (uint32_t k = 0; k < under_way; ++k) stream.Write(request);
+    bool was_over = false;
+    while (const std::optional<v1::StepResponse> response = stream.Read()) {
+      if (!was_over && is_over()) {
+        stream.FinishWriting();
+        was_over = true;
+      }
+      if (!was_over) stream.Write(request);
+      steps.push_back(ToServedStep(Since_ms(start), *response));
+      start = WallClock::now();
+    }
+    return steps;
+  }
+
   Client client_;
   Session session_;
   Session empty_session_;

@@ -3,14 +3,18 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace drape::bench {
 
 // One Step request of one step [ms].
 struct ServedStep {
-  double wall_ms = 0;  // as the client sees it
+  // As the client sees it: from the request to its answer; with others under way, from the answer
+  // before to this one.
+  double wall_ms = 0;
   // StepResponse.timing
   double queue_ms = 0;
   double upload_ms = 0;
@@ -23,8 +27,12 @@ struct ServedStep {
 class ServiceClient {
  public:
   virtual ~ServiceClient() = default;
-  // One step of every cloth. std::runtime_error if the request fails or a cloth blows up.
-  virtual ServedStep Step(bool wants_positions) = 0;
+  // Steps of every cloth, one after the other, until `is_over` says so; the last one may be over
+  // later. One request under way: Session::Step. More: a StepStream, where as many are sent before
+  // the first answer is read, and one more after each. std::runtime_error if a request fails or a
+  // cloth blows up.
+  virtual std::vector<ServedStep> Steps(bool wants_positions, uint32_t under_way,
+                                        const std::function<bool()>& is_over) = 0;
   // Wall time of a Step of a session without cloths after a pause, in which threads and caches get
   // as cold as during a step: what the way costs [ms].
   virtual double StepNothing_ms(double pause_ms) = 0;

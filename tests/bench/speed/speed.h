@@ -57,8 +57,8 @@ struct ServiceLoad {
 struct ServiceOptions {
   std::vector<ServiceLoad> loads = {{1, 1}, {1, 16}, {1, 64}, {1, 1024}, {8, 8}, {8, 64}, {64, 1}};
   uint32_t side = 32;   // particles
-  uint32_t turns = 4;   // of service and bare backend, after one that does not count
-  double turn_s = 0.4;  // of each
+  uint32_t turns = 8;   // of service and bare backend, after one that does not count
+  double turn_s = 0.2;  // of each
 };
 void MeasureService(Bench& bench, ServiceOptions options);
 
