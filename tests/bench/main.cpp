@@ -42,7 +42,7 @@ void AddCommonOptions(CLI::App& app, CommandLine& line) {
   BenchOptions& bench = line.bench;
   app.add_option("--backends", bench.backends, "measured side by side")
       ->delimiter(',')
-      ->check(CLI::IsMember({"cpu", "gl", "reference"}));
+      ->check(CLI::IsMember({"cpu", "gl", "gl_elimination", "reference"}));
   app.add_flag("--quick", bench.is_quick, "small sizes, few repeats: only whether all works");
   app.add_option("--machine", bench.machine, "folder of the results; default: processor and GPU");
   app.add_option("--out", bench.out,
