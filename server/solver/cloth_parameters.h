@@ -57,8 +57,10 @@ struct SolverChoice {
   bool has_strips = false;
   bool has_colours = false;
   bool has_two_steps = false;
-  // Strain from which links that strips leave are solved again; 0: none are.
+  // Strain from which links that the last sweep of a step leaves are solved again; 0: none are.
   double refine_above_strain = 0;
+  uint32_t refine_rounds = 0;  // of that, at most
+  uint32_t refine_solves = 0;  // links solved by it after which there is no further round
   // Of the direction of a link at the end of the substep in that of its impulses; the rest is the
   // one at its start. [0, 1].
   double end_share = 1;
@@ -115,16 +117,21 @@ inline double EndShare(const SceneModel& model, const ClothParameters& parameter
   return std::max(of_weight, share(LoadRatio(model, parameters), kWhipBegin, kWhipEnd));
 }
 
-// SolverChoice::refine_above_strain of a choice that is made otherwise. Strips of one phase leave
-// nothing, what gives way has no strain to be measured by, and along start directions links that
-// turn are left to the substeps. Never below the tolerance: a sweep that changed nothing has left
-// nothing to refine.
-inline double RefineAboveStrain(const SceneModel& model, const StepSettings& settings,
-                                const SolverChoice& choice) {
+// Adds the refinement to a choice that is made otherwise. Strips of one phase leave nothing, those
+// of meshes, of many phases, leave errors everywhere; what gives way has no strain to be measured
+// by, and along start directions links that turn are left to the substeps. Never below the
+// tolerance: a sweep that changed nothing has left nothing to refine. Not more rounds than substeps:
+// of few substeps, many rounds feed the flutter that they take out.
+inline void ChooseRefinement(const SceneModel& model, const StepSettings& settings,
+                             SolverChoice& choice) {
   const bool is_refined = settings.refine_above_strain > 0 && choice.has_strips &&
-                          model.strips().phase_count() > 1 && choice.end_share == 1 &&
+                          model.strips().phase_count() == 2 && choice.end_share == 1 &&
                           !model.has_compliance();
-  return is_refined ? std::max(settings.refine_above_strain, settings.tolerance) : 0;
+  if (!is_refined) return;
+  choice.refine_above_strain = std::max(settings.refine_above_strain, settings.tolerance);
+  choice.refine_rounds = std::min(settings.substeps, kMaxRefineRounds);
+  const double links = double{1} * model.constraint_count() * settings.substeps;
+  choice.refine_solves = static_cast<uint32_t>(std::min(links * kRefineShare, 4e9));
 }
 
 // Strips hold plain constraints of the model's lengths only: with ropes, struts or
@@ -149,7 +156,7 @@ inline SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters&
     choice.end_share = EndShare(model, parameters);
     if (!has_own_lengths) choice.velocity_iterations = settings.velocity_iterations;
   }
-  choice.refine_above_strain = RefineAboveStrain(model, settings, choice);
+  ChooseRefinement(model, settings, choice);
   return choice;
 }
 

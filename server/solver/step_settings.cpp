@@ -48,6 +48,7 @@ StepSettings PresetSettings(Preset preset) {
       settings.twist_damping_per_s = 150;
       settings.load_limit = 0.15;
       settings.sleep_motion_m = 1e-5;
+      settings.refine_above_strain = 2e-3;
       break;
     case Preset::kAccurate:
       settings.substeps = 60;
@@ -130,8 +131,7 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
 
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count) {
   const double sweeps = double{1} * settings.substeps * settings.max_iterations;
-  const double solvers = (settings.sweep == Sweep::kStripsThenColours ? 2 : 1) +
-                         (settings.refine_above_strain > 0 ? kRefineSweeps : 0);
+  const double solvers = settings.sweep == Sweep::kStripsThenColours ? 2 : 1;
   const double constraints =
       solvers * (double{1} * model.constraint_count() + model.dropped_constraints()) +
       model.joint_count();
@@ -145,8 +145,12 @@ double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size
       settings.twist_damping_per_s > 0 ? 2.0 * settings.substeps * model.particle_count() : 0;
   const double air = 2.0 * settings.substeps * static_cast<double>(model.triangles().size());
   const double elastic = 2.0 * settings.substeps * model.elastic_count();
+  const double refinement = settings.refine_above_strain > 0
+                                ? double{kMaxRefineRounds} * (1 + kRefineSweeps) *
+                                      model.constraint_count()
+                                : 0;
   return sweeps * (constraints + 2.0 * model.spring_count() + contacts) +
-         kMaxTethersPerParticle * tethers + velocities + twist + air + elastic;
+         kMaxTethersPerParticle * tethers + velocities + twist + air + elastic + refinement;
 }
 
 bool HasTethers(const SceneModel& model, const StepSettings& settings) {

@@ -55,9 +55,9 @@ struct StepSettings {
   // Rate at which the twist of a grid's cells is damped [1/s], see server/solver/README.md; 0 =
   // none.
   double twist_damping_per_s = 0;
-  // Links that a sweep of strips leaves farther than this share of their length from it are solved
-  // again at once, with their neighbours (server/solver/README.md, "Refinement"). [0, 1); 0 =
-  // never.
+  // Links that the strips of a step's last sweep leave farther than this share of their length from
+  // it are solved again, with their neighbours, until none is so far off, within limits
+  // (server/solver/README.md, "Refinement"). [0, 1); 0 = never.
   double refine_above_strain = 0;
   // Wall time that a step should take at most [ms], [0, kMaxFrameBudget_ms]; 0 = none. Backends do
   // not know it: the scheduler turns it into StepItem::max_iterations
@@ -123,9 +123,9 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
 
 // Upper bound on the solves of one step: substeps * (max_iterations * (constraints + joints + 2 *
 // springs + particles * (1 + colliders)) + 2 * triangles + 4 * particles), the last with tethers
-// only; with refinement as many more times the constraints as it has sweeps. Constraints that the
-// model has left out count, other pins may bring them back; so do triangles without air forces,
-// which may come while the cloth runs.
+// only; with refinement its sweeps over all constraints. Constraints that the model has left out
+// count, other pins may bring them back; so do triangles without air forces, which may come while
+// the cloth runs.
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count);
 
 // Whether the stage `tether` has anything to do.

@@ -19,6 +19,7 @@ SubstepSchedule::SubstepSchedule(const SceneModel& model, const ClothParameters&
 
 Substep SubstepSchedule::operator[](uint32_t index) const {
   Substep substep = has_two_steps_ ? TwoStep(index) : OneStep(index);
+  substep.is_last = index + 1 == size();
   const bool is_twist_due = twist_period_ > 0 && (size() - 1 - index) % twist_period_ == 0;
   // Never in the first half of a substep.
   if (is_twist_due && !(has_two_steps_ && index == 0)) substep.twist_share = twist_share_;

@@ -17,6 +17,7 @@ struct Substep {
   double duration_s = 0;
   double interval_s = 0;  // H
   bool is_two_step = false;
+  bool is_last = false;  // of its step
   // Whether the state before this substep becomes the previous one of the next.
   bool sets_previous = false;
   // Pins go this part of the rest of their way: 1 / pin_shares.

@@ -26,6 +26,7 @@
 #define DRAPE_UNIFORM_KICK_PLACE 7
 #define DRAPE_UNIFORM_PHASE 8
 #define DRAPE_UNIFORM_IS_OF_JOINTS 9
+#define DRAPE_UNIFORM_ROUND 10
 
 // Before, within or after a substep: values of the uniform `place`.
 #define DRAPE_KICK_BEFORE 0u

@@ -156,14 +156,15 @@ struct ClothRecord {
   // Only with refinement.
   float shortest_sq;       // (1 - strain)^2 [-]: of the links that are far off
   float longest_sq;        // (1 + strain)^2 [-]
-  uint tested_link_count;  // of strips of all phases but the last
+  uint refine_rounds;      // at most
+  uint refine_solves;      // after which there is no further round
 
   // In Scratch; tiled only. [particle_count] uint, 1 at the ends of links that are far off; then
-  // uint, whether there are any; then [colour_count] uint, how many constraints are refined.
+  // uint, whether there are any; then [colour_count] uint, how many constraints are refined in this
+  // round; then uint, how many have been in rounds before.
   uint far_off_flags;
   uint refined_links;  // [constraint_count] uint, those of each colour from where the colour begins
   uint padding_0;
-  uint padding_1;
 };
 
 #ifdef __cplusplus

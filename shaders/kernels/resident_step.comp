@@ -85,7 +85,6 @@ void LoadParticle(uint i) {
 }
 
 #ifdef HAS_REFINEMENT
-// Ends its phase nowhere: before the next flag is set there are the barriers of the strips.
 void ClearFlags() {
   FOR_EACH(word, 0u, (cloth.particle_count + 31u) / 32u) shared_flags[word] = 0u;
   if (gl_LocalInvocationID.x == 0u) shared_has_flags = 0u;
@@ -98,9 +97,6 @@ void LoadCloth() {
     shared_fault = 0u;
     for (int f = 0; f < 3; ++f) sweep_changed[f] = 0u;
   }
-#ifdef HAS_REFINEMENT
-  ClearFlags();
-#endif
   PhaseBarrier();
 }
 
@@ -178,23 +174,39 @@ void Tether() {
 #endif
 }
 
+#ifdef HAS_REFINEMENT
+// Whether any link is far off.
+bool FlagLinks() {
+  ClearFlags();
+  PhaseBarrier();
+  FOR_EACH(k, 0u, cloth.constraint_count) TestLink(k);
+  PhaseBarrier();
+  return shared_has_flags != 0u;
+}
+
+void SolveFlaggedLinks() {
+  for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
+    uint begin = models[cloth.colour_offsets + colour];
+    uint end = models[cloth.colour_offsets + colour + 1u];
+    FOR_EACH(k, begin, end) {
+      if (!IsAtFlag(k)) continue;
+      RefineConstraint(k);
+      atomicAdd(shared_refine_solves, 1u);
+    }
+    PhaseBarrier();
+  }
+}
+#endif
+
 // What the strips have left far off.
 void Refine() {
 #ifdef HAS_REFINEMENT
-  FOR_EACH(k, 0u, cloth.tested_link_count) TestLink(k);
-  PhaseBarrier();
-  if (shared_has_flags == 0u) return;
-  for (uint sweep = 0u; sweep < REFINE_SWEEPS; ++sweep) {
-    for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
-      uint begin = models[cloth.colour_offsets + colour];
-      uint end = models[cloth.colour_offsets + colour + 1u];
-      FOR_EACH(k, begin, end) {
-        if (IsAtFlag(k)) RefineConstraint(k);
-      }
-      PhaseBarrier();
-    }
+  if (gl_LocalInvocationID.x == 0u) shared_refine_solves = 0u;
+  for (uint k = 0u; k < cloth.refine_rounds; ++k) {
+    if (!FlagLinks()) return;
+    for (uint sweep = 0u; sweep < REFINE_SWEEPS; ++sweep) SolveFlaggedLinks();
+    if (shared_refine_solves >= cloth.refine_solves) return;
   }
-  ClearFlags();
 #endif
 }
 
@@ -221,7 +233,7 @@ void SolveStrips(uint begin, uint end, bool is_first_sweep) {
 }
 
 // One sweep over the strips, what they have left far off, the colours, the joints and the contacts.
-void Sweep(bool is_first_sweep) {
+void Sweep(bool is_first_sweep, bool is_last_sweep) {
 #ifdef HAS_STRIPS
   for (uint phase = 0u; phase < cloth.strip_phase_count; ++phase) {
     uint begin = models[cloth.strip_phases + phase];
@@ -233,7 +245,7 @@ void Sweep(bool is_first_sweep) {
   ScratchPhaseBarrier();
 #endif
 #endif
-  Refine();
+  if (is_last_sweep) Refine();
 #ifdef HAS_COLOURS
   for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
     uint begin = models[cloth.colour_offsets + colour];
@@ -268,7 +280,7 @@ uint Solve(inout Progress progress) {
     sweep_flag = progress.sweep_count % 3u;
     if (gl_LocalInvocationID.x == 0u) sweep_changed[(sweep_flag + 1u) % 3u] = 0u;
 #endif
-    Sweep(progress.sweep == 0u);
+    Sweep(progress.sweep == 0u, substep.is_last && progress.sweep + 1u == cloth.max_iterations);
     ++progress.sweep_count;
 #ifdef HAS_TOLERANCE
     // Also the barrier of a sweep without colours and contacts.

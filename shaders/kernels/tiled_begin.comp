@@ -20,8 +20,9 @@ void main() {
   SetPosition(i, StateVector(cloth.positions + 3u * i));
   SetVelocity(i, StateVector(cloth.velocities + 3u * i));
 #ifdef HAS_REFINEMENT
-  // The flags of the particles, whether there are any, the lengths of the lists; zero in either type.
-  uint flag_count = cloth.particle_count + 1u + cloth.colour_count;
+  // The flags of the particles, whether there are any, the lengths of the lists, their sum so far; zero in
+  // either type.
+  uint flag_count = cloth.particle_count + 2u + cloth.colour_count;
   for (uint word = i; word < flag_count; word += cloth.particle_count) {
     scratch[cloth.far_off_flags + word] = 0.0;
   }

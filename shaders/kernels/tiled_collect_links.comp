@@ -1,4 +1,4 @@
-// Kernel `tiled_collect_links`: stage refine, second phase: lists the constraints at flagged particles, those of
+// Kernel `tiled_collect_links`: stage refine, second phase of a round: lists the constraints at flagged particles, those of
 // each colour in an order that changes from run to run and no result: none of them reads what another one of
 // its colour writes. One invocation = one constraint. Reads Models, Scratch (flags); writes Scratch (lists
 // and their lengths).
@@ -10,10 +10,11 @@ layout(local_size_x = LOCAL_SIZE) in;
 
 layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 layout(location = DRAPE_UNIFORM_SWEEP) uniform uint sweep;
+layout(location = DRAPE_UNIFORM_ROUND) uniform uint refine_round;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep_index >= cloth.substeps || sweep >= cloth.max_iterations) return;
+  if (!IsRefinedIn(substep_index, sweep, refine_round)) return;
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif

@@ -1,5 +1,5 @@
-// Kernel `tiled_refine`: stage refine, last phases: sweeps over the listed constraints colour by colour, then
-// clears flags and lists. One work group = one cloth; an invocation takes every LOCAL_SIZE-th constraint.
+// Kernel `tiled_refine`: stage refine, last phases of a round: sweeps over the listed constraints colour by
+// colour, counts them, then clears flags and lists. One work group = one cloth; an invocation takes every LOCAL_SIZE-th constraint.
 // Reads Models, Scratch (lists, positions [m]); writes Scratch (velocities: u [m/s], flags, lengths of the
 // lists).
 #define COUNTS_IN_SCRATCH
@@ -11,6 +11,7 @@ layout(local_size_x = LOCAL_SIZE) in;
 
 layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 layout(location = DRAPE_UNIFORM_SWEEP) uniform uint sweep;
+layout(location = DRAPE_UNIFORM_ROUND) uniform uint refine_round;
 
 #define FOR_EACH(index, begin, end) \
   for (uint index = (begin) + gl_LocalInvocationID.x; index < (end); index += LOCAL_SIZE)
@@ -46,13 +47,17 @@ void Clear() {
     }
   }
   EndPhase();
-  uint end = RefinedCountWord(cloth.colour_count);
-  FOR_EACH(word, HasFlagsWord(), end) scratch_words[word] = 0u;
+  if (gl_LocalInvocationID.x != 0u) return;
+  scratch_words[HasFlagsWord()] = 0u;
+  for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
+    scratch_words[RefineSolvesWord()] += REFINE_SWEEPS * scratch_words[RefinedCountWord(colour)];
+    scratch_words[RefinedCountWord(colour)] = 0u;
+  }
 }
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep_index >= cloth.substeps || sweep >= cloth.max_iterations) return;
+  if (!IsRefinedIn(substep_index, sweep, refine_round)) return;
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif

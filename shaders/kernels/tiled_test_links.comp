@@ -1,5 +1,5 @@
-// Kernel `tiled_test_links`: stage refine, first phase: flags the ends of links that are far off. One
-// invocation = one link of a strip. Reads Models, Scratch (positions [m], velocities: u [m/s]); writes
+// Kernel `tiled_test_links`: stage refine, first phase of a round: flags the ends of links that are far off.
+// One invocation = one constraint. Reads Models, Scratch (positions [m], velocities: u [m/s]); writes
 // Scratch (flags).
 #define COUNTS_IN_SCRATCH
 #include "stages/access_tiled.glsl"
@@ -9,14 +9,16 @@ layout(local_size_x = LOCAL_SIZE) in;
 
 layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 layout(location = DRAPE_UNIFORM_SWEEP) uniform uint sweep;
+layout(location = DRAPE_UNIFORM_ROUND) uniform uint refine_round;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep_index >= cloth.substeps || sweep >= cloth.max_iterations) return;
+  if (!IsRefinedIn(substep_index, sweep, refine_round)) return;
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif
+  if (refine_round > 0u && scratch_words[RefineSolvesWord()] >= cloth.refine_solves) return;
   BeginSubstep(substep_index);
   uint k = gl_GlobalInvocationID.x;
-  if (k < cloth.tested_link_count) TestLink(k);
+  if (k < cloth.constraint_count) TestLink(k);
 }

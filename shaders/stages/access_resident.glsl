@@ -16,6 +16,7 @@ shared uint shared_fault;
 // A bit per particle: it is at the end of a link that is far off. Clear but within `refine`.
 shared uint shared_flags[(CAPACITY + 31) / 32];
 shared uint shared_has_flags;
+shared uint shared_refine_solves;  // links solved by `refine` in this step
 
 void FlagParticle(uint i) {
   atomicOr(shared_flags[i >> 5], 1u << (i & 31u));

@@ -35,6 +35,8 @@ uvec2 ConstraintPair(uint k) {
 // The flags of `refine`, clear but within it.
 uint HasFlagsWord() { return cloth.far_off_flags + cloth.particle_count; }
 uint RefinedCountWord(uint colour) { return HasFlagsWord() + 1u + colour; }
+// Links solved by earlier rounds of the step.
+uint RefineSolvesWord() { return RefinedCountWord(cloth.colour_count); }
 
 // All writers write the same value.
 void FlagParticle(uint i) {

@@ -1,10 +1,8 @@
-// Stage `refine`: flags at the ends of links that the strips have left far off, then the constraints at
-// flagged particles once more. Needs the accessors of one plan.
+// Stage `refine`, rounds of: flags at the ends of links that are far off, then the constraints at flagged
+// particles once more. Needs the accessors of one plan.
 #include "stages/solve_distance.glsl"
 
-// Link k of the strips, of any phase but the last, which leaves nothing.
-void TestLink(uint k) {
-  uint constraint = models[cloth.strip_constraints + k];
+void TestLink(uint constraint) {
   uvec2 pair = ConstraintPair(constraint);
   precise vec3 position_difference = Position(pair.y) - Position(pair.x);
   precise vec3 velocity_difference = Velocity(pair.y) - Velocity(pair.x);
@@ -13,6 +11,12 @@ void TestLink(uint k) {
   if (!IsFarOff(d, rest_length, cloth.shortest_sq, cloth.longest_sq)) return;
   FlagParticle(pair.x);
   FlagParticle(pair.y);
+}
+
+// The tiled plan dispatches what any cloth needs.
+bool IsRefinedIn(uint substep_index, uint sweep, uint refine_round) {
+  return substep_index + 1u == cloth.substeps && sweep + 1u == cloth.max_iterations &&
+         refine_round < cloth.refine_rounds;
 }
 
 bool IsAtFlag(uint constraint) {

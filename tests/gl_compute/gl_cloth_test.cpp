@@ -88,7 +88,7 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
       << "the state before, and the links";
 }
 
-// Flags, whether there are any, a count for each colour, a list of all constraints.
+// Flags, whether there are any, a count for each colour and for all, a list of all constraints.
 TEST(LayOutScratchTest, RefinementOfTiledCloths) {
   ClothParameters parameters;
   parameters.settings.integration = Integration::kOneStep;
@@ -100,7 +100,7 @@ TEST(LayOutScratchTest, RefinementOfTiledCloths) {
   parameters.settings.refine_above_strain = 1e-3;
   EXPECT_EQ(LayOutScratch(*resident, parameters, false).size, resident_size);
   const ScratchLayout layout = LayOutScratch(*tiled, parameters, true);
-  const uint64_t flags = 1025 + 1 + uint64_t{tiled->colour_count()};
+  const uint64_t flags = 1025 + 2 + uint64_t{tiled->colour_count()};
   EXPECT_EQ(layout.refined_links, layout.far_off_flags + flags);
   EXPECT_EQ(layout.work_positions, layout.refined_links + tiled->constraint_count());
   EXPECT_EQ(layout.size, tiled_size + flags + tiled->constraint_count());
@@ -219,10 +219,11 @@ TEST(MakeClothRecordTest, RefinementNotBelowTheToleranceThatIsUsed) {
   StepKernels kernels;
   kernels.variant.capacity = 256;
   cloth.kernels = &kernels;
-  EXPECT_EQ(MakeClothRecord(cloth).tested_link_count, 0u);
+  cloth.parameters.settings.refine_above_strain = 0;
+  EXPECT_EQ(MakeClothRecord(cloth).refine_rounds, 0u);
   cloth.parameters.settings.refine_above_strain = 0.25;
   const shader::ClothRecord record = MakeClothRecord(cloth);
-  EXPECT_EQ(record.tested_link_count, 110u);
+  EXPECT_EQ(record.refine_rounds, 16u);
   EXPECT_EQ(record.shortest_sq, 0.5625f);
   EXPECT_EQ(record.longest_sq, 1.5625f);
   cloth.tolerance = 0.5;

@@ -10,12 +10,12 @@
 namespace drape {
 namespace {
 
-// Sheets of both plans that are thrown about, so that links are refined in all substeps; in the
-// tiled plan the work group that does it is a larger one where the loops are to be short.
+// Sheets of both plans that are thrown about, so that links are refined in all rounds; in the tiled
+// plan the work group that does it is a larger one where the loops are to be short.
 TEST(GlSweepsTest, LocalSizeAndPartsDoNotChangeBitsOfARefinement) {
   const std::unique_ptr<Backend> usual = MakeGlBackend();
   const std::unique_ptr<Backend> other = MakeGlBackend({.local_size = 8});
-  const std::unique_ptr<Backend> in_parts = MakeGlBackend({.loop_budget = 600});
+  const std::unique_ptr<Backend> in_parts = MakeGlBackend({.loop_budget = 2500});
   for (const uint32_t side : {9u, 64u}) {
     for (const double tolerance : {0.0, 1e-5}) {
       const auto model = GridModel(side, side, {0});

@@ -180,11 +180,11 @@ TEST_F(InterfaceLayoutTest, ClothRecord) {
       MEMBER(ClothRecord, elastic_impulses),
       MEMBER(ClothRecord, shortest_sq),
       MEMBER(ClothRecord, longest_sq),
-      MEMBER(ClothRecord, tested_link_count),
+      MEMBER(ClothRecord, refine_rounds),
+      MEMBER(ClothRecord, refine_solves),
       MEMBER(ClothRecord, far_off_flags),
       MEMBER(ClothRecord, refined_links),
       MEMBER(ClothRecord, padding_0),
-      MEMBER(ClothRecord, padding_1),
   };
   const StructLayout driver = AskDriver("cloth_record.h", "ClothRecord");
   EXPECT_EQ(driver.offsets, expected);

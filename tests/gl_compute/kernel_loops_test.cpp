@@ -43,7 +43,7 @@ TEST(KernelLoopsTest, ManySweepsOfFewConstraintsAreNotCutShort) {
   }
 }
 
-// A strain below what the squares of floats can tell: next to all links are refined in every sweep.
+// A strain below what the squares of floats can tell: next to all links are refined in every round.
 TEST(KernelLoopsTest, RefinementOfFewLinksIsNotCutShort) {
   const std::unique_ptr<Backend> usual = MakeGlBackend();
   const std::unique_ptr<Backend> cautious = MakeGlBackend({.loop_budget = 5000});

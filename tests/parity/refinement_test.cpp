@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "tests/parity/loose_particles.h"
@@ -23,7 +24,8 @@ INSTANTIATE_TEST_SUITE_P(Backends, RefinementParityTest, testing::ValuesIn(Float
 
 // The middle of a sheet at rest is thrown about, no particle as its neighbours: there strips cross
 // each other far from straight, elsewhere they leave next to nothing.
-Scene SheetHitInTheMiddle(uint32_t particle_count, Integration integration) {
+// `hit` is which way.
+Scene SheetHitInTheMiddle(uint32_t particle_count, Integration integration, int hit) {
   Scene scene = SizedCloth(particle_count);
   scene.parameters.gravity_m_per_s2.setZero();
   scene.parameters.settings.integration = integration;
@@ -36,7 +38,7 @@ Scene SheetHitInTheMiddle(uint32_t particle_count, Integration integration) {
   for (uint32_t i = 0; i < particle_count; ++i) {
     if (scene.model->inverse_masses_per_kg()[i] == 0) continue;
     if ((rest[i] - middle).norm() > 0.11) continue;
-    const double angle = 2.4 * i;
+    const double angle = 2.4 * i + hit;
     scene.state.velocities_m_per_s[i] =
         speed_m_per_s * Vector3d(std::cos(angle), 3 * std::sin(3 * angle), std::sin(angle));
   }
@@ -73,7 +75,7 @@ double StrainThatNoLinkComesNear(const Scene& scene, double bound_m) {
   const double margin = 2 * bound_m / kEdge_m;
   const double wide = tolerance > 0 ? tolerance + margin : 0;
   const double narrow = tolerance > 0 ? tolerance - margin : 0;
-  for (double strain = std::max(5e-3, 2 * (margin + wide)); strain < 0.5; strain *= 1.03) {
+  for (double strain = std::max(5e-3, 2 * (margin + wide)); strain < 0.5; strain *= 1.02) {
     const std::vector<Vector3d> refined = ReferencePositions(scene, strain - margin, narrow);
     if (FindWorst(refined, plain).distance < 2 * bound_m) return 0;
     if (ReferencePositions(scene, strain + margin, wide) == refined) return strain;
@@ -106,10 +108,14 @@ TEST_P(RefinementParityTest, Refine) {
       for (const auto [sweep, has_tolerance] : {Case{Sweep::kStrips, false},
                                                 {Sweep::kStripsThenColours, false},
                                                 {Sweep::kStrips, true}}) {
-        Scene scene = SheetHitInTheMiddle(particle_count, integration);
-        scene.parameters.settings.sweep = sweep;
-        EXPECT_TRUE(SetLimits(scene, has_tolerance)) << "the scene does not show the stage";
-        ExpectParity(GetParam(), scene, 1);
+        std::optional<Scene> scene;
+        for (int hit = 0; hit < 20 && !scene; ++hit) {
+          scene = SheetHitInTheMiddle(particle_count, integration, hit);
+          scene->parameters.settings.sweep = sweep;
+          if (!SetLimits(*scene, has_tolerance)) scene.reset();
+        }
+        ASSERT_TRUE(scene) << "none shows the stage: " << particle_count << " particles";
+        ExpectParity(GetParam(), *scene, 1);
       }
     }
   }

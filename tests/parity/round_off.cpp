@@ -264,9 +264,9 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
                                       12 * LargestSurfaceSpeed(scene.parameters, extent));
   const double sweep = coupling.degree * constraint + colliders * contact;
   const double position = kRoundOff * extent;
-  // The refinement solves links as often again as it has sweeps.
-  const double refined_sweeps =
-      solver.refine_above_strain > 0 ? (1.0 + kRefineSweeps) * sweeps : 1.0 * sweeps;
+  // Once in a step the refinement sweeps over links.
+  const double steps = std::ceil(count / scene.parameters.settings.substeps);
+  const double refined_sweeps = sweeps + steps * solver.refine_rounds * kRefineSweeps;
   const double held =
       std::sqrt(refined_sweeps / count) * sweep + (coupling.degree + colliders) * 2 * position / h;
   const double spring = kRoundOff * 8 * h *

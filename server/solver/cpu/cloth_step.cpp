@@ -107,7 +107,7 @@ void Solve(const StepContext& context, StepReport& report) {
     ++report.iterations;
     // All always run: a contact can break what the distances have just met.
     bool has_changed = controls.solver.has_strips && SolveStrips(context);
-    if (controls.has_refinement()) RefineLinks(context);
+    if (context.substep.is_last && iteration + 1 == context.max_iterations) RefineLinks(context);
     if (controls.solver.has_colours) has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
     has_changed |= SolveContacts(context);
@@ -262,6 +262,7 @@ FloatSubstep::FloatSubstep(const Substep& substep, double damping_per_s)
       half_interval(0.5f * interval),
       inverse_interval(static_cast<float>(1 / substep.interval_s)),
       is_two_step(substep.is_two_step),
+      is_last(substep.is_last),
       sets_previous(substep.sets_previous),
       pin_shares(static_cast<float>(substep.pin_shares)),
       inverse_duration(static_cast<float>(1 / substep.duration_s)),

@@ -41,6 +41,7 @@ struct FloatSubstep {
   float half_interval = 0;     // H / 2 [s]
   float inverse_interval = 0;  // 1 / H [1/s]
   bool is_two_step = false;
+  bool is_last = false;
   bool sets_previous = false;
   float pin_shares = 1;
   float inverse_duration = 0;  // [1/s]
@@ -64,7 +65,7 @@ struct StripLinkSolution {
 struct StripScratch {
   std::vector<StripLinkSolution<WideLanes, WideVectors>> links;
   std::vector<WideVectors> end_directions;  // of the links; only with start directions
-  std::vector<LinkEnds> far_off;            // links that refinement found
+  std::vector<uint32_t> far_off;            // places of links that refinement found
 };
 
 // Working memory of one step; kept by a thread between steps only to save allocations.
@@ -102,7 +103,6 @@ inline constexpr size_t kGroupGrain = 32;       // groups of four constraints, e
 inline constexpr size_t kBlockGrain = 32;       // TetherBlock
 inline constexpr size_t kRowGrain = 4;          // of a grid
 inline constexpr size_t kStripGrain = 1;        // groups of strips
-inline constexpr size_t kTestedStripGrain = 8;  // single strips whose links are only compared
 
 // Everything one step needs.
 struct StepContext {

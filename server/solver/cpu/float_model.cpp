@@ -293,10 +293,6 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
   if (has_compliance()) compliances.push_back(Splat(0));
   PackJoints(*this);
   strip_phase_offsets = PackStrips(*this, strips, strip_links);
-  for (const uint32_t c : source->strips().constraints) {
-    const auto length = static_cast<float>(source->constraints()[c].rest_length_m);
-    strip_lengths_sq.push_back(length * length);
-  }
   PackStrips(*this, strip_pairs, pair_links);
   OrderParticles(*this);
   PackTethers(*this);

@@ -179,42 +179,39 @@ ClothMask SolveDistance(const LaneContext& context) {
   }
 }
 
-// Links that strips have left far off in some cloths, and those at their ends, one by one. The
-// strips of the last phase have just been solved.
-void Refine(const LaneContext& context) {
-  const FloatModel& model = context.model;
-  const StripSet& strips = model.source->strips();
+// The cloths in which the link at this place is far off.
+ClothMask IsFarOff(const LaneContext& context, uint32_t place) {
+  const DistanceGroup& group = context.model.groups[place / kLaneCount];
+  const uint32_t k = place % kLaneCount;
   const RefineLimits& limits = context.controls.refine_limits;
   const float interval = context.substep.interval;
-  const ClothParticle* const particles = context.particles;
-  context.refinement.Begin(model.particle_count);
-  const uint32_t strip_count = strips.phase_offsets[strips.phase_count() - 1];
-  for (uint32_t s = 0; s < strip_count; ++s) {
-    uint32_t from = strips.particles[strips.strip_offsets[s] + s];
-    ClothVectors start = particles[from].p + particles[from].u * interval;
-    for (uint32_t k = strips.strip_offsets[s]; k < strips.strip_offsets[s + 1]; ++k) {
-      const uint32_t to = strips.particles[k + s + 1];
-      const ClothVectors end = particles[to].p + particles[to].u * interval;
-      const ClothVectors d = end - start;
-      const ClothLanes length_sq = Dot(d, d);
-      const float rest_length_sq = model.strip_lengths_sq[k];
-      const ClothMask is_far_off =
-          context.is_running & ((length_sq < SplatCloths(limits.min_sq * rest_length_sq)) |
-                                (length_sq > SplatCloths(limits.max_sq * rest_length_sq)));
-      if (IsAnyLaneSet(is_far_off)) [[unlikely]] {
-        context.refinement.Mark(from, to, BitsOf(is_far_off));
-      }
-      from = to;
-      start = end;
+  const ClothParticle& from = context.particles[group.i[k]];
+  const ClothParticle& to = context.particles[group.j[k]];
+  const ClothVectors d = (to.p + to.u * interval) - (from.p + from.u * interval);
+  const ClothLanes length_sq = Dot(d, d);
+  const float rest_length_sq = group.rest_length[k] * group.rest_length[k];
+  return context.is_running & ((length_sq < SplatCloths(limits.min_sq * rest_length_sq)) |
+                               (length_sq > SplatCloths(limits.max_sq * rest_length_sq)));
+}
+
+// Links that the strips have left far off in some cloths, and those at their ends, one by one.
+void Refine(const LaneContext& context) {
+  if (!context.controls.has_refinement()) return;
+  const FloatModel& model = context.model;
+  Refinement& refinement = context.refinement;
+  refinement.Begin(model);
+  for (const uint32_t place : model.constraint_places) {
+    const ClothMask is_far_off = IsFarOff(context, place);
+    if (IsAnyLaneSet(is_far_off)) [[unlikely]] {
+      refinement.Mark(place, BitsOf(is_far_off));
     }
   }
-  const std::span<const RefinedLink> links = context.refinement.TakeLinks(model);
-  for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
-    for (const auto& [place, cloths] : links) {
-      SolveConstraint<false, false, false>(context, place / kLaneCount, place % kLaneCount,
-                                           MaskOf(cloths), 0);
-    }
-  }
+  const auto solve = [&](const RefinedLink& link) {
+    SolveConstraint<false, false, false>(context, link.place / kLaneCount, link.place % kLaneCount,
+                                         MaskOf(link.cloths), 0);
+  };
+  const auto cloths_far_off = [&](uint32_t place) { return BitsOf(IsFarOff(context, place)); };
+  refinement.Run(context.controls.solver, solve, cloths_far_off);
 }
 
 // One sweep over all point joints.
@@ -278,7 +275,7 @@ void Solve(LaneContext& context, std::span<LaneCloth> cloths,
         if (iteration == 0) prepare_pair(pair);
       });
     }
-    if (controls.has_refinement()) Refine(context);
+    if (context.substep.is_last && iteration + 1 == context.max_iterations) Refine(context);
     if (controls.solver.has_colours) has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
     has_changed |= SolveContacts(context);

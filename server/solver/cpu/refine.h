@@ -2,11 +2,14 @@
 // paths.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "server/solver/cloth_parameters.h"
 #include "server/solver/cpu/float_model.h"
+#include "server/solver/solver_constants.h"
 
 namespace drape::cpu {
 
@@ -20,37 +23,58 @@ struct RefineLimits {
   float max_sq;
 };
 
-struct LinkEnds {
-  uint32_t from;
-  uint32_t to;
-};
-
 // A link that is solved again, in some of the cloths of a group.
 struct RefinedLink {
   uint32_t place;   // as FloatModel::constraint_places
   uint32_t cloths;  // one bit each
 };
 
+inline constexpr uint32_t kMostCloths = 32;  // that marks can tell apart
+
 // Working memory of the stage; holds no marks between two uses.
 class Refinement {
  public:
-  void Begin(uint32_t particle_count);
-  // The link between these particles is far off in these cloths, one bit each; not none.
-  void Mark(uint32_t i, uint32_t j, uint32_t cloths) {
-    MarkEnd(i, cloths);
-    MarkEnd(j, cloths);
+  // `model` must live until the end of the run.
+  void Begin(const FloatModel& model);
+  // The link at this place is far off in these cloths, one bit each; not none.
+  void Mark(uint32_t place, uint32_t cloths);
+  // Rounds until no link is far off, within the limits of `solver`: solve(RefinedLink) of all links
+  // at the ends of those that are, kRefineSweeps times in order of the colours; then another look,
+  // cloths_far_off(place), at those whose ends may have moved: the others are as they were.
+  template <class Solve, class ClothsFarOff>
+  void Run(const SolverChoice& solver, const Solve& solve, const ClothsFarOff& cloths_far_off) {
+    for (uint32_t round = 0; round < solver.refine_rounds; ++round) {
+      const std::span<const RefinedLink> links = TakeLinks();
+      if (links.empty()) return;
+      for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
+        for (const RefinedLink& link : links) solve(link);
+      }
+      if (round + 1 == solver.refine_rounds) return;
+      const uint32_t going_on = ClothsGoingOn(links, solver.refine_solves);
+      for (const auto& [place, cloths] : links) MarkSome(place, cloths & going_on);
+      for (const auto& [place, cloths] : TakeLinks()) {
+        MarkSome(place, cloths & cloths_far_off(place));
+      }
+    }
   }
-  // The links at the ends of those that are far off, in order of the colours. Takes the marks away.
-  std::span<const RefinedLink> TakeLinks(const FloatModel& model);
 
  private:
-  void MarkEnd(uint32_t i, uint32_t cloths) {
-    if (far_off_[i] == 0) particles_.push_back(i);
-    far_off_[i] |= cloths;
+  // As Mark, but maybe none.
+  void MarkSome(uint32_t place, uint32_t cloths) {
+    if (cloths != 0) Mark(place, cloths);
   }
+  void MarkEnd(uint32_t i, uint32_t cloths);
+  // The links at marked particles, in order of the colours; valid until called again. Takes the
+  // marks away.
+  std::span<const RefinedLink> TakeLinks();
+  // Counts what has been solved. The cloths that have not come to the limit.
+  uint32_t ClothsGoingOn(std::span<const RefinedLink> solved, uint32_t solve_limit);
 
-  std::vector<uint32_t> far_off_;    // [particle_count]
-  std::vector<uint32_t> particles_;  // whose far_off_ is not 0
+  const FloatModel* model_ = nullptr;
+  std::array<uint32_t, kMostCloths> solves_{};  // of each cloth since Begin
+  std::vector<uint32_t> marks_;      // [particle_count] one bit for each cloth
+  std::vector<uint32_t> particles_;  // that are marked
+  std::vector<uint64_t> is_listed_;  // one bit for each place; 0 but within TakeLinks
   std::vector<RefinedLink> links_;
 };
 

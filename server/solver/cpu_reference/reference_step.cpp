@@ -64,7 +64,7 @@ class ReferenceStep {
       rest_lengths_.Advance(settings_.substeps - substep.pin_shares, settings_.substeps);
       if (substep.twist_share > 0) DampTwist(model_, substep.twist_share, u_);
       if (settings_.use_tethers && !cloth_.has_own_lengths()) ApplyTethers();
-      Solve(report);
+      Solve(substep, report);
       residual_ = Residual();
       Integrate(substep);
       SolveVelocity();
@@ -197,13 +197,13 @@ class ReferenceStep {
   }
 
   // Sweeps until none of them changes anything, at most max_iterations.
-  void Solve(StepReport& report) {
+  void Solve(const Substep& substep, StepReport& report) {
     for (uint32_t sweep = 0; sweep < max_iterations_; ++sweep) {
       bool has_changed = false;
       if (solver_.has_strips) {
         has_changed |= SolveStrips({model_, base_, solver_.end_share, h_, tolerance_}, u_, lambda_);
       }
-      if (solver_.refine_above_strain > 0) Refine();
+      if (substep.is_last && sweep + 1 == max_iterations_) Refine();
       if (solver_.has_colours) has_changed |= SolveDistance();
       has_changed |= SolveJoints();
       has_changed |= SolveContacts();
@@ -247,18 +247,44 @@ class ReferenceStep {
     return true;
   }
 
-  // Where the strips solved last have pulled links of the ones before far from their lengths, these
-  // and all links at their ends are solved one by one, in order of the colours.
+  // Where strips have pulled links of each other far from their lengths, these and all links at
+  // their ends are solved one by one, in order of the colours, until none is far off.
   void Refine() {
-    const double strain = std::max(solver_.refine_above_strain, tolerance_);
-    const std::vector<bool> is_far_off =
-        EndsOfLinksFarOff({model_, base_, solver_.end_share, h_, tolerance_}, strain, u_);
-    for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
-      for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
-        const DistanceConstraint& constraint = model_.constraints()[index];
-        if (is_far_off[constraint.i] || is_far_off[constraint.j]) SolveConstraint(index, 0);
+    uint32_t solves = 0;
+    for (uint32_t round = 0; round < solver_.refine_rounds; ++round) {
+      const std::vector<uint32_t> links = LinksToRefine();
+      if (links.empty()) return;
+      for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
+        for (const uint32_t index : links) SolveConstraint(index, 0);
       }
+      solves += kRefineSweeps * static_cast<uint32_t>(links.size());
+      if (solves >= solver_.refine_solves) return;
     }
+  }
+
+  // Those that are far off, and those at their ends.
+  std::vector<uint32_t> LinksToRefine() const {
+    const std::vector<bool> is_far_off = EndsOfLinksFarOff();
+    std::vector<uint32_t> links;
+    for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
+      const DistanceConstraint& constraint = model_.constraints()[index];
+      if (is_far_off[constraint.i] || is_far_off[constraint.j]) links.push_back(index);
+    }
+    return links;
+  }
+
+  // [particle_count]
+  std::vector<bool> EndsOfLinksFarOff() const {
+    const double strain = std::max(solver_.refine_above_strain, tolerance_);
+    std::vector<bool> is_far_off(model_.particle_count(), false);
+    for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
+      const DistanceConstraint& constraint = model_.constraints()[index];
+      const double error = PredictedDifference(constraint.i, constraint.j).norm() -
+                           rest_lengths_[index];
+      if (!(std::abs(error) > strain * rest_lengths_[index])) continue;
+      is_far_off[constraint.i] = is_far_off[constraint.j] = true;
+    }
+    return is_far_off;
   }
 
   // C + (alpha/h) lambda of a joint, with C = p_j - p_i at the end of the substep.

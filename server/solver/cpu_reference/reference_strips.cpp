@@ -128,21 +128,4 @@ bool SolveStrips(const StripPrediction& prediction, std::vector<Vector3d>& u,
   return has_changed;
 }
 
-std::vector<bool> EndsOfLinksFarOff(const StripPrediction& prediction, double strain,
-                                    const std::vector<Vector3d>& u) {
-  const SceneModel& model = prediction.model;
-  const StripSet& strips = model.strips();
-  const uint32_t last_phase = strips.phase_offsets[strips.phase_count() - 1];
-  std::vector<bool> is_far_off(model.particle_count(), false);
-  for (uint32_t k = 0; k < strips.strip_offsets[last_phase]; ++k) {
-    const auto& [i, j, rest_length_m, compliance, kind] =
-        model.constraints()[strips.constraints[k]];
-    const Vector3d d =
-        (prediction.base_m[j] - prediction.base_m[i]) + prediction.interval_s * (u[j] - u[i]);
-    if (!(std::abs(d.norm() - rest_length_m) > strain * rest_length_m)) continue;
-    is_far_off[i] = is_far_off[j] = true;
-  }
-  return is_far_off;
-}
-
 }  // namespace drape

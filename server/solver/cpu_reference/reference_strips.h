@@ -24,10 +24,4 @@ struct StripPrediction {
 bool SolveStrips(const StripPrediction& prediction, std::vector<Eigen::Vector3d>& u,
                  std::vector<double>& lambda);
 
-// Which particles are at an end of a link that the strips have left farther than that share of its
-// rest length from it, [particle_count]. The last phase leaves nothing: its links are not looked
-// at.
-std::vector<bool> EndsOfLinksFarOff(const StripPrediction& prediction, double strain,
-                                    const std::vector<Eigen::Vector3d>& u);
-
 }  // namespace drape

@@ -90,14 +90,14 @@ void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
 // Zero unless there is a refinement.
 void SetRefinement(const GlCloth& cloth, shader::ClothRecord& record) {
   const SceneModel& model = *cloth.model->model;
-  const double strain =
-      ChooseSolver(model, cloth.parameters, cloth.has_own_lengths()).refine_above_strain;
-  if (strain == 0) return;
+  const SolverChoice solver = ChooseSolver(model, cloth.parameters, cloth.has_own_lengths());
+  if (solver.refine_above_strain == 0) return;
   // Never below the tolerance that is used: a sweep that changed nothing has left nothing.
-  const double limit = std::max(strain, cloth.tolerance);
+  const double limit = std::max(solver.refine_above_strain, cloth.tolerance);
   record.shortest_sq = static_cast<float>((1 - limit) * (1 - limit));
   record.longest_sq = static_cast<float>((1 + limit) * (1 + limit));
-  record.tested_link_count = TestedLinkCount(model);
+  record.refine_rounds = solver.refine_rounds;
+  record.refine_solves = solver.refine_solves;
 }
 
 // The times of the three kinds of substeps: the first, the second, later ones.
@@ -227,7 +227,7 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
       append(solver.has_strips ? uint64_t{DRAPE_STRIP_LINK_WORDS} * model.constraint_count() : 0);
   const bool has_links_to_refine = solver.refine_above_strain > 0 && !IsResident(model);
   layout.far_off_flags =
-      append(has_links_to_refine ? particles + 1 + uint64_t{model.colour_count()} : 0);
+      append(has_links_to_refine ? particles + 2 + uint64_t{model.colour_count()} : 0);
   layout.refined_links = append(has_links_to_refine ? model.constraint_count() : 0);
   layout.work_positions = append(has_work_state ? 3 * particles : 0);
   layout.work_velocities = append(has_work_state ? 3 * particles : 0);

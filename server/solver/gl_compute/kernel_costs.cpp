@@ -63,10 +63,12 @@ uint64_t ClearPasses(const SceneModel& model, uint32_t local_size) {
   return LoopPasses(RoundsFor(model.particle_count(), 32), local_size);
 }
 
-// Of the refinement of every link in one sweep: the tests, the sweeps, the flags.
-uint64_t RefinePasses(const SceneModel& model, uint32_t local_size) {
-  return LoopPasses(TestedLinkCount(model), local_size) +
-         RepeatedColourPasses(model, kRefineSweeps, local_size) + ClearPasses(model, local_size);
+// Of the refinement of every link in `rounds` rounds: the flags, the tests, the sweeps.
+uint64_t RefinePasses(const SceneModel& model, uint64_t rounds, uint32_t local_size) {
+  const uint64_t of_round = ClearPasses(model, local_size) +
+                            LoopPasses(model.constraint_count(), local_size) +
+                            RepeatedColourPasses(model, kRefineSweeps, local_size);
+  return rounds * (1 + of_round) + kLoopEnd;
 }
 
 // Of one strip: elimination, substitution, step length, change.
@@ -133,17 +135,10 @@ uint64_t ElasticPasses(const SceneModel& model, uint64_t rounds, uint32_t local_
 
 }  // namespace
 
-uint32_t TestedLinkCount(const SceneModel& model) {
-  const StripSet& strips = model.strips();
-  if (strips.phase_count() == 0) return 0;
-  return strips.strip_offsets[strips.phase_offsets[strips.phase_count() - 1]];
-}
-
 uint64_t CountTiledRefineLoops(const SceneModel& model, uint32_t local_size) {
   // Its sweeps, and one more over what it has solved to clear the flags; then the counts.
   return RepeatedColourPasses(model, kRefineSweeps, local_size) +
-         ColourPasses(model.colour_offsets(), local_size) +
-         LoopPasses(uint64_t{model.colour_count()} + 1, local_size);
+         ColourPasses(model.colour_offsets(), local_size) + model.colour_count() + kLoopEnd;
 }
 
 uint64_t LongestStrip(const StripSet& strips) {
@@ -173,8 +168,6 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   LoopCosts costs;
   costs.sweep = 1;
   if (solver.has_strips) costs.sweep += StripPasses(model.strips(), local_size, strip_solve);
-  const bool has_refinement = solver.refine_above_strain > 0;
-  if (has_refinement) costs.sweep += RefinePasses(model, local_size);
   if (solver.has_colours) costs.sweep += ColourPasses(model.colour_offsets(), local_size);
   if (model.joint_count() > 0) {
     costs.sweep += ColourPasses(model.joint_colour_offsets(), local_size);
@@ -195,7 +188,9 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   if (HasRestitution(parameters)) costs.substep += rounds * (colliders + kLoopEnd);
   // Loading, checking with its loop over the axes, storing, pausing.
   costs.fixed = springs + elastic + air + 4 * particles + 4 * rounds + 8;
-  if (has_refinement) costs.fixed += ClearPasses(model, local_size);
+  if (solver.refine_rounds > 0) {
+    costs.fixed += RefinePasses(model, solver.refine_rounds, local_size);
+  }
   return costs;
 }
 

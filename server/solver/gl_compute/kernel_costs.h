@@ -16,7 +16,7 @@ namespace drape {
 struct LoopCosts {
   uint64_t sweep = 0;    // one sweep
   uint64_t substep = 0;  // a substep without its sweeps
-  uint64_t fixed = 0;    // loading, first kick, pausing, committing
+  uint64_t fixed = 0;    // loading, first kick, refinement, pausing, committing
 };
 
 LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& parameters,
@@ -30,9 +30,6 @@ uint64_t LongestStrip(const StripSet& strips);
 // them than if each invocation eliminates its own. Needs strips of at most DRAPE_STRIP_LANES links
 // and a local size of at least so many.
 bool IsReductionShorter(const StripSet& strips, uint32_t local_size);
-
-// Links that `refine` tests: those of strips of all phases but the last.
-uint32_t TestedLinkCount(const SceneModel& model);
 
 // Passes of one invocation of `tiled_refine` if every link is refined.
 uint64_t CountTiledRefineLoops(const SceneModel& model, uint32_t local_size);

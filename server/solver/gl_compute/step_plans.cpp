@@ -1,6 +1,8 @@
 #include "server/solver/gl_compute/step_plans.h"
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 #include "server/solver/substep_schedule.h"
 #include "shaders/interface/bindings.h"
@@ -21,13 +23,14 @@ struct LargestSizes {
   uint32_t triangles = 0;
   uint32_t elastic_elements = 0;
   uint32_t constraints = 0;
-  uint32_t tested_links = 0;
   uint32_t substeps = 0;
   uint32_t max_iterations = 0;
   uint32_t velocity_iterations = 0;
   std::vector<uint32_t> phases;         // [phase] strips
   std::vector<uint32_t> colours;        // [colour] constraints
   std::vector<uint32_t> joint_colours;  // [colour] joints
+  // Most rounds of refinement that follow a sweep of a substep, by {substep, sweep}.
+  std::map<std::pair<uint32_t, uint32_t>, uint32_t> refine_rounds;
 };
 
 void Enlarge(const std::vector<uint32_t>& sizes, std::vector<uint32_t>& largest) {
@@ -46,13 +49,18 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
     largest.elastic_elements =
         std::max(largest.elastic_elements, cloth->model->model->elastic_count());
     largest.constraints = std::max(largest.constraints, cloth->model->model->constraint_count());
-    largest.tested_links = std::max(largest.tested_links, TestedLinkCount(*cloth->model->model));
     const SubstepSchedule schedule(*cloth->model->model, cloth->parameters,
                                    cloth->kernels->variant.has_two_steps);
     largest.substeps = std::max(largest.substeps, schedule.size());
     largest.max_iterations = std::max(largest.max_iterations, cloth->max_iterations);
     largest.velocity_iterations =
         std::max(largest.velocity_iterations, settings.velocity_iterations);
+    if (cloth->kernels->variant.has_refinement) {
+      const SolverChoice solver =
+          ChooseSolver(*cloth->model->model, cloth->parameters, cloth->has_own_lengths());
+      uint32_t& rounds = largest.refine_rounds[{schedule.size() - 1, cloth->max_iterations - 1}];
+      rounds = std::max(rounds, solver.refine_rounds);
+    }
     Enlarge(cloth->model->phase_sizes, largest.phases);
     Enlarge(cloth->model->colour_sizes, largest.colours);
     Enlarge(cloth->model->joint_colour_sizes, largest.joint_colours);
@@ -112,7 +120,7 @@ class TiledStep {
       args.push_back({GroupsFor(largest_.phases[phase], local_size), 0, 1, item_count_});
     }
     if (kernels_.variant.has_refinement) {
-      args.push_back({GroupsFor(largest_.tested_links, local_size), 0, 1, item_count_});
+      args.push_back({GroupsFor(largest_.constraints, local_size), 0, 1, item_count_});
       args.push_back({GroupsFor(largest_.constraints, local_size), 0, 1, item_count_});
       args.push_back({1, 0, 1, item_count_});
     }
@@ -244,17 +252,21 @@ class TiledStep {
     DispatchSweepStage(contacts_index(), largest_.particles);
   }
 
-  // What the strips have left far off; one work group per cloth sweeps over it.
+  // What the strips have left far off, round by round; one work group per cloth sweeps over it.
   void Refine(uint32_t substep, uint32_t sweep) {
-    if (!kernels_.variant.has_refinement) return;
-    const auto dispatch = [&](const gl::Program& kernel, uint32_t index, uint32_t elements) {
-      Prepare(kernel, substep);
-      kernel.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
-      DispatchSweepStage(index, elements);
-    };
-    dispatch(*kernels_.tiled_test_links, phase_count_, largest_.tested_links);
-    dispatch(*kernels_.tiled_collect_links, phase_count_ + 1, largest_.constraints);
-    dispatch(*kernels_.tiled_refine, phase_count_ + 2, 1);
+    const auto found = largest_.refine_rounds.find({substep, sweep});
+    if (found == largest_.refine_rounds.end()) return;
+    for (uint32_t round = 0; round < found->second; ++round) {
+      const auto dispatch = [&](const gl::Program& kernel, uint32_t index, uint32_t elements) {
+        Prepare(kernel, substep);
+        kernel.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+        kernel.SetUniform(DRAPE_UNIFORM_ROUND, round);
+        DispatchSweepStage(index, elements);
+      };
+      dispatch(*kernels_.tiled_test_links, phase_count_, largest_.constraints);
+      dispatch(*kernels_.tiled_collect_links, phase_count_ + 1, largest_.constraints);
+      dispatch(*kernels_.tiled_refine, phase_count_ + 2, 1);
+    }
   }
 
   void SolveJoints(uint32_t substep, uint32_t sweep) {

@@ -15,13 +15,12 @@ struct Family {
 
 const std::vector<Family>& Families() {
   static const std::vector<Family> families = {
-      {"REALTIME", "tolerance=0", {10, 20, 30, 40, 52, 75, 104, 150}},
-      {"REALTIME + refinement",
-       "refine_above_strain=0.002",
-       {8, 10, 14, 20, 26, 30, 34, 40, 46, 52, 60, 75, 104}},
-      {"REALTIME + coarse refinement",
-       "refine_above_strain=0.006",
-       {7, 8, 9, 10, 11, 12, 14, 20, 30}},
+      {"REALTIME", "tolerance=0", {8, 10, 14, 20, 24, 28, 32, 36, 40, 46, 52, 60, 75, 104, 150}},
+      {"REALTIME without refinement", "refine_above_strain=0", {10, 20, 30, 40, 52, 75, 104}},
+      {"REALTIME + coarse refinement", "refine_above_strain=0.006", {9, 10, 12, 14, 20}},
+      {"one step + strips + tethers + refinement",
+       "integration=ONE_STEP direction=AT_END twist_damping_per_s=0 refine_above_strain=0.012",
+       {8, 9, 10, 12, 16, 24}},
       {"strips + tethers",
        "integration=ONE_STEP direction=AT_END sweep=STRIPS use_tethers=true twist_damping_per_s=0 "
        "refine_above_strain=0",
