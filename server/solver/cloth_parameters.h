@@ -120,8 +120,8 @@ inline double EndShare(const SceneModel& model, const ClothParameters& parameter
 // Adds the refinement to a choice that is made otherwise. Strips of one phase leave nothing, those
 // of meshes, of many phases, leave errors everywhere; what gives way has no strain to be measured
 // by, and along start directions links that turn are left to the substeps. Never below the
-// tolerance: a sweep that changed nothing has left nothing to refine. Not more rounds than substeps:
-// of few substeps, many rounds feed the flutter that they take out.
+// tolerance: a sweep that changed nothing has left nothing to refine. Not more rounds than
+// substeps: of few substeps, many rounds feed the flutter that they take out.
 inline void ChooseRefinement(const SceneModel& model, const StepSettings& settings,
                              SolverChoice& choice) {
   const bool is_refined = settings.refine_above_strain > 0 && choice.has_strips &&

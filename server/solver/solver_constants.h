@@ -53,7 +53,7 @@ inline constexpr unsigned kRefineSweeps = 4;
 inline constexpr unsigned kMaxRefineRounds = 16;
 // No further round once refinement has solved this share of the links that the step's substeps have
 // between them [-]: of cloths that are far off everywhere it would take as long as the substeps.
-inline constexpr double kRefineShare = 1.0 / 16;
+inline constexpr double kRefineShare = 1.0 / 4;
 
 // Direction BLENDED: impulses act along the links as they were at the start of the substep where
 // Gamma = h^2 T / (m L), with the whole weight of the cloth as T, is at most the first number, as

@@ -145,10 +145,10 @@ double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size
       settings.twist_damping_per_s > 0 ? 2.0 * settings.substeps * model.particle_count() : 0;
   const double air = 2.0 * settings.substeps * static_cast<double>(model.triangles().size());
   const double elastic = 2.0 * settings.substeps * model.elastic_count();
-  const double refinement = settings.refine_above_strain > 0
-                                ? double{kMaxRefineRounds} * (1 + kRefineSweeps) *
-                                      model.constraint_count()
-                                : 0;
+  const double refinement =
+      settings.refine_above_strain > 0
+          ? double{kMaxRefineRounds} * (1 + kRefineSweeps) * model.constraint_count()
+          : 0;
   return sweeps * (constraints + 2.0 * model.spring_count() + contacts) +
          kMaxTethersPerParticle * tethers + velocities + twist + air + elastic + refinement;
 }

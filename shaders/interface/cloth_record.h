@@ -154,10 +154,10 @@ struct ClothRecord {
 
   uint elastic_impulses;  // in Scratch: [elastic_count][3] float [N s]
   // Only with refinement.
-  float shortest_sq;       // (1 - strain)^2 [-]: of the links that are far off
-  float longest_sq;        // (1 + strain)^2 [-]
-  uint refine_rounds;      // at most
-  uint refine_solves;      // after which there is no further round
+  float shortest_sq;   // (1 - strain)^2 [-]: of the links that are far off
+  float longest_sq;    // (1 + strain)^2 [-]
+  uint refine_rounds;  // at most
+  uint refine_solves;  // after which there is no further round
 
   // In Scratch; tiled only. [particle_count] uint, 1 at the ends of links that are far off; then
   // uint, whether there are any; then [colour_count] uint, how many constraints are refined in this

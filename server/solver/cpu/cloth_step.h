@@ -99,10 +99,10 @@ struct OwnLengths {
 // Not fewer in a range that is one thread's (StepTeam): they take about half a microsecond, what it
 // takes a thread to find a range.
 inline constexpr size_t kParticleGrain = 128;
-inline constexpr size_t kGroupGrain = 32;       // groups of four constraints, elements, triangles
-inline constexpr size_t kBlockGrain = 32;       // TetherBlock
-inline constexpr size_t kRowGrain = 4;          // of a grid
-inline constexpr size_t kStripGrain = 1;        // groups of strips
+inline constexpr size_t kGroupGrain = 32;  // groups of four constraints, elements, triangles
+inline constexpr size_t kBlockGrain = 32;  // TetherBlock
+inline constexpr size_t kRowGrain = 4;     // of a grid
+inline constexpr size_t kStripGrain = 1;   // groups of strips
 
 // Everything one step needs.
 struct StepContext {

@@ -146,8 +146,8 @@ struct FloatModel {
   // Where the constraints of each particle are: [particle_count + 1] offsets.
   std::vector<uint32_t> link_offsets;
   std::vector<uint32_t> link_places;
-  std::vector<ImpulseBounds> bounds;    // [group_count]; empty if all constraints are equalities
-  std::vector<FloatJoint> joints;       // in the order of the source
+  std::vector<ImpulseBounds> bounds;  // [group_count]; empty if all constraints are equalities
+  std::vector<FloatJoint> joints;     // in the order of the source
   // Of four free particles their nearest pins, then the next, ...; then of the next four. Blocks
   // depend on each other in nothing.
   std::vector<TetherGroup> tethers;

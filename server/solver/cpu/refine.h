@@ -72,9 +72,9 @@ class Refinement {
 
   const FloatModel* model_ = nullptr;
   std::array<uint32_t, kMostCloths> solves_{};  // of each cloth since Begin
-  std::vector<uint32_t> marks_;      // [particle_count] one bit for each cloth
-  std::vector<uint32_t> particles_;  // that are marked
-  std::vector<uint64_t> is_listed_;  // one bit for each place; 0 but within TakeLinks
+  std::vector<uint32_t> marks_;                 // [particle_count] one bit for each cloth
+  std::vector<uint32_t> particles_;             // that are marked
+  std::vector<uint64_t> is_listed_;             // one bit for each place; 0 but within TakeLinks
   std::vector<RefinedLink> links_;
 };
 

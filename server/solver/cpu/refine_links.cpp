@@ -21,7 +21,8 @@ LaneMask AreFarOff(const StepContext& context, const DistanceGroup& group) {
   const LaneVectors d = Transpose(difference(0), difference(1), difference(2), difference(3));
   const Lanes length_sq = Dot(d, d);
   const Lanes rest_length_sq = group.rest_length * group.rest_length;
-  return (length_sq < limits.min_sq * rest_length_sq) | (length_sq > limits.max_sq * rest_length_sq);
+  return (length_sq < limits.min_sq * rest_length_sq) |
+         (length_sq > limits.max_sq * rest_length_sq);
 }
 
 void MarkLinksFarOff(const StepContext& context) {

@@ -9,6 +9,7 @@
 #include "server/solver/cpu_reference/reference_directions.h"
 #include "server/solver/cpu_reference/reference_elastic.h"
 #include "server/solver/cpu_reference/reference_measure.h"
+#include "server/solver/cpu_reference/reference_refine.h"
 #include "server/solver/cpu_reference/reference_springs.h"
 #include "server/solver/cpu_reference/reference_strips.h"
 #include "server/solver/cpu_reference/reference_twist.h"
@@ -250,41 +251,15 @@ class ReferenceStep {
   // Where strips have pulled links of each other far from their lengths, these and all links at
   // their ends are solved one by one, in order of the colours, until none is far off.
   void Refine() {
-    uint32_t solves = 0;
-    for (uint32_t round = 0; round < solver_.refine_rounds; ++round) {
-      const std::vector<uint32_t> links = LinksToRefine();
-      if (links.empty()) return;
+    const StripPrediction prediction{model_, base_, solver_.end_share, h_, tolerance_};
+    for (uint32_t round = 0, solves = 0; round < solver_.refine_rounds; ++round) {
+      const auto links = LinksToRefine(prediction, solver_.refine_above_strain, u_);
       for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
         for (const uint32_t index : links) SolveConstraint(index, 0);
       }
       solves += kRefineSweeps * static_cast<uint32_t>(links.size());
-      if (solves >= solver_.refine_solves) return;
+      if (links.empty() || solves >= solver_.refine_solves) return;
     }
-  }
-
-  // Those that are far off, and those at their ends.
-  std::vector<uint32_t> LinksToRefine() const {
-    const std::vector<bool> is_far_off = EndsOfLinksFarOff();
-    std::vector<uint32_t> links;
-    for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
-      const DistanceConstraint& constraint = model_.constraints()[index];
-      if (is_far_off[constraint.i] || is_far_off[constraint.j]) links.push_back(index);
-    }
-    return links;
-  }
-
-  // [particle_count]
-  std::vector<bool> EndsOfLinksFarOff() const {
-    const double strain = std::max(solver_.refine_above_strain, tolerance_);
-    std::vector<bool> is_far_off(model_.particle_count(), false);
-    for (uint32_t index = 0; index < model_.constraint_count(); ++index) {
-      const DistanceConstraint& constraint = model_.constraints()[index];
-      const double error = PredictedDifference(constraint.i, constraint.j).norm() -
-                           rest_lengths_[index];
-      if (!(std::abs(error) > strain * rest_lengths_[index])) continue;
-      is_far_off[constraint.i] = is_far_off[constraint.j] = true;
-    }
-    return is_far_off;
   }
 
   // C + (alpha/h) lambda of a joint, with C = p_j - p_i at the end of the substep.

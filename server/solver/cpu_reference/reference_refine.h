@@ -1,0 +1,19 @@
+// Which links the stage `refine` solves again (server/solver/README.md, "Refinement"), in double
+// precision.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "server/solver/cpu_reference/reference_strips.h"
+
+namespace drape {
+
+// Links that end the substep farther from their rest length than this share of it and the
+// tolerance, and all at their ends: indices of constraints in order of the colours. The rest
+// lengths are the model's.
+std::vector<uint32_t> LinksToRefine(const StripPrediction& prediction, double strain,
+                                    const std::vector<Eigen::Vector3d>& u);
+
+}  // namespace drape
