@@ -248,8 +248,7 @@ class ReferenceStep {
     return true;
   }
 
-  // Where strips have pulled links of each other far from their lengths, these and all links at
-  // their ends are solved one by one, in order of the colours, until none is far off.
+  // Links that strips have left far off are solved one by one, with those at their ends.
   void Refine() {
     const StripPrediction prediction{model_, base_, solver_.end_share, h_, tolerance_};
     for (uint32_t round = 0, solves = 0; round < solver_.refine_rounds; ++round) {
