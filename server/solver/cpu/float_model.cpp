@@ -104,16 +104,10 @@ template <class Link>
 Link PaddingLink(const FloatModel& model) {
   Link padding{};
   padding.to.fill(model.spare_particle());
+  padding.has_pins = false;
   padding.places.fill(static_cast<uint32_t>(model.groups.size() * kLaneCount));
   for (uint32_t lane = 0; lane < padding.to.size(); ++lane) padding.diagonal.Set(lane, 1);
   return padding;
-}
-
-bool HasPins(const FloatModel& model, uint32_t strip) {
-  const StripSet& strips = model.source->strips();
-  const auto begin = strips.particles.begin() + strips.strip_offsets[strip] + strip;
-  const auto end = strips.particles.begin() + strips.strip_offsets[strip + 1] + strip + 1;
-  return std::any_of(begin, end, [&](uint32_t i) { return model.inverse_masses[i] == 0; });
 }
 
 // Strips of a phase are sorted by length, so little is padding. Returns where the groups of each
@@ -137,12 +131,15 @@ std::vector<uint32_t> PackStrips(FloatModel& model, std::vector<Strips<Ends>>& g
       group.first.fill(model.spare_particle());
       group.link_begin = static_cast<uint32_t>(links.size());
       group.link_end = group.link_begin + length;
-      group.has_pins = false;
       links.resize(group.link_end, PaddingLink<Link>(model));
       for (uint32_t lane = 0; lane < lane_count; ++lane) {
         group.first[lane] = strips.particles[strips.strip_offsets[s + lane] + s + lane];
         PackStripLane(model, s + lane, lane, std::span(links).subspan(group.link_begin));
-        group.has_pins |= HasPins(model, s + lane);
+      }
+      for (Link& link : std::span(links).subspan(group.link_begin)) {
+        link.has_pins = std::any_of(link.to.begin(), link.to.end(), [&](uint32_t i) {
+          return i == model.spare_particle() || model.inverse_masses[i] == 0;
+        });
       }
       model.longest_strip = std::max(model.longest_strip, length);
       groups.push_back(group);

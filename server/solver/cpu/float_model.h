@@ -38,15 +38,15 @@ struct StripLinks {
   Numbers inverse_mass_joint;  // of the particle shared with the next link; 0 if there is none
   Numbers diagonal;            // inverse_mass_from + inverse_mass_to, never 0
   Numbers min_pivot;           // share of the diagonal
+  bool has_pins;               // `to` is a pin, or of no strip, in some lane
 };
 
-// Strips of a phase side by side.
+// Strips of a phase side by side. Others of their phase may have the same pins.
 template <class Ends>
 struct Strips {
   Ends first;           // their first particles
   uint32_t link_begin;  // in the array of their links
   uint32_t link_end;
-  bool has_pins;  // others of their phase may have the same ones
 };
 
 // Eight strips of one cloth.

@@ -65,7 +65,7 @@ class StripPairs {
   PairMask Running(const PairMask& mask) const {
     return {mask.low & context_.is_running, mask.high & context_.is_running};
   }
-  void Push(const Ends& particles, const PairVectors& change) const {
+  void Push(const Ends& particles, bool /*has_pins*/, const PairVectors& change) const {
     ClothParticle& low = particles_[particles[0]];
     low.u = low.u + Low(change);
     ClothParticle& high = particles_[particles[1]];

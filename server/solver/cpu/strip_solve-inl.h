@@ -24,7 +24,7 @@ inline constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 //   Number(x)                                                              a number of a link
 //   Running(mask)                                                          lanes that are swept
 //   PositionDifferences, VelocityDifferences, PredictedDifferences         from, to -> Vectors
-//   Push(ends, change)                                                     onto u
+//   Push(ends, has_pins, change)      onto u; some ends may be pins, which it does not move
 //   Compliances, Impulses, AddImpulses                                     by places
 template <class Access, bool kHasCompliance, bool kHasStarts>
 class StripSolve {
@@ -138,12 +138,12 @@ class StripSolve {
       const Vectors pull = now.impulse * now.n;
       const Vectors change = access_.Number(links_[k].inverse_mass_to) * (pull - pull_of_next);
       MeasureMove(links_[k], change);
-      access_.Push(links_[k].to, change);
+      access_.Push(links_[k].to, links_[k].has_pins, change);
       pull_of_next = pull;
     }
     const Vectors change = -access_.Number(links_[0].inverse_mass_from) * pull_of_next;
     MeasureMove(links_[0], change);
-    access_.Push(first_, change);
+    access_.Push(first_, true, change);
   }
 
   void MeasureMove(const Link& link, const Vectors& change) {
@@ -159,10 +159,11 @@ class StripSolve {
     Vectors pull_of_next{zero, zero, zero};
     for (uint32_t k = link_count_; k-- > 0;) {
       const Vectors pull = (back * solution_[k].impulse) * solution_[k].n;
-      access_.Push(links_[k].to, access_.Number(links_[k].inverse_mass_to) * (pull - pull_of_next));
+      access_.Push(links_[k].to, links_[k].has_pins,
+                   access_.Number(links_[k].inverse_mass_to) * (pull - pull_of_next));
       pull_of_next = pull;
     }
-    access_.Push(first_, -access_.Number(links_[0].inverse_mass_from) * pull_of_next);
+    access_.Push(first_, true, -access_.Number(links_[0].inverse_mass_from) * pull_of_next);
   }
 
   void Accumulate(const Scalars& share) {

@@ -7,9 +7,7 @@
 namespace drape::cpu {
 namespace {
 
-// Eight strips of a phase, four and four: what strip_solve-inl.h sweeps over. `kHasPins`: whether
-// there may be pins among their particles.
-template <bool kHasPins>
+// Eight strips of a phase, four and four: what strip_solve-inl.h sweeps over.
 class EightStrips {
  public:
   using Scalars = WideLanes;
@@ -58,12 +56,14 @@ class EightStrips {
 
   static const WideMask& Running(const WideMask& mask) { return mask; }
 
-  HWY_INLINE void Push(const Ends& particles, const WideVectors& change) const {
+  // Pins are left alone: strips that another thread solves may be reading them.
+  HWY_INLINE void Push(const Ends& particles, bool has_pins, const WideVectors& change) const {
     const auto low = Transpose(LaneVectors{change.x.low, change.y.low, change.z.low});
     const auto high = Transpose(LaneVectors{change.x.high, change.y.high, change.z.high});
     for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
-      PushOne(particles[lane], low[lane]);
-      PushOne(particles[lane + kLaneCount], high[lane]);
+      const uint32_t i = particles[lane], j = particles[lane + kLaneCount];
+      if (!has_pins || IsFree(i)) u_[i] += low[lane];
+      if (!has_pins || IsFree(j)) u_[j] += high[lane];
     }
   }
 
@@ -81,12 +81,8 @@ class EightStrips {
   }
 
  private:
-  // Pins are left alone: strips that another thread solves may be reading them.
-  HWY_INLINE void PushOne(uint32_t i, Lanes change) const {
-    if constexpr (kHasPins) {
-      if (i == context_.model.spare_particle() || context_.model.inverse_masses[i] == 0) return;
-    }
-    u_[i] += change;
+  bool IsFree(uint32_t i) const {
+    return i != context_.model.spare_particle() && context_.model.inverse_masses[i] > 0;
   }
 
   static WideVectors Differences(const Ends& from, const Ends& to, const Lanes* values) {
@@ -112,9 +108,8 @@ class EightStrips {
   StripScratch& scratch_;
 };
 
-template <bool kHasPins>
 bool SolveGroup(const StepContext& context, size_t index, uint32_t member) {
-  return IsAnyLaneSet(HWY_NAMESPACE::SweepStrips(EightStrips<kHasPins>(context, index, member),
+  return IsAnyLaneSet(HWY_NAMESPACE::SweepStrips(EightStrips(context, index, member),
                                                  context.model.has_compliance(),
                                                  context.controls.has_start_directions()));
 }
@@ -123,8 +118,7 @@ bool SolveGroup(const StepContext& context, size_t index, uint32_t member) {
 bool SolveGroups(const StepContext& context, size_t begin, size_t end, uint32_t member) {
   bool has_changed = false;
   for (size_t g = begin; g < end; ++g) {
-    has_changed |= context.model.strips[g].has_pins ? SolveGroup<true>(context, g, member)
-                                                    : SolveGroup<false>(context, g, member);
+    has_changed |= SolveGroup(context, g, member);
   }
   return has_changed;
 }
