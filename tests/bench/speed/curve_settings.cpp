@@ -19,7 +19,7 @@ const std::vector<Family>& Families() {
       {"REALTIME without refinement", "refine_above_strain=0", {10, 20, 30, 40, 52, 75, 104}},
       {"REALTIME + coarse refinement", "refine_above_strain=0.006", {9, 10, 12, 14, 20}},
       {"one step + strips + tethers + refinement",
-       "integration=ONE_STEP direction=AT_END twist_damping_per_s=0 refine_above_strain=0.012",
+       "integration=ONE_STEP direction=AT_END twist_damping_per_s=0 refine_above_strain=0.01",
        {8, 9, 10, 12, 16, 24}},
       {"strips + tethers",
        "integration=ONE_STEP direction=AT_END sweep=STRIPS use_tethers=true twist_damping_per_s=0 "
