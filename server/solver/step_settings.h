@@ -56,7 +56,7 @@ struct StepSettings {
   // none.
   double twist_damping_per_s = 0;
   // Links that the strips of a step's last sweep leave farther than this share of their length from
-  // it are solved again, with their neighbours, until none is so far off, within limits
+  // it are moved to it, with their neighbours, until none is so far off, within limits
   // (server/solver/README.md, "Refinement"). [0, 1); 0 = never.
   double refine_above_strain = 0;
   // Wall time that a step should take at most [ms], [0, kMaxFrameBudget_ms]; 0 = none. Backends do

@@ -1,6 +1,6 @@
 // Kernel `tiled_refine`: stage refine, last phases of a round: sweeps over the listed constraints colour by
 // colour, counts them, then clears flags and lists. One work group = one cloth; an invocation takes every
-// LOCAL_SIZE-th constraint. Reads Models, Scratch (lists, positions [m]); writes Scratch (velocities: u [m/s],
+// LOCAL_SIZE-th constraint. Reads Models, Scratch (lists, velocities: u [m/s]); writes Scratch (positions [m],
 // flags, lengths of the lists, how many were solved).
 #define COUNTS_IN_SCRATCH
 #define SOLVES_IN_SCRATCH

@@ -24,5 +24,22 @@ bool IsAtFlag(uint constraint) {
   return IsFlagged(pair.x) || IsFlagged(pair.y);
 }
 
-// It is no sweep and says nothing of convergence. Strips have no accumulated impulses to begin here.
-void RefineConstraint(uint constraint) { SolveConstraint(constraint, false, true); }
+// Moves the ends of a link so that it has its length at the end of the substep: places, not velocities, which
+// would carry the move on into the next step.
+void RefineConstraint(uint constraint) {
+  uvec2 pair = ConstraintPair(constraint);
+  vec3 position_i = Position(pair.x);
+  vec3 position_j = Position(pair.y);
+  precise vec3 position_difference = position_j - position_i;
+  precise vec3 velocity_difference = Velocity(pair.y) - Velocity(pair.x);
+  DistanceError error =
+      PredictDistanceError(position_difference, velocity_difference, substep.interval,
+                           substep.inverse_interval, ModelFloat(cloth.rest_lengths + constraint), 0.0, 0.0);
+  float inverse_mass_i = InverseMass(pair.x);
+  float inverse_mass_j = InverseMass(pair.y);
+  precise float move = error.residual / (inverse_mass_i + inverse_mass_j);
+  precise float move_i = inverse_mass_i * move;
+  precise float move_j = -(inverse_mass_j * move);
+  if (inverse_mass_i != 0.0) SetPosition(pair.x, AddScaled(position_i, move_i, error.direction));
+  if (inverse_mass_j != 0.0) SetPosition(pair.y, AddScaled(position_j, move_j, error.direction));
+}

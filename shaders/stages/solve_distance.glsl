@@ -9,9 +9,9 @@
 #define HAS_LAMBDA
 #endif
 
-// Solves distance constraint k and returns whether there was anything to solve; exactly: also an error
-// within the tolerance. The colours give each free particle one writer; pins are only read.
-bool SolveConstraint(uint k, bool is_first_sweep, bool is_exact) {
+// Solves distance constraint k and returns whether there was anything to solve. The colours give each
+// free particle one writer; pins are only read.
+bool SolveConstraint(uint k, bool is_first_sweep) {
   uvec2 pair = ConstraintPair(k);
   float rest_length = RestLength(k);
   float compliance = 0.0;
@@ -38,7 +38,7 @@ bool SolveConstraint(uint k, bool is_first_sweep, bool is_exact) {
       PredictDistanceError(position_difference, velocity_difference, substep.interval,
                            substep.inverse_interval, rest_length, compliance, lambda);
 #ifdef HAS_TOLERANCE
-  if (!is_exact && !(abs(error.residual) > cloth.tolerance * rest_length)) return false;
+  if (!(abs(error.residual) > cloth.tolerance * rest_length)) return false;
 #endif
   float inverse_mass_i = InverseMass(pair.x);
   float inverse_mass_j = InverseMass(pair.y);
@@ -67,5 +67,5 @@ bool SolveConstraint(uint k, bool is_first_sweep, bool is_exact) {
 }
 
 void SolveDistance(uint k, bool is_first_sweep) {
-  if (SolveConstraint(k, is_first_sweep, false)) MarkChanged();
+  if (SolveConstraint(k, is_first_sweep)) MarkChanged();
 }

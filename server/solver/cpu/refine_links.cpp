@@ -45,14 +45,13 @@ void MarkLinksFarOff(const StepContext& context) {
   }
 }
 
-// The impulse that removes the error of a rigid link, along its direction at the end of the
-// substep.
-void SolveLink(const StepContext& context, uint32_t place) {
+// Moves the ends of a link so that it has its length at the end of the substep.
+void MoveEnds(const StepContext& context, uint32_t place) {
   const DistanceGroup& group = context.model.groups[place / kLaneCount];
   const uint32_t lane = place % kLaneCount;
   const uint32_t i = group.i[lane], j = group.j[lane];
-  const Lanes* const p = context.scratch.state.positions.data();
-  Lanes* const u = context.scratch.state.velocities.data();
+  Lanes* const p = context.scratch.state.positions.data();
+  const Lanes* const u = context.scratch.state.velocities.data();
   Lanes d = PredictedDifference(p[i], p[j], u[i], u[j], context.substep.interval);
   const float length = Length(d);
   float divisor = length;
@@ -61,11 +60,9 @@ void SolveLink(const StepContext& context, uint32_t place) {
     divisor = 1;
   }
   const float weight = group.inverse_mass_i[lane] + group.inverse_mass_j[lane];
-  const float impulse =
-      DistanceImpulse(length - group.rest_length[lane], context.substep.inverse_interval, weight);
-  const float impulse_per_length = impulse / divisor;
-  u[i] -= (group.inverse_mass_i[lane] * impulse_per_length) * d;
-  u[j] += (group.inverse_mass_j[lane] * impulse_per_length) * d;
+  const float move_per_length = (length - group.rest_length[lane]) / weight / divisor;
+  p[i] += (group.inverse_mass_i[lane] * move_per_length) * d;
+  p[j] -= (group.inverse_mass_j[lane] * move_per_length) * d;
 }
 
 }  // namespace
@@ -75,7 +72,7 @@ void RefineLinks(const StepContext& context) {
   Refinement& refinement = context.scratch.refinement;
   refinement.Begin(context.model);
   MarkLinksFarOff(context);
-  const auto solve = [&](const RefinedLink& link) { SolveLink(context, link.place); };
+  const auto solve = [&](const RefinedLink& link) { MoveEnds(context, link.place); };
   const auto cloths_far_off = [&](uint32_t place) -> uint32_t {
     return AreFarOff(context, context.model.groups[place / kLaneCount])[place % kLaneCount] ? 1 : 0;
   };

@@ -1,5 +1,4 @@
-// Which links the stage `refine` solves again (server/solver/README.md, "Refinement"), in double
-// precision.
+// Stage `refine` (server/solver/README.md, "Refinement"), in double precision.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,5 +14,9 @@ namespace drape {
 // lengths are the model's.
 std::vector<uint32_t> LinksToRefine(const StripPrediction& prediction, double strain,
                                     const std::vector<Eigen::Vector3d>& u);
+
+// Moves the ends of a link, b, so that at the end of the substep, at b + h u, it has its length.
+void RefineLink(const SceneModel& model, uint32_t index, double interval_s,
+                const std::vector<Eigen::Vector3d>& u, std::vector<Eigen::Vector3d>& base_m);
 
 }  // namespace drape

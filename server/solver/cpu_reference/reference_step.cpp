@@ -248,13 +248,12 @@ class ReferenceStep {
     return true;
   }
 
-  // Links that strips have left far off are solved one by one, with those at their ends.
   void Refine() {
     const StripPrediction prediction{model_, base_, solver_.end_share, h_, tolerance_};
     for (uint32_t round = 0, solves = 0; round < solver_.refine_rounds; ++round) {
       const auto links = LinksToRefine(prediction, solver_.refine_above_strain, u_);
       for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
-        for (const uint32_t index : links) SolveConstraint(index, 0);
+        for (const uint32_t index : links) RefineLink(model_, index, h_, u_, base_);
       }
       solves += kRefineSweeps * static_cast<uint32_t>(links.size());
       if (links.empty() || solves >= solver_.refine_solves) return;
@@ -299,7 +298,7 @@ class ReferenceStep {
   }
 
   ReferenceContact PredictedContact(uint32_t i, size_t c) const {
-    return colliders_.AtEnd(c, state_.positions_m[i] + h_ * u_[i]);
+    return colliders_.AtEnd(c, base_[i] + h_ * u_[i]);
   }
 
   // Smallest gap that the end of the substep may have: 0, or less for what was deep inside before.
