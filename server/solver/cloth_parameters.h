@@ -57,10 +57,10 @@ struct SolverChoice {
   bool has_strips = false;
   bool has_colours = false;
   bool has_two_steps = false;
-  // Strain from which links that the last sweep of a step leaves are solved again; 0: none are.
+  // Strain from which links that the last sweep of a step leaves are refined; 0: none are.
   double refine_above_strain = 0;
   uint32_t refine_rounds = 0;  // of that, at most
-  uint32_t refine_solves = 0;  // links solved by it after which there is no further round
+  uint32_t refine_solves = 0;  // links moved by it after which there is no further round
   // Of the direction of a link at the end of the substep in that of its impulses; the rest is the
   // one at its start. [0, 1].
   double end_share = 1;
@@ -121,7 +121,7 @@ inline double EndShare(const SceneModel& model, const ClothParameters& parameter
 // of meshes, of many phases, leave errors everywhere; what gives way has no strain to be measured
 // by, and along start directions links that turn are left to the substeps. Never below the
 // tolerance: a sweep that changed nothing has left nothing to refine. Not more rounds than
-// substeps: of few substeps, many rounds feed the flutter that they take out.
+// substeps: of few substeps, many rounds took out less than some (tests/bench/README.md).
 inline void ChooseRefinement(const SceneModel& model, const StepSettings& settings,
                              SolverChoice& choice) {
   const bool is_refined = settings.refine_above_strain > 0 && choice.has_strips &&

@@ -46,12 +46,12 @@ inline constexpr double kMinStripPivotAtPin = 1e-2;
 // slow recovery of stretched cloths; larger: links may turn over.
 inline constexpr double kMaxStripMove = 1;
 
-// Refinement: sweeps over the links that it solves again, between two looks for them [-], and most
+// Refinement: sweeps over the links that it moves, between two looks for them [-], and most
 // such rounds of a step. Of fewer sweeps and more rounds the result is the same, but looking takes
 // time (tests/bench/README.md).
 inline constexpr unsigned kRefineSweeps = 4;
 inline constexpr unsigned kMaxRefineRounds = 16;
-// No further round once refinement has solved this share of the links that the step's substeps have
+// No further round once refinement has moved this share of the links that the step's substeps have
 // between them [-]: of cloths that are far off everywhere it would take as long as the substeps.
 inline constexpr double kRefineShare = 1.0 / 4;
 

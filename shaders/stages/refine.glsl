@@ -1,6 +1,7 @@
-// Stage `refine`, rounds of: flags at the ends of links that are far off, then the constraints at flagged
-// particles once more. Needs the accessors of one plan.
-#include "stages/solve_distance.glsl"
+// Stage `refine`, rounds of: flags at the ends of links that are far off, then moves of the constraints at
+// flagged particles. Needs the accessors of one plan.
+#include "lib/distance.glsl"
+#include "stages/substep.glsl"
 
 void TestLink(uint constraint) {
   uvec2 pair = ConstraintPair(constraint);

@@ -168,6 +168,12 @@ std::vector<Case> Cases() {
     refined.parameters.settings.refine_above_strain = 1e-5;
     cases.push_back({refined, tolerance > 0});
   }
+  Scene refined_inside = Sheet("refined_inside_a_plane", Preset::kRealtime);
+  refined_inside.parameters.settings.integration = Integration::kOneStep;
+  refined_inside.parameters.settings.direction = Direction::kAtEnd;
+  refined_inside.parameters.settings.substeps = 6;
+  refined_inside.parameters.colliders = {PlaneCollider{{0, 0.5, 0}, {0, 1, 0}}};
+  cases.push_back({refined_inside});
   cases.push_back({With(CompliantSheet(7, 0), "springs_in_force", Preset::kPaper), true});
   cases.back().scene.parameters.settings.tolerance = 0.02;
   cases.push_back({With(ExplosiveSheet(6), "explosive", Preset::kRealtime)});

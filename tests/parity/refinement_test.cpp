@@ -121,5 +121,21 @@ TEST_P(RefinementParityTest, Refine) {
   }
 }
 
+// Deep inside a plane all particles come out at the same speed, from where refinement has moved
+// them to.
+TEST_P(RefinementParityTest, ContactsStartFromMovedParticles) {
+  for (const uint32_t particle_count : {33u, 255u, 1025u}) {
+    std::optional<Scene> scene;
+    for (int hit = 0; hit < 20 && !scene; ++hit) {
+      scene = SheetHitInTheMiddle(particle_count, Integration::kOneStep, hit);
+      scene->parameters.settings.sweep = Sweep::kStrips;
+      scene->parameters.colliders = {PlaneCollider{{0, 2, 0}, {0, 1, 0}}};
+      if (!SetLimits(*scene, false)) scene.reset();
+    }
+    ASSERT_TRUE(scene) << "none shows the stage: " << particle_count << " particles";
+    ExpectParity(GetParam(), *scene, 1);
+  }
+}
+
 }  // namespace
 }  // namespace drape::test

@@ -1,4 +1,4 @@
-// Refinement: links that strips leave far from their lengths are solved again, and nothing else.
+// Refinement: links that strips leave far from their lengths are moved to them, and nothing else.
 #include <algorithm>
 #include <cstdio>
 

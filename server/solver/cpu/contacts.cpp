@@ -58,6 +58,19 @@ void PredictContactsOf(const StepContext& context, const Surfaces& surfaces,
   }
 }
 
+template <class Surfaces>
+void FindContactFloorsOf(const StepContext& context, const Surfaces& surfaces,
+                         std::span<const uint32_t> particles) {
+  StepScratch& scratch = context.scratch;
+  for (const uint32_t i : particles) {
+    for (size_t k = 0; k < surfaces.size(); ++k) {
+      scratch.contacts[i * surfaces.size() + k].floor =
+          ContactFloor(surfaces[k].GapAtStart(scratch.state.positions[i]).gap,
+                       context.controls.depenetration_distance);
+    }
+  }
+}
+
 // One particle against one collider. Returns whether it changed u.
 template <class Surface>
 bool SolveContact(const FloatControls& controls, const Surface& surface, Lanes p,
@@ -151,6 +164,15 @@ void PredictContacts(const StepContext& context) {
   WithSurfaces(context, [&](const auto& surfaces) {
     context.ForFreeRanges([&](std::span<const uint32_t> particles) {
       PredictContactsOf(context, surfaces, particles);
+    });
+  });
+}
+
+void FindContactFloors(const StepContext& context) {
+  if (context.scratch.reach.near.empty()) return;
+  WithSurfaces(context, [&](const auto& surfaces) {
+    context.ForFreeRanges([&](std::span<const uint32_t> particles) {
+      FindContactFloorsOf(context, surfaces, particles);
     });
   });
 }

@@ -12,6 +12,9 @@ void PlaceColliders(const StepContext& context, double begin_s, double end_s);
 // From positions and velocities before the substep.
 void PredictContacts(const StepContext& context);
 
+// Again where contacts let the substep end, after particles have been moved.
+void FindContactFloors(const StepContext& context);
+
 // One sweep. Returns whether an impulse was larger than the tolerance.
 bool SolveContacts(const StepContext& context);
 

@@ -115,6 +115,18 @@ void PredictContacts(const LaneContext& context) {
   }
 }
 
+// Again where contacts let the substep end, after particles have been moved.
+void FindContactFloors(const LaneContext& context) {
+  const ClothLanes depenetration = SplatCloths(context.controls.depenetration_distance);
+  for (const uint32_t i : context.model.free_particles) {
+    for (size_t k = 0; k < context.collider_count(); ++k) {
+      const ClothGap gap = GapAt(context.particles[i].p, context.colliders[k]);
+      context.contacts[i * context.collider_count() + k].floor =
+          Min(gap.gap + depenetration, SplatCloths(0));
+    }
+  }
+}
+
 // Friction of one particle against one collider. Returns the lanes that it changed beyond the
 // tolerance.
 ClothMask SolveFriction(const LaneContext& context, const ClothVectors& n, ClothMask is_active,

@@ -201,24 +201,19 @@ void MoveEnds(const LaneContext& context, const RefinedLink& link) {
   const uint32_t k = link.place % kLaneCount;
   ClothParticle& from = context.particles[group.i[k]];
   ClothParticle& to = context.particles[group.j[k]];
-  const ClothLanes one = SplatCloths(1), zero = SplatCloths(0);
-  ClothVectors d = (to.p - from.p) + (to.u - from.u) * context.substep.interval;
+  const ClothVectors d = (to.p - from.p) + (to.u - from.u) * context.substep.interval;
   const ClothLanes length = Sqrt(Dot(d, d));
-  ClothLanes divisor = length;
-  const ClothMask is_short = length < SplatCloths(kMinDirectionLength);
-  if (IsAnyLaneSet(is_short)) [[unlikely]] {
-    d = {Select(is_short, one, d.x), Select(is_short, zero, d.y), Select(is_short, zero, d.z)};
-    divisor = Select(is_short, one, length);
-  }
+  const ClothVectors n = Directions(d, length);
   const float weight = group.inverse_mass_i[k] + group.inverse_mass_j[k];
-  const ClothLanes move_per_length =
+  const ClothLanes move =
       Select(MaskOf(link.cloths),
-             (length - SplatCloths(group.rest_length[k])) / SplatCloths(weight) / divisor, zero);
-  from.p = from.p + (SplatCloths(group.inverse_mass_i[k]) * move_per_length) * d;
-  to.p = to.p - (SplatCloths(group.inverse_mass_j[k]) * move_per_length) * d;
+             (length - SplatCloths(group.rest_length[k])) / SplatCloths(weight), SplatCloths(0));
+  from.p = from.p + (SplatCloths(group.inverse_mass_i[k]) * move) * n;
+  to.p = to.p - (SplatCloths(group.inverse_mass_j[k]) * move) * n;
 }
 
-// Links that the strips have left far off in some cloths, and those at their ends, one by one.
+// Moves the links that strips have left far off in some cloths, and those at their ends, to their
+// lengths, one by one.
 void Refine(const LaneContext& context) {
   if (!context.controls.has_refinement()) return;
   const FloatModel& model = context.model;
@@ -230,9 +225,11 @@ void Refine(const LaneContext& context) {
       refinement.Mark(place, BitsOf(is_far_off));
     }
   }
-  const auto solve = [&](const RefinedLink& link) { MoveEnds(context, link); };
+  const auto move_ends = [&](const RefinedLink& link) { MoveEnds(context, link); };
   const auto cloths_far_off = [&](uint32_t place) { return BitsOf(IsFarOff(context, place)); };
-  refinement.Run(context.controls.solver, solve, cloths_far_off);
+  if (refinement.Run(context.controls.solver, move_ends, cloths_far_off)) {
+    FindContactFloors(context);
+  }
 }
 
 // One sweep over all point joints.

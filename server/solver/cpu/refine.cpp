@@ -52,8 +52,8 @@ std::span<const RefinedLink> Refinement::TakeLinks() {
   return links_;
 }
 
-uint32_t Refinement::ClothsGoingOn(std::span<const RefinedLink> solved, uint32_t solve_limit) {
-  for (const RefinedLink& link : solved) {
+uint32_t Refinement::ClothsGoingOn(std::span<const RefinedLink> moved, uint32_t solve_limit) {
+  for (const RefinedLink& link : moved) {
     for (uint32_t bits = link.cloths; bits != 0; bits &= bits - 1) {
       solves_[static_cast<size_t>(std::countr_zero(bits))] += kRefineSweeps;
     }

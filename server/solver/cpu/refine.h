@@ -1,5 +1,4 @@
-// Stage `refine` (server/solver/README.md, "Refinement"): which links are solved again, for both
-// paths.
+// Stage `refine` (server/solver/README.md, "Refinement"): which links are moved, for both paths.
 #pragma once
 
 #include <array>
@@ -23,7 +22,7 @@ struct RefineLimits {
   float max_sq;
 };
 
-// A link that is solved again, in some of the cloths of a group.
+// A link whose ends are moved, in some of the cloths of a group.
 struct RefinedLink {
   uint32_t place;   // as FloatModel::constraint_places
   uint32_t cloths;  // one bit each
@@ -38,24 +37,27 @@ class Refinement {
   void Begin(const FloatModel& model);
   // The link at this place is far off in these cloths, one bit each; not none.
   void Mark(uint32_t place, uint32_t cloths);
-  // Rounds until no link is far off, within the limits of `solver`: solve(RefinedLink) of all links
-  // at the ends of those that are, kRefineSweeps times in order of the colours; then another look,
-  // cloths_far_off(place), at those whose ends may have moved: the others are as they were.
-  template <class Solve, class ClothsFarOff>
-  void Run(const SolverChoice& solver, const Solve& solve, const ClothsFarOff& cloths_far_off) {
+  // Rounds until no link is far off, within the limits of `solver`: move_ends(RefinedLink) of all
+  // links at the ends of those that are, kRefineSweeps times in order of the colours; then another
+  // look, cloths_far_off(place), at those whose ends may have been moved: the others are as they
+  // were. Returns whether any were moved.
+  template <class MoveEnds, class ClothsFarOff>
+  bool Run(const SolverChoice& solver, const MoveEnds& move_ends,
+           const ClothsFarOff& cloths_far_off) {
     for (uint32_t round = 0; round < solver.refine_rounds; ++round) {
       const std::span<const RefinedLink> links = TakeLinks();
-      if (links.empty()) return;
+      if (links.empty()) return round > 0;
       for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
-        for (const RefinedLink& link : links) solve(link);
+        for (const RefinedLink& link : links) move_ends(link);
       }
-      if (round + 1 == solver.refine_rounds) return;
+      if (round + 1 == solver.refine_rounds) break;
       const uint32_t going_on = ClothsGoingOn(links, solver.refine_solves);
       for (const auto& [place, cloths] : links) MarkSome(place, cloths & going_on);
       for (const auto& [place, cloths] : TakeLinks()) {
         MarkSome(place, cloths & cloths_far_off(place));
       }
     }
+    return true;
   }
 
  private:
@@ -67,8 +69,8 @@ class Refinement {
   // The links at marked particles, in order of the colours; valid until called again. Takes the
   // marks away.
   std::span<const RefinedLink> TakeLinks();
-  // Counts what has been solved. The cloths that have not come to the limit.
-  uint32_t ClothsGoingOn(std::span<const RefinedLink> solved, uint32_t solve_limit);
+  // Counts what has been moved. The cloths that have not come to the limit.
+  uint32_t ClothsGoingOn(std::span<const RefinedLink> moved, uint32_t solve_limit);
 
   const FloatModel* model_ = nullptr;
   std::array<uint32_t, kMostCloths> solves_{};  // of each cloth since Begin

@@ -2,6 +2,7 @@
 
 #include "server/solver/cpu/constraint_math-inl.h"
 #include "server/solver/cpu/constraint_math.h"
+#include "server/solver/cpu/contacts.h"
 
 namespace drape::cpu {
 namespace {
@@ -52,17 +53,13 @@ void MoveEnds(const StepContext& context, uint32_t place) {
   const uint32_t i = group.i[lane], j = group.j[lane];
   Lanes* const p = context.scratch.state.positions.data();
   const Lanes* const u = context.scratch.state.velocities.data();
-  Lanes d = PredictedDifference(p[i], p[j], u[i], u[j], context.substep.interval);
+  const Lanes d = PredictedDifference(p[i], p[j], u[i], u[j], context.substep.interval);
   const float length = Length(d);
-  float divisor = length;
-  if (length < kMinDirectionLength) [[unlikely]] {
-    d = Lanes{1, 0, 0, 0};
-    divisor = 1;
-  }
+  const Lanes n = length < kMinDirectionLength ? Lanes{1, 0, 0, 0} : (1 / length) * d;
   const float weight = group.inverse_mass_i[lane] + group.inverse_mass_j[lane];
-  const float move_per_length = (length - group.rest_length[lane]) / weight / divisor;
-  p[i] += (group.inverse_mass_i[lane] * move_per_length) * d;
-  p[j] -= (group.inverse_mass_j[lane] * move_per_length) * d;
+  const float move = (length - group.rest_length[lane]) / weight;
+  p[i] += (group.inverse_mass_i[lane] * move) * n;
+  p[j] -= (group.inverse_mass_j[lane] * move) * n;
 }
 
 }  // namespace
@@ -72,11 +69,12 @@ void RefineLinks(const StepContext& context) {
   Refinement& refinement = context.scratch.refinement;
   refinement.Begin(context.model);
   MarkLinksFarOff(context);
-  const auto solve = [&](const RefinedLink& link) { MoveEnds(context, link.place); };
+  const auto move_ends = [&](const RefinedLink& link) { MoveEnds(context, link.place); };
   const auto cloths_far_off = [&](uint32_t place) -> uint32_t {
     return AreFarOff(context, context.model.groups[place / kLaneCount])[place % kLaneCount] ? 1 : 0;
   };
-  refinement.Run(context.controls.solver, solve, cloths_far_off);
+  const bool has_moved = refinement.Run(context.controls.solver, move_ends, cloths_far_off);
+  if (has_moved) FindContactFloors(context);
 }
 
 }  // namespace drape::cpu

@@ -5,7 +5,8 @@
 
 namespace drape::cpu {
 
-// Links that strips have left far off, and those at their ends, one by one.
+// Moves the links that strips have left far off, and those at their ends, to their lengths, one by
+// one.
 void RefineLinks(const StepContext& context);
 
 }  // namespace drape::cpu

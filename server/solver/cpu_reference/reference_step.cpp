@@ -303,7 +303,7 @@ class ReferenceStep {
 
   // Smallest gap that the end of the substep may have: 0, or less for what was deep inside before.
   double GapFloor(uint32_t i, size_t c) const {
-    const double gap = colliders_.AtStart(c, state_.positions_m[i]).gap;
+    const double gap = colliders_.AtStart(c, base_[i]).gap;
     return std::min(0.0, gap + kMaxDepenetrationSpeed_m_per_s * h_);
   }
 
@@ -327,7 +327,7 @@ class ReferenceStep {
     const bool has_friction =
         parameters_.friction_static > 0 && (beta.normal > 0 || !beta.tangential.isZero(0));
     if (!has_friction) return has_changed;
-    const Vector3d relative = u_[i] - colliders_.MeanVelocity(c, state_.positions_m[i]);
+    const Vector3d relative = u_[i] - colliders_.MeanVelocity(c, base_[i]);
     const Vector3d sliding = relative - relative.dot(n) * n;
     const Vector3d tangential =
         CoulombImpulse(beta.tangential - sliding, beta.normal, parameters_.friction_static,
