@@ -179,12 +179,7 @@ void Begin(const StepContext& context, const FloatState& state) {
   Copy(context, state, scratch.state);
   const bool has_two_steps = context.controls.schedule.has_two_steps();
   scratch.predicted.resize(has_two_steps ? state.positions.size() : 0);
-  const bool has_starts = context.controls.has_start_directions();
   scratch.strips.resize(context.team.max_members());
-  for (StripScratch& strips : scratch.strips) {
-    strips.links.resize(model.longest_strip);
-    strips.end_directions.resize(has_starts ? model.longest_strip : 0);
-  }
   scratch.accelerations.resize(model.has_springs() ? model.particle_count : 0);
   scratch.elastic_impulses.resize(model.elastic_groups.size() * kLaneCount);
   if (context.controls.has_air_forces) {

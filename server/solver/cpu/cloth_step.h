@@ -8,9 +8,9 @@
 #include "server/solver/cpu/collider_surface.h"
 #include "server/solver/cpu/float_controls.h"
 #include "server/solver/cpu/float_model.h"
+#include "server/solver/cpu/lane_memory.h"
 #include "server/solver/cpu/refine.h"
 #include "server/solver/cpu/step_team.h"
-#include "server/solver/cpu/wide_lanes.h"
 #include "server/solver/step_report.h"
 #include "server/solver/substep_schedule.h"
 
@@ -63,9 +63,9 @@ struct StripLinkSolution {
 
 // Of one group of strips.
 struct StripScratch {
-  std::vector<StripLinkSolution<WideLanes, WideVectors>> links;
-  std::vector<WideVectors> end_directions;  // of the links; only with start directions
-  std::vector<uint32_t> far_off;            // places of links that refinement found
+  LaneMemory links;
+  LaneMemory end_directions;      // of the links; only with start directions
+  std::vector<uint32_t> far_off;  // places of links that refinement found
 };
 
 // Working memory of one step; kept by a thread between steps only to save allocations.

@@ -1,5 +1,5 @@
 // The formulas of constraints over any lanes; no state, no loops over particles. Scalars is one
-// number of each lane: Lanes and WideLanes (constraints of one cloth side by side), or ClothLanes
+// number of each lane: Lanes or WideLanes (constraints of one cloth side by side), or ClothLanes
 // (one constraint of several cloths side by side); Vectors are the x, y and z of one vector of each
 // lane. The same operations in the same order whatever the lanes are: a cloth has the same bits on
 // either path. Symbols as in constraint_math.h. Compiled once per instruction set.
@@ -13,7 +13,6 @@
 #include <hwy/highway.h>
 
 #include "server/solver/cpu/constraint_math.h"
-#include "server/solver/cpu/wide_lanes.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {

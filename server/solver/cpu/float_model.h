@@ -9,7 +9,6 @@
 
 #include "server/scene/scene_model.h"
 #include "server/solver/cpu/lanes.h"
-#include "server/solver/cpu/wide_lanes.h"
 
 namespace drape::cpu {
 
@@ -50,7 +49,13 @@ struct Strips {
 };
 
 // Eight strips of one cloth.
-using StripLink = StripLinks<std::array<uint32_t, kWideCount>, WideLanes>;
+inline constexpr uint32_t kWideCount = 2 * kLaneCount;
+struct alignas(32) StripNumbers {
+  std::array<float, kWideCount> values;
+
+  void Set(uint32_t strip, float value) { values[strip] = value; }
+};
+using StripLink = StripLinks<std::array<uint32_t, kWideCount>, StripNumbers>;
 using StripGroup = Strips<std::array<uint32_t, kWideCount>>;
 
 // Two strips, the same of several cloths.

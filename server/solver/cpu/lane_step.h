@@ -2,7 +2,6 @@
 // gets the operations of StepCloth in the same order, and so the same bits.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -11,27 +10,10 @@
 
 #include "server/solver/cpu/cloth_step.h"
 #include "server/solver/cpu/collider_reach.h"
+#include "server/solver/cpu/lane_memory.h"
 #include "server/solver/step_report.h"
 
 namespace drape::cpu {
-
-// Working memory for vectors of any instruction set; keeps its size.
-class LaneMemory {
- public:
-  // Of at least this many; what they hold is left from before.
-  template <class T>
-  T* Reserve(size_t count) {
-    blocks_.resize(
-        std::max(blocks_.size(), (count * sizeof(T) + sizeof(Block) - 1) / sizeof(Block)));
-    return reinterpret_cast<T*>(blocks_.data());
-  }
-
- private:
-  struct alignas(64) Block {
-    std::byte bytes[64];
-  };
-  std::vector<Block> blocks_;
-};
 
 // Working memory of one step of a group; kept by a thread between steps only to save allocations.
 struct LaneScratch {

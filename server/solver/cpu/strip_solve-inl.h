@@ -42,6 +42,8 @@ class StripSolve {
         link_count_(group.link_end - group.link_begin),
         solution_(access.solution()),
         end_directions_(access.end_directions()),
+        limit_scale_(1 /
+                     (kMaxMove * access.inverse_interval() * kMaxMove * access.inverse_interval())),
         largest_ratio_sq_(access.Splat(0)),
         inverse_pivot_(access.Splat(0)) {}
 
@@ -147,9 +149,7 @@ class StripSolve {
   }
 
   void MeasureMove(const Link& link, const Vectors& change) {
-    const float max_speed_ratio = kMaxMove * access_.inverse_interval();  // per link length [1/s]
-    const float limit_scale = 1 / (max_speed_ratio * kMaxMove * access_.inverse_interval());
-    const Scalars scale = access_.Number(link.inverse_rest_length_sq) * limit_scale;
+    const Scalars scale = access_.Number(link.inverse_rest_length_sq) * limit_scale_;
     largest_ratio_sq_ = Max(Dot(change, change) * scale, largest_ratio_sq_);
   }
 
@@ -178,6 +178,7 @@ class StripSolve {
   const uint32_t link_count_;
   StripLinkSolution<Scalars, Vectors>* const solution_;
   Vectors* const end_directions_;
+  const float limit_scale_;  // over the square of a change of velocity that moves a link's length
   Scalars largest_ratio_sq_;
   Scalars inverse_pivot_;  // of the link eliminated last
 };

@@ -1,13 +1,22 @@
 #include "server/solver/cpu/strips.h"
 
+#include <array>
 #include <span>
+#include <vector>
+
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "server/solver/cpu/strips.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
 #include "server/solver/cpu/strip_solve-inl.h"
+#include "server/solver/cpu/wide_lanes-inl.h"
 
-namespace drape::cpu {
+HWY_BEFORE_NAMESPACE();
+namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
-// Eight strips of a phase, four and four: what strip_solve-inl.h sweeps over.
+// Eight strips of a phase: what strip_solve-inl.h sweeps over.
 class EightStrips {
  public:
   using Scalars = WideLanes;
@@ -28,14 +37,20 @@ class EightStrips {
   std::span<const StripGroup> groups() const { return groups_; }
   static void Prepare(const StripGroup&) {}
   const StripLink* links() const { return context_.model.strip_links.data(); }
-  StripLinkSolution<Scalars, Vectors>* solution() const { return scratch_.links.data(); }
-  Vectors* end_directions() const { return scratch_.end_directions.data(); }
+  StripLinkSolution<Scalars, Vectors>* solution() const {
+    return scratch_.links.Reserve<StripLinkSolution<Scalars, Vectors>>(
+        context_.model.longest_strip);
+  }
+  Vectors* end_directions() const {
+    if (!context_.controls.has_start_directions()) return nullptr;
+    return scratch_.end_directions.Reserve<Vectors>(context_.model.longest_strip);
+  }
   float tolerance() const { return context_.controls.tolerance; }
   WideLanes end_share() const { return WideSplat(context_.controls.end_share); }
   float interval() const { return context_.substep.interval; }
   float inverse_interval() const { return context_.substep.inverse_interval; }
   static WideLanes Splat(float value) { return WideSplat(value); }
-  static const WideLanes& Number(const WideLanes& number) { return number; }
+  static WideLanes Number(const StripNumbers& numbers) { return Load(numbers); }
 
   WideVectors PositionDifferences(const Ends& from, const Ends& to) const {
     return Differences(from, to, p_);
@@ -45,25 +60,29 @@ class EightStrips {
   }
 
   // Of the positions at the end of the substep, with half the shuffles.
-  WideVectors PredictedDifferences(const Ends& from, const Ends& to) const {
-    std::array<Lanes, kWideCount> d;
-    for (uint32_t lane = 0; lane < kWideCount; ++lane) {
-      d[lane] = PredictedDifference(p_[from[lane]], p_[to[lane]], u_[from[lane]], u_[to[lane]],
-                                    interval());
+  HWY_INLINE WideVectors PredictedDifferences(const Ends& from, const Ends& to) const {
+    const WideLanes interval = WideSplat(this->interval());
+    VectorPairs d;
+#pragma GCC unroll 4  // so that they stay in registers
+    for (uint32_t k = 0; k < kLaneCount; ++k) {
+      d[k] = Difference(from, to, k, p_) + interval * Difference(from, to, k, u_);
     }
     return Transpose(d);
   }
 
-  static const WideMask& Running(const WideMask& mask) { return mask; }
+  static const WideMask& Running(const WideMask& mask) {
+    return mask;
+  }
 
   // Pins are left alone: strips that another thread solves may be reading them.
   HWY_INLINE void Push(const Ends& particles, bool has_pins, const WideVectors& change) const {
-    const auto low = Transpose(LaneVectors{change.x.low, change.y.low, change.z.low});
-    const auto high = Transpose(LaneVectors{change.x.high, change.y.high, change.z.high});
-    for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
-      const uint32_t i = particles[lane], j = particles[lane + kLaneCount];
-      if (!has_pins || IsFree(i)) u_[i] += low[lane];
-      if (!has_pins || IsFree(j)) u_[j] += high[lane];
+    const VectorPairs changes = Transpose(change);
+#pragma GCC unroll 4
+    for (uint32_t k = 0; k < kLaneCount; ++k) {
+      const uint32_t i = particles[k], j = particles[k + kLaneCount];
+      const auto [low, high] = SplitVectors(changes[k]);
+      if (!has_pins || IsFree(i)) u_[i] += low;
+      if (!has_pins || IsFree(j)) u_[j] += high;
     }
   }
 
@@ -75,8 +94,9 @@ class EightStrips {
   }
   void AddImpulses(const Ends& places, const WideLanes& impulses) const {
     std::vector<Lanes>& sums = context_.scratch.distance_impulses;
+    const StripNumbers numbers = Store(impulses);
     for (uint32_t lane = 0; lane < kWideCount; ++lane) {
-      sums[places[lane] / kLaneCount][places[lane] % kLaneCount] += impulses.Get(lane);
+      sums[places[lane] / kLaneCount][places[lane] % kLaneCount] += numbers.values[lane];
     }
   }
 
@@ -86,19 +106,25 @@ class EightStrips {
   }
 
   static WideVectors Differences(const Ends& from, const Ends& to, const Lanes* values) {
-    std::array<Lanes, kWideCount> d;
-    for (uint32_t lane = 0; lane < kWideCount; ++lane)
-      d[lane] = values[to[lane]] - values[from[lane]];
+    VectorPairs d;
+    for (uint32_t k = 0; k < kLaneCount; ++k) d[k] = Difference(from, to, k, values);
     return Transpose(d);
+  }
+  // Of strips k and k + 4.
+  static WideLanes Difference(const Ends& from, const Ends& to, uint32_t k, const Lanes* values) {
+    return VectorsAt(to, k, values) - VectorsAt(from, k, values);
+  }
+  static WideLanes VectorsAt(const Ends& particles, uint32_t k, const Lanes* values) {
+    return JoinVectors(values[particles[k]], values[particles[k + kLaneCount]]);
   }
 
   // One number of each lane from an array of groups of lanes.
   static WideLanes GatherPlaces(const std::vector<Lanes>& groups, const Ends& places) {
-    WideLanes values{};
+    StripNumbers numbers;
     for (uint32_t lane = 0; lane < kWideCount; ++lane) {
-      values.Set(lane, groups[places[lane] / kLaneCount][places[lane] % kLaneCount]);
+      numbers.values[lane] = groups[places[lane] / kLaneCount][places[lane] % kLaneCount];
     }
-    return values;
+    return Load(numbers);
   }
 
   const StepContext& context_;
@@ -108,33 +134,38 @@ class EightStrips {
   StripScratch& scratch_;
 };
 
-bool SolveGroup(const StepContext& context, size_t index, uint32_t member) {
-  return IsAnyLaneSet(HWY_NAMESPACE::SweepStrips(EightStrips(context, index, member),
-                                                 context.model.has_compliance(),
-                                                 context.controls.has_start_directions()));
-}
-
 // Groups [begin, end) of a phase.
 bool SolveGroups(const StepContext& context, size_t begin, size_t end, uint32_t member) {
   bool has_changed = false;
   for (size_t g = begin; g < end; ++g) {
-    has_changed |= SolveGroup(context, g, member);
+    has_changed |=
+        IsAnyLaneSet(SweepStrips(EightStrips(context, g, member), context.model.has_compliance(),
+                                 context.controls.has_start_directions()));
   }
   return has_changed;
 }
 
 }  // namespace
+}  // namespace drape::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace drape::cpu {
+
+HWY_EXPORT(SolveGroups);
 
 bool SolveStrips(const StepContext& context) {
   const std::vector<uint32_t>& offsets = context.model.strip_phase_offsets;
   bool has_changed = false;
   for (size_t phase = 0; phase + 1 < offsets.size(); ++phase) {
-    has_changed |= context.team.AnyOf(offsets[phase], offsets[phase + 1], kStripGrain,
-                                      [&](size_t begin, size_t end, uint32_t member) {
-                                        return SolveGroups(context, begin, end, member);
-                                      });
+    has_changed |=
+        context.team.AnyOf(offsets[phase], offsets[phase + 1], kStripGrain,
+                           [&](size_t begin, size_t end, uint32_t member) {
+                             return HWY_DYNAMIC_DISPATCH(SolveGroups)(context, begin, end, member);
+                           });
   }
   return has_changed;
 }
 
 }  // namespace drape::cpu
+#endif  // HWY_ONCE

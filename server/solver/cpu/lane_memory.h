@@ -1,0 +1,28 @@
+// Working memory for vectors of whatever instruction set.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+namespace drape::cpu {
+
+// Working memory for vectors of any instruction set; keeps its size.
+class LaneMemory {
+ public:
+  // Of at least this many; what they hold is left from before.
+  template <class T>
+  T* Reserve(size_t count) {
+    blocks_.resize(
+        std::max(blocks_.size(), (count * sizeof(T) + sizeof(Block) - 1) / sizeof(Block)));
+    return reinterpret_cast<T*>(blocks_.data());
+  }
+
+ private:
+  struct alignas(64) Block {
+    std::byte bytes[64];
+  };
+  std::vector<Block> blocks_;
+};
+
+}  // namespace drape::cpu
