@@ -122,6 +122,14 @@ void DropSignsOfZeros(Lanes& vector) {
   vector += Lanes{};
 }
 
+// The components without which a particle has no fault: a quick look. A velocity is shorter than
+// twice its largest component.
+LaneMask AreBeyond(Lanes p, Lanes v) {
+  constexpr auto kMaxCoordinate = static_cast<float>(kMaxCoordinate_m);
+  constexpr auto kMaxComponent = static_cast<float>(kMaxSpeed_m_per_s / 2);
+  return ~((Abs(p) <= kMaxCoordinate) & (Abs(v) <= kMaxComponent));  // of no number too
+}
+
 bool IsFinite(Lanes vector) {
   return std::isfinite(vector[0]) && std::isfinite(vector[1]) && std::isfinite(vector[2]);
 }
@@ -154,13 +162,17 @@ FaultReason FindFault(const StepContext& context) {
 // The new state replaces the old one unless it has blown up.
 void Commit(const StepContext& context, FloatState& state, StepReport& report) {
   FloatState& result = context.scratch.state;
-  context.ForRanges(result.positions.size(), kParticleGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      DropSignsOfZeros(result.positions[i]);
-      DropSignsOfZeros(result.velocities[i]);
-    }
-  });
-  report.fault = FindFault(context);
+  const bool may_have_fault = context.team.AnyOf(
+      0, result.positions.size(), kParticleGrain, [&](size_t begin, size_t end, uint32_t) {
+        LaneMask are_beyond{};
+        for (size_t i = begin; i < end; ++i) {
+          DropSignsOfZeros(result.positions[i]);
+          DropSignsOfZeros(result.velocities[i]);
+          are_beyond |= AreBeyond(result.positions[i], result.velocities[i]);
+        }
+        return IsAnyLaneSet(are_beyond);
+      });
+  report.fault = may_have_fault ? FindFault(context) : FaultReason::kNone;
   if (report.fault == FaultReason::kNone) std::swap(state, result);
 }
 

@@ -155,15 +155,26 @@ struct LaneContext {
   ClothMask is_running{};  // those whose sweeps go on; the others stay as they are
 };
 
-// The same vector of each cloth, `vectors[lane]`.
-ClothVectors Interleave(const Lanes* const (&vectors)[kClothCount], size_t index) {
-  alignas(64) Lanes tile[kClothCount];
-  for (size_t lane = 0; lane < kClothCount; ++lane) tile[lane] = vectors[lane][index];
-  ClothVectors result;
-  ClothLanes unused;
-  hn::LoadInterleaved4(LaneTag(), reinterpret_cast<const float*>(tile), result.x.v, result.y.v,
-                       result.z.v, unused.v);
-  return result;
+// The same vectors of each cloth, `vectors[lane]`: store(index, vector) of each in turn. Several
+// are laid out before the first is read: a processor cannot hand several stores that it has not yet
+// done to one longer load.
+template <class Store>
+void Interleave(const Lanes* const (&vectors)[kClothCount], size_t count, const Store& store) {
+  constexpr size_t kTileCount = 8;
+  alignas(64) Lanes tiles[kTileCount][kClothCount];
+  for (size_t begin = 0; begin < count; begin += kTileCount) {
+    const size_t tile_count = std::min(kTileCount, count - begin);
+    for (size_t lane = 0; lane < kClothCount; ++lane) {
+      for (size_t k = 0; k < tile_count; ++k) tiles[k][lane] = vectors[lane][begin + k];
+    }
+    for (size_t k = 0; k < tile_count; ++k) {
+      ClothVectors result;
+      ClothLanes unused;
+      hn::LoadInterleaved4(LaneTag(), reinterpret_cast<const float*>(tiles[k]), result.x.v,
+                           result.y.v, result.z.v, unused.v);
+      store(begin + k, result);
+    }
+  }
 }
 
 void Separate(const ClothVectors& vectors, Lanes* const* results, size_t cloth_count,
@@ -202,7 +213,8 @@ void GatherRanges(std::span<const ColliderReach> reaches, LaneContext& context) 
     lows[lane] = low + lane;
     highs[lane] = high + lane;
   }
-  context.range = {Interleave(lows, 0), Interleave(highs, 0)};
+  Interleave(lows, 1, [&](size_t, const ClothVectors& v) { context.range.low = v; });
+  Interleave(highs, 1, [&](size_t, const ClothVectors& v) { context.range.high = v; });
 }
 
 // States and pin targets into the lanes; lanes without a cloth are like the last one.
@@ -216,12 +228,12 @@ void Gather(std::span<const LaneCloth> cloths, const LaneContext& context) {
     velocities[lane] = cloth.state.velocities.data();
     targets[lane] = cloth.context.pin_targets.data();
   }
-  for (size_t i = 0; i < context.particle_count(); ++i) {
-    context.particles[i] = {Interleave(positions, i), Interleave(velocities, i)};
-  }
-  for (size_t k = 0; k < context.model.pins.size(); ++k) {
-    context.pin_targets[k] = Interleave(targets, k);
-  }
+  Interleave(positions, context.particle_count(),
+             [&](size_t i, const ClothVectors& p) { context.particles[i].p = p; });
+  Interleave(velocities, context.particle_count(),
+             [&](size_t i, const ClothVectors& v) { context.particles[i].u = v; });
+  Interleave(targets, context.model.pins.size(),
+             [&](size_t k, const ClothVectors& target) { context.pin_targets[k] = target; });
 }
 
 // The lanes into one state per cloth.
