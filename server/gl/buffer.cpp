@@ -5,21 +5,35 @@
 
 namespace drape::gl {
 
-Result<Buffer> Buffer::Create(size_t size_bytes) {
+Result<Buffer> Buffer::Create(size_t size_bytes, GLbitfield flags) {
   DRAPE_CHECK(size_bytes > 0 && size_bytes <= std::numeric_limits<GLsizeiptr>::max(),
               "a buffer needs a size");
   while (glGetError() != GL_NO_ERROR) {
   }
   Buffer buffer;
   glCreateBuffers(1, &buffer.name_);
-  glNamedBufferStorage(buffer.name_, static_cast<GLsizeiptr>(size_bytes), nullptr,
-                       GL_DYNAMIC_STORAGE_BIT);
+  glNamedBufferStorage(buffer.name_, static_cast<GLsizeiptr>(size_bytes), nullptr, flags);
   buffer.size_bytes_ = size_bytes;
   if (glGetError() != GL_NO_ERROR) {
     return Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",
                   "the device has no room for " + std::to_string(size_bytes) + " more bytes");
   }
   return buffer;
+}
+
+Result<ReadbackBuffer> ReadbackBuffer::Create(size_t size_bytes) {
+  constexpr GLbitfield kMapping = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
+  Result<Buffer> buffer = Buffer::Create(size_bytes, kMapping | GL_CLIENT_STORAGE_BIT);
+  if (!buffer.ok()) return buffer.status();
+  ReadbackBuffer readback;
+  readback.buffer_ = std::move(buffer).value();
+  readback.bytes_ = static_cast<const std::byte*>(glMapNamedBufferRange(
+      readback.buffer_.name(), 0, static_cast<GLsizeiptr>(size_bytes), kMapping));
+  if (readback.bytes_ == nullptr) {
+    return Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",
+                  "the driver cannot map " + std::to_string(size_bytes) + " bytes");
+  }
+  return readback;
 }
 
 Buffer::~Buffer() {

@@ -17,7 +17,9 @@ class Buffer {
  public:
   Buffer() = default;
   // Contents are undefined. RESOURCE_EXHAUSTED (DEVICE_MEMORY) if the device has no room.
-  static Result<Buffer> Create(size_t size_bytes);
+  static Result<Buffer> Create(size_t size_bytes) {
+    return Create(size_bytes, GL_DYNAMIC_STORAGE_BIT);
+  }
   ~Buffer();
   Buffer(Buffer&& other) noexcept { *this = std::move(other); }
   Buffer& operator=(Buffer&& other) noexcept {
@@ -40,8 +42,32 @@ class Buffer {
   void BindUniforms(GLuint binding) const;
 
  private:
+  friend class ReadbackBuffer;
+  static Result<Buffer> Create(size_t size_bytes, GLbitfield flags);
+
   GLuint name_ = 0;
   size_t size_bytes_ = 0;
+};
+
+// Memory of the host that the device copies into and the host reads where it is, mapped as long as
+// it lives. Move-only; as Buffer.
+class ReadbackBuffer {
+ public:
+  // Contents are undefined. RESOURCE_EXHAUSTED (DEVICE_MEMORY) if there is no room.
+  static Result<ReadbackBuffer> Create(size_t size_bytes);
+
+  size_t size_bytes() const { return buffer_.size_bytes(); }
+  // On the device.
+  void CopyFrom(const Buffer& source, size_t source_offset_bytes, size_t offset_bytes,
+                size_t size_bytes) {
+    buffer_.CopyFrom(source, source_offset_bytes, offset_bytes, size_bytes);
+  }
+  // What was copied before a fence that the host has waited for. On any thread.
+  const std::byte* bytes() const { return bytes_; }
+
+ private:
+  Buffer buffer_;
+  const std::byte* bytes_ = nullptr;
 };
 
 }  // namespace drape::gl

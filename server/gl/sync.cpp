@@ -3,11 +3,7 @@
 namespace drape::gl {
 
 void WaitForDevice() {
-  const GLsync fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-  constexpr GLuint64 kOneSecond_ns = 1'000'000'000;
-  while (glClientWaitSync(fence, GL_SYNC_FLUSH_COMMANDS_BIT, kOneSecond_ns) == GL_TIMEOUT_EXPIRED) {
-  }
-  glDeleteSync(fence);
+  Fence::Insert().Wait();
 }
 
 Fence Fence::Insert() {
@@ -23,6 +19,13 @@ Fence::~Fence() {
 
 void Fence::WaitOnDevice() const {
   if (sync_ != nullptr) glWaitSync(sync_, 0, GL_TIMEOUT_IGNORED);
+}
+
+void Fence::Wait() const {
+  if (sync_ == nullptr) return;
+  constexpr GLuint64 kOneSecond_ns = 1'000'000'000;
+  while (glClientWaitSync(sync_, GL_SYNC_FLUSH_COMMANDS_BIT, kOneSecond_ns) == GL_TIMEOUT_EXPIRED) {
+  }
 }
 
 int64_t TimerQuery::ElapsedUs() const {

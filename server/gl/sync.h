@@ -11,7 +11,7 @@ namespace drape::gl {
 // Blocks until the device has done everything submitted before.
 void WaitForDevice();
 
-// A point in the work submitted by one context, for the other contexts of its share group. Owns the
+// A point in the work submitted by one context, for it and the others of its share group. Owns the
 // sync object. Move-only.
 class Fence {
  public:
@@ -31,6 +31,9 @@ class Fence {
   // What the current context submits from here on is done after the fence. Does not block the
   // thread.
   void WaitOnDevice() const;
+  // Blocks the thread until the device has come to the fence. With a context of the share group
+  // current.
+  void Wait() const;
 
  private:
   GLsync sync_ = nullptr;

@@ -57,7 +57,6 @@ class ActiveRequest {
   // The batch that this request took part in, from `begin_us` to `end_us`, is over.
   void AddBatch(const BatchReport& batch, uint32_t cloths, uint32_t requests, int64_t begin_us,
                 int64_t end_us);
-  void AddReadback(int64_t readback_us) { timing_.readback_us += readback_us; }
 
   // The answer; with the cloths' stamps as they are now.
   StepOutcome Outcome() const;

@@ -61,7 +61,10 @@ void DeviceLoop::Admit(StepWork work, int64_t submitted_us) {
 std::optional<int64_t> DeviceLoop::RunRound() {
   Finish(StartAndEnd());
   const std::vector<Part> parts = SelectParts();
-  if (parts.empty()) return std::nullopt;
+  if (parts.empty()) {
+    GiveAnswers();
+    return std::nullopt;
+  }
   const int64_t batch_us = StepBatch(parts);
   Finish(StartAndEnd());
   return batch_us;
@@ -138,7 +141,12 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
 int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
   const std::vector<StepItem> items = ItemsOf(parts);
   const int64_t begin_us = clock_.NowUs();
-  BatchReport batch = items.empty() ? BatchReport{} : backend_.Step(items);
+  BatchReport batch;
+  if (items.empty()) {
+    GiveAnswers();
+  } else {
+    batch = backend_.StepAhead(items, [this] { GiveAnswers(); });
+  }
   DRAPE_CHECK(batch.reports.size() == items.size(), "one report per item");
   const int64_t stepped_us = clock_.NowUs();
   size_t next = 0;
@@ -179,7 +187,8 @@ void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
   size_t particles = 0;
   const auto look = [&] {
     const ClothSpan looked_at(cloths);
-    const StateColumns state = std::move(ReadForAll(backend_, {&looked_at, 1}, {true, false})[0]);
+    const StateColumns state =
+        std::move(ReadForAll(backend_, {&looked_at, 1}, {true, false}).Take()[0]);
     size_t first_row = 0;
     for (const auto& cloth : cloths) {
       cloth->sleep().Look(state.positions_m, first_row, cloth->particle_count());
@@ -200,42 +209,62 @@ void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
   if (!cloths.empty()) look();
 }
 
-void DeviceLoop::ReadViews(const std::vector<RequestPointer>& over, StateFields fields,
-                           std::vector<View>& views) {
+void DeviceLoop::BeginView(StateFields fields, Answers& ended) {
   std::vector<size_t> wanting;
   std::vector<ClothSpan> receivers;
-  for (size_t r = 0; r < over.size(); ++r) {
-    if (over[r]->end_status().has_value() || over[r]->work().view != fields) continue;
-    wanting.push_back(r);
-    receivers.push_back(over[r]->work().cloths);
+  for (size_t k = 0; k < ended.answers.size(); ++k) {
+    const auto& [work, outcome] = ended.answers[k];
+    if (!outcome.status.ok() || work.view != fields) continue;
+    wanting.push_back(k);
+    receivers.push_back(work.cloths);
   }
   if (wanting.empty()) return;
   const int64_t begin_us = clock_.NowUs();
-  std::vector<StateColumns> columns = ReadForAll(backend_, receivers, fields);
+  ended.views.push_back({wanting, ReadForAll(backend_, receivers, fields)});
   const int64_t end_us = clock_.NowUs();
-  for (size_t w = 0; w < wanting.size(); ++w) {
-    views[wanting[w]] = {std::move(columns[w]), end_us};
-    over[wanting[w]]->AddReadback(end_us - begin_us);
+  for (const size_t k : wanting) ended.answers[k].outcome.timing.readback_us += end_us - begin_us;
+}
+
+void DeviceLoop::TakeView(View& view, std::vector<Answer>& answers) {
+  const int64_t begin_us = clock_.NowUs();
+  std::vector<StateColumns> columns = view.read.Take();
+  const int64_t end_us = clock_.NowUs();
+  for (size_t k = 0; k < columns.size(); ++k) {
+    StepOutcome& outcome = answers[view.answers[k]].outcome;
+    outcome.states = std::move(columns[k]);
+    outcome.timing.readback_us += end_us - begin_us;
+    outcome.device_done_us = end_us;
   }
 }
 
 void DeviceLoop::Finish(std::vector<RequestPointer> over) {
   if (over.empty()) return;
-  std::vector<View> views(over.size(), {std::nullopt, clock_.NowUs()});
-  ReadViews(over, {true, false}, views);
-  ReadViews(over, {false, true}, views);
-  ReadViews(over, {true, true}, views);
-  for (size_t r = 0; r < over.size(); ++r) {
-    StepOutcome outcome = over[r]->Outcome();
-    outcome.states = std::move(views[r].states);
-    outcome.device_done_us = views[r].done_us;
-    ended_(std::move(*over[r]).TakeWork(), std::move(outcome));
+  Answers ended;
+  for (const RequestPointer& request : over) {
+    StepOutcome outcome = request->Outcome();
+    outcome.device_done_us = clock_.NowUs();
+    ended.answers.push_back({std::move(*request).TakeWork(), std::move(outcome)});
+  }
+  BeginView({true, false}, ended);
+  BeginView({false, true}, ended);
+  BeginView({true, true}, ended);
+  answers_.push_back(std::move(ended));
+  const bool is_complete = std::all_of(answers_.begin(), answers_.end(),
+                                       [](const Answers& some) { return some.views.empty(); });
+  if (is_complete || !backend_.RunsAhead()) GiveAnswers();
+}
+
+void DeviceLoop::GiveAnswers() {
+  for (Answers& ended : std::exchange(answers_, {})) {
+    for (View& view : ended.views) TakeView(view, ended.answers);
+    for (Answer& answer : ended.answers) ended_(std::move(answer.work), std::move(answer.outcome));
   }
 }
 
 void DeviceLoop::EndAll(const Status& status) {
   for (const RequestPointer& request : requests_) request->EndWith(status);
   Finish(StartAndEnd());
+  GiveAnswers();
 }
 
 }  // namespace drape

@@ -14,6 +14,7 @@
 #include "server/core/clock.h"
 #include "server/scheduler/active_request.h"
 #include "server/scheduler/batch_policy.h"
+#include "server/scheduler/state_reading.h"
 #include "server/solver/backend.h"
 
 namespace drape {
@@ -60,8 +61,11 @@ class DeviceLoop {
   void Admit(StepWork work, int64_t submitted_us);
   // Ends what is cancelled, starts what can start, steps one batch, ends what is complete. As long
   // as has_requests(), each round brings something forward. How long the batch took [us]; nothing:
-  // there was none.
+  // there was none. Where the backend runs ahead, answers whose states are on their way stay
+  // behind: they are given while the batch of the next round is stepped.
   std::optional<int64_t> RunRound();
+  // Gives the answers that stayed behind. To be called where no round follows at once.
+  void GiveAnswers();
   bool has_requests() const { return !requests_.empty(); }
   // Ends every request with this status.
   void EndAll(const Status& status);
@@ -83,15 +87,23 @@ class DeviceLoop {
   int64_t StepBatch(const std::vector<Part>& parts);
   // Reads the positions of the cloths that want it, to find out whether they are at rest.
   void LookAtCloths(const std::vector<Part>& parts);
-  // Reads the states that the requests want, together where the fields agree, and hands out the
-  // outcomes in order.
-  void Finish(std::vector<RequestPointer> over);
-  struct View {
-    std::optional<StateColumns> states;
-    int64_t done_us = 0;  // when the device had done everything for the request
+  // Requests that ended together.
+  struct Answer {
+    StepWork work;
+    StepOutcome outcome;
   };
-  void ReadViews(const std::vector<RequestPointer>& over, StateFields fields,
-                 std::vector<View>& views);
+  struct View {
+    std::vector<size_t> answers;  // who wants it
+    ReadForAll read;
+  };
+  struct Answers {
+    std::vector<Answer> answers;  // in order of completion
+    std::vector<View> views;
+  };
+  // Begins to read the states that the requests want, together where the fields agree.
+  void Finish(std::vector<RequestPointer> over);
+  void BeginView(StateFields fields, Answers& ended);
+  void TakeView(View& view, std::vector<Answer>& answers);
 
   Backend& backend_;
   const Settings settings_;
@@ -102,6 +114,7 @@ class DeviceLoop {
   TenantIndex tenants_;
   FairShare share_;
   uint64_t round_ = 0;
+  std::vector<Answers> answers_;  // not given yet
 };
 
 }  // namespace drape

@@ -143,6 +143,7 @@ void Scheduler::Core::RunRounds(Backend& backend) {
       const std::lock_guard lock(mutex_);
       gathering_.EndBatch(*batch_us);
     }
+    if (!DoesRoundFollow(loop.has_requests())) loop.GiveAnswers();
     wake_at_us = observers_.Serve(backend, clock_.NowUs());
   }
   loop.EndAll(DrainingStatus());
@@ -152,6 +153,11 @@ void Scheduler::Core::RunRounds(Backend& backend) {
 bool Scheduler::Core::IsBatchDue(bool has_requests) const {
   if (submissions_.empty()) return false;
   return has_requests || is_draining_ || gathering_.awaited_count() == 0;
+}
+
+bool Scheduler::Core::DoesRoundFollow(bool has_requests) const {
+  const std::lock_guard lock(mutex_);
+  return !is_held_ && (has_requests || IsBatchDue(has_requests));
 }
 
 bool Scheduler::Core::IsAtTheEnd(bool has_requests) const {

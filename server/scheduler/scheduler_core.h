@@ -75,6 +75,8 @@ class Scheduler::Core {
                    std::optional<int64_t> wake_at_us);
   // The submissions that wait need not wait for more.
   bool IsBatchDue(bool has_requests) const;
+  // A batch will be stepped without waiting for anybody.
+  bool DoesRoundFollow(bool has_requests) const;
   bool IsAtTheEnd(bool has_requests) const;
   void EndRequest(StepWork work, StepOutcome outcome);
 

@@ -36,18 +36,21 @@ std::vector<ClothHandle> HandlesOf(std::span<const ClothSpan> receivers) {
 
 }  // namespace
 
-std::vector<StateColumns> ReadForAll(Backend& backend, std::span<const ClothSpan> receivers,
-                                     StateFields fields) {
+ReadForAll::ReadForAll(Backend& backend, std::span<const ClothSpan> receivers, StateFields fields) {
   const std::vector<ClothHandle> handles = HandlesOf(receivers);
-  StateColumns all = backend.Read({handles, fields.positions, fields.velocities});
+  read_ = backend.BeginRead({handles, fields.positions, fields.velocities});
+  for (const ClothSpan& cloths : receivers) rows_.push_back(ParticleTotal(cloths));
+}
+
+std::vector<StateColumns> ReadForAll::Take() {
+  StateColumns all = read_->Take();
   std::vector<StateColumns> columns;
-  if (receivers.size() == 1) {  // the usual case, without a copy
+  if (rows_.size() == 1) {  // the usual case, without a copy
     columns.push_back(std::move(all));
     return columns;
   }
   size_t first_row = 0;
-  for (const ClothSpan& cloths : receivers) {
-    const size_t rows = ParticleTotal(cloths);
+  for (const size_t rows : rows_) {
     columns.push_back(
         {Slice(all.positions_m, first_row, rows), Slice(all.velocities_m_per_s, first_row, rows)});
     first_row += rows;
@@ -58,7 +61,7 @@ std::vector<StateColumns> ReadForAll(Backend& backend, std::span<const ClothSpan
 ClothStates ReadClothStates(Backend& backend, ClothSpan cloths, StateFields fields) {
   ClothStates states;
   for (const auto& cloth : cloths) states.cloths.push_back(StampOf(*cloth));
-  states.columns = std::move(ReadForAll(backend, std::span(&cloths, 1), fields).front());
+  states.columns = std::move(ReadForAll(backend, std::span(&cloths, 1), fields).Take().front());
   return states;
 }
 

@@ -13,9 +13,17 @@ namespace drape {
 // Cloths that one receiver wants; all alive.
 using ClothSpan = std::span<const std::shared_ptr<ClothRuntime>>;
 
-// One backend.Read for all receivers, then a slice of the columns for each. Device thread.
-std::vector<StateColumns> ReadForAll(Backend& backend, std::span<const ClothSpan> receivers,
-                                     StateFields fields);
+// One backend.BeginRead for all receivers, and what each of them will get of it. Device thread.
+class ReadForAll {
+ public:
+  ReadForAll(Backend& backend, std::span<const ClothSpan> receivers, StateFields fields);
+  // A slice of the columns for each receiver. Once.
+  std::vector<StateColumns> Take();
+
+ private:
+  std::unique_ptr<PendingRead> read_;
+  std::vector<size_t> rows_;  // of each receiver
+};
 
 // Stamps and columns of the cloths, all alive. Device thread.
 ClothStates ReadClothStates(Backend& backend, ClothSpan cloths, StateFields fields);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -77,6 +78,14 @@ struct ReadRequest {
   bool velocities = false;
 };
 
+// States on their way to the host. On the device thread, before the backend is destroyed.
+class PendingRead {
+ public:
+  virtual ~PendingRead() = default;
+  // Waits until they are there. Once.
+  virtual StateColumns Take() = 0;
+};
+
 // What to change; unset members stay. A new model must have the same particle count; the state is
 // kept unless given. Writing a state clears a fault.
 struct ClothUpdate {
@@ -115,7 +124,18 @@ class Backend {
 
   // One time step of every item, in one go. Faulted cloths are left as they are and reported so.
   virtual BatchReport Step(std::span<const StepItem> items) = 0;
+  // The same for items, not none. A backend whose device works by itself (RunsAhead) calls
+  // `meanwhile` once before it waits for the device; it may take pending reads there, and nothing
+  // else. Others do not call it.
+  virtual BatchReport StepAhead(std::span<const StepItem> items,
+                                const std::function<void()>& /*meanwhile*/) {
+    return Step(items);
+  }
+  virtual bool RunsAhead() const { return false; }
   virtual StateColumns Read(const ReadRequest& request) = 0;
+  // The states as Read would give them now, whatever is stepped, written or destroyed before they
+  // are taken.
+  virtual std::unique_ptr<PendingRead> BeginRead(const ReadRequest& request);
   // The columns (float32: all positions, then all velocities) copied on the device, for another
   // context of its share group: nothing passes through the host and the device is not waited for.
   // Null where states are in the host's memory anyway or the device has no room: Read them.

@@ -58,6 +58,11 @@ class FakeDevice {
   void MakeCopies(std::shared_ptr<int> copy) {
     Locked([&] { copy_ = std::move(copy); });
   }
+  // From now on it works by itself, as far as callers can see: StepAhead calls its `meanwhile` when
+  // the step is done.
+  void RunAhead() {
+    Locked([&] { runs_ahead_ = true; });
+  }
   // Runs on the device thread in every Step, before anything else.
   void OnStep(std::function<void()> hook) {
     Locked([&] { on_step_ = std::move(hook); });
@@ -96,6 +101,7 @@ class FakeDevice {
   size_t writes_to_pass_ = 0;
   size_t writes_to_fail_ = 0;  // then
   std::vector<ClothHandle> faults_;
+  bool runs_ahead_ = false;
   std::function<void()> on_step_;
   std::vector<FakeBatch> batches_;
   std::vector<size_t> reads_;
@@ -166,6 +172,16 @@ class FakeBackend final : public Backend {
     }
     device_->Locked([&] { device_->batches_.push_back(std::move(record)); });
     return batch;
+  }
+
+  BatchReport StepAhead(std::span<const StepItem> items,
+                        const std::function<void()>& meanwhile) override {
+    BatchReport batch = Step(items);
+    if (RunsAhead()) meanwhile();
+    return batch;
+  }
+  bool RunsAhead() const override {
+    return device_->Locked([&] { return device_->runs_ahead_; });
   }
 
   StateColumns Read(const ReadRequest& request) override {

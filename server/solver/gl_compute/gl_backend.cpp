@@ -10,6 +10,7 @@
 #include "server/solver/gl_compute/cloth_table.h"
 #include "server/solver/gl_compute/device_arrays.h"
 #include "server/solver/gl_compute/gl_cloth.h"
+#include "server/solver/gl_compute/gl_read.h"
 #include "server/solver/gl_compute/kernels.h"
 #include "server/solver/gl_compute/state_reader.h"
 #include "server/solver/gl_compute/step_batch.h"
@@ -33,6 +34,7 @@ class GlBackend final : public Backend {
     MeasureKernels measure;
     DeviceTraits traits;
     BatchDevice device;
+    bool runs_ahead = false;
   };
 
   explicit GlBackend(Parts parts)
@@ -58,8 +60,12 @@ class GlBackend final : public Backend {
                              const ClothParameters& parameters,
                              const ParticleState& state) override;
   void Destroy(ClothHandle handle) override;
-  BatchReport Step(std::span<const StepItem> items) override;
-  StateColumns Read(const ReadRequest& request) override;
+  BatchReport Step(std::span<const StepItem> items) override { return StepAhead(items, nullptr); }
+  BatchReport StepAhead(std::span<const StepItem> items,
+                        const std::function<void()>& meanwhile) override;
+  bool RunsAhead() const override { return parts_.runs_ahead; }
+  StateColumns Read(const ReadRequest& request) override { return BeginRead(request)->Take(); }
+  std::unique_ptr<PendingRead> BeginRead(const ReadRequest& request) override;
   std::shared_ptr<gl::SharedCopy> CopyOnDevice(const ReadRequest& request) override;
   Status Write(ClothHandle handle, const ClothUpdate& update) override;
 
@@ -93,6 +99,8 @@ class GlBackend final : public Backend {
   void EndMotions(GlCloth& cloth);
   void WriteRecord(uint32_t slot);
   std::vector<float> ReadColumn(uint32_t begin, uint32_t count);
+  // All positions, then all velocities.
+  std::vector<StateColumn> ColumnsOf(const ReadRequest& request);
 
   Parts parts_;
   ModelStore models_;
@@ -264,7 +272,7 @@ void GlBackend::Destroy(ClothHandle handle) {
 std::vector<float> GlBackend::ReadColumn(uint32_t begin, uint32_t count) {
   std::vector<float> words(count);
   const StateColumn column{begin, count};
-  parts_.reader->Read(parts_.arrays->states.buffer(), std::span(&column, 1), words);
+  parts_.reader->Begin(parts_.arrays->states.buffer(), {&column, 1}).Take({words});
   return words;
 }
 
@@ -317,7 +325,8 @@ Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
   return Status::Ok();
 }
 
-BatchReport GlBackend::Step(std::span<const StepItem> items) {
+BatchReport GlBackend::StepAhead(std::span<const StepItem> items,
+                                 const std::function<void()>& meanwhile) {
   parts_.context->MakeCurrent();
   for (const StepItem& item : items) {
     GlCloth& cloth = cloths_.Find(item.cloth);
@@ -337,7 +346,8 @@ BatchReport GlBackend::Step(std::span<const StepItem> items) {
       WriteRecord(item.cloth.slot);
     }
   }
-  BatchReport report = RunBatch(items, cloths_, *parts_.arrays, parts_.measure, parts_.device);
+  BatchReport report = RunBatch(items, cloths_, *parts_.arrays, parts_.measure, parts_.device,
+                                parts_.runs_ahead ? meanwhile : nullptr);
   const std::string reset_reason = parts_.context->ResetReason();
   for (const StepItem& item : items) EndMotions(cloths_.Find(item.cloth));
   // Every state on the device is gone; only a new process can have a device again.
@@ -345,29 +355,7 @@ BatchReport GlBackend::Step(std::span<const StepItem> items) {
   return report;
 }
 
-StateColumns GlBackend::Read(const ReadRequest& request) {
-  parts_.context->MakeCurrent();
-  const auto read = [&](bool velocities) {
-    std::vector<StateColumn> columns;
-    size_t words = 0;
-    for (const ClothHandle handle : request.cloths) {
-      const GlCloth& cloth = cloths_.Find(handle);
-      const uint32_t count = 3 * cloth.particle_count();
-      columns.push_back({cloth.state.begin() + (velocities ? count : 0), count});
-      words += count;
-    }
-    std::vector<float> packed(words);
-    parts_.reader->Read(parts_.arrays->states.buffer(), columns, packed);
-    return packed;
-  };
-  StateColumns columns;
-  if (request.positions) columns.positions_m = read(false);
-  if (request.velocities) columns.velocities_m_per_s = read(true);
-  return columns;
-}
-
-std::shared_ptr<gl::SharedCopy> GlBackend::CopyOnDevice(const ReadRequest& request) {
-  parts_.context->MakeCurrent();
+std::vector<StateColumn> GlBackend::ColumnsOf(const ReadRequest& request) {
   std::vector<StateColumn> columns;
   for (const bool velocities : {false, true}) {
     if (!(velocities ? request.velocities : request.positions)) continue;
@@ -377,6 +365,23 @@ std::shared_ptr<gl::SharedCopy> GlBackend::CopyOnDevice(const ReadRequest& reque
       columns.push_back({cloth.state.begin() + (velocities ? count : 0), count});
     }
   }
+  return columns;
+}
+
+std::unique_ptr<PendingRead> GlBackend::BeginRead(const ReadRequest& request) {
+  parts_.context->MakeCurrent();
+  const std::vector<StateColumn> columns = ColumnsOf(request);
+  size_t words = 0;
+  for (const StateColumn& column : columns) words += column.count;
+  if (request.positions && request.velocities) words /= 2;
+  return std::make_unique<GlRead>(*parts_.context,
+                                  parts_.reader->Begin(parts_.arrays->states.buffer(), columns),
+                                  request.positions ? words : 0, request.velocities ? words : 0);
+}
+
+std::shared_ptr<gl::SharedCopy> GlBackend::CopyOnDevice(const ReadRequest& request) {
+  parts_.context->MakeCurrent();
+  const std::vector<StateColumn> columns = ColumnsOf(request);
   size_t bytes = 0;
   for (const StateColumn& column : columns) bytes += column.count * sizeof(float);
   if (bytes == 0) return nullptr;
@@ -449,6 +454,7 @@ Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options
                                  : is_software            ? kSoftwareLoopBudget
                                                           : kHardwareLoopBudget,
                   .strip_solve = options.strip_solve.value_or(StripSolveOf(limits))};
+  parts.runs_ahead = options.runs_ahead.value_or(!is_software);
   parts.device = {.limits = {limits.work_group_count_x, limits.work_group_count_y},
                   .has_timer_queries = !is_software};
   const int64_t max_bytes = options.max_array_bytes > 0

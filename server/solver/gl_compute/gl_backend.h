@@ -35,6 +35,9 @@ struct GlBackendOptions {
   // subgroups of enough invocations, else by elimination. Where the device does not compile a
   // kernel by reduction its cloths are solved by elimination, with a warning in the log.
   std::optional<StripSolve> strip_solve = std::nullopt;
+  // Whether the host goes on while the device works (Backend::StepAhead); unset: on hardware. A
+  // software renderer works on the calling thread.
+  std::optional<bool> runs_ahead = std::nullopt;
 };
 
 // Owns an OpenGL context on the calling thread, which becomes the device thread of the backend.

@@ -1,8 +1,11 @@
 #include "server/solver/gl_compute/state_reader.h"
 
 #include <algorithm>
-#include <vector>
+#include <bit>
+#include <cstring>
+#include <utility>
 
+#include "server/core/check.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -13,6 +16,9 @@ constexpr uint64_t kPackedBytes = 16 * 1024 * 1024;
 constexpr uint32_t kMaxItems = 16 * 1024;
 // Words per item: long columns are cut so that several work groups share them.
 constexpr uint32_t kPieceWords = 4096;
+constexpr size_t kMinReadbackBytes = 64 * 1024;
+// One on its way while another is read.
+constexpr size_t kMaxSpareBuffers = 2;
 
 }  // namespace
 
@@ -23,17 +29,27 @@ Result<StateReader> StateReader::Create(const gl::Program* pack, int64_t max_byt
   Result<gl::Buffer> packed =
       gl::Buffer::Create(std::min(kPackedBytes, static_cast<uint64_t>(max_bytes)));
   if (!packed.ok()) return packed.status();
-  return StateReader(pack, std::move(items).value(), std::move(packed).value(), limits);
+  return StateReader(pack, std::move(items).value(), std::move(packed).value(), max_bytes, limits);
 }
 
-void StateReader::Read(const gl::Buffer& states, std::span<const StateColumn> columns,
-                       std::span<float> packed) {
+StateTransfer StateReader::Begin(const gl::Buffer& states, std::span<const StateColumn> columns) {
+  size_t word_count = 0;
+  for (const StateColumn& column : columns) word_count += column.count;
+  StateTransfer transfer(this);
+  if (word_count == 0) return transfer;
+  transfer.memory_ = Memory(word_count * sizeof(float));
+  if (!transfer.memory_) transfer.words_.resize(word_count);
   const uint64_t round_words = packed_.size_bytes() / sizeof(float);
   std::vector<shader::PackItem> items;
   uint64_t words = 0;  // of this round
   uint64_t done = 0;   // of all rounds before
   const auto flush = [&] {
-    Transfer(states, items, packed.subspan(done, words));
+    Pack(states, items);
+    if (transfer.memory_) {
+      transfer.memory_->CopyFrom(packed_, 0, done * sizeof(float), words * sizeof(float));
+    } else {
+      packed_.Download(0, std::as_writable_bytes(std::span(transfer.words_).subspan(done, words)));
+    }
     done += words;
     words = 0;
     items.clear();
@@ -49,17 +65,51 @@ void StateReader::Read(const gl::Buffer& states, std::span<const StateColumn> co
     }
   }
   flush();
+  if (transfer.memory_) transfer.fence_ = gl::Fence::Insert();
+  return transfer;
 }
 
-void StateReader::Transfer(const gl::Buffer& states, std::span<const shader::PackItem> items,
-                           std::span<float> packed) {
-  if (items.empty()) return;
+void StateReader::Pack(const gl::Buffer& states, std::span<const shader::PackItem> items) {
   items_.Upload(0, std::as_bytes(items));
   items_.BindStorage(DRAPE_BINDING_ITEMS);
   states.BindStorage(DRAPE_BINDING_STATES);
   packed_.BindStorage(DRAPE_BINDING_PACKED);
   DispatchPerItem(*pack_, 0, static_cast<uint32_t>(items.size()), limits_);
-  packed_.Download(0, std::as_writable_bytes(packed));
+}
+
+std::optional<gl::ReadbackBuffer> StateReader::Memory(size_t size_bytes) {
+  size_bytes = std::max(std::bit_ceil(size_bytes), kMinReadbackBytes);
+  if (size_bytes > max_bytes_) return std::nullopt;
+  const auto fitting = std::find_if(spare_.begin(), spare_.end(), [&](const auto& memory) {
+    return memory.size_bytes() >= size_bytes;
+  });
+  if (fitting != spare_.end()) {
+    std::optional<gl::ReadbackBuffer> memory = std::move(*fitting);
+    spare_.erase(fitting);
+    return memory;
+  }
+  Result<gl::ReadbackBuffer> made = gl::ReadbackBuffer::Create(size_bytes);
+  if (!made.ok()) return std::nullopt;
+  return std::move(made).value();
+}
+
+// The smallest goes if there are too many.
+void StateReader::Return(gl::ReadbackBuffer memory) {
+  spare_.push_back(std::move(memory));
+  std::sort(spare_.begin(), spare_.end(),
+            [](const auto& a, const auto& b) { return a.size_bytes() < b.size_bytes(); });
+  if (spare_.size() > kMaxSpareBuffers) spare_.erase(spare_.begin());
+}
+
+void StateTransfer::Take(std::initializer_list<std::span<float>> parts) {
+  fence_.Wait();
+  const auto* next = memory_ ? memory_->bytes() : std::as_bytes(std::span(words_)).data();
+  for (const std::span<float> part : parts) {
+    if (part.empty()) continue;
+    std::memcpy(part.data(), next, part.size_bytes());
+    next += part.size_bytes();
+  }
+  if (memory_) reader_->Return(*std::exchange(memory_, std::nullopt));
 }
 
 }  // namespace drape

@@ -2,11 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <initializer_list>
+#include <optional>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "server/core/status.h"
 #include "server/gl/buffer.h"
 #include "server/gl/program.h"
+#include "server/gl/sync.h"
 #include "server/solver/gl_compute/step_plans.h"
 
 namespace drape {
@@ -17,27 +22,59 @@ struct StateColumn {
   uint32_t count = 0;
 };
 
-// Every call with the context current. Its buffers have a fixed size, so that reading cannot fail.
+class StateReader;
+
+// Columns on their way to the host. Move-only; with the context current, before the reader goes.
+class StateTransfer {
+ public:
+  // Waits for the device if it has to; the words one after another into `parts`, whose sizes add up
+  // to those of the columns. Once.
+  void Take(std::initializer_list<std::span<float>> parts);
+
+ private:
+  friend class StateReader;
+  explicit StateTransfer(StateReader* reader) : reader_(reader) {}
+
+  StateReader* reader_;
+  // Either where the device copies them to, or, where the host had no room for that, the words.
+  std::optional<gl::ReadbackBuffer> memory_;
+  gl::Fence fence_;
+  std::vector<float> words_;
+};
+
+// Every call with the context current. Its buffer on the device has a fixed size, and without room
+// for readback buffers it waits for the device at once, so that reading cannot fail.
 class StateReader {
  public:
-  // RESOURCE_EXHAUSTED (DEVICE_MEMORY). `pack` must outlive it.
+  // No buffer is larger than `max_bytes`. RESOURCE_EXHAUSTED (DEVICE_MEMORY). `pack` must outlive
+  // it.
   static Result<StateReader> Create(const gl::Program* pack, int64_t max_bytes,
                                     const DispatchLimits& limits);
 
-  // The columns one after another into `packed`, whose size is the sum of theirs.
-  void Read(const gl::Buffer& states, std::span<const StateColumn> columns,
-            std::span<float> packed);
+  // The columns one after another, as they are after all that was submitted before; what is
+  // submitted later does not change them.
+  StateTransfer Begin(const gl::Buffer& states, std::span<const StateColumn> columns);
 
  private:
-  StateReader(const gl::Program* pack, gl::Buffer items, gl::Buffer packed, DispatchLimits limits)
-      : pack_(pack), items_(std::move(items)), packed_(std::move(packed)), limits_(limits) {}
-  void Transfer(const gl::Buffer& states, std::span<const shader::PackItem> items,
-                std::span<float> packed);
+  friend class StateTransfer;
+  StateReader(const gl::Program* pack, gl::Buffer items, gl::Buffer packed, int64_t max_bytes,
+              DispatchLimits limits)
+      : pack_(pack),
+        items_(std::move(items)),
+        packed_(std::move(packed)),
+        max_bytes_(static_cast<uint64_t>(max_bytes)),
+        limits_(limits) {}
+  // A spare one that is large enough or a new one; nothing: there is no room.
+  std::optional<gl::ReadbackBuffer> Memory(size_t size_bytes);
+  void Return(gl::ReadbackBuffer memory);
+  void Pack(const gl::Buffer& states, std::span<const shader::PackItem> items);
 
   const gl::Program* pack_;
   gl::Buffer items_;
   gl::Buffer packed_;
+  uint64_t max_bytes_;  // of any buffer
   DispatchLimits limits_;
+  std::vector<gl::ReadbackBuffer> spare_;
 };
 
 }  // namespace drape

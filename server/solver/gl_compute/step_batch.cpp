@@ -110,7 +110,8 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
 }  // namespace
 
 BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, DeviceArrays& arrays,
-                     const MeasureKernels& measure, const BatchDevice& device) {
+                     const MeasureKernels& measure, const BatchDevice& device,
+                     const std::function<void()>& meanwhile) {
   BatchReport batch;
   if (items.empty()) return batch;
   const int64_t start_us = NowUs();
@@ -124,7 +125,9 @@ BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, Devi
   timer.Start();
   batch.dispatch_count = Dispatch(plan, arrays, measure, device.limits);
   timer.Stop();
-  gl::WaitForDevice();
+  const gl::Fence stepped = gl::Fence::Insert();
+  if (meanwhile) meanwhile();
+  stepped.Wait();
   const int64_t readback_start_us = NowUs();
   batch.device_us =
       device.has_timer_queries ? timer.ElapsedUs() : readback_start_us - start_us - batch.upload_us;

@@ -1,6 +1,7 @@
 // One batch on the device: upload, dispatch per variant, measure, read back the statuses.
 #pragma once
 
+#include <functional>
 #include <span>
 
 #include "server/solver/backend.h"
@@ -18,8 +19,10 @@ struct BatchDevice {
 };
 
 // Steps the items, marks cloths that blew up as faulted, and returns the reports. Pin targets are
-// in the arrays already. With the context current.
+// in the arrays already. `meanwhile`, if any, is called once the device has its work. With the
+// context current.
 BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, DeviceArrays& arrays,
-                     const MeasureKernels& measure, const BatchDevice& device);
+                     const MeasureKernels& measure, const BatchDevice& device,
+                     const std::function<void()>& meanwhile);
 
 }  // namespace drape
