@@ -1,5 +1,7 @@
 #include "server/gl/sync.h"
 
+#include "server/core/check.h"
+
 namespace drape::gl {
 
 void WaitForDevice() {
@@ -9,6 +11,7 @@ void WaitForDevice() {
 Fence Fence::Insert() {
   Fence fence;
   fence.sync_ = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
+  DRAPE_CHECK(fence.sync_ != nullptr, "the device is lost");
   glFlush();
   return fence;
 }
@@ -24,8 +27,11 @@ void Fence::WaitOnDevice() const {
 void Fence::Wait() const {
   if (sync_ == nullptr) return;
   constexpr GLuint64 kOneSecond_ns = 1'000'000'000;
-  while (glClientWaitSync(sync_, GL_SYNC_FLUSH_COMMANDS_BIT, kOneSecond_ns) == GL_TIMEOUT_EXPIRED) {
+  GLenum outcome = GL_TIMEOUT_EXPIRED;
+  while (outcome == GL_TIMEOUT_EXPIRED) {
+    outcome = glClientWaitSync(sync_, GL_SYNC_FLUSH_COMMANDS_BIT, kOneSecond_ns);
   }
+  DRAPE_CHECK(outcome != GL_WAIT_FAILED, "the device is lost");
 }
 
 int64_t TimerQuery::ElapsedUs() const {

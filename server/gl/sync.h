@@ -8,7 +8,8 @@
 
 namespace drape::gl {
 
-// Blocks until the device has done everything submitted before.
+// Blocks until the device has done everything submitted before. Aborts if it is lost: its memory is
+// gone, and only a new process can have it again.
 void WaitForDevice();
 
 // A point in the work submitted by one context, for it and the others of its share group. Owns the
@@ -31,8 +32,8 @@ class Fence {
   // What the current context submits from here on is done after the fence. Does not block the
   // thread.
   void WaitOnDevice() const;
-  // Blocks the thread until the device has come to the fence. With a context of the share group
-  // current.
+  // Blocks the thread until the device has come to the fence; aborts as WaitForDevice. With a
+  // context of the share group current.
   void Wait() const;
 
  private:

@@ -138,6 +138,11 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
   return items;
 }
 
+int64_t DeviceLoop::CostOf(const BatchReport& batch, int64_t wall_us) const {
+  if (!backend_.RunsAhead()) return wall_us;
+  return batch.upload_us + batch.device_us + batch.readback_us;
+}
+
 int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
   const std::vector<StepItem> items = ItemsOf(parts);
   const int64_t begin_us = clock_.NowUs();
@@ -149,6 +154,7 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
   }
   DRAPE_CHECK(batch.reports.size() == items.size(), "one report per item");
   const int64_t stepped_us = clock_.NowUs();
+  const auto cost_us = static_cast<double>(CostOf(batch, stepped_us - begin_us));
   size_t next = 0;
   uint64_t faults = 0, asleep = 0;
   for (const Part& part : parts) {
@@ -160,8 +166,7 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
         ++asleep;
         continue;
       }
-      const StepReport report = cloth.budget().Measured(batch.reports[next++],
-                                                        static_cast<double>(stepped_us - begin_us));
+      const StepReport report = cloth.budget().Measured(batch.reports[next++], cost_us);
       faults += report.fault != FaultReason::kNone && !cloth.is_faulted();
       part.request->CompleteStep(k, report);
       cloth.CompleteStep(report);
@@ -220,19 +225,16 @@ void DeviceLoop::BeginView(StateFields fields, Answers& ended) {
   }
   if (wanting.empty()) return;
   const int64_t begin_us = clock_.NowUs();
-  ended.views.push_back({wanting, ReadForAll(backend_, receivers, fields)});
-  const int64_t end_us = clock_.NowUs();
-  for (const size_t k : wanting) ended.answers[k].outcome.timing.readback_us += end_us - begin_us;
+  ended.views.push_back({wanting, begin_us, ReadForAll(backend_, receivers, fields)});
 }
 
 void DeviceLoop::TakeView(View& view, std::vector<Answer>& answers) {
-  const int64_t begin_us = clock_.NowUs();
   std::vector<StateColumns> columns = view.read.Take();
   const int64_t end_us = clock_.NowUs();
   for (size_t k = 0; k < columns.size(); ++k) {
     StepOutcome& outcome = answers[view.answers[k]].outcome;
     outcome.states = std::move(columns[k]);
-    outcome.timing.readback_us += end_us - begin_us;
+    outcome.timing.readback_us += end_us - view.begin_us;
     outcome.device_done_us = end_us;
   }
 }
@@ -259,6 +261,14 @@ void DeviceLoop::GiveAnswers() {
     for (View& view : ended.views) TakeView(view, ended.answers);
     for (Answer& answer : ended.answers) ended_(std::move(answer.work), std::move(answer.outcome));
   }
+}
+
+std::vector<std::string> DeviceLoop::AwaitedTenants() const {
+  std::vector<std::string> tenants;
+  for (const Answers& ended : answers_) {
+    for (const Answer& answer : ended.answers) tenants.push_back(answer.work.tenant);
+  }
+  return tenants;
 }
 
 void DeviceLoop::EndAll(const Status& status) {

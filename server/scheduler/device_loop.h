@@ -66,6 +66,8 @@ class DeviceLoop {
   std::optional<int64_t> RunRound();
   // Gives the answers that stayed behind. To be called where no round follows at once.
   void GiveAnswers();
+  // Whose they are, once for each.
+  std::vector<std::string> AwaitedTenants() const;
   bool has_requests() const { return !requests_.empty(); }
   // Ends every request with this status.
   void EndAll(const Status& status);
@@ -83,6 +85,8 @@ class DeviceLoop {
   std::vector<Part> SelectParts();
   // Of the cloths that are awake; wakes those on which something acts.
   std::vector<StepItem> ItemsOf(const std::vector<Part>& parts) const;
+  // How long the backend took [us]; what it does for answers while its device works is none of it.
+  int64_t CostOf(const BatchReport& batch, int64_t wall_us) const;
   // How long it took [us].
   int64_t StepBatch(const std::vector<Part>& parts);
   // Reads the positions of the cloths that want it, to find out whether they are at rest.
@@ -94,6 +98,7 @@ class DeviceLoop {
   };
   struct View {
     std::vector<size_t> answers;  // who wants it
+    int64_t begin_us;
     ReadForAll read;
   };
   struct Answers {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <utility>
 
 #include "server/core/check.h"
@@ -143,7 +144,7 @@ void Scheduler::Core::RunRounds(Backend& backend) {
       const std::lock_guard lock(mutex_);
       gathering_.EndBatch(*batch_us);
     }
-    if (!DoesRoundFollow(loop.has_requests())) loop.GiveAnswers();
+    if (!MayAnswersWait(loop)) loop.GiveAnswers();
     wake_at_us = observers_.Serve(backend, clock_.NowUs());
   }
   loop.EndAll(DrainingStatus());
@@ -155,9 +156,17 @@ bool Scheduler::Core::IsBatchDue(bool has_requests) const {
   return has_requests || is_draining_ || gathering_.awaited_count() == 0;
 }
 
-bool Scheduler::Core::DoesRoundFollow(bool has_requests) const {
+bool Scheduler::Core::MayAnswersWait(const DeviceLoop& loop) const {
+  if (observers_.size() > 0) return false;
   const std::lock_guard lock(mutex_);
-  return !is_held_ && (has_requests || IsBatchDue(has_requests));
+  if (is_held_ || !commands_.empty()) return false;
+  if (loop.has_requests()) return true;
+  if (!IsBatchDue(false)) return false;
+  std::map<std::string, uint32_t> awaited;
+  for (const std::string& tenant : loop.AwaitedTenants()) ++awaited[tenant];
+  return std::all_of(awaited.begin(), awaited.end(), [&](const auto& entry) {
+    return requests_by_tenant_.at(entry.first) > entry.second;
+  });
 }
 
 bool Scheduler::Core::IsAtTheEnd(bool has_requests) const {

@@ -75,8 +75,10 @@ class Scheduler::Core {
                    std::optional<int64_t> wake_at_us);
   // The submissions that wait need not wait for more.
   bool IsBatchDue(bool has_requests) const;
-  // A batch will be stepped without waiting for anybody.
-  bool DoesRoundFollow(bool has_requests) const;
+  // Whether answers that stayed behind may wait for the next batch: it comes at once, and nothing
+  // that would overtake them is to be done before. A tenant that has nothing else under way is
+  // answered at once: it may be about to come back, and batches wait for those (Gathering).
+  bool MayAnswersWait(const DeviceLoop& loop) const;
   bool IsAtTheEnd(bool has_requests) const;
   void EndRequest(StepWork work, StepOutcome outcome);
 

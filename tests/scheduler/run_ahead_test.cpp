@@ -82,10 +82,11 @@ class RunAheadSchedulerTest : public SchedulerTest {
  protected:
   RunAheadSchedulerTest() { device_->RunAhead(); }
 
-  Awaited<StepOutcome> SubmitViewing(const std::shared_ptr<ClothRuntime>& cloth) {
+  Awaited<StepOutcome> SubmitViewing(const std::shared_ptr<ClothRuntime>& cloth,
+                                     const std::string& tenant = "viewer") {
     Awaited<StepOutcome> outcome;
     StepWork work;
-    work.tenant = "viewer";
+    work.tenant = tenant;
     work.cloths = {cloth};
     work.steps = 1;
     work.view = {true, false};
@@ -113,6 +114,45 @@ TEST_F(RunAheadSchedulerTest, OfTwoUnderWayEachHasItsOwnStates) {
   EXPECT_EQ(std::get<std::vector<double>>(one.Get().states->positions_m)[1], -1);
   EXPECT_EQ(std::get<std::vector<double>>(two.Get().states->positions_m)[1], -2);
   EXPECT_EQ(device_->batches().size(), 2u);
+}
+
+// What is submitted while the first batch is stepped is the second one. Whether the answer to the
+// first has come when the second begins.
+class AnswerBeforeNextBatchTest : public RunAheadSchedulerTest {
+ protected:
+  // `wait`: for as long as it takes.
+  bool IsAnsweredBefore(const std::string& second_tenant, bool wait) {
+    Start();
+    const auto one = Cloth(), two = Cloth();
+    Awaited<StepOutcome> first, second;
+    size_t step = 0;
+    bool is_answered = false;
+    scheduler_->HoldForTest();
+    device_->OnStep([&] {
+      if (step++ == 0) {
+        second = SubmitViewing(two, second_tenant);
+      } else {
+        if (wait) first.Get();
+        is_answered = first.has_value();
+      }
+    });
+    first = SubmitViewing(one, "first");
+    scheduler_->ReleaseForTest();
+    first.Get();
+    while (device_->batches().size() < 2) std::this_thread::yield();
+    second.Get();
+    EXPECT_EQ(step, 2u);
+    return is_answered;
+  }
+};
+
+TEST_F(AnswerBeforeNextBatchTest, OfTheSameTenantItStaysBehind) {
+  EXPECT_FALSE(IsAnsweredBefore("first", false));
+}
+
+// It may come back at once, and the batch is to wait for it then (Gathering).
+TEST_F(AnswerBeforeNextBatchTest, OfATenantWithNothingElseUnderWayItIsGiven) {
+  EXPECT_TRUE(IsAnsweredBefore("other", true));
 }
 
 }  // namespace

@@ -54,6 +54,22 @@ TEST_P(FaultTest, SpringsBeyondTheirLimitWarnThenFaultAtTheLastGoodState) {
   backend.Destroy(cloth);
 }
 
+// Along a diagonal the speed is 1.7 times its components.
+TEST_P(FaultTest, TheSpeedCountsNotItsComponents) {
+  Backend& backend = SharedBackend(GetParam());
+  for (const double share : {0.5, 0.57, 0.59, 0.9}) {
+    Scene scene = SizedCloth(1, false);
+    scene.parameters.gravity_m_per_s2.setZero();
+    scene.parameters.settings.time_step_s = 1e-3;
+    scene.state.velocities_m_per_s[0].setConstant(share * kMaxSpeed_m_per_s);
+    const ClothHandle cloth = CreateCloth(backend, scene);
+    const StepReport report = StepAlone(backend, cloth, scene);
+    EXPECT_EQ(report.fault, share * std::sqrt(3) > 1 ? FaultReason::kRunaway : FaultReason::kNone)
+        << share;
+    backend.Destroy(cloth);
+  }
+}
+
 TEST_P(FaultTest, NotFiniteWithinOneStep) {
   Backend& backend = SharedBackend(GetParam());
   const Scene scene = ExplosiveSheet(5);

@@ -48,7 +48,7 @@ struct Strips {
   uint32_t link_end;
 };
 
-// Eight strips of one cloth.
+// Eight strips of one cloth, and a number of each.
 inline constexpr uint32_t kWideCount = 2 * kLaneCount;
 struct alignas(32) StripNumbers {
   std::array<float, kWideCount> values;

@@ -1,4 +1,4 @@
-// Working memory for vectors of whatever instruction set.
+// Memory whose type only the code of one instruction set knows.
 #pragma once
 
 #include <algorithm>

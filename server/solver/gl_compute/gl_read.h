@@ -2,9 +2,11 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "server/core/check.h"
 #include "server/gl/context.h"
 #include "server/solver/backend.h"
 #include "server/solver/gl_compute/state_reader.h"
@@ -28,6 +30,9 @@ class GlRead final : public PendingRead {
     context_.MakeCurrent();
     std::vector<float> positions(position_words_), velocities(velocity_words_);
     transfer_.Take({positions, velocities});
+    // A device that was reset signals its fences too: what is there may be an older read.
+    const std::string reset_reason = context_.ResetReason();
+    DRAPE_CHECK(reset_reason.empty(), reset_reason);
     return {std::move(positions), std::move(velocities)};
   }
 

@@ -19,6 +19,7 @@ constexpr uint32_t kPieceWords = 4096;
 constexpr size_t kMinReadbackBytes = 64 * 1024;
 // One on its way while another is read.
 constexpr size_t kMaxSpareBuffers = 2;
+constexpr uint64_t kReadsOfUnusedBuffer = 1000;  // after which it goes
 
 }  // namespace
 
@@ -35,7 +36,7 @@ Result<StateReader> StateReader::Create(const gl::Program* pack, int64_t max_byt
 StateTransfer StateReader::Begin(const gl::Buffer& states, std::span<const StateColumn> columns) {
   size_t word_count = 0;
   for (const StateColumn& column : columns) word_count += column.count;
-  StateTransfer transfer(this);
+  StateTransfer transfer(this, word_count);
   if (word_count == 0) return transfer;
   transfer.memory_ = Memory(word_count * sizeof(float));
   if (!transfer.memory_) transfer.words_.resize(word_count);
@@ -78,30 +79,40 @@ void StateReader::Pack(const gl::Buffer& states, std::span<const shader::PackIte
 }
 
 std::optional<gl::ReadbackBuffer> StateReader::Memory(size_t size_bytes) {
-  size_bytes = std::max(std::bit_ceil(size_bytes), kMinReadbackBytes);
   if (size_bytes > max_bytes_) return std::nullopt;
-  const auto fitting = std::find_if(spare_.begin(), spare_.end(), [&](const auto& memory) {
-    return memory.size_bytes() >= size_bytes;
+  const auto fitting = std::find_if(spare_.begin(), spare_.end(), [&](const Spare& spare) {
+    return spare.memory.size_bytes() >= size_bytes;
   });
   if (fitting != spare_.end()) {
-    std::optional<gl::ReadbackBuffer> memory = std::move(*fitting);
+    std::optional<gl::ReadbackBuffer> memory = std::move(fitting->memory);
     spare_.erase(fitting);
     return memory;
   }
-  Result<gl::ReadbackBuffer> made = gl::ReadbackBuffer::Create(size_bytes);
+  const uint64_t with_slack = std::max(std::bit_ceil(size_bytes), kMinReadbackBytes);
+  Result<gl::ReadbackBuffer> made =
+      gl::ReadbackBuffer::Create(std::max<uint64_t>(std::min(with_slack, max_bytes_), size_bytes));
   if (!made.ok()) return std::nullopt;
   return std::move(made).value();
 }
 
-// The smallest goes if there are too many.
+// Smallest first. What no read has taken for long goes, and the smallest if there are too many.
 void StateReader::Return(gl::ReadbackBuffer memory) {
-  spare_.push_back(std::move(memory));
-  std::sort(spare_.begin(), spare_.end(),
-            [](const auto& a, const auto& b) { return a.size_bytes() < b.size_bytes(); });
+  ++read_count_;
+  std::erase_if(spare_, [&](const Spare& spare) {
+    return read_count_ - spare.last_read > kReadsOfUnusedBuffer;
+  });
+  spare_.push_back({std::move(memory), read_count_});
+  std::sort(spare_.begin(), spare_.end(), [](const Spare& a, const Spare& b) {
+    return a.memory.size_bytes() < b.memory.size_bytes();
+  });
   if (spare_.size() > kMaxSpareBuffers) spare_.erase(spare_.begin());
 }
 
 void StateTransfer::Take(std::initializer_list<std::span<float>> parts) {
+  size_t words = 0;
+  for (const std::span<float> part : parts) words += part.size();
+  DRAPE_CHECK(words == word_count_, "the parts must add up to the columns");
+  if (words == 0) return;
   fence_.Wait();
   const auto* next = memory_ ? memory_->bytes() : std::as_bytes(std::span(words_)).data();
   for (const std::span<float> part : parts) {
@@ -110,6 +121,8 @@ void StateTransfer::Take(std::initializer_list<std::span<float>> parts) {
     next += part.size_bytes();
   }
   if (memory_) reader_->Return(*std::exchange(memory_, std::nullopt));
+  words_.clear();
+  word_count_ = 0;
 }
 
 }  // namespace drape

@@ -1,6 +1,7 @@
 // Brings columns of many cloths back in few transfers.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <initializer_list>
 #include <optional>
@@ -33,9 +34,11 @@ class StateTransfer {
 
  private:
   friend class StateReader;
-  explicit StateTransfer(StateReader* reader) : reader_(reader) {}
+  StateTransfer(StateReader* reader, size_t word_count)
+      : reader_(reader), word_count_(word_count) {}
 
   StateReader* reader_;
+  size_t word_count_;  // 0 once they are taken
   // Either where the device copies them to, or, where the host had no room for that, the words.
   std::optional<gl::ReadbackBuffer> memory_;
   gl::Fence fence_;
@@ -74,7 +77,12 @@ class StateReader {
   gl::Buffer packed_;
   uint64_t max_bytes_;  // of any buffer
   DispatchLimits limits_;
-  std::vector<gl::ReadbackBuffer> spare_;
+  struct Spare {
+    gl::ReadbackBuffer memory;
+    uint64_t last_read;  // of read_count_
+  };
+  std::vector<Spare> spare_;
+  uint64_t read_count_ = 0;
 };
 
 }  // namespace drape
