@@ -117,17 +117,19 @@ inline double EndShare(const SceneModel& model, const ClothParameters& parameter
   return std::max(of_weight, share(LoadRatio(model, parameters), kWhipBegin, kWhipEnd));
 }
 
-// Adds the refinement to a choice that is made otherwise. It is for grids, whose lengths can all be
-// met at once: where they contradict each other, moves would feed energy in every step. Strips of
-// one phase leave nothing, those of meshes leave errors everywhere; what gives way has no strain to
-// be measured by, and along start directions links that turn are left to the substeps. Never below
-// the tolerance: a sweep that changed nothing has left nothing to refine. Not more rounds than
-// substeps: of few substeps, many rounds took out less than some (tests/bench/README.md).
+// Adds the refinement to a choice that is made otherwise. Not where the lengths are not met at the
+// start already: if they contradict each other, moves would feed energy in every step. Strips of
+// one phase leave nothing, those of meshes, of many phases, leave errors everywhere; what gives way
+// has no strain to be measured by, and along start directions links that turn are left to the
+// substeps. Never below the tolerance: a sweep that changed nothing has left nothing to refine. Not
+// more rounds than substeps: of few substeps, many rounds took out less than some
+// (tests/bench/README.md).
 inline void ChooseRefinement(const SceneModel& model, const StepSettings& settings,
                              SolverChoice& choice) {
   const bool is_refined = settings.refine_above_strain > 0 && choice.has_strips &&
-                          model.grid_columns() > 0 && model.strips().phase_count() == 2 &&
-                          choice.end_share == 1 && !model.has_compliance();
+                          model.start_errors().max <= settings.refine_above_strain &&
+                          model.strips().phase_count() == 2 && choice.end_share == 1 &&
+                          !model.has_compliance();
   if (!is_refined) return;
   choice.refine_above_strain = std::max(settings.refine_above_strain, settings.tolerance);
   choice.refine_rounds = std::min(settings.substeps, kMaxRefineRounds);

@@ -182,17 +182,19 @@ TEST(ChooseSolver, UnequalMassesKeepToOneStep) {
 }
 
 // Lengths that contradict each other would be moved to in every step.
-TEST(ChooseSolver, OnlyGridsAreRefined) {
+TEST(ChooseSolver, OnlyLengthsThatCanBeMetAreRefined) {
   ClothParameters parameters;
   parameters.settings = PresetSettings(Preset::kRealtime);
   EXPECT_GT(ChooseSolver(*test::Grid(4, 4, 1, 1, {0}).model, parameters, false).refine_rounds, 0u);
-  const test::Scene triangle = test::Particles({{{0, 0, 0}, {1, 0, 0}, {2, 0.1, 0}},
-                                                {0.1, 0.1, 0.1},
-                                                {{0, 1, 1, 0}, {1, 2, 1, 0}, {0, 2, 3, 0}},
-                                                {}},
-                                               {0});
-  ASSERT_EQ(triangle.model->strips().phase_count(), 2u);
-  EXPECT_EQ(ChooseSolver(*triangle.model, parameters, false).refine_rounds, 0u);
+  for (const double length_m : {1.9, 3.0}) {
+    const test::Scene triangle = test::Particles({{{0, 0, 0}, {1, 0, 0}, {2, 0.1, 0}},
+                                                  {0.1, 0.1, 0.1},
+                                                  {{0, 1, 1, 0}, {1, 2, 1, 0}, {0, 2, length_m, 0}},
+                                                  {}},
+                                                 {0});
+    ASSERT_EQ(triangle.model->strips().phase_count(), 2u);
+    EXPECT_EQ(ChooseSolver(*triangle.model, parameters, false).refine_rounds > 0, length_m < 2);
+  }
 }
 
 TEST(RaiseSubsteps, KeepsTheLoadWithinItsLimit) {
