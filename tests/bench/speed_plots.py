@@ -3,13 +3,14 @@
 import math
 
 from matplotlib import pyplot, ticker
+from matplotlib.colors import ListedColormap
 
 import speed_cost
 import speed_curve
 from rows import distinct, select
 
 SIZE_IN = (6.6, 5)
-FAMILY_COLOURS = pyplot.get_cmap("tab10")
+FAMILY_COLOURS = ListedColormap(pyplot.get_cmap("tab10").colors + pyplot.get_cmap("Dark2").colors[3:8:4])
 
 
 def plain(axis):
@@ -25,7 +26,7 @@ def draw_curve(rows):
         for k, family in enumerate(families):
             some = sorted(select(ok, family=family), key=lambda row: row["us_one_thread"])
             panel.plot([row["us_one_thread"] for row in some], [100 * row[column] for row in some], marker="o", markersize=3.5,
-                       linewidth=1.1, linestyle="--" if family == "Bullet" else "-", color=FAMILY_COLOURS(k % 10), label=family)
+                       linewidth=1.1, linestyle="--" if family == "Bullet" else "-", color=FAMILY_COLOURS(k % FAMILY_COLOURS.N), label=family)
         for has_tethers, marker in ((False, "s"), (True, "D")):
             points = [point for point in speed_curve.NVCLOTH if point[3] == has_tethers]
             panel.plot([point[0] for point in points], [100 * point[published] for point in points], marker, color="black",
@@ -38,7 +39,7 @@ def draw_curve(rows):
         panel.set_ylabel(f"{column.split('_')[0]} strain in the last second [%]")
         panel.grid(True, which="both", alpha=0.25)
     axes[0].axhline(100 * speed_curve.STRAIN_BAR, color="black", linewidth=1, linestyle=":")
-    axes[1].legend(fontsize=8)
+    figure.legend(*axes[1].get_legend_handles_labels(), fontsize=8, ncol=5, loc="upper center", bbox_to_anchor=(0.5, 0.02))
     return figure
 
 
