@@ -193,7 +193,7 @@ void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
   const auto look = [&] {
     const ClothSpan looked_at(cloths);
     const StateColumns state =
-        std::move(ReadForAll(backend_, {&looked_at, 1}, {true, false}).Take()[0]);
+        std::move(SharedRead(backend_, {&looked_at, 1}, {true, false}).Take()[0]);
     size_t first_row = 0;
     for (const auto& cloth : cloths) {
       cloth->sleep().Look(state.positions_m, first_row, cloth->particle_count());
@@ -225,7 +225,7 @@ void DeviceLoop::BeginView(StateFields fields, Answers& ended) {
   }
   if (wanting.empty()) return;
   const int64_t begin_us = clock_.NowUs();
-  ended.views.push_back({wanting, begin_us, ReadForAll(backend_, receivers, fields)});
+  ended.views.push_back({wanting, begin_us, SharedRead(backend_, receivers, fields)});
 }
 
 void DeviceLoop::TakeView(View& view, std::vector<Answer>& answers) {
@@ -263,7 +263,7 @@ void DeviceLoop::GiveAnswers() {
   }
 }
 
-std::vector<std::string> DeviceLoop::AwaitedTenants() const {
+std::vector<std::string> DeviceLoop::UnansweredTenants() const {
   std::vector<std::string> tenants;
   for (const Answers& ended : answers_) {
     for (const Answer& answer : ended.answers) tenants.push_back(answer.work.tenant);

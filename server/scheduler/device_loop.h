@@ -67,7 +67,7 @@ class DeviceLoop {
   // Gives the answers that stayed behind. To be called where no round follows at once.
   void GiveAnswers();
   // Whose they are, once for each.
-  std::vector<std::string> AwaitedTenants() const;
+  std::vector<std::string> UnansweredTenants() const;
   bool has_requests() const { return !requests_.empty(); }
   // Ends every request with this status.
   void EndAll(const Status& status);
@@ -99,7 +99,7 @@ class DeviceLoop {
   struct View {
     std::vector<size_t> answers;  // who wants it
     int64_t begin_us;
-    ReadForAll read;
+    SharedRead read;
   };
   struct Answers {
     std::vector<Answer> answers;  // in order of completion

@@ -162,9 +162,9 @@ bool Scheduler::Core::MayAnswersWait(const DeviceLoop& loop) const {
   if (is_held_ || !commands_.empty()) return false;
   if (loop.has_requests()) return true;
   if (!IsBatchDue(false)) return false;
-  std::map<std::string, uint32_t> awaited;
-  for (const std::string& tenant : loop.AwaitedTenants()) ++awaited[tenant];
-  return std::all_of(awaited.begin(), awaited.end(), [&](const auto& entry) {
+  std::map<std::string, uint32_t> unanswered;
+  for (const std::string& tenant : loop.UnansweredTenants()) ++unanswered[tenant];
+  return std::all_of(unanswered.begin(), unanswered.end(), [&](const auto& entry) {
     return requests_by_tenant_.at(entry.first) > entry.second;
   });
 }

@@ -36,13 +36,13 @@ std::vector<ClothHandle> HandlesOf(std::span<const ClothSpan> receivers) {
 
 }  // namespace
 
-ReadForAll::ReadForAll(Backend& backend, std::span<const ClothSpan> receivers, StateFields fields) {
+SharedRead::SharedRead(Backend& backend, std::span<const ClothSpan> receivers, StateFields fields) {
   const std::vector<ClothHandle> handles = HandlesOf(receivers);
   read_ = backend.BeginRead({handles, fields.positions, fields.velocities});
   for (const ClothSpan& cloths : receivers) rows_.push_back(ParticleTotal(cloths));
 }
 
-std::vector<StateColumns> ReadForAll::Take() {
+std::vector<StateColumns> SharedRead::Take() {
   StateColumns all = read_->Take();
   std::vector<StateColumns> columns;
   if (rows_.size() == 1) {  // the usual case, without a copy
@@ -61,7 +61,7 @@ std::vector<StateColumns> ReadForAll::Take() {
 ClothStates ReadClothStates(Backend& backend, ClothSpan cloths, StateFields fields) {
   ClothStates states;
   for (const auto& cloth : cloths) states.cloths.push_back(StampOf(*cloth));
-  states.columns = std::move(ReadForAll(backend, std::span(&cloths, 1), fields).Take().front());
+  states.columns = std::move(SharedRead(backend, std::span(&cloths, 1), fields).Take().front());
   return states;
 }
 

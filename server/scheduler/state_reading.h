@@ -14,9 +14,9 @@ namespace drape {
 using ClothSpan = std::span<const std::shared_ptr<ClothRuntime>>;
 
 // One backend.BeginRead for all receivers, and what each of them will get of it. Device thread.
-class ReadForAll {
+class SharedRead {
  public:
-  ReadForAll(Backend& backend, std::span<const ClothSpan> receivers, StateFields fields);
+  SharedRead(Backend& backend, std::span<const ClothSpan> receivers, StateFields fields);
   // A slice of the columns for each receiver. Once.
   std::vector<StateColumns> Take();
 

@@ -19,7 +19,7 @@ TEST(StateReading, OneReadIsCutIntoASliceForEach) {
   backend.Step(std::span(&second, 1));
 
   const std::vector<ClothSpan> receivers{ClothSpan(cloths).first(2), ClothSpan(cloths).last(2)};
-  const auto columns = ReadForAll(backend, receivers, {true, true}).Take();
+  const auto columns = SharedRead(backend, receivers, {true, true}).Take();
   ASSERT_EQ(columns.size(), 2u);
   EXPECT_EQ(device->reads(), std::vector<size_t>{4});
   EXPECT_EQ(std::get<std::vector<double>>(columns[0].positions_m),

@@ -166,39 +166,32 @@ inline std::array<Lanes, 2> SplitVectors(const WideLanes& both) {
 #endif
 }
 
-// Of each four lanes of a and b: two of each in turn, the lower or the upper ones.
-inline WideLanes InterleaveLower(const WideLanes& a, const WideLanes& b) {
+// Of each four lanes of a (0 to 3) and the same four of b (4 to 7) those that are named.
+template <int k0, int k1, int k2, int k3>
+inline WideLanes Pick(const WideLanes& a, const WideLanes& b) {
 #if HWY_MAX_BYTES >= 32
-  return {{__builtin_shufflevector(a.parts[0], b.parts[0], 0, 8, 1, 9, 4, 12, 5, 13)}};
+  constexpr int kSkip = kLaneCount;  // the other four lanes of a
+  constexpr int l0 = k0 < 4 ? k0 : k0 + kSkip, l1 = k1 < 4 ? k1 : k1 + kSkip,
+                l2 = k2 < 4 ? k2 : k2 + kSkip, l3 = k3 < 4 ? k3 : k3 + kSkip;
+  return {{__builtin_shufflevector(a.parts[0], b.parts[0], l0, l1, l2, l3, l0 + kSkip, l1 + kSkip,
+                                   l2 + kSkip, l3 + kSkip)}};
 #else
   return EachPart<WideLanes>(
-      [](const Part& x, const Part& y) { return __builtin_shufflevector(x, y, 0, 4, 1, 5); }, a, b);
+      [](const Part& x, const Part& y) { return __builtin_shufflevector(x, y, k0, k1, k2, k3); }, a,
+      b);
 #endif
+}
+inline WideLanes InterleaveLower(const WideLanes& a, const WideLanes& b) {
+  return Pick<0, 4, 1, 5>(a, b);
 }
 inline WideLanes InterleaveUpper(const WideLanes& a, const WideLanes& b) {
-#if HWY_MAX_BYTES >= 32
-  return {{__builtin_shufflevector(a.parts[0], b.parts[0], 2, 10, 3, 11, 6, 14, 7, 15)}};
-#else
-  return EachPart<WideLanes>(
-      [](const Part& x, const Part& y) { return __builtin_shufflevector(x, y, 2, 6, 3, 7); }, a, b);
-#endif
+  return Pick<2, 6, 3, 7>(a, b);
 }
-// Of each four lanes of a and b: the lower two of both, or the upper ones.
 inline WideLanes JoinLower(const WideLanes& a, const WideLanes& b) {
-#if HWY_MAX_BYTES >= 32
-  return {{__builtin_shufflevector(a.parts[0], b.parts[0], 0, 1, 8, 9, 4, 5, 12, 13)}};
-#else
-  return EachPart<WideLanes>(
-      [](const Part& x, const Part& y) { return __builtin_shufflevector(x, y, 0, 1, 4, 5); }, a, b);
-#endif
+  return Pick<0, 1, 4, 5>(a, b);
 }
 inline WideLanes JoinUpper(const WideLanes& a, const WideLanes& b) {
-#if HWY_MAX_BYTES >= 32
-  return {{__builtin_shufflevector(a.parts[0], b.parts[0], 2, 3, 10, 11, 6, 7, 14, 15)}};
-#else
-  return EachPart<WideLanes>(
-      [](const Part& x, const Part& y) { return __builtin_shufflevector(x, y, 2, 3, 6, 7); }, a, b);
-#endif
+  return Pick<2, 3, 6, 7>(a, b);
 }
 
 // Eight vectors x, y, z, 0: pair k has vectors k and k + 4.
