@@ -24,6 +24,22 @@ void CompletionQueue::Push(std::function<void()> function) {
   function();
 }
 
+void CompletionQueue::RunOrPush(std::function<void()> function) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (!is_stopped_ && (is_running_ || !functions_.empty())) {
+      functions_.push_back(std::move(function));
+      wake_.notify_one();
+      return;
+    }
+    is_running_ = true;
+  }
+  function();
+  const std::lock_guard lock(mutex_);
+  is_running_ = false;
+  wake_.notify_one();
+}
+
 void CompletionQueue::Stop() {
   DRAPE_CHECK(!IsOnThread(), "the completion thread cannot wait for itself");
   {
@@ -37,14 +53,16 @@ void CompletionQueue::Stop() {
 void CompletionQueue::Loop() {
   std::unique_lock lock(mutex_);
   for (;;) {
-    wake_.wait(lock, [this] { return is_stopping_ || !functions_.empty(); });
+    wake_.wait(lock, [this] { return !is_running_ && (is_stopping_ || !functions_.empty()); });
     if (functions_.empty()) break;
     std::function<void()> function = std::move(functions_.front());
     functions_.pop_front();
+    is_running_ = true;
     lock.unlock();
     function();
     function = nullptr;  // what it captured goes before the next one runs, and without the lock
     lock.lock();
+    is_running_ = false;
   }
   is_stopped_ = true;
 }

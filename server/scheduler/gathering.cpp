@@ -24,7 +24,9 @@ void Gathering::Arrive(const std::string& tenant, int64_t now_us) {
   Client& client = found->second;
   awaited_count_ -= client.comes_back;
   client.is_away = false;
-  client.comes_back = now_us - client.answered_us < delay_us_;
+  const int64_t away_us = now_us - client.answered_us;
+  client.comes_back = away_us < delay_us_;
+  client.is_quick = away_us < kLook_us;
 }
 
 void Gathering::Answer(const std::string& tenant, uint32_t left, int64_t now_us) {
@@ -33,6 +35,7 @@ void Gathering::Answer(const std::string& tenant, uint32_t left, int64_t now_us)
   client.answered_us = now_us;
   client.is_away = true;
   awaited_count_ += client.comes_back;
+  look_until_us_ = client.is_quick ? now_us + std::min(kLook_us, delay_us_) : 0;
 }
 
 std::optional<int64_t> Gathering::WaitUntil(int64_t now_us) {

@@ -20,6 +20,8 @@ FrameDecision DecideFrame(const FrameSituation& situation) {
   FrameDecision decision;
   if (!situation.is_newly_due && !situation.is_owed) return decision;
   decision.is_owed = true;
+  // A newer frame takes the place of the earlier one.
+  decision.is_dropped = situation.is_newly_due && situation.is_owed && situation.lacked_credit;
   if (situation.is_paused) return decision;
   if (situation.max_hz > 0 && situation.last_frame_us.has_value()) {
     const double interval = std::min(std::ceil(1e6 / situation.max_hz), kMaxInterval_us);
@@ -31,7 +33,7 @@ FrameDecision DecideFrame(const FrameSituation& situation) {
     }
   }
   if (situation.credit == 0 || situation.frames_in_flight >= kMaxFramesInFlight) {
-    decision.is_dropped = situation.is_newly_due && situation.is_owed;
+    decision.lacked_credit = true;
     return decision;
   }
   decision.send = true;
@@ -89,6 +91,7 @@ std::optional<int64_t> ObserverSet::Serve(Backend& backend, int64_t now_us) {
     FrameSituation situation;
     situation.is_newly_due = IsNewlyDue(subscription);
     situation.is_owed = subscription.is_owed;
+    situation.lacked_credit = subscription.lacked_credit;
     situation.is_paused = subscription.observer->is_paused_;
     situation.credit = subscription.observer->credit_;
     situation.frames_in_flight = subscription.observer->frames_in_flight_;
@@ -97,6 +100,7 @@ std::optional<int64_t> ObserverSet::Serve(Backend& backend, int64_t now_us) {
     situation.last_frame_us = subscription.last_frame_us;
     const FrameDecision decision = DecideFrame(situation);
     subscription.is_owed = decision.is_owed;
+    subscription.lacked_credit = decision.lacked_credit;
     subscription.frames_dropped += decision.is_dropped;
     if (decision.send && SendFrame(subscription, backend)) subscription.last_frame_us = now_us;
     if (decision.wake_at_us.has_value()) {

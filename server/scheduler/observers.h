@@ -24,8 +24,9 @@ inline constexpr uint32_t kMaxFramesInFlight = 2;
 
 // What decides about one subscription at one moment.
 struct FrameSituation {
-  bool is_newly_due = false;  // some cloth reached a multiple of every_n_steps, or was reset
-  bool is_owed = false;       // an earlier frame was due and is not sent yet
+  bool is_newly_due = false;   // some cloth reached a multiple of every_n_steps, or was reset
+  bool is_owed = false;        // an earlier frame was due and is not sent yet
+  bool lacked_credit = false;  // or a free place in flight: that is what held back the earlier one
   bool is_paused = false;
   uint32_t credit = 0;
   uint32_t frames_in_flight = 0;
@@ -34,8 +35,10 @@ struct FrameSituation {
   std::optional<int64_t> last_frame_us;
 };
 struct FrameDecision {
-  bool send = false;        // read and send the latest state now
-  bool is_owed = false;     // is_owed of the next situation
+  bool send = false;  // read and send the latest state now
+  // Of the next situation.
+  bool is_owed = false;
+  bool lacked_credit = false;
   bool is_dropped = false;  // count one frame that was due and will not be sent
   // Owed only because of max_hz: look again then.
   std::optional<int64_t> wake_at_us;
@@ -123,6 +126,7 @@ class ObserverSet {
     std::shared_ptr<Observer> observer;
     std::vector<Seen> seen;  // [cloth]
     bool is_owed = true;     // the first frame
+    bool lacked_credit = false;
     uint64_t frame = 0;
     uint64_t frames_dropped = 0;
     std::optional<int64_t> last_frame_us;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <memory>
+#include <span>
 #include <utility>
 
 #include "server/core/check.h"
@@ -15,6 +17,15 @@ namespace {
 // While a subscription waits for its rate limit, look at the clock at least this often [us], even
 // if the clock is turned by hand or the time has just passed.
 constexpr int64_t kMinWait_us = 1000;
+
+// An answer with the states of so many takes some 0.1 ms to write.
+constexpr size_t kMaxParticlesGivenAtOnce = size_t{1} << 16;
+
+size_t ParticleCount(std::span<const std::shared_ptr<ClothRuntime>> cloths) {
+  size_t count = 0;
+  for (const auto& cloth : cloths) count += cloth->particle_count();
+  return count;
+}
 
 Status QueueFull(const std::string& limit, uint32_t value, int64_t retry_after_ms) {
   Status status(StatusCode::kResourceExhausted, "QUEUE_FULL",
@@ -59,7 +70,7 @@ Status Scheduler::Core::Post(DeviceCommand command) {
     return QueueFull("max_queued_commands", limits_.max_queued_commands, limits_.retry_after_ms);
   }
   commands_.push_back(std::move(command));
-  wake_.notify_one();
+  Notify();
   return Status::Ok();
 }
 
@@ -67,7 +78,7 @@ bool Scheduler::Core::PostCleanup(DeviceCommand command) {
   const std::lock_guard lock(mutex_);
   if (is_stopped_) return false;
   commands_.push_back(std::move(command));
-  wake_.notify_one();
+  Notify();
   return true;
 }
 
@@ -88,21 +99,34 @@ Status Scheduler::Core::Submit(StepWork work) {
   gathering_.Arrive(work.tenant, now_us);
   submissions_.push_back({std::move(work), now_us});
   // The device thread need not see every one of many that come one by one.
-  if (gathering_.awaited_count() == 0) wake_.notify_one();
+  if (gathering_.awaited_count() == 0) Notify();
   return Status::Ok();
 }
 
 void Scheduler::Core::EndRequest(StepWork work, StepOutcome outcome) {
+  bool is_idle = false;
   {
     const std::lock_guard lock(mutex_);
     --request_count_;
     const auto tenant = requests_by_tenant_.find(work.tenant);
     gathering_.Answer(work.tenant, --tenant->second, clock_.NowUs());
     if (tenant->second == 0) requests_by_tenant_.erase(tenant);
+    is_idle = request_count_ == 0 && commands_.empty() && observers_.size() == 0;
   }
+  Give(std::move(work), std::move(outcome), is_idle);
+}
+
+void Scheduler::Core::Give(StepWork work, StepOutcome outcome, bool is_idle) {
+  const bool is_small =
+      !outcome.states.has_value() || ParticleCount(work.cloths) <= kMaxParticlesGivenAtOnce;
   // std::function wants what it holds to be copyable; the outcome is moved out once.
   auto held = std::make_shared<StepOutcome>(std::move(outcome));
-  completions_.Push([work = std::move(work), held] { work.done(std::move(*held)); });
+  auto give = [work = std::move(work), held] { work.done(std::move(*held)); };
+  if (is_idle && is_small) {
+    completions_.RunOrPush(std::move(give));
+  } else {
+    completions_.Push(std::move(give));
+  }
 }
 
 void Scheduler::Core::DeviceThread(const BackendFactory& factory, std::promise<Status>& started) {
@@ -175,6 +199,20 @@ bool Scheduler::Core::IsAtTheEnd(bool has_requests) const {
   return is_idle || clock_.NowUs() >= drain_deadline_us_;
 }
 
+void Scheduler::Core::Notify() {
+  news_.fetch_add(1, std::memory_order_release);
+  wake_.notify_all();
+}
+
+void Scheduler::Core::LookForNews(std::unique_lock<std::mutex>& lock, int64_t until_us) {
+  const uint64_t seen = news_.load(std::memory_order_relaxed);
+  lock.unlock();
+  while (news_.load(std::memory_order_acquire) == seen && clock_.NowUs() < until_us) {
+    std::this_thread::yield();  // whoever brings the news may want this core
+  }
+  lock.lock();
+}
+
 void Scheduler::Core::WaitForWork(std::unique_lock<std::mutex>& lock, bool has_requests,
                                   std::optional<int64_t> wake_at_us) {
   using std::chrono::microseconds;
@@ -194,6 +232,8 @@ void Scheduler::Core::WaitForWork(std::unique_lock<std::mutex>& lock, bool has_r
       wake_.wait(lock);
     } else if (has_work || is_time) {
       return;
+    } else if (const int64_t until_us = gathering_.LookUntil(); now_us < until_us) {
+      LookForNews(lock, until_us);
     } else if (gather_until_us.has_value()) {
       const auto gather_until = steady_clock::now() + microseconds(*gather_until_us - now_us);
       wake_.wait_until(lock, std::min(gather_until, wake_at.value_or(gather_until)));
@@ -230,7 +270,7 @@ void Scheduler::Core::Drain(int64_t grace_us) {
     is_draining_ = true;
     is_held_ = false;
     drain_deadline_us_ = clock_.NowUs() + grace_us;
-    wake_.notify_all();
+    Notify();
   }
   device_thread_.join();
   completions_.Stop();
@@ -246,13 +286,13 @@ void Scheduler::Core::Release() {
   const std::lock_guard lock(mutex_);
   is_held_ = false;
   is_woken_ = true;  // a rate limit may have passed meanwhile
-  wake_.notify_all();
+  Notify();
 }
 
 void Scheduler::Core::Wake() {
   const std::lock_guard lock(mutex_);
   is_woken_ = true;
-  wake_.notify_all();
+  Notify();
 }
 
 bool Scheduler::Core::is_draining() const {

@@ -1,6 +1,7 @@
 // The inside of the scheduler: queue, device thread, drain. Only scheduler.cpp includes this.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -73,6 +74,10 @@ class Scheduler::Core {
   // The rest with mutex_ held.
   void WaitForWork(std::unique_lock<std::mutex>& lock, bool has_requests,
                    std::optional<int64_t> wake_at_us);
+  // Wakes the device thread, whether it sleeps or looks. With mutex_ held.
+  void Notify();
+  // Returns when there is news or at that time, by the clock.
+  void LookForNews(std::unique_lock<std::mutex>& lock, int64_t until_us);
   // The submissions that wait need not wait for more.
   bool IsBatchDue(bool has_requests) const;
   // Whether answers that stayed behind may wait for the next batch: it comes at once, and nothing
@@ -81,6 +86,8 @@ class Scheduler::Core {
   bool MayAnswersWait(const DeviceLoop& loop) const;
   bool IsAtTheEnd(bool has_requests) const;
   void EndRequest(StepWork work, StepOutcome outcome);
+  // The answer to a request. `is_idle`: the device thread has nothing else to do.
+  void Give(StepWork work, StepOutcome outcome, bool is_idle);
 
   const SchedulerLimits limits_;
   const Clock& clock_;
@@ -94,6 +101,7 @@ class Scheduler::Core {
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;    // for the device thread
+  std::atomic<uint64_t> news_{0};   // how often it was notified
   std::condition_variable parked_;  // for Hold
   std::deque<DeviceCommand> commands_;
   std::deque<Submission> submissions_;

@@ -149,7 +149,8 @@ struct StepWork {
   bool report = false;  // measure in the last step of each cloth
   StateFields view;     // states after the last step
   CancelToken cancel;   // takes effect after the current round
-  // Called exactly once, on the completion thread, in order of completion. Must not block.
+  // Called exactly once, in order of completion, on the completion thread; on the device thread
+  // where that has nothing else to do. Must not block.
   std::function<void(StepOutcome)> done;
 };
 

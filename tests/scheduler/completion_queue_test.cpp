@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <future>
+#include <thread>
 #include <vector>
 
 namespace drape {
@@ -30,6 +33,45 @@ TEST(CompletionQueue, StopRunsWhatTheLastFunctionsPush) {
   queue.Push([&] { queue.Push([&] { is_run = true; }); });
   queue.Stop();
   EXPECT_TRUE(is_run);
+}
+
+TEST(CompletionQueue, WhereNothingWaitsTheCallerRunsIt) {
+  CompletionQueue queue;
+  std::thread::id thread;
+  queue.RunOrPush([&] { thread = std::this_thread::get_id(); });
+  EXPECT_EQ(thread, std::this_thread::get_id());
+}
+
+TEST(CompletionQueue, WhatRunsIsNotOvertaken) {
+  CompletionQueue queue;
+  std::vector<int> order;
+  std::promise<void> may_end;
+  queue.Push([&, ended = may_end.get_future().share()] {
+    ended.wait();
+    order.push_back(0);
+  });
+  bool is_on_thread = false;
+  queue.RunOrPush([&] {
+    order.push_back(1);
+    is_on_thread = queue.IsOnThread();
+  });
+  EXPECT_FALSE(is_on_thread);
+  may_end.set_value();
+  queue.Stop();
+  EXPECT_EQ(order, (std::vector{0, 1}));
+  EXPECT_TRUE(is_on_thread);
+}
+
+TEST(CompletionQueue, TheThreadWaitsForWhatTheCallerRuns) {
+  CompletionQueue queue;
+  std::vector<int> order;
+  queue.RunOrPush([&] {
+    queue.Push([&] { order.push_back(1); });
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    order.push_back(0);
+  });
+  queue.Stop();
+  EXPECT_EQ(order, (std::vector{0, 1}));
 }
 
 TEST(CompletionQueue, AfterStopThePusherRunsIt) {

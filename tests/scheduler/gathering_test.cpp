@@ -78,6 +78,35 @@ TEST_F(GatheringTest, NobodyIsAwaitedForLongerThanTheLimit) {
   }
 }
 
+TEST_F(GatheringTest, OneThatCameBackQuicklyIsLookedFor) {
+  constexpr int64_t kLong_us = 10 * Gathering::kLook_us;
+  Gathering gathering(kLong_us);
+  gathering.EndBatch(kLong_us);
+  const auto show = [&](const std::string& tenant, int64_t gap_us, int64_t now_us) {
+    gathering.Arrive(tenant, now_us - gap_us);
+    gathering.Answer(tenant, 0, now_us - gap_us);
+    gathering.Arrive(tenant, now_us);
+    gathering.Answer(tenant, 0, now_us);
+  };
+  EXPECT_EQ(gathering.LookUntil(), 0);
+  show("slow", Gathering::kLook_us, 50'000);
+  EXPECT_EQ(gathering.awaited_count(), 1u);
+  EXPECT_EQ(gathering.LookUntil(), 0) << "it is slept for";
+  gathering.Arrive("slow", 50'001);
+  show("quick", Gathering::kLook_us - 1, 60'000);
+  EXPECT_EQ(gathering.LookUntil(), 60'000 + Gathering::kLook_us);
+  show("other", 10, 60'100);
+  EXPECT_EQ(gathering.LookUntil(), 0) << "two are awaited";
+  gathering.Arrive("other", 60'110);
+  gathering.Arrive("quick", 60'120);
+  EXPECT_EQ(gathering.LookUntil(), 0) << "nobody is";
+}
+
+TEST_F(GatheringTest, NobodyIsLookedForLongerThanAwaited) {
+  Show("a", 100, 5000);
+  EXPECT_EQ(gathering_.LookUntil(), 5000 + kDelay_us);
+}
+
 // Else a small batch, which leaves no time for the others, would be followed by a small batch.
 TEST_F(GatheringTest, OneSmallBatchDoesNotEndTheWaiting) {
   gathering_.EndBatch(10);

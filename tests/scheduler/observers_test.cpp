@@ -38,10 +38,26 @@ TEST(DecideFrame, WithoutCreditTheFrameIsOwedAndTheOneBeforeItDropped) {
   EXPECT_FALSE(decision.send);
   EXPECT_TRUE(decision.is_owed);
   EXPECT_FALSE(decision.is_dropped);
-  situation.is_owed = true;
+  situation.is_owed = decision.is_owed;
+  situation.lacked_credit = decision.lacked_credit;
   decision = DecideFrame(situation);
   EXPECT_TRUE(decision.is_owed);
   EXPECT_TRUE(decision.is_dropped);
+}
+
+TEST(DecideFrame, WhatLackedCreditCountsAlsoWhereTheNextOneIsSent) {
+  FrameSituation situation = Due();
+  situation.is_owed = true;
+  situation.lacked_credit = true;
+  FrameDecision decision = DecideFrame(situation);
+  EXPECT_TRUE(decision.send);
+  EXPECT_TRUE(decision.is_dropped);
+  EXPECT_FALSE(decision.lacked_credit);
+  situation.is_newly_due = false;
+  EXPECT_FALSE(DecideFrame(situation).is_dropped) << "it is the one that is sent";
+  situation.is_newly_due = true;
+  situation.lacked_credit = false;
+  EXPECT_FALSE(DecideFrame(situation).is_dropped) << "a pause or the rate limit held it back";
 }
 
 TEST(DecideFrame, AnOwedFrameGoesAsSoonAsThereIsCredit) {

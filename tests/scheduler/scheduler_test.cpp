@@ -430,5 +430,63 @@ TEST_F(SchedulerTest, ManyClientsAtOnce) {
   for (const auto& cloth : cloths) EXPECT_EQ(cloth->progress().completed_steps, 101u);
 }
 
+class AnswerThreadTest : public SchedulerTest {
+ protected:
+  // Where the answer to one step of the cloth is given.
+  Awaited<std::thread::id> ThreadOfAnswer(const std::string& tenant,
+                                          const std::shared_ptr<ClothRuntime>& cloth,
+                                          StateFields view = {}) {
+    Awaited<std::thread::id> thread;
+    StepWork work;
+    work.tenant = tenant;
+    work.cloths = {cloth};
+    work.steps = 1;
+    work.view = view;
+    work.done = [thread](const StepOutcome& outcome) mutable {
+      EXPECT_TRUE(outcome.status.ok());
+      thread.Set(std::this_thread::get_id());
+    };
+    EXPECT_TRUE(scheduler_->Submit(std::move(work)).ok());
+    return thread;
+  }
+
+  std::thread::id DeviceThread() {
+    std::thread::id thread;
+    EXPECT_TRUE(scheduler_
+                    ->RunBlocking([&](Backend&) {
+                      thread = std::this_thread::get_id();
+                      return Status::Ok();
+                    })
+                    .ok());
+    return thread;
+  }
+};
+
+TEST_F(AnswerThreadTest, TheDeviceThreadGivesTheLastAnswerItself) {
+  Start();
+  const std::thread::id device_thread = DeviceThread();
+  const auto first_cloth = Cloth(), second_cloth = Cloth();
+  EXPECT_EQ(ThreadOfAnswer("a", first_cloth).Get(), device_thread);
+  scheduler_->HoldForTest();
+  const auto first = ThreadOfAnswer("a", first_cloth), second = ThreadOfAnswer("b", second_cloth);
+  scheduler_->ReleaseForTest();
+  EXPECT_NE(first.Get(), device_thread) << "the answer of b was to be given next";
+  second.Get();
+}
+
+TEST_F(AnswerThreadTest, LongAnswersAreNotGivenOnTheDeviceThread) {
+  Start();
+  const std::thread::id device_thread = DeviceThread();
+  std::shared_ptr<ClothRuntime> cloth;
+  ASSERT_TRUE(scheduler_
+                  ->RunBlocking([&](Backend& backend) {
+                    cloth = BeginCloth(backend, ChainModel((1u << 16) + 1));
+                    return Status::Ok();
+                  })
+                  .ok());
+  EXPECT_EQ(ThreadOfAnswer("a", cloth).Get(), device_thread) << "without states it is short";
+  EXPECT_NE(ThreadOfAnswer("a", cloth, {true, false}).Get(), device_thread);
+}
+
 }  // namespace
 }  // namespace drape
