@@ -142,6 +142,17 @@ TEST_F(BenchTest, LocalSizesInTurn) {
   EXPECT_THAT(readme, HasSubstr("| 16 particles, 2 per group |"));
 }
 
+// As gpu_round.sh does it: what is measured is read without what is not.
+TEST_F(BenchTest, PartsOfSpeedOneByOne) {
+  for (const char* part : {"limits", "cost"}) {
+    const Ending ending = Bench("speed --backends=cpu,gl --parts=" + std::string(part));
+    ASSERT_EQ(ending.exit_status, 0) << ending.text;
+    const Ending read = Tables("");
+    EXPECT_EQ(read.exit_status, 0) << part << ": " << read.text;
+  }
+  EXPECT_THAT(ReadText(out_ / "README.md"), HasSubstr("### What a step costs"));
+}
+
 // Drawing needs matplotlib, which tests do not install: here only that it is Python.
 TEST_F(BenchTest, TheScriptsThatDrawAreValidPython) {
   for (const char* script : {"tests/bench/plots.py", "tests/bench/accuracy_plots.py",

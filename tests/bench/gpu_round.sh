@@ -5,7 +5,8 @@ set -euo pipefail
 
 usage() {
   cat <<'TEXT'
-Usage: gpu_round.sh pack DIR                          build, and gather into DIR all that the other machine needs
+Usage: gpu_round.sh pack DIR                          build, and gather into DIR all that the other machine needs;
+                                                      DIR.tar.gz is the same to be sent
        DIR/gpu_round.sh run DIR OUT [OPTIONS]         there: tests, then benchmarks; OUT/summary.txt, OUT/results.tar.gz
 
 Options of run:
@@ -29,7 +30,7 @@ long_suites=(stability_test)
 # Parts of `drape_bench speed` and their shares of its time [%]; what matters most on a GPU first.
 speed_parts=(local_sizes:40 limits:5 cost:25 curve:15 service:15)
 files=(shaders client/examples tests/bench/scenes)
-max_pack_mib=50
+max_pack_mib=50  # of DIR.tar.gz
 
 # Loaded by name at run time, so ldd does not tell of them: the vendor-neutral loader of GL drivers.
 gl_loader='libEGL\.so\.1|libOpenGL\.so\.0|libGLdispatch\.so\.0'
@@ -74,9 +75,10 @@ pack() {
   git describe --always --dirty >"$dir/COMMIT"
   objdump -T "$dir"/bin/* "$dir"/lib/* "$dir"/lib-if-missing/* 2>/dev/null | grep -o 'GLIBC_2\.[0-9]*' | sort -uV | tail -n 1 |
     sed 's/GLIBC_//' >"$dir/GLIBC"
-  local mib; mib=$(du -sm "$dir" | cut -f1)
+  tar -C "$(dirname "$dir")" -czf "$dir.tar.gz" "$(basename "$dir")"
+  local mib; mib=$(du -sm "$dir.tar.gz" | cut -f1)
   say "packed ${#programs[@]} programs, ${#built[@]} test suites and $(ls "$dir/lib" "$dir/lib-if-missing" | grep -c '\.so') libraries:" \
-    "$mib MiB in $dir; needs glibc $(cat "$dir/GLIBC")"
+    "$(du -sm "$dir" | cut -f1) MiB in $dir, $mib in $dir.tar.gz; needs glibc $(cat "$dir/GLIBC")"
   [ ${#absent[@]} -eq 0 ] || say "not in this tree: ${absent[*]}"
   [ "$mib" -le $max_pack_mib ] || die "more than $max_pack_mib MiB"
 }

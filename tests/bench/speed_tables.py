@@ -23,7 +23,7 @@ def speed_text(tables, cpu_backend, gl_device):
     if tables["speed_limits"] and tables["speed_cost"]:
         text += speed_solves.solves_text(tables["speed_limits"], tables["speed_cost"])
     if tables["speed_cost"]:
-        text += speed_cost.cost_text(tables["speed_cost"], tables["speed_flatness"], cpu_backend)
+        text += speed_cost.cost_text(tables["speed_cost"], tables["speed_flatness"] or [], cpu_backend)
     if tables["speed_skips"]:
         text += speed_skips.skips_text(tables["speed_skips"])
     if tables["speed_curve"]:
