@@ -64,13 +64,13 @@ struct KernelVariant {
 // What of the device the choice depends on.
 struct DeviceTraits {
   bool is_software = false;
+  std::string_view renderer = {};  // GL_RENDERER; what it points to must live as long
   uint32_t local_size = 0;         // 0: what suits the device (local_sizes.h)
   uint32_t refine_local_size = 0;  // 0: like local_size
   uint32_t loop_budget = 0;        // passes through loops per dispatch and invocation
   // How strips are solved where they are short enough, with kReduction also only where it is the
   // shorter way (IsReductionShorter).
   StripSolve strip_solve = StripSolve::kElimination;
-  std::string_view renderer = {};  // GL_RENDERER; what it points to must live as long
 };
 
 // The largest cloth of the resident plan [particles]: 28 bytes and a bit each in the 32 KiB of

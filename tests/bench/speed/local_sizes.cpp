@@ -52,11 +52,11 @@ std::optional<KernelVariant> VariantOf(const Backend& gl, const Wanted& wanted,
   const BackendDescription description = gl.Describe();
   const DeviceTraits traits = {
       .is_software = !description.is_hardware_gpu,
+      .renderer = description.device,
       .local_size = wanted.local_size,
       .refine_local_size = wanted.refine_local_size,
       .loop_budget = UINT32_MAX,
-      .strip_solve = test::HasReduction(gl) ? StripSolve::kReduction : StripSolve::kElimination,
-      .renderer = description.device};
+      .strip_solve = test::HasReduction(gl) ? StripSolve::kReduction : StripSolve::kElimination};
   const Result<VariantChoice> choice = ChooseVariant(*scene.model, scene.parameters, traits);
   if (!choice.ok()) return std::nullopt;
   return choice->variant;
