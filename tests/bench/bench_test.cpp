@@ -128,6 +128,31 @@ TEST_F(BenchTest, APartOfSpeedAndASettingOfOnesOwn) {
   EXPECT_THAT(unknown.text, HasSubstr("weather"));
 }
 
+TEST_F(BenchTest, LocalSizesInTurn) {
+  const Ending ending = Bench("speed --parts=local_sizes --backends=gl");
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  // Two sizes of a resident and of a tiled cloth, and of the group that refines the tiled one.
+  EXPECT_EQ(RowCount(out_ / "speed_local_sizes.csv"), 3 * 2);
+  EXPECT_EQ(RowCount(out_ / "speed_packing.csv"), 2 * 2);
+  EXPECT_THAT(ReadText(out_ / "speed_local_sizes.csv"), HasSubstr("REALTIME,tiled,refine,1,1089,"));
+  ASSERT_EQ(Tables("").exit_status, 0);
+  const std::string readme = ReadText(out_ / "README.md");
+  EXPECT_THAT(readme, HasSubstr("### Local sizes"));
+  EXPECT_THAT(readme, HasSubstr("| REALTIME, 1 × 1089, tiled, the group that refines |"));
+  EXPECT_THAT(readme, HasSubstr("| 16 particles, 2 per group |"));
+}
+
+// As gpu_round.sh does it: what is measured is read without what is not.
+TEST_F(BenchTest, PartsOfSpeedOneByOne) {
+  for (const char* part : {"limits", "cost"}) {
+    const Ending ending = Bench("speed --backends=cpu,gl --parts=" + std::string(part));
+    ASSERT_EQ(ending.exit_status, 0) << ending.text;
+    const Ending read = Tables("");
+    EXPECT_EQ(read.exit_status, 0) << part << ": " << read.text;
+  }
+  EXPECT_THAT(ReadText(out_ / "README.md"), HasSubstr("### What a step costs"));
+}
+
 // Drawing needs matplotlib, which tests do not install: here only that it is Python.
 TEST_F(BenchTest, TheScriptsThatDrawAreValidPython) {
   for (const char* script : {"tests/bench/plots.py", "tests/bench/accuracy_plots.py",

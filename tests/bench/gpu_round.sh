@@ -5,13 +5,15 @@ set -euo pipefail
 
 usage() {
   cat <<'TEXT'
-Usage: gpu_round.sh pack DIR                          build, and gather into DIR all that the other machine needs
+Usage: gpu_round.sh pack DIR                          build, and gather into DIR all that the other machine needs;
+                                                      DIR.tar.gz is the same to be sent
        DIR/gpu_round.sh run DIR OUT [OPTIONS]         there: tests, then benchmarks; OUT/summary.txt, OUT/results.tar.gz
 
 Options of run:
   --allow-software   go on when OpenGL is a software renderer (llvmpipe); without it that is an error
   --limit-s=N        wall time of everything (default 560); parts get what is left of it
-  --bench-s=N        wall time of the benchmarks (default 180)
+  --bench-s=N        wall time of `drape_bench all` (default 180)
+  --speed-s=N        wall time of `drape_bench speed` (default 200)
 
 Exit status of run: 0 all tests passed; 1 a test failed or did not end; 2 usage; 3 no OpenGL 4.5, or only software.
 TEXT
@@ -25,8 +27,10 @@ programs=(draped drape drape_bench)
 suites=(gl_test gl_compute_test gl_draw_test parity_test physics_test stability_test scheduler_test system_test)
 # Suites whose long cases run too, in what is left of the time.
 long_suites=(stability_test)
+# Parts of `drape_bench speed` and their shares of its time [%]; what matters most on a GPU first.
+speed_parts=(local_sizes:40 limits:5 cost:25 curve:15 service:15)
 files=(shaders client/examples tests/bench/scenes)
-max_pack_mib=50
+max_pack_mib=50  # of DIR.tar.gz
 
 # Loaded by name at run time, so ldd does not tell of them: the vendor-neutral loader of GL drivers.
 gl_loader='libEGL\.so\.1|libOpenGL\.so\.0|libGLdispatch\.so\.0'
@@ -71,9 +75,10 @@ pack() {
   git describe --always --dirty >"$dir/COMMIT"
   objdump -T "$dir"/bin/* "$dir"/lib/* "$dir"/lib-if-missing/* 2>/dev/null | grep -o 'GLIBC_2\.[0-9]*' | sort -uV | tail -n 1 |
     sed 's/GLIBC_//' >"$dir/GLIBC"
-  local mib; mib=$(du -sm "$dir" | cut -f1)
+  tar -C "$(dirname "$dir")" -czf "$dir.tar.gz" "$(basename "$dir")"
+  local mib; mib=$(du -sm "$dir.tar.gz" | cut -f1)
   say "packed ${#programs[@]} programs, ${#built[@]} test suites and $(ls "$dir/lib" "$dir/lib-if-missing" | grep -c '\.so') libraries:" \
-    "$mib MiB in $dir; needs glibc $(cat "$dir/GLIBC")"
+    "$(du -sm "$dir" | cut -f1) MiB in $dir, $mib in $dir.tar.gz; needs glibc $(cat "$dir/GLIBC")"
   [ ${#absent[@]} -eq 0 ] || say "not in this tree: ${absent[*]}"
   [ "$mib" -le $max_pack_mib ] || die "more than $max_pack_mib MiB"
 }
@@ -176,7 +181,7 @@ suite() {
 }
 
 run() {
-  local allow_software=0 limit_s=560 bench_s=180
+  local allow_software=0 limit_s=560 bench_s=180 speed_s=200
   [ $# -ge 2 ] || { usage >&2; exit 2; }
   dir=$(cd "$1" && pwd)
   mkdir -p "$2"
@@ -187,10 +192,12 @@ run() {
       --allow-software) allow_software=1 ;;
       --limit-s=*) limit_s=${argument#*=} ;;
       --bench-s=*) bench_s=${argument#*=} ;;
+      --speed-s=*) speed_s=${argument#*=} ;;
       *) usage >&2; die "unknown argument '$argument'" 2 ;;
     esac
   done
-  [[ $limit_s =~ ^[1-9][0-9]*$ && $bench_s =~ ^[1-9][0-9]*$ ]] || die "--limit-s and --bench-s are whole seconds above 0" 2
+  [[ $limit_s =~ ^[1-9][0-9]*$ && $bench_s =~ ^[1-9][0-9]*$ && $speed_s =~ ^[1-9][0-9]*$ ]] ||
+    die "--limit-s, --bench-s and --speed-s are whole seconds above 0" 2
   [ -f "$dir/COMMIT" ] || die "$dir was not made by 'gpu_round.sh pack'" 2
   deadline=$((SECONDS + limit_s))
   work=$(mktemp -d)
@@ -202,7 +209,7 @@ run() {
   set_up_libraries >"$work/log/libraries.log" 2>&1
   cat "$work/log/libraries.log"
 
-  local commit software=() device=0
+  local commit name software=() device=0
   commit=$(cat "$dir/COMMIT")
   [ $allow_software -eq 1 ] || software=(--require-hardware)
   timeout 60 "$dir/bin/drape_bench" device "${software[@]}" >"$work/log/device.log" 2>&1 || device=$?
@@ -229,6 +236,14 @@ run() {
   done
   part bench bench $((bench_s + 60)) "$dir/bin/drape_bench" all --out="$work/bench" --budget-s="$bench_s" --row-s=0.5 \
     --commit="$commit" --invoked-as=drape_bench
+  local share share_s
+  for share in "${speed_parts[@]}"; do
+    name=${share%:*}
+    share_s=$(((speed_s * ${share#*:} + 99) / 100))
+    # What it has begun when its share is used up may go on for a while. The service is `draped` beside drape_bench.
+    part bench "speed_$name" $((share_s + 20)) "$dir/bin/drape_bench" speed --parts="$name" --out="$work/bench" \
+      --budget-s="$share_s" --row-s=0.5 --commit="$commit" --invoked-as=drape_bench
+  done
   for name in "${long_suites[@]}"; do suite long "${name%_test}_long" 300 '*Long.*:*Long/*' "$name"; done
 
   { say ""; [ $failures -eq 0 ] && say "all parts passed" || say "$failures PARTS FAILED"; } >>"$work/summary.txt"

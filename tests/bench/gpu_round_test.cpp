@@ -81,6 +81,30 @@ TEST_F(GpuRoundTest, ABenchmarkThatFailsIsToldButIsNoFailedTest) {
   EXPECT_THAT(Summary(), ContainsRegex("bench +FAILED \\(1\\)"));
 }
 
+// Each part of `speed` for itself, after `all`, into the same folder, which is kept.
+TEST_F(GpuRoundTest, SpeedIsMeasuredPartByPart) {
+  const fs::path calls = folder_.path() / "calls";
+  Program("drape_bench",
+          "echo \"$@\" >>" + calls.string() +
+              "; [ \"$1\" != speed ] || "
+              "echo row >\"$(echo \"$*\" | sed 's/.*--out=\\([^ ]*\\).*/\\1/')/$2.csv\"");
+  const Ending ending = Run("--speed-s=50");
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  std::string last = "all ";
+  for (const auto& [part, budget_s] : {std::pair{"local_sizes", "20"},
+                                       {"limits", "3"},
+                                       {"cost", "13"},
+                                       {"curve", "8"},
+                                       {"service", "8"}}) {
+    const std::string call = std::string("speed --parts=") + part + " ";
+    EXPECT_THAT(ReadText(calls), ContainsRegex(last + ".*\n" + call));
+    EXPECT_THAT(ReadText(calls), ContainsRegex(call + ".*--budget-s=" + budget_s + " "));
+    EXPECT_THAT(Summary(), ContainsRegex(std::string("speed_") + part + " +passed"));
+    EXPECT_THAT(Packed(), HasSubstr(std::string("bench/--parts=") + part + ".csv"));
+    last = call;
+  }
+}
+
 TEST_F(GpuRoundTest, SoftwareIsRefusedUnlessAllowed) {
   Program("drape_bench", "case \"$*\" in *--require-hardware*) exit 3 ;; esac");
   const Ending refused = Run();
@@ -102,6 +126,7 @@ TEST_F(GpuRoundTest, WrongArgumentsAreNamed) {
   EXPECT_EQ(ending.exit_status, 2);
   EXPECT_THAT(ending.text, HasSubstr("unknown argument '--fast'"));
   EXPECT_EQ(Run("--limit-s=soon").exit_status, 2);
+  EXPECT_EQ(Run("--speed-s=0").exit_status, 2);
   fs::remove(pack_ / "COMMIT");
   EXPECT_THAT(Run().text, HasSubstr("was not made by 'gpu_round.sh pack'"));
 }

@@ -112,7 +112,7 @@ void AddSpeed(CLI::App& app, CommandLine& line) {
       "speed", "what a cloth costs, against the machine's limits and others; not part of all");
   speed->add_option("--parts", options.parts, "only these")
       ->delimiter(',')
-      ->check(CLI::IsMember(options.parts));
+      ->check(CLI::IsMember(std::vector<std::string>(kSpeedParts.begin(), kSpeedParts.end())));
   speed->add_option("--method", options.curve.methods,
                     "one more of the curve, \"NAME: substeps=16 sweep=COLOURS\"; may be repeated");
 }

@@ -3,17 +3,19 @@
 import peers
 import speed_cost
 import speed_curve
+import speed_local_sizes
 import speed_service
 import speed_skips
 import speed_solves
 
 COLUMNS = {"speed_limits": speed_solves.COLUMNS, "speed_cost": speed_cost.COLUMNS, "speed_flatness": speed_cost.FLATNESS_COLUMNS,
            "speed_curve": speed_curve.COLUMNS, "speed_service": speed_service.COLUMNS, "speed_skips": speed_skips.COLUMNS,
-           "speed_peers": peers.COLUMNS}
-TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view", "skip"}
+           "speed_peers": peers.COLUMNS, "speed_local_sizes": speed_local_sizes.COLUMNS,
+           "speed_packing": speed_local_sizes.PACKING_COLUMNS}
+TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view", "skip"} | speed_local_sizes.TEXT_COLUMNS
 
 
-def speed_text(tables, cpu_backend):
+def speed_text(tables, cpu_backend, gl_device):
     """Parts that were not measured are left out."""
     text = []
     if tables["speed_limits"]:
@@ -21,7 +23,7 @@ def speed_text(tables, cpu_backend):
     if tables["speed_limits"] and tables["speed_cost"]:
         text += speed_solves.solves_text(tables["speed_limits"], tables["speed_cost"])
     if tables["speed_cost"]:
-        text += speed_cost.cost_text(tables["speed_cost"], tables["speed_flatness"], cpu_backend)
+        text += speed_cost.cost_text(tables["speed_cost"], tables["speed_flatness"] or [], cpu_backend)
     if tables["speed_skips"]:
         text += speed_skips.skips_text(tables["speed_skips"])
     if tables["speed_curve"]:
@@ -30,4 +32,8 @@ def speed_text(tables, cpu_backend):
         text += speed_curve.peers_text(tables["speed_peers"])
     if tables["speed_service"]:
         text += speed_service.service_text(tables["speed_service"])
+    if tables["speed_local_sizes"]:
+        text += speed_local_sizes.local_sizes_text(tables["speed_local_sizes"], gl_device)
+    if tables["speed_packing"]:
+        text += speed_local_sizes.packing_text(tables["speed_packing"])
     return ["## Speed\n", *text] if text else []

@@ -248,7 +248,7 @@ def readme(folder):
         text += order_text(tables["order"])
     if tables["budget"]:
         text += budget_text(tables["budget"])
-    text += speed_tables.speed_text(tables, machine["cpu_backend"])
+    text += speed_tables.speed_text(tables, machine["cpu_backend"], machine["gl"])
     if tables["accuracy"]:
         text += accuracy_text(tables)
     if tables["stability"]:

@@ -191,7 +191,10 @@ std::vector<float> StatesAfter(Backend& backend, const std::shared_ptr<const Sce
 
 // How the work is spread over invocations and dispatches is none of the result's business.
 TEST_F(GlBackendTest, LocalSizeAndPartsDoNotChangeBits) {
-  const std::unique_ptr<Backend> other = MakeGlBackend({.local_size = 8});
+  std::vector<std::unique_ptr<Backend>> others;
+  for (const uint32_t local_size : {8u, 64u}) {
+    others.push_back(MakeGlBackend({.local_size = local_size}));
+  }
   const std::unique_ptr<Backend> in_parts = MakeGlBackend({.loop_budget = 1500});
   struct Case {
     uint32_t columns;
@@ -203,7 +206,9 @@ TEST_F(GlBackendTest, LocalSizeAndPartsDoNotChangeBits) {
     const auto model = EverythingModel(c.columns, c.columns);
     const ClothParameters parameters = EverythingParameters(c.integration, c.tolerance);
     const std::vector<float> expected = StatesAfter(backend(), model, parameters, 5);
-    EXPECT_EQ(StatesAfter(*other, model, parameters, 5), expected);
+    for (const auto& other : others) {
+      EXPECT_EQ(StatesAfter(*other, model, parameters, 5), expected);
+    }
     if (c.columns > 32) continue;  // the tiled plan has no parts
     uint32_t dispatch_count = 0;
     EXPECT_EQ(StatesAfter(*in_parts, model, parameters, 5, &dispatch_count), expected);

@@ -14,7 +14,11 @@ namespace {
 // plan the work group that does it is a larger one where the loops are to be short.
 TEST(GlSweepsTest, LocalSizeAndPartsDoNotChangeBitsOfARefinement) {
   const std::unique_ptr<Backend> usual = MakeGlBackend();
-  const std::unique_ptr<Backend> other = MakeGlBackend({.local_size = 8});
+  std::vector<std::unique_ptr<Backend>> others;
+  for (const uint32_t local_size : {8u, 64u}) {
+    others.push_back(MakeGlBackend({.local_size = local_size}));
+  }
+  others.push_back(MakeGlBackend({.local_size = 64, .refine_local_size = 16}));
   const std::unique_ptr<Backend> in_parts = MakeGlBackend({.loop_budget = 2500});
   for (const uint32_t side : {9u, 64u}) {
     for (const double tolerance : {0.0, 1e-5}) {
@@ -38,7 +42,7 @@ TEST(GlSweepsTest, LocalSizeAndPartsDoNotChangeBitsOfARefinement) {
       parameters.settings.refine_above_strain = 1e-6;
       const std::vector<float> expected = after(*usual);
       EXPECT_NE(expected, plain);
-      EXPECT_EQ(after(*other), expected);
+      for (const auto& other : others) EXPECT_EQ(after(*other), expected);
       EXPECT_EQ(after(*in_parts), expected);
     }
   }

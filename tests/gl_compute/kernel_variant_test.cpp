@@ -40,6 +40,9 @@ TEST(KernelVariantTest, CapacityFollowsTheParticleCount) {
 TEST(KernelVariantTest, LocalSizeFollowsTheDevice) {
   const auto model = GridModel(32, 32);
   EXPECT_EQ(VariantOf(*model, {}, kSoftware).local_size, 32u);
+  EXPECT_EQ(VariantOf(*GridModel(8, 8), {}, kSoftware).local_size, 8u);
+  EXPECT_EQ(VariantOf(*GridModel(16, 16), {}, kSoftware).local_size, 8u);
+  EXPECT_EQ(VariantOf(*GridModel(64, 64), {}, kSoftware).local_size, 128u);
   EXPECT_EQ(VariantOf(*model, {}, kHardware).local_size, 256u);
   EXPECT_EQ(VariantOf(*GridModel(8, 8), {}, kHardware).local_size, 64u);
   DeviceTraits chosen = kHardware;
@@ -116,11 +119,17 @@ TEST(KernelVariantTest, RefinementOfTiledCloths) {
   const auto model = GridModel(64, 64);
   EXPECT_EQ(VariantOf(*model, parameters, kHardware).refine_local_size, 1024u);
   EXPECT_EQ(VariantOf(*model, parameters, kSoftware).refine_local_size, 32u);
+  DeviceTraits chosen = kHardware;
+  chosen.local_size = 16;
+  EXPECT_EQ(VariantOf(*model, parameters, chosen).refine_local_size, 16u);
+  chosen.refine_local_size = 64;
+  EXPECT_EQ(VariantOf(*model, parameters, chosen).refine_local_size, 64u);
+  EXPECT_EQ(VariantOf(*model, parameters, chosen).local_size, 16u);
   DeviceTraits device = kSoftware;
   device.loop_budget = 1000;
   const KernelVariant variant = VariantOf(*model, parameters, device);
   EXPECT_EQ(variant.refine_local_size, 64u);
-  EXPECT_EQ(variant.local_size, 32u);
+  EXPECT_EQ(variant.local_size, 128u);
   EXPECT_LE(CountTiledRefineLoops(*model, 64), 1000u);
   EXPECT_GT(CountTiledRefineLoops(*model, 32), 1000u);
 }
@@ -155,6 +164,17 @@ TEST(KernelVariantTest, ReductionOfStripsThatFitTheLanes) {
   EXPECT_THAT(with_barriers, HasSubstr("#define HAS_LANES\n"));
   EXPECT_THAT(with_barriers, Not(HasSubstr("SUBGROUP")));
   EXPECT_THAT(VariantOf(*GridModel(32, 32), {}, kHardware).Defines(), Not(HasSubstr("LANES")));
+}
+
+// `measure` has work groups of its own: how few invocations step a cloth does not limit colliders.
+TEST(KernelVariantTest, SmallWorkGroupsRefuseNoColliders) {
+  ClothParameters parameters;
+  parameters.colliders.assign(300, PlaneCollider{});
+  const auto model = GridModel(8, 8);
+  EXPECT_EQ(VariantOf(*model, parameters, kSoftware).local_size, 8u);
+  DeviceTraits chosen = kSoftware;
+  chosen.local_size = 8;
+  EXPECT_FALSE(ChooseVariant(*model, parameters, chosen).ok());
 }
 
 TEST(KernelVariantTest, LongStepsRunInPartsOnSoftwareOnly) {

@@ -449,7 +449,9 @@ Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options
   DRAPE_RETURN_IF_ERROR(CheckLimits(limits));
   const bool is_software = parts.context->is_software();
   parts.traits = {.is_software = is_software,
+                  .renderer = parts.context->renderer(),
                   .local_size = options.local_size,
+                  .refine_local_size = options.refine_local_size,
                   .loop_budget = options.loop_budget != 0 ? options.loop_budget
                                  : is_software            ? kSoftwareLoopBudget
                                                           : kHardwareLoopBudget,

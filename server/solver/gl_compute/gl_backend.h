@@ -28,6 +28,8 @@ struct GlBackendOptions {
   // Invocations per work group, a power of two; 0: what suits the device. Results do not depend on
   // it.
   uint32_t local_size = 0;
+  // Of the one work group that refines a tiled cloth; 0: like local_size.
+  uint32_t refine_local_size = 0;
   // Most passes through loops that one dispatch of a resident step may make; 0: what suits the
   // device. Results do not depend on it.
   uint32_t loop_budget = 0;

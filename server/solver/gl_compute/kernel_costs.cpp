@@ -211,9 +211,9 @@ uint64_t CountParts(const LoopCosts& costs, const StepSettings& settings, uint64
 }
 
 uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parameters,
-                          uint32_t local_size) {
+                          uint32_t local_size, uint32_t measure_local_size) {
   const uint64_t colliders = parameters.colliders.size();
-  const uint64_t piece_rounds = RoundsFor(DRAPE_MEASURE_PIECE, local_size);
+  const uint64_t piece_rounds = RoundsFor(DRAPE_MEASURE_PIECE, measure_local_size);
   const uint64_t measure = 4 * (piece_rounds + 1) + piece_rounds * (colliders + kLoopEnd) +
                            SpringPasses(model, piece_rounds) + 16;
   const uint64_t air =

@@ -41,8 +41,9 @@ bool CanRunInParts(const LoopCosts& costs, uint64_t budget);
 // whole step fits. Needs CanRunInParts.
 uint64_t CountParts(const LoopCosts& costs, const StepSettings& settings, uint64_t budget);
 
-// Longest loop nest of the kernels that step a cloth outside the resident plan, and of `measure`.
+// Longest loop nest of the kernels that step a cloth outside the resident plan, and of `measure`,
+// whose work groups have a size of their own.
 uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parameters,
-                          uint32_t local_size);
+                          uint32_t local_size, uint32_t measure_local_size);
 
 }  // namespace drape

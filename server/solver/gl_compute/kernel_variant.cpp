@@ -4,27 +4,22 @@
 #include <sstream>
 
 #include "server/solver/gl_compute/kernel_costs.h"
+#include "server/solver/gl_compute/local_sizes.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
 
 namespace {
 
-// llvmpipe runs a work group on one core in vectors of 8: more invocations only mean more switches
-// between them at each barrier.
-constexpr uint32_t kSoftwareLocalSize = 32;
-// Enough invocations for the largest colours of such cloths, few enough for several groups per
-// multiprocessor.
-constexpr uint32_t kHardwareLocalSizeOfLargest = 256;
-constexpr uint32_t kHardwareLocalSizeOfTiles = 128;
-
 constexpr uint32_t kLargestLocalSize = 1024;
+
+const LocalSizes& SizesOf(const DeviceTraits& device) {
+  return FindLocalSizes(MeasuredLocalSizes(), device.is_software, device.renderer);
+}
 
 uint32_t LocalSizeFor(uint32_t capacity, const DeviceTraits& device) {
   if (device.local_size != 0) return device.local_size;
-  if (device.is_software) return kSoftwareLocalSize;
-  if (capacity == 0) return kHardwareLocalSizeOfTiles;
-  return std::min(capacity, kHardwareLocalSizeOfLargest);
+  return SizesOf(device).ForCapacity(capacity);
 }
 
 template <class Shape>
@@ -43,8 +38,9 @@ Status LoopLimit() {
 // One work group refines a tiled cloth, however large it is.
 Status FitRefinement(const SceneModel& model, const DeviceTraits& device, KernelVariant& variant) {
   if (!variant.has_refinement) return Status::Ok();
-  const bool is_hardware = !device.is_software && device.local_size == 0;
-  variant.refine_local_size = is_hardware ? kLargestLocalSize : variant.local_size;
+  const uint32_t wanted =
+      device.refine_local_size != 0 ? device.refine_local_size : device.local_size;
+  variant.refine_local_size = wanted != 0 ? wanted : SizesOf(device).refine;
   while (CountTiledRefineLoops(model, variant.refine_local_size) > device.loop_budget) {
     if (variant.refine_local_size >= kLargestLocalSize) return LoopLimit();
     variant.refine_local_size *= 2;
@@ -70,7 +66,8 @@ StripSolve ChooseStripSolve(const SceneModel& model, uint32_t capacity,
 Status FitLoops(const SceneModel& model, const ClothParameters& parameters,
                 const DeviceTraits& device, VariantChoice& choice) {
   KernelVariant& variant = choice.variant;
-  if (CountLongestLoop(model, parameters, variant.local_size) > device.loop_budget) {
+  if (CountLongestLoop(model, parameters, variant.local_size, GeneralLocalSize(device)) >
+      device.loop_budget) {
     return LoopLimit();
   }
   if (variant.is_tiled()) return FitRefinement(model, device, variant);
@@ -194,8 +191,9 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
 
 uint32_t GeneralLocalSize(const DeviceTraits& device) {
   // `measure_pieces` keeps 52 bytes per invocation in shared memory.
-  if (device.local_size != 0) return std::min(device.local_size, kHardwareLocalSizeOfLargest);
-  return device.is_software ? kSoftwareLocalSize : kHardwareLocalSizeOfLargest;
+  constexpr uint32_t kMostGeneral = 256;
+  if (device.local_size != 0) return std::min(device.local_size, kMostGeneral);
+  return SizesOf(device).general;
 }
 
 }  // namespace drape

@@ -4,6 +4,7 @@
 #include <compare>
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "server/core/status.h"
 #include "server/scene/scene_model.h"
@@ -63,8 +64,10 @@ struct KernelVariant {
 // What of the device the choice depends on.
 struct DeviceTraits {
   bool is_software = false;
-  uint32_t local_size = 0;   // 0: what suits the device
-  uint32_t loop_budget = 0;  // passes through loops per dispatch and invocation
+  std::string_view renderer = {};  // GL_RENDERER; what it points to must live as long
+  uint32_t local_size = 0;         // 0: what suits the device (local_sizes.h)
+  uint32_t refine_local_size = 0;  // 0: like local_size
+  uint32_t loop_budget = 0;        // passes through loops per dispatch and invocation
   // How strips are solved where they are short enough, with kReduction also only where it is the
   // shorter way (IsReductionShorter).
   StripSolve strip_solve = StripSolve::kElimination;

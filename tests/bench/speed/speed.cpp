@@ -14,6 +14,7 @@ void MeasureSpeed(Bench& bench, const SpeedOptions& options) {
   if (is_wanted("skips")) MeasureSkips(bench, options.skips);
   if (is_wanted("service")) MeasureService(bench, options.service);
   if (is_wanted("curve")) MeasureCurve(bench, options.curve);
+  if (is_wanted("local_sizes")) MeasureLocalSizes(bench, options.local_sizes);
 }
 
 }  // namespace drape::bench

@@ -1,6 +1,7 @@
 // The subcommand `speed`: what a cloth costs, why, and what others pay for the same; see README.md.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -71,8 +72,34 @@ struct SkipsOptions {
 };
 void MeasureSkips(Bench& bench, SkipsOptions options);
 
+// Steps of the backend gl with each local size -> speed_local_sizes.csv;
+// several small sheets in one work group -> speed_packing.csv.
+struct LocalSizesLoad {
+  uint32_t cloths = 1;
+  uint32_t particles = 0;  // of each
+};
+struct LocalSizesOptions {
+  std::vector<std::string> presets = {"REALTIME", "PAPER"};
+  // As many cloths as keep the device busy, and few.
+  std::vector<LocalSizesLoad> software_loads = {{256, 16}, {64, 64},  {16, 256}, {8, 1024},
+                                                {1, 1024}, {1, 4096}, {4, 4096}};
+  std::vector<LocalSizesLoad> hardware_loads = {{16384, 16}, {16384, 64}, {4096, 256}, {1024, 1024},
+                                                {1, 1024},   {1, 65536},  {64, 4096}};
+  std::vector<uint32_t> sizes = {8, 16, 32, 64, 128, 256, 512, 1024};
+  std::vector<uint32_t> packed_sides = {4, 6, 8};  // particles along a side of the packed sheets
+  std::vector<uint32_t> sheets_per_group = {1, 2, 4, 8};
+  uint32_t software_packed_sheets = 128, hardware_packed_sheets = 16384;  // of all work groups
+  uint32_t rounds = 8;   // after one that does not count
+  double turn_s = 0.05;  // of each size in a round, at least one step
+};
+void MeasureLocalSizes(Bench& bench, LocalSizesOptions options);
+
+// In the order in which they are measured.
+inline constexpr std::array kSpeedParts = {"limits",  "cost",  "flatness",   "skips",
+                                           "service", "curve", "local_sizes"};
+
 struct SpeedOptions {
-  // Some of limits, cost, flatness, skips, service, curve; in this order.
+  // Some of kSpeedParts; local_sizes only if it is asked for.
   std::vector<std::string> parts = {"limits", "cost", "flatness", "skips", "service", "curve"};
   LimitsOptions limits;
   CostOptions cost;
@@ -80,6 +107,7 @@ struct SpeedOptions {
   CurveOptions curve;
   ServiceOptions service;
   SkipsOptions skips;
+  LocalSizesOptions local_sizes;
 };
 void MeasureSpeed(Bench& bench, const SpeedOptions& options);
 

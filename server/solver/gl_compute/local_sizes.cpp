@@ -1,0 +1,61 @@
+#include "server/solver/gl_compute/local_sizes.h"
+
+#include <algorithm>
+
+#include "server/core/check.h"
+
+namespace drape {
+
+namespace {
+
+constexpr DeviceSizes kTable[] = {
+    // llvmpipe runs a work group on one core, in vectors of 8 invocations. More of them are
+    // switched
+    // between at each barrier, which small cloths feel; fewer mean longer loops, of which a
+    // dispatch
+    // may have 65535 passes (server/gl/README.md), so that large resident cloths, where the rest is
+    // a few percent, keep 32. Tiled cloths have no barriers but a cost per work group.
+    {.is_software = true,
+     .renderer = "",
+     .sizes = {.resident_64 = 8,
+               .resident_256 = 8,
+               .resident_1024 = 32,
+               .tiled = 128,
+               .refine = 32,
+               .general = 32}},
+    // Not measured yet: enough invocations for the largest colours of such cloths, few enough for
+    // several groups per multiprocessor. `drape_bench speed --parts=local_sizes` measures them,
+    // also as a part of tests/bench/gpu_round.sh; a device that wants others gets a row of its own
+    // above.
+    {.is_software = false,
+     .renderer = "",
+     .sizes = {.resident_64 = 64,
+               .resident_256 = 256,
+               .resident_1024 = 256,
+               .tiled = 128,
+               .refine = 1024,
+               .general = 256}},
+};
+
+}  // namespace
+
+uint32_t LocalSizes::ForCapacity(uint32_t capacity) const {
+  if (capacity == 0) return tiled;
+  return capacity <= 64 ? resident_64 : capacity <= 256 ? resident_256 : resident_1024;
+}
+
+std::span<const DeviceSizes> MeasuredLocalSizes() {
+  return kTable;
+}
+
+const LocalSizes& FindLocalSizes(std::span<const DeviceSizes> table, bool is_software,
+                                 std::string_view renderer) {
+  const auto row = std::ranges::find_if(table, [&](const DeviceSizes& candidate) {
+    return candidate.is_software == is_software &&
+           renderer.find(candidate.renderer) != std::string_view::npos;
+  });
+  DRAPE_CHECK(row != table.end(), "no row for any device of this kind");
+  return row->sizes;
+}
+
+}  // namespace drape
