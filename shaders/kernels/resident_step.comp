@@ -69,7 +69,7 @@ void SaveCloth() {
 #endif
 
 void LoadParticle(uint i) {
-  shared_inverse_masses[i] = ModelFloat(cloth.inverse_masses + i);
+  SetInverseMass(i, ModelFloat(cloth.inverse_masses + i));
 #ifdef IS_IN_PARTS
   if (part != 0u) {
     SetPosition(i, ScratchVector(cloth.work_positions + 3u * i));

@@ -4,9 +4,15 @@
 
 #include "stages/buffers.glsl"
 
-shared float shared_positions[3 * CAPACITY];
-shared float shared_velocities[3 * CAPACITY];
-shared float shared_inverse_masses[CAPACITY];
+// Neighbouring invocations work on neighbours in a row of a grid or in a column, and hardware serves them at
+// once only if their words lie in different ones of 32 banks. Those of a column of 32 x 32 particles would all
+// lie in the same one: so after 32 particles a place stays empty.
+const uint kPlaceCount = CAPACITY + CAPACITY / 32;
+uint PlaceOf(uint i) { return i + (i >> 5); }
+
+shared float shared_positions[3u * kPlaceCount];
+shared float shared_velocities[3u * kPlaceCount];
+shared float shared_inverse_masses[kPlaceCount];
 // Whether a sweep applied an impulse. Three flags in turn: sweep k writes flag k % 3 and clears the next,
 // whose last readers have all passed the barrier that ended sweep k - 1.
 shared uint sweep_changed[3];
@@ -42,27 +48,30 @@ void ScratchPhaseBarrier() {
 }
 
 vec3 Position(uint i) {
-  return vec3(shared_positions[3u * i], shared_positions[3u * i + 1u],
-              shared_positions[3u * i + 2u]);
+  uint word = 3u * PlaceOf(i);
+  return vec3(shared_positions[word], shared_positions[word + 1u], shared_positions[word + 2u]);
 }
 void SetPosition(uint i, vec3 p) {
-  shared_positions[3u * i] = p.x;
-  shared_positions[3u * i + 1u] = p.y;
-  shared_positions[3u * i + 2u] = p.z;
+  uint word = 3u * PlaceOf(i);
+  shared_positions[word] = p.x;
+  shared_positions[word + 1u] = p.y;
+  shared_positions[word + 2u] = p.z;
 }
 
 // v between substeps, u within one.
 vec3 Velocity(uint i) {
-  return vec3(shared_velocities[3u * i], shared_velocities[3u * i + 1u],
-              shared_velocities[3u * i + 2u]);
+  uint word = 3u * PlaceOf(i);
+  return vec3(shared_velocities[word], shared_velocities[word + 1u], shared_velocities[word + 2u]);
 }
 void SetVelocity(uint i, vec3 v) {
-  shared_velocities[3u * i] = v.x;
-  shared_velocities[3u * i + 1u] = v.y;
-  shared_velocities[3u * i + 2u] = v.z;
+  uint word = 3u * PlaceOf(i);
+  shared_velocities[word] = v.x;
+  shared_velocities[word + 1u] = v.y;
+  shared_velocities[word + 2u] = v.z;
 }
 
-float InverseMass(uint i) { return shared_inverse_masses[i]; }
+float InverseMass(uint i) { return shared_inverse_masses[PlaceOf(i)]; }
+void SetInverseMass(uint i, float inverse_mass) { shared_inverse_masses[PlaceOf(i)] = inverse_mass; }
 
 uvec2 ConstraintPair(uint k) {
   uint pair = models[cloth.pairs + k];
