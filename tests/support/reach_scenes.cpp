@@ -101,8 +101,7 @@ void AddBursts(std::vector<ReachCase>& cases, Size size) {
     burst.parameters.colliders = {Wall(0.96)};
     cases.push_back({.scene = burst, .meets = true, .repeats = true});
     // Only towards walls of which the nearer one takes all particles back before the sweep ends.
-    Scene two_walls =
-        Sheet("burst_at_two_walls" + suffix, Preset::kRealtime, size, first_column);
+    Scene two_walls = Sheet("burst_at_two_walls" + suffix, Preset::kRealtime, size, first_column);
     for (Vector3d& p : two_walls.state.positions_m) p.x() *= 0.8;
     two_walls.parameters.settings.max_iterations = sweeps;
     two_walls.parameters.settings.substeps = 1;

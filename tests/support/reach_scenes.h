@@ -1,5 +1,5 @@
-// Sheets near colliders and far from them: what leaving out colliders that a cloth cannot meet within
-// a step must not change.
+// Sheets near colliders and far from them: what leaving out colliders that a cloth cannot meet
+// within a step must not change.
 #pragma once
 
 #include <cstdint>
