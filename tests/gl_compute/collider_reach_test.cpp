@@ -253,6 +253,32 @@ TEST(GlColliderReachWaysTest, CollidersBelowASheetAreLeftOutBeyondItsReach) {
   }
 }
 
+// Below a sheet that rests: one that comes 0.5 m per step, and a bar whose end turns up into it.
+TEST(GlColliderReachWaysTest, TheWaysOfCollidersAreForeseen) {
+  struct Coming {
+    Collider collider;
+    Vector3d velocity_m_per_s, angular_velocity_rad_per_s;
+  };
+  const BoxCollider bar{{-0.2, -0.4, 0.5}, {0.6, 0.05, 0.3}, Eigen::Quaterniond::Identity()};
+  for (const auto& [collider, velocity_m_per_s, angular_velocity_rad_per_s] :
+       {Coming{SphereCollider{{0.5, -0.7, 0.5}, 0.3}, {0, 30, 0}, {0, 0, 0}},
+        Coming{bar, {0, 0, 0}, {0, 0, 60}}}) {
+    Scene scene = test::ReachSheet("sheet", Preset::kRealtime, 9, 8);
+    scene.parameters.gravity_m_per_s2.setZero();
+    scene.parameters.colliders = {collider};
+    scene.parameters.collider_motions = {RigidMotion::AtRest(CentreOf(collider))};
+    const Played resting = Play(scene, 1, kResident, true);
+    EXPECT_EQ(resting.left_out, 1u);
+    RigidMotion& motion = scene.parameters.collider_motions[0];
+    motion.velocity_m_per_s = velocity_m_per_s;
+    motion.angular_velocity_rad_per_s = angular_velocity_rad_per_s;
+    const Played played = Play(scene, 1, kResident, true);
+    EXPECT_EQ(played.left_out, 0u);
+    ExpectSame(played, Play(scene, 1, kResident, false), "coming");
+    EXPECT_TRUE(played.bits != resting.bits) << "it is met";
+  }
+}
+
 // Loose particles at places and speeds of all sizes, beside one collider, at rest or moving.
 class LooseScene {
  public:
