@@ -164,7 +164,14 @@ struct ClothRecord {
   // round; then uint, how many have been in rounds before.
   uint far_off_flags;
   uint refined_links;  // [constraint_count] uint, those of each colour from where the colour begins
+  // In Scratch; only if colliders are left out: [particle_count] float, a set of colliders as bits,
+  // those that `solve_contacts` has worked on in this substep.
+  uint met_colliders;
+
+  float reach_margin;  // how far a cloth at rest without gravity is expected to move in a step [m]
   uint padding_0;
+  uint padding_1;
+  uint padding_2;
 };
 
 #ifdef __cplusplus

@@ -2,6 +2,8 @@
 #ifndef DRAPE_SHADERS_INTERFACE_CLOTH_STATUS_H_
 #define DRAPE_SHADERS_INTERFACE_CLOTH_STATUS_H_
 
+#include "shaders/interface/bindings.h"
+
 #ifdef __cplusplus
 #include "shaders/interface/types.h"
 namespace drape::shader {
@@ -27,6 +29,10 @@ struct ClothStatus {
   float max_residual;     // [m]
   uint next_substep;      // resident plan in parts: where the next part goes on
   uint next_sweep;        // 0: the substep has not begun
+
+  // Only if colliders are left out.
+  uint range[DRAPE_RANGE_WORDS];  // of the particles when the step begins
+  uint far_colliders;             // bits: those that nothing touches that stays near there
 };
 
 #ifdef __cplusplus

@@ -1,7 +1,7 @@
 // Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state.
 // One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint, with
 // HAS_LANES a link of a strip.
-// Stages: apply_springs, apply_elastic, apply_wind, predict, damp_twist, tether, solve_strips,
+// Stages: find_reach, apply_springs, apply_elastic, apply_wind, predict, damp_twist, tether, solve_strips,
 // refine, solve_distance, solve_joints, solve_contacts, integrate, solve_velocity, correct_velocity, commit
 // (server/solver/README.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
 // Statuses. SI units.
@@ -23,6 +23,7 @@
 #include "stages/refine.glsl"
 #endif
 #include "stages/solve_joints.glsl"
+#include "stages/find_reach.glsl"
 #include "stages/solve_contacts.glsl"
 #include "stages/solve_velocity.glsl"
 #include "lib/fault.glsl"
@@ -98,6 +99,41 @@ void LoadCloth() {
     for (int f = 0; f < 3; ++f) sweep_changed[f] = 0u;
   }
   PhaseBarrier();
+}
+
+#ifdef LEAVES_OUT_COLLIDERS
+shared uint shared_far_colliders;
+
+void FindRange() {
+  ClearSharedRange();
+  if (gl_LocalInvocationID.x == 0u) shared_far_colliders = 0u;
+  PhaseBarrier();
+  Spread spread = NoSpread();
+  FOR_EACH(i, 0u, cloth.particle_count) SpreadOver(i, spread);
+  FOR_EACH(k, 0u, cloth.pin_count) SpreadOverPin(k, spread);
+  AddToSharedRange(spread);
+  PhaseBarrier();
+  range = RangeFrom(shared_range);
+}
+#endif
+
+// Which colliders the cloth can meet; what parts that go on need of it lies in the status.
+void FindReach(uint status, bool has_begun) {
+#ifdef LEAVES_OUT_COLLIDERS
+  if (has_begun) {
+    LoadReach(status);
+    return;
+  }
+  FindRange();
+  FOR_EACH(c, 0u, min(cloth.collider_count, DRAPE_LEFT_OUT_COLLIDERS)) {
+    if (!MayMeet(c)) atomicOr(shared_far_colliders, SetOf(c));
+  }
+  PhaseBarrier();
+  far_colliders = shared_far_colliders;
+  if (gl_LocalInvocationID.x != 0u) return;
+  for (int k = 0; k < DRAPE_RANGE_WORDS; ++k) statuses[status].range[k] = shared_range[k];
+  statuses[status].far_colliders = far_colliders;
+#endif
 }
 
 #if defined(SPRINGS_HALF_KICKS) || defined(SPRINGS_IN_FORCE)
@@ -395,12 +431,14 @@ void main() {
 #endif
   LoadCloth();
 #ifdef IS_IN_PARTS
+  FindReach(item.status, part != 0u);
   if (!RunSubsteps(progress)) {
     SaveCloth();
     StoreStatus(item.status, progress);
     return;
   }
 #else
+  FindReach(item.status, false);
   RunSubsteps(progress);
 #endif
   Commit();

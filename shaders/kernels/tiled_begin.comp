@@ -15,6 +15,10 @@ void main() {
     statuses[status_index].fault = 0u;
     statuses[status_index].sweep_changed = 0u;
     statuses[status_index].is_substep_done = 0u;
+#ifdef LEAVES_OUT_COLLIDERS
+    for (int k = 0; k < DRAPE_RANGE_WORDS; ++k) statuses[status_index].range[k] = 0u;
+    statuses[status_index].far_colliders = 0u;
+#endif
   }
   if (i >= cloth.particle_count) return;
   SetPosition(i, StateVector(cloth.positions + 3u * i));

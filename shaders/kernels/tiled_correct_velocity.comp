@@ -12,6 +12,9 @@ void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
   if (substep_index >= cloth.substeps || i >= cloth.particle_count) return;
+#ifdef LEAVES_OUT_COLLIDERS
+  LoadReach(status_index);
+#endif
   BeginSubstep(substep_index);
   CorrectVelocity(i);
 }

@@ -13,6 +13,9 @@ void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
   if (substep_index >= cloth.substeps || i >= cloth.particle_count) return;
+#ifdef LEAVES_OUT_COLLIDERS
+  LoadReach(status_index);
+#endif
   BeginSubstep(substep_index);
 #ifdef HAS_CONTACTS
   if (substep_index + 1u == cloth.substeps) StoreContactViolation(i);

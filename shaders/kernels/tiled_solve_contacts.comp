@@ -1,5 +1,5 @@
 // Kernel `tiled_solve_contacts`: stage solve_contacts (Bender et al. 2009, section 4.1). One invocation =
-// one particle. Reads Parameters, Scratch; writes Scratch (velocities: u, betas [m/s]), Statuses
+// one particle. Reads Parameters, Scratch; writes Scratch (velocities: u, betas [m/s], met colliders), Statuses
 // (sweep_changed).
 #include "stages/access_tiled.glsl"
 #include "stages/solve_contacts.glsl"
@@ -14,6 +14,9 @@ void main() {
   if (substep_index >= cloth.substeps || sweep >= cloth.max_iterations) return;
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
+#endif
+#ifdef LEAVES_OUT_COLLIDERS
+  LoadReach(status_index);
 #endif
 #ifdef HAS_MOVING_COLLIDERS
   BeginSubstep(substep_index);

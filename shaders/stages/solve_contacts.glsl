@@ -1,6 +1,7 @@
 // Stages `solve_contacts` and `correct_velocity`. Need the accessors of one plan. Each invocation reads
-// and writes only its own particle and that particle's beta.
+// and writes only its own particle and that particle's betas and met colliders.
 #include "lib/contact.glsl"
+#include "stages/collider_reach.glsl"
 #include "stages/collider_surface.glsl"
 #include "stages/rebound.glsl"
 #include "stages/substep.glsl"
@@ -41,8 +42,8 @@ bool IsAboveContactTolerance(float speed) {
 
 #ifdef HAS_FRICTION
 vec3 SolveFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, float beta_n,
-                   bool is_first_sweep) {
-  vec3 beta_t = is_first_sweep ? vec3(0.0) : LoadTangentBeta(c, i);
+                   bool has_betas) {
+  vec3 beta_t = has_betas ? LoadTangentBeta(c, i) : vec3(0.0);
   if (beta_n > 0.0 || beta_t != vec3(0.0)) {
     vec3 sliding = RelativeMean(surface, Position(i), u);
     vec3 wanted = TangentBeta(beta_t, sliding, normal, beta_n, cloth.friction_static,
@@ -57,27 +58,40 @@ vec3 SolveFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, float b
 }
 #endif
 
+// The mean velocity u of the particle after its contact with collider c. `has_betas`: an earlier sweep of this
+// substep has stored them; else they are 0.
+vec3 SolveContact(uint c, uint i, vec3 p, vec3 u, bool has_betas) {
+  Surface surface = LoadSurface(c);
+  float beta_n = has_betas ? scratch[NormalBetaWord(c, i)] : 0.0;
+  float gap_floor = GapFloor(GapAtStart(surface, p).size, cloth.max_depenetration);
+  Gap gap = GapAtEnd(surface, AddScaled(p, cloth.h, u));
+  float wanted = NormalBeta(beta_n, gap.size, gap_floor, cloth.inverse_h);
+  precise float change = wanted - beta_n;
+  if (change != 0.0) {
+    if (IsAboveContactTolerance(abs(change))) MarkChanged();
+    u = AddScaled(u, change, gap.normal);
+    beta_n = wanted;
+  }
+  scratch[NormalBetaWord(c, i)] = beta_n;
+#ifdef HAS_FRICTION
+  u = SolveFriction(c, i, surface, u, gap.normal, beta_n, has_betas);
+#endif
+  return u;
+}
+
 void SolveContacts(uint i, bool is_first_sweep) {
   if (InverseMass(i) == 0.0) return;
   vec3 p = Position(i);
   vec3 u = Velocity(i);
-  for (uint c = 0u; c < cloth.collider_count; ++c) {
-    Surface surface = LoadSurface(c);
-    float beta_n = is_first_sweep ? 0.0 : scratch[NormalBetaWord(c, i)];
-    float gap_floor = GapFloor(GapAtStart(surface, p).size, cloth.max_depenetration);
-    Gap gap = GapAtEnd(surface, AddScaled(p, cloth.h, u));
-    float wanted = NormalBeta(beta_n, gap.size, gap_floor, cloth.inverse_h);
-    precise float change = wanted - beta_n;
-    if (change != 0.0) {
-      if (IsAboveContactTolerance(abs(change))) MarkChanged();
-      u = AddScaled(u, change, gap.normal);
-      beta_n = wanted;
-    }
-    scratch[NormalBetaWord(c, i)] = beta_n;
-#ifdef HAS_FRICTION
-    u = SolveFriction(c, i, surface, u, gap.normal, beta_n, is_first_sweep);
-#endif
+  vec3 q = AddScaled(p, cloth.h, u);
+  uint met = LoadMetColliders(i, is_first_sweep);
+  for (uint c = NextCollider(0u, met, q); c < cloth.collider_count;
+       c = NextCollider(c + 1u, met, q)) {
+    u = SolveContact(c, i, p, u, HasMet(met, c, is_first_sweep));
+    q = AddScaled(p, cloth.h, u);
+    met |= SetOf(c);
   }
+  StoreMetColliders(i, met);
   SetVelocity(i, u);
 }
 
@@ -88,7 +102,8 @@ void StoreContactViolation(uint i) {
   if (InverseMass(i) != 0.0) {
     vec3 p = Position(i);
     vec3 q = AddScaled(p, cloth.h, Velocity(i));
-    for (uint c = 0u; c < cloth.collider_count; ++c) {
+    for (uint c = NextCollider(0u, 0u, q); c < cloth.collider_count;
+         c = NextCollider(c + 1u, 0u, q)) {
       Surface surface = LoadSurface(c);
       float gap_floor = GapFloor(GapAtStart(surface, p).size, cloth.max_depenetration);
       precise float below = gap_floor - GapAtEnd(surface, q).size;
@@ -120,7 +135,9 @@ void CorrectVelocity(uint i) {
   vec3 v = Velocity(i);
 #ifdef HAS_CONTACTS
   vec3 p = Position(i);
-  for (uint c = 0u; c < cloth.collider_count; ++c) {
+  uint met = LoadMetColliders(i, false);
+  for (uint c = NextMetCollider(0u, met); c < cloth.collider_count;
+       c = NextMetCollider(c + 1u, met)) {
     if (scratch[NormalBetaWord(c, i)] <= 0.0) continue;
     Surface surface = LoadSurface(c);
     vec3 normal = GapAtEnd(surface, p).normal;

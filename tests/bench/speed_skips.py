@@ -6,11 +6,11 @@ COLUMNS = ["skip", "backend", "cloths", "particles", "full_ms", "lean_ms", "same
 
 
 def skips_text(rows):
-    lines = [[row["skip"], milliseconds(row["full_ms"]), milliseconds(row["lean_ms"]), f"{100 * row['lean_ms'] / row['full_ms']:.1f} %",
+    lines = [[row["skip"], row["backend"], f"{row['cloths']:.0f}", milliseconds(row["full_ms"]), milliseconds(row["lean_ms"]), f"{100 * row['lean_ms'] / row['full_ms']:.1f} %",
               "yes" if row["same_state"] else "no"] for row in rows]
     first = rows[0]
     return ["### What a scene does not need\n",
-            f"{first['cloths']:.0f} sheets of {first['particles']:.0f} particles on {first['backend']}, stepped as the server steps them "
+            f"Sheets of {first['particles']:.0f} particles, stepped as the server steps them "
             "(`DeviceLoop`): with it and without it, in turn, medians of a step; and whether the states are bit for bit the same in the end. "
             "«colliders left out»: all colliders tested, and those out of reach left out.\n",
-            markdown(["what", "with [ms]", "without [ms]", "without / with", "same state"], lines)]
+            markdown(["what", "backend", "sheets", "with [ms]", "without [ms]", "without / with", "same state"], lines)]

@@ -8,11 +8,9 @@
 #include <cstring>
 #include <limits>
 #include <memory>
-#include <ostream>
 #include <random>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "server/solver/cpu/advance.h"
@@ -21,6 +19,7 @@
 #include "server/solver/cpu/contacts.h"
 #include "server/solver/cpu/lane_step.h"
 #include "server/solver/cpu/step_team.h"
+#include "tests/support/reach_scenes.h"
 #include "tests/support/reports.h"
 #include "tests/support/scenes.h"
 
@@ -124,168 +123,12 @@ void ExpectSame(const Cloth& actual, const Cloth& expected, const std::string& w
   }
 }
 
-struct Case {
-  Scene scene;
-  uint32_t steps = 1;
-  bool meets = false;    // the colliders change something
-  bool repeats = false;  // some step has to be done again
-  bool fits_lanes = true;
-};
-void PrintTo(const Case& one, std::ostream* stream) {
-  *stream << one.scene.name;
-}
-
-// One of each kind, their tops at this height below the middle of a sheet.
-std::vector<std::pair<std::string, Collider>> EachKind(double top_m) {
-  const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.3, Vector3d::UnitY()));
-  auto map =
-      std::get<DistanceMapCollider>(test::FallingOnDistanceMap(4).parameters.colliders.front());
-  map.transform.position_m.y() = top_m;
-  return {
-      {"sphere", SphereCollider{{0.5, top_m - 0.3, 0.5}, 0.3}},
-      {"plane", PlaneCollider{{0, top_m, 0}, Vector3d(0.1, 1, 0.05).normalized()}},
-      {"capsule", CapsuleCollider{{0.2, top_m - 0.1, 0.4}, {0.8, top_m - 0.1, 0.6}, 0.1}},
-      {"box", BoxCollider{{0.5, top_m - 0.2, 0.5}, {0.3, 0.2, 0.25}, turn}},
-      {"map", map},
-  };
-}
-
-Scene Sheet(const std::string& name, Preset preset, std::vector<uint32_t> pins = {}) {
-  Scene scene = test::Grid(9, 8, 1, 1, std::move(pins));
-  scene.name = name;
-  scene.parameters.settings = PresetSettings(preset);
-  if (preset == Preset::kPaper) scene.parameters.settings.substeps = 2;
-  scene.parameters.friction_static = 0.5;
-  scene.parameters.friction_dynamic = 0.4;
-  scene.parameters.restitution = 0.3;
-  scene.parameters.thickness_m = 0.002;
-  return scene;
-}
-
-// Held together to this share of its size: it bursts within the first step.
-void Squeeze(Scene& scene, double share) {
-  const Vector3d middle(0.5, 0, 0.5);
-  for (Vector3d& p : scene.state.positions_m) p = middle + share * (p - middle);
-}
-
-PlaneCollider Wall(double x_m) {
-  return {{x_m, 0, 0}, {-1, 0, 0}};
-}
-
-void AddFalls(std::vector<Case>& cases) {
-  for (const Preset preset : {Preset::kRealtime, Preset::kPaper}) {
-    for (const bool moves : {false, true}) {
-      for (const auto& [kind, collider] : EachKind(moves ? -0.75 : -0.55)) {
-        const std::string suffix =
-            "_" + kind + (moves ? "_moving" : "") + (preset == Preset::kPaper ? "_paper" : "");
-        Scene scene = Sheet("fall" + suffix, preset);
-        for (Vector3d& v : scene.state.velocities_m_per_s) v.y() = -3;
-        scene.parameters.colliders = {collider};
-        if (moves) {
-          RigidMotion motion = RigidMotion::AtRest(CentreOf(collider));
-          motion.velocity_m_per_s = {0.2, 1, 0};
-          motion.angular_velocity_rad_per_s = {0, 0.5, 0.1};
-          scene.parameters.collider_motions = {motion};
-        }
-        const bool fits_lanes = !moves && kind != "map";
-        cases.push_back({.scene = scene, .steps = 13, .meets = true, .fits_lanes = fits_lanes});
-      }
-    }
-  }
-}
-
-// 0.83 m per step: within reach before they touch, though nothing is near when they start.
-void AddFastFalls(std::vector<Case>& cases) {
-  for (const auto& [kind, collider] : EachKind(-3)) {
-    Scene scene = Sheet("fast_fall_" + kind, Preset::kRealtime);
-    scene.parameters.settings.substeps = 4;
-    for (Vector3d& v : scene.state.velocities_m_per_s) v.y() = -50;
-    scene.parameters.colliders = {collider};
-    cases.push_back({.scene = scene, .steps = 4, .meets = true, .fits_lanes = kind != "map"});
-  }
-}
-
-void AddFarOnes(std::vector<Case>& cases) {
-  for (const Preset preset : {Preset::kRealtime, Preset::kPaper, Preset::kAccurate}) {
-    Scene scene = Sheet(std::string("hung_") + (preset == Preset::kRealtime ? "realtime"
-                                                : preset == Preset::kPaper  ? "paper"
-                                                                            : "accurate"),
-                        preset, {0, 8});
-    if (preset == Preset::kAccurate) scene.parameters.settings.substeps = 8;
-    for (const auto& [kind, collider] : EachKind(-20)) {
-      if (kind != "map") scene.parameters.colliders.push_back(collider);
-    }
-    cases.push_back({.scene = scene, .steps = 3});
-  }
-  // Stages one by one, as elastic elements are between them.
-  Scene bending =
-      test::Grid(9, 8, 1, 1, {0, 8}, {.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 20});
-  bending.name = "hung_bending";
-  bending.parameters.colliders = {Wall(30)};
-  cases.push_back({.scene = bending, .steps = 3});
-  // On the floor, with others before and after it that are far.
-  Scene floor = Sheet("floor_among_far_ones", Preset::kRealtime);
-  floor.parameters.colliders = {Wall(30), PlaneCollider{{0, -0.005, 0}, {0, 1, 0}},
-                                SphereCollider{{0.5, 8, 0.5}, 1}};
-  cases.push_back({.scene = floor, .steps = 6, .meets = true});
-  Scene moving = floor;
-  moving.name = "moving_floor_among_far_ones";
-  for (const Collider& collider : moving.parameters.colliders) {
-    moving.parameters.collider_motions.push_back(RigidMotion::AtRest(CentreOf(collider)));
-  }
-  moving.parameters.collider_motions[1].velocity_m_per_s.x() = 0.3;
-  cases.push_back({.scene = moving, .steps = 6, .meets = true, .fits_lanes = false});
-}
-
-// What no speed foretells.
-void AddBursts(std::vector<Case>& cases) {
-  for (const uint32_t sweeps : {1u, 3u}) {
-    const std::string suffix = sweeps == 1 ? "" : "_of_several_sweeps";
-    Scene burst = Sheet("burst" + suffix, Preset::kRealtime);
-    Squeeze(burst, 0.8);
-    burst.parameters.settings.max_iterations = sweeps;
-    burst.parameters.colliders = {Wall(0.96)};
-    cases.push_back({.scene = burst, .meets = true, .repeats = true});
-    // Only towards walls of which the nearer one takes all particles back before the sweep ends.
-    Scene two_walls =
-        Sheet("burst_at_two_walls" + suffix, Preset::kRealtime, {0, 9, 18, 27, 36, 45, 54, 63});
-    for (Vector3d& p : two_walls.state.positions_m) p.x() *= 0.8;
-    two_walls.parameters.settings.max_iterations = sweeps;
-    two_walls.parameters.settings.substeps = 1;
-    two_walls.parameters.gravity_m_per_s2 = {0, 0, 9.81};  // so that it does not buckle
-    for (Vector3d& v : two_walls.state.velocities_m_per_s) v.x() = -0.5;  // a reach of 23 mm
-    two_walls.parameters.colliders = {Wall(0.85), Wall(0.82)};
-    cases.push_back({.scene = two_walls, .meets = true, .repeats = true});
-    Scene moving = burst;
-    moving.name = "burst_at_a_moving_wall" + suffix;
-    moving.parameters.collider_motions = {RigidMotion::AtRest({0.96, 0, 0})};
-    cases.push_back({.scene = moving, .meets = true, .repeats = true, .fits_lanes = false});
-    Scene bending = test::Grid(9, 8, 1, 1, {}, {.bending_rigidity_n_m = 1e-4});
-    bending.name = "burst_of_a_stiff_sheet" + suffix;
-    bending.parameters = burst.parameters;
-    Squeeze(bending, 0.8);
-    cases.push_back({.scene = bending, .meets = true, .repeats = true});
-  }
-  Scene explosive = test::ExplosiveSheet(6);
-  explosive.parameters.colliders = {Wall(30)};
-  cases.push_back({.scene = explosive, .repeats = true});
-}
-
-std::vector<Case> Cases() {
-  std::vector<Case> cases;
-  AddFalls(cases);
-  AddFastFalls(cases);
-  AddFarOnes(cases);
-  AddBursts(cases);
-  return cases;
-}
-
-class ColliderReachTest : public testing::TestWithParam<Case> {};
-INSTANTIATE_TEST_SUITE_P(Scenes, ColliderReachTest, testing::ValuesIn(Cases()),
+class ColliderReachTest : public testing::TestWithParam<test::ReachCase> {};
+INSTANTIATE_TEST_SUITE_P(Scenes, ColliderReachTest, testing::ValuesIn(test::ReachCases(9, 8)),
                          [](const auto& one) { return one.param.scene.name; });
 
 TEST_P(ColliderReachTest, AloneTheBitsAreThoseOfAllColliders) {
-  const Case& one = GetParam();
+  const test::ReachCase& one = GetParam();
   Counts counts, of_all;
   const Cloth cloth = PlayAlone(one.scene, one.steps, true, counts);
   const Cloth expected = PlayAlone(one.scene, one.steps, false, of_all);
@@ -293,7 +136,7 @@ TEST_P(ColliderReachTest, AloneTheBitsAreThoseOfAllColliders) {
   EXPECT_EQ(of_all.far_steps + of_all.repeats, 0u);
   EXPECT_GT(counts.far_steps + counts.repeats, 0u);
   Scene empty = one.scene;
-  empty.parameters.colliders = {Wall(1e4)};
+  empty.parameters.colliders = {test::Wall(1e4)};
   empty.parameters.collider_motions.clear();
   const Cloth alone = PlayAlone(empty, one.steps, false, of_all);
   EXPECT_EQ(!SameBits(alone.state.velocities, expected.state.velocities), one.meets);
@@ -302,7 +145,7 @@ TEST_P(ColliderReachTest, AloneTheBitsAreThoseOfAllColliders) {
 
 // Of several cloths higher and higher, of which the burst ones have only one that is squeezed.
 TEST_P(ColliderReachTest, InLanesTheBitsAreThoseOfAllCollidersAlone) {
-  const Case& one = GetParam();
+  const test::ReachCase& one = GetParam();
   if (!one.fits_lanes) return;
   std::vector<Scene> scenes;
   for (uint32_t k = 0; k < std::min(6u, SupportedLanes().lane_count); ++k) {
@@ -338,8 +181,8 @@ const Look kLooks[] = {
 };
 
 TEST(ReachWatchTest, OneParticleThatLeavesItsRangeIsNoticed) {
-  Scene scene = Sheet("sheet", Preset::kRealtime);
-  scene.parameters.colliders = {Wall(30)};
+  Scene scene = test::ReachSheet("sheet", Preset::kRealtime, 9, 8);
+  scene.parameters.colliders = {test::Wall(30)};
   const Cloth cloth(std::make_shared<FloatModel>(scene.model), scene);
   StepScratch scratch;
   for (const Look& look : kLooks) {
@@ -367,7 +210,7 @@ class AnyScene {
     scene_ = test::SizedCloth(9, false);
     for (Vector3d& p : scene_.state.positions_m) p = Place();
     for (Vector3d& v : scene_.state.velocities_m_per_s) v = Place();
-    auto kinds = EachKind(0);
+    auto kinds = test::EachKind(0);
     Collider collider = kinds[seed % kinds.size()].second;
     RigidMotion motion = RigidMotion::AtRest(CentreOf(collider));
     motion.position_m = 2 * Place();
@@ -436,8 +279,8 @@ TEST(AddNearTest, NothingInTheRangeTouchesWhatIsLeftOut) {
 // it is turned.
 TEST(AddNearTest, CollidersBelowASheetAreLeftOutBeyondItsReach) {
   for (const double top_m : {-0.005, -0.03, -0.4}) {
-    for (const auto& [kind, collider] : EachKind(top_m)) {
-      Scene scene = Sheet(kind, Preset::kRealtime);
+    for (const auto& [kind, collider] : test::EachKind(top_m)) {
+      Scene scene = test::ReachSheet(kind, Preset::kRealtime, 9, 8);
       scene.parameters.colliders = {collider};
       const Cloth cloth(std::make_shared<FloatModel>(scene.model), scene);
       StepScratch scratch;

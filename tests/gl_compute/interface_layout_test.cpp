@@ -184,7 +184,11 @@ TEST_F(InterfaceLayoutTest, ClothRecord) {
       MEMBER(ClothRecord, refine_solves),
       MEMBER(ClothRecord, far_off_flags),
       MEMBER(ClothRecord, refined_links),
+      MEMBER(ClothRecord, met_colliders),
+      MEMBER(ClothRecord, reach_margin),
       MEMBER(ClothRecord, padding_0),
+      MEMBER(ClothRecord, padding_1),
+      MEMBER(ClothRecord, padding_2),
   };
   const StructLayout driver = AskDriver("cloth_record.h", "ClothRecord");
   EXPECT_EQ(driver.offsets, expected);
@@ -193,14 +197,24 @@ TEST_F(InterfaceLayoutTest, ClothRecord) {
 
 TEST_F(InterfaceLayoutTest, ClothStatus) {
   const std::map<std::string, GLint> expected = {
-      MEMBER(ClothStatus, iterations),      MEMBER(ClothStatus, unconverged_substeps),
-      MEMBER(ClothStatus, fault),           MEMBER(ClothStatus, sweep_changed),
-      MEMBER(ClothStatus, is_substep_done), MEMBER(ClothStatus, contacts),
-      MEMBER(ClothStatus, max_strain),      MEMBER(ClothStatus, rms_strain),
-      MEMBER(ClothStatus, kinetic_energy),  MEMBER(ClothStatus, potential_energy),
-      MEMBER(ClothStatus, strain_energy),   MEMBER(ClothStatus, lowest),
-      MEMBER(ClothStatus, max_penetration), MEMBER(ClothStatus, max_residual),
-      MEMBER(ClothStatus, next_substep),    MEMBER(ClothStatus, next_sweep),
+      MEMBER(ClothStatus, iterations),
+      MEMBER(ClothStatus, unconverged_substeps),
+      MEMBER(ClothStatus, fault),
+      MEMBER(ClothStatus, sweep_changed),
+      MEMBER(ClothStatus, is_substep_done),
+      MEMBER(ClothStatus, contacts),
+      MEMBER(ClothStatus, max_strain),
+      MEMBER(ClothStatus, rms_strain),
+      MEMBER(ClothStatus, kinetic_energy),
+      MEMBER(ClothStatus, potential_energy),
+      MEMBER(ClothStatus, strain_energy),
+      MEMBER(ClothStatus, lowest),
+      MEMBER(ClothStatus, max_penetration),
+      MEMBER(ClothStatus, max_residual),
+      MEMBER(ClothStatus, next_substep),
+      MEMBER(ClothStatus, next_sweep),
+      MEMBER(ClothStatus, far_colliders),
+      {"range[0]", static_cast<GLint>(offsetof(shader::ClothStatus, range))},
   };
   const StructLayout driver = AskDriver("cloth_status.h", "ClothStatus");
   EXPECT_EQ(driver.offsets, expected);

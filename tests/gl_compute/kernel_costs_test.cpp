@@ -57,6 +57,23 @@ TEST(KernelCostsTest, SweepOfAChain) {
   EXPECT_EQ(CountResidentLoops(*model, parameters, 32).sweep, costs.sweep + 1 + 6 + 4 * 4);
 }
 
+// Three loops over the 8 words of the range and one to read them, 4 rounds of particles, none of
+// pins, one of colliders along 4 directions; two passes more for each loop's end.
+TEST(KernelCostsTest, FindingWhatIsInReach) {
+  const auto model = BuildModel(ChainDescription(100));
+  ClothParameters parameters;
+  parameters.settings.integration = Integration::kOneStep;
+  parameters.settings.direction = Direction::kAtEnd;
+  const LoopCosts free = CountResidentLoops(*model, parameters, 32);
+  parameters.colliders = {PlaneCollider{}, PlaneCollider{}};
+  EXPECT_EQ(CountResidentLoops(*model, parameters, 32).fixed - free.fixed,
+            4u * (8 + 2) + (4 + 2) + 2 + (1 + 4 + 2) + 2);
+  parameters.colliders.resize(100);  // of which 24 are looked for, in two rounds of 16
+  EXPECT_EQ(CountResidentLoops(*model, parameters, 16).fixed -
+                CountResidentLoops(*model, parameters, 32).fixed,
+            4u * 3 + 4u * 3 + 3 + (1 + 4 + 2));
+}
+
 // One strip of 99 links: along it four times, to 99 links or 100 particles, each with two passes
 // more.
 TEST(KernelCostsTest, SweepOfAChainAsAStrip) {

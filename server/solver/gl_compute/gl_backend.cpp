@@ -455,10 +455,12 @@ Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options
                   .loop_budget = options.loop_budget != 0 ? options.loop_budget
                                  : is_software            ? kSoftwareLoopBudget
                                                           : kHardwareLoopBudget,
-                  .strip_solve = options.strip_solve.value_or(StripSolveOf(limits))};
+                  .strip_solve = options.strip_solve.value_or(StripSolveOf(limits)),
+                  .leaves_out_colliders = options.leave_out_colliders};
   parts.runs_ahead = options.runs_ahead.value_or(!is_software);
   parts.device = {.limits = {limits.work_group_count_x, limits.work_group_count_y},
-                  .has_timer_queries = !is_software};
+                  .has_timer_queries = !is_software,
+                  .on_left_out = options.on_left_out};
   const int64_t max_bytes = options.max_array_bytes > 0
                                 ? std::min(options.max_array_bytes, limits.storage_block_bytes)
                                 : limits.storage_block_bytes;

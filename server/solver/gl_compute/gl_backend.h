@@ -37,6 +37,11 @@ struct GlBackendOptions {
   // subgroups of enough invocations, else by elimination. Where the device does not compile a
   // kernel by reduction its cloths are solved by elimination, with a warning in the log.
   std::optional<StripSolve> strip_solve = std::nullopt;
+  // Whether a step leaves out the colliders that a cloth cannot meet in it. Results do not depend
+  // on it.
+  bool leave_out_colliders = true;
+  // Called after each batch with how many colliders its steps have left out, together; for tests.
+  std::function<void(uint32_t)> on_left_out = {};
   // Whether the host goes on while the device works (Backend::StepAhead); unset: on hardware. A
   // software renderer works on the calling thread.
   std::optional<bool> runs_ahead = std::nullopt;

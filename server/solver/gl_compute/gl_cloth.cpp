@@ -13,6 +13,10 @@ namespace drape {
 
 namespace {
 
+// Of the length scale: how far a cloth at rest is expected to move in a step at most. Where one
+// moves farther it looks at all its colliders.
+constexpr double kReachMarginRatio = 0.01;
+
 uint32_t FloatWord(double value) {
   return std::bit_cast<uint32_t>(static_cast<float>(value));
 }
@@ -84,6 +88,7 @@ void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
   record.friction_dynamic = static_cast<float>(parameters.friction_dynamic);
   record.restitution = static_cast<float>(parameters.restitution);
   record.slowest_rebound = static_cast<float>(SlowestRebound(parameters));
+  record.reach_margin = static_cast<float>(kReachMarginRatio * length_scale);
   record.contact_margin = static_cast<float>(kContactMarginRatio * length_scale);
 }
 
@@ -215,6 +220,7 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
   layout.tangent_betas = append(parameters.friction_static > 0 ? 3 * colliders * particles : 0);
   layout.rebounds = append(HasRestitution(parameters) ? colliders * particles : 0);
   layout.violations = append(colliders > 0 ? particles : 0);
+  layout.met_colliders = append(colliders > 0 ? particles : 0);
   layout.spring_accelerations = append(model.spring_count() > 0 ? 3 * particles : 0);
   layout.elastic_impulses = append(uint64_t{3} * model.elastic_count());
   layout.air_impulses = append(HasAirForces(model, parameters) ? 3 * model.triangles().size() : 0);
@@ -269,6 +275,7 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   record.tangent_betas = scratch(layout.tangent_betas);
   record.rebounds = scratch(layout.rebounds);
   record.violations = scratch(layout.violations);
+  record.met_colliders = scratch(layout.met_colliders);
   record.spring_accelerations = scratch(layout.spring_accelerations);
   record.elastic_impulses = scratch(layout.elastic_impulses);
   record.air_impulses = scratch(layout.air_impulses);

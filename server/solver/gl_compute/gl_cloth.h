@@ -27,6 +27,7 @@ struct ScratchLayout {
   uint64_t tangent_betas = 0;
   uint64_t rebounds = 0;
   uint64_t violations = 0;
+  uint64_t met_colliders = 0;
   uint64_t spring_accelerations = 0;
   uint64_t elastic_impulses = 0;
   uint64_t air_impulses = 0;

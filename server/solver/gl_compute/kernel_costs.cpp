@@ -133,6 +133,15 @@ uint64_t ElasticPasses(const SceneModel& model, uint64_t rounds, uint32_t local_
          std::min<uint64_t>(of_particles, shares.ends.size());
 }
 
+// Of finding the colliders that the cloth can meet: three loops over the words of the range, one to
+// read them, particles, pins, and colliders, each along a few directions.
+uint64_t ReachPasses(const SceneModel& model, uint64_t colliders, uint32_t local_size) {
+  const uint64_t tested = std::min<uint64_t>(colliders, DRAPE_LEFT_OUT_COLLIDERS);
+  return 4 * (DRAPE_RANGE_WORDS + kLoopEnd) + LoopPasses(model.particle_count(), local_size) +
+         LoopPasses(model.pin_count(), local_size) +
+         RoundsFor(tested, local_size) * (1 + DRAPE_REACH_DIRECTIONS + kLoopEnd) + kLoopEnd;
+}
+
 }  // namespace
 
 uint64_t CountTiledRefineLoops(const SceneModel& model, uint32_t local_size) {
@@ -188,6 +197,7 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   if (HasRestitution(parameters)) costs.substep += rounds * (colliders + kLoopEnd);
   // Loading, checking with its loop over the axes, storing, pausing.
   costs.fixed = springs + elastic + air + 4 * particles + 4 * rounds + 8;
+  if (colliders > 0) costs.fixed += ReachPasses(model, colliders, local_size);
   if (solver.refine_rounds > 0) {
     costs.fixed += RefinePasses(model, solver.refine_rounds, local_size);
   }

@@ -113,6 +113,7 @@ std::string KernelVariant::Defines() const {
   if (has_friction) text << "#define HAS_FRICTION\n";
   if (has_restitution) text << "#define HAS_RESTITUTION\n";
   if (has_moving_colliders) text << "#define HAS_MOVING_COLLIDERS\n";
+  if (leaves_out_colliders) text << "#define LEAVES_OUT_COLLIDERS\n";
   if (has_damping) text << "#define HAS_DAMPING\n";
   if (has_pins) text << "#define HAS_PINS\n";
   if (has_tethers) text << "#define HAS_TETHERS\n";
@@ -160,8 +161,11 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
   variant.has_joint_compliance = model.has_joint_compliance();
   variant.has_contacts = !parameters.colliders.empty();
   variant.has_capsules = HasCollider<CapsuleCollider>(parameters);
-  variant.has_boxes = HasCollider<BoxCollider>(parameters);
   variant.has_distance_maps = HasCollider<DistanceMapCollider>(parameters);
+  variant.leaves_out_colliders = variant.has_contacts && device.leaves_out_colliders;
+  // Whether a map is out of reach goes by the box around it.
+  variant.has_boxes = HasCollider<BoxCollider>(parameters) ||
+                      (variant.has_distance_maps && variant.leaves_out_colliders);
   variant.has_friction = variant.has_contacts && parameters.friction_static > 0;
   variant.has_restitution = HasRestitution(parameters);
   variant.has_moving_colliders = HasMovingColliders(parameters);

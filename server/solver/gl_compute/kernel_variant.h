@@ -34,6 +34,7 @@ struct KernelVariant {
   bool has_friction = false;
   bool has_restitution = false;
   bool has_moving_colliders = false;
+  bool leaves_out_colliders = false;  // those that the cloth cannot meet within the step
   bool has_damping = false;
   bool has_pins = false;
   bool has_tethers = false;
@@ -71,6 +72,8 @@ struct DeviceTraits {
   // How strips are solved where they are short enough, with kReduction also only where it is the
   // shorter way (IsReductionShorter).
   StripSolve strip_solve = StripSolve::kElimination;
+  // Whether steps leave out colliders that the cloth cannot meet; no bit depends on it.
+  bool leaves_out_colliders = true;
 };
 
 // The largest cloth of the resident plan [particles]: 28 bytes and a bit each in the 32 KiB of

@@ -49,6 +49,7 @@ KernelVariant WithContacts(KernelVariant narrowed, const KernelVariant& variant)
   narrowed.has_friction = variant.has_friction;
   narrowed.has_restitution = variant.has_restitution;
   narrowed.has_moving_colliders = variant.has_moving_colliders;
+  narrowed.leaves_out_colliders = variant.leaves_out_colliders;
   return narrowed;
 }
 
@@ -117,6 +118,9 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   timed.has_two_steps = all.has_two_steps;
   KernelVariant begin = timed;
   begin.has_refinement = all.has_refinement;
+  begin.leaves_out_colliders = all.leaves_out_colliders;
+  KernelVariant reach = WithContacts(plain, all);
+  reach.has_friction = reach.has_restitution = false;
   KernelVariant refine = tolerance;
   refine.has_two_steps = all.has_two_steps;
   KernelVariant refine_group = refine;
@@ -152,6 +156,8 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   const bool has_kicks = all.springs == KernelVariant::Springs::kHalfKicks;
   const std::array wanted = {
       Wanted{true, "tiled_begin", begin, &kernels.tiled_begin},
+      Wanted{all.leaves_out_colliders, "tiled_find_range", reach, &kernels.tiled_find_range},
+      Wanted{all.leaves_out_colliders, "tiled_find_near", reach, &kernels.tiled_find_near},
       Wanted{has_springs, "tiled_spring_accelerations", timed, &kernels.tiled_spring_accelerations},
       Wanted{has_kicks, "tiled_kick", timed, &kernels.tiled_kick},
       Wanted{all.has_elastic, "tiled_elastic_impulses", timed, &kernels.tiled_elastic_impulses},

@@ -18,6 +18,8 @@ struct StepKernels {
   KernelVariant variant;
   const gl::Program* resident_step = nullptr;
   const gl::Program* tiled_begin = nullptr;
+  const gl::Program* tiled_find_range = nullptr;
+  const gl::Program* tiled_find_near = nullptr;
   const gl::Program* tiled_spring_accelerations = nullptr;
   const gl::Program* tiled_kick = nullptr;
   const gl::Program* tiled_elastic_impulses = nullptr;

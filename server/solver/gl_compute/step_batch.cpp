@@ -1,6 +1,7 @@
 #include "server/solver/gl_compute/step_batch.h"
 
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <map>
 #include <vector>
@@ -107,6 +108,18 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
   return report;
 }
 
+uint32_t CountLeftOut(const BatchPlan& plan, std::span<const shader::ClothStatus> statuses) {
+  uint32_t count = 0;
+  for (const StepGroup& group : plan.groups) {
+    if (!group.kernels->variant.leaves_out_colliders) continue;
+    for (size_t k = 0; k < group.cloths.size(); ++k) {
+      const shader::BatchItem& item = plan.items[group.first_item + k];
+      count += static_cast<uint32_t>(std::popcount(statuses[item.status].far_colliders));
+    }
+  }
+  return count;
+}
+
 }  // namespace
 
 BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, DeviceArrays& arrays,
@@ -134,6 +147,7 @@ BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, Devi
   std::vector<shader::ClothStatus> statuses(items.size());
   arrays.statuses.Download(0, std::as_writable_bytes(std::span(statuses)));
   batch.readback_us = NowUs() - readback_start_us;
+  if (device.on_left_out) device.on_left_out(CountLeftOut(plan, statuses));
   for (size_t index = 0; index < items.size(); ++index) {
     batch.reports.push_back(
         ToReport(items[index], statuses[index], cloths.Find(items[index].cloth)));

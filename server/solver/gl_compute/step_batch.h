@@ -16,6 +16,7 @@ struct BatchDevice {
   DispatchLimits limits;
   bool has_timer_queries =
       false;  // else the host's clock, which is right where the device is the CPU
+  std::function<void(uint32_t)> on_left_out;  // GlBackendOptions::on_left_out
 };
 
 // Steps the items, marks cloths that blew up as faulted, and returns the reports. Pin targets are

@@ -86,6 +86,7 @@ class TiledStep {
   uint32_t Run() {
     if (kernels_.variant.has_tolerance) UploadDispatchArgs();
     DispatchParticles(*kernels_.tiled_begin, 0);
+    FindReach();
     Kick(0, DRAPE_KICK_BEFORE);
     for (uint32_t substep = 0; substep < largest_.substeps; ++substep) {
       Predict(substep);
@@ -161,6 +162,15 @@ class TiledStep {
 
   void DispatchParticles(const gl::Program& kernel, uint32_t substep) {
     DispatchElements(kernel, substep, largest_.particles);
+  }
+
+  // Which colliders the cloths can meet.
+  void FindReach() {
+    if (kernels_.tiled_find_near == nullptr) return;
+    const uint32_t pieces = GroupsFor(largest_.particles, DRAPE_MEASURE_PIECE);
+    Prepare(*kernels_.tiled_find_range, 0);
+    Dispatch(pieces, item_count_);
+    DispatchElements(*kernels_.tiled_find_near, 0, DRAPE_LEFT_OUT_COLLIDERS);
   }
 
   // What acts on the velocities before, within or after a substep.

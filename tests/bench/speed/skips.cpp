@@ -1,4 +1,5 @@
 // What a scene does not need and what leaving it out saves, each on and off -> speed_skips.csv.
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <string>
@@ -7,6 +8,7 @@
 
 #include "server/scheduler/device_loop.h"
 #include "server/solver/cpu/cpu_backend.h"
+#include "server/solver/gl_compute/gl_backend.h"
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/quantiles.h"
 #include "tests/bench/speed/speed.h"
@@ -68,6 +70,13 @@ class Stepper {
                    counters_};
 };
 
+// Steps that are long enough to fall and fall asleep.
+constexpr uint32_t kRest = 180;
+
+// Few and short on `gl`, which may be a software renderer: the sheets have fallen, and lie.
+constexpr uint32_t kGlCloths = 2;
+constexpr uint32_t kGlRest = 20;
+
 // One thing that a scene may not need: cloths that have it anyway (full) and cloths that do not.
 struct Skip {
   std::string name;
@@ -75,8 +84,9 @@ struct Skip {
   bool full_is_reported = false;  // each step of `full` is measured
   uint32_t lead_steps = 0;        // before the timed ones, of both
   bool is_tilted = true;          // each cloth has its own gravity
-  // On the backend `cpu`: the same cloths, with all colliders and without those out of reach.
-  bool is_of_colliders = false;
+  // The same cloths, with all colliders and without those out of reach, on this backend.
+  std::string leaving_out = {};
+  uint32_t cloths = 0;  // 0: SkipsOptions::cloths
 };
 
 test::Scene With(test::Scene scene, const StepSettings& settings) {
@@ -84,53 +94,67 @@ test::Scene With(test::Scene scene, const StepSettings& settings) {
   return scene;
 }
 
-std::vector<Skip> Skips(uint32_t side) {
-  StepSettings sleepless = PresetSettings(Preset::kRealtime);
-  sleepless.sleep_motion_m = 0;
-  StepSettings sleepy = sleepless;
-  sleepy.sleep_motion_m = PresetSettings(Preset::kRealtime).sleep_motion_m;
-  const test::Scene hung = Sheet(side * side, Pins::kCorners, sleepless);
+// What the measurements are about.
+struct Sheets {
+  explicit Sheets(uint32_t side) {
+    sleepless.sleep_motion_m = 0;
+    hung = Sheet(side * side, Pins::kCorners, sleepless);
+    on_ground = test::Grid(side, side, 1, 1);
+    on_ground.parameters.settings = sleepless;
+    on_ground.parameters.colliders = {
+        PlaneCollider{Eigen::Vector3d(0, -0.05, 0), Eigen::Vector3d::UnitY()}};
+    // Along the end in one step, so that a collider does not change how links are solved.
+    StepSettings plain = sleepless;
+    plain.integration = Integration::kOneStep;
+    plain.direction = Direction::kAtEnd;
+    plainly_hung = far_collider = With(hung, plain);
+    far_collider.parameters.colliders = {SphereCollider{Eigen::Vector3d(0, 0, 100), 0.3}};
+  }
 
-  test::Scene on_ground = test::Grid(side, side, 1, 1);
-  on_ground.parameters.colliders = {
-      PlaneCollider{Eigen::Vector3d(0, -0.05, 0), Eigen::Vector3d::UnitY()}};
+  StepSettings sleepless = PresetSettings(Preset::kRealtime);
+  test::Scene hung, plainly_hung, far_collider, on_ground;
+};
+
+std::vector<Skip> Skips(const Sheets& sheets) {
+  StepSettings sleepy = sheets.sleepless;
+  sleepy.sleep_motion_m = PresetSettings(Preset::kRealtime).sleep_motion_m;
   StepSettings swept = PresetSettings(Preset::kPaper);
   swept.tolerance = 0;
-
-  // Along the end in one step, so that a collider does not change how links are solved.
-  StepSettings plain = sleepless;
-  plain.integration = Integration::kOneStep;
-  plain.direction = Direction::kAtEnd;
-  test::Scene far_collider = With(hung, plain);
-  far_collider.parameters.colliders = {SphereCollider{Eigen::Vector3d(0, 0, 100), 0.3}};
-
-  // Long enough to fall and fall asleep.
-  constexpr uint32_t kRest = 180;
   return {
-      {"sleep: all at rest on the ground", With(on_ground, sleepless), With(on_ground, sleepy),
-       false, kRest, false},
-      {"sleep: all awake", hung, With(hung, sleepy)},
-      {"early exit: at rest on the ground under PAPER", With(on_ground, swept),
-       With(on_ground, PresetSettings(Preset::kPaper)), false, kRest, false},
-      {"report of every step", hung, hung, true},
-      {"a collider out of reach", far_collider, With(hung, plain)},
-      {.name = "colliders left out: one out of reach",
-       .full = far_collider,
-       .lean = far_collider,
-       .is_of_colliders = true},
-      {.name = "colliders left out: at rest on the ground",
-       .full = With(on_ground, sleepless),
-       .lean = With(on_ground, sleepless),
-       .lead_steps = kRest,
-       .is_tilted = false,
-       .is_of_colliders = true},
+      {"sleep: all at rest on the ground", sheets.on_ground, With(sheets.on_ground, sleepy), false,
+       kRest, false},
+      {"sleep: all awake", sheets.hung, With(sheets.hung, sleepy)},
+      {"early exit: at rest on the ground under PAPER", With(sheets.on_ground, swept),
+       With(sheets.on_ground, PresetSettings(Preset::kPaper)), false, kRest, false},
+      {"report of every step", sheets.hung, sheets.hung, true},
+      {"a collider out of reach", sheets.far_collider, sheets.plainly_hung},
   };
+}
+
+// Leaving out colliders on one of the backends that do.
+std::vector<Skip> LeavingOut(const Sheets& sheets, const std::string& backend, uint32_t cloths,
+                             uint32_t lead_steps) {
+  return {{.name = "colliders left out: one out of reach",
+           .full = sheets.far_collider,
+           .lean = sheets.far_collider,
+           .leaving_out = backend,
+           .cloths = cloths},
+          {.name = "colliders left out: at rest on the ground",
+           .full = sheets.on_ground,
+           .lean = sheets.on_ground,
+           .lead_steps = lead_steps,
+           .is_tilted = false,
+           .leaving_out = backend,
+           .cloths = cloths}};
 }
 
 std::unique_ptr<Backend> BackendOf(const Skip& skip, const std::string& fast_backend,
                                    bool is_full) {
-  if (!skip.is_of_colliders) return test::MakeBackend(fast_backend);
-  return CreateCpuBackend({.leave_out_colliders = !is_full});
+  if (skip.leaving_out.empty()) return test::MakeBackend(fast_backend);
+  if (skip.leaving_out == "cpu") return CreateCpuBackend({.leave_out_colliders = !is_full});
+  Result<std::unique_ptr<Backend>> gl = CreateGlBackend({.leave_out_colliders = !is_full});
+  DRAPE_CHECK(gl.ok(), gl.status().ToString());
+  return std::move(gl).value();
 }
 
 ClothBatch BatchOf(const test::Scene& scene, uint32_t cloths, bool is_tilted) {
@@ -145,13 +169,21 @@ void MeasureSkips(Bench& bench, SkipsOptions options) {
   Table table = bench.OpenTable("speed_skips", {"skip", "backend", "cloths", "particles", "full_ms",
                                                 "lean_ms", "same_state"});
   const std::string& fast_backend = bench.fast_backend().name;
-  for (const Skip& skip : Skips(options.side)) {
+  const Sheets sheets(options.side);
+  std::vector<Skip> skips = Skips(sheets);
+  const auto append = [&skips](std::vector<Skip> more) {
+    skips.insert(skips.end(), more.begin(), more.end());
+  };
+  append(LeavingOut(sheets, "cpu", options.cloths, kRest));
+  const bool has_gl = std::ranges::any_of(
+      bench.backends(), [](const NamedBackend& backend) { return backend.name == "gl"; });
+  if (has_gl) append(LeavingOut(sheets, "gl", kGlCloths, kGlRest));
+  for (const Skip& skip : skips) {
     if (!bench.StartRow(skip.name)) return;
-    const std::string backend = skip.is_of_colliders ? "cpu" : fast_backend;
-    Stepper full(BackendOf(skip, fast_backend, true),
-                 BatchOf(skip.full, options.cloths, skip.is_tilted));
-    Stepper lean(BackendOf(skip, fast_backend, false),
-                 BatchOf(skip.lean, options.cloths, skip.is_tilted));
+    const std::string& backend = skip.leaving_out.empty() ? fast_backend : skip.leaving_out;
+    const uint32_t cloths = skip.cloths == 0 ? options.cloths : skip.cloths;
+    Stepper full(BackendOf(skip, fast_backend, true), BatchOf(skip.full, cloths, skip.is_tilted));
+    Stepper lean(BackendOf(skip, fast_backend, false), BatchOf(skip.lean, cloths, skip.is_tilted));
     full.Step_ms(skip.lead_steps, false);
     lean.Step_ms(skip.lead_steps, false);
     std::vector<double> full_ms, lean_ms;
@@ -162,8 +194,8 @@ void MeasureSkips(Bench& bench, SkipsOptions options) {
       full_ms.insert(full_ms.end(), of_full.begin(), of_full.end());
       lean_ms.insert(lean_ms.end(), of_lean.begin(), of_lean.end());
     }
-    table.Add({skip.name, backend, options.cloths, options.side * options.side,
-               Quantile(full_ms, 0.5), Quantile(lean_ms, 0.5), full.Bits() == lean.Bits()});
+    table.Add({skip.name, backend, cloths, options.side * options.side, Quantile(full_ms, 0.5),
+               Quantile(lean_ms, 0.5), full.Bits() == lean.Bits()});
   }
 }
 

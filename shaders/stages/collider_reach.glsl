@@ -1,0 +1,88 @@
+// Which colliders the particles of a cloth look at in the step under way (server/solver/gl_compute/README.md,
+// «Colliders out of reach»). A contact with a far one changes nothing while its particle is in the range; one
+// that is not looks at all of them. Needs the accessors of one plan.
+#ifndef DRAPE_STAGES_COLLIDER_REACH_GLSL_
+#define DRAPE_STAGES_COLLIDER_REACH_GLSL_
+
+#include "stages/buffers.glsl"
+
+#ifdef LEAVES_OUT_COLLIDERS
+#include "lib/float_order.glsl"
+
+// Particles are expected to get no farther within a step than this many times what the fastest one would go
+// in free fall, and what the pins go, and the margin. Larger: colliders are looked at that nothing touches;
+// smaller: particles get out of the range.
+const float kReachFactor = 2.0;
+
+// An axis-parallel box of places [m].
+struct ParticleRange {
+  vec3 low;
+  vec3 high;
+};
+
+ParticleRange range;       // where free particles are expected to stay during the step
+uint far_colliders = 0u;   // a set, as bits: nothing in the range touches them
+
+// `words`: ClothStatus::range.
+ParticleRange RangeFrom(uint words[DRAPE_RANGE_WORDS]) {
+  float largest[DRAPE_RANGE_WORDS];
+  for (int k = 0; k < DRAPE_RANGE_WORDS; ++k) largest[k] = FloatFromOrderedBits(words[k]);
+  precise float duration = float(cloth.substeps) * cloth.h;
+  precise float way = (sqrt(largest[6]) + Length(cloth.gravity.xyz) * duration) * duration;
+  precise float reach = kReachFactor * (way + sqrt(largest[7])) + cloth.reach_margin;
+  precise vec3 low = -vec3(largest[0], largest[1], largest[2]) - reach;
+  precise vec3 high = vec3(largest[3], largest[4], largest[5]) + reach;
+  return ParticleRange(low, high);
+}
+
+void LoadReach(uint status) {
+  range = RangeFrom(statuses[status].range);
+  far_colliders = statuses[status].far_colliders;
+}
+
+// What is not a number is not.
+bool IsInRange(vec3 q) {
+  return all(greaterThanEqual(q, range.low)) && all(lessThanEqual(q, range.high));
+}
+
+// The set of collider c alone; the empty one if it is never left out.
+uint SetOf(uint c) { return c < DRAPE_LEFT_OUT_COLLIDERS ? 1u << c : 0u; }
+
+// The first collider of the set from c on, or the first from there on that is never left out.
+uint NextIn(uint set, uint c) {
+  if (c >= DRAPE_LEFT_OUT_COLLIDERS) return c;
+  return c + uint(findLSB(set >> c | 1u << (DRAPE_LEFT_OUT_COLLIDERS - c)));
+}
+
+// The set of those that `solve_contacts` has worked on in this substep: their betas are in Scratch. Without far
+// ones nothing is kept, for it is none of them in the first sweep and all in later ones.
+uint LoadMetColliders(uint i, bool is_first_sweep) {
+  if (is_first_sweep) return 0u;
+  return far_colliders == 0u ? ~0u : uint(scratch[cloth.met_colliders + i]);
+}
+void StoreMetColliders(uint i, uint met) {
+  if (far_colliders != 0u) scratch[cloth.met_colliders + i] = float(met);
+}
+bool HasMet(uint met, uint c, bool is_first_sweep) {
+  return c < DRAPE_LEFT_OUT_COLLIDERS ? (met >> c & 1u) != 0u : !is_first_sweep;
+}
+
+// The first collider from c on that a particle at q, the end of the substep, is to look at.
+uint NextCollider(uint c, uint met, vec3 q) {
+  if (far_colliders == 0u) return c;
+  return NextIn(IsInRange(q) ? ~far_colliders | met : ~0u, c);
+}
+// The same once the sweeps are over: of the ones that it has met.
+uint NextMetCollider(uint c, uint met) { return NextIn(met, c); }
+
+#else
+
+uint SetOf(uint c) { return 0u; }
+uint LoadMetColliders(uint i, bool is_first_sweep) { return 0u; }
+void StoreMetColliders(uint i, uint met) {}
+bool HasMet(uint met, uint c, bool is_first_sweep) { return !is_first_sweep; }
+uint NextCollider(uint c, uint met, vec3 q) { return c; }
+uint NextMetCollider(uint c, uint met) { return c; }
+
+#endif
+#endif
