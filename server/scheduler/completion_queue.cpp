@@ -35,9 +35,10 @@ void CompletionQueue::RunOrPush(std::function<void()> function) {
     is_running_ = true;
   }
   function();
+  function = nullptr;  // as in Loop
   const std::lock_guard lock(mutex_);
   is_running_ = false;
-  wake_.notify_one();
+  if (is_stopping_ || !functions_.empty()) wake_.notify_one();
 }
 
 void CompletionQueue::Stop() {

@@ -35,7 +35,15 @@ void Gathering::Answer(const std::string& tenant, uint32_t left, int64_t now_us)
   client.answered_us = now_us;
   client.is_away = true;
   awaited_count_ += client.comes_back;
-  look_until_us_ = client.is_quick ? now_us + std::min(kLook_us, delay_us_) : 0;
+}
+
+int64_t Gathering::LookUntil() const {
+  if (awaited_count_ != 1) return 0;
+  const auto awaited = std::find_if(clients_.begin(), clients_.end(), [](const auto& entry) {
+    return entry.second.is_away && entry.second.comes_back;
+  });
+  const Client& client = awaited->second;
+  return client.is_quick ? client.answered_us + std::min(kLook_us, delay_us_) : 0;
 }
 
 std::optional<int64_t> Gathering::WaitUntil(int64_t now_us) {

@@ -35,7 +35,7 @@ class Gathering {
   // If one tenant alone is awaited, which last time came back within kLook_us: until when it is to
   // be looked for, rather than slept for. Else 0. Waking a thread takes 25 us and more, on a core
   // that has fallen idle; in a loop of single steps that is a part of every step.
-  int64_t LookUntil() const { return awaited_count_ == 1 ? look_until_us_ : 0; }
+  int64_t LookUntil() const;
 
   // Nobody is looked for longer after its answer [us].
   static constexpr int64_t kLook_us = 500;
@@ -53,7 +53,6 @@ class Gathering {
   int64_t delay_us_ = 0;
   std::unordered_map<std::string, Client> clients_;
   uint32_t awaited_count_ = 0;
-  int64_t look_until_us_ = 0;  // for the one who was answered last
 };
 
 }  // namespace drape

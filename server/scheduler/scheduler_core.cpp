@@ -6,7 +6,6 @@
 #include <chrono>
 #include <map>
 #include <memory>
-#include <span>
 #include <utility>
 
 #include "server/core/check.h"
@@ -18,13 +17,17 @@ namespace {
 // if the clock is turned by hand or the time has just passed.
 constexpr int64_t kMinWait_us = 1000;
 
-// An answer with the states of so many takes some 0.1 ms to write.
+// Of an answer that the device thread gives itself: the positions of so many particles take 0.1 ms
+// to write, and reports of more cloths would take longer than it takes to wake a thread, too.
 constexpr size_t kMaxParticlesGivenAtOnce = size_t{1} << 16;
+constexpr size_t kMaxClothsGivenAtOnce = 1024;
 
-size_t ParticleCount(std::span<const std::shared_ptr<ClothRuntime>> cloths) {
-  size_t count = 0;
-  for (const auto& cloth : cloths) count += cloth->particle_count();
-  return count;
+bool IsShort(const StepWork& work, const StepOutcome& outcome) {
+  if (work.cloths.size() > kMaxClothsGivenAtOnce) return false;
+  if (!outcome.states.has_value()) return true;
+  size_t particles = 0;
+  for (const auto& cloth : work.cloths) particles += cloth->particle_count();
+  return particles <= kMaxParticlesGivenAtOnce;
 }
 
 Status QueueFull(const std::string& limit, uint32_t value, int64_t retry_after_ms) {
@@ -117,12 +120,11 @@ void Scheduler::Core::EndRequest(StepWork work, StepOutcome outcome) {
 }
 
 void Scheduler::Core::Give(StepWork work, StepOutcome outcome, bool is_idle) {
-  const bool is_small =
-      !outcome.states.has_value() || ParticleCount(work.cloths) <= kMaxParticlesGivenAtOnce;
+  const bool is_short = IsShort(work, outcome);
   // std::function wants what it holds to be copyable; the outcome is moved out once.
   auto held = std::make_shared<StepOutcome>(std::move(outcome));
   auto give = [work = std::move(work), held] { work.done(std::move(*held)); };
-  if (is_idle && is_small) {
+  if (is_idle && is_short) {
     completions_.RunOrPush(std::move(give));
   } else {
     completions_.Push(std::move(give));
@@ -233,7 +235,7 @@ void Scheduler::Core::WaitForWork(std::unique_lock<std::mutex>& lock, bool has_r
     } else if (has_work || is_time) {
       return;
     } else if (const int64_t until_us = gathering_.LookUntil(); now_us < until_us) {
-      LookForNews(lock, until_us);
+      LookForNews(lock, std::min(until_us, wake_at_us.value_or(until_us)));
     } else if (gather_until_us.has_value()) {
       const auto gather_until = steady_clock::now() + microseconds(*gather_until_us - now_us);
       wake_.wait_until(lock, std::min(gather_until, wake_at.value_or(gather_until)));

@@ -71,23 +71,23 @@ class Scheduler::Core {
   void RunRounds(Backend& backend);
   // Waits until there is something to do. `wake_at_us`: look again then, by the clock.
   Inbox TakeInbox(bool has_requests, std::optional<int64_t> wake_at_us);
+  void EndRequest(StepWork work, StepOutcome outcome);
+  // The answer to a request. `is_idle`: the device thread has nothing else to do.
+  void Give(StepWork work, StepOutcome outcome, bool is_idle);
+  // Whether answers that stayed behind may wait for the next batch: it comes at once, and nothing
+  // that would overtake them is to be done before. A tenant that has nothing else under way is
+  // answered at once: it may be about to come back, and batches wait for those (Gathering).
+  bool MayAnswersWait(const DeviceLoop& loop) const;
   // The rest with mutex_ held.
   void WaitForWork(std::unique_lock<std::mutex>& lock, bool has_requests,
                    std::optional<int64_t> wake_at_us);
   // Wakes the device thread, whether it sleeps or looks. With mutex_ held.
   void Notify();
-  // Returns when there is news or at that time, by the clock.
+  // Returns when there is news or at that time, by the clock; unlocks meanwhile.
   void LookForNews(std::unique_lock<std::mutex>& lock, int64_t until_us);
   // The submissions that wait need not wait for more.
   bool IsBatchDue(bool has_requests) const;
-  // Whether answers that stayed behind may wait for the next batch: it comes at once, and nothing
-  // that would overtake them is to be done before. A tenant that has nothing else under way is
-  // answered at once: it may be about to come back, and batches wait for those (Gathering).
-  bool MayAnswersWait(const DeviceLoop& loop) const;
   bool IsAtTheEnd(bool has_requests) const;
-  void EndRequest(StepWork work, StepOutcome outcome);
-  // The answer to a request. `is_idle`: the device thread has nothing else to do.
-  void Give(StepWork work, StepOutcome outcome, bool is_idle);
 
   const SchedulerLimits limits_;
   const Clock& clock_;

@@ -16,7 +16,7 @@ struct ClothStatus {
   uint sweep_changed;         // tiled plan: this sweep applied an impulse
 
   uint is_substep_done;  // tiled plan: no more sweeps in this substep
-  uint contacts;         // from here on written by `measure` alone
+  uint contacts;         // these, to max_residual, by `measure` alone
   float max_strain;      // [-]
   float rms_strain;      // [-]
 

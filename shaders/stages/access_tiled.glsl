@@ -6,7 +6,7 @@
 #include "stages/buffers.glsl"
 
 // The barrier rule of the tiled plan: the host puts a memory barrier between any two dispatches; a
-// kernel has none.
+// kernel has none but tiled_refine and tiled_find_range.
 
 uint status_index;
 

@@ -92,7 +92,10 @@ TEST_F(GatheringTest, OneThatCameBackQuicklyIsLookedFor) {
   show("slow", Gathering::kLook_us, 50'000);
   EXPECT_EQ(gathering.awaited_count(), 1u);
   EXPECT_EQ(gathering.LookUntil(), 0) << "it is slept for";
-  gathering.Arrive("slow", 50'001);
+  show("quick", Gathering::kLook_us - 1, 55'000);
+  gathering.Arrive("quick", 55'001);
+  EXPECT_EQ(gathering.LookUntil(), 0) << "the slow one is awaited still";
+  gathering.Arrive("slow", 55'002);
   show("quick", Gathering::kLook_us - 1, 60'000);
   EXPECT_EQ(gathering.LookUntil(), 60'000 + Gathering::kLook_us);
   show("other", 10, 60'100);

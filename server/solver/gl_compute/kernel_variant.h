@@ -76,8 +76,8 @@ struct DeviceTraits {
   bool leaves_out_colliders = true;
 };
 
-// The largest cloth of the resident plan [particles]: 28 bytes and a bit each in the 32 KiB of
-// shared memory that OpenGL 4.5 guarantees.
+// The largest cloth of the resident plan [particles]: 29 bytes each in the 32 KiB of shared memory
+// that OpenGL 4.5 guarantees.
 inline constexpr uint32_t kMaxResidentParticles = 1024;
 // Meshes and nets of 1024 particles have 2 to 6 thousand of each; with far more of them a sweep
 // gains nothing from shared memory.

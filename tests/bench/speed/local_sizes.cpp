@@ -50,9 +50,11 @@ std::unique_ptr<Backend> MakeBackendOf(const Wanted& wanted, const test::Scene& 
 std::optional<KernelVariant> VariantOf(const Backend& gl, const Wanted& wanted,
                                        const test::Scene& scene) {
   const BackendDescription description = gl.Describe();
+  // What the product knows of it is the renderer alone.
+  const std::string renderer = description.device.substr(0, description.device.find(", OpenGL "));
   const DeviceTraits traits = {
       .is_software = !description.is_hardware_gpu,
-      .renderer = description.device,
+      .renderer = renderer,
       .local_size = wanted.local_size,
       .refine_local_size = wanted.refine_local_size,
       .loop_budget = UINT32_MAX,

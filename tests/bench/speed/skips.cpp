@@ -70,7 +70,7 @@ class Stepper {
                    counters_};
 };
 
-// Steps that are long enough to fall and fall asleep.
+// Enough steps to fall and fall asleep.
 constexpr uint32_t kRest = 180;
 
 // Few and short on `gl`, which may be a software renderer: the sheets have fallen, and lie.
