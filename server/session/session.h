@@ -55,8 +55,8 @@ struct ClothPage {
 using ClothList = std::vector<std::shared_ptr<ClothRecord>>;
 
 // Thread-safe; nothing waits for the device. Every `done` runs exactly once: on the completion
-// thread of the scheduler or, when the error is known
-// before any device work, on the caller's thread before the method returns. It must not block.
+// thread of the scheduler, or, when the error is known before any device work, on the caller's
+// thread before the method returns. It must not block.
 class Session : public std::enable_shared_from_this<Session> {
  public:
   Session(std::shared_ptr<SessionCommons> commons, std::string name, std::string display_name,

@@ -23,6 +23,15 @@ inline constexpr double kMaxColliderTurn_rad_per_s = 1e3;
 // Only for counting contacts in reports.
 inline constexpr double kContactMarginRatio = 1e-3;
 
+// Colliders out of reach: the free particles of a cloth are expected to get no farther within a
+// step than this many times what the fastest one would go in free fall and what the pins go [-],
+// and this share of the model's length scale [-]. Results do not depend on it. Larger: colliders
+// are looked at that nothing touches; smaller: particles get farther, and then all are looked at.
+inline constexpr double kReachFactor = 2;
+inline constexpr double kReachMarginRatio = 0.01;
+// A direction along which a collider is apart from that range is looked for so often [-].
+inline constexpr unsigned kReachDirections = 4;
+
 // Beyond these a state counts as blown up and the cloth is FAULTED [m/s], [m from the cloth's
 // origin]. Far above any cloth in SI units; single precision still resolves 0.1 m there.
 inline constexpr double kMaxSpeed_m_per_s = 1e5;

@@ -85,8 +85,6 @@
 // Of so many colliders of a cloth, the first ones, a step may leave out those that nothing touches;
 // sets of them are bits of a float's mantissa.
 #define DRAPE_LEFT_OUT_COLLIDERS 24u
-// A direction along which a collider is apart from the cloth is looked for so often.
-#define DRAPE_REACH_DIRECTIONS 4u
 // Words of the range of a cloth's free particles when the step begins, of each the largest as
 // lib/float_order.glsl orders floats: -x, -y, -z, x, y, z [m], square of the speed [m^2/s^2],
 // square of the way of a pin [m^2].

@@ -9,11 +9,6 @@
 #ifdef LEAVES_OUT_COLLIDERS
 #include "lib/float_order.glsl"
 
-// Particles are expected to get no farther within a step than this many times what the fastest one would go
-// in free fall, and what the pins go, and the margin. Larger: colliders are looked at that nothing touches;
-// smaller: particles get out of the range.
-const float kReachFactor = 2.0;
-
 // An axis-parallel box of places [m].
 struct ParticleRange {
   vec3 low;
@@ -29,7 +24,7 @@ ParticleRange RangeFrom(uint words[DRAPE_RANGE_WORDS]) {
   for (int k = 0; k < DRAPE_RANGE_WORDS; ++k) largest[k] = FloatFromOrderedBits(words[k]);
   precise float duration = float(cloth.substeps) * cloth.h;
   precise float way = (sqrt(largest[6]) + Length(cloth.gravity.xyz) * duration) * duration;
-  precise float reach = kReachFactor * (way + sqrt(largest[7])) + cloth.reach_margin;
+  precise float reach = REACH_FACTOR * (way + sqrt(largest[7])) + cloth.reach_margin;
   precise vec3 low = -vec3(largest[0], largest[1], largest[2]) - reach;
   precise vec3 high = vec3(largest[3], largest[4], largest[5]) + reach;
   return ParticleRange(low, high);

@@ -72,7 +72,7 @@ Collider ConvexBound(Collider collider) {
 // say no for the corners of boxes that are hardly apart. `size`: the lengths that gaps are computed from [m].
 bool IsApart(Surface surface, float offset, float way, float size) {
   vec3 x = 0.5 * (range.low + range.high);
-  for (uint k = 0u; k < DRAPE_REACH_DIRECTIONS; ++k) {
+  for (uint k = 0u; k < REACH_DIRECTIONS; ++k) {
     Gap at_x = GapAtStart(surface, x);
     if (!(at_x.size > 0.0)) return false;
     vec3 nearest = mix(range.low, range.high, lessThan(at_x.normal, vec3(0.0)));

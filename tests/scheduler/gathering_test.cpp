@@ -9,16 +9,20 @@ constexpr int64_t kMaxDelay_us = 1000;
 constexpr int64_t kBatch_us = 200;
 constexpr int64_t kDelay_us = 2 * kBatch_us;
 
+// The tenant asks, is answered at `now_us`, and was back once before within `gap_us`.
+void ShowTo(Gathering& gathering, const std::string& tenant, int64_t gap_us, int64_t now_us) {
+  gathering.Arrive(tenant, now_us - gap_us);
+  gathering.Answer(tenant, 0, now_us - gap_us);
+  gathering.Arrive(tenant, now_us);
+  gathering.Answer(tenant, 0, now_us);
+}
+
 class GatheringTest : public testing::Test {
  protected:
   GatheringTest() { gathering_.EndBatch(kBatch_us); }
 
-  // The tenant asks, is answered at `now_us`, and was back once before within `gap_us`.
   void Show(const std::string& tenant, int64_t gap_us, int64_t now_us) {
-    gathering_.Arrive(tenant, now_us - gap_us);
-    gathering_.Answer(tenant, 0, now_us - gap_us);
-    gathering_.Arrive(tenant, now_us);
-    gathering_.Answer(tenant, 0, now_us);
+    ShowTo(gathering_, tenant, gap_us, now_us);
   }
 
   Gathering gathering_{kMaxDelay_us};
@@ -82,23 +86,17 @@ TEST_F(GatheringTest, OneThatCameBackQuicklyIsLookedFor) {
   constexpr int64_t kLong_us = 10 * Gathering::kLook_us;
   Gathering gathering(kLong_us);
   gathering.EndBatch(kLong_us);
-  const auto show = [&](const std::string& tenant, int64_t gap_us, int64_t now_us) {
-    gathering.Arrive(tenant, now_us - gap_us);
-    gathering.Answer(tenant, 0, now_us - gap_us);
-    gathering.Arrive(tenant, now_us);
-    gathering.Answer(tenant, 0, now_us);
-  };
   EXPECT_EQ(gathering.LookUntil(), 0);
-  show("slow", Gathering::kLook_us, 50'000);
+  ShowTo(gathering, "slow", Gathering::kLook_us, 50'000);
   EXPECT_EQ(gathering.awaited_count(), 1u);
   EXPECT_EQ(gathering.LookUntil(), 0) << "it is slept for";
-  show("quick", Gathering::kLook_us - 1, 55'000);
+  ShowTo(gathering, "quick", Gathering::kLook_us - 1, 55'000);
   gathering.Arrive("quick", 55'001);
   EXPECT_EQ(gathering.LookUntil(), 0) << "the slow one is awaited still";
   gathering.Arrive("slow", 55'002);
-  show("quick", Gathering::kLook_us - 1, 60'000);
+  ShowTo(gathering, "quick", Gathering::kLook_us - 1, 60'000);
   EXPECT_EQ(gathering.LookUntil(), 60'000 + Gathering::kLook_us);
-  show("other", 10, 60'100);
+  ShowTo(gathering, "other", 10, 60'100);
   EXPECT_EQ(gathering.LookUntil(), 0) << "two are awaited";
   gathering.Arrive("other", 60'110);
   gathering.Arrive("quick", 60'120);

@@ -5,22 +5,14 @@
 
 #include "server/solver/cpu/cloth_step.h"
 #include "server/solver/cpu/collider_surface.h"
+#include "server/solver/solver_constants.h"
 
 namespace drape::cpu {
 namespace {
 
-// Particles are expected to get no farther within a step than this many times what the fastest one
-// would go in free fall, and what the pins go, and this share of the model's length scale. Larger:
-// colliders are tested that nothing touches; smaller: more steps have to be done again.
-constexpr float kReachFactor = 2;
-constexpr float kReachMargin = 0.01f;
-
 // Rounding of a gap, as a share of the lengths that it is computed from: each of its operations,
 // fewer than 64, is off by at most 2^-24 of them.
 constexpr float kGapRounding = 0x1p-18f;
-
-// A direction along which the collider is apart from the box is looked for so often.
-constexpr uint32_t kDirections = 4;
 
 // One particle of so many is looked at first, as all of them take 3 % of a step that finds a cloth
 // at rest on the ground.
@@ -54,7 +46,7 @@ float SizeOf(const FloatCollider& collider, const ParticleBox& box) {
 template <class Surface>
 bool IsApart(const Surface& surface, float offset, const ParticleBox& box, float way, float size) {
   Lanes x = (box.low + box.high) / 2;
-  for (uint32_t k = 0; k < kDirections; ++k) {
+  for (uint32_t k = 0; k < kReachDirections; ++k) {
     const Gap at_x = surface.GapAtStart(x);
     if (!(at_x.gap > 0)) return false;
     const Lanes nearest = at_x.normal < 0 ? box.high : box.low;
@@ -101,7 +93,8 @@ ParticleBox RangeOf(const StepContext& context, const FloatState& state, size_t 
   }
   const float duration = controls.time_step;
   const float way = (Length(speeds) + Length(controls.gravity) * duration) * duration;
-  const float reach = kReachFactor * (way + Length(pin_ways)) + kReachMargin * model.length_scale;
+  const float reach = static_cast<float>(kReachFactor) * (way + Length(pin_ways)) +
+                      static_cast<float>(kReachMarginRatio) * model.length_scale;
   const Lanes margin{reach, reach, reach, 0};
   return {range.low - margin, range.high + margin};
 }

@@ -13,10 +13,6 @@ namespace drape {
 
 namespace {
 
-// Of the length scale: how far a cloth at rest is expected to move in a step at most. Where one
-// moves farther it looks at all its colliders.
-constexpr double kReachMarginRatio = 0.01;
-
 uint32_t FloatWord(double value) {
   return std::bit_cast<uint32_t>(static_cast<float>(value));
 }

@@ -139,7 +139,7 @@ uint64_t ReachPasses(const SceneModel& model, uint64_t colliders, uint32_t local
   const uint64_t tested = std::min<uint64_t>(colliders, DRAPE_LEFT_OUT_COLLIDERS);
   return 4 * (DRAPE_RANGE_WORDS + kLoopEnd) + LoopPasses(model.particle_count(), local_size) +
          LoopPasses(model.pin_count(), local_size) +
-         RoundsFor(tested, local_size) * (1 + DRAPE_REACH_DIRECTIONS + kLoopEnd) + kLoopEnd;
+         RoundsFor(tested, local_size) * (1 + kReachDirections + kLoopEnd) + kLoopEnd;
 }
 
 }  // namespace

@@ -23,6 +23,8 @@ std::string ConstantDefines() {
   text << "#define MIN_STRIP_PIVOT_AT_PIN " << kMinStripPivotAtPin << "\n";
   text << "#define MAX_STRIP_MOVE " << kMaxStripMove << "\n";
   text << "#define REFINE_SWEEPS " << kRefineSweeps << "u\n";
+  text << "#define REACH_FACTOR " << kReachFactor << "\n";
+  text << "#define REACH_DIRECTIONS " << kReachDirections << "u\n";
   text << "#define MIN_DIRECTION_COSINE " << kMinDirectionCosine << "\n";
   text << "#define MAX_SPEED " << kMaxSpeed_m_per_s << "\n";
   text << "#define MAX_AIR_RATIO " << kMaxAirRatio << "\n";

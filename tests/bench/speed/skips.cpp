@@ -109,10 +109,15 @@ struct Sheets {
     plain.direction = Direction::kAtEnd;
     plainly_hung = far_collider = With(hung, plain);
     far_collider.parameters.colliders = {SphereCollider{Eigen::Vector3d(0, 0, 100), 0.3}};
+    far_colliders = far_collider;
+    far_colliders.parameters.friction_static = far_colliders.parameters.friction_dynamic = 0.3;
+    far_colliders.parameters.colliders.push_back(SphereCollider{Eigen::Vector3d(0, 0, -100), 0.3});
+    far_colliders.parameters.colliders.push_back(
+        PlaneCollider{Eigen::Vector3d(0, -100, 0), Eigen::Vector3d::UnitY()});
   }
 
   StepSettings sleepless = PresetSettings(Preset::kRealtime);
-  test::Scene hung, plainly_hung, far_collider, on_ground;
+  test::Scene hung, plainly_hung, far_collider, far_colliders, on_ground;
 };
 
 std::vector<Skip> Skips(const Sheets& sheets) {
@@ -137,6 +142,11 @@ std::vector<Skip> LeavingOut(const Sheets& sheets, const std::string& backend, u
   return {{.name = "colliders left out: one out of reach",
            .full = sheets.far_collider,
            .lean = sheets.far_collider,
+           .leaving_out = backend,
+           .cloths = cloths},
+          {.name = "colliders left out: three out of reach with friction",
+           .full = sheets.far_colliders,
+           .lean = sheets.far_colliders,
            .leaving_out = backend,
            .cloths = cloths},
           {.name = "colliders left out: at rest on the ground",
