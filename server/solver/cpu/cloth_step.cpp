@@ -159,21 +159,26 @@ FaultReason FindFault(const StepContext& context) {
   return is_runaway ? FaultReason::kRunaway : FaultReason::kNone;
 }
 
-// The new state replaces the old one unless it has blown up.
-void Commit(const StepContext& context, FloatState& state, StepReport& report) {
+// Drops the signs of zeros. Whether some particle may have a fault.
+bool Tidy(const StepContext& context) {
   FloatState& result = context.scratch.state;
-  const bool may_have_fault = context.team.AnyOf(
-      0, result.positions.size(), kParticleGrain, [&](size_t begin, size_t end, uint32_t) {
-        LaneMask are_beyond{};
-        for (size_t i = begin; i < end; ++i) {
-          DropSignsOfZeros(result.positions[i]);
-          DropSignsOfZeros(result.velocities[i]);
-          are_beyond |= AreBeyond(result.positions[i], result.velocities[i]);
-        }
-        return IsAnyLaneSet(are_beyond);
-      });
+  return context.team.AnyOf(0, result.positions.size(), kParticleGrain,
+                            [&](size_t begin, size_t end, uint32_t) {
+                              LaneMask are_beyond{};
+                              for (size_t i = begin; i < end; ++i) {
+                                DropSignsOfZeros(result.positions[i]);
+                                DropSignsOfZeros(result.velocities[i]);
+                                are_beyond |= AreBeyond(result.positions[i], result.velocities[i]);
+                              }
+                              return IsAnyLaneSet(are_beyond);
+                            });
+}
+
+// The new state replaces the old one unless it has blown up.
+void Commit(const StepContext& context, bool may_have_fault, FloatState& state,
+            StepReport& report) {
   report.fault = may_have_fault ? FindFault(context) : FaultReason::kNone;
-  if (report.fault == FaultReason::kNone) std::swap(state, result);
+  if (report.fault == FaultReason::kNone) std::swap(state, context.scratch.state);
 }
 
 void Copy(const StepContext& context, const FloatState& from, FloatState& to) {
@@ -282,10 +287,11 @@ FloatSubstep::FloatSubstep(const Substep& substep, double damping_per_s)
                                             ? 1 / (1 + damping_per_s * substep.interval_s)
                                             : std::exp(-damping_per_s * substep.interval_s))) {}
 
-bool Finish(const StepContext& context, bool measure, FloatState& state, StepReport& report) {
+bool Finish(const StepContext& context, bool may_have_fault, bool measure, FloatState& state,
+            StepReport& report) {
   if (context.scratch.reach.has_left) return false;
   report.warnings.not_converged = !report.converged;
-  Commit(context, state, report);
+  Commit(context, may_have_fault, state, report);
   if (measure) report.measured = Measure(context, state, report.fault);
   return true;
 }
@@ -294,11 +300,11 @@ StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
   ColliderReach& reach = context.scratch.reach;
   FindReach(context, state, reach);
   StepReport report = DoSubsteps(context, state);
-  if (Finish(context, measure, state, report)) return report;
+  if (Finish(context, Tidy(context), measure, state, report)) return report;
   ++context.scratch.repeats;
   ReachAll(context, reach);
   report = DoSubsteps(context, state);
-  Finish(context, measure, state, report);
+  Finish(context, Tidy(context), measure, state, report);
   return report;
 }
 

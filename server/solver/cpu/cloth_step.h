@@ -153,9 +153,11 @@ struct StepContext {
 };
 
 // What a step ends with: the new state of context.scratch replaces `state` unless it has blown up,
-// and the report gets what there is to tell. False: nothing is done, as colliders were left out
-// that may have been touched; the step is to be done again with all (ColliderReach).
-bool Finish(const StepContext& context, bool measure, FloatState& state, StepReport& report);
+// and the report gets what there is to tell. `may_have_fault`: only then it is looked for. False:
+// nothing is done, as colliders were left out that may have been touched; the step is to be done
+// again with all (ColliderReach).
+bool Finish(const StepContext& context, bool may_have_fault, bool measure, FloatState& state,
+            StepReport& report);
 
 // Steps `state` once, by the calling thread as the leader of context.team. If it blows up, `state`
 // stays as it was and the report says why. The result is a function of model, controls, pin targets

@@ -168,6 +168,8 @@ struct FloatModel {
 
   // The particle that padding constraints refer to: arrays have one element more than particles.
   uint32_t spare_particle() const { return particle_count; }
+  // Neither a pin nor the spare particle.
+  bool IsFree(uint32_t i) const { return i < particle_count && inverse_masses[i] != 0; }
   bool has_compliance() const { return !compliances.empty(); }
   bool has_inequalities() const { return !bounds.empty(); }
   // Which constraints of a group are rigid equalities: those that velocities must keep as well.

@@ -12,6 +12,7 @@
 
 #include "server/solver/cpu/lane_advance-inl.h"
 #include "server/solver/cpu/lane_contacts-inl.h"
+#include "server/solver/cpu/lane_exchange-inl.h"
 #include "server/solver/cpu/lane_kicks-inl.h"
 #include "server/solver/cpu/lane_state-inl.h"
 #include "server/solver/cpu/lane_sweeps-inl.h"
@@ -184,10 +185,6 @@ void StepGroup(std::span<LaneCloth> cloths, LaneScratch& scratch) {
   std::optional<Ending> open;
   for (uint32_t index = 0; index < controls.schedule.size(); ++index) {
     BeginSubstep(controls.schedule, index, cloths, context);
-    // Before the kick, which is part of what two steps continue.
-    if (index == 0 && context.substep.sets_previous) {
-      std::copy_n(context.particles, context.particle_count(), context.previous);
-    }
     ResetImpulses(context);
     if (!has_one_visit) {
       Advance(context, cloths);
@@ -197,13 +194,9 @@ void StepGroup(std::span<LaneCloth> cloths, LaneScratch& scratch) {
       AdvanceInOneVisit<BallisticPrediction>(context, cloths, open);
     }
   }
-  if (open) {
-    for (const uint32_t i : context.model.free_particles) {
-      (*open)(i, context.particles[i].p, context.particles[i].u);
-    }
-  }
   if (scratch.results.size() < cloths.size()) scratch.results.resize(cloths.size());
-  Scatter(context, std::span(scratch.results).first(cloths.size()));
+  const uint32_t may_have_fault =
+      Scatter(context, open, std::span(scratch.results).first(cloths.size()));
   if (context.reach.has_far) ScatterReaches(context, reaches);
   for (size_t lane = 0; lane < cloths.size(); ++lane) {
     LaneCloth& cloth = cloths[lane];
@@ -212,7 +205,8 @@ void StepGroup(std::span<LaneCloth> cloths, LaneScratch& scratch) {
     if (cloth.measure) ScatterImpulses(context, lane, cloth.context.scratch);
     ColliderReach& reach = cloth.context.scratch.reach;
     std::swap(reach, scratch.reaches[lane]);
-    if (!Finish(cloth.context, cloth.measure, cloth.state, cloth.report)) {
+    const bool is_suspect = (may_have_fault >> lane & 1) != 0;
+    if (!Finish(cloth.context, is_suspect, cloth.measure, cloth.state, cloth.report)) {
       scratch.unfinished.push_back(lane);
     }
     std::swap(reach, scratch.reaches[lane]);
