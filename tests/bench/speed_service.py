@@ -3,7 +3,7 @@
 from rows import markdown, milliseconds, select
 
 COLUMNS = [
-    "backend", "clients", "cloths", "particles", "view", "under_way", "steps", "cloth_steps_per_s", "p50_ms", "p99_ms", "per_step_ms",
+    "backend", "clients", "cloths", "particles", "view", "call", "under_way", "steps", "cloth_steps_per_s", "p50_ms", "p99_ms", "per_step_ms",
     "bare_ms", "bare_per_step_ms", "bare_mean_ms", "wall_ms", "queue_ms", "upload_ms", "device_ms", "readback_ms", "encode_ms", "empty_ms"]
 PARTS = ["queue_ms", "upload_ms", "device_ms", "readback_ms", "encode_ms"]
 BAR_CLOTHS = 64  # one client
@@ -27,7 +27,7 @@ def wire_ms(row):
 
 
 def asking(row):
-    return f"{row['view']}, {'one at a time' if row['under_way'] == 1 else 'two under way'}"
+    return f"{row['view']}, {row['call']} {'one at a time' if row['under_way'] == 1 else 'two under way'}"
 
 
 def bars_text(rows):
@@ -43,7 +43,7 @@ def bars_text(rows):
                           "–" if aim is None else f"≤ {100 * aim:.0f} %: {'yes' if extra(row) <= aim else 'NO'}",
                           f"{largest}: {parts[largest]:.2g} ms",
                           f"{100 * row['empty_ms'] / row['bare_ms']:.1f} %" if row["under_way"] == 1 else "–"])
-    return ["Wall time of a Step of one client above that of the bare backend's step (one at a time: medians; two under way: medians of the "
+    return ["Wall time of a step of one client above that of the bare backend's step (one at a time: medians; two under way: medians of the "
             "mean of eight successive steps, as answers come by twos), and the largest part beside the device. An empty Step is what gRPC and waking the threads cost alone:\n",
             markdown(["load", "above the bare step", "bar", "holds", "aim", "largest part", "empty Step"], lines)] if lines else []
 
@@ -58,8 +58,8 @@ def service_text(rows):
     return ["### The service\n",
             f"`draped` with the backend {rows[0]['backend']} in a process of its own; clients × cloths of {rows[0]['particles']:.0f} particles, "
             "each client with a connection and a session, one step per request. One at a time: a client sends the next Step when it has the "
-            "answer. Two under way: on a StepStream, where the next request waits in the server while one is stepped; p50 and p99 are then "
-            "between answers, and queue includes the step before. Both and the bare backend (as "
+            "answer, by single calls of Step or on a StepStream. Two under way: on a StepStream the next request waits in the server while one is "
+            "stepped; queue then includes the step before. p50 and p99 on a StepStream are between answers. All and the bare backend (as "
             "many cloths in this process) in turn. The parts are means per Step, from `StepResponse.timing`: queue, upload, device, "
             "readback, encode (making the answer, and waiting for that); wire is the rest of the wall time: gRPC in both processes and the "
             "network. «empty» is a Step of a session without cloths after a pause as long as the bare step, median: the way and nothing else.\n", *bars_text(rows),

@@ -12,7 +12,7 @@ COLUMNS = {"speed_limits": speed_solves.COLUMNS, "speed_cost": speed_cost.COLUMN
            "speed_curve": speed_curve.COLUMNS, "speed_service": speed_service.COLUMNS, "speed_skips": speed_skips.COLUMNS,
            "speed_peers": peers.COLUMNS, "speed_local_sizes": speed_local_sizes.COLUMNS,
            "speed_packing": speed_local_sizes.PACKING_COLUMNS}
-TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view", "skip"} | speed_local_sizes.TEXT_COLUMNS
+TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view", "call", "skip"} | speed_local_sizes.TEXT_COLUMNS
 
 
 def speed_text(tables, cpu_backend, gl_device):

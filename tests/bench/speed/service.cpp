@@ -53,12 +53,6 @@ class BareCloths {
   std::vector<StepItem> items_;
 };
 
-// What is asked for, and how many requests of a client are under way at once.
-struct Asking {
-  bool wants_positions = false;
-  uint32_t under_way = 1;
-};
-
 struct ServiceTimes {
   std::vector<ServedStep> steps;  // of all clients
   double wall_ms = 0;             // of the turns of the service together
@@ -91,7 +85,7 @@ auto ServeTurn(Clients clients, double turn_s, Serve serve) {
 void StepTurn(Clients clients, const Asking& asking, double turn_s, ServiceTimes& times) {
   const auto start = WallClock::now();
   const auto steps = ServeTurn(clients, turn_s, [&](ServiceClient& client, const auto& is_over) {
-    return client.Steps(asking.wants_positions, asking.under_way, is_over);
+    return client.Steps(asking, is_over);
   });
   times.wall_ms += Since_ms(start);
   times.steps.insert(times.steps.end(), steps.begin(), steps.end());
@@ -144,15 +138,18 @@ void AddRow(Table& table, const std::string& backend, const ServiceLoad& load, u
   const double cloth_steps_per_s =
       1000 * static_cast<double>(times.steps.size()) * load.cloths / times.wall_ms;
   const std::string view = asking.wants_positions ? "positions" : "acknowledgement";
-  std::printf("    %-15s %u under way %9.0f cloth-steps/s, bare %9.0f  p50 %.3f ms p99 %.3f ms\n",
-              view.c_str(), asking.under_way, cloth_steps_per_s,
-              1000 * load.clients * load.cloths / Mean(bare_ms), Quantile(wall_ms, 0.5),
-              Quantile(wall_ms, 0.99));
+  const std::string call = asking.by_stream ? "StepStream" : "Step";
+  std::printf(
+      "    %-15s %-10s %u under way %9.0f cloth-steps/s, bare %9.0f  p50 %.3f ms p99 %.3f ms\n",
+      view.c_str(), call.c_str(), asking.under_way, cloth_steps_per_s,
+      1000 * load.clients * load.cloths / Mean(bare_ms), Quantile(wall_ms, 0.5),
+      Quantile(wall_ms, 0.99));
   table.Add({backend,
              load.clients,
              load.cloths,
              side * side,
              view,
+             call,
              asking.under_way,
              times.steps.size(),
              cloth_steps_per_s,
@@ -171,8 +168,8 @@ void AddRow(Table& table, const std::string& backend, const ServiceLoad& load, u
              Quantile(times.empty_ms, 0.5)});
 }
 
-// One request at a time, two under way and the bare backend in turn, a few times, so that what
-// disturbs the machine disturbs all.
+// One request at a time by both calls, two under way and the bare backend in turn, a few times, so
+// that what disturbs the machine disturbs all.
 void MeasureLoad(Table& table, Service& service, const std::string& backend,
                  const ServiceLoad& load, const ServiceOptions& options) {
   std::vector<std::unique_ptr<ServiceClient>> clients;
@@ -181,20 +178,21 @@ void MeasureLoad(Table& table, Service& service, const std::string& backend,
   }
   BareCloths bare(backend, options.side, load.clients * load.cloths);
   for (const bool wants_positions : {false, true}) {
-    const std::array<Asking, 2> askings = {{{wants_positions, 1}, {wants_positions, 2}}};
-    std::array<ServiceTimes, 2> times;
+    const std::array<Asking, 3> askings = {
+        {{wants_positions, false, 1}, {wants_positions, true, 1}, {wants_positions, true, 2}}};
+    std::array<ServiceTimes, 3> times;
     std::vector<double> bare_ms;
     for (uint32_t turn = 0; turn <= options.turns; ++turn) {
       if (turn == 1) {  // the first one warmed up
         times = {};
         bare_ms.clear();
       }
-      for (size_t k = 0; k < 2; ++k) StepTurn(clients, askings[k], options.turn_s, times[k]);
+      for (size_t k = 0; k < 3; ++k) StepTurn(clients, askings[k], options.turn_s, times[k]);
       BareTurn(bare, options.turn_s, bare_ms);
       EmptyTurn(clients, options.turn_s / 4, Quantile(bare_ms, 0.5), times[0]);
     }
-    times[1].empty_ms = times[0].empty_ms;
-    for (size_t k = 0; k < 2; ++k) {
+    for (size_t k = 0; k < 3; ++k) {
+      times[k].empty_ms = times[0].empty_ms;
       AddRow(table, backend, load, options.side, askings[k], times[k], bare_ms);
     }
   }
@@ -209,27 +207,13 @@ void MeasureService(Bench& bench, ServiceOptions options) {
     options.turn_s = 0.01;
     options.turns = 1;
   }
-  Table table = bench.OpenTable("speed_service", {"backend",
-                                                  "clients",
-                                                  "cloths",
-                                                  "particles",
-                                                  "view",
-                                                  "under_way",
-                                                  "steps",
-                                                  "cloth_steps_per_s",
-                                                  "p50_ms",
-                                                  "p99_ms",
-                                                  "per_step_ms",
-                                                  "bare_ms",
-                                                  "bare_per_step_ms",
-                                                  "bare_mean_ms",
-                                                  "wall_ms",
-                                                  "queue_ms",
-                                                  "upload_ms",
-                                                  "device_ms",
-                                                  "readback_ms",
-                                                  "encode_ms",
-                                                  "empty_ms"});
+  Table table =
+      bench.OpenTable("speed_service",
+                      {"backend",   "clients",     "cloths",    "particles",         "view",
+                       "call",      "under_way",   "steps",     "cloth_steps_per_s", "p50_ms",
+                       "p99_ms",    "per_step_ms", "bare_ms",   "bare_per_step_ms",  "bare_mean_ms",
+                       "wall_ms",   "queue_ms",    "upload_ms", "device_ms",         "readback_ms",
+                       "encode_ms", "empty_ms"});
   KeepFreedMemory();  // what client/README.md tells clients that ask for states in every step
   const std::string backend = bench.fast_backend().name;
   const std::unique_ptr<Service> service = StartService(backend);

@@ -56,13 +56,13 @@ class SessionClient final : public ServiceClient {
     session_.CreateCloths(spec, cloths);
   }
 
-  std::vector<ServedStep> Steps(bool wants_positions, uint32_t under_way,
+  std::vector<ServedStep> Steps(const Asking& asking,
                                 const std::function<bool()>& is_over) override {
     v1::StepRequest request;
     request.set_steps(1);
-    if (wants_positions) request.mutable_view()->set_positions(true);
-    return under_way == 1 ? StepsByCalls(request, is_over)
-                          : StepsByStream(request, under_way, is_over);
+    if (asking.wants_positions) request.mutable_view()->set_positions(true);
+    return asking.by_stream ? StepsByStream(request, asking.under_way, is_over)
+                            : StepsByCalls(request, is_over);
   }
 
   double StepNothing_ms(double pause_ms) override {
@@ -87,18 +87,20 @@ class SessionClient final : public ServiceClient {
   std::vector<ServedStep> StepsByStream(const v1::StepRequest& request, uint32_t under_way,
                                         const std::function<bool()>& is_over) {
     std::vector<ServedStep> steps;
-    auto start = WallClock::now();
     StepStream stream = session_.OpenStepStream();
+    auto before = WallClock::now();
     for (uint32_t k = 0; k < under_way; ++k) stream.Write(request);
     bool was_over = false;
     while (const std::optional<v1::StepResponse> response = stream.Read()) {
+      const auto now = WallClock::now();
+      steps.push_back(
+          ToServedStep(std::chrono::duration<double, std::milli>(now - before).count(), *response));
+      before = now;
       if (!was_over && is_over()) {
         stream.FinishWriting();
         was_over = true;
       }
       if (!was_over) stream.Write(request);
-      steps.push_back(ToServedStep(Since_ms(start), *response));
-      start = WallClock::now();
     }
     return steps;
   }

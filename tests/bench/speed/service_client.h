@@ -10,10 +10,19 @@
 
 namespace drape::bench {
 
+// How a client asks for its steps.
+struct Asking {
+  bool wants_positions = false;
+  bool by_stream = false;  // a StepStream; else Session::Step
+  // Requests at once, 1 without a stream. On it as many are sent before the first answer is read,
+  // and one more after each.
+  uint32_t under_way = 1;
+};
+
 // One Step request of one step [ms].
 struct ServedStep {
-  // As the client sees it: from the request to its answer; with others under way, from the answer
-  // before to this one.
+  // As the client sees it: from the request to its answer; on a stream, from the answer before to
+  // this one.
   double wall_ms = 0;
   // StepResponse.timing
   double queue_ms = 0;
@@ -28,10 +37,8 @@ class ServiceClient {
  public:
   virtual ~ServiceClient() = default;
   // Steps of every cloth, one after the other, until `is_over` says so; the last one may be over
-  // later. One request under way: Session::Step. More: a StepStream, where as many are sent before
-  // the first answer is read, and one more after each. std::runtime_error if a request fails or a
-  // cloth blows up.
-  virtual std::vector<ServedStep> Steps(bool wants_positions, uint32_t under_way,
+  // later. std::runtime_error if a request fails or a cloth blows up.
+  virtual std::vector<ServedStep> Steps(const Asking& asking,
                                         const std::function<bool()>& is_over) = 0;
   // Wall time of a Step of a session without cloths after a pause, in which threads and caches get
   // as cold as during a step: what the way costs [ms].
