@@ -2,11 +2,13 @@
 #include <algorithm>
 #include <chrono>
 #include <memory>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "server/scheduler/device_loop.h"
+#include "server/scheduler/observers.h"
 #include "server/solver/cpu/cpu_backend.h"
 #include "server/solver/gl_compute/gl_backend.h"
 #include "tests/bench/bench_scenes.h"
@@ -18,33 +20,50 @@
 namespace drape::bench {
 namespace {
 
+// One of the two sides of a comparison: cloths, and what each request for a step of them asks for.
+struct Side {
+  test::Scene scene;
+  bool is_reported = false;     // each step is measured
+  StateFields view = {};        // states after each step
+  bool is_subscribed = false;   // someone gets the positions of those that change
+  bool sets_pins = false;       // to where they are
+  bool has_own_models = false;  // a copy for each cloth
+};
+
 // Cloths that are stepped as the server steps them, without its sessions and its network.
 class Stepper {
  public:
-  Stepper(std::unique_ptr<Backend> backend, const ClothBatch& batch)
-      : backend_(std::move(backend)) {
+  Stepper(std::unique_ptr<Backend> backend, const Side& side, const ClothBatch& batch)
+      : backend_(std::move(backend)), side_(side) {
     for (const Eigen::Vector3d& gravity_m_per_s2 : batch.gravities_m_per_s2) {
       test::Scene scene = batch.scene;
       scene.parameters.gravity_m_per_s2 = gravity_m_per_s2;
+      if (side.has_own_models) scene.model = std::make_shared<const SceneModel>(*scene.model);
       cloths_.push_back(std::make_shared<ClothRuntime>());
       std::vector<Eigen::Vector3d> pins_m;
       for (const uint32_t p : scene.model->pins()) pins_m.push_back(scene.state.positions_m[p]);
       cloths_.back()->Begin(test::CreateCloth(*backend_, scene), scene.model,
                             scene.parameters.settings, ReportShift{}, pins_m, pins_m);
+      if (side.sets_pins) AddPinControls(scene, pins_m);
     }
+    if (side.is_subscribed) Subscribe();
   }
 
   // Wall time [ms] of each of `steps` steps of all cloths.
-  std::vector<double> Step_ms(uint32_t steps, bool report) {
+  std::vector<double> Step_ms(uint32_t steps) {
     std::vector<double> times_ms;
     for (uint32_t k = 0; k < steps; ++k) {
       StepWork work;
       work.cloths = cloths_;
       work.steps = 1;
-      work.report = report;
+      work.report = side_.is_reported;
+      work.view = side_.view;
+      work.pin_controls = pin_controls_;
       const auto start = std::chrono::steady_clock::now();
       loop_.Admit(std::move(work), clock_.NowUs());
       while (loop_.has_requests()) loop_.RunRound();
+      loop_.GiveAnswers();
+      observers_.Serve(*backend_, clock_.NowUs());
       const std::chrono::duration<double, std::milli> wall =
           std::chrono::steady_clock::now() - start;
       times_ms.push_back(wall.count());
@@ -59,8 +78,28 @@ class Stepper {
   }
 
  private:
+  void AddPinControls(const test::Scene& scene, const std::vector<Eigen::Vector3d>& pins_m) {
+    const auto cloth_index = static_cast<uint32_t>(cloths_.size() - 1);
+    for (size_t k = 0; k < pins_m.size(); ++k) {
+      pin_controls_.push_back({cloth_index, scene.model->pins()[k], pins_m[k], 0});
+    }
+  }
+
+  void Subscribe() {
+    observer_ = std::make_shared<Observer>([] {});
+    ObserverSpec spec;
+    spec.cloths = cloths_;
+    spec.fields.positions = true;
+    spec.initial_credit = 1;
+    spec.on_frame = [this](const ObservedFrame&) { observer_->AddCredit(1); };
+    spec.on_end = [](const Status&) {};
+    observers_.Add(std::move(spec), observer_);
+  }
+
   std::unique_ptr<Backend> backend_;
+  const Side side_;
   std::vector<std::shared_ptr<ClothRuntime>> cloths_;
+  std::vector<PinControl> pin_controls_;
   SteadyClock clock_;
   RoundCounters counters_;
   DeviceLoop loop_{*backend_,
@@ -68,6 +107,8 @@ class Stepper {
                    clock_,
                    [](StepWork, StepOutcome) {},
                    counters_};
+  std::shared_ptr<Observer> observer_;
+  ObserverSet observers_{[](const std::function<void()>& complete) { complete(); }};
 };
 
 // Enough steps to fall and fall asleep.
@@ -80,13 +121,13 @@ constexpr uint32_t kGlRest = 20;
 // One thing that a scene may not need: cloths that have it anyway (full) and cloths that do not.
 struct Skip {
   std::string name;
-  test::Scene full, lean;
-  bool full_is_reported = false;  // each step of `full` is measured
-  uint32_t lead_steps = 0;        // before the timed ones, of both
-  bool is_tilted = true;          // each cloth has its own gravity
-  // The same cloths, with all colliders and without those out of reach, on this backend.
-  std::string leaving_out = {};
-  uint32_t cloths = 0;  // 0: SkipsOptions::cloths
+  Side full, lean;
+  uint32_t lead_steps = 0;   // before the timed ones, of both
+  bool is_tilted = true;     // each cloth has its own gravity
+  std::string backend = {};  // empty: the fast one
+  uint32_t cloths = 0;       // 0: SkipsOptions::cloths
+  // The same cloths, with all colliders and without those out of reach.
+  bool leaves_out = false;
 };
 
 test::Scene With(test::Scene scene, const StepSettings& settings) {
@@ -99,6 +140,11 @@ struct Sheets {
   explicit Sheets(uint32_t side) {
     sleepless.sleep_motion_m = 0;
     hung = Sheet(side * side, Pins::kCorners, sleepless);
+    burdened = Burdened(hung);
+    std::vector<uint32_t> upper_half(side / 2 * side);
+    std::iota(upper_half.begin(), upper_half.end(), 0);
+    half_pinned = test::Grid(side, side, 1, 1, upper_half);
+    half_pinned.parameters.settings = sleepless;
     on_ground = test::Grid(side, side, 1, 1);
     on_ground.parameters.settings = sleepless;
     on_ground.parameters.colliders = {
@@ -116,60 +162,124 @@ struct Sheets {
         PlaneCollider{Eigen::Vector3d(0, -100, 0), Eigen::Vector3d::UnitY()});
   }
 
-  StepSettings sleepless = PresetSettings(Preset::kRealtime);
-  test::Scene hung, plainly_hung, far_collider, far_colliders, on_ground;
+  // With what makes steps longer and changes nothing.
+  static test::Scene Burdened(test::Scene scene) {
+    ClothParameters& parameters = scene.parameters;
+    parameters.damping_per_s = 1e-30;
+    parameters.air_drag = 1e-30;
+    return scene;
+  }
+
+  StepSettings sleepless = PresetSettings(Preset::kRealtime), sleepy = sleepless;
+  test::Scene hung, burdened, half_pinned, plainly_hung, far_collider, far_colliders, on_ground;
 };
 
 std::vector<Skip> Skips(const Sheets& sheets) {
-  StepSettings sleepy = sheets.sleepless;
-  sleepy.sleep_motion_m = PresetSettings(Preset::kRealtime).sleep_motion_m;
+  const StateFields both{.positions = true, .velocities = true};
   StepSettings swept = PresetSettings(Preset::kPaper);
   swept.tolerance = 0;
+  const test::Scene resting = With(sheets.on_ground, sheets.sleepy);
   return {
-      {"sleep: all at rest on the ground", sheets.on_ground, With(sheets.on_ground, sleepy), false,
-       kRest, false},
-      {"sleep: all awake", sheets.hung, With(sheets.hung, sleepy)},
-      {"early exit: at rest on the ground under PAPER", With(sheets.on_ground, swept),
-       With(sheets.on_ground, PresetSettings(Preset::kPaper)), false, kRest, false},
-      {"report of every step", sheets.hung, sheets.hung, true},
-      {"a collider out of reach", sheets.far_collider, sheets.plainly_hung},
+      {"sleep: all at rest on the ground", {sheets.on_ground}, {resting}, kRest, false},
+      {"sleep: all awake", {sheets.hung}, {With(sheets.hung, sheets.sleepy)}},
+      {"early exit: at rest on the ground under PAPER",
+       {With(sheets.on_ground, swept)},
+       {With(sheets.on_ground, PresetSettings(Preset::kPaper))},
+       kRest,
+       false},
+      {"report of every step", {.scene = sheets.hung, .is_reported = true}, {sheets.hung}},
+      {"a collider out of reach", {sheets.far_collider}, {sheets.plainly_hung}},
+      {"readback: positions and velocities", {.scene = sheets.hung, .view = both}, {sheets.hung}},
+      {"readback: velocities beside positions",
+       {.scene = sheets.hung, .view = both},
+       {.scene = sheets.hung, .view = {.positions = true}}},
+      {"unchanged states: all asleep and read or subscribed to",
+       {.scene = resting, .view = {.positions = true}},
+       {.scene = resting, .is_subscribed = true},
+       kRest,
+       false},
+      {"unchanged states: all awake and read or subscribed to",
+       {.scene = sheets.hung, .view = {.positions = true}},
+       {.scene = sheets.hung, .is_subscribed = true}},
+      {"controls: pins set where they are",
+       {.scene = sheets.hung, .sets_pins = true},
+       {sheets.hung}},
+      {"constraints between pins: half of the rows pinned", {sheets.hung}, {sheets.half_pinned}},
   };
+}
+
+// Where a backend compiles or picks its code for what the cloths have, and keeps one copy of what
+// they share.
+std::vector<Skip> OfBackend(const Sheets& sheets, const std::string& backend, uint32_t cloths) {
+  return {{.name = "variants: damping and air that do nothing",
+           .full = {sheets.burdened},
+           .lean = {sheets.hung},
+           .backend = backend,
+           .cloths = cloths},
+          {.name = "shared topology: a model for each sheet",
+           .full = {.scene = sheets.hung, .has_own_models = true},
+           .lean = {sheets.hung},
+           .backend = backend,
+           .cloths = cloths}};
 }
 
 // Leaving out colliders on one of the backends that do.
 std::vector<Skip> LeavingOut(const Sheets& sheets, const std::string& backend, uint32_t cloths,
                              uint32_t lead_steps) {
   return {{.name = "colliders left out: one out of reach",
-           .full = sheets.far_collider,
-           .lean = sheets.far_collider,
-           .leaving_out = backend,
-           .cloths = cloths},
+           .full = {sheets.far_collider},
+           .lean = {sheets.far_collider},
+           .backend = backend,
+           .cloths = cloths,
+           .leaves_out = true},
           {.name = "colliders left out: three out of reach with friction",
-           .full = sheets.far_colliders,
-           .lean = sheets.far_colliders,
-           .leaving_out = backend,
-           .cloths = cloths},
+           .full = {sheets.far_colliders},
+           .lean = {sheets.far_colliders},
+           .backend = backend,
+           .cloths = cloths,
+           .leaves_out = true},
           {.name = "colliders left out: at rest on the ground",
-           .full = sheets.on_ground,
-           .lean = sheets.on_ground,
+           .full = {sheets.on_ground},
+           .lean = {sheets.on_ground},
            .lead_steps = lead_steps,
            .is_tilted = false,
-           .leaving_out = backend,
-           .cloths = cloths}};
+           .backend = backend,
+           .cloths = cloths,
+           .leaves_out = true}};
 }
 
-std::unique_ptr<Backend> BackendOf(const Skip& skip, const std::string& fast_backend,
-                                   bool is_full) {
-  if (skip.leaving_out.empty()) return test::MakeBackend(fast_backend);
-  if (skip.leaving_out == "cpu") return CreateCpuBackend({.leave_out_colliders = !is_full});
+std::unique_ptr<Backend> BackendOf(const Skip& skip, bool is_full) {
+  if (!skip.leaves_out) return test::MakeBackend(skip.backend);
+  if (skip.backend == "cpu") return CreateCpuBackend({.leave_out_colliders = !is_full});
   Result<std::unique_ptr<Backend>> gl = CreateGlBackend({.leave_out_colliders = !is_full});
   DRAPE_CHECK(gl.ok(), gl.status().ToString());
   return std::move(gl).value();
 }
 
-ClothBatch BatchOf(const test::Scene& scene, uint32_t cloths, bool is_tilted) {
-  if (is_tilted) return MakeBatch(scene, cloths);
-  return {scene, std::vector(cloths, scene.parameters.gravity_m_per_s2)};
+ClothBatch BatchOf(const test::Scene& scene, const Skip& skip) {
+  if (skip.is_tilted) return MakeBatch(scene, skip.cloths);
+  return {scene, std::vector(skip.cloths, scene.parameters.gravity_m_per_s2)};
+}
+
+std::vector<Skip> AllSkips(Bench& bench, const SkipsOptions& options) {
+  const Sheets sheets(options.side);
+  std::vector<Skip> skips = Skips(sheets);
+  const auto append = [&skips](std::vector<Skip> more) {
+    skips.insert(skips.end(), more.begin(), more.end());
+  };
+  append(OfBackend(sheets, "cpu", options.cloths));
+  append(LeavingOut(sheets, "cpu", options.cloths, kRest));
+  const bool has_gl = std::ranges::any_of(
+      bench.backends(), [](const NamedBackend& backend) { return backend.name == "gl"; });
+  if (has_gl) {
+    append(OfBackend(sheets, "gl", kGlCloths));
+    append(LeavingOut(sheets, "gl", kGlCloths, kGlRest));
+  }
+  for (Skip& skip : skips) {
+    if (skip.backend.empty()) skip.backend = bench.fast_backend().name;
+    if (skip.cloths == 0) skip.cloths = options.cloths;
+  }
+  return skips;
 }
 
 }  // namespace
@@ -178,34 +288,22 @@ void MeasureSkips(Bench& bench, SkipsOptions options) {
   if (bench.is_quick()) options = {.cloths = 2, .side = 6, .turns = 1, .steps = 2};
   Table table = bench.OpenTable("speed_skips", {"skip", "backend", "cloths", "particles", "full_ms",
                                                 "lean_ms", "same_state"});
-  const std::string& fast_backend = bench.fast_backend().name;
-  const Sheets sheets(options.side);
-  std::vector<Skip> skips = Skips(sheets);
-  const auto append = [&skips](std::vector<Skip> more) {
-    skips.insert(skips.end(), more.begin(), more.end());
-  };
-  append(LeavingOut(sheets, "cpu", options.cloths, kRest));
-  const bool has_gl = std::ranges::any_of(
-      bench.backends(), [](const NamedBackend& backend) { return backend.name == "gl"; });
-  if (has_gl) append(LeavingOut(sheets, "gl", kGlCloths, kGlRest));
-  for (const Skip& skip : skips) {
+  for (const Skip& skip : AllSkips(bench, options)) {
     if (!bench.StartRow(skip.name)) return;
-    const std::string& backend = skip.leaving_out.empty() ? fast_backend : skip.leaving_out;
-    const uint32_t cloths = skip.cloths == 0 ? options.cloths : skip.cloths;
-    Stepper full(BackendOf(skip, fast_backend, true), BatchOf(skip.full, cloths, skip.is_tilted));
-    Stepper lean(BackendOf(skip, fast_backend, false), BatchOf(skip.lean, cloths, skip.is_tilted));
-    full.Step_ms(skip.lead_steps, false);
-    lean.Step_ms(skip.lead_steps, false);
+    Stepper full(BackendOf(skip, true), skip.full, BatchOf(skip.full.scene, skip));
+    Stepper lean(BackendOf(skip, false), skip.lean, BatchOf(skip.lean.scene, skip));
+    full.Step_ms(skip.lead_steps);
+    lean.Step_ms(skip.lead_steps);
     std::vector<double> full_ms, lean_ms;
     for (uint32_t turn = 0; turn <= options.turns; ++turn) {
-      const std::vector<double> of_full = full.Step_ms(options.steps, skip.full_is_reported);
-      const std::vector<double> of_lean = lean.Step_ms(options.steps, false);
+      const std::vector<double> of_full = full.Step_ms(options.steps);
+      const std::vector<double> of_lean = lean.Step_ms(options.steps);
       if (turn == 0) continue;  // warms up
       full_ms.insert(full_ms.end(), of_full.begin(), of_full.end());
       lean_ms.insert(lean_ms.end(), of_lean.begin(), of_lean.end());
     }
-    table.Add({skip.name, backend, cloths, options.side * options.side, Quantile(full_ms, 0.5),
-               Quantile(lean_ms, 0.5), full.Bits() == lean.Bits()});
+    table.Add({skip.name, skip.backend, skip.cloths, options.side * options.side,
+               Quantile(full_ms, 0.5), Quantile(lean_ms, 0.5), full.Bits() == lean.Bits()});
   }
 }
 
