@@ -9,7 +9,46 @@ uint LinkWord(uint k) { return cloth.strip_links + DRAPE_STRIP_LINK_WORDS * k; }
 vec3 LinkDirection(uint k) { return ScratchVector(LinkWord(k)); }
 float LinkImpulse(uint k) { return scratch[LinkWord(k) + 4u]; }
 
-uint StripParticle(uint word) { return models[cloth.strip_particles + word]; }
+// Where the links and particles of a strip lie.
+struct Strip {
+  uint begin;  // links
+  uint end;
+#ifdef HAS_REGULAR_STRIPS
+  uint first;         // particle
+  uint stride;        // from one particle to the next
+  float rest_length;  // of each link [m]
+#else
+  uint particles;  // of which the one before link k is in Models at particles + k
+#endif
+};
+
+Strip LoadStrip(uint strip) {
+#ifdef HAS_REGULAR_STRIPS
+  uint word = cloth.regular_strips + DRAPE_REGULAR_STRIP_WORDS * strip;
+  return Strip(models[word], models[word + 1u], models[word + 2u], models[word + 3u],
+               ModelFloat(word + 4u));
+#else
+  uint word = cloth.strip_offsets + strip;
+  return Strip(models[word], models[word + 1u], cloth.strip_particles + strip);
+#endif
+}
+
+// The particle before link k, or behind the last one.
+uint StripParticle(Strip strip, uint k) {
+#ifdef HAS_REGULAR_STRIPS
+  return strip.first + strip.stride * (k - strip.begin);
+#else
+  return models[strip.particles + k];
+#endif
+}
+
+float StripRestLength(Strip strip, uint k) {
+#ifdef HAS_REGULAR_STRIPS
+  return strip.rest_length;
+#else
+  return ModelFloat(cloth.strip_lengths + k);
+#endif
+}
 
 // A link at the predicted positions.
 struct LinearisedLink {
@@ -19,13 +58,13 @@ struct LinearisedLink {
   float diagonal;  // how much the impulse changes the error: (w_from + w_to) slope + alpha/h^2 [1/kg]
 };
 
-LinearisedLink LineariseLink(uint k, uint from, uint to, bool is_first_sweep) {
-  uint constraint = models[cloth.strip_constraints + k];
+LinearisedLink LineariseLink(Strip strip, uint k, uint from, uint to, bool is_first_sweep) {
   LinearisedLink link;
-  link.rest_length = ModelFloat(cloth.rest_lengths + constraint);
+  link.rest_length = StripRestLength(strip, k);
   float compliance = 0.0;
   float lambda = 0.0;
 #ifdef HAS_COMPLIANCE
+  uint constraint = models[cloth.strip_constraints + k];
   compliance = ModelFloat(cloth.compliances + constraint);
   if (is_first_sweep) {
     scratch[cloth.lambdas + constraint] = 0.0;
@@ -62,17 +101,17 @@ float MinPivot(uint to) {
 
 // Goes along the strip, linearises each link and eliminates it from the next; whether an error is
 // larger than the tolerance.
-bool EliminateStrip(uint strip, uint begin, uint end, bool is_first_sweep) {
+bool EliminateStrip(Strip strip, bool is_first_sweep) {
   bool is_active = false;
   StripLink before = StripLink(vec3(0.0), vec3(0.0), 0.0, 0.0);
-  uint from = StripParticle(begin + strip);
-  for (uint k = begin; k < end; ++k) {
-    uint to = StripParticle(k + strip + 1u);
-    LinearisedLink link = LineariseLink(k, from, to, is_first_sweep);
+  uint from = StripParticle(strip, strip.begin);
+  for (uint k = strip.begin; k < strip.end; ++k) {
+    uint to = StripParticle(strip, k + 1u);
+    LinearisedLink link = LineariseLink(strip, k, from, to, is_first_sweep);
     if (IsBeyondTolerance(link)) is_active = true;
     float coupling = 0.0;
     precise float ratio = 0.0;
-    if (k > begin) {
+    if (k > strip.begin) {
       coupling = StripCoupling(before.direction, link.error.direction, InverseMass(from));
 #ifdef HAS_START_DIRECTIONS
       ratio = StripCoupling(link.direction, before.n_end, InverseMass(from)) * before.inverse_pivot;
@@ -92,9 +131,9 @@ bool EliminateStrip(uint strip, uint begin, uint end, bool is_first_sweep) {
 }
 
 // From the last link back, the impulses.
-void SubstituteStrip(uint begin, uint end) {
+void SubstituteStrip(Strip strip) {
   float next_impulse = 0.0;
-  for (uint k = end; k-- > begin;) {
+  for (uint k = strip.end; k-- > strip.begin;) {
     precise float impulse = LinkImpulse(k) - scratch[LinkWord(k) + 3u] * next_impulse;
     scratch[LinkWord(k) + 4u] = impulse;
     next_impulse = impulse;
@@ -102,11 +141,11 @@ void SubstituteStrip(uint begin, uint end) {
 }
 
 // The change of velocity of the particle between links k - 1 and k by their impulses [m/s].
-vec3 StripChange(uint k, uint begin, uint end, float inverse_mass) {
+vec3 StripChange(Strip strip, uint k, float inverse_mass) {
   precise vec3 pull = vec3(0.0);
-  if (k > begin) pull = LinkImpulse(k - 1u) * LinkDirection(k - 1u);
+  if (k > strip.begin) pull = LinkImpulse(k - 1u) * LinkDirection(k - 1u);
   precise vec3 pull_of_next = vec3(0.0);
-  if (k < end) pull_of_next = LinkImpulse(k) * LinkDirection(k);
+  if (k < strip.end) pull_of_next = LinkImpulse(k) * LinkDirection(k);
   precise vec3 change = inverse_mass * (pull - pull_of_next);
   return change;
 }
@@ -126,37 +165,35 @@ float ShareOfMove(float largest_ratio_sq) {
 }
 
 // The share of the impulses that moves no particle by more than MAX_STRIP_MOVE link lengths.
-float StripStepLength(uint strip, uint begin, uint end) {
+float StripStepLength(Strip strip) {
   float largest_ratio_sq = 0.0;
-  for (uint k = begin; k <= end; ++k) {
-    float inverse_mass = InverseMass(StripParticle(k + strip));
-    uint constraint = models[cloth.strip_constraints + (k > begin ? k - 1u : k)];
-    float ratio_sq = MoveRatioSq(StripChange(k, begin, end, inverse_mass),
-                                 ModelFloat(cloth.rest_lengths + constraint));
+  for (uint k = strip.begin; k <= strip.end; ++k) {
+    float inverse_mass = InverseMass(StripParticle(strip, k));
+    float ratio_sq = MoveRatioSq(StripChange(strip, k, inverse_mass),
+                                 StripRestLength(strip, k > strip.begin ? k - 1u : k));
     largest_ratio_sq = max(largest_ratio_sq, ratio_sq);
   }
   return ShareOfMove(largest_ratio_sq);
 }
 
 // All constraints of one strip together. The phases give each free particle one writer.
-void SolveStrip(uint strip, bool is_first_sweep) {
-  uint begin = models[cloth.strip_offsets + strip];
-  uint end = models[cloth.strip_offsets + strip + 1u];
-  if (!EliminateStrip(strip, begin, end, is_first_sweep)) return;
+void SolveStrip(uint index, bool is_first_sweep) {
+  Strip strip = LoadStrip(index);
+  if (!EliminateStrip(strip, is_first_sweep)) return;
   MarkChanged();
-  SubstituteStrip(begin, end);
-  float share = StripStepLength(strip, begin, end);
-  for (uint k = begin; k <= end; ++k) {
-    uint i = StripParticle(k + strip);
+  SubstituteStrip(strip);
+  float share = StripStepLength(strip);
+  for (uint k = strip.begin; k <= strip.end; ++k) {
+    uint i = StripParticle(strip, k);
     float inverse_mass = InverseMass(i);
 #ifdef HAS_COMPLIANCE
-    if (k < end) {
+    if (k < strip.end) {
       uint lambda = cloth.lambdas + models[cloth.strip_constraints + k];
       precise float accumulated = scratch[lambda] + share * LinkImpulse(k);
       scratch[lambda] = accumulated;
     }
 #endif
     if (inverse_mass == 0.0) continue;
-    SetVelocity(i, AddScaled(Velocity(i), share, StripChange(k, begin, end, inverse_mass)));
+    SetVelocity(i, AddScaled(Velocity(i), share, StripChange(strip, k, inverse_mass)));
   }
 }
