@@ -45,7 +45,8 @@
 // weight.
 #define DRAPE_ELASTIC_WORDS 11
 #define DRAPE_ELASTIC_END_WORDS 2
-// Words of a link of a strip in Scratch: direction xyz, coupling over pivot, impulse [N s].
+// Words of a link of a strip in Scratch: direction xyz, coupling over pivot, right side over pivot
+// [N s].
 #define DRAPE_STRIP_LINK_WORDS 5
 // Words of a regular strip in a model: where its links begin and end, first particle, stride from
 // one particle to the next modulo 2^32, rest length of each link [m].

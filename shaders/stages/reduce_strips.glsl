@@ -20,7 +20,8 @@ LaneLink LoadLaneLink(Strip strip, bool is_first_sweep) {
   uint k = strip.begin + Lane();
   mine.from = StripParticle(strip, k);
   mine.to = StripParticle(strip, k + 1u);
-  mine.link = LineariseLink(strip, k, mine.from, mine.to, is_first_sweep);
+  mine.link =
+      LineariseLink(strip, k, LoadEnd(mine.from), LoadEnd(mine.to), is_first_sweep);
   return mine;
 }
 
