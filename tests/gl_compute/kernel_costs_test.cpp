@@ -74,8 +74,8 @@ TEST(KernelCostsTest, FindingWhatIsInReach) {
             4u * 3 + 4u * 3 + 3 + (1 + 4 + 2));
 }
 
-// One strip of 99 links: once along it, then at most twice back in a loop around that, each with two
-// passes more.
+// One strip of 99 links: once along it, then at most twice back in a loop around that, each with
+// two passes more.
 TEST(KernelCostsTest, SweepOfAChainAsAStrip) {
   const auto model = BuildModel(ChainDescription(100));
   ASSERT_EQ(model->strips().strip_count(), 1u);
