@@ -45,8 +45,12 @@
 // weight.
 #define DRAPE_ELASTIC_WORDS 11
 #define DRAPE_ELASTIC_END_WORDS 2
-// Words of a link of a strip in Scratch: direction xyz, coupling over pivot, impulse [N s].
+// Words of a link of a strip in Scratch: direction xyz, coupling over pivot, right side over pivot
+// [N s].
 #define DRAPE_STRIP_LINK_WORDS 5
+// Words of a regular strip in a model: where its links begin and end, first particle, stride from
+// one particle to the next modulo 2^32, rest length of each link [m].
+#define DRAPE_REGULAR_STRIP_WORDS 5
 // Invocations that solve a strip together; the most links that such a strip has.
 #define DRAPE_STRIP_LANES 32u
 // Invocations that hand each other values through shared memory at most; more would not fit into it

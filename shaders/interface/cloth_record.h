@@ -169,9 +169,11 @@ struct ClothRecord {
   uint met_colliders;
 
   float reach_margin;  // how far a cloth at rest without gravity is expected to move in a step [m]
+  // In Models; only with strips.
+  uint strip_lengths;   // [constraint_count] float, rest lengths in the order of strip_constraints
+                        // [m]
+  uint regular_strips;  // [strip_count][DRAPE_REGULAR_STRIP_WORDS]; only if all strips are regular
   uint padding_0;
-  uint padding_1;
-  uint padding_2;
 };
 
 #ifdef __cplusplus

@@ -9,20 +9,19 @@ struct LaneLink {
   bool is_link;
   uint from;        // particles
   uint to;
-  uint constraint;
   LinearisedLink link;
 };
 
-LaneLink LoadLaneLink(uint strip, uint begin, uint end, bool is_first_sweep) {
+LaneLink LoadLaneLink(Strip strip, bool is_first_sweep) {
   DistanceError no_error = DistanceError(vec3(0.0), 0.0);
-  LaneLink mine = LaneLink(begin + Lane() < end, 0u, 0u, 0u,
+  LaneLink mine = LaneLink(strip.begin + Lane() < strip.end, 0u, 0u,
                            LinearisedLink(0.0, no_error, vec3(0.0), 1.0));
   if (!mine.is_link) return mine;
-  uint k = begin + Lane();
-  mine.from = StripParticle(k + strip);
-  mine.to = StripParticle(k + strip + 1u);
-  mine.constraint = models[cloth.strip_constraints + k];
-  mine.link = LineariseLink(k, mine.from, mine.to, is_first_sweep);
+  uint k = strip.begin + Lane();
+  mine.from = StripParticle(strip, k);
+  mine.to = StripParticle(strip, k + 1u);
+  mine.link =
+      LineariseLink(strip, k, LoadEnd(mine.from), LoadEnd(mine.to), is_first_sweep);
   return mine;
 }
 
@@ -103,9 +102,9 @@ void ChangeVelocity(uint i, float share, vec3 change) {
 }
 
 // One strip by one group of lanes, or, without links, nothing in the same uniform control flow.
-void ReduceStrip(uint strip, uint begin, uint end, bool is_first_sweep) {
-  LaneLink mine = LoadLaneLink(strip, begin, end, is_first_sweep);
-  bool has_next = begin + Lane() + 1u < end;
+void ReduceStrip(Strip strip, bool is_first_sweep) {
+  LaneLink mine = LoadLaneLink(strip, is_first_sweep);
+  bool has_next = strip.begin + Lane() + 1u < strip.end;
   float impulse = ReduceLink(mine, has_next);
 
   // A lane moves the second particle of its link, the first one also the first.
@@ -134,23 +133,29 @@ void ReduceStrip(uint strip, uint begin, uint end, bool is_first_sweep) {
   MarkChanged();
   float share = ShareOfMove(maximum.x);
 #ifdef HAS_COMPLIANCE
-  precise float accumulated = scratch[cloth.lambdas + mine.constraint] + share * impulse;
-  scratch[cloth.lambdas + mine.constraint] = accumulated;
+  uint lambda = cloth.lambdas + models[cloth.strip_constraints + strip.begin + Lane()];
+  precise float accumulated = scratch[lambda] + share * impulse;
+  scratch[lambda] = accumulated;
 #endif
   if (Lane() == 0u) ChangeVelocity(mine.from, share, change_of_first);
   ChangeVelocity(mine.to, share, change);
 }
 
+// A strip without links.
+Strip NoStrip() {
+#ifdef HAS_REGULAR_STRIPS
+  return Strip(0u, 0u, 0u, 0u, 0.0);
+#else
+  return Strip(0u, 0u, 0u);
+#endif
+}
+
 // The strips of a phase, as many at a time as there are groups of lanes.
 void ReduceStrips(uint first, uint last, bool is_first_sweep) {
   for (uint round = first; round < last; round += LaneGroupCount()) {
-    uint strip = round + LaneGroup();
-    uint begin = 0u;
-    uint end = 0u;
-    if (LaneGroup() < LaneGroupCount() && strip < last) {
-      begin = models[cloth.strip_offsets + strip];
-      end = models[cloth.strip_offsets + strip + 1u];
-    }
-    ReduceStrip(strip, begin, end, is_first_sweep);
+    uint index = round + LaneGroup();
+    Strip strip = NoStrip();
+    if (LaneGroup() < LaneGroupCount() && index < last) strip = LoadStrip(index);
+    ReduceStrip(strip, is_first_sweep);
   }
 }

@@ -3,13 +3,58 @@
 #include "lib/strip.glsl"
 #include "stages/substep.glsl"
 
-// Scratch of link k: n xyz, coupling to the next over the pivot, impulse.
+// Scratch of link k: n xyz, how its impulse changes the error before over the pivot there, right side.
 uint LinkWord(uint k) { return cloth.strip_links + DRAPE_STRIP_LINK_WORDS * k; }
 
-vec3 LinkDirection(uint k) { return ScratchVector(LinkWord(k)); }
-float LinkImpulse(uint k) { return scratch[LinkWord(k) + 4u]; }
+// Where the links and particles of a strip lie.
+struct Strip {
+  uint begin;  // links
+  uint end;
+#ifdef HAS_REGULAR_STRIPS
+  uint first;         // particle
+  uint stride;        // from one particle to the next
+  float rest_length;  // of each link [m]
+#else
+  uint particles;  // of which the one before link k is in Models at particles + k
+#endif
+};
 
-uint StripParticle(uint word) { return models[cloth.strip_particles + word]; }
+Strip LoadStrip(uint strip) {
+#ifdef HAS_REGULAR_STRIPS
+  uint word = cloth.regular_strips + DRAPE_REGULAR_STRIP_WORDS * strip;
+  return Strip(models[word], models[word + 1u], models[word + 2u], models[word + 3u],
+               ModelFloat(word + 4u));
+#else
+  uint word = cloth.strip_offsets + strip;
+  return Strip(models[word], models[word + 1u], cloth.strip_particles + strip);
+#endif
+}
+
+// The particle before link k, or behind the last one.
+uint StripParticle(Strip strip, uint k) {
+#ifdef HAS_REGULAR_STRIPS
+  return strip.first + strip.stride * (k - strip.begin);
+#else
+  return models[strip.particles + k];
+#endif
+}
+
+float StripRestLength(Strip strip, uint k) {
+#ifdef HAS_REGULAR_STRIPS
+  return strip.rest_length;
+#else
+  return ModelFloat(cloth.strip_lengths + k);
+#endif
+}
+
+// A particle at an end of a link.
+struct LinkEnd {
+  vec3 position;
+  vec3 velocity;
+  float inverse_mass;
+};
+
+LinkEnd LoadEnd(uint i) { return LinkEnd(Position(i), Velocity(i), InverseMass(i)); }
 
 // A link at the predicted positions.
 struct LinearisedLink {
@@ -19,13 +64,13 @@ struct LinearisedLink {
   float diagonal;  // how much the impulse changes the error: (w_from + w_to) slope + alpha/h^2 [1/kg]
 };
 
-LinearisedLink LineariseLink(uint k, uint from, uint to, bool is_first_sweep) {
-  uint constraint = models[cloth.strip_constraints + k];
+LinearisedLink LineariseLink(Strip strip, uint k, LinkEnd from, LinkEnd to, bool is_first_sweep) {
   LinearisedLink link;
-  link.rest_length = ModelFloat(cloth.rest_lengths + constraint);
+  link.rest_length = StripRestLength(strip, k);
   float compliance = 0.0;
   float lambda = 0.0;
 #ifdef HAS_COMPLIANCE
+  uint constraint = models[cloth.strip_constraints + k];
   compliance = ModelFloat(cloth.compliances + constraint);
   if (is_first_sweep) {
     scratch[cloth.lambdas + constraint] = 0.0;
@@ -33,11 +78,11 @@ LinearisedLink LineariseLink(uint k, uint from, uint to, bool is_first_sweep) {
     lambda = scratch[cloth.lambdas + constraint];
   }
 #endif
-  precise vec3 position_difference = Position(to) - Position(from);
-  precise vec3 velocity_difference = Velocity(to) - Velocity(from);
+  precise vec3 position_difference = to.position - from.position;
+  precise vec3 velocity_difference = to.velocity - from.velocity;
   link.error = PredictDistanceError(position_difference, velocity_difference, substep.interval,
                                     substep.inverse_interval, link.rest_length, compliance, lambda);
-  precise float diagonal = InverseMass(from) + InverseMass(to);
+  precise float diagonal = from.inverse_mass + to.inverse_mass;
   link.direction = link.error.direction;
 #ifdef HAS_START_DIRECTIONS
   ImpulseLine line = BlendDirections(position_difference, link.error.direction, cloth.end_share);
@@ -56,59 +101,39 @@ bool IsBeyondTolerance(LinearisedLink link) {
 }
 
 // The least share of its diagonal that the pivot of a link has whose second particle is `to`.
-float MinPivot(uint to) {
-  return InverseMass(to) == 0.0 ? MIN_STRIP_PIVOT_AT_PIN : MIN_STRIP_PIVOT;
+float MinPivot(LinkEnd to) {
+  return to.inverse_mass == 0.0 ? MIN_STRIP_PIVOT_AT_PIN : MIN_STRIP_PIVOT;
 }
 
 // Goes along the strip, linearises each link and eliminates it from the next; whether an error is
 // larger than the tolerance.
-bool EliminateStrip(uint strip, uint begin, uint end, bool is_first_sweep) {
+bool EliminateStrip(Strip strip, bool is_first_sweep) {
   bool is_active = false;
   StripLink before = StripLink(vec3(0.0), vec3(0.0), 0.0, 0.0);
-  uint from = StripParticle(begin + strip);
-  for (uint k = begin; k < end; ++k) {
-    uint to = StripParticle(k + strip + 1u);
-    LinearisedLink link = LineariseLink(k, from, to, is_first_sweep);
+  LinkEnd from = LoadEnd(StripParticle(strip, strip.begin));
+  for (uint k = strip.begin; k < strip.end; ++k) {
+    LinkEnd to = LoadEnd(StripParticle(strip, k + 1u));
+    LinearisedLink link = LineariseLink(strip, k, from, to, is_first_sweep);
     if (IsBeyondTolerance(link)) is_active = true;
     float coupling = 0.0;
     precise float ratio = 0.0;
-    if (k > begin) {
-      coupling = StripCoupling(before.direction, link.error.direction, InverseMass(from));
+    if (k > strip.begin) {
+      coupling = StripCoupling(before.direction, link.error.direction, from.inverse_mass);
 #ifdef HAS_START_DIRECTIONS
-      ratio = StripCoupling(link.direction, before.n_end, InverseMass(from)) * before.inverse_pivot;
+      ratio = StripCoupling(link.direction, before.n_end, from.inverse_mass) * before.inverse_pivot;
 #else
       ratio = coupling * before.inverse_pivot;
 #endif
-      scratch[LinkWord(k - 1u) + 3u] = ratio;
     }
     before = EliminateLink(link.error, link.direction, link.diagonal, MinPivot(to),
                            substep.inverse_interval, coupling, ratio, before);
-    SetScratchVector(LinkWord(k), before.direction);
-    scratch[LinkWord(k) + 3u] = 0.0;
-    scratch[LinkWord(k) + 4u] = before.right_side;
+    uint word = LinkWord(k);
+    SetScratchVector(word, before.direction);
+    scratch[word + 3u] = ratio;
+    scratch[word + 4u] = before.right_side;
     from = to;
   }
   return is_active;
-}
-
-// From the last link back, the impulses.
-void SubstituteStrip(uint begin, uint end) {
-  float next_impulse = 0.0;
-  for (uint k = end; k-- > begin;) {
-    precise float impulse = LinkImpulse(k) - scratch[LinkWord(k) + 3u] * next_impulse;
-    scratch[LinkWord(k) + 4u] = impulse;
-    next_impulse = impulse;
-  }
-}
-
-// The change of velocity of the particle between links k - 1 and k by their impulses [m/s].
-vec3 StripChange(uint k, uint begin, uint end, float inverse_mass) {
-  precise vec3 pull = vec3(0.0);
-  if (k > begin) pull = LinkImpulse(k - 1u) * LinkDirection(k - 1u);
-  precise vec3 pull_of_next = vec3(0.0);
-  if (k < end) pull_of_next = LinkImpulse(k) * LinkDirection(k);
-  precise vec3 change = inverse_mass * (pull - pull_of_next);
-  return change;
 }
 
 // The square of a change of velocity [m/s] over that which moves by MAX_STRIP_MOVE lengths [m] of a link.
@@ -125,38 +150,51 @@ float ShareOfMove(float largest_ratio_sq) {
   return share;
 }
 
-// The share of the impulses that moves no particle by more than MAX_STRIP_MOVE link lengths.
-float StripStepLength(uint strip, uint begin, uint end) {
+// Changes the velocity of a particle, unless it is a pin, by the impulses of the links before and after
+// it; MoveRatioSq of the change.
+float PullParticle(uint i, vec3 pull, vec3 pull_of_next, float rest_length) {
+  float inverse_mass = InverseMass(i);
+  precise vec3 change = inverse_mass * (pull - pull_of_next);
+  precise vec3 velocity = Velocity(i) + change;
+  if (inverse_mass != 0.0) SetVelocity(i, velocity);
+  return MoveRatioSq(change, rest_length);
+}
+
+// From the last link back finds the impulses and applies `share` of them; the largest MoveRatioSq.
+float ApplyImpulses(Strip strip, float share) {
   float largest_ratio_sq = 0.0;
-  for (uint k = begin; k <= end; ++k) {
-    float inverse_mass = InverseMass(StripParticle(k + strip));
-    uint constraint = models[cloth.strip_constraints + (k > begin ? k - 1u : k)];
-    float ratio_sq = MoveRatioSq(StripChange(k, begin, end, inverse_mass),
-                                 ModelFloat(cloth.rest_lengths + constraint));
+  precise float effect_of_next = 0.0;  // on this impulse
+  vec3 pull_of_next = vec3(0.0);
+  for (uint k = strip.end; k-- > strip.begin;) {
+    uint word = LinkWord(k);
+    precise float impulse = scratch[word + 4u] - effect_of_next;
+    effect_of_next = scratch[word + 3u] * impulse;
+    precise float applied = share * impulse;
+#ifdef HAS_COMPLIANCE
+    uint lambda = cloth.lambdas + models[cloth.strip_constraints + k];
+    precise float accumulated = scratch[lambda] + applied;
+    scratch[lambda] = accumulated;
+#endif
+    precise vec3 pull = applied * ScratchVector(word);
+    float ratio_sq = PullParticle(StripParticle(strip, k + 1u), pull, pull_of_next,
+                                  StripRestLength(strip, k));
     largest_ratio_sq = max(largest_ratio_sq, ratio_sq);
+    pull_of_next = pull;
   }
-  return ShareOfMove(largest_ratio_sq);
+  float ratio_sq = PullParticle(StripParticle(strip, strip.begin), vec3(0.0), pull_of_next,
+                                StripRestLength(strip, strip.begin));
+  return max(largest_ratio_sq, ratio_sq);
 }
 
 // All constraints of one strip together. The phases give each free particle one writer.
-void SolveStrip(uint strip, bool is_first_sweep) {
-  uint begin = models[cloth.strip_offsets + strip];
-  uint end = models[cloth.strip_offsets + strip + 1u];
-  if (!EliminateStrip(strip, begin, end, is_first_sweep)) return;
+void SolveStrip(uint index, bool is_first_sweep) {
+  Strip strip = LoadStrip(index);
+  if (!EliminateStrip(strip, is_first_sweep)) return;
   MarkChanged();
-  SubstituteStrip(begin, end);
-  float share = StripStepLength(strip, begin, end);
-  for (uint k = begin; k <= end; ++k) {
-    uint i = StripParticle(k + strip);
-    float inverse_mass = InverseMass(i);
-#ifdef HAS_COMPLIANCE
-    if (k < end) {
-      uint lambda = cloth.lambdas + models[cloth.strip_constraints + k];
-      precise float accumulated = scratch[lambda] + share * LinkImpulse(k);
-      scratch[lambda] = accumulated;
-    }
-#endif
-    if (inverse_mass == 0.0) continue;
-    SetVelocity(i, AddScaled(Velocity(i), share, StripChange(k, begin, end, inverse_mass)));
-  }
+  // All of the impulses; then, where that is too much, which is rare, what is too much back.
+  float share = 1.0;
+  do {
+    float allowed = ShareOfMove(ApplyImpulses(strip, share));
+    share = share == 1.0 ? allowed - 1.0 : 0.0;
+  } while (share != 0.0);
 }

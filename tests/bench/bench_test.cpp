@@ -106,7 +106,7 @@ TEST_F(BenchTest, SpeedMakesItsTables) {
   EXPECT_EQ(RowCount(out_ / "speed_curve.csv"), 5);
   // Loads; with positions and without; one request at a time by both calls and two under way.
   EXPECT_EQ(RowCount(out_ / "speed_service.csv"), 2 * 2 * 3);
-  EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 16 + 5);  // and on gl
+  EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 16 + 6);  // and on gl
   EXPECT_THAT(ReadText(out_ / "speed_skips.csv"), HasSubstr("sleep: all at rest on the ground,"));
   ASSERT_EQ(Tables("").exit_status, 0);
   const std::string readme = ReadText(out_ / "README.md");

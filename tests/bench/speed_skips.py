@@ -15,5 +15,5 @@ def skips_text(rows):
             "«early exit»: all sweeps, and until the errors are small. «readback»: states after each step, and none, or fewer columns. "
             "«unchanged states»: positions in each answer, and a subscription, which sends what has changed. «variants»: features that change nothing "
             "in this scene, and code without them. «shared topology»: a model for each sheet, and one for all (cpu: only those share lanes). «colliders left out»: "
-            "all colliders tested, and those out of reach left out. Constraints between pins are always left out: a whole sheet beside one half pinned.\n",
+            "all colliders tested, and those out of reach left out. «lists of regular strips»: of particles and rest lengths, read or not. Constraints between pins are always left out: a whole sheet beside one half pinned.\n",
             markdown(["what", "backend", "sheets", "with [ms]", "without [ms]", "without / with", "same state"], lines)]

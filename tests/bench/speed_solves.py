@@ -13,9 +13,9 @@ SOLVES = {
     ("lanes", COLOURS): {"divides": 2, "roots": 1, "flops": 39, "particle_bytes": 72, "work_bytes": 0},
     ("single", STRIPS): {"divides": 2, "roots": 1, "flops": 67, "particle_bytes": 64, "work_bytes": 40},
     ("single", COLOURS): {"divides": 2, "roots": 1, "flops": 39, "particle_bytes": 96, "work_bytes": 0},
-    ("resident", STRIPS): {"divides": 2, "roots": 1, "flops": 67, "particle_bytes": 92, "work_bytes": 128},
+    ("resident", STRIPS): {"divides": 2, "roots": 1, "flops": 67, "particle_bytes": 56, "work_bytes": 40},
     ("resident", COLOURS): {"divides": 2, "roots": 1, "flops": 39, "particle_bytes": 80, "work_bytes": 8},
-    ("tiled", STRIPS): {"divides": 2, "roots": 1, "flops": 67, "particle_bytes": 92, "work_bytes": 128},
+    ("tiled", STRIPS): {"divides": 2, "roots": 1, "flops": 67, "particle_bytes": 56, "work_bytes": 40},
     ("tiled", COLOURS): {"divides": 2, "roots": 1, "flops": 39, "particle_bytes": 80, "work_bytes": 12},
 }
 SWEEP_OF_PRESET = {"REALTIME": STRIPS, "PAPER": COLOURS}

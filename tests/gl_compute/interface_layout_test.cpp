@@ -186,9 +186,9 @@ TEST_F(InterfaceLayoutTest, ClothRecord) {
       MEMBER(ClothRecord, refined_links),
       MEMBER(ClothRecord, met_colliders),
       MEMBER(ClothRecord, reach_margin),
+      MEMBER(ClothRecord, strip_lengths),
+      MEMBER(ClothRecord, regular_strips),
       MEMBER(ClothRecord, padding_0),
-      MEMBER(ClothRecord, padding_1),
-      MEMBER(ClothRecord, padding_2),
   };
   const StructLayout driver = AskDriver("cloth_record.h", "ClothRecord");
   EXPECT_EQ(driver.offsets, expected);

@@ -74,13 +74,13 @@ TEST(KernelCostsTest, FindingWhatIsInReach) {
             4u * 3 + 4u * 3 + 3 + (1 + 4 + 2));
 }
 
-// One strip of 99 links: along it four times, to 99 links or 100 particles, each with two passes
-// more.
+// One strip of 99 links: once along it, then at most twice back in a loop around that, each with
+// two passes more.
 TEST(KernelCostsTest, SweepOfAChainAsAStrip) {
   const auto model = BuildModel(ChainDescription(100));
   ASSERT_EQ(model->strips().strip_count(), 1u);
   // The sweep's own pass, 1 + 2 of the phases, 1 + 2 of the strips in it.
-  EXPECT_EQ(CountResidentLoops(*model, {}, 32).sweep, 1u + 3 + 3 + 2 * 101 + 2 * 102);
+  EXPECT_EQ(CountResidentLoops(*model, {}, 32).sweep, 1u + 3 + 3 + 101 + 2 * (1 + 101) + 2);
 }
 
 // 8 x 8 particles: 8 strips of 7 links in each of 2 phases. A group of 32 lanes takes 8 rounds,
@@ -93,7 +93,7 @@ TEST(KernelCostsTest, SweepByReduction) {
     return CountResidentLoops(*model, {}, local_size, false, strip_solve).sweep;
   };
   constexpr uint64_t kRound = 1 + 2 * (5 + 2);
-  const uint64_t elimination = 1 + (2 + 2) + 2 * (1 + 2 * (7 + 2) + 2 * (8 + 2) + 2);
+  const uint64_t elimination = 1 + (2 + 2) + 2 * (1 + (7 + 2) + 2 * (1 + 7 + 2) + 2 + 2);
   EXPECT_EQ(sweep(32, StripSolve::kElimination), elimination);
   EXPECT_EQ(sweep(32, StripSolve::kReductionWithBarriers), 1 + (2 + 2) + 2 * (8 * kRound + 2));
   EXPECT_EQ(sweep(32, StripSolve::kReduction), 1 + (2 + 2) + 2 * (8 * kRound + 2));

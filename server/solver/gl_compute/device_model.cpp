@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "server/solver/gl_compute/kernel_variant.h"
+#include "server/solver/gl_compute/regular_strips.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -146,6 +147,16 @@ void PackStrips(const SceneModel& model, PackedModel& packed) {
   packed.layout.strip_offsets = append(strips.strip_offsets);
   packed.layout.strip_constraints = append(strips.constraints);
   packed.layout.strip_particles = append(strips.particles);
+  std::vector<uint32_t>& words = packed.words;
+  packed.layout.strip_lengths = Position(words);
+  for (const uint32_t constraint : strips.constraints) {
+    words.push_back(FloatWord(model.constraints()[constraint].rest_length_m));
+  }
+  packed.layout.regular_strips = Position(words);
+  for (const RegularStrip& strip : FindRegularStrips(model)) {
+    words.insert(words.end(), {strip.link_begin, strip.link_end, strip.first_particle, strip.stride,
+                               std::bit_cast<uint32_t>(strip.rest_length_m)});
+  }
 }
 
 void PackTriangles(const SceneModel& model, PackedModel& packed) {

@@ -38,6 +38,8 @@ struct ModelLayout {
   uint32_t strip_offsets = 0;
   uint32_t strip_constraints = 0;
   uint32_t strip_particles = 0;
+  uint32_t strip_lengths = 0;
+  uint32_t regular_strips = 0;  // only if all are (regular_strips.h)
   // With air forces.
   uint32_t triangles = 0;
   uint32_t triangle_masses = 0;

@@ -456,7 +456,8 @@ Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options
                                  : is_software            ? kSoftwareLoopBudget
                                                           : kHardwareLoopBudget,
                   .strip_solve = options.strip_solve.value_or(StripSolveOf(limits)),
-                  .leaves_out_colliders = options.leave_out_colliders};
+                  .leaves_out_colliders = options.leave_out_colliders,
+                  .finds_regular_strips = options.find_regular_strips};
   parts.runs_ahead = options.runs_ahead.value_or(!is_software);
   parts.device = {.limits = {limits.work_group_count_x, limits.work_group_count_y},
                   .has_timer_queries = !is_software,

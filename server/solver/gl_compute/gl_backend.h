@@ -40,6 +40,9 @@ struct GlBackendOptions {
   // Whether a step leaves out the colliders that a cloth cannot meet in it. Results do not depend
   // on it.
   bool leave_out_colliders = true;
+  // Whether strips that are all regular (regular_strips.h), as those of a grid, are read as such,
+  // without lists of their particles and rest lengths. Results do not depend on it.
+  bool find_regular_strips = true;
   // Called after each batch with how many colliders its steps have left out, together; for tests.
   std::function<void(uint32_t)> on_left_out = {};
   // Whether the host goes on while the device works (Backend::StepAhead); unset: on hardware. A

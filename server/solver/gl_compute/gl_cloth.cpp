@@ -189,6 +189,8 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   record.strip_offsets = begin + layout.strip_offsets;
   record.strip_constraints = begin + layout.strip_constraints;
   record.strip_particles = begin + layout.strip_particles;
+  record.strip_lengths = begin + layout.strip_lengths;
+  record.regular_strips = begin + layout.regular_strips;
 }
 
 }  // namespace

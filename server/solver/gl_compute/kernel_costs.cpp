@@ -71,9 +71,9 @@ uint64_t RefinePasses(const SceneModel& model, uint64_t rounds, uint32_t local_s
   return rounds * (1 + of_round) + kLoopEnd;
 }
 
-// Of one strip: elimination, substitution, step length, change.
+// Of one strip: elimination, then at most two rounds over the impulses.
 uint64_t PassesOfStrip(uint64_t links) {
-  return 2 * (links + kLoopEnd) + 2 * (links + 1 + kLoopEnd);
+  return links + kLoopEnd + 2 * (1 + links + kLoopEnd) + kLoopEnd;
 }
 
 // Of one sweep over the strips by elimination; each round takes as long as its longest strip.

@@ -5,6 +5,7 @@
 
 #include "server/solver/gl_compute/kernel_costs.h"
 #include "server/solver/gl_compute/local_sizes.h"
+#include "server/solver/gl_compute/regular_strips.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -125,6 +126,7 @@ std::string KernelVariant::Defines() const {
   if (has_start_directions) text << "#define HAS_START_DIRECTIONS\n";
   if (has_velocity_stage) text << "#define HAS_VELOCITY_STAGE\n";
   if (has_strips) text << "#define HAS_STRIPS\n";
+  if (has_regular_strips) text << "#define HAS_REGULAR_STRIPS\n";
   if (has_colours) text << "#define HAS_COLOURS\n";
   if (has_refinement) text << "#define HAS_REFINEMENT\n";
   if (is_in_parts) text << "#define IS_IN_PARTS\n#define LOOP_BUDGET " << loop_budget << "u\n";
@@ -181,6 +183,8 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
   variant.has_start_directions = solver.end_share < 1;
   variant.has_velocity_stage = solver.velocity_iterations > 0;
   variant.has_strips = solver.has_strips;
+  variant.has_regular_strips =
+      solver.has_strips && device.finds_regular_strips && !FindRegularStrips(model).empty();
   if (solver.has_strips && !variant.is_tiled()) {
     variant.strip_solve = ChooseStripSolve(model, variant.capacity, device);
   }

@@ -46,6 +46,7 @@ struct KernelVariant {
   bool has_start_directions = false;  // impulses not only along the directions at the end
   bool has_velocity_stage = false;
   bool has_strips = false;
+  bool has_regular_strips = false;  // all of them, read as such
   StripSolve strip_solve = StripSolve::kElimination;
   bool has_colours = false;
   bool has_refinement = false;
@@ -74,6 +75,8 @@ struct DeviceTraits {
   StripSolve strip_solve = StripSolve::kElimination;
   // Whether steps leave out colliders that the cloth cannot meet; no bit depends on it.
   bool leaves_out_colliders = true;
+  // Whether strips that are all regular are read as such; no bit depends on it.
+  bool finds_regular_strips = true;
 };
 
 // The largest cloth of the resident plan [particles]: 29 bytes each in the 32 KiB of shared memory

@@ -134,6 +134,8 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   KernelVariant joints = tolerance;
   joints.has_joints = all.has_joints;
   joints.has_joint_compliance = all.has_joint_compliance;
+  KernelVariant strips = distance;
+  strips.has_regular_strips = all.has_regular_strips;
   const KernelVariant contacts = WithContacts(tolerance, all);
   const KernelVariant with_springs = WithSprings(timed, all);
   // The rebound of a hit is found from the velocity before the substep.
@@ -171,7 +173,7 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
       Wanted{all.has_twist, "tiled_apply_twist", timed, &kernels.tiled_apply_twist},
       Wanted{all.has_tethers, "tiled_tether", tether, &kernels.tiled_tether},
       Wanted{all.has_tolerance, "tiled_begin_sweeps", plain, &kernels.tiled_begin_sweeps},
-      Wanted{all.has_strips, "tiled_solve_strips", distance, &kernels.tiled_solve_strips},
+      Wanted{all.has_strips, "tiled_solve_strips", strips, &kernels.tiled_solve_strips},
       Wanted{all.has_refinement, "tiled_test_links", refine, &kernels.tiled_test_links},
       Wanted{all.has_refinement, "tiled_collect_links", refine, &kernels.tiled_collect_links},
       Wanted{all.has_refinement, "tiled_refine", refine_group, &kernels.tiled_refine},

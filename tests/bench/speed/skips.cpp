@@ -128,6 +128,8 @@ struct Skip {
   uint32_t cloths = 0;       // 0: SkipsOptions::cloths
   // The same cloths, with all colliders and without those out of reach.
   bool leaves_out = false;
+  // The same on gl, with lists of the particles and rest lengths of regular strips and without.
+  bool is_of_lists = false;
 };
 
 test::Scene With(test::Scene scene, const StepSettings& settings) {
@@ -249,9 +251,12 @@ std::vector<Skip> LeavingOut(const Sheets& sheets, const std::string& backend, u
 }
 
 std::unique_ptr<Backend> BackendOf(const Skip& skip, bool is_full) {
-  if (!skip.leaves_out) return test::MakeBackend(skip.backend);
+  if (!skip.leaves_out && !skip.is_of_lists) return test::MakeBackend(skip.backend);
   if (skip.backend == "cpu") return CreateCpuBackend({.leave_out_colliders = !is_full});
-  Result<std::unique_ptr<Backend>> gl = CreateGlBackend({.leave_out_colliders = !is_full});
+  GlBackendOptions options;
+  if (skip.leaves_out) options.leave_out_colliders = !is_full;
+  if (skip.is_of_lists) options.find_regular_strips = !is_full;
+  Result<std::unique_ptr<Backend>> gl = CreateGlBackend(options);
   DRAPE_CHECK(gl.ok(), gl.status().ToString());
   return std::move(gl).value();
 }
@@ -274,6 +279,12 @@ std::vector<Skip> AllSkips(Bench& bench, const SkipsOptions& options) {
   if (has_gl) {
     append(OfBackend(sheets, "gl", kGlCloths));
     append(LeavingOut(sheets, "gl", kGlCloths, kGlRest));
+    append({{.name = "lists of regular strips",
+             .full = {sheets.hung},
+             .lean = {sheets.hung},
+             .backend = "gl",
+             .cloths = kGlCloths,
+             .is_of_lists = true}});
   }
   for (Skip& skip : skips) {
     if (skip.backend.empty()) skip.backend = bench.fast_backend().name;
