@@ -2,6 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <chrono>
 #include <cstring>
 #include <map>
 
@@ -223,6 +225,10 @@ TEST_F(ParticleStates, ParticlesThatSomeClothDoesNotHaveAreNamed) {
     refusals[1] = Call(*stub_, &Stub::Step, OneStep(ids_, particles, false)).status;
     v1::StepResponse response;
     grpc::ClientContext step_context, state_context;
+    // What is not refused would wait for more requests.
+    const auto soon = std::chrono::system_clock::now() + std::chrono::seconds(20);
+    step_context.set_deadline(soon);
+    state_context.set_deadline(soon);
     const auto steps = stub_->StepStream(&step_context);
     steps->Write(OneStep(ids_, particles, false));
     EXPECT_FALSE(steps->Read(&response));
