@@ -1,5 +1,6 @@
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "client/cli/output_file.h"
 #include "client/cli/state_writers.h"
@@ -19,7 +20,10 @@ void AppendRow(std::span<const Number> elements, size_t row, std::string* text) 
 
 class CsvWriter final : public StateWriter {
  public:
-  explicit CsvWriter(const std::filesystem::path& path) : file_(path) { file_.Write(kHeader); }
+  CsvWriter(const std::filesystem::path& path, StateFileOptions options)
+      : options_(std::move(options)), file_(path) {
+    file_.Write(kHeader);
+  }
 
   bool takes_samples() const override { return true; }
 
@@ -46,27 +50,29 @@ class CsvWriter final : public StateWriter {
     std::string time;
     AppendNumber(time_s, std::numeric_limits<Number>::max_digits10, &time);
     text_.clear();
-    for (size_t particle = 0; particle < cloth.particle_count; ++particle) {
+    for (size_t row = 0; row < cloth.particle_count; ++row) {
       text_ += time;
       text_ += ',';
       AppendNumber(uint64_t{index}, &text_);
       text_ += ',';
-      AppendNumber(uint64_t{particle}, &text_);
-      AppendRow(positions, particle, &text_);
-      AppendRow(velocities, particle, &text_);
+      AppendNumber(uint64_t{options_.ParticleOf(row)}, &text_);
+      AppendRow(positions, row, &text_);
+      AppendRow(velocities, row, &text_);
       text_ += '\n';
     }
     file_.Write(text_);
   }
 
+  const StateFileOptions options_;
   OutputFile file_;
   std::string text_;
 };
 
 }  // namespace
 
-std::unique_ptr<StateWriter> MakeCsvWriter(const std::filesystem::path& path) {
-  return std::make_unique<CsvWriter>(path);
+std::unique_ptr<StateWriter> MakeCsvWriter(const std::filesystem::path& path,
+                                           StateFileOptions options) {
+  return std::make_unique<CsvWriter>(path, std::move(options));
 }
 
 }  // namespace drape::cli

@@ -74,7 +74,8 @@ class Column {
 
 class NpzWriter final : public StateWriter {
  public:
-  explicit NpzWriter(const std::filesystem::path& path) : path_(path) {
+  NpzWriter(const std::filesystem::path& path, StateFileOptions options)
+      : path_(path), options_(std::move(options)) {
     int error = 0;
     archive_ = zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &error);
     // The archive appears only when it is closed: try now whether that will work.
@@ -117,7 +118,8 @@ class NpzWriter final : public StateWriter {
   void AddIndices(const States& states) {
     is_float64_ = states[0].positions_m.is_float64();
     for (uint32_t index = 0; index < states.size(); ++index) {
-      for (uint32_t particle = 0; particle < states[index].particle_count; ++particle) {
+      for (size_t row = 0; row < states[index].particle_count; ++row) {
+        const uint32_t particle = options_.ParticleOf(row);
         cloth_.Append(&index, sizeof(index));
         particle_.Append(&particle, sizeof(particle));
       }
@@ -126,6 +128,7 @@ class NpzWriter final : public StateWriter {
   }
 
   std::filesystem::path path_;
+  const StateFileOptions options_;
   zip_t* archive_ = nullptr;
   bool is_float64_ = false;
   uint64_t sample_count_ = 0;
@@ -140,8 +143,9 @@ class NpzWriter final : public StateWriter {
 
 }  // namespace
 
-std::unique_ptr<StateWriter> MakeNpzWriter(const std::filesystem::path& path) {
-  return std::make_unique<NpzWriter>(path);
+std::unique_ptr<StateWriter> MakeNpzWriter(const std::filesystem::path& path,
+                                           StateFileOptions options) {
+  return std::make_unique<NpzWriter>(path, std::move(options));
 }
 
 }  // namespace drape::cli

@@ -3,6 +3,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "client/cli/commands.h"
 #include "client/cli/options.h"
@@ -13,6 +14,7 @@ namespace {
 
 struct ReadOptions {
   SessionFlags target;
+  StateFileOptions file;  // its particles are those to read
   std::string states;
   bool is_json = false;
 };
@@ -25,24 +27,25 @@ nlohmann::ordered_json VectorsJson(const VectorView& vectors) {
   return std::vector<float>(vectors.floats().begin(), vectors.floats().end());
 }
 
-void PrintJson(const States& states) {
+void PrintJson(const States& states, const StateFileOptions& file) {
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   for (const ClothState& cloth : states) {
-    json.push_back({{"id", std::to_string(cloth.cloth_id)},
-                    {"step", cloth.step},
-                    {"time_s", cloth.time_s},
-                    {"positions_m", VectorsJson(cloth.positions_m)},
-                    {"velocities_m_per_s", VectorsJson(cloth.velocities_m_per_s)}});
+    nlohmann::ordered_json entry = {
+        {"id", std::to_string(cloth.cloth_id)}, {"step", cloth.step}, {"time_s", cloth.time_s}};
+    if (!file.particles.empty()) entry["particles"] = file.particles;
+    entry["positions_m"] = VectorsJson(cloth.positions_m);
+    entry["velocities_m_per_s"] = VectorsJson(cloth.velocities_m_per_s);
+    json.push_back(std::move(entry));
   }
   std::cout << json.dump() << "\n";
 }
 
-void PrintText(const States& states) {
+void PrintText(const States& states, const StateFileOptions& file) {
   for (const ClothState& cloth : states) {
     std::printf("cloth %lu: step %lu, time %.9g s, %zu particles\n", cloth.cloth_id, cloth.step,
                 cloth.time_s, cloth.particle_count);
     for (size_t row = 0; row < cloth.particle_count; ++row) {
-      std::printf("%6zu  %12.6f %12.6f %12.6f\n", row, cloth.positions_m.At(row, 0),
+      std::printf("%6u  %12.6f %12.6f %12.6f\n", file.ParticleOf(row), cloth.positions_m.At(row, 0),
                   cloth.positions_m.At(row, 1), cloth.positions_m.At(row, 2));
     }
   }
@@ -54,15 +57,16 @@ int Read(const ReadOptions& options) {
   v1::StateView view;
   view.set_positions(true);
   view.set_velocities(true);
+  view.mutable_particles()->Assign(options.file.particles.begin(), options.file.particles.end());
   const States states = session.ReadStates(options.target.cloths, view);
   if (!options.states.empty()) {
-    const auto writer = MakeStateWriter(options.states, {});
+    const auto writer = MakeStateWriter(options.states, options.file);
     writer->Add(states);
     writer->Finish();
   } else if (options.is_json) {
-    PrintJson(states);
+    PrintJson(states, options.file);
   } else {
-    PrintText(states);
+    PrintText(states, options.file);
   }
   return kDone;
 }
@@ -73,6 +77,10 @@ void AddRead(CLI::App& app, Action& action) {
   CLI::App* read = app.add_subcommand("read", "Read the states of cloths");
   auto options = std::make_shared<ReadOptions>();
   options->target.AddTo(*read);
+  read->add_option("--particles", options->file.particles,
+                   "Only these of every cloth, strictly ascending, e.g. 0,31; without it: all")
+      ->delimiter(',')
+      ->type_name("INDEX,...");
   read->add_option("--states", options->states,
                    "Write them to a file: " + StateFileExtensions() + " (points)")
       ->check(StateFileValidator())

@@ -14,8 +14,8 @@ struct Format {
 };
 
 constexpr Format kFormats[] = {
-    {".csv", [](const Path& path, StateFileOptions) { return MakeCsvWriter(path); }},
-    {".npz", [](const Path& path, StateFileOptions) { return MakeNpzWriter(path); }},
+    {".csv", MakeCsvWriter},
+    {".npz", MakeNpzWriter},
     {".obj", MakeObjWriter},
     {".pc2", [](const Path& path, StateFileOptions) { return MakePc2Writer(path); }},
     {".ply", MakePlyWriter},

@@ -42,9 +42,15 @@ class StateWriter {
 
 // What writers know beyond the states.
 struct StateFileOptions {
+  uint32_t ParticleOf(size_t row) const {
+    return particles.empty() ? static_cast<uint32_t>(row) : particles[row];
+  }
+
   std::vector<Topology> topologies;  // one per cloth in scene order, or empty (points)
   double time_step_s = 0;            // of the scene; 0 = unknown
   bool is_series = false;            // OBJ and PLY: one file per sample, named by SeriesPath
+  // Of every cloth, which particle each row of the states is; empty: the row's index.
+  std::vector<uint32_t> particles{};
 };
 
 // By extension: .csv, .npz, .obj, .pc2, .ply or .usda.
@@ -59,10 +65,12 @@ std::string StateFileExtensions();
 // Columns time_s,cloth,particle,x_m,y_m,z_m,vx_m_per_s,vy_m_per_s,vz_m_per_s; `cloth` counts from 0
 // in scene order. 9 significant digits for float32 and 17 for float64: equal text is equal bits
 // (but of the time, whose double has the digits of its row).
-std::unique_ptr<StateWriter> MakeCsvWriter(const std::filesystem::path& path);
+std::unique_ptr<StateWriter> MakeCsvWriter(const std::filesystem::path& path,
+                                           StateFileOptions options);
 // Arrays times [T], steps [T], positions [T, P, 3], velocities [T, P, 3], cloth [P], particle [P]
 // (P = particles of all cloths), uncompressed, in the precision of the backend.
-std::unique_ptr<StateWriter> MakeNpzWriter(const std::filesystem::path& path);
+std::unique_ptr<StateWriter> MakeNpzWriter(const std::filesystem::path& path,
+                                           StateFileOptions options);
 // One object per cloth. Numbers have the digits of CSV.
 std::unique_ptr<StateWriter> MakeObjWriter(const std::filesystem::path& path,
                                            StateFileOptions options);

@@ -16,6 +16,7 @@
 #include "server/api/rest_length_validation.h"
 #include "server/api/spec_validation.h"
 #include "server/api/topology_validation.h"
+#include "server/api/view_validation.h"
 #include "server/scene/description_checks.h"
 #include "server/solver/solver_constants.h"
 
@@ -357,7 +358,7 @@ Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps
   result.collider_controls = CheckColliderControls(request.collider_controls(), checks);
   result.length_controls = CheckLengthControls(request.rest_length_controls(), checks);
   result.length_scales = CheckLengthScales(request.rest_length_scales(), checks);
-  if (request.has_view()) result.view = ToStateFields(request.view());
+  if (request.has_view()) result.view = CheckView(FieldPath("view"), request.view(), checks);
   result.report = request.report();
   if (!checks.ok()) return checks.ToStatus();
   return result;
@@ -369,10 +370,10 @@ Result<CheckedSubscription> CheckSubscribe(const v1::StreamStatesRequest::Subscr
   if (request.max_hz() != 0) {
     checks.InRange(path.Child("max_hz"), request.max_hz(), kMinFrames_hz, kMaxFrames_hz, "Hz");
   }
-  if (!checks.ok()) return checks.ToStatus();
   CheckedSubscription result;
+  result.fields = CheckView(path.Child("view"), request.view(), checks);
+  if (!checks.ok()) return checks.ToStatus();
   result.cloths = ToClothIds(request.cloth_ids());
-  result.fields = ToStateFields(request.view());
   result.every_n_steps = std::max(request.every_n_steps(), 1u);
   result.max_hz = request.max_hz();
   result.initial_credit = request.initial_credit();
@@ -389,11 +390,6 @@ std::vector<ClothId> ToClothIds(const google::protobuf::RepeatedField<uint64_t>&
   ids.reserve(cloth_ids.size());
   for (const uint64_t id : cloth_ids) ids.push_back(ClothId::FromPacked(id));
   return ids;
-}
-
-StateFields ToStateFields(const v1::StateView& view) {
-  if (!view.positions() && !view.velocities()) return {.positions = true, .velocities = false};
-  return {view.positions(), view.velocities()};
 }
 
 }  // namespace drape::api

@@ -61,7 +61,5 @@ Result<CheckedSubscription> CheckSubscribe(const v1::StreamStatesRequest::Subscr
 // At least one id, for requests that must not mean "all of them".
 Status CheckNamesCloths(const google::protobuf::RepeatedField<uint64_t>& cloth_ids);
 std::vector<ClothId> ToClothIds(const google::protobuf::RepeatedField<uint64_t>& cloth_ids);
-// All false: positions.
-StateFields ToStateFields(const v1::StateView& view);
 
 }  // namespace drape::api

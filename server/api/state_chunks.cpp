@@ -66,10 +66,20 @@ void FinishColumn(const ScalarColumn& column, uint64_t row_count, v1::PackedArra
 
 }  // namespace
 
-uint64_t BytesPerParticle(ScalarType scalar, const StateFields& fields) {
+uint64_t BytesPerRow(ScalarType scalar, const StateFields& fields) {
   const uint64_t vector_bytes =
       3 * (scalar == ScalarType::kFloat64 ? sizeof(double) : sizeof(float));
   return vector_bytes * (uint64_t{fields.positions} + uint64_t{fields.velocities});
+}
+
+std::vector<ChunkCloth> ChunkClothsOf(const ClothList& cloths, const StateFields& fields) {
+  std::vector<ChunkCloth> chunk_cloths;
+  chunk_cloths.reserve(cloths.size());
+  for (const auto& cloth : cloths) {
+    const uint32_t particles = cloth->description()->model->particle_count();
+    chunk_cloths.push_back({cloth->id, cloth->placement, fields.RowsOf(particles)});
+  }
+  return chunk_cloths;
 }
 
 StateChunker::StateChunker(std::vector<ChunkCloth> cloths, ClothStates states,
@@ -107,23 +117,24 @@ void StateChunker::Next(v1::StateChunk* chunk) {
   }
   uint64_t rows = 0;
   while (next_cloth_ < cloths_.size() && rows < max_rows_) {
+    const ChunkCloth& cloth = cloths_[next_cloth_];
     const ClothStamp& stamp = states_.cloths[next_cloth_];
     // Only a cloth that fits into no chunk is split, and it begins in a chunk of its own.
-    if (rows > 0 && stamp.particle_count > max_rows_ - rows) break;
+    if (rows > 0 && cloth.row_count > max_rows_ - rows) break;
     const uint64_t row_count =
-        std::min<uint64_t>(stamp.particle_count - next_particle_, max_rows_ - rows);
-    chunk->add_cloth_ids(cloths_[next_cloth_].id.Packed());
+        std::min<uint64_t>(cloth.row_count - next_row_of_cloth_, max_rows_ - rows);
+    chunk->add_cloth_ids(cloth.id.Packed());
     chunk->add_particle_counts(static_cast<uint32_t>(row_count));
-    chunk->add_first_particles(next_particle_);
+    chunk->add_first_particles(next_row_of_cloth_);
     chunk->add_steps(stamp.completed_steps);
     chunk->add_times_s(stamp.time_s);
-    AppendRows(cloths_[next_cloth_], next_row_, row_count, chunk);
+    AppendRows(cloth, next_row_, row_count, chunk);
     rows += row_count;
     next_row_ += row_count;
-    next_particle_ += static_cast<uint32_t>(row_count);
-    if (next_particle_ == stamp.particle_count) {
+    next_row_of_cloth_ += static_cast<uint32_t>(row_count);
+    if (next_row_of_cloth_ == cloth.row_count) {
       ++next_cloth_;
-      next_particle_ = 0;
+      next_row_of_cloth_ = 0;
     }
   }
   if (chunk->has_positions_m()) {

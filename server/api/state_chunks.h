@@ -8,6 +8,7 @@
 #include "server/core/ids.h"
 #include "server/scene/placement.h"
 #include "server/scheduler/step_work.h"
+#include "server/session/session.h"
 
 namespace drape::api {
 
@@ -15,11 +16,14 @@ namespace drape::api {
 struct ChunkCloth {
   ClothId id;
   Placement placement;
+  uint32_t row_count = 0;  // of its columns, over all chunks
 };
+// In the same order.
+std::vector<ChunkCloth> ChunkClothsOf(const ClothList& cloths, const StateFields& fields);
 
-// Cuts states into chunks of at most `max_data_bytes` of columns each. A cloth too large for any
-// chunk begins in a chunk of its own and goes on in the next ones; the others are never split. Not
-// thread-safe.
+// Cuts states into chunks of at most `max_data_bytes` of columns each. A cloth of too many rows for
+// any chunk begins in a chunk of its own and goes on in the next ones; the others are never split.
+// Not thread-safe.
 class StateChunker {
  public:
   // `cloths` and `states.cloths` in the same order. At least one row goes into a chunk.
@@ -38,12 +42,12 @@ class StateChunker {
   ClothStates states_;
   uint64_t max_rows_ = 1;  // per chunk
   size_t next_cloth_ = 0;
-  uint32_t next_particle_ = 0;  // of next_cloth_
-  uint64_t next_row_ = 0;       // of the columns
+  uint32_t next_row_of_cloth_ = 0;
+  uint64_t next_row_ = 0;  // of the columns
   bool is_done_ = false;
 };
 
-// Bytes of the columns of one particle.
-uint64_t BytesPerParticle(ScalarType scalar, const StateFields& fields);
+// Bytes of one row of the columns.
+uint64_t BytesPerRow(ScalarType scalar, const StateFields& fields);
 
 }  // namespace drape::api

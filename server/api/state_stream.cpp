@@ -4,6 +4,7 @@
 
 #include "server/api/request_validation.h"
 #include "server/api/status_mapping.h"
+#include "server/api/view_validation.h"
 
 namespace drape::api {
 
@@ -81,12 +82,12 @@ Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& r
   if (cloths->empty()) {
     return Status(StatusCode::kFailedPrecondition, "NO_CLOTHS", "the session has no cloths");
   }
+  DRAPE_RETURN_IF_ERROR(
+      CheckClothsHaveParticles(FieldPath("subscribe").Child("view"), checked->fields, *cloths));
   ObserverSpec spec;
   spec.tenant = (*session)->name();
-  for (const auto& cloth : *cloths) {
-    spec.cloths.push_back(cloth->runtime);
-    cloths_.push_back({cloth->id, cloth->placement});
-  }
+  for (const auto& cloth : *cloths) spec.cloths.push_back(cloth->runtime);
+  cloths_ = ChunkClothsOf(*cloths, checked->fields);
   spec.fields = checked->fields;
   spec.every_n_steps = checked->every_n_steps;
   spec.max_hz = checked->max_hz;

@@ -1,6 +1,8 @@
 #include "server/scheduler/device_loop.h"
 
 #include <algorithm>
+#include <functional>
+#include <map>
 #include <utility>
 
 #include "server/core/check.h"
@@ -214,18 +216,19 @@ void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
   if (!cloths.empty()) look();
 }
 
-void DeviceLoop::BeginView(StateFields fields, Answers& ended) {
-  std::vector<size_t> wanting;
-  std::vector<ClothSpan> receivers;
+void DeviceLoop::BeginViews(Answers& ended) {
+  using FieldsReference = std::reference_wrapper<const StateFields>;
+  std::map<FieldsReference, std::vector<size_t>, std::less<StateFields>> wanting;
   for (size_t k = 0; k < ended.answers.size(); ++k) {
     const auto& [work, outcome] = ended.answers[k];
-    if (!outcome.status.ok() || work.view != fields) continue;
-    wanting.push_back(k);
-    receivers.push_back(work.cloths);
+    if (outcome.status.ok() && work.view.any()) wanting[work.view].push_back(k);
   }
-  if (wanting.empty()) return;
-  const int64_t begin_us = clock_.NowUs();
-  ended.views.push_back({wanting, begin_us, SharedRead(backend_, receivers, fields)});
+  for (auto& [fields, answers] : wanting) {
+    std::vector<ClothSpan> receivers;
+    for (const size_t k : answers) receivers.push_back(ended.answers[k].work.cloths);
+    const int64_t begin_us = clock_.NowUs();
+    ended.views.push_back({std::move(answers), begin_us, SharedRead(backend_, receivers, fields)});
+  }
 }
 
 void DeviceLoop::TakeView(View& view, std::vector<Answer>& answers) {
@@ -247,9 +250,7 @@ void DeviceLoop::Finish(std::vector<RequestPointer> over) {
     outcome.device_done_us = clock_.NowUs();
     ended.answers.push_back({std::move(*request).TakeWork(), std::move(outcome)});
   }
-  BeginView({true, false}, ended);
-  BeginView({false, true}, ended);
-  BeginView({true, true}, ended);
+  BeginViews(ended);
   answers_.push_back(std::move(ended));
   const bool is_complete = std::all_of(answers_.begin(), answers_.end(),
                                        [](const Answers& some) { return some.views.empty(); });

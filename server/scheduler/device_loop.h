@@ -105,9 +105,10 @@ class DeviceLoop {
     std::vector<Answer> answers;  // in order of completion
     std::vector<View> views;
   };
-  // Begins to read the states that the requests want, together where the fields agree.
+  // Gives the outcomes, or begins to read the states that the requests want.
   void Finish(std::vector<RequestPointer> over);
-  void BeginView(StateFields fields, Answers& ended);
+  // One read for all that want the same fields of the same particles.
+  void BeginViews(Answers& ended);
   void TakeView(View& view, std::vector<Answer>& answers);
 
   Backend& backend_;

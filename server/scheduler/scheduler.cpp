@@ -71,7 +71,8 @@ Status Scheduler::Submit(StepWork work) {
   return core_->Submit(std::move(work));
 }
 
-Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, StateFields fields,
+Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths,
+                             const StateFields& fields,
                              std::function<void(Result<ClothStates>)> done,
                              const std::string& tenant) {
   DRAPE_CHECK(fields.any(), "nothing to read");
@@ -91,7 +92,7 @@ Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, 
 }
 
 Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths,
-                                 StateFields fields, bool on_device,
+                                 const StateFields& fields, bool on_device,
                                  std::function<void(Result<ClothStates>)> done,
                                  const std::string& tenant) {
   DRAPE_CHECK(fields.any(), "nothing to read");

@@ -104,14 +104,15 @@ class Scheduler {
   // if one of the cloths is gone. Errors as for Post, and RESOURCE_EXHAUSTED (TOO_MANY_READS, with
   // retry_after): a read is in flight until the states (or their `in_flight`) are dropped.
   // `tenant`: as in StepWork; empty: counted in all alone.
-  Status ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, StateFields fields,
+  Status ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, const StateFields& fields,
                     std::function<void(Result<ClothStates>)> done, const std::string& tenant = {});
 
-  // The same for a picture. `done` on the DEVICE thread: it must do no more than hand the states
-  // over. `on_device`: a copy that stays on the device (ClothStates::on_device) will do.
-  Status ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths, StateFields fields,
-                        bool on_device, std::function<void(Result<ClothStates>)> done,
-                        const std::string& tenant);
+  // The same for a picture, of whole cloths: `fields` names no particles. `done` on the DEVICE
+  // thread: it must do no more than hand the states over. `on_device`: a copy that stays on the
+  // device (ClothStates::on_device) will do.
+  Status ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths,
+                        const StateFields& fields, bool on_device,
+                        std::function<void(Result<ClothStates>)> done, const std::string& tenant);
 
   // Starts a subscription; see ObserverSpec. Errors as for Post, and RESOURCE_EXHAUSTED
   // (TOO_MANY_SUBSCRIPTIONS).

@@ -3,6 +3,8 @@
 #include <utility>
 #include <variant>
 
+#include "server/core/check.h"
+
 namespace drape {
 namespace {
 
@@ -20,9 +22,9 @@ ScalarColumn Slice(const ScalarColumn& column, size_t first_row, size_t rows) {
       column);
 }
 
-size_t ParticleTotal(ClothSpan cloths) {
+size_t RowTotal(ClothSpan cloths, const StateFields& fields) {
   size_t total = 0;
-  for (const auto& cloth : cloths) total += cloth->particle_count();
+  for (const auto& cloth : cloths) total += fields.RowsOf(cloth->particle_count());
   return total;
 }
 
@@ -36,10 +38,11 @@ std::vector<ClothHandle> HandlesOf(std::span<const ClothSpan> receivers) {
 
 }  // namespace
 
-SharedRead::SharedRead(Backend& backend, std::span<const ClothSpan> receivers, StateFields fields) {
+SharedRead::SharedRead(Backend& backend, std::span<const ClothSpan> receivers,
+                       const StateFields& fields) {
   const std::vector<ClothHandle> handles = HandlesOf(receivers);
-  read_ = backend.BeginRead({handles, fields.positions, fields.velocities});
-  for (const ClothSpan& cloths : receivers) rows_.push_back(ParticleTotal(cloths));
+  read_ = backend.BeginRead({handles, fields.positions, fields.velocities, fields.particles});
+  for (const ClothSpan& cloths : receivers) rows_.push_back(RowTotal(cloths, fields));
 }
 
 std::vector<StateColumns> SharedRead::Take() {
@@ -58,14 +61,15 @@ std::vector<StateColumns> SharedRead::Take() {
   return columns;
 }
 
-ClothStates ReadClothStates(Backend& backend, ClothSpan cloths, StateFields fields) {
+ClothStates ReadClothStates(Backend& backend, ClothSpan cloths, const StateFields& fields) {
   ClothStates states;
   for (const auto& cloth : cloths) states.cloths.push_back(StampOf(*cloth));
   states.columns = std::move(SharedRead(backend, std::span(&cloths, 1), fields).Take().front());
   return states;
 }
 
-ClothStates CopyClothStates(Backend& backend, ClothSpan cloths, StateFields fields) {
+ClothStates CopyClothStates(Backend& backend, ClothSpan cloths, const StateFields& fields) {
+  DRAPE_CHECK(fields.particles.empty(), "pictures are of whole cloths");
   const std::vector<ClothHandle> handles = HandlesOf(std::span(&cloths, 1));
   auto copy = backend.CopyOnDevice({handles, fields.positions, fields.velocities});
   if (copy == nullptr) return ReadClothStates(backend, cloths, fields);

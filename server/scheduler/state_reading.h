@@ -16,7 +16,7 @@ using ClothSpan = std::span<const std::shared_ptr<ClothRuntime>>;
 // One backend.BeginRead for all receivers, and what each of them will get of it. Device thread.
 class SharedRead {
  public:
-  SharedRead(Backend& backend, std::span<const ClothSpan> receivers, StateFields fields);
+  SharedRead(Backend& backend, std::span<const ClothSpan> receivers, const StateFields& fields);
   // A slice of the columns for each receiver. Once.
   std::vector<StateColumns> Take();
 
@@ -26,9 +26,10 @@ class SharedRead {
 };
 
 // Stamps and columns of the cloths, all alive. Device thread.
-ClothStates ReadClothStates(Backend& backend, ClothSpan cloths, StateFields fields);
+ClothStates ReadClothStates(Backend& backend, ClothSpan cloths, const StateFields& fields);
 
-// The same with a copy on the device instead of the columns where the backend makes one.
-ClothStates CopyClothStates(Backend& backend, ClothSpan cloths, StateFields fields);
+// The same with a copy on the device instead of the columns where the backend makes one; of whole
+// cloths, whose `fields` name no particles.
+ClothStates CopyClothStates(Backend& backend, ClothSpan cloths, const StateFields& fields);
 
 }  // namespace drape

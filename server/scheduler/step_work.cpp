@@ -4,7 +4,7 @@ namespace drape {
 
 ClothStamp StampOf(const ClothRuntime& cloth) {
   const ClothProgress& now = cloth.now();
-  return {now.completed_steps, now.time_s, now.fault, cloth.particle_count()};
+  return {now.completed_steps, now.time_s, now.fault};
 }
 
 }  // namespace drape

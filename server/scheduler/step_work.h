@@ -20,9 +20,16 @@ namespace drape {
 struct StateFields {
   bool positions = false;
   bool velocities = false;
+  // Of each cloth, strictly ascending, each below its particle count; empty: all.
+  std::vector<uint32_t> particles{};
 
   bool any() const { return positions || velocities; }
-  friend bool operator==(const StateFields&, const StateFields&) = default;
+  // How many rows of a column are a cloth's.
+  uint32_t RowsOf(uint32_t particle_count) const {
+    return drape::RowsOf(particles, particle_count);
+  }
+  // An order, to find those who want the same.
+  friend auto operator<=>(const StateFields&, const StateFields&) = default;
 };
 
 // The wish that a request should end. Copies share one wish. Thread-safe.
@@ -72,14 +79,13 @@ struct ClothStamp {
   uint64_t completed_steps = 0;
   double time_s = 0;
   FaultReason fault = FaultReason::kNone;
-  uint32_t particle_count = 0;
 };
 
 // Device thread; the cloth is alive.
 ClothStamp StampOf(const ClothRuntime& cloth);
 
 // States of several cloths, cloth after cloth, in the cloth frame (scene/placement.h leads to the
-// world). Columns that were not asked for are empty.
+// world), of each cloth the rows that were asked for. Columns that were not asked for are empty.
 struct ClothStates {
   std::vector<ClothStamp> cloths;
   StateColumns columns;

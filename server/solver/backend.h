@@ -72,10 +72,18 @@ struct StateColumns {
   ScalarColumn positions_m;         // empty unless asked for
   ScalarColumn velocities_m_per_s;  // empty unless asked for
 };
+// How many rows of a column are a cloth's, of which `particles` are asked for; empty: all.
+inline uint32_t RowsOf(std::span<const uint32_t> particles, uint32_t particle_count) {
+  return particles.empty() ? particle_count : static_cast<uint32_t>(particles.size());
+}
+
 struct ReadRequest {
   std::span<const ClothHandle> cloths;
   bool positions = true;
   bool velocities = false;
+  // Of each cloth, strictly ascending, each below its particle count; empty: all. Used during the
+  // call only.
+  std::span<const uint32_t> particles = {};
 };
 
 // States on their way to the host. On the device thread, before the backend is destroyed.
@@ -138,7 +146,8 @@ class Backend {
   virtual std::unique_ptr<PendingRead> BeginRead(const ReadRequest& request);
   // The columns (float32: all positions, then all velocities) copied on the device, for another
   // context of its share group: nothing passes through the host and the device is not waited for.
-  // Null where states are in the host's memory anyway or the device has no room: Read them.
+  // Always of whole cloths: `request.particles` is empty. Null where states are in the host's
+  // memory anyway or the device has no room: Read them.
   virtual std::shared_ptr<gl::SharedCopy> CopyOnDevice(const ReadRequest&) { return nullptr; }
   // RESOURCE_EXHAUSTED when the device has no room for the new model or colliders; nothing changes
   // then.

@@ -93,8 +93,7 @@ TEST(Mapping, AStepAnswerNamesFaultedCloths) {
   StepOutcome outcome;
   outcome.cloths.resize(2);
   outcome.cloths[0].stamp.completed_steps = 3;
-  outcome.cloths[1].stamp = {
-      .completed_steps = 1, .time_s = 0, .fault = FaultReason::kRunaway, .particle_count = 12};
+  outcome.cloths[1].stamp = {.completed_steps = 1, .time_s = 0, .fault = FaultReason::kRunaway};
   outcome.cloths[1].report = StepReport{};
   outcome.cloths[1].report->fault = FaultReason::kRunaway;
   outcome.timing.queue_us = 12;

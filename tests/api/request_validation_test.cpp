@@ -173,6 +173,16 @@ INSTANTIATE_TEST_SUITE_P(
         BadStep{"NoExtent", [](auto& r) { r.clear_extent(); }, "steps", "until_step"},
         BadStep{"NoSteps", [](auto& r) { r.set_steps(0); }, "steps", "0 is not in [1, 1000]"},
         BadStep{"ManySteps", [](auto& r) { r.set_steps(1001); }, "steps", "1001"},
+        BadStep{"ParticleOfTheViewTwice",
+                [](auto& r) {
+                  Set(r.mutable_view()->mutable_particles(), {0, 7, 7});
+                },
+                "view.particles[2]", "7 is not above 7"},
+        BadStep{"ParticlesOfTheViewDescend",
+                [](auto& r) {
+                  Set(r.mutable_view()->mutable_particles(), {5, 2, 3});
+                },
+                "view.particles[1]", "2 is not above 5"},
         BadStep{"ShortTargets",
                 [](auto& r) { r.mutable_pin_controls()->mutable_targets_m()->RemoveLast(); },
                 "pin_controls.targets_m", "has 2 elements, needs 3"},
@@ -249,6 +259,8 @@ TEST(StepRules, AnEmptyViewAsksForPositionsAndNoViewForNothing) {
   EXPECT_EQ(CheckStep(request, kMaxSteps)->view, (StateFields{true, false}));
   request.mutable_view()->set_velocities(true);
   EXPECT_EQ(CheckStep(request, kMaxSteps)->view, (StateFields{false, true}));
+  Set(request.mutable_view()->mutable_particles(), {3, 9});
+  EXPECT_EQ(CheckStep(request, kMaxSteps)->view, (StateFields{false, true, {3, 9}}));
 }
 
 v1::UpdateClothsRequest Update(std::initializer_list<const char*> paths) {
@@ -379,6 +391,15 @@ TEST(SubscribeValidation, RefusesRatesThatAreNone) {
   }
   request.set_max_hz(30);
   EXPECT_EQ(CheckSubscribe(request)->every_n_steps, 1u);
+}
+
+TEST(SubscribeValidation, RefusesParticlesThatDoNotAscend) {
+  v1::StreamStatesRequest::Subscribe request;
+  Set(request.mutable_view()->mutable_particles(), {0, 4, 6});
+  EXPECT_EQ(CheckSubscribe(request)->fields, (StateFields{true, false, {0, 4, 6}}));
+  request.mutable_view()->set_particles(2, 4);
+  ExpectViolation(CheckSubscribe(request).status(), "subscribe.view.particles[2]",
+                  "4 is not above 4");
 }
 
 }  // namespace

@@ -26,6 +26,10 @@ inline void Set(google::protobuf::RepeatedField<double>* list,
                 std::initializer_list<double> values) {
   list->Assign(values.begin(), values.end());
 }
+inline void Set(google::protobuf::RepeatedField<uint32_t>* list,
+                std::initializer_list<uint32_t> values) {
+  list->Assign(values.begin(), values.end());
+}
 
 // Two triangles, one unit square.
 inline v1::Mesh SquareMesh() {

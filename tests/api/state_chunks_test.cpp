@@ -9,9 +9,10 @@
 namespace drape::api {
 namespace {
 
-ChunkCloth ClothAt(uint32_t slot, const Eigen::Vector3d& environment_m,
-                   const Eigen::Vector3d& origin_m) {
-  return {ClothId{slot, 1}, {environment_m, origin_m}};
+ChunkCloth ClothAt(uint32_t slot, uint32_t row_count,
+                   const Eigen::Vector3d& environment_m = Eigen::Vector3d::Zero(),
+                   const Eigen::Vector3d& origin_m = Eigen::Vector3d::Zero()) {
+  return {ClothId{slot, 1}, {environment_m, origin_m}, row_count};
 }
 
 template <class T>
@@ -23,14 +24,12 @@ std::vector<T> ValuesOf(const v1::PackedArray& array) {
 
 // Positions 0, 1, 2, ... in one column over all the cloths.
 template <class T>
-ClothStates CountingStates(std::initializer_list<uint32_t> particle_counts, bool with_velocities) {
+ClothStates CountingStates(std::initializer_list<uint32_t> row_counts, bool with_velocities) {
   ClothStates states;
   uint32_t total = 0;
-  for (const uint32_t count : particle_counts) {
-    states.cloths.push_back({.completed_steps = 10 + count,
-                             .time_s = 0.5 * count,
-                             .fault = FaultReason::kNone,
-                             .particle_count = count});
+  for (const uint32_t count : row_counts) {
+    states.cloths.push_back(
+        {.completed_steps = 10 + count, .time_s = 0.5 * count, .fault = FaultReason::kNone});
     total += count;
   }
   std::vector<T> column(3 * total);
@@ -44,8 +43,9 @@ TEST(StateChunks, ShiftsPositionsInDoubleAndLeavesVelocities) {
   ClothStates states = CountingStates<float>({1, 2}, true);
   // 0.1f + 1000 differs when the sum is made in single precision of rounded terms.
   std::get<std::vector<float>>(states.columns.positions_m)[0] = 0.1f;
-  StateChunker chunker({ClothAt(4, {1000, 0, 0}, {1e-5, 0, 0}), ClothAt(9, {0, 0, -1}, {0, 2, 0})},
-                       std::move(states), UINT64_MAX);
+  StateChunker chunker(
+      {ClothAt(4, 1, {1000, 0, 0}, {1e-5, 0, 0}), ClothAt(9, 2, {0, 0, -1}, {0, 2, 0})},
+      std::move(states), UINT64_MAX);
   v1::StateChunk chunk;
   chunker.Next(&chunk);
   EXPECT_TRUE(chunk.is_last());
@@ -66,8 +66,7 @@ TEST(StateChunks, ShiftsPositionsInDoubleAndLeavesVelocities) {
 }
 
 TEST(StateChunks, DoubleStatesStayDouble) {
-  StateChunker chunker({ClothAt(0, {0.1, 0, 0}, {0, 0, 0})}, CountingStates<double>({1}, false),
-                       100);
+  StateChunker chunker({ClothAt(0, 1, {0.1, 0, 0})}, CountingStates<double>({1}, false), 100);
   v1::StateChunk chunk;
   chunker.Next(&chunk);
   EXPECT_EQ(chunk.positions_m().data_type(), v1::PackedArray::FLOAT64);
@@ -79,8 +78,7 @@ TEST(StateChunks, DoubleStatesStayDouble) {
 TEST(StateChunks, ChunksTogetherAreTheWhole) {
   constexpr uint64_t kRowBytes = 24;  // positions and velocities in float32
   for (uint64_t rows_per_chunk = 1; rows_per_chunk <= 9; ++rows_per_chunk) {
-    StateChunker chunker({ClothAt(0, {0, 0, 0}, {0, 0, 0}), ClothAt(1, {0, 0, 0}, {0, 0, 0}),
-                          ClothAt(2, {0, 0, 0}, {0, 0, 0})},
+    StateChunker chunker({ClothAt(0, 3), ClothAt(1, 1), ClothAt(2, 4)},
                          CountingStates<float>({3, 1, 4}, true),
                          rows_per_chunk * kRowBytes + kRowBytes - 1);
     std::vector<float> positions;
@@ -120,10 +118,10 @@ TEST(StateChunks, NoClothsIsOneEmptyChunk) {
   EXPECT_FALSE(chunk.has_positions_m());
 }
 
-TEST(StateChunks, BytesPerParticle) {
-  EXPECT_EQ(BytesPerParticle(ScalarType::kFloat32, {true, false}), 12u);
-  EXPECT_EQ(BytesPerParticle(ScalarType::kFloat64, {true, true}), 48u);
-  EXPECT_EQ(BytesPerParticle(ScalarType::kFloat32, {false, false}), 0u);
+TEST(StateChunks, BytesPerRow) {
+  EXPECT_EQ(BytesPerRow(ScalarType::kFloat32, {true, false}), 12u);
+  EXPECT_EQ(BytesPerRow(ScalarType::kFloat64, {true, true}), 48u);
+  EXPECT_EQ(BytesPerRow(ScalarType::kFloat32, {false, false}), 0u);
 }
 
 }  // namespace

@@ -104,9 +104,9 @@ TEST_F(BenchTest, SpeedMakesItsTables) {
             3 * (thread_counts * 2 + 1) + 2 * (thread_counts + 1));
   EXPECT_EQ(RowCount(out_ / "speed_flatness.csv"), 2 * 2 * 2);  // sizes and rounds
   EXPECT_EQ(RowCount(out_ / "speed_curve.csv"), 5);
-  // Loads; with positions and without; one request at a time by both calls and two under way.
-  EXPECT_EQ(RowCount(out_ / "speed_service.csv"), 2 * 2 * 3);
-  EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 16 + 6);  // and on gl
+  // Loads; what answers say; one request at a time by both calls and two under way.
+  EXPECT_EQ(RowCount(out_ / "speed_service.csv"), 2 * 3 * 3);
+  EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 17 + 6);  // and on gl
   EXPECT_THAT(ReadText(out_ / "speed_skips.csv"), HasSubstr("sleep: all at rest on the ground,"));
   ASSERT_EQ(Tables("").exit_status, 0);
   const std::string readme = ReadText(out_ / "README.md");
@@ -115,6 +115,7 @@ TEST_F(BenchTest, SpeedMakesItsTables) {
   EXPECT_THAT(readme, HasSubstr("has NOT measured"));
   EXPECT_THAT(readme, HasSubstr("| Bullet 1x10 |"));
   EXPECT_THAT(readme, HasSubstr("| 2 × 1, positions, StepStream two under way |"));
+  EXPECT_THAT(readme, HasSubstr("| 2 × 1, corners, Step one at a time |"));
 }
 
 TEST_F(BenchTest, APartOfSpeedAndASettingOfOnesOwn) {

@@ -57,7 +57,8 @@ def service_text(rows):
 
     return ["### The service\n",
             f"`draped` with the backend {rows[0]['backend']} in a process of its own; clients × cloths of {rows[0]['particles']:.0f} particles, "
-            "each client with a connection and a session, one step per request. One at a time: a client sends the next Step when it has the "
+            "each client with a connection and a session, one step per request. Answers say that the step was done (acknowledgement), where "
+            "all particles are (positions), or where those at the four corners of each cloth are (corners). One at a time: a client sends the next Step when it has the "
             "answer, by single calls of Step or on a StepStream. Two under way: on a StepStream the next request waits in the server while one is "
             "stepped; queue then includes the step before. p50 and p99 on a StepStream are between answers. All and the bare backend (as "
             "many cloths in this process) in turn. The parts are means per Step, from `StepResponse.timing`: queue, upload, device, "

@@ -85,6 +85,19 @@ TEST_F(ClientTest, CreatesStepsAndReads) {
   ASSERT_EQ(one.size(), 1u);
   EXPECT_TRUE(one[0].velocities_m_per_s.empty());
 
+  view.add_particles(2);
+  view.add_particles(11);
+  const States some = session.ReadStates({}, view);
+  ASSERT_EQ(some.size(), 3u);
+  EXPECT_EQ(some[1].particle_count, 2u);
+  EXPECT_EQ(some[1].positions_m.row_count(), 2u);
+  EXPECT_EQ(some[1].positions_m.At(0, 0), all[1].positions_m.At(2, 0));
+  EXPECT_EQ(some[1].velocities_m_per_s.At(1, 1), all[1].velocities_m_per_s.At(11, 1));
+  view.add_particles(12);
+  const ErrorDetails refused = ErrorOf([&] { session.ReadStates({}, view); });
+  ASSERT_THAT(refused.violations, SizeIs(1));
+  EXPECT_EQ(refused.violations[0].field, "view.particles[2]");
+
   session.ResetCloths({&ids[1], 1});
   EXPECT_EQ(session.GetCloth(ids[1]).step(), 0u);
   EXPECT_EQ(session.GetCloth(ids[0]).step(), 2u);

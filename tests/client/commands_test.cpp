@@ -27,6 +27,7 @@ using client_test::WriteText;
 using nlohmann::json;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 namespace fs = std::filesystem;
 
 class CommandsTest : public ::testing::Test {
@@ -100,6 +101,18 @@ TEST_F(CommandsTest, CreateStepReadDelete) {
   const TemporaryFolder folder;
   Do({"read", session, "--cloth=" + second, "--states=" + (folder / "s.csv").string()});
   EXPECT_THAT(ReadText(folder / "s.csv"), HasSubstr("\n0.0833333333,0,1023,"));
+  const json corners = DoJson({"read", session, "--particles=0,31,1023"});
+  EXPECT_EQ(corners[1]["particles"], json({0, 31, 1023}));
+  ASSERT_EQ(corners[1]["positions_m"].size(), 9u);
+  for (size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(corners[1]["positions_m"][3 + axis], read[1]["positions_m"][3 * 31 + axis]);
+    EXPECT_EQ(corners[1]["velocities_m_per_s"][6 + axis],
+              read[1]["velocities_m_per_s"][3 * 1023 + axis]);
+  }
+  EXPECT_THAT(Do({"read", session, "--particles=0,31"}),
+              AllOf(HasSubstr("2 particles"), HasSubstr("\n    31  "), Not(HasSubstr("1024"))));
+  Do({"read", session, "--particles=31", "--states=" + (folder / "p.csv").string()});
+  EXPECT_THAT(ReadText(folder / "p.csv"), HasSubstr("\n0.0833333333,1,31,"));
 
   const json cloths = DoJson({"list", session});
   ASSERT_EQ(cloths.size(), 2u);

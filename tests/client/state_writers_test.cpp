@@ -46,7 +46,7 @@ TEST_F(StateWritersTest, CsvHasTheContractsColumnsAndOneRowPerParticle) {
 TEST_F(StateWritersTest, CsvNumbersGiveBackTheSameBits) {
   const double third = 1.0 / 3;
   const std::vector<double> positions = {third, -2 * third, 1e-300};
-  const auto writer = MakeCsvWriter(folder_ / "d.csv");
+  const auto writer = MakeCsvWriter(folder_ / "d.csv", {});
   writer->Add(MakeStates<double>({1}, 3, positions, {0.1, 0.2, 0.3}));
   writer->Finish();
   std::istringstream row(Lines(ReadText(folder_ / "d.csv")).at(1));
@@ -122,6 +122,22 @@ TEST_F(StateWritersTest, NpzHoldsEverySample) {
   EXPECT_EQ(ReadNpy(path, "particle").At<uint32_t>(4), 1u);
 }
 
+TEST_F(StateWritersTest, RowsAreNamedByTheParticlesThatTheyAre) {
+  StateFileOptions options;
+  options.particles = {4, 17};
+  for (const char* name : {"p.csv", "p.npz"}) {
+    const auto writer = MakeStateWriter(folder_ / name, options);
+    writer->Add(MakeStates<float>({2, 2}, 1, std::vector<float>(12, 7), std::vector<float>(12, 8)));
+    writer->Finish();
+  }
+  const auto lines = Lines(ReadText(folder_ / "p.csv"));
+  EXPECT_EQ(lines.at(1), "0.1,0,4,7,7,7,8,8,8");
+  EXPECT_EQ(lines.at(4), "0.1,1,17,7,7,7,8,8,8");
+  const NpyArray particle = ReadNpy(folder_ / "p.npz", "particle");
+  EXPECT_EQ(particle.At<uint32_t>(0), 4u);
+  EXPECT_EQ(particle.At<uint32_t>(3), 17u);
+}
+
 // A cloth that stopped with a fault at step 1 still belongs to the sample at step 7.
 TEST_F(StateWritersTest, TheTimeIsThatOfTheSample) {
   for (const char* name : {"s.csv", "s.npz"}) {
@@ -135,7 +151,7 @@ TEST_F(StateWritersTest, TheTimeIsThatOfTheSample) {
 }
 
 TEST_F(StateWritersTest, NpzWithoutSamplesIsStillOne) {
-  MakeNpzWriter(folder_ / "none.npz")->Finish();
+  MakeNpzWriter(folder_ / "none.npz", {})->Finish();
   EXPECT_EQ(ReadNpy(folder_ / "none.npz", "positions").shape, "0,0,3,");
 }
 
@@ -149,7 +165,7 @@ TEST_F(StateWritersTest, APathThatCannotBeWrittenFailsAtOnce) {
 }
 
 TEST_F(StateWritersTest, AnUnfinishedFileGoesAwayAndAnOlderOneStays) {
-  MakeCsvWriter(folder_ / "cut.csv")->Add(TwoCloths(1));
+  MakeCsvWriter(folder_ / "cut.csv", {})->Add(TwoCloths(1));
   EXPECT_TRUE(std::filesystem::is_empty(folder_.path()));
   for (const char* name : {"s.csv", "s.npz", "s.obj", "s.pc2", "s.ply", "s.usda"}) {
     client_test::WriteText(folder_ / name, "older");
@@ -163,7 +179,7 @@ TEST_F(StateWritersTest, AnUnfinishedFileGoesAwayAndAnOlderOneStays) {
 TEST_F(StateWritersTest, WritesThroughALink) {
   client_test::WriteText(folder_ / "file.csv", "older");
   std::filesystem::create_symlink("file.csv", folder_ / "link.csv");
-  MakeCsvWriter(folder_ / "link.csv")->Finish();
+  MakeCsvWriter(folder_ / "link.csv", {})->Finish();
   EXPECT_TRUE(std::filesystem::is_symlink(folder_ / "link.csv"));
   EXPECT_THAT(ReadText(folder_ / "file.csv"), StartsWith("time_s,"));
 }

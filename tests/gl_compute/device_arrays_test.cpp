@@ -170,8 +170,20 @@ TEST_F(DeviceArraysTest, AMapThatDoesNotFitIsRefused) {
   EXPECT_EQ(map.use_count(), 1);
 }
 
-// More words than one round holds, in columns of odd lengths; into memory of the host that the
-// device copies to, and, with a limit below what that takes, without.
+TEST(StateReaderRuns, AreAsFewAsThereCanBe) {
+  const auto runs_of = [](const std::vector<uint32_t>& particles) {
+    std::vector<std::pair<uint32_t, uint32_t>> runs;
+    for (const ColumnRun& run : RunsOf(particles)) runs.emplace_back(run.first, run.count);
+    return runs;
+  };
+  using Pair = std::pair<uint32_t, uint32_t>;
+  EXPECT_THAT(runs_of({}), ElementsAre());
+  EXPECT_THAT(runs_of({0}), ElementsAre(Pair{0, 3}));
+  EXPECT_THAT(runs_of({1, 2, 3, 5, 8, 9}), ElementsAre(Pair{3, 9}, Pair{15, 3}, Pair{24, 6}));
+}
+
+// More words than one round holds, in columns of odd lengths, and more runs; into memory of the
+// host that the device copies to, and, with a limit below what that takes, without.
 TEST_F(DeviceArraysTest, StateReaderGathersColumnsInOrder) {
   Result<KernelCache> kernels = KernelCache::Create("");
   ASSERT_TRUE(kernels.ok());
@@ -197,6 +209,17 @@ TEST_F(DeviceArraysTest, StateReaderGathersColumnsInOrder) {
     expected.insert(expected.end(), words.begin() + column.begin,
                     words.begin() + column.begin + column.count);
   }
+  std::vector<ColumnRun> runs{{0, 2}, {10'000, 9'001}};
+  for (uint32_t k = 0; k < 400; ++k) runs.push_back({19'100 + 2 * k, 1});
+  std::vector<StateColumn> wide;
+  for (uint32_t k = 0; k < 50; ++k) wide.push_back({1000 * k, 20'000});
+  std::vector<float> expected_of_runs;
+  for (const StateColumn& column : wide) {
+    for (const ColumnRun& run : runs) {
+      const auto begin = words.begin() + column.begin + run.first;
+      expected_of_runs.insert(expected_of_runs.end(), begin, begin + run.count);
+    }
+  }
   for (const int64_t max_bytes : {int64_t{64} << 10, int64_t{64} << 20}) {
     Result<StateReader> reader =
         StateReader::Create(pack.value(), max_bytes, {.group_count_x = 3, .group_count_y = 1});
@@ -206,6 +229,9 @@ TEST_F(DeviceArraysTest, StateReaderGathersColumnsInOrder) {
       reader->Begin(states->buffer(), columns).Take({first, rest});
       first.insert(first.end(), rest.begin(), rest.end());
       EXPECT_TRUE(first == expected) << max_bytes;
+      std::vector<float> of_runs(expected_of_runs.size());
+      reader->Begin(states->buffer(), wide, runs).Take({of_runs});
+      EXPECT_TRUE(of_runs == expected_of_runs) << max_bytes;
     }
   }
 }

@@ -1,5 +1,6 @@
 #include "server/scheduler/device_loop.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "tests/scheduler/device_loop_fixture.h"
@@ -282,6 +283,27 @@ TEST_F(DeviceLoopTest, StatesOfTheBatchAreReadTogether) {
   EXPECT_EQ(std::get<std::vector<double>>(outcomes_["two"].states->positions_m),
             (std::vector<double>{0, -1, 0, 1, -1, 0}));
   EXPECT_EQ(std::get<std::vector<double>>(outcomes_["one"].states->positions_m).size(), 6u);
+}
+
+TEST_F(DeviceLoopTest, ThoseWhoWantTheSameParticlesShareOneRead) {
+  const StateFields all{true, false}, first{true, false, {0}}, second{true, false, {1}};
+  const std::vector<StateFields> views{first, second, all, first, {}, {false, true, {0}}};
+  for (size_t k = 0; k < views.size(); ++k) {
+    StepWork work = Work(std::to_string(k), {Cloth()});
+    work.view = views[k];
+    Admit(work);
+  }
+  RunAll();
+  EXPECT_THAT(device_->reads(), testing::UnorderedElementsAre(2, 1, 1, 1));
+  const auto positions = [&](const std::string& name) {
+    return std::get<std::vector<double>>(outcomes_[name].states->positions_m);
+  };
+  EXPECT_EQ(positions("0"), (std::vector<double>{0, -1, 0}));
+  EXPECT_EQ(positions("3"), (std::vector<double>{0, -1, 0}));
+  EXPECT_EQ(positions("1"), (std::vector<double>{1, -1, 0}));
+  EXPECT_EQ(positions("2"), (std::vector<double>{0, -1, 0, 1, -1, 0}));
+  EXPECT_FALSE(outcomes_["4"].states.has_value());
+  EXPECT_EQ(std::get<std::vector<double>>(outcomes_["5"].states->velocities_m_per_s).size(), 3u);
 }
 
 TEST_F(DeviceLoopTest, StatesAreThoseOfTheRequestsOwnLastStep) {

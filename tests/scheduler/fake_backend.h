@@ -188,10 +188,10 @@ class FakeBackend final : public Backend {
     CheckThread();
     StateColumns columns;
     if (request.positions) {
-      columns.positions_m = Column(request.cloths, &ParticleState::positions_m);
+      columns.positions_m = Column(request, &ParticleState::positions_m);
     }
     if (request.velocities) {
-      columns.velocities_m_per_s = Column(request.cloths, &ParticleState::velocities_m_per_s);
+      columns.velocities_m_per_s = Column(request, &ParticleState::velocities_m_per_s);
     }
     device_->Locked([&] { device_->reads_.push_back(request.cloths.size()); });
     return columns;
@@ -307,11 +307,15 @@ class FakeBackend final : public Backend {
     return report;
   }
 
-  std::vector<double> Column(std::span<const ClothHandle> handles,
+  std::vector<double> Column(const ReadRequest& request,
                              std::vector<Eigen::Vector3d> ParticleState::*member) const {
     std::vector<double> column;
-    for (const ClothHandle handle : handles) {
-      for (const Eigen::Vector3d& v : cloths_.at(handle).state.*member) {
+    for (const ClothHandle handle : request.cloths) {
+      const std::vector<Eigen::Vector3d>& vectors = cloths_.at(handle).state.*member;
+      const uint32_t rows = RowsOf(request.particles, static_cast<uint32_t>(vectors.size()));
+      for (uint32_t row = 0; row < rows; ++row) {
+        const Eigen::Vector3d& v =
+            vectors.at(request.particles.empty() ? row : request.particles[row]);
         column.insert(column.end(), {v.x(), v.y(), v.z()});
       }
     }

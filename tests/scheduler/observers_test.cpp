@@ -181,6 +181,20 @@ TEST_F(ObserverSetTest, OnlyWhatChangedIsSentAgain) {
             (std::vector<double>{0, -1, 0, 1, -1, 0}));
 }
 
+TEST_F(ObserverSetTest, FramesHoldTheParticlesThatAreWanted) {
+  ObserverSpec spec = Spec();
+  spec.fields.particles = {1};
+  Add(std::move(spec), 5);
+  Serve();
+  StepCloth(1);
+  Serve();
+  ASSERT_EQ(frames_.size(), 2u);
+  EXPECT_EQ(std::get<std::vector<double>>(frames_[0].states.columns.positions_m),
+            (std::vector<double>{1, 0, 0, 1, 0, 0}));
+  EXPECT_EQ(std::get<std::vector<double>>(frames_[1].states.columns.positions_m),
+            (std::vector<double>{1, -1, 0}));
+}
+
 TEST_F(ObserverSetTest, EveryNStepsOnly) {
   ObserverSpec spec = Spec();
   spec.every_n_steps = 3;

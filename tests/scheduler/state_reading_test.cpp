@@ -37,8 +37,28 @@ TEST(StateReading, FieldsThatAreNotWantedAreEmpty) {
   EXPECT_EQ(std::get<std::vector<double>>(states.columns.velocities_m_per_s).size(), 6u);
   EXPECT_TRUE(
       std::visit([](const auto& column) { return column.empty(); }, states.columns.positions_m));
-  ASSERT_EQ(states.cloths.size(), 1u);
-  EXPECT_EQ(states.cloths[0].particle_count, 2u);
+  EXPECT_EQ(states.cloths.size(), 1u);
+}
+
+TEST(StateReading, OnlyTheParticlesThatAreWanted) {
+  FakeBackend backend(std::make_shared<FakeDevice>());
+  std::vector<std::shared_ptr<ClothRuntime>> cloths;
+  for (const uint32_t particles : {4u, 3u, 5u}) {
+    cloths.push_back(BeginCloth(backend, ChainModel(particles)));
+  }
+  const StateFields fields{.positions = true, .particles = {0, 2}};
+  const ClothStates states = ReadClothStates(backend, cloths, fields);
+  EXPECT_EQ(std::get<std::vector<double>>(states.columns.positions_m),
+            (std::vector<double>{0, 0, 0, 2, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 0, 2, 0, 0}));
+
+  const StepItem second{cloths[1]->handle(), {}, false};
+  backend.Step(std::span(&second, 1));
+  const std::vector<ClothSpan> receivers{ClothSpan(cloths).first(2), ClothSpan(cloths).last(1)};
+  const auto columns = SharedRead(backend, receivers, fields).Take();
+  EXPECT_EQ(std::get<std::vector<double>>(columns[0].positions_m),
+            (std::vector<double>{0, 0, 0, 2, 0, 0, 0, -1, 0, 2, -1, 0}));
+  EXPECT_EQ(std::get<std::vector<double>>(columns[1].positions_m),
+            (std::vector<double>{0, 0, 0, 2, 0, 0}));
 }
 
 }  // namespace

@@ -17,12 +17,14 @@ namespace drape::test {
 class InProcessServer {
  public:
   // Any backend of tests/support by its name.
-  explicit InProcessServer(const std::string& backend, const SchedulerLimits& limits = {})
+  explicit InProcessServer(const std::string& backend, const SchedulerLimits& limits = {},
+                           const api::RequestLimits& request_limits = {})
       : scheduler_(StartScheduler(backend, limits, clock_)),
         sessions_(*scheduler_, {}, clock_, "test"),
         builders_(2, 1024),
         pictures_([] { return render::CreateGlRenderer({}); }, {}),
-        service_({*scheduler_, sessions_, builders_, pictures_, clock_, {}, "test", "test"}),
+        service_(
+            {*scheduler_, sessions_, builders_, pictures_, clock_, request_limits, "test", "test"}),
         server_(api::GrpcServer::Start({.listen = "127.0.0.1:0"}, service_).value()) {}
 
   ~InProcessServer() {

@@ -77,7 +77,7 @@ class Session {
   // To send the next requests before the first one is answered.
   StepStream OpenStepStream();
 
-  // No cloths named: every cloth of the session. `view` unset: positions only.
+  // No cloths named: every cloth of the session. `view` unset: positions only, of all particles.
   States ReadStates(std::span<const ClothId> cloths = {}, const v1::StateView& view = {}) const;
   // A PNG file of cloths as they are now; see RenderRequest. Throws kFailedPrecondition
   // (NO_EGL_DEVICE) when the server cannot draw.

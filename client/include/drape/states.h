@@ -41,12 +41,13 @@ class VectorView {
   std::span<const double> doubles_;
 };
 
-// One cloth at the end of one step, in the world frame. Empty views are fields not asked for.
+// One cloth at the end of one step, in the world frame. Empty views are fields not asked for. Row r
+// is particle r, or, where the v1::StateView of the request named particles, the r-th of those.
 struct ClothState {
   ClothId cloth_id = 0;
   uint64_t step = 0;  // completed steps
   double time_s = 0;
-  size_t particle_count = 0;
+  size_t particle_count = 0;  // rows
   VectorView positions_m;
   VectorView velocities_m_per_s;
 };

@@ -126,14 +126,20 @@ bool ClothFitsLanes(const Cloth& cloth) {
          !HasMovingColliders(cloth.parameters) && FitsLanes(*cloth.model, *cloth.controls);
 }
 
-void Append(const std::vector<Lanes>& values, uint32_t particle_count, std::vector<float>& packed) {
-  packed.resize(packed.size() + 3 * size_t{particle_count});
-  float* to = packed.data() + packed.size() - 3 * size_t{particle_count};
-  for (uint32_t i = 0; i < particle_count; ++i, to += 3) {
-    to[0] = values[i][0];
-    to[1] = values[i][1];
-    to[2] = values[i][2];
-  }
+// Those of `particles`; empty: all.
+void Append(const std::vector<Lanes>& values, uint32_t particle_count,
+            std::span<const uint32_t> particles, std::vector<float>& packed) {
+  const size_t words = 3 * size_t{RowsOf(particles, particle_count)};
+  packed.resize(packed.size() + words);
+  float* to = packed.data() + packed.size() - words;
+  const auto append = [&](const Lanes& value) {
+    to[0] = value[0];
+    to[1] = value[1];
+    to[2] = value[2];
+    to += 3;
+  };
+  if (particles.empty()) std::for_each_n(values.begin(), particle_count, append);
+  for (const uint32_t particle : particles) append(values[particle]);
 }
 
 // "model name" of the first processor, or "CPU" where the system does not tell.
@@ -202,18 +208,19 @@ class CpuBackend final : public Backend {
   }
 
   StateColumns Read(const ReadRequest& request) override {
-    size_t particles = 0;
+    const std::span<const uint32_t> particles = request.particles;
+    size_t rows = 0;
     for (const ClothHandle& handle : request.cloths) {
-      particles += cloths_.At(handle).model->particle_count;
+      rows += RowsOf(particles, cloths_.At(handle).model->particle_count);
     }
     std::vector<float> positions, velocities;
-    if (request.positions) positions.reserve(3 * particles);
-    if (request.velocities) velocities.reserve(3 * particles);
+    if (request.positions) positions.reserve(3 * rows);
+    if (request.velocities) velocities.reserve(3 * rows);
     for (const ClothHandle& handle : request.cloths) {
       const Cloth& cloth = cloths_.At(handle);
       const uint32_t count = cloth.model->particle_count;
-      if (request.positions) Append(cloth.state.positions, count, positions);
-      if (request.velocities) Append(cloth.state.velocities, count, velocities);
+      if (request.positions) Append(cloth.state.positions, count, particles, positions);
+      if (request.velocities) Append(cloth.state.velocities, count, particles, velocities);
     }
     return {std::move(positions), std::move(velocities)};
   }

@@ -82,8 +82,8 @@ class ReferenceBackend final : public Backend {
     std::vector<double> velocities;
     for (const ClothHandle handle : request.cloths) {
       const ParticleState& state = Find(handle).state;
-      if (request.positions) Append(state.positions_m, positions);
-      if (request.velocities) Append(state.velocities_m_per_s, velocities);
+      if (request.positions) Append(state.positions_m, request.particles, positions);
+      if (request.velocities) Append(state.velocities_m_per_s, request.particles, velocities);
     }
     return {.positions_m = std::move(positions), .velocities_m_per_s = std::move(velocities)};
   }
@@ -113,8 +113,14 @@ class ReferenceBackend final : public Backend {
   }
 
  private:
-  static void Append(const std::vector<Vector3d>& vectors, std::vector<double>& packed) {
-    for (const Vector3d& v : vectors) packed.insert(packed.end(), v.data(), v.data() + 3);
+  // Those of `particles`; empty: all.
+  static void Append(const std::vector<Vector3d>& vectors, std::span<const uint32_t> particles,
+                     std::vector<double>& packed) {
+    const auto append = [&](const Vector3d& v) {
+      packed.insert(packed.end(), v.data(), v.data() + 3);
+    };
+    if (particles.empty()) std::for_each(vectors.begin(), vectors.end(), append);
+    for (const uint32_t particle : particles) append(vectors[particle]);
   }
 
   static void CheckMotionCount(const ClothParameters& parameters) {

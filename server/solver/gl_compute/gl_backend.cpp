@@ -99,7 +99,7 @@ class GlBackend final : public Backend {
   void EndMotions(GlCloth& cloth);
   void WriteRecord(uint32_t slot);
   std::vector<float> ReadColumn(uint32_t begin, uint32_t count);
-  // All positions, then all velocities.
+  // All positions, then all velocities, of whole cloths.
   std::vector<StateColumn> ColumnsOf(const ReadRequest& request);
 
   Parts parts_;
@@ -370,16 +370,19 @@ std::vector<StateColumn> GlBackend::ColumnsOf(const ReadRequest& request) {
 
 std::unique_ptr<PendingRead> GlBackend::BeginRead(const ReadRequest& request) {
   parts_.context->MakeCurrent();
-  const std::vector<StateColumn> columns = ColumnsOf(request);
   size_t words = 0;
-  for (const StateColumn& column : columns) words += column.count;
-  if (request.positions && request.velocities) words /= 2;
-  return std::make_unique<GlRead>(*parts_.context,
-                                  parts_.reader->Begin(parts_.arrays->states.buffer(), columns),
-                                  request.positions ? words : 0, request.velocities ? words : 0);
+  for (const ClothHandle handle : request.cloths) {
+    words += 3 * size_t{RowsOf(request.particles, cloths_.Find(handle).particle_count())};
+  }
+  return std::make_unique<GlRead>(
+      *parts_.context,
+      parts_.reader->Begin(parts_.arrays->states.buffer(), ColumnsOf(request),
+                           RunsOf(request.particles)),
+      request.positions ? words : 0, request.velocities ? words : 0);
 }
 
 std::shared_ptr<gl::SharedCopy> GlBackend::CopyOnDevice(const ReadRequest& request) {
+  DRAPE_CHECK(request.particles.empty(), "copies are of whole cloths");
   parts_.context->MakeCurrent();
   const std::vector<StateColumn> columns = ColumnsOf(request);
   size_t bytes = 0;

@@ -21,7 +21,26 @@ constexpr size_t kMinReadbackBytes = 64 * 1024;
 constexpr size_t kMaxSpareBuffers = 2;
 constexpr uint64_t kReadsOfUnusedBuffer = 1000;  // after which it goes
 
+size_t WordCount(std::span<const StateColumn> columns, std::span<const ColumnRun> runs) {
+  size_t words = 0;
+  for (const StateColumn& column : columns) words += column.count;
+  if (runs.empty()) return words;
+  words = 0;
+  for (const ColumnRun& run : runs) words += run.count;
+  return columns.size() * words;
+}
+
 }  // namespace
+
+std::vector<ColumnRun> RunsOf(std::span<const uint32_t> particles) {
+  std::vector<ColumnRun> runs;
+  for (const uint32_t particle : particles) {
+    const uint32_t first = 3 * particle;
+    if (runs.empty() || runs.back().first + runs.back().count != first) runs.push_back({first, 0});
+    runs.back().count += 3;
+  }
+  return runs;
+}
 
 Result<StateReader> StateReader::Create(const gl::Program* pack, int64_t max_bytes,
                                         const DispatchLimits& limits) {
@@ -33,9 +52,9 @@ Result<StateReader> StateReader::Create(const gl::Program* pack, int64_t max_byt
   return StateReader(pack, std::move(items).value(), std::move(packed).value(), max_bytes, limits);
 }
 
-StateTransfer StateReader::Begin(const gl::Buffer& states, std::span<const StateColumn> columns) {
-  size_t word_count = 0;
-  for (const StateColumn& column : columns) word_count += column.count;
+StateTransfer StateReader::Begin(const gl::Buffer& states, std::span<const StateColumn> columns,
+                                 std::span<const ColumnRun> runs) {
+  const size_t word_count = WordCount(columns, runs);
   StateTransfer transfer(this, word_count);
   if (word_count == 0) return transfer;
   transfer.memory_ = Memory(word_count * sizeof(float));
@@ -55,14 +74,21 @@ StateTransfer StateReader::Begin(const gl::Buffer& states, std::span<const State
     words = 0;
     items.clear();
   };
-  for (const StateColumn& column : columns) {
-    for (uint32_t first = 0; first < column.count;) {
+  // Item by item: thousands of cloths times thousands of runs need no list as long as that.
+  const auto add = [&](uint32_t begin, uint32_t end) {
+    while (begin < end) {
       if (words == round_words || items.size() == kMaxItems) flush();
       const uint32_t count = static_cast<uint32_t>(
-          std::min<uint64_t>({column.count - first, kPieceWords, round_words - words}));
-      items.push_back({column.begin + first, static_cast<uint32_t>(words), count, 0});
+          std::min<uint64_t>({end - begin, kPieceWords, round_words - words}));
+      items.push_back({begin, static_cast<uint32_t>(words), count, 0});
       words += count;
-      first += count;
+      begin += count;
+    }
+  };
+  for (const StateColumn& column : columns) {
+    if (runs.empty()) add(column.begin, column.begin + column.count);
+    for (const ColumnRun& run : runs) {
+      add(column.begin + run.first, column.begin + run.first + run.count);
     }
   }
   flush();

@@ -23,13 +23,21 @@ struct StateColumn {
   uint32_t count = 0;
 };
 
+// Words of a column, counted from its begin.
+struct ColumnRun {
+  uint32_t first = 0;
+  uint32_t count = 0;
+};
+// As few as there can be, ascending, that hold the vectors of these particles, strictly ascending.
+std::vector<ColumnRun> RunsOf(std::span<const uint32_t> particles);
+
 class StateReader;
 
 // Columns on their way to the host. Move-only; with the context current, before the reader goes.
 class StateTransfer {
  public:
   // Waits for the device if it has to; the words one after another into `parts`, whose sizes add up
-  // to those of the columns. Once.
+  // to those that were asked for. Once.
   void Take(std::initializer_list<std::span<float>> parts);
 
  private:
@@ -55,8 +63,10 @@ class StateReader {
                                     const DispatchLimits& limits);
 
   // The columns one after another, as they are after all that was submitted before; what is
-  // submitted later does not change them.
-  StateTransfer Begin(const gl::Buffer& states, std::span<const StateColumn> columns);
+  // submitted later does not change them. `runs`: what of each column, inside all of them; empty:
+  // all of it.
+  StateTransfer Begin(const gl::Buffer& states, std::span<const StateColumn> columns,
+                      std::span<const ColumnRun> runs = {});
 
  private:
   friend class StateTransfer;

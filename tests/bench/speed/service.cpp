@@ -126,6 +126,18 @@ double PerStep_ms(std::span<const double> steps_ms) {
   return Quantile(means_ms, 0.5);
 }
 
+std::string NameOf(StepView view) {
+  switch (view) {
+    case StepView::kAcknowledgement:
+      return "acknowledgement";
+    case StepView::kPositions:
+      return "positions";
+    case StepView::kCorners:
+      return "corners";
+  }
+  return "";
+}
+
 void AddRow(Table& table, const std::string& backend, const ServiceLoad& load, uint32_t side,
             const Asking& asking, const ServiceTimes& times, std::span<const double> bare_ms) {
   std::vector<double> wall_ms;
@@ -137,7 +149,7 @@ void AddRow(Table& table, const std::string& backend, const ServiceLoad& load, u
   };
   const double cloth_steps_per_s =
       1000 * static_cast<double>(times.steps.size()) * load.cloths / times.wall_ms;
-  const std::string view = asking.wants_positions ? "positions" : "acknowledgement";
+  const std::string view = NameOf(asking.view);
   const std::string call = asking.by_stream ? "StepStream" : "Step";
   std::printf(
       "    %-15s %-10s %u under way %9.0f cloth-steps/s, bare %9.0f  p50 %.3f ms p99 %.3f ms\n",
@@ -177,9 +189,9 @@ void MeasureLoad(Table& table, Service& service, const std::string& backend,
     clients.push_back(service.Connect(options.side, load.cloths));
   }
   BareCloths bare(backend, options.side, load.clients * load.cloths);
-  for (const bool wants_positions : {false, true}) {
-    const std::array<Asking, 3> askings = {
-        {{wants_positions, false, 1}, {wants_positions, true, 1}, {wants_positions, true, 2}}};
+  for (const StepView view :
+       {StepView::kAcknowledgement, StepView::kCorners, StepView::kPositions}) {
+    const std::array<Asking, 3> askings = {{{view, false, 1}, {view, true, 1}, {view, true, 2}}};
     std::array<ServiceTimes, 3> times;
     std::vector<double> bare_ms;
     for (uint32_t turn = 0; turn <= options.turns; ++turn) {

@@ -34,6 +34,15 @@ v1::ClothSpec HangingSpec(uint32_t side) {
   return spec;
 }
 
+void SetView(StepView view, uint32_t side, v1::StepRequest& request) {
+  if (view == StepView::kAcknowledgement) return;
+  request.mutable_view()->set_positions(true);
+  if (view == StepView::kPositions) return;
+  for (const uint32_t corner : {0u, side - 1, side * (side - 1), side * side - 1}) {
+    request.mutable_view()->add_particles(corner);
+  }
+}
+
 ServedStep ToServedStep(double wall_ms, const v1::StepResponse& response) {
   if (!response.faulted_cloth_ids().empty()) {
     throw std::runtime_error("a cloth of the service has blown up");
@@ -49,18 +58,19 @@ ServedStep ToServedStep(double wall_ms, const v1::StepResponse& response) {
 
 class SessionClient final : public ServiceClient {
  public:
-  SessionClient(const std::string& address, const v1::ClothSpec& spec, uint32_t cloths)
+  SessionClient(const std::string& address, uint32_t side, uint32_t cloths)
       : client_(Client::Connect(address)),
         session_(client_.CreateSession()),
-        empty_session_(client_.CreateSession()) {
-    session_.CreateCloths(spec, cloths);
+        empty_session_(client_.CreateSession()),
+        side_(side) {
+    session_.CreateCloths(HangingSpec(side), cloths);
   }
 
   std::vector<ServedStep> Steps(const Asking& asking,
                                 const std::function<bool()>& is_over) override {
     v1::StepRequest request;
     request.set_steps(1);
-    if (asking.wants_positions) request.mutable_view()->set_positions(true);
+    SetView(asking.view, side_, request);
     return asking.by_stream ? StepsByStream(request, asking.under_way, is_over)
                             : StepsByCalls(request, is_over);
   }
@@ -108,6 +118,7 @@ class SessionClient final : public ServiceClient {
   Client client_;
   Session session_;
   Session empty_session_;
+  const uint32_t side_;
 };
 
 class SpawnedService final : public Service {
@@ -115,7 +126,7 @@ class SpawnedService final : public Service {
   explicit SpawnedService(const SpawnOptions& options) : client_(Client::SpawnServer(options)) {}
 
   std::unique_ptr<ServiceClient> Connect(uint32_t side, uint32_t cloths) override {
-    return std::make_unique<SessionClient>(client_.address(), HangingSpec(side), cloths);
+    return std::make_unique<SessionClient>(client_.address(), side, cloths);
   }
 
  private:

@@ -10,9 +10,16 @@
 
 namespace drape::bench {
 
+// What the answer to a step says beyond that it was done.
+enum class StepView {
+  kAcknowledgement,  // nothing
+  kPositions,        // of all particles
+  kCorners,          // positions of the particles at the four corners
+};
+
 // How a client asks for its steps.
 struct Asking {
-  bool wants_positions = false;
+  StepView view = StepView::kAcknowledgement;
   bool by_stream = false;  // a StepStream; else Session::Step
   // Requests at once, 1 without a stream. On it as many are sent before the first answer is read,
   // and one more after each.

@@ -139,7 +139,7 @@ test::Scene With(test::Scene scene, const StepSettings& settings) {
 
 // What the measurements are about.
 struct Sheets {
-  explicit Sheets(uint32_t side) {
+  explicit Sheets(uint32_t particles_of_a_side) : side(particles_of_a_side) {
     sleepless.sleep_motion_m = 0;
     hung = Sheet(side * side, Pins::kCorners, sleepless);
     burdened = Burdened(hung);
@@ -172,12 +172,15 @@ struct Sheets {
     return scene;
   }
 
+  const uint32_t side;
   StepSettings sleepless = PresetSettings(Preset::kRealtime), sleepy = sleepless;
   test::Scene hung, burdened, half_pinned, plainly_hung, far_collider, far_colliders, on_ground;
 };
 
 std::vector<Skip> Skips(const Sheets& sheets) {
   const StateFields both{.positions = true, .velocities = true};
+  const uint32_t last = sheets.hung.model->particle_count() - 1, side = sheets.side;
+  const StateFields corners{.positions = true, .particles = {0, side - 1, last + 1 - side, last}};
   StepSettings swept = PresetSettings(Preset::kPaper);
   swept.tolerance = 0;
   const test::Scene resting = With(sheets.on_ground, sheets.sleepy);
@@ -195,6 +198,9 @@ std::vector<Skip> Skips(const Sheets& sheets) {
       {"readback: velocities beside positions",
        {.scene = sheets.hung, .view = both},
        {.scene = sheets.hung, .view = {.positions = true}}},
+      {"readback: all particles or those of the corners",
+       {.scene = sheets.hung, .view = {.positions = true}},
+       {.scene = sheets.hung, .view = corners}},
       {"unchanged states: all asleep and read or subscribed to",
        {.scene = resting, .view = {.positions = true}},
        {.scene = resting, .is_subscribed = true},
