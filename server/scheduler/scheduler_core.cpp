@@ -26,7 +26,7 @@ bool IsShort(const StepWork& work, const StepOutcome& outcome) {
   if (work.cloths.size() > kMaxClothsGivenAtOnce) return false;
   if (!outcome.states.has_value()) return true;
   size_t particles = 0;
-  for (const auto& cloth : work.cloths) particles += cloth->particle_count();
+  for (const auto& cloth : work.cloths) particles += work.view.RowsOf(cloth->particle_count());
   return particles <= kMaxParticlesGivenAtOnce;
 }
 
