@@ -3,7 +3,10 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "client/cli/commands.h"
 #include "client/cli/options.h"
@@ -51,6 +54,16 @@ void PrintText(const States& states, const StateFileOptions& file) {
   }
 }
 
+// A server that does not know of particles gives all.
+void CheckRows(const States& states, const std::vector<uint32_t>& particles) {
+  for (const ClothState& cloth : states) {
+    if (particles.empty() || cloth.particle_count == particles.size()) continue;
+    throw std::runtime_error("the server gives " + std::to_string(cloth.particle_count) +
+                             " particles of each cloth instead of " +
+                             std::to_string(particles.size()) + ": it is too old for --particles");
+  }
+}
+
 int Read(const ReadOptions& options) {
   const Client client = options.target.Connect();
   const Session session = options.target.Attach(client);
@@ -59,6 +72,7 @@ int Read(const ReadOptions& options) {
   view.set_velocities(true);
   view.mutable_particles()->Assign(options.file.particles.begin(), options.file.particles.end());
   const States states = session.ReadStates(options.target.cloths, view);
+  CheckRows(states, options.file.particles);
   if (!options.states.empty()) {
     const auto writer = MakeStateWriter(options.states, options.file);
     writer->Add(states);

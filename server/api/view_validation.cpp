@@ -9,6 +9,12 @@ namespace drape::api {
 StateFields CheckView(const FieldPath& path, const v1::StateView& view, FieldChecks& checks) {
   const auto& particles = view.particles();
   const FieldPath particles_path = path.Child("particles");
+  if (particles.size() > kMaxViewParticles) {
+    checks.Add(particles_path, "names " + std::to_string(particles.size()) +
+                                   " particles, at most " + std::to_string(kMaxViewParticles) +
+                                   " are allowed; none means all");
+    return {};
+  }
   for (int k = 1; k < particles.size() && !checks.is_full(); ++k) {
     checks.Require(particles[k] > particles[k - 1], particles_path.At(k), [&] {
       return std::to_string(particles[k]) + " is not above " + std::to_string(particles[k - 1]) +

@@ -9,8 +9,11 @@
 
 namespace drape::api {
 
-// `path`: of the view. No field asked for: positions. Particles that are not strictly ascending are
-// violations.
+// Of a list: requests that wait keep it. Who wants more takes all.
+inline constexpr int kMaxViewParticles = 4096;
+
+// `path`: of the view. No field asked for: positions. Particles that are not strictly ascending, or
+// more than kMaxViewParticles, are violations.
 StateFields CheckView(const FieldPath& path, const v1::StateView& view, FieldChecks& checks);
 
 // INVALID_ARGUMENT that names the particles which one of the cloths does not have. `fields` come

@@ -3,7 +3,7 @@
 #include "lib/strip.glsl"
 #include "stages/substep.glsl"
 
-// Scratch of link k: n xyz, how its impulse changes the error before over the pivot there, right side.
+// Scratch of link k: n xyz, how its impulse changes the error before over the pivot there, right side over the pivot [N s].
 uint LinkWord(uint k) { return cloth.strip_links + DRAPE_STRIP_LINK_WORDS * k; }
 
 // Where the links and particles of a strip lie.
@@ -192,9 +192,9 @@ void SolveStrip(uint index, bool is_first_sweep) {
   if (!EliminateStrip(strip, is_first_sweep)) return;
   MarkChanged();
   // All of the impulses; then, where that is too much, which is rare, what is too much back.
-  float share = 1.0;
+  precise float share = 1.0;
   do {
-    float allowed = ShareOfMove(ApplyImpulses(strip, share));
-    share = share == 1.0 ? allowed - 1.0 : 0.0;
+    precise float back = ShareOfMove(ApplyImpulses(strip, share)) - 1.0;
+    share = share == 1.0 ? back : 0.0;
   } while (share != 0.0);
 }

@@ -254,6 +254,7 @@ TEST(StepRules, ColliderControlsAreReadWithTheirRotations) {
 
 TEST(StepRules, AnEmptyViewAsksForPositionsAndNoViewForNothing) {
   v1::StepRequest request = GoodStep();
+  request.clear_view();
   EXPECT_FALSE(CheckStep(request, kMaxSteps)->view.any());
   request.mutable_view();
   EXPECT_EQ(CheckStep(request, kMaxSteps)->view, (StateFields{true, false}));

@@ -185,6 +185,10 @@ inline v1::StepRequest GoodStep() {
   v1::RestLengthScales* scales = request.mutable_rest_length_scales();
   scales->add_cloth_ids(1);
   scales->add_scales(2);
+  v1::StateView* view = request.mutable_view();
+  view->set_positions(true);
+  view->add_particles(0);
+  view->add_particles(3);
   return request;
 }
 

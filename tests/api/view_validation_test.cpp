@@ -25,6 +25,17 @@ Status Check(std::vector<uint32_t> particles, const ClothList& cloths) {
   return CheckClothsHaveParticles(FieldPath("view"), fields, cloths);
 }
 
+TEST(ViewValidation, ListsAreLimited) {
+  v1::StateView view;
+  for (uint32_t p = 0; p < 4096; ++p) view.add_particles(p);
+  FieldChecks checks;
+  EXPECT_EQ(CheckView(FieldPath("view"), view, checks).particles.size(), 4096u);
+  EXPECT_TRUE(checks.ok());
+  view.add_particles(4096);
+  CheckView(FieldPath("view"), view, checks);
+  ExpectViolation(checks.ToStatus(), "view.particles", "names 4097 particles, at most 4096");
+}
+
 TEST(ViewValidation, EveryClothNeedsEveryParticle) {
   const ClothList cloths{Cloth(3, 9), Cloth(5, 4), Cloth(8, 12)};
   EXPECT_TRUE(Check({0, 3}, cloths).ok());
@@ -39,7 +50,7 @@ TEST(ViewValidation, EveryClothNeedsEveryParticle) {
 
 // The whole list would not fit into an answer.
 TEST(ViewValidation, ALongListOfStrangersIsNamedInPart) {
-  std::vector<uint32_t> particles(100000);
+  std::vector<uint32_t> particles(4000);
   for (uint32_t k = 0; k < particles.size(); ++k) particles[k] = 10 + k;
   EXPECT_EQ(Check(particles, {Cloth(1, 4)}).violations().size(), FieldChecks::kMaxViolations);
   v1::StateView view;

@@ -28,7 +28,7 @@ suites=(gl_test gl_compute_test gl_draw_test parity_test physics_test stability_
 # Suites whose long cases run too, in what is left of the time.
 long_suites=(stability_test)
 # Parts of `drape_bench speed` and their shares of its time [%]; what matters most on a GPU first.
-speed_parts=(local_sizes:40 limits:5 cost:25 curve:15 service:15)
+speed_parts=(local_sizes:35 limits:5 cost:25 skips:10 curve:10 service:15)
 files=(shaders client/examples tests/bench/scenes)
 max_pack_mib=50  # of DIR.tar.gz
 

@@ -4,6 +4,8 @@
 #include <google/protobuf/stubs/logging.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <functional>
 #include <random>
 
 #include "server/api/picture_validation.h"
@@ -137,6 +139,9 @@ TEST(RequestFuzz, Step) {
     for (const PinControlRow& row : checked->pin_controls) {
       EXPECT_TRUE(row.target_m.allFinite() && row.over_s >= 0);
     }
+    const std::vector<uint32_t>& particles = checked->view.particles;
+    EXPECT_EQ(std::adjacent_find(particles.begin(), particles.end(), std::greater_equal<>()),
+              particles.end());
     return Status::Ok();
   };
   Fuzz<v1::StepRequest>({GoodStep()}, 2, check).ExpectAll();

@@ -370,15 +370,15 @@ std::vector<StateColumn> GlBackend::ColumnsOf(const ReadRequest& request) {
 
 std::unique_ptr<PendingRead> GlBackend::BeginRead(const ReadRequest& request) {
   parts_.context->MakeCurrent();
+  RowPlan plan(request.particles);
   size_t words = 0;
   for (const ClothHandle handle : request.cloths) {
-    words += 3 * size_t{RowsOf(request.particles, cloths_.Find(handle).particle_count())};
+    words += plan.AddCloth(cloths_.Find(handle).particle_count());
   }
-  return std::make_unique<GlRead>(
-      *parts_.context,
-      parts_.reader->Begin(parts_.arrays->states.buffer(), ColumnsOf(request),
-                           RunsOf(request.particles)),
-      request.positions ? words : 0, request.velocities ? words : 0);
+  StateTransfer transfer =
+      parts_.reader->Begin(parts_.arrays->states.buffer(), ColumnsOf(request), plan.runs());
+  return std::make_unique<GlRead>(*parts_.context, std::move(transfer), std::move(plan),
+                                  request.positions ? words : 0, request.velocities ? words : 0);
 }
 
 std::shared_ptr<gl::SharedCopy> GlBackend::CopyOnDevice(const ReadRequest& request) {
