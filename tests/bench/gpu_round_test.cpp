@@ -91,10 +91,11 @@ TEST_F(GpuRoundTest, SpeedIsMeasuredPartByPart) {
   const Ending ending = Run("--speed-s=50");
   ASSERT_EQ(ending.exit_status, 0) << ending.text;
   std::string last = "all ";
-  for (const auto& [part, budget_s] : {std::pair{"local_sizes", "20"},
+  for (const auto& [part, budget_s] : {std::pair{"local_sizes", "18"},
                                        {"limits", "3"},
                                        {"cost", "13"},
-                                       {"curve", "8"},
+                                       {"skips", "5"},
+                                       {"curve", "5"},
                                        {"service", "8"}}) {
     const std::string call = std::string("speed --parts=") + part + " ";
     EXPECT_THAT(ReadText(calls), ContainsRegex(last + ".*\n" + call));
