@@ -236,12 +236,14 @@ run() {
   done
   part bench bench $((bench_s + 60)) "$dir/bin/drape_bench" all --out="$work/bench" --budget-s="$bench_s" --row-s=0.5 \
     --commit="$commit" --invoked-as=drape_bench
-  local share share_s
+  local share share_s backends
   for share in "${speed_parts[@]}"; do
     name=${share%:*}
+    backends=()
+    [ "$name" != cost ] || backends=(--backends=cpu,gl,gl_elimination)  # with and without strips by lanes
     share_s=$(((speed_s * ${share#*:} + 99) / 100))
     # What it has begun when its share is used up may go on for a while. The service is `draped` beside drape_bench.
-    part bench "speed_$name" $((share_s + 20)) "$dir/bin/drape_bench" speed --parts="$name" --out="$work/bench" \
+    part bench "speed_$name" $((share_s + 20)) "$dir/bin/drape_bench" speed --parts="$name" "${backends[@]}" --out="$work/bench" \
       --budget-s="$share_s" --row-s=0.5 --commit="$commit" --invoked-as=drape_bench
   done
   for name in "${long_suites[@]}"; do suite long "${name%_test}_long" 300 '*Long.*:*Long/*' "$name"; done

@@ -104,6 +104,7 @@ TEST_F(GpuRoundTest, SpeedIsMeasuredPartByPart) {
     EXPECT_THAT(Packed(), HasSubstr(std::string("bench/--parts=") + part + ".csv"));
     last = call;
   }
+  EXPECT_THAT(ReadText(calls), HasSubstr("--parts=cost --backends=cpu,gl,gl_elimination "));
 }
 
 TEST_F(GpuRoundTest, SoftwareIsRefusedUnlessAllowed) {

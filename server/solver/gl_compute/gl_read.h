@@ -21,8 +21,8 @@ class RowPlan {
  public:
   static constexpr size_t kMaxRuns = 16;
 
-  explicit RowPlan(std::span<const uint32_t> particles) : runs_(RunsOf(particles)) {
-    row_count_ = particles.size();
+  explicit RowPlan(std::span<const uint32_t> particles)
+      : runs_(RunsOf(particles)), row_count_(particles.size()) {
     if (runs_.size() <= kMaxRuns) return;
     runs_.clear();
     picked_.assign(particles.begin(), particles.end());
@@ -34,8 +34,8 @@ class RowPlan {
   }
   // To gather on the device; none: whole columns.
   std::span<const ColumnRun> runs() const { return runs_; }
-  // The rows of a column of all cloths that has come.
-  std::vector<float> RowsOf(std::vector<float> column) const {
+  // What was asked for of a column of all cloths that has come.
+  std::vector<float> Pick(std::vector<float> column) const {
     if (picked_.empty() || column.empty()) return column;
     std::vector<float> rows;
     rows.reserve(3 * picked_.size() * particle_counts_.size());
@@ -52,7 +52,7 @@ class RowPlan {
 
  private:
   std::vector<ColumnRun> runs_;
-  size_t row_count_ = 0;                   // of each cloth, if runs are gathered
+  size_t row_count_;                       // of each cloth, if runs are gathered
   std::vector<uint32_t> picked_;           // empty: none on the host
   std::vector<uint32_t> particle_counts_;  // of each cloth; only then
 };
@@ -79,7 +79,7 @@ class GlRead final : public PendingRead {
     // A device that was reset signals its fences too: what is there may be an older read.
     const std::string reset_reason = context_.ResetReason();
     DRAPE_CHECK(reset_reason.empty(), reset_reason);
-    return {plan_.RowsOf(std::move(positions)), plan_.RowsOf(std::move(velocities))};
+    return {plan_.Pick(std::move(positions)), plan_.Pick(std::move(velocities))};
   }
 
  private:

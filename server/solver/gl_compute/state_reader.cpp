@@ -74,7 +74,7 @@ StateTransfer StateReader::Begin(const gl::Buffer& states, std::span<const State
     words = 0;
     items.clear();
   };
-  // Item by item: thousands of cloths times thousands of runs need no list as long as that.
+  // Item by item: many cloths times many runs need no list as long as that.
   const auto add = [&](uint32_t begin, uint32_t end) {
     while (begin < end) {
       if (words == round_words || items.size() == kMaxItems) flush();

@@ -114,9 +114,9 @@ class Stepper {
 // Enough steps to fall and fall asleep.
 constexpr uint32_t kRest = 180;
 
-// Few and short on `gl`, which may be a software renderer: the sheets have fallen, and lie.
-constexpr uint32_t kGlCloths = 2;
-constexpr uint32_t kGlRest = 20;
+// Few and short on a software renderer: the sheets have fallen, and lie.
+constexpr uint32_t kSoftwareCloths = 2;
+constexpr uint32_t kSoftwareRest = 20;
 
 // One thing that a scene may not need: cloths that have it anyway (full) and cloths that do not.
 struct Skip {
@@ -279,16 +279,17 @@ std::vector<Skip> AllSkips(Bench& bench, const SkipsOptions& options) {
   };
   append(OfBackend(sheets, "cpu", options.cloths));
   append(LeavingOut(sheets, "cpu", options.cloths, kRest));
-  const bool has_gl = std::ranges::any_of(
-      bench.backends(), [](const NamedBackend& backend) { return backend.name == "gl"; });
-  if (has_gl) {
-    append(OfBackend(sheets, "gl", kGlCloths));
-    append(LeavingOut(sheets, "gl", kGlCloths, kGlRest));
+  const auto gl = std::ranges::find(bench.backends(), "gl", &NamedBackend::name);
+  if (gl != bench.backends().end()) {
+    const bool is_hardware = gl->backend->Describe().is_hardware_gpu;
+    const uint32_t cloths = is_hardware ? options.cloths : kSoftwareCloths;
+    append(OfBackend(sheets, "gl", cloths));
+    append(LeavingOut(sheets, "gl", cloths, is_hardware ? kRest : kSoftwareRest));
     append({{.name = "lists of regular strips",
              .full = {sheets.hung},
              .lean = {sheets.hung},
              .backend = "gl",
-             .cloths = kGlCloths,
+             .cloths = cloths,
              .is_of_lists = true}});
   }
   for (Skip& skip : skips) {
