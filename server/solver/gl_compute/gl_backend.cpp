@@ -160,6 +160,8 @@ void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& paramet
   cloth.model = std::move(room.model);
   cloth.maps = std::move(room.maps);
   cloth.kernels = room.kernels;
+  cloth.kernels_without_look = nullptr;
+  cloth.looks = {};
   cloth.parameter_words = std::move(room.parameter_words);
   cloth.scratch = std::move(room.scratch);
   cloth.parameters = parameters;
@@ -346,8 +348,8 @@ BatchReport GlBackend::StepAhead(std::span<const StepItem> items,
       WriteRecord(item.cloth.slot);
     }
   }
-  BatchReport report = RunBatch(items, cloths_, *parts_.arrays, parts_.measure, parts_.device,
-                                parts_.runs_ahead ? meanwhile : nullptr);
+  BatchReport report = RunBatch(items, cloths_, *parts_.arrays, *parts_.kernels, parts_.measure,
+                                parts_.device, parts_.runs_ahead ? meanwhile : nullptr);
   const std::string reset_reason = parts_.context->ResetReason();
   for (const StepItem& item : items) EndMotions(cloths_.Find(item.cloth));
   // Every state on the device is gone; only a new process can have a device again.
@@ -464,6 +466,7 @@ Result<std::unique_ptr<Backend>> CreateGlBackend(const GlBackendOptions& options
   parts.runs_ahead = options.runs_ahead.value_or(!is_software);
   parts.device = {.limits = {limits.work_group_count_x, limits.work_group_count_y},
                   .has_timer_queries = !is_software,
+                  .look_pause = options.look_pause.value_or(is_software ? kSoftwareLookPause : 0),
                   .on_left_out = options.on_left_out};
   const int64_t max_bytes = options.max_array_bytes > 0
                                 ? std::min(options.max_array_bytes, limits.storage_block_bytes)

@@ -40,6 +40,10 @@ struct GlBackendOptions {
   // Whether a step leaves out the colliders that a cloth cannot meet in it. Results do not depend
   // on it.
   bool leave_out_colliders = true;
+  // Steps of a pause after which a cloth whose colliders were all within reach looks again
+  // (collider_looks.h); 0: it looks in every step; unset: 0 on hardware, half a second at 60 Hz on
+  // software. Results do not depend on it.
+  std::optional<uint32_t> look_pause = std::nullopt;
   // Whether strips that are all regular (regular_strips.h), as those of a grid, are read as such,
   // without lists of their particles and rest lengths. Results do not depend on it.
   bool find_regular_strips = true;

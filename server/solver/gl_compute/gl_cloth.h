@@ -8,6 +8,7 @@
 
 #include "server/scene/particle_state.h"
 #include "server/solver/cloth_parameters.h"
+#include "server/solver/gl_compute/collider_looks.h"
 #include "server/solver/gl_compute/device_map.h"
 #include "server/solver/gl_compute/device_model.h"
 #include "server/solver/gl_compute/free_list.h"
@@ -55,6 +56,9 @@ struct GlCloth {
   std::vector<std::shared_ptr<const DeviceMap>> maps{};  // of the distance maps, in their order
   ClothParameters parameters;
   const StepKernels* kernels = nullptr;
+  // The same for steps that do not look for colliders out of reach; null until there is one.
+  const StepKernels* kernels_without_look = nullptr;
+  ColliderLooks looks;
   uint64_t part_count = 1;      // dispatches of the resident step
   LoopCosts costs;              // of the resident step
   uint32_t max_iterations = 0;  // sweeps per substep at most, of the step under way
@@ -73,6 +77,10 @@ struct GlCloth {
   std::vector<uint32_t> length_words;
   bool are_lengths_moving = false;  // the last step changed them
 
+  // Those of the next step.
+  const StepKernels* next_kernels() const {
+    return looks.is_due() || kernels_without_look == nullptr ? kernels : kernels_without_look;
+  }
   bool has_own_lengths() const { return !length_words.empty(); }
   uint32_t particle_count() const { return model->model->particle_count(); }
   uint32_t pin_count() const { return model->model->pin_count(); }

@@ -33,11 +33,12 @@ BatchPlan PlanBatch(std::span<const StepItem> items, GlClothTable& cloths) {
   std::map<KernelVariant, std::vector<uint32_t>> by_variant;
   for (uint32_t index = 0; index < items.size(); ++index) {
     const GlCloth& cloth = cloths.Find(items[index].cloth);
-    if (cloth.fault == FaultReason::kNone) by_variant[cloth.kernels->variant].push_back(index);
+    if (cloth.fault != FaultReason::kNone) continue;
+    by_variant[cloth.next_kernels()->variant].push_back(index);
   }
   BatchPlan plan;
   for (const auto& [variant, indices] : by_variant) {
-    StepGroup group{.kernels = cloths.Find(items[indices.front()].cloth).kernels,
+    StepGroup group{.kernels = cloths.Find(items[indices.front()].cloth).next_kernels(),
                     .first_item = static_cast<uint32_t>(plan.items.size()),
                     .cloths = {}};
     for (const uint32_t index : indices) {
@@ -108,6 +109,25 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
   return report;
 }
 
+// Where the cloths look for colliders out of reach next.
+void EndLooks(const BatchPlan& plan, std::span<const shader::ClothStatus> statuses,
+              GlClothTable& cloths, KernelCache& kernels, uint32_t pause) {
+  for (const StepGroup& group : plan.groups) {
+    const bool has_looked = group.kernels->variant.leaves_out_colliders;
+    for (size_t k = 0; k < group.cloths.size(); ++k) {
+      const shader::BatchItem& item = plan.items[group.first_item + k];
+      GlCloth& cloth = cloths.AtSlot(item.cloth);
+      if (!cloth.kernels->variant.leaves_out_colliders) continue;
+      cloth.looks.AfterStep(has_looked && statuses[item.status].far_colliders != 0, pause);
+      if (cloth.looks.is_due() || cloth.kernels_without_look != nullptr) continue;
+      KernelVariant variant = cloth.kernels->variant;
+      variant.leaves_out_colliders = false;
+      const Result<const StepKernels*> without_look = kernels.ForVariant(variant);
+      cloth.kernels_without_look = without_look.ok() ? without_look.value() : cloth.kernels;
+    }
+  }
+}
+
 uint32_t CountLeftOut(const BatchPlan& plan, std::span<const shader::ClothStatus> statuses) {
   uint32_t count = 0;
   for (const StepGroup& group : plan.groups) {
@@ -123,7 +143,7 @@ uint32_t CountLeftOut(const BatchPlan& plan, std::span<const shader::ClothStatus
 }  // namespace
 
 BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, DeviceArrays& arrays,
-                     const MeasureKernels& measure, const BatchDevice& device,
+                     KernelCache& kernels, const MeasureKernels& measure, const BatchDevice& device,
                      const std::function<void()>& meanwhile) {
   BatchReport batch;
   if (items.empty()) return batch;
@@ -147,6 +167,7 @@ BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, Devi
   std::vector<shader::ClothStatus> statuses(items.size());
   arrays.statuses.Download(0, std::as_writable_bytes(std::span(statuses)));
   batch.readback_us = NowUs() - readback_start_us;
+  EndLooks(plan, statuses, cloths, kernels, device.look_pause);
   if (device.on_left_out) device.on_left_out(CountLeftOut(plan, statuses));
   for (size_t index = 0; index < items.size(); ++index) {
     batch.reports.push_back(

@@ -7,6 +7,7 @@
 #include "server/solver/backend.h"
 #include "server/solver/gl_compute/cloth_table.h"
 #include "server/solver/gl_compute/device_arrays.h"
+#include "server/solver/gl_compute/kernels.h"
 #include "server/solver/gl_compute/step_plans.h"
 
 namespace drape {
@@ -15,7 +16,8 @@ namespace drape {
 struct BatchDevice {
   DispatchLimits limits;
   bool has_timer_queries =
-      false;  // else the host's clock, which is right where the device is the CPU
+      false;                // else the host's clock, which is right where the device is the CPU
+  uint32_t look_pause = 0;  // GlBackendOptions::look_pause
   std::function<void(uint32_t)> on_left_out;  // GlBackendOptions::on_left_out
 };
 
@@ -23,7 +25,7 @@ struct BatchDevice {
 // in the arrays already. `meanwhile`, if any, is called once the device has its work. With the
 // context current.
 BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, DeviceArrays& arrays,
-                     const MeasureKernels& measure, const BatchDevice& device,
+                     KernelCache& kernels, const MeasureKernels& measure, const BatchDevice& device,
                      const std::function<void()>& meanwhile);
 
 }  // namespace drape
