@@ -239,6 +239,14 @@ TEST(Figure4Test, TheSceneFileIsTheSceneOfTheBenchmark) {
   EXPECT_EQ(sphere["radius_m"], expected.radius_m);
 }
 
+TEST(MachineTest, ProcessorsOfOneNameAreToldApart) {
+  EXPECT_EQ(ProcessorName("AMD EPYC", "25", "17"), "AMD EPYC, family 25 model 17");
+  EXPECT_EQ(ProcessorName("AMD EPYC 9654 96-Core Processor", "25", "17"),
+            "AMD EPYC 9654 96-Core Processor");
+  EXPECT_EQ(ProcessorName("Cortex", "", ""), "Cortex");
+  EXPECT_EQ(ProcessorName("", "6", "1"), "unknown processor");
+}
+
 TEST(MachineTest, NamesAreFolders) {
   EXPECT_EQ(Slug("Intel(R) Xeon(R) @ 2.50GHz"), "intel-r-xeon-r-2-50ghz");
   EXPECT_EQ(

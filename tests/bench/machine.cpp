@@ -1,5 +1,6 @@
 #include "tests/bench/machine.h"
 
+#include <algorithm>
 #include <cctype>
 #include <ctime>
 #include <fstream>
@@ -22,10 +23,19 @@ std::string CpuInfo(const std::string& key) {
 
 }  // namespace
 
+std::string ProcessorName(const std::string& name, const std::string& family,
+                          const std::string& model) {
+  if (name.empty()) return "unknown processor";
+  const bool has_number = std::any_of(name.begin(), name.end(), [](char c) {
+    return std::isdigit(static_cast<unsigned char>(c)) != 0;
+  });
+  if (has_number || family.empty() || model.empty()) return name;
+  return name + ", family " + family + " model " + model;
+}
+
 Machine DescribeMachine() {
   Machine machine;
-  machine.cpu = CpuInfo("model name");
-  if (machine.cpu.empty()) machine.cpu = "unknown processor";
+  machine.cpu = ProcessorName(CpuInfo("model name"), CpuInfo("cpu family"), CpuInfo("model\t"));
   machine.cores = std::thread::hardware_concurrency();
   std::istringstream flags(CpuInfo("flags"));
   for (std::string flag; flags >> flag;) {

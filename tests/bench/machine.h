@@ -7,12 +7,17 @@
 namespace drape::bench {
 
 struct Machine {
-  std::string cpu;  // model name of the first processor
+  std::string cpu;  // of the first processor: ProcessorName
   unsigned cores = 0;
   std::vector<std::string> instruction_sets;  // those that matter here: sse4_2, avx2, fma, ...
   std::string compiler;
   std::string flags;
 };
+
+// The model name, and what tells it from others where that is a name for many, as virtual machines
+// have it: "AMD EPYC" -> "AMD EPYC, family 25 model 17".
+std::string ProcessorName(const std::string& name, const std::string& family,
+                          const std::string& model);
 
 // From /proc/cpuinfo and what the programme was built with.
 Machine DescribeMachine();
