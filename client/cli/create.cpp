@@ -14,7 +14,7 @@ namespace {
 
 struct CreateOptions {
   std::string scene;
-  std::string server;
+  ServerAddress address;
   std::string session;
   std::optional<double> ttl_s;
   std::vector<std::string> sets;
@@ -32,7 +32,7 @@ Session OpenSession(const Client& client, const CreateOptions& options) {
 
 int Create(const CreateOptions& options) {
   const v1::Scene scene = LoadScene(options.scene, options.sets);
-  const Client client = Client::Connect(options.server);
+  const Client client = options.address.Connect();
   Session session = OpenSession(client, options);
   const ScenePlayer player(session, scene, client.GetServerInfo().limits());
   session.Detach();
@@ -67,7 +67,7 @@ void AddCreate(CLI::App& app, Action& action) {
   create->add_option("scene", options->scene, "The scene file")
       ->type_name("SCENE.json")
       ->required();
-  AddServerFlag(*create, &options->server);
+  options->address.AddTo(*create)->required();
   auto* session = create->add_option("--session", options->session,
                                      "Put them into this session (default: a new one)");
   session->type_name("NAME");

@@ -8,7 +8,7 @@ namespace drape::cli {
 namespace {
 
 int Delete(const SessionFlags& target) {
-  const Client client = target.Connect();
+  const Client client = target.address.Connect();
   Session session = target.Attach(client);
   if (target.cloths.empty()) {
     session.Delete();
@@ -23,7 +23,7 @@ int Delete(const SessionFlags& target) {
 void AddDelete(CLI::App& app, Action& action) {
   CLI::App* command = app.add_subcommand("delete", "Delete a session, or some of its cloths");
   auto target = std::make_shared<SessionFlags>();
-  AddServerFlag(*command, &target->server);
+  target->address.AddTo(*command)->required();
   command->add_option("--session", target->session, "Name of the session")
       ->type_name("NAME")
       ->required();

@@ -9,13 +9,13 @@ namespace drape::cli {
 namespace {
 
 struct HealthOptions {
-  std::string server;
+  ServerAddress address;
   std::string service;
   bool is_json = false;
 };
 
 int CheckHealth(const HealthOptions& options) {
-  const Client client = Client::Connect(options.server);
+  const Client client = options.address.Connect();
   const bool is_serving = client.CheckHealth(options.service) == Health::kServing;
   const std::string status = is_serving ? "SERVING" : "NOT_SERVING";
   std::cout << (options.is_json ? "{\"status\": \"" + status + "\"}" : status) << "\n";
@@ -27,7 +27,7 @@ int CheckHealth(const HealthOptions& options) {
 void AddHealth(CLI::App& app, Action& action) {
   CLI::App* health = app.add_subcommand("health", "Whether a server takes requests");
   auto options = std::make_shared<HealthOptions>();
-  AddServerFlag(*health, &options->server);
+  options->address.AddTo(*health)->required();
   health->add_option("--service", options->service, "gRPC service (default: the whole server)")
       ->type_name("NAME");
   health->add_flag("--json", options->is_json, "Print JSON");

@@ -11,7 +11,7 @@ namespace drape::cli {
 namespace {
 
 struct ListOptions {
-  std::string server;
+  ServerAddress address;
   std::string session;
   bool is_json = false;
 };
@@ -43,7 +43,7 @@ void ListCloths(const Session& session, bool is_json) {
 }
 
 int List(const ListOptions& options) {
-  const Client client = Client::Connect(options.server);
+  const Client client = options.address.Connect();
   if (options.session.empty()) {
     ListSessions(client, options.is_json);
   } else {
@@ -57,7 +57,7 @@ int List(const ListOptions& options) {
 void AddList(CLI::App& app, Action& action) {
   CLI::App* list = app.add_subcommand("list", "List sessions, or the cloths of a session");
   auto options = std::make_shared<ListOptions>();
-  AddServerFlag(*list, &options->server);
+  options->address.AddTo(*list)->required();
   list->add_option("--session", options->session, "List the cloths of this session")
       ->type_name("NAME");
   list->add_flag("--json", options->is_json, "Print JSON");

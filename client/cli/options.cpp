@@ -10,11 +10,32 @@ CLI::IsMember BackendNames() {
   return CLI::IsMember({"auto", "gl", "cpu", "reference"});
 }
 
+CLI::Option* ServerAddress::AddTo(CLI::App& command, const std::string& description) {
+  CLI::Option* address = command.add_option("--server", server, description);
+  address->type_name("HOST:PORT");
+  const auto tls = [this]() -> TlsOptions& {
+    return connect.tls ? *connect.tls : connect.tls.emplace();
+  };
+  command.add_flag_callback("--tls", tls, "Encrypt; trust whom this system trusts")->needs(address);
+  command
+      .add_option_function<std::string>(
+          "--tls-ca", [tls](const std::string& path) { tls().authorities_file = path; },
+          "Encrypt; trust the PEM certificates in this file")
+      ->check(CLI::ExistingFile)
+      ->type_name("FILE")
+      ->needs(address);
+  command
+      .add_option_function<std::string>(
+          "--tls-server-name", [tls](const std::string& name) { tls().server_name = name; },
+          "Encrypt; the server's certificate is for this name (default: the host of --server)")
+      ->type_name("NAME")
+      ->needs(address);
+  return address;
+}
+
 void ServerOptions::AddTo(CLI::App& command) {
-  auto* server_flag = command
-                          .add_option("--server", server,
-                                      "Address of a running server (default: start a private one)")
-                          ->type_name("HOST:PORT");
+  CLI::Option* server_flag =
+      address.AddTo(command, "Address of a running server (default: start a private one)");
   command
       .add_option("--backend", backend,
                   "Backend of the private server: auto, gl, cpu or reference (default: auto)")
@@ -42,20 +63,14 @@ CLI::Validator FiniteNumber() {
 }
 
 Client ServerOptions::Open() const {
-  if (!server.empty()) return Client::Connect(server);
+  if (!address.server.empty()) return address.Connect();
   SpawnOptions spawn;
   spawn.backend = backend;
   return Client::SpawnServer(spawn);
 }
 
-void AddServerFlag(CLI::App& command, std::string* server) {
-  command.add_option("--server", *server, "Address of the server")
-      ->type_name("HOST:PORT")
-      ->required();
-}
-
 void SessionFlags::AddTo(CLI::App& command) {
-  AddServerFlag(command, &server);
+  address.AddTo(command)->required();
   command.add_option("--session", session, "Name of the session, as `drape create` printed it")
       ->type_name("NAME")
       ->required();

@@ -10,29 +10,35 @@
 
 namespace drape::cli {
 
+// Where a running server is, and how to trust it.
+struct ServerAddress {
+  std::string server;  // HOST:PORT
+  ConnectOptions connect;
+
+  // --server and, for it, --tls, --tls-ca and --tls-server-name. Returns --server.
+  CLI::Option* AddTo(CLI::App& command, const std::string& description = "Address of the server");
+  Client Connect() const { return Client::Connect(server, connect); }
+};
+
 // Which server: somebody's, or a private one of the chosen backend.
 struct ServerOptions {
-  std::string server;  // HOST:PORT; empty = private
+  ServerAddress address;  // of no server: private
   std::string backend = "auto";
 
-  // --server, and --backend, which goes with a private server only.
+  // As ServerAddress, and --backend, which goes with a private server only.
   void AddTo(CLI::App& command);
   Client Open() const;
 };
 
 // Of a server that must be running already, and a session on it.
 struct SessionFlags {
-  std::string server;
+  ServerAddress address;
   std::string session;
   std::vector<ClothId> cloths;  // empty = every cloth of the session
 
   void AddTo(CLI::App& command);
   Session Attach(const Client& client) const { return client.AttachSession(session); }
-  Client Connect() const { return Client::Connect(server); }
 };
-
-// Required --server=HOST:PORT.
-void AddServerFlag(CLI::App& command, std::string* server);
 
 // "auto", "gl", "cpu", "reference".
 CLI::IsMember BackendNames();

@@ -65,7 +65,7 @@ void CheckRows(const States& states, const std::vector<uint32_t>& particles) {
 }
 
 int Read(const ReadOptions& options) {
-  const Client client = options.target.Connect();
+  const Client client = options.target.address.Connect();
   const Session session = options.target.Attach(client);
   v1::StateView view;
   view.set_positions(true);

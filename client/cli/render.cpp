@@ -22,7 +22,7 @@ struct RenderOptions {
 
 int Render(const RenderOptions& options) {
   OutputFile file(options.path);
-  const Client client = options.target.Connect();
+  const Client client = options.target.address.Connect();
   const Session session = options.target.Attach(client);
   v1::RenderRequest request = options.picture.Request();
   request.mutable_cloth_ids()->Add(options.target.cloths.begin(), options.target.cloths.end());

@@ -26,7 +26,7 @@ void PrintReport(const v1::StepReport& report) {
 }
 
 int Step(const StepOptions& options) {
-  const Client client = options.target.Connect();
+  const Client client = options.target.address.Connect();
   Session session = options.target.Attach(client);
   v1::StepRequest request;
   request.mutable_cloth_ids()->Add(options.target.cloths.begin(), options.target.cloths.end());

@@ -40,7 +40,7 @@ void Print(const States& frame, bool is_json) {
 }
 
 int Watch(const WatchOptions& options) {
-  const Client client = options.target.Connect();
+  const Client client = options.target.address.Connect();
   const Session session = options.target.Attach(client);
   v1::StreamStatesRequest::Subscribe subscribe;
   subscribe.mutable_cloth_ids()->Add(options.target.cloths.begin(), options.target.cloths.end());

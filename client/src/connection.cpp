@@ -4,6 +4,11 @@
 #include <grpcpp/security/credentials.h>
 
 #include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <system_error>
 #include <utility>
 
 #include "client/src/errors.h"
@@ -11,6 +16,8 @@
 namespace drape {
 inline namespace client {
 namespace {
+
+constexpr double kReasonTimeout_s = 1;
 
 std::chrono::system_clock::time_point After(double seconds) {
   return std::chrono::system_clock::now() +
@@ -21,6 +28,31 @@ std::chrono::system_clock::time_point After(double seconds) {
 bool IsLoopback(const std::string& address) {
   return address.starts_with("127.") || address.starts_with("localhost:") ||
          address.starts_with("[::1]:");
+}
+
+std::string ReadAuthorities(const std::filesystem::path& path) {
+  std::ifstream file;
+  std::error_code ignored;  // no file at all is no regular file either
+  if (std::filesystem::is_regular_file(path, ignored)) file.open(path, std::ios::binary);
+  std::string pem(std::istreambuf_iterator<char>(file), {});
+  if (file.is_open() && !file.bad() && !pem.empty()) return pem;
+  throw LocalError(ErrorCode::kFailedPrecondition, "TLS_FILE_FAILED",
+                   "'" + path.string() + "' cannot be read or is empty");
+}
+
+std::shared_ptr<grpc::ChannelCredentials> Credentials(const std::optional<TlsOptions>& tls) {
+  if (!tls) return grpc::InsecureChannelCredentials();
+  grpc::SslCredentialsOptions ssl;
+  if (!tls->authorities_file.empty()) ssl.pem_root_certs = ReadAuthorities(tls->authorities_file);
+  return grpc::SslCredentials(ssl);
+}
+
+// Why a channel does not come up, as gRPC tells the first request.
+std::string WhyNot(v1::SimulationService::Stub& stub) {
+  grpc::ClientContext context;
+  context.set_deadline(After(kReasonTimeout_s));
+  v1::ServerInfo info;
+  return stub.GetServerInfo(&context, v1::GetServerInfoRequest(), &info).error_message();
 }
 
 }  // namespace
@@ -44,13 +76,17 @@ std::shared_ptr<Connection> OpenConnection(const std::string& address,
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   // A proxy cannot reach a server of this machine.
   if (IsLoopback(address)) arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  connection->channel =
-      grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  if (options.tls && !options.tls->server_name.empty()) {
+    arguments.SetSslTargetNameOverride(options.tls->server_name);
+  }
+  connection->channel = grpc::CreateCustomChannel(address, Credentials(options.tls), arguments);
+  connection->stub = v1::SimulationService::NewStub(connection->channel);
   if (!connection->channel->WaitForConnected(After(options.ready_timeout_s))) {
     throw LocalError(ErrorCode::kUnavailable, "CANNOT_CONNECT",
-                     "no Drape server answers at " + address);
+                     "no Drape server answers at " + address +
+                         (options.tls ? " over TLS: " : " in the clear: ") +
+                         WhyNot(*connection->stub));
   }
-  connection->stub = v1::SimulationService::NewStub(connection->channel);
   return connection;
 }
 

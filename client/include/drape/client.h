@@ -13,6 +13,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,12 +24,23 @@
 namespace drape {
 inline namespace client {
 
+// Whom to trust over TLS.
+struct TlsOptions {
+  // PEM certificates of the authorities, or the server's own. Empty: those of gRPC
+  // ($GRPC_DEFAULT_SSL_ROOTS_FILE_PATH, else the system's).
+  std::filesystem::path authorities_file;
+  // What the server's certificate must name. Empty: the host of the address.
+  std::string server_name;
+};
+
 // How to talk to a server.
 struct ConnectOptions {
   // How long to wait until the server answers, > 0.
   double ready_timeout_s = 5;
   // Limit of each single request that is not a stream; 0 = none. Long Steps need long limits.
   double request_timeout_s = 0;
+  // Unset: in the clear, so for servers of this machine and of private networks.
+  std::optional<TlsOptions> tls;
 };
 
 // How to start a private server.
@@ -50,12 +62,15 @@ struct Connection;  // private
 // A connection to one server. Thread-safe. Cheap to move; sessions keep what they need of it alive.
 class Client {
  public:
-  // `address`: HOST:PORT. Waits until the server answers. Throws kUnavailable when it does not.
+  // `address`: HOST:PORT. Waits until the server answers. Throws kUnavailable when it does not,
+  // also when it cannot be trusted, and kFailedPrecondition for a file of authorities that cannot
+  // be read.
   static Client Connect(const std::string& address, const ConnectOptions& options = {});
 
   // Starts `draped` on a free loopback port, in a process group of its own (a Ctrl-C of the
   // terminal does not reach it). It is stopped (SIGTERM, 8 s later SIGKILL) when the client and
-  // all its sessions are gone, and killed with this process, however that ends. Throws kNotFound
+  // all its sessions are gone, and killed with this process, however that ends. TLS only where the
+  // flags give it a certificate. Throws kNotFound
   // without the program and kUnavailable, with the end of the server's log, when it does not come
   // up.
   static Client SpawnServer(const SpawnOptions& spawn = {}, const ConnectOptions& options = {});
