@@ -21,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
+using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::SizeIs;
 using testing::StartsWith;
@@ -143,6 +144,23 @@ TEST_F(BenchTest, LocalSizesInTurn) {
   EXPECT_THAT(readme, HasSubstr("| 16 particles, 2 per group |"));
 }
 
+// nvcloth.py needs NvCloth, which tests do not install; the rows that it writes are read.
+TEST_F(BenchTest, NvClothBesideTheCurve) {
+  ASSERT_EQ(Bench("speed --parts=curve --backends=cpu").exit_status, 0);
+  std::ofstream(out_ / "speed_nvcloth.csv")
+      << "program,build,has_tethers,iterations,cloths,us_one_thread,max_strain,rms_strain\n"
+         "NvCloth x,GCC y,1,5,64,1e9,1e9,1e9\n"
+         "NvCloth x,GCC y,0,20,64,1e9,0,0\n"
+         "NvCloth x,GCC y,1,5,1,1,0.05,0.007\n"
+         "NvCloth x,GCC y,0,20,1,1,0.09,0.004\n";
+  ASSERT_EQ(Tables("").exit_status, 0);
+  const std::string readme = ReadText(out_ / "README.md");
+  EXPECT_THAT(readme, ContainsRegex("5 iterations, tethers: 1000000000 µs \\|.*\\| 5 % / 0.7 % "
+                                    "\\| [^|]* \\| [^|]* \\| [^|]* \\| yes \\|"));
+  EXPECT_THAT(readme, ContainsRegex("\n\\| 20 iterations: .*\\| no setting \\|.*\\| NO \\|"));
+  EXPECT_THAT(readme, HasSubstr("has NOT measured"));
+}
+
 // As gpu_round.sh does it: what is measured is read without what is not.
 TEST_F(BenchTest, PartsOfSpeedOneByOne) {
   for (const char* part : {"limits", "cost"}) {
@@ -154,10 +172,12 @@ TEST_F(BenchTest, PartsOfSpeedOneByOne) {
   EXPECT_THAT(ReadText(out_ / "README.md"), HasSubstr("### What a step costs"));
 }
 
-// Drawing needs matplotlib, which tests do not install: here only that it is Python.
-TEST_F(BenchTest, TheScriptsThatDrawAreValidPython) {
-  for (const char* script : {"tests/bench/plots.py", "tests/bench/accuracy_plots.py",
-                             "tests/bench/speed_plots.py", "tests/bench/stability_plots.py"}) {
+// Drawing needs matplotlib and the peers are other programs, which tests do not install: here only
+// that it is Python.
+TEST_F(BenchTest, TheOtherScriptsAreValidPython) {
+  for (const char* script :
+       {"tests/bench/plots.py", "tests/bench/accuracy_plots.py", "tests/bench/peers.py",
+        "tests/bench/nvcloth.py", "tests/bench/speed_plots.py", "tests/bench/stability_plots.py"}) {
     const Ending parsed =
         RunShell("python3 -B -c 'import ast, sys; ast.parse(open(sys.argv[1]).read())' " +
                  test::SourcePath(script).string());

@@ -154,6 +154,7 @@ def draw_order(rows):
     return figure
 
 
+# Tables that must have rows, then those that a drawing can do without (None).
 DRAWINGS = {
     "cloths": (draw_cloths, ["cloths"]),
     "particles": (draw_particles, ["particles"]),
@@ -174,12 +175,12 @@ def main():
     parser = argparse.ArgumentParser(description="Draws the tables of a results folder and writes its README.md.")
     parser.add_argument("folder", type=pathlib.Path)
     folder = parser.parse_args().folder
-    for name, (draw, sources) in DRAWINGS.items():
+    for name, (draw, sources, *optional) in DRAWINGS.items():
         rows = [tables.read_table(folder, source) for source in sources]
         if not all(rows):
             print(f"{name}: no rows in {folder}, not drawn")
             continue
-        figure = draw(*rows)
+        figure = draw(*rows, *(tables.read_table(folder, source) for source in sum(optional, [])))
         figure.tight_layout()
         save(figure, folder / (name + ".png"))
     for name, figure in stability_plots.figures(tables.read_table(folder, "stability") or []):

@@ -1,4 +1,4 @@
-"""What the table of the curve says: time against strain of hanging cloths, beside Bullet and the published figures of NvCloth."""
+"""What the table of the curve says: time against strain of hanging cloths, beside Bullet; and what peers.py measured."""
 
 import math
 
@@ -8,13 +8,6 @@ COLUMNS = [
     "program", "family", "method", "settings", "status", "cloths", "particles", "us_one_thread", "us_all_threads", "iterations",
     "max_strain", "rms_strain"]
 FRAME_US = 1e6 / 60
-# NvCloth on the same scene (its usual cloth, with diagonals and bending), one core of a machine of this class: NOT measured by this
-# programme, reference points only.
-# us per cloth and frame of 1/60 s, max strain, RMS strain, whether with geodesic tethers.
-NVCLOTH = [
-    (80, 0.053, 0.007, True), (240, 0.084, 0.004, False), (310, 0.018, 0.001, True), (590, 0.012, 0.001, False),
-    (1190, 0.007, 0.0006, False)]
-NVCLOTH_BAR = 3  # times faster at equal or less strain
 STRAIN_BAR, CLOTHS_FLOOR, CLOTHS_AIM = 0.01, 64, 160
 
 
@@ -46,24 +39,6 @@ def line(row):
     return [row["method"], *times, strains(row) if row["status"] == "ok" else row["status"]]
 
 
-def nvcloth_text(rows):
-    lines = []
-    for us, max_strain, rms_strain, has_tethers in NVCLOTH:
-        best = fastest(ours(rows), "us_one_thread", max_strain, rms_strain)
-        name = f"{us} µs: {percent(max_strain)} / {percent(rms_strain)}" + (", geodesic tethers" if has_tethers else "")
-        if best is None:
-            lines.append([name, "no setting", "", "", "NO"])
-            continue
-        ratio = us / best["us_one_thread"]
-        lines.append([name, best["method"], f"{best['us_one_thread']:.0f} µs: {strains(best)}", f"{ratio:.1f}",
-                      "yes" if ratio >= NVCLOTH_BAR else "NO"])
-    return ["#### Against NvCloth\n",
-            "NvCloth's figures (left) are reference points that this programme has NOT measured: the same scene with its usual "
-            "cloth (diagonals and bending as well; strain of the structural edges) on one core of a machine of this class, µs per cloth and frame at max / RMS strain. Beside each the fastest setting here, one thread, with no more "
-            f"strain of either kind. Bar: at least {NVCLOTH_BAR} times faster.\n",
-            markdown(["NvCloth (not measured here)", "fastest here", "one thread", "times faster", f"≥ {NVCLOTH_BAR}"], lines)]
-
-
 def frame_text(rows, cpu_backend):
     best = fastest(ours(rows), "us_all_threads", STRAIN_BAR)
     if best is None:
@@ -81,7 +56,7 @@ def curve_text(rows, cpu_backend):
             f"{first['cloths']:.0f} sheets of {first['particles']:.0f} particles hang by two corners, each with its own gravity within 10° of "
             "straight down, let go horizontally, stepped together for 4 s at 60 Hz. µs per cloth and frame (mean over the frames), with one "
             f"thread and with all, on {cpu_backend}; max / RMS strain of all cloths in the last second. Numbers behind a family: substeps.\n",
-            "![curve](speed_curve.png)\n", frame_text(rows, cpu_backend), *nvcloth_text(rows),
+            "![curve](speed_curve.png)\n", frame_text(rows, cpu_backend),
             "#### The front\n",
             "Settings that none beats in both time on one thread and max strain:\n",
             markdown(["setting", "one thread [µs]", "all threads [µs]", "max / RMS strain"], [line(row) for row in front(ours(rows))]),

@@ -7,17 +7,26 @@ from matplotlib.colors import ListedColormap
 
 import speed_cost
 import speed_curve
+import speed_nvcloth
 from rows import distinct, select
 
 SIZE_IN = (6.6, 5)
-FAMILY_COLOURS = ListedColormap(pyplot.get_cmap("tab10").colors + pyplot.get_cmap("Dark2").colors[3:8:4])
+FAMILY_COLOURS = ListedColormap((*pyplot.get_cmap("tab10").colors, *pyplot.get_cmap("Dark2").colors[3:8:4], "navy"))
 
 
 def plain(axis):
     axis.set_major_formatter(ticker.FuncFormatter(lambda value, _: f"{value:g}"))
 
 
-def draw_curve(rows):
+def nvcloth_points(measured, has_tethers):
+    """us, max strain, RMS strain; and whether they were measured here."""
+    if measured:
+        some = [row for row in measured if row["cloths"] > 1 and row["has_tethers"] == has_tethers]
+        return [(row["us_one_thread"], row["max_strain"], row["rms_strain"]) for row in some], ""
+    return [point for point in speed_nvcloth.POINTS if point[3] == has_tethers], " (one sheet, not measured here)"
+
+
+def draw_curve(rows, nvcloth):
     """Time per cloth and frame on one thread against max and RMS strain."""
     figure, axes = pyplot.subplots(1, 2, figsize=(2 * SIZE_IN[0], 1.3 * SIZE_IN[1]))
     ok = [row for row in rows if row["status"] == "ok" and math.isfinite(row["us_one_thread"])]
@@ -28,9 +37,9 @@ def draw_curve(rows):
             panel.plot([row["us_one_thread"] for row in some], [100 * row[column] for row in some], marker="o", markersize=3.5,
                        linewidth=1.1, linestyle="--" if family == "Bullet" else "-", color=FAMILY_COLOURS(k % FAMILY_COLOURS.N), label=family)
         for has_tethers, marker in ((False, "s"), (True, "D")):
-            points = [point for point in speed_curve.NVCLOTH if point[3] == has_tethers]
+            points, source = nvcloth_points(nvcloth, has_tethers)
             panel.plot([point[0] for point in points], [100 * point[published] for point in points], marker, color="black",
-                       fillstyle="none", label="NvCloth" + (", geodesic tethers" if has_tethers else "") + " (not measured here)")
+                       fillstyle="none", label="NvCloth" + (", tethers" if has_tethers else "") + source)
         panel.set_xscale("log")
         panel.set_yscale("log")
         plain(panel.xaxis)
@@ -69,4 +78,4 @@ def draw_cost(rows):
     return figure
 
 
-DRAWINGS = {"speed_curve": (draw_curve, ["speed_curve"]), "speed_cost": (draw_cost, ["speed_cost"])}
+DRAWINGS = {"speed_curve": (draw_curve, ["speed_curve"], ["speed_nvcloth"]), "speed_cost": (draw_cost, ["speed_cost"])}

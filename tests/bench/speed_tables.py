@@ -4,15 +4,16 @@ import peers
 import speed_cost
 import speed_curve
 import speed_local_sizes
+import speed_nvcloth
 import speed_service
 import speed_skips
 import speed_solves
 
 COLUMNS = {"speed_limits": speed_solves.COLUMNS, "speed_cost": speed_cost.COLUMNS, "speed_flatness": speed_cost.FLATNESS_COLUMNS,
            "speed_curve": speed_curve.COLUMNS, "speed_service": speed_service.COLUMNS, "speed_skips": speed_skips.COLUMNS,
-           "speed_peers": peers.COLUMNS, "speed_local_sizes": speed_local_sizes.COLUMNS,
-           "speed_packing": speed_local_sizes.PACKING_COLUMNS}
-TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view", "call", "skip"} | speed_local_sizes.TEXT_COLUMNS
+           "speed_nvcloth": speed_nvcloth.COLUMNS, "speed_peers": peers.COLUMNS,
+           "speed_local_sizes": speed_local_sizes.COLUMNS, "speed_packing": speed_local_sizes.PACKING_COLUMNS}
+TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view", "call", "skip", "build"} | speed_local_sizes.TEXT_COLUMNS
 
 
 def speed_text(tables, cpu_backend, gl_device):
@@ -28,6 +29,7 @@ def speed_text(tables, cpu_backend, gl_device):
         text += speed_skips.skips_text(tables["speed_skips"])
     if tables["speed_curve"]:
         text += speed_curve.curve_text(tables["speed_curve"], cpu_backend)
+        text += speed_nvcloth.nvcloth_text(tables["speed_curve"], tables["speed_nvcloth"])
     if tables["speed_peers"]:
         text += speed_curve.peers_text(tables["speed_peers"])
     if tables["speed_service"]:

@@ -21,6 +21,9 @@ const std::vector<Family>& Families() {
       {"one step + strips + tethers + refinement",
        "integration=ONE_STEP direction=AT_END twist_damping_per_s=0 refine_above_strain=0.01",
        {8, 9, 10, 12, 16, 24}},
+      {"one step + strips + tethers + coarse refinement",
+       "integration=ONE_STEP direction=AT_END twist_damping_per_s=0 refine_above_strain=0.03",
+       {4, 5, 6}},
       {"strips + tethers",
        "integration=ONE_STEP direction=AT_END sweep=STRIPS use_tethers=true twist_damping_per_s=0 "
        "refine_above_strain=0",

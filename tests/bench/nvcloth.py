@@ -1,0 +1,91 @@
+#!/usr/bin/env python3
+"""The hanging sheets of `./run bench speed` with NvCloth: nvcloth.py RESULTS_DIR [CHECKOUT] writes RESULTS_DIR/speed_nvcloth.csv.
+
+The same 64 sheets (nvcloth_sheets.cpp), one thread: µs per cloth and frame (mean over the frames, median of three plays), max and RMS of
+|l − l0| / l0 over the edges along rows and columns in the last second; then one sheet alone under gravity straight down. CHECKOUT: a copy
+of NvCloth at the commit below, otherwise git gets one; the program is built in out/nvcloth. About five minutes. Not part of ./run bench:
+afterwards plots.py RESULTS_DIR shows the rows.
+"""
+
+import concurrent.futures
+import csv
+import os
+import pathlib
+import statistics
+import subprocess
+import sys
+
+URL, COMMIT = "https://github.com/NVIDIAGameWorks/NvCloth", "6e86b18"
+COLUMNS = ["program", "build", "has_tethers", "iterations", "cloths", "us_one_thread", "max_strain", "rms_strain"]
+CLOTHS, SECONDS, ROUNDS = 64, 4, 3
+# t: with tethers; iterations per frame.
+ROWS = ["t3", "t5", "t8", "t10", "t20", "t50", "n10", "n20", "n30", "n50", "n100"]
+# The library as its own build scripts define it, but with GCC and for this processor: the intrinsics of its Linux build are those of SSE2,
+# which GCC then encodes for AVX.
+FLAGS = ["-O2", "-march=native", "-fstrict-aliasing", "-DNDEBUG", "-DNV_CLOTH_IMPORT=", "-DNV_CLOTH_ENABLE_DX11=0", "-DNV_CLOTH_ENABLE_CUDA=0"]
+LIBRARY_FLAGS = ["-std=c++11", "-fno-rtti", "-fno-exceptions", "-w", "-fpermissive"]
+HERE = pathlib.Path(__file__).resolve()
+
+
+def checkout(folder):
+    if not folder.exists():
+        subprocess.run(["git", "clone", "--quiet", URL, folder], check=True)
+        subprocess.run(["git", "-C", folder, "checkout", "--quiet", COMMIT], check=True)
+    return folder
+
+
+def build(source, folder):
+    library = source / "NvCloth"
+    files = [*sorted((library / "src").glob("*.cpp")), library / "src/ps/unix/PsUnixAtomic.cpp", *sorted((library / "extensions/src").glob("*.cpp"))]
+    includes = [f"-I{path}" for path in (library / "include", library / "extensions/include", library / "src", library / "extensions/src",
+                                         source / "PxShared/include")]
+    jobs = [(file, LIBRARY_FLAGS) for file in files] + [(HERE.parent / "nvcloth_sheets.cpp", ["-std=c++20", "-w"])]
+    folder.mkdir(parents=True, exist_ok=True)
+
+    def compile_one(job):
+        file, flags = job
+        subprocess.run(["g++", *FLAGS, *flags, *includes, "-c", file, "-o", folder / (file.stem + ".o")], check=True)
+
+    with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
+        list(pool.map(compile_one, jobs))
+    program = folder / "nvcloth_sheets"
+    subprocess.run(["g++", *(folder / (file.stem + ".o") for file, _ in jobs), "-o", program], check=True)
+    return program
+
+
+def play(program, cloths):
+    """The rows of one play: (has_tethers, iterations) -> (us, max strain, RMS strain)."""
+    out = subprocess.run([program, str(cloths), str(SECONDS), *ROWS], check=True, capture_output=True, text=True).stdout
+    words = [line.split() for line in out.splitlines()]
+    return {(int(row[0]), int(row[1])): [float(word) for word in row[3:]] for row in words}
+
+
+def measure(program, path):
+    version = subprocess.run(["g++", "-dumpfullversion"], check=True, capture_output=True, text=True).stdout.strip()
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(COLUMNS)
+        for cloths in (CLOTHS, 1):
+            plays = []
+            for number in range(ROUNDS):
+                print(f"{cloths} cloths: play {number + 1} of {ROUNDS}", flush=True)
+                plays.append(play(program, cloths))
+            for row, (_, largest, rms) in plays[0].items():
+                us = statistics.median(one[row][0] for one in plays)
+                values = [f"NvCloth {COMMIT}", f"GCC {version} {FLAGS[0]} {FLAGS[1]}", *row, cloths, *(f"{value:.6g}" for value in (us, largest, rms))]
+                writer.writerow(values)
+                print(*values, flush=True)
+
+
+def main():
+    out = HERE.parents[2] / "out" / "nvcloth"
+    source = pathlib.Path(sys.argv[2]).resolve() if len(sys.argv) == 3 else checkout(out / "source")
+    if not (source / "NvCloth/include/NvCloth/Cloth.h").exists():
+        sys.exit(f"{source} holds no NvCloth/include/NvCloth/Cloth.h: CHECKOUT must be a copy of {URL}")
+    measure(build(source, out / "build"), pathlib.Path(sys.argv[1]) / "speed_nvcloth.csv")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) not in (2, 3) or sys.argv[1].startswith("-"):
+        sys.exit(__doc__)
+    main()
