@@ -82,7 +82,8 @@ openssl req -x509 -newkey rsa:2048 -nodes -days 1 -subj /CN=localhost -keyout "$
 chmod 755 "$tls"; chmod 644 "$tls"/*.pem
 start --volume "$tls:/etc/drape/tls:ro" -- --tls-cert=/etc/drape/tls/cert.pem --tls-key=/etc/drape/tls/key.pem
 eventually inside bash -c ': </dev/tcp/127.0.0.1/7743' || failed 'the health check of compose.tls.yaml succeeds'
-inside drape health "$server" --tls-ca=/etc/drape/tls/cert.pem --tls-server-name=localhost || failed 'TLS is answered'
+inside drape health "$server" --tls-ca=/etc/drape/tls/cert.pem --tls-server-name=localhost >/dev/null ||
+  failed 'TLS is answered'
 if inside drape health "$server" >/dev/null 2>&1; then failed 'plain text is refused'; fi
 [ "$(stop)" = 0 ] || failed 'status 0'
 passed 'TLS is answered, plain text is refused'

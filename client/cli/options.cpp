@@ -22,7 +22,7 @@ CLI::Option* ServerAddress::AddTo(CLI::App& command, const std::string& descript
           "--tls-ca", [tls](const std::string& path) { tls().authorities_file = path; },
           "Encrypt; trust the PEM certificates in this file")
       ->check(CLI::ExistingFile)
-      ->type_name("FILE")
+      ->type_name("PEM")
       ->needs(address);
   command
       .add_option_function<std::string>(

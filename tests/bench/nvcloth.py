@@ -2,8 +2,8 @@
 """The hanging sheets of `./run bench speed` with NvCloth: nvcloth.py RESULTS_DIR [CHECKOUT] writes RESULTS_DIR/speed_nvcloth.csv.
 
 The same 64 sheets (nvcloth_sheets.cpp), one thread: µs per cloth and frame (mean over the frames, median of three plays), max and RMS of
-|l − l0| / l0 over the edges along rows and columns in the last second; then one sheet alone under gravity straight down. CHECKOUT: a copy
-of NvCloth at the commit below, otherwise git gets one; the program is built in out/nvcloth. About five minutes. Not part of ./run bench:
+|l − l0| / l0 over the edges along rows and columns in the last second; then one sheet alone under gravity straight down. CHECKOUT: a git
+checkout of NvCloth at the commit below, otherwise git gets one; the program is built in out/nvcloth. About four minutes. Not part of ./run bench:
 afterwards plots.py RESULTS_DIR shows the rows.
 """
 
@@ -14,6 +14,7 @@ import pathlib
 import statistics
 import subprocess
 import sys
+import tempfile
 
 URL, COMMIT = "https://github.com/NVIDIAGameWorks/NvCloth", "6e86b18"
 COLUMNS = ["program", "build", "has_tethers", "iterations", "cloths", "us_one_thread", "max_strain", "rms_strain"]
@@ -29,9 +30,19 @@ HERE = pathlib.Path(__file__).resolve()
 
 def checkout(folder):
     if not folder.exists():
-        subprocess.run(["git", "clone", "--quiet", URL, folder], check=True)
-        subprocess.run(["git", "-C", folder, "checkout", "--quiet", COMMIT], check=True)
+        with tempfile.TemporaryDirectory(dir=folder.parent) as part:  # whole or not at all
+            clone = pathlib.Path(part) / "clone"
+            subprocess.run(["git", "clone", "--quiet", URL, clone], check=True)
+            subprocess.run(["git", "-C", clone, "checkout", "--quiet", COMMIT], check=True)
+            clone.rename(folder)
     return folder
+
+
+def commit_of(folder):
+    """None where the folder is not the top of a git checkout."""
+    if not (folder / ".git").exists():
+        return None
+    return subprocess.run(["git", "-C", folder, "rev-parse", "HEAD"], check=True, capture_output=True, text=True).stdout.strip()
 
 
 def build(source, folder):
@@ -78,11 +89,16 @@ def measure(program, path):
 
 
 def main():
+    folder = pathlib.Path(sys.argv[1])
+    if not folder.is_dir():
+        sys.exit(f"no folder {folder}: RESULTS_DIR is where ./run bench speed wrote its tables")
     out = HERE.parents[2] / "out" / "nvcloth"
+    out.mkdir(parents=True, exist_ok=True)
     source = pathlib.Path(sys.argv[2]).resolve() if len(sys.argv) == 3 else checkout(out / "source")
-    if not (source / "NvCloth/include/NvCloth/Cloth.h").exists():
-        sys.exit(f"{source} holds no NvCloth/include/NvCloth/Cloth.h: CHECKOUT must be a copy of {URL}")
-    measure(build(source, out / "build"), pathlib.Path(sys.argv[1]) / "speed_nvcloth.csv")
+    commit = commit_of(source)
+    if not (commit or "").startswith(COMMIT):
+        sys.exit(f"{source} is at {commit or 'no commit of git'}: it must be a checkout of {URL} at {COMMIT}")
+    measure(build(source, out / "build"), folder / "speed_nvcloth.csv")
 
 
 if __name__ == "__main__":

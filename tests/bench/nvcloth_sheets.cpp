@@ -108,6 +108,7 @@ nv::cloth::Cloth* MakeCloth(nv::cloth::Factory* factory, nv::cloth::Fabric& fabr
   cloth->setDragCoefficient(0);
   cloth->setLiftCoefficient(0);
   cloth->setSolverFrequency(static_cast<float>(row.iterations / kFrame_s));
+  // Full stiffness within a frame: with the library's 10 Hz, sheets without tethers stretch more.
   cloth->setStiffnessFrequency(static_cast<float>(1 / kFrame_s));
   cloth->setTetherConstraintScale(1);
   cloth->setTetherConstraintStiffness(row.has_tethers ? 1 : 0);
@@ -176,6 +177,10 @@ void Play(nv::cloth::Factory* factory, Row row, int count, int frames) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  if (argc < 4) {
+    std::fprintf(stderr, "Usage: nvcloth_sheets CLOTHS SECONDS ROW... (t5 n20 ...)\n");
+    return 2;
+  }
   static Allocator allocator;
   static Errors errors;
   static Asserts asserts;

@@ -31,14 +31,14 @@ def draw_curve(rows, nvcloth):
     figure, axes = pyplot.subplots(1, 2, figsize=(2 * SIZE_IN[0], 1.3 * SIZE_IN[1]))
     ok = [row for row in rows if row["status"] == "ok" and math.isfinite(row["us_one_thread"])]
     families = distinct(ok, "family")
-    for panel, column, published in ((axes[0], "max_strain", 1), (axes[1], "rms_strain", 2)):
+    for panel, column, coordinate in ((axes[0], "max_strain", 1), (axes[1], "rms_strain", 2)):
         for k, family in enumerate(families):
             some = sorted(select(ok, family=family), key=lambda row: row["us_one_thread"])
             panel.plot([row["us_one_thread"] for row in some], [100 * row[column] for row in some], marker="o", markersize=3.5,
                        linewidth=1.1, linestyle="--" if family == "Bullet" else "-", color=FAMILY_COLOURS(k % FAMILY_COLOURS.N), label=family)
         for has_tethers, marker in ((False, "s"), (True, "D")):
             points, source = nvcloth_points(nvcloth, has_tethers)
-            panel.plot([point[0] for point in points], [100 * point[published] for point in points], marker, color="black",
+            panel.plot([point[0] for point in points], [100 * point[coordinate] for point in points], marker, color="black",
                        fillstyle="none", label="NvCloth" + (", tethers" if has_tethers else "") + source)
         panel.set_xscale("log")
         panel.set_yscale("log")
