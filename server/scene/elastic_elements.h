@@ -1,5 +1,5 @@
 // What resists bending and shear at any step size: elements that a particle system is made of, and
-// how they share the masses of the particles (server/solver/README.md, "Elastic elements").
+// how they share the masses of the particles (server/solver/method.md, "apply_elastic").
 #pragma once
 
 #include <array>

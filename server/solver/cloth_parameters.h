@@ -68,7 +68,7 @@ struct SolverChoice {
 };
 
 // How far start directions are from where they are unstable: Gamma = h^2 T / (m L) of the worst
-// link, if it carried the whole weight of the cloth (server/solver/README.md, "Direction").
+// link, if it carried the whole weight of the cloth (server/solver/method.md, "Direction").
 inline double WeightGamma(const SceneModel& model, const ClothParameters& parameters) {
   const double h = parameters.settings.substep_s();
   const double weight_n = model.total_mass_kg() * parameters.gravity_m_per_s2.norm();
@@ -123,7 +123,7 @@ inline double EndShare(const SceneModel& model, const ClothParameters& parameter
 // has no strain to be measured by, and along start directions links that turn are left to the
 // substeps. Never below the tolerance: a sweep that changed nothing has left nothing to refine. Not
 // more rounds than substeps: of few substeps, many rounds took out less than some
-// (tests/bench/README.md).
+// (tests/bench/notes/solver.md).
 inline void ChooseRefinement(const SceneModel& model, const StepSettings& settings,
                              SolverChoice& choice) {
   const bool is_refined = settings.refine_above_strain > 0 && choice.has_strips &&
@@ -164,7 +164,7 @@ inline SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters&
 }
 
 // h^2 omega^2 of the fastest elastic element of a cloth. Above 1 the substep cannot follow it, and
-// it is as soft as makes this 1 (server/solver/README.md, "Elastic elements").
+// it is as soft as makes this 1 (server/solver/method.md, "apply_elastic").
 inline double ElasticRatio(const SceneModel& model, const ClothParameters& parameters) {
   const double h = parameters.settings.substep_s();
   return h * h * model.elastic_frequency_sq_bound();

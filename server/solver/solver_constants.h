@@ -57,7 +57,7 @@ inline constexpr double kMaxStripMove = 1;
 
 // Refinement: sweeps over the links that it moves, between two looks for them [-], and most
 // such rounds of a step. Of fewer sweeps and more rounds the result is the same, but looking takes
-// time (tests/bench/README.md).
+// time (tests/bench/notes/solver.md).
 inline constexpr unsigned kRefineSweeps = 4;
 inline constexpr unsigned kMaxRefineRounds = 16;
 // No further round once refinement has moved this share of the links that the step's substeps have

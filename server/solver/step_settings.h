@@ -17,7 +17,7 @@ enum class Preset { kPaper, kRealtime, kAccurate };
 // spring's amplitude by sqrt(1 + h^2 w^2 / 2) each substep). kHalfKicks: velocity-Verlet.
 enum class SpringIntegration { kInForce, kHalfKicks };
 
-// How positions and velocities advance over a substep (server/solver/README.md, "Two steps").
+// How positions and velocities advance over a substep (server/solver/method.md, "Substeps").
 // kOneStep: ballistic (paper equations 1 and 2), first order where impulses act. kTwoStep: the
 // backward differentiation formula of second order. It starts anew with every step, so a step is a
 // function of positions and velocities. Cloths that it does not suit use kOneStep; see
@@ -33,7 +33,7 @@ enum class Sweep { kColours, kStrips, kStripsThenColours };
 // kAtEnd: as predicted for the end of the substep (the paper): first order, takes energy, stable at
 // any step. kAtStart: as it was at its start (SHAKE): second order, keeps energy, unstable where
 // h^2 T / (m L) exceeds about 1. kBlended: one of them or a mean, for all links of the cloth alike,
-// by that number for the cloth's weight (server/solver/README.md, "Direction").
+// by that number for the cloth's weight (server/solver/method.md, "Direction").
 enum class Direction { kAtEnd, kAtStart, kBlended };
 
 // Fully resolved settings of one cloth.
@@ -52,12 +52,12 @@ struct StepSettings {
   // constraints forbid; kOneStep only.
   uint32_t velocity_iterations = 0;
   Sweep sweep = Sweep::kStrips;
-  // Rate at which the twist of a grid's cells is damped [1/s], see server/solver/README.md; 0 =
+  // Rate at which the twist of a grid's cells is damped [1/s], see server/solver/method.md; 0 =
   // none.
   double twist_damping_per_s = 0;
   // Links that the strips of a step's last sweep leave farther than this share of their length from
   // it are moved to it, with their neighbours, until none is so far off, within limits
-  // (server/solver/README.md, "Refinement"). [0, 1); 0 = never.
+  // (server/solver/method.md, "refine"). [0, 1); 0 = never.
   double refine_above_strain = 0;
   // Wall time that a step should take at most [ms], [0, kMaxFrameBudget_ms]; 0 = none. Backends do
   // not know it: the scheduler turns it into StepItem::max_iterations

@@ -12,7 +12,7 @@ namespace drape {
 //   ballistic:  b = p, H = duration, u = v + a H/2; then p = q, v = u + a H/2
 //   two steps:  b = p + (p - p')/3, H = 2/3 duration, u = (4 v - v')/3 + a H; then p = q, v = u
 // where p', v' are the previous state (backward differences of second order;
-// server/solver/README.md).
+// server/solver/method.md).
 struct Substep {
   double duration_s = 0;
   double interval_s = 0;  // H

@@ -3,7 +3,7 @@
 // HAS_LANES a link of a strip.
 // Stages: find_reach, apply_springs, apply_elastic, apply_wind, predict, damp_twist, tether, solve_strips,
 // refine, solve_distance, solve_joints, solve_contacts, integrate, solve_velocity, correct_velocity, commit
-// (server/solver/README.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
+// (server/solver/method.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
 // Statuses. SI units.
 // With IS_IN_PARTS (drivers that cut long loops, server/gl/README.md) a dispatch stops before it has used
 // up LOOP_BUDGET and the next one goes on where it stopped; the arithmetic is the same.

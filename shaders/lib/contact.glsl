@@ -1,5 +1,5 @@
 // Stages `solve_contacts` and `correct_velocity`: colliders as implicit functions (Bender et al. 2009,
-// section 4.1), contact impulses and Coulomb friction (server/solver/README.md).
+// section 4.1), contact impulses and Coulomb friction (server/solver/method.md).
 #ifndef DRAPE_LIB_CONTACT_GLSL_
 #define DRAPE_LIB_CONTACT_GLSL_
 

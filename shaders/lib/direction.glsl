@@ -1,5 +1,5 @@
 // Stages `solve_distance`, `solve_strips`: along which line an impulse acts (settings.direction;
-// server/solver/README.md, "Direction").
+// server/solver/method.md, "Direction").
 #ifndef DRAPE_LIB_DIRECTION_GLSL_
 #define DRAPE_LIB_DIRECTION_GLSL_
 

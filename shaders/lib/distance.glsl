@@ -44,7 +44,7 @@ bool IsFarOff(vec3 d, float rest_length, float shortest_sq, float longest_sq) {
 }
 
 // Delta Lambda = -r / h / (w_i + w_j + alpha/h^2) [N s]; negative pulls the particles together.
-// Bender et al. 2009, section 3.2, with the compliance of server/solver/README.md.
+// Bender et al. 2009, section 3.2, with the compliance of server/solver/method.md.
 float DistanceImpulse(float residual, float inverse_h, float inverse_mass_sum, float compliance) {
 #ifdef HAS_COMPLIANCE
   precise float denominator = inverse_mass_sum + compliance * inverse_h * inverse_h;

@@ -1,4 +1,4 @@
-// Stage `apply_elastic`: elements of bending and shear (server/solver/README.md).
+// Stage `apply_elastic`: elements of bending and shear (server/solver/method.md).
 #ifndef DRAPE_LIB_ELASTIC_GLSL_
 #define DRAPE_LIB_ELASTIC_GLSL_
 

@@ -1,4 +1,4 @@
-// Stage `predict`: the mean velocity over a substep (server/solver/README.md, step 2).
+// Stage `predict`: the mean velocity over a substep (server/solver/method.md).
 #ifndef DRAPE_LIB_PREDICT_GLSL_
 #define DRAPE_LIB_PREDICT_GLSL_
 

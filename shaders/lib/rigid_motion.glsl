@@ -1,5 +1,5 @@
 // Moving colliders: where a rigid body is some time after the start of the step, and how fast its points are
-// (server/solver/README.md, «Moving colliders»; server/scene/rigid_motion.h).
+// (server/solver/method.md, «Moving colliders»; server/scene/rigid_motion.h).
 #ifndef DRAPE_LIB_RIGID_MOTION_GLSL_
 #define DRAPE_LIB_RIGID_MOTION_GLSL_
 

@@ -1,4 +1,4 @@
-// Stage `solve_strips`: the numbers of one link of a tridiagonal system (server/solver/README.md).
+// Stage `solve_strips`: the numbers of one link of a tridiagonal system (server/solver/method.md).
 #ifndef DRAPE_LIB_STRIP_GLSL_
 #define DRAPE_LIB_STRIP_GLSL_
 

@@ -1,5 +1,5 @@
 // Stage `solve_strips` by cyclic reduction: the arithmetic of one equation of a strip
-// (server/solver/README.md, "Strips").
+// (server/solver/method.md, "solve_strips").
 #ifndef DRAPE_LIB_STRIP_REDUCTION_GLSL_
 #define DRAPE_LIB_STRIP_REDUCTION_GLSL_
 

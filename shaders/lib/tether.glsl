@@ -1,5 +1,5 @@
 // Stage `tether`: no particle farther from a pin than the cloth between them is long
-// (server/solver/README.md, step 2).
+// (server/solver/method.md).
 #ifndef DRAPE_LIB_TETHER_GLSL_
 #define DRAPE_LIB_TETHER_GLSL_
 

@@ -1,5 +1,5 @@
 // Stage `predict` with two steps: the backward differentiation formula of second order
-// (server/solver/README.md, "Two steps").
+// (server/solver/method.md, "Substeps").
 #ifndef DRAPE_LIB_TWO_STEP_GLSL_
 #define DRAPE_LIB_TWO_STEP_GLSL_
 

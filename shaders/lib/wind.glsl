@@ -1,4 +1,4 @@
-// Stage `apply_wind`: drag and lift of the air on a triangle (server/solver/README.md).
+// Stage `apply_wind`: drag and lift of the air on a triangle (server/solver/method.md).
 #ifndef DRAPE_LIB_WIND_GLSL_
 #define DRAPE_LIB_WIND_GLSL_
 

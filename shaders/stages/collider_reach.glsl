@@ -1,5 +1,5 @@
-// Which colliders the particles of a cloth look at in the step under way (server/solver/gl_compute/README.md,
-// «Colliders out of reach»). A contact with a far one changes nothing while its particle is in the range; one
+// Which colliders the particles of a cloth look at in the step under way (server/solver/gl_compute/design.md,
+// «Decisions»). A contact with a far one changes nothing while its particle is in the range; one
 // that is not looks at all of them. Needs the accessors of one plan.
 #ifndef DRAPE_STAGES_COLLIDER_REACH_GLSL_
 #define DRAPE_STAGES_COLLIDER_REACH_GLSL_

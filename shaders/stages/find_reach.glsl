@@ -1,5 +1,5 @@
 // What a step begins with: the range in which the free particles are expected to stay, and the colliders that
-// nothing touches there (server/solver/gl_compute/README.md, «Colliders out of reach»). Needs the accessors of
+// nothing touches there (server/solver/gl_compute/design.md, «Decisions»). Needs the accessors of
 // one plan.
 #ifndef DRAPE_STAGES_FIND_REACH_GLSL_
 #define DRAPE_STAGES_FIND_REACH_GLSL_

@@ -1,5 +1,5 @@
 // Stage `solve_strips` by cyclic reduction: a link of a strip is solved by a lane, all at once
-// (server/solver/README.md, "Strips"). Resident plan only.
+// (server/solver/method.md, "solve_strips"). Resident plan only.
 #include "lib/strip_reduction.glsl"
 #include "stages/lanes.glsl"
 #include "stages/solve_strips.glsl"

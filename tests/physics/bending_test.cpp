@@ -1,4 +1,4 @@
-// Bending rigidity (server/solver/README.md, "Elastic elements"): strips that are held by one end
+// Bending rigidity (server/solver/method.md, "apply_elastic"): strips that are held by one end
 // against the elastica, at rest and in vibration, at several resolutions.
 //
 // A strip of lines of particles across it is a chain of stiff joints: a line stands for a mass and

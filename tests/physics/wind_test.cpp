@@ -1,4 +1,4 @@
-// Drag and lift of the air (server/solver/README.md, apply_wind) against closed forms.
+// Drag and lift of the air (server/solver/method.md, apply_wind) against closed forms.
 #include <cmath>
 #include <vector>
 

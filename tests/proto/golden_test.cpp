@@ -28,10 +28,10 @@ TEST(GoldenDescriptors, AreWhatIsCommitted) {
   if (std::getenv("DRAPE_RENEW_GOLDEN") != nullptr) std::ofstream(kGoldenPath) << text;
   std::ifstream file(kGoldenPath);
   const std::string golden{std::istreambuf_iterator<char>(file), {}};
-  EXPECT_EQ(text, golden)
-      << "The protocol differs from " << kGoldenPath << ".\nIf that is meant: add a line to the "
-      << "changelog in proto/README.md, then run\n  DRAPE_RENEW_GOLDEN=1 proto_test "
-      << "--gtest_filter='GoldenDescriptors.*'\nand commit the file.";
+  EXPECT_EQ(text, golden) << "The protocol differs from " << kGoldenPath
+                          << ".\nIf that is meant: add a line to "
+                          << "proto/CHANGELOG.md, then run\n  DRAPE_RENEW_GOLDEN=1 proto_test "
+                          << "--gtest_filter='GoldenDescriptors.*'\nand commit the file.";
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ TEST_F(EndToEnd, ClothsFallAsTheyShouldAndCopiesAgreeBitForBit) {
   ASSERT_TRUE(end.status.ok());
   EXPECT_EQ(end.cloths[0].stamp.time_s, 1);
   EXPECT_EQ(end.timing.batch_cloths, 2u);
-  // Free fall has no error but rounding (server/solver/README.md): 256 additions of numbers up
+  // Free fall has no error but rounding (server/solver/method.md): 256 additions of numbers up
   // to 9.81, each to half an ulp of single precision.
   const double fallen_m = 9.81 / 2;
   const double rounding = 256 * 9.81 * std::ldexp(1.0, -24);

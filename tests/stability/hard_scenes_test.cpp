@@ -48,7 +48,7 @@ TEST_P(HardSceneTest, MassRatioOfAThousand) {
     const double fall_m = -state.positions_m.back().y();
     const double speed = state.velocities_m_per_s.back().norm();
     // The velocity carries up to half a substep of gravity that the next impulses take away again
-    // (server/solver/README.md), which is worth a fall of v h/2; doubled for the direction's
+    // (server/solver/method.md), which is worth a fall of v h/2; doubled for the direction's
     // change.
     const double slack_m = speed * scene.parameters.settings.substep_s();
     EXPECT_LE(speed * speed / 2, 9.81 * (fall_m + slack_m)) << "step " << step;

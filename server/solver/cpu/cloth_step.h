@@ -1,4 +1,4 @@
-// The step of one cloth (server/solver/README.md), stage by stage.
+// The step of one cloth (server/solver/method.md), stage by stage.
 #pragma once
 
 #include <span>

@@ -1,6 +1,6 @@
 // The formulas of the step as pure functions; no state, no loops over particles. Those of
 // constraints that both paths share are in constraint_math-inl.h. Symbols as in Bender et al. 2009
-// and server/solver/README.md: p, v, u position, velocity, mean velocity over the substep; w
+// and server/solver/method.md: p, v, u position, velocity, mean velocity over the substep; w
 // inverse mass; h substep; C error; n direction; Lambda accumulated impulse; alpha compliance; beta
 // impulse of a contact times w.
 #pragma once

@@ -1,4 +1,4 @@
-// Stage `solve_joints` and rest lengths of a cloth's own (server/solver/README.md).
+// Stage `solve_joints` and rest lengths of a cloth's own (server/solver/method.md).
 #pragma once
 
 #include <span>

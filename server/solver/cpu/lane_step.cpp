@@ -56,7 +56,7 @@ void StoreTwists(const ClothParticle* upper, const ClothParticle* lower, uint32_
   }
 }
 
-// Every cell of the grid gives its corners a share of its twist back (server/solver/README.md).
+// Every cell of the grid gives its corners a share of its twist back (server/solver/method.md).
 // `before(i)`: before the velocity of a free particle is read, `after(i)`: when it has changed.
 template <class Before, class After>
 void DampTwist(const LaneContext& context, const Before& before, const After& after) {

@@ -1,4 +1,4 @@
-// Stage `refine` (server/solver/README.md, "Refinement"): which links are moved, for both paths.
+// Stage `refine` (server/solver/method.md, "refine"): which links are moved, for both paths.
 #pragma once
 
 #include <array>

@@ -5,7 +5,7 @@
 
 namespace drape::cpu {
 
-// One sweep over all strips, phase by phase (server/solver/README.md). Returns whether the errors
+// One sweep over all strips, phase by phase (server/solver/method.md). Returns whether the errors
 // of any were larger than the tolerance.
 bool SolveStrips(const StepContext& context);
 

@@ -5,7 +5,7 @@
 
 namespace drape::cpu {
 
-// Every cell of the grid gives its corners a share of its twist back (server/solver/README.md), all
+// Every cell of the grid gives its corners a share of its twist back (server/solver/method.md), all
 // from the same velocities u.
 void DampTwist(const StepContext& context);
 

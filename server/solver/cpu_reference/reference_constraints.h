@@ -1,5 +1,5 @@
 // Inequality constraints, point joints and rest lengths that change
-// (server/solver/README.md, solve_distance and solve_joints).
+// (server/solver/method.md, solve_distance and solve_joints).
 #pragma once
 
 #include <Eigen/Core>

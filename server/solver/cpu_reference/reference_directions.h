@@ -1,5 +1,5 @@
 // Along which lines the impulses of distance constraints act (settings.direction;
-// server/solver/README.md, "Direction").
+// server/solver/method.md, "Direction").
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// Stage `refine` (server/solver/README.md, "Refinement"), in double precision.
+// Stage `refine` (server/solver/method.md, "refine"), in double precision.
 #pragma once
 
 #include <Eigen/Core>

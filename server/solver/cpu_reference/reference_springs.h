@@ -8,7 +8,7 @@
 
 namespace drape {
 
-// A_i(p, v) of server/solver/README.md: the acceleration of every particle by its springs and their
+// A_i(p, v) of server/solver/method.md: the acceleration of every particle by its springs and their
 // dampers [m/s^2], [particle_count]; 0 for pins (Bender et al. 2009, section 4.1).
 std::vector<Eigen::Vector3d> SpringAccelerations(const SceneModel& model,
                                                  const ParticleState& state);

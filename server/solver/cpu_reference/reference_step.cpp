@@ -23,7 +23,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// One step under way. Names as in server/solver/README.md: h the interval of a substep's impulses
+// One step under way. Names as in server/solver/method.md: h the interval of a substep's impulses
 // [s], b where they start from [m], p positions [m], v velocities [m/s], u mean velocities over the
 // interval [m/s], a accelerations [m/s^2], w inverse masses [1/kg], lambda accumulated impulses of
 // constraints [N s], beta those of contacts times w [m/s].

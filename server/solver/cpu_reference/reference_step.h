@@ -1,4 +1,4 @@
-// One time step of one cloth, written from the equations in server/solver/README.md.
+// One time step of one cloth, written from the equations in server/solver/method.md.
 #pragma once
 
 #include <memory>

@@ -20,7 +20,7 @@ struct StripPrediction {
 
 // One sweep over all strips, phase by phase: changes u [m/s] and the accumulated impulses lambda
 // [N s] ([constraint_count]) by the impulses that remove the errors of each strip's constraints
-// together (server/solver/README.md). Returns whether any strip was solved.
+// together (server/solver/method.md). Returns whether any strip was solved.
 bool SolveStrips(const StripPrediction& prediction, std::vector<Eigen::Vector3d>& u,
                  std::vector<double>& lambda);
 

@@ -10,7 +10,7 @@
 namespace drape {
 
 // The velocity of a triangle relative to the air around it, after the air has acted on it for
-// `duration_s` (server/solver/README.md): r' for r [m/s]. `area_vector_m2` is normal to the
+// `duration_s` (server/solver/method.md): r' for r [m/s]. `area_vector_m2` is normal to the
 // triangle and as long as its area is large. Never longer than r, and never on the other side of
 // the triangle.
 Eigen::Vector3d VelocityAfterAir(const Eigen::Vector3d& r, const Eigen::Vector3d& area_vector_m2,

@@ -1,4 +1,4 @@
-// How the strips of a resident cloth are solved (server/solver/README.md, «Strips»).
+// How the strips of a resident cloth are solved (server/solver/method.md, "solve_strips").
 #pragma once
 
 namespace drape {

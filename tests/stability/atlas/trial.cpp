@@ -55,7 +55,7 @@ class Gauge {
   }
 
   // The velocity of a particle that constraints hold is off by up to half a substep of gravity
-  // (server/solver/README.md), so kinetic energy is counted without as much.
+  // (server/solver/method.md), so kinetic energy is counted without as much.
   double Gain(const ParticleState& state) const {
     return (Energy_j(state, lag_m_per_s_) - start_j_ - case_.allowed_gain_j) / unit_j_;
   }
