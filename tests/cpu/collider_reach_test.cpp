@@ -1,5 +1,5 @@
 // Leaving out colliders that a cloth cannot reach changes nothing, to the bit, along both paths.
-#include "server/solver/cpu/collider_reach.h"
+#include "server/solver/cpu/step/collider_reach.h"
 
 #include <gtest/gtest.h>
 
@@ -13,12 +13,12 @@
 #include <utility>
 #include <vector>
 
-#include "server/solver/cpu/advance.h"
-#include "server/solver/cpu/cloth_step.h"
-#include "server/solver/cpu/collider_surface.h"
-#include "server/solver/cpu/contacts.h"
-#include "server/solver/cpu/lane_step.h"
-#include "server/solver/cpu/step_team.h"
+#include "server/solver/cpu/alone/advance.h"
+#include "server/solver/cpu/alone/cloth_step.h"
+#include "server/solver/cpu/alone/contacts.h"
+#include "server/solver/cpu/side_by_side/group_step.h"
+#include "server/solver/cpu/step/collider_surface.h"
+#include "server/solver/cpu/step/step_team.h"
 #include "tests/support/reach_scenes.h"
 #include "tests/support/reports.h"
 #include "tests/support/scenes.h"

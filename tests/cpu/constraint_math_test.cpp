@@ -1,4 +1,4 @@
-#include "server/solver/cpu/constraint_math-inl.h"
+#include "server/solver/cpu/formulas/constraint_math-inl.h"
 
 #include <gtest/gtest.h>
 

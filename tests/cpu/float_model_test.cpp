@@ -1,4 +1,4 @@
-#include "server/solver/cpu/float_model.h"
+#include "server/solver/cpu/model/float_model.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/solver/cpu/lane_step.h"
+#include "server/solver/cpu/side_by_side/group_step.h"
 
 #include <gtest/gtest.h>
 

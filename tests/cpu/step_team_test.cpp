@@ -1,4 +1,4 @@
-#include "server/solver/cpu/step_team.h"
+#include "server/solver/cpu/step/step_team.h"
 
 #include <gtest/gtest.h>
 

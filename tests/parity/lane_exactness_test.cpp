@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "server/solver/cpu/cpu_backend.h"
-#include "server/solver/cpu/lane_step.h"
+#include "server/solver/cpu/side_by_side/group_step.h"
 #include "tests/support/backends.h"
 #include "tests/support/reports.h"
 #include "tests/support/scenes.h"

@@ -7,9 +7,9 @@
 #include <thread>
 #include <vector>
 
-#include "server/solver/cpu/cloth_step.h"
-#include "server/solver/cpu/denormals.h"
-#include "server/solver/cpu/joints.h"
+#include "server/solver/cpu/alone/cloth_step.h"
+#include "server/solver/cpu/alone/joints.h"
+#include "server/solver/cpu/simd/denormals.h"
 #include "tests/support/backends.h"
 #include "tests/support/reports.h"
 #include "tests/support/scenes.h"

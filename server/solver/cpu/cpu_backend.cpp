@@ -16,16 +16,16 @@
 #include <utility>
 #include <vector>
 
+#include "server/solver/cpu/alone/cloth_step.h"
 #include "server/solver/cpu/cloth_slots.h"
-#include "server/solver/cpu/cloth_step.h"
-#include "server/solver/cpu/denormals.h"
-#include "server/solver/cpu/float_controls.h"
-#include "server/solver/cpu/float_model.h"
-#include "server/solver/cpu/joints.h"
-#include "server/solver/cpu/lane_step.h"
-#include "server/solver/cpu/measure.h"
+#include "server/solver/cpu/model/float_controls.h"
+#include "server/solver/cpu/model/float_model.h"
+#include "server/solver/cpu/model/own_lengths.h"
+#include "server/solver/cpu/side_by_side/group_step.h"
+#include "server/solver/cpu/simd/denormals.h"
+#include "server/solver/cpu/step/measure.h"
+#include "server/solver/cpu/step/step_team.h"
 #include "server/solver/cpu/step_groups.h"
-#include "server/solver/cpu/step_team.h"
 
 namespace drape {
 namespace cpu {

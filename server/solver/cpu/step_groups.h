@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "server/solver/cpu/float_controls.h"
-#include "server/solver/cpu/float_model.h"
+#include "server/solver/cpu/model/float_controls.h"
+#include "server/solver/cpu/model/float_model.h"
 
 namespace drape::cpu {
 

@@ -1,0 +1,249 @@
+#include "server/solver/cpu/alone/cloth_step.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <optional>
+
+#include "server/solver/cpu/alone/advance.h"
+#include "server/solver/cpu/alone/advance_lengths.h"
+#include "server/solver/cpu/alone/contacts.h"
+#include "server/solver/cpu/alone/distances.h"
+#include "server/solver/cpu/alone/elastic.h"
+#include "server/solver/cpu/alone/joints.h"
+#include "server/solver/cpu/alone/refine_links.h"
+#include "server/solver/cpu/alone/strips.h"
+#include "server/solver/cpu/alone/tethers.h"
+#include "server/solver/cpu/alone/twist.h"
+#include "server/solver/cpu/alone/wind.h"
+#include "server/solver/cpu/formulas/constraint_math.h"
+#include "server/solver/cpu/step/finish.h"
+
+namespace drape::cpu {
+namespace {
+
+// A_i(p, v) by the springs of particle i.
+Lanes SpringAcceleration(const FloatModel& model, const Lanes* p, const Lanes* v, uint32_t i) {
+  Lanes force{};
+  for (uint32_t e = model.spring_offsets[i]; e < model.spring_offsets[i + 1]; ++e) {
+    const FloatSpringEnd& end = model.spring_ends[e];
+    const uint32_t j = end.other_particle;
+    force += SpringForce(p[i], p[j], v[i], v[j], end.rest_length, end.stiffness, end.damping);
+  }
+  return model.inverse_masses[i] * force;
+}
+
+void ApplySprings(const StepContext& context, const Lanes* positions, float duration) {
+  const FloatModel& model = context.model;
+  StepScratch& scratch = context.scratch;
+  Lanes* const v = scratch.state.velocities.data();
+  context.ForFreeParticles(
+      [&](uint32_t i) { scratch.accelerations[i] = SpringAcceleration(model, positions, v, i); });
+  context.ForFreeParticles([&](uint32_t i) { v[i] += duration * scratch.accelerations[i]; });
+}
+
+// What acts on the velocities for some time, from the same positions and velocities.
+void Kick(const StepContext& context, const std::vector<Lanes>& positions, float duration) {
+  if (duration == 0) return;
+  if (context.controls.has_half_kicks) ApplySprings(context, positions.data(), duration);
+  if (context.model.has_elastic()) ApplyElastic(context, positions.data(), duration);
+  if (context.controls.has_air_forces) ApplyWind(context, positions.data(), duration);
+}
+
+// The same on the predicted velocities u, from the predicted positions b + H u.
+void KickWithin(const StepContext& context) {
+  const FloatControls& controls = context.controls;
+  if (!controls.has_half_kicks && !controls.has_air_forces && !context.model.has_elastic()) return;
+  StepScratch& scratch = context.scratch;
+  context.ForRanges(scratch.predicted.size(), kParticleGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      scratch.predicted[i] =
+          scratch.state.positions[i] + context.substep.interval * scratch.state.velocities[i];
+    }
+  });
+  Kick(context, scratch.predicted, context.substep.kick_within);
+}
+
+// a = g + A(p, v) of the springs in the force.
+void AccelerateBySprings(const StepContext& context) {
+  StepScratch& scratch = context.scratch;
+  const Lanes* const p = scratch.state.positions.data();
+  const Lanes* const v = scratch.state.velocities.data();
+  const Lanes gravity = context.controls.gravity;
+  context.ForFreeParticles([&](uint32_t i) {
+    scratch.accelerations[i] = gravity + SpringAcceleration(context.model, p, v, i);
+  });
+}
+
+void Predict(const StepContext& context) {
+  if (!context.substep.is_two_step) {
+    PredictContacts(context);
+    if (context.controls.has_spring_forces) AccelerateBySprings(context);
+  }
+  PredictFree(context);
+  PredictPins(context);
+  if (context.substep.is_two_step) KickWithin(context);
+}
+
+void ResetImpulses(const StepContext& context) {
+  std::vector<Lanes>& impulses = context.scratch.distance_impulses;
+  context.ForRanges(impulses.size(), kParticleGrain, [&](size_t begin, size_t end) {
+    std::fill_n(impulses.data() + begin, end - begin, Lanes{});
+  });
+  context.scratch.joint_impulses.assign(context.model.joints.size(), Lanes{});
+}
+
+// No velocity along rigid links is left (Bender et al. 2009, section 3.2).
+void SolveVelocity(const StepContext& context) {
+  for (uint32_t sweep = 0; sweep < context.controls.solver.velocity_iterations; ++sweep) {
+    SolveDistanceVelocities(context);
+    SolveJointVelocities(context);
+  }
+}
+
+// Sweeps until none finds an error, at most max_iterations.
+void Solve(const StepContext& context, StepReport& report) {
+  const FloatControls& controls = context.controls;
+  for (uint32_t iteration = 0; iteration < context.max_iterations; ++iteration) {
+    ++report.iterations;
+    // All always run: a contact can break what the distances have just met.
+    bool has_changed = controls.solver.has_strips && SolveStrips(context);
+    if (context.substep.is_last && iteration + 1 == context.max_iterations) RefineLinks(context);
+    if (controls.solver.has_colours) has_changed |= SolveDistance(context);
+    has_changed |= SolveJoints(context);
+    has_changed |= SolveContacts(context);
+    if (controls.tolerance > 0 && !has_changed) return;
+  }
+  if (controls.tolerance > 0) report.converged = false;
+}
+
+// Of a velocity or position. A zero has no sign: which one it got depends on what padding added to
+// it, and so on the path.
+void DropSignsOfZeros(Lanes& vector) {
+  vector += Lanes{};
+}
+
+// The components without which a particle has no fault: a quick look. A velocity is shorter than
+// twice its largest component.
+LaneMask AreBeyond(Lanes p, Lanes v) {
+  constexpr auto kMaxCoordinate = static_cast<float>(kMaxCoordinate_m);
+  constexpr auto kMaxComponent = static_cast<float>(kMaxSpeed_m_per_s / 2);
+  return ~((Abs(p) <= kMaxCoordinate) & (Abs(v) <= kMaxComponent));  // of no number too
+}
+
+// Drops the signs of zeros. Whether some particle may have a fault.
+bool Tidy(const StepContext& context) {
+  FloatState& result = context.scratch.state;
+  return context.team.AnyOf(0, result.positions.size(), kParticleGrain,
+                            [&](size_t begin, size_t end, uint32_t) {
+                              LaneMask are_beyond{};
+                              for (size_t i = begin; i < end; ++i) {
+                                DropSignsOfZeros(result.positions[i]);
+                                DropSignsOfZeros(result.velocities[i]);
+                                are_beyond |= AreBeyond(result.positions[i], result.velocities[i]);
+                              }
+                              return IsAnyLaneSet(are_beyond);
+                            });
+}
+
+void Copy(const StepContext& context, const FloatState& from, FloatState& to) {
+  to.positions.resize(from.positions.size());
+  to.velocities.resize(from.velocities.size());
+  context.ForRanges(from.positions.size(), kParticleGrain, [&](size_t begin, size_t end) {
+    std::copy_n(from.positions.data() + begin, end - begin, to.positions.data() + begin);
+    std::copy_n(from.velocities.data() + begin, end - begin, to.velocities.data() + begin);
+  });
+}
+
+void Begin(const StepContext& context, const FloatState& state) {
+  const FloatModel& model = context.model;
+  StepScratch& scratch = context.scratch;
+  Copy(context, state, scratch.state);
+  const bool has_two_steps = context.controls.schedule.has_two_steps();
+  scratch.predicted.resize(has_two_steps ? state.positions.size() : 0);
+  scratch.strips.resize(context.team.max_members());
+  scratch.accelerations.resize(model.has_springs() ? model.particle_count : 0);
+  scratch.elastic_impulses.resize(model.elastic_groups.size() * kLaneCount);
+  if (context.controls.has_air_forces) {
+    scratch.air_impulses.resize(model.triangles.size() * kLaneCount);
+  }
+  const bool has_impulses = model.has_compliance() || model.has_inequalities();
+  scratch.distance_impulses.resize(has_impulses ? model.groups.size() + 1 : 0);
+  scratch.contacts.resize(model.particle_count * scratch.reach.near.size());
+}
+
+// Stage by stage.
+void Advance(const StepContext& context, StepReport& report) {
+  const std::vector<Lanes>& positions = context.scratch.state.positions;
+  Kick(context, positions, context.substep.kick_before);
+  Predict(context);
+  if (context.own_lengths != nullptr) AdvanceLengths(context);
+  if (context.substep.twist_share > 0) DampTwist(context);
+  if (context.controls.use_tethers && context.own_lengths == nullptr) ApplyTethers(context);
+  ResetImpulses(context);
+  Solve(context, report);
+  Integrate(context);
+  SolveVelocity(context);
+  CorrectVelocity(context);
+  Kick(context, positions, context.substep.kick_after);
+}
+
+// The same where HasOneVisit. Leaves the free particles as they are at the end of the sweeps;
+// `open` tells what is left to do, before and after.
+void AdvanceInOneVisit(const StepContext& context, std::optional<Ending>& open,
+                       StepReport& report) {
+  const bool has_twist = context.substep.twist_share > 0;
+  PredictPins(context);
+  PrepareInOneVisit(context, open, context.controls.use_tethers && !has_twist);
+  if (has_twist) {
+    DampTwist(context);
+    if (context.controls.use_tethers) ApplyTethers(context);
+  }
+  ResetImpulses(context);
+  Solve(context, report);
+  IntegratePins(context);
+  open.emplace(context);
+}
+
+// The substeps, on the copy of `state` that they begin with.
+StepReport DoSubsteps(StepContext& context, const FloatState& state) {
+  const FloatControls& controls = context.controls;
+  StepReport report;
+  report.warnings = controls.warnings;
+  Begin(context, state);
+  const bool has_one_visit = HasOneVisit(context);
+  std::optional<Ending> open;
+  for (uint32_t index = 0; index < controls.schedule.size(); ++index) {
+    const Substep substep = controls.schedule[index];
+    context.substep = FloatSubstep(substep, controls.damping_per_s);
+    // Colliders are met by substeps of equal length only.
+    PlaceColliders(context, index * substep.duration_s, (index + 1) * substep.duration_s);
+    // Before the kick, which is part of what two steps continue.
+    if (index == 0 && context.substep.sets_previous) {
+      Copy(context, context.scratch.state, context.scratch.previous);
+    }
+    if (has_one_visit) {
+      AdvanceInOneVisit(context, open, report);
+    } else {
+      Advance(context, report);
+    }
+  }
+  if (open) End(context, *open);
+  return report;
+}
+
+}  // namespace
+
+StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
+  ColliderReach& reach = context.scratch.reach;
+  FindReach(context, state, reach);
+  StepReport report = DoSubsteps(context, state);
+  if (Finish(context, Tidy(context), measure, state, report)) return report;
+  ++context.scratch.repeats;
+  ReachAll(context, reach);
+  report = DoSubsteps(context, state);
+  Finish(context, Tidy(context), measure, state, report);
+  return report;
+}
+
+}  // namespace drape::cpu

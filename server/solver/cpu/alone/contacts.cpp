@@ -1,0 +1,213 @@
+#include "server/solver/cpu/alone/contacts.h"
+
+#include <atomic>
+#include <cmath>
+#include <span>
+#include <type_traits>
+
+#include "server/solver/cpu/formulas/constraint_math.h"
+#include "server/solver/cpu/step/collider_surface.h"
+
+namespace drape::cpu {
+namespace {
+
+// Those near colliders that rest as described.
+class RestingSurfaces {
+ public:
+  explicit RestingSurfaces(const StepContext& context)
+      : colliders_(context.controls.colliders.data()), near_(context.scratch.reach.near) {}
+  size_t size() const { return near_.size(); }
+  const FloatCollider& operator[](size_t k) const { return colliders_[near_[k]]; }
+
+ private:
+  const FloatCollider* colliders_;
+  std::span<const uint32_t> near_;
+};
+
+// The near colliders as a list of surfaces, of one type or the other.
+template <class Function>
+auto WithSurfaces(const StepContext& context, const Function& function) {
+  if (context.collider_motions.empty()) return function(RestingSurfaces(context));
+  return function(std::span<const MovingSurface>(context.scratch.surfaces));
+}
+
+// Relative to the surface where the particle is.
+template <class Surface>
+Lanes VelocityBefore(const Surface& surface, Lanes p, Lanes v) {
+  if constexpr (Surface::kMoves) return v - surface.VelocityAtStart(p);
+  return v;
+}
+
+// From positions and velocities before the substep.
+template <class Surfaces>
+void PredictContactsOf(const StepContext& context, const Surfaces& surfaces,
+                       std::span<const uint32_t> particles) {
+  const FloatControls& controls = context.controls;
+  StepScratch& scratch = context.scratch;
+  for (const uint32_t i : particles) {
+    const Lanes p = scratch.state.positions[i];
+    for (size_t k = 0; k < surfaces.size(); ++k) {
+      const Gap gap = surfaces[k].GapAtStart(p);
+      ContactImpulses& contact = scratch.contacts[i * surfaces.size() + k];
+      contact = {Lanes{}, 0, ContactFloor(gap.gap, controls.depenetration_distance), 0};
+      if (!controls.has_restitution) continue;
+      const Lanes v = VelocityBefore(surfaces[k], p, scratch.state.velocities[i]);
+      contact.rebound =
+          ReboundSpeed(gap, v, controls.gravity, controls.restitution, controls.slowest_rebound);
+    }
+  }
+}
+
+template <class Surfaces>
+void FindContactFloorsOf(const StepContext& context, const Surfaces& surfaces,
+                         std::span<const uint32_t> particles) {
+  StepScratch& scratch = context.scratch;
+  for (const uint32_t i : particles) {
+    for (size_t k = 0; k < surfaces.size(); ++k) {
+      scratch.contacts[i * surfaces.size() + k].floor =
+          ContactFloor(surfaces[k].GapAtStart(scratch.state.positions[i]).gap,
+                       context.controls.depenetration_distance);
+    }
+  }
+}
+
+// One particle against one collider. Returns whether it changed u.
+template <class Surface>
+bool SolveContact(const FloatControls& controls, const Surface& surface, Lanes p,
+                  ContactImpulses& contact, Lanes& u) {
+  bool changed = false;
+  const Gap at_end = surface.GapAtEnd(p + controls.h * u);
+  const float normal_impulse =
+      ContactImpulse(contact.normal, at_end.gap - contact.floor, controls.inverse_h);
+  const float change = normal_impulse - contact.normal;
+  // Changes within the tolerance are applied too, but do not keep the sweeps going: in short
+  // substeps friction consists of nothing else.
+  u += change * at_end.normal;
+  contact.normal = normal_impulse;
+  changed |= controls.h * std::fabs(change) > controls.contact_tolerance;
+  const bool has_tangent = Dot(contact.tangent, contact.tangent) > 0;
+  if (controls.friction_static > 0 && (contact.normal > 0 || has_tangent)) {
+    Lanes relative = u;
+    if constexpr (Surface::kMoves) relative -= surface.MeanVelocity(p);
+    const Lanes tangent =
+        FrictionImpulse(contact.tangent, Tangential(relative, at_end.normal), contact.normal,
+                        controls.friction_static, controls.friction_dynamic);
+    const Lanes tangent_change = tangent - contact.tangent;
+    u += tangent_change;
+    contact.tangent = tangent;
+    changed |= controls.h * Length(tangent_change) > controls.contact_tolerance;
+  }
+  return changed;
+}
+
+// Returns whether a contact changed; `has_left`: set if a particle has left the range.
+template <class Surfaces>
+bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
+                     std::span<const uint32_t> particles, std::atomic<bool>& has_left) {
+  const FloatControls& controls = context.controls;
+  StepScratch& scratch = context.scratch;
+  ReachWatch watch(scratch.reach.range, scratch.reach.WatchesSweeps(context.max_iterations));
+  bool changed = false;
+  for (const uint32_t i : particles) {
+    const Lanes p = scratch.state.positions[i];
+    Lanes& u = scratch.state.velocities[i];
+    for (size_t k = 0; k < surfaces.size(); ++k) {
+      watch.See(p + controls.h * u);
+      changed |=
+          SolveContact(controls, surfaces[k], p, scratch.contacts[i * surfaces.size() + k], u);
+    }
+    watch.See(p + controls.h * u);
+  }
+  if (watch.has_left()) has_left = true;
+  return changed;
+}
+
+// Of a particle at p, relative to the surface.
+Lanes CorrectContactVelocity(const FloatControls& controls, const ContactImpulses& contact, Lanes n,
+                             Lanes v) {
+  if (contact.rebound > 0) {
+    return VelocityAfterHit(v, n, contact.rebound, controls.friction_static,
+                            controls.friction_dynamic);
+  }
+  return VelocityAfterContact(v, n, controls.friction_static, controls.friction_dynamic);
+}
+
+template <class Surfaces>
+void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
+                       std::span<const uint32_t> particles) {
+  using Surface = std::remove_cvref_t<decltype(surfaces[0])>;
+  const FloatControls& controls = context.controls;
+  const float damping_factor = context.substep.damping_factor;
+  FloatState& state = context.scratch.state;
+  for (const uint32_t i : particles) {
+    const Lanes p = state.positions[i];
+    Lanes v = state.velocities[i];
+    for (size_t k = 0; k < surfaces.size(); ++k) {
+      const ContactImpulses& contact = context.scratch.contacts[i * surfaces.size() + k];
+      if (!(contact.normal > 0)) continue;
+      const Lanes n = surfaces[k].GapAtEnd(p).normal;
+      if constexpr (Surface::kMoves) {
+        const Lanes of_surface = surfaces[k].VelocityAtEnd(p);
+        v = of_surface + CorrectContactVelocity(controls, contact, n, v - of_surface);
+      } else {
+        v = CorrectContactVelocity(controls, contact, n, v);
+      }
+    }
+    state.velocities[i] = v * damping_factor;
+  }
+}
+
+}  // namespace
+
+void PredictContacts(const StepContext& context) {
+  if (context.scratch.reach.near.empty()) return;
+  WithSurfaces(context, [&](const auto& surfaces) {
+    context.ForFreeRanges([&](std::span<const uint32_t> particles) {
+      PredictContactsOf(context, surfaces, particles);
+    });
+  });
+}
+
+void FindContactFloors(const StepContext& context) {
+  if (context.scratch.reach.near.empty()) return;
+  WithSurfaces(context, [&](const auto& surfaces) {
+    context.ForFreeRanges([&](std::span<const uint32_t> particles) {
+      FindContactFloorsOf(context, surfaces, particles);
+    });
+  });
+}
+
+bool SolveContacts(const StepContext& context) {
+  ColliderReach& reach = context.scratch.reach;
+  if (reach.near.empty() && !reach.WatchesSweeps(context.max_iterations)) return false;
+  std::atomic<bool> has_left = false;
+  const bool has_changed = WithSurfaces(context, [&](const auto& surfaces) {
+    return context.AnyFreeRange([&](std::span<const uint32_t> particles) {
+      return SolveContactsOf(context, surfaces, particles, has_left);
+    });
+  });
+  reach.has_left |= has_left;
+  return has_changed;
+}
+
+void CorrectVelocity(const StepContext& context) {
+  if (context.substep.is_two_step) return;
+  if (context.scratch.reach.near.empty() && context.substep.damping_factor == 1) return;
+  WithSurfaces(context, [&](const auto& surfaces) {
+    context.ForFreeRanges([&](std::span<const uint32_t> particles) {
+      CorrectVelocityOf(context, surfaces, particles);
+    });
+  });
+}
+
+void PlaceColliders(const StepContext& context, double begin_s, double end_s) {
+  std::vector<MovingSurface>& surfaces = context.scratch.surfaces;
+  surfaces.clear();
+  if (context.collider_motions.empty()) return;
+  for (const uint32_t k : context.scratch.reach.near) {
+    surfaces.emplace_back(context.controls.colliders[k], context.collider_motions[k], begin_s,
+                          end_s);
+  }
+}
+
+}  // namespace drape::cpu

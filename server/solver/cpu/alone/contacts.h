@@ -1,0 +1,24 @@
+// Stages `solve_contacts` and `correct_velocity`, and what they need at the start of a substep.
+#pragma once
+
+#include "server/solver/cpu/step/step_context.h"
+
+namespace drape::cpu {
+
+// Places the moving colliders that are near where they are in a substep from `begin_s` to `end_s`
+// of the step.
+void PlaceColliders(const StepContext& context, double begin_s, double end_s);
+
+// From positions and velocities before the substep.
+void PredictContacts(const StepContext& context);
+
+// Again where contacts let the substep end, after particles have been moved.
+void FindContactFloors(const StepContext& context);
+
+// One sweep. Returns whether an impulse was larger than the tolerance.
+bool SolveContacts(const StepContext& context);
+
+// Contacts: no approach velocity, rebounds, Coulomb friction; then damping.
+void CorrectVelocity(const StepContext& context);
+
+}  // namespace drape::cpu

@@ -1,0 +1,161 @@
+#include "server/solver/cpu/alone/distances.h"
+
+#include <algorithm>
+
+#include "server/solver/cpu/formulas/constraint_math-inl.h"
+#include "server/solver/cpu/formulas/constraint_math.h"
+
+namespace drape::cpu {
+namespace {
+
+using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
+
+// For particles without distance: the impulse acts along +x.
+void ReplaceShortDirections(Lanes (&differences)[kLaneCount], Lanes& lengths) {
+  for (uint32_t k = 0; k < kLaneCount; ++k) {
+    if (!(lengths[k] < kMinDirectionLength)) continue;
+    differences[k] = Lanes{1, 0, 0, 0};
+    lengths[k] = 1;
+  }
+}
+
+// The lines of the impulses of four constraints whose predicted differences are `end`.
+ImpulseLines<LaneVectors, Lanes> LinesOf(const StepContext& context, const DistanceGroup& group,
+                                         const LaneVectors& end, Lanes length) {
+  const Lanes* const p = context.scratch.state.positions.data();
+  Lanes start[kLaneCount];
+  for (uint32_t k = 0; k < kLaneCount; ++k) start[k] = p[group.j[k]] - p[group.i[k]];
+  return BlendDirections(Transpose(start[0], start[1], start[2], start[3]), Directions(end, length),
+                         Splat(context.controls.end_share));
+}
+
+// Groups [begin, end) of a colour, four constraints at once (Bender et al. 2009, section 3.2 and
+// 3.3). Returns whether an error was larger than the tolerance.
+template <bool kHasCompliance, bool kHasInequalities, bool kHasOwnLengths, bool kHasStarts>
+bool SweepDistances(const StepContext& context, size_t begin, size_t end) {
+  const float h = context.substep.interval;
+  const float inverse_h = context.substep.inverse_interval;
+  const float tolerance = context.controls.tolerance;
+  const Lanes* const p = context.scratch.state.positions.data();
+  Lanes* const u = context.scratch.state.velocities.data();
+  LaneMask changed{};
+  for (size_t g = begin; g < end; ++g) {
+    const DistanceGroup& group = context.model.groups[g];
+    Lanes d[kLaneCount];
+    for (uint32_t k = 0; k < kLaneCount; ++k) {
+      const uint32_t i = group.i[k], j = group.j[k];
+      d[k] = PredictedDifference(p[i], p[j], u[i], u[j], h);
+    }
+    const LaneVectors t = Transpose(d[0], d[1], d[2], d[3]);
+    const Lanes length = Sqrt((t.x * t.x + t.y * t.y) + t.z * t.z);
+    Lanes divisor = length;
+    if (IsAnyLaneSet(length < kMinDirectionLength)) [[unlikely]]
+      ReplaceShortDirections(d, divisor);
+
+    const Lanes rest_length = kHasOwnLengths ? context.scratch.rest_lengths[g] : group.rest_length;
+    Lanes residual = length - rest_length;
+    Lanes weight = group.inverse_mass_i + group.inverse_mass_j;
+    if constexpr (kHasStarts) {
+      const auto lines = LinesOf(context, group, t, length);
+      weight *= lines.slope;
+      const auto n = Transpose(lines.n);
+      std::copy(n.begin(), n.end(), d);
+      divisor = Splat(1);
+    }
+    if constexpr (kHasCompliance) {
+      const Lanes alpha_over_h = context.model.compliances[g] * inverse_h;
+      residual += alpha_over_h * context.scratch.distance_impulses[g];
+      weight += alpha_over_h * inverse_h;
+    }
+    LaneMask is_active = Abs(residual) > tolerance * rest_length;
+    Lanes impulse = is_active ? DistanceImpulse(residual, inverse_h, weight) : Lanes{};
+    if constexpr (kHasInequalities) {
+      const ImpulseBounds& bounds = context.model.bounds[g];
+      impulse = ClampImpulse(context.scratch.distance_impulses[g], impulse, bounds.min, bounds.max);
+      is_active &= impulse != 0;
+    }
+    if constexpr (kHasCompliance || kHasInequalities) {
+      context.scratch.distance_impulses[g] += impulse;
+    }
+    const Lanes impulse_per_length = impulse / divisor;
+    const Lanes scale_i = group.inverse_mass_i * impulse_per_length;
+    const Lanes scale_j = group.inverse_mass_j * impulse_per_length;
+#pragma GCC unroll 4  // constant lanes: shuffles instead of loads
+    for (uint32_t k = 0; k < kLaneCount; ++k) {
+      u[group.i[k]] -= scale_i[k] * d[k];
+      u[group.j[k]] += scale_j[k] * d[k];
+    }
+    changed |= is_active;
+  }
+  return IsAnyLaneSet(changed);
+}
+
+// Colour by colour: sweep(context, begin, end) of its groups.
+template <class Sweep>
+bool AnyColour(const StepContext& context, const Sweep& sweep) {
+  const std::vector<uint32_t>& offsets = context.model.colour_offsets;
+  bool has_changed = false;
+  for (size_t colour = 0; colour + 1 < offsets.size(); ++colour) {
+    has_changed |= context.team.AnyOf(
+        offsets[colour], offsets[colour + 1], kGroupGrain,
+        [&](size_t begin, size_t end, uint32_t) { return sweep(context, begin, end); });
+  }
+  return has_changed;
+}
+
+// One sweep with the flags that the cloth needs.
+template <bool... kFlags>
+bool ChooseSweep(const StepContext& context) {
+  if constexpr (sizeof...(kFlags) == 4) {
+    return AnyColour(context, SweepDistances<kFlags...>);
+  } else {
+    const bool flags[] = {context.model.has_compliance(), context.model.has_inequalities(),
+                          context.own_lengths != nullptr, context.controls.has_start_directions()};
+    return flags[sizeof...(kFlags)] ? ChooseSweep<kFlags..., true>(context)
+                                    : ChooseSweep<kFlags..., false>(context);
+  }
+}
+
+// Groups [begin, end) of a colour.
+void SweepVelocities(const StepContext& context, size_t begin, size_t end) {
+  const FloatModel& model = context.model;
+  const Lanes* const p = context.scratch.state.positions.data();
+  Lanes* const v = context.scratch.state.velocities.data();
+  for (size_t g = begin; g < end; ++g) {
+    const DistanceGroup& group = model.groups[g];
+    Lanes d[kLaneCount], difference[kLaneCount];
+    for (uint32_t k = 0; k < kLaneCount; ++k) {
+      d[k] = p[group.j[k]] - p[group.i[k]];
+      difference[k] = v[group.j[k]] - v[group.i[k]];
+    }
+    const LaneVectors t = Transpose(d[0], d[1], d[2], d[3]);
+    const LaneVectors n = Directions(t, Sqrt(Dot(t, t)));
+    const LaneVectors approach =
+        Transpose(difference[0], difference[1], difference[2], difference[3]);
+    const Lanes impulse = Select(
+        model.RigidLanes(g),
+        VelocityImpulse(Dot(n, approach), group.inverse_mass_i, group.inverse_mass_j), Lanes{});
+    const auto line = Transpose(n);
+    const Lanes scale_i = group.inverse_mass_i * impulse;
+    const Lanes scale_j = group.inverse_mass_j * impulse;
+    for (uint32_t k = 0; k < kLaneCount; ++k) {
+      v[group.i[k]] -= scale_i[k] * line[k];
+      v[group.j[k]] += scale_j[k] * line[k];
+    }
+  }
+}
+
+}  // namespace
+
+bool SolveDistance(const StepContext& context) {
+  return ChooseSweep<>(context);
+}
+
+void SolveDistanceVelocities(const StepContext& context) {
+  AnyColour(context, [](const StepContext& same, size_t begin, size_t end) {
+    SweepVelocities(same, begin, end);
+    return false;
+  });
+}
+
+}  // namespace drape::cpu

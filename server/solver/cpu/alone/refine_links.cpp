@@ -1,0 +1,80 @@
+#include "server/solver/cpu/alone/refine_links.h"
+
+#include "server/solver/cpu/alone/contacts.h"
+#include "server/solver/cpu/formulas/constraint_math-inl.h"
+#include "server/solver/cpu/formulas/constraint_math.h"
+
+namespace drape::cpu {
+namespace {
+
+using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
+
+// Which of four links are far off.
+LaneMask AreFarOff(const StepContext& context, const DistanceGroup& group) {
+  const RefineLimits& limits = context.controls.refine_limits;
+  const float interval = context.substep.interval;
+  const Lanes* const p = context.scratch.state.positions.data();
+  const Lanes* const u = context.scratch.state.velocities.data();
+  const auto predicted = [&](uint32_t i) { return p[i] + interval * u[i]; };
+  const auto difference = [&](uint32_t lane) {
+    return predicted(group.j[lane]) - predicted(group.i[lane]);
+  };
+  const LaneVectors d = Transpose(difference(0), difference(1), difference(2), difference(3));
+  const Lanes length_sq = Dot(d, d);
+  const Lanes rest_length_sq = group.rest_length * group.rest_length;
+  return (length_sq < limits.min_sq * rest_length_sq) |
+         (length_sq > limits.max_sq * rest_length_sq);
+}
+
+void MarkLinksFarOff(const StepContext& context) {
+  const std::vector<DistanceGroup>& groups = context.model.groups;
+  std::vector<StripScratch>& members = context.scratch.strips;
+  context.team.AnyOf(0, groups.size(), kGroupGrain, [&](size_t begin, size_t end, uint32_t member) {
+    for (size_t g = begin; g < end; ++g) {
+      const LaneMask are_far_off = AreFarOff(context, groups[g]);
+      if (!IsAnyLaneSet(are_far_off)) continue;
+      for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
+        if (!are_far_off[lane]) continue;
+        members[member].far_off.push_back(static_cast<uint32_t>(g) * kLaneCount + lane);
+      }
+    }
+    return false;
+  });
+  for (StripScratch& member : members) {
+    for (const uint32_t place : member.far_off) context.scratch.refinement.Mark(place, 1);
+    member.far_off.clear();
+  }
+}
+
+// Moves the ends of a link so that it has its length at the end of the substep.
+void MoveEnds(const StepContext& context, uint32_t place) {
+  const DistanceGroup& group = context.model.groups[place / kLaneCount];
+  const uint32_t lane = place % kLaneCount;
+  const uint32_t i = group.i[lane], j = group.j[lane];
+  Lanes* const p = context.scratch.state.positions.data();
+  const Lanes* const u = context.scratch.state.velocities.data();
+  const Lanes d = PredictedDifference(p[i], p[j], u[i], u[j], context.substep.interval);
+  const float length = Length(d);
+  const Lanes n = length < kMinDirectionLength ? Lanes{1, 0, 0, 0} : (1 / length) * d;
+  const float weight = group.inverse_mass_i[lane] + group.inverse_mass_j[lane];
+  const float move = (length - group.rest_length[lane]) / weight;
+  p[i] += (group.inverse_mass_i[lane] * move) * n;
+  p[j] -= (group.inverse_mass_j[lane] * move) * n;
+}
+
+}  // namespace
+
+void RefineLinks(const StepContext& context) {
+  if (!context.controls.has_refinement()) return;
+  Refinement& refinement = context.scratch.refinement;
+  refinement.Begin(context.model);
+  MarkLinksFarOff(context);
+  const auto move_ends = [&](const RefinedLink& link) { MoveEnds(context, link.place); };
+  const auto cloths_far_off = [&](uint32_t place) -> uint32_t {
+    return AreFarOff(context, context.model.groups[place / kLaneCount])[place % kLaneCount] ? 1 : 0;
+  };
+  const bool has_moved = refinement.Run(context.controls.solver, move_ends, cloths_far_off);
+  if (has_moved) FindContactFloors(context);
+}
+
+}  // namespace drape::cpu

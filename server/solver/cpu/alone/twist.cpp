@@ -1,0 +1,54 @@
+#include "server/solver/cpu/alone/twist.h"
+
+#include <algorithm>
+
+namespace drape::cpu {
+namespace {
+
+// Row `row` of the cells, those above this row of particles, times the share; the cells beyond the
+// edges of the grid are 0.
+void StoreTwists(const StepContext& context, uint32_t row) {
+  const uint32_t columns = context.model.source->grid_columns();
+  Lanes* const twists = context.scratch.twists.data() + row * (columns + size_t{1});
+  if (row == 0 || row == context.model.source->grid_rows()) {
+    std::fill(twists, twists + columns + 1, Lanes{});
+    return;
+  }
+  const Lanes* const lower = context.scratch.state.velocities.data() + size_t{row} * columns;
+  const Lanes* const upper = lower - columns;
+  const float share = context.substep.twist_share;
+  twists[0] = twists[columns] = Lanes{};
+  for (uint32_t column = 0; column + 1 < columns; ++column) {
+    twists[column + 1] =
+        share * ((upper[column] - upper[column + 1]) - (lower[column] - lower[column + 1]));
+  }
+}
+
+// The particles of a row, from the cells around them.
+void ApplyTwists(const StepContext& context, uint32_t row) {
+  const uint32_t columns = context.model.source->grid_columns();
+  const Lanes* const above = context.scratch.twists.data() + row * (columns + size_t{1});
+  const Lanes* const below = above + columns + 1;
+  Lanes* const u = context.scratch.state.velocities.data() + size_t{row} * columns;
+  const float* const w = context.model.inverse_masses.data() + size_t{row} * columns;
+  for (uint32_t column = 0; column < columns; ++column) {
+    const Lanes change = (above[column + 1] - above[column]) + (below[column] - below[column + 1]);
+    if (w[column] != 0) u[column] += change;
+  }
+}
+
+}  // namespace
+
+void DampTwist(const StepContext& context) {
+  const uint32_t columns = context.model.source->grid_columns();
+  const uint32_t rows = context.model.source->grid_rows();
+  context.scratch.twists.resize((rows + size_t{1}) * (columns + size_t{1}));
+  context.ForRanges(rows + size_t{1}, kRowGrain, [&](size_t begin, size_t end) {
+    for (size_t row = begin; row < end; ++row) StoreTwists(context, static_cast<uint32_t>(row));
+  });
+  context.ForRanges(rows, kRowGrain, [&](size_t begin, size_t end) {
+    for (size_t row = begin; row < end; ++row) ApplyTwists(context, static_cast<uint32_t>(row));
+  });
+}
+
+}  // namespace drape::cpu

@@ -1,0 +1,12 @@
+// Stage `apply_wind`: drag and lift of the air on the triangles.
+#pragma once
+
+#include "server/solver/cpu/step/step_context.h"
+
+namespace drape::cpu {
+
+// Changes the velocities of the scratch state by what the air does within `duration` [s]. The
+// controls must have air forces.
+void ApplyWind(const StepContext& context, const Lanes* positions, float duration);
+
+}  // namespace drape::cpu

@@ -1,0 +1,152 @@
+// The formulas of constraints over any lanes; no state, no loops over particles. Scalars is one
+// number of each lane: Lanes or WideLanes (constraints of one cloth side by side), or ClothLanes
+// (one constraint of several cloths side by side); Vectors are the x, y and z of one vector of each
+// lane. The same operations in the same order whatever the lanes are: a cloth has the same bits on
+// either path. Symbols as in constraint_math.h. Compiled once per instruction set.
+#if defined(DRAPE_CPU_FORMULAS_CONSTRAINT_MATH_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DRAPE_CPU_FORMULAS_CONSTRAINT_MATH_INL_H_
+#undef DRAPE_CPU_FORMULAS_CONSTRAINT_MATH_INL_H_
+#else
+#define DRAPE_CPU_FORMULAS_CONSTRAINT_MATH_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include "server/solver/cpu/formulas/constraint_math.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace drape::cpu::HWY_NAMESPACE {
+
+// d / |d|; +x where d is too short to have a direction. `length` = |d|.
+template <class Vectors, class Scalars>
+inline Vectors Directions(const Vectors& d, const Scalars& length) {
+  const auto is_short = length < AllLanes(kMinDirectionLength, length);
+  const Scalars one = AllLanes(1, length);
+  const Scalars inverse_length = one / Select(is_short, one, length);
+  Scalars x = inverse_length * d.x, y = inverse_length * d.y, z = inverse_length * d.z;
+  if (IsAnyLaneSet(is_short)) [[unlikely]] {
+    const Scalars zero = AllLanes(0, length);
+    x = Select(is_short, one, x);
+    y = Select(is_short, zero, y);
+    z = Select(is_short, zero, z);
+  }
+  return {x, y, z};
+}
+
+// Lines of impulses, and how much of a displacement along them changes the lengths (the README of
+// server/solver, "Direction").
+template <class Vectors, class Scalars>
+struct ImpulseLines {
+  Vectors n;
+  Scalars slope;  // n . n_end
+};
+
+// `start` are the differences of positions at the start of the substep [m].
+template <class Vectors, class Scalars>
+inline ImpulseLines<Vectors, Scalars> BlendDirections(const Vectors& start, const Vectors& n_end,
+                                                      const Scalars& end_share) {
+  const Scalars one = AllLanes(1, end_share);
+  const Vectors n_start = Directions(start, Sqrt(Dot(start, start)));
+  const auto turns_far =
+      Dot(n_start, n_end) < AllLanes(static_cast<float>(kMinDirectionCosine), end_share);
+  const Scalars share = Select(turns_far, one, end_share);
+  const Vectors n = (one - share) * n_start + share * n_end;
+  return {n, Dot(n, n_end)};
+}
+
+// Impulse that removes the residual r = C + (alpha/h) Lambda within h (Bender et al. 2009,
+// section 3.2; C_distance of section 4.3; the compliance is an extension, see the README of
+// server/solver): Delta Lambda = -r / h / (w_i + w_j + alpha/h^2). Negative pulls the particles
+// together.
+template <class Scalars>
+inline Scalars DistanceImpulse(const Scalars& residual, float inverse_h,
+                               const Scalars& inverse_mass_sum) {
+  return -residual * inverse_h / inverse_mass_sum;
+}
+
+// Impulse that takes the velocity along a link, n . (v_j - v_i) (Bender et al. 2009, section 3.2, a
+// velocity constraint: no 1/h). Padding has no mass: none.
+template <class Scalars>
+inline Scalars VelocityImpulse(const Scalars& speed, const Scalars& inverse_mass_i,
+                               const Scalars& inverse_mass_j) {
+  const Scalars sum = inverse_mass_i + inverse_mass_j;
+  const Scalars zero = AllLanes(0, speed), one = AllLanes(1, speed);
+  return Select(sum > zero, -speed / Select(sum > zero, sum, one), zero);
+}
+
+// The part of an impulse that keeps the accumulated one within its bounds: inequality constraints
+// push or pull, never both (Bender et al. 2009, section 3.2).
+template <class Scalars>
+inline Scalars ClampImpulse(const Scalars& lambda, const Scalars& impulse, const Scalars& min,
+                            const Scalars& max) {
+  return Min(Max(lambda + impulse, min), max) - lambda;
+}
+
+// Speed towards a pin that brings a particle back within reach by the end of the substep: (|d| -
+// reach) / h. Only the particle moves: the pin's inverse mass is 0 (Bender et al. 2009,
+// section 3.2, for the inequality reach - |d| >= 0).
+template <class Scalars>
+inline Scalars TetherSpeed(const Scalars& length, const Scalars& reach, float inverse_h) {
+  return (length - reach) * inverse_h;
+}
+
+// a x b, lane by lane.
+template <class Vectors>
+inline Vectors Cross(const Vectors& a, const Vectors& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+// Impulse along L of elastic elements (apply_elastic, the README of server/solver): oscillators of
+// this mass [kg] and squared frequency [1/s^2] that a substep h follows as far as it can,
+// `deflection` [m] from rest and at this speed [m/s], within `duration` [s].
+template <class Scalars>
+inline Scalars ElasticImpulse(const Scalars& mass, const Scalars& frequency_sq,
+                              const Scalars& damping_share, const Scalars& deflection,
+                              const Scalars& speed, float duration, float h, float inverse_h) {
+  const Scalars one = AllLanes(1, mass);
+  const Scalars ratio =
+      Min(frequency_sq * (h * h), AllLanes(static_cast<float>(kMaxElasticRatio), mass));
+  const Scalars ratio_sq = ratio * ratio;
+  const Scalars damping = damping_share * ratio_sq / (one + ratio_sq) * inverse_h;
+  const Scalars stiffness = Min(frequency_sq, AllLanes(inverse_h * inverse_h, mass));
+  return -(mass * duration) * (stiffness * deflection + damping * speed);
+}
+
+// r - r' for triangles: how the air changes their velocities within a kick (apply_wind, the README
+// of server/solver). r is the velocity of the air relative to the triangle [m/s], `normal` is
+// perpendicular to it and twice its area long [m^2]; drag and lift are duration * density of the
+// air
+// * coefficient / (4 * mass of the triangle) [s/m / m^2].
+template <class Vectors, class Scalars>
+inline Vectors AirVelocityChange(const Vectors& r, const Vectors& normal, const Scalars& drag,
+                                 const Scalars& lift) {
+  const Scalars zero = AllLanes(0, drag), one = AllLanes(1, drag);
+  const Scalars twice_area = Sqrt(Dot(normal, normal));
+  const Scalars speed = Sqrt(Dot(r, r));
+  const auto has_force = (twice_area > zero) & (speed > zero);
+  const Scalars area_divisor = Select(has_force, twice_area, one);
+  const Vectors n{normal.x / area_divisor, normal.y / area_divisor, normal.z / area_divisor};
+  const Scalars approach = Dot(r, n);
+  const Scalars cosine = Min(Abs(approach) / Select(has_force, speed, one), one);
+  const Scalars sine_sq = one - cosine * cosine;
+
+  const Scalars max_ratio = AllLanes(static_cast<float>(kMaxAirRatio), drag);
+  const Scalars drag_ratio = Min(drag * (twice_area * Abs(approach)), max_ratio);
+  const Scalars lift_ratio = Min(lift * (twice_area * speed), max_ratio);
+  const Scalars turn = lift_ratio * cosine / (one + lift_ratio * sine_sq);
+  const Scalars turn_sq = turn * turn * sine_sq;
+  const Scalars root = Sqrt(one + turn_sq);
+  // r - r' without the difference of nearly equal numbers.
+  const Scalars keep = one / (one + drag_ratio);
+  const Scalars shrink = keep * (drag_ratio + turn_sq / (root * (one + root)));
+  const Scalars along_n = keep * turn / root * Select(approach < zero, -speed, speed);
+  const Scalars along_r = shrink - keep * turn / root * cosine;
+  return {Select(has_force, along_r * r.x + along_n * n.x, zero),
+          Select(has_force, along_r * r.y + along_n * n.y, zero),
+          Select(has_force, along_r * r.z + along_n * n.z, zero)};
+}
+
+}  // namespace drape::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard, once per instruction set

@@ -1,0 +1,99 @@
+#include "server/solver/cpu/model/float_controls.h"
+
+#include <algorithm>
+#include <cmath>
+#include <variant>
+
+namespace drape::cpu {
+namespace {
+
+using Kind = FloatCollider::Kind;
+
+FloatCollider ToFloat(const SphereCollider& sphere, double thickness_m) {
+  return {Kind::kSphere, ToLanes(sphere.center_m), Lanes{},
+          static_cast<float>(sphere.radius_m + thickness_m)};
+}
+
+FloatCollider ToFloat(const PlaneCollider& plane, double thickness_m) {
+  return {Kind::kPlane, ToLanes(plane.point_m), ToLanes(plane.normal),
+          static_cast<float>(thickness_m)};
+}
+
+FloatCollider ToFloat(const CapsuleCollider& capsule, double thickness_m) {
+  return {Kind::kCapsule,
+          ToLanes(capsule.a_m),
+          ToLanes(capsule.b_m - capsule.a_m),
+          static_cast<float>(capsule.radius_m + thickness_m),
+          {ToLanes(NormalOnSegment(capsule))}};
+}
+
+FloatCollider ToFloat(const BoxCollider& box, double thickness_m) {
+  const Eigen::Matrix3d axes = box.rotation.toRotationMatrix();
+  return {Kind::kBox,
+          ToLanes(box.center_m),
+          ToLanes(box.half_extents_m),
+          static_cast<float>(thickness_m),
+          {ToLanes(axes.col(0)), ToLanes(axes.col(1)), ToLanes(axes.col(2))}};
+}
+
+FloatCollider ToFloat(const DistanceMapCollider& solid, double thickness_m) {
+  const Eigen::Matrix3d axes = solid.transform.rotation.toRotationMatrix();
+  return {Kind::kDistanceMap,
+          ToLanes(solid.transform * solid.map->low_m()),
+          Lanes{},
+          static_cast<float>(thickness_m),
+          {ToLanes(axes.col(0)), ToLanes(axes.col(1)), ToLanes(axes.col(2))},
+          DistanceSamples(solid.map)};
+}
+
+}  // namespace
+
+Gap FloatCollider::GapOfLargerShape(Lanes q) const {
+  if (kind == Kind::kCapsule) return CapsuleGap(q, point, vector, axes[0], offset);
+  if (kind == Kind::kBox) return BoxGap(q, point, vector, axes, offset);
+  return DistanceMapGap(q, point, axes, samples, offset);
+}
+
+FloatControls::FloatControls(const FloatModel& model, const ClothParameters& parameters,
+                             bool has_own_lengths)
+    : solver(ChooseSolver(*model.source, parameters, has_own_lengths)),
+      schedule(*model.source, parameters, solver.has_two_steps),
+      refine_limits(
+          std::max(solver.refine_above_strain,
+                   SinglePrecisionTolerance(parameters.settings.tolerance, *model.source))) {
+  const StepSettings& settings = parameters.settings;
+  const double substep_s = settings.substep_s();
+  const double tolerance_met = SinglePrecisionTolerance(settings.tolerance, *model.source);
+  damping_per_s = parameters.damping_per_s;
+  end_share = static_cast<float>(solver.end_share);
+  time_step = static_cast<float>(settings.time_step_s);
+  h = static_cast<float>(substep_s);
+  inverse_h = static_cast<float>(1 / substep_s);
+  tolerance = static_cast<float>(tolerance_met);
+  contact_tolerance = static_cast<float>(tolerance_met * model.source->length_scale_m());
+  depenetration_distance = static_cast<float>(kMaxDepenetrationSpeed_m_per_s * substep_s);
+  friction_static = static_cast<float>(parameters.friction_static);
+  friction_dynamic = static_cast<float>(parameters.friction_dynamic);
+  has_restitution = HasRestitution(parameters);
+  restitution = static_cast<float>(parameters.restitution);
+  slowest_rebound = static_cast<float>(SlowestRebound(parameters));
+  gravity = ToLanes(parameters.gravity_m_per_s2);
+  wind = ToLanes(parameters.wind_m_per_s);
+  air_drag = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_drag / 4);
+  air_lift = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_lift / 4);
+  for (const Collider& collider : parameters.colliders) {
+    colliders.push_back(std::visit(
+        [&](const auto& shape) { return ToFloat(shape, parameters.thickness_m); }, collider));
+  }
+  use_tethers = settings.use_tethers;
+  has_air_forces = HasAirForces(*model.source, parameters);
+  const bool is_in_force = settings.spring_integration == SpringIntegration::kInForce;
+  has_half_kicks = model.has_springs() && !is_in_force;
+  has_spring_forces = model.has_springs() && is_in_force;
+  warnings.tolerance_raised = tolerance_met > settings.tolerance;
+  warnings.springs_beyond_limit = AreSpringsBeyondLimit(*model.source, parameters);
+  warnings.elastic_beyond_limit = ElasticRatio(*model.source, parameters) > 1;
+  warnings.springs_gain_energy = MaySpringsGainEnergy(*model.source, parameters);
+}
+
+}  // namespace drape::cpu

@@ -1,0 +1,88 @@
+// The parameters of one cloth in single precision, with everything that follows from them once.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "server/solver/cloth_parameters.h"
+#include "server/solver/cpu/formulas/constraint_math.h"
+#include "server/solver/cpu/formulas/distance_map_gap.h"
+#include "server/solver/cpu/model/float_model.h"
+#include "server/solver/step_report.h"
+#include "server/solver/substep_schedule.h"
+
+namespace drape::cpu {
+
+struct FloatCollider {
+  enum class Kind { kSphere, kPlane, kCapsule, kBox, kDistanceMap };
+
+  Kind kind;
+  // Centre of a sphere or box, point of a plane, end a of a capsule, corner of a distance map.
+  Lanes point;
+  Lanes vector;  // normal of a plane, end b - end a of a capsule, half extents of a box
+  float offset;  // what is taken off the distance: radius, if any, and the cloth's thickness
+  // Of a box or distance map; of a capsule only [0]: the normal on its segment.
+  std::array<Lanes, 3> axes{};
+  DistanceSamples samples{};  // of a distance map
+
+  // What MovingSurface offers, for a collider that rests as described.
+  static constexpr bool kMoves = false;
+  Gap GapAtStart(Lanes p) const { return GapAt(p); }
+  Gap GapAtEnd(Lanes q) const { return GapAt(q); }
+
+  Gap GapAt(Lanes q) const {
+    if (kind == Kind::kSphere) return SphereGap(q, point, offset);
+    if (kind == Kind::kPlane) return PlaneGap(q, point, vector, offset);
+    return GapOfLargerShape(q);
+  }
+
+ private:
+  // Not inline: in the loops over particles it would slow spheres and planes down.
+  Gap GapOfLargerShape(Lanes q) const;
+};
+
+// What a link's squared length is compared with, relative to the square of its rest length.
+struct RefineLimits {
+  explicit RefineLimits(double strain)
+      : min_sq(static_cast<float>((1 - strain) * (1 - strain))),
+        max_sq(static_cast<float>((1 + strain) * (1 + strain))) {}
+
+  float min_sq;
+  float max_sq;
+};
+
+// A function of the cloth's model and parameters alone.
+struct FloatControls {
+  FloatControls(const FloatModel& model, const ClothParameters& parameters, bool has_own_lengths);
+
+  SolverChoice solver;
+  SubstepSchedule schedule;
+  double damping_per_s;
+  float time_step;               // [s]
+  float h;                       // substep [s]
+  float inverse_h;               // [1/s]
+  float tolerance;               // relative to the rest length; 0 = fixed number of sweeps
+  RefineLimits refine_limits;    // of links that are not far off
+  float contact_tolerance;       // [m]
+  float depenetration_distance;  // [m] per substep
+  float friction_static;
+  float friction_dynamic;
+  bool has_restitution;
+  float restitution;
+  float slowest_rebound;  // [m/s]
+  Lanes gravity;
+  Lanes wind;      // [m/s]
+  float air_drag;  // density of the air * coefficient / 4 [kg/m^3]
+  float air_lift;
+  std::vector<FloatCollider> colliders;
+  float end_share;  // of the direction at the end of the substep in that of an impulse, [0, 1]
+  bool has_start_directions() const { return end_share < 1; }
+  bool has_refinement() const { return solver.refine_above_strain > 0; }
+  bool use_tethers;
+  bool has_air_forces;
+  bool has_half_kicks;     // springs by half kicks
+  bool has_spring_forces;  // springs in the force of the substep
+  StepWarnings warnings;   // those that are known before the step
+};
+
+}  // namespace drape::cpu

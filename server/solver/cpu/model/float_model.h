@@ -1,0 +1,191 @@
+// A scene model in single precision, packed for the sweeps.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include "server/scene/scene_model.h"
+#include "server/solver/cpu/simd/numbers8.h"
+#include "server/solver/cpu/simd/vec4.h"
+
+namespace drape::cpu {
+
+// Four constraints of one colour. A colour is filled up with constraints of rest length 0 between
+// the spare particle and itself: they change nothing.
+struct DistanceGroup {
+  std::array<uint32_t, kLaneCount> i;
+  std::array<uint32_t, kLaneCount> j;
+  Lanes rest_length;  // [m]
+  Lanes inverse_mass_i;
+  Lanes inverse_mass_j;
+};
+
+// One link of each of several strips of a phase side by side. Ends are the particles or places of
+// each lane, Numbers a number of each lane. Shorter strips are filled up with links from their last
+// particle to itself that no impulse moves.
+template <class Ends, class Numbers>
+struct StripLinks {
+  Ends to;  // the particle at the end of the link
+  // Where the compliance and the accumulated impulse are (FloatModel::compliances).
+  Ends places;
+  Numbers rest_length;             // [m]
+  Numbers inverse_rest_length_sq;  // [1/m^2]; 0 for padding
+  Numbers inverse_mass_from;       // [1/kg]
+  Numbers inverse_mass_to;
+  Numbers inverse_mass_joint;  // of the particle shared with the next link; 0 if there is none
+  Numbers diagonal;            // inverse_mass_from + inverse_mass_to, never 0
+  Numbers min_pivot;           // share of the diagonal
+  bool has_pins;               // `to` is a pin, or of no strip, in some lane
+};
+
+// Strips of a phase side by side. Others of their phase may have the same pins.
+template <class Ends>
+struct Strips {
+  Ends first;           // their first particles
+  uint32_t link_begin;  // in the array of their links
+  uint32_t link_end;
+};
+
+using StripLink = StripLinks<std::array<uint32_t, kWideCount>, StripNumbers>;
+using StripGroup = Strips<std::array<uint32_t, kWideCount>>;
+
+// Two strips, the same of several cloths.
+struct NumberPair {
+  float low, high;
+
+  void Set(uint32_t strip, float value) { (strip == 0 ? low : high) = value; }
+};
+using PairLink = StripLinks<std::array<uint32_t, 2>, NumberPair>;
+using StripPair = Strips<std::array<uint32_t, 2>>;
+
+// What the accumulated impulses of four constraints may be [N s]: a rope's at most 0, a strut's at
+// least 0, others anything.
+struct ImpulseBounds {
+  Lanes min;
+  Lanes max;
+};
+
+struct FloatJoint {
+  uint32_t i;
+  uint32_t j;
+  float inverse_mass_i;
+  float inverse_mass_j;
+  float compliance;  // [m/N]
+};
+
+// Four tethers of different particles. Filled up with tethers from a particle to itself.
+struct TetherGroup {
+  std::array<uint32_t, kLaneCount> particle;
+  std::array<uint32_t, kLaneCount> pin;
+  Lanes length;  // [m]
+};
+
+struct SingleTether {
+  uint32_t particle;
+  uint32_t pin;
+  float length;  // [m]
+};
+
+// Four triangles. Filled up with triangles of the spare particle alone.
+struct TriangleGroup {
+  std::array<std::array<uint32_t, kLaneCount>, 3> corners;
+  Lanes mass;  // [kg] TriangleShares::masses_kg
+};
+
+// Four elastic elements. Filled up with elements of the spare particle alone.
+struct ElasticGroup {
+  std::array<std::array<uint32_t, kLaneCount>, 4> particles;
+  std::array<Lanes, 3> weights;  // of the second to fourth particle
+  Lanes rest_length;             // [m]
+  Lanes mass;                    // [kg] ElasticShares::masses_kg
+  Lanes frequency_sq;            // [1/s^2]
+  Lanes damping_share;
+};
+
+struct FloatElasticEnd {
+  uint32_t element;
+  float weight;
+};
+
+struct FloatSpringEnd {
+  uint32_t other_particle;
+  float rest_length;  // [m]
+  float stiffness;    // [N/m]
+  float damping;      // [N s/m]
+};
+
+// Constant after construction; shared by all cloths of one SceneModel, which it keeps alive.
+struct FloatModel {
+  explicit FloatModel(std::shared_ptr<const SceneModel> scene_model);
+
+  std::shared_ptr<const SceneModel> source;
+  uint32_t particle_count;
+  std::vector<uint32_t> free_particles;  // ascending
+  std::vector<uint32_t> pins;            // ascending
+  std::vector<float> inverse_masses;     // [particle_count] [1/kg]
+  std::vector<DistanceGroup> groups;     // colour after colour
+  std::vector<uint32_t> colour_offsets;  // [colour_count + 1] groups
+  // [constraint_count]: where constraint c of the source is, as group * kLaneCount + lane.
+  std::vector<uint32_t> constraint_places;
+  // [group_count + 1] [m/N], the last of padding; empty if all are 0.
+  std::vector<Lanes> compliances;
+  std::vector<StripGroup> strips;             // phase after phase
+  std::vector<uint32_t> strip_phase_offsets;  // [phase_count + 1] groups of strips
+  std::vector<StripLink> strip_links;
+  std::vector<StripPair> strip_pairs;  // the same in pairs
+  std::vector<PairLink> pair_links;
+  // The free particles in the order in which the pairs need them, first those of pair 0; those that
+  // no strip has come last. [pair_count + 2] offsets.
+  std::vector<uint32_t> pair_particles;
+  std::vector<uint32_t> pair_particle_offsets;
+  uint32_t longest_strip = 0;  // links
+  // Where the constraints of each particle are: [particle_count + 1] offsets.
+  std::vector<uint32_t> link_offsets;
+  std::vector<uint32_t> link_places;
+  std::vector<ImpulseBounds> bounds;  // [group_count]; empty if all constraints are equalities
+  std::vector<FloatJoint> joints;     // in the order of the source
+  // Of four free particles their nearest pins, then the next, ...; then of the next four. Blocks
+  // depend on each other in nothing.
+  std::vector<TetherGroup> tethers;
+  std::vector<uint32_t> tether_block_offsets;  // [ceil(free particles / 4) + 1] groups
+  std::vector<SingleTether> single_tethers;    // as in the source: particle by particle
+  std::vector<TriangleGroup> triangles;        // in the order of the source
+  std::vector<ElasticGroup> elastic_groups;    // in the order of the source
+  std::vector<uint32_t> elastic_offsets;       // [particle_count + 1]
+  std::vector<FloatElasticEnd> elastic_ends;
+  std::vector<uint32_t> spring_offsets;  // [particle_count + 1]; empty without springs
+  std::vector<FloatSpringEnd> spring_ends;
+  float length_scale;  // [m]
+
+  // The particle that padding constraints refer to: arrays have one element more than particles.
+  uint32_t spare_particle() const { return particle_count; }
+  // Neither a pin nor the spare particle.
+  bool IsFree(uint32_t i) const { return i < particle_count && inverse_masses[i] != 0; }
+  bool has_compliance() const { return !compliances.empty(); }
+  bool has_inequalities() const { return !bounds.empty(); }
+  // Which constraints of a group are rigid equalities: those that velocities must keep as well.
+  LaneMask RigidLanes(size_t group) const {
+    LaneMask mask = Splat(0) == Splat(0);
+    if (has_compliance()) mask &= compliances[group] == 0;
+    if (has_inequalities()) mask &= (bounds[group].min < 0) & (bounds[group].max > 0);
+    return mask;
+  }
+  bool has_elastic() const { return !elastic_groups.empty(); }
+  bool has_springs() const { return !spring_ends.empty(); }
+};
+
+// One FloatModel per SceneModel object, for as long as a cloth uses it. One thread.
+class FloatModelCache {
+ public:
+  std::shared_ptr<const FloatModel> Get(const std::shared_ptr<const SceneModel>& model);
+  // Of models in use.
+  size_t size() const;
+
+ private:
+  std::unordered_map<const SceneModel*, std::weak_ptr<const FloatModel>> models_;
+};
+
+}  // namespace drape::cpu

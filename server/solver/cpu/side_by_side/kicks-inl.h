@@ -1,0 +1,192 @@
+// What acts on the velocities of a group of cloths from time to time: springs, elastic elements,
+// the air. Compiled once per instruction set.
+#if defined(DRAPE_CPU_SIDE_BY_SIDE_KICKS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DRAPE_CPU_SIDE_BY_SIDE_KICKS_INL_H_
+#undef DRAPE_CPU_SIDE_BY_SIDE_KICKS_INL_H_
+#else
+#define DRAPE_CPU_SIDE_BY_SIDE_KICKS_INL_H_
+#endif
+
+#include <array>
+
+#include "server/solver/cpu/formulas/constraint_math-inl.h"
+#include "server/solver/cpu/side_by_side/state-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace drape::cpu::HWY_NAMESPACE {
+namespace {
+
+// Of one spring, before the factor w_i (SpringForce in constraint_math.h).
+ClothVectors SpringForces(const FloatSpringEnd& spring, const ClothVectors& d,
+                          const ClothVectors& velocity_difference) {
+  const ClothLanes zero = SplatCloths(0);
+  const ClothLanes length = Sqrt(Dot(d, d));
+  const ClothVectors n = d / length;
+  const ClothLanes force = (length - SplatCloths(spring.rest_length)) * spring.stiffness +
+                           Dot(velocity_difference, n) * spring.damping;
+  return Select(length < SplatCloths(kMinDirectionLength), {zero, zero, zero}, force * n);
+}
+
+// A_i(p, v) by the springs of particle i. Positions: a function of the particle.
+template <class Positions>
+ClothVectors SpringAcceleration(const LaneContext& context, const Positions& p, uint32_t i) {
+  const FloatModel& model = context.model;
+  const ClothLanes zero = SplatCloths(0);
+  ClothVectors force{zero, zero, zero};
+  for (uint32_t e = model.spring_offsets[i]; e < model.spring_offsets[i + 1]; ++e) {
+    const uint32_t j = model.spring_ends[e].other_particle;
+    force = force + SpringForces(model.spring_ends[e], p(j) - p(i),
+                                 context.particles[j].u - context.particles[i].u);
+  }
+  return SplatCloths(model.inverse_masses[i]) * force;
+}
+
+// Springs in the force: the accelerations of the substep, gravity with them.
+void AccelerateBySprings(const LaneContext& context) {
+  const auto p = [&](uint32_t i) { return context.particles[i].p; };
+  for (const uint32_t i : context.model.free_particles) {
+    context.accelerations[i] = context.gravity + SpringAcceleration(context, p, i);
+  }
+}
+
+template <class Positions>
+void ApplySprings(const LaneContext& context, const Positions& p, float duration) {
+  for (const uint32_t i : context.model.free_particles) {
+    context.accelerations[i] = SpringAcceleration(context, p, i);
+  }
+  for (const uint32_t i : context.model.free_particles) {
+    context.particles[i].u = context.particles[i].u + context.accelerations[i] * duration;
+  }
+}
+
+// Sum of the weights times vectors of the particles of an element, less that of the first.
+struct ElementVectors {
+  ClothVectors a, b, c;
+
+  ClothVectors WeightedSum(const ElasticGroup& group, size_t k) const {
+    return (SplatCloths(group.weights[0][k]) * a + SplatCloths(group.weights[1][k]) * b) +
+           SplatCloths(group.weights[2][k]) * c;
+  }
+};
+
+template <class Values>
+ElementVectors VectorsOfElement(const ElasticGroup& group, size_t k, const Values& values) {
+  const ClothVectors first = values(group.particles[0][k]);
+  return {values(group.particles[1][k]) - first, values(group.particles[2][k]) - first,
+          values(group.particles[3][k]) - first};
+}
+
+// The impulse of element k of a group on each cloth.
+template <class Positions>
+ClothVectors ElasticImpulses(const LaneContext& context, const ElasticGroup& group, size_t k,
+                             const Positions& p, float duration) {
+  const FloatControls& controls = context.controls;
+  const ClothLanes zero = SplatCloths(0), one = SplatCloths(1);
+  const ElementVectors d = VectorsOfElement(group, k, p);
+  const ClothVectors l = d.WeightedSum(group, k);
+  const ClothVectors normal = Cross(d.a, d.c - d.b);
+  const ClothLanes length = Sqrt(Dot(l, l));
+  const ClothMask is_short = length < SplatCloths(kMinDirectionLength);
+  const ClothLanes divisor = Select(is_short, one, length);
+  const ClothLanes described = SplatCloths(group.rest_length[k]);
+  const ClothLanes rest_length = Select(Dot(l, normal) < zero, -described, described);
+  ClothLanes speed = zero;
+  if (group.damping_share[k] > 0) {
+    const auto velocities = [&](uint32_t i) { return context.particles[i].u; };
+    const ElementVectors of_velocities = VectorsOfElement(group, k, velocities);
+    speed = Dot(of_velocities.WeightedSum(group, k), l) / divisor;
+  }
+  const ClothLanes impulse =
+      ElasticImpulse(SplatCloths(group.mass[k]), SplatCloths(group.frequency_sq[k]),
+                     SplatCloths(group.damping_share[k]), length - rest_length, speed, duration,
+                     controls.h, controls.inverse_h);
+  return Select(is_short, zero, impulse / divisor) * l;
+}
+
+template <class Positions>
+void ApplyElastic(const LaneContext& context, const Positions& p, float duration) {
+  const FloatModel& model = context.model;
+  const size_t element_count = model.source->elastic_elements().size();
+  for (size_t e = 0; e < element_count; ++e) {
+    context.impulses[e] =
+        ElasticImpulses(context, model.elastic_groups[e / kLaneCount], e % kLaneCount, p, duration);
+  }
+  const ClothLanes zero = SplatCloths(0);
+  for (const uint32_t i : model.free_particles) {
+    ClothVectors impulse{zero, zero, zero};
+    for (uint32_t e = model.elastic_offsets[i]; e < model.elastic_offsets[i + 1]; ++e) {
+      const FloatElasticEnd& end = model.elastic_ends[e];
+      impulse = impulse + SplatCloths(end.weight) * context.impulses[end.element];
+    }
+    ClothVectors& v = context.particles[i].u;
+    v = v + SplatCloths(model.inverse_masses[i]) * impulse;
+  }
+}
+
+// A third of the impulse of a triangle on each cloth.
+template <class Positions>
+ClothVectors AirImpulses(const LaneContext& context, const TriangleGroup& group, size_t k,
+                         const Positions& p, float duration) {
+  const std::array<uint32_t, 3> corners = {group.corners[0][k], group.corners[1][k],
+                                           group.corners[2][k]};
+  const auto v = [&](size_t corner) { return context.particles[corners[corner]].u; };
+  const ClothLanes mass = SplatCloths(group.mass[k]);
+  const ClothVectors relative = context.wind - ((v(0) + v(1)) + v(2)) / 3;
+  const ClothVectors first = p(corners[0]);
+  const ClothVectors normal = Cross(p(corners[1]) - first, p(corners[2]) - first);
+  return (mass / 3) * AirVelocityChange(relative, normal, context.air_drag * duration / mass,
+                                        context.air_lift * duration / mass);
+}
+
+template <class Positions>
+void ApplyWind(const LaneContext& context, const Positions& p, float duration) {
+  const FloatModel& model = context.model;
+  const auto offsets = model.source->triangle_offsets();
+  const auto triangles = model.source->particle_triangles();
+  const size_t triangle_count = model.source->triangles().size();
+  for (size_t t = 0; t < triangle_count; ++t) {
+    context.impulses[t] =
+        AirImpulses(context, model.triangles[t / kLaneCount], t % kLaneCount, p, duration);
+  }
+  const ClothLanes zero = SplatCloths(0);
+  for (const uint32_t i : model.free_particles) {
+    ClothVectors impulse{zero, zero, zero};
+    for (uint32_t e = offsets[i]; e < offsets[i + 1]; ++e) {
+      impulse = impulse + context.impulses[triangles[e]];
+    }
+    ClothVectors& v = context.particles[i].u;
+    v = v + SplatCloths(model.inverse_masses[i]) * impulse;
+  }
+}
+
+// What acts on the velocities for some time, from the same positions and velocities.
+template <class Positions>
+void KickFrom(const LaneContext& context, const Positions& p, float duration) {
+  if (duration == 0) return;
+  if (context.controls.has_half_kicks) ApplySprings(context, p, duration);
+  if (context.model.has_elastic()) ApplyElastic(context, p, duration);
+  if (context.controls.has_air_forces) ApplyWind(context, p, duration);
+}
+
+void Kick(const LaneContext& context, float duration) {
+  KickFrom(
+      context, [&](uint32_t i) { return context.particles[i].p; }, duration);
+}
+
+// The same on the predicted velocities u, from the predicted positions b + H u.
+void KickWithin(const LaneContext& context) {
+  const FloatControls& controls = context.controls;
+  if (!controls.has_half_kicks && !controls.has_air_forces && !context.model.has_elastic()) return;
+  for (size_t i = 0; i < context.particle_count(); ++i) {
+    const ClothParticle& particle = context.particles[i];
+    context.predicted[i] = particle.p + particle.u * context.substep.interval;
+  }
+  KickFrom(
+      context, [&](uint32_t i) { return context.predicted[i]; }, context.substep.kick_within);
+}
+
+}  // namespace
+}  // namespace drape::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard, once per instruction set

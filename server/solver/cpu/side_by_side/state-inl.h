@@ -1,0 +1,163 @@
+// What a step of a group of cloths works on. Compiled once per instruction set.
+#if defined(DRAPE_CPU_SIDE_BY_SIDE_STATE_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DRAPE_CPU_SIDE_BY_SIDE_STATE_INL_H_
+#undef DRAPE_CPU_SIDE_BY_SIDE_STATE_INL_H_
+#else
+#define DRAPE_CPU_SIDE_BY_SIDE_STATE_INL_H_
+#endif
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include "server/solver/cpu/side_by_side/group_step.h"
+#include "server/solver/cpu/simd/vec_cloths-inl.h"
+#include "server/solver/cpu/step/strip_solve-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace drape::cpu::HWY_NAMESPACE {
+namespace {
+
+// One particle of each cloth. While a substep lasts p is b and u the mean velocity, else v.
+struct ClothParticle {
+  ClothVectors p, u;
+};
+
+// One collider of each cloth, all of one kind (FloatCollider).
+struct ClothCollider {
+  FloatCollider::Kind kind;
+  ClothVectors point, vector;
+  ClothLanes offset;
+  std::array<ClothVectors, 3> axes;
+};
+
+// What that collider has done to one particle of each cloth in this substep, times w
+// (ContactImpulses).
+struct ClothContact {
+  ClothVectors tangent;
+  ClothLanes normal, floor, rebound;
+};
+
+// ParticleBox of each cloth.
+struct ClothBox {
+  ClothVectors low, high;
+};
+// Of those whose places are in their boxes; what is not a number is not.
+HWY_INLINE ClothMask Holds(const ClothBox& box, const ClothVectors& place) {
+  return ((place.x >= box.low.x) & (box.high.x >= place.x)) &
+         ((place.y >= box.low.y) & (box.high.y >= place.y)) &
+         ((place.z >= box.low.z) & (box.high.z >= place.z));
+}
+
+using PairLinkSolution = StripLinkSolution<PairLanes, PairVectors>;
+
+// One number of each cloth; lanes without a cloth are like the last one.
+template <class Number>
+ClothLanes NumberOf(std::span<const LaneCloth> cloths, const Number& number) {
+  alignas(64) float values[kClothCount];
+  for (size_t lane = 0; lane < kClothCount; ++lane) {
+    values[lane] = number(cloths[std::min(lane, cloths.size() - 1)].context.controls);
+  }
+  return LoadCloths(values);
+}
+
+template <class Vector>
+ClothVectors VectorOf(std::span<const LaneCloth> cloths, const Vector& vector) {
+  return {NumberOf(cloths, [&](const FloatControls& c) { return vector(c)[0]; }),
+          NumberOf(cloths, [&](const FloatControls& c) { return vector(c)[1]; }),
+          NumberOf(cloths, [&](const FloatControls& c) { return vector(c)[2]; })};
+}
+
+// Everything one step of a group needs.
+struct LaneContext {
+  LaneContext(std::span<const LaneCloth> cloths, LaneScratch& scratch)
+      : model(cloths[0].context.model),
+        controls(cloths[0].context.controls),
+        max_iterations(cloths[0].context.max_iterations),
+        particles(scratch.particles.Reserve<ClothParticle>(particle_count())),
+        previous(scratch.previous.Reserve<ClothParticle>(
+            controls.schedule.has_two_steps() ? particle_count() : 0)),
+        pin_targets(scratch.pin_targets.Reserve<ClothVectors>(model.pins.size())),
+        strip_links(scratch.strip_links.Reserve<PairLinkSolution>(model.longest_strip)),
+        end_directions(scratch.end_directions.Reserve<PairVectors>(
+            controls.has_start_directions() ? model.longest_strip : 0)),
+        distance_impulses(scratch.distance_impulses.Reserve<ClothLanes>(impulse_count())),
+        twists(
+            scratch.twists.Reserve<ClothVectors>(2 * (model.source->grid_columns() + size_t{1}))),
+        reach(scratch.reaches[0]),
+        colliders(scratch.colliders.Reserve<ClothCollider>(collider_count())),
+        accelerations(scratch.accelerations.Reserve<ClothVectors>(
+            model.has_springs() ? model.particle_count : 0)),
+        impulses(scratch.impulses.Reserve<ClothVectors>(kick_count())),
+        predicted(scratch.predicted.Reserve<ClothVectors>(
+            controls.schedule.has_two_steps() ? particle_count() : 0)),
+        joint_impulses(scratch.joint_impulses.Reserve<ClothVectors>(model.joints.size())),
+        refinement(scratch.refinement),
+        contacts(scratch.contacts.Reserve<ClothContact>(model.particle_count * collider_count())),
+        gravity(VectorOf(cloths, [](const FloatControls& c) { return c.gravity; })),
+        wind(VectorOf(cloths, [](const FloatControls& c) { return c.wind; })),
+        air_drag(NumberOf(cloths, [](const FloatControls& c) { return c.air_drag; })),
+        air_lift(NumberOf(cloths, [](const FloatControls& c) { return c.air_lift; })),
+        end_share(NumberOf(cloths, [](const FloatControls& c) { return c.end_share; })),
+        friction_static(NumberOf(cloths, [](const FloatControls& c) { return c.friction_static; })),
+        friction_dynamic(
+            NumberOf(cloths, [](const FloatControls& c) { return c.friction_dynamic; })),
+        restitution(NumberOf(cloths, [](const FloatControls& c) { return c.restitution; })),
+        slowest_rebound(NumberOf(cloths, [](const FloatControls& c) { return c.slowest_rebound; })),
+        has_restitution(IsAnyLaneSet(restitution > SplatCloths(0))) {}
+
+  // Colliders that the step works on.
+  size_t collider_count() const { return reach.near.size(); }
+  // With the spare one.
+  size_t particle_count() const { return model.particle_count + size_t{1}; }
+  // Of elastic elements or triangles.
+  size_t kick_count() const {
+    return std::max(model.source->elastic_elements().size(),
+                    controls.has_air_forces ? model.source->triangles().size() : size_t{0});
+  }
+  // Of constraints with an accumulated impulse, in the places of the model, and padding.
+  size_t impulse_count() const {
+    const bool has_impulses = model.has_compliance() || model.has_inequalities();
+    return has_impulses ? (model.groups.size() + 1) * kLaneCount : 0;
+  }
+
+  const FloatModel& model;
+  const FloatControls& controls;  // of the first cloth: only what a group shares may be used
+  const uint32_t max_iterations;  // sweeps per substep at most
+  // The working memory, LaneScratch.
+  ClothParticle* const particles;
+  ClothParticle* const previous;
+  ClothVectors* const pin_targets;
+  PairLinkSolution* const strip_links;
+  PairVectors* const end_directions;
+  ClothLanes* const distance_impulses;
+  ClothVectors* const twists;
+  const ColliderReach& reach;  // only what a group shares
+  ClothCollider* const colliders;
+  ClothVectors* const accelerations;
+  ClothVectors* const impulses;
+  ClothVectors* const predicted;
+  ClothVectors* const joint_impulses;
+  Refinement& refinement;
+  ClothContact* const contacts;  // [particle_count][collider_count]
+  // What differs between the cloths.
+  const ClothVectors gravity;
+  const ClothVectors wind;
+  const ClothLanes air_drag, air_lift;
+  const ClothLanes end_share;
+  const ClothLanes friction_static, friction_dynamic;
+  const ClothLanes restitution, slowest_rebound;
+  const bool has_restitution;                            // some cloth has
+  ClothLanes damping_factor = SplatCloths(1);            // of the substep under way
+  bool has_damping = false;                              // some cloth has
+  ClothBox range{};                                      // ColliderReach::range
+  ClothMask is_held = SplatCloths(0) >= SplatCloths(0);  // of those that have not left it
+  FloatSubstep substep{};                                // the one under way, but for the damping
+  ClothMask is_running{};  // those whose sweeps go on; the others stay as they are
+};
+
+}  // namespace
+}  // namespace drape::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard, once per instruction set

@@ -1,0 +1,146 @@
+#include "server/solver/cpu/step/collider_reach.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "server/solver/cpu/step/collider_surface.h"
+#include "server/solver/cpu/step/step_context.h"
+#include "server/solver/solver_constants.h"
+
+namespace drape::cpu {
+namespace {
+
+// Rounding of a gap, as a share of the lengths that it is computed from: each of its operations,
+// fewer than 64, is off by at most 2^-24 of them.
+constexpr float kGapRounding = 0x1p-18f;
+
+// One particle of so many is looked at first, as all of them take 3 % of a step that finds a cloth
+// at rest on the ground.
+constexpr size_t kSampleStride = 16;
+
+// The collider, or where it is not convex the box around it. With the same gap or a smaller one
+// wherever that is above 0.
+FloatCollider ConvexBound(const FloatCollider& collider) {
+  if (collider.kind != FloatCollider::Kind::kDistanceMap) return collider;
+  FloatCollider box{FloatCollider::Kind::kBox, collider.point, Lanes{}, collider.offset,
+                    collider.axes};
+  for (uint32_t k = 0; k < 3; ++k) {
+    const auto cells = static_cast<float>(collider.samples.counts[k] - 1);
+    box.vector[k] = cells * collider.samples.cell / 2;
+    box.point += box.vector[k] * box.axes[k];
+  }
+  return box;
+}
+
+// The lengths that gaps in the box are computed from, added up [m].
+float SizeOf(const FloatCollider& collider, const ParticleBox& box) {
+  return Length(Max(Abs(box.low), Abs(box.high))) + Length(collider.point) +
+         Length(collider.vector) + collider.offset;
+}
+
+// Whether all gaps to a convex surface in the box are larger than `way`. A convex body lies behind
+// the plane through its point that is nearest to some x, across the line to x: so for every y in
+// the box gap(y) >= gap(x) + (y - x).n. The next x is the point of the box that is nearest to that
+// point, or rather to the one `offset` further inside (a sphere's centre, on a capsule's segment),
+// which gets there sooner. May say no for the corners of boxes that are hardly apart.
+template <class Surface>
+bool IsApart(const Surface& surface, float offset, const ParticleBox& box, float way, float size) {
+  Lanes x = (box.low + box.high) / 2;
+  for (uint32_t k = 0; k < kReachDirections; ++k) {
+    const Gap at_x = surface.GapAtStart(x);
+    if (!(at_x.gap > 0)) return false;
+    const Lanes nearest = at_x.normal < 0 ? box.high : box.low;
+    const Lanes farthest_from_x = Max(box.high - x, x - box.low);
+    // The direction is rounded more where it comes from a small difference.
+    const float rounding = kGapRounding * size * (1 + Length(farthest_from_x) / at_x.gap);
+    if (at_x.gap + Dot(nearest - x, at_x.normal) > way + rounding) return true;
+    x = Min(Max(x - (at_x.gap + offset) * at_x.normal, box.low), box.high);
+  }
+  return false;
+}
+
+// Whether a particle in `range` may touch collider k within the step.
+bool MayMeet(const StepContext& context, size_t k, const ParticleBox& range) {
+  const FloatCollider shape = ConvexBound(context.controls.colliders[k]);
+  const float size = SizeOf(shape, range);
+  if (context.collider_motions.empty()) return !IsApart(shape, shape.offset, range, 0, size);
+  // Gaps change no faster than the body's points move that are where they are taken.
+  const RigidMotion& motion = context.collider_motions[k];
+  const Lanes pivot = ToLanes(motion.position_m);
+  const float duration = context.controls.time_step;
+  const float way = Length(ToLanes(motion.velocity_m_per_s)) * duration;
+  const float from_pivot = Length(Max(Abs(range.low - pivot), Abs(range.high - pivot))) + way;
+  const float turn = Length(ToLanes(motion.angular_velocity_rad_per_s)) * duration;
+  const float lengths = Length(pivot) + Length(ToLanes(motion.pivot_m)) + way;
+  return !IsApart(MovingSurface(shape, motion, 0, 0), shape.offset, range, way + turn * from_pivot,
+                  size + lengths);
+}
+
+// Where every so many of the free particles of a cloth in this state are expected to stay within a
+// step.
+ParticleBox RangeOf(const StepContext& context, const FloatState& state, size_t stride) {
+  const FloatModel& model = context.model;
+  const FloatControls& controls = context.controls;
+  ParticleBox range;
+  Lanes speeds{}, pin_ways{};  // the largest along each axis
+  for (size_t k = 0; k < model.free_particles.size(); k += stride) {
+    const uint32_t i = model.free_particles[k];
+    range.Add(state.positions[i]);
+    speeds = Max(speeds, Abs(state.velocities[i]));
+  }
+  for (size_t k = 0; k < model.pins.size(); ++k) {
+    pin_ways = Max(pin_ways, Abs(context.pin_targets[k] - state.positions[model.pins[k]]));
+  }
+  const float duration = controls.time_step;
+  const float way = (Length(speeds) + Length(controls.gravity) * duration) * duration;
+  const float reach = static_cast<float>(kReachFactor) * (way + Length(pin_ways)) +
+                      static_cast<float>(kReachMarginRatio) * model.length_scale;
+  const Lanes margin{reach, reach, reach, 0};
+  return {range.low - margin, range.high + margin};
+}
+
+void AddAll(size_t count, std::vector<uint32_t>& near) {
+  near.resize(count);
+  std::iota(near.begin(), near.end(), 0u);
+}
+
+// Adds the colliders that a particle in `range` may touch.
+void AddNear(const StepContext& context, const ParticleBox& range, std::vector<uint32_t>& near) {
+  const auto count = static_cast<uint32_t>(context.controls.colliders.size());
+  for (uint32_t k = 0; k < count; ++k) {
+    const auto place = std::lower_bound(near.begin(), near.end(), k);
+    if (place != near.end() && *place == k) continue;
+    if (MayMeet(context, k, range)) near.insert(place, k);
+  }
+}
+
+}  // namespace
+
+ParticleBox AddNear(const StepContext& context, const FloatState& state,
+                    std::vector<uint32_t>& near) {
+  const auto count = static_cast<uint32_t>(context.controls.colliders.size());
+  if (!context.leaves_out_colliders || count == 0) {
+    AddAll(count, near);
+    return {};
+  }
+  // Few particles tell of most colliders that they are near.
+  AddNear(context, RangeOf(context, state, kSampleStride), near);
+  if (near.size() == count) return {};
+  const ParticleBox range = RangeOf(context, state, 1);
+  AddNear(context, range, near);
+  return range;
+}
+
+void FindReach(const StepContext& context, const FloatState& state, ColliderReach& reach) {
+  reach.near.clear();
+  reach.range = AddNear(context, state, reach.near);
+  reach.has_far = reach.near.size() < context.controls.colliders.size();
+  reach.has_left = false;
+}
+
+void ReachAll(const StepContext& context, ColliderReach& reach) {
+  AddAll(context.controls.colliders.size(), reach.near);
+  reach.has_far = reach.has_left = false;
+}
+
+}  // namespace drape::cpu

@@ -1,0 +1,141 @@
+// What a step works on: the state, the working memory and the substep under way.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "server/solver/cpu/model/float_controls.h"
+#include "server/solver/cpu/model/float_model.h"
+#include "server/solver/cpu/model/own_lengths.h"
+#include "server/solver/cpu/simd/simd_memory.h"
+#include "server/solver/cpu/step/collider_reach.h"
+#include "server/solver/cpu/step/collider_surface.h"
+#include "server/solver/cpu/step/refine.h"
+#include "server/solver/cpu/step/step_team.h"
+#include "server/solver/substep_schedule.h"
+
+namespace drape::cpu {
+
+// Positions [m] and velocities [m/s], [particle_count + 1] each; the last one, the spare particle,
+// and lane 3 of all stay 0.
+struct FloatState {
+  std::vector<Lanes> positions;
+  std::vector<Lanes> velocities;
+};
+
+// What one collider has done to one particle in this substep, times w.
+struct ContactImpulses {
+  Lanes tangent;
+  float normal;
+  float floor;    // lowest accepted gap [m]
+  float rebound;  // speed with which the particle leaves if it hits [m/s]
+};
+
+// A substep in single precision (solver/substep_schedule.h). While it lasts the positions of the
+// working state are b, and the velocities u.
+struct FloatSubstep {
+  FloatSubstep() = default;
+  FloatSubstep(const Substep& substep, double damping_per_s);
+
+  float interval = 0;          // H [s]
+  float half_interval = 0;     // H / 2 [s]
+  float inverse_interval = 0;  // 1 / H [1/s]
+  bool is_two_step = false;
+  bool is_last = false;
+  bool sets_previous = false;
+  float pin_shares = 1;
+  float inverse_duration = 0;  // [1/s]
+  float pin_lead = 0;          // 1 - H / duration: how far on its way the b of a pin is
+  float kick_before = 0;       // [s]
+  float kick_after = 0;
+  float kick_within = 0;
+  float twist_share = 0;
+  float damping_factor = 1;  // of velocities: of v after a ballistic substep, of u before two steps
+};
+
+// Of one group of strips.
+struct StripScratch {
+  LaneMemory links;
+  LaneMemory end_directions;      // of the links; only with start directions
+  std::vector<uint32_t> far_off;  // places of links that refinement found
+};
+
+// Working memory of one step; kept by a thread between steps only to save allocations.
+struct StepScratch {
+  FloatState state;                  // the step's working copy; velocities hold u within a substep
+  FloatState previous;               // the state before, two steps only
+  std::vector<Lanes> predicted;      // positions for kicks within a substep
+  std::vector<Lanes> accelerations;  // [particle_count] springs (+ gravity if IN_FORCE)
+  std::vector<Lanes> air_impulses;   // [triangle group][lane] a third of the impulse [N s]
+  std::vector<Lanes> elastic_impulses;  // [elastic group][lane] [N s]
+  // Lambda, [group_count + 1] [N s]; only with compliance or inequalities
+  std::vector<Lanes> distance_impulses;
+  std::vector<StripScratch> strips;  // of each member of the team
+  std::vector<Lanes> twists;         // [row_count + 1][column_count + 1] of the cells around
+  Refinement refinement;
+  std::vector<Lanes> joint_impulses;  // Lambda, [joint_count] [N s]
+  std::vector<Lanes> rest_lengths;  // [group_count] [m] at the end of the substep; only of its own
+  ColliderReach reach;
+  std::vector<ContactImpulses> contacts;  // [particle_count][reach.near]
+  // [reach.near] in the substep under way; empty if all rest as described.
+  std::vector<MovingSurface> surfaces;
+  uint64_t repeats = 0;  // steps of this thread that were done again with all colliders
+};
+
+// Not fewer in a range that is one thread's (StepTeam): they take about half a microsecond, what it
+// takes a thread to find a range.
+inline constexpr size_t kParticleGrain = 128;
+inline constexpr size_t kGroupGrain = 32;  // groups of four constraints, elements, triangles
+inline constexpr size_t kBlockGrain = 32;  // TetherBlock
+inline constexpr size_t kRowGrain = 4;     // of a grid
+inline constexpr size_t kStripGrain = 1;   // groups of strips
+
+// Everything one step needs.
+struct StepContext {
+  const FloatModel& model;
+  const FloatControls& controls;
+  std::span<const Lanes> pin_targets;  // [pin_count]
+  const OwnLengths* own_lengths;       // null: the rest lengths are the model's
+  // From the start of the step on, [collider_count]; empty: they rest as described.
+  std::span<const RigidMotion> collider_motions;
+  StepScratch& scratch;
+  StepTeam& team;
+  uint32_t max_iterations;    // sweeps per substep at most
+  bool leaves_out_colliders;  // those out of reach; the result does not depend on it
+  FloatSubstep substep{};     // the one under way
+
+  // function(begin, end) of ranges that divide [0, count).
+  template <class Function>
+  void ForRanges(size_t count, size_t grain, const Function& function) const {
+    team.AnyOf(0, count, grain, [&](size_t begin, size_t end, uint32_t) {
+      function(begin, end);
+      return false;
+    });
+  }
+  // Whether function(particles) is true of any of the ranges that divide the free particles.
+  template <class Function>
+  bool AnyFreeRange(const Function& function) const {
+    const std::span<const uint32_t> particles = model.free_particles;
+    return team.AnyOf(0, particles.size(), kParticleGrain,
+                      [&](size_t begin, size_t end, uint32_t) -> bool {
+                        return function(particles.subspan(begin, end - begin));
+                      });
+  }
+  template <class Function>
+  void ForFreeRanges(const Function& function) const {
+    AnyFreeRange([&](std::span<const uint32_t> particles) {
+      function(particles);
+      return false;
+    });
+  }
+  // function(i) of every free particle i.
+  template <class Function>
+  void ForFreeParticles(const Function& function) const {
+    ForFreeRanges([&](std::span<const uint32_t> particles) {
+      const Function local = function;  // what it holds need not be read again for every particle
+      for (const uint32_t i : particles) local(i);
+    });
+  }
+};
+
+}  // namespace drape::cpu
