@@ -39,7 +39,7 @@ Result<std::vector<ColliderMap>> BuildColliderMaps(const FieldPath& path,
                                                    const StopReason& stop_reason,
                                                    DistanceMapCache& cache);
 
-// Gives the DistanceMapColliders of the list their maps.
+// Gives the mesh colliders of the list their distance maps.
 void SetMaps(std::span<const ColliderMap> maps, std::vector<Collider>& colliders);
 
 }  // namespace drape::api

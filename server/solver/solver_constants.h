@@ -102,8 +102,8 @@ inline constexpr double kMaxSpringGain_per_s = 1;
 inline constexpr double kAirDensity_kg_per_m3 = 1.225;
 
 // Largest coefficients of drag and lift [-] (a flat plate across the wind has a drag of about 1.2),
-// and largest components of the wind [m/s]: far below kMaxSpeed, so that wind alone faults no
-// cloth.
+// and largest components of the wind [m/s]: far below kMaxSpeed_m_per_s, so that wind alone faults
+// no cloth.
 inline constexpr double kMaxAirCoefficient = 1e3;
 inline constexpr double kMaxWind_m_per_s = 1e4;
 

@@ -127,8 +127,8 @@ def all_bars(rows, order, energy, creep):
 def bars_text(rows, order, energy, creep):
     bars = all_bars(rows, order, energy, creep)
     return ["### Bars\n",
-            "«floor» must hold, «aim» is what to push for. REALTIME has to hold its bars in no more wall time than PAPER (two_corners_128: "
+            "«floor» must hold; «aim» is the goal. REALTIME must hold its bars in at most the wall time of PAPER (two_corners_128: "
             "twice); both were measured in turn in the same run.\n",
             markdown(["bar", "floor", "aim", "measured", "floor holds", "aim holds"], [bar.line() for bar in bars]),
-            "The capstan and the other closed forms of friction are tests (`tests/physics`), what never may happen is in "
-            "`./run bench stability`.\n"]
+            "The capstan and the other closed forms of friction are tests (`tests/physics`); `./run bench stability` covers faults and "
+            "extremes.\n"]

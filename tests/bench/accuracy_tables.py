@@ -124,9 +124,9 @@ def losses(rows, scene):
 
 def scenes_text(rows):
     text = ["### Fronts\n",
-            "Points that no other setting of the same backend beats in both time and error, from the cheapest to the most accurate; "
-            "named are those that are better by a fifth and more; «16x2» is 16 substeps of 2 sweeps; times are wall ms "
-            "per simulated second. Settings that would have taken too long for a play, and cloths that blew up, are told as such.\n"]
+            "Points that no other setting of the same backend beats in both time and error, from the cheapest to the most accurate. "
+            "Only points that are better by at least a fifth are named. «16x2» is 16 substeps of 2 sweeps; times are wall ms per "
+            "simulated second. Settings that would have taken too long for a play, and cloths that blew up, are marked.\n"]
     for scene in distinct(rows, "scene"):
         some = select(rows, scene=scene)
         lines = [f"- **{scene}**, {some[0]['particles']:.0f} particles, {some[0]['duration_s']:g} s:"]
@@ -193,8 +193,8 @@ def references_text(references):
               f"{r['change_m']:.1e}", f"{r['error_m']:.1e}", f"{r['took_s']:.1f}"] for r in references]
     return ["### The references of the positions\n",
             "«planar chain»: one angle per link, Runge-Kutta of fourth order, the step halved until converged. «direct»: SHAKE, every "
-            "step solved by Newton's method and a sparse factorisation, extrapolated from the last two steps. Both in double "
-            "precision, in no code of the product.\n",
+            "step solved by Newton's method and a sparse factorisation, extrapolated from the last two steps. Both are in "
+            "double precision and share no code with the product.\n",
             markdown(["scene", "solver", "at", "finest step", "change by the last halving [m]", "estimated error [m]", "took [s]"],
                      lines)]
 
@@ -222,8 +222,8 @@ def order_text(rows):
         errors = " / ".join(two_digits(1000 * r["rms_position_m"]) for r in some)
         lines.append([f"{scene}: {method}, {backend}", " / ".join(f"{r['substeps']:.0f}" for r in some), errors, f"{order:.2f}"])
     return ["### Order of convergence\n",
-            "RMS position error at the end against the substeps of a frame of 1/60 s; order: slope of a straight line through all of "
-            "them in the log-log plot. «tight»: sweeps until nothing changes at a tolerance of 1e-9.\n",
+            "RMS position error at the end against the substeps of a frame of 1/60 s; order: slope of a straight line through "
+            "all of them in the log-log plot. «tight»: sweeps until nothing changes at a tolerance of 1e-9.\n",
             "![order](accuracy_order.png)\n",
             markdown(["scene: method, backend", "substeps", "error [mm]", "order"], lines)]
 
@@ -239,7 +239,7 @@ def energy_text(energy, creep):
 def split_text(rows):
     text = ["### Two parts of the error\n",
             "RMS position error in mm on the backend `reference`: algebraic (against converged sweeps of the same step) + "
-            "discretisation (of those against the exact motion); the parts need not add up, they may point either way.\n",
+            "discretisation (of those against the exact motion). The parts need not add up: they may have opposite signs.\n",
             "![two parts](accuracy_split.png)\n"]
     for scene in distinct(rows, "scene"):
         for method in distinct(select(rows, scene=scene), "method"):

@@ -2,6 +2,9 @@
 
 import csv
 import pathlib
+import textwrap
+
+COLUMNS_OF_A_PAGE = 120
 
 
 def read_table(folder, name, columns, text_columns):
@@ -51,3 +54,21 @@ def millimetres(value_m):
 def markdown(header, lines):
     rule = ["---"] + ["---:"] * (len(header) - 1)
     return "\n".join("| " + " | ".join(line) + " |" for line in [header, rule, *lines]) + "\n"
+
+
+def wrapped(page):
+    """The page with no line over COLUMNS_OF_A_PAGE, tables and headings apart. No line of a list begins with a sign that
+    would make it an item of its own."""
+    lines = []
+    for line in page.split("\n"):
+        if len(line) <= COLUMNS_OF_A_PAGE or line.startswith(("|", "#")):
+            lines.append(line)
+            continue
+        indent = len(line) - len(line.lstrip(" "))
+        if line[indent:].startswith("- "):
+            indent += 2
+        kept = line.lstrip(" ").replace(" + ", "\u00a0+ ").replace(" - ", "\u00a0- ")
+        lines.append(textwrap.fill(kept, COLUMNS_OF_A_PAGE, initial_indent=line[:len(line) - len(line.lstrip(" "))],
+                                   subsequent_indent=" " * indent, break_long_words=False, break_on_hyphens=False)
+                     .replace("\u00a0", " "))
+    return "\n".join(lines)

@@ -99,9 +99,9 @@ def cloths_text(rows, preset):
 
 def cost_text(rows, flatness, cpu_backend):
     text = ["### What a step costs\n",
-            f"Sheets hung by two corners, in the middle of the swing; several cloths have their own gravity each. cpu: {cpu_backend}. "
-            "`lanes`: side by side in the lanes of the vector registers wherever that is worth it; `single`: one by one, with the same "
-            "bits. A way of stepping that would take too long for a row is left out of it.\n",
+            f"Sheets hung by two corners, in the middle of the swing; each of several cloths has its own gravity. cpu: {cpu_backend}. "
+            "`lanes`: side by side in the lanes of the vector registers wherever that pays; `single`: one by one, with the same "
+            "bits. A row omits ways of stepping that would take too long.\n",
             "![cost](speed_cost.png)\n", *bars_text(rows, flatness)]
     for preset in distinct(select(rows, along="cloths"), "preset"):
         text += cloths_text(rows, preset)

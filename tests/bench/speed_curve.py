@@ -54,8 +54,8 @@ def curve_text(rows, cpu_backend):
     first = rows[0]
     text = ["### Time against strain\n",
             f"{first['cloths']:.0f} sheets of {first['particles']:.0f} particles hang by two corners, each with its own gravity within 10° of "
-            "straight down, let go horizontally, stepped together for 4 s at 60 Hz. µs per cloth and frame (mean over the frames), with one "
-            f"thread and with all, on {cpu_backend}; max / RMS strain of all cloths in the last second. Numbers behind a family: substeps.\n",
+            "straight down, released horizontally, stepped together for 4 s at 60 Hz. µs per cloth and frame (mean over the frames), with one "
+            f"thread and with all, on {cpu_backend}; max / RMS strain of all cloths in the last second. The number after a family is its substeps.\n",
             "![curve](speed_curve.png)\n", frame_text(rows, cpu_backend),
             "#### The front\n",
             "Settings that none beats in both time on one thread and max strain:\n",
@@ -71,6 +71,6 @@ def peers_text(rows):
     lines = [[f"{row['program']}, {row['settings']}", f"{1000 * row['ms_per_frame']:.0f}",
               strains(row) if row["status"] == "ok" else row["status"]] for row in rows]
     return ["### Other simulators\n",
-            "One sheet of the same scene with what pip installs, CPU time on one thread (`tests/bench/peers.py`, which says how each is set "
-            "up); not in turn with the rows above. Each has more to it than this scene asks for: contacts, materials, gradients.\n",
+            "One sheet of the same scene with simulators from pip, CPU time on one thread (`tests/bench/peers.py` says how each is set "
+            "up); not in turn with the rows above. Each offers more than this scene needs: contacts, materials, gradients.\n",
             markdown(["program", "µs per cloth and frame", "max / RMS strain"], lines)]

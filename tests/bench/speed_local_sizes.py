@@ -45,8 +45,8 @@ def local_sizes_text(rows, device):
         lines.append([f"{preset}, {cloths:.0f} × {particles:.0f}, {some[0]['plan']}{what}", *cells, verdict(some)])
     return ["### Local sizes\n",
             f"Steps of `gl` on {device}, µs per particle and step, by invocations per work group: the sizes in turn, medians of "
-            f"{rows[0]['rounds']:.0f} turns (speed_local_sizes.csv). Bold: the best. Last: what the product chooses "
-            "(server/solver/gl_compute/local_sizes.cpp) and its time over the best one's.\n",
+            f"{rows[0]['rounds']:.0f} turns (speed_local_sizes.csv). Bold: the best. Last: the product's choice "
+            "(server/solver/gl_compute/local_sizes.cpp) and its time over that of the best.\n",
             markdown(["cloths × particles", *(f"{size:.0f}" for size in sizes), "chosen"], lines)]
 
 
@@ -60,6 +60,6 @@ def packing_text(rows):
             lines.append([f"{particles:.0f} particles, {count:.0f} per group", f"{best['local_size']:.0f}", f"{best['us_per_sheet']:.3g}",
                           f"{alone / best['us_per_sheet']:.2f}"])
     return ["#### Several small cloths per work group\n",
-            "What it could bring: sheets without links between them as one cloth, whose work group then does what it would for several "
+            "The possible gain: sheets without links between them as one cloth, whose work group then does the work of several "
             "cloths. REALTIME, each at its best local size (speed_packing.csv).\n",
             markdown(["sheets", "local size", "µs per sheet and step", "gain over one per group"], lines)]

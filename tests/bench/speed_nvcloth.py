@@ -34,7 +34,7 @@ def measured_text(rows, measured):
               *against(rows, row["us_one_thread"], row["max_strain"], row["rms_strain"])] for row in crowd]
     return ["### NvCloth, measured\n",
             f"The same {first['cloths']:.0f} sheets with {first['program']} ({first['build']}; `tests/bench/nvcloth.py`, median of three plays, not "
-            "in turn with the rows above): its usual cloth, which has diagonals and bending as well; strain of the structural edges. One thread, µs per "
+            "in turn with the rows above): its usual cloth, which also has diagonals and bending; strain of the structural edges. One thread, µs per "
             "cloth and frame at max / RMS strain; and the strains of one sheet alone under gravity straight down. Beside each the fastest setting "
             "here with no more strain of either kind than the sheets have.\n",
             markdown(["NvCloth", "max / RMS strain", "one sheet alone", "fastest here", "one thread", "times faster", f"≥ {BAR}"], lines)]
@@ -44,8 +44,8 @@ def points_text(rows):
     lines = [[f"{us} µs: {strains({'max_strain': max_strain, 'rms_strain': rms_strain})}" + (", geodesic tethers" if has_tethers else ""),
               *against(rows, us, max_strain, rms_strain)] for us, max_strain, rms_strain, has_tethers in POINTS]
     return ["### NvCloth, reference points\n",
-            "These figures of NvCloth (left) this programme has NOT measured: its usual cloth on one core of a machine of this class, µs per cloth and "
-            "frame at max / RMS strain of one sheet under gravity straight down, which is less than tilted sheets have. Beside each the fastest setting "
+            "This program has NOT measured the figures of NvCloth (left): its usual cloth on one core of a machine of this class, µs per cloth and "
+            "frame at max / RMS strain of one sheet under gravity straight down, which strains it less than tilted gravity. Beside each the fastest setting "
             f"here, one thread, with no more strain of either kind over all the sheets. Bar: at least {BAR} times faster.\n",
             markdown(["NvCloth (not measured here)", "fastest here", "one thread", "times faster", f"≥ {BAR}"], lines)]
 

@@ -44,7 +44,7 @@ def bars_text(rows):
                           f"{largest}: {parts[largest]:.2g} ms",
                           f"{100 * row['empty_ms'] / row['bare_ms']:.1f} %" if row["under_way"] == 1 else "–"])
     return ["Wall time of a step of one client above that of the bare backend's step (one at a time: medians; two under way: medians of the "
-            "mean of eight successive steps, as answers come by twos), and the largest part beside the device. An empty Step is what gRPC and waking the threads cost alone:\n",
+            "mean of eight successive steps, as answers come in pairs), and the largest part beside the device. An empty Step is the cost of gRPC and of waking the threads alone:\n",
             markdown(["load", "above the bare step", "bar", "holds", "aim", "largest part", "empty Step"], lines)] if lines else []
 
 
@@ -57,12 +57,12 @@ def service_text(rows):
 
     return ["### The service\n",
             f"`draped` with the backend {rows[0]['backend']} in a process of its own; clients × cloths of {rows[0]['particles']:.0f} particles, "
-            "each client with a connection and a session, one step per request. Answers say that the step was done (acknowledgement), where "
-            "all particles are (positions), or where those at the four corners of each cloth are (corners). One at a time: a client sends the next Step when it has the "
+            "each client with a connection and a session, one step per request. Answers hold nothing but the acknowledgement, the positions "
+            "of all particles, or those at the four corners of each cloth (corners). One at a time: a client sends the next Step when it has the "
             "answer, by single calls of Step or on a StepStream. Two under way: on a StepStream the next request waits in the server while one is "
             "stepped; queue then includes the step before. p50 and p99 on a StepStream are between answers. All and the bare backend (as "
             "many cloths in this process) in turn. The parts are means per Step, from `StepResponse.timing`: queue, upload, device, "
-            "readback, encode (making the answer, and waiting for that); wire is the rest of the wall time: gRPC in both processes and the "
-            "network. «empty» is a Step of a session without cloths after a pause as long as the bare step, median: the way and nothing else.\n", *bars_text(rows),
+            "readback, encode (making the answer, and waiting for it); wire is the rest of the wall time: gRPC in both processes and the "
+            "network. «empty» is a Step of a session without cloths after a pause as long as the bare step, median: transport only.\n", *bars_text(rows),
             markdown(["clients × cloths, view", "cloth-steps/s", "bare", "more time", "p50 [ms]", "p99 [ms]", "queue", "upload", "device",
                       "readback", "encode", "wire [ms]", "empty [ms]"], [line(row) for row in rows])]

@@ -10,10 +10,15 @@ def skips_text(rows):
               "yes" if row["same_state"] else "no"] for row in rows]
     first = rows[0]
     return ["### What a scene does not need\n",
-            f"Sheets of {first['particles']:.0f} particles, stepped as the server steps them "
-            "(`DeviceLoop`): with it and without it, in turn, medians of a step; and whether the states are bit for bit the same in the end. "
-            "«early exit»: all sweeps, and until the errors are small. «readback»: states after each step, and none, or fewer columns or rows. "
-            "«unchanged states»: positions in each answer, and a subscription, which sends what has changed. «variants»: features that change nothing "
-            "in this scene, and code without them. «shared topology»: a model for each sheet, and one for all (cpu: only those share lanes). «colliders left out»: "
-            "all colliders tested, and those out of reach left out. «lists of regular strips»: of particles and rest lengths, read or not. Constraints between pins are always left out, with whatever else pins do not need: for «a whole sheet or one half pinned» there is no switch, these are two scenes.\n",
+            f"Sheets of {first['particles']:.0f} particles, stepped as the server steps them (`DeviceLoop`): with it and without it, "
+            "in turn, medians of a step; and whether the final states are bit for bit the same.\n",
+            "- «early exit»: all sweeps, and until the errors are small.\n"
+            "- «readback»: states after each step, and none, or fewer columns or rows.\n"
+            "- «unchanged states»: positions in each answer, and a subscription, which sends changes only.\n"
+            "- «variants»: features that change nothing in this scene, and code without them.\n"
+            "- «shared topology»: a model for each sheet, and one for all (cpu: only those share lanes).\n"
+            "- «colliders left out»: all colliders tested, and those out of reach left out.\n"
+            "- «lists of regular strips»: lists of particles and rest lengths, read or not.\n"
+            "- «a whole sheet or one half pinned»: two scenes, not a switch. Constraints between pins, and other work that pins do "
+            "not need, are always left out.\n",
             markdown(["what", "backend", "sheets", "with [ms]", "without [ms]", "without / with", "same state"], lines)]

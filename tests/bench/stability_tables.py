@@ -9,7 +9,7 @@ TEXT_COLUMNS = {"table", "title", "row_axis", "row", "column_axis", "column", "m
 
 VERDICTS = {
     "survives": "strain at most 10 % (above what the case cannot avoid) and energy at most 0.1 m g l above the start, at every step",
-    "recovers": "not at every step, but at every one of the last quarter",
+    "recovers": "not at every step, but at every step of the last quarter",
     "warns": "neither, and a report says so (`not_converged`, `springs_beyond_limit`, `springs_gain_energy`)",
     "breaks": "neither, and no report says so",
     "faults": "FAULTED: stopped at its last good state, which stays readable"}
@@ -53,15 +53,15 @@ def bar_text(rows):
 def promises_text(rows):
     broken = [row for row in rows if row["violation"]]
     if not broken:
-        return [f"In none of the {len(rows)} cells a number that is not finite was read, a step did not end, the neighbour in the batch "
-                "got other bits, or the cloth did otherwise in the batch than alone.\n"]
+        return [f"In none of the {len(rows)} cells was a number read that is not finite, did a step not end, did the neighbour in the batch "
+                "get other bits, or did the cloth move differently in the batch than alone.\n"]
     return ["**Broken promises:**\n", *(f"- {row['backend']}, {row['method']}, {row['table']}: {row['row']}, {row['column']}: "
                                         f"{row['violation']}" for row in broken), ""]
 
 
 def realtime_text(own):
     """Where REALTIME neither survives nor recovers, row by row."""
-    text = ["### Where REALTIME gives way\n"]
+    text = ["### Where REALTIME fails\n"]
     for table in distinct(own, "table"):
         some = select(own, table=table, method="REALTIME")
         if not some:
@@ -72,7 +72,7 @@ def realtime_text(own):
             if bad:
                 lines.append(f"  - {row}: " + ", ".join(f"{cell['column']} {cell['verdict']}" +
                                                         ("" if cell["verdict"] == "faults" else f" ({why(cell)})") for cell in bad))
-        text.append(f"- **{table}** ({some[0]['title']}): " + ("nowhere in this table" if not lines else ""))
+        text.append(f"- **{table}** ({some[0]['title']}): " + ("nowhere" if not lines else ""))
         text += lines
     return text + [""]
 
@@ -97,7 +97,7 @@ def stability_text(rows):
     main = distinct(rows, "backend")[0]
     own = select(rows, backend=main)
     text = ["## Stability\n",
-            "Cases at and beyond the edge of what a cloth can stand (`tests/stability/atlas`), each beside a neighbour in one batch, every "
+            "Cases at and beyond the limits of a cloth (`tests/stability/atlas`), each beside a neighbour in one batch, every "
             "state read, judged by one rule:\n",
             *(f"- **{verdict}**: {meaning}" for verdict, meaning in VERDICTS.items()), ""]
     cut = [row for row in rows if row["is_cut"] == 1]
@@ -110,5 +110,5 @@ def stability_text(rows):
                                             for table in distinct(own, "table")])]
     text += backends_text(rows, main)
     text.append("### Maps\n")
-    text.append("Largest strain, or what is beyond the limits in the last quarter (strain, energy above the start); framed: the bar's cells.\n")
+    text.append("Largest strain, or the excess over the limits in the last quarter (strain, energy above the start); framed: the bar's cells.\n")
     return text + [f"![{table}](stability_{table}.png)\n" for table in distinct(own, "table")]

@@ -78,7 +78,7 @@ def largest_in_real_time(rows, column):
 
 def cloths_text(rows):
     text = ["## Cloths (figure 3c of the paper)\n",
-            "ms per step against the number of independent cloths. Bold: in real time, a step of 1/60 s in 16.7 ms.\n",
+            "ms per step against the number of independent cloths. Bold: real time, a step of 1/60 s within 16.7 ms.\n",
             "![cloths](cloths.png)\n"]
     backends = distinct(rows, "backend")
     most = max(distinct(rows, "particles"))
@@ -101,7 +101,7 @@ def particles_text(rows):
             if some:
                 text.append(f"\n{preset}, pins: {pins}:\n")
                 text.append(pivot(some, "particles", distinct(rows, "backend")))
-    text.append("\nStrain on the way there (largest of any constraint in the first half second), and sweeps in a step:\n")
+    text.append("\nLargest strain of any constraint in the first half second, and sweeps in a step:\n")
     lines = []
     cases = [(preset, pins) for preset in distinct(rows, "preset") for pins in distinct(rows, "pins")]
     backend = distinct(rows, "backend")[0]
@@ -112,15 +112,15 @@ def particles_text(rows):
             line.append(f"{percent(found[0]['swing_max_strain'])} / {found[0]['iterations']:.0f}" if found else "")
         lines.append(line)
     text.append(markdown(["particles", *(f"{preset}, {pins}" for preset, pins in cases)], lines))
-    text.append("The paper, PAPER settings (at most 100 sweeps), pins not told: 1024 particles below 1 % with fewer than 100 "
+    text.append("The paper, PAPER settings (at most 100 sweeps), pins not stated: 1024 particles below 1 % with fewer than 100 "
                 "sweeps, 16 384 particles 8 % at 100 sweeps.\n")
     return text
 
 
 def figure_4_text(motion, rows):
     text = ["## Figure 4 of the paper\n",
-            "256×256 particles, 2 m, two corners pinned, let go horizontally, swinging onto a sphere with friction. Each backend is "
-            "timed from the one state with the most contacts.\n", "![figure 4](figure_4.png)\n"]
+            "256×256 particles, 2 m, two corners pinned, released horizontally, swing onto a sphere with friction. Each backend is "
+            "timed from the state with the most contacts.\n", "![figure 4](figure_4.png)\n"]
     lines = []
     for preset in distinct(motion, "preset"):
         some = select(motion, preset=preset)
@@ -170,9 +170,9 @@ def order_text(rows):
     sweeps, errors, colours = order_ratios(rows)
     seeds = len(distinct(select(rows, shuffled="colours"), "seed"))
     text = ["## Order of the groups (section 3.3 of the paper)\n",
-            "«The influence on the convergence rate is even insignificant.» Relative to Algorithm 1's own order: sweeps to the "
-            f"tolerance of PAPER (1e-3; where Algorithm 1 needs fewer than {MOST_SWEEPS}), and RMS error after 100 sweeps; median "
-            f"(smallest … largest) over {seeds} seeds, moments and substeps.\n", "![order](order.png)\n"]
+            "«The influence on the convergence rate is even insignificant.» Values are relative to Algorithm 1's own order: sweeps to "
+            f"the tolerance of PAPER (1e-3; where Algorithm 1 needs fewer than {MOST_SWEEPS}), and RMS error after 100 sweeps; "
+            f"median (smallest … largest) over {seeds} seeds, moments and substeps.\n", "![order](order.png)\n"]
     lines = []
     for scene in distinct(rows, "scene"):
         for name, meaning in ORDER_NAMES.items():
@@ -183,7 +183,7 @@ def order_text(rows):
         own = sorted({int(c) for c in colours[(scene, "nothing")]})
         lines[-len(ORDER_NAMES)][1] += f" (Algorithm 1: {own[0]})"
     text.append(markdown(["scene: order", "colours", "sweeps", "RMS error"], lines))
-    text.append("\nThe statement, taken at its word (the order of the colours; insignificant = every case within 20 %):\n")
+    text.append("\nIs the statement true for the order of the colours? (Insignificant: every case within 20 %.)\n")
     for scene in distinct(rows, "scene"):
         values = sweeps[(scene, "colours")] + errors[(scene, "colours")]
         holds = all(0.8 <= value <= 1.2 for value in values)
@@ -197,8 +197,8 @@ def budget_text(rows):
         "sweep_ms", "median_ms", "p90_ms", "p99_ms", "max_ms", "cap_median", "cap_min", "over_budget")),
         "yes" if row["p99_ms"] <= row["budget_ms"] + row["sweep_ms"] else "NO"] for row in rows]
     return ["## Frame budget (section 3.5 of the paper)\n",
-            f"A swinging sheet of {rows[0]['particles']:.0f} particles, PAPER without tolerance: every sweep that the budget allows is done. "
-            "Times of a step; one sweep more than the budget is what a step may take.\n",
+            f"A swinging sheet of {rows[0]['particles']:.0f} particles, PAPER without tolerance, so a step does every sweep that the budget allows. "
+            "Times of a step, which may exceed the budget by one sweep.\n",
             markdown(["budget", "one sweep [ms]", "median [ms]", "90 % [ms]", "99 % [ms]", "most [ms]", "sweeps, median", "least",
                       "steps over budget", "99 % ≤ budget + sweep"], lines)]
 
@@ -207,8 +207,8 @@ def accuracy_text(read):
     """Everything that the tables of accuracy say; parts that were not measured are left out."""
     table, order, energy, creep = (read["accuracy"], read["accuracy_order"], read["accuracy_energy"], read["accuracy_creep"])
     text = ["## Accuracy: run time against error\n",
-            "What is measured and how: tests/bench/README.md. Wall ms per simulated second, median of the repeats, the methods in turn "
-            "in one run.\n"]
+            "What is measured and how: tests/bench/notes/method.md. Wall ms per simulated second, median of the repeats, the methods in "
+            "turn in one run.\n"]
     text += accuracy_bars.bars_text(table, order, energy, creep)
     text += ["![position error](accuracy_position.png)\n", "![RMS strain](accuracy_rms_strain.png)\n",
              "![max strain](accuracy_max_strain.png)\n"]
@@ -253,7 +253,7 @@ def readme(folder):
         text += accuracy_text(tables)
     if tables["stability"]:
         text += stability_tables.stability_text(tables["stability"])
-    return "\n".join(text)
+    return rows.wrapped("\n".join(text))
 
 
 def main():

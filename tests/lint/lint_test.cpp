@@ -1,12 +1,11 @@
 // The rules of the tree that no compiler checks: who may include whom, where foreign headers may
-// appear, sizes, READMEs, and where shader code may stand. server/README.md and shaders/README.md
-// state them.
+// appear, sizes, a README per folder, and where shader code may stand. server/README.md and
+// shaders/README.md state them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <regex>
 #include <set>
@@ -14,36 +13,13 @@
 #include <string>
 #include <vector>
 
+#include "tests/lint/tree.h"
+
+namespace drape::test {
 namespace {
 
 namespace fs = std::filesystem;
 using ::testing::IsEmpty;
-
-const fs::path kRoot = DRAPE_SOURCE_DIR;
-
-std::string ReadFile(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-bool HasExtension(const fs::path& path, const std::set<std::string>& extensions) {
-  return extensions.contains(path.extension().string());
-}
-
-// Files below `folder`, relative to the root, in a fixed order.
-std::vector<fs::path> FilesBelow(const std::string& folder,
-                                 const std::set<std::string>& extensions) {
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::recursive_directory_iterator(kRoot / folder)) {
-    if (entry.is_regular_file() && HasExtension(entry.path(), extensions)) {
-      files.push_back(fs::relative(entry.path(), kRoot));
-    }
-  }
-  std::sort(files.begin(), files.end());
-  return files;
-}
 
 std::vector<std::string> Includes(const std::string& text) {
   static const std::regex kInclude(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])", std::regex::multiline);
@@ -245,23 +221,6 @@ TEST(LintTest, EveryFolderOfTheTopReadmeExists) {
   }
 }
 
-TEST(LintTest, RelativeLinksInReadmesLeadSomewhere) {
-  static const std::regex kLink(R"(\]\(([^)#\s]+)(#[^)]*)?\))");
-  std::vector<fs::path> readmes = {"README.md"};
-  for (const char* top : {"server", "client", "shaders", "tests", "proto", "docker"}) {
-    for (const fs::path& file : FilesBelow(top, {".md"})) readmes.push_back(file);
-  }
-  for (const fs::path& readme : readmes) {
-    const std::string text = ReadFile(kRoot / readme);
-    for (std::sregex_iterator it(text.begin(), text.end(), kLink), end; it != end; ++it) {
-      const std::string target = (*it)[1];
-      if (StartsWith(target, "http")) continue;
-      EXPECT_TRUE(fs::exists(kRoot / readme.parent_path() / target))
-          << readme << " links to " << target;
-    }
-  }
-}
-
 // Two classes of one name in one namespace break the one-definition rule, which no linker reports.
 TEST(LintTest, ClassNamesAreUniqueInTheServer) {
   static const std::regex kNamespace(R"(^namespace ([\w:]+) \{)", std::regex::multiline);
@@ -290,3 +249,4 @@ TEST(LintTest, NoSingletons) {
 }
 
 }  // namespace
+}  // namespace drape::test

@@ -176,7 +176,7 @@ TEST_P(Contact, ThicknessKeepsTheParticleAway) {
   EXPECT_NEAR(ReadState(backend(), cloth).positions_m[0].y(), 0.0625, 4 * round_off() * 0.0625);
 }
 
-// What starts deep inside comes out at kMaxDepenetrationSpeed, 1 m/s, not at depth / h, and is
+// A deep start comes out at kMaxDepenetrationSpeed_m_per_s, 1 m/s, not at depth / h, and is
 // not thrown off the surface.
 TEST_P(Contact, WhatStartsDeepInsideComesOutSlowly) {
   Scene scene = LoneParticle(Vector3d(0, -0.25, 0), Vector3d::Zero());

@@ -81,7 +81,8 @@ TEST_P(DegenerateStartTest, AtASpheresCentre) {
   ExpectSurvives(scene);
 }
 
-// Comes out of the collider no faster than kMaxDepenetrationSpeed allows (server/solver/method.md).
+// Comes out of the collider no faster than kMaxDepenetrationSpeed_m_per_s
+// (server/solver/method.md).
 TEST_P(DegenerateStartTest, InsideAColliderComesOutSlowly) {
   Scene scene = Particles({{{0, 0, 0}}, {1}, {}, {}});
   scene.parameters.colliders = {PlaneCollider{Vector3d(0, 0.25, 0), Vector3d::UnitY()}};

@@ -64,7 +64,7 @@ Scene FallingOnDistanceMap(uint32_t side);
 Scene CompliantSheet(uint32_t side, double compliance_m_per_n);
 
 // A grid whose one spring is so stiff that explicit integration fails within a step or two: FAULTED
-// on every backend, on the way there infinities and NaNs.
+// on every backend, on the way there infinities and NaN.
 Scene ExplosiveSheet(uint32_t side);
 
 // Adds a smooth, lopsided velocity field of at most speed_m_per_s to the free particles, so that

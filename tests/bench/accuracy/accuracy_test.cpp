@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <map>
+#include <regex>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -135,7 +136,8 @@ class BarsTest : public AccuracyTest {
     WriteFile(out_ / "accuracy.csv", header_ + rows);
     const Ending made = Tables();
     EXPECT_EQ(made.exit_status, 0) << made.text;
-    return ReadText(out_ / "README.md");
+    static const std::regex kWrapped("\n +");
+    return std::regex_replace(ReadText(out_ / "README.md"), kWrapped, " ");
   }
 
   std::string header_;

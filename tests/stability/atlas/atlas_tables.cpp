@@ -135,17 +135,16 @@ std::vector<AtlasTable> LoadTables() {
        Gravities(), Sides(),
        [](double g, double side) { return UnderGravity(HungSheet(SideOf(side)), g, kFrame_s); },
        [](double g, double) { return g <= kBarGravities; }},
-      {"load", "rope of 20 links, the particle at its end so many times as heavy", Ratios(),
-       Steps(), [](double ratio, double h) { return UnderGravity(LoadedRope(ratio), 1, h); },
-       is_near},
-      {"hem", "hung sheet at 1/60 s whose last row is so many times as heavy", Ratios(), Sides(),
+      {"load", "rope of 20 links, mass ratio of the particle at its end", Ratios(), Steps(),
+       [](double ratio, double h) { return UnderGravity(LoadedRope(ratio), 1, h); }, is_near},
+      {"hem", "hung sheet at 1/60 s, mass ratio of its last row", Ratios(), Sides(),
        [](double ratio, double side) {
          return UnderGravity(HeavyHem(SideOf(side), ratio), 1, kFrame_s);
        },
        [](double ratio, double) { return ratio <= kBarRatio; }},
-      {"mixed_masses", "hung sheet of 12 x 12, every other particle so many times as heavy",
-       Ratios(), Steps(),
-       [](double ratio, double h) { return UnderGravity(MixedMasses(12, ratio), 1, h); }, is_near}};
+      {"mixed_masses", "hung sheet of 12 x 12, mass ratio of every other particle", Ratios(),
+       Steps(), [](double ratio, double h) { return UnderGravity(MixedMasses(12, ratio), 1, h); },
+       is_near}};
 }
 
 std::vector<AtlasTable> MaterialTables() {
@@ -198,8 +197,8 @@ std::vector<AtlasTable> CaseTables() {
       {"impact_collider", "sheet of 12 x 12 thrown at a collider, 1/60 s", speeds,
        Places("collider", ImpactColliders()),
        [](double speed, double place) { return Impact(static_cast<size_t>(place), speed); }, Never},
-      {"teleport", "hung sheet of 12 x 12 whose pins jump so far and back for a second", distances,
-       Steps(), TeleportingPins, Never},
+      {"teleport", "hung sheet of 12 x 12 whose pins jump there and back for a second, distance",
+       distances, Steps(), TeleportingPins, Never},
       {"soak", "many substeps, 1/60 s", Places("scene", NamesOf(SoakCases())), soak, Soak,
        [](double, double) { return true; }}};
 }

@@ -107,7 +107,7 @@ inline Gap BoxGap(Lanes q, Lanes center, Lanes half_extents, const std::array<La
 }
 
 // Lowest gap that a contact accepts at the end of the substep: what starts deep inside comes out at
-// most at kMaxDepenetrationSpeed (floor = min(0, gap(p) + speed h)).
+// most at kMaxDepenetrationSpeed_m_per_s (floor = min(0, gap(p) + speed h)).
 inline float ContactFloor(float gap_at_start, float depenetration_distance) {
   return std::min(0.0f, gap_at_start + depenetration_distance);
 }

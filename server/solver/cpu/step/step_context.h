@@ -86,7 +86,7 @@ struct StepScratch {
 // takes a thread to find a range.
 inline constexpr size_t kParticleGrain = 128;
 inline constexpr size_t kGroupGrain = 32;  // groups of four constraints, elements, triangles
-inline constexpr size_t kBlockGrain = 32;  // TetherBlock
+inline constexpr size_t kBlockGrain = 32;  // blocks of tethers
 inline constexpr size_t kRowGrain = 4;     // of a grid
 inline constexpr size_t kStripGrain = 1;   // groups of strips
 
