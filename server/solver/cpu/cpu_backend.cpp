@@ -120,7 +120,7 @@ void EndStep(Cloth& cloth, const StepReport& report) {
   }
 }
 
-// Whether the cloth can be stepped in lanes (lane_step.h).
+// Whether the cloth can be stepped in lanes (group_step.h).
 bool ClothFitsLanes(const Cloth& cloth) {
   return cloth.fault == FaultReason::kNone && !cloth.own_lengths &&
          !HasMovingColliders(cloth.parameters) && FitsLanes(*cloth.model, *cloth.controls);

@@ -22,7 +22,7 @@ struct CpuBackendOptions {
 };
 
 // Named "cpu". Plan "lanes": cloths are stepped side by side wherever the batch has several that
-// are alike (lane_step.h); "single": always alone, on a machine without lanes.
+// are alike (group_step.h); "single": always alone, on a machine without lanes.
 std::unique_ptr<Backend> CreateCpuBackend(const CpuBackendOptions& options = {});
 
 }  // namespace drape

@@ -1,4 +1,4 @@
-// Which cloths of a batch are stepped side by side (lane_step.h).
+// Which cloths of a batch are stepped side by side (group_step.h).
 #pragma once
 
 #include <compare>

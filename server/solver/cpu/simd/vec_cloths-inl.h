@@ -1,5 +1,5 @@
 // One number of each cloth of a group: a lane of a vector register per cloth, as many as the
-// instruction set has. The operations of lanes.h, each rounded like a scalar float. Compiled once
+// instruction set has. The operations of vec4.h, each rounded like a scalar float. Compiled once
 // per instruction set.
 #if defined(DRAPE_CPU_SIMD_VEC_CLOTHS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DRAPE_CPU_SIMD_VEC_CLOTHS_INL_H_
