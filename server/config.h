@@ -36,7 +36,7 @@ struct Config {
   render::RenderLimits pictures;
 };
 
-// What the command line asks for: a server, or to end at once.
+// The outcome of parsing the command line: run a server, or end at once.
 struct CommandLine {
   Config config;
   std::optional<int>

@@ -1,4 +1,4 @@
-// What OBJ and PLY share: one state in one file, the last of a run or each of its samples.
+// Shared by OBJ and PLY: one state in one file, the last of a run or each of its samples.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@ using WriteGeometry = void (*)(const States& states, const std::vector<Topology>
 std::unique_ptr<StateWriter> MakeGeometryWriter(const std::filesystem::path& path,
                                                 StateFileOptions options, WriteGeometry write);
 
-// Of one cloth; without elements when there is none.
+// The topology of one cloth; without elements when there is none.
 const Topology& TopologyAt(const std::vector<Topology>& topologies, size_t cloth);
 
 // "x y z" of a row, in the digits of its type.

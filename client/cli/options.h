@@ -25,12 +25,12 @@ struct ServerOptions {
   ServerAddress address;  // of no server: private
   std::string backend = "auto";
 
-  // As ServerAddress, and --backend, which goes with a private server only.
+  // ServerAddress and --backend, which is for a private server only.
   void AddTo(CLI::App& command);
   Client Open() const;
 };
 
-// Of a server that must be running already, and a session on it.
+// A server that must be running already, and a session on it.
 struct SessionFlags {
   ServerAddress address;
   std::string session;

@@ -9,9 +9,9 @@
 
 namespace drape::cli {
 
-// Buffered output. Throws drape::Error (reason "CANNOT_WRITE") from every function. Goes to a
-// file beside the one that is named (PATH.PID.part), which Close() puts in its place: an older file
-// stays until then. What is no regular file, such as /dev/null, is written directly.
+// Buffered output. Every function throws drape::Error (reason "CANNOT_WRITE"). Writes to a file
+// beside the named one (PATH.PID.part), which Close() puts in its place: an older file stays until
+// then. A file that is not regular, such as /dev/null, is written directly.
 class OutputFile {
  public:
   explicit OutputFile(const std::filesystem::path& path);

@@ -14,7 +14,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "the format's byte order is written");
 
-// What the file begins with.
+// The header of the file.
 struct Header {
   char magic[12] = {'P', 'O', 'I', 'N', 'T', 'C', 'A', 'C', 'H', 'E', '2', '\0'};
   int32_t version = 1;

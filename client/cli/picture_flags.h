@@ -1,4 +1,4 @@
-// What a picture shows, as flags of `drape run` and `drape render`.
+// The content of a picture, as flags of `drape run` and `drape render`.
 #pragma once
 
 #include <CLI/CLI.hpp>

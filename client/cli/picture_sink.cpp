@@ -30,7 +30,7 @@ void PictureSink::Begin(const Session& session) {
   trial.set_height_px(kTrialEdge_px);
   try {
     const v1::RenderResponse drawn = session.Render(std::move(trial));
-    // What moves away from where it starts is seen to do so.
+    // Motion away from the start stays in view.
     if (is_series_) IncludeView(drawn, request_);
   } catch (const Error& error) {
     if (need_ == Need::kRequired || error.reason() != "NO_EGL_DEVICE") throw;

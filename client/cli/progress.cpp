@@ -10,7 +10,7 @@ namespace drape::cli {
 namespace {
 
 constexpr int kBarCells = 30;
-// What a signal handler may touch.
+// The only data that a signal handler may touch.
 volatile std::sig_atomic_t interrupt_count = 0;
 
 extern "C" void OnInterrupt(int) {

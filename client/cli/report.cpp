@@ -33,8 +33,8 @@ Json ClothJson(const ClothReport& cloth, double time_step_s) {
   for (const v1::StepReport& sample : cloth.samples) {
     samples.push_back(SampleJson(sample, time_step_s));
   }
-  // Warnings are counted since creation: the last report has them all. Sorted by name. What
-  // is put right when a cloth is made comes before there are reports.
+  // Warnings are counted since creation: the last report has them all. Sorted by name. Corrections
+  // made when a cloth is created come first.
   std::map<std::string, uint64_t> warnings;
   bool is_faulted = false;
   if (!cloth.samples.empty()) {

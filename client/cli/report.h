@@ -13,7 +13,7 @@
 
 namespace drape::cli {
 
-// What is known of one cloth of a run.
+// Everything known about one cloth of a run.
 struct ClothReport {
   ClothId id = 0;
   v1::ClothShape shape;

@@ -24,9 +24,9 @@ struct RunSinks {
   std::function<void(const RunReport&)> on_failure;
 };
 
-// `every` >= 1: a sample after each so many steps, and after the last. Finishes the writers, also
-// when it stops early. After an error only those that have samples; the others are left as they
-// are.
+// `every` >= 1: takes a sample after every `every` steps, and after the last. Finishes the writers,
+// also when it stops early. After an error it finishes only those that have samples and leaves the
+// others as they are.
 RunReport RunScene(const Client& client, const v1::Scene& scene, uint64_t every, RunSinks& sinks);
 
 // One topology per cloth, copies counted, as state writers want them.

@@ -40,7 +40,7 @@ class StateWriter {
   virtual void DoAdd(const States& states, const std::optional<SampleTime>& sample) = 0;
 };
 
-// What writers know beyond the states.
+// What writers need to know beside the states.
 struct StateFileOptions {
   uint32_t ParticleOf(size_t row) const {
     return particles.empty() ? static_cast<uint32_t>(row) : particles[row];
@@ -49,7 +49,7 @@ struct StateFileOptions {
   std::vector<Topology> topologies;  // one per cloth in scene order, or empty (points)
   double time_step_s = 0;            // of the scene; 0 = unknown
   bool is_series = false;            // OBJ and PLY: one file per sample, named by SeriesPath
-  // Of every cloth, which particle each row of the states is; empty: the row's index.
+  // The particle of each row of the states, for every cloth; empty: the row's index.
   std::vector<uint32_t> particles{};
 };
 

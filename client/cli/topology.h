@@ -1,4 +1,4 @@
-// What connects the particles of a cloth, for files that show its surface.
+// The connections between the particles of a cloth, for files that show its surface.
 #pragma once
 
 #include <array>

@@ -9,7 +9,7 @@
 namespace drape::cli {
 namespace {
 
-// Of drawn curves and points [m].
+// Thickness of drawn curves and points [m].
 constexpr float kRadius = 0.0025f;
 
 // "        type name = value\n"
@@ -57,7 +57,7 @@ UsdaPart MeshPart(const Topology& topology, size_t particle_count) {
   return part;
 }
 
-// A curve goes on for as long as each line begins where the last one ended.
+// A curve continues while each line begins where the last one ended.
 UsdaPart CurvesPart(const Topology& topology) {
   UsdaPart part;
   part.type = "BasisCurves";

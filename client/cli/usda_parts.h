@@ -1,4 +1,4 @@
-// What the cloths of a scene are called and made of in USD.
+// Names and prims of the cloths of a scene in USD.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What a Client and its sessions share.
+// State shared by a Client and its sessions.
 #pragma once
 
 #include <grpcpp/channel.h>

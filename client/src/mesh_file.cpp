@@ -67,7 +67,7 @@ void AppendFans(const tinyobj::mesh_t& mesh, size_t vertex_count, const std::fil
   if (first != mesh.indices.size()) throw BadMesh(path, "a face has more than 255 corners");
 }
 
-// What stands in front of the next blank, taken from `line`.
+// Removes the text before the next blank from `line` and returns it.
 std::string_view TakeWord(std::string_view* line) {
   line->remove_prefix(std::min(line->find_first_not_of(" \t"), line->size()));
   const std::string_view word = line->substr(0, line->find_first_of(" \t"));

@@ -19,8 +19,8 @@ inline namespace client {
 // executable, else on PATH. Throws kNotFound, naming the places.
 std::filesystem::path FindServerProgram(const std::filesystem::path& requested);
 
-// Starts `draped` and waits for its port. The process is started by a thread that stays until it
-// has ended: PR_SET_PDEATHSIG, by which it dies with this process, goes by thread.
+// Starts `draped` and waits for its port. The starting thread lives as long as the process:
+// PR_SET_PDEATHSIG, which ends the process with this one, belongs to a thread.
 class PrivateServer {
  public:
   // Throws kNotFound without the program, kUnavailable when it ends or says nothing in time.

@@ -1,4 +1,4 @@
-// What the client itself needs of a scene.
+// The parts of a scene that the client itself uses.
 #pragma once
 
 #include "drape/v1/scene.pb.h"

@@ -86,7 +86,7 @@ void ScenePlayer::SetEnvironment(const v1::SceneControl& control) {
 }
 
 void ScenePlayer::ApplyControls(v1::StepRequest* request) {
-  // Of two controls that move the same from the same step on, the later in the file counts.
+  // If two controls move the same thing from the same step on, the later one in the file counts.
   std::map<std::pair<ClothId, uint32_t>, const v1::PinTarget*> targets;
   std::map<std::pair<ClothId, uint32_t>, const v1::RestLengthTarget*> lengths;
   std::map<ClothId, const v1::RestLengthScale*> scales;

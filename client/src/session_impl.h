@@ -1,4 +1,5 @@
-// What is behind drape::Session: its name, its connection and the thread that renews its lease.
+// The implementation of drape::Session: its name, its connection and the thread that renews its
+// lease.
 #pragma once
 
 #include <condition_variable>

@@ -16,8 +16,8 @@ struct SpecOverride {
 // The value is JSON, or else a string. Throws kInvalidArgument without "=" or with an empty name.
 SpecOverride ParseOverride(const std::string& text);
 
-// Puts the value where the path says, making objects on the way. A list grows by one at most.
-// Throws BadField when the path goes through something that has no members.
+// Puts the value at the path, making objects on the way. A list grows by at most one. Throws
+// BadField when the path leads through a value that has no members.
 void ApplyOverride(const SpecOverride& override, nlohmann::json* spec);
 
 }  // namespace client

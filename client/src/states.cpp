@@ -51,7 +51,7 @@ void AppendArray(const v1::PackedArray& more, v1::PackedArray* array) {
   array->set_shape(0, array->shape(0) + more.shape(0));
 }
 
-// Appends a chunk whose first cloth began in `chunk` and goes on.
+// Appends a chunk that continues the first cloth of `chunk`.
 void AppendContinued(const v1::StateChunk& more, v1::StateChunk* chunk) {
   const int last = chunk->cloth_ids_size() - 1;
   if (last < 0 || more.cloth_ids(0) != chunk->cloth_ids(last) ||

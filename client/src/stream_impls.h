@@ -1,4 +1,4 @@
-// What is behind StepStream and StateStream: one bidirectional gRPC call each.
+// The implementations of StepStream and StateStream: one bidirectional gRPC call each.
 #pragma once
 
 #include <memory>

@@ -13,8 +13,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Of the cubed longest side of the bounding box [-]: far above the rounding of the sum over the
-// triangles, far below a sheet of a micrometre's thickness.
+// Share of the cubed longest side of the bounding box [-]: far above the rounding of the sum over
+// the triangles, far below a sheet of a micrometre's thickness.
 constexpr double kMinVolumeRatio = 1e-12;
 
 // Smaller solids than this are lost in the rounding of single precision.

@@ -6,7 +6,7 @@
 
 namespace drape {
 
-// Of a collider that is where it is described; colliders.h says what `outward` is where the
+// Distance and normal of a collider at its described place; colliders.h defines `outward` where the
 // distance has no gradient.
 SurfaceDistance SurfaceOf(const Collider& collider, const Eigen::Vector3d& q);
 

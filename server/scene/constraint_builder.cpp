@@ -40,7 +40,7 @@ struct GridLengths {
   double row_width, column_width;
 };
 
-// Of an edge of this length that stands for a strip of this width.
+// Compliance of an edge of this length that stands for a strip of this width.
 double EdgeCompliance(const StructuralMaterial& material, double length, double width) {
   if (material.stretch_stiffness_n_per_m == 0) return material.stretch_compliance_m_per_n;
   return length / (material.stretch_stiffness_n_per_m * width);
@@ -109,7 +109,7 @@ void AddHinges(const MeshEdge& edge, double rigidity, ParticleSystem& system) {
   }
 }
 
-// Of all triangles at an edge [m^2].
+// Summed area of the triangles at an edge [m^2].
 double AreaAround(const MeshEdge& edge, const std::vector<Eigen::Vector3d>& positions_m) {
   double area = 0;
   for (const uint32_t k : edge.opposite_vertices) {

@@ -1,5 +1,5 @@
-// Equality of content, for things that are shared by those who asked for the same. Arrays are taken
-// bit for bit: their elements must have no padding.
+// Equality of content, for objects shared by equal requests. Arrays are compared bit for bit: their
+// elements must have no padding.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// What a cloth is made of, as plain values: the input of SceneModel::Build. SI units, double
+// The description of a cloth in plain values: the input of SceneModel::Build. SI units, double
 // precision.
 #pragma once
 
@@ -28,8 +28,8 @@ struct TriangleMesh {
   std::vector<std::array<uint32_t, 3>> triangles;  // [triangle_count][3]
 };
 
-// What a distance constraint keeps: the length, at most the length (a rope), at least the length (a
-// strut). As wide as the doubles beside it, so that DistanceConstraint has no padding.
+// The kind of a distance constraint: equal to the length, at most the length (a rope), at least the
+// length (a strut). As wide as the doubles beside it, so that DistanceConstraint has no padding.
 enum class ConstraintKind : uint64_t { kEqual, kAtMost, kAtLeast };
 
 // C = |p_i - p_j| - rest_length_m, softened by the compliance (0 = inextensible): C = 0, C <= 0 or

@@ -31,8 +31,8 @@ std::vector<FieldViolation> CheckDescription(const ModelDescription& description
 // "mesh.positions_m[3]" and "mesh.triangles[7]".
 void CheckMeshValues(const TriangleMesh& mesh, Violations& violations);
 
-// What only the built system shows: a mesh without area, masses and rest lengths out of range, too
-// many constraints or springs, in all or of one particle.
+// Checks that need the built system: a mesh without area, masses and rest lengths out of range, too
+// many constraints or springs, in all or at one particle.
 std::vector<FieldViolation> CheckParticleSystem(const ModelDescription& description,
                                                 const ParticleSystem& system,
                                                 const ModelLimits& limits);

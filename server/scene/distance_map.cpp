@@ -17,8 +17,8 @@ constexpr uint32_t kMinResolution = 4;
 constexpr uint32_t kMaxResolution = 1024;
 constexpr uint64_t kMinSamples = 1024;
 constexpr uint64_t kMaxSamples = uint64_t{1} << 28;
-// Of a cell [-]: what rounding to floats can add to the difference of two samples, the largest of
-// which is below 2000 cells. Ten times that.
+// Share of a cell [-]: ten times the largest error that rounding to floats can add to the
+// difference of two samples, the largest of which is below 2000 cells.
 constexpr double kFloatSlack = 2e-3;
 
 std::vector<FieldViolation> CheckSettings(const DistanceMapSettings& settings) {

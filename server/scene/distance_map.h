@@ -42,7 +42,7 @@ struct SurfaceDistance {
 //
 // Outside the grid, from q, the nearest point of the grid's box: sqrt(|p - q|^2 + D(q)^2). The mesh
 // lies in the box, which is convex, so this is at most the exact distance (but for the error bound)
-// and at least 1/sqrt(2) of it; no contact is missed, and it goes on from the inside without a
+// and at least 1/sqrt(2) of it; no contact is missed, and it continues from the inside without a
 // step.
 class DistanceMap {
  public:
@@ -55,7 +55,7 @@ class DistanceMap {
       const TriangleMesh& mesh, const DistanceMapSettings& settings = {},
       const ClosedMeshLimits& limits = {}, const std::function<bool()>& is_cancelled = {});
 
-  // Of a finite point in the mesh's frame.
+  // Distance at a finite point in the mesh's frame.
   double DistanceAt(const Eigen::Vector3d& p) const;
   // With the normalised gradient of DistanceAt. On the faces between cells it is that of the cell
   // towards +; where it vanishes (length below kMinGradient: deep inside, halfway between two
@@ -70,11 +70,11 @@ class DistanceMap {
   Eigen::Vector3d high_m() const;
   // Samples along x, y and z, each >= 2.
   const std::array<uint32_t, 3>& sample_counts() const { return sample_counts_; }
-  // What the map occupies, its mesh included [bytes].
+  // Memory of the map, its mesh included [bytes].
   uint64_t size_bytes() const;
-  // Of sample (i, j, k) at low_m + cell_m * (i, j, k); x fastest, [count_z][count_y][count_x].
+  // Sample (i, j, k), at low_m + cell_m * (i, j, k); x fastest, [count_z][count_y][count_x].
   std::span<const float> samples_m() const { return samples_m_; }
-  // What the map was made of: for drawing, and to compare.
+  // The mesh of the map: for drawing, and to compare.
   const TriangleMesh& mesh() const { return mesh_; }
 
   static constexpr int kMarginCells = 3;
@@ -93,7 +93,7 @@ class DistanceMap {
   // False: cancelled.
   bool SetSamples(const std::function<bool()>& is_cancelled);
   std::optional<Eigen::Vector3d> FindContradiction() const;
-  // Of positions in double precision [m].
+  // Rounding of positions in double precision [m].
   double Rounding() const;
   size_t SampleIndex(uint32_t i, uint32_t j, uint32_t k) const {
     return (size_t{k} * sample_counts_[1] + j) * sample_counts_[0] + i;
@@ -109,7 +109,7 @@ class DistanceMap {
   double error_bound_m_ = 0;
 };
 
-// Of everything that the map follows from: equal arguments give equal maps and equal hashes.
+// Hash of all inputs of the map: equal arguments give equal maps and equal hashes.
 uint64_t DistanceMapHash(const TriangleMesh& mesh, const DistanceMapSettings& settings);
 
 // Whether two meshes are equal bit for bit.

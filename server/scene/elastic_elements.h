@@ -1,5 +1,5 @@
-// What resists bending and shear at any step size: elements that a particle system is made of, and
-// how they share the masses of the particles (server/solver/method.md, "apply_elastic").
+// Elements that resist bending and shear at any step size, and how they share the masses of the
+// particles (server/solver/method.md, "apply_elastic").
 #pragma once
 
 #include <array>
@@ -20,8 +20,9 @@ struct ElasticElement {
   std::array<double, 4> weights{};
   double rest_length_m = 0;
   double stiffness_n_per_m = 0;  // > 0
-  // 1, or 0 for no damping: how much of the speed of l an element loses that is far too fast for a
-  // substep. What is linear needs none, and has no direction to lose it along where it is flat.
+  // 1, or 0 for no damping: share of the speed of l that an element loses if it is far too fast for
+  // a substep. Linear elements need none, and have no direction along which to lose it where they
+  // are flat.
   double damping_share = 0;
 };
 

@@ -31,7 +31,7 @@ class MeshDistance {
   SignedDistance At(const Eigen::Vector3d& p, std::optional<uint32_t> guess = {}) const;
 
  private:
-  // Of no particular length; only their direction matters.
+  // Of arbitrary length; only the direction matters.
   struct Pseudonormals {
     std::array<Eigen::Vector3d, 3> edges;
     std::array<Eigen::Vector3d, 3> corners;

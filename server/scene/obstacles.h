@@ -1,4 +1,4 @@
-// What the particles of a cloth have to stay out of where it starts.
+// Solids that the particles of a cloth must avoid at its start.
 #pragma once
 
 #include <Eigen/Core>

@@ -64,7 +64,7 @@ class SceneModel {
     return is_start_restored() ? start_positions_m_ : rest_positions_m_;
   }
   bool is_start_restored() const { return !start_positions_m_.empty(); }
-  // Of rest_positions_m() and of start_positions_m().
+  // Errors of rest_positions_m() and of start_positions_m().
   const LengthErrors& rest_errors() const { return rest_errors_; }
   const LengthErrors& start_errors() const { return start_errors_; }
   LengthDemands length_demands() const;
@@ -95,7 +95,7 @@ class SceneModel {
   std::span<const uint32_t> tether_offsets() const { return tethers_.offsets; }
   std::span<const Tether> tethers() const { return tethers_.tethers; }
   const StripSet& strips() const { return strips_; }
-  // Of a grid; 0 for everything else. Particle index = row * columns + column.
+  // Size of a grid; 0 for everything else. Particle index = row * columns + column.
   uint32_t grid_columns() const { return grid_columns_; }
   uint32_t grid_rows() const { return grid_rows_; }
   std::span<const std::array<uint32_t, 3>> triangles() const { return triangles_; }

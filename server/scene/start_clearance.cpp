@@ -28,7 +28,7 @@ struct Place {
   Vector3d outside_m;  // by the nearest way; as it is for particles outside and for pins
 };
 
-// Of all particles; empty: none of them is inside.
+// The places of all particles; empty: none of them is inside.
 std::vector<Place> FindPlaces(const LengthDemands& demands, const Collider& collider,
                               double thickness_m, std::span<const Vector3d> positions_m) {
   std::vector<Place> places;
@@ -214,7 +214,7 @@ class WayFinder {
   std::span<const Vector3d> start_m_;
 };
 
-// What gives way gets no longer than it is described.
+// Compliant links get no longer than described.
 std::vector<DistanceConstraint> LinksToKeep(const LengthDemands& demands,
                                             std::span<const Vector3d> positions_m) {
   std::vector<DistanceConstraint> links(demands.constraints.begin(), demands.constraints.end());

@@ -18,10 +18,10 @@ using Eigen::Vector3d;
 // Sweeps that bring links from anywhere to about their lengths; what they leave is smooth and small
 // enough for Newton's method.
 constexpr uint32_t kSweeps = 1000;
-// What is led out of obstacles is stretched at their rims, which sweeps spread over large cloths
-// slowly. Where they leave more than this (RMS), more follow in rounds: some that go on with this
-// share of the motion of the last one, some plain ones for the wrinkles that this leaves. Rounds
-// end when one does not bring the errors below this share of what they were.
+// Sweeps spread the stretch at the rims of obstacles slowly over large cloths. Where they leave
+// more than kSweptError (RMS), more follow in rounds: kHeavySweeps that keep kMomentum of the last
+// motion, then kPlainSweeps for the wrinkles that these leave. Rounds end when one leaves more than
+// kUseful of the errors before it.
 constexpr double kSweptError = 3e-3;
 constexpr uint32_t kHeavySweeps = 200;
 constexpr double kMomentum = 0.95;
@@ -30,14 +30,14 @@ constexpr double kUseful = 0.8;
 constexpr uint32_t kMaxNewtonSteps = 60;
 // Newton steps without a smaller error in between, after which no more are tried.
 constexpr uint32_t kPatience = 8;
-// Of conjugate gradients: a Newton step needs its direction only roughly.
+// Tolerance of conjugate gradients: a Newton step needs its direction only roughly.
 constexpr double kLinearTolerance = 1e-4;
 constexpr int kMaxLinearIterations = 2000;
 // Newton's matrices take some hundred bytes per row; for more rows there are only sweeps.
 constexpr size_t kMaxNewtonRows = size_t{1} << 18;
 // From the described positions first, then from disordered ones.
 constexpr uint32_t kAttempts = 5;
-// Of disorder, in mean lengths: enough to leave a line, too little to turn links over.
+// Amount of disorder, in mean lengths: enough to leave a line, too little to turn links over.
 constexpr double kDisorder = 0.1;
 // Visits of constraints, all together: a few seconds.
 constexpr double kMaxWork = 2e8;
@@ -46,8 +46,8 @@ constexpr double kMinLength_m = 1e-12;
 
 constexpr uint32_t kNoParticle = ~0u;
 
-// One scalar demand at some positions: `error_m` is what j is too far from i along n. Of an
-// obstacle: how far i has to go along n.
+// One scalar demand at some positions: `error_m` is the excess distance of j from i along n. For an
+// obstacle: how far i has to move along n.
 struct Row {
   uint32_t i = 0;
   uint32_t j = kNoParticle;
@@ -138,7 +138,7 @@ class Restoration {
     }
   }
 
-  // Of the particles that are inside.
+  // Visits the particles that are inside.
   template <class Visit>
   void EachObstacleRow(const Visit& visit) const {
     for (const Collider& collider : obstacles_.colliders) {

@@ -11,7 +11,7 @@
 
 namespace drape {
 
-// What rigid constraints and joints (compliance 0) demand of positions.
+// Demands of rigid constraints and joints (compliance 0) on positions.
 struct LengthDemands {
   std::span<const double> inverse_masses_per_kg;  // [particle_count], 0 for pins
   std::span<const DistanceConstraint> constraints;

@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 constexpr uint32_t kNone = ~uint32_t{0};
 // Cosine between the two edges, both seen from the particle between them: 70 degrees from straight.
 constexpr double kMaxJoinedCosine = -0.35;
-// Beyond, a particle is the hub of a star and no path goes through it.
+// A particle with more edges is the hub of a star: no path passes through it.
 constexpr uint32_t kMaxJoinedDegree = 32;
 // Cosines are compared in these units, so that the last digits of the rest shape decide nothing.
 constexpr double kCosineSteps = 1e6;

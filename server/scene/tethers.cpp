@@ -31,7 +31,7 @@ bool IsBound(const PointJoint& joint) {
   return joint.compliance_m_per_n == 0;
 }
 
-// What bounds distances, by particle.
+// The constraints that bound distances, by particle.
 class Adjacency {
  public:
   Adjacency(std::span<const DistanceConstraint> constraints, std::span<const PointJoint> joints,

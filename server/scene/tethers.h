@@ -23,7 +23,8 @@ struct TetherSet {
   std::vector<Tether> tethers;
 };
 
-// Of one particle. More pins hardly ever add a bound that the nearest ones do not imply.
+// Largest number per particle. More pins hardly ever add a bound that the nearest ones do not
+// imply.
 inline constexpr uint32_t kMaxTethersPerParticle = 4;
 
 // For each free particle the pins nearest along what cannot become longer (constraints of

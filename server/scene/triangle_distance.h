@@ -17,7 +17,7 @@ struct TriangleGeometry {
 TriangleGeometry MakeTriangleGeometry(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                       const Eigen::Vector3d& c);
 
-// What of a triangle a point lies on. Edge k runs from corner k to corner k + 1 (mod 3).
+// The part of a triangle that a point lies on. Edge k runs from corner k to corner k + 1 (mod 3).
 enum class TriangleFeature : uint8_t { kFace, kEdge, kCorner };
 
 struct NearestOnTriangle {

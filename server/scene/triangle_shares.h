@@ -14,10 +14,10 @@ namespace drape {
 struct TriangleShares {
   std::vector<uint32_t> offsets;    // [particle_count + 1]
   std::vector<uint32_t> triangles;  // [3 * triangle_count]
-  // What an impulse on a triangle may reckon with, a third of it at each corner [triangle_count].
-  // Each particle divides its mass among its triangles by their areas; the mass of a triangle is
-  // three times the smallest of its corners' shares, so that no particle is promised twice. In a
-  // mesh of uniform density it is the mass of the triangle itself.
+  // The mass that an impulse on a triangle may count on, a third of it at each corner
+  // [triangle_count]. Each particle divides its mass among its triangles by their areas; the mass
+  // of a triangle is three times the smallest of its corners' shares, so no particle is promised
+  // twice. In a mesh of uniform density it is the mass of the triangle itself.
   std::vector<double> masses_kg;
 };
 

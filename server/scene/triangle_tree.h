@@ -23,8 +23,8 @@ class TriangleTree {
  public:
   explicit TriangleTree(const TriangleMesh& mesh);
 
-  // `guess`: a triangle that is probably near, which only makes the search faster. Of equally near
-  // triangles the first that the search meets, which is always the same for the same arguments.
+  // `guess`: a triangle that is probably near; it only makes the search faster. Among equally near
+  // triangles the first one found, which is always the same for the same arguments.
   NearestTriangle Nearest(const Eigen::Vector3d& p, std::optional<uint32_t> guess = {}) const;
 
   const TriangleGeometry& triangle(uint32_t index) const { return triangles_[place_[index]]; }

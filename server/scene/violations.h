@@ -1,4 +1,4 @@
-// What is wrong with an input, field by field.
+// Violations of an input, field by field.
 #pragma once
 
 #include <spdlog/fmt/fmt.h>

@@ -29,7 +29,7 @@ struct TlsOptions {
   // PEM certificates of the authorities, or the server's own. Empty: those of gRPC
   // ($GRPC_DEFAULT_SSL_ROOTS_FILE_PATH, else the system's).
   std::filesystem::path authorities_file;
-  // What the server's certificate must name. Empty: the host of the address.
+  // The name that the server's certificate must have. Empty: the host of the address.
   std::string server_name;
 };
 
@@ -86,7 +86,7 @@ class Client {
 
   v1::ServerInfo GetServerInfo() const;
 
-  // Of grpc.health.v1; `service` empty = the whole server.
+  // The status from grpc.health.v1; an empty `service` means the whole server.
   Health CheckHealth(const std::string& service = "") const;
 
   // A new session, which the returned object owns: deleted with it.

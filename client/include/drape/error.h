@@ -55,7 +55,7 @@ struct ErrorDetails {
   std::string domain;
   std::map<std::string, std::string> metadata;
   std::vector<FieldViolation> violations;
-  // What is used up, for kResourceExhausted.
+  // The exhausted quota, for kResourceExhausted.
   std::vector<std::string> quotas;
   // How long to wait before a repetition makes sense; unset where waiting does not help.
   std::optional<std::chrono::milliseconds> retry_after;

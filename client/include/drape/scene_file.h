@@ -14,10 +14,10 @@ namespace drape {
 inline namespace client {
 
 // Reads and checks a scene: unknown fields, wrong kinds of values, nested vectors, sizes and ranges
-// of what the client itself uses, controls of pins that are none. What only the server can judge is
-// left to it. Mesh files are read (relative to the scene file) and replaced by meshes. In the
-// result `time_step_s` is set, also in every cloth's settings. LoadScene fills in an empty `name`
-// (the file's name without extension).
+// of values that the client itself uses, controls of particles that are not pinned. The server
+// checks everything else. Mesh files are read (relative to the scene file) and replaced by meshes.
+// In the result `time_step_s` is set, also in every cloth's settings. LoadScene fills in an empty
+// `name` (the file's name without extension).
 //
 // `sets`: "path=value" each, applied to the spec of every cloth before anything is checked, e.g.
 // "settings.substeps=8", "environment.gravity_m_per_s2=[0,-1,0]", "pins.0.particle=3". The value is

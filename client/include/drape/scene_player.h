@@ -21,7 +21,7 @@ struct PlayedCloth {
   v1::ClothShape shape;
 };
 
-// What some steps gave and took.
+// Results and wall time of some steps.
 struct AdvanceResult {
   // One per cloth in scene order, measured after the last of the steps; empty when not asked for.
   std::vector<v1::StepReport> reports;

@@ -32,8 +32,8 @@ struct SessionOptions {
 };
 
 // A lease on the server and its cloths. Thread-safe: requests from several threads are independent.
-// Unless Detach() was called, a session made by Client::CreateSession is deleted on the server,
-// with all its cloths, when this object goes; an attached one is left alone.
+// Unless Detach() was called, the destructor of a session made by Client::CreateSession deletes it
+// on the server with all its cloths; an attached session stays.
 class Session {
  public:
   Session(Session&&) noexcept;
@@ -42,13 +42,13 @@ class Session {
   Session& operator=(const Session&) = delete;
   ~Session();
 
-  // "sessions/<server>-<token>". Whoever knows it has access.
+  // "sessions/<server>-<token>". The name gives access: keep it secret.
   const std::string& name() const;
-  // What the server says about it now. Also extends the lease.
+  // The server's present view of it. Also extends the lease.
   v1::Session Renew();
   // Why the automatic renewal gave up (the session is gone); unset while all is well.
   std::optional<Error> lease_error() const;
-  // Leaves the session on the server when this object goes; its lease then runs out by itself.
+  // Leaves the session on the server when this object is destroyed; its lease then expires.
   void Detach();
   // Deletes it now; throws what the destructor would swallow. Later requests fail with kNotFound.
   void Delete();

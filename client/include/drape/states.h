@@ -12,7 +12,7 @@
 namespace drape {
 inline namespace client {
 
-// What a cloth is called on the wire; never reused for another cloth.
+// The cloth's name in messages; never reused for another cloth.
 using ClothId = uint64_t;
 
 // A list of vectors, [row_count][3], either float32 or float64. Lives as long as the States that it

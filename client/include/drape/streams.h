@@ -12,10 +12,10 @@
 namespace drape {
 inline namespace client {
 
-// Step requests on one stream, answered in order, and those of the same cloth done in order;
-// several may be under way. Who does not need an answer before it sends the next request keeps two
-// under way: one waits in the server while the other one is stepped, and the device waits for
-// nobody.
+// Step requests on one stream, answered in order; requests of the same cloth are also done in
+// order. Several may wait for answers at once. If the next request does not need the last answer,
+// keep two in flight: one waits in the server while the other one is stepped, and the device never
+// waits.
 //
 //   stream.Write(request);
 //   for (...) {
