@@ -39,7 +39,7 @@ class JsonOrLines final : public CLI::ConfigBase {
   }
 };
 
-// Empty, or what is wrong with HOST:PORT.
+// The error in HOST:PORT, or empty.
 std::string ListenProblem(const std::string& listen) {
   const size_t colon = listen.rfind(':');
   if (colon == std::string::npos || colon == 0) return "'" + listen + "' is not HOST:PORT";
@@ -55,13 +55,13 @@ void AddServerFlags(CLI::App& app, Config& config) {
       ->capture_default_str()
       ->check(CLI::Validator(ListenProblem, ""));
   app.add_option("--port-file", config.port_file,
-                 "file that gets the port's number when the server is up");
+                 "file that receives the port number once the server is up");
   app.add_option_function<std::string>(
          "--backend", [&config](const std::string& name) { config.backend = kBackends.at(name); },
-         "auto (gl on a hardware GPU, else cpu), gl (Mesa llvmpipe will do), cpu or reference")
+         "auto (gl on a hardware GPU, else cpu), gl (also on Mesa llvmpipe), cpu or reference")
       ->check(CLI::IsMember({"auto", "gl", "cpu", "reference"}))
       ->default_str("auto");
-  app.add_flag("--insecure", config.insecure, "serve other machines without TLS");
+  app.add_flag("--insecure", config.insecure, "serve other machines without encryption");
   auto* cert = app.add_option("--tls-cert", config.tls_cert_file, "PEM certificate chain")
                    ->check(CLI::ExistingFile);
   auto* key =
@@ -71,9 +71,9 @@ void AddServerFlags(CLI::App& app, Config& config) {
   app.add_option("--log-level", config.log_level, "trace, debug, info, warn, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
-  app.add_option("--shader-dir", config.shader_dir, "shaders to use instead of the built-in ones")
+  app.add_option("--shader-dir", config.shader_dir, "folder of shaders that replace built-in ones")
       ->check(CLI::ExistingDirectory);
-  app.add_option("--threads", config.threads, "of the cpu backend; 0 = one per core")
+  app.add_option("--threads", config.threads, "threads of the cpu backend; 0 = one per core")
       ->check(CLI::Range(0, 1024));
 }
 
@@ -99,56 +99,57 @@ void AddLimits(CLI::App& app, Config& config) {
   api::RequestLimits& requests = config.requests;
   SessionLimits& sessions = config.sessions;
   SchedulerLimits& scheduler = config.scheduler;
-  AddNumber(app, "--max-sessions", sessions.max_sessions, 1u, kMaxCount, "at once");
+  AddNumber(app, "--max-sessions", sessions.max_sessions, 1u, kMaxCount, "open at once");
   AddNumber(app, "--session-ttl-s", requests.default_ttl_s, kMinTtl_s, kMaxTtl_s,
-            "lease of a session that asks for none");
+            "lease of a session that requests none");
   AddNumber(app, "--max-cloths-per-session", sessions.max_cloths_per_session, 1u, kMaxCount, "");
   AddNumber<uint64_t>(app, "--max-particles-per-session", sessions.max_particles_per_session, 1,
                       UINT64_MAX / 2, "");
   AddNumber(app, "--max-particles-per-cloth", requests.model.max_particles, 1u, 1u << 24, "");
   AddNumber(app, "--max-colliders-per-cloth", requests.max_colliders_per_cloth, 0u, 65536u, "");
   AddNumber(app, "--max-mesh-colliders-per-cloth", requests.max_mesh_colliders_per_cloth, 0u,
-            65536u, "each takes seconds to build");
+            65536u, "each may take seconds to build");
   AddNumber<uint64_t>(app, "--max-mesh-collider-bytes-per-session",
                       sessions.max_mesh_collider_bytes_per_session, 0, UINT64_MAX / 2,
-                      "of distance grids and meshes, equal ones once");
+                      "distance grids and meshes, equal ones counted once");
   AddNumber(app, "--max-steps-per-request", scheduler.max_steps_per_request, 1u, kMaxCount, "");
   AddNumber(app, "--max-cloths-per-batch", scheduler.max_cloths_per_batch, 1u, kMaxCount,
-            "stepped together");
+            "cloths stepped together");
   AddNumber<int64_t>(app, "--max-queue-delay-us", scheduler.max_queue_delay_us, 0, 1'000'000,
-                     "for clients that come back soon, before a batch");
+                     "longest wait of a batch for clients that are about to ask again");
   AddNumber(app, "--max-queued-requests", scheduler.max_queued_requests, 1u, kMaxCount,
-            "step requests of all sessions");
+            "waiting step requests of all sessions");
   AddNumber(app, "--max-queued-requests-per-session", scheduler.max_queued_requests_per_tenant, 1u,
-            kMaxCount, "step requests");
+            kMaxCount, "waiting step requests");
   AddNumber<uint64_t>(app, "--max-step-state-bytes", requests.max_step_state_bytes, 0, 1u << 30,
-                      "of states in a Step answer");
+                      "states in a Step answer");
   AddNumber(app, "--max-pictures-in-flight-per-session",
             config.pictures.max_pictures_in_flight_per_tenant, 1u, kMaxCount,
-            "that wait, are drawn or sent");
+            "waiting, being drawn or being sent");
   AddNumber(app, "--max-queued-pictures", config.pictures.max_queued_pictures, 1u, kMaxCount,
-            "of all sessions");
+            "waiting pictures of all sessions");
   AddNumber(app, "--max-particles-per-picture", config.pictures.max_particles_per_picture, 1u,
-            kMaxCount, "of its cloths together, and of all pictures under way");
+            kMaxCount, "in all its cloths, and in all pictures being drawn");
   AddNumber(app, "--drain-grace-ms", config.drain_grace_ms, 0u, kMaxTime_ms,
-            "for what is under way when the server is told to stop");
+            "time to finish accepted work when the server is told to stop");
   AddNumber(app, "--reap-interval-ms", config.reap_interval_ms, 1u, kMaxTime_ms,
-            "between two looks for expired sessions");
+            "time between two searches for expired sessions");
   AddNumber(app, "--keepalive-ms", config.keepalive_ms, 1000u, kMaxTime_ms,
-            "of silence until a peer is asked whether it is there");
+            "silence after which a peer is pinged");
   AddNumber(app, "--keepalive-timeout-ms", config.keepalive_timeout_ms, 100u, kMaxTime_ms,
-            "until a silent peer counts as gone");
-  AddNumber(app, "--builder-threads", config.builder_threads, 1u, 256u, "that build scene models");
+            "time until a silent peer counts as gone");
+  AddNumber(app, "--builder-threads", config.builder_threads, 1u, 256u,
+            "threads that build scene models");
 }
 
 }  // namespace
 
 CommandLine ParseCommandLine(int argc, const char* const* argv) {
   CommandLine result;
-  CLI::App app("draped: steps cloths for its clients, on a GPU where there is one", "draped");
+  CLI::App app("draped: simulates cloths for its clients, on a GPU where there is one", "draped");
   app.set_version_flag("--version", std::string("draped ") + DRAPE_VERSION);
   app.config_formatter(std::make_shared<JsonOrLines>());
-  app.set_config("--config", "", "JSON or name=value lines with the names of these flags");
+  app.set_config("--config", "", "file with the names of these flags: JSON, or name=value lines");
   app.allow_config_extras(CLI::config_extras_mode::error);
   AddServerFlags(app, result.config);
   AddLimits(app, result.config);

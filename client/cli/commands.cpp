@@ -39,7 +39,7 @@ int Main(int argc, const char* const* argv) {
     add(app, action);
   }
   if (argc > 1 && argv[1][0] != '-' && !IsCommand(app, argv[1])) {
-    std::cerr << "drape: unknown command \"" << argv[1] << "\"; there are" << Names(app) << "\n";
+    std::cerr << "drape: unknown command \"" << argv[1] << "\"; legal:" << Names(app) << "\n";
     return kUsage;
   }
   try {

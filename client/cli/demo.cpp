@@ -47,7 +47,7 @@ std::vector<fs::path> SceneFiles(const std::vector<std::string>& names) {
 
 int Demo(const DemoOptions& options) {
   const std::vector<fs::path> files = SceneFiles(options.scenes);
-  if (files.empty()) throw CLI::ValidationError("--scenes", "no scene files there");
+  if (files.empty()) throw CLI::ValidationError("--scenes", "there are no scene files");
   fs::create_directories(options.folder);
   const Client client = options.server.Open();
   const v1::ServerInfo info = client.GetServerInfo();

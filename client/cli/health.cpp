@@ -25,7 +25,7 @@ int CheckHealth(const HealthOptions& options) {
 }  // namespace
 
 void AddHealth(CLI::App& app, Action& action) {
-  CLI::App* health = app.add_subcommand("health", "Whether a server takes requests");
+  CLI::App* health = app.add_subcommand("health", "Check whether a server accepts requests");
   auto options = std::make_shared<HealthOptions>();
   options->address.AddTo(*health)->required();
   health->add_option("--service", options->service, "gRPC service (default: the whole server)")

@@ -37,7 +37,8 @@ int Info(const InfoOptions& options) {
 }  // namespace
 
 void AddInfo(CLI::App& app, Action& action) {
-  CLI::App* info = app.add_subcommand("info", "Version, backend, device and limits of a server");
+  CLI::App* info =
+      app.add_subcommand("info", "Print version, backend, device and limits of a server");
   auto options = std::make_shared<InfoOptions>();
   options->server.AddTo(*info);
   info->add_flag("--json", options->is_json, "Print JSON");

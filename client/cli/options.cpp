@@ -16,7 +16,9 @@ CLI::Option* ServerAddress::AddTo(CLI::App& command, const std::string& descript
   const auto tls = [this]() -> TlsOptions& {
     return connect.tls ? *connect.tls : connect.tls.emplace();
   };
-  command.add_flag_callback("--tls", tls, "Encrypt; trust whom this system trusts")->needs(address);
+  command
+      .add_flag_callback("--tls", tls, "Encrypt; trust the certificate authorities of this system")
+      ->needs(address);
   command
       .add_option_function<std::string>(
           "--tls-ca", [tls](const std::string& path) { tls().authorities_file = path; },
@@ -27,7 +29,7 @@ CLI::Option* ServerAddress::AddTo(CLI::App& command, const std::string& descript
   command
       .add_option_function<std::string>(
           "--tls-server-name", [tls](const std::string& name) { tls().server_name = name; },
-          "Encrypt; the server's certificate is for this name (default: the host of --server)")
+          "Encrypt; the name in the server's certificate (default: the host of --server)")
       ->type_name("NAME")
       ->needs(address);
   return address;

@@ -12,7 +12,7 @@
 namespace drape::cli {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the format's byte order is written");
+static_assert(std::endian::native == std::endian::little, "writes the byte order of the format");
 
 // The header of the file.
 struct Header {

@@ -83,13 +83,12 @@ void PictureFlags::AddTo(CLI::App& command, CLI::Option* render) {
                       ->type_name("WxH"));
   flags.push_back(command
                       .add_option("--colour-by", colour_by,
-                                  "material (a colour per cloth), strain, group (of constraints "
+                                  "material (a colour per cloth), strain, group (constraints "
                                   "that are solved together) or speed (default: material)")
                       ->check(CLI::IsMember({"material", "strain", "group", "speed"}))
                       ->type_name("WHAT"));
-  flags.push_back(
-      AddNumbers(command, "--colour-range", 2, range, "LOW,HIGH",
-                 "Of the colours of strain or speed [-, m/s] (default: what is shown)"));
+  flags.push_back(AddNumbers(command, "--colour-range", 2, range, "LOW,HIGH",
+                             "Range of the colours of strain or speed [-, m/s] (default: fitted)"));
   CLI::Option* camera_flag = AddNumbers(command, "--camera", 6, camera, "EX,EY,EZ,TX,TY,TZ",
                                         "Eye and target [m] (default: fitted to the cloths)");
   CLI::Option* view_flag =

@@ -91,8 +91,9 @@ void AddRead(CLI::App& app, Action& action) {
   CLI::App* read = app.add_subcommand("read", "Read the states of cloths");
   auto options = std::make_shared<ReadOptions>();
   options->target.AddTo(*read);
-  read->add_option("--particles", options->file.particles,
-                   "Only these of every cloth, strictly ascending, e.g. 0,31; without it: all")
+  read->add_option(
+          "--particles", options->file.particles,
+          "Read only these particles of every cloth, strictly ascending, e.g. 0,31 (default: all)")
       ->delimiter(',')
       ->type_name("INDEX,...");
   read->add_option("--states", options->states,

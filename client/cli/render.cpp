@@ -45,10 +45,10 @@ int Render(const RenderOptions& options) {
 }  // namespace
 
 void AddRender(CLI::App& app, Action& action) {
-  CLI::App* render = app.add_subcommand("render", "Draw the cloths of a session as they are now");
+  CLI::App* render = app.add_subcommand("render", "Draw the present state of a session's cloths");
   auto options = std::make_shared<RenderOptions>();
   options->target.AddTo(*render);
-  render->add_option("picture", options->path, "The file to write")
+  render->add_option("picture", options->path, "The PNG file to write")
       ->check(PictureFileValidator())
       ->type_name("OUT.png")
       ->required();

@@ -168,7 +168,7 @@ void CheckOutputs(const RunOptions& options) {
   for (const auto& [path, flag] : outputs) {
     const auto [other, is_free] = taken.emplace(place_of(path), flag);
     if (!is_free) {
-      throw CLI::ValidationError(flag, path + " is a file of " + other->second + " too");
+      throw CLI::ValidationError(flag, path + " is also the file of " + other->second);
     }
   }
 }
@@ -192,7 +192,7 @@ void AddOutputs(CLI::App& run, RunOptions* options) {
                  "A sample every N steps and after the last (default: 1)")
       ->check(CLI::Range(uint64_t{1}, uint64_t{1'000'000'000}))
       ->type_name("N");
-  run.add_flag("--summary", options->has_summary, "Print a table of what was run");
+  run.add_flag("--summary", options->has_summary, "Print a table of the results");
   run.add_flag("--json", options->is_json, "Print the result as JSON");
   run.add_flag("--quiet", options->is_quiet, "No progress bar, no closing line");
 }
@@ -205,14 +205,15 @@ void AddRun(CLI::App& app, Action& action) {
   run->add_option("scene", options->scene, "The scene file")->type_name("SCENE.json");
   options->server.AddTo(*run);
   run->add_option("--compare", options->compare,
-                  "Play it on this backend too; print the largest position difference")
+                  "Also play it on this backend; print the largest position difference")
       ->check(BackendNames())
       ->type_name("BACKEND");
   AddOutputs(*run, options.get());
   run->add_option("--set", options->sets,
                   "Set a field of every cloth's spec, e.g. settings.substeps=8")
       ->type_name("PATH=VALUE");
-  run->add_option("--duration", options->duration_s, "Play this long instead [s]")
+  run->add_option("--duration", options->duration_s,
+                  "Play this long instead of the scene's duration [s]")
       ->check(CLI::Range(0.0, 1e6))
       ->check(FiniteNumber())
       ->type_name("S");

@@ -48,7 +48,7 @@ std::string StateFileExtensions() {
 Writer MakeStateWriter(const Path& path, StateFileOptions options) {
   const Format* format = FormatOf(path);
   // Commands have checked it: a bug here, but no reason to fall over.
-  if (format == nullptr) throw std::invalid_argument(path.string() + ": no state file");
+  if (format == nullptr) throw std::invalid_argument(path.string() + ": not a state file");
   return format->make(path, std::move(options));
 }
 

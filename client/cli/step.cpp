@@ -57,7 +57,7 @@ void AddStep(CLI::App& app, Action& action) {
   options->target.AddTo(*step);
   auto* steps = step->add_option("--steps", options->steps, "Number of steps (default: 1)");
   steps->check(CLI::PositiveNumber)->type_name("N");
-  step->add_option("--until", options->until, "Step until so many steps are complete")
+  step->add_option("--until", options->until, "Step until this many steps are complete")
       ->check(CLI::PositiveNumber)
       ->type_name("N")
       ->excludes(steps);

@@ -61,14 +61,14 @@ void AddWatch(CLI::App& app, Action& action) {
   CLI::App* watch = app.add_subcommand("watch", "Follow a session while it is stepped");
   auto options = std::make_shared<WatchOptions>();
   options->target.AddTo(*watch);
-  watch->add_option("--every", options->every, "A frame each N steps (default: 1)")
+  watch->add_option("--every", options->every, "A frame every N steps (default: 1)")
       ->check(CLI::PositiveNumber)
       ->type_name("N");
   watch->add_option("--max-hz", options->max_hz, "Frames per second at most (default: no limit)")
       ->check(CLI::NonNegativeNumber)
       ->check(FiniteNumber())
       ->type_name("HZ");
-  watch->add_option("--frames", options->frames, "End after so many frames")
+  watch->add_option("--frames", options->frames, "End after this many frames")
       ->check(CLI::PositiveNumber)
       ->type_name("N");
   watch->add_flag("--json", options->is_json, "Print a JSON object per line");

@@ -84,7 +84,7 @@ std::shared_ptr<Connection> OpenConnection(const std::string& address,
   if (!connection->channel->WaitForConnected(After(options.ready_timeout_s))) {
     throw LocalError(ErrorCode::kUnavailable, "CANNOT_CONNECT",
                      "no Drape server answers at " + address +
-                         (options.tls ? " over TLS: " : " in the clear: ") +
+                         (options.tls ? " over TLS: " : " without TLS: ") +
                          WhyNot(*connection->stub));
   }
   return connection;

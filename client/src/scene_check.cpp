@@ -55,8 +55,7 @@ void CheckCloths(const v1::Scene& scene) {
     }
     cloth_count += cloth.has_count() ? cloth.count() : 1;
     if (cloth_count > kMaxCloths) {
-      throw BadField(path + ".count",
-                     "makes more than " + std::to_string(kMaxCloths) + " cloths in the scene");
+      throw BadField(path + ".count", "makes more than " + std::to_string(kMaxCloths) + " cloths");
     }
     CheckFinite(cloth.spacing_m(), path + ".spacing_m");
     if (cloth.spec().topology_case() == v1::ClothSpec::TOPOLOGY_NOT_SET) {
@@ -98,7 +97,7 @@ void CheckPinTarget(const v1::Scene& scene, const v1::SceneControl& control,
   for (const int k : ControlledEntries(scene, control)) {
     if (HasPin(scene.cloths(k).spec(), target.particle())) continue;
     throw BadField(path + ".particle", "particle " + std::to_string(target.particle()) +
-                                           " is no pin of cloths[" + std::to_string(k) + "]");
+                                           " is not a pin of cloths[" + std::to_string(k) + "]");
   }
 }
 
@@ -118,7 +117,7 @@ void CheckColliderTarget(const v1::Scene& scene, const v1::SceneControl& control
     const int count = scene.cloths(k).spec().environment().colliders_size();
     if (target.collider() < static_cast<uint32_t>(count)) continue;
     throw BadField(path + ".collider", "collider " + std::to_string(target.collider()) +
-                                           " is none of the " + std::to_string(count) +
+                                           " is not one of the " + std::to_string(count) +
                                            " of cloths[" + std::to_string(k) + "]");
   }
 }
@@ -162,7 +161,7 @@ void CheckScene(const v1::Scene& scene) {
   }
   CheckNotNegative(scene.duration_s(), "duration_s");
   if (scene.duration_s() / scene.time_step_s() > kMaxSteps) {
-    throw BadField("duration_s", "is more than 10^12 steps");
+    throw BadField("duration_s", "must be at most 10^12 steps");
   }
   CheckCloths(scene);
   for (int i = 0; i < scene.controls_size(); ++i) {

@@ -62,7 +62,7 @@ template <class MeshOwner>
 void ReadMeshFile(const std::filesystem::path& folder, const std::string& path, MeshOwner* owner) {
   if (!owner->has_mesh_file()) {
     if (!owner->has_scale_m()) return;
-    throw BadField(path + ".scale_m", "goes with mesh_file, which is not given");
+    throw BadField(path + ".scale_m", "needs mesh_file, which is not given");
   }
   const double scale_m = owner->has_scale_m() ? owner->scale_m() : 1;
   if (!(scale_m > 0) || !std::isfinite(scale_m)) {

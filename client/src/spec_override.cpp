@@ -26,11 +26,11 @@ std::vector<std::string> Split(const std::string& path) {
 json& Member(json& parent, const std::string& name, const std::string& path) {
   if (parent.is_null()) parent = json::object();
   if (parent.is_object()) return parent[name];
-  if (!parent.is_array()) throw BadField(path, "cannot be set: there is nothing below it");
+  if (!parent.is_array()) throw BadField(path, "cannot be set: its parent has no members");
   size_t index = 0;
   const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
   if (error != std::errc() || end != name.data() + name.size() || index > parent.size()) {
-    throw BadField(path, "cannot be set: \"" + name + "\" is no index of a list of " +
+    throw BadField(path, "cannot be set: \"" + name + "\" is not an index of a list of " +
                              std::to_string(parent.size()));
   }
   if (index == parent.size()) parent.push_back(nullptr);

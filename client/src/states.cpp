@@ -56,7 +56,7 @@ void AppendContinued(const v1::StateChunk& more, v1::StateChunk* chunk) {
   const int last = chunk->cloth_ids_size() - 1;
   if (last < 0 || more.cloth_ids(0) != chunk->cloth_ids(last) ||
       more.particle_counts_size() != more.cloth_ids_size()) {
-    throw Malformed("that go on with a cloth which no chunk began");
+    throw Malformed("that continue a cloth which no chunk began");
   }
   chunk->set_particle_counts(last, chunk->particle_counts(last) + more.particle_counts(0));
   for (int k = 1; k < more.cloth_ids_size(); ++k) {

@@ -31,7 +31,7 @@ void StepStream::Write(v1::StepRequest request) {
   request.set_session(impl_->session);
   if (!impl_->Write(request)) {
     throw LocalError(ErrorCode::kFailedPrecondition, "STREAM_ENDED",
-                     "the stream takes no more requests; Read() tells why");
+                     "the stream takes no more requests; Read() throws the reason");
   }
 }
 

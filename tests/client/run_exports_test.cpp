@@ -96,7 +96,7 @@ TEST_F(RunExportsTest, RefusesUnknownExtensionsAndOneFileTwice) {
                                  HasSubstr(".csv, .npz, .obj, .pc2, .ply or .usda")));
   outcome = Run({"s.csv", "./s.csv"});
   EXPECT_EQ(outcome.exit_code, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("s.csv is a file of --states too"));
+  EXPECT_THAT(outcome.err, HasSubstr("s.csv is also the file of --states"));
   EXPECT_TRUE(Names().empty());
 }
 

@@ -103,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(
                  "cloths[0].spec.environment.gravity_m_per_s2: must be a list"},
         BadScene{Scene(R"(, "scale_m": [1])"), "cloths[0].spec.scale_m: must be a single value"},
         BadScene{Scene(R"(, "scale_m": "big")"), "cloths[0].spec.scale_m: must be a number"},
-        BadScene{Scene(R"(, "scale_m": 2)"), "cloths[0].spec.scale_m: goes with mesh_file"},
+        BadScene{Scene(R"(, "scale_m": 2)"), "cloths[0].spec.scale_m: needs mesh_file"},
         BadScene{Scene(R"(, "pins": [{"particle": -1}])"),
                  "cloths[0].spec.pins[0].particle: must be a whole number"},
         BadScene{Scene(R"(, "pins": [{"particle": 1.5}])"),
@@ -148,9 +148,9 @@ INSTANTIATE_TEST_SUITE_P(
                  "controls[0].pin_targets[0].target_m: must have 3 numbers, got 0"},
         BadScene{Scene("", R"(, "controls": [{"collider_targets": [{"collider": 0}]}])"),
                  "controls[0].collider_targets[0].position_m: must have 3 numbers, got 0"},
-        BadScene{
-            Scene("", R"(, "controls": [{"collider_targets": [{"position_m": [0,0,0]}]}])"),
-            "controls[0].collider_targets[0].collider: collider 0 is none of the 0 of cloths[0]"},
+        BadScene{Scene("", R"(, "controls": [{"collider_targets": [{"position_m": [0,0,0]}]}])"),
+                 "controls[0].collider_targets[0].collider: collider 0 is not one of the 0 of "
+                 "cloths[0]"},
         BadScene{Scene("", R"(, "controls": [{"rest_lengths": [{"constraint": 0}]}])"),
                  "controls[0].rest_lengths[0].rest_length_m: must be > 0, got 0"},
         BadScene{Scene("", R"(, "controls": [{"rest_length_scale": {"scale": 2, "over_s": -1}}])"),
@@ -158,7 +158,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{
             Scene(R"(, "pins": [{"particle": 1}])",
                   R"(, "controls": [{"pin_targets": [{"particle": 2, "target_m": [0,0,0]}]}])"),
-            "controls[0].pin_targets[0].particle: particle 2 is no pin of cloths[0]"}));
+            "controls[0].pin_targets[0].particle: particle 2 is not a pin of cloths[0]"}));
 
 TEST(SceneFileTest, JsonIsStrict) {
   for (const char* text : {"{\"duration_s\": 1, // a comment\n\"cloths\": []}", "{\"cloths\": [],}",
@@ -199,7 +199,7 @@ TEST(SceneFileTest, ABadSetIsRefused) {
               StartsWith("cloths[0].spec.settings.substeps: must be a whole number"));
   EXPECT_THAT(Refusal(Scene(), {"settings.substeps"}), HasSubstr("PATH=VALUE"));
   EXPECT_THAT(Refusal(Scene(), {"settings..substeps=1"}), HasSubstr("empty name"));
-  EXPECT_THAT(Refusal(Scene(), {"grid.columns.x=1"}), HasSubstr("nothing below"));
+  EXPECT_THAT(Refusal(Scene(), {"grid.columns.x=1"}), HasSubstr("has no members"));
   EXPECT_THAT(Refusal(Scene(R"(, "pins": [])"), {"pins.1.particle=1"}), HasSubstr("no index"));
 }
 
@@ -243,7 +243,7 @@ TEST(SceneFileTest, MeshFilesOfCollidersAreReadToo) {
   EXPECT_THAT(refusal(R"({"mesh_file": "one.obj", "scale_m": 0})"),
               StartsWith("cloths[0].spec.environment.colliders[0].scale_m: must be > 0"));
   EXPECT_THAT(refusal(R"({"plane": {}, "scale_m": 2})"),
-              StartsWith("cloths[0].spec.environment.colliders[0].scale_m: goes with mesh_file"));
+              StartsWith("cloths[0].spec.environment.colliders[0].scale_m: needs mesh_file"));
   EXPECT_THAT(refusal(R"({"plane": {}, "mesh_file": "one.obj"})"), HasSubstr("only one of"));
 }
 

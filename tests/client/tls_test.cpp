@@ -114,7 +114,7 @@ TEST_F(TlsTest, AServerOfAnotherNameIsNot) {
 }
 
 TEST_F(TlsTest, NothingIsSentInTheClear) {
-  EXPECT_THAT(Refusal(std::nullopt), HasSubstr("in the clear"));
+  EXPECT_THAT(Refusal(std::nullopt), HasSubstr("without TLS"));
 }
 
 TEST_F(TlsTest, AFileWithoutCertificatesIsNamed) {
