@@ -122,7 +122,7 @@ TEST(ColliderMaps, AMeshOfARequestBecomesAMapAtItsPlace) {
   EXPECT_NEAR(solid.map->DistanceAt({0.25, 0.25, -0.01}), 0.01, 1e-6);
   EXPECT_EQ(Build(request, cache)->at(0).map, solid.map) << "equal meshes share one map";
 
-  // What a client reads back has no arrays, but says what is there.
+  // Clients read meshes back without their arrays, but with the shapes of these.
   ClothParameters parameters;
   parameters.colliders = {colliders[4]};
   const v1::Collider message = EnvironmentToProto(parameters).colliders(0);

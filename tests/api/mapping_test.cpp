@@ -28,7 +28,7 @@ std::shared_ptr<ClothRecord> Record(const v1::CreateClothsRequest& request, size
   return record;
 }
 
-// What a client reads back of a cloth can be sent again and means the same.
+// A client can send back the cloth that it has read, and it means the same.
 TEST(Mapping, AClothReadsBackAsItWasAskedFor) {
   v1::CreateClothsRequest request = test::GoodCreation();
   const v1::Cloth cloth = ToProto(*Record(request, 1));

@@ -192,7 +192,7 @@ inline v1::StepRequest GoodStep() {
   return request;
 }
 
-// With everything set that goes together.
+// With every compatible field set.
 inline v1::RenderRequest GoodPicture() {
   v1::RenderRequest request;
   request.set_session("sessions/none");

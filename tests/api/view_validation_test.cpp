@@ -11,7 +11,7 @@ namespace {
 
 using test::ExpectViolation;
 
-// Of so many particles, with the slot as id.
+// Cloths of these numbers of particles, with the slot as id.
 std::shared_ptr<ClothRecord> Cloth(uint32_t slot, uint32_t particles) {
   auto description = std::make_shared<ClothDescription>();
   description->model = ChainModel(particles);

@@ -24,7 +24,7 @@ PRESETS = ("PAPER", "REALTIME", "ACCURATE")
 PEER = "bullet"
 POSITION_ERROR_M = 1e-3  # "equal error" of the bar of ACCURATE
 
-# What a diagram shows of a scene: column, axis label, how a value is written.
+# How a diagram shows a scene: column, axis label, format of a value.
 ERRORS = {
     "rms_position_m": ("RMS position error", millimetres),
     "rms_strain": ("RMS strain", percent),

@@ -1,4 +1,4 @@
-// What every subcommand of drape_bench gets: backends, where the tables go, how long to measure.
+// The context of every subcommand of drape_bench: backends, folder of the tables, time to measure.
 #pragma once
 
 #include <chrono>

@@ -1,4 +1,4 @@
-// What the benchmarks simulate. Plain values; nothing is random.
+// The scenes of the benchmarks. Plain values; nothing is random.
 #pragma once
 
 #include <cstdint>

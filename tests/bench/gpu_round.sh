@@ -23,7 +23,7 @@ die() { printf 'gpu_round: error: %s\n' "$1" >&2; exit "${2:-1}"; }
 say() { printf '%s\n' "$*"; }
 
 programs=(draped drape drape_bench)
-# What the GL backend must pass; one that this version of the tree does not have yet is named and left out.
+# Suites that the GL backend must pass; one that this version of the tree does not have yet is named and left out.
 suites=(gl_test gl_compute_test gl_draw_test parity_test physics_test stability_test scheduler_test system_test)
 # Suites whose long cases run too, in what is left of the time.
 long_suites=(stability_test)
@@ -140,7 +140,7 @@ describe_machine() {
   ls -l /dev/nvidia* /dev/dri 2>/dev/null || :
 }
 
-# What is kept is kept now: a run that is killed later leaves the results of the parts before.
+# Results are saved now: a run that is killed later leaves those of the parts before.
 keep() {
   cp "$work/summary.txt" "$out/summary.txt"
   tar -C "$work" -czf "$out/results.tar.gz.new" summary.txt log xml bench && mv "$out/results.tar.gz.new" "$out/results.tar.gz"
@@ -242,7 +242,8 @@ run() {
     backends=()
     [ "$name" != cost ] || backends=(--backends=cpu,gl,gl_elimination)  # with and without strips by lanes
     share_s=$(((speed_s * ${share#*:} + 99) / 100))
-    # What it has begun when its share is used up may go on for a while. The service is `draped` beside drape_bench.
+    # A row that has begun when the share is used up may take a while longer. The service is `draped` beside
+    # drape_bench.
     part bench "speed_$name" $((share_s + 20)) "$dir/bin/drape_bench" speed --parts="$name" "${backends[@]}" --out="$work/bench" \
       --budget-s="$share_s" --row-s=0.5 --commit="$commit" --invoked-as=drape_bench
   done

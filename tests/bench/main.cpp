@@ -117,7 +117,7 @@ void AddSpeed(CLI::App& app, CommandLine& line) {
                     "one more of the curve, \"NAME: substeps=16 sweep=COLOURS\"; may be repeated");
 }
 
-// What to type to measure the same again; without the options that only say what is noted.
+// The command that repeats the measurement; without options that only describe it.
 std::string CommandOf(const std::string& invoked_as, int argc, char** argv) {
   std::string command = invoked_as.empty() ? argv[0] : invoked_as;
   for (int k = 1; k < argc; ++k) {

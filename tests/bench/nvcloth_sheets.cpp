@@ -28,7 +28,7 @@ constexpr float kEdge_m = 1.0f / (kSide - 1);
 constexpr int kWindowFrames = 60;
 constexpr double kFrame_s = 1.0 / 60;
 
-// What NvCloth wants from its host.
+// The callbacks that NvCloth needs from its host.
 struct Allocator final : physx::PxAllocatorCallback {
   void* allocate(size_t size, const char*, const char*, int) override {
     return std::aligned_alloc(64, (size + 63) / 64 * 64);

@@ -21,7 +21,7 @@ TILT = math.radians(10) * math.sqrt(0.5)
 FRAMES, WINDOW = 240, 60
 EDGE_M = SIZE_M / (SIDE - 1)
 LONGEST_S = 90  # a setting that would take longer is stopped
-# (frame in so many steps, solver, its iterations at most)
+# (substeps per frame, solver, its largest number of iterations)
 MUJOCO = [(8, "CG", 50), (4, "Newton", 10), (8, "Newton", 10), (16, "Newton", 10)]
 # (substeps, iterations) of VBD. (XPBD with stiff springs blows up on this scene.)
 NEWTON = [(4, 10), (10, 10), (10, 20), (30, 10)]

@@ -45,7 +45,7 @@ inline void WriteFile(const std::filesystem::path& path, const std::string& text
   if (!file.flush()) ADD_FAILURE() << "cannot write " << path;
 }
 
-// A folder that goes away with the test.
+// A folder that is removed with the test.
 class ScratchFolder {
  public:
   ScratchFolder() {

@@ -4,9 +4,9 @@ from rows import markdown, select
 
 COLUMNS = ["backend", "device", "limit", "threads", "size_bytes", "rate_per_s", "unit"]
 
-# Of one constraint in one sweep, counted in the code (tests/bench/notes/method.md, «Speed», says how): numbers divided, square roots,
-# other floating-point operations, bytes of particles (in the second level cache, shared memory or storage buffers) and bytes of the
-# solver's own working memory of a strip (first level cache, or storage buffers).
+# One constraint in one sweep, counted in the code (tests/bench/notes/method.md, «Speed»): divisions, square roots,
+# other floating-point operations, bytes of particles (in the second level cache, shared memory or storage buffers) and
+# bytes of the solver's own working memory of a strip (first level cache, or storage buffers).
 STRIPS, COLOURS = "strips", "colours"
 SOLVES = {
     ("lanes", STRIPS): {"divides": 2, "roots": 1, "flops": 67, "particle_bytes": 48, "work_bytes": 40},

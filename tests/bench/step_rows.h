@@ -10,7 +10,7 @@
 
 namespace drape::bench {
 
-// What a row of each backend has in common.
+// The common part of the rows of all backends.
 struct StepRow {
   std::string preset;
   std::string pins;

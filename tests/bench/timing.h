@@ -45,8 +45,8 @@ struct StepTimes {
   uint32_t dispatches = 0;       // of the last step
   double iterations = 0;         // sweeps in a step: mean over cloths and timed steps
   double max_strain = 0;         // over the cloths, one step after the last timed one
-  double rms_strain = 0;         // largest of a cloth, likewise
-  uint32_t contacts = 0;         // of all cloths, likewise
+  double rms_strain = 0;         // largest of a cloth, at the same time
+  uint32_t contacts = 0;         // sum over all cloths, at the same time
   uint32_t faulted = 0;          // cloths that have blown up; the times then mean nothing
   double solves_per_second = 0;  // cloths * constraints * iterations / median
 };

@@ -155,7 +155,7 @@ TEST_F(ClientTest, ASessionGoesWithItsObjectUnlessDetached) {
     Session detached = client_->CreateSession();
     detached.Detach();
     kept = detached.name();
-    // An attached one never goes with its object.
+    // An attached session is never deleted with its object.
     const Session attached = client_->AttachSession(kept);
   }
   EXPECT_EQ(ErrorOf([&] { client_->AttachSession(gone); }).code, ErrorCode::kNotFound);

@@ -1,4 +1,4 @@
-// What the tests of this folder share: temporary folders, states made by hand, running programs.
+// Shared by the tests of this folder: temporary folders, states made by hand, running programs.
 #pragma once
 
 #include <cstring>
@@ -30,7 +30,7 @@ class TemporaryFolder {
 std::string ReadText(const std::filesystem::path& path);
 void WriteText(const std::filesystem::path& path, const std::string& text);
 
-// What a program did.
+// The outcome of a program.
 struct Outcome {
   int exit_code = -1;  // -1: ended by a signal
   std::string out;

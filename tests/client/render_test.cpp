@@ -29,7 +29,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 namespace fs = std::filesystem;
 
-// Of draped, which takes its environment from here.
+// Hides EGL from draped, which inherits this environment.
 class NoEgl {
  public:
   NoEgl() { setenv(kName, "/dev/null", 1); }
@@ -43,7 +43,7 @@ class NoEgl {
 
 class RenderTest : public ::testing::Test {
  protected:
-  // Of a chain for a second: 60 steps.
+  // Plays the chain for a second: 60 steps.
   Outcome Run(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(),
                      {"run", Example("chain.json"), "--backend=cpu", "--duration=1"});

@@ -1,4 +1,5 @@
-// What the tests of state writers write: two cloths, one with a triangle and one with a line.
+// The states that the tests of state writers write: two cloths, one with a triangle and one with a
+// line.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What the writers write, read back by readers of this file's own.
+// The files of the writers, read back by readers of this file's own.
 #include "client/cli/state_writers.h"
 
 #include <gmock/gmock.h>
@@ -69,7 +69,7 @@ struct NpyArray {
   }
 };
 
-// What stands between `before` and `after`.
+// The text between `before` and `after`.
 std::string Between(const std::string& text, const std::string& before, const std::string& after) {
   const size_t begin = text.find(before) + before.size();
   return text.substr(begin, text.find(after, begin) - begin);

@@ -1,4 +1,4 @@
-// TLS: who is trusted, and what is said where nobody is.
+// TLS: trusted certificates, and messages for those that are not.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -47,7 +47,7 @@ class TlsTest : public testing::Test {
             .request_timeout_s = 0,
             .tls = TlsOptions{.authorities_file = authorities, .server_name = name}};
   }
-  // What is said instead of a connection.
+  // The message that replaces a connection.
   static std::string Refusal(std::optional<TlsOptions> tls) {
     ConnectOptions options;
     options.ready_timeout_s = 0.5;

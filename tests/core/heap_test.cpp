@@ -25,7 +25,7 @@ int64_t PageFaults() {
   return usage.ru_minflt;
 }
 
-// What it takes to fill blocks of a few buffers, and to free them.
+// Page faults of filling blocks of a few buffers, and freeing them.
 int64_t FaultsOfUse() {
   const int64_t before = PageFaults();
   std::vector<std::unique_ptr<char[]>> blocks;

@@ -143,7 +143,7 @@ TEST_P(ColliderReachTest, AloneTheBitsAreThoseOfAllColliders) {
   EXPECT_EQ(counts.repeats > 0, one.repeats) << counts.repeats;
 }
 
-// Of several cloths higher and higher, of which the burst ones have only one that is squeezed.
+// Several cloths, each higher than the last; of the burst ones only one is squeezed.
 TEST_P(ColliderReachTest, InLanesTheBitsAreThoseOfAllCollidersAlone) {
   const test::ReachCase& one = GetParam();
   if (!one.fits_lanes) return;
@@ -166,7 +166,7 @@ TEST_P(ColliderReachTest, InLanesTheBitsAreThoseOfAllCollidersAlone) {
   EXPECT_EQ(counts.repeats > 0, one.repeats) << counts.repeats;
 }
 
-// What looks whether particles stay in their range, alone.
+// The check that particles stay in their range, alone.
 struct Look {
   std::string name;
   uint32_t sweeps;

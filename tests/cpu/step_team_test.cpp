@@ -77,7 +77,7 @@ TEST(StepTeamTest, TellsWhetherAnyRangeSaysSo) {
   }
 }
 
-// What a stage has written is there in the next, whoever reads it.
+// Every reader in the next stage sees the writes of this one.
 TEST(StepTeamTest, StagesFollowEachOther) {
   ThreadTeam threads(3);
   std::vector<uint32_t> numbers(512, 0), before(512, 0);

@@ -32,7 +32,7 @@ std::string ReadFile(const fs::path& path) {
   return text.str();
 }
 
-// What a command prints; the test fails when the command does.
+// The output of a command; the test fails when the command does.
 std::string Output(const std::string& command) {
   FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) {
@@ -81,7 +81,7 @@ std::set<std::string> LinkedPackages() {
   return packages;
 }
 
-// What the final stage installs.
+// The packages that the final stage installs.
 std::set<std::string> ImagePackages() {
   const std::string dockerfile = ReadFile(kDocker / "Dockerfile");
   const std::string list =
@@ -112,7 +112,7 @@ std::vector<std::string> Words(const std::string& json) {
   return nlohmann::json::parse(json).get<std::vector<std::string>>();
 }
 
-// Of the image: what comes before a command.
+// The words that the image puts before a command.
 std::vector<std::string> EntryPoint() {
   const std::string text = OnlyMatch(ReadFile(kDocker / "Dockerfile"), R"(^ENTRYPOINT (\[.*\])$)");
   std::vector<std::string> words = Words(text);

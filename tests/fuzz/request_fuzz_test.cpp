@@ -17,7 +17,7 @@ namespace drape::test {
 namespace {
 
 constexpr int kRounds = 4000;
-// Of unparsable, refused and accepted requests: fewer would mean that the mutations miss their aim.
+// Unparsable, refused and accepted requests: fewer would mean that the mutations miss their aim.
 constexpr int kMinOfEach = 20;
 
 // Changes, removes, repeats or inserts a few bytes.
@@ -109,7 +109,7 @@ std::vector<v1::CreateClothsRequest> Creations() {
   return creations;
 }
 
-// What was accepted can be built, or is refused by the builder with a field of its own.
+// The builder accepts every accepted request, or refuses it with a field of its own.
 TEST(RequestFuzz, CreateCloths) {
   api::RequestLimits limits;
   limits.model.max_particles = 4096;
@@ -162,7 +162,7 @@ TEST(RequestFuzz, UpdateCloths) {
   Fuzz<v1::UpdateClothsRequest>({update}, 3, check).ExpectAll();
 }
 
-// What was accepted can be drawn: every number finite, every direction of length 1.
+// Every accepted picture can be drawn: numbers are finite, directions have length 1.
 TEST(RequestFuzz, Render) {
   v1::RenderRequest fitted = GoodPicture();
   fitted.clear_camera();

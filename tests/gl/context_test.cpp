@@ -21,7 +21,7 @@ TEST(ContextTest, GivesAnOpenGl45ContextWithItsLimits) {
   const Context& made = *context.value();
   EXPECT_FALSE(made.renderer().empty());
   EXPECT_EQ(made.ResetReason(), "");
-  // What OpenGL 4.5 guarantees.
+  // Guarantees of OpenGL 4.5.
   EXPECT_GE(made.limits().storage_block_bytes, 1 << 24);
   EXPECT_GE(made.limits().shared_memory_bytes, 32 * 1024);
   EXPECT_GE(made.limits().work_group_invocations, 1024u);

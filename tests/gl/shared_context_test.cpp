@@ -1,4 +1,4 @@
-// What contexts of a share group see of each other's work.
+// Contexts of a share group see each other's work.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 

@@ -77,9 +77,9 @@ TEST_F(GlBackendTest, FreeFallIsExact) {
   }
 }
 
-// What the solver calls converged is within the tolerance, and pins stay where they are. The
-// committed positions are p + h u rounded once more, which adds a few ulps of a coordinate of at
-// most 1 m to an error relative to the rest length of 1/11 m.
+// Cloths that the solver calls converged are within the tolerance, and pins stay where they are.
+// The committed positions are p + h u rounded once more, which adds a few ulps of a coordinate of
+// at most 1 m to an error relative to the rest length of 1/11 m.
 TEST_F(GlBackendTest, HangingGridKeepsItsLengthsAndPins) {
   constexpr double kTolerance = 1e-2;
   constexpr double kRounding = 4 * kUlp * 11;

@@ -25,7 +25,7 @@ struct StructLayout {
   GLint stride = 0;                      // of an array of them
 };
 
-// What the driver makes of `struct_name` of interface/`file` as element of a storage block.
+// The driver's layout of `struct_name` of interface/`file` as element of a storage block.
 StructLayout AskDriver(const std::string& file, const std::string& struct_name) {
   gl::ShaderLibrary library;
   for (const EmbeddedShader& shader : EmbeddedShaders()) {

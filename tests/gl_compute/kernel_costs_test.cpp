@@ -115,7 +115,7 @@ TEST(KernelCostsTest, RefinementOfEveryLink) {
   const LoopCosts before = CountResidentLoops(*model, parameters, 32);
   parameters.settings.refine_above_strain = 1e-3;
   const LoopCosts after = CountResidentLoops(*model, parameters, 32);
-  // Of a round: two words of flags to clear, the tests, four sweeps over the colours.
+  // Passes of a round: two words of flags to clear, the tests, four sweeps over the colours.
   const uint64_t colours = (4 + 2) + 4 * (1 + 2);
   const uint64_t round = (1 + 2) + (4 + 2) + (4 + 2) + 4 * colours;
   EXPECT_EQ(after.sweep, before.sweep);

@@ -1,5 +1,5 @@
-// Strips by cyclic reduction: what only concerns this backend. What it computes is in
-// tests/parity/strips_test.cpp.
+// Strips by cyclic reduction: properties of this backend only. tests/parity/strips_test.cpp tests
+// the results.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -78,7 +78,7 @@ TEST(StripReductionTest, ShufflesGiveTheBitsOfBarriers) {
   const std::unique_ptr<Backend> shuffles = MakeGlBackend({.strip_solve = StripSolve::kReduction});
   const std::unique_ptr<Backend> expected = MakeGlBackend(
       {.strip_solve = has_lanes ? StripSolve::kReductionWithBarriers : StripSolve::kElimination});
-  // Of a single row reduction is the shorter way with any local size.
+  // For a single row reduction is shorter with any local size.
   for (const uint32_t rows : {1u, 32u}) {
     for (const Direction direction : {Direction::kAtEnd, Direction::kAtStart}) {
       EXPECT_EQ(ThrownSheet(*shuffles, 32, rows, direction),

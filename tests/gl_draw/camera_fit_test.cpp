@@ -87,7 +87,7 @@ TEST(CameraFitTest, LeavesRoomAtOneSide) {
   EXPECT_NEAR(Project(camera, 1, Vector3d(-1, 0, 0)).x(), -0.9, 1e-9);
 }
 
-// What the device measures is the same as giving every point.
+// The device's measures give the same camera as all points.
 TEST(CameraFitTest, ReachesStandForPoints) {
   const std::vector<Vector3d> points = {{1, 2, 3}, {-1, 0.5, 2}, {0.3, 0.1, -4}};
   const Vector3d origin(10, 20, 30);

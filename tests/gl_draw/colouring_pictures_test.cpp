@@ -1,4 +1,4 @@
-// What the colours of pictures say.
+// The meaning of the colours of pictures.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// What pictures show, measured in their pixels. Edges are antialiased, so that a share of the
-// pixels along a perimeter may count either way: that is where tolerances of counts come from.
+// The content of pictures, measured in their pixels. Edges are antialiased, so a share of the
+// pixels along a perimeter may count either way: the tolerances of counts come from that.
 #include "server/render/gl_draw/gl_renderer.h"
 
 #include <gtest/gtest.h>
@@ -34,7 +34,7 @@ class GlRendererTest : public PictureTest {
     spec.has_legend = false;
     return Draw(spec, {}, {});
   }
-  // What is not backdrop.
+  // Every pixel but the backdrop.
   static Patch Shown(const Picture& picture) {
     return Difference(picture, Empty(SmallSpec(picture.width_px, picture.height_px)));
   }
@@ -130,7 +130,7 @@ TEST_F(GlRendererTest, MeshesAreWhereTheirCollidersAre) {
     const Patch patch = Count(picture, [&](size_t x, size_t y, const Rgb& pixel) {
       return (x < 240) == is_left && Distance(pixel, PixelOf(empty, x, y)) > 8;
     });
-    // Of the sides towards the middle one sees 0.3 m (1/9.8 - 1/10.2) 2000 px = 2.4 px at most.
+    // The sides are visible towards the middle by at most 0.3 m (1/9.8 - 1/10.2) 2000 px = 2.4 px.
     EXPECT_GT(static_cast<double>(patch.count), side_px * (side_px - 2));
     EXPECT_LT(static_cast<double>(patch.count), (side_px + 2.4 + 2) * (side_px + 2.4 + 2));
     EXPECT_NEAR(patch.centroid.x(), is_left ? 140 : 340, 3);
@@ -347,7 +347,7 @@ TEST_F(GlRendererTest, TinyPicturesAreDrawnAndHugeOnesRefused) {
   ASSERT_FALSE(huge.ok());
   EXPECT_EQ(huge.status().code(), StatusCode::kResourceExhausted);
   EXPECT_EQ(huge.status().reason(), "DEVICE_MEMORY");
-  // And it goes on drawing.
+  // It still draws.
   EXPECT_GT(Shown(Draw(SmallSpec(), cloths, HostStates(cloths))).count, 1000u);
 }
 

@@ -44,7 +44,8 @@ TEST(MeshCornersTest, ABallIsSmoothAndShrinks) {
   }
 }
 
-// A cone of so many faces around its tip that their mean would cost their number squared.
+// A cone with very many faces around its tip: taking the mean for each face would cost the square
+// of their number.
 TEST(MeshCornersTest, AroundAVertexOfManyFacesNormalsAreTheFaces) {
   constexpr uint32_t kFaces = 200;
   TriangleMesh cone;

@@ -1,6 +1,6 @@
-// The rules of the tree that no compiler checks: who may include whom, where foreign headers may
-// appear, sizes, a README per folder, and where shader code may stand. server/README.md and
-// shaders/README.md state them.
+// The rules of the tree that no compiler checks: allowed includes, folders of foreign headers,
+// sizes, a README per folder, and places of shader code. server/README.md and shaders/README.md
+// state them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -246,8 +246,8 @@ TEST(CpuBitExactnessTest, ABigClothAloneIsSameWithAnyNumberOfThreads) {
   }
 }
 
-// What the frame budget asks for: a cap for one step is the setting for that step, and leaves the
-// next one as it is.
+// The frame budget relies on this: a cap for one step is the setting for that step, and leaves the
+// next one unchanged.
 TEST_P(BitExactnessTest, ACapOnSweepsIsThatSetting) {
   for (Scene scene : {PaperSheet(), SizedCloth(1500)}) {
     scene.parameters.settings.max_iterations = 9;

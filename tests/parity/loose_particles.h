@@ -1,4 +1,4 @@
-// What the tests of stages start from.
+// Starting states of the tests of stages.
 #pragma once
 
 #include <vector>

@@ -25,7 +25,7 @@ List EveryOf(uint32_t count, uint32_t stride) {
   return particles;
 }
 
-// The rows of `particles` of each cloth in a column of whole cloths with so many particles.
+// The rows of `particles` of each cloth in a column of whole cloths of this many particles.
 ScalarColumn RowsIn(const ScalarColumn& whole, const List& counts, const List& particles) {
   return std::visit(
       [&](const auto& values) -> ScalarColumn {

@@ -31,7 +31,7 @@ Scene SheetHitInTheMiddle(uint32_t particle_count, Integration integration, int 
   scene.parameters.settings.integration = integration;
   scene.parameters.settings.direction = Direction::kAtEnd;
   SetSubsteps(scene, 2);
-  // Of two steps the first are shorter.
+  // With two steps the first substeps are shorter.
   const double speed_m_per_s = integration == Integration::kTwoStep ? 4 : 2;
   const auto rest = scene.model->rest_positions_m();
   const Vector3d middle = (rest.front() + rest.back()) / 2;

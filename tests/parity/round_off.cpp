@@ -21,7 +21,7 @@ using Eigen::Vector3d;
 
 constexpr double kRoundOff = 0x1p-24;
 
-// Of the constraints and springs of the busiest particle.
+// The constraints and springs of the busiest particle.
 struct Coupling {
   double degree = 0;
   double length_m = 0;
@@ -58,8 +58,9 @@ Coupling FindCoupling(const SceneModel& model) {
   return coupling;
 }
 
-// Of the surface that particles are held at, if it is curved. Around the edges of a box that is the
-// cloth's thickness; the scenes of these tests bring no particle nearer to an edge than half of it.
+// Radius of the surface at which particles are held, if it is curved. Around the edges of a box
+// that is the cloth's thickness; the scenes of these tests bring no particle nearer to an edge than
+// half of it.
 struct CurvatureRadius {
   double thickness_m;
   double flat;
@@ -75,7 +76,7 @@ struct CurvatureRadius {
   double operator()(const DistanceMapCollider& solid) const { return solid.map->cell_m() / 10; }
 };
 
-// Of the air on the triangles.
+// Scales of the air's effect on the triangles.
 struct AirScales {
   double ratio = 0;  // largest share of its relative velocity that a triangle loses in a kick
   double edge_m = 1;
@@ -100,7 +101,7 @@ AirScales FindAirScales(const Scene& scene, double relative_speed) {
   return scales;
 }
 
-// Of the elastic elements of the busiest particle.
+// Scales of the elastic elements of the busiest particle.
 struct ElasticScales {
   double rate = 0;   // change of velocity per second and displacement [1/s^2]
   double decay = 0;  // and per speed [1/s]
@@ -184,7 +185,7 @@ double ColliderExtent(const ClothParameters& parameters) {
   return extent;
 }
 
-// Of points of colliders within `extent` of the origin; 0 if they rest.
+// Largest speed of points of colliders within `extent` of the origin; 0 if they rest.
 double LargestSurfaceSpeed(const ClothParameters& parameters, double extent) {
   double speed = 0;
   for (const RigidMotion& motion : parameters.collider_motions) {
@@ -250,7 +251,7 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
   // strips one more coupling per link.
   const bool has_starts = solver.end_share < 1;
   const double of_a_link = has_starts ? 26 : 13;
-  // Of those of a level four more are for effects of unlike signs.
+  // Effects of unlike signs add four to the roundings of a level.
   const double of_elimination = has_starts ? 12 : 8;
   const double of_reduction = has_starts ? 39 : 35;
   const double of_a_strip =
@@ -284,7 +285,7 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
           : 0;
   const double free = 8 * kRoundOff * speed + 2 * spring + 2 * elastic + 2 * kick;
 
-  // The velocity stage is so many sweeps more of the same size.
+  // The velocity stage adds sweeps of the same size.
   const double growth = (solver.has_two_steps ? 1.5 : 1) * (1 + solver.velocity_iterations);
   ErrorBound bound;
   bound.velocity_m_per_s = growth * (std::sqrt(count) * held + count * free);

@@ -64,7 +64,7 @@ TEST_P(StripParityTest, AnOverstretchedChainInLimitedSteps) {
   ExpectParity(GetParam(), scene, 1);
 }
 
-// What is summed up of limited impulses is what has acted.
+// The sum of limited impulses equals the impulse that acted.
 TEST_P(StripParityTest, AnOverstretchedChainThatGivesWay) {
   ParticleTopology particles;
   for (uint32_t i = 0; i <= 20; ++i) {
@@ -204,7 +204,7 @@ double LargestError(const std::string& backend_name, const Scene& scene) {
 
 // Where neighbours weigh very differently the matrix is nearly singular and errors are beyond the
 // bounds of round_off.h, by elimination as well. Reduction has 35 roundings where elimination has 8
-// (round_off.h), so its errors may be so many times as large, not more: pivots by differences
+// (round_off.h), so its errors may be larger by that factor, not more: pivots by differences
 // instead of sums of one sign would make them tens of times as large.
 TEST(StripReductionTest, UnequalMassesAreNoWorseThanByElimination) {
   for (const double mass_ratio : {1e2, 1e3, 1e4}) {

@@ -166,7 +166,7 @@ TEST_P(WholeStepParityTest, Tolerance) {
   }
 }
 
-// What is measured on both sides is the same function of nearly the same state.
+// Both sides measure by the same function of nearly the same state.
 TEST_P(WholeStepParityTest, Measurements) {
   Scene scene = FallingOnSphere(15);
   scene.parameters.settings.substeps = 8;

@@ -132,7 +132,7 @@ uint32_t SubstepsFor(const Scene& scene, double ratio) {
 
 class Bending : public PhysicsTest {
  protected:
-  // Largest distance of a particle from where the scene has it, over so many steps.
+  // Largest distance of a particle from its place in the scene, over `steps` steps.
   double LargestMotion(const Scene& scene, uint32_t steps) {
     const ClothHandle cloth = Make(scene);
     double largest = 0;
@@ -146,8 +146,8 @@ class Bending : public PhysicsTest {
   }
 };
 
-// Starts in the equilibrium of the chain and is left alone: it stays, but for what is of second
-// order in the step and vanishes with it. Rounded places turn every line by 4 roundings of the
+// The strip starts in the equilibrium of the chain and is left alone: it stays, up to an error of
+// second order that vanishes with the step. Rounded places turn every line by 4 roundings of the
 // length over the spacing, and the end moves by their sum, at worst.
 TEST_P(Bending, AHeavyStripHangsAsTheElasticaOfItsResolution) {
   for (const bool is_along_columns : {false, true}) {
@@ -171,8 +171,8 @@ TEST_P(Bending, AHeavyStripHangsAsTheElasticaOfItsResolution) {
 }
 
 // A strip of triangles has half triangles at its rims that no hinge bends: of `across` edges the
-// chain does not know half of one. What that leaves unbalanced is at most this share of the weight,
-// and the strip falls by it.
+// chain does not know half of one. The unbalanced part is at most this share of the weight, and the
+// strip falls by it.
 TEST_P(Bending, AHeavyStripOfTrianglesHangsAlmostAlike) {
   constexpr uint32_t kSteps = 6;
   for (const uint32_t across : {3u, 5u}) {

@@ -18,7 +18,7 @@ double LargestDistance(const std::vector<Vector3d>& a, const std::vector<Vector3
 class ChainMotion : public PresetTest {
  protected:
   // Each substep rounds a position of at most 1 m twice, and 4 times a velocity whose error acts
-  // for the rest of a motion in which a particle goes about as far as the chain is long.
+  // for the rest of a motion over which a particle travels about the length of the chain.
   double Rounding(uint32_t substeps) { return 6.0 * substeps * round_off(); }
 
   void ExpectTheExactMotion(const PlanarChain& start, double duration_s, uint32_t substeps,
@@ -64,8 +64,8 @@ class ChainMotion : public PresetTest {
 
 class ChainMotionLong : public ChainMotion {};
 
-// Unequal links and masses, spinning against each other: within 0.5 s the lower one goes over the
-// top. Longer and it is chaos.
+// Unequal links and masses, spinning against each other: within 0.5 s the lower one swings over the
+// top. A longer motion is chaotic.
 TEST_P(ChainMotion, ADoublePendulumFollowsItsEquations) {
   const PlanarChain start({{.length_m = 0.5, .mass_kg = 0.3, .angle_rad = 1.5, .rate_rad_s = 0},
                            {.length_m = 0.3, .mass_kg = 0.2, .angle_rad = 0.5, .rate_rad_s = 6}});
@@ -85,8 +85,8 @@ TEST_P(ChainMotionLong, AWideClothHungByAnEdgeIsASheafOfChains) {
   ExpectASheafOfChains(206);
 }
 
-// The same cloth let go horizontally with a smooth, lopsided velocity: not in a plane any more, all
-// constraints at work. What halving the step changes shrinks as the error does.
+// The same cloth released horizontally with a smooth, lopsided velocity: no longer in a plane, all
+// constraints at work. The change by halving the step shrinks as the error does.
 TEST_P(ChainMotion, ASwingingClothConvergesInTheOrderOfItsScheme) {
   std::vector<std::vector<Vector3d>> positions;
   for (uint32_t k = 0; k < 4; ++k) {

@@ -78,8 +78,8 @@ TEST_P(Contact, ABlockSticksOnAnInclineBelowTheStaticFriction) {
   }
 }
 
-// What friction takes from the velocity in a substep, g sin(20 degrees) h^2 = 9e-6 m, is far within
-// this tolerance of 1e-3 m: it must act all the same.
+// Friction takes g sin(20 degrees) h^2 = 9e-6 m from the motion in a substep, far within this
+// tolerance of 1e-3 m: it must act all the same.
 TEST_P(Contact, FrictionActsBelowTheToleranceToo) {
   const Incline incline(20 * M_PI / 180);
   Scene scene = BlockOn(incline, incline.plane, 0, 0.4, 0.3);

@@ -1,5 +1,5 @@
-// What impulses along the links as they were at the start of a substep (settings.direction) bring,
-// and what the velocity stage takes.
+// The gain of impulses along the links as they were at the start of a substep (settings.direction),
+// and of the velocity stage.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -117,9 +117,9 @@ TEST_P(DirectionTest, TheVelocityStageLeavesNoVelocityAlongALink) {
   EXPECT_NEAR(StateAfter(scene).velocities_m_per_s[1].y(), 0, round_off() * half_kick);
 }
 
-// RATTLE: with start directions and the velocity stage a pendulum keeps its energy for good. What
-// is left swings with the square of the step and does not grow: over ten times the time the largest
-// error is the same, within a tenth of it and what rounding adds.
+// RATTLE: with start directions and the velocity stage a pendulum keeps its energy for good. The
+// remaining error oscillates with the square of the step and does not grow: over ten times the time
+// the largest error is the same, within a tenth of it and rounding.
 TEST_P(DirectionTest, StartDirectionsAndTheVelocityStageKeepThePendulumsEnergy) {
   const auto largest_error = [&](uint32_t steps, uint32_t substeps) {
     Scene scene = SceneOf(StraightChain(1, 1, 0.5, 2));
@@ -184,15 +184,15 @@ TEST_P(DirectionTest, AWhippingHemBesideAFarColliderHolds) {
   for (int step = 0; step < 60; ++step) {
     const StepReport report = StepAlone(backend(), cloth, scene);
     ASSERT_EQ(report.fault, FaultReason::kNone) << "step " << step;
-    // What the stability atlas calls survival.
+    // Survival as the stability atlas defines it.
     ASSERT_LE(report.measured.max_strain, 0.1) << "step " << step;
   }
 }
 
 DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(DirectionTest);
 
-// What 64 cloths do within 4 s, their gravities spread over a cone of 10 degrees, above a floor
-// that they never touch.
+// The behaviour of 64 cloths within 4 s, their gravities spread over a cone of 10 degrees, above a
+// floor that they never touch.
 struct TiltedPlay {
   int faults = 0;
   double max_strain = 0;  // of those that go on

@@ -86,8 +86,8 @@ double AngularMomentumAfterShrinking(Backend& backend, uint32_t substeps) {
 }
 
 // A skater who pulls the arms in: the angular momentum stays, so half the radius turns four times
-// as fast. Impulses along predicted directions lose some, of first order: half as much with half
-// the substep, and after extrapolation what is of second order.
+// as fast. Impulses along predicted directions lose some, to first order: half as much with half
+// the substep, and after extrapolation only the second order.
 TEST_P(DrivenLengths, ASkaterSpeedsUp) {
   constexpr double kMomentum = -(0.125 * 0.75 * 1.5 + 0.375 * 0.25 * 0.5);
   const double coarse = AngularMomentumAfterShrinking(backend(), 32) / kMomentum;

@@ -1,5 +1,5 @@
-// What elements of bending and shear keep at any strength and step: momentum, angular momentum, and
-// that they give no energy.
+// Invariants of elements of bending and shear at any strength and step: momentum, angular momentum,
+// and no gain of energy.
 #include <algorithm>
 #include <cmath>
 #include <vector>

@@ -1,6 +1,6 @@
-// What happens to the energy of what swings for ten seconds without physical damping, in units of m
-// g l (the mass times the length that hangs). Schemes of first order damp by a known amount, those
-// of second order by less; for ACCURATE there is a bar. Long: it belongs to `./run test --full`.
+// The energy of swinging scenes over ten seconds without physical damping, in units of m g l (the
+// mass times the length that hangs). Schemes of first order damp by a known amount, those of second
+// order by less; ACCURATE has a bar. Long: it belongs to `./run test --full`.
 #include <algorithm>
 
 #include "tests/physics/preset_test.h"
@@ -47,7 +47,7 @@ double PredictedDrift(double h) {
 
 class EnergyLong : public PresetTest {
  protected:
-  // Of the preset's own steps of 1/60 s: the changes of energy at the end of each, per m_g_l.
+  // The preset's own steps of 1/60 s: the changes of energy at the end of each, per m_g_l.
   std::vector<double> Changes(Scene scene, double m_g_l) {
     const ClothHandle cloth = Make(scene);
     const double start = EnergyOf(scene, scene.state);
@@ -71,8 +71,8 @@ class EnergyLong : public PresetTest {
   }
 };
 
-// First order: the damping is known but for its own next order, the share h T / (m L) at the
-// largest tension T = m (w^2 L + g) at the bottom, w^2 = 2 (g/L)(1 - cos 2).
+// First order: the damping is known up to its own next order, the share h T / (m L) at the largest
+// tension T = m (w^2 L + g) at the bottom, w^2 = 2 (g/L)(1 - cos 2).
 TEST_P(EnergyLong, OfAPendulumAt2Radians) {
   Scene scene = Chain(1, 1, 0.2);
   scene.state.positions_m[1] = Vector3d(std::sin(kAngle_rad), -std::cos(kAngle_rad), 0);
@@ -114,7 +114,7 @@ TEST_P(EnergyLong, OfAChain) {
   }
 }
 
-// What the scheme takes within two seconds vanishes with the step as its order says.
+// The loss by the scheme within two seconds vanishes with the step as its order says.
 TEST_P(EnergyLong, OfAChainChangesByTheOrderOfTheScheme) {
   Scene scene = EightLinksFrom1Radian();
   std::array<double, 3> changes{};

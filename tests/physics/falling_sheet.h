@@ -22,7 +22,7 @@ inline Scene CentredSheet(uint32_t side, double width_m, double friction,
   return scene;
 }
 
-// What one of the steps left.
+// Measures after one of the steps.
 struct WatchedStep {
   double deepest_m = 0;      // of the particles, 0 where none is inside
   double reported_m = 0;     // the same by the report

@@ -42,9 +42,9 @@ class FreeMotion : public PresetTest {
     return states;
   }
 
-  // Of a sum of terms of this size: each substep rounds a position twice and a velocity 4 times in
-  // each of up to 4 constraints. Substeps that are alike may round alike and add up; the sweeps of
-  // one substep round different numbers and add up as the root of their count.
+  // Rounding of a sum of terms of this size: each substep rounds a position twice and a velocity 4
+  // times in each of up to 4 constraints. Substeps that are alike may round alike and add up; the
+  // sweeps of one substep round different numbers and add up as the root of their count.
   double Rounding(uint32_t substeps, uint32_t sweeps, double size) {
     return (2 + 4.0 * 4 * std::sqrt(sweeps)) * substeps * round_off() * size;
   }

@@ -1,5 +1,5 @@
-// What hangs: the tension of every link of a column, the modes of a chain, the shape of a hammock
-// at any resolution.
+// Hanging cloths: the tension of every link of a column, the modes of a chain, the shape of a
+// hammock at any resolution.
 #include <algorithm>
 #include <numbers>
 
@@ -15,12 +15,12 @@ constexpr double kG = 9.81;
 
 class Hanging : public PhysicsTest {};
 
-// Each link of a column carries what hangs below it, T_k = g sum of the masses below, and a
-// compliant one is longer by alpha T_k, with ten sweeps as with two hundred: no stiffening. The
-// column starts at rest in that place with the velocity that a hanging particle has between
-// substeps, -g h / 2, so it has nowhere to go. A sweep goes through the links colour by colour and
-// leaves of the impulses' errors at most the share (w_i + w_j) / (w_i + w_j + alpha / h^2), below
-// 15 / 130 here, which after ten sweeps is nothing.
+// Each link of a column carries the masses below it, T_k = g times their sum, and a compliant one
+// is longer by alpha T_k, with ten sweeps as with two hundred: no stiffening. The column starts at
+// rest in that place with the velocity that a hanging particle has between substeps, -g h / 2, so
+// it has nowhere to move. A sweep visits the links colour by colour and leaves at most the share
+// (w_i + w_j) / (w_i + w_j + alpha / h^2) of the impulses' errors, below 15 / 130 here, which after
+// ten sweeps is nothing.
 TEST_P(Hanging, EachLinkOfAColumnCarriesWhatIsBelow) {
   constexpr uint32_t kLinks = 6;
   constexpr double kLink_m = 0.25, kCompliance_m_per_n = 2e-3;
@@ -149,12 +149,12 @@ TEST_P(Hanging, AHammockHasOneShapeAtAnyResolution) {
 
 class Modes : public PresetTest {};
 
-// The small modes are w^2 = (g/l) z with z the zeros of the Laguerre polynomial L_n. Let go at rest
-// in each of them, after a quarter of its period the chain passes the middle, but for what is not
-// linear at this angle, which the exact chain tells (planar_chain_test.cpp holds it against the
-// polynomial at an angle of 1e-4). Compared is the share of the mode that is left. Without tethers:
-// a chain that is taut but for less than g h^2 is held by them too, in another direction than its
-// links (README.md).
+// The small modes are w^2 = (g/l) z with z the zeros of the Laguerre polynomial L_n. Released at
+// rest in each of them, the chain passes the middle after a quarter of the period, up to the
+// nonlinear part at this angle, which the exact chain gives (planar_chain_test.cpp compares it with
+// the polynomial at an angle of 1e-4). The share of the mode that is left is compared. Without
+// tethers: they also hold a chain that is taut up to less than g h^2, in another direction than its
+// links (tests/bench/notes/physics.md).
 TEST_P(Modes, OfAChainAreTheZerosOfTheLaguerrePolynomial) {
   constexpr uint32_t kLinks = 4;
   constexpr double kLink_m = 0.25, kSteepest_rad = 0.03;

@@ -108,7 +108,7 @@ TEST_P(Inequalities, StrainCountsOnlyWhatIsForbidden) {
 }
 
 // Highest point of a mass on a rope of 1 m that is thrown from the bottom with v0^2 = 3.5 g l. The
-// rope goes slack at 120 degrees from the bottom (cos = (2 - v0^2 / g l) / 3), and the parabola
+// rope becomes slack at 120 degrees from the bottom (cos = (2 - v0^2 / g l) / 3), and the parabola
 // from there rises by 3/16 l above 1/2 l.
 double HighestPoint(Backend& backend, uint32_t substeps) {
   Scene scene = OnePair({0, -1, 0}, ConstraintKind::kAtMost, 1);

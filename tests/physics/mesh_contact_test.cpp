@@ -115,14 +115,14 @@ struct MeshBall {
   std::shared_ptr<const DistanceMap> map = MapOf(mesh, 40);
   double sagitta = LargestSagitta(mesh, kRadius);
 
-  // Of what bends most in a cell at the surface.
+  // Smallest radius of curvature within a cell of the surface.
   double InnerRadius() const { return kRadius - std::sqrt(3.0) * map->cell_m(); }
   // Interpolation is second order in the cell (distance_map.h), the facets lie inside the sphere.
   double DistanceError() const {
     return 3.0 / 8 * map->cell_m() * map->cell_m() / InnerRadius() + sagitta;
   }
-  // Of its gradient: along each axis half a cell times the curvature, and two samples that are off
-  // by the sagitta, over a cell.
+  // Error of its gradient: along each axis half a cell times the curvature, and two samples that
+  // are off by the sagitta, over a cell.
   double GradientError() const {
     return std::sqrt(3.0) * (map->cell_m() / (2 * InnerRadius()) + 2 * sagitta / map->cell_m());
   }
@@ -161,8 +161,8 @@ TEST_P(MeshContact, ParticlesRestOnABallAtItsRadius) {
   for (const Vector3d& v : state.velocities_m_per_s) EXPECT_LE(v.norm(), 1e-3 * kG / 240);
 }
 
-// What a projection leaves is the part of the way v h of a substep by which the gradient is not a
-// unit vector.
+// A projection leaves the part of the way v h of a substep by which the gradient is not a unit
+// vector.
 TEST_P(MeshContact, NothingFallsIntoABall) {
   const MeshBall ball;
   const Vector3d center(0.05, -0.6, -0.03);
@@ -180,10 +180,10 @@ TEST_P(MeshContact, NothingFallsIntoABall) {
       << "the sheet never lay on it";
 }
 
-// A cloth dropped on a real table (1.1 million samples) comes to lie on it and hangs down: nothing
-// is inside by more than the map's error, by another measure of distance, and what was over the
-// top, 20 mm and more from its edges, is held up by it. (Sharp corners can pass between particles:
-// only these touch. What hangs there may swing in under the top.)
+// A cloth dropped on a real table (1.1 million samples) comes to lie on it and hangs down. Nothing
+// is inside by more than the map's error, by another measure of distance, and the table holds up
+// every particle that was over the top, 20 mm and more from its edges. (Sharp corners can pass
+// between particles: only these touch. The hanging part may swing in under the top.)
 TEST_P(MeshContactLong, ATableclothLiesOnTheTable) {
   const TriangleMesh mesh = ReadObj(SourcePath("client/examples/meshes/table.obj"), 1);
   const auto map = DistanceMap::Build(mesh).value();

@@ -30,7 +30,7 @@ Scene HeldSheet(uint32_t columns, uint32_t rows, double width_m, double height_m
 
 class Moduli : public PhysicsTest {
  protected:
-  // Largest distance of a particle from where the scene has it, over so many steps.
+  // Largest distance of a particle from its place in the scene, over `steps` steps.
   double LargestMotion(const Scene& scene, uint32_t steps) {
     const ClothHandle cloth = Make(scene);
     double largest = 0;
@@ -46,9 +46,8 @@ class Moduli : public PhysicsTest {
 
 // In the plane of the sheet, along its columns. The link above a row carries this row and those
 // below, each 1 / rows of the weight: together the sheet is longer by w L^2 / 2E at any resolution.
-// It starts there and stays, but for what is of second order in the step (the compliance is linear;
-// kicks and columns that are not solved to the end are not) and the rounding of each link, added
-// up.
+// It starts there and stays, up to the second order in the step (the compliance is linear; kicks
+// and columns that are not solved to the end are not) and the rounding of each link, added up.
 TEST_P(Moduli, AHungSheetIsLongerByItsWeight) {
   constexpr double kLength_m = 0.8, kStiffness = 40;
   for (const auto& [columns, rows] : {std::pair{3u, 4u}, std::pair{5u, 17u}, std::pair{45u, 27u}}) {

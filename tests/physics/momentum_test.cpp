@@ -53,8 +53,8 @@ TEST_P(Momentum, IsKeptToRoundOffWithoutPins) {
     scene.parameters.settings = SingleSubstep(1.0 / 60, kSweeps);
     scene.parameters.settings.substeps = kSubsteps;
     const ClothHandle cloth = Make(scene);
-    // Every impulse is the same number for both particles. What is rounded: 1/m, its product with
-    // the impulse and the direction, and the sum: 4 roundings of a velocity change no larger than
+    // Every impulse is the same number for both particles. Rounded are 1/m, its product with the
+    // impulse and the direction, and the sum: 4 roundings of a velocity change no larger than
     // removing the whole stretch of 1 cm within a substep, or of a velocity.
     double largest_velocity = 0.01 / scene.parameters.settings.substep_s();
     for (const Vector3d& v : scene.state.velocities_m_per_s) {

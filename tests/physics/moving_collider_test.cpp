@@ -25,9 +25,9 @@ class MovingCollider : public PhysicsTest {
   }
 };
 
-// On a conveyor a block slides until it has the belt's velocity, mu_d g t, and goes with it from
+// On a conveyor a block slides until it has the belt's velocity, mu_d g t, and moves with it from
 // then on: V^2 / (2 mu_d g) behind. Rounding and the last substep as for a slide that comes to rest
-// (contact_test), the belt's own way beside it.
+// (contact_test), plus the belt's own way.
 TEST_P(MovingCollider, AConveyorTakesABlockAlong) {
   constexpr double kSpeed = 1.25, kStatic = 0.35, kDynamic = 0.3;
   Scene scene = BlockOnPlane(Vector3d::Zero(), Vector3d::Zero(), kStatic, kDynamic);
@@ -48,9 +48,9 @@ TEST_P(MovingCollider, AConveyorTakesABlockAlong) {
   EXPECT_LE(std::abs(carried.positions_m[0].y()), 4 * round_off());
 }
 
-// On a turntable a block stays where it is put while w^2 r < mu_s g and slides outwards beyond, one
+// On a turntable a block stays at its place while w^2 r < mu_s g and slides outwards beyond, one
 // tenth of w^2 r on either side. Where it sticks the position follows the disc exactly in each
-// substep, but for some 16 roundings of r and of w r h.
+// substep, up to some 16 roundings of r and of w r h.
 TEST_P(MovingCollider, ATurntableHoldsABlockUpToTheStaticFriction) {
   constexpr double kRadius = 0.2, kStatic = 0.5, kDynamic = 0.45;
   for (const double share : {0.9, 1.1}) {
@@ -85,9 +85,9 @@ TEST_P(MovingCollider, ABatThrows) {
   EXPECT_NEAR(state.velocities_m_per_s[0].x(), 0, bound);
 }
 
-// What has been moved and rests is the shape described there. Particles fall onto it, slide and
-// rest; both runs round some 40 numbers of size 1.5 per contact and substep, over h in velocities,
-// which the contact takes back, and which slides on in 0.2 s.
+// A collider that was moved and rests is the shape described there. Particles fall onto it, slide
+// and rest; both runs round some 40 numbers of size 1.5 per contact and substep, over h in
+// velocities, which the contact takes back, and which slides on in 0.2 s.
 TEST_P(MovingCollider, WhatHasMovedIsTheShapeThere) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.7, Vector3d(0.48, 0.6, 0.64)));
   const Eigen::Quaterniond tilt(Eigen::AngleAxisd(0.2, Vector3d(0.6, 0, 0.8)));
@@ -128,12 +128,13 @@ DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(MovingCollider);
 
 class MovingColliderOfSheets : public PresetTest {};
 
-// A sphere of 8 cm goes through where a sheet of 3 cm edges hangs, at 3 m/s: 1 mm per substep and
-// less under REALTIME and ACCURATE, 5 cm under PAPER, less than its radius. Nothing gets into it or
-// through it: what hung within half its radius of its path may slide round it but is never in its
-// wake. The aim for the depth at particles is 0.2 mm. Friction takes back what was tangential to
-// the normal of an earlier sweep, up to (v h)^2 / R (contact_test): 0.05 mm at twice the sphere's
-// speed, but 30 mm under PAPER, which therefore has none here.
+// A sphere of 8 cm passes through the place of a hanging sheet of 3 cm edges, at 3 m/s: 1 mm per
+// substep and less under REALTIME and ACCURATE, 5 cm under PAPER, less than its radius. Nothing
+// gets into it or through it: particles that hung within half its radius of its path may slide
+// round it but are never in its wake. The aim for the depth at particles is 0.2 mm. Friction takes
+// back the part that was tangential to the normal of an earlier sweep, up to (v h)^2 / R
+// (contact_test): 0.05 mm at twice the sphere's speed, but 30 mm under PAPER, which therefore has
+// none here.
 TEST_P(MovingColliderOfSheets, NothingLeaksThroughASphereThatPushes) {
   constexpr uint32_t kSide = 13;
   constexpr double kEdge = 0.03, kRadius = 0.08, kSpeed = 3;

@@ -140,9 +140,8 @@ TEST_P(Oscillation, InForceSpringsGainTheKnownAmount) {
   EXPECT_NEAR(last / first, growth, growth * 2 / 0.09 * 10 * kSteps * round_off());
 }
 
-// The rate that the warning goes by is that of the pair, whose frequency bound is exact for equal
-// masses: with the spring's damping s, D = 1 + h^2 w^2 / 2 - h s w^2, and exp(-c h) for the
-// cloth's.
+// The warning uses the rate of the pair, whose frequency bound is exact for equal masses: with the
+// spring's damping s, D = 1 + h^2 w^2 / 2 - h s w^2, and exp(-c h) for the cloth's.
 TEST_P(Oscillation, TheReportWarnsOfSpringsThatGainEnergy) {
   const double omega = std::sqrt(30 / 0.1);
   const double h = 0.3 / omega;

@@ -1,9 +1,9 @@
-// What the paper reports of its own cloths (Bender et al. 2009, section 5): at most 100 iterations,
+// The paper's report of its own cloths (Bender et al. 2009, section 5): at most 100 iterations,
 // «the cloth model with 1024 particles required less than 100 iterations and had a maximal strain
 // of less than one percent», and «the biggest model with 16384 particles was stopped after 100
-// iterations and therefore had a maximal strain of eight percent». It tells neither the pins nor
+// iterations and therefore had a maximal strain of eight percent». It states neither the pins nor
 // the step. A cloth hung by one edge, stepped 240 times a second, does both; hung by two corners,
-// or at 60 Hz, it does neither (README.md).
+// or at 60 Hz, it does neither (tests/bench/notes/physics.md).
 #include <algorithm>
 #include <cmath>
 #include <numeric>

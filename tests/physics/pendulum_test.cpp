@@ -26,7 +26,7 @@ double AngleOf(const ParticleState& state) {
 }
 
 // Each substep rounds the position of the bob twice and its velocity some 4 times, whose error acts
-// for the rest of the time (worth 4 more of the position: within a period the bob goes a few
+// for the rest of the time (worth 4 more of the position: within a period the bob travels a few
 // lengths).
 double PendulumRounding(uint32_t substeps, double round_off) {
   return 6.0 * substeps * round_off * kAngle_rad;
@@ -87,10 +87,10 @@ TEST_P(EndDirection, DampsAPendulumByItsTension) {
   ExpectOrder(errors, 2, PendulumRounding(kSubsteps[2], round_off()) + 1e-6);
 }
 
-// Let go horizontally, sideways: the height z below the pivot obeys 2 (E + g z)(l^2 - z^2) = L^2
-// with E and L of the start, a cubic of which the start is one root. The next one is where it
-// turns. Sampled every 1/240 s; the height about an extremum is a parabola but for a share (w dt)^2
-// / 12 of what it moves within dt, some 1e-7 m.
+// Released horizontally, sideways: the height z below the pivot obeys 2 (E + g z)(l^2 - z^2) = L^2
+// with E and L of the start, a cubic of which the start is one root. The next root is the turning
+// point. Sampled every 1/240 s; the height about an extremum is a parabola up to a share (w dt)^2 /
+// 12 of its change within dt, some 1e-7 m.
 TEST_P(Pendulum, TheSphericalPendulumTurnsAtTheRootsOfTheCubic) {
   constexpr double kDepth_m = 0.5, kSpeed_m_per_s = 1.5, kSample_s = 1.0 / 240;
   const double radius = std::sqrt(kLength_m * kLength_m - kDepth_m * kDepth_m);

@@ -1,4 +1,4 @@
-// What the physics tests share: one body over every backend, and its round-off.
+// Shared by the physics tests: one body over every backend, and its round-off.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace drape::test {
 
-// What every fixture here offers. Destroys the cloths that it made.
+// Functions of every fixture here. Destroys the cloths that it made.
 class PhysicsBase : public ::testing::Test {
  protected:
   void TearDown() override {
@@ -30,7 +30,7 @@ class PhysicsBase : public ::testing::Test {
     cloths_.push_back(CreateCloth(backend(), scene));
     return cloths_.back();
   }
-  // Of a new cloth after so many steps.
+  // The state of a new cloth after `steps` steps.
   ParticleState StateAfter(const Scene& scene, uint32_t steps = 1) {
     const ClothHandle cloth = Make(scene);
     StepAlone(backend(), cloth, scene, steps);

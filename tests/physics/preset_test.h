@@ -32,7 +32,7 @@ constexpr int SchemeOrder(Preset preset) {
   return 0;
 }
 
-// A preset's scheme over `duration_s` as one step of so many substeps, all sweeps made.
+// A preset's scheme over `duration_s` as one step of `substeps` substeps, all sweeps made.
 inline StepSettings SchemeSettings(Preset preset, double duration_s, uint32_t substeps,
                                    uint32_t sweeps) {
   StepSettings settings = PresetSettings(preset);
@@ -77,7 +77,7 @@ struct Refinement {
   // The two extrapolations differ by (2^(p+1) - 1) times the error of the finer one if the next
   // order leads, at least 3 times: this is what the scheme's order allows `limit` to be off.
   double bound() const { return std::abs(Extrapolated(1) - Extrapolated(0)); }
-  // Rounding errors of the values enter `limit` and `bound` at most so many times.
+  // The largest factor with which rounding errors of the values enter `limit` and `bound`.
   double rounding_gain() const { return 4 * (std::exp2(order) + 1) / (std::exp2(order) - 1); }
 };
 

@@ -29,8 +29,8 @@ TEST_P(Refinement, ChangesNothingWhereNothingIsFarOff) {
   EXPECT_EQ(with.velocities_m_per_s, without.velocities_m_per_s);
 }
 
-// It leaves velocities as they are, and impulses of a link add up to nothing: the momentum of a
-// free sheet stays as it is, but for rounding: half an ulp of a particle's momentum for each of the
+// It leaves velocities unchanged, and the two impulses of a link cancel: the momentum of a free
+// sheet stays the same up to rounding, half an ulp of a particle's momentum for each of the
 // impulses that change it.
 TEST_P(Refinement, KeepsMomentum) {
   constexpr uint32_t kSubsteps = 6, kSteps = 5;
@@ -61,9 +61,9 @@ TEST_P(Refinement, KeepsMomentum) {
   EXPECT_LT((momentum(with) - momentum(sheet.state)).norm(), bound);
 }
 
-// What it is for: sheets that hang by two corners whip, and cells of their hems collapse. How much
-// they stretch without is measured beside, the mean over sheets under different gravity and over
-// the steps of the largest strain; two thirds of it are allowed (0.4 was seen; it is chaotic).
+// Its purpose: sheets that hang by two corners whip, and cells of their hems collapse. The strain
+// without it is measured beside, as the mean over sheets under different gravity and over the steps
+// of the largest strain; two thirds of it are allowed (0.4 was seen; it is chaotic).
 TEST_P(Refinement, TakesWhatStripsLeaveOfAHemThatWhips) {
   constexpr int kSheets = 2, kSteps = 110;
   double strain[2] = {0, 0};

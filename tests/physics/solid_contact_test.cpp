@@ -122,8 +122,8 @@ TEST_P(SolidContact, WithFrictionNothingFallsDeepIntoABox) {
       << "the sheet never lay on it";
 }
 
-// Hung over a capsule, askew, a sheet comes to rest and friction keeps it there. What hangs, at
-// most 0.3 m long, swings with a frequency above c/2, so its swing decays as exp(-c t/2) in 6 s.
+// Hung over a capsule, askew, a sheet comes to rest and friction keeps it there. The hanging part,
+// at most 0.3 m long, swings with a frequency above c/2, so its swing decays as exp(-c t/2) in 6 s.
 TEST_P(SolidContact, ASheetComesToRestOverACapsule) {
   constexpr double kDamping_per_s = 6;
   const CapsuleCollider capsule{
@@ -144,8 +144,8 @@ TEST_P(SolidContact, ASheetComesToRestOverACapsule) {
   EXPECT_LE(deepest, 16 * round_off());
 }
 
-// A contact sees where a particle is, not where it came from. What moves by less than half the
-// thickness per substep is held on the side that it came from ...
+// A contact sees where a particle is, not where it came from. A particle that moves by less than
+// half the thickness per substep is held on the side that it came from ...
 TEST_P(SolidContact, AThinBoxStopsWhatMovesLessThanHalfOfItPerSubstep) {
   for (const uint32_t substeps : {1u, 8u}) {
     const double h = 1.0 / 60 / substeps;

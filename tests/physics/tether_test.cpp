@@ -32,9 +32,9 @@ TEST_P(Tethers, OfASingleLinkIsItsConstraint) {
   EXPECT_GT((states[0].positions_m[1] - Vector3d(1, 0, 0)).norm(), 0.05) << "it must have moved";
 }
 
-// What they are for: one sweep per substep carries the weight of a cloth that hangs by two corners
-// only slowly to the pins. The strain without them is measured beside; theirs has to be a quarter
-// at most (about a tenth was seen).
+// Their purpose: one sweep per substep carries the weight of a cloth that hangs by two corners only
+// slowly to the pins. The strain without them is measured beside; theirs must be a quarter at most
+// (about a tenth was seen).
 TEST_P(Tethers, HoldAClothThatHangsByTwoCorners) {
   double largest[2] = {0, 0};
   double rms[2] = {0, 0};

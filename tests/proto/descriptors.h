@@ -31,7 +31,7 @@ class Descriptors {
     return files;
   }
 
-  // Of all our files, nested ones included.
+  // The messages of all our files, nested ones included.
   std::vector<const google::protobuf::Descriptor*> Messages() const {
     std::vector<const google::protobuf::Descriptor*> messages;
     for (const auto* file : Files()) {

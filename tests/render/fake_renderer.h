@@ -15,7 +15,7 @@
 
 namespace drape::render {
 
-// What a test tells the renderers and what it sees of them. Outlives them; thread-safe.
+// The script of the fake renderers and the record of their calls. Outlives them; thread-safe.
 class FakeStudio {
  public:
   // The next `count` attempts to make a renderer fail.

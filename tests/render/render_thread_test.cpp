@@ -229,8 +229,8 @@ TEST_F(RenderThreadTest, ALostRendererIsMadeAnewAndTheOthersPicturesAreDrawnWith
   EXPECT_EQ(studio_.alive(), 1);
 }
 
-// Fetched before the loss, delivered after it: the copy belongs to what is gone and goes where it
-// was made; the picture is fetched again.
+// Fetched before the loss, delivered after it: the copy belongs to the lost context and is
+// destroyed where it was made; the picture is fetched again.
 TEST_F(RenderThreadTest, AContentForALostRendererGoesOnTheThreadThatDeliversIt) {
   Start();
   Tracked tracked;

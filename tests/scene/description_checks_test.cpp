@@ -1,5 +1,5 @@
-// What SceneModel::Build refuses: one row per way to be wrong, with the field that must be named
-// and a piece of the text that must say what is legal.
+// Refusals of SceneModel::Build: one row per way to be wrong, with the field that must be named and
+// a piece of the text that must say what is legal.
 #include "server/scene/description_checks.h"
 
 #include <gmock/gmock.h>

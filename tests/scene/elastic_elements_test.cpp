@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 constexpr double kRigidity_n_m = 3e-3;
 
-// Of all elements in a state, from their definition.
+// Energy of all elements in a state, from their definition.
 double Energy(const std::vector<ElasticElement>& elements, const std::vector<Vector3d>& p) {
   double energy = 0;
   for (const auto& [particles, weights, rest_length, stiffness, damping] : elements) {

@@ -134,8 +134,8 @@ TEST(StartClearance, FromTheMiddleUpwards) {
   }
 }
 
-// Of two particles at r from the centre, side by side, each R - r deep: out they are R/r times as
-// far apart, and kCaughtRatio is reached at r = R/2.
+// Two particles at r from the centre, side by side, each R - r deep: outside they are R/r times as
+// far apart, so kCaughtRatio is reached at r = R/2.
 TEST(StartClearance, HalfTheRadiusIsTooDeep) {
   constexpr double kRadius_m = 1;
   const auto model = Pair({0, 1, 0.1, 0});
@@ -183,7 +183,7 @@ TEST(StartClearance, WhatCannotBeFreedStaysCaught) {
   const auto pinned = Sheet({kMiddle});
   EXPECT_EQ(Start(*pinned, {SphereCollider{kMiddle_m, 0.3}}, Rest(*pinned)).clearance,
             StartClearance::kCaught);
-  // A wall that goes through the sheet, in all directions further than it reaches.
+  // A wall through the sheet, in all directions farther than the sheet reaches.
   const auto model = Sheet();
   const ClearStart start = Start(*model, {BoxCollider{{0.5, 0, 0.5}, {0.2, 5, 5}}}, Rest(*model));
   EXPECT_EQ(start.clearance, StartClearance::kCaught);

@@ -57,7 +57,7 @@ TEST(StartPositions, StayAsDescribedUpToTheErrorsOfASimulation) {
   EXPECT_TRUE(stretched(1 + 1.1 * kMaxStartRmsError)->is_start_restored());
 }
 
-// One link of many far off its length counts by its own error.
+// One wrong link among many counts by its own error.
 TEST(StartPositions, OneLinkIsEnough) {
   ParticleTopology particles;
   particles.masses_kg.assign(2001, 0.01);
@@ -120,7 +120,7 @@ TEST(StartPositions, RopesStrutsAndJoints) {
   EXPECT_EQ(x[4], Vector3d(0, 0, 1)) << "a slack rope demands nothing";
 }
 
-// What gives way by itself may start under tension.
+// Compliant links may start under tension.
 TEST(StartPositions, CompliantLinksStayAsDescribed) {
   const auto model = Build({{{0, 0, 0}, {2, 0, 0}}, {1, 1}, {{0, 1, 1, 1e-3}}, {}}, {});
   EXPECT_FALSE(model->is_start_restored());

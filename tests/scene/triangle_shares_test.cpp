@@ -35,7 +35,7 @@ TEST(TriangleSharesTest, OfAMeshOfUniformDensityAreTheMassesOfTheTriangles) {
   EXPECT_NEAR(model->triangle_masses_kg()[1], 0.2 * 2.5, 1e-15);
 }
 
-// What keeps the air from ever taking more than a particle has.
+// This keeps the air from ever taking more than a particle has.
 TEST(TriangleSharesTest, PromiseNoParticleTwice) {
   const auto model = Build(GridTopology{.columns = 7, .rows = 4, .width_m = 1, .height_m = 2});
   for (uint32_t i = 0; i < model->particle_count(); ++i) {

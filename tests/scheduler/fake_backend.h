@@ -28,7 +28,7 @@ struct FakeItem {
 };
 using FakeBatch = std::vector<FakeItem>;
 
-// What a test tells the fake backend and what it sees of it. Outlives the backend; thread-safe.
+// The script of the fake backend and the record of its calls. Outlives the backend; thread-safe.
 class FakeDevice {
   // First, because its result is deduced.
   template <class Function>

@@ -116,8 +116,8 @@ TEST_F(RunAheadSchedulerTest, OfTwoUnderWayEachHasItsOwnStates) {
   EXPECT_EQ(device_->batches().size(), 2u);
 }
 
-// What is submitted while the first batch is stepped is the second one. Whether the answer to the
-// first has come when the second begins.
+// Submitted while the first batch is stepped, the request is the second batch. Whether the answer
+// to the first has come when the second begins.
 class AnswerBeforeNextBatchTest : public RunAheadSchedulerTest {
  protected:
   // `wait`: for as long as it takes.

@@ -29,7 +29,7 @@ class ClearStartsTest : public SessionFixture {
  protected:
   ClearStartsTest() { Start(); }
 
-  // Of a cloth on the device, in the cloth frame.
+  // Positions of a cloth on the device, in the cloth frame.
   std::vector<Vector3d> PositionsOf(const ClothRecord& cloth) {
     std::vector<Vector3d> positions_m;
     Inspect([&](const FakeBackend& backend) {

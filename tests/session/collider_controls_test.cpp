@@ -111,7 +111,7 @@ TEST_F(ColliderControlsTest, MotionsGoOnThroughUpdatesButNotThoseOfColliders) {
   ASSERT_TRUE(Update(cloths_, colliders).ok());
   Step(cloths_, 2);
   EXPECT_EQ(Shown(0), Vector3d(7.5, 0, 0));
-  // Reset goes back to the colliders as they were last described, and starts their motion again.
+  // Reset returns to the colliders as they were last described, and restarts their motion.
   EXPECT_TRUE(Reset(cloths_).ok());
   EXPECT_EQ(Shown(0), Vector3d(7, 0, 0));
   Step(cloths_, 1);

@@ -28,7 +28,7 @@ class EndToEnd : public testing::Test {
     return creation;
   }
 
-  // Of the first cloth, after that many steps.
+  // Report of the first cloth, after `steps` steps.
   StepReport StepAndReport(const SessionLease& session, const ClothList& cloths, uint32_t steps) {
     Awaited<StepOutcome> outcome;
     StepWork work;

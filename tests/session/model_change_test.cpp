@@ -96,7 +96,7 @@ TEST_F(ModelChangeTest, TheRulesOfTheCallerCount) {
             "spec.settings");
 }
 
-// What is driven goes on under other pins and materials, and ends with other constraints.
+// Driven lengths continue under other pins and materials, and end with other constraints.
 TEST_F(ModelChangeTest, DrivenLengthsOutliveOtherPins) {
   const ClothList cloths = CreateChains(1, 3);
   StepWork work;

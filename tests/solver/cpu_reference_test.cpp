@@ -1,5 +1,5 @@
 // The reference backend: its formulas against numbers worked out by hand, and the Backend contract.
-// What it shares with the other backends is in tests/parity and tests/physics.
+// Properties of all backends are in tests/parity and tests/physics.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -76,8 +76,8 @@ TEST(AtlasLong, RealtimeMeetsTheBarOnGl) {
   TryThinForm("gl");
 }
 
-// What judges: a case that does nothing survives, one that explodes faults, one whose pins stretch
-// it beyond what it is allowed warns where the method watches convergence and breaks where not.
+// The judge itself: a case that does nothing survives, one that explodes faults, one whose pins
+// stretch it beyond the allowed warns where the method watches convergence and breaks where not.
 TEST(TrialTest, JudgesByStrainEnergyAndReports) {
   Backend& backend = SharedBackend("cpu");
   const StepSettings realtime = PresetSettings(Preset::kRealtime);

@@ -127,11 +127,11 @@ TEST_P(HardSceneTest, StraightTautRow) {
 }
 
 // Rows of 32 links between pins at their ends and, in another one, also between; straight or nearly
-// so. One constraint of each part is redundant until the row has sagged so far that the pivot of
-// its last link, the sum of the squares of the turns from link to link (for equal masses), has
-// reached kMinStripPivotAtPin; from then on all are solved. Of n links the longest with this sum is
-// a parabola, whose turns are all alike: sqrt(p / n), slopes up to n/2 turns, a strain of their
-// square over 6. What rounding leaves of a redundant constraint must not stretch it farther.
+// so. One constraint of each part is redundant until the row has sagged until the pivot of its last
+// link, the sum of the squares of the turns from link to link (for equal masses), has reached
+// kMinStripPivotAtPin; from then on all are solved. The longest row of n links with this sum is a
+// parabola, whose turns are all alike: sqrt(p / n), slopes up to n/2 turns, a strain of their
+// square over 6. The rounding of a redundant constraint must not stretch it farther.
 TEST_P(HardSceneTest, TautRowsSagNoFartherThanTheirPivotsAllow) {
   Backend& backend = SharedBackend(GetParam());
   constexpr uint32_t kLinks = 32;

@@ -34,7 +34,7 @@ class PlanarChain {
   // [link_count + 1], the pivot (the origin) first; in the xy plane, +y up.
   std::vector<Eigen::Vector3d> Positions_m() const;
   std::vector<Eigen::Vector3d> Velocities_m_per_s() const;
-  // Of each link, from the pivot downwards; > 0 pulls.
+  // Tension of each link, from the pivot downwards; > 0 pulls.
   std::vector<double> Tensions_n() const;
   // Kinetic and potential, 0 for the pivot's height and no motion.
   double Energy_j() const;

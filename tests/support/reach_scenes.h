@@ -24,8 +24,8 @@ struct ReachCase {
 // The scene's name.
 void PrintTo(const ReachCase& one, std::ostream* stream);
 
-// Sheets of so many particles, 1 m x 1 m: falling, hanging, bursting; of every kind of collider,
-// moving ones too, under several presets.
+// Sheets of these numbers of particles, 1 m x 1 m: falling, hanging, bursting; with every kind of
+// collider, moving ones too, under several presets.
 std::vector<ReachCase> ReachCases(uint32_t columns, uint32_t rows);
 
 // One of each kind, their tops at this height below the middle of a sheet.

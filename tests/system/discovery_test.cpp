@@ -1,4 +1,4 @@
-// What a client can find out about a server: health, reflection, server info, sessions.
+// Public information about a server: health, reflection, server info, sessions.
 #include <gmock/gmock.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/support/byte_buffer.h>

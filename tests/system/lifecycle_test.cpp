@@ -22,7 +22,7 @@ using testing::HasSubstr;
 
 class StopSignal : public testing::TestWithParam<int> {};
 
-// What is under way is finished, new work is refused, and the server ends with 0.
+// Accepted work is finished, new work is refused, and the server ends with 0.
 TEST_P(StopSignal, DrainsAndExitsWithZero) {
   ServerProcess server;
   ASSERT_TRUE(server.WaitUntilUp());

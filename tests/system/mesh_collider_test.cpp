@@ -66,7 +66,7 @@ class MeshColliders : public testing::Test {
     return update;
   }
 
-  // Of every particle.
+  // Expects every particle at this height.
   void ExpectHeights(const Ids& ids, float height_m) {
     for (const v1::StateChunk& chunk : Read(*stub_, session_, ids)) {
       std::vector<float> positions(chunk.positions_m().data().size() / sizeof(float));

@@ -53,7 +53,7 @@ class MovingColliders : public testing::TestWithParam<std::string> {
 INSTANTIATE_TEST_SUITE_P(Backends, MovingColliders, testing::ValuesIn(BackendNames()),
                          [](const auto& test) { return test.param; });
 
-// The one sphere rises into its sheet and lifts it; the other cloth of the request goes on as a
+// The one sphere rises into its sheet and lifts it; the other cloth of the request continues as a
 // third one that is stepped alone, bit for bit.
 TEST_P(MovingColliders, AControlMovesTheColliderOfOneCloth) {
   const Ids all = Create(*stub_, SheetOverSphere(3));

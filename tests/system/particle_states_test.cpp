@@ -150,7 +150,7 @@ TEST_F(ParticleStates, OnlyWhatIsAskedForCountsAgainstTheLimitOfAStepAnswer) {
 TEST_F(ParticleStates, EveryRequestOfAStepStreamHasParticlesOfItsOwn) {
   grpc::ClientContext context;
   const auto stream = stub_->StepStream(&context);
-  // Of different cloths, so that the states are those at the end.
+  // Different cloths, so that the states are those at the end.
   const std::vector<List> lists{{63}, {1, 2, 3, 14}, {8, 9, 40}};
   for (size_t k = 0; k < 3; ++k) ASSERT_TRUE(stream->Write(OneStep({ids_[k]}, lists[k], false)));
   stream->WritesDone();
@@ -225,7 +225,7 @@ TEST_F(ParticleStates, ParticlesThatSomeClothDoesNotHaveAreNamed) {
     refusals[1] = Call(*stub_, &Stub::Step, OneStep(ids_, particles, false)).status;
     v1::StepResponse response;
     grpc::ClientContext step_context, state_context;
-    // What is not refused would wait for more requests.
+    // A request that is not refused would wait for more.
     const auto soon = std::chrono::system_clock::now() + std::chrono::seconds(20);
     step_context.set_deadline(soon);
     state_context.set_deadline(soon);

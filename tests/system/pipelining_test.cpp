@@ -40,7 +40,7 @@ Steps PullingRequests(const std::string& session, const Ids& ids) {
   return requests;
 }
 
-// What the answers say of the states, one text per request.
+// The states in the answers, one text per request.
 std::string StateOf(const v1::StepResponse& response) {
   return std::to_string(response.steps(0)) + response.states().positions_m().data() +
          response.states().velocities_m_per_s().data();

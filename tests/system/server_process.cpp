@@ -95,7 +95,7 @@ std::shared_ptr<grpc::Channel> ServerProcess::NewChannel() const {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(-1);
   arguments.SetMaxSendMessageSize(-1);
-  // A connection of its own, so that closing it is a client that goes away.
+  // A connection of its own, so that closing it looks like a vanished client.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   return grpc::CreateCustomChannel(Address(), grpc::InsecureChannelCredentials(), arguments);
 }

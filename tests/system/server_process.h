@@ -48,7 +48,7 @@ class ServerProcess {
   // The exit status, or 128 + signal; -1 if it does not end in time.
   int WaitForExit();
   bool is_running();
-  // What it wrote to stderr until now.
+  // Its stderr so far.
   std::string Log() const;
 
  private:

@@ -141,8 +141,8 @@ TEST_F(Streams, AClientThatVanishesFromStreamStatesFreesItsSession) {
   EXPECT_EQ(cloth_count, 0u);
 }
 
-// The server has begun to end the stream when its client goes: of the frame under way, larger than
-// what is sent unasked, nothing more can be written.
+// The server has begun to end the stream when its client vanishes: the rest of the frame in flight,
+// larger than what is sent without flow control, cannot be written.
 TEST_F(Streams, AClientThatVanishesAfterItsLastMessageHarmsNobody) {
   const Ids ids = Create(*stub_, HangingSheet(session_, 128));
   grpc::ChannelArguments arguments;

@@ -13,7 +13,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// What the exact chain's error may be: far below what single precision resolves over a metre.
+// Largest error of the exact chain: far below the resolution of single precision over a metre.
 constexpr double kChainTolerance_m = 1e-8;
 
 // The chain hangs from the particle `first` and lies in the plane of `across` and y; particle

@@ -15,7 +15,7 @@ class Cloth final : public Contestant {
   }
   ~Cloth() override { backend_.Destroy(cloth_); }
 
-  // A new cloth: whatever a backend keeps from step to step goes too.
+  // A new cloth: it also drops everything that a backend keeps from step to step.
   void Restart() override {
     backend_.Destroy(cloth_);
     cloth_ = test::CreateCloth(backend_, scene_);

@@ -1,4 +1,4 @@
-// What plays a scene frame by frame: a cloth of a backend, or another programme.
+// A contestant plays a scene frame by frame: a cloth of a backend, or another program.
 #pragma once
 
 #include <cstdint>

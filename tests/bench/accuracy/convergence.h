@@ -1,5 +1,5 @@
-// What is not run time against error: orders, energy over a long time, the two parts of the error,
-// creep. Not timed.
+// Measures other than run time against error: orders, energy over a long time, the two parts of the
+// error, creep. Not timed.
 #pragma once
 
 #include "tests/bench/bench.h"

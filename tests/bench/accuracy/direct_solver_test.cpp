@@ -38,8 +38,7 @@ TEST(DirectSolverTest, ACurtainMovesLikeTheExactChainToSecondOrder) {
     solver.Advance(0.5, steps);
     errors.push_back(error_m(solver.state().positions_m));
   }
-  // Of second order: halving divides by 4. What is left of the next even order at 1000 steps is
-  // within 5 %.
+  // Second order: halving divides by 4. The next even order at 1000 steps is within 5 %.
   EXPECT_NEAR(std::log2(errors[1] / errors[2]), 2, 0.07);
   EXPECT_NEAR(std::log2(errors[0] / errors[1]), 2, 0.2);
 

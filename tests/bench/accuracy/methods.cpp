@@ -171,7 +171,7 @@ std::string LegalWords() {
   return legal;
 }
 
-// What the words set; `preset` first, whatever its place.
+// The settings that the words set; `preset` first, wherever it stands.
 StepSettings MustParse(const std::string& words) {
   const Result<StepSettings> settings = ParseSettings(words);
   DRAPE_CHECK(settings.ok(), settings.status().ToString());
@@ -193,7 +193,7 @@ std::span<const Point> PointsOf(PointGrid grid) {
   return {};
 }
 
-// What the scene's cloth does with the settings: a switch that has nothing to do is off.
+// The settings that act on the scene's cloth: a switch that has nothing to do is off.
 StepSettings EffectiveSettings(StepSettings settings, const test::Scene& scene) {
   const SceneModel& model = *scene.model;
   settings.use_tethers = HasTethers(model, settings);
@@ -265,7 +265,7 @@ std::vector<Method> FinerPreset(Preset preset, std::span<const uint32_t> substep
   for (const uint32_t count : substeps) {
     StepSettings settings = PresetSettings(preset);
     settings.substeps = count;
-    settings.load_limit = 0;  // exactly so many
+    settings.load_limit = 0;  // exactly as many as asked for
     methods.push_back({name + " finer", name + " substeps=" + std::to_string(count), settings});
   }
   return methods;
@@ -281,7 +281,7 @@ std::vector<Method> MethodsFor(const test::Scene& scene, PointGrid grid) {
     for (const Point& point : PointsOf(grid)) {
       StepSettings settings = MustParse(std::string("tolerance=0 ") + family.words);
       settings.substeps = point.substeps;
-      settings.load_limit = 0;  // exactly so many
+      settings.load_limit = 0;  // exactly as many as asked for
       settings.max_iterations = point.sweeps;
       const std::string name = std::string(family.name) + " " + std::to_string(point.substeps) +
                                "x" + std::to_string(point.sweeps);

@@ -40,7 +40,7 @@ class Player {
       observer_.Observe(frame_, contestant_.State());
       if (report.is_faulted) status_ = "faulted";
     }
-    // What the whole play would take, after a part of it.
+    // Expected time of the whole play, from the part played so far.
     const double expected_ms = wall_ms_.back() / std::max(frame_, 1u) * scene_.frame_count();
     if (is_first_ && status_ == "ok" && expected_ms > 1000 * limits.play_s) status_ = "over_time";
   }

@@ -118,7 +118,7 @@ void MeasureCost(Bench& bench, CostOptions options) {
       if (!table.AddRow("cloths", preset, start, count, ways)) return;
     }
   }
-  std::vector<Way> ways = MakeWays(bench, false);  // one cloth goes alone on either path
+  std::vector<Way> ways = MakeWays(bench, false);  // one cloth is stepped alone on either path
   for (const uint32_t particles : options.particles) {
     const test::Scene start = MidSwing(bench, particles, Pins::kCorners, "REALTIME").scene;
     if (!table.AddRow("particles", "REALTIME", start, 1, ways)) return;

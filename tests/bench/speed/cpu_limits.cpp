@@ -32,7 +32,7 @@ void Copy(const float* from, float* to, size_t count, size_t rounds) {
   }
 }
 
-// `rounds` times `step` on every chain; the result goes to `out`, [lanes] floats.
+// `rounds` times `step` on every chain; writes the result to `out`, [lanes] floats.
 template <class Step>
 void Repeat(size_t rounds, float* out, const Step& step) {
   const Tag tag;

@@ -1,4 +1,4 @@
-// What a core can do at best, in the vector registers that the backend's lanes use.
+// The best that a core can do, in the vector registers of the backend's lanes.
 #pragma once
 
 #include <cstddef>

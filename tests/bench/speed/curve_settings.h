@@ -1,4 +1,4 @@
-// What the curve compares: settings of the step, as data.
+// The settings that the curve compares, as data.
 #pragma once
 
 #include <vector>

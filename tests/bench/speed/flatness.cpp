@@ -1,6 +1,6 @@
-// What a cloth costs among few and among many, and a particle in small cloths and in large ones:
-// sizes in turn, round after round, so that what disturbs the machine disturbs all
-// -> speed_flatness.csv.
+// The cost of a cloth among few and among many, and of a particle in small and in large cloths:
+// sizes in turn, round after round, so that disturbances of the machine hit all ->
+// speed_flatness.csv.
 #include <string>
 #include <vector>
 

@@ -1,4 +1,4 @@
-// What an OpenGL device can do at best, by small shaders of its own.
+// The best that an OpenGL device can do, by small shaders of the benchmark's own.
 #pragma once
 
 #include <memory>

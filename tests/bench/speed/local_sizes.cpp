@@ -1,6 +1,6 @@
-// Steps of the backend gl with each local size (invocations per work group), the sizes in turn
-// -> speed_local_sizes.csv, and several small sheets in one work group -> speed_packing.csv. What
-// is best on a device goes into server/solver/gl_compute/local_sizes.cpp.
+// Steps of the backend gl with each local size (invocations per work group), the sizes in turn ->
+// speed_local_sizes.csv, and several small sheets in one work group -> speed_packing.csv. The best
+// sizes of a device belong in server/solver/gl_compute/local_sizes.cpp.
 #include <algorithm>
 #include <cstdio>
 #include <memory>
@@ -50,7 +50,7 @@ std::unique_ptr<Backend> MakeBackendOf(const Wanted& wanted, const test::Scene& 
 std::optional<KernelVariant> VariantOf(const Backend& gl, const Wanted& wanted,
                                        const test::Scene& scene) {
   const BackendDescription description = gl.Describe();
-  // What the product knows of it is the renderer alone.
+  // The product decides by the renderer's name alone.
   const std::string renderer = description.device.substr(0, description.device.find(", OpenGL "));
   const DeviceTraits traits = {
       .is_software = !description.is_hardware_gpu,

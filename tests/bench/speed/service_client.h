@@ -10,7 +10,7 @@
 
 namespace drape::bench {
 
-// What the answer to a step says beyond that it was done.
+// Content of the answer to a step beside the acknowledgement.
 enum class StepView {
   kAcknowledgement,  // nothing
   kPositions,        // of all particles

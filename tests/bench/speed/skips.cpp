@@ -1,4 +1,4 @@
-// What a scene does not need and what leaving it out saves, each on and off -> speed_skips.csv.
+// Savings from leaving out unneeded work, each on and off -> speed_skips.csv.
 #include <algorithm>
 #include <chrono>
 #include <memory>
@@ -137,7 +137,7 @@ test::Scene With(test::Scene scene, const StepSettings& settings) {
   return scene;
 }
 
-// What the measurements are about.
+// The sheets of the measurements.
 struct Sheets {
   explicit Sheets(uint32_t particles_of_a_side) : side(particles_of_a_side) {
     sleepless.sleep_motion_m = 0;

@@ -15,14 +15,14 @@ struct CurveOptions {
   uint32_t cloths = 64;
   uint32_t side = 32;                // particles
   uint32_t frames = 240;             // of 1/60 s, from the horizontal start
-  uint32_t window_frames = 60;       // strain counts in the last so many
+  uint32_t window_frames = 60;       // strain counts in the last of them
   double thread_s = 3;               // timed frames with one thread: no more after that long
   double play_s = 60;                // a setting that would take longer is left out and told
   std::vector<std::string> methods;  // further settings, as of `accuracy --method`
 };
 void MeasureCurve(Bench& bench, CurveOptions options);
 
-// What the machine can do at best -> speed_limits.csv.
+// The best that the machine can do -> speed_limits.csv.
 struct LimitsOptions {
   double seconds = 0.1;  // of each of the repeats of a limit
 };
@@ -63,7 +63,7 @@ struct ServiceOptions {
 };
 void MeasureService(Bench& bench, ServiceOptions options);
 
-// What a scene does not need, with and without -> speed_skips.csv.
+// Work that a scene does not need, with and without -> speed_skips.csv.
 struct SkipsOptions {
   uint32_t cloths = 64;
   uint32_t side = 32;  // particles

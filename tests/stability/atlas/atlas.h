@@ -9,8 +9,8 @@
 
 namespace drape::test {
 
-// A scene to be stepped, and what even a perfect solver could not avoid. Its settings but for the
-// time step are the method's.
+// A scene to be stepped, and errors that even a perfect solver could not avoid. Its settings except
+// the time step are the method's.
 struct AtlasCase {
   Scene scene;
   double time_step_s = 1.0 / 60;

@@ -170,7 +170,7 @@ AtlasCase InsidePlane() {
   return start;
 }
 
-// What leaves a sphere must not fall for ten seconds: the energy would be all rounding.
+// A cloth that leaves a sphere must not fall for ten seconds: the energy would be all rounding.
 PlaneCollider FloorBelow() {
   return {{0, -1, 0}, Vector3d::UnitY()};
 }
@@ -259,8 +259,8 @@ Scene MixedMasses(uint32_t side, double ratio) {
 }
 
 std::vector<NamedCase> ConstraintCases() {
-  // Compromises: the stretched row; of the impossible triangle the two sides of 1 m when the third,
-  // solved last, is kept; the rope, likewise.
+  // Compromises: the stretched row; for the impossible triangle the two sides of 1 m when the
+  // third, solved last, is kept; the same for the rope.
   return Started({{"straight row pinned at both ends", {.scene = TautRow()}},
                   {"row locked between two corners", {.scene = Grid(16, 16, 1, 1, {0, 15})}},
                   {"pins too far apart", {.scene = PinsTooFarApart(), .least_strain = 0.5}},

@@ -1,4 +1,4 @@
-// What the atlas steps. Plain values; nothing is random but by a fixed seed.
+// The scenes of the atlas. Plain values; random numbers have a fixed seed.
 #pragma once
 
 #include "tests/stability/atlas/atlas.h"
@@ -33,7 +33,7 @@ AtlasCase Impact(size_t collider, double speed_m_per_s);
 // The hung sheet whose pins jump this far and back, every tenth step, for the first second.
 AtlasCase TeleportingPins(double distance_m, double time_step_s);
 
-// What is stepped a million times: a hung sheet, a sheet on a sphere, a loaded rope.
+// Scenes that are stepped a million times: a hung sheet, a sheet on a sphere, a loaded rope.
 std::vector<NamedCase> SoakCases();
 
 }  // namespace drape::test

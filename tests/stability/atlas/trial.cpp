@@ -20,7 +20,7 @@ size_t HashOf(Backend& backend, ClothHandle cloth) {
   return std::hash<std::string>()(ReadBits(backend, cloth));
 }
 
-// What a constraint of this kind forbids, of its length.
+// The error that a constraint of this kind forbids, as a share of its length.
 double StrainOf(const DistanceConstraint& constraint, const ParticleState& state) {
   const Vector3d d = state.positions_m[constraint.j] - state.positions_m[constraint.i];
   const double strain = d.norm() / constraint.rest_length_m - 1;

@@ -28,7 +28,7 @@ struct TrialLimits {
   double duration_s = 1.5;    // of simulated time
   uint32_t max_steps = 1000;  // unless that is less than least_s
   double least_s = 0.5;
-  uint32_t steps = 0;  // exactly so many, whatever else is said; 0: no
+  uint32_t steps = 0;  // exactly this many, overriding the rest; 0: no
   double wall_s = 60;  // no step begins after that long
 };
 
@@ -59,7 +59,7 @@ class Neighbour {
 
   // A new one at its start, to be destroyed by the caller.
   ClothHandle Create() const;
-  // Of its bits after so many steps alone.
+  // Hash of its bits after these steps alone.
   size_t HashAlone(uint32_t steps);
 
  private:
