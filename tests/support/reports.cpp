@@ -1,50 +1,63 @@
 #include "tests/support/reports.h"
 
+#include <cmath>
+#include <limits>
 #include <sstream>
+#include <vector>
 
 namespace drape::test {
 namespace {
 
-class Differences {
- public:
-  Differences() { text_.precision(17); }
-  template <class Value>
-  void Compare(const char* name, const Value& actual, const Value& expected) {
-    if (actual == expected) return;
-    text_ << name << ": " << actual << " instead of " << expected << "; ";
-  }
-  std::string Text() const { return text_.str(); }
-
- private:
-  std::ostringstream text_;
+struct NamedNumber {
+  const char* name;
+  double value;  // exact: no field has more than 53 bits
 };
+
+// What backends fill in. The rest is the scheduler's.
+std::vector<NamedNumber> NumbersOf(const StepReport& report) {
+  const StepWarnings& warnings = report.warnings;
+  const Measurements& measured = report.measured;
+  return {{"iterations", static_cast<double>(report.iterations)},
+          {"converged", static_cast<double>(report.converged)},
+          {"fault", static_cast<double>(report.fault)},
+          {"tolerance_raised", static_cast<double>(warnings.tolerance_raised)},
+          {"not_converged", static_cast<double>(warnings.not_converged)},
+          {"springs_beyond_limit", static_cast<double>(warnings.springs_beyond_limit)},
+          {"elastic_beyond_limit", static_cast<double>(warnings.elastic_beyond_limit)},
+          {"springs_gain_energy", static_cast<double>(warnings.springs_gain_energy)},
+          {"max_strain", measured.max_strain},
+          {"rms_strain", measured.rms_strain},
+          {"kinetic_energy_j", measured.kinetic_energy_j},
+          {"potential_energy_j", measured.potential_energy_j},
+          {"strain_energy_j", measured.strain_energy_j},
+          {"lowest_m", measured.lowest_m},
+          {"contacts", static_cast<double>(measured.contacts)},
+          {"max_penetration_m", measured.max_penetration_m},
+          {"max_residual_m", measured.max_residual_m}};
+}
 
 }  // namespace
 
 std::string DifferenceOf(const StepReport& actual, const StepReport& expected) {
-  Differences found;
-  found.Compare("iterations", actual.iterations, expected.iterations);
-  found.Compare("converged", actual.converged, expected.converged);
-  found.Compare("fault", static_cast<int>(actual.fault), static_cast<int>(expected.fault));
-  const StepWarnings &warned = actual.warnings, &should_warn = expected.warnings;
-  found.Compare("tolerance_raised", warned.tolerance_raised, should_warn.tolerance_raised);
-  found.Compare("not_converged", warned.not_converged, should_warn.not_converged);
-  found.Compare("springs_beyond_limit", warned.springs_beyond_limit,
-                should_warn.springs_beyond_limit);
-  found.Compare("elastic_beyond_limit", warned.elastic_beyond_limit,
-                should_warn.elastic_beyond_limit);
-  found.Compare("springs_gain_energy", warned.springs_gain_energy, should_warn.springs_gain_energy);
-  const Measurements &a = actual.measured, &e = expected.measured;
-  found.Compare("max_strain", a.max_strain, e.max_strain);
-  found.Compare("rms_strain", a.rms_strain, e.rms_strain);
-  found.Compare("kinetic_energy_j", a.kinetic_energy_j, e.kinetic_energy_j);
-  found.Compare("potential_energy_j", a.potential_energy_j, e.potential_energy_j);
-  found.Compare("strain_energy_j", a.strain_energy_j, e.strain_energy_j);
-  found.Compare("lowest_m", a.lowest_m, e.lowest_m);
-  found.Compare("contacts", a.contacts, e.contacts);
-  found.Compare("max_penetration_m", a.max_penetration_m, e.max_penetration_m);
-  found.Compare("max_residual_m", a.max_residual_m, e.max_residual_m);
-  return found.Text();
+  std::ostringstream text;
+  text.precision(17);
+  const std::vector<NamedNumber> numbers = NumbersOf(actual), others = NumbersOf(expected);
+  for (size_t k = 0; k < numbers.size(); ++k) {
+    if (numbers[k].value == others[k].value) continue;
+    text << numbers[k].name << ": " << numbers[k].value << " instead of " << others[k].value
+         << "; ";
+  }
+  return text.str();
+}
+
+std::string ReportBits(const StepReport& report) {
+  std::string bits;
+  for (const NamedNumber& number : NumbersOf(report)) {
+    const double value =
+        std::isnan(number.value) ? std::numeric_limits<double>::quiet_NaN() : number.value;
+    bits.append(reinterpret_cast<const char*>(&value), sizeof(value));
+  }
+  return bits;
 }
 
 }  // namespace drape::test
