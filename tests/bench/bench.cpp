@@ -66,7 +66,7 @@ bool Bench::StartRow(const std::string& what) {
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
   const bool is_over = options_.budget_s > 0 && passed.count() > share_ * options_.budget_s;
   std::printf("[%5.0f s] %s%s\n", passed.count(), what.c_str(),
-              is_over ? ": left out, and what follows in this table: --budget-s is used up" : "");
+              is_over ? ": left out with the rest of this table: --budget-s is used up" : "");
   std::fflush(stdout);
   return !is_over;
 }

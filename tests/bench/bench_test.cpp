@@ -1,4 +1,4 @@
-// The programme as a user runs it, at its smallest: every table with its columns and rows, and the
+// The program as a user runs it, at its smallest: every table with its columns and rows, and the
 // script that reads them.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

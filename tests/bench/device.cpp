@@ -26,8 +26,7 @@ int ShowDevice(bool needs_hardware) {
       "largest %lld bytes\n",
       static_cast<long long>(limits.shared_memory_bytes), limits.work_group_invocations,
       limits.storage_blocks, static_cast<long long>(limits.storage_block_bytes));
-  std::printf("subgroups whose invocations can hand each other values: %u invocations (0: none)\n",
-              limits.shuffle_size);
+  std::printf("invocations per subgroup with shuffles: %u (0: no shuffles)\n", limits.shuffle_size);
   std::printf("kind: %s\n", made.is_software() ? "software" : "hardware");
   return made.is_software() && needs_hardware ? kSoftware : 0;
 }

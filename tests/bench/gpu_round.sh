@@ -5,13 +5,13 @@ set -euo pipefail
 
 usage() {
   cat <<'TEXT'
-Usage: gpu_round.sh pack DIR                          build, and gather into DIR all that the other machine needs;
-                                                      DIR.tar.gz is the same to be sent
+Usage: gpu_round.sh pack DIR                          build, and gather into DIR everything that the other
+                                                      machine needs; DIR.tar.gz is the same in one file
        DIR/gpu_round.sh run DIR OUT [OPTIONS]         there: tests, then benchmarks; OUT/summary.txt, OUT/results.tar.gz
 
 Options of run:
-  --allow-software   go on when OpenGL is a software renderer (llvmpipe); without it that is an error
-  --limit-s=N        wall time of everything (default 560); parts get what is left of it
+  --allow-software   accept a software renderer (llvmpipe); without it that is an error
+  --limit-s=N        wall time of everything (default 560); parts share the rest of it
   --bench-s=N        wall time of `drape_bench all` (default 180)
   --speed-s=N        wall time of `drape_bench speed` (default 200)
 
@@ -25,18 +25,18 @@ say() { printf '%s\n' "$*"; }
 programs=(draped drape drape_bench)
 # Suites that the GL backend must pass; one that this version of the tree does not have yet is named and left out.
 suites=(gl_test gl_compute_test gl_draw_test parity_test physics_test stability_test scheduler_test system_test)
-# Suites whose long cases run too, in what is left of the time.
+# Suites whose long cases run too, in the remaining time.
 long_suites=(stability_test)
-# Parts of `drape_bench speed` and their shares of its time [%]; what matters most on a GPU first.
+# Parts of `drape_bench speed` and their shares of its time [%]; those that matter most on a GPU come first.
 speed_parts=(local_sizes:35 limits:5 cost:25 skips:10 curve:10 service:15)
 files=(shaders client/examples tests/bench/scenes)
 max_pack_mib=50  # of DIR.tar.gz
 
-# Loaded by name at run time, so ldd does not tell of them: the vendor-neutral loader of GL drivers.
+# Loaded by name at run time, so ldd does not list them: the vendor-neutral loader of GL drivers.
 gl_loader='libEGL\.so\.1|libOpenGL\.so\.0|libGLdispatch\.so\.0'
 # Part of glibc: never carried.
 glibc_part='^(linux-vdso|ld-linux.*|libc|libm|libdl|libpthread|librt|libresolv|libutil|libanl)\.so'
-# Carried in case the machine has none; its own go first, because its GL driver was built against them.
+# Carried in case the machine has none; its own come first, because its GL driver was built against them.
 if_missing='^(libstdc\+\+|libgcc_s|libz|libEGL|libGLdispatch|libOpenGL)\.so'
 
 # --- pack ---------------------------------------------------------------------------------------------------------------
@@ -218,7 +218,7 @@ run() {
   if [ $device -ne 0 ]; then
     [ $device -eq 3 ] && say "THE GL BACKEND WOULD RUN IN SOFTWARE" >>"$work/summary.txt"
     keep
-    die "no hardware OpenGL 4.5 (drape_bench device: exit status $device); --allow-software to go on with a software renderer" 3
+    die "no hardware OpenGL 4.5 (drape_bench device: exit status $device); --allow-software accepts a software renderer" 3
   fi
 
   local short='-*Long.*:*Long/*' scene

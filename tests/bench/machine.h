@@ -19,7 +19,7 @@ struct Machine {
 std::string ProcessorName(const std::string& name, const std::string& family,
                           const std::string& model);
 
-// From /proc/cpuinfo and what the programme was built with.
+// From /proc/cpuinfo and what the program was built with.
 Machine DescribeMachine();
 
 // Lower case, each run of anything but letters and digits one "-": "AMD EPYC" -> "amd-epyc".

@@ -43,29 +43,34 @@ void AddCommonOptions(CLI::App& app, CommandLine& line) {
   app.add_option("--backends", bench.backends, "measured side by side")
       ->delimiter(',')
       ->check(CLI::IsMember({"cpu", "gl", "gl_elimination", "reference"}));
-  app.add_flag("--quick", bench.is_quick, "small sizes, few repeats: only whether all works");
+  app.add_flag("--quick", bench.is_quick,
+               "small sizes, few repeats: only checks that everything works");
   app.add_option("--machine", bench.machine, "folder of the results; default: processor and GPU");
   app.add_option("--out", bench.out,
                  "default: tests/bench/results/MACHINE; with --quick out/bench-quick/MACHINE");
   app.add_option("--warm-up", bench.limits.warm_up, "steps before the timed ones");
-  app.add_option("--steps", bench.limits.steps, "timed steps of a row and backend at most")
+  app.add_option("--steps", bench.limits.steps, "largest number of timed steps per row and backend")
       ->check(CLI::PositiveNumber);
-  app.add_option("--min-steps", bench.limits.min_steps, "and at least")->check(CLI::PositiveNumber);
-  app.add_option("--row-s", bench.limits.seconds, "no more steps after that long [s]")
+  app.add_option("--min-steps", bench.limits.min_steps, "least number of them")
       ->check(CLI::PositiveNumber);
-  app.add_option("--budget-s", bench.budget_s, "no new row after that long [s]; 0: no limit")
+  app.add_option("--row-s", bench.limits.seconds,
+                 "time after which a row times no further step [s]")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--budget-s", bench.budget_s, "time after which no row begins [s]; 0: no limit")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--commit", bench.commit, "what is measured, for machine.json");
-  app.add_option("--invoked-as", bench.command, "the programme's name in machine.json");
+  app.add_option("--commit", bench.commit, "commit to note in machine.json");
+  app.add_option("--invoked-as", bench.command, "name of the program to note in machine.json");
 }
 
 void AddSteps(CLI::App& app, CommandLine& line) {
   CLI::App* cloths = app.add_subcommand("cloths", "ms per step against the number of cloths");
   cloths->add_option("--counts", line.cloths.counts, "numbers of cloths")->delimiter(',');
-  cloths->add_option("--particles", line.cloths.particles, "of each cloth")->delimiter(',');
+  cloths->add_option("--particles", line.cloths.particles, "particles of each cloth")
+      ->delimiter(',');
   cloths->add_option("--presets", line.cloths.presets)->delimiter(',')->check(Presets());
   CLI::App* particles = app.add_subcommand("particles", "ms per step against the particles");
-  particles->add_option("--particles", line.particles.particles, "of the cloth")->delimiter(',');
+  particles->add_option("--particles", line.particles.particles, "particles of the cloth")
+      ->delimiter(',');
   particles->add_option("--presets", line.particles.presets)->delimiter(',')->check(Presets());
 }
 
@@ -81,40 +86,40 @@ void AddScenes(CLI::App& app, CommandLine& line) {
       "accuracy", "wall time against error: methods x settings x scenes; not part of all");
   accuracy->add_option("--scenes", line.accuracy.scenes, "only these")->delimiter(',');
   accuracy->add_option("--method", line.accuracy.methods,
-                       "one more, \"NAME: substeps=16 use_tethers=false\"; may be repeated");
+                       "another method, \"NAME: substeps=16 use_tethers=false\"; may be repeated");
   PlayLimits& limits = line.accuracy.limits;
-  accuracy->add_option("--repeats", limits.repeats, "timed plays of a point at most");
+  accuracy->add_option("--repeats", limits.repeats, "largest number of timed plays of a point");
   accuracy->add_option("--point-s", limits.seconds,
-                       "no further play of a point after that long [s]");
-  accuracy->add_option("--play-s", limits.play_s,
-                       "what is going to take longer for a play is stopped [s]");
+                       "time after which a point is not played again [s]");
+  accuracy->add_option("--play-s", limits.play_s, "longest play; longer ones are stopped [s]");
   CLI::App* budget =
       app.add_subcommand("budget", "whether steps keep to their frame budgets; not part of all");
   budget->add_option("--budgets-ms", line.budget.budgets_ms)->delimiter(',');
-  budget->add_option("--particles", line.budget.particles, "of the cloth");
+  budget->add_option("--particles", line.budget.particles, "particles of the cloth");
   budget->add_option("--steps", line.budget.steps)->check(CLI::PositiveNumber);
   CLI::App* stability = app.add_subcommand(
       "stability", "what survives, recovers, warns, breaks or faults; not part of all");
   stability->add_flag("--full", line.stability.is_full, "every value and switch: takes long");
   stability->add_option("--tables", line.stability.tables, "only these")->delimiter(',');
   stability->add_option("--methods", line.stability.methods, "only these")->delimiter(',');
-  stability->add_option("--cell-s", line.stability.cell_s, "no step of a cell after that long [s]")
+  stability->add_option("--cell-s", line.stability.cell_s, "time after which a cell is cut [s]")
       ->check(CLI::PositiveNumber);
   CLI::App* device = app.add_subcommand("device", "the GL device; exit status 3: software");
   device->add_flag("--require-hardware", line.needs_hardware, "fail on a software renderer");
   app.add_subcommand(
-      "all", "every table but those of accuracy, budget, speed and stability (the default)");
+      "all", "all tables except those of accuracy, budget, speed and stability (the default)");
 }
 
 void AddSpeed(CLI::App& app, CommandLine& line) {
   SpeedOptions& options = line.speed;
   CLI::App* speed = app.add_subcommand(
-      "speed", "what a cloth costs, against the machine's limits and others; not part of all");
+      "speed", "cost of a cloth, against the machine's limits and others; not part of all");
   speed->add_option("--parts", options.parts, "only these")
       ->delimiter(',')
       ->check(CLI::IsMember(std::vector<std::string>(kSpeedParts.begin(), kSpeedParts.end())));
-  speed->add_option("--method", options.curve.methods,
-                    "one more of the curve, \"NAME: substeps=16 sweep=COLOURS\"; may be repeated");
+  speed->add_option(
+      "--method", options.curve.methods,
+      "another setting of the curve, \"NAME: substeps=16 sweep=COLOURS\"; may be repeated");
 }
 
 // The command that repeats the measurement; without options that only describe it.

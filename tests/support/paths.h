@@ -1,4 +1,4 @@
-// Where tests find the source tree and the programmes. Header only: the two definitions are per
+// Where tests find the source tree and the programs. Header only: the two definitions are per
 // test executable (drape_test in tests/CMakeLists.txt).
 #pragma once
 
@@ -9,7 +9,7 @@
 namespace drape::test {
 
 // DRAPE_TEST_ROOT, if set, stands for both: a folder with the files that are read at run time in
-// their places and the programmes in bin/. For tests that were carried to another machine.
+// their places and the programs in bin/. For tests that were carried to another machine.
 inline std::filesystem::path SourcePath(const std::string& relative) {
   const char* root = std::getenv("DRAPE_TEST_ROOT");
   return std::filesystem::path(root == nullptr ? DRAPE_SOURCE_DIR : root) / relative;

@@ -1,5 +1,5 @@
 // How far a motion is from what it should be, from positions and velocities alone: the same measure
-// for every backend and for other programmes.
+// for every backend and for other programs.
 #pragma once
 
 #include <Eigen/Core>
