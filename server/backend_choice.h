@@ -1,4 +1,4 @@
-// Which backend steps the cloths, and what draws them.
+// Chooses the backend that steps the cloths, and the renderer.
 #pragma once
 
 #include <memory>

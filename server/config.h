@@ -26,8 +26,8 @@ struct Config {
   uint32_t threads = 0;               // of the cpu backend; 0 = one per core
   uint32_t builder_threads = 2;       // that build scene models
   uint32_t max_queued_builds = 1024;  // models that wait for them
-  uint32_t drain_grace_ms = 10'000;   // for what is under way when a signal comes
-  uint32_t reap_interval_ms = 1'000;  // between two looks for expired sessions
+  uint32_t drain_grace_ms = 10'000;   // to finish accepted work when a signal comes
+  uint32_t reap_interval_ms = 1'000;  // between two searches for expired sessions
   uint32_t keepalive_ms = 30'000;     // a vanished peer is noticed after this and the next
   uint32_t keepalive_timeout_ms = 10'000;
   api::RequestLimits requests;

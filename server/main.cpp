@@ -22,9 +22,9 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// How long streams may take to say goodbye after everything has been stepped.
+// Time for streams to end after all steps are done.
 constexpr milliseconds kGoodbye{1'000};
-// After the grace of a drain: what has not ended by then hangs.
+// Time after the grace of a drain, after which the process counts as hanging.
 constexpr milliseconds kStopPatience{5'000};
 constexpr time_t kStatisticsPeriod_s = 10;
 

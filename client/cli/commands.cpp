@@ -52,7 +52,7 @@ int Main(int argc, const char* const* argv) {
   } catch (const CLI::ParseError& error) {
     std::cerr << "drape: " << error.what() << "\n";
     return kUsage;
-  } catch (const std::exception& error) {  // drape::Error tells code, reason and fields
+  } catch (const std::exception& error) {  // drape::Error has code, reason and fields
     std::cerr << "drape: " << error.what() << "\n";
     return kFailed;
   }

@@ -1,5 +1,5 @@
 // The commands of `drape`, one .cpp file each: a function that adds the command to the program and
-// remembers in `action` what to do when it is the one that was called.
+// stores in `action` what the command does when it is called.
 #pragma once
 
 #include <CLI/CLI.hpp>

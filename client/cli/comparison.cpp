@@ -35,7 +35,7 @@ void Compare(const States& states, const States& others, PositionDifference* dif
   for (size_t k = 0; k < states.size(); ++k) {
     for (size_t particle = 0; particle < states[k].particle_count; ++particle) {
       const double distance = Distance(states[k].positions_m, others[k].positions_m, particle);
-      if (distance <= difference->largest_m) continue;  // false for what is no number
+      if (distance <= difference->largest_m) continue;  // false for NaN
       *difference = {distance, k, particle, states[k].step};
       if (std::isnan(distance)) return;
     }

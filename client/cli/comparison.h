@@ -1,4 +1,4 @@
-// The same scene on a second backend, and how far apart the two are.
+// The same scene on a second backend, and the difference of the two.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +18,8 @@ struct PositionDifference {
   uint64_t step = 0;
 };
 
-// Makes `difference` larger where the states differ by more, or by something that is no number.
-// Throws kInternal when they are not of the same cloths and steps.
+// Makes `difference` larger where the states differ by more, or by NaN. Throws kInternal when they
+// are not of the same cloths and steps.
 void Compare(const States& states, const States& others, PositionDifference* difference);
 
 // A second private server that plays the same scene. One thread.
@@ -27,14 +27,14 @@ class Comparison {
  public:
   Comparison(const std::string& backend, const v1::Scene& scene);
 
-  // Does as many steps as the first player did, and compares. Once `should_stop` says so it may end
-  // short of them (ScenePlayer::Advance), where there is nothing to compare with.
+  // Does as many steps as the first player did, and compares. Once `should_stop` returns true it
+  // may end short of them (ScenePlayer::Advance); then there is nothing to compare.
   void Advance(uint64_t steps, const States& states,
                const std::function<bool()>& should_stop = nullptr);
 
   const std::string& backend() const { return backend_; }
   const PositionDifference& difference() const { return difference_; }
-  // Up to the last sample that was compared.
+  // The last sample that was compared.
   uint64_t compared_steps() const { return compared_steps_; }
 
  private:

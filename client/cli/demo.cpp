@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Strain and contacts are looked at this often.
+// Interval of measuring strain and contacts.
 constexpr uint64_t kEvery = 10;
 
 struct DemoOptions {
@@ -27,7 +27,7 @@ struct DemoOptions {
   double duration_s = 2;
 };
 
-// Scene files: those named, and those of the folders named, by name.
+// The named scene files, and those in the named folders, by name.
 std::vector<fs::path> SceneFiles(const std::vector<std::string>& names) {
   std::vector<fs::path> files;
   for (const std::string& name : names) {

@@ -1,4 +1,4 @@
-// Single precision, for formats that have no other.
+// Single precision, for formats without double precision.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 
 namespace drape::cli {
 
-// The nearest float; the largest one for what lies beyond (a plain cast would be undefined).
+// The nearest float; the largest one for values beyond (a plain cast would be undefined).
 inline float ToFloat32(double value) {
   constexpr double kLargest = std::numeric_limits<float>::max();
   return static_cast<float>(std::clamp(value, -kLargest, kLargest));

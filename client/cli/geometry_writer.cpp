@@ -39,7 +39,7 @@ class SeriesWriter final : public StateWriter {
  public:
   SeriesWriter(const std::filesystem::path& path, StateFileOptions options, WriteGeometry write)
       : path_(path), topologies_(std::move(options.topologies)), write_(write) {
-    const OutputFile trial(path);  // whether a file can be written there is known before the run
+    const OutputFile trial(path);  // fails before the run if the file cannot be written there
   }
 
   bool takes_samples() const override { return true; }

@@ -1,4 +1,4 @@
-// drape health: whether a server takes requests (grpc.health.v1); exit code 1 when it does not.
+// drape health: whether a server accepts requests (grpc.health.v1); exit code 1 when it does not.
 #include <iostream>
 #include <memory>
 

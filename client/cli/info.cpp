@@ -1,4 +1,4 @@
-// drape info: what a server is and allows.
+// drape info: version, backend, device and limits of a server.
 #include <cstdio>
 #include <iostream>
 #include <memory>

@@ -12,8 +12,8 @@
 namespace drape::cli {
 namespace {
 
-// Room for the header of a column, whose length is known only at the end; a multiple of 64, as the
-// format asks for.
+// Space for the header of a column, whose length is known only at the end; a multiple of 64, as the
+// format requires.
 constexpr size_t kHeaderBytes = 128;
 
 // The NPY version 1.0 header of an array (numpy.lib.format), padded to kHeaderBytes.
@@ -28,7 +28,7 @@ std::string NpyHeader(const std::string& type, const std::vector<uint64_t>& shap
   return magic + std::string(length, 2) + text + "\n";
 }
 
-// One array on its way: elements in an unnamed temporary file, the header put in front at the end.
+// One array being written: elements in an unnamed temporary file, the header in front at the end.
 class Column {
  public:
   // `path`: of the archive.
@@ -78,7 +78,7 @@ class NpzWriter final : public StateWriter {
       : path_(path), options_(std::move(options)) {
     int error = 0;
     archive_ = zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &error);
-    // The archive appears only when it is closed: try now whether that will work.
+    // The archive appears only when it is closed: check now that this will work.
     if (archive_ == nullptr) ThrowCannotWrite(path);
     const OutputFile trial(path);
   }

@@ -1,4 +1,4 @@
-// Flags that several commands have.
+// Flags shared by several commands.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,7 +10,7 @@
 
 namespace drape::cli {
 
-// Where a running server is, and how to trust it.
+// The address of a running server, and how to trust it.
 struct ServerAddress {
   std::string server;  // HOST:PORT
   ConnectOptions connect;
@@ -20,7 +20,7 @@ struct ServerAddress {
   Client Connect() const { return Client::Connect(server, connect); }
 };
 
-// Which server: somebody's, or a private one of the chosen backend.
+// The server: a running one, or a private one of the chosen backend.
 struct ServerOptions {
   ServerAddress address;  // of no server: private
   std::string backend = "auto";
@@ -43,10 +43,10 @@ struct SessionFlags {
 // "auto", "gl", "cpu", "reference".
 CLI::IsMember BackendNames();
 
-// Refuses NaN, which ranges let through, and infinities.
+// Refuses infinities, and NaN, which ranges accept.
 CLI::Validator FiniteNumber();
 
-// A path that MakeStateWriter takes.
+// A path that MakeStateWriter accepts.
 CLI::Validator StateFileValidator();
 
 }  // namespace drape::cli

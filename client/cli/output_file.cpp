@@ -106,7 +106,7 @@ FilePointer OpenSpool(const fs::path& path) {
       close(descriptor);
     }
   }
-  // No disk of its own, or a file system without unnamed files.
+  // A folder without a disk, or a file system without unnamed files.
   FilePointer file(std::tmpfile());
   if (file == nullptr) ThrowCannotWrite("a temporary file for " + path.string());
   return file;

@@ -1,4 +1,4 @@
-// A file that is written, with errors that name it.
+// A file being written, with errors that name it.
 #pragma once
 
 #include <cstdio>
@@ -20,10 +20,10 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
 
   void Write(std::string_view bytes);
-  // Over what the file begins with, which has been written already, or as the first of all. For
-  // headers that count what follows.
+  // Overwrites the beginning of the file, which has been written already, or writes it first. For
+  // headers that count the rest.
   void WriteAtStart(std::string_view bytes);
-  // Nothing may be written afterwards. Without it, the destructor removes what was written.
+  // Nothing may be written afterwards. Without it, the destructor removes the file.
   void Close();
 
  private:
@@ -40,8 +40,8 @@ struct FileCloser {
 };
 using FilePointer = std::unique_ptr<std::FILE, FileCloser>;
 
-// An unnamed temporary file, to read and write, gone when it is closed. On the disk of `path`: what
-// waits there for its place in a large file needs as much room. Throws as OutputFile does.
+// An unnamed temporary file, to read and write, removed when it is closed. On the disk of `path`,
+// which needs room for both. Throws as OutputFile does.
 FilePointer OpenSpool(const std::filesystem::path& path);
 
 // Appends the shortest %g form with 9 significant digits.
@@ -51,7 +51,7 @@ void AppendNumber(double value, std::string* text);
 void AppendNumber(double value, int digits, std::string* text);
 void AppendNumber(uint64_t value, std::string* text);
 
-// Throws the error of a file that cannot be written; errno tells why.
+// Throws the error of a file that cannot be written; errno has the reason.
 [[noreturn]] void ThrowCannotWrite(const std::filesystem::path& path);
 
 }  // namespace drape::cli

@@ -18,10 +18,10 @@ struct PictureFlags {
   std::string colour_by = "material";
   std::vector<double> camera;  // eye and target, 6 numbers; empty = fitted
   std::vector<double> view;    // direction of the fitted camera, 3 numbers; empty = the usual one
-  std::vector<double> range;   // of the colour scale, 2 numbers; empty = that of what is shown
+  std::vector<double> range;   // range of the colour scale, 2 numbers; empty = fitted
   bool has_no_legend = false;
 
-  // The flags; each of them is of use only with `render` where that is given.
+  // The flags; each of them needs `render` where that is given.
   void AddTo(CLI::App& command, CLI::Option* render = nullptr);
   // Without session and cloths.
   v1::RenderRequest Request() const;

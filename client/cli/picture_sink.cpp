@@ -7,7 +7,7 @@
 namespace drape::cli {
 namespace {
 
-// The least that a server draws.
+// The smallest picture that a server draws.
 constexpr uint32_t kTrialEdge_px = 16;
 
 }  // namespace
@@ -19,7 +19,7 @@ void IncludeView(const v1::RenderResponse& drawn, v1::RenderRequest& request) {
 PictureSink::PictureSink(std::filesystem::path path, bool is_series, v1::RenderRequest request,
                          Need need)
     : path_(std::move(path)), is_series_(is_series), request_(std::move(request)), need_(need) {
-  // The series only looks whether it can be written.
+  // For a series, only checks that it can be written.
   file_ = std::make_unique<OutputFile>(is_series ? SeriesPath(path_, 0) : path_);
   if (is_series) file_.reset();
 }

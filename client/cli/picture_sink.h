@@ -17,21 +17,21 @@ class PictureSink {
  public:
   enum class Need { kRequired, kIfPossible };
 
-  // `request`: what a picture shows. kIfPossible: where the server has nothing that draws
-  // (NO_EGL_DEVICE) there are no pictures, and cannot_draw() tells. Throws drape::Error
-  // (CANNOT_WRITE) for a path that cannot be written.
+  // `request`: the content of a picture. kIfPossible: where the server cannot draw (NO_EGL_DEVICE)
+  // there are no pictures, and cannot_draw() says so. Throws drape::Error (CANNOT_WRITE) for a path
+  // that cannot be written.
   PictureSink(std::filesystem::path path, bool is_series, v1::RenderRequest request,
               Need need = Need::kRequired);
 
-  // A small picture of the state before the first step, for nothing but to see that the server can
-  // draw this: an error should not cost a run. Throws what Session::Render throws.
+  // Draws a small picture of the state before the first step, only to check that the server can
+  // draw it: an error should not cost a run. Throws what Session::Render throws.
   void Begin(const Session& session);
   // After each sample; the last one is the last state.
   void AddSample(const Session& session, uint64_t step);
   // After the last sample.
   void Finish(const Session& session);
 
-  // Why there are no pictures; only kIfPossible.
+  // The reason for no pictures; only with kIfPossible.
   const std::optional<Error>& cannot_draw() const { return cannot_draw_; }
   // In order.
   const std::vector<std::filesystem::path>& written() const { return written_; }
@@ -48,7 +48,7 @@ class PictureSink {
   std::vector<std::filesystem::path> written_;
 };
 
-// Into a request with a fitted camera: with the view of `drawn`, or a wider one.
+// Puts the view of `drawn`, or a wider one, into a request with a fitted camera.
 void IncludeView(const v1::RenderResponse& drawn, v1::RenderRequest& request);
 
 }  // namespace drape::cli

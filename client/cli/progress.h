@@ -1,4 +1,4 @@
-// A bar on a terminal, and the wish to stop.
+// A progress bar on a terminal, and requests to stop.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ class ProgressBar {
   int last_percent_ = -1;
 };
 
-// While it lives, the first SIGINT or SIGTERM only asks to stop; the second ends the process as
+// While it lives, the first SIGINT or SIGTERM only requests a stop; the second ends the process as
 // usual. One at a time.
 class InterruptGuard {
  public:

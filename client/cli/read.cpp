@@ -17,7 +17,7 @@ namespace {
 
 struct ReadOptions {
   SessionFlags target;
-  StateFileOptions file;  // its particles are those to read
+  StateFileOptions file;  // its particles are the ones to read
   std::string states;
   bool is_json = false;
 };
@@ -54,7 +54,7 @@ void PrintText(const States& states, const StateFileOptions& file) {
   }
 }
 
-// A server that does not know of particles gives all.
+// A server that does not know `particles` sends all.
 void CheckRows(const States& states, const std::vector<uint32_t>& particles) {
   for (const ClothState& cloth : states) {
     if (particles.empty() || cloth.particle_count == particles.size()) continue;

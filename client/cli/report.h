@@ -1,4 +1,4 @@
-// R.json: what a run did, with fixed field names.
+// R.json: the results of a run, with fixed field names.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ class RunReport {
  public:
   RunReport(const v1::ServerInfo& server, const ScenePlayer& player);
 
-  // `steps` more steps, of which the reports describe the last.
+  // Adds `steps` steps; the reports describe the last of them.
   void Add(uint64_t steps, const AdvanceResult& result);
 
   const std::string& scene() const { return scene_; }

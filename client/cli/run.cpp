@@ -138,8 +138,7 @@ int Run(const RunOptions& options) {
   return kFailed;
 }
 
-// --set takes several values, so it may have taken the scene that stands behind it: that has no
-// "=".
+// --set takes several values, so it may have taken the scene after it: that has no "=".
 void FindScene(RunOptions* options) {
   if (options->scene.empty() && !options->sets.empty() &&
       options->sets.back().find('=') == std::string::npos) {
@@ -155,8 +154,8 @@ void FindScene(RunOptions* options) {
 }
 
 void CheckOutputs(const RunOptions& options) {
-  std::error_code ignored;  // a path that cannot be looked at cannot be written either
-  // Absolute first: of a relative path without an existing part nothing would be made canonical.
+  std::error_code ignored;  // a path that cannot be read cannot be written either
+  // Absolute first: a relative path without an existing part would stay as it is.
   const auto place_of = [&](const std::string& path) {
     return std::filesystem::weakly_canonical(std::filesystem::absolute(path), ignored);
   };

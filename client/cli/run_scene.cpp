@@ -30,7 +30,7 @@ void AddLastState(const Session& session, RunSinks& sinks) {
   }
 }
 
-// Best effort: the error that ended the run is what counts.
+// Best effort: the error that ended the run counts.
 void KeepSamples(const RunReport& report, RunSinks& sinks) {
   if (report.steps() == 0) return;
   for (const auto& writer : sinks.writers) {

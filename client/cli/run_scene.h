@@ -20,7 +20,7 @@ struct RunSinks {
   std::function<void(uint64_t)> on_step;   // after each sample, with the steps done
   // Asked after each request; then there is one step more, and the last sample.
   std::function<bool()> should_stop;
-  // With what there is when a run fails after its first sample; the error is thrown on.
+  // Keeps the results so far when a run fails after its first sample; the error is rethrown.
   std::function<void(const RunReport&)> on_failure;
 };
 

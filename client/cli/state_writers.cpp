@@ -47,7 +47,7 @@ std::string StateFileExtensions() {
 
 Writer MakeStateWriter(const Path& path, StateFileOptions options) {
   const Format* format = FormatOf(path);
-  // Commands have checked it: a bug here, but no reason to fall over.
+  // Commands check it first: a bug here, but no reason to crash.
   if (format == nullptr) throw std::invalid_argument(path.string() + ": not a state file");
   return format->make(path, std::move(options));
 }

@@ -14,7 +14,7 @@
 
 namespace drape::cli {
 
-// When a sample of a run was taken.
+// The time of a sample of a run.
 struct SampleTime {
   uint64_t step = 0;
   double time_s = 0;

@@ -1,4 +1,4 @@
-// drape watch: follows a session while somebody else steps it.
+// drape watch: follows a session while another client steps it.
 #include <algorithm>
 #include <cstdio>
 #include <limits>

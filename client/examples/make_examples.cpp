@@ -86,8 +86,8 @@ Json Chain() {
           {"controls", {{{"time_s", 0.5}, {"pin_targets", {target}}}}}};
 }
 
-// A square net held by its corners, its threads a little elastic, catching what weighs in its
-// middle as much as all the knots of two rows.
+// A square net held by its corners, with slightly elastic threads. Its middle weighs as much as all
+// the knots of two rows.
 Json Net() {
   constexpr uint32_t kKnots = 17;  // per side
   Json positions = Json::array();

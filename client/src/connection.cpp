@@ -32,7 +32,7 @@ bool IsLoopback(const std::string& address) {
 
 std::string ReadAuthorities(const std::filesystem::path& path) {
   std::ifstream file;
-  std::error_code ignored;  // no file at all is no regular file either
+  std::error_code ignored;  // a missing file is not a regular file either
   if (std::filesystem::is_regular_file(path, ignored)) file.open(path, std::ios::binary);
   std::string pem(std::istreambuf_iterator<char>(file), {});
   if (file.is_open() && !file.bad() && !pem.empty()) return pem;
@@ -47,7 +47,7 @@ std::shared_ptr<grpc::ChannelCredentials> Credentials(const std::optional<TlsOpt
   return grpc::SslCredentials(ssl);
 }
 
-// Why a channel does not come up, as gRPC tells the first request.
+// The reason why a channel does not come up, as gRPC gives it to the first request.
 std::string WhyNot(v1::SimulationService::Stub& stub) {
   grpc::ClientContext context;
   context.set_deadline(After(kReasonTimeout_s));

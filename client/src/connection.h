@@ -23,7 +23,7 @@ inline constexpr char kSessionHeader[] = "x-drape-session";
 // Immutable after construction, so thread-safe. Destroyed in reverse order: first the channel, then
 // the private server.
 struct Connection {
-  std::shared_ptr<PrivateServer> private_server;  // null when connected to somebody else's
+  std::shared_ptr<PrivateServer> private_server;  // null when connected to a running server
   std::string address;
   ConnectOptions options;
   std::shared_ptr<grpc::Channel> channel;

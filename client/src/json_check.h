@@ -1,5 +1,5 @@
-// Says what is wrong with a JSON text before protobuf's parser, whose messages name neither the
-// whole path nor what would be legal.
+// Finds the errors of a JSON text before protobuf's parser, whose messages name neither the whole
+// path nor the legal values.
 #pragma once
 
 #include <google/protobuf/descriptor.h>

@@ -28,7 +28,7 @@ using std::chrono::steady_clock;
 
 constexpr char kProgramName[] = "draped";
 constexpr milliseconds kPortFilePoll(10);
-// For what is under way, before SIGKILL; nobody waits for its answer.
+// Time for unfinished work before SIGKILL; nobody waits for its answer.
 constexpr std::chrono::seconds kDrainTime(8);
 constexpr size_t kLogTailLines = 20;
 constexpr int kExecFailed = 127;  // as shells do
@@ -40,8 +40,8 @@ bool IsExecutable(const fs::path& path) {
 // In the child between fork and exec: only async-signal-safe calls.
 [[noreturn]] void BecomeServer(const char* program, char* const* arguments, int log, pid_t parent) {
   setpgid(0, 0);                      // Ctrl-C of the terminal is for the client
-  prctl(PR_SET_PDEATHSIG, SIGKILL);   // it holds nothing that is worth a drain
-  if (getppid() != parent) _exit(0);  // the parent went before prctl
+  prctl(PR_SET_PDEATHSIG, SIGKILL);   // it holds nothing worth draining
+  if (getppid() != parent) _exit(0);  // the parent ended before prctl
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
@@ -158,7 +158,7 @@ void PrivateServer::WaitForPort(double timeout_s) {
     std::ifstream file(folder_ / "port");
     std::string port;
     file >> port;
-    // Twice the same: nobody is still writing it.
+    // Equal twice: the file is complete.
     if (!port.empty() && port == previous) {
       address_ = "127.0.0.1:" + port;
       return;

@@ -23,7 +23,7 @@ std::filesystem::path FindServerProgram(const std::filesystem::path& requested);
 // PR_SET_PDEATHSIG, which ends the process with this one, belongs to a thread.
 class PrivateServer {
  public:
-  // Throws kNotFound without the program, kUnavailable when it ends or says nothing in time.
+  // Throws kNotFound without the program, kUnavailable when it ends or is not ready in time.
   explicit PrivateServer(const SpawnOptions& options);
   // SIGTERM, then SIGKILL for a server that does not end. Waits for its end.
   ~PrivateServer();
@@ -39,7 +39,7 @@ class PrivateServer {
   void WaitForPort(double timeout_s);
   void Stop();
   void RemoveFolder();
-  // The last lines of what the server wrote.
+  // The last lines of its log.
   std::string LogTail() const;
 
   // Private temporary folder for port file and log, while the server comes up: one that stayed

@@ -6,7 +6,7 @@
 namespace drape {
 inline namespace client {
 
-// Checks time step, duration, counts, spacings and controls; the specs are the server's to judge.
+// Checks time step, duration, counts, spacings and controls; the server checks the specs.
 // `scene.time_step_s` is set. Throws BadField.
 void CheckScene(const v1::Scene& scene);
 

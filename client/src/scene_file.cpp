@@ -26,7 +26,7 @@ constexpr char kTimeStepPath[] = "settings.time_step_s";
 void ApplyOverrides(const std::vector<SpecOverride>& overrides, json* scene) {
   if (!scene->is_object() || !scene->contains("cloths") || !(*scene)["cloths"].is_array()) return;
   for (json& cloth : (*scene)["cloths"]) {
-    if (!cloth.is_object()) continue;  // the check that follows says so
+    if (!cloth.is_object()) continue;  // the next check reports it
     for (const SpecOverride& override : overrides) ApplyOverride(override, &cloth["spec"]);
   }
 }

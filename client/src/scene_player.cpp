@@ -31,7 +31,7 @@ void ScenePlayer::DeleteCreated() {
   for (const PlayedCloth& cloth : cloths_) ids.push_back(cloth.id);
   try {
     session_.DeleteCloths(ids);
-  } catch (const Error&) {  // what made the creation fail is what counts
+  } catch (const Error&) {  // the error of the creation counts
   }
 }
 
@@ -151,10 +151,10 @@ uint64_t ScenePlayer::NextControlStep() const {
 // A request of `steps` steps took `wait_s`.
 void ScenePlayer::AdaptRequests(uint64_t steps, double wait_s) {
   constexpr double kRequestS = 0.5;
-  constexpr double kMostGrowth = 8;  // a short request tells little about a long one
+  constexpr double kMostGrowth = 8;  // a short request predicts little about a long one
   const double growth = std::min(kMostGrowth, kRequestS / std::max(wait_s, 1e-9));
   const double wanted = std::max(1.0, static_cast<double>(steps) * growth);
-  // A request cut short, by the end or a control, is no reason for shorter ones.
+  // A request cut short, by the end or a control, is no reason for shorter requests.
   if (growth < 1 || wanted > static_cast<double>(steps_per_request_)) {
     steps_per_request_ = static_cast<uint64_t>(std::min(wanted, 1e9));
   }

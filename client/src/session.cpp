@@ -15,7 +15,7 @@ namespace {
 
 // Renewals per lease: two may be lost.
 constexpr double kRenewalsPerLease = 3;
-// A destructor must not hang on a server that is gone: it waits for the renewal under way, then
+// A destructor must not hang on a server that is gone: it waits for the current renewal, then
 // deletes.
 constexpr double kMaxRenewalTimeoutS = 2;
 constexpr double kDeleteTimeoutS = 2;

@@ -10,8 +10,8 @@ namespace drape {
 inline namespace client {
 namespace {
 
-// Frames that may be on the way while the reader works on one: enough to hide the round trip, few
-// enough that what arrives is fresh.
+// Frames in flight while the reader works on one: enough to hide the round trip, few enough that
+// arriving frames are fresh.
 constexpr uint32_t kInitialCredit = 2;
 
 }  // namespace

@@ -187,7 +187,7 @@ std::vector<uint32_t> TwinHalfEdges(const TriangleMesh& mesh) {
 
 std::vector<FieldViolation> CheckClosedMesh(const TriangleMesh& mesh,
                                             const ClosedMeshLimits& limits) {
-  // Each check relies on what those before it have found good.
+  // Each check relies on the ones before it.
   Violations violations;
   CheckSizes(mesh, limits, violations);
   if (violations.is_empty()) CheckMeshValues(mesh, violations);

@@ -1,4 +1,4 @@
-// Meshes that enclose a volume: what makes a triangle mesh a solid.
+// Meshes that enclose a volume: the conditions that make a triangle mesh a solid.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// How far a point is from a collider, in double precision: what the solvers hold a cloth to.
+// Distance of a point from a collider, in double precision.
 #pragma once
 
 #include "server/scene/colliders.h"

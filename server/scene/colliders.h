@@ -56,7 +56,7 @@ using Collider = std::variant<SphereCollider, PlaneCollider, CapsuleCollider, Bo
 // or box, the middle of a capsule, the point of a plane, the origin of a mesh.
 Eigen::Vector3d CentreOf(const Collider& collider);
 
-// The shape where the motion has it at time 0.
+// The shape at the pose of the motion at time 0.
 Collider Moved(const Collider& collider, const RigidMotion& motion);
 
 // The outward normal on the segment itself, where the distance has no gradient: +y made

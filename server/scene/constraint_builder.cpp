@@ -28,7 +28,7 @@ double GridSpacing(double extent, uint32_t count) {
   return count > 1 ? extent / (count - 1) : 0;
 }
 
-// Lengths of a grid's material: the spacings, and what a row or column stands for.
+// Lengths of a grid's material: the spacings, and the widths that a row or column stands for.
 struct GridLengths {
   explicit GridLengths(const GridTopology& grid)
       : dx(GridSpacing(grid.width_m, grid.columns)),
@@ -62,7 +62,7 @@ void AddGridBending(const GridTopology& grid, const GridLengths& lengths, double
   });
 }
 
-// Both diagonals of a cell that is shorn by a small angle stretch by angle * dx dz / diagonal.
+// Both diagonals of a cell sheared by a small angle stretch by angle * dx dz / diagonal.
 void AddGridShear(const GridTopology& grid, const GridLengths& lengths, double modulus,
                   ParticleSystem& system) {
   const double diagonal = std::hypot(lengths.dx, lengths.dz);

@@ -36,8 +36,8 @@ ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& mat
 // Vertices without triangle are kept as particles with the mean mass of the others.
 ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& material);
 
-// The rest length of what joins two particles and has none of its own: their distance in the rest
-// shape. 1 where there is none to take, so that only the cause (a bad index, particles that
+// The rest length of a connection that has none of its own: the distance of its particles in the
+// rest shape. 1 where there is none to take, so that only the cause (a bad index, particles that
 // coincide) is reported.
 double RestDistance_m(uint32_t i, uint32_t j, const std::vector<Eigen::Vector3d>& positions_m);
 

@@ -182,7 +182,7 @@ void CheckChoices(const StructuralMaterial& material, Violations& violations) {
   }
 }
 
-// Refuses what would do nothing.
+// Refuses settings that would do nothing.
 void CheckFits(const ModelDescription& description, Violations& violations) {
   const StructuralMaterial& material = description.material;
   const bool is_grid = std::holds_alternative<GridTopology>(description.topology);
@@ -222,7 +222,7 @@ void CheckPins(const ModelDescription& description, Violations& violations) {
   }
 }
 
-// The field that a client can change to mend the masses, rest lengths and degrees of a topology.
+// The field that a client can change to correct the masses, rest lengths and degrees of a topology.
 struct TopologyFields {
   std::string_view masses;
   std::string_view lengths;

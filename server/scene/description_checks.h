@@ -21,9 +21,8 @@ inline constexpr double kMaxParticleMass_kg = 1e12;
 inline constexpr double kMaxCoefficient = 1e15;         // stiffness, damping, compliance; SI
 inline constexpr double kMaxBendingRigidity_n_m = 1e6;  // of a steel plate of 4 cm
 
-// Everything that can be told without building: sizes, indices, finiteness, ranges, pins. Sizes
-// come first and end the check, so that an absurd grid costs nothing. At most 16 violations; empty
-// = good.
+// Checks that need no built system: sizes, indices, finiteness, ranges, pins. Sizes come first and
+// end the check, so that an absurd grid costs nothing. At most 16 violations; empty = good.
 std::vector<FieldViolation> CheckDescription(const ModelDescription& description,
                                              const ModelLimits& limits);
 

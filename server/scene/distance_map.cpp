@@ -196,7 +196,7 @@ DistanceMap::CellPoint DistanceMap::Locate(const Vector3d& p) const {
   for (int axis = 0; axis < 3; ++axis) {
     const double in_cells = (p[axis] - low_m_[axis]) / cell_m_;
     const auto last = static_cast<double>(sample_counts_[axis] - 1);
-    // In this order not a number becomes 0, and the index stays legal.
+    // In this order NaN becomes 0, and the index stays legal.
     const double clamped = std::min(std::max(0.0, in_cells), last);
     cell[axis] = std::min(static_cast<uint32_t>(clamped), sample_counts_[axis] - 2);
     located.fraction[axis] = clamped - cell[axis];

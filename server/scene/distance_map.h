@@ -1,4 +1,4 @@
-// Sampled signed distance of a closed mesh: what makes any solid a collider (paper section 4.1).
+// Sampled signed distance of a closed mesh: it makes any solid a collider (paper section 4.1).
 #pragma once
 
 #include <Eigen/Core>
@@ -16,11 +16,11 @@
 
 namespace drape {
 
-// How finely a mesh is sampled.
+// Resolution of the samples.
 struct DistanceMapSettings {
   // Cells along the longest side of the mesh; 4 to 1024. By default 14 mm for a person of 1.8 m.
   uint32_t resolution = 128;
-  // At 4 bytes each. Cells grow until the samples are that few; 1024 to 2^28.
+  // 4 bytes each. Cells grow until no more samples than this are needed; 1024 to 2^28.
   uint64_t max_samples = 1u << 21;
 };
 
@@ -47,10 +47,10 @@ struct SurfaceDistance {
 class DistanceMap {
  public:
   // Checks settings and mesh (closed_mesh.h) and refuses surfaces that cross themselves or have
-  // parts inside out as far as the samples show it. Fields: "mesh.positions_m[3]",
-  // "mesh.triangles[7]", "resolution", "max_samples". Single threaded and slow, seconds
-  // rather than milliseconds (README.md): not for a thread that others wait for. `is_cancelled` is
-  // asked before each layer of samples; once it says so: CANCELLED.
+  // parts inside out, as far as the samples show it. Fields: "mesh.positions_m[3]",
+  // "mesh.triangles[7]", "resolution", "max_samples". Single threaded and slow, seconds rather than
+  // milliseconds (distance_maps.md): not for a thread that others wait for. `is_cancelled` is
+  // called before each layer of samples; once it returns true: CANCELLED.
   static Result<std::shared_ptr<const DistanceMap>> Build(
       const TriangleMesh& mesh, const DistanceMapSettings& settings = {},
       const ClosedMeshLimits& limits = {}, const std::function<bool()>& is_cancelled = {});

@@ -56,10 +56,10 @@ struct ElasticEnd {
 struct ElasticShares {
   std::vector<uint32_t> offsets;  // [particle_count + 1]
   std::vector<ElasticEnd> ends;
-  // How fast an element alone would oscillate with the shares of its particles' masses that it
-  // claims [1/s^2], [element_count], and the mass of that oscillator [kg]: mass * frequency_sq is
-  // the stiffness. No particle is claimed for more than its mass, so that the motion of a particle
-  // is the mean, by these shares, of what its elements alone would do.
+  // The frequency at which an element alone would oscillate with the shares of its particles'
+  // masses that it claims [1/s^2], [element_count], and the mass of that oscillator [kg]: mass *
+  // frequency_sq is the stiffness. No particle is claimed for more than its mass, so the motion of
+  // a particle is the mean, by these shares, of the motions by its single elements.
   std::vector<double> frequencies_sq_per_s2;
   std::vector<double> masses_kg;
 };

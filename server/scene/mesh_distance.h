@@ -27,7 +27,7 @@ class MeshDistance {
  public:
   explicit MeshDistance(const TriangleMesh& mesh);
 
-  // `guess`: a triangle that is probably near, which only makes the search faster.
+  // `guess`: a triangle that is probably near; it only makes the search faster.
   SignedDistance At(const Eigen::Vector3d& p, std::optional<uint32_t> guess = {}) const;
 
  private:

@@ -1,4 +1,4 @@
-// How rigid bodies move. Pure.
+// Motion of rigid bodies. Pure.
 #pragma once
 
 #include <Eigen/Core>
@@ -6,8 +6,8 @@
 
 namespace drape {
 
-// How far a turning body gets within some time, by the angle a of the turn: sin(a)/a, and the time
-// times (1 - cos(a))/a^2 [s].
+// Factors of the way of a turning body within some time, by the angle a of the turn: sin(a)/a, and
+// the time times (1 - cos(a))/a^2 [s].
 struct ChordFactors {
   double sine = 1;
   double cosine_s = 0;
@@ -17,7 +17,7 @@ struct ChordFactors {
 // velocity. «Described» points are those of the body as it was described, in the same frame.
 struct RigidMotion {
   Eigen::Vector3d pivot_m = Eigen::Vector3d::Zero();  // described
-  // At time 0: where the pivot is, and how the body is turned from how it was described.
+  // At time 0: the place of the pivot, and the rotation from the description.
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // unit
   Eigen::Vector3d velocity_m_per_s = Eigen::Vector3d::Zero();    // of the pivot
@@ -30,7 +30,7 @@ struct RigidMotion {
 
   // The same motion with `seconds` as time 0.
   RigidMotion After(double seconds) const;
-  // The way from where this motion is to where `end` is, in `seconds` > 0: straight, and turning
+  // The way from the pose of this motion to that of `end`, in `seconds` > 0: straight, and turning
   // about one axis, the shorter way.
   RigidMotion Towards(const RigidMotion& end, double seconds) const;
 

@@ -42,7 +42,7 @@ double LeastSpringDamping_s(const std::vector<Spring>& springs) {
 double HeldMassRatio(const std::vector<DistanceConstraint>& constraints,
                      const std::vector<double>& masses_kg,
                      const std::vector<double>& inverse_masses_per_kg) {
-  constexpr size_t kHeld = 4;  // more than a particle can move in
+  constexpr size_t kHeld = 4;  // more directions than a particle can move in
   // The masses of the heaviest neighbours, the heaviest first.
   std::vector<std::array<double, kHeld>> heaviest(masses_kg.size(), std::array<double, kHeld>{});
   const auto add = [&](uint32_t particle, uint32_t neighbour) {
@@ -66,7 +66,7 @@ double HeldMassRatio(const std::vector<DistanceConstraint>& constraints,
 
 // The order of a stable counting sort by colour.
 struct ColourOrder {
-  std::vector<uint32_t> indices;  // of what is sorted, colour after colour
+  std::vector<uint32_t> indices;  // indices of the sorted list, colour after colour
   std::vector<uint32_t> offsets;  // [colour_count + 1] where each colour begins
 };
 
@@ -268,7 +268,7 @@ double SceneModel::elastic_frequency_sq_bound() const {
   return all.empty() ? 0 : *std::ranges::max_element(all);
 }
 
-// Everything else follows from these.
+// Everything else follows from these members.
 uint64_t SceneModel::HashContent() const {
   ContentHash hash;
   hash.Add(rest_positions_m_);

@@ -58,7 +58,7 @@ class SceneModel {
   uint32_t pin_count() const { return static_cast<uint32_t>(pins_.size()); }
 
   std::span<const Eigen::Vector3d> rest_positions_m() const { return rest_positions_m_; }
-  // Where cloths start: rest_positions_m(), or what RestoreLengths makes of them where they violate
+  // The start of the cloths: rest_positions_m(), or the result of RestoreLengths where they violate
   // the lengths (NeedsRestoring).
   std::span<const Eigen::Vector3d> start_positions_m() const {
     return is_start_restored() ? start_positions_m_ : rest_positions_m_;

@@ -22,7 +22,7 @@ bool IsPin(const LengthDemands& demands, uint32_t i) {
   return demands.inverse_masses_per_kg[i] == 0;
 }
 
-// Where a particle is in relation to one collider.
+// The relation of a particle to one collider.
 struct Place {
   bool is_inside = false;
   Vector3d outside_m;  // by the nearest way; as it is for particles outside and for pins
@@ -171,7 +171,7 @@ class WayFinder {
             std::span<const Vector3d> positions_m)
       : demands_(demands), obstacles_(obstacles), up_(up), start_m_(positions_m) {}
 
-  // In the order in which they are to be tried.
+  // In the order of the attempts.
   std::vector<WayOut> Find(const std::vector<Knot>& knots) const {
     WayOut above = ToOneSide(knots, 1), below = ToOneSide(knots, -1);
     const bool is_below_much_less =

@@ -1,5 +1,5 @@
-// Where a cloth starts that is described caught in a collider: contacts would push the ends of a
-// link out to either side, and the cloth would stay around the collider, stretched.
+// The start of a cloth that is described caught in a collider: contacts would push the ends of a
+// link out to different sides, and the cloth would stay around the collider, stretched.
 #pragma once
 
 #include <Eigen/Core>

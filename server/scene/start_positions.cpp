@@ -15,8 +15,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Sweeps that bring links from anywhere to about their lengths; what they leave is smooth and small
-// enough for Newton's method.
+// Sweeps that bring links from anywhere to about their lengths; the remaining errors are smooth and
+// small enough for Newton's method.
 constexpr uint32_t kSweeps = 1000;
 // Sweeps spread the stretch at the rims of obstacles slowly over large cloths. Where they leave
 // more than kSweptError (RMS), more follow in rounds: kHeavySweeps that keep kMomentum of the last
@@ -174,7 +174,7 @@ class Restoration {
 
   void Disorder() {
     const double most_m = kDisorder * demands_.length_scale_m;
-    // Not a distribution of the library, whose numbers are its own.
+    // Not a distribution of the library, whose numbers depend on its version.
     const auto any = [&] {
       return most_m * (2 * static_cast<double>(random_()) / std::mt19937::max() - 1);
     };
@@ -194,7 +194,7 @@ class Restoration {
     x_[row.j] -= w_[row.j] * way;
   }
 
-  // Every demand in turn, at the positions that the one before has left.
+  // Every demand in turn, at the positions after the one before.
   void Sweep(bool is_backward) {
     for (size_t k = 0; k < order_.size(); ++k) {
       const uint32_t next = order_[is_backward ? order_.size() - 1 - k : k];

@@ -1,4 +1,4 @@
-// Where a cloth starts whose described positions violate its own lengths.
+// The start of a cloth whose described positions violate its own lengths.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,8 +22,8 @@ struct LengthDemands {
   const TetherSet& tethers;
 };
 
-// Errors of the demands at some positions, relative to the lengths: |C| / l0, of ropes and struts
-// only what they forbid.
+// Errors of the demands at some positions, relative to the lengths: |C| / l0, for ropes and struts
+// only the forbidden part.
 struct LengthErrors {
   double max = 0;
   double rms = 0;
@@ -38,7 +38,7 @@ inline constexpr double kMaxStartError = 0.25;
 inline constexpr double kMaxStartRmsError = 0.02;
 bool NeedsRestoring(const LengthErrors& errors);
 
-// Errors at which RestoreLengths is content: of 0.1 m and in substeps of 0.1 ms, 1 mm/s.
+// Errors at which RestoreLengths stops: for 0.1 m and substeps of 0.1 ms, 1 mm/s.
 inline constexpr double kRestoredError = 1e-6;
 
 // Moves free particles to positions near by where the demands are met: within reach of the pins

@@ -63,7 +63,7 @@ class PathCover {
   std::vector<Path> Find() {
     for (uint32_t p = 0; p < positions_.size(); ++p) JoinEdgesOf(p);
     std::vector<Path> paths;
-    // From ends, then what is left: rings, from their first edge.
+    // Starts at ends, then takes the rest: rings, from their first edge.
     for (uint32_t c = 0; c < constraints_.size(); ++c) {
       if (is_taken_[c]) continue;
       if (MateAt(c, constraints_[c].i) == kNone) {

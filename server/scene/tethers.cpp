@@ -107,11 +107,11 @@ class TetherSearch {
   }
 
  private:
-  // Goes on from a particle to its free neighbours.
+  // Continues from a particle to its free neighbours.
   void Reach(uint32_t particle, const Tether& tether) {
     for (const Neighbour& neighbour : adjacency_.Of(particle)) {
       const Tether next{tether.pin, tether.length_m + neighbour.length_m};
-      // Also asked here, so that the front stays short.
+      // Checked here too, so that the front stays short.
       if (is_pin_[neighbour.particle] || !IsNeeded(neighbour.particle, next)) continue;
       front_.emplace(next.length_m, neighbour.particle, next.pin);
     }

@@ -1,4 +1,5 @@
-// Tethers: how far a particle can be from a pin, by the lengths along the cloth between them.
+// Tethers: the largest distance of a particle from a pin, by the lengths along the cloth between
+// them.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,9 +28,9 @@ struct TetherSet {
 // imply.
 inline constexpr uint32_t kMaxTethersPerParticle = 4;
 
-// For each free particle the pins nearest along what cannot become longer (constraints of
-// compliance 0 but struts, and joints of compliance 0, which are 0 long), at most
-// kMaxTethersPerParticle. Left out is a pin whose bound follows from that of a nearer pin, given
+// For each free particle the nearest pins along constraints that cannot become longer (those of
+// compliance 0 except struts, and joints of compliance 0, which have length 0), at most
+// kMaxTethersPerParticle. A pin is left out if its bound follows from that of a nearer pin, given
 // the pins' distance in the rest shape (triangle inequality). Paths do not lead through other pins,
 // which may be moved apart. O(constraints * log) time.
 TetherSet FindTethers(std::span<const Eigen::Vector3d> rest_positions_m,

@@ -1,4 +1,4 @@
-// How the triangles of a cloth share its particles: what forces on triangles need.
+// How the triangles of a cloth share its particles, for forces on triangles.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,4 +1,4 @@
-// Bounding boxes in a binary tree: which triangle is nearest to a point.
+// Bounding boxes in a binary tree: finds the triangle nearest to a point.
 #pragma once
 
 #include <Eigen/Core>

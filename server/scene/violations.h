@@ -13,7 +13,7 @@
 
 namespace drape {
 
-// Collects violations up to a limit: a thousand of one kind tell no more than the first few.
+// Collects violations up to a limit: a thousand of one kind say no more than the first few.
 class Violations {
  public:
   static constexpr size_t kMaxCount = 16;
@@ -23,7 +23,7 @@ class Violations {
   void Add(std::string field, std::string description) {
     if (!is_full()) list_.push_back({std::move(field), std::move(description)});
   }
-  // Not a number is in no range.
+  // NaN is in no range.
   void CheckRange(std::string_view field, double value, double low, double high,
                   std::string_view unit) {
     if (value >= low && value <= high) return;

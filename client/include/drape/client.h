@@ -1,4 +1,4 @@
-// The way in: connect to a Drape server, or start a private one.
+// The entry point: connect to a Drape server, or start a private one.
 //
 //   drape::Client client = drape::Client::SpawnServer();
 //   drape::Session session = client.CreateSession();
@@ -39,7 +39,7 @@ struct ConnectOptions {
   double ready_timeout_s = 5;
   // Limit of each single request that is not a stream; 0 = none. Long Steps need long limits.
   double request_timeout_s = 0;
-  // Unset: in the clear, so for servers of this machine and of private networks.
+  // Unset: without TLS, so only for servers of this machine and of private networks.
   std::optional<TlsOptions> tls;
 };
 

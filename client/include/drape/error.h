@@ -57,12 +57,12 @@ struct ErrorDetails {
   std::vector<FieldViolation> violations;
   // The exhausted quota, for kResourceExhausted.
   std::vector<std::string> quotas;
-  // How long to wait before a repetition makes sense; unset where waiting does not help.
+  // Time to wait before a repetition; unset where waiting does not help.
   std::optional<std::chrono::milliseconds> retry_after;
 };
 
-// Thrown by every call of the library that fails: what the server refused, what did not travel, and
-// bad local files. what() is one line for people: code, reason, message and every bad field.
+// Thrown by every call of the library that fails: refusals of the server, failed transport, and bad
+// local files. what() is one line for people: code, reason, message and every bad field.
 class Error : public std::runtime_error {
  public:
   explicit Error(ErrorDetails details);

@@ -14,7 +14,7 @@
 namespace drape {
 inline namespace client {
 
-// One cloth of a scene that is being played; in scene order, copies counted.
+// One cloth of a scene being played; in scene order, copies counted.
 struct PlayedCloth {
   ClothId id = 0;
   int entry = 0;  // index in scene.cloths
@@ -23,7 +23,7 @@ struct PlayedCloth {
 
 // Results and wall time of some steps.
 struct AdvanceResult {
-  // One per cloth in scene order, measured after the last of the steps; empty when not asked for.
+  // One per cloth in scene order, measured after the last of the steps; empty unless requested.
   std::vector<v1::StepReport> reports;
   double wait_s = 0;       // spent waiting for the answers to Step requests
   uint64_t device_us = 0;  // the device's share of it, as the server measured it
@@ -42,9 +42,9 @@ class ScenePlayer {
   uint64_t step() const { return step_; }
   uint64_t step_count() const { return step_count_; }
 
-  // Does up to `steps` steps, as many as are left, in as many requests as controls and limits ask
-  // for; one takes about half a second at most. Once `should_stop`, asked after each request, says
-  // so, one step is the last.
+  // Does up to `steps` steps, as many as remain, in as many requests as controls and limits
+  // require; one takes about half a second at most. `should_stop` is called after each request;
+  // once it returns true, one more step is the last.
   AdvanceResult Advance(uint64_t steps, bool has_reports,
                         const std::function<bool()>& should_stop = nullptr);
 

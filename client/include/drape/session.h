@@ -46,7 +46,7 @@ class Session {
   const std::string& name() const;
   // The server's present view of it. Also extends the lease.
   v1::Session Renew();
-  // Why the automatic renewal gave up (the session is gone); unset while all is well.
+  // The reason why automatic renewal gave up (the session is gone); unset while all is well.
   std::optional<Error> lease_error() const;
   // Leaves the session on the server when this object is destroyed; its lease then expires.
   void Detach();
@@ -74,13 +74,13 @@ class Session {
   // `steps` >= 1 steps of every cloth of the session; waits for the answer.
   v1::StepResponse Step(uint32_t steps);
   v1::StepResponse Step(v1::StepRequest request);
-  // To send the next requests before the first one is answered.
+  // For several requests in flight.
   StepStream OpenStepStream();
 
   // No cloths named: every cloth of the session. `view` unset: positions only, of all particles.
   States ReadStates(std::span<const ClothId> cloths = {}, const v1::StateView& view = {}) const;
-  // A PNG file of cloths as they are now; see RenderRequest. Throws kFailedPrecondition
-  // (NO_EGL_DEVICE) when the server cannot draw.
+  // A PNG file of the present cloths; see RenderRequest. Throws kFailedPrecondition (NO_EGL_DEVICE)
+  // when the server cannot draw.
   v1::RenderResponse Render(v1::RenderRequest request = {}) const;
   // Follows the session while others step it. `subscribe.session` is filled in.
   StateStream StreamStates(v1::StreamStatesRequest::Subscribe subscribe = {}) const;

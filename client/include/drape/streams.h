@@ -49,8 +49,8 @@ class StepStream {
   std::unique_ptr<Impl> impl_;
 };
 
-// Frames of states as others step the cloths: always the latest, what a slow reader misses is
-// counted. One thread reads; SetPaused and Cancel from any thread.
+// Frames of states while others step the cloths: always the latest; frames that a slow reader
+// misses are counted. One thread reads; SetPaused and Cancel from any thread.
 class StateStream {
  public:
   StateStream(StateStream&&) noexcept;
