@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/scene/distance_map.h"
+#include "server/solver/load.h"
 
 namespace drape::api {
 namespace {
@@ -125,8 +126,6 @@ v1::StepSettings::Sweep ToProto(Sweep sweep) {
       return v1::StepSettings::COLOURS;
     case Sweep::kStrips:
       return v1::StepSettings::STRIPS;
-    case Sweep::kStripsThenColours:
-      return v1::StepSettings::STRIPS_THEN_COLOURS;
   }
   return v1::StepSettings::SWEEP_UNSPECIFIED;
 }

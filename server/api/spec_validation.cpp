@@ -216,9 +216,6 @@ void CheckSolverChoices(const FieldPath& path, const v1::StepSettings& settings,
                        v1::StepSettings::Sweep_descriptor())) {
     if (settings.sweep() == v1::StepSettings::COLOURS) overrides.sweep = Sweep::kColours;
     if (settings.sweep() == v1::StepSettings::STRIPS) overrides.sweep = Sweep::kStrips;
-    if (settings.sweep() == v1::StepSettings::STRIPS_THEN_COLOURS) {
-      overrides.sweep = Sweep::kStripsThenColours;
-    }
   }
   if (checks.KnownEnum(path.Child("direction"), settings.direction(),
                        v1::StepSettings::Direction_descriptor())) {

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "server/core/check.h"
+#include "server/solver/load.h"
 
 namespace drape {
 namespace {

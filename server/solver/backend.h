@@ -16,6 +16,7 @@
 #include "server/scene/particle_state.h"
 #include "server/scene/scene_model.h"
 #include "server/solver/cloth_parameters.h"
+#include "server/solver/scalar_type.h"
 #include "server/solver/step_report.h"
 
 namespace drape {
@@ -23,8 +24,6 @@ namespace drape {
 namespace gl {
 struct SharedCopy;  // server/gl/shared_copy.h; only gl_compute and what draws look inside
 }
-
-enum class ScalarType { kFloat32, kFloat64 };
 
 struct BackendDescription {
   std::string name;    // "gl", "cpu", "reference"

@@ -131,10 +131,8 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
 
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count) {
   const double sweeps = double{1} * settings.substeps * settings.max_iterations;
-  const double solvers = settings.sweep == Sweep::kStripsThenColours ? 2 : 1;
   const double constraints =
-      solvers * (double{1} * model.constraint_count() + model.dropped_constraints()) +
-      model.joint_count();
+      double{1} * model.constraint_count() + model.dropped_constraints() + model.joint_count();
   const double velocity_sweeps = double{1} * settings.substeps * settings.velocity_iterations;
   const double velocities = velocity_sweeps * (double{1} * model.constraint_count() +
                                                model.dropped_constraints() + model.joint_count());

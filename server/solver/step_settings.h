@@ -20,14 +20,13 @@ enum class SpringIntegration { kInForce, kHalfKicks };
 // How positions and velocities advance over a substep (server/solver/method.md, "Substeps").
 // kOneStep: ballistic (paper equations 1 and 2), first order where impulses act. kTwoStep: the
 // backward differentiation formula of second order. It starts anew with every step, so a step is a
-// function of positions and velocities. Cloths that it does not suit use kOneStep; see
-// ChooseSolver.
+// function of positions and velocities. Cloths that it does not suit use kOneStep (step_plan.h).
 enum class Integration { kOneStep, kTwoStep };
 
 // In which order the distance constraints are solved within a sweep. kColours: Algorithm 1 of the
 // paper. kStrips: whole paths at once (scene/strips.h), each as one tridiagonal system (the paper's
 // reference [14]).
-enum class Sweep { kColours, kStrips, kStripsThenColours };
+enum class Sweep { kColours, kStrips };
 
 // Along which direction of a link its impulses act, with kOneStep (two steps: always kAtEnd).
 // kAtEnd: as predicted for the end of the substep (the paper): first order, takes energy, stable at
@@ -70,7 +69,7 @@ struct StepSettings {
   double sleep_motion_m = 0;
   // Where the load of a cloth (LoadRatio) is larger, it has more substeps than `substeps`, up to
   // kMaxLoadFactor times as many: [0, kMaxLoadLimit]; 0 = never. Backends do not know it: see
-  // RaiseSubsteps.
+  // RaiseSubsteps in load.h.
   double load_limit = 0;
   // Whether particles are kept within reach of their pins (scene/tethers.h) before the sweeps.
   bool use_tethers = true;

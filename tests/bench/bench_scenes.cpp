@@ -1,4 +1,5 @@
 #include "tests/bench/bench_scenes.h"
+#include "server/solver/load.h"
 
 #include <cmath>
 #include <numbers>

@@ -66,10 +66,10 @@ TEST(GlSweepsTest, SweepsOfManyPhasesAndColours) {
   knot.masses_kg.assign(knot.positions_m.size(), 0.01);
   const auto model = BuildModel({.topology = knot, .material = {}, .pinned_particles = {8, 608}});
   ASSERT_FALSE(IsResident(*model));
-  ASSERT_GT(model->strips().phase_count() + model->colour_count(), 200u);
+  ASSERT_GT(model->strips().phase_count(), 200u);
   ClothParameters parameters;
   parameters.settings.integration = Integration::kOneStep;
-  parameters.settings.sweep = Sweep::kStripsThenColours;
+  parameters.settings.sweep = Sweep::kStrips;
   parameters.settings.max_iterations = 400;
   parameters.settings.tolerance = 0.02;
   const ClothHandle cloth = CreateCloth(*backend, model, parameters);

@@ -17,7 +17,7 @@ TEST(KernelCostsTest, LongStepsOfChainsAreNotCutShort) {
     for (const uint32_t sweeps : {4u, 64u}) {
       ClothParameters parameters;
       parameters.settings.integration = Integration::kOneStep;
-      parameters.settings.sweep = links == 3 ? Sweep::kStripsThenColours : Sweep::kColours;
+      parameters.settings.sweep = links == 3 ? Sweep::kStrips : Sweep::kColours;
       parameters.settings.use_tethers = links == 3;
       parameters.settings.max_iterations = sweeps;
       const auto dispatches_of = [&](uint32_t substeps) {

@@ -3,6 +3,7 @@
 // middle.
 #include <gtest/gtest.h>
 
+#include "server/solver/step_plan.h"
 #include "tests/gl_compute/test_cloths.h"
 
 namespace drape {
@@ -45,7 +46,8 @@ TEST(KernelLoopsTest, RefinementOfFewLinksIsNotCutShort) {
   parameters.settings.integration = Integration::kOneStep;
   parameters.settings.direction = Direction::kAtEnd;
   parameters.settings.refine_above_strain = 1e-9;
-  ASSERT_TRUE(ChooseSolver(*model, parameters, false).refine_above_strain > 0);
+  ASSERT_TRUE(PlanStep(*model, parameters, LengthSource::kModel, ScalarType::kFloat32)
+                  .solver.refine_above_strain > 0);
   ExpectCutsChangeNothing({}, model, parameters, 40 * 100);
 }
 

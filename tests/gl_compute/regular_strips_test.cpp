@@ -146,11 +146,6 @@ std::vector<test::Scene> Sheets(uint32_t columns, uint32_t rows) {
     parameters.settings.tolerance = 1e-3;
     parameters.settings.max_iterations = 8;
   });
-  add("then_colours_with_compliance", {.stretch_compliance_m_per_n = 1e-4},
-      [](ClothParameters& parameters) {
-        parameters.settings.sweep = Sweep::kStripsThenColours;
-        parameters.settings.max_iterations = 2;
-      });
   // Farther from its lengths than impulses may take it at once.
   add("torn", {}, [](ClothParameters& parameters) { parameters.settings.substeps = 2; });
   for (size_t i = columns; i < scenes.back().state.positions_m.size(); ++i) {

@@ -10,6 +10,7 @@
 #include "server/api/spec_validation.h"
 #include "server/scheduler/frame_budget.h"
 #include "server/scheduler/sleep_watch.h"
+#include "server/solver/load.h"
 #include "tests/physics/physics_test.h"
 
 namespace drape::test {

@@ -10,6 +10,7 @@
 #include "server/scene/scene_model.h"
 #include "server/solver/backend.h"
 #include "server/solver/cloth_parameters.h"
+#include "server/solver/step_plan.h"
 
 namespace drape::test {
 
@@ -26,6 +27,9 @@ struct Scene {
 
 // Ends the process with the reason if the description is refused.
 std::shared_ptr<const SceneModel> BuildModel(const ModelDescription& description);
+
+// Its step in single precision, with the lengths of its model.
+StepPlan PlanOf(const Scene& scene);
 
 // The rest shape, not moving.
 ParticleState RestState(const SceneModel& model);

@@ -1,4 +1,5 @@
 #include "server/solver/gl_compute/gl_cloth.h"
+#include "server/solver/gl_compute/plan_on_device.h"
 
 #include <algorithm>
 #include <bit>
@@ -70,7 +71,7 @@ void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
                     static_cast<float>(parameters.gravity_m_per_s2.z()), 0};
   record.max_iterations = cloth.max_iterations;
   const SolverChoice solver =
-      ChooseSolver(*cloth.model->model, parameters, cloth.has_own_lengths());
+      PlanOnDevice(*cloth.model->model, parameters, cloth.has_own_lengths()).solver;
   record.end_share = static_cast<float>(solver.end_share);
   record.velocity_iterations = solver.velocity_iterations;
   record.h = static_cast<float>(h);
@@ -91,7 +92,7 @@ void SetSettings(const GlCloth& cloth, shader::ClothRecord& record) {
 // Zero unless there is a refinement.
 void SetRefinement(const GlCloth& cloth, shader::ClothRecord& record) {
   const SceneModel& model = *cloth.model->model;
-  const SolverChoice solver = ChooseSolver(model, cloth.parameters, cloth.has_own_lengths());
+  const SolverChoice solver = PlanOnDevice(model, cloth.parameters, cloth.has_own_lengths()).solver;
   if (solver.refine_above_strain == 0) return;
   // Never below the tolerance that is used: a sweep that changed nothing has left nothing.
   const double limit = std::max(solver.refine_above_strain, cloth.tolerance);
@@ -103,8 +104,8 @@ void SetRefinement(const GlCloth& cloth, shader::ClothRecord& record) {
 
 // The times of the three kinds of substeps: the first, the second, later ones.
 void SetSchedule(const GlCloth& cloth, shader::ClothRecord& record) {
-  const SubstepSchedule schedule(*cloth.model->model, cloth.parameters,
-                                 cloth.kernels->variant.has_two_steps);
+  const SubstepSchedule schedule =
+      PlanOnDevice(*cloth.model->model, cloth.parameters, cloth.has_own_lengths()).schedule;
   const double damping_per_s = cloth.parameters.damping_per_s;
   record.substeps = schedule.size();
   float* const intervals[] = {&record.intervals.x, &record.intervals.y, &record.intervals.z};
@@ -223,7 +224,7 @@ ScratchLayout LayOutScratch(const SceneModel& model, const ClothParameters& para
   layout.elastic_impulses = append(uint64_t{3} * model.elastic_count());
   layout.air_impulses = append(HasAirForces(model, parameters) ? 3 * model.triangles().size() : 0);
   // Those that rest lengths of its own would switch off are counted too.
-  const SolverChoice solver = ChooseSolver(model, parameters, false);
+  const SolverChoice solver = PlanOnDevice(model, parameters, false).solver;
   layout.previous_positions = append(solver.has_two_steps ? 3 * particles : 0);
   layout.previous_velocities = append(solver.has_two_steps ? 3 * particles : 0);
   layout.twist_changes = append(HasTwistDamping(model, parameters.settings) ? 3 * particles : 0);

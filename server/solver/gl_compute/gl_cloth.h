@@ -87,7 +87,6 @@ struct GlCloth {
   bool has_work_state() const {
     return kernels->variant.is_tiled() || kernels->variant.is_in_parts;
   }
-  bool is_tolerance_raised() const { return tolerance > parameters.settings.tolerance; }
 };
 
 // Pure.

@@ -1,4 +1,5 @@
 #include "server/solver/gl_compute/kernel_costs.h"
+#include "server/solver/gl_compute/plan_on_device.h"
 
 #include <algorithm>
 #include <bit>
@@ -164,7 +165,7 @@ bool IsReductionShorter(const StripSet& strips, uint32_t local_size) {
 
 LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& parameters,
                              uint32_t local_size, bool has_own_lengths, StripSolve strip_solve) {
-  const SolverChoice solver = ChooseSolver(model, parameters, has_own_lengths);
+  const SolverChoice solver = PlanOnDevice(model, parameters, has_own_lengths).solver;
   const uint64_t rounds = RoundsFor(model.particle_count(), local_size);
   const uint64_t particles = rounds + kLoopEnd;
   const uint64_t colliders = parameters.colliders.size();
@@ -177,7 +178,7 @@ LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& par
   LoopCosts costs;
   costs.sweep = 1;
   if (solver.has_strips) costs.sweep += StripPasses(model.strips(), local_size, strip_solve);
-  if (solver.has_colours) costs.sweep += ColourPasses(model.colour_offsets(), local_size);
+  if (!solver.has_strips) costs.sweep += ColourPasses(model.colour_offsets(), local_size);
   if (model.joint_count() > 0) {
     costs.sweep += ColourPasses(model.joint_colour_offsets(), local_size);
   }

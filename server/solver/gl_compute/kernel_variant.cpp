@@ -5,6 +5,7 @@
 
 #include "server/solver/gl_compute/kernel_costs.h"
 #include "server/solver/gl_compute/local_sizes.h"
+#include "server/solver/gl_compute/plan_on_device.h"
 #include "server/solver/gl_compute/regular_strips.h"
 #include "shaders/interface/bindings.h"
 
@@ -177,7 +178,7 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
   variant.has_elastic = model.elastic_count() > 0;
   variant.has_wind = HasAirForces(model, parameters);
   variant.has_tolerance = parameters.settings.tolerance > 0;
-  const SolverChoice solver = ChooseSolver(model, parameters, has_own_lengths);
+  const SolverChoice solver = PlanOnDevice(model, parameters, has_own_lengths).solver;
   variant.has_two_steps = solver.has_two_steps;
   variant.has_twist = HasTwistDamping(model, parameters.settings);
   variant.has_start_directions = solver.end_share < 1;
@@ -191,7 +192,7 @@ Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParamete
   if (variant.strip_solve != StripSolve::kElimination) {
     variant.local_size = std::max(variant.local_size, DRAPE_STRIP_LANES);
   }
-  variant.has_colours = solver.has_colours;
+  variant.has_colours = !solver.has_strips;
   variant.has_refinement = solver.refine_above_strain > 0;
   DRAPE_RETURN_IF_ERROR(FitLoops(model, parameters, device, choice));
   return choice;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/gl/sync.h"
+#include "server/solver/gl_compute/plan_on_device.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -93,12 +94,9 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
     cloth.fault = FaultOf(status);
     report.iterations = status.iterations;
     report.converged = cloth.tolerance == 0 || status.unconverged_substeps == 0;
-    report.warnings = {
-        .tolerance_raised = cloth.is_tolerance_raised(),
-        .not_converged = !report.converged,
-        .springs_beyond_limit = AreSpringsBeyondLimit(*cloth.model->model, cloth.parameters),
-        .elastic_beyond_limit = ElasticRatio(*cloth.model->model, cloth.parameters) > 1,
-        .springs_gain_energy = MaySpringsGainEnergy(*cloth.model->model, cloth.parameters)};
+    report.warnings =
+        PlanOnDevice(*cloth.model->model, cloth.parameters, cloth.has_own_lengths()).known_warnings;
+    report.warnings.not_converged = !report.converged;
   }
   report.fault = cloth.fault;
   if (item.measure) {

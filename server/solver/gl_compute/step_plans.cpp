@@ -1,4 +1,5 @@
 #include "server/solver/gl_compute/step_plans.h"
+#include "server/solver/gl_compute/plan_on_device.h"
 
 #include <algorithm>
 #include <map>
@@ -49,15 +50,15 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
     largest.elastic_elements =
         std::max(largest.elastic_elements, cloth->model->model->elastic_count());
     largest.constraints = std::max(largest.constraints, cloth->model->model->constraint_count());
-    const SubstepSchedule schedule(*cloth->model->model, cloth->parameters,
-                                   cloth->kernels->variant.has_two_steps);
+    const SubstepSchedule schedule =
+        PlanOnDevice(*cloth->model->model, cloth->parameters, cloth->has_own_lengths()).schedule;
     largest.substeps = std::max(largest.substeps, schedule.size());
     largest.max_iterations = std::max(largest.max_iterations, cloth->max_iterations);
     largest.velocity_iterations =
         std::max(largest.velocity_iterations, settings.velocity_iterations);
     if (cloth->kernels->variant.has_refinement) {
       const SolverChoice solver =
-          ChooseSolver(*cloth->model->model, cloth->parameters, cloth->has_own_lengths());
+          PlanOnDevice(*cloth->model->model, cloth->parameters, cloth->has_own_lengths()).solver;
       uint32_t& rounds = largest.refine_rounds[{schedule.size() - 1, cloth->max_iterations - 1}];
       rounds = std::max(rounds, solver.refine_rounds);
     }

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/solver/step_plan.h"
 
 namespace drape::bench {
 namespace {
@@ -50,9 +51,6 @@ constexpr Family kFamilies[] = {
     {"two steps + strips + tethers + twist + refinement",
      "integration=TWO_STEP sweep=STRIPS use_tethers=true twist_damping_per_s=150 "
      "refine_above_strain=0.002"},
-    {"two steps + strips and colours + tethers",
-     "integration=TWO_STEP sweep=STRIPS_THEN_COLOURS use_tethers=true twist_damping_per_s=0 "
-     "refine_above_strain=0"},
 };
 
 struct Point {
@@ -152,9 +150,7 @@ const std::map<std::string, Word, std::less<>>& Words() {
                                          &O::direction, &S::direction)},
       {"velocity_iterations",
        NumberWord<uint32_t>(&O::velocity_iterations, &S::velocity_iterations)},
-      {"sweep", NamedWord<Sweep>({{"COLOURS", Sweep::kColours},
-                                  {"STRIPS", Sweep::kStrips},
-                                  {"STRIPS_THEN_COLOURS", Sweep::kStripsThenColours}},
+      {"sweep", NamedWord<Sweep>({{"COLOURS", Sweep::kColours}, {"STRIPS", Sweep::kStrips}},
                                  &O::sweep, &S::sweep)},
       {"load_limit", NumberWord<double>(&O::load_limit, &S::load_limit)},
       {"refine_above_strain", NumberWord<double>(&O::refine_above_strain, &S::refine_above_strain)},
@@ -196,11 +192,12 @@ std::span<const Point> PointsOf(PointGrid grid) {
 // The settings that act on the scene's cloth: a switch that has nothing to do is off.
 StepSettings EffectiveSettings(StepSettings settings, const test::Scene& scene) {
   const SceneModel& model = *scene.model;
-  settings.use_tethers = HasTethers(model, settings);
-  if (!HasTwistDamping(model, settings)) settings.twist_damping_per_s = 0;
   ClothParameters parameters = scene.parameters;
   parameters.settings = settings;
-  const SolverChoice solver = ChooseSolver(model, parameters, false);
+  const StepPlan plan = PlanStep(model, parameters, LengthSource::kModel, ScalarType::kFloat32);
+  const SolverChoice& solver = plan.solver;
+  settings.use_tethers = plan.Has(StepStage::kTether);
+  if (!plan.Has(StepStage::kDampTwist)) settings.twist_damping_per_s = 0;
   settings.refine_above_strain = solver.refine_above_strain;
   if (!solver.has_two_steps) settings.integration = Integration::kOneStep;
   if (solver.end_share == 1) settings.direction = Direction::kAtEnd;
