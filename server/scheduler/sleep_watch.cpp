@@ -37,7 +37,7 @@ bool AnyBeyond(const std::vector<Scalar>& anchor, const std::vector<Scalar>& now
 }  // namespace
 
 void SleepWatch::Set(const StepSettings& settings) {
-  motion_m_ = settings.sleep_motion_m;
+  settings_ = settings;
   stride_ =
       std::max<uint64_t>(1, static_cast<uint64_t>(std::lround(1 / (60 * settings.time_step_s))));
   Wake();
@@ -58,13 +58,13 @@ uint64_t SleepWatch::NextLook() const {
 }
 
 bool SleepWatch::decides_next() const {
-  return motion_m_ > 0 && !is_asleep_ && has_anchor_ && looks_ + 1 == kSleepLooks.size() &&
-         steps_ + 1 == NextLook();
+  return settings_.sleep_motion_m > 0 && !is_asleep_ && has_anchor_ &&
+         looks_ + 1 == kSleepLooks.size() && steps_ + 1 == NextLook();
 }
 
 void SleepWatch::CompleteStep(const StepReport& report) {
   DRAPE_CHECK(!is_asleep_ && !wants_look_, "a step of a cloth that was to be looked at");
-  if (motion_m_ == 0 || report.fault != FaultReason::kNone) return;
+  if (settings_.sleep_motion_m == 0 || report.fault != FaultReason::kNone) return;
   if (decides_next()) report_ = report;
   ++steps_;
   wants_look_ = steps_ == NextLook();
@@ -103,7 +103,8 @@ bool SleepWatch::HasMoved(const ScalarColumn& positions_m, size_t first_row) con
   return std::visit(
       [&](const auto& values) {
         using Values = std::decay_t<decltype(values)>;
-        return AnyBeyond(std::get<Values>(anchor_m_), values, 3 * first_row, motion_m_);
+        return AnyBeyond(std::get<Values>(anchor_m_), values, 3 * first_row,
+                         settings_.sleep_motion_m);
       },
       positions_m);
 }

@@ -7,6 +7,7 @@
 #include <utility>
 #include <variant>
 
+#include "server/core/violations.h"
 #include "server/scene/constraint_builder.h"
 
 namespace drape {
@@ -22,14 +23,6 @@ ModelLimits LimitsFor(const ClothChange& change, ModelLimits limits) {
   return limits;
 }
 
-// Field names as in UpdateClothsRequest: "pins[2].particle" -> "spec.pins[2].particle".
-Status InSpec(const Status& status) {
-  std::vector<FieldViolation> violations = status.violations();
-  if (violations.empty()) return status;
-  for (FieldViolation& violation : violations) violation.field = "spec." + violation.field;
-  return Status::InvalidFields(std::move(violations));
-}
-
 std::string_view KindOf(const Topology& topology) {
   if (std::holds_alternative<GridTopology>(topology)) return "a grid";
   if (std::holds_alternative<TriangleMesh>(topology)) return "a mesh";
@@ -40,12 +33,12 @@ std::string_view KindOf(const Topology& topology) {
 Status CheckFits(const ModelChange& change, const Topology& topology) {
   const bool is_grid = std::holds_alternative<GridTopology>(topology);
   const bool is_particles = std::holds_alternative<ParticleTopology>(topology);
-  std::vector<FieldViolation> violations;
+  Violations violations;
   const auto require = [&](bool is_set, bool fits, const char* field, const char* owner) {
-    if (!is_set || fits) return;
-    violations.push_back({field, "belongs to " + std::string(owner) + "; one of the cloths is " +
-                                     std::string(is_particles ? "made of " : "") +
-                                     std::string(KindOf(topology))});
+    violations.Require(!is_set || fits, field, [&] {
+      return "belongs to " + std::string(owner) + "; one of the cloths is " +
+             std::string(is_particles ? "made of " : "") + std::string(KindOf(topology));
+    });
   };
   require(change.stretch_compliance_m_per_n.has_value(), !is_particles,
           "spec.material.stretch_compliance_m_per_n", "grids and meshes");
@@ -65,7 +58,7 @@ Status CheckFits(const ModelChange& change, const Topology& topology) {
           "cloths made of particles");
   require(change.point_joints.has_value(), is_particles, "spec.particles.point_joints",
           "cloths made of particles");
-  return violations.empty() ? Status::Ok() : Status::InvalidFields(std::move(violations));
+  return violations.ToStatus();
 }
 
 // `connections` with the distance in the rest shape where a rest length is not given.
@@ -115,7 +108,7 @@ Result<ChangedModel> Build(const ModelDescription& before, const ClothChange& ch
     for (const Pin& pin : *change.pins) description->pinned_particles.push_back(pin.particle);
   }
   auto model = SceneModel::Build(*description, LimitsFor(change, rules.limits));
-  if (!model.ok()) return InSpec(model.status());
+  if (!model.ok()) return Below("spec", model.status());
   return ChangedModel{std::move(description), models.Share(*model)};
 }
 

@@ -7,6 +7,7 @@
 #include "server/scene/distance_map.h"
 #include "tests/api/bad_cases.h"
 #include "tests/api/requests.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape::api {
 namespace {
@@ -122,8 +123,8 @@ TEST(ColliderMaps, AMeshOfARequestBecomesAMapAtItsPlace) {
   EXPECT_NEAR(solid.map->DistanceAt({0.25, 0.25, -0.01}), 0.01, 1e-6);
   EXPECT_EQ(Build(request, cache)->at(0).map, solid.map) << "equal meshes share one map";
 
-  // Clients read meshes back without their arrays, but with the shapes of these.
-  ClothParameters parameters;
+  // What a client reads back has no arrays, but says what is there.
+  ClothParameters parameters = test::PlainParameters();
   parameters.colliders = {colliders[4]};
   const v1::Collider message = EnvironmentToProto(parameters).colliders(0);
   EXPECT_THAT(message.mesh().positions_m().shape(), ElementsAre(4, 3));

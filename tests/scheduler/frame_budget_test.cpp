@@ -1,4 +1,5 @@
 #include "server/scheduler/frame_budget.h"
+#include "tests/support/plain_settings.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +10,7 @@ namespace {
 
 StepSettings Budgeted(double frame_budget_ms, uint32_t max_iterations = 100,
                       uint32_t substeps = 1) {
-  StepSettings settings;
+  StepSettings settings = test::PlainSettings();
   settings.substeps = substeps;
   settings.max_iterations = max_iterations;
   settings.frame_budget_ms = frame_budget_ms;

@@ -1,4 +1,5 @@
 #include "server/scheduler/sleep_watch.h"
+#include "tests/support/plain_settings.h"
 
 #include <gtest/gtest.h>
 
@@ -17,7 +18,7 @@ class SleepWatchTest : public testing::Test {
   SleepWatchTest() { Set(1e-5); }
 
   void Set(double sleep_motion_m, double time_step_s = 1.0 / 60) {
-    StepSettings settings;
+    StepSettings settings = test::PlainSettings();
     settings.time_step_s = time_step_s;
     settings.sleep_motion_m = sleep_motion_m;
     watch_.Set(settings);

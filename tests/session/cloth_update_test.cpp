@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/session/session_fixture.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -53,7 +54,7 @@ TEST_F(ClothUpdateTest, ANewTimeStepCountsFromTheNextStepOn) {
   const ClothList cloths = CreateChains(1, 3);
   Step(cloths, 2);  // 0.5 s
   ClothChange change;
-  change.settings = StepSettings{};
+  change.settings = test::PlainSettings();
   change.settings->time_step_s = 1;
   EXPECT_TRUE(Update(cloths, change).ok());
   EXPECT_EQ(Step(cloths, 2).cloths[0].stamp.time_s, 2.5);

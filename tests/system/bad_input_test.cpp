@@ -258,7 +258,7 @@ std::vector<BadCall> OtherBadCalls() {
     return Call(stage.stub, &Stub::CreateCloths, request).status;
   };
   return {
-      {"no lease", create_session(0), StatusCode::INVALID_ARGUMENT, "ttl_s", "1 to 86400"},
+      {"no lease", create_session(0), StatusCode::INVALID_ARGUMENT, "ttl_s", "[1, 86400] s"},
       {"NaN lease", create_session(kNaN), StatusCode::INVALID_ARGUMENT, "ttl_s", "nan"},
       {"delete nothing", delete_nothing, StatusCode::INVALID_ARGUMENT, "cloth_ids", "empty"},
       {"bad page token", bad_token, StatusCode::INVALID_ARGUMENT, "page_token", ""},
