@@ -112,10 +112,7 @@ DistanceMapCollider CheckMeshCollider(const FieldPath& path, const v1::Collider&
 
 // What only meshes have.
 void CheckMeshFields(const FieldPath& path, const v1::Collider& collider, Violations& violations) {
-  if (collider.has_scale_m()) {
-    violations.Add(path.Child("scale_m"), "belongs to mesh_file, which only scene files may have");
-  }
-  if (collider.has_transform() && !collider.has_mesh() && !collider.has_mesh_file()) {
+  if (collider.has_transform() && !collider.has_mesh()) {
     violations.Add(path.Child("transform"), "belongs to mesh: other shapes say where they are");
   }
 }
@@ -181,10 +178,6 @@ std::vector<Collider> CheckColliders(
       case v1::Collider::kMesh:
         result.emplace_back(
             CheckMeshCollider(here, colliders[k], limits.collider_mesh, violations));
-        break;
-      case v1::Collider::kMeshFile:
-        violations.Add(here.Child("mesh_file"),
-                       "a server reads no files: the client reads the file and sends `mesh`");
         break;
       case v1::Collider::SHAPE_NOT_SET:
         violations.Add(here, "no shape is set: one of sphere, plane, capsule, box, mesh is needed");

@@ -129,9 +129,6 @@ std::vector<PointJoint> ReadJoints(const v1::Particles& particles) {
 
 std::optional<Topology> ReadTopology(const FieldPath& path, const v1::ClothSpec& spec,
                                      Violations& violations) {
-  if (spec.has_scale_m()) {
-    violations.Add(path.Child("scale_m"), "belongs to mesh_file, which only scene files may have");
-  }
   switch (spec.topology_case()) {
     case v1::ClothSpec::kGrid:
       return ReadGrid(spec.grid());
@@ -140,10 +137,6 @@ std::optional<Topology> ReadTopology(const FieldPath& path, const v1::ClothSpec&
       return ToTriangleMesh(spec.mesh());
     case v1::ClothSpec::kParticles:
       return ReadParticles(path.Child("particles"), spec.particles(), violations);
-    case v1::ClothSpec::kMeshFile:
-      violations.Add(path.Child("mesh_file"),
-                     "a server reads no files: the client reads the file and sends `mesh`");
-      return {};
     case v1::ClothSpec::TOPOLOGY_NOT_SET:
       break;
   }

@@ -131,11 +131,6 @@ std::vector<BadCall> BadCreations() {
           },
           "spec.mesh.triangles", "no area"),
       Creating(
-          "mesh file", [](auto& r) { BareSpec(r).set_mesh_file("skirt.obj"); }, "spec.mesh_file",
-          "reads no files"),
-      Creating(
-          "scale", [](auto& r) { Spec(r).set_scale_m(0.01); }, "spec.scale_m", "mesh_file"),
-      Creating(
           "time step 0", [](auto& r) { Spec(r).mutable_settings()->set_time_step_s(0); },
           "spec.settings.time_step_s", "(0, 10]"),
       Creating(
