@@ -219,9 +219,9 @@ class StepSettingsOverrides {
 // is set and `load_limit` is not, `load_limit` is 0.
 Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides, const FieldPath& path);
 
-// Upper bound on the solves of one step, by the formula of Limits.max_solves_per_step
-// (simulation_service.proto). Constraints that the model has left out count, as other pins may
-// bring them back; triangles count without air forces, which may come while the cloth runs.
+// Upper bound on the solves of one step; proto/errors.md has the formula. Constraints that the model
+// has left out count, as other pins may bring them back; so do triangles without air forces, which
+// may come while the cloth runs.
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count);
 
 // Whether the stage `tether` has anything to do.
