@@ -12,6 +12,7 @@
 
 #include "server/api/connection_validation.h"
 #include "server/api/field_checks.h"
+#include "server/api/material_message.h"
 #include "server/api/over_column.h"
 #include "server/api/rest_length_validation.h"
 #include "server/api/settings_message.h"
@@ -81,17 +82,7 @@ void ApplyOverride(const FieldPath& path, const v1::StepSettings& base,
     merged.MergeFrom(override_.settings());
     parameters.settings = CheckSettings(path.Child("settings"), merged, violations);
   }
-  if (override_.has_damping_per_s()) {
-    parameters.damping_per_s = override_.damping_per_s();
-    violations.InRange(path.Child("damping_per_s"), parameters.damping_per_s,
-                       {0, kMaxCoefficient, "1/s"});
-  }
-  if (override_.has_friction_static()) parameters.friction_static = override_.friction_static();
-  if (override_.has_friction_dynamic()) parameters.friction_dynamic = override_.friction_dynamic();
-  if (override_.has_friction_static() || override_.has_friction_dynamic()) {
-    CheckFriction(path.Child("friction_static"), path.Child("friction_dynamic"), parameters,
-                  violations);
-  }
+  CheckSurfaceOverride(path, override_, parameters, violations);
 }
 
 void ApplyOverrides(const v1::CreateClothsRequest& request, std::vector<ClothCopy>& copies,
@@ -116,135 +107,82 @@ void ApplyOverrides(const v1::CreateClothsRequest& request, std::vector<ClothCop
 using ReadPath =
     std::function<void(const v1::ClothSpec&, const RequestLimits&, ClothChange&, Violations&)>;
 
-double Coefficient(const FieldPath& path, double value, double max, std::string_view unit,
-                   Violations& violations) {
-  violations.InRange(path, value, {0, max, unit});
-  return value;
+// The paths of one number of the material each, read by the tables.
+void AddMaterialPaths(std::map<std::string, ReadPath, std::less<>>& paths) {
+  static const FieldPath kMaterial = FieldPath("spec").Child("material");
+  const auto read = [](const auto& field, const v1::ClothSpec& spec, auto& numbers,
+                       Violations& violations) {
+    const double value = NumberOf(spec.material(), field.name);
+    violations.InRange(kMaterial.Child(field.name), value, field.range);
+    numbers.Set(field.member, value);
+  };
+  for (const StructuralField& field : kStructuralFields) {
+    if (!field.may_change) continue;
+    paths["material." + std::string(field.name)] =
+        [&field, read](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
+          read(field, spec, change.model.material, violations);
+        };
+  }
+  for (const SurfaceField& field : kSurfaceFields) {
+    paths["material." + std::string(field.name)] =
+        [&field, read](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
+          read(field, spec, change.numbers, violations);
+        };
+  }
+}
+
+// The other paths.
+void AddOtherPaths(std::map<std::string, ReadPath, std::less<>>& paths) {
+  static const FieldPath kSpec("spec");
+  static const FieldPath kEnvironment = kSpec.Child("environment");
+  paths["environment.gravity_m_per_s2"] = [](const auto& spec, const auto&, ClothChange& change,
+                                             Violations& violations) {
+    change.gravity_m_per_s2 =
+        CheckGravity(kEnvironment.Child("gravity_m_per_s2"), spec.environment().gravity_m_per_s2(),
+                     ClothParameters().gravity_m_per_s2, violations);
+  };
+  paths["environment.wind_m_per_s"] = [](const auto& spec, const auto&, ClothChange& change,
+                                         Violations& violations) {
+    change.wind_m_per_s =
+        CheckWind(kEnvironment.Child("wind_m_per_s"), spec.environment().wind_m_per_s(),
+                  ClothParameters().wind_m_per_s, violations);
+  };
+  paths["environment.colliders"] = [](const auto& spec, const auto& limits, ClothChange& change,
+                                      Violations& violations) {
+    const FieldPath path = kEnvironment.Child("colliders");
+    change.colliders = CheckColliders(path, spec.environment().colliders(), limits, violations);
+    change.collider_motions =
+        CheckColliderMotions(path, spec.environment().colliders(), *change.colliders, violations);
+  };
+  paths["pins"] = [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
+    change.pins = CheckPinTargets(kSpec.Child("pins"), spec.pins(), violations);
+  };
+  paths["settings"] = [](const auto& spec, const auto&, ClothChange& change,
+                         Violations& violations) {
+    change.settings = CheckSettings(kSpec.Child("settings"), spec.settings(), violations);
+  };
+  paths["particles.distance_constraints"] = [](const auto& spec, const auto&, ClothChange& change,
+                                               Violations& violations) {
+    change.model.distance_constraints =
+        CheckNewConstraints(kSpec.Child("particles"), spec.particles(), violations);
+  };
+  paths["particles.springs"] = [](const auto& spec, const auto&, ClothChange& change,
+                                  Violations& violations) {
+    change.model.springs = CheckNewSprings(kSpec.Child("particles"), spec.particles(), violations);
+  };
+  paths["particles.point_joints"] = [](const auto& spec, const auto&, ClothChange& change,
+                                       Violations&) {
+    change.model.point_joints = ReadJoints(spec.particles());
+  };
 }
 
 const std::map<std::string, ReadPath, std::less<>>& UpdatePaths() {
-  static const FieldPath kSpec("spec");
-  static const FieldPath kMaterial = kSpec.Child("material");
-  static const FieldPath kEnvironment = kSpec.Child("environment");
-  static const std::map<std::string, ReadPath, std::less<>> kPaths = {
-      {"environment.gravity_m_per_s2",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.gravity_m_per_s2 = CheckGravity(kEnvironment.Child("gravity_m_per_s2"),
-                                                spec.environment().gravity_m_per_s2(),
-                                                ClothParameters().gravity_m_per_s2, violations);
-       }},
-      {"environment.wind_m_per_s",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.wind_m_per_s =
-             CheckWind(kEnvironment.Child("wind_m_per_s"), spec.environment().wind_m_per_s(),
-                       ClothParameters().wind_m_per_s, violations);
-       }},
-      {"environment.colliders",
-       [](const auto& spec, const auto& limits, ClothChange& change, Violations& violations) {
-         const FieldPath path = kEnvironment.Child("colliders");
-         change.colliders =
-             CheckColliders(path, spec.environment().colliders(), limits, violations);
-         change.collider_motions = CheckColliderMotions(path, spec.environment().colliders(),
-                                                        *change.colliders, violations);
-       }},
-      {"pins",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.pins = CheckPinTargets(kSpec.Child("pins"), spec.pins(), violations);
-       }},
-      {"settings",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.settings = CheckSettings(kSpec.Child("settings"), spec.settings(), violations);
-       }},
-      {"material.damping_per_s",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.damping_per_s =
-             Coefficient(kMaterial.Child("damping_per_s"), spec.material().damping_per_s(),
-                         kMaxCoefficient, "1/s", violations);
-       }},
-      {"material.friction_static",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.friction_static =
-             Coefficient(kMaterial.Child("friction_static"), spec.material().friction_static(),
-                         kMaxCoefficient, "", violations);
-       }},
-      {"material.friction_dynamic",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.friction_dynamic =
-             Coefficient(kMaterial.Child("friction_dynamic"), spec.material().friction_dynamic(),
-                         kMaxCoefficient, "", violations);
-       }},
-      {"material.restitution",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.restitution = Coefficient(kMaterial.Child("restitution"),
-                                          spec.material().restitution(), 1, "", violations);
-       }},
-      {"material.air_drag",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.air_drag = Coefficient(kMaterial.Child("air_drag"), spec.material().air_drag(),
-                                       kMaxAirCoefficient, "", violations);
-       }},
-      {"material.air_lift",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.air_lift = Coefficient(kMaterial.Child("air_lift"), spec.material().air_lift(),
-                                       kMaxAirCoefficient, "", violations);
-       }},
-      {"material.stretch_compliance_m_per_n",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.model.stretch_compliance_m_per_n = Coefficient(
-             kMaterial.Child("stretch_compliance_m_per_n"),
-             spec.material().stretch_compliance_m_per_n(), kMaxCoefficient, "m/N", violations);
-       }},
-      {"material.bending_stiffness_n_per_m",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.model.bending_stiffness_n_per_m = Coefficient(
-             kMaterial.Child("bending_stiffness_n_per_m"),
-             spec.material().bending_stiffness_n_per_m(), kMaxCoefficient, "N/m", violations);
-       }},
-      {"material.shear_stiffness_n_per_m",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.model.shear_stiffness_n_per_m = Coefficient(
-             kMaterial.Child("shear_stiffness_n_per_m"), spec.material().shear_stiffness_n_per_m(),
-             kMaxCoefficient, "N/m", violations);
-       }},
-      {"material.bending_rigidity_n_m",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.model.bending_rigidity_n_m = Coefficient(
-             kMaterial.Child("bending_rigidity_n_m"), spec.material().bending_rigidity_n_m(),
-             kMaxBendingRigidity_n_m, "N m", violations);
-       }},
-      {"material.stretch_stiffness_n_per_m",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.model.stretch_stiffness_n_per_m = Coefficient(
-             kMaterial.Child("stretch_stiffness_n_per_m"),
-             spec.material().stretch_stiffness_n_per_m(), kMaxCoefficient, "N/m", violations);
-       }},
-      {"material.shear_modulus_n_per_m",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.model.shear_modulus_n_per_m = Coefficient(kMaterial.Child("shear_modulus_n_per_m"),
-                                                          spec.material().shear_modulus_n_per_m(),
-                                                          kMaxCoefficient, "N/m", violations);
-       }},
-      {"particles.distance_constraints",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.model.distance_constraints =
-             CheckNewConstraints(kSpec.Child("particles"), spec.particles(), violations);
-       }},
-      {"particles.springs",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.model.springs =
-             CheckNewSprings(kSpec.Child("particles"), spec.particles(), violations);
-       }},
-      {"particles.point_joints",
-       [](const auto& spec, const auto&, ClothChange& change, Violations&) {
-         change.model.point_joints = ReadJoints(spec.particles());
-       }},
-      {"material.thickness_m",
-       [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
-         change.thickness_m =
-             Coefficient(kMaterial.Child("thickness_m"), spec.material().thickness_m(),
-                         kMaxExtent_m, "m", violations);
-       }},
-  };
+  static const auto kPaths = [] {
+    std::map<std::string, ReadPath, std::less<>> paths;
+    AddMaterialPaths(paths);
+    AddOtherPaths(paths);
+    return paths;
+  }();
   return kPaths;
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/api/collider_control_validation.h"
+#include "server/api/material_message.h"
 #include "server/api/settings_message.h"
 #include "server/api/topology_validation.h"
 #include "server/scene/description_checks.h"
@@ -211,52 +212,6 @@ Eigen::Vector3d CheckGravity(const FieldPath& path, const DoubleList& gravity_m_
 Eigen::Vector3d CheckWind(const FieldPath& path, const DoubleList& wind_m_per_s,
                           const Eigen::Vector3d& fallback, Violations& violations) {
   return CheckVector3Or(fallback, path, wind_m_per_s, kMaxWind_m_per_s, "m/s", violations);
-}
-
-void CheckFriction(const FieldPath& static_path, const FieldPath& dynamic_path,
-                   const ClothParameters& parameters, Violations& violations) {
-  const bool is_static_legal =
-      violations.InRange(static_path, parameters.friction_static, {0, kMaxCoefficient});
-  const bool is_dynamic_legal =
-      violations.InRange(dynamic_path, parameters.friction_dynamic, {0, kMaxCoefficient});
-  if (!is_static_legal || !is_dynamic_legal) return;
-  violations.Require(parameters.friction_dynamic <= parameters.friction_static, dynamic_path, [&] {
-    return NumberText(parameters.friction_dynamic) +
-           " is not in [0, friction_static = " + NumberText(parameters.friction_static) + "]";
-  });
-}
-
-void CheckSurfaceMaterial(const FieldPath& path, const v1::Material& material,
-                          ClothParameters& parameters, Violations& violations) {
-  parameters.damping_per_s = material.damping_per_s();
-  parameters.friction_static = material.friction_static();
-  parameters.friction_dynamic = material.friction_dynamic();
-  parameters.restitution = material.restitution();
-  parameters.thickness_m = material.thickness_m();
-  violations.InRange(path.Child("damping_per_s"), parameters.damping_per_s,
-                     {0, kMaxCoefficient, "1/s"});
-  violations.InRange(path.Child("restitution"), parameters.restitution, {0, 1});
-  violations.InRange(path.Child("thickness_m"), parameters.thickness_m, {0, kMaxExtent_m, "m"});
-  parameters.air_drag = material.air_drag();
-  parameters.air_lift = material.air_lift();
-  violations.InRange(path.Child("air_drag"), parameters.air_drag, {0, kMaxAirCoefficient});
-  violations.InRange(path.Child("air_lift"), parameters.air_lift, {0, kMaxAirCoefficient});
-  CheckFriction(path.Child("friction_static"), path.Child("friction_dynamic"), parameters,
-                violations);
-}
-
-StructuralMaterial ReadStructuralMaterial(const v1::Material& material) {
-  StructuralMaterial result;
-  if (material.has_areal_density_kg_per_m2()) {
-    result.areal_density_kg_per_m2 = material.areal_density_kg_per_m2();
-  }
-  result.stretch_compliance_m_per_n = material.stretch_compliance_m_per_n();
-  result.bending_stiffness_n_per_m = material.bending_stiffness_n_per_m();
-  result.shear_stiffness_n_per_m = material.shear_stiffness_n_per_m();
-  result.bending_rigidity_n_m = material.bending_rigidity_n_m();
-  result.stretch_stiffness_n_per_m = material.stretch_stiffness_n_per_m();
-  result.shear_modulus_n_per_m = material.shear_modulus_n_per_m();
-  return result;
 }
 
 CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const RequestLimits& limits,

@@ -23,9 +23,6 @@ struct CheckedSpec {
 // returned after a violation is usable but meaningless.
 CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const RequestLimits& limits,
                       Violations& violations);
-// Damping, friction, thickness, drag and lift into `parameters`.
-void CheckSurfaceMaterial(const FieldPath& path, const v1::Material& material,
-                          ClothParameters& parameters, Violations& violations);
 // Targets only; the indices are drape::CheckDescription's.
 std::vector<Pin> CheckPinTargets(const FieldPath& path,
                                  const google::protobuf::RepeatedPtrField<v1::Pin>& pins,
@@ -44,8 +41,5 @@ RigidTransform CheckTransform(const FieldPath& path, const v1::Transform& transf
 // `values`: x, y, z, w. A zero quaternion has no direction and is refused; others are normalised.
 Eigen::Quaterniond CheckRotation(const FieldPath& path, const Eigen::Vector4d& values,
                                  Violations& violations);
-// 0 <= dynamic <= static.
-void CheckFriction(const FieldPath& static_path, const FieldPath& dynamic_path,
-                   const ClothParameters& parameters, Violations& violations);
 
 }  // namespace drape::api

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <string_view>
 
+#include "server/scene/structural_fields.h"
+
 namespace drape {
 
 namespace {
@@ -150,20 +152,10 @@ void CheckValues(const ParticleTopology& particles, Violations& violations) {
 }
 
 void CheckMaterial(const StructuralMaterial& material, Violations& violations) {
-  violations.InRange("material.areal_density_kg_per_m2", material.areal_density_kg_per_m2,
-                     Positive(kMaxCoefficient, "kg/m^2"));
-  violations.InRange("material.stretch_compliance_m_per_n", material.stretch_compliance_m_per_n,
-                     {0, kMaxCoefficient, "m/N"});
-  violations.InRange("material.bending_stiffness_n_per_m", material.bending_stiffness_n_per_m,
-                     {0, kMaxCoefficient, "N/m"});
-  violations.InRange("material.shear_stiffness_n_per_m", material.shear_stiffness_n_per_m,
-                     {0, kMaxCoefficient, "N/m"});
-  violations.InRange("material.bending_rigidity_n_m", material.bending_rigidity_n_m,
-                     {0, kMaxBendingRigidity_n_m, "N m"});
-  violations.InRange("material.stretch_stiffness_n_per_m", material.stretch_stiffness_n_per_m,
-                     {0, kMaxCoefficient, "N/m"});
-  violations.InRange("material.shear_modulus_n_per_m", material.shear_modulus_n_per_m,
-                     {0, kMaxCoefficient, "N/m"});
+  for (const StructuralField& field : kStructuralFields) {
+    violations.InRange(FieldPath("material").Child(field.name), material.*field.member,
+                       field.range);
+  }
 }
 
 // Two ways to say one thing.
@@ -184,20 +176,14 @@ void CheckChoices(const StructuralMaterial& material, Violations& violations) {
   }
 }
 
-// Refuses settings that would do nothing.
+// Refuses fields that would do nothing.
 void CheckFits(const ModelDescription& description, Violations& violations) {
-  const StructuralMaterial& material = description.material;
-  const bool is_grid = std::holds_alternative<GridTopology>(description.topology);
-  const bool is_sheet = !std::holds_alternative<ParticleTopology>(description.topology);
-  const auto require = [&](double value, bool fits, const char* field, const char* owner) {
-    if (value == 0 || fits) return;
-    violations.Add(field, fmt::format("{} belongs to {}; must be 0 here", value, owner));
-  };
-  require(material.bending_rigidity_n_m, is_sheet, "material.bending_rigidity_n_m",
-          "grids and meshes");
-  require(material.stretch_stiffness_n_per_m, is_sheet, "material.stretch_stiffness_n_per_m",
-          "grids and meshes");
-  require(material.shear_modulus_n_per_m, is_grid, "material.shear_modulus_n_per_m", "grids");
+  for (const StructuralField& field : kStructuralFields) {
+    const double value = description.material.*field.member;
+    if (!field.is_refused_elsewhere || value == 0 || Has(description.topology, field)) continue;
+    violations.Add(FieldPath("material").Child(field.name),
+                   fmt::format("{} belongs to {}; must be 0 here", value, OwnersOf(field)));
+  }
 }
 
 uint64_t ParticleCount(const Topology& topology) {

@@ -9,6 +9,7 @@
 
 #include "server/core/violations.h"
 #include "server/scene/constraint_builder.h"
+#include "server/scene/structural_fields.h"
 
 namespace drape {
 namespace {
@@ -31,27 +32,18 @@ std::string_view KindOf(const Topology& topology) {
 
 // Refuses what would change nothing of this topology.
 Status CheckFits(const ModelChange& change, const Topology& topology) {
-  const bool is_grid = std::holds_alternative<GridTopology>(topology);
   const bool is_particles = std::holds_alternative<ParticleTopology>(topology);
   Violations violations;
-  const auto require = [&](bool is_set, bool fits, const char* field, const char* owner) {
+  const auto require = [&](bool is_set, bool fits, const FieldPath& field, std::string_view owner) {
     violations.Require(!is_set || fits, field, [&] {
       return "belongs to " + std::string(owner) + "; one of the cloths is " +
              std::string(is_particles ? "made of " : "") + std::string(KindOf(topology));
     });
   };
-  require(change.stretch_compliance_m_per_n.has_value(), !is_particles,
-          "spec.material.stretch_compliance_m_per_n", "grids and meshes");
-  require(change.bending_stiffness_n_per_m.has_value(), !is_particles,
-          "spec.material.bending_stiffness_n_per_m", "grids and meshes");
-  require(change.shear_stiffness_n_per_m.has_value(), is_grid,
-          "spec.material.shear_stiffness_n_per_m", "grids");
-  require(change.bending_rigidity_n_m.has_value(), !is_particles,
-          "spec.material.bending_rigidity_n_m", "grids and meshes");
-  require(change.stretch_stiffness_n_per_m.has_value(), !is_particles,
-          "spec.material.stretch_stiffness_n_per_m", "grids and meshes");
-  require(change.shear_modulus_n_per_m.has_value(), is_grid, "spec.material.shear_modulus_n_per_m",
-          "grids");
+  for (const StructuralField& field : kStructuralFields) {
+    require(change.material.IsSet(field.member), Has(topology, field),
+            FieldPath("spec").Child("material").Child(field.name), OwnersOf(field));
+  }
   require(change.distance_constraints.has_value(), is_particles,
           "spec.particles.distance_constraints", "cloths made of particles");
   require(change.springs.has_value(), is_particles, "spec.particles.springs",
@@ -73,19 +65,7 @@ std::vector<Connection> WithRestLengths(std::vector<Connection> connections,
 }
 
 void Apply(const ModelChange& change, ModelDescription& description) {
-  StructuralMaterial& material = description.material;
-  material.stretch_compliance_m_per_n =
-      change.stretch_compliance_m_per_n.value_or(material.stretch_compliance_m_per_n);
-  material.bending_stiffness_n_per_m =
-      change.bending_stiffness_n_per_m.value_or(material.bending_stiffness_n_per_m);
-  material.shear_stiffness_n_per_m =
-      change.shear_stiffness_n_per_m.value_or(material.shear_stiffness_n_per_m);
-  material.bending_rigidity_n_m =
-      change.bending_rigidity_n_m.value_or(material.bending_rigidity_n_m);
-  material.stretch_stiffness_n_per_m =
-      change.stretch_stiffness_n_per_m.value_or(material.stretch_stiffness_n_per_m);
-  material.shear_modulus_n_per_m =
-      change.shear_modulus_n_per_m.value_or(material.shear_modulus_n_per_m);
+  change.material.ApplyTo(description.material);
   auto* particles = std::get_if<ParticleTopology>(&description.topology);
   if (particles == nullptr) return;
   if (change.distance_constraints) {

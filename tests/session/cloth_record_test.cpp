@@ -93,7 +93,7 @@ TEST(ClothRecord, AChangeTouchesOnlyWhatItNames) {
   change.gravity_m_per_s2 = Vector3d(1, 2, 3);
   change.settings = PresetSettings(Preset::kPaper);
   change.wind_m_per_s = Vector3d(0, 0, 4);
-  change.air_lift = 0.5;
+  change.numbers.Set(&ClothParameters::air_lift, 0.5);
   const ClothParameters changed = ApplyChange(current, change).value();
   EXPECT_EQ(changed.gravity_m_per_s2, Vector3d(1, 2, 3));
   EXPECT_EQ(changed.settings, PresetSettings(Preset::kPaper));
@@ -109,11 +109,11 @@ TEST(ClothRecord, AChangeThatBreaksTheOrderOfFrictionIsRefused) {
   current.friction_static = 0.5;
   current.friction_dynamic = 0.4;
   ClothChange change;
-  change.friction_static = 0.3;
+  change.numbers.Set(&ClothParameters::friction_static, 0.3);
   EXPECT_EQ(ApplyChange(current, change).status().violations()[0].field,
             "spec.material.friction_static");
   change = {};
-  change.friction_dynamic = 0.6;
+  change.numbers.Set(&ClothParameters::friction_dynamic, 0.6);
   EXPECT_EQ(ApplyChange(current, change).status().violations()[0].field,
             "spec.material.friction_dynamic");
 }
