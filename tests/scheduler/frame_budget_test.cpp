@@ -1,9 +1,10 @@
 #include "server/scheduler/frame_budget.h"
-#include "tests/support/plain_settings.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {

@@ -1,5 +1,4 @@
 #include "tests/bench/accuracy/bullet_cloth.h"
-#include "tests/support/plain_settings.h"
 
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletSoftBody/btSoftBody.h>
@@ -8,6 +7,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "server/core/check.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape::bench {
 namespace {
