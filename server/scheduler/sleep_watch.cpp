@@ -11,9 +11,9 @@
 namespace drape {
 namespace {
 
-// When to look, in 1/60 s from the beginning. The first looks end the watch of whatever moves; no
-// vibration has all of these as multiples of its period, and a swing around its turning point is
-// at one place only twice.
+// When to look, in sixtieths of sleep_after_s from the beginning. The first looks end the watch of
+// whatever moves; no vibration has all of these as multiples of its period, and a swing around its
+// turning point is at one place only twice.
 constexpr std::array<uint64_t, 8> kSleepLooks = {1, 3, 8, 15, 24, 35, 47, 60};
 // Of a cloth that moves, in 1/60 s: the time between two watches doubles up to a second, so that
 // what never rests is read twice a second at most.
@@ -54,7 +54,9 @@ void SleepWatch::Wake() {
 }
 
 uint64_t SleepWatch::NextLook() const {
-  return has_anchor_ ? kSleepLooks[looks_] * stride_ : patience_;
+  if (!has_anchor_) return patience_;
+  const double steps = static_cast<double>(kSleepLooks[looks_] * stride_) * settings_.sleep_after_s;
+  return std::max<uint64_t>(looks_ + 1, static_cast<uint64_t>(std::lround(steps)));
 }
 
 bool SleepWatch::decides_next() const {

@@ -71,10 +71,11 @@ struct StepSettings {
   // Wall time that a step should take at most; 0 = no limit. The scheduler turns it into
   // StepItem::max_iterations (server/scheduler/frame_budget.h).
   double frame_budget_ms{};
-  // A cloth sleeps once no particle has moved farther than this for one simulated second
+  // A cloth sleeps once no particle has moved farther than this for sleep_after_s of simulated time
   // (server/scheduler/sleep_watch.h). Its steps are then complete without being computed, until
   // something acts on it. 0 = never.
   double sleep_motion_m{};
+  double sleep_after_s{};
   // A cloth whose load (LoadRatio) is larger has more substeps, up to kMaxLoadFactor times as many:
   // see RaiseSubsteps. 0 = never.
   double load_limit{};
@@ -168,6 +169,8 @@ inline constexpr std::tuple kSettings{
            SettingReader::kScheduler),
     Number("sleep_motion_m", &StepSettings::sleep_motion_m, {0, 1e-5, 0}, {0, 1, "m"},
            SettingReader::kScheduler),
+    Number("sleep_after_s", &StepSettings::sleep_after_s, {1, 1, 1}, {0.1, 3600, "s"},
+           SettingReader::kScheduler),
 };
 
 // Calls `visit` with every row.
@@ -219,9 +222,9 @@ class StepSettingsOverrides {
 // is set and `load_limit` is not, `load_limit` is 0.
 Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides, const FieldPath& path);
 
-// Upper bound on the solves of one step; proto/errors.md has the formula. Constraints that the model
-// has left out count, as other pins may bring them back; so do triangles without air forces, which
-// may come while the cloth runs.
+// Upper bound on the solves of one step; proto/errors.md has the formula. Constraints that the
+// model has left out count, as other pins may bring them back; so do triangles without air forces,
+// which may come while the cloth runs.
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count);
 
 // Whether the stage `tether` has anything to do.

@@ -75,6 +75,7 @@ const std::map<std::string, SwitchCase, std::less<>>& Cases() {
       {"frame_budget_ms", {StirredSheet, "max_iterations: 5", "frame_budget_ms: 1"}},
       // Nor this: the scheduler leaves steps out, here after a second.
       {"sleep_motion_m", {SmallSheet, "substeps: 2", "sleep_motion_m: 1", 80}},
+      {"sleep_after_s", {SmallSheet, "substeps: 2 sleep_motion_m: 1", "sleep_after_s: 0.2", 80}},
       {"use_tethers", {HungSheet, "use_tethers: true", "use_tethers: false"}},
   };
   return cases;
