@@ -45,11 +45,11 @@ Status CheckStepCosts(const ClothList& cloths, const ClothChange& change) {
 }
 
 Status BuildMaps(Update& update, const RequestLimits& limits, const StopReason& stop_reason) {
-  const Result<std::vector<ColliderMap>> maps =
-      BuildColliderMaps(FieldPath("spec.environment.colliders"), update.meshes,
-                        limits.collider_mesh, stop_reason, update.session->maps());
-  if (!maps.ok()) return maps.status();
-  if (update.change.colliders) SetMaps(*maps, *update.change.colliders);
+  DRAPE_ASSIGN_OR_RETURN(
+      const std::vector<ColliderMap> maps,
+      BuildColliderMaps("spec.environment.colliders", update.meshes, limits.collider_mesh,
+                        stop_reason, update.session->maps()));
+  if (update.change.colliders) SetMaps(maps, *update.change.colliders);
   update.meshes.clear();
   return Status::Ok();
 }

@@ -15,10 +15,10 @@ namespace drape::api {
 // centres, or after a violation of a shape.
 std::vector<RigidMotion> CheckColliderMotions(
     const FieldPath& path, const google::protobuf::RepeatedPtrField<v1::Collider>& colliders,
-    const std::vector<Collider>& shapes, FieldChecks& checks);
+    const std::vector<Collider>& shapes, Violations& violations);
 
-// The rows of "collider_controls"; what is wrong goes to `checks`.
+// The rows of "collider_controls"; what is wrong goes to `violations`.
 std::vector<ColliderControlRow> CheckColliderControls(const v1::ColliderControls& controls,
-                                                      FieldChecks& checks);
+                                                      Violations& violations);
 
 }  // namespace drape::api

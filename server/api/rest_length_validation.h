@@ -12,10 +12,10 @@ namespace drape::api {
 // Of all rest lengths at once; the least is its reciprocal.
 inline constexpr double kMaxLengthScale = 1000;
 
-// The rows of "rest_length_controls" and "rest_length_scales"; what is wrong goes to `checks`.
+// The rows of "rest_length_controls" and "rest_length_scales"; what is wrong goes to `violations`.
 std::vector<RestLengthRow> CheckLengthControls(const v1::RestLengthControls& controls,
-                                               FieldChecks& checks);
+                                               Violations& violations);
 std::vector<RestLengthScaleRow> CheckLengthScales(const v1::RestLengthScales& scales,
-                                                  FieldChecks& checks);
+                                                  Violations& violations);
 
 }  // namespace drape::api

@@ -110,4 +110,15 @@ class [[nodiscard]] Result {
     if (::drape::Status drape_status_ = (expression); !drape_status_.ok()) return drape_status_; \
   } while (false)
 
+// DRAPE_ASSIGN_OR_RETURN(const ClothList cloths, FindCloths(ids)): the value of a Result into a
+// variable, new or not; returns from the enclosing function if the Result is a failure.
+#define DRAPE_ASSIGN_OR_RETURN(target, expression) \
+  DRAPE_ASSIGN_OR_RETURN_BY(DRAPE_JOIN(drape_result_, __LINE__), target, expression)
+#define DRAPE_ASSIGN_OR_RETURN_BY(result, target, expression) \
+  auto result = (expression);                                 \
+  if (!result.ok()) return result.status();                   \
+  target = std::move(result).value()
+#define DRAPE_JOIN(a, b) DRAPE_JOIN_EXPANDED(a, b)
+#define DRAPE_JOIN_EXPANDED(a, b) a##b
+
 }  // namespace drape

@@ -10,10 +10,10 @@
 
 namespace drape {
 
-// Of one cloth. Its positions are looked at now and then; where no particle has been farther than
-// settings.sleep_motion_m from where it was, at any of kSleepLooks looks within one second of
-// simulated time, the cloth falls asleep and stays as it is until Wake. A function of what the
-// cloth's own steps did, so that nothing depends on what else is in a batch. Device thread.
+// Watches one cloth by looking at its positions now and then. Where no look finds a particle
+// farther than settings.sleep_motion_m from where it was when the watch began, the cloth falls
+// asleep with the last look and stays as it is until Wake. A function of what the cloth's own steps
+// did, so that nothing depends on what else is in a batch. Device thread.
 class SleepWatch {
  public:
   // Wakes.
@@ -39,12 +39,12 @@ class SleepWatch {
   bool HasMoved(const ScalarColumn& positions_m, size_t first_row) const;
   void Anchor(const ScalarColumn& positions_m, size_t first_row, size_t row_count);
 
-  double motion_m_ = 0;  // 0: never sleeps
+  StepSettings settings_;
   uint64_t stride_ = 1;  // steps in 1/60 s
   bool is_asleep_ = false;
   bool wants_look_ = false;
   bool has_anchor_ = false;
-  ScalarColumn anchor_m_;  // positions at the beginning of the second
+  ScalarColumn anchor_m_;  // positions at the beginning of the watch
   uint64_t steps_ = 0;     // since then, or since the last look that saw the cloth move
   size_t looks_ = 0;       // since then
   uint64_t patience_ = 0;  // steps until the next beginning

@@ -161,13 +161,7 @@ Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothC
   ClothParameters changed = current;
   changed.gravity_m_per_s2 = change.gravity_m_per_s2.value_or(current.gravity_m_per_s2);
   changed.wind_m_per_s = change.wind_m_per_s.value_or(current.wind_m_per_s);
-  changed.damping_per_s = change.damping_per_s.value_or(current.damping_per_s);
-  changed.friction_static = change.friction_static.value_or(current.friction_static);
-  changed.friction_dynamic = change.friction_dynamic.value_or(current.friction_dynamic);
-  changed.restitution = change.restitution.value_or(current.restitution);
-  changed.thickness_m = change.thickness_m.value_or(current.thickness_m);
-  changed.air_drag = change.air_drag.value_or(current.air_drag);
-  changed.air_lift = change.air_lift.value_or(current.air_lift);
+  change.numbers.ApplyTo(changed);
   if (change.colliders.has_value()) {
     changed.colliders = *change.colliders;
     changed.collider_motions = change.collider_motions;
@@ -175,8 +169,8 @@ Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothC
   changed.settings = change.settings.value_or(current.settings);
   if (changed.friction_dynamic > changed.friction_static) {
     return Status::InvalidField(
-        change.friction_dynamic ? "spec.material.friction_dynamic"
-                                : "spec.material.friction_static",
+        change.numbers.IsSet(&ClothParameters::friction_dynamic) ? "spec.material.friction_dynamic"
+                                                                 : "spec.material.friction_static",
         "friction_dynamic would be " + std::to_string(changed.friction_dynamic) +
             ", above friction_static " + std::to_string(changed.friction_static));
   }

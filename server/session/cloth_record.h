@@ -2,11 +2,13 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/core/ids.h"
@@ -45,26 +47,36 @@ struct ClothCreation {
   MapCharges map_charges{};       // for the copies' colliders; taken by Session::CreateCloths
 };
 
+// New values of some of the numbers of an Owner; the others stay.
+template <class Owner>
+class NumberChanges {
+ public:
+  void Set(double Owner::*member, double value) { values_.emplace_back(member, value); }
+  bool IsSet(double Owner::*member) const {
+    return std::ranges::any_of(values_, [&](const auto& entry) { return entry.first == member; });
+  }
+  bool is_any_set() const { return !values_.empty(); }
+  void ApplyTo(Owner& owner) const {
+    for (const auto& [member, value] : values_) owner.*member = value;
+  }
+
+ private:
+  std::vector<std::pair<double Owner::*, double>> values_;
+};
+
 // A rest length of a ModelChange that is the distance in the rest shape.
 inline constexpr double kRestShapeLength = -1;
 
 // What makes another model. Unset = as it is; the particles stay.
 struct ModelChange {
-  std::optional<double> stretch_compliance_m_per_n;  // of grids and meshes
-  std::optional<double> bending_stiffness_n_per_m;   // of grids and meshes
-  std::optional<double> shear_stiffness_n_per_m;     // of grids
-  std::optional<double> bending_rigidity_n_m;        // of grids and meshes
-  std::optional<double> stretch_stiffness_n_per_m;   // of grids and meshes
-  std::optional<double> shear_modulus_n_per_m;       // of grids
+  NumberChanges<StructuralMaterial> material;
   // Of cloths made of particles; each replaces the whole list.
   std::optional<std::vector<DistanceConstraint>> distance_constraints;
   std::optional<std::vector<Spring>> springs;
   std::optional<std::vector<PointJoint>> point_joints;
 
   bool is_any_set() const {
-    return stretch_compliance_m_per_n || bending_stiffness_n_per_m || shear_stiffness_n_per_m ||
-           bending_rigidity_n_m || stretch_stiffness_n_per_m || shear_modulus_n_per_m ||
-           distance_constraints || springs || point_joints;
+    return material.is_any_set() || distance_constraints || springs || point_joints;
   }
 };
 
@@ -72,13 +84,7 @@ struct ModelChange {
 struct ClothChange {
   std::optional<Eigen::Vector3d> gravity_m_per_s2;
   std::optional<Eigen::Vector3d> wind_m_per_s;
-  std::optional<double> damping_per_s;
-  std::optional<double> friction_static;
-  std::optional<double> friction_dynamic;
-  std::optional<double> restitution;
-  std::optional<double> thickness_m;
-  std::optional<double> air_drag;
-  std::optional<double> air_lift;
+  NumberChanges<ClothParameters> numbers;          // of kSurfaceFields
   std::optional<std::vector<Collider>> colliders;  // environment frame
   MapCharges map_charges{};                        // for them; taken by Session::UpdateCloths
   std::vector<RigidMotion> collider_motions;       // of `colliders`, or empty: they rest

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/core/violations.h"
 #include "server/session/page_token.h"
 
 namespace drape {
@@ -67,15 +68,13 @@ SessionRegistry::SessionRegistry(Scheduler& scheduler, const SessionLimits& limi
 Result<SessionLease> SessionRegistry::Create(std::optional<double> ttl_s,
                                              const std::string& display_name) {
   const double ttl = ttl_s.value_or(kDefaultTtl_s);
-  std::vector<FieldViolation> violations;
-  if (!(ttl >= kMinTtl_s && ttl <= kMaxTtl_s)) {  // false for NaN, too
-    violations.push_back({"ttl_s", "is " + std::to_string(ttl) + ", must be from 1 to 86400"});
-  }
-  if (display_name.size() > kMaxDisplayNameBytes) {
-    violations.push_back(
-        {"display_name", "at most " + std::to_string(kMaxDisplayNameBytes) + " bytes"});
-  }
-  if (!violations.empty()) return Status::InvalidFields(std::move(violations));
+  Violations violations;
+  violations.InRange("ttl_s", ttl, {kMinTtl_s, kMaxTtl_s, "s"});
+  violations.Require(display_name.size() <= kMaxDisplayNameBytes, "display_name", [&] {
+    return "has " + std::to_string(display_name.size()) + " bytes; at most " +
+           std::to_string(kMaxDisplayNameBytes);
+  });
+  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
 
   const std::string name = "sessions/" + server_id_ + "-" + RandomToken();
   const std::lock_guard lock(mutex_);

@@ -1,5 +1,6 @@
 #include "server/api/request_validation.h"
 
+#include "server/api/material_message.h"
 #include "tests/api/bad_cases.h"
 #include "tests/api/requests.h"
 
@@ -280,9 +281,8 @@ TEST(UpdateClothsValidation, OnlyThePathsOfTheMaskAreRead) {
   ASSERT_TRUE(change.ok()) << change.status().ToString();
   EXPECT_EQ(*change->gravity_m_per_s2, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(change->pins->front().particle, 7u);
-  EXPECT_FALSE(change->damping_per_s || change->colliders || change->settings ||
-               change->friction_static || change->friction_dynamic || change->thickness_m ||
-               change->wind_m_per_s || change->air_drag || change->air_lift || change->restitution);
+  EXPECT_FALSE(change->colliders || change->settings || change->wind_m_per_s ||
+               change->numbers.is_any_set() || change->model.is_any_set());
 }
 
 TEST(UpdateClothsValidation, EveryDocumentedPathIsRead) {
@@ -310,11 +310,13 @@ TEST(UpdateClothsValidation, EveryDocumentedPathIsRead) {
                                         {});
   ASSERT_TRUE(change.ok()) << change.status().ToString();
   EXPECT_TRUE(change->gravity_m_per_s2 && change->colliders && change->pins && change->settings &&
-              change->damping_per_s && change->friction_static && change->friction_dynamic &&
-              change->thickness_m && change->wind_m_per_s && change->air_drag && change->air_lift &&
-              change->restitution);
-  EXPECT_TRUE(change->model.bending_rigidity_n_m && change->model.stretch_stiffness_n_per_m &&
-              change->model.shear_modulus_n_per_m);
+              change->wind_m_per_s);
+  for (const SurfaceField& field : kSurfaceFields) {
+    EXPECT_TRUE(change->numbers.IsSet(field.member)) << field.name;
+  }
+  for (const StructuralField& field : kStructuralFields) {
+    EXPECT_EQ(change->model.material.IsSet(field.member), field.may_change) << field.name;
+  }
 }
 
 TEST(UpdateClothsValidation, ConnectionsAreReadWithTheLengthsThatAreSet) {

@@ -9,6 +9,7 @@
 #include "server/scene/distance_map.h"
 #include "shaders/interface/bindings.h"
 #include "tests/gl_compute/test_cloths.h"
+#include "tests/support/plain_settings.h"
 #include "tests/support/solids/solids.h"
 
 namespace drape {
@@ -62,7 +63,7 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   description.material.stretch_compliance_m_per_n = 1e-4;
   description.material.shear_stiffness_n_per_m = 1;
   const auto model = BuildModel(description);
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.colliders.assign(3, PlaneCollider{});
   parameters.friction_static = 0.1;
   parameters.air_drag = 1;
@@ -80,7 +81,7 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   EXPECT_EQ(layout.work_positions, layout.strip_links + 5 * uint64_t{model->constraint_count()});
   EXPECT_EQ(layout.work_velocities, layout.work_positions + 300);
   EXPECT_EQ(layout.size, layout.work_velocities + 300);
-  ClothParameters plain;
+  ClothParameters plain = test::PlainParameters();
   plain.settings.sweep = Sweep::kColours;
   EXPECT_EQ(LayOutScratch(*GridModel(10, 10), plain, false).size, 0u)
       << "nothing that is not needed";
@@ -91,7 +92,7 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
 
 // Flags, whether there are any, a count for each colour and for all, a list of all constraints.
 TEST(LayOutScratchTest, RefinementOfTiledCloths) {
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.integration = Integration::kOneStep;
   parameters.settings.direction = Direction::kAtEnd;
   const auto resident = GridModel(10, 10);

@@ -6,6 +6,7 @@
 
 #include "server/solver/gl_compute/kernel_variant.h"
 #include "tests/gl_compute/test_cloths.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -23,7 +24,7 @@ TEST(GlSweepsTest, LocalSizeAndPartsDoNotChangeBitsOfARefinement) {
   for (const uint32_t side : {9u, 64u}) {
     for (const double tolerance : {0.0, 1e-5}) {
       const auto model = GridModel(side, side, {0});
-      ClothParameters parameters;
+      ClothParameters parameters = test::PlainParameters();
       parameters.settings.substeps = 4;
       parameters.settings.max_iterations = 3;
       parameters.settings.tolerance = tolerance;
@@ -68,7 +69,7 @@ TEST(GlSweepsTest, SweepsOfManyPhasesAndColours) {
   ASSERT_FALSE(IsResident(*model));
   ASSERT_GT(model->strips().phase_count(), 100u);
   ASSERT_GT(model->colour_count(), 200u);
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.integration = Integration::kOneStep;
   parameters.settings.max_iterations = 400;
   parameters.settings.tolerance = 0.02;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/gl_compute/test_cloths.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -15,7 +16,7 @@ TEST(KernelCostsTest, LongStepsOfChainsAreNotCutShort) {
   for (const uint32_t links : {1u, 3u}) {
     const auto model = BuildModel(ChainDescription(links + 1, {0}));
     for (const uint32_t sweeps : {4u, 64u}) {
-      ClothParameters parameters;
+      ClothParameters parameters = test::PlainParameters();
       parameters.settings.integration = Integration::kOneStep;
       parameters.settings.sweep = links == 3 ? Sweep::kStrips : Sweep::kColours;
       parameters.settings.use_tethers = links == 3;
@@ -46,7 +47,7 @@ TEST(KernelCostsTest, SweepOfAChain) {
   // 100 particles, 99 constraints in 2 colours of 50 and 49: with 32 invocations 2 rounds each.
   const auto model = BuildModel(ChainDescription(100));
   ASSERT_EQ(model->colour_count(), 2u);
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.sweep = Sweep::kColours;
   const LoopCosts costs = CountResidentLoops(*model, parameters, 32);
   // The sweep's own pass, 2 + 2 of the colours, 2 + 2 of each colour's constraints.
@@ -61,7 +62,7 @@ TEST(KernelCostsTest, SweepOfAChain) {
 // pins, one of colliders along 4 directions; two passes more for each loop's end.
 TEST(KernelCostsTest, FindingWhatIsInReach) {
   const auto model = BuildModel(ChainDescription(100));
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.integration = Integration::kOneStep;
   parameters.settings.direction = Direction::kAtEnd;
   const LoopCosts free = CountResidentLoops(*model, parameters, 32);
@@ -110,7 +111,7 @@ TEST(KernelCostsTest, RefinementOfEveryLink) {
   const auto model = GridModel(8, 8);
   ASSERT_EQ(model->strips().phase_count(), 2u);
   ASSERT_EQ(model->colour_count(), 4u);
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.refine_above_strain = 0;
   const LoopCosts before = CountResidentLoops(*model, parameters, 32);
   parameters.settings.refine_above_strain = 1e-3;
@@ -130,7 +131,7 @@ TEST(KernelCostsTest, RefinementOfEveryLink) {
 // 8 x 8 particles in 2 rounds of 32, 98 triangles in 4, at most 6 triangles per particle.
 TEST(KernelCostsTest, AKickOfTheAir) {
   const auto model = GridModel(8, 8);
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   const LoopCosts calm = CountResidentLoops(*model, parameters, 32);
   parameters.air_drag = 1;
   const LoopCosts windy = CountResidentLoops(*model, parameters, 32);
@@ -142,7 +143,7 @@ TEST(KernelCostsTest, AKickOfTheAir) {
 // 8 x 8 particles in 2 rounds of 32; 96 rods, 49 twists and 98 diagonals in 8 rounds; a particle
 // inside is in 6 rods, 4 twists and 4 diagonals.
 TEST(KernelCostsTest, AKickOfElasticElements) {
-  const ClothParameters parameters;
+  const ClothParameters parameters = test::PlainParameters();
   const auto plain = GridModel(8, 8);
   const auto elastic = BuildModel(
       {GridTopology{8, 8, 1, 1}, {.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 10}, {}});
@@ -156,7 +157,7 @@ TEST(KernelCostsTest, AKickOfElasticElements) {
 
 TEST(KernelCostsTest, PartsCoverTheWholeStep) {
   const LoopCosts costs = {.sweep = 70, .substep = 130, .fixed = 200};
-  StepSettings settings;
+  StepSettings settings = test::PlainSettings();
   for (const uint32_t substeps : {1u, 60u, 10'000u}) {
     for (const uint32_t iterations : {1u, 100u, 10'000u}) {
       settings.substeps = substeps;

@@ -5,6 +5,7 @@
 
 #include "server/solver/step_plan.h"
 #include "tests/gl_compute/test_cloths.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -23,7 +24,7 @@ TEST(KernelLoopsTest, ManySweepsOfFewConstraintsAreNotCutShort) {
   for (const uint32_t joint_count : {0u, 1u, 3u}) {
     for (const size_t collider_count : {0u, 1u}) {
       const auto model = Rods(joint_count);
-      ClothParameters parameters;
+      ClothParameters parameters = test::PlainParameters();
       parameters.colliders.assign(collider_count, SphereCollider{{0, -0.5, 0}, 0.1});
       parameters.settings.time_step_s = 0.4;
       parameters.settings.substeps = 40;
@@ -39,7 +40,7 @@ TEST(KernelLoopsTest, ManySweepsOfFewConstraintsAreNotCutShort) {
 // A strain below what the squares of floats can tell: next to all links are refined in every round.
 TEST(KernelLoopsTest, RefinementOfFewLinksIsNotCutShort) {
   const auto model = GridModel(3, 3, {0});
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.time_step_s = 0.4;
   parameters.settings.substeps = 40;
   parameters.settings.max_iterations = 100;

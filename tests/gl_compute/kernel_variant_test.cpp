@@ -5,6 +5,7 @@
 
 #include "server/solver/gl_compute/kernel_costs.h"
 #include "tests/gl_compute/test_cloths.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -60,7 +61,7 @@ TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
   ModelDescription description = GridDescription(4, 4, {0});
   description.material.stretch_compliance_m_per_n = 1e-4;
   description.material.bending_stiffness_n_per_m = 1;
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.colliders = {PlaneCollider{}};
   parameters.friction_static = 0.3;
   parameters.restitution = 0.5;
@@ -98,7 +99,7 @@ TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
 }
 
 TEST(KernelVariantTest, RefinementOfStripsThatCrossOnly) {
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.refine_above_strain = 1e-3;
   const auto grid = GridModel(8, 8, {0});
   const KernelVariant variant = VariantOf(*grid, parameters);
@@ -114,7 +115,7 @@ TEST(KernelVariantTest, RefinementOfStripsThatCrossOnly) {
 
 // One work group refines a tiled cloth: as large as the loops that the device allows demand.
 TEST(KernelVariantTest, RefinementOfTiledCloths) {
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.refine_above_strain = 1e-3;
   const auto model = GridModel(64, 64);
   EXPECT_EQ(VariantOf(*model, parameters, kHardware).refine_local_size, 1024u);
@@ -139,7 +140,8 @@ TEST(KernelVariantTest, RefinementOfTiledCloths) {
 TEST(KernelVariantTest, ReductionOfStripsThatFitTheLanes) {
   DeviceTraits device = kHardware;
   device.strip_solve = StripSolve::kReduction;
-  const auto solve_of = [&](const SceneModel& model, const ClothParameters& parameters = {}) {
+  const auto solve_of = [&](const SceneModel& model,
+                            const ClothParameters& parameters = test::PlainParameters()) {
     return VariantOf(model, parameters, device).strip_solve;
   };
   for (const uint32_t local_size : {0u, 8u, 1024u}) {
@@ -151,7 +153,7 @@ TEST(KernelVariantTest, ReductionOfStripsThatFitTheLanes) {
     EXPECT_EQ(solve_of(*GridModel(33, 33)), StripSolve::kElimination) << "tiled";
     EXPECT_GE(VariantOf(*GridModel(32, 32), {}, device).local_size, 32u);
   }
-  ClothParameters colours;
+  ClothParameters colours = test::PlainParameters();
   colours.settings.sweep = Sweep::kColours;
   EXPECT_EQ(solve_of(*GridModel(32, 32), colours), StripSolve::kElimination);
   device.local_size = 0;
@@ -168,7 +170,7 @@ TEST(KernelVariantTest, ReductionOfStripsThatFitTheLanes) {
 
 // `measure` has work groups of its own: how few invocations step a cloth does not limit colliders.
 TEST(KernelVariantTest, SmallWorkGroupsRefuseNoColliders) {
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.colliders.assign(300, PlaneCollider{});
   const auto model = GridModel(8, 8);
   EXPECT_EQ(VariantOf(*model, parameters, kSoftware).local_size, 8u);
@@ -179,7 +181,7 @@ TEST(KernelVariantTest, SmallWorkGroupsRefuseNoColliders) {
 
 TEST(KernelVariantTest, LongStepsRunInPartsOnSoftwareOnly) {
   const auto model = GridModel(32, 32);
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings = PresetSettings(Preset::kAccurate);
   EXPECT_FALSE(VariantOf(*model, parameters, kHardware).is_in_parts);
   const Result<VariantChoice> choice = ChooseVariant(*model, parameters, kSoftware);

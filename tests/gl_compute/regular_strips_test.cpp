@@ -200,7 +200,7 @@ TEST(RegularStripsTest, StridesBelowZero) {
   const auto model = BuildModel(NumberedChain({4, 3, 2, 1, 0}));
   test::Scene chain{.name = "down",
                     .model = model,
-                    .parameters = {},
+                    .parameters = test::PlainParameters(),
                     .state = AtRest(*model),
                     .pin_targets_m = {}};
   test::Stir(chain, 1);
@@ -221,7 +221,7 @@ TEST(RegularStripsTest, KernelsAreToldWhichItIs) {
     for (const bool finds : {true, false}) {
       const auto backend =
           MakeGlBackend({.shader_dir = folder.string(), .find_regular_strips = finds});
-      const auto refused = backend->Create(model, {}, AtRest(*model));
+      const auto refused = backend->Create(model, test::PlainParameters(), AtRest(*model));
       ASSERT_FALSE(refused.ok());
       EXPECT_THAT(refused.status().message(),
                   HasSubstr(finds ? "told of none but regular ones" : "told of lists"));

@@ -8,6 +8,7 @@
 
 #include "server/scene/scene_model.h"
 #include "server/solver/gl_compute/gl_backend.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 
@@ -62,7 +63,7 @@ inline ClothHandle CreateCloth(Backend& backend, const std::shared_ptr<const Sce
 }
 
 inline ClothHandle CreateCloth(Backend& backend, const std::shared_ptr<const SceneModel>& model,
-                               const ClothParameters& parameters = {}) {
+                               const ClothParameters& parameters = test::PlainParameters()) {
   return CreateCloth(backend, model, parameters, AtRest(*model));
 }
 

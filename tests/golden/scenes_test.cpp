@@ -140,7 +140,6 @@ void CheckAtlas(const Width& width, AtlasForm form, const std::string& prefix,
     EXPECT_TRUE(rows.emplace(NameOf(name), hash).second) << "two cases " << name;
   };
   for (const AtlasMethod& method : AtlasMethods(form)) {
-    if (method.name.find("STRIPS_THEN_COLOURS") != std::string::npos) continue;
     for (const AtlasTable& table : AtlasTables(form)) {
       for (const AxisValue& row : table.rows.values) {
         for (const AxisValue& column : table.columns.values) {

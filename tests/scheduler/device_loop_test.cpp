@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/scheduler/device_loop_fixture.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -28,7 +29,7 @@ TEST_F(DeviceLoopTest, CostlyClothsAreSteppedOneByOne) {
   std::vector<std::shared_ptr<ClothRuntime>> costly;
   for (int k = 0; k < 8; ++k) {
     costly.push_back(Cloth());
-    StepSettings settings;
+    StepSettings settings = test::PlainSettings();
     settings.substeps = 1000;
     costly.back()->SetSettings(settings);
   }
@@ -425,7 +426,7 @@ TEST(TenantIndex, NumbersOfThoseWhoLeftAreUsedAgain) {
 // as many as fit if they all cost as much.
 TEST_F(DeviceLoopTest, AFrameBudgetCapsTheSweepsOfItsCloth) {
   const auto a = Cloth(), b = Cloth();
-  StepSettings settings;
+  StepSettings settings = test::PlainSettings();
   settings.substeps = 1;
   settings.max_iterations = 100;
   settings.frame_budget_ms = 1;
@@ -449,7 +450,7 @@ TEST_F(DeviceLoopTest, AFrameBudgetCapsTheSweepsOfItsCloth) {
 
 TEST_F(DeviceLoopTest, ABudgetBelowOneSweepIsCounted) {
   const auto cloth = Cloth();
-  StepSettings settings;
+  StepSettings settings = test::PlainSettings();
   settings.substeps = 1;
   settings.frame_budget_ms = 0.1;
   cloth->SetSettings(settings);

@@ -17,6 +17,7 @@
 
 #include "server/scheduler/scheduler.h"
 #include "server/solver/backend.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 
@@ -254,7 +255,7 @@ class FakeBackend final : public Backend {
  private:
   struct Cloth {
     std::shared_ptr<const SceneModel> model;
-    ClothParameters parameters;
+    ClothParameters parameters = test::PlainParameters();
     ParticleState state;
     std::vector<Eigen::Vector3d> pin_targets_m;
     FaultReason fault = FaultReason::kNone;
@@ -359,7 +360,7 @@ inline std::shared_ptr<ClothRuntime> BeginCloth(Backend& backend,
   ParticleState state;
   state.positions_m.assign(model->rest_positions_m().begin(), model->rest_positions_m().end());
   state.velocities_m_per_s.assign(model->particle_count(), Eigen::Vector3d::Zero());
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.time_step_s = time_step_s;
   const ClothHandle handle = backend.Create(model, parameters, state).value();
   std::vector<Eigen::Vector3d> pins_m;

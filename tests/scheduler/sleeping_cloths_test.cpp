@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/scheduler/device_loop_fixture.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -13,7 +14,7 @@ class SleepTest : public DeviceLoopTest {
  protected:
   std::shared_ptr<ClothRuntime> SleepyCloth() {
     const auto cloth = Cloth({0, 1});
-    StepSettings settings;
+    StepSettings settings = test::PlainSettings();
     settings.time_step_s = 0.25;
     settings.sleep_motion_m = 1e-5;
     cloth->SetSettings(settings);
@@ -110,7 +111,7 @@ TEST_F(SleepTest, ResetAndNewSettingsWake) {
     Admit(Work("x", {cloth}, kStepsToSleep));
     RunAll();
     StepsComputed();
-    StepSettings settings;
+    StepSettings settings = test::PlainSettings();
     settings.sleep_motion_m = 1e-5;
     if (is_reset) {
       cloth->Reset({{0, 0, 0}, {1, 0, 0}}, {{0, 0, 0}, {1, 0, 0}});

@@ -73,7 +73,7 @@ TEST_F(ModelChangeTest, WhatIsIllegalIsNamed) {
   joints.model.point_joints = std::vector<PointJoint>{{1, 1, 0}};
   EXPECT_EQ(field_of(joints), "spec.particles.point_joints[0].j");
   ClothChange bending;
-  bending.model.bending_stiffness_n_per_m = 1;
+  bending.model.material.Set(&StructuralMaterial::bending_stiffness_n_per_m, 1);
   EXPECT_EQ(field_of(bending), "spec.material.bending_stiffness_n_per_m");
   EXPECT_EQ(cloths[0]->description()->model->constraint_count(), 2u);
 }

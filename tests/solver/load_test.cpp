@@ -32,7 +32,8 @@ TEST(RaiseSubsteps, KeepsTheLoadWithinItsLimit) {
 TEST(RaiseSubsteps, LeavesAloneWhatIsAskedForOrNotHeld) {
   ClothParameters heavy;
   heavy.gravity_m_per_s2 *= 1000;
-  heavy.settings = *ResolveSettings({.substeps = 52}, "settings");
+  heavy.settings =
+      *ResolveSettings(StepSettingsOverrides().Set(&StepSettings::substeps, 52), "settings");
   const test::Scene hung = test::Grid(32, 32, 1, 1, {0, 31});
   EXPECT_EQ(heavy.settings.load_limit, 0);
   EXPECT_EQ(RaiseSubsteps(*hung.model, heavy).settings.substeps, 52u);

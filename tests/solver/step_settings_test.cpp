@@ -47,18 +47,20 @@ TEST(StepSettings, NothingSetIsRealtime) {
   const auto settings = ResolveSettings({}, "settings");
   ASSERT_TRUE(settings.ok());
   EXPECT_EQ(*settings, PresetSettings(Preset::kRealtime));
+  EXPECT_EQ(*settings, StepSettings());
   EXPECT_DOUBLE_EQ(settings->substep_s(), 1.0 / 3120);
 }
 
 TEST(StepSettings, WhatIsSetOverridesThePreset) {
-  const auto settings = ResolveSettings({.preset = Preset::kPaper,
-                                         .time_step_s = 0.01,
-                                         .substeps = 4,
-                                         .max_iterations = 7,
-                                         .tolerance = 0.0,
-                                         .spring_integration = SpringIntegration::kHalfKicks,
-                                         .use_tethers = true},
-                                        "settings");
+  StepSettingsOverrides overrides;
+  overrides.Set(&StepSettings::preset, Preset::kPaper)
+      .Set(&StepSettings::time_step_s, 0.01)
+      .Set(&StepSettings::substeps, 4)
+      .Set(&StepSettings::max_iterations, 7)
+      .Set(&StepSettings::tolerance, 0)
+      .Set(&StepSettings::spring_integration, SpringIntegration::kHalfKicks)
+      .Set(&StepSettings::use_tethers, true);
+  const auto settings = ResolveSettings(overrides, "settings");
   ASSERT_TRUE(settings.ok());
   EXPECT_EQ(settings->preset, Preset::kPaper);
   EXPECT_EQ(settings->time_step_s, 0.01);
@@ -71,22 +73,23 @@ TEST(StepSettings, WhatIsSetOverridesThePreset) {
 
 TEST(StepSettings, LimitsThemselvesAreLegal) {
   StepSettingsOverrides overrides;
-  overrides.time_step_s = kMaxTimeStep_s;
-  overrides.substeps = kMaxSubsteps;
-  overrides.max_iterations = kMaxIterations;
-  overrides.tolerance = std::nextafter(1.0, 0.0);
+  overrides.Set(&StepSettings::time_step_s, 10)
+      .Set(&StepSettings::substeps, kMaxSubsteps)
+      .Set(&StepSettings::max_iterations, kMaxIterations)
+      .Set(&StepSettings::tolerance, std::nextafter(1.0, 0.0));
   EXPECT_TRUE(ResolveSettings(overrides, "settings").ok());
 }
 
 TEST(StepSettings, SubstepsBelowAMicrosecondAreRefused) {
   StepSettingsOverrides overrides;
-  overrides.time_step_s = 1e-30;
+  overrides.Set(&StepSettings::time_step_s, 1e-30);
   const auto settings = ResolveSettings(overrides, "settings");
   ASSERT_FALSE(settings.ok());
   EXPECT_THAT(settings.status().message(), HasSubstr("settings.time_step_s"));
-  EXPECT_THAT(settings.status().message(), HasSubstr("1e-30 s in 52 substeps"));
+  EXPECT_THAT(settings.status().message(),
+              HasSubstr("1e-30 s in 52 substeps makes a substep below 1e-06 s"));
 
-  overrides.time_step_s = 60 * kMinSubstep_s;
+  overrides.Set(&StepSettings::time_step_s, 60 * kMinSubstep_s);
   EXPECT_TRUE(ResolveSettings(overrides, "settings").ok());
 }
 
@@ -100,19 +103,24 @@ TEST(StepSettings, EveryBadValueIsNamedWithItsRange) {
   };
   std::vector<Bad> table;
   for (const double value : {0.0, -0.1, 10.1, kNan, kInf}) {
-    table.push_back({"time_step_s", [=](auto& o) { o.time_step_s = value; }, "(0, 10] s"});
+    table.push_back(
+        {"time_step_s", [=](auto& o) { o.Set(&StepSettings::time_step_s, value); }, "(0, 10] s"});
   }
   for (const uint32_t value : {0u, 10001u, 4000000000u}) {
-    table.push_back({"substeps", [=](auto& o) { o.substeps = value; }, "[1, 10000]"});
-    table.push_back({"max_iterations", [=](auto& o) { o.max_iterations = value; }, "[1, 10000]"});
+    table.push_back(
+        {"substeps", [=](auto& o) { o.Set(&StepSettings::substeps, value); }, "[1, 10000]"});
+    table.push_back({"max_iterations",
+                     [=](auto& o) { o.Set(&StepSettings::max_iterations, value); }, "[1, 10000]"});
   }
   for (const double value : {-1e-3, 1.0, kNan, kInf}) {
-    table.push_back({"tolerance", [=](auto& o) { o.tolerance = value; }, "[0, 1)"});
+    table.push_back(
+        {"tolerance", [=](auto& o) { o.Set(&StepSettings::tolerance, value); }, "[0, 1)"});
   }
   for (const Bad& bad : table) {
     StepSettingsOverrides overrides;
     bad.spoil(overrides);
-    const Status status = ResolveSettings(overrides, "overrides[3].settings").status();
+    const Status status =
+        ResolveSettings(overrides, FieldPath("overrides").At(3).Child("settings")).status();
     ASSERT_FALSE(status.ok()) << bad.field;
     ASSERT_EQ(status.violations().size(), 1u);
     EXPECT_EQ(status.violations()[0].field, "overrides[3].settings." + bad.field);
@@ -122,9 +130,9 @@ TEST(StepSettings, EveryBadValueIsNamedWithItsRange) {
 
 TEST(StepSettings, SeveralBadValuesAreToldAtOnce) {
   StepSettingsOverrides overrides;
-  overrides.time_step_s = 0;
-  overrides.substeps = 0;
-  overrides.tolerance = 2;
+  overrides.Set(&StepSettings::time_step_s, 0);
+  overrides.Set(&StepSettings::substeps, 0);
+  overrides.Set(&StepSettings::tolerance, 2);
   const Status status = ResolveSettings(overrides, "settings").status();
   ASSERT_FALSE(status.ok());
   EXPECT_EQ(status.violations().size(), 3u);
@@ -143,7 +151,7 @@ TEST(ResolvableTolerance, IsRaisedOnlyBelowWhatPositionsResolve) {
 
 TEST(SolvesPerStep, CountsEverySolveOfTheWorstStep) {
   const test::Scene scene = test::Grid(4, 3, 1, 1);  // 9 + 8 edges
-  StepSettings settings;
+  StepSettings settings = test::PlainSettings();
   settings.substeps = 5;
   settings.max_iterations = 7;
   const double springs = 2.0 * scene.model->spring_count();

@@ -11,6 +11,7 @@
 #include "server/solver/backend.h"
 #include "server/solver/cloth_parameters.h"
 #include "server/solver/step_plan.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape::test {
 
@@ -18,7 +19,7 @@ namespace drape::test {
 struct Scene {
   std::string name;  // letters, digits and _, for names of test cases
   std::shared_ptr<const SceneModel> model;
-  ClothParameters parameters;
+  ClothParameters parameters = PlainParameters();
   ParticleState state;
   std::vector<Eigen::Vector3d> pin_targets_m;  // of every step; empty: the pins stay
   // At the end of every step, in the order of the model; empty: the model's.
@@ -34,7 +35,7 @@ StepPlan PlanOf(const Scene& scene);
 // The rest shape, not moving.
 ParticleState RestState(const SceneModel& model);
 
-// A sheet of width x height, 0.2 kg/m^2, in the xz plane, REALTIME settings, at rest. All scenes
+// A sheet of width x height, 0.2 kg/m^2, in the xz plane, PlainSettings, at rest. All scenes
 // below start from this one or from Particles.
 Scene Grid(uint32_t columns, uint32_t rows, double width_m, double height_m,
            std::vector<uint32_t> pins = {}, const StructuralMaterial& material = {});
