@@ -6,15 +6,15 @@
 
 #include "server/core/status.h"
 #include "server/render/picture_spec.h"
-#include "server/solver/backend.h"
+#include "server/solver/device_backend.h"
 
 namespace drape::render {
 
 // The states to draw, cloth after cloth. Exactly one of the two is there; velocities only for
 // Colouring::kSpeed.
 struct DrawnStates {
-  StateColumns host;                       // from Backend::Read
-  std::shared_ptr<gl::SharedCopy> device;  // from Backend::CopyOnDevice
+  StateColumns host;                   // from Backend::Read
+  std::shared_ptr<DeviceCopy> device;  // from DeviceBackend::CopyOnDevice
 };
 
 // Reason of the Draw after which the renderer is of no more use.

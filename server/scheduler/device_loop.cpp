@@ -140,8 +140,12 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
   return items;
 }
 
+bool DeviceLoop::RunsAhead() const {
+  return backend_.device() != nullptr && backend_.device()->RunsAhead();
+}
+
 int64_t DeviceLoop::CostOf(const BatchReport& batch, int64_t wall_us) const {
-  if (!backend_.RunsAhead()) return wall_us;
+  if (!RunsAhead()) return wall_us;
   return batch.upload_us + batch.device_us + batch.readback_us;
 }
 
@@ -151,8 +155,10 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
   BatchReport batch;
   if (items.empty()) {
     GiveAnswers();
+  } else if (RunsAhead()) {
+    batch = backend_.device()->StepAhead(items, [this] { GiveAnswers(); });
   } else {
-    batch = backend_.StepAhead(items, [this] { GiveAnswers(); });
+    batch = backend_.Step(items);
   }
   DRAPE_CHECK(batch.reports.size() == items.size(), "one report per item");
   const int64_t stepped_us = clock_.NowUs();
@@ -254,7 +260,7 @@ void DeviceLoop::Finish(std::vector<RequestPointer> over) {
   answers_.push_back(std::move(ended));
   const bool is_complete = std::all_of(answers_.begin(), answers_.end(),
                                        [](const Answers& some) { return some.views.empty(); });
-  if (is_complete || !backend_.RunsAhead()) GiveAnswers();
+  if (is_complete || !RunsAhead()) GiveAnswers();
 }
 
 void DeviceLoop::GiveAnswers() {

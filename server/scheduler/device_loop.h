@@ -15,7 +15,7 @@
 #include "server/scheduler/active_request.h"
 #include "server/scheduler/batch_policy.h"
 #include "server/scheduler/state_reading.h"
-#include "server/solver/backend.h"
+#include "server/solver/device_backend.h"
 
 namespace drape {
 
@@ -85,6 +85,8 @@ class DeviceLoop {
   std::vector<Part> SelectParts();
   // Of the cloths that are awake; wakes those on which something acts.
   std::vector<StepItem> ItemsOf(const std::vector<Part>& parts) const;
+  // Whether the device works while the host does something else.
+  bool RunsAhead() const;
   // How long the backend took [us]; what it does for answers while its device works is none of it.
   int64_t CostOf(const BatchReport& batch, int64_t wall_us) const;
   // How long it took [us].

@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "server/scheduler/step_work.h"
-#include "server/solver/backend.h"
+#include "server/solver/device_backend.h"
 
 namespace drape {
 
 // Cloths that one receiver wants; all alive.
 using ClothSpan = std::span<const std::shared_ptr<ClothRuntime>>;
 
-// One backend.BeginRead for all receivers, and what each of them will get of it. Device thread.
+// One BeginRead for all receivers, and the rows that each of them will get. Device thread.
 class SharedRead {
  public:
   SharedRead(Backend& backend, std::span<const ClothSpan> receivers, const StateFields& fields);

@@ -12,7 +12,7 @@
 
 #include "server/core/status.h"
 #include "server/scheduler/cloth_runtime.h"
-#include "server/solver/backend.h"
+#include "server/solver/device_backend.h"
 
 namespace drape {
 
@@ -91,7 +91,7 @@ struct ClothStates {
   StateColumns columns;
   // Of Scheduler::ReadForDrawing: instead of the columns. Goes on the device thread, or where a
   // context of its share group is current.
-  std::shared_ptr<gl::SharedCopy> on_device;
+  std::shared_ptr<DeviceCopy> on_device;
   // Of the reads of the scheduler: the place that the read occupies as long as its states are held.
   std::shared_ptr<void> in_flight;
 };

@@ -27,15 +27,18 @@ std::vector<Pin> SortedPins(std::vector<Pin> pins) {
   return pins;
 }
 
-ClothMaker::ClothMaker(ClothCreation creation, std::shared_ptr<const SceneModel> model)
-    : creation_(std::move(creation)), model_(std::move(model)), pins_(SortedPins(creation_.pins)) {
+ClothMaker::ClothMaker(ClothCreation creation, std::shared_ptr<const SceneModel> model,
+                       std::string plan)
+    : creation_(std::move(creation)),
+      model_(std::move(model)),
+      pins_(SortedPins(creation_.pins)),
+      plan_(std::move(plan)) {
   DRAPE_CHECK(std::equal(pins_.begin(), pins_.end(), model_->pins().begin(), model_->pins().end(),
                          [](const Pin& pin, uint32_t p) { return pin.particle == p; }),
               "the pins are those of the model");
 }
 
 Status ClothMaker::Make(Backend& backend, size_t begin, size_t end) {
-  if (!plan_.has_value()) plan_ = backend.PlanOf(*model_);
   for (size_t k = begin; k < end; ++k) {
     DRAPE_RETURN_IF_ERROR(MakeOne(backend, creation_.copies[k]));
   }
@@ -50,7 +53,7 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   Result<ClothHandle> handle = backend.Create(model_, on_device, state);
   if (!handle.ok()) return handle.status();
   auto description = std::make_shared<const ClothDescription>(ClothDescription{
-      creation_.description, model_, copy.parameters, pins_, *plan_, creation_.map_charges});
+      creation_.description, model_, copy.parameters, pins_, plan_, creation_.map_charges});
   made_.push_back(
       std::make_shared<ClothRecord>(placement, copy.transform, std::move(description), copy.start));
   std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model_, state);

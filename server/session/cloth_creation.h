@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,8 +13,9 @@ namespace drape {
 // Makes the copies of one ClothCreation, in order. Device thread but for the constructor.
 class ClothMaker {
  public:
-  // `model` replaces creation.model: the shared one of equal content.
-  ClothMaker(ClothCreation creation, std::shared_ptr<const SceneModel> model);
+  // `model` replaces creation.model: the shared one of equal content. `plan` is how the backend
+  // steps it (BackendDescription::plan_of).
+  ClothMaker(ClothCreation creation, std::shared_ptr<const SceneModel> model, std::string plan);
 
   size_t copy_count() const { return creation_.copies.size(); }
   const std::shared_ptr<const SceneModel>& model() const { return model_; }
@@ -31,7 +31,7 @@ class ClothMaker {
   const ClothCreation creation_;
   const std::shared_ptr<const SceneModel> model_;
   std::vector<Pin> pins_;  // sorted by particle
-  std::optional<std::string> plan_;
+  const std::string plan_;
   std::vector<std::shared_ptr<ClothRecord>> made_;
 };
 

@@ -97,7 +97,7 @@ struct ClothDescription {
   std::shared_ptr<const SceneModel> model;
   ClothParameters parameters;  // colliders in the environment frame
   std::vector<Pin> pins;       // sorted by particle, like model->pins()
-  std::string plan;            // Backend::PlanOf(*model)
+  std::string plan;            // BackendDescription::plan_of
   MapCharges map_charges{};    // for the colliders of `parameters`
 };
 

@@ -85,9 +85,8 @@ void PlanLengths(const ClothRuntime& runtime, const ClothChange& change, const S
 
 // The cloth is alive. `changed` is null unless it gets another model; `rows` hold its positions if
 // it gets other pins.
-Result<PlannedUpdate> Plan(const Backend& backend, const ClothRecord& cloth,
-                           const ClothChange& change, const ChangedModel* changed,
-                           const PositionRows& rows) {
+Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change,
+                           const ChangedModel* changed, const PositionRows& rows) {
   const auto before = cloth.description();
   Result<ClothParameters> parameters = ApplyChange(before->parameters, change);
   if (!parameters.ok()) return parameters.status();
@@ -106,7 +105,7 @@ Result<PlannedUpdate> Plan(const Backend& backend, const ClothRecord& cloth,
   if (changed != nullptr) {
     after->model_description = changed->description;
     after->model = changed->model;
-    after->plan = backend.PlanOf(*after->model);
+    after->plan = changed->plan;
     plan.write.model = after->model;
     plan.undo.model = before->model;
     PlanLengths(*cloth.runtime, change, *after->model, plan);
@@ -169,7 +168,7 @@ Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRec
   PositionRows rows{state.positions_m};
   for (size_t k = 0; k < cloths.size(); ++k) {
     Result<PlannedUpdate> plan =
-        Plan(backend, *cloths[k], change, models.empty() ? nullptr : &models[k], rows);
+        Plan(*cloths[k], change, models.empty() ? nullptr : &models[k], rows);
     if (!plan.ok()) return plan.status();
     plans.push_back(std::move(plan).value());
     rows.first_row += cloths[k]->runtime->particle_count();

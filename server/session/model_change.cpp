@@ -116,7 +116,7 @@ Result<ChangedModel> Build(const ModelDescription& before, const ClothChange& ch
   }
   auto model = SceneModel::Build(*description, LimitsFor(change, rules.limits));
   if (!model.ok()) return InSpec(model.status());
-  return ChangedModel{std::move(description), models.Share(*model)};
+  return ChangedModel{std::move(description), models.Share(*model), {}};
 }
 
 }  // namespace

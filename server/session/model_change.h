@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "server/session/cloth_record.h"
@@ -16,6 +17,7 @@ namespace drape {
 struct ChangedModel {
   std::shared_ptr<const ModelDescription> description;
   std::shared_ptr<const SceneModel> model;
+  std::string plan;  // BackendDescription::plan_of; the caller of BuildChangedModels sets it
 };
 
 // What a changed model must keep to.

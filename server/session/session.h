@@ -36,7 +36,7 @@ struct SessionCommons {
 struct CreatedCloths {
   std::vector<ClothId> ids;  // one per copy, same order
   std::shared_ptr<const SceneModel> model;
-  std::string plan;                         // Backend::PlanOf
+  std::string plan;                         // BackendDescription::plan_of
   std::shared_ptr<const ClearStart> start;  // ClothCopy::start of one, a cleared one first
 };
 
@@ -75,7 +75,8 @@ class Session : public std::enable_shared_from_this<Session> {
   // Creates all the copies or none. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED) names the limit;
   // RESOURCE_EXHAUSTED of the backend when the device is full.
   void CreateCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done);
-  // The quota check of CreateCloths alone, and the backend's plan for the model: for validate_only.
+  // For validate_only: checks the quota as CreateCloths does and creates nothing. `done` runs
+  // before this returns.
   void CheckCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done);
 
   // In the order of `ids`; no ids: every cloth in order of creation. NOT_FOUND (CLOTH_NOT_FOUND)

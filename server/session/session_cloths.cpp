@@ -47,7 +47,8 @@ void Session::CreateCloths(ClothCreation creation,
   auto model = commons_->models.Share(creation.model);
   const size_t per_slice = ClothsPerSlice(model->particle_count());
   auto start = StartOf(creation);
-  auto maker = std::make_shared<ClothMaker>(std::move(creation), std::move(model));
+  std::string plan = commons_->scheduler.description().plan_of(*model);
+  auto maker = std::make_shared<ClothMaker>(std::move(creation), std::move(model), std::move(plan));
   const auto finish = [self = shared_from_this(), maker, start = std::move(start), done, cloths,
                        particles](Backend& backend, const Status& status) {
     Status outcome = status;
@@ -86,17 +87,11 @@ void Session::CheckCloths(ClothCreation creation, std::function<void(Result<Crea
     status = CheckQuota(creation.copies.size(),
                         uint64_t{creation.model->particle_count()} * creation.copies.size());
   }
-  if (status.ok()) {
-    status = commons_->scheduler.Post([self = shared_from_this(), model = creation.model,
-                                       start = StartOf(creation), done](Backend& backend) {
-      CreatedCloths answer;
-      answer.model = model;
-      answer.start = start;
-      answer.plan = backend.PlanOf(*model);
-      self->commons_->scheduler.Complete([done, answer] { done(answer); });
-    });
-  }
-  if (!status.ok()) done(status);
+  if (!status.ok()) return done(status);
+  done(CreatedCloths{.ids = {},
+                     .model = creation.model,
+                     .plan = commons_->scheduler.description().plan_of(*creation.model),
+                     .start = StartOf(creation)});
 }
 
 void Session::UpdateCloths(ClothList cloths, ClothChange change,
@@ -121,6 +116,9 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
       return;
     }
     models = std::move(built).value();
+    for (ChangedModel& changed : models) {
+      changed.plan = commons_->scheduler.description().plan_of(*changed.model);
+    }
   }
   const Status status = commons_->scheduler.Post(
       [self = shared_from_this(), cloths = std::move(cloths), change = std::move(change),

@@ -50,14 +50,14 @@ struct Tracked {
   std::atomic<int> dropped{0};
   std::atomic<std::thread::id> dropped_on{};
 
-  std::shared_ptr<gl::SharedCopy> NewCopy() {
+  std::shared_ptr<DeviceCopy> NewCopy() {
     const auto holder = std::shared_ptr<int>(new int(0), [this](const int* number) {
       delete number;
       dropped_on = std::this_thread::get_id();
       ++dropped;
     });
     // Only its life counts here.
-    return {holder, reinterpret_cast<gl::SharedCopy*>(holder.get())};
+    return {holder, reinterpret_cast<DeviceCopy*>(holder.get())};
   }
   PictureContent NewContent() {
     PictureContent content;

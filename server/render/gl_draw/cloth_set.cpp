@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "server/gl/shared_copy.h"
+#include "server/gl/device_copy.h"
 #include "server/render/gl_draw/float_order.h"
 #include "server/render/gl_draw/palette.h"
 #include "server/render/gl_draw/projection.h"
