@@ -278,10 +278,9 @@ void CheckPinControls(const v1::PinControls& controls, CheckedStep& result, Fiel
     const int row = static_cast<int>(r);
     const double* target = controls.targets_m().data() + 3 * r;
     const double over_s = CheckOver(path.Child("over_s"), controls.over_s(), r, checks);
-    result.pin_controls.push_back({ClothId::FromPacked(controls.cloth_ids(row)),
-                                   controls.particles(row),
-                                   {target[0], target[1], target[2]},
-                                   over_s});
+    result.controls.pins.push_back(
+        {ClothId::FromPacked(controls.cloth_ids(row)),
+         {controls.particles(row), {target[0], target[1], target[2]}, over_s}});
   }
 }
 
@@ -355,9 +354,9 @@ Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps
   CheckExtent(request, max_steps_per_request, result, checks);
   if (request.has_expected_step()) result.expected_step = request.expected_step();
   CheckPinControls(request.pin_controls(), result, checks);
-  result.collider_controls = CheckColliderControls(request.collider_controls(), checks);
-  result.length_controls = CheckLengthControls(request.rest_length_controls(), checks);
-  result.length_scales = CheckLengthScales(request.rest_length_scales(), checks);
+  result.controls.colliders = CheckColliderControls(request.collider_controls(), checks);
+  result.controls.lengths = CheckLengthControls(request.rest_length_controls(), checks);
+  result.controls.length_scales = CheckLengthScales(request.rest_length_scales(), checks);
   if (request.has_view()) result.view = CheckView(FieldPath("view"), request.view(), checks);
   result.report = request.report();
   if (!checks.ok()) return checks.ToStatus();

@@ -110,4 +110,15 @@ class [[nodiscard]] Result {
     if (::drape::Status drape_status_ = (expression); !drape_status_.ok()) return drape_status_; \
   } while (false)
 
+// Returns from the enclosing function if `expression` is a failed Result; else puts its value into
+// `target`, which may be a declaration.
+#define DRAPE_ASSIGN_OR_RETURN(target, expression) \
+  DRAPE_ASSIGN_OR_RETURN_NAMED(DRAPE_CONCATENATE(drape_result_, __LINE__), target, expression)
+#define DRAPE_ASSIGN_OR_RETURN_NAMED(result, target, expression) \
+  auto result = (expression);                                    \
+  if (!result.ok()) return result.status();                      \
+  target = std::move(result).value()
+#define DRAPE_CONCATENATE(a, b) DRAPE_CONCATENATE_EXPANDED(a, b)
+#define DRAPE_CONCATENATE_EXPANDED(a, b) a##b
+
 }  // namespace drape

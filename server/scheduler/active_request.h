@@ -65,12 +65,8 @@ class ActiveRequest {
 
  private:
   Status CheckExpectations(uint32_t max_steps) const;
-  Status FindPins(std::vector<size_t>& pins) const;
-  Status CheckLengthControls() const;
-  Status CheckColliderControls() const;
-  void ApplyPinControls(const std::vector<size_t>& pins);
-  Status ApplyLengthControls(Backend& backend);
-  void ApplyColliderControls();
+  // All controls, or none and an error.
+  Status ApplyControls(Backend& backend);
 
   StepWork work_;
   const uint32_t tenant_;

@@ -5,16 +5,12 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <mutex>
-#include <span>
 #include <vector>
 
 #include "server/core/ids.h"
 #include "server/scene/scene_model.h"
-#include "server/scheduler/collider_track.h"
+#include "server/scheduler/cloth_controls.h"
 #include "server/scheduler/frame_budget.h"
-#include "server/scheduler/length_track.h"
-#include "server/scheduler/pin_track.h"
 #include "server/scheduler/sleep_watch.h"
 #include "server/solver/step_report.h"
 
@@ -87,7 +83,9 @@ class ClothRuntime {
   // Any thread.
   ClothProgress progress() const { return published_.Read(); }
   // Where the colliders are and how they go on, in the cloth frame; empty: they rest as described.
-  std::vector<RigidMotion> collider_motions() const;
+  std::vector<RigidMotion> collider_motions() const {
+    return controls_.CollidersAt(progress().time_s);
+  }
 
   // --- Device thread from here on. ---
 
@@ -95,7 +93,8 @@ class ClothRuntime {
   // `pin_targets_m` in the first step; both [pin_count] in the cloth frame.
   void Begin(ClothHandle handle, std::shared_ptr<const SceneModel> model,
              const StepSettings& settings, const ReportShift& shift,
-             std::vector<Eigen::Vector3d> pin_starts_m, std::vector<Eigen::Vector3d> pin_targets_m);
+             const std::vector<Eigen::Vector3d>& pin_starts_m,
+             const std::vector<Eigen::Vector3d>& pin_targets_m);
   // The backend no longer has the cloth. Every step request that names it ends with `reason` after
   // this command, before anything of it is stepped again.
   void End(const Status& reason);
@@ -110,19 +109,8 @@ class ClothRuntime {
   uint64_t state_version() const { return state_version_; }
   // Counts resets, after which completed_steps begins again.
   uint64_t reset_count() const { return reset_count_; }
-  PinTrack& pins() { return pins_; }
-  const PinTrack& pins() const { return pins_; }
-  LengthTrack& lengths() { return lengths_; }
-  const LengthTrack& lengths() const { return lengths_; }
-  const ColliderTrack& colliders() const { return colliders_; }
-  // For the next step; valid until the next call.
-  std::span<const RigidMotion> NextColliderMotions() {
-    return colliders_.MotionsForStep(progress_.time_s, NextTime_s());
-  }
-  // The cloth has these colliders from now on, in motion or (empty) at rest about these pivots.
-  void StartColliders(std::vector<RigidMotion> motions, std::vector<Eigen::Vector3d> pivots_m);
-  // The backend knows of `track`'s motions.
-  void SetColliders(ColliderTrack track);
+  ClothControls& controls() { return controls_; }
+  const ClothControls& controls() const { return controls_; }
   // The settings that steps have from now on. Wakes, as whatever comes with them may act.
   void SetSettings(const StepSettings& settings);
   FrameBudget& budget() { return budget_; }
@@ -131,7 +119,7 @@ class ClothRuntime {
   // What the next step may cost at most (step_settings.h, SolvesPerStep).
   double solves_per_step() const {
     if (sleep_.is_asleep()) return 0;
-    return SolvesPerStep(*model_, budget_.settings(), colliders_.collider_count());
+    return SolvesPerStep(*model_, budget_.settings(), controls_.colliders().collider_count());
   }
 
   // Simulated time at the end of the next step: base time + steps since * time step, so that a
@@ -146,10 +134,11 @@ class ClothRuntime {
 
   // Step 0, time 0, no fault, no warnings; pins as in Begin, rest lengths of the model. The caller
   // has written the state, and starts the colliders.
-  void Reset(std::vector<Eigen::Vector3d> pin_starts_m, std::vector<Eigen::Vector3d> pin_targets_m);
+  void Reset(const std::vector<Eigen::Vector3d>& pin_starts_m,
+             const std::vector<Eigen::Vector3d>& pin_targets_m);
   void SetShift(const ReportShift& shift) { shift_ = shift; }
-  // A model of the same particle count that the backend has taken over. The caller replaces pins()
-  // and lengths().
+  // A model of the same particle count that the backend has taken over. The caller replaces the
+  // pins and lengths of controls().
   void SetModel(std::shared_ptr<const SceneModel> model) { model_ = std::move(model); }
 
   // Step requests that name this cloth, in order of arrival; the first one has the turn
@@ -170,11 +159,7 @@ class ClothRuntime {
   ClothProgress progress_;
   uint64_t state_version_ = 0;
   uint64_t reset_count_ = 0;
-  PinTrack pins_;
-  LengthTrack lengths_;
-  ColliderTrack colliders_;
-  mutable std::mutex mutex_;
-  std::shared_ptr<const ColliderTrack> shown_colliders_;  // null: they rest; guarded by mutex_
+  ClothControls controls_;
   FrameBudget budget_;
   SleepWatch sleep_;
   std::deque<ActiveRequest*> turns_;

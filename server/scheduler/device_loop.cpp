@@ -127,9 +127,7 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
       item.cloth = cloth.handle();
       item.max_iterations = cloth.budget().Cap();
       if (!cloth.is_faulted()) {
-        item.pin_targets_m = cloth.pins().TargetsForStep(cloth.NextTime_s());
-        item.rest_lengths_m = cloth.lengths().TargetsForStep(cloth.NextTime_s());
-        item.collider_motions = cloth.NextColliderMotions();
+        cloth.controls().SetTargets(cloth.now().time_s, cloth.NextTime_s(), item);
       }
       if (ActsOnCloth(item)) cloth.sleep().Wake();
       if (cloth.sleep().is_asleep()) continue;

@@ -1,7 +1,6 @@
 // What goes into the scheduler and what comes out: plain values.
 #pragma once
 
-#include <Eigen/Core>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -12,6 +11,7 @@
 
 #include "server/core/status.h"
 #include "server/scheduler/cloth_runtime.h"
+#include "server/scheduler/step_controls.h"
 #include "server/solver/device_backend.h"
 
 namespace drape {
@@ -40,38 +40,6 @@ class CancelToken {
 
  private:
   std::shared_ptr<std::atomic<bool>> is_cancelled_ = std::make_shared<std::atomic<bool>>(false);
-};
-
-// Moves a pin from the start of the first step of a request.
-struct PinControl {
-  uint32_t cloth_index = 0;                            // in StepWork::cloths
-  uint32_t particle = 0;                               // must be pinned when the request starts
-  Eigen::Vector3d target_m = Eigen::Vector3d::Zero();  // cloth frame
-  double over_s = 0;                                   // >= 0; 0 = within one step
-};
-
-// Moves a collider from the start of the first step of a request.
-struct ColliderControl {
-  uint32_t cloth_index = 0;  // in StepWork::cloths
-  uint32_t collider = 0;     // the cloth must have it when the request starts
-  ColliderTarget target;     // cloth frame
-  double over_s = 0;         // >= 0; 0 = within one step
-};
-
-// Drives a rest length from the start of the first step of a request.
-struct LengthControl {
-  uint32_t cloth_index = 0;  // in StepWork::cloths
-  // In the order of the description; must be in the model when the request starts.
-  uint32_t constraint = 0;
-  double length_m = 0;  // > 0
-  double over_s = 0;    // >= 0; 0 = within one step
-};
-
-// Drives every rest length of a cloth to that of its model times `scale`.
-struct LengthScale {
-  uint32_t cloth_index = 0;  // in StepWork::cloths
-  double scale = 1;          // > 0
-  double over_s = 0;         // >= 0; 0 = within one step
 };
 
 // One cloth when it was read or when a request ended.
@@ -148,10 +116,7 @@ struct StepWork {
   std::optional<uint64_t> until_step;  // every cloth at or before it; faulted ones are left out
   // Every cloth that is not faulted must have completed exactly this many when the request starts.
   std::optional<uint64_t> expected_step;
-  std::vector<PinControl> pin_controls;
-  std::vector<ColliderControl> collider_controls;
-  std::vector<LengthScale> length_scales;  // before the single lengths
-  std::vector<LengthControl> length_controls;
+  StepControls controls;
   bool report = false;  // measure in the last step of each cloth
   StateFields view;     // states after the last step
   CancelToken cancel;   // takes effect after the current round

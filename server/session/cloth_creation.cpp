@@ -56,11 +56,10 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
       creation_.description, model_, copy.parameters, pins_, plan_, creation_.map_charges});
   made_.push_back(
       std::make_shared<ClothRecord>(placement, copy.transform, std::move(description), copy.start));
-  std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model_, state);
-  std::vector<Eigen::Vector3d> targets_m = PinTargets(pins_, placement, starts_m);
+  const std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model_, state);
   made_.back()->runtime->Begin(*handle, model_, on_device.settings,
-                               ShiftOf(*model_, copy.parameters, placement), std::move(starts_m),
-                               std::move(targets_m));
+                               ShiftOf(*model_, copy.parameters, placement), starts_m,
+                               PinTargets(pins_, placement, starts_m));
   StartColliders(on_device, *made_.back()->runtime);
   return Status::Ok();
 }
@@ -89,16 +88,15 @@ Status ResetCloth(Backend& backend, ClothRecord& cloth) {
   const auto description = cloth.description();
   ClothUpdate update;
   update.state = cloth.InitialState();
-  std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*description->model, *update.state);
+  const std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*description->model, *update.state);
   update.pin_targets_m = starts_m;
-  if (cloth.runtime->lengths().is_driven()) update.rest_lengths_m.emplace();
+  if (cloth.runtime->controls().lengths().is_driven()) update.rest_lengths_m.emplace();
   const ClothParameters in_cloth_frame = InClothFrame(description->parameters, cloth.placement);
-  if (cloth.runtime->colliders().is_moving()) {
+  if (cloth.runtime->controls().colliders().is_moving()) {
     update.collider_motions = in_cloth_frame.collider_motions;
   }
   DRAPE_RETURN_IF_ERROR(backend.Write(cloth.runtime->handle(), update));
-  std::vector<Eigen::Vector3d> targets_m = PinTargets(description->pins, cloth.placement, starts_m);
-  cloth.runtime->Reset(std::move(starts_m), std::move(targets_m));
+  cloth.runtime->Reset(starts_m, PinTargets(description->pins, cloth.placement, starts_m));
   StartColliders(in_cloth_frame, *cloth.runtime);
   return Status::Ok();
 }

@@ -111,7 +111,8 @@ ClothParameters InClothFrame(const ClothParameters& parameters, const Placement&
 void StartColliders(const ClothParameters& in_cloth_frame, ClothRuntime& runtime) {
   std::vector<Eigen::Vector3d> pivots_m;
   for (const Collider& collider : in_cloth_frame.colliders) pivots_m.push_back(CentreOf(collider));
-  runtime.StartColliders(in_cloth_frame.collider_motions, std::move(pivots_m));
+  runtime.controls().StartColliders(in_cloth_frame.collider_motions, std::move(pivots_m),
+                                    runtime.now().time_s);
 }
 
 std::vector<RigidMotion> ColliderMotionsNow(const ClothRecord& cloth) {

@@ -23,12 +23,6 @@ struct PlannedUpdate {
   bool has_new_colliders = false;
 };
 
-std::vector<Eigen::Vector3d> PinsNow(const PinTrack& pins, double now_s) {
-  std::vector<Eigen::Vector3d> positions_m;
-  for (size_t k = 0; k < pins.pin_count(); ++k) positions_m.push_back(pins.At(k, now_s));
-  return positions_m;
-}
-
 Eigen::Vector3d Row(const ScalarColumn& column, size_t row) {
   return std::visit(
       [&](const auto& values) {
@@ -51,20 +45,19 @@ PinTrack PinsAfter(const PositionRows& rows, const ClothRecord& cloth,
   const ClothRuntime& runtime = *cloth.runtime;
   const double now_s = runtime.now().time_s;
   const auto old_pins = runtime.model()->pins();
-  std::vector<PinMotion> motions;
+  std::vector<Motion<Eigen::Vector3d>> motions;
   for (const Pin& pin : pins) {
     const auto old = std::lower_bound(old_pins.begin(), old_pins.end(), pin.particle);
-    PinMotion motion;
     if (old != old_pins.end() && *old == pin.particle) {
-      motion = runtime.pins().motion(static_cast<size_t>(old - old_pins.begin()));
+      const auto k = static_cast<size_t>(old - old_pins.begin());
+      motions.push_back(runtime.controls().pins().motion(k));
     } else {
-      motion.start_m = motion.target_m = Row(rows.positions_m, rows.first_row + pin.particle);
-      motion.start_s = now_s;
+      const Eigen::Vector3d here_m = Row(rows.positions_m, rows.first_row + pin.particle);
+      motions.push_back({here_m, here_m, now_s, 0});
     }
-    motions.push_back(motion);
   }
   PinTrack track;
-  track.Start(std::move(motions));
+  track.Start(std::move(motions), false);
   for (size_t k = 0; k < pins.size(); ++k) {
     if (!pins[k].target_m.has_value()) continue;
     track.Move(k, cloth.placement.ClothFromEnvironment(*pins[k].target_m), 0, now_s);
@@ -75,11 +68,12 @@ PinTrack PinsAfter(const PositionRows& rows, const ClothRecord& cloth,
 // Lengths that are driven go on under another model, unless there are other constraints.
 void PlanLengths(const ClothRuntime& runtime, const ClothChange& change, const SceneModel& model,
                  PlannedUpdate& plan) {
-  if (!runtime.lengths().is_driven()) return;
+  const LengthTrack& lengths = runtime.controls().lengths();
+  if (!lengths.is_driven()) return;
   const double now_s = runtime.now().time_s;
-  plan.undo.rest_lengths_m = runtime.lengths().LengthsAt(now_s);
+  plan.undo.rest_lengths_m = lengths.LengthsAt(now_s);
   if (change.model.distance_constraints) return;
-  plan.lengths = runtime.lengths().CarriedTo(model);
+  plan.lengths = lengths.CarriedTo(model);
   if (plan.lengths.is_driven()) plan.write.rest_lengths_m = plan.lengths.LengthsAt(now_s);
 }
 
@@ -98,8 +92,9 @@ Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change,
   plan.write.parameters = OnDevice(model, after->parameters, cloth.placement);
   plan.undo.parameters = OnDevice(*before->model, before->parameters, cloth.placement);
   plan.has_new_colliders = change.colliders.has_value();
-  if (cloth.runtime->colliders().is_moving()) {
-    plan.undo.collider_motions = cloth.runtime->colliders().At(cloth.runtime->now().time_s);
+  const ClothControls& controls = cloth.runtime->controls();
+  if (controls.colliders().is_moving()) {
+    plan.undo.collider_motions = controls.colliders().At(cloth.runtime->now().time_s);
     if (!plan.has_new_colliders) plan.write.collider_motions = plan.undo.collider_motions;
   }
   if (changed != nullptr) {
@@ -114,8 +109,8 @@ Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change,
     const double now_s = cloth.runtime->now().time_s;
     after->pins = SortedPins(*change.pins);
     plan.pins = PinsAfter(rows, cloth, after->pins);
-    plan.write.pin_targets_m = PinsNow(*plan.pins, now_s);
-    plan.undo.pin_targets_m = PinsNow(cloth.runtime->pins(), now_s);
+    plan.write.pin_targets_m = plan.pins->At(now_s);
+    plan.undo.pin_targets_m = controls.pins().At(now_s);
   }
   plan.after = std::move(after);
   return plan;
@@ -125,10 +120,11 @@ void Commit(ClothRecord& cloth, PlannedUpdate plan) {
   ClothRuntime& runtime = *cloth.runtime;
   runtime.SetSettings(plan.write.parameters->settings);
   runtime.SetShift(ShiftOf(*plan.after->model, plan.after->parameters, cloth.placement));
-  if (plan.write.model) runtime.lengths() = std::move(plan.lengths);
+  ClothControls& controls = runtime.controls();
+  if (plan.write.model) controls.lengths() = std::move(plan.lengths);
   runtime.SetModel(plan.after->model);
   if (plan.has_new_colliders) StartColliders(*plan.write.parameters, runtime);
-  if (plan.pins.has_value()) runtime.pins() = std::move(*plan.pins);
+  if (plan.pins.has_value()) controls.pins() = std::move(*plan.pins);
   cloth.ReplaceDescription(std::move(plan.after));
 }
 

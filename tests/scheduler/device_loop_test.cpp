@@ -196,7 +196,7 @@ TEST_F(DeviceLoopTest, PinsMoveFromTheStartOfTheRequest) {
   const auto a = Cloth({0});
   Admit(Work("before", {a}, 4));  // 1 s
   StepWork work = Work("move", {a}, 4);
-  work.pin_controls = {{0, 0, Vector3d(0, 8, 0), 0.5}};
+  work.controls.pins = {{0, {0, Vector3d(0, 8, 0), 0.5}}};
   Admit(work);
   RunAll();
   const auto batches = device_->batches();
@@ -210,7 +210,7 @@ TEST_F(DeviceLoopTest, PinsMoveFromTheStartOfTheRequest) {
 TEST_F(DeviceLoopTest, APinThatIsNoneAnyMoreEndsTheRequestUntouched) {
   const auto a = Cloth({0});
   StepWork work = Work("work", {a});
-  work.pin_controls = {{0, 0, Vector3d(0, 8, 0), 0}, {0, 1, Vector3d::Zero(), 0}};
+  work.controls.pins = {{0, {0, Vector3d(0, 8, 0), 0}}, {0, {1, Vector3d::Zero(), 0}}};
   Admit(work);
   RunAll();
   EXPECT_EQ(outcomes_["work"].status.code(), StatusCode::kFailedPrecondition);
@@ -222,10 +222,10 @@ TEST_F(DeviceLoopTest, APinThatIsNoneAnyMoreEndsTheRequestUntouched) {
 // time.
 TEST_F(DeviceLoopTest, CollidersMoveFromTheStartOfTheRequest) {
   const auto a = Cloth();
-  a->StartColliders({}, {Vector3d(1, 0, 0), Vector3d(0, 0, 0)});
+  a->controls().StartColliders({}, {Vector3d(1, 0, 0), Vector3d(0, 0, 0)}, 0);
   Admit(Work("before", {a}, 4));  // 1 s
   StepWork work = Work("move", {a}, 1);
-  work.collider_controls = {{0, 1, {.position_m = Vector3d(0, 8, 0)}, 0.5}};
+  work.controls.colliders = {{0, {1, {.position_m = Vector3d(0, 8, 0)}, 0.5}}};
   Admit(work);
   RunAll();
   const auto motions = [&]() -> const std::vector<RigidMotion>& {
@@ -244,7 +244,7 @@ TEST_F(DeviceLoopTest, CollidersMoveFromTheStartOfTheRequest) {
 
 TEST_F(DeviceLoopTest, AColliderThatIsNoneAnyMoreEndsTheRequestUntouched) {
   const auto a = Cloth();
-  a->StartColliders({}, {Vector3d(1, 0, 0)});
+  a->controls().StartColliders({}, {Vector3d(1, 0, 0)}, 0);
   StepWork work = Work("work", {a});
   work.collider_controls = {{0, 0, {.position_m = Vector3d(0, 8, 0)}, 0},
                             {0, 1, {.position_m = Vector3d(0, 8, 0)}, 0}};
@@ -252,21 +252,21 @@ TEST_F(DeviceLoopTest, AColliderThatIsNoneAnyMoreEndsTheRequestUntouched) {
   RunAll();
   EXPECT_EQ(outcomes_["work"].status.code(), StatusCode::kFailedPrecondition);
   EXPECT_EQ(outcomes_["work"].status.reason(), "COLLIDER_NOT_FOUND");
-  EXPECT_FALSE(a->colliders().is_moving());
+  EXPECT_FALSE(a->controls().colliders().is_moving());
   EXPECT_EQ(a->now().completed_steps, 0u);
 }
 
 TEST_F(DeviceLoopTest, WithoutRoomForMovingCollidersNothingMoves) {
   const auto a = Cloth({0});
-  a->StartColliders({}, {Vector3d(1, 0, 0)});
+  a->controls().StartColliders({}, {Vector3d(1, 0, 0)}, 0);
   StepWork work = Work("work", {a});
-  work.pin_controls = {{0, 0, Vector3d(0, 8, 0), 0}};
-  work.collider_controls = {{0, 0, {.position_m = Vector3d(0, 8, 0)}, 0}};
+  work.controls.pins = {{0, {0, Vector3d(0, 8, 0), 0}}};
+  work.controls.colliders = {{0, {0, {.position_m = Vector3d(0, 8, 0)}, 0}}};
   device_->FailWrite(0);
   Admit(work);
   RunAll();
   EXPECT_EQ(outcomes_["work"].status.code(), StatusCode::kResourceExhausted);
-  EXPECT_FALSE(a->colliders().is_moving());
+  EXPECT_FALSE(a->controls().colliders().is_moving());
   EXPECT_EQ(a->pins().At(0, 100), Vector3d(0, 0, 0));
 }
 
