@@ -78,7 +78,7 @@ Result<StepWork> ToWork(const CheckedStep& checked, const std::string& session_n
                         const ClothList& cloths) {
   StepWork work;
   DRAPE_ASSIGN_OR_RETURN(work.controls, ResolveControls(checked.controls, cloths));
-  work.tenant = session_name;
+  work.session = session_name;
   for (const auto& cloth : cloths) work.cloths.push_back(cloth->runtime);
   work.steps = checked.steps;
   work.until_step = checked.until_step;

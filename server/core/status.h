@@ -13,7 +13,7 @@
 
 namespace drape {
 
-// The subset of gRPC codes that Drape answers with; api/ maps them one to one.
+// The gRPC codes that Drape answers with; api/ maps them one to one.
 enum class StatusCode {
   kOk,
   kInvalidArgument,
@@ -54,7 +54,7 @@ class [[nodiscard]] Status {
   const std::string& reason() const { return reason_; }
   const std::string& message() const { return message_; }
   const std::vector<FieldViolation>& violations() const { return violations_; }
-  // Set only where waiting helps.
+  // Set only if waiting helps.
   const std::optional<int64_t>& retry_after_ms() const { return retry_after_ms_; }
   Status& RetryAfterMs(int64_t ms) {
     retry_after_ms_ = ms;
@@ -71,7 +71,7 @@ class [[nodiscard]] Status {
   std::optional<int64_t> retry_after_ms_;
 };
 
-// A value or the status that explains its absence.
+// A value, or the status that explains its absence.
 template <class T>
 class [[nodiscard]] Result {
  public:

@@ -19,7 +19,7 @@ Status StepMismatch(const ClothRuntime& cloth, uint32_t cloth_index, const std::
               std::to_string(cloth.now().completed_steps) + " steps, " + wanted};
 }
 
-// The place of the particle's pin in the model and in PinTrack.
+// The index of the particle's pin in the model and in PinTrack.
 std::optional<size_t> FindPin(const SceneModel& model, uint32_t particle) {
   const auto pins = model.pins();
   const auto found = std::lower_bound(pins.begin(), pins.end(), particle);
@@ -32,8 +32,8 @@ Status NotFound(const char* reason, uint32_t cloth_index, const std::string& ele
           "cloth " + std::to_string(cloth_index) + " of the request no longer has " + element};
 }
 
-// What a request does with each of its controls before its first step: Check all of them, then
-// Prepare all, then Apply all. One overload per kind of control.
+// Before its first step a request checks all its controls, then prepares all, then applies all. One
+// overload per kind of control.
 
 Status Check(ClothRuntime& cloth, const ClothControl<PinControl>& pin) {
   if (FindPin(*cloth.model(), pin.control.particle).has_value()) return Status::Ok();
@@ -55,13 +55,13 @@ Status Check(ClothRuntime& /*cloth*/, const ClothControl<LengthScale>& /*scale*/
 
 Status Check(ClothRuntime& cloth, const ClothControl<LengthControl>& length) {
   const uint32_t constraint = length.control.constraint;
-  if (cloth.controls().lengths().FindPlace(*cloth.model(), constraint)) return Status::Ok();
+  if (cloth.controls().lengths().FindConstraint(*cloth.model(), constraint)) return Status::Ok();
   return NotFound("CONSTRAINT_NOT_FOUND", length.cloth_index,
                   "the constraint " + std::to_string(constraint));
 }
 
-// Tells the backend of the first length that is driven: the cloth gets lengths of its own, which
-// are those it has.
+// When the first length of a cloth is driven, the backend gives the cloth rest lengths of its own,
+// with their present values.
 Status BeginDriving(Backend& backend, ClothRuntime& cloth) {
   LengthTrack& lengths = cloth.controls().lengths();
   if (lengths.is_driven() || cloth.model()->constraint_count() == 0) return Status::Ok();
@@ -101,7 +101,7 @@ Status Prepare(Backend& backend, ClothRuntime& cloth, const LengthControl& /*con
 void Apply(ClothRuntime& cloth, const PinControl& control) {
   PinTrack& pins = cloth.controls().pins();
   const size_t pin = *FindPin(*cloth.model(), control.particle);
-  // Nothing happens, and the cloth may continue to sleep.
+  // Nothing changes, and the cloth may stay asleep.
   if (pins.is_settled() && control.target_m == pins.motion(pin).goal) return;
   pins.Move(pin, control.target_m, control.over_s, cloth.now().time_s);
 }
@@ -119,14 +119,14 @@ void Apply(ClothRuntime& cloth, const LengthScale& control) {
 
 void Apply(ClothRuntime& cloth, const LengthControl& control) {
   LengthTrack& lengths = cloth.controls().lengths();
-  lengths.Move(*lengths.FindPlace(*cloth.model(), control.constraint), control.length_m,
+  lengths.Move(*lengths.FindConstraint(*cloth.model(), control.constraint), control.length_m,
                control.over_s, cloth.now().time_s);
 }
 
 }  // namespace
 
-ActiveRequest::ActiveRequest(StepWork work, int64_t submitted_us, uint32_t tenant, uint64_t round)
-    : work_(std::move(work)), tenant_(tenant), last_round_(round), idle_since_us_(submitted_us) {
+ActiveRequest::ActiveRequest(StepWork work, int64_t submitted_us, uint32_t session, uint64_t round)
+    : work_(std::move(work)), session_(session), last_round_(round), idle_since_us_(submitted_us) {
   DRAPE_CHECK(!work_.cloths.empty(), "a step request needs a cloth");
   DRAPE_CHECK(work_.steps.has_value() != work_.until_step.has_value(),
               "exactly one of steps and until_step");
@@ -207,7 +207,7 @@ Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
   for (size_t k = 0; k < work_.cloths.size(); ++k) {
     const ClothRuntime& cloth = *work_.cloths[k];
     if (cloth.is_faulted()) {
-      // Stepping leaves a faulted cloth as it is; once, for its report.
+      // A step leaves a faulted cloth as it is; one step, for its report.
       steps_left_[k] = work_.report ? 1 : 0;
     } else if (work_.steps.has_value()) {
       steps_left_[k] = *work_.steps;
@@ -219,17 +219,17 @@ Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
   return Status::Ok();
 }
 
-std::span<const uint32_t> ActiveRequest::Places(double solves_per_place) {
+std::span<const uint32_t> ActiveRequest::Costs(double solves_per_cost) {
   constexpr double kMost = std::numeric_limits<uint32_t>::max();
-  places_.clear();
+  costs_.clear();
   const size_t count = steps_left_.size();
   for (size_t n = 0; n < count; ++n) {
     const size_t k = (cursor_ + n) % count;
     if (steps_left_[k] == 0) continue;
-    const double places = std::ceil(work_.cloths[k]->solves_per_step() / solves_per_place);
-    places_.push_back(static_cast<uint32_t>(std::clamp(places, 1.0, kMost)));
+    const double cost = std::ceil(work_.cloths[k]->solves_per_step() / solves_per_cost);
+    costs_.push_back(static_cast<uint32_t>(std::clamp(cost, 1.0, kMost)));
   }
-  return places_;
+  return costs_;
 }
 
 std::vector<uint32_t> ActiveRequest::Take(uint32_t count, uint64_t round) {
@@ -256,7 +256,7 @@ void ActiveRequest::CompleteStep(uint32_t cloth_index, const StepReport& report)
   if (is_measured) {
     reports_[cloth_index] = cloth.Shifted(report);
   } else if (report.fault != FaultReason::kNone) {
-    left = work_.report ? 1 : 0;  // once more for the report, see Start
+    left = work_.report ? 1 : 0;  // one more for the report, see Start
   }
   cloths_to_step_ -= left == 0;
 }

@@ -45,7 +45,7 @@ ClothProgress PublishedProgress::Read() const {
     progress.warnings.elastic_beyond_limit = elastic_beyond_limit_.load(std::memory_order_relaxed);
     progress.warnings.springs_gain_energy = springs_gain_energy_.load(std::memory_order_relaxed);
     progress.warnings.over_budget = over_budget_.load(std::memory_order_relaxed);
-    // No value above may be read after the second look at the sequence number.
+    // No value above may be read after the sequence number is read again.
     std::atomic_thread_fence(std::memory_order_acquire);
     if (before % 2 == 0 && sequence_.load(std::memory_order_relaxed) == before) return progress;
   }

@@ -11,14 +11,15 @@
 namespace drape {
 namespace {
 
-// Read at once to find out whether cloths are at rest: 12 MiB in single precision.
+// Limit on the particles read at once to find out whether cloths are at rest: 12 MiB in single
+// precision.
 constexpr size_t kMaxParticlesPerLook = size_t{1} << 20;
 
 bool IsMoving(const RigidMotion& motion) {
   return !motion.velocity_m_per_s.isZero(0) || !motion.angular_velocity_rad_per_s.isZero(0);
 }
 
-// Whether the next step of the cloth is not like its last one.
+// Whether the next step of the cloth differs from the last one.
 bool ActsOnCloth(const StepItem& item) {
   return !item.pin_targets_m.empty() || !item.rest_lengths_m.empty() ||
          std::any_of(item.collider_motions.begin(), item.collider_motions.end(), IsMoving);
@@ -26,23 +27,23 @@ bool ActsOnCloth(const StepItem& item) {
 
 }  // namespace
 
-uint32_t TenantIndex::Enter(const std::string& tenant) {
-  auto [entry, is_new] = places_.try_emplace(tenant);
+uint32_t SessionIndex::Enter(const std::string& session) {
+  auto [entry, is_new] = entries_.try_emplace(session);
   if (is_new && !free_.empty()) {
     entry->second.index = free_.back();
     free_.pop_back();
   } else if (is_new) {
-    entry->second.index = static_cast<uint32_t>(places_.size() - 1);
+    entry->second.index = static_cast<uint32_t>(entries_.size() - 1);
   }
   ++entry->second.requests;
   return entry->second.index;
 }
 
-void TenantIndex::Leave(const std::string& tenant) {
-  const auto entry = places_.find(tenant);
+void SessionIndex::Leave(const std::string& session) {
+  const auto entry = entries_.find(session);
   if (--entry->second.requests > 0) return;
   free_.push_back(entry->second.index);
-  places_.erase(entry);
+  entries_.erase(entry);
 }
 
 DeviceLoop::DeviceLoop(Backend& backend, const Settings& settings, const Clock& clock,
@@ -54,9 +55,9 @@ DeviceLoop::DeviceLoop(Backend& backend, const Settings& settings, const Clock& 
       counters_(counters) {}
 
 void DeviceLoop::Admit(StepWork work, int64_t submitted_us) {
-  const uint32_t tenant = tenants_.Enter(work.tenant);
+  const uint32_t session = sessions_.Enter(work.session);
   requests_.push_back(
-      std::make_unique<ActiveRequest>(std::move(work), submitted_us, tenant, round_));
+      std::make_unique<ActiveRequest>(std::move(work), submitted_us, session, round_));
   requests_.back()->EnterTurns();
 }
 
@@ -74,7 +75,7 @@ std::optional<int64_t> DeviceLoop::RunRound() {
 
 std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
   std::vector<RequestPointer> over;
-  // In order of arrival: a request that ends hands its turns to later ones only.
+  // In order of arrival: a request that ends passes its turns to later ones only.
   for (auto entry = requests_.begin(); entry != requests_.end();) {
     ActiveRequest& request = **entry;
     if (request.work().cancel.is_cancelled() && !request.is_done()) {
@@ -89,7 +90,7 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
       continue;
     }
     request.LeaveTurns();
-    tenants_.Leave(request.work().tenant);
+    sessions_.Leave(request.work().session);
     over.push_back(std::move(*entry));
     entry = requests_.erase(entry);
   }
@@ -97,13 +98,13 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
 }
 
 std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
-  const double solves_per_place = settings_.max_solves_per_batch / settings_.batch.max_places;
+  const double solves_per_cost = settings_.max_solves_per_batch / settings_.batch.max_cost;
   std::vector<RunnableRequest> runnable;
   std::vector<ActiveRequest*> requests;
   for (const RequestPointer& request : requests_) {
     if (!request->has_started()) continue;
     runnable.push_back(
-        {request->tenant(), request->Places(solves_per_place), request->last_round()});
+        {request->session(), request->Costs(solves_per_cost), request->last_round()});
     requests.push_back(request.get());
   }
   if (runnable.empty()) return {};
@@ -268,12 +269,12 @@ void DeviceLoop::GiveAnswers() {
   }
 }
 
-std::vector<std::string> DeviceLoop::UnansweredTenants() const {
-  std::vector<std::string> tenants;
+std::vector<std::string> DeviceLoop::UnansweredSessions() const {
+  std::vector<std::string> sessions;
   for (const Answers& ended : answers_) {
-    for (const Answer& answer : ended.answers) tenants.push_back(answer.work.tenant);
+    for (const Answer& answer : ended.answers) sessions.push_back(answer.work.session);
   }
-  return tenants;
+  return sessions;
 }
 
 void DeviceLoop::EndAll(const Status& status) {

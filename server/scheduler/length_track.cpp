@@ -29,15 +29,15 @@ LengthTrack LengthTrack::CarriedTo(const SceneModel& model) const {
   if (!is_driven() || model.constraint_count() == 0) return carried;
   std::vector<Motion<double>> motions = AtRest(model);
   for (size_t k = 0; k < motions.size(); ++k) {
-    const std::optional<uint32_t> place = places_->Find(model.constraint_sources()[k]);
-    if (place.has_value()) motions[k] = track_.motion(*place);
+    const std::optional<uint32_t> index = places_->Find(model.constraint_sources()[k]);
+    if (index.has_value()) motions[k] = track_.motion(*index);
   }
   carried.track_.Start(std::move(motions), track_.is_settled());
   carried.places_.emplace(model);
   return carried;
 }
 
-std::optional<uint32_t> LengthTrack::FindPlace(const SceneModel& model, uint32_t source) {
+std::optional<uint32_t> LengthTrack::FindConstraint(const SceneModel& model, uint32_t source) {
   if (!places_.has_value()) places_.emplace(model);
   return places_->Find(source);
 }

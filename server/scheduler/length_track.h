@@ -25,11 +25,11 @@ class LengthTrack {
   // constraints than before.
   LengthTrack CarriedTo(const SceneModel& model) const;
 
-  // Where the cloth's model has constraint `source` of the description; none if it leaves it out.
-  std::optional<uint32_t> FindPlace(const SceneModel& model, uint32_t source);
-  // The constraint at `place` goes to `length_m` from its present length over `over_s` seconds.
-  void Move(uint32_t place, double length_m, double over_s, double now_s) {
-    track_.Move(place, length_m, over_s, now_s);
+  // The index in the model of constraint `source` of the description; none if it is left out.
+  std::optional<uint32_t> FindConstraint(const SceneModel& model, uint32_t source);
+  // Constraint `index` of the model goes to `length_m` from its present length in `over_s` seconds.
+  void Move(uint32_t index, double length_m, double over_s, double now_s) {
+    track_.Move(index, length_m, over_s, now_s);
   }
   // Every constraint goes to `scale` times the length of `model`.
   void Scale(const SceneModel& model, double scale, double over_s, double now_s);

@@ -8,7 +8,7 @@
 namespace drape {
 namespace {
 
-// Rows [first_row, first_row + rows) of a column of x, y, z; nothing of a column that is empty.
+// Rows [first_row, first_row + rows) of a column of x, y, z; empty if the column is empty.
 ScalarColumn Slice(const ScalarColumn& column, size_t first_row, size_t rows) {
   return std::visit(
       [&](const auto& values) -> ScalarColumn {

@@ -77,7 +77,7 @@ void FreeCloth(Backend& backend, ClothRecord& cloth, const Status& reason) {
   if (!cloth.runtime->is_alive()) return;
   cloth.runtime->End(reason);
   backend.Destroy(cloth.runtime->handle());
-  // The quota is free before anybody hears of it, whoever still holds the record.
+  // Frees the quota before any answer is sent, even if the record is still held.
   if (cloth.description()->map_charges.empty()) return;
   auto after = std::make_shared<ClothDescription>(*cloth.description());
   after->map_charges.clear();

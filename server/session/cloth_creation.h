@@ -10,7 +10,7 @@
 
 namespace drape {
 
-// Makes the copies of one ClothCreation, in order. Device thread but for the constructor.
+// Makes the copies of one ClothCreation, in order. Device thread, except the constructor.
 class ClothMaker {
  public:
   // `model` replaces creation.model: the shared one of equal content. `plan` is how the backend
@@ -19,10 +19,10 @@ class ClothMaker {
 
   size_t copy_count() const { return creation_.copies.size(); }
   const std::shared_ptr<const SceneModel>& model() const { return model_; }
-  // Creates copies [begin, end) on the backend. An error leaves those that were made before.
+  // Creates copies [begin, end) on the backend. After an error, earlier copies remain.
   Status Make(Backend& backend, size_t begin, size_t end);
   const std::vector<std::shared_ptr<ClothRecord>>& made() const { return made_; }
-  // Destroys all that were made.
+  // Destroys all copies.
   void Unmake(Backend& backend);
 
  private:
@@ -35,8 +35,8 @@ class ClothMaker {
   std::vector<std::shared_ptr<ClothRecord>> made_;
 };
 
-// Ends the cloth and frees it on the backend; step requests that name it end with `reason`,
-// CLOTH_NOT_FOUND if there is none. No effect on one that has ended. Device thread.
+// Ends the cloth and frees it on the backend; step requests that name it end with `reason` (without
+// one: CLOTH_NOT_FOUND). No effect if it has ended already. Device thread.
 void FreeCloth(Backend& backend, ClothRecord& cloth);
 void FreeCloth(Backend& backend, ClothRecord& cloth, const Status& reason);
 
@@ -46,7 +46,7 @@ Status ResetCloth(Backend& backend, ClothRecord& cloth);
 // CLOTH_NOT_FOUND.
 Status ClothNotFound(ClothId id);
 
-// Sorted by particle, as ClothDescription wants them.
+// Sorted by particle, as ClothDescription requires.
 std::vector<Pin> SortedPins(std::vector<Pin> pins);
 
 }  // namespace drape

@@ -13,13 +13,13 @@
 namespace drape {
 namespace {
 
-// Everything about one cloth's change, found out before anything is changed.
+// The change of one cloth, complete before anything is changed.
 struct PlannedUpdate {
   std::shared_ptr<const ClothDescription> after;
   ClothUpdate write;
   ClothUpdate undo;
-  std::optional<PinTrack> pins;  // set if they are replaced
-  LengthTrack lengths;           // with another model
+  std::optional<PinTrack> pins;  // if they are replaced
+  LengthTrack lengths;           // for another model
   bool has_new_colliders = false;
 };
 
@@ -38,8 +38,8 @@ struct PositionRows {
   size_t first_row = 0;
 };
 
-// The new pins: those that stay keep their motions, new ones start where their particle is; then
-// the given targets.
+// The new pins: remaining ones keep their motions, new ones start at their particle; then the given
+// targets are applied.
 PinTrack PinsAfter(const PositionRows& rows, const ClothRecord& cloth,
                    const std::vector<Pin>& pins) {
   const ClothRuntime& runtime = *cloth.runtime;
@@ -65,7 +65,7 @@ PinTrack PinsAfter(const PositionRows& rows, const ClothRecord& cloth,
   return track;
 }
 
-// Lengths that are driven go on under another model, unless there are other constraints.
+// Driven lengths continue with another model, unless it has other constraints.
 void PlanLengths(const ClothRuntime& runtime, const ClothChange& change, const SceneModel& model,
                  PlannedUpdate& plan) {
   const LengthTrack& lengths = runtime.controls().lengths();
@@ -128,9 +128,9 @@ void Commit(ClothRecord& cloth, PlannedUpdate plan) {
   cloth.ReplaceDescription(std::move(plan.after));
 }
 
-// Takes back what was written to the first `count` cloths, the last first, so that the device's
-// room is given up in the order opposite to that in which it was taken. Returns how many were ended
-// because the device had no room for what they were before.
+// Undoes the writes to the first `count` cloths, the last one first, so that the device's room is
+// freed in the reverse order. Returns the number of cloths that were ended because the device had
+// no room for their former state.
 size_t TakeBack(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
                 std::span<const PlannedUpdate> plans, size_t count) {
   size_t ended = 0;
@@ -143,7 +143,7 @@ size_t TakeBack(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> 
     FreeCloth(backend, cloth,
               Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",
                      "cloth " + std::to_string(cloth.id.Packed()) +
-                         " was deleted: the device had no room to take a change of it back"));
+                         " was deleted: the device had no room to undo a change of it"));
     ++ended;
   }
   return ended;
@@ -176,7 +176,7 @@ Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRec
     if (ended == 0) return status;
     return Status(status.code(), status.reason(),
                   status.message() + "; " + std::to_string(ended) +
-                      " of the cloths were deleted: there was no room to take the change back");
+                      " of the cloths were deleted: there was no room to undo the change");
   }
   for (size_t k = 0; k < cloths.size(); ++k) Commit(*cloths[k], std::move(plans[k]));
   return Status::Ok();

@@ -16,13 +16,13 @@
 namespace drape {
 namespace {
 
-// At most this many wrong rows of a table are named; the rest would be more of the same.
+// Limit on the wrong rows of a table that an error names.
 constexpr size_t kMaxNamedRows = 16;
 
 using ClothSpan = std::span<const std::shared_ptr<ClothRecord>>;
 using ClothIndices = std::unordered_map<ClothId, uint32_t>;
 
-// What is wrong with a row: in which column, and why.
+// An error in a row: the column and the reason.
 struct RowError {
   const char* column;
   std::string why;
@@ -80,7 +80,7 @@ RowCheck CheckCollider(const ClothRecord& cloth, ClothControl<ColliderControl>& 
   return std::nullopt;
 }
 
-// Keeps the places of each cloth's constraints, which take a pass over its model.
+// Keeps the ConstraintPlaces of each cloth, which take a pass over its model.
 class LengthCheck {
  public:
   RowCheck operator()(const ClothRecord& cloth, const ClothControl<LengthControl>& row) {

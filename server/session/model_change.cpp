@@ -14,8 +14,8 @@ namespace {
 
 constexpr uint32_t kNoLimit = std::numeric_limits<uint32_t>::max();
 
-// What could be created can be repinned: the sizes were checked at creation, and they do not depend
-// on the pins.
+// Any existing cloth can be repinned: its sizes were checked at creation and do not depend on the
+// pins.
 ModelLimits LimitsFor(const ClothChange& change, ModelLimits limits) {
   if (!change.model.is_any_set()) return {kNoLimit, kNoLimit, kNoLimit};
   limits.max_particles = kNoLimit;
@@ -36,7 +36,7 @@ std::string_view KindOf(const Topology& topology) {
   return "particles";
 }
 
-// Refuses what would change nothing of this topology.
+// Refuses changes that have no meaning for this topology.
 Status CheckFits(const ModelChange& change, const Topology& topology) {
   const bool is_grid = std::holds_alternative<GridTopology>(topology);
   const bool is_particles = std::holds_alternative<ParticleTopology>(topology);

@@ -153,7 +153,7 @@ void Session::FreeOnDevice(ClothList cloths, std::function<void(Status)> done) {
         self->ReleaseQuota(cloths.size(), ParticleTotal(cloths));
         self->commons_->scheduler.Complete([done] { done(Status::Ok()); });
       });
-  // The backend has gone, and the cloths with it.
+  // The backend and its cloths no longer exist.
   if (!is_taken) done(Status::Ok());
 }
 

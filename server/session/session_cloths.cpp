@@ -152,7 +152,7 @@ void Session::ResetCloths(ClothList cloths, std::function<void(Status)> done) {
     return;
   }
   const auto held = std::make_shared<const ClothList>(std::move(cloths));
-  // Cloths of a session differ in size: the slices are those of the largest.
+  // Cloths of a session differ in size: slices are made for the largest.
   uint32_t largest = 1;
   for (const auto& cloth : *held) {
     largest = std::max(largest, cloth->description()->model->particle_count());

@@ -108,7 +108,7 @@ Status SessionRegistry::CheckLive(const std::string& name) const {
   if (found != sessions_.end() && !IsExpired(found->second, clock_.NowUs())) return Status::Ok();
   if (found != sessions_.end() || expired_names_.contains(name)) {
     return {StatusCode::kNotFound, "SESSION_EXPIRED",
-            "the session's lease ran out; its cloths are deleted"};
+            "the session has expired; its cloths are deleted"};
   }
   return {StatusCode::kNotFound, "SESSION_NOT_FOUND", "no such session"};
 }

@@ -373,7 +373,7 @@ TEST_F(DeviceLoopTest, MoreClothsThanABatchHoldsAreSteppedInSeveral) {
   for (const auto& cloth : cloths) EXPECT_EQ(cloth->now().completed_steps, 3u);
 }
 
-TEST_F(DeviceLoopTest, ASmallTenantIsNotHeldUpByALargeOne) {
+TEST_F(DeviceLoopTest, ASmallSessionIsNotHeldUpByALargeOne) {
   Restart(4);
   std::vector<std::shared_ptr<ClothRuntime>> many;
   for (int k = 0; k < 100; ++k) many.push_back(Cloth());
@@ -410,8 +410,8 @@ TEST_F(DeviceLoopTest, EndAllEndsEverything) {
   EXPECT_EQ(outcomes_["second"].status.reason(), "DRAINING");
 }
 
-TEST(TenantIndex, NumbersOfThoseWhoLeftAreUsedAgain) {
-  TenantIndex index;
+TEST(SessionIndex, NumbersOfThoseWhoLeftAreUsedAgain) {
+  SessionIndex index;
   EXPECT_EQ(index.Enter("a"), 0u);
   EXPECT_EQ(index.Enter("b"), 1u);
   EXPECT_EQ(index.Enter("a"), 0u);

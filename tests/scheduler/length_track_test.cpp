@@ -33,7 +33,7 @@ TEST(LengthTrack, AClothThatIsNotDrivenHasNoTargets) {
 TEST(LengthTrack, AMotionIsCutIntoStepsAndEndsExactlyAtItsTarget) {
   LengthTrack track;
   track.Start(*Row());
-  track.Move(*track.FindPlace(*Row(), 1), 2.3, 2, 1);
+  track.Move(*track.FindConstraint(*Row(), 1), 2.3, 2, 1);
   EXPECT_THAT(track.TargetsForStep(2), ElementsAre(1, 3, testing::DoubleEq(2.15)));
   EXPECT_THAT(track.TargetsForStep(3), ElementsAre(1, 3, 2.3));
   EXPECT_THAT(track.TargetsForStep(4), IsEmpty());
@@ -61,11 +61,11 @@ TEST(LengthTrack, ScalesTheLengthsOfTheModel) {
 TEST(LengthTrack, MotionsGoOnUnderOtherPins) {
   LengthTrack track;
   track.Start(*Row());
-  track.Move(*track.FindPlace(*Row(), 2), 4, 2, 0);
-  track.Move(*track.FindPlace(*Row(), 1), 7, 0, 0);
+  track.Move(*track.FindConstraint(*Row(), 2), 4, 2, 0);
+  track.Move(*track.FindConstraint(*Row(), 1), 7, 0, 0);
   LengthTrack pinned = track.CarriedTo(*Row({1, 2}));
-  EXPECT_EQ(pinned.FindPlace(*Row({1, 2}), 1), std::nullopt);
-  EXPECT_EQ(pinned.FindPlace(*Row({1, 2}), 3), std::nullopt);
+  EXPECT_EQ(pinned.FindConstraint(*Row({1, 2}), 1), std::nullopt);
+  EXPECT_EQ(pinned.FindConstraint(*Row({1, 2}), 3), std::nullopt);
   EXPECT_THAT(pinned.LengthsAt(1), ElementsAre(1, 3.5));
   EXPECT_THAT(pinned.CarriedTo(*Row()).LengthsAt(1), ElementsAre(1, 3.5, 2));
   EXPECT_FALSE(LengthTrack().CarriedTo(*Row()).is_driven());

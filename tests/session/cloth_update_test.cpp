@@ -197,7 +197,7 @@ TEST_F(ClothUpdateTest, WhatWasCreatedUnderWiderLimitsCanBeRepinned) {
 TEST_F(ClothUpdateTest, PinsThatStayKeepTheirMotion) {
   const ClothList cloths = CreateChains(1, 3, {{0, std::nullopt}});
   StepWork work;
-  work.tenant = "a";
+  work.session = "a";
   work.cloths = {cloths[0]->runtime};
   work.steps = 2;  // 0.5 s of 1 s
   work.pin_controls = {{0, 0, Vector3d(-1, 8, 0), 1}};

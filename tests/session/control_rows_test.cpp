@@ -64,7 +64,7 @@ class ColliderControlsTest : public SessionFixture {
         {cloths_[k]->id, {0, {.position_m = position_m}, 0.5}}};
     Awaited<StepOutcome> outcome;
     StepWork work;
-    work.tenant = session().name();
+    work.session = session().name();
     for (const auto& cloth : cloths_) work.cloths.push_back(cloth->runtime);
     work.steps = 1;
     work.controls = ResolveControls({.colliders = rows}, cloths_).value();
