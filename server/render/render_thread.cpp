@@ -106,9 +106,7 @@ Status RenderThread::Core::Submit(PictureJob job) {
     cancelled = queue_.TakeCancelled();
   }
   for (PictureJob& gone : cancelled) End(std::move(gone), Cancelled());
-  Result<std::shared_ptr<void>> permit = permits_.Take(job.session);
-  if (!permit.ok()) return permit.status();
-  job.permit = std::move(*permit);
+  DRAPE_ASSIGN_OR_RETURN(job.permit, permits_.Take(job.session));
   const std::lock_guard lock(mutex_);
   if (is_stopping_) return Draining();
   if (queue_.size() >= limits_.max_queued_pictures) {
@@ -205,14 +203,13 @@ Result<DrawnPicture> RenderThread::Core::DrawAndEncode(const PictureJob& job,
                                                        const Result<PictureContent>& content) {
   if (job.is_cancelled()) return Cancelled();
   if (!content.ok()) return content.status();
-  Result<Picture> picture = renderer_->Draw(job.spec, content->cloths, content->states);
-  if (!picture.ok()) return picture.status();
-  Result<std::string> png = EncodePng(*picture);
-  if (!png.ok()) return png.status();
-  return DrawnPicture{.png = std::move(*png),
-                      .camera = picture->camera,
-                      .bounds_m = picture->bounds_m,
-                      .range = picture->range,
+  DRAPE_ASSIGN_OR_RETURN(Picture picture,
+                         renderer_->Draw(job.spec, content->cloths, content->states));
+  DRAPE_ASSIGN_OR_RETURN(std::string png, EncodePng(picture));
+  return DrawnPicture{.png = std::move(png),
+                      .camera = picture.camera,
+                      .bounds_m = picture.bounds_m,
+                      .range = picture.range,
                       .device = renderer_->device(),
                       .steps = content->steps,
                       .in_flight = job.permit};

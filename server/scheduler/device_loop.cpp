@@ -161,7 +161,21 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
   }
   DRAPE_CHECK(batch.reports.size() == items.size(), "one report per item");
   const int64_t stepped_us = clock_.NowUs();
-  const auto cost_us = static_cast<double>(CostOf(batch, stepped_us - begin_us));
+  CompleteSteps(parts, batch.reports, static_cast<double>(CostOf(batch, stepped_us - begin_us)));
+  LookAtCloths(parts);
+  const int64_t end_us = clock_.NowUs();
+  batch.readback_us += end_us - stepped_us;
+  for (const Part& part : parts) {
+    part.request->AddBatch(batch, static_cast<uint32_t>(items.size()),
+                           static_cast<uint32_t>(parts.size()), begin_us, end_us);
+  }
+  ++counters_.rounds;
+  counters_.dispatches += batch.dispatch_count;
+  return end_us - begin_us;
+}
+
+void DeviceLoop::CompleteSteps(const std::vector<Part>& parts,
+                               const std::vector<StepReport>& reports, double cost_us) {
   size_t next = 0;
   uint64_t faults = 0, asleep = 0;
   for (const Part& part : parts) {
@@ -173,25 +187,15 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
         ++asleep;
         continue;
       }
-      const StepReport report = cloth.budget().Measured(batch.reports[next++], cost_us);
+      const StepReport report = cloth.budget().Measured(reports[next++], cost_us);
       faults += report.fault != FaultReason::kNone && !cloth.is_faulted();
       part.request->CompleteStep(k, report);
       cloth.CompleteStep(report);
     }
   }
-  LookAtCloths(parts);
-  const int64_t end_us = clock_.NowUs();
-  batch.readback_us += end_us - stepped_us;
-  for (const Part& part : parts) {
-    part.request->AddBatch(batch, static_cast<uint32_t>(items.size()),
-                           static_cast<uint32_t>(parts.size()), begin_us, end_us);
-  }
-  ++counters_.rounds;
-  counters_.dispatches += batch.dispatch_count;
-  counters_.cloth_steps += items.size() + asleep;
+  counters_.cloth_steps += reports.size() + asleep;
   counters_.cloth_steps_asleep += asleep;
   counters_.faults += faults;
-  return end_us - begin_us;
 }
 
 void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {

@@ -92,6 +92,10 @@ class DeviceLoop {
   int64_t CostOf(const BatchReport& batch, int64_t wall_us) const;
   // Returns its duration [us].
   int64_t StepBatch(const std::vector<Part>& parts);
+  // Ends the step of every cloth of the batch. `reports`: of the cloths that were awake; `cost_us`:
+  // what the batch cost.
+  void CompleteSteps(const std::vector<Part>& parts, const std::vector<StepReport>& reports,
+                     double cost_us);
   // Reads the positions of the cloths whose watch wants them, to find out whether they are at rest.
   void LookAtCloths(const std::vector<Part>& parts);
   // Requests that ended together.

@@ -76,11 +76,10 @@ Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                              std::function<void(Result<ClothStates>)> done,
                              const std::string& session) {
   DRAPE_CHECK(fields.any(), "nothing to read");
-  Result<std::shared_ptr<void>> permit = core_->read_permits().Take(session);
-  if (!permit.ok()) return permit.status();
+  DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session));
   return core_->Post([core = core_.get(), cloths = std::move(cloths), fields,
                       done = std::move(done),
-                      in_flight = std::move(*permit)](Backend& backend) mutable {
+                      in_flight = std::move(permit)](Backend& backend) mutable {
     const Status alive = CheckAlive(cloths);
     auto states = std::make_shared<Result<ClothStates>>(
         alive.ok() ? Result<ClothStates>(ReadClothStates(backend, cloths, fields)) : alive);
@@ -96,10 +95,9 @@ Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> clot
                                  std::function<void(Result<ClothStates>)> done,
                                  const std::string& session) {
   DRAPE_CHECK(fields.any(), "nothing to read");
-  Result<std::shared_ptr<void>> permit = core_->read_permits().Take(session);
-  if (!permit.ok()) return permit.status();
+  DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session));
   return core_->Post([cloths = std::move(cloths), fields, on_device, done = std::move(done),
-                      in_flight = std::move(*permit)](Backend& backend) mutable {
+                      in_flight = std::move(permit)](Backend& backend) mutable {
     const Status alive = CheckAlive(cloths);
     if (!alive.ok()) {
       in_flight.reset();
@@ -113,13 +111,13 @@ Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> clot
 }
 
 Result<std::shared_ptr<Observer>> Scheduler::Subscribe(ObserverSpec spec) {
-  Result<std::shared_ptr<void>> permit = core_->observer_permits().Take(spec.session);
-  if (!permit.ok()) return permit.status();
+  DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit,
+                         core_->observer_permits().Take(spec.session));
   auto observer = std::make_shared<Observer>(
       [core = std::weak_ptr<Core>(core_)] {
         if (const std::shared_ptr<Core> alive = core.lock()) alive->Wake();
       },
-      std::move(*permit));
+      std::move(permit));
   observer->AddCredit(spec.initial_credit);
   DRAPE_RETURN_IF_ERROR(
       core_->Post([core = core_.get(), spec = std::move(spec), observer](Backend&) mutable {

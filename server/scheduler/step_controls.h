@@ -58,16 +58,14 @@ struct StepControls {
   // returns an error.
   template <class Function>
   Status ForEach(Function function) const {
-    Status status;
-    const auto all_of = [&](const auto& controls) {
-      for (const auto& control : controls) {
-        status = function(control);
-        if (!status.ok()) return false;
-      }
-      return true;
+    const auto for_all = [&](const auto& controls) -> Status {
+      for (const auto& control : controls) DRAPE_RETURN_IF_ERROR(function(control));
+      return Status::Ok();
     };
-    (void)(all_of(pins) && all_of(colliders) && all_of(length_scales) && all_of(lengths));
-    return status;
+    DRAPE_RETURN_IF_ERROR(for_all(pins));
+    DRAPE_RETURN_IF_ERROR(for_all(colliders));
+    DRAPE_RETURN_IF_ERROR(for_all(length_scales));
+    return for_all(lengths);
   }
 };
 

@@ -50,14 +50,13 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
                             OriginInEnvironment(*model_, copy.transform)};
   const ParticleState state = PlaceAtStart(*model_, copy.transform, placement, copy.start.get());
   const ClothParameters on_device = OnDevice(*model_, copy.parameters, placement);
-  Result<ClothHandle> handle = backend.Create(model_, on_device, state);
-  if (!handle.ok()) return handle.status();
+  DRAPE_ASSIGN_OR_RETURN(ClothHandle handle, backend.Create(model_, on_device, state));
   auto description = std::make_shared<const ClothDescription>(ClothDescription{
       creation_.description, model_, copy.parameters, pins_, plan_, creation_.map_charges});
   made_.push_back(
       std::make_shared<ClothRecord>(placement, copy.transform, std::move(description), copy.start));
   const std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model_, state);
-  made_.back()->runtime->Begin(*handle, model_, on_device.settings,
+  made_.back()->runtime->Begin(handle, model_, on_device.settings,
                                ShiftOf(*model_, copy.parameters, placement), starts_m,
                                PinTargets(pins_, placement, starts_m));
   StartColliders(on_device, *made_.back()->runtime);

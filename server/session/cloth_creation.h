@@ -19,6 +19,7 @@ class ClothMaker {
 
   size_t copy_count() const { return creation_.copies.size(); }
   const std::shared_ptr<const SceneModel>& model() const { return model_; }
+  const std::string& plan() const { return plan_; }
   // Creates copies [begin, end) on the backend. After an error, earlier copies remain.
   Status Make(Backend& backend, size_t begin, size_t end);
   const std::vector<std::shared_ptr<ClothRecord>>& made() const { return made_; }

@@ -82,11 +82,10 @@ void PlanLengths(const ClothRuntime& runtime, const ClothChange& change, const S
 Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change,
                            const ChangedModel* changed, const PositionRows& rows) {
   const auto before = cloth.description();
-  Result<ClothParameters> parameters = ApplyChange(before->parameters, change);
-  if (!parameters.ok()) return parameters.status();
+  DRAPE_ASSIGN_OR_RETURN(ClothParameters parameters, ApplyChange(before->parameters, change));
   PlannedUpdate plan;
   auto after = std::make_shared<ClothDescription>(*before);
-  after->parameters = std::move(parameters).value();
+  after->parameters = std::move(parameters);
   if (change.colliders) after->map_charges = change.map_charges;
   const SceneModel& model = changed != nullptr ? *changed->model : *before->model;
   plan.write.parameters = OnDevice(model, after->parameters, cloth.placement);
@@ -163,10 +162,9 @@ Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRec
   std::vector<PlannedUpdate> plans;
   PositionRows rows{state.positions_m};
   for (size_t k = 0; k < cloths.size(); ++k) {
-    Result<PlannedUpdate> plan =
-        Plan(*cloths[k], change, models.empty() ? nullptr : &models[k], rows);
-    if (!plan.ok()) return plan.status();
-    plans.push_back(std::move(plan).value());
+    DRAPE_ASSIGN_OR_RETURN(PlannedUpdate plan,
+                           Plan(*cloths[k], change, models.empty() ? nullptr : &models[k], rows));
+    plans.push_back(std::move(plan));
     rows.first_row += cloths[k]->runtime->particle_count();
   }
   for (size_t k = 0; k < cloths.size(); ++k) {

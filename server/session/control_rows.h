@@ -21,10 +21,10 @@ struct ControlRow {
 
 // One member per table of StepRequest.
 struct ControlRows {
-  std::vector<ControlRow<PinControl>> pins;
-  std::vector<ControlRow<ColliderControl>> colliders;
-  std::vector<ControlRow<LengthControl>> lengths;
-  std::vector<ControlRow<LengthScale>> length_scales;
+  std::vector<ControlRow<PinControl>> pins{};
+  std::vector<ControlRow<ColliderControl>> colliders{};
+  std::vector<ControlRow<LengthControl>> lengths{};
+  std::vector<ControlRow<LengthScale>> length_scales{};
 };
 
 // Finds the cloth of each row among the request's cloths and brings the control into its frame.

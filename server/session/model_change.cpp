@@ -130,9 +130,7 @@ Result<std::vector<ChangedModel>> BuildChangedModels(
     const auto before = cloth->description();
     ChangedModel& entry = built[before->model_description];
     if (entry.model == nullptr) {
-      Result<ChangedModel> result = Build(*before->model_description, change, rules, models);
-      if (!result.ok()) return result.status();
-      entry = std::move(result).value();
+      DRAPE_ASSIGN_OR_RETURN(entry, Build(*before->model_description, change, rules, models));
     }
     if (rules.accept) DRAPE_RETURN_IF_ERROR(rules.accept(*before, *entry.model));
     changed.push_back(entry);

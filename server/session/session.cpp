@@ -114,12 +114,11 @@ Result<ClothList> Session::FindCloths(std::span<const ClothId> ids) const {
 }
 
 Result<ClothPage> Session::ListCloths(uint32_t page_size, const std::string& page_token) const {
-  const Result<uint64_t> after = ParsePageToken(page_token);
-  if (!after.ok()) return after.status();
+  DRAPE_ASSIGN_OR_RETURN(const uint64_t after, ParsePageToken(page_token));
   const uint32_t size = EffectivePageSize(page_size);
   const std::lock_guard lock(mutex_);
   ClothPage page;
-  auto entry = cloths_.upper_bound(*after);
+  auto entry = cloths_.upper_bound(after);
   for (; entry != cloths_.end() && page.cloths.size() < size; ++entry) {
     page.cloths.push_back(entry->second);
   }

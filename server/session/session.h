@@ -22,6 +22,8 @@
 
 namespace drape {
 
+class ClothMaker;
+
 // Shared by all sessions of a server. The scheduler outlives every session.
 struct SessionCommons {
   SessionCommons(Scheduler& the_scheduler, const SessionLimits& the_limits)
@@ -111,6 +113,8 @@ class Session : public std::enable_shared_from_this<Session> {
   Status CheckQuota(uint64_t cloths, uint64_t particles) const;  // mutex_ held
   // Makes the records visible; false if the session was closed meanwhile.
   bool Publish(const ClothList& records);
+  // Publishes the cloths of a creation that ended with `status`.
+  Result<CreatedCloths> PublishMade(const ClothMaker& maker, const Status& status);
   // Removes the cloths from this session and the table. Returns those that were still there.
   ClothList Unpublish(const ClothList& cloths);
   // Deletes the cloths that have ended on the device. Device thread.

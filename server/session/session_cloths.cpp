@@ -51,17 +51,9 @@ void Session::CreateCloths(ClothCreation creation,
   auto maker = std::make_shared<ClothMaker>(std::move(creation), std::move(model), std::move(plan));
   const auto finish = [self = shared_from_this(), maker, start = std::move(start), done, cloths,
                        particles](Backend& backend, const Status& status) {
-    Status outcome = status;
-    if (outcome.ok() && !self->Publish(maker->made())) {
-      outcome = Status(StatusCode::kNotFound, "SESSION_NOT_FOUND", "the session has ended");
-    }
-    Result<CreatedCloths> answer =
-        outcome.ok() ? Result<CreatedCloths>(CreatedCloths{}) : Result<CreatedCloths>(outcome);
-    if (outcome.ok()) {
-      answer->model = maker->model();
+    Result<CreatedCloths> answer = self->PublishMade(*maker, status);
+    if (answer.ok()) {
       answer->start = start;
-      answer->plan = maker->made().front()->description()->plan;
-      for (const auto& cloth : maker->made()) answer->ids.push_back(cloth->id);
     } else {
       maker->Unmake(backend);
       self->ReleaseQuota(cloths, particles);
@@ -78,6 +70,18 @@ void Session::CreateCloths(ClothCreation creation,
     ReleaseQuota(cloths, particles);
     done(status);
   }
+}
+
+Result<CreatedCloths> Session::PublishMade(const ClothMaker& maker, const Status& status) {
+  DRAPE_RETURN_IF_ERROR(status);
+  if (!Publish(maker.made())) {
+    return Status(StatusCode::kNotFound, "SESSION_NOT_FOUND", "the session has ended");
+  }
+  CreatedCloths created;
+  created.model = maker.model();
+  created.plan = maker.plan();
+  for (const auto& cloth : maker.made()) created.ids.push_back(cloth->id);
+  return created;
 }
 
 void Session::CheckCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done) {

@@ -215,7 +215,8 @@ TEST_F(DeviceLoopTest, APinThatIsNoneAnyMoreEndsTheRequestUntouched) {
   RunAll();
   EXPECT_EQ(outcomes_["work"].status.code(), StatusCode::kFailedPrecondition);
   EXPECT_EQ(outcomes_["work"].status.reason(), "PIN_NOT_FOUND");
-  EXPECT_EQ(a->pins().At(0, 100), Vector3d(0, 0, 0));  // the first control is not half applied
+  EXPECT_EQ(a->controls().pins().motion(0).At(100),
+            Vector3d(0, 0, 0));  // the first control is not half applied
 }
 
 // The backend has motions from the first control on; what of the colliders is shown follows the
@@ -246,8 +247,8 @@ TEST_F(DeviceLoopTest, AColliderThatIsNoneAnyMoreEndsTheRequestUntouched) {
   const auto a = Cloth();
   a->controls().StartColliders({}, {Vector3d(1, 0, 0)}, 0);
   StepWork work = Work("work", {a});
-  work.collider_controls = {{0, 0, {.position_m = Vector3d(0, 8, 0)}, 0},
-                            {0, 1, {.position_m = Vector3d(0, 8, 0)}, 0}};
+  work.controls.colliders = {{0, {0, {.position_m = Vector3d(0, 8, 0)}, 0}},
+                             {0, {1, {.position_m = Vector3d(0, 8, 0)}, 0}}};
   Admit(work);
   RunAll();
   EXPECT_EQ(outcomes_["work"].status.code(), StatusCode::kFailedPrecondition);
@@ -267,7 +268,7 @@ TEST_F(DeviceLoopTest, WithoutRoomForMovingCollidersNothingMoves) {
   RunAll();
   EXPECT_EQ(outcomes_["work"].status.code(), StatusCode::kResourceExhausted);
   EXPECT_FALSE(a->controls().colliders().is_moving());
-  EXPECT_EQ(a->pins().At(0, 100), Vector3d(0, 0, 0));
+  EXPECT_EQ(a->controls().pins().motion(0).At(100), Vector3d(0, 0, 0));
 }
 
 TEST_F(DeviceLoopTest, StatesOfTheBatchAreReadTogether) {

@@ -103,7 +103,7 @@ TEST_F(ModelChangeTest, DrivenLengthsOutliveOtherPins) {
   work.session = "a";
   work.cloths = {cloths[0]->runtime};
   work.steps = 2;  // 0.5 s of 1 s
-  work.length_controls = {{0, 1, 3, 1}};
+  work.controls.lengths = {{0, {1, 3, 1}}};
   Awaited<bool> moved;
   work.done = [moved](const StepOutcome&) mutable { moved.Set(true); };
   ASSERT_TRUE(scheduler_->Submit(std::move(work)).ok());
