@@ -33,9 +33,9 @@ std::vector<RigidMotion> CheckColliderMotions(
   return motions;
 }
 
-std::vector<ColliderControlRow> CheckColliderControls(const v1::ColliderControls& controls,
-                                                      Violations& violations) {
-  std::vector<ColliderControlRow> result;
+std::vector<ControlRow<ColliderControl>> CheckColliderControls(const v1::ColliderControls& controls,
+                                                               Violations& violations) {
+  std::vector<ControlRow<ColliderControl>> result;
   const FieldPath path("collider_controls");
   const size_t rows = controls.cloth_ids_size();
   const DoubleList& rotations = controls.rotations_xyzw();
@@ -54,15 +54,14 @@ std::vector<ColliderControlRow> CheckColliderControls(const v1::ColliderControls
   }
   for (size_t r = 0; r < rows && !violations.is_full(); ++r) {
     const int row = static_cast<int>(r);
-    ColliderControlRow control{.cloth = ClothId::FromPacked(controls.cloth_ids(row)),
-                               .collider = controls.colliders(row)};
+    ColliderControl control{.collider = controls.colliders(row)};
     control.target.position_m = Eigen::Vector3d(controls.positions_m().data() + 3 * r);
     if (!rotations.empty()) {
       const Eigen::Vector4d xyzw(rotations.data() + 4 * r);
       control.target.rotation = CheckRotation(rotations_path.At(4 * r), xyzw, violations);
     }
     control.over_s = CheckOver(path.Child("over_s"), controls.over_s(), r, violations);
-    result.push_back(control);
+    result.push_back({ClothId::FromPacked(controls.cloth_ids(row)), control});
   }
   return result;
 }

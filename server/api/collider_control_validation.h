@@ -7,7 +7,7 @@
 #include "drape/v1/step.pb.h"
 #include "server/api/field_checks.h"
 #include "server/scene/colliders.h"
-#include "server/session/collider_controls.h"
+#include "server/session/control_rows.h"
 
 namespace drape::api {
 
@@ -18,7 +18,7 @@ std::vector<RigidMotion> CheckColliderMotions(
     const std::vector<Collider>& shapes, Violations& violations);
 
 // The rows of "collider_controls"; what is wrong goes to `violations`.
-std::vector<ColliderControlRow> CheckColliderControls(const v1::ColliderControls& controls,
-                                                      Violations& violations);
+std::vector<ControlRow<ColliderControl>> CheckColliderControls(const v1::ColliderControls& controls,
+                                                               Violations& violations);
 
 }  // namespace drape::api

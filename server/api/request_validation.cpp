@@ -222,10 +222,9 @@ void CheckPinControls(const v1::PinControls& controls, CheckedStep& result,
     const int row = static_cast<int>(r);
     const double* target = controls.targets_m().data() + 3 * r;
     const double over_s = CheckOver(path.Child("over_s"), controls.over_s(), r, violations);
-    result.pin_controls.push_back({ClothId::FromPacked(controls.cloth_ids(row)),
-                                   controls.particles(row),
-                                   {target[0], target[1], target[2]},
-                                   over_s});
+    result.controls.pins.push_back(
+        {ClothId::FromPacked(controls.cloth_ids(row)),
+         {controls.particles(row), {target[0], target[1], target[2]}, over_s}});
   }
 }
 
@@ -299,9 +298,9 @@ Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps
   CheckExtent(request, max_steps_per_request, result, violations);
   if (request.has_expected_step()) result.expected_step = request.expected_step();
   CheckPinControls(request.pin_controls(), result, violations);
-  result.collider_controls = CheckColliderControls(request.collider_controls(), violations);
-  result.length_controls = CheckLengthControls(request.rest_length_controls(), violations);
-  result.length_scales = CheckLengthScales(request.rest_length_scales(), violations);
+  result.controls.colliders = CheckColliderControls(request.collider_controls(), violations);
+  result.controls.lengths = CheckLengthControls(request.rest_length_controls(), violations);
+  result.controls.length_scales = CheckLengthScales(request.rest_length_scales(), violations);
   if (request.has_view()) result.view = CheckView(FieldPath("view"), request.view(), violations);
   result.report = request.report();
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());

@@ -5,9 +5,9 @@
 
 namespace drape::api {
 
-std::vector<RestLengthRow> CheckLengthControls(const v1::RestLengthControls& controls,
-                                               Violations& violations) {
-  std::vector<RestLengthRow> result;
+std::vector<ControlRow<LengthControl>> CheckLengthControls(const v1::RestLengthControls& controls,
+                                                           Violations& violations) {
+  std::vector<ControlRow<LengthControl>> result;
   const FieldPath path("rest_length_controls");
   const size_t rows = controls.cloth_ids_size();
   const bool is_even =
@@ -20,15 +20,15 @@ std::vector<RestLengthRow> CheckLengthControls(const v1::RestLengthControls& con
     violations.InRange(path.Child("lengths_m").At(r), controls.lengths_m(row),
                        {kMinRestLength_m, kMaxExtent_m, "m"});
     const double over_s = CheckOver(path.Child("over_s"), controls.over_s(), r, violations);
-    result.push_back({ClothId::FromPacked(controls.cloth_ids(row)), controls.constraints(row),
-                      controls.lengths_m(row), over_s});
+    result.push_back({ClothId::FromPacked(controls.cloth_ids(row)),
+                      {controls.constraints(row), controls.lengths_m(row), over_s}});
   }
   return result;
 }
 
-std::vector<RestLengthScaleRow> CheckLengthScales(const v1::RestLengthScales& scales,
-                                                  Violations& violations) {
-  std::vector<RestLengthScaleRow> result;
+std::vector<ControlRow<LengthScale>> CheckLengthScales(const v1::RestLengthScales& scales,
+                                                       Violations& violations) {
+  std::vector<ControlRow<LengthScale>> result;
   const FieldPath path("rest_length_scales");
   const size_t rows = scales.cloth_ids_size();
   const bool is_even =
@@ -40,7 +40,7 @@ std::vector<RestLengthScaleRow> CheckLengthScales(const v1::RestLengthScales& sc
     violations.InRange(path.Child("scales").At(r), scales.scales(row),
                        {1 / kMaxLengthScale, kMaxLengthScale});
     const double over_s = CheckOver(path.Child("over_s"), scales.over_s(), r, violations);
-    result.push_back({ClothId::FromPacked(scales.cloth_ids(row)), scales.scales(row), over_s});
+    result.push_back({ClothId::FromPacked(scales.cloth_ids(row)), {scales.scales(row), over_s}});
   }
   return result;
 }

@@ -5,7 +5,7 @@
 
 #include "drape/v1/step.pb.h"
 #include "server/api/field_checks.h"
-#include "server/session/rest_length_controls.h"
+#include "server/session/control_rows.h"
 
 namespace drape::api {
 
@@ -13,9 +13,9 @@ namespace drape::api {
 inline constexpr double kMaxLengthScale = 1000;
 
 // The rows of "rest_length_controls" and "rest_length_scales"; what is wrong goes to `violations`.
-std::vector<RestLengthRow> CheckLengthControls(const v1::RestLengthControls& controls,
-                                               Violations& violations);
-std::vector<RestLengthScaleRow> CheckLengthScales(const v1::RestLengthScales& scales,
-                                                  Violations& violations);
+std::vector<ControlRow<LengthControl>> CheckLengthControls(const v1::RestLengthControls& controls,
+                                                           Violations& violations);
+std::vector<ControlRow<LengthScale>> CheckLengthScales(const v1::RestLengthScales& scales,
+                                                       Violations& violations);
 
 }  // namespace drape::api

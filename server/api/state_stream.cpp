@@ -82,7 +82,7 @@ Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& r
   DRAPE_RETURN_IF_ERROR(
       CheckClothsHaveParticles(FieldPath("subscribe").Child("view"), checked.fields, cloths));
   ObserverSpec spec;
-  spec.tenant = session->name();
+  spec.session = session->name();
   for (const auto& cloth : cloths) spec.cloths.push_back(cloth->runtime);
   cloths_ = ChunkClothsOf(cloths, checked.fields);
   spec.fields = checked.fields;

@@ -10,8 +10,8 @@
 namespace drape {
 namespace {
 
-// The nearest number with the 24 significant bits of single precision. By arithmetic, because GCC
-// 12 vectorises double -> float -> double of neighbouring values into no operation at all.
+// The nearest number with the 24 significant bits of single precision. Computed by arithmetic,
+// because GCC 12 vectorises double -> float -> double of neighbouring values into nothing.
 double RoundToSinglePrecision(double value) {
   constexpr int kSignificantBits = 24;
   int exponent = 0;
@@ -20,7 +20,7 @@ double RoundToSinglePrecision(double value) {
   return std::ldexp(std::nearbyint(std::ldexp(value, shift)), -shift);
 }
 
-// Environment -> cloth frame: a translation, so that directions and rotations stay.
+// From the environment to the cloth frame: a translation; directions and rotations stay.
 void Shift(SphereCollider& sphere, const Placement& placement) {
   sphere.center_m = placement.ClothFromEnvironment(sphere.center_m);
 }
@@ -112,7 +112,8 @@ ClothParameters InClothFrame(const ClothParameters& parameters, const Placement&
 void StartColliders(const ClothParameters& in_cloth_frame, ClothRuntime& runtime) {
   std::vector<Eigen::Vector3d> pivots_m;
   for (const Collider& collider : in_cloth_frame.colliders) pivots_m.push_back(CentreOf(collider));
-  runtime.StartColliders(in_cloth_frame.collider_motions, std::move(pivots_m));
+  runtime.controls().StartColliders(in_cloth_frame.collider_motions, std::move(pivots_m),
+                                    runtime.now().time_s);
 }
 
 std::vector<RigidMotion> ColliderMotionsNow(const ClothRecord& cloth) {
@@ -127,7 +128,7 @@ std::vector<RigidMotion> ColliderMotionsNow(const ClothRecord& cloth) {
 std::vector<Collider> CollidersNow(const ClothRecord& cloth) {
   const std::vector<RigidMotion> motions = ColliderMotionsNow(cloth);
   std::vector<Collider> colliders = cloth.description()->parameters.colliders;
-  // Else they are being replaced: as described.
+  // The colliders are being replaced: as described.
   if (motions.size() != colliders.size()) return colliders;
   for (size_t k = 0; k < colliders.size(); ++k) colliders[k] = Moved(colliders[k], motions[k]);
   return colliders;

@@ -16,8 +16,8 @@ namespace {
 
 constexpr uint32_t kNoLimit = std::numeric_limits<uint32_t>::max();
 
-// What could be created can be repinned: the sizes were checked at creation, and they do not depend
-// on the pins.
+// Any existing cloth can be repinned: its sizes were checked at creation and do not depend on the
+// pins.
 ModelLimits LimitsFor(const ClothChange& change, ModelLimits limits) {
   if (!change.model.is_any_set()) return {kNoLimit, kNoLimit, kNoLimit};
   limits.max_particles = kNoLimit;
@@ -30,7 +30,7 @@ std::string_view KindOf(const Topology& topology) {
   return "particles";
 }
 
-// Refuses what would change nothing of this topology.
+// Refuses changes that have no meaning for this topology.
 Status CheckFits(const ModelChange& change, const Topology& topology) {
   const bool is_particles = std::holds_alternative<ParticleTopology>(topology);
   Violations violations;
@@ -89,7 +89,7 @@ Result<ChangedModel> Build(const ModelDescription& before, const ClothChange& ch
   }
   auto model = SceneModel::Build(*description, LimitsFor(change, rules.limits));
   if (!model.ok()) return Below("spec", model.status());
-  return ChangedModel{std::move(description), models.Share(*model)};
+  return ChangedModel{std::move(description), models.Share(*model), {}};
 }
 
 }  // namespace
@@ -103,9 +103,7 @@ Result<std::vector<ChangedModel>> BuildChangedModels(
     const auto before = cloth->description();
     ChangedModel& entry = built[before->model_description];
     if (entry.model == nullptr) {
-      Result<ChangedModel> result = Build(*before->model_description, change, rules, models);
-      if (!result.ok()) return result.status();
-      entry = std::move(result).value();
+      DRAPE_ASSIGN_OR_RETURN(entry, Build(*before->model_description, change, rules, models));
     }
     if (rules.accept) DRAPE_RETURN_IF_ERROR(rules.accept(*before, *entry.model));
     changed.push_back(entry);

@@ -107,7 +107,7 @@ Status SessionRegistry::CheckLive(const std::string& name) const {
   if (found != sessions_.end() && !IsExpired(found->second, clock_.NowUs())) return Status::Ok();
   if (found != sessions_.end() || expired_names_.contains(name)) {
     return {StatusCode::kNotFound, "SESSION_EXPIRED",
-            "the session's lease ran out; its cloths are deleted"};
+            "the session has expired; its cloths are deleted"};
   }
   return {StatusCode::kNotFound, "SESSION_NOT_FOUND", "no such session"};
 }
@@ -158,14 +158,13 @@ Result<SessionView> SessionRegistry::Renew(const std::string& name) {
 }
 
 Result<SessionPage> SessionRegistry::List(uint32_t page_size, const std::string& page_token) const {
-  const Result<uint64_t> after = ParsePageToken(page_token);
-  if (!after.ok()) return after.status();
+  DRAPE_ASSIGN_OR_RETURN(const uint64_t after, ParsePageToken(page_token));
   const uint32_t size = EffectivePageSize(page_size);
   const std::lock_guard lock(mutex_);
   const int64_t now_us = clock_.NowUs();
   SessionPage page;
   uint64_t last = 0;
-  for (auto it = names_by_creation_.upper_bound(*after); it != names_by_creation_.end(); ++it) {
+  for (auto it = names_by_creation_.upper_bound(after); it != names_by_creation_.end(); ++it) {
     const Entry& entry = sessions_.at(it->second);
     if (IsExpired(entry, now_us)) continue;
     if (page.sessions.size() == size) {

@@ -241,16 +241,18 @@ TEST(StepRules, ColliderControlsAreReadWithTheirRotations) {
   v1::StepRequest request = GoodStep();
   auto step = CheckStep(request, 10);
   ASSERT_TRUE(step.ok()) << step.status().ToString();
-  ASSERT_EQ(step->collider_controls.size(), 1u);
-  EXPECT_EQ(step->collider_controls[0].collider, 2u);
-  EXPECT_EQ(step->collider_controls[0].target.position_m, Eigen::Vector3d(0, 1, 2));
-  EXPECT_EQ(step->collider_controls[0].target.rotation.coeffs(), Eigen::Vector4d(0, 0, 1, 0));
-  EXPECT_EQ(step->collider_controls[0].over_s, 0.75);
+  ASSERT_EQ(step->controls.colliders.size(), 1u);
+  EXPECT_EQ(step->controls.colliders[0].control.collider, 2u);
+  EXPECT_EQ(step->controls.colliders[0].control.target.position_m, Eigen::Vector3d(0, 1, 2));
+  EXPECT_EQ(step->controls.colliders[0].control.target.rotation.coeffs(),
+            Eigen::Vector4d(0, 0, 1, 0));
+  EXPECT_EQ(step->controls.colliders[0].control.over_s, 0.75);
   request.mutable_collider_controls()->clear_rotations_xyzw();
   request.mutable_collider_controls()->clear_over_s();
   step = CheckStep(request, 10);
-  EXPECT_EQ(step->collider_controls[0].target.rotation.coeffs(), Eigen::Vector4d(0, 0, 0, 1));
-  EXPECT_EQ(step->collider_controls[0].over_s, 0);
+  EXPECT_EQ(step->controls.colliders[0].control.target.rotation.coeffs(),
+            Eigen::Vector4d(0, 0, 0, 1));
+  EXPECT_EQ(step->controls.colliders[0].control.over_s, 0);
 }
 
 TEST(StepRules, AnEmptyViewAsksForPositionsAndNoViewForNothing) {

@@ -8,7 +8,8 @@
 #include <fstream>
 #include <limits>
 
-#include "server/gl/shared_copy.h"
+#include "server/gl/device_copy.h"
+#include "server/solver/device_backend.h"
 #include "tests/gl_compute/test_cloths.h"
 #include "tests/support/plain_settings.h"
 
@@ -47,8 +48,8 @@ TEST_F(GlBackendTest, DescribesItself) {
   EXPECT_EQ(description.name, "gl");
   EXPECT_THAT(description.device, HasSubstr("OpenGL 4."));
   EXPECT_EQ(description.scalar, ScalarType::kFloat32);
-  EXPECT_EQ(backend().PlanOf(*GridModel(32, 32)), "resident");
-  EXPECT_EQ(backend().PlanOf(*GridModel(41, 25)), "tiled");
+  EXPECT_EQ(backend().Describe().plan_of(*GridModel(32, 32)), "resident");
+  EXPECT_EQ(backend().Describe().plan_of(*GridModel(41, 25)), "tiled");
 }
 
 // The mean velocity form is exact for a constant acceleration, so only roundings remain: in one
@@ -324,7 +325,7 @@ TEST_F(GlBackendTest, CopiesOnTheDeviceAreWhatIsReadAndStaySo) {
   StepCloth(backend(), one);
   StepCloth(backend(), other);
   const ClothHandle both[] = {other, one};
-  const auto read_back = [](const gl::SharedCopy& copy) {
+  const auto read_back = [](const DeviceCopy& copy) {
     std::vector<float> words(copy.buffer.size_bytes() / sizeof(float));
     copy.buffer.Download(0, std::as_writable_bytes(std::span(words)));
     return words;
@@ -339,13 +340,13 @@ TEST_F(GlBackendTest, CopiesOnTheDeviceAreWhatIsReadAndStaySo) {
   for (const auto& [positions, velocities] : {std::pair(true, true), std::pair(true, false)}) {
     const ReadRequest request{both, positions, velocities};
     const std::vector<float> expected = columns(request);
-    const std::shared_ptr<gl::SharedCopy> copy = backend().CopyOnDevice(request);
+    const std::shared_ptr<DeviceCopy> copy = backend().device()->CopyOnDevice(request);
     ASSERT_NE(copy, nullptr);
     EXPECT_EQ(read_back(*copy), expected);
     StepCloth(backend(), one);
     EXPECT_EQ(read_back(*copy), expected);
   }
-  EXPECT_EQ(backend().CopyOnDevice({{}, true, true}), nullptr);
+  EXPECT_EQ(backend().device()->CopyOnDevice({{}, true, true}), nullptr);
   backend().Destroy(one);
   backend().Destroy(other);
 }

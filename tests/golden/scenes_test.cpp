@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/solver/cpu/cpu_backend.h"
+#include "server/solver/load.h"
 #include "tests/golden/golden_rows.h"
 #include "tests/golden/golden_scenes.h"
 #include "tests/stability/atlas/atlas.h"

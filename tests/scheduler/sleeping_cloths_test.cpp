@@ -30,7 +30,7 @@ class SleepTest : public DeviceLoopTest {
 
   void MovePin(const std::shared_ptr<ClothRuntime>& cloth, const Vector3d& target_m) {
     StepWork work = Work("pin", {cloth});
-    work.pin_controls = {{0, 1, target_m, 0}};
+    work.controls.pins = {{0, {1, target_m, 0}}};
     Admit(std::move(work));
     RunAll();
     ASSERT_TRUE(outcomes_.at("pin").status.ok());
@@ -94,12 +94,12 @@ TEST_F(SleepTest, AColliderThatMovesWakes) {
   ClothUpdate update;
   update.collider_motions = {RigidMotion::AtRest({5, 5, 5})};
   ASSERT_TRUE(backend_.Write(cloth->handle(), update).ok());
-  cloth->StartColliders(*update.collider_motions, {});
+  cloth->controls().StartColliders(*update.collider_motions, {}, cloth->now().time_s);
   Admit(Work("x", {cloth}, kStepsToSleep + 1));
   RunAll();
   EXPECT_EQ(StepsComputed(), kStepsToSleep);
   StepWork work = Work("y", {cloth}, 3);
-  work.collider_controls = {{0, 0, {{5, 6, 5}}, 0}};
+  work.controls.colliders = {{0, {0, {{5, 6, 5}}, 0}}};
   Admit(std::move(work));
   RunAll();
   EXPECT_EQ(StepsComputed(), 3u);

@@ -198,10 +198,10 @@ TEST_F(ClothUpdateTest, WhatWasCreatedUnderWiderLimitsCanBeRepinned) {
 TEST_F(ClothUpdateTest, PinsThatStayKeepTheirMotion) {
   const ClothList cloths = CreateChains(1, 3, {{0, std::nullopt}});
   StepWork work;
-  work.tenant = "a";
+  work.session = "a";
   work.cloths = {cloths[0]->runtime};
   work.steps = 2;  // 0.5 s of 1 s
-  work.pin_controls = {{0, 0, Vector3d(-1, 8, 0), 1}};
+  work.controls.pins = {{0, {0, Vector3d(-1, 8, 0), 1}}};
   Awaited<bool> moved;
   work.done = [moved](const StepOutcome&) mutable { moved.Set(true); };
   ASSERT_TRUE(scheduler_->Submit(std::move(work)).ok());

@@ -100,10 +100,10 @@ TEST_F(ModelChangeTest, TheRulesOfTheCallerCount) {
 TEST_F(ModelChangeTest, DrivenLengthsOutliveOtherPins) {
   const ClothList cloths = CreateChains(1, 3);
   StepWork work;
-  work.tenant = "a";
+  work.session = "a";
   work.cloths = {cloths[0]->runtime};
   work.steps = 2;  // 0.5 s of 1 s
-  work.length_controls = {{0, 1, 3, 1}};
+  work.controls.lengths = {{0, {1, 3, 1}}};
   Awaited<bool> moved;
   work.done = [moved](const StepOutcome&) mutable { moved.Set(true); };
   ASSERT_TRUE(scheduler_->Submit(std::move(work)).ok());

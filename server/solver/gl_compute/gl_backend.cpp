@@ -6,7 +6,7 @@
 #include <bit>
 #include <utility>
 
-#include "server/gl/shared_copy.h"
+#include "server/gl/device_copy.h"
 #include "server/solver/gl_compute/cloth_table.h"
 #include "server/solver/gl_compute/device_arrays.h"
 #include "server/solver/gl_compute/gl_cloth.h"
@@ -23,7 +23,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-class GlBackend final : public Backend {
+class GlBackend final : public DeviceBackend {
  public:
   // Members in order of construction.
   struct Parts {
@@ -49,11 +49,10 @@ class GlBackend final : public Backend {
             .device = context.renderer() + ", OpenGL " + context.version() +
                       (has_reduction ? ", strips by cyclic reduction" : ""),
             .scalar = ScalarType::kFloat32,
-            .is_hardware_gpu = !context.is_software()};
-  }
-
-  std::string PlanOf(const SceneModel& model) const override {
-    return IsResident(model) ? "resident" : "tiled";
+            .is_hardware_gpu = !context.is_software(),
+            .plan_of = [](const SceneModel& model) {
+              return IsResident(model) ? "resident" : "tiled";
+            }};
   }
 
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
@@ -66,7 +65,7 @@ class GlBackend final : public Backend {
   bool RunsAhead() const override { return parts_.runs_ahead; }
   StateColumns Read(const ReadRequest& request) override { return BeginRead(request)->Take(); }
   std::unique_ptr<PendingRead> BeginRead(const ReadRequest& request) override;
-  std::shared_ptr<gl::SharedCopy> CopyOnDevice(const ReadRequest& request) override;
+  std::shared_ptr<DeviceCopy> CopyOnDevice(const ReadRequest& request) override;
   Status Write(ClothHandle handle, const ClothUpdate& update) override;
 
  private:
@@ -383,7 +382,7 @@ std::unique_ptr<PendingRead> GlBackend::BeginRead(const ReadRequest& request) {
                                   request.positions ? words : 0, request.velocities ? words : 0);
 }
 
-std::shared_ptr<gl::SharedCopy> GlBackend::CopyOnDevice(const ReadRequest& request) {
+std::shared_ptr<DeviceCopy> GlBackend::CopyOnDevice(const ReadRequest& request) {
   DRAPE_CHECK(request.particles.empty(), "copies are of whole cloths");
   parts_.context->MakeCurrent();
   const std::vector<StateColumn> columns = ColumnsOf(request);
@@ -401,8 +400,7 @@ std::shared_ptr<gl::SharedCopy> GlBackend::CopyOnDevice(const ReadRequest& reque
                      column_bytes);
     target += column_bytes;
   }
-  return std::make_shared<gl::SharedCopy>(
-      gl::SharedCopy{std::move(buffer).value(), gl::Fence::Insert()});
+  return std::make_shared<DeviceCopy>(DeviceCopy{std::move(buffer).value(), gl::Fence::Insert()});
 }
 
 // Mesa's llvmpipe leaves all loops of an invocation after 65535 passes; the rest is slack for what

@@ -49,8 +49,8 @@ struct GlBackendOptions {
   bool find_regular_strips = true;
   // Called after each batch with how many colliders its steps have left out, together; for tests.
   std::function<void(uint32_t)> on_left_out = {};
-  // Whether the host goes on while the device works (Backend::StepAhead); unset: on hardware. A
-  // software renderer works on the calling thread.
+  // Whether the host goes on while the device works (DeviceBackend::StepAhead); unset: on hardware.
+  // A software renderer works on the calling thread.
   std::optional<bool> runs_ahead = std::nullopt;
 };
 

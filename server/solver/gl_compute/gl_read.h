@@ -10,7 +10,7 @@
 
 #include "server/core/check.h"
 #include "server/gl/context.h"
-#include "server/solver/backend.h"
+#include "server/solver/device_backend.h"
 #include "server/solver/gl_compute/state_reader.h"
 
 namespace drape {
