@@ -13,11 +13,11 @@
 namespace drape::api {
 namespace {
 
-using Done = std::function<void(Result<v1::StepResponse>)>;
+using StepDone = std::function<void(Result<v1::StepResponse>)>;
 
 // One step request, from its arrival to its answer.
 struct StepCall {
-  Done done;
+  StepDone done;
   SessionLease session;
   std::string request_id;  // set while the session remembers the request
   ClothList cloths;
@@ -122,7 +122,7 @@ Status Start(const ServiceContext& context, const v1::StepRequest& request,
 }  // namespace
 
 void StartStep(const ServiceContext& context, const v1::StepRequest& request,
-               const CancelToken& cancel, Done done) {
+               const CancelToken& cancel, StepDone done) {
   const auto call = std::make_shared<StepCall>(StepCall{std::move(done), {}, {}, {}, {}});
   const Status status = Start(context, request, cancel, call);
   if (!status.ok()) call->End(status);
