@@ -10,7 +10,7 @@
 #include <iterator>
 #include <stdexcept>
 
-#include "tests/support/paths.h"
+#include "tests/support/paths/paths.h"
 
 extern char** environ;
 
