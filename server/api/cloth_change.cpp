@@ -12,7 +12,7 @@
 namespace drape::api {
 namespace {
 
-using Done = std::function<void(Result<v1::UpdateClothsResponse>)>;
+using UpdateDone = std::function<void(Result<v1::UpdateClothsResponse>)>;
 
 // One update under way. Held by whoever goes on with it.
 struct Update {
@@ -20,7 +20,7 @@ struct Update {
   ClothList cloths;
   ClothChange change;
   std::vector<ColliderMesh> meshes;  // among its colliders
-  Done done;
+  UpdateDone done;
 
   void End(Result<v1::UpdateClothsResponse> answer) {
     session = {};
@@ -68,7 +68,7 @@ void BuildAndUpdate(const std::shared_ptr<Update>& update, const ModelLimits& li
 }  // namespace
 
 void StartUpdate(const ServiceContext& context, const v1::UpdateClothsRequest& request,
-                 const CancelToken& cancel, Done done) {
+                 const CancelToken& cancel, UpdateDone done) {
   Result<ClothChange> change = CheckUpdateCloths(request, context.limits);
   if (!change.ok()) return done(change.status());
   Result<SessionLease> session = context.sessions.Find(request.session());

@@ -15,7 +15,7 @@
 namespace drape::api {
 namespace {
 
-using Done = std::function<void(Result<v1::CreateClothsResponse>)>;
+using CreateDone = std::function<void(Result<v1::CreateClothsResponse>)>;
 
 // One creation under way. Held by whoever goes on with it.
 struct Creation {
@@ -24,7 +24,7 @@ struct Creation {
   bool validate_only = false;
   CheckedCreation checked;
   std::vector<ColliderMesh> meshes;  // among the colliders of every copy
-  Done done;
+  CreateDone done;
 
   void End(Result<v1::CreateClothsResponse> answer) {
     EndRequest(session->request_memory(), request_id, answer);
@@ -97,7 +97,7 @@ void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimi
 }  // namespace
 
 void StartCreation(const ServiceContext& context, const v1::CreateClothsRequest& request,
-                   const CancelToken& cancel, Done done) {
+                   const CancelToken& cancel, CreateDone done) {
   Result<CheckedCreation> checked = CheckCreateCloths(request, context.limits);
   if (!checked.ok()) return done(checked.status());
   Result<SessionLease> session = context.sessions.Find(request.session());

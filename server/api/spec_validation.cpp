@@ -21,7 +21,7 @@ constexpr double kMaxAcceleration_m_per_s2 = 1e12;
 
 // Unit vector along `v`, without overflow or underflow. `v` must not be zero. A unit vector stays
 // as it is, so that what a client reads back and sends again keeps its bits.
-Eigen::VectorXd Direction(const Eigen::VectorXd& v) {
+Eigen::VectorXd UnitVector(const Eigen::VectorXd& v) {
   constexpr double kFewRoundings = 16 * std::numeric_limits<double>::epsilon();
   if (std::abs(v.squaredNorm() - 1) <= kFewRoundings) return v;
   const Eigen::VectorXd scaled = v / v.cwiseAbs().maxCoeff();
@@ -46,7 +46,7 @@ PlaneCollider CheckPlane(const FieldPath& path, const v1::Plane& plane, FieldChe
   if (normal && checks.Require(!normal->isZero(0), path.Child("normal"), [] {
         return "(0, 0, 0) has no direction: a length > 0 is needed";
       })) {
-    result.normal = Direction(*normal);
+    result.normal = UnitVector(*normal);
   }
   return result;
 }
@@ -122,7 +122,7 @@ Eigen::Quaterniond CheckRotation(const FieldPath& path, const Eigen::Vector4d& v
                       [] { return "(0, 0, 0, 0) is not a rotation: a length > 0 is needed"; })) {
     return Eigen::Quaterniond::Identity();
   }
-  const Eigen::Vector4d unit = Direction(values);
+  const Eigen::Vector4d unit = UnitVector(values);
   return {unit[3], unit[0], unit[1], unit[2]};
 }
 

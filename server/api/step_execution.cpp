@@ -13,7 +13,7 @@
 namespace drape::api {
 namespace {
 
-using Done = std::function<void(Result<v1::StepResponse>)>;
+using StepDone = std::function<void(Result<v1::StepResponse>)>;
 
 // One step request under way.
 struct StepCall {
@@ -21,7 +21,7 @@ struct StepCall {
   std::string request_id;  // empty: not remembered
   ClothList cloths;
   std::vector<ChunkCloth> chunk_cloths;  // of the states in the answer; none: without states
-  Done done;
+  StepDone done;
 
   void End(Result<v1::StepResponse> answer) {
     EndRequest(session->request_memory(), request_id, answer);
@@ -102,7 +102,7 @@ Result<StepWork> ToWork(const CheckedStep& checked, const std::string& session_n
 }  // namespace
 
 void StartStep(const ServiceContext& context, const v1::StepRequest& request,
-               const CancelToken& cancel, Done done) {
+               const CancelToken& cancel, StepDone done) {
   const Result<CheckedStep> checked =
       CheckStep(request, context.scheduler.limits().max_steps_per_request);
   if (!checked.ok()) return done(checked.status());
