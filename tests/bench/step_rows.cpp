@@ -1,4 +1,5 @@
 #include "tests/bench/step_rows.h"
+#include "tests/bench/bench_scenes.h"
 
 #include <cstdio>
 
