@@ -95,7 +95,7 @@ TEST(StripReductionTest, EliminationWhereTheDeviceRefusesReduction) {
   std::filesystem::create_directories(folder / "stages");
   std::ofstream(folder / "stages" / "lanes.glsl") << "#error no lanes here\n";
   const std::unique_ptr<Backend> refusing = MakeGlBackend(
-      {.shader_dir = folder.string(), .strip_solve = StripSolve::kReductionWithBarriers});
+      {.strip_solve = StripSolve::kReductionWithBarriers}, {.shader_dir = folder.string()});
   const std::unique_ptr<Backend> elimination =
       MakeGlBackend({.strip_solve = StripSolve::kElimination});
   for (int again = 0; again < 2; ++again) {

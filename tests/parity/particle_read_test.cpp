@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "server/solver/device_backend.h"
-#include "server/solver/gl_compute/gl_backend.h"
+#include "server/solver/gl_compute/gl_tuning.h"
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"
@@ -138,9 +138,9 @@ TEST(ParticleReadTest, RowsAreThoseOfTheWholeReadOnEveryBackend) {
 
 // As on hardware.
 TEST(ParticleReadTest, RowsAreThoseOfTheWholeReadOnADeviceThatRunsAhead) {
-  GlBackendOptions options;
-  options.runs_ahead = true;
-  Result<std::unique_ptr<Backend>> backend = CreateGlBackend(options);
+  GlTuning tuning;
+  tuning.runs_ahead = true;
+  Result<std::unique_ptr<Backend>> backend = CreateTunedGlBackend({}, tuning);
   ASSERT_TRUE(backend.ok()) << backend.status().ToString();
   ExpectRows(**backend);
 }

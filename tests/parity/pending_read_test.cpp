@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/solver/device_backend.h"
-#include "server/solver/gl_compute/gl_backend.h"
+#include "server/solver/gl_compute/gl_tuning.h"
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"
@@ -71,9 +71,9 @@ TEST(PendingReadTest, StatesAreThoseOfTheMomentOnEveryBackend) {
 
 // As on hardware.
 TEST(PendingReadTest, StatesAreThoseOfTheMomentOnADeviceThatRunsAhead) {
-  GlBackendOptions options;
-  options.runs_ahead = true;
-  Result<std::unique_ptr<Backend>> backend = CreateGlBackend(options);
+  GlTuning tuning;
+  tuning.runs_ahead = true;
+  Result<std::unique_ptr<Backend>> backend = CreateTunedGlBackend({}, tuning);
   ASSERT_TRUE(backend.ok()) << backend.status().ToString();
   EXPECT_TRUE((*backend)->device()->RunsAhead());
   ExpectReadsOfTheirMoment(**backend);

@@ -10,7 +10,7 @@
 #include "server/scheduler/device_loop.h"
 #include "server/scheduler/observers.h"
 #include "server/solver/cpu/cpu_backend.h"
-#include "server/solver/gl_compute/gl_backend.h"
+#include "server/solver/gl_compute/gl_tuning.h"
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/quantiles.h"
 #include "tests/bench/speed/speed.h"
@@ -258,10 +258,10 @@ std::vector<Skip> LeavingOut(const Sheets& sheets, const std::string& backend, u
 std::unique_ptr<Backend> BackendOf(const Skip& skip, bool is_full) {
   if (!skip.leaves_out && !skip.is_of_lists) return test::MakeBackend(skip.backend);
   if (skip.backend == "cpu") return CreateCpuBackend({.leave_out_colliders = !is_full});
-  GlBackendOptions options;
-  if (skip.leaves_out) options.leave_out_colliders = !is_full;
-  if (skip.is_of_lists) options.find_regular_strips = !is_full;
-  Result<std::unique_ptr<Backend>> gl = CreateGlBackend(options);
+  GlTuning tuning;
+  if (skip.leaves_out) tuning.leave_out_colliders = !is_full;
+  if (skip.is_of_lists) tuning.find_regular_strips = !is_full;
+  Result<std::unique_ptr<Backend>> gl = CreateTunedGlBackend({}, tuning);
   DRAPE_CHECK(gl.ok(), gl.status().ToString());
   return std::move(gl).value();
 }

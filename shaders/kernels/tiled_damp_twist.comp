@@ -1,4 +1,4 @@
-// Kernel `tiled_apply_twist`: stage damp_twist, second phase.
+// Kernel `tiled_damp_twist`: stage damp_twist, second phase.
 // One invocation = one particle. Reads Scratch (changes [m/s]); writes Scratch (velocities: u
 // [m/s]).
 #include "stages/access_tiled.glsl"
@@ -11,7 +11,7 @@ layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
-  if (substep_index >= cloth.substeps || i >= cloth.particle_count) return;
-  float share = TwistShare(substep_index);
-  if (share != 0.0) ApplyTwistChange(i);
+  if (substep_index >= cloth.step.substeps || i >= cloth.particle_count) return;
+  BeginSubstep(substep_index);
+  if (substep.twist_share != 0.0) ApplyTwistChange(i);
 }

@@ -1,4 +1,4 @@
-// Kernel `tiled_kick`: stage apply_springs, second phase: v += A times how long it acts.
+// Kernel `tiled_apply_springs`: stage apply_springs, second phase: v += A times how long it acts.
 // One invocation = one particle. Reads Scratch (accelerations [m/s^2]); writes Scratch (velocities).
 #include "stages/access_tiled.glsl"
 #include "stages/apply_springs.glsl"
@@ -11,6 +11,8 @@ layout(location = DRAPE_UNIFORM_KICK_PLACE) uniform uint place;
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
-  float seconds = KickSeconds(substep_index, place);
-  if (i < cloth.particle_count && seconds != 0.0) KickParticle(i, seconds);
+  if (i >= cloth.particle_count || substep_index >= cloth.step.substeps) return;
+  BeginSubstep(substep_index);
+  float seconds = KickSeconds(place);
+  if (seconds != 0.0) KickParticle(i, seconds);
 }
