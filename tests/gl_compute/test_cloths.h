@@ -8,6 +8,7 @@
 
 #include "server/scene/scene_model.h"
 #include "server/solver/gl_compute/gl_tuning.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 

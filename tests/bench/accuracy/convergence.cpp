@@ -81,7 +81,8 @@ void MeasureEnergies(Bench& bench) {
     scene.duration_s = is_quick ? 0.5 : 10;
     for (const Method& method : MethodsFor(scene.scene, PointGrid::kPresets)) {
       NamedBackend& named = bench.backends()[0];
-      Observer observer(scene, {});
+      const std::vector<Vector3d> no_reference;  // outlives the observer
+      Observer observer(scene, no_reference);
       Play(*named.backend, scene, method.settings, &observer);
       table.Add(
           {scene.name, named.name, method.name, scene.duration_s, observer.Result().energy_drift});
