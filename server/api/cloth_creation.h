@@ -8,8 +8,8 @@
 
 namespace drape::api {
 
-// `done` exactly once, on any thread; `request` must stay valid until then. A cancelled creation
-// ends before its model is built; one that is being built goes on.
+// Calls `done` exactly once, on any thread; `request` must stay valid until then. A cancelled
+// creation ends before its model is built; a model being built is finished.
 void StartCreation(const ServiceContext& context, const v1::CreateClothsRequest& request,
                    const CancelToken& cancel,
                    std::function<void(Result<v1::CreateClothsResponse>)> done);

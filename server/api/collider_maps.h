@@ -20,11 +20,11 @@ struct ColliderMesh {
   TriangleMesh mesh;
 };
 
-// Of a list that CheckColliders has passed.
+// The meshes of a list that CheckColliders has passed.
 std::vector<ColliderMesh> ReadColliderMeshes(
     const google::protobuf::RepeatedPtrField<v1::Collider>& colliders);
 
-// What becomes of one ColliderMesh.
+// The map of one ColliderMesh.
 struct ColliderMap {
   size_t collider = 0;
   std::shared_ptr<const DistanceMap> map;

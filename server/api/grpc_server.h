@@ -39,7 +39,7 @@ class GrpcServer {
   int port() const { return port_; }
   // Calls in this process, for tests.
   std::shared_ptr<grpc::Channel> InProcessChannel();
-  // What the health service answers; SERVING after the start.
+  // The answer of the health service; SERVING after the start.
   void SetServing(bool is_serving);
   // Refuses new calls, waits for those under way, cancels what is left at the deadline. Returns
   // when no handler runs any more.

@@ -4,8 +4,8 @@
 
 namespace drape::api {
 
-// What they say becomes debug lines, except what makes gRPC abort. Call once, before anything is
-// served.
+// Their messages become debug lines, except those that make gRPC abort. Call once, before anything
+// is served.
 void TakeLibraryLogs();
 
 }  // namespace drape::api

@@ -14,11 +14,11 @@ struct RequestLimits {
   double default_ttl_s = kDefaultTtl_s;
   // Larger messages are refused by the transport [bytes].
   uint32_t max_request_bytes = 64u << 20;
-  // Of state data in one streamed message [bytes]. One callback stream is fastest at 1 MiB.
+  // State data in one streamed message [bytes]. One callback stream is fastest at 1 MiB.
   uint32_t max_chunk_bytes = 1u << 20;
-  // Of state data in a Step answer [bytes]; more must be read with ReadStates.
+  // State data in a Step answer [bytes]; more must be read with ReadStates.
   uint64_t max_step_state_bytes = 64u << 20;
-  // Of one cloth.
+  // Limits of the model of one cloth.
   ModelLimits model;
   // Each particle meets every collider in every sweep.
   uint32_t max_colliders_per_cloth = 256;

@@ -14,7 +14,7 @@
 
 namespace drape::api {
 
-// What the service works with; everything outlives the gRPC server.
+// The parts that the service uses; all of them outlive the gRPC server.
 struct ServiceContext {
   Scheduler& scheduler;
   SessionRegistry& sessions;

@@ -12,7 +12,7 @@
 
 namespace drape::api {
 
-// What is constant about a cloth whose state is sent.
+// The constant part of a cloth whose state is sent.
 struct ChunkCloth {
   ClothId id;
   Placement placement;
@@ -22,11 +22,11 @@ struct ChunkCloth {
 std::vector<ChunkCloth> ChunkClothsOf(const ClothList& cloths, const StateFields& fields);
 
 // Cuts states into chunks of at most `max_data_bytes` of columns each. A cloth of too many rows for
-// any chunk begins in a chunk of its own and goes on in the next ones; the others are never split.
-// Not thread-safe.
+// any chunk begins in a chunk of its own and continues in the next ones; the others are never
+// split. Not thread-safe.
 class StateChunker {
  public:
-  // `cloths` and `states.cloths` in the same order. At least one row goes into a chunk.
+  // `cloths` and `states.cloths` are in the same order. A chunk has at least one row.
   StateChunker(std::vector<ChunkCloth> cloths, ClothStates states, uint64_t max_data_bytes);
 
   // False after the last chunk. States of no cloth are one chunk without cloths.

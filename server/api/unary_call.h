@@ -12,8 +12,8 @@
 
 namespace drape::api {
 
-// Owns itself until gRPC is done with it. Until End the request and the response stay valid;
-// whoever holds the call must call End exactly once, on any thread.
+// Owns itself until gRPC is done with it. Until End the request and the response stay valid; the
+// holder must call End exactly once, on any thread.
 class UnaryCall final : public grpc::ServerUnaryReactor {
  public:
   static UnaryCall* New() { return new UnaryCall(); }

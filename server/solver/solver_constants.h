@@ -23,13 +23,13 @@ inline constexpr double kMaxColliderTurn_rad_per_s = 1e3;
 // Only for counting contacts in reports.
 inline constexpr double kContactMarginRatio = 1e-3;
 
-// Colliders out of reach: the free particles of a cloth are expected to get no farther within a
-// step than this many times what the fastest one would go in free fall and what the pins go [-],
-// and this share of the model's length scale [-]. Results do not depend on it. Larger: colliders
-// are looked at that nothing touches; smaller: particles get farther, and then all are looked at.
+// Colliders out of reach: within a step the free particles of a cloth are expected to stay within
+// this many times the way of the fastest one in free fall and of the pins [-], and this share of
+// the model's length scale [-]. Results do not depend on it. Larger: colliders are tested that
+// nothing touches; smaller: particles get farther, and then all colliders are tested.
 inline constexpr double kReachFactor = 2;
 inline constexpr double kReachMarginRatio = 0.01;
-// A direction along which a collider is apart from that range is looked for so often [-].
+// Number of attempts to find a direction that separates a collider from that range [-].
 inline constexpr unsigned kReachDirections = 4;
 
 // Beyond these a state counts as blown up and the cloth is FAULTED [m/s], [m from the cloth's
@@ -55,13 +55,13 @@ inline constexpr double kMinStripPivotAtPin = 1e-2;
 // slow recovery of stretched cloths; larger: links may turn over.
 inline constexpr double kMaxStripMove = 1;
 
-// Refinement: sweeps over the links that it moves, between two looks for them [-], and most
-// such rounds of a step. Of fewer sweeps and more rounds the result is the same, but looking takes
-// time (tests/bench/notes/solver.md).
+// Refinement: sweeps over the links that it moves, between two searches for them [-], and the
+// largest number of such rounds in a step. Fewer sweeps and more rounds give the same result, but
+// searching takes time (tests/bench/notes/solver.md).
 inline constexpr unsigned kRefineSweeps = 4;
 inline constexpr unsigned kMaxRefineRounds = 16;
-// No further round once refinement has moved this share of the links that the step's substeps have
-// between them [-]: of cloths that are far off everywhere it would take as long as the substeps.
+// No further round once refinement has moved this share of all links of all substeps of the step
+// [-]: refining a cloth that is stretched everywhere would take as long as its substeps.
 inline constexpr double kRefineShare = 1.0 / 4;
 
 // Direction BLENDED: impulses act along the links as they were at the start of the substep where
@@ -76,16 +76,16 @@ inline constexpr double kBlendEnd = 0.30;
 // 0.0067) 11 / 1.3 %, 32 x 32 (0.016) 8 of 64 fault / 3.7 %.
 inline constexpr double kWhipBegin = 0.004;
 inline constexpr double kWhipEnd = 0.008;
-// At most so many times the substeps of its settings does a cloth get for its load [-]. Larger: one
-// tenant's heavy cloth takes the time of all; smaller: heavy cloths stretch.
+// Largest factor by which `load_limit` may multiply a cloth's substeps [-]. Larger: one tenant's
+// heavy cloth takes the time of all; smaller: heavy cloths stretch.
 inline constexpr double kMaxLoadFactor = 1.8;
 // A link that turns farther than this within a substep, 8 degrees, has the direction of its end
 // [-, cosine]: no motion of a cloth does, only flutter. Smaller: strips of links that flutter blow
 // up; larger: more links are solved to first order.
 inline constexpr double kMinDirectionCosine = 0.99;
 
-// Largest h^2 omega^2 of an elastic element that its damping is reckoned with [-]: at this ratio
-// all but a trillionth of its speed is taken already. Larger: the square leaves single precision.
+// Largest h^2 omega^2 of an elastic element in the formula of its damping [-]: at this ratio only a
+// trillionth of its speed is left. Larger: the square leaves single precision.
 inline constexpr double kMaxElasticRatio = 1e6;
 // Cloths whose SceneModel::held_mass_ratio is larger keep to one step [-]: one sweep leaves much of
 // the errors there, and two steps extrapolate what is left and gain energy (from about 30 on a
@@ -94,7 +94,8 @@ inline constexpr double kMaxElasticRatio = 1e6;
 inline constexpr double kMaxHeldMassRatio = 10;
 
 // Rate at which springs in the force may gain energy before a report warns [1/s]. Larger: motion
-// that grows visibly goes unnamed; smaller: warnings of what constraints and friction take anyway.
+// that grows visibly has no warning; smaller: warnings although constraints and friction take the
+// gain.
 inline constexpr double kMaxSpringGain_per_s = 1;
 
 // Density of the air [kg/m^3]: dry, at sea level and 15 degrees Celsius (ISO 2533). Thinner air or
@@ -107,9 +108,9 @@ inline constexpr double kAirDensity_kg_per_m3 = 1.225;
 inline constexpr double kMaxAirCoefficient = 1e3;
 inline constexpr double kMaxWind_m_per_s = 1e4;
 
-// What the air would do to a triangle within one kick, relative to what it can do [-]: at this
-// ratio all but a thousandth of the relative speed is gone already. Larger: lift on a triangle that
-// the air meets squarely multiplies the rounding of the angle.
+// Largest effect of the air on a triangle within one kick, relative to the largest possible one
+// [-]: at this ratio only a thousandth of the relative speed is left. Larger: lift on a triangle
+// that the air meets squarely multiplies the rounding of the angle.
 inline constexpr double kMaxAirRatio = 1e3;
 
 }  // namespace drape

@@ -15,7 +15,7 @@ void main() {
   uint particle = uint(gl_VertexID);
   vec3 p = LocalPosition(cloths[index].positions, particle);
   vec4 shade = shaded[cloths[index].shaded + particle];
-  // What is not finite takes its triangles away: they end at their other corners.
+  // A particle that is not finite removes its triangles: they end at their other corners.
   bool is_finite = IsFinite(p);
   gl_ClipDistance[0] = is_finite ? 1.0 : -1e6;
   position = (is_finite ? p : vec3(0.0)) + cloths[index].offset.xyz;

@@ -4,7 +4,7 @@
 
 layout(std140, binding = DRAPE_DRAW_BINDING_FRAME) uniform Frame { DrawFrame frame; };
 
-// Unit vector from a place to the viewer, who may be infinitely far away (the key light is).
+// Unit vector from a place to the viewer, which may be infinitely far away (the key light is).
 vec3 ToViewer(vec3 position) {
   return normalize(frame.viewer.xyz - frame.viewer.w * position);
 }

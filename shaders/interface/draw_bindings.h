@@ -33,7 +33,7 @@
 // Directions in which the extent of cloths is measured.
 #define DRAPE_DRAW_REACHES 8
 
-// What a value is; 0 where colours do not come from values.
+// Kind of a value; 0 where colours do not come from values.
 #define DRAPE_DRAW_NO_VALUE 0u
 #define DRAPE_DRAW_STRAIN 1u
 #define DRAPE_DRAW_SPEED 2u

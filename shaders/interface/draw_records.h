@@ -1,6 +1,6 @@
-// What the drawing shaders must know of a picture and of the things in it. Positions are in world
-// axes with the origin at the eye [m], so that single precision is spent where the picture looks.
-// Offsets count 4-byte words (elements, for Shaded) from the start of the named block.
+// The data of a picture for the drawing shaders. Positions are in world axes with the origin at the
+// eye [m], so that single precision is spent where the picture looks. Offsets count 4-byte words
+// (elements, for Shaded) from the start of the named block.
 #ifndef DRAPE_SHADERS_INTERFACE_DRAW_RECORDS_H_
 #define DRAPE_SHADERS_INTERFACE_DRAW_RECORDS_H_
 

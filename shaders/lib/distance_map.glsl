@@ -30,8 +30,8 @@ struct MapDistance {
   vec3 gradient;   // by metres [-]; not a unit vector
 };
 
-// `from_corner`: from the first sample, in the world's directions [m]. What is not a number counts as 0,
-// so that the cell is always one of the grid's; it stays in `outside`.
+// `from_corner`: from the first sample, in the world's directions [m]. NaN counts as 0, so that the cell is always one
+// of the grid's; it stays in `outside`.
 MapPlace PlaceInMap(DistanceGrid grid, mat3 axes, vec3 from_corner) {
   precise vec3 in_cells = vec3(Dot(from_corner, axes[0]), Dot(from_corner, axes[1]),
                                Dot(from_corner, axes[2])) * grid.inverse_cell;

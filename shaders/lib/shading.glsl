@@ -7,7 +7,7 @@ vec3 AmbientLight(vec3 normal) {
   return mix(ground, sky, 0.5 + 0.5 * normal.y);
 }
 
-// Lambert's law with a terminator that goes a little round the surface, as on cloth.
+// Lambert's law with a terminator that reaches a little around the surface, as on cloth.
 float WrappedDiffuse(vec3 normal, vec3 to_light) {
   const float wrap = 0.2;
   return max((dot(normal, to_light) + wrap) / (1.0 + wrap), 0.0);

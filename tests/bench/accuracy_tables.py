@@ -1,4 +1,4 @@
-"""What the tables of `drape_bench accuracy` say in words: the Pareto fronts, the bars, where the presets lose."""
+"""The tables of `drape_bench accuracy` in words: the Pareto fronts, the bars, where the presets lose."""
 
 import math
 
@@ -87,7 +87,7 @@ def least_error(some, error, most_ms_per_s):
 
 
 def preset_in_words(preset, own, error):
-    """Whether anything of ours takes no longer than the preset and is more accurate, and by how much."""
+    """The best setting of ours that takes no longer than the preset, and how much more accurate it is."""
     found = select(own, method=preset)
     if not found:
         return None

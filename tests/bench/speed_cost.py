@@ -1,4 +1,4 @@
-"""What the table of the costs says: ms per step against cloths and particles, and whether the bars hold."""
+"""The table of the costs in words: ms per step against cloths and particles, and whether the bars hold."""
 
 import math
 from statistics import median
@@ -29,7 +29,7 @@ def way(row):
 
 
 def ways_of_one_cloth(rows):
-    """Of the rows along the particles: the names of their ways, and the rows of each. The path of gl depends on the size."""
+    """Names of the ways of the rows along the particles, and the rows of each. The path of gl depends on the size."""
     found = {}
     for row in rows:
         threads = f", {row['threads']:.0f} thread{'s' if row['threads'] > 1 else ''}" if row["threads"] else ""
@@ -46,7 +46,7 @@ def within(rows, column, limits):
 
 
 def flatness_line(rows, along, limits, unit, bar):
-    """How far the cost goes apart between two sizes: largest over least of the medians of the rounds, in which the sizes took turns."""
+    """Ratio of the costs of the sizes: largest over least of the medians of the rounds, in which the sizes took turns."""
     some = within(select(rows, along=along), along, limits)
     costs = {}
     for row in some:

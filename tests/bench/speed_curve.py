@@ -1,4 +1,4 @@
-"""What the table of the curve says: time against strain of hanging cloths, beside Bullet; and what peers.py measured."""
+"""The table of the curve in words: time against strain of hanging cloths, beside Bullet; and the results of peers.py."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""What the table of the service says: Step requests over localhost against the bare backend in the same run."""
+"""The table of the service in words: Step requests over localhost against the bare backend in the same run."""
 
 from rows import markdown, milliseconds, select
 

@@ -1,4 +1,4 @@
-"""What leaving out what a scene does not need saves, and what looking for it costs."""
+"""Savings from leaving out unneeded work, and the cost of looking for it."""
 
 from rows import markdown, milliseconds
 

@@ -1,4 +1,4 @@
-"""What the machine can do, and how much of it the solver uses: its solves per second against the limits of the same run."""
+"""How much of the machine the solver uses: its solves per second against the limits of the same run."""
 
 from rows import markdown, select
 
@@ -79,7 +79,7 @@ def gl_shares(limits, solves, counts, path):
 
 
 def best_rows(cost):
-    """Of each way of stepping and preset the row with the most solves per second."""
+    """The row with the most solves per second of each way of stepping and preset."""
     best = {}
     for row in cost:
         if row["preset"] not in SWEEP_OF_PRESET or row["faulted"]:

@@ -1,4 +1,4 @@
-"""What the tables of `drape_bench speed` say, in the order of the subcommand."""
+"""The tables of `drape_bench speed` in words, in the order of the subcommand."""
 
 import peers
 import speed_cost

@@ -1,4 +1,4 @@
-"""What the rows of `drape_bench stability` mean, in words. Only the standard library."""
+"""The rows of `drape_bench stability` in words. Only the standard library."""
 
 from rows import distinct, markdown, percent, select, two_digits
 
@@ -21,7 +21,7 @@ def is_good(row):
 
 
 def why(row):
-    """What of a cell is beyond the limits at the end; of one that is not, the largest strain."""
+    """The excess of a cell over the limits at the end; without one, its largest strain."""
     if row["verdict"] == "faults":
         return "faults"
     parts = []

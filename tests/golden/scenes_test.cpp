@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/solver/cpu/cpu_backend.h"
+#include "server/solver/load.h"
 #include "tests/golden/golden_rows.h"
 #include "tests/golden/golden_scenes.h"
 #include "tests/stability/atlas/atlas.h"
@@ -91,7 +92,7 @@ INSTANTIATE_TEST_SUITE_P(Widths, GoldenStatesTest,
                          testing::Values(kReference, kCpuSingle, kCpuSideBySide),
                          [](const auto& one) { return one.param.file; });
 INSTANTIATE_TEST_SUITE_P(Widths, GoldenStatesLong,
-                         testing::Values(kReference, kCpuSingle, kCpuSideBySide, kGl),
+                         testing::Values(kReference, kCpuSingle, kCpuSideBySide),
                          [](const auto& one) { return one.param.file; });
 
 void CheckScenes(const Width& width, const std::vector<Scene>& scenes, const std::string& prefix,
@@ -116,17 +117,11 @@ TEST_P(GoldenStatesLong, ScenesGoOn) {
 TEST(GoldenGlTest, FewScenes) {
   CheckScenes(kGl, FewGoldenScenes(), "few_scenes_", 2);
 }
-// The other way to solve strips on a GPU, with its barriers on any device.
-TEST(GoldenGlLong, FewScenesByReduction) {
-  CheckScenes({"gl_reduction", "gl_reduction", kGlBatch}, FewGoldenScenes(), "few_scenes_", 2);
-}
-
 std::string NameOf(const std::string& words) {
   return std::regex_replace(words, std::regex("[^A-Za-z0-9.=+-]+"), "_");
 }
 
-void CheckAtlas(const Width& width, AtlasForm form, const std::string& prefix,
-                uint32_t most_steps) {
+void CheckAtlas(const Width& width, AtlasForm form, const std::string& prefix, uint32_t steps) {
   const std::unique_ptr<Backend> backend = BackendOf(width);
   GoldenRows rows;
   const auto add = [&](const std::string& name, const AtlasCase& atlas_case,
@@ -136,11 +131,10 @@ void CheckAtlas(const Width& width, AtlasForm form, const std::string& prefix,
     scene.parameters.settings.time_step_s = atlas_case.time_step_s;
     scene.parameters = RaiseSubsteps(*scene.model, scene.parameters);  // as the server does
     const std::string hash =
-        HashOfCopies(*backend, scene, width.copies, most_steps, atlas_case.pin_targets_m);
+        HashOfCopies(*backend, scene, width.copies, steps, atlas_case.pin_targets_m);
     EXPECT_TRUE(rows.emplace(NameOf(name), hash).second) << "two cases " << name;
   };
   for (const AtlasMethod& method : AtlasMethods(form)) {
-    if (method.name.find("STRIPS_THEN_COLOURS") != std::string::npos) continue;
     for (const AtlasTable& table : AtlasTables(form)) {
       for (const AxisValue& row : table.rows.values) {
         for (const AxisValue& column : table.columns.values) {
@@ -158,9 +152,6 @@ void CheckAtlas(const Width& width, AtlasForm form, const std::string& prefix,
 
 TEST_P(GoldenStatesTest, Atlas) {
   CheckAtlas(GetParam(), AtlasForm::kThin, "atlas_", 4);
-}
-TEST_P(GoldenStatesLong, Atlas) {
-  CheckAtlas(GetParam(), AtlasForm::kShort, "atlas_long_", 20);
 }
 
 }  // namespace

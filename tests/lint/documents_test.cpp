@@ -24,16 +24,31 @@ using ::testing::IsEmpty;
 const std::vector<std::string> kTops = {"server", "client", "shaders", "tests", "proto", "docker"};
 
 // Names that documents and comments mention and that are not ours.
-const std::set<std::string> kForeignNames = {"ColorBrewer",  "CreateContactRequest",
-                                             "DebugString",  "DejaVu",
-                                             "EmailAddress", "EmailType",
-                                             "GitHub",       "MuJoCo",
-                                             "NvCloth",      "OpenGL",
-                                             "PascalCase",   "ServerReflectionRequest",
-                                             "RdBu",         "TrueType",
-                                             "WlfXRN",       "kConstant",
-                                             "snake_case",   "foreach_target.h",
-                                             "minimal_stack"};
+const std::set<std::string> kForeignNames = {"API_DISABLED",
+                                             "ColorBrewer",
+                                             "CreateContactRequest",
+                                             "DebugString",
+                                             "DejaVu",
+                                             "EGL_BAD_MATCH",
+                                             "EmailAddress",
+                                             "EmailType",
+                                             "GL_INVALID_OPERATION",
+                                             "GitHub",
+                                             "MuJoCo",
+                                             "NvCloth",
+                                             "OpenGL",
+                                             "PascalCase",
+                                             "RdBu",
+                                             "ServerReflectionRequest",
+                                             "TYPE_UNSPECIFIED",
+                                             "TrueType",
+                                             "UPPER_CASE",
+                                             "UPPER_SNAKE_CASE",
+                                             "WlfXRN",
+                                             "foreach_target.h",
+                                             "kConstant",
+                                             "minimal_stack",
+                                             "snake_case"};
 
 bool IsGenerated(const fs::path& file) {
   return file.string().find("/results/") != std::string::npos;
@@ -225,9 +240,10 @@ KnownNames FindKnownNames() {
   return known;
 }
 
-// Words that can only be names of code: kConstant, and with two humps PascalCase.
+// Words that can only be names of code: kConstant, with two humps PascalCase, UPPER_CASE.
 bool IsCodeName(const std::string& word) {
-  static const std::regex kName("k[A-Z][A-Za-z0-9_]+|[A-Z][a-z0-9]+([A-Z][a-z0-9]*)+");
+  static const std::regex kName(
+      "k[A-Z][A-Za-z0-9_]+|[A-Z][a-z0-9]+([A-Z][a-z0-9]*)+|[A-Z]{2,}[0-9]*(_[A-Z0-9]+)+");
   return std::regex_match(word, kName);
 }
 

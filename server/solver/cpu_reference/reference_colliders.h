@@ -23,7 +23,7 @@ class ReferenceColliders {
   ReferenceContact AtStart(size_t c, const Eigen::Vector3d& p) const;
   ReferenceContact AtEnd(size_t c, const Eigen::Vector3d& q) const;
 
-  // Of the point of collider c that is at `place` then [m/s].
+  // Velocity of the point of collider c that is at `place` then [m/s].
   Eigen::Vector3d VelocityAtStart(size_t c, const Eigen::Vector3d& place) const;
   Eigen::Vector3d VelocityAtEnd(size_t c, const Eigen::Vector3d& place) const;
   // Over the substep, of the point that is at `place` when it starts [m/s].

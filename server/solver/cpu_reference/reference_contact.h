@@ -21,8 +21,8 @@ struct ContactImpulse {
   Eigen::Vector3d tangential = Eigen::Vector3d::Zero();
 };
 
-// Of a collider that is where `motion` is at its time 0: in its own frame the collider is as it was
-// described.
+// The contact with a collider at the pose of `motion` at its time 0: in its own frame the collider
+// is as it was described.
 ReferenceContact ContactAt(const Collider& collider, const RigidMotion& motion, double thickness_m,
                            const Eigen::Vector3d& q);
 

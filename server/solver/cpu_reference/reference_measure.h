@@ -1,4 +1,4 @@
-// What a report asks for about a state. Pure.
+// The measures of a state for a report. Pure.
 #pragma once
 
 #include <span>
@@ -10,7 +10,7 @@
 
 namespace drape {
 
-// What keeps a state from being committed.
+// The reason why a state is not committed.
 FaultReason FindFault(const ParticleState& state);
 
 // Stage `measure`, all but max_residual_m, which belongs to the solve and not to the state.

@@ -8,8 +8,8 @@
 
 namespace drape {
 
-// What the strips of a substep are solved against: the predicted position of particle i is
-// base_m[i] + interval_s * u_i.
+// The prediction that the strips of a substep are solved against: particle i is at base_m[i] +
+// interval_s * u_i.
 struct StripPrediction {
   const SceneModel& model;
   std::span<const Eigen::Vector3d> base_m;
