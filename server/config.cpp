@@ -119,12 +119,12 @@ void AddLimits(CLI::App& app, Config& config) {
                      "longest wait of a batch for clients that are about to ask again");
   AddNumber(app, "--max-queued-requests", scheduler.max_queued_requests, 1u, kMaxCount,
             "waiting step requests of all sessions");
-  AddNumber(app, "--max-queued-requests-per-session", scheduler.max_queued_requests_per_tenant, 1u,
+  AddNumber(app, "--max-queued-requests-per-session", scheduler.max_queued_requests_per_session, 1u,
             kMaxCount, "waiting step requests");
   AddNumber<uint64_t>(app, "--max-step-state-bytes", requests.max_step_state_bytes, 0, 1u << 30,
                       "states in a Step answer");
   AddNumber(app, "--max-pictures-in-flight-per-session",
-            config.pictures.max_pictures_in_flight_per_tenant, 1u, kMaxCount,
+            config.pictures.max_pictures_in_flight_per_session, 1u, kMaxCount,
             "waiting, being drawn or being sent");
   AddNumber(app, "--max-queued-pictures", config.pictures.max_queued_pictures, 1u, kMaxCount,
             "waiting pictures of all sessions");

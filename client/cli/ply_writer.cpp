@@ -13,7 +13,7 @@ bool HasVelocities(const States& states) {
                      [](const ClothState& cloth) { return !cloth.velocities_m_per_s.empty(); });
 }
 
-std::string Header(const States& states, const std::vector<Topology>& topologies) {
+std::string PlyHeader(const States& states, const std::vector<Topology>& topologies) {
   uint64_t vertex_count = 0;
   uint64_t face_count = 0;
   uint64_t edge_count = 0;
@@ -76,7 +76,7 @@ void WriteElements(const States& states, const std::vector<Topology>& topologies
 }
 
 void WritePly(const States& states, const std::vector<Topology>& topologies, OutputFile& file) {
-  file.Write(Header(states, topologies));
+  file.Write(PlyHeader(states, topologies));
   WriteVertices(states, file);
   WriteElements(states, topologies, "3", &Topology::triangles, file);
   WriteElements(states, topologies, "", &Topology::lines, file);

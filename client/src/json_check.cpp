@@ -1,5 +1,6 @@
 #include "client/src/json_check.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
@@ -35,19 +36,36 @@ std::string Folded(const std::string& name) {
   return folded;
 }
 
-Error UnknownField(const Descriptor& type, const std::string& path, const std::string& name) {
+// The fields of `type`, and more of them.
+std::vector<const FieldDescriptor*> FieldsOf(const Descriptor& type,
+                                             std::span<const MoreFields> more) {
+  std::vector<const FieldDescriptor*> fields;
+  for (int i = 0; i < type.field_count(); ++i) fields.push_back(type.field(i));
+  for (const MoreFields& entry : more) {
+    if (entry.type != &type) continue;
+    for (int i = 0; i < entry.more->field_count(); ++i) fields.push_back(entry.more->field(i));
+  }
+  return fields;
+}
+
+const FieldDescriptor* FindField(std::span<const FieldDescriptor* const> fields,
+                                 const std::string& name) {
+  const auto found = std::find_if(fields.begin(), fields.end(),
+                                  [&](const auto* field) { return field->name() == name; });
+  return found == fields.end() ? nullptr : *found;
+}
+
+Error UnknownField(std::span<const FieldDescriptor* const> fields, const std::string& path,
+                   const std::string& name) {
   std::string description = "unknown field";
-  for (int i = 0; i < type.field_count(); ++i) {
-    if (Folded(type.field(i)->name()) == Folded(name)) {
-      return BadField(Join(path, name),
-                      description + "; did you mean " + type.field(i)->name() + "?");
+  std::string known;
+  for (const FieldDescriptor* field : fields) {
+    if (Folded(field->name()) == Folded(name)) {
+      return BadField(Join(path, name), description + "; did you mean " + field->name() + "?");
     }
+    known += (known.empty() ? " " : ", ") + field->name();
   }
-  description += "; known here:";
-  for (int i = 0; i < type.field_count(); ++i) {
-    description += (i == 0 ? " " : ", ") + type.field(i)->name();
-  }
-  return BadField(Join(path, name), description);
+  return BadField(Join(path, name), description + "; known here:" + known);
 }
 
 void CheckWholeNumber(const json& value, double highest, const std::string& path) {
@@ -69,7 +87,8 @@ void CheckEnum(const json& value, const google::protobuf::EnumDescriptor& type,
   throw BadField(path, "must be one of " + names + Got(value));
 }
 
-void CheckValue(const json& value, const FieldDescriptor& field, const std::string& path) {
+void CheckValue(const json& value, const FieldDescriptor& field, const std::string& path,
+                std::span<const MoreFields> more) {
   if (value.is_array()) {
     throw BadField(path, field.is_repeated()
                              ? "a list inside a list; lists of vectors are flat" + Got(value)
@@ -77,7 +96,7 @@ void CheckValue(const json& value, const FieldDescriptor& field, const std::stri
   }
   switch (field.cpp_type()) {
     case FieldDescriptor::CPPTYPE_MESSAGE:
-      return CheckJson(value, *field.message_type(), path);
+      return CheckJson(value, *field.message_type(), path, more);
     case FieldDescriptor::CPPTYPE_DOUBLE:
     case FieldDescriptor::CPPTYPE_FLOAT:
       if (value.is_number() || value == "NaN" || value == "Infinity" || value == "-Infinity")
@@ -98,11 +117,12 @@ void CheckValue(const json& value, const FieldDescriptor& field, const std::stri
   }
 }
 
-void CheckField(const json& value, const FieldDescriptor& field, const std::string& path) {
-  if (!field.is_repeated()) return CheckValue(value, field, path);
+void CheckField(const json& value, const FieldDescriptor& field, const std::string& path,
+                std::span<const MoreFields> more) {
+  if (!field.is_repeated()) return CheckValue(value, field, path, more);
   if (!value.is_array()) throw BadField(path, "must be a list" + Got(value));
   for (size_t i = 0; i < value.size(); ++i) {
-    CheckValue(value[i], field, path + "[" + std::to_string(i) + "]");
+    CheckValue(value[i], field, path + "[" + std::to_string(i) + "]", more);
   }
 }
 
@@ -130,17 +150,19 @@ json ParseJson(std::string_view text) {
   }
 }
 
-void CheckJson(const json& value, const Descriptor& type, const std::string& path) {
+void CheckJson(const json& value, const Descriptor& type, const std::string& path,
+               std::span<const MoreFields> more) {
   if (value.is_null()) return;
   if (!value.is_object()) {
     throw BadField(path.empty() ? type.name() : path, "must be an object" + Got(value));
   }
+  const std::vector<const FieldDescriptor*> fields = FieldsOf(type, more);
   std::vector<const FieldDescriptor*> member_of(static_cast<size_t>(type.oneof_decl_count()));
   for (const auto& [name, member] : value.items()) {
-    const FieldDescriptor* field = type.FindFieldByName(name);
-    if (field == nullptr) throw UnknownField(type, path, name);
+    const FieldDescriptor* field = FindField(fields, name);
+    if (field == nullptr) throw UnknownField(fields, path, name);
     if (member.is_null()) continue;
-    CheckField(member, *field, Join(path, name));
+    CheckField(member, *field, Join(path, name), more);
     const auto* oneof = field->real_containing_oneof();
     if (oneof == nullptr) continue;
     const FieldDescriptor*& other = member_of[static_cast<size_t>(oneof->index())];

@@ -5,6 +5,7 @@
 #include <google/protobuf/descriptor.h>
 
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -15,11 +16,17 @@ inline namespace client {
 // and column, or the repeated key.
 nlohmann::json ParseJson(std::string_view text);
 
+// In the text an object of `type` may have the fields of `more` besides its own.
+struct MoreFields {
+  const google::protobuf::Descriptor* type;
+  const google::protobuf::Descriptor* more;
+};
+
 // Checks `json` against the fields of `type` with their snake_case names: unknown fields, kinds of
 // values, lists inside lists, ranges of whole numbers, names of enum values, more than one member
 // of a oneof. Throws BadField with the path from `path` on. null stands for "not set".
 void CheckJson(const nlohmann::json& json, const google::protobuf::Descriptor& type,
-               const std::string& path);
+               const std::string& path, std::span<const MoreFields> more = {});
 
 }  // namespace client
 }  // namespace drape

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <utility>
+#include <vector>
 
 #include "client/src/errors.h"
 #include "client/src/json_check.h"
@@ -31,13 +32,14 @@ void ApplyOverrides(const std::vector<SpecOverride>& overrides, json* scene) {
   }
 }
 
-v1::Scene ToMessage(const json& scene_json) {
-  v1::Scene scene;
-  const auto status = google::protobuf::util::JsonStringToMessage(scene_json.dump(), &scene);
+template <class Message>
+Message ToMessage(const json& value) {
+  Message message;
+  const auto status = google::protobuf::util::JsonStringToMessage(value.dump(), &message);
   if (!status.ok()) {
     throw LocalError(ErrorCode::kInvalidArgument, "BAD_JSON", status.message().ToString());
   }
-  return scene;
+  return message;
 }
 
 // One time step for the whole scene, in `scene` and in every cloth's settings. That of a spec may
@@ -57,38 +59,78 @@ void ResolveTimeStep(bool is_overridden, v1::Scene* scene) {
   }
 }
 
-// In a spec or a collider at `path`: the file replaced by what it holds.
-template <class MeshOwner>
-void ReadMeshFile(const std::filesystem::path& folder, const std::string& path, MeshOwner* owner) {
-  if (!owner->has_mesh_file()) {
-    if (!owner->has_scale_m()) return;
-    throw BadField(path + ".scale_m", "needs mesh_file, which is not given");
+// A spec or a collider whose mesh is in a file.
+struct MeshFileAt {
+  std::string path;   // of the spec or collider, as in error messages
+  int cloth = 0;      // of scene.cloths
+  int collider = -1;  // of its environment; -1: the spec's own mesh
+  v1::MeshFile file{};
+};
+
+// The fields of MeshFile out of `owner`, the spec or collider at `place.path`, whose fields are
+// checked; an empty `mesh` takes their place.
+void TakeMeshFile(const google::protobuf::OneofDescriptor& meshes, MeshFileAt place, json* owner,
+                  std::vector<MeshFileAt>* files) {
+  if (!owner->is_object()) return;
+  json fields = json::object();
+  for (const char* name : {"mesh_file", "scale_m"}) {
+    const auto found = owner->find(name);
+    if (found == owner->end()) continue;
+    if (!found->is_null()) fields[name] = *found;
+    owner->erase(found);
   }
-  const double scale_m = owner->has_scale_m() ? owner->scale_m() : 1;
-  if (!(scale_m > 0) || !std::isfinite(scale_m)) {
-    throw BadField(path + ".scale_m", "must be > 0, got " + NumberText(scale_m));
+  if (fields.empty()) return;
+  if (!fields.contains("mesh_file")) {
+    throw BadField(place.path + ".scale_m", "needs mesh_file, which is not given");
   }
-  try {
-    *owner->mutable_mesh() = LoadMesh(folder / std::string(owner->mesh_file()), scale_m);
-  } catch (const Error& error) {
-    ErrorDetails details = error.details();
-    details.violations.push_back({path + ".mesh_file", details.message});
-    details.message = path + ".mesh_file: " + details.message;
-    throw Error(std::move(details));
+  for (int k = 0; k < meshes.field_count(); ++k) {
+    const std::string& other = meshes.field(k)->name();
+    if (!owner->contains(other) || (*owner)[other].is_null()) continue;
+    throw BadField(place.path + ".mesh_file",
+                   "only one of " + other + " and mesh_file may be given");
   }
-  owner->clear_scale_m();
+  place.file = ToMessage<v1::MeshFile>(fields);
+  (*owner)["mesh"] = json::object();
+  files->push_back(std::move(place));
 }
 
-void ReadMeshFiles(const std::filesystem::path& folder, v1::Scene* scene) {
-  for (int k = 0; k < scene->cloths_size(); ++k) {
-    v1::ClothSpec* spec = scene->mutable_cloths(k)->mutable_spec();
+// Every mesh file of a scene whose fields are checked.
+std::vector<MeshFileAt> TakeMeshFiles(json* scene) {
+  const auto& topology = *v1::ClothSpec::descriptor()->FindOneofByName("topology");
+  const auto& shape = *v1::Collider::descriptor()->FindOneofByName("shape");
+  std::vector<MeshFileAt> files;
+  const size_t cloth_count = scene->contains("cloths") ? scene->at("cloths").size() : 0;
+  for (size_t k = 0; k < cloth_count; ++k) {
+    json& cloth = scene->at("cloths")[k];
+    if (!cloth.contains("spec")) continue;
+    json& spec = cloth["spec"];
     const std::string path = "cloths[" + std::to_string(k) + "].spec";
-    ReadMeshFile(folder, path, spec);
-    auto* colliders = spec->mutable_environment()->mutable_colliders();
-    for (int c = 0; c < colliders->size(); ++c) {
-      ReadMeshFile(folder, path + ".environment.colliders[" + std::to_string(c) + "]",
-                   colliders->Mutable(c));
+    TakeMeshFile(topology, {.path = path, .cloth = static_cast<int>(k)}, &spec, &files);
+    const json::json_pointer colliders_at("/environment/colliders");
+    const size_t collider_count = spec.contains(colliders_at) ? spec[colliders_at].size() : 0;
+    for (size_t c = 0; c < collider_count; ++c) {
+      TakeMeshFile(shape,
+                   {.path = path + ".environment.colliders[" + std::to_string(c) + "]",
+                    .cloth = static_cast<int>(k),
+                    .collider = static_cast<int>(c)},
+                   &spec[colliders_at][c], &files);
     }
+  }
+  return files;
+}
+
+v1::Mesh ReadMeshFile(const std::filesystem::path& folder, const MeshFileAt& place) {
+  const double scale_m = place.file.has_scale_m() ? place.file.scale_m() : 1;
+  if (!(scale_m > 0) || !std::isfinite(scale_m)) {
+    throw BadField(place.path + ".scale_m", "must be > 0, got " + NumberText(scale_m));
+  }
+  try {
+    return LoadMesh(folder / std::string(place.file.mesh_file()), scale_m);
+  } catch (const Error& error) {
+    ErrorDetails details = error.details();
+    details.violations.push_back({place.path + ".mesh_file", details.message});
+    details.message = place.path + ".mesh_file: " + details.message;
+    throw Error(std::move(details));
   }
 }
 
@@ -100,14 +142,26 @@ v1::Scene ParseScene(std::string_view json_text, const std::filesystem::path& fo
   for (const std::string& text : sets) overrides.push_back(ParseOverride(text));
   json scene_json = ParseJson(json_text);
   ApplyOverrides(overrides, &scene_json);
-  CheckJson(scene_json, *v1::Scene::descriptor(), "");
-  v1::Scene scene = ToMessage(scene_json);
+  const MoreFields more[] = {{v1::ClothSpec::descriptor(), v1::MeshFile::descriptor()},
+                             {v1::Collider::descriptor(), v1::MeshFile::descriptor()}};
+  CheckJson(scene_json, *v1::Scene::descriptor(), "", more);
+  const std::vector<MeshFileAt> mesh_files = TakeMeshFiles(&scene_json);
+  auto scene = ToMessage<v1::Scene>(scene_json);
   const bool sets_time_step =
       std::any_of(overrides.begin(), overrides.end(),
                   [](const SpecOverride& override) { return override.path == kTimeStepPath; });
   ResolveTimeStep(sets_time_step, &scene);
   CheckScene(scene);
-  ReadMeshFiles(folder, &scene);
+  for (const MeshFileAt& place : mesh_files) {
+    v1::ClothSpec* spec = scene.mutable_cloths(place.cloth)->mutable_spec();
+    v1::Mesh mesh = ReadMeshFile(folder, place);
+    if (place.collider < 0) {
+      *spec->mutable_mesh() = std::move(mesh);
+    } else {
+      *spec->mutable_environment()->mutable_colliders(place.collider)->mutable_mesh() =
+          std::move(mesh);
+    }
+  }
   return scene;
 }
 

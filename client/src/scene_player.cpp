@@ -14,6 +14,53 @@
 namespace drape {
 inline namespace client {
 
+namespace {
+
+// The targets of one kind that take effect now, by cloth and element. Of two for the same element,
+// the later in the file counts.
+template <class Target>
+using Targets = std::map<std::pair<ClothId, uint32_t>, const Target*>;
+
+// The columns that only one table of a StepRequest has.
+void AddColumns(uint32_t particle, const v1::PinTarget& target, v1::PinControls* table) {
+  table->add_particles(particle);
+  table->mutable_targets_m()->MergeFrom(target.target_m());
+}
+
+void AddColumns(uint32_t collider, const v1::ColliderTarget& target, v1::ColliderControls* table) {
+  table->add_colliders(collider);
+  table->mutable_positions_m()->MergeFrom(target.position_m());
+  if (target.rotation_xyzw().empty()) {
+    for (const double none : {0.0, 0.0, 0.0, 1.0}) table->add_rotations_xyzw(none);
+  } else {
+    table->mutable_rotations_xyzw()->MergeFrom(target.rotation_xyzw());
+  }
+}
+
+void AddColumns(uint32_t constraint, const v1::RestLengthTarget& target,
+                v1::RestLengthControls* table) {
+  table->add_constraints(constraint);
+  table->add_lengths_m(target.rest_length_m());
+}
+
+void AddColumns(uint32_t /*element*/, const v1::RestLengthScale& target,
+                v1::RestLengthScales* table) {
+  table->add_scales(target.scale());
+}
+
+template <class Target, class Table>
+void AddRows(const Targets<Target>& targets, Table* (v1::StepRequest::*mutable_table)(),
+             v1::StepRequest* request) {
+  for (const auto& [element, target] : targets) {
+    Table* table = (request->*mutable_table)();
+    table->add_cloth_ids(element.first);
+    AddColumns(element.second, *target, table);
+    table->add_over_s(target->over_s());
+  }
+}
+
+}  // namespace
+
 ScenePlayer::ScenePlayer(Session& session, const v1::Scene& scene,
                          const v1::ServerInfo::Limits& limits)
     : session_(session), scene_(scene), limits_(limits), step_count_(StepCount(scene)) {
@@ -86,57 +133,28 @@ void ScenePlayer::SetEnvironment(const v1::SceneControl& control) {
 }
 
 void ScenePlayer::ApplyControls(v1::StepRequest* request) {
-  // If two controls move the same thing from the same step on, the later one in the file counts.
-  std::map<std::pair<ClothId, uint32_t>, const v1::PinTarget*> targets;
-  std::map<std::pair<ClothId, uint32_t>, const v1::RestLengthTarget*> lengths;
-  std::map<ClothId, const v1::RestLengthScale*> scales;
-  std::map<std::pair<ClothId, uint32_t>, const v1::ColliderTarget*> colliders;
+  Targets<v1::PinTarget> pins;
+  Targets<v1::ColliderTarget> colliders;
+  Targets<v1::RestLengthTarget> lengths;
+  Targets<v1::RestLengthScale> scales;
   for (const v1::SceneControl& control : scene_.controls()) {
     if (FirstStepAtOrAfter(control.time_s(), scene_.time_step_s()) != step_) continue;
     SetEnvironment(control);
     for (const ClothId id : ControlledIds(control)) {
-      for (const auto& target : control.pin_targets()) targets[{id, target.particle()}] = &target;
-      for (const auto& target : control.rest_lengths()) {
-        lengths[{id, target.constraint()}] = &target;
-      }
+      for (const auto& target : control.pin_targets()) pins[{id, target.particle()}] = &target;
       for (const auto& target : control.collider_targets()) {
         colliders[{id, target.collider()}] = &target;
       }
-      if (control.has_rest_length_scale()) scales[id] = &control.rest_length_scale();
+      for (const auto& target : control.rest_lengths()) {
+        lengths[{id, target.constraint()}] = &target;
+      }
+      if (control.has_rest_length_scale()) scales[{id, 0}] = &control.rest_length_scale();
     }
   }
-  for (const auto& [pin, target] : targets) {
-    v1::PinControls* controls = request->mutable_pin_controls();
-    controls->add_cloth_ids(pin.first);
-    controls->add_particles(pin.second);
-    controls->mutable_targets_m()->MergeFrom(target->target_m());
-    controls->add_over_s(target->over_s());
-  }
-  for (const auto& [collider, target] : colliders) {
-    v1::ColliderControls* controls = request->mutable_collider_controls();
-    controls->add_cloth_ids(collider.first);
-    controls->add_colliders(collider.second);
-    controls->mutable_positions_m()->MergeFrom(target->position_m());
-    if (target->rotation_xyzw().empty()) {
-      for (const double none : {0.0, 0.0, 0.0, 1.0}) controls->add_rotations_xyzw(none);
-    } else {
-      controls->mutable_rotations_xyzw()->MergeFrom(target->rotation_xyzw());
-    }
-    controls->add_over_s(target->over_s());
-  }
-  for (const auto& [constraint, target] : lengths) {
-    v1::RestLengthControls* controls = request->mutable_rest_length_controls();
-    controls->add_cloth_ids(constraint.first);
-    controls->add_constraints(constraint.second);
-    controls->add_lengths_m(target->rest_length_m());
-    controls->add_over_s(target->over_s());
-  }
-  for (const auto& [id, scale] : scales) {
-    v1::RestLengthScales* controls = request->mutable_rest_length_scales();
-    controls->add_cloth_ids(id);
-    controls->add_scales(scale->scale());
-    controls->add_over_s(scale->over_s());
-  }
+  AddRows(pins, &v1::StepRequest::mutable_pin_controls, request);
+  AddRows(colliders, &v1::StepRequest::mutable_collider_controls, request);
+  AddRows(lengths, &v1::StepRequest::mutable_rest_length_controls, request);
+  AddRows(scales, &v1::StepRequest::mutable_rest_length_scales, request);
 }
 
 uint64_t ScenePlayer::NextControlStep() const {

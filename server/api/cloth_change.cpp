@@ -12,7 +12,7 @@
 namespace drape::api {
 namespace {
 
-using Done = std::function<void(Result<v1::UpdateClothsResponse>)>;
+using UpdateDone = std::function<void(Result<v1::UpdateClothsResponse>)>;
 
 // One update under way. Held by whoever goes on with it.
 struct Update {
@@ -20,7 +20,7 @@ struct Update {
   ClothList cloths;
   ClothChange change;
   std::vector<ColliderMesh> meshes;  // among its colliders
-  Done done;
+  UpdateDone done;
 
   void End(Result<v1::UpdateClothsResponse> answer) {
     session = {};
@@ -45,11 +45,11 @@ Status CheckStepCosts(const ClothList& cloths, const ClothChange& change) {
 }
 
 Status BuildMaps(Update& update, const RequestLimits& limits, const StopReason& stop_reason) {
-  const Result<std::vector<ColliderMap>> maps =
-      BuildColliderMaps(FieldPath("spec.environment.colliders"), update.meshes,
-                        limits.collider_mesh, stop_reason, update.session->maps());
-  if (!maps.ok()) return maps.status();
-  if (update.change.colliders) SetMaps(*maps, *update.change.colliders);
+  DRAPE_ASSIGN_OR_RETURN(
+      const std::vector<ColliderMap> maps,
+      BuildColliderMaps("spec.environment.colliders", update.meshes, limits.collider_mesh,
+                        stop_reason, update.session->maps()));
+  if (update.change.colliders) SetMaps(maps, *update.change.colliders);
   update.meshes.clear();
   return Status::Ok();
 }
@@ -68,7 +68,7 @@ void BuildAndUpdate(const std::shared_ptr<Update>& update, const ModelLimits& li
 }  // namespace
 
 void StartUpdate(const ServiceContext& context, const v1::UpdateClothsRequest& request,
-                 const CancelToken& cancel, Done done) {
+                 const CancelToken& cancel, UpdateDone done) {
   Result<ClothChange> change = CheckUpdateCloths(request, context.limits);
   if (!change.ok()) return done(change.status());
   Result<SessionLease> session = context.sessions.Find(request.session());

@@ -15,7 +15,7 @@
 namespace drape::api {
 namespace {
 
-using Done = std::function<void(Result<v1::CreateClothsResponse>)>;
+using CreateDone = std::function<void(Result<v1::CreateClothsResponse>)>;
 
 // One creation under way. Held by whoever goes on with it.
 struct Creation {
@@ -24,7 +24,7 @@ struct Creation {
   bool validate_only = false;
   CheckedCreation checked;
   std::vector<ColliderMesh> meshes;  // among the colliders of every copy
-  Done done;
+  CreateDone done;
 
   void End(Result<v1::CreateClothsResponse> answer) {
     EndRequest(session->request_memory(), request_id, answer);
@@ -41,14 +41,6 @@ Result<v1::CreateClothsResponse> ToAnswer(const Result<CreatedCloths>& created) 
   return answer;
 }
 
-// Fields of the model are those of `spec`.
-Status InSpec(const Status& status) {
-  if (status.violations().empty()) return status;
-  std::vector<FieldViolation> violations = status.violations();
-  for (FieldViolation& violation : violations) violation.field.insert(0, "spec.");
-  return Status::InvalidFields(std::move(violations));
-}
-
 // An override without settings of its own has those of the spec.
 Status CheckStepCosts(const SceneModel& model, const CheckedCreation& checked) {
   for (size_t k = 0; k < checked.copies.size(); ++k) {
@@ -63,11 +55,11 @@ Status CheckStepCosts(const SceneModel& model, const CheckedCreation& checked) {
 }
 
 Status BuildMaps(Creation& creation, const RequestLimits& limits, const StopReason& stop_reason) {
-  const Result<std::vector<ColliderMap>> maps =
-      BuildColliderMaps(FieldPath("spec.environment.colliders"), creation.meshes,
-                        limits.collider_mesh, stop_reason, creation.session->maps());
-  if (!maps.ok()) return maps.status();
-  for (ClothCopy& copy : creation.checked.copies) SetMaps(*maps, copy.parameters.colliders);
+  DRAPE_ASSIGN_OR_RETURN(
+      const std::vector<ColliderMap> maps,
+      BuildColliderMaps("spec.environment.colliders", creation.meshes, limits.collider_mesh,
+                        stop_reason, creation.session->maps()));
+  for (ClothCopy& copy : creation.checked.copies) SetMaps(maps, copy.parameters.colliders);
   creation.meshes.clear();
   return Status::Ok();
 }
@@ -75,7 +67,7 @@ Status BuildMaps(Creation& creation, const RequestLimits& limits, const StopReas
 void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimits& limits,
                     const StopReason& stop_reason) {
   auto model = SceneModel::Build(*creation->checked.description, limits.model);
-  if (!model.ok()) return creation->End(InSpec(model.status()));
+  if (!model.ok()) return creation->End(Below("spec", model.status()));
   const Status cost = CheckStepCosts(**model, creation->checked);
   if (!cost.ok()) return creation->End(cost);
   const Status maps = BuildMaps(*creation, limits, stop_reason);
@@ -97,7 +89,7 @@ void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimi
 }  // namespace
 
 void StartCreation(const ServiceContext& context, const v1::CreateClothsRequest& request,
-                   const CancelToken& cancel, Done done) {
+                   const CancelToken& cancel, CreateDone done) {
   Result<CheckedCreation> checked = CheckCreateCloths(request, context.limits);
   if (!checked.ok()) return done(checked.status());
   Result<SessionLease> session = context.sessions.Find(request.session());

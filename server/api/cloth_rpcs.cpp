@@ -18,11 +18,9 @@ struct NamedCloths {
 
 Result<NamedCloths> FindNamed(SessionRegistry& sessions, const std::string& session_name,
                               std::span<const ClothId> ids) {
-  Result<SessionLease> session = sessions.Find(session_name);
-  if (!session.ok()) return session.status();
-  Result<ClothList> cloths = (*session)->FindCloths(ids);
-  if (!cloths.ok()) return cloths.status();
-  return NamedCloths{std::move(*session), std::move(*cloths)};
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session, sessions.Find(session_name));
+  DRAPE_ASSIGN_OR_RETURN(ClothList cloths, session->FindCloths(ids));
+  return NamedCloths{std::move(session), std::move(cloths)};
 }
 
 // A page ends early rather than grow beyond this many bytes; clients take 4 MB by default.

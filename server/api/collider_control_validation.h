@@ -7,7 +7,7 @@
 #include "drape/v1/step.pb.h"
 #include "server/api/field_checks.h"
 #include "server/scene/colliders.h"
-#include "server/session/collider_controls.h"
+#include "server/session/control_rows.h"
 
 namespace drape::api {
 
@@ -15,10 +15,10 @@ namespace drape::api {
 // centres, or after a violation of a shape.
 std::vector<RigidMotion> CheckColliderMotions(
     const FieldPath& path, const google::protobuf::RepeatedPtrField<v1::Collider>& colliders,
-    const std::vector<Collider>& shapes, FieldChecks& checks);
+    const std::vector<Collider>& shapes, Violations& violations);
 
-// The rows of "collider_controls"; what is wrong goes to `checks`.
-std::vector<ColliderControlRow> CheckColliderControls(const v1::ColliderControls& controls,
-                                                      FieldChecks& checks);
+// The rows of "collider_controls"; what is wrong goes to `violations`.
+std::vector<ControlRow<ColliderControl>> CheckColliderControls(const v1::ColliderControls& controls,
+                                                               Violations& violations);
 
 }  // namespace drape::api

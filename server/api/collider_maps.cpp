@@ -6,18 +6,6 @@
 #include "server/api/topology_validation.h"
 
 namespace drape::api {
-namespace {
-
-Status Below(const FieldPath& path, const Status& status) {
-  if (status.violations().empty()) return status;
-  std::vector<FieldViolation> violations = status.violations();
-  for (FieldViolation& violation : violations) {
-    violation.field.insert(0, path.ToString() + ".");
-  }
-  return Status::InvalidFields(std::move(violations));
-}
-
-}  // namespace
 
 std::vector<ColliderMesh> ReadColliderMeshes(
     const google::protobuf::RepeatedPtrField<v1::Collider>& colliders) {

@@ -9,12 +9,13 @@ namespace {
 
 // The rest length of `given`, the message at `path`, into `connection`.
 template <class Message, class Connection>
-void SetRestLength(const FieldPath& path, const Message& given, double min_m, FieldChecks& checks,
-                   Connection& connection) {
+void SetRestLength(const FieldPath& path, const Message& given, double min_m,
+                   Violations& violations, Connection& connection) {
   if (!given.has_rest_length_m()) {
     connection.rest_length_m = kRestShapeLength;
   } else {
-    checks.InRange(path.Child("rest_length_m"), given.rest_length_m(), min_m, kMaxExtent_m, "m");
+    violations.InRange(path.Child("rest_length_m"), given.rest_length_m(),
+                       {min_m, kMaxExtent_m, "m"});
   }
 }
 
@@ -22,22 +23,22 @@ void SetRestLength(const FieldPath& path, const Message& given, double min_m, Fi
 
 std::vector<DistanceConstraint> CheckNewConstraints(const FieldPath& path,
                                                     const v1::Particles& particles,
-                                                    FieldChecks& checks) {
-  std::vector<DistanceConstraint> constraints = ReadConstraints(path, particles, checks);
-  for (size_t k = 0; k < constraints.size() && !checks.is_full(); ++k) {
+                                                    Violations& violations) {
+  std::vector<DistanceConstraint> constraints = ReadConstraints(path, particles, violations);
+  for (size_t k = 0; k < constraints.size() && !violations.is_full(); ++k) {
     SetRestLength(path.Child("distance_constraints").At(k),
-                  particles.distance_constraints(static_cast<int>(k)), kMinRestLength_m, checks,
+                  particles.distance_constraints(static_cast<int>(k)), kMinRestLength_m, violations,
                   constraints[k]);
   }
   return constraints;
 }
 
 std::vector<Spring> CheckNewSprings(const FieldPath& path, const v1::Particles& particles,
-                                    FieldChecks& checks) {
+                                    Violations& violations) {
   std::vector<Spring> springs = ReadSprings(particles);
-  for (size_t k = 0; k < springs.size() && !checks.is_full(); ++k) {
-    SetRestLength(path.Child("springs").At(k), particles.springs(static_cast<int>(k)), 0, checks,
-                  springs[k]);
+  for (size_t k = 0; k < springs.size() && !violations.is_full(); ++k) {
+    SetRestLength(path.Child("springs").At(k), particles.springs(static_cast<int>(k)), 0,
+                  violations, springs[k]);
   }
   return springs;
 }

@@ -14,8 +14,8 @@ namespace drape::api {
 // rest shape is known, and rest lengths that are set are checked here. `path` leads to `particles`.
 std::vector<DistanceConstraint> CheckNewConstraints(const FieldPath& path,
                                                     const v1::Particles& particles,
-                                                    FieldChecks& checks);
+                                                    Violations& violations);
 std::vector<Spring> CheckNewSprings(const FieldPath& path, const v1::Particles& particles,
-                                    FieldChecks& checks);
+                                    Violations& violations);
 
 }  // namespace drape::api

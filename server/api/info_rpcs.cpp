@@ -20,7 +20,7 @@ void FillLimits(const ServiceContext& context, v1::ServerInfo::Limits* limits) {
   limits->set_max_particles_per_session(context.sessions.limits().max_particles_per_session);
   limits->set_max_sessions(context.sessions.limits().max_sessions);
   limits->set_max_queued_requests_per_session(
-      context.scheduler.limits().max_queued_requests_per_tenant);
+      context.scheduler.limits().max_queued_requests_per_session);
   limits->set_max_substeps(kMaxSubsteps);
   limits->set_max_iterations(kMaxIterations);
   limits->set_max_steps_per_request(context.scheduler.limits().max_steps_per_request);
@@ -29,7 +29,7 @@ void FillLimits(const ServiceContext& context, v1::ServerInfo::Limits* limits) {
   limits->set_max_picture_edge_px(kMaxPictureEdge_px);
   limits->set_max_particles_per_picture(pictures.max_particles_per_picture);
   limits->set_max_colliders_per_picture(pictures.max_colliders_per_picture);
-  limits->set_max_pictures_in_flight_per_session(pictures.max_pictures_in_flight_per_tenant);
+  limits->set_max_pictures_in_flight_per_session(pictures.max_pictures_in_flight_per_session);
 }
 
 }  // namespace

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/api/settings_message.h"
 #include "server/scene/distance_map.h"
+#include "server/solver/load.h"
 
 namespace drape::api {
 namespace {
@@ -56,18 +58,6 @@ void AddCollider(const DistanceMapCollider& solid, v1::Environment& environment)
   message->mutable_transform()->mutable_rotation_xyzw()->Add(xyzw.begin(), xyzw.end());
 }
 
-v1::StepSettings::Preset ToProto(Preset preset) {
-  switch (preset) {
-    case Preset::kPaper:
-      return v1::StepSettings::PAPER;
-    case Preset::kRealtime:
-      return v1::StepSettings::REALTIME;
-    case Preset::kAccurate:
-      return v1::StepSettings::ACCURATE;
-  }
-  return v1::StepSettings::PRESET_UNSPECIFIED;
-}
-
 uint64_t NotNegative(int64_t us) {
   return static_cast<uint64_t>(std::max<int64_t>(us, 0));
 }
@@ -116,55 +106,6 @@ v1::ClothShape ToProto(const SceneModel& model, const std::string& plan, const C
     correction.set_start_error(is_cleared ? start->errors.max : model.start_errors().max);
   }
   message.set_plan(plan);
-  return message;
-}
-
-v1::StepSettings::Sweep ToProto(Sweep sweep) {
-  switch (sweep) {
-    case Sweep::kColours:
-      return v1::StepSettings::COLOURS;
-    case Sweep::kStrips:
-      return v1::StepSettings::STRIPS;
-    case Sweep::kStripsThenColours:
-      return v1::StepSettings::STRIPS_THEN_COLOURS;
-  }
-  return v1::StepSettings::SWEEP_UNSPECIFIED;
-}
-
-v1::StepSettings::Direction ToProto(Direction direction) {
-  switch (direction) {
-    case Direction::kAtEnd:
-      return v1::StepSettings::AT_END;
-    case Direction::kAtStart:
-      return v1::StepSettings::AT_START;
-    case Direction::kBlended:
-      return v1::StepSettings::BLENDED;
-  }
-  return v1::StepSettings::DIRECTION_UNSPECIFIED;
-}
-
-v1::StepSettings ToProto(const StepSettings& settings) {
-  v1::StepSettings message;
-  message.set_preset(ToProto(settings.preset));
-  message.set_time_step_s(settings.time_step_s);
-  message.set_substeps(settings.substeps);
-  message.set_max_iterations(settings.max_iterations);
-  message.set_tolerance(settings.tolerance);
-  message.set_use_tethers(settings.use_tethers);
-  message.set_spring_integration(settings.spring_integration == SpringIntegration::kInForce
-                                     ? v1::StepSettings::IN_FORCE
-                                     : v1::StepSettings::HALF_KICKS);
-  message.set_sweep(ToProto(settings.sweep));
-  message.set_direction(ToProto(settings.direction));
-  message.set_velocity_iterations(settings.velocity_iterations);
-  message.set_integration(settings.integration == Integration::kOneStep
-                              ? v1::StepSettings::ONE_STEP
-                              : v1::StepSettings::TWO_STEP);
-  message.set_twist_damping_per_s(settings.twist_damping_per_s);
-  message.set_frame_budget_ms(settings.frame_budget_ms);
-  message.set_load_limit(settings.load_limit);
-  message.set_sleep_motion_m(settings.sleep_motion_m);
-  message.set_refine_above_strain(settings.refine_above_strain);
   return message;
 }
 

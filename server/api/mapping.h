@@ -19,7 +19,6 @@ namespace drape::api {
 v1::Session ToProto(const SessionView& session);
 // `start` as in ClothCopy; may be null.
 v1::ClothShape ToProto(const SceneModel& model, const std::string& plan, const ClearStart* start);
-v1::StepSettings ToProto(const StepSettings& settings);
 v1::Environment EnvironmentToProto(const ClothParameters& parameters);
 v1::Cloth ToProto(const ClothRecord& record);
 v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,

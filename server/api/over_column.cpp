@@ -3,15 +3,16 @@
 namespace drape::api {
 
 bool CheckOverColumn(const FieldPath& path, const DoubleList& over_s, size_t rows,
-                     FieldChecks& checks) {
+                     Violations& violations) {
   return over_s.empty() ||
-         checks.Length(path, static_cast<size_t>(over_s.size()), rows, "1 per row, or none");
+         violations.Length(path, static_cast<size_t>(over_s.size()), rows, "1 per row, or none");
 }
 
-double CheckOver(const FieldPath& path, const DoubleList& over_s, size_t row, FieldChecks& checks) {
+double CheckOver(const FieldPath& path, const DoubleList& over_s, size_t row,
+                 Violations& violations) {
   if (over_s.empty()) return 0;
   const double seconds = over_s[static_cast<int>(row)];
-  checks.InRange(path.At(row), seconds, 0, kMaxMotion_s, "s");
+  violations.InRange(path.At(row), seconds, {0, kMaxMotion_s, "s"});
   return seconds;
 }
 

@@ -10,9 +10,10 @@ inline constexpr double kMaxMotion_s = 1e9;
 
 // Empty, or one number per row.
 bool CheckOverColumn(const FieldPath& path, const DoubleList& over_s, size_t rows,
-                     FieldChecks& checks);
+                     Violations& violations);
 
 // Of a column that passed CheckOverColumn: the number of a row, 0 where the column is empty.
-double CheckOver(const FieldPath& path, const DoubleList& over_s, size_t row, FieldChecks& checks);
+double CheckOver(const FieldPath& path, const DoubleList& over_s, size_t row,
+                 Violations& violations);
 
 }  // namespace drape::api

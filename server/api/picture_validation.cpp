@@ -28,9 +28,9 @@ Eigen::Vector3d Direction(const Eigen::Vector3d& v) {
 
 // The unit vector along `values`, into `direction`; false after a violation.
 bool CheckDirection(const FieldPath& path, const DoubleList& values, Eigen::Vector3d& direction,
-                    FieldChecks& checks) {
-  const auto v = checks.Vector3(path, values, kMaxMagnitude, "");
-  if (!v || !checks.Require(v->cwiseAbs().maxCoeff() >= kMinPositive, path, [] {
+                    Violations& violations) {
+  const auto v = CheckVector3(path, values, kMaxMagnitude, "", violations);
+  if (!v || !violations.Require(v->cwiseAbs().maxCoeff() >= kMinPositive, path, [] {
         return "has no direction: a component of at least " + NumberText(kMinPositive) +
                " is needed";
       })) {
@@ -40,60 +40,65 @@ bool CheckDirection(const FieldPath& path, const DoubleList& values, Eigen::Vect
   return true;
 }
 
-void CheckSize(const v1::RenderRequest& request, render::PictureSpec& spec, FieldChecks& checks) {
+void CheckSize(const v1::RenderRequest& request, render::PictureSpec& spec,
+               Violations& violations) {
   if (request.has_width_px()) spec.width_px = request.width_px();
   if (request.has_height_px()) spec.height_px = request.height_px();
-  checks.CountInRange(FieldPath("width_px"), spec.width_px, kMinPictureEdge_px, kMaxPictureEdge_px);
-  checks.CountInRange(FieldPath("height_px"), spec.height_px, kMinPictureEdge_px,
-                      kMaxPictureEdge_px);
+  violations.CountInRange(FieldPath("width_px"), spec.width_px, kMinPictureEdge_px,
+                          kMaxPictureEdge_px);
+  violations.CountInRange(FieldPath("height_px"), spec.height_px, kMinPictureEdge_px,
+                          kMaxPictureEdge_px);
 }
 
 // Whether up and view are each good is known; how they fit is not.
 void CheckUpAngle(const FieldPath& path, const Eigen::Vector3d& up, const Eigen::Vector3d& view,
-                  FieldChecks& checks) {
+                  Violations& violations) {
   const double angle_rad = std::asin(std::min(1.0, up.cross(view).norm()));
-  checks.Require(angle_rad >= kMinUpAngle_rad, path, [&] {
+  violations.Require(angle_rad >= kMinUpAngle_rad, path, [&] {
     return "is " + NumberText(angle_rad) + " rad from the line of view: at least " +
            NumberText(kMinUpAngle_rad) + " is needed";
   });
 }
 
-render::Camera CheckCamera(const v1::Camera& camera, FieldChecks& checks) {
+render::Camera CheckCamera(const v1::Camera& camera, Violations& violations) {
   const FieldPath path("camera");
   render::Camera result;
-  const auto eye_m = checks.Vector3(path.Child("eye_m"), camera.eye_m(), kMaxWorld_m, "m");
-  const auto target_m = checks.Vector3(path.Child("target_m"), camera.target_m(), kMaxWorld_m, "m");
+  const auto eye_m =
+      CheckVector3(path.Child("eye_m"), camera.eye_m(), kMaxWorld_m, "m", violations);
+  const auto target_m =
+      CheckVector3(path.Child("target_m"), camera.target_m(), kMaxWorld_m, "m", violations);
   const bool has_up =
-      camera.up().empty() || CheckDirection(path.Child("up"), camera.up(), result.up, checks);
+      camera.up().empty() || CheckDirection(path.Child("up"), camera.up(), result.up, violations);
   if (camera.has_vertical_field_of_view_rad()) {
     result.vertical_field_of_view_rad = camera.vertical_field_of_view_rad();
-    checks.InRange(path.Child("vertical_field_of_view_rad"), result.vertical_field_of_view_rad,
-                   kMinFieldOfView_rad, kMaxFieldOfView_rad, "rad");
+    violations.InRange(path.Child("vertical_field_of_view_rad"), result.vertical_field_of_view_rad,
+                       {kMinFieldOfView_rad, kMaxFieldOfView_rad, "rad"});
   }
   if (!eye_m || !target_m) return result;
   result.eye_m = *eye_m;
   result.target_m = *target_m;
   const double distance_m = (*target_m - *eye_m).norm();
-  if (!checks.Require(distance_m >= kMinView_m, path.Child("target_m"), [&] {
+  if (!violations.Require(distance_m >= kMinView_m, path.Child("target_m"), [&] {
         return "is " + NumberText(distance_m) + " m from eye_m: at least " +
                NumberText(kMinView_m) + " m is needed";
       })) {
     return result;
   }
-  if (has_up) CheckUpAngle(path.Child("up"), result.up, Direction(*target_m - *eye_m), checks);
+  if (has_up) CheckUpAngle(path.Child("up"), result.up, Direction(*target_m - *eye_m), violations);
   return result;
 }
 
 Eigen::AlignedBox3d CheckBox(const FieldPath& path, const DoubleList& corners,
-                             FieldChecks& checks) {
+                             Violations& violations) {
   Eigen::AlignedBox3d box;
-  if (corners.empty() || !checks.Length(path, corners.size(), 6, "a lowest and a highest corner") ||
-      !checks.AllWithin(path, corners, kMaxWorld_m, "m")) {
+  if (corners.empty() ||
+      !violations.Length(path, corners.size(), 6, "a lowest and a highest corner") ||
+      !CheckAllWithin(path, corners, kMaxWorld_m, "m", violations)) {
     return box;
   }
   bool is_ordered = true;
   for (int axis = 0; axis < 3; ++axis) {
-    is_ordered &= checks.Require(corners[axis] <= corners[3 + axis], path.At(axis), [&] {
+    is_ordered &= violations.Require(corners[axis] <= corners[3 + axis], path.At(axis), [&] {
       return NumberText(corners[axis]) + " is above element " + std::to_string(3 + axis) + ", " +
              NumberText(corners[3 + axis]) + ": lowest <= highest corner";
     });
@@ -104,21 +109,23 @@ Eigen::AlignedBox3d CheckBox(const FieldPath& path, const DoubleList& corners,
   return box;
 }
 
-void CheckView(const v1::RenderRequest& request, render::PictureSpec& spec, FieldChecks& checks) {
+void CheckView(const v1::RenderRequest& request, render::PictureSpec& spec,
+               Violations& violations) {
   const FieldPath path("fit");
-  if (request.has_camera()) spec.camera = CheckCamera(request.camera(), checks);
+  if (request.has_camera()) spec.camera = CheckCamera(request.camera(), violations);
   if (!request.has_fit()) return;
-  checks.Require(!request.has_camera(), path,
-                 [] { return "is of a fitted camera, and a camera is given"; });
+  violations.Require(!request.has_camera(), path,
+                     [] { return "is of a fitted camera, and a camera is given"; });
   if (!request.fit().view_direction().empty()) {
     CheckDirection(path.Child("view_direction"), request.fit().view_direction(),
-                   spec.view_direction, checks);
+                   spec.view_direction, violations);
   }
-  spec.include_m = CheckBox(path.Child("include_m"), request.fit().include_m(), checks);
+  spec.include_m = CheckBox(path.Child("include_m"), request.fit().include_m(), violations);
 }
 
-render::Colouring CheckColouring(v1::RenderRequest::Colouring colouring, FieldChecks& checks) {
-  checks.KnownEnum(FieldPath("colouring"), colouring, v1::RenderRequest::Colouring_descriptor());
+render::Colouring CheckColouring(v1::RenderRequest::Colouring colouring, Violations& violations) {
+  CheckKnownEnum(FieldPath("colouring"), colouring, v1::RenderRequest::Colouring_descriptor(),
+                 violations);
   switch (colouring) {
     case v1::RenderRequest::STRAIN:
       return render::Colouring::kStrain;
@@ -132,20 +139,21 @@ render::Colouring CheckColouring(v1::RenderRequest::Colouring colouring, FieldCh
 }
 
 std::optional<render::ValueRange> CheckRange(const DoubleList& range, render::Colouring colouring,
-                                             FieldChecks& checks) {
+                                             Violations& violations) {
   const FieldPath path("range");
   if (range.empty()) return {};
   const bool has_scale =
       colouring == render::Colouring::kStrain || colouring == render::Colouring::kSpeed;
-  if (!checks.Require(has_scale, path,
-                      [] { return "is of a colour scale, which only STRAIN and SPEED have"; }) ||
-      !checks.Length(path, range.size(), 2, "lowest and highest value") ||
-      !checks.AllWithin(path, range, kMaxMagnitude, "")) {
+  if (!violations.Require(
+          has_scale, path,
+          [] { return "is of a colour scale, which only STRAIN and SPEED have"; }) ||
+      !violations.Length(path, range.size(), 2, "lowest and highest value") ||
+      !CheckAllWithin(path, range, kMaxMagnitude, "", violations)) {
     return {};
   }
   const double least =
       std::max(kMinPositive, kMinRelativeRange * std::max(std::abs(range[0]), std::abs(range[1])));
-  if (!checks.Require(range[1] - range[0] >= least, path, [&] {
+  if (!violations.Require(range[1] - range[0] >= least, path, [&] {
         return "[" + NumberText(range[0]) + ", " + NumberText(range[1]) +
                "]: the second must be larger than the first by at least " + NumberText(least);
       })) {
@@ -157,17 +165,17 @@ std::optional<render::ValueRange> CheckRange(const DoubleList& range, render::Co
 }  // namespace
 
 Result<render::PictureSpec> CheckRender(const v1::RenderRequest& request) {
-  FieldChecks checks;
+  Violations violations;
   Result<render::PictureSpec> result = render::PictureSpec();
   render::PictureSpec& spec = *result;
-  CheckSize(request, spec, checks);
-  CheckView(request, spec, checks);
-  spec.colouring = CheckColouring(request.colouring(), checks);
-  spec.range = CheckRange(request.range(), spec.colouring, checks);
+  CheckSize(request, spec, violations);
+  CheckView(request, spec, violations);
+  spec.colouring = CheckColouring(request.colouring(), violations);
+  spec.range = CheckRange(request.range(), spec.colouring, violations);
   spec.has_legend = !request.hide_legend();
   spec.has_colliders = !request.hide_colliders();
   spec.has_pins = !request.hide_pins();
-  if (!checks.ok()) return checks.ToStatus();
+  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   return result;
 }
 

@@ -19,21 +19,20 @@ ReadStatesReactor* ReadStatesReactor::Start(const ServiceContext& context,
 Status ReadStatesReactor::Begin(const ServiceContext& context,
                                 const v1::ReadStatesRequest& request) {
   const FieldPath view_path("view");
-  FieldChecks checks;
-  const StateFields fields = CheckView(view_path, request.view(), checks);
-  if (!checks.ok()) return checks.ToStatus();
-  Result<SessionLease> session = context.sessions.Find(request.session());
-  if (!session.ok()) return session.status();
-  const Result<ClothList> cloths = (*session)->FindCloths(ToClothIds(request.cloth_ids()));
-  if (!cloths.ok()) return cloths.status();
-  DRAPE_RETURN_IF_ERROR(CheckClothsHaveParticles(view_path, fields, *cloths));
-  session_ = std::move(*session);
+  Violations violations;
+  const StateFields fields = CheckView(view_path, request.view(), violations);
+  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session, context.sessions.Find(request.session()));
+  DRAPE_ASSIGN_OR_RETURN(const ClothList cloths,
+                         session->FindCloths(ToClothIds(request.cloth_ids())));
+  DRAPE_RETURN_IF_ERROR(CheckClothsHaveParticles(view_path, fields, cloths));
+  session_ = std::move(session);
 
   std::vector<std::shared_ptr<ClothRuntime>> runtimes;
-  for (const auto& cloth : *cloths) runtimes.push_back(cloth->runtime);
+  for (const auto& cloth : cloths) runtimes.push_back(cloth->runtime);
   return context.scheduler.ReadStates(
       std::move(runtimes), fields,
-      [this, chunk_cloths = ChunkClothsOf(*cloths, fields),
+      [this, chunk_cloths = ChunkClothsOf(cloths, fields),
        max_bytes = context.limits.max_chunk_bytes](Result<ClothStates> states) {
         if (!states.ok()) return End(states.status());
         chunker_.emplace(chunk_cloths, std::move(*states), max_bytes);

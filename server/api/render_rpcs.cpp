@@ -77,7 +77,7 @@ render::PictureJob ToJob(const ServiceContext& context, render::PictureSpec spec
   const StateFields fields{.positions = true,
                            .velocities = spec.colouring == render::Colouring::kSpeed};
   render::PictureJob job;
-  job.tenant = picture->call->lease->name();
+  job.session = picture->call->lease->name();
   job.spec = std::move(spec);
   job.particle_count = ParticleTotal(picture->cloths);
   job.fetch = [&context, picture, fields](bool on_device, const render::ContentReady& ready) {

@@ -12,8 +12,10 @@
 
 #include "server/api/connection_validation.h"
 #include "server/api/field_checks.h"
+#include "server/api/material_message.h"
 #include "server/api/over_column.h"
 #include "server/api/rest_length_validation.h"
+#include "server/api/settings_message.h"
 #include "server/api/spec_validation.h"
 #include "server/api/topology_validation.h"
 #include "server/api/view_validation.h"
@@ -32,32 +34,32 @@ constexpr double kMaxFrames_hz = 1e6;
 constexpr int kNumbersPerTransform = 7;
 
 bool CheckColumn(const FieldPath& path, const DoubleList& values, size_t rows, size_t per_row,
-                 double max, std::string_view meaning, FieldChecks& checks) {
+                 double max, std::string_view meaning, Violations& violations) {
   if (values.empty()) return false;
-  return checks.Length(path, values.size(), rows * per_row, meaning) &&
-         checks.AllWithin(path, values, max, per_row == 3 ? "m" : "");
+  return violations.Length(path, values.size(), rows * per_row, meaning) &&
+         CheckAllWithin(path, values, max, per_row == 3 ? "m" : "", violations);
 }
 
 void ApplyTransforms(const v1::CreateClothsRequest& request, std::vector<ClothCopy>& copies,
-                     FieldChecks& checks) {
+                     Violations& violations) {
   const FieldPath path("transforms");
   if (!CheckColumn(path, request.transforms(), copies.size(), kNumbersPerTransform, kMaxExtent_m,
-                   "7 per copy", checks)) {
+                   "7 per copy", violations)) {
     return;
   }
-  for (size_t k = 0; k < copies.size() && !checks.is_full(); ++k) {
+  for (size_t k = 0; k < copies.size() && !violations.is_full(); ++k) {
     const double* row = request.transforms().data() + kNumbersPerTransform * k;
     copies[k].transform.position_m = {row[0], row[1], row[2]};
     copies[k].transform.rotation = CheckRotation(path.At(kNumbersPerTransform * k + 3),
-                                                 {row[3], row[4], row[5], row[6]}, checks);
+                                                 {row[3], row[4], row[5], row[6]}, violations);
   }
 }
 
 void ApplyOrigins(const v1::CreateClothsRequest& request, std::vector<ClothCopy>& copies,
-                  FieldChecks& checks) {
+                  Violations& violations) {
   const DoubleList& origins_m = request.environment_origins_m();
   if (!CheckColumn(FieldPath("environment_origins_m"), origins_m, copies.size(), 3, kMaxOrigin_m,
-                   "3 per copy", checks)) {
+                   "3 per copy", violations)) {
     return;
   }
   for (size_t k = 0; k < copies.size(); ++k) {
@@ -69,177 +71,118 @@ void ApplyOrigins(const v1::CreateClothsRequest& request, std::vector<ClothCopy>
 // `base`: the settings of the spec.
 void ApplyOverride(const FieldPath& path, const v1::StepSettings& base,
                    const v1::ClothOverride& override_, ClothParameters& parameters,
-                   FieldChecks& checks) {
+                   Violations& violations) {
   parameters.gravity_m_per_s2 =
       CheckGravity(path.Child("gravity_m_per_s2"), override_.gravity_m_per_s2(),
-                   parameters.gravity_m_per_s2, checks);
+                   parameters.gravity_m_per_s2, violations);
   parameters.wind_m_per_s = CheckWind(path.Child("wind_m_per_s"), override_.wind_m_per_s(),
-                                      parameters.wind_m_per_s, checks);
+                                      parameters.wind_m_per_s, violations);
   if (override_.has_settings()) {
     v1::StepSettings merged = base;
     merged.MergeFrom(override_.settings());
-    parameters.settings = CheckSettings(path.Child("settings"), merged, checks);
+    parameters.settings = CheckSettings(path.Child("settings"), merged, violations);
   }
-  if (override_.has_damping_per_s()) {
-    parameters.damping_per_s = override_.damping_per_s();
-    checks.InRange(path.Child("damping_per_s"), parameters.damping_per_s, 0, kMaxCoefficient,
-                   "1/s");
-  }
-  if (override_.has_friction_static()) parameters.friction_static = override_.friction_static();
-  if (override_.has_friction_dynamic()) parameters.friction_dynamic = override_.friction_dynamic();
-  if (override_.has_friction_static() || override_.has_friction_dynamic()) {
-    CheckFriction(path.Child("friction_static"), path.Child("friction_dynamic"), parameters,
-                  checks);
-  }
+  CheckSurfaceOverride(path, override_, parameters, violations);
 }
 
 void ApplyOverrides(const v1::CreateClothsRequest& request, std::vector<ClothCopy>& copies,
-                    FieldChecks& checks) {
+                    Violations& violations) {
   const FieldPath path("overrides");
   if (request.overrides().empty() ||
-      !checks.Length(path, request.overrides_size(), copies.size(), "1 per copy")) {
+      !violations.Length(path, request.overrides_size(), copies.size(), "1 per copy")) {
     return;
   }
   // What is wrong with the spec's own settings is not said again for every copy.
-  FieldChecks spec_checks;
-  CheckSettings(FieldPath("spec"), request.spec().settings(), spec_checks);
-  const v1::StepSettings base = spec_checks.ok() ? request.spec().settings() : v1::StepSettings();
-  for (size_t k = 0; k < copies.size() && !checks.is_full(); ++k) {
+  Violations spec_violations;
+  CheckSettings(FieldPath("spec"), request.spec().settings(), spec_violations);
+  const v1::StepSettings base =
+      spec_violations.is_empty() ? request.spec().settings() : v1::StepSettings();
+  for (size_t k = 0; k < copies.size() && !violations.is_full(); ++k) {
     ApplyOverride(path.At(k), base, request.overrides(static_cast<int>(k)), copies[k].parameters,
-                  checks);
+                  violations);
   }
 }
 
 // What a path of an update mask takes from `spec`.
 using ReadPath =
-    std::function<void(const v1::ClothSpec&, const RequestLimits&, ClothChange&, FieldChecks&)>;
+    std::function<void(const v1::ClothSpec&, const RequestLimits&, ClothChange&, Violations&)>;
 
-double Coefficient(const FieldPath& path, double value, double max, std::string_view unit,
-                   FieldChecks& checks) {
-  checks.InRange(path, value, 0, max, unit);
-  return value;
+// The paths of one number of the material each, read by the tables.
+void AddMaterialPaths(std::map<std::string, ReadPath, std::less<>>& paths) {
+  static const FieldPath kMaterial = FieldPath("spec").Child("material");
+  const auto read = [](const auto& field, const v1::ClothSpec& spec, auto& numbers,
+                       Violations& violations) {
+    const double value = NumberOf(spec.material(), field.name);
+    violations.InRange(kMaterial.Child(field.name), value, field.range);
+    numbers.Set(field.member, value);
+  };
+  for (const StructuralField& field : kStructuralFields) {
+    if (!field.may_change) continue;
+    paths["material." + std::string(field.name)] =
+        [&field, read](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
+          read(field, spec, change.model.material, violations);
+        };
+  }
+  for (const SurfaceField& field : kSurfaceFields) {
+    paths["material." + std::string(field.name)] =
+        [&field, read](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
+          read(field, spec, change.numbers, violations);
+        };
+  }
+}
+
+// The other paths.
+void AddOtherPaths(std::map<std::string, ReadPath, std::less<>>& paths) {
+  static const FieldPath kSpec("spec");
+  static const FieldPath kEnvironment = kSpec.Child("environment");
+  paths["environment.gravity_m_per_s2"] = [](const auto& spec, const auto&, ClothChange& change,
+                                             Violations& violations) {
+    change.gravity_m_per_s2 =
+        CheckGravity(kEnvironment.Child("gravity_m_per_s2"), spec.environment().gravity_m_per_s2(),
+                     ClothParameters().gravity_m_per_s2, violations);
+  };
+  paths["environment.wind_m_per_s"] = [](const auto& spec, const auto&, ClothChange& change,
+                                         Violations& violations) {
+    change.wind_m_per_s =
+        CheckWind(kEnvironment.Child("wind_m_per_s"), spec.environment().wind_m_per_s(),
+                  ClothParameters().wind_m_per_s, violations);
+  };
+  paths["environment.colliders"] = [](const auto& spec, const auto& limits, ClothChange& change,
+                                      Violations& violations) {
+    const FieldPath path = kEnvironment.Child("colliders");
+    change.colliders = CheckColliders(path, spec.environment().colliders(), limits, violations);
+    change.collider_motions =
+        CheckColliderMotions(path, spec.environment().colliders(), *change.colliders, violations);
+  };
+  paths["pins"] = [](const auto& spec, const auto&, ClothChange& change, Violations& violations) {
+    change.pins = CheckPinTargets(kSpec.Child("pins"), spec.pins(), violations);
+  };
+  paths["settings"] = [](const auto& spec, const auto&, ClothChange& change,
+                         Violations& violations) {
+    change.settings = CheckSettings(kSpec.Child("settings"), spec.settings(), violations);
+  };
+  paths["particles.distance_constraints"] = [](const auto& spec, const auto&, ClothChange& change,
+                                               Violations& violations) {
+    change.model.distance_constraints =
+        CheckNewConstraints(kSpec.Child("particles"), spec.particles(), violations);
+  };
+  paths["particles.springs"] = [](const auto& spec, const auto&, ClothChange& change,
+                                  Violations& violations) {
+    change.model.springs = CheckNewSprings(kSpec.Child("particles"), spec.particles(), violations);
+  };
+  paths["particles.point_joints"] = [](const auto& spec, const auto&, ClothChange& change,
+                                       Violations&) {
+    change.model.point_joints = ReadJoints(spec.particles());
+  };
 }
 
 const std::map<std::string, ReadPath, std::less<>>& UpdatePaths() {
-  static const FieldPath kSpec("spec");
-  static const FieldPath kMaterial = kSpec.Child("material");
-  static const FieldPath kEnvironment = kSpec.Child("environment");
-  static const std::map<std::string, ReadPath, std::less<>> kPaths = {
-      {"environment.gravity_m_per_s2",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.gravity_m_per_s2 = CheckGravity(kEnvironment.Child("gravity_m_per_s2"),
-                                                spec.environment().gravity_m_per_s2(),
-                                                ClothParameters().gravity_m_per_s2, checks);
-       }},
-      {"environment.wind_m_per_s",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.wind_m_per_s =
-             CheckWind(kEnvironment.Child("wind_m_per_s"), spec.environment().wind_m_per_s(),
-                       ClothParameters().wind_m_per_s, checks);
-       }},
-      {"environment.colliders",
-       [](const auto& spec, const auto& limits, ClothChange& change, FieldChecks& checks) {
-         const FieldPath path = kEnvironment.Child("colliders");
-         change.colliders = CheckColliders(path, spec.environment().colliders(), limits, checks);
-         change.collider_motions =
-             CheckColliderMotions(path, spec.environment().colliders(), *change.colliders, checks);
-       }},
-      {"pins",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.pins = CheckPinTargets(kSpec.Child("pins"), spec.pins(), checks);
-       }},
-      {"settings",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.settings = CheckSettings(kSpec.Child("settings"), spec.settings(), checks);
-       }},
-      {"material.damping_per_s",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.damping_per_s =
-             Coefficient(kMaterial.Child("damping_per_s"), spec.material().damping_per_s(),
-                         kMaxCoefficient, "1/s", checks);
-       }},
-      {"material.friction_static",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.friction_static =
-             Coefficient(kMaterial.Child("friction_static"), spec.material().friction_static(),
-                         kMaxCoefficient, "", checks);
-       }},
-      {"material.friction_dynamic",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.friction_dynamic =
-             Coefficient(kMaterial.Child("friction_dynamic"), spec.material().friction_dynamic(),
-                         kMaxCoefficient, "", checks);
-       }},
-      {"material.restitution",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.restitution = Coefficient(kMaterial.Child("restitution"),
-                                          spec.material().restitution(), 1, "", checks);
-       }},
-      {"material.air_drag",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.air_drag = Coefficient(kMaterial.Child("air_drag"), spec.material().air_drag(),
-                                       kMaxAirCoefficient, "", checks);
-       }},
-      {"material.air_lift",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.air_lift = Coefficient(kMaterial.Child("air_lift"), spec.material().air_lift(),
-                                       kMaxAirCoefficient, "", checks);
-       }},
-      {"material.stretch_compliance_m_per_n",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.model.stretch_compliance_m_per_n = Coefficient(
-             kMaterial.Child("stretch_compliance_m_per_n"),
-             spec.material().stretch_compliance_m_per_n(), kMaxCoefficient, "m/N", checks);
-       }},
-      {"material.bending_stiffness_n_per_m",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.model.bending_stiffness_n_per_m = Coefficient(
-             kMaterial.Child("bending_stiffness_n_per_m"),
-             spec.material().bending_stiffness_n_per_m(), kMaxCoefficient, "N/m", checks);
-       }},
-      {"material.shear_stiffness_n_per_m",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.model.shear_stiffness_n_per_m =
-             Coefficient(kMaterial.Child("shear_stiffness_n_per_m"),
-                         spec.material().shear_stiffness_n_per_m(), kMaxCoefficient, "N/m", checks);
-       }},
-      {"material.bending_rigidity_n_m",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.model.bending_rigidity_n_m = Coefficient(kMaterial.Child("bending_rigidity_n_m"),
-                                                         spec.material().bending_rigidity_n_m(),
-                                                         kMaxBendingRigidity_n_m, "N m", checks);
-       }},
-      {"material.stretch_stiffness_n_per_m",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.model.stretch_stiffness_n_per_m = Coefficient(
-             kMaterial.Child("stretch_stiffness_n_per_m"),
-             spec.material().stretch_stiffness_n_per_m(), kMaxCoefficient, "N/m", checks);
-       }},
-      {"material.shear_modulus_n_per_m",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.model.shear_modulus_n_per_m =
-             Coefficient(kMaterial.Child("shear_modulus_n_per_m"),
-                         spec.material().shear_modulus_n_per_m(), kMaxCoefficient, "N/m", checks);
-       }},
-      {"particles.distance_constraints",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.model.distance_constraints =
-             CheckNewConstraints(kSpec.Child("particles"), spec.particles(), checks);
-       }},
-      {"particles.springs",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.model.springs = CheckNewSprings(kSpec.Child("particles"), spec.particles(), checks);
-       }},
-      {"particles.point_joints",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks&) {
-         change.model.point_joints = ReadJoints(spec.particles());
-       }},
-      {"material.thickness_m",
-       [](const auto& spec, const auto&, ClothChange& change, FieldChecks& checks) {
-         change.thickness_m = Coefficient(kMaterial.Child("thickness_m"),
-                                          spec.material().thickness_m(), kMaxExtent_m, "m", checks);
-       }},
-  };
+  static const auto kPaths = [] {
+    std::map<std::string, ReadPath, std::less<>> paths;
+    AddMaterialPaths(paths);
+    AddOtherPaths(paths);
+    return paths;
+  }();
   return kPaths;
 }
 
@@ -250,38 +193,38 @@ std::string UpdatePathNames() {
 }
 
 void CheckExtent(const v1::StepRequest& request, uint32_t max_steps, CheckedStep& result,
-                 FieldChecks& checks) {
+                 Violations& violations) {
   switch (request.extent_case()) {
     case v1::StepRequest::kSteps:
-      checks.CountInRange(FieldPath("steps"), request.steps(), 1, max_steps);
+      violations.CountInRange(FieldPath("steps"), request.steps(), 1, max_steps);
       result.steps = request.steps();
       break;
     case v1::StepRequest::kUntilStep:
       result.until_step = request.until_step();
       break;
     case v1::StepRequest::EXTENT_NOT_SET:
-      checks.Add(FieldPath("steps"), "neither steps nor until_step is set: one is needed");
+      violations.Add(FieldPath("steps"), "neither steps nor until_step is set: one is needed");
       break;
   }
 }
 
-void CheckPinControls(const v1::PinControls& controls, CheckedStep& result, FieldChecks& checks) {
+void CheckPinControls(const v1::PinControls& controls, CheckedStep& result,
+                      Violations& violations) {
   const FieldPath path("pin_controls");
   const size_t rows = controls.cloth_ids_size();
   const bool is_even =
-      checks.Length(path.Child("particles"), controls.particles_size(), rows, "1 per row") &
-      checks.Length(path.Child("targets_m"), controls.targets_m_size(), 3 * rows, "3 per row") &
-      CheckOverColumn(path.Child("over_s"), controls.over_s(), rows, checks);
+      violations.Length(path.Child("particles"), controls.particles_size(), rows, "1 per row") &
+      violations.Length(path.Child("targets_m"), controls.targets_m_size(), 3 * rows, "3 per row") &
+      CheckOverColumn(path.Child("over_s"), controls.over_s(), rows, violations);
   if (!is_even) return;
-  checks.AllWithin(path.Child("targets_m"), controls.targets_m(), kMaxExtent_m, "m");
+  CheckAllWithin(path.Child("targets_m"), controls.targets_m(), kMaxExtent_m, "m", violations);
   for (size_t r = 0; r < rows; ++r) {
     const int row = static_cast<int>(r);
     const double* target = controls.targets_m().data() + 3 * r;
-    const double over_s = CheckOver(path.Child("over_s"), controls.over_s(), r, checks);
-    result.pin_controls.push_back({ClothId::FromPacked(controls.cloth_ids(row)),
-                                   controls.particles(row),
-                                   {target[0], target[1], target[2]},
-                                   over_s});
+    const double over_s = CheckOver(path.Child("over_s"), controls.over_s(), r, violations);
+    result.controls.pins.push_back(
+        {ClothId::FromPacked(controls.cloth_ids(row)),
+         {controls.particles(row), {target[0], target[1], target[2]}, over_s}});
   }
 }
 
@@ -289,13 +232,13 @@ void CheckPinControls(const v1::PinControls& controls, CheckedStep& result, Fiel
 
 Result<CheckedCreation> CheckCreateCloths(const v1::CreateClothsRequest& request,
                                           const RequestLimits& limits) {
-  FieldChecks checks;
+  Violations violations;
   const uint32_t count = request.has_count() ? request.count() : 1;
   const bool has_count =
-      checks.CountInRange(FieldPath("count"), count, 1, limits.max_cloths_per_request);
-  CheckedSpec spec = CheckSpec(FieldPath("spec"), request.spec(), limits, checks);
+      violations.CountInRange(FieldPath("count"), count, 1, limits.max_cloths_per_request);
+  CheckedSpec spec = CheckSpec(FieldPath("spec"), request.spec(), limits, violations);
   const size_t colliders = spec.parameters.colliders.size();
-  const bool has_room = checks.Require(
+  const bool has_room = violations.Require(
       colliders * count <= limits.max_colliders_per_request || !has_count, FieldPath("count"), [&] {
         return std::to_string(count) + " copies of " + std::to_string(colliders) +
                " colliders, at most " + std::to_string(limits.max_colliders_per_request) +
@@ -304,11 +247,11 @@ Result<CheckedCreation> CheckCreateCloths(const v1::CreateClothsRequest& request
   CheckedCreation result;
   if (has_count && has_room) {
     result.copies.assign(count, {spec.transform, Eigen::Vector3d::Zero(), spec.parameters});
-    ApplyOrigins(request, result.copies, checks);
-    ApplyTransforms(request, result.copies, checks);
-    ApplyOverrides(request, result.copies, checks);
+    ApplyOrigins(request, result.copies, violations);
+    ApplyTransforms(request, result.copies, violations);
+    ApplyOverrides(request, result.copies, violations);
   }
-  if (!checks.ok()) return checks.ToStatus();
+  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   result.description = std::make_shared<const ModelDescription>(std::move(spec.description));
   result.pins = std::move(spec.pins);
   result.settings = spec.parameters.settings;
@@ -317,62 +260,63 @@ Result<CheckedCreation> CheckCreateCloths(const v1::CreateClothsRequest& request
 
 Result<ClothChange> CheckUpdateCloths(const v1::UpdateClothsRequest& request,
                                       const RequestLimits& limits) {
-  FieldChecks checks;
+  Violations violations;
   ClothChange change;
   const FieldPath path = FieldPath("update_mask").Child("paths");
   if (request.update_mask().paths().empty()) {
-    checks.Add(path, "is empty: at least one of " + UpdatePathNames() + " is needed");
+    violations.Add(path, "is empty: at least one of " + UpdatePathNames() + " is needed");
   }
   std::set<std::string_view> seen;  // reading a path again would cost as much again
-  for (int k = 0; k < request.update_mask().paths_size() && !checks.is_full(); ++k) {
+  for (int k = 0; k < request.update_mask().paths_size() && !violations.is_full(); ++k) {
     const std::string& name = request.update_mask().paths(k);
     const auto entry = UpdatePaths().find(name);
-    if (checks.Require(
+    if (violations.Require(
             entry != UpdatePaths().end(), path.At(k),
             [&] { return "'" + name.substr(0, 64) + "' is not one of " + UpdatePathNames(); }) &&
-        checks.Require(seen.insert(name).second, path.At(k),
-                       [&] { return "'" + name + "' occurs twice"; })) {
-      entry->second(request.spec(), limits, change, checks);
+        violations.Require(seen.insert(name).second, path.At(k),
+                           [&] { return "'" + name + "' occurs twice"; })) {
+      entry->second(request.spec(), limits, change, violations);
     }
   }
-  checks.AddAll(CheckNamesCloths(request.cloth_ids()).violations());
+  violations.AddAll(CheckNamesCloths(request.cloth_ids()).violations());
   const size_t colliders = change.colliders ? change.colliders->size() : 0;
   const size_t cloths = static_cast<size_t>(request.cloth_ids_size());
-  checks.Require(
+  violations.Require(
       colliders * cloths <= limits.max_colliders_per_request, FieldPath("cloth_ids"), [&] {
         return std::to_string(cloths) + " cloths of " + std::to_string(colliders) +
                " colliders, at most " + std::to_string(limits.max_colliders_per_request) +
                " colliders are allowed in one request";
       });
-  if (!checks.ok()) return checks.ToStatus();
+  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   return change;
 }
 
 Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps_per_request) {
-  FieldChecks checks;
+  Violations violations;
   CheckedStep result;
   result.cloths = ToClothIds(request.cloth_ids());
-  CheckExtent(request, max_steps_per_request, result, checks);
+  CheckExtent(request, max_steps_per_request, result, violations);
   if (request.has_expected_step()) result.expected_step = request.expected_step();
-  CheckPinControls(request.pin_controls(), result, checks);
-  result.collider_controls = CheckColliderControls(request.collider_controls(), checks);
-  result.length_controls = CheckLengthControls(request.rest_length_controls(), checks);
-  result.length_scales = CheckLengthScales(request.rest_length_scales(), checks);
-  if (request.has_view()) result.view = CheckView(FieldPath("view"), request.view(), checks);
+  CheckPinControls(request.pin_controls(), result, violations);
+  result.controls.colliders = CheckColliderControls(request.collider_controls(), violations);
+  result.controls.lengths = CheckLengthControls(request.rest_length_controls(), violations);
+  result.controls.length_scales = CheckLengthScales(request.rest_length_scales(), violations);
+  if (request.has_view()) result.view = CheckView(FieldPath("view"), request.view(), violations);
   result.report = request.report();
-  if (!checks.ok()) return checks.ToStatus();
+  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   return result;
 }
 
 Result<CheckedSubscription> CheckSubscribe(const v1::StreamStatesRequest::Subscribe& request) {
-  FieldChecks checks;
+  Violations violations;
   const FieldPath path("subscribe");
   if (request.max_hz() != 0) {
-    checks.InRange(path.Child("max_hz"), request.max_hz(), kMinFrames_hz, kMaxFrames_hz, "Hz");
+    violations.InRange(path.Child("max_hz"), request.max_hz(),
+                       {kMinFrames_hz, kMaxFrames_hz, "Hz"});
   }
   CheckedSubscription result;
-  result.fields = CheckView(path.Child("view"), request.view(), checks);
-  if (!checks.ok()) return checks.ToStatus();
+  result.fields = CheckView(path.Child("view"), request.view(), violations);
+  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   result.cloths = ToClothIds(request.cloth_ids());
   result.every_n_steps = std::max(request.every_n_steps(), 1u);
   result.max_hz = request.max_hz();

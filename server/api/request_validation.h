@@ -14,9 +14,7 @@
 #include "server/core/status.h"
 #include "server/scheduler/step_work.h"
 #include "server/session/cloth_record.h"
-#include "server/session/collider_controls.h"
-#include "server/session/pin_controls.h"
-#include "server/session/rest_length_controls.h"
+#include "server/session/control_rows.h"
 
 namespace drape::api {
 
@@ -39,10 +37,7 @@ struct CheckedStep {
   std::optional<uint32_t> steps;
   std::optional<uint64_t> until_step;
   std::optional<uint64_t> expected_step;
-  std::vector<PinControlRow> pin_controls;
-  std::vector<ColliderControlRow> collider_controls;
-  std::vector<RestLengthRow> length_controls;
-  std::vector<RestLengthScaleRow> length_scales;
+  ControlRows controls;
   StateFields view;
   bool report = false;
 };

@@ -19,35 +19,27 @@ struct CheckedSpec {
   ClothParameters parameters;  // vectors and colliders in the cloth's environment
 };
 
-// Each reads one part of a spec at `path` and adds what is wrong to `checks`; the value returned
-// after a violation is usable but meaningless.
+// Each reads one part of a spec at `path` and adds what is wrong to `violations`; the value
+// returned after a violation is usable but meaningless.
 CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const RequestLimits& limits,
-                      FieldChecks& checks);
-// Damping, friction, thickness, drag and lift into `parameters`.
-void CheckSurfaceMaterial(const FieldPath& path, const v1::Material& material,
-                          ClothParameters& parameters, FieldChecks& checks);
+                      Violations& violations);
 // Targets only; the indices are drape::CheckDescription's.
 std::vector<Pin> CheckPinTargets(const FieldPath& path,
                                  const google::protobuf::RepeatedPtrField<v1::Pin>& pins,
-                                 FieldChecks& checks);
+                                 Violations& violations);
 // Distance maps without their maps: ReadColliderMeshes and BuildColliderMaps (collider_maps.h) make
 // them.
 std::vector<Collider> CheckColliders(
     const FieldPath& path, const google::protobuf::RepeatedPtrField<v1::Collider>& colliders,
-    const RequestLimits& limits, FieldChecks& checks);
+    const RequestLimits& limits, Violations& violations);
 Eigen::Vector3d CheckGravity(const FieldPath& path, const DoubleList& gravity_m_per_s2,
-                             const Eigen::Vector3d& fallback, FieldChecks& checks);
+                             const Eigen::Vector3d& fallback, Violations& violations);
 Eigen::Vector3d CheckWind(const FieldPath& path, const DoubleList& wind_m_per_s,
-                          const Eigen::Vector3d& fallback, FieldChecks& checks);
-StepSettings CheckSettings(const FieldPath& path, const v1::StepSettings& settings,
-                           FieldChecks& checks);
+                          const Eigen::Vector3d& fallback, Violations& violations);
 RigidTransform CheckTransform(const FieldPath& path, const v1::Transform& transform,
-                              FieldChecks& checks);
+                              Violations& violations);
 // `values`: x, y, z, w. A zero quaternion has no direction and is refused; others are normalised.
 Eigen::Quaterniond CheckRotation(const FieldPath& path, const Eigen::Vector4d& values,
-                                 FieldChecks& checks);
-// 0 <= dynamic <= static.
-void CheckFriction(const FieldPath& static_path, const FieldPath& dynamic_path,
-                   const ClothParameters& parameters, FieldChecks& checks);
+                                 Violations& violations);
 
 }  // namespace drape::api

@@ -73,25 +73,22 @@ Status StateStreamReactor::Take(const v1::StreamStatesRequest& request) {
 }
 
 Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& request) {
-  const Result<CheckedSubscription> checked = CheckSubscribe(request);
-  if (!checked.ok()) return checked.status();
-  Result<SessionLease> session = context_.sessions.Find(request.session());
-  if (!session.ok()) return session.status();
-  const Result<ClothList> cloths = (*session)->FindCloths(checked->cloths);
-  if (!cloths.ok()) return cloths.status();
-  if (cloths->empty()) {
+  DRAPE_ASSIGN_OR_RETURN(const CheckedSubscription checked, CheckSubscribe(request));
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session, context_.sessions.Find(request.session()));
+  DRAPE_ASSIGN_OR_RETURN(const ClothList cloths, session->FindCloths(checked.cloths));
+  if (cloths.empty()) {
     return Status(StatusCode::kFailedPrecondition, "NO_CLOTHS", "the session has no cloths");
   }
   DRAPE_RETURN_IF_ERROR(
-      CheckClothsHaveParticles(FieldPath("subscribe").Child("view"), checked->fields, *cloths));
+      CheckClothsHaveParticles(FieldPath("subscribe").Child("view"), checked.fields, cloths));
   ObserverSpec spec;
-  spec.tenant = (*session)->name();
-  for (const auto& cloth : *cloths) spec.cloths.push_back(cloth->runtime);
-  cloths_ = ChunkClothsOf(*cloths, checked->fields);
-  spec.fields = checked->fields;
-  spec.every_n_steps = checked->every_n_steps;
-  spec.max_hz = checked->max_hz;
-  spec.initial_credit = checked->initial_credit;
+  spec.session = session->name();
+  for (const auto& cloth : cloths) spec.cloths.push_back(cloth->runtime);
+  cloths_ = ChunkClothsOf(cloths, checked.fields);
+  spec.fields = checked.fields;
+  spec.every_n_steps = checked.every_n_steps;
+  spec.max_hz = checked.max_hz;
+  spec.initial_credit = checked.initial_credit;
   spec.on_frame = [self = shared_from_this()](ObservedFrame frame) {
     self->OnFrame(std::move(frame));
   };
@@ -99,10 +96,8 @@ Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& r
     const std::lock_guard lock(self->mutex_);
     self->Close(status);
   };
-  Result<std::shared_ptr<Observer>> observer = context_.scheduler.Subscribe(std::move(spec));
-  if (!observer.ok()) return observer.status();
-  observer_ = std::move(*observer);
-  session_ = std::move(*session);
+  DRAPE_ASSIGN_OR_RETURN(observer_, context_.scheduler.Subscribe(std::move(spec)));
+  session_ = std::move(session);
   return Status::Ok();
 }
 

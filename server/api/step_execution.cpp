@@ -13,18 +13,19 @@
 namespace drape::api {
 namespace {
 
-using Done = std::function<void(Result<v1::StepResponse>)>;
+using StepDone = std::function<void(Result<v1::StepResponse>)>;
 
-// One step request under way.
+// One step request, from its arrival to its answer.
 struct StepCall {
+  StepDone done;
   SessionLease session;
-  std::string request_id;  // empty: not remembered
+  std::string request_id;  // set while the session remembers the request
   ClothList cloths;
   std::vector<ChunkCloth> chunk_cloths;  // of the states in the answer; none: without states
-  Done done;
 
+  // Exactly once.
   void End(Result<v1::StepResponse> answer) {
-    EndRequest(session->request_memory(), request_id, answer);
+    if (!request_id.empty()) EndRequest(session->request_memory(), request_id, answer);
     session = {};
     done(std::move(answer));
   }
@@ -75,63 +76,56 @@ Result<std::vector<ChunkCloth>> CheckStates(const ServiceContext& context, const
 
 Result<StepWork> ToWork(const CheckedStep& checked, const std::string& session_name,
                         const ClothList& cloths) {
-  Result<std::vector<PinControl>> pin_controls = MapPinControls(checked.pin_controls, cloths);
-  if (!pin_controls.ok()) return pin_controls.status();
-  Result<std::vector<ColliderControl>> colliders =
-      MapColliderControls(checked.collider_controls, cloths);
-  if (!colliders.ok()) return colliders.status();
-  Result<std::vector<LengthControl>> lengths = MapLengthControls(checked.length_controls, cloths);
-  if (!lengths.ok()) return lengths.status();
-  Result<std::vector<LengthScale>> scales = MapLengthScales(checked.length_scales, cloths);
-  if (!scales.ok()) return scales.status();
   StepWork work;
-  work.tenant = session_name;
+  DRAPE_ASSIGN_OR_RETURN(work.controls, ResolveControls(checked.controls, cloths));
+  work.session = session_name;
   for (const auto& cloth : cloths) work.cloths.push_back(cloth->runtime);
   work.steps = checked.steps;
   work.until_step = checked.until_step;
   work.expected_step = checked.expected_step;
-  work.pin_controls = std::move(*pin_controls);
-  work.collider_controls = std::move(*colliders);
-  work.length_controls = std::move(*lengths);
-  work.length_scales = std::move(*scales);
   work.report = checked.report;
   work.view = checked.view;
   return work;
 }
 
+// Submits the request, or ends `call` with the answer that is known already. An error: the call has
+// not ended.
+Status Start(const ServiceContext& context, const v1::StepRequest& request,
+             const CancelToken& cancel, const std::shared_ptr<StepCall>& call) {
+  DRAPE_ASSIGN_OR_RETURN(const CheckedStep checked,
+                         CheckStep(request, context.scheduler.limits().max_steps_per_request));
+  DRAPE_ASSIGN_OR_RETURN(call->session, context.sessions.Find(request.session()));
+  DRAPE_ASSIGN_OR_RETURN(std::optional<v1::StepResponse> known,
+                         BeginRequest<v1::StepResponse>(call->session->request_memory(),
+                                                        request.request_id(), request));
+  if (known.has_value()) {
+    call->End(std::move(*known));
+    return Status::Ok();
+  }
+  call->request_id = request.request_id();
+  DRAPE_ASSIGN_OR_RETURN(call->cloths, call->session->FindCloths(checked.cloths));
+  if (call->cloths.empty()) {
+    call->End(v1::StepResponse());
+    return Status::Ok();
+  }
+  DRAPE_ASSIGN_OR_RETURN(StepWork work, ToWork(checked, call->session->name(), call->cloths));
+  DRAPE_ASSIGN_OR_RETURN(call->chunk_cloths, CheckStates(context, checked.view, call->cloths));
+  // A request with an id is completed even if its client has gone: the repetition asks for the
+  // answer.
+  if (call->request_id.empty()) work.cancel = cancel;
+  work.done = [call, &clock = context.clock](StepOutcome outcome) {
+    call->End(ToAnswer(*call, std::move(outcome), clock));
+  };
+  return context.scheduler.Submit(std::move(work));
+}
+
 }  // namespace
 
 void StartStep(const ServiceContext& context, const v1::StepRequest& request,
-               const CancelToken& cancel, Done done) {
-  const Result<CheckedStep> checked =
-      CheckStep(request, context.scheduler.limits().max_steps_per_request);
-  if (!checked.ok()) return done(checked.status());
-  Result<SessionLease> session = context.sessions.Find(request.session());
-  if (!session.ok()) return done(session.status());
-  Result<std::optional<v1::StepResponse>> known =
-      BeginRequest<v1::StepResponse>((*session)->request_memory(), request.request_id(), request);
-  if (!known.ok()) return done(known.status());
-  if (known->has_value()) return done(std::move(**known));
-
-  const auto call = std::make_shared<StepCall>(
-      StepCall{std::move(*session), request.request_id(), {}, {}, std::move(done)});
-  Result<ClothList> cloths = call->session->FindCloths(checked->cloths);
-  if (!cloths.ok()) return call->End(cloths.status());
-  call->cloths = std::move(*cloths);
-  if (call->cloths.empty()) return call->End(v1::StepResponse());
-
-  Result<StepWork> work = ToWork(*checked, call->session->name(), call->cloths);
-  if (!work.ok()) return call->End(work.status());
-  Result<std::vector<ChunkCloth>> chunk_cloths = CheckStates(context, checked->view, call->cloths);
-  if (!chunk_cloths.ok()) return call->End(chunk_cloths.status());
-  call->chunk_cloths = std::move(*chunk_cloths);
-  // One with an id is completed whoever has gone: its repetition asks for the answer.
-  if (call->request_id.empty()) work->cancel = cancel;
-  work->done = [call, &clock = context.clock](StepOutcome outcome) {
-    call->End(ToAnswer(*call, std::move(outcome), clock));
-  };
-  const Status submitted = context.scheduler.Submit(std::move(*work));
-  if (!submitted.ok()) call->End(submitted);
+               const CancelToken& cancel, StepDone done) {
+  const auto call = std::make_shared<StepCall>(StepCall{std::move(done), {}, {}, {}, {}});
+  const Status status = Start(context, request, cancel, call);
+  if (!status.ok()) call->End(status);
 }
 
 }  // namespace drape::api

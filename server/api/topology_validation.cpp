@@ -35,9 +35,9 @@ ConstraintKind ReadKind(v1::DistanceConstraint::Kind kind) {
 }
 
 std::optional<ParticleTopology> ReadParticles(const FieldPath& path, const v1::Particles& particles,
-                                              FieldChecks& checks) {
+                                              Violations& violations) {
   const size_t numbers = particles.positions_m_size();
-  if (!checks.Require(numbers % 3 == 0, path.Child("positions_m"), [&] {
+  if (!violations.Require(numbers % 3 == 0, path.Child("positions_m"), [&] {
         return "has " + std::to_string(numbers) +
                " elements, needs a multiple of 3 (x, y, z per particle)";
       })) {
@@ -49,7 +49,7 @@ std::optional<ParticleTopology> ReadParticles(const FieldPath& path, const v1::P
     result.positions_m.emplace_back(p[0], p[1], p[2]);
   }
   result.masses_kg.assign(particles.masses_kg().begin(), particles.masses_kg().end());
-  result.distance_constraints = ReadConstraints(path, particles, checks);
+  result.distance_constraints = ReadConstraints(path, particles, violations);
   for (int k = 0; k < particles.distance_constraints_size(); ++k) {
     if (particles.distance_constraints(k).has_rest_length_m()) continue;
     DistanceConstraint& constraint = result.distance_constraints[static_cast<size_t>(k)];
@@ -67,11 +67,12 @@ std::optional<ParticleTopology> ReadParticles(const FieldPath& path, const v1::P
 
 }  // namespace
 
-bool CheckMeshArrays(const FieldPath& path, const v1::Mesh& mesh, FieldChecks& checks) {
-  const auto vertices = checks.PackedRows(path.Child("positions_m"), mesh.positions_m(),
-                                          {v1::PackedArray::FLOAT32, v1::PackedArray::FLOAT64}, 3);
-  const auto triangles =
-      checks.PackedRows(path.Child("triangles"), mesh.triangles(), {v1::PackedArray::UINT32}, 3);
+bool CheckMeshArrays(const FieldPath& path, const v1::Mesh& mesh, Violations& violations) {
+  const auto vertices =
+      CheckPackedRows(path.Child("positions_m"), mesh.positions_m(),
+                      {v1::PackedArray::FLOAT32, v1::PackedArray::FLOAT64}, 3, violations);
+  const auto triangles = CheckPackedRows(path.Child("triangles"), mesh.triangles(),
+                                         {v1::PackedArray::UINT32}, 3, violations);
   return vertices && triangles;
 }
 
@@ -95,13 +96,13 @@ TriangleMesh ToTriangleMesh(const v1::Mesh& mesh) {
 
 std::vector<DistanceConstraint> ReadConstraints(const FieldPath& path,
                                                 const v1::Particles& particles,
-                                                FieldChecks& checks) {
+                                                Violations& violations) {
   std::vector<DistanceConstraint> result;
   for (int k = 0; k < particles.distance_constraints_size(); ++k) {
     const v1::DistanceConstraint& constraint = particles.distance_constraints(k);
     if (constraint.kind() != v1::DistanceConstraint::KIND_UNSPECIFIED) {
-      checks.KnownEnum(path.Child("distance_constraints").At(static_cast<size_t>(k)).Child("kind"),
-                       constraint.kind(), v1::DistanceConstraint::Kind_descriptor());
+      CheckKnownEnum(path.Child("distance_constraints").At(static_cast<size_t>(k)).Child("kind"),
+                     constraint.kind(), v1::DistanceConstraint::Kind_descriptor(), violations);
     }
     result.push_back({constraint.i(), constraint.j(), constraint.rest_length_m(),
                       constraint.compliance_m_per_n(), ReadKind(constraint.kind())});
@@ -127,26 +128,19 @@ std::vector<PointJoint> ReadJoints(const v1::Particles& particles) {
 }
 
 std::optional<Topology> ReadTopology(const FieldPath& path, const v1::ClothSpec& spec,
-                                     FieldChecks& checks) {
-  if (spec.has_scale_m()) {
-    checks.Add(path.Child("scale_m"), "belongs to mesh_file, which only scene files may have");
-  }
+                                     Violations& violations) {
   switch (spec.topology_case()) {
     case v1::ClothSpec::kGrid:
       return ReadGrid(spec.grid());
     case v1::ClothSpec::kMesh:
-      if (!CheckMeshArrays(path.Child("mesh"), spec.mesh(), checks)) return {};
+      if (!CheckMeshArrays(path.Child("mesh"), spec.mesh(), violations)) return {};
       return ToTriangleMesh(spec.mesh());
     case v1::ClothSpec::kParticles:
-      return ReadParticles(path.Child("particles"), spec.particles(), checks);
-    case v1::ClothSpec::kMeshFile:
-      checks.Add(path.Child("mesh_file"),
-                 "a server reads no files: the client reads the file and sends `mesh`");
-      return {};
+      return ReadParticles(path.Child("particles"), spec.particles(), violations);
     case v1::ClothSpec::TOPOLOGY_NOT_SET:
       break;
   }
-  checks.Add(path, "no topology is set: one of grid, mesh, particles is needed");
+  violations.Add(path, "no topology is set: one of grid, mesh, particles is needed");
   return {};
 }
 

@@ -14,18 +14,18 @@ namespace drape::api {
 // arrays. Sizes, indices and numbers are drape::CheckDescription's. None where there is nothing to
 // go on with. `path` leads to the spec.
 std::optional<Topology> ReadTopology(const FieldPath& path, const v1::ClothSpec& spec,
-                                     FieldChecks& checks);
+                                     Violations& violations);
 
 // Types, shapes and sizes of both arrays.
-bool CheckMeshArrays(const FieldPath& path, const v1::Mesh& mesh, FieldChecks& checks);
+bool CheckMeshArrays(const FieldPath& path, const v1::Mesh& mesh, Violations& violations);
 // A mesh that CheckMeshArrays has passed.
 TriangleMesh ToTriangleMesh(const v1::Mesh& mesh);
 
 // The lists of `particles`, which `path` leads to; a rest length that is unset is 0. Unknown kinds
-// are added to `checks`, everything else is drape::CheckDescription's.
+// are added to `violations`, everything else is drape::CheckDescription's.
 std::vector<DistanceConstraint> ReadConstraints(const FieldPath& path,
                                                 const v1::Particles& particles,
-                                                FieldChecks& checks);
+                                                Violations& violations);
 std::vector<Spring> ReadSprings(const v1::Particles& particles);
 std::vector<PointJoint> ReadJoints(const v1::Particles& particles);
 

@@ -14,7 +14,7 @@ inline constexpr int kMaxViewParticles = 4096;
 
 // `path`: of the view. No field asked for: positions. Particles that are not strictly ascending, or
 // more than kMaxViewParticles, are violations.
-StateFields CheckView(const FieldPath& path, const v1::StateView& view, FieldChecks& checks);
+StateFields CheckView(const FieldPath& path, const v1::StateView& view, Violations& violations);
 
 // INVALID_ARGUMENT that names the particles which one of the cloths does not have. `fields` come
 // from CheckView.

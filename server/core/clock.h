@@ -1,4 +1,4 @@
-// Monotonic time that tests can turn by hand.
+// Monotonic time, which tests can advance by hand.
 #pragma once
 
 #include <atomic>
@@ -7,7 +7,7 @@
 
 namespace drape {
 
-// Thread-safe. Microseconds since an arbitrary start; never goes back.
+// Thread-safe. Microseconds since an arbitrary start; never decreases.
 class Clock {
  public:
   virtual ~Clock() = default;

@@ -1,6 +1,6 @@
 #include "server/core/heap.h"
 
-#include <cstdlib>  // whether it is glibc
+#include <cstdlib>  // defines __GLIBC__
 #if defined(__GLIBC__)
 #include <malloc.h>
 #endif
@@ -9,8 +9,8 @@ namespace drape {
 
 void KeepFreedMemory() {
 #if defined(__GLIBC__)
-  // Both: a threshold that is set ends that glibc adapts the other one. Another heap in its place,
-  // as that of a sanitizer, refuses, and is as good as before.
+  // Both, because glibc stops adapting either threshold once one is set. A heap that replaces
+  // glibc's, such as a sanitizer's, refuses and stays as it was.
   (void)mallopt(M_MMAP_THRESHOLD, static_cast<int>(kLargestKeptBlock_bytes));
   (void)mallopt(M_TRIM_THRESHOLD, static_cast<int>(kKeptPerHeap_bytes));
 #endif

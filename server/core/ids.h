@@ -6,7 +6,7 @@
 
 namespace drape {
 
-// A place in a slot table plus the generation of its occupant. Generation 0 is never issued.
+// A slot of a table and the generation of its occupant. Generation 0 is never issued.
 template <class Tag>
 struct SlotId {
   uint32_t slot = 0;
@@ -21,9 +21,9 @@ struct SlotId {
 
 struct ClothTag {};
 struct HandleTag {};
-// What clients see (fixed64 on the wire).
+// The id that clients see (fixed64 on the wire).
 using ClothId = SlotId<ClothTag>;
-// What a backend hands out.
+// The handle that a backend issues.
 using ClothHandle = SlotId<HandleTag>;
 
 }  // namespace drape

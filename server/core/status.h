@@ -13,7 +13,7 @@
 
 namespace drape {
 
-// The subset of gRPC codes that Drape answers with; api/ maps them one to one.
+// The gRPC codes that Drape answers with; api/ maps them one to one.
 enum class StatusCode {
   kOk,
   kInvalidArgument,
@@ -54,7 +54,7 @@ class [[nodiscard]] Status {
   const std::string& reason() const { return reason_; }
   const std::string& message() const { return message_; }
   const std::vector<FieldViolation>& violations() const { return violations_; }
-  // Set only where waiting helps.
+  // Set only if waiting helps.
   const std::optional<int64_t>& retry_after_ms() const { return retry_after_ms_; }
   Status& RetryAfterMs(int64_t ms) {
     retry_after_ms_ = ms;
@@ -71,7 +71,7 @@ class [[nodiscard]] Status {
   std::optional<int64_t> retry_after_ms_;
 };
 
-// A value or the status that explains its absence.
+// A value, or the status that explains its absence.
 template <class T>
 class [[nodiscard]] Result {
  public:
@@ -109,5 +109,16 @@ class [[nodiscard]] Result {
   do {                                                                                           \
     if (::drape::Status drape_status_ = (expression); !drape_status_.ok()) return drape_status_; \
   } while (false)
+
+// Returns from the enclosing function if `expression` is a failed Result; else puts its value into
+// `target`, which may be a declaration.
+#define DRAPE_ASSIGN_OR_RETURN(target, expression) \
+  DRAPE_ASSIGN_OR_RETURN_NAMED(DRAPE_CONCATENATE(drape_result_, __LINE__), target, expression)
+#define DRAPE_ASSIGN_OR_RETURN_NAMED(result, target, expression) \
+  auto result = (expression);                                    \
+  if (!result.ok()) return result.status();                      \
+  target = std::move(result).value()
+#define DRAPE_CONCATENATE(a, b) DRAPE_CONCATENATE_EXPANDED(a, b)
+#define DRAPE_CONCATENATE_EXPANDED(a, b) a##b
 
 }  // namespace drape

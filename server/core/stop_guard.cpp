@@ -9,7 +9,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-// Between two looks whether all is done.
+// Time between two checks.
 constexpr milliseconds kPoll{20};
 
 }  // namespace
@@ -33,7 +33,7 @@ void StopGuard::Watch() const {
       std::_Exit(1);
     }
     if (std::chrono::steady_clock::now() >= deadline_) {
-      spdlog::error("failed reason=STOP_OVERDUE message=\"what is under way does not end\"");
+      spdlog::error("failed reason=STOP_OVERDUE message=\"work under way does not end\"");
       std::_Exit(1);
     }
   }

@@ -1,4 +1,4 @@
-// The last resort when a server is told to stop and does not.
+// The last resort if a server is told to stop and does not.
 #pragma once
 
 #include <signal.h>
@@ -9,12 +9,12 @@
 
 namespace drape {
 
-// While one exists, the process ends at once with status 1 and a line in the log when `patience` is
-// over, or when one of `signals` arrives. They must be blocked in every thread.
+// Ends the process with status 1 and a line in the log when `patience` is over or when one of
+// `signals` arrives, whichever is first. The signals must be blocked in every thread.
 class StopGuard {
  public:
   StopGuard(const sigset_t& signals, std::chrono::milliseconds patience);
-  // All went well: the guard does nothing more.
+  // The server has stopped in time.
   ~StopGuard();
   StopGuard(const StopGuard&) = delete;
   StopGuard& operator=(const StopGuard&) = delete;

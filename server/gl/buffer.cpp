@@ -23,10 +23,10 @@ Result<Buffer> Buffer::Create(size_t size_bytes, GLbitfield flags) {
 
 Result<ReadbackBuffer> ReadbackBuffer::Create(size_t size_bytes) {
   constexpr GLbitfield kMapping = GL_MAP_READ_BIT | GL_MAP_PERSISTENT_BIT | GL_MAP_COHERENT_BIT;
-  Result<Buffer> buffer = Buffer::Create(size_bytes, kMapping | GL_CLIENT_STORAGE_BIT);
-  if (!buffer.ok()) return buffer.status();
+  DRAPE_ASSIGN_OR_RETURN(Buffer buffer,
+                         Buffer::Create(size_bytes, kMapping | GL_CLIENT_STORAGE_BIT));
   ReadbackBuffer readback;
-  readback.buffer_ = std::move(buffer).value();
+  readback.buffer_ = std::move(buffer);
   readback.bytes_ = static_cast<const std::byte*>(glMapNamedBufferRange(
       readback.buffer_.name(), 0, static_cast<GLsizeiptr>(size_bytes), kMapping));
   if (readback.bytes_ == nullptr) {

@@ -11,8 +11,8 @@
 
 namespace drape::gl {
 
-// Owns one OpenGL buffer. Move-only; every call with its context current. Offsets and sizes in
-// bytes.
+// Owns one OpenGL buffer. Move-only; its context must be current in every call. Offsets and sizes
+// in bytes.
 class Buffer {
  public:
   Buffer() = default;
@@ -32,7 +32,8 @@ class Buffer {
   size_t size_bytes() const { return size_bytes_; }
 
   void Upload(size_t offset_bytes, std::span<const std::byte> bytes);
-  // Waits for the device. Shader writes need a barrier with GL_BUFFER_UPDATE_BARRIER_BIT before.
+  // Waits for the device. After shader writes, call glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT)
+  // first.
   void Download(size_t offset_bytes, std::span<std::byte> bytes) const;
   // On the device.
   void CopyFrom(const Buffer& source, size_t size_bytes) { CopyFrom(source, 0, 0, size_bytes); }
@@ -49,8 +50,8 @@ class Buffer {
   size_t size_bytes_ = 0;
 };
 
-// Memory of the host that the device copies into and the host reads where it is, mapped as long as
-// it lives. Move-only; as Buffer.
+// Host memory that the device copies into. It stays mapped, and the host reads it in place.
+// Move-only; as Buffer.
 class ReadbackBuffer {
  public:
   // Contents are undefined. RESOURCE_EXHAUSTED (DEVICE_MEMORY) if there is no room.
@@ -62,7 +63,7 @@ class ReadbackBuffer {
                 size_t size_bytes) {
     buffer_.CopyFrom(source, source_offset_bytes, offset_bytes, size_bytes);
   }
-  // What was copied before a fence that the host has waited for. On any thread.
+  // The bytes copied before a fence that the host has waited for. Any thread.
   const std::byte* bytes() const { return bytes_; }
 
  private:

@@ -54,7 +54,7 @@ std::string GlString(GLenum name) {
 
 EGLContext CreateEglContext(EGLDisplay display, EGLContext share_context) {
   // Contexts of a share group must agree on robustness; one of the attempts does. The last attempt
-  // does without it, because EGL 1.4 drivers may not offer it.
+  // has none, because EGL 1.4 drivers may not offer it.
   const std::array<EGLint, 4> robust = {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
                                         EGL_LOSE_CONTEXT_ON_RESET, EGL_CONTEXT_OPENGL_ROBUST_ACCESS,
                                         EGL_TRUE};
@@ -84,8 +84,7 @@ uint32_t GlIndexed(GLenum name, GLuint index) {
   return static_cast<uint32_t>(value);
 }
 
-// Drivers may list only GL_KHR_shader_subgroup, not the extensions of the shading language that it
-// has.
+// Drivers may list only GL_KHR_shader_subgroup and omit the extensions of the shading language.
 uint32_t ShuffleSize() {
   if (!epoxy_has_gl_extension("GL_KHR_shader_subgroup")) return 0;
   const int64_t stages = GlInteger(GL_SUBGROUP_SUPPORTED_STAGES_KHR);

@@ -21,7 +21,7 @@ struct EglDevice {
   std::string extensions;
 };
 
-// What a shader may use; bytes unless said otherwise.
+// Limits for shaders; in bytes unless stated otherwise.
 struct DeviceLimits {
   int64_t storage_block_bytes = 0;  // GL_MAX_SHADER_STORAGE_BLOCK_SIZE
   int64_t shared_memory_bytes = 0;  // GL_MAX_COMPUTE_SHARED_MEMORY_SIZE
@@ -29,13 +29,13 @@ struct DeviceLimits {
   uint32_t work_group_count_x = 0;
   uint32_t work_group_count_y = 0;
   uint32_t storage_blocks = 0;  // per compute shader
-  // Invocations of a subgroup in which compute shaders can hand each other values by shuffles
-  // (GL_KHR_shader_subgroup); 0: they cannot.
+  // Size of the subgroups in which compute shaders can exchange values by shuffles
+  // (GL_KHR_shader_subgroup); 0: shuffles are not supported.
   uint32_t shuffle_size = 0;
 };
 
-// Names a context to those that want to share its objects (buffers, textures, fences). Valid while
-// that context lives; any thread may hold it.
+// Identifies a context for other contexts that share its objects (buffers, textures, fences). Valid
+// while that context exists; any thread may hold it.
 struct ShareHandle {
   void* display = nullptr;  // EGLDisplay
   void* context = nullptr;  // EGLContext
@@ -43,31 +43,30 @@ struct ShareHandle {
 
 struct ContextOptions {
   bool accept_software = true;
-  // Devices for which this is false are passed over; empty accepts all.
+  // Devices for which this is false are skipped; empty accepts all.
   std::function<bool(const EglDevice&)> device_filter = {};
-  // Set: on the same device, in the same share group; the filter is not asked then.
+  // If set: the same device and share group; the filter is not used.
   std::optional<ShareHandle> share_with = std::nullopt;
 };
 
-// All EGL devices, hardware first; empty where there is no EGL with device enumeration.
+// All EGL devices, hardware first; empty if EGL cannot enumerate devices.
 std::vector<EglDevice> ListEglDevices();
 
-// The renderer string of the first device with a hardware OpenGL 4.5 compute driver, if any. Makes
-// a context on the calling thread for a moment.
+// The renderer string of the first device with a hardware OpenGL 4.5 compute driver, if any.
+// Creates a temporary context on the calling thread.
 std::optional<std::string> FindHardwareGl();
 
-// Owns one context. It belongs to the thread that made it: every call and the destructor on that
-// thread.
+// Owns one context. Every call and the destructor must be on the thread that created it.
 class Context {
  public:
-  // The first device that works, hardware before software. UNAVAILABLE (NO_EGL_DEVICE) with what to
-  // install and what each device lacked, or why the context cannot be shared.
+  // On the first device that works, hardware before software. UNAVAILABLE (NO_EGL_DEVICE) says what
+  // to install and what each device lacked, or why the context cannot be shared.
   static Result<std::unique_ptr<Context>> Create(const ContextOptions& options);
   ~Context();
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
-  // Cheap when it is current already.
+  // Cheap if it is current already.
   void MakeCurrent();
 
   ShareHandle share_handle() const { return {.display = display_, .context = context_}; }
@@ -77,7 +76,7 @@ class Context {
   const std::string& version() const { return version_; }
   const DeviceLimits& limits() const { return limits_; }
 
-  // "" or why the device has lost everything in it (GL_KHR_robustness).
+  // Empty, or why the device has lost all its memory (GL_KHR_robustness).
   std::string ResetReason() const;
 
  private:

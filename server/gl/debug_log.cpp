@@ -9,8 +9,8 @@ namespace {
 
 void APIENTRY LogMessage(GLenum source, GLenum type, GLuint id, GLenum severity, GLsizei /*length*/,
                          const GLchar* message, const void* /*user*/) {
-  // Compile errors come again, with file names, from Program::Compile; Mesa gives warnings of its
-  // compiler a high severity.
+  // Program::Compile reports compile errors with file names; Mesa gives compiler warnings a high
+  // severity.
   if (source == GL_DEBUG_SOURCE_SHADER_COMPILER) {
     spdlog::debug("gl_compiler id={} message=\"{}\"", id, message);
   } else if (type == GL_DEBUG_TYPE_ERROR) {
@@ -26,7 +26,7 @@ void APIENTRY LogMessage(GLenum source, GLenum type, GLuint id, GLenum severity,
 
 void EnableDebugLog() {
   glEnable(GL_DEBUG_OUTPUT);
-  // On the device thread, inside the call that caused it.
+  // Messages come on the device thread, inside the call that caused them.
   glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
   glDebugMessageControl(GL_DONT_CARE, GL_DONT_CARE, GL_DEBUG_SEVERITY_NOTIFICATION, 0, nullptr,
                         GL_FALSE);

@@ -1,4 +1,4 @@
-// What the driver has to say, as log lines.
+// The driver's messages as log lines.
 #pragma once
 
 namespace drape::gl {

@@ -68,7 +68,7 @@ bool PictureTarget::IsComplete() const {
 }
 
 PictureTarget::~PictureTarget() {
-  // Names that are 0 are left out by OpenGL.
+  // OpenGL ignores names that are 0.
   if (width_px_ == 0) return;
   glDeleteFramebuffers(2, framebuffers_.data());
   glDeleteRenderbuffers(3, renderbuffers_.data());
@@ -103,7 +103,7 @@ std::vector<uint8_t> PictureTarget::Read() const {
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
   glReadnPixels(0, 0, static_cast<GLsizei>(width_px_), static_cast<GLsizei>(height_px_), GL_RGB,
                 GL_UNSIGNED_BYTE, static_cast<GLsizei>(rgb.size()), rgb.data());
-  // OpenGL begins at the bottom.
+  // OpenGL's first row is the bottom one.
   for (size_t row = 0; row < height_px_ / 2; ++row) {
     const auto top = rgb.begin() + static_cast<ptrdiff_t>(row * row_bytes);
     const auto bottom = rgb.end() - static_cast<ptrdiff_t>((row + 1) * row_bytes);

@@ -1,4 +1,4 @@
-// What is drawn into.
+// The images that are drawn into.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -12,13 +12,13 @@
 
 namespace drape::gl {
 
-// Owns a picture with four samples per pixel (fewer where the device has no more), a depth for each
-// of them, and the same picture with one sample. 8-bit sRGB: what shaders write is linear, blending
-// and averaging are done in linear light. Move-only; every call with its context current.
+// Owns a picture with four samples per pixel (fewer if the device has fewer), a depth for each
+// sample, and the same picture with one sample. 8-bit sRGB: shaders write linear values; blending
+// and averaging are done in linear light. Move-only; its context must be current in every call.
 class PictureTarget {
  public:
-  // RESOURCE_EXHAUSTED (DEVICE_MEMORY) if the device has no room or does not draw pictures so
-  // large.
+  // RESOURCE_EXHAUSTED (DEVICE_MEMORY) if the device has no room or cannot draw pictures of this
+  // size.
   static Result<PictureTarget> Create(uint32_t width_px, uint32_t height_px);
   ~PictureTarget();
   PictureTarget(PictureTarget&& other) noexcept { *this = std::move(other); }
@@ -27,9 +27,9 @@ class PictureTarget {
   uint32_t width_px() const { return width_px_; }
   uint32_t height_px() const { return height_px_; }
 
-  // From here on everything is drawn into the many samples.
+  // Subsequent draws go into the multisampled picture.
   void Begin() const;
-  // Averages the samples; from here on everything is drawn over that.
+  // Averages the samples; subsequent draws go over the result.
   void Resolve() const;
   // The resolved picture: [height_px][width_px][3], sRGB, top row first. Waits for the device.
   std::vector<uint8_t> Read() const;
@@ -40,12 +40,12 @@ class PictureTarget {
 
   uint32_t width_px_ = 0;
   uint32_t height_px_ = 0;
-  std::array<GLuint, 2> framebuffers_ = {};   // of many samples, of one
-  std::array<GLuint, 3> renderbuffers_ = {};  // colour and depth of many samples, colour of one
+  std::array<GLuint, 2> framebuffers_ = {};   // multisampled, one sample
+  std::array<GLuint, 3> renderbuffers_ = {};  // multisampled colour and depth, colour of one sample
 };
 
-// Owns a square depth texture that shaders compare with: a shadow map. Beyond its edges nothing is
-// in the shadow. Move-only; every call with its context current.
+// Owns a square depth texture for comparison in shaders: a shadow map. Nothing beyond its edges is
+// in shadow. Move-only; its context must be current in every call.
 class DepthMap {
  public:
   // RESOURCE_EXHAUSTED (DEVICE_MEMORY).
@@ -55,7 +55,7 @@ class DepthMap {
   DepthMap& operator=(DepthMap&& other) noexcept;
 
   uint32_t size_px() const { return size_px_; }
-  // From here on everything is drawn into it.
+  // Subsequent draws go into it.
   void Begin() const;
   void BindTexture(GLuint unit) const { glBindTextureUnit(unit, texture_); }
 

@@ -57,7 +57,7 @@ Result<Program> Program::Link(const std::string& name, std::span<const Stage> st
   GLint is_ok = GL_FALSE;
   glGetProgramiv(program.name_, GL_LINK_STATUS, &is_ok);
   if (is_ok != GL_TRUE) {
-    // Of several stages the log names no file; of one it does.
+    // With several stages the log does not say which file; with one stage it does.
     const std::vector<SourceLine> lines =
         stages.size() == 1 ? stages[0].source->lines : std::vector<SourceLine>();
     return CompileError(name, "link", WithFileNames(ProgramLog(program.name_), lines));
@@ -66,7 +66,7 @@ Result<Program> Program::Link(const std::string& name, std::span<const Stage> st
   return program;
 }
 
-// The shader itself lives as long as the program that it is attached to.
+// The shader exists as long as the program that it is attached to.
 Status Program::Attach(const Stage& stage) {
   const GLuint shader = glCreateShader(stage.kind);
   const char* text = stage.source->text.c_str();
@@ -102,7 +102,7 @@ Program::~Program() {
 }
 
 void Program::SetUniform(GLint location, GLuint value) const {
-  // An inactive location is an error of OpenGL, unlike location -1.
+  // OpenGL reports an error for an inactive location, but not for -1.
   if (std::find(uniform_locations_.begin(), uniform_locations_.end(), location) ==
       uniform_locations_.end()) {
     return;

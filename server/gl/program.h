@@ -13,12 +13,12 @@
 
 namespace drape::gl {
 
-// Owns one linked program. Move-only; every call with its context current.
+// Owns one linked program. Move-only; its context must be current in every call.
 class Program {
  public:
-  // INTERNAL (SHADER_COMPILE_FAILED) with the driver's log, places given as "file:line".
+  // INTERNAL (SHADER_COMPILE_FAILED) with the driver's log, positions as "file:line".
   static Result<Program> Compile(const ShaderSource& source);
-  // The same for a vertex shader and a fragment shader.
+  // A program of a vertex shader and a fragment shader; errors as Compile.
   static Result<Program> CompileDraw(const ShaderSource& vertex, const ShaderSource& fragment);
   ~Program();
   Program(Program&& other) noexcept { *this = std::move(other); }
@@ -30,7 +30,7 @@ class Program {
 
   GLuint name() const { return name_; }
   void Use() const { glUseProgram(name_); }
-  // For an unsigned integer; no effect where the compiler has removed the uniform.
+  // Sets an unsigned integer; no effect if the compiler has removed the uniform.
   void SetUniform(GLint location, GLuint value) const;
 
  private:
@@ -45,7 +45,7 @@ class Program {
   void FindUniforms();
 
   GLuint name_ = 0;
-  std::vector<GLint> uniform_locations_;  // of the active ones
+  std::vector<GLint> uniform_locations_;  // of the active uniforms
 };
 
 }  // namespace drape::gl

@@ -19,7 +19,7 @@ Status CompileError(const std::string& message) {
   return Status(StatusCode::kInternal, "SHADER_COMPILE_FAILED", message);
 }
 
-// What follows `#include` on a line, or nothing if the line is something else.
+// The rest of a line after `#include`; none for other lines.
 std::optional<std::string_view> IncludeOperand(std::string_view line) {
   const auto skip_blanks = [&line] {
     line.remove_prefix(std::min(line.find_first_not_of(" \t"), line.size()));
@@ -35,8 +35,8 @@ std::optional<std::string_view> IncludeOperand(std::string_view line) {
   return line;
 }
 
-// `file` of the operand `"file"`; empty for `<file>`, which only C++ reads. Interface headers say
-// "shaders/interface/x.h", as C++ needs it.
+// The file of the operand `"file"`; empty for `<file>`, which only C++ reads. Interface headers are
+// included as "shaders/interface/x.h", as C++ needs it.
 std::string IncludedFile(std::string_view operand) {
   constexpr std::string_view kPrefix = "shaders/";
   if (!operand.starts_with('"')) return "";
@@ -46,10 +46,10 @@ std::string IncludedFile(std::string_view operand) {
   return std::string(operand);
 }
 
-// A place that a driver names: 0:line(column) or 0(line).
+// A position in a driver log: 0:line(column) or 0(line).
 struct LogPlace {
   size_t line = 0;
-  size_t length = 0;  // characters of the place; 0: there is none
+  size_t length = 0;  // characters of the position; 0: there is none
 };
 
 LogPlace ParsePlace(std::string_view text) {

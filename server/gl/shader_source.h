@@ -1,5 +1,5 @@
-// From shader files to the one text that a driver compiles, and from the driver's log back to
-// files.
+// Turns shader files into the text that a driver compiles, and positions in the driver's log back
+// into files and lines.
 #pragma once
 
 #include <map>
@@ -12,22 +12,22 @@
 
 namespace drape::gl {
 
-// Where a line of a shader's text comes from, counted from 1.
+// The origin of a line of a shader's text; lines count from 1.
 struct SourceLine {
   std::string file;
   int line = 0;
 };
 
-// A complete shader. Its text has no #line directives, because Mesa forgets their
-// source-string number in many messages; `lines` tells the same.
+// A complete shader. Its text has no #line directives, because Mesa drops their source-string
+// number in many messages; `lines` has the same information.
 struct ShaderSource {
   std::string name;  // "kernels/measure_pieces.comp"
   std::string text;
-  std::vector<SourceLine> lines;  // of each line of `text`
+  std::vector<SourceLine> lines;  // the origin of each line of `text`
 };
 
-// Replaces the places that drivers write into logs, "0:line(column)" (Mesa) and "0(line)" (NVIDIA),
-// by "file:line".
+// Replaces the positions in driver logs, "0:line(column)" (Mesa) and "0(line)" (NVIDIA), by
+// "file:line".
 std::string WithFileNames(std::string_view log, const std::vector<SourceLine>& lines);
 
 // A set of shader files by path. Copyable; thread-safe when constant.
@@ -36,14 +36,14 @@ class ShaderLibrary {
   // Paths are relative to the shader directory, with '/'.
   void Add(std::string path, std::string text) { files_[std::move(path)] = std::move(text); }
 
-  // Every .h, .glsl, .comp, .vert and .frag file below `directory` replaces or joins what is there.
-  // NOT_FOUND: SHADER_DIR_NOT_FOUND if the directory cannot be read, SHADER_DIR_UNUSED if no file
-  // replaces one.
+  // Adds every .h, .glsl, .comp, .vert and .frag file below `directory`, or replaces the present
+  // one. NOT_FOUND: SHADER_DIR_NOT_FOUND if the directory cannot be read, SHADER_DIR_UNUSED if no
+  // file replaces one.
   Status AddDirectory(const std::string& directory);
 
   // The file `path` with `defines` ("#define X 1\n...") before it and every `#include "file"`
-  // resolved, each file once. INTERNAL (SHADER_COMPILE_FAILED) naming file and line of an include
-  // that is missing.
+  // resolved, each file once. INTERNAL (SHADER_COMPILE_FAILED) names file and line of a missing
+  // include.
   Result<ShaderSource> Assemble(const std::string& path, std::string_view defines) const;
 
  private:

@@ -1,4 +1,4 @@
-// Waiting for the device and measuring its time. Every call with the context current.
+// Waits for the device and measures its time. The context must be current in every call.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -8,20 +8,20 @@
 
 namespace drape::gl {
 
-// Blocks until the device has done everything submitted before. Aborts if it is lost: its memory is
-// gone, and only a new process can have it again.
+// Blocks until the device has done all submitted work. Aborts if the device is lost: its memory is
+// lost too, and only a new process can use it again.
 void WaitForDevice();
 
-// A point in the work submitted by one context, for it and the others of its share group. Owns the
-// sync object. Move-only.
+// A point in the submitted work of one context, for all contexts of its share group. Owns the sync
+// object. Move-only.
 class Fence {
  public:
-  // Null: there is nothing to wait for.
+  // An empty fence: there is nothing to wait for.
   Fence() = default;
-  // After everything that the current context has submitted, which is sent to the device: a fence
-  // that stayed in this context's queue would never be reached for the others.
+  // After all work that the current context has submitted. Flushes the context: other contexts
+  // would wait for ever for a fence that stays in its queue.
   static Fence Insert();
-  // With a context of the share group current.
+  // A context of the share group must be current.
   ~Fence();
   Fence(Fence&& other) noexcept { *this = std::move(other); }
   Fence& operator=(Fence&& other) noexcept {
@@ -29,11 +29,11 @@ class Fence {
     return *this;
   }
 
-  // What the current context submits from here on is done after the fence. Does not block the
+  // Work that the current context submits from now on is done after the fence. Does not block the
   // thread.
   void WaitOnDevice() const;
-  // Blocks the thread until the device has come to the fence; aborts as WaitForDevice. With a
-  // context of the share group current.
+  // Blocks the thread until the device has reached the fence; aborts as WaitForDevice. A context of
+  // the share group must be current.
   void Wait() const;
 
  private:

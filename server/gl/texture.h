@@ -1,4 +1,4 @@
-// Images that shaders read.
+// Images for shaders.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -11,8 +11,8 @@
 
 namespace drape::gl {
 
-// Owns one texture of one byte per texel, not filtered; shaders see 0..1 in its red. Move-only;
-// every call with its context current.
+// Owns one texture of one byte per texel, not filtered; shaders see 0..1 in the red channel.
+// Move-only; its context must be current in every call.
 class GreyTexture {
  public:
   // `texels`: [height][width], first row at the texture coordinate 0. RESOURCE_EXHAUSTED

@@ -19,33 +19,34 @@ void MoveCancelled(std::deque<PictureJob>& jobs, std::vector<PictureJob>& cancel
 }  // namespace
 
 void PictureQueue::Push(PictureJob job) {
-  auto tenant = std::find_if(tenants_.begin(), tenants_.end(),
-                             [&](const Tenant& entry) { return entry.name == job.tenant; });
-  if (tenant == tenants_.end()) tenant = tenants_.insert(tenants_.end(), {job.tenant, {}});
-  tenant->jobs.push_back(std::move(job));
+  auto session = std::find_if(sessions_.begin(), sessions_.end(), [&](const SessionJobs& entry) {
+    return entry.session == job.session;
+  });
+  if (session == sessions_.end()) session = sessions_.insert(sessions_.end(), {job.session, {}});
+  session->jobs.push_back(std::move(job));
 }
 
 size_t PictureQueue::size() const {
   size_t count = returned_.size();
-  for (const Tenant& tenant : tenants_) count += tenant.jobs.size();
+  for (const SessionJobs& session : sessions_) count += session.jobs.size();
   return count;
 }
 
 const PictureJob& PictureQueue::Next() const {
   DRAPE_CHECK(!empty(), "no picture waits");
-  return returned_.empty() ? tenants_.front().jobs.front() : returned_.front();
+  return returned_.empty() ? sessions_.front().jobs.front() : returned_.front();
 }
 
 PictureJob PictureQueue::Pop() {
   DRAPE_CHECK(!empty(), "no picture waits");
-  std::deque<PictureJob>& jobs = returned_.empty() ? tenants_.front().jobs : returned_;
+  std::deque<PictureJob>& jobs = returned_.empty() ? sessions_.front().jobs : returned_;
   PictureJob job = std::move(jobs.front());
   jobs.pop_front();
   if (&jobs == &returned_) return job;
   if (jobs.empty()) {
-    tenants_.pop_front();
+    sessions_.pop_front();
   } else {
-    tenants_.splice(tenants_.end(), tenants_, tenants_.begin());
+    sessions_.splice(sessions_.end(), sessions_, sessions_.begin());
   }
   return job;
 }
@@ -53,8 +54,8 @@ PictureJob PictureQueue::Pop() {
 std::vector<PictureJob> PictureQueue::TakeCancelled() {
   std::vector<PictureJob> cancelled;
   MoveCancelled(returned_, cancelled);
-  for (Tenant& tenant : tenants_) MoveCancelled(tenant.jobs, cancelled);
-  tenants_.remove_if([](const Tenant& tenant) { return tenant.jobs.empty(); });
+  for (SessionJobs& session : sessions_) MoveCancelled(session.jobs, cancelled);
+  sessions_.remove_if([](const SessionJobs& session) { return session.jobs.empty(); });
   return cancelled;
 }
 

@@ -16,47 +16,47 @@
 
 namespace drape::render {
 
-// What a picture is drawn from. Goes on the render thread, or on the thread that delivers it.
+// The content of a picture. Destroyed on the render thread or on the thread that delivers it.
 struct PictureContent {
   std::vector<DrawnCloth> cloths;
   DrawnStates states;
   std::vector<uint64_t> steps;      // [cloth] completed at that moment
-  std::shared_ptr<void> in_flight;  // kept as long as the states: their place among the reads
+  std::shared_ptr<void> in_flight;  // the permit of the read, kept as long as the states
 };
 using ContentReady = std::function<void(Result<PictureContent>)>;
 
 // A picture as a file.
 struct DrawnPicture {
   std::string png;
-  Camera camera;                 // that was used
+  Camera camera;                 // as Picture::camera
   Eigen::AlignedBox3d bounds_m;  // as Picture::bounds_m
   ValueRange range;              // as Picture::range
-  std::string device;            // that drew it
+  std::string device;            // the device that drew it
   std::vector<uint64_t> steps;   // as PictureContent::steps
-  // Keep it until the file has left: it is the tenant's place among its pictures.
+  // The permit of the picture. Keep it until the file has been sent.
   std::shared_ptr<void> in_flight;
 };
 
-// One picture that was asked for.
+// A picture that was requested.
 struct PictureJob {
-  std::string tenant;  // key of the fair share: the session's name
+  std::string session;  // the session's name: sessions take turns
   PictureSpec spec;
   uint64_t particle_count = 0;  // of all its cloths
   // Gets the content when the picture's turn has come. Render thread; must not block. Calls `ready`
-  // exactly once, on any thread, possibly at once. `on_device`: a copy on the device will do.
+  // exactly once, on any thread, possibly at once. `on_device`: a copy on the device is accepted.
   std::function<void(bool on_device, ContentReady ready)> fetch;
   // Any thread.
   std::function<bool()> is_cancelled;
   // Exactly once. Must not block.
   std::function<void(Result<DrawnPicture>)> done;
-  std::shared_ptr<void> place;  // filled in by RenderThread
+  std::shared_ptr<void> permit;  // filled in by RenderThread
 };
 
-// Tenants take turns; the pictures of one are in order.
+// Sessions take turns; the pictures of one session are in order.
 class PictureQueue {
  public:
   void Push(PictureJob job);
-  // Before all others, whose turn it had been already.
+  // Puts a picture whose turn it was already before all others.
   void Return(PictureJob job) { returned_.push_back(std::move(job)); }
   bool empty() const { return size() == 0; }
   size_t size() const;
@@ -67,12 +67,12 @@ class PictureQueue {
   std::vector<PictureJob> TakeAll();
 
  private:
-  struct Tenant {
-    std::string name;
+  struct SessionJobs {
+    std::string session;
     std::deque<PictureJob> jobs;  // at least one
   };
   std::deque<PictureJob> returned_;
-  std::list<Tenant> tenants_;  // in order of their turns
+  std::list<SessionJobs> sessions_;  // in order of their turns
 };
 
 }  // namespace drape::render

@@ -1,4 +1,4 @@
-// What a picture shows and how, as plain values.
+// The description of a picture: plain values.
 #pragma once
 
 #include <Eigen/Core>
@@ -22,7 +22,7 @@ struct Camera {
   double vertical_field_of_view_rad = 0.6;             // of the whole picture, in (0, pi)
 };
 
-// What the colour of a cloth means.
+// The meaning of a cloth's colour.
 enum class Colouring {
   kMaterial,     // one colour per cloth, for telling them apart
   kStrain,       // signed strain of largest magnitude among a particle's distance constraints [-]
@@ -38,19 +38,19 @@ struct ValueRange {
 struct PictureSpec {
   uint32_t width_px = 960;
   uint32_t height_px = 720;
-  // Unset: fitted, looking along `view_direction` at everything of the cloths and `include_m`.
+  // Unset: fitted, looking along `view_direction` at all cloths and at `include_m`.
   std::optional<Camera> camera;
   Eigen::Vector3d view_direction = {-0.55, -0.42, -0.72};  // from the eye; any length > 0
-  Eigen::AlignedBox3d include_m;  // world frame; may be empty. For series that must not jump
+  Eigen::AlignedBox3d include_m;  // world frame; may be empty. Keeps a series of pictures steady
   Colouring colouring = Colouring::kMaterial;
-  // Of the colour scale; unset: that of the values shown (strain: symmetric about 0).
+  // Range of the colour scale; unset: that of the values shown (strain: symmetric about 0).
   std::optional<ValueRange> range;
   bool has_legend = true;  // the colour scale; kMaterial has none
   bool has_colliders = true;
   bool has_pins = true;
 };
 
-// One cloth of a picture; all of them are drawn where they are in the world.
+// One cloth of a picture, drawn where it is in the world.
 struct DrawnCloth {
   std::shared_ptr<const SceneModel> model;
   Placement placement;
@@ -61,8 +61,8 @@ struct Picture {
   uint32_t width_px = 0;
   uint32_t height_px = 0;
   std::vector<uint8_t> rgb;      // [height_px][width_px][3], sRGB, top row first
-  Camera camera;                 // that was used
-  Eigen::AlignedBox3d bounds_m;  // of the cloths that were drawn and of the `include_m` asked for
+  Camera camera;                 // the one that was used
+  Eigen::AlignedBox3d bounds_m;  // of the drawn cloths and of PictureSpec::include_m
   ValueRange range;              // of the colour scale; 0, 0 without one
 };
 

@@ -10,14 +10,14 @@
 #include <string>
 #include <utility>
 
-#include "server/core/tenant_places.h"
+#include "server/core/session_permits.h"
 #include "server/render/png.h"
 
 namespace drape::render {
 namespace {
 
-// Pictures whose content is fetched, or there, before they are drawn: enough to hide the wait for
-// the device thread, few enough for states that are not much older than the picture.
+// Limit on the pictures whose content is being fetched or waits to be drawn. Enough to hide the
+// wait for the device thread; few enough to keep the states fresh.
 constexpr size_t kMaxFetched = 4;
 
 constexpr char kTooMany[] = "TOO_MANY_PICTURES";
@@ -30,9 +30,9 @@ Status Cancelled() {
   return {StatusCode::kCancelled, "CANCELLED", "the client cancelled the request"};
 }
 
-// The place is free again before the client can know.
+// Frees the permit before the client gets its answer.
 void End(PictureJob job, Result<DrawnPicture> picture) {
-  job.place.reset();
+  job.permit.reset();
   job.done(std::move(picture));
 }
 
@@ -49,18 +49,18 @@ class RenderThread::Core : public std::enable_shared_from_this<Core> {
   Core(RendererFactory factory, const RenderLimits& limits)
       : factory_(std::move(factory)),
         limits_(limits),
-        places_(kTooMany,
-                {"max_pictures_in_flight_per_tenant", limits.max_pictures_in_flight_per_tenant},
-                std::nullopt, limits.retry_after_ms) {}
+        permits_(kTooMany,
+                 {"max_pictures_in_flight_per_session", limits.max_pictures_in_flight_per_session},
+                 std::nullopt, limits.retry_after_ms) {}
 
   const RenderLimits& limits() const { return limits_; }
   Status Submit(PictureJob job);
   void RequestStop();
-  // The render thread.
+  // The body of the render thread.
   void Loop();
 
  private:
-  // A picture whose turn has come. The render thread's, but for the content's arrival.
+  // A picture whose turn has come. Used by the render thread, except when the content arrives.
   struct Fetch {
     PictureJob job;
     std::optional<Result<PictureContent>> content;  // set under mutex_
@@ -77,13 +77,13 @@ class RenderThread::Core : public std::enable_shared_from_this<Core> {
   void StartFetch(PictureJob job);
   Result<DrawnPicture> DrawAndEncode(const PictureJob& job, const Result<PictureContent>& content);
   void Finish(const FetchPointer& fetch);
-  // The pictures under way wait again, for a new renderer.
+  // Pictures under way wait again, for a new renderer.
   void LoseRenderer();
   void EndAll();
 
   const RendererFactory factory_;
   const RenderLimits limits_;
-  TenantPlaces places_;
+  SessionPermits permits_;
   std::unique_ptr<Renderer> renderer_;  // render thread; null until it is needed
 
   std::mutex mutex_;
@@ -106,9 +106,7 @@ Status RenderThread::Core::Submit(PictureJob job) {
     cancelled = queue_.TakeCancelled();
   }
   for (PictureJob& gone : cancelled) End(std::move(gone), Cancelled());
-  Result<std::shared_ptr<void>> place = places_.Take(job.tenant);
-  if (!place.ok()) return place.status();
-  job.place = std::move(*place);
+  DRAPE_ASSIGN_OR_RETURN(job.permit, permits_.Take(job.session));
   const std::lock_guard lock(mutex_);
   if (is_stopping_) return Draining();
   if (queue_.size() >= limits_.max_queued_pictures) {
@@ -143,7 +141,7 @@ RenderThread::Core::FetchPointer RenderThread::Core::FirstReady() const {
 void RenderThread::Core::Deliver(const FetchPointer& fetch, Result<PictureContent> content) {
   const std::lock_guard lock(mutex_);
   const bool is_waited_for = std::find(fetches_.begin(), fetches_.end(), fetch) != fetches_.end();
-  if (!is_waited_for) return;  // the content goes here, on the thread that brought it
+  if (!is_waited_for) return;  // destroys the content on this thread
   fetch->content.emplace(std::move(content));
   wake_.notify_one();
 }
@@ -156,7 +154,7 @@ void RenderThread::Core::Loop() {
       std::unique_lock lock(mutex_);
       wake_.wait(lock, [this] { return is_stopping_ || MayFetch() || FirstReady() != nullptr; });
       if (is_stopping_) break;
-      // Fetching first: the device thread works on it while a picture is drawn.
+      // Fetching comes first: the device thread does it while a picture is drawn.
       if (MayFetch()) {
         next = queue_.Pop();
       } else {
@@ -205,17 +203,16 @@ Result<DrawnPicture> RenderThread::Core::DrawAndEncode(const PictureJob& job,
                                                        const Result<PictureContent>& content) {
   if (job.is_cancelled()) return Cancelled();
   if (!content.ok()) return content.status();
-  Result<Picture> picture = renderer_->Draw(job.spec, content->cloths, content->states);
-  if (!picture.ok()) return picture.status();
-  Result<std::string> png = EncodePng(*picture);
-  if (!png.ok()) return png.status();
-  return DrawnPicture{.png = std::move(*png),
-                      .camera = picture->camera,
-                      .bounds_m = picture->bounds_m,
-                      .range = picture->range,
+  DRAPE_ASSIGN_OR_RETURN(Picture picture,
+                         renderer_->Draw(job.spec, content->cloths, content->states));
+  DRAPE_ASSIGN_OR_RETURN(std::string png, EncodePng(picture));
+  return DrawnPicture{.png = std::move(png),
+                      .camera = picture.camera,
+                      .bounds_m = picture.bounds_m,
+                      .range = picture.range,
                       .device = renderer_->device(),
                       .steps = content->steps,
-                      .in_flight = job.place};
+                      .in_flight = job.permit};
 }
 
 void RenderThread::Core::Finish(const FetchPointer& fetch) {
@@ -242,7 +239,7 @@ void RenderThread::Core::LoseRenderer() {
     particles_under_way_ = 0;
     for (const FetchPointer& fetch : lost) queue_.Return(std::move(fetch->job));
   }
-  // Contents may be in the context of the renderer: they go before it.
+  // Content may belong to the renderer's context: it must be destroyed first.
   for (const FetchPointer& fetch : lost) fetch->content.reset();
   renderer_.reset();
 }

@@ -1,4 +1,4 @@
-// What draws pictures, as the rest of the server sees it.
+// The renderer of pictures, as the rest of the server sees it.
 #pragma once
 
 #include <memory>
@@ -6,22 +6,22 @@
 
 #include "server/core/status.h"
 #include "server/render/picture_spec.h"
-#include "server/solver/backend.h"
+#include "server/solver/device_backend.h"
 
 namespace drape::render {
 
-// The states to draw, cloth after cloth. Exactly one of the two is there; velocities only for
+// The states to draw, cloth after cloth. Exactly one of the two is set; velocities only for
 // Colouring::kSpeed.
 struct DrawnStates {
-  StateColumns host;                       // from Backend::Read
-  std::shared_ptr<gl::SharedCopy> device;  // from Backend::CopyOnDevice
+  StateColumns host;                   // from Backend::Read
+  std::shared_ptr<DeviceCopy> device;  // from DeviceBackend::CopyOnDevice
 };
 
-// Reason of the Draw after which the renderer is of no more use.
+// Error reason after which the renderer cannot be used any more.
 inline constexpr char kRendererLost[] = "RENDERER_LOST";
 
-// Owns a graphics context. Every call, construction and destruction included, on one thread, which
-// also must drop the DrawnStates that it was given.
+// Owns a graphics context. Every call, construction and destruction included, is made on one
+// thread, which must also drop the DrawnStates that it passed.
 class Renderer {
  public:
   virtual ~Renderer() = default;
@@ -35,8 +35,8 @@ class Renderer {
 
   // The states of `cloths`, in their order. The spec is already validated: violations are
   // programmer errors. RESOURCE_EXHAUSTED (DEVICE_MEMORY) if there is no room for the picture or
-  // the cloths; UNAVAILABLE (RENDERER_LOST) after the device was reset: this renderer draws no
-  // more.
+  // the cloths; UNAVAILABLE (RENDERER_LOST) after the device was reset: this renderer cannot be
+  // used any more.
   virtual Result<Picture> Draw(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
                                const DrawnStates& states) = 0;
 };

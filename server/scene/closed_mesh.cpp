@@ -1,12 +1,14 @@
 #include "server/scene/closed_mesh.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <span>
 #include <tuple>
 
+#include "server/core/violations.h"
 #include "server/scene/description_checks.h"
 #include "server/scene/mesh.h"
-#include "server/scene/violations.h"
 
 namespace drape {
 namespace {
@@ -58,8 +60,8 @@ void ForEachEdge(const std::vector<HalfEdge>& sorted, Visit visit) {
   }
 }
 
-std::string TriangleField(uint32_t triangle) {
-  return fmt::format("mesh.triangles[{}]", triangle);
+FieldPath TriangleField(uint32_t triangle) {
+  return FieldPath("mesh.triangles").At(triangle);
 }
 
 void CheckSizes(const TriangleMesh& mesh, const ClosedMeshLimits& limits, Violations& violations) {
@@ -130,7 +132,7 @@ void CheckFans(const TriangleMesh& mesh, const std::vector<uint32_t>& twins,
       outgoing = NextInTriangle(twins[outgoing]);
     } while (outgoing != first);
     if (fan_size == corner_counts[vertex]) continue;
-    violations.Add(fmt::format("mesh.positions_m[{}]", vertex),
+    violations.Add(FieldPath("mesh.positions_m").At(vertex),
                    "joins parts that share no edge there; give each part a vertex of its own");
   }
 }

@@ -6,15 +6,19 @@
 #include <cmath>
 #include <string_view>
 
+#include "server/scene/structural_fields.h"
+
 namespace drape {
 
 namespace {
 
-// The size checks run before anything is allocated; arithmetic in 64 bits.
+constexpr Range kParticleMass{kMinParticleMass_kg, kMaxParticleMass_kg, "kg"};
+
+// Sizes are checked before anything is allocated; arithmetic in 64 bits.
 void CheckCount(std::string_view field, uint64_t count, uint64_t max, std::string_view what,
                 Violations& violations) {
   if (count > max) {
-    violations.Add(std::string(field), fmt::format("{} {}; at most {}", count, what, max));
+    violations.Add(FieldPath(field), fmt::format("{} {}; at most {}", count, what, max));
   }
 }
 
@@ -60,15 +64,15 @@ void CheckPositions(std::string_view field, const std::vector<Eigen::Vector3d>& 
     const Eigen::Vector3d& p = positions[k];
     // The comparison is false for NaN.
     if ((p.array().abs() <= kMaxExtent_m).all()) continue;
-    violations.Add(fmt::format("{}[{}]", field, k),
-                   fmt::format("({}, {}, {}) is not finite or not in [-{}, {}] m", p.x(), p.y(),
-                               p.z(), kMaxExtent_m, kMaxExtent_m));
+    const Range range{-kMaxExtent_m, kMaxExtent_m, "m"};
+    violations.Add(FieldPath(field).At(k),
+                   fmt::format("({}, {}, {}) is not in {}", p.x(), p.y(), p.z(), range.ToString()));
   }
 }
 
 void CheckValues(const GridTopology& grid, Violations& violations) {
-  violations.CheckPositive("grid.width_m", grid.width_m, kMaxExtent_m, "m");
-  violations.CheckPositive("grid.height_m", grid.height_m, kMaxExtent_m, "m");
+  violations.InRange("grid.width_m", grid.width_m, Positive(kMaxExtent_m, "m"));
+  violations.InRange("grid.height_m", grid.height_m, Positive(kMaxExtent_m, "m"));
 }
 
 void CheckValues(const TriangleMesh& mesh, Violations& violations) {
@@ -76,11 +80,12 @@ void CheckValues(const TriangleMesh& mesh, Violations& violations) {
 }
 
 // Both ends of a constraint or spring; `field` is e.g. "particles.springs[0]".
-void CheckEnds(const std::string& field, uint32_t i, uint32_t j, size_t count,
+void CheckEnds(const FieldPath& field, uint32_t i, uint32_t j, size_t count,
                Violations& violations) {
-  violations.CheckIndex(field + ".i", i, count);
-  violations.CheckIndex(field + ".j", j, count);
-  if (i == j) violations.Add(field + ".j", fmt::format("{} equals i; must be another particle", j));
+  violations.IsParticle(field.Child("i"), i, count);
+  violations.IsParticle(field.Child("j"), j, count);
+  if (i == j)
+    violations.Add(field.Child("j"), fmt::format("{} equals i; must be another particle", j));
 }
 
 bool IsCoefficient(double value) {
@@ -97,10 +102,11 @@ void CheckConstraint(size_t index, const DistanceConstraint& constraint,
   const bool is_apart = has_good_ends && particles.positions_m[i] != particles.positions_m[j];
   if (has_good_values && is_apart) return;  // no text is made for good constraints
 
-  const std::string field = fmt::format("particles.distance_constraints[{}]", index);
+  const FieldPath field = FieldPath("particles.distance_constraints").At(index);
   CheckEnds(field, i, j, count, violations);
-  violations.CheckRange(field + ".rest_length_m", rest_length, kMinRestLength_m, kMaxExtent_m, "m");
-  violations.CheckRange(field + ".compliance_m_per_n", compliance, 0, kMaxCoefficient, "m/N");
+  violations.InRange(field.Child("rest_length_m"), rest_length,
+                     {kMinRestLength_m, kMaxExtent_m, "m"});
+  violations.InRange(field.Child("compliance_m_per_n"), compliance, {0, kMaxCoefficient, "m/N"});
   if (has_good_ends && !is_apart) {
     violations.Add(
         field, fmt::format("particles {} and {} coincide; joined particles must be apart", i, j));
@@ -110,9 +116,9 @@ void CheckConstraint(size_t index, const DistanceConstraint& constraint,
 void CheckJoint(size_t index, const PointJoint& joint, size_t count, Violations& violations) {
   const auto [i, j, compliance] = joint;
   if (i < count && j < count && i != j && IsCoefficient(compliance)) return;
-  const std::string field = fmt::format("particles.point_joints[{}]", index);
+  const FieldPath field = FieldPath("particles.point_joints").At(index);
   CheckEnds(field, i, j, count, violations);
-  violations.CheckRange(field + ".compliance_m_per_n", compliance, 0, kMaxCoefficient, "m/N");
+  violations.InRange(field.Child("compliance_m_per_n"), compliance, {0, kMaxCoefficient, "m/N"});
 }
 
 void CheckSpring(size_t index, const Spring& spring, size_t count, Violations& violations) {
@@ -121,20 +127,18 @@ void CheckSpring(size_t index, const Spring& spring, size_t count, Violations& v
                        rest_length <= kMaxExtent_m && IsCoefficient(stiffness) &&
                        IsCoefficient(damping);
   if (is_good) return;
-  const std::string field = fmt::format("particles.springs[{}]", index);
+  const FieldPath field = FieldPath("particles.springs").At(index);
   CheckEnds(field, i, j, count, violations);
-  violations.CheckRange(field + ".rest_length_m", rest_length, 0, kMaxExtent_m, "m");
-  violations.CheckRange(field + ".stiffness_n_per_m", stiffness, 0, kMaxCoefficient, "N/m");
-  violations.CheckRange(field + ".damping_n_s_per_m", damping, 0, kMaxCoefficient, "N s/m");
+  violations.InRange(field.Child("rest_length_m"), rest_length, {0, kMaxExtent_m, "m"});
+  violations.InRange(field.Child("stiffness_n_per_m"), stiffness, {0, kMaxCoefficient, "N/m"});
+  violations.InRange(field.Child("damping_n_s_per_m"), damping, {0, kMaxCoefficient, "N s/m"});
 }
 
 void CheckValues(const ParticleTopology& particles, Violations& violations) {
   CheckPositions("particles.positions_m", particles.positions_m, violations);
   for (size_t k = 0; k < particles.masses_kg.size() && !violations.is_full(); ++k) {
-    const double mass = particles.masses_kg[k];
-    if (mass >= kMinParticleMass_kg && mass <= kMaxParticleMass_kg) continue;
-    violations.CheckRange(fmt::format("particles.masses_kg[{}]", k), mass, kMinParticleMass_kg,
-                          kMaxParticleMass_kg, "kg");
+    violations.InRange(FieldPath("particles.masses_kg").At(k), particles.masses_kg[k],
+                       kParticleMass);
   }
   for (size_t k = 0; k < particles.distance_constraints.size() && !violations.is_full(); ++k) {
     CheckConstraint(k, particles.distance_constraints[k], particles, violations);
@@ -148,20 +152,10 @@ void CheckValues(const ParticleTopology& particles, Violations& violations) {
 }
 
 void CheckMaterial(const StructuralMaterial& material, Violations& violations) {
-  violations.CheckPositive("material.areal_density_kg_per_m2", material.areal_density_kg_per_m2,
-                           kMaxCoefficient, "kg/m^2");
-  violations.CheckRange("material.stretch_compliance_m_per_n", material.stretch_compliance_m_per_n,
-                        0, kMaxCoefficient, "m/N");
-  violations.CheckRange("material.bending_stiffness_n_per_m", material.bending_stiffness_n_per_m, 0,
-                        kMaxCoefficient, "N/m");
-  violations.CheckRange("material.shear_stiffness_n_per_m", material.shear_stiffness_n_per_m, 0,
-                        kMaxCoefficient, "N/m");
-  violations.CheckRange("material.bending_rigidity_n_m", material.bending_rigidity_n_m, 0,
-                        kMaxBendingRigidity_n_m, "N m");
-  violations.CheckRange("material.stretch_stiffness_n_per_m", material.stretch_stiffness_n_per_m, 0,
-                        kMaxCoefficient, "N/m");
-  violations.CheckRange("material.shear_modulus_n_per_m", material.shear_modulus_n_per_m, 0,
-                        kMaxCoefficient, "N/m");
+  for (const StructuralField& field : kStructuralFields) {
+    violations.InRange(FieldPath("material").Child(field.name), material.*field.member,
+                       field.range);
+  }
 }
 
 // Two ways to say one thing.
@@ -182,20 +176,14 @@ void CheckChoices(const StructuralMaterial& material, Violations& violations) {
   }
 }
 
-// Refuses settings that would do nothing.
+// Refuses fields that would do nothing.
 void CheckFits(const ModelDescription& description, Violations& violations) {
-  const StructuralMaterial& material = description.material;
-  const bool is_grid = std::holds_alternative<GridTopology>(description.topology);
-  const bool is_sheet = !std::holds_alternative<ParticleTopology>(description.topology);
-  const auto require = [&](double value, bool fits, const char* field, const char* owner) {
-    if (value == 0 || fits) return;
-    violations.Add(field, fmt::format("{} belongs to {}; must be 0 here", value, owner));
-  };
-  require(material.bending_rigidity_n_m, is_sheet, "material.bending_rigidity_n_m",
-          "grids and meshes");
-  require(material.stretch_stiffness_n_per_m, is_sheet, "material.stretch_stiffness_n_per_m",
-          "grids and meshes");
-  require(material.shear_modulus_n_per_m, is_grid, "material.shear_modulus_n_per_m", "grids");
+  for (const StructuralField& field : kStructuralFields) {
+    const double value = description.material.*field.member;
+    if (!field.is_refused_elsewhere || value == 0 || Has(description.topology, field)) continue;
+    violations.Add(FieldPath("material").Child(field.name),
+                   fmt::format("{} belongs to {}; must be 0 here", value, OwnersOf(field)));
+  }
 }
 
 uint64_t ParticleCount(const Topology& topology) {
@@ -211,14 +199,12 @@ void CheckPins(const ModelDescription& description, Violations& violations) {
   const auto& pins = description.pinned_particles;
   std::vector<bool> is_pinned(count, false);
   for (size_t k = 0; k < pins.size() && !violations.is_full(); ++k) {
-    if (pins[k] >= count) {
-      violations.CheckIndex(fmt::format("pins[{}].particle", k), pins[k], count);
-    } else if (is_pinned[pins[k]]) {
-      violations.Add(fmt::format("pins[{}].particle", k),
-                     fmt::format("{} is pinned already; each particle at most once", pins[k]));
-    } else {
-      is_pinned[pins[k]] = true;
-    }
+    const FieldPath field = FieldPath("pins").At(k).Child("particle");
+    if (!violations.IsParticle(field, pins[k], count)) continue;
+    violations.Require(!is_pinned[pins[k]], field, [&] {
+      return fmt::format("{} is pinned already; each particle at most once", pins[k]);
+    });
+    is_pinned[pins[k]] = true;
   }
 }
 
@@ -254,7 +240,7 @@ void CheckDegrees(std::string_view field, const std::vector<Connection>& connect
   }
   const auto largest = std::max_element(degrees.begin(), degrees.end());
   if (largest == degrees.end() || *largest <= max_degree) return;
-  violations.Add(std::string(field),
+  violations.Add(FieldPath(field),
                  fmt::format("particle {} has {} {}; at most {}", largest - degrees.begin(),
                              *largest, what, max_degree));
 }
@@ -282,7 +268,7 @@ void CheckMeshValues(const TriangleMesh& mesh, Violations& violations) {
   for (size_t t = 0; t < mesh.triangles.size() && !violations.is_full(); ++t) {
     for (const uint32_t vertex : mesh.triangles[t]) {
       if (vertex < mesh.positions_m.size()) continue;
-      violations.CheckIndex(fmt::format("mesh.triangles[{}]", t), vertex, mesh.positions_m.size());
+      violations.IsParticle(FieldPath("mesh.triangles").At(t), vertex, mesh.positions_m.size());
       break;
     }
   }
@@ -315,16 +301,16 @@ std::vector<FieldViolation> CheckParticleSystem(const ModelDescription& descript
   }
   const TopologyFields fields = FieldsOf(description.topology);
   for (const double mass : system.masses_kg) {
-    if (mass >= kMinParticleMass_kg && mass <= kMaxParticleMass_kg) continue;
-    violations.Add(std::string(fields.masses),
-                   fmt::format("gives a particle of {} kg, which is not in [{}, {}] kg", mass,
-                               kMinParticleMass_kg, kMaxParticleMass_kg));
+    if (kParticleMass.Contains(mass)) continue;
+    violations.Add(FieldPath(fields.masses),
+                   fmt::format("gives a particle of {} kg, which is not in {}", mass,
+                               kParticleMass.ToString()));
     break;
   }
   for (const DistanceConstraint& constraint : system.distance_constraints) {
     if (constraint.rest_length_m >= kMinRestLength_m) continue;
     violations.Add(
-        std::string(fields.lengths),
+        FieldPath(fields.lengths),
         fmt::format("particles {} and {} are {} m apart; joined particles at least {} m",
                     constraint.i, constraint.j, constraint.rest_length_m, kMinRestLength_m));
     break;

@@ -4,11 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "server/core/status.h"
+#include "server/core/violations.h"
 #include "server/scene/constraint_builder.h"
 #include "server/scene/description.h"
 #include "server/scene/scene_model.h"
-#include "server/scene/violations.h"
 
 namespace drape {
 

@@ -1,12 +1,14 @@
 #include "server/scene/distance_map.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "server/core/violations.h"
 #include "server/scene/content_hash.h"
 #include "server/scene/mesh_distance.h"
-#include "server/scene/violations.h"
 
 namespace drape {
 namespace {
@@ -23,11 +25,8 @@ constexpr double kFloatSlack = 2e-3;
 
 std::vector<FieldViolation> CheckSettings(const DistanceMapSettings& settings) {
   Violations violations;
-  violations.CheckRange("resolution", settings.resolution, kMinResolution, kMaxResolution, "");
-  if (settings.max_samples < kMinSamples || settings.max_samples > kMaxSamples) {
-    violations.Add("max_samples", fmt::format("{} is not in [{}, {}]", settings.max_samples,
-                                              kMinSamples, kMaxSamples));
-  }
+  violations.CountInRange("resolution", settings.resolution, kMinResolution, kMaxResolution);
+  violations.CountInRange("max_samples", settings.max_samples, kMinSamples, kMaxSamples);
   return violations.Take();
 }
 

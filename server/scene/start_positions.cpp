@@ -42,7 +42,7 @@ constexpr double kDisorder = 0.1;
 // Visits of constraints, all together: a few seconds.
 constexpr double kMaxWork = 2e8;
 // Below this length [m] a difference has no direction.
-constexpr double kMinLength_m = 1e-12;
+constexpr double kShortest_m = 1e-12;
 
 constexpr uint32_t kNoParticle = ~0u;
 
@@ -119,7 +119,7 @@ class Restoration {
     const double length_m = d.norm();
     return {.i = constraint.i,
             .j = constraint.j,
-            .n = length_m < kMinLength_m ? Vector3d::UnitX() : Vector3d(d / length_m),
+            .n = length_m < kShortest_m ? Vector3d::UnitX() : Vector3d(d / length_m),
             .error_m = WhatIsForbidden(constraint.kind, length_m - constraint.rest_length_m),
             .length_m = constraint.rest_length_m};
   }

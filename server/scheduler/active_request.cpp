@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <optional>
+#include <set>
 #include <string>
-#include <unordered_map>
 #include <utility>
 
 #include "server/core/check.h"
-#include "server/scene/constraint_places.h"
 
 namespace drape {
 namespace {
@@ -20,35 +19,114 @@ Status StepMismatch(const ClothRuntime& cloth, uint32_t cloth_index, const std::
               std::to_string(cloth.now().completed_steps) + " steps, " + wanted};
 }
 
-// A cloth gets lengths of its own, which are those it has, when the first one is driven.
-Status BeginDriving(Backend& backend, ClothRuntime& cloth) {
-  if (cloth.lengths().is_driven() || cloth.model()->constraint_count() == 0) return Status::Ok();
-  LengthTrack track;
-  track.Start(*cloth.model());
-  ClothUpdate update;
-  update.rest_lengths_m = track.LengthsAt(cloth.now().time_s);
-  DRAPE_RETURN_IF_ERROR(backend.Write(cloth.handle(), update));
-  cloth.lengths() = std::move(track);
+// The index of the particle's pin in the model and in PinTrack.
+std::optional<size_t> FindPin(const SceneModel& model, uint32_t particle) {
+  const auto pins = model.pins();
+  const auto found = std::lower_bound(pins.begin(), pins.end(), particle);
+  if (found == pins.end() || *found != particle) return std::nullopt;
+  return static_cast<size_t>(found - pins.begin());
+}
+
+Status NotFound(const char* reason, uint32_t cloth_index, const std::string& element) {
+  return {StatusCode::kFailedPrecondition, reason,
+          "cloth " + std::to_string(cloth_index) + " of the request no longer has " + element};
+}
+
+// Before its first step a request checks all its controls, then prepares all, then applies all. One
+// overload per kind of control.
+
+Status Check(ClothRuntime& cloth, const ClothControl<PinControl>& pin) {
+  if (FindPin(*cloth.model(), pin.control.particle).has_value()) return Status::Ok();
+  return NotFound("PIN_NOT_FOUND", pin.cloth_index,
+                  "a pin at particle " + std::to_string(pin.control.particle));
+}
+
+Status Check(ClothRuntime& cloth, const ClothControl<ColliderControl>& collider) {
+  if (collider.control.collider < cloth.controls().colliders().collider_count()) {
+    return Status::Ok();
+  }
+  return NotFound("COLLIDER_NOT_FOUND", collider.cloth_index,
+                  "the collider " + std::to_string(collider.control.collider));
+}
+
+Status Check(ClothRuntime& /*cloth*/, const ClothControl<LengthScale>& /*scale*/) {
   return Status::Ok();
 }
 
-// Colliders that rested become ones that move, without moving yet.
-Status BeginMoving(Backend& backend, ClothRuntime& cloth) {
-  if (cloth.colliders().is_moving()) return Status::Ok();
-  ColliderTrack track = cloth.colliders();
-  const double now_s = cloth.now().time_s;
-  track.BeginMoving(now_s);
+Status Check(ClothRuntime& cloth, const ClothControl<LengthControl>& length) {
+  const uint32_t constraint = length.control.constraint;
+  if (cloth.controls().lengths().FindConstraint(*cloth.model(), constraint)) return Status::Ok();
+  return NotFound("CONSTRAINT_NOT_FOUND", length.cloth_index,
+                  "the constraint " + std::to_string(constraint));
+}
+
+// When the first length of a cloth is driven, the backend gives the cloth rest lengths of its own,
+// with their present values.
+Status BeginDriving(Backend& backend, ClothRuntime& cloth) {
+  LengthTrack& lengths = cloth.controls().lengths();
+  if (lengths.is_driven() || cloth.model()->constraint_count() == 0) return Status::Ok();
+  LengthTrack driven;
+  driven.Start(*cloth.model());
   ClothUpdate update;
-  update.collider_motions = track.At(now_s);
+  update.rest_lengths_m = driven.LengthsAt(cloth.now().time_s);
   DRAPE_RETURN_IF_ERROR(backend.Write(cloth.handle(), update));
-  cloth.SetColliders(std::move(track));
+  lengths = std::move(driven);
   return Status::Ok();
+}
+
+Status Prepare(Backend& /*backend*/, ClothRuntime& /*cloth*/, const PinControl& /*control*/) {
+  return Status::Ok();
+}
+
+// Colliders that rested become colliders that can move, without moving yet.
+Status Prepare(Backend& backend, ClothRuntime& cloth, const ColliderControl& /*control*/) {
+  if (cloth.controls().colliders().is_moving()) return Status::Ok();
+  ColliderTrack track = cloth.controls().colliders();
+  track.BeginMoving(cloth.now().time_s);
+  ClothUpdate update;
+  update.collider_motions = track.At(cloth.now().time_s);
+  DRAPE_RETURN_IF_ERROR(backend.Write(cloth.handle(), update));
+  cloth.controls().SetColliders(std::move(track));
+  return Status::Ok();
+}
+
+Status Prepare(Backend& backend, ClothRuntime& cloth, const LengthScale& /*control*/) {
+  return BeginDriving(backend, cloth);
+}
+
+Status Prepare(Backend& backend, ClothRuntime& cloth, const LengthControl& /*control*/) {
+  return BeginDriving(backend, cloth);
+}
+
+void Apply(ClothRuntime& cloth, const PinControl& control) {
+  PinTrack& pins = cloth.controls().pins();
+  const size_t pin = *FindPin(*cloth.model(), control.particle);
+  // Nothing changes, and the cloth may stay asleep.
+  if (pins.is_settled() && control.target_m == pins.motion(pin).goal) return;
+  pins.Move(pin, control.target_m, control.over_s, cloth.now().time_s);
+}
+
+void Apply(ClothRuntime& cloth, const ColliderControl& control) {
+  cloth.controls().colliders().Move(control.collider, control.target, control.over_s,
+                                    cloth.now().time_s);
+}
+
+void Apply(ClothRuntime& cloth, const LengthScale& control) {
+  LengthTrack& lengths = cloth.controls().lengths();
+  if (!lengths.is_driven()) return;  // without constraints
+  lengths.Scale(*cloth.model(), control.scale, control.over_s, cloth.now().time_s);
+}
+
+void Apply(ClothRuntime& cloth, const LengthControl& control) {
+  LengthTrack& lengths = cloth.controls().lengths();
+  lengths.Move(*lengths.FindConstraint(*cloth.model(), control.constraint), control.length_m,
+               control.over_s, cloth.now().time_s);
 }
 
 }  // namespace
 
-ActiveRequest::ActiveRequest(StepWork work, int64_t submitted_us, uint32_t tenant, uint64_t round)
-    : work_(std::move(work)), tenant_(tenant), last_round_(round), idle_since_us_(submitted_us) {
+ActiveRequest::ActiveRequest(StepWork work, int64_t submitted_us, uint32_t session, uint64_t round)
+    : work_(std::move(work)), session_(session), last_round_(round), idle_since_us_(submitted_us) {
   DRAPE_CHECK(!work_.cloths.empty(), "a step request needs a cloth");
   DRAPE_CHECK(work_.steps.has_value() != work_.until_step.has_value(),
               "exactly one of steps and until_step");
@@ -100,104 +178,36 @@ Status ActiveRequest::CheckExpectations(uint32_t max_steps) const {
   return Status::Ok();
 }
 
-Status ActiveRequest::FindPins(std::vector<size_t>& pins) const {
-  for (const PinControl& control : work_.pin_controls) {
-    const auto model_pins = work_.cloths[control.cloth_index]->model()->pins();
-    const auto found = std::lower_bound(model_pins.begin(), model_pins.end(), control.particle);
-    if (found == model_pins.end() || *found != control.particle) {
-      return {StatusCode::kFailedPrecondition, "PIN_NOT_FOUND",
-              "particle " + std::to_string(control.particle) + " of cloth " +
-                  std::to_string(control.cloth_index) + " of the request is no longer pinned"};
-    }
-    pins.push_back(static_cast<size_t>(found - model_pins.begin()));
-  }
-  return Status::Ok();
-}
-
-void ActiveRequest::ApplyPinControls(const std::vector<size_t>& pins) {
-  for (size_t r = 0; r < pins.size(); ++r) {
-    const PinControl& control = work_.pin_controls[r];
-    ClothRuntime& cloth = *work_.cloths[control.cloth_index];
-    cloth.pins().Move(pins[r], control.target_m, control.over_s, cloth.now().time_s);
-  }
-}
-
-Status ActiveRequest::CheckLengthControls() const {
-  std::unordered_map<uint32_t, ConstraintPlaces> places;  // by cloth
-  for (const LengthControl& control : work_.length_controls) {
-    const SceneModel& model = *work_.cloths[control.cloth_index]->model();
-    const ConstraintPlaces& of_cloth = places.try_emplace(control.cloth_index, model).first->second;
-    if (of_cloth.Find(control.constraint).has_value()) continue;
-    return {StatusCode::kFailedPrecondition, "CONSTRAINT_NOT_FOUND",
-            "cloth " + std::to_string(control.cloth_index) +
-                " of the request no longer has the constraint " +
-                std::to_string(control.constraint)};
-  }
-  return Status::Ok();
-}
-
-Status ActiveRequest::CheckColliderControls() const {
-  for (const ColliderControl& control : work_.collider_controls) {
-    const size_t count = work_.cloths[control.cloth_index]->colliders().collider_count();
-    if (control.collider < count) continue;
-    return {StatusCode::kFailedPrecondition, "COLLIDER_NOT_FOUND",
-            "cloth " + std::to_string(control.cloth_index) +
-                " of the request no longer has the collider " + std::to_string(control.collider)};
-  }
-  return Status::Ok();
-}
-
-void ActiveRequest::ApplyColliderControls() {
-  std::map<uint32_t, ColliderTrack> tracks;  // by cloth
-  for (const ColliderControl& control : work_.collider_controls) {
-    const ClothRuntime& cloth = *work_.cloths[control.cloth_index];
-    ColliderTrack& track = tracks.try_emplace(control.cloth_index, cloth.colliders()).first->second;
-    track.Move(control.collider, control.target, control.over_s, cloth.now().time_s);
-  }
-  for (auto& [index, track] : tracks) work_.cloths[index]->SetColliders(std::move(track));
-}
-
-Status ActiveRequest::ApplyLengthControls(Backend& backend) {
-  for (const LengthScale& control : work_.length_scales) {
-    DRAPE_RETURN_IF_ERROR(BeginDriving(backend, *work_.cloths[control.cloth_index]));
-  }
-  for (const LengthControl& control : work_.length_controls) {
-    DRAPE_RETURN_IF_ERROR(BeginDriving(backend, *work_.cloths[control.cloth_index]));
-  }
-  for (const LengthScale& control : work_.length_scales) {
-    ClothRuntime& cloth = *work_.cloths[control.cloth_index];
-    if (!cloth.lengths().is_driven()) continue;  // without constraints
-    cloth.lengths().Scale(*cloth.model(), control.scale, control.over_s, cloth.now().time_s);
-  }
-  for (const LengthControl& control : work_.length_controls) {
-    ClothRuntime& cloth = *work_.cloths[control.cloth_index];
-    const std::optional<uint32_t> place = cloth.lengths().PlaceOf(control.constraint);
-    DRAPE_CHECK(place.has_value(), "checked before");
-    cloth.lengths().Move(*place, control.length_m, control.over_s, cloth.now().time_s);
-  }
+Status ActiveRequest::ApplyControls(Backend& backend) {
+  const StepControls& controls = work_.controls;
+  const auto cloth_of = [&](const auto& control) -> ClothRuntime& {
+    return *work_.cloths[control.cloth_index];
+  };
+  DRAPE_RETURN_IF_ERROR(
+      controls.ForEach([&](const auto& control) { return Check(cloth_of(control), control); }));
+  DRAPE_RETURN_IF_ERROR(controls.ForEach(
+      [&](const auto& control) { return Prepare(backend, cloth_of(control), control.control); }));
+  DRAPE_RETURN_IF_ERROR(controls.ForEach([&](const auto& control) {
+    Apply(cloth_of(control), control.control);
+    return Status::Ok();
+  }));
+  std::set<uint32_t> with_moved_colliders;
+  for (const auto& control : controls.colliders) with_moved_colliders.insert(control.cloth_index);
+  for (const uint32_t k : with_moved_colliders) work_.cloths[k]->controls().ShowColliders();
   return Status::Ok();
 }
 
 Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
   DRAPE_CHECK(has_every_turn() && !has_started_, "a request starts once, when it has every turn");
   DRAPE_RETURN_IF_ERROR(CheckExpectations(max_steps));
-  std::vector<size_t> pins;
-  DRAPE_RETURN_IF_ERROR(FindPins(pins));
-  DRAPE_RETURN_IF_ERROR(CheckLengthControls());
-  DRAPE_RETURN_IF_ERROR(CheckColliderControls());
-  for (const ColliderControl& control : work_.collider_controls) {
-    DRAPE_RETURN_IF_ERROR(BeginMoving(backend, *work_.cloths[control.cloth_index]));
-  }
-  DRAPE_RETURN_IF_ERROR(ApplyLengthControls(backend));
-  ApplyPinControls(pins);
-  ApplyColliderControls();
+  DRAPE_RETURN_IF_ERROR(ApplyControls(backend));
   has_started_ = true;
   steps_left_.resize(work_.cloths.size());
   if (work_.report) reports_.resize(work_.cloths.size());
   for (size_t k = 0; k < work_.cloths.size(); ++k) {
     const ClothRuntime& cloth = *work_.cloths[k];
     if (cloth.is_faulted()) {
-      // Stepping leaves a faulted cloth as it is; once, for its report.
+      // A step leaves a faulted cloth as it is; one step, for its report.
       steps_left_[k] = work_.report ? 1 : 0;
     } else if (work_.steps.has_value()) {
       steps_left_[k] = *work_.steps;
@@ -209,17 +219,17 @@ Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
   return Status::Ok();
 }
 
-std::span<const uint32_t> ActiveRequest::Places(double solves_per_place) {
+std::span<const uint32_t> ActiveRequest::Costs(double solves_per_cost) {
   constexpr double kMost = std::numeric_limits<uint32_t>::max();
-  places_.clear();
+  costs_.clear();
   const size_t count = steps_left_.size();
   for (size_t n = 0; n < count; ++n) {
     const size_t k = (cursor_ + n) % count;
     if (steps_left_[k] == 0) continue;
-    const double places = std::ceil(work_.cloths[k]->solves_per_step() / solves_per_place);
-    places_.push_back(static_cast<uint32_t>(std::clamp(places, 1.0, kMost)));
+    const double cost = std::ceil(work_.cloths[k]->solves_per_step() / solves_per_cost);
+    costs_.push_back(static_cast<uint32_t>(std::clamp(cost, 1.0, kMost)));
   }
-  return places_;
+  return costs_;
 }
 
 std::vector<uint32_t> ActiveRequest::Take(uint32_t count, uint64_t round) {
@@ -246,7 +256,7 @@ void ActiveRequest::CompleteStep(uint32_t cloth_index, const StepReport& report)
   if (is_measured) {
     reports_[cloth_index] = cloth.Shifted(report);
   } else if (report.fault != FaultReason::kNone) {
-    left = work_.report ? 1 : 0;  // once more for the report, see Start
+    left = work_.report ? 1 : 0;  // one more for the report, see Start
   }
   cloths_to_step_ -= left == 0;
 }

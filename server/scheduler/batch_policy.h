@@ -1,4 +1,4 @@
-// Who takes part in the next batch. Pure: no clock, no state, no thread.
+// Which cloths take part in the next batch. Pure: no clock, no state, no thread.
 #pragma once
 
 #include <cstdint>
@@ -7,31 +7,30 @@
 
 namespace drape {
 
-// A request that may be stepped now: every cloth of it has the turn (cloth_runtime.h).
+// A request that may be stepped now: it has the turn at every one of its cloths (cloth_runtime.h).
 struct RunnableRequest {
-  uint32_t tenant = 0;  // index into the tenants
-  // Of each of its cloths that have steps left, in the order in which they are taken, the places
-  // that it occupies, >= 1; at least one cloth.
-  std::span<const uint32_t> places;
-  // The round in which it last took part or, before that, in which it arrived. Inside a tenant the
-  // one that waited longest goes first, in order of arrival where equal.
+  uint32_t session = 0;  // index into the sessions
+  // What the step of each cloth costs, >= 1, for the cloths that have steps left, in the order in
+  // which they are taken; at least one cloth. Most cloths cost 1.
+  std::span<const uint32_t> costs;
+  // The round in which it last took part or, before that, in which it arrived. Within a session the
+  // request that has waited longest goes first; ties are in order of arrival.
   uint64_t last_round = 0;
 };
 
-// A place is room for a cloth whose step costs little; one that costs more occupies several.
 struct BatchLimits {
-  uint32_t max_places = 16384;  // >= 1; a cloth that needs more is stepped alone
-  // Places that a tenant gets per turn of the round robin, >= 1. Small: fair within one batch;
+  uint32_t max_cost = 16384;  // >= 1; a cloth that costs more is stepped alone
+  // Cost that a session may use per turn of the round robin, >= 1. Small: fair within one batch;
   // large: fewer turns to make.
-  uint32_t quantum_places = 256;
+  uint32_t quantum = 256;
 };
 
 // The state of the deficit round robin between batches, kept by the caller.
 struct FairShare {
-  uint32_t first_tenant = 0;    // whose turn it is
-  bool has_turn_begun = false;  // it has got its places and goes on with what is left of them
-  // [tenant_count] places that a tenant has not used: of a turn that a full batch cut short, or
-  // saved up for a cloth that needs more than a turn gives.
+  uint32_t first_session = 0;   // the session whose turn it is
+  bool has_turn_begun = false;  // it has its quantum and continues with what is left
+  // [session_count] cost that a session has not used yet: of a turn that a full batch cut short, or
+  // saved up for a cloth that costs more than a quantum.
   std::vector<uint64_t> deficits;
 };
 
@@ -46,12 +45,12 @@ struct BatchChoice {
   FairShare share;               // for the next call
 };
 
-// Deficit round robin over tenants (Shreedhar and Varghese 1996). Everybody who fits is taken; if
-// not all fit, tenants share the places by turns of quantum_places, and the next batch goes on with
-// the turn where this one was full. Places stay empty only if no cloth waits, or the next one needs
-// more than there are. No request waits for ever: with T tenants of R requests each and the limits
-// of this call, a request takes part within T * R * ceil(places of the largest request / quantum)
-// turns of the round robin. `requests` in order of arrival.
+// Deficit round robin over sessions (Shreedhar and Varghese 1996). If all cloths fit, all are
+// taken. Otherwise sessions share the batch by turns of one quantum, and the next batch continues
+// with the turn in which this one was full. A batch has room left only if no cloth waits, or if the
+// next cloth does not fit. No request waits for ever: with S sessions of R requests each and the
+// limits of this call, a request takes part within S * R * ceil(cost of the largest request /
+// quantum) turns of the round robin. `requests` in order of arrival.
 BatchChoice SelectBatch(std::span<const RunnableRequest> requests, const FairShare& share,
                         const BatchLimits& limits);
 

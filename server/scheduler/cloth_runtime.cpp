@@ -45,7 +45,7 @@ ClothProgress PublishedProgress::Read() const {
     progress.warnings.elastic_beyond_limit = elastic_beyond_limit_.load(std::memory_order_relaxed);
     progress.warnings.springs_gain_energy = springs_gain_energy_.load(std::memory_order_relaxed);
     progress.warnings.over_budget = over_budget_.load(std::memory_order_relaxed);
-    // No value above may be read after the second look at the sequence number.
+    // No value above may be read after the sequence number is read again.
     std::atomic_thread_fence(std::memory_order_acquire);
     if (before % 2 == 0 && sequence_.load(std::memory_order_relaxed) == before) return progress;
   }
@@ -53,48 +53,20 @@ ClothProgress PublishedProgress::Read() const {
 
 void ClothRuntime::Begin(ClothHandle handle, std::shared_ptr<const SceneModel> model,
                          const StepSettings& settings, const ReportShift& shift,
-                         std::vector<Eigen::Vector3d> pin_starts_m,
-                         std::vector<Eigen::Vector3d> pin_targets_m) {
+                         const std::vector<Eigen::Vector3d>& pin_starts_m,
+                         const std::vector<Eigen::Vector3d>& pin_targets_m) {
   DRAPE_CHECK(!is_alive_ && model_ == nullptr, "a cloth begins once");
   is_alive_ = true;
   handle_ = handle;
   model_ = std::move(model);
   SetSettings(settings);
   shift_ = shift;
-  Reset(std::move(pin_starts_m), std::move(pin_targets_m));
+  Reset(pin_starts_m, pin_targets_m);
 }
 
 void ClothRuntime::End(const Status& reason) {
   is_alive_ = false;
   for (ActiveRequest* request : turns_) request->EndWith(reason);
-}
-
-std::vector<RigidMotion> ClothRuntime::collider_motions() const {
-  std::shared_ptr<const ColliderTrack> track;
-  {
-    const std::lock_guard lock(mutex_);
-    track = shown_colliders_;
-  }
-  if (track == nullptr) return {};
-  return track->At(progress().time_s);
-}
-
-void ClothRuntime::StartColliders(std::vector<RigidMotion> motions,
-                                  std::vector<Eigen::Vector3d> pivots_m) {
-  ColliderTrack track;
-  if (motions.empty()) {
-    track.Rest(std::move(pivots_m));
-  } else {
-    track.Start(std::move(motions), progress_.time_s);
-  }
-  SetColliders(std::move(track));
-}
-
-void ClothRuntime::SetColliders(ColliderTrack track) {
-  auto shown = track.is_moving() ? std::make_shared<const ColliderTrack>(track) : nullptr;
-  colliders_ = std::move(track);
-  const std::lock_guard lock(mutex_);
-  shown_colliders_ = std::move(shown);
 }
 
 double ClothRuntime::TimeAfter_s(uint64_t completed_steps) const {
@@ -130,16 +102,15 @@ StepReport ClothRuntime::Shifted(StepReport report) const {
   return report;
 }
 
-void ClothRuntime::Reset(std::vector<Eigen::Vector3d> pin_starts_m,
-                         std::vector<Eigen::Vector3d> pin_targets_m) {
+void ClothRuntime::Reset(const std::vector<Eigen::Vector3d>& pin_starts_m,
+                         const std::vector<Eigen::Vector3d>& pin_targets_m) {
   DRAPE_CHECK(pin_starts_m.size() == model_->pin_count(), "one start per pin");
   progress_ = ClothProgress{};
   base_time_s_ = 0;
   base_steps_ = 0;
   ++state_version_;
   ++reset_count_;
-  pins_.Start(std::move(pin_starts_m), std::move(pin_targets_m), 0);
-  lengths_.Stop();
+  controls_.Reset(pin_starts_m, pin_targets_m);
   sleep_.Wake();
   published_.Publish(progress_);
 }

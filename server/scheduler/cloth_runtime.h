@@ -5,16 +5,12 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <mutex>
-#include <span>
 #include <vector>
 
 #include "server/core/ids.h"
 #include "server/scene/scene_model.h"
-#include "server/scheduler/collider_track.h"
+#include "server/scheduler/cloth_controls.h"
 #include "server/scheduler/frame_budget.h"
-#include "server/scheduler/length_track.h"
-#include "server/scheduler/pin_track.h"
 #include "server/scheduler/sleep_watch.h"
 #include "server/solver/step_report.h"
 
@@ -35,7 +31,7 @@ struct WarningCounters {
   friend bool operator==(const WarningCounters&, const WarningCounters&) = default;
 };
 
-// Where a cloth is in its life.
+// How far a cloth has come.
 struct ClothProgress {
   uint64_t completed_steps = 0;
   double time_s = 0;  // simulated
@@ -64,20 +60,20 @@ class PublishedProgress {
   std::atomic<uint64_t> over_budget_{0};
 };
 
-// Added to a report's measurements to bring them from the cloth's own frame to where clients see
-// them.
+// Added to a report's measurements to bring them from the cloth's frame to the frames that clients
+// see.
 struct ReportShift {
   double lowest_m = 0;            // cloth frame to world
   double potential_energy_j = 0;  // zero at the cloth's origin to zero at the environment's
 };
 
-// THREAD RULE: everything but progress() and collider_motions() is for the device thread alone:
-// inside a function handed to Scheduler::Post or PostCleanup, or inside the scheduler. Created
-// anywhere, then given to one such function that calls Begin. Shared pointers to it may be held and
-// dropped on any thread.
+// THREAD RULE: everything but progress() and collider_motions() is for the device thread only:
+// inside a function passed to Scheduler::Post or PostCleanup, or inside the scheduler. It is
+// created anywhere and passed to one such function, which calls Begin. Shared pointers to it may be
+// held and dropped on any thread.
 //
-// Life: constructed -> Begin -> (steps, Reset, SetSettings, ...) -> End. Before Begin and after End
-// it is not alive: work that names it ends with NOT_FOUND, reason CLOTH_NOT_FOUND.
+// Life: constructor, Begin, (steps, Reset, SetSettings, ...), End. Before Begin and after End it is
+// not alive: work that names it ends with NOT_FOUND, reason CLOTH_NOT_FOUND.
 class ClothRuntime {
  public:
   ClothRuntime() = default;
@@ -86,8 +82,11 @@ class ClothRuntime {
 
   // Any thread.
   ClothProgress progress() const { return published_.Read(); }
-  // Where the colliders are and how they go on, in the cloth frame; empty: they rest as described.
-  std::vector<RigidMotion> collider_motions() const;
+  // Where the colliders are and how they move on, in the cloth frame; empty: they rest as
+  // described.
+  std::vector<RigidMotion> collider_motions() const {
+    return controls_.CollidersAt(progress().time_s);
+  }
 
   // --- Device thread from here on. ---
 
@@ -95,9 +94,10 @@ class ClothRuntime {
   // `pin_targets_m` in the first step; both [pin_count] in the cloth frame.
   void Begin(ClothHandle handle, std::shared_ptr<const SceneModel> model,
              const StepSettings& settings, const ReportShift& shift,
-             std::vector<Eigen::Vector3d> pin_starts_m, std::vector<Eigen::Vector3d> pin_targets_m);
-  // The backend no longer has the cloth. Every step request that names it ends with `reason` after
-  // this command, before anything of it is stepped again.
+             const std::vector<Eigen::Vector3d>& pin_starts_m,
+             const std::vector<Eigen::Vector3d>& pin_targets_m);
+  // The backend no longer has the cloth. Every step request that names it ends with `reason` before
+  // any of its cloths is stepped again.
   void End(const Status& reason);
 
   bool is_alive() const { return is_alive_; }
@@ -108,52 +108,42 @@ class ClothRuntime {
   bool is_faulted() const { return progress_.fault != FaultReason::kNone; }
   // Counts changes of the particle state (steps, resets): equal versions = equal states.
   uint64_t state_version() const { return state_version_; }
-  // Counts resets, after which completed_steps begins again.
+  // Counts resets, after which completed_steps starts at 0 again.
   uint64_t reset_count() const { return reset_count_; }
-  PinTrack& pins() { return pins_; }
-  const PinTrack& pins() const { return pins_; }
-  LengthTrack& lengths() { return lengths_; }
-  const LengthTrack& lengths() const { return lengths_; }
-  const ColliderTrack& colliders() const { return colliders_; }
-  // For the next step; valid until the next call.
-  std::span<const RigidMotion> NextColliderMotions() {
-    return colliders_.MotionsForStep(progress_.time_s, NextTime_s());
-  }
-  // The cloth has these colliders from now on, in motion or (empty) at rest about these pivots.
-  void StartColliders(std::vector<RigidMotion> motions, std::vector<Eigen::Vector3d> pivots_m);
-  // The backend knows of `track`'s motions.
-  void SetColliders(ColliderTrack track);
-  // The settings that steps have from now on. Wakes, as whatever comes with them may act.
+  ClothControls& controls() { return controls_; }
+  const ClothControls& controls() const { return controls_; }
+  // The settings of all steps from now on. Wakes the cloth: what changes with them may act on it.
   void SetSettings(const StepSettings& settings);
   FrameBudget& budget() { return budget_; }
   SleepWatch& sleep() { return sleep_; }
   const SleepWatch& sleep() const { return sleep_; }
-  // What the next step may cost at most (step_settings.h, SolvesPerStep).
+  // Upper bound of the cost of the next step (step_settings.h, SolvesPerStep).
   double solves_per_step() const {
     if (sleep_.is_asleep()) return 0;
-    return SolvesPerStep(*model_, budget_.settings(), colliders_.collider_count());
+    return SolvesPerStep(*model_, budget_.settings(), controls_.colliders().collider_count());
   }
 
   // Simulated time at the end of the next step: base time + steps since * time step, so that a
   // cloth whose time step never changed is at exactly step * time step.
   double NextTime_s() const;
-  // Takes in what the backend reported of one step. A fault leaves steps and time where they were.
+  // The backend did a step and reported this. A fault leaves steps and time as they were.
   void CompleteStep(const StepReport& report);
-  // A step of a cloth that sleeps: only time goes on.
+  // A step of a sleeping cloth: only the time advances.
   void CompleteStepAsleep();
   // Adds the shift to the report's measurements.
   StepReport Shifted(StepReport report) const;
 
   // Step 0, time 0, no fault, no warnings; pins as in Begin, rest lengths of the model. The caller
   // has written the state, and starts the colliders.
-  void Reset(std::vector<Eigen::Vector3d> pin_starts_m, std::vector<Eigen::Vector3d> pin_targets_m);
+  void Reset(const std::vector<Eigen::Vector3d>& pin_starts_m,
+             const std::vector<Eigen::Vector3d>& pin_targets_m);
   void SetShift(const ReportShift& shift) { shift_ = shift; }
-  // A model of the same particle count that the backend has taken over. The caller replaces pins()
-  // and lengths().
+  // A model of the same particle count, which the backend has already. The caller replaces the pins
+  // and lengths of controls().
   void SetModel(std::shared_ptr<const SceneModel> model) { model_ = std::move(model); }
 
   // Step requests that name this cloth, in order of arrival; the first one has the turn
-  // (active_request.h). For the scheduler alone.
+  // (active_request.h). For the scheduler only.
   std::deque<ActiveRequest*>& turns() { return turns_; }
 
  private:
@@ -170,11 +160,7 @@ class ClothRuntime {
   ClothProgress progress_;
   uint64_t state_version_ = 0;
   uint64_t reset_count_ = 0;
-  PinTrack pins_;
-  LengthTrack lengths_;
-  ColliderTrack colliders_;
-  mutable std::mutex mutex_;
-  std::shared_ptr<const ColliderTrack> shown_colliders_;  // null: they rest; guarded by mutex_
+  ClothControls controls_;
   FrameBudget budget_;
   SleepWatch sleep_;
   std::deque<ActiveRequest*> turns_;

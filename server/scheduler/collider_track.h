@@ -3,60 +3,49 @@
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <cstdint>
-#include <optional>
+#include <cstddef>
 #include <span>
 #include <vector>
 
 #include "server/scene/rigid_motion.h"
+#include "server/scheduler/track.h"
 
 namespace drape {
 
-// Where a collider is to go.
+// Where a collider is sent.
 struct ColliderTarget {
   Eigen::Vector3d position_m = Eigen::Vector3d::Zero();          // of its pivot
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // unit, from how it was described
 };
 
 // The motions of the colliders of one cloth, in the cloth frame. Colliders move by themselves
-// (velocities of their description) until they are sent somewhere; there they rest. Cloths whose
-// colliders never moved cost nothing. Not thread-safe.
+// (velocities of their description) until they are sent somewhere; there they rest. A cloth whose
+// colliders never moved costs nothing. Not thread-safe.
 class ColliderTrack {
  public:
-  // All colliders rest as described, and turn about these points once they are sent somewhere.
+  // All colliders rest as described. Once they are sent somewhere, they turn about these points.
   void Rest(std::vector<Eigen::Vector3d> pivots_m);
   // All colliders have these motions from `start_s` on; at least one.
   void Start(std::vector<RigidMotion> motions, double start_s);
 
-  size_t collider_count() const { return is_moving() ? motions_.size() : pivots_m_.size(); }
+  size_t collider_count() const { return is_moving() ? track_.size() : pivots_m_.size(); }
   // Whether any collider moves, or may have moved away.
-  bool is_moving() const { return !motions_.empty(); }
+  bool is_moving() const { return !track_.empty(); }
   // Move becomes possible; nothing moves yet.
   void BeginMoving(double now_s);
   // Needs is_moving(). Collider `collider` leaves for `target` at `now_s`, in a straight line and
   // turning about one axis, the shorter way, over `over_s` seconds (0 = within one step).
   void Move(size_t collider, const ColliderTarget& target, double over_s, double now_s);
 
-  // What StepItem.collider_motions wants for a step between these times: nothing unless
+  // As StepItem::collider_motions wants them for a step between these times: nothing unless
   // is_moving(). Valid until the next call.
   std::span<const RigidMotion> MotionsForStep(double start_s, double end_s);
-  // Where they are, and how they go on from there; at the start of a motion where it starts, even
-  // if it is to be over within one step.
-  std::vector<RigidMotion> At(double time_s) const;
+  // Where they are, and how they go on from there (Motion::At).
+  std::vector<RigidMotion> At(double time_s) const { return track_.At(time_s); }
 
  private:
-  struct Motion {
-    RigidMotion start;                // at start_s
-    std::optional<RigidMotion> goal;  // at rest; none: `start` goes on for ever
-    double start_s = 0;
-    double over_s = 0;
-
-    bool IsOver(double time_s) const { return goal && time_s >= start_s + over_s; }
-    RigidMotion At(double time_s) const;
-  };
-
   std::vector<Eigen::Vector3d> pivots_m_;  // while they rest
-  std::vector<Motion> motions_;
+  Track<RigidMotion> track_;
   std::vector<RigidMotion> of_step_;
 };
 

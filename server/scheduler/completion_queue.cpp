@@ -61,7 +61,7 @@ void CompletionQueue::Loop() {
     is_running_ = true;
     lock.unlock();
     function();
-    function = nullptr;  // what it captured goes before the next one runs, and without the lock
+    function = nullptr;  // destroys its captures before the next one runs, without the lock
     lock.lock();
     is_running_ = false;
   }

@@ -1,4 +1,4 @@
-// In what order and on which thread answers are given.
+// The thread that gives answers, in order.
 #pragma once
 
 #include <condition_variable>
@@ -21,11 +21,10 @@ class CompletionQueue {
 
   // After Stop: runs the function at once on the caller's thread.
   void Push(std::function<void()> function);
-  // The same, but where nothing waits or runs the function runs at once on the caller's thread:
-  // that saves waking the other one.
+  // Like Push, but runs the function at once on the caller's thread if no other one waits or runs:
+  // that saves waking the queue's thread.
   void RunOrPush(std::function<void()> function);
-  // Runs what is left, those functions that they push included, and joins. Not on the thread
-  // itself.
+  // Runs the remaining functions and those that they push, and joins. Not on the queue's thread.
   void Stop();
   bool IsOnThread() const { return std::this_thread::get_id() == thread_id_; }
 
@@ -35,7 +34,7 @@ class CompletionQueue {
   std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<std::function<void()>> functions_;
-  bool is_running_ = false;  // one of them, on whichever thread
+  bool is_running_ = false;  // a function, on either thread
   bool is_stopping_ = false;
   bool is_stopped_ = false;
   std::thread thread_;

@@ -11,14 +11,15 @@
 namespace drape {
 namespace {
 
-// Read at once to find out whether cloths are at rest: 12 MiB in single precision.
+// Limit on the particles read at once to find out whether cloths are at rest: 12 MiB in single
+// precision.
 constexpr size_t kMaxParticlesPerLook = size_t{1} << 20;
 
 bool IsMoving(const RigidMotion& motion) {
   return !motion.velocity_m_per_s.isZero(0) || !motion.angular_velocity_rad_per_s.isZero(0);
 }
 
-// Whether the next step of the cloth is not like its last one.
+// Whether the next step of the cloth differs from the last one.
 bool ActsOnCloth(const StepItem& item) {
   return !item.pin_targets_m.empty() || !item.rest_lengths_m.empty() ||
          std::any_of(item.collider_motions.begin(), item.collider_motions.end(), IsMoving);
@@ -26,23 +27,23 @@ bool ActsOnCloth(const StepItem& item) {
 
 }  // namespace
 
-uint32_t TenantIndex::Enter(const std::string& tenant) {
-  auto [entry, is_new] = places_.try_emplace(tenant);
+uint32_t SessionIndex::Enter(const std::string& session) {
+  auto [entry, is_new] = entries_.try_emplace(session);
   if (is_new && !free_.empty()) {
     entry->second.index = free_.back();
     free_.pop_back();
   } else if (is_new) {
-    entry->second.index = static_cast<uint32_t>(places_.size() - 1);
+    entry->second.index = static_cast<uint32_t>(entries_.size() - 1);
   }
   ++entry->second.requests;
   return entry->second.index;
 }
 
-void TenantIndex::Leave(const std::string& tenant) {
-  const auto entry = places_.find(tenant);
+void SessionIndex::Leave(const std::string& session) {
+  const auto entry = entries_.find(session);
   if (--entry->second.requests > 0) return;
   free_.push_back(entry->second.index);
-  places_.erase(entry);
+  entries_.erase(entry);
 }
 
 DeviceLoop::DeviceLoop(Backend& backend, const Settings& settings, const Clock& clock,
@@ -54,9 +55,9 @@ DeviceLoop::DeviceLoop(Backend& backend, const Settings& settings, const Clock& 
       counters_(counters) {}
 
 void DeviceLoop::Admit(StepWork work, int64_t submitted_us) {
-  const uint32_t tenant = tenants_.Enter(work.tenant);
+  const uint32_t session = sessions_.Enter(work.session);
   requests_.push_back(
-      std::make_unique<ActiveRequest>(std::move(work), submitted_us, tenant, round_));
+      std::make_unique<ActiveRequest>(std::move(work), submitted_us, session, round_));
   requests_.back()->EnterTurns();
 }
 
@@ -74,7 +75,7 @@ std::optional<int64_t> DeviceLoop::RunRound() {
 
 std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
   std::vector<RequestPointer> over;
-  // In order of arrival: a request that ends hands its turns to later ones only.
+  // In order of arrival: a request that ends passes its turns to later ones only.
   for (auto entry = requests_.begin(); entry != requests_.end();) {
     ActiveRequest& request = **entry;
     if (request.work().cancel.is_cancelled() && !request.is_done()) {
@@ -89,7 +90,7 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
       continue;
     }
     request.LeaveTurns();
-    tenants_.Leave(request.work().tenant);
+    sessions_.Leave(request.work().session);
     over.push_back(std::move(*entry));
     entry = requests_.erase(entry);
   }
@@ -97,13 +98,13 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
 }
 
 std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
-  const double solves_per_place = settings_.max_solves_per_batch / settings_.batch.max_places;
+  const double solves_per_cost = settings_.max_solves_per_batch / settings_.batch.max_cost;
   std::vector<RunnableRequest> runnable;
   std::vector<ActiveRequest*> requests;
   for (const RequestPointer& request : requests_) {
     if (!request->has_started()) continue;
     runnable.push_back(
-        {request->tenant(), request->Places(solves_per_place), request->last_round()});
+        {request->session(), request->Costs(solves_per_cost), request->last_round()});
     requests.push_back(request.get());
   }
   if (runnable.empty()) return {};
@@ -127,9 +128,7 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
       item.cloth = cloth.handle();
       item.max_iterations = cloth.budget().Cap();
       if (!cloth.is_faulted()) {
-        item.pin_targets_m = cloth.pins().TargetsForStep(cloth.NextTime_s());
-        item.rest_lengths_m = cloth.lengths().TargetsForStep(cloth.NextTime_s());
-        item.collider_motions = cloth.NextColliderMotions();
+        cloth.controls().SetTargets(cloth.now().time_s, cloth.NextTime_s(), item);
       }
       if (ActsOnCloth(item)) cloth.sleep().Wake();
       if (cloth.sleep().is_asleep()) continue;
@@ -140,8 +139,12 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
   return items;
 }
 
+bool DeviceLoop::RunsAhead() const {
+  return backend_.device() != nullptr && backend_.device()->RunsAhead();
+}
+
 int64_t DeviceLoop::CostOf(const BatchReport& batch, int64_t wall_us) const {
-  if (!backend_.RunsAhead()) return wall_us;
+  if (!RunsAhead()) return wall_us;
   return batch.upload_us + batch.device_us + batch.readback_us;
 }
 
@@ -151,12 +154,28 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
   BatchReport batch;
   if (items.empty()) {
     GiveAnswers();
+  } else if (RunsAhead()) {
+    batch = backend_.device()->StepAhead(items, [this] { GiveAnswers(); });
   } else {
-    batch = backend_.StepAhead(items, [this] { GiveAnswers(); });
+    batch = backend_.Step(items);
   }
   DRAPE_CHECK(batch.reports.size() == items.size(), "one report per item");
   const int64_t stepped_us = clock_.NowUs();
-  const auto cost_us = static_cast<double>(CostOf(batch, stepped_us - begin_us));
+  CompleteSteps(parts, batch.reports, static_cast<double>(CostOf(batch, stepped_us - begin_us)));
+  LookAtCloths(parts);
+  const int64_t end_us = clock_.NowUs();
+  batch.readback_us += end_us - stepped_us;
+  for (const Part& part : parts) {
+    part.request->AddBatch(batch, static_cast<uint32_t>(items.size()),
+                           static_cast<uint32_t>(parts.size()), begin_us, end_us);
+  }
+  ++counters_.rounds;
+  counters_.dispatches += batch.dispatch_count;
+  return end_us - begin_us;
+}
+
+void DeviceLoop::CompleteSteps(const std::vector<Part>& parts,
+                               const std::vector<StepReport>& reports, double cost_us) {
   size_t next = 0;
   uint64_t faults = 0, asleep = 0;
   for (const Part& part : parts) {
@@ -168,25 +187,15 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
         ++asleep;
         continue;
       }
-      const StepReport report = cloth.budget().Measured(batch.reports[next++], cost_us);
+      const StepReport report = cloth.budget().Measured(reports[next++], cost_us);
       faults += report.fault != FaultReason::kNone && !cloth.is_faulted();
       part.request->CompleteStep(k, report);
       cloth.CompleteStep(report);
     }
   }
-  LookAtCloths(parts);
-  const int64_t end_us = clock_.NowUs();
-  batch.readback_us += end_us - stepped_us;
-  for (const Part& part : parts) {
-    part.request->AddBatch(batch, static_cast<uint32_t>(items.size()),
-                           static_cast<uint32_t>(parts.size()), begin_us, end_us);
-  }
-  ++counters_.rounds;
-  counters_.dispatches += batch.dispatch_count;
-  counters_.cloth_steps += items.size() + asleep;
+  counters_.cloth_steps += reports.size() + asleep;
   counters_.cloth_steps_asleep += asleep;
   counters_.faults += faults;
-  return end_us - begin_us;
 }
 
 void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
@@ -254,7 +263,7 @@ void DeviceLoop::Finish(std::vector<RequestPointer> over) {
   answers_.push_back(std::move(ended));
   const bool is_complete = std::all_of(answers_.begin(), answers_.end(),
                                        [](const Answers& some) { return some.views.empty(); });
-  if (is_complete || !backend_.RunsAhead()) GiveAnswers();
+  if (is_complete || !RunsAhead()) GiveAnswers();
 }
 
 void DeviceLoop::GiveAnswers() {
@@ -264,12 +273,12 @@ void DeviceLoop::GiveAnswers() {
   }
 }
 
-std::vector<std::string> DeviceLoop::UnansweredTenants() const {
-  std::vector<std::string> tenants;
+std::vector<std::string> DeviceLoop::UnansweredSessions() const {
+  std::vector<std::string> sessions;
   for (const Answers& ended : answers_) {
-    for (const Answer& answer : ended.answers) tenants.push_back(answer.work.tenant);
+    for (const Answer& answer : ended.answers) sessions.push_back(answer.work.session);
   }
-  return tenants;
+  return sessions;
 }
 
 void DeviceLoop::EndAll(const Status& status) {

@@ -1,4 +1,4 @@
-// Rounds: what the device thread does with step requests. No threads, no locks.
+// The rounds of the device thread: step requests in, batches to the backend. No threads, no locks.
 #pragma once
 
 #include <atomic>
@@ -15,7 +15,7 @@
 #include "server/scheduler/active_request.h"
 #include "server/scheduler/batch_policy.h"
 #include "server/scheduler/state_reading.h"
-#include "server/solver/backend.h"
+#include "server/solver/device_backend.h"
 
 namespace drape {
 
@@ -28,46 +28,47 @@ struct RoundCounters {
   std::atomic<uint64_t> faults{0};
 };
 
-// Gives each tenant that has requests a small number; the numbers of those who left are used again.
-class TenantIndex {
+// Numbers the sessions that have requests, densely: a number is used again when its session has no
+// more requests.
+class SessionIndex {
  public:
-  uint32_t Enter(const std::string& tenant);
-  void Leave(const std::string& tenant);
+  uint32_t Enter(const std::string& session);
+  void Leave(const std::string& session);
 
  private:
-  struct Place {
+  struct Entry {
     uint32_t index = 0;
     uint32_t requests = 0;
   };
-  std::unordered_map<std::string, Place> places_;
+  std::unordered_map<std::string, Entry> entries_;
   std::vector<uint32_t> free_;
 };
 
-// All step requests that have been taken over by the device thread. Device thread alone.
+// All step requests that the device thread has taken over. Device thread only.
 class DeviceLoop {
  public:
   struct Settings {
     BatchLimits batch;
     uint32_t max_steps_per_request = 1;
-    // What all places together may cost.
+    // Solves that a whole batch may need.
     double max_solves_per_batch = kMaxSolvesPerStep;
   };
-  // `ended` is called with the work and its outcome of every request, once, in order of completion.
+  // Called once for every request, in order of completion.
   using EndedCallback = std::function<void(StepWork, StepOutcome)>;
 
   DeviceLoop(Backend& backend, const Settings& settings, const Clock& clock, EndedCallback ended,
              RoundCounters& counters);
 
   void Admit(StepWork work, int64_t submitted_us);
-  // Ends what is cancelled, starts what can start, steps one batch, ends what is complete. As long
-  // as has_requests(), each round brings something forward. How long the batch took [us]; nothing:
-  // there was none. Where the backend runs ahead, answers whose states are on their way stay
+  // Ends cancelled requests, starts those that can start, steps one batch, ends complete requests.
+  // While has_requests(), every round makes progress. Returns the duration of the batch [us]; none:
+  // there was no batch. If the backend runs ahead, answers whose states are still on their way stay
   // behind: they are given while the batch of the next round is stepped.
   std::optional<int64_t> RunRound();
-  // Gives the answers that stayed behind. To be called where no round follows at once.
+  // Gives the answers that stayed behind. Call it if no round follows at once.
   void GiveAnswers();
-  // Whose they are, once for each.
-  std::vector<std::string> UnansweredTenants() const;
+  // The session of each answer that stayed behind.
+  std::vector<std::string> UnansweredSessions() const;
   bool has_requests() const { return !requests_.empty(); }
   // Ends every request with this status.
   void EndAll(const Status& status);
@@ -83,13 +84,19 @@ class DeviceLoop {
     std::vector<uint32_t> cloths;  // indices into its work
   };
   std::vector<Part> SelectParts();
-  // Of the cloths that are awake; wakes those on which something acts.
+  // One item per cloth that is awake; wakes those on which something acts.
   std::vector<StepItem> ItemsOf(const std::vector<Part>& parts) const;
-  // How long the backend took [us]; what it does for answers while its device works is none of it.
+  // Whether the device works while the host does something else.
+  bool RunsAhead() const;
+  // How long the backend took [us], without the time for answers while its device works.
   int64_t CostOf(const BatchReport& batch, int64_t wall_us) const;
-  // How long it took [us].
+  // Returns its duration [us].
   int64_t StepBatch(const std::vector<Part>& parts);
-  // Reads the positions of the cloths that want it, to find out whether they are at rest.
+  // Ends the step of every cloth of the batch. `reports`: of the cloths that were awake; `cost_us`:
+  // what the batch cost.
+  void CompleteSteps(const std::vector<Part>& parts, const std::vector<StepReport>& reports,
+                     double cost_us);
+  // Reads the positions of the cloths whose watch wants them, to find out whether they are at rest.
   void LookAtCloths(const std::vector<Part>& parts);
   // Requests that ended together.
   struct Answer {
@@ -97,7 +104,7 @@ class DeviceLoop {
     StepOutcome outcome;
   };
   struct View {
-    std::vector<size_t> answers;  // who wants it
+    std::vector<size_t> answers;  // those that want it
     int64_t begin_us;
     SharedRead read;
   };
@@ -105,9 +112,9 @@ class DeviceLoop {
     std::vector<Answer> answers;  // in order of completion
     std::vector<View> views;
   };
-  // Gives the outcomes, or begins to read the states that the requests want.
+  // Begins to read the states that the requests want; gives answers that need not wait.
   void Finish(std::vector<RequestPointer> over);
-  // One read for all that want the same fields of the same particles.
+  // One read for all answers that want the same fields of the same particles.
   void BeginViews(Answers& ended);
   void TakeView(View& view, std::vector<Answer>& answers);
 
@@ -117,7 +124,7 @@ class DeviceLoop {
   const EndedCallback ended_;
   RoundCounters& counters_;
   std::list<RequestPointer> requests_;  // in order of arrival
-  TenantIndex tenants_;
+  SessionIndex sessions_;
   FairShare share_;
   uint64_t round_ = 0;
   std::vector<Answers> answers_;  // not given yet

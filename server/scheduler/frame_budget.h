@@ -9,31 +9,31 @@
 
 namespace drape {
 
-// Of one cloth. What a sweep costs is learnt from its own steps: the wall time of the whole
-// Backend::Step that the cloth takes part in, the share of all others in the batch included,
-// because that is what its client waits for. Device thread.
+// The budget of one cloth. The cost of a sweep is learnt from the cloth's own steps: the wall time
+// of the whole Backend::Step that it takes part in, including the other cloths of the batch,
+// because that is how long its client waits. Device thread.
 class FrameBudget {
  public:
-  // Forgets what was measured if the settings that it belongs to change.
+  // Forgets the measurements if the settings change.
   void Set(const StepSettings& settings);
   // As set.
   const StepSettings& settings() const { return settings_; }
 
-  // Sweeps per substep that the next step may have: as many as fit into the budget, at least one,
-  // at most the settings' max_iterations; one as long as nothing is measured. 0 without a budget.
+  // Limit on the sweeps per substep of the next step: as many as fit into the budget, at least one,
+  // at most the settings' max_iterations; one until a step has been measured. 0 without a budget.
   uint32_t Cap() const;
 
-  // Takes in a step that was done with Cap() and returns its report with the cap and, where one
-  // sweep per substep takes longer than the budget, the warning. Leaves reports of cloths without
-  // budget, and of steps that were not done, as they are.
+  // A step with Cap() took `step_us`. Returns its report with the cap and, if a single sweep per
+  // substep takes longer than the budget, the warning. Returns the report unchanged if there is no
+  // budget or the step was not done.
   StepReport Measured(StepReport report, double step_us);
 
  private:
-  // How many sweeps per substep fit, as a fraction.
-  double Room() const;
+  // How many sweeps per substep fit into the budget, as a fraction.
+  double SweepsThatFit() const;
 
   StepSettings settings_;
-  // Of one sweep in every substep [us], smoothed; 0: not measured yet.
+  // Smoothed time of one sweep in every substep [us]; 0: not measured yet.
   double sweep_us_ = 0;
 };
 

@@ -5,8 +5,9 @@
 namespace drape {
 namespace {
 
-// How much of the time of the longest batch lately is left after another one. Slowly enough that
-// single small batches between large ones do not end the waiting, by which they would become more.
+// Factor by which the duration of the longest recent batch decays with every batch. Slow enough
+// that a small batch between large ones does not end the waiting, which would produce more small
+// batches.
 constexpr double kMemory = 0.9;
 // Longest wait, in batches: the device works at least a third of the time.
 constexpr double kBatches = 2;
@@ -18,45 +19,45 @@ void Gathering::EndBatch(int64_t batch_us) {
   delay_us_ = std::min(static_cast<int64_t>(kBatches * batch_us_), max_delay_us_);
 }
 
-void Gathering::Arrive(const std::string& tenant, int64_t now_us) {
-  const auto found = clients_.find(tenant);
-  if (found == clients_.end() || !found->second.is_away) return;
-  Client& client = found->second;
-  awaited_count_ -= client.comes_back;
-  client.is_away = false;
-  const int64_t away_us = now_us - client.answered_us;
-  client.comes_back = away_us < delay_us_;
-  client.is_quick = away_us < kLook_us;
+void Gathering::Arrive(const std::string& session, int64_t now_us) {
+  const auto found = sessions_.find(session);
+  if (found == sessions_.end() || !found->second.is_away) return;
+  Visitor& visitor = found->second;
+  awaited_count_ -= visitor.comes_back;
+  visitor.is_away = false;
+  const int64_t away_us = now_us - visitor.answered_us;
+  visitor.comes_back = away_us < delay_us_;
+  visitor.is_quick = away_us < kSpin_us;
 }
 
-void Gathering::Answer(const std::string& tenant, uint32_t left, int64_t now_us) {
+void Gathering::Answer(const std::string& session, uint32_t left, int64_t now_us) {
   if (left > 0) return;
-  Client& client = clients_[tenant];
-  client.answered_us = now_us;
-  client.is_away = true;
-  awaited_count_ += client.comes_back;
+  Visitor& visitor = sessions_[session];
+  visitor.answered_us = now_us;
+  visitor.is_away = true;
+  awaited_count_ += visitor.comes_back;
 }
 
-int64_t Gathering::LookUntil() const {
+int64_t Gathering::SpinUntil() const {
   if (awaited_count_ != 1) return 0;
-  const auto awaited = std::find_if(clients_.begin(), clients_.end(), [](const auto& entry) {
+  const auto awaited = std::find_if(sessions_.begin(), sessions_.end(), [](const auto& entry) {
     return entry.second.is_away && entry.second.comes_back;
   });
-  const Client& client = awaited->second;
-  return client.is_quick ? client.answered_us + std::min(kLook_us, delay_us_) : 0;
+  const Visitor& visitor = awaited->second;
+  return visitor.is_quick ? visitor.answered_us + std::min(kSpin_us, delay_us_) : 0;
 }
 
 std::optional<int64_t> Gathering::WaitUntil(int64_t now_us) {
   std::optional<int64_t> until_us;
-  for (auto entry = clients_.begin(); entry != clients_.end();) {
-    const Client& client = entry->second;
-    const int64_t awaited_until_us = client.answered_us + delay_us_;
-    if (client.is_away && awaited_until_us <= now_us) {
-      awaited_count_ -= client.comes_back;
-      entry = clients_.erase(entry);
+  for (auto entry = sessions_.begin(); entry != sessions_.end();) {
+    const Visitor& visitor = entry->second;
+    const int64_t awaited_until_us = visitor.answered_us + delay_us_;
+    if (visitor.is_away && awaited_until_us <= now_us) {
+      awaited_count_ -= visitor.comes_back;
+      entry = sessions_.erase(entry);
       continue;
     }
-    if (client.is_away && client.comes_back) {
+    if (visitor.is_away && visitor.comes_back) {
       until_us = std::max(until_us.value_or(awaited_until_us), awaited_until_us);
     }
     ++entry;

@@ -8,56 +8,40 @@
 
 #include "server/scene/constraint_places.h"
 #include "server/scene/scene_model.h"
+#include "server/scheduler/track.h"
 
 namespace drape {
 
-// From `start_m` at start_s linearly to `target_m` at start_s + over_s; constant before and after.
-struct LengthMotion {
-  double start_m = 0;   // > 0
-  double target_m = 0;  // > 0
-  double start_s = 0;
-  double over_s = 0;  // >= 0; 0 = within one step
-
-  // At or after the end exactly target_m.
-  double At(double time_s) const;
-  bool IsOver(double time_s) const { return time_s >= start_s + over_s; }
-};
-
-// The lengths of the constraints of one cloth, which are the model's until the cloth is driven.
-// Cloths that never are cost nothing. Not thread-safe.
+// The lengths of the constraints of one cloth, in the order of the model. They are the model's
+// until the cloth is driven; a cloth that never is costs nothing. Not thread-safe.
 class LengthTrack {
  public:
-  bool is_driven() const { return !motions_.empty(); }
-  // Every constraint begins at the length of `model`; needs a constraint.
+  bool is_driven() const { return !track_.empty(); }
+  // Every constraint begins at the length of `model`, which has at least one.
   void Start(const SceneModel& model);
   // The lengths are the model's again.
   void Stop() { *this = {}; }
-  // The same motions for another model of the same constraints, some of which it may leave out or
-  // bring back (other pins).
+  // The same motions for another model of the same constraints; its pins may leave out other
+  // constraints than before.
   LengthTrack CarriedTo(const SceneModel& model) const;
 
-  // Where constraint `source` of the description is in the model; none if the model leaves it out.
-  // Needs is_driven().
-  std::optional<uint32_t> PlaceOf(uint32_t source) const { return places_.Find(source); }
-  // The constraint at `place` goes to `length_m` from what it is at now_s over `over_s` seconds.
-  void Move(uint32_t place, double length_m, double over_s, double now_s);
+  // The index in the model of constraint `source` of the description; none if it is left out.
+  std::optional<uint32_t> FindConstraint(const SceneModel& model, uint32_t source);
+  // Constraint `index` of the model goes to `length_m` from its present length in `over_s` seconds.
+  void Move(uint32_t index, double length_m, double over_s, double now_s) {
+    track_.Move(index, length_m, over_s, now_s);
+  }
   // Every constraint goes to `scale` times the length of `model`.
   void Scale(const SceneModel& model, double scale, double over_s, double now_s);
 
-  // Of the constraints themselves, in the order of the model: at the start of a motion where it
-  // starts, even if it is to be over within one step.
-  std::vector<double> LengthsAt(double time_s) const;
-  // What StepItem.rest_lengths_m wants for a step that ends at `end_s`: every length, or nothing
-  // while none has changed since the last step. Valid until the next call.
-  std::span<const double> TargetsForStep(double end_s);
+  // The lengths themselves, not the targets (Motion::At).
+  std::vector<double> LengthsAt(double time_s) const { return track_.At(time_s); }
+  // As StepItem::rest_lengths_m wants them; see Track.
+  std::span<const double> TargetsForStep(double end_s) { return track_.TargetsForStep(end_s); }
 
  private:
-  double LengthAt(uint32_t place, double time_s) const;
-
-  std::vector<LengthMotion> motions_;  // [constraint_count] in the order of the model
-  ConstraintPlaces places_;
-  std::vector<double> targets_m_;
-  bool is_settled_ = true;  // the backend has every final length
+  Track<double> track_;
+  std::optional<ConstraintPlaces> places_;  // made when first needed
 };
 
 }  // namespace drape

@@ -11,7 +11,7 @@
 namespace drape {
 namespace {
 
-// Between two frames that only a rate limit holds back, however low the limit: one hour.
+// Longest time between two frames that only a rate limit holds back: one hour.
 constexpr double kMaxInterval_us = 3600e6;
 
 }  // namespace
@@ -20,7 +20,7 @@ FrameDecision DecideFrame(const FrameSituation& situation) {
   FrameDecision decision;
   if (!situation.is_newly_due && !situation.is_owed) return decision;
   decision.is_owed = true;
-  // A newer frame takes the place of the earlier one.
+  // The newer frame replaces the earlier one.
   decision.is_dropped = situation.is_newly_due && situation.is_owed && situation.lacked_credit;
   if (situation.is_paused) return decision;
   if (situation.max_hz > 0 && situation.last_frame_us.has_value()) {
@@ -171,7 +171,7 @@ bool ObserverSet::SendFrame(Subscription& subscription, Backend& backend) {
     --observer->frames_in_flight_;
     observer->wake_();
   });
-  // std::function wants what it holds to be copyable; the frame is moved out once.
+  // std::function needs copyable captures; the frame is moved out once.
   auto held = std::make_shared<ObservedFrame>(std::move(frame));
   complete_([on_frame = subscription.spec.on_frame, held] { on_frame(std::move(*held)); });
   return true;

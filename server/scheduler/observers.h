@@ -17,16 +17,16 @@
 
 namespace drape {
 
-// Frames of one subscription that may exist at once (read from the device, not yet dropped by the
-// receiver), whatever its credit. Two keep a connection busy; more only make frames older and cost
-// memory.
+// Limit on the frames of one subscription that exist at once (read from the device, not yet dropped
+// by the receiver), whatever its credit. Two keep a connection busy; more only make frames older
+// and cost memory.
 inline constexpr uint32_t kMaxFramesInFlight = 2;
 
-// What decides about one subscription at one moment.
+// Everything that DecideFrame depends on.
 struct FrameSituation {
   bool is_newly_due = false;   // some cloth reached a multiple of every_n_steps, or was reset
   bool is_owed = false;        // an earlier frame was due and is not sent yet
-  bool lacked_credit = false;  // or a free place in flight: that is what held back the earlier one
+  bool lacked_credit = false;  // that, or too many frames in flight, held back the earlier one
   bool is_paused = false;
   uint32_t credit = 0;
   uint32_t frames_in_flight = 0;
@@ -36,24 +36,24 @@ struct FrameSituation {
 };
 struct FrameDecision {
   bool send = false;  // read and send the latest state now
-  // Of the next situation.
+  // For the next situation.
   bool is_owed = false;
   bool lacked_credit = false;
   bool is_dropped = false;  // count one frame that was due and will not be sent
-  // Owed only because of max_hz: look again then.
+  // When to decide again; only if max_hz alone holds the frame back.
   std::optional<int64_t> wake_at_us;
 };
-// Latest frame wins: a due frame that cannot go now is owed; when the next one becomes due it takes
-// its place, and the older one counts as dropped if it was want of credit (or of a free place in
-// flight) that held it back. Frames held back by max_hz or a pause are not counted. Pure.
+// The latest frame wins. A due frame that cannot be sent now is owed; the next due frame replaces
+// it, and the older one counts as dropped if lack of credit (or too many frames in flight) held it
+// back. Frames held back by max_hz or a pause are not counted. Pure.
 FrameDecision DecideFrame(const FrameSituation& situation);
 
-// A frame of a subscription. Keep it (or `in_flight`) until its bytes have left: it occupies one of
-// kMaxFramesInFlight places.
+// A frame of a subscription. Keep it (or `in_flight`) until its bytes have been sent: it is one of
+// the kMaxFramesInFlight.
 struct ObservedFrame {
   uint64_t frame = 0;           // from 1
   uint64_t frames_dropped = 0;  // since the previous frame
-  // Which cloths are in it, as indices into ObserverSpec::cloths, ascending: those whose state has
+  // The cloths in it, as indices into ObserverSpec::cloths, ascending: those whose state has
   // changed since the last frame that held them.
   std::vector<uint32_t> cloth_indices;
   ClothStates states;  // same order
@@ -61,15 +61,15 @@ struct ObservedFrame {
 };
 
 struct ObserverSpec {
-  std::string tenant;  // as in StepWork; empty: counted in all subscriptions alone
+  std::string session;  // as in StepWork; empty: only the limit in all applies
   std::vector<std::shared_ptr<ClothRuntime>> cloths;
   StateFields fields;          // at least one
   uint32_t every_n_steps = 1;  // >= 1
-  // Frames per second at most; 0 = no limit. Less than one per hour counts as one per hour.
+  // Limit on the frames per second; 0 = none. Less than one per hour counts as one per hour.
   double max_hz = 0;
   uint32_t initial_credit = 0;
-  // Completion thread, in order. The first frame, as soon as there is credit, holds every cloth as
-  // it is at that time, stepped or not.
+  // Completion thread, in order. The first frame is sent as soon as there is credit and holds every
+  // cloth as it is at that time, stepped or not.
   std::function<void(ObservedFrame)> on_frame;
   // Completion thread, exactly once, after the last frame: CANCELLED after Observer::Cancel,
   // NOT_FOUND (CLOTH_NOT_FOUND) when every cloth is gone, UNAVAILABLE (DRAINING) when the server
@@ -77,15 +77,15 @@ struct ObserverSpec {
   std::function<void(Status)> on_end;
 };
 
-// The caller's side of a subscription. Thread-safe, any thread; harmless after its end.
+// The caller's side of a subscription. Thread-safe. Does nothing after the subscription has ended.
 class Observer {
  public:
-  // `wake` makes the device thread look at the subscription; it must be callable for ever. `place`
-  // is kept until this goes.
-  explicit Observer(std::function<void()> wake, std::shared_ptr<void> place = nullptr)
-      : wake_(std::move(wake)), place_(std::move(place)) {}
+  // `wake` makes the device thread look at the subscription; it must stay callable. The observer
+  // keeps the permit.
+  explicit Observer(std::function<void()> wake, std::shared_ptr<void> permit = nullptr)
+      : wake_(std::move(wake)), permit_(std::move(permit)) {}
 
-  // Adds to what is left; saturates.
+  // Adds to the remaining credit; saturates.
   void AddCredit(uint32_t frames);
   void SetPaused(bool is_paused);
   void Cancel();
@@ -98,18 +98,18 @@ class Observer {
   std::atomic<bool> is_cancelled_{false};
   std::atomic<uint32_t> frames_in_flight_{0};
   std::function<void()> wake_;
-  std::shared_ptr<void> place_;
+  std::shared_ptr<void> permit_;
 };
 
-// All subscriptions. Device thread alone.
+// All subscriptions. Device thread only.
 class ObserverSet {
  public:
   // `complete` runs a function on the completion thread, in order.
   explicit ObserverSet(std::function<void(std::function<void()>)> complete);
 
   void Add(ObserverSpec spec, std::shared_ptr<Observer> observer);
-  // Sends what is due; ends what is cancelled or has lost all its cloths. After every round, and
-  // when woken. Returns when to look again, if only time is waited for.
+  // Sends due frames; ends subscriptions that were cancelled or have lost all their cloths. After
+  // every round, and when woken. Returns when to serve again, if a rate limit holds a frame back.
   std::optional<int64_t> Serve(Backend& backend, int64_t now_us);
   void EndAll(const Status& status);
   size_t size() const { return subscriptions_.size(); }

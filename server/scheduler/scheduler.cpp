@@ -53,7 +53,7 @@ bool Scheduler::PostCleanup(DeviceCommand command) {
 }
 
 Status Scheduler::RunBlocking(std::function<Status(Backend&)> command) {
-  DRAPE_CHECK(!core_->IsOnOwnThread(), "waiting for oneself");
+  DRAPE_CHECK(!core_->IsOnOwnThread(), "a thread cannot wait for itself");
   auto outcome = std::make_shared<std::promise<Status>>();
   std::future<Status> result = outcome->get_future();
   const bool is_taken =
@@ -74,17 +74,16 @@ Status Scheduler::Submit(StepWork work) {
 Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                              const StateFields& fields,
                              std::function<void(Result<ClothStates>)> done,
-                             const std::string& tenant) {
+                             const std::string& session) {
   DRAPE_CHECK(fields.any(), "nothing to read");
-  Result<std::shared_ptr<void>> place = core_->read_places().Take(tenant);
-  if (!place.ok()) return place.status();
+  DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session));
   return core_->Post([core = core_.get(), cloths = std::move(cloths), fields,
                       done = std::move(done),
-                      in_flight = std::move(*place)](Backend& backend) mutable {
+                      in_flight = std::move(permit)](Backend& backend) mutable {
     const Status alive = CheckAlive(cloths);
     auto states = std::make_shared<Result<ClothStates>>(
         alive.ok() ? Result<ClothStates>(ReadClothStates(backend, cloths, fields)) : alive);
-    // Moved: the command itself lives on until the round is over.
+    // Moved, because the command itself exists until the round is over.
     if (states->ok()) (*states)->in_flight = std::move(in_flight);
     in_flight.reset();
     core->completions().Push([done, states] { done(std::move(*states)); });
@@ -94,12 +93,11 @@ Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths,
 Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                                  const StateFields& fields, bool on_device,
                                  std::function<void(Result<ClothStates>)> done,
-                                 const std::string& tenant) {
+                                 const std::string& session) {
   DRAPE_CHECK(fields.any(), "nothing to read");
-  Result<std::shared_ptr<void>> place = core_->read_places().Take(tenant);
-  if (!place.ok()) return place.status();
+  DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session));
   return core_->Post([cloths = std::move(cloths), fields, on_device, done = std::move(done),
-                      in_flight = std::move(*place)](Backend& backend) mutable {
+                      in_flight = std::move(permit)](Backend& backend) mutable {
     const Status alive = CheckAlive(cloths);
     if (!alive.ok()) {
       in_flight.reset();
@@ -113,13 +111,13 @@ Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> clot
 }
 
 Result<std::shared_ptr<Observer>> Scheduler::Subscribe(ObserverSpec spec) {
-  Result<std::shared_ptr<void>> place = core_->observer_places().Take(spec.tenant);
-  if (!place.ok()) return place.status();
+  DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit,
+                         core_->observer_permits().Take(spec.session));
   auto observer = std::make_shared<Observer>(
       [core = std::weak_ptr<Core>(core_)] {
         if (const std::shared_ptr<Core> alive = core.lock()) alive->Wake();
       },
-      std::move(*place));
+      std::move(permit));
   observer->AddCredit(spec.initial_credit);
   DRAPE_RETURN_IF_ERROR(
       core_->Post([core = core_.get(), spec = std::move(spec), observer](Backend&) mutable {

@@ -1,5 +1,5 @@
-// The one device thread that owns the backend, the queue in front of it and the completion thread
-// behind it.
+// The device thread, which owns the backend, with the queue in front of it and the completion
+// thread behind it.
 #pragma once
 
 #include <cstdint>
@@ -21,38 +21,39 @@ using BackendFactory = std::function<Result<std::unique_ptr<Backend>>()>;
 using DeviceCommand = std::function<void(Backend&)>;
 
 struct SchedulerLimits {
-  // Cloths stepped in one backend.Step. More: better use of a large device, coarser interleaving.
+  // Cloths stepped in one backend.Step. More: a large device is used better; fewer: sessions
+  // interleave more finely.
   uint32_t max_cloths_per_batch = 16384;
-  // What they may cost together; a cloth that may cost more is stepped alone. A batch cannot be
-  // interrupted, and all tenants wait for it.
+  // Upper bound of their cost; a cloth that may cost more is stepped alone. A batch cannot be
+  // interrupted, and all sessions wait for it.
   double max_solves_per_batch = kMaxSolvesPerStep;
-  // How long a batch may wait, after the answers of the last one, for tenants that came back with
-  // their next request that soon before; never longer than two batches take. 0: not at all.
+  // How long a batch may wait, after the answers of the last one, for sessions that came back that
+  // quickly before; never longer than two batches take. 0: not at all.
   int64_t max_queue_delay_us = 10'000;
-  // Step requests submitted and not yet ended, of one tenant and of all.
-  uint32_t max_queued_requests_per_tenant = 64;
+  // Step requests submitted and not yet ended, per session and in all.
+  uint32_t max_queued_requests_per_session = 64;
   uint32_t max_queued_requests = 4096;
   // Commands posted and not yet run. A flood of creations must not fill the memory.
   uint32_t max_queued_commands = 4096;
-  // Subscriptions, of one tenant and of all. A place is free again when the subscription has ended
-  // and its Observer is gone.
-  uint32_t max_observers_per_tenant = 32;
+  // Subscriptions, per session and in all. One counts until it has ended and its Observer is
+  // destroyed.
+  uint32_t max_observers_per_session = 32;
   uint32_t max_observers = 1024;
-  // Calls of ReadStates that wait or whose states are still held, of one tenant and of all.
-  uint32_t max_reads_in_flight_per_tenant = 4;
+  // Calls of ReadStates that wait or whose states are still held, per session and in all.
+  uint32_t max_reads_in_flight_per_session = 4;
   uint32_t max_reads_in_flight = 1024;
-  // Of one step request; until_step may not lie further ahead. Bounds how long a request can run.
+  // Limit of one step request; until_step may not lie further ahead. Bounds how long it can run.
   uint32_t max_steps_per_request = 1000000;
-  // Suggested to clients that were refused for want of a place [ms].
+  // Suggested to clients that were refused because of a limit [ms].
   int64_t retry_after_ms = 50;
 };
 
-// Since the start, except what is "now".
+// Since the start, except those marked "now".
 struct SchedulerCounters {
   uint64_t rounds = 0;              // batches
   uint64_t dispatches = 0;          // sum of BatchReport::dispatch_count
-  uint64_t cloth_steps = 0;         // complete
-  uint64_t cloth_steps_asleep = 0;  // of these, not computed (sleep_watch.h)
+  uint64_t cloth_steps = 0;         // completed
+  uint64_t cloth_steps_asleep = 0;  // completed without being computed (sleep_watch.h)
   uint64_t faults = 0;
   uint32_t queued_requests = 0;  // now: step requests submitted and not yet ended
   uint32_t queued_commands = 0;  // now
@@ -60,8 +61,9 @@ struct SchedulerCounters {
 
 // Thread-safe unless a method says otherwise. Methods never wait for the device unless they say so.
 //
-// Order: what one caller posts and submits is taken over in that order, commands first within a
-// round; a command that is posted while a request runs takes effect between two of its steps.
+// Order: the commands and requests of one caller are taken over in that order, commands first
+// within a round. A command that is posted while a request runs takes effect between two of its
+// steps.
 class Scheduler {
  public:
   // Starts the threads and waits for the factory. `clock` must outlive the scheduler.
@@ -76,59 +78,57 @@ class Scheduler {
   const BackendDescription& description() const;
   const SchedulerLimits& limits() const;
 
-  // Takes a command that a client's request caused. UNAVAILABLE (DRAINING) or RESOURCE_EXHAUSTED
-  // (QUEUE_FULL): the command is dropped. A command that was taken is always run.
+  // For commands that a client's request caused. UNAVAILABLE (DRAINING) or RESOURCE_EXHAUSTED
+  // (QUEUE_FULL): the command is dropped. An accepted command is always run.
   Status Post(DeviceCommand command);
-  // Takes a command whatever the limits: for what frees something, or goes on with what was begun.
-  // False after Drain: the backend has gone then, and all its cloths with it; the command is
-  // dropped.
+  // For commands that free something or continue what was begun: ignores the limits. False after
+  // Drain: the backend and all its cloths are destroyed; the command is dropped.
   [[nodiscard]] bool PostCleanup(DeviceCommand command);
-  // Posts (without limit), waits for the result. Not on the device or the completion thread.
+  // PostCleanup, then waits for the result. Not on the device or the completion thread.
   Status RunBlocking(std::function<Status(Backend&)> command);
-  // Runs `function` on the completion thread, after everything handed to it before. For the answers
-  // of commands. After Drain it runs at once on the caller's thread.
+  // Runs `function` on the completion thread, after all earlier ones. For the answers of commands.
+  // After Drain it runs at once on the caller's thread.
   void Complete(std::function<void()> function);
 
   // Queues a step request. An error means that `done` will not be called: UNAVAILABLE (DRAINING),
   // RESOURCE_EXHAUSTED (QUEUE_FULL, with retry_after).
   //
-  // A request starts when none of its cloths is named by an earlier request that has not ended;
-  // then its expectations are checked and its pin controls take effect; then each of its cloths
-  // takes part in one batch per step, together with the cloths of all other requests that can run.
-  // All the requests that wait when a round begins are in the same backend.Step, up to
-  // max_cloths_per_batch and max_solves_per_batch. A round that only new requests are in may wait
-  // for others, see max_queue_delay_us.
+  // A request starts when no earlier request that is still running names one of its cloths. Then
+  // its expectations are checked and its controls take effect, and each of its cloths takes part in
+  // one batch per step, together with the cloths of all other requests that can run. All requests
+  // that wait when a round begins share one backend.Step, up to max_cloths_per_batch and
+  // max_solves_per_batch. A round of new requests only may wait for more, see max_queue_delay_us.
   Status Submit(StepWork work);
 
   // Reads states between two rounds; `done` on the completion thread: NOT_FOUND (CLOTH_NOT_FOUND)
-  // if one of the cloths is gone. Errors as for Post, and RESOURCE_EXHAUSTED (TOO_MANY_READS, with
-  // retry_after): a read is in flight until the states (or their `in_flight`) are dropped.
-  // `tenant`: as in StepWork; empty: counted in all alone.
+  // if one of the cloths was deleted. Errors as for Post, and RESOURCE_EXHAUSTED (TOO_MANY_READS,
+  // with retry_after): a read counts until the states (or their `in_flight`) are dropped.
+  // `session`: as in StepWork; empty: only the limit in all applies.
   Status ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, const StateFields& fields,
-                    std::function<void(Result<ClothStates>)> done, const std::string& tenant = {});
+                    std::function<void(Result<ClothStates>)> done, const std::string& session = {});
 
-  // The same for a picture, of whole cloths: `fields` names no particles. `done` on the DEVICE
-  // thread: it must do no more than hand the states over. `on_device`: a copy that stays on the
-  // device (ClothStates::on_device) will do.
+  // ReadStates for a picture, of whole cloths: `fields` names no particles. `done` on the DEVICE
+  // thread: it must only pass the states on. `on_device`: the caller accepts a copy that stays on
+  // the device (ClothStates::on_device).
   Status ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                         const StateFields& fields, bool on_device,
-                        std::function<void(Result<ClothStates>)> done, const std::string& tenant);
+                        std::function<void(Result<ClothStates>)> done, const std::string& session);
 
   // Starts a subscription; see ObserverSpec. Errors as for Post, and RESOURCE_EXHAUSTED
   // (TOO_MANY_SUBSCRIPTIONS).
   Result<std::shared_ptr<Observer>> Subscribe(ObserverSpec spec);
 
-  // Refuses new work, runs what was taken for at most `grace_us` of the clock, then ends the rest
+  // Refuses new work, runs accepted work for at most `grace_us` of the clock, then ends the rest
   // with UNAVAILABLE (DRAINING), destroys the backend on the device thread, and waits until the
-  // last completion has run. Not on the device or the completion thread. A second call does nothing
-  // more.
+  // last completion has run. Not on the device or the completion thread. A second call does
+  // nothing.
   void Drain(int64_t grace_us);
   bool is_draining() const;
 
   SchedulerCounters counters() const;
 
-  // Tests only: the device thread does nothing more, not even commands, until released. Returns
-  // when no round is under way any more. Drain releases.
+  // Tests only: the device thread does nothing, not even commands, until released. Returns when the
+  // current round is over. Drain releases.
   void HoldForTest();
   void ReleaseForTest();
 

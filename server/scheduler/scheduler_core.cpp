@@ -13,12 +13,12 @@
 namespace drape {
 namespace {
 
-// While a subscription waits for its rate limit, look at the clock at least this often [us], even
-// if the clock is turned by hand or the time has just passed.
+// Shortest sleep while a subscription waits for its rate limit [us]; it also bounds how often the
+// clock is read if it is advanced by hand or the time has just passed.
 constexpr int64_t kMinWait_us = 1000;
 
-// Of an answer that the device thread gives itself: the positions of so many particles take 0.1 ms
-// to write, and reports of more cloths would take longer than it takes to wake a thread, too.
+// Limits of an answer that the device thread gives itself: writing more positions takes over 0.1
+// ms, and more reports take longer than waking a thread.
 constexpr size_t kMaxParticlesGivenAtOnce = size_t{1} << 16;
 constexpr size_t kMaxClothsGivenAtOnce = 1024;
 
@@ -46,13 +46,13 @@ Status DrainingStatus() {
 Scheduler::Core::Core(const SchedulerLimits& limits, const Clock& clock)
     : limits_(limits),
       clock_(clock),
-      observer_places_("TOO_MANY_SUBSCRIPTIONS",
-                       {"max_observers_per_tenant", limits.max_observers_per_tenant},
-                       PlaceLimit{"max_observers", limits.max_observers}, std::nullopt),
-      read_places_("TOO_MANY_READS",
-                   {"max_reads_in_flight_per_tenant", limits.max_reads_in_flight_per_tenant},
-                   PlaceLimit{"max_reads_in_flight", limits.max_reads_in_flight},
-                   limits.retry_after_ms),
+      observer_permits_("TOO_MANY_SUBSCRIPTIONS",
+                        {"max_observers_per_session", limits.max_observers_per_session},
+                        PermitLimit{"max_observers", limits.max_observers}, std::nullopt),
+      read_permits_("TOO_MANY_READS",
+                    {"max_reads_in_flight_per_session", limits.max_reads_in_flight_per_session},
+                    PermitLimit{"max_reads_in_flight", limits.max_reads_in_flight},
+                    limits.retry_after_ms),
       observers_(
           [this](std::function<void()> function) { completions_.Push(std::move(function)); }),
       gathering_(limits.max_queue_delay_us) {}
@@ -91,17 +91,17 @@ Status Scheduler::Core::Submit(StepWork work) {
   if (request_count_ >= limits_.max_queued_requests) {
     return QueueFull("max_queued_requests", limits_.max_queued_requests, limits_.retry_after_ms);
   }
-  const auto tenant = requests_by_tenant_.try_emplace(work.tenant, 0).first;
-  if (tenant->second >= limits_.max_queued_requests_per_tenant) {
-    return QueueFull("max_queued_requests_per_tenant", limits_.max_queued_requests_per_tenant,
+  const auto session = requests_by_session_.try_emplace(work.session, 0).first;
+  if (session->second >= limits_.max_queued_requests_per_session) {
+    return QueueFull("max_queued_requests_per_session", limits_.max_queued_requests_per_session,
                      limits_.retry_after_ms);
   }
-  ++tenant->second;
+  ++session->second;
   ++request_count_;
   const int64_t now_us = clock_.NowUs();
-  gathering_.Arrive(work.tenant, now_us);
+  gathering_.Arrive(work.session, now_us);
   submissions_.push_back({std::move(work), now_us});
-  // The device thread need not see every one of many that come one by one.
+  // While more requests are awaited, the device thread need not wake for each one.
   if (gathering_.awaited_count() == 0) Notify();
   return Status::Ok();
 }
@@ -111,9 +111,9 @@ void Scheduler::Core::EndRequest(StepWork work, StepOutcome outcome) {
   {
     const std::lock_guard lock(mutex_);
     --request_count_;
-    const auto tenant = requests_by_tenant_.find(work.tenant);
-    gathering_.Answer(work.tenant, --tenant->second, clock_.NowUs());
-    if (tenant->second == 0) requests_by_tenant_.erase(tenant);
+    const auto session = requests_by_session_.find(work.session);
+    gathering_.Answer(work.session, --session->second, clock_.NowUs());
+    if (session->second == 0) requests_by_session_.erase(session);
     is_idle = request_count_ == 0 && commands_.empty() && observers_.size() == 0;
   }
   Give(std::move(work), std::move(outcome), is_idle);
@@ -121,7 +121,7 @@ void Scheduler::Core::EndRequest(StepWork work, StepOutcome outcome) {
 
 void Scheduler::Core::Give(StepWork work, StepOutcome outcome, bool is_idle) {
   const bool is_short = IsShort(work, outcome);
-  // std::function wants what it holds to be copyable; the outcome is moved out once.
+  // std::function needs copyable captures; the outcome is moved out once.
   auto held = std::make_shared<StepOutcome>(std::move(outcome));
   auto give = [work = std::move(work), held] { work.done(std::move(*held)); };
   if (is_idle && is_short) {
@@ -149,7 +149,7 @@ void Scheduler::Core::DeviceThread(const BackendFactory& factory, std::promise<S
 
 void Scheduler::Core::RunRounds(Backend& backend) {
   DeviceLoop::Settings settings;
-  settings.batch.max_places = limits_.max_cloths_per_batch;
+  settings.batch.max_cost = limits_.max_cloths_per_batch;
   settings.max_solves_per_batch = limits_.max_solves_per_batch;
   settings.max_steps_per_request = limits_.max_steps_per_request;
   DeviceLoop loop(
@@ -189,9 +189,9 @@ bool Scheduler::Core::MayAnswersWait(const DeviceLoop& loop) const {
   if (loop.has_requests()) return true;
   if (!IsBatchDue(false)) return false;
   std::map<std::string, uint32_t> unanswered;
-  for (const std::string& tenant : loop.UnansweredTenants()) ++unanswered[tenant];
+  for (const std::string& session : loop.UnansweredSessions()) ++unanswered[session];
   return std::all_of(unanswered.begin(), unanswered.end(), [&](const auto& entry) {
-    return requests_by_tenant_.at(entry.first) > entry.second;
+    return requests_by_session_.at(entry.first) > entry.second;
   });
 }
 
@@ -206,20 +206,33 @@ void Scheduler::Core::Notify() {
   wake_.notify_all();
 }
 
-void Scheduler::Core::LookForNews(std::unique_lock<std::mutex>& lock, int64_t until_us) {
+void Scheduler::Core::SpinForNews(std::unique_lock<std::mutex>& lock, int64_t until_us) {
   const uint64_t seen = news_.load(std::memory_order_relaxed);
   lock.unlock();
   while (news_.load(std::memory_order_acquire) == seen && clock_.NowUs() < until_us) {
-    std::this_thread::yield();  // whoever brings the news may want this core
+    std::this_thread::yield();  // the notifying thread may need this core
   }
   lock.lock();
+}
+
+bool Scheduler::Core::HasWork(bool has_requests) const {
+  return has_requests || is_woken_ || is_draining_ || !commands_.empty() ||
+         IsBatchDue(has_requests);
+}
+
+void Scheduler::Core::Sleep(std::unique_lock<std::mutex>& lock, const Deadline& until) {
+  if (until.has_value()) {
+    wake_.wait_until(lock, *until);
+  } else {
+    wake_.wait(lock);
+  }
 }
 
 void Scheduler::Core::WaitForWork(std::unique_lock<std::mutex>& lock, bool has_requests,
                                   std::optional<int64_t> wake_at_us) {
   using std::chrono::microseconds;
   using std::chrono::steady_clock;
-  std::optional<steady_clock::time_point> wake_at;
+  Deadline wake_at;
   if (wake_at_us.has_value()) {
     const int64_t wait_us = std::max(*wake_at_us - clock_.NowUs(), kMinWait_us);
     wake_at = steady_clock::now() + microseconds(wait_us);
@@ -227,23 +240,23 @@ void Scheduler::Core::WaitForWork(std::unique_lock<std::mutex>& lock, bool has_r
   for (;;) {
     const int64_t now_us = clock_.NowUs();
     const std::optional<int64_t> gather_until_us = gathering_.WaitUntil(now_us);
-    const bool has_work =
-        has_requests || is_woken_ || is_draining_ || !commands_.empty() || IsBatchDue(has_requests);
-    const bool is_time = wake_at.has_value() && steady_clock::now() >= *wake_at;
     if (is_held_) {
-      wake_.wait(lock);
-    } else if (has_work || is_time) {
-      return;
-    } else if (const int64_t until_us = gathering_.LookUntil(); now_us < until_us) {
-      LookForNews(lock, std::min(until_us, wake_at_us.value_or(until_us)));
-    } else if (gather_until_us.has_value()) {
-      const auto gather_until = steady_clock::now() + microseconds(*gather_until_us - now_us);
-      wake_.wait_until(lock, std::min(gather_until, wake_at.value_or(gather_until)));
-    } else if (wake_at.has_value()) {
-      wake_.wait_until(lock, *wake_at);
-    } else {
-      wake_.wait(lock);
+      Sleep(lock, std::nullopt);
+      continue;
     }
+    if (HasWork(has_requests)) return;
+    if (wake_at.has_value() && steady_clock::now() >= *wake_at) return;
+    const int64_t spin_until_us = gathering_.SpinUntil();
+    if (now_us < spin_until_us) {
+      SpinForNews(lock, std::min(spin_until_us, wake_at_us.value_or(spin_until_us)));
+      continue;
+    }
+    Deadline until = wake_at;
+    if (gather_until_us.has_value()) {
+      const auto gather_until = steady_clock::now() + microseconds(*gather_until_us - now_us);
+      until = std::min(gather_until, wake_at.value_or(gather_until));
+    }
+    Sleep(lock, until);
   }
 }
 
@@ -264,7 +277,7 @@ Scheduler::Core::Inbox Scheduler::Core::TakeInbox(bool has_requests,
 }
 
 void Scheduler::Core::Drain(int64_t grace_us) {
-  DRAPE_CHECK(!IsOnOwnThread(), "waiting for oneself");
+  DRAPE_CHECK(!IsOnOwnThread(), "a thread cannot wait for itself");
   const std::lock_guard drain_lock(drain_mutex_);
   if (!device_thread_.joinable()) return;
   {

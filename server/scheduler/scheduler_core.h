@@ -2,6 +2,7 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -13,7 +14,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "server/core/tenant_places.h"
+#include "server/core/session_permits.h"
 #include "server/scheduler/completion_queue.h"
 #include "server/scheduler/device_loop.h"
 #include "server/scheduler/gathering.h"
@@ -38,7 +39,7 @@ class Scheduler::Core {
   void Drain(int64_t grace_us);
   void Hold();
   void Release();
-  // The device thread looks at its subscriptions.
+  // Makes the device thread serve its subscriptions.
   void Wake();
 
   bool is_draining() const;
@@ -46,8 +47,8 @@ class Scheduler::Core {
   const BackendDescription& description() const { return description_; }
   const SchedulerLimits& limits() const { return limits_; }
   CompletionQueue& completions() { return completions_; }
-  TenantPlaces& observer_places() { return observer_places_; }
-  TenantPlaces& read_places() { return read_places_; }
+  SessionPermits& observer_permits() { return observer_permits_; }
+  SessionPermits& read_permits() { return read_permits_; }
   bool IsOnOwnThread() const {
     return std::this_thread::get_id() == device_thread_id_ || completions_.IsOnThread();
   }
@@ -59,33 +60,40 @@ class Scheduler::Core {
     StepWork work;
     int64_t submitted_us = 0;
   };
-  // What the device thread takes over at the beginning of a round; commands alone while the next
-  // batch waits for further requests.
+  // What the device thread takes over at the beginning of a round; only commands while the next
+  // batch waits for more requests.
   struct Inbox {
     std::deque<DeviceCommand> commands;
     std::deque<Submission> submissions;
-    bool is_last = false;  // nothing is to come: end what is left and stop
+    bool is_last = false;  // nothing will follow: end the rest and stop
   };
 
   void DeviceThread(const BackendFactory& factory, std::promise<Status>& started);
   void RunRounds(Backend& backend);
-  // Waits until there is something to do. `wake_at_us`: look again then, by the clock.
+  // Waits until there is something to do, or until `wake_at_us` by the clock.
   Inbox TakeInbox(bool has_requests, std::optional<int64_t> wake_at_us);
   void EndRequest(StepWork work, StepOutcome outcome);
-  // The answer to a request. `is_idle`: the device thread has nothing else to do.
+  // Gives the answer to a request. `is_idle`: the device thread has nothing else to do.
   void Give(StepWork work, StepOutcome outcome, bool is_idle);
   // Whether answers that stayed behind may wait for the next batch: it comes at once, and nothing
-  // that would overtake them is to be done before. A tenant that has nothing else under way is
-  // answered at once: it may be about to come back, and batches wait for those (Gathering).
+  // would overtake them. A session with nothing else under way is answered at once: it may be about
+  // to come back, and batches wait for such sessions (Gathering).
   bool MayAnswersWait(const DeviceLoop& loop) const;
-  // The rest with mutex_ held.
+
+  // --- With mutex_ held.
+
+  // Returns when there is work, or at that time by the clock.
   void WaitForWork(std::unique_lock<std::mutex>& lock, bool has_requests,
                    std::optional<int64_t> wake_at_us);
-  // Wakes the device thread, whether it sleeps or looks. With mutex_ held.
+  bool HasWork(bool has_requests) const;
+  // Returns when notified, or at that time; none: only when notified. Unlocks meanwhile.
+  using Deadline = std::optional<std::chrono::steady_clock::time_point>;
+  void Sleep(std::unique_lock<std::mutex>& lock, const Deadline& until);
+  // Wakes the device thread, whether it sleeps or spins. With mutex_ held.
   void Notify();
-  // Returns when there is news or at that time, by the clock; unlocks meanwhile.
-  void LookForNews(std::unique_lock<std::mutex>& lock, int64_t until_us);
-  // The submissions that wait need not wait for more.
+  // Returns when notified, or at that time by the clock, without sleeping. Unlocks meanwhile.
+  void SpinForNews(std::unique_lock<std::mutex>& lock, int64_t until_us);
+  // Whether the waiting submissions need not wait for more of them.
   bool IsBatchDue(bool has_requests) const;
   bool IsAtTheEnd(bool has_requests) const;
 
@@ -95,8 +103,8 @@ class Scheduler::Core {
   std::thread::id device_thread_id_;  // constant after Start
   CompletionQueue completions_;
   RoundCounters round_counters_;
-  TenantPlaces observer_places_;
-  TenantPlaces read_places_;
+  SessionPermits observer_permits_;
+  SessionPermits read_permits_;
   ObserverSet observers_;  // device thread
 
   mutable std::mutex mutex_;
@@ -106,7 +114,7 @@ class Scheduler::Core {
   std::deque<DeviceCommand> commands_;
   std::deque<Submission> submissions_;
   // Step requests submitted and not yet ended.
-  std::unordered_map<std::string, uint32_t> requests_by_tenant_;
+  std::unordered_map<std::string, uint32_t> requests_by_session_;
   uint32_t request_count_ = 0;
   Gathering gathering_;
   bool is_woken_ = false;

@@ -11,12 +11,12 @@
 namespace drape {
 namespace {
 
-// When to look, in 1/60 s from the beginning. The first looks end the watch of whatever moves; no
-// vibration has all of these as multiples of its period, and a swing around its turning point is
-// at one place only twice.
+// When to look, in sixtieths of sleep_after_s from the beginning. The first looks end the watch
+// early for cloths that move. No vibration has a period that divides all of these, and a swing
+// passes a position near its turning point only twice.
 constexpr std::array<uint64_t, 8> kSleepLooks = {1, 3, 8, 15, 24, 35, 47, 60};
-// Of a cloth that moves, in 1/60 s: the time between two watches doubles up to a second, so that
-// what never rests is read twice a second at most.
+// The pause between two watched seconds of a moving cloth, in 1/60 s: it doubles up to a second, so
+// that a cloth that never rests is read at most twice a second.
 constexpr uint64_t kLeastPatience = 8;
 constexpr uint64_t kMostPatience = 60;
 
@@ -37,7 +37,7 @@ bool AnyBeyond(const std::vector<Scalar>& anchor, const std::vector<Scalar>& now
 }  // namespace
 
 void SleepWatch::Set(const StepSettings& settings) {
-  motion_m_ = settings.sleep_motion_m;
+  settings_ = settings;
   stride_ =
       std::max<uint64_t>(1, static_cast<uint64_t>(std::lround(1 / (60 * settings.time_step_s))));
   Wake();
@@ -54,24 +54,26 @@ void SleepWatch::Wake() {
 }
 
 uint64_t SleepWatch::NextLook() const {
-  return has_anchor_ ? kSleepLooks[looks_] * stride_ : patience_;
+  if (!has_anchor_) return patience_;
+  const double steps = static_cast<double>(kSleepLooks[looks_] * stride_) * settings_.sleep_after_s;
+  return std::max<uint64_t>(looks_ + 1, static_cast<uint64_t>(std::lround(steps)));
 }
 
 bool SleepWatch::decides_next() const {
-  return motion_m_ > 0 && !is_asleep_ && has_anchor_ && looks_ + 1 == kSleepLooks.size() &&
-         steps_ + 1 == NextLook();
+  return settings_.sleep_motion_m > 0 && !is_asleep_ && has_anchor_ &&
+         looks_ + 1 == kSleepLooks.size() && steps_ + 1 == NextLook();
 }
 
 void SleepWatch::CompleteStep(const StepReport& report) {
-  DRAPE_CHECK(!is_asleep_ && !wants_look_, "a step of a cloth that was to be looked at");
-  if (motion_m_ == 0 || report.fault != FaultReason::kNone) return;
+  DRAPE_CHECK(!is_asleep_ && !wants_look_, "Look comes before the next step");
+  if (settings_.sleep_motion_m == 0 || report.fault != FaultReason::kNone) return;
   if (decides_next()) report_ = report;
   ++steps_;
   wants_look_ = steps_ == NextLook();
 }
 
 void SleepWatch::Look(const ScalarColumn& positions_m, size_t first_row, size_t row_count) {
-  DRAPE_CHECK(wants_look_, "nothing to look at");
+  DRAPE_CHECK(wants_look_, "no look is due");
   wants_look_ = false;
   if (!has_anchor_) {
     Anchor(positions_m, first_row, row_count);
@@ -103,7 +105,8 @@ bool SleepWatch::HasMoved(const ScalarColumn& positions_m, size_t first_row) con
   return std::visit(
       [&](const auto& values) {
         using Values = std::decay_t<decltype(values)>;
-        return AnyBeyond(std::get<Values>(anchor_m_), values, 3 * first_row, motion_m_);
+        return AnyBeyond(std::get<Values>(anchor_m_), values, 3 * first_row,
+                         settings_.sleep_motion_m);
       },
       positions_m);
 }

@@ -10,28 +10,29 @@
 
 namespace drape {
 
-// Of one cloth. Its positions are looked at now and then; where no particle has been farther than
-// settings.sleep_motion_m from where it was, at any of kSleepLooks looks within one second of
-// simulated time, the cloth falls asleep and stays as it is until Wake. A function of what the
-// cloth's own steps did, so that nothing depends on what else is in a batch. Device thread.
+// Watches one cloth. Its positions are looked at several times (kSleepLooks) within
+// settings.sleep_after_s of simulated time. If no particle was ever farther than
+// settings.sleep_motion_m from its position at the beginning of that time, the cloth falls asleep
+// and stays as it is until Wake. Depends on the cloth's own steps only, never on the rest of a
+// batch. Device thread.
 class SleepWatch {
  public:
   // Wakes.
   void Set(const StepSettings& settings);
-  // Something acts on the cloth: it is awake, and watched from the beginning.
+  // Something acts on the cloth: it is awake, and a new second begins.
   void Wake();
 
   bool is_asleep() const { return is_asleep_; }
-  // Needs is_asleep(): what each step reports, measured; no sweeps.
+  // Needs is_asleep(). The measured report of every step; no sweeps.
   const StepReport& report() const { return report_; }
 
-  // Whether the next step decides, and so has to be measured.
+  // Whether the cloth may fall asleep after the next step, which must therefore be measured.
   bool decides_next() const;
-  // Takes in a step that was computed.
+  // A step of the cloth was computed.
   void CompleteStep(const StepReport& report);
-  // The state after that step is to be looked at, before the next step.
+  // Whether to Look at the positions before the next step.
   bool wants_look() const { return wants_look_; }
-  // The positions are rows [first_row, first_row + row_count) of the column.
+  // The cloth's positions are rows [first_row, first_row + row_count) of the column.
   void Look(const ScalarColumn& positions_m, size_t first_row, size_t row_count);
 
  private:
@@ -39,15 +40,15 @@ class SleepWatch {
   bool HasMoved(const ScalarColumn& positions_m, size_t first_row) const;
   void Anchor(const ScalarColumn& positions_m, size_t first_row, size_t row_count);
 
-  double motion_m_ = 0;  // 0: never sleeps
+  StepSettings settings_;
   uint64_t stride_ = 1;  // steps in 1/60 s
   bool is_asleep_ = false;
   bool wants_look_ = false;
   bool has_anchor_ = false;
-  ScalarColumn anchor_m_;  // positions at the beginning of the second
+  ScalarColumn anchor_m_;  // positions at the beginning of the watch
   uint64_t steps_ = 0;     // since then, or since the last look that saw the cloth move
-  size_t looks_ = 0;       // since then
-  uint64_t patience_ = 0;  // steps until the next beginning
+  size_t looks_ = 0;       // in this second
+  uint64_t patience_ = 0;  // steps until the next second begins
   StepReport report_;
 };
 

@@ -8,7 +8,7 @@
 namespace drape {
 namespace {
 
-// Rows [first_row, first_row + rows) of a column of x, y, z; nothing of a column that is empty.
+// Rows [first_row, first_row + rows) of a column of x, y, z; empty if the column is empty.
 ScalarColumn Slice(const ScalarColumn& column, size_t first_row, size_t rows) {
   return std::visit(
       [&](const auto& values) -> ScalarColumn {
@@ -41,7 +41,7 @@ std::vector<ClothHandle> HandlesOf(std::span<const ClothSpan> receivers) {
 SharedRead::SharedRead(Backend& backend, std::span<const ClothSpan> receivers,
                        const StateFields& fields) {
   const std::vector<ClothHandle> handles = HandlesOf(receivers);
-  read_ = backend.BeginRead({handles, fields.positions, fields.velocities, fields.particles});
+  read_ = BeginRead(backend, {handles, fields.positions, fields.velocities, fields.particles});
   for (const ClothSpan& cloths : receivers) rows_.push_back(RowTotal(cloths, fields));
 }
 
@@ -70,8 +70,10 @@ ClothStates ReadClothStates(Backend& backend, ClothSpan cloths, const StateField
 
 ClothStates CopyClothStates(Backend& backend, ClothSpan cloths, const StateFields& fields) {
   DRAPE_CHECK(fields.particles.empty(), "pictures are of whole cloths");
+  DeviceBackend* const device = backend.device();
+  if (device == nullptr) return ReadClothStates(backend, cloths, fields);
   const std::vector<ClothHandle> handles = HandlesOf(std::span(&cloths, 1));
-  auto copy = backend.CopyOnDevice({handles, fields.positions, fields.velocities});
+  auto copy = device->CopyOnDevice({handles, fields.positions, fields.velocities});
   if (copy == nullptr) return ReadClothStates(backend, cloths, fields);
   ClothStates states;
   for (const auto& cloth : cloths) states.cloths.push_back(StampOf(*cloth));

@@ -1,4 +1,4 @@
-// Reads states of cloths from the backend for those who asked.
+// Reads states of cloths from the backend.
 #pragma once
 
 #include <memory>
@@ -6,14 +6,14 @@
 #include <vector>
 
 #include "server/scheduler/step_work.h"
-#include "server/solver/backend.h"
+#include "server/solver/device_backend.h"
 
 namespace drape {
 
-// Cloths that one receiver wants; all alive.
+// The cloths of one receiver; all alive.
 using ClothSpan = std::span<const std::shared_ptr<ClothRuntime>>;
 
-// One backend.BeginRead for all receivers, and what each of them will get of it. Device thread.
+// One BeginRead for all receivers, and the rows that each of them will get. Device thread.
 class SharedRead {
  public:
   SharedRead(Backend& backend, std::span<const ClothSpan> receivers, const StateFields& fields);
@@ -28,8 +28,8 @@ class SharedRead {
 // Stamps and columns of the cloths, all alive. Device thread.
 ClothStates ReadClothStates(Backend& backend, ClothSpan cloths, const StateFields& fields);
 
-// The same with a copy on the device instead of the columns where the backend makes one; of whole
-// cloths, whose `fields` name no particles.
+// Like ReadClothStates, but with a copy on the device instead of the columns if the backend can
+// make one. Whole cloths only: `fields` names no particles.
 ClothStates CopyClothStates(Backend& backend, ClothSpan cloths, const StateFields& fields);
 
 }  // namespace drape

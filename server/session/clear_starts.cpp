@@ -38,7 +38,7 @@ bool IsSame(const Collider& a, const Collider& b) {
                                        },
                                        a);
 }
-// Where the collider is at first.
+// The collider's position at the start.
 bool IsSame(const RigidMotion& a, const RigidMotion& b) {
   return a.pivot_m == b.pivot_m && a.position_m == b.position_m &&
          a.rotation.coeffs() == b.rotation.coeffs();
@@ -50,7 +50,7 @@ bool AreSame(const std::vector<Item>& a, const std::vector<Item>& b) {
                     [](const Item& one, const Item& other) { return IsSame(one, other); });
 }
 
-// In what the start follows from.
+// Compares everything that a start depends on.
 bool AreAlike(const ClothCopy& a, const ClothCopy& b) {
   return IsSame(a.transform, b.transform) &&
          a.parameters.gravity_m_per_s2 == b.parameters.gravity_m_per_s2 &&

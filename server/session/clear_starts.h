@@ -1,4 +1,4 @@
-// Where the copies of a creation start that are described caught in their colliders.
+// Start positions for the copies of a creation that would start inside their colliders.
 #pragma once
 
 #include <cstdint>
@@ -8,13 +8,12 @@
 
 namespace drape {
 
-inline constexpr uint32_t kMaxCaughtStarts = 64;  // of one request
+inline constexpr uint32_t kMaxCaughtStarts = 64;  // per request
 
-// Sets ClothCopy::start of the copies that need one. Copies that lie alike among the same colliders
-// share it, and it is looked for once; RESOURCE_EXHAUSTED where more than kMaxCaughtStarts are
-// looked for, since builders are there for all tenants. `stop_reason` is asked before each search;
-// what it says is returned. Milliseconds to seconds per copy that is caught. Any thread but the
-// device's.
+// Sets ClothCopy::start of the copies that need one. Copies with the same position relative to the
+// same colliders share one search. RESOURCE_EXHAUSTED if more than kMaxCaughtStarts searches are
+// needed, because all sessions share the builder threads. Asks `stop_reason` before each search and
+// returns its error. A search takes milliseconds to seconds. Not on the device thread.
 Status FindClearStarts(ClothCreation& creation, const std::function<Status()>& stop_reason);
 
 }  // namespace drape

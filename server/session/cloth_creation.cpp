@@ -27,15 +27,18 @@ std::vector<Pin> SortedPins(std::vector<Pin> pins) {
   return pins;
 }
 
-ClothMaker::ClothMaker(ClothCreation creation, std::shared_ptr<const SceneModel> model)
-    : creation_(std::move(creation)), model_(std::move(model)), pins_(SortedPins(creation_.pins)) {
+ClothMaker::ClothMaker(ClothCreation creation, std::shared_ptr<const SceneModel> model,
+                       std::string plan)
+    : creation_(std::move(creation)),
+      model_(std::move(model)),
+      pins_(SortedPins(creation_.pins)),
+      plan_(std::move(plan)) {
   DRAPE_CHECK(std::equal(pins_.begin(), pins_.end(), model_->pins().begin(), model_->pins().end(),
                          [](const Pin& pin, uint32_t p) { return pin.particle == p; }),
               "the pins are those of the model");
 }
 
 Status ClothMaker::Make(Backend& backend, size_t begin, size_t end) {
-  if (!plan_.has_value()) plan_ = backend.PlanOf(*model_);
   for (size_t k = begin; k < end; ++k) {
     DRAPE_RETURN_IF_ERROR(MakeOne(backend, creation_.copies[k]));
   }
@@ -47,17 +50,15 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
                             OriginInEnvironment(*model_, copy.transform)};
   const ParticleState state = PlaceAtStart(*model_, copy.transform, placement, copy.start.get());
   const ClothParameters on_device = OnDevice(*model_, copy.parameters, placement);
-  Result<ClothHandle> handle = backend.Create(model_, on_device, state);
-  if (!handle.ok()) return handle.status();
+  DRAPE_ASSIGN_OR_RETURN(ClothHandle handle, backend.Create(model_, on_device, state));
   auto description = std::make_shared<const ClothDescription>(ClothDescription{
-      creation_.description, model_, copy.parameters, pins_, *plan_, creation_.map_charges});
+      creation_.description, model_, copy.parameters, pins_, plan_, creation_.map_charges});
   made_.push_back(
       std::make_shared<ClothRecord>(placement, copy.transform, std::move(description), copy.start));
-  std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model_, state);
-  std::vector<Eigen::Vector3d> targets_m = PinTargets(pins_, placement, starts_m);
-  made_.back()->runtime->Begin(*handle, model_, on_device.settings,
-                               ShiftOf(*model_, copy.parameters, placement), std::move(starts_m),
-                               std::move(targets_m));
+  const std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model_, state);
+  made_.back()->runtime->Begin(handle, model_, on_device.settings,
+                               ShiftOf(*model_, copy.parameters, placement), starts_m,
+                               PinTargets(pins_, placement, starts_m));
   StartColliders(on_device, *made_.back()->runtime);
   return Status::Ok();
 }
@@ -75,7 +76,7 @@ void FreeCloth(Backend& backend, ClothRecord& cloth, const Status& reason) {
   if (!cloth.runtime->is_alive()) return;
   cloth.runtime->End(reason);
   backend.Destroy(cloth.runtime->handle());
-  // The quota is free before anybody hears of it, whoever still holds the record.
+  // Frees the quota before any answer is sent, even if the record is still held.
   if (cloth.description()->map_charges.empty()) return;
   auto after = std::make_shared<ClothDescription>(*cloth.description());
   after->map_charges.clear();
@@ -86,16 +87,15 @@ Status ResetCloth(Backend& backend, ClothRecord& cloth) {
   const auto description = cloth.description();
   ClothUpdate update;
   update.state = cloth.InitialState();
-  std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*description->model, *update.state);
+  const std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*description->model, *update.state);
   update.pin_targets_m = starts_m;
-  if (cloth.runtime->lengths().is_driven()) update.rest_lengths_m.emplace();
+  if (cloth.runtime->controls().lengths().is_driven()) update.rest_lengths_m.emplace();
   const ClothParameters in_cloth_frame = InClothFrame(description->parameters, cloth.placement);
-  if (cloth.runtime->colliders().is_moving()) {
+  if (cloth.runtime->controls().colliders().is_moving()) {
     update.collider_motions = in_cloth_frame.collider_motions;
   }
   DRAPE_RETURN_IF_ERROR(backend.Write(cloth.runtime->handle(), update));
-  std::vector<Eigen::Vector3d> targets_m = PinTargets(description->pins, cloth.placement, starts_m);
-  cloth.runtime->Reset(std::move(starts_m), std::move(targets_m));
+  cloth.runtime->Reset(starts_m, PinTargets(description->pins, cloth.placement, starts_m));
   StartColliders(in_cloth_frame, *cloth.runtime);
   return Status::Ok();
 }

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,18 +10,20 @@
 
 namespace drape {
 
-// Makes the copies of one ClothCreation, in order. Device thread but for the constructor.
+// Makes the copies of one ClothCreation, in order. Device thread, except the constructor.
 class ClothMaker {
  public:
-  // `model` replaces creation.model: the shared one of equal content.
-  ClothMaker(ClothCreation creation, std::shared_ptr<const SceneModel> model);
+  // `model` replaces creation.model: the shared one of equal content. `plan` is how the backend
+  // steps it (BackendDescription::plan_of).
+  ClothMaker(ClothCreation creation, std::shared_ptr<const SceneModel> model, std::string plan);
 
   size_t copy_count() const { return creation_.copies.size(); }
   const std::shared_ptr<const SceneModel>& model() const { return model_; }
-  // Creates copies [begin, end) on the backend. An error leaves those that were made before.
+  const std::string& plan() const { return plan_; }
+  // Creates copies [begin, end) on the backend. After an error, earlier copies remain.
   Status Make(Backend& backend, size_t begin, size_t end);
   const std::vector<std::shared_ptr<ClothRecord>>& made() const { return made_; }
-  // Destroys all that were made.
+  // Destroys all copies.
   void Unmake(Backend& backend);
 
  private:
@@ -31,12 +32,12 @@ class ClothMaker {
   const ClothCreation creation_;
   const std::shared_ptr<const SceneModel> model_;
   std::vector<Pin> pins_;  // sorted by particle
-  std::optional<std::string> plan_;
+  const std::string plan_;
   std::vector<std::shared_ptr<ClothRecord>> made_;
 };
 
-// Ends the cloth and frees it on the backend; step requests that name it end with `reason`,
-// CLOTH_NOT_FOUND if there is none. No effect on one that has ended. Device thread.
+// Ends the cloth and frees it on the backend; step requests that name it end with `reason` (without
+// one: CLOTH_NOT_FOUND). No effect if it has ended already. Device thread.
 void FreeCloth(Backend& backend, ClothRecord& cloth);
 void FreeCloth(Backend& backend, ClothRecord& cloth, const Status& reason);
 
@@ -46,7 +47,7 @@ Status ResetCloth(Backend& backend, ClothRecord& cloth);
 // CLOTH_NOT_FOUND.
 Status ClothNotFound(ClothId id);
 
-// Sorted by particle, as ClothDescription wants them.
+// Sorted by particle, as ClothDescription requires.
 std::vector<Pin> SortedPins(std::vector<Pin> pins);
 
 }  // namespace drape

@@ -5,12 +5,13 @@
 #include <variant>
 
 #include "server/core/check.h"
+#include "server/solver/load.h"
 
 namespace drape {
 namespace {
 
-// The nearest number with the 24 significant bits of single precision. By arithmetic, because GCC
-// 12 vectorises double -> float -> double of neighbouring values into no operation at all.
+// The nearest number with the 24 significant bits of single precision. Computed by arithmetic,
+// because GCC 12 vectorises double -> float -> double of neighbouring values into nothing.
 double RoundToSinglePrecision(double value) {
   constexpr int kSignificantBits = 24;
   int exponent = 0;
@@ -19,7 +20,7 @@ double RoundToSinglePrecision(double value) {
   return std::ldexp(std::nearbyint(std::ldexp(value, shift)), -shift);
 }
 
-// Environment -> cloth frame: a translation, so that directions and rotations stay.
+// From the environment to the cloth frame: a translation; directions and rotations stay.
 void Shift(SphereCollider& sphere, const Placement& placement) {
   sphere.center_m = placement.ClothFromEnvironment(sphere.center_m);
 }
@@ -111,7 +112,8 @@ ClothParameters InClothFrame(const ClothParameters& parameters, const Placement&
 void StartColliders(const ClothParameters& in_cloth_frame, ClothRuntime& runtime) {
   std::vector<Eigen::Vector3d> pivots_m;
   for (const Collider& collider : in_cloth_frame.colliders) pivots_m.push_back(CentreOf(collider));
-  runtime.StartColliders(in_cloth_frame.collider_motions, std::move(pivots_m));
+  runtime.controls().StartColliders(in_cloth_frame.collider_motions, std::move(pivots_m),
+                                    runtime.now().time_s);
 }
 
 std::vector<RigidMotion> ColliderMotionsNow(const ClothRecord& cloth) {
@@ -126,7 +128,7 @@ std::vector<RigidMotion> ColliderMotionsNow(const ClothRecord& cloth) {
 std::vector<Collider> CollidersNow(const ClothRecord& cloth) {
   const std::vector<RigidMotion> motions = ColliderMotionsNow(cloth);
   std::vector<Collider> colliders = cloth.description()->parameters.colliders;
-  // Else they are being replaced: as described.
+  // The colliders are being replaced: as described.
   if (motions.size() != colliders.size()) return colliders;
   for (size_t k = 0; k < colliders.size(); ++k) colliders[k] = Moved(colliders[k], motions[k]);
   return colliders;
@@ -160,13 +162,7 @@ Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothC
   ClothParameters changed = current;
   changed.gravity_m_per_s2 = change.gravity_m_per_s2.value_or(current.gravity_m_per_s2);
   changed.wind_m_per_s = change.wind_m_per_s.value_or(current.wind_m_per_s);
-  changed.damping_per_s = change.damping_per_s.value_or(current.damping_per_s);
-  changed.friction_static = change.friction_static.value_or(current.friction_static);
-  changed.friction_dynamic = change.friction_dynamic.value_or(current.friction_dynamic);
-  changed.restitution = change.restitution.value_or(current.restitution);
-  changed.thickness_m = change.thickness_m.value_or(current.thickness_m);
-  changed.air_drag = change.air_drag.value_or(current.air_drag);
-  changed.air_lift = change.air_lift.value_or(current.air_lift);
+  change.numbers.ApplyTo(changed);
   if (change.colliders.has_value()) {
     changed.colliders = *change.colliders;
     changed.collider_motions = change.collider_motions;
@@ -174,8 +170,8 @@ Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothC
   changed.settings = change.settings.value_or(current.settings);
   if (changed.friction_dynamic > changed.friction_static) {
     return Status::InvalidField(
-        change.friction_dynamic ? "spec.material.friction_dynamic"
-                                : "spec.material.friction_static",
+        change.numbers.IsSet(&ClothParameters::friction_dynamic) ? "spec.material.friction_dynamic"
+                                                                 : "spec.material.friction_static",
         "friction_dynamic would be " + std::to_string(changed.friction_dynamic) +
             ", above friction_static " + std::to_string(changed.friction_static));
   }

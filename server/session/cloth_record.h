@@ -1,12 +1,14 @@
-// What the server knows about a cloth besides its state on the device.
+// Everything the server knows about a cloth except its state on the device.
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "server/core/ids.h"
@@ -28,76 +30,79 @@ struct ClothCopy {
   // Checked by the caller. Colliders in the ENVIRONMENT frame (not, as solvers want them, in the
   // cloth's own).
   ClothParameters parameters;
-  // Where its particles start in the cloth frame if not as the model says, or that it is caught
-  // (FindClearStarts); null: as the model says.
+  // Start positions (cloth frame) that replace the model's, or a note that the cloth is caught in a
+  // collider (FindClearStarts); null: use the model's.
   std::shared_ptr<const ClearStart> start{};
 };
 
-// The input of Session::CreateCloths: everything as the client sees it.
+// The input of Session::CreateCloths, in the frames that clients see.
 struct ClothCreation {
-  // `model` was built from `description`; the description is kept to build it again with other
-  // pins.
+  // `model` was built from `description`, which is kept to build it again with other pins.
   std::shared_ptr<const ModelDescription> description;
   std::shared_ptr<const SceneModel> model;
   // Exactly the model's pins, any order; targets in the environment frame, the same for every copy.
   std::vector<Pin> pins;
   std::vector<ClothCopy> copies;  // at least one
-  MapCharges map_charges{};       // for the copies' colliders; taken by Session::CreateCloths
+  MapCharges map_charges{};       // for the copies' colliders; filled in by Session::CreateCloths
 };
 
-// A rest length of a ModelChange that is the distance in the rest shape.
+// New values of some of the numbers of an Owner; the others stay.
+template <class Owner>
+class NumberChanges {
+ public:
+  void Set(double Owner::*member, double value) { values_.emplace_back(member, value); }
+  bool IsSet(double Owner::*member) const {
+    return std::ranges::any_of(values_, [&](const auto& entry) { return entry.first == member; });
+  }
+  bool is_any_set() const { return !values_.empty(); }
+  void ApplyTo(Owner& owner) const {
+    for (const auto& [member, value] : values_) owner.*member = value;
+  }
+
+ private:
+  std::vector<std::pair<double Owner::*, double>> values_;
+};
+
+// In a ModelChange: a rest length equal to the distance in the rest shape.
 inline constexpr double kRestShapeLength = -1;
 
-// What makes another model. Unset = as it is; the particles stay.
+// Changes that need another model. Unset = unchanged; the particles stay.
 struct ModelChange {
-  std::optional<double> stretch_compliance_m_per_n;  // of grids and meshes
-  std::optional<double> bending_stiffness_n_per_m;   // of grids and meshes
-  std::optional<double> shear_stiffness_n_per_m;     // of grids
-  std::optional<double> bending_rigidity_n_m;        // of grids and meshes
-  std::optional<double> stretch_stiffness_n_per_m;   // of grids and meshes
-  std::optional<double> shear_modulus_n_per_m;       // of grids
-  // Of cloths made of particles; each replaces the whole list.
+  NumberChanges<StructuralMaterial> material;
+  // For cloths made of particles; each replaces the whole list.
   std::optional<std::vector<DistanceConstraint>> distance_constraints;
   std::optional<std::vector<Spring>> springs;
   std::optional<std::vector<PointJoint>> point_joints;
 
   bool is_any_set() const {
-    return stretch_compliance_m_per_n || bending_stiffness_n_per_m || shear_stiffness_n_per_m ||
-           bending_rigidity_n_m || stretch_stiffness_n_per_m || shear_modulus_n_per_m ||
-           distance_constraints || springs || point_joints;
+    return material.is_any_set() || distance_constraints || springs || point_joints;
   }
 };
 
-// Unset = as it is. Applied to several cloths, to all or none.
+// Unset = unchanged. Applied to several cloths, to all or none.
 struct ClothChange {
   std::optional<Eigen::Vector3d> gravity_m_per_s2;
   std::optional<Eigen::Vector3d> wind_m_per_s;
-  std::optional<double> damping_per_s;
-  std::optional<double> friction_static;
-  std::optional<double> friction_dynamic;
-  std::optional<double> restitution;
-  std::optional<double> thickness_m;
-  std::optional<double> air_drag;
-  std::optional<double> air_lift;
+  NumberChanges<ClothParameters> numbers;          // of kSurfaceFields
   std::optional<std::vector<Collider>> colliders;  // environment frame
-  MapCharges map_charges{};                        // for them; taken by Session::UpdateCloths
+  MapCharges map_charges{};                        // for them; filled in by Session::UpdateCloths
   std::vector<RigidMotion> collider_motions;       // of `colliders`, or empty: they rest
   std::optional<StepSettings> settings;            // fully resolved
-  // Replaces all pins. A pin that stays keeps its motion unless it has a target here; a new one
-  // starts where its particle is; both go to a given target within one step. The state is kept.
+  // Replaces all pins. A remaining pin keeps its motion unless it has a target here; a new pin
+  // starts at its particle. A pin with a target moves there within one step. The state is kept.
   std::optional<std::vector<Pin>> pins;
   ModelChange model;
 
   bool needs_model() const { return pins.has_value() || model.is_any_set(); }
 };
 
-// What of a cloth can change while it lives. Immutable; replaced as a whole.
+// The part of a cloth that can change during its life. Immutable; replaced as a whole.
 struct ClothDescription {
   std::shared_ptr<const ModelDescription> model_description;
   std::shared_ptr<const SceneModel> model;
   ClothParameters parameters;  // colliders in the environment frame
   std::vector<Pin> pins;       // sorted by particle, like model->pins()
-  std::string plan;            // Backend::PlanOf(*model)
+  std::string plan;            // BackendDescription::plan_of
   MapCharges map_charges{};    // for the colliders of `parameters`
 };
 
@@ -125,7 +130,7 @@ class ClothRecord {
 
   // The state of creation, computed again from the model: the same bits each time.
   ParticleState InitialState() const;
-  // Of creation, as long as it fits the lengths of the model; else null.
+  // The start of creation while it fits the lengths of the model; otherwise null.
   std::shared_ptr<const ClearStart> start() const;
 
  private:
@@ -134,41 +139,41 @@ class ClothRecord {
   std::shared_ptr<const ClothDescription> description_;
 };
 
-// Where to put the origin of the cloth frame: the centroid of the rest positions, rounded to
-// single precision so that float and double backends see the same frame. [m], environment frame.
+// The origin of the cloth frame: the centroid of the rest positions, rounded to single precision so
+// that float and double backends see the same frame. [m], environment frame.
 Eigen::Vector3d OriginInEnvironment(const SceneModel& model, const RigidTransform& transform);
 
-// The model's start positions -> cloth frame, or those of `start` if it has some; at rest.
+// The model's start positions, or those of `start` if it has some, in the cloth frame; at rest.
 ParticleState PlaceAtStart(const SceneModel& model, const RigidTransform& transform,
                            const Placement& placement, const ClearStart* start = nullptr);
 
-// Environment frame -> cloth frame: the colliders move, everything else stays.
+// From the environment frame to the cloth frame: only the colliders change.
 ClothParameters InClothFrame(const ClothParameters& parameters, const Placement& placement);
 
-// What the backend gets: in the cloth frame, with the substeps that the load asks for.
+// The parameters for the backend: in the cloth frame, with the substeps that the load needs.
 ClothParameters OnDevice(const SceneModel& model, const ClothParameters& parameters,
                          const Placement& placement);
 
-// The runtime's colliders are those of `in_cloth_frame`, from now on. Device thread.
+// Replaces the runtime's colliders by those of `in_cloth_frame`. Device thread.
 void StartColliders(const ClothParameters& in_cloth_frame, ClothRuntime& runtime);
 
-// Where they are and how they go on, in the environment frame; empty: they rest as described. Any
-// thread.
+// Where the colliders are and how they move on, in the environment frame; empty: they rest as
+// described. Any thread.
 std::vector<RigidMotion> ColliderMotionsNow(const ClothRecord& cloth);
-// The shapes where they are now, in the environment frame. Any thread.
+// The collider shapes at their present positions, in the environment frame. Any thread.
 std::vector<Collider> CollidersNow(const ClothRecord& cloth);
 
-// What brings a report of the cloth to the frames that clients see.
+// Brings a report of the cloth to the frames that clients see.
 ReportShift ShiftOf(const SceneModel& model, const ClothParameters& parameters,
                     const Placement& placement);
 
-// [pin_count] in the cloth frame, in the order of model.pins(): the target where there is one, else
-// `starts_m` of that pin. `pins` sorted by particle.
+// [pin_count] in the cloth frame, in the order of model.pins(): the target of each pin, or its
+// start if it has none. `pins` sorted by particle.
 std::vector<Eigen::Vector3d> PinTargets(const std::vector<Pin>& pins, const Placement& placement,
                                         const std::vector<Eigen::Vector3d>& starts_m);
 
-// `current` with `change` applied. INVALID_ARGUMENT where the result is not legal though each value
-// is: friction_dynamic > friction_static.
+// `current` with `change` applied. INVALID_ARGUMENT if legal values are illegal together:
+// friction_dynamic > friction_static.
 Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothChange& change);
 
 }  // namespace drape

@@ -14,14 +14,14 @@
 
 namespace drape {
 
-// One table for all sessions, so that an id is never valid in two of them. A slot is used again
-// with the next generation, and given up for good after the last one. Thread-safe.
+// One table for all sessions, so that an id is never valid in two of them. A slot is reused with
+// the next generation, and never again after the last one. Thread-safe.
 class ClothTable {
  public:
   // Sets id, session_name and creation_number of each record, in order.
   void Add(std::span<const std::shared_ptr<ClothRecord>> records, const std::string& session_name);
-  // The record of `id` if it belongs to the session, else null: another session's id, a stale one
-  // and one that never was are not told apart.
+  // The record of `id` if it belongs to the session. Null for another session's id, a stale id and
+  // an unknown id alike.
   std::shared_ptr<ClothRecord> Find(ClothId id, const std::string& session_name) const;
   // Unknown ids are ignored.
   void Remove(std::span<const std::shared_ptr<ClothRecord>> records);

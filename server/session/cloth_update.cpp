@@ -13,21 +13,15 @@
 namespace drape {
 namespace {
 
-// Everything about one cloth's change, found out before anything is changed.
+// The change of one cloth, complete before anything is changed.
 struct PlannedUpdate {
   std::shared_ptr<const ClothDescription> after;
   ClothUpdate write;
   ClothUpdate undo;
-  std::optional<PinTrack> pins;  // set if they are replaced
-  LengthTrack lengths;           // with another model
+  std::optional<PinTrack> pins;  // if they are replaced
+  LengthTrack lengths;           // for another model
   bool has_new_colliders = false;
 };
-
-std::vector<Eigen::Vector3d> PinsNow(const PinTrack& pins, double now_s) {
-  std::vector<Eigen::Vector3d> positions_m;
-  for (size_t k = 0; k < pins.pin_count(); ++k) positions_m.push_back(pins.At(k, now_s));
-  return positions_m;
-}
 
 Eigen::Vector3d Row(const ScalarColumn& column, size_t row) {
   return std::visit(
@@ -44,27 +38,26 @@ struct PositionRows {
   size_t first_row = 0;
 };
 
-// The new pins: those that stay keep their motions, new ones start where their particle is; then
-// the given targets.
+// The new pins: remaining ones keep their motions, new ones start at their particle; then the given
+// targets are applied.
 PinTrack PinsAfter(const PositionRows& rows, const ClothRecord& cloth,
                    const std::vector<Pin>& pins) {
   const ClothRuntime& runtime = *cloth.runtime;
   const double now_s = runtime.now().time_s;
   const auto old_pins = runtime.model()->pins();
-  std::vector<PinMotion> motions;
+  std::vector<Motion<Eigen::Vector3d>> motions;
   for (const Pin& pin : pins) {
     const auto old = std::lower_bound(old_pins.begin(), old_pins.end(), pin.particle);
-    PinMotion motion;
     if (old != old_pins.end() && *old == pin.particle) {
-      motion = runtime.pins().motion(static_cast<size_t>(old - old_pins.begin()));
+      const auto k = static_cast<size_t>(old - old_pins.begin());
+      motions.push_back(runtime.controls().pins().motion(k));
     } else {
-      motion.start_m = motion.target_m = Row(rows.positions_m, rows.first_row + pin.particle);
-      motion.start_s = now_s;
+      const Eigen::Vector3d here_m = Row(rows.positions_m, rows.first_row + pin.particle);
+      motions.push_back({here_m, here_m, now_s, 0});
     }
-    motions.push_back(motion);
   }
   PinTrack track;
-  track.Start(std::move(motions));
+  track.Start(std::move(motions), false);
   for (size_t k = 0; k < pins.size(); ++k) {
     if (!pins[k].target_m.has_value()) continue;
     track.Move(k, cloth.placement.ClothFromEnvironment(*pins[k].target_m), 0, now_s);
@@ -72,41 +65,41 @@ PinTrack PinsAfter(const PositionRows& rows, const ClothRecord& cloth,
   return track;
 }
 
-// Lengths that are driven go on under another model, unless there are other constraints.
+// Driven lengths continue with another model, unless it has other constraints.
 void PlanLengths(const ClothRuntime& runtime, const ClothChange& change, const SceneModel& model,
                  PlannedUpdate& plan) {
-  if (!runtime.lengths().is_driven()) return;
+  const LengthTrack& lengths = runtime.controls().lengths();
+  if (!lengths.is_driven()) return;
   const double now_s = runtime.now().time_s;
-  plan.undo.rest_lengths_m = runtime.lengths().LengthsAt(now_s);
+  plan.undo.rest_lengths_m = lengths.LengthsAt(now_s);
   if (change.model.distance_constraints) return;
-  plan.lengths = runtime.lengths().CarriedTo(model);
+  plan.lengths = lengths.CarriedTo(model);
   if (plan.lengths.is_driven()) plan.write.rest_lengths_m = plan.lengths.LengthsAt(now_s);
 }
 
 // The cloth is alive. `changed` is null unless it gets another model; `rows` hold its positions if
 // it gets other pins.
-Result<PlannedUpdate> Plan(const Backend& backend, const ClothRecord& cloth,
-                           const ClothChange& change, const ChangedModel* changed,
-                           const PositionRows& rows) {
+Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change,
+                           const ChangedModel* changed, const PositionRows& rows) {
   const auto before = cloth.description();
-  Result<ClothParameters> parameters = ApplyChange(before->parameters, change);
-  if (!parameters.ok()) return parameters.status();
+  DRAPE_ASSIGN_OR_RETURN(ClothParameters parameters, ApplyChange(before->parameters, change));
   PlannedUpdate plan;
   auto after = std::make_shared<ClothDescription>(*before);
-  after->parameters = std::move(parameters).value();
+  after->parameters = std::move(parameters);
   if (change.colliders) after->map_charges = change.map_charges;
   const SceneModel& model = changed != nullptr ? *changed->model : *before->model;
   plan.write.parameters = OnDevice(model, after->parameters, cloth.placement);
   plan.undo.parameters = OnDevice(*before->model, before->parameters, cloth.placement);
   plan.has_new_colliders = change.colliders.has_value();
-  if (cloth.runtime->colliders().is_moving()) {
-    plan.undo.collider_motions = cloth.runtime->colliders().At(cloth.runtime->now().time_s);
+  const ClothControls& controls = cloth.runtime->controls();
+  if (controls.colliders().is_moving()) {
+    plan.undo.collider_motions = controls.colliders().At(cloth.runtime->now().time_s);
     if (!plan.has_new_colliders) plan.write.collider_motions = plan.undo.collider_motions;
   }
   if (changed != nullptr) {
     after->model_description = changed->description;
     after->model = changed->model;
-    after->plan = backend.PlanOf(*after->model);
+    after->plan = changed->plan;
     plan.write.model = after->model;
     plan.undo.model = before->model;
     PlanLengths(*cloth.runtime, change, *after->model, plan);
@@ -115,8 +108,8 @@ Result<PlannedUpdate> Plan(const Backend& backend, const ClothRecord& cloth,
     const double now_s = cloth.runtime->now().time_s;
     after->pins = SortedPins(*change.pins);
     plan.pins = PinsAfter(rows, cloth, after->pins);
-    plan.write.pin_targets_m = PinsNow(*plan.pins, now_s);
-    plan.undo.pin_targets_m = PinsNow(cloth.runtime->pins(), now_s);
+    plan.write.pin_targets_m = plan.pins->At(now_s);
+    plan.undo.pin_targets_m = controls.pins().At(now_s);
   }
   plan.after = std::move(after);
   return plan;
@@ -126,16 +119,17 @@ void Commit(ClothRecord& cloth, PlannedUpdate plan) {
   ClothRuntime& runtime = *cloth.runtime;
   runtime.SetSettings(plan.write.parameters->settings);
   runtime.SetShift(ShiftOf(*plan.after->model, plan.after->parameters, cloth.placement));
-  if (plan.write.model) runtime.lengths() = std::move(plan.lengths);
+  ClothControls& controls = runtime.controls();
+  if (plan.write.model) controls.lengths() = std::move(plan.lengths);
   runtime.SetModel(plan.after->model);
   if (plan.has_new_colliders) StartColliders(*plan.write.parameters, runtime);
-  if (plan.pins.has_value()) runtime.pins() = std::move(*plan.pins);
+  if (plan.pins.has_value()) controls.pins() = std::move(*plan.pins);
   cloth.ReplaceDescription(std::move(plan.after));
 }
 
-// Takes back what was written to the first `count` cloths, the last first, so that the device's
-// room is given up in the order opposite to that in which it was taken. Returns how many were ended
-// because the device had no room for what they were before.
+// Undoes the writes to the first `count` cloths, the last one first, so that the device's room is
+// freed in the reverse order. Returns the number of cloths that were ended because the device had
+// no room for their former state.
 size_t TakeBack(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
                 std::span<const PlannedUpdate> plans, size_t count) {
   size_t ended = 0;
@@ -148,7 +142,7 @@ size_t TakeBack(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> 
     FreeCloth(backend, cloth,
               Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",
                      "cloth " + std::to_string(cloth.id.Packed()) +
-                         " was deleted: the device had no room to take a change of it back"));
+                         " was deleted: the device had no room to undo a change of it"));
     ++ended;
   }
   return ended;
@@ -168,10 +162,9 @@ Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRec
   std::vector<PlannedUpdate> plans;
   PositionRows rows{state.positions_m};
   for (size_t k = 0; k < cloths.size(); ++k) {
-    Result<PlannedUpdate> plan =
-        Plan(backend, *cloths[k], change, models.empty() ? nullptr : &models[k], rows);
-    if (!plan.ok()) return plan.status();
-    plans.push_back(std::move(plan).value());
+    DRAPE_ASSIGN_OR_RETURN(PlannedUpdate plan,
+                           Plan(*cloths[k], change, models.empty() ? nullptr : &models[k], rows));
+    plans.push_back(std::move(plan));
     rows.first_row += cloths[k]->runtime->particle_count();
   }
   for (size_t k = 0; k < cloths.size(); ++k) {
@@ -181,7 +174,7 @@ Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRec
     if (ended == 0) return status;
     return Status(status.code(), status.reason(),
                   status.message() + "; " + std::to_string(ended) +
-                      " of the cloths were deleted: there was no room to take the change back");
+                      " of the cloths were deleted: there was no room to undo the change");
   }
   for (size_t k = 0; k < cloths.size(); ++k) Commit(*cloths[k], std::move(plans[k]));
   return Status::Ok();

@@ -8,7 +8,7 @@
 namespace drape {
 namespace {
 
-// Between two looks whether anybody still wants the map that another thread builds.
+// Time between two checks for cancellation while another thread builds the map.
 constexpr std::chrono::milliseconds kPatience{50};
 
 }  // namespace
@@ -32,7 +32,7 @@ Result<std::shared_ptr<const DistanceMap>> DistanceMapCache::Get(
     while (building_.contains(hash)) {
       is_built_.wait_for(lock, kPatience);
       if (is_cancelled()) {
-        return Status(StatusCode::kCancelled, "CANCELLED", "nobody waits for the map any more");
+        return Status(StatusCode::kCancelled, "CANCELLED", "no request waits for the map any more");
       }
     }
     if (std::shared_ptr<const DistanceMap> map = FindLive(hash, mesh)) return map;

@@ -14,12 +14,12 @@
 
 namespace drape {
 
-// Holds no map alive. Thread-safe.
+// Keeps no map alive. Thread-safe.
 class DistanceMapCache {
  public:
-  // A live map of the same mesh if there is one; else it is built (DistanceMap::Build, default
-  // settings) on this thread. Whoever asks for a mesh that another thread is building waits for
-  // that one. CANCELLED as Build, also while waiting.
+  // A live map of the same mesh if there is one. Otherwise builds it (DistanceMap::Build, default
+  // settings) on this thread, or waits if another thread is building it. CANCELLED as Build, also
+  // while waiting.
   Result<std::shared_ptr<const DistanceMap>> Get(const TriangleMesh& mesh,
                                                  const ClosedMeshLimits& limits,
                                                  const std::function<bool()>& is_cancelled);

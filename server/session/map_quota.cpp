@@ -22,7 +22,7 @@ MapCharge::~MapCharge() {
 }
 
 Result<MapCharges> MapQuota::Charge(const DistanceMapSet& maps) {
-  // Dropped after the lock: the last owner of a charge may be us.
+  // Destroyed after the lock is released: this may be the last owner of a charge.
   MapCharges charges;
   const std::lock_guard lock(mutex_);
   std::erase_if(charges_, [](const auto& entry) { return entry.second.expired(); });

@@ -1,4 +1,4 @@
-// What the distance maps of a session's colliders count against its quota.
+// The quota of a session for the distance maps of its colliders.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,13 @@ namespace drape {
 // By address: equal maps are one object (DistanceMapCache).
 using DistanceMapSet = std::set<std::shared_ptr<const DistanceMap>>;
 
-// Adds those of the colliders.
+// Adds the maps of the colliders.
 void Insert(std::span<const Collider> colliders, DistanceMapSet& maps);
 
 class MapQuota;
 
-// While it lives, the map counts; once per session, however many cloths hold it.
+// A map counts against the quota while its charge exists: once per session, however many cloths
+// hold the charge.
 class MapCharge {
  public:
   MapCharge(std::shared_ptr<MapQuota> quota, std::shared_ptr<const DistanceMap> map);
@@ -35,16 +36,16 @@ class MapCharge {
   const std::shared_ptr<const DistanceMap> map_;
 };
 
-// What a cloth holds for its colliders.
+// The charges that a cloth holds for its colliders.
 using MapCharges = std::vector<std::shared_ptr<const MapCharge>>;
 
-// Thread-safe. Held by shared_ptr, because charges may outlive their session for a moment.
+// Thread-safe. Held by shared_ptr, because charges may outlive their session briefly.
 class MapQuota : public std::enable_shared_from_this<MapQuota> {
  public:
   explicit MapQuota(uint64_t max_bytes) : max_bytes_(max_bytes) {}
 
-  // Of each map the charge that is there already or a new one; RESOURCE_EXHAUSTED (QUOTA_EXCEEDED)
-  // if the new ones are too large together, and nothing is charged then.
+  // The existing charge of each map, or a new one. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED) if the new
+  // ones are too large together; nothing is charged then.
   Result<MapCharges> Charge(const DistanceMapSet& maps);
   uint64_t used_bytes() const;
 

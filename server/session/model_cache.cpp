@@ -7,8 +7,7 @@
 namespace drape {
 
 std::shared_ptr<const SceneModel> ModelCache::Share(std::shared_ptr<const SceneModel> model) {
-  // Models that were looked at are released after the lock: the last owner of a large model may be
-  // us.
+  // Released after the lock: this may be the last owner of a large model.
   std::vector<std::shared_ptr<const SceneModel>> looked_at;
   const std::lock_guard lock(mutex_);
   const auto [begin, end] = models_.equal_range(model->content_hash());

@@ -10,10 +10,11 @@
 
 namespace drape {
 
-// Holds no model alive. Thread-safe.
+// Keeps no model alive. Thread-safe.
 class ModelCache {
  public:
-  // A live model of the same content if there is one, else `model` itself from now on.
+  // A live model of the same content if there is one; otherwise `model`, which is shared from now
+  // on.
   std::shared_ptr<const SceneModel> Share(std::shared_ptr<const SceneModel> model);
   // Live models.
   size_t size() const;

@@ -7,27 +7,21 @@
 #include <utility>
 #include <variant>
 
+#include "server/core/violations.h"
 #include "server/scene/constraint_builder.h"
+#include "server/scene/structural_fields.h"
 
 namespace drape {
 namespace {
 
 constexpr uint32_t kNoLimit = std::numeric_limits<uint32_t>::max();
 
-// What could be created can be repinned: the sizes were checked at creation, and they do not depend
-// on the pins.
+// Any existing cloth can be repinned: its sizes were checked at creation and do not depend on the
+// pins.
 ModelLimits LimitsFor(const ClothChange& change, ModelLimits limits) {
   if (!change.model.is_any_set()) return {kNoLimit, kNoLimit, kNoLimit};
   limits.max_particles = kNoLimit;
   return limits;
-}
-
-// Field names as in UpdateClothsRequest: "pins[2].particle" -> "spec.pins[2].particle".
-Status InSpec(const Status& status) {
-  std::vector<FieldViolation> violations = status.violations();
-  if (violations.empty()) return status;
-  for (FieldViolation& violation : violations) violation.field = "spec." + violation.field;
-  return Status::InvalidFields(std::move(violations));
 }
 
 std::string_view KindOf(const Topology& topology) {
@@ -36,36 +30,27 @@ std::string_view KindOf(const Topology& topology) {
   return "particles";
 }
 
-// Refuses what would change nothing of this topology.
+// Refuses changes that have no meaning for this topology.
 Status CheckFits(const ModelChange& change, const Topology& topology) {
-  const bool is_grid = std::holds_alternative<GridTopology>(topology);
   const bool is_particles = std::holds_alternative<ParticleTopology>(topology);
-  std::vector<FieldViolation> violations;
-  const auto require = [&](bool is_set, bool fits, const char* field, const char* owner) {
-    if (!is_set || fits) return;
-    violations.push_back({field, "belongs to " + std::string(owner) + "; one of the cloths is " +
-                                     std::string(is_particles ? "made of " : "") +
-                                     std::string(KindOf(topology))});
+  Violations violations;
+  const auto require = [&](bool is_set, bool fits, const FieldPath& field, std::string_view owner) {
+    violations.Require(!is_set || fits, field, [&] {
+      return "belongs to " + std::string(owner) + "; one of the cloths is " +
+             std::string(is_particles ? "made of " : "") + std::string(KindOf(topology));
+    });
   };
-  require(change.stretch_compliance_m_per_n.has_value(), !is_particles,
-          "spec.material.stretch_compliance_m_per_n", "grids and meshes");
-  require(change.bending_stiffness_n_per_m.has_value(), !is_particles,
-          "spec.material.bending_stiffness_n_per_m", "grids and meshes");
-  require(change.shear_stiffness_n_per_m.has_value(), is_grid,
-          "spec.material.shear_stiffness_n_per_m", "grids");
-  require(change.bending_rigidity_n_m.has_value(), !is_particles,
-          "spec.material.bending_rigidity_n_m", "grids and meshes");
-  require(change.stretch_stiffness_n_per_m.has_value(), !is_particles,
-          "spec.material.stretch_stiffness_n_per_m", "grids and meshes");
-  require(change.shear_modulus_n_per_m.has_value(), is_grid, "spec.material.shear_modulus_n_per_m",
-          "grids");
+  for (const StructuralField& field : kStructuralFields) {
+    require(change.material.IsSet(field.member), Has(topology, field),
+            FieldPath("spec").Child("material").Child(field.name), OwnersOf(field));
+  }
   require(change.distance_constraints.has_value(), is_particles,
           "spec.particles.distance_constraints", "cloths made of particles");
   require(change.springs.has_value(), is_particles, "spec.particles.springs",
           "cloths made of particles");
   require(change.point_joints.has_value(), is_particles, "spec.particles.point_joints",
           "cloths made of particles");
-  return violations.empty() ? Status::Ok() : Status::InvalidFields(std::move(violations));
+  return violations.ToStatus();
 }
 
 // `connections` with the distance in the rest shape where a rest length is not given.
@@ -80,19 +65,7 @@ std::vector<Connection> WithRestLengths(std::vector<Connection> connections,
 }
 
 void Apply(const ModelChange& change, ModelDescription& description) {
-  StructuralMaterial& material = description.material;
-  material.stretch_compliance_m_per_n =
-      change.stretch_compliance_m_per_n.value_or(material.stretch_compliance_m_per_n);
-  material.bending_stiffness_n_per_m =
-      change.bending_stiffness_n_per_m.value_or(material.bending_stiffness_n_per_m);
-  material.shear_stiffness_n_per_m =
-      change.shear_stiffness_n_per_m.value_or(material.shear_stiffness_n_per_m);
-  material.bending_rigidity_n_m =
-      change.bending_rigidity_n_m.value_or(material.bending_rigidity_n_m);
-  material.stretch_stiffness_n_per_m =
-      change.stretch_stiffness_n_per_m.value_or(material.stretch_stiffness_n_per_m);
-  material.shear_modulus_n_per_m =
-      change.shear_modulus_n_per_m.value_or(material.shear_modulus_n_per_m);
+  change.material.ApplyTo(description.material);
   auto* particles = std::get_if<ParticleTopology>(&description.topology);
   if (particles == nullptr) return;
   if (change.distance_constraints) {
@@ -115,8 +88,8 @@ Result<ChangedModel> Build(const ModelDescription& before, const ClothChange& ch
     for (const Pin& pin : *change.pins) description->pinned_particles.push_back(pin.particle);
   }
   auto model = SceneModel::Build(*description, LimitsFor(change, rules.limits));
-  if (!model.ok()) return InSpec(model.status());
-  return ChangedModel{std::move(description), models.Share(*model)};
+  if (!model.ok()) return Below("spec", model.status());
+  return ChangedModel{std::move(description), models.Share(*model), {}};
 }
 
 }  // namespace
@@ -130,9 +103,7 @@ Result<std::vector<ChangedModel>> BuildChangedModels(
     const auto before = cloth->description();
     ChangedModel& entry = built[before->model_description];
     if (entry.model == nullptr) {
-      Result<ChangedModel> result = Build(*before->model_description, change, rules, models);
-      if (!result.ok()) return result.status();
-      entry = std::move(result).value();
+      DRAPE_ASSIGN_OR_RETURN(entry, Build(*before->model_description, change, rules, models));
     }
     if (rules.accept) DRAPE_RETURN_IF_ERROR(rules.accept(*before, *entry.model));
     changed.push_back(entry);

@@ -9,9 +9,9 @@
 
 namespace drape {
 
-// 0 = the default, above the maximum = the maximum.
+// 0 means the default; values above the maximum mean the maximum.
 uint32_t EffectivePageSize(uint32_t page_size);
-// The creation number of the last item that was shown.
+// `last_creation_number`: that of the last item shown.
 std::string MakePageToken(uint64_t last_creation_number);
 // 0 for the empty token (the first page). INVALID_ARGUMENT "page_token" for anything that
 // MakePageToken does not make.

@@ -1,4 +1,4 @@
-// The thread that ends sessions nobody uses any more.
+// The thread that ends sessions that are no longer used.
 #pragma once
 
 #include <chrono>

@@ -7,7 +7,7 @@
 namespace drape {
 namespace {
 
-// Suggested to a client whose request is still under way [ms].
+// Suggested delay for a client whose request is still under way [ms].
 constexpr int64_t kRetryAfter_ms = 50;
 
 }  // namespace

@@ -23,15 +23,15 @@ class RequestMemory {
   RequestMemory(uint32_t max_answers, size_t max_bytes)
       : max_answers_(max_answers), max_bytes_(max_bytes) {}
 
-  // An empty any: the id is new, and now under way. Otherwise the remembered answer. Errors:
+  // An empty any: the id is new and under way from now on. Otherwise the remembered answer. Errors:
   //   ABORTED REQUEST_IN_PROGRESS: the first request with this id is not complete (retry later).
   //   INVALID_ARGUMENT naming "request_id": the id was used for a different request (the
   //   fingerprint, a hash of method and content, differs), or is longer than kMaxRequestIdBytes.
-  // An empty id is nobody's: always new, and Complete and Abandon of it do nothing.
+  // An empty id is always new; Complete and Abandon of it do nothing.
   Result<std::any> Begin(const std::string& request_id, uint64_t fingerprint);
-  // `answer_bytes`: about what the answer occupies.
+  // `answer_bytes`: the approximate size of the answer.
   void Complete(const std::string& request_id, std::any answer, size_t answer_bytes);
-  // The request failed: the id may be tried again.
+  // The request failed: the id may be used again.
   void Abandon(const std::string& request_id);
 
  private:

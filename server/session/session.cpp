@@ -114,12 +114,11 @@ Result<ClothList> Session::FindCloths(std::span<const ClothId> ids) const {
 }
 
 Result<ClothPage> Session::ListCloths(uint32_t page_size, const std::string& page_token) const {
-  const Result<uint64_t> after = ParsePageToken(page_token);
-  if (!after.ok()) return after.status();
+  DRAPE_ASSIGN_OR_RETURN(const uint64_t after, ParsePageToken(page_token));
   const uint32_t size = EffectivePageSize(page_size);
   const std::lock_guard lock(mutex_);
   ClothPage page;
-  auto entry = cloths_.upper_bound(*after);
+  auto entry = cloths_.upper_bound(after);
   for (; entry != cloths_.end() && page.cloths.size() < size; ++entry) {
     page.cloths.push_back(entry->second);
   }
@@ -153,7 +152,7 @@ void Session::FreeOnDevice(ClothList cloths, std::function<void(Status)> done) {
         self->ReleaseQuota(cloths.size(), ParticleTotal(cloths));
         self->commons_->scheduler.Complete([done] { done(Status::Ok()); });
       });
-  // The backend has gone, and the cloths with it.
+  // The backend and its cloths no longer exist.
   if (!is_taken) done(Status::Ok());
 }
 

@@ -1,4 +1,4 @@
-// One session: the cloths of one client and what it may do with them.
+// One session: the cloths of one client, and the operations on them.
 #pragma once
 
 #include <functional>
@@ -22,7 +22,9 @@
 
 namespace drape {
 
-// What all sessions of a server share. The scheduler outlives every session.
+class ClothMaker;
+
+// Shared by all sessions of a server. The scheduler outlives every session.
 struct SessionCommons {
   SessionCommons(Scheduler& the_scheduler, const SessionLimits& the_limits)
       : scheduler(the_scheduler), limits(the_limits) {}
@@ -36,7 +38,7 @@ struct SessionCommons {
 struct CreatedCloths {
   std::vector<ClothId> ids;  // one per copy, same order
   std::shared_ptr<const SceneModel> model;
-  std::string plan;                         // Backend::PlanOf
+  std::string plan;                         // BackendDescription::plan_of
   std::shared_ptr<const ClearStart> start;  // ClothCopy::start of one, a cleared one first
 };
 
@@ -69,13 +71,14 @@ class Session : public std::enable_shared_from_this<Session> {
   uint64_t particle_count() const;  // quota in use
   uint64_t map_bytes() const { return map_quota_->used_bytes(); }
   RequestMemory& request_memory() { return request_memory_; }
-  // Of the whole server.
+  // Shared by the whole server.
   DistanceMapCache& maps() { return commons_->maps; }
 
   // Creates all the copies or none. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED) names the limit;
   // RESOURCE_EXHAUSTED of the backend when the device is full.
   void CreateCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done);
-  // The quota check of CreateCloths alone, and the backend's plan for the model: for validate_only.
+  // For validate_only: checks the quota as CreateCloths does and creates nothing. `done` runs
+  // before this returns.
   void CheckCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done);
 
   // In the order of `ids`; no ids: every cloth in order of creation. NOT_FOUND (CLOTH_NOT_FOUND)
@@ -86,36 +89,37 @@ class Session : public std::enable_shared_from_this<Session> {
   // token that this server did not make is INVALID_ARGUMENT ("page_token").
   Result<ClothPage> ListCloths(uint32_t page_size, const std::string& page_token) const;
 
-  // Changes all the cloths (at least one) or none. INVALID_ARGUMENT for what the cloths' own values
-  // make illegal, with fields as in UpdateClothsRequest ("spec.pins[2].particle");
-  // RESOURCE_EXHAUSTED when the device has no room. Takes effect between two steps of what is
-  // running. `rules` for what needs another model. Cloths that the device has no room to bring back
-  // to what they were when another one failed are deleted; the message says so.
+  // Changes all the cloths (at least one) or none, between two steps of running requests.
+  // INVALID_ARGUMENT for values that are illegal together with the cloths' own, with fields as in
+  // UpdateClothsRequest ("spec.pins[2].particle"); RESOURCE_EXHAUSTED when the device has no room.
+  // If one cloth fails, the others are changed back; a cloth for which the device has no room then
+  // is deleted, and the message says so. `rules` apply to changes that need another model.
   void UpdateCloths(ClothList cloths, ClothChange change,
                     std::function<void(Result<UpdatedCloths>)> done, const ModelRules& rules = {});
-  // Ids are invalid on return; `done` when the device memory is free. Step requests under way on
-  // one of the cloths end with NOT_FOUND (CLOTH_NOT_FOUND).
+  // The ids are invalid on return; `done` runs when the device memory is free. Running step
+  // requests on one of the cloths end with NOT_FOUND (CLOTH_NOT_FOUND).
   void DeleteCloths(ClothList cloths, std::function<void(Status)> done);
-  // State, step, time, warnings and pins of creation (pins as of the last update of pins);
-  // parameters stay. A step request under way goes on from there for the steps it has left.
+  // Back to the state, step, time, warnings and pins of creation (or of the last update of pins);
+  // parameters stay. A running step request continues from there for its remaining steps.
   void ResetCloths(ClothList cloths, std::function<void(Status)> done);
 
-  // Ends the session: deletes its cloths; from now on nothing can be created. For the registry.
+  // Ends the session: deletes its cloths and refuses new ones. For the registry.
   void Close(std::function<void(Status)> done);
 
  private:
-  // Takes the quota or tells which limit is in the way.
+  // Takes the quota, or names the limit that forbids it.
   Status ReserveQuota(uint64_t cloths, uint64_t particles);
   void ReleaseQuota(uint64_t cloths, uint64_t particles);
   Status CheckQuota(uint64_t cloths, uint64_t particles) const;  // mutex_ held
-  // Makes the records visible, unless the session was closed meanwhile.
+  // Makes the records visible; false if the session was closed meanwhile.
   bool Publish(const ClothList& records);
-  // Removes them from this session and the table. Those that are already gone are left out of the
-  // result.
+  // Publishes the cloths of a creation that ended with `status`.
+  Result<CreatedCloths> PublishMade(const ClothMaker& maker, const Status& status);
+  // Removes the cloths from this session and the table. Returns those that were still there.
   ClothList Unpublish(const ClothList& cloths);
-  // Deletes those that have ended on the device. Device thread.
+  // Deletes the cloths that have ended on the device. Device thread.
   void DropEnded(const ClothList& cloths);
-  // Posts what frees the cloths on the device and returns the quota.
+  // Posts a command that frees the cloths on the device, and returns the quota.
   void FreeOnDevice(ClothList cloths, std::function<void(Status)> done);
 
   const std::shared_ptr<SessionCommons> commons_;

@@ -47,20 +47,13 @@ void Session::CreateCloths(ClothCreation creation,
   auto model = commons_->models.Share(creation.model);
   const size_t per_slice = ClothsPerSlice(model->particle_count());
   auto start = StartOf(creation);
-  auto maker = std::make_shared<ClothMaker>(std::move(creation), std::move(model));
+  std::string plan = commons_->scheduler.description().plan_of(*model);
+  auto maker = std::make_shared<ClothMaker>(std::move(creation), std::move(model), std::move(plan));
   const auto finish = [self = shared_from_this(), maker, start = std::move(start), done, cloths,
                        particles](Backend& backend, const Status& status) {
-    Status outcome = status;
-    if (outcome.ok() && !self->Publish(maker->made())) {
-      outcome = Status(StatusCode::kNotFound, "SESSION_NOT_FOUND", "the session has ended");
-    }
-    Result<CreatedCloths> answer =
-        outcome.ok() ? Result<CreatedCloths>(CreatedCloths{}) : Result<CreatedCloths>(outcome);
-    if (outcome.ok()) {
-      answer->model = maker->model();
+    Result<CreatedCloths> answer = self->PublishMade(*maker, status);
+    if (answer.ok()) {
       answer->start = start;
-      answer->plan = maker->made().front()->description()->plan;
-      for (const auto& cloth : maker->made()) answer->ids.push_back(cloth->id);
     } else {
       maker->Unmake(backend);
       self->ReleaseQuota(cloths, particles);
@@ -79,6 +72,18 @@ void Session::CreateCloths(ClothCreation creation,
   }
 }
 
+Result<CreatedCloths> Session::PublishMade(const ClothMaker& maker, const Status& status) {
+  DRAPE_RETURN_IF_ERROR(status);
+  if (!Publish(maker.made())) {
+    return Status(StatusCode::kNotFound, "SESSION_NOT_FOUND", "the session has ended");
+  }
+  CreatedCloths created;
+  created.model = maker.model();
+  created.plan = maker.plan();
+  for (const auto& cloth : maker.made()) created.ids.push_back(cloth->id);
+  return created;
+}
+
 void Session::CheckCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done) {
   Status status = map_quota_->Charge(MapsOf(creation)).status();
   if (status.ok()) {
@@ -86,17 +91,11 @@ void Session::CheckCloths(ClothCreation creation, std::function<void(Result<Crea
     status = CheckQuota(creation.copies.size(),
                         uint64_t{creation.model->particle_count()} * creation.copies.size());
   }
-  if (status.ok()) {
-    status = commons_->scheduler.Post([self = shared_from_this(), model = creation.model,
-                                       start = StartOf(creation), done](Backend& backend) {
-      CreatedCloths answer;
-      answer.model = model;
-      answer.start = start;
-      answer.plan = backend.PlanOf(*model);
-      self->commons_->scheduler.Complete([done, answer] { done(answer); });
-    });
-  }
-  if (!status.ok()) done(status);
+  if (!status.ok()) return done(status);
+  done(CreatedCloths{.ids = {},
+                     .model = creation.model,
+                     .plan = commons_->scheduler.description().plan_of(*creation.model),
+                     .start = StartOf(creation)});
 }
 
 void Session::UpdateCloths(ClothList cloths, ClothChange change,
@@ -121,6 +120,9 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
       return;
     }
     models = std::move(built).value();
+    for (ChangedModel& changed : models) {
+      changed.plan = commons_->scheduler.description().plan_of(*changed.model);
+    }
   }
   const Status status = commons_->scheduler.Post(
       [self = shared_from_this(), cloths = std::move(cloths), change = std::move(change),
@@ -154,7 +156,7 @@ void Session::ResetCloths(ClothList cloths, std::function<void(Status)> done) {
     return;
   }
   const auto held = std::make_shared<const ClothList>(std::move(cloths));
-  // Cloths of a session differ in size: the slices are those of the largest.
+  // Cloths of a session differ in size: slices are made for the largest.
   uint32_t largest = 1;
   for (const auto& cloth : *held) {
     largest = std::max(largest, cloth->description()->model->particle_count());

@@ -1,4 +1,4 @@
-// What one session and all of them together may hold.
+// Limits of one session and of all sessions together.
 #pragma once
 
 #include <cstddef>
@@ -28,7 +28,7 @@ inline constexpr double kDefaultTtl_s = 300;
 // Legal length of a display name [bytes].
 inline constexpr size_t kMaxDisplayNameBytes = 256;
 
-// Items per page when a list request does not say, and at most.
+// Items per page if a list request does not say, and the maximum.
 inline constexpr uint32_t kDefaultPageSize = 100;
 inline constexpr uint32_t kMaxPageSize = 1000;
 

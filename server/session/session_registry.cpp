@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/core/violations.h"
 #include "server/session/page_token.h"
 
 namespace drape {
@@ -67,15 +68,13 @@ SessionRegistry::SessionRegistry(Scheduler& scheduler, const SessionLimits& limi
 Result<SessionLease> SessionRegistry::Create(std::optional<double> ttl_s,
                                              const std::string& display_name) {
   const double ttl = ttl_s.value_or(kDefaultTtl_s);
-  std::vector<FieldViolation> violations;
-  if (!(ttl >= kMinTtl_s && ttl <= kMaxTtl_s)) {  // false for NaN, too
-    violations.push_back({"ttl_s", "is " + std::to_string(ttl) + ", must be from 1 to 86400"});
-  }
-  if (display_name.size() > kMaxDisplayNameBytes) {
-    violations.push_back(
-        {"display_name", "at most " + std::to_string(kMaxDisplayNameBytes) + " bytes"});
-  }
-  if (!violations.empty()) return Status::InvalidFields(std::move(violations));
+  Violations violations;
+  violations.InRange("ttl_s", ttl, {kMinTtl_s, kMaxTtl_s, "s"});
+  violations.Require(display_name.size() <= kMaxDisplayNameBytes, "display_name", [&] {
+    return "has " + std::to_string(display_name.size()) + " bytes; at most " +
+           std::to_string(kMaxDisplayNameBytes);
+  });
+  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
 
   const std::string name = "sessions/" + server_id_ + "-" + RandomToken();
   const std::lock_guard lock(mutex_);
@@ -108,7 +107,7 @@ Status SessionRegistry::CheckLive(const std::string& name) const {
   if (found != sessions_.end() && !IsExpired(found->second, clock_.NowUs())) return Status::Ok();
   if (found != sessions_.end() || expired_names_.contains(name)) {
     return {StatusCode::kNotFound, "SESSION_EXPIRED",
-            "the session's lease ran out; its cloths are deleted"};
+            "the session has expired; its cloths are deleted"};
   }
   return {StatusCode::kNotFound, "SESSION_NOT_FOUND", "no such session"};
 }
@@ -159,14 +158,13 @@ Result<SessionView> SessionRegistry::Renew(const std::string& name) {
 }
 
 Result<SessionPage> SessionRegistry::List(uint32_t page_size, const std::string& page_token) const {
-  const Result<uint64_t> after = ParsePageToken(page_token);
-  if (!after.ok()) return after.status();
+  DRAPE_ASSIGN_OR_RETURN(const uint64_t after, ParsePageToken(page_token));
   const uint32_t size = EffectivePageSize(page_size);
   const std::lock_guard lock(mutex_);
   const int64_t now_us = clock_.NowUs();
   SessionPage page;
   uint64_t last = 0;
-  for (auto it = names_by_creation_.upper_bound(*after); it != names_by_creation_.end(); ++it) {
+  for (auto it = names_by_creation_.upper_bound(after); it != names_by_creation_.end(); ++it) {
     const Entry& entry = sessions_.at(it->second);
     if (IsExpired(entry, now_us)) continue;
     if (page.sessions.size() == size) {

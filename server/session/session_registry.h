@@ -21,8 +21,8 @@ namespace drape {
 
 class SessionRegistry;
 
-// A session with a request under way: while one exists, the session does not expire. Renews the
-// lease when it is made and when it goes. Movable. The registry must outlive it.
+// Keeps a session alive while a request is under way: the session does not expire. Its creation and
+// its destruction renew the session's time to live. Movable. The registry must outlive it.
 class SessionLease {
  public:
   SessionLease() = default;
@@ -47,7 +47,7 @@ class SessionLease {
 
 // A session as lists and answers show it.
 struct SessionView {
-  std::string name;  // in full: whoever shows it to others shortens it (ShortSessionName)
+  std::string name;  // in full; shorten it (ShortSessionName) before showing it to other clients
   std::string display_name;
   double ttl_s = 0;
   double remaining_s = 0;  // the whole ttl while a request is under way
@@ -77,26 +77,24 @@ class SessionRegistry {
   SessionRegistry(Scheduler& scheduler, const SessionLimits& limits, const Clock& clock,
                   std::string server_id);
 
-  // A new session under way; the name holds 128 random bits: knowing it is what gives access.
+  // A new session. Its name has 128 random bits; knowing the name gives access.
   // INVALID_ARGUMENT "ttl_s" outside [kMinTtl_s, kMaxTtl_s] or not finite, "display_name" too long;
   // RESOURCE_EXHAUSTED (TOO_MANY_SESSIONS).
   Result<SessionLease> Create(std::optional<double> ttl_s, const std::string& display_name);
-  // The session for a request; renews the lease. NOT_FOUND: SESSION_EXPIRED for a while after
-  // expiry, else SESSION_NOT_FOUND. A session whose lease is over is expired even if nothing has
-  // reaped it yet.
+  // The session for a request; renews it. NOT_FOUND: SESSION_EXPIRED for a while after expiry, then
+  // SESSION_NOT_FOUND. A session is expired once its time is over, even if it was not reaped yet.
   Result<SessionLease> Find(const std::string& name);
-  // What it looks like now. Does not renew. Errors as Find.
+  // The present view of the session. Does not renew it. Errors as Find.
   Result<SessionView> Get(const std::string& name) const;
   // In order of creation. Page rules as Session::ListCloths.
   Result<SessionPage> List(uint32_t page_size, const std::string& page_token) const;
-  // Find, and what it looks like then.
+  // Find, then Get.
   Result<SessionView> Renew(const std::string& name);
   // Removes the session at once; `done` (as Session::DeleteCloths) when its cloths are freed.
   // Requests under way end with NOT_FOUND. Errors as Find.
   void Delete(const std::string& name, std::function<void(Status)> done);
 
-  // Removes every session whose lease is over, and its cloths. Returns how many. Called by a
-  // Reaper.
+  // Removes every session whose time is over, and its cloths. Returns how many. Called by a Reaper.
   size_t ReapExpired();
 
   ServerTotals Totals() const;
@@ -111,7 +109,7 @@ class SessionRegistry {
     uint32_t under_way = 0;  // leases
   };
 
-  // All with mutex_ held.
+  // --- With mutex_ held.
   bool IsExpired(const Entry& entry, int64_t now_us) const;
   Status CheckLive(const std::string& name) const;
   SessionView ViewOf(const Entry& entry, int64_t now_us) const;

@@ -9,16 +9,16 @@
 
 namespace drape {
 
-// Particles that one command creates or resets at most (one cloth at least): a few milliseconds, so
-// that the steps of other sessions go on between the commands of a large creation.
+// Largest number of particles that one command creates or resets (but at least one cloth): a few
+// milliseconds, so that other sessions step between the commands of a large creation.
 inline constexpr uint64_t kSliceParticles = uint64_t{1} << 18;
 
-// How many cloths of this size make a slice; >= 1.
+// Cloths of this size per slice; >= 1.
 size_t ClothsPerSlice(uint32_t particle_count);
 
 // Runs `slice(backend, begin, end)` for consecutive ranges that cover [0, count), each in a command
-// of its own, until one fails; then `finish` with the outcome, once, on the device thread. An error
-// of the first admission (Scheduler::Post) is returned and neither is called.
+// of its own, until one fails; then `finish` with the outcome, once, on the device thread. If the
+// first command is not accepted (Scheduler::Post), returns that error and calls neither.
 Status RunInSlices(Scheduler& scheduler, size_t count, size_t per_slice,
                    std::function<Status(Backend&, size_t begin, size_t end)> slice,
                    std::function<void(Backend&, const Status&)> finish);

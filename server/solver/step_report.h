@@ -1,6 +1,7 @@
 // What a step tells about a cloth.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <string_view>
 
@@ -22,10 +23,12 @@ struct StepWarnings {
   // Some elastic element (bending, shear) is faster than the substep can follow, and softer than
   // asked for.
   bool elastic_beyond_limit = false;
-  // Springs in the force may gain energy faster than kMaxSpringGain_per_s (SpringGain_per_s).
+  // Springs in the force may gain energy faster than kMaxSpringGain_per_s (force_limits.h).
   bool springs_gain_energy = false;
   // One sweep per substep already takes longer than the frame budget. Set by the scheduler.
   bool over_budget = false;
+
+  friend auto operator<=>(const StepWarnings&, const StepWarnings&) = default;
 };
 
 // Measured on the committed state, only on request. Frames: the cloth's own; the caller shifts.

@@ -4,13 +4,10 @@
 
 namespace drape {
 
-SubstepSchedule::SubstepSchedule(const SceneModel& model, const ClothParameters& parameters,
-                                 bool has_two_steps)
-    : has_two_steps_(has_two_steps),
-      substeps_(parameters.settings.substeps),
-      h_(parameters.settings.substep_s()) {
-  const StepSettings& settings = parameters.settings;
-  if (!HasTwistDamping(model, settings)) return;
+SubstepSchedule::SubstepSchedule(const StepSettings& settings, bool has_two_steps,
+                                 bool has_twist_damping)
+    : has_two_steps_(has_two_steps), substeps_(settings.substeps), h_(settings.substep_s()) {
+  if (!has_twist_damping) return;
   twist_period_ = std::min(kTwistPeriod, substeps_);
   // The twist of a single cell falls by four shares.
   const double share = settings.twist_damping_per_s * h_ * twist_period_ / 4;

@@ -1,10 +1,10 @@
 // The substeps of a step and how long everything acts in each: the one place for these facts.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 
-#include "server/scene/scene_model.h"
-#include "server/solver/cloth_parameters.h"
+#include "server/solver/step_settings.h"
 
 namespace drape {
 
@@ -41,14 +41,16 @@ inline constexpr double kMaxTwistShare = 1.0 / 16;
 // done in two halves to start from. Small; substeps are made when asked for.
 class SubstepSchedule {
  public:
-  // `has_two_steps` as in SolverChoice.
-  SubstepSchedule(const SceneModel& model, const ClothParameters& parameters, bool has_two_steps);
+  // `has_two_steps` as in SolverChoice; `has_twist_damping`: the cloth has cells to damp.
+  SubstepSchedule(const StepSettings& settings, bool has_two_steps, bool has_twist_damping);
 
   bool has_two_steps() const { return has_two_steps_; }
   uint32_t size() const { return has_two_steps_ ? substeps_ + 1 : substeps_; }
   // `damp_twist` is due in the last substep and every so many before it; 0: never.
   uint32_t twist_period() const { return twist_period_; }
   Substep operator[](uint32_t index) const;  // index < size()
+
+  friend auto operator<=>(const SubstepSchedule&, const SubstepSchedule&) = default;
 
  private:
   Substep OneStep(uint32_t index) const;

@@ -1,4 +1,4 @@
-// What a dispatch works through: one entry per cloth (or per column for the kernel `pack`).
+// The work list of a dispatch: one entry per cloth (or per column for the kernel `pack`).
 #ifndef DRAPE_SHADERS_INTERFACE_BATCH_ITEM_H_
 #define DRAPE_SHADERS_INTERFACE_BATCH_ITEM_H_
 

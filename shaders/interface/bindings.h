@@ -59,7 +59,7 @@
 // Words of a tether in a model: pin, length [m].
 #define DRAPE_TETHER_WORDS 2
 
-// What a distance constraint keeps (scene/description.h, ConstraintKind).
+// Kinds of distance constraints (scene/description.h, ConstraintKind).
 #define DRAPE_KIND_EQUAL 0u
 #define DRAPE_KIND_AT_MOST 1u
 #define DRAPE_KIND_AT_LEAST 2u
@@ -86,8 +86,8 @@
 // and the angle a in it sin(a)/a and h (1 - cos(a))/a^2 [s].
 #define DRAPE_COLLIDER_MOTION_WORDS 27
 
-// Of so many colliders of a cloth, the first ones, a step may leave out those that nothing touches;
-// sets of them are bits of a float's mantissa.
+// A step may leave out colliders that nothing touches, of the first 24; sets of them are bits of a
+// float's mantissa.
 #define DRAPE_LEFT_OUT_COLLIDERS 24u
 // Words of the range of a cloth's free particles when the step begins, of each the largest as
 // lib/float_order.glsl orders floats: -x, -y, -z, x, y, z [m], square of the speed [m^2/s^2],

@@ -1,4 +1,4 @@
-// What a step tells about one cloth; read back once per batch.
+// The result of a step for one cloth; read back once per batch.
 #ifndef DRAPE_SHADERS_INTERFACE_CLOTH_STATUS_H_
 #define DRAPE_SHADERS_INTERFACE_CLOTH_STATUS_H_
 

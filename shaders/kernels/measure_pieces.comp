@@ -21,8 +21,8 @@ vec3 CommittedPosition(uint i) { return StateVector(cloth.positions + 3u * i); }
 
 // From where the committed state is: at the end of the step, or at its start if the cloth is faulted.
 float CommittedGap(uint c, vec3 p) {
-  if (cloth.collider_motions == 0u) {
-    return ColliderGap(LoadCollider(c), cloth.thickness, p).size;
+  if (cloth.has_moving_colliders == 0u) {
+    return ColliderGap(LoadCollider(c), cloth.step.thickness, p).size;
   }
   return GapAtEnd(LoadSurface(c), p).size;
 }
@@ -32,16 +32,16 @@ void MeasureContacts(uint i, vec3 p, inout Measured measured) {
   for (uint c = 1u; c < cloth.collider_count; ++c) {
     smallest_gap = min(smallest_gap, CommittedGap(c, p));
   }
-  if (smallest_gap <= cloth.contact_margin) ++measured.contacts;
+  if (smallest_gap <= cloth.step.contact_margin) ++measured.contacts;
   measured.max_penetration = max(measured.max_penetration, -smallest_gap);
-  measured.max_residual = max(measured.max_residual, scratch[cloth.violations + i]);
+  measured.max_residual = max(measured.max_residual, scratch[cloth.scratch.violations + i]);
 }
 
 // Each spring is counted at its end of smaller index.
 void MeasureSprings(uint i, vec3 p, inout Measured measured) {
-  uint end = models[cloth.spring_offsets + i + 1u];
-  for (uint s = models[cloth.spring_offsets + i]; s < end; ++s) {
-    uint word = cloth.spring_ends + DRAPE_SPRING_END_WORDS * s;
+  uint end = models[cloth.model.spring_offsets + i + 1u];
+  for (uint s = models[cloth.model.spring_offsets + i]; s < end; ++s) {
+    uint word = cloth.model.spring_ends + DRAPE_SPRING_END_WORDS * s;
     if (models[word] < i) continue;
     precise vec3 d = CommittedPosition(models[word]) - p;
     precise float elongation = Length(d) - ModelFloat(word + 1u);
@@ -51,12 +51,12 @@ void MeasureSprings(uint i, vec3 p, inout Measured measured) {
 }
 
 void MeasureParticle(uint i, inout Measured measured) {
-  float mass = ModelFloat(cloth.masses + i);
+  float mass = ModelFloat(cloth.model.masses + i);
   vec3 p = CommittedPosition(i);
   vec3 v = StateVector(cloth.velocities + 3u * i);
   measured.kinetic = AddCompensated(measured.kinetic, KineticEnergy(mass, v));
   measured.potential =
-      AddCompensated(measured.potential, PotentialEnergy(mass, cloth.gravity.xyz, p));
+      AddCompensated(measured.potential, PotentialEnergy(mass, cloth.step.gravity.xyz, p));
   measured.lowest = min(measured.lowest, p.y);
   if (cloth.collider_count > 0u) MeasureContacts(i, p, measured);
   if (cloth.has_springs != 0u) MeasureSprings(i, p, measured);
@@ -64,17 +64,18 @@ void MeasureParticle(uint i, inout Measured measured) {
 
 uvec2 LoadPair(uint k) {
   if (cloth.is_tiled == 0u) {
-    uint pair = models[cloth.pairs + k];
+    uint pair = models[cloth.model.pairs + k];
     return uvec2(pair & 0xffffu, pair >> 16);
   }
-  return uvec2(models[cloth.pairs + 2u * k], models[cloth.pairs + 2u * k + 1u]);
+  return uvec2(models[cloth.model.pairs + 2u * k], models[cloth.model.pairs + 2u * k + 1u]);
 }
 
 void MeasureConstraint(uint k, inout Measured measured) {
+  float inverse_interval = cloth.substeps[DRAPE_SUBSTEP_LAST].inverse_interval;
   uvec2 pair = LoadPair(k);
-  float rest_length = cloth.has_own_lengths != 0u ? Parameter(cloth.length_targets + k)
-                                                  : ModelFloat(cloth.rest_lengths + k);
-  uint kind = cloth.has_inequalities != 0u ? models[cloth.kinds + k] : DRAPE_KIND_EQUAL;
+  float rest_length = cloth.has_own_lengths != 0u ? Parameter(cloth.parameters.length_targets + k)
+                                                  : ModelFloat(cloth.model.rest_lengths + k);
+  uint kind = cloth.has_inequalities != 0u ? models[cloth.model.kinds + k] : DRAPE_KIND_EQUAL;
   precise vec3 d = CommittedPosition(pair.y) - CommittedPosition(pair.x);
   precise float elongation = Length(d) - rest_length;
   float violation = Violation(kind, elongation);
@@ -85,34 +86,34 @@ void MeasureConstraint(uint k, inout Measured measured) {
   float residual = elongation;
   float compliance = 0.0;
   if (cloth.has_compliance != 0u) {
-    compliance = ModelFloat(cloth.compliances + k);
-    residual = SoftenedResidual(elongation, compliance, cloth.last_inverse_interval,
-                                scratch[cloth.lambdas + k]);
+    compliance = ModelFloat(cloth.model.compliances + k);
+    residual = SoftenedResidual(elongation, compliance, inverse_interval,
+                                scratch[cloth.scratch.lambdas + k]);
     if (compliance > 0.0) {
       measured.elastic =
           AddCompensated(measured.elastic, ElasticEnergy(1.0 / compliance, violation));
     }
   }
   if (kind != DRAPE_KIND_EQUAL) {
-    float inverse_mass_sum = ModelFloat(cloth.inverse_masses + pair.x) +
-                             ModelFloat(cloth.inverse_masses + pair.y);
-    residual = AdmissibleError(kind, residual, scratch[cloth.lambdas + k], inverse_mass_sum,
-                               compliance, cloth.h, cloth.inverse_h);
+    float inverse_mass_sum = ModelFloat(cloth.model.inverse_masses + pair.x) +
+                             ModelFloat(cloth.model.inverse_masses + pair.y);
+    residual = AdmissibleError(kind, residual, scratch[cloth.scratch.lambdas + k], inverse_mass_sum,
+                               compliance, cloth.step.h, cloth.step.inverse_h);
   }
   measured.max_residual = max(measured.max_residual, abs(residual));
 }
 
 void MeasureJoint(uint k, inout Measured measured) {
-  uint word = cloth.joint_pairs + 2u * k;
+  uint word = cloth.model.joint_pairs + 2u * k;
   precise vec3 d = CommittedPosition(models[word + 1u]) - CommittedPosition(models[word]);
   float error = Length(d);
   if (cloth.has_joint_compliance != 0u) {
-    float compliance = ModelFloat(cloth.joint_compliances + k);
-    vec3 lambda = ScratchVector(cloth.joint_lambdas + 3u * k);
+    float compliance = ModelFloat(cloth.model.joint_compliances + k);
+    vec3 lambda = ScratchVector(cloth.scratch.joint_lambdas + 3u * k);
     if (compliance > 0.0) {
       measured.elastic = AddCompensated(measured.elastic, ElasticEnergy(1.0 / compliance, error));
     }
-    error = Length(JointResidual(d, compliance, cloth.inverse_h, lambda));
+    error = Length(JointResidual(d, compliance, cloth.step.inverse_h, lambda));
   }
   measured.max_residual = max(measured.max_residual, error);
 }
@@ -130,10 +131,10 @@ void MeasureElement(uint e, inout Measured measured) {
 
 void main() {
   BatchItem item = items[first_item + gl_WorkGroupID.y];
-  cloth = cloths[item.cloth];
-  precise float step_end = float(cloth.substeps) * cloth.h;
-  substep.begin = 0.0;
-  substep.end = statuses[item.status].fault != 0u ? 0.0 : step_end;
+  OpenRecord(item.cloth);
+  precise float step_end = float(cloth.step.substeps) * cloth.step.h;
+  substep_begin = 0.0;
+  substep_end = statuses[item.status].fault != 0u ? 0.0 : step_end;
   uint piece = gl_WorkGroupID.x;
   if (piece >= cloth.measure_piece_count) return;
   uint begin = piece * DRAPE_MEASURE_PIECE + gl_LocalInvocationID.x;
@@ -146,7 +147,7 @@ void main() {
   for (uint k = begin; k < constraint_end; k += LOCAL_SIZE) MeasureConstraint(k, measured);
   for (uint k = begin; k < joint_end; k += LOCAL_SIZE) MeasureJoint(k, measured);
   for (uint e = begin; e < elastic_end; e += LOCAL_SIZE) MeasureElement(e, measured);
-  measured = MergeLanes(measured);
+  measured = MergeInvocations(measured);
   if (gl_LocalInvocationID.x != 0u) return;
   if (cloth.measure_piece_count == 1u) {
     StoreMeasured(item.status, measured);

@@ -1,12 +1,12 @@
 // Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state.
 // One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint, with
-// HAS_LANES a link of a strip.
+// HAS_STRIP_REDUCTION one link of a strip.
 // Stages: find_reach, apply_springs, apply_elastic, apply_wind, predict, damp_twist, tether, solve_strips,
 // refine, solve_distance, solve_joints, solve_contacts, integrate, solve_velocity, correct_velocity, commit
 // (server/solver/method.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
 // Statuses. SI units.
-// With IS_IN_PARTS (drivers that cut long loops, server/gl/README.md) a dispatch stops before it has used
-// up LOOP_BUDGET and the next one goes on where it stopped; the arithmetic is the same.
+// With LOOP_BUDGET (drivers that cut long loops, server/gl/README.md) a dispatch stops before it exceeds that
+// many passes through loops, and the next one goes on where it stopped. The arithmetic is the same.
 #include "stages/access_resident.glsl"
 #include "stages/apply_springs.glsl"
 #include "stages/apply_elastic.glsl"
@@ -14,28 +14,16 @@
 #include "stages/predict.glsl"
 #include "stages/damp_twist.glsl"
 #include "stages/tether.glsl"
-#include "stages/solve_strips.glsl"
-#ifdef HAS_LANES
-#include "stages/reduce_strips.glsl"
-#endif
-#include "stages/solve_distance.glsl"
-#ifdef HAS_REFINEMENT
-#include "stages/refine.glsl"
-#endif
-#include "stages/solve_joints.glsl"
 #include "stages/find_reach.glsl"
-#include "stages/solve_contacts.glsl"
 #include "stages/solve_velocity.glsl"
+#include "stages/sweep_resident.glsl"
 #include "lib/fault.glsl"
 
 layout(local_size_x = LOCAL_SIZE) in;
 
-#ifdef IS_IN_PARTS
+#ifdef LOOP_BUDGET
 layout(location = DRAPE_UNIFORM_PART) uniform uint part;
 #endif
-
-#define FOR_EACH(index, begin, end) \
-  for (uint index = (begin) + gl_LocalInvocationID.x; index < (end); index += LOCAL_SIZE)
 
 // Where the step is; the same in every invocation.
 struct Progress {
@@ -45,10 +33,10 @@ struct Progress {
   uint unconverged_substeps;
 };
 
-#ifdef IS_IN_PARTS
+#ifdef LOOP_BUDGET
 uint used_loops = 0u;
 
-// Whether work of this cost would go beyond what one dispatch may do; if not, it is booked.
+// Whether work of this cost would exceed the budget of the dispatch; if not, it is booked.
 bool MustPause(uint cost) {
   if (used_loops + cost > LOOP_BUDGET) return true;
   used_loops += cost;
@@ -63,18 +51,18 @@ Progress LoadProgress(uint status) {
 
 void SaveCloth() {
   FOR_EACH(i, 0u, cloth.particle_count) {
-    SetScratchVector(cloth.work_positions + 3u * i, Position(i));
-    SetScratchVector(cloth.work_velocities + 3u * i, Velocity(i));
+    SetScratchVector(cloth.scratch.work_positions + 3u * i, Position(i));
+    SetScratchVector(cloth.scratch.work_velocities + 3u * i, Velocity(i));
   }
 }
 #endif
 
 void LoadParticle(uint i) {
-  SetInverseMass(i, ModelFloat(cloth.inverse_masses + i));
-#ifdef IS_IN_PARTS
+  SetInverseMass(i, ModelFloat(cloth.model.inverse_masses + i));
+#ifdef LOOP_BUDGET
   if (part != 0u) {
-    SetPosition(i, ScratchVector(cloth.work_positions + 3u * i));
-    SetVelocity(i, ScratchVector(cloth.work_velocities + 3u * i));
+    SetPosition(i, ScratchVector(cloth.scratch.work_positions + 3u * i));
+    SetVelocity(i, ScratchVector(cloth.scratch.work_velocities + 3u * i));
     return;
   }
 #endif
@@ -85,13 +73,6 @@ void LoadParticle(uint i) {
 #endif
 }
 
-#ifdef HAS_REFINEMENT
-void ClearFlags() {
-  FOR_EACH(word, 0u, (cloth.particle_count + 31u) / 32u) shared_flags[word] = 0u;
-  if (gl_LocalInvocationID.x == 0u) shared_has_flags = 0u;
-}
-#endif
-
 void LoadCloth() {
   FOR_EACH(i, 0u, cloth.particle_count) LoadParticle(i);
   if (gl_LocalInvocationID.x == 0u) {
@@ -101,7 +82,7 @@ void LoadCloth() {
   PhaseBarrier();
 }
 
-#ifdef LEAVES_OUT_COLLIDERS
+#ifdef HAS_COLLIDER_REACH
 shared uint shared_far_colliders;
 
 void FindRange() {
@@ -117,9 +98,9 @@ void FindRange() {
 }
 #endif
 
-// Which colliders the cloth can meet; what parts that go on need of it lies in the status.
+// Finds the colliders that the cloth can meet. Parts that go on read them from the status.
 void FindReach(uint status, bool has_begun) {
-#ifdef LEAVES_OUT_COLLIDERS
+#ifdef HAS_COLLIDER_REACH
   if (has_begun) {
     LoadReach(status);
     return;
@@ -136,7 +117,7 @@ void FindReach(uint status, bool has_begun) {
 #endif
 }
 
-#if defined(SPRINGS_HALF_KICKS) || defined(SPRINGS_IN_FORCE)
+#if defined(HAS_APPLY_SPRINGS) || defined(HAS_SPRING_FORCES)
 void StoreSpringAccelerations(uint place) {
   FOR_EACH(i, 0u, cloth.particle_count) StoreSpringAcceleration(i, place);
   PhaseBarrier();
@@ -144,7 +125,7 @@ void StoreSpringAccelerations(uint place) {
 #endif
 
 void ApplySprings(uint place, float seconds) {
-#ifdef SPRINGS_HALF_KICKS
+#ifdef HAS_APPLY_SPRINGS
   StoreSpringAccelerations(place);
   FOR_EACH(i, 0u, cloth.particle_count) KickParticle(i, seconds);
   PhaseBarrier();
@@ -152,7 +133,7 @@ void ApplySprings(uint place, float seconds) {
 }
 
 void ApplyElastic(uint place, float seconds) {
-#ifdef HAS_ELASTIC
+#ifdef HAS_APPLY_ELASTIC
   FOR_EACH(e, 0u, cloth.elastic_count) StoreElasticImpulse(e, place, seconds);
   ScratchPhaseBarrier();
   FOR_EACH(i, 0u, cloth.particle_count) ApplyElasticImpulses(i);
@@ -161,7 +142,7 @@ void ApplyElastic(uint place, float seconds) {
 }
 
 void ApplyWind(uint place, float seconds) {
-#ifdef HAS_WIND
+#ifdef HAS_APPLY_WIND
   FOR_EACH(t, 0u, cloth.triangle_count) StoreAirImpulse(t, place, seconds);
   ScratchPhaseBarrier();
   FOR_EACH(i, 0u, cloth.particle_count) ApplyAirImpulses(i);
@@ -169,17 +150,17 @@ void ApplyWind(uint place, float seconds) {
 #endif
 }
 
-// What acts on the velocities before, within or after a substep.
-void Kick(uint index, uint place) {
-  float seconds = KickSeconds(index, place);
+// Springs, elastic elements and air act on the velocities before, within or after a substep.
+void Kick(uint place) {
+  float seconds = KickSeconds(place);
   if (seconds == 0.0) return;
   ApplySprings(place, seconds);
   ApplyElastic(place, seconds);
   ApplyWind(place, seconds);
 }
 
-void Predict(uint index) {
-#ifdef SPRINGS_IN_FORCE
+void Predict() {
+#ifdef HAS_SPRING_FORCES
   StoreSpringAccelerations(DRAPE_KICK_BEFORE);
 #endif
   FOR_EACH(i, 0u, cloth.particle_count) PredictParticle(i);
@@ -188,15 +169,14 @@ void Predict(uint index) {
 #endif
   PhaseBarrier();
 #ifdef HAS_TWO_STEPS
-  Kick(index, DRAPE_KICK_WITHIN);
+  Kick(DRAPE_KICK_WITHIN);
 #endif
 }
 
-void DampTwist(uint index) {
-#ifdef HAS_TWIST
-  float share = TwistShare(index);
-  if (share == 0.0) return;
-  FOR_EACH(i, 0u, cloth.particle_count) StoreTwistChange(i, share);
+void DampTwist() {
+#ifdef HAS_DAMP_TWIST
+  if (substep.twist_share == 0.0) return;
+  FOR_EACH(i, 0u, cloth.particle_count) StoreTwistChange(i);
   PhaseBarrier();
   FOR_EACH(i, 0u, cloth.particle_count) ApplyTwistChange(i);
   PhaseBarrier();
@@ -204,98 +184,8 @@ void DampTwist(uint index) {
 }
 
 void Tether() {
-#ifdef HAS_TETHERS
-  FOR_EACH(i, 0u, cloth.particle_count) ApplyTethers(i);
-  PhaseBarrier();
-#endif
-}
-
-#ifdef HAS_REFINEMENT
-// Whether any link is far off.
-bool FlagLinks() {
-  ClearFlags();
-  PhaseBarrier();
-  FOR_EACH(k, 0u, cloth.constraint_count) TestLink(k);
-  PhaseBarrier();
-  return shared_has_flags != 0u;
-}
-
-void SolveFlaggedLinks() {
-  for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
-    uint begin = models[cloth.colour_offsets + colour];
-    uint end = models[cloth.colour_offsets + colour + 1u];
-    FOR_EACH(k, begin, end) {
-      if (!IsAtFlag(k)) continue;
-      RefineConstraint(k);
-      atomicAdd(shared_refine_solves, 1u);
-    }
-    PhaseBarrier();
-  }
-}
-#endif
-
-// What the strips have left far off.
-void Refine() {
-#ifdef HAS_REFINEMENT
-  if (gl_LocalInvocationID.x == 0u) shared_refine_solves = 0u;
-  for (uint k = 0u; k < cloth.refine_rounds; ++k) {
-    if (!FlagLinks()) return;
-    for (uint sweep = 0u; sweep < REFINE_SWEEPS; ++sweep) SolveFlaggedLinks();
-    if (shared_refine_solves >= cloth.refine_solves) return;
-  }
-#endif
-}
-
-void SolveJoints(bool is_first_sweep) {
-#ifdef HAS_JOINTS
-  for (uint colour = 0u; colour < cloth.joint_colour_count; ++colour) {
-    uint begin = models[cloth.joint_colour_offsets + colour];
-    uint end = models[cloth.joint_colour_offsets + colour + 1u];
-    FOR_EACH(k, begin, end) SolveJoint(k, is_first_sweep);
-    PhaseBarrier();
-  }
-#endif
-}
-
-// The strips of a phase: by groups of lanes, or an invocation each.
-void SolveStrips(uint begin, uint end, bool is_first_sweep) {
-#ifdef HAS_LANES
-  if (HasLanes()) {
-    ReduceStrips(begin, end, is_first_sweep);
-    return;
-  }
-#endif
-  FOR_EACH(strip, begin, end) SolveStrip(strip, is_first_sweep);
-}
-
-// One sweep over the strips, what they have left far off, the colours, the joints and the contacts.
-void Sweep(bool is_first_sweep, bool is_last_sweep) {
-#ifdef HAS_STRIPS
-  for (uint phase = 0u; phase < cloth.strip_phase_count; ++phase) {
-    uint begin = models[cloth.strip_phases + phase];
-    uint end = models[cloth.strip_phases + phase + 1u];
-    SolveStrips(begin, end, is_first_sweep);
-    PhaseBarrier();
-  }
-#ifdef SHARES_LAMBDAS
-  ScratchPhaseBarrier();
-#endif
-#endif
-  if (is_last_sweep) Refine();
-#ifdef HAS_COLOURS
-  for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
-    uint begin = models[cloth.colour_offsets + colour];
-    uint end = models[cloth.colour_offsets + colour + 1u];
-    FOR_EACH(k, begin, end) SolveDistance(k, is_first_sweep);
-    PhaseBarrier();
-  }
-#ifdef SHARES_LAMBDAS
-  ScratchPhaseBarrier();
-#endif
-#endif
-  SolveJoints(is_first_sweep);
-#ifdef HAS_CONTACTS
-  FOR_EACH(i, 0u, cloth.particle_count) SolveContacts(i, is_first_sweep);
+#ifdef HAS_TETHER
+  FOR_EACH(i, 0u, cloth.particle_count) TetherParticle(i);
   PhaseBarrier();
 #endif
 }
@@ -307,8 +197,8 @@ const uint kUsedUp = 2u;
 // Sweeps until none of them changes anything, at most max_iterations.
 uint Solve(inout Progress progress) {
   SetStepShare(progress.substep);
-  for (; progress.sweep < cloth.max_iterations; ++progress.sweep) {
-#ifdef IS_IN_PARTS
+  for (; progress.sweep < cloth.step.max_iterations; ++progress.sweep) {
+#ifdef LOOP_BUDGET
     // The first sweep is booked together with the substep.
     if (progress.sweep > 0u && MustPause(cloth.sweep_cost)) return kPaused;
 #endif
@@ -316,7 +206,7 @@ uint Solve(inout Progress progress) {
     sweep_flag = progress.sweep_count % 3u;
     if (gl_LocalInvocationID.x == 0u) sweep_changed[(sweep_flag + 1u) % 3u] = 0u;
 #endif
-    Sweep(progress.sweep == 0u, substep.is_last && progress.sweep + 1u == cloth.max_iterations);
+    Sweep(progress.sweep == 0u, is_last_substep && progress.sweep + 1u == cloth.step.max_iterations);
     ++progress.sweep_count;
 #ifdef HAS_TOLERANCE
     // Also the barrier of a sweep without colours and contacts.
@@ -327,20 +217,20 @@ uint Solve(inout Progress progress) {
   return kUsedUp;
 }
 
-#ifdef HAS_VELOCITY_STAGE
+#ifdef HAS_SOLVE_VELOCITY
 // Sweeps over the velocities that rigid links and joints forbid.
 void SolveVelocity() {
-  for (uint sweep = 0u; sweep < cloth.velocity_iterations; ++sweep) {
+  for (uint sweep = 0u; sweep < cloth.step.velocity_iterations; ++sweep) {
     for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
-      uint begin = models[cloth.colour_offsets + colour];
-      uint end = models[cloth.colour_offsets + colour + 1u];
+      uint begin = models[cloth.model.colour_offsets + colour];
+      uint end = models[cloth.model.colour_offsets + colour + 1u];
       FOR_EACH(k, begin, end) SolveLinkVelocity(k);
       PhaseBarrier();
     }
-#ifdef HAS_JOINTS
+#ifdef HAS_SOLVE_JOINTS
     for (uint colour = 0u; colour < cloth.joint_colour_count; ++colour) {
-      uint begin = models[cloth.joint_colour_offsets + colour];
-      uint end = models[cloth.joint_colour_offsets + colour + 1u];
+      uint begin = models[cloth.model.joint_colour_offsets + colour];
+      uint end = models[cloth.model.joint_colour_offsets + colour + 1u];
       FOR_EACH(k, begin, end) SolveJointVelocity(k);
       PhaseBarrier();
     }
@@ -351,21 +241,21 @@ void SolveVelocity() {
 
 void Integrate() {
   FOR_EACH(i, 0u, cloth.particle_count) {
-#ifdef HAS_CONTACTS
-    if (substep.is_last) StoreContactViolation(i);
+#ifdef HAS_SOLVE_CONTACTS
+    if (is_last_substep) StoreContactViolation(i);
 #endif
     IntegrateParticle(i);
-#ifndef HAS_VELOCITY_STAGE
+#ifndef HAS_SOLVE_VELOCITY
     CorrectVelocity(i);
 #endif
   }
-#ifdef HAS_VELOCITY_STAGE
+#ifdef HAS_SOLVE_VELOCITY
   PhaseBarrier();
   SolveVelocity();
   FOR_EACH(i, 0u, cloth.particle_count) CorrectVelocity(i);
 #endif
 #ifdef HAS_PINS
-  if (substep.is_last) {
+  if (is_last_substep) {
     PhaseBarrier();
     FOR_EACH(k, 0u, cloth.pin_count) PlacePin(k);
   }
@@ -398,15 +288,15 @@ void StoreStatus(uint status, Progress progress) {
 
 // All substeps that are left; false if it had to pause.
 bool RunSubsteps(inout Progress progress) {
-  for (; progress.substep < cloth.substeps; ++progress.substep) {
-#ifdef IS_IN_PARTS
+  for (; progress.substep < cloth.step.substeps; ++progress.substep) {
+#ifdef LOOP_BUDGET
     if (MustPause(cloth.substep_cost + cloth.sweep_cost)) return false;
 #endif
     BeginSubstep(progress.substep);
     if (progress.sweep == 0u) {
-      Kick(progress.substep, DRAPE_KICK_BEFORE);
-      Predict(progress.substep);
-      DampTwist(progress.substep);
+      Kick(DRAPE_KICK_BEFORE);
+      Predict();
+      DampTwist();
       Tether();
     }
     uint outcome = Solve(progress);
@@ -414,23 +304,23 @@ bool RunSubsteps(inout Progress progress) {
     if (outcome == kUsedUp) ++progress.unconverged_substeps;
     progress.sweep = 0u;
     Integrate();
-    Kick(progress.substep, DRAPE_KICK_AFTER);
+    Kick(DRAPE_KICK_AFTER);
   }
   return true;
 }
 
 void main() {
   BatchItem item = items[first_item + gl_WorkGroupID.x];
-  cloth = cloths[item.cloth];
-#ifdef IS_IN_PARTS
+  OpenRecord(item.cloth);
+#ifdef LOOP_BUDGET
   Progress progress = LoadProgress(item.status);
-  if (progress.substep >= cloth.substeps) return;
+  if (progress.substep >= cloth.step.substeps) return;
   MustPause(cloth.fixed_cost);
 #else
   Progress progress = Progress(0u, 0u, 0u, 0u);
 #endif
   LoadCloth();
-#ifdef IS_IN_PARTS
+#ifdef LOOP_BUDGET
   FindReach(item.status, part != 0u);
   if (!RunSubsteps(progress)) {
     SaveCloth();

@@ -11,8 +11,8 @@ layout(location = DRAPE_UNIFORM_KICK_PLACE) uniform uint place;
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint t = gl_GlobalInvocationID.x;
-  float seconds = KickSeconds(substep_index, place);
-  if (t >= cloth.triangle_count || seconds == 0.0) return;
+  if (t >= cloth.triangle_count || substep_index >= cloth.step.substeps) return;
   BeginSubstep(substep_index);
-  StoreAirImpulse(t, place, seconds);
+  float seconds = KickSeconds(place);
+  if (seconds != 0.0) StoreAirImpulse(t, place, seconds);
 }

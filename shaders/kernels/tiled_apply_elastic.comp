@@ -11,5 +11,7 @@ layout(location = DRAPE_UNIFORM_KICK_PLACE) uniform uint place;
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
-  if (i < cloth.particle_count && KickSeconds(substep_index, place) != 0.0) ApplyElasticImpulses(i);
+  if (i >= cloth.particle_count || substep_index >= cloth.step.substeps) return;
+  BeginSubstep(substep_index);
+  if (KickSeconds(place) != 0.0) ApplyElasticImpulses(i);
 }

@@ -15,7 +15,7 @@ void main() {
     statuses[status_index].fault = 0u;
     statuses[status_index].sweep_changed = 0u;
     statuses[status_index].is_substep_done = 0u;
-#ifdef LEAVES_OUT_COLLIDERS
+#ifdef HAS_COLLIDER_REACH
     for (int k = 0; k < DRAPE_RANGE_WORDS; ++k) statuses[status_index].range[k] = 0u;
     statuses[status_index].far_colliders = 0u;
 #endif
@@ -23,12 +23,12 @@ void main() {
   if (i >= cloth.particle_count) return;
   SetPosition(i, StateVector(cloth.positions + 3u * i));
   SetVelocity(i, StateVector(cloth.velocities + 3u * i));
-#ifdef HAS_REFINEMENT
+#ifdef HAS_REFINE
   // The flags of the particles, whether there are any, the lengths of the lists, their sum so far; zero in
   // either type.
   uint flag_count = cloth.particle_count + 2u + cloth.colour_count;
   for (uint word = i; word < flag_count; word += cloth.particle_count) {
-    scratch[cloth.far_off_flags + word] = 0.0;
+    scratch[cloth.scratch.far_off_flags + word] = 0.0;
   }
 #endif
 #ifdef HAS_TWO_STEPS

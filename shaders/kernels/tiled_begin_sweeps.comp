@@ -13,7 +13,7 @@ void main() {
   for (uint item = gl_LocalInvocationID.x; item < item_count; item += LOCAL_SIZE) {
     OpenCloth(item);
     statuses[status_index].sweep_changed = 0u;
-    statuses[status_index].is_substep_done = substep_index < cloth.substeps ? 0u : 1u;
+    statuses[status_index].is_substep_done = substep_index < cloth.step.substeps ? 0u : 1u;
   }
   for (uint d = gl_LocalInvocationID.x; d < dispatch_count; d += LOCAL_SIZE) {
     dispatches[d].group_count_y = dispatches[d].active_group_count_y;

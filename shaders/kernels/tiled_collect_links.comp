@@ -1,6 +1,6 @@
-// Kernel `tiled_collect_links`: stage refine, second phase of a round: lists the constraints at flagged particles, those of
-// each colour in an order that changes from run to run and no result: none of them reads what another one of
-// its colour writes. One invocation = one constraint. Reads Models, Scratch (flags); writes Scratch (lists
+// Kernel `tiled_collect_links`: stage refine, second phase of a round: lists the constraints at flagged particles, by
+// colour. The order within a colour changes from run to run and changes no result: constraints of one colour
+// share no free particle. One invocation = one constraint. Reads Models, Scratch (flags); writes Scratch (lists
 // and their lengths).
 #define COUNTS_IN_SCRATCH
 #include "stages/access_tiled.glsl"
@@ -22,7 +22,7 @@ void main() {
   uint k = gl_GlobalInvocationID.x;
   if (k >= cloth.constraint_count || !IsAtFlag(k)) return;
   uint colour = 0u;
-  while (k >= models[cloth.colour_offsets + colour + 1u]) ++colour;
+  while (k >= models[cloth.model.colour_offsets + colour + 1u]) ++colour;
   uint place = atomicAdd(scratch_words[RefinedCountWord(colour)], 1u);
-  scratch_words[cloth.refined_links + models[cloth.colour_offsets + colour] + place] = k;
+  scratch_words[cloth.scratch.refined_links + models[cloth.model.colour_offsets + colour] + place] = k;
 }

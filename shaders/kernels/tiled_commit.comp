@@ -9,7 +9,7 @@ void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
 #ifndef HAS_TOLERANCE
-  if (i == 0u) statuses[status_index].iterations = cloth.substeps * cloth.max_iterations;
+  if (i == 0u) statuses[status_index].iterations = cloth.step.substeps * cloth.step.max_iterations;
 #endif
   if (i >= cloth.particle_count || statuses[status_index].fault != 0u) return;
   SetStateVector(cloth.positions + 3u * i, Position(i));

@@ -11,8 +11,8 @@ layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
-  if (substep_index >= cloth.substeps || i >= cloth.particle_count) return;
-#ifdef LEAVES_OUT_COLLIDERS
+  if (substep_index >= cloth.step.substeps || i >= cloth.particle_count) return;
+#ifdef HAS_COLLIDER_REACH
   LoadReach(status_index);
 #endif
   BeginSubstep(substep_index);

@@ -11,8 +11,8 @@ layout(location = DRAPE_UNIFORM_KICK_PLACE) uniform uint place;
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint e = gl_GlobalInvocationID.x;
-  float seconds = KickSeconds(substep_index, place);
-  if (e >= cloth.elastic_count || seconds == 0.0) return;
+  if (e >= cloth.elastic_count || substep_index >= cloth.step.substeps) return;
   BeginSubstep(substep_index);
-  StoreElasticImpulse(e, place, seconds);
+  float seconds = KickSeconds(place);
+  if (seconds != 0.0) StoreElasticImpulse(e, place, seconds);
 }

@@ -18,7 +18,7 @@ bool EndSweep(uint item) {
   if (statuses[status_index].is_substep_done != 0u) return false;
   statuses[status_index].iterations += 1u;
   bool has_converged = statuses[status_index].sweep_changed == 0u;
-  bool is_last = sweep + 1u >= cloth.max_iterations;
+  bool is_last = sweep + 1u >= cloth.step.max_iterations;
   statuses[status_index].sweep_changed = 0u;
   if (!has_converged && is_last) statuses[status_index].unconverged_substeps += 1u;
   if (has_converged || is_last) statuses[status_index].is_substep_done = 1u;

@@ -12,16 +12,16 @@ layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
-  if (substep_index >= cloth.substeps || i >= cloth.particle_count) return;
-#ifdef LEAVES_OUT_COLLIDERS
+  if (substep_index >= cloth.step.substeps || i >= cloth.particle_count) return;
+#ifdef HAS_COLLIDER_REACH
   LoadReach(status_index);
 #endif
   BeginSubstep(substep_index);
-#ifdef HAS_CONTACTS
-  if (substep_index + 1u == cloth.substeps) StoreContactViolation(i);
+#ifdef HAS_SOLVE_CONTACTS
+  if (substep_index + 1u == cloth.step.substeps) StoreContactViolation(i);
 #endif
   IntegrateParticle(i);
-#ifndef HAS_VELOCITY_STAGE
+#ifndef HAS_SOLVE_VELOCITY
   CorrectVelocity(i);
 #endif
 }

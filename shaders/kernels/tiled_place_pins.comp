@@ -10,5 +10,5 @@ layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint k = gl_GlobalInvocationID.x;
-  if (substep_index + 1u == cloth.substeps && k < cloth.pin_count) PlacePin(k);
+  if (substep_index + 1u == cloth.step.substeps && k < cloth.pin_count) PlacePin(k);
 }

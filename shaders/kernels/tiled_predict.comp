@@ -9,7 +9,7 @@ layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep_index >= cloth.substeps) return;
+  if (substep_index >= cloth.step.substeps) return;
   BeginSubstep(substep_index);
   uint i = gl_GlobalInvocationID.x;
   if (i < cloth.particle_count) PredictParticle(i);

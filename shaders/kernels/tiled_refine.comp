@@ -24,7 +24,7 @@ void EndPhase() {
 
 // Words of Scratch: the list of a colour, and its end.
 uvec2 ListOf(uint colour) {
-  uint begin = cloth.refined_links + models[cloth.colour_offsets + colour];
+  uint begin = cloth.scratch.refined_links + models[cloth.model.colour_offsets + colour];
   return uvec2(begin, begin + scratch_words[RefinedCountWord(colour)]);
 }
 
@@ -42,8 +42,8 @@ void Clear() {
     uvec2 list = ListOf(colour);
     FOR_EACH(word, list.x, list.y) {
       uvec2 pair = ConstraintPair(scratch_words[word]);
-      scratch_words[cloth.far_off_flags + pair.x] = 0u;
-      scratch_words[cloth.far_off_flags + pair.y] = 0u;
+      scratch_words[cloth.scratch.far_off_flags + pair.x] = 0u;
+      scratch_words[cloth.scratch.far_off_flags + pair.y] = 0u;
     }
   }
   EndPhase();

@@ -11,16 +11,16 @@ layout(location = DRAPE_UNIFORM_SWEEP) uniform uint sweep;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep_index >= cloth.substeps || sweep >= cloth.max_iterations) return;
+  if (substep_index >= cloth.step.substeps || sweep >= cloth.step.max_iterations) return;
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif
-#ifdef LEAVES_OUT_COLLIDERS
+#ifdef HAS_COLLIDER_REACH
   LoadReach(status_index);
 #endif
 #ifdef HAS_MOVING_COLLIDERS
   BeginSubstep(substep_index);
 #endif
   uint i = gl_GlobalInvocationID.x;
-  if (i < cloth.particle_count) SolveContacts(i, sweep == 0u);
+  if (i < cloth.particle_count) SolveContactsOf(i, sweep == 0u);
 }

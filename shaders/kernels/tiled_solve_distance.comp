@@ -12,14 +12,14 @@ layout(location = DRAPE_UNIFORM_COLOUR) uniform uint colour;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep_index >= cloth.substeps || sweep >= cloth.max_iterations) return;
+  if (substep_index >= cloth.step.substeps || sweep >= cloth.step.max_iterations) return;
   if (colour >= cloth.colour_count) return;
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif
   BeginSubstep(substep_index);
   SetStepShare(substep_index);
-  uint k = models[cloth.colour_offsets + colour] + gl_GlobalInvocationID.x;
-  uint end = models[cloth.colour_offsets + colour + 1u];
-  if (k < end) SolveDistance(k, sweep == 0u);
+  uint k = models[cloth.model.colour_offsets + colour] + gl_GlobalInvocationID.x;
+  uint end = models[cloth.model.colour_offsets + colour + 1u];
+  if (k < end) SolveConstraint(k, sweep == 0u);
 }

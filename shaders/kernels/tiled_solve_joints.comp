@@ -12,12 +12,12 @@ layout(location = DRAPE_UNIFORM_COLOUR) uniform uint colour;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep_index >= cloth.substeps || sweep >= cloth.max_iterations) return;
+  if (substep_index >= cloth.step.substeps || sweep >= cloth.step.max_iterations) return;
   if (colour >= cloth.joint_colour_count) return;
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif
-  uint k = models[cloth.joint_colour_offsets + colour] + gl_GlobalInvocationID.x;
-  uint end = models[cloth.joint_colour_offsets + colour + 1u];
+  uint k = models[cloth.model.joint_colour_offsets + colour] + gl_GlobalInvocationID.x;
+  uint end = models[cloth.model.joint_colour_offsets + colour + 1u];
   if (k < end) SolveJoint(k, sweep == 0u);
 }

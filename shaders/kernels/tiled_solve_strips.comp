@@ -11,13 +11,13 @@ layout(location = DRAPE_UNIFORM_PHASE) uniform uint phase;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep_index >= cloth.substeps || sweep >= cloth.max_iterations) return;
+  if (substep_index >= cloth.step.substeps || sweep >= cloth.step.max_iterations) return;
   if (phase >= cloth.strip_phase_count) return;
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif
   BeginSubstep(substep_index);
-  uint strip = models[cloth.strip_phases + phase] + gl_GlobalInvocationID.x;
-  uint end = models[cloth.strip_phases + phase + 1u];
+  uint strip = models[cloth.model.strip_phases + phase] + gl_GlobalInvocationID.x;
+  uint end = models[cloth.model.strip_phases + phase + 1u];
   if (strip < end) SolveStrip(strip, sweep == 0u);
 }

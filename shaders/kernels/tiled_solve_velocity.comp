@@ -13,16 +13,16 @@ layout(location = DRAPE_UNIFORM_IS_OF_JOINTS) uniform uint is_of_joints;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  if (substep_index >= cloth.substeps || sweep >= cloth.velocity_iterations) return;
-#ifdef HAS_JOINTS
+  if (substep_index >= cloth.step.substeps || sweep >= cloth.step.velocity_iterations) return;
+#ifdef HAS_SOLVE_JOINTS
   if (is_of_joints != 0u) {
     if (colour >= cloth.joint_colour_count) return;
-    uint j = models[cloth.joint_colour_offsets + colour] + gl_GlobalInvocationID.x;
-    if (j < models[cloth.joint_colour_offsets + colour + 1u]) SolveJointVelocity(j);
+    uint j = models[cloth.model.joint_colour_offsets + colour] + gl_GlobalInvocationID.x;
+    if (j < models[cloth.model.joint_colour_offsets + colour + 1u]) SolveJointVelocity(j);
     return;
   }
 #endif
   if (colour >= cloth.colour_count) return;
-  uint k = models[cloth.colour_offsets + colour] + gl_GlobalInvocationID.x;
-  if (k < models[cloth.colour_offsets + colour + 1u]) SolveLinkVelocity(k);
+  uint k = models[cloth.model.colour_offsets + colour] + gl_GlobalInvocationID.x;
+  if (k < models[cloth.model.colour_offsets + colour + 1u]) SolveLinkVelocity(k);
 }

@@ -1,4 +1,4 @@
-// Kernel `tiled_test_links`: stage refine, first phase of a round: flags the ends of links that are far off.
+// Kernel `tiled_test_links`: stage refine, first phase of a round: flags the ends of links to refine.
 // One invocation = one constraint. Reads Models, Scratch (positions [m], velocities: u [m/s]); writes
 // Scratch (flags).
 #define COUNTS_IN_SCRATCH
@@ -17,7 +17,7 @@ void main() {
 #ifdef HAS_TOLERANCE
   if (statuses[status_index].is_substep_done != 0u) return;
 #endif
-  if (refine_round > 0u && scratch_words[RefineSolvesWord()] >= cloth.refine_solves) return;
+  if (refine_round > 0u && scratch_words[RefineSolvesWord()] >= cloth.step.refine_solves) return;
   BeginSubstep(substep_index);
   uint k = gl_GlobalInvocationID.x;
   if (k < cloth.constraint_count) TestLink(k);

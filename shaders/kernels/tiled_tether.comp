@@ -9,7 +9,8 @@ layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
-  BeginSubstep(substep_index);
   uint i = gl_GlobalInvocationID.x;
-  if (substep_index < cloth.substeps && i < cloth.particle_count) ApplyTethers(i);
+  if (i >= cloth.particle_count || substep_index >= cloth.step.substeps) return;
+  BeginSubstep(substep_index);
+  TetherParticle(i);
 }

@@ -1,4 +1,4 @@
-// Kernel `tiled_twist_changes`: stage damp_twist, first phase: what each particle gets of the twists of its cells.
+// Kernel `tiled_twist_changes`: stage damp_twist, first phase: the change of each particle by the twists of its cells.
 // One invocation = one particle. Reads Scratch (velocities: u [m/s]); writes Scratch
 // (changes [m/s]).
 #include "stages/access_tiled.glsl"
@@ -11,7 +11,7 @@ layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 void main() {
   OpenCloth(gl_WorkGroupID.y);
   uint i = gl_GlobalInvocationID.x;
-  if (substep_index >= cloth.substeps || i >= cloth.particle_count) return;
-  float share = TwistShare(substep_index);
-  if (share != 0.0) StoreTwistChange(i, share);
+  if (substep_index >= cloth.step.substeps || i >= cloth.particle_count) return;
+  BeginSubstep(substep_index);
+  if (substep.twist_share != 0.0) StoreTwistChange(i);
 }

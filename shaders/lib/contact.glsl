@@ -123,7 +123,7 @@ Gap ShapeGap(Collider collider, float thickness, vec3 q) {
 
 // Lowest gap that the end of the substep may have: 0, or for a particle that starts inside, no farther
 // out than max_depenetration [m] above where it is.
-float GapFloor(float gap_at_start, float max_depenetration) {
+float ContactFloor(float gap_at_start, float max_depenetration) {
   precise float reachable = gap_at_start + max_depenetration;
   return min(0.0, reachable);
 }
@@ -163,8 +163,8 @@ vec3 TangentBeta(vec3 beta_t, vec3 u, vec3 normal, float beta_n, float friction_
   return sliding;
 }
 
-// Velocity after a contact: no approach along the normal, then Coulomb friction against what the normal
-// part took away.
+// Velocity after a contact: no approach along the normal, then Coulomb friction bounded by the
+// normal part that was taken away.
 vec3 ContactVelocity(vec3 v, vec3 normal, float friction_static, float friction_dynamic) {
   float approach = -Dot(v, normal);
   if (approach <= 0.0) return v;
@@ -182,7 +182,7 @@ vec3 ContactVelocity(vec3 v, vec3 normal, float friction_static, float friction_
 }
 
 #ifdef HAS_RESTITUTION
-// The same where the particle leaves with the speed `rebound` along the normal, unless it is faster already.
+// ContactVelocity of a particle that leaves with the speed `rebound` along the normal, unless it is faster already.
 vec3 VelocityAfterHit(vec3 v, vec3 normal, float rebound, float friction_static,
                       float friction_dynamic) {
   float normal_speed = Dot(v, normal);

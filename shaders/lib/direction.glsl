@@ -10,7 +10,7 @@ struct ImpulseLine {
   float slope;  // how much of a displacement along it changes the length: direction . n_end
 };
 
-// Of a constraint between particles that are start [m] apart at the start of the substep and in the unit
+// For a constraint between particles that are start [m] apart at the start of the substep and in the unit
 // direction n_end at its end; `end_share` in [0, 1) of the latter.
 ImpulseLine BlendDirections(vec3 start, vec3 n_end, float end_share) {
   vec3 n_start = Direction(start, Length(start), vec3(1.0, 0.0, 0.0));

@@ -7,7 +7,7 @@
 
 // The part of an impulse [N s] that leaves the accumulated one with the sign of the kind: a rope's is never
 // positive, a strut's never negative.
-float AdmissibleImpulse(uint kind, float lambda, float impulse) {
+float ClampImpulse(uint kind, float lambda, float impulse) {
   precise float accumulated = lambda + impulse;
   if (kind == DRAPE_KIND_AT_MOST) accumulated = min(accumulated, 0.0);
   if (kind == DRAPE_KIND_AT_LEAST) accumulated = max(accumulated, 0.0);

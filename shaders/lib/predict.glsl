@@ -8,7 +8,7 @@
 // v [m/s], a [m/s^2], half_h [s].
 vec3 MeanVelocity(vec3 v, vec3 a, float half_h) { return AddScaled(v, half_h, a); }
 
-// What a pin goes of the way to its target in this substep: the rest of the way divided by the shares
+// The part of the way to its target that a pin moves in this substep: the rest of the way divided by the shares
 // that remain. Exactly 0 where the target is p. [m].
 vec3 PinWay(vec3 p, vec3 target, uint remaining_shares) {
   precise vec3 way = (target - p) / float(remaining_shares);

@@ -17,14 +17,14 @@ struct RigidMotion {
   float chord_cosine;     // h (1 - cos(a))/a^2 [s]
 };
 
-// Where it is: R(t) = turn by (sine, cosine) about the axis, after the rotation.
+// The pose at time t: R(t) = turn by (sine, cosine) about the axis, after the rotation.
 struct Pose {
   vec3 position;  // of the pivot [m]
   float sine;
   float cosine;
 };
 
-// Sine and cosine of so many turns. Built-ins of drivers are off by more than single precision rounds.
+// Sine and cosine of a number of turns. Built-ins of drivers are off by more than single precision rounds.
 vec2 SineCosine(float turns) {
   precise float part = turns - floor(turns);
   float quarter = floor(4.0 * part + 0.5);
@@ -77,7 +77,7 @@ vec3 PlacedDirection(RigidMotion motion, Pose pose, vec3 direction) {
   return Turned(before, motion.axis, pose.sine, pose.cosine);
 }
 
-// Of the point of the body that is at `place` [m/s].
+// Velocity [m/s] of the point of the body that is at `place`.
 vec3 PointVelocity(RigidMotion motion, Pose pose, vec3 place) {
   precise vec3 r = place - pose.position;
   return AddScaled(motion.velocity, 1.0, CrossProduct(motion.angular_velocity, r));

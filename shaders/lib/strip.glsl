@@ -4,7 +4,7 @@
 
 #include "lib/distance.glsl"
 
-// A link and what the elimination has made of it.
+// A link after elimination.
 struct StripLink {
   vec3 direction;       // n, of the impulse
   vec3 n_end;           // unit, at the predicted positions

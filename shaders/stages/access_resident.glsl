@@ -4,9 +4,13 @@
 
 #include "stages/buffers.glsl"
 
-// Neighbouring invocations work on neighbours in a row of a grid or in a column, and hardware serves them at
-// once only if their words lie in different ones of 32 banks. Those of a column of 32 x 32 particles would all
-// lie in the same one: so after 32 particles a place stays empty.
+// Each element once: an invocation takes every LOCAL_SIZE-th.
+#define FOR_EACH(index, begin, end) \
+  for (uint index = (begin) + gl_LocalInvocationID.x; index < (end); index += LOCAL_SIZE)
+
+// Neighbouring invocations work on neighbours in a row or column of a grid, and hardware serves them at once
+// only if their words lie in different banks, of which there are 32. A column of 32 x 32 particles would lie in
+// one bank: so one place in 33 stays empty.
 const uint kPlaceCount = CAPACITY + CAPACITY / 32;
 uint PlaceOf(uint i) { return i + (i >> 5); }
 
@@ -18,8 +22,8 @@ shared float shared_inverse_masses[kPlaceCount];
 shared uint sweep_changed[3];
 shared uint shared_fault;
 
-#ifdef HAS_REFINEMENT
-// A bit per particle: it is at the end of a link that is far off. Clear but within `refine`.
+#ifdef HAS_REFINE
+// A bit per particle: it is at the end of a link to refine. Clear outside `refine`.
 shared uint shared_flags[(CAPACITY + 31) / 32];
 shared uint shared_has_flags;
 shared uint shared_refine_solves;  // links solved by `refine` in this step
@@ -41,7 +45,7 @@ void PhaseBarrier() {
   barrier();
 }
 
-// The same where the next phase reads what others wrote to Scratch (declared coherent then).
+// Ends a phase whose writes to Scratch (declared coherent then) other invocations read in the next.
 void ScratchPhaseBarrier() {
   memoryBarrierBuffer();
   barrier();
@@ -74,7 +78,7 @@ float InverseMass(uint i) { return shared_inverse_masses[PlaceOf(i)]; }
 void SetInverseMass(uint i, float inverse_mass) { shared_inverse_masses[PlaceOf(i)] = inverse_mass; }
 
 uvec2 ConstraintPair(uint k) {
-  uint pair = models[cloth.pairs + k];
+  uint pair = models[cloth.model.pairs + k];
   return uvec2(pair & 0xffffu, pair >> 16);
 }
 

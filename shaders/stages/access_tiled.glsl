@@ -13,37 +13,37 @@ uint status_index;
 // Loads `cloth`.
 void OpenCloth(uint item_in_group) {
   BatchItem item = items[first_item + item_in_group];
-  cloth = cloths[item.cloth];
+  OpenRecord(item.cloth);
   status_index = item.status;
 }
 
-vec3 Position(uint i) { return ScratchVector(cloth.work_positions + 3u * i); }
-void SetPosition(uint i, vec3 p) { SetScratchVector(cloth.work_positions + 3u * i, p); }
+vec3 Position(uint i) { return ScratchVector(cloth.scratch.work_positions + 3u * i); }
+void SetPosition(uint i, vec3 p) { SetScratchVector(cloth.scratch.work_positions + 3u * i, p); }
 
 // v between substeps, u within one.
-vec3 Velocity(uint i) { return ScratchVector(cloth.work_velocities + 3u * i); }
-void SetVelocity(uint i, vec3 v) { SetScratchVector(cloth.work_velocities + 3u * i, v); }
+vec3 Velocity(uint i) { return ScratchVector(cloth.scratch.work_velocities + 3u * i); }
+void SetVelocity(uint i, vec3 v) { SetScratchVector(cloth.scratch.work_velocities + 3u * i, v); }
 
-float InverseMass(uint i) { return ModelFloat(cloth.inverse_masses + i); }
+float InverseMass(uint i) { return ModelFloat(cloth.model.inverse_masses + i); }
 
 uvec2 ConstraintPair(uint k) {
-  uint word = cloth.pairs + 2u * k;
+  uint word = cloth.model.pairs + 2u * k;
   return uvec2(models[word], models[word + 1u]);
 }
 
 #ifdef COUNTS_IN_SCRATCH
 // The flags of `refine`, clear but within it.
-uint HasFlagsWord() { return cloth.far_off_flags + cloth.particle_count; }
+uint HasFlagsWord() { return cloth.scratch.far_off_flags + cloth.particle_count; }
 uint RefinedCountWord(uint colour) { return HasFlagsWord() + 1u + colour; }
 // Links solved by earlier rounds of the step.
 uint RefineSolvesWord() { return RefinedCountWord(cloth.colour_count); }
 
 // All writers write the same value.
 void FlagParticle(uint i) {
-  scratch_words[cloth.far_off_flags + i] = 1u;
+  scratch_words[cloth.scratch.far_off_flags + i] = 1u;
   scratch_words[HasFlagsWord()] = 1u;
 }
-bool IsFlagged(uint i) { return scratch_words[cloth.far_off_flags + i] != 0u; }
+bool IsFlagged(uint i) { return scratch_words[cloth.scratch.far_off_flags + i] != 0u; }
 #endif
 
 // This sweep applied an impulse. All writers write the same value.

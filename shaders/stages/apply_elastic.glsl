@@ -20,25 +20,25 @@ void StoreElasticImpulse(uint e, uint place, float seconds) {
       speed = speed_along;
     }
     precise float per_length =
-        ElasticImpulse(element, ElasticDeflection(l, d, element.rest_length), speed, seconds, cloth.h,
-                       cloth.inverse_h) /
+        ElasticImpulse(element, ElasticDeflection(l, d, element.rest_length), speed, seconds, cloth.step.h,
+                       cloth.step.inverse_h) /
         len;
     precise vec3 along = per_length * l;
     impulse = along;
   }
-  SetScratchVector(cloth.elastic_impulses + 3u * e, impulse);
+  SetScratchVector(cloth.scratch.elastic_impulses + 3u * e, impulse);
 }
 
 // v += w * the impulses of the elements of i times its weights in them, in ascending order; pins are moved by
 // their targets alone.
 void ApplyElasticImpulses(uint i) {
   if (InverseMass(i) == 0.0) return;
-  uint end = models[cloth.elastic_offsets + i + 1u];
+  uint end = models[cloth.model.elastic_offsets + i + 1u];
   precise vec3 impulse = vec3(0.0);
-  for (uint k = models[cloth.elastic_offsets + i]; k < end; ++k) {
-    uint word = cloth.elastic_ends + DRAPE_ELASTIC_END_WORDS * k;
+  for (uint k = models[cloth.model.elastic_offsets + i]; k < end; ++k) {
+    uint word = cloth.model.elastic_ends + DRAPE_ELASTIC_END_WORDS * k;
     impulse = AddScaled(impulse, ModelFloat(word + 1u),
-                        ScratchVector(cloth.elastic_impulses + 3u * models[word]));
+                        ScratchVector(cloth.scratch.elastic_impulses + 3u * models[word]));
   }
   SetVelocity(i, AddScaled(Velocity(i), InverseMass(i), impulse));
 }

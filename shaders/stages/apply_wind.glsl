@@ -3,29 +3,29 @@
 #include "lib/wind.glsl"
 #include "stages/kick.glsl"
 
-// A third of the impulse of triangle t [N s]: what each of its corners gets.
+// A third of the impulse of triangle t [N s], for each of its corners.
 void StoreAirImpulse(uint t, uint place, float seconds) {
-  uint word = cloth.triangles + 3u * t;
+  uint word = cloth.model.triangles + 3u * t;
   uvec3 corners = uvec3(models[word], models[word + 1u], models[word + 2u]);
-  float mass = ModelFloat(cloth.triangle_masses + t);
+  float mass = ModelFloat(cloth.model.triangle_masses + t);
   precise vec3 velocity = (Velocity(corners.x) + Velocity(corners.y) + Velocity(corners.z)) / 3.0;
-  precise vec3 relative = cloth.wind.xyz - velocity;
+  precise vec3 relative = cloth.step.wind.xyz - velocity;
   vec3 p = KickPosition(corners.x, place);
   precise vec3 edge_y = KickPosition(corners.y, place) - p;
   precise vec3 edge_z = KickPosition(corners.z, place) - p;
-  precise float drag = seconds * cloth.air_drag / mass;
-  precise float lift = seconds * cloth.air_lift / mass;
+  precise float drag = seconds * cloth.step.air_drag / mass;
+  precise float lift = seconds * cloth.step.air_lift / mass;
   precise vec3 impulse = mass / 3.0 * AirVelocityChange(relative, Cross(edge_y, edge_z), drag, lift);
-  SetScratchVector(cloth.air_impulses + 3u * t, impulse);
+  SetScratchVector(cloth.scratch.air_impulses + 3u * t, impulse);
 }
 
 // v += w * the impulses of the triangles of i, in ascending order; pins are moved by their targets alone.
 void ApplyAirImpulses(uint i) {
   if (InverseMass(i) == 0.0) return;
-  uint end = models[cloth.triangle_offsets + i + 1u];
+  uint end = models[cloth.model.triangle_offsets + i + 1u];
   precise vec3 impulse = vec3(0.0);
-  for (uint e = models[cloth.triangle_offsets + i]; e < end; ++e) {
-    impulse = impulse + ScratchVector(cloth.air_impulses + 3u * models[cloth.particle_triangles + e]);
+  for (uint e = models[cloth.model.triangle_offsets + i]; e < end; ++e) {
+    impulse = impulse + ScratchVector(cloth.scratch.air_impulses + 3u * models[cloth.model.particle_triangles + e]);
   }
   SetVelocity(i, AddScaled(Velocity(i), InverseMass(i), impulse));
 }

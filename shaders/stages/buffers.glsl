@@ -24,13 +24,9 @@ layout(std430, binding = DRAPE_BINDING_STATES) restrict buffer States {
 layout(std430, binding = DRAPE_BINDING_PARAMETERS) restrict readonly buffer Parameters {
   uint parameters[];
 };
-// With strips and colours both use the accumulated impulses, each by invocations of its own.
-#if defined(HAS_STRIPS) && defined(HAS_COLOURS) && defined(HAS_COMPLIANCE)
-#define SHARES_LAMBDAS
-#endif
-// There and in `apply_wind` and `apply_elastic` of the resident plan invocations read what others of their
-// work group have written here; SOLVES_IN_SCRATCH: a kernel of the tiled plan that has phases.
-#if defined(HAS_WIND) || defined(HAS_ELASTIC) || defined(SHARES_LAMBDAS) || defined(SOLVES_IN_SCRATCH)
+// In `apply_wind` and `apply_elastic` of the resident plan invocations read values that others of their work
+// group have written here; SOLVES_IN_SCRATCH: a kernel of the tiled plan that has phases.
+#if defined(HAS_APPLY_WIND) || defined(HAS_APPLY_ELASTIC) || defined(SOLVES_IN_SCRATCH)
 #define SCRATCH_MEMORY coherent
 #else
 #define SCRATCH_MEMORY
@@ -52,8 +48,14 @@ layout(std430, binding = DRAPE_BINDING_DISPATCHES) restrict buffer Dispatches {
 
 layout(location = DRAPE_UNIFORM_FIRST_ITEM) uniform uint first_item;
 
-// The cloth this invocation works on; set first thing in main().
+// The cloth this invocation works on, and its place in Cloths; main begins with OpenRecord.
 ClothRecord cloth;
+uint cloth_slot;
+
+void OpenRecord(uint slot) {
+  cloth_slot = slot;
+  cloth = cloths[slot];
+}
 
 float ModelFloat(uint word) { return uintBitsToFloat(models[word]); }
 float Parameter(uint word) { return uintBitsToFloat(parameters[word]); }
@@ -88,7 +90,7 @@ vec3 ParameterVector(uint word) {
   return vec3(Parameter(word), Parameter(word + 1u), Parameter(word + 2u));
 }
 
-vec3 PinTarget(uint k) { return ParameterVector(cloth.pin_targets + 3u * k); }
+vec3 PinTarget(uint k) { return ParameterVector(cloth.parameters.pin_targets + 3u * k); }
 
 #ifdef HAS_DISTANCE_MAPS
 // `map`: its place in Models; 0, and nothing of use, for colliders of other shapes.
@@ -99,7 +101,7 @@ DistanceGrid LoadGrid(uint map) {
 #endif
 
 Collider LoadCollider(uint c) {
-  uint word = cloth.colliders + DRAPE_COLLIDER_WORDS * c;
+  uint word = cloth.parameters.colliders + DRAPE_COLLIDER_WORDS * c;
   Collider collider;
   collider.kind = parameters[word];
   collider.radius = Parameter(word + 1u);

@@ -1,12 +1,12 @@
 // Which colliders the particles of a cloth look at in the step under way (server/solver/gl_compute/design.md,
-// «Decisions»). A contact with a far one changes nothing while its particle is in the range; one
-// that is not looks at all of them. Needs the accessors of one plan.
+// «Decisions»). A contact with a far collider changes nothing while its particle is in the range;
+// a particle outside the range looks at all colliders. Needs the accessors of one plan.
 #ifndef DRAPE_STAGES_COLLIDER_REACH_GLSL_
 #define DRAPE_STAGES_COLLIDER_REACH_GLSL_
 
 #include "stages/buffers.glsl"
 
-#ifdef LEAVES_OUT_COLLIDERS
+#ifdef HAS_COLLIDER_REACH
 #include "lib/float_order.glsl"
 
 // An axis-parallel box of places [m].
@@ -22,9 +22,9 @@ uint far_colliders = 0u;   // a set, as bits: nothing in the range touches them
 ParticleRange RangeFrom(uint words[DRAPE_RANGE_WORDS]) {
   float largest[DRAPE_RANGE_WORDS];
   for (int k = 0; k < DRAPE_RANGE_WORDS; ++k) largest[k] = FloatFromOrderedBits(words[k]);
-  precise float duration = float(cloth.substeps) * cloth.h;
-  precise float way = (sqrt(largest[6]) + Length(cloth.gravity.xyz) * duration) * duration;
-  precise float reach = REACH_FACTOR * (way + sqrt(largest[7])) + cloth.reach_margin;
+  precise float duration = float(cloth.step.substeps) * cloth.step.h;
+  precise float way = (sqrt(largest[6]) + Length(cloth.step.gravity.xyz) * duration) * duration;
+  precise float reach = REACH_FACTOR * (way + sqrt(largest[7])) + cloth.step.reach_margin;
   precise vec3 low = -vec3(largest[0], largest[1], largest[2]) - reach;
   precise vec3 high = vec3(largest[3], largest[4], largest[5]) + reach;
   return ParticleRange(low, high);
@@ -35,7 +35,7 @@ void LoadReach(uint status) {
   far_colliders = statuses[status].far_colliders;
 }
 
-// What is not a number is not.
+// False for a place that is not a number.
 bool IsInRange(vec3 q) {
   return all(greaterThanEqual(q, range.low)) && all(lessThanEqual(q, range.high));
 }
@@ -53,10 +53,10 @@ uint NextIn(uint set, uint c) {
 // ones nothing is kept, for it is none of them in the first sweep and all in later ones.
 uint LoadMetColliders(uint i, bool is_first_sweep) {
   if (is_first_sweep) return 0u;
-  return far_colliders == 0u ? ~0u : uint(scratch[cloth.met_colliders + i]);
+  return far_colliders == 0u ? ~0u : uint(scratch[cloth.scratch.met_colliders + i]);
 }
 void StoreMetColliders(uint i, uint met) {
-  if (far_colliders != 0u) scratch[cloth.met_colliders + i] = float(met);
+  if (far_colliders != 0u) scratch[cloth.scratch.met_colliders + i] = float(met);
 }
 bool HasMet(uint met, uint c, bool is_first_sweep) {
   return c < DRAPE_LEFT_OUT_COLLIDERS ? (met >> c & 1u) != 0u : !is_first_sweep;
@@ -67,7 +67,7 @@ uint NextCollider(uint c, uint met, vec3 q) {
   if (far_colliders == 0u) return c;
   return NextIn(IsInRange(q) ? ~far_colliders | met : ~0u, c);
 }
-// The same once the sweeps are over: of the ones that it has met.
+// The next of the colliders that it has met, once the sweeps are over.
 uint NextMetCollider(uint c, uint met) { return NextIn(met, c); }
 
 #else

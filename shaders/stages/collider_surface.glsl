@@ -9,7 +9,7 @@
 #include "lib/rigid_motion.glsl"
 
 RigidMotion LoadMotion(uint c) {
-  uint word = cloth.collider_motions + DRAPE_COLLIDER_MOTION_WORDS * c;
+  uint word = cloth.parameters.collider_motions + DRAPE_COLLIDER_MOTION_WORDS * c;
   RigidMotion motion;
   motion.pivot = ParameterVector(word);
   motion.position = ParameterVector(word + 3u);
@@ -33,14 +33,14 @@ struct Surface {
 
 Surface LoadSurface(uint c) {
   RigidMotion motion = LoadMotion(c);
-  return Surface(LoadCollider(c), motion, PoseAt(motion, substep.begin),
-                 PoseAt(motion, substep.end));
+  return Surface(LoadCollider(c), motion, PoseAt(motion, substep_begin),
+                 PoseAt(motion, substep_end));
 }
 
 // In its own frame a collider is as it was described.
 Gap MovedGap(Surface surface, Pose pose, vec3 q) {
   vec3 described = DescribedPoint(surface.motion, pose, q);
-  Gap gap = ColliderGap(surface.collider, cloth.thickness, described);
+  Gap gap = ColliderGap(surface.collider, cloth.step.thickness, described);
   gap.normal = PlacedDirection(surface.motion, pose, gap.normal);
   return gap;
 }
@@ -68,8 +68,8 @@ vec3 AbsoluteAtEnd(Surface surface, vec3 q, vec3 relative) {
 #define Surface Collider
 #define LoadSurface LoadCollider
 
-Gap GapAtStart(Collider collider, vec3 p) { return ColliderGap(collider, cloth.thickness, p); }
-Gap GapAtEnd(Collider collider, vec3 q) { return ColliderGap(collider, cloth.thickness, q); }
+Gap GapAtStart(Collider collider, vec3 p) { return ColliderGap(collider, cloth.step.thickness, p); }
+Gap GapAtEnd(Collider collider, vec3 q) { return ColliderGap(collider, cloth.step.thickness, q); }
 vec3 RelativeAtStart(Collider collider, vec3 p, vec3 v) { return v; }
 vec3 RelativeMean(Collider collider, vec3 p, vec3 u) { return u; }
 vec3 RelativeAtEnd(Collider collider, vec3 q, vec3 v) { return v; }

@@ -1,9 +1,10 @@
-// Stage `damp_twist`. Two phases, so that all twists come from the same velocities: what each particle
-// gets, then the sums. Needs the accessors of one plan.
+// Stage `damp_twist`. Two phases, so that all twists come from the same velocities: the change of each
+// particle, then the sums. Needs the accessors of one plan.
 #include "stages/substep.glsl"
 
-// `share` of the twist of the cell whose first corner is at (row, column); 0 outside the grid.
-vec3 CellTwist(int row, int column, float share) {
+// The share that each corner loses of the twist of the cell whose first corner is at (row, column);
+// 0 outside the grid.
+vec3 CellTwist(int row, int column) {
   if (row < 0 || column < 0 || row + 1 >= int(cloth.grid_rows) ||
       column + 1 >= int(cloth.grid_columns)) {
     return vec3(0.0);
@@ -11,20 +12,20 @@ vec3 CellTwist(int row, int column, float share) {
   uint i = uint(row) * cloth.grid_columns + uint(column);
   precise vec3 upper = Velocity(i) - Velocity(i + 1u);
   precise vec3 lower = Velocity(i + cloth.grid_columns) - Velocity(i + cloth.grid_columns + 1u);
-  precise vec3 twist = share * (upper - lower);
+  precise vec3 twist = substep.twist_share * (upper - lower);
   return twist;
 }
 
-void StoreTwistChange(uint i, float share) {
+void StoreTwistChange(uint i) {
   int row = int(i / cloth.grid_columns), column = int(i % cloth.grid_columns);
-  precise vec3 above = CellTwist(row - 1, column, share) - CellTwist(row - 1, column - 1, share);
-  precise vec3 below = CellTwist(row, column - 1, share) - CellTwist(row, column, share);
+  precise vec3 above = CellTwist(row - 1, column) - CellTwist(row - 1, column - 1);
+  precise vec3 below = CellTwist(row, column - 1) - CellTwist(row, column);
   precise vec3 change = above + below;
-  SetScratchVector(cloth.twist_changes + 3u * i, change);
+  SetScratchVector(cloth.scratch.twist_changes + 3u * i, change);
 }
 
 void ApplyTwistChange(uint i) {
   if (InverseMass(i) == 0.0) return;
-  precise vec3 u = Velocity(i) + ScratchVector(cloth.twist_changes + 3u * i);
+  precise vec3 u = Velocity(i) + ScratchVector(cloth.scratch.twist_changes + 3u * i);
   SetVelocity(i, u);
 }

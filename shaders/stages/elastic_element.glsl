@@ -6,7 +6,7 @@
 #include "stages/buffers.glsl"
 
 ElasticElement LoadElement(uint e) {
-  uint word = cloth.elastic_elements + DRAPE_ELASTIC_WORDS * e;
+  uint word = cloth.model.elastic_elements + DRAPE_ELASTIC_WORDS * e;
   ElasticElement element;
   element.particles =
       uvec4(models[word], models[word + 1u], models[word + 2u], models[word + 3u]);

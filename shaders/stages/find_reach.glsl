@@ -1,4 +1,4 @@
-// What a step begins with: the range in which the free particles are expected to stay, and the colliders that
+// The start of a step: finds the range in which the free particles are expected to stay, and the colliders that
 // nothing touches there (server/solver/gl_compute/design.md, «Decisions»). Needs the accessors of
 // one plan.
 #ifndef DRAPE_STAGES_FIND_REACH_GLSL_
@@ -7,7 +7,7 @@
 #include "stages/collider_reach.glsl"
 #include "stages/collider_surface.glsl"
 
-#ifdef LEAVES_OUT_COLLIDERS
+#ifdef HAS_COLLIDER_REACH
 const float kLeastFloat = -3.402823e38;
 
 // Rounding of a gap, as a share of the lengths that it is computed from: each of its operations, fewer than 64,
@@ -16,7 +16,7 @@ const float kGapRounding = 1.0 / 131072.0;
 
 shared uint shared_range[DRAPE_RANGE_WORDS];
 
-// Of some free particles and pins: the largest -p, p [m], v^2 [m^2/s^2] and square of a pin's way [m^2].
+// Over some free particles and pins: the largest -p, p [m], v^2 [m^2/s^2] and square of a pin's way [m^2].
 struct Spread {
   vec3 below;
   vec3 above;
@@ -36,11 +36,11 @@ void SpreadOver(uint i, inout Spread spread) {
 }
 
 void SpreadOverPin(uint k, inout Spread spread) {
-  precise vec3 way = PinTarget(k) - Position(models[cloth.pins + k]);
+  precise vec3 way = PinTarget(k) - Position(models[cloth.model.pins + k]);
   spread.pin_way_sq = max(spread.pin_way_sq, Dot(way, way));
 }
 
-// In uniform control flow, as the next; each needs a barrier after it.
+// In uniform control flow, like AddToSharedRange; each needs a barrier after it.
 void ClearSharedRange() {
   if (gl_LocalInvocationID.x != 0u) return;
   for (int k = 0; k < DRAPE_RANGE_WORDS; ++k) shared_range[k] = 0u;
@@ -89,14 +89,14 @@ bool IsApart(Surface surface, float offset, float way, float size) {
 // Whether a particle in the range may touch collider c within the step.
 bool MayMeet(uint c) {
   Collider shape = ConvexBound(LoadCollider(c));
-  float offset = shape.radius + cloth.thickness;
+  float offset = shape.radius + cloth.step.thickness;
   float size = Length(max(abs(range.low), abs(range.high))) + Length(shape.point) +
                Length(shape.vector) + offset;
 #ifdef HAS_MOVING_COLLIDERS
   // Gaps change no faster than the body's points move that are where they are taken.
   RigidMotion motion = LoadMotion(c);
   Pose pose = PoseAt(motion, 0.0);
-  float duration = float(cloth.substeps) * cloth.h;
+  float duration = float(cloth.step.substeps) * cloth.step.h;
   float shift = Length(motion.velocity) * duration;
   float from_pivot =
       Length(max(abs(range.low - motion.position), abs(range.high - motion.position))) + shift;

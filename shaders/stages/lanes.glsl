@@ -1,4 +1,4 @@
-// Groups of DRAPE_STRIP_LANES invocations that solve a strip together, and what they hand to each other:
+// Groups of DRAPE_STRIP_LANES invocations (lanes) that solve a strip together and hand each other values:
 // by the shuffles of a subgroup (HAS_SUBGROUPS), or on devices without them through shared memory and
 // barriers. Resident plan only.
 #ifndef DRAPE_STAGES_LANES_GLSL_
@@ -10,7 +10,7 @@
 
 // Whether the invocations fill whole subgroups, and these whole groups of lanes. A driver may promise a
 // subgroup size that it does not fill.
-bool HasLanes() {
+bool FillsSubgroups() {
   return gl_SubgroupSize % DRAPE_STRIP_LANES == 0u &&
          gl_NumSubgroups * gl_SubgroupSize == uint(LOCAL_SIZE);
 }
@@ -24,8 +24,8 @@ uint Lane() { return gl_SubgroupInvocationID % DRAPE_STRIP_LANES; }
 vec4 offered;
 uint offered_tag;
 
-// What this lane hands out: all invocations of the work group together. Then any of them takes what it
-// needs, until the next offer.
+// Offers a value to the other lanes; all invocations of the work group together. Until the next offer any
+// lane may take it.
 void Offer(vec4 value, uint tag) {
   subgroupBarrier();  // the lanes may have gone different ways
   offered = value;
@@ -35,7 +35,7 @@ uint InvocationOfLane(uint lane) { return gl_SubgroupInvocationID - Lane() + lan
 vec4 OfferOf(uint lane) { return subgroupShuffle(offered, InvocationOfLane(lane)); }
 uint TagOf(uint lane) { return subgroupShuffle(offered_tag, InvocationOfLane(lane)); }
 
-// All lanes of the group have read what any of them writes to shared memory after this.
+// All lanes of the group have finished reading before any of them writes to shared memory after this.
 void LaneBarrier() {
   subgroupMemoryBarrierShared();
   subgroupBarrier();
@@ -43,7 +43,7 @@ void LaneBarrier() {
 
 #else
 
-bool HasLanes() { return true; }
+bool FillsSubgroups() { return true; }
 
 const uint kLaneCount = min(uint(LOCAL_SIZE), DRAPE_SHARED_LANES);
 shared float offered[4u * kLaneCount];

@@ -38,25 +38,25 @@ Measured MergeMeasured(Measured a, Measured b) {
   return a;
 }
 
-shared Measured lane_measured[LOCAL_SIZE];
+shared Measured measured_by_invocation[LOCAL_SIZE];
 
 // The merge of all invocations' values down one fixed tree; valid in invocation 0. In uniform control
 // flow.
-Measured MergeLanes(Measured measured) {
+Measured MergeInvocations(Measured measured) {
   uint lane = gl_LocalInvocationID.x;
-  lane_measured[lane] = measured;
+  measured_by_invocation[lane] = measured;
   for (uint half_size = LOCAL_SIZE / 2u; half_size > 0u; half_size /= 2u) {
     memoryBarrierShared();
     barrier();
     if (lane < half_size) {
-      lane_measured[lane] = MergeMeasured(lane_measured[lane], lane_measured[lane + half_size]);
+      measured_by_invocation[lane] = MergeMeasured(measured_by_invocation[lane], measured_by_invocation[lane + half_size]);
     }
   }
-  return lane_measured[0];
+  return measured_by_invocation[0];
 }
 
 // Where the result of one piece of a cloth waits to be merged, in Scratch.
-uint PieceWord(uint piece) { return cloth.measured_pieces + DRAPE_MEASURED_WORDS * piece; }
+uint PieceWord(uint piece) { return cloth.scratch.measured_pieces + DRAPE_MEASURED_WORDS * piece; }
 
 void StorePiece(uint piece, Measured measured) {
   uint word = PieceWord(piece);

@@ -6,19 +6,20 @@
 #include "stages/rebound.glsl"
 #include "stages/substep.glsl"
 
-// What is constant over the substep: gravity, and with IN_FORCE the springs (Bender et al. 2009, eq. 1).
+// The acceleration that is constant over the substep: gravity, and with IN_FORCE the springs (Bender et al.
+// 2009, eq. 1).
 vec3 ConstantAcceleration(uint i) {
-#ifdef SPRINGS_IN_FORCE
+#ifdef HAS_SPRING_FORCES
   precise vec3 acceleration =
-      cloth.gravity.xyz + ScratchVector(cloth.spring_accelerations + 3u * i);
+      cloth.step.gravity.xyz + ScratchVector(cloth.scratch.spring_accelerations + 3u * i);
   return acceleration;
 #else
-  return cloth.gravity.xyz;
+  return cloth.step.gravity.xyz;
 #endif
 }
 
 void PredictBallistic(uint i) {
-  SetVelocity(i, MeanVelocity(Velocity(i), ConstantAcceleration(i), substep.half_interval));
+  SetVelocity(i, MeanVelocity(Velocity(i), ConstantAcceleration(i), 0.5 * substep.interval));
 }
 
 #ifdef HAS_TWO_STEPS
@@ -26,11 +27,11 @@ void PredictBallistic(uint i) {
 void PredictTwoStep(uint i) {
   vec3 p = Position(i);
   vec3 v = Velocity(i);
-  SetPosition(i, Extrapolated(p, ScratchVector(cloth.previous_positions + 3u * i)));
-  vec3 ahead = Extrapolated(v, ScratchVector(cloth.previous_velocities + 3u * i));
-  precise vec3 u = AddScaled(ahead, substep.interval, cloth.gravity.xyz) * substep.damping_factor;
+  SetPosition(i, Extrapolated(p, ScratchVector(cloth.scratch.previous_positions + 3u * i)));
+  vec3 ahead = Extrapolated(v, ScratchVector(cloth.scratch.previous_velocities + 3u * i));
+  precise vec3 u = AddScaled(ahead, substep.interval, cloth.step.gravity.xyz) * substep.damping_factor;
   SetVelocity(i, u);
-  if (substep.sets_previous) SetPrevious(i, p, v);
+  if (substep.sets_previous != 0u) SetPrevious(i, p, v);
 }
 #endif
 
@@ -40,7 +41,7 @@ void PredictParticle(uint i) {
   StoreRebounds(i);
 #endif
 #ifdef HAS_TWO_STEPS
-  if (substep.is_two_step) {
+  if (IsTwoStep()) {
     PredictTwoStep(i);
     return;
   }
@@ -49,8 +50,8 @@ void PredictParticle(uint i) {
 }
 
 void PredictPin(uint k) {
-  uint i = models[cloth.pins + k];
-  vec3 way = PinWay(Position(i), PinTarget(k), substep.pin_shares);
+  uint i = models[cloth.model.pins + k];
+  vec3 way = PinWay(Position(i), PinTarget(k), pin_shares);
   precise vec3 velocity = way * substep.inverse_duration;
   SetVelocity(i, velocity);
 #ifdef HAS_TWO_STEPS
@@ -62,9 +63,9 @@ void PredictPin(uint k) {
 void IntegrateParticle(uint i) {
   vec3 u = Velocity(i);
   SetPosition(i, AddScaled(Position(i), substep.interval, u));
-  if (InverseMass(i) == 0.0 || substep.is_two_step) return;
-  SetVelocity(i, AddScaled(u, substep.half_interval, ConstantAcceleration(i)));
+  if (InverseMass(i) == 0.0 || IsTwoStep()) return;
+  SetVelocity(i, AddScaled(u, 0.5 * substep.interval, ConstantAcceleration(i)));
 }
 
 // At the end of the step a pin is where it was asked to be, to the bit.
-void PlacePin(uint k) { SetPosition(models[cloth.pins + k], PinTarget(k)); }
+void PlacePin(uint k) { SetPosition(models[cloth.model.pins + k], PinTarget(k)); }

@@ -1,5 +1,5 @@
-// The state one substep before, for two steps. That of the first substep is the one before its kick, which
-// is part of what two steps continue.
+// The state one substep before, for two steps. The first substep keeps the one before its kick,
+// because two steps continue the kick too.
 #ifndef DRAPE_STAGES_PREVIOUS_GLSL_
 #define DRAPE_STAGES_PREVIOUS_GLSL_
 
@@ -7,8 +7,8 @@
 
 #ifdef HAS_TWO_STEPS
 void SetPrevious(uint i, vec3 p, vec3 v) {
-  SetScratchVector(cloth.previous_positions + 3u * i, p);
-  SetScratchVector(cloth.previous_velocities + 3u * i, v);
+  SetScratchVector(cloth.scratch.previous_positions + 3u * i, p);
+  SetScratchVector(cloth.scratch.previous_velocities + 3u * i, v);
 }
 #endif
 

@@ -4,7 +4,7 @@
 
 #ifdef HAS_RESTITUTION
 uint ReboundWord(uint collider, uint i) {
-  return cloth.rebounds + collider * cloth.particle_count + i;
+  return cloth.scratch.rebounds + collider * cloth.particle_count + i;
 }
 
 // From position and velocity before the substep.
@@ -12,8 +12,8 @@ void StoreRebounds(uint i) {
   for (uint c = 0u; c < cloth.collider_count; ++c) {
     Surface surface = LoadSurface(c);
     vec3 v = RelativeAtStart(surface, Position(i), Velocity(i));
-    scratch[ReboundWord(c, i)] = ReboundSpeed(GapAtStart(surface, Position(i)), v, cloth.gravity.xyz,
-                                              cloth.restitution, cloth.slowest_rebound);
+    scratch[ReboundWord(c, i)] = ReboundSpeed(GapAtStart(surface, Position(i)), v, cloth.step.gravity.xyz,
+                                              cloth.step.restitution, cloth.step.slowest_rebound);
   }
 }
 #endif

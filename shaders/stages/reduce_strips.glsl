@@ -4,7 +4,7 @@
 #include "stages/lanes.glsl"
 #include "stages/solve_strips.glsl"
 
-// What the lane of a link knows of it; lanes without a link have one that does nothing.
+// A link as its lane knows it; lanes without a link have one that does nothing.
 struct LaneLink {
   bool is_link;
   uint from;        // particles
@@ -48,7 +48,7 @@ StripRow LoadRow(LaneLink mine, bool has_next) {
 }
 
 // As MinPivot. The pivot of an elimination feels the particles on one side of the link, that of a
-// reduction those on both: it goes down that much farther.
+// reduction those on both: its bound is that much lower.
 float MinReducedPivot(uint to) {
   return InverseMass(to) == 0.0 ? MIN_STRIP_PIVOT_AT_PIN
                                 : MIN_STRIP_PIVOT / float(DRAPE_STRIP_LANES);
@@ -133,7 +133,7 @@ void ReduceStrip(Strip strip, bool is_first_sweep) {
   MarkChanged();
   float share = ShareOfMove(maximum.x);
 #ifdef HAS_COMPLIANCE
-  uint lambda = cloth.lambdas + models[cloth.strip_constraints + strip.begin + Lane()];
+  uint lambda = cloth.scratch.lambdas + models[cloth.model.strip_constraints + strip.begin + Lane()];
   precise float accumulated = scratch[lambda] + share * impulse;
   scratch[lambda] = accumulated;
 #endif

@@ -1,5 +1,5 @@
-// Stage `refine`, rounds of: flags at the ends of links that are far off, then moves of the constraints at
-// flagged particles. Needs the accessors of one plan.
+// Stage `refine`. Each round flags the ends of links that the strips left stretched, then moves the constraints
+// at flagged particles. Needs the accessors of one plan.
 #include "lib/distance.glsl"
 #include "stages/substep.glsl"
 
@@ -8,16 +8,16 @@ void TestLink(uint constraint) {
   precise vec3 position_difference = Position(pair.y) - Position(pair.x);
   precise vec3 velocity_difference = Velocity(pair.y) - Velocity(pair.x);
   vec3 d = AddScaled(position_difference, substep.interval, velocity_difference);
-  float rest_length = ModelFloat(cloth.rest_lengths + constraint);
-  if (!IsFarOff(d, rest_length, cloth.shortest_sq, cloth.longest_sq)) return;
+  float rest_length = ModelFloat(cloth.model.rest_lengths + constraint);
+  if (!IsFarOff(d, rest_length, cloth.step.shortest_sq, cloth.step.longest_sq)) return;
   FlagParticle(pair.x);
   FlagParticle(pair.y);
 }
 
-// The tiled plan dispatches what any cloth needs.
+// Whether this cloth has the round; the tiled plan dispatches the rounds of all cloths.
 bool IsRefinedIn(uint substep_index, uint sweep, uint refine_round) {
-  return substep_index + 1u == cloth.substeps && sweep + 1u == cloth.max_iterations &&
-         refine_round < cloth.refine_rounds;
+  return substep_index + 1u == cloth.step.substeps && sweep + 1u == cloth.step.max_iterations &&
+         refine_round < cloth.step.refine_rounds;
 }
 
 bool IsAtFlag(uint constraint) {
@@ -35,7 +35,7 @@ void RefineConstraint(uint constraint) {
   precise vec3 velocity_difference = Velocity(pair.y) - Velocity(pair.x);
   DistanceError error =
       PredictDistanceError(position_difference, velocity_difference, substep.interval,
-                           substep.inverse_interval, ModelFloat(cloth.rest_lengths + constraint), 0.0, 0.0);
+                           substep.inverse_interval, ModelFloat(cloth.model.rest_lengths + constraint), 0.0, 0.0);
   float inverse_mass_i = InverseMass(pair.x);
   float inverse_mass_j = InverseMass(pair.y);
   precise float move = error.residual / (inverse_mass_i + inverse_mass_j);

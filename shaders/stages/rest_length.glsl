@@ -5,19 +5,19 @@
 float step_share = 1.0;
 
 void SetStepShare(uint substep) {
-  precise float share = float(substep + 1u) / float(cloth.substeps);
+  precise float share = float(substep + 1u) / float(cloth.step.substeps);
   step_share = share;
 }
 
 float RestLength(uint k) {
-  float target = Parameter(cloth.length_targets + k);
+  float target = Parameter(cloth.parameters.length_targets + k);
   if (step_share >= 1.0) return target;
-  float start = Parameter(cloth.length_starts + k);
+  float start = Parameter(cloth.parameters.length_starts + k);
   precise float rest_length = start + (target - start) * step_share;
   return rest_length;
 }
 #else
 void SetStepShare(uint substep) {}
 
-float RestLength(uint k) { return ModelFloat(cloth.rest_lengths + k); }
+float RestLength(uint k) { return ModelFloat(cloth.model.rest_lengths + k); }
 #endif

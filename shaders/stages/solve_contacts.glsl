@@ -7,11 +7,11 @@
 #include "stages/substep.glsl"
 
 uint NormalBetaWord(uint collider, uint i) {
-  return cloth.normal_betas + collider * cloth.particle_count + i;
+  return cloth.scratch.normal_betas + collider * cloth.particle_count + i;
 }
 // x; y and z follow at distances of particle_count.
 uint TangentBetaWord(uint collider, uint i) {
-  return cloth.tangent_betas + 3u * collider * cloth.particle_count + i;
+  return cloth.scratch.tangent_betas + 3u * collider * cloth.particle_count + i;
 }
 
 #ifdef HAS_FRICTION
@@ -33,21 +33,21 @@ void StoreTangentBeta(uint collider, uint i, vec3 beta_t) {
 // tolerance. Smaller ones are applied too: in short substeps friction consists of nothing else.
 bool IsAboveContactTolerance(float speed) {
 #ifdef HAS_TOLERANCE
-  precise float move = cloth.h * speed;
-  return move > cloth.contact_tolerance;
+  precise float move = cloth.step.h * speed;
+  return move > cloth.step.contact_tolerance;
 #else
   return true;
 #endif
 }
 
 #ifdef HAS_FRICTION
-vec3 SolveFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, float beta_n,
+vec3 SolveContactFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, float beta_n,
                    bool has_betas) {
   vec3 beta_t = has_betas ? LoadTangentBeta(c, i) : vec3(0.0);
   if (beta_n > 0.0 || beta_t != vec3(0.0)) {
     vec3 sliding = RelativeMean(surface, Position(i), u);
-    vec3 wanted = TangentBeta(beta_t, sliding, normal, beta_n, cloth.friction_static,
-                              cloth.friction_dynamic);
+    vec3 wanted = TangentBeta(beta_t, sliding, normal, beta_n, cloth.step.friction_static,
+                              cloth.step.friction_dynamic);
     precise vec3 change = wanted - beta_t;
     if (IsAboveContactTolerance(Length(change))) MarkChanged();
     u = AddScaled(u, 1.0, change);
@@ -63,9 +63,9 @@ vec3 SolveFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, float b
 vec3 SolveContact(uint c, uint i, vec3 p, vec3 u, bool has_betas) {
   Surface surface = LoadSurface(c);
   float beta_n = has_betas ? scratch[NormalBetaWord(c, i)] : 0.0;
-  float gap_floor = GapFloor(GapAtStart(surface, p).size, cloth.max_depenetration);
-  Gap gap = GapAtEnd(surface, AddScaled(p, cloth.h, u));
-  float wanted = NormalBeta(beta_n, gap.size, gap_floor, cloth.inverse_h);
+  float gap_floor = ContactFloor(GapAtStart(surface, p).size, cloth.step.max_depenetration);
+  Gap gap = GapAtEnd(surface, AddScaled(p, cloth.step.h, u));
+  float wanted = NormalBeta(beta_n, gap.size, gap_floor, cloth.step.inverse_h);
   precise float change = wanted - beta_n;
   if (change != 0.0) {
     if (IsAboveContactTolerance(abs(change))) MarkChanged();
@@ -74,66 +74,66 @@ vec3 SolveContact(uint c, uint i, vec3 p, vec3 u, bool has_betas) {
   }
   scratch[NormalBetaWord(c, i)] = beta_n;
 #ifdef HAS_FRICTION
-  u = SolveFriction(c, i, surface, u, gap.normal, beta_n, has_betas);
+  u = SolveContactFriction(c, i, surface, u, gap.normal, beta_n, has_betas);
 #endif
   return u;
 }
 
-void SolveContacts(uint i, bool is_first_sweep) {
+void SolveContactsOf(uint i, bool is_first_sweep) {
   if (InverseMass(i) == 0.0) return;
   vec3 p = Position(i);
   vec3 u = Velocity(i);
-  vec3 q = AddScaled(p, cloth.h, u);
+  vec3 q = AddScaled(p, cloth.step.h, u);
   uint met = LoadMetColliders(i, is_first_sweep);
   for (uint c = NextCollider(0u, met, q); c < cloth.collider_count;
        c = NextCollider(c + 1u, met, q)) {
     u = SolveContact(c, i, p, u, HasMet(met, c, is_first_sweep));
-    q = AddScaled(p, cloth.h, u);
+    q = AddScaled(p, cloth.step.h, u);
     met |= SetOf(c);
   }
   StoreMetColliders(i, met);
   SetVelocity(i, u);
 }
 
-#ifdef HAS_CONTACTS
+#ifdef HAS_SOLVE_CONTACTS
 // How far the end of the substep, p + h u, is below where its contacts want it [m]; for `measure`.
 void StoreContactViolation(uint i) {
   float violation = 0.0;
   if (InverseMass(i) != 0.0) {
     vec3 p = Position(i);
-    vec3 q = AddScaled(p, cloth.h, Velocity(i));
+    vec3 q = AddScaled(p, cloth.step.h, Velocity(i));
     for (uint c = NextCollider(0u, 0u, q); c < cloth.collider_count;
          c = NextCollider(c + 1u, 0u, q)) {
       Surface surface = LoadSurface(c);
-      float gap_floor = GapFloor(GapAtStart(surface, p).size, cloth.max_depenetration);
+      float gap_floor = ContactFloor(GapAtStart(surface, p).size, cloth.step.max_depenetration);
       precise float below = gap_floor - GapAtEnd(surface, q).size;
       violation = max(violation, below);
     }
   }
-  scratch[cloth.violations + i] = violation;
+  scratch[cloth.scratch.violations + i] = violation;
 }
 #endif
 
-#ifdef HAS_CONTACTS
-// Of the velocity relative to the surface.
+#ifdef HAS_SOLVE_CONTACTS
+// Corrects a velocity relative to the surface.
 vec3 CorrectContactVelocity(uint c, uint i, vec3 normal, vec3 v) {
 #ifdef HAS_RESTITUTION
   float rebound = scratch[ReboundWord(c, i)];
   if (rebound > 0.0) {
-    return VelocityAfterHit(v, normal, rebound, cloth.friction_static, cloth.friction_dynamic);
+    return VelocityAfterHit(v, normal, rebound, cloth.step.friction_static, cloth.step.friction_dynamic);
   }
 #endif
-  return ContactVelocity(v, normal, cloth.friction_static, cloth.friction_dynamic);
+  return ContactVelocity(v, normal, cloth.step.friction_static, cloth.step.friction_dynamic);
 }
 #endif
 
 // Contacts: no approach velocity, Coulomb friction; then damping. Free particles only.
 void CorrectVelocity(uint i) {
-  if (substep.is_two_step) return;  // damping is in predict
-#if defined(HAS_CONTACTS) || defined(HAS_DAMPING)
+  if (IsTwoStep()) return;  // damping is in predict
+#if defined(HAS_SOLVE_CONTACTS) || defined(HAS_DAMPING)
   if (InverseMass(i) == 0.0) return;
   vec3 v = Velocity(i);
-#ifdef HAS_CONTACTS
+#ifdef HAS_SOLVE_CONTACTS
   vec3 p = Position(i);
   uint met = LoadMetColliders(i, false);
   for (uint c = NextMetCollider(0u, met); c < cloth.collider_count;

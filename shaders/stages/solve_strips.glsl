@@ -4,7 +4,7 @@
 #include "stages/substep.glsl"
 
 // Scratch of link k: n xyz, how its impulse changes the error before over the pivot there, right side over the pivot [N s].
-uint LinkWord(uint k) { return cloth.strip_links + DRAPE_STRIP_LINK_WORDS * k; }
+uint LinkWord(uint k) { return cloth.scratch.strip_links + DRAPE_STRIP_LINK_WORDS * k; }
 
 // Where the links and particles of a strip lie.
 struct Strip {
@@ -21,12 +21,12 @@ struct Strip {
 
 Strip LoadStrip(uint strip) {
 #ifdef HAS_REGULAR_STRIPS
-  uint word = cloth.regular_strips + DRAPE_REGULAR_STRIP_WORDS * strip;
+  uint word = cloth.model.regular_strips + DRAPE_REGULAR_STRIP_WORDS * strip;
   return Strip(models[word], models[word + 1u], models[word + 2u], models[word + 3u],
                ModelFloat(word + 4u));
 #else
-  uint word = cloth.strip_offsets + strip;
-  return Strip(models[word], models[word + 1u], cloth.strip_particles + strip);
+  uint word = cloth.model.strip_offsets + strip;
+  return Strip(models[word], models[word + 1u], cloth.model.strip_particles + strip);
 #endif
 }
 
@@ -43,7 +43,7 @@ float StripRestLength(Strip strip, uint k) {
 #ifdef HAS_REGULAR_STRIPS
   return strip.rest_length;
 #else
-  return ModelFloat(cloth.strip_lengths + k);
+  return ModelFloat(cloth.model.strip_lengths + k);
 #endif
 }
 
@@ -70,12 +70,12 @@ LinearisedLink LineariseLink(Strip strip, uint k, LinkEnd from, LinkEnd to, bool
   float compliance = 0.0;
   float lambda = 0.0;
 #ifdef HAS_COMPLIANCE
-  uint constraint = models[cloth.strip_constraints + k];
-  compliance = ModelFloat(cloth.compliances + constraint);
+  uint constraint = models[cloth.model.strip_constraints + k];
+  compliance = ModelFloat(cloth.model.compliances + constraint);
   if (is_first_sweep) {
-    scratch[cloth.lambdas + constraint] = 0.0;
+    scratch[cloth.scratch.lambdas + constraint] = 0.0;
   } else {
-    lambda = scratch[cloth.lambdas + constraint];
+    lambda = scratch[cloth.scratch.lambdas + constraint];
   }
 #endif
   precise vec3 position_difference = to.position - from.position;
@@ -85,7 +85,7 @@ LinearisedLink LineariseLink(Strip strip, uint k, LinkEnd from, LinkEnd to, bool
   precise float diagonal = from.inverse_mass + to.inverse_mass;
   link.direction = link.error.direction;
 #ifdef HAS_START_DIRECTIONS
-  ImpulseLine line = BlendDirections(position_difference, link.error.direction, cloth.end_share);
+  ImpulseLine line = BlendDirections(position_difference, link.error.direction, cloth.step.end_share);
   link.direction = line.direction;
   diagonal = diagonal * line.slope;
 #endif
@@ -97,7 +97,7 @@ LinearisedLink LineariseLink(Strip strip, uint k, LinkEnd from, LinkEnd to, bool
 }
 
 bool IsBeyondTolerance(LinearisedLink link) {
-  return abs(link.error.residual) > cloth.tolerance * link.rest_length;
+  return abs(link.error.residual) > cloth.step.tolerance * link.rest_length;
 }
 
 // The least share of its diagonal that the pivot of a link has whose second particle is `to`.
@@ -171,7 +171,7 @@ float ApplyImpulses(Strip strip, float share) {
     effect_of_next = scratch[word + 3u] * impulse;
     precise float applied = share * impulse;
 #ifdef HAS_COMPLIANCE
-    uint lambda = cloth.lambdas + models[cloth.strip_constraints + k];
+    uint lambda = cloth.scratch.lambdas + models[cloth.model.strip_constraints + k];
     precise float accumulated = scratch[lambda] + applied;
     scratch[lambda] = accumulated;
 #endif
@@ -191,7 +191,7 @@ void SolveStrip(uint index, bool is_first_sweep) {
   Strip strip = LoadStrip(index);
   if (!EliminateStrip(strip, is_first_sweep)) return;
   MarkChanged();
-  // All of the impulses; then, where that is too much, which is rare, what is too much back.
+  // Applies all of the impulses, then takes the excess back where they moved a particle too far, which is rare.
   precise float share = 1.0;
   do {
     precise float back = ShareOfMove(ApplyImpulses(strip, share)) - 1.0;

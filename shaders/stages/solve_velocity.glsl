@@ -7,10 +7,10 @@
 // writer; pins are only read.
 void SolveLinkVelocity(uint k) {
 #ifdef HAS_COMPLIANCE
-  if (ModelFloat(cloth.compliances + k) > 0.0) return;
+  if (ModelFloat(cloth.model.compliances + k) > 0.0) return;
 #endif
 #ifdef HAS_INEQUALITIES
-  if (models[cloth.kinds + k] != DRAPE_KIND_EQUAL) return;
+  if (models[cloth.model.kinds + k] != DRAPE_KIND_EQUAL) return;
 #endif
   uvec2 pair = ConstraintPair(k);
   vec3 velocity_i = Velocity(pair.x);
@@ -27,13 +27,13 @@ void SolveLinkVelocity(uint k) {
   if (inverse_mass_j != 0.0) SetVelocity(pair.y, AddScaled(velocity_j, change_j, n));
 }
 
-#ifdef HAS_JOINTS
-// The same for all three axes of the rigid joint k.
+#ifdef HAS_SOLVE_JOINTS
+// Takes the relative velocity of the rigid joint k, along all three axes.
 void SolveJointVelocity(uint k) {
 #ifdef HAS_JOINT_COMPLIANCE
-  if (ModelFloat(cloth.joint_compliances + k) > 0.0) return;
+  if (ModelFloat(cloth.model.joint_compliances + k) > 0.0) return;
 #endif
-  uvec2 pair = uvec2(models[cloth.joint_pairs + 2u * k], models[cloth.joint_pairs + 2u * k + 1u]);
+  uvec2 pair = uvec2(models[cloth.model.joint_pairs + 2u * k], models[cloth.model.joint_pairs + 2u * k + 1u]);
   vec3 velocity_i = Velocity(pair.x);
   vec3 velocity_j = Velocity(pair.y);
   float inverse_mass_i = InverseMass(pair.x);

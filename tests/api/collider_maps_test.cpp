@@ -7,6 +7,7 @@
 #include "server/scene/distance_map.h"
 #include "tests/api/bad_cases.h"
 #include "tests/api/requests.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape::api {
 namespace {
@@ -41,10 +42,6 @@ v1::PackedArray Rows(v1::PackedArray::DataType type, uint32_t rows) {
 INSTANTIATE_TEST_SUITE_P(
     Cases, MeshColliderFields,
     testing::Values(
-        BadCreation{"File", [](auto& r) { AddSolid(r).set_mesh_file("table.obj"); },
-                    "spec.environment.colliders[4].mesh_file", "client reads the file"},
-        BadCreation{"Scale", [](auto& r) { AddSolid(r).set_scale_m(2); },
-                    "spec.environment.colliders[4].scale_m", "mesh_file"},
         BadCreation{"TransformOfASphere",
                     [](auto& r) {
                       Set(r.mutable_spec()
@@ -123,7 +120,7 @@ TEST(ColliderMaps, AMeshOfARequestBecomesAMapAtItsPlace) {
   EXPECT_EQ(Build(request, cache)->at(0).map, solid.map) << "equal meshes share one map";
 
   // Clients read meshes back without their arrays, but with the shapes of these.
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.colliders = {colliders[4]};
   const v1::Collider message = EnvironmentToProto(parameters).colliders(0);
   EXPECT_THAT(message.mesh().positions_m().shape(), ElementsAre(4, 3));

@@ -36,12 +36,12 @@ TEST(Config, FlagsReachTheirLimits) {
   EXPECT_EQ(line.config.sessions.max_sessions, 7u);
   EXPECT_EQ(line.config.requests.default_ttl_s, 2.5);
   EXPECT_EQ(line.config.threads, 3u);
-  EXPECT_EQ(line.config.scheduler.max_queued_requests_per_tenant, 9u);
+  EXPECT_EQ(line.config.scheduler.max_queued_requests_per_session, 9u);
   EXPECT_EQ(line.config.scheduler.max_queue_delay_us, 13);
   EXPECT_EQ(line.config.requests.model.max_particles, 100u);
   EXPECT_EQ(line.config.pictures.max_particles_per_picture, 200u);
   EXPECT_EQ(line.config.pictures.max_queued_pictures, 11u);
-  EXPECT_EQ(line.config.pictures.max_pictures_in_flight_per_tenant, 12u);
+  EXPECT_EQ(line.config.pictures.max_pictures_in_flight_per_session, 12u);
 }
 
 TEST(Config, UsageErrorsAreTwoAndHelpIsZero) {

@@ -56,16 +56,6 @@ TEST(Mapping, AClothReadsBackAsItWasAskedFor) {
   EXPECT_EQ(again.SerializeAsString(), cloth.SerializeAsString());
 }
 
-TEST(Mapping, SettingsOfEveryPresetReadBack) {
-  for (const Preset preset : {Preset::kPaper, Preset::kRealtime, Preset::kAccurate}) {
-    v1::CreateClothsRequest request = test::GoodCreation();
-    request.clear_overrides();
-    *request.mutable_spec()->mutable_settings() = ToProto(PresetSettings(preset));
-    EXPECT_EQ(CheckCreateCloths(request, {})->copies[0].parameters.settings,
-              PresetSettings(preset));
-  }
-}
-
 TEST(Mapping, ReportsNameTheWarningsThatOccurred) {
   StepReport report;
   report.iterations = 17;

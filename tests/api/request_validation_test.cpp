@@ -1,5 +1,6 @@
 #include "server/api/request_validation.h"
 
+#include "server/api/material_message.h"
 #include "tests/api/bad_cases.h"
 #include "tests/api/requests.h"
 
@@ -240,16 +241,18 @@ TEST(StepRules, ColliderControlsAreReadWithTheirRotations) {
   v1::StepRequest request = GoodStep();
   auto step = CheckStep(request, 10);
   ASSERT_TRUE(step.ok()) << step.status().ToString();
-  ASSERT_EQ(step->collider_controls.size(), 1u);
-  EXPECT_EQ(step->collider_controls[0].collider, 2u);
-  EXPECT_EQ(step->collider_controls[0].target.position_m, Eigen::Vector3d(0, 1, 2));
-  EXPECT_EQ(step->collider_controls[0].target.rotation.coeffs(), Eigen::Vector4d(0, 0, 1, 0));
-  EXPECT_EQ(step->collider_controls[0].over_s, 0.75);
+  ASSERT_EQ(step->controls.colliders.size(), 1u);
+  EXPECT_EQ(step->controls.colliders[0].control.collider, 2u);
+  EXPECT_EQ(step->controls.colliders[0].control.target.position_m, Eigen::Vector3d(0, 1, 2));
+  EXPECT_EQ(step->controls.colliders[0].control.target.rotation.coeffs(),
+            Eigen::Vector4d(0, 0, 1, 0));
+  EXPECT_EQ(step->controls.colliders[0].control.over_s, 0.75);
   request.mutable_collider_controls()->clear_rotations_xyzw();
   request.mutable_collider_controls()->clear_over_s();
   step = CheckStep(request, 10);
-  EXPECT_EQ(step->collider_controls[0].target.rotation.coeffs(), Eigen::Vector4d(0, 0, 0, 1));
-  EXPECT_EQ(step->collider_controls[0].over_s, 0);
+  EXPECT_EQ(step->controls.colliders[0].control.target.rotation.coeffs(),
+            Eigen::Vector4d(0, 0, 0, 1));
+  EXPECT_EQ(step->controls.colliders[0].control.over_s, 0);
 }
 
 TEST(StepRules, AnEmptyViewAsksForPositionsAndNoViewForNothing) {
@@ -280,9 +283,8 @@ TEST(UpdateClothsValidation, OnlyThePathsOfTheMaskAreRead) {
   ASSERT_TRUE(change.ok()) << change.status().ToString();
   EXPECT_EQ(*change->gravity_m_per_s2, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(change->pins->front().particle, 7u);
-  EXPECT_FALSE(change->damping_per_s || change->colliders || change->settings ||
-               change->friction_static || change->friction_dynamic || change->thickness_m ||
-               change->wind_m_per_s || change->air_drag || change->air_lift || change->restitution);
+  EXPECT_FALSE(change->colliders || change->settings || change->wind_m_per_s ||
+               change->numbers.is_any_set() || change->model.is_any_set());
 }
 
 TEST(UpdateClothsValidation, EveryDocumentedPathIsRead) {
@@ -310,11 +312,13 @@ TEST(UpdateClothsValidation, EveryDocumentedPathIsRead) {
                                         {});
   ASSERT_TRUE(change.ok()) << change.status().ToString();
   EXPECT_TRUE(change->gravity_m_per_s2 && change->colliders && change->pins && change->settings &&
-              change->damping_per_s && change->friction_static && change->friction_dynamic &&
-              change->thickness_m && change->wind_m_per_s && change->air_drag && change->air_lift &&
-              change->restitution);
-  EXPECT_TRUE(change->model.bending_rigidity_n_m && change->model.stretch_stiffness_n_per_m &&
-              change->model.shear_modulus_n_per_m);
+              change->wind_m_per_s);
+  for (const SurfaceField& field : kSurfaceFields) {
+    EXPECT_TRUE(change->numbers.IsSet(field.member)) << field.name;
+  }
+  for (const StructuralField& field : kStructuralFields) {
+    EXPECT_EQ(change->model.material.IsSet(field.member), field.may_change) << field.name;
+  }
 }
 
 TEST(UpdateClothsValidation, ConnectionsAreReadWithTheLengthsThatAreSet) {

@@ -40,9 +40,6 @@ INSTANTIATE_TEST_SUITE_P(
     Topology, SpecValidation,
     testing::Values(
         BadCreation{"None", [](auto& r) { BareSpec(r).clear_topology(); }, "spec", "grid, mesh"},
-        BadCreation{"MeshFile", [](auto& r) { BareSpec(r).set_mesh_file("skirt.obj"); },
-                    "spec.mesh_file", "client reads the file"},
-        BadCreation{"Scale", [](auto& r) { Spec(r).set_scale_m(1); }, "spec.scale_m", "mesh_file"},
         BadCreation{"NoColumns", [](auto& r) { BareSpec(r).mutable_grid()->set_columns(0); },
                     "spec.grid.columns", "0"},
         BadCreation{"NoRows", [](auto& r) { BareSpec(r).mutable_grid()->set_rows(0); },

@@ -1,6 +1,7 @@
 #include "server/api/step_cost.h"
 
 #include "tests/api/bad_cases.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape::api {
 namespace {
@@ -17,7 +18,7 @@ ClothDescription Sheet() {
 }
 
 StepSettings Sweeps(uint32_t substeps, uint32_t max_iterations) {
-  StepSettings settings;
+  StepSettings settings = test::PlainSettings();
   settings.substeps = substeps;
   settings.max_iterations = max_iterations;
   return settings;

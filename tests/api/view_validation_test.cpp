@@ -28,12 +28,12 @@ Status Check(std::vector<uint32_t> particles, const ClothList& cloths) {
 TEST(ViewValidation, ListsAreLimited) {
   v1::StateView view;
   for (uint32_t p = 0; p < 4096; ++p) view.add_particles(p);
-  FieldChecks checks;
-  EXPECT_EQ(CheckView(FieldPath("view"), view, checks).particles.size(), 4096u);
-  EXPECT_TRUE(checks.ok());
+  Violations violations;
+  EXPECT_EQ(CheckView(FieldPath("view"), view, violations).particles.size(), 4096u);
+  EXPECT_TRUE(violations.is_empty());
   view.add_particles(4096);
-  CheckView(FieldPath("view"), view, checks);
-  ExpectViolation(checks.ToStatus(), "view.particles", "names 4097 particles, at most 4096");
+  CheckView(FieldPath("view"), view, violations);
+  ExpectViolation(violations.ToStatus(), "view.particles", "names 4097 particles, at most 4096");
 }
 
 TEST(ViewValidation, EveryClothNeedsEveryParticle) {
@@ -52,12 +52,12 @@ TEST(ViewValidation, EveryClothNeedsEveryParticle) {
 TEST(ViewValidation, ALongListOfStrangersIsNamedInPart) {
   std::vector<uint32_t> particles(4000);
   for (uint32_t k = 0; k < particles.size(); ++k) particles[k] = 10 + k;
-  EXPECT_EQ(Check(particles, {Cloth(1, 4)}).violations().size(), FieldChecks::kMaxViolations);
+  EXPECT_EQ(Check(particles, {Cloth(1, 4)}).violations().size(), Violations::kMaxCount);
   v1::StateView view;
   for (const uint32_t particle : particles) view.add_particles(particles.back() - particle);
-  FieldChecks checks;
-  CheckView(FieldPath("view"), view, checks);
-  EXPECT_EQ(checks.violation_count(), FieldChecks::kMaxViolations);
+  Violations violations;
+  CheckView(FieldPath("view"), view, violations);
+  EXPECT_EQ(violations.count(), Violations::kMaxCount);
 }
 
 }  // namespace

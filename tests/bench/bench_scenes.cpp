@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "server/solver/load.h"
+
 namespace drape::bench {
 
 using Eigen::Vector3d;
@@ -74,6 +76,12 @@ test::Scene Skirt(uint32_t around, uint32_t down, const StepSettings& settings) 
   scene.parameters.settings = settings;
   scene.parameters = RaiseSubsteps(*scene.model, scene.parameters);  // as the server does
   return scene;
+}
+
+StepSettings SettingsOf(const std::string& preset) {
+  if (preset == "PAPER") return PresetSettings(Preset::kPaper);
+  if (preset == "ACCURATE") return PresetSettings(Preset::kAccurate);
+  return PresetSettings(Preset::kRealtime);
 }
 
 }  // namespace drape::bench

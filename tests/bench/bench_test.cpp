@@ -14,7 +14,7 @@
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/machine.h"
 #include "tests/bench/shell.h"
-#include "tests/support/paths.h"
+#include "tests/support/paths/paths.h"
 
 namespace drape::bench {
 namespace {

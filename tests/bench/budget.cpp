@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "server/scheduler/frame_budget.h"
+#include "tests/bench/bench_scenes.h"
 #include "tests/bench/quantiles.h"
 #include "tests/bench/subcommands.h"
 

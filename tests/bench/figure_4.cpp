@@ -3,6 +3,7 @@
 #include <cmath>
 #include <string>
 
+#include "tests/bench/bench_scenes.h"
 #include "tests/bench/step_rows.h"
 #include "tests/bench/subcommands.h"
 #include "tests/support/states.h"

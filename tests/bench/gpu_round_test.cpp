@@ -10,7 +10,7 @@
 #include <string>
 
 #include "tests/bench/shell.h"
-#include "tests/support/paths.h"
+#include "tests/support/paths/paths.h"
 
 namespace drape::bench {
 namespace {

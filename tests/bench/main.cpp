@@ -11,13 +11,6 @@
 #include "tests/bench/subcommands.h"
 
 namespace drape::bench {
-
-StepSettings SettingsOf(const std::string& preset) {
-  if (preset == "PAPER") return PresetSettings(Preset::kPaper);
-  if (preset == "ACCURATE") return PresetSettings(Preset::kAccurate);
-  return PresetSettings(Preset::kRealtime);
-}
-
 namespace {
 
 struct CommandLine {

@@ -1,4 +1,5 @@
 #include "tests/bench/step_rows.h"
+#include "tests/bench/bench_scenes.h"
 
 #include <cstdio>
 
@@ -34,7 +35,7 @@ bool MeasureRow(Bench& bench, Table& table, const StepRow& row, const ClothBatch
                sides.columns,
                sides.rows,
                named.name,
-               named.backend->PlanOf(*batch.scene.model),
+               named.backend->Describe().plan_of(*batch.scene.model),
                t.steps,
                t.median_ms,
                t.p10_ms,

@@ -52,7 +52,4 @@ void MeasureBudget(Bench& bench, BudgetOptions options);
 // software and `needs_hardware`, or 4 if there is none.
 int ShowDevice(bool needs_hardware);
 
-// The settings of a preset's name; the name must be one of PAPER, REALTIME, ACCURATE.
-StepSettings SettingsOf(const std::string& preset);
-
 }  // namespace drape::bench

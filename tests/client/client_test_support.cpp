@@ -8,9 +8,10 @@
 
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <stdexcept>
 
-#include "tests/support/paths.h"
+#include "tests/support/paths/paths.h"
 
 extern char** environ;
 
@@ -75,6 +76,13 @@ Outcome RunningProgram::Wait() {
   waitpid(pid_, &status, 0);
   return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, ReadText(folder_ / "out"),
           has_terminal_ ? "" : ReadText(folder_ / "err")};
+}
+
+std::vector<std::string> Lines(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) lines.push_back(line);
+  return lines;
 }
 
 Outcome RunProgram(const std::string& name, const std::vector<std::string>& arguments) {

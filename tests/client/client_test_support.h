@@ -28,6 +28,7 @@ class TemporaryFolder {
 };
 
 std::string ReadText(const std::filesystem::path& path);
+std::vector<std::string> Lines(const std::string& text);
 void WriteText(const std::filesystem::path& path, const std::string& text);
 
 // The outcome of a program.

@@ -14,6 +14,7 @@ namespace drape::cli {
 namespace {
 
 using client_test::kThird;
+using client_test::Lines;
 using client_test::MakeStates;
 using client_test::ReadText;
 using client_test::TwoCloths;
@@ -24,13 +25,6 @@ using ::testing::StartsWith;
 using ::testing::UnorderedElementsAre;
 
 using GeometryWriterTest = client_test::StateFileTest;
-
-std::vector<std::string> Lines(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
 
 // Names of the files in `folder`.
 std::vector<std::string> Names(const std::filesystem::path& folder) {

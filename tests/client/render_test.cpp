@@ -168,11 +168,11 @@ TEST_F(RenderTest, PicturesOfALivingSession) {
   EXPECT_EQ(Image("out.png").width_px, 64u);
   outcome = render({"--cloth=" + std::to_string(ids[1]), "--colour-by=strain", "--json"});
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
-  const auto json = nlohmann::json::parse(outcome.out);
-  EXPECT_EQ(json["cloth_ids"].size(), 1u);
-  EXPECT_FALSE(json.contains("png")) << "that is in the file";
-  EXPECT_EQ(json["range"].size(), 2u);
-  EXPECT_EQ(json["camera"]["eye_m"].size(), 3u);
+  const auto printed = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(printed["cloth_ids"].size(), 1u);
+  EXPECT_FALSE(printed.contains("png")) << "that is in the file";
+  EXPECT_EQ(printed["range"].size(), 2u);
+  EXPECT_EQ(printed["camera"]["eye_m"].size(), 3u);
   outcome = render({"--cloth=1"});
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_THAT(outcome.err, HasSubstr("CLOTH_NOT_FOUND"));

@@ -216,14 +216,14 @@ TEST_F(RunCommandTest, ComparesTwoBackends) {
 
   const Outcome json_outcome =
       Run({Example("hanging_two_corners.json"), "--duration=0.1", "--compare=reference", "--json"});
-  const auto json = nlohmann::json::parse(json_outcome.out);
-  const double largest = json["comparison"]["largest_position_difference_m"];
+  const auto printed = nlohmann::json::parse(json_outcome.out);
+  const double largest = printed["comparison"]["largest_position_difference_m"];
   // Single against double precision over 6 steps of 60 substeps: more than nothing, and far below a
   // millimetre (360 substeps of errors of a few ulp of 1 m, 6e-8 each, would be 1e-4 if all added).
   EXPECT_GT(largest, 0);
   EXPECT_LT(largest, 1e-3);
-  EXPECT_EQ(json["comparison"]["backend"], "reference");
-  EXPECT_EQ(json["comparison"]["compared_steps"], 6);
+  EXPECT_EQ(printed["comparison"]["backend"], "reference");
+  EXPECT_EQ(printed["comparison"]["compared_steps"], 6);
 }
 
 // The same request gives the same states, bit for bit: also in other pieces.

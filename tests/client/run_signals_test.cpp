@@ -175,9 +175,9 @@ TEST(RunSignalsTest, AnInterruptDoesNotWaitForTheComparison) {
   kill(program.pid(), SIGTERM);
   const Outcome outcome = program.Wait();
   EXPECT_EQ(outcome.exit_code, 1);
-  const auto json = nlohmann::json::parse(outcome.out);
-  EXPECT_GT(json["steps"], 2);
-  EXPECT_EQ(json["comparison"]["compared_steps"], 0);
+  const auto printed = nlohmann::json::parse(outcome.out);
+  EXPECT_GT(printed["steps"], 2);
+  EXPECT_EQ(printed["comparison"]["compared_steps"], 0);
 }
 
 TEST(RunSignalsTest, ARunThatLosesItsServerKeepsItsSamples) {

@@ -116,13 +116,18 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{Scene(R"(, "settings": {"preset": 17})"),
                  "cloths[0].spec.settings.preset: must be one of"},
         BadScene{Scene(R"(, "mesh_file": "a.obj")"), "cloths[0].spec.mesh_file: only one of"},
+        BadScene{Scene(R"(, "mesh_file": 3)"), "cloths[0].spec.mesh_file: must be a string"},
+        BadScene{Scene(R"(, "meshFile": "a.obj")"),
+                 "cloths[0].spec.meshFile: unknown field; did you mean mesh_file?"},
+        BadScene{Scene(R"(, "material": {"scale_m": 1})"),
+                 "cloths[0].spec.material.scale_m: unknown field"},
         BadScene{Scene(R"(, "material": 3)"), "cloths[0].spec.material: must be an object"},
         BadScene{Scene("", R"(, "name": 3)"), "name: must be a string"},
         BadScene{Scene("", R"(, "name": "a", "name": "b")"), "name: is given twice"},
         BadScene{Scene("", R"(, "time_step_s": 0)"), "time_step_s: must be > 0"},
         BadScene{Scene("", R"(, "time_step_s": "NaN")"), "time_step_s: must be > 0"},
         BadScene{R"({"duration_s": -1, "cloths": []})", "duration_s: must be >= 0"},
-        BadScene{R"({"duration_s": 1e300, "cloths": []})", "duration_s: is more than"},
+        BadScene{R"({"duration_s": 1e300, "cloths": []})", "duration_s: must be at most"},
         BadScene{R"({"duration_s": 1})", "cloths: must have at least one"},
         BadScene{R"({"cloths": [{"spec": {}}]})", "cloths[0].spec: must have one of grid"},
         BadScene{R"({"cloths": [{"spec": {"grid": {"columns": 65536, "rows": 65536}}}]})",
@@ -200,7 +205,7 @@ TEST(SceneFileTest, ABadSetIsRefused) {
   EXPECT_THAT(Refusal(Scene(), {"settings.substeps"}), HasSubstr("PATH=VALUE"));
   EXPECT_THAT(Refusal(Scene(), {"settings..substeps=1"}), HasSubstr("empty name"));
   EXPECT_THAT(Refusal(Scene(), {"grid.columns.x=1"}), HasSubstr("has no members"));
-  EXPECT_THAT(Refusal(Scene(R"(, "pins": [])"), {"pins.1.particle=1"}), HasSubstr("no index"));
+  EXPECT_THAT(Refusal(Scene(R"(, "pins": [])"), {"pins.1.particle=1"}), HasSubstr("not an index"));
 }
 
 TEST(SceneFileTest, MeshFilesAreReadBesideTheSceneFile) {
@@ -211,7 +216,6 @@ TEST(SceneFileTest, MeshFilesAreReadBesideTheSceneFile) {
   const v1::Scene scene = LoadScene(folder / "one.json");
   EXPECT_EQ(scene.name(), "one");
   EXPECT_TRUE(scene.cloths(0).spec().has_mesh());
-  EXPECT_FALSE(scene.cloths(0).spec().has_scale_m());
   double x = 0;
   std::memcpy(&x, scene.cloths(0).spec().mesh().positions_m().data().data() + 3 * sizeof(x),
               sizeof(x));
@@ -229,7 +233,6 @@ TEST(SceneFileTest, MeshFilesOfCollidersAreReadToo) {
   const v1::Scene scene = LoadScene(folder / "one.json");
   const v1::Collider& collider = scene.cloths(0).spec().environment().colliders(1);
   ASSERT_TRUE(collider.has_mesh());
-  EXPECT_FALSE(collider.has_scale_m());
   EXPECT_EQ(collider.transform().position_m(1), 1);
   double x = 0;
   std::memcpy(&x, collider.mesh().positions_m().data().data() + 3 * sizeof(x), sizeof(x));

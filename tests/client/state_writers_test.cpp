@@ -17,19 +17,13 @@ namespace {
 
 using client_test::ErrorOf;
 using client_test::kThird;
+using client_test::Lines;
 using client_test::MakeStates;
 using client_test::ReadText;
 using client_test::TwoCloths;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-
-std::vector<std::string> Lines(const std::string& text) {
-  std::vector<std::string> lines;
-  std::istringstream stream(text);
-  for (std::string line; std::getline(stream, line);) lines.push_back(line);
-  return lines;
-}
 
 using StateWritersTest = client_test::StateFileTest;
 

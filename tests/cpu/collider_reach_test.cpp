@@ -67,7 +67,7 @@ struct Cloth {
   }
 
   std::shared_ptr<const FloatModel> model;
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   FloatControls controls;
   FloatState state;
   std::vector<Lanes> pin_targets;

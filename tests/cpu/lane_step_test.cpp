@@ -8,7 +8,7 @@ namespace drape::cpu {
 namespace {
 
 ClothParameters OnPlanes(size_t count) {
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   for (size_t k = 0; k < count; ++k) {
     parameters.colliders.push_back(PlaneCollider{{0, -1, 0}, Eigen::Vector3d::UnitY()});
   }

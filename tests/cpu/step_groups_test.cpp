@@ -18,7 +18,7 @@ class StepGroupsTest : public testing::Test {
  protected:
   LaneKey Key(const FloatModel& model, uint32_t max_iterations = 1,
               Direction direction = Direction::kAtEnd) {
-    ClothParameters parameters;
+    ClothParameters parameters = test::PlainParameters();
     parameters.settings.integration = Integration::kOneStep;
     parameters.settings.direction = direction;
     return {model, FloatControls(model, parameters, false), parameters.settings, max_iterations};

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "server/config.h"
+#include "tests/support/paths/paths.h"
 
 namespace drape {
 namespace {
@@ -21,7 +22,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-const fs::path kRoot = DRAPE_SOURCE_DIR;
+const fs::path kRoot = test::SourcePath("");
 const fs::path kDocker = kRoot / "docker";
 
 std::string ReadFile(const fs::path& path) {
@@ -67,7 +68,8 @@ std::set<std::string> LinkedPackages() {
   std::string query = "LC_ALL=C dpkg-query -S";
   size_t library_count = 0;
   for (const char* program : {"draped", "drape"}) {
-    const std::string dump = Output(std::string("objdump -p ") + DRAPE_BIN_DIR + "/" + program);
+    const std::string dump =
+        Output(std::string("objdump -p ") + test::ProgramPath(program).string());
     for (const std::string& library : Groups(dump, R"(^\s*NEEDED\s+(\S+))")) {
       query += " '*-linux-gnu/" + library + "'";
       ++library_count;
@@ -98,8 +100,8 @@ Config Parse(const std::vector<std::string>& arguments) {
     words.push_back(std::regex_replace(argument, std::regex("=/etc/drape/(tls/)?"),
                                        "=" + kDocker.string() + "/"));
     if (words.back().find(".pem") == std::string::npos) continue;
-    words.back() = words.back().substr(0, words.back().find('=')) + "=" + DRAPE_SOURCE_DIR +
-                   "/docker/Dockerfile";
+    words.back() =
+        words.back().substr(0, words.back().find('=')) + "=" + (kDocker / "Dockerfile").string();
   }
   std::vector<const char*> pointers;
   for (const std::string& word : words) pointers.push_back(word.c_str());

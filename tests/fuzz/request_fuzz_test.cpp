@@ -136,8 +136,8 @@ TEST(RequestFuzz, Step) {
     const auto checked = api::CheckStep(request, kMaxSteps);
     if (!checked.ok()) return checked.status();
     EXPECT_TRUE(checked->steps.has_value() != checked->until_step.has_value());
-    for (const PinControlRow& row : checked->pin_controls) {
-      EXPECT_TRUE(row.target_m.allFinite() && row.over_s >= 0);
+    for (const ControlRow<PinControl>& row : checked->controls.pins) {
+      EXPECT_TRUE(row.control.target_m.allFinite() && row.control.over_s >= 0);
     }
     const std::vector<uint32_t>& particles = checked->view.particles;
     EXPECT_EQ(std::adjacent_find(particles.begin(), particles.end(), std::greater_equal<>()),

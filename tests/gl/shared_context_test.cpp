@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "server/gl/context.h"
+#include "server/gl/device_copy.h"
 #include "server/gl/program.h"
-#include "server/gl/shared_copy.h"
 
 namespace drape::gl {
 namespace {
@@ -57,7 +57,7 @@ TEST(SharedContextTest, CopiesArriveCompleteOnAnotherThread) {
   const Program fill = CompileFill();
   Result<Buffer> values = Buffer::Create(kCount * sizeof(GLuint));
   ASSERT_TRUE(values.ok());
-  std::vector<std::shared_ptr<SharedCopy>> copies;
+  std::vector<std::shared_ptr<DeviceCopy>> copies;
   for (GLuint seed = 0; seed < 8; ++seed) {
     values->BindStorage(0);
     fill.Use();
@@ -68,7 +68,7 @@ TEST(SharedContextTest, CopiesArriveCompleteOnAnotherThread) {
     ASSERT_TRUE(copy.ok());
     copy->CopyFrom(values.value(), kCount * sizeof(GLuint));
     copies.push_back(
-        std::make_shared<SharedCopy>(SharedCopy{std::move(copy).value(), Fence::Insert()}));
+        std::make_shared<DeviceCopy>(DeviceCopy{std::move(copy).value(), Fence::Insert()}));
   }
   std::thread reader([&, handle = context->share_handle()] {
     const std::unique_ptr<Context> other = MakeContext({.share_with = handle});

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/solver/gl_compute/gl_backend.h"
+#include "server/solver/gl_compute/gl_tuning.h"
 #include "tests/support/reach_scenes.h"
 #include "tests/support/reports.h"
 #include "tests/support/scenes.h"
@@ -26,9 +26,9 @@ using test::Scene;
 
 // A device with colliders left out or not, and how many were, of all batches together.
 struct Device {
-  explicit Device(GlBackendOptions options) {
-    options.on_left_out = [this](uint32_t count) { left_out += count; };
-    Result<std::unique_ptr<Backend>> created = CreateGlBackend(options);
+  explicit Device(GlTuning tuning) {
+    tuning.on_left_out = [this](uint32_t count) { left_out += count; };
+    Result<std::unique_ptr<Backend>> created = CreateTunedGlBackend({}, tuning);
     DRAPE_CHECK(created.ok(), created.status().ToString());
     backend = std::move(created).value();
   }
@@ -45,7 +45,6 @@ struct Way {
   bool is_tiled = false;
   uint32_t loop_budget = 0;
   uint32_t local_size = 0;
-  uint32_t look_pause = 0;
 };
 
 const Way kResident{.name = "resident"};
@@ -60,12 +59,11 @@ Device& DeviceFor(const Way& way, bool leaves_out) {
   for (const auto& [known, device] : devices) {
     if (known == name) return *device;
   }
-  GlBackendOptions options;
-  options.local_size = way.local_size;
-  options.loop_budget = way.loop_budget;
-  options.leave_out_colliders = leaves_out;
-  options.look_pause = way.look_pause;
-  devices.emplace_back(name, std::make_unique<Device>(options));
+  GlTuning tuning;
+  tuning.local_size = way.local_size;
+  tuning.loop_budget = way.loop_budget;
+  tuning.leave_out_colliders = leaves_out;
+  devices.emplace_back(name, std::make_unique<Device>(tuning));
   return *devices.back().second;
 }
 
@@ -252,45 +250,6 @@ TEST(GlColliderReachWaysTest, CollidersBelowASheetAreLeftOutBeyondItsReach) {
       EXPECT_EQ(Play(scene, 1, kResident, true).left_out, is_far ? 1u : 0u)
           << kind << " at " << top_m;
     }
-  }
-}
-
-// A sphere beside a sheet goes away after ten steps and comes back after twenty. Four steps find
-// nothing out of reach, eight do not look; the thirteenth finds that it is gone.
-TEST(GlColliderReachWaysTest, FruitlessLooksPause) {
-  for (Way way : {kResident, kInParts, kTiled}) {
-    Scene scene = test::ReachSheet("sheet", Preset::kRealtime, way.is_tiled ? 33 : 9, 32);
-    scene.parameters.settings.substeps = way.is_tiled ? 2 : 30;
-    scene.parameters.gravity_m_per_s2.setZero();
-    scene.parameters.colliders = {SphereCollider{{0.5, -0.299, 0.5}, 0.3}};
-    const RigidMotion beside = RigidMotion::AtRest(CentreOf(scene.parameters.colliders[0]));
-    RigidMotion away = beside;
-    away.position_m.y() = -9;
-    scene.parameters.collider_motions = {beside};
-    const auto play = [&](bool leaves_out) {
-      Device& device = DeviceFor(way, leaves_out);
-      const ClothHandle cloth = CreateCloth(*device.backend, scene);
-      std::string found, bits;
-      for (uint32_t k = 0; k < 30; ++k) {
-        const uint64_t before = device.left_out;
-        const RigidMotion& motion = k >= 10 && k < 20 ? away : beside;
-        StepItem item{.cloth = cloth, .pin_targets_m = {}};
-        item.collider_motions = {&motion, 1};
-        device.backend->Step({&item, 1});
-        found += device.left_out > before ? '1' : '0';
-        bits += test::ReadBits(*device.backend, cloth);
-      }
-      device.backend->Destroy(cloth);
-      return std::pair(found, bits);
-    };
-    const auto [looked, bits] = play(true);
-    EXPECT_EQ(looked, "000000000011111111110000000000") << way.name;
-    way.name += " pausing";
-    way.look_pause = 8;
-    const auto [paused, same_bits] = play(true);
-    EXPECT_EQ(paused, "000000000000111111110000000000") << way.name;
-    EXPECT_TRUE(same_bits == bits) << way.name;
-    EXPECT_TRUE(play(false).second == bits) << way.name;
   }
 }
 

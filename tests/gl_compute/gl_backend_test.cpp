@@ -8,8 +8,10 @@
 #include <fstream>
 #include <limits>
 
-#include "server/gl/shared_copy.h"
+#include "server/gl/device_copy.h"
+#include "server/solver/device_backend.h"
 #include "tests/gl_compute/test_cloths.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -46,8 +48,8 @@ TEST_F(GlBackendTest, DescribesItself) {
   EXPECT_EQ(description.name, "gl");
   EXPECT_THAT(description.device, HasSubstr("OpenGL 4."));
   EXPECT_EQ(description.scalar, ScalarType::kFloat32);
-  EXPECT_EQ(backend().PlanOf(*GridModel(32, 32)), "resident");
-  EXPECT_EQ(backend().PlanOf(*GridModel(41, 25)), "tiled");
+  EXPECT_EQ(backend().Describe().plan_of(*GridModel(32, 32)), "resident");
+  EXPECT_EQ(backend().Describe().plan_of(*GridModel(41, 25)), "tiled");
 }
 
 // The mean velocity form is exact for a constant acceleration, so only roundings remain: in one
@@ -84,7 +86,7 @@ TEST_F(GlBackendTest, HangingGridKeepsItsLengthsAndPins) {
   constexpr double kTolerance = 1e-2;
   constexpr double kRounding = 4 * kUlp * 11;
   const auto model = GridModel(12, 12, {0, 11});
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings = PresetSettings(Preset::kAccurate);
   parameters.settings.substeps = 8;
   parameters.settings.tolerance = kTolerance;
@@ -111,7 +113,7 @@ TEST_F(GlBackendTest, HangingGridKeepsItsLengthsAndPins) {
 TEST_F(GlBackendTest, DispatchCountDoesNotGrowWithTheClothCount) {
   for (const auto& [columns, rows] : {std::pair{8u, 8u}, std::pair{41u, 25u}}) {
     const auto model = GridModel(columns, rows, {0});
-    ClothParameters parameters;
+    ClothParameters parameters = test::PlainParameters();
     parameters.settings.substeps = 2;
     std::vector<ClothHandle> cloths;
     std::vector<StepItem> items;
@@ -152,7 +154,7 @@ TEST_F(GlBackendTest, DeviceTimeIsMeasured) {
 
 // A grid under everything the kernels can do.
 ClothParameters EverythingParameters(SpringIntegration integration, double tolerance) {
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.damping_per_s = 0.5;
   parameters.friction_static = 0.5;
   parameters.friction_dynamic = 0.4;
@@ -234,7 +236,7 @@ TEST_F(GlBackendTest, FaultKeepsTheLastGoodStateAndItsNeighbours) {
     const ClothHandle good = CreateCloth(backend(), model);
     ParticleState wild = AtRest(*model);
     for (Vector3d& v : wild.velocities_m_per_s) v = {0, 2e5, 0};
-    const ClothHandle bad = CreateCloth(backend(), model, {}, wild);
+    const ClothHandle bad = CreateCloth(backend(), model, test::PlainParameters(), wild);
     const std::vector<float> before = ReadCloth(backend(), bad);
     const std::vector<StepItem> items = {{.cloth = good, .pin_targets_m = {}, .measure = false},
                                          {.cloth = bad, .pin_targets_m = {}, .measure = true}};
@@ -261,7 +263,7 @@ TEST_F(GlBackendTest, NotFiniteIsTold) {
   const auto model = GridModel(5, 5);
   ParticleState state = AtRest(*model);
   state.velocities_m_per_s[7] = {std::numeric_limits<double>::quiet_NaN(), 0, 0};
-  const ClothHandle cloth = CreateCloth(backend(), model, {}, state);
+  const ClothHandle cloth = CreateCloth(backend(), model, test::PlainParameters(), state);
   EXPECT_EQ(StepCloth(backend(), cloth).fault, FaultReason::kNotFinite);
   backend().Destroy(cloth);
 }
@@ -269,7 +271,7 @@ TEST_F(GlBackendTest, NotFiniteIsTold) {
 TEST_F(GlBackendTest, PinTargetsStayUntilNewOnesCome) {
   for (const uint32_t count : {5u, 1500u}) {
     const auto model = BuildModel(ChainDescription(count, {0, 2}));
-    ClothParameters parameters;
+    ClothParameters parameters = test::PlainParameters();
     parameters.settings.substeps = 4;
     const ClothHandle cloth = CreateCloth(backend(), model, parameters);
     const std::vector<Vector3d> targets = {{0.125, 0.25, 0.5}, {0.15625, 0.25, 0.5}};
@@ -300,7 +302,7 @@ TEST_F(GlBackendTest, WriteChangesOnlyWhatIsSet) {
   const ClothHandle cloth = CreateCloth(backend(), model);
   StepCloth(backend(), cloth);
   const std::vector<float> state = ReadCloth(backend(), cloth);
-  ClothParameters still;
+  ClothParameters still = test::PlainParameters();
   still.gravity_m_per_s2 = {0, 0, 0};
   ASSERT_TRUE(
       backend().Write(cloth, Update([&](auto& update) { update.parameters = still; })).ok());
@@ -323,7 +325,7 @@ TEST_F(GlBackendTest, CopiesOnTheDeviceAreWhatIsReadAndStaySo) {
   StepCloth(backend(), one);
   StepCloth(backend(), other);
   const ClothHandle both[] = {other, one};
-  const auto read_back = [](const gl::SharedCopy& copy) {
+  const auto read_back = [](const DeviceCopy& copy) {
     std::vector<float> words(copy.buffer.size_bytes() / sizeof(float));
     copy.buffer.Download(0, std::as_writable_bytes(std::span(words)));
     return words;
@@ -338,13 +340,13 @@ TEST_F(GlBackendTest, CopiesOnTheDeviceAreWhatIsReadAndStaySo) {
   for (const auto& [positions, velocities] : {std::pair(true, true), std::pair(true, false)}) {
     const ReadRequest request{both, positions, velocities};
     const std::vector<float> expected = columns(request);
-    const std::shared_ptr<gl::SharedCopy> copy = backend().CopyOnDevice(request);
+    const std::shared_ptr<DeviceCopy> copy = backend().device()->CopyOnDevice(request);
     ASSERT_NE(copy, nullptr);
     EXPECT_EQ(read_back(*copy), expected);
     StepCloth(backend(), one);
     EXPECT_EQ(read_back(*copy), expected);
   }
-  EXPECT_EQ(backend().CopyOnDevice({{}, true, true}), nullptr);
+  EXPECT_EQ(backend().device()->CopyOnDevice({{}, true, true}), nullptr);
   backend().Destroy(one);
   backend().Destroy(other);
 }
@@ -352,7 +354,7 @@ TEST_F(GlBackendTest, CopiesOnTheDeviceAreWhatIsReadAndStaySo) {
 TEST_F(GlBackendTest, GrowingArraysKeepStates) {
   const std::unique_ptr<Backend> fresh = MakeGlBackend();
   const auto model = GridModel(10, 10, {0});
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.colliders = {PlaneCollider{.point_m = {0, -1, 0}, .normal = {0, 1, 0}}};
   std::vector<ClothHandle> cloths;
   for (int k = 0; k < 300; ++k) {
@@ -370,7 +372,7 @@ TEST_F(GlBackendTest, GrowingArraysKeepStates) {
 TEST_F(GlBackendTest, FullDeviceRefusesAndKeepsWhatItHas) {
   const std::unique_ptr<Backend> small = MakeGlBackend({.max_array_bytes = 128 * 1024});
   const auto model = GridModel(30, 30, {0});  // 21600 bytes of state
-  ClothParameters plain;
+  ClothParameters plain = test::PlainParameters();
   plain.settings.sweep = Sweep::kColours;
   std::vector<ClothHandle> cloths;
   Status refusal;
@@ -388,7 +390,7 @@ TEST_F(GlBackendTest, FullDeviceRefusesAndKeepsWhatItHas) {
     EXPECT_EQ(StepCloth(*small, cloth).fault, FaultReason::kNone);
   }
   // Colliders need room too, and a refused update changes nothing.
-  ClothParameters crowded;
+  ClothParameters crowded = test::PlainParameters();
   crowded.colliders.assign(100, SphereCollider{.center_m = {0, 0, 0}, .radius_m = 0.1});
   const std::vector<float> before = ReadCloth(*small, cloths[0]);
   const ClothUpdate too_much = Update([&](auto& update) {
@@ -399,7 +401,7 @@ TEST_F(GlBackendTest, FullDeviceRefusesAndKeepsWhatItHas) {
   EXPECT_EQ(ReadCloth(*small, cloths[0]), before);
   // Room that is given back is used again.
   small->Destroy(cloths.back());
-  EXPECT_TRUE(small->Create(model, {}, AtRest(*model)).ok());
+  EXPECT_TRUE(small->Create(model, test::PlainParameters(), AtRest(*model)).ok());
 }
 
 TEST_F(GlBackendTest, TooManySpringsAtOneParticleAreRefused) {
@@ -411,18 +413,20 @@ TEST_F(GlBackendTest, TooManySpringsAtOneParticleAreRefused) {
     if (i > 0) star.springs.push_back({0, i, 0.01, 1, 0});
   }
   const auto model = BuildModel({.topology = star, .material = {}, .pinned_particles = {}});
-  const Result<ClothHandle> cloth = short_loops->Create(model, {}, AtRest(*model));
+  const Result<ClothHandle> cloth =
+      short_loops->Create(model, test::PlainParameters(), AtRest(*model));
   ASSERT_FALSE(cloth.ok());
   EXPECT_EQ(cloth.status().code(), StatusCode::kResourceExhausted);
   EXPECT_EQ(cloth.status().reason(), "KERNEL_LOOP_LIMIT");
-  const Result<ClothHandle> on_full_budget = backend().Create(model, {}, AtRest(*model));
+  const Result<ClothHandle> on_full_budget =
+      backend().Create(model, test::PlainParameters(), AtRest(*model));
   ASSERT_TRUE(on_full_budget.ok()) << on_full_budget.status().ToString();
   backend().Destroy(on_full_budget.value());
 }
 
 TEST_F(GlBackendTest, TiledClothsStopSweepingOnceConverged) {
   const auto model = GridModel(41, 25, {0, 40});
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.integration = Integration::kOneStep;
   parameters.settings.substeps = 10;
   parameters.settings.max_iterations = 50;

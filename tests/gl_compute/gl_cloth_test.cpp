@@ -5,10 +5,14 @@
 
 #include <bit>
 #include <cmath>
+#include <memory>
+#include <string>
 
 #include "server/scene/distance_map.h"
+#include "server/solver/gl_compute/packing.h"
 #include "shaders/interface/bindings.h"
 #include "tests/gl_compute/test_cloths.h"
+#include "tests/support/plain_settings.h"
 #include "tests/support/solids/solids.h"
 
 namespace drape {
@@ -23,7 +27,7 @@ float AsFloat(uint32_t word) {
 TEST(PackModelTest, ResidentModelsPackPairsIntoOneWord) {
   const auto model = BuildModel(ChainDescription(3, {2}));
   const PackedModel packed = PackModel(*model);
-  const ModelLayout& layout = packed.layout;
+  const shader::ModelLayout& layout = packed.layout;
   const DistanceConstraint& first = model->constraints()[0];
   EXPECT_EQ(packed.words[layout.pairs], first.i | first.j << 16);
   EXPECT_EQ(AsFloat(packed.words[layout.rest_lengths]), 0.02f);
@@ -57,17 +61,23 @@ TEST(PackModelTest, TrianglesArePackedForClothsInTheAirOnly) {
             static_cast<float>(model->triangle_masses_kg()[0]));
 }
 
+PackedLayout<shader::ScratchLayout> ScratchOf(const SceneModel& model,
+                                              const ClothParameters& parameters,
+                                              bool has_work_state) {
+  return LayOutScratch(PlanOnDevice(model, parameters), has_work_state);
+}
+
 TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   ModelDescription description = GridDescription(10, 10);
   description.material.stretch_compliance_m_per_n = 1e-4;
   description.material.shear_stiffness_n_per_m = 1;
   const auto model = BuildModel(description);
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.colliders.assign(3, PlaneCollider{});
   parameters.friction_static = 0.1;
   parameters.air_drag = 1;
   parameters.settings.twist_damping_per_s = 1;
-  const ScratchLayout layout = LayOutScratch(*model, parameters, true);
+  const auto [layout, size] = ScratchOf(*model, parameters, true);
   EXPECT_EQ(layout.lambdas, 0u);
   EXPECT_EQ(layout.normal_betas, layout.lambdas + model->constraint_count());
   EXPECT_EQ(layout.tangent_betas, layout.normal_betas + 300);
@@ -79,32 +89,31 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   EXPECT_EQ(layout.strip_links, layout.twist_changes + 300);
   EXPECT_EQ(layout.work_positions, layout.strip_links + 5 * uint64_t{model->constraint_count()});
   EXPECT_EQ(layout.work_velocities, layout.work_positions + 300);
-  EXPECT_EQ(layout.size, layout.work_velocities + 300);
-  ClothParameters plain;
+  EXPECT_EQ(size, layout.work_velocities + 300);
+  ClothParameters plain = test::PlainParameters();
   plain.settings.sweep = Sweep::kColours;
-  EXPECT_EQ(LayOutScratch(*GridModel(10, 10), plain, false).size, 0u)
-      << "nothing that is not needed";
+  EXPECT_EQ(ScratchOf(*GridModel(10, 10), plain, false).size, 0u) << "nothing that is not needed";
   plain.settings.sweep = Sweep::kStrips;
-  EXPECT_EQ(LayOutScratch(*GridModel(10, 10), plain, false).size, 600u + 5 * 180)
+  EXPECT_EQ(ScratchOf(*GridModel(10, 10), plain, false).size, 600u + 5 * 180)
       << "the state before, and the links";
 }
 
 // Flags, whether there are any, a count for each colour and for all, a list of all constraints.
 TEST(LayOutScratchTest, RefinementOfTiledCloths) {
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.integration = Integration::kOneStep;
   parameters.settings.direction = Direction::kAtEnd;
   const auto resident = GridModel(10, 10);
   const auto tiled = GridModel(41, 25);
-  const uint64_t resident_size = LayOutScratch(*resident, parameters, false).size;
-  const uint64_t tiled_size = LayOutScratch(*tiled, parameters, true).size;
+  const uint64_t resident_size = ScratchOf(*resident, parameters, false).size;
+  const uint64_t tiled_size = ScratchOf(*tiled, parameters, true).size;
   parameters.settings.refine_above_strain = 1e-3;
-  EXPECT_EQ(LayOutScratch(*resident, parameters, false).size, resident_size);
-  const ScratchLayout layout = LayOutScratch(*tiled, parameters, true);
+  EXPECT_EQ(ScratchOf(*resident, parameters, false).size, resident_size);
+  const auto [layout, size] = ScratchOf(*tiled, parameters, true);
   const uint64_t flags = 1025 + 2 + uint64_t{tiled->colour_count()};
   EXPECT_EQ(layout.refined_links, layout.far_off_flags + flags);
   EXPECT_EQ(layout.work_positions, layout.refined_links + tiled->constraint_count());
-  EXPECT_EQ(layout.size, tiled_size + flags + tiled->constraint_count());
+  EXPECT_EQ(size, tiled_size + flags + tiled->constraint_count());
 }
 
 TEST(MeasurePieceCountTest, CountsTheLongerOfParticlesAndConstraints) {
@@ -177,59 +186,107 @@ TEST(PackStateTest, PositionsThenVelocities) {
   EXPECT_THAT(PackState(state), ElementsAre(1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12));
 }
 
-TEST(MakeClothRecordTest, SettingsInTheUnitsOfTheKernels) {
-  const auto model = GridModel(11, 11, {0});  // length scale 0.1 m
-  GlCloth cloth;
-  cloth.model = std::make_shared<DeviceModel>(
-      DeviceModel{.model = model, .layout = {}, .words = {}, .colour_sizes = {}});
+shader::ClothRecord RecordOf(const std::shared_ptr<const SceneModel>& model,
+                             const ClothParameters& parameters) {
   StepKernels kernels;
   kernels.variant.capacity = 256;
-  cloth.kernels = &kernels;
-  cloth.tolerance = 0.01;
-  cloth.parameters.damping_per_s = 3;
-  cloth.parameters.settings.time_step_s = 0.02;
-  cloth.parameters.settings.substeps = 4;
-  EXPECT_EQ(MakeClothRecord(cloth).triangle_count, 0u) << "none needed without drag and lift";
-  cloth.parameters.wind_m_per_s = {1, 2, 3};
-  cloth.parameters.air_drag = 2;
-  const shader::ClothRecord record = MakeClothRecord(cloth);
+  GlCloth cloth{.model = std::make_shared<DeviceModel>(DeviceModel{.model = model}),
+                .parameters = parameters,
+                .plan = PlanOnDevice(*model, parameters).plan,
+                .kernels = &kernels};
+  return MakeClothRecord(cloth);
+}
+
+TEST(MakeClothRecordTest, SettingsInTheUnitsOfTheKernels) {
+  const auto model = GridModel(11, 11, {0});  // length scale 0.1 m
+  ClothParameters parameters = test::PlainParameters();
+  parameters.damping_per_s = 3;
+  parameters.settings.integration = Integration::kOneStep;
+  parameters.settings.tolerance = 0.01;
+  parameters.settings.time_step_s = 0.02;
+  parameters.settings.substeps = 4;
+  EXPECT_EQ(RecordOf(model, parameters).triangle_count, 0u) << "none needed without drag and lift";
+  parameters.wind_m_per_s = {1, 2, 3};
+  parameters.air_drag = 2;
+  const shader::ClothRecord record = RecordOf(model, parameters);
+  const shader::StepNumbers& step = record.step;
   EXPECT_EQ(record.triangle_count, 200u);
-  EXPECT_FLOAT_EQ(record.wind.z, 3);
-  EXPECT_FLOAT_EQ(record.air_drag, 1.225f / 2);
-  EXPECT_EQ(record.air_lift, 0);
+  EXPECT_FLOAT_EQ(step.wind.z, 3);
+  EXPECT_FLOAT_EQ(step.air_drag, 1.225f / 2);
+  EXPECT_EQ(step.air_lift, 0);
   EXPECT_EQ(record.particle_count, 121u);
   EXPECT_EQ(record.pin_count, 1u);
-  EXPECT_EQ(record.substeps, 4u);
-  EXPECT_FLOAT_EQ(record.h, 0.005f);
-  EXPECT_FLOAT_EQ(record.half_h, 0.0025f);
-  EXPECT_FLOAT_EQ(record.inverse_h, 200);
-  EXPECT_FLOAT_EQ(record.gravity.y, -9.81f);
-  EXPECT_FLOAT_EQ(record.contact_tolerance, 0.001f);
-  EXPECT_FLOAT_EQ(record.max_depenetration, 0.005f);  // 1 m/s
-  EXPECT_FLOAT_EQ(record.damping_factors.x, static_cast<float>(std::exp(-0.015)));
-  EXPECT_FLOAT_EQ(record.first_kick, 0.0025f);
-  EXPECT_FLOAT_EQ(record.last_inverse_interval, 200);
-  EXPECT_FLOAT_EQ(record.contact_margin, 1e-4f);
+  EXPECT_EQ(step.substeps, 4u);
+  EXPECT_FLOAT_EQ(step.h, 0.005f);
+  EXPECT_FLOAT_EQ(step.inverse_h, 200);
+  EXPECT_FLOAT_EQ(step.gravity.y, -9.81f);
+  EXPECT_FLOAT_EQ(step.contact_tolerance, 0.001f);
+  EXPECT_FLOAT_EQ(step.max_depenetration, 0.005f);  // 1 m/s
+  EXPECT_FLOAT_EQ(record.substeps[0].damping_factor, static_cast<float>(std::exp(-0.015)));
+  EXPECT_FLOAT_EQ(record.substeps[0].kick_before, 0.0025f);
+  EXPECT_FLOAT_EQ(record.substeps[DRAPE_SUBSTEP_LAST].inverse_interval, 200);
+  EXPECT_FLOAT_EQ(step.contact_margin, 1e-4f);
   EXPECT_EQ(record.is_tiled, 0u);
 }
 
 TEST(MakeClothRecordTest, RefinementNotBelowTheToleranceThatIsUsed) {
-  GlCloth cloth;
-  cloth.model = std::make_shared<DeviceModel>(
-      DeviceModel{.model = GridModel(11, 11), .layout = {}, .words = {}, .colour_sizes = {}});
-  StepKernels kernels;
-  kernels.variant.capacity = 256;
-  cloth.kernels = &kernels;
-  cloth.parameters.settings.refine_above_strain = 0;
-  EXPECT_EQ(MakeClothRecord(cloth).refine_rounds, 0u);
-  cloth.parameters.settings.refine_above_strain = 0.25;
-  const shader::ClothRecord record = MakeClothRecord(cloth);
-  EXPECT_EQ(record.refine_rounds, 16u);
-  EXPECT_EQ(record.shortest_sq, 0.5625f);
-  EXPECT_EQ(record.longest_sq, 1.5625f);
-  cloth.tolerance = 0.5;
-  EXPECT_EQ(MakeClothRecord(cloth).shortest_sq, 0.25f);
-  EXPECT_EQ(MakeClothRecord(cloth).longest_sq, 2.25f);
+  const auto model = GridModel(11, 11);
+  ClothParameters parameters = test::PlainParameters();
+  parameters.settings.refine_above_strain = 0;
+  EXPECT_EQ(RecordOf(model, parameters).step.refine_rounds, 0u);
+  parameters.settings.refine_above_strain = 0.25;
+  const shader::StepNumbers step = RecordOf(model, parameters).step;
+  EXPECT_EQ(step.refine_rounds, 16u);
+  EXPECT_EQ(step.shortest_sq, 0.5625f);
+  EXPECT_EQ(step.longest_sq, 1.5625f);
+  parameters.settings.tolerance = 0.5;
+  EXPECT_EQ(RecordOf(model, parameters).step.shortest_sq, 0.25f);
+  EXPECT_EQ(RecordOf(model, parameters).step.longest_sq, 2.25f);
+}
+
+// Each substep finds in the record of its kind what the schedule says of it.
+TEST(MakeClothRecordTest, SubstepsAreThoseOfTheSchedule) {
+  const auto model = GridModel(8, 8, {0});
+  ClothParameters parameters = test::PlainParameters();
+  parameters.settings.twist_damping_per_s = 20;
+  for (const Integration integration : {Integration::kOneStep, Integration::kTwoStep}) {
+    parameters.settings.integration = integration;
+    for (uint32_t substeps = 1; substeps < 40; ++substeps) {
+      parameters.settings.substeps = substeps;
+      const SubstepSchedule schedule = PlanOnDevice(*model, parameters).plan.schedule;
+      const shader::ClothRecord record = RecordOf(model, parameters);
+      ASSERT_EQ(record.step.substeps, schedule.size());
+      for (uint32_t index = 0; index < schedule.size(); ++index) {
+        SCOPED_TRACE(std::to_string(index) + " of " + std::to_string(substeps));
+        const Substep expected = schedule[index];
+        const shader::SubstepRecord& substep =
+            record.substeps[shader::SubstepKindOf(index, schedule.size())];
+        EXPECT_EQ(substep.interval, static_cast<float>(expected.interval_s));
+        EXPECT_EQ(substep.inverse_interval, static_cast<float>(1 / expected.interval_s));
+        EXPECT_EQ(substep.inverse_duration, static_cast<float>(1 / expected.duration_s));
+        EXPECT_EQ(substep.pin_end - index, expected.pin_shares);
+        EXPECT_EQ(substep.pin_lead, expected.is_two_step ? 1.0f / 3 : 0.0f);
+        EXPECT_EQ(substep.kick_before, static_cast<float>(expected.kick_before_s));
+        EXPECT_EQ(substep.kick_within, static_cast<float>(expected.kick_within_s));
+        EXPECT_EQ(substep.kick_after, static_cast<float>(expected.kick_after_s));
+        EXPECT_EQ(substep.twist_share, static_cast<float>(expected.twist_share));
+        EXPECT_EQ(substep.is_two_step != 0, expected.is_two_step);
+        EXPECT_EQ(substep.sets_previous != 0, expected.sets_previous);
+      }
+    }
+  }
+}
+
+TEST(PlacedTest, EveryOffsetFromTheStartOfTheBlock) {
+  const shader::ParameterLayout placed = Placed(shader::ParameterLayout{.pin_targets = 0,
+                                                                        .colliders = 3,
+                                                                        .collider_motions = 5,
+                                                                        .length_starts = 5,
+                                                                        .length_targets = 9},
+                                                100);
+  EXPECT_EQ(placed.pin_targets, 100u);
+  EXPECT_EQ(placed.colliders, 103u);
+  EXPECT_EQ(placed.length_targets, 109u);
 }
 
 }  // namespace

@@ -3,9 +3,15 @@
 #include <gtest/gtest.h>
 
 #include "tests/gl_compute/test_cloths.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
+
+LoopCosts CountLoops(const SceneModel& model, const ClothParameters& parameters,
+                     uint32_t local_size, StripSolve strip_solve = StripSolve::kElimination) {
+  return CountResidentLoops(PlanOnDevice(model, parameters), local_size, strip_solve);
+}
 
 // llvmpipe leaves every loop after 65535 passes in one invocation, without a word. In small models
 // what a loop costs beside its rounds is most of the count: the longest step of one dispatch, a
@@ -15,9 +21,9 @@ TEST(KernelCostsTest, LongStepsOfChainsAreNotCutShort) {
   for (const uint32_t links : {1u, 3u}) {
     const auto model = BuildModel(ChainDescription(links + 1, {0}));
     for (const uint32_t sweeps : {4u, 64u}) {
-      ClothParameters parameters;
+      ClothParameters parameters = test::PlainParameters();
       parameters.settings.integration = Integration::kOneStep;
-      parameters.settings.sweep = links == 3 ? Sweep::kStripsThenColours : Sweep::kColours;
+      parameters.settings.sweep = links == 3 ? Sweep::kStrips : Sweep::kColours;
       parameters.settings.use_tethers = links == 3;
       parameters.settings.max_iterations = sweeps;
       const auto dispatches_of = [&](uint32_t substeps) {
@@ -46,31 +52,30 @@ TEST(KernelCostsTest, SweepOfAChain) {
   // 100 particles, 99 constraints in 2 colours of 50 and 49: with 32 invocations 2 rounds each.
   const auto model = BuildModel(ChainDescription(100));
   ASSERT_EQ(model->colour_count(), 2u);
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.sweep = Sweep::kColours;
-  const LoopCosts costs = CountResidentLoops(*model, parameters, 32);
+  const LoopCosts costs = CountLoops(*model, parameters, 32);
   // The sweep's own pass, 2 + 2 of the colours, 2 + 2 of each colour's constraints.
   EXPECT_EQ(costs.sweep, 1u + 4 + 4 + 4);
   parameters.colliders = {PlaneCollider{}, PlaneCollider{}};
   // 4 rounds over the particles, each with 2 colliders, and two more passes for each loop's end;
   // one for the loop around.
-  EXPECT_EQ(CountResidentLoops(*model, parameters, 32).sweep, costs.sweep + 1 + 6 + 4 * 4);
+  EXPECT_EQ(CountLoops(*model, parameters, 32).sweep, costs.sweep + 1 + 6 + 4 * 4);
 }
 
 // Three loops over the 8 words of the range and one to read them, 4 rounds of particles, none of
 // pins, one of colliders along 4 directions; two passes more for each loop's end.
 TEST(KernelCostsTest, FindingWhatIsInReach) {
   const auto model = BuildModel(ChainDescription(100));
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.integration = Integration::kOneStep;
   parameters.settings.direction = Direction::kAtEnd;
-  const LoopCosts free = CountResidentLoops(*model, parameters, 32);
+  const LoopCosts free = CountLoops(*model, parameters, 32);
   parameters.colliders = {PlaneCollider{}, PlaneCollider{}};
-  EXPECT_EQ(CountResidentLoops(*model, parameters, 32).fixed - free.fixed,
+  EXPECT_EQ(CountLoops(*model, parameters, 32).fixed - free.fixed,
             4u * (8 + 2) + (4 + 2) + 2 + (1 + 4 + 2) + 2);
   parameters.colliders.resize(100);  // of which 24 are looked for, in two rounds of 16
-  EXPECT_EQ(CountResidentLoops(*model, parameters, 16).fixed -
-                CountResidentLoops(*model, parameters, 32).fixed,
+  EXPECT_EQ(CountLoops(*model, parameters, 16).fixed - CountLoops(*model, parameters, 32).fixed,
             4u * 3 + 4u * 3 + 3 + (1 + 4 + 2));
 }
 
@@ -80,7 +85,8 @@ TEST(KernelCostsTest, SweepOfAChainAsAStrip) {
   const auto model = BuildModel(ChainDescription(100));
   ASSERT_EQ(model->strips().strip_count(), 1u);
   // The sweep's own pass, 1 + 2 of the phases, 1 + 2 of the strips in it.
-  EXPECT_EQ(CountResidentLoops(*model, {}, 32).sweep, 1u + 3 + 3 + 101 + 2 * (1 + 101) + 2);
+  EXPECT_EQ(CountLoops(*model, test::PlainParameters(), 32).sweep,
+            1u + 3 + 3 + 101 + 2 * (1 + 101) + 2);
 }
 
 // 8 x 8 particles: 8 strips of 7 links in each of 2 phases. A group of 32 lanes takes 8 rounds,
@@ -90,7 +96,7 @@ TEST(KernelCostsTest, SweepByReduction) {
   ASSERT_EQ(model->strips().phase_count(), 2u);
   ASSERT_EQ(LongestStrip(model->strips()), 7u);
   const auto sweep = [&](uint32_t local_size, StripSolve strip_solve) {
-    return CountResidentLoops(*model, {}, local_size, false, strip_solve).sweep;
+    return CountLoops(*model, test::PlainParameters(), local_size, strip_solve).sweep;
   };
   constexpr uint64_t kRound = 1 + 2 * (5 + 2);
   const uint64_t elimination = 1 + (2 + 2) + 2 * (1 + (7 + 2) + 2 * (1 + 7 + 2) + 2 + 2);
@@ -110,11 +116,11 @@ TEST(KernelCostsTest, RefinementOfEveryLink) {
   const auto model = GridModel(8, 8);
   ASSERT_EQ(model->strips().phase_count(), 2u);
   ASSERT_EQ(model->colour_count(), 4u);
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.refine_above_strain = 0;
-  const LoopCosts before = CountResidentLoops(*model, parameters, 32);
+  const LoopCosts before = CountLoops(*model, parameters, 32);
   parameters.settings.refine_above_strain = 1e-3;
-  const LoopCosts after = CountResidentLoops(*model, parameters, 32);
+  const LoopCosts after = CountLoops(*model, parameters, 32);
   // Passes of a round: two words of flags to clear, the tests, four sweeps over the colours.
   const uint64_t colours = (4 + 2) + 4 * (1 + 2);
   const uint64_t round = (1 + 2) + (4 + 2) + (4 + 2) + 4 * colours;
@@ -122,7 +128,7 @@ TEST(KernelCostsTest, RefinementOfEveryLink) {
   EXPECT_EQ(after.substep, before.substep);
   EXPECT_EQ(after.fixed - before.fixed, 16 * (1 + round) + 2);
   parameters.settings.substeps = 3;
-  EXPECT_EQ(CountResidentLoops(*model, parameters, 32).fixed - before.fixed, 3 * (1 + round) + 2);
+  EXPECT_EQ(CountLoops(*model, parameters, 32).fixed - before.fixed, 3 * (1 + round) + 2);
   // Four sweeps, the flags of the constraints in their lists, their counts.
   EXPECT_EQ(CountTiledRefineLoops(*model, 32), (4 + 2) + 5 * colours + (4 + 2));
 }
@@ -130,10 +136,10 @@ TEST(KernelCostsTest, RefinementOfEveryLink) {
 // 8 x 8 particles in 2 rounds of 32, 98 triangles in 4, at most 6 triangles per particle.
 TEST(KernelCostsTest, AKickOfTheAir) {
   const auto model = GridModel(8, 8);
-  ClothParameters parameters;
-  const LoopCosts calm = CountResidentLoops(*model, parameters, 32);
+  ClothParameters parameters = test::PlainParameters();
+  const LoopCosts calm = CountLoops(*model, parameters, 32);
   parameters.air_drag = 1;
-  const LoopCosts windy = CountResidentLoops(*model, parameters, 32);
+  const LoopCosts windy = CountLoops(*model, parameters, 32);
   EXPECT_EQ(windy.substep - calm.substep, (4 + 2) + (2 + 2) + 2 * (6 + 2));
   EXPECT_EQ(windy.fixed - calm.fixed, windy.substep - calm.substep);
   EXPECT_EQ(windy.sweep, calm.sweep);
@@ -142,13 +148,13 @@ TEST(KernelCostsTest, AKickOfTheAir) {
 // 8 x 8 particles in 2 rounds of 32; 96 rods, 49 twists and 98 diagonals in 8 rounds; a particle
 // inside is in 6 rods, 4 twists and 4 diagonals.
 TEST(KernelCostsTest, AKickOfElasticElements) {
-  const ClothParameters parameters;
+  const ClothParameters parameters = test::PlainParameters();
   const auto plain = GridModel(8, 8);
   const auto elastic = BuildModel(
       {GridTopology{8, 8, 1, 1}, {.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 10}, {}});
   ASSERT_EQ(elastic->elastic_count(), 96u + 49 + 98);
-  const LoopCosts before = CountResidentLoops(*plain, parameters, 32);
-  const LoopCosts after = CountResidentLoops(*elastic, parameters, 32);
+  const LoopCosts before = CountLoops(*plain, parameters, 32);
+  const LoopCosts after = CountLoops(*elastic, parameters, 32);
   EXPECT_EQ(after.substep - before.substep, (8 + 2) + (2 + 2) + 2 * (14 + 2));
   EXPECT_EQ(after.fixed - before.fixed, after.substep - before.substep);
   EXPECT_EQ(after.sweep, before.sweep);
@@ -156,13 +162,10 @@ TEST(KernelCostsTest, AKickOfElasticElements) {
 
 TEST(KernelCostsTest, PartsCoverTheWholeStep) {
   const LoopCosts costs = {.sweep = 70, .substep = 130, .fixed = 200};
-  StepSettings settings;
-  for (const uint32_t substeps : {1u, 60u, 10'000u}) {
-    for (const uint32_t iterations : {1u, 100u, 10'000u}) {
-      settings.substeps = substeps;
-      settings.max_iterations = iterations;
-      const uint64_t parts = CountParts(costs, settings, 60'000);
-      const uint64_t total = (uint64_t{substeps} + 1) * (130 + uint64_t{iterations} * 70);
+  for (const uint64_t substeps : {1u, 60u, 10'000u}) {
+    for (const uint64_t iterations : {1u, 100u, 10'000u}) {
+      const uint64_t parts = CountParts(costs, substeps, iterations, 60'000);
+      const uint64_t total = substeps * (130 + iterations * 70);
       EXPECT_GE(parts * 60'000, total + costs.fixed);
       EXPECT_EQ(parts == 1, total + costs.fixed <= 60'000);
     }

@@ -3,7 +3,9 @@
 // middle.
 #include <gtest/gtest.h>
 
+#include "server/solver/step_plan.h"
 #include "tests/gl_compute/test_cloths.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -22,7 +24,7 @@ TEST(KernelLoopsTest, ManySweepsOfFewConstraintsAreNotCutShort) {
   for (const uint32_t joint_count : {0u, 1u, 3u}) {
     for (const size_t collider_count : {0u, 1u}) {
       const auto model = Rods(joint_count);
-      ClothParameters parameters;
+      ClothParameters parameters = test::PlainParameters();
       parameters.colliders.assign(collider_count, SphereCollider{{0, -0.5, 0}, 0.1});
       parameters.settings.time_step_s = 0.4;
       parameters.settings.substeps = 40;
@@ -38,14 +40,15 @@ TEST(KernelLoopsTest, ManySweepsOfFewConstraintsAreNotCutShort) {
 // A strain below what the squares of floats can tell: next to all links are refined in every round.
 TEST(KernelLoopsTest, RefinementOfFewLinksIsNotCutShort) {
   const auto model = GridModel(3, 3, {0});
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.time_step_s = 0.4;
   parameters.settings.substeps = 40;
   parameters.settings.max_iterations = 100;
   parameters.settings.integration = Integration::kOneStep;
   parameters.settings.direction = Direction::kAtEnd;
   parameters.settings.refine_above_strain = 1e-9;
-  ASSERT_TRUE(ChooseSolver(*model, parameters, false).refine_above_strain > 0);
+  ASSERT_TRUE(PlanStep(*model, parameters, LengthSource::kModel, ScalarType::kFloat32)
+                  .solver.refine_above_strain > 0);
   ExpectCutsChangeNothing({}, model, parameters, 40 * 100);
 }
 

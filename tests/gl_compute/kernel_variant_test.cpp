@@ -5,6 +5,7 @@
 
 #include "server/solver/gl_compute/kernel_costs.h"
 #include "tests/gl_compute/test_cloths.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -17,7 +18,7 @@ constexpr DeviceTraits kHardware = {.is_software = false, .local_size = 0, .loop
 
 KernelVariant VariantOf(const SceneModel& model, const ClothParameters& parameters,
                         const DeviceTraits& device = kHardware) {
-  const Result<VariantChoice> choice = ChooseVariant(model, parameters, device);
+  const Result<VariantChoice> choice = ChooseVariant(PlanOnDevice(model, parameters), device);
   DRAPE_CHECK(choice.ok(), choice.status().ToString());
   return choice->variant;
 }
@@ -51,16 +52,16 @@ TEST(KernelVariantTest, LocalSizeFollowsTheDevice) {
 }
 
 TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
-  const std::string bare = VariantOf(*GridModel(4, 4), {}).Defines();
+  const std::string bare = VariantOf(*GridModel(4, 4), test::PlainParameters()).Defines();
   for (const char* word :
-       {"SPRINGS", "COMPLIANCE", "CONTACTS", "CAPSULES", "BOXES", "MAPS", "FRICTION", "RESTITUTION",
-        "MOVING", "DAMPING", "PINS", "TOLERANCE", "REFINEMENT", "PARTS"}) {
+       {"SPRING", "COMPLIANCE", "CONTACTS", "CAPSULES", "BOXES", "MAPS", "FRICTION", "RESTITUTION",
+        "MOVING", "DAMPING", "PINS", "TOLERANCE", "REFINE", "LOOP_BUDGET"}) {
     EXPECT_THAT(bare, Not(HasSubstr(word)));
   }
   ModelDescription description = GridDescription(4, 4, {0});
   description.material.stretch_compliance_m_per_n = 1e-4;
   description.material.bending_stiffness_n_per_m = 1;
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.colliders = {PlaneCollider{}};
   parameters.friction_static = 0.3;
   parameters.restitution = 0.5;
@@ -70,8 +71,8 @@ TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
   const auto model = BuildModel(description);
   const std::string full = VariantOf(*model, parameters).Defines();
   for (const char* word :
-       {"SPRINGS_HALF_KICKS", "HAS_COMPLIANCE", "HAS_CONTACTS", "HAS_FRICTION", "HAS_RESTITUTION",
-        "HAS_DAMPING", "HAS_PINS", "HAS_TOLERANCE", "HAS_WIND"}) {
+       {"HAS_APPLY_SPRINGS", "HAS_COMPLIANCE", "HAS_SOLVE_CONTACTS", "HAS_FRICTION",
+        "HAS_RESTITUTION", "HAS_DAMPING", "HAS_PINS", "HAS_TOLERANCE", "HAS_APPLY_WIND"}) {
     EXPECT_THAT(full, HasSubstr(word));
   }
   EXPECT_THAT(full, Not(HasSubstr("MOVING")));
@@ -87,34 +88,35 @@ TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
   parameters.colliders = {DistanceMapCollider{}};
   EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_DISTANCE_MAPS\n"));
   parameters.settings.spring_integration = SpringIntegration::kInForce;
-  EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("SPRINGS_IN_FORCE"));
+  EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("HAS_SPRING_FORCES"));
   EXPECT_THAT(full, Not(HasSubstr("ELASTIC")));
   description.material.bending_rigidity_n_m = 1e-4;
   EXPECT_THAT(VariantOf(*BuildModel(description), parameters).Defines(),
-              HasSubstr("#define HAS_ELASTIC\n"));
+              HasSubstr("#define HAS_APPLY_ELASTIC\n"));
   parameters.colliders.clear();
-  EXPECT_FALSE(VariantOf(*model, parameters).has_friction) << "no friction without colliders";
-  EXPECT_FALSE(VariantOf(*model, parameters).has_restitution) << "nothing to bounce off";
+  EXPECT_FALSE(VariantOf(*model, parameters).Has(Feature::kFriction))
+      << "no friction without colliders";
+  EXPECT_FALSE(VariantOf(*model, parameters).Has(Feature::kRestitution)) << "nothing to bounce off";
 }
 
 TEST(KernelVariantTest, RefinementOfStripsThatCrossOnly) {
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.refine_above_strain = 1e-3;
   const auto grid = GridModel(8, 8, {0});
   const KernelVariant variant = VariantOf(*grid, parameters);
-  EXPECT_THAT(variant.Defines(), HasSubstr("#define HAS_REFINEMENT\n"));
+  EXPECT_THAT(variant.Defines(), HasSubstr("#define HAS_REFINE\n"));
   EXPECT_EQ(variant.refine_local_size, 0u) << "of the tiled plan only";
-  EXPECT_FALSE(VariantOf(*BuildModel(ChainDescription(64)), parameters).has_refinement);
+  EXPECT_FALSE(VariantOf(*BuildModel(ChainDescription(64)), parameters).Has(StepStage::kRefine));
   ModelDescription soft = GridDescription(8, 8);
   soft.material.stretch_compliance_m_per_n = 1e-4;
-  EXPECT_FALSE(VariantOf(*BuildModel(soft), parameters).has_refinement);
-  EXPECT_FALSE(ChooseVariant(*grid, parameters, kHardware, /*has_own_lengths=*/true)
-                   ->variant.has_refinement);
+  EXPECT_FALSE(VariantOf(*BuildModel(soft), parameters).Has(StepStage::kRefine));
+  const auto driven = ChooseVariant(PlanOnDevice(*grid, parameters, LengthSource::kOwn), kHardware);
+  EXPECT_FALSE(driven->variant.Has(StepStage::kRefine));
 }
 
 // One work group refines a tiled cloth: as large as the loops that the device allows demand.
 TEST(KernelVariantTest, RefinementOfTiledCloths) {
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.refine_above_strain = 1e-3;
   const auto model = GridModel(64, 64);
   EXPECT_EQ(VariantOf(*model, parameters, kHardware).refine_local_size, 1024u);
@@ -139,7 +141,8 @@ TEST(KernelVariantTest, RefinementOfTiledCloths) {
 TEST(KernelVariantTest, ReductionOfStripsThatFitTheLanes) {
   DeviceTraits device = kHardware;
   device.strip_solve = StripSolve::kReduction;
-  const auto solve_of = [&](const SceneModel& model, const ClothParameters& parameters = {}) {
+  const auto solve_of = [&](const SceneModel& model,
+                            const ClothParameters& parameters = test::PlainParameters()) {
     return VariantOf(model, parameters, device).strip_solve;
   };
   for (const uint32_t local_size : {0u, 8u, 1024u}) {
@@ -151,7 +154,7 @@ TEST(KernelVariantTest, ReductionOfStripsThatFitTheLanes) {
     EXPECT_EQ(solve_of(*GridModel(33, 33)), StripSolve::kElimination) << "tiled";
     EXPECT_GE(VariantOf(*GridModel(32, 32), {}, device).local_size, 32u);
   }
-  ClothParameters colours;
+  ClothParameters colours = test::PlainParameters();
   colours.settings.sweep = Sweep::kColours;
   EXPECT_EQ(solve_of(*GridModel(32, 32), colours), StripSolve::kElimination);
   device.local_size = 0;
@@ -161,34 +164,34 @@ TEST(KernelVariantTest, ReductionOfStripsThatFitTheLanes) {
   device.strip_solve = StripSolve::kReductionWithBarriers;
   EXPECT_EQ(solve_of(*GridModel(8, 8)), StripSolve::kReductionWithBarriers) << "wherever it can";
   const std::string with_barriers = VariantOf(*GridModel(32, 32), {}, device).Defines();
-  EXPECT_THAT(with_barriers, HasSubstr("#define HAS_LANES\n"));
+  EXPECT_THAT(with_barriers, HasSubstr("#define HAS_STRIP_REDUCTION\n"));
   EXPECT_THAT(with_barriers, Not(HasSubstr("SUBGROUP")));
-  EXPECT_THAT(VariantOf(*GridModel(32, 32), {}, kHardware).Defines(), Not(HasSubstr("LANES")));
+  EXPECT_THAT(VariantOf(*GridModel(32, 32), {}, kHardware).Defines(), Not(HasSubstr("REDUCTION")));
 }
 
 // `measure` has work groups of its own: how few invocations step a cloth does not limit colliders.
 TEST(KernelVariantTest, SmallWorkGroupsRefuseNoColliders) {
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.colliders.assign(300, PlaneCollider{});
   const auto model = GridModel(8, 8);
   EXPECT_EQ(VariantOf(*model, parameters, kSoftware).local_size, 8u);
   DeviceTraits chosen = kSoftware;
   chosen.local_size = 8;
-  EXPECT_FALSE(ChooseVariant(*model, parameters, chosen).ok());
+  EXPECT_FALSE(ChooseVariant(PlanOnDevice(*model, parameters), chosen).ok());
 }
 
 TEST(KernelVariantTest, LongStepsRunInPartsOnSoftwareOnly) {
   const auto model = GridModel(32, 32);
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings = PresetSettings(Preset::kAccurate);
-  EXPECT_FALSE(VariantOf(*model, parameters, kHardware).is_in_parts);
-  const Result<VariantChoice> choice = ChooseVariant(*model, parameters, kSoftware);
+  EXPECT_FALSE(VariantOf(*model, parameters, kHardware).is_in_parts());
+  const Result<VariantChoice> choice = ChooseVariant(PlanOnDevice(*model, parameters), kSoftware);
   ASSERT_TRUE(choice.ok());
-  EXPECT_TRUE(choice->variant.is_in_parts);
+  EXPECT_TRUE(choice->variant.is_in_parts());
   EXPECT_GT(choice->part_count, 1u);
   for (const Preset preset : {Preset::kPaper, Preset::kRealtime}) {
     parameters.settings = PresetSettings(preset);
-    EXPECT_FALSE(VariantOf(*model, parameters, kSoftware).is_in_parts);
+    EXPECT_FALSE(VariantOf(*model, parameters, kSoftware).is_in_parts());
   }
 }
 

@@ -84,11 +84,13 @@ TEST(RegularStripsTest, EquallyLongInSinglePrecision) {
 TEST(RegularStripsTest, OfCloths) {
   const auto is_chosen = [](const test::Scene& scene, bool finds = true, bool own_lengths = false) {
     const DeviceTraits device{.loop_budget = 1u << 24, .finds_regular_strips = finds};
-    const auto choice = ChooseVariant(*scene.model, scene.parameters, device, own_lengths);
+    const LengthSource lengths = own_lengths ? LengthSource::kOwn : LengthSource::kModel;
+    const auto choice =
+        ChooseVariant(PlanOnDevice(*scene.model, scene.parameters, lengths), device);
     DRAPE_CHECK(choice.ok(), choice.status().ToString());
     const bool is_defined =
         choice->variant.Defines().find("HAS_REGULAR_STRIPS") != std::string::npos;
-    EXPECT_EQ(choice->variant.has_regular_strips, is_defined);
+    EXPECT_EQ(choice->variant.Has(Feature::kRegularStrips), is_defined);
     return is_defined;
   };
   test::Scene sheet = test::Grid(8, 8, 1, 1, {0});
@@ -108,17 +110,17 @@ TEST(RegularStripsTest, OfCloths) {
 struct Way {
   std::string name;
   bool is_tiled = false;
-  GlBackendOptions options{};
+  GlTuning tuning{};
 };
 
 std::vector<Way> Ways() {
   constexpr auto kLanes = StripSolve::kReductionWithBarriers;
   constexpr auto kElimination = StripSolve::kElimination;
-  return {{.name = "resident", .options = {.strip_solve = kElimination}},
-          {.name = "in_parts", .options = {.loop_budget = 1500, .strip_solve = kElimination}},
-          {.name = "tiled", .is_tiled = true, .options = {.strip_solve = kElimination}},
-          {.name = "reduction", .options = {.strip_solve = kLanes}},
-          {.name = "reduction_in_parts", .options = {.loop_budget = 1500, .strip_solve = kLanes}}};
+  return {{.name = "resident", .tuning = {.strip_solve = kElimination}},
+          {.name = "in_parts", .tuning = {.loop_budget = 1500, .strip_solve = kElimination}},
+          {.name = "tiled", .is_tiled = true, .tuning = {.strip_solve = kElimination}},
+          {.name = "reduction", .tuning = {.strip_solve = kLanes}},
+          {.name = "reduction_in_parts", .tuning = {.loop_budget = 1500, .strip_solve = kLanes}}};
 }
 
 // Sheets that are thrown about, by what the strips of each have besides.
@@ -146,11 +148,6 @@ std::vector<test::Scene> Sheets(uint32_t columns, uint32_t rows) {
     parameters.settings.tolerance = 1e-3;
     parameters.settings.max_iterations = 8;
   });
-  add("then_colours_with_compliance", {.stretch_compliance_m_per_n = 1e-4},
-      [](ClothParameters& parameters) {
-        parameters.settings.sweep = Sweep::kStripsThenColours;
-        parameters.settings.max_iterations = 2;
-      });
   // Farther from its lengths than impulses may take it at once.
   add("torn", {}, [](ClothParameters& parameters) { parameters.settings.substeps = 2; });
   for (size_t i = columns; i < scenes.back().state.positions_m.size(); ++i) {
@@ -183,15 +180,15 @@ Played Play(Backend& backend, const test::Scene& scene) {
 
 TEST(RegularStripsTest, TheBitsAreThoseOfLists) {
   for (Way way : Ways()) {
-    const auto regular = MakeGlBackend(way.options);
-    way.options.find_regular_strips = false;
-    const auto by_lists = MakeGlBackend(way.options);
+    const auto regular = MakeGlBackend(way.tuning);
+    way.tuning.find_regular_strips = false;
+    const auto by_lists = MakeGlBackend(way.tuning);
     for (const test::Scene& scene : way.is_tiled ? Sheets(33, 32) : Sheets(9, 8)) {
       ASSERT_FALSE(FindRegularStrips(*scene.model).empty());
       const Played played = Play(*regular, scene);
       EXPECT_TRUE(played.bits == Play(*by_lists, scene).bits) << way.name << ", " << scene.name;
       EXPECT_TRUE(played.has_moved) << way.name << ", " << scene.name;
-      if (way.options.loop_budget != 0 && scene.parameters.settings.substeps > 2) {
+      if (way.tuning.loop_budget != 0 && scene.parameters.settings.substeps > 2) {
         EXPECT_GT(played.dispatch_count, 1u) << way.name << ", " << scene.name;
       }
     }
@@ -205,7 +202,7 @@ TEST(RegularStripsTest, StridesBelowZero) {
   const auto model = BuildModel(NumberedChain({4, 3, 2, 1, 0}));
   test::Scene chain{.name = "down",
                     .model = model,
-                    .parameters = {},
+                    .parameters = test::PlainParameters(),
                     .state = AtRest(*model),
                     .pin_targets_m = {}};
   test::Stir(chain, 1);
@@ -225,8 +222,8 @@ TEST(RegularStripsTest, KernelsAreToldWhichItIs) {
     const auto model = is_tiled ? GridModel(33, 32) : GridModel(4, 4);
     for (const bool finds : {true, false}) {
       const auto backend =
-          MakeGlBackend({.shader_dir = folder.string(), .find_regular_strips = finds});
-      const auto refused = backend->Create(model, {}, AtRest(*model));
+          MakeGlBackend({.find_regular_strips = finds}, {.shader_dir = folder.string()});
+      const auto refused = backend->Create(model, test::PlainParameters(), AtRest(*model));
       ASSERT_FALSE(refused.ok());
       EXPECT_THAT(refused.status().message(),
                   HasSubstr(finds ? "told of none but regular ones" : "told of lists"));

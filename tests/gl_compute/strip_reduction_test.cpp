@@ -8,6 +8,7 @@
 
 #include "server/gl/context.h"
 #include "tests/gl_compute/test_cloths.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 std::vector<float> ThrownSheet(Backend& backend, uint32_t columns, uint32_t rows,
                                Direction direction = Direction::kAtEnd) {
   const auto model = GridModel(columns, rows, {0, columns / 2, columns - 1});
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.integration = Integration::kOneStep;
   parameters.settings.direction = direction;
   parameters.settings.substeps = 4;
@@ -94,7 +95,7 @@ TEST(StripReductionTest, EliminationWhereTheDeviceRefusesReduction) {
   std::filesystem::create_directories(folder / "stages");
   std::ofstream(folder / "stages" / "lanes.glsl") << "#error no lanes here\n";
   const std::unique_ptr<Backend> refusing = MakeGlBackend(
-      {.shader_dir = folder.string(), .strip_solve = StripSolve::kReductionWithBarriers});
+      {.strip_solve = StripSolve::kReductionWithBarriers}, {.shader_dir = folder.string()});
   const std::unique_ptr<Backend> elimination =
       MakeGlBackend({.strip_solve = StripSolve::kElimination});
   for (int again = 0; again < 2; ++again) {
@@ -105,7 +106,7 @@ TEST(StripReductionTest, EliminationWhereTheDeviceRefusesReduction) {
 
 TEST(StripReductionTest, ManySweepsAreNotCutShort) {
   const auto model = GridModel(3, 3, {0});
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.time_step_s = 0.4;
   parameters.settings.substeps = 40;
   parameters.settings.max_iterations = 100;

@@ -7,13 +7,15 @@
 #include <vector>
 
 #include "server/scene/scene_model.h"
-#include "server/solver/gl_compute/gl_backend.h"
+#include "server/solver/gl_compute/gl_tuning.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 
 // On the software renderer if there is no hardware; aborts the test binary without any.
-inline std::unique_ptr<Backend> MakeGlBackend(GlBackendOptions options = {}) {
-  Result<std::unique_ptr<Backend>> backend = CreateGlBackend(options);
+inline std::unique_ptr<Backend> MakeGlBackend(const GlTuning& tuning = {},
+                                              const GlBackendOptions& options = {}) {
+  Result<std::unique_ptr<Backend>> backend = CreateTunedGlBackend(options, tuning);
   DRAPE_CHECK(backend.ok(), backend.status().ToString());
   return std::move(backend).value();
 }
@@ -62,7 +64,7 @@ inline ClothHandle CreateCloth(Backend& backend, const std::shared_ptr<const Sce
 }
 
 inline ClothHandle CreateCloth(Backend& backend, const std::shared_ptr<const SceneModel>& model,
-                               const ClothParameters& parameters = {}) {
+                               const ClothParameters& parameters = test::PlainParameters()) {
   return CreateCloth(backend, model, parameters, AtRest(*model));
 }
 
@@ -82,13 +84,12 @@ inline StepReport StepCloth(Backend& backend, ClothHandle cloth, bool measure = 
 
 // The same bits wherever long steps are cut into dispatches. `sweeps` is how many a step makes.
 // llvmpipe leaves every loop after 65535 passes in one invocation, without a word.
-inline void ExpectCutsChangeNothing(GlBackendOptions options,
-                                    const std::shared_ptr<const SceneModel>& model,
+inline void ExpectCutsChangeNothing(GlTuning tuning, const std::shared_ptr<const SceneModel>& model,
                                     const ClothParameters& parameters, uint32_t sweeps) {
   std::vector<std::vector<float>> states;
   for (const bool is_cautious : {false, true}) {
-    if (is_cautious) options.loop_budget = 5000;
-    const std::unique_ptr<Backend> backend = MakeGlBackend(options);
+    if (is_cautious) tuning.loop_budget = 5000;
+    const std::unique_ptr<Backend> backend = MakeGlBackend(tuning);
     const ClothHandle cloth = CreateCloth(*backend, model, parameters);
     EXPECT_EQ(StepCloth(*backend, cloth).iterations, sweeps);
     states.push_back(ReadCloth(*backend, cloth));

@@ -4,7 +4,8 @@
 #include <thread>
 #include <vector>
 
-#include "server/gl/shared_copy.h"
+#include "server/gl/device_copy.h"
+#include "server/solver/device_backend.h"
 #include "server/solver/gl_compute/gl_backend.h"
 #include "tests/gl_draw/pictures.h"
 
@@ -53,7 +54,7 @@ TEST_F(DeviceStatesTest, SamePictureFromTheDeviceAndFromTheHost) {
   for (const Colouring colouring : {Colouring::kMaterial, Colouring::kStrain, Colouring::kSpeed}) {
     const ReadRequest request{handles_, true, colouring == Colouring::kSpeed};
     const DrawnStates host{.host = backend_->Read(request), .device = nullptr};
-    DrawnStates device{.host = {}, .device = backend_->CopyOnDevice(request)};
+    DrawnStates device{.host = {}, .device = backend_->device()->CopyOnDevice(request)};
     ASSERT_NE(device.device, nullptr);
     // The cloths go on while the picture is drawn: it shows what was copied.
     Step(3);
@@ -75,10 +76,10 @@ TEST_F(DeviceStatesTest, SamePictureFromTheDeviceAndFromTheHost) {
 }
 
 TEST_F(DeviceStatesTest, DrawsWhileTheBackendSteps) {
-  std::vector<std::shared_ptr<gl::SharedCopy>> copies;
+  std::vector<std::shared_ptr<DeviceCopy>> copies;
   for (int k = 0; k < 6; ++k) {
     Step(1);
-    copies.push_back(backend_->CopyOnDevice({handles_, true, false}));
+    copies.push_back(backend_->device()->CopyOnDevice({handles_, true, false}));
     ASSERT_NE(copies.back(), nullptr);
   }
   std::thread drawing([&] {

@@ -13,7 +13,7 @@
 #include "drape/scene_file.h"
 #include "drape/scene_player.h"
 #include "tests/golden/golden_rows.h"
-#include "tests/support/paths.h"
+#include "tests/support/paths/paths.h"
 
 namespace drape::test {
 namespace {

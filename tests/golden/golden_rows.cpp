@@ -9,7 +9,7 @@
 #include <regex>
 #include <sstream>
 
-#include "tests/support/paths.h"
+#include "tests/support/paths/paths.h"
 
 namespace drape::test {
 namespace {

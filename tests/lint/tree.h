@@ -9,9 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/paths/paths.h"
+
 namespace drape::test {
 
-inline const std::filesystem::path kRoot = DRAPE_SOURCE_DIR;
+inline const std::filesystem::path kRoot = SourcePath("");
 
 inline std::string ReadFile(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);

@@ -122,7 +122,7 @@ std::vector<Case> Cases() {
   cases.push_back({Compliant("compliant_strips", Preset::kRealtime)});
   cases.push_back({Compliant("compliant_colours", Preset::kPaper), true});
   cases.push_back({RopesAndStruts(), true});
-  for (const Sweep sweep : {Sweep::kStrips, Sweep::kStripsThenColours, Sweep::kColours}) {
+  for (const Sweep sweep : {Sweep::kStrips, Sweep::kColours}) {
     Scene scene =
         Sheet("start_directions_" + std::to_string(static_cast<int>(sweep)), Preset::kRealtime);
     scene.parameters.settings.substeps = 20;

@@ -8,7 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "server/solver/gl_compute/gl_backend.h"
+#include "server/solver/device_backend.h"
+#include "server/solver/gl_compute/gl_tuning.h"
 #include "tests/support/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"
@@ -94,7 +95,7 @@ class ParticleRead {
   // A read that has begun, whatever happens to the list and the cloths until it is taken.
   void ExpectPendingRowsOf(List particles) {
     const StateColumns expected = Expected(particles, true, true);
-    const auto read = backend_.BeginRead(Request(particles, true, true));
+    const auto read = BeginRead(backend_, Request(particles, true, true));
     const StateColumns before = backend_.Read({cloths_, true, false});
     particles.assign(particles.size(), 0);
     Step();
@@ -137,9 +138,9 @@ TEST(ParticleReadTest, RowsAreThoseOfTheWholeReadOnEveryBackend) {
 
 // As on hardware.
 TEST(ParticleReadTest, RowsAreThoseOfTheWholeReadOnADeviceThatRunsAhead) {
-  GlBackendOptions options;
-  options.runs_ahead = true;
-  Result<std::unique_ptr<Backend>> backend = CreateGlBackend(options);
+  GlTuning tuning;
+  tuning.runs_ahead = true;
+  Result<std::unique_ptr<Backend>> backend = CreateTunedGlBackend({}, tuning);
   ASSERT_TRUE(backend.ok()) << backend.status().ToString();
   ExpectRows(**backend);
 }

@@ -99,19 +99,12 @@ bool SetLimits(Scene& scene, bool has_tolerance) {
 
 // Both plans of gl, whose tiled one has other dispatches with a tolerance.
 TEST_P(RefinementParityTest, Refine) {
-  struct Case {
-    Sweep sweep;
-    bool has_tolerance;
-  };
   for (const uint32_t particle_count : {33u, 255u, 1025u}) {
     for (const Integration integration : {Integration::kOneStep, Integration::kTwoStep}) {
-      for (const auto [sweep, has_tolerance] : {Case{Sweep::kStrips, false},
-                                                {Sweep::kStripsThenColours, false},
-                                                {Sweep::kStrips, true}}) {
+      for (const bool has_tolerance : {false, true}) {
         std::optional<Scene> scene;
         for (int hit = 0; hit < 20 && !scene; ++hit) {
           scene = SheetHitInTheMiddle(particle_count, integration, hit);
-          scene->parameters.settings.sweep = sweep;
           if (!SetLimits(*scene, has_tolerance)) scene.reset();
         }
         ASSERT_TRUE(scene) << "none shows the stage: " << particle_count << " particles";

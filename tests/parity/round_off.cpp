@@ -246,7 +246,7 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
   const double colliders = static_cast<double>(scene.parameters.colliders.size());
   const double count = substeps;
 
-  const SolverChoice solver = ChooseSolver(*scene.model, scene.parameters, false);
+  const SolverChoice solver = PlanOf(scene).solver;
   // Along start directions: a second unit vector (8), the mean of the two and its slope (5); in
   // strips one more coupling per link.
   const bool has_starts = solver.end_share < 1;

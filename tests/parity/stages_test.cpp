@@ -1,4 +1,4 @@
-// Each stage of server/solver/step_stages.h alone, every backend in single precision against the
+// Each stage of server/solver/step_stage.h alone, every backend in single precision against the
 // reference. Bounds: round_off.h.
 #include <gtest/gtest.h>
 

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "server/solver/load.h"
 #include "tests/parity/loose_particles.h"
 #include "tests/parity/round_off.h"
 #include "tests/support/backends.h"
@@ -22,33 +23,28 @@ class StripParityTest : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Backends, StripParityTest, testing::ValuesIn(StripBackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
-// Chains, nets and grids, hanging by pins and free, in one sweep or several, with every order of
-// the two solvers.
+// Chains, nets and grids, hanging by pins and free.
 TEST_P(StripParityTest, AwkwardSizes) {
   for (const uint32_t particle_count : {2u, 3u, 31u, 33u, 1025u}) {
-    for (const Sweep sweep : {Sweep::kStrips, Sweep::kStripsThenColours}) {
-      for (const bool has_pins : {false, true}) {
-        Scene scene = SizedCloth(particle_count, has_pins);
-        Stir(scene, 1);
-        scene.parameters.gravity_m_per_s2.setZero();
-        scene.parameters.settings.sweep = sweep;
-        SetSubsteps(scene, 1);
-        ExpectParity(GetParam(), scene, 1);
-      }
+    for (const bool has_pins : {false, true}) {
+      Scene scene = SizedCloth(particle_count, has_pins);
+      Stir(scene, 1);
+      scene.parameters.gravity_m_per_s2.setZero();
+      scene.parameters.settings.sweep = Sweep::kStrips;
+      SetSubsteps(scene, 1);
+      ExpectParity(GetParam(), scene, 1);
     }
   }
 }
 
 TEST_P(StripParityTest, UnequalMassesAndCompliance) {
   for (const double compliance_m_per_n : {0.0, 1e-5, 1e-4, 1e-2}) {
-    for (const Sweep sweep : {Sweep::kStrips, Sweep::kStripsThenColours}) {
-      Scene scene = Net(7, 0.2, compliance_m_per_n);
-      Stir(scene, 2);
-      scene.parameters.gravity_m_per_s2.setZero();
-      scene.parameters.settings.sweep = sweep;
-      SetSubsteps(scene, 1, 3);
-      ExpectParity(GetParam(), scene, 1);
-    }
+    Scene scene = Net(7, 0.2, compliance_m_per_n);
+    Stir(scene, 2);
+    scene.parameters.gravity_m_per_s2.setZero();
+    scene.parameters.settings.sweep = Sweep::kStrips;
+    SetSubsteps(scene, 1, 3);
+    ExpectParity(GetParam(), scene, 1);
   }
 }
 
@@ -300,7 +296,7 @@ TEST_P(StripParityTest, BlendedDirections) {
     SetSubsteps(scene, 1, 2);
     StepSettings& settings = scene.parameters.settings;
     settings.time_step_s *= std::sqrt(0.006 / LoadRatio(*scene.model, scene.parameters));
-    const double end_share = ChooseSolver(*scene.model, scene.parameters, false).end_share;
+    const double end_share = PlanOf(scene).solver.end_share;
     ASSERT_GT(end_share, 0.1);
     ASSERT_LT(end_share, 0.9);
     ExpectParity(GetParam(), scene, 1);

@@ -124,7 +124,7 @@ std::vector<Scene> Cases() {
   cases.push_back(Sheet("accurate", Preset::kAccurate));
   cases.back().parameters.settings.substeps = 8;
   cases.back().parameters.settings.tolerance = 1e-3;
-  for (const Sweep sweep : {Sweep::kStrips, Sweep::kStripsThenColours, Sweep::kColours}) {
+  for (const Sweep sweep : {Sweep::kStrips, Sweep::kColours}) {
     const std::string name = "start_directions_" + std::to_string(static_cast<int>(sweep));
     cases.push_back(Sheet(name, Preset::kRealtime));
     StepSettings& settings = cases.back().parameters.settings;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/solver/load.h"
 #include "tests/physics/chain_scene.h"
 #include "tests/physics/preset_test.h"
 
@@ -42,7 +43,7 @@ TEST_P(DirectionTest, StartDirectionsAreOfSecondOrderBesideAFarCollider) {
       scene.parameters.colliders = {PlaneCollider{{0, -9, 0}, {0, 1, 0}}};
       scene.parameters.settings = SchemeSettings(Preset::kAccurate, 0.5, substeps, 60);
       scene.parameters.settings.use_tethers = has_tethers;
-      ASSERT_EQ(ChooseSolver(*scene.model, scene.parameters, false).end_share, 0);
+      ASSERT_EQ(PlanOf(scene).solver.end_share, 0);
       error = FindWorst(StateAfter(scene).positions_m, exact.Positions_m()).distance;
       substeps *= 2;
     }

@@ -8,7 +8,7 @@
 #include "server/scene/mesh_distance.h"
 #include "tests/physics/falling_sheet.h"
 #include "tests/support/obj_file.h"
-#include "tests/support/paths.h"
+#include "tests/support/paths/paths.h"
 #include "tests/support/solids/solids.h"
 
 namespace drape::test {

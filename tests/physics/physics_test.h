@@ -49,7 +49,7 @@ class PhysicsTest : public PhysicsBase, public ::testing::WithParamInterface<std
 
 // One substep per step, this many sweeps over the colours, no tolerance.
 inline StepSettings SingleSubstep(double time_step_s, uint32_t max_iterations = 1) {
-  StepSettings settings;
+  StepSettings settings = PlainSettings();
   settings.time_step_s = time_step_s;
   settings.substeps = 1;
   settings.max_iterations = max_iterations;

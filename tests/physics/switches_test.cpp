@@ -1,22 +1,18 @@
-// Every switch of StepSettings and every value of its enums changes what a cloth does, on every
-// backend, in the scene that stands here for it. The list is walked from the protocol: a new field
-// without a line fails.
-#include <google/protobuf/descriptor.h>
+// Every setting and every value of a choice changes what a cloth does, on every backend, in the
+// scene that stands here for it. The list is that of kSettings: a new row without a case fails.
 #include <google/protobuf/text_format.h>
 
 #include <map>
 #include <set>
 
-#include "server/api/spec_validation.h"
+#include "server/api/settings_message.h"
 #include "server/scheduler/frame_budget.h"
 #include "server/scheduler/sleep_watch.h"
+#include "server/solver/load.h"
 #include "tests/physics/physics_test.h"
 
 namespace drape::test {
 namespace {
-
-using google::protobuf::EnumDescriptor;
-using google::protobuf::FieldDescriptor;
 
 // Hangs by two corners and is stretched by its motion: every stage has something to do.
 Scene StirredSheet() {
@@ -35,15 +31,30 @@ Scene SmallSheet() {
   return Grid(4, 4, 0.2, 0.2, {0, 3});
 }
 
+v1::StepSettings Parse(const std::string& text) {
+  v1::StepSettings settings;
+  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &settings)) << text;
+  return settings;
+}
+
 struct SwitchCase {
   Scene (*scene)();
   std::string without;  // settings in text format; set beside them, the switch matters
-  std::string with;     // empty for enums: each of their values is set in turn
+  std::string with;     // empty for choices: each of their values is set in turn
   int steps = 5;
+
+  // Later values replace earlier ones when messages are merged, not in text: merge.
+  std::string WithBoth() const {
+    v1::StepSettings both = Parse(without);
+    both.MergeFrom(Parse(with));
+    std::string text;
+    google::protobuf::TextFormat::PrintToString(both, &text);
+    return text;
+  }
 };
 
-const std::map<std::string, SwitchCase>& Cases() {
-  static const auto& cases = *new std::map<std::string, SwitchCase>{
+const std::map<std::string, SwitchCase, std::less<>>& Cases() {
+  static const auto& cases = *new std::map<std::string, SwitchCase, std::less<>>{
       {"preset", {StirredSheet, "", ""}},
       {"time_step_s", {StirredSheet, "", "time_step_s: 0.01"}},
       {"substeps", {StirredSheet, "", "substeps: 30"}},
@@ -65,25 +76,36 @@ const std::map<std::string, SwitchCase>& Cases() {
       {"frame_budget_ms", {StirredSheet, "max_iterations: 5", "frame_budget_ms: 1"}},
       // Nor this: the scheduler leaves steps out, here after a second.
       {"sleep_motion_m", {SmallSheet, "substeps: 2", "sleep_motion_m: 1", 80}},
+      {"sleep_after_s", {SmallSheet, "substeps: 2 sleep_motion_m: 1", "sleep_after_s: 0.2", 80}},
       {"use_tethers", {HungSheet, "use_tethers: true", "use_tethers: false"}},
   };
   return cases;
 }
 
-v1::StepSettings Parse(const std::string& text) {
-  v1::StepSettings settings;
-  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &settings)) << text;
-  return settings;
-}
-
 class Switches : public PhysicsTest {
  protected:
-  std::string BitsAfter(const SwitchCase& one, const std::string& text) {
-    api::FieldChecks checks;
+  // The scene with these settings, as a backend gets it.
+  static Scene Resolved(const SwitchCase& one, const std::string& text) {
+    Violations violations;
     Scene scene = one.scene();
-    scene.parameters.settings = api::CheckSettings(api::FieldPath("settings"), Parse(text), checks);
-    EXPECT_TRUE(checks.ok()) << text;
+    scene.parameters.settings = api::CheckSettings("settings", Parse(text), violations);
+    EXPECT_TRUE(violations.is_empty()) << text;
     scene.parameters = RaiseSubsteps(*scene.model, scene.parameters);
+    return scene;
+  }
+
+  // Without what the scheduler does around the steps.
+  std::string BitsOfStages(const SwitchCase& one, const std::string& text) {
+    const ClothHandle cloth = Make(Resolved(one, text));
+    for (int step = 0; step < one.steps; ++step) {
+      const StepItem item{.cloth = cloth, .pin_targets_m = {}, .measure = false};
+      backend().Step({&item, 1});
+    }
+    return ReadBits(backend(), cloth);
+  }
+
+  std::string BitsAfter(const SwitchCase& one, const std::string& text) {
+    const Scene scene = Resolved(one, text);
     const ClothHandle cloth = Make(scene);
     FrameBudget budget;
     budget.Set(scene.parameters.settings);
@@ -115,37 +137,38 @@ void ExpectEachValueToMatter(const std::map<std::string, std::string>& bits_by_v
 }
 
 TEST_P(Switches, EachOneChangesTheResultOfItsScene) {
-  const google::protobuf::Descriptor& settings = *v1::StepSettings::descriptor();
-  for (int k = 0; k < settings.field_count(); ++k) {
-    const FieldDescriptor& field = *settings.field(k);
-    SCOPED_TRACE(field.full_name());
-    const auto found = Cases().find(field.name());
-    ASSERT_NE(found, Cases().end()) << "give this switch a scene where it changes the result";
+  ForEachSetting([&](const auto& setting) {
+    SCOPED_TRACE(setting.name);
+    const auto found = Cases().find(setting.name);
+    ASSERT_NE(found, Cases().end()) << "give this setting a scene where it changes the result";
     const SwitchCase& one = found->second;
-    if (field.cpp_type() != FieldDescriptor::CPPTYPE_ENUM) {
-      // Later values replace earlier ones when messages are merged, not in text: merge.
-      v1::StepSettings with = Parse(one.without);
-      with.MergeFrom(Parse(one.with));
-      std::string text;
-      google::protobuf::TextFormat::PrintToString(with, &text);
-      EXPECT_TRUE(BitsAfter(one, one.without) != BitsAfter(one, text)) << "changes nothing";
-      continue;
+    if (setting.value_names.empty()) {
+      EXPECT_TRUE(BitsAfter(one, one.without) != BitsAfter(one, one.WithBoth()))
+          << "changes nothing";
+      return;
     }
     std::map<std::string, std::string> bits;
-    for (int v = 0; v < field.enum_type()->value_count(); ++v) {
-      const auto& value = *field.enum_type()->value(v);
-      if (value.number() == 0) continue;
-      bits[value.name()] = BitsAfter(one, one.without + " " + field.name() + ": " + value.name());
+    for (const std::string_view value : setting.value_names) {
+      const std::string choice = std::string(setting.name) + ": " + std::string(value);
+      bits[std::string(value)] = BitsAfter(one, one.without + " " + choice);
     }
-    EXPECT_GE(bits.size(), 2u);
     ExpectEachValueToMatter(bits, BitsAfter(one, one.without));
-  }
+  });
+}
+
+TEST_P(Switches, BackendsDoNotReadWhatIsTheSchedulers) {
+  ForEachSetting([&](const auto& setting) {
+    if (setting.reader != SettingReader::kScheduler) return;
+    const SwitchCase& one = Cases().find(setting.name)->second;
+    EXPECT_TRUE(BitsOfStages(one, one.without) == BitsOfStages(one, one.WithBoth()))
+        << setting.name;
+  });
 }
 
 TEST(SwitchesTest, TheListHasNoStrangers) {
-  for (const auto& [name, one] : Cases()) {
-    EXPECT_NE(v1::StepSettings::descriptor()->FindFieldByName(name), nullptr) << name;
-  }
+  std::set<std::string_view> names;
+  ForEachSetting([&](const auto& setting) { names.insert(setting.name); });
+  for (const auto& [name, one] : Cases()) EXPECT_TRUE(names.contains(name)) << name;
 }
 
 DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(Switches);

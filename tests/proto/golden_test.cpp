@@ -2,16 +2,18 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string>
 
 #include "tests/proto/descriptors.h"
+#include "tests/support/paths/paths.h"
 
 namespace drape::test {
 namespace {
 
-constexpr char kGoldenPath[] = DRAPE_SOURCE_DIR "/tests/golden/drape_v1.txt";
+const std::filesystem::path kGoldenPath = SourcePath("tests/golden/drape_v1.txt");
 
 // Everything on the wire: names, numbers and types, without comments.
 std::string ContractText() {

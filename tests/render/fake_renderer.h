@@ -171,9 +171,9 @@ class Outcome {
 };
 
 // A picture that can be drawn at once, with a width to know it by.
-inline PictureJob Job(const std::string& tenant, uint32_t width_px, const Outcome& outcome) {
+inline PictureJob Job(const std::string& session, uint32_t width_px, const Outcome& outcome) {
   PictureJob job;
-  job.tenant = tenant;
+  job.session = session;
   job.spec.width_px = width_px;
   job.spec.height_px = 16;
   job.particle_count = 10;

@@ -12,8 +12,8 @@ using testing::ElementsAre;
 
 class PictureQueueTest : public testing::Test {
  protected:
-  void Push(const std::string& tenant, uint32_t width_px) {
-    queue_.Push(Job(tenant, width_px, {}));
+  void Push(const std::string& session, uint32_t width_px) {
+    queue_.Push(Job(session, width_px, {}));
   }
   std::vector<uint32_t> PopAll() {
     std::vector<uint32_t> widths;
@@ -27,7 +27,7 @@ class PictureQueueTest : public testing::Test {
   PictureQueue queue_;
 };
 
-TEST_F(PictureQueueTest, TenantsTakeTurnsAndEachKeepsItsOrder) {
+TEST_F(PictureQueueTest, SessionsTakeTurnsAndEachKeepsItsOrder) {
   for (const uint32_t width : {1, 2, 3}) Push("a", width);
   Push("b", 11);
   Push("b", 12);
@@ -55,8 +55,8 @@ TEST_F(PictureQueueTest, WhatIsReturnedIsFirst) {
 
 TEST_F(PictureQueueTest, CancelledOnesAreTakenOutWhereverTheyWait) {
   bool is_cancelled = false;
-  const auto push_cancelled = [&](const std::string& tenant, uint32_t width_px) {
-    PictureJob job = Job(tenant, width_px, {});
+  const auto push_cancelled = [&](const std::string& session, uint32_t width_px) {
+    PictureJob job = Job(session, width_px, {});
     job.is_cancelled = [&] { return is_cancelled; };
     queue_.Push(std::move(job));
   };

@@ -34,12 +34,12 @@ class RenderThreadTest : public testing::Test {
     EXPECT_TRUE(status.ok()) << status.ToString();
     return outcome;
   }
-  Outcome Submit(const std::string& tenant, uint32_t width_px) {
+  Outcome Submit(const std::string& session, uint32_t width_px) {
     const Outcome outcome;
-    return Submit(Job(tenant, width_px, outcome), outcome);
+    return Submit(Job(session, width_px, outcome), outcome);
   }
   // Whether one more would be taken: one that is.
-  Status Try(const std::string& tenant) { return thread_->Submit(Job(tenant, 99, Outcome())); }
+  Status Try(const std::string& session) { return thread_->Submit(Job(session, 99, Outcome())); }
 
   FakeStudio studio_;
   std::unique_ptr<RenderThread> thread_;
@@ -50,14 +50,14 @@ struct Tracked {
   std::atomic<int> dropped{0};
   std::atomic<std::thread::id> dropped_on{};
 
-  std::shared_ptr<gl::SharedCopy> NewCopy() {
+  std::shared_ptr<DeviceCopy> NewCopy() {
     const auto holder = std::shared_ptr<int>(new int(0), [this](const int* number) {
       delete number;
       dropped_on = std::this_thread::get_id();
       ++dropped;
     });
     // Only its life counts here.
-    return {holder, reinterpret_cast<gl::SharedCopy*>(holder.get())};
+    return {holder, reinterpret_cast<DeviceCopy*>(holder.get())};
   }
   PictureContent NewContent() {
     PictureContent content;
@@ -97,8 +97,8 @@ TEST_F(RenderThreadTest, WhatTheRendererTakesIsAskedFor) {
   EXPECT_TRUE(was_on_device);
 }
 
-TEST_F(RenderThreadTest, TenantsTakeTurns) {
-  Start({.max_pictures_in_flight_per_tenant = 10});
+TEST_F(RenderThreadTest, SessionsTakeTurns) {
+  Start({.max_pictures_in_flight_per_session = 10});
   studio_.Hold();
   std::vector<Outcome> outcomes;
   outcomes.push_back(Submit("first", 1));
@@ -111,17 +111,17 @@ TEST_F(RenderThreadTest, TenantsTakeTurns) {
   EXPECT_THAT(studio_.drawn(), ElementsAre(1, 2, 11, 21, 3, 12, 22, 4, 13, 14, 15, 16));
 }
 
-TEST_F(RenderThreadTest, PlacesOfATenantAreTakenUntilItsFilesHaveLeft) {
-  Start({.max_pictures_in_flight_per_tenant = 2});
+TEST_F(RenderThreadTest, PermitsOfASessionAreTakenUntilItsFilesHaveLeft) {
+  Start({.max_pictures_in_flight_per_session = 2});
   const Outcome first = Submit("a", 20);
   const Outcome second = Submit("a", 21);
   EXPECT_TRUE(first.Get().ok() && second.Get().ok());
   const Status refusal = Try("a");
   EXPECT_EQ(refusal.code(), StatusCode::kResourceExhausted);
   EXPECT_EQ(refusal.reason(), "TOO_MANY_PICTURES");
-  EXPECT_THAT(refusal.message(), HasSubstr("max_pictures_in_flight_per_tenant is 2"));
+  EXPECT_THAT(refusal.message(), HasSubstr("max_pictures_in_flight_per_session is 2"));
   EXPECT_TRUE(refusal.retry_after_ms().has_value());
-  EXPECT_TRUE(Try("b").ok()) << "another tenant does not notice";
+  EXPECT_TRUE(Try("b").ok()) << "another session does not notice";
   first.Drop();
   EXPECT_TRUE(Try("a").ok());
 }
@@ -262,7 +262,7 @@ TEST_F(RenderThreadTest, AContentForALostRendererGoesOnTheThreadThatDeliversIt) 
 }
 
 TEST_F(RenderThreadTest, CancelledPicturesAreNeitherFetchedNorDrawnAndFreeTheirPlaces) {
-  Start({.max_pictures_in_flight_per_tenant = 2, .max_queued_pictures = 2});
+  Start({.max_pictures_in_flight_per_session = 2, .max_queued_pictures = 2});
   studio_.Hold();
   Submit("drawn", 1);
   studio_.WaitForHeldDraw();

@@ -129,7 +129,7 @@ TEST(ClosedMeshTest, RefusesSizesAndValuesOutOfRange) {
                           Violation("mesh.triangles", "12 triangles; a closed mesh has 4 to 11")));
 
   mesh.positions_m[3].y() = std::numeric_limits<double>::quiet_NaN();
-  EXPECT_THAT(Check(mesh), ElementsAre(Violation("mesh.positions_m[3]", "not finite")));
+  EXPECT_THAT(Check(mesh), ElementsAre(Violation("mesh.positions_m[3]", "nan, 0) is not in")));
 
   mesh = Box();
   mesh.triangles[2][1] = 8;

@@ -8,7 +8,7 @@
 
 #include "server/scene/distance_map.h"
 #include "tests/support/obj_file.h"
-#include "tests/support/paths.h"
+#include "tests/support/paths/paths.h"
 #include "tests/support/solids/solids.h"
 
 namespace drape::test {

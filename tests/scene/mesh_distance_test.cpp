@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tests/support/obj_file.h"
-#include "tests/support/paths.h"
+#include "tests/support/paths/paths.h"
 #include "tests/support/solids/solids.h"
 
 namespace drape::test {

@@ -10,7 +10,7 @@
 
 #include "server/scene/scene_model.h"
 #include "tests/support/obj_file.h"
-#include "tests/support/paths.h"
+#include "tests/support/paths/paths.h"
 
 namespace drape::test {
 namespace {

@@ -31,8 +31,8 @@ struct Row {
   std::vector<PointJoint> joints;
 };
 
-std::shared_ptr<const SceneModel> GridModel(uint32_t columns, uint32_t rows,
-                                            std::vector<uint32_t> pins) {
+std::shared_ptr<const SceneModel> TetheredGrid(uint32_t columns, uint32_t rows,
+                                               std::vector<uint32_t> pins) {
   ModelDescription description;
   description.topology = GridTopology{columns, rows, 0.1 * (columns - 1), 0.1 * (rows - 1)};
   description.pinned_particles = std::move(pins);
@@ -69,7 +69,7 @@ TEST(TethersTest, AreAsLongAsTheWayAlongTheConstraints) {
 }
 
 TEST(TethersTest, OfAGridAreAsLongAsTheWayAlongItsThreads) {
-  const auto model = GridModel(5, 4, {0, 4});
+  const auto model = TetheredGrid(5, 4, {0, 4});
   const TetherSet set{{model->tether_offsets().begin(), model->tether_offsets().end()},
                       {model->tethers().begin(), model->tethers().end()}};
   const std::vector<Tether> tethers = Of(set, 3 * 5 + 1);  // row 3, column 1
@@ -91,7 +91,7 @@ TEST(TethersTest, NearestPinComesFirstAndTiesGoToTheLowerIndex) {
 
 // A curtain: |p - B| <= |p - A| + |A - B|, so the pin straight above is all that matters.
 TEST(TethersTest, PinsThatANearerOneImpliesAreLeftOut) {
-  const auto model = GridModel(6, 5, {0, 1, 2, 3, 4, 5});
+  const auto model = TetheredGrid(6, 5, {0, 1, 2, 3, 4, 5});
   const auto offsets = model->tether_offsets();
   for (uint32_t particle = 6; particle < 30; ++particle) {
     ASSERT_EQ(offsets[particle + 1] - offsets[particle], 1u) << particle;
@@ -142,7 +142,7 @@ TEST(TethersTest, AreAtMostFourPerParticle) {
 
 // All particles of the rest shape are within reach of the pins.
 TEST(TethersTest, HoldInTheRestShape) {
-  const auto model = GridModel(13, 9, {0, 12, 60});
+  const auto model = TetheredGrid(13, 9, {0, 12, 60});
   const auto offsets = model->tether_offsets();
   EXPECT_GT(model->tethers().size(), 100u);
   for (uint32_t i = 0; i < model->particle_count(); ++i) {

@@ -6,13 +6,14 @@
 #include <thread>
 
 #include "tests/scheduler/fake_backend.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
 
 std::shared_ptr<ClothRuntime> AtWork(double time_step_s) {
   auto cloth = std::make_shared<ClothRuntime>();
-  StepSettings settings;
+  StepSettings settings = test::PlainSettings();
   settings.time_step_s = time_step_s;
   cloth->Begin({3, 1}, ChainModel(2), settings, {10, 100}, {}, {});
   return cloth;
@@ -32,7 +33,7 @@ TEST(ClothRuntime, ANewTimeStepCountsFromNowOn) {
   const auto cloth = AtWork(0.5);
   cloth->CompleteStep({});
   cloth->CompleteStep({});
-  StepSettings slower;
+  StepSettings slower = test::PlainSettings();
   slower.time_step_s = 0.25;
   cloth->SetSettings(slower);
   cloth->CompleteStep({});

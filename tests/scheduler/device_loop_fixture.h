@@ -25,8 +25,8 @@ class DeviceLoopTest : public testing::Test {
         backend_, DeviceLoop::Settings{{max_cloths_per_batch, 1}, 1000, max_solves_per_batch},
         clock_,
         [this](StepWork work, StepOutcome outcome) {
-          ended_.push_back(work.tenant);
-          outcomes_[work.tenant] = std::move(outcome);
+          ended_.push_back(work.session);
+          outcomes_[work.session] = std::move(outcome);
         },
         counters_);
   }
@@ -38,7 +38,7 @@ class DeviceLoopTest : public testing::Test {
   static StepWork Work(const std::string& name, std::vector<std::shared_ptr<ClothRuntime>> cloths,
                        uint32_t steps = 1) {
     StepWork work;
-    work.tenant = name;
+    work.session = name;
     work.cloths = std::move(cloths);
     work.steps = steps;
     return work;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/scheduler/device_loop_fixture.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -28,7 +29,7 @@ TEST_F(DeviceLoopTest, CostlyClothsAreSteppedOneByOne) {
   std::vector<std::shared_ptr<ClothRuntime>> costly;
   for (int k = 0; k < 8; ++k) {
     costly.push_back(Cloth());
-    StepSettings settings;
+    StepSettings settings = test::PlainSettings();
     settings.substeps = 1000;
     costly.back()->SetSettings(settings);
   }
@@ -196,7 +197,7 @@ TEST_F(DeviceLoopTest, PinsMoveFromTheStartOfTheRequest) {
   const auto a = Cloth({0});
   Admit(Work("before", {a}, 4));  // 1 s
   StepWork work = Work("move", {a}, 4);
-  work.pin_controls = {{0, 0, Vector3d(0, 8, 0), 0.5}};
+  work.controls.pins = {{0, {0, Vector3d(0, 8, 0), 0.5}}};
   Admit(work);
   RunAll();
   const auto batches = device_->batches();
@@ -210,22 +211,23 @@ TEST_F(DeviceLoopTest, PinsMoveFromTheStartOfTheRequest) {
 TEST_F(DeviceLoopTest, APinThatIsNoneAnyMoreEndsTheRequestUntouched) {
   const auto a = Cloth({0});
   StepWork work = Work("work", {a});
-  work.pin_controls = {{0, 0, Vector3d(0, 8, 0), 0}, {0, 1, Vector3d::Zero(), 0}};
+  work.controls.pins = {{0, {0, Vector3d(0, 8, 0), 0}}, {0, {1, Vector3d::Zero(), 0}}};
   Admit(work);
   RunAll();
   EXPECT_EQ(outcomes_["work"].status.code(), StatusCode::kFailedPrecondition);
   EXPECT_EQ(outcomes_["work"].status.reason(), "PIN_NOT_FOUND");
-  EXPECT_EQ(a->pins().At(0, 100), Vector3d(0, 0, 0));  // the first control is not half applied
+  EXPECT_EQ(a->controls().pins().motion(0).At(100),
+            Vector3d(0, 0, 0));  // the first control is not half applied
 }
 
 // The backend has motions from the first control on; what of the colliders is shown follows the
 // time.
 TEST_F(DeviceLoopTest, CollidersMoveFromTheStartOfTheRequest) {
   const auto a = Cloth();
-  a->StartColliders({}, {Vector3d(1, 0, 0), Vector3d(0, 0, 0)});
+  a->controls().StartColliders({}, {Vector3d(1, 0, 0), Vector3d(0, 0, 0)}, 0);
   Admit(Work("before", {a}, 4));  // 1 s
   StepWork work = Work("move", {a}, 1);
-  work.collider_controls = {{0, 1, {.position_m = Vector3d(0, 8, 0)}, 0.5}};
+  work.controls.colliders = {{0, {1, {.position_m = Vector3d(0, 8, 0)}, 0.5}}};
   Admit(work);
   RunAll();
   const auto motions = [&]() -> const std::vector<RigidMotion>& {
@@ -244,30 +246,30 @@ TEST_F(DeviceLoopTest, CollidersMoveFromTheStartOfTheRequest) {
 
 TEST_F(DeviceLoopTest, AColliderThatIsNoneAnyMoreEndsTheRequestUntouched) {
   const auto a = Cloth();
-  a->StartColliders({}, {Vector3d(1, 0, 0)});
+  a->controls().StartColliders({}, {Vector3d(1, 0, 0)}, 0);
   StepWork work = Work("work", {a});
-  work.collider_controls = {{0, 0, {.position_m = Vector3d(0, 8, 0)}, 0},
-                            {0, 1, {.position_m = Vector3d(0, 8, 0)}, 0}};
+  work.controls.colliders = {{0, {0, {.position_m = Vector3d(0, 8, 0)}, 0}},
+                             {0, {1, {.position_m = Vector3d(0, 8, 0)}, 0}}};
   Admit(work);
   RunAll();
   EXPECT_EQ(outcomes_["work"].status.code(), StatusCode::kFailedPrecondition);
   EXPECT_EQ(outcomes_["work"].status.reason(), "COLLIDER_NOT_FOUND");
-  EXPECT_FALSE(a->colliders().is_moving());
+  EXPECT_FALSE(a->controls().colliders().is_moving());
   EXPECT_EQ(a->now().completed_steps, 0u);
 }
 
 TEST_F(DeviceLoopTest, WithoutRoomForMovingCollidersNothingMoves) {
   const auto a = Cloth({0});
-  a->StartColliders({}, {Vector3d(1, 0, 0)});
+  a->controls().StartColliders({}, {Vector3d(1, 0, 0)}, 0);
   StepWork work = Work("work", {a});
-  work.pin_controls = {{0, 0, Vector3d(0, 8, 0), 0}};
-  work.collider_controls = {{0, 0, {.position_m = Vector3d(0, 8, 0)}, 0}};
+  work.controls.pins = {{0, {0, Vector3d(0, 8, 0), 0}}};
+  work.controls.colliders = {{0, {0, {.position_m = Vector3d(0, 8, 0)}, 0}}};
   device_->FailWrite(0);
   Admit(work);
   RunAll();
   EXPECT_EQ(outcomes_["work"].status.code(), StatusCode::kResourceExhausted);
-  EXPECT_FALSE(a->colliders().is_moving());
-  EXPECT_EQ(a->pins().At(0, 100), Vector3d(0, 0, 0));
+  EXPECT_FALSE(a->controls().colliders().is_moving());
+  EXPECT_EQ(a->controls().pins().motion(0).At(100), Vector3d(0, 0, 0));
 }
 
 TEST_F(DeviceLoopTest, StatesOfTheBatchAreReadTogether) {
@@ -373,7 +375,7 @@ TEST_F(DeviceLoopTest, MoreClothsThanABatchHoldsAreSteppedInSeveral) {
   for (const auto& cloth : cloths) EXPECT_EQ(cloth->now().completed_steps, 3u);
 }
 
-TEST_F(DeviceLoopTest, ASmallTenantIsNotHeldUpByALargeOne) {
+TEST_F(DeviceLoopTest, ASmallSessionIsNotHeldUpByALargeOne) {
   Restart(4);
   std::vector<std::shared_ptr<ClothRuntime>> many;
   for (int k = 0; k < 100; ++k) many.push_back(Cloth());
@@ -410,8 +412,8 @@ TEST_F(DeviceLoopTest, EndAllEndsEverything) {
   EXPECT_EQ(outcomes_["second"].status.reason(), "DRAINING");
 }
 
-TEST(TenantIndex, NumbersOfThoseWhoLeftAreUsedAgain) {
-  TenantIndex index;
+TEST(SessionIndex, NumbersOfThoseWhoLeftAreUsedAgain) {
+  SessionIndex index;
   EXPECT_EQ(index.Enter("a"), 0u);
   EXPECT_EQ(index.Enter("b"), 1u);
   EXPECT_EQ(index.Enter("a"), 0u);
@@ -425,7 +427,7 @@ TEST(TenantIndex, NumbersOfThoseWhoLeftAreUsedAgain) {
 // as many as fit if they all cost as much.
 TEST_F(DeviceLoopTest, AFrameBudgetCapsTheSweepsOfItsCloth) {
   const auto a = Cloth(), b = Cloth();
-  StepSettings settings;
+  StepSettings settings = test::PlainSettings();
   settings.substeps = 1;
   settings.max_iterations = 100;
   settings.frame_budget_ms = 1;
@@ -449,7 +451,7 @@ TEST_F(DeviceLoopTest, AFrameBudgetCapsTheSweepsOfItsCloth) {
 
 TEST_F(DeviceLoopTest, ABudgetBelowOneSweepIsCounted) {
   const auto cloth = Cloth();
-  StepSettings settings;
+  StepSettings settings = test::PlainSettings();
   settings.substeps = 1;
   settings.frame_budget_ms = 0.1;
   cloth->SetSettings(settings);

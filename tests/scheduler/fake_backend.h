@@ -16,7 +16,8 @@
 #include <vector>
 
 #include "server/scheduler/scheduler.h"
-#include "server/solver/backend.h"
+#include "server/solver/device_backend.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 
@@ -115,7 +116,7 @@ class FakeDevice {
 
 // A step moves every free particle by (0, -1, 0) and every pin to its target. A batch is one
 // dispatch. `measured.kinetic_energy_j` is the number of steps that the cloth has taken.
-class FakeBackend final : public Backend {
+class FakeBackend final : public DeviceBackend {
  public:
   explicit FakeBackend(std::shared_ptr<FakeDevice> device) : device_(std::move(device)) {
     device_->Locked([&] { device_->thread_ = std::this_thread::get_id(); });
@@ -126,10 +127,13 @@ class FakeBackend final : public Backend {
   }
 
   BackendDescription Describe() const override {
-    return {"fake", "no device", ScalarType::kFloat64, false};
-  }
-  std::string PlanOf(const SceneModel& model) const override {
-    return model.pin_count() > 0 ? "pinned" : "free";
+    return {.name = "fake",
+            .device = "no device",
+            .scalar = ScalarType::kFloat64,
+            .is_hardware_gpu = false,
+            .plan_of = [](const SceneModel& model) {
+              return model.pin_count() > 0 ? "pinned" : "free";
+            }};
   }
 
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
@@ -177,7 +181,7 @@ class FakeBackend final : public Backend {
   BatchReport StepAhead(std::span<const StepItem> items,
                         const std::function<void()>& meanwhile) override {
     BatchReport batch = Step(items);
-    if (RunsAhead()) meanwhile();
+    meanwhile();
     return batch;
   }
   bool RunsAhead() const override {
@@ -197,12 +201,16 @@ class FakeBackend final : public Backend {
     return columns;
   }
 
-  std::shared_ptr<gl::SharedCopy> CopyOnDevice(const ReadRequest&) override {
+  std::unique_ptr<PendingRead> BeginRead(const ReadRequest& request) override {
+    return std::make_unique<CompletedRead>(Read(request));
+  }
+
+  std::shared_ptr<DeviceCopy> CopyOnDevice(const ReadRequest&) override {
     CheckThread();
     const auto copy = device_->Locked([&] { return device_->copy_; });
     if (copy == nullptr) return nullptr;
     // Nobody looks inside: only its life counts.
-    return {copy, reinterpret_cast<gl::SharedCopy*>(copy.get())};
+    return {copy, reinterpret_cast<DeviceCopy*>(copy.get())};
   }
 
   Status Write(ClothHandle handle, const ClothUpdate& update) override {
@@ -254,7 +262,7 @@ class FakeBackend final : public Backend {
  private:
   struct Cloth {
     std::shared_ptr<const SceneModel> model;
-    ClothParameters parameters;
+    ClothParameters parameters = test::PlainParameters();
     ParticleState state;
     std::vector<Eigen::Vector3d> pin_targets_m;
     FaultReason fault = FaultReason::kNone;
@@ -359,7 +367,7 @@ inline std::shared_ptr<ClothRuntime> BeginCloth(Backend& backend,
   ParticleState state;
   state.positions_m.assign(model->rest_positions_m().begin(), model->rest_positions_m().end());
   state.velocities_m_per_s.assign(model->particle_count(), Eigen::Vector3d::Zero());
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.settings.time_step_s = time_step_s;
   const ClothHandle handle = backend.Create(model, parameters, state).value();
   std::vector<Eigen::Vector3d> pins_m;

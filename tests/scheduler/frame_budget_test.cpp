@@ -4,12 +4,14 @@
 
 #include <algorithm>
 
+#include "tests/support/plain_settings.h"
+
 namespace drape {
 namespace {
 
 StepSettings Budgeted(double frame_budget_ms, uint32_t max_iterations = 100,
                       uint32_t substeps = 1) {
-  StepSettings settings;
+  StepSettings settings = test::PlainSettings();
   settings.substeps = substeps;
   settings.max_iterations = max_iterations;
   settings.frame_budget_ms = frame_budget_ms;

@@ -9,20 +9,20 @@ constexpr int64_t kMaxDelay_us = 1000;
 constexpr int64_t kBatch_us = 200;
 constexpr int64_t kDelay_us = 2 * kBatch_us;
 
-// The tenant asks, is answered at `now_us`, and was back once before within `gap_us`.
-void ShowTo(Gathering& gathering, const std::string& tenant, int64_t gap_us, int64_t now_us) {
-  gathering.Arrive(tenant, now_us - gap_us);
-  gathering.Answer(tenant, 0, now_us - gap_us);
-  gathering.Arrive(tenant, now_us);
-  gathering.Answer(tenant, 0, now_us);
+// The session asks, is answered at `now_us`, and was back once before within `gap_us`.
+void ShowTo(Gathering& gathering, const std::string& session, int64_t gap_us, int64_t now_us) {
+  gathering.Arrive(session, now_us - gap_us);
+  gathering.Answer(session, 0, now_us - gap_us);
+  gathering.Arrive(session, now_us);
+  gathering.Answer(session, 0, now_us);
 }
 
 class GatheringTest : public testing::Test {
  protected:
   GatheringTest() { gathering_.EndBatch(kBatch_us); }
 
-  void Show(const std::string& tenant, int64_t gap_us, int64_t now_us) {
-    ShowTo(gathering_, tenant, gap_us, now_us);
+  void Show(const std::string& session, int64_t gap_us, int64_t now_us) {
+    ShowTo(gathering_, session, gap_us, now_us);
   }
 
   Gathering gathering_{kMaxDelay_us};
@@ -83,29 +83,29 @@ TEST_F(GatheringTest, NobodyIsAwaitedForLongerThanTheLimit) {
 }
 
 TEST_F(GatheringTest, OneThatCameBackQuicklyIsLookedFor) {
-  constexpr int64_t kLong_us = 10 * Gathering::kLook_us;
+  constexpr int64_t kLong_us = 10 * Gathering::kSpin_us;
   Gathering gathering(kLong_us);
   gathering.EndBatch(kLong_us);
-  EXPECT_EQ(gathering.LookUntil(), 0);
-  ShowTo(gathering, "slow", Gathering::kLook_us, 50'000);
+  EXPECT_EQ(gathering.SpinUntil(), 0);
+  ShowTo(gathering, "slow", Gathering::kSpin_us, 50'000);
   EXPECT_EQ(gathering.awaited_count(), 1u);
-  EXPECT_EQ(gathering.LookUntil(), 0) << "it is slept for";
-  ShowTo(gathering, "quick", Gathering::kLook_us - 1, 55'000);
+  EXPECT_EQ(gathering.SpinUntil(), 0) << "it is slept for";
+  ShowTo(gathering, "quick", Gathering::kSpin_us - 1, 55'000);
   gathering.Arrive("quick", 55'001);
-  EXPECT_EQ(gathering.LookUntil(), 0) << "the slow one is awaited still";
+  EXPECT_EQ(gathering.SpinUntil(), 0) << "the slow one is awaited still";
   gathering.Arrive("slow", 55'002);
-  ShowTo(gathering, "quick", Gathering::kLook_us - 1, 60'000);
-  EXPECT_EQ(gathering.LookUntil(), 60'000 + Gathering::kLook_us);
+  ShowTo(gathering, "quick", Gathering::kSpin_us - 1, 60'000);
+  EXPECT_EQ(gathering.SpinUntil(), 60'000 + Gathering::kSpin_us);
   ShowTo(gathering, "other", 10, 60'100);
-  EXPECT_EQ(gathering.LookUntil(), 0) << "two are awaited";
+  EXPECT_EQ(gathering.SpinUntil(), 0) << "two are awaited";
   gathering.Arrive("other", 60'110);
   gathering.Arrive("quick", 60'120);
-  EXPECT_EQ(gathering.LookUntil(), 0) << "nobody is";
+  EXPECT_EQ(gathering.SpinUntil(), 0) << "nobody is";
 }
 
 TEST_F(GatheringTest, NobodyIsLookedForLongerThanAwaited) {
   Show("a", 100, 5000);
-  EXPECT_EQ(gathering_.LookUntil(), 5000 + kDelay_us);
+  EXPECT_EQ(gathering_.SpinUntil(), 5000 + kDelay_us);
 }
 
 // Else a small batch, which leaves no time for the others, would be followed by a small batch.

@@ -20,7 +20,7 @@ std::shared_ptr<const SceneModel> Row(std::vector<uint32_t> pins = {}) {
   return SceneModel::Build({row, {}, std::move(pins)}).value();
 }
 
-TEST(LengthTrack, ACothThatIsNotDrivenHasNoTargets) {
+TEST(LengthTrack, AClothThatIsNotDrivenHasNoTargets) {
   LengthTrack track;
   EXPECT_FALSE(track.is_driven());
   EXPECT_THAT(track.TargetsForStep(1), IsEmpty());
@@ -33,7 +33,7 @@ TEST(LengthTrack, ACothThatIsNotDrivenHasNoTargets) {
 TEST(LengthTrack, AMotionIsCutIntoStepsAndEndsExactlyAtItsTarget) {
   LengthTrack track;
   track.Start(*Row());
-  track.Move(*track.PlaceOf(1), 2.3, 2, 1);
+  track.Move(*track.FindConstraint(*Row(), 1), 2.3, 2, 1);
   EXPECT_THAT(track.TargetsForStep(2), ElementsAre(1, 3, testing::DoubleEq(2.15)));
   EXPECT_THAT(track.TargetsForStep(3), ElementsAre(1, 3, 2.3));
   EXPECT_THAT(track.TargetsForStep(4), IsEmpty());
@@ -61,11 +61,11 @@ TEST(LengthTrack, ScalesTheLengthsOfTheModel) {
 TEST(LengthTrack, MotionsGoOnUnderOtherPins) {
   LengthTrack track;
   track.Start(*Row());
-  track.Move(*track.PlaceOf(2), 4, 2, 0);
-  track.Move(*track.PlaceOf(1), 7, 0, 0);
-  const LengthTrack pinned = track.CarriedTo(*Row({1, 2}));
-  EXPECT_EQ(pinned.PlaceOf(1), std::nullopt);
-  EXPECT_EQ(pinned.PlaceOf(3), std::nullopt);
+  track.Move(*track.FindConstraint(*Row(), 2), 4, 2, 0);
+  track.Move(*track.FindConstraint(*Row(), 1), 7, 0, 0);
+  LengthTrack pinned = track.CarriedTo(*Row({1, 2}));
+  EXPECT_EQ(pinned.FindConstraint(*Row({1, 2}), 1), std::nullopt);
+  EXPECT_EQ(pinned.FindConstraint(*Row({1, 2}), 3), std::nullopt);
   EXPECT_THAT(pinned.LengthsAt(1), ElementsAre(1, 3.5));
   EXPECT_THAT(pinned.CarriedTo(*Row()).LengthsAt(1), ElementsAre(1, 3.5, 2));
   EXPECT_FALSE(LengthTrack().CarriedTo(*Row()).is_driven());

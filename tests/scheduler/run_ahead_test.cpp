@@ -83,10 +83,10 @@ class RunAheadSchedulerTest : public SchedulerTest {
   RunAheadSchedulerTest() { device_->RunAhead(); }
 
   Awaited<StepOutcome> SubmitViewing(const std::shared_ptr<ClothRuntime>& cloth,
-                                     const std::string& tenant = "viewer") {
+                                     const std::string& session = "viewer") {
     Awaited<StepOutcome> outcome;
     StepWork work;
-    work.tenant = tenant;
+    work.session = session;
     work.cloths = {cloth};
     work.steps = 1;
     work.view = {true, false};
@@ -121,7 +121,7 @@ TEST_F(RunAheadSchedulerTest, OfTwoUnderWayEachHasItsOwnStates) {
 class AnswerBeforeNextBatchTest : public RunAheadSchedulerTest {
  protected:
   // `wait`: for as long as it takes.
-  bool IsAnsweredBefore(const std::string& second_tenant, bool wait) {
+  bool IsAnsweredBefore(const std::string& second_session, bool wait) {
     Start();
     const auto one = Cloth(), two = Cloth();
     Awaited<StepOutcome> first, second;
@@ -130,7 +130,7 @@ class AnswerBeforeNextBatchTest : public RunAheadSchedulerTest {
     scheduler_->HoldForTest();
     device_->OnStep([&] {
       if (step++ == 0) {
-        second = SubmitViewing(two, second_tenant);
+        second = SubmitViewing(two, second_session);
       } else {
         if (wait) first.Get();
         is_answered = first.has_value();
@@ -146,12 +146,12 @@ class AnswerBeforeNextBatchTest : public RunAheadSchedulerTest {
   }
 };
 
-TEST_F(AnswerBeforeNextBatchTest, OfTheSameTenantItStaysBehind) {
+TEST_F(AnswerBeforeNextBatchTest, OfTheSameSessionItStaysBehind) {
   EXPECT_FALSE(IsAnsweredBefore("first", false));
 }
 
 // It may come back at once, and the batch is to wait for it then (Gathering).
-TEST_F(AnswerBeforeNextBatchTest, OfATenantWithNothingElseUnderWayItIsGiven) {
+TEST_F(AnswerBeforeNextBatchTest, OfASessionWithNothingElseUnderWayItIsGiven) {
   EXPECT_TRUE(IsAnsweredBefore("other", true));
 }
 

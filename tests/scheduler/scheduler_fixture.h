@@ -36,12 +36,12 @@ class SchedulerTest : public testing::Test {
   }
 
   // Submits and returns where the outcome will be.
-  Awaited<StepOutcome> Submit(const std::string& tenant,
+  Awaited<StepOutcome> Submit(const std::string& session,
                               std::vector<std::shared_ptr<ClothRuntime>> cloths, uint32_t steps = 1,
                               const CancelToken& cancel = {}) {
     Awaited<StepOutcome> outcome;
     StepWork work;
-    work.tenant = tenant;
+    work.session = session;
     work.cloths = std::move(cloths);
     work.steps = steps;
     work.cancel = cancel;
@@ -51,9 +51,9 @@ class SchedulerTest : public testing::Test {
     return outcome;
   }
 
-  Status TrySubmit(const std::string& tenant, const std::shared_ptr<ClothRuntime>& cloth) {
+  Status TrySubmit(const std::string& session, const std::shared_ptr<ClothRuntime>& cloth) {
     StepWork work;
-    work.tenant = tenant;
+    work.session = session;
     work.cloths = {cloth};
     work.steps = 1;
     work.done = [](const StepOutcome&) {};

@@ -77,7 +77,7 @@ TEST_F(SchedulerTest, CompletionsComeInOrderOnOneOtherThread) {
   Awaited<bool> all;
   for (int k = 0; k < 20; ++k) {
     StepWork work;
-    work.tenant = "a";
+    work.session = "a";
     work.cloths = {cloths[static_cast<size_t>(k)]};
     work.steps = 1;
     work.done = [&, k, all](const StepOutcome&) mutable {
@@ -109,7 +109,7 @@ TEST_F(SchedulerTest, TheNextRequestOfAClothDoesNotWaitForTheAnswerToTheOneBefor
     if (++steps == 2) second_step.Set(true);
   });
   StepWork work;
-  work.tenant = "a";
+  work.session = "a";
   work.cloths = {cloth};
   work.steps = 1;
   work.done = [second_step](const StepOutcome&) { second_step.Get(); };
@@ -119,9 +119,9 @@ TEST_F(SchedulerTest, TheNextRequestOfAClothDoesNotWaitForTheAnswerToTheOneBefor
   EXPECT_EQ(second.Get().cloths[0].stamp.completed_steps, 2u);
 }
 
-TEST_F(SchedulerTest, TheQueueIsBoundedPerTenantAndInAll) {
+TEST_F(SchedulerTest, TheQueueIsBoundedPerSessionAndInAll) {
   SchedulerLimits limits;
-  limits.max_queued_requests_per_tenant = 2;
+  limits.max_queued_requests_per_session = 2;
   limits.max_queued_requests = 3;
   limits.max_queued_commands = 1;
   Start(limits);
@@ -225,13 +225,13 @@ TEST_F(SchedulerTest, ReadStatesOfADeletedClothIsNotFound) {
 
 TEST_F(SchedulerTest, ReadsAreBoundedUntilTheirStatesAreDropped) {
   SchedulerLimits limits;
-  limits.max_reads_in_flight_per_tenant = 1;
+  limits.max_reads_in_flight_per_session = 1;
   Start(limits);
   const auto cloth = Cloth();
-  const auto read = [&](const std::string& tenant, Awaited<Result<ClothStates>> result) {
+  const auto read = [&](const std::string& session, Awaited<Result<ClothStates>> result) {
     return scheduler_->ReadStates(
         {cloth}, {true, false},
-        [result](Result<ClothStates> r) mutable { result.Set(std::move(r)); }, tenant);
+        [result](Result<ClothStates> r) mutable { result.Set(std::move(r)); }, session);
   };
   const Awaited<Result<ClothStates>> first;
   ASSERT_TRUE(read("a", first).ok());
@@ -276,7 +276,7 @@ TEST_F(SchedulerTest, ReadForDrawingGivesACopyOnTheDeviceWhereThatWillDo) {
 
 TEST_F(SchedulerTest, ReadForDrawingCountsAsAReadAndNeedsLivingCloths) {
   SchedulerLimits limits;
-  limits.max_reads_in_flight_per_tenant = 1;
+  limits.max_reads_in_flight_per_session = 1;
   Start(limits);
   const auto cloth = Cloth();
   const auto read = [&](Awaited<Result<ClothStates>> result) {
@@ -302,11 +302,11 @@ TEST_F(SchedulerTest, ReadForDrawingCountsAsAReadAndNeedsLivingCloths) {
 
 TEST_F(SchedulerTest, SubscriptionsAreBoundedUntilTheyHaveEnded) {
   SchedulerLimits limits;
-  limits.max_observers_per_tenant = 1;
+  limits.max_observers_per_session = 1;
   limits.max_observers = 2;
   Start(limits);
   ObserverSpec spec;
-  spec.tenant = "a";
+  spec.session = "a";
   spec.cloths = {Cloth()};
   spec.fields = {true, false};
   spec.on_frame = [](const ObservedFrame&) {};
@@ -315,13 +315,13 @@ TEST_F(SchedulerTest, SubscriptionsAreBoundedUntilTheyHaveEnded) {
   const Status refused = scheduler_->Subscribe(spec).status();
   EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
   EXPECT_EQ(refused.reason(), "TOO_MANY_SUBSCRIPTIONS");
-  spec.tenant = "b";
+  spec.session = "b";
   const auto other = scheduler_->Subscribe(spec).value();
-  spec.tenant = "c";
+  spec.session = "c";
   EXPECT_EQ(scheduler_->Subscribe(spec).status().reason(), "TOO_MANY_SUBSCRIPTIONS");
   observer->Cancel();
   observer.reset();
-  spec.tenant = "a";
+  spec.session = "a";
   while (!scheduler_->Subscribe(spec).ok()) std::this_thread::yield();
 }
 
@@ -403,7 +403,7 @@ TEST_F(SchedulerTest, DrainEndsSubscriptions) {
 TEST_F(SchedulerTest, ManyClientsAtOnce) {
   SchedulerLimits limits;
   limits.max_cloths_per_batch = 5;
-  limits.max_queued_requests_per_tenant = 1000;
+  limits.max_queued_requests_per_session = 1000;
   Start(limits);
   std::vector<std::shared_ptr<ClothRuntime>> cloths;
   for (int k = 0; k < 8; ++k) cloths.push_back(Cloth());
@@ -413,7 +413,7 @@ TEST_F(SchedulerTest, ManyClientsAtOnce) {
     clients.emplace_back([&, k] {
       for (uint32_t r = 1; r <= 50; ++r) {
         StepWork work;
-        work.tenant = "client " + std::to_string(k % 4);
+        work.session = "client " + std::to_string(k % 4);
         work.cloths = {cloths[k]};
         work.steps = 1 + r % 3;
         work.done = [&](const StepOutcome& outcome) {
@@ -435,12 +435,12 @@ TEST_F(SchedulerTest, ManyClientsAtOnce) {
 class AnswerThreadTest : public SchedulerTest {
  protected:
   // Where the answer to one step of the cloth is given.
-  Awaited<std::thread::id> ThreadOfAnswer(const std::string& tenant,
+  Awaited<std::thread::id> ThreadOfAnswer(const std::string& session,
                                           const std::shared_ptr<ClothRuntime>& cloth,
                                           StateFields view = {}) {
     Awaited<std::thread::id> thread;
     StepWork work;
-    work.tenant = tenant;
+    work.session = session;
     work.cloths = {cloth};
     work.steps = 1;
     work.view = view;

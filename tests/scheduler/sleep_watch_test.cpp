@@ -6,6 +6,8 @@
 #include <functional>
 #include <limits>
 
+#include "tests/support/plain_settings.h"
+
 namespace drape {
 namespace {
 
@@ -16,10 +18,11 @@ class SleepWatchTest : public testing::Test {
  protected:
   SleepWatchTest() { Set(1e-5); }
 
-  void Set(double sleep_motion_m, double time_step_s = 1.0 / 60) {
-    StepSettings settings;
+  void Set(double sleep_motion_m, double time_step_s = 1.0 / 60, double sleep_after_s = 1) {
+    StepSettings settings = test::PlainSettings();
     settings.time_step_s = time_step_s;
     settings.sleep_motion_m = sleep_motion_m;
+    settings.sleep_after_s = sleep_after_s;
     watch_.Set(settings);
     step_ = 0;
     looks_ = 0;
@@ -66,6 +69,26 @@ TEST_F(SleepWatchTest, WhatStaysWithinTheLimitForASecondSleeps) {
 TEST_F(SleepWatchTest, SecondsAreSimulated) {
   Set(1e-5, 1.0 / 240);
   EXPECT_EQ(StepsAwake([](int) { return 4; }, 1000), 4 * kStepsToSleep);
+}
+
+TEST_F(SleepWatchTest, TheTimeToSleepIsASetting) {
+  const auto still = [](int) { return 4; };
+  for (const double after_s : {0.5, 2.0, 7.3, 60.0}) {
+    Set(1e-5, 1.0 / 60, after_s);
+    EXPECT_EQ(StepsAwake(still, 10000), 8 + std::lround(60 * after_s)) << after_s;
+  }
+  // Each of the eight looks has a step of its own, however short the time.
+  Set(1e-5, 1.0 / 60, 0.1);
+  EXPECT_EQ(StepsAwake(still, 1000), 8 + 8);
+  Set(1e-5, 1.0 / 30, 0.1);
+  EXPECT_EQ(StepsAwake(still, 1000), 8 + 8);
+}
+
+TEST_F(SleepWatchTest, ALongTimeKeepsASlowCreepAwake) {
+  const auto x_m = [](int k) { return 0.6e-5 * k / 60; };
+  EXPECT_LT(StepsAwake(x_m, 6000), 6000);
+  Set(1e-5, 1.0 / 60, 4);
+  EXPECT_EQ(StepsAwake(x_m, 6000), 6000);
 }
 
 TEST_F(SleepWatchTest, ZeroNeverSleeps) {

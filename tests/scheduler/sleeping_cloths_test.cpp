@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/scheduler/device_loop_fixture.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -13,7 +14,7 @@ class SleepTest : public DeviceLoopTest {
  protected:
   std::shared_ptr<ClothRuntime> SleepyCloth() {
     const auto cloth = Cloth({0, 1});
-    StepSettings settings;
+    StepSettings settings = test::PlainSettings();
     settings.time_step_s = 0.25;
     settings.sleep_motion_m = 1e-5;
     cloth->SetSettings(settings);
@@ -29,7 +30,7 @@ class SleepTest : public DeviceLoopTest {
 
   void MovePin(const std::shared_ptr<ClothRuntime>& cloth, const Vector3d& target_m) {
     StepWork work = Work("pin", {cloth});
-    work.pin_controls = {{0, 1, target_m, 0}};
+    work.controls.pins = {{0, {1, target_m, 0}}};
     Admit(std::move(work));
     RunAll();
     ASSERT_TRUE(outcomes_.at("pin").status.ok());
@@ -93,12 +94,12 @@ TEST_F(SleepTest, AColliderThatMovesWakes) {
   ClothUpdate update;
   update.collider_motions = {RigidMotion::AtRest({5, 5, 5})};
   ASSERT_TRUE(backend_.Write(cloth->handle(), update).ok());
-  cloth->StartColliders(*update.collider_motions, {});
+  cloth->controls().StartColliders(*update.collider_motions, {}, cloth->now().time_s);
   Admit(Work("x", {cloth}, kStepsToSleep + 1));
   RunAll();
   EXPECT_EQ(StepsComputed(), kStepsToSleep);
   StepWork work = Work("y", {cloth}, 3);
-  work.collider_controls = {{0, 0, {{5, 6, 5}}, 0}};
+  work.controls.colliders = {{0, {0, {{5, 6, 5}}, 0}}};
   Admit(std::move(work));
   RunAll();
   EXPECT_EQ(StepsComputed(), 3u);
@@ -110,7 +111,7 @@ TEST_F(SleepTest, ResetAndNewSettingsWake) {
     Admit(Work("x", {cloth}, kStepsToSleep));
     RunAll();
     StepsComputed();
-    StepSettings settings;
+    StepSettings settings = test::PlainSettings();
     settings.sleep_motion_m = 1e-5;
     if (is_reset) {
       cloth->Reset({{0, 0, 0}, {1, 0, 0}}, {{0, 0, 0}, {1, 0, 0}});

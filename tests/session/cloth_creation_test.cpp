@@ -15,7 +15,7 @@ class ClothCreationTest : public testing::Test {
 
 TEST_F(ClothCreationTest, CopiesAreMadeInPiecesAndUnmadeTogether) {
   const ClothCreation creation = Chains(5, 2);
-  ClothMaker maker(creation, creation.model);
+  ClothMaker maker(creation, creation.model, "plan");
   EXPECT_TRUE(maker.Make(backend_, 0, 2).ok());
   EXPECT_EQ(device_->live_cloths(), 2u);
   EXPECT_TRUE(maker.Make(backend_, 2, 5).ok());
@@ -31,7 +31,7 @@ TEST_F(ClothCreationTest, CopiesAreMadeInPiecesAndUnmadeTogether) {
 TEST_F(ClothCreationTest, AnErrorLeavesWhatWasMadeToBeUnmade) {
   device_->SetCapacity(3);
   const ClothCreation creation = Chains(5, 2);
-  ClothMaker maker(creation, creation.model);
+  ClothMaker maker(creation, creation.model, "plan");
   EXPECT_EQ(maker.Make(backend_, 0, 5).reason(), "DEVICE_FULL");
   EXPECT_EQ(maker.made().size(), 3u);
   maker.Unmake(backend_);
@@ -40,7 +40,7 @@ TEST_F(ClothCreationTest, AnErrorLeavesWhatWasMadeToBeUnmade) {
 
 TEST_F(ClothCreationTest, FreeingTwiceFreesOnce) {
   const ClothCreation creation = Chains(1, 2);
-  ClothMaker maker(creation, creation.model);
+  ClothMaker maker(creation, creation.model, "plan");
   EXPECT_TRUE(maker.Make(backend_, 0, 1).ok());
   FreeCloth(backend_, *maker.made()[0]);
   FreeCloth(backend_, *maker.made()[0]);

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "tests/scheduler/fake_backend.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -47,7 +48,7 @@ TEST(ClothRecord, CopiesThatDifferOnlyByTheirEnvironmentHaveTheSameBits) {
 }
 
 TEST(ClothRecord, CollidersMoveIntoTheClothFrame) {
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.thickness_m = 0.25;
   parameters.colliders = {SphereCollider{{1, 2, 3}, 0.5}, PlaneCollider{{0, -1, 0}, {0, 1, 0}},
                           CapsuleCollider{{1, 2, 3}, {4, 5, 6}, 0.5},
@@ -69,7 +70,7 @@ TEST(ClothRecord, CollidersMoveIntoTheClothFrame) {
 }
 
 TEST(ClothRecord, ReportsAreBroughtToWorldAndEnvironment) {
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.gravity_m_per_s2 = {0, -10, 0};
   const auto shift = ShiftOf(*ChainModel(3), parameters, {Vector3d(0, 100, 0), Vector3d(1, 2, 3)});
   EXPECT_EQ(shift.lowest_m, 102);
@@ -84,7 +85,7 @@ TEST(ClothRecord, PinsWithoutATargetStayWhereTheyStart) {
 }
 
 TEST(ClothRecord, AChangeTouchesOnlyWhatItNames) {
-  ClothParameters current;
+  ClothParameters current = test::PlainParameters();
   current.friction_static = 0.5;
   current.damping_per_s = 3;
   current.air_drag = 1.2;
@@ -92,7 +93,7 @@ TEST(ClothRecord, AChangeTouchesOnlyWhatItNames) {
   change.gravity_m_per_s2 = Vector3d(1, 2, 3);
   change.settings = PresetSettings(Preset::kPaper);
   change.wind_m_per_s = Vector3d(0, 0, 4);
-  change.air_lift = 0.5;
+  change.numbers.Set(&ClothParameters::air_lift, 0.5);
   const ClothParameters changed = ApplyChange(current, change).value();
   EXPECT_EQ(changed.gravity_m_per_s2, Vector3d(1, 2, 3));
   EXPECT_EQ(changed.settings, PresetSettings(Preset::kPaper));
@@ -104,15 +105,15 @@ TEST(ClothRecord, AChangeTouchesOnlyWhatItNames) {
 }
 
 TEST(ClothRecord, AChangeThatBreaksTheOrderOfFrictionIsRefused) {
-  ClothParameters current;
+  ClothParameters current = test::PlainParameters();
   current.friction_static = 0.5;
   current.friction_dynamic = 0.4;
   ClothChange change;
-  change.friction_static = 0.3;
+  change.numbers.Set(&ClothParameters::friction_static, 0.3);
   EXPECT_EQ(ApplyChange(current, change).status().violations()[0].field,
             "spec.material.friction_static");
   change = {};
-  change.friction_dynamic = 0.6;
+  change.numbers.Set(&ClothParameters::friction_dynamic, 0.6);
   EXPECT_EQ(ApplyChange(current, change).status().violations()[0].field,
             "spec.material.friction_dynamic");
 }

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/session/session_fixture.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape {
 namespace {
@@ -53,7 +54,7 @@ TEST_F(ClothUpdateTest, ANewTimeStepCountsFromTheNextStepOn) {
   const ClothList cloths = CreateChains(1, 3);
   Step(cloths, 2);  // 0.5 s
   ClothChange change;
-  change.settings = StepSettings{};
+  change.settings = test::PlainSettings();
   change.settings->time_step_s = 1;
   EXPECT_TRUE(Update(cloths, change).ok());
   EXPECT_EQ(Step(cloths, 2).cloths[0].stamp.time_s, 2.5);
@@ -116,10 +117,10 @@ TEST_F(ClothUpdateTest, StepsOfAClothThatCannotBeTakenBackEnd) {
 TEST_F(ClothUpdateTest, WhatOneClothCannotTakeNoneGets) {
   const ClothList cloths = CreateChains(2, 3);
   ClothChange ready;
-  ready.friction_static = 0.5;
+  ready.numbers.Set(&ClothParameters::friction_static, 0.5);
   EXPECT_TRUE(Update({cloths[0]}, ready).ok());
   ClothChange change;
-  change.friction_dynamic = 0.4;
+  change.numbers.Set(&ClothParameters::friction_dynamic, 0.4);
   const auto updated = Update(cloths, change);
   EXPECT_EQ(updated.status().violations()[0].field, "spec.material.friction_dynamic");
   EXPECT_EQ(cloths[0]->description()->parameters.friction_dynamic, 0);
@@ -130,7 +131,7 @@ TEST_F(ClothUpdateTest, ADeletedClothIsNotFoundAndTheOthersStay) {
   const ClothList cloths = CreateChains(2, 3);
   EXPECT_TRUE(Delete({cloths[1]}).ok());
   ClothChange change;
-  change.damping_per_s = 1;
+  change.numbers.Set(&ClothParameters::damping_per_s, 1);
   EXPECT_EQ(Update(cloths, change).status().reason(), "CLOTH_NOT_FOUND");
   EXPECT_EQ(cloths[0]->description()->parameters.damping_per_s, 0);
 }
@@ -197,10 +198,10 @@ TEST_F(ClothUpdateTest, WhatWasCreatedUnderWiderLimitsCanBeRepinned) {
 TEST_F(ClothUpdateTest, PinsThatStayKeepTheirMotion) {
   const ClothList cloths = CreateChains(1, 3, {{0, std::nullopt}});
   StepWork work;
-  work.tenant = "a";
+  work.session = "a";
   work.cloths = {cloths[0]->runtime};
   work.steps = 2;  // 0.5 s of 1 s
-  work.pin_controls = {{0, 0, Vector3d(-1, 8, 0), 1}};
+  work.controls.pins = {{0, {0, Vector3d(-1, 8, 0), 1}}};
   Awaited<bool> moved;
   work.done = [moved](const StepOutcome&) mutable { moved.Set(true); };
   ASSERT_TRUE(scheduler_->Submit(std::move(work)).ok());

@@ -32,7 +32,7 @@ class EndToEnd : public testing::Test {
   StepReport StepAndReport(const SessionLease& session, const ClothList& cloths, uint32_t steps) {
     Awaited<StepOutcome> outcome;
     StepWork work;
-    work.tenant = session->name();
+    work.session = session->name();
     for (const auto& cloth : cloths) work.cloths.push_back(cloth->runtime);
     work.steps = steps;
     work.report = true;
@@ -58,7 +58,7 @@ TEST_F(EndToEnd, ClothsFallAsTheyShouldAndCopiesAgreeBitForBit) {
 
   Awaited<StepOutcome> outcome;
   StepWork work;
-  work.tenant = session->name();
+  work.session = session->name();
   for (const auto& cloth : cloths) work.cloths.push_back(cloth->runtime);
   work.steps = 64;
   work.report = true;
@@ -91,7 +91,7 @@ TEST_F(EndToEnd, ClothsFallAsTheyShouldAndCopiesAgreeBitForBit) {
   ASSERT_TRUE(reset.Get().ok());
   Awaited<StepOutcome> again;
   StepWork repeat;
-  repeat.tenant = session->name();
+  repeat.session = session->name();
   repeat.cloths = {cloths[1]->runtime};
   repeat.until_step = 64;
   repeat.view = {true, false};

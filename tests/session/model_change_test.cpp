@@ -73,7 +73,7 @@ TEST_F(ModelChangeTest, WhatIsIllegalIsNamed) {
   joints.model.point_joints = std::vector<PointJoint>{{1, 1, 0}};
   EXPECT_EQ(field_of(joints), "spec.particles.point_joints[0].j");
   ClothChange bending;
-  bending.model.bending_stiffness_n_per_m = 1;
+  bending.model.material.Set(&StructuralMaterial::bending_stiffness_n_per_m, 1);
   EXPECT_EQ(field_of(bending), "spec.material.bending_stiffness_n_per_m");
   EXPECT_EQ(cloths[0]->description()->model->constraint_count(), 2u);
 }
@@ -100,10 +100,10 @@ TEST_F(ModelChangeTest, TheRulesOfTheCallerCount) {
 TEST_F(ModelChangeTest, DrivenLengthsOutliveOtherPins) {
   const ClothList cloths = CreateChains(1, 3);
   StepWork work;
-  work.tenant = "a";
+  work.session = "a";
   work.cloths = {cloths[0]->runtime};
   work.steps = 2;  // 0.5 s of 1 s
-  work.length_controls = {{0, 1, 3, 1}};
+  work.controls.lengths = {{0, {1, 3, 1}}};
   Awaited<bool> moved;
   work.done = [moved](const StepOutcome&) mutable { moved.Set(true); };
   ASSERT_TRUE(scheduler_->Submit(std::move(work)).ok());

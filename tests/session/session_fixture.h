@@ -82,7 +82,7 @@ class SessionFixture : public testing::Test {
   Awaited<StepOutcome> BeginStep(const ClothList& cloths, uint32_t steps) {
     Awaited<StepOutcome> outcome;
     StepWork work;
-    work.tenant = session().name();
+    work.session = session().name();
     for (const auto& cloth : cloths) work.cloths.push_back(cloth->runtime);
     work.steps = steps;
     work.report = true;

@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 
 ClothParameters Air(double drag, double lift) {
-  ClothParameters parameters;
+  ClothParameters parameters = test::PlainParameters();
   parameters.air_drag = drag;
   parameters.air_lift = lift;
   return parameters;

@@ -47,18 +47,20 @@ TEST(StepSettings, NothingSetIsRealtime) {
   const auto settings = ResolveSettings({}, "settings");
   ASSERT_TRUE(settings.ok());
   EXPECT_EQ(*settings, PresetSettings(Preset::kRealtime));
+  EXPECT_EQ(*settings, StepSettings());
   EXPECT_DOUBLE_EQ(settings->substep_s(), 1.0 / 3120);
 }
 
 TEST(StepSettings, WhatIsSetOverridesThePreset) {
-  const auto settings = ResolveSettings({.preset = Preset::kPaper,
-                                         .time_step_s = 0.01,
-                                         .substeps = 4,
-                                         .max_iterations = 7,
-                                         .tolerance = 0.0,
-                                         .spring_integration = SpringIntegration::kHalfKicks,
-                                         .use_tethers = true},
-                                        "settings");
+  StepSettingsOverrides overrides;
+  overrides.Set(&StepSettings::preset, Preset::kPaper)
+      .Set(&StepSettings::time_step_s, 0.01)
+      .Set(&StepSettings::substeps, 4)
+      .Set(&StepSettings::max_iterations, 7)
+      .Set(&StepSettings::tolerance, 0)
+      .Set(&StepSettings::spring_integration, SpringIntegration::kHalfKicks)
+      .Set(&StepSettings::use_tethers, true);
+  const auto settings = ResolveSettings(overrides, "settings");
   ASSERT_TRUE(settings.ok());
   EXPECT_EQ(settings->preset, Preset::kPaper);
   EXPECT_EQ(settings->time_step_s, 0.01);
@@ -71,22 +73,23 @@ TEST(StepSettings, WhatIsSetOverridesThePreset) {
 
 TEST(StepSettings, LimitsThemselvesAreLegal) {
   StepSettingsOverrides overrides;
-  overrides.time_step_s = kMaxTimeStep_s;
-  overrides.substeps = kMaxSubsteps;
-  overrides.max_iterations = kMaxIterations;
-  overrides.tolerance = std::nextafter(1.0, 0.0);
+  overrides.Set(&StepSettings::time_step_s, 10)
+      .Set(&StepSettings::substeps, kMaxSubsteps)
+      .Set(&StepSettings::max_iterations, kMaxIterations)
+      .Set(&StepSettings::tolerance, std::nextafter(1.0, 0.0));
   EXPECT_TRUE(ResolveSettings(overrides, "settings").ok());
 }
 
 TEST(StepSettings, SubstepsBelowAMicrosecondAreRefused) {
   StepSettingsOverrides overrides;
-  overrides.time_step_s = 1e-30;
+  overrides.Set(&StepSettings::time_step_s, 1e-30);
   const auto settings = ResolveSettings(overrides, "settings");
   ASSERT_FALSE(settings.ok());
   EXPECT_THAT(settings.status().message(), HasSubstr("settings.time_step_s"));
-  EXPECT_THAT(settings.status().message(), HasSubstr("1e-30 s in 52 substeps"));
+  EXPECT_THAT(settings.status().message(),
+              HasSubstr("1e-30 s in 52 substeps makes a substep below 1e-06 s"));
 
-  overrides.time_step_s = 60 * kMinSubstep_s;
+  overrides.Set(&StepSettings::time_step_s, 60 * kMinSubstep_s);
   EXPECT_TRUE(ResolveSettings(overrides, "settings").ok());
 }
 
@@ -100,19 +103,24 @@ TEST(StepSettings, EveryBadValueIsNamedWithItsRange) {
   };
   std::vector<Bad> table;
   for (const double value : {0.0, -0.1, 10.1, kNan, kInf}) {
-    table.push_back({"time_step_s", [=](auto& o) { o.time_step_s = value; }, "(0, 10] s"});
+    table.push_back(
+        {"time_step_s", [=](auto& o) { o.Set(&StepSettings::time_step_s, value); }, "(0, 10] s"});
   }
   for (const uint32_t value : {0u, 10001u, 4000000000u}) {
-    table.push_back({"substeps", [=](auto& o) { o.substeps = value; }, "[1, 10000]"});
-    table.push_back({"max_iterations", [=](auto& o) { o.max_iterations = value; }, "[1, 10000]"});
+    table.push_back(
+        {"substeps", [=](auto& o) { o.Set(&StepSettings::substeps, value); }, "[1, 10000]"});
+    table.push_back({"max_iterations",
+                     [=](auto& o) { o.Set(&StepSettings::max_iterations, value); }, "[1, 10000]"});
   }
   for (const double value : {-1e-3, 1.0, kNan, kInf}) {
-    table.push_back({"tolerance", [=](auto& o) { o.tolerance = value; }, "[0, 1)"});
+    table.push_back(
+        {"tolerance", [=](auto& o) { o.Set(&StepSettings::tolerance, value); }, "[0, 1)"});
   }
   for (const Bad& bad : table) {
     StepSettingsOverrides overrides;
     bad.spoil(overrides);
-    const Status status = ResolveSettings(overrides, "overrides[3].settings").status();
+    const Status status =
+        ResolveSettings(overrides, FieldPath("overrides").At(3).Child("settings")).status();
     ASSERT_FALSE(status.ok()) << bad.field;
     ASSERT_EQ(status.violations().size(), 1u);
     EXPECT_EQ(status.violations()[0].field, "overrides[3].settings." + bad.field);
@@ -122,9 +130,9 @@ TEST(StepSettings, EveryBadValueIsNamedWithItsRange) {
 
 TEST(StepSettings, SeveralBadValuesAreToldAtOnce) {
   StepSettingsOverrides overrides;
-  overrides.time_step_s = 0;
-  overrides.substeps = 0;
-  overrides.tolerance = 2;
+  overrides.Set(&StepSettings::time_step_s, 0);
+  overrides.Set(&StepSettings::substeps, 0);
+  overrides.Set(&StepSettings::tolerance, 2);
   const Status status = ResolveSettings(overrides, "settings").status();
   ASSERT_FALSE(status.ok());
   EXPECT_EQ(status.violations().size(), 3u);
@@ -143,7 +151,7 @@ TEST(ResolvableTolerance, IsRaisedOnlyBelowWhatPositionsResolve) {
 
 TEST(SolvesPerStep, CountsEverySolveOfTheWorstStep) {
   const test::Scene scene = test::Grid(4, 3, 1, 1);  // 9 + 8 edges
-  StepSettings settings;
+  StepSettings settings = test::PlainSettings();
   settings.substeps = 5;
   settings.max_iterations = 7;
   const double springs = 2.0 * scene.model->spring_count();
@@ -166,69 +174,6 @@ TEST(FaultReasonText, SaysWhatHappenedOrNothing) {
   EXPECT_EQ(FaultReasonText(FaultReason::kNone), "");
   EXPECT_THAT(std::string(FaultReasonText(FaultReason::kNotFinite)), HasSubstr("not a number"));
   EXPECT_THAT(std::string(FaultReasonText(FaultReason::kRunaway)), HasSubstr("1e5 m/s"));
-}
-
-// Two steps extrapolate what sweeps leave, which is much where the masses around a particle differ.
-TEST(ChooseSolver, UnequalMassesKeepToOneStep) {
-  ParticleTopology star;
-  star.positions_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
-  for (uint32_t k = 1; k < 5; ++k) star.distance_constraints.push_back({0, k, 1, 0});
-  for (const double mass_kg : {9.0, 11.0}) {
-    star.masses_kg = {1, mass_kg, mass_kg, mass_kg, mass_kg};
-    const auto model =
-        SceneModel::Build({.topology = star, .material = {}, .pinned_particles = {}}).value();
-    EXPECT_EQ(ChooseSolver(*model, {}, false).has_two_steps, mass_kg < kMaxHeldMassRatio);
-  }
-}
-
-// Lengths that contradict each other would be moved to in every step.
-TEST(ChooseSolver, OnlyLengthsThatCanBeMetAreRefined) {
-  ClothParameters parameters;
-  parameters.settings = PresetSettings(Preset::kRealtime);
-  EXPECT_GT(ChooseSolver(*test::Grid(4, 4, 1, 1, {0}).model, parameters, false).refine_rounds, 0u);
-  for (const double length_m : {1.9, 3.0}) {
-    const test::Scene triangle = test::Particles({{{0, 0, 0}, {1, 0, 0}, {2, 0.1, 0}},
-                                                  {0.1, 0.1, 0.1},
-                                                  {{0, 1, 1, 0}, {1, 2, 1, 0}, {0, 2, length_m, 0}},
-                                                  {}},
-                                                 {0});
-    ASSERT_EQ(triangle.model->strips().phase_count(), 2u);
-    EXPECT_EQ(ChooseSolver(*triangle.model, parameters, false).refine_rounds > 0, length_m < 2);
-  }
-}
-
-TEST(RaiseSubsteps, KeepsTheLoadWithinItsLimit) {
-  const test::Scene light = test::Grid(32, 32, 1, 1, {0, 31});
-  ClothParameters parameters = light.parameters;
-  parameters.settings = PresetSettings(Preset::kRealtime);
-  EXPECT_EQ(RaiseSubsteps(*light.model, parameters).settings, parameters.settings);
-  // Gamma = h^2 W / n_pins / (m l), of a sheet whose particles all weigh the same.
-  const double h = 1.0 / 60 / 52;
-  const auto gamma = [&](double gravity) { return h * h * gravity * 1022 / 2 * 31; };
-  EXPECT_NEAR(LoadRatio(*light.model, parameters), gamma(9.81), 1e-9);
-
-  parameters.gravity_m_per_s2 *= 15;
-  const ClothParameters raised = RaiseSubsteps(*light.model, parameters);
-  EXPECT_EQ(raised.settings.substeps, std::ceil(52 * std::sqrt(gamma(15 * 9.81) / 0.15)));
-  EXPECT_LE(LoadRatio(*light.model, raised), 0.15);
-  parameters.gravity_m_per_s2 *= 1000;
-  EXPECT_EQ(RaiseSubsteps(*light.model, parameters).settings.substeps,
-            std::ceil(52 * kMaxLoadFactor));
-}
-
-TEST(RaiseSubsteps, LeavesAloneWhatIsAskedForOrNotHeld) {
-  ClothParameters heavy;
-  heavy.gravity_m_per_s2 *= 1000;
-  heavy.settings = *ResolveSettings({.substeps = 52}, "settings");
-  const test::Scene hung = test::Grid(32, 32, 1, 1, {0, 31});
-  EXPECT_EQ(heavy.settings.load_limit, 0);
-  EXPECT_EQ(RaiseSubsteps(*hung.model, heavy).settings.substeps, 52u);
-  heavy.settings = PresetSettings(Preset::kRealtime);
-  const test::Scene free = test::Grid(32, 32, 1, 1);
-  EXPECT_EQ(RaiseSubsteps(*free.model, heavy).settings.substeps, 52u);
-  // No substep gets shorter than the shortest that is legal.
-  heavy.settings.time_step_s = 60e-6;
-  EXPECT_GE(RaiseSubsteps(*hung.model, heavy).settings.substep_s(), kMinSubstep_s);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include "server/core/check.h"
 #include "server/solver/cpu/cpu_backend.h"
 #include "server/solver/cpu_reference/reference_backend.h"
-#include "server/solver/gl_compute/gl_backend.h"
+#include "server/solver/gl_compute/gl_tuning.h"
 
 namespace drape::test {
 
@@ -29,16 +29,15 @@ bool HasReduction(const Backend& backend) {
 std::unique_ptr<Backend> MakeBackend(const std::string& name) {
   if (name == "reference") return CreateReferenceBackend();
   if (name == "cpu") return CreateCpuBackend();
-  GlBackendOptions options;
-  options.accept_software = true;
+  GlTuning tuning;
   if (name == "gl_reduction") {
-    options.strip_solve = StripSolve::kReductionWithBarriers;
+    tuning.strip_solve = StripSolve::kReductionWithBarriers;
   } else if (name == "gl_elimination") {
-    options.strip_solve = StripSolve::kElimination;
+    tuning.strip_solve = StripSolve::kElimination;
   } else {
     DRAPE_CHECK(name == "gl", "no backend is called " + name);
   }
-  auto backend = CreateGlBackend(options);
+  auto backend = CreateTunedGlBackend({}, tuning);
   DRAPE_CHECK(backend.ok(), backend.status().ToString());
   return std::move(*backend);
 }

@@ -28,6 +28,10 @@ std::shared_ptr<const SceneModel> BuildModel(const ModelDescription& description
   return *model;
 }
 
+StepPlan PlanOf(const Scene& scene) {
+  return PlanStep(*scene.model, scene.parameters, LengthSource::kModel, ScalarType::kFloat32);
+}
+
 ParticleState RestState(const SceneModel& model) {
   return {{model.rest_positions_m().begin(), model.rest_positions_m().end()},
           std::vector<Vector3d>(model.particle_count(), Vector3d::Zero())};

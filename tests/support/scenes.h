@@ -10,6 +10,8 @@
 #include "server/scene/scene_model.h"
 #include "server/solver/backend.h"
 #include "server/solver/cloth_parameters.h"
+#include "server/solver/step_plan.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape::test {
 
@@ -17,7 +19,7 @@ namespace drape::test {
 struct Scene {
   std::string name;  // letters, digits and _, for names of test cases
   std::shared_ptr<const SceneModel> model;
-  ClothParameters parameters;
+  ClothParameters parameters = PlainParameters();
   ParticleState state;
   std::vector<Eigen::Vector3d> pin_targets_m;  // of every step; empty: the pins stay
   // At the end of every step, in the order of the model; empty: the model's.
@@ -27,10 +29,13 @@ struct Scene {
 // Ends the process with the reason if the description is refused.
 std::shared_ptr<const SceneModel> BuildModel(const ModelDescription& description);
 
+// Its step in single precision, with the lengths of its model.
+StepPlan PlanOf(const Scene& scene);
+
 // The rest shape, not moving.
 ParticleState RestState(const SceneModel& model);
 
-// A sheet of width x height, 0.2 kg/m^2, in the xz plane, REALTIME settings, at rest. All scenes
+// A sheet of width x height, 0.2 kg/m^2, in the xz plane, PlainSettings, at rest. All scenes
 // below start from this one or from Particles.
 Scene Grid(uint32_t columns, uint32_t rows, double width_m, double height_m,
            std::vector<uint32_t> pins = {}, const StructuralMaterial& material = {});

@@ -131,11 +131,6 @@ std::vector<BadCall> BadCreations() {
           },
           "spec.mesh.triangles", "no area"),
       Creating(
-          "mesh file", [](auto& r) { BareSpec(r).set_mesh_file("skirt.obj"); }, "spec.mesh_file",
-          "reads no files"),
-      Creating(
-          "scale", [](auto& r) { Spec(r).set_scale_m(0.01); }, "spec.scale_m", "mesh_file"),
-      Creating(
           "time step 0", [](auto& r) { Spec(r).mutable_settings()->set_time_step_s(0); },
           "spec.settings.time_step_s", "(0, 10]"),
       Creating(
@@ -258,7 +253,7 @@ std::vector<BadCall> OtherBadCalls() {
     return Call(stage.stub, &Stub::CreateCloths, request).status;
   };
   return {
-      {"no lease", create_session(0), StatusCode::INVALID_ARGUMENT, "ttl_s", "1 to 86400"},
+      {"no lease", create_session(0), StatusCode::INVALID_ARGUMENT, "ttl_s", "[1, 86400] s"},
       {"NaN lease", create_session(kNaN), StatusCode::INVALID_ARGUMENT, "ttl_s", "nan"},
       {"delete nothing", delete_nothing, StatusCode::INVALID_ARGUMENT, "cloth_ids", "empty"},
       {"bad page token", bad_token, StatusCode::INVALID_ARGUMENT, "page_token", ""},

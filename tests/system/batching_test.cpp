@@ -85,7 +85,7 @@ TEST(GlBatching, TheNumberOfDispatchesDoesNotGrowWithTheCloths) {
 
 TEST(Batching, AFullQueueIsRefusedWithAHintWhenToRetry) {
   SchedulerLimits limits;
-  limits.max_queued_requests_per_tenant = 2;
+  limits.max_queued_requests_per_session = 2;
   InProcessServer server("cpu", limits);
   Client client = NewClient(server, 3);
   server.scheduler().HoldForTest();

@@ -10,7 +10,7 @@
 #include <iterator>
 #include <thread>
 
-#include "tests/support/paths.h"
+#include "tests/support/paths/paths.h"
 #include "tests/system/calls.h"
 #include "tests/system/server_process.h"
 

@@ -15,7 +15,7 @@
 #include <thread>
 
 #include "server/core/check.h"
-#include "tests/support/paths.h"
+#include "tests/support/paths/paths.h"
 
 namespace drape::test {
 namespace {

@@ -45,13 +45,14 @@ double CameraFit::DepthOf(size_t side) const {
   return -(reaches_m_[side] + reaches_m_[side + 1]) / (slopes_[side] + slopes_[side + 1]);
 }
 
-// Both slopes are scaled by the factor s, 1/2 to 1, at which both sides touch: the gap A(s) + B(s)
-// + s (t_right + t_left) depth is 0 there, and straight between the ends.
+// Scales both slopes by the factor s, 1/2 to 1, at which both sides touch: the gap A(s) + B(s) + s
+// (t_right + t_left) depth is 0 there, and linear between the ends.
 double CameraFit::AcrossOf(size_t side, double depth) const {
   const double slopes = slopes_[side] + slopes_[side + 1];
   const double gap_whole = reaches_m_[side] + reaches_m_[side + 1] + slopes * depth;
   const double gap_half = reaches_m_[side + 4] + reaches_m_[side + 5] + slopes / 2 * depth;
-  // The gap is never above 0 at the whole slopes. Above 0 at half of them: they touch in between.
+  // The gap is never above 0 at the full slopes. If it is above 0 at half, the sides touch in
+  // between.
   const double share = gap_half > 0 ? gap_half / (gap_half - gap_whole) : 0;
   const auto between = [&](size_t k, double half_slope) {
     const double whole = reaches_m_[k] + 2 * half_slope * depth;
@@ -67,7 +68,7 @@ Camera CameraFit::Fit(const Vector3d& center_m) const {
   DRAPE_CHECK(std::isfinite(reaches_m_[0]), "a camera needs something to look at");
   const double depth = std::min(DepthOf(0), DepthOf(2));
   const Vector3d axis_point = AcrossOf(0, depth) * right_ + AcrossOf(2, depth) * up_;
-  // Whatever the target's distance, the camera is the same.
+  // The target's distance does not change the picture.
   const double least = 1e-9 * std::max(1.0, std::abs(depth)) + 1e-6;
   return {.eye_m = axis_point + depth * forward_,
           .target_m = axis_point + std::max(forward_.dot(center_m), depth + least) * forward_,

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "server/gl/shared_copy.h"
+#include "server/gl/device_copy.h"
 #include "server/render/gl_draw/float_order.h"
 #include "server/render/gl_draw/palette.h"
 #include "server/render/gl_draw/projection.h"
@@ -25,7 +25,7 @@ Status TooLarge(int64_t bytes, int64_t allowed) {
                     "; ask for fewer cloths");
 }
 
-// Appends a column of the host as floats.
+// Appends a host column as floats.
 void Append(const ScalarColumn& column, std::vector<float>& words) {
   std::visit(
       [&words](const auto& values) {
@@ -34,7 +34,7 @@ void Append(const ScalarColumn& column, std::vector<float>& words) {
       column);
 }
 
-// Of everything that is drawn of a model, in terms of the mean length of its constraints.
+// Sets the sizes of drawn things relative to the mean length of the model's constraints.
 void SetSizes(const SceneModel& model, double rest_diagonal_m, shader::DrawRecord& record) {
   const auto scale = static_cast<float>(model.length_scale_m());
   const bool has_surface = !model.triangles().empty();
@@ -93,24 +93,19 @@ Result<ClothSet> ClothSet::Load(Colouring colouring, std::span<const DrawnCloth>
   DRAPE_RETURN_IF_ERROR(set.AddRecords(colouring, cloths, cache));
   if (cloths.empty()) return set;
   DRAPE_RETURN_IF_ERROR(set.LoadStates(states, limits.storage_block_bytes));
-  Result<gl::Buffer> records = gl::Buffer::Create(set.records_.size() * sizeof(shader::DrawRecord));
-  if (!records.ok()) return records.status();
-  set.records_buffer_ = std::move(records).value();
-  Result<gl::Buffer> extents =
-      gl::Buffer::Create(set.records_.size() * sizeof(shader::ClothExtents));
-  if (!extents.ok()) return extents.status();
-  set.extents_ = std::move(extents).value();
+  DRAPE_ASSIGN_OR_RETURN(set.records_buffer_,
+                         gl::Buffer::Create(set.records_.size() * sizeof(shader::DrawRecord)));
+  DRAPE_ASSIGN_OR_RETURN(set.extents_,
+                         gl::Buffer::Create(set.records_.size() * sizeof(shader::ClothExtents)));
   const size_t shaded_bytes = set.particle_count_ * sizeof(shader::vec4);
   if (static_cast<int64_t>(shaded_bytes) > limits.storage_block_bytes) {
     return TooLarge(static_cast<int64_t>(shaded_bytes), limits.storage_block_bytes);
   }
-  Result<gl::Buffer> shaded = gl::Buffer::Create(shaded_bytes);
-  if (!shaded.ok()) return shaded.status();
-  set.shaded_ = std::move(shaded).value();
+  DRAPE_ASSIGN_OR_RETURN(set.shaded_, gl::Buffer::Create(shaded_bytes));
   return set;
 }
 
-// Cloths of one model stand together, models in the order of their first cloth.
+// Cloths of one model are consecutive; models are in the order of their first cloth.
 Status ClothSet::AddRecords(Colouring colouring, std::span<const DrawnCloth> cloths,
                             GeometryCache& cache) {
   std::vector<uint32_t> first_particles;
@@ -136,9 +131,9 @@ Status ClothSet::AddRecords(Colouring colouring, std::span<const DrawnCloth> clo
   for (const uint32_t index : order) {
     const DrawnCloth& cloth = cloths[index];
     if (cloth.model.get() != model_before) {
-      Result<std::shared_ptr<const DeviceGeometry>> geometry = cache.Acquire(cloth.model);
-      if (!geometry.ok()) return geometry.status();
-      groups_.push_back({std::move(geometry).value(), static_cast<uint32_t>(records_.size()), 0});
+      DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<const DeviceGeometry> geometry,
+                             cache.Acquire(cloth.model));
+      groups_.push_back({std::move(geometry), static_cast<uint32_t>(records_.size()), 0});
       model_before = cloth.model.get();
     }
     ++groups_.back().count;
@@ -184,9 +179,7 @@ Status ClothSet::LoadStates(const DrawnStates& states, int64_t max_block_bytes) 
   Append(states.host.positions_m, words);
   if (columns == 2) Append(states.host.velocities_m_per_s, words);
   DRAPE_CHECK(words.size() * sizeof(float) == bytes, "one state per particle");
-  Result<gl::Buffer> buffer = gl::Buffer::Create(bytes);
-  if (!buffer.ok()) return buffer.status();
-  own_states_ = std::move(buffer).value();
+  DRAPE_ASSIGN_OR_RETURN(own_states_, gl::Buffer::Create(bytes));
   own_states_.Upload(0, std::as_bytes(std::span(words)));
   return Status::Ok();
 }
@@ -198,10 +191,9 @@ Result<ClothMeasures> ClothSet::Measure(const gl::Program& shade_vertices,
   for (size_t k = 0; k < directions.size(); ++k) {
     reaches.directions[k] = ToShader(directions[k], 0);
   }
-  Result<gl::Buffer> reaches_buffer = gl::Buffer::Create(sizeof(reaches));
-  if (!reaches_buffer.ok()) return reaches_buffer.status();
-  reaches_buffer->Upload(0, std::as_bytes(std::span(&reaches, 1)));
-  reaches_buffer->BindUniforms(DRAPE_DRAW_BINDING_REACHES);
+  DRAPE_ASSIGN_OR_RETURN(gl::Buffer reaches_buffer, gl::Buffer::Create(sizeof(reaches)));
+  reaches_buffer.Upload(0, std::as_bytes(std::span(&reaches, 1)));
+  reaches_buffer.BindUniforms(DRAPE_DRAW_BINDING_REACHES);
   constexpr uint32_t kNone = UINT32_MAX;
   std::vector<shader::ClothExtents> extents(records_.size(),
                                             {kNone, kNone, kNone, kNone, 0, 0, 0, 0, {}});

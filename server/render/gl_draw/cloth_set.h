@@ -20,44 +20,44 @@
 
 namespace drape::render {
 
-// Cloths of the same model: one draw call. They are `count` records from `first`.
+// Cloths of one model, drawn by one call: `count` records from `first` on.
 struct ClothGroup {
   std::shared_ptr<const DeviceGeometry> geometry;
   uint32_t first = 0;
   uint32_t count = 0;
 };
 
-// What the device found out about all cloths of a picture.
+// The extents of all cloths of a picture, as the device found them.
 struct ClothMeasures {
   struct Cloth {
     Eigen::AlignedBox3d box_m;  // world frame
     Eigen::Vector3d origin_m;   // of the cloth frame, in the world
-    Reaches reaches_m;          // from there
-    double margin_m = 0;        // of what is drawn around its particles
+    Reaches reaches_m;          // from the origin
+    double margin_m = 0;        // for what is drawn around its particles
   };
-  std::vector<Cloth> cloths;  // those with finite positions
-  ValueRange values;          // of the finite ones; 0, 0 if there are none
+  std::vector<Cloth> cloths;  // with finite positions only
+  ValueRange values;          // range of the finite values; 0, 0 if there are none
 };
 
 // The colouring's number in the shaders (DRAPE_DRAW_STRAIN, ...).
 GLuint ColouringNumber(Colouring colouring);
 
-// Every call with the context current, on its thread.
+// The context must be current in every call, on its thread.
 class ClothSet {
  public:
-  // Geometry comes from the cache, states from the host or from the device's copy, which must
-  // outlive this. RESOURCE_EXHAUSTED (DEVICE_MEMORY).
+  // Takes geometry from the cache and states from the host or from the device's copy, both of which
+  // must outlive this. RESOURCE_EXHAUSTED (DEVICE_MEMORY).
   static Result<ClothSet> Load(Colouring colouring, std::span<const DrawnCloth> cloths,
                                const DrawnStates& states, const gl::DeviceLimits& limits,
                                GeometryCache& cache);
 
-  // Finds normals, values and extents on the device; waits for it. Only the extents come back.
+  // Computes normals, values and extents on the device, and waits. Reads only the extents back.
   // `directions`: CameraFit::directions(). RESOURCE_EXHAUSTED (DEVICE_MEMORY).
   Result<ClothMeasures> Measure(const gl::Program& shade_vertices,
                                 const std::array<Eigen::Vector3d, 8>& directions);
-  // Says where the cloths are, seen from the eye.
+  // Sets the positions of the cloths as seen from the eye.
   void PlaceBefore(const Eigen::Vector3d& eye_m);
-  // For the shaders of one group.
+  // Binds everything for the shaders of one group.
   void Bind(const ClothGroup& group) const;
 
   const std::vector<ClothGroup>& groups() const { return groups_; }

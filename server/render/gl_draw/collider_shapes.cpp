@@ -14,7 +14,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Places that differ by less are the same: what is left of shifts by environment origins.
+// Positions that differ by less are equal: the round-off of shifts by environment origins.
 constexpr double kSamePlace_m = 1e-6;
 constexpr double kShare = 0.004;
 
@@ -74,10 +74,10 @@ struct ToSolid {
     solid.inset_m = std::min(0.3 * length_scale_m, map.cell_m());
     return solid;
   }
-  DrawnSolid operator()(const PlaneCollider&) const { return {}; }  // is none
+  DrawnSolid operator()(const PlaneCollider&) const { return {}; }  // not a solid
 };
 
-// Solids of one shape at one place are drawn once.
+// Equal solids at the same position are drawn once.
 using SolidKey = std::pair<const DistanceMap*, std::vector<double>>;
 
 std::vector<double> PlaceOf(const DrawnSolid& solid) {

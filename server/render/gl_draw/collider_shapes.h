@@ -12,19 +12,19 @@
 
 namespace drape::render {
 
-// All points no farther than a radius from a box: a sphere (the box is a point), a capsule (a
-// segment along the second axis) or a cuboid (radius 0); or the mesh of a distance map, which has
-// the box around it. World frame.
+// All points within a radius of a box: a sphere (the box is a point), a capsule (a segment along
+// the second axis) or a cuboid (radius 0); or the mesh of a distance map with its bounding box.
+// World frame.
 struct DrawnSolid {
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // of the box, unit, as columns
   Eigen::Vector3d half_extents_m = Eigen::Vector3d::Zero();
   double radius_m = 0;
-  // Smaller, so that the cloth that lies on it is seen.
+  // Drawn smaller, so that cloth that lies on it is visible.
   Eigen::Vector3d drawn_half_extents_m = Eigen::Vector3d::Zero();
   double drawn_radius_m = 0;
   std::shared_ptr<const DistanceMap> map{};  // null: no mesh
-  double inset_m = 0;                        // of a mesh: how far inside its surface it is drawn
+  double inset_m = 0;  // for a mesh: depth below its surface at which it is drawn
 };
 struct DrawnPlane {
   Eigen::Vector3d point_m;
@@ -35,24 +35,24 @@ struct ColliderShapes {
   std::vector<DrawnPlane> planes;
 };
 
-// Those of all cloths, each once (cloths of one environment have the same).
+// The colliders of all cloths, each once (cloths of one environment share them).
 //
-// The particles of a cloth lie on the surface. On a sphere or capsule the middle of an edge of
-// length l is then l^2 / (8 R) inside it: the radius is drawn smaller by that, for the diagonals of
-// squares of the model's mean rest length (twice l^2) stretched by a fifth, and by 0.4 % of R; by a
-// quarter of R at most. Across the edge of a box an edge of the cloth takes a short cut: boxes are
-// drawn smaller by a fifth of the mean rest length and 0.4 %, by a quarter at most; meshes by 0.3
-// of the mean rest length, by a cell of their map at most.
+// The particles of a cloth lie on the surface, but the edges between them pass below it. On a
+// sphere or capsule the middle of an edge of length l is l^2 / (8 R) inside. The radius is reduced
+// by that, for the diagonals of squares of the model's mean rest length (twice l^2) stretched by a
+// fifth, plus 0.4 % of R, but at most by a quarter of R. Edges of the cloth cut the corners of a
+// box: boxes are reduced by a fifth of the mean rest length plus 0.4 %, at most by a quarter.
+// Meshes are reduced by 0.3 of the mean rest length, at most by a cell of their map.
 ColliderShapes CollectColliders(std::span<const DrawnCloth> cloths);
 
-// Of the grid, which is that of the mesh's box [m]; mesh frame.
+// Centre of the map's grid, which is that of the mesh's box [m]; mesh frame.
 Eigen::Vector3d CenterOf(const DistanceMap& map);
 
-// Of the box; all the same for a sphere.
+// Half sizes of the box; all equal for a sphere.
 std::array<Eigen::Vector3d, 8> CornersOf(const DrawnSolid& solid);
 
-// Whether a solid belongs to the picture of what is in `bounds_m`: it is not much larger and within
-// half the diagonal of the bounds. Others (a ground, something far away) must not shrink the
+// Whether a fitted camera should show the solid too: it is not much larger than `bounds_m` and
+// within half their diagonal. Other solids (a ground, something distant) must not shrink the
 // cloths.
 bool IsNear(const DrawnSolid& solid, const Eigen::AlignedBox3d& bounds_m);
 

@@ -10,7 +10,7 @@ namespace drape::render {
 
 namespace {
 
-// Compiles until something does not compile; what comes after is left out.
+// Compiles until the first error; skips the rest.
 class Compiler {
  public:
   explicit Compiler(gl::ShaderLibrary library) : library_(std::move(library)) {}

@@ -1,4 +1,4 @@
-// The programs that draw, compiled.
+// The compiled programs of the renderer.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -10,7 +10,7 @@
 
 namespace drape::render {
 
-// Invocations of a work group of shade_vertices.
+// Invocations per work group of shade_vertices.
 inline constexpr GLuint kShadeLocalSize = 64;
 
 // `*_depth`: the same vertices, for the shadow map.

@@ -6,7 +6,7 @@
 
 namespace drape::render {
 
-// DejaVu Sans, a TrueType file, as it was on the machine that built this. Its licence: README.md.
+// DejaVu Sans as a TrueType file, from the machine that built this. Licence: README.md.
 std::span<const std::byte> LegendFont();
 
 }  // namespace drape::render

@@ -11,7 +11,7 @@ namespace drape::render {
 
 namespace {
 
-// OpenGL has no empty buffers: one word stands for no words.
+// OpenGL has no empty buffers: one word stands for an empty array.
 Result<gl::Buffer> UploadWords(std::span<const uint32_t> words, int64_t max_bytes) {
   if (static_cast<int64_t>(words.size_bytes()) > max_bytes) {
     return Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",
@@ -39,28 +39,25 @@ Result<std::shared_ptr<const DeviceGeometry>> GeometryCache::Acquire(
   if (!geometry.ok()) return geometry;
   size_bytes_ += (*geometry)->size_bytes();
   entries_.push_front({model, *geometry});
-  // The newest stays even if it is too large alone: it is drawn now.
+  // The newest entry stays even if it alone is too large: it is about to be drawn.
   while (size_bytes_ > max_bytes_ && entries_.size() > 1) Drop(std::prev(entries_.end()));
   return geometry;
 }
 
 Result<std::shared_ptr<const DeviceGeometry>> GeometryCache::Upload(const SceneModel& model) const {
   const ModelGeometry words = BuildGeometry(model);
-  Result<gl::Buffer> indices = UploadWords(words.indices, max_block_bytes_);
-  if (!indices.ok()) return indices.status();
-  Result<gl::Buffer> surface = UploadWords(words.surface, max_block_bytes_);
-  if (!surface.ok()) return surface.status();
-  Result<gl::Buffer> constraints = UploadWords(words.constraints, max_block_bytes_);
-  if (!constraints.ok()) return constraints.status();
+  DRAPE_ASSIGN_OR_RETURN(gl::Buffer indices, UploadWords(words.indices, max_block_bytes_));
+  DRAPE_ASSIGN_OR_RETURN(gl::Buffer surface, UploadWords(words.surface, max_block_bytes_));
+  DRAPE_ASSIGN_OR_RETURN(gl::Buffer constraints, UploadWords(words.constraints, max_block_bytes_));
   Eigen::AlignedBox3d rest_box;
   for (const Eigen::Vector3d& position : model.rest_positions_m()) rest_box.extend(position);
   return std::make_shared<const DeviceGeometry>(
       DeviceGeometry{.layout = words.layout,
                      .index_count = static_cast<uint32_t>(words.indices.size()),
                      .rest_diagonal_m = rest_box.diagonal().norm(),
-                     .indices = std::move(indices).value(),
-                     .surface = std::move(surface).value(),
-                     .constraints = std::move(constraints).value()});
+                     .indices = std::move(indices),
+                     .surface = std::move(surface),
+                     .constraints = std::move(constraints)});
 }
 
 void GeometryCache::DropEndedModels() {

@@ -25,11 +25,11 @@ struct DeviceGeometry {
   }
 };
 
-// Keeps what was drawn last, while its model lives, up to a size. Every call with the context
-// current.
+// Keeps the most recently drawn geometry, up to a size, while its model exists. The context must be
+// current in every call.
 class GeometryCache {
  public:
-  // `max_block_bytes`: of one array on the device.
+  // `max_block_bytes`: limit of one array on the device.
   GeometryCache(int64_t max_bytes, int64_t max_block_bytes)
       : max_bytes_(max_bytes), max_block_bytes_(max_block_bytes) {}
 
@@ -51,7 +51,7 @@ class GeometryCache {
   int64_t max_bytes_;
   int64_t max_block_bytes_;
   int64_t size_bytes_ = 0;
-  std::list<Entry> entries_;  // the one used last in front
+  std::list<Entry> entries_;  // most recently used first
 };
 
 }  // namespace drape::render

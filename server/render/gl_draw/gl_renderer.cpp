@@ -24,9 +24,9 @@ namespace drape::render {
 namespace {
 
 constexpr uint32_t kShadowSize_px = 2048;
-// Of geometry that is kept for the next picture.
+// Limit of the geometry kept for the next picture.
 constexpr int64_t kMaxCacheBytes = int64_t{256} << 20;
-// Larger targets (about 44 bytes per pixel) are given back after each picture.
+// Larger targets (about 44 bytes per pixel) are freed after each picture.
 constexpr uint64_t kMaxKeptPixels = uint64_t{1} << 22;
 
 class GlRenderer final : public Renderer {
@@ -65,15 +65,15 @@ class GlRenderer final : public Renderer {
   Result<Picture> DrawPicture(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
                               const DrawnStates& states);
   Status PrepareTarget(const PictureSpec& spec);
-  // Empty where the picture has no legend.
+  // Empty if the picture has no legend.
   Result<std::vector<shader::LabelRecord>> PrepareLegend(const PictureSpec& spec,
                                                          const ValueRange& range,
                                                          uint32_t group_count);
 
   Parts parts_;
   GeometryCache cache_;
-  std::optional<gl::PictureTarget> target_;  // of the size drawn last
-  std::optional<GlyphAtlas> glyphs_;         // of the size drawn last
+  std::optional<gl::PictureTarget> target_;  // for the last size
+  std::optional<GlyphAtlas> glyphs_;         // for the last size
   std::optional<gl::GreyTexture> glyph_texture_;
 };
 
@@ -87,29 +87,24 @@ uint32_t GroupCount(const PictureSpec& spec, std::span<const DrawnCloth> cloths)
 Result<Picture> GlRenderer::DrawPicture(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
                                         const DrawnStates& states) {
   DRAPE_RETURN_IF_ERROR(PrepareTarget(spec));
-  Result<ClothSet> loaded =
-      ClothSet::Load(spec.colouring, cloths, states, parts_.context->limits(), cache_);
-  if (!loaded.ok()) return loaded.status();
-  ClothSet& set = loaded.value();
+  DRAPE_ASSIGN_OR_RETURN(ClothSet set, ClothSet::Load(spec.colouring, cloths, states,
+                                                      parts_.context->limits(), cache_));
   const CameraFit fit = StartFit(spec);
-  const Result<ClothMeasures> measures =
-      set.Measure(parts_.programs->shade_vertices, fit.directions());
-  if (!measures.ok()) return measures.status();
+  DRAPE_ASSIGN_OR_RETURN(const ClothMeasures measures,
+                         set.Measure(parts_.programs->shade_vertices, fit.directions()));
   const ColliderShapes shapes = CollectColliders(cloths);
-  const SceneView view = LookAt(spec, cloths, measures.value(), shapes, fit, kShadowSize_px);
+  const SceneView view = LookAt(spec, cloths, measures, shapes, fit, kShadowSize_px);
   set.PlaceBefore(view.camera.eye_m);
   const uint32_t group_count = GroupCount(spec, cloths);
-  const Result<DrawnScene> scene = LoadScene(spec, set, view, shapes, group_count);
-  if (!scene.ok()) return scene.status();
-  const Result<std::vector<shader::LabelRecord>> legend =
-      PrepareLegend(spec, view.range, group_count);
-  if (!legend.ok()) return legend.status();
+  DRAPE_ASSIGN_OR_RETURN(const DrawnScene scene, LoadScene(spec, set, view, shapes, group_count));
+  DRAPE_ASSIGN_OR_RETURN(const std::vector<shader::LabelRecord> legend,
+                         PrepareLegend(spec, view.range, group_count));
 
-  DrawShadows(*parts_.programs, *parts_.vertices, scene.value(), *parts_.shadow_map);
+  DrawShadows(*parts_.programs, *parts_.vertices, scene, *parts_.shadow_map);
   target_->Begin();
-  DrawScene(*parts_.programs, *parts_.vertices, scene.value(), *parts_.shadow_map);
+  DrawScene(*parts_.programs, *parts_.vertices, scene, *parts_.shadow_map);
   target_->Resolve();
-  DRAPE_RETURN_IF_ERROR(DrawLabels(*parts_.programs, scene.value(), legend.value()));
+  DRAPE_RETURN_IF_ERROR(DrawLabels(*parts_.programs, scene, legend));
   Picture picture{.width_px = spec.width_px,
                   .height_px = spec.height_px,
                   .rgb = target_->Read(),
@@ -129,9 +124,7 @@ Status GlRenderer::PrepareTarget(const PictureSpec& spec) {
     return Status::Ok();
   }
   target_.reset();
-  Result<gl::PictureTarget> target = gl::PictureTarget::Create(spec.width_px, spec.height_px);
-  if (!target.ok()) return target.status();
-  target_ = std::move(target).value();
+  DRAPE_ASSIGN_OR_RETURN(target_, gl::PictureTarget::Create(spec.width_px, spec.height_px));
   return Status::Ok();
 }
 
@@ -144,17 +137,17 @@ Result<std::vector<shader::LabelRecord>> GlRenderer::PrepareLegend(const Picture
   }
   if (!glyphs_ || glyphs_->size_px() != text_size) {
     GlyphAtlas glyphs = GlyphAtlas::Bake(text_size);
-    Result<gl::GreyTexture> texture =
-        gl::GreyTexture::Create(glyphs.width(), glyphs.height(), glyphs.texels());
-    if (!texture.ok()) return texture.status();
+    DRAPE_ASSIGN_OR_RETURN(
+        gl::GreyTexture texture,
+        gl::GreyTexture::Create(glyphs.width(), glyphs.height(), glyphs.texels()));
     glyphs_ = std::move(glyphs);
-    glyph_texture_ = std::move(texture).value();
+    glyph_texture_ = std::move(texture);
   }
   glyph_texture_->Bind(DRAPE_DRAW_UNIT_GLYPHS);
   return LayOutLegend(spec, range, group_count, *glyphs_);
 }
 
-// A context that shares if it can, else one of its own.
+// A shared context if possible, otherwise a separate one.
 Result<std::unique_ptr<gl::Context>> MakeContext(const GlRendererOptions& options,
                                                  bool& is_shared) {
   is_shared = false;
@@ -182,16 +175,10 @@ Status CheckVertexStorage() {
 
 Result<std::unique_ptr<Renderer>> CreateGlRenderer(const GlRendererOptions& options) {
   GlRenderer::Parts parts;
-  Result<std::unique_ptr<gl::Context>> context = MakeContext(options, parts.is_shared);
-  if (!context.ok()) return context.status();
-  parts.context = std::move(context).value();
+  DRAPE_ASSIGN_OR_RETURN(parts.context, MakeContext(options, parts.is_shared));
   DRAPE_RETURN_IF_ERROR(CheckVertexStorage());
-  Result<DrawPrograms> programs = CompileDrawPrograms(options.shader_dir);
-  if (!programs.ok()) return programs.status();
-  parts.programs = std::move(programs).value();
-  Result<gl::DepthMap> shadow_map = gl::DepthMap::Create(kShadowSize_px);
-  if (!shadow_map.ok()) return shadow_map.status();
-  parts.shadow_map = std::move(shadow_map).value();
+  DRAPE_ASSIGN_OR_RETURN(parts.programs, CompileDrawPrograms(options.shader_dir));
+  DRAPE_ASSIGN_OR_RETURN(parts.shadow_map, gl::DepthMap::Create(kShadowSize_px));
   parts.vertices.emplace();
   return std::unique_ptr<Renderer>(std::make_unique<GlRenderer>(std::move(parts)));
 }

@@ -1,5 +1,5 @@
-// Pictures drawn with OpenGL 4.5: by vertex shaders that fetch the particles from the device memory
-// in which the solver left them (Bender et al. 2009, section 4.3).
+// Draws pictures with OpenGL 4.5. Vertex shaders fetch the particles from device memory, where the
+// solver left them (Bender et al. 2009, section 4.3).
 #pragma once
 
 #include <memory>
@@ -13,11 +13,11 @@
 namespace drape::render {
 
 struct GlRendererOptions {
-  // Context of the `gl` backend, which must live: its copies on the device can be drawn then. Where
-  // the driver refuses to share, the renderer makes a context of its own and takes states of the
-  // host only.
+  // Context of the `gl` backend, which must outlive the renderer: its copies on the device can then
+  // be drawn. If the driver refuses to share, the renderer makes its own context and accepts states
+  // of the host only.
   std::optional<gl::ShareHandle> share_with = std::nullopt;
-  // Whether a software renderer (Mesa llvmpipe) will do.
+  // Whether a software renderer (Mesa llvmpipe) is accepted.
   bool accept_software = true;
   // Directory whose files replace the embedded shaders, for developers; empty: none.
   std::string shader_dir = {};

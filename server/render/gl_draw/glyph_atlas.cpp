@@ -28,7 +28,7 @@ GlyphAtlas GlyphAtlas::Bake(uint32_t size_px) {
   GlyphAtlas atlas;
   atlas.size_px_ = size_px;
   const float scale = stbtt_ScaleForPixelHeight(&font, static_cast<float>(size_px));
-  // Rows from left to right in a strip that is 16 characters wide.
+  // Rows of 16 characters, left to right.
   atlas.width_ = 16 * (size_px + kGap);
   uint32_t x = 0;
   uint32_t y = 0;

@@ -8,8 +8,8 @@
 
 namespace drape::render {
 
-// Where a character is in the image, and where it goes relative to the pen, which is on the base
-// line. [px]
+// The rectangle of a character in the image, and its position relative to the pen, which is on the
+// base line. [px]
 struct Glyph {
   uint32_t left = 0;
   uint32_t top = 0;
@@ -23,8 +23,8 @@ struct Glyph {
 // The printable characters of ASCII in one size; '-' looks like a minus. Constant after Bake.
 class GlyphAtlas {
  public:
-  // Of the embedded font (font.h). `size_px`: from the top of the tallest to the foot of the lowest
-  // character, 4 to 200.
+  // Draws the embedded font (font.h). `size_px`: from the top of the tallest to the foot of the
+  // lowest character, 4 to 200.
   static GlyphAtlas Bake(uint32_t size_px);
 
   uint32_t size_px() const { return size_px_; }
@@ -35,7 +35,7 @@ class GlyphAtlas {
   // Other characters are shown as '?'.
   const Glyph& GlyphOf(char character) const;
   float WidthOf(std::string_view text) const;
-  // Of the digits [px].
+  // Width of a digit [px].
   float digit_height() const { return digit_height_; }
 
  private:

@@ -22,7 +22,7 @@ std::string TickLabel(double value, double step) {
   if (largest >= 1e5 || step < 1e-4) {
     std::snprintf(text.data(), text.size(), "%.3g", value);
   } else {
-    // As many digits after the point as the step has; 2.5 and 0.25 have one more than 2 and 0.2.
+    // As many decimals as the step has; 2.5 and 0.25 have one more than 2 and 0.2.
     int digits = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
     const double scaled = step * std::pow(10, digits);
     if (std::abs(scaled - std::round(scaled)) > 1e-6) ++digits;
@@ -33,7 +33,7 @@ std::string TickLabel(double value, double step) {
 
 std::vector<Tick> TicksEvery(double step, double low, double high) {
   std::vector<Tick> ticks;
-  // Ends that are multiples themselves are meant to be there.
+  // The ends are included if they are multiples themselves.
   constexpr double kSlack = 1e-6;
   const double first = std::ceil(low / step - kSlack);
   const double last = std::floor(high / step + kSlack);
@@ -44,7 +44,7 @@ std::vector<Tick> TicksEvery(double step, double low, double high) {
   return ticks;
 }
 
-// Puts rectangles together; [px] from the upper left corner of the picture.
+// Collects rectangles; [px] from the upper left corner of the picture.
 class LegendSheet {
  public:
   explicit LegendSheet(const GlyphAtlas& glyphs) : glyphs_(glyphs) {}
@@ -60,7 +60,7 @@ class LegendSheet {
                        .padding1 = 0});
   }
 
-  // The scale's lower end at the bottom.
+  // The lower end of the scale is at the bottom.
   void AddScale(float left, float top, float right, float bottom, uint32_t kind) {
     labels_.push_back({.box = {left, top, right, bottom},
                        .texture = {0, 1, 1, 0},
@@ -75,7 +75,7 @@ class LegendSheet {
     float pen = left;
     for (const char character : text) {
       const Glyph& glyph = glyphs_.GlyphOf(character);
-      // On whole pixels: the texture is not filtered.
+      // At whole pixels, because the texture is not filtered.
       const float x = std::round(pen + glyph.offset_x);
       const float y = std::round(base_line + glyph.offset_y);
       const auto u = [&](uint32_t texel) {
@@ -110,13 +110,13 @@ shader::vec4 PanelColour() {
   return colour;
 }
 
-// Lengths of a legend from the size of its text [px].
+// Lengths in a legend, derived from the size of its text [px].
 struct LegendLengths {
   explicit LegendLengths(const GlyphAtlas& glyphs)
       : text(static_cast<float>(glyphs.size_px())), digit(glyphs.digit_height()) {}
 
   float text;   // height of the text
-  float digit;  // of a digit
+  float digit;  // width of a digit
   float margin = std::round(text);
   float padding = std::round(0.7f * text);
   float corner = std::round(0.4f * text);
@@ -207,7 +207,7 @@ std::vector<shader::LabelRecord> LayOutGroups(const PictureSpec& spec, uint32_t 
 }  // namespace
 
 std::vector<Tick> RoundTicks(double low, double high) {
-  // From too fine to coarser, until there are few enough.
+  // From fine to coarse, until there are few enough.
   double power = std::pow(10, std::floor(std::log10((high - low) / 10)));
   for (;; power *= 10) {
     for (const double factor : {1.0, 2.0, 2.5, 5.0}) {
@@ -241,7 +241,7 @@ std::vector<shader::LabelRecord> LayOutLegend(const PictureSpec& spec, const Val
       labels = LayOutScale(spec, range, glyphs);
       break;
   }
-  // The first is the panel around all others.
+  // The first rectangle is the panel behind all others.
   const bool fits = !labels.empty() && labels[0].box.x >= 0 &&
                     labels[0].box.w <= static_cast<float>(spec.height_px);
   return fits ? labels : std::vector<shader::LabelRecord>();

@@ -1,4 +1,4 @@
-// What the colours of a picture mean, as rectangles to draw. Pure.
+// The legend of a picture, as rectangles to draw. Pure.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace drape::render {
 
-// A place on the scale with its label.
+// A mark on the scale with its label.
 struct Tick {
   double value = 0;
   std::string label;
@@ -25,11 +25,11 @@ std::vector<Tick> RoundTicks(double low, double high);
 // one (below 320 x 240).
 uint32_t LegendTextSize(uint32_t width_px, uint32_t height_px);
 
-// About how much of the picture's right side a colour scale takes, with its margins [px].
+// Approximate width of a colour scale at the picture's right side, with margins [px].
 double LegendWidth(const PictureSpec& spec);
 
-// The colour scale of `range` (strains are shown in percent), or of kColourGroup the colours of the
-// first 16 groups with their numbers. Empty for kMaterial, and where it would not fit.
+// The colour scale of `range` (strains in percent); for kColourGroup the colours and numbers of the
+// first 16 groups. Empty for kMaterial, and if it does not fit.
 std::vector<shader::LabelRecord> LayOutLegend(const PictureSpec& spec, const ValueRange& range,
                                               uint32_t group_count, const GlyphAtlas& glyphs);
 

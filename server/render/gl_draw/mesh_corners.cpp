@@ -9,9 +9,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kCreaseCosine = 0.766;  // of 40 degrees
-// Around vertices of more faces than this (the tip of a cone) normals are those of the faces: the
-// mean takes the square of their number.
+constexpr double kCreaseCosine = 0.766;  // cosine of 40 degrees
+// At vertices with more faces than this (the tip of a cone) face normals are used, because the mean
+// takes time proportional to the square of their number.
 constexpr size_t kMaxFaces = 64;
 
 // The faces around each vertex.
@@ -23,7 +23,7 @@ std::vector<std::vector<uint32_t>> FacesOfVertices(const TriangleMesh& mesh) {
   return faces;
 }
 
-// Twice the area long.
+// Its length is twice the area.
 std::vector<Vector3d> FaceNormals(const TriangleMesh& mesh) {
   std::vector<Vector3d> normals;
   for (const auto& [a, b, c] : mesh.triangles) {

@@ -9,13 +9,13 @@ namespace drape::render {
 
 namespace {
 
-// Turns counts[p + 1] into offsets[p]: entries of p are offsets[p] .. offsets[p + 1].
+// Turns counts[p + 1] into offsets: the entries of p are offsets[p] .. offsets[p + 1].
 void SumUp(std::span<uint32_t> counts) {
   for (size_t p = 1; p < counts.size(); ++p) counts[p] += counts[p - 1];
 }
 
-// Of each particle the triangles around it: offsets, then the two other corners of each, in the
-// triangle's sense of rotation.
+// The triangles around each particle: offsets, then the two other corners of each triangle, in its
+// sense of rotation.
 void BuildSurface(const SceneModel& model, ModelGeometry& geometry) {
   const auto triangles = model.triangles();
   if (triangles.empty()) return;

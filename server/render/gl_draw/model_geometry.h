@@ -1,4 +1,4 @@
-// What the drawing shaders read of a scene model, as arrays of words. Pure.
+// The arrays of words that the drawing shaders read of a scene model. Pure.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,10 @@ namespace drape::render {
 
 // Word offsets of the arrays that shaders/interface/draw_records.h names.
 struct GeometryLayout {
-  // In `surface`.
+  // Offsets in `surface`.
   uint32_t corner_offsets = 0;
   uint32_t corners = 0;
-  // In `constraints`.
+  // Offsets in `constraints`.
   uint32_t end_offsets = 0;
   uint32_t ends = 0;
   uint32_t constraints = 0;

@@ -38,11 +38,12 @@ shader::vec4 ClothColour(uint32_t cloth_index) {
 }
 
 shader::vec4 GroupColour(uint32_t group) {
-  // The order of M. Petroff's ten colours for figures (arXiv:2107.02270), the greys replaced.
+  // M. Petroff's ten colours for figures in their order (arXiv:2107.02270), with the greys
+  // replaced.
   constexpr std::array<uint32_t, 10> kColours = {0x3f90da, 0xe76300, 0x2e9f4d, 0xbd1f01, 0x832db6,
                                                  0xf2b632, 0xe377c2, 0x17becf, 0x8a5a3c, 0x6b7a1e};
   if (group < kColours.size()) return LinearFromHex(kColours[group]);
-  // The golden ratio never comes near a hue that was there a few steps before.
+  // Steps of the golden ratio never come near a recent hue.
   constexpr double kGoldenRatio = 0.6180339887498949;
   const double turns = kGoldenRatio * group;
   constexpr std::array<double, 3> kValues = {0.9, 0.6, 0.75};

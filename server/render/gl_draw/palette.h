@@ -1,4 +1,4 @@
-// Colours that tell things apart. Pure; linear RGB.
+// Colours to tell things apart. Pure; linear RGB.
 #pragma once
 
 #include <cstdint>
@@ -10,10 +10,11 @@ namespace drape::render {
 // From an sRGB value such as 0x2a9d8f; w is 1.
 shader::vec4 LinearFromHex(uint32_t srgb);
 
-// Of the cloth with this index; a few muted colours, again and again.
+// Colour of the cloth with this index; a few muted colours in rotation.
 shader::vec4 ClothColour(uint32_t cloth_index);
 
-// Of a group of constraints: ten hues that are easy to tell apart, then ever new ones.
+// Colour of a group of constraints: ten hues that are easy to tell apart, then new ones without
+// end.
 shader::vec4 GroupColour(uint32_t group);
 
 }  // namespace drape::render

@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// An array that is never empty, because OpenGL has no empty buffers.
+// Uploads an array, at least one element, because OpenGL has no empty buffers.
 template <class T>
 Result<gl::Buffer> UploadArray(std::vector<T> elements) {
   if (elements.empty()) elements.emplace_back();
@@ -32,10 +32,10 @@ shader::PlaneRecord MakePlane(const DrawnPlane& plane, const SceneView& view) {
   const Vector3d hint = std::abs(normal.x()) < 0.9 ? Vector3d::UnitX() : Vector3d::UnitZ();
   const Vector3d bitangent = normal.cross(hint).normalized();
   const Vector3d tangent = bitangent.cross(normal);
-  // Under the middle of the picture; a little deeper than it is, because cloth lies on it.
+  // Below the middle of the picture; slightly lower than it is, because cloth lies on it.
   const double height = normal.dot(view.center_m - plane.point_m);
   const Vector3d center = view.center_m - (height + 0.002 * view.radius_m) * normal;
-  // Lines of the grid a power of ten of metres apart: 1 m in scenes of the size of a person.
+  // The grid spacing is a power of ten: 1 m in scenes of the size of a person.
   const double cell = std::pow(10, std::round(std::log10(view.radius_m)));
   const auto phase = [&](const Vector3d& axis) { return std::remainder(axis.dot(center), cell); };
   return {.center = ToShader(Vector3d(center - view.camera.eye_m), 6 * view.radius_m),
@@ -125,7 +125,7 @@ shader::SolidRecord MakeSolid(const DrawnSolid& solid, const SceneView& view) {
           .colour = LinearFromHex(0xb4bac4)};
 }
 
-// Faces of a sphere are 1/48 to 1/192 of its circumference wide.
+// The faces of a sphere are 1/48 to 1/192 of its circumference wide.
 void DrawSolids(const gl::Program& program, const DrawnScene& scene) {
   if (scene.solid_count == 0) return;
   const GLuint segments = scene.solid_count <= 8 ? 96 : scene.solid_count <= 64 ? 48 : 24;
@@ -148,7 +148,7 @@ void DrawMeshes(const gl::Program& program, const DrawnScene& scene) {
   }
 }
 
-// One copy of each mesh, drawn as far inside as the picture's largest inset of it.
+// One copy of each mesh, drawn with the largest inset that the picture has for it.
 Result<std::vector<DrawnMesh>> LoadMeshes(std::span<const DrawnSolid> solids) {
   std::map<const DistanceMap*, double> insets_m;
   for (const DrawnSolid& solid : solids) {
@@ -166,10 +166,9 @@ Result<std::vector<DrawnMesh>> LoadMeshes(std::span<const DrawnSolid> solids) {
     const DistanceMap& map = *solid.map;
     std::shared_ptr<const gl::Buffer>& corners = loaded[&map];
     if (corners == nullptr) {
-      Result<gl::Buffer> buffer =
-          UploadArray(MeshCorners(map.mesh(), CenterOf(map), insets_m.at(&map)));
-      if (!buffer.ok()) return buffer.status();
-      corners = std::make_shared<const gl::Buffer>(std::move(buffer).value());
+      DRAPE_ASSIGN_OR_RETURN(gl::Buffer buffer, UploadArray(MeshCorners(map.mesh(), CenterOf(map),
+                                                                        insets_m.at(&map))));
+      corners = std::make_shared<const gl::Buffer>(std::move(buffer));
     }
     meshes.push_back({corners, static_cast<GLuint>(3 * map.mesh().triangles.size())});
   }
@@ -194,8 +193,7 @@ Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, co
     }
     for (const DrawnPlane& plane : shapes.planes) planes.push_back(MakePlane(plane, view));
   }
-  Result<std::vector<DrawnMesh>> meshes = LoadMeshes(mesh_solids);
-  if (!meshes.ok()) return meshes.status();
+  DRAPE_ASSIGN_OR_RETURN(std::vector<DrawnMesh> meshes, LoadMeshes(mesh_solids));
   DrawnScene scene{.spec = spec,
                    .cloths = cloths,
                    .frame = {},
@@ -206,11 +204,9 @@ Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, co
                    .mesh_records = {},
                    .solid_count = static_cast<GLuint>(solids.size()),
                    .plane_count = static_cast<GLuint>(planes.size()),
-                   .meshes = std::move(meshes).value()};
+                   .meshes = std::move(meshes)};
   const auto load = [](auto elements, gl::Buffer& target) -> Status {
-    Result<gl::Buffer> buffer = UploadArray(std::move(elements));
-    if (!buffer.ok()) return buffer.status();
-    target = std::move(buffer).value();
+    DRAPE_ASSIGN_OR_RETURN(target, UploadArray(std::move(elements)));
     return Status::Ok();
   };
   DRAPE_RETURN_IF_ERROR(load(std::vector{view.frame}, scene.frame));
@@ -226,7 +222,7 @@ void DrawShadows(const DrawPrograms& programs, const VertexArray& vertices, cons
                  const gl::DepthMap& map) {
   map.Begin();
   Prepare(vertices, scene.shadow_frame, GL_LESS);
-  // Solids that reach beyond the light's box still cast their shadow.
+  // Solids that extend beyond the light's box still cast shadows.
   glEnable(GL_DEPTH_CLAMP);
   glClearDepth(1);
   glClear(GL_DEPTH_BUFFER_BIT);
@@ -264,15 +260,14 @@ void DrawScene(const DrawPrograms& programs, const VertexArray& vertices, const 
 Status DrawLabels(const DrawPrograms& programs, const DrawnScene& scene,
                   std::span<const shader::LabelRecord> labels) {
   if (labels.empty()) return Status::Ok();
-  const Result<gl::Buffer> buffer =
-      UploadArray(std::vector<shader::LabelRecord>(labels.begin(), labels.end()));
-  if (!buffer.ok()) return buffer.status();
+  DRAPE_ASSIGN_OR_RETURN(const gl::Buffer buffer, UploadArray(std::vector<shader::LabelRecord>(
+                                                      labels.begin(), labels.end())));
   scene.frame.BindUniforms(DRAPE_DRAW_BINDING_FRAME);
   glDisable(GL_DEPTH_TEST);
   glEnable(GL_BLEND);
   glBlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   programs.labels.Use();
-  buffer.value().BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
+  buffer.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
   glDrawArraysInstanced(GL_TRIANGLES, 0, 6, static_cast<GLsizei>(labels.size()));
   return Status::Ok();
 }

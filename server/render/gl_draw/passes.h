@@ -1,4 +1,4 @@
-// What is drawn, in which order. Every call with the context current and something to draw into.
+// The drawing passes. In every call the context must be current and a target bound.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -19,7 +19,7 @@
 
 namespace drape::render {
 
-// Of the different meshes of a picture together: 288 MiB of corners.
+// Limit of all different meshes of a picture together: 288 MiB of corners.
 inline constexpr uint64_t kMaxMeshTriangles = uint64_t{1} << 22;
 
 // Owns a vertex array object, without which OpenGL does not draw. Move-only.
@@ -44,13 +44,13 @@ struct DrawnMesh {
   GLuint corner_count = 0;
 };
 
-// Everything of one picture on the device.
+// Everything on the device that belongs to one picture.
 struct DrawnScene {
   const PictureSpec& spec;
   const ClothSet& cloths;
   gl::Buffer frame;         // DrawFrame
   gl::Buffer shadow_frame;  // DrawFrame
-  gl::Buffer groups;        // [] vec4; of the groups of constraints
+  gl::Buffer groups;        // [] vec4; colours of the groups of constraints
   gl::Buffer solids;        // [] SolidRecord
   gl::Buffer planes;        // [] PlaneRecord
   gl::Buffer mesh_records;  // [] SolidRecord, one per mesh
@@ -63,13 +63,14 @@ struct DrawnScene {
 Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, const SceneView& view,
                              const ColliderShapes& shapes, uint32_t group_count);
 
-// Depths as the key light sees them, into `map`.
+// Draws the depths seen by the key light into `map`.
 void DrawShadows(const DrawPrograms& programs, const VertexArray& vertices, const DrawnScene& scene,
                  const gl::DepthMap& map);
-// Backdrop, colliders, cloths, pins, and last the planes, which let see through at their edges.
+// Draws backdrop, colliders, cloths, pins, and last the planes, which are transparent at their
+// edges.
 void DrawScene(const DrawPrograms& programs, const VertexArray& vertices, const DrawnScene& scene,
                const gl::DepthMap& map);
-// Over what is there.
+// Draws over the picture.
 Status DrawLabels(const DrawPrograms& programs, const DrawnScene& scene,
                   std::span<const shader::LabelRecord> labels);
 

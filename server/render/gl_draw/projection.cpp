@@ -53,7 +53,7 @@ ShadowView FitShadow(std::span<const Eigen::AlignedBox3d> casters, const Vector3
       box.extend(Vector3d(right.dot(corner), up.dot(corner), -to_light.dot(corner)));
     }
   }
-  // A little more, for the taps of the filter.
+  // Slightly larger, for the taps of the filter.
   const double width = 1.04 * std::max({box.sizes().x(), box.sizes().y(), 1e-6});
   const double depth = 1.04 * std::max(box.sizes().z(), 1e-6);
   const Vector3d center = box.center();

@@ -1,4 +1,4 @@
-// How a picture looks at what is in it. Pure.
+// The view of a picture. Pure.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -24,19 +24,19 @@ struct SceneView {
   shader::DrawFrame shadow_frame;
 };
 
-// What a fitted camera looks for: along the view direction of the spec, beside the legend.
+// The camera fit of the spec: along its view direction, beside the legend.
 CameraFit StartFit(const PictureSpec& spec);
 
-// `fit`: what StartFit gave and the measures were made with. Shadow maps are `shadow_size_px` wide.
-// With no finite particle the picture shows the box asked for, or else the place where the first
-// cloth has its origin.
+// `fit`: from StartFit, as used for the measures. Shadow maps are `shadow_size_px` wide. Without a
+// finite particle the picture shows the requested box or, without one, the origin of the first
+// cloth.
 SceneView LookAt(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
                  const ClothMeasures& measures, const ColliderShapes& shapes, CameraFit fit,
                  uint32_t shadow_size_px);
 
-// The ends of the colour scale: those asked for, else of the values; for strain symmetric about 0.
-// At least 2e-4 (strain) or 1e-3 m/s wide, so that round-off is not painted in full colours. 0, 0
-// without a scale.
+// The ends of the colour scale: those requested, otherwise those of the values; for strain
+// symmetric about 0. At least 2e-4 (strain) or 1e-3 m/s wide, so that round-off does not show in
+// full colours. 0, 0 without a scale.
 ValueRange ScaleRange(const PictureSpec& spec, const ValueRange& values);
 
 }  // namespace drape::render

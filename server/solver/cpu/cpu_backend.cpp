@@ -168,14 +168,15 @@ class CpuBackend final : public Backend {
         scratch_(static_cast<size_t>(thread_count_)) {}
 
   BackendDescription Describe() const override {
-    return {"cpu",
-            std::to_string(thread_count_) + (thread_count_ == 1 ? " core, " : " cores, ") +
-                ProcessorName() + ", " + LanesText(),
-            ScalarType::kFloat32, false};
-  }
-
-  std::string PlanOf(const SceneModel&) const override {
-    return lane_count_ > 1 ? "lanes" : "single";
+    return {.name = "cpu",
+            .device = std::to_string(thread_count_) +
+                      (thread_count_ == 1 ? " core, " : " cores, ") + ProcessorName() + ", " +
+                      LanesText(),
+            .scalar = ScalarType::kFloat32,
+            .is_hardware_gpu = false,
+            .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](const SceneModel&) {
+              return plan;
+            }};
   }
 
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,

@@ -23,7 +23,6 @@ struct LaneKey {
   uint32_t substeps;
   bool has_two_steps;
   bool has_strips;
-  bool has_colours;
   bool has_start_directions;
   bool use_tethers;
   bool has_air_forces;

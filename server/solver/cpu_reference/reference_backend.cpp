@@ -32,10 +32,9 @@ class ReferenceBackend final : public Backend {
     return {.name = "reference",
             .device = "1 core, double precision",
             .scalar = ScalarType::kFloat64,
-            .is_hardware_gpu = false};
+            .is_hardware_gpu = false,
+            .plan_of = [](const SceneModel&) { return "scalar"; }};
   }
-
-  std::string PlanOf(const SceneModel&) const override { return "scalar"; }
 
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
                              const ClothParameters& parameters,

@@ -15,7 +15,7 @@
 #include "server/solver/cpu_reference/reference_twist.h"
 #include "server/solver/cpu_reference/reference_wind.h"
 #include "server/solver/solver_constants.h"
-#include "server/solver/substep_schedule.h"
+#include "server/solver/step_plan.h"
 
 namespace drape {
 
@@ -29,18 +29,15 @@ using Eigen::Vector3d;
 // constraints [N s], beta those of contacts times w [m/s].
 class ReferenceStep {
  public:
-  ReferenceStep(const ReferenceCloth& cloth, double tolerance, uint32_t max_iterations)
+  ReferenceStep(const ReferenceCloth& cloth, const StepPlan& plan, uint32_t max_iterations)
       : cloth_(cloth),
         model_(*cloth.model),
         parameters_(cloth.parameters),
-        settings_(cloth.parameters.settings),
         pin_targets_(cloth.pin_targets_m),
-        tolerance_(tolerance),
+        plan_(plan),
+        tolerance_(plan.tolerance),
         max_iterations_(max_iterations),
-        solver_(ChooseSolver(model_, parameters_, cloth.has_own_lengths())),
-        has_kicks_(settings_.spring_integration == SpringIntegration::kHalfKicks &&
-                   model_.spring_count() > 0),
-        has_air_forces_(HasAirForces(model_, parameters_)),
+        solver_(plan.solver),
         w_(model_.inverse_masses_per_kg()),
         colliders_(parameters_),
         rest_lengths_(model_, cloth.rest_lengths_m, cloth.rest_length_targets_m),
@@ -52,9 +49,9 @@ class ReferenceStep {
 
   // The whole step but for commit and measure.
   void Run(StepReport& report) {
-    const SubstepSchedule schedule(model_, parameters_, solver_.has_two_steps);
-    for (uint32_t index = 0; index < schedule.size(); ++index) {
-      const Substep substep = schedule[index];
+    const uint32_t substeps = parameters_.settings.substeps;
+    for (uint32_t index = 0; index < plan_.schedule.size(); ++index) {
+      const Substep substep = plan_.schedule[index];
       h_ = substep.interval_s;
       // Colliders are met by substeps of equal length only.
       colliders_.Place(index * h_, (index + 1) * h_);
@@ -62,9 +59,9 @@ class ReferenceStep {
       Kick(substep.kick_before_s, state_.positions_m, state_.velocities_m_per_s);
       Predict(substep);
       if (substep.sets_previous) previous_ = before;
-      rest_lengths_.Advance(settings_.substeps - substep.pin_shares, settings_.substeps);
+      rest_lengths_.Advance(substeps - substep.pin_shares, substeps);
       if (substep.twist_share > 0) DampTwist(model_, substep.twist_share, u_);
-      if (settings_.use_tethers && !cloth_.has_own_lengths()) ApplyTethers();
+      if (plan_.Has(StepStage::kTether)) Tether();
       Solve(substep, report);
       residual_ = Residual();
       Integrate(substep);
@@ -86,18 +83,18 @@ class ReferenceStep {
   void Kick(double kick_s, const std::vector<Vector3d>& positions,
             std::vector<Vector3d>& velocities) const {
     if (kick_s == 0) return;
-    if (has_kicks_) {
+    if (plan_.Has(StepStage::kApplySprings)) {
       const auto accelerations = SpringAccelerations(model_, {positions, velocities});
       for (uint32_t i = 0; i < model_.particle_count(); ++i) {
         velocities[i] += kick_s * accelerations[i];
       }
     }
-    if (model_.elastic_count() > 0) {
-      const auto changes =
-          ElasticVelocityChanges(model_, {positions, velocities}, kick_s, settings_.substep_s());
+    if (plan_.Has(StepStage::kApplyElastic)) {
+      const auto changes = ElasticVelocityChanges(model_, {positions, velocities}, kick_s,
+                                                  parameters_.settings.substep_s());
       for (uint32_t i = 0; i < model_.particle_count(); ++i) velocities[i] += changes[i];
     }
-    if (has_air_forces_) {
+    if (plan_.Has(StepStage::kApplyWind)) {
       const auto changes =
           WindVelocityChanges(model_, parameters_, {positions, velocities}, kick_s);
       for (uint32_t i = 0; i < model_.particle_count(); ++i) velocities[i] += changes[i];
@@ -137,7 +134,7 @@ class ReferenceStep {
   // u = v + a h/2: p + h u is the ballistic position (Bender et al. 2009, section 3.1, eq. 2).
   void PredictBallistic() {
     std::fill(a_.begin(), a_.end(), parameters_.gravity_m_per_s2);
-    if (settings_.spring_integration == SpringIntegration::kInForce && model_.spring_count() > 0) {
+    if (solver_.has_spring_forces) {
       const std::vector<Vector3d> accelerations = SpringAccelerations(model_, state_);
       for (uint32_t i = 0; i < model_.particle_count(); ++i) a_[i] += accelerations[i];
     }
@@ -183,7 +180,7 @@ class ReferenceStep {
 
   // No particle ends the substep farther from a pin than the cloth between them is long (an
   // inequality in the sense of Bender et al. 2009, section 3.1); nearest pin first.
-  void ApplyTethers() {
+  void Tether() {
     for (uint32_t i = 0; i < model_.particle_count(); ++i) {
       const uint32_t end = model_.tether_offsets()[i + 1];
       for (uint32_t t = model_.tether_offsets()[i]; t < end; ++t) {
@@ -201,11 +198,11 @@ class ReferenceStep {
   void Solve(const Substep& substep, StepReport& report) {
     for (uint32_t sweep = 0; sweep < max_iterations_; ++sweep) {
       bool has_changed = false;
-      if (solver_.has_strips) {
+      if (plan_.Has(StepStage::kSolveStrips)) {
         has_changed |= SolveStrips({model_, base_, solver_.end_share, h_, tolerance_}, u_, lambda_);
       }
       if (substep.is_last && sweep + 1 == max_iterations_) Refine();
-      if (solver_.has_colours) has_changed |= SolveDistance();
+      if (plan_.Has(StepStage::kSolveDistance)) has_changed |= SolveDistance();
       has_changed |= SolveJoints();
       has_changed |= SolveContacts();
       ++report.iterations;
@@ -438,13 +435,11 @@ class ReferenceStep {
   const ReferenceCloth& cloth_;
   const SceneModel& model_;
   const ClothParameters& parameters_;
-  const StepSettings& settings_;
   const std::vector<Vector3d>& pin_targets_;
+  const StepPlan& plan_;
   const double tolerance_;
   const uint32_t max_iterations_;
-  const SolverChoice solver_;
-  const bool has_kicks_;
-  const bool has_air_forces_;
+  const SolverChoice& solver_;
   const std::span<const double> w_;
 
   double h_ = 0;
@@ -468,21 +463,18 @@ StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_
   StepReport report;
   double residual = 0;
   if (cloth.fault == FaultReason::kNone) {
-    const StepSettings& settings = cloth.parameters.settings;
-    const double tolerance = DoublePrecisionTolerance(settings.tolerance, *cloth.model);
-    ReferenceStep step(cloth, tolerance, max_iterations);
+    const LengthSource lengths =
+        cloth.has_own_lengths() ? LengthSource::kOwn : LengthSource::kModel;
+    const StepPlan plan = PlanStep(*cloth.model, cloth.parameters, lengths, ScalarType::kFloat64);
+    ReferenceStep step(cloth, plan, max_iterations);
     step.Run(report);
-    report.warnings = {
-        .tolerance_raised = tolerance > settings.tolerance,
-        .not_converged = !report.converged,
-        .springs_beyond_limit = AreSpringsBeyondLimit(*cloth.model, cloth.parameters),
-        .elastic_beyond_limit = ElasticRatio(*cloth.model, cloth.parameters) > 1,
-        .springs_gain_energy = MaySpringsGainEnergy(*cloth.model, cloth.parameters)};
+    report.warnings = plan.known_warnings;
+    report.warnings.not_converged = !report.converged;
     cloth.fault = FindFault(step.state());
     if (cloth.fault == FaultReason::kNone) {
       cloth.state = step.state();  // commit
       for (RigidMotion& motion : cloth.parameters.collider_motions) {
-        motion = motion.After(settings.time_step_s);
+        motion = motion.After(cloth.parameters.settings.time_step_s);
       }
       residual = step.residual();
     }

@@ -21,7 +21,7 @@ struct DeviceArrays {
   // Each array is at most `max_bytes` long. RESOURCE_EXHAUSTED (DEVICE_MEMORY).
   static Result<std::unique_ptr<DeviceArrays>> Create(int64_t max_bytes);
 
-  // Room for a batch of `cloths` cloths and for so many dispatches of a sweep.
+  // Room for a batch of `cloths` cloths and for `dispatches_of_sweep` dispatches of a sweep.
   // RESOURCE_EXHAUSTED (DEVICE_MEMORY); nothing changes then.
   Status ReserveBatch(uint64_t cloths, uint64_t dispatches_of_sweep);
   // Everything a step reads and writes.
@@ -32,7 +32,7 @@ struct DeviceArrays {
   DeviceArena states;
   MirroredArena parameters;
   DeviceArena scratch;
-  gl::Buffer items;       // [] BatchItem: what to step, then what to measure
+  gl::Buffer items;       // [] BatchItem: cloths to step, then cloths to measure
   gl::Buffer statuses;    // [] ClothStatus
   gl::Buffer dispatches;  // [] DispatchArgs
 

@@ -4,16 +4,13 @@
 #include <bit>
 
 #include "server/solver/gl_compute/kernel_variant.h"
+#include "server/solver/gl_compute/packing.h"
 #include "server/solver/gl_compute/regular_strips.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
 
 namespace {
-
-uint32_t FloatWord(double value) {
-  return std::bit_cast<uint32_t>(static_cast<float>(value));
-}
 
 uint32_t Position(const std::vector<uint32_t>& words) {
   return static_cast<uint32_t>(words.size());

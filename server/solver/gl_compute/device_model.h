@@ -10,45 +10,12 @@
 #include "server/core/status.h"
 #include "server/scene/scene_model.h"
 #include "server/solver/gl_compute/device_arena.h"
+#include "shaders/interface/layouts.h"
 
 namespace drape {
 
-// Word offsets of a model's arrays from the start of its range; contents as in
-// shaders/interface/cloth_record.h.
-struct ModelLayout {
-  uint32_t colour_offsets = 0;
-  uint32_t pairs = 0;
-  uint32_t rest_lengths = 0;
-  uint32_t compliances = 0;
-  uint32_t kinds = 0;
-  uint32_t joint_colour_offsets = 0;
-  uint32_t joint_pairs = 0;
-  uint32_t joint_compliances = 0;
-  uint32_t masses = 0;
-  uint32_t inverse_masses = 0;
-  uint32_t spring_offsets = 0;
-  uint32_t spring_ends = 0;
-  uint32_t elastic_elements = 0;
-  uint32_t elastic_offsets = 0;
-  uint32_t elastic_ends = 0;
-  uint32_t pins = 0;
-  uint32_t tether_offsets = 0;
-  uint32_t tethers = 0;
-  uint32_t strip_phases = 0;
-  uint32_t strip_offsets = 0;
-  uint32_t strip_constraints = 0;
-  uint32_t strip_particles = 0;
-  uint32_t strip_lengths = 0;
-  uint32_t regular_strips = 0;  // only if all are (regular_strips.h)
-  // With air forces.
-  uint32_t triangles = 0;
-  uint32_t triangle_masses = 0;
-  uint32_t triangle_offsets = 0;
-  uint32_t particle_triangles = 0;
-};
-
 struct PackedModel {
-  ModelLayout layout;
+  shader::ModelLayout layout{};
   std::vector<uint32_t> words;
 };
 
@@ -58,9 +25,9 @@ PackedModel PackModel(const SceneModel& model, bool has_air_forces = false);
 // A model and its words on the device, constant.
 struct DeviceModel {
   std::shared_ptr<const SceneModel> model;
-  ModelLayout layout;
-  WordRange words;
-  std::vector<uint32_t> colour_sizes;          // [colour_count] constraints
+  shader::ModelLayout layout{};
+  WordRange words{};
+  std::vector<uint32_t> colour_sizes{};        // [colour_count] constraints
   std::vector<uint32_t> joint_colour_sizes{};  // [joint_colour_count] joints
   std::vector<uint32_t> phase_sizes{};         // [strips().phase_count()] strips
 };

@@ -10,7 +10,7 @@
 
 #include "server/core/check.h"
 #include "server/gl/context.h"
-#include "server/solver/backend.h"
+#include "server/solver/device_backend.h"
 #include "server/solver/gl_compute/state_reader.h"
 
 namespace drape {
@@ -34,7 +34,7 @@ class RowPlan {
   }
   // To gather on the device; none: whole columns.
   std::span<const ColumnRun> runs() const { return runs_; }
-  // What was asked for of a column of all cloths that has come.
+  // The rows that were asked for, of a column of all cloths that has arrived.
   std::vector<float> Pick(std::vector<float> column) const {
     if (picked_.empty() || column.empty()) return column;
     std::vector<float> rows;
@@ -57,7 +57,7 @@ class RowPlan {
   std::vector<uint32_t> particle_counts_;  // of each cloth; only then
 };
 
-// Of a transfer of all positions, then all velocities.
+// Takes a transfer of all positions, then all velocities.
 class GlRead final : public PendingRead {
  public:
   GlRead(gl::Context& context, StateTransfer transfer, RowPlan plan, size_t position_words,
@@ -76,7 +76,7 @@ class GlRead final : public PendingRead {
     context_.MakeCurrent();
     std::vector<float> positions(position_words_), velocities(velocity_words_);
     transfer_.Take({positions, velocities});
-    // A device that was reset signals its fences too: what is there may be an older read.
+    // A device that was reset signals its fences too: the buffer may hold an older read.
     const std::string reset_reason = context_.ResetReason();
     DRAPE_CHECK(reset_reason.empty(), reset_reason);
     return {plan_.Pick(std::move(positions)), plan_.Pick(std::move(velocities))};

@@ -15,7 +15,7 @@ uint64_t RoundsFor(uint64_t elements, uint64_t local_size) {
   return (elements + local_size - 1) / local_size;
 }
 
-// What a loop costs beside its rounds. Its condition is tested once more than its body is run, and
+// Cost of a loop beside its rounds. Its condition is tested once more than its body is run, and
 // llvmpipe was seen to book up to one more (found by letting kernels run until they were cut:
 // tests/gl_compute/kernel_loops_test.cpp).
 constexpr uint64_t kLoopEnd = 2;
@@ -44,7 +44,7 @@ uint64_t SpringPasses(const SceneModel& model, uint64_t rounds) {
          std::min<uint64_t>(rounds * LargestSpringDegree(model), 2 * model.spring_count());
 }
 
-// Of one sweep over the colours of constraints or joints.
+// One sweep over the colours of constraints or joints.
 uint64_t ColourPasses(std::span<const uint32_t> offsets, uint32_t local_size) {
   uint64_t passes = offsets.size() - 1 + kLoopEnd;
   for (size_t c = 0; c + 1 < offsets.size(); ++c) {
@@ -53,17 +53,17 @@ uint64_t ColourPasses(std::span<const uint32_t> offsets, uint32_t local_size) {
   return passes;
 }
 
-// Of `sweeps` sweeps over the colours of the constraints.
+// `sweeps` sweeps over the colours of the constraints.
 uint64_t RepeatedColourPasses(const SceneModel& model, uint64_t sweeps, uint32_t local_size) {
   return sweeps + kLoopEnd + sweeps * ColourPasses(model.colour_offsets(), local_size);
 }
 
-// Of clearing the flags of particles whose links are far off.
+// Clearing the flags of particles whose links are refined.
 uint64_t ClearPasses(const SceneModel& model, uint32_t local_size) {
   return LoopPasses(RoundsFor(model.particle_count(), 32), local_size);
 }
 
-// Of the refinement of every link in `rounds` rounds: the flags, the tests, the sweeps.
+// Refining every link in `rounds` rounds: the flags, the tests, the sweeps.
 uint64_t RefinePasses(const SceneModel& model, uint64_t rounds, uint32_t local_size) {
   const uint64_t of_round = ClearPasses(model, local_size) +
                             LoopPasses(model.constraint_count(), local_size) +
@@ -71,12 +71,12 @@ uint64_t RefinePasses(const SceneModel& model, uint64_t rounds, uint32_t local_s
   return rounds * (1 + of_round) + kLoopEnd;
 }
 
-// Of one strip: elimination, then at most two rounds over the impulses.
+// One strip: elimination, then at most two rounds over the impulses.
 uint64_t PassesOfStrip(uint64_t links) {
   return links + kLoopEnd + 2 * (1 + links + kLoopEnd) + kLoopEnd;
 }
 
-// Of one sweep over the strips by elimination; each round takes as long as its longest strip.
+// One sweep over the strips by elimination; each round takes as long as its longest strip.
 uint64_t EliminationPasses(const StripSet& strips, uint32_t local_size) {
   uint64_t passes = strips.phase_count() + kLoopEnd;
   for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
@@ -94,7 +94,7 @@ uint64_t EliminationPasses(const StripSet& strips, uint32_t local_size) {
   return passes;
 }
 
-// Of one sweep over the strips by reduction: rounds of as many strips as there are groups of lanes,
+// One sweep over the strips by reduction: each round takes a strip per group of lanes,
 // each with a loop over the levels and one over those of the maximum.
 uint64_t ReductionPasses(const StripSet& strips, uint32_t lane_count) {
   constexpr uint64_t kLevels = std::bit_width(DRAPE_STRIP_LANES - 1);
@@ -116,36 +116,110 @@ uint64_t StripPasses(const StripSet& strips, uint32_t local_size, StripSolve str
   return std::max(elimination, ReductionPasses(strips, lane_count));
 }
 
-// Of one kick of the air.
-uint64_t AirPasses(const SceneModel& model, uint64_t rounds, uint32_t local_size) {
-  const uint64_t triangles = model.triangles().size();
-  const uint64_t of_particles = rounds * LargestDegree(model.triangle_offsets());
-  return LoopPasses(triangles, local_size) + (1 + kLoopEnd) * rounds + kLoopEnd +
-         std::min<uint64_t>(of_particles, 3 * triangles);
-}
+// The passes that each stage makes in `resident_step`.
+class StageCosts {
+ public:
+  StageCosts(const PlannedCloth& cloth, uint32_t local_size, StripSolve strip_solve)
+      : cloth_(cloth),
+        model_(cloth.model),
+        local_size_(local_size),
+        strip_solve_(strip_solve),
+        rounds_(RoundsFor(model_.particle_count(), local_size)),
+        particles_(rounds_ + kLoopEnd),
+        colliders_(rounds_ * (cloth.parameters.colliders.size() + kLoopEnd)) {}
 
-// Of one kick of the elastic elements.
-uint64_t ElasticPasses(const SceneModel& model, uint64_t rounds, uint32_t local_size) {
-  if (model.elastic_count() == 0) return 0;
-  const ElasticShares& shares = model.elastic_shares();
-  const uint64_t of_particles = rounds * LargestDegree(shares.offsets);
-  return LoopPasses(model.elastic_count(), local_size) + (1 + kLoopEnd) * rounds + kLoopEnd +
-         std::min<uint64_t>(of_particles, shares.ends.size());
-}
+  LoopCosts operator()(StepStage stage) const {
+    switch (stage) {
+      case StepStage::kApplySprings:
+        return OfKick(Springs());
+      case StepStage::kApplyElastic:
+        return OfKick(Elastic());
+      case StepStage::kApplyWind:
+        return OfKick(Air());
+      case StepStage::kPredict:
+        return {.substep = Predict()};
+      case StepStage::kDampTwist:
+        return {.substep = 2 * particles_};
+      case StepStage::kTether:
+        return {.substep = particles_ + rounds_ * (kMaxTethersPerParticle + kLoopEnd)};
+      case StepStage::kSolveStrips:
+        return {.sweep = StripPasses(model_.strips(), local_size_, strip_solve_)};
+      case StepStage::kRefine:
+        return {.fixed = RefinePasses(model_, cloth_.plan.solver.refine_rounds, local_size_)};
+      case StepStage::kSolveDistance:
+        return {.sweep = Links()};
+      case StepStage::kSolveJoints:
+        return {.sweep = Joints()};
+      case StepStage::kSolveContacts:
+        return {.sweep = 1 + particles_ + colliders_, .fixed = Reach()};
+      case StepStage::kIntegrate:
+        return {.substep = particles_ + Pins()};
+      case StepStage::kSolveVelocity:
+        return {.substep = particles_ + kLoopEnd +
+                           cloth_.plan.solver.velocity_iterations * (1 + Links() + Joints())};
+      case StepStage::kCorrectVelocity:
+        // The violation and the velocity of each contact, both in the loop of `integrate`.
+        return {.substep = cloth_.plan.Has(StepStage::kSolveContacts) ? 2 * colliders_ : 0};
+      case StepStage::kCommit:
+        // Loading, checking with its loop over the axes, storing, pausing.
+        return {.fixed = 4 * particles_ + 4 * rounds_ + 8};
+      case StepStage::kMeasure:
+        break;  // a kernel of its own
+    }
+    return {};
+  }
 
-// Of finding the colliders that the cloth can meet: three loops over the words of the range, one to
-// read them, particles, pins, and colliders, each along a few directions.
-uint64_t ReachPasses(const SceneModel& model, uint64_t colliders, uint32_t local_size) {
-  const uint64_t tested = std::min<uint64_t>(colliders, DRAPE_LEFT_OUT_COLLIDERS);
-  return 4 * (DRAPE_RANGE_WORDS + kLoopEnd) + LoopPasses(model.particle_count(), local_size) +
-         LoopPasses(model.pin_count(), local_size) +
-         RoundsFor(tested, local_size) * (1 + kReachDirections + kLoopEnd) + kLoopEnd;
-}
+ private:
+  // In each substep, and once before the first.
+  static LoopCosts OfKick(uint64_t passes) { return {.substep = passes, .fixed = passes}; }
+
+  uint64_t Springs() const { return 2 * particles_ + SpringPasses(model_, rounds_); }
+
+  uint64_t Elastic() const {
+    const ElasticShares& shares = model_.elastic_shares();
+    const uint64_t of_particles = rounds_ * LargestDegree(shares.offsets);
+    return LoopPasses(model_.elastic_count(), local_size_) + (1 + kLoopEnd) * rounds_ + kLoopEnd +
+           std::min<uint64_t>(of_particles, shares.ends.size());
+  }
+
+  uint64_t Air() const {
+    const uint64_t triangles = model_.triangles().size();
+    const uint64_t of_particles = rounds_ * LargestDegree(model_.triangle_offsets());
+    return LoopPasses(triangles, local_size_) + (1 + kLoopEnd) * rounds_ + kLoopEnd +
+           std::min<uint64_t>(of_particles, 3 * triangles);
+  }
+
+  uint64_t Predict() const {
+    return particles_ + Pins() + (cloth_.plan.solver.has_spring_forces ? Springs() : 0) +
+           (HasRestitution(cloth_.parameters) ? colliders_ : 0);
+  }
+
+  // Finding the colliders that the cloth can meet: three loops over the words of the range, one to
+  // read them, particles, pins, and colliders, each along a few directions.
+  uint64_t Reach() const {
+    const uint64_t tested =
+        std::min<uint64_t>(cloth_.parameters.colliders.size(), DRAPE_LEFT_OUT_COLLIDERS);
+    return 4 * (DRAPE_RANGE_WORDS + kLoopEnd) + particles_ + Pins() +
+           RoundsFor(tested, local_size_) * (1 + kReachDirections + kLoopEnd) + kLoopEnd;
+  }
+
+  uint64_t Pins() const { return LoopPasses(model_.pin_count(), local_size_); }
+  uint64_t Links() const { return ColourPasses(model_.colour_offsets(), local_size_); }
+  uint64_t Joints() const { return ColourPasses(model_.joint_colour_offsets(), local_size_); }
+
+  const PlannedCloth& cloth_;
+  const SceneModel& model_;
+  const uint32_t local_size_;
+  const StripSolve strip_solve_;
+  const uint64_t rounds_;     // over the particles
+  const uint64_t particles_;  // a loop over the particles
+  const uint64_t colliders_;  // loops over the colliders in one over the particles
+};
 
 }  // namespace
 
 uint64_t CountTiledRefineLoops(const SceneModel& model, uint32_t local_size) {
-  // Its sweeps, and one more over what it has solved to clear the flags; then the counts.
+  // Its sweeps, one more over the same links to clear their flags, then the counts.
   return RepeatedColourPasses(model, kRefineSweeps, local_size) +
          ColourPasses(model.colour_offsets(), local_size) + model.colour_count() + kLoopEnd;
 }
@@ -162,44 +236,18 @@ bool IsReductionShorter(const StripSet& strips, uint32_t local_size) {
   return ReductionPasses(strips, local_size) < EliminationPasses(strips, local_size);
 }
 
-LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& parameters,
-                             uint32_t local_size, bool has_own_lengths, StripSolve strip_solve) {
-  const SolverChoice solver = ChooseSolver(model, parameters, has_own_lengths);
-  const uint64_t rounds = RoundsFor(model.particle_count(), local_size);
-  const uint64_t particles = rounds + kLoopEnd;
-  const uint64_t colliders = parameters.colliders.size();
-  const bool has_springs = model.spring_count() > 0;
-  const uint64_t springs = has_springs ? 2 * particles + SpringPasses(model, rounds) : 0;
-
-  const uint64_t elastic = ElasticPasses(model, rounds, local_size);
-  const uint64_t air = HasAirForces(model, parameters) ? AirPasses(model, rounds, local_size) : 0;
-
-  LoopCosts costs;
-  costs.sweep = 1;
-  if (solver.has_strips) costs.sweep += StripPasses(model.strips(), local_size, strip_solve);
-  if (solver.has_colours) costs.sweep += ColourPasses(model.colour_offsets(), local_size);
-  if (model.joint_count() > 0) {
-    costs.sweep += ColourPasses(model.joint_colour_offsets(), local_size);
-  }
-  if (colliders > 0) costs.sweep += 1 + particles + rounds * (colliders + kLoopEnd);
-  costs.substep =
-      4 + springs + elastic + air + 2 * particles + 2 * LoopPasses(model.pin_count(), local_size);
-  if (solver.velocity_iterations > 0) {
-    const uint64_t colours = ColourPasses(model.colour_offsets(), local_size) +
-                             ColourPasses(model.joint_colour_offsets(), local_size);
-    costs.substep += particles + kLoopEnd + solver.velocity_iterations * (1 + colours);
-  }
-  if (HasTwistDamping(model, parameters.settings)) costs.substep += 2 * particles;
-  if (HasTethers(model, parameters.settings)) {
-    costs.substep += particles + rounds * (kMaxTethersPerParticle + kLoopEnd);
-  }
-  if (colliders > 0) costs.substep += 2 * rounds * (colliders + kLoopEnd);
-  if (HasRestitution(parameters)) costs.substep += rounds * (colliders + kLoopEnd);
-  // Loading, checking with its loop over the axes, storing, pausing.
-  costs.fixed = springs + elastic + air + 4 * particles + 4 * rounds + 8;
-  if (colliders > 0) costs.fixed += ReachPasses(model, colliders, local_size);
-  if (solver.refine_rounds > 0) {
-    costs.fixed += RefinePasses(model, solver.refine_rounds, local_size);
+LoopCosts CountResidentLoops(const PlannedCloth& cloth, uint32_t local_size,
+                             StripSolve strip_solve) {
+  const StageCosts costs_of(cloth, local_size, strip_solve);
+  // A pass of the loop over the sweeps; four for the loops over kicks, substeps and sweeps.
+  LoopCosts costs{.sweep = 1, .substep = 4, .fixed = 0};
+  for (size_t k = 0; k < kStageNames.size(); ++k) {
+    const auto stage = static_cast<StepStage>(k);
+    if (!cloth.plan.Has(stage)) continue;
+    const LoopCosts of_stage = costs_of(stage);
+    costs.sweep += of_stage.sweep;
+    costs.substep += of_stage.substep;
+    costs.fixed += of_stage.fixed;
   }
   return costs;
 }
@@ -208,11 +256,10 @@ bool CanRunInParts(const LoopCosts& costs, uint64_t budget) {
   return costs.fixed + 3 * (costs.substep + costs.sweep) <= budget;
 }
 
-uint64_t CountParts(const LoopCosts& costs, const StepSettings& settings, uint64_t budget) {
+uint64_t CountParts(const LoopCosts& costs, uint64_t substeps, uint64_t max_iterations,
+                    uint64_t budget) {
   DRAPE_CHECK(CanRunInParts(costs, budget), "the budget of a dispatch is too small for this cloth");
-  // With two steps there is one substep more.
-  const uint64_t total =
-      (uint64_t{settings.substeps} + 1) * (costs.substep + settings.max_iterations * costs.sweep);
+  const uint64_t total = substeps * (costs.substep + max_iterations * costs.sweep);
   if (costs.fixed + total <= budget) return 1;
   // A part leaves less than a substep and a sweep unused, and books the substep it goes on with
   // again.
@@ -220,14 +267,15 @@ uint64_t CountParts(const LoopCosts& costs, const StepSettings& settings, uint64
   return RoundsFor(total, useful);
 }
 
-uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parameters,
-                          uint32_t local_size, uint32_t measure_local_size) {
-  const uint64_t colliders = parameters.colliders.size();
+uint64_t CountLongestLoop(const PlannedCloth& cloth, uint32_t local_size,
+                          uint32_t measure_local_size) {
+  const SceneModel& model = cloth.model;
+  const uint64_t colliders = cloth.parameters.colliders.size();
   const uint64_t piece_rounds = RoundsFor(DRAPE_MEASURE_PIECE, measure_local_size);
   const uint64_t measure = 4 * (piece_rounds + 1) + piece_rounds * (colliders + kLoopEnd) +
                            SpringPasses(model, piece_rounds) + 16;
   const uint64_t air =
-      HasAirForces(model, parameters) ? LargestDegree(model.triangle_offsets()) + 1 : 0;
+      cloth.plan.Has(StepStage::kApplyWind) ? LargestDegree(model.triangle_offsets()) + 1 : 0;
   const uint64_t elastic =
       model.elastic_count() > 0 ? LargestDegree(model.elastic_shares().offsets) + 1 : 0;
   const uint64_t strip = PassesOfStrip(LongestStrip(model.strips()));

@@ -5,7 +5,7 @@
 
 #include "server/core/status.h"
 #include "server/scene/scene_model.h"
-#include "server/solver/cloth_parameters.h"
+#include "server/solver/gl_compute/planned_cloth.h"
 #include "server/solver/gl_compute/strip_solve.h"
 
 namespace drape {
@@ -19,8 +19,7 @@ struct LoopCosts {
   uint64_t fixed = 0;    // loading, first kick, refinement, pausing, committing
 };
 
-LoopCosts CountResidentLoops(const SceneModel& model, const ClothParameters& parameters,
-                             uint32_t local_size, bool has_own_lengths = false,
+LoopCosts CountResidentLoops(const PlannedCloth& cloth, uint32_t local_size,
                              StripSolve strip_solve = StripSolve::kElimination);
 
 // Links of the longest strip; 0 without strips.
@@ -28,7 +27,7 @@ uint64_t LongestStrip(const StripSet& strips);
 
 // Whether an invocation makes fewer passes in a sweep over the strips if groups of lanes reduce
 // them than if each invocation eliminates its own. Needs strips of at most DRAPE_STRIP_LANES links
-// and a local size of at least so many.
+// and a local size of at least DRAPE_STRIP_LANES.
 bool IsReductionShorter(const StripSet& strips, uint32_t local_size);
 
 // Passes of one invocation of `tiled_refine` if every link is refined.
@@ -39,11 +38,12 @@ bool CanRunInParts(const LoopCosts& costs, uint64_t budget);
 
 // Dispatches that one step needs at most so that none makes more than `budget` passes. 1 where the
 // whole step fits. Needs CanRunInParts.
-uint64_t CountParts(const LoopCosts& costs, const StepSettings& settings, uint64_t budget);
+uint64_t CountParts(const LoopCosts& costs, uint64_t substeps, uint64_t max_iterations,
+                    uint64_t budget);
 
 // Longest loop nest of the kernels that step a cloth outside the resident plan, and of `measure`,
 // whose work groups have a size of their own.
-uint64_t CountLongestLoop(const SceneModel& model, const ClothParameters& parameters,
-                          uint32_t local_size, uint32_t measure_local_size);
+uint64_t CountLongestLoop(const PlannedCloth& cloth, uint32_t local_size,
+                          uint32_t measure_local_size);
 
 }  // namespace drape

@@ -38,7 +38,7 @@ Status LoopLimit() {
 
 // One work group refines a tiled cloth, however large it is.
 Status FitRefinement(const SceneModel& model, const DeviceTraits& device, KernelVariant& variant) {
-  if (!variant.has_refinement) return Status::Ok();
+  if (!variant.Has(StepStage::kRefine)) return Status::Ok();
   const uint32_t wanted =
       device.refine_local_size != 0 ? device.refine_local_size : device.local_size;
   variant.refine_local_size = wanted != 0 ? wanted : SizesOf(device).refine;
@@ -49,8 +49,8 @@ Status FitRefinement(const SceneModel& model, const DeviceTraits& device, Kernel
   return Status::Ok();
 }
 
-// What each invocation of a work group is given to do must not decide how a strip is solved, for
-// that would change bits: so it goes by the local size that suits the device.
+// Decided by the local size that suits the device, not by the one that is set: how a strip is
+// solved changes bits, and the local size must not.
 StripSolve ChooseStripSolve(const SceneModel& model, uint32_t capacity,
                             const DeviceTraits& device) {
   const StripSet& strips = model.strips();
@@ -64,28 +64,67 @@ StripSolve ChooseStripSolve(const SceneModel& model, uint32_t capacity,
 
 // Cuts the step into parts where it is too long for one dispatch; more invocations per work group
 // mean shorter loops.
-Status FitLoops(const SceneModel& model, const ClothParameters& parameters,
-                const DeviceTraits& device, VariantChoice& choice) {
+Status FitLoops(const PlannedCloth& cloth, const DeviceTraits& device, VariantChoice& choice) {
   KernelVariant& variant = choice.variant;
-  if (CountLongestLoop(model, parameters, variant.local_size, GeneralLocalSize(device)) >
-      device.loop_budget) {
+  if (CountLongestLoop(cloth, variant.local_size, GeneralLocalSize(device)) > device.loop_budget) {
     return LoopLimit();
   }
-  if (variant.is_tiled()) return FitRefinement(model, device, variant);
+  if (variant.is_tiled()) return FitRefinement(cloth.model, device, variant);
   const auto count = [&] {
-    return CountResidentLoops(model, parameters, variant.local_size, variant.has_own_lengths,
-                              variant.strip_solve);
+    return CountResidentLoops(cloth, variant.local_size, variant.strip_solve);
   };
-  LoopCosts costs = count();
-  while (!CanRunInParts(costs, device.loop_budget)) {
+  choice.costs = count();
+  while (!CanRunInParts(choice.costs, device.loop_budget)) {
     if (variant.local_size >= kLargestLocalSize) return LoopLimit();
     variant.local_size *= 2;
-    costs = count();
+    choice.costs = count();
   }
-  choice.part_count = CountParts(costs, parameters.settings, device.loop_budget);
-  variant.is_in_parts = choice.part_count > 1;
-  if (variant.is_in_parts) variant.loop_budget = device.loop_budget;
+  choice.part_count = CountParts(choice.costs, cloth.plan.schedule.size(),
+                                 cloth.parameters.settings.max_iterations, device.loop_budget);
+  if (choice.part_count > 1) variant.loop_budget = device.loop_budget;
   return Status::Ok();
+}
+
+uint32_t CapacityFor(const SceneModel& model) {
+  if (!IsResident(model)) return 0;
+  const uint32_t particles = model.particle_count();
+  return particles <= 64 ? 64 : particles <= 256 ? 256 : kMaxResidentParticles;
+}
+
+void AddColliderTraits(const ClothParameters& parameters, const DeviceTraits& device,
+                       TraitSet& traits) {
+  const bool has_contacts = !parameters.colliders.empty();
+  const bool has_maps = HasCollider<DistanceMapCollider>(parameters);
+  const bool leaves_out = has_contacts && device.leaves_out_colliders;
+  traits.Add(Feature::kCapsules, HasCollider<CapsuleCollider>(parameters));
+  // A map is out of reach where the box around it is.
+  traits.Add(Feature::kBoxes, HasCollider<BoxCollider>(parameters) || (has_maps && leaves_out));
+  traits.Add(Feature::kDistanceMaps, has_maps);
+  traits.Add(Feature::kFriction, has_contacts && parameters.friction_static > 0);
+  traits.Add(Feature::kRestitution, HasRestitution(parameters));
+  traits.Add(Feature::kMovingColliders, HasMovingColliders(parameters));
+  traits.Add(Feature::kColliderReach, leaves_out);
+}
+
+TraitSet TraitsOf(const PlannedCloth& cloth, const DeviceTraits& device) {
+  const SceneModel& model = cloth.model;
+  const SolverChoice& solver = cloth.plan.solver;
+  TraitSet traits;
+  traits.Add(cloth.plan.stages);
+  traits.Add(Feature::kSpringForces, solver.has_spring_forces);
+  traits.Add(Feature::kCompliance, model.has_compliance());
+  traits.Add(Feature::kInequalities, model.has_inequalities());
+  traits.Add(Feature::kOwnLengths, cloth.has_own_lengths());
+  traits.Add(Feature::kJointCompliance, model.has_joint_compliance());
+  AddColliderTraits(cloth.parameters, device, traits);
+  traits.Add(Feature::kDamping, cloth.parameters.damping_per_s > 0);
+  traits.Add(Feature::kPins, model.pin_count() > 0);
+  traits.Add(Feature::kTolerance, cloth.plan.tolerance > 0);
+  traits.Add(Feature::kTwoSteps, solver.has_two_steps);
+  traits.Add(Feature::kStartDirections, solver.has_start_directions());
+  traits.Add(Feature::kRegularStrips,
+             solver.has_strips && device.finds_regular_strips && !FindRegularStrips(model).empty());
+  return traits;
 }
 
 }  // namespace
@@ -97,39 +136,11 @@ std::string KernelVariant::Defines() const {
          << "#extension GL_KHR_shader_subgroup_shuffle : require\n"
          << "#define HAS_SUBGROUPS\n";
   }
-  if (strip_solve != StripSolve::kElimination) text << "#define HAS_LANES\n";
+  if (strip_solve != StripSolve::kElimination) text << "#define HAS_STRIP_REDUCTION\n";
   if (!is_tiled()) text << "#define CAPACITY " << capacity << "\n";
   text << "#define LOCAL_SIZE " << local_size << "\n";
-  if (springs == Springs::kInForce) text << "#define SPRINGS_IN_FORCE\n";
-  if (springs == Springs::kHalfKicks) text << "#define SPRINGS_HALF_KICKS\n";
-  if (has_compliance) text << "#define HAS_COMPLIANCE\n";
-  if (has_inequalities) text << "#define HAS_INEQUALITIES\n";
-  if (has_own_lengths) text << "#define HAS_OWN_LENGTHS\n";
-  if (has_joints) text << "#define HAS_JOINTS\n";
-  if (has_joint_compliance) text << "#define HAS_JOINT_COMPLIANCE\n";
-  if (has_contacts) text << "#define HAS_CONTACTS\n";
-  if (has_capsules) text << "#define HAS_CAPSULES\n";
-  if (has_boxes) text << "#define HAS_BOXES\n";
-  if (has_distance_maps) text << "#define HAS_DISTANCE_MAPS\n";
-  if (has_friction) text << "#define HAS_FRICTION\n";
-  if (has_restitution) text << "#define HAS_RESTITUTION\n";
-  if (has_moving_colliders) text << "#define HAS_MOVING_COLLIDERS\n";
-  if (leaves_out_colliders) text << "#define LEAVES_OUT_COLLIDERS\n";
-  if (has_damping) text << "#define HAS_DAMPING\n";
-  if (has_pins) text << "#define HAS_PINS\n";
-  if (has_tethers) text << "#define HAS_TETHERS\n";
-  if (has_elastic) text << "#define HAS_ELASTIC\n";
-  if (has_wind) text << "#define HAS_WIND\n";
-  if (has_tolerance) text << "#define HAS_TOLERANCE\n";
-  if (has_two_steps) text << "#define HAS_TWO_STEPS\n";
-  if (has_twist) text << "#define HAS_TWIST\n";
-  if (has_start_directions) text << "#define HAS_START_DIRECTIONS\n";
-  if (has_velocity_stage) text << "#define HAS_VELOCITY_STAGE\n";
-  if (has_strips) text << "#define HAS_STRIPS\n";
-  if (has_regular_strips) text << "#define HAS_REGULAR_STRIPS\n";
-  if (has_colours) text << "#define HAS_COLOURS\n";
-  if (has_refinement) text << "#define HAS_REFINEMENT\n";
-  if (is_in_parts) text << "#define IS_IN_PARTS\n#define LOOP_BUDGET " << loop_budget << "u\n";
+  if (is_in_parts()) text << "#define LOOP_BUDGET " << loop_budget << "u\n";
+  text << traits.Defines();
   return text.str();
 }
 
@@ -141,59 +152,19 @@ bool IsResident(const SceneModel& model) {
          model.elastic_count() <= kMaxResidentConnections;
 }
 
-Result<VariantChoice> ChooseVariant(const SceneModel& model, const ClothParameters& parameters,
-                                    const DeviceTraits& device, bool has_own_lengths) {
+Result<VariantChoice> ChooseVariant(const PlannedCloth& cloth, const DeviceTraits& device) {
   VariantChoice choice;
   KernelVariant& variant = choice.variant;
-  if (IsResident(model)) {
-    variant.capacity = model.particle_count() <= 64    ? 64
-                       : model.particle_count() <= 256 ? 256
-                                                       : kMaxResidentParticles;
-  }
+  variant.capacity = CapacityFor(cloth.model);
   variant.local_size = LocalSizeFor(variant.capacity, device);
-  if (model.spring_count() > 0) {
-    variant.springs = parameters.settings.spring_integration == SpringIntegration::kInForce
-                          ? KernelVariant::Springs::kInForce
-                          : KernelVariant::Springs::kHalfKicks;
-  }
-  variant.has_compliance = model.has_compliance();
-  variant.has_inequalities = model.has_inequalities();
-  variant.has_own_lengths = has_own_lengths;
-  variant.has_joints = model.joint_count() > 0;
-  variant.has_joint_compliance = model.has_joint_compliance();
-  variant.has_contacts = !parameters.colliders.empty();
-  variant.has_capsules = HasCollider<CapsuleCollider>(parameters);
-  variant.has_distance_maps = HasCollider<DistanceMapCollider>(parameters);
-  variant.leaves_out_colliders = variant.has_contacts && device.leaves_out_colliders;
-  // Whether a map is out of reach goes by the box around it.
-  variant.has_boxes = HasCollider<BoxCollider>(parameters) ||
-                      (variant.has_distance_maps && variant.leaves_out_colliders);
-  variant.has_friction = variant.has_contacts && parameters.friction_static > 0;
-  variant.has_restitution = HasRestitution(parameters);
-  variant.has_moving_colliders = HasMovingColliders(parameters);
-  variant.has_damping = parameters.damping_per_s > 0;
-  variant.has_pins = model.pin_count() > 0;
-  variant.has_tethers = HasTethers(model, parameters.settings) && !has_own_lengths;
-  variant.has_elastic = model.elastic_count() > 0;
-  variant.has_wind = HasAirForces(model, parameters);
-  variant.has_tolerance = parameters.settings.tolerance > 0;
-  const SolverChoice solver = ChooseSolver(model, parameters, has_own_lengths);
-  variant.has_two_steps = solver.has_two_steps;
-  variant.has_twist = HasTwistDamping(model, parameters.settings);
-  variant.has_start_directions = solver.end_share < 1;
-  variant.has_velocity_stage = solver.velocity_iterations > 0;
-  variant.has_strips = solver.has_strips;
-  variant.has_regular_strips =
-      solver.has_strips && device.finds_regular_strips && !FindRegularStrips(model).empty();
-  if (solver.has_strips && !variant.is_tiled()) {
-    variant.strip_solve = ChooseStripSolve(model, variant.capacity, device);
+  variant.traits = TraitsOf(cloth, device);
+  if (variant.Has(StepStage::kSolveStrips) && !variant.is_tiled()) {
+    variant.strip_solve = ChooseStripSolve(cloth.model, variant.capacity, device);
   }
   if (variant.strip_solve != StripSolve::kElimination) {
     variant.local_size = std::max(variant.local_size, DRAPE_STRIP_LANES);
   }
-  variant.has_colours = solver.has_colours;
-  variant.has_refinement = solver.refine_above_strain > 0;
-  DRAPE_RETURN_IF_ERROR(FitLoops(model, parameters, device, choice));
+  DRAPE_RETURN_IF_ERROR(FitLoops(cloth, device, choice));
   return choice;
 }
 

@@ -2,7 +2,6 @@
 
 #include <spdlog/spdlog.h>
 
-#include <array>
 #include <sstream>
 #include <utility>
 
@@ -33,29 +32,90 @@ std::string ConstantDefines() {
   return text.str();
 }
 
-// The variant as far as a kernel reads it, so that variants share what is the same for both.
-KernelVariant OnlyTolerance(const KernelVariant& variant) {
-  return {.local_size = variant.local_size, .has_tolerance = variant.has_tolerance};
-}
+using enum StepStage;
+using enum Feature;
+using Kernels = StepKernels;
 
-KernelVariant WithSprings(KernelVariant narrowed, const KernelVariant& variant) {
-  narrowed.springs = variant.springs;
-  return narrowed;
-}
+constexpr TraitSet kShapeTraits = {kCapsules, kBoxes, kDistanceMaps, kMovingColliders};
+constexpr TraitSet kColliderTraits = kShapeTraits | TraitSet{kColliderReach};
+constexpr TraitSet kContactTraits =
+    kColliderTraits | TraitSet{kSolveContacts, kFriction, kRestitution};
 
-KernelVariant WithContacts(KernelVariant narrowed, const KernelVariant& variant) {
-  narrowed.has_contacts = variant.has_contacts;
-  narrowed.has_capsules = variant.has_capsules;
-  narrowed.has_boxes = variant.has_boxes;
-  narrowed.has_distance_maps = variant.has_distance_maps;
-  narrowed.has_friction = variant.has_friction;
-  narrowed.has_restitution = variant.has_restitution;
-  narrowed.has_moving_colliders = variant.has_moving_colliders;
-  narrowed.leaves_out_colliders = variant.leaves_out_colliders;
-  return narrowed;
+constexpr TiledKernel kTiledKernels[] = {
+    {"tiled_begin", {kPredict}, {kTwoSteps, kRefine, kColliderReach}, &Kernels::tiled_begin},
+    {"tiled_find_range", {kColliderReach}, kColliderTraits, &Kernels::tiled_find_range},
+    {"tiled_find_near", {kColliderReach}, kColliderTraits, &Kernels::tiled_find_near},
+    {"tiled_spring_accelerations",
+     {kApplySprings, kSpringForces},
+     {kTwoSteps},
+     &Kernels::tiled_spring_accelerations},
+    {"tiled_apply_springs", {kApplySprings}, {}, &Kernels::tiled_apply_springs},
+    {"tiled_elastic_impulses", {kApplyElastic}, {kTwoSteps}, &Kernels::tiled_elastic_impulses},
+    {"tiled_apply_elastic", {kApplyElastic}, {}, &Kernels::tiled_apply_elastic},
+    {"tiled_air_impulses", {kApplyWind}, {kTwoSteps}, &Kernels::tiled_air_impulses},
+    {"tiled_apply_wind", {kApplyWind}, {}, &Kernels::tiled_apply_wind},
+    {"tiled_predict",
+     {kPredict},
+     {kTwoSteps, kSpringForces, kRestitution},
+     &Kernels::tiled_predict,
+     kShapeTraits},
+    {"tiled_twist_changes", {kDampTwist}, {}, &Kernels::tiled_twist_changes},
+    {"tiled_damp_twist", {kDampTwist}, {}, &Kernels::tiled_damp_twist},
+    {"tiled_tether", {kTether}, {kStartDirections}, &Kernels::tiled_tether},
+    {"tiled_begin_sweeps", {kTolerance}, {}, &Kernels::tiled_begin_sweeps},
+    {"tiled_solve_strips",
+     {kSolveStrips},
+     {kTolerance, kCompliance, kStartDirections, kRegularStrips},
+     &Kernels::tiled_solve_strips},
+    {"tiled_test_links", {kRefine}, {kTolerance}, &Kernels::tiled_test_links},
+    {"tiled_collect_links", {kRefine}, {kTolerance}, &Kernels::tiled_collect_links},
+    {.file = "tiled_refine",
+     .needed_by = {kRefine},
+     .reads = {kTolerance},
+     .program = &Kernels::tiled_refine,
+     .local_size = &KernelVariant::refine_local_size},
+    {"tiled_solve_distance",
+     {kSolveDistance},
+     {kTolerance, kCompliance, kInequalities, kOwnLengths, kStartDirections},
+     &Kernels::tiled_solve_distance},
+    {"tiled_solve_joints",
+     {kSolveJoints},
+     {kSolveJoints, kTolerance, kJointCompliance},
+     &Kernels::tiled_solve_joints},
+    {"tiled_solve_contacts",
+     {kSolveContacts},
+     kColliderTraits | TraitSet{kTolerance, kFriction},
+     &Kernels::tiled_solve_contacts},
+    {"tiled_end_sweep", {kTolerance}, {}, &Kernels::tiled_end_sweep},
+    {"tiled_integrate",
+     {kIntegrate},
+     kContactTraits | TraitSet{kTwoSteps, kSpringForces, kDamping, kSolveVelocity},
+     &Kernels::tiled_integrate},
+    {"tiled_solve_velocity",
+     {kSolveVelocity},
+     {kSolveJoints, kCompliance, kInequalities, kJointCompliance},
+     &Kernels::tiled_solve_velocity},
+    {"tiled_correct_velocity",
+     {kSolveVelocity},
+     kContactTraits | TraitSet{kDamping},
+     &Kernels::tiled_correct_velocity},
+    {"tiled_place_pins", {kPins}, {}, &Kernels::tiled_place_pins},
+    {"tiled_check", {kCommit}, {}, &Kernels::tiled_check},
+    {"tiled_commit", {kCommit}, {kTolerance}, &Kernels::tiled_commit},
+};
+
+// The variant as far as the kernel depends on it, so that variants share programs.
+KernelVariant Narrowed(const KernelVariant& variant, const TiledKernel& kernel) {
+  TraitSet reads = kernel.reads;
+  if (variant.Has(kRestitution)) reads = reads | kernel.reads_with_restitution;
+  return {.local_size = variant.*kernel.local_size, .traits = variant.traits & reads};
 }
 
 }  // namespace
+
+std::span<const TiledKernel> TiledKernels() {
+  return kTiledKernels;
+}
 
 Result<KernelCache> KernelCache::Create(const std::string& shader_dir) {
   KernelCache cache;
@@ -107,94 +167,12 @@ Result<const StepKernels*> KernelCache::ForVariant(const KernelVariant& variant)
 }
 
 Status KernelCache::CompileTiled(StepKernels& kernels) {
-  const KernelVariant& all = kernels.variant;
-  const KernelVariant plain{.local_size = all.local_size};
-  const KernelVariant tolerance = OnlyTolerance(all);
-  KernelVariant distance = tolerance;
-  distance.has_compliance = all.has_compliance;
-  distance.has_start_directions = all.has_start_directions;
-  distance.has_strips = all.has_strips;
-  distance.has_colours = all.has_colours;
-  distance.has_two_steps = all.has_two_steps;
-  KernelVariant timed = plain;
-  timed.has_two_steps = all.has_two_steps;
-  KernelVariant begin = timed;
-  begin.has_refinement = all.has_refinement;
-  begin.leaves_out_colliders = all.leaves_out_colliders;
-  KernelVariant reach = WithContacts(plain, all);
-  reach.has_friction = reach.has_restitution = false;
-  KernelVariant refine = tolerance;
-  refine.has_two_steps = all.has_two_steps;
-  KernelVariant refine_group = refine;
-  refine_group.local_size = all.refine_local_size;
-  KernelVariant tether = timed;
-  tether.has_start_directions = all.has_start_directions;
-  distance.has_inequalities = all.has_inequalities;
-  distance.has_own_lengths = all.has_own_lengths;
-  KernelVariant joints = tolerance;
-  joints.has_joints = all.has_joints;
-  joints.has_joint_compliance = all.has_joint_compliance;
-  KernelVariant strips = distance;
-  strips.has_regular_strips = all.has_regular_strips;
-  const KernelVariant contacts = WithContacts(tolerance, all);
-  const KernelVariant with_springs = WithSprings(timed, all);
-  // The rebound of a hit is found from the velocity before the substep.
-  const KernelVariant predict =
-      all.has_restitution ? WithContacts(with_springs, all) : with_springs;
-  KernelVariant integrate = WithContacts(with_springs, all);
-  integrate.has_damping = all.has_damping;
-  integrate.has_velocity_stage = all.has_velocity_stage;
-  KernelVariant velocity = plain;
-  velocity.has_compliance = all.has_compliance;
-  velocity.has_inequalities = all.has_inequalities;
-  velocity.has_joints = all.has_joints;
-  velocity.has_joint_compliance = all.has_joint_compliance;
-
-  struct Wanted {
-    bool is_needed;
-    const char* kernel;
-    KernelVariant variant;
-    const gl::Program** program;
-  };
-  const bool has_springs = all.springs != KernelVariant::Springs::kNone;
-  const bool has_kicks = all.springs == KernelVariant::Springs::kHalfKicks;
-  const std::array wanted = {
-      Wanted{true, "tiled_begin", begin, &kernels.tiled_begin},
-      Wanted{all.leaves_out_colliders, "tiled_find_range", reach, &kernels.tiled_find_range},
-      Wanted{all.leaves_out_colliders, "tiled_find_near", reach, &kernels.tiled_find_near},
-      Wanted{has_springs, "tiled_spring_accelerations", timed, &kernels.tiled_spring_accelerations},
-      Wanted{has_kicks, "tiled_kick", timed, &kernels.tiled_kick},
-      Wanted{all.has_elastic, "tiled_elastic_impulses", timed, &kernels.tiled_elastic_impulses},
-      Wanted{all.has_elastic, "tiled_apply_elastic", timed, &kernels.tiled_apply_elastic},
-      Wanted{all.has_wind, "tiled_air_impulses", timed, &kernels.tiled_air_impulses},
-      Wanted{all.has_wind, "tiled_apply_wind", timed, &kernels.tiled_apply_wind},
-      Wanted{true, "tiled_predict", predict, &kernels.tiled_predict},
-      Wanted{all.has_twist, "tiled_twist_changes", timed, &kernels.tiled_twist_changes},
-      Wanted{all.has_twist, "tiled_apply_twist", timed, &kernels.tiled_apply_twist},
-      Wanted{all.has_tethers, "tiled_tether", tether, &kernels.tiled_tether},
-      Wanted{all.has_tolerance, "tiled_begin_sweeps", plain, &kernels.tiled_begin_sweeps},
-      Wanted{all.has_strips, "tiled_solve_strips", strips, &kernels.tiled_solve_strips},
-      Wanted{all.has_refinement, "tiled_test_links", refine, &kernels.tiled_test_links},
-      Wanted{all.has_refinement, "tiled_collect_links", refine, &kernels.tiled_collect_links},
-      Wanted{all.has_refinement, "tiled_refine", refine_group, &kernels.tiled_refine},
-      Wanted{all.has_colours, "tiled_solve_distance", distance, &kernels.tiled_solve_distance},
-      Wanted{all.has_joints, "tiled_solve_joints", joints, &kernels.tiled_solve_joints},
-      Wanted{all.has_contacts, "tiled_solve_contacts", contacts, &kernels.tiled_solve_contacts},
-      Wanted{all.has_tolerance, "tiled_end_sweep", plain, &kernels.tiled_end_sweep},
-      Wanted{true, "tiled_integrate", integrate, &kernels.tiled_integrate},
-      Wanted{all.has_velocity_stage, "tiled_solve_velocity", velocity,
-             &kernels.tiled_solve_velocity},
-      Wanted{all.has_velocity_stage, "tiled_correct_velocity", integrate,
-             &kernels.tiled_correct_velocity},
-      Wanted{all.has_pins, "tiled_place_pins", plain, &kernels.tiled_place_pins},
-      Wanted{true, "tiled_check", plain, &kernels.tiled_check},
-      Wanted{true, "tiled_commit", tolerance, &kernels.tiled_commit},
-  };
-  for (const Wanted& entry : wanted) {
-    if (!entry.is_needed) continue;
-    const Result<const gl::Program*> program = Compile(entry.kernel, entry.variant.Defines());
+  for (const TiledKernel& kernel : kTiledKernels) {
+    if (!kernels.variant.traits.HasAnyOf(kernel.needed_by)) continue;
+    const Result<const gl::Program*> program =
+        Compile(kernel.file, Narrowed(kernels.variant, kernel).Defines());
     if (!program.ok()) return program.status();
-    *entry.program = program.value();
+    kernels.*kernel.program = program.value();
   }
   return Status::Ok();
 }

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 
 #include "server/core/status.h"
@@ -21,14 +22,14 @@ struct StepKernels {
   const gl::Program* tiled_find_range = nullptr;
   const gl::Program* tiled_find_near = nullptr;
   const gl::Program* tiled_spring_accelerations = nullptr;
-  const gl::Program* tiled_kick = nullptr;
+  const gl::Program* tiled_apply_springs = nullptr;
   const gl::Program* tiled_elastic_impulses = nullptr;
   const gl::Program* tiled_apply_elastic = nullptr;
   const gl::Program* tiled_air_impulses = nullptr;
   const gl::Program* tiled_apply_wind = nullptr;
   const gl::Program* tiled_predict = nullptr;
   const gl::Program* tiled_twist_changes = nullptr;
-  const gl::Program* tiled_apply_twist = nullptr;
+  const gl::Program* tiled_damp_twist = nullptr;
   const gl::Program* tiled_tether = nullptr;
   const gl::Program* tiled_begin_sweeps = nullptr;
   const gl::Program* tiled_solve_strips = nullptr;
@@ -47,6 +48,17 @@ struct StepKernels {
   const gl::Program* tiled_commit = nullptr;
 };
 
+// A kernel of the tiled plan.
+struct TiledKernel {
+  const char* file = nullptr;
+  TraitSet needed_by = {};  // any of these
+  TraitSet reads = {};      // traits that its code depends on
+  const gl::Program* StepKernels::*program = nullptr;
+  TraitSet reads_with_restitution = {};  // the same, where there is restitution
+  uint32_t KernelVariant::*local_size = &KernelVariant::local_size;
+};
+std::span<const TiledKernel> TiledKernels();
+
 // Compiles on first use and keeps everything. Every call with the context current. Errors are
 // INTERNAL (SHADER_COMPILE_FAILED).
 class KernelCache {
@@ -55,7 +67,7 @@ class KernelCache {
   // (SHADER_DIR_NOT_FOUND, SHADER_DIR_UNUSED).
   static Result<KernelCache> Create(const std::string& shader_dir);
 
-  // For a variant by reduction that the device has refused it is not asked again.
+  // A variant by reduction that the device has refused is not compiled again.
   Result<const StepKernels*> ForVariant(const KernelVariant& variant);
   // A kernel without variants, "measure_pieces" or "pack".
   Result<const gl::Program*> General(const std::string& kernel, uint32_t local_size);
@@ -69,7 +81,7 @@ class KernelCache {
   // By kernel and defines. Pointers into a map stay valid.
   std::map<std::pair<std::string, std::string>, gl::Program> programs_;
   std::map<KernelVariant, StepKernels> variants_;
-  // Those by reduction that the device does not compile, and why.
+  // Variants by reduction that the device does not compile, and why.
   std::map<KernelVariant, Status> refused_;
 };
 

@@ -7,7 +7,7 @@
 
 namespace drape {
 
-// Invocations per work group on one device; powers of two of at most 1024, what OpenGL 4.5
+// Invocations per work group on one device; powers of two, at most 1024, which OpenGL 4.5
 // guarantees. Bits do not depend on them but where ChooseStripSolve (kernel_variant.cpp) asks which
 // way is the shorter one: only on devices that can reduce strips.
 struct LocalSizes {

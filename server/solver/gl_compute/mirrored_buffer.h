@@ -1,4 +1,4 @@
-// A device array whose contents the host keeps too, so that only what changed is sent.
+// A device array whose contents the host keeps too, so that only changes are sent.
 #pragma once
 
 #include <cstdint>
@@ -53,7 +53,7 @@ class MirroredArena {
   // RESOURCE_EXHAUSTED (DEVICE_MEMORY); nothing changes then. 0 words are an empty range.
   Result<WordRange> Allocate(uint64_t words);
   void Write(const WordRange& range, uint32_t first_word, std::span<const uint32_t> words);
-  // What was written last, `count` words from `first_word`.
+  // The words that were written last: `count` of them from `first_word`.
   std::vector<uint32_t> Read(const WordRange& range, uint32_t first_word, uint32_t count) const;
   uint64_t Flush() { return mirrored_.Flush(); }
 

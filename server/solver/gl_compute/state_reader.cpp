@@ -19,7 +19,7 @@ constexpr uint32_t kPieceWords = 4096;
 constexpr size_t kMinReadbackBytes = 64 * 1024;
 // One on its way while another is read.
 constexpr size_t kMaxSpareBuffers = 2;
-constexpr uint64_t kReadsOfUnusedBuffer = 1000;  // after which it goes
+constexpr uint64_t kReadsOfUnusedBuffer = 1000;  // after which it is freed
 
 size_t WordCount(std::span<const StateColumn> columns, std::span<const ColumnRun> runs) {
   size_t words = 0;
@@ -121,7 +121,8 @@ std::optional<gl::ReadbackBuffer> StateReader::Memory(size_t size_bytes) {
   return std::move(made).value();
 }
 
-// Smallest first. What no read has taken for long goes, and the smallest if there are too many.
+// Smallest first. Frees buffers that no read has taken for long, and the smallest if there are too
+// many.
 void StateReader::Return(gl::ReadbackBuffer memory) {
   ++read_count_;
   std::erase_if(spare_, [&](const Spare& spare) {

@@ -33,7 +33,8 @@ std::vector<ColumnRun> RunsOf(std::span<const uint32_t> particles);
 
 class StateReader;
 
-// Columns on their way to the host. Move-only; with the context current, before the reader goes.
+// Columns on their way to the host. Move-only; with the context current, before the reader is
+// destroyed.
 class StateTransfer {
  public:
   // Waits for the device if it has to; the words one after another into `parts`, whose sizes add up

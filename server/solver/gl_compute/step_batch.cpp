@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/gl/sync.h"
+#include "server/solver/gl_compute/tiled_step.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -19,10 +20,10 @@ int64_t NowUs() {
       .count();
 }
 
-// What goes into the block Items, and how it is dispatched.
+// The contents of the block Items, and how they are dispatched.
 struct BatchPlan {
   std::vector<shader::BatchItem> items;
-  std::vector<StepGroup> groups;
+  std::vector<VariantGroup> groups;
   uint32_t first_measured = 0;
   std::vector<const GlCloth*> measured;
 };
@@ -34,13 +35,13 @@ BatchPlan PlanBatch(std::span<const StepItem> items, GlClothTable& cloths) {
   for (uint32_t index = 0; index < items.size(); ++index) {
     const GlCloth& cloth = cloths.Find(items[index].cloth);
     if (cloth.fault != FaultReason::kNone) continue;
-    by_variant[cloth.next_kernels()->variant].push_back(index);
+    by_variant[cloth.kernels->variant].push_back(index);
   }
   BatchPlan plan;
   for (const auto& [variant, indices] : by_variant) {
-    StepGroup group{.kernels = cloths.Find(items[indices.front()].cloth).next_kernels(),
-                    .first_item = static_cast<uint32_t>(plan.items.size()),
-                    .cloths = {}};
+    VariantGroup group{.kernels = cloths.Find(items[indices.front()].cloth).kernels,
+                       .first_item = static_cast<uint32_t>(plan.items.size()),
+                       .cloths = {}};
     for (const uint32_t index : indices) {
       group.cloths.push_back(&cloths.Find(items[index].cloth));
       plan.items.push_back({items[index].cloth.slot, index});
@@ -60,7 +61,7 @@ uint32_t Dispatch(const BatchPlan& plan, DeviceArrays& arrays, const MeasureKern
                   const DispatchLimits& limits) {
   arrays.BindForStep();
   uint32_t dispatch_count = 0;
-  for (const StepGroup& group : plan.groups) {
+  for (const VariantGroup& group : plan.groups) {
     dispatch_count += group.kernels->variant.is_tiled()
                           ? StepTiled(group, limits, arrays.dispatches)
                           : StepResident(group, limits);
@@ -92,13 +93,9 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
   if (was_stepped) {
     cloth.fault = FaultOf(status);
     report.iterations = status.iterations;
-    report.converged = cloth.tolerance == 0 || status.unconverged_substeps == 0;
-    report.warnings = {
-        .tolerance_raised = cloth.is_tolerance_raised(),
-        .not_converged = !report.converged,
-        .springs_beyond_limit = AreSpringsBeyondLimit(*cloth.model->model, cloth.parameters),
-        .elastic_beyond_limit = ElasticRatio(*cloth.model->model, cloth.parameters) > 1,
-        .springs_gain_energy = MaySpringsGainEnergy(*cloth.model->model, cloth.parameters)};
+    report.converged = cloth.plan.tolerance == 0 || status.unconverged_substeps == 0;
+    report.warnings = cloth.plan.known_warnings;
+    report.warnings.not_converged = !report.converged;
   }
   report.fault = cloth.fault;
   if (item.measure) {
@@ -109,29 +106,10 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
   return report;
 }
 
-// Where the cloths look for colliders out of reach next.
-void EndLooks(const BatchPlan& plan, std::span<const shader::ClothStatus> statuses,
-              GlClothTable& cloths, KernelCache& kernels, uint32_t pause) {
-  for (const StepGroup& group : plan.groups) {
-    const bool has_looked = group.kernels->variant.leaves_out_colliders;
-    for (size_t k = 0; k < group.cloths.size(); ++k) {
-      const shader::BatchItem& item = plan.items[group.first_item + k];
-      GlCloth& cloth = cloths.AtSlot(item.cloth);
-      if (!cloth.kernels->variant.leaves_out_colliders) continue;
-      cloth.looks.AfterStep(has_looked && statuses[item.status].far_colliders != 0, pause);
-      if (cloth.looks.is_due() || cloth.kernels_without_look != nullptr) continue;
-      KernelVariant variant = cloth.kernels->variant;
-      variant.leaves_out_colliders = false;
-      const Result<const StepKernels*> without_look = kernels.ForVariant(variant);
-      cloth.kernels_without_look = without_look.ok() ? without_look.value() : cloth.kernels;
-    }
-  }
-}
-
 uint32_t CountLeftOut(const BatchPlan& plan, std::span<const shader::ClothStatus> statuses) {
   uint32_t count = 0;
-  for (const StepGroup& group : plan.groups) {
-    if (!group.kernels->variant.leaves_out_colliders) continue;
+  for (const VariantGroup& group : plan.groups) {
+    if (!group.kernels->variant.Has(Feature::kColliderReach)) continue;
     for (size_t k = 0; k < group.cloths.size(); ++k) {
       const shader::BatchItem& item = plan.items[group.first_item + k];
       count += static_cast<uint32_t>(std::popcount(statuses[item.status].far_colliders));
@@ -143,7 +121,7 @@ uint32_t CountLeftOut(const BatchPlan& plan, std::span<const shader::ClothStatus
 }  // namespace
 
 BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, DeviceArrays& arrays,
-                     KernelCache& kernels, const MeasureKernels& measure, const BatchDevice& device,
+                     const MeasureKernels& measure, const BatchDevice& device,
                      const std::function<void()>& meanwhile) {
   BatchReport batch;
   if (items.empty()) return batch;
@@ -167,7 +145,6 @@ BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, Devi
   std::vector<shader::ClothStatus> statuses(items.size());
   arrays.statuses.Download(0, std::as_writable_bytes(std::span(statuses)));
   batch.readback_us = NowUs() - readback_start_us;
-  EndLooks(plan, statuses, cloths, kernels, device.look_pause);
   if (device.on_left_out) device.on_left_out(CountLeftOut(plan, statuses));
   for (size_t index = 0; index < items.size(); ++index) {
     batch.reports.push_back(

@@ -12,13 +12,13 @@
 namespace drape {
 
 // Cloths of one variant: items [first_item, first_item + cloths.size()) of the block Items.
-struct StepGroup {
+struct VariantGroup {
   const StepKernels* kernels = nullptr;
   uint32_t first_item = 0;
   std::vector<const GlCloth*> cloths;
 };
 
-// What the device dispatches at most [work groups].
+// Largest dispatch of the device [work groups].
 struct DispatchLimits {
   uint32_t group_count_x = 0;
   uint32_t group_count_y = 0;
@@ -32,22 +32,17 @@ void DeviceBarrier();
 uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
                          const DispatchLimits& limits);
 
-// Dispatches that the tiled plan has arguments for, in a group of cloths with at most as many
-// phases and colours each as the model has of all.
-uint64_t MostDispatchesOfSweep(const SceneModel& model);
-
-// What measures any cloth.
+// The kernels that measure cloths of all variants.
 struct MeasureKernels {
   const gl::Program* pieces = nullptr;
   const gl::Program* total = nullptr;
 };
 
-// The whole step of the group; both return the number of dispatches, which depends on the variant
-// and the settings but not on the number of cloths (up to the limits of one dispatch).
-uint32_t StepResident(const StepGroup& group, const DispatchLimits& limits);
-uint32_t StepTiled(const StepGroup& group, const DispatchLimits& limits, gl::Buffer& dispatches);
-// Of the items [first_item, first_item + cloths.size()). Returns the dispatches: one, or two if any
-// cloth has more than one piece.
+// The whole step of the group. Returns the number of dispatches, which depends on the variant and
+// the settings but not on the number of cloths (up to the limits of one dispatch).
+uint32_t StepResident(const VariantGroup& group, const DispatchLimits& limits);
+// Measures the items [first_item, first_item + cloths.size()). Returns the dispatches: one, or two
+// if any cloth has more than one piece.
 uint32_t Measure(const MeasureKernels& kernels, uint32_t first_item,
                  std::span<const GlCloth* const> cloths, const DispatchLimits& limits);
 

@@ -4,7 +4,7 @@
 namespace drape {
 
 enum class StripSolve {
-  // One invocation per strip goes along it.
+  // One invocation per strip eliminates link after link.
   kElimination,
   // Cyclic reduction: a subgroup solves the links of a strip all at once and hands values on by
   // shuffles. For strips of at most DRAPE_STRIP_LANES links.

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "tests/bench/shell.h"
-#include "tests/support/paths.h"
+#include "tests/support/paths/paths.h"
 
 namespace drape::bench {
 namespace {

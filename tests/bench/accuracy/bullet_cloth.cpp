@@ -7,6 +7,7 @@
 #include <btBulletDynamicsCommon.h>
 
 #include "server/core/check.h"
+#include "tests/support/plain_settings.h"
 
 namespace drape::bench {
 namespace {
@@ -151,7 +152,7 @@ std::vector<Entry> BulletEntries(const test::Scene& scene, bool is_quick) {
   for (const BulletSettings& settings : all) {
     const std::string sizes =
         std::to_string(settings.substeps) + "x" + std::to_string(settings.iterations);
-    StepSettings table;  // only what the columns show
+    StepSettings table = test::PlainSettings();  // only what the columns show
     table.substeps = settings.substeps;
     table.max_iterations = settings.iterations;
     entries.push_back({"bullet",

@@ -1,4 +1,5 @@
 #include "tests/bench/accuracy/contestant.h"
+#include "server/solver/load.h"
 
 #include "tests/support/states.h"
 

@@ -16,7 +16,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kNotDefined = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUndefinedOrder = std::numeric_limits<double>::quiet_NaN();
 
 // Sweeps until nothing changes: what is left is the error of the step.
 constexpr char kTight[] = " max_iterations=5000 tolerance=1e-9";
@@ -42,7 +42,7 @@ void MeasureOrderOf(Bench& bench, Table& table, NamedBackend& named, const Accur
                     const std::string& method, const std::string& words) {
   if (!bench.StartRow("order: " + scene.name + ", " + named.name + ", " + method)) return;
   const std::vector<Vector3d> exact_m = scene.reference().positions_m;
-  double before_m = kNotDefined;
+  double before_m = kUndefinedOrder;
   for (const uint32_t substeps : {4u, 8u, 16u, 32u, 64u}) {
     const StepSettings settings = Settings(words + " substeps=" + std::to_string(substeps));
     const ParticleState end = Play(*named.backend, scene, settings);
@@ -81,7 +81,8 @@ void MeasureEnergies(Bench& bench) {
     scene.duration_s = is_quick ? 0.5 : 10;
     for (const Method& method : MethodsFor(scene.scene, PointGrid::kPresets)) {
       NamedBackend& named = bench.backends()[0];
-      Observer observer(scene, {});
+      const std::vector<Vector3d> no_reference;  // outlives the observer
+      Observer observer(scene, no_reference);
       Play(*named.backend, scene, method.settings, &observer);
       table.Add(
           {scene.name, named.name, method.name, scene.duration_s, observer.Result().energy_drift});

@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -10,6 +11,7 @@
 
 #include "tests/bench/accuracy/direct_solver.h"
 #include "tests/support/obj_file.h"
+#include "tests/support/paths/paths.h"
 #include "tests/support/planar_chain.h"
 
 namespace drape::bench {
@@ -136,8 +138,7 @@ AccuracyScene HeavyHem() {
 
 // The example scene, hanging: its pins do not move here.
 AccuracyScene Skirt() {
-  const std::filesystem::path folder =
-      std::filesystem::path(DRAPE_SOURCE_DIR) / "client" / "examples";
+  const std::filesystem::path folder = test::SourcePath("client/examples");
   std::ifstream file(folder / "skirt.json");
   if (!file) throw std::runtime_error("cannot read " + (folder / "skirt.json").string());
   const nlohmann::json spec = nlohmann::json::parse(file)["cloths"][0]["spec"];

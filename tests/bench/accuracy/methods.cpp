@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <functional>
 #include <map>
 #include <sstream>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/solver/step_plan.h"
 
 namespace drape::bench {
 namespace {
@@ -50,9 +51,6 @@ constexpr Family kFamilies[] = {
     {"two steps + strips + tethers + twist + refinement",
      "integration=TWO_STEP sweep=STRIPS use_tethers=true twist_damping_per_s=150 "
      "refine_above_strain=0.002"},
-    {"two steps + strips and colours + tethers",
-     "integration=TWO_STEP sweep=STRIPS_THEN_COLOURS use_tethers=true twist_damping_per_s=0 "
-     "refine_above_strain=0"},
 };
 
 struct Point {
@@ -68,106 +66,73 @@ constexpr uint32_t kFinerAccurate[] = {2, 4, 8, 16, 32, 120};
 
 constexpr std::array kPresets = {Preset::kPaper, Preset::kRealtime, Preset::kAccurate};
 
-// A field of StepSettings as a word: how it is read (false: not a value of it) and written.
-struct Word {
-  std::string legal;
-  std::function<bool(std::string_view, StepSettingsOverrides&)> read;
-  std::function<std::string(const StepSettings&)> write;
-};
+// What a method is: benchmarks step backends, without the scheduler.
+template <class Visit>
+void ForEachWord(Visit&& visit) {
+  ForEachSetting([&](const auto& setting) {
+    if (setting.reader != SettingReader::kScheduler) visit(setting);
+  });
+}
 
-template <class Number>
-bool ReadNumber(std::string_view text, std::optional<Number>& value) {
-  Number number{};
+// Each reads the value of a setting; false: not a value of it.
+template <class Value>
+requires std::is_arithmetic_v<Value>
+bool Read(std::string_view text, const Setting<Value>& setting, StepSettingsOverrides& overrides) {
+  Value number{};
   const char* end = text.data() + text.size();
   const auto [stop, error] = std::from_chars(text.data(), end, number);
   if (error != std::errc() || stop != end) return false;
-  value = number;
+  overrides.Set(setting.member, number);
   return true;
 }
 
-std::string NumberText(double value) {
-  std::array<char, 32> text;
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), value).ptr;
-  return {text.data(), end};
+bool Read(std::string_view text, const Setting<bool>& setting, StepSettingsOverrides& overrides) {
+  if (text != "true" && text != "false") return false;
+  overrides.Set(setting.member, text == "true");
+  return true;
 }
 
 template <class Value>
-using Names = std::vector<std::pair<std::string_view, Value>>;
+requires std::is_enum_v<Value>
+bool Read(std::string_view text, const Setting<Value>& setting, StepSettingsOverrides& overrides) {
+  const auto found = std::ranges::find(setting.value_names, text);
+  if (found == setting.value_names.end()) return false;
+  overrides.Set(setting.member, static_cast<Value>(found - setting.value_names.begin()));
+  return true;
+}
 
 template <class Value>
-Word NamedWord(const Names<Value>& names, std::optional<Value> StepSettingsOverrides::*override_of,
-               Value StepSettings::*field) {
+std::string LegalText(const Setting<Value>& setting) {
+  if constexpr (std::is_same_v<Value, bool>) return "true | false";
   std::string legal;
-  for (const auto& [name, value] : names) legal += (legal.empty() ? "" : " | ") + std::string(name);
-  const auto read = [=](std::string_view text, StepSettingsOverrides& overrides) {
-    for (const auto& [name, value] : names) {
-      if (name == text) overrides.*override_of = value;
-    }
-    return (overrides.*override_of).has_value();
-  };
-  const auto write = [=](const StepSettings& settings) {
-    for (const auto& [name, value] : names) {
-      if (value == settings.*field) return std::string(name);
-    }
-    DRAPE_CHECK(false, "a value without a name");
-    return std::string();
-  };
-  return {legal, read, write};
+  for (const std::string_view name : setting.value_names) {
+    legal += (legal.empty() ? "" : " | ") + std::string(name);
+  }
+  return legal.empty() ? "a number" : legal;
 }
 
-template <class Number>
-Word NumberWord(std::optional<Number> StepSettingsOverrides::*override_of,
-                Number StepSettings::*field) {
-  return {"a number",
-          [=](std::string_view text, StepSettingsOverrides& overrides) {
-            return ReadNumber(text, overrides.*override_of);
-          },
-          [=](const StepSettings& settings) {
-            return NumberText(static_cast<double>(settings.*field));
-          }};
+template <class Value>
+std::string ValueText(const Setting<Value>& setting, Value value) {
+  if constexpr (std::is_same_v<Value, bool>) return value ? "true" : "false";
+  if constexpr (std::is_enum_v<Value>) {
+    return std::string(setting.value_names[static_cast<size_t>(value)]);
+  } else {
+    return NumberText(static_cast<double>(value));
+  }
 }
 
-const std::map<std::string, Word, std::less<>>& Words() {
-  using O = StepSettingsOverrides;
-  using S = StepSettings;
-  static const std::map<std::string, Word, std::less<>> words = {
-      {"preset", NamedWord<Preset>({{"PAPER", Preset::kPaper},
-                                    {"REALTIME", Preset::kRealtime},
-                                    {"ACCURATE", Preset::kAccurate}},
-                                   &O::preset, &S::preset)},
-      {"time_step_s", NumberWord<double>(&O::time_step_s, &S::time_step_s)},
-      {"substeps", NumberWord<uint32_t>(&O::substeps, &S::substeps)},
-      {"max_iterations", NumberWord<uint32_t>(&O::max_iterations, &S::max_iterations)},
-      {"tolerance", NumberWord<double>(&O::tolerance, &S::tolerance)},
-      {"spring_integration",
-       NamedWord<SpringIntegration>({{"IN_FORCE", SpringIntegration::kInForce},
-                                     {"HALF_KICKS", SpringIntegration::kHalfKicks}},
-                                    &O::spring_integration, &S::spring_integration)},
-      {"integration", NamedWord<Integration>({{"ONE_STEP", Integration::kOneStep},
-                                              {"TWO_STEP", Integration::kTwoStep}},
-                                             &O::integration, &S::integration)},
-      {"direction", NamedWord<Direction>({{"AT_END", Direction::kAtEnd},
-                                          {"AT_START", Direction::kAtStart},
-                                          {"BLENDED", Direction::kBlended}},
-                                         &O::direction, &S::direction)},
-      {"velocity_iterations",
-       NumberWord<uint32_t>(&O::velocity_iterations, &S::velocity_iterations)},
-      {"sweep", NamedWord<Sweep>({{"COLOURS", Sweep::kColours},
-                                  {"STRIPS", Sweep::kStrips},
-                                  {"STRIPS_THEN_COLOURS", Sweep::kStripsThenColours}},
-                                 &O::sweep, &S::sweep)},
-      {"load_limit", NumberWord<double>(&O::load_limit, &S::load_limit)},
-      {"refine_above_strain", NumberWord<double>(&O::refine_above_strain, &S::refine_above_strain)},
-      {"twist_damping_per_s", NumberWord<double>(&O::twist_damping_per_s, &S::twist_damping_per_s)},
-      {"use_tethers",
-       NamedWord<bool>({{"true", true}, {"false", false}}, &O::use_tethers, &S::use_tethers)},
-  };
+// By name.
+std::map<std::string, std::string> Words(const StepSettings& settings) {
+  std::map<std::string, std::string> words;
+  ForEachWord([&](const auto& setting) {
+    words.emplace(setting.name, ValueText(setting, settings.*setting.member));
+  });
   return words;
 }
 
 std::string LegalWords() {
   std::string legal;
-  for (const auto& [name, word] : Words()) legal += (legal.empty() ? "" : ", ") + name;
+  for (const auto& [name, value] : Words({})) legal += (legal.empty() ? "" : ", ") + name;
   return legal;
 }
 
@@ -196,11 +161,12 @@ std::span<const Point> PointsOf(PointGrid grid) {
 // The settings that act on the scene's cloth: a switch that has nothing to do is off.
 StepSettings EffectiveSettings(StepSettings settings, const test::Scene& scene) {
   const SceneModel& model = *scene.model;
-  settings.use_tethers = HasTethers(model, settings);
-  if (!HasTwistDamping(model, settings)) settings.twist_damping_per_s = 0;
   ClothParameters parameters = scene.parameters;
   parameters.settings = settings;
-  const SolverChoice solver = ChooseSolver(model, parameters, false);
+  const StepPlan plan = PlanStep(model, parameters, LengthSource::kModel, ScalarType::kFloat32);
+  const SolverChoice& solver = plan.solver;
+  settings.use_tethers = plan.Has(StepStage::kTether);
+  if (!plan.Has(StepStage::kDampTwist)) settings.twist_damping_per_s = 0;
   settings.refine_above_strain = solver.refine_above_strain;
   if (!solver.has_two_steps) settings.integration = Integration::kOneStep;
   if (solver.end_share == 1) settings.direction = Direction::kAtEnd;
@@ -215,19 +181,21 @@ StepSettings EffectiveSettings(StepSettings settings, const test::Scene& scene) 
 Result<StepSettings> ParseSettings(std::string_view text) {
   StepSettingsOverrides overrides;
   std::istringstream stream{std::string(text)};
-  std::vector<FieldViolation> violations;
+  Violations violations;
   for (std::string word; stream >> word;) {
     const size_t equals = std::min(word.find('='), word.size());
     const std::string name = word.substr(0, equals);
     const std::string value = word.substr(std::min(equals + 1, word.size()));
-    const auto found = Words().find(name);
-    if (found == Words().end()) {
-      violations.push_back({name, "is none of: " + LegalWords()});
-    } else if (!found->second.read(value, overrides)) {
-      violations.push_back({name, "'" + value + "' is not " + found->second.legal});
-    }
+    bool is_known = false;
+    ForEachWord([&](const auto& setting) {
+      if (setting.name != name) return;
+      is_known = true;
+      violations.Require(Read(value, setting, overrides), FieldPath(setting.name),
+                         [&] { return "'" + value + "' is not " + LegalText(setting); });
+    });
+    violations.Require(is_known, FieldPath(name), [] { return "is none of: " + LegalWords(); });
   }
-  if (!violations.empty()) return Status::InvalidFields(std::move(violations));
+  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   return ResolveSettings(overrides, "settings");
 }
 
@@ -247,8 +215,8 @@ Method ParseMethod(const std::string& text) {
 
 std::string SettingsText(const StepSettings& settings) {
   std::string text;
-  for (const auto& [name, word] : Words()) {
-    text += (text.empty() ? "" : " ") + name + "=" + word.write(settings);
+  for (const auto& [name, value] : Words(settings)) {
+    text += (text.empty() ? "" : " ") + name + "=" + value;
   }
   return text;
 }

@@ -1,5 +1,5 @@
 // What is compared: settings of the step, as data. A family is a set of switches; its points are
-// substeps x sweeps. A new switch of StepSettings is one line in `Words` and one in the families.
+// substeps x sweeps. A new switch of StepSettings is one line in the families.
 #pragma once
 
 #include <cstdint>

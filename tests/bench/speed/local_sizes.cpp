@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/solver/gl_compute/gl_backend.h"
+#include "server/solver/gl_compute/gl_tuning.h"
 #include "server/solver/gl_compute/kernel_variant.h"
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/quantiles.h"
@@ -30,8 +30,8 @@ struct Wanted {
 
 // Null, with a line of output, where the device refuses kernels of these sizes.
 std::unique_ptr<Backend> MakeBackendOf(const Wanted& wanted, const test::Scene& start) {
-  Result<std::unique_ptr<Backend>> backend = CreateGlBackend(
-      {.local_size = wanted.local_size, .refine_local_size = wanted.refine_local_size});
+  Result<std::unique_ptr<Backend>> backend = CreateTunedGlBackend(
+      {}, {.local_size = wanted.local_size, .refine_local_size = wanted.refine_local_size});
   Status status = backend.status();
   if (backend.ok()) {
     const auto cloth = (*backend)->Create(start.model, start.parameters, start.state);
@@ -59,7 +59,8 @@ std::optional<KernelVariant> VariantOf(const Backend& gl, const Wanted& wanted,
       .refine_local_size = wanted.refine_local_size,
       .loop_budget = UINT32_MAX,
       .strip_solve = test::HasReduction(gl) ? StripSolve::kReduction : StripSolve::kElimination};
-  const Result<VariantChoice> choice = ChooseVariant(*scene.model, scene.parameters, traits);
+  const Result<VariantChoice> choice =
+      ChooseVariant(PlanOnDevice(*scene.model, scene.parameters), traits);
   if (!choice.ok()) return std::nullopt;
   return choice->variant;
 }
@@ -141,9 +142,9 @@ class LocalSizesTable {
       const bool is_chosen = size.local_size == chosen;
       std::printf("    %4u invocations%c %10.3f ms, %8.1f ns per particle\n", size.local_size,
                   is_chosen ? '*' : ' ', median_ms, ns_per_particle);
-      table_.Add({preset, gl_.PlanOf(*start.model), kernels, load.cloths, load.particles,
-                  size.local_size, is_chosen, options_.rounds, median_ms, Quantile(size.ms, 0.1),
-                  Quantile(size.ms, 0.9), ns_per_particle});
+      table_.Add({preset, gl_.Describe().plan_of(*start.model), kernels, load.cloths,
+                  load.particles, size.local_size, is_chosen, options_.rounds, median_ms,
+                  Quantile(size.ms, 0.1), Quantile(size.ms, 0.9), ns_per_particle});
     }
   }
 

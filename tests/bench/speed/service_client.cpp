@@ -13,7 +13,7 @@ namespace {
 
 using WallClock = std::chrono::steady_clock;
 
-double Since_ms(WallClock::time_point start) {
+double Elapsed_ms(WallClock::time_point start) {
   return std::chrono::duration<double, std::milli>(WallClock::now() - start).count();
 }
 
@@ -79,7 +79,7 @@ class SessionClient final : public ServiceClient {
     std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(pause_ms));
     const auto start = WallClock::now();
     empty_session_.Step(1);
-    return Since_ms(start);
+    return Elapsed_ms(start);
   }
 
  private:
@@ -89,7 +89,7 @@ class SessionClient final : public ServiceClient {
     do {
       const auto start = WallClock::now();
       const v1::StepResponse response = session_.Step(request);
-      steps.push_back(ToServedStep(Since_ms(start), response));
+      steps.push_back(ToServedStep(Elapsed_ms(start), response));
     } while (!is_over());
     return steps;
   }

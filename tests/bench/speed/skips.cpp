@@ -10,7 +10,7 @@
 #include "server/scheduler/device_loop.h"
 #include "server/scheduler/observers.h"
 #include "server/solver/cpu/cpu_backend.h"
-#include "server/solver/gl_compute/gl_backend.h"
+#include "server/solver/gl_compute/gl_tuning.h"
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/quantiles.h"
 #include "tests/bench/speed/speed.h"
@@ -58,7 +58,7 @@ class Stepper {
       work.steps = 1;
       work.report = side_.is_reported;
       work.view = side_.view;
-      work.pin_controls = pin_controls_;
+      work.controls.pins = pin_controls_;
       const auto start = std::chrono::steady_clock::now();
       loop_.Admit(std::move(work), clock_.NowUs());
       while (loop_.has_requests()) loop_.RunRound();
@@ -81,7 +81,7 @@ class Stepper {
   void AddPinControls(const test::Scene& scene, const std::vector<Eigen::Vector3d>& pins_m) {
     const auto cloth_index = static_cast<uint32_t>(cloths_.size() - 1);
     for (size_t k = 0; k < pins_m.size(); ++k) {
-      pin_controls_.push_back({cloth_index, scene.model->pins()[k], pins_m[k], 0});
+      pin_controls_.push_back({cloth_index, {scene.model->pins()[k], pins_m[k], 0}});
     }
   }
 
@@ -99,7 +99,7 @@ class Stepper {
   std::unique_ptr<Backend> backend_;
   const Side side_;
   std::vector<std::shared_ptr<ClothRuntime>> cloths_;
-  std::vector<PinControl> pin_controls_;
+  std::vector<ClothControl<PinControl>> pin_controls_;
   SteadyClock clock_;
   RoundCounters counters_;
   DeviceLoop loop_{*backend_,
@@ -258,10 +258,10 @@ std::vector<Skip> LeavingOut(const Sheets& sheets, const std::string& backend, u
 std::unique_ptr<Backend> BackendOf(const Skip& skip, bool is_full) {
   if (!skip.leaves_out && !skip.is_of_lists) return test::MakeBackend(skip.backend);
   if (skip.backend == "cpu") return CreateCpuBackend({.leave_out_colliders = !is_full});
-  GlBackendOptions options;
-  if (skip.leaves_out) options.leave_out_colliders = !is_full;
-  if (skip.is_of_lists) options.find_regular_strips = !is_full;
-  Result<std::unique_ptr<Backend>> gl = CreateGlBackend(options);
+  GlTuning tuning;
+  if (skip.leaves_out) tuning.leave_out_colliders = !is_full;
+  if (skip.is_of_lists) tuning.find_regular_strips = !is_full;
+  Result<std::unique_ptr<Backend>> gl = CreateTunedGlBackend({}, tuning);
   DRAPE_CHECK(gl.ok(), gl.status().ToString());
   return std::move(gl).value();
 }

@@ -232,7 +232,6 @@ std::vector<AtlasMethod> AtlasMethods(AtlasForm form) {
   vary("use_tethers=false", [](StepSettings& s) { s.use_tethers = false; });
   if (form == AtlasForm::kShort) return methods;
   vary("integration=ONE_STEP", [](StepSettings& s) { s.integration = Integration::kOneStep; });
-  vary("sweep=STRIPS_THEN_COLOURS", [](StepSettings& s) { s.sweep = Sweep::kStripsThenColours; });
   vary("max_iterations=2", [](StepSettings& s) { s.max_iterations = 2; });
   return methods;
 }

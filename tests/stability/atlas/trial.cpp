@@ -1,4 +1,5 @@
 #include "tests/stability/atlas/trial.h"
+#include "server/solver/load.h"
 
 #include <algorithm>
 #include <chrono>

@@ -109,7 +109,7 @@ void Solve(const StepContext& context, StepReport& report) {
     // All always run: a contact can break what the distances have just met.
     bool has_changed = controls.solver.has_strips && SolveStrips(context);
     if (context.substep.is_last && iteration + 1 == context.max_iterations) RefineLinks(context);
-    if (controls.solver.has_colours) has_changed |= SolveDistance(context);
+    if (!controls.solver.has_strips) has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
     has_changed |= SolveContacts(context);
     if (controls.tolerance > 0 && !has_changed) return;

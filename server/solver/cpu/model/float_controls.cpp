@@ -56,21 +56,21 @@ Gap FloatCollider::GapOfLargerShape(Lanes q) const {
 
 FloatControls::FloatControls(const FloatModel& model, const ClothParameters& parameters,
                              bool has_own_lengths)
-    : solver(ChooseSolver(*model.source, parameters, has_own_lengths)),
-      schedule(*model.source, parameters, solver.has_two_steps),
-      refine_limits(
-          std::max(solver.refine_above_strain,
-                   SinglePrecisionTolerance(parameters.settings.tolerance, *model.source))) {
+    : plan(PlanStep(*model.source, parameters,
+                    has_own_lengths ? LengthSource::kOwn : LengthSource::kModel,
+                    ScalarType::kFloat32)),
+      solver(plan.solver),
+      schedule(plan.schedule),
+      refine_limits(std::max(solver.refine_above_strain, plan.tolerance)) {
   const StepSettings& settings = parameters.settings;
   const double substep_s = settings.substep_s();
-  const double tolerance_met = SinglePrecisionTolerance(settings.tolerance, *model.source);
   damping_per_s = parameters.damping_per_s;
   end_share = static_cast<float>(solver.end_share);
   time_step = static_cast<float>(settings.time_step_s);
   h = static_cast<float>(substep_s);
   inverse_h = static_cast<float>(1 / substep_s);
-  tolerance = static_cast<float>(tolerance_met);
-  contact_tolerance = static_cast<float>(tolerance_met * model.source->length_scale_m());
+  tolerance = static_cast<float>(plan.tolerance);
+  contact_tolerance = static_cast<float>(plan.tolerance * model.source->length_scale_m());
   depenetration_distance = static_cast<float>(kMaxDepenetrationSpeed_m_per_s * substep_s);
   friction_static = static_cast<float>(parameters.friction_static);
   friction_dynamic = static_cast<float>(parameters.friction_dynamic);
@@ -90,10 +90,7 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   const bool is_in_force = settings.spring_integration == SpringIntegration::kInForce;
   has_half_kicks = model.has_springs() && !is_in_force;
   has_spring_forces = model.has_springs() && is_in_force;
-  warnings.tolerance_raised = tolerance_met > settings.tolerance;
-  warnings.springs_beyond_limit = AreSpringsBeyondLimit(*model.source, parameters);
-  warnings.elastic_beyond_limit = ElasticRatio(*model.source, parameters) > 1;
-  warnings.springs_gain_energy = MaySpringsGainEnergy(*model.source, parameters);
+  warnings = plan.known_warnings;
 }
 
 }  // namespace drape::cpu

@@ -8,8 +8,8 @@
 #include "server/solver/cpu/formulas/constraint_math.h"
 #include "server/solver/cpu/formulas/distance_map_gap.h"
 #include "server/solver/cpu/model/float_model.h"
+#include "server/solver/step_plan.h"
 #include "server/solver/step_report.h"
-#include "server/solver/substep_schedule.h"
 
 namespace drape::cpu {
 
@@ -55,6 +55,7 @@ struct RefineLimits {
 struct FloatControls {
   FloatControls(const FloatModel& model, const ClothParameters& parameters, bool has_own_lengths);
 
+  StepPlan plan;
   SolverChoice solver;
   SubstepSchedule schedule;
   double damping_per_s;

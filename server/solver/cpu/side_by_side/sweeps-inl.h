@@ -294,7 +294,7 @@ void Solve(LaneContext& context, std::span<LaneCloth> cloths,
       });
     }
     if (context.substep.is_last && iteration + 1 == context.max_iterations) Refine(context);
-    if (controls.solver.has_colours) has_changed |= SolveDistance(context);
+    if (!controls.solver.has_strips) has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
     has_changed |= SolveContacts(context);
     if (controls.tolerance == 0) continue;

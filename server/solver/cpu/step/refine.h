@@ -6,9 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "server/solver/cloth_parameters.h"
 #include "server/solver/cpu/model/float_model.h"
 #include "server/solver/solver_constants.h"
+#include "server/solver/step_plan.h"
 
 namespace drape::cpu {
 

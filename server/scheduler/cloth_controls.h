@@ -1,0 +1,56 @@
+// What requests drive of one cloth: its pins, colliders and rest lengths.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "server/scheduler/collider_track.h"
+#include "server/scheduler/length_track.h"
+#include "server/scheduler/track.h"
+#include "server/solver/backend.h"
+
+namespace drape {
+
+using PinTrack = Track<Eigen::Vector3d>;  // [pin_count] in the order of the model
+
+// In the cloth frame. Device thread, except CollidersAt.
+class ClothControls {
+ public:
+  // Any thread. Where the colliders are at `time_s` and how they go on from there; empty: they rest
+  // as described.
+  std::vector<RigidMotion> CollidersAt(double time_s) const;
+
+  PinTrack& pins() { return pins_; }
+  const PinTrack& pins() const { return pins_; }
+  LengthTrack& lengths() { return lengths_; }
+  const LengthTrack& lengths() const { return lengths_; }
+  // Changes are to be followed by ShowColliders.
+  ColliderTrack& colliders() { return colliders_; }
+  const ColliderTrack& colliders() const { return colliders_; }
+
+  // All pins are at `starts_m` and go to `targets_m` in the step that begins at time 0; the rest
+  // lengths are the model's.
+  void Reset(const std::vector<Eigen::Vector3d>& starts_m,
+             const std::vector<Eigen::Vector3d>& targets_m);
+  // The cloth has these colliders from now on, in motion or (empty) at rest about these pivots.
+  void StartColliders(std::vector<RigidMotion> motions, std::vector<Eigen::Vector3d> pivots_m,
+                      double now_s);
+  // The backend knows the motions of `track`.
+  void SetColliders(ColliderTrack track);
+  // From now on CollidersAt sees what has been done to colliders().
+  void ShowColliders();
+
+  // The targets of a step between these times. Valid until the next call.
+  void SetTargets(double start_s, double end_s, StepItem& item);
+
+ private:
+  PinTrack pins_;
+  LengthTrack lengths_;
+  ColliderTrack colliders_;
+  mutable std::mutex mutex_;
+  std::shared_ptr<const ColliderTrack> shown_colliders_;  // null: they rest; guarded by mutex_
+};
+
+}  // namespace drape

@@ -1,0 +1,151 @@
+#include "server/session/control_rows.h"
+
+#include <spdlog/fmt/fmt.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+#include "server/scene/constraint_places.h"
+#include "server/scene/description_checks.h"
+
+namespace drape {
+namespace {
+
+// Limit on the wrong rows of a table that an error names.
+constexpr size_t kMaxNamedRows = 16;
+
+using ClothSpan = std::span<const std::shared_ptr<ClothRecord>>;
+using ClothIndices = std::unordered_map<ClothId, uint32_t>;
+
+// An error in a row: the column and the reason.
+struct RowError {
+  const char* column;
+  std::string why;
+};
+using RowCheck = std::optional<RowError>;
+
+// `check` brings a row's control into the frame of its cloth, or says what is wrong with it.
+template <class Control, class Check>
+Result<std::vector<ClothControl<Control>>> ResolveRows(const char* table,
+                                                       const std::vector<ControlRow<Control>>& rows,
+                                                       ClothSpan cloths,
+                                                       const ClothIndices& indices, Check check) {
+  std::vector<ClothControl<Control>> controls;
+  std::vector<FieldViolation> violations;
+  for (size_t r = 0; r < rows.size() && violations.size() < kMaxNamedRows; ++r) {
+    const auto index = indices.find(rows[r].cloth);
+    ClothControl<Control> control{0, rows[r].control};
+    RowCheck error;
+    if (index == indices.end()) {
+      error = {"cloth_ids", "no cloth of this request"};
+    } else {
+      control.cloth_index = index->second;
+      error = check(*cloths[index->second], control);
+    }
+    if (error.has_value()) {
+      violations.push_back(
+          {fmt::format("{}.{}[{}]", table, error->column, r), std::move(error->why)});
+    } else {
+      controls.push_back(std::move(control));
+    }
+  }
+  if (!violations.empty()) return Status::InvalidFields(std::move(violations));
+  return controls;
+}
+
+RowCheck CheckPin(const ClothRecord& cloth, ClothControl<PinControl>& row) {
+  PinControl& control = row.control;
+  const auto description = cloth.description();
+  const auto pins = description->model->pins();
+  if (!std::binary_search(pins.begin(), pins.end(), control.particle)) {
+    return RowError{"particles", fmt::format("particle {} is not pinned", control.particle)};
+  }
+  control.target_m = cloth.placement.ClothFromEnvironment(control.target_m);
+  return std::nullopt;
+}
+
+RowCheck CheckCollider(const ClothRecord& cloth, ClothControl<ColliderControl>& row) {
+  ColliderControl& control = row.control;
+  const size_t count = cloth.description()->parameters.colliders.size();
+  if (control.collider >= count) {
+    return RowError{"colliders", fmt::format("{} is not below the number of colliders, {}",
+                                             control.collider, count)};
+  }
+  control.target.position_m = cloth.placement.ClothFromEnvironment(control.target.position_m);
+  return std::nullopt;
+}
+
+// Keeps the ConstraintPlaces of each cloth, which take a pass over its model.
+class LengthCheck {
+ public:
+  RowCheck operator()(const ClothRecord& cloth, const ClothControl<LengthControl>& row) {
+    const uint32_t constraint = row.control.constraint;
+    const auto model = cloth.description()->model;
+    if (constraint >= model->described_constraint_count()) {
+      return RowError{"constraints",
+                      fmt::format("{} is not below the number of distance constraints, {}",
+                                  constraint, model->described_constraint_count())};
+    }
+    const ConstraintPlaces& places = places_.try_emplace(row.cloth_index, *model).first->second;
+    if (places.Find(constraint).has_value()) return std::nullopt;
+    return RowError{"constraints", fmt::format("constraint {} joins two pins", constraint)};
+  }
+
+ private:
+  std::unordered_map<uint32_t, ConstraintPlaces> places_;  // by cloth
+};
+
+// A row costs a pass over its cloth, so each cloth may have one.
+class ScaleCheck {
+ public:
+  RowCheck operator()(const ClothRecord& cloth, const ClothControl<LengthScale>& row) {
+    if (!scaled_.insert(row.cloth_index).second) {
+      return RowError{"cloth_ids", fmt::format("{} occurs twice", cloth.id.Packed())};
+    }
+    const auto model = cloth.description()->model;
+    if (model->constraint_count() == 0) {
+      return RowError{"scales", "the cloth has no distance constraint"};
+    }
+    const auto [shortest, longest] = std::minmax_element(
+        model->constraints().begin(), model->constraints().end(),
+        [](const auto& a, const auto& b) { return a.rest_length_m < b.rest_length_m; });
+    const double shortest_m = row.control.scale * shortest->rest_length_m;
+    const double longest_m = row.control.scale * longest->rest_length_m;
+    if (shortest_m >= kMinRestLength_m && longest_m <= kMaxExtent_m) return std::nullopt;
+    return RowError{
+        "scales",
+        fmt::format("{} makes rest lengths of {} to {} m, which are not in [{}, {}] m",
+                    row.control.scale, shortest_m, longest_m, kMinRestLength_m, kMaxExtent_m)};
+  }
+
+ private:
+  std::unordered_set<uint32_t> scaled_;
+};
+
+}  // namespace
+
+Result<StepControls> ResolveControls(const ControlRows& rows, ClothSpan cloths) {
+  StepControls controls;
+  const bool is_any_given = !rows.pins.empty() || !rows.colliders.empty() ||
+                            !rows.lengths.empty() || !rows.length_scales.empty();
+  if (!is_any_given) return controls;
+  ClothIndices indices;
+  for (uint32_t k = 0; k < cloths.size(); ++k) indices.emplace(cloths[k]->id, k);
+  DRAPE_ASSIGN_OR_RETURN(controls.pins,
+                         ResolveRows("pin_controls", rows.pins, cloths, indices, CheckPin));
+  DRAPE_ASSIGN_OR_RETURN(controls.colliders, ResolveRows("collider_controls", rows.colliders,
+                                                         cloths, indices, CheckCollider));
+  DRAPE_ASSIGN_OR_RETURN(controls.lengths, ResolveRows("rest_length_controls", rows.lengths, cloths,
+                                                       indices, LengthCheck()));
+  DRAPE_ASSIGN_OR_RETURN(
+      controls.length_scales,
+      ResolveRows("rest_length_scales", rows.length_scales, cloths, indices, ScaleCheck()));
+  return controls;
+}
+
+}  // namespace drape

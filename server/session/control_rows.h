@@ -1,0 +1,41 @@
+// From the controls of a request, as the client names them, to those of the scheduler.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "server/core/ids.h"
+#include "server/core/status.h"
+#include "server/scheduler/step_controls.h"
+#include "server/session/cloth_record.h"
+
+namespace drape {
+
+// A row of a table of controls. Environment frame.
+template <class Control>
+struct ControlRow {
+  ClothId cloth;
+  Control control;
+};
+
+// One member per table of StepRequest.
+struct ControlRows {
+  std::vector<ControlRow<PinControl>> pins{};
+  std::vector<ControlRow<ColliderControl>> colliders{};
+  std::vector<ControlRow<LengthControl>> lengths{};
+  std::vector<ControlRow<LengthScale>> length_scales{};
+};
+
+// Finds the cloth of each row among the request's cloths and brings the control into its frame.
+// INVALID_ARGUMENT names every wrong row (at most 16) of the first table that has one:
+//   "<table>.cloth_ids[r]": not a cloth of the request, or a cloth that is scaled twice
+//   "pin_controls.particles[r]": not a pin
+//   "collider_controls.colliders[r]": the cloth has fewer
+//   "rest_length_controls.constraints[r]": no such constraint, or one between two pins
+//   "rest_length_scales.scales[r]": makes a length that is too short or too long
+// Takes time in proportion to the rows and to the constraints of the cloths that they name. Pure.
+Result<StepControls> ResolveControls(const ControlRows& rows,
+                                     std::span<const std::shared_ptr<ClothRecord>> cloths);
+
+}  // namespace drape

@@ -1,0 +1,63 @@
+#include "server/solver/gl_compute/cloth_words.h"
+
+#include <utility>
+#include <vector>
+
+#include "server/core/check.h"
+#include "server/solver/gl_compute/packing.h"
+
+namespace drape {
+
+void ClothWords::WriteTargets(const GlCloth& cloth, std::span<const uint32_t> words) {
+  DRAPE_CHECK(words.size() == 3 * size_t{cloth.pin_count()}, "one target per pin");
+  arena_.Write(cloth.parameter_words, cloth.parameter_layout.pin_targets, words);
+}
+
+void ClothWords::WriteColliders(const GlCloth& cloth) {
+  arena_.Write(cloth.parameter_words, cloth.parameter_layout.colliders,
+               PackColliders(cloth.parameters.colliders, cloth.maps));
+}
+
+void ClothWords::WriteLengths(const GlCloth& cloth, std::span<const uint32_t> starts) {
+  arena_.Write(cloth.parameter_words, cloth.parameter_layout.length_starts, starts);
+  arena_.Write(cloth.parameter_words, cloth.parameter_layout.length_targets, cloth.length_words);
+}
+
+void ClothWords::SetLengthTargets(GlCloth& cloth, std::span<const double> rest_lengths_m) {
+  const bool has_targets = !rest_lengths_m.empty();
+  if (!has_targets && !cloth.are_lengths_moving) return;
+  DRAPE_CHECK(cloth.has_own_lengths(), "only a cloth with rest lengths of its own is driven");
+  const std::vector<uint32_t> starts = cloth.length_words;
+  if (has_targets) cloth.length_words = PackLengths(rest_lengths_m);
+  DRAPE_CHECK(cloth.length_words.size() == starts.size(), "one rest length per constraint");
+  WriteLengths(cloth, starts);
+  cloth.are_lengths_moving = has_targets;
+}
+
+void ClothWords::WriteMotions(GlCloth& cloth, std::span<const RigidMotion> motions) {
+  if (motions.empty()) return;
+  const ClothParameters& parameters = cloth.parameters;
+  DRAPE_CHECK(motions.size() == parameters.colliders.size(), "one motion per collider");
+  std::vector<uint32_t> words = PackMotions(motions, parameters.settings.substep_s());
+  if (words == cloth.motion_words) return;
+  cloth.motion_words = std::move(words);
+  arena_.Write(cloth.parameter_words, cloth.parameter_layout.collider_motions, cloth.motion_words);
+}
+
+void ClothWords::EndMotions(GlCloth& cloth) {
+  std::vector<RigidMotion>& motions = cloth.parameters.collider_motions;
+  if (cloth.fault == FaultReason::kNone) {
+    const double step_s = cloth.parameters.settings.time_step_s;
+    for (RigidMotion& motion : motions) motion = motion.After(step_s);
+    return;
+  }
+  // Measured where its state is.
+  std::vector<RigidMotion> stopped = motions;
+  for (RigidMotion& motion : stopped) {
+    motion.velocity_m_per_s.setZero();
+    motion.angular_velocity_rad_per_s.setZero();
+  }
+  WriteMotions(cloth, stopped);
+}
+
+}  // namespace drape

@@ -1,0 +1,35 @@
+// The words of a cloth in the block Parameters: pin targets, colliders, motions, own rest lengths.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "server/scene/rigid_motion.h"
+#include "server/solver/gl_compute/gl_cloth.h"
+#include "server/solver/gl_compute/mirrored_buffer.h"
+
+namespace drape {
+
+// Writes into a mirror of the block, which must outlive it.
+class ClothWords {
+ public:
+  explicit ClothWords(MirroredArena& arena) : arena_(arena) {}
+
+  void WriteTargets(const GlCloth& cloth, std::span<const uint32_t> words);
+  void WriteColliders(const GlCloth& cloth);
+
+  // The own rest lengths before and at the end of the next step.
+  void WriteLengths(const GlCloth& cloth, std::span<const uint32_t> starts);
+  // A step begins with the lengths at which the last one ended; without targets it keeps them.
+  void SetLengthTargets(GlCloth& cloth, std::span<const double> rest_lengths_m);
+
+  // The colliders' motions from the start of the next step on, where they differ from the last.
+  void WriteMotions(GlCloth& cloth, std::span<const RigidMotion> motions);
+  // The step is over: the motions go on from its end, unless the cloth is faulted.
+  void EndMotions(GlCloth& cloth);
+
+ private:
+  MirroredArena& arena_;
+};
+
+}  // namespace drape

@@ -1,0 +1,46 @@
+// How the gl backend works, where tests and measurements want it other than the device suggests.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "server/core/status.h"
+#include "server/solver/backend.h"
+#include "server/solver/gl_compute/gl_backend.h"
+#include "server/solver/gl_compute/strip_solve.h"
+
+namespace drape {
+
+// No result depends on any of these, except that reduction and elimination of strips round
+// differently.
+struct GlTuning {
+  // Largest size of any one device array [bytes]; 0: what the device allows.
+  int64_t max_array_bytes = 0;
+  // Invocations per work group, a power of two; 0: what suits the device.
+  uint32_t local_size = 0;
+  // Invocations of the work group that refines a tiled cloth; 0: like local_size.
+  uint32_t refine_local_size = 0;
+  // Most passes through loops in one dispatch of a resident step; 0: what suits the device.
+  uint32_t loop_budget = 0;
+  // How strips are solved where they are short enough; unset: by reduction where the device has
+  // subgroups of enough invocations, else by elimination. Where the device does not compile a
+  // kernel by reduction, its cloths are solved by elimination, with a warning in the log.
+  std::optional<StripSolve> strip_solve = std::nullopt;
+  // Whether a step leaves out the colliders that a cloth cannot meet in it.
+  bool leave_out_colliders = true;
+  // Called after each batch with the number of colliders that its steps left out.
+  std::function<void(uint32_t)> on_left_out = {};
+  // Whether regular strips (regular_strips.h) are solved without lists of particles and lengths.
+  bool find_regular_strips = true;
+  // Whether the host works while the device steps (DeviceBackend::StepAhead); unset: on hardware. A
+  // software renderer works on the calling thread.
+  std::optional<bool> runs_ahead = std::nullopt;
+};
+
+// CreateGlBackend with this tuning.
+Result<std::unique_ptr<Backend>> CreateTunedGlBackend(const GlBackendOptions& options,
+                                                      const GlTuning& tuning);
+
+}  // namespace drape

@@ -1,0 +1,117 @@
+// The traits that a kernel is compiled for: stages of the step, and features that change their
+// code.
+#pragma once
+
+#include <array>
+#include <compare>
+#include <cstdint>
+#include <initializer_list>
+#include <string>
+#include <string_view>
+
+#include "server/solver/step_stage.h"
+
+namespace drape {
+
+enum class Feature : uint8_t {
+  kSpringForces,  // springs act within the substep, not by kicks
+  kCompliance,
+  kInequalities,
+  kOwnLengths,  // rest lengths in the parameters, not in the model
+  kJointCompliance,
+  kCapsules,
+  kBoxes,
+  kDistanceMaps,
+  kFriction,
+  kRestitution,
+  kMovingColliders,
+  kColliderReach,  // a step leaves out the colliders that the cloth cannot meet in it
+  kDamping,
+  kPins,
+  kTolerance,
+  kTwoSteps,
+  kStartDirections,  // impulses not only along the directions at the end of the substep
+  kRegularStrips,    // all strips are regular, and read as such
+};
+
+// [Feature], in the order above.
+inline constexpr std::array<std::string_view, 18> kFeatureNames = {
+    "spring_forces",
+    "compliance",
+    "inequalities",
+    "own_lengths",
+    "joint_compliance",
+    "capsules",
+    "boxes",
+    "distance_maps",
+    "friction",
+    "restitution",
+    "moving_colliders",
+    "collider_reach",
+    "damping",
+    "pins",
+    "tolerance",
+    "two_steps",
+    "start_directions",
+    "regular_strips",
+};
+static_assert(static_cast<size_t>(Feature::kRegularStrips) + 1 == kFeatureNames.size());
+
+// A stage or a feature, numbered: the stages first.
+class KernelTrait {
+ public:
+  static constexpr uint32_t kCount = kStageNames.size() + kFeatureNames.size();
+
+  // NOLINTBEGIN(google-explicit-constructor): lists name stages and features alike.
+  constexpr KernelTrait(StepStage stage) : number_(static_cast<uint32_t>(stage)) {}
+  constexpr KernelTrait(Feature feature)
+      : number_(static_cast<uint32_t>(kStageNames.size()) + static_cast<uint32_t>(feature)) {}
+  // NOLINTEND(google-explicit-constructor)
+
+  constexpr uint32_t number() const { return number_; }
+
+ private:
+  uint32_t number_;
+};
+
+class TraitSet {
+ public:
+  constexpr TraitSet() = default;
+  constexpr TraitSet(std::initializer_list<KernelTrait> traits) {
+    for (const KernelTrait trait : traits) Add(trait);
+  }
+
+  constexpr bool Has(KernelTrait trait) const { return (bits_ & BitOf(trait)) != 0; }
+  constexpr bool HasAnyOf(TraitSet traits) const { return (bits_ & traits.bits_) != 0; }
+  constexpr void Add(KernelTrait trait, bool condition = true) {
+    if (condition) bits_ |= BitOf(trait);
+  }
+  constexpr void Add(StageSet stages) {
+    for (uint32_t k = 0; k < kStageNames.size(); ++k) {
+      const auto stage = static_cast<StepStage>(k);
+      Add(stage, stages.Has(stage));
+    }
+  }
+  // One `#define HAS_<NAME>` per trait.
+  std::string Defines() const;
+
+  friend constexpr TraitSet operator|(TraitSet a, TraitSet b) {
+    return TraitSet(a.bits_ | b.bits_);
+  }
+  friend constexpr TraitSet operator&(TraitSet a, TraitSet b) {
+    return TraitSet(a.bits_ & b.bits_);
+  }
+  friend constexpr auto operator<=>(const TraitSet&, const TraitSet&) = default;
+
+ private:
+  static_assert(KernelTrait::kCount <= 64);
+  explicit constexpr TraitSet(uint64_t bits) : bits_(bits) {}
+  static constexpr uint64_t BitOf(KernelTrait trait) { return uint64_t{1} << trait.number(); }
+
+  uint64_t bits_ = 0;
+};
+
+// [KernelTrait::number], "HAS_SOLVE_STRIPS" and so on.
+const std::array<std::string, KernelTrait::kCount>& TraitDefines();
+
+}  // namespace drape

@@ -1,0 +1,42 @@
+// How far the loops of the host go for a group of cloths. Pure.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "server/solver/gl_compute/gl_cloth.h"
+
+namespace drape {
+
+// Which stages a substep has in any cloth of a group.
+struct SubstepWork {
+  bool kicks_before = false;
+  bool kicks_within = false;
+  bool kicks_after = false;
+  bool damps_twist = false;
+};
+
+// Largest of each size over the cloths of a group. A cloth with
+// less has its work groups return at once, so the bits of a cloth do not depend on the others.
+struct LargestSizes {
+  uint32_t particles = 0;
+  uint32_t pins = 0;
+  uint32_t triangles = 0;
+  uint32_t elastic_elements = 0;
+  uint32_t constraints = 0;
+  uint32_t max_iterations = 0;
+  uint32_t velocity_iterations = 0;
+  std::vector<SubstepWork> substeps;
+  std::vector<uint32_t> phases;         // [phase] strips
+  std::vector<uint32_t> colours;        // [colour] constraints
+  std::vector<uint32_t> joint_colours;  // [colour] joints
+  // Most rounds of refinement that follow a sweep of a substep, by {substep, sweep}.
+  std::map<std::pair<uint32_t, uint32_t>, uint32_t> refine_rounds;
+};
+
+LargestSizes FindLargest(std::span<const GlCloth* const> cloths);
+
+}  // namespace drape

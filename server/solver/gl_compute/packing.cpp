@@ -1,0 +1,123 @@
+#include "server/solver/gl_compute/packing.h"
+
+#include <numbers>
+
+#include "shaders/interface/bindings.h"
+
+namespace drape {
+
+namespace {
+
+void AppendVector(const Eigen::Vector3d& v, std::vector<uint32_t>& words) {
+  for (int axis = 0; axis < 3; ++axis) words.push_back(FloatWord(v[axis]));
+}
+
+// Layout: shaders/interface/bindings.h.
+struct ColliderWords {
+  uint32_t kind;
+  double radius_m = 0;
+  Eigen::Vector3d point_m;
+  Eigen::Vector3d vector = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();  // in columns
+};
+
+ColliderWords ToWords(const SphereCollider& sphere) {
+  return {.kind = DRAPE_COLLIDER_SPHERE, .radius_m = sphere.radius_m, .point_m = sphere.center_m};
+}
+
+ColliderWords ToWords(const PlaneCollider& plane) {
+  return {.kind = DRAPE_COLLIDER_PLANE, .point_m = plane.point_m, .vector = plane.normal};
+}
+
+ColliderWords ToWords(const CapsuleCollider& capsule) {
+  ColliderWords words{.kind = DRAPE_COLLIDER_CAPSULE,
+                      .radius_m = capsule.radius_m,
+                      .point_m = capsule.a_m,
+                      .vector = capsule.b_m - capsule.a_m};
+  words.axes.col(0) = NormalOnSegment(capsule);
+  return words;
+}
+
+ColliderWords ToWords(const BoxCollider& box) {
+  return {.kind = DRAPE_COLLIDER_BOX,
+          .point_m = box.center_m,
+          .vector = box.half_extents_m,
+          .axes = box.rotation.toRotationMatrix()};
+}
+
+ColliderWords ToWords(const DistanceMapCollider& solid) {
+  return {.kind = DRAPE_COLLIDER_DISTANCE_MAP,
+          .point_m = solid.transform * solid.map->low_m(),
+          .axes = solid.transform.rotation.toRotationMatrix()};
+}
+
+}  // namespace
+
+std::vector<uint32_t> PackLengths(std::span<const double> rest_lengths_m) {
+  std::vector<uint32_t> words;
+  for (const double length : rest_lengths_m) words.push_back(FloatWord(length));
+  return words;
+}
+
+std::vector<uint32_t> PackTargets(std::span<const Eigen::Vector3d> targets_m) {
+  std::vector<uint32_t> words;
+  for (const Eigen::Vector3d& target : targets_m) AppendVector(target, words);
+  return words;
+}
+
+std::vector<uint32_t> PackColliders(std::span<const Collider> colliders,
+                                    std::span<const std::shared_ptr<const DeviceMap>> maps) {
+  std::vector<uint32_t> words;
+  size_t map_count = 0;
+  for (const Collider& collider : colliders) {
+    const ColliderWords packed =
+        std::visit([](const auto& shape) { return ToWords(shape); }, collider);
+    words.push_back(packed.kind);
+    words.push_back(FloatWord(packed.radius_m));
+    AppendVector(packed.point_m, words);
+    AppendVector(packed.vector, words);
+    for (int k = 0; k < 3; ++k) AppendVector(packed.axes.col(k), words);
+    const bool is_map = packed.kind == DRAPE_COLLIDER_DISTANCE_MAP;
+    words.push_back(is_map ? maps[map_count++]->words.begin() : 0);
+  }
+  return words;
+}
+
+std::vector<uint32_t> PackMotions(std::span<const RigidMotion> motions, double substep_s) {
+  std::vector<uint32_t> words;
+  for (const RigidMotion& motion : motions) {
+    const double rate = motion.angular_velocity_rad_per_s.norm();
+    const Eigen::Matrix3d rotation = motion.rotation.toRotationMatrix();
+    const ChordFactors chord = motion.ChordOver(substep_s);
+    AppendVector(motion.pivot_m, words);
+    AppendVector(motion.position_m, words);
+    for (int k = 0; k < 3; ++k) AppendVector(rotation.col(k), words);
+    AppendVector(motion.velocity_m_per_s, words);
+    const Eigen::Vector3d axis = motion.angular_velocity_rad_per_s / (rate > 0 ? rate : 1);
+    AppendVector(axis, words);
+    AppendVector(motion.angular_velocity_rad_per_s, words);
+    words.push_back(FloatWord(rate / (2 * std::numbers::pi)));
+    words.push_back(FloatWord(chord.sine));
+    words.push_back(FloatWord(chord.cosine_s));
+  }
+  return words;
+}
+
+std::vector<float> PackState(const ParticleState& state) {
+  std::vector<float> packed;
+  packed.reserve(3 * (state.positions_m.size() + state.velocities_m_per_s.size()));
+  for (const auto* vectors : {&state.positions_m, &state.velocities_m_per_s}) {
+    for (const Eigen::Vector3d& v : *vectors) {
+      for (int axis = 0; axis < 3; ++axis) packed.push_back(static_cast<float>(v[axis]));
+    }
+  }
+  return packed;
+}
+
+std::vector<Eigen::Vector3d> PinPositions(const SceneModel& model, const ParticleState& state) {
+  std::vector<Eigen::Vector3d> positions;
+  for (const uint32_t pin : model.pins()) positions.push_back(state.positions_m[pin]);
+  return positions;
+}
+
+}  // namespace drape

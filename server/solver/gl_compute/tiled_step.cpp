@@ -1,0 +1,329 @@
+#include "server/solver/gl_compute/tiled_step.h"
+
+#include <algorithm>
+
+#include "server/solver/gl_compute/largest_sizes.h"
+#include "shaders/interface/bindings.h"
+
+namespace drape {
+
+namespace {
+
+uint32_t GroupsFor(uint32_t invocations, uint32_t local_size) {
+  return std::max(1u, (invocations + local_size - 1) / local_size);
+}
+
+// One step of the cloths [first_item, first_item + cloths.size()) under the tiled plan.
+class TiledStep {
+ public:
+  TiledStep(const StepKernels& kernels, uint32_t first_item, std::span<const GlCloth* const> cloths,
+            gl::Buffer& dispatches)
+      : kernels_(kernels),
+        first_item_(first_item),
+        item_count_(static_cast<uint32_t>(cloths.size())),
+        largest_(FindLargest(cloths)),
+        phase_count_(CountIf(StepStage::kSolveStrips, largest_.phases)),
+        colour_count_(CountIf(StepStage::kSolveDistance, largest_.colours)),
+        dispatches_(dispatches) {}
+
+  uint32_t Run() {
+    if (Has(Feature::kTolerance)) UploadDispatchArgs();
+    DispatchParticles(*kernels_.tiled_begin, 0);
+    FindReach();
+    for (uint32_t substep = 0; substep < largest_.substeps.size(); ++substep) {
+      const SubstepWork& work = largest_.substeps[substep];
+      if (work.kicks_before) Kick(substep, DRAPE_KICK_BEFORE);
+      Predict(substep);
+      if (work.kicks_within) Kick(substep, DRAPE_KICK_WITHIN);
+      if (work.damps_twist) DampTwist(substep);
+      Tether(substep);
+      Solve(substep);
+      Integrate(substep);
+      SolveVelocity(substep);
+      PlacePins(substep);
+      if (work.kicks_after) Kick(substep, DRAPE_KICK_AFTER);
+    }
+    DispatchParticles(*kernels_.tiled_check, 0);
+    DispatchParticles(*kernels_.tiled_commit, 0);
+    return dispatch_count_;
+  }
+
+ private:
+  bool Has(KernelTrait trait) const { return kernels_.variant.Has(trait); }
+  uint32_t CountIf(StepStage stage, const std::vector<uint32_t>& sizes) const {
+    return Has(stage) ? static_cast<uint32_t>(sizes.size()) : 0;
+  }
+
+  // Dispatch arguments of the sweeps: one per phase of strips, three of the refinement, one per
+  // colour, one per colour of the joints, then the contacts, then the end of the sweep.
+  uint32_t colours_index() const { return phase_count_ + (Has(StepStage::kRefine) ? 3 : 0); }
+  uint32_t joints_index() const { return colours_index() + colour_count_; }
+  uint32_t contacts_index() const {
+    return joints_index() + static_cast<uint32_t>(largest_.joint_colours.size());
+  }
+  uint32_t end_sweep_index() const { return contacts_index() + 1; }
+
+  void UploadDispatchArgs() {
+    const uint32_t local_size = kernels_.variant.local_size;
+    std::vector<shader::DispatchArgs> args;
+    for (uint32_t phase = 0; phase < phase_count_; ++phase) {
+      args.push_back({GroupsFor(largest_.phases[phase], local_size), 0, 1, item_count_});
+    }
+    if (Has(StepStage::kRefine)) {
+      args.push_back({GroupsFor(largest_.constraints, local_size), 0, 1, item_count_});
+      args.push_back({GroupsFor(largest_.constraints, local_size), 0, 1, item_count_});
+      args.push_back({1, 0, 1, item_count_});
+    }
+    for (uint32_t colour = 0; colour < colour_count_; ++colour) {
+      args.push_back({GroupsFor(largest_.colours[colour], local_size), 0, 1, item_count_});
+    }
+    for (const uint32_t size : largest_.joint_colours) {
+      args.push_back({GroupsFor(size, local_size), 0, 1, item_count_});
+    }
+    args.push_back({GroupsFor(largest_.particles, local_size), 0, 1, item_count_});
+    args.push_back({1, 0, 1, 1});
+    dispatches_.Upload(0, std::as_bytes(std::span(args)));
+    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, dispatches_.name());
+  }
+
+  void Prepare(const gl::Program& kernel, uint32_t substep) {
+    kernel.Use();
+    kernel.SetUniform(DRAPE_UNIFORM_FIRST_ITEM, first_item_);
+    kernel.SetUniform(DRAPE_UNIFORM_SUBSTEP, substep);
+  }
+
+  void Dispatch(uint32_t group_count_x, uint32_t group_count_y) {
+    glDispatchCompute(group_count_x, group_count_y, 1);
+    DeviceBarrier();
+    ++dispatch_count_;
+  }
+
+  void DispatchIndirect(uint32_t index) {
+    glDispatchComputeIndirect(static_cast<GLintptr>(index * sizeof(shader::DispatchArgs)));
+    DeviceBarrier();
+    ++dispatch_count_;
+  }
+
+  void DispatchElements(const gl::Program& kernel, uint32_t substep, uint32_t elements) {
+    Prepare(kernel, substep);
+    Dispatch(GroupsFor(elements, kernels_.variant.local_size), item_count_);
+  }
+
+  void DispatchParticles(const gl::Program& kernel, uint32_t substep) {
+    DispatchElements(kernel, substep, largest_.particles);
+  }
+
+  // Which colliders the cloths can meet.
+  void FindReach() {
+    if (!Has(Feature::kColliderReach)) return;
+    const uint32_t pieces = GroupsFor(largest_.particles, DRAPE_MEASURE_PIECE);
+    Prepare(*kernels_.tiled_find_range, 0);
+    Dispatch(pieces, item_count_);
+    DispatchElements(*kernels_.tiled_find_near, 0, DRAPE_LEFT_OUT_COLLIDERS);
+  }
+
+  // Springs, elastic elements and air act on the velocities before, within or after a substep.
+  void Kick(uint32_t substep, uint32_t place) {
+    ApplySprings(substep, place);
+    ApplyElastic(substep, place);
+    ApplyWind(substep, place);
+  }
+
+  void ApplySprings(uint32_t substep, uint32_t place) {
+    if (!Has(StepStage::kApplySprings)) return;
+    DispatchKick(*kernels_.tiled_spring_accelerations, substep, place, largest_.particles);
+    DispatchKick(*kernels_.tiled_apply_springs, substep, place, largest_.particles);
+  }
+
+  void ApplyElastic(uint32_t substep, uint32_t place) {
+    if (!Has(StepStage::kApplyElastic)) return;
+    DispatchKick(*kernels_.tiled_elastic_impulses, substep, place, largest_.elastic_elements);
+    DispatchKick(*kernels_.tiled_apply_elastic, substep, place, largest_.particles);
+  }
+
+  void ApplyWind(uint32_t substep, uint32_t place) {
+    if (!Has(StepStage::kApplyWind)) return;
+    DispatchKick(*kernels_.tiled_air_impulses, substep, place, largest_.triangles);
+    DispatchKick(*kernels_.tiled_apply_wind, substep, place, largest_.particles);
+  }
+
+  void DispatchKick(const gl::Program& kernel, uint32_t substep, uint32_t place,
+                    uint32_t elements) {
+    kernel.SetUniform(DRAPE_UNIFORM_KICK_PLACE, place);
+    DispatchElements(kernel, substep, elements);
+  }
+
+  void Predict(uint32_t substep) {
+    if (Has(Feature::kSpringForces)) {
+      DispatchKick(*kernels_.tiled_spring_accelerations, substep, DRAPE_KICK_BEFORE,
+                   largest_.particles);
+    }
+    DispatchParticles(*kernels_.tiled_predict, substep);
+  }
+
+  void DampTwist(uint32_t substep) {
+    if (!Has(StepStage::kDampTwist)) return;
+    DispatchParticles(*kernels_.tiled_twist_changes, substep);
+    DispatchParticles(*kernels_.tiled_damp_twist, substep);
+  }
+
+  void Tether(uint32_t substep) {
+    if (Has(StepStage::kTether)) DispatchParticles(*kernels_.tiled_tether, substep);
+  }
+
+  void PrepareSweepControl(const gl::Program& kernel, uint32_t substep, uint32_t sweep) {
+    Prepare(kernel, substep);
+    kernel.SetUniform(DRAPE_UNIFORM_ITEM_COUNT, item_count_);
+    kernel.SetUniform(DRAPE_UNIFORM_DISPATCH_COUNT, end_sweep_index() + 1);
+    kernel.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+  }
+
+  void Solve(uint32_t substep) {
+    const bool has_tolerance = Has(Feature::kTolerance);
+    if (has_tolerance) {
+      PrepareSweepControl(*kernels_.tiled_begin_sweeps, substep, 0);
+      Dispatch(1, 1);
+    }
+    for (uint32_t sweep = 0; sweep < largest_.max_iterations; ++sweep) {
+      Sweep(substep, sweep);
+      if (!has_tolerance) continue;
+      PrepareSweepControl(*kernels_.tiled_end_sweep, substep, sweep);
+      DispatchIndirect(end_sweep_index());
+    }
+  }
+
+  void Sweep(uint32_t substep, uint32_t sweep) {
+    SolveStrips(substep, sweep);
+    Refine(substep, sweep);
+    SolveDistance(substep, sweep);
+    SolveJoints(substep, sweep);
+    SolveContacts(substep, sweep);
+  }
+
+  void SolveStrips(uint32_t substep, uint32_t sweep) {
+    if (phase_count_ == 0) return;
+    const gl::Program& strips = *kernels_.tiled_solve_strips;
+    Prepare(strips, substep);
+    strips.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+    for (uint32_t phase = 0; phase < phase_count_; ++phase) {
+      strips.SetUniform(DRAPE_UNIFORM_PHASE, phase);
+      DispatchSweepStage(phase, largest_.phases[phase]);
+    }
+  }
+
+  // Round by round: one work group per cloth sweeps over the links that the others have listed.
+  void Refine(uint32_t substep, uint32_t sweep) {
+    const auto found = largest_.refine_rounds.find({substep, sweep});
+    if (found == largest_.refine_rounds.end()) return;
+    for (uint32_t round = 0; round < found->second; ++round) {
+      const auto dispatch = [&](const gl::Program& kernel, uint32_t index, uint32_t elements) {
+        Prepare(kernel, substep);
+        kernel.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+        kernel.SetUniform(DRAPE_UNIFORM_ROUND, round);
+        DispatchSweepStage(index, elements);
+      };
+      dispatch(*kernels_.tiled_test_links, phase_count_, largest_.constraints);
+      dispatch(*kernels_.tiled_collect_links, phase_count_ + 1, largest_.constraints);
+      dispatch(*kernels_.tiled_refine, phase_count_ + 2, 1);
+    }
+  }
+
+  void SolveDistance(uint32_t substep, uint32_t sweep) {
+    if (colour_count_ == 0) return;
+    const gl::Program& distance = *kernels_.tiled_solve_distance;
+    Prepare(distance, substep);
+    distance.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+    for (uint32_t colour = 0; colour < colour_count_; ++colour) {
+      distance.SetUniform(DRAPE_UNIFORM_COLOUR, colour);
+      DispatchSweepStage(colours_index() + colour, largest_.colours[colour]);
+    }
+  }
+
+  void SolveJoints(uint32_t substep, uint32_t sweep) {
+    if (!Has(StepStage::kSolveJoints)) return;
+    const gl::Program& joints = *kernels_.tiled_solve_joints;
+    Prepare(joints, substep);
+    joints.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+    for (uint32_t colour = 0; colour < largest_.joint_colours.size(); ++colour) {
+      joints.SetUniform(DRAPE_UNIFORM_COLOUR, colour);
+      DispatchSweepStage(joints_index() + colour, largest_.joint_colours[colour]);
+    }
+  }
+
+  void SolveContacts(uint32_t substep, uint32_t sweep) {
+    if (!Has(StepStage::kSolveContacts)) return;
+    const gl::Program& contacts = *kernels_.tiled_solve_contacts;
+    Prepare(contacts, substep);
+    contacts.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+    DispatchSweepStage(contacts_index(), largest_.particles);
+  }
+
+  void DispatchSweepStage(uint32_t index, uint32_t elements) {
+    if (Has(Feature::kTolerance)) {
+      DispatchIndirect(index);
+    } else {
+      Dispatch(GroupsFor(elements, kernels_.variant.local_size), item_count_);
+    }
+  }
+
+  // With correct_velocity, unless the stage solve_velocity is between them.
+  void Integrate(uint32_t substep) { DispatchParticles(*kernels_.tiled_integrate, substep); }
+
+  void SolveVelocity(uint32_t substep) {
+    if (!Has(StepStage::kSolveVelocity)) return;
+    for (uint32_t sweep = 0; sweep < largest_.velocity_iterations; ++sweep) {
+      SweepVelocities(substep, sweep, 0, largest_.colours);
+      SweepVelocities(substep, sweep, 1, largest_.joint_colours);
+    }
+    DispatchParticles(*kernels_.tiled_correct_velocity, substep);
+  }
+
+  void SweepVelocities(uint32_t substep, uint32_t sweep, uint32_t is_of_joints,
+                       const std::vector<uint32_t>& colours) {
+    const gl::Program& kernel = *kernels_.tiled_solve_velocity;
+    kernel.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
+    kernel.SetUniform(DRAPE_UNIFORM_IS_OF_JOINTS, is_of_joints);
+    for (uint32_t colour = 0; colour < colours.size(); ++colour) {
+      kernel.SetUniform(DRAPE_UNIFORM_COLOUR, colour);
+      DispatchElements(kernel, substep, colours[colour]);
+    }
+  }
+
+  void PlacePins(uint32_t substep) {
+    if (Has(Feature::kPins)) DispatchElements(*kernels_.tiled_place_pins, substep, largest_.pins);
+  }
+
+  const StepKernels& kernels_;
+  const uint32_t first_item_;
+  const uint32_t item_count_;
+  const LargestSizes largest_;
+  const uint32_t phase_count_;   // of strips that are solved
+  const uint32_t colour_count_;  // that are solved
+  gl::Buffer& dispatches_;
+  uint32_t dispatch_count_ = 0;
+};
+
+}  // namespace
+
+uint64_t MostDispatchesOfSweep(const SceneModel& model) {
+  const uint64_t most =
+      uint64_t{model.strips().phase_count()} + model.colour_count() + model.joint_colour_count();
+  // Three cloths may have the most of one kind each. The refinement, contacts, the end of the
+  // sweep.
+  return 3 * most + 5;
+}
+
+uint32_t StepTiled(const VariantGroup& group, const DispatchLimits& limits,
+                   gl::Buffer& dispatches) {
+  uint32_t dispatch_count = 0;
+  const std::span<const GlCloth* const> cloths(group.cloths);
+  for (size_t first = 0; first < cloths.size(); first += limits.group_count_y) {
+    const size_t count = std::min<size_t>(cloths.size() - first, limits.group_count_y);
+    dispatch_count += TiledStep(*group.kernels, group.first_item + static_cast<uint32_t>(first),
+                                cloths.subspan(first, count), dispatches)
+                          .Run();
+  }
+  return dispatch_count;
+}
+
+}  // namespace drape

@@ -1,0 +1,32 @@
+#include "server/solver/load.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/solver/solver_constants.h"
+
+namespace drape {
+
+double WeightGamma(const SceneModel& model, const ClothParameters& parameters) {
+  const double h = parameters.settings.substep_s();
+  const double weight_n = model.total_mass_kg() * parameters.gravity_m_per_s2.norm();
+  return h * h * weight_n * model.link_mobility();
+}
+
+double LoadRatio(const SceneModel& model, const ClothParameters& parameters) {
+  return model.pin_count() == 0 ? 0 : WeightGamma(model, parameters) / model.pin_count();
+}
+
+ClothParameters RaiseSubsteps(const SceneModel& model, ClothParameters parameters) {
+  StepSettings& settings = parameters.settings;
+  if (settings.load_limit == 0) return parameters;
+  const double excess = LoadRatio(model, parameters) / settings.load_limit;
+  if (excess <= 1) return parameters;
+  const double factor = std::min(std::sqrt(excess), kMaxLoadFactor);
+  const double most = std::min<double>(kMaxSubsteps, settings.time_step_s / kMinSubstep_s);
+  const double raised = std::min(std::ceil(settings.substeps * factor), std::floor(most));
+  settings.substeps = std::max(settings.substeps, static_cast<uint32_t>(raised));
+  return parameters;
+}
+
+}  // namespace drape

@@ -1,0 +1,22 @@
+// How heavy a cloth is for its substeps, and the substeps that a heavy one gets.
+#pragma once
+
+#include "server/scene/scene_model.h"
+#include "server/solver/cloth_parameters.h"
+
+namespace drape {
+
+// Gamma = h^2 T / (m L) [-] of the worst link, if it carried the whole weight of the cloth: how
+// near start directions are to being unstable (server/solver/method.md, "Direction").
+double WeightGamma(const SceneModel& model, const ClothParameters& parameters);
+
+// The same where each pin carries its part of the weight; 0 without pins, since nothing pulls then.
+// The share of the error that one sweep per substep leaves grows with it: 10 to 20 % of the worst
+// link at 0.4 to 0.5 (`./run bench stability`).
+double LoadRatio(const SceneModel& model, const ClothParameters& parameters);
+
+// The parameters that a backend gets: with as many substeps as keep LoadRatio within
+// settings.load_limit, at most kMaxLoadFactor times as many as asked for.
+ClothParameters RaiseSubsteps(const SceneModel& model, ClothParameters parameters);
+
+}  // namespace drape

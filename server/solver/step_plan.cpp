@@ -1,0 +1,149 @@
+#include "server/solver/step_plan.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "server/solver/force_limits.h"
+#include "server/solver/load.h"
+#include "server/solver/solver_constants.h"
+
+namespace drape {
+namespace {
+
+// SolverChoice::end_share.
+double EndShare(const SceneModel& model, const ClothParameters& parameters) {
+  switch (parameters.settings.direction) {
+    case Direction::kAtEnd:
+      return 1;
+    case Direction::kAtStart:
+      return 0;
+    case Direction::kBlended:
+      break;
+  }
+  const auto share = [](double gamma, double begin, double end) {
+    return std::clamp((gamma - begin) / (end - begin), 0.0, 1.0);
+  };
+  const double by_weight = share(WeightGamma(model, parameters), kBlendBegin, kBlendEnd);
+  // A chain or a tree has no cells that could flutter. Where masses differ much, the weight on a
+  // pin says little about a hem, and end directions stretch more.
+  const bool has_cells = model.constraint_count() >= model.particle_count();
+  if (!has_cells || model.held_mass_ratio() > kMaxHeldMassRatio) return by_weight;
+  return std::max(by_weight, share(LoadRatio(model, parameters), kWhipBegin, kWhipEnd));
+}
+
+// Strips hold plain constraints of the model's lengths only.
+bool HasStrips(const SceneModel& model, const StepSettings& settings, LengthSource lengths) {
+  return settings.sweep == Sweep::kStrips && !model.has_inequalities() &&
+         lengths == LengthSource::kModel;
+}
+
+// Two steps need strips and nothing abrupt: contacts are not smooth, springs alone are better off
+// with velocity Verlet, and the errors that colours and joints leave would gain energy, as would
+// those that strips leave where masses differ much (kMaxHeldMassRatio).
+bool HasTwoSteps(const SceneModel& model, const ClothParameters& parameters,
+                 const SolverChoice& choice) {
+  const StepSettings& settings = parameters.settings;
+  return settings.integration == Integration::kTwoStep && choice.has_strips &&
+         settings.substeps > 1 && model.constraint_count() > 0 && model.joint_count() == 0 &&
+         parameters.colliders.empty() && !choice.has_spring_forces &&
+         model.held_mass_ratio() <= kMaxHeldMassRatio;
+}
+
+// Refinement is off
+// - where the start positions do not meet the lengths: contradictory lengths would gain energy in
+//   every step;
+// - where strips need other than two phases: one phase leaves no errors, the many phases of a mesh
+//   leave errors everywhere;
+// - with compliance, which leaves no strain to measure errors by;
+// - along start directions, whose turning links are left to the substeps.
+bool HasRefinement(const SceneModel& model, const StepSettings& settings,
+                   const SolverChoice& choice) {
+  return settings.refine_above_strain > 0 && choice.has_strips &&
+         model.start_errors().max <= settings.refine_above_strain &&
+         model.strips().phase_count() == 2 && choice.end_share == 1 && !model.has_compliance();
+}
+
+// Never below the tolerance: a sweep that changed nothing has left nothing to refine. Never more
+// rounds than substeps: of few substeps, many rounds took out less than some
+// (tests/bench/notes/solver.md).
+void ChooseRefinement(const SceneModel& model, const StepSettings& settings, SolverChoice& choice) {
+  if (!HasRefinement(model, settings, choice)) return;
+  choice.refine_above_strain = std::max(settings.refine_above_strain, settings.tolerance);
+  choice.refine_rounds = std::min(settings.substeps, kMaxRefineRounds);
+  const double links = double{1} * model.constraint_count() * settings.substeps;
+  choice.refine_solves = static_cast<uint32_t>(std::min(links * kRefineShare, 4e9));
+}
+
+SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parameters,
+                          LengthSource lengths) {
+  const StepSettings& settings = parameters.settings;
+  SolverChoice choice;
+  choice.has_strips = HasStrips(model, settings, lengths);
+  choice.has_spring_forces =
+      model.spring_count() > 0 && settings.spring_integration == SpringIntegration::kInForce;
+  choice.has_two_steps = HasTwoSteps(model, parameters, choice);
+  if (!choice.has_two_steps) {
+    choice.end_share = EndShare(model, parameters);
+    if (lengths == LengthSource::kModel) choice.velocity_iterations = settings.velocity_iterations;
+  }
+  ChooseRefinement(model, settings, choice);
+  return choice;
+}
+
+StageSet ChooseStages(const SceneModel& model, const ClothParameters& parameters,
+                      LengthSource lengths, const SolverChoice& solver) {
+  using enum StepStage;
+  const StepSettings& settings = parameters.settings;
+  const bool has_grid_cells = model.grid_columns() > 1 && model.grid_rows() > 1;
+  const bool has_contacts = !parameters.colliders.empty();
+  const bool feels_air = parameters.air_drag > 0 || parameters.air_lift > 0;
+  StageSet stages = {kPredict, kIntegrate, kCommit, kMeasure};
+  stages.Add(kApplySprings, model.spring_count() > 0 && !solver.has_spring_forces);
+  stages.Add(kApplyElastic, model.elastic_count() > 0);
+  stages.Add(kApplyWind, feels_air && !model.triangles().empty());
+  stages.Add(kDampTwist, settings.twist_damping_per_s > 0 && has_grid_cells);
+  // Tethers are as long as the model's cloth: a cloth with driven lengths has none.
+  stages.Add(kTether,
+             settings.use_tethers && !model.tethers().empty() && lengths == LengthSource::kModel);
+  stages.Add(solver.has_strips ? kSolveStrips : kSolveDistance);
+  stages.Add(kRefine, solver.refine_above_strain > 0);
+  stages.Add(kSolveJoints, model.joint_count() > 0);
+  stages.Add(kSolveContacts, has_contacts);
+  stages.Add(kSolveVelocity, solver.velocity_iterations > 0);
+  stages.Add(kCorrectVelocity, has_contacts || parameters.damping_per_s > 0);
+  return stages;
+}
+
+// Below about 4 ulp(|p|) / rest length no sweep ever meets the tolerance: two positions are rounded
+// when stored, and so is their difference.
+double ResolvableTolerance(double tolerance, const SceneModel& model, ScalarType scalar) {
+  if (tolerance <= 0) return 0;
+  const double ulp = scalar == ScalarType::kFloat32 ? std::numeric_limits<float>::epsilon()
+                                                    : std::numeric_limits<double>::epsilon();
+  return std::max(tolerance, 4 * ulp * model.resolution_ratio());
+}
+
+}  // namespace
+
+StepPlan PlanStep(const SceneModel& model, const ClothParameters& parameters, LengthSource lengths,
+                  ScalarType scalar) {
+  const StepSettings& settings = parameters.settings;
+  const SolverChoice solver = ChooseSolver(model, parameters, lengths);
+  const StageSet stages = ChooseStages(model, parameters, lengths, solver);
+  const double tolerance = ResolvableTolerance(settings.tolerance, model, scalar);
+  // Springs are judged as if the cloth had its model's lengths, to which it may return any time.
+  const bool may_have_two_steps =
+      ChooseSolver(model, parameters, LengthSource::kModel).has_two_steps;
+  return {.stages = stages,
+          .solver = solver,
+          .schedule =
+              SubstepSchedule(settings, solver.has_two_steps, stages.Has(StepStage::kDampTwist)),
+          .tolerance = tolerance,
+          .known_warnings = {
+              .tolerance_raised = tolerance > settings.tolerance,
+              .springs_beyond_limit = AreSpringsBeyondLimit(model, parameters, may_have_two_steps),
+              .elastic_beyond_limit = ElasticRatio(model, parameters) > 1,
+              .springs_gain_energy = SpringGain_per_s(model, parameters) > kMaxSpringGain_per_s}};
+}
+
+}  // namespace drape

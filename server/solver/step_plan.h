@@ -1,0 +1,53 @@
+// A step of one cloth, decided once: everything that follows from its model and parameters before
+// any particle is looked at. Backends, costs and reports read it; none of them decides again.
+#pragma once
+
+#include <compare>
+#include <cstdint>
+
+#include "server/scene/scene_model.h"
+#include "server/solver/cloth_parameters.h"
+#include "server/solver/scalar_type.h"
+#include "server/solver/step_report.h"
+#include "server/solver/step_stage.h"
+#include "server/solver/substep_schedule.h"
+
+namespace drape {
+
+// Whose rest lengths a cloth has: those of its model, or driven ones of its own (ClothUpdate).
+enum class LengthSource { kModel, kOwn };
+
+// How the sweeps solve and how the substeps advance: the settings, as far as they suit the cloth.
+struct SolverChoice {
+  bool has_strips = false;  // the links are solved by strips, else by colours
+  bool has_two_steps = false;
+  bool has_spring_forces = false;  // springs act within the substep (IN_FORCE), not by kicks
+  // Weight of the end-of-substep direction in the direction of an impulse, [0, 1]; the
+  // start-of-substep direction has the rest.
+  double end_share = 1;
+  uint32_t velocity_iterations = 0;  // sweeps of `solve_velocity`
+  // `refine`: the strain beyond which a link is moved; 0: no link is.
+  double refine_above_strain = 0;
+  uint32_t refine_rounds = 0;  // at most, per step
+  uint32_t refine_solves = 0;  // no further round once this many links have been moved
+
+  bool has_start_directions() const { return end_share < 1; }
+  friend auto operator<=>(const SolverChoice&, const SolverChoice&) = default;
+};
+
+struct StepPlan {
+  StageSet stages;  // those that have anything to do
+  SolverChoice solver;
+  SubstepSchedule schedule;
+  double tolerance = 0;         // settings.tolerance, raised to what the scalar type can resolve
+  StepWarnings known_warnings;  // those that do not depend on the state
+
+  bool Has(StepStage stage) const { return stages.Has(stage); }
+  friend auto operator<=>(const StepPlan&, const StepPlan&) = default;
+};
+
+// Pure; takes about a microsecond. Any thread.
+StepPlan PlanStep(const SceneModel& model, const ClothParameters& parameters, LengthSource lengths,
+                  ScalarType scalar);
+
+}  // namespace drape

@@ -1,0 +1,90 @@
+// Where the arrays of one cloth lie, in 4-byte words from the start of the named block.
+#ifndef DRAPE_SHADERS_INTERFACE_LAYOUTS_H_
+#define DRAPE_SHADERS_INTERFACE_LAYOUTS_H_
+
+#ifdef __cplusplus
+#include "shaders/interface/types.h"
+namespace drape::shader {
+#endif
+
+// In Models: constant, shared by all cloths of the model.
+struct ModelLayout {
+  uint colour_offsets;  // [colour_count + 1] uint
+  uint pairs;         // resident: [constraint_count] i | j << 16; tiled: [constraint_count][2] uint
+  uint rest_lengths;  // [constraint_count] float [m]
+  uint compliances;   // [constraint_count] float [m/N]; only if has_compliance
+  uint kinds;         // [constraint_count] DRAPE_KIND_*; only if has_inequalities
+  uint joint_colour_offsets;  // [joint_colour_count + 1] uint
+  uint joint_pairs;           // [joint_count][2] uint
+  uint joint_compliances;     // [joint_count] float [m/N]; only if has_joint_compliance
+  uint masses;                // [particle_count] float [kg], pins included
+  uint inverse_masses;        // [particle_count] float [1/kg], 0 for pins
+  uint pins;                  // [pin_count] uint, particle indices
+  // Only with springs.
+  uint spring_offsets;  // [particle_count + 1] uint
+  uint spring_ends;     // [][DRAPE_SPRING_END_WORDS]
+  // Only with elastic elements.
+  uint elastic_elements;  // [elastic_count][DRAPE_ELASTIC_WORDS]
+  uint elastic_offsets;   // [particle_count + 1] uint
+  uint elastic_ends;      // [][DRAPE_ELASTIC_END_WORDS]
+  // Only with tethers.
+  uint tether_offsets;  // [particle_count + 1] uint
+  uint tethers;         // [][DRAPE_TETHER_WORDS]
+  // Strips (scene/strips.h).
+  uint strip_phases;       // [strip_phase_count + 1] uint
+  uint strip_offsets;      // [strip_count + 1] uint
+  uint strip_constraints;  // [constraint_count] uint
+  uint strip_particles;    // [constraint_count + strip_count] uint
+  uint strip_lengths;      // [constraint_count] float [m], in the order of strip_constraints
+  uint regular_strips;  // [strip_count][DRAPE_REGULAR_STRIP_WORDS]; only if all strips are regular
+  // Only with air forces.
+  uint triangles;           // [triangle_count][3] uint
+  uint triangle_masses;     // [triangle_count] float [kg]
+  uint triangle_offsets;    // [particle_count + 1] uint
+  uint particle_triangles;  // [3 * triangle_count] uint
+};
+
+// In Parameters: what changes between steps.
+struct ParameterLayout {
+  uint pin_targets;  // [pin_count][3] float [m]
+  uint colliders;    // [collider_count][DRAPE_COLLIDER_WORDS]
+  // [collider_count][DRAPE_COLLIDER_MOTION_WORDS]; only with moving colliders
+  uint collider_motions;
+  // Rest lengths of the cloth's own before the step and at its end; only if has_own_lengths.
+  uint length_starts;   // [constraint_count] float [m]
+  uint length_targets;  // [constraint_count] float [m]
+};
+
+// In Scratch: valid within one step. `measure` reads what the last substep has left there.
+struct ScratchLayout {
+  uint lambdas;        // [constraint_count] float [N s]; only if has_compliance or has_inequalities
+  uint joint_lambdas;  // [joint_count][3] float [N s]; only if has_joint_compliance
+  uint normal_betas;   // [collider_count][particle_count] float [m/s]
+  uint tangent_betas;  // [collider_count][3][particle_count] float [m/s]; only with friction
+  uint rebounds;       // [collider_count][particle_count] float [m/s]; only with restitution
+  uint violations;     // [particle_count] float [m]; only with colliders
+  // [particle_count] float: the colliders, as bits, that `solve_contacts` has worked on in this
+  // substep; only with colliders
+  uint met_colliders;
+  uint spring_accelerations;  // [particle_count][3] float [m/s^2]; only with springs
+  uint elastic_impulses;      // [elastic_count][3] float [N s]
+  uint air_impulses;          // [triangle_count][3] float [N s], a third of each impulse
+  uint previous_positions;    // [particle_count][3] float [m]; only with two steps
+  uint previous_velocities;   // [particle_count][3] float [m/s]; only with two steps
+  uint twist_changes;         // [particle_count][3] float [m/s]; only with twist damping
+  uint strip_links;           // [constraint_count][DRAPE_STRIP_LINK_WORDS] float; only with strips
+  // The refinement of tiled cloths. [particle_count] uint, 1 at the ends of links to refine; then
+  // uint, whether there are any; then [colour_count] uint, the constraints that this round refines;
+  // then uint, those of the rounds before.
+  uint far_off_flags;
+  uint refined_links;  // [constraint_count] uint, those of each colour where the colour begins
+  // Tiled, or resident in parts.
+  uint work_positions;   // [particle_count][3] float [m]
+  uint work_velocities;  // [particle_count][3] float [m/s]
+  uint measured_pieces;  // [measure_piece_count][DRAPE_MEASURED_WORDS] float; only if more than one
+};
+
+#ifdef __cplusplus
+}  // namespace drape::shader
+#endif
+#endif

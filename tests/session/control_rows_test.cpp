@@ -1,0 +1,228 @@
+#include "server/session/control_rows.h"
+
+#include <gtest/gtest.h>
+
+#include <ctime>
+
+#include "tests/session/session_fixture.h"
+
+namespace drape {
+namespace {
+
+using Eigen::Vector3d;
+
+class PinControlsTest : public SessionFixture {
+ protected:
+  PinControlsTest() {
+    Start();
+    ClothCreation creation = Chains(2, 3, {{0, std::nullopt}, {2, std::nullopt}});
+    creation.copies[1].transform.position_m = {0, 5, 0};
+    cloths_ = Find(Create(creation).value().ids);
+  }
+  ClothList cloths_;
+};
+
+TEST_F(PinControlsTest, TargetsAreBroughtIntoTheClothsFrame) {
+  const std::vector<ControlRow<PinControl>> rows{{cloths_[1]->id, {2, {1, 6, 0}, 0.5}},
+                                                 {cloths_[0]->id, {0, {1, 6, 0}, 0}}};
+  const auto controls = ResolveControls({.pins = rows}, cloths_).value().pins;
+  ASSERT_EQ(controls.size(), 2u);
+  EXPECT_EQ(controls[0].cloth_index, 1u);
+  EXPECT_EQ(controls[0].control.particle, 2u);
+  EXPECT_EQ(controls[0].control.target_m,
+            Eigen::Vector3d(0, 1, 0));  // the cloth's origin is (1, 5, 0)
+  EXPECT_EQ(controls[0].control.over_s, 0.5);
+  EXPECT_EQ(controls[1].control.target_m, Eigen::Vector3d(0, 6, 0));
+}
+
+TEST_F(PinControlsTest, BadRowsAreNamed) {
+  const std::vector<ControlRow<PinControl>> rows{
+      {cloths_[0]->id, {0, {}, 0}}, {{99, 1}, {0, {}, 0}}, {cloths_[1]->id, {1, {}, 0}}};
+  const Status status = ResolveControls({.pins = rows}, cloths_).status();
+  ASSERT_EQ(status.violations().size(), 2u);
+  EXPECT_EQ(status.violations()[0].field, "pin_controls.cloth_ids[1]");
+  EXPECT_EQ(status.violations()[1].field, "pin_controls.particles[2]");
+}
+
+class ColliderControlsTest : public SessionFixture {
+ protected:
+  // Two chains whose own frames lie at (1, 0, 0) and (1, 5, 0) of their environments, each with a
+  // sphere at (2, 0, 0) of it.
+  ColliderControlsTest() {
+    Start();
+    ClothCreation creation = Chains(2, 3);
+    creation.copies[1].transform.position_m = {0, 5, 0};
+    for (ClothCopy& copy : creation.copies) {
+      copy.parameters.colliders = {SphereCollider{{2, 0, 0}, 0.5}};
+    }
+    cloths_ = Find(Create(creation).value().ids);
+  }
+
+  // Sends the sphere of cloth k to `position_m` of its environment, within two steps.
+  void Send(size_t k, const Vector3d& position_m) {
+    const std::vector<ControlRow<ColliderControl>> rows{
+        {cloths_[k]->id, {0, {.position_m = position_m}, 0.5}}};
+    Awaited<StepOutcome> outcome;
+    StepWork work;
+    work.session = session().name();
+    for (const auto& cloth : cloths_) work.cloths.push_back(cloth->runtime);
+    work.steps = 1;
+    work.controls = ResolveControls({.colliders = rows}, cloths_).value();
+    work.done = [outcome](StepOutcome o) mutable { outcome.Set(std::move(o)); };
+    ASSERT_TRUE(scheduler_->Submit(std::move(work)).ok());
+    ASSERT_TRUE(outcome.Get().status.ok());
+  }
+
+  // Where the backend has the sphere at the start of the last step, in the cloth frame; as
+  // described if it rests.
+  std::vector<RigidMotion> OnDevice(size_t k) {
+    std::vector<RigidMotion> motions;
+    Inspect([&](const FakeBackend& backend) {
+      motions = backend.ParametersOf(cloths_[k]->runtime->handle()).collider_motions;
+    });
+    return motions;
+  }
+  Vector3d Shown(size_t k) {
+    return std::get<SphereCollider>(CollidersNow(*cloths_[k])[0]).center_m;
+  }
+
+  ClothList cloths_;
+};
+
+TEST_F(ColliderControlsTest, TargetsAreBroughtIntoTheClothsFrame) {
+  const std::vector<ControlRow<ColliderControl>> rows{
+      {cloths_[1]->id, {0, {.position_m = {1, 6, 0}}, 0.5}},
+      {cloths_[0]->id, {0, {.position_m = {1, 6, 0}}, 0}}};
+  const auto controls = ResolveControls({.colliders = rows}, cloths_).value().colliders;
+  ASSERT_EQ(controls.size(), 2u);
+  EXPECT_EQ(controls[0].cloth_index, 1u);
+  EXPECT_EQ(controls[0].control.target.position_m, Vector3d(0, 1, 0));
+  EXPECT_EQ(controls[0].control.over_s, 0.5);
+  EXPECT_EQ(controls[1].control.target.position_m, Vector3d(0, 6, 0));
+}
+
+TEST_F(ColliderControlsTest, BadRowsAreNamed) {
+  const std::vector<ControlRow<ColliderControl>> rows{
+      {cloths_[0]->id, {0, {}, 0}}, {{99, 1}, {0, {}, 0}}, {cloths_[1]->id, {1, {}, 0}}};
+  const Status status = ResolveControls({.colliders = rows}, cloths_).status();
+  ASSERT_EQ(status.violations().size(), 2u);
+  EXPECT_EQ(status.violations()[0].field, "collider_controls.cloth_ids[1]");
+  EXPECT_EQ(status.violations()[1].field, "collider_controls.colliders[2]");
+  EXPECT_NE(status.violations()[1].description.find("1 is not below"), std::string::npos);
+}
+
+TEST_F(ColliderControlsTest, OneClothsColliderMovesAndIsBroughtBackByReset) {
+  EXPECT_TRUE(OnDevice(0).empty());
+  Send(1, {2, 4, 0});
+  EXPECT_TRUE(OnDevice(0).empty());
+  ASSERT_EQ(OnDevice(1).size(), 1u);
+  EXPECT_EQ(OnDevice(1)[0].position_m, Vector3d(1, -5, 0));
+  EXPECT_EQ(OnDevice(1)[0].velocity_m_per_s, Vector3d(0, 8, 0));
+  EXPECT_EQ(Shown(1), Vector3d(2, 2, 0));
+  EXPECT_EQ(Shown(0), Vector3d(2, 0, 0));
+  EXPECT_TRUE(Reset({cloths_[1]}).ok());
+  EXPECT_TRUE(OnDevice(1).empty());
+  EXPECT_EQ(Shown(1), Vector3d(2, 0, 0));
+}
+
+TEST_F(ColliderControlsTest, MotionsGoOnThroughUpdatesButNotThoseOfColliders) {
+  Send(0, {2, 4, 0});
+  ClothChange gravity;
+  gravity.gravity_m_per_s2 = Vector3d(0, -1, 0);
+  ASSERT_TRUE(Update(cloths_, gravity).ok());
+  ASSERT_EQ(OnDevice(0).size(), 1u);
+  EXPECT_EQ(OnDevice(0)[0].position_m, Vector3d(1, 2, 0));
+  EXPECT_TRUE(OnDevice(1).empty());
+  Step(cloths_, 1);
+  EXPECT_EQ(Shown(0), Vector3d(2, 4, 0));
+
+  ClothChange colliders;
+  colliders.colliders = {SphereCollider{{7, 0, 0}, 0.5}};
+  ASSERT_TRUE(Update(cloths_, colliders).ok());
+  EXPECT_TRUE(OnDevice(0).empty());
+  EXPECT_EQ(Shown(0), Vector3d(7, 0, 0));
+  RigidMotion moving = RigidMotion::AtRest(Vector3d(7, 0, 0));
+  moving.velocity_m_per_s = Vector3d(1, 0, 0);
+  colliders.collider_motions = {moving};
+  ASSERT_TRUE(Update(cloths_, colliders).ok());
+  Step(cloths_, 2);
+  EXPECT_EQ(Shown(0), Vector3d(7.5, 0, 0));
+  // Reset returns to the colliders as they were last described, and restarts their motion.
+  EXPECT_TRUE(Reset(cloths_).ok());
+  EXPECT_EQ(Shown(0), Vector3d(7, 0, 0));
+  Step(cloths_, 1);
+  EXPECT_EQ(Shown(0), Vector3d(7.25, 0, 0));
+}
+
+// All or nothing: what was written before the failure is taken back, motions included.
+TEST_F(ColliderControlsTest, AnUpdateThatFailsLeavesTheMotions) {
+  Send(0, {2, 4, 0});
+  ClothChange colliders;
+  colliders.colliders = std::vector<Collider>{};
+  device_->FailWrite(1);
+  EXPECT_FALSE(Update(cloths_, colliders).ok());
+  ASSERT_EQ(OnDevice(0).size(), 1u);
+  EXPECT_EQ(OnDevice(0)[0].position_m, Vector3d(1, 2, 0));
+  Step(cloths_, 1);
+  EXPECT_EQ(Shown(0), Vector3d(2, 4, 0));
+}
+
+class RestLengthControlsTest : public SessionFixture {
+ protected:
+  RestLengthControlsTest() {
+    Start();
+    cloths_ = Find(Create(Chains(2, 3, {{0, std::nullopt}, {1, std::nullopt}})).value().ids);
+  }
+  ClothList cloths_;
+};
+
+TEST_F(RestLengthControlsTest, RowsFindTheirCloths) {
+  const std::vector<ControlRow<LengthControl>> rows{{cloths_[1]->id, {1, 0.75, 0.5}}};
+  const auto controls = ResolveControls({.lengths = rows}, cloths_).value().lengths;
+  ASSERT_EQ(controls.size(), 1u);
+  EXPECT_EQ(controls[0].cloth_index, 1u);
+  EXPECT_EQ(controls[0].control.constraint, 1u);
+  EXPECT_EQ(controls[0].control.length_m, 0.75);
+  EXPECT_EQ(controls[0].control.over_s, 0.5);
+  const std::vector<ControlRow<LengthScale>> scales{{cloths_[1]->id, {2, 0.25}}};
+  EXPECT_EQ(
+      ResolveControls({.length_scales = scales}, cloths_).value().length_scales[0].cloth_index, 1u);
+}
+
+TEST_F(RestLengthControlsTest, BadRowsAreNamed) {
+  const std::vector<ControlRow<LengthControl>> rows{
+      {cloths_[0]->id, {1, 1, 0}},
+      {{99, 1}, {0, 1, 0}},
+      {cloths_[0]->id, {0, 1, 0}},   // between two pins
+      {cloths_[0]->id, {2, 1, 0}}};  // there are two
+  const Status status = ResolveControls({.lengths = rows}, cloths_).status();
+  ASSERT_EQ(status.violations().size(), 3u);
+  EXPECT_EQ(status.violations()[0].field, "rest_length_controls.cloth_ids[1]");
+  EXPECT_EQ(status.violations()[1].field, "rest_length_controls.constraints[2]");
+  EXPECT_NE(status.violations()[1].description.find("two pins"), std::string::npos);
+  EXPECT_EQ(status.violations()[2].field, "rest_length_controls.constraints[3]");
+
+  const std::vector<ControlRow<LengthScale>> scales{
+      {{99, 1}, {2, 0}}, {cloths_[0]->id, {1e-10, 0}}, {cloths_[0]->id, {2, 0}}};
+  const Status scaled = ResolveControls({.length_scales = scales}, cloths_).status();
+  ASSERT_EQ(scaled.violations().size(), 3u);
+  EXPECT_EQ(scaled.violations()[0].field, "rest_length_scales.cloth_ids[0]");
+  EXPECT_EQ(scaled.violations()[1].field, "rest_length_scales.scales[1]");
+  EXPECT_EQ(scaled.violations()[2].field, "rest_length_scales.cloth_ids[2]");
+  EXPECT_NE(scaled.violations()[2].description.find("occurs twice"), std::string::npos);
+}
+
+// Clients may drive every constraint of a large cloth. A search per row would be 2e10 comparisons,
+// tens of seconds; this takes about as long as to make the rows.
+TEST_F(RestLengthControlsTest, ManyRowsTakeTimeInProportion) {
+  constexpr uint32_t kLinks = 200'000;
+  const ClothList chain = Find(Create(Chains(1, kLinks + 1)).value().ids);
+  std::vector<ControlRow<LengthControl>> rows;
+  for (uint32_t k = 0; k < kLinks; ++k) rows.push_back({chain[0]->id, {k, 1, 0}});
+  const std::clock_t begin = std::clock();
+  EXPECT_EQ(ResolveControls({.lengths = rows}, chain).value().lengths.size(), kLinks);
+  EXPECT_LT(std::clock() - begin, 3 * CLOCKS_PER_SEC);
+}
+
+}  // namespace
+}  // namespace drape

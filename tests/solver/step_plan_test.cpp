@@ -1,0 +1,121 @@
+#include "server/solver/step_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "server/solver/solver_constants.h"
+#include "tests/support/scenes.h"
+
+namespace drape {
+namespace {
+
+using enum StepStage;
+
+StepPlan PlanFloat(const SceneModel& model, const ClothParameters& parameters) {
+  return PlanStep(model, parameters, LengthSource::kModel, ScalarType::kFloat32);
+}
+
+// Two steps extrapolate what sweeps leave, which is much where the masses around a particle differ.
+TEST(StepPlanTest, UnequalMassesKeepToOneStep) {
+  ParticleTopology star;
+  star.positions_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
+  for (uint32_t k = 1; k < 5; ++k) star.distance_constraints.push_back({0, k, 1, 0});
+  for (const double mass_kg : {9.0, 11.0}) {
+    star.masses_kg = {1, mass_kg, mass_kg, mass_kg, mass_kg};
+    const auto model =
+        SceneModel::Build({.topology = star, .material = {}, .pinned_particles = {}}).value();
+    EXPECT_EQ(PlanFloat(*model, {}).solver.has_two_steps, mass_kg < kMaxHeldMassRatio);
+  }
+}
+
+// Lengths that contradict each other would be moved to in every step.
+TEST(StepPlanTest, OnlyLengthsThatCanBeMetAreRefined) {
+  ClothParameters parameters;
+  parameters.settings = PresetSettings(Preset::kRealtime);
+  EXPECT_GT(PlanFloat(*test::Grid(4, 4, 1, 1, {0}).model, parameters).solver.refine_rounds, 0u);
+  for (const double length_m : {1.9, 3.0}) {
+    const test::Scene triangle = test::Particles({{{0, 0, 0}, {1, 0, 0}, {2, 0.1, 0}},
+                                                  {0.1, 0.1, 0.1},
+                                                  {{0, 1, 1, 0}, {1, 2, 1, 0}, {0, 2, length_m, 0}},
+                                                  {}},
+                                                 {0});
+    ASSERT_EQ(triangle.model->strips().phase_count(), 2u);
+    EXPECT_EQ(PlanFloat(*triangle.model, parameters).solver.refine_rounds > 0, length_m < 2);
+  }
+}
+
+// The same description with each thing in turn that a stage needs, and the stages that then are
+// there besides those that every step has.
+TEST(StepPlanTest, StagesAreThoseWithSomethingToDo) {
+  const StageSet always = {kPredict, kIntegrate, kCommit, kMeasure};
+  const auto with = [&](std::initializer_list<StepStage> more) {
+    StageSet stages = always;
+    for (const StepStage stage : more) stages.Add(stage);
+    return stages;
+  };
+  ClothParameters paper;
+  paper.settings = PresetSettings(Preset::kPaper);
+  const test::Scene sheet = test::Grid(4, 4, 1, 1, {0});
+  EXPECT_EQ(PlanFloat(*sheet.model, paper).stages, with({kSolveDistance}));
+
+  ClothParameters realtime;
+  realtime.settings = PresetSettings(Preset::kRealtime);
+  EXPECT_EQ(PlanFloat(*sheet.model, realtime).stages,
+            with({kDampTwist, kTether, kSolveStrips, kRefine}));
+  EXPECT_EQ(PlanFloat(*test::Grid(4, 4, 1, 1).model, realtime).stages,
+            with({kDampTwist, kSolveStrips, kRefine}))
+      << "tethers need pins";
+  EXPECT_EQ(PlanStep(*sheet.model, realtime, LengthSource::kOwn, ScalarType::kFloat32).stages,
+            with({kDampTwist, kSolveDistance}))
+      << "driven lengths have neither strips nor tethers";
+
+  ClothParameters damped = paper;
+  damped.damping_per_s = 1;
+  EXPECT_EQ(PlanFloat(*sheet.model, damped).stages, with({kSolveDistance, kCorrectVelocity}));
+  ClothParameters on_plane = paper;
+  on_plane.colliders = {PlaneCollider{{0, -1, 0}, {0, 1, 0}}};
+  EXPECT_EQ(PlanFloat(*sheet.model, on_plane).stages,
+            with({kSolveDistance, kSolveContacts, kCorrectVelocity}));
+  ClothParameters in_wind = paper;
+  in_wind.air_drag = 1;
+  EXPECT_EQ(PlanFloat(*sheet.model, in_wind).stages, with({kSolveDistance, kApplyWind}));
+  EXPECT_EQ(PlanFloat(*test::Chain(3, 0.1, 0.1).model, in_wind).stages, with({kSolveDistance}))
+      << "a chain has no triangles";
+  ClothParameters swept = paper;
+  swept.settings.velocity_iterations = 2;
+  EXPECT_EQ(PlanFloat(*sheet.model, swept).stages, with({kSolveDistance, kSolveVelocity}));
+}
+
+// In the force of the substep springs are no stage of their own.
+TEST(StepPlanTest, SpringsActByKicksOrInTheForce) {
+  test::Scene net = test::Net(4, 0.1, 0);
+  ASSERT_GT(net.model->spring_count(), 0u);
+  net.parameters.settings.spring_integration = SpringIntegration::kHalfKicks;
+  EXPECT_TRUE(test::PlanOf(net).Has(kApplySprings));
+  EXPECT_FALSE(test::PlanOf(net).solver.has_spring_forces);
+  net.parameters.settings.spring_integration = SpringIntegration::kInForce;
+  EXPECT_FALSE(test::PlanOf(net).Has(kApplySprings));
+  EXPECT_TRUE(test::PlanOf(net).solver.has_spring_forces);
+}
+
+TEST(StepPlanTest, TheToleranceIsWhatTheScalarTypeCanMeet) {
+  test::Scene sheet = test::Grid(2, 2, 0.1, 0.1);
+  sheet.parameters.settings.tolerance = 1e-9;
+  const auto plan = [&](ScalarType scalar) {
+    return PlanStep(*sheet.model, sheet.parameters, LengthSource::kModel, scalar);
+  };
+  EXPECT_GT(plan(ScalarType::kFloat32).tolerance, 1e-9);
+  EXPECT_TRUE(plan(ScalarType::kFloat32).known_warnings.tolerance_raised);
+  EXPECT_EQ(plan(ScalarType::kFloat64).tolerance, 1e-9);
+  EXPECT_FALSE(plan(ScalarType::kFloat64).known_warnings.tolerance_raised);
+}
+
+TEST(StepPlanTest, NamesOfStages) {
+  EXPECT_EQ(StageName(StepStage::kApplySprings), "apply_springs");
+  EXPECT_EQ(StageName(StepStage::kSolveContacts), "solve_contacts");
+  EXPECT_EQ(StageName(StepStage::kMeasure), "measure");
+}
+
+}  // namespace
+}  // namespace drape

@@ -1,0 +1,14 @@
+// Where tests find the source tree and the programs.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+namespace drape::test {
+
+// DRAPE_TEST_ROOT, if set, stands for both: a folder with the files that are read at run time in
+// their places and the programs in bin/. For tests that were carried to another machine.
+std::filesystem::path SourcePath(const std::string& relative);
+std::filesystem::path ProgramPath(const std::string& name);
+
+}  // namespace drape::test
