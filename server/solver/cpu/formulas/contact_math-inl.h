@@ -107,7 +107,7 @@ inline Gaps<Scalars, Vectors> BoxGap(const Vectors& q, const Vectors& center,
 }
 
 // Lowest gap that a contact accepts at the end of the substep: what starts deep inside comes out at
-// most at kMaxDepenetrationSpeed (floor = min(0, gap(p) + speed h)).
+// most at kMaxDepenetrationSpeed_m_per_s (floor = min(0, gap(p) + speed h)).
 template <class Scalars>
 inline Scalars ContactFloor(const Scalars& gap_at_start, float depenetration_distance) {
   return Min(gap_at_start + SplatLike(depenetration_distance, gap_at_start),
