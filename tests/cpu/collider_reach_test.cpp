@@ -17,6 +17,7 @@
 #include "server/solver/cpu/alone/cloth_step.h"
 #include "server/solver/cpu/alone/contacts.h"
 #include "server/solver/cpu/side_by_side/group_step.h"
+#include "server/solver/cpu/step/collider_gap.h"
 #include "server/solver/cpu/step/collider_surface.h"
 #include "server/solver/cpu/step/step_team.h"
 #include "tests/support/reach_scenes.h"
@@ -29,10 +30,10 @@ namespace {
 using Eigen::Vector3d;
 using test::Scene;
 
-std::vector<Lanes> ToLaneVectors(const std::vector<Vector3d>& vectors) {
-  std::vector<Lanes> result;
-  for (const Vector3d& v : vectors) result.push_back(ToLanes(v));
-  result.push_back(Lanes{});
+std::vector<Vec4> ToVec4s(const std::vector<Vector3d>& vectors) {
+  std::vector<Vec4> result;
+  for (const Vector3d& v : vectors) result.push_back(ToVec4(v));
+  result.push_back(Vec4{});
   return result;
 }
 
@@ -42,8 +43,7 @@ struct Cloth {
       : model(std::move(its_model)),
         parameters(scene.parameters),
         controls(*model, parameters, false),
-        state{ToLaneVectors(scene.state.positions_m),
-              ToLaneVectors(scene.state.velocities_m_per_s)} {
+        state{ToVec4s(scene.state.positions_m), ToVec4s(scene.state.velocities_m_per_s)} {
     for (const uint32_t pin : model->pins) pin_targets.push_back(state.positions[pin]);
   }
 
@@ -70,7 +70,7 @@ struct Cloth {
   ClothParameters parameters = test::PlainParameters();
   FloatControls controls;
   FloatState state;
-  std::vector<Lanes> pin_targets;
+  std::vector<Vec4> pin_targets;
   std::vector<StepReport> reports;  // of every step
   std::unique_ptr<StepTeam> alone = std::make_unique<StepTeam>(1);
 };
@@ -97,9 +97,9 @@ std::vector<Cloth> PlayTogether(const std::vector<Scene>& scenes, uint32_t steps
   std::vector<Cloth> cloths;
   for (const Scene& scene : scenes) cloths.emplace_back(model, scene);
   StepScratch single;
-  LaneScratch lanes;
+  GroupScratch lanes;
   for (uint32_t k = 0; k < steps; ++k) {
-    std::vector<LaneCloth> group;
+    std::vector<GroupCloth> group;
     for (Cloth& cloth : cloths) group.push_back({cloth.Context(single, true), true, cloth.state});
     StepCloths(group, lanes);
     for (size_t lane = 0; lane < cloths.size(); ++lane) cloths[lane].End(group[lane].report);
@@ -109,8 +109,8 @@ std::vector<Cloth> PlayTogether(const std::vector<Scene>& scenes, uint32_t steps
   return cloths;
 }
 
-bool SameBits(const std::vector<Lanes>& a, const std::vector<Lanes>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Lanes)) == 0;
+bool SameBits(const std::vector<Vec4>& a, const std::vector<Vec4>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Vec4)) == 0;
 }
 
 void ExpectSame(const Cloth& actual, const Cloth& expected, const std::string& where) {
@@ -174,9 +174,6 @@ struct Look {
 };
 const Look kLooks[] = {
     {"integrate", 1, [](const StepContext& context) { Integrate(context); }},
-    {"end", 1, [](const StepContext& context) { End(context, Ending(context)); }},
-    {"prepare", 1,
-     [](const StepContext& context) { PrepareInOneVisit(context, Ending(context), false); }},
     {"sweep", 2, [](const StepContext& context) { SolveContacts(context); }},
 };
 
@@ -240,7 +237,7 @@ class AnyScene {
 float LeastGap(AnyScene& any, const StepContext& context, const ParticleBox& range) {
   float least = std::numeric_limits<float>::infinity();
   for (uint32_t k = 0; k < 300; ++k) {
-    Lanes place{};
+    Vec4 place{};
     for (uint32_t axis = 0; axis < 3; ++axis) {
       const double share = k < 8 ? k >> axis & 1 : any.Between(0, 1);
       place[axis] =
@@ -248,7 +245,7 @@ float LeastGap(AnyScene& any, const StepContext& context, const ParticleBox& ran
     }
     const FloatCollider& collider = context.controls.colliders[0];
     if (context.collider_motions.empty()) {
-      least = std::min(least, collider.GapAt(place).gap);
+      least = std::min(least, GapAt(collider, place).gap);
       continue;
     }
     const double time_s = k % 3 == 0 ? context.controls.time_step : any.Between(0, 1.0 / 60);

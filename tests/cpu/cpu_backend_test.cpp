@@ -19,8 +19,9 @@ TEST(CpuBackendTest, DescribesItself) {
   EXPECT_EQ(description.scalar, ScalarType::kFloat32);
   EXPECT_FALSE(description.is_hardware_gpu);
   EXPECT_TRUE(description.device.starts_with("3 cores, ")) << description.device;
-  EXPECT_EQ(CreateCpuBackend({.use_lanes = false})->Describe().plan_of(*test::SizedCloth(33).model),
-            "single");
+  EXPECT_EQ(
+      CreateCpuBackend({}, {.use_lanes = false})->Describe().plan_of(*test::SizedCloth(33).model),
+      "single");
 #if defined(__x86_64__)
   EXPECT_TRUE(description.device.find(" lanes (") != std::string::npos) << description.device;
   EXPECT_EQ(backend->Describe().plan_of(*test::SizedCloth(33).model), "lanes");
@@ -59,8 +60,8 @@ TEST(CpuBackendTest, ReadPacksClothAfterCloth) {
 }
 
 // Bits of these cloths after some steps together.
-std::string BitsTogether(const CpuBackendOptions& options, const std::vector<test::Scene>& scenes) {
-  const auto backend = CreateCpuBackend(options);
+std::string BitsTogether(const CpuBackendTesting& testing, const std::vector<test::Scene>& scenes) {
+  const auto backend = CreateCpuBackend({}, testing);
   std::vector<StepItem> items;
   for (const test::Scene& scene : scenes) items.push_back({CreateCloth(*backend, scene), {}});
   for (uint32_t step = 0; step < 12; ++step) backend->Step(items);

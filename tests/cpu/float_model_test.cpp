@@ -19,18 +19,18 @@ TEST(FloatModelTest, EveryConstraintHasItsPlaceInAGroupOfItsColour) {
   for (size_t c = 0; c < constraints.size(); ++c) {
     const uint32_t place = model.constraint_places[c];
     EXPECT_TRUE(places.insert(place).second) << "two constraints in one lane";
-    const DistanceGroup& group = model.groups.at(place / kLaneCount);
-    const uint32_t lane = place % kLaneCount;
+    const DistanceGroup& group = model.groups.at(place / kVec4Size);
+    const uint32_t lane = place % kVec4Size;
     EXPECT_EQ(group.i[lane], constraints[c].i);
     EXPECT_EQ(group.j[lane], constraints[c].j);
     EXPECT_EQ(group.rest_length[lane], static_cast<float>(constraints[c].rest_length_m));
-    EXPECT_EQ(model.compliances.at(place / kLaneCount)[lane],
+    EXPECT_EQ(model.compliances.at(place / kVec4Size)[lane],
               static_cast<float>(constraints[c].compliance_m_per_n));
   }
   for (uint32_t colour = 0; colour < scene.model->colour_count(); ++colour) {
     if (offsets[colour] == 0) continue;
-    EXPECT_LT(model.constraint_places[offsets[colour] - 1] / kLaneCount,
-              model.constraint_places[offsets[colour]] / kLaneCount)
+    EXPECT_LT(model.constraint_places[offsets[colour] - 1] / kVec4Size,
+              model.constraint_places[offsets[colour]] / kVec4Size)
         << "no group holds constraints of two colours";
   }
 }
@@ -40,14 +40,14 @@ TEST(FloatModelTest, FreeLanesBelongToTheSpareParticle) {
   const FloatModel model(scene.model);
   size_t spare_lanes = 0;
   for (const DistanceGroup& group : model.groups) {
-    for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
+    for (uint32_t lane = 0; lane < kVec4Size; ++lane) {
       if (group.i[lane] != model.spare_particle()) continue;
       ++spare_lanes;
       EXPECT_EQ(group.j[lane], model.spare_particle());
       EXPECT_EQ(group.rest_length[lane], 0);
     }
   }
-  EXPECT_EQ(spare_lanes, model.groups.size() * kLaneCount - scene.model->constraint_count());
+  EXPECT_EQ(spare_lanes, model.groups.size() * kVec4Size - scene.model->constraint_count());
   EXPECT_GT(spare_lanes, 0u);
 }
 

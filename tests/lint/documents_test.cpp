@@ -150,7 +150,6 @@ TEST(DocumentsTest, PagesStayShort) {
   constexpr size_t kMaxLinesOfReadme = 60;
   std::vector<std::string> long_ones;
   for (const fs::path& document : Documents()) {
-    if (document.parent_path() == "server/solver/cpu") continue;
     const std::vector<std::string> lines = Lines(ReadFile(kRoot / document));
     for (size_t k = 0; k < lines.size(); ++k) {
       const size_t begin = lines[k].find_first_not_of(' ');

@@ -51,7 +51,7 @@ Scene Compliant(const std::string& name, Preset preset) {
 
 // After a tenth of a second, where some particles touch.
 ParticleState Settled(const Scene& scene) {
-  const auto backend = CreateCpuBackend({.thread_count = 1, .use_lanes = false});
+  const auto backend = CreateCpuBackend({.thread_count = 1}, {.use_lanes = false});
   const ClothHandle cloth = CreateCloth(*backend, scene);
   StepAlone(*backend, cloth, scene, 6);
   return ReadState(*backend, cloth);
@@ -266,7 +266,7 @@ std::vector<int64_t> InstructionSets() {
   return sets;
 }
 
-// Lanes of one instruction set, while it lives.
+// Vec4 of one instruction set, while it lives.
 class OnlyInstructionSet {
  public:
   explicit OnlyInstructionSet(int64_t set) { Choose(set); }
@@ -289,7 +289,7 @@ TEST_P(LaneExactnessTest, SameInGroupsOfAnySizeAsAlone) {
   const uint32_t count = *std::max_element(std::begin(kGroupSizes), std::end(kGroupSizes));
   std::vector<Scene> scenes;
   for (uint32_t k = 0; k < count; ++k) scenes.push_back(Variant(GetParam().scene, k));
-  const auto single = CreateCpuBackend({.thread_count = 1, .use_lanes = false});
+  const auto single = CreateCpuBackend({.thread_count = 1}, {.use_lanes = false});
   const std::vector<Outcome> alone = StepTogether(*single, scenes);
   EXPECT_NE(alone[3].report.fault, FaultReason::kNone) << "one neighbour must blow up";
   EXPECT_EQ(alone[0].report.fault != FaultReason::kNone, GetParam().scene.name == "explosive");
@@ -306,7 +306,7 @@ TEST_P(LaneExactnessTest, SameInGroupsOfAnySizeAsAlone) {
     const OnlyInstructionSet only(set);
     most_lanes = std::max(most_lanes, cpu::SupportedLanes().lane_count);
     for (const uint32_t size : kGroupSizes) {
-      const auto lanes = CreateCpuBackend({.thread_count = 1, .use_lanes = true});
+      const auto lanes = CreateCpuBackend({.thread_count = 1}, {.use_lanes = true});
       const std::vector<Outcome> together =
           StepTogether(*lanes, {scenes.begin(), scenes.begin() + size});
       for (uint32_t k = 0; k < size; ++k) {
@@ -336,8 +336,8 @@ TEST(MixedLaneExactnessTest, SameInMixedBatchesAsAlone) {
     if (k % 8 == 3) scene.parameters.settings.substeps = 10;
     scenes.push_back(scene);
   }
-  const auto single = CreateCpuBackend({.thread_count = 1, .use_lanes = false});
-  const auto lanes = CreateCpuBackend({.thread_count = 2, .use_lanes = true});
+  const auto single = CreateCpuBackend({.thread_count = 1}, {.use_lanes = false});
+  const auto lanes = CreateCpuBackend({.thread_count = 2}, {.use_lanes = true});
   const std::vector<Outcome> alone = StepTogether(*single, scenes);
   const std::vector<Outcome> together = StepTogether(*lanes, scenes);
   for (size_t k = 0; k < scenes.size(); ++k) {

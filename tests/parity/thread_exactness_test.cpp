@@ -174,15 +174,15 @@ std::vector<Scene> Cases() {
   return cases;
 }
 
-std::vector<cpu::Lanes> ToLanes(const std::vector<Eigen::Vector3d>& vectors) {
-  std::vector<cpu::Lanes> lanes;
-  for (const Eigen::Vector3d& vector : vectors) lanes.push_back(cpu::ToLanes(vector));
-  lanes.push_back(cpu::Lanes{});
+std::vector<cpu::Vec4> ToVec4(const std::vector<Eigen::Vector3d>& vectors) {
+  std::vector<cpu::Vec4> lanes;
+  for (const Eigen::Vector3d& vector : vectors) lanes.push_back(cpu::ToVec4(vector));
+  lanes.push_back(cpu::Vec4{});
   return lanes;
 }
 
-std::string Bits(const std::vector<cpu::Lanes>& lanes) {
-  return {reinterpret_cast<const char*>(lanes.data()), lanes.size() * sizeof(cpu::Lanes)};
+std::string Bits(const std::vector<cpu::Vec4>& lanes) {
+  return {reinterpret_cast<const char*>(lanes.data()), lanes.size() * sizeof(cpu::Vec4)};
 }
 
 struct Outcome {
@@ -197,8 +197,8 @@ Outcome StepTogether(const Scene& scene, uint32_t threads, bool leaves_out_colli
   const cpu::FloatModel model(scene.model);
   const bool is_driven = !scene.rest_length_targets_m.empty();
   const cpu::FloatControls controls(model, scene.parameters, is_driven);
-  cpu::FloatState state{ToLanes(scene.state.positions_m), ToLanes(scene.state.velocities_m_per_s)};
-  std::vector<cpu::Lanes> pin_targets;
+  cpu::FloatState state{ToVec4(scene.state.positions_m), ToVec4(scene.state.velocities_m_per_s)};
+  std::vector<cpu::Vec4> pin_targets;
   for (const uint32_t pin : model.pins) pin_targets.push_back(state.positions[pin]);
   cpu::OwnLengths lengths;
   if (is_driven) {

@@ -36,7 +36,7 @@ struct Cloth {
   ClothParameters parameters;
   std::optional<FloatControls> controls;  // always set in a used slot
   FloatState state;
-  std::vector<Lanes> pin_targets;  // [pin_count]
+  std::vector<Vec4> pin_targets;  // [pin_count]
   std::optional<OwnLengths> own_lengths{};
   FaultReason fault = FaultReason::kNone;
 };
@@ -46,23 +46,23 @@ FloatState ToFloat(const ParticleState& state, uint32_t particle_count) {
                   state.velocities_m_per_s.size() == particle_count,
               "the state does not fit the model");
   FloatState result;
-  for (const auto& p : state.positions_m) result.positions.push_back(ToLanes(p));
-  for (const auto& v : state.velocities_m_per_s) result.velocities.push_back(ToLanes(v));
-  result.positions.push_back(Lanes{});
-  result.velocities.push_back(Lanes{});
+  for (const auto& p : state.positions_m) result.positions.push_back(ToVec4(p));
+  for (const auto& v : state.velocities_m_per_s) result.velocities.push_back(ToVec4(v));
+  result.positions.push_back(Vec4{});
+  result.velocities.push_back(Vec4{});
   return result;
 }
 
-std::vector<Lanes> ToFloat(std::span<const Eigen::Vector3d> targets, const FloatModel& model) {
+std::vector<Vec4> ToFloat(std::span<const Eigen::Vector3d> targets, const FloatModel& model) {
   DRAPE_CHECK(targets.size() == model.pins.size(), "one target per pin is needed");
-  std::vector<Lanes> result;
-  for (const auto& target : targets) result.push_back(ToLanes(target));
+  std::vector<Vec4> result;
+  for (const auto& target : targets) result.push_back(ToVec4(target));
   return result;
 }
 
 // Pins that stay pins keep their targets; new ones start where their particles are.
-std::vector<Lanes> TransferTargets(const Cloth& cloth, const FloatModel& new_model) {
-  std::vector<Lanes> targets;
+std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatModel& new_model) {
+  std::vector<Vec4> targets;
   const std::vector<uint32_t>& old_pins = cloth.model->pins;
   for (const uint32_t particle : new_model.pins) {
     const auto found = std::lower_bound(old_pins.begin(), old_pins.end(), particle);
@@ -79,7 +79,7 @@ std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,
   if (rest_lengths_m.empty()) return std::nullopt;
   DRAPE_CHECK(rest_lengths_m.size() == model.constraint_places.size(),
               "one rest length per constraint");
-  std::vector<Lanes> packed = PackLengths(model, rest_lengths_m);
+  std::vector<Vec4> packed = PackLengths(model, rest_lengths_m);
   return OwnLengths{packed, packed};
 }
 
@@ -127,12 +127,12 @@ bool ClothFitsLanes(const Cloth& cloth) {
 }
 
 // Those of `particles`; empty: all.
-void Append(const std::vector<Lanes>& values, uint32_t particle_count,
+void Append(const std::vector<Vec4>& values, uint32_t particle_count,
             std::span<const uint32_t> particles, std::vector<float>& packed) {
   const size_t words = 3 * size_t{RowsOf(particles, particle_count)};
   packed.resize(packed.size() + words);
   float* to = packed.data() + packed.size() - words;
-  const auto append = [&](const Lanes& value) {
+  const auto append = [&](const Vec4& value) {
     to[0] = value[0];
     to[1] = value[1];
     to[2] = value[2];
@@ -159,12 +159,12 @@ Status OutOfMemory() {
 
 class CpuBackend final : public Backend {
  public:
-  explicit CpuBackend(const CpuBackendOptions& options)
+  CpuBackend(const CpuBackendOptions& options, const CpuBackendTesting& testing)
       : thread_count_(options.thread_count > 0 ? static_cast<int>(options.thread_count)
                                                : tbb::info::default_concurrency()),
         arena_(thread_count_),
-        lane_count_(options.use_lanes ? SupportedLanes().lane_count : 1),
-        leaves_out_colliders_(options.leave_out_colliders),
+        lane_count_(testing.use_lanes ? SupportedLanes().lane_count : 1),
+        leaves_out_colliders_(testing.leave_out_colliders),
         scratch_(static_cast<size_t>(thread_count_)) {}
 
   BackendDescription Describe() const override {
@@ -270,7 +270,7 @@ class CpuBackend final : public Backend {
   // Working memory of one thread, apart from that of others.
   struct alignas(128) ThreadScratch {
     StepScratch single;
-    LaneScratch lanes;
+    GroupScratch lanes;
     StepTeam alone{1};
   };
 
@@ -364,7 +364,7 @@ class CpuBackend final : public Backend {
       reports[group[0]] = StepAlone(items[group[0]], lead.team != nullptr ? *lead.team : alone);
       return;
     }
-    std::vector<LaneCloth> cloths;
+    std::vector<GroupCloth> cloths;
     for (const uint32_t k : group) {
       Cloth& cloth = cloths_.At(items[k].cloth);
       SetTargets(cloth, items[k]);
@@ -417,8 +417,9 @@ class CpuBackend final : public Backend {
 }  // namespace
 }  // namespace cpu
 
-std::unique_ptr<Backend> CreateCpuBackend(const CpuBackendOptions& options) {
-  return std::make_unique<cpu::CpuBackend>(options);
+std::unique_ptr<Backend> CreateCpuBackend(const CpuBackendOptions& options,
+                                          const CpuBackendTesting& testing) {
+  return std::make_unique<cpu::CpuBackend>(options, testing);
 }
 
 }  // namespace drape

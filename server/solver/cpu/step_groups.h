@@ -42,7 +42,7 @@ struct LaneKey {
 using StepGroup = std::vector<uint32_t>;
 
 // Fewer than this are stepped alone: a group takes about as long as 3 to 4 cloths alone, however
-// few it has (server/solver/cpu/README.md).
+// few it has (tests/bench/notes/cpu.md).
 inline constexpr uint32_t kMinGroupSize = 4;
 
 // Divides a batch. `keys`: of each cloth, none if it is to be stepped alone. A group has at most

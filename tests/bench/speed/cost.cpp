@@ -37,8 +37,10 @@ std::vector<Way> MakeWays(const Bench& bench, bool has_single) {
       continue;
     }
     for (const uint32_t threads : thread_counts) {
-      if (has_single) ways.push_back({name, "single", threads, CreateCpuBackend({threads, false})});
-      ways.push_back({name, "lanes", threads, CreateCpuBackend({threads, true})});
+      if (has_single)
+        ways.push_back(
+            {name, "single", threads, CreateCpuBackend({threads}, {.use_lanes = false})});
+      ways.push_back({name, "lanes", threads, CreateCpuBackend({threads}, {.use_lanes = true})});
     }
   }
   return ways;

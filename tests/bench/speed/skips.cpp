@@ -257,7 +257,7 @@ std::vector<Skip> LeavingOut(const Sheets& sheets, const std::string& backend, u
 
 std::unique_ptr<Backend> BackendOf(const Skip& skip, bool is_full) {
   if (!skip.leaves_out && !skip.is_of_lists) return test::MakeBackend(skip.backend);
-  if (skip.backend == "cpu") return CreateCpuBackend({.leave_out_colliders = !is_full});
+  if (skip.backend == "cpu") return CreateCpuBackend({}, {.leave_out_colliders = !is_full});
   GlTuning tuning;
   if (skip.leaves_out) tuning.leave_out_colliders = !is_full;
   if (skip.is_of_lists) tuning.find_regular_strips = !is_full;

@@ -5,8 +5,9 @@
 namespace drape::cpu {
 
 void AdvanceLengths(const StepContext& context) {
+  if (context.own_lengths == nullptr) return;
   const OwnLengths& lengths = *context.own_lengths;
-  std::vector<Lanes>& now = context.scratch.rest_lengths;
+  std::vector<Vec4>& now = context.scratch.rest_lengths;
   now = lengths.targets;
   const float substeps_left = context.substep.pin_shares - 1;
   if (substeps_left == 0) return;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <optional>
 
 #include "server/solver/cpu/alone/advance.h"
 #include "server/solver/cpu/alone/advance_lengths.h"
@@ -12,47 +11,28 @@
 #include "server/solver/cpu/alone/elastic.h"
 #include "server/solver/cpu/alone/joints.h"
 #include "server/solver/cpu/alone/refine_links.h"
+#include "server/solver/cpu/alone/springs.h"
 #include "server/solver/cpu/alone/strips.h"
 #include "server/solver/cpu/alone/tethers.h"
 #include "server/solver/cpu/alone/twist.h"
 #include "server/solver/cpu/alone/wind.h"
-#include "server/solver/cpu/formulas/constraint_math.h"
 #include "server/solver/cpu/step/finish.h"
 
 namespace drape::cpu {
 namespace {
 
-// A_i(p, v) by the springs of particle i.
-Lanes SpringAcceleration(const FloatModel& model, const Lanes* p, const Lanes* v, uint32_t i) {
-  Lanes force{};
-  for (uint32_t e = model.spring_offsets[i]; e < model.spring_offsets[i + 1]; ++e) {
-    const FloatSpringEnd& end = model.spring_ends[e];
-    const uint32_t j = end.other_particle;
-    force += SpringForce(p[i], p[j], v[i], v[j], end.rest_length, end.stiffness, end.damping);
-  }
-  return model.inverse_masses[i] * force;
-}
-
-void ApplySprings(const StepContext& context, const Lanes* positions, float duration) {
-  const FloatModel& model = context.model;
-  StepScratch& scratch = context.scratch;
-  Lanes* const v = scratch.state.velocities.data();
-  context.ForFreeParticles(
-      [&](uint32_t i) { scratch.accelerations[i] = SpringAcceleration(model, positions, v, i); });
-  context.ForFreeParticles([&](uint32_t i) { v[i] += duration * scratch.accelerations[i]; });
-}
-
 // What acts on the velocities for some time, from the same positions and velocities.
-void Kick(const StepContext& context, const std::vector<Lanes>& positions, float duration) {
+void Kick(const StepContext& context, const std::vector<Vec4>& positions, float duration) {
   if (duration == 0) return;
-  if (context.controls.has_half_kicks) ApplySprings(context, positions.data(), duration);
-  if (context.model.has_elastic()) ApplyElastic(context, positions.data(), duration);
-  if (context.controls.has_air_forces) ApplyWind(context, positions.data(), duration);
+  ApplySprings(context, positions.data(), duration);
+  ApplyElastic(context, positions.data(), duration);
+  ApplyWind(context, positions.data(), duration);
 }
 
 // The same on the predicted velocities u, from the predicted positions b + H u.
 void KickWithin(const StepContext& context) {
   const FloatControls& controls = context.controls;
+  if (context.substep.kick_within == 0) return;
   if (!controls.has_half_kicks && !controls.has_air_forces && !context.model.has_elastic()) return;
   StepScratch& scratch = context.scratch;
   context.ForRanges(scratch.predicted.size(), kParticleGrain, [&](size_t begin, size_t end) {
@@ -64,33 +44,12 @@ void KickWithin(const StepContext& context) {
   Kick(context, scratch.predicted, context.substep.kick_within);
 }
 
-// a = g + A(p, v) of the springs in the force.
-void AccelerateBySprings(const StepContext& context) {
-  StepScratch& scratch = context.scratch;
-  const Lanes* const p = scratch.state.positions.data();
-  const Lanes* const v = scratch.state.velocities.data();
-  const Lanes gravity = context.controls.gravity;
-  context.ForFreeParticles([&](uint32_t i) {
-    scratch.accelerations[i] = gravity + SpringAcceleration(context.model, p, v, i);
-  });
-}
-
-void Predict(const StepContext& context) {
-  if (!context.substep.is_two_step) {
-    PredictContacts(context);
-    if (context.controls.has_spring_forces) AccelerateBySprings(context);
-  }
-  PredictFree(context);
-  PredictPins(context);
-  if (context.substep.is_two_step) KickWithin(context);
-}
-
 void ResetImpulses(const StepContext& context) {
-  std::vector<Lanes>& impulses = context.scratch.distance_impulses;
+  std::vector<Vec4>& impulses = context.scratch.distance_impulses;
   context.ForRanges(impulses.size(), kParticleGrain, [&](size_t begin, size_t end) {
-    std::fill_n(impulses.data() + begin, end - begin, Lanes{});
+    std::fill_n(impulses.data() + begin, end - begin, Vec4{});
   });
-  context.scratch.joint_impulses.assign(context.model.joints.size(), Lanes{});
+  context.scratch.joint_impulses.assign(context.model.joints.size(), Vec4{});
 }
 
 // No velocity along rigid links is left (Bender et al. 2009, section 3.2).
@@ -119,13 +78,13 @@ void Solve(const StepContext& context, StepReport& report) {
 
 // Of a velocity or position. A zero has no sign: which one it got depends on what padding added to
 // it, and so on the path.
-void DropSignsOfZeros(Lanes& vector) {
-  vector += Lanes{};
+void DropSignsOfZeros(Vec4& vector) {
+  vector += Vec4{};
 }
 
 // The components without which a particle has no fault: a quick look. A velocity is shorter than
 // twice its largest component.
-LaneMask AreBeyond(Lanes p, Lanes v) {
+Mask4 AreBeyond(Vec4 p, Vec4 v) {
   constexpr auto kMaxCoordinate = static_cast<float>(kMaxCoordinate_m);
   constexpr auto kMaxComponent = static_cast<float>(kMaxSpeed_m_per_s / 2);
   return ~((Abs(p) <= kMaxCoordinate) & (Abs(v) <= kMaxComponent));  // of no number too
@@ -136,7 +95,7 @@ bool Tidy(const StepContext& context) {
   FloatState& result = context.scratch.state;
   return context.team.AnyOf(0, result.positions.size(), kParticleGrain,
                             [&](size_t begin, size_t end, uint32_t) {
-                              LaneMask are_beyond{};
+                              Mask4 are_beyond{};
                               for (size_t i = begin; i < end; ++i) {
                                 DropSignsOfZeros(result.positions[i]);
                                 DropSignsOfZeros(result.velocities[i]);
@@ -163,23 +122,26 @@ void Begin(const StepContext& context, const FloatState& state) {
   scratch.predicted.resize(has_two_steps ? state.positions.size() : 0);
   scratch.strips.resize(context.team.max_members());
   scratch.accelerations.resize(model.has_springs() ? model.particle_count : 0);
-  scratch.elastic_impulses.resize(model.elastic_groups.size() * kLaneCount);
+  scratch.elastic_impulses.resize(model.elastic_groups.size() * kVec4Size);
   if (context.controls.has_air_forces) {
-    scratch.air_impulses.resize(model.triangles.size() * kLaneCount);
+    scratch.air_impulses.resize(model.triangles.size() * kVec4Size);
   }
   const bool has_impulses = model.has_compliance() || model.has_inequalities();
   scratch.distance_impulses.resize(has_impulses ? model.groups.size() + 1 : 0);
   scratch.contacts.resize(model.particle_count * scratch.reach.near.size());
 }
 
-// Stage by stage.
+// One substep.
 void Advance(const StepContext& context, StepReport& report) {
-  const std::vector<Lanes>& positions = context.scratch.state.positions;
+  const std::vector<Vec4>& positions = context.scratch.state.positions;
   Kick(context, positions, context.substep.kick_before);
+  PredictContacts(context);
+  AccelerateBySprings(context);
   Predict(context);
-  if (context.own_lengths != nullptr) AdvanceLengths(context);
-  if (context.substep.twist_share > 0) DampTwist(context);
-  if (context.controls.use_tethers && context.own_lengths == nullptr) ApplyTethers(context);
+  KickWithin(context);
+  AdvanceLengths(context);
+  DampTwist(context);
+  ApplyTethers(context);
   ResetImpulses(context);
   Solve(context, report);
   Integrate(context);
@@ -188,31 +150,12 @@ void Advance(const StepContext& context, StepReport& report) {
   Kick(context, positions, context.substep.kick_after);
 }
 
-// The same where HasOneVisit. Leaves the free particles as they are at the end of the sweeps;
-// `open` tells what is left to do, before and after.
-void AdvanceInOneVisit(const StepContext& context, std::optional<Ending>& open,
-                       StepReport& report) {
-  const bool has_twist = context.substep.twist_share > 0;
-  PredictPins(context);
-  PrepareInOneVisit(context, open, context.controls.use_tethers && !has_twist);
-  if (has_twist) {
-    DampTwist(context);
-    if (context.controls.use_tethers) ApplyTethers(context);
-  }
-  ResetImpulses(context);
-  Solve(context, report);
-  IntegratePins(context);
-  open.emplace(context);
-}
-
 // The substeps, on the copy of `state` that they begin with.
 StepReport DoSubsteps(StepContext& context, const FloatState& state) {
   const FloatControls& controls = context.controls;
   StepReport report;
   report.warnings = controls.warnings;
   Begin(context, state);
-  const bool has_one_visit = HasOneVisit(context);
-  std::optional<Ending> open;
   for (uint32_t index = 0; index < controls.schedule.size(); ++index) {
     const Substep substep = controls.schedule[index];
     context.substep = FloatSubstep(substep, controls.damping_per_s);
@@ -222,13 +165,8 @@ StepReport DoSubsteps(StepContext& context, const FloatState& state) {
     if (index == 0 && context.substep.sets_previous) {
       Copy(context, context.scratch.state, context.scratch.previous);
     }
-    if (has_one_visit) {
-      AdvanceInOneVisit(context, open, report);
-    } else {
-      Advance(context, report);
-    }
+    Advance(context, report);
   }
-  if (open) End(context, *open);
   return report;
 }
 

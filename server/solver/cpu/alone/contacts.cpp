@@ -6,10 +6,14 @@
 #include <type_traits>
 
 #include "server/solver/cpu/formulas/constraint_math.h"
+#include "server/solver/cpu/formulas/contact_math-inl.h"
+#include "server/solver/cpu/step/collider_gap.h"
 #include "server/solver/cpu/step/collider_surface.h"
 
 namespace drape::cpu {
 namespace {
+
+using namespace HWY_NAMESPACE;  // contact_math-inl.h; nothing here depends on what it is
 
 // Those near colliders that rest as described.
 class RestingSurfaces {
@@ -17,7 +21,7 @@ class RestingSurfaces {
   explicit RestingSurfaces(const StepContext& context)
       : colliders_(context.controls.colliders.data()), near_(context.scratch.reach.near) {}
   size_t size() const { return near_.size(); }
-  const FloatCollider& operator[](size_t k) const { return colliders_[near_[k]]; }
+  RestingSurface operator[](size_t k) const { return RestingSurface(colliders_[near_[k]]); }
 
  private:
   const FloatCollider* colliders_;
@@ -33,7 +37,7 @@ auto WithSurfaces(const StepContext& context, const Function& function) {
 
 // Relative to the surface where the particle is.
 template <class Surface>
-Lanes VelocityBefore(const Surface& surface, Lanes p, Lanes v) {
+Vec4 VelocityBefore(const Surface& surface, Vec4 p, Vec4 v) {
   if constexpr (Surface::kMoves) return v - surface.VelocityAtStart(p);
   return v;
 }
@@ -45,15 +49,15 @@ void PredictContactsOf(const StepContext& context, const Surfaces& surfaces,
   const FloatControls& controls = context.controls;
   StepScratch& scratch = context.scratch;
   for (const uint32_t i : particles) {
-    const Lanes p = scratch.state.positions[i];
+    const Vec4 p = scratch.state.positions[i];
     for (size_t k = 0; k < surfaces.size(); ++k) {
       const Gap gap = surfaces[k].GapAtStart(p);
       ContactImpulses& contact = scratch.contacts[i * surfaces.size() + k];
-      contact = {Lanes{}, 0, ContactFloor(gap.gap, controls.depenetration_distance), 0};
+      contact = {Vec4{}, 0, ContactFloor(gap.gap, controls.depenetration_distance), 0};
       if (!controls.has_restitution) continue;
-      const Lanes v = VelocityBefore(surfaces[k], p, scratch.state.velocities[i]);
-      contact.rebound =
-          ReboundSpeed(gap, v, controls.gravity, controls.restitution, controls.slowest_rebound);
+      const Vec4 v = VelocityBefore(surfaces[k], p, scratch.state.velocities[i]);
+      contact.rebound = ReboundSpeed(gap.gap, gap.normal, v, controls.gravity, controls.restitution,
+                                     controls.slowest_rebound);
     }
   }
 }
@@ -73,8 +77,8 @@ void FindContactFloorsOf(const StepContext& context, const Surfaces& surfaces,
 
 // One particle against one collider. Returns whether it changed u.
 template <class Surface>
-bool SolveContact(const FloatControls& controls, const Surface& surface, Lanes p,
-                  ContactImpulses& contact, Lanes& u) {
+bool SolveContact(const FloatControls& controls, const Surface& surface, Vec4 p,
+                  ContactImpulses& contact, Vec4& u) {
   bool changed = false;
   const Gap at_end = surface.GapAtEnd(p + controls.h * u);
   const float normal_impulse =
@@ -87,12 +91,12 @@ bool SolveContact(const FloatControls& controls, const Surface& surface, Lanes p
   changed |= controls.h * std::fabs(change) > controls.contact_tolerance;
   const bool has_tangent = Dot(contact.tangent, contact.tangent) > 0;
   if (controls.friction_static > 0 && (contact.normal > 0 || has_tangent)) {
-    Lanes relative = u;
+    Vec4 relative = u;
     if constexpr (Surface::kMoves) relative -= surface.MeanVelocity(p);
-    const Lanes tangent =
+    const Vec4 tangent =
         FrictionImpulse(contact.tangent, Tangential(relative, at_end.normal), contact.normal,
                         controls.friction_static, controls.friction_dynamic);
-    const Lanes tangent_change = tangent - contact.tangent;
+    const Vec4 tangent_change = tangent - contact.tangent;
     u += tangent_change;
     contact.tangent = tangent;
     changed |= controls.h * Length(tangent_change) > controls.contact_tolerance;
@@ -109,8 +113,8 @@ bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
   ReachWatch watch(scratch.reach.range, scratch.reach.WatchesSweeps(context.max_iterations));
   bool changed = false;
   for (const uint32_t i : particles) {
-    const Lanes p = scratch.state.positions[i];
-    Lanes& u = scratch.state.velocities[i];
+    const Vec4 p = scratch.state.positions[i];
+    Vec4& u = scratch.state.velocities[i];
     for (size_t k = 0; k < surfaces.size(); ++k) {
       watch.See(p + controls.h * u);
       changed |=
@@ -122,16 +126,6 @@ bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
   return changed;
 }
 
-// Of a particle at p, relative to the surface.
-Lanes CorrectContactVelocity(const FloatControls& controls, const ContactImpulses& contact, Lanes n,
-                             Lanes v) {
-  if (contact.rebound > 0) {
-    return VelocityAfterHit(v, n, contact.rebound, controls.friction_static,
-                            controls.friction_dynamic);
-  }
-  return VelocityAfterContact(v, n, controls.friction_static, controls.friction_dynamic);
-}
-
 template <class Surfaces>
 void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
                        std::span<const uint32_t> particles) {
@@ -140,17 +134,21 @@ void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
   const float damping_factor = context.substep.damping_factor;
   FloatState& state = context.scratch.state;
   for (const uint32_t i : particles) {
-    const Lanes p = state.positions[i];
-    Lanes v = state.velocities[i];
+    const Vec4 p = state.positions[i];
+    Vec4 v = state.velocities[i];
     for (size_t k = 0; k < surfaces.size(); ++k) {
       const ContactImpulses& contact = context.scratch.contacts[i * surfaces.size() + k];
       if (!(contact.normal > 0)) continue;
-      const Lanes n = surfaces[k].GapAtEnd(p).normal;
+      const Vec4 n = surfaces[k].GapAtEnd(p).normal;
+      const auto after_contact = [&](const Vec4& before) {
+        return VelocityAfterContact(before, n, contact.rebound, controls.friction_static,
+                                    controls.friction_dynamic);
+      };
       if constexpr (Surface::kMoves) {
-        const Lanes of_surface = surfaces[k].VelocityAtEnd(p);
-        v = of_surface + CorrectContactVelocity(controls, contact, n, v - of_surface);
+        const Vec4 of_surface = surfaces[k].VelocityAtEnd(p);
+        v = of_surface + after_contact(v - of_surface);
       } else {
-        v = CorrectContactVelocity(controls, contact, n, v);
+        v = after_contact(v);
       }
     }
     state.velocities[i] = v * damping_factor;
@@ -160,7 +158,7 @@ void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
 }  // namespace
 
 void PredictContacts(const StepContext& context) {
-  if (context.scratch.reach.near.empty()) return;
+  if (context.substep.is_two_step || context.scratch.reach.near.empty()) return;
   WithSurfaces(context, [&](const auto& surfaces) {
     context.ForFreeRanges([&](std::span<const uint32_t> particles) {
       PredictContactsOf(context, surfaces, particles);

@@ -11,20 +11,20 @@ namespace {
 using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
 // For particles without distance: the impulse acts along +x.
-void ReplaceShortDirections(Lanes (&differences)[kLaneCount], Lanes& lengths) {
-  for (uint32_t k = 0; k < kLaneCount; ++k) {
+void ReplaceShortDirections(Vec4 (&differences)[kVec4Size], Vec4& lengths) {
+  for (uint32_t k = 0; k < kVec4Size; ++k) {
     if (!(lengths[k] < kMinDirectionLength)) continue;
-    differences[k] = Lanes{1, 0, 0, 0};
+    differences[k] = Vec4{1, 0, 0, 0};
     lengths[k] = 1;
   }
 }
 
 // The lines of the impulses of four constraints whose predicted differences are `end`.
-ImpulseLines<LaneVectors, Lanes> LinesOf(const StepContext& context, const DistanceGroup& group,
-                                         const LaneVectors& end, Lanes length) {
-  const Lanes* const p = context.scratch.state.positions.data();
-  Lanes start[kLaneCount];
-  for (uint32_t k = 0; k < kLaneCount; ++k) start[k] = p[group.j[k]] - p[group.i[k]];
+ImpulseLines<Vectors4, Vec4> LinesOf(const StepContext& context, const DistanceGroup& group,
+                                     const Vectors4& end, Vec4 length) {
+  const Vec4* const p = context.scratch.state.positions.data();
+  Vec4 start[kVec4Size];
+  for (uint32_t k = 0; k < kVec4Size; ++k) start[k] = p[group.j[k]] - p[group.i[k]];
   return BlendDirections(Transpose(start[0], start[1], start[2], start[3]), Directions(end, length),
                          Splat(context.controls.end_share));
 }
@@ -36,25 +36,25 @@ bool SweepDistances(const StepContext& context, size_t begin, size_t end) {
   const float h = context.substep.interval;
   const float inverse_h = context.substep.inverse_interval;
   const float tolerance = context.controls.tolerance;
-  const Lanes* const p = context.scratch.state.positions.data();
-  Lanes* const u = context.scratch.state.velocities.data();
-  LaneMask changed{};
+  const Vec4* const p = context.scratch.state.positions.data();
+  Vec4* const u = context.scratch.state.velocities.data();
+  Mask4 changed{};
   for (size_t g = begin; g < end; ++g) {
     const DistanceGroup& group = context.model.groups[g];
-    Lanes d[kLaneCount];
-    for (uint32_t k = 0; k < kLaneCount; ++k) {
+    Vec4 d[kVec4Size];
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
       const uint32_t i = group.i[k], j = group.j[k];
       d[k] = PredictedDifference(p[i], p[j], u[i], u[j], h);
     }
-    const LaneVectors t = Transpose(d[0], d[1], d[2], d[3]);
-    const Lanes length = Sqrt((t.x * t.x + t.y * t.y) + t.z * t.z);
-    Lanes divisor = length;
+    const Vectors4 t = Transpose(d[0], d[1], d[2], d[3]);
+    const Vec4 length = Sqrt((t.x * t.x + t.y * t.y) + t.z * t.z);
+    Vec4 divisor = length;
     if (IsAnyLaneSet(length < kMinDirectionLength)) [[unlikely]]
       ReplaceShortDirections(d, divisor);
 
-    const Lanes rest_length = kHasOwnLengths ? context.scratch.rest_lengths[g] : group.rest_length;
-    Lanes residual = length - rest_length;
-    Lanes weight = group.inverse_mass_i + group.inverse_mass_j;
+    const Vec4 rest_length = kHasOwnLengths ? context.scratch.rest_lengths[g] : group.rest_length;
+    Vec4 residual = length - rest_length;
+    Vec4 weight = group.inverse_mass_i + group.inverse_mass_j;
     if constexpr (kHasStarts) {
       const auto lines = LinesOf(context, group, t, length);
       weight *= lines.slope;
@@ -63,12 +63,12 @@ bool SweepDistances(const StepContext& context, size_t begin, size_t end) {
       divisor = Splat(1);
     }
     if constexpr (kHasCompliance) {
-      const Lanes alpha_over_h = context.model.compliances[g] * inverse_h;
+      const Vec4 alpha_over_h = context.model.compliances[g] * inverse_h;
       residual += alpha_over_h * context.scratch.distance_impulses[g];
       weight += alpha_over_h * inverse_h;
     }
-    LaneMask is_active = Abs(residual) > tolerance * rest_length;
-    Lanes impulse = is_active ? DistanceImpulse(residual, inverse_h, weight) : Lanes{};
+    Mask4 is_active = Abs(residual) > tolerance * rest_length;
+    Vec4 impulse = is_active ? DistanceImpulse(residual, inverse_h, weight) : Vec4{};
     if constexpr (kHasInequalities) {
       const ImpulseBounds& bounds = context.model.bounds[g];
       impulse = ClampImpulse(context.scratch.distance_impulses[g], impulse, bounds.min, bounds.max);
@@ -77,11 +77,11 @@ bool SweepDistances(const StepContext& context, size_t begin, size_t end) {
     if constexpr (kHasCompliance || kHasInequalities) {
       context.scratch.distance_impulses[g] += impulse;
     }
-    const Lanes impulse_per_length = impulse / divisor;
-    const Lanes scale_i = group.inverse_mass_i * impulse_per_length;
-    const Lanes scale_j = group.inverse_mass_j * impulse_per_length;
+    const Vec4 impulse_per_length = impulse / divisor;
+    const Vec4 scale_i = group.inverse_mass_i * impulse_per_length;
+    const Vec4 scale_j = group.inverse_mass_j * impulse_per_length;
 #pragma GCC unroll 4  // constant lanes: shuffles instead of loads
-    for (uint32_t k = 0; k < kLaneCount; ++k) {
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
       u[group.i[k]] -= scale_i[k] * d[k];
       u[group.j[k]] += scale_j[k] * d[k];
     }
@@ -119,26 +119,25 @@ bool ChooseSweep(const StepContext& context) {
 // Groups [begin, end) of a colour.
 void SweepVelocities(const StepContext& context, size_t begin, size_t end) {
   const FloatModel& model = context.model;
-  const Lanes* const p = context.scratch.state.positions.data();
-  Lanes* const v = context.scratch.state.velocities.data();
+  const Vec4* const p = context.scratch.state.positions.data();
+  Vec4* const v = context.scratch.state.velocities.data();
   for (size_t g = begin; g < end; ++g) {
     const DistanceGroup& group = model.groups[g];
-    Lanes d[kLaneCount], difference[kLaneCount];
-    for (uint32_t k = 0; k < kLaneCount; ++k) {
+    Vec4 d[kVec4Size], difference[kVec4Size];
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
       d[k] = p[group.j[k]] - p[group.i[k]];
       difference[k] = v[group.j[k]] - v[group.i[k]];
     }
-    const LaneVectors t = Transpose(d[0], d[1], d[2], d[3]);
-    const LaneVectors n = Directions(t, Sqrt(Dot(t, t)));
-    const LaneVectors approach =
-        Transpose(difference[0], difference[1], difference[2], difference[3]);
-    const Lanes impulse = Select(
+    const Vectors4 t = Transpose(d[0], d[1], d[2], d[3]);
+    const Vectors4 n = Directions(t, Sqrt(Dot(t, t)));
+    const Vectors4 approach = Transpose(difference[0], difference[1], difference[2], difference[3]);
+    const Vec4 impulse = Select(
         model.RigidLanes(g),
-        VelocityImpulse(Dot(n, approach), group.inverse_mass_i, group.inverse_mass_j), Lanes{});
+        VelocityImpulse(Dot(n, approach), group.inverse_mass_i, group.inverse_mass_j), Vec4{});
     const auto line = Transpose(n);
-    const Lanes scale_i = group.inverse_mass_i * impulse;
-    const Lanes scale_j = group.inverse_mass_j * impulse;
-    for (uint32_t k = 0; k < kLaneCount; ++k) {
+    const Vec4 scale_i = group.inverse_mass_i * impulse;
+    const Vec4 scale_j = group.inverse_mass_j * impulse;
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
       v[group.i[k]] -= scale_i[k] * line[k];
       v[group.j[k]] += scale_j[k] * line[k];
     }

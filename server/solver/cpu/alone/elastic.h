@@ -6,7 +6,7 @@
 namespace drape::cpu {
 
 // Changes the velocities of the scratch state by what the elastic elements do within `duration`
-// [s]. The model must have some.
-void ApplyElastic(const StepContext& context, const Lanes* positions, float duration);
+// [s].
+void ApplyElastic(const StepContext& context, const Vec4* positions, float duration);
 
 }  // namespace drape::cpu

@@ -8,17 +8,17 @@ bool SolveJoints(const StepContext& context) {
   const FloatControls& controls = context.controls;
   const float h = controls.h;
   const float inverse_h = controls.inverse_h;
-  const Lanes* const p = context.scratch.state.positions.data();
-  Lanes* const u = context.scratch.state.velocities.data();
+  const Vec4* const p = context.scratch.state.positions.data();
+  Vec4* const u = context.scratch.state.velocities.data();
   bool changed = false;
   for (size_t k = 0; k < context.model.joints.size(); ++k) {
     const auto& [i, j, inverse_mass_i, inverse_mass_j, compliance] = context.model.joints[k];
-    Lanes& lambda = context.scratch.joint_impulses[k];
+    Vec4& lambda = context.scratch.joint_impulses[k];
     const float alpha_over_h = compliance * inverse_h;
-    const Lanes residual = PredictedDifference(p[i], p[j], u[i], u[j], h) + alpha_over_h * lambda;
+    const Vec4 residual = PredictedDifference(p[i], p[j], u[i], u[j], h) + alpha_over_h * lambda;
     if (controls.tolerance > 0 && !(Length(residual) > controls.contact_tolerance)) continue;
-    const Lanes impulse = JointImpulse(
-        residual, inverse_h, (inverse_mass_i + inverse_mass_j) + alpha_over_h * inverse_h);
+    const Vec4 impulse = JointImpulse(residual, inverse_h,
+                                      (inverse_mass_i + inverse_mass_j) + alpha_over_h * inverse_h);
     lambda += impulse;
     u[i] -= inverse_mass_i * impulse;
     u[j] += inverse_mass_j * impulse;
@@ -28,10 +28,10 @@ bool SolveJoints(const StepContext& context) {
 }
 
 void SolveJointVelocities(const StepContext& context) {
-  Lanes* const v = context.scratch.state.velocities.data();
+  Vec4* const v = context.scratch.state.velocities.data();
   for (const auto& [i, j, inverse_mass_i, inverse_mass_j, compliance] : context.model.joints) {
     if (compliance > 0) continue;
-    const Lanes impulse = (v[i] - v[j]) / (inverse_mass_i + inverse_mass_j);
+    const Vec4 impulse = (v[i] - v[j]) / (inverse_mass_i + inverse_mass_j);
     v[i] -= inverse_mass_i * impulse;
     v[j] += inverse_mass_j * impulse;
   }

@@ -10,18 +10,18 @@ namespace {
 using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
 // Which of four links are far off.
-LaneMask AreFarOff(const StepContext& context, const DistanceGroup& group) {
+Mask4 AreFarOff(const StepContext& context, const DistanceGroup& group) {
   const RefineLimits& limits = context.controls.refine_limits;
   const float interval = context.substep.interval;
-  const Lanes* const p = context.scratch.state.positions.data();
-  const Lanes* const u = context.scratch.state.velocities.data();
+  const Vec4* const p = context.scratch.state.positions.data();
+  const Vec4* const u = context.scratch.state.velocities.data();
   const auto predicted = [&](uint32_t i) { return p[i] + interval * u[i]; };
   const auto difference = [&](uint32_t lane) {
     return predicted(group.j[lane]) - predicted(group.i[lane]);
   };
-  const LaneVectors d = Transpose(difference(0), difference(1), difference(2), difference(3));
-  const Lanes length_sq = Dot(d, d);
-  const Lanes rest_length_sq = group.rest_length * group.rest_length;
+  const Vectors4 d = Transpose(difference(0), difference(1), difference(2), difference(3));
+  const Vec4 length_sq = Dot(d, d);
+  const Vec4 rest_length_sq = group.rest_length * group.rest_length;
   return (length_sq < limits.min_sq * rest_length_sq) |
          (length_sq > limits.max_sq * rest_length_sq);
 }
@@ -31,11 +31,11 @@ void MarkLinksFarOff(const StepContext& context) {
   std::vector<StripScratch>& members = context.scratch.strips;
   context.team.AnyOf(0, groups.size(), kGroupGrain, [&](size_t begin, size_t end, uint32_t member) {
     for (size_t g = begin; g < end; ++g) {
-      const LaneMask are_far_off = AreFarOff(context, groups[g]);
+      const Mask4 are_far_off = AreFarOff(context, groups[g]);
       if (!IsAnyLaneSet(are_far_off)) continue;
-      for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
+      for (uint32_t lane = 0; lane < kVec4Size; ++lane) {
         if (!are_far_off[lane]) continue;
-        members[member].far_off.push_back(static_cast<uint32_t>(g) * kLaneCount + lane);
+        members[member].far_off.push_back(static_cast<uint32_t>(g) * kVec4Size + lane);
       }
     }
     return false;
@@ -48,14 +48,14 @@ void MarkLinksFarOff(const StepContext& context) {
 
 // Moves the ends of a link so that it has its length at the end of the substep.
 void MoveEnds(const StepContext& context, uint32_t place) {
-  const DistanceGroup& group = context.model.groups[place / kLaneCount];
-  const uint32_t lane = place % kLaneCount;
+  const DistanceGroup& group = context.model.groups[place / kVec4Size];
+  const uint32_t lane = place % kVec4Size;
   const uint32_t i = group.i[lane], j = group.j[lane];
-  Lanes* const p = context.scratch.state.positions.data();
-  const Lanes* const u = context.scratch.state.velocities.data();
-  const Lanes d = PredictedDifference(p[i], p[j], u[i], u[j], context.substep.interval);
+  Vec4* const p = context.scratch.state.positions.data();
+  const Vec4* const u = context.scratch.state.velocities.data();
+  const Vec4 d = PredictedDifference(p[i], p[j], u[i], u[j], context.substep.interval);
   const float length = Length(d);
-  const Lanes n = length < kMinDirectionLength ? Lanes{1, 0, 0, 0} : (1 / length) * d;
+  const Vec4 n = length < kMinDirectionLength ? Vec4{1, 0, 0, 0} : (1 / length) * d;
   const float weight = group.inverse_mass_i[lane] + group.inverse_mass_j[lane];
   const float move = (length - group.rest_length[lane]) / weight;
   p[i] += (group.inverse_mass_i[lane] * move) * n;
@@ -71,7 +71,7 @@ void RefineLinks(const StepContext& context) {
   MarkLinksFarOff(context);
   const auto move_ends = [&](const RefinedLink& link) { MoveEnds(context, link.place); };
   const auto cloths_far_off = [&](uint32_t place) -> uint32_t {
-    return AreFarOff(context, context.model.groups[place / kLaneCount])[place % kLaneCount] ? 1 : 0;
+    return AreFarOff(context, context.model.groups[place / kVec4Size])[place % kVec4Size] ? 1 : 0;
   };
   const bool has_moved = refinement.Run(context.controls.solver, move_ends, cloths_far_off);
   if (has_moved) FindContactFloors(context);

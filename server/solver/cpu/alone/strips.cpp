@@ -19,10 +19,10 @@ namespace {
 // Eight strips of a phase: what strip_solve-inl.h sweeps over.
 class EightStrips {
  public:
-  using Scalars = WideLanes;
-  using Vectors = WideVectors;
-  using Mask = WideMask;
-  using Ends = std::array<uint32_t, kWideCount>;
+  using Scalars = Vec8;
+  using Vectors = Vectors8;
+  using Mask = Mask8;
+  using Ends = std::array<uint32_t, kVec8Size>;
   using Link = StripLink;
   using Group = StripGroup;
 
@@ -46,57 +46,57 @@ class EightStrips {
     return scratch_.end_directions.Reserve<Vectors>(context_.model.longest_strip);
   }
   float tolerance() const { return context_.controls.tolerance; }
-  WideLanes end_share() const { return WideSplat(context_.controls.end_share); }
+  Vec8 end_share() const { return Splat8(context_.controls.end_share); }
   float interval() const { return context_.substep.interval; }
   float inverse_interval() const { return context_.substep.inverse_interval; }
-  static WideLanes Splat(float value) { return WideSplat(value); }
-  static WideLanes Number(const StripNumbers& numbers) { return Load(numbers); }
+  static Vec8 Splat(float value) { return Splat8(value); }
+  static Vec8 Number(const Numbers8& numbers) { return Load(numbers); }
 
-  WideVectors PositionDifferences(const Ends& from, const Ends& to) const {
+  Vectors8 PositionDifferences(const Ends& from, const Ends& to) const {
     return Differences(from, to, p_);
   }
-  WideVectors VelocityDifferences(const Ends& from, const Ends& to) const {
+  Vectors8 VelocityDifferences(const Ends& from, const Ends& to) const {
     return Differences(from, to, u_);
   }
 
   // Of the positions at the end of the substep, with half the shuffles.
-  HWY_INLINE WideVectors PredictedDifferences(const Ends& from, const Ends& to) const {
-    const WideLanes interval = WideSplat(this->interval());
+  HWY_INLINE Vectors8 PredictedDifferences(const Ends& from, const Ends& to) const {
+    const Vec8 interval = Splat8(this->interval());
     VectorPairs d;
 #pragma GCC unroll 4  // so that they stay in registers
-    for (uint32_t k = 0; k < kLaneCount; ++k) {
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
       d[k] = Difference(from, to, k, p_) + interval * Difference(from, to, k, u_);
     }
     return Transpose(d);
   }
 
-  static const WideMask& Running(const WideMask& mask) {
+  static const Mask8& Running(const Mask8& mask) {
     return mask;
   }
 
   // Pins are left alone: strips that another thread solves may be reading them.
-  HWY_INLINE void Push(const Ends& particles, bool has_pins, const WideVectors& change) const {
+  HWY_INLINE void Push(const Ends& particles, bool has_pins, const Vectors8& change) const {
     const VectorPairs changes = Transpose(change);
 #pragma GCC unroll 4
-    for (uint32_t k = 0; k < kLaneCount; ++k) {
-      const uint32_t i = particles[k], j = particles[k + kLaneCount];
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
+      const uint32_t i = particles[k], j = particles[k + kVec4Size];
       const auto [low, high] = SplitVectors(changes[k]);
       if (!has_pins || IsFree(i)) u_[i] += low;
       if (!has_pins || IsFree(j)) u_[j] += high;
     }
   }
 
-  WideLanes Compliances(const Ends& places) const {
+  Vec8 Compliances(const Ends& places) const {
     return GatherPlaces(context_.model.compliances, places);
   }
-  WideLanes Impulses(const Ends& places) const {
+  Vec8 Impulses(const Ends& places) const {
     return GatherPlaces(context_.scratch.distance_impulses, places);
   }
-  void AddImpulses(const Ends& places, const WideLanes& impulses) const {
-    std::vector<Lanes>& sums = context_.scratch.distance_impulses;
-    const StripNumbers numbers = Store(impulses);
-    for (uint32_t lane = 0; lane < kWideCount; ++lane) {
-      sums[places[lane] / kLaneCount][places[lane] % kLaneCount] += numbers.values[lane];
+  void AddImpulses(const Ends& places, const Vec8& impulses) const {
+    std::vector<Vec4>& sums = context_.scratch.distance_impulses;
+    const Numbers8 numbers = Store(impulses);
+    for (uint32_t lane = 0; lane < kVec8Size; ++lane) {
+      sums[places[lane] / kVec4Size][places[lane] % kVec4Size] += numbers.values[lane];
     }
   }
 
@@ -105,31 +105,31 @@ class EightStrips {
     return i != context_.model.spare_particle() && context_.model.inverse_masses[i] > 0;
   }
 
-  static WideVectors Differences(const Ends& from, const Ends& to, const Lanes* values) {
+  static Vectors8 Differences(const Ends& from, const Ends& to, const Vec4* values) {
     VectorPairs d;
-    for (uint32_t k = 0; k < kLaneCount; ++k) d[k] = Difference(from, to, k, values);
+    for (uint32_t k = 0; k < kVec4Size; ++k) d[k] = Difference(from, to, k, values);
     return Transpose(d);
   }
   // Of strips k and k + 4.
-  static WideLanes Difference(const Ends& from, const Ends& to, uint32_t k, const Lanes* values) {
+  static Vec8 Difference(const Ends& from, const Ends& to, uint32_t k, const Vec4* values) {
     return VectorsAt(to, k, values) - VectorsAt(from, k, values);
   }
-  static WideLanes VectorsAt(const Ends& particles, uint32_t k, const Lanes* values) {
-    return JoinVectors(values[particles[k]], values[particles[k + kLaneCount]]);
+  static Vec8 VectorsAt(const Ends& particles, uint32_t k, const Vec4* values) {
+    return JoinVectors(values[particles[k]], values[particles[k + kVec4Size]]);
   }
 
   // One number of each lane from an array of groups of lanes.
-  static WideLanes GatherPlaces(const std::vector<Lanes>& groups, const Ends& places) {
-    StripNumbers numbers;
-    for (uint32_t lane = 0; lane < kWideCount; ++lane) {
-      numbers.values[lane] = groups[places[lane] / kLaneCount][places[lane] % kLaneCount];
+  static Vec8 GatherPlaces(const std::vector<Vec4>& groups, const Ends& places) {
+    Numbers8 numbers;
+    for (uint32_t lane = 0; lane < kVec8Size; ++lane) {
+      numbers.values[lane] = groups[places[lane] / kVec4Size][places[lane] % kVec4Size];
     }
     return Load(numbers);
   }
 
   const StepContext& context_;
-  const Lanes* const p_;
-  Lanes* const u_;
+  const Vec4* const p_;
+  Vec4* const u_;
   const std::span<const StripGroup> groups_;
   StripScratch& scratch_;
 };

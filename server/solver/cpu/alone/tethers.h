@@ -9,7 +9,4 @@ namespace drape::cpu {
 // (scene/tethers.h).
 void ApplyTethers(const StepContext& context);
 
-// The same for blocks [begin, end) of four free particles (FloatModel::tether_block_offsets).
-void PullBlocks(const StepContext& context, size_t begin, size_t end);
-
 }  // namespace drape::cpu

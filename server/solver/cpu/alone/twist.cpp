@@ -9,15 +9,15 @@ namespace {
 // edges of the grid are 0.
 void StoreTwists(const StepContext& context, uint32_t row) {
   const uint32_t columns = context.model.source->grid_columns();
-  Lanes* const twists = context.scratch.twists.data() + row * (columns + size_t{1});
+  Vec4* const twists = context.scratch.twists.data() + row * (columns + size_t{1});
   if (row == 0 || row == context.model.source->grid_rows()) {
-    std::fill(twists, twists + columns + 1, Lanes{});
+    std::fill(twists, twists + columns + 1, Vec4{});
     return;
   }
-  const Lanes* const lower = context.scratch.state.velocities.data() + size_t{row} * columns;
-  const Lanes* const upper = lower - columns;
+  const Vec4* const lower = context.scratch.state.velocities.data() + size_t{row} * columns;
+  const Vec4* const upper = lower - columns;
   const float share = context.substep.twist_share;
-  twists[0] = twists[columns] = Lanes{};
+  twists[0] = twists[columns] = Vec4{};
   for (uint32_t column = 0; column + 1 < columns; ++column) {
     twists[column + 1] =
         share * ((upper[column] - upper[column + 1]) - (lower[column] - lower[column + 1]));
@@ -27,12 +27,12 @@ void StoreTwists(const StepContext& context, uint32_t row) {
 // The particles of a row, from the cells around them.
 void ApplyTwists(const StepContext& context, uint32_t row) {
   const uint32_t columns = context.model.source->grid_columns();
-  const Lanes* const above = context.scratch.twists.data() + row * (columns + size_t{1});
-  const Lanes* const below = above + columns + 1;
-  Lanes* const u = context.scratch.state.velocities.data() + size_t{row} * columns;
+  const Vec4* const above = context.scratch.twists.data() + row * (columns + size_t{1});
+  const Vec4* const below = above + columns + 1;
+  Vec4* const u = context.scratch.state.velocities.data() + size_t{row} * columns;
   const float* const w = context.model.inverse_masses.data() + size_t{row} * columns;
   for (uint32_t column = 0; column < columns; ++column) {
-    const Lanes change = (above[column + 1] - above[column]) + (below[column] - below[column + 1]);
+    const Vec4 change = (above[column + 1] - above[column]) + (below[column] - below[column + 1]);
     if (w[column] != 0) u[column] += change;
   }
 }
@@ -40,6 +40,7 @@ void ApplyTwists(const StepContext& context, uint32_t row) {
 }  // namespace
 
 void DampTwist(const StepContext& context) {
+  if (context.substep.twist_share == 0) return;
   const uint32_t columns = context.model.source->grid_columns();
   const uint32_t rows = context.model.source->grid_rows();
   context.scratch.twists.resize((rows + size_t{1}) * (columns + size_t{1}));

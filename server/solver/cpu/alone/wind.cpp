@@ -9,35 +9,36 @@ using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends o
 
 // First phase: of each triangle, a third of its impulse, all from the same velocities. Groups
 // [begin, end).
-void StoreAirImpulses(const StepContext& context, const Lanes* p, float duration, size_t begin,
+void StoreAirImpulses(const StepContext& context, const Vec4* p, float duration, size_t begin,
                       size_t end) {
   const FloatControls& controls = context.controls;
-  const Lanes* const v = context.scratch.state.velocities.data();
-  Lanes* impulses = context.scratch.air_impulses.data() + begin * kLaneCount;
+  const Vec4* const v = context.scratch.state.velocities.data();
+  Vec4* impulses = context.scratch.air_impulses.data() + begin * kVec4Size;
   for (size_t g = begin; g < end; ++g) {
     const TriangleGroup& group = context.model.triangles[g];
     const auto& [i, j, k] = group.corners;
-    const LaneVectors v_i = Gather(v, i);
-    const LaneVectors v_j = Gather(v, j);
-    const LaneVectors v_k = Gather(v, k);
-    const LaneVectors relative{controls.wind[0] - (v_i.x + v_j.x + v_k.x) / 3,
-                               controls.wind[1] - (v_i.y + v_j.y + v_k.y) / 3,
-                               controls.wind[2] - (v_i.z + v_j.z + v_k.z) / 3};
-    const LaneVectors p_i = Gather(p, i);
-    const LaneVectors normal = Cross(Minus(Gather(p, j), p_i), Minus(Gather(p, k), p_i));
-    const LaneVectors change =
+    const Vectors4 v_i = Gather(v, i);
+    const Vectors4 v_j = Gather(v, j);
+    const Vectors4 v_k = Gather(v, k);
+    const Vectors4 relative{controls.wind[0] - (v_i.x + v_j.x + v_k.x) / 3,
+                            controls.wind[1] - (v_i.y + v_j.y + v_k.y) / 3,
+                            controls.wind[2] - (v_i.z + v_j.z + v_k.z) / 3};
+    const Vectors4 p_i = Gather(p, i);
+    const Vectors4 normal = Cross(Minus(Gather(p, j), p_i), Minus(Gather(p, k), p_i));
+    const Vectors4 change =
         AirVelocityChange(relative, normal, duration * controls.air_drag / group.mass,
                           duration * controls.air_lift / group.mass);
-    const Lanes share = group.mass / 3;
-    for (uint32_t lane = 0; lane < kLaneCount; ++lane) {
-      *impulses++ = share[lane] * Lanes{change.x[lane], change.y[lane], change.z[lane], 0};
+    const Vec4 share = group.mass / 3;
+    for (uint32_t lane = 0; lane < kVec4Size; ++lane) {
+      *impulses++ = share[lane] * Vec4{change.x[lane], change.y[lane], change.z[lane], 0};
     }
   }
 }
 
 }  // namespace
 
-void ApplyWind(const StepContext& context, const Lanes* positions, float duration) {
+void ApplyWind(const StepContext& context, const Vec4* positions, float duration) {
+  if (!context.controls.has_air_forces) return;
   const FloatModel& model = context.model;
   context.ForRanges(model.triangles.size(), kGroupGrain, [&](size_t begin, size_t end) {
     StoreAirImpulses(context, positions, duration, begin, end);
@@ -46,7 +47,7 @@ void ApplyWind(const StepContext& context, const Lanes* positions, float duratio
   const auto triangles = model.source->particle_triangles();
   StepScratch& scratch = context.scratch;
   context.ForFreeParticles([&](uint32_t i) {
-    Lanes impulse{};
+    Vec4 impulse{};
     for (uint32_t e = offsets[i]; e < offsets[i + 1]; ++e) {
       impulse += scratch.air_impulses[triangles[e]];
     }

@@ -5,8 +5,7 @@
 
 namespace drape::cpu {
 
-// Changes the velocities of the scratch state by what the air does within `duration` [s]. The
-// controls must have air forces.
-void ApplyWind(const StepContext& context, const Lanes* positions, float duration);
+// Changes the velocities of the scratch state by what the air does within `duration` [s].
+void ApplyWind(const StepContext& context, const Vec4* positions, float duration);
 
 }  // namespace drape::cpu

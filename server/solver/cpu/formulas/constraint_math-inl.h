@@ -1,5 +1,5 @@
 // The formulas of constraints over any lanes; no state, no loops over particles. Scalars is one
-// number of each lane: Lanes or WideLanes (constraints of one cloth side by side), or ClothLanes
+// number of each lane: Vec4 or Vec8 (constraints of one cloth side by side), or VecCloths
 // (one constraint of several cloths side by side); Vectors are the x, y and z of one vector of each
 // lane. The same operations in the same order whatever the lanes are: a cloth has the same bits on
 // either path. Symbols as in constraint_math.h. Compiled once per instruction set.
@@ -20,12 +20,12 @@ namespace drape::cpu::HWY_NAMESPACE {
 // d / |d|; +x where d is too short to have a direction. `length` = |d|.
 template <class Vectors, class Scalars>
 inline Vectors Directions(const Vectors& d, const Scalars& length) {
-  const auto is_short = length < AllLanes(kMinDirectionLength, length);
-  const Scalars one = AllLanes(1, length);
+  const auto is_short = length < SplatLike(kMinDirectionLength, length);
+  const Scalars one = SplatLike(1, length);
   const Scalars inverse_length = one / Select(is_short, one, length);
   Scalars x = inverse_length * d.x, y = inverse_length * d.y, z = inverse_length * d.z;
   if (IsAnyLaneSet(is_short)) [[unlikely]] {
-    const Scalars zero = AllLanes(0, length);
+    const Scalars zero = SplatLike(0, length);
     x = Select(is_short, one, x);
     y = Select(is_short, zero, y);
     z = Select(is_short, zero, z);
@@ -45,10 +45,10 @@ struct ImpulseLines {
 template <class Vectors, class Scalars>
 inline ImpulseLines<Vectors, Scalars> BlendDirections(const Vectors& start, const Vectors& n_end,
                                                       const Scalars& end_share) {
-  const Scalars one = AllLanes(1, end_share);
+  const Scalars one = SplatLike(1, end_share);
   const Vectors n_start = Directions(start, Sqrt(Dot(start, start)));
   const auto turns_far =
-      Dot(n_start, n_end) < AllLanes(static_cast<float>(kMinDirectionCosine), end_share);
+      Dot(n_start, n_end) < SplatLike(static_cast<float>(kMinDirectionCosine), end_share);
   const Scalars share = Select(turns_far, one, end_share);
   const Vectors n = (one - share) * n_start + share * n_end;
   return {n, Dot(n, n_end)};
@@ -70,7 +70,7 @@ template <class Scalars>
 inline Scalars VelocityImpulse(const Scalars& speed, const Scalars& inverse_mass_i,
                                const Scalars& inverse_mass_j) {
   const Scalars sum = inverse_mass_i + inverse_mass_j;
-  const Scalars zero = AllLanes(0, speed), one = AllLanes(1, speed);
+  const Scalars zero = SplatLike(0, speed), one = SplatLike(1, speed);
   return Select(sum > zero, -speed / Select(sum > zero, sum, one), zero);
 }
 
@@ -103,12 +103,12 @@ template <class Scalars>
 inline Scalars ElasticImpulse(const Scalars& mass, const Scalars& frequency_sq,
                               const Scalars& damping_share, const Scalars& deflection,
                               const Scalars& speed, float duration, float h, float inverse_h) {
-  const Scalars one = AllLanes(1, mass);
+  const Scalars one = SplatLike(1, mass);
   const Scalars ratio =
-      Min(frequency_sq * (h * h), AllLanes(static_cast<float>(kMaxElasticRatio), mass));
+      Min(frequency_sq * (h * h), SplatLike(static_cast<float>(kMaxElasticRatio), mass));
   const Scalars ratio_sq = ratio * ratio;
   const Scalars damping = damping_share * ratio_sq / (one + ratio_sq) * inverse_h;
-  const Scalars stiffness = Min(frequency_sq, AllLanes(inverse_h * inverse_h, mass));
+  const Scalars stiffness = Min(frequency_sq, SplatLike(inverse_h * inverse_h, mass));
   return -(mass * duration) * (stiffness * deflection + damping * speed);
 }
 
@@ -120,7 +120,7 @@ inline Scalars ElasticImpulse(const Scalars& mass, const Scalars& frequency_sq,
 template <class Vectors, class Scalars>
 inline Vectors AirVelocityChange(const Vectors& r, const Vectors& normal, const Scalars& drag,
                                  const Scalars& lift) {
-  const Scalars zero = AllLanes(0, drag), one = AllLanes(1, drag);
+  const Scalars zero = SplatLike(0, drag), one = SplatLike(1, drag);
   const Scalars twice_area = Sqrt(Dot(normal, normal));
   const Scalars speed = Sqrt(Dot(r, r));
   const auto has_force = (twice_area > zero) & (speed > zero);
@@ -130,7 +130,7 @@ inline Vectors AirVelocityChange(const Vectors& r, const Vectors& normal, const 
   const Scalars cosine = Min(Abs(approach) / Select(has_force, speed, one), one);
   const Scalars sine_sq = one - cosine * cosine;
 
-  const Scalars max_ratio = AllLanes(static_cast<float>(kMaxAirRatio), drag);
+  const Scalars max_ratio = SplatLike(static_cast<float>(kMaxAirRatio), drag);
   const Scalars drag_ratio = Min(drag * (twice_area * Abs(approach)), max_ratio);
   const Scalars lift_ratio = Min(lift * (twice_area * speed), max_ratio);
   const Scalars turn = lift_ratio * cosine / (one + lift_ratio * sine_sq);

@@ -27,9 +27,9 @@ DistanceSamples::DistanceSamples(std::shared_ptr<const DistanceMap> its_map)
       cell(static_cast<float>(map->cell_m())),
       inverse_cell(static_cast<float>(1 / map->cell_m())) {}
 
-Gap DistanceMapGap(Lanes q, Lanes corner, const std::array<Lanes, 3>& axes,
+Gap DistanceMapGap(Vec4 q, Vec4 corner, const std::array<Vec4, 3>& axes,
                    const DistanceSamples& samples, float offset) {
-  const Lanes d = q - corner;
+  const Vec4 d = q - corner;
   std::array<uint32_t, 3> cell;
   float fraction[3], outside[3];
   for (uint32_t k = 0; k < 3; ++k) {
@@ -69,7 +69,7 @@ Gap DistanceMapGap(Lanes q, Lanes corner, const std::array<Lanes, 3>& axes,
   const float length =
       std::sqrt(gradient[0] * gradient[0] + gradient[1] * gradient[1] + gradient[2] * gradient[2]);
   if (length < kMinGradient) return {distance - offset, axes[1]};
-  Lanes normal{};
+  Vec4 normal{};
   for (uint32_t k = 0; k < 3; ++k) normal += gradient[k] / length * axes[k];
   return {distance - offset, normal};
 }

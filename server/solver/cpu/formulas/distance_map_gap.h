@@ -27,7 +27,7 @@ struct DistanceSamples {
 // first sample, `axes`: the directions of the grid, `offset` = thickness. Coordinates are counted
 // from the corner, in cells, so that their rounding is that of the size of the grid, wherever the
 // mesh lies in its own frame.
-Gap DistanceMapGap(Lanes q, Lanes corner, const std::array<Lanes, 3>& axes,
+Gap DistanceMapGap(Vec4 q, Vec4 corner, const std::array<Vec4, 3>& axes,
                    const DistanceSamples& samples, float offset);
 
 }  // namespace drape::cpu

@@ -10,49 +10,43 @@ namespace {
 using Kind = FloatCollider::Kind;
 
 FloatCollider ToFloat(const SphereCollider& sphere, double thickness_m) {
-  return {Kind::kSphere, ToLanes(sphere.center_m), Lanes{},
+  return {Kind::kSphere, ToVec4(sphere.center_m), Vec4{},
           static_cast<float>(sphere.radius_m + thickness_m)};
 }
 
 FloatCollider ToFloat(const PlaneCollider& plane, double thickness_m) {
-  return {Kind::kPlane, ToLanes(plane.point_m), ToLanes(plane.normal),
+  return {Kind::kPlane, ToVec4(plane.point_m), ToVec4(plane.normal),
           static_cast<float>(thickness_m)};
 }
 
 FloatCollider ToFloat(const CapsuleCollider& capsule, double thickness_m) {
   return {Kind::kCapsule,
-          ToLanes(capsule.a_m),
-          ToLanes(capsule.b_m - capsule.a_m),
+          ToVec4(capsule.a_m),
+          ToVec4(capsule.b_m - capsule.a_m),
           static_cast<float>(capsule.radius_m + thickness_m),
-          {ToLanes(NormalOnSegment(capsule))}};
+          {ToVec4(NormalOnSegment(capsule))}};
 }
 
 FloatCollider ToFloat(const BoxCollider& box, double thickness_m) {
   const Eigen::Matrix3d axes = box.rotation.toRotationMatrix();
   return {Kind::kBox,
-          ToLanes(box.center_m),
-          ToLanes(box.half_extents_m),
+          ToVec4(box.center_m),
+          ToVec4(box.half_extents_m),
           static_cast<float>(thickness_m),
-          {ToLanes(axes.col(0)), ToLanes(axes.col(1)), ToLanes(axes.col(2))}};
+          {ToVec4(axes.col(0)), ToVec4(axes.col(1)), ToVec4(axes.col(2))}};
 }
 
 FloatCollider ToFloat(const DistanceMapCollider& solid, double thickness_m) {
   const Eigen::Matrix3d axes = solid.transform.rotation.toRotationMatrix();
   return {Kind::kDistanceMap,
-          ToLanes(solid.transform * solid.map->low_m()),
-          Lanes{},
+          ToVec4(solid.transform * solid.map->low_m()),
+          Vec4{},
           static_cast<float>(thickness_m),
-          {ToLanes(axes.col(0)), ToLanes(axes.col(1)), ToLanes(axes.col(2))},
+          {ToVec4(axes.col(0)), ToVec4(axes.col(1)), ToVec4(axes.col(2))},
           DistanceSamples(solid.map)};
 }
 
 }  // namespace
-
-Gap FloatCollider::GapOfLargerShape(Lanes q) const {
-  if (kind == Kind::kCapsule) return CapsuleGap(q, point, vector, axes[0], offset);
-  if (kind == Kind::kBox) return BoxGap(q, point, vector, axes, offset);
-  return DistanceMapGap(q, point, axes, samples, offset);
-}
 
 FloatControls::FloatControls(const FloatModel& model, const ClothParameters& parameters,
                              bool has_own_lengths)
@@ -77,8 +71,8 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   has_restitution = HasRestitution(parameters);
   restitution = static_cast<float>(parameters.restitution);
   slowest_rebound = static_cast<float>(SlowestRebound(parameters));
-  gravity = ToLanes(parameters.gravity_m_per_s2);
-  wind = ToLanes(parameters.wind_m_per_s);
+  gravity = ToVec4(parameters.gravity_m_per_s2);
+  wind = ToVec4(parameters.wind_m_per_s);
   air_drag = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_drag / 4);
   air_lift = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_lift / 4);
   for (const Collider& collider : parameters.colliders) {

@@ -18,27 +18,12 @@ struct FloatCollider {
 
   Kind kind;
   // Centre of a sphere or box, point of a plane, end a of a capsule, corner of a distance map.
-  Lanes point;
-  Lanes vector;  // normal of a plane, end b - end a of a capsule, half extents of a box
+  Vec4 point;
+  Vec4 vector;   // normal of a plane, end b - end a of a capsule, half extents of a box
   float offset;  // what is taken off the distance: radius, if any, and the cloth's thickness
   // Of a box or distance map; of a capsule only [0]: the normal on its segment.
-  std::array<Lanes, 3> axes{};
+  std::array<Vec4, 3> axes{};
   DistanceSamples samples{};  // of a distance map
-
-  // What MovingSurface offers, for a collider that rests as described.
-  static constexpr bool kMoves = false;
-  Gap GapAtStart(Lanes p) const { return GapAt(p); }
-  Gap GapAtEnd(Lanes q) const { return GapAt(q); }
-
-  Gap GapAt(Lanes q) const {
-    if (kind == Kind::kSphere) return SphereGap(q, point, offset);
-    if (kind == Kind::kPlane) return PlaneGap(q, point, vector, offset);
-    return GapOfLargerShape(q);
-  }
-
- private:
-  // Not inline: in the loops over particles it would slow spheres and planes down.
-  Gap GapOfLargerShape(Lanes q) const;
 };
 
 // What a link's squared length is compared with, relative to the square of its rest length.
@@ -71,8 +56,8 @@ struct FloatControls {
   bool has_restitution;
   float restitution;
   float slowest_rebound;  // [m/s]
-  Lanes gravity;
-  Lanes wind;      // [m/s]
+  Vec4 gravity;
+  Vec4 wind;       // [m/s]
   float air_drag;  // density of the air * coefficient / 4 [kg/m^3]
   float air_lift;
   std::vector<FloatCollider> colliders;

@@ -33,7 +33,7 @@ void PackConstraints(FloatModel& model) {
   for (uint32_t colour = 0; colour < source.colour_count(); ++colour) {
     model.colour_offsets.push_back(static_cast<uint32_t>(model.groups.size()));
     for (uint32_t c = colour_offsets[colour]; c < colour_offsets[colour + 1]; ++c) {
-      const uint32_t lane = (c - colour_offsets[colour]) % kLaneCount;
+      const uint32_t lane = (c - colour_offsets[colour]) % kVec4Size;
       if (lane == 0) {
         model.groups.push_back(PaddingGroup(model.spare_particle()));
         if (source.has_compliance()) model.compliances.push_back(Splat(0));
@@ -52,7 +52,7 @@ void PackConstraints(FloatModel& model) {
       if (constraint.kind == ConstraintKind::kAtMost) model.bounds.back().max[lane] = 0;
       if (constraint.kind == ConstraintKind::kAtLeast) model.bounds.back().min[lane] = 0;
       model.constraint_places[c] =
-          static_cast<uint32_t>((model.groups.size() - 1) * kLaneCount + lane);
+          static_cast<uint32_t>((model.groups.size() - 1) * kVec4Size + lane);
     }
   }
   model.colour_offsets.push_back(static_cast<uint32_t>(model.groups.size()));
@@ -105,7 +105,7 @@ Link PaddingLink(const FloatModel& model) {
   Link padding{};
   padding.to.fill(model.spare_particle());
   padding.has_pins = false;
-  padding.places.fill(static_cast<uint32_t>(model.groups.size() * kLaneCount));
+  padding.places.fill(static_cast<uint32_t>(model.groups.size() * kVec4Size));
   for (uint32_t lane = 0; lane < padding.to.size(); ++lane) padding.diagonal.Set(lane, 1);
   return padding;
 }
@@ -211,8 +211,8 @@ void PackTethers(FloatModel& model) {
   }
   model.tether_block_offsets.push_back(0);
   const std::span<const uint32_t> particles = model.free_particles;
-  for (size_t begin = 0; begin < particles.size(); begin += kLaneCount) {
-    const size_t count = std::min<size_t>(kLaneCount, particles.size() - begin);
+  for (size_t begin = 0; begin < particles.size(); begin += kVec4Size) {
+    const size_t count = std::min<size_t>(kVec4Size, particles.size() - begin);
     PackTetherBlock(model, particles.subspan(begin, count));
   }
 }
@@ -220,7 +220,7 @@ void PackTethers(FloatModel& model) {
 void PackTriangles(FloatModel& model) {
   const auto triangles = model.source->triangles();
   for (size_t t = 0; t < triangles.size(); ++t) {
-    const size_t lane = t % kLaneCount;
+    const size_t lane = t % kVec4Size;
     if (lane == 0) {
       model.triangles.emplace_back();
       for (auto& corner : model.triangles.back().corners) corner.fill(model.spare_particle());
@@ -244,7 +244,7 @@ void PackElastic(FloatModel& model) {
   const auto elements = model.source->elastic_elements();
   const ElasticShares& shares = model.source->elastic_shares();
   for (size_t e = 0; e < elements.size(); ++e) {
-    const size_t lane = e % kLaneCount;
+    const size_t lane = e % kVec4Size;
     if (lane == 0) model.elastic_groups.push_back(PaddingElements(model.spare_particle()));
     ElasticGroup& group = model.elastic_groups.back();
     for (size_t k = 0; k < 4; ++k) {

@@ -16,11 +16,11 @@ namespace drape::cpu {
 // Four constraints of one colour. A colour is filled up with constraints of rest length 0 between
 // the spare particle and itself: they change nothing.
 struct DistanceGroup {
-  std::array<uint32_t, kLaneCount> i;
-  std::array<uint32_t, kLaneCount> j;
-  Lanes rest_length;  // [m]
-  Lanes inverse_mass_i;
-  Lanes inverse_mass_j;
+  std::array<uint32_t, kVec4Size> i;
+  std::array<uint32_t, kVec4Size> j;
+  Vec4 rest_length;  // [m]
+  Vec4 inverse_mass_i;
+  Vec4 inverse_mass_j;
 };
 
 // One link of each of several strips of a phase side by side. Ends are the particles or places of
@@ -49,8 +49,8 @@ struct Strips {
   uint32_t link_end;
 };
 
-using StripLink = StripLinks<std::array<uint32_t, kWideCount>, StripNumbers>;
-using StripGroup = Strips<std::array<uint32_t, kWideCount>>;
+using StripLink = StripLinks<std::array<uint32_t, kVec8Size>, Numbers8>;
+using StripGroup = Strips<std::array<uint32_t, kVec8Size>>;
 
 // Two strips, the same of several cloths.
 struct NumberPair {
@@ -64,8 +64,8 @@ using StripPair = Strips<std::array<uint32_t, 2>>;
 // What the accumulated impulses of four constraints may be [N s]: a rope's at most 0, a strut's at
 // least 0, others anything.
 struct ImpulseBounds {
-  Lanes min;
-  Lanes max;
+  Vec4 min;
+  Vec4 max;
 };
 
 struct FloatJoint {
@@ -78,9 +78,9 @@ struct FloatJoint {
 
 // Four tethers of different particles. Filled up with tethers from a particle to itself.
 struct TetherGroup {
-  std::array<uint32_t, kLaneCount> particle;
-  std::array<uint32_t, kLaneCount> pin;
-  Lanes length;  // [m]
+  std::array<uint32_t, kVec4Size> particle;
+  std::array<uint32_t, kVec4Size> pin;
+  Vec4 length;  // [m]
 };
 
 struct SingleTether {
@@ -91,18 +91,18 @@ struct SingleTether {
 
 // Four triangles. Filled up with triangles of the spare particle alone.
 struct TriangleGroup {
-  std::array<std::array<uint32_t, kLaneCount>, 3> corners;
-  Lanes mass;  // [kg] TriangleShares::masses_kg
+  std::array<std::array<uint32_t, kVec4Size>, 3> corners;
+  Vec4 mass;  // [kg] TriangleShares::masses_kg
 };
 
 // Four elastic elements. Filled up with elements of the spare particle alone.
 struct ElasticGroup {
-  std::array<std::array<uint32_t, kLaneCount>, 4> particles;
-  std::array<Lanes, 3> weights;  // of the second to fourth particle
-  Lanes rest_length;             // [m]
-  Lanes mass;                    // [kg] ElasticShares::masses_kg
-  Lanes frequency_sq;            // [1/s^2]
-  Lanes damping_share;
+  std::array<std::array<uint32_t, kVec4Size>, 4> particles;
+  std::array<Vec4, 3> weights;  // of the second to fourth particle
+  Vec4 rest_length;             // [m]
+  Vec4 mass;                    // [kg] ElasticShares::masses_kg
+  Vec4 frequency_sq;            // [1/s^2]
+  Vec4 damping_share;
 };
 
 struct FloatElasticEnd {
@@ -128,10 +128,10 @@ struct FloatModel {
   std::vector<float> inverse_masses;     // [particle_count] [1/kg]
   std::vector<DistanceGroup> groups;     // colour after colour
   std::vector<uint32_t> colour_offsets;  // [colour_count + 1] groups
-  // [constraint_count]: where constraint c of the source is, as group * kLaneCount + lane.
+  // [constraint_count]: where constraint c of the source is, as group * kVec4Size + lane.
   std::vector<uint32_t> constraint_places;
   // [group_count + 1] [m/N], the last of padding; empty if all are 0.
-  std::vector<Lanes> compliances;
+  std::vector<Vec4> compliances;
   std::vector<StripGroup> strips;             // phase after phase
   std::vector<uint32_t> strip_phase_offsets;  // [phase_count + 1] groups of strips
   std::vector<StripLink> strip_links;
@@ -167,8 +167,8 @@ struct FloatModel {
   bool has_compliance() const { return !compliances.empty(); }
   bool has_inequalities() const { return !bounds.empty(); }
   // Which constraints of a group are rigid equalities: those that velocities must keep as well.
-  LaneMask RigidLanes(size_t group) const {
-    LaneMask mask = Splat(0) == Splat(0);
+  Mask4 RigidLanes(size_t group) const {
+    Mask4 mask = Splat(0) == Splat(0);
     if (has_compliance()) mask &= compliances[group] == 0;
     if (has_inequalities()) mask &= (bounds[group].min < 0) & (bounds[group].max > 0);
     return mask;

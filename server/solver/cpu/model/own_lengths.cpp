@@ -2,11 +2,11 @@
 
 namespace drape::cpu {
 
-std::vector<Lanes> PackLengths(const FloatModel& model, std::span<const double> rest_lengths_m) {
-  std::vector<Lanes> packed(model.groups.size(), Splat(0));
+std::vector<Vec4> PackLengths(const FloatModel& model, std::span<const double> rest_lengths_m) {
+  std::vector<Vec4> packed(model.groups.size(), Splat(0));
   for (size_t c = 0; c < rest_lengths_m.size(); ++c) {
     const uint32_t place = model.constraint_places[c];
-    packed[place / kLaneCount][place % kLaneCount] = static_cast<float>(rest_lengths_m[c]);
+    packed[place / kVec4Size][place % kVec4Size] = static_cast<float>(rest_lengths_m[c]);
   }
   return packed;
 }

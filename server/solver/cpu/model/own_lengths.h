@@ -11,11 +11,11 @@ namespace drape::cpu {
 
 // Rest lengths of one cloth, [group_count] in the places of FloatModel::groups [m].
 struct OwnLengths {
-  std::vector<Lanes> starts;   // before the step
-  std::vector<Lanes> targets;  // at its end
+  std::vector<Vec4> starts;   // before the step
+  std::vector<Vec4> targets;  // at its end
 };
 
 // Lengths in the order of the source [m], packed into the places of the groups.
-std::vector<Lanes> PackLengths(const FloatModel& model, std::span<const double> rest_lengths_m);
+std::vector<Vec4> PackLengths(const FloatModel& model, std::span<const double> rest_lengths_m);
 
 }  // namespace drape::cpu

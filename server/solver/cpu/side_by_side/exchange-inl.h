@@ -23,13 +23,13 @@ namespace {
 #if HWY_TARGET == HWY_SCALAR
 
 // One cloth in one lane.
-ClothVectors LoadVectors(const Lanes* const (&vectors)[kClothCount], size_t index) {
-  const Lanes& vector = vectors[0][index];
+VectorsCloths LoadVectors(const Vec4* const (&vectors)[kClothCount], size_t index) {
+  const Vec4& vector = vectors[0][index];
   return {SplatCloths(vector[0]), SplatCloths(vector[1]), SplatCloths(vector[2])};
 }
-void StoreVectors(const ClothVectors& vectors, std::span<Lanes* const> results, size_t index) {
+void StoreVectors(const VectorsCloths& vectors, std::span<Vec4* const> results, size_t index) {
   results[0][index] =
-      Lanes{hn::GetLane(vectors.x.v), hn::GetLane(vectors.y.v), hn::GetLane(vectors.z.v), 0};
+      Vec4{hn::GetLane(vectors.x.v), hn::GetLane(vectors.y.v), hn::GetLane(vectors.z.v), 0};
 }
 
 #else
@@ -40,7 +40,7 @@ inline constexpr uint32_t kBlockSize = 4;
 
 // Of the cloths `vectors[0]`, `vectors[4]`, ... a block each.
 template <class Tag>
-HWY_INLINE hn::Vec<Tag> LoadBlocks(Tag tag, const Lanes* const* vectors, size_t index) {
+HWY_INLINE hn::Vec<Tag> LoadBlocks(Tag tag, const Vec4* const* vectors, size_t index) {
   if constexpr (hn::MaxLanes(tag) == kBlockSize) {
     return hn::Load(tag, reinterpret_cast<const float*>(*vectors + index));
   } else {
@@ -51,7 +51,7 @@ HWY_INLINE hn::Vec<Tag> LoadBlocks(Tag tag, const Lanes* const* vectors, size_t 
 }
 // The same back; cloths from `end` on have no place.
 template <class Tag>
-HWY_INLINE void StoreBlocks(Tag tag, hn::Vec<Tag> blocks, Lanes* const* results, Lanes* const* end,
+HWY_INLINE void StoreBlocks(Tag tag, hn::Vec<Tag> blocks, Vec4* const* results, Vec4* const* end,
                             size_t index) {
   if constexpr (hn::MaxLanes(tag) == kBlockSize) {
     if (results < end) hn::Store(blocks, tag, reinterpret_cast<float*>(*results + index));
@@ -63,22 +63,22 @@ HWY_INLINE void StoreBlocks(Tag tag, hn::Vec<Tag> blocks, Lanes* const* results,
 }
 
 // Pairs of floats of each block: the lower ones of both, the upper ones of both.
-using FloatVec = hn::Vec<LaneTag>;
-using PairTag = hn::RepartitionToWide<LaneTag>;
+using FloatVec = hn::Vec<ClothsTag>;
+using PairTag = hn::RepartitionToWide<ClothsTag>;
 HWY_INLINE FloatVec LowerPairs(FloatVec a, FloatVec b) {
   const PairTag pairs;
-  return hn::BitCast(LaneTag(),
+  return hn::BitCast(ClothsTag(),
                      hn::InterleaveLower(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
 }
 HWY_INLINE FloatVec UpperPairs(FloatVec a, FloatVec b) {
   const PairTag pairs;
-  return hn::BitCast(LaneTag(),
+  return hn::BitCast(ClothsTag(),
                      hn::InterleaveUpper(pairs, hn::BitCast(pairs, a), hn::BitCast(pairs, b)));
 }
 
 // The vector at `index` of each cloth.
-HWY_INLINE ClothVectors LoadVectors(const Lanes* const (&vectors)[kClothCount], size_t index) {
-  const LaneTag tag;
+HWY_INLINE VectorsCloths LoadVectors(const Vec4* const (&vectors)[kClothCount], size_t index) {
+  const ClothsTag tag;
   const FloatVec a = LoadBlocks(tag, vectors, index), b = LoadBlocks(tag, vectors + 1, index),
                  c = LoadBlocks(tag, vectors + 2, index), d = LoadBlocks(tag, vectors + 3, index);
   const FloatVec ab_xy = hn::InterleaveLower(tag, a, b), cd_xy = hn::InterleaveLower(tag, c, d);
@@ -87,16 +87,16 @@ HWY_INLINE ClothVectors LoadVectors(const Lanes* const (&vectors)[kClothCount], 
 }
 
 // The vector of each cloth to its place `index` of the results.
-HWY_INLINE void StoreVectors(const ClothVectors& vectors, std::span<Lanes* const> results,
+HWY_INLINE void StoreVectors(const VectorsCloths& vectors, std::span<Vec4* const> results,
                              size_t index) {
-  const LaneTag tag;
+  const ClothsTag tag;
   const FloatVec zero = hn::Zero(tag);
   const FloatVec ab_xy = hn::InterleaveLower(tag, vectors.x.v, vectors.y.v),
                  cd_xy = hn::InterleaveUpper(tag, vectors.x.v, vectors.y.v),
                  ab_z = hn::InterleaveLower(tag, vectors.z.v, zero),
                  cd_z = hn::InterleaveUpper(tag, vectors.z.v, zero);
-  Lanes* const* const first = results.data();
-  Lanes* const* const end = first + results.size();
+  Vec4* const* const first = results.data();
+  Vec4* const* const end = first + results.size();
   StoreBlocks(tag, LowerPairs(ab_xy, ab_z), first, end, index);
   StoreBlocks(tag, UpperPairs(ab_xy, ab_z), first + 1, end, index);
   StoreBlocks(tag, LowerPairs(cd_xy, cd_z), first + 2, end, index);
@@ -105,7 +105,7 @@ HWY_INLINE void StoreVectors(const ClothVectors& vectors, std::span<Lanes* const
 
 #endif
 
-void GatherColliders(std::span<const LaneCloth> cloths, const LaneContext& context) {
+void GatherColliders(std::span<const GroupCloth> cloths, const GroupContext& context) {
   ClothCollider* next = context.colliders;
   for (const uint32_t k : context.reach.near) {
     const auto of = [&](const auto& part) {
@@ -123,8 +123,8 @@ void GatherColliders(std::span<const LaneCloth> cloths, const LaneContext& conte
   }
 }
 
-void GatherRanges(std::span<const ColliderReach> reaches, LaneContext& context) {
-  const Lanes *lows[kClothCount], *highs[kClothCount];
+void GatherRanges(std::span<const ColliderReach> reaches, GroupContext& context) {
+  const Vec4 *lows[kClothCount], *highs[kClothCount];
   for (size_t lane = 0; lane < kClothCount; ++lane) {
     const ParticleBox& range = reaches[std::min(lane, reaches.size() - 1)].range;
     lows[lane] = &range.low;
@@ -134,12 +134,12 @@ void GatherRanges(std::span<const ColliderReach> reaches, LaneContext& context) 
 }
 
 // States and pin targets into the lanes; lanes without a cloth are like the last one.
-void Gather(std::span<const LaneCloth> cloths, const LaneContext& context) {
-  const Lanes* positions[kClothCount];
-  const Lanes* velocities[kClothCount];
-  const Lanes* targets[kClothCount];
+void Gather(std::span<const GroupCloth> cloths, const GroupContext& context) {
+  const Vec4* positions[kClothCount];
+  const Vec4* velocities[kClothCount];
+  const Vec4* targets[kClothCount];
   for (size_t lane = 0; lane < kClothCount; ++lane) {
-    const LaneCloth& cloth = cloths[std::min(lane, cloths.size() - 1)];
+    const GroupCloth& cloth = cloths[std::min(lane, cloths.size() - 1)];
     positions[lane] = cloth.state.positions.data();
     velocities[lane] = cloth.state.velocities.data();
     targets[lane] = cloth.context.pin_targets.data();
@@ -147,7 +147,7 @@ void Gather(std::span<const LaneCloth> cloths, const LaneContext& context) {
   // Before any kick, which is part of what two steps continue.
   const bool sets_previous = context.controls.schedule[0].sets_previous;
   for (size_t i = 0; i < context.particle_count(); ++i) {
-    const ClothVectors p = LoadVectors(positions, i), v = LoadVectors(velocities, i);
+    const VectorsCloths p = LoadVectors(positions, i), v = LoadVectors(velocities, i);
     context.particles[i] = {p, v};
     if (sets_previous) context.previous[i] = {p, v};
   }
@@ -158,9 +158,9 @@ void Gather(std::span<const LaneCloth> cloths, const LaneContext& context) {
 
 // The cloths whose particle surely has no fault: a quick look. A velocity is shorter than twice its
 // largest component.
-HWY_INLINE ClothMask AreWithin(const ClothVectors& p, const ClothVectors& v) {
-  const ClothLanes max_coordinate = SplatCloths(static_cast<float>(kMaxCoordinate_m));
-  const ClothLanes max_component = SplatCloths(static_cast<float>(kMaxSpeed_m_per_s / 2));
+HWY_INLINE MaskCloths AreWithin(const VectorsCloths& p, const VectorsCloths& v) {
+  const VecCloths max_coordinate = SplatCloths(static_cast<float>(kMaxCoordinate_m));
+  const VecCloths max_component = SplatCloths(static_cast<float>(kMaxSpeed_m_per_s / 2));
   return (max_coordinate >= Abs(p.x)) & (max_coordinate >= Abs(p.y)) &
          (max_coordinate >= Abs(p.z)) & (max_component >= Abs(v.x)) & (max_component >= Abs(v.y)) &
          (max_component >= Abs(v.z));
@@ -168,21 +168,21 @@ HWY_INLINE ClothMask AreWithin(const ClothVectors& p, const ClothVectors& v) {
 
 // What `open` leaves to do, and the lanes into one state per cloth, as Tidy leaves it. Those cloths
 // of which some particle may have a fault, one bit each.
-uint32_t Scatter(const LaneContext& context, const std::optional<Ending>& open,
+uint32_t Scatter(const GroupContext& context, const std::optional<Ending>& open,
                  std::span<FloatState> results) {
-  std::array<Lanes*, kClothCount> positions{}, velocities{};
+  std::array<Vec4*, kClothCount> positions{}, velocities{};
   for (size_t lane = 0; lane < results.size(); ++lane) {
     results[lane].positions.resize(context.particle_count());
     results[lane].velocities.resize(context.particle_count());
     positions[lane] = results[lane].positions.data();
     velocities[lane] = results[lane].velocities.data();
   }
-  const std::span<Lanes* const> positions_of = std::span(positions).first(results.size());
-  const std::span<Lanes* const> velocities_of = std::span(velocities).first(results.size());
-  const ClothVectors zero{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
-  ClothMask are_within = SplatCloths(0) >= SplatCloths(0);
+  const std::span<Vec4* const> positions_of = std::span(positions).first(results.size());
+  const std::span<Vec4* const> velocities_of = std::span(velocities).first(results.size());
+  const VectorsCloths zero{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
+  MaskCloths are_within = SplatCloths(0) >= SplatCloths(0);
   for (uint32_t i = 0; i < context.particle_count(); ++i) {
-    ClothVectors p = context.particles[i].p, v = context.particles[i].u;
+    VectorsCloths p = context.particles[i].p, v = context.particles[i].u;
     if (open && context.model.IsFree(i)) (*open)(i, p, v);
     are_within &= AreWithin(p, v);
     StoreVectors(p + zero, positions_of, i);
@@ -192,14 +192,14 @@ uint32_t Scatter(const LaneContext& context, const std::optional<Ending>& open,
 }
 
 // Whether each cloth has left its range.
-void ScatterReaches(const LaneContext& context, std::span<ColliderReach> reaches) {
+void ScatterReaches(const GroupContext& context, std::span<ColliderReach> reaches) {
   alignas(64) float is_held[kClothCount];
-  hn::Store(Select(context.is_held, SplatCloths(1), SplatCloths(0)).v, LaneTag(), is_held);
+  hn::Store(Select(context.is_held, SplatCloths(1), SplatCloths(0)).v, ClothsTag(), is_held);
   for (size_t lane = 0; lane < reaches.size(); ++lane) reaches[lane].has_left = is_held[lane] == 0;
 }
 
 // What Measure reads of the working memory of a cloth.
-void ScatterImpulses(const LaneContext& context, size_t lane, StepScratch& scratch) {
+void ScatterImpulses(const GroupContext& context, size_t lane, StepScratch& scratch) {
   scratch.contacts.resize(context.model.particle_count * context.collider_count());
   for (const uint32_t i : context.model.free_particles) {
     for (size_t k = 0; k < context.collider_count(); ++k) {
@@ -209,14 +209,14 @@ void ScatterImpulses(const LaneContext& context, size_t lane, StepScratch& scrat
   }
   scratch.joint_impulses.resize(context.model.joints.size());
   for (size_t k = 0; k < context.model.joints.size(); ++k) {
-    const ClothVectors& impulse = context.joint_impulses[k];
+    const VectorsCloths& impulse = context.joint_impulses[k];
     scratch.joint_impulses[k] =
-        Lanes{hn::ExtractLane(impulse.x.v, lane), hn::ExtractLane(impulse.y.v, lane),
-              hn::ExtractLane(impulse.z.v, lane), 0};
+        Vec4{hn::ExtractLane(impulse.x.v, lane), hn::ExtractLane(impulse.y.v, lane),
+             hn::ExtractLane(impulse.z.v, lane), 0};
   }
-  scratch.distance_impulses.resize(context.impulse_count() / kLaneCount);
+  scratch.distance_impulses.resize(context.impulse_count() / kVec4Size);
   for (size_t place = 0; place < context.impulse_count(); ++place) {
-    scratch.distance_impulses[place / kLaneCount][place % kLaneCount] =
+    scratch.distance_impulses[place / kVec4Size][place % kVec4Size] =
         hn::ExtractLane(context.distance_impulses[place].v, lane);
   }
 }

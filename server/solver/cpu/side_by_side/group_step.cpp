@@ -23,14 +23,14 @@ namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
 template <class Prediction>
-void PredictFree(const LaneContext& context) {
+void PredictFree(const GroupContext& context) {
   const Prediction predict(context);
   for (const uint32_t i : context.model.free_particles) {
     predict(i, context.particles[i].p, context.particles[i].u);
   }
 }
 
-void Predict(const LaneContext& context) {
+void Predict(const GroupContext& context) {
   if (context.substep.is_two_step) {
     PredictFree<TwoStepPrediction>(context);
   } else {
@@ -42,15 +42,15 @@ void Predict(const LaneContext& context) {
   if (context.substep.is_two_step) KickWithin(context);
 }
 
-void ResetImpulses(const LaneContext& context) {
-  const ClothVectors none{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
+void ResetImpulses(const GroupContext& context) {
+  const VectorsCloths none{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
   std::fill_n(context.joint_impulses, context.model.joints.size(), none);
   std::fill_n(context.distance_impulses, context.impulse_count(), SplatCloths(0));
 }
 
 // The twist of the cells of one row times the share; one more at each end that is 0.
 void StoreTwists(const ClothParticle* upper, const ClothParticle* lower, uint32_t columns,
-                 float share, ClothVectors* twists) {
+                 float share, VectorsCloths* twists) {
   for (uint32_t column = 0; column + 1 < columns; ++column) {
     twists[column + 1] = SplatCloths(share) * ((upper[column].u - upper[column + 1].u) -
                                                (lower[column].u - lower[column + 1].u));
@@ -60,12 +60,12 @@ void StoreTwists(const ClothParticle* upper, const ClothParticle* lower, uint32_
 // Every cell of the grid gives its corners a share of its twist back (server/solver/method.md).
 // `before(i)`: before the velocity of a free particle is read, `after(i)`: when it has changed.
 template <class Before, class After>
-void DampTwist(const LaneContext& context, const Before& before, const After& after) {
+void DampTwist(const GroupContext& context, const Before& before, const After& after) {
   const FloatModel& model = context.model;
   const uint32_t columns = model.source->grid_columns(), rows = model.source->grid_rows();
-  const ClothVectors none{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
-  ClothVectors* above = context.twists;  // of the cells above the row of particles
-  ClothVectors* below = above + columns + 1;
+  const VectorsCloths none{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
+  VectorsCloths* above = context.twists;  // of the cells above the row of particles
+  VectorsCloths* below = above + columns + 1;
   std::fill_n(above, 2 * (columns + size_t{1}), none);
   const auto before_row = [&](uint32_t row) {
     for (uint32_t i = row * columns; i < (row + 1) * columns; ++i) {
@@ -84,7 +84,7 @@ void DampTwist(const LaneContext& context, const Before& before, const After& af
     const float* const w = model.inverse_masses.data() + size_t{row} * columns;
     for (uint32_t column = 0; column < columns; ++column) {
       if (w[column] == 0) continue;
-      const ClothVectors change =
+      const VectorsCloths change =
           (above[column + 1] - above[column]) + (below[column] - below[column + 1]);
       particles[column].u = particles[column].u + change;
       after(row * columns + column);
@@ -93,7 +93,7 @@ void DampTwist(const LaneContext& context, const Before& before, const After& af
   }
 }
 
-void Integrate(LaneContext& context) {
+void Integrate(GroupContext& context) {
   const Integration integrate(context);
   for (const uint32_t i : context.model.free_particles) {
     integrate(i, context.particles[i].p, context.particles[i].u);
@@ -102,8 +102,8 @@ void Integrate(LaneContext& context) {
 }
 
 // The substep under way of all cloths, and what differs between them.
-void BeginSubstep(const SubstepSchedule& schedule, uint32_t index, std::span<LaneCloth> cloths,
-                  LaneContext& context) {
+void BeginSubstep(const SubstepSchedule& schedule, uint32_t index, std::span<GroupCloth> cloths,
+                  GroupContext& context) {
   alignas(64) float factors[kClothCount];
   std::fill_n(factors, kClothCount, 1.0f);
   context.has_damping = false;
@@ -119,7 +119,7 @@ void BeginSubstep(const SubstepSchedule& schedule, uint32_t index, std::span<Lan
 
 // Whether nothing but constraints, gravity and damping acts: then all that happens to a particle
 // between two sweeps is a matter of its own and its pins, and done in one visit.
-bool HasOneVisit(const LaneContext& context) {
+bool HasOneVisit(const GroupContext& context) {
   const FloatControls& controls = context.controls;
   return !controls.has_spring_forces && !controls.has_half_kicks && !controls.has_air_forces &&
          !context.model.has_elastic() && context.collider_count() == 0 &&
@@ -127,7 +127,7 @@ bool HasOneVisit(const LaneContext& context) {
 }
 
 // A substep stage by stage.
-void Advance(LaneContext& context, std::span<LaneCloth> cloths) {
+void Advance(GroupContext& context, std::span<GroupCloth> cloths) {
   const auto nothing = [](size_t) {};
   Kick(context, context.substep.kick_before);
   Predict(context);
@@ -144,7 +144,7 @@ void Advance(LaneContext& context, std::span<LaneCloth> cloths) {
 // caches have them. Leaves the free particles as they are at the end of the sweeps; `open` tells
 // what is left to do, before and after.
 template <class Prediction>
-void AdvanceInOneVisit(LaneContext& context, std::span<LaneCloth> cloths,
+void AdvanceInOneVisit(GroupContext& context, std::span<GroupCloth> cloths,
                        std::optional<Ending>& open) {
   const FloatModel& model = context.model;
   const bool has_twist = context.substep.twist_share > 0,
@@ -174,14 +174,14 @@ void AdvanceInOneVisit(LaneContext& context, std::span<LaneCloth> cloths,
   open.emplace(context);
 }
 
-void StepGroup(std::span<LaneCloth> cloths, LaneScratch& scratch) {
-  LaneContext context(cloths, scratch);
+void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
+  GroupContext context(cloths, scratch);
   const FloatControls& controls = context.controls;
   Gather(cloths, context);
   GatherColliders(cloths, context);
   const std::span reaches = std::span(scratch.reaches).first(cloths.size());
   GatherRanges(reaches, context);
-  for (LaneCloth& cloth : cloths) cloth.report.warnings = cloth.context.controls.warnings;
+  for (GroupCloth& cloth : cloths) cloth.report.warnings = cloth.context.controls.warnings;
   const bool has_one_visit = HasOneVisit(context);
   std::optional<Ending> open;
   for (uint32_t index = 0; index < controls.schedule.size(); ++index) {
@@ -200,7 +200,7 @@ void StepGroup(std::span<LaneCloth> cloths, LaneScratch& scratch) {
       Scatter(context, open, std::span(scratch.results).first(cloths.size()));
   if (context.reach.has_far) ScatterReaches(context, reaches);
   for (size_t lane = 0; lane < cloths.size(); ++lane) {
-    LaneCloth& cloth = cloths[lane];
+    GroupCloth& cloth = cloths[lane];
     FloatState& working = cloth.context.scratch.state;
     std::swap(working, scratch.results[lane]);
     if (cloth.measure) ScatterImpulses(context, lane, cloth.context.scratch);
@@ -227,13 +227,13 @@ HWY_AFTER_NAMESPACE();
 #if HWY_ONCE
 namespace drape::cpu {
 
-HWY_EXPORT(StepGroup);
+HWY_EXPORT(StepSideBySide);
 HWY_EXPORT(Support);
 
 namespace {
 
 // What the step of a group begins with: a collider is near if it is to any cloth.
-void FindReaches(std::span<const LaneCloth> cloths, std::vector<ColliderReach>& reaches) {
+void FindReaches(std::span<const GroupCloth> cloths, std::vector<ColliderReach>& reaches) {
   const size_t count = cloths[0].context.controls.colliders.size();
   reaches.resize(std::max(reaches.size(), cloths.size()));
   std::vector<uint32_t>& near = reaches[0].near;
@@ -264,19 +264,19 @@ bool FitsLanes(const FloatModel& model, const FloatControls& controls) {
   return std::none_of(controls.colliders.begin(), controls.colliders.end(), is_map);
 }
 
-void StepCloths(std::span<LaneCloth> cloths, LaneScratch& scratch) {
+void StepCloths(std::span<GroupCloth> cloths, GroupScratch& scratch) {
   FindReaches(cloths, scratch.reaches);
   scratch.unfinished.clear();
-  HWY_DYNAMIC_DISPATCH(StepGroup)(cloths, scratch);
+  HWY_DYNAMIC_DISPATCH(StepSideBySide)(cloths, scratch);
   if (scratch.unfinished.empty()) return;
   const std::vector<size_t> lanes = std::exchange(scratch.unfinished, {});
   scratch.repeats += lanes.size();
-  std::vector<LaneCloth> again;
+  std::vector<GroupCloth> again;
   for (const size_t lane : lanes) {
     again.push_back({cloths[lane].context, cloths[lane].measure, cloths[lane].state});
     ReachAll(again.back().context, scratch.reaches[again.size() - 1]);
   }
-  HWY_DYNAMIC_DISPATCH(StepGroup)(again, scratch);
+  HWY_DYNAMIC_DISPATCH(StepSideBySide)(again, scratch);
   for (size_t k = 0; k < lanes.size(); ++k) cloths[lanes[k]].report = again[k].report;
 }
 

@@ -16,20 +16,20 @@
 namespace drape::cpu {
 
 // Working memory of one step of a group; kept by a thread between steps only to save allocations.
-struct LaneScratch {
-  LaneMemory particles;          // [particle_count + 1] position, velocity
-  LaneMemory previous;           // the same of the state before, two steps only
-  LaneMemory pin_targets;        // [pin_count]
-  LaneMemory strip_links;        // of a pair of strips
-  LaneMemory end_directions;     // of its links; only with start directions
-  LaneMemory distance_impulses;  // Lambda, [(group_count + 1) * kLaneCount] [N s]
-  LaneMemory twists;             // [two rows of cells][column]
-  LaneMemory colliders;          // [reaches[0].near]
-  LaneMemory contacts;           // [particle_count][reaches[0].near]
-  LaneMemory accelerations;      // [particle_count] springs (+ gravity if IN_FORCE)
-  LaneMemory impulses;           // [element_count] or [triangle_count] [N s]
-  LaneMemory predicted;          // [particle_count + 1] positions for kicks within a substep
-  LaneMemory joint_impulses;     // Lambda, [joint_count] [N s]
+struct GroupScratch {
+  SimdMemory particles;          // [particle_count + 1] position, velocity
+  SimdMemory previous;           // the same of the state before, two steps only
+  SimdMemory pin_targets;        // [pin_count]
+  SimdMemory strip_links;        // of a pair of strips
+  SimdMemory end_directions;     // of its links; only with start directions
+  SimdMemory distance_impulses;  // Lambda, [(group_count + 1) * kVec4Size] [N s]
+  SimdMemory twists;             // [two rows of cells][column]
+  SimdMemory colliders;          // [reaches[0].near]
+  SimdMemory contacts;           // [particle_count][reaches[0].near]
+  SimdMemory accelerations;      // [particle_count] springs (+ gravity if IN_FORCE)
+  SimdMemory impulses;           // [element_count] or [triangle_count] [N s]
+  SimdMemory predicted;          // [particle_count + 1] positions for kicks within a substep
+  SimdMemory joint_impulses;     // Lambda, [joint_count] [N s]
   Refinement refinement;
   std::vector<FloatState> results;  // of each cloth
   // Of each cloth. All have the same colliders near: those that one of them can meet.
@@ -39,7 +39,7 @@ struct LaneScratch {
 };
 
 // One cloth of a group.
-struct LaneCloth {
+struct GroupCloth {
   StepContext context;
   bool measure;
   FloatState& state;
@@ -64,6 +64,6 @@ bool FitsLanes(const FloatModel& model, const FloatControls& controls);
 // Steps every cloth once as StepCloth does. At most lane_count cloths, all of them fit for lanes
 // and pairwise alike in model, schedule, solver, tolerance, max_iterations, use of tethers and of
 // start directions; numbers may differ. Thread-safe for different cloths and working memory.
-void StepCloths(std::span<LaneCloth> cloths, LaneScratch& scratch);
+void StepCloths(std::span<GroupCloth> cloths, GroupScratch& scratch);
 
 }  // namespace drape::cpu

@@ -17,22 +17,22 @@ namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
 // Of one spring, before the factor w_i (SpringForce in constraint_math.h).
-ClothVectors SpringForces(const FloatSpringEnd& spring, const ClothVectors& d,
-                          const ClothVectors& velocity_difference) {
-  const ClothLanes zero = SplatCloths(0);
-  const ClothLanes length = Sqrt(Dot(d, d));
-  const ClothVectors n = d / length;
-  const ClothLanes force = (length - SplatCloths(spring.rest_length)) * spring.stiffness +
-                           Dot(velocity_difference, n) * spring.damping;
+VectorsCloths SpringForces(const FloatSpringEnd& spring, const VectorsCloths& d,
+                           const VectorsCloths& velocity_difference) {
+  const VecCloths zero = SplatCloths(0);
+  const VecCloths length = Sqrt(Dot(d, d));
+  const VectorsCloths n = d / length;
+  const VecCloths force = (length - SplatCloths(spring.rest_length)) * spring.stiffness +
+                          Dot(velocity_difference, n) * spring.damping;
   return Select(length < SplatCloths(kMinDirectionLength), {zero, zero, zero}, force * n);
 }
 
 // A_i(p, v) by the springs of particle i. Positions: a function of the particle.
 template <class Positions>
-ClothVectors SpringAcceleration(const LaneContext& context, const Positions& p, uint32_t i) {
+VectorsCloths SpringAcceleration(const GroupContext& context, const Positions& p, uint32_t i) {
   const FloatModel& model = context.model;
-  const ClothLanes zero = SplatCloths(0);
-  ClothVectors force{zero, zero, zero};
+  const VecCloths zero = SplatCloths(0);
+  VectorsCloths force{zero, zero, zero};
   for (uint32_t e = model.spring_offsets[i]; e < model.spring_offsets[i + 1]; ++e) {
     const uint32_t j = model.spring_ends[e].other_particle;
     force = force + SpringForces(model.spring_ends[e], p(j) - p(i),
@@ -42,7 +42,7 @@ ClothVectors SpringAcceleration(const LaneContext& context, const Positions& p, 
 }
 
 // Springs in the force: the accelerations of the substep, gravity with them.
-void AccelerateBySprings(const LaneContext& context) {
+void AccelerateBySprings(const GroupContext& context) {
   const auto p = [&](uint32_t i) { return context.particles[i].p; };
   for (const uint32_t i : context.model.free_particles) {
     context.accelerations[i] = context.gravity + SpringAcceleration(context, p, i);
@@ -50,7 +50,7 @@ void AccelerateBySprings(const LaneContext& context) {
 }
 
 template <class Positions>
-void ApplySprings(const LaneContext& context, const Positions& p, float duration) {
+void ApplySprings(const GroupContext& context, const Positions& p, float duration) {
   for (const uint32_t i : context.model.free_particles) {
     context.accelerations[i] = SpringAcceleration(context, p, i);
   }
@@ -61,9 +61,9 @@ void ApplySprings(const LaneContext& context, const Positions& p, float duration
 
 // Sum of the weights times vectors of the particles of an element, less that of the first.
 struct ElementVectors {
-  ClothVectors a, b, c;
+  VectorsCloths a, b, c;
 
-  ClothVectors WeightedSum(const ElasticGroup& group, size_t k) const {
+  VectorsCloths WeightedSum(const ElasticGroup& group, size_t k) const {
     return (SplatCloths(group.weights[0][k]) * a + SplatCloths(group.weights[1][k]) * b) +
            SplatCloths(group.weights[2][k]) * c;
   }
@@ -71,32 +71,32 @@ struct ElementVectors {
 
 template <class Values>
 ElementVectors VectorsOfElement(const ElasticGroup& group, size_t k, const Values& values) {
-  const ClothVectors first = values(group.particles[0][k]);
+  const VectorsCloths first = values(group.particles[0][k]);
   return {values(group.particles[1][k]) - first, values(group.particles[2][k]) - first,
           values(group.particles[3][k]) - first};
 }
 
 // The impulse of element k of a group on each cloth.
 template <class Positions>
-ClothVectors ElasticImpulses(const LaneContext& context, const ElasticGroup& group, size_t k,
-                             const Positions& p, float duration) {
+VectorsCloths ElasticImpulses(const GroupContext& context, const ElasticGroup& group, size_t k,
+                              const Positions& p, float duration) {
   const FloatControls& controls = context.controls;
-  const ClothLanes zero = SplatCloths(0), one = SplatCloths(1);
+  const VecCloths zero = SplatCloths(0), one = SplatCloths(1);
   const ElementVectors d = VectorsOfElement(group, k, p);
-  const ClothVectors l = d.WeightedSum(group, k);
-  const ClothVectors normal = Cross(d.a, d.c - d.b);
-  const ClothLanes length = Sqrt(Dot(l, l));
-  const ClothMask is_short = length < SplatCloths(kMinDirectionLength);
-  const ClothLanes divisor = Select(is_short, one, length);
-  const ClothLanes described = SplatCloths(group.rest_length[k]);
-  const ClothLanes rest_length = Select(Dot(l, normal) < zero, -described, described);
-  ClothLanes speed = zero;
+  const VectorsCloths l = d.WeightedSum(group, k);
+  const VectorsCloths normal = Cross(d.a, d.c - d.b);
+  const VecCloths length = Sqrt(Dot(l, l));
+  const MaskCloths is_short = length < SplatCloths(kMinDirectionLength);
+  const VecCloths divisor = Select(is_short, one, length);
+  const VecCloths described = SplatCloths(group.rest_length[k]);
+  const VecCloths rest_length = Select(Dot(l, normal) < zero, -described, described);
+  VecCloths speed = zero;
   if (group.damping_share[k] > 0) {
     const auto velocities = [&](uint32_t i) { return context.particles[i].u; };
     const ElementVectors of_velocities = VectorsOfElement(group, k, velocities);
     speed = Dot(of_velocities.WeightedSum(group, k), l) / divisor;
   }
-  const ClothLanes impulse =
+  const VecCloths impulse =
       ElasticImpulse(SplatCloths(group.mass[k]), SplatCloths(group.frequency_sq[k]),
                      SplatCloths(group.damping_share[k]), length - rest_length, speed, duration,
                      controls.h, controls.inverse_h);
@@ -104,77 +104,77 @@ ClothVectors ElasticImpulses(const LaneContext& context, const ElasticGroup& gro
 }
 
 template <class Positions>
-void ApplyElastic(const LaneContext& context, const Positions& p, float duration) {
+void ApplyElastic(const GroupContext& context, const Positions& p, float duration) {
   const FloatModel& model = context.model;
   const size_t element_count = model.source->elastic_elements().size();
   for (size_t e = 0; e < element_count; ++e) {
     context.impulses[e] =
-        ElasticImpulses(context, model.elastic_groups[e / kLaneCount], e % kLaneCount, p, duration);
+        ElasticImpulses(context, model.elastic_groups[e / kVec4Size], e % kVec4Size, p, duration);
   }
-  const ClothLanes zero = SplatCloths(0);
+  const VecCloths zero = SplatCloths(0);
   for (const uint32_t i : model.free_particles) {
-    ClothVectors impulse{zero, zero, zero};
+    VectorsCloths impulse{zero, zero, zero};
     for (uint32_t e = model.elastic_offsets[i]; e < model.elastic_offsets[i + 1]; ++e) {
       const FloatElasticEnd& end = model.elastic_ends[e];
       impulse = impulse + SplatCloths(end.weight) * context.impulses[end.element];
     }
-    ClothVectors& v = context.particles[i].u;
+    VectorsCloths& v = context.particles[i].u;
     v = v + SplatCloths(model.inverse_masses[i]) * impulse;
   }
 }
 
 // A third of the impulse of a triangle on each cloth.
 template <class Positions>
-ClothVectors AirImpulses(const LaneContext& context, const TriangleGroup& group, size_t k,
-                         const Positions& p, float duration) {
+VectorsCloths AirImpulses(const GroupContext& context, const TriangleGroup& group, size_t k,
+                          const Positions& p, float duration) {
   const std::array<uint32_t, 3> corners = {group.corners[0][k], group.corners[1][k],
                                            group.corners[2][k]};
   const auto v = [&](size_t corner) { return context.particles[corners[corner]].u; };
-  const ClothLanes mass = SplatCloths(group.mass[k]);
-  const ClothVectors relative = context.wind - ((v(0) + v(1)) + v(2)) / 3;
-  const ClothVectors first = p(corners[0]);
-  const ClothVectors normal = Cross(p(corners[1]) - first, p(corners[2]) - first);
+  const VecCloths mass = SplatCloths(group.mass[k]);
+  const VectorsCloths relative = context.wind - ((v(0) + v(1)) + v(2)) / 3;
+  const VectorsCloths first = p(corners[0]);
+  const VectorsCloths normal = Cross(p(corners[1]) - first, p(corners[2]) - first);
   return (mass / 3) * AirVelocityChange(relative, normal, context.air_drag * duration / mass,
                                         context.air_lift * duration / mass);
 }
 
 template <class Positions>
-void ApplyWind(const LaneContext& context, const Positions& p, float duration) {
+void ApplyWind(const GroupContext& context, const Positions& p, float duration) {
   const FloatModel& model = context.model;
   const auto offsets = model.source->triangle_offsets();
   const auto triangles = model.source->particle_triangles();
   const size_t triangle_count = model.source->triangles().size();
   for (size_t t = 0; t < triangle_count; ++t) {
     context.impulses[t] =
-        AirImpulses(context, model.triangles[t / kLaneCount], t % kLaneCount, p, duration);
+        AirImpulses(context, model.triangles[t / kVec4Size], t % kVec4Size, p, duration);
   }
-  const ClothLanes zero = SplatCloths(0);
+  const VecCloths zero = SplatCloths(0);
   for (const uint32_t i : model.free_particles) {
-    ClothVectors impulse{zero, zero, zero};
+    VectorsCloths impulse{zero, zero, zero};
     for (uint32_t e = offsets[i]; e < offsets[i + 1]; ++e) {
       impulse = impulse + context.impulses[triangles[e]];
     }
-    ClothVectors& v = context.particles[i].u;
+    VectorsCloths& v = context.particles[i].u;
     v = v + SplatCloths(model.inverse_masses[i]) * impulse;
   }
 }
 
 // What acts on the velocities for some time, from the same positions and velocities.
 template <class Positions>
-void KickFrom(const LaneContext& context, const Positions& p, float duration) {
+void KickFrom(const GroupContext& context, const Positions& p, float duration) {
   if (duration == 0) return;
   if (context.controls.has_half_kicks) ApplySprings(context, p, duration);
   if (context.model.has_elastic()) ApplyElastic(context, p, duration);
   if (context.controls.has_air_forces) ApplyWind(context, p, duration);
 }
 
-void Kick(const LaneContext& context, float duration) {
+void Kick(const GroupContext& context, float duration) {
   KickFrom(
       context, [&](uint32_t i) { return context.particles[i].p; }, duration);
 }
 
 // The same on the predicted velocities u, from the predicted positions b + H u.
-void KickWithin(const LaneContext& context) {
+void KickWithin(const GroupContext& context) {
   const FloatControls& controls = context.controls;
   if (!controls.has_half_kicks && !controls.has_air_forces && !context.model.has_elastic()) return;
   for (size_t i = 0; i < context.particle_count(); ++i) {

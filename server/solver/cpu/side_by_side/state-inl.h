@@ -20,40 +20,40 @@ namespace {
 
 // One particle of each cloth. While a substep lasts p is b and u the mean velocity, else v.
 struct ClothParticle {
-  ClothVectors p, u;
+  VectorsCloths p, u;
 };
 
 // One collider of each cloth, all of one kind (FloatCollider).
 struct ClothCollider {
   FloatCollider::Kind kind;
-  ClothVectors point, vector;
-  ClothLanes offset;
-  std::array<ClothVectors, 3> axes;
+  VectorsCloths point, vector;
+  VecCloths offset;
+  std::array<VectorsCloths, 3> axes;
 };
 
 // What that collider has done to one particle of each cloth in this substep, times w
 // (ContactImpulses).
 struct ClothContact {
-  ClothVectors tangent;
-  ClothLanes normal, floor, rebound;
+  VectorsCloths tangent;
+  VecCloths normal, floor, rebound;
 };
 
 // ParticleBox of each cloth.
 struct ClothBox {
-  ClothVectors low, high;
+  VectorsCloths low, high;
 };
 // Of those whose places are in their boxes; what is not a number is not.
-HWY_INLINE ClothMask Holds(const ClothBox& box, const ClothVectors& place) {
+HWY_INLINE MaskCloths Holds(const ClothBox& box, const VectorsCloths& place) {
   return ((place.x >= box.low.x) & (box.high.x >= place.x)) &
          ((place.y >= box.low.y) & (box.high.y >= place.y)) &
          ((place.z >= box.low.z) & (box.high.z >= place.z));
 }
 
-using PairLinkSolution = StripLinkSolution<PairLanes, PairVectors>;
+using PairLinkSolution = StripLinkSolution<VecPair, VectorsPair>;
 
 // One number of each cloth; lanes without a cloth are like the last one.
 template <class Number>
-ClothLanes NumberOf(std::span<const LaneCloth> cloths, const Number& number) {
+VecCloths NumberOf(std::span<const GroupCloth> cloths, const Number& number) {
   alignas(64) float values[kClothCount];
   for (size_t lane = 0; lane < kClothCount; ++lane) {
     values[lane] = number(cloths[std::min(lane, cloths.size() - 1)].context.controls);
@@ -62,36 +62,36 @@ ClothLanes NumberOf(std::span<const LaneCloth> cloths, const Number& number) {
 }
 
 template <class Vector>
-ClothVectors VectorOf(std::span<const LaneCloth> cloths, const Vector& vector) {
+VectorsCloths VectorOf(std::span<const GroupCloth> cloths, const Vector& vector) {
   return {NumberOf(cloths, [&](const FloatControls& c) { return vector(c)[0]; }),
           NumberOf(cloths, [&](const FloatControls& c) { return vector(c)[1]; }),
           NumberOf(cloths, [&](const FloatControls& c) { return vector(c)[2]; })};
 }
 
 // Everything one step of a group needs.
-struct LaneContext {
-  LaneContext(std::span<const LaneCloth> cloths, LaneScratch& scratch)
+struct GroupContext {
+  GroupContext(std::span<const GroupCloth> cloths, GroupScratch& scratch)
       : model(cloths[0].context.model),
         controls(cloths[0].context.controls),
         max_iterations(cloths[0].context.max_iterations),
         particles(scratch.particles.Reserve<ClothParticle>(particle_count())),
         previous(scratch.previous.Reserve<ClothParticle>(
             controls.schedule.has_two_steps() ? particle_count() : 0)),
-        pin_targets(scratch.pin_targets.Reserve<ClothVectors>(model.pins.size())),
+        pin_targets(scratch.pin_targets.Reserve<VectorsCloths>(model.pins.size())),
         strip_links(scratch.strip_links.Reserve<PairLinkSolution>(model.longest_strip)),
-        end_directions(scratch.end_directions.Reserve<PairVectors>(
+        end_directions(scratch.end_directions.Reserve<VectorsPair>(
             controls.has_start_directions() ? model.longest_strip : 0)),
-        distance_impulses(scratch.distance_impulses.Reserve<ClothLanes>(impulse_count())),
+        distance_impulses(scratch.distance_impulses.Reserve<VecCloths>(impulse_count())),
         twists(
-            scratch.twists.Reserve<ClothVectors>(2 * (model.source->grid_columns() + size_t{1}))),
+            scratch.twists.Reserve<VectorsCloths>(2 * (model.source->grid_columns() + size_t{1}))),
         reach(scratch.reaches[0]),
         colliders(scratch.colliders.Reserve<ClothCollider>(collider_count())),
-        accelerations(scratch.accelerations.Reserve<ClothVectors>(
+        accelerations(scratch.accelerations.Reserve<VectorsCloths>(
             model.has_springs() ? model.particle_count : 0)),
-        impulses(scratch.impulses.Reserve<ClothVectors>(kick_count())),
-        predicted(scratch.predicted.Reserve<ClothVectors>(
+        impulses(scratch.impulses.Reserve<VectorsCloths>(kick_count())),
+        predicted(scratch.predicted.Reserve<VectorsCloths>(
             controls.schedule.has_two_steps() ? particle_count() : 0)),
-        joint_impulses(scratch.joint_impulses.Reserve<ClothVectors>(model.joints.size())),
+        joint_impulses(scratch.joint_impulses.Reserve<VectorsCloths>(model.joints.size())),
         refinement(scratch.refinement),
         contacts(scratch.contacts.Reserve<ClothContact>(model.particle_count * collider_count())),
         gravity(VectorOf(cloths, [](const FloatControls& c) { return c.gravity; })),
@@ -118,42 +118,42 @@ struct LaneContext {
   // Of constraints with an accumulated impulse, in the places of the model, and padding.
   size_t impulse_count() const {
     const bool has_impulses = model.has_compliance() || model.has_inequalities();
-    return has_impulses ? (model.groups.size() + 1) * kLaneCount : 0;
+    return has_impulses ? (model.groups.size() + 1) * kVec4Size : 0;
   }
 
   const FloatModel& model;
   const FloatControls& controls;  // of the first cloth: only what a group shares may be used
   const uint32_t max_iterations;  // sweeps per substep at most
-  // The working memory, LaneScratch.
+  // The working memory, GroupScratch.
   ClothParticle* const particles;
   ClothParticle* const previous;
-  ClothVectors* const pin_targets;
+  VectorsCloths* const pin_targets;
   PairLinkSolution* const strip_links;
-  PairVectors* const end_directions;
-  ClothLanes* const distance_impulses;
-  ClothVectors* const twists;
+  VectorsPair* const end_directions;
+  VecCloths* const distance_impulses;
+  VectorsCloths* const twists;
   const ColliderReach& reach;  // only what a group shares
   ClothCollider* const colliders;
-  ClothVectors* const accelerations;
-  ClothVectors* const impulses;
-  ClothVectors* const predicted;
-  ClothVectors* const joint_impulses;
+  VectorsCloths* const accelerations;
+  VectorsCloths* const impulses;
+  VectorsCloths* const predicted;
+  VectorsCloths* const joint_impulses;
   Refinement& refinement;
   ClothContact* const contacts;  // [particle_count][collider_count]
   // What differs between the cloths.
-  const ClothVectors gravity;
-  const ClothVectors wind;
-  const ClothLanes air_drag, air_lift;
-  const ClothLanes end_share;
-  const ClothLanes friction_static, friction_dynamic;
-  const ClothLanes restitution, slowest_rebound;
-  const bool has_restitution;                            // some cloth has
-  ClothLanes damping_factor = SplatCloths(1);            // of the substep under way
-  bool has_damping = false;                              // some cloth has
-  ClothBox range{};                                      // ColliderReach::range
-  ClothMask is_held = SplatCloths(0) >= SplatCloths(0);  // of those that have not left it
-  FloatSubstep substep{};                                // the one under way, but for the damping
-  ClothMask is_running{};  // those whose sweeps go on; the others stay as they are
+  const VectorsCloths gravity;
+  const VectorsCloths wind;
+  const VecCloths air_drag, air_lift;
+  const VecCloths end_share;
+  const VecCloths friction_static, friction_dynamic;
+  const VecCloths restitution, slowest_rebound;
+  const bool has_restitution;                             // some cloth has
+  VecCloths damping_factor = SplatCloths(1);              // of the substep under way
+  bool has_damping = false;                               // some cloth has
+  ClothBox range{};                                       // ColliderReach::range
+  MaskCloths is_held = SplatCloths(0) >= SplatCloths(0);  // of those that have not left it
+  FloatSubstep substep{};                                 // the one under way, but for the damping
+  MaskCloths is_running{};  // those whose sweeps go on; the others stay as they are
 };
 
 }  // namespace

@@ -24,14 +24,14 @@ namespace {
 template <class PreparePair>
 class StripPairs {
  public:
-  using Scalars = PairLanes;
-  using Vectors = PairVectors;
-  using Mask = PairMask;
+  using Scalars = VecPair;
+  using Vectors = VectorsPair;
+  using Mask = MaskPair;
   using Ends = std::array<uint32_t, 2>;
   using Link = PairLink;
   using Group = StripPair;
 
-  StripPairs(const LaneContext& context, const PreparePair& prepare)
+  StripPairs(const GroupContext& context, const PreparePair& prepare)
       : context_(context), particles_(context.particles), prepare_(prepare) {}
 
   const std::vector<StripPair>& groups() const { return context_.model.strip_pairs; }
@@ -40,61 +40,61 @@ class StripPairs {
   }
   const PairLink* links() const { return context_.model.pair_links.data(); }
   PairLinkSolution* solution() const { return context_.strip_links; }
-  PairVectors* end_directions() const { return context_.end_directions; }
+  VectorsPair* end_directions() const { return context_.end_directions; }
   float tolerance() const { return context_.controls.tolerance; }
-  PairLanes end_share() const { return {context_.end_share, context_.end_share}; }
+  VecPair end_share() const { return {context_.end_share, context_.end_share}; }
   float interval() const { return context_.substep.interval; }
   float inverse_interval() const { return context_.substep.inverse_interval; }
-  static PairLanes Splat(float value) { return {SplatCloths(value), SplatCloths(value)}; }
-  static PairLanes Number(NumberPair number) {
+  static VecPair Splat(float value) { return {SplatCloths(value), SplatCloths(value)}; }
+  static VecPair Number(NumberPair number) {
     return {SplatCloths(number.low), SplatCloths(number.high)};
   }
 
-  PairVectors PositionDifferences(const Ends& from, const Ends& to) const {
+  VectorsPair PositionDifferences(const Ends& from, const Ends& to) const {
     return Join(particles_[to[0]].p - particles_[from[0]].p,
                 particles_[to[1]].p - particles_[from[1]].p);
   }
-  PairVectors VelocityDifferences(const Ends& from, const Ends& to) const {
+  VectorsPair VelocityDifferences(const Ends& from, const Ends& to) const {
     return Join(particles_[to[0]].u - particles_[from[0]].u,
                 particles_[to[1]].u - particles_[from[1]].u);
   }
-  PairVectors PredictedDifferences(const Ends& from, const Ends& to) const {
+  VectorsPair PredictedDifferences(const Ends& from, const Ends& to) const {
     return PositionDifferences(from, to) + Splat(interval()) * VelocityDifferences(from, to);
   }
   // Of cloths whose sweeps go on.
-  PairMask Running(const PairMask& mask) const {
+  MaskPair Running(const MaskPair& mask) const {
     return {mask.low & context_.is_running, mask.high & context_.is_running};
   }
-  void Push(const Ends& particles, bool /*has_pins*/, const PairVectors& change) const {
+  void Push(const Ends& particles, bool /*has_pins*/, const VectorsPair& change) const {
     ClothParticle& low = particles_[particles[0]];
     low.u = low.u + Low(change);
     ClothParticle& high = particles_[particles[1]];
     high.u = high.u + High(change);
   }
 
-  PairLanes Compliances(const Ends& places) const {
-    const std::vector<Lanes>& compliances = context_.model.compliances;
-    return {SplatCloths(compliances[places[0] / kLaneCount][places[0] % kLaneCount]),
-            SplatCloths(compliances[places[1] / kLaneCount][places[1] % kLaneCount])};
+  VecPair Compliances(const Ends& places) const {
+    const std::vector<Vec4>& compliances = context_.model.compliances;
+    return {SplatCloths(compliances[places[0] / kVec4Size][places[0] % kVec4Size]),
+            SplatCloths(compliances[places[1] / kVec4Size][places[1] % kVec4Size])};
   }
-  PairLanes Impulses(const Ends& places) const {
+  VecPair Impulses(const Ends& places) const {
     return {context_.distance_impulses[places[0]], context_.distance_impulses[places[1]]};
   }
-  void AddImpulses(const Ends& places, const PairLanes& impulses) const {
-    ClothLanes* const sums = context_.distance_impulses;
+  void AddImpulses(const Ends& places, const VecPair& impulses) const {
+    VecCloths* const sums = context_.distance_impulses;
     sums[places[0]] = sums[places[0]] + impulses.low;
     sums[places[1]] = sums[places[1]] + impulses.high;
   }
 
  private:
-  const LaneContext& context_;
+  const GroupContext& context_;
   ClothParticle* const particles_;
   const PreparePair& prepare_;
 };
 
 template <class PreparePair>
-ClothMask SolveStrips(const LaneContext& context, const PreparePair& prepare) {
-  const PairMask changed = SweepStrips(StripPairs(context, prepare), context.model.has_compliance(),
+MaskCloths SolveStrips(const GroupContext& context, const PreparePair& prepare) {
+  const MaskPair changed = SweepStrips(StripPairs(context, prepare), context.model.has_compliance(),
                                        context.controls.has_start_directions());
   return changed.low | changed.high;
 }
@@ -102,21 +102,21 @@ ClothMask SolveStrips(const LaneContext& context, const PreparePair& prepare) {
 // One constraint of some of the cloths (Bender et al. 2009, section 3.2 and 3.3). Returns the lanes
 // in which the error was larger than the tolerance.
 template <bool kHasCompliance, bool kHasInequalities, bool kHasStarts>
-ClothMask SolveConstraint(const LaneContext& context, size_t g, uint32_t k, ClothMask cloths,
-                          float tolerance) {
+MaskCloths SolveConstraint(const GroupContext& context, size_t g, uint32_t k, MaskCloths cloths,
+                           float tolerance) {
   const float inverse_h = context.substep.inverse_interval;
   const DistanceGroup& group = context.model.groups[g];
   ClothParticle& from = context.particles[group.i[k]];
   ClothParticle& to = context.particles[group.j[k]];
-  const ClothLanes one = SplatCloths(1), zero = SplatCloths(0);
-  const ClothVectors start = to.p - from.p;
-  const ClothVectors end = start + (to.u - from.u) * context.substep.interval;
-  const ClothLanes length = Sqrt(Dot(end, end));
-  const ClothLanes rest_length = SplatCloths(group.rest_length[k]);
-  ClothLanes residual = length - rest_length;
-  ClothLanes weight = SplatCloths(group.inverse_mass_i[k] + group.inverse_mass_j[k]);
-  ClothVectors d = end;
-  ClothLanes divisor = length;
+  const VecCloths one = SplatCloths(1), zero = SplatCloths(0);
+  const VectorsCloths start = to.p - from.p;
+  const VectorsCloths end = start + (to.u - from.u) * context.substep.interval;
+  const VecCloths length = Sqrt(Dot(end, end));
+  const VecCloths rest_length = SplatCloths(group.rest_length[k]);
+  VecCloths residual = length - rest_length;
+  VecCloths weight = SplatCloths(group.inverse_mass_i[k] + group.inverse_mass_j[k]);
+  VectorsCloths d = end;
+  VecCloths divisor = length;
   if constexpr (kHasStarts) {
     const auto lines = BlendDirections(start, Directions(end, length), context.end_share);
     weight = weight * lines.slope;
@@ -124,20 +124,20 @@ ClothMask SolveConstraint(const LaneContext& context, size_t g, uint32_t k, Clot
     divisor = one;
   } else {
     // Without a distance the impulse acts along +x.
-    const ClothMask is_short = length < SplatCloths(kMinDirectionLength);
+    const MaskCloths is_short = length < SplatCloths(kMinDirectionLength);
     if (IsAnyLaneSet(is_short)) [[unlikely]] {
       d = {Select(is_short, one, d.x), Select(is_short, zero, d.y), Select(is_short, zero, d.z)};
       divisor = Select(is_short, one, length);
     }
   }
-  ClothLanes* const lambda = context.distance_impulses + (g * kLaneCount + k);
+  VecCloths* const lambda = context.distance_impulses + (g * kVec4Size + k);
   if constexpr (kHasCompliance) {
-    const ClothLanes alpha_over_h = SplatCloths(context.model.compliances[g][k]) * inverse_h;
+    const VecCloths alpha_over_h = SplatCloths(context.model.compliances[g][k]) * inverse_h;
     residual = residual + alpha_over_h * *lambda;
     weight = weight + alpha_over_h * inverse_h;
   }
-  ClothMask is_active = cloths & (Abs(residual) > SplatCloths(tolerance * group.rest_length[k]));
-  ClothLanes impulse = Select(is_active, DistanceImpulse(residual, inverse_h, weight), zero);
+  MaskCloths is_active = cloths & (Abs(residual) > SplatCloths(tolerance * group.rest_length[k]));
+  VecCloths impulse = Select(is_active, DistanceImpulse(residual, inverse_h, weight), zero);
   if constexpr (kHasInequalities) {
     const ImpulseBounds& bounds = context.model.bounds[g];
     impulse =
@@ -145,7 +145,7 @@ ClothMask SolveConstraint(const LaneContext& context, size_t g, uint32_t k, Clot
     is_active &= impulse != zero;
   }
   if constexpr (kHasCompliance || kHasInequalities) *lambda = *lambda + impulse;
-  const ClothLanes impulse_per_length = impulse / divisor;
+  const VecCloths impulse_per_length = impulse / divisor;
   from.u = from.u - (SplatCloths(group.inverse_mass_i[k]) * impulse_per_length) * d;
   to.u = to.u + (SplatCloths(group.inverse_mass_j[k]) * impulse_per_length) * d;
   return is_active;
@@ -153,11 +153,11 @@ ClothMask SolveConstraint(const LaneContext& context, size_t g, uint32_t k, Clot
 
 // One sweep over all colours.
 template <bool kHasCompliance, bool kHasInequalities, bool kHasStarts>
-ClothMask SweepDistances(const LaneContext& context) {
+MaskCloths SweepDistances(const GroupContext& context) {
   const FloatModel& model = context.model;
-  ClothMask changed;
+  MaskCloths changed;
   for (size_t g = 0; g < model.groups.size(); ++g) {
-    for (uint32_t k = 0; k < kLaneCount; ++k) {
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
       if (model.groups[g].i[k] == model.spare_particle()) break;  // padding is behind
       changed |= SolveConstraint<kHasCompliance, kHasInequalities, kHasStarts>(
           context, g, k, context.is_running, context.controls.tolerance);
@@ -168,7 +168,7 @@ ClothMask SweepDistances(const LaneContext& context) {
 
 // SweepDistances with the flags that the cloths need.
 template <bool... kFlags>
-ClothMask SolveDistance(const LaneContext& context) {
+MaskCloths SolveDistance(const GroupContext& context) {
   if constexpr (sizeof...(kFlags) == 3) {
     return SweepDistances<kFlags...>(context);
   } else {
@@ -180,15 +180,15 @@ ClothMask SolveDistance(const LaneContext& context) {
 }
 
 // The cloths in which the link at this place is far off.
-ClothMask IsFarOff(const LaneContext& context, uint32_t place) {
-  const DistanceGroup& group = context.model.groups[place / kLaneCount];
-  const uint32_t k = place % kLaneCount;
+MaskCloths IsFarOff(const GroupContext& context, uint32_t place) {
+  const DistanceGroup& group = context.model.groups[place / kVec4Size];
+  const uint32_t k = place % kVec4Size;
   const RefineLimits& limits = context.controls.refine_limits;
   const float interval = context.substep.interval;
   const ClothParticle& from = context.particles[group.i[k]];
   const ClothParticle& to = context.particles[group.j[k]];
-  const ClothVectors d = (to.p + to.u * interval) - (from.p + from.u * interval);
-  const ClothLanes length_sq = Dot(d, d);
+  const VectorsCloths d = (to.p + to.u * interval) - (from.p + from.u * interval);
+  const VecCloths length_sq = Dot(d, d);
   const float rest_length_sq = group.rest_length[k] * group.rest_length[k];
   return context.is_running & ((length_sq < SplatCloths(limits.min_sq * rest_length_sq)) |
                                (length_sq > SplatCloths(limits.max_sq * rest_length_sq)));
@@ -196,16 +196,16 @@ ClothMask IsFarOff(const LaneContext& context, uint32_t place) {
 
 // Moves the ends of a link in some of the cloths so that it has its length at the end of the
 // substep.
-void MoveEnds(const LaneContext& context, const RefinedLink& link) {
-  const DistanceGroup& group = context.model.groups[link.place / kLaneCount];
-  const uint32_t k = link.place % kLaneCount;
+void MoveEnds(const GroupContext& context, const RefinedLink& link) {
+  const DistanceGroup& group = context.model.groups[link.place / kVec4Size];
+  const uint32_t k = link.place % kVec4Size;
   ClothParticle& from = context.particles[group.i[k]];
   ClothParticle& to = context.particles[group.j[k]];
-  const ClothVectors d = (to.p - from.p) + (to.u - from.u) * context.substep.interval;
-  const ClothLanes length = Sqrt(Dot(d, d));
-  const ClothVectors n = Directions(d, length);
+  const VectorsCloths d = (to.p - from.p) + (to.u - from.u) * context.substep.interval;
+  const VecCloths length = Sqrt(Dot(d, d));
+  const VectorsCloths n = Directions(d, length);
   const float weight = group.inverse_mass_i[k] + group.inverse_mass_j[k];
-  const ClothLanes move =
+  const VecCloths move =
       Select(MaskOf(link.cloths),
              (length - SplatCloths(group.rest_length[k])) / SplatCloths(weight), SplatCloths(0));
   from.p = from.p + (SplatCloths(group.inverse_mass_i[k]) * move) * n;
@@ -214,13 +214,13 @@ void MoveEnds(const LaneContext& context, const RefinedLink& link) {
 
 // Moves the links that strips have left far off in some cloths, and those at their ends, to their
 // lengths, one by one.
-void Refine(const LaneContext& context) {
+void Refine(const GroupContext& context) {
   if (!context.controls.has_refinement()) return;
   const FloatModel& model = context.model;
   Refinement& refinement = context.refinement;
   refinement.Begin(model);
   for (const uint32_t place : model.constraint_places) {
-    const ClothMask is_far_off = IsFarOff(context, place);
+    const MaskCloths is_far_off = IsFarOff(context, place);
     if (IsAnyLaneSet(is_far_off)) [[unlikely]] {
       refinement.Mark(place, BitsOf(is_far_off));
     }
@@ -233,25 +233,25 @@ void Refine(const LaneContext& context) {
 }
 
 // One sweep over all point joints.
-ClothMask SolveJoints(const LaneContext& context) {
+MaskCloths SolveJoints(const GroupContext& context) {
   const FloatControls& controls = context.controls;
   const float inverse_h = controls.inverse_h;
-  const ClothLanes zero = SplatCloths(0);
-  ClothMask changed;
+  const VecCloths zero = SplatCloths(0);
+  MaskCloths changed;
   for (size_t k = 0; k < context.model.joints.size(); ++k) {
     const auto& [i, j, inverse_mass_i, inverse_mass_j, compliance] = context.model.joints[k];
     ClothParticle& from = context.particles[i];
     ClothParticle& to = context.particles[j];
-    ClothVectors& lambda = context.joint_impulses[k];
+    VectorsCloths& lambda = context.joint_impulses[k];
     const float alpha_over_h = compliance * inverse_h;
-    const ClothVectors residual =
+    const VectorsCloths residual =
         ((to.p - from.p) + (to.u - from.u) * controls.h) + lambda * alpha_over_h;
-    const ClothMask is_active = controls.tolerance > 0
-                                    ? context.is_running & (Sqrt(Dot(residual, residual)) >
-                                                            SplatCloths(controls.contact_tolerance))
-                                    : context.is_running;
+    const MaskCloths is_active =
+        controls.tolerance > 0 ? context.is_running & (Sqrt(Dot(residual, residual)) >
+                                                       SplatCloths(controls.contact_tolerance))
+                               : context.is_running;
     const float weight = (inverse_mass_i + inverse_mass_j) + alpha_over_h * inverse_h;
-    const ClothVectors impulse =
+    const VectorsCloths impulse =
         Select(is_active, (residual * -1) * inverse_h / weight, {zero, zero, zero});
     lambda = lambda + impulse;
     from.u = from.u - impulse * inverse_mass_i;
@@ -262,12 +262,12 @@ ClothMask SolveJoints(const LaneContext& context) {
 }
 
 // One sweep over the velocities that rigid joints forbid.
-void SolveJointVelocities(const LaneContext& context) {
+void SolveJointVelocities(const GroupContext& context) {
   for (const auto& [i, j, inverse_mass_i, inverse_mass_j, compliance] : context.model.joints) {
     if (compliance > 0) continue;
     ClothParticle& from = context.particles[i];
     ClothParticle& to = context.particles[j];
-    const ClothVectors impulse = (from.u - to.u) / (inverse_mass_i + inverse_mass_j);
+    const VectorsCloths impulse = (from.u - to.u) / (inverse_mass_i + inverse_mass_j);
     from.u = from.u - impulse * inverse_mass_i;
     to.u = to.u + impulse * inverse_mass_j;
   }
@@ -275,7 +275,7 @@ void SolveJointVelocities(const LaneContext& context) {
 
 // Sweeps until no cloth has an error, at most max_iterations. `prepare_pair(k)` is called before
 // the first sweep comes to pair k of the strips.
-void Solve(LaneContext& context, std::span<LaneCloth> cloths,
+void Solve(GroupContext& context, std::span<GroupCloth> cloths,
            const std::function<void(size_t)>& prepare_pair) {
   const FloatControls& controls = context.controls;
   alignas(64) float running[kClothCount];
@@ -287,7 +287,7 @@ void Solve(LaneContext& context, std::span<LaneCloth> cloths,
       if (running[lane] > 0) ++cloths[lane].report.iterations;
     }
     // All always run: a contact can break what the distances have just met.
-    ClothMask has_changed;
+    MaskCloths has_changed;
     if (controls.solver.has_strips) {
       has_changed |= SolveStrips(context, [&](size_t pair) {
         if (iteration == 0) prepare_pair(pair);
@@ -300,7 +300,7 @@ void Solve(LaneContext& context, std::span<LaneCloth> cloths,
     if (controls.tolerance == 0) continue;
     context.is_running &= has_changed;
     if (!IsAnyLaneSet(context.is_running)) return;
-    hn::Store(Select(context.is_running, SplatCloths(1), SplatCloths(0)).v, LaneTag(), running);
+    hn::Store(Select(context.is_running, SplatCloths(1), SplatCloths(0)).v, ClothsTag(), running);
   }
   if (controls.tolerance == 0) return;
   for (size_t lane = 0; lane < cloths.size(); ++lane) {
@@ -309,21 +309,21 @@ void Solve(LaneContext& context, std::span<LaneCloth> cloths,
 }
 
 // No velocity along rigid links is left (Bender et al. 2009, section 3.2).
-void SolveVelocity(const LaneContext& context) {
+void SolveVelocity(const GroupContext& context) {
   const FloatModel& model = context.model;
   for (uint32_t sweep = 0; sweep < context.controls.solver.velocity_iterations; ++sweep) {
     for (size_t g = 0; g < model.groups.size(); ++g) {
       const DistanceGroup& group = model.groups[g];
-      const LaneMask is_rigid = model.RigidLanes(g);
-      for (uint32_t k = 0; k < kLaneCount; ++k) {
+      const Mask4 is_rigid = model.RigidLanes(g);
+      for (uint32_t k = 0; k < kVec4Size; ++k) {
         if (group.i[k] == model.spare_particle() || !is_rigid[k]) continue;
         ClothParticle& from = context.particles[group.i[k]];
         ClothParticle& to = context.particles[group.j[k]];
-        const ClothLanes inverse_mass_i = SplatCloths(group.inverse_mass_i[k]);
-        const ClothLanes inverse_mass_j = SplatCloths(group.inverse_mass_j[k]);
-        const ClothVectors d = to.p - from.p;
-        const ClothVectors n = Directions(d, Sqrt(Dot(d, d)));
-        const ClothLanes impulse =
+        const VecCloths inverse_mass_i = SplatCloths(group.inverse_mass_i[k]);
+        const VecCloths inverse_mass_j = SplatCloths(group.inverse_mass_j[k]);
+        const VectorsCloths d = to.p - from.p;
+        const VectorsCloths n = Directions(d, Sqrt(Dot(d, d)));
+        const VecCloths impulse =
             VelocityImpulse(Dot(n, to.u - from.u), inverse_mass_i, inverse_mass_j);
         from.u = from.u - (inverse_mass_i * impulse) * n;
         to.u = to.u + (inverse_mass_j * impulse) * n;

@@ -9,9 +9,9 @@
 namespace drape::cpu {
 
 // Eight strips of one cloth, and a number of each.
-inline constexpr uint32_t kWideCount = 2 * kLaneCount;
-struct alignas(32) StripNumbers {
-  std::array<float, kWideCount> values;
+inline constexpr uint32_t kVec8Size = 2 * kVec4Size;
+struct alignas(32) Numbers8 {
+  std::array<float, kVec8Size> values;
 
   void Set(uint32_t strip, float value) { values[strip] = value; }
 };

@@ -8,7 +8,7 @@
 namespace drape::cpu {
 
 // Working memory for vectors of any instruction set; keeps its size.
-class LaneMemory {
+class SimdMemory {
  public:
   // Of at least this many; what they hold is left from before.
   template <class T>

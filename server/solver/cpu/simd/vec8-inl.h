@@ -25,15 +25,15 @@ namespace drape::cpu::HWY_NAMESPACE {
 using Part = float __attribute__((vector_size(32)));
 using PartMask = int32_t __attribute__((vector_size(32)));
 #else
-using Part = Lanes;
-using PartMask = LaneMask;
+using Part = Vec4;
+using PartMask = Mask4;
 #endif
-inline constexpr uint32_t kPartCount = kWideCount * sizeof(float) / sizeof(Part);
+inline constexpr uint32_t kPartCount = kVec8Size * sizeof(float) / sizeof(Part);
 
 inline Part RootOf(const Part& part) {
 #if HWY_MAX_BYTES >= 32
   namespace hn = hwy::HWY_NAMESPACE;
-  hn::Vec<hn::CappedTag<float, kWideCount>> v;
+  hn::Vec<hn::CappedTag<float, kVec8Size>> v;
   std::memcpy(&v, &part, sizeof(part));
   v = hn::Sqrt(v);
   Part root;
@@ -45,10 +45,10 @@ inline Part RootOf(const Part& part) {
 }
 
 // Operators are no friends inside the classes: those would not be compiled for the instruction set.
-struct WideLanes {
+struct Vec8 {
   Part parts[kPartCount];
 };
-struct WideMask {
+struct Mask8 {
   PartMask parts[kPartCount];
 };
 
@@ -62,56 +62,56 @@ inline Result EachPart(const Function& f, const Wide&... wide) {
   }
 }
 
-inline WideLanes operator+(const WideLanes& a, const WideLanes& b) {
-  return EachPart<WideLanes>([](const Part& x, const Part& y) { return x + y; }, a, b);
+inline Vec8 operator+(const Vec8& a, const Vec8& b) {
+  return EachPart<Vec8>([](const Part& x, const Part& y) { return x + y; }, a, b);
 }
-inline WideLanes operator-(const WideLanes& a, const WideLanes& b) {
-  return EachPart<WideLanes>([](const Part& x, const Part& y) { return x - y; }, a, b);
+inline Vec8 operator-(const Vec8& a, const Vec8& b) {
+  return EachPart<Vec8>([](const Part& x, const Part& y) { return x - y; }, a, b);
 }
-inline WideLanes operator*(const WideLanes& a, const WideLanes& b) {
-  return EachPart<WideLanes>([](const Part& x, const Part& y) { return x * y; }, a, b);
+inline Vec8 operator*(const Vec8& a, const Vec8& b) {
+  return EachPart<Vec8>([](const Part& x, const Part& y) { return x * y; }, a, b);
 }
-inline WideLanes operator/(const WideLanes& a, const WideLanes& b) {
-  return EachPart<WideLanes>([](const Part& x, const Part& y) { return x / y; }, a, b);
+inline Vec8 operator/(const Vec8& a, const Vec8& b) {
+  return EachPart<Vec8>([](const Part& x, const Part& y) { return x / y; }, a, b);
 }
-inline WideLanes operator*(const WideLanes& a, float b) {
-  return EachPart<WideLanes>([b](const Part& x) { return x * b; }, a);
+inline Vec8 operator*(const Vec8& a, float b) {
+  return EachPart<Vec8>([b](const Part& x) { return x * b; }, a);
 }
-inline WideLanes operator-(const WideLanes& a) {
-  return EachPart<WideLanes>([](const Part& x) { return -x; }, a);
+inline Vec8 operator-(const Vec8& a) {
+  return EachPart<Vec8>([](const Part& x) { return -x; }, a);
 }
-inline WideMask operator<(const WideLanes& a, const WideLanes& b) {
-  return EachPart<WideMask>([](const Part& x, const Part& y) { return x < y; }, a, b);
+inline Mask8 operator<(const Vec8& a, const Vec8& b) {
+  return EachPart<Mask8>([](const Part& x, const Part& y) { return x < y; }, a, b);
 }
-inline WideMask operator>(const WideLanes& a, const WideLanes& b) {
+inline Mask8 operator>(const Vec8& a, const Vec8& b) {
   return b < a;
 }
-inline WideMask& operator|=(WideMask& a, const WideMask& b) {
-  return a = EachPart<WideMask>([](const PartMask& x, const PartMask& y) { return x | y; }, a, b);
+inline Mask8& operator|=(Mask8& a, const Mask8& b) {
+  return a = EachPart<Mask8>([](const PartMask& x, const PartMask& y) { return x | y; }, a, b);
 }
 
-inline WideLanes WideSplat(float value) {
-  return EachPart<WideLanes>([value](const Part& zero) { return value - zero; }, WideLanes{});
+inline Vec8 Splat8(float value) {
+  return EachPart<Vec8>([value](const Part& zero) { return value - zero; }, Vec8{});
 }
-inline WideLanes AllLanes(float value, const WideLanes&) {
-  return WideSplat(value);
+inline Vec8 SplatLike(float value, const Vec8&) {
+  return Splat8(value);
 }
 // Lane by lane: a where the mask is set, else b.
-inline WideLanes Select(const WideMask& mask, const WideLanes& a, const WideLanes& b) {
-  return EachPart<WideLanes>(
-      [](const PartMask& m, const Part& x, const Part& y) { return m ? x : y; }, mask, a, b);
+inline Vec8 Select(const Mask8& mask, const Vec8& a, const Vec8& b) {
+  return EachPart<Vec8>([](const PartMask& m, const Part& x, const Part& y) { return m ? x : y; },
+                        mask, a, b);
 }
-inline WideLanes Max(const WideLanes& a, const WideLanes& b) {
+inline Vec8 Max(const Vec8& a, const Vec8& b) {
   return Select(a > b, a, b);
 }
-inline WideLanes Sqrt(const WideLanes& a) {
-  return EachPart<WideLanes>([](const Part& x) { return RootOf(x); }, a);
+inline Vec8 Sqrt(const Vec8& a) {
+  return EachPart<Vec8>([](const Part& x) { return RootOf(x); }, a);
 }
-inline WideLanes Abs(const WideLanes& a) {
-  return Select(a < WideLanes{}, -a, a);
+inline Vec8 Abs(const Vec8& a) {
+  return Select(a < Vec8{}, -a, a);
 }
 
-inline bool IsAnyLaneSet(const WideMask& mask) {
+inline bool IsAnyLaneSet(const Mask8& mask) {
 #if HWY_MAX_BYTES >= 32
   const PartMask& m = mask.parts[0];
   return cpu::IsAnyLaneSet(__builtin_shufflevector(m, m, 0, 1, 2, 3) |
@@ -121,43 +121,43 @@ inline bool IsAnyLaneSet(const WideMask& mask) {
 #endif
 }
 
-inline WideLanes Load(const StripNumbers& numbers) {
-  WideLanes lanes;
+inline Vec8 Load(const Numbers8& numbers) {
+  Vec8 lanes;
   std::memcpy(&lanes, &numbers, sizeof(lanes));
   return lanes;
 }
 
-inline StripNumbers Store(const WideLanes& lanes) {
-  StripNumbers numbers;
+inline Numbers8 Store(const Vec8& lanes) {
+  Numbers8 numbers;
   std::memcpy(&numbers, &lanes, sizeof(numbers));
   return numbers;
 }
 
 // The x, y and z of eight vectors.
-struct WideVectors {
-  WideLanes x, y, z;
+struct Vectors8 {
+  Vec8 x, y, z;
 };
-inline WideLanes Dot(const WideVectors& a, const WideVectors& b) {
+inline Vec8 Dot(const Vectors8& a, const Vectors8& b) {
   return (a.x * b.x + a.y * b.y) + a.z * b.z;
 }
-inline WideVectors operator+(const WideVectors& a, const WideVectors& b) {
+inline Vectors8 operator+(const Vectors8& a, const Vectors8& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
-inline WideVectors operator-(const WideVectors& a, const WideVectors& b) {
+inline Vectors8 operator-(const Vectors8& a, const Vectors8& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
-inline WideVectors operator*(const WideLanes& s, const WideVectors& v) {
+inline Vectors8 operator*(const Vec8& s, const Vectors8& v) {
   return {s * v.x, s * v.y, s * v.z};
 }
 
-inline WideLanes JoinVectors(const Lanes& low, const Lanes& high) {
+inline Vec8 JoinVectors(const Vec4& low, const Vec4& high) {
 #if HWY_MAX_BYTES >= 32
   return {{__builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7)}};
 #else
   return {{low, high}};
 #endif
 }
-inline std::array<Lanes, 2> SplitVectors(const WideLanes& both) {
+inline std::array<Vec4, 2> SplitVectors(const Vec8& both) {
 #if HWY_MAX_BYTES >= 32
   const Part& v = both.parts[0];
   return {__builtin_shufflevector(v, v, 0, 1, 2, 3), __builtin_shufflevector(v, v, 4, 5, 6, 7)};
@@ -168,45 +168,45 @@ inline std::array<Lanes, 2> SplitVectors(const WideLanes& both) {
 
 // Of each four lanes of a (0 to 3) and the same four of b (4 to 7) those that are named.
 template <int k0, int k1, int k2, int k3>
-inline WideLanes Pick(const WideLanes& a, const WideLanes& b) {
+inline Vec8 Pick(const Vec8& a, const Vec8& b) {
 #if HWY_MAX_BYTES >= 32
-  constexpr int kSkip = kLaneCount;  // the other four lanes of a
+  constexpr int kSkip = kVec4Size;  // the other four lanes of a
   constexpr int l0 = k0 < 4 ? k0 : k0 + kSkip, l1 = k1 < 4 ? k1 : k1 + kSkip,
                 l2 = k2 < 4 ? k2 : k2 + kSkip, l3 = k3 < 4 ? k3 : k3 + kSkip;
   return {{__builtin_shufflevector(a.parts[0], b.parts[0], l0, l1, l2, l3, l0 + kSkip, l1 + kSkip,
                                    l2 + kSkip, l3 + kSkip)}};
 #else
-  return EachPart<WideLanes>(
+  return EachPart<Vec8>(
       [](const Part& x, const Part& y) { return __builtin_shufflevector(x, y, k0, k1, k2, k3); }, a,
       b);
 #endif
 }
-inline WideLanes InterleaveLower(const WideLanes& a, const WideLanes& b) {
+inline Vec8 InterleaveLower(const Vec8& a, const Vec8& b) {
   return Pick<0, 4, 1, 5>(a, b);
 }
-inline WideLanes InterleaveUpper(const WideLanes& a, const WideLanes& b) {
+inline Vec8 InterleaveUpper(const Vec8& a, const Vec8& b) {
   return Pick<2, 6, 3, 7>(a, b);
 }
-inline WideLanes JoinLower(const WideLanes& a, const WideLanes& b) {
+inline Vec8 JoinLower(const Vec8& a, const Vec8& b) {
   return Pick<0, 1, 4, 5>(a, b);
 }
-inline WideLanes JoinUpper(const WideLanes& a, const WideLanes& b) {
+inline Vec8 JoinUpper(const Vec8& a, const Vec8& b) {
   return Pick<2, 3, 6, 7>(a, b);
 }
 
 // Eight vectors x, y, z, 0: pair k has vectors k and k + 4.
-using VectorPairs = std::array<WideLanes, kLaneCount>;
+using VectorPairs = std::array<Vec8, kVec4Size>;
 
-inline WideVectors Transpose(const VectorPairs& v) {
-  const WideLanes xy_of_01 = InterleaveLower(v[0], v[1]), xy_of_23 = InterleaveLower(v[2], v[3]);
-  const WideLanes z_of_01 = InterleaveUpper(v[0], v[1]), z_of_23 = InterleaveUpper(v[2], v[3]);
+inline Vectors8 Transpose(const VectorPairs& v) {
+  const Vec8 xy_of_01 = InterleaveLower(v[0], v[1]), xy_of_23 = InterleaveLower(v[2], v[3]);
+  const Vec8 z_of_01 = InterleaveUpper(v[0], v[1]), z_of_23 = InterleaveUpper(v[2], v[3]);
   return {JoinLower(xy_of_01, xy_of_23), JoinUpper(xy_of_01, xy_of_23),
           JoinLower(z_of_01, z_of_23)};
 }
-inline VectorPairs Transpose(const WideVectors& v) {
-  const WideLanes none{};
-  const WideLanes xy_of_01 = InterleaveLower(v.x, v.y), xy_of_23 = InterleaveUpper(v.x, v.y);
-  const WideLanes z_of_01 = InterleaveLower(v.z, none), z_of_23 = InterleaveUpper(v.z, none);
+inline VectorPairs Transpose(const Vectors8& v) {
+  const Vec8 none{};
+  const Vec8 xy_of_01 = InterleaveLower(v.x, v.y), xy_of_23 = InterleaveUpper(v.x, v.y);
+  const Vec8 z_of_01 = InterleaveLower(v.z, none), z_of_23 = InterleaveUpper(v.z, none);
   return {JoinLower(xy_of_01, z_of_01), JoinUpper(xy_of_01, z_of_01), JoinLower(xy_of_23, z_of_23),
           JoinUpper(xy_of_23, z_of_23)};
 }

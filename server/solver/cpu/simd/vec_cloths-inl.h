@@ -18,162 +18,162 @@ namespace drape::cpu::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 // At most 16 floats, also where the registers are longer.
-using LaneTag = hn::CappedTag<float, 16>;
-inline constexpr uint32_t kClothCount = hn::MaxLanes(LaneTag());
+using ClothsTag = hn::CappedTag<float, 16>;
+inline constexpr uint32_t kClothCount = hn::MaxLanes(ClothsTag());
 
 // Operators are no friends inside the classes: those would not be compiled for the instruction set.
-struct ClothMask {
-  hn::Mask<LaneTag> m{};
+struct MaskCloths {
+  hn::Mask<ClothsTag> m{};
 };
-inline ClothMask operator&(ClothMask a, ClothMask b) {
+inline MaskCloths operator&(MaskCloths a, MaskCloths b) {
   return {hn::And(a.m, b.m)};
 }
-inline ClothMask operator|(ClothMask a, ClothMask b) {
+inline MaskCloths operator|(MaskCloths a, MaskCloths b) {
   return {hn::Or(a.m, b.m)};
 }
 // Where a is not set and b is.
-inline ClothMask AndNot(ClothMask a, ClothMask b) {
+inline MaskCloths AndNot(MaskCloths a, MaskCloths b) {
   return {hn::AndNot(a.m, b.m)};
 }
-inline ClothMask& operator|=(ClothMask& a, ClothMask b) {
+inline MaskCloths& operator|=(MaskCloths& a, MaskCloths b) {
   return a = a | b;
 }
-inline ClothMask& operator&=(ClothMask& a, ClothMask b) {
+inline MaskCloths& operator&=(MaskCloths& a, MaskCloths b) {
   return a = a & b;
 }
-inline bool IsAnyLaneSet(ClothMask mask) {
-  return !hn::AllFalse(LaneTag(), mask.m);
+inline bool IsAnyLaneSet(MaskCloths mask) {
+  return !hn::AllFalse(ClothsTag(), mask.m);
 }
 // A bit of each cloth, the first one lowest.
-inline uint32_t BitsOf(ClothMask mask) {
+inline uint32_t BitsOf(MaskCloths mask) {
   uint8_t bytes[8] = {};
-  hn::StoreMaskBits(LaneTag(), mask.m, bytes);
+  hn::StoreMaskBits(ClothsTag(), mask.m, bytes);
   return bytes[0] | uint32_t{bytes[1]} << 8;
 }
-inline ClothMask MaskOf(uint32_t bits) {
+inline MaskCloths MaskOf(uint32_t bits) {
   // Eight bytes: what Highway may read.
   const uint8_t bytes[8] = {static_cast<uint8_t>(bits), static_cast<uint8_t>(bits >> 8)};
-  return {hn::LoadMaskBits(LaneTag(), bytes)};
+  return {hn::LoadMaskBits(ClothsTag(), bytes)};
 }
 
-struct ClothLanes {
-  hn::Vec<LaneTag> v;
+struct VecCloths {
+  hn::Vec<ClothsTag> v;
 };
-inline ClothLanes SplatCloths(float value) {
-  return {hn::Set(LaneTag(), value)};
+inline VecCloths SplatCloths(float value) {
+  return {hn::Set(ClothsTag(), value)};
 }
-inline ClothLanes AllLanes(float value, ClothLanes) {
+inline VecCloths SplatLike(float value, VecCloths) {
   return SplatCloths(value);
 }
 // `values`: [kClothCount], aligned like a vector register.
-inline ClothLanes LoadCloths(const float* values) {
-  return {hn::Load(LaneTag(), values)};
+inline VecCloths LoadCloths(const float* values) {
+  return {hn::Load(ClothsTag(), values)};
 }
 
-inline ClothLanes operator+(ClothLanes a, ClothLanes b) {
+inline VecCloths operator+(VecCloths a, VecCloths b) {
   return {hn::Add(a.v, b.v)};
 }
-inline ClothLanes operator-(ClothLanes a, ClothLanes b) {
+inline VecCloths operator-(VecCloths a, VecCloths b) {
   return {hn::Sub(a.v, b.v)};
 }
-inline ClothLanes operator*(ClothLanes a, ClothLanes b) {
+inline VecCloths operator*(VecCloths a, VecCloths b) {
   return {hn::Mul(a.v, b.v)};
 }
-inline ClothLanes operator/(ClothLanes a, ClothLanes b) {
+inline VecCloths operator/(VecCloths a, VecCloths b) {
   return {hn::Div(a.v, b.v)};
 }
-inline ClothLanes operator*(ClothLanes a, float b) {
+inline VecCloths operator*(VecCloths a, float b) {
   return a * SplatCloths(b);
 }
-inline ClothLanes operator/(ClothLanes a, float b) {
+inline VecCloths operator/(VecCloths a, float b) {
   return a / SplatCloths(b);
 }
-inline ClothLanes operator-(ClothLanes a) {
+inline VecCloths operator-(VecCloths a) {
   return {hn::Neg(a.v)};
 }
-inline ClothMask operator<(ClothLanes a, ClothLanes b) {
+inline MaskCloths operator<(VecCloths a, VecCloths b) {
   return {hn::Lt(a.v, b.v)};
 }
-inline ClothMask operator>(ClothLanes a, ClothLanes b) {
+inline MaskCloths operator>(VecCloths a, VecCloths b) {
   return {hn::Gt(a.v, b.v)};
 }
-inline ClothMask operator>=(ClothLanes a, ClothLanes b) {
+inline MaskCloths operator>=(VecCloths a, VecCloths b) {
   return {hn::Ge(a.v, b.v)};
 }
-inline ClothMask operator!=(ClothLanes a, ClothLanes b) {
+inline MaskCloths operator!=(VecCloths a, VecCloths b) {
   return {hn::Ne(a.v, b.v)};
 }
 
-inline ClothLanes Sqrt(ClothLanes a) {
+inline VecCloths Sqrt(VecCloths a) {
   return {hn::Sqrt(a.v)};
 }
-inline ClothLanes Abs(ClothLanes a) {
+inline VecCloths Abs(VecCloths a) {
   return {hn::Abs(a.v)};
 }
 // Lane by lane: a where the mask is set, else b.
-inline ClothLanes Select(ClothMask mask, ClothLanes a, ClothLanes b) {
+inline VecCloths Select(MaskCloths mask, VecCloths a, VecCloths b) {
   return {hn::IfThenElse(mask.m, a.v, b.v)};
 }
-inline ClothLanes Min(ClothLanes a, ClothLanes b) {
+inline VecCloths Min(VecCloths a, VecCloths b) {
   return {hn::Min(a.v, b.v)};
 }
-inline ClothLanes Max(ClothLanes a, ClothLanes b) {
+inline VecCloths Max(VecCloths a, VecCloths b) {
   return {hn::Max(a.v, b.v)};
 }
 
 // One number of each of two strips of each cloth: two chains of dependent operations side by side,
 // so that one fills the time that the other waits for a division.
-struct PairMask {
-  ClothMask low, high;
+struct MaskPair {
+  MaskCloths low, high;
 };
-inline PairMask& operator|=(PairMask& a, const PairMask& b) {
+inline MaskPair& operator|=(MaskPair& a, const MaskPair& b) {
   a = {a.low | b.low, a.high | b.high};
   return a;
 }
-inline bool IsAnyLaneSet(const PairMask& mask) {
+inline bool IsAnyLaneSet(const MaskPair& mask) {
   return IsAnyLaneSet(mask.low | mask.high);
 }
 
-struct PairLanes {
-  ClothLanes low, high;
+struct VecPair {
+  VecCloths low, high;
 };
-inline PairLanes AllLanes(float value, const PairLanes&) {
+inline VecPair SplatLike(float value, const VecPair&) {
   return {SplatCloths(value), SplatCloths(value)};
 }
-inline PairLanes operator+(const PairLanes& a, const PairLanes& b) {
+inline VecPair operator+(const VecPair& a, const VecPair& b) {
   return {a.low + b.low, a.high + b.high};
 }
-inline PairLanes operator-(const PairLanes& a, const PairLanes& b) {
+inline VecPair operator-(const VecPair& a, const VecPair& b) {
   return {a.low - b.low, a.high - b.high};
 }
-inline PairLanes operator*(const PairLanes& a, const PairLanes& b) {
+inline VecPair operator*(const VecPair& a, const VecPair& b) {
   return {a.low * b.low, a.high * b.high};
 }
-inline PairLanes operator/(const PairLanes& a, const PairLanes& b) {
+inline VecPair operator/(const VecPair& a, const VecPair& b) {
   return {a.low / b.low, a.high / b.high};
 }
-inline PairLanes operator*(const PairLanes& a, float b) {
+inline VecPair operator*(const VecPair& a, float b) {
   return {a.low * b, a.high * b};
 }
-inline PairLanes operator-(const PairLanes& a) {
+inline VecPair operator-(const VecPair& a) {
   return {-a.low, -a.high};
 }
-inline PairMask operator<(const PairLanes& a, const PairLanes& b) {
+inline MaskPair operator<(const VecPair& a, const VecPair& b) {
   return {a.low < b.low, a.high < b.high};
 }
-inline PairMask operator>(const PairLanes& a, const PairLanes& b) {
+inline MaskPair operator>(const VecPair& a, const VecPair& b) {
   return {a.low > b.low, a.high > b.high};
 }
-inline PairLanes Sqrt(const PairLanes& a) {
+inline VecPair Sqrt(const VecPair& a) {
   return {Sqrt(a.low), Sqrt(a.high)};
 }
-inline PairLanes Abs(const PairLanes& a) {
+inline VecPair Abs(const VecPair& a) {
   return {Abs(a.low), Abs(a.high)};
 }
-inline PairLanes Select(const PairMask& mask, const PairLanes& a, const PairLanes& b) {
+inline VecPair Select(const MaskPair& mask, const VecPair& a, const VecPair& b) {
   return {Select(mask.low, a.low, b.low), Select(mask.high, a.high, b.high)};
 }
-inline PairLanes Max(const PairLanes& a, const PairLanes& b) {
+inline VecPair Max(const VecPair& a, const VecPair& b) {
   return {Max(a.low, b.low), Max(a.high, b.high)};
 }
 
@@ -182,8 +182,8 @@ template <class Scalars>
 struct VectorsOf {
   Scalars x, y, z;
 };
-using ClothVectors = VectorsOf<ClothLanes>;
-using PairVectors = VectorsOf<PairLanes>;
+using VectorsCloths = VectorsOf<VecCloths>;
+using VectorsPair = VectorsOf<VecPair>;
 
 template <class Scalars>
 VectorsOf<Scalars> operator+(const VectorsOf<Scalars>& a, const VectorsOf<Scalars>& b) {
@@ -201,17 +201,20 @@ template <class Scalars>
 Scalars Dot(const VectorsOf<Scalars>& a, const VectorsOf<Scalars>& b) {
   return (a.x * b.x + a.y * b.y) + a.z * b.z;
 }
-inline ClothVectors operator*(const ClothVectors& v, float s) {
+inline VectorsCloths operator*(const VectorsCloths& v, float s) {
   return SplatCloths(s) * v;
 }
-inline ClothVectors operator/(const ClothVectors& v, float s) {
+inline VectorsCloths operator/(const VectorsCloths& v, float s) {
   return {v.x / s, v.y / s, v.z / s};
 }
-inline ClothVectors operator/(const ClothVectors& v, ClothLanes s) {
+inline VectorsCloths operator/(const VectorsCloths& v, VecCloths s) {
   return {v.x / s, v.y / s, v.z / s};
 }
-inline ClothVectors Select(ClothMask mask, const ClothVectors& a, const ClothVectors& b) {
+inline VectorsCloths Select(MaskCloths mask, const VectorsCloths& a, const VectorsCloths& b) {
   return {Select(mask, a.x, b.x), Select(mask, a.y, b.y), Select(mask, a.z, b.z)};
+}
+inline VectorsCloths VectorLike(float x, float y, float z, const VectorsCloths&) {
+  return {SplatCloths(x), SplatCloths(y), SplatCloths(z)};
 }
 // target = value; one by one, as GCC copies the whole through the stack.
 template <class Scalars>
@@ -220,13 +223,13 @@ void Assign(VectorsOf<Scalars>& target, const VectorsOf<Scalars>& value) {
   target.y = value.y;
   target.z = value.z;
 }
-inline PairVectors Join(const ClothVectors& low, const ClothVectors& high) {
+inline VectorsPair Join(const VectorsCloths& low, const VectorsCloths& high) {
   return {{low.x, high.x}, {low.y, high.y}, {low.z, high.z}};
 }
-inline ClothVectors Low(const PairVectors& pair) {
+inline VectorsCloths Low(const VectorsPair& pair) {
   return {pair.x.low, pair.y.low, pair.z.low};
 }
-inline ClothVectors High(const PairVectors& pair) {
+inline VectorsCloths High(const VectorsPair& pair) {
   return {pair.x.high, pair.y.high, pair.z.high};
 }
 

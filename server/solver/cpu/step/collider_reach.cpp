@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "server/solver/cpu/step/collider_gap.h"
 #include "server/solver/cpu/step/collider_surface.h"
 #include "server/solver/cpu/step/step_context.h"
 #include "server/solver/solver_constants.h"
@@ -22,7 +23,7 @@ constexpr size_t kSampleStride = 16;
 // wherever that is above 0.
 FloatCollider ConvexBound(const FloatCollider& collider) {
   if (collider.kind != FloatCollider::Kind::kDistanceMap) return collider;
-  FloatCollider box{FloatCollider::Kind::kBox, collider.point, Lanes{}, collider.offset,
+  FloatCollider box{FloatCollider::Kind::kBox, collider.point, Vec4{}, collider.offset,
                     collider.axes};
   for (uint32_t k = 0; k < 3; ++k) {
     const auto cells = static_cast<float>(collider.samples.counts[k] - 1);
@@ -45,12 +46,12 @@ float SizeOf(const FloatCollider& collider, const ParticleBox& box) {
 // which gets there sooner. May say no for the corners of boxes that are hardly apart.
 template <class Surface>
 bool IsApart(const Surface& surface, float offset, const ParticleBox& box, float way, float size) {
-  Lanes x = (box.low + box.high) / 2;
+  Vec4 x = (box.low + box.high) / 2;
   for (uint32_t k = 0; k < kReachDirections; ++k) {
     const Gap at_x = surface.GapAtStart(x);
     if (!(at_x.gap > 0)) return false;
-    const Lanes nearest = at_x.normal < 0 ? box.high : box.low;
-    const Lanes farthest_from_x = Max(box.high - x, x - box.low);
+    const Vec4 nearest = at_x.normal < 0 ? box.high : box.low;
+    const Vec4 farthest_from_x = Max(box.high - x, x - box.low);
     // The direction is rounded more where it comes from a small difference.
     const float rounding = kGapRounding * size * (1 + Length(farthest_from_x) / at_x.gap);
     if (at_x.gap + Dot(nearest - x, at_x.normal) > way + rounding) return true;
@@ -63,15 +64,16 @@ bool IsApart(const Surface& surface, float offset, const ParticleBox& box, float
 bool MayMeet(const StepContext& context, size_t k, const ParticleBox& range) {
   const FloatCollider shape = ConvexBound(context.controls.colliders[k]);
   const float size = SizeOf(shape, range);
-  if (context.collider_motions.empty()) return !IsApart(shape, shape.offset, range, 0, size);
+  if (context.collider_motions.empty())
+    return !IsApart(RestingSurface(shape), shape.offset, range, 0, size);
   // Gaps change no faster than the body's points move that are where they are taken.
   const RigidMotion& motion = context.collider_motions[k];
-  const Lanes pivot = ToLanes(motion.position_m);
+  const Vec4 pivot = ToVec4(motion.position_m);
   const float duration = context.controls.time_step;
-  const float way = Length(ToLanes(motion.velocity_m_per_s)) * duration;
+  const float way = Length(ToVec4(motion.velocity_m_per_s)) * duration;
   const float from_pivot = Length(Max(Abs(range.low - pivot), Abs(range.high - pivot))) + way;
-  const float turn = Length(ToLanes(motion.angular_velocity_rad_per_s)) * duration;
-  const float lengths = Length(pivot) + Length(ToLanes(motion.pivot_m)) + way;
+  const float turn = Length(ToVec4(motion.angular_velocity_rad_per_s)) * duration;
+  const float lengths = Length(pivot) + Length(ToVec4(motion.pivot_m)) + way;
   return !IsApart(MovingSurface(shape, motion, 0, 0), shape.offset, range, way + turn * from_pivot,
                   size + lengths);
 }
@@ -82,7 +84,7 @@ ParticleBox RangeOf(const StepContext& context, const FloatState& state, size_t 
   const FloatModel& model = context.model;
   const FloatControls& controls = context.controls;
   ParticleBox range;
-  Lanes speeds{}, pin_ways{};  // the largest along each axis
+  Vec4 speeds{}, pin_ways{};  // the largest along each axis
   for (size_t k = 0; k < model.free_particles.size(); k += stride) {
     const uint32_t i = model.free_particles[k];
     range.Add(state.positions[i]);
@@ -95,7 +97,7 @@ ParticleBox RangeOf(const StepContext& context, const FloatState& state, size_t 
   const float way = (Length(speeds) + Length(controls.gravity) * duration) * duration;
   const float reach = static_cast<float>(kReachFactor) * (way + Length(pin_ways)) +
                       static_cast<float>(kReachMarginRatio) * model.length_scale;
-  const Lanes margin{reach, reach, reach, 0};
+  const Vec4 margin{reach, reach, reach, 0};
   return {range.low - margin, range.high + margin};
 }
 

@@ -16,22 +16,22 @@ struct StepContext;  // step_context.h
 
 // An axis-parallel box of places; to begin with it holds none.
 struct ParticleBox {
-  Lanes low = Splat(std::numeric_limits<float>::infinity());
-  Lanes high = Splat(-std::numeric_limits<float>::infinity());
+  Vec4 low = Splat(std::numeric_limits<float>::infinity());
+  Vec4 high = Splat(-std::numeric_limits<float>::infinity());
 
-  void Add(Lanes place) {
+  void Add(Vec4 place) {
     low = Min(low, place);
     high = Max(high, place);
   }
   // All lanes are set if the place is in the box; what is not a number is not.
-  LaneMask Holds(Lanes place) const { return (place >= low) & (place <= high); }
+  Mask4 Holds(Vec4 place) const { return (place >= low) & (place <= high); }
 };
 
 // Looks whether particles stay in a box; one thread's.
 class ReachWatch {
  public:
   ReachWatch(const ParticleBox& range, bool is_on) : range_(range), is_on_(is_on) {}
-  void See(Lanes place) {
+  void See(Vec4 place) {
     if (is_on_) is_held_ &= range_.Holds(place);
   }
   bool has_left() const { return IsAnyLaneSet(~is_held_); }
@@ -39,7 +39,7 @@ class ReachWatch {
  private:
   const ParticleBox range_;
   const bool is_on_;
-  LaneMask is_held_{-1, -1, -1, -1};
+  Mask4 is_held_{-1, -1, -1, -1};
 };
 
 // Of one cloth in one step.

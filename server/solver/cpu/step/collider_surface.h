@@ -1,5 +1,5 @@
 // A moving collider during one substep: gap and normal where it is, and how its surface moves. What
-// FloatCollider is for colliders that rest.
+// RestingSurface is for colliders that rest.
 #pragma once
 
 #include <array>
@@ -18,32 +18,32 @@ class MovingSurface {
   MovingSurface(const FloatCollider& collider, const RigidMotion& motion, double begin_s,
                 double end_s);
 
-  Gap GapAtStart(Lanes p) const { return GapAt(start_, p); }
-  Gap GapAtEnd(Lanes q) const { return GapAt(end_, q); }
+  Gap GapAtStart(Vec4 p) const { return GapAt(start_, p); }
+  Gap GapAtEnd(Vec4 q) const { return GapAt(end_, q); }
   // Of the point of the collider that is at `place` then [m/s].
-  Lanes VelocityAtStart(Lanes place) const { return VelocityAt(start_, place); }
-  Lanes VelocityAtEnd(Lanes place) const { return VelocityAt(end_, place); }
+  Vec4 VelocityAtStart(Vec4 place) const { return VelocityAt(start_, place); }
+  Vec4 VelocityAtEnd(Vec4 place) const { return VelocityAt(end_, place); }
   // Over the substep, of the point that is at `place` when it starts [m/s].
-  Lanes MeanVelocity(Lanes place) const;
+  Vec4 MeanVelocity(Vec4 place) const;
 
  private:
   // A point q lies in the description at pivot + R^T (q - position).
   struct Pose {
     explicit Pose(const RigidMotion& motion);
 
-    Lanes position;
-    std::array<Lanes, 3> columns;  // of R
+    Vec4 position;
+    std::array<Vec4, 3> columns;  // of R
   };
 
-  Gap GapAt(const Pose& pose, Lanes q) const;
-  Lanes VelocityAt(const Pose& pose, Lanes place) const;
+  Gap GapAt(const Pose& pose, Vec4 q) const;
+  Vec4 VelocityAt(const Pose& pose, Vec4 place) const;
 
   const FloatCollider* collider_;
-  Lanes pivot_;
+  Vec4 pivot_;
   Pose start_;
   Pose end_;
-  Lanes velocity_;
-  Lanes angular_velocity_;
+  Vec4 velocity_;
+  Vec4 angular_velocity_;
   float chord_sine_;
   float chord_cosine_;  // [s]
 };

@@ -11,12 +11,12 @@
 namespace drape::cpu {
 namespace {
 
-bool IsFinite(Lanes vector) {
+bool IsFinite(Vec4 vector) {
   return std::isfinite(vector[0]) && std::isfinite(vector[1]) && std::isfinite(vector[2]);
 }
 
-bool IsRunaway(Lanes p, Lanes v) {
-  const Lanes distance = Abs(p);
+bool IsRunaway(Vec4 p, Vec4 v) {
+  const Vec4 distance = Abs(p);
   const float farthest = std::max({distance[0], distance[1], distance[2]});
   return farthest > static_cast<float>(kMaxCoordinate_m) ||
          Length(v) > static_cast<float>(kMaxSpeed_m_per_s);
@@ -29,7 +29,7 @@ FaultReason FindFault(const StepContext& context) {
       0, state.positions.size(), kParticleGrain, [&](size_t begin, size_t end, uint32_t) {
         bool has_infinite = false, has_runaway = false;
         for (size_t i = begin; i < end; ++i) {
-          const Lanes p = state.positions[i], v = state.velocities[i];
+          const Vec4 p = state.positions[i], v = state.velocities[i];
           has_infinite |= !IsFinite(p) || !IsFinite(v);
           has_runaway |= IsRunaway(p, v);
         }

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "server/solver/cpu/step/collider_gap.h"
 #include "server/solver/cpu/step/collider_surface.h"
 #include "server/solver/solver_constants.h"
 
@@ -19,11 +20,11 @@ double Distance(const FloatState& state, uint32_t i, uint32_t j) {
 double RestLengthAtEnd(const StepContext& context, size_t c) {
   if (context.own_lengths == nullptr) return context.model.source->constraints()[c].rest_length_m;
   const uint32_t place = context.model.constraint_places[c];
-  return context.own_lengths->targets[place / kLaneCount][place % kLaneCount];
+  return context.own_lengths->targets[place / kVec4Size][place % kVec4Size];
 }
 
 // C + (alpha/h) Lambda of joint `index`, with C from the positions of `state` [m].
-Lanes JointResidual(const StepContext& context, const FloatState& state, size_t index) {
+Vec4 JointResidual(const StepContext& context, const FloatState& state, size_t index) {
   const FloatJoint& joint = context.model.joints[index];
   const float alpha_over_h = joint.compliance * context.controls.inverse_h;
   return (state.positions[joint.j] - state.positions[joint.i]) +
@@ -109,8 +110,8 @@ class PlacedColliders {
   }
   size_t size() const { return resting_.size(); }
   // From collider k [m].
-  float GapOf(size_t k, Lanes place) const {
-    return moving_.empty() ? resting_[k].GapAt(place).gap : moving_[k].GapAtEnd(place).gap;
+  float GapOf(size_t k, Vec4 place) const {
+    return moving_.empty() ? GapAt(resting_[k], place).gap : moving_[k].GapAtEnd(place).gap;
   }
 
  private:
@@ -163,7 +164,7 @@ double MaxResidual(const StepContext& context, const FloatState& state,
     double residual = Distance(state, constraint.i, constraint.j) - RestLengthAtEnd(context, c);
     if (model.has_compliance() || model.has_inequalities()) {
       const uint32_t place = model.constraint_places[c];
-      const double impulse = scratch.distance_impulses[place / kLaneCount][place % kLaneCount];
+      const double impulse = scratch.distance_impulses[place / kVec4Size][place % kVec4Size];
       residual += constraint.compliance_m_per_n * context.substep.inverse_interval * impulse;
       residual = AdmissibleError(context, constraint, impulse, residual);
     }

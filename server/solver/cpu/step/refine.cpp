@@ -13,13 +13,13 @@ void Refinement::Begin(const FloatModel& model) {
   model_ = &model;
   solves_.fill(0);
   if (marks_.size() < model.particle_count) marks_.resize(model.particle_count, 0);
-  const size_t word_count = (model.groups.size() * kLaneCount + kWordBits - 1) / kWordBits;
+  const size_t word_count = (model.groups.size() * kVec4Size + kWordBits - 1) / kWordBits;
   if (is_listed_.size() < word_count) is_listed_.resize(word_count, 0);
 }
 
 void Refinement::Mark(uint32_t place, uint32_t cloths) {
-  const DistanceGroup& group = model_->groups[place / kLaneCount];
-  const uint32_t lane = place % kLaneCount;
+  const DistanceGroup& group = model_->groups[place / kVec4Size];
+  const uint32_t lane = place % kVec4Size;
   MarkEnd(group.i[lane], cloths);
   MarkEnd(group.j[lane], cloths);
 }
@@ -41,8 +41,8 @@ std::span<const RefinedLink> Refinement::TakeLinks() {
   for (uint32_t word = 0; word < is_listed_.size(); ++word) {
     for (uint64_t bits = is_listed_[word]; bits != 0; bits &= bits - 1) {
       const uint32_t place = word * kWordBits + static_cast<uint32_t>(std::countr_zero(bits));
-      const DistanceGroup& group = model_->groups[place / kLaneCount];
-      const uint32_t lane = place % kLaneCount;
+      const DistanceGroup& group = model_->groups[place / kVec4Size];
+      const uint32_t lane = place % kVec4Size;
       links_.push_back({place, marks_[group.i[lane]] | marks_[group.j[lane]]});
     }
     is_listed_[word] = 0;

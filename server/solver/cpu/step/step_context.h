@@ -19,13 +19,13 @@ namespace drape::cpu {
 // Positions [m] and velocities [m/s], [particle_count + 1] each; the last one, the spare particle,
 // and lane 3 of all stay 0.
 struct FloatState {
-  std::vector<Lanes> positions;
-  std::vector<Lanes> velocities;
+  std::vector<Vec4> positions;
+  std::vector<Vec4> velocities;
 };
 
 // What one collider has done to one particle in this substep, times w.
 struct ContactImpulses {
-  Lanes tangent;
+  Vec4 tangent;
   float normal;
   float floor;    // lowest accepted gap [m]
   float rebound;  // speed with which the particle leaves if it hits [m/s]
@@ -55,26 +55,26 @@ struct FloatSubstep {
 
 // Of one group of strips.
 struct StripScratch {
-  LaneMemory links;
-  LaneMemory end_directions;      // of the links; only with start directions
+  SimdMemory links;
+  SimdMemory end_directions;      // of the links; only with start directions
   std::vector<uint32_t> far_off;  // places of links that refinement found
 };
 
 // Working memory of one step; kept by a thread between steps only to save allocations.
 struct StepScratch {
-  FloatState state;                  // the step's working copy; velocities hold u within a substep
-  FloatState previous;               // the state before, two steps only
-  std::vector<Lanes> predicted;      // positions for kicks within a substep
-  std::vector<Lanes> accelerations;  // [particle_count] springs (+ gravity if IN_FORCE)
-  std::vector<Lanes> air_impulses;   // [triangle group][lane] a third of the impulse [N s]
-  std::vector<Lanes> elastic_impulses;  // [elastic group][lane] [N s]
+  FloatState state;                 // the step's working copy; velocities hold u within a substep
+  FloatState previous;              // the state before, two steps only
+  std::vector<Vec4> predicted;      // positions for kicks within a substep
+  std::vector<Vec4> accelerations;  // [particle_count] springs (+ gravity if IN_FORCE)
+  std::vector<Vec4> air_impulses;   // [triangle group][lane] a third of the impulse [N s]
+  std::vector<Vec4> elastic_impulses;  // [elastic group][lane] [N s]
   // Lambda, [group_count + 1] [N s]; only with compliance or inequalities
-  std::vector<Lanes> distance_impulses;
+  std::vector<Vec4> distance_impulses;
   std::vector<StripScratch> strips;  // of each member of the team
-  std::vector<Lanes> twists;         // [row_count + 1][column_count + 1] of the cells around
+  std::vector<Vec4> twists;          // [row_count + 1][column_count + 1] of the cells around
   Refinement refinement;
-  std::vector<Lanes> joint_impulses;  // Lambda, [joint_count] [N s]
-  std::vector<Lanes> rest_lengths;  // [group_count] [m] at the end of the substep; only of its own
+  std::vector<Vec4> joint_impulses;  // Lambda, [joint_count] [N s]
+  std::vector<Vec4> rest_lengths;    // [group_count] [m] at the end of the substep; only of its own
   ColliderReach reach;
   std::vector<ContactImpulses> contacts;  // [particle_count][reach.near]
   // [reach.near] in the substep under way; empty if all rest as described.
@@ -94,8 +94,8 @@ inline constexpr size_t kStripGrain = 1;   // groups of strips
 struct StepContext {
   const FloatModel& model;
   const FloatControls& controls;
-  std::span<const Lanes> pin_targets;  // [pin_count]
-  const OwnLengths* own_lengths;       // null: the rest lengths are the model's
+  std::span<const Vec4> pin_targets;  // [pin_count]
+  const OwnLengths* own_lengths;      // null: the rest lengths are the model's
   // From the start of the step on, [collider_count]; empty: they rest as described.
   std::span<const RigidMotion> collider_motions;
   StepScratch& scratch;

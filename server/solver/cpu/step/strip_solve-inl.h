@@ -136,7 +136,7 @@ class StripSolve {
   }
 
   // From the last link back: impulses, and what they do to the particle at the end of each link.
-  // Lanes that are not active get none.
+  // Vec4 that are not active get none.
   void Substitute(const Mask& is_active) {
     const Scalars zero = access_.Splat(0);
     Vectors pull_of_next{zero, zero, zero};  // impulse * n of the link behind

@@ -1,0 +1,42 @@
+#include "server/solver/cpu/alone/springs.h"
+
+#include "server/solver/cpu/formulas/constraint_math.h"
+
+namespace drape::cpu {
+namespace {
+
+// A_i(p, v) by the springs of particle i.
+Vec4 SpringAcceleration(const FloatModel& model, const Vec4* p, const Vec4* v, uint32_t i) {
+  Vec4 force{};
+  for (uint32_t e = model.spring_offsets[i]; e < model.spring_offsets[i + 1]; ++e) {
+    const FloatSpringEnd& end = model.spring_ends[e];
+    const uint32_t j = end.other_particle;
+    force += SpringForce(p[i], p[j], v[i], v[j], end.rest_length, end.stiffness, end.damping);
+  }
+  return model.inverse_masses[i] * force;
+}
+
+}  // namespace
+
+void ApplySprings(const StepContext& context, const Vec4* positions, float duration) {
+  if (!context.controls.has_half_kicks) return;
+  const FloatModel& model = context.model;
+  StepScratch& scratch = context.scratch;
+  Vec4* const v = scratch.state.velocities.data();
+  context.ForFreeParticles(
+      [&](uint32_t i) { scratch.accelerations[i] = SpringAcceleration(model, positions, v, i); });
+  context.ForFreeParticles([&](uint32_t i) { v[i] += duration * scratch.accelerations[i]; });
+}
+
+void AccelerateBySprings(const StepContext& context) {
+  if (!context.controls.has_spring_forces || context.substep.is_two_step) return;
+  StepScratch& scratch = context.scratch;
+  const Vec4* const p = scratch.state.positions.data();
+  const Vec4* const v = scratch.state.velocities.data();
+  const Vec4 gravity = context.controls.gravity;
+  context.ForFreeParticles([&](uint32_t i) {
+    scratch.accelerations[i] = gravity + SpringAcceleration(context.model, p, v, i);
+  });
+}
+
+}  // namespace drape::cpu

@@ -1,0 +1,178 @@
+// The formulas of contacts for both paths: Scalars and Vectors are one number and one vector of a
+// particle (float, Vec4) or of the same particle of several cloths (VecCloths, VectorsCloths). The
+// operations and their order are the same, so a cloth has the same bits on either path. Symbols as
+// in constraint_math.h. Compiled once per instruction set.
+#if defined(DRAPE_CPU_FORMULAS_CONTACT_MATH_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DRAPE_CPU_FORMULAS_CONTACT_MATH_INL_H_
+#undef DRAPE_CPU_FORMULAS_CONTACT_MATH_INL_H_
+#else
+#define DRAPE_CPU_FORMULAS_CONTACT_MATH_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <array>
+#include <cstddef>
+
+#include "server/solver/cpu/formulas/constraint_math.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace drape::cpu::HWY_NAMESPACE {
+
+template <class Scalars>
+using MaskOfScalars = decltype(Scalars() < Scalars());
+
+// Signed distances from a collider [m], < 0 inside, and the outward normals there.
+template <class Scalars, class Vectors>
+struct Gaps {
+  Scalars gap;
+  Vectors normal;
+};
+
+// From the nearest point: d leads from there to the particle. The normal is `otherwise` where d has
+// no direction.
+template <class Scalars, class Vectors>
+inline Gaps<Scalars, Vectors> GapAlong(const Vectors& d, const Vectors& otherwise,
+                                       const Scalars& offset) {
+  const Scalars distance = Sqrt(Dot(d, d));
+  const auto is_short = distance < SplatLike(kMinDirectionLength, offset);
+  return {distance - offset, Select(is_short, otherwise, d / distance)};
+}
+
+// `offset` = radius + thickness. The centre pushes along +y.
+template <class Scalars, class Vectors>
+inline Gaps<Scalars, Vectors> SphereGap(const Vectors& q, const Vectors& center,
+                                        const Scalars& offset) {
+  return GapAlong(q - center, VectorLike(0, 1, 0, q), offset);
+}
+
+// `offset` = thickness.
+template <class Scalars, class Vectors>
+inline Gaps<Scalars, Vectors> PlaneGap(const Vectors& q, const Vectors& point,
+                                       const Vectors& normal, const Scalars& offset) {
+  return {Dot(q - point, normal) - offset, normal};
+}
+
+// `segment` from a to b; `offset` = radius + thickness; on the segment `axis_normal` pushes.
+template <class Scalars, class Vectors>
+inline Gaps<Scalars, Vectors> CapsuleGap(const Vectors& q, const Vectors& a, const Vectors& segment,
+                                         const Vectors& axis_normal, const Scalars& offset) {
+  const Scalars zero = SplatLike(0, offset), one = SplatLike(1, offset);
+  const Vectors from_a = q - a;
+  const Scalars length_sq = Dot(segment, segment);
+  const Scalars ratio = Dot(from_a, segment) / length_sq;
+  const Scalars within = Select(ratio < zero, zero, Select(one < ratio, one, ratio));
+  const auto is_point = length_sq < SplatLike(kMinDirectionLength * kMinDirectionLength, offset);
+  const Scalars along = Select(is_point, zero, within);
+  return GapAlong(from_a - along * segment, axis_normal, offset);
+}
+
+// `axes`: the box's unit axes; `offset` = thickness. Inside and above a face the normal is the axis
+// of the nearest face (the first of equals), elsewhere it comes from the nearest point.
+template <class Scalars, class Vectors>
+inline Gaps<Scalars, Vectors> BoxGap(const Vectors& q, const Vectors& center,
+                                     const std::array<Scalars, 3>& half_extents,
+                                     const std::array<Vectors, 3>& axes, const Scalars& offset) {
+  using Mask = MaskOfScalars<Scalars>;
+  const Scalars zero = SplatLike(0, offset), one = SplatLike(1, offset);
+  const Vectors d = q - center;
+  std::array<Scalars, 3> side, outside;
+  Scalars face = zero, side_of_face = one;
+  Vectors axis_of_face = axes[0];
+  Mask is_beyond_one{}, is_beyond_two{};
+  for (size_t k = 0; k < 3; ++k) {
+    const Scalars local = Dot(d, axes[k]);
+    side[k] = Select(local < zero, -one, one);
+    const Scalars beyond = Abs(local) - half_extents[k];
+    outside[k] = Max(zero, beyond);
+    const Mask is_beyond = beyond > zero;
+    is_beyond_two |= is_beyond_one & is_beyond;
+    is_beyond_one |= is_beyond;
+    const Mask is_nearer = k == 0 ? zero < one : beyond > face;
+    face = Select(is_nearer, beyond, face);
+    side_of_face = Select(is_nearer, side[k], side_of_face);
+    axis_of_face = Select(is_nearer, axes[k], axis_of_face);
+  }
+  const Vectors normal = side_of_face * axis_of_face;
+  if (!IsAnyLaneSet(is_beyond_two)) return {face - offset, normal};
+  const Scalars distance =
+      Sqrt((outside[0] * outside[0] + outside[1] * outside[1]) + outside[2] * outside[2]);
+  const Vectors from_nearest =
+      ((side[0] * outside[0]) * axes[0] + (side[1] * outside[1]) * axes[1]) +
+      (side[2] * outside[2]) * axes[2];
+  const Mask has_direction = distance >= SplatLike(kMinDirectionLength, offset);
+  const Mask is_at_edge = is_beyond_two & has_direction;
+  return {Select(is_at_edge, distance, face) - offset,
+          Select(is_at_edge, from_nearest / distance, normal)};
+}
+
+// Lowest gap that a contact accepts at the end of the substep: what starts deep inside comes out at
+// most at kMaxDepenetrationSpeed_m_per_s (floor = min(0, gap(p) + speed h)).
+template <class Scalars>
+inline Scalars ContactFloor(const Scalars& gap_at_start, float depenetration_distance) {
+  return Min(gap_at_start + SplatLike(depenetration_distance, gap_at_start),
+             SplatLike(0, gap_at_start));
+}
+
+// New accumulated normal impulse times w of the inequality constraint C_contact >= 0 (Bender et al.
+// 2009, section 4.3); the sum, not the single impulse, must not pull: max(beta - C/h, 0).
+template <class Scalars>
+inline Scalars ContactImpulse(const Scalars& beta_normal, const Scalars& error, float inverse_h) {
+  return Max(SplatLike(0, error), beta_normal - error * inverse_h);
+}
+
+template <class Vectors>
+inline Vectors Tangential(const Vectors& u, const Vectors& n) {
+  return u - Dot(u, n) * n;
+}
+
+// New accumulated friction impulse times w: the one that stops the tangential velocity, limited by
+// Coulomb's law (a velocity constraint in the sense of Bender et al. 2009, section 3.2; formula in
+// server/solver/method.md): b = beta_t - u_t, and if |b| > mu_s beta_n, b mu_d beta_n / |b|.
+template <class Scalars, class Vectors>
+inline Vectors FrictionImpulse(const Vectors& beta_tangent, const Vectors& tangential_velocity,
+                               const Scalars& beta_normal, const Scalars& friction_static,
+                               const Scalars& friction_dynamic) {
+  const Vectors b = beta_tangent - tangential_velocity;
+  const Scalars length = Sqrt(Dot(b, b));
+  const auto slips = length > friction_static * beta_normal;
+  if (!IsAnyLaneSet(slips)) return b;
+  return Select(slips, ((friction_dynamic * beta_normal) / length) * b, b);
+}
+
+// How fast a particle that hits is to leave [m/s]: `restitution` times the speed with which it
+// reaches the surface from where it is before the substep; 0 where it approaches too slowly.
+template <class Scalars, class Vectors>
+inline Scalars ReboundSpeed(const Scalars& gap, const Vectors& normal, const Vectors& v,
+                            const Vectors& gravity, const Scalars& restitution,
+                            const Scalars& slowest) {
+  const Scalars zero = SplatLike(0, gap);
+  const Scalars approach = -Dot(v, normal);
+  const Scalars gained = (SplatLike(-2, gap) * Dot(gravity, normal)) * Max(zero, gap);
+  const Scalars speed = restitution * Sqrt(Max(zero, approach * approach + gained));
+  return Select(approach > slowest, speed, zero);
+}
+
+// Velocity after a contact that the particle does not leave faster than `rebound` [m/s]: that speed
+// along the normal, and the tangential part less Coulomb friction of the same impulse (a velocity
+// constraint, Bender et al. 2009, section 3.2).
+template <class Scalars, class Vectors>
+inline Vectors VelocityAfterContact(const Vectors& v, const Vectors& n, const Scalars& rebound,
+                                    const Scalars& friction_static,
+                                    const Scalars& friction_dynamic) {
+  const Scalars normal_speed = Dot(v, n);
+  const Scalars impulse = rebound - normal_speed;
+  const auto is_hit = impulse > SplatLike(0, impulse);
+  if (!IsAnyLaneSet(is_hit)) return v;
+  const Vectors tangential = v - normal_speed * n;
+  const Scalars speed = Sqrt(Dot(tangential, tangential));
+  const auto slides = speed > friction_static * impulse;
+  const Scalars keep = SplatLike(1, impulse) - (friction_dynamic * impulse) / speed;
+  const Vectors left = Select(slides, keep * tangential, VectorLike(0, 0, 0, v));
+  return Select(is_hit, left + rebound * n, v);
+}
+
+}  // namespace drape::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard, once per instruction set

@@ -1,0 +1,41 @@
+// Gap and normal at a collider of one cloth. For code of the plain instruction set: it uses
+// contact_math-inl.h.
+#pragma once
+
+#include "server/solver/cpu/formulas/constraint_math.h"
+#include "server/solver/cpu/formulas/contact_math-inl.h"
+#include "server/solver/cpu/model/float_controls.h"
+
+namespace drape::cpu {
+
+// Capsules, boxes and distance maps. Not inline: in loops over particles it would slow spheres and
+// planes down.
+Gap GapOfLargerShape(const FloatCollider& collider, Vec4 q);
+
+inline Gap GapAt(const FloatCollider& collider, Vec4 q) {
+  if (collider.kind == FloatCollider::Kind::kSphere) {
+    const auto at_q = HWY_NAMESPACE::SphereGap(q, collider.point, collider.offset);
+    return {at_q.gap, at_q.normal};
+  }
+  if (collider.kind == FloatCollider::Kind::kPlane) {
+    const auto at_q = HWY_NAMESPACE::PlaneGap(q, collider.point, collider.vector, collider.offset);
+    return {at_q.gap, at_q.normal};
+  }
+  return GapOfLargerShape(collider, q);
+}
+
+// What MovingSurface is for a collider that moves: one that rests as described.
+class RestingSurface {
+ public:
+  static constexpr bool kMoves = false;
+
+  explicit RestingSurface(const FloatCollider& collider) : collider_(collider) {}
+
+  Gap GapAtStart(Vec4 p) const { return GapAt(collider_, p); }
+  Gap GapAtEnd(Vec4 q) const { return GapAt(collider_, q); }
+
+ private:
+  const FloatCollider& collider_;
+};
+
+}  // namespace drape::cpu
