@@ -268,7 +268,7 @@ double SceneModel::elastic_frequency_sq_bound() const {
   return all.empty() ? 0 : *std::ranges::max_element(all);
 }
 
-// Everything else follows from these members.
+// Every other member follows from these.
 uint64_t SceneModel::HashContent() const {
   ContentHash hash;
   hash.Add(rest_positions_m_);
@@ -277,7 +277,7 @@ uint64_t SceneModel::HashContent() const {
   hash.Add(constraint_sources_);
   hash.Add(joints_);
   hash.Add(springs_);
-  if (!elastic_elements_.empty()) hash.Add(elastic_elements_);  // others keep their hashes
+  if (!elastic_elements_.empty()) hash.Add(elastic_elements_);  // models without elements keep their hashes
   hash.Add(pins_);
   hash.Add(triangles_);
   hash.AddWord(grid_columns_);

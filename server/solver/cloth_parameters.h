@@ -1,4 +1,4 @@
-// What may change about a cloth while it runs without a new model.
+// The part of a cloth that may change while it runs without a new model.
 #pragma once
 
 #include <Eigen/Core>

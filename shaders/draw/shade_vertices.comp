@@ -1,7 +1,6 @@
-// Before drawing: of each particle the smooth normal and the value that is shown, of each cloth the
-// extents of both and of what a fitted camera has to see. Reads States, Surface, Constraints; writes
-// Shaded, Extents. One invocation: one
-// particle (x) of one cloth (y).
+// Before drawing: computes the smooth normal and the shown value of each particle, and for each cloth the extents
+// of positions and values and its reach in the directions of a fitted camera. Reads States, Surface, Constraints;
+// writes Shaded, Extents. One invocation: one particle (x) of one cloth (y).
 #include "draw/cloths.glsl"
 #include "draw/constraints.glsl"
 #include "lib/float_order.glsl"
