@@ -13,7 +13,8 @@
 namespace drape {
 
 // The lengths of the constraints of one cloth, in the order of the model. They are the model's
-// until the cloth is driven; a cloth that never is costs nothing. Not thread-safe.
+// until a request drives them; a cloth whose lengths are never driven costs nothing. Not
+// thread-safe.
 class LengthTrack {
  public:
   bool is_driven() const { return !track_.empty(); }

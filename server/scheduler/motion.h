@@ -1,4 +1,4 @@
-// How what a control drives moves over time. Pure.
+// The motion of a driven value over time. Pure.
 #pragma once
 
 #include <optional>
