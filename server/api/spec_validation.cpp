@@ -114,7 +114,8 @@ DistanceMapCollider CheckMeshCollider(const FieldPath& path, const v1::Collider&
 // Checks the fields that only meshes have.
 void CheckMeshFields(const FieldPath& path, const v1::Collider& collider, Violations& violations) {
   if (collider.has_transform() && !collider.has_mesh()) {
-    violations.Add(path.Child("transform"), "belongs to mesh: the other shapes have a position of their own");
+    violations.Add(path.Child("transform"),
+                   "belongs to mesh: the other shapes have a position of their own");
   }
 }
 

@@ -33,7 +33,7 @@ struct StepNumbers {
   float slowest_rebound;    // [m/s]; only with restitution
   float max_depenetration;  // largest motion out of a collider in one substep [m]
   float contact_margin;     // gap up to which a contact is counted [m]
-  float reach_margin;  // expected motion in a step of a cloth at rest without gravity [m]
+  float reach_margin;       // expected motion in a step of a cloth at rest without gravity [m]
 
   float air_drag;  // density of the air * drag coefficient / 4 [kg/m^3]
   float air_lift;  // density of the air * lift coefficient / 4 [kg/m^3]

@@ -13,9 +13,9 @@ LoopCosts CountLoops(const SceneModel& model, const ClothParameters& parameters,
   return CountResidentLoops(PlanOnDevice(model, parameters), local_size, strip_solve);
 }
 
-// llvmpipe leaves every loop after 65535 passes in one invocation, without a word. In small models
-// what a loop costs beside its rounds is most of the count: the longest step of one dispatch, a
-// little longer ones and much longer ones must all make every sweep.
+// llvmpipe leaves every loop after 65535 passes in one invocation, without an error. In small
+// models the cost of a loop besides its rounds is most of the count: the longest step of one
+// dispatch, a little longer ones and much longer ones must all make every sweep.
 TEST(KernelCostsTest, LongStepsOfChainsAreNotCutShort) {
   const std::unique_ptr<Backend> backend = MakeGlBackend();
   for (const uint32_t links : {1u, 3u}) {

@@ -39,7 +39,7 @@ std::vector<std::filesystem::path> SceneFiles() {
   return files;
 }
 
-// The scene beside itself, each time under another gravity.
+// Copies of the scene, each under another gravity.
 v1::Scene LoadCopies(const std::filesystem::path& file, uint32_t copies) {
   v1::Scene all = LoadScene(file);
   const auto cloth_count = static_cast<uint32_t>(ClothCount(all));

@@ -1,5 +1,5 @@
-// The gain of impulses along the links as they were at the start of a substep (settings.direction),
-// and of the velocity stage.
+// The effect of impulses along the links as they were at the start of a substep
+// (settings.direction), and of the velocity stage.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -84,7 +84,8 @@ TEST_P(DirectionTest, StartDirectionsKeepAngularMomentumWithAnyNumberOfSweeps) {
   }
 }
 
-// At the end of the substep they do not: what the sweeps leave is not the reason.
+// Along the links at the end of the substep they lose it, and not because of the errors that the
+// sweeps leave.
 TEST_P(DirectionTest, EndDirectionsLoseAngularMomentum) {
   Scene scene = Grid(6, 5, 0.5, 0.4);
   for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {

@@ -1,4 +1,4 @@
-// The law of the air on one triangle, and what it promises whatever the numbers.
+// The law of the air on one triangle, and its guarantees for any numbers.
 #include "server/solver/cpu_reference/reference_wind.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Small cloths for tests and benchmarks, by what they show.
+// Small cloths for tests and benchmarks, by purpose.
 #pragma once
 
 #include <cstdint>

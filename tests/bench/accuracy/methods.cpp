@@ -66,7 +66,7 @@ constexpr uint32_t kFinerAccurate[] = {2, 4, 8, 16, 32, 120};
 
 constexpr std::array kPresets = {Preset::kPaper, Preset::kRealtime, Preset::kAccurate};
 
-// What a method is: benchmarks step backends, without the scheduler.
+// The settings of a method: benchmarks step backends, without the scheduler.
 template <class Visit>
 void ForEachWord(Visit&& visit) {
   ForEachSetting([&](const auto& setting) {
@@ -158,7 +158,7 @@ std::span<const Point> PointsOf(PointGrid grid) {
   return {};
 }
 
-// The settings that act on the scene's cloth: a switch that has nothing to do is off.
+// The settings that act on the scene's cloth: a switch without effect is off.
 StepSettings EffectiveSettings(StepSettings settings, const test::Scene& scene) {
   const SceneModel& model = *scene.model;
   ClothParameters parameters = scene.parameters;
