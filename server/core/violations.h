@@ -1,4 +1,5 @@
-// What is wrong with an input, field by field: paths to fields, ranges of numbers, and the list.
+// The errors of an input, field by field: paths to fields, ranges of numbers, and the list of
+// violations.
 #pragma once
 
 #include <array>

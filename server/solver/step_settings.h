@@ -26,7 +26,7 @@ enum class SpringIntegration { kInForce, kHalfKicks };
 
 // How positions and velocities advance over a substep (server/solver/method.md, "Substeps").
 // kOneStep: ballistic (paper equations 1 and 2), first order where impulses act. kTwoStep: the
-// backward differentiation formula of second order. It starts anew with every step, so a step is a
+// backward differentiation formula of second order. It restarts with every step, so a step is a
 // function of positions and velocities. Cloths that it does not suit use kOneStep (step_plan.h).
 enum class Integration { kOneStep, kTwoStep };
 
@@ -229,7 +229,7 @@ double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size
 bool HasTethers(const SceneModel& model, const StepSettings& settings);
 
 // Below about 4 ulp(|p|) / rest length no sweep in single precision ever meets the tolerance.
-// Returns the tolerance to use: the one asked for, or the smallest that 24-bit positions of this
+// Returns the tolerance to use: the requested one, or the smallest that 24-bit positions of this
 // size can resolve. 0 stays 0.
 double SinglePrecisionTolerance(double tolerance, const SceneModel& model);
 // The same for 53-bit positions.

@@ -36,8 +36,8 @@ vec3 SmoothNormal(DrawRecord cloth, uint particle, vec3 p) {
   return size > 0.0 ? sum / size : vec3(0.0);
 }
 
-// (l - l0) / l0 of the constraint of the particle where its magnitude is largest [-], with the rest
-// lengths of the model; of ropes and struts only what their kind forbids.
+// (l - l0) / l0 of the constraint of the particle where its magnitude is largest [-], with the rest lengths of the
+// model; for ropes and struts only the part that their kind forbids.
 float LargestStrain(DrawRecord cloth, uint particle, vec3 p) {
   float largest = 0.0;
   uint end = constraint_words[cloth.end_offsets + particle + 1u];

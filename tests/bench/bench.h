@@ -20,8 +20,8 @@ struct BenchOptions {
   std::filesystem::path subfolder;
   TimingLimits limits;
   double budget_s = 0;  // no new row after that long; 0: no limit
-  std::string commit;   // what was measured, for machine.json
-  std::string command;  // what to type to get the same tables, for machine.json
+  std::string commit;   // measured commit, for machine.json
+  std::string command;  // command that makes the same tables, for machine.json
 };
 
 class Bench {

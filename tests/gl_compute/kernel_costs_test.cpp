@@ -74,7 +74,7 @@ TEST(KernelCostsTest, FindingWhatIsInReach) {
   parameters.colliders = {PlaneCollider{}, PlaneCollider{}};
   EXPECT_EQ(CountLoops(*model, parameters, 32).fixed - free.fixed,
             4u * (8 + 2) + (4 + 2) + 2 + (1 + 4 + 2) + 2);
-  parameters.colliders.resize(100);  // of which 24 are looked for, in two rounds of 16
+  parameters.colliders.resize(100);  // 24 of them may be left out, tested in two rounds of 16
   EXPECT_EQ(CountLoops(*model, parameters, 16).fixed - CountLoops(*model, parameters, 32).fixed,
             4u * 3 + 4u * 3 + 3 + (1 + 4 + 2));
 }

@@ -24,7 +24,7 @@ CODE = (".h", ".cpp", ".comp", ".glsl", ".vert", ".frag", ".proto")
 CPU = "server/solver/cpu/"
 LONG = 60
 
-# What the counts were before the refactoring that they were written for.
+# The counts before the refactoring for which they were written.
 BEFORE = {
     "files that mention a collider shape (capsule)": 21,
     "files that mention a collider shape (cylinder)": 0,

@@ -237,7 +237,7 @@ TEST_P(StripParityTest, AStripWithinTheToleranceIsLeftAlone) {
     scene.parameters.settings.tolerance = tolerance;
     const ClothHandle cloth = CreateCloth(backend, scene);
     const StepReport report = StepAlone(backend, cloth, scene);
-    EXPECT_EQ(report.converged, tolerance == 0);  // all that was asked for
+    EXPECT_EQ(report.converged, tolerance == 0);  // all of them were requested
     const ParticleState state = ReadState(backend, cloth);
     std::vector<bool> has_moved(kMostLinks + 1, false);
     for (size_t i = 0; i < chain_of.size(); ++i) {

@@ -197,7 +197,7 @@ DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(DirectionTest);
 // floor that they never touch.
 struct TiltedPlay {
   int faults = 0;
-  double max_strain = 0;  // of those that go on
+  double max_strain = 0;  // of those without a fault
 };
 
 TiltedPlay PlayTilted(uint32_t side, const std::vector<uint32_t>& pins, Direction direction) {

@@ -21,7 +21,7 @@ Scene StirredSheet() {
   return scene;
 }
 
-// Inextensible: what stretches it is what one sweep leaves.
+// Inextensible: it is stretched by the errors that one sweep leaves.
 Scene HungSheet() {
   return Grid(8, 8, 1, 1, {0, 7});
 }

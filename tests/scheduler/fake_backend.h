@@ -24,7 +24,7 @@ struct FakeItem {
   ClothHandle cloth;
   bool measure = false;
   std::vector<Eigen::Vector3d> pin_targets_m;
-  uint32_t max_iterations = 0;  // as asked for
+  uint32_t max_iterations = 0;  // as requested
 };
 using FakeBatch = std::vector<FakeItem>;
 

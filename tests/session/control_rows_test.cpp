@@ -154,7 +154,7 @@ TEST_F(ColliderControlsTest, MotionsGoOnThroughUpdatesButNotThoseOfColliders) {
   EXPECT_EQ(Shown(0), Vector3d(7.25, 0, 0));
 }
 
-// All or nothing: what was written before the failure is taken back, motions included.
+// All or nothing: writes before the failure are undone, motions included.
 TEST_F(ColliderControlsTest, AnUpdateThatFailsLeavesTheMotions) {
   Send(0, {2, 4, 0});
   ClothChange colliders;

@@ -181,8 +181,8 @@ TEST_P(ConstraintChanges, ModuliOfAGridMakeAnotherModel) {
   material.set_shear_modulus_n_per_m(5);
   const auto answer = Call(*stub_, &Stub::UpdateCloths, update);
   ASSERT_TRUE(answer.status.ok()) << answer.status.error_message();
-  // Rods along 8 rows and 8 columns, twists and pairs of diagonals of 49 cells; what joins pins
-  // alone is left out.
+  // Rods along 8 rows and 8 columns, twists and pairs of diagonals of 49 cells; elements between
+  // pins alone are left out.
   EXPECT_GT(answer.value.shape().elastic_elements(), 2 * 8 * 6u + 49);
   EXPECT_LE(answer.value.shape().elastic_elements(), 2 * 8 * 6u + 3 * 49);
   EXPECT_EQ(Bits(*stub_, session_, ids), before);

@@ -233,7 +233,7 @@ std::vector<Method> FinerPreset(Preset preset, std::span<const uint32_t> substep
   for (const uint32_t count : substeps) {
     StepSettings settings = PresetSettings(preset);
     settings.substeps = count;
-    settings.load_limit = 0;  // exactly as many as asked for
+    settings.load_limit = 0;  // exactly the requested number
     methods.push_back({name + " finer", name + " substeps=" + std::to_string(count), settings});
   }
   return methods;
@@ -249,7 +249,7 @@ std::vector<Method> MethodsFor(const test::Scene& scene, PointGrid grid) {
     for (const Point& point : PointsOf(grid)) {
       StepSettings settings = MustParse(std::string("tolerance=0 ") + family.words);
       settings.substeps = point.substeps;
-      settings.load_limit = 0;  // exactly as many as asked for
+      settings.load_limit = 0;  // exactly the requested number
       settings.max_iterations = point.sweeps;
       const std::string name = std::string(family.name) + " " + std::to_string(point.substeps) +
                                "x" + std::to_string(point.sweeps);

@@ -20,7 +20,7 @@ std::string_view VerdictName(Verdict verdict);  // "survives", ...
 
 // A cloth stretched by a tenth looks stretched [-].
 inline constexpr double kMaxStrain = 0.1;
-// Energy above that of the start, of m g l: what would lift the cloth by a tenth of its length [-].
+// Energy above that of the start, in m g l: enough to lift the cloth by a tenth of its length [-].
 // Under less than 1 g its unit is m l times 1 g.
 inline constexpr double kMaxGain = 0.1;
 
