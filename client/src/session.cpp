@@ -15,8 +15,8 @@ namespace {
 
 // Renewals per lease: two may be lost.
 constexpr double kRenewalsPerLease = 3;
-// Limits of a destructor, which must not hang on a dead server: it waits for the current renewal,
-// then deletes.
+// Limits [s] for a destructor, which must not hang on a dead server: it waits for the current
+// renewal, then deletes.
 constexpr double kMaxRenewalTimeoutS = 2;
 constexpr double kDeleteTimeoutS = 2;
 constexpr uint32_t kClothsPerPage = 1000;

@@ -277,8 +277,7 @@ uint64_t SceneModel::HashContent() const {
   hash.Add(constraint_sources_);
   hash.Add(joints_);
   hash.Add(springs_);
-  if (!elastic_elements_.empty())
-    hash.Add(elastic_elements_);  // models without elements keep their hashes
+  if (!elastic_elements_.empty()) hash.Add(elastic_elements_);  // others keep their hashes
   hash.Add(pins_);
   hash.Add(triangles_);
   hash.AddWord(grid_columns_);

@@ -271,8 +271,9 @@ TEST(AddNearTest, NothingInTheRangeTouchesWhatIsLeftOut) {
   EXPECT_GT(far, 300u);
 }
 
-// A collider is left out beyond twice the fall within the step, 5 mm, plus 1 % of the length scale,
-// 1 mm; the box of a map is larger than its mesh by three cells of 7 cm, and here it is turned.
+// A collider is left out beyond twice the way that gravity allows within the step, 5 mm, plus 1 %
+// of the length scale, 1 mm; the box of a map is larger than its mesh by three cells of 7 cm, and
+// here it is turned.
 TEST(AddNearTest, CollidersBelowASheetAreLeftOutBeyondItsReach) {
   for (const double top_m : {-0.005, -0.03, -0.4}) {
     for (const auto& [kind, collider] : test::EachKind(top_m)) {

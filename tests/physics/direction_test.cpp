@@ -84,8 +84,8 @@ TEST_P(DirectionTest, StartDirectionsKeepAngularMomentumWithAnyNumberOfSweeps) {
   }
 }
 
-// Along the links at the end of the substep they lose it, and not because of the errors that the
-// sweeps leave.
+// Directions at the end of the substep lose angular momentum, and not because of the errors that
+// the sweeps leave.
 TEST_P(DirectionTest, EndDirectionsLoseAngularMomentum) {
   Scene scene = Grid(6, 5, 0.5, 0.4);
   for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {

@@ -24,7 +24,7 @@ struct GlTuning {
   uint32_t refine_local_size = 0;
   // Most passes through loops in one dispatch of a resident step; 0: what suits the device.
   uint32_t loop_budget = 0;
-  // How short strips are solved; unset: by reduction if the device has subgroups of enough
+  // The way to solve short strips; unset: by reduction if the device has subgroups of enough
   // invocations, else by elimination. If the device does not compile a kernel by reduction, its
   // cloths are solved by elimination, with a warning in the log.
   std::optional<StripSolve> strip_solve = std::nullopt;

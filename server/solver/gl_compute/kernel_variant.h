@@ -45,7 +45,7 @@ struct DeviceTraits {
   uint32_t local_size = 0;         // 0: what suits the device (local_sizes.h)
   uint32_t refine_local_size = 0;  // 0: like local_size
   uint32_t loop_budget = 0;        // passes through loops per dispatch and invocation
-  // How short strips are solved; kReduction only if it takes fewer passes (IsReductionShorter).
+  // The way to solve short strips; kReduction only if it takes fewer passes (IsReductionShorter).
   StripSolve strip_solve = StripSolve::kElimination;
   // Whether steps leave out colliders that the cloth cannot meet; no bit depends on it.
   bool leaves_out_colliders = true;

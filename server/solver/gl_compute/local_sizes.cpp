@@ -12,7 +12,7 @@ constexpr DeviceSizes kTable[] = {
     // llvmpipe runs a work group on one core, in vectors of 8 invocations. It switches between
     // several vectors at each barrier, which slows small cloths. Fewer invocations mean longer
     // loops, and a dispatch may have 65535 passes (server/gl/README.md); so large resident cloths,
-    // where the switches are a few percent, keep 32. Tiled cloths have no barriers but a cost per
+    // where the difference is a few percent, keep 32. Tiled cloths have no barriers but a cost per
     // work group.
     {.is_software = true,
      .renderer = "",

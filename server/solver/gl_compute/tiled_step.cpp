@@ -297,7 +297,7 @@ class TiledStep {
   const uint32_t first_item_;
   const uint32_t item_count_;
   const LargestSizes largest_;
-  const uint32_t phase_count_;   // of strips that are solved
+  const uint32_t phase_count_;   // phases of strips that are solved
   const uint32_t colour_count_;  // colours that are solved
   gl::Buffer& dispatches_;
   uint32_t dispatch_count_ = 0;
