@@ -1,4 +1,4 @@
-// Section 3.3: does the order of the groups change how fast the sweeps converge?
+// Section 3.3: does the order of the colours change how fast the sweeps converge?
 #include <cstdio>
 #include <string>
 #include <utility>
