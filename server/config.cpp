@@ -146,7 +146,7 @@ void AddLimits(CLI::App& app, Config& config) {
 
 CommandLine ParseCommandLine(int argc, const char* const* argv) {
   CommandLine result;
-  CLI::App app("draped: simulates cloths for its clients, on a GPU where there is one", "draped");
+  CLI::App app("draped: simulates cloths for its clients, on a GPU if there is one", "draped");
   app.set_version_flag("--version", std::string("draped ") + DRAPE_VERSION);
   app.config_formatter(std::make_shared<JsonOrLines>());
   app.set_config("--config", "", "file with the names of these flags: JSON, or name=value lines");

@@ -1,5 +1,5 @@
-// draped: flags -> wire -> serve -> drain. With backend_choice the only one that names concrete
-// classes.
+// draped: flags -> wire -> serve -> drain. Only this file and backend_choice name concrete backends
+// and renderers.
 #include <csignal>
 #include <cstdio>
 #include <fstream>
@@ -24,7 +24,7 @@ using std::chrono::milliseconds;
 
 // Time for streams to end after all steps are done.
 constexpr milliseconds kGoodbye{1'000};
-// Time after the grace of a drain, after which the process counts as hanging.
+// Time after the grace of a drain until the process counts as hanging.
 constexpr milliseconds kStopPatience{5'000};
 constexpr time_t kStatisticsPeriod_s = 10;
 

@@ -1,4 +1,4 @@
-// The shader files as they were when the program was built.
+// The shader files at the time of the build.
 #pragma once
 
 #include <span>

@@ -13,7 +13,7 @@ inline constexpr int kDone = 0;
 inline constexpr int kFailed = 1;
 inline constexpr int kUsage = 2;
 
-// Runs the chosen command after the parse; gives the exit code. Throws drape::Error.
+// Runs the chosen command after the parse; returns the exit code. Throws drape::Error.
 using Action = std::function<int()>;
 
 void AddRun(CLI::App& app, Action& action);
@@ -28,7 +28,7 @@ void AddWatch(CLI::App& app, Action& action);
 void AddList(CLI::App& app, Action& action);
 void AddDelete(CLI::App& app, Action& action);
 
-// The whole program: parses, acts, prints errors to stderr. Gives the exit code.
+// The whole program: parses, acts, prints errors to stderr. Returns the exit code.
 int Main(int argc, const char* const* argv);
 
 }  // namespace drape::cli

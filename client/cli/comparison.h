@@ -18,8 +18,8 @@ struct PositionDifference {
   uint64_t step = 0;
 };
 
-// Makes `difference` larger where the states differ by more, or by NaN. Throws kInternal when they
-// are not of the same cloths and steps.
+// Raises `difference` where the states differ by more, or by NaN. Throws kInternal when they are
+// not of the same cloths and steps.
 void Compare(const States& states, const States& others, PositionDifference* difference);
 
 // A second private server that plays the same scene. One thread.
@@ -28,7 +28,7 @@ class Comparison {
   Comparison(const std::string& backend, const v1::Scene& scene);
 
   // Does as many steps as the first player did, and compares. Once `should_stop` returns true it
-  // may end short of them (ScenePlayer::Advance); then there is nothing to compare.
+  // may do fewer (ScenePlayer::Advance); then there is nothing to compare.
   void Advance(uint64_t steps, const States& states,
                const std::function<bool()>& should_stop = nullptr);
 

@@ -53,7 +53,7 @@ class Column {
     const std::string header = NpyHeader(type, shape);
     Append(header.data(), header.size());
     if (std::fflush(file_.get()) != 0) ThrowCannotWrite(path_);
-    std::rewind(file_.get());  // the source counts from where the file stands
+    std::rewind(file_.get());  // the source reads from the current position of the file
     zip_source_t* source = zip_source_filep(archive, file_.get(), 0, -1);
     if (source == nullptr) ThrowCannotWrite(path_);
     file_.release();  // the source closes it
@@ -78,7 +78,7 @@ class NpzWriter final : public StateWriter {
       : path_(path), options_(std::move(options)) {
     int error = 0;
     archive_ = zip_open(path.c_str(), ZIP_CREATE | ZIP_TRUNCATE, &error);
-    // The archive appears only when it is closed: check now that this will work.
+    // The archive appears only when it is closed; check now that it can be written.
     if (archive_ == nullptr) ThrowCannotWrite(path);
     const OutputFile trial(path);
   }

@@ -33,7 +33,7 @@ bool IsSpecial(const fs::path& path) {
   return fs::exists(path, ignored) && !fs::is_regular_file(path, ignored);
 }
 
-// The target of a link, so that it stays a link.
+// The target of a symbolic link, so that the link stays a link.
 fs::path Target(const fs::path& path) {
   std::error_code error;
   fs::path target = fs::canonical(path, error);

@@ -17,7 +17,7 @@ struct PictureFlags {
   std::array<uint32_t, 2> size_px = {960, 720};  // width, height
   std::string colour_by = "material";
   std::vector<double> camera;  // eye and target, 6 numbers; empty = fitted
-  std::vector<double> view;    // direction of the fitted camera, 3 numbers; empty = the usual one
+  std::vector<double> view;    // direction of the fitted camera, 3 numbers; empty = the default
   std::vector<double> range;   // range of the colour scale, 2 numbers; empty = fitted
   bool has_no_legend = false;
 

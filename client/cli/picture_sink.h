@@ -17,9 +17,9 @@ class PictureSink {
  public:
   enum class Need { kRequired, kIfPossible };
 
-  // `request`: the content of a picture. kIfPossible: where the server cannot draw (NO_EGL_DEVICE)
-  // there are no pictures, and cannot_draw() says so. Throws drape::Error (CANNOT_WRITE) for a path
-  // that cannot be written.
+  // `request`: the content of a picture. kIfPossible: if the server cannot draw (NO_EGL_DEVICE),
+  // there are no pictures, and cannot_draw() has the reason. Throws drape::Error (CANNOT_WRITE) for
+  // a path that cannot be written.
   PictureSink(std::filesystem::path path, bool is_series, v1::RenderRequest request,
               Need need = Need::kRequired);
 

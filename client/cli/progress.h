@@ -6,11 +6,11 @@
 
 namespace drape::cli {
 
-// Draws on stderr when that is a terminal, else nothing. One thread.
+// Draws on stderr if that is a terminal; otherwise draws nothing. One thread.
 class ProgressBar {
  public:
   ProgressBar(std::string label, uint64_t total, bool is_quiet);
-  ~ProgressBar();  // takes the bar away
+  ~ProgressBar();  // removes the bar
   ProgressBar(const ProgressBar&) = delete;
   ProgressBar& operator=(const ProgressBar&) = delete;
 

@@ -138,7 +138,7 @@ int Run(const RunOptions& options) {
   return kFailed;
 }
 
-// --set takes several values, so it may have taken the scene after it: that has no "=".
+// --set takes several values, so it may have taken the scene file after it, which has no "=".
 void FindScene(RunOptions* options) {
   if (options->scene.empty() && !options->sets.empty() &&
       options->sets.back().find('=') == std::string::npos) {
@@ -155,7 +155,7 @@ void FindScene(RunOptions* options) {
 
 void CheckOutputs(const RunOptions& options) {
   std::error_code ignored;  // a path that cannot be read cannot be written either
-  // Absolute first: a relative path without an existing part would stay as it is.
+  // Made absolute first: a relative path without an existing part would not be resolved.
   const auto place_of = [&](const std::string& path) {
     return std::filesystem::weakly_canonical(std::filesystem::absolute(path), ignored);
   };

@@ -18,7 +18,7 @@ struct RunSinks {
   std::unique_ptr<Comparison> comparison;  // may be null
   std::unique_ptr<PictureSink> pictures;   // may be null
   std::function<void(uint64_t)> on_step;   // after each sample, with the steps done
-  // Asked after each request; then there is one step more, and the last sample.
+  // Called after each request; once it returns true, there is one more step and the last sample.
   std::function<bool()> should_stop;
   // Keeps the results so far when a run fails after its first sample; the error is rethrown.
   std::function<void(const RunReport&)> on_failure;

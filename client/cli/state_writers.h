@@ -27,20 +27,20 @@ class StateWriter {
   virtual ~StateWriter() = default;
   // True: Add is called for every sample. False: once, for the last state.
   virtual bool takes_samples() const = 0;
-  // The states of all cloths in scene order after one step: positions, and velocities (OBJ and PC2
-  // do without). Written with the time of the sample, which a faulted cloth does not reach, or
-  // without one with the time of each cloth.
+  // The states of all cloths in scene order after one step: positions, and velocities (which OBJ
+  // and PC2 leave out). Written with the time of the sample, which a faulted cloth does not reach,
+  // or without one with the time of each cloth.
   void Add(const States& states, const std::optional<SampleTime>& sample = std::nullopt) {
     DoAdd(states, sample);
   }
-  // Completes and closes the file, which appears only now. Once.
+  // Completes and closes the file, which appears only now. Call it once.
   virtual void Finish() = 0;
 
  private:
   virtual void DoAdd(const States& states, const std::optional<SampleTime>& sample) = 0;
 };
 
-// What writers need to know beside the states.
+// The facts that writers need besides the states.
 struct StateFileOptions {
   uint32_t ParticleOf(size_t row) const {
     return particles.empty() ? static_cast<uint32_t>(row) : particles[row];
@@ -59,12 +59,12 @@ std::unique_ptr<StateWriter> MakeStateWriter(const std::filesystem::path& path,
 
 // MakeStateWriter knows the extension.
 bool IsStateFile(const std::filesystem::path& path);
-// The extensions that it knows: ".csv, ... or .usda".
+// The extensions that MakeStateWriter knows: ".csv, ... or .usda".
 std::string StateFileExtensions();
 
 // Columns time_s,cloth,particle,x_m,y_m,z_m,vx_m_per_s,vy_m_per_s,vz_m_per_s; `cloth` counts from 0
 // in scene order. 9 significant digits for float32 and 17 for float64: equal text is equal bits
-// (but of the time, whose double has the digits of its row).
+// (except for the time, a double with the digits of its row).
 std::unique_ptr<StateWriter> MakeCsvWriter(const std::filesystem::path& path,
                                            StateFileOptions options);
 // Arrays times [T], steps [T], positions [T, P, 3], velocities [T, P, 3], cloth [P], particle [P]

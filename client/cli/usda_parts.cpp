@@ -26,7 +26,7 @@ std::string ArrayText(std::span<const uint32_t> numbers) {
   return text + "]";
 }
 
-// Which particle each point is, for prims whose points are not the particles in their order.
+// The particle of each point, for prims whose points are not all the particles in order.
 void AppendParticles(const UsdaPart& part, std::string* text) {
   AppendAttribute("int[] primvars:particle", ArrayText(part.particles) + " (", text);
   *text += "            interpolation = \"vertex\"\n        )\n";

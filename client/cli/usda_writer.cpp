@@ -56,11 +56,11 @@ std::string ExtentText(const std::vector<float>& positions, float radius_m) {
   return ArrayText(box);
 }
 
-// The format wants all samples of an attribute together, a run has all attributes of a sample
-// together: values wait here, as text, so that little is left to do at the end.
+// The format has all samples of an attribute together, but a run produces all attributes of a
+// sample together. So values wait here as text, and little is left to do at the end.
 class Spool {
  public:
-  // Where a value lies.
+  // The place of a value.
   struct Piece {
     uint64_t offset = 0;
     size_t size = 0;

@@ -20,7 +20,7 @@ std::string OneLine(const Json& json) {
   return json.is_object() ? "{" + text + "}" : "[" + text + "]";
 }
 
-// `first_column`: where on its line the value begins.
+// `first_column`: the column in which the value begins.
 std::string LayOut(const Json& json, size_t indent, size_t first_column) {
   const std::string line = OneLine(json);
   if (!json.is_structured() || first_column + line.size() + 1 <= kLineWidth) return line;

@@ -1,4 +1,4 @@
-// JSON that people can read: short values stand on one line, lists of numbers fill their lines.
+// JSON that people can read: short values are on one line, lists of numbers fill their lines.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,5 +1,5 @@
-// Writes the examples that are too long to write by hand: make_examples DIR fills DIR as
-// client/examples is filled. Needs DIR/meshes/skirt.obj for the skirt. A test compares.
+// Writes the examples that are too long to write by hand: make_examples DIR fills DIR like
+// client/examples. Needs DIR/meshes/skirt.obj for the skirt. A test compares.
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -39,8 +39,8 @@ void Write(const fs::path& path, const std::string& text) {
   if (!file.flush()) throw std::runtime_error("cannot write " + path.string());
 }
 
-// 64 curtains in rows of 8, each under its own gravity: a little stronger and more tilted from one
-// to the next, so that no two move alike.
+// 64 curtains in rows of 8, each under its own gravity: each a little stronger and more tilted than
+// the last, so that no two move in the same way.
 Json ManyCloths() {
   Json cloths = Json::array();
   for (int k = 0; k < 64; ++k) {
@@ -156,7 +156,7 @@ Vertices Unpack(const drape::v1::Mesh& mesh) {
   return vertices;
 }
 
-// The vertices of the boundary loop that lies highest, in order around it.
+// The vertices of the highest boundary loop, in order around it.
 std::vector<uint32_t> HighestLoop(const Vertices& mesh) {
   std::map<std::pair<uint32_t, uint32_t>, int> uses;  // of each directed edge
   for (const auto& triangle : mesh.triangles) {
@@ -213,8 +213,8 @@ Json Skirt(const fs::path& mesh_file) {
           {"controls", {WaistMove(mesh, waist, 1, 0.1), WaistMove(mesh, waist, 1.5, 0)}}};
 }
 
-// A disc of radius 0.5 m: rings of 6, 12, 18, ... vertices around a centre, each vertex pushed
-// about by less than a quarter of the distance of the rings.
+// A disc of radius 0.5 m: rings of 6, 12, 18, ... vertices around a centre, each vertex displaced
+// by less than a quarter of the distance between rings.
 std::string DiscObj() {
   constexpr uint32_t kRings = 16;
   constexpr double kSpacing = 0.5 / kRings;
@@ -244,8 +244,8 @@ std::string DiscObj() {
     std::snprintf(line, sizeof(line), "f %u %u %u\n", a, b, c);
     text += line;
   };
-  // Each of the six sectors of a ring has `ring` triangles that stand on it and ring - 1 that hang
-  // from it. Seen from above (+y), angles from x to z run clockwise.
+  // Each of the six sectors of a ring has `ring` triangles whose base is on it and ring - 1 whose
+  // base is on the ring inside. Seen from above (+y), angles from x to z run clockwise.
   for (uint32_t ring = 1; ring <= kRings; ++ring) {
     for (uint32_t sector = 0; sector < 6; ++sector) {
       for (uint32_t k = 0; k < ring; ++k) {

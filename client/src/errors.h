@@ -1,4 +1,4 @@
-// Making drape::Error: from a gRPC status, and for failures on this side of the wire.
+// Makes drape::Error from a gRPC status, and for failures on this side of the wire.
 #pragma once
 
 #include <grpcpp/support/status.h>
@@ -22,11 +22,11 @@ Error LocalError(ErrorCode code, std::string reason, std::string message);
 
 // kInvalidArgument, reason "BAD_FIELD", with one violation.
 Error BadField(std::string field, std::string description);
-// The error of a part of something larger: its fields are those below `path`, and where it names
-// none the message begins with "PATH: ".
+// The error of a part of something larger: its fields are put below `path`; without fields, the
+// message begins with "PATH: ".
 Error Below(const std::string& path, const Error& error);
 
-// A number as messages show it: "-1e+308" rather than all its digits.
+// The text of a number in messages: "-1e+308" rather than all its digits.
 std::string NumberText(double value);
 
 }  // namespace client

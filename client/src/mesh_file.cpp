@@ -15,8 +15,8 @@
 
 #define TINYOBJLOADER_IMPLEMENTATION
 #define TINYOBJLOADER_USE_DOUBLE
-// Its own namespace name keeps this double precision copy apart from the float one of the shared
-// library.
+// A namespace of its own separates this double-precision copy from the single-precision one in the
+// shared library.
 #define tinyobj drape_tinyobj
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -82,7 +82,7 @@ bool IsFiniteNumber(std::string_view word) {
   return error == std::errc() && end == word.data() + word.size() && std::isfinite(value);
 }
 
-// Refuses vertices that the loader would fill up with zeros.
+// Refuses incomplete vertices, which the loader would complete with zeros.
 void CheckVertices(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   const std::string text(std::istreambuf_iterator<char>(file), {});
@@ -113,7 +113,7 @@ v1::Mesh LoadMesh(const std::filesystem::path& path, double scale_m) {
   std::vector<tinyobj::material_t> materials;
   std::string warning;
   std::string error;
-  // Not triangulated by the loader, which splits quads along the shorter diagonal.
+  // The loader does not triangulate here, because it splits quads along the shorter diagonal.
   const bool is_read = tinyobj::LoadObj(&attributes, &shapes, &materials, &warning, &error,
                                         path.c_str(), nullptr, /*triangulate=*/false);
   if (!is_read) throw BadMesh(path, error.empty() ? "not a Wavefront OBJ file" : error);

@@ -40,7 +40,7 @@ bool IsExecutable(const fs::path& path) {
 // In the child between fork and exec: only async-signal-safe calls.
 [[noreturn]] void BecomeServer(const char* program, char* const* arguments, int log, pid_t parent) {
   setpgid(0, 0);                      // Ctrl-C of the terminal is for the client
-  prctl(PR_SET_PDEATHSIG, SIGKILL);   // it holds nothing worth draining
+  prctl(PR_SET_PDEATHSIG, SIGKILL);   // it has nothing to drain
   if (getppid() != parent) _exit(0);  // the parent ended before prctl
   sigset_t none;
   sigemptyset(&none);
@@ -158,7 +158,7 @@ void PrivateServer::WaitForPort(double timeout_s) {
     std::ifstream file(folder_ / "port");
     std::string port;
     file >> port;
-    // Equal twice: the file is complete.
+    // Two equal reads: the file is complete.
     if (!port.empty() && port == previous) {
       address_ = "127.0.0.1:" + port;
       return;
@@ -194,7 +194,7 @@ void PrivateServer::Stop() {
 }
 
 void PrivateServer::RemoveFolder() {
-  std::error_code ignored;  // a temporary folder that stays does no harm
+  std::error_code ignored;  // a temporary folder that is left does no harm
   fs::remove_all(folder_, ignored);
 }
 

@@ -15,7 +15,7 @@
 namespace drape {
 inline namespace client {
 
-// Where the server program is: `requested`, else $DRAPE_SERVER, else `draped` beside this
+// The path of the server program: `requested`, else $DRAPE_SERVER, else `draped` beside this
 // executable, else on PATH. Throws kNotFound, naming the places.
 std::filesystem::path FindServerProgram(const std::filesystem::path& requested);
 

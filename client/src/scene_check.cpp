@@ -12,9 +12,10 @@ namespace drape {
 inline namespace client {
 namespace {
 
-// Beyond it, step counts and times lose their meaning in double precision.
+// Largest number of steps: beyond it, step counts and times lose their meaning in double precision.
 constexpr double kMaxSteps = 1e12;
-// More than any server holds; bounds what the client itself expands by copies.
+// Largest number of cloths: more than any server holds; bounds the copies that the client itself
+// makes.
 constexpr uint64_t kMaxCloths = 1'000'000;
 constexpr uint64_t kMaxParticles = 1u << 24;  // of one cloth
 

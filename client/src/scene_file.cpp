@@ -42,8 +42,8 @@ Message ToMessage(const json& value) {
   return message;
 }
 
-// One time step for the whole scene, in `scene` and in every cloth's settings. That of a spec may
-// only repeat the scene's; --set settings.time_step_s replaces the scene's.
+// One time step for the whole scene, in `scene` and in every cloth's settings. A spec may only
+// repeat the scene's time step; --set settings.time_step_s replaces the scene's.
 void ResolveTimeStep(bool is_overridden, v1::Scene* scene) {
   if (is_overridden && scene->cloths_size() > 0) {
     scene->set_time_step_s(scene->cloths(0).spec().settings().time_step_s());
@@ -67,8 +67,8 @@ struct MeshFileAt {
   v1::MeshFile file{};
 };
 
-// The fields of MeshFile out of `owner`, the spec or collider at `place.path`, whose fields are
-// checked; an empty `mesh` takes their place.
+// Takes the fields of MeshFile out of `owner`, the spec or collider at `place.path`, whose fields
+// are checked, and puts an empty `mesh` in their place.
 void TakeMeshFile(const google::protobuf::OneofDescriptor& meshes, MeshFileAt place, json* owner,
                   std::vector<MeshFileAt>* files) {
   if (!owner->is_object()) return;

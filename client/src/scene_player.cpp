@@ -16,8 +16,8 @@ inline namespace client {
 
 namespace {
 
-// The targets of one kind that take effect now, by cloth and element. Of two for the same element,
-// the later in the file counts.
+// The targets of one kind that take effect now, by cloth and element. If two targets name the same
+// element, the later one in the file counts.
 template <class Target>
 using Targets = std::map<std::pair<ClothId, uint32_t>, const Target*>;
 
@@ -73,7 +73,7 @@ ScenePlayer::ScenePlayer(Session& session, const v1::Scene& scene,
 }
 
 void ScenePlayer::DeleteCreated() {
-  if (cloths_.empty()) return;  // naming none may mean all
+  if (cloths_.empty()) return;  // a request without ids may mean all cloths
   std::vector<ClothId> ids;
   for (const PlayedCloth& cloth : cloths_) ids.push_back(cloth.id);
   try {

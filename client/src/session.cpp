@@ -15,8 +15,8 @@ namespace {
 
 // Renewals per lease: two may be lost.
 constexpr double kRenewalsPerLease = 3;
-// A destructor must not hang on a server that is gone: it waits for the current renewal, then
-// deletes.
+// Limits [s] for a destructor, which must not hang on a dead server: it waits for the current
+// renewal, then deletes.
 constexpr double kMaxRenewalTimeoutS = 2;
 constexpr double kDeleteTimeoutS = 2;
 constexpr uint32_t kClothsPerPage = 1000;
@@ -57,7 +57,7 @@ Session::Impl::Impl(std::shared_ptr<Connection> shared_connection, std::string s
 
 Session::Impl::~Impl() {
   StopRenewing();
-  if (is_owner) (void)Delete(kDeleteTimeoutS);  // else the lease runs out by itself
+  if (is_owner) (void)Delete(kDeleteTimeoutS);  // otherwise the lease just expires
 }
 
 void Session::Impl::StopRenewing() {
@@ -96,7 +96,7 @@ void Session::Impl::RenewLoop() {
     v1::Session session;
     const grpc::Status status = Renew(std::min(interval.count(), kMaxRenewalTimeoutS), &session);
     lock.lock();
-    // Anything else may pass: the next renewal tries again.
+    // Any other error may be temporary: the next renewal tries again.
     if (status.error_code() == grpc::StatusCode::NOT_FOUND) {
       lease_error.emplace(DecodeStatus(status));
       return;

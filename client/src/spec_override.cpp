@@ -22,7 +22,7 @@ std::vector<std::string> Split(const std::string& path) {
   }
 }
 
-// The member of `parent` that `name` means, made if it is not there.
+// The member `name` of `parent`, made if it does not exist.
 json& Member(json& parent, const std::string& name, const std::string& path) {
   if (parent.is_null()) parent = json::object();
   if (parent.is_object()) return parent[name];
@@ -37,7 +37,7 @@ json& Member(json& parent, const std::string& name, const std::string& path) {
   return parent[index];
 }
 
-// JSON can hold nothing else.
+// JSON strings can hold nothing else.
 bool IsUtf8(const std::string& text) {
   try {
     (void)json(text).dump();

@@ -10,7 +10,7 @@ namespace drape {
 inline namespace client {
 namespace {
 
-// The wire is little-endian and the views look straight into it.
+// Messages are little-endian, and the views read their bytes directly.
 static_assert(std::endian::native == std::endian::little);
 
 Error Malformed(const std::string& what) {

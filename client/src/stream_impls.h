@@ -11,7 +11,7 @@
 namespace drape {
 inline namespace client {
 
-// A bidirectional call whose status is asked for once, by the reader, when nothing more comes.
+// A bidirectional call. The reader asks for its status once, when nothing more comes.
 template <class Request, class Response>
 struct BidirectionalCall {
   using Stream = grpc::ClientReaderWriter<Request, Response>;

@@ -8,14 +8,14 @@
 
 namespace drape::api {
 
-// `build` runs on a builder thread, exactly once: with OK, or, when nothing shall be built any
-// more, with CANCELLED (the client has gone) or UNAVAILABLE (DRAINING). An error means that it will
-// not be called: RESOURCE_EXHAUSTED (BUILD_QUEUE_FULL, with retry_after).
+// Calls `build` exactly once, on a builder thread: with OK, or with the reason not to build:
+// CANCELLED (the client has gone) or UNAVAILABLE (DRAINING). After an error `build` is never
+// called: RESOURCE_EXHAUSTED (BUILD_QUEUE_FULL, with retry_after).
 Status PostBuild(const ServiceContext& context, const std::string& session_name,
                  const CancelToken& cancel, std::function<void(const Status&)> build);
 
-// Why a build that waits or is under way should stop: CANCELLED, UNAVAILABLE (DRAINING); OK: it
-// should go on. May be asked as long as what `context` names lives.
+// OK while a waiting or running build should go on; otherwise why it should stop: CANCELLED or
+// UNAVAILABLE (DRAINING). Call it only while everything that `context` refers to exists.
 using StopReason = std::function<Status()>;
 StopReason BuildStopReason(const ServiceContext& context, const CancelToken& cancel);
 

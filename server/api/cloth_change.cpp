@@ -14,7 +14,7 @@ namespace {
 
 using UpdateDone = std::function<void(Result<v1::UpdateClothsResponse>)>;
 
-// One update under way. Held by whoever goes on with it.
+// One update under way. Each function that continues it holds it.
 struct Update {
   SessionLease session;
   ClothList cloths;
@@ -36,7 +36,7 @@ Result<v1::UpdateClothsResponse> ToAnswer(const Result<UpdatedCloths>& updated) 
 }
 
 Status CheckStepCosts(const ClothList& cloths, const ClothChange& change) {
-  // Of another model when it is built.
+  // The costs of a new model are checked once it is built.
   if (change.needs_model() || (!change.settings && !change.colliders)) return Status::Ok();
   for (const auto& cloth : cloths) {
     DRAPE_RETURN_IF_ERROR(CheckStepCost(*cloth->description(), change));
@@ -82,8 +82,8 @@ void StartUpdate(const ServiceContext& context, const v1::UpdateClothsRequest& r
   const auto update =
       std::make_shared<Update>(Update{std::move(*session), std::move(*cloths), std::move(*change),
                                       std::move(meshes), std::move(done)});
-  // Other pins and connections need other models, meshes distance maps; everything else is done at
-  // once.
+  // New pins and connections need a new model, and mesh colliders need distance maps. Every other
+  // change is made at once.
   if (!update->change.needs_model() && update->meshes.empty()) {
     return BuildAndUpdate(update, context.limits.model);
   }

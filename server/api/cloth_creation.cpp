@@ -17,7 +17,7 @@ namespace {
 
 using CreateDone = std::function<void(Result<v1::CreateClothsResponse>)>;
 
-// One creation under way. Held by whoever goes on with it.
+// One creation under way. Each function that continues it holds it.
 struct Creation {
   SessionLease session;
   std::string request_id;  // empty: not remembered

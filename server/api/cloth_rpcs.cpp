@@ -23,7 +23,7 @@ Result<NamedCloths> FindNamed(SessionRegistry& sessions, const std::string& sess
   return NamedCloths{std::move(session), std::move(cloths)};
 }
 
-// A page ends early rather than grow beyond this many bytes; clients take 4 MB by default.
+// A page ends early rather than exceed this many bytes: gRPC clients accept 4 MB by default.
 constexpr size_t kMaxPageBytes = 1u << 20;
 
 void FillPage(const ClothPage& page, v1::ListClothsResponse* response) {

@@ -17,7 +17,7 @@ std::vector<RigidMotion> CheckColliderMotions(
     const FieldPath& path, const google::protobuf::RepeatedPtrField<v1::Collider>& colliders,
     const std::vector<Collider>& shapes, Violations& violations);
 
-// The rows of "collider_controls"; what is wrong goes to `violations`.
+// Reads the rows of "collider_controls" and adds what is wrong to `violations`.
 std::vector<ControlRow<ColliderControl>> CheckColliderControls(const v1::ColliderControls& controls,
                                                                Violations& violations);
 

@@ -1,4 +1,4 @@
-// Constraints and springs that replace those of cloths that run. Pure.
+// Constraints and springs that replace those of running cloths. Pure.
 #pragma once
 
 #include <cstdint>
@@ -10,8 +10,9 @@
 
 namespace drape::api {
 
-// As in topology_validation.h, but what is not set stays marked so (kRestShapeLength) until the
-// rest shape is known, and rest lengths that are set are checked here. `path` leads to `particles`.
+// As in topology_validation.h, except for rest lengths: those that are set are checked here, and
+// the others stay marked as unset (kRestShapeLength) until the rest shape is known. `path` leads to
+// `particles`.
 std::vector<DistanceConstraint> CheckNewConstraints(const FieldPath& path,
                                                     const v1::Particles& particles,
                                                     Violations& violations);

@@ -1,4 +1,4 @@
-// Checks of what only messages have: lists of numbers, enums, packed arrays.
+// Checks of forms that only messages have: lists of numbers, enums, packed arrays.
 #pragma once
 
 #include <google/protobuf/descriptor.h>
@@ -13,14 +13,14 @@
 
 namespace drape::api {
 
-// No length, mass or coefficient of a cloth in SI units lies outside; inside, single precision
-// neither overflows nor loses a reciprocal.
+// Every plausible length, mass and coefficient in SI units is within these bounds. Within them
+// single precision neither overflows nor loses a reciprocal.
 inline constexpr double kMaxMagnitude = 1e12;
 inline constexpr double kMinPositive = 1e-12;
 
 using DoubleList = google::protobuf::RepeatedField<double>;
 
-// Every |value| <= max.
+// Requires |value| <= max of every value.
 bool CheckAllWithin(const FieldPath& path, const DoubleList& values, double max,
                     std::string_view unit, Violations& violations);
 bool CheckKnownEnum(const FieldPath& path, int value, const google::protobuf::EnumDescriptor* type,
@@ -30,12 +30,12 @@ bool CheckKnownEnum(const FieldPath& path, int value, const google::protobuf::En
 std::optional<Eigen::Vector3d> CheckVector3(const FieldPath& path, const DoubleList& values,
                                             double max, std::string_view unit,
                                             Violations& violations);
-// The same, or `fallback`: where there are no numbers, and after a violation.
+// The same; returns `fallback` if there are no numbers or after a violation.
 Eigen::Vector3d CheckVector3Or(const Eigen::Vector3d& fallback, const FieldPath& path,
                                const DoubleList& values, double max, std::string_view unit,
                                Violations& violations);
-// Data type one of `types`, shape [rows, columns], data of exactly that many bytes. The rows, or
-// none after a violation.
+// Requires one of the data types `types`, the shape [rows, columns], and exactly as many bytes of
+// data. Returns the rows, or none after a violation.
 std::optional<size_t> CheckPackedRows(const FieldPath& path, const v1::PackedArray& array,
                                       std::initializer_list<v1::PackedArray::DataType> types,
                                       uint32_t columns, Violations& violations);

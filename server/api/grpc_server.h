@@ -33,7 +33,7 @@ class GrpcServer {
   // outlive the server.
   static Result<std::unique_ptr<GrpcServer>> Start(const ServerOptions& options,
                                                    grpc::Service& service);
-  // Shutdown with no time.
+  // Shuts down without waiting for calls under way.
   ~GrpcServer();
 
   int port() const { return port_; }

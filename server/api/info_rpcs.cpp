@@ -1,4 +1,4 @@
-// What this server is, and what it allows.
+// GetServerInfo: the backend, the device and the limits of this server.
 #include "server/api/picture_validation.h"
 #include "server/api/simulation_service.h"
 #include "server/api/unary_call.h"

@@ -1,4 +1,4 @@
-// Requests with an id happen once: what RequestMemory keeps, as messages.
+// Requests with an id happen once: the answers in RequestMemory as messages.
 #pragma once
 
 #include <any>
@@ -9,8 +9,9 @@
 
 namespace drape::api {
 
-// None: the request is new, and under way from now on (or has no id). Errors as
-// RequestMemory::Begin, and INVALID_ARGUMENT naming "request_id" if another method used the id.
+// The remembered answer. None: the request has no id, or it is new and under way from now on.
+// Errors as RequestMemory::Begin, and INVALID_ARGUMENT naming "request_id" if another method used
+// the id.
 template <class Response, class Request>
 Result<std::optional<Response>> BeginRequest(RequestMemory& memory, const std::string& request_id,
                                              const Request& request) {

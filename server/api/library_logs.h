@@ -1,5 +1,5 @@
-// gRPC and protobuf write to stderr on their own, protobuf once for every hostile message: here
-// they are made part of our log.
+// The messages of gRPC and protobuf in our log. By default both libraries write to stderr, protobuf
+// once for every malformed message.
 #pragma once
 
 namespace drape::api {

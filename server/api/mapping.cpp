@@ -41,7 +41,7 @@ void AddCollider(const BoxCollider& box, v1::Environment& environment) {
   message->mutable_rotation_xyzw()->Add(xyzw.begin(), xyzw.end());
 }
 
-// Without its arrays, which may be large: their shapes only.
+// Only the shapes of its arrays, which may be large.
 void AddCollider(const DistanceMapCollider& solid, v1::Environment& environment) {
   v1::Collider* message = environment.add_colliders();
   const TriangleMesh& mesh = solid.map->mesh();

@@ -12,7 +12,7 @@ const FieldDescriptor* FieldOf(const Message& message, std::string_view name) {
   return message.GetDescriptor()->FindFieldByName(std::string(name));
 }
 
-// 0 <= dynamic <= static; not said where one of them is out of its range.
+// Requires dynamic <= static; adds nothing if one of them is out of its own range.
 void CheckFrictionOrder(const FieldPath& path, const ClothParameters& parameters,
                         Violations& violations) {
   const Range legal{0, kMaxCoefficient};

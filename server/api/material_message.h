@@ -11,15 +11,15 @@
 
 namespace drape::api {
 
-// The number that `message`, a Material or a ClothOverride, has in this field; unset = 0.
+// The number in this field of `message`, a Material or a ClothOverride; 0 if it is not set.
 double NumberOf(const google::protobuf::Message& message, std::string_view name);
 
-// The ranges are drape::CheckDescription's.
+// drape::CheckDescription checks the ranges.
 StructuralMaterial ReadStructuralMaterial(const v1::Material& material);
-// The numbers of kSurfaceFields into `parameters`.
+// Reads the numbers of kSurfaceFields into `parameters`.
 void CheckSurfaceMaterial(const FieldPath& path, const v1::Material& material,
                           ClothParameters& parameters, Violations& violations);
-// Those that an override sets; the others stay.
+// Reads those that an override sets; the others stay.
 void CheckSurfaceOverride(const FieldPath& path, const v1::ClothOverride& override_,
                           ClothParameters& parameters, Violations& violations);
 

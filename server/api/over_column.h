@@ -12,7 +12,7 @@ inline constexpr double kMaxMotion_s = 1e9;
 bool CheckOverColumn(const FieldPath& path, const DoubleList& over_s, size_t rows,
                      Violations& violations);
 
-// Of a column that passed CheckOverColumn: the number of a row, 0 where the column is empty.
+// The number of a row in a column that passed CheckOverColumn; 0 if the column is empty.
 double CheckOver(const FieldPath& path, const DoubleList& over_s, size_t row,
                  Violations& violations);
 

@@ -10,23 +10,24 @@
 namespace drape::api {
 namespace {
 
-// As of the origins of environments.
+// Largest coordinate, as for the origins of environments.
 constexpr double kMaxWorld_m = 1e12;
-// Between eye and target: closer, and the direction of view is a matter of rounding.
+// Least distance between eye and target; below it, rounding decides the direction of view.
 constexpr double kMinView_m = 1e-6;
-// Between up and the line of view: closer, and which way is up is a matter of rounding.
+// Least angle between up and the line of view; below it, rounding decides which way is up.
 constexpr double kMinUpAngle_rad = 1e-3;
-// A wider view is all distortion, a narrower one all rounding.
+// A wider view would be all distortion, a narrower one all rounding.
 constexpr double kMinFieldOfView_rad = 0.01;
 constexpr double kMaxFieldOfView_rad = 3;
-// Of a colour scale relative to its larger end: colours are computed in single precision.
+// Least width of a colour scale relative to its larger end: colours are computed in single
+// precision.
 constexpr double kMinRelativeRange = 1e-5;
 
 Eigen::Vector3d Direction(const Eigen::Vector3d& v) {
   return (v / v.cwiseAbs().maxCoeff()).normalized();
 }
 
-// The unit vector along `values`, into `direction`; false after a violation.
+// Sets `direction` to the unit vector along `values`; false after a violation.
 bool CheckDirection(const FieldPath& path, const DoubleList& values, Eigen::Vector3d& direction,
                     Violations& violations) {
   const auto v = CheckVector3(path, values, kMaxMagnitude, "", violations);
@@ -50,7 +51,7 @@ void CheckSize(const v1::RenderRequest& request, render::PictureSpec& spec,
                           kMaxPictureEdge_px);
 }
 
-// Whether up and view are each good is known; how they fit is not.
+// Both vectors are already valid; this checks the angle between them.
 void CheckUpAngle(const FieldPath& path, const Eigen::Vector3d& up, const Eigen::Vector3d& view,
                   Violations& violations) {
   const double angle_rad = std::asin(std::min(1.0, up.cross(view).norm()));
@@ -115,7 +116,7 @@ void CheckView(const v1::RenderRequest& request, render::PictureSpec& spec,
   if (request.has_camera()) spec.camera = CheckCamera(request.camera(), violations);
   if (!request.has_fit()) return;
   violations.Require(!request.has_camera(), path,
-                     [] { return "is of a fitted camera, and a camera is given"; });
+                     [] { return "applies to a fitted camera only, but a camera is given"; });
   if (!request.fit().view_direction().empty()) {
     CheckDirection(path.Child("view_direction"), request.fit().view_direction(),
                    spec.view_direction, violations);
@@ -146,7 +147,7 @@ std::optional<render::ValueRange> CheckRange(const DoubleList& range, render::Co
       colouring == render::Colouring::kStrain || colouring == render::Colouring::kSpeed;
   if (!violations.Require(
           has_scale, path,
-          [] { return "is of a colour scale, which only STRAIN and SPEED have"; }) ||
+          [] { return "needs a colour scale, which only STRAIN and SPEED have"; }) ||
       !violations.Length(path, range.size(), 2, "lowest and highest value") ||
       !CheckAllWithin(path, range, kMaxMagnitude, "", violations)) {
     return {};

@@ -92,7 +92,7 @@ void ApplyOverrides(const v1::CreateClothsRequest& request, std::vector<ClothCop
       !violations.Length(path, request.overrides_size(), copies.size(), "1 per copy")) {
     return;
   }
-  // What is wrong with the spec's own settings is not said again for every copy.
+  // Violations of the spec's own settings are not repeated for every copy.
   Violations spec_violations;
   CheckSettings(FieldPath("spec"), request.spec().settings(), spec_violations);
   const v1::StepSettings base =
@@ -103,11 +103,11 @@ void ApplyOverrides(const v1::CreateClothsRequest& request, std::vector<ClothCop
   }
 }
 
-// What a path of an update mask takes from `spec`.
+// Reads the part of `spec` that a path of an update mask names.
 using ReadPath =
     std::function<void(const v1::ClothSpec&, const RequestLimits&, ClothChange&, Violations&)>;
 
-// The paths of one number of the material each, read by the tables.
+// The paths that name one number of the material, read by the tables.
 void AddMaterialPaths(std::map<std::string, ReadPath, std::less<>>& paths) {
   static const FieldPath kMaterial = FieldPath("spec").Child("material");
   const auto read = [](const auto& field, const v1::ClothSpec& spec, auto& numbers,

@@ -9,10 +9,11 @@
 
 namespace drape::api {
 
-// Of all rest lengths at once; the least is its reciprocal.
+// Largest scale of all rest lengths at once; the smallest is its reciprocal.
 inline constexpr double kMaxLengthScale = 1000;
 
-// The rows of "rest_length_controls" and "rest_length_scales"; what is wrong goes to `violations`.
+// Reads the rows of "rest_length_controls" and "rest_length_scales" and adds what is wrong to
+// `violations`.
 std::vector<ControlRow<LengthControl>> CheckLengthControls(const v1::RestLengthControls& controls,
                                                            Violations& violations);
 std::vector<ControlRow<LengthScale>> CheckLengthScales(const v1::RestLengthScales& scales,

@@ -1,4 +1,4 @@
-// drape.v1.StepSettings in and out, field by field by the names of kSettings.
+// Reads and writes drape.v1.StepSettings, field by field, by the names in kSettings.
 #pragma once
 
 #include "drape/v1/cloth_spec.pb.h"
@@ -7,7 +7,7 @@
 
 namespace drape::api {
 
-// The preset with what the message sets. After a violation: REALTIME.
+// The settings of the preset with those that the message sets; REALTIME after a violation.
 StepSettings CheckSettings(const FieldPath& path, const v1::StepSettings& message,
                            Violations& violations);
 

@@ -15,8 +15,8 @@
 namespace drape::api {
 namespace {
 
-// A sphere, capsule or box smaller than this is one that single precision cannot tell from its
-// surface.
+// Smallest sphere, capsule and box: single precision cannot tell the centre of a smaller one from
+// its surface.
 constexpr double kMinRadius_m = 1e-9;
 // Far above any gravity; a step of 10 s still gives a finite velocity in single precision.
 constexpr double kMaxAcceleration_m_per_s2 = 1e12;
@@ -111,10 +111,11 @@ DistanceMapCollider CheckMeshCollider(const FieldPath& path, const v1::Collider&
           .transform = CheckTransform(path.Child("transform"), collider.transform(), violations)};
 }
 
-// What only meshes have.
+// Checks the fields that only meshes have.
 void CheckMeshFields(const FieldPath& path, const v1::Collider& collider, Violations& violations) {
   if (collider.has_transform() && !collider.has_mesh()) {
-    violations.Add(path.Child("transform"), "belongs to mesh: other shapes say where they are");
+    violations.Add(path.Child("transform"),
+                   "belongs to mesh: the other shapes have a position of their own");
   }
 }
 

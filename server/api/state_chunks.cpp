@@ -42,7 +42,7 @@ void AppendShifted(const T* values, uint64_t row_count, const Eigen::Vector3d& s
   }
 }
 
-// Room for what a chunk that begins at `first_row` can hold: growing by and by copies it again.
+// Reserves what a chunk that begins at `first_row` can hold: growing it step by step would copy it.
 void ReserveRows(const ScalarColumn& column, uint64_t first_row, uint64_t max_rows,
                  v1::PackedArray* array) {
   const uint64_t rows = std::visit([](const auto& values) { return values.size() / 3; }, column);

@@ -101,7 +101,7 @@ Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& r
   return Status::Ok();
 }
 
-// The first reason counts. What is being written must end before Finish.
+// The first reason counts. The write under way must end before Finish.
 void StateStreamReactor::Close(const Status& status) {
   if (ending_) return WriteNext();
   ending_ = status;

@@ -1,4 +1,4 @@
-// The one table from Drape's Status to what travels: grpc::Status with google.rpc.Status details.
+// The one table from Drape's Status to grpc::Status with google.rpc.Status details.
 #pragma once
 
 #include <grpcpp/support/status.h>

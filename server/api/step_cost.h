@@ -1,4 +1,4 @@
-// Whether one step of a cloth is short enough for a device that all tenants share. Pure.
+// Whether one step of a cloth is short enough for a device that all sessions share. Pure.
 #pragma once
 
 #include <cstddef>
@@ -11,14 +11,14 @@
 
 namespace drape::api {
 
-// INVALID_ARGUMENT naming `field`, the settings, above kMaxSolvesPerStep, or the colliders above
-// kMaxParticleColliderPairs.
+// INVALID_ARGUMENT naming `field`, the settings, above kMaxSolvesPerStep; naming the colliders
+// above kMaxParticleColliderPairs.
 Status CheckStepCost(const std::string& field, const SceneModel& model,
                      const StepSettings& settings, size_t collider_count);
 
-// The same for a cloth that `change` is applied to; names "spec.settings".
+// The same for a cloth after `change`; names "spec.settings".
 Status CheckStepCost(const ClothDescription& cloth, const ClothChange& change);
-// And for one that gets another model by it.
+// The same for a cloth to which `change` gives another model.
 Status CheckStepCost(const ClothDescription& cloth, const SceneModel& model,
                      const ClothChange& change);
 

@@ -63,7 +63,7 @@ Status CheckStateBytes(const std::vector<ChunkCloth>& cloths, const StateFields&
                                           " fit into a Step answer: use ReadStates");
 }
 
-// What the answer will say of the states, if `view` asks for any.
+// The cloths whose states the answer will hold; none if `view` asks for no states.
 Result<std::vector<ChunkCloth>> CheckStates(const ServiceContext& context, const StateFields& view,
                                             const ClothList& cloths) {
   if (!view.any()) return std::vector<ChunkCloth>();

@@ -10,19 +10,19 @@
 
 namespace drape::api {
 
-// Checks only what is lost in plain values: that a topology is set, and the form of packed and flat
-// arrays. Sizes, indices and numbers are drape::CheckDescription's. None where there is nothing to
-// go on with. `path` leads to the spec.
+// Checks only what plain values cannot show: that a topology is set, and the form of packed and
+// flat arrays. drape::CheckDescription checks sizes, indices and numbers. None if the form leaves
+// nothing to read. `path` leads to the spec.
 std::optional<Topology> ReadTopology(const FieldPath& path, const v1::ClothSpec& spec,
                                      Violations& violations);
 
-// Types, shapes and sizes of both arrays.
+// Checks types, shapes and sizes of both arrays.
 bool CheckMeshArrays(const FieldPath& path, const v1::Mesh& mesh, Violations& violations);
 // A mesh that CheckMeshArrays has passed.
 TriangleMesh ToTriangleMesh(const v1::Mesh& mesh);
 
-// The lists of `particles`, which `path` leads to; a rest length that is unset is 0. Unknown kinds
-// are added to `violations`, everything else is drape::CheckDescription's.
+// The lists of `particles`, which `path` leads to; an unset rest length is 0. Adds unknown kinds to
+// `violations`; drape::CheckDescription checks everything else.
 std::vector<DistanceConstraint> ReadConstraints(const FieldPath& path,
                                                 const v1::Particles& particles,
                                                 Violations& violations);

@@ -20,7 +20,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
 
   // Keeps the session alive while the request is under way.
   SessionLease lease;
-  // Goes when the answer has left.
+  // Dropped when the answer has been sent.
   std::shared_ptr<void> until_sent;
   // Set when the client has gone or its deadline has passed.
   CancelToken cancel;
@@ -36,7 +36,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   void OnDone() override { delete this; }
 };
 
-// For what is known at once.
+// Ends a call whose status is known at once.
 inline grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context,
                                         const Status& status) {
   auto* reactor = context->DefaultReactor();

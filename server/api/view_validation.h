@@ -1,4 +1,4 @@
-// From a StateView to what is wanted of the states, or INVALID_ARGUMENT. Pure.
+// From a StateView to the wanted fields of the states, or INVALID_ARGUMENT. Pure.
 #pragma once
 
 #include "drape/v1/state.pb.h"
@@ -9,11 +9,12 @@
 
 namespace drape::api {
 
-// Of a list: requests that wait keep it. Who wants more takes all.
+// Longest list of particles, because waiting requests keep it in memory. A client that wants more
+// reads all particles.
 inline constexpr int kMaxViewParticles = 4096;
 
-// `path`: of the view. No field asked for: positions. Particles that are not strictly ascending, or
-// more than kMaxViewParticles, are violations.
+// `path` leads to the view. Without a field, positions are meant. Particles that are not strictly
+// ascending, or more than kMaxViewParticles, are violations.
 StateFields CheckView(const FieldPath& path, const v1::StateView& view, Violations& violations);
 
 // INVALID_ARGUMENT that names the particles which one of the cloths does not have. `fields` come

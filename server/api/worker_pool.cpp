@@ -10,7 +10,7 @@ constexpr int64_t kRetryAfter_ms = 100;
 
 Status QueueFull(uint32_t count, const char* whose) {
   Status status(StatusCode::kResourceExhausted, "BUILD_QUEUE_FULL",
-                std::to_string(count) + " models " + whose + " wait to be built already");
+                std::to_string(count) + " models " + whose + " already wait to be built");
   return status.RetryAfterMs(kRetryAfter_ms);
 }
 

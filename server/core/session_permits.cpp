@@ -8,7 +8,7 @@ namespace drape {
 
 struct SessionPermits::Counts {
   std::mutex mutex;
-  std::unordered_map<std::string, uint32_t> by_session;  // none at zero
+  std::unordered_map<std::string, uint32_t> by_session;  // sessions without permits have no entry
   uint32_t in_all = 0;
 
   void Release(const std::string& session) {

@@ -40,7 +40,7 @@ struct FieldViolation {
 class [[nodiscard]] Status {
  public:
   Status() = default;
-  // `reason` is a stable UPPER_SNAKE_CASE word for programs, `message` a sentence for people.
+  // `reason` is a stable UPPER_CASE word for programs, `message` a sentence for people.
   Status(StatusCode code, std::string reason, std::string message)
       : code_(code), reason_(std::move(reason)), message_(std::move(message)) {}
 

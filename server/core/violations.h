@@ -1,4 +1,5 @@
-// What is wrong with an input, field by field: paths to fields, ranges of numbers, and the list.
+// The errors of an input, field by field: paths to fields, ranges of numbers, and the list of
+// violations.
 #pragma once
 
 #include <array>
@@ -55,12 +56,12 @@ struct Range {
   std::string ToString() const;
 };
 
-// All that is above 0, up to `high`.
+// The range (0, high].
 constexpr Range Positive(double high, std::string_view unit) {
   return {.low = 0, .high = high, .unit = unit, .includes_low = false};
 }
 
-// From 0 on, all that is below `high`.
+// The range [0, high).
 constexpr Range FromZeroBelow(double high) {
   return {.low = 0, .high = high, .includes_high = false};
 }
@@ -72,7 +73,7 @@ class Violations {
   static constexpr size_t kMaxCount = 16;
 
   void Add(const FieldPath& path, std::string description);
-  // Those that a lower layer found; `prefix` is put before each field.
+  // Adds the violations that a lower layer found, with `prefix` before each field.
   void AddAll(const std::vector<FieldViolation>& violations, std::string_view prefix = "");
   // `description` is only made when `is_legal` is false.
   template <class Describe>
@@ -83,13 +84,13 @@ class Violations {
 
   bool InRange(const FieldPath& path, double value, const Range& range);
   bool CountInRange(const FieldPath& path, uint64_t value, uint64_t min, uint64_t max);
-  // Below the number of particles.
+  // Requires an index below the number of particles.
   bool IsParticle(const FieldPath& path, uint64_t index, uint64_t count);
-  // Exactly `expected` elements; `meaning` says why, e.g. "3 per particle".
+  // Requires exactly `expected` elements; `meaning` says why, e.g. "3 per particle".
   bool Length(const FieldPath& path, size_t actual, size_t expected, std::string_view meaning);
 
   bool is_empty() const { return list_.empty(); }
-  // Further violations would be dropped: a loop over a long list may stop.
+  // Further violations would be dropped, so a loop over a long list may stop.
   bool is_full() const { return list_.size() >= kMaxCount; }
   size_t count() const { return list_.size(); }
   // OK, or INVALID_ARGUMENT with all of them.
@@ -100,8 +101,8 @@ class Violations {
   std::vector<FieldViolation> list_;
 };
 
-// The same status, each of its fields below `path`: "pins[2]" becomes "spec.pins[2]". Without field
-// violations as it is.
+// The same status with each of its fields below `path`: "pins[2]" becomes "spec.pins[2]". Unchanged
+// without field violations.
 Status Below(const FieldPath& path, const Status& status);
 
 }  // namespace drape

@@ -19,7 +19,7 @@ class Fence {
   // An empty fence: there is nothing to wait for.
   Fence() = default;
   // After all work that the current context has submitted. Flushes the context: other contexts
-  // would wait for ever for a fence that stays in its queue.
+  // would wait forever for a fence that stays in its queue.
   static Fence Insert();
   // A context of the share group must be current.
   ~Fence();

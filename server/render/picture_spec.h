@@ -24,7 +24,7 @@ struct Camera {
 
 // The meaning of a cloth's colour.
 enum class Colouring {
-  kMaterial,     // one colour per cloth, for telling them apart
+  kMaterial,     // one colour per cloth, to distinguish them
   kStrain,       // signed strain of largest magnitude among a particle's distance constraints [-]
   kColourGroup,  // the distance constraints as lines in the colour of their group (the solver's)
   kSpeed,        // |v| [m/s]

@@ -31,7 +31,7 @@ struct HalfEdge {
   bool IsSameEdge(const HalfEdge& other) const { return low == other.low && high == other.high; }
 };
 
-// Sorted, so that the half-edges of an edge stand together.
+// Sorted, so that the half-edges of one edge are adjacent.
 std::vector<HalfEdge> SortedHalfEdges(const TriangleMesh& mesh) {
   std::vector<HalfEdge> half_edges;
   half_edges.reserve(3 * mesh.triangles.size());

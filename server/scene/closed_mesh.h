@@ -15,13 +15,13 @@ struct ClosedMeshLimits {
   uint32_t max_triangles = 1u << 17;
 };
 
-// Whether the mesh is the boundary of a solid, which an inside and an outside need: at least four
-// triangles, none without area; each edge shared by exactly two triangles that run along it in
+// Whether the mesh is the boundary of a solid, so that it has an inside and an outside: at least
+// four triangles, none without area; each edge shared by exactly two triangles that run along it in
 // opposite directions; around each vertex a single fan; a positive volume, so that the triangles
 // are counter-clockwise seen from outside. Several parts, and cavities wound the other way, are
-// fine; vertices of no triangle are ignored. Vertices at one place but of different index are
-// different: the seam between them is open. Fields as in CheckMeshValues; at most 16 violations;
-// empty = good.
+// fine; vertices of no triangle are ignored. Vertices at the same position with different indices
+// are different: the seam between them is open. Fields as in CheckMeshValues; at most 16
+// violations; empty = good.
 std::vector<FieldViolation> CheckClosedMesh(const TriangleMesh& mesh,
                                             const ClosedMeshLimits& limits);
 

@@ -9,10 +9,9 @@ namespace {
 
 constexpr size_t kWordBits = 64;
 
-// Where each particle's mask of used colours begins, in words; [particle_count + 1].
-// When (i, j) is coloured, at most degree_i - 1 + degree_j - 1 colours are taken, so no colour of
-// particle i exceeds degree_i - 2 + its largest neighbour's degree: masks of that size never
-// overflow.
+// The first word of each particle's mask of used colours, [particle_count + 1]. When (i, j) is
+// coloured, at most degree_i - 1 + degree_j - 1 colours are taken, so no colour of particle i
+// exceeds degree_i - 2 + its largest neighbour's degree: masks of that size never overflow.
 template <class Pair>
 std::vector<size_t> MaskOffsets(std::span<const Pair> pairs, uint32_t particle_count) {
   std::vector<uint32_t> degrees(particle_count, 0);

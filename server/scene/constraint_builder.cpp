@@ -28,7 +28,7 @@ double GridSpacing(double extent, uint32_t count) {
   return count > 1 ? extent / (count - 1) : 0;
 }
 
-// Lengths of a grid's material: the spacings, and the widths that a row or column stands for.
+// Lengths of a grid: the spacings, and the width of cloth that a row or column represents.
 struct GridLengths {
   explicit GridLengths(const GridTopology& grid)
       : dx(GridSpacing(grid.width_m, grid.columns)),
@@ -40,7 +40,7 @@ struct GridLengths {
   double row_width, column_width;
 };
 
-// Compliance of an edge of this length that stands for a strip of this width.
+// Compliance of an edge of this length that represents a strip of this width.
 double EdgeCompliance(const StructuralMaterial& material, double length, double width) {
   if (material.stretch_stiffness_n_per_m == 0) return material.stretch_compliance_m_per_n;
   return length / (material.stretch_stiffness_n_per_m * width);

@@ -19,12 +19,12 @@ struct ParticleSystem {
   uint32_t dropped_triangles = 0;                  // zero-area triangles left out
 };
 
-// Structural edges along rows, then along columns; bending springs between particles two apart;
-// shear springs along both diagonals of each cell. Springs of stiffness 0 are not made.
+// Structural edges along rows, then along columns; bending springs between particles at a distance
+// of two; shear springs along both diagonals of each cell. Springs of stiffness 0 are not made.
 // Elastic elements: a rod for every three particles in a row or column, a twist for every cell,
-// then the diagonals of every cell that shear. Every row stands for an equal part of the height, as
-// it weighs, and every column for one of the width: the stretch stiffness and the bending rigidity
-// of a strip are those of its material to the bit, whatever its resolution.
+// then the diagonals of every cell that shear. Every row represents an equal part of the height,
+// like its weight, and every column an equal part of the width: the stretch stiffness and the
+// bending rigidity of a strip are exactly those of its material at any resolution.
 ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& material);
 
 // One distance constraint per unique edge, one bending spring per inner edge between the two
@@ -37,8 +37,8 @@ ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& mat
 ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& material);
 
 // The rest length of a connection that has none of its own: the distance of its particles in the
-// rest shape. 1 where there is none to take, so that only the cause (a bad index, particles that
-// coincide) is reported.
+// rest shape. 1 if that distance does not exist or is 0, so that only the cause (a bad index,
+// particles that coincide) is reported.
 double RestDistance_m(uint32_t i, uint32_t j, const std::vector<Eigen::Vector3d>& positions_m);
 
 ParticleSystem BuildParticles(const ParticleTopology& particles);

@@ -9,8 +9,8 @@
 
 namespace drape {
 
-// Where a model, which orders constraints by colour and leaves out those between two pins, has each
-// distance constraint of its description. Made in one pass over the model.
+// The index in a model of each distance constraint of its description. The model orders constraints
+// by colour and leaves out those between two pins. Made in one pass over the model.
 class ConstraintPlaces {
  public:
   ConstraintPlaces() = default;

@@ -100,7 +100,7 @@ void CheckConstraint(size_t index, const DistanceConstraint& constraint,
   const bool has_good_values =
       rest_length >= kMinRestLength_m && rest_length <= kMaxExtent_m && IsCoefficient(compliance);
   const bool is_apart = has_good_ends && particles.positions_m[i] != particles.positions_m[j];
-  if (has_good_values && is_apart) return;  // no text is made for good constraints
+  if (has_good_values && is_apart) return;  // the text is made for bad constraints only
 
   const FieldPath field = FieldPath("particles.distance_constraints").At(index);
   CheckEnds(field, i, j, count, violations);
@@ -158,7 +158,7 @@ void CheckMaterial(const StructuralMaterial& material, Violations& violations) {
   }
 }
 
-// Two ways to say one thing.
+// Two fields for the same property.
 void CheckChoices(const StructuralMaterial& material, Violations& violations) {
   if (material.stretch_stiffness_n_per_m > 0 && material.stretch_compliance_m_per_n > 0) {
     violations.Add(
@@ -245,7 +245,7 @@ void CheckDegrees(std::string_view field, const std::vector<Connection>& connect
                              *largest, what, max_degree));
 }
 
-// As many elements as springs, for the same reason.
+// The limit is that of springs, for the same reason.
 void CheckElasticDegrees(const ParticleSystem& system, uint32_t max_degree,
                          Violations& violations) {
   std::vector<uint32_t> degrees(system.rest_positions_m.size(), 0);

@@ -11,8 +11,8 @@
 
 namespace drape {
 
-// Legal ranges of the numbers in a description. Wide enough for any cloth in SI units, narrow
-// enough that no product in a single-precision step leaves the range of a float.
+// Legal ranges of the numbers in a description. They are wide enough for any cloth in SI units and
+// narrow enough that no product in a single-precision step leaves the range of a float.
 inline constexpr double kMaxExtent_m = 1e6;       // |coordinate|, lengths
 inline constexpr double kMinRestLength_m = 1e-9;  // of distance constraints
 inline constexpr double kMinParticleMass_kg = 1e-12;

@@ -34,16 +34,15 @@ struct SurfaceDistance {
 // in between. A collider places the map by a rigid transform. Immutable; safe to share between
 // threads.
 //
-// Error: |interpolated - exact| <= error_bound_m() everywhere in the grid, because a distance
-// changes by at most the way gone: with the weights w_k of the cell's corners x_k, the error is at
-// most sum_k w_k |x_k - p| <= sqrt(sum_k w_k |x_k - p|^2) <= sqrt(3)/2 cell. A spike that ends in
-// the middle of a cell reaches it. Where the surface is smooth with principal curvatures below
-// 1/R at distance d from it, it is at most 3/8 cell^2 / (R - |d|).
+// Error: |interpolated - exact| <= error_bound_m() everywhere in the grid, because the distances at
+// two points differ by at most the distance between the points: with the weights w_k of the cell's
+// corners x_k, the error is at most sum_k w_k |x_k - p| <= sqrt(sum_k w_k |x_k - p|^2) <= sqrt(3)/2
+// cell. A spike that ends in the middle of a cell reaches it. Where the surface is smooth with
+// principal curvatures below 1/R at distance d from it, it is at most 3/8 cell^2 / (R - |d|).
 //
 // Outside the grid, from q, the nearest point of the grid's box: sqrt(|p - q|^2 + D(q)^2). The mesh
-// lies in the box, which is convex, so this is at most the exact distance (but for the error bound)
-// and at least 1/sqrt(2) of it; no contact is missed, and it continues from the inside without a
-// step.
+// is inside the box, which is convex, so this is at most the exact distance (apart from the error
+// bound) and at least 1/sqrt(2) of it. No contact is missed, and there is no jump at the box.
 class DistanceMap {
  public:
   // Checks settings and mesh (closed_mesh.h) and refuses surfaces that cross themselves or have
@@ -83,7 +82,7 @@ class DistanceMap {
 
  private:
   DistanceMap() = default;
-  // Corner samples of a cell and where in it a point lies.
+  // The corner samples of a cell and the position of a point in it.
   struct CellPoint {
     std::array<double, 8> corners_m;  // bit 0 of the index: +x, bit 1: +y, bit 2: +z
     Eigen::Vector3d fraction;         // in [0, 1]

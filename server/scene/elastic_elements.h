@@ -1,5 +1,5 @@
-// Elements that resist bending and shear at any step size, and how they share the masses of the
-// particles (server/solver/method.md, "apply_elastic").
+// Elements that resist bending and shear at any step size, and how they share the particles' masses
+// (server/solver/method.md, "apply_elastic").
 #pragma once
 
 #include <array>
@@ -20,9 +20,9 @@ struct ElasticElement {
   std::array<double, 4> weights{};
   double rest_length_m = 0;
   double stiffness_n_per_m = 0;  // > 0
-  // 1, or 0 for no damping: share of the speed of l that an element loses if it is far too fast for
-  // a substep. Linear elements need none, and have no direction along which to lose it where they
-  // are flat.
+  // 1, or 0 for no damping: share of the speed of l that an element loses if it is much too fast
+  // for a substep. Linear elements need no damping, and where they are flat they have no direction
+  // for it.
   double damping_share = 0;
 };
 
@@ -64,7 +64,8 @@ struct ElasticShares {
   std::vector<double> masses_kg;
 };
 
-// Small enough to have no effect, and large enough for single precision.
+// Smallest mass of such an oscillator [kg]: small enough to have no effect, large enough for single
+// precision.
 inline constexpr double kMinElasticMass_kg = 1e-30;
 inline constexpr double kMaxElasticFrequencySq_per_s2 = 1e18;  // far above any 1 / substep^2
 

@@ -7,7 +7,7 @@ namespace drape {
 
 namespace {
 
-// See IsDegenerate: of the squared longest edge [-].
+// Share of the squared longest edge [-], see IsDegenerate.
 constexpr double kMinAreaRatio = 1e-12;
 
 }  // namespace

@@ -17,12 +17,13 @@ struct SignedDistance {
   uint32_t triangle = 0;  // a nearest one
 };
 
-// The distance is that to the nearest triangle, the sign that of the offset from the nearest point
-// against the normal there: of the face, the sum of both faces' at an edge, the angle-weighted sum
-// at a vertex, which is right whichever of several equally near triangles was found (Bærentzen &
-// Aanæs 2005, «Signed distance computation using the angle weighted pseudonormal»). On a surface
-// that crosses itself the sign is that of the nearest sheet. The mesh has passed CheckClosedMesh;
-// it may go away afterwards. Immutable; safe to share between threads.
+// The distance is that to the nearest triangle. Its sign is that of the offset from the nearest
+// point along the normal there: the normal of the face, the sum of both faces' normals at an edge,
+// the angle-weighted sum at a vertex. So the sign is right whichever of several equally near
+// triangles was found (Bærentzen & Aanæs 2005, «Signed distance computation using the angle
+// weighted pseudonormal»). On a surface that crosses itself the sign is that of the nearest sheet.
+// The mesh has passed CheckClosedMesh; it is not used after construction. Immutable; safe to share
+// between threads.
 class MeshDistance {
  public:
   explicit MeshDistance(const TriangleMesh& mesh);
@@ -31,7 +32,7 @@ class MeshDistance {
   SignedDistance At(const Eigen::Vector3d& p, std::optional<uint32_t> guess = {}) const;
 
  private:
-  // Of arbitrary length; only the direction matters.
+  // Their lengths are arbitrary; only the directions matter.
   struct Pseudonormals {
     std::array<Eigen::Vector3d, 3> edges;
     std::array<Eigen::Vector3d, 3> corners;

@@ -1,13 +1,13 @@
-// Frames. world = environment + environment_origin; environment = cloth frame +
-// origin_in_environment.
+// Frames: world = environment + environment_origin_m; environment = cloth frame +
+// origin_in_environment_m.
 #pragma once
 
 #include <Eigen/Core>
 
 namespace drape {
 
-// Where a cloth's own frame lies. Solvers see only the cloth frame; everything that enters or
-// leaves them is shifted here, in double precision. Copies that differ only by environment_origin_m
+// The place of a cloth's own frame. Solvers see only this frame; everything that enters or leaves
+// them is shifted here, in double precision. Copies that differ only by environment_origin_m
 // therefore compute the same bits.
 struct Placement {
   Eigen::Vector3d environment_origin_m = Eigen::Vector3d::Zero();  // in the world

@@ -185,7 +185,7 @@ void SceneModel::SetConnections(ParticleSystem& system) {
 void SceneModel::SetConstraints(const std::vector<bool>& is_pin,
                                 std::vector<DistanceConstraint> constraints) {
   described_constraint_count_ = static_cast<uint32_t>(constraints.size());
-  std::vector<uint32_t> sources;  // of those that stay
+  std::vector<uint32_t> sources;  // of the constraints that stay
   sources.reserve(constraints.size());
   for (uint32_t k = 0; k < constraints.size(); ++k) {
     if (!is_pin[constraints[k].i] || !is_pin[constraints[k].j]) sources.push_back(k);
@@ -268,7 +268,7 @@ double SceneModel::elastic_frequency_sq_bound() const {
   return all.empty() ? 0 : *std::ranges::max_element(all);
 }
 
-// Everything else follows from these members.
+// Every other member follows from these.
 uint64_t SceneModel::HashContent() const {
   ContentHash hash;
   hash.Add(rest_positions_m_);

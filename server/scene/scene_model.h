@@ -24,13 +24,13 @@ struct SpringEnd {
   double damping_n_s_per_m = 0;
 };
 
-// Limits that keep one model within what the server publishes.
+// Limits of one model, as the server publishes them.
 struct ModelLimits {
   uint32_t max_particles = 1u << 20;
   uint32_t max_constraints = 1u << 23;  // of distance constraints, of springs, and of joints
   // Distance constraints of one particle, springs of one, and joints of one. Bounds the colours (2
   // * max_degree - 1), and with them the dependent phases of a sweep: a star of a million edges
-  // would occupy the device for all tenants.
+  // would occupy the device for all sessions.
   uint32_t max_degree = 1024;
 };
 
@@ -85,7 +85,7 @@ class SceneModel {
   std::span<const Spring> springs() const { return springs_; }
   std::span<const uint32_t> spring_offsets() const { return spring_offsets_; }
   std::span<const SpringEnd> spring_ends() const { return spring_ends_; }
-  // Without those of pins alone, in the order of constraint_builder.h.
+  // In the order of constraint_builder.h, without the elements between pins alone.
   std::span<const ElasticElement> elastic_elements() const { return elastic_elements_; }
   const ElasticShares& elastic_shares() const { return elastic_shares_; }
   // Pinned particles, ascending; pin k's target is element k of every pin-target list.
@@ -123,14 +123,14 @@ class SceneModel {
   // frequency of a link across its length.
   double link_mobility() const { return link_mobility_; }
   double total_mass_kg() const { return total_mass_kg_; }  // without pins
-  // The largest squared angular frequency of an elastic element [1/s^2], 0 without: a bound on that
-  // of all of them together (ElasticShares).
+  // The largest squared angular frequency of an elastic element [1/s^2], 0 without elements: a
+  // bound on that of all of them together (ElasticShares).
   double elastic_frequency_sq_bound() const;
   // Smallest damping over stiffness of a spring with stiffness [s]; 0 without springs.
   double least_spring_damping_s() const { return least_spring_damping_s_; }
   // The largest R such that some free particle has four constraints to neighbours that are all at
   // least R times as heavy (pins: infinitely); 0 if none has four. Such a particle cannot give way
-  // to its neighbours one by one, so sweeps converge the more slowly the larger R is.
+  // to its neighbours one by one, so a larger R makes sweeps converge more slowly.
   double held_mass_ratio() const { return held_mass_ratio_; }
   uint32_t dropped_triangles() const { return dropped_triangles_; }
   // Distance constraints and joints between two pins.

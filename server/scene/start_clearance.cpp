@@ -15,7 +15,7 @@ using Eigen::Vector3d;
 // share of the mean length more, so that they end.
 constexpr uint32_t kMaxSteps = 1000;
 constexpr double kLeastStep = 1e-3;
-// The way down is taken where it needs less than this share of the motion up.
+// The way down is taken if it needs less than this share of the motion up.
 constexpr double kMuchLess = 0.9;
 
 bool IsPin(const LengthDemands& demands, uint32_t i) {
@@ -25,7 +25,7 @@ bool IsPin(const LengthDemands& demands, uint32_t i) {
 // The relation of a particle to one collider.
 struct Place {
   bool is_inside = false;
-  Vector3d outside_m;  // by the nearest way; as it is for particles outside and for pins
+  Vector3d outside_m;  // by the nearest way; unchanged for particles outside and for pins
 };
 
 // The places of all particles; empty: none of them is inside.
@@ -52,7 +52,7 @@ bool IsCaught(const DistanceConstraint& link, const std::vector<Place>& places,
   return pushed_m > kCaughtRatio * std::max(link.rest_length_m, described_m);
 }
 
-// Sets of particles, each known by its least one.
+// Sets of particles, each identified by its least index.
 class Sets {
  public:
   explicit Sets(size_t count) : parents_(count) {
@@ -80,7 +80,7 @@ struct Knot {
 
 struct Knots {
   std::vector<Knot> knots;
-  bool has_pinned_link = false;  // that is caught
+  bool has_pinned_link = false;  // with a link that is caught
 };
 
 void FindKnotsOf(const LengthDemands& demands, const std::vector<Place>& places,

@@ -13,10 +13,10 @@ namespace drape {
 
 // A link whose ends are both inside a collider is caught where, each out by the nearest way, they
 // are farther apart than this many times its length [-] (or than they are described, if that is
-// more). On a surface of radius R that is deeper than R/2, at an edge of a box deeper than 0.7 of
-// the length, and never where both ends are less deep than half the length. Smaller: cloths that
-// lie a little deep in a tight curve would be moved, and contacts bring those out without harm.
-// Larger: what contacts tear starts as it is described.
+// more). On a surface of radius R such a link is deeper than R/2, at an edge of a box deeper than
+// 0.7 of its length; it never has both ends less deep than half its length. Smaller: cloths a
+// little deep in a tight curve would be moved, although contacts bring them out without harm.
+// Larger: links that contacts tear apart start as described.
 inline constexpr double kCaughtRatio = 2;
 
 enum class StartClearance : uint8_t {
@@ -33,10 +33,10 @@ struct ClearStart {
 
 // Looks for caught links. Particles that hang together inside a collider by links, some of them
 // caught, are led out to one side of the sheet that they are part of: along its normal there, to
-// the side that takes the least motion (sum m |dx|^2), `up` (unit) where that is about the same.
-// Then lengths are restored with the colliders as obstacles (RestoreLengths). Where that is not
-// good enough the other side is tried, then the nearest ways out. Good enough are errors that need
-// no restoring (NeedsRestoring), with no link caught.
+// the side that takes the least motion (sum m |dx|^2), or to `up` (unit) if both take about the
+// same. Then lengths are restored with the colliders as obstacles (RestoreLengths). If the result
+// is not good enough, the other side is tried, then the nearest ways out. A result is good enough
+// if its errors need no restoring (NeedsRestoring) and no link is caught.
 //
 // Rigid links keep their lengths; compliant ones get no longer than they are described; springs are
 // not looked at. Pins stay: a link that is caught with one of its ends pinned cannot be freed.

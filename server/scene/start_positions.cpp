@@ -18,10 +18,10 @@ using Eigen::Vector3d;
 // Sweeps that bring links from anywhere to about their lengths; the remaining errors are smooth and
 // small enough for Newton's method.
 constexpr uint32_t kSweeps = 1000;
-// Sweeps spread the stretch at the rims of obstacles slowly over large cloths. Where they leave
-// more than kSweptError (RMS), more follow in rounds: kHeavySweeps that keep kMomentum of the last
-// motion, then kPlainSweeps for the wrinkles that these leave. Rounds end when one leaves more than
-// kUseful of the errors before it.
+// Sweeps spread the stretch at the rims of obstacles slowly over large cloths. If they leave more
+// than kSweptError (RMS), rounds follow: kHeavySweeps that keep kMomentum of the last motion, then
+// kPlainSweeps for the wrinkles that these leave. Rounds end when one leaves more than kUseful of
+// the errors before it.
 constexpr double kSweptError = 3e-3;
 constexpr uint32_t kHeavySweeps = 200;
 constexpr double kMomentum = 0.95;
@@ -53,7 +53,7 @@ struct Row {
   uint32_t j = kNoParticle;
   Vector3d n;
   double error_m = 0;
-  double length_m = 1;  // to which the error is relative
+  double length_m = 1;  // the error is relative to it
 };
 
 double WhatIsForbidden(ConstraintKind kind, double error_m) {
@@ -84,7 +84,7 @@ class Restoration {
     PullToPins();
     for (uint32_t attempt = 0; attempt < kAttempts; ++attempt) {
       if (attempt > 0) Disorder();
-      // Forth and back along the order of the description, which leads through the cloth.
+      // Back and forth in the order of the description, which leads through the cloth.
       SweepPlainly(kSweeps);
       if (!obstacles_.colliders.empty()) SpreadErrors();
       KeepIfBetter();
@@ -235,7 +235,7 @@ class Restoration {
     return true;
   }
 
-  // Newton's method until the errors are gone or do not get smaller.
+  // Newton's method until the errors are within the tolerance or get no smaller.
   void Correct() {
     if (order_.size() + 3 * demands_.joints.size() > kMaxNewtonRows) return;
     uint32_t failures = 0;
@@ -245,7 +245,7 @@ class Restoration {
       double longest_m = 0;
       for (const Vector3d& way : motion) longest_m = std::max(longest_m, way.norm());
       if (!std::isfinite(longest_m)) return;
-      // Beyond a link's length the linearised demands mean nothing.
+      // Over more than a link's length the linearised demands mean nothing.
       const double share =
           longest_m > demands_.length_scale_m ? demands_.length_scale_m / longest_m : 1;
       for (size_t i = 0; i < x_.size(); ++i) x_[i] += share * motion[i];

@@ -32,7 +32,7 @@ LengthErrors FindLengthErrors(const LengthDemands& demands,
                               std::span<const Eigen::Vector3d> positions_m);
 
 // Errors up to which positions are kept: a cloth that is being simulated may have them too.
-// Smaller: states from a simulation would be changed. Larger: a link that is off by C leaves its
+// Smaller: states from a simulation would be changed. Larger: a link with the error C leaves its
 // first substep, of duration h, with the speed C/h, which throws the cloth about.
 inline constexpr double kMaxStartError = 0.25;
 inline constexpr double kMaxStartRmsError = 0.02;
@@ -43,11 +43,11 @@ inline constexpr double kRestoredError = 1e-6;
 
 // Moves free particles to positions near by where the demands are met: within reach of the pins
 // (tethers), by Gauss-Seidel sweeps (Bender et al. 2009, section 3.2, without velocities), then by
-// Newton's method for the least motion, sum m |dx|^2. Where that ends in a place from which no
-// small motion leads on (all on a line), once more from slightly disordered positions, the same
-// every time. Demands that contradict each other are met as well as was found. So are those of
-// cloths so large that the work is cut off, after some seconds. Returns the errors that are left,
-// never larger (RMS) than before. Any thread.
+// Newton's method for the least motion, sum m |dx|^2. If that ends where no small motion helps (all
+// particles on a line), it is repeated from slightly disordered positions, the same every time.
+// Demands that contradict each other are met as well as possible; so are those of cloths so large
+// that the work is cut off after some seconds. Returns the errors that are left, never larger (RMS)
+// than before. Any thread.
 LengthErrors RestoreLengths(const LengthDemands& demands,
                             std::vector<Eigen::Vector3d>& positions_m);
 

@@ -119,7 +119,8 @@ class PathCover {
 
   uint32_t DegreeOf(uint32_t p) const { return incidence_.offsets[p + 1] - incidence_.offsets[p]; }
 
-  // Not the corner of a cloth.
+  // Whether `edges`, those of p, are in a chain. A corner of a cloth has two edges as well, but its
+  // neighbours have more.
   bool IsInChain(uint32_t p, std::span<const uint32_t> edges) const {
     return std::ranges::all_of(edges, [&](uint32_t c) { return DegreeOf(OtherEnd(c, p)) <= 2; });
   }

@@ -45,7 +45,7 @@ NearestOnTriangle NearestPoint(const TriangleGeometry& triangle, const Vector3d&
     const Vector3d edge = triangle.corners_m[(k + 1) % 3] - start;
     if (edge.cross(triangle.normal).dot(p - start) <= 0) continue;
     is_above_face = false;
-    // The nearest point lies on an edge whose plane p is beyond.
+    // The nearest point is on an edge whose plane p is beyond.
     const NearestOnTriangle on_edge = NearestOnEdge(triangle, k, p);
     if (on_edge.distance_sq < nearest.distance_sq) nearest = on_edge;
   }

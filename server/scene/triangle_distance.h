@@ -17,7 +17,7 @@ struct TriangleGeometry {
 TriangleGeometry MakeTriangleGeometry(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                       const Eigen::Vector3d& c);
 
-// The part of a triangle that a point lies on. Edge k runs from corner k to corner k + 1 (mod 3).
+// The part of a triangle that contains a point. Edge k runs from corner k to corner k + 1 (mod 3).
 enum class TriangleFeature : uint8_t { kFace, kEdge, kCorner };
 
 struct NearestOnTriangle {
@@ -28,8 +28,8 @@ struct NearestOnTriangle {
 };
 
 // By the signs of p against the three planes through an edge along the normal, then the nearest of
-// the edges; unlike barycentric coordinates this does not divide by the squared area, so that
-// slivers cost no digits.
+// the edges; unlike barycentric coordinates this does not divide by the squared area, so slivers
+// lose no digits.
 NearestOnTriangle NearestPoint(const TriangleGeometry& triangle, const Eigen::Vector3d& p);
 
 }  // namespace drape

@@ -14,14 +14,15 @@ namespace drape {
 struct TriangleShares {
   std::vector<uint32_t> offsets;    // [particle_count + 1]
   std::vector<uint32_t> triangles;  // [3 * triangle_count]
-  // The mass that an impulse on a triangle may count on, a third of it at each corner
+  // The mass on which an impulse on a triangle may act, a third of it at each corner,
   // [triangle_count]. Each particle divides its mass among its triangles by their areas; the mass
-  // of a triangle is three times the smallest of its corners' shares, so no particle is promised
-  // twice. In a mesh of uniform density it is the mass of the triangle itself.
+  // of a triangle is three times the smallest of its corners' shares, so no particle gives more
+  // than its mass. In a mesh of uniform density it is the mass of the triangle itself.
   std::vector<double> masses_kg;
 };
 
-// So small that it has no effect; keeps its reciprocal within single precision.
+// Smallest mass of a triangle [kg]: it has no effect, and its reciprocal is within single
+// precision.
 inline constexpr double kMinTriangleMass_kg = 1e-30;
 
 // `masses_kg` of the particles, pins included. Linear time.

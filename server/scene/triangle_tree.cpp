@@ -74,7 +74,7 @@ void TriangleTree::Split(uint32_t node, const std::vector<Array3d>& centers) {
   Split(children + 1, centers);
 }
 
-// Children stand behind their parents, so from the back every box finds those that it encloses.
+// Children follow their parents, so a pass from the back finds the boxes of the children first.
 void TriangleTree::SetBoxes() {
   for (size_t k = nodes_.size(); k-- > 0;) {
     Node& node = nodes_[k];

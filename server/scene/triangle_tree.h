@@ -18,7 +18,7 @@ struct NearestTriangle {
 };
 
 // Immutable; safe to share between threads. About 200 bytes per triangle. The mesh has at least one
-// triangle and none of them is degenerate; it may go away afterwards.
+// triangle and none of them is degenerate; it is not used after construction.
 class TriangleTree {
  public:
   explicit TriangleTree(const TriangleMesh& mesh);

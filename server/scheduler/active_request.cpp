@@ -101,7 +101,7 @@ Status Prepare(Backend& backend, ClothRuntime& cloth, const LengthControl& /*con
 void Apply(ClothRuntime& cloth, const PinControl& control) {
   PinTrack& pins = cloth.controls().pins();
   const size_t pin = *FindPin(*cloth.model(), control.particle);
-  // Nothing changes, and the cloth may stay asleep.
+  // The pin is already at this target, so the cloth may stay asleep.
   if (pins.is_settled() && control.target_m == pins.motion(pin).goal) return;
   pins.Move(pin, control.target_m, control.over_s, cloth.now().time_s);
 }

@@ -43,9 +43,9 @@ class ActiveRequest {
   bool is_done() const { return has_started_ && cloths_to_step_ == 0; }
   uint64_t last_round() const { return last_round_; }
 
-  // What the step of each cloth that has steps left costs in a batch, in the order in which Take
-  // takes them: one for every `solves_per_cost` solves that it may need, at least one. Valid until
-  // the next call.
+  // The cost in a batch of the next step of each cloth that has steps left, in the order of Take:
+  // one for every `solves_per_cost` solves that the step may need, at least one. Valid until the
+  // next call.
   std::span<const uint32_t> Costs(double solves_per_cost);
   // The next `count` (<= cloths_to_step) cloths, as indices into work().cloths. They take part in
   // round `round`.

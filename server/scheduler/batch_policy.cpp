@@ -66,7 +66,7 @@ FairShare ShareOut(FairShare share, uint32_t quantum, OpenBatch& batch) {
       deficit -= batch.NextCost(queue);
       batch.TakeNext(queue);
     }
-    // A session with nothing left to do saves nothing up.
+    // A session with nothing left to do keeps no unused cost.
     if (queue.is_empty()) deficit = 0;
     share.first_session = (share.first_session + 1) % session_count;
     share.has_turn_begun = false;
@@ -89,7 +89,7 @@ BatchChoice SelectBatch(std::span<const RunnableRequest> requests, const FairSha
     for (size_t r = 0; r < requests.size(); ++r) {
       batch.taken[r] = static_cast<uint32_t>(requests[r].costs.size());
     }
-    choice.share = {share.first_session, false, {}};  // no session has to wait: all begin anew
+    choice.share = {share.first_session, false, {}};  // no session has to wait: all start again
   } else {
     choice.share = ShareOut(share, limits.quantum, batch);
   }

@@ -10,11 +10,11 @@ namespace drape {
 // A request that may be stepped now: it has the turn at every one of its cloths (cloth_runtime.h).
 struct RunnableRequest {
   uint32_t session = 0;  // index into the sessions
-  // What the step of each cloth costs, >= 1, for the cloths that have steps left, in the order in
-  // which they are taken; at least one cloth. Most cloths cost 1.
+  // The cost of the next step, >= 1, of each cloth that has steps left, in the order in which they
+  // are taken; at least one cloth. Most cloths cost 1.
   std::span<const uint32_t> costs;
   // The round in which it last took part or, before that, in which it arrived. Within a session the
-  // request that has waited longest goes first; ties are in order of arrival.
+  // request that has waited longest comes first; ties are in order of arrival.
   uint64_t last_round = 0;
 };
 
@@ -48,7 +48,7 @@ struct BatchChoice {
 // Deficit round robin over sessions (Shreedhar and Varghese 1996). If all cloths fit, all are
 // taken. Otherwise sessions share the batch by turns of one quantum, and the next batch continues
 // with the turn in which this one was full. A batch has room left only if no cloth waits, or if the
-// next cloth does not fit. No request waits for ever: with S sessions of R requests each and the
+// next cloth does not fit. No request waits forever: with S sessions of R requests each and the
 // limits of this call, a request takes part within S * R * ceil(cost of the largest request /
 // quantum) turns of the round robin. `requests` in order of arrival.
 BatchChoice SelectBatch(std::span<const RunnableRequest> requests, const FairShare& share,

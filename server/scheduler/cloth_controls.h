@@ -1,4 +1,4 @@
-// What requests drive of one cloth: its pins, colliders and rest lengths.
+// The parts of one cloth that requests drive: its pins, colliders and rest lengths.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,15 +18,14 @@ using PinTrack = Track<Eigen::Vector3d>;  // [pin_count] in the order of the mod
 // In the cloth frame. Device thread, except CollidersAt.
 class ClothControls {
  public:
-  // Any thread. Where the colliders are at `time_s` and how they go on from there; empty: they rest
-  // as described.
+  // Poses and velocities of the colliders at `time_s`; empty: they rest as described. Any thread.
   std::vector<RigidMotion> CollidersAt(double time_s) const;
 
   PinTrack& pins() { return pins_; }
   const PinTrack& pins() const { return pins_; }
   LengthTrack& lengths() { return lengths_; }
   const LengthTrack& lengths() const { return lengths_; }
-  // Changes are to be followed by ShowColliders.
+  // Call ShowColliders after changing them.
   ColliderTrack& colliders() { return colliders_; }
   const ColliderTrack& colliders() const { return colliders_; }
 
@@ -37,9 +36,9 @@ class ClothControls {
   // The cloth has these colliders from now on, in motion or (empty) at rest about these pivots.
   void StartColliders(std::vector<RigidMotion> motions, std::vector<Eigen::Vector3d> pivots_m,
                       double now_s);
-  // The backend knows the motions of `track`.
+  // Takes over `track`, whose motions the backend already has.
   void SetColliders(ColliderTrack track);
-  // From now on CollidersAt sees what has been done to colliders().
+  // Makes the changes to colliders() visible to CollidersAt.
   void ShowColliders();
 
   // The targets of a step between these times. Valid until the next call.

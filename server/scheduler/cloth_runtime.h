@@ -31,7 +31,7 @@ struct WarningCounters {
   friend bool operator==(const WarningCounters&, const WarningCounters&) = default;
 };
 
-// How far a cloth has come.
+// The progress of a cloth.
 struct ClothProgress {
   uint64_t completed_steps = 0;
   double time_s = 0;  // simulated
@@ -82,7 +82,7 @@ class ClothRuntime {
 
   // Any thread.
   ClothProgress progress() const { return published_.Read(); }
-  // Where the colliders are and how they move on, in the cloth frame; empty: they rest as
+  // The present poses and velocities of the colliders, in the cloth frame; empty: they rest as
   // described.
   std::vector<RigidMotion> collider_motions() const {
     return controls_.CollidersAt(progress().time_s);
@@ -112,7 +112,8 @@ class ClothRuntime {
   uint64_t reset_count() const { return reset_count_; }
   ClothControls& controls() { return controls_; }
   const ClothControls& controls() const { return controls_; }
-  // The settings of all steps from now on. Wakes the cloth: what changes with them may act on it.
+  // The settings of all steps from now on. Wakes the cloth, because a change of settings may act on
+  // it.
   void SetSettings(const StepSettings& settings);
   FrameBudget& budget() { return budget_; }
   SleepWatch& sleep() { return sleep_; }
@@ -126,7 +127,7 @@ class ClothRuntime {
   // Simulated time at the end of the next step: base time + steps since * time step, so that a
   // cloth whose time step never changed is at exactly step * time step.
   double NextTime_s() const;
-  // The backend did a step and reported this. A fault leaves steps and time as they were.
+  // The backend did a step and reported this. After a fault, steps and time are unchanged.
   void CompleteStep(const StepReport& report);
   // A step of a sleeping cloth: only the time advances.
   void CompleteStepAsleep();

@@ -1,4 +1,4 @@
-// Where the colliders of one cloth are and will be.
+// The poses of the colliders of one cloth over time.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,9 +12,9 @@
 
 namespace drape {
 
-// Where a collider is sent.
+// The pose that a collider is sent to.
 struct ColliderTarget {
-  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();          // of its pivot
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();          // of the pivot
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // unit, from how it was described
 };
 
@@ -40,7 +40,7 @@ class ColliderTrack {
   // As StepItem::collider_motions wants them for a step between these times: nothing unless
   // is_moving(). Valid until the next call.
   std::span<const RigidMotion> MotionsForStep(double start_s, double end_s);
-  // Where they are, and how they go on from there (Motion::At).
+  // Their poses and velocities at a time (Motion::At).
   std::vector<RigidMotion> At(double time_s) const { return track_.At(time_s); }
 
  private:

@@ -78,7 +78,7 @@ class DeviceLoop {
 
   // Moves the requests that are over from requests_ to the result; starts those that can start.
   std::vector<RequestPointer> StartAndEnd();
-  // What one request contributes to a batch.
+  // The part of a batch that comes from one request.
   struct Part {
     ActiveRequest* request = nullptr;
     std::vector<uint32_t> cloths;  // indices into its work

@@ -13,7 +13,8 @@
 namespace drape {
 
 // The lengths of the constraints of one cloth, in the order of the model. They are the model's
-// until the cloth is driven; a cloth that never is costs nothing. Not thread-safe.
+// until a request drives them; a cloth whose lengths are never driven costs nothing. Not
+// thread-safe.
 class LengthTrack {
  public:
   bool is_driven() const { return !track_.empty(); }
@@ -27,11 +28,12 @@ class LengthTrack {
 
   // The index in the model of constraint `source` of the description; none if it is left out.
   std::optional<uint32_t> FindConstraint(const SceneModel& model, uint32_t source);
-  // Constraint `index` of the model goes to `length_m` from its present length in `over_s` seconds.
+  // Constraint `index` of the model changes to `length_m` from its present length in `over_s`
+  // seconds.
   void Move(uint32_t index, double length_m, double over_s, double now_s) {
     track_.Move(index, length_m, over_s, now_s);
   }
-  // Every constraint goes to `scale` times the length of `model`.
+  // Every constraint changes to `scale` times the length of `model`.
   void Scale(const SceneModel& model, double scale, double over_s, double now_s);
 
   // The lengths themselves, not the targets (Motion::At).

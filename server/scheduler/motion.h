@@ -1,4 +1,4 @@
-// How what a control drives moves over time. Pure.
+// The motion of a driven value over time. Pure.
 #pragma once
 
 #include <optional>
@@ -28,7 +28,7 @@ inline RigidMotion After(const RigidMotion& start, double seconds) {
 }
 
 // From `start` at start_s to `goal` at start_s + over_s; constant afterwards. Without a goal it
-// continues by itself. Any one frame.
+// continues with its own velocity. Any one frame.
 template <class Value>
 struct Motion {
   Value start;

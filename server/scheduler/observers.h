@@ -19,7 +19,7 @@ namespace drape {
 
 // Limit on the frames of one subscription that exist at once (read from the device, not yet dropped
 // by the receiver), whatever its credit. Two keep a connection busy; more only make frames older
-// and cost memory.
+// and use memory.
 inline constexpr uint32_t kMaxFramesInFlight = 2;
 
 // Everything that DecideFrame depends on.

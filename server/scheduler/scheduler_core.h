@@ -60,8 +60,8 @@ class Scheduler::Core {
     StepWork work;
     int64_t submitted_us = 0;
   };
-  // What the device thread takes over at the beginning of a round; only commands while the next
-  // batch waits for more requests.
+  // The work that the device thread takes over at the beginning of a round; only commands while the
+  // next batch waits for more requests.
   struct Inbox {
     std::deque<DeviceCommand> commands;
     std::deque<Submission> submissions;
@@ -109,7 +109,7 @@ class Scheduler::Core {
 
   mutable std::mutex mutex_;
   std::condition_variable wake_;    // for the device thread
-  std::atomic<uint64_t> news_{0};   // how often it was notified
+  std::atomic<uint64_t> news_{0};   // number of notifications
   std::condition_variable parked_;  // for Hold
   std::deque<DeviceCommand> commands_;
   std::deque<Submission> submissions_;

@@ -19,7 +19,7 @@ class SleepWatch {
  public:
   // Wakes.
   void Set(const StepSettings& settings);
-  // Something acts on the cloth: it is awake, and a new second begins.
+  // Something acts on the cloth: it is awake, and a new watch begins.
   void Wake();
 
   bool is_asleep() const { return is_asleep_; }

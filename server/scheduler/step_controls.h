@@ -1,4 +1,4 @@
-// What a step request drives: plain values.
+// The controls of a step request: plain values.
 #pragma once
 
 #include <Eigen/Core>

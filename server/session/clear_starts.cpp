@@ -82,7 +82,7 @@ Status FindClearStarts(ClothCreation& creation, const std::function<Status()>& s
       if (searches > kMaxCaughtStarts) {
         return {StatusCode::kResourceExhausted, "CAUGHT_STARTS",
                 "more than " + std::to_string(kMaxCaughtStarts) +
-                    " cloths of the request are caught in colliders, each lying in another way: "
+                    " cloths of the request are caught in colliders, each at a different position: "
                     "place them outside, or make them in several requests"};
       }
     }

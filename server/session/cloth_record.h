@@ -157,7 +157,7 @@ ClothParameters OnDevice(const SceneModel& model, const ClothParameters& paramet
 // Replaces the runtime's colliders by those of `in_cloth_frame`. Device thread.
 void StartColliders(const ClothParameters& in_cloth_frame, ClothRuntime& runtime);
 
-// Where the colliders are and how they move on, in the environment frame; empty: they rest as
+// The present poses and velocities of the colliders, in the environment frame; empty: they rest as
 // described. Any thread.
 std::vector<RigidMotion> ColliderMotionsNow(const ClothRecord& cloth);
 // The collider shapes at their present positions, in the environment frame. Any thread.

@@ -21,7 +21,7 @@ class ClothTable {
   // Sets id, session_name and creation_number of each record, in order.
   void Add(std::span<const std::shared_ptr<ClothRecord>> records, const std::string& session_name);
   // The record of `id` if it belongs to the session. Null for another session's id, a stale id and
-  // an unknown id alike.
+  // an unknown id.
   std::shared_ptr<ClothRecord> Find(ClothId id, const std::string& session_name) const;
   // Unknown ids are ignored.
   void Remove(std::span<const std::shared_ptr<ClothRecord>> records);

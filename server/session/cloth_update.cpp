@@ -127,9 +127,9 @@ void Commit(ClothRecord& cloth, PlannedUpdate plan) {
   cloth.ReplaceDescription(std::move(plan.after));
 }
 
-// Undoes the writes to the first `count` cloths, the last one first, so that the device's room is
-// freed in the reverse order. Returns the number of cloths that were ended because the device had
-// no room for their former state.
+// Undoes the writes to the first `count` cloths, the last one first, so that the device frees its
+// room in reverse order. Returns the number of cloths that were ended because the device had no
+// room for their former state.
 size_t TakeBack(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
                 std::span<const PlannedUpdate> plans, size_t count) {
   size_t ended = 0;

@@ -111,7 +111,7 @@ class Session : public std::enable_shared_from_this<Session> {
   Status ReserveQuota(uint64_t cloths, uint64_t particles);
   void ReleaseQuota(uint64_t cloths, uint64_t particles);
   Status CheckQuota(uint64_t cloths, uint64_t particles) const;  // mutex_ held
-  // Makes the records visible; false if the session was closed meanwhile.
+  // Makes the records visible; false if the session has been closed.
   bool Publish(const ClothList& records);
   // Publishes the cloths of a creation that ended with `status`.
   Result<CreatedCloths> PublishMade(const ClothMaker& maker, const Status& status);

@@ -1,4 +1,4 @@
-// The narrow interface between the scheduler and what computes cloths.
+// The narrow interface between the scheduler and the code that computes cloths.
 #pragma once
 
 #include <algorithm>
@@ -130,8 +130,8 @@ class Backend {
   // then.
   virtual Status Write(ClothHandle cloth, const ClothUpdate& update) = 0;
 
-  // What a backend with a device of its own offers in addition (device_backend.h). Null: states are
-  // in the host's memory and a step is over when Step returns; callers then use Step and Read.
+  // The additional interface of a backend with a device of its own (device_backend.h). Null: states
+  // are in the host's memory and a step is over when Step returns; callers then use Step and Read.
   DeviceBackend* device() const { return device_; }
 
  private:

@@ -1,4 +1,4 @@
-// What may change about a cloth while it runs without a new model.
+// The part of a cloth that may change while it runs without a new model.
 #pragma once
 
 #include <Eigen/Core>
@@ -45,8 +45,8 @@ inline bool HasRestitution(const ClothParameters& parameters) {
   return !parameters.colliders.empty() && parameters.restitution > 0;
 }
 
-// Slowest approach to a collider that is a hit, from which a particle bounces [m/s]: what gravity
-// makes in kReboundSubsteps substeps.
+// Slowest approach to a collider that is a hit, from which a particle bounces [m/s]: the speed that
+// gravity gives in kReboundSubsteps substeps.
 inline double SlowestRebound(const ClothParameters& parameters) {
   return kReboundSubsteps * parameters.gravity_m_per_s2.norm() * parameters.settings.substep_s();
 }

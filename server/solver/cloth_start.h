@@ -1,4 +1,4 @@
-// Where a cloth starts among its colliders.
+// The start of a cloth among its colliders.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +10,8 @@
 
 namespace drape {
 
-// ClearOfObstacles, of the colliders where they are when the cloth is made, up against gravity. All
-// in the cloth's own frame. Milliseconds to seconds where links are caught. Any thread.
+// ClearOfObstacles for the colliders where they are when the cloth is made; up is against gravity.
+// All in the cloth's own frame. Milliseconds to seconds where links are caught. Any thread.
 ClearStart FindClearStart(const SceneModel& model, const ClothParameters& parameters,
                           std::span<const Eigen::Vector3d> positions_m);
 

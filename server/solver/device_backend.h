@@ -1,4 +1,4 @@
-// What backends offer in addition when their cloths live in the memory of a device of its own.
+// The additional interface of backends whose cloths live in the memory of a device.
 #pragma once
 
 #include <functional>
@@ -18,7 +18,7 @@ struct DeviceCopy;
 class PendingRead {
  public:
   virtual ~PendingRead() = default;
-  // Waits until the states have arrived. Once.
+  // Waits until the states have arrived. Call it once.
   virtual StateColumns Take() = 0;
 };
 
@@ -38,7 +38,7 @@ class DeviceBackend : public Backend {
  public:
   // Whether the device works while the host does something else. If not, use Step.
   virtual bool RunsAhead() const = 0;
-  // Step for at least one item. Where RunsAhead, calls `meanwhile` once before it waits for the
+  // Step for at least one item. If RunsAhead(), calls `meanwhile` once before it waits for the
   // device; `meanwhile` may take pending reads and must not call the backend otherwise.
   virtual BatchReport StepAhead(std::span<const StepItem> items,
                                 const std::function<void()>& meanwhile) = 0;

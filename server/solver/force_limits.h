@@ -6,8 +6,8 @@
 
 namespace drape {
 
-// h^2 omega^2 [-] of the fastest elastic element of a cloth. Above 1 the substep cannot follow it,
-// and the element is as soft as makes this 1 (server/solver/method.md, "Elastic elements").
+// h^2 omega^2 [-] of the fastest elastic element of a cloth. Above 1 the substep cannot follow the
+// element, which is softened until this is 1 (server/solver/method.md, "apply_elastic").
 double ElasticRatio(const SceneModel& model, const ClothParameters& parameters);
 
 // Whether explicit springs may be unstable: velocity Verlet needs h^2 omega^2 < 4, two steps with
@@ -16,9 +16,9 @@ double ElasticRatio(const SceneModel& model, const ClothParameters& parameters);
 bool AreSpringsBeyondLimit(const SceneModel& model, const ClothParameters& parameters,
                            bool has_two_steps);
 
-// Largest rate at which springs in the force may gain energy [1/s], constraints apart; <= 0: they
-// do not. A mode of frequency w and damping d/k = s is multiplied per substep by the matrix of
-// x += h v + h^2 a/2, v += h a, a = -w^2 (x + s v), whose determinant is the factor of the squared
+// Largest rate at which springs in the force may gain energy [1/s], without constraints; <= 0: they
+// gain none. A mode of frequency w and damping d/k = s is multiplied per substep by the matrix of x
+// += h v + h^2 a/2, v += h a, a = -w^2 (x + s v), whose determinant is the factor of the squared
 // amplitude: 1 + w^2 h (h/2 - s). It grows with w. Damping of the cloth takes exp(-c h).
 double SpringGain_per_s(const SceneModel& model, const ClothParameters& parameters);
 

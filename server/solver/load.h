@@ -16,7 +16,7 @@ double WeightGamma(const SceneModel& model, const ClothParameters& parameters);
 double LoadRatio(const SceneModel& model, const ClothParameters& parameters);
 
 // The parameters that a backend gets: with as many substeps as keep LoadRatio within
-// settings.load_limit, at most kMaxLoadFactor times as many as asked for.
+// settings.load_limit, at most kMaxLoadFactor times the requested number.
 ClothParameters RaiseSubsteps(const SceneModel& model, ClothParameters parameters);
 
 }  // namespace drape

@@ -1,4 +1,5 @@
-// Numbers of the method that no client sets. Each: meaning, unit, what breaks if it is changed.
+// Numbers of the method that no client sets, each with its meaning, its unit, and the harm of a
+// change.
 #pragma once
 
 namespace drape {
@@ -8,14 +9,14 @@ namespace drape {
 // recovery.
 inline constexpr double kMaxDepenetrationSpeed_m_per_s = 1.0;
 
-// A particle that approaches a collider more slowly than gravity makes it in this many substeps
-// does not bounce off it [-] (Müller et al. 2020, «Detailed Rigid Body Simulation with Extended
-// Position Based Dynamics», section 3.6). Smaller: what rests hops; larger: bounces end at a larger
-// height.
+// A particle that approaches a collider more slowly than gravity accelerates it in this many
+// substeps does not bounce off it [-] (Müller et al. 2020, «Detailed Rigid Body Simulation with
+// Extended Position Based Dynamics», section 3.6). Smaller: resting particles hop; larger: bounces
+// end at a larger height.
 inline constexpr double kReboundSubsteps = 2;
 
-// Fastest that a collider may move [m/s] and turn [rad/s] by itself: within 1/60 s that is 17 m and
-// 2.7 turns, far more than any cloth follows.
+// Largest own velocity [m/s] and angular velocity [rad/s] of a collider: within 1/60 s that is 17 m
+// and 2.7 turns, far more than any cloth follows.
 inline constexpr double kMaxColliderSpeed_m_per_s = 1e3;
 inline constexpr double kMaxColliderTurn_rad_per_s = 1e3;
 
@@ -42,15 +43,15 @@ inline constexpr double kMaxCoordinate_m = 1e6;
 // along +y.
 inline constexpr double kMinDirectionLength_m = 1e-12;
 
-// A pivot of a strip's tridiagonal system is at least this share of its diagonal [-]; pivots go
-// down to the ratio of the masses. Smaller: rounding decides; larger: heavy particles at light ones
-// are held less tightly than they could be.
+// A pivot of a strip's tridiagonal system is at least this share of its diagonal [-]; pivots are as
+// small as the ratio of the masses. Smaller: rounding decides; larger: heavy particles at light
+// ones are held less tightly than they could be.
 inline constexpr double kMinStripPivot = 1e-5;
-// The same for a link that ends at a pin. Where the path begins at one too and is taut and
-// straight, a constraint is redundant and its pivot is 0. Smaller: what rounding leaves of it
-// throws particles about; larger: rows between pins are solved less exactly.
+// The same for a link that ends at a pin. If the path also begins at a pin and is taut and
+// straight, one constraint is redundant and its pivot is 0. Smaller: the rounding left in that
+// pivot throws particles about; larger: rows between pins are solved less exactly.
 inline constexpr double kMinStripPivotAtPin = 1e-2;
-// The impulses of a strip are scaled down, all alike, where they would move a particle by more than
+// All impulses of a strip are scaled down by one factor if they would move a particle by more than
 // this many link lengths in one sweep [-]: beyond, the linearised errors mean nothing. Smaller:
 // slow recovery of stretched cloths; larger: links may turn over.
 inline constexpr double kMaxStripMove = 1;
@@ -70,14 +71,14 @@ inline constexpr double kRefineShare = 1.0 / 4;
 // 1 on, and motion multiplies tensions; smaller: more cloths are solved to first order.
 inline constexpr double kBlendBegin = 0.15;
 inline constexpr double kBlendEnd = 0.30;
-// The same for the weight over the number of pins, where links form cells: what hangs by few pins
-// whips with its hem, whose cells flutter. Largest strain beside a collider that is never touched,
-// start / end directions (DirectionLong in tests/physics): 24 x 24 on two corners (Gamma per pin
-// 0.0067) 11 / 1.3 %, 32 x 32 (0.016) 8 of 64 fault / 3.7 %.
+// The same for the weight over the number of pins, where links form cells: a cloth that hangs by
+// few pins whips with its hem, whose cells flutter. Largest strain beside a collider that is never
+// touched, start / end directions (DirectionLong in tests/physics): 24 x 24 on two corners (Gamma
+// per pin 0.0067) 11 / 1.3 %, 32 x 32 (0.016) 8 of 64 fault / 3.7 %.
 inline constexpr double kWhipBegin = 0.004;
 inline constexpr double kWhipEnd = 0.008;
-// Largest factor by which `load_limit` may multiply a cloth's substeps [-]. Larger: one tenant's
-// heavy cloth takes the time of all; smaller: heavy cloths stretch.
+// Largest factor by which `load_limit` may multiply a cloth's substeps [-]. Larger: one session's
+// heavy cloth takes the time of all sessions; smaller: heavy cloths stretch.
 inline constexpr double kMaxLoadFactor = 1.8;
 // A link that turns farther than this within a substep, 8 degrees, has the direction of its end
 // [-, cosine]: no motion of a cloth does, only flutter. Smaller: strips of links that flutter blow

@@ -24,8 +24,8 @@ double EndShare(const SceneModel& model, const ClothParameters& parameters) {
     return std::clamp((gamma - begin) / (end - begin), 0.0, 1.0);
   };
   const double by_weight = share(WeightGamma(model, parameters), kBlendBegin, kBlendEnd);
-  // A chain or a tree has no cells that could flutter. Where masses differ much, the weight on a
-  // pin says little about a hem, and end directions stretch more.
+  // A chain or a tree has no cells that could flutter. If masses differ much, the weight per pin
+  // says little about a hem, and end directions stretch more.
   const bool has_cells = model.constraint_count() >= model.particle_count();
   if (!has_cells || model.held_mass_ratio() > kMaxHeldMassRatio) return by_weight;
   return std::max(by_weight, share(LoadRatio(model, parameters), kWhipBegin, kWhipEnd));
@@ -37,9 +37,9 @@ bool HasStrips(const SceneModel& model, const StepSettings& settings, LengthSour
          lengths == LengthSource::kModel;
 }
 
-// Two steps need strips and nothing abrupt: contacts are not smooth, springs alone are better off
-// with velocity Verlet, and the errors that colours and joints leave would gain energy, as would
-// those that strips leave where masses differ much (kMaxHeldMassRatio).
+// Two steps need strips and nothing abrupt: contacts are not smooth, springs alone are integrated
+// better by velocity Verlet, and the errors that colours and joints leave would gain energy, as
+// would those that strips leave where masses differ much (kMaxHeldMassRatio).
 bool HasTwoSteps(const SceneModel& model, const ClothParameters& parameters,
                  const SolverChoice& choice) {
   const StepSettings& settings = parameters.settings;
@@ -64,7 +64,7 @@ bool HasRefinement(const SceneModel& model, const StepSettings& settings,
 }
 
 // Never below the tolerance: a sweep that changed nothing has left nothing to refine. Never more
-// rounds than substeps: of few substeps, many rounds took out less than some
+// rounds than substeps: with few substeps, many rounds removed less than a few
 // (tests/bench/notes/solver.md).
 void ChooseRefinement(const SceneModel& model, const StepSettings& settings, SolverChoice& choice) {
   if (!HasRefinement(model, settings, choice)) return;

@@ -1,5 +1,5 @@
-// A step of one cloth, decided once: everything that follows from its model and parameters before
-// any particle is looked at. Backends, costs and reports read it; none of them decides again.
+// A step of one cloth, decided once: everything that follows from its model and parameters alone.
+// Backends, costs and reports read it; none of them decides again.
 #pragma once
 
 #include <compare>
@@ -14,10 +14,11 @@
 
 namespace drape {
 
-// Whose rest lengths a cloth has: those of its model, or driven ones of its own (ClothUpdate).
+// The source of a cloth's rest lengths: its model, or driven lengths of its own (ClothUpdate).
 enum class LengthSource { kModel, kOwn };
 
-// How the sweeps solve and how the substeps advance: the settings, as far as they suit the cloth.
+// How the sweeps solve and how the substeps advance: the settings, restricted to those that suit
+// the cloth.
 struct SolverChoice {
   bool has_strips = false;  // the links are solved by strips, else by colours
   bool has_two_steps = false;

@@ -1,4 +1,4 @@
-// What a step tells about a cloth.
+// The report of a step of one cloth.
 #pragma once
 
 #include <compare>
@@ -13,7 +13,7 @@ std::string_view FaultReasonText(FaultReason reason);
 
 // Numerical events, counted per cloth by the caller.
 struct StepWarnings {
-  // The tolerance asked for cannot be met in single precision and was raised.
+  // The requested tolerance cannot be met in the precision of the backend and was raised.
   bool tolerance_raised = false;
   // Some substep used max_iterations without meeting the tolerance (only with a tolerance > 0).
   bool not_converged = false;
@@ -21,7 +21,7 @@ struct StepWarnings {
   // particle.
   bool springs_beyond_limit = false;
   // Some elastic element (bending, shear) is faster than the substep can follow, and softer than
-  // asked for.
+  // requested.
   bool elastic_beyond_limit = false;
   // Springs in the force may gain energy faster than kMaxSpringGain_per_s (force_limits.h).
   bool springs_gain_energy = false;
@@ -56,7 +56,7 @@ struct StepReport {
   bool converged = true;  // every substep met the tolerance; true when the tolerance is 0
   FaultReason fault = FaultReason::kNone;
   StepWarnings warnings;
-  Measurements measured;  // zero unless asked for
+  Measurements measured;  // zero unless requested
 };
 
 }  // namespace drape

@@ -26,7 +26,7 @@ enum class SpringIntegration { kInForce, kHalfKicks };
 
 // How positions and velocities advance over a substep (server/solver/method.md, "Substeps").
 // kOneStep: ballistic (paper equations 1 and 2), first order where impulses act. kTwoStep: the
-// backward differentiation formula of second order. It starts anew with every step, so a step is a
+// backward differentiation formula of second order. It restarts with every step, so a step is a
 // function of positions and velocities. Cloths that it does not suit use kOneStep (step_plan.h).
 enum class Integration { kOneStep, kTwoStep };
 
@@ -44,7 +44,7 @@ enum class Direction { kAtEnd, kAtStart, kBlended };
 
 // Fully resolved settings of one cloth. Ranges, units and defaults stand in kSettings.
 struct StepSettings {
-  // Those of the preset REALTIME.
+  // The settings of the preset REALTIME.
   StepSettings();
 
   Preset preset{};
@@ -57,15 +57,15 @@ struct StepSettings {
   SpringIntegration spring_integration{};
   Integration integration{};
   Direction direction{};
-  // Sweeps per substep that take the velocities along links which the constraints forbid; kOneStep
-  // only.
+  // Sweeps per substep that remove the velocities that constraints forbid; kOneStep only.
   uint32_t velocity_iterations{};
   Sweep sweep{};
-  // Rate at which the twist of a grid's cells is damped (server/solver/method.md). 0 = none.
+  // Rate at which the twist of a grid's cells is damped (server/solver/method.md, "damp_twist"). 0
+  // = none.
   double twist_damping_per_s{};
   // The last sweep of a step leaves some links farther than this share of their length from it.
   // They are moved to it with their neighbours, round after round, within limits
-  // (server/solver/method.md, "Refinement"). 0 = never.
+  // (server/solver/method.md, "refine"). 0 = never.
   double refine_above_strain{};
   // Wall time that a step should take at most; 0 = no limit. The scheduler turns it into
   // StepItem::max_iterations (server/scheduler/frame_budget.h).
@@ -76,7 +76,7 @@ struct StepSettings {
   double sleep_motion_m{};
   double sleep_after_s{};
   // A cloth whose load (LoadRatio) is larger has more substeps, up to kMaxLoadFactor times as many:
-  // see RaiseSubsteps. 0 = never.
+  // see RaiseSubsteps (load.h). 0 = never.
   double load_limit{};
   // Whether particles are kept within reach of their pins (scene/tethers.h) before the sweeps.
   bool use_tethers{};
@@ -90,10 +90,10 @@ inline constexpr uint32_t kMaxIterations = 10000;
 // Below, h^2 and the velocities that follow from rounded positions lose their meaning in single
 // precision.
 inline constexpr double kMinSubstep_s = 1e-6;
-// Of one cloth, see SolvesPerStep: a step cannot be interrupted, and all sessions wait for it.
+// Largest SolvesPerStep of one cloth: a step cannot be interrupted, and all sessions wait for it.
 inline constexpr double kMaxSolvesPerStep = 2e10;
 
-// Who reads a setting.
+// The reader of a setting.
 enum class SettingReader {
   kServer,     // before a backend gets the cloth: ResolveSettings, RaiseSubsteps
   kStages,     // the stages of a step, in every backend
@@ -129,7 +129,7 @@ constexpr Setting<Value> Choice(std::string_view name, Value StepSettings::*memb
   return {name, member, defaults, {}, value_names, reader};
 }
 
-// As in the protocol, in the order of the enums.
+// The protocol's names, in the order of the enums.
 inline constexpr std::array<std::string_view, 3> kPresetNames{"PAPER", "REALTIME", "ACCURATE"};
 inline constexpr std::array<std::string_view, 2> kSpringIntegrationNames{"IN_FORCE", "HALF_KICKS"};
 inline constexpr std::array<std::string_view, 2> kIntegrationNames{"ONE_STEP", "TWO_STEP"};
@@ -181,7 +181,7 @@ constexpr void ForEachSetting(Visit&& visit) {
 StepSettings PresetSettings(Preset preset);
 std::string_view PresetName(Preset preset);
 
-// What a client asked for; a member that is not set has the default of the preset.
+// The settings that a client set; the others have the default of the preset.
 class StepSettingsOverrides {
  public:
   template <class Value>
@@ -194,7 +194,7 @@ class StepSettingsOverrides {
   bool IsSet(Value StepSettings::*member) const {
     return is_set_.test(RowOf(member));
   }
-  // Members that are not set are REALTIME's.
+  // Members that are not set have REALTIME's values.
   const StepSettings& values() const { return values_; }
 
  private:
@@ -216,27 +216,27 @@ class StepSettingsOverrides {
   std::bitset<kRowCount> is_set_;
 };
 
-// The preset with the overrides, every range checked; violations are below `path`. Where `substeps`
-// is set and `load_limit` is not, `load_limit` is 0.
+// The preset with the overrides, every range checked; violations are below `path`. If `substeps` is
+// set and `load_limit` is not, `load_limit` is 0.
 Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides, const FieldPath& path);
 
 // Upper bound on the solves of one step; proto/errors.md has the formula. Constraints that the
 // model has left out count, as other pins may bring them back; so do triangles without air forces,
-// which may come while the cloth runs.
+// because these may begin while the cloth runs.
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count);
 
 // Whether the stage `tether` has anything to do.
 bool HasTethers(const SceneModel& model, const StepSettings& settings);
 
 // Below about 4 ulp(|p|) / rest length no sweep in single precision ever meets the tolerance.
-// Returns the tolerance to use: the one asked for, or the smallest that 24-bit positions of this
+// Returns the tolerance to use: the requested one, or the smallest that 24-bit positions of this
 // size can resolve. 0 stays 0.
 double SinglePrecisionTolerance(double tolerance, const SceneModel& model);
 // The same for 53-bit positions.
 double DoublePrecisionTolerance(double tolerance, const SceneModel& model);
 
-// Of one cloth, particles * colliders: each pair has impulses of its own during a step. More would
-// let one cloth take gigabytes.
+// Largest number of particles * colliders of one cloth: each pair has impulses of its own during a
+// step. With more, one cloth could take gigabytes.
 inline constexpr uint64_t kMaxParticleColliderPairs = uint64_t{1} << 24;
 
 }  // namespace drape

@@ -9,7 +9,7 @@ SubstepSchedule::SubstepSchedule(const StepSettings& settings, bool has_two_step
     : has_two_steps_(has_two_steps), substeps_(settings.substeps), h_(settings.substep_s()) {
   if (!has_twist_damping) return;
   twist_period_ = std::min(kTwistPeriod, substeps_);
-  // The twist of a single cell falls by four shares.
+  // The twist of a single cell decreases by four shares.
   const double share = settings.twist_damping_per_s * h_ * twist_period_ / 4;
   twist_share_ = std::min(share, kMaxTwistShare);
 }

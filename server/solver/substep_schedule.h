@@ -20,7 +20,7 @@ struct Substep {
   bool is_last = false;  // of its step
   // Whether the state before this substep becomes the previous one of the next.
   bool sets_previous = false;
-  // Pins go this part of the rest of their way: 1 / pin_shares.
+  // Pins move by this part of the rest of their way: 1 / pin_shares.
   uint32_t pin_shares = 1;
   // How long the kicks (springs, air) act before the substep, after it, and, with two steps, on the
   // predicted velocities.
@@ -32,13 +32,14 @@ struct Substep {
   double twist_share = 0;
 };
 
-// `damp_twist` runs every so many substeps: more often gains nothing.
+// Substeps from one `damp_twist` to the next: running it more often gains nothing.
 inline constexpr uint32_t kTwistPeriod = 4;
-// Where all cells twist alternately each particle loses 16 shares: above 1/16 it would overshoot.
+// Largest share: if all cells twist alternately, each particle loses 16 shares, so above 1/16 it
+// would overshoot.
 inline constexpr double kMaxTwistShare = 1.0 / 16;
 
 // The substeps of one step: settings.substeps of them, or with two steps one more, as the first is
-// done in two halves to start from. Small; substeps are made when asked for.
+// done in two halves to start from. Small; each substep is computed on request.
 class SubstepSchedule {
  public:
   // `has_two_steps` as in SolverChoice; `has_twist_damping`: the cloth has cells to damp.
@@ -46,7 +47,7 @@ class SubstepSchedule {
 
   bool has_two_steps() const { return has_two_steps_; }
   uint32_t size() const { return has_two_steps_ ? substeps_ + 1 : substeps_; }
-  // `damp_twist` is due in the last substep and every so many before it; 0: never.
+  // Substeps from one `damp_twist` to the next, counted back from the last substep; 0: never.
   uint32_t twist_period() const { return twist_period_; }
   Substep operator[](uint32_t index) const;  // index < size()
 

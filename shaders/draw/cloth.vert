@@ -1,5 +1,4 @@
-// The surface of a cloth. One vertex: a particle, fetched where the solver left it; one instance: a
-// cloth.
+// The surface of a cloth. One vertex: a particle, fetched from the solver's memory; one instance: a cloth.
 #include "draw/cloths.glsl"
 #include "draw/frame.glsl"
 #include "draw/shaded.glsl"

@@ -1,4 +1,4 @@
-// The storage blocks of the cloths, and how to reach a particle.
+// The storage blocks of the cloths, and access to a particle.
 #include "interface/draw_bindings.h"
 #include "interface/draw_records.h"
 
@@ -13,7 +13,7 @@ vec3 LocalPosition(uint positions, uint particle) {
   return vec3(states[word], states[word + 1u], states[word + 2u]);
 }
 
-// Compilers may assume that no NaN exists: by the bits of the exponent.
+// Tests the bits of the exponent, because compilers may assume that no NaN exists.
 bool IsFinite(vec3 p) {
   uvec3 exponent = floatBitsToUint(p) & 0x7f800000u;
   return all(notEqual(exponent, uvec3(0x7f800000u)));

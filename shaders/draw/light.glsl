@@ -4,8 +4,8 @@
 
 layout(binding = DRAPE_DRAW_UNIT_SHADOW) uniform sampler2DShadow shadow_map;
 
-// Percentage-closer filtering (Reeves, Salesin, Cook 1987): nine taps, each of four texels. The place
-// is moved off its surface by what a texel spans, else the surface would shade itself.
+// Percentage-closer filtering (Reeves, Salesin, Cook 1987): nine taps, each of four texels. The place is moved off
+// its surface by the width of a texel, else the surface would shade itself.
 float LightShare(vec3 position, vec3 normal) {
   vec3 off_surface = position + 2.0 * frame.to_light.w * (normal + 0.5 * frame.to_light.xyz);
   vec3 place = (frame.shadow_from_world * vec4(off_surface, 1.0)).xyz;

@@ -20,7 +20,7 @@ out float gl_ClipDistance[1];
 // Along (0 or 1) and across (-1 or 1) of the two triangles of a ribbon.
 const vec2 kCorners[6] = vec2[](vec2(0, -1), vec2(1, -1), vec2(1, 1), vec2(0, -1), vec2(1, 1), vec2(0, 1));
 
-// At least about a pixel wide, but never wider than the constraint is long.
+// At least about a pixel wide, but never wider than the constraint's length.
 float LineRadius(float radius, vec3 place, float span) {
   return min(max(radius, 1.2 * HalfPixel(place)), max(radius, 0.2 * span));
 }
@@ -45,7 +45,7 @@ void main() {
   side = size > 0.0 ? turned / size : vec3(0.0);
   across = corner.y;
   float radius = LineRadius(cloth.line_radius, place, distance(start, end));
-  // Lines on a surface lie on the side of it that the viewer sees.
+  // Lines on a surface are drawn on the side that the viewer sees.
   float lift = cloth.has_surface != 0u ? 1.5 * radius : 0.0;
   position = place + radius * corner.y * side + lift * to_viewer;
   value = shaded[cloth.shaded + (corner.x == 0.0 ? i : j)].w;

@@ -1,4 +1,4 @@
-// A light floor with a fine grid; from below one sees through it.
+// A light floor with a fine grid; seen from below it is transparent.
 #include "draw/light.glsl"
 
 layout(std430, binding = DRAPE_DRAW_BINDING_INSTANCES) readonly buffer Planes {
@@ -10,8 +10,8 @@ layout(location = 1) in vec2 from_center;
 layout(location = 2) flat in uint plane_index;
 layout(location = 0) out vec4 picture;
 
-// How much of the pixel a grid of lines covers, `width` [px] wide; 0 where lines are too dense to be
-// told apart.
+// The share of the pixel that a grid of lines, `width` [px] wide, covers; 0 where the lines are too dense to be
+// seen one by one.
 float GridLines(vec2 place, float distance_m, float width) {
   vec2 cell = place / distance_m;
   vec2 pixel = fwidth(cell);

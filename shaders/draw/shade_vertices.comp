@@ -1,7 +1,6 @@
-// Before drawing: of each particle the smooth normal and the value that is shown, of each cloth the
-// extents of both and of what a fitted camera has to see. Reads States, Surface, Constraints; writes
-// Shaded, Extents. One invocation: one
-// particle (x) of one cloth (y).
+// Before drawing: computes the smooth normal and the shown value of each particle, and for each cloth the extents
+// of positions and values and its reach in the directions of a fitted camera. Reads States, Surface, Constraints;
+// writes Shaded, Extents. One invocation: one particle (x) of one cloth (y).
 #include "draw/cloths.glsl"
 #include "draw/constraints.glsl"
 #include "lib/float_order.glsl"
@@ -37,8 +36,8 @@ vec3 SmoothNormal(DrawRecord cloth, uint particle, vec3 p) {
   return size > 0.0 ? sum / size : vec3(0.0);
 }
 
-// (l - l0) / l0 of the constraint of the particle where its magnitude is largest [-], with the rest
-// lengths of the model; of ropes and struts only what their kind forbids.
+// (l - l0) / l0 of the constraint of the particle where its magnitude is largest [-], with the rest lengths of the
+// model; for ropes and struts only the part that their kind forbids.
 float LargestStrain(DrawRecord cloth, uint particle, vec3 p) {
   float largest = 0.0;
   uint end = constraint_words[cloth.end_offsets + particle + 1u];

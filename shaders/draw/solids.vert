@@ -1,7 +1,7 @@
-// Solid colliders: all points no farther than a radius from a box, which is a sphere, a capsule or a
-// cuboid where the box is a point, a segment or the radius 0. One instance: a solid.
-// The eighths of a sphere, `segments` / 2 by `segments` / 2 faces each, are pushed apart to the corners of
-// the box. Between them lie faces from twin rows and columns of vertices, and a row of faces at each pole.
+// Solid colliders: all points no farther than a radius from a box, which is a sphere if the box is a point, a
+// capsule if it is a segment, a cuboid if the radius is 0. One instance: a solid. The eighths of a sphere,
+// `segments` / 2 by `segments` / 2 faces each, are moved to the corners of the box. The faces between them come
+// from twin rows and columns of vertices, and a row of faces at each pole.
 #include "draw/frame.glsl"
 
 layout(std430, binding = DRAPE_DRAW_BINDING_INSTANCES) readonly buffer Solids {

@@ -4,7 +4,7 @@
 
 layout(location = DRAPE_DRAW_UNIFORM_COLOURING) uniform uint colouring;
 
-// `colour` where there are no values.
+// `colour` if there are no values.
 vec3 BaseColour(float value, vec3 colour) {
   float t = (value - frame.scale.x) * frame.scale.y;
   if (colouring == DRAPE_DRAW_STRAIN) return 0.92 * StrainColour(t);

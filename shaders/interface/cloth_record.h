@@ -1,5 +1,5 @@
-// Everything that a kernel knows of one cloth: sizes, numbers of the step, and where its arrays
-// lie. One record per slot in the block `Cloths`.
+// Everything that a kernel knows of one cloth: sizes, numbers of the step, and the places of its
+// arrays. One record per slot in the block `Cloths`.
 #ifndef DRAPE_SHADERS_INTERFACE_CLOTH_RECORD_H_
 #define DRAPE_SHADERS_INTERFACE_CLOTH_RECORD_H_
 
@@ -31,9 +31,9 @@ struct StepNumbers {
   float friction_dynamic;   // [-]
   float restitution;        // [-]; only with restitution
   float slowest_rebound;    // [m/s]; only with restitution
-  float max_depenetration;  // farthest a contact moves a particle out in one substep [m]
+  float max_depenetration;  // largest motion out of a collider in one substep [m]
   float contact_margin;     // gap up to which a contact is counted [m]
-  float reach_margin;  // how far a cloth at rest without gravity is expected to move in a step [m]
+  float reach_margin;       // expected motion in a step of a cloth at rest without gravity [m]
 
   float air_drag;  // density of the air * drag coefficient / 4 [kg/m^3]
   float air_lift;  // density of the air * lift coefficient / 4 [kg/m^3]
@@ -42,7 +42,7 @@ struct StepNumbers {
   float shortest_sq;   // (1 - strain)^2 [-]: shorter links are refined
   float longest_sq;    // (1 + strain)^2 [-]: longer links are refined
   uint refine_rounds;  // at most
-  uint refine_solves;  // after which there is no further round
+  uint refine_solves;  // no further round after these
 
   uint padding_0;
   uint padding_1;

@@ -27,12 +27,12 @@ struct ClothStatus {
 
   float max_penetration;  // [m]
   float max_residual;     // [m]
-  uint next_substep;      // resident plan in parts: where the next part goes on
+  uint next_substep;      // resident plan in parts: where the next part continues
   uint next_sweep;        // 0: the substep has not begun
 
   // Only if colliders are left out.
   uint range[DRAPE_RANGE_WORDS];  // of the particles when the step begins
-  uint far_colliders;             // bits: those that nothing touches that stays near there
+  uint far_colliders;             // bits: colliders that no particle in the range touches
 };
 
 #ifdef __cplusplus

@@ -14,7 +14,7 @@
 #define DRAPE_DRAW_BINDING_SURFACE 3
 #define DRAPE_DRAW_BINDING_CONSTRAINTS 4
 #define DRAPE_DRAW_BINDING_EXTENTS 5
-// Colours of groups, balls, planes or labels, whatever a draw has instances of.
+// Colours of groups, balls, planes or labels: the instances of a draw.
 #define DRAPE_DRAW_BINDING_INSTANCES 6
 // Storage blocks that a vertex shader uses at most.
 #define DRAPE_DRAW_VERTEX_STORAGE_BLOCKS 5

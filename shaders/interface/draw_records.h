@@ -1,5 +1,5 @@
 // The data of a picture for the drawing shaders. Positions are in world axes with the origin at the
-// eye [m], so that single precision is spent where the picture looks. Offsets count 4-byte words
+// eye [m], so that single precision is finest near the viewer. Offsets count 4-byte words
 // (elements, for Shaded) from the start of the named block.
 #ifndef DRAPE_SHADERS_INTERFACE_DRAW_RECORDS_H_
 #define DRAPE_SHADERS_INTERFACE_DRAW_RECORDS_H_
@@ -51,8 +51,8 @@ struct DrawReaches {
   vec4 directions[DRAPE_DRAW_REACHES];
 };
 
-// Bounds of one cloth in its own frame and of its values, and how far it reaches in the directions
-// of DrawReaches, as uints in the order of the floats (lib/float_order.glsl).
+// Bounds of one cloth in its own frame and of its values, and its reach in the directions of
+// DrawReaches, as uints in the order of the floats (lib/float_order.glsl).
 struct ClothExtents {
   uint low_x;
   uint low_y;

@@ -1,4 +1,4 @@
-// Where the arrays of one cloth lie, in 4-byte words from the start of the named block.
+// The places of the arrays of one cloth, in 4-byte words from the start of the named block.
 #ifndef DRAPE_SHADERS_INTERFACE_LAYOUTS_H_
 #define DRAPE_SHADERS_INTERFACE_LAYOUTS_H_
 
@@ -44,7 +44,7 @@ struct ModelLayout {
   uint particle_triangles;  // [3 * triangle_count] uint
 };
 
-// In Parameters: what changes between steps.
+// In Parameters: the values that change between steps.
 struct ParameterLayout {
   uint pin_targets;  // [pin_count][3] float [m]
   uint colliders;    // [collider_count][DRAPE_COLLIDER_WORDS]
@@ -55,7 +55,7 @@ struct ParameterLayout {
   uint length_targets;  // [constraint_count] float [m]
 };
 
-// In Scratch: valid within one step. `measure` reads what the last substep has left there.
+// In Scratch: valid within one step. `measure` reads the values of the last substep.
 struct ScratchLayout {
   uint lambdas;        // [constraint_count] float [N s]; only if has_compliance or has_inequalities
   uint joint_lambdas;  // [joint_count][3] float [N s]; only if has_joint_compliance
@@ -75,7 +75,7 @@ struct ScratchLayout {
   uint strip_links;           // [constraint_count][DRAPE_STRIP_LINK_WORDS] float; only with strips
   // The refinement of tiled cloths. [particle_count] uint, 1 at the ends of links to refine; then
   // uint, whether there are any; then [colour_count] uint, the constraints that this round refines;
-  // then uint, those of the rounds before.
+  // then uint, those of earlier rounds.
   uint far_off_flags;
   uint refined_links;  // [constraint_count] uint, those of each colour where the colour begins
   // Tiled, or resident in parts.

@@ -21,8 +21,8 @@ struct SubstepRecord {
   float inverse_duration;  // [1/s]
   float damping_factor;    // of velocities [-]
   float pin_lead;          // 1 - H / duration: how far on its way the b of a pin is [-]
-  uint pin_end;            // pins go 1 / (pin_end - index) of the rest of their way
-  float kick_before;       // how long kicks act [s]; 0: none
+  uint pin_end;            // pins move 1 / (pin_end - index) of the rest of their way
+  float kick_before;       // duration of the kicks [s]; 0: none
   float kick_within;
   float kick_after;
   float twist_share;  // of a cell's twist that each corner loses [-]; 0: no `damp_twist`

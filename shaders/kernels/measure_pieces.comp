@@ -19,7 +19,7 @@ layout(local_size_x = LOCAL_SIZE) in;
 
 vec3 CommittedPosition(uint i) { return StateVector(cloth.positions + 3u * i); }
 
-// From where the committed state is: at the end of the step, or at its start if the cloth is faulted.
+// From the committed state: that at the end of the step, or at its start if the cloth is faulted.
 float CommittedGap(uint c, vec3 p) {
   if (cloth.has_moving_colliders == 0u) {
     return ColliderGap(LoadCollider(c), cloth.step.thickness, p).size;
@@ -37,7 +37,7 @@ void MeasureContacts(uint i, vec3 p, inout Measured measured) {
   measured.max_residual = max(measured.max_residual, scratch[cloth.scratch.violations + i]);
 }
 
-// Each spring is counted at its end of smaller index.
+// Each spring is counted at the end with the smaller index.
 void MeasureSprings(uint i, vec3 p, inout Measured measured) {
   uint end = models[cloth.model.spring_offsets + i + 1u];
   for (uint s = models[cloth.model.spring_offsets + i]; s < end; ++s) {

@@ -1,5 +1,5 @@
-// Kernel `pack`: gathers the asked-for columns of many cloths into one block, so that they come back in
-// one transfer. One work group = one item (a run of a column of one cloth). Reads States; writes Packed.
+// Kernel `pack`: gathers the requested columns of many cloths into one block, so that they come back in one
+// transfer. One work group = one item (a run of a column of one cloth). Reads States; writes Packed.
 #include "interface/bindings.h"
 #include "interface/batch_item.h"
 

@@ -1,12 +1,10 @@
-// Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state.
-// One work group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint, with
-// HAS_STRIP_REDUCTION one link of a strip.
-// Stages: find_reach, apply_springs, apply_elastic, apply_wind, predict, damp_twist, tether, solve_strips,
-// refine, solve_distance, solve_joints, solve_contacts, integrate, solve_velocity, correct_velocity, commit
-// (server/solver/method.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
-// Statuses. SI units.
-// With LOOP_BUDGET (drivers that cut long loops, server/gl/README.md) a dispatch stops before it exceeds that
-// many passes through loops, and the next one goes on where it stopped. The arithmetic is the same.
+// Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state. One work
+// group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint, with HAS_STRIP_REDUCTION one
+// link of a strip. Stages: find_reach, apply_springs, apply_elastic, apply_wind, predict, damp_twist, tether,
+// solve_strips, refine, solve_distance, solve_joints, solve_contacts, integrate, solve_velocity, correct_velocity,
+// commit (server/solver/method.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
+// Statuses. SI units. With LOOP_BUDGET (drivers that cut long loops, server/gl/README.md) a dispatch stops before
+// it exceeds that many passes through loops, and the next one continues there. The arithmetic is the same.
 #include "stages/access_resident.glsl"
 #include "stages/apply_springs.glsl"
 #include "stages/apply_elastic.glsl"
@@ -25,7 +23,7 @@ layout(local_size_x = LOCAL_SIZE) in;
 layout(location = DRAPE_UNIFORM_PART) uniform uint part;
 #endif
 
-// Where the step is; the same in every invocation.
+// The progress of the step; the same in every invocation.
 struct Progress {
   uint substep;
   uint sweep;  // of this substep; 0: it has not begun
@@ -36,7 +34,7 @@ struct Progress {
 #ifdef LOOP_BUDGET
 uint used_loops = 0u;
 
-// Whether work of this cost would exceed the budget of the dispatch; if not, it is booked.
+// Whether work of this cost would exceed the budget of the dispatch; if not, it is counted.
 bool MustPause(uint cost) {
   if (used_loops + cost > LOOP_BUDGET) return true;
   used_loops += cost;
@@ -98,7 +96,7 @@ void FindRange() {
 }
 #endif
 
-// Finds the colliders that the cloth can meet. Parts that go on read them from the status.
+// Finds the colliders that the cloth can meet. Later parts of the step read them from the status.
 void FindReach(uint status, bool has_begun) {
 #ifdef HAS_COLLIDER_REACH
   if (has_begun) {
@@ -199,7 +197,7 @@ uint Solve(inout Progress progress) {
   SetStepShare(progress.substep);
   for (; progress.sweep < cloth.step.max_iterations; ++progress.sweep) {
 #ifdef LOOP_BUDGET
-    // The first sweep is booked together with the substep.
+    // The first sweep is counted together with the substep.
     if (progress.sweep > 0u && MustPause(cloth.sweep_cost)) return kPaused;
 #endif
 #ifdef HAS_TOLERANCE

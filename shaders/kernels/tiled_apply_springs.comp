@@ -1,5 +1,5 @@
-// Kernel `tiled_apply_springs`: stage apply_springs, second phase: v += A times how long it acts.
-// One invocation = one particle. Reads Scratch (accelerations [m/s^2]); writes Scratch (velocities).
+// Kernel `tiled_apply_springs`: stage apply_springs, second phase: v += A times the duration of the kick. One
+// invocation = one particle. Reads Scratch (accelerations [m/s^2]); writes Scratch (velocities).
 #include "stages/access_tiled.glsl"
 #include "stages/apply_springs.glsl"
 

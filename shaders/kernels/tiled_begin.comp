@@ -1,6 +1,5 @@
-// Kernel `tiled_begin`: copies the committed state to where the step works on it and clears the status and
-// the flags of `refine`.
-// One invocation = one particle. Reads States; writes Scratch, Statuses.
+// Kernel `tiled_begin`: copies the committed state to the working state of the step and clears the status and the
+// flags of `refine`. One invocation = one particle. Reads States; writes Scratch, Statuses.
 #include "stages/access_tiled.glsl"
 #include "stages/previous.glsl"
 
@@ -24,8 +23,8 @@ void main() {
   SetPosition(i, StateVector(cloth.positions + 3u * i));
   SetVelocity(i, StateVector(cloth.velocities + 3u * i));
 #ifdef HAS_REFINE
-  // The flags of the particles, whether there are any, the lengths of the lists, their sum so far; zero in
-  // either type.
+  // The flags of the particles, whether there are any, the lengths of the lists, their sum so far. Zero has the
+  // same bits in both types.
   uint flag_count = cloth.particle_count + 2u + cloth.colour_count;
   for (uint word = i; word < flag_count; word += cloth.particle_count) {
     scratch[cloth.scratch.far_off_flags + word] = 0.0;

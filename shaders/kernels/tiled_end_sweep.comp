@@ -12,7 +12,7 @@ layout(location = DRAPE_UNIFORM_DISPATCH_COUNT) uniform uint dispatch_count;
 
 shared uint is_any_at_work;
 
-// Whether the cloth goes on sweeping.
+// Whether the cloth has another sweep.
 bool EndSweep(uint item) {
   OpenCloth(item);
   if (statuses[status_index].is_substep_done != 0u) return false;

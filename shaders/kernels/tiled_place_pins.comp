@@ -1,5 +1,5 @@
-// Kernel `tiled_place_pins`: the end of the last substep, where each pin is put on its target to the bit.
-// One invocation = one pin. Reads Models, Parameters; writes Scratch (positions [m]).
+// Kernel `tiled_place_pins`: the end of the last substep, where each pin is put exactly on its target. One
+// invocation = one pin. Reads Models, Parameters; writes Scratch (positions [m]).
 #include "stages/access_tiled.glsl"
 #include "stages/predict.glsl"
 

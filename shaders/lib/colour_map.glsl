@@ -19,8 +19,8 @@ vec3 SpeedColour(float t) {
   return LinearFromSrgb(clamp(srgb, 0.0, 1.0));
 }
 
-// Blue, white, red: the ends and the quarters of ColorBrewer's RdBu (C. Brewer, Apache 2.0), between them
-// straight in linear light.
+// Blue, white, red: the ends and the quarters of ColorBrewer's RdBu (C. Brewer, Apache 2.0), interpolated in
+// linear light.
 vec3 StrainColour(float t) {
   const vec3 low = vec3(0.0159, 0.1195, 0.4125);        // #2166ac
   const vec3 low_mid = vec3(0.2874, 0.5583, 0.7305);    // #92c5de

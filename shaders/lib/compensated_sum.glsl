@@ -2,7 +2,7 @@
 #ifndef DRAPE_LIB_COMPENSATED_SUM_GLSL_
 #define DRAPE_LIB_COMPENSATED_SUM_GLSL_
 
-// x: the sum so far, y: the part that its roundings lost. The sum is x + y.
+// x: the sum so far, y: the part lost by rounding. The sum is x + y.
 vec2 AddCompensated(vec2 sum, float value) {
   precise float total = sum.x + value;
   precise float from_sum = (sum.x - total) + value;

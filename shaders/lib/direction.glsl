@@ -1,4 +1,4 @@
-// Stages `solve_distance`, `solve_strips`: along which line an impulse acts (settings.direction;
+// Stages `solve_distance`, `solve_strips`: the direction in which an impulse acts (settings.direction;
 // server/solver/method.md, "Direction").
 #ifndef DRAPE_LIB_DIRECTION_GLSL_
 #define DRAPE_LIB_DIRECTION_GLSL_
@@ -7,7 +7,7 @@
 
 struct ImpulseLine {
   vec3 direction;
-  float slope;  // how much of a displacement along it changes the length: direction . n_end
+  float slope;  // the share of a displacement along it that changes the length: direction . n_end
 };
 
 // For a constraint between particles that are start [m] apart at the start of the substep and in the unit

@@ -33,8 +33,8 @@ DistanceError PredictDistanceError(vec3 position_difference, vec3 velocity_diffe
   return error;
 }
 
-// Whether a constraint whose ends will be d [m] apart is off its rest length [m] by more than a strain, of
-// which `shortest_sq` = (1 - strain)^2 and `longest_sq` = (1 + strain)^2 [-].
+// Whether a constraint whose ends will differ by d [m] is strained from its rest length [m] by more than a strain,
+// given as `shortest_sq` = (1 - strain)^2 and `longest_sq` = (1 + strain)^2 [-].
 bool IsFarOff(vec3 d, float rest_length, float shortest_sq, float longest_sq) {
   float length_sq = Dot(d, d);
   precise float rest_length_sq = rest_length * rest_length;

@@ -9,7 +9,7 @@ struct ElasticElement {
   uvec4 particles;
   vec3 weights;        // of the second to fourth particle [-]
   float rest_length;   // [m]
-  float mass;          // of the oscillator that it is by its shares of the particles [kg]
+  float mass;          // of its oscillator, by its shares of the particles [kg]
   float frequency_sq;  // of that oscillator [1/s^2]
   float damping_share;  // 0 or 1 [-]
 };
@@ -39,8 +39,8 @@ float ElasticDeflection(vec3 l, Differences d, float rest_length) {
   return deflection;
 }
 
-// Impulse along L [N s] within `duration` [s], part of a substep h that follows the oscillator as far as it
-// can; `deflection` [m] from rest, at this speed [m/s].
+// Impulse along L [N s] within `duration` [s], part of a substep h; `deflection` [m] from rest, at this speed
+// [m/s].
 float ElasticImpulse(ElasticElement element, float deflection, float speed, float duration, float h,
                      float inverse_h) {
   precise float ratio = min((h * h) * element.frequency_sq, MAX_ELASTIC_RATIO);

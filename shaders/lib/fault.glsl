@@ -1,10 +1,10 @@
-// Stage `commit`: is a particle's state fit to be kept?
+// Stage `commit`: whether a particle's state can be kept.
 #ifndef DRAPE_LIB_FAULT_GLSL_
 #define DRAPE_LIB_FAULT_GLSL_
 
 #include "lib/vector.glsl"
 
-// By its bits, because compilers may assume that no NaN exists.
+// Tests the bits, because compilers may assume that no NaN exists.
 bool IsFinite(float x) { return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u; }
 
 // DRAPE_FAULT_* bits of a position [m] and a velocity [m/s].

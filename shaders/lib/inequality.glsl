@@ -5,8 +5,8 @@
 
 #include "interface/bindings.h"
 
-// The part of an impulse [N s] that leaves the accumulated one with the sign of the kind: a rope's is never
-// positive, a strut's never negative.
+// The part of an impulse [N s] that keeps the sign of the accumulated one legal: a rope's is never positive, a
+// strut's never negative.
 float ClampImpulse(uint kind, float lambda, float impulse) {
   precise float accumulated = lambda + impulse;
   if (kind == DRAPE_KIND_AT_MOST) accumulated = min(accumulated, 0.0);
@@ -15,15 +15,15 @@ float ClampImpulse(uint kind, float lambda, float impulse) {
   return kind == DRAPE_KIND_EQUAL ? impulse : change;
 }
 
-// The part of an error [m] that the kind does not allow: none of a slack rope.
+// The part of an error [m] that the kind forbids: none for a slack rope.
 float Violation(uint kind, float error) {
   if (kind == DRAPE_KIND_AT_MOST) return max(error, 0.0);
   if (kind == DRAPE_KIND_AT_LEAST) return min(error, 0.0);
   return error;
 }
 
-// The part of an error [m] that an impulse may still remove: of an inequality no more than undoes the
-// impulses so far. Inverse masses [1/kg].
+// The part of an error [m] that an impulse may still remove: an inequality can at most undo its impulses so far.
+// Inverse masses [1/kg].
 float AdmissibleError(uint kind, float error, float lambda, float inverse_mass_sum, float compliance,
                       float h, float inverse_h) {
   if (kind == DRAPE_KIND_EQUAL) return error;

@@ -1,13 +1,13 @@
-// Light on a surface. Linear RGB; unit vectors; `light_share`: of the key light that arrives, 0..1.
+// Light on a surface. Linear RGB; unit vectors; `light_share`: the share of the key light that arrives, 0..1.
 
-// Light of the sky and of the ground, by how far the normal points up (hemispheric lighting).
+// Light of the sky and of the ground by the slope of the normal (hemispheric lighting).
 vec3 AmbientLight(vec3 normal) {
   const vec3 sky = vec3(0.42, 0.45, 0.50);
   const vec3 ground = vec3(0.25, 0.235, 0.22);
   return mix(ground, sky, 0.5 + 0.5 * normal.y);
 }
 
-// Lambert's law with a terminator that reaches a little around the surface, as on cloth.
+// Lambert's law with light that reaches a little beyond the terminator, as on cloth.
 float WrappedDiffuse(vec3 normal, vec3 to_light) {
   const float wrap = 0.2;
   return max((dot(normal, to_light) + wrap) / (1.0 + wrap), 0.0);

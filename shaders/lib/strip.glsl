@@ -9,19 +9,19 @@ struct StripLink {
   vec3 direction;       // n, of the impulse
   vec3 n_end;           // unit, at the predicted positions
   float inverse_pivot;  // [kg]
-  float right_side;     // over the pivot [N s]: the impulse but for the links behind
+  float right_side;     // over the pivot [N s]: the impulse without the effect of later links
 };
 
-// How much the impulse of a link changes the error of its neighbour: -w n . n_end [1/kg]; w [1/kg] of
-// the particle between them.
+// The effect of a link's impulse on the error of its neighbour: -w n . n_end [1/kg], w [1/kg] of the particle
+// between them.
 float StripCoupling(vec3 direction, vec3 n_end_of_other, float inverse_mass) {
   precise float coupling = -inverse_mass * Dot(direction, n_end_of_other);
   return coupling;
 }
 
-// Eliminates the link before from this one. `diagonal` = (w_from + w_to) slope + alpha/h^2
-// [1/kg], `min_pivot` the least share of it that a pivot has. `coupling`: how the impulse of the link
-// before changes this error, `ratio`: how this impulse changes the error before, over its pivot.
+// Eliminates the link before from this one. `diagonal` = (w_from + w_to) slope + alpha/h^2 [1/kg], `min_pivot` the
+// least share of it that a pivot has. `coupling`: effect of the previous link's impulse on this error; `ratio`:
+// effect of this impulse on the previous error, over its pivot.
 StripLink EliminateLink(DistanceError error, vec3 direction, float diagonal, float min_pivot,
                         float inverse_h, float coupling, float ratio, StripLink before) {
   precise float pivot = diagonal - coupling * ratio;

@@ -3,19 +3,19 @@
 #ifndef DRAPE_LIB_STRIP_REDUCTION_GLSL_
 #define DRAPE_LIB_STRIP_REDUCTION_GLSL_
 
-// The equation of a link, divided by its pivot, in a system whose neighbours are `stride` links apart:
+// The equation of a link, divided by its pivot, in a system of every `stride`-th link:
 //   impulse + before * (impulse of the link before) + after * (that of the link after) = right_side
 struct StripRow {
   float before;      // [-]
   float after;       // [-]
   float right_side;  // [N s]
-  float excess;      // 1 - abs(before) - abs(after) [-], kept apart: the difference would be rounding
+  float excess;      // 1 - abs(before) - abs(after) [-], kept separately: the difference would be rounding
 };
 
 vec4 PackRow(StripRow row) { return vec4(row.before, row.after, row.right_side, row.excess); }
 StripRow UnpackRow(vec4 row) { return StripRow(row.x, row.y, row.z, row.w); }
 
-// `diagonal` [1/kg], how the impulses of the links before and after change the error of this one
+// Arguments: `diagonal` [1/kg], the effects of the impulses of the links before and after on the error of this one
 // [1/kg], -residual / h [m/s].
 StripRow FirstRow(float diagonal, float from_before, float from_after, float right_side) {
   precise float inverse = 1.0 / diagonal;
@@ -28,12 +28,12 @@ StripRow FirstRow(float diagonal, float from_before, float from_after, float rig
 
 struct ReducedRow {
   StripRow row;
-  float pivot;  // over the pivot before [-]
+  float pivot;  // over the previous pivot [-]
 };
 
-// Eliminates from an equation the link before and, if `has_after`, the one after; else what the equation
-// has of the link after stays. `least` is the least pivot. Where all impulses act along the directions at
-// the end, every sum for the pivot is of terms that are not negative.
+// Eliminates from an equation the link before and, if `has_after`, the one after; otherwise the term of the link
+// after stays. `least` is the least pivot. If all impulses act along the directions at the end, every sum for the
+// pivot has no negative term.
 ReducedRow ReduceRow(StripRow row, StripRow row_before, StripRow row_after, bool has_after,
                      float least) {
   float share_after = has_after ? row.after : 0.0;

@@ -1,4 +1,4 @@
-// Stage `tether`: no particle farther from a pin than the cloth between them is long
+// Stage `tether`: no particle is farther from a pin than the length of cloth between them
 // (server/solver/method.md).
 #ifndef DRAPE_LIB_TETHER_GLSL_
 #define DRAPE_LIB_TETHER_GLSL_
@@ -6,11 +6,10 @@
 #include "lib/direction.glsl"
 #include "lib/vector.glsl"
 
-// u of the particle, for d [m] from the pin to it as predicted at the end of the substep: where |d| is
-// beyond `reach` [m] the excess is taken off within h. Bender et al. 2009, section 3.2, for the
-// inequality reach - |d| >= 0 and a pin of inverse mass 0. `start` is d at the start of the substep and
-// `end_share` that of an impulse's direction at its end; both only with start directions. u [m/s],
-// inverse_h [1/s].
+// u of the particle, for d [m] from the pin to it as predicted at the end of the substep: if |d| is beyond `reach`
+// [m], the excess is removed within h. Bender et al. 2009, section 3.2, for the inequality reach - |d| >= 0 and a
+// pin of inverse mass 0. `start` is d at the start of the substep and `end_share` the weight of the direction at
+// its end; both only with start directions. u [m/s], inverse_h [1/s].
 vec3 TetheredVelocity(vec3 u, vec3 start, vec3 d, float reach, float inverse_h, float end_share) {
   float length_d = Length(d);
   if (length_d <= reach) return u;

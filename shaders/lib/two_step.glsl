@@ -3,7 +3,7 @@
 #ifndef DRAPE_LIB_TWO_STEP_GLSL_
 #define DRAPE_LIB_TWO_STEP_GLSL_
 
-// x + (x - x')/3, of positions [m] or velocities [m/s] and the ones before.
+// x + (x - x')/3, for positions [m] or velocities [m/s] and the previous ones.
 vec3 Extrapolated(vec3 x, vec3 previous) {
   precise vec3 ahead = (x - previous) * (1.0 / 3.0);
   precise vec3 sum = x + ahead;

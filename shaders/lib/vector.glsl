@@ -20,7 +20,7 @@ vec3 AddScaled(vec3 a, float s, vec3 b) {
   return sum;
 }
 
-// d / length; `fallback` where the length [m] is too small to have a direction.
+// d / length; `fallback` if d is too short to have a direction. [m]
 vec3 Direction(vec3 d, float length_d, vec3 fallback) {
   if (length_d < MIN_DIRECTION_LENGTH) return fallback;
   precise vec3 direction = d / length_d;

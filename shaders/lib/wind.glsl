@@ -4,9 +4,9 @@
 
 #include "lib/vector.glsl"
 
-// r - r': how the air changes the velocity of a triangle within a kick. r is the velocity of the air
-// relative to the triangle [m/s], `normal` is perpendicular to it and twice its area long [m^2]; drag and
-// lift are duration * density of the air * coefficient / (4 * mass of the triangle) [s/m / m^2].
+// r - r': the change of a triangle's velocity by the air within a kick. r is the velocity of the air relative to
+// the triangle [m/s], `normal` is perpendicular to it and twice its area long [m^2]; drag and lift are duration *
+// density of the air * coefficient / (4 * mass of the triangle) [s/m / m^2].
 vec3 AirVelocityChange(vec3 r, vec3 normal, float drag, float lift) {
   float twice_area = Length(normal);
   float speed = Length(r);
@@ -18,7 +18,7 @@ vec3 AirVelocityChange(vec3 r, vec3 normal, float drag, float lift) {
 
   precise float drag_ratio = min(drag * (twice_area * abs(approach)), MAX_AIR_RATIO);
   precise float lift_ratio = min(lift * (twice_area * speed), MAX_AIR_RATIO);
-  // Lift turns r away from n, at most until the triangle is edge-on to the air; drag shortens it.
+  // Lift turns r away from n, at most to edge-on; drag shortens it.
   precise float turn = lift_ratio * cosine / (1.0 + lift_ratio * sine_sq);
   precise float turn_sq = turn * turn * sine_sq;
   precise float root = sqrt(1.0 + turn_sq);

@@ -8,9 +8,9 @@
 #define FOR_EACH(index, begin, end) \
   for (uint index = (begin) + gl_LocalInvocationID.x; index < (end); index += LOCAL_SIZE)
 
-// Neighbouring invocations work on neighbours in a row or column of a grid, and hardware serves them at once
-// only if their words lie in different banks, of which there are 32. A column of 32 x 32 particles would lie in
-// one bank: so one place in 33 stays empty.
+// Neighbouring invocations work on neighbours in a row or column of a grid, and hardware serves them at once only
+// if their words are in different banks, of which there are 32. A column of 32 x 32 particles would be in one
+// bank, so one place in 33 stays empty.
 const uint kPlaceCount = CAPACITY + CAPACITY / 32;
 uint PlaceOf(uint i) { return i + (i >> 5); }
 
@@ -23,7 +23,7 @@ shared uint sweep_changed[3];
 shared uint shared_fault;
 
 #ifdef HAS_REFINE
-// A bit per particle: it is at the end of a link to refine. Clear outside `refine`.
+// A bit per particle: whether it is an end of a link to refine. Clear outside `refine`.
 shared uint shared_flags[(CAPACITY + 31) / 32];
 shared uint shared_has_flags;
 shared uint shared_refine_solves;  // links solved by `refine` in this step

@@ -1,5 +1,5 @@
-// Particles of the tiled plan: a cloth lies in storage buffers, and each dispatch is one phase for all
-// cloths of the batch. Work group y = cloth, invocation x = particle or constraint.
+// Particles of the tiled plan: a cloth is in storage buffers, and each dispatch is one phase for all cloths of the
+// batch. Work group y = cloth, invocation x = particle or constraint.
 #ifndef DRAPE_STAGES_ACCESS_TILED_GLSL_
 #define DRAPE_STAGES_ACCESS_TILED_GLSL_
 
@@ -32,7 +32,7 @@ uvec2 ConstraintPair(uint k) {
 }
 
 #ifdef COUNTS_IN_SCRATCH
-// The flags of `refine`, clear but within it.
+// The flags of `refine`, clear outside it.
 uint HasFlagsWord() { return cloth.scratch.far_off_flags + cloth.particle_count; }
 uint RefinedCountWord(uint colour) { return HasFlagsWord() + 1u + colour; }
 // Links solved by earlier rounds of the step.

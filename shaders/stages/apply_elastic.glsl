@@ -3,7 +3,7 @@
 #include "stages/elastic_element.glsl"
 #include "stages/kick.glsl"
 
-// The impulse along L of element e [N s]; none where L has no direction.
+// The impulse along L of element e [N s]; 0 if L has no direction.
 void StoreElasticImpulse(uint e, uint place, float seconds) {
   ElasticElement element = LoadElement(e);
   uvec4 i = element.particles;
@@ -29,8 +29,8 @@ void StoreElasticImpulse(uint e, uint place, float seconds) {
   SetScratchVector(cloth.scratch.elastic_impulses + 3u * e, impulse);
 }
 
-// v += w * the impulses of the elements of i times its weights in them, in ascending order; pins are moved by
-// their targets alone.
+// v += w * the impulses of the elements of i times its weights in them, in ascending order; only their targets
+// move pins.
 void ApplyElasticImpulses(uint i) {
   if (InverseMass(i) == 0.0) return;
   uint end = models[cloth.model.elastic_offsets + i + 1u];

@@ -21,7 +21,7 @@ void StoreSpringAcceleration(uint i, uint place) {
   SetScratchVector(cloth.scratch.spring_accelerations + 3u * i, acceleration);
 }
 
-// v += seconds * A_i; pins are moved by their targets alone.
+// v += seconds * A_i; only their targets move pins.
 void KickParticle(uint i, float seconds) {
   if (InverseMass(i) == 0.0) return;
   vec3 acceleration = ScratchVector(cloth.scratch.spring_accelerations + 3u * i);

@@ -19,7 +19,7 @@ void StoreAirImpulse(uint t, uint place, float seconds) {
   SetScratchVector(cloth.scratch.air_impulses + 3u * t, impulse);
 }
 
-// v += w * the impulses of the triangles of i, in ascending order; pins are moved by their targets alone.
+// v += w * the impulses of the triangles of i, in ascending order; only their targets move pins.
 void ApplyAirImpulses(uint i) {
   if (InverseMass(i) == 0.0) return;
   uint end = models[cloth.model.triangle_offsets + i + 1u];

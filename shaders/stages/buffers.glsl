@@ -93,7 +93,7 @@ vec3 ParameterVector(uint word) {
 vec3 PinTarget(uint k) { return ParameterVector(cloth.parameters.pin_targets + 3u * k); }
 
 #ifdef HAS_DISTANCE_MAPS
-// `map`: its place in Models; 0, and nothing of use, for colliders of other shapes.
+// `map`: the map's place in Models; 0 for colliders of other shapes, for which the result is meaningless.
 DistanceGrid LoadGrid(uint map) {
   return DistanceGrid(uvec3(models[map], models[map + 1u], models[map + 2u]), ModelFloat(map + 3u),
                       ModelFloat(map + 4u), map + DRAPE_MAP_HEADER_WORDS);

@@ -1,6 +1,6 @@
-// Which colliders the particles of a cloth look at in the step under way (server/solver/gl_compute/design.md,
-// «Decisions»). A contact with a far collider changes nothing while its particle is in the range;
-// a particle outside the range looks at all colliders. Needs the accessors of one plan.
+// The colliders that the particles of a cloth test in the step under way (server/solver/gl_compute/design.md,
+// «Decisions»). A contact with a far collider changes nothing while its particle is in the range; a particle
+// outside the range looks at all colliders. Needs the accessors of one plan.
 #ifndef DRAPE_STAGES_COLLIDER_REACH_GLSL_
 #define DRAPE_STAGES_COLLIDER_REACH_GLSL_
 
@@ -50,7 +50,7 @@ uint NextIn(uint set, uint c) {
 }
 
 // The set of those that `solve_contacts` has worked on in this substep: their betas are in Scratch. Without far
-// ones nothing is kept, for it is none of them in the first sweep and all in later ones.
+// colliders nothing is kept: the set is empty in the first sweep and has all of them in later ones.
 uint LoadMetColliders(uint i, bool is_first_sweep) {
   if (is_first_sweep) return 0u;
   return far_colliders == 0u ? ~0u : uint(scratch[cloth.scratch.met_colliders + i]);

@@ -1,5 +1,5 @@
-// How long kicks (springs, elastic elements, air) act in a substep, and where. Needs the accessors
-// of one plan.
+// Durations and places of the kicks (springs, elastic elements, air) of a substep. Needs the accessors of one
+// plan.
 #ifndef DRAPE_STAGES_KICK_GLSL_
 #define DRAPE_STAGES_KICK_GLSL_
 
@@ -12,7 +12,7 @@ float KickSeconds(uint place) {
   return place == DRAPE_KICK_WITHIN ? substep.kick_within : substep.kick_after;
 }
 
-// Where particle i is when it is kicked: within a substep where it is predicted to be.
+// The position of particle i in a kick; within a substep, its predicted position.
 vec3 KickPosition(uint i, uint place) {
 #ifdef HAS_TWO_STEPS
   if (place == DRAPE_KICK_WITHIN) return AddScaled(Position(i), substep.interval, Velocity(i));

@@ -1,6 +1,6 @@
-// Groups of DRAPE_STRIP_LANES invocations (lanes) that solve a strip together and hand each other values:
-// by the shuffles of a subgroup (HAS_SUBGROUPS), or on devices without them through shared memory and
-// barriers. Resident plan only.
+// Groups of DRAPE_STRIP_LANES invocations (lanes) that solve a strip together and exchange values: by the shuffles
+// of a subgroup (HAS_SUBGROUPS) or, on devices without them, through shared memory and barriers. Resident plan
+// only.
 #ifndef DRAPE_STAGES_LANES_GLSL_
 #define DRAPE_STAGES_LANES_GLSL_
 
@@ -24,10 +24,10 @@ uint Lane() { return gl_SubgroupInvocationID % DRAPE_STRIP_LANES; }
 vec4 offered;
 uint offered_tag;
 
-// Offers a value to the other lanes; all invocations of the work group together. Until the next offer any
-// lane may take it.
+// Offers a value to the other lanes, which may take it until the next offer. All invocations of the work group
+// call it together.
 void Offer(vec4 value, uint tag) {
-  subgroupBarrier();  // the lanes may have gone different ways
+  subgroupBarrier();  // the lanes may have diverged
   offered = value;
   offered_tag = tag;
 }

@@ -1,4 +1,4 @@
-// Partial results of `measure` and how two of them become one.
+// Partial results of `measure`, and the merge of two of them.
 #ifndef DRAPE_STAGES_MEASURED_GLSL_
 #define DRAPE_STAGES_MEASURED_GLSL_
 
@@ -55,7 +55,7 @@ Measured MergeInvocations(Measured measured) {
   return measured_by_invocation[0];
 }
 
-// Where the result of one piece of a cloth waits to be merged, in Scratch.
+// The place in Scratch where the result of one piece of a cloth waits to be merged.
 uint PieceWord(uint piece) { return cloth.scratch.measured_pieces + DRAPE_MEASURED_WORDS * piece; }
 
 void StorePiece(uint piece, Measured measured) {

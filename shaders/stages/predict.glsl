@@ -67,5 +67,5 @@ void IntegrateParticle(uint i) {
   SetVelocity(i, AddScaled(u, 0.5 * substep.interval, ConstantAcceleration(i)));
 }
 
-// At the end of the step a pin is where it was asked to be, to the bit.
+// At the end of the step a pin is exactly at its target.
 void PlacePin(uint k) { SetPosition(models[cloth.model.pins + k], PinTarget(k)); }

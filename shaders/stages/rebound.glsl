@@ -1,5 +1,5 @@
-// How fast particles leave the colliders that they hit, kept in Scratch from `predict` to
-// `correct_velocity`. Needs the accessors of one plan.
+// Rebound speeds of particles that hit colliders, kept in Scratch from `predict` to `correct_velocity`. Needs the
+// accessors of one plan.
 #include "stages/collider_surface.glsl"
 
 #ifdef HAS_RESTITUTION

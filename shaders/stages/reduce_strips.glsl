@@ -1,4 +1,4 @@
-// Stage `solve_strips` by cyclic reduction: a link of a strip is solved by a lane, all at once
+// Stage `solve_strips` by cyclic reduction: each lane solves one link of a strip, all at once
 // (server/solver/method.md, "solve_strips"). Resident plan only.
 #include "lib/strip_reduction.glsl"
 #include "stages/lanes.glsl"
@@ -47,8 +47,8 @@ StripRow LoadRow(LaneLink mine, bool has_next) {
   return FirstRow(mine.link.diagonal, from_before, from_after, right_side);
 }
 
-// As MinPivot. The pivot of an elimination feels the particles on one side of the link, that of a
-// reduction those on both: its bound is that much lower.
+// As MinPivot. The pivot of an elimination depends on the particles on one side of the link, that of a reduction
+// on those on both sides, so its bound is lower.
 float MinReducedPivot(uint to) {
   return InverseMass(to) == 0.0 ? MIN_STRIP_PIVOT_AT_PIN
                                 : MIN_STRIP_PIVOT / float(DRAPE_STRIP_LANES);
@@ -58,7 +58,7 @@ float MinReducedPivot(uint to) {
 float ReduceLink(LaneLink mine, bool has_next) {
   StripRow row = LoadRow(mine, has_next);
   float min_pivot = mine.is_link ? MinReducedPivot(mine.to) : 1.0;
-  // The next link, this one included, that ends at a pin: it is eliminated from no other.
+  // The next link, this one included, that ends at a pin; that link is eliminated from no other.
   uint last = mine.is_link && InverseMass(mine.to) == 0.0 ? Lane() : kNoLane;
   precise float pivot = 1.0;  // over the diagonal
   for (uint stride = 1u; stride < DRAPE_STRIP_LANES; stride *= 2u) {
@@ -101,7 +101,8 @@ void ChangeVelocity(uint i, float share, vec3 change) {
   SetVelocity(i, AddScaled(Velocity(i), share, change));
 }
 
-// One strip by one group of lanes, or, without links, nothing in the same uniform control flow.
+// One strip by one group of lanes. A group without links takes part in the same uniform control flow and changes
+// nothing.
 void ReduceStrip(Strip strip, bool is_first_sweep) {
   LaneLink mine = LoadLaneLink(strip, is_first_sweep);
   bool has_next = strip.begin + Lane() + 1u < strip.end;

@@ -25,8 +25,8 @@ bool IsAtFlag(uint constraint) {
   return IsFlagged(pair.x) || IsFlagged(pair.y);
 }
 
-// Moves the ends of a link so that it has its length at the end of the substep: places, not velocities, which
-// would carry the move on into the next step.
+// Moves the ends of a link so that it has its length at the end of the substep. It changes positions, not
+// velocities, which would continue the move in the next step.
 void RefineConstraint(uint constraint) {
   uvec2 pair = ConstraintPair(constraint);
   vec3 position_i = Position(pair.x);

@@ -1,7 +1,7 @@
 // The rest length of a distance constraint [m]: the model's, or the cloth's own, which changes linearly
 // within the step. Needs the storage blocks.
 #ifdef HAS_OWN_LENGTHS
-// How much of the step is over at the end of this substep, in (0, 1]; set before the sweeps.
+// The share of the step that is over at the end of this substep, in (0, 1]; set before the sweeps.
 float step_share = 1.0;
 
 void SetStepShare(uint substep) {

@@ -29,8 +29,8 @@ void StoreTangentBeta(uint collider, uint i, vec3 beta_t) {
 }
 #endif
 
-// Whether a change of velocity [m/s] keeps the sweeps going: it moves the particle by more than the
-// tolerance. Smaller ones are applied too: in short substeps friction consists of nothing else.
+// Whether a change of velocity [m/s] requires another sweep: it moves the particle by more than the tolerance.
+// Smaller ones are applied too: in short substeps friction consists of nothing else.
 bool IsAboveContactTolerance(float speed) {
 #ifdef HAS_TOLERANCE
   precise float move = cloth.step.h * speed;
@@ -96,7 +96,7 @@ void SolveContactsOf(uint i, bool is_first_sweep) {
 }
 
 #ifdef HAS_SOLVE_CONTACTS
-// How far the end of the substep, p + h u, is below where its contacts want it [m]; for `measure`.
+// Depth of the end of the substep, p + h u, below the floor of its contacts [m]; for `measure`.
 void StoreContactViolation(uint i) {
   float violation = 0.0;
   if (InverseMass(i) != 0.0) {

@@ -3,10 +3,11 @@
 #include "lib/strip.glsl"
 #include "stages/substep.glsl"
 
-// Scratch of link k: n xyz, how its impulse changes the error before over the pivot there, right side over the pivot [N s].
+// Scratch of link k: n xyz, the effect of its impulse on the previous error over the pivot there, right side over
+// the pivot [N s].
 uint LinkWord(uint k) { return cloth.scratch.strip_links + DRAPE_STRIP_LINK_WORDS * k; }
 
-// Where the links and particles of a strip lie.
+// The places of the links and particles of a strip.
 struct Strip {
   uint begin;  // links
   uint end;
@@ -15,7 +16,7 @@ struct Strip {
   uint stride;        // from one particle to the next
   float rest_length;  // of each link [m]
 #else
-  uint particles;  // of which the one before link k is in Models at particles + k
+  uint particles;  // the one before link k is in Models at particles + k
 #endif
 };
 
@@ -30,7 +31,7 @@ Strip LoadStrip(uint strip) {
 #endif
 }
 
-// The particle before link k, or behind the last one.
+// The particle before link k, or after the last link.
 uint StripParticle(Strip strip, uint k) {
 #ifdef HAS_REGULAR_STRIPS
   return strip.first + strip.stride * (k - strip.begin);
@@ -61,7 +62,7 @@ struct LinearisedLink {
   float rest_length;  // [m]
   DistanceError error;
   vec3 direction;  // n, of the impulse
-  float diagonal;  // how much the impulse changes the error: (w_from + w_to) slope + alpha/h^2 [1/kg]
+  float diagonal;  // effect of the impulse on the error: (w_from + w_to) slope + alpha/h^2 [1/kg]
 };
 
 LinearisedLink LineariseLink(Strip strip, uint k, LinkEnd from, LinkEnd to, bool is_first_sweep) {
@@ -100,13 +101,13 @@ bool IsBeyondTolerance(LinearisedLink link) {
   return abs(link.error.residual) > cloth.step.tolerance * link.rest_length;
 }
 
-// The least share of its diagonal that the pivot of a link has whose second particle is `to`.
+// The least share of the diagonal for the pivot of a link whose second particle is `to`.
 float MinPivot(LinkEnd to) {
   return to.inverse_mass == 0.0 ? MIN_STRIP_PIVOT_AT_PIN : MIN_STRIP_PIVOT;
 }
 
-// Goes along the strip, linearises each link and eliminates it from the next; whether an error is
-// larger than the tolerance.
+// Linearises each link of the strip in turn and eliminates it from the next. Returns whether an error is larger
+// than the tolerance.
 bool EliminateStrip(Strip strip, bool is_first_sweep) {
   bool is_active = false;
   StripLink before = StripLink(vec3(0.0), vec3(0.0), 0.0, 0.0);
@@ -136,7 +137,8 @@ bool EliminateStrip(Strip strip, bool is_first_sweep) {
   return is_active;
 }
 
-// The square of a change of velocity [m/s] over that which moves by MAX_STRIP_MOVE lengths [m] of a link.
+// The square of the ratio of a change of velocity [m/s] to the one that moves by MAX_STRIP_MOVE lengths [m] of a
+// link.
 float MoveRatioSq(vec3 change, float rest_length) {
   precise float limit = rest_length * (MAX_STRIP_MOVE * substep.inverse_interval);
   precise float ratio_sq = Dot(change, change) / (limit * limit);
@@ -160,7 +162,7 @@ float PullParticle(uint i, vec3 pull, vec3 pull_of_next, float rest_length) {
   return MoveRatioSq(change, rest_length);
 }
 
-// From the last link back finds the impulses and applies `share` of them; the largest MoveRatioSq.
+// Finds the impulses from the last link back and applies `share` of them. Returns the largest MoveRatioSq.
 float ApplyImpulses(Strip strip, float share) {
   float largest_ratio_sq = 0.0;
   precise float effect_of_next = 0.0;  // on this impulse
@@ -191,7 +193,7 @@ void SolveStrip(uint index, bool is_first_sweep) {
   Strip strip = LoadStrip(index);
   if (!EliminateStrip(strip, is_first_sweep)) return;
   MarkChanged();
-  // Applies all of the impulses, then takes the excess back where they moved a particle too far, which is rare.
+  // Applies all of the impulses, then removes the excess if they moved a particle too far, which is rare.
   precise float share = 1.0;
   do {
     precise float back = ShareOfMove(ApplyImpulses(strip, share)) - 1.0;

@@ -3,8 +3,8 @@
 #include "lib/joint.glsl"
 #include "lib/velocity.glsl"
 
-// Takes the velocity along the rigid link k, after the advance. The colours give each free particle one
-// writer; pins are only read.
+// Removes the velocity along the rigid link k, after `integrate`. The colours give each free particle one writer;
+// pins are only read.
 void SolveLinkVelocity(uint k) {
 #ifdef HAS_COMPLIANCE
   if (ModelFloat(cloth.model.compliances + k) > 0.0) return;
@@ -28,7 +28,7 @@ void SolveLinkVelocity(uint k) {
 }
 
 #ifdef HAS_SOLVE_JOINTS
-// Takes the relative velocity of the rigid joint k, along all three axes.
+// Removes the relative velocity of the rigid joint k, along all three axes.
 void SolveJointVelocity(uint k) {
 #ifdef HAS_JOINT_COMPLIANCE
   if (ModelFloat(cloth.model.joint_compliances + k) > 0.0) return;

@@ -1,5 +1,4 @@
-// The substep under way (solver/substep_schedule.h). While it lasts, positions are b and velocities
-// u: q = b + H u.
+// The substep under way (solver/substep_schedule.h). Within it, positions are b and velocities u: q = b + H u.
 #ifndef DRAPE_STAGES_SUBSTEP_GLSL_
 #define DRAPE_STAGES_SUBSTEP_GLSL_
 
@@ -7,7 +6,7 @@
 
 SubstepRecord substep;
 bool is_last_substep;
-uint pin_shares;  // pins go 1 / pin_shares of the rest of their way
+uint pin_shares;  // pins move 1 / pin_shares of the rest of their way
 // Seconds since the start of the step; only with moving colliders, whose cloths have substeps of
 // one length.
 float substep_begin;

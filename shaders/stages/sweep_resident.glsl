@@ -8,7 +8,7 @@
 #include "stages/solve_distance.glsl"
 #include "stages/solve_joints.glsl"
 #include "stages/solve_strips.glsl"
-// A file is included once, so those under a condition come last.
+// Each file is included once, so files under a condition come last.
 #ifdef HAS_REFINE
 #include "stages/refine.glsl"
 #endif
@@ -16,7 +16,7 @@
 #include "stages/reduce_strips.glsl"
 #endif
 
-// The strips of a phase: by groups of lanes, or an invocation each.
+// The strips of a phase: solved by groups of lanes, or by an invocation each.
 void SolvePhase(uint begin, uint end, bool is_first_sweep) {
 #ifdef HAS_STRIP_REDUCTION
   if (FillsSubgroups()) {

@@ -1,5 +1,5 @@
 // Every number of every request that changes cloths, one after the other, as NaN and as infinity:
-// refused by its name. The fields are walked by reflection, so a new one is in it by itself.
+// refused by its name. The test finds the fields by reflection, so it includes new ones.
 #include <gmock/gmock.h>
 #include <google/protobuf/message.h>
 #include <gtest/gtest.h>
@@ -61,7 +61,7 @@ class NotFiniteTest : public testing::Test {
     }
   }
 
-  // Into what there is, and into what could be there without replacing something else.
+  // Visits the fields that are set, and those that can be set without replacing another one.
   void Descend(Message& message, const FieldDescriptor& field, const std::string& name,
                const std::function<Status()>& check) {
     const Reflection& reflection = *message.GetReflection();

@@ -67,7 +67,7 @@ inline v1::Particles ShortChain() {
   return particles;
 }
 
-// Two copies of a 4 x 3 grid, pinned at one corner, with everything set that can be.
+// Two copies of a 4 x 3 grid, pinned at one corner, with every possible field set.
 inline v1::CreateClothsRequest GoodCreation() {
   v1::CreateClothsRequest request;
   request.set_session("sessions/none");
@@ -126,7 +126,7 @@ inline v1::CreateClothsRequest GoodCreation() {
 inline v1::ClothSpec& Spec(v1::CreateClothsRequest& request) {
   return *request.mutable_spec();
 }
-// Without what depends on the grid's particles.
+// Without the parts that depend on the grid's particles.
 inline v1::ClothSpec& BareSpec(v1::CreateClothsRequest& request) {
   request.mutable_spec()->clear_pins();
   return *request.mutable_spec();

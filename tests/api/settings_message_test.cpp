@@ -1,4 +1,4 @@
-// The table of settings is that of the protocol.
+// The table of settings agrees with the protocol.
 #include "server/api/settings_message.h"
 
 #include <gtest/gtest.h>

@@ -74,7 +74,7 @@ TEST(StateChunks, DoubleStatesStayDouble) {
   EXPECT_FALSE(chunk.has_velocities_m_per_s());
 }
 
-// Whatever the limit, the chunks put together are the whole, and none is above the limit.
+// With any limit, the chunks together are the whole, and none is above the limit.
 TEST(StateChunks, ChunksTogetherAreTheWhole) {
   constexpr uint64_t kRowBytes = 24;  // positions and velocities in float32
   for (uint64_t rows_per_chunk = 1; rows_per_chunk <= 9; ++rows_per_chunk) {

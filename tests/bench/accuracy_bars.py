@@ -52,7 +52,7 @@ def preset_bars(rows, scene, preset, time_factor, values):
 
 def time_for_error(some, error_m):
     """Wall time at which the error falls to error_m, between the two points around it in the log-log plot: (time, is_bound).
-    is_bound: not reached, the time is that of the dearest point. The cheapest point that suffices where all do."""
+    is_bound: not reached, the time is that of the most expensive point. The cheapest point that suffices where all do."""
     front = tables.pareto_front(some, "rms_position_m")
     if not front:
         return None, False

@@ -20,8 +20,8 @@ struct BenchOptions {
   std::filesystem::path subfolder;
   TimingLimits limits;
   double budget_s = 0;  // no new row after that long; 0: no limit
-  std::string commit;   // what was measured, for machine.json
-  std::string command;  // what to type to get the same tables, for machine.json
+  std::string commit;   // measured commit, for machine.json
+  std::string command;  // command that makes the same tables, for machine.json
 };
 
 class Bench {
@@ -36,16 +36,18 @@ class Bench {
   std::span<NamedBackend> backends() { return backends_; }
   const std::filesystem::path& out() const { return out_; }
 
-  // For bringing a scene to where it is measured: "gl" on a GPU, else "cpu".
+  // The backend that brings a scene to the state in which it is measured: "gl" on a GPU, else
+  // "cpu".
   NamedBackend& fast_backend() { return fast_; }
   NamedBackend& reference() { return reference_; }
 
   // out/NAME.csv, and a note in machine.json of the command that made it.
   Table OpenTable(const std::string& name, const std::vector<std::string>& columns);
 
-  // From now on rows may start until this share of the budget, in (0, 1], is used up. At first: 1.
+  // Rows may start until this share of the budget, in (0, 1], is used up. Initially 1.
   void AllowShare(double share) { share_ = share; }
-  // Says which row comes next. False, and says so, when its share is used up: the caller stops.
+  // Prints which row comes next. False when its share is used up, which it prints too: the caller
+  // stops.
   bool StartRow(const std::string& what);
 
  private:

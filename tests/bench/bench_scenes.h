@@ -12,7 +12,7 @@ namespace drape::bench {
 // The settings of a preset's name; the name must be one of PAPER, REALTIME, ACCURATE.
 StepSettings SettingsOf(const std::string& preset);
 
-// Which particles of a sheet are held; the paper does not say it of its scenes.
+// The held particles of a sheet; the paper does not state them for its scenes.
 enum class Pins { kCorners, kEdge };  // the two corners of the first row, or the whole first row
 std::string PinsName(Pins pins);      // "corners", "edge"
 

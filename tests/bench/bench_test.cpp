@@ -161,7 +161,7 @@ TEST_F(BenchTest, NvClothBesideTheCurve) {
   EXPECT_THAT(readme, HasSubstr("has NOT measured"));
 }
 
-// As gpu_round.sh does it: what is measured is read without what is not.
+// As gpu_round.sh does it: the parts that were measured are read without the others.
 TEST_F(BenchTest, PartsOfSpeedOneByOne) {
   for (const char* part : {"limits", "cost"}) {
     const Ending ending = Bench("speed --backends=cpu,gl --parts=" + std::string(part));

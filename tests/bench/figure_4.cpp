@@ -1,4 +1,4 @@
-// Figure 4: 65 536 particles swing onto a sphere; how far they stretch, and what a step costs.
+// Figure 4: 65 536 particles swing onto a sphere; their stretch, and the cost of a step.
 #include <algorithm>
 #include <cmath>
 #include <string>

@@ -1,6 +1,6 @@
-// The script for a GPU machine on a pack of shell scripts: what counts as passed, what is kept, and
-// which exit status tells it. That the carried libraries suffice can only be tried on such a
-// machine.
+// The script for a GPU machine, with a pack of shell scripts: which parts count as passed, which
+// files are kept, and the exit status. Only such a machine can show that the carried libraries
+// suffice.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>

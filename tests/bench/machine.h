@@ -14,8 +14,8 @@ struct Machine {
   std::string flags;
 };
 
-// The model name, and what tells it from others where that is a name for many, as virtual machines
-// have it: "AMD EPYC" -> "AMD EPYC, family 25 model 17".
+// The model name, with family and model where one name stands for many processors, as in virtual
+// machines: "AMD EPYC" -> "AMD EPYC, family 25 model 17".
 std::string ProcessorName(const std::string& name, const std::string& family,
                           const std::string& model);
 

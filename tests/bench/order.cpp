@@ -1,4 +1,4 @@
-// Section 3.3: does the order of the groups change how fast the sweeps converge?
+// Section 3.3: does the order of the colours change how fast the sweeps converge?
 #include <cstdio>
 #include <string>
 #include <utility>
@@ -18,8 +18,8 @@ struct MeasuredScene {
   test::Scene scene;
 };
 
-// Steps with many sweeps on the way to where the orders are compared. The two corners stand closer
-// than the row between them is long: taut, it would be locked, and no order solves that.
+// Steps with many sweeps before the orders are compared. The two corners stand closer than the row
+// between them is long: taut, it would be locked, and no order solves that.
 std::vector<MeasuredScene> Scenes(bool is_quick) {
   StepSettings settings = PresetSettings(Preset::kPaper);
   settings.max_iterations = kMaxSweeps;

@@ -23,11 +23,11 @@ ConstraintOrder ShuffleColours(const SceneModel& model, std::mt19937& random);
 // Algorithm 1 on the shuffled list: other colours, and maybe more.
 ConstraintOrder ShuffleInput(const SceneModel& model, std::mt19937& random);
 
-// One constraint after the other in random order: what a processor without colours could do.
+// One constraint after the other in random order, as a processor without colours could do.
 ConstraintOrder ShuffleAll(const SceneModel& model, std::mt19937& random);
 
-// One after the other, by the number of constraints between it and the nearest pin: the outermost
-// case of an order that means something. Nearest first, or last.
+// One after the other, by the number of constraints between it and the nearest pin: the extreme
+// case of a meaningful order. Nearest first, or last.
 ConstraintOrder FromPins(const SceneModel& model);
 ConstraintOrder TowardsPins(const SceneModel& model);
 

@@ -70,7 +70,7 @@ def play_mujoco(steps, solver, iterations):
       </mujoco>""")
     data = mujoco.MjData(model)
 
-    def positions():  # MuJoCo starts anew where it has blown up
+    def positions():  # MuJoCo restarts a simulation that has blown up
         has_blown_up = any(warning.number > 0 for warning in data.warning)
         return data.flexvert_xpos * (math.nan if has_blown_up else 1)
 

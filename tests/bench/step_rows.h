@@ -25,8 +25,9 @@ std::vector<std::string> StepColumns();
 // Times the batch on every backend and adds a row for each. False when the budget is used up.
 bool MeasureRow(Bench& bench, Table& table, const StepRow& row, const ClothBatch& batch);
 
-// Where sheets are measured: half a second after they are let go, in the middle of the swing, when
-// every constraint works. The one start state of all backends comes from bench.fast_backend().
+// The time at which sheets are measured: half a second after their release, in the middle of the
+// swing, when every constraint is active. The one start state of all backends comes from
+// bench.fast_backend().
 PreparedScene MidSwing(Bench& bench, uint32_t particles, Pins pins, const std::string& preset);
 
 }  // namespace drape::bench

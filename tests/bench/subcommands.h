@@ -34,7 +34,7 @@ struct Figure4Options {
 };
 void MeasureFigure4(Bench& bench, Figure4Options options);
 
-// Section 3.3, the order of the groups -> order.csv.
+// Section 3.3, the order of the colours -> order.csv.
 struct OrderOptions {
   uint32_t seeds = 25;
 };

@@ -1,5 +1,6 @@
-// The sweeps of one substep over distance constraints in any order whatsoever, in double precision:
-// the product always sweeps in the order of its colours, and the order is what is measured here.
+// The sweeps of one substep over distance constraints in any order, in double precision: the
+// product always sweeps in the order of its colours, and these benchmarks measure the effect of the
+// order.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,8 +13,8 @@
 
 namespace drape::bench {
 
-// One substep after `predict`, all but the constraints solved: p + h u is where the particles would
-// go. Inextensible constraints, no contacts, no springs.
+// One substep after `predict`, all but the constraints solved: p + h u are the predicted positions.
+// Inextensible constraints, no contacts, no springs.
 struct SweepProblem {
   std::span<const double> inverse_masses_per_kg;
   std::vector<Eigen::Vector3d> positions_m;

@@ -1,4 +1,4 @@
-// The bench's own sweeps compute what the product computes, and its orders are what they say.
+// The benchmark's own sweeps compute the same as the product's, and its orders are as described.
 #include "tests/bench/sweeps.h"
 
 #include <gmock/gmock.h>
@@ -48,7 +48,7 @@ Pairs PairsOf(std::span<const DistanceConstraint> constraints) {
   return pairs;
 }
 
-// Which constraints these are, whatever their order.
+// The set of the constraints, in any order.
 Pairs SortedPairs(std::span<const DistanceConstraint> constraints) {
   Pairs pairs = PairsOf(constraints);
   std::sort(pairs.begin(), pairs.end());

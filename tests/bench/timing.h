@@ -51,8 +51,8 @@ struct StepTimes {
   double solves_per_second = 0;  // cloths * constraints * iterations / median
 };
 
-// One step of each backend in turn, until each has its steps: what disturbs the machine disturbs
-// all. One StepTimes per backend.
+// One step of each backend in turn, until each has its steps, so that a disturbance of the machine
+// affects all of them. One StepTimes per backend.
 std::vector<StepTimes> TimeSideBySide(std::span<NamedBackend> backends, const ClothBatch& batch,
                                       const TimingLimits& limits);
 

@@ -35,8 +35,8 @@ inline std::vector<std::string> Keys(const nlohmann::ordered_json& object) {
   return keys;
 }
 
-// `drape run SCENE arguments...` on the cpu backend with a report; checks that it is well and gives
-// the report.
+// `drape run SCENE arguments...` on the cpu backend with a report; checks that it succeeds and
+// returns the report.
 inline nlohmann::ordered_json RunForReport(const std::string& scene,
                                            std::vector<std::string> arguments,
                                            const std::string& backend = "cpu") {

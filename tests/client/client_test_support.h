@@ -12,7 +12,7 @@
 
 namespace drape::client_test {
 
-// A fresh folder, removed with all it holds.
+// A new folder, removed with its contents.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -97,7 +97,8 @@ States MakeStates(std::initializer_list<uint32_t> particle_counts, uint64_t step
   return States({MakeChunk(particle_counts, step, positions, velocities)});
 }
 
-// Calls `function`; gives the drape::Error it throws. A call that throws none fails the test.
+// Calls `function`; returns the drape::Error that it throws. A call that throws none fails the
+// test.
 template <class Function>
 ErrorDetails ErrorOf(Function&& function);
 

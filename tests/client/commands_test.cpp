@@ -47,7 +47,7 @@ class CommandsTest : public ::testing::Test {
     arguments.push_back("--server=" + client_->address());
     return arguments;
   }
-  // A command that must succeed; gives what it prints.
+  // A command that must succeed; returns its output.
   static std::string Do(std::vector<std::string> arguments) {
     const Outcome outcome = RunProgram("drape", OnServer(std::move(arguments)));
     EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
@@ -143,7 +143,7 @@ TEST_F(CommandsTest, CreateAddsToASession) {
   Do({"delete", "--session=" + session});
 }
 
-// The server refuses the second entry: what the session had before is what it has.
+// The server refuses the second entry: the session has the same cloths as before.
 TEST_F(CommandsTest, CreateAddsAllOrNothing) {
   const std::string session = CreateChain();
   const TemporaryFolder folder;

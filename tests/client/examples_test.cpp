@@ -28,13 +28,12 @@ struct ExampleCase {
   size_t cloths;
   uint32_t particles;    // of each cloth
   uint32_t constraints;  // of each cloth
-  double short_s;        // as long as it takes something to happen
+  double short_s;        // long enough for something to happen
 };
 
-// Grids of 32 x 32: 2 * 32 * 31 = 1984 edges. The net: 2 * 17 * 16 = 544. The disc: 3 ring(ring -
-// 1)
-// + ... = V + F - 1 = 817 + 1536 - 1 = 2352 edges (Euler). The skirt is a tube: V - E + F = 0 gives
-// 1809 + 3448 = 5257, less the 43 between neighbouring pins of the waist.
+// Grids of 32 x 32: 2 * 32 * 31 = 1984 edges. The net: 2 * 17 * 16 = 544. The disc, by Euler's
+// formula: V + F - 1 = 817 + 1536 - 1 = 2352 edges. The skirt is a tube: V - E + F = 0 gives 1809 +
+// 3448 = 5257, less the 43 between neighbouring pins of the waist.
 const ExampleCase kExamples[] = {
     {"hanging_two_corners", 1, 1024, 1984, 0.2},
     {"hanging_edge", 1, 1024, 1984 - 31, 0.2},
@@ -103,7 +102,7 @@ TEST_P(ExamplesTest, Runs) {
 INSTANTIATE_TEST_SUITE_P(All, ExamplesTest, ::testing::ValuesIn(kExamples),
                          [](const auto& example) { return example.param.name; });
 
-// 64 cloths, no two of which move alike.
+// 64 cloths, no two of which move in the same way.
 TEST(ManyClothsTest, NoTwoAreEqual) {
   const ordered_json report =
       RunForReport(Example("many_cloths.json"), {"--duration=0.05", "--every=3"});

@@ -1,4 +1,4 @@
-// OBJ and PLY, as text and by what other programs' readers find in them; numbered series.
+// OBJ and PLY, as text and as the readers of other programs see them; numbered series.
 #include "client/cli/geometry_writer.h"
 
 #include <assimp/scene.h>

@@ -1,5 +1,4 @@
-// Pictures: `drape run --render`, `drape render`, the demo's, and where there is nothing to draw
-// with.
+// Pictures: `drape run --render`, `drape render`, the demo's, and servers that cannot draw.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// `drape run` with several state files at once: what they hold agrees.
+// `drape run` with several state files at once: their contents agree.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -50,7 +50,7 @@ std::vector<pid_t> ChildrenOf(pid_t parent) {
   return children;
 }
 
-// Gone, or dead and waiting for an init process to notice.
+// Ended, or dead and waiting for an init process to notice.
 bool IsGone(pid_t pid) {
   std::ifstream stat("/proc/" + std::to_string(pid) + "/stat");
   const std::string text(std::istreambuf_iterator<char>(stat), {});
@@ -126,7 +126,7 @@ TEST(RunSignalsTest, AnInterruptKeepsWhatThereIs) {
   }
 }
 
-// Formats whose headers and order are known only at the end are complete files all the same.
+// Formats whose headers and order are known only at the end also give complete files.
 TEST(RunSignalsTest, AnInterruptCompletesEveryFormat) {
   const TemporaryFolder folder;
   std::vector<std::string> arguments = LongRunInto(folder);

@@ -1,4 +1,4 @@
-// TLS: trusted certificates, and messages for those that are not.
+// TLS: trusted certificates, and the messages for untrusted ones.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// A reader of USD text for tests: strict, and only of what Drape writes. Anything else fails with
-// std::runtime_error, which names the place.
+// A reader of USD text for tests: strict, and only for the parts that Drape writes. Anything else
+// fails with std::runtime_error, which names the place.
 #pragma once
 
 #include <map>
@@ -11,7 +11,7 @@ namespace drape::client_test {
 struct UsdaAttribute {
   std::string declaration;      // "uniform bool", "point3f[]"
   std::string value;            // of attributes without time samples: a word or string
-  std::vector<float> elements;  // or the numbers of an array, tuples taken apart
+  std::vector<float> elements;  // or the numbers of an array, tuples flattened
   std::map<double, std::vector<float>> samples;  // by time code
   std::map<std::string, std::string> metadata;
 };

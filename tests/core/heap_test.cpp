@@ -11,7 +11,7 @@ namespace drape {
 namespace {
 
 constexpr size_t kBlock_bytes = size_t{1} << 20;
-constexpr size_t kBlocks = 8;  // at once: more than glibc keeps by itself after blocks of 1 MiB
+constexpr size_t kBlocks = 8;  // at once: more than glibc keeps by default after blocks of 1 MiB
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kIsHeapReplaced = true;

@@ -37,7 +37,7 @@ std::vector<Vec4> ToVec4s(const std::vector<Vector3d>& vectors) {
   return result;
 }
 
-// A cloth with what the backend keeps of one.
+// A cloth and the backend's data about it.
 struct Cloth {
   Cloth(std::shared_ptr<const FloatModel> its_model, const Scene& scene)
       : model(std::move(its_model)),
@@ -75,7 +75,7 @@ struct Cloth {
   std::unique_ptr<StepTeam> alone = std::make_unique<StepTeam>(1);
 };
 
-// How often a play did what it is about.
+// Counts that show that a play tested its subject.
 struct Counts {
   uint32_t far_steps = 0;  // that left out a collider
   uint64_t repeats = 0;
@@ -271,9 +271,9 @@ TEST(AddNearTest, NothingInTheRangeTouchesWhatIsLeftOut) {
   EXPECT_GT(far, 300u);
 }
 
-// A collider has to be away twice the way that gravity allows for within the step, 5 mm, and 1 % of
-// the length scale, 1 mm; the box of a map is larger than its mesh by three cells of 7 cm, and here
-// it is turned.
+// A collider is left out beyond twice the way that gravity allows within the step, 5 mm, plus 1 %
+// of the length scale, 1 mm; the box of a map is larger than its mesh by three cells of 7 cm, and
+// here it is turned.
 TEST(AddNearTest, CollidersBelowASheetAreLeftOutBeyondItsReach) {
   for (const double top_m : {-0.005, -0.03, -0.4}) {
     for (const auto& [kind, collider] : test::EachKind(top_m)) {

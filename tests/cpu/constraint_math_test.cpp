@@ -10,7 +10,7 @@
 namespace drape::cpu {
 namespace {
 
-using namespace HWY_NAMESPACE;  // of the formulas; nothing here depends on what it is
+using namespace HWY_NAMESPACE;  // of the formulas; nothing here depends on which one it is
 using PointGap = Gaps<float, Vec4>;
 
 // A few roundings of numbers near 1.

@@ -19,7 +19,7 @@ bool Fits(const FloatModel& model, const ClothParameters& parameters) {
   return FitsLanes(model, FloatControls(model, parameters, false));
 }
 
-// A thread's working memory for lanes stays within a few hundred megabytes, whatever a tenant
+// A thread's working memory for lanes stays within a few hundred megabytes, whatever a client
 // sends.
 TEST(FitsLanesTest, LargeClothsGoAlone) {
   const FloatModel most(test::SizedCloth(kMaxLaneParticles).model);

@@ -34,7 +34,7 @@ std::vector<size_t> Sizes(const std::vector<StepGroup>& groups) {
   return sizes;
 }
 
-// Every cloth once; those of a group are alike.
+// Every cloth occurs once; the cloths of a group have the same shape.
 void ExpectPartition(const std::vector<StepGroup>& groups,
                      const std::vector<std::optional<LaneKey>>& keys) {
   std::multiset<uint32_t> seen;

@@ -95,7 +95,8 @@ TEST(StepTeamTest, StagesFollowEachOther) {
   EXPECT_EQ(numbers, std::vector<uint32_t>(512, kStages));
 }
 
-// A member that is put aside in a range holds up that range, not what it would have taken next.
+// A member that is suspended in a range delays that range, not the ones that it would have taken
+// next.
 TEST(StepTeamTest, OthersTakeWhatASlowMemberLeaves) {
   for (int repeat = 0; repeat < 20; ++repeat) {
     ThreadTeam threads(2);

@@ -34,7 +34,7 @@ class Mutator {
 
  private:
   void MutateOnce(std::string& bytes) {
-    // Boundaries of varints, signs and exponents are where the surprises are.
+    // Boundaries of varints, signs and exponents cause most surprises.
     static const std::string kBytes("\x00\x01\x7F\x80\xFF\xF0\xF8\x3F", 8);
     const size_t at = Below(bytes.size());
     const size_t length = 1 + Below(std::min<size_t>(bytes.size() - at, 16));
@@ -85,7 +85,7 @@ void ExpectClearRefusal(const Status& status) {
 
 template <class Request, class Check>
 Outcomes Fuzz(const std::vector<Request>& seeds, uint32_t seed, Check check) {
-  const google::protobuf::LogSilencer silencer;  // it tells about every text that is not UTF-8
+  const google::protobuf::LogSilencer silencer;  // it reports every text that is not UTF-8
   Mutator mutator(seed);
   Outcomes outcomes;
   for (int round = 0; round < kRounds; ++round) {

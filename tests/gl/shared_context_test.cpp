@@ -85,7 +85,7 @@ TEST(SharedContextTest, CopiesArriveCompleteOnAnotherThread) {
   reader.join();
 }
 
-// Objects live until the last context of the group is gone.
+// Objects live until the last context of the group is destroyed.
 TEST(SharedContextTest, OutlivesTheContextItWasMadeWith) {
   std::unique_ptr<Context> first = MakeContext();
   Result<Buffer> buffer = Buffer::Create(4);

@@ -52,7 +52,7 @@ const Way kInParts{.name = "in_parts", .loop_budget = 2500};
 const Way kNarrow{.name = "narrow", .local_size = 4};
 const Way kTiled{.name = "tiled", .is_tiled = true};
 
-// Never destroyed: a device must not go down after the libraries that it needs.
+// Never destroyed: a device must not be destroyed after the libraries that it needs.
 Device& DeviceFor(const Way& way, bool leaves_out) {
   static auto& devices = *new std::vector<std::pair<std::string, std::unique_ptr<Device>>>;
   const std::string name = way.name + (leaves_out ? "" : " all");
@@ -172,7 +172,7 @@ TEST_P(GlColliderReachTest, TheBitsAreThoseOfAllColliders) {
   EXPECT_EQ(Play(empty, one.steps, way, false).bits != expected.bits, one.meets);
 }
 
-// Lengths that a step drives, which nothing foretells, push one end of a chain against a wall.
+// Driven lengths, which no estimate includes, push one end of a chain against a wall.
 TEST(GlColliderReachWaysTest, DrivenLengthsReachFarColliders) {
   for (const Way& way : {kResident, kNarrow}) {
     Scene scene = test::Chain(8, 0.1, 0.01);
@@ -202,7 +202,7 @@ TEST(GlColliderReachWaysTest, DrivenLengthsReachFarColliders) {
   }
 }
 
-// As many as they are, before the sheet falls farther than a step foretells.
+// All of them, before the sheet falls farther than the estimate of a step.
 TEST(GlColliderReachWaysTest, WhatIsOutOfReachIsLeftOut) {
   for (const Way& way : {kResident, kInParts, kNarrow, kTiled}) {
     Scene scene = test::ReachSheet("sheet", Preset::kRealtime, way.is_tiled ? 33 : 9, 32);
@@ -213,7 +213,7 @@ TEST(GlColliderReachWaysTest, WhatIsOutOfReachIsLeftOut) {
     EXPECT_EQ(count(), 0u) << way.name;
     scene.parameters.colliders = {test::Wall(30), floor, SphereCollider{{0.5, 8, 0.5}, 1}};
     EXPECT_EQ(count(), 2u) << way.name;
-    // Those beyond the 24th are looked at, wherever they are.
+    // Colliders beyond the 24th are always tested.
     scene.parameters.colliders.assign(30, test::Wall(30));
     EXPECT_EQ(count(), 24u) << way.name;
     scene.parameters.colliders[20] = floor;
@@ -226,7 +226,7 @@ TEST(GlColliderReachWaysTest, WhatIsOutOfReachIsLeftOut) {
   }
 }
 
-// Pins go where no speed tells: the wall is 10 cm away, and so are the targets.
+// No speed predicts the motion of pins: the wall is 10 cm away, and so are the targets.
 TEST(GlColliderReachWaysTest, TheWaysOfPinsAreForeseen) {
   for (const Way& way : {kResident, kNarrow}) {
     Scene scene = test::Chain(8, 0.1, 0.01);
@@ -238,9 +238,9 @@ TEST(GlColliderReachWaysTest, TheWaysOfPinsAreForeseen) {
   }
 }
 
-// A collider has to be away twice the way that gravity allows for within the step, 5 mm, and 1 % of
-// the length scale, 1 mm; the box of a map is larger than its mesh by three cells of 7 cm, and here
-// it is turned.
+// A collider is left out beyond twice the way that gravity allows within the step, 5 mm, plus 1 %
+// of the length scale, 1 mm; the box of a map is larger than its mesh by three cells of 7 cm, and
+// here it is turned.
 TEST(GlColliderReachWaysTest, CollidersBelowASheetAreLeftOutBeyondItsReach) {
   for (const double top_m : {-0.005, -0.03, -0.4}) {
     for (const auto& [kind, collider] : test::EachKind(top_m)) {

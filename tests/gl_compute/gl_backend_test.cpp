@@ -152,7 +152,7 @@ TEST_F(GlBackendTest, DeviceTimeIsMeasured) {
   backend().Destroy(cloth);
 }
 
-// A grid under everything the kernels can do.
+// A grid with every feature of the kernels.
 ClothParameters EverythingParameters(SpringIntegration integration, double tolerance) {
   ClothParameters parameters = test::PlainParameters();
   parameters.damping_per_s = 0.5;
@@ -191,7 +191,7 @@ std::vector<float> StatesAfter(Backend& backend, const std::shared_ptr<const Sce
   return state;
 }
 
-// How the work is spread over invocations and dispatches is none of the result's business.
+// The result does not depend on how the work is spread over invocations and dispatches.
 TEST_F(GlBackendTest, LocalSizeAndPartsDoNotChangeBits) {
   std::vector<std::unique_ptr<Backend>> others;
   for (const uint32_t local_size : {8u, 64u}) {

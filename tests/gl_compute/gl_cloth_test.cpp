@@ -244,7 +244,7 @@ TEST(MakeClothRecordTest, RefinementNotBelowTheToleranceThatIsUsed) {
   EXPECT_EQ(RecordOf(model, parameters).step.longest_sq, 2.25f);
 }
 
-// Each substep finds in the record of its kind what the schedule says of it.
+// The record of each substep's kind agrees with the schedule.
 TEST(MakeClothRecordTest, SubstepsAreThoseOfTheSchedule) {
   const auto model = GridModel(8, 8, {0});
   ClothParameters parameters = test::PlainParameters();

@@ -12,7 +12,7 @@ namespace drape {
 namespace {
 
 // Sheets of both plans that are thrown about, so that links are refined in all rounds; in the tiled
-// plan the work group that does it is a larger one where the loops are to be short.
+// plan, a larger work group refines where loops must be short.
 TEST(GlSweepsTest, LocalSizeAndPartsDoNotChangeBitsOfARefinement) {
   const std::unique_ptr<Backend> usual = MakeGlBackend();
   std::vector<std::unique_ptr<Backend>> others;

@@ -13,9 +13,9 @@ LoopCosts CountLoops(const SceneModel& model, const ClothParameters& parameters,
   return CountResidentLoops(PlanOnDevice(model, parameters), local_size, strip_solve);
 }
 
-// llvmpipe leaves every loop after 65535 passes in one invocation, without a word. In small models
-// what a loop costs beside its rounds is most of the count: the longest step of one dispatch, a
-// little longer ones and much longer ones must all make every sweep.
+// llvmpipe leaves every loop after 65535 passes in one invocation, without an error. In small
+// models the cost of a loop besides its rounds is most of the count: the longest step of one
+// dispatch, a little longer ones and much longer ones must all make every sweep.
 TEST(KernelCostsTest, LongStepsOfChainsAreNotCutShort) {
   const std::unique_ptr<Backend> backend = MakeGlBackend();
   for (const uint32_t links : {1u, 3u}) {
@@ -74,7 +74,7 @@ TEST(KernelCostsTest, FindingWhatIsInReach) {
   parameters.colliders = {PlaneCollider{}, PlaneCollider{}};
   EXPECT_EQ(CountLoops(*model, parameters, 32).fixed - free.fixed,
             4u * (8 + 2) + (4 + 2) + 2 + (1 + 4 + 2) + 2);
-  parameters.colliders.resize(100);  // of which 24 are looked for, in two rounds of 16
+  parameters.colliders.resize(100);  // 24 of them may be left out, tested in two rounds of 16
   EXPECT_EQ(CountLoops(*model, parameters, 16).fixed - CountLoops(*model, parameters, 32).fixed,
             4u * 3 + 4u * 3 + 3 + (1 + 4 + 2));
 }

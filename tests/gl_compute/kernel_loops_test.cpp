@@ -1,6 +1,5 @@
-// Steps of very small cloths with very many sweeps: what is not counted of the loops of a sweep
-// weighs most there. A driver that cuts loops (server/gl/README.md) would stop such a step in its
-// middle.
+// Steps of very small cloths with very many sweeps, in which uncounted passes of a sweep's loops
+// weigh most. A driver that cuts loops (server/gl/README.md) would stop such a step in the middle.
 #include <gtest/gtest.h>
 
 #include "server/solver/step_plan.h"
@@ -10,7 +9,7 @@
 namespace drape {
 namespace {
 
-// Two rods with as many joints as asked for.
+// Two rods with the given number of joints.
 std::shared_ptr<const SceneModel> Rods(uint32_t joint_count) {
   ParticleTopology rods;
   rods.positions_m = {{0, 0, 0}, {1, 0, 0}, {1, 0, 0.5}, {0, 0.2, 0.5}};
@@ -37,7 +36,7 @@ TEST(KernelLoopsTest, ManySweepsOfFewConstraintsAreNotCutShort) {
   }
 }
 
-// A strain below what the squares of floats can tell: next to all links are refined in every round.
+// A strain below the resolution of squared floats: nearly all links are refined in every round.
 TEST(KernelLoopsTest, RefinementOfFewLinksIsNotCutShort) {
   const auto model = GridModel(3, 3, {0});
   ClothParameters parameters = test::PlainParameters();

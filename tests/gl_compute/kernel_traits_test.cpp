@@ -34,7 +34,7 @@ TEST(KernelTraitsTest, StagesAndFeaturesAreNamedAlike) {
             TraitSet{StepStage::kApplyWind});
 }
 
-// A misspelt condition would be false for good.
+// A misspelt condition would always be false.
 TEST(KernelTraitsTest, ShadersAskForTraitsThatExist) {
   std::set<std::string> known = {"HAS_STRIP_REDUCTION", "HAS_SUBGROUPS"};
   known.insert(TraitDefines().begin(), TraitDefines().end());

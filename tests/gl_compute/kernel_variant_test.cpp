@@ -114,7 +114,7 @@ TEST(KernelVariantTest, RefinementOfStripsThatCrossOnly) {
   EXPECT_FALSE(driven->variant.Has(StepStage::kRefine));
 }
 
-// One work group refines a tiled cloth: as large as the loops that the device allows demand.
+// One work group refines a tiled cloth: as large as the device's limit on loops requires.
 TEST(KernelVariantTest, RefinementOfTiledCloths) {
   ClothParameters parameters = test::PlainParameters();
   parameters.settings.refine_above_strain = 1e-3;
@@ -136,8 +136,8 @@ TEST(KernelVariantTest, RefinementOfTiledCloths) {
   EXPECT_GT(CountTiledRefineLoops(*model, 32), 1000u);
 }
 
-// Strips that fit the lanes, where rounds of reduction are the shorter way; never by what the local
-// size is set to.
+// Strips that fit the lanes, if reduction takes fewer passes; the local size that is set has no
+// effect.
 TEST(KernelVariantTest, ReductionOfStripsThatFitTheLanes) {
   DeviceTraits device = kHardware;
   device.strip_solve = StripSolve::kReduction;

@@ -1,5 +1,5 @@
-// Strips without lists of their particles and rest lengths: which ones do without, and that no bit
-// depends on it, under any plan.
+// Strips that are read without lists of their particles and rest lengths: which ones are, and that
+// no bit depends on it, under any plan.
 #include "server/solver/gl_compute/regular_strips.h"
 
 #include <gmock/gmock.h>
@@ -123,7 +123,7 @@ std::vector<Way> Ways() {
           {.name = "reduction_in_parts", .tuning = {.loop_budget = 1500, .strip_solve = kLanes}}};
 }
 
-// Sheets that are thrown about, by what the strips of each have besides.
+// Sheets that are thrown about, each with strips of another kind.
 std::vector<test::Scene> Sheets(uint32_t columns, uint32_t rows) {
   std::vector<test::Scene> scenes;
   const auto add = [&](const std::string& name, const StructuralMaterial& material,
@@ -148,7 +148,7 @@ std::vector<test::Scene> Sheets(uint32_t columns, uint32_t rows) {
     parameters.settings.tolerance = 1e-3;
     parameters.settings.max_iterations = 8;
   });
-  // Farther from its lengths than impulses may take it at once.
+  // Farther from its lengths than one sweep's impulses may move it.
   add("torn", {}, [](ClothParameters& parameters) { parameters.settings.substeps = 2; });
   for (size_t i = columns; i < scenes.back().state.positions_m.size(); ++i) {
     scenes.back().state.positions_m[i] *= 3;

@@ -67,8 +67,8 @@ TEST(StripReductionTest, LongStripsAreEliminated) {
   EXPECT_EQ(ThrownSheet(*reduction, 33, 33), ThrownSheet(*elimination, 33, 33)) << "tiled";
 }
 
-// With subgroups their shuffles hand on the same values as the barriers do; without, the compiler
-// refuses the shuffles, and elimination does it.
+// With subgroups, shuffles pass on the same values as barriers do. Without subgroups, the compiler
+// refuses the shuffles, and elimination is used.
 TEST(StripReductionTest, ShufflesGiveTheBitsOfBarriers) {
   const auto context = gl::Context::Create({});
   ASSERT_TRUE(context.ok());

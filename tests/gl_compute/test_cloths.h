@@ -82,8 +82,8 @@ inline StepReport StepCloth(Backend& backend, ClothHandle cloth, bool measure = 
   return backend.Step(std::span(&item, 1)).reports.at(0);
 }
 
-// The same bits wherever long steps are cut into dispatches. `sweeps` is how many a step makes.
-// llvmpipe leaves every loop after 65535 passes in one invocation, without a word.
+// Expects the same bits however long steps are cut into dispatches. `sweeps`: the number of sweeps
+// of a step. llvmpipe leaves every loop after 65535 passes in one invocation, without an error.
 inline void ExpectCutsChangeNothing(GlTuning tuning, const std::shared_ptr<const SceneModel>& model,
                                     const ClothParameters& parameters, uint32_t sweeps) {
   std::vector<std::vector<float>> states;

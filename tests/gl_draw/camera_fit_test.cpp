@@ -72,7 +72,8 @@ TEST(CameraFitTest, EverythingIsInsideAndTwoSidesAreTouched) {
     const bool touches_sides = shown.sizes().x() > 1.6 - 1e-9;
     const bool touches_ends = shown.sizes().y() > 1.6 - 1e-9;
     EXPECT_TRUE(touches_sides || touches_ends) << aspect;
-    // Middle: exact where the sides touch, else up to the line between two slopes (camera_fit.h).
+    // The middle is exact if the sides touch, otherwise up to the line between two slopes
+    // (camera_fit.h).
     EXPECT_NEAR(shown.center().x(), 0, 0.1);
     EXPECT_NEAR(shown.center().y(), 0, 0.1);
   }

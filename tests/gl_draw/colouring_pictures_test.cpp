@@ -82,7 +82,7 @@ TEST_F(ColouringTest, SpeedsHaveTheirRange) {
   EXPECT_GT(slow.blue, slow.green);
   EXPECT_GT(fast.green, 150);
   EXPECT_GT(fast.red, 2 * fast.blue);
-  // With a range of one's own, beyond its ends there are the colours of the ends.
+  // Values beyond the ends of a given range have the colours of the ends.
   spec.range = {{10, 20}};
   picture = Draw(spec, cloths, states);
   EXPECT_EQ(picture.range.low, 10);

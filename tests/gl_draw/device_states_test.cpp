@@ -56,7 +56,7 @@ TEST_F(DeviceStatesTest, SamePictureFromTheDeviceAndFromTheHost) {
     const DrawnStates host{.host = backend_->Read(request), .device = nullptr};
     DrawnStates device{.host = {}, .device = backend_->device()->CopyOnDevice(request)};
     ASSERT_NE(device.device, nullptr);
-    // The cloths go on while the picture is drawn: it shows what was copied.
+    // The cloths are stepped on while the picture is drawn: it shows the copied states.
     Step(3);
     PictureSpec spec = SmallSpec(400, 300);
     spec.colouring = colouring;
@@ -100,7 +100,7 @@ TEST_F(DeviceStatesTest, DrawsWhileTheBackendSteps) {
 TEST_F(DeviceStatesTest, WithoutASharedContextTheHostsStatesAreDrawn) {
   const auto renderer = MakeRenderer();
   EXPECT_FALSE(renderer->takes_device_copies());
-  // A context that is none cannot be shared: a warning, and a renderer of its own.
+  // An invalid context cannot be shared: a warning, and a renderer with its own context.
   const auto fallback = MakeRenderer({.share_with = gl::ShareHandle{handle_.display, &handle_}});
   EXPECT_FALSE(fallback->takes_device_copies());
   const Result<Picture> picture =

@@ -1,5 +1,5 @@
 // The content of pictures, measured in their pixels. Edges are antialiased, so a share of the
-// pixels along a perimeter may count either way: the tolerances of counts come from that.
+// pixels along a perimeter may count either way; this gives the tolerances of counts.
 #include "server/render/gl_draw/gl_renderer.h"
 
 #include <gtest/gtest.h>
@@ -156,8 +156,8 @@ TEST_F(GlRendererTest, ClothHidesTheSphereThatItLiesOn) {
   const Picture cloth_alone = Draw(spec, bare, HostStates(bare, on_sphere));
   const Picture with_sphere = Draw(spec, lying, HostStates(lying, on_sphere));
   const Picture empty = Empty(SmallSpec(300, 300));
-  // Where the cloth is, nothing else is seen: its edge aside, every pixel stays (shadows of what is
-  // behind it cannot fall on it).
+  // The cloth hides everything behind it: except at its edge, every pixel stays (objects behind it
+  // cast no shadow on it).
   const Patch changed = Count(with_sphere, [&](size_t x, size_t y, const Rgb& pixel) {
     return Distance(PixelOf(cloth_alone, x, y), PixelOf(empty, x, y)) > 8 &&
            Distance(pixel, PixelOf(cloth_alone, x, y)) > 30;

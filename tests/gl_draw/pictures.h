@@ -1,4 +1,4 @@
-// Small scenes, and what can be measured in a picture.
+// Small scenes, and measurements of pictures.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -125,7 +125,7 @@ inline int Distance(const Rgb& a, const Rgb& b) {
       {std::abs(a.red - b.red), std::abs(a.green - b.green), std::abs(a.blue - b.blue)});
 }
 
-// Where the pixels for which `is_counted` are, in pixels from the upper left corner.
+// The place of the pixels for which `is_counted`, in pixels from the upper left corner.
 struct Patch {
   size_t count = 0;
   Eigen::Vector2d centroid = Eigen::Vector2d::Zero();

@@ -21,9 +21,9 @@ namespace {
 struct Width {
   std::string file;     // the rows' file is named after it
   std::string backend;  // of the server
-  uint32_t copies;      // of the whole scene, no two alike
+  uint32_t copies;      // of the whole scene, all different
   uint32_t short_steps;
-  uint64_t long_part;  // the long tier does one of so many steps of the scene
+  uint64_t long_part;  // the long tier plays the scene for steps / long_part
 };
 
 void PrintTo(const Width& width, std::ostream* stream) {
@@ -39,7 +39,7 @@ std::vector<std::filesystem::path> SceneFiles() {
   return files;
 }
 
-// The scene beside itself, each time under another gravity.
+// Copies of the scene, each under another gravity.
 v1::Scene LoadCopies(const std::filesystem::path& file, uint32_t copies) {
   v1::Scene all = LoadScene(file);
   const auto cloth_count = static_cast<uint32_t>(ClothCount(all));

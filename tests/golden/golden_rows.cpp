@@ -78,7 +78,7 @@ std::string LibmHash() {
     hash.Add({reinterpret_cast<const char*>(&value), sizeof(value)});
   };
   for (int k = 1; k < 20000; ++k) {
-    volatile double x = 0.00137 * k;  // volatile: the compiler's own results are not asked for
+    volatile double x = 0.00137 * k;  // volatile: the compiler must not compute the results
     add(std::exp(-x));
     add(std::log(x));
     add(std::sin(x));

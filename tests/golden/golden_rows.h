@@ -22,16 +22,16 @@ class StateHash {
 using GoldenRows = std::map<std::string, std::string>;
 
 // Compares with tests/golden/states/<name>.txt and fails with a line for every case that differs,
-// is missing or is new. With DRAPE_RECORD_GOLDEN=1 it writes the file instead. `device`: what the
-// hashes hold for besides the machine's arithmetic; "" if nothing.
+// is missing or is new. With DRAPE_RECORD_GOLDEN=1 it writes the file instead. `device`: the device
+// that the hashes hold for besides the machine's arithmetic; "" if for any.
 void ExpectGolden(const std::string& name, const std::string& device, const GoldenRows& rows);
 
-// Of a backend's name and device: "" where bits do not depend on the device; for gl the renderer
-// and its version without the width of its vectors, which depends on the processor and changes no
-// bit.
+// The device of a backend for ExpectGolden; "" if bits do not depend on it. For gl: the
+// renderer and its version without the width of its vectors, which depends on the processor and
+// changes no bit.
 std::string GoldenDevice(const std::string& backend, const std::string& device);
 
-// What this process gets from libm, as a hash. See main.cpp.
+// A hash of results of libm in this process. See main.cpp.
 std::string LibmHash();
 
 }  // namespace drape::test

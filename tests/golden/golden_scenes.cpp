@@ -21,7 +21,7 @@ struct NamedPreset {
   StepSettings settings;
 };
 
-// Few substeps: what is recorded is what they compute, not what they are good for.
+// Few substeps: the test records results, whatever their quality.
 std::vector<NamedPreset> Presets() {
   std::vector<NamedPreset> presets = {{"paper", PresetSettings(Preset::kPaper)},
                                       {"realtime", PresetSettings(Preset::kRealtime)},
@@ -48,7 +48,7 @@ Scene Fabric(const std::string& name, double stretch_n_per_m) {
                            .shear_modulus_n_per_m = 20}));
 }
 
-// Meets what it falls on within the first or the second step.
+// Meets the collider below it within the first or the second step.
 Scene Thrown(Scene scene) {
   for (Vector3d& v : scene.state.velocities_m_per_s) v.y() = -3;
   return scene;
@@ -213,7 +213,7 @@ std::vector<Scene> Switches() {
   return scenes;
 }
 
-// A parameter of the cloth at a time.
+// One parameter of the cloth at a time.
 std::vector<Scene> ParameterScenes() {
   std::vector<Scene> scenes;
   const auto add = [&](const std::string& name, Scene scene, auto change) {

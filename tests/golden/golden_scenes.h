@@ -9,11 +9,12 @@ namespace drape::test {
 
 // Each has a name of its own.
 std::vector<Scene> GoldenScenes();
-// Few of them, for a device whose kernels take long to compile: those with a kernel each that the
-// others share parts with.
+// A few of them, for a device whose kernels take long to compile: each has a kernel of its own that
+// shares parts with other scenes' kernels.
 std::vector<Scene> FewGoldenScenes();
 
-// One of several cloths of a scene, no two alike but for the model. The first is the scene itself.
+// One of several cloths of a scene, all with the same model and otherwise different. The first is
+// the scene itself.
 Scene GoldenCopy(Scene scene, uint32_t index);
 
 }  // namespace drape::test

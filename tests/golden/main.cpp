@@ -1,6 +1,6 @@
 // glibc picks variants of exp, sin and others by the processor, and those with fused multiply-add
-// give other last bits. The hashes hold for the others, which every x86-64 has: this program starts
-// itself again with them chosen; servers that it starts inherit the choice.
+// give other last bits. The hashes hold for the others, which every x86-64 has: this program
+// selects them and starts itself again; servers that it starts inherit the choice.
 #include <gtest/gtest.h>
 #include <unistd.h>
 

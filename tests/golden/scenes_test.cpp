@@ -24,7 +24,7 @@ namespace {
 constexpr uint32_t kSideBySide = 6;
 constexpr uint32_t kGlBatch = 2;
 
-// `scenes` in one batch, their pins where `pin_targets_m` says if it says anything; the hash of all
+// Steps `scenes` in one batch, with their `pin_targets_m` if there are any; returns the hash of all
 // reports and of the last states.
 std::string HashOf(Backend& backend, const std::vector<Scene>& scenes, uint32_t steps,
                    const std::function<std::vector<Eigen::Vector3d>(uint32_t)>& pin_targets_m) {

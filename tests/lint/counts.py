@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Counts that say how much a change of this house costs, printed by `./run lint --counts`.
+"""Counts that say how much a change of this code costs, printed by `./run lint --counts`.
 
 Files: product files are the code of server/, client/, shaders/ and proto/: no tests, no documents, no example
 scenes. A file mentions a name if the name occurs outside its comments, in any case, as a part of any word.
@@ -24,7 +24,7 @@ CODE = (".h", ".cpp", ".comp", ".glsl", ".vert", ".frag", ".proto")
 CPU = "server/solver/cpu/"
 LONG = 60
 
-# What the counts were before the refactoring that they were written for.
+# The counts before the refactoring for which they were written.
 BEFORE = {
     "files that mention a collider shape (capsule)": 21,
     "files that mention a collider shape (cylinder)": 0,

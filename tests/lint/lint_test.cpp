@@ -48,7 +48,7 @@ typename Rules::const_iterator RuleFor(const Rules& rules, const std::string& fi
 }
 
 // Folder -> folders of ours that it may include from, besides itself. A folder does not open its
-// subfolders: server/solver does not stand for server/solver/cpu.
+// subfolders: server/solver does not include server/solver/cpu.
 const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"server/core", {}},
     {"server/scene", {"server/core"}},
@@ -240,7 +240,7 @@ TEST(LintTest, ClassNamesAreUniqueInTheServer) {
   EXPECT_GT(seen.size(), 50u);
 }
 
-// No global mutable state of the simulation: tenants share the process.
+// No global mutable state of the simulation: sessions share the process.
 TEST(LintTest, NoSingletons) {
   static const std::regex kSingleton(R"(\b(GetInstance|Singleton|getCurrent)\s*\()");
   for (const fs::path& file : FilesBelow("server", {".h", ".cpp"})) {

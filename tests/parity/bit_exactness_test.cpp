@@ -1,4 +1,5 @@
-// The result of a cloth is the same bit for bit whatever is stepped with it and wherever it lies.
+// The result of a cloth is the same bit for bit, whatever is stepped with it and whatever slot it
+// has.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -96,7 +97,7 @@ std::string BitsAlone(Backend& backend, const Scene& scene, bool measure = false
   return ReadBits(backend, cloth);
 }
 
-// Not EXPECT_EQ: the bytes of a state say nothing to a reader.
+// Not EXPECT_EQ, which would print the bytes of the states.
 void ExpectSameBits(const std::string& actual, const std::string& expected,
                     const std::string& where) {
   ASSERT_EQ(actual.size(), expected.size()) << where;
@@ -187,7 +188,7 @@ TEST_P(BitExactnessTest, SameOnAFreshBackend) {
   ExpectSameBits(BitsAlone(*fresh, scene), first, "a second backend");
 }
 
-// Reading a state and writing it back changes nothing: what a snapshot relies on.
+// Reading a state and writing it back changes nothing; snapshots will rely on this.
 TEST_P(BitExactnessTest, SameAfterReadAndWrite) {
   Backend& backend = SharedBackend(GetParam());
   for (const Scene& scene : Subjects()) {
@@ -198,7 +199,7 @@ TEST_P(BitExactnessTest, SameAfterReadAndWrite) {
     update.state = ReadState(backend, first);
     backend.Destroy(first);
     const ClothHandle second = CreateCloth(backend, scene);
-    // Where colliders are is not part of the particles' state.
+    // The poses of colliders are not part of the particles' state.
     std::vector<RigidMotion> motions = scene.parameters.collider_motions;
     for (RigidMotion& motion : motions) {
       for (uint32_t step = 1; step < kSteps; ++step) {

@@ -80,7 +80,7 @@ TEST_P(ContactStageParityTest, SolveContactsWithABox) {
   }
 }
 
-// The tiled plan has kernels of its own for contacts: as many particles as it takes to get there.
+// Enough particles for the tiled plan, which has kernels of its own for contacts.
 TEST_P(ContactStageParityTest, SolveContactsOfManyParticlesWithACapsuleAndABox) {
   std::vector<Vector3d> positions;
   for (uint32_t k = 0; k < 1100; ++k) {

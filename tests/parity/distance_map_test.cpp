@@ -30,7 +30,7 @@ void SetSubsteps(Scene& scene, uint32_t substeps, uint32_t max_iterations) {
   scene.parameters.settings.max_iterations = max_iterations;
 }
 
-// Whether a point lies where the bound of round_off.h holds: not at a face between cells, where the
+// Whether the bound of round_off.h holds at a point: away from faces between cells, where the
 // gradient jumps, and with a gradient of at least 1/2.
 bool IsSteady(const DistanceMap& map, const Vector3d& p) {
   const Vector3d in_cells = (p - map.low_m()) / map.cell_m();
@@ -74,7 +74,8 @@ TEST_P(DistanceMapParityTest, SolveContactsAroundADistanceMap) {
   }
 }
 
-// Where they move the gradient is the same in all cells: at faces of a box. One touches nothing.
+// The particles move where the gradient is the same in all cells: at faces of a box. One touches
+// nothing.
 TEST_P(DistanceMapParityTest, SolveContactsWithADistanceMapInMotion) {
   const auto map =
       DistanceMap::Build(BoxMesh({-0.5, -0.3, -0.4}, {0.5, 0.3, 0.4}), {.resolution = 40}).value();

@@ -207,7 +207,7 @@ void Lift(BoxCollider& box, double way_m) {
 }
 void Lift(DistanceMapCollider&, double) {}  // not in lanes
 
-// One of several cloths of a scene, no two alike: gravity, damping, pin targets, velocities. The
+// One of several cloths of a scene that differ in gravity, damping, pin targets and velocities. The
 // fourth blows up; the sixth is stirred so much that its strips are limited.
 Scene Variant(Scene scene, uint32_t index) {
   const double x = index + 1;

@@ -48,7 +48,7 @@ ScalarColumn RowsIn(const ScalarColumn& whole, const List& counts, const List& p
 constexpr std::array<std::pair<bool, bool>, 3> kFields = {
     {{true, false}, {false, true}, {true, true}}};
 
-// Cloths that have been stepped, so that no two rows are alike.
+// Cloths that have been stepped, so that no two rows are equal.
 class ParticleRead {
  public:
   ParticleRead(Backend& backend, List counts) : backend_(backend), counts_(std::move(counts)) {
@@ -86,13 +86,13 @@ class ParticleRead {
                    std::to_string(positions) + std::to_string(velocities));
       const StateColumns expected = Expected(particles, positions, velocities);
       const StateColumns read = backend_.Read(Request(particles, positions, velocities));
-      // By ==, not EXPECT_EQ: thousands of numbers say nothing.
+      // By ==, not EXPECT_EQ, which would print thousands of numbers.
       EXPECT_TRUE(read.positions_m == expected.positions_m);
       EXPECT_TRUE(read.velocities_m_per_s == expected.velocities_m_per_s);
     }
   }
 
-  // A read that has begun, whatever happens to the list and the cloths until it is taken.
+  // A read that has begun does not depend on later changes of the list and the cloths.
   void ExpectPendingRowsOf(List particles) {
     const StateColumns expected = Expected(particles, true, true);
     const auto read = BeginRead(backend_, Request(particles, true, true));

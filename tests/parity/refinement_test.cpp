@@ -22,9 +22,8 @@ class RefinementParityTest : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Backends, RefinementParityTest, testing::ValuesIn(FloatBackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
-// The middle of a sheet at rest is thrown about, no particle as its neighbours: there strips cross
-// each other far from straight, elsewhere they leave next to nothing.
-// `hit` is which way.
+// The middle of a sheet at rest is thrown about, each particle in another direction. Strips cross
+// each other at odd angles there; elsewhere they leave almost no error. `hit`: the direction.
 Scene SheetHitInTheMiddle(uint32_t particle_count, Integration integration, int hit) {
   Scene scene = SizedCloth(particle_count);
   scene.parameters.gravity_m_per_s2.setZero();
@@ -57,7 +56,7 @@ std::vector<Vector3d> ReferencePositions(Scene scene, double refine_above_strain
   return state.positions_m;
 }
 
-// How far a step may be from the reference (ExpectParity).
+// The largest distance of a step from the reference (ExpectParity).
 double PositionBound(Scene scene) {
   scene.parameters.settings.refine_above_strain = 1e-2;
   const uint32_t substeps = scene.parameters.settings.substeps;
@@ -83,7 +82,7 @@ double StrainThatNoLinkComesNear(const Scene& scene, double bound_m) {
   return 0;
 }
 
-// Sets the strain, and a tolerance where there is to be one. Whether there are such.
+// Sets the strain and, if wanted, a tolerance. Returns whether such values exist.
 bool SetLimits(Scene& scene, bool has_tolerance) {
   StepSettings& settings = scene.parameters.settings;
   const double bound_m = PositionBound(scene);

@@ -162,8 +162,8 @@ struct Extent {
   }
 };
 
-// Roundings of one contact: of size X in its gap, of size X in the place whose direction it takes,
-// and relative ones of that direction.
+// Roundings of one contact: of size X in its gap, of size X in the position that gives its
+// direction, and relative ones of that direction.
 struct ContactRoundings {
   double gap = 8;
   double place = 2;

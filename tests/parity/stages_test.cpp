@@ -74,8 +74,8 @@ TEST_P(StageParityTest, ApplySprings) {
       ParticleTopology particles;
       particles.positions_m = {{0, 0, 0}, {0.5, 0.1, 0}, {1.1, 0, 0.2}, {3, 1, 2}, {3, 1, 2}};
       particles.masses_kg = {0.5, 0.2, 0.3, 0.4, 0.4};
-      // Stretched, compressed, damped, and one between coincident particles, which has no direction
-      // and pulls at nothing.
+      // Stretched, compressed and damped springs, and one between coincident particles, which has
+      // no direction and exerts no force.
       particles.springs = {
           {0, 1, 0.4, 20, 0}, {1, 2, 0.8, 10, 0.3}, {0, 2, 1, 5, 0.1}, {3, 4, 0.1, 30, 0.2}};
       Scene scene = Particles(particles, {0});
@@ -111,7 +111,7 @@ TEST_P(StageParityTest, ApplyWind) {
   }
 }
 
-// Edges so soft that they do nothing, so that bending and shear are all that acts.
+// Edges so soft that they do nothing, so that only bending and shear act.
 StructuralMaterial Elastic(double rigidity_n_m, double shear_n_per_m) {
   return {.stretch_compliance_m_per_n = 1e12,
           .bending_rigidity_n_m = rigidity_n_m,

@@ -48,8 +48,8 @@ TEST_P(StripParityTest, UnequalMassesAndCompliance) {
   }
 }
 
-// A chain stretched to three times its length: what one sweep may move is limited, alike
-// everywhere.
+// A chain stretched to three times its length: the motion of one sweep is limited by one factor for
+// the whole strip.
 TEST_P(StripParityTest, AnOverstretchedChainInLimitedSteps) {
   Scene scene = Chain(20, 0.1, 0.01);
   for (Vector3d& p : scene.state.positions_m) p *= 3;
@@ -167,7 +167,7 @@ TEST_P(StripParityTest, EveryLengthAndPlaceOfPins) {
   }
 }
 
-// Between two pins one constraint is nearly or altogether redundant.
+// Between two pins one constraint is nearly or fully redundant.
 TEST_P(StripParityTest, TautRowsBetweenPins) {
   for (const double bend : {0.0, 1e-5, 1e-3, 1e-2}) {
     for (const ChainPins& chain_pins : AllChainPins()) {
@@ -198,8 +198,8 @@ double LargestError(const std::string& backend_name, const Scene& scene) {
       .distance;
 }
 
-// Where neighbours weigh very differently the matrix is nearly singular and errors are beyond the
-// bounds of round_off.h, by elimination as well. Reduction has 35 roundings where elimination has 8
+// With very different masses of neighbours the matrix is nearly singular, and errors are beyond the
+// bounds of round_off.h, for elimination too. Reduction has 35 roundings where elimination has 8
 // (round_off.h), so its errors may be larger by that factor, not more: pivots by differences
 // instead of sums of one sign would make them tens of times as large.
 TEST(StripReductionTest, UnequalMassesAreNoWorseThanByElimination) {
@@ -221,7 +221,7 @@ TEST(StripReductionTest, UnequalMassesAreNoWorseThanByElimination) {
   }
 }
 
-// Every other chain moves; those at rest keep their bits, which a solve would not leave them: their
+// Every other chain moves; those at rest keep their bits, which a solve would change, because their
 // lengths are rounded.
 TEST_P(StripParityTest, AStripWithinTheToleranceIsLeftAlone) {
   std::vector<uint32_t> chain_of;
@@ -237,7 +237,7 @@ TEST_P(StripParityTest, AStripWithinTheToleranceIsLeftAlone) {
     scene.parameters.settings.tolerance = tolerance;
     const ClothHandle cloth = CreateCloth(backend, scene);
     const StepReport report = StepAlone(backend, cloth, scene);
-    EXPECT_EQ(report.converged, tolerance == 0);  // all that was asked for
+    EXPECT_EQ(report.converged, tolerance == 0);  // all of them were requested
     const ParticleState state = ReadState(backend, cloth);
     std::vector<bool> has_moved(kMostLinks + 1, false);
     for (size_t i = 0; i < chain_of.size(); ++i) {

@@ -98,9 +98,9 @@ Scene Touching(Scene scene, const std::string& name, Preset preset) {
   return With(scene, name, preset);
 }
 
-// Colliders that particles do not reach, or only as they are squeezed to this share of the size and
-// burst: the step is done again with all of them. With one sweep particles are looked at as they
-// are integrated, else in every sweep (ColliderReach).
+// Colliders that particles do not reach, or reach only after they were squeezed to this share of
+// the size and burst; then the step is done again with all colliders. With one sweep, particles are
+// tested when they are integrated, otherwise in every sweep (ColliderReach).
 Scene BesideWalls(const std::string& name, double share, uint32_t sweeps) {
   const double width_m = 1.2;
   Scene scene = Grid(kSide + 5, kSide, width_m, 1);

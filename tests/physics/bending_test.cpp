@@ -170,9 +170,9 @@ TEST_P(Bending, AHeavyStripHangsAsTheElasticaOfItsResolution) {
   }
 }
 
-// A strip of triangles has half triangles at its rims that no hinge bends: of `across` edges the
-// chain does not know half of one. The unbalanced part is at most this share of the weight, and the
-// strip falls by it.
+// A strip of triangles has half triangles at its rims that no hinge bends: the chain lacks half of
+// one of the `across` edges. The unbalanced part is at most this share of the weight, and the strip
+// falls by it.
 TEST_P(Bending, AHeavyStripOfTrianglesHangsAlmostAlike) {
   constexpr uint32_t kSteps = 6;
   for (const uint32_t across : {3u, 5u}) {

@@ -6,7 +6,7 @@
 
 namespace drape::test {
 
-// In the same place with the same velocities and masses; particle 0 is the pivot, pinned.
+// With the same positions, velocities and masses; particle 0 is the pivot, pinned.
 inline Scene SceneOf(const PlanarChain& chain) {
   ParticleTopology particles;
   particles.positions_m = chain.Positions_m();

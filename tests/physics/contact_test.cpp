@@ -142,9 +142,9 @@ TEST_P(Contact, WithoutFrictionASlideGoesOn) {
 }
 
 // The projection on a sphere is exact along the line through its centre, and last in a sweep.
-// Friction comes after it: it moves along the tangent, which leads outwards, but what it takes back
-// of an earlier sweep was tangential to the normal of then. Within a substep a particle of speed v
-// slides at most v h, and its normal turns by at most v h / r.
+// Friction comes after it: it moves along the tangent, which leads outwards, but it removes part of
+// an earlier sweep's change, which was tangential to the earlier normal. Within a substep a
+// particle of speed v slides at most v h, and its normal turns by at most v h / r.
 TEST_P(Contact, NothingFallsIntoASphere) {
   const Vector3d center(0.05, -0.4, -0.03);
   constexpr double kRadius = 0.3;

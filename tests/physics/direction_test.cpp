@@ -1,5 +1,5 @@
-// The gain of impulses along the links as they were at the start of a substep (settings.direction),
-// and of the velocity stage.
+// The effect of impulses along the links as they were at the start of a substep
+// (settings.direction), and of the velocity stage.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -84,7 +84,8 @@ TEST_P(DirectionTest, StartDirectionsKeepAngularMomentumWithAnyNumberOfSweeps) {
   }
 }
 
-// At the end of the substep they do not: what the sweeps leave is not the reason.
+// Directions at the end of the substep lose angular momentum, and not because of the errors that
+// the sweeps leave.
 TEST_P(DirectionTest, EndDirectionsLoseAngularMomentum) {
   Scene scene = Grid(6, 5, 0.5, 0.4);
   for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {
@@ -196,7 +197,7 @@ DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(DirectionTest);
 // floor that they never touch.
 struct TiltedPlay {
   int faults = 0;
-  double max_strain = 0;  // of those that go on
+  double max_strain = 0;  // of those without a fault
 };
 
 TiltedPlay PlayTilted(uint32_t side, const std::vector<uint32_t>& pins, Direction direction) {

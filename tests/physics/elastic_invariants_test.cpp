@@ -66,10 +66,11 @@ Scene Crumpled(bool is_mesh, double strength) {
 
 class ElasticInvariants : public PhysicsTest {};
 
-// All impulses of an element add up to 0 and lie along L, the weighted sum of their places: neither
-// momentum nor angular momentum. ONE_STEP, as two steps keep neither exactly for anything. Each
-// impulse is rounded a few times relative to its size, at most (stiffness) h l at a weight of 2;
-// the largest of l, of a rounding of positions, is bounded by the speeds that come of it.
+// All impulses of an element add up to 0 and point along L, the weighted sum of the positions, so
+// they have neither momentum nor angular momentum. ONE_STEP, as two steps keep neither exactly for
+// anything. Each impulse is rounded a few times relative to its size, at most (stiffness) h l at a
+// weight of 2; the largest of l, of a rounding of positions, is bounded by the speeds that come of
+// it.
 TEST_P(ElasticInvariants, MomentumAndAngularMomentum) {
   for (const bool is_mesh : {false, true}) {
     for (const double strength : {1e-4, 1.0, 1e6}) {

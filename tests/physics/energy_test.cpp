@@ -1,6 +1,6 @@
 // The energy of swinging scenes over ten seconds without physical damping, in units of m g l (the
 // mass times the length that hangs). Schemes of first order damp by a known amount, those of second
-// order by less; ACCURATE has a bar. Long: it belongs to `./run test --full`.
+// order by less; ACCURATE has a limit. Long: it belongs to `./run test --full`.
 #include <algorithm>
 
 #include "tests/physics/preset_test.h"
@@ -13,8 +13,8 @@ constexpr double kG = 9.81;
 constexpr double kDuration_s = 10;
 constexpr double kAngle_rad = 2;
 
-// The bar for ACCURATE: what is asked of it, not what follows from the scheme (README.md has what
-// is measured). Chains, which at these steps lose less than a pendulum at 2 rad, meet it under any
+// The requirement on ACCURATE, which does not follow from the scheme (README.md has the measured
+// values). Chains, which at these steps lose less than a pendulum at 2 rad, meet it under any
 // scheme of second order.
 constexpr double kLargestDrift = 0.005;
 
@@ -102,7 +102,7 @@ Scene EightLinksFrom1Radian() {
   return scene;
 }
 
-// First order: energy is lost. How much in particular: the next test.
+// First order: energy is lost. The next test measures how much.
 TEST_P(EnergyLong, OfAChain) {
   Scene scene = EightLinksFrom1Radian();
   scene.parameters.settings = PresetSettings(preset());

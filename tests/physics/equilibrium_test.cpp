@@ -1,4 +1,4 @@
-// Where a pinned cloth comes to rest, and pins that are moved.
+// The rest position of a pinned cloth, and pins that are moved.
 #include <cmath>
 
 #include "tests/physics/physics_test.h"

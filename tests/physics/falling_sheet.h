@@ -29,8 +29,8 @@ struct WatchedStep {
   double speed_m_per_s = 0;  // largest of a particle, after this and all steps before
 };
 
-// Steps `cloth` and shows each step to `check(const WatchedStep&)`. `depth_m(position)`: how far a
-// place is inside of what lies below. Returns the most particles that touched it at once.
+// Steps `cloth` and shows each step to `check(const WatchedStep&)`. `depth_m(position)`: the depth
+// of a position inside the collider below. Returns the most particles that touched it at once.
 template <class Depth, class Check>
 uint32_t WatchFall(Backend& backend, ClothHandle cloth, const Scene& scene, int steps,
                    const Depth& depth_m, const Check& check) {

@@ -70,10 +70,10 @@ class FrameIndependence : public PresetTest {
   }
 
   // Positions are numbers of size up to `size_m`, rounded twice in each substep, which changes the
-  // error C of a constraint by the same amount and, corrected, the positions at its ends; substeps
-  // that are alike may round alike. Velocities enter as h u, which is smaller. A displacement moves
-  // on with the cloth, whose neighbouring states part at most as fast as two pendulums of an edge's
-  // length about their upper equilibrium: exp(sqrt(g / l) t).
+  // error C of a constraint by the same amount and, corrected, the positions at its ends; equal
+  // substeps may round in the same way. Velocities enter as h u, which is smaller. A displacement
+  // moves on with the cloth, whose neighbouring states part at most as fast as two pendulums of an
+  // edge's length about their upper equilibrium: exp(sqrt(g / l) t).
   double Bound(const Scene& scene, double size_m) {
     const StepSettings& settings = scene.parameters.settings;
     const double time = kSteps * settings.time_step_s;

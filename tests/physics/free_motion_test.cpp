@@ -1,5 +1,5 @@
-// Free motion: a spinning polygon against its closed form, and what a free chain and a free cloth
-// keep: momentum, angular momentum and energy.
+// Free motion: a spinning polygon against its closed form, and the momentum, angular momentum and
+// energy of a free chain and a free cloth.
 #include <algorithm>
 #include <numbers>
 
@@ -43,7 +43,7 @@ class FreeMotion : public PresetTest {
   }
 
   // Rounding of a sum of terms of this size: each substep rounds a position twice and a velocity 4
-  // times in each of up to 4 constraints. Substeps that are alike may round alike and add up; the
+  // times in each of up to 4 constraints. Equal substeps may round in the same way and add up; the
   // sweeps of one substep round different numbers and add up as the root of their count.
   double Rounding(uint32_t substeps, uint32_t sweeps, double size) {
     return (2 + 4.0 * 4 * std::sqrt(sweeps)) * substeps * round_off() * size;

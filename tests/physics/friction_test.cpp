@@ -1,4 +1,4 @@
-// Coulomb friction of whole cloths and chains: what holds, what slips, what rests.
+// Coulomb friction of whole cloths and chains that hold, slip and rest.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -23,7 +23,7 @@ double LargestWay(const ParticleState& now, const ParticleState& before) {
 
 class SheetFriction : public PresetTest {
  protected:
-  // A sheet of 12 cm that lies on a plane inclined about the z axis.
+  // A sheet of 12 cm on a plane inclined about the z axis.
   Scene SheetOn(double angle, double friction_static, double friction_dynamic) {
     Scene scene = Grid(5, 5, 0.12, 0.12);
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(-angle, Vector3d::UnitZ()));
@@ -36,7 +36,7 @@ class SheetFriction : public PresetTest {
   }
 };
 
-// The bar: a block that sticks creeps less than 0.1 mm in 10 s. tan(20 degrees) = 0.364.
+// The requirement: a block that sticks creeps less than 0.1 mm in 10 s. tan(20 degrees) = 0.364.
 TEST_P(SheetFriction, ASheetThatSticksDoesNotCreep) {
   const Scene scene = SheetOn(20 * M_PI / 180, 0.4, 0.3);
   const ClothHandle cloth = Make(scene);
@@ -96,7 +96,7 @@ TEST_P(SheetFriction, AtRestOnAPlane) {
 
 class SheetFrictionLong : public SheetFriction {};
 
-// The bar: no drift in 10^5 steps.
+// The requirement: no drift in 10^5 steps.
 TEST_P(SheetFrictionLong, AtRestOnAPlaneFor100000Steps) {
   Scene scene = SheetOn(0, 0.4, 0.3);
   for (Vector3d& p : scene.state.positions_m) p.y() -= 0.65;
@@ -112,7 +112,7 @@ DRAPE_PRESET_TEST_ON_EVERY_BACKEND(SheetFrictionLong);
 // vertically on both sides, a load at either end. At a corner of angle d inside the chain the
 // tensions S < T of its links act at d/2 from the tangent, so they press with (S + T) sin d/2 and
 // pull with (T - S) cos d/2: it slips from T/S = (cos d/2 + mu sin d/2) / (cos d/2 - mu sin d/2) =:
-// f on. The first and the last particle in contact lie level with the axis, where the hanging link
+// f on. The first and the last particle in contact are level with the axis, where the hanging link
 // is tangential: together they are one more corner. With massless links the loads differ by
 // f^kTurns.
 class Capstan : public PhysicsTest {
@@ -183,7 +183,7 @@ TEST_P(Capstan, WithoutWeightTheLoadsAreThatOfTheCorners) {
   EXPECT_NEAR(SlipLoad_kg(0), kLightLoad_kg * std::pow((c + s) / (c - s), kTurns), 1e-12);
 }
 
-// The bar: within 3 %.
+// The requirement: within 3 %.
 TEST_P(Capstan, SlipsAtTheLoadRatioOfItsCorners) {
   const double slip_kg = SlipLoad_kg(kLink_kg);
   const double held_m = Sinking(0.97 * slip_kg), slipping_m = Sinking(1.03 * slip_kg);

@@ -109,8 +109,8 @@ double CatenarySag(double length_m, double span_m) {
 }
 
 // The same hammock of 4, 8 and 16 cells, held by two opposite edges that are closer than it is
-// long: its sag is that of the discrete catenary, which comes closer to the catenary by 4 whenever
-// the cells are halved. Pins at both ends, 0.8 of the length apart.
+// long: its sag is that of the discrete catenary, whose distance from the catenary falls to a
+// quarter when the cells are halved. Pins at both ends, 0.8 of the length apart.
 TEST_P(Hanging, AHammockHasOneShapeAtAnyResolution) {
   constexpr double kLength_m = 1, kSpan_m = 0.8;
   const double exact = CatenarySag(kLength_m, kSpan_m);

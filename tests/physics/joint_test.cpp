@@ -83,8 +83,8 @@ TEST_P(Joints, KeepTheMomentum) {
   EXPECT_GT((state.velocities_m_per_s[3] - scene.state.velocities_m_per_s[3]).norm(), 0.05);
 }
 
-// Where the end of a double pendulum of 1 m and 0.5 m is after 0.4 s, let go horizontally. Its
-// elbow is one particle, or two joined ones that weigh as much together.
+// The end of a double pendulum of 1 m and 0.5 m, 0.4 s after its horizontal release. Its elbow is
+// one particle, or two joined ones that weigh as much together.
 Vector3d EndOfDoublePendulum(Backend& backend, bool has_joint, uint32_t substeps) {
   ParticleTopology particles;
   if (has_joint) {

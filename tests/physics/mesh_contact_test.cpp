@@ -1,5 +1,5 @@
 // Sheets and particles on closed meshes, by their distance maps: against the surfaces that the
-// meshes stand for.
+// meshes approximate.
 #include <algorithm>
 #include <cmath>
 #include <iostream>
@@ -87,7 +87,7 @@ TEST_P(MeshContact, ABlockSlidesOnAnInclineWithTheDynamicFriction) {
   }
 }
 
-// A sheet dropped on the block lies on its face, thickness above it, and does not sink in 5 s.
+// A sheet dropped on the block rests thickness above its face and does not sink in 5 s.
 TEST_P(MeshContact, ASheetAtRestOnABlockDoesNotSink) {
   constexpr double kThickness = 0.0078125;
   Scene scene = Grid(7, 7, 0.6, 0.6);
@@ -108,7 +108,7 @@ TEST_P(MeshContact, ASheetAtRestOnABlockDoesNotSink) {
   EXPECT_LE(report.measured.max_penetration_m, rounding);
 }
 
-// A ball of radius 0.5 m whose corners lie on the sphere.
+// A ball of radius 0.5 m whose corners are on the sphere.
 struct MeshBall {
   static constexpr double kRadius = 0.5;
   TriangleMesh mesh = SphereMesh(kRadius, 4);
@@ -117,7 +117,7 @@ struct MeshBall {
 
   // Smallest radius of curvature within a cell of the surface.
   double InnerRadius() const { return kRadius - std::sqrt(3.0) * map->cell_m(); }
-  // Interpolation is second order in the cell (distance_map.h), the facets lie inside the sphere.
+  // Interpolation is second order in the cell (distance_map.h), the facets are inside the sphere.
   double DistanceError() const {
     return 3.0 / 8 * map->cell_m() * map->cell_m() / InnerRadius() + sagitta;
   }

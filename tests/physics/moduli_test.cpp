@@ -82,7 +82,7 @@ TEST_P(Moduli, AHungSheetIsLongerByItsWeight) {
 }
 
 // The angle in equilibrium of a column of cells that carries `load_n` across: all cells of the
-// column of diagonals d and spacings a, b are shorn alike, and their energy is that of their
+// column, of diagonals d and spacings a, b, have the same shear, and their energy is that of their
 // diagonals, sqrt(d^2 +- 2 a b sin t) - d long. Bisection of dU/dt = load a cos t.
 double ShearAngle(double load_n, double a, double b, uint32_t cells, double modulus) {
   const double d = std::hypot(a, b);

@@ -71,7 +71,7 @@ TEST_P(Momentum, IsKeptToRoundOffWithoutPins) {
     const ParticleState state = ReadState(backend(), cloth);
     const Vector3d before = MomentumOf(*scene.model, scene.state);
     EXPECT_LE((MomentumOf(*scene.model, state) - before).norm(), bound) << before.norm();
-    // The test is about something: the net did change its shape.
+    // The test is not empty: the net did change its shape.
     EXPECT_GT((state.velocities_m_per_s[0] - scene.state.velocities_m_per_s[0]).norm(), 0.1);
   }
 }

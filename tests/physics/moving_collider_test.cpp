@@ -1,4 +1,4 @@
-// Colliders that move: what they carry, push and throw.
+// Colliders that move, carry, push and throw.
 #include <algorithm>
 #include <cmath>
 
@@ -70,8 +70,8 @@ TEST_P(MovingCollider, ATurntableHoldsABlockUpToTheStaticFriction) {
   }
 }
 
-// A surface that moves at V hits what rests: it leaves with (1 + e) V. Roundings: some 24 of V, and
-// of the gap over h.
+// A surface that moves at V hits a particle at rest, which leaves with (1 + e) V. Roundings: some
+// 24 of V, and of the gap over h.
 TEST_P(MovingCollider, ABatThrows) {
   constexpr double kSpeed = 2, kRestitution = 0.5;
   Scene scene = BlockOnPlane(Vector3d(0.3, 0.011, 0.1), Vector3d::Zero(), 0, 0);

@@ -96,8 +96,8 @@ TEST_P(Oscillation, SpringPeriodWithHalfKicks) {
   EXPECT_LT(measured, exact) << "Verlet is too fast, never too slow";
 }
 
-// Samples of the exact solution of the Verlet recurrence: x(n+1) + x(n-1) = (2 - w^2 h^2) x(n), for
-// ever.
+// Samples of the exact solution of the Verlet recurrence: x(n+1) + x(n-1) = (2 - w^2 h^2) x(n),
+// without end.
 TEST_P(Oscillation, HalfKicksObeyTheVerletRecurrenceAndKeepTheAmplitude) {
   const double omega = std::sqrt(30 / 0.075);
   const double h = 0.3 / omega;
@@ -110,12 +110,12 @@ TEST_P(Oscillation, HalfKicksObeyTheVerletRecurrenceAndKeepTheAmplitude) {
   for (int step = 0; step < 500; ++step) {
     StepAlone(backend(), cloth, scene);
     const double after = Extension(ReadState(backend(), cloth));
-    // Some 30 operations on numbers below 0.5 m (positions) lie between three samples.
+    // There are some 30 operations on numbers below 0.5 m (positions) between three samples.
     EXPECT_NEAR(after + before, (2 - 0.09) * now, 30 * round_off() * 0.5) << step;
     largest = std::max(largest, std::abs(after));
     before = std::exchange(now, after);
   }
-  // The samples lie on a sine of amplitude 0.5 / cos(phase of the first) = 0.5; rounding walks.
+  // The samples are on a sine of amplitude 0.5 / cos(phase of the first) = 0.5; rounding walks.
   EXPECT_LE(largest, 0.5 * (1 + 500 * 30 * round_off()));
   EXPECT_GE(largest, 0.5 * std::cos(0.3)) << "some sample is within a step of the maximum";
 }

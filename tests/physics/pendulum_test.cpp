@@ -40,8 +40,8 @@ class Pendulum : public PresetTest {
 class EndDirection : public PhysicsTest {};
 
 // After a quarter of T = 2 pi sqrt(L/g) / AGM(1, cos(angle/2)) it passes the bottom, after a half
-// it is on the other side, after the whole back. Between those the exact chain of one link tells
-// where it is; it knows nothing of AGM (planar_chain_test.cpp compares the two).
+// it is on the other side, after the whole back. Between those the exact chain of one link gives
+// the position, without the AGM (planar_chain_test.cpp compares the two).
 TEST_P(Pendulum, At2RadiansKeepsTheExactTimes) {
   const double period = PendulumPeriod_s(kLength_m, kG, kAngle_rad);
   for (const double share : {0.25, 0.3, 0.5, 1.0}) {
@@ -63,7 +63,7 @@ TEST_P(Pendulum, At2RadiansKeepsTheExactTimes) {
 // angle d' = atan((sin d - w2 sin t) / (2 - cos d + w2 cos t)), w2 = h^2 g / L, to first order in h
 //   t'' = -(g/L) sin t - h t' (t'^2 + (g/L) cos t),   m L (t'^2 + (g/L) cos t) the tension.
 // So the first order error is known, and what is left beside this equation is of second order.
-// That is PAPER's scheme.
+// PAPER has this scheme.
 TEST_P(EndDirection, DampsAPendulumByItsTension) {
   const double duration = PendulumPeriod_s(kLength_m, kG, kAngle_rad);
   std::array<double, 3> errors{};

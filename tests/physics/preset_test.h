@@ -1,4 +1,4 @@
-// Tests over backends and presets, and what the order of a scheme implies.
+// Tests over backends and presets, and consequences of a scheme's order.
 //
 // A preset is its scheme here: the direction of its impulses, how it integrates springs, its
 // velocity stage. Step size, sweeps and tolerance are the test's, so that the error seen is that of
@@ -18,8 +18,8 @@ namespace drape::test {
 inline const std::vector<Preset> kAllPresets = {Preset::kPaper, Preset::kRealtime,
                                                 Preset::kAccurate};
 
-// THE table: order in the step of what a preset makes of rigid links. In one step impulses along
-// the direction at the END of the substep are first order, with two steps they are second.
+// The table of orders in the step, by preset, for rigid links. In one step impulses along the
+// direction at the END of the substep are first order, with two steps they are second.
 constexpr int SchemeOrder(Preset preset) {
   switch (preset) {
     case Preset::kPaper:
@@ -81,11 +81,11 @@ struct Refinement {
   double rounding_gain() const { return 4 * (std::exp2(order) + 1) / (std::exp2(order) - 1); }
 };
 
-// Scenes must start with velocities that no constraint forbids: taking those away costs an impulse
-// at the start, whose error may be of a lower order than the scheme's.
+// Scenes must start with velocities that no constraint forbids: removing those takes an impulse at
+// the start, whose error may be of a lower order than the scheme's.
 //
-// Errors at h, h/2 and h/4 shrink as the order says, less 0.2 of it for the orders above that still
-// count at steps this long, and down to what rounding leaves.
+// Errors at h, h/2 and h/4 shrink by the order, less 0.2 for the higher orders that still count at
+// steps this long, and down to rounding.
 inline void ExpectOrder(const std::array<double, 3>& errors, int order, double rounding) {
   for (size_t k = 0; k < 2; ++k) {
     EXPECT_LE(errors[k + 1], errors[k] / std::exp2(order - 0.2) + rounding)

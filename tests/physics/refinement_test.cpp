@@ -20,7 +20,8 @@ class Refinement : public PhysicsTest {
   }
 };
 
-// A curtain whose first row is held falls in one plane, where strips leave nothing: not a bit.
+// A curtain whose first row is held falls in one plane, where strips leave no error: refinement
+// changes no bit.
 TEST_P(Refinement, ChangesNothingWhereNothingIsFarOff) {
   const Scene curtain = Grid(6, 8, 0.5, 0.7, {0, 1, 2, 3, 4, 5});
   const ParticleState with = Play(curtain, 2e-3, 26, 20);

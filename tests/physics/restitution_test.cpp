@@ -55,7 +55,7 @@ TEST_P(Restitution, HeightsShrinkByItsSquare) {
   }
 }
 
-// Slow bounces end, and what rests stays, to the bit as without restitution.
+// Slow bounces end, and resting particles stay, to the bit as without restitution.
 TEST_P(Restitution, BouncesEndInRest) {
   const Scene scene = OverAPlane(Vector3d(0, 0.5, 0), Vector3d::Zero(), 0.5);
   const ClothHandle cloth = Make(scene);
@@ -96,7 +96,7 @@ DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(Restitution);
 
 class RestitutionOfSheets : public PresetTest {};
 
-// A sheet that lies still does not hop, whatever its links do: nothing approaches.
+// A sheet at rest does not hop, whatever its links do, because nothing approaches the collider.
 TEST_P(RestitutionOfSheets, ASheetAtRestStaysAtRest) {
   std::string bits[2];
   for (const bool bounces : {false, true}) {

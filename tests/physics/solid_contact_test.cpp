@@ -162,8 +162,8 @@ TEST_P(SolidContact, AThinBoxStopsWhatMovesLessThanHalfOfItPerSubstep) {
   }
 }
 
-// ... and what moves farther may pass: it is put onto the face that it is nearest to then, and
-// leaves with the speed that this took, below twice its own.
+// ... and one that moves farther may pass: it is put onto the face that is then nearest, and leaves
+// with the speed that this took, below twice its own.
 TEST_P(SolidContact, AThinBoxLetsFasterParticlesThroughToItsOtherFace) {
   constexpr double kStep_s = 1.0 / 64;
   constexpr double kSpeed = 2;  // 1/32 m per step

@@ -1,4 +1,4 @@
-// Spheres: where a particle leaves one, and how deep a cloth's particles and edges get.
+// Spheres: the point where a particle leaves one, and the depth of a cloth's particles and edges.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -29,7 +29,7 @@ class SphereSlide : public PhysicsTest {
 
 // Without friction m v^2 / R = m g cos a ends the contact, and v^2 = v0^2 + 2 g R (cos a0 - cos a):
 // cos a = (2 cos a0 + v0^2 / gR) / 3, from the top at rest 2/3. From there on the horizontal speed
-// v cos a = sqrt(gR cos^3 a) stays: what is read at the end tells where it left.
+// v cos a = sqrt(gR cos^3 a) stays: so the speed at the end gives the point where it left.
 //
 // The projection is of first order. When it leaves is known to a substep only, in which the force
 // of the contact would change by |N'|/m h with N'/m = -3 g sin a v / R: the speed is off by up to
@@ -74,9 +74,9 @@ class SpherePenetration : public PresetTest {};
 
 // 3 cm edges at 60 Hz, falling 5 cm onto a sphere of 0.3 m. The floor is 2 mm at the particles, the
 // aim 0.2 mm. Particles are projected last in every sweep; friction may take back what was
-// tangential to the normal of an earlier sweep (contact_test). Contacts know nothing of what lies
-// between the particles: the middle of an edge of length l between two points on the sphere is
-// l^2 / 8R inside, as the chord of an arc is.
+// tangential to the normal of an earlier sweep (contact_test). Contacts do not see the edges
+// between the particles: the middle of an edge of length l between two points on the sphere is l^2
+// / 8R inside, as the chord of an arc is.
 TEST_P(SpherePenetration, OfParticlesAndOfEdges) {
   constexpr double kRadius = 0.3, kEdge = 0.03;
   constexpr uint32_t kSide = 15;

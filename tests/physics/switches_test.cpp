@@ -21,7 +21,7 @@ Scene StirredSheet() {
   return scene;
 }
 
-// Inextensible: what stretches it is what one sweep leaves.
+// Inextensible: it is stretched by the errors that one sweep leaves.
 Scene HungSheet() {
   return Grid(8, 8, 1, 1, {0, 7});
 }
@@ -70,7 +70,7 @@ const std::map<std::string, SwitchCase, std::less<>>& Cases() {
       {"velocity_iterations", {HungSheet, "integration: ONE_STEP", "velocity_iterations: 2"}},
       {"twist_damping_per_s", {StirredSheet, "", "twist_damping_per_s: 300"}},
       {"refine_above_strain", {HungSheet, "substeps: 4", "refine_above_strain: 1e-6"}},
-      // Not of the step itself: the server raises the substeps.
+      // Not part of the step itself: the server raises the substeps.
       {"load_limit", {HungSheet, "load_limit: 0", "load_limit: 1e-6"}},
       // Nor this: the scheduler caps the sweeps, one as long as nothing is measured.
       {"frame_budget_ms", {StirredSheet, "max_iterations: 5", "frame_budget_ms: 1"}},

@@ -1,5 +1,5 @@
-// Tethers: a bound that a cloth whose constraints hold never meets, and what it does for one whose
-// sweeps are few.
+// Tethers: a bound that a cloth whose constraints hold never meets, and its benefit for a cloth
+// with few sweeps.
 #include <algorithm>
 #include <cmath>
 
@@ -12,9 +12,9 @@ using Eigen::Vector3d;
 
 class Tethers : public PhysicsTest {};
 
-// The tether of a single link is its constraint, so with it the sweep finds no stretch left: both
-// ways the substep ends with the same projection. Apart by the rounding of the projections only, 16
-// operations of size 1 m or of the speed times the time each substep.
+// The tether of a single link is its constraint, so with it the sweep finds no stretch left: with
+// and without it the substep ends with the same projection. The difference is only the rounding of
+// the projections, 16 operations of size 1 m or of the speed times the time in each substep.
 TEST_P(Tethers, OfASingleLinkIsItsConstraint) {
   constexpr uint32_t kSteps = 30;
   std::vector<ParticleState> states;

@@ -104,7 +104,7 @@ TEST_P(Wind, AFallingSheetReachesItsTerminalVelocity) {
   }
 }
 
-// Meshes of one sheet fall alike, to the rounding of 40 operations per substep.
+// Meshes of one sheet fall in the same way, to the rounding of 40 operations per substep.
 TEST_P(Wind, FinerMeshesFallAlike) {
   constexpr uint32_t kSteps = 60;
   std::vector<double> heights, speeds;

@@ -1,4 +1,4 @@
-// The wire contract as committed text: a change of it is a decision, not an accident.
+// The wire contract as committed text, so that every change of it is deliberate.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -31,7 +31,7 @@ TEST(GoldenDescriptors, AreWhatIsCommitted) {
   std::ifstream file(kGoldenPath);
   const std::string golden{std::istreambuf_iterator<char>(file), {}};
   EXPECT_EQ(text, golden) << "The protocol differs from " << kGoldenPath
-                          << ".\nIf that is meant: add a line to "
+                          << ".\nIf this is intended: add a line to "
                           << "proto/CHANGELOG.md, then run\n  DRAPE_RENEW_GOLDEN=1 proto_test "
                           << "--gtest_filter='GoldenDescriptors.*'\nand commit the file.";
 }

@@ -92,7 +92,7 @@ TEST_F(Naming, RealNumbersCarryTheirUnit) {
                                               "up",
                                               "scale",
                                               "scales",
-                                              "range"};  // of whatever the colours show
+                                              "range"};  // of the quantity that the colours show
   const char* kUnits =
       ".*_(m|kg|s|ms|hz|j|rad|m_per_s|m_per_s2|kg_per_m2|n_per_m|n_s_per_m|m_per_n|per_s)";
   for (const Descriptor* message : descriptors_.Messages()) {

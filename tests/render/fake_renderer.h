@@ -1,4 +1,4 @@
-// A renderer without graphics that records what it is asked, and pictures to be asked for.
+// A renderer without graphics that records its calls, and pictures to request.
 #pragma once
 
 #include <condition_variable>
@@ -50,7 +50,7 @@ class FakeStudio {
     const std::lock_guard lock(mutex_);
     return alive_;
   }
-  // Widths of the pictures in the order in which they were drawn: tests tell them apart by it.
+  // Widths of the pictures in the order in which they were drawn; tests identify pictures by width.
   std::vector<uint32_t> drawn() const {
     const std::lock_guard lock(mutex_);
     return drawn_;
@@ -129,7 +129,7 @@ inline RendererFactory FakeStudio::Factory() {
   };
 }
 
-// Where the outcome of a picture will be. Copies share it.
+// A place for the outcome of a picture. Copies share it.
 class Outcome {
  public:
   void Set(Result<DrawnPicture> picture) const {

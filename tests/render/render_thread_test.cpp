@@ -45,7 +45,7 @@ class RenderThreadTest : public testing::Test {
   std::unique_ptr<RenderThread> thread_;
 };
 
-// A content whose end is seen: it must be dropped on the thread that may.
+// Content that records its destruction: it must be dropped on the right thread.
 struct Tracked {
   std::atomic<int> dropped{0};
   std::atomic<std::thread::id> dropped_on{};

@@ -77,7 +77,7 @@ TEST(DistanceMapMeshesLong, BodyAtTenThousandPoints) {
   ExpectWithinBound(kBody, {}, 10'000);
 }
 
-// The limits leave room for a slower machine; what it takes is printed.
+// The limits leave room for a slower machine; the time taken is printed.
 TEST(DistanceMapMeshesLong, BuildTimes) {
   ExpectBuiltWithin(kTable, 5);
   ExpectBuiltWithin(kBody, 5);

@@ -60,10 +60,10 @@ TEST(GridBendingTest, IsThatOfAPlateInEveryDirection) {
   }
 }
 
-// Equilateral triangles with edges along z or x. A mesh has no hinges at its rim: of its area the
-// share of the inner edges is bent, the three directions alike. The weights are those of a
-// second difference; 2 sin(a/2) and a differ by a^3/24, and slopes of up to 0.002 turn normals
-// by as little.
+// Equilateral triangles with edges along z or x. A mesh has no hinges at its rim: the share of the
+// inner edges of its area is bent, the same in all three directions. The weights are those of a
+// second difference; 2 sin(a/2) and a differ by a^3/24, and slopes of up to 0.002 turn normals by
+// as little.
 TEST(MeshBendingTest, OfEquilateralTrianglesIsThatOfAPlate) {
   constexpr double kEdge_m = 0.02;
   TriangleMesh mesh;

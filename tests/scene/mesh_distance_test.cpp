@@ -48,8 +48,8 @@ TEST(MeshDistanceTest, OfASphereIsThatOfItsRadiusWithinTheSagittaOfItsTriangles)
   }
 }
 
-// Where the nearest point is an edge or vertex, the normal of one of its faces tells the wrong side
-// for part of the points; sharp ones show it.
+// If the nearest point is on an edge or vertex, the normal of one of its faces gives the wrong side
+// for some points; sharp edges show it.
 TEST(MeshDistanceTest, SignHoldsAtSharpEdgesAndVertices) {
   ExpectExact(TetrahedronMesh(1), 500, 0.5);
   ExpectExact(TetrahedronMesh(0.05), 500, 0.3);

@@ -48,7 +48,7 @@ TEST(SceneModel, ConstraintsAreSortedByColourStably) {
   EXPECT_EQ(sorted, expected);
 }
 
-// Every constraint knows its place in the description, those between pins counted.
+// Every constraint knows its place in the description, in which those between pins count.
 TEST(SceneModel, ConstraintsKnowTheirSources) {
   ModelDescription description = GridDescription(5, 4);
   description.pinned_particles = {0, 1, 7};
@@ -65,7 +65,7 @@ TEST(SceneModel, ConstraintsKnowTheirSources) {
   }
 }
 
-// As the protocol says (RestLengthControls.constraints).
+// As in the protocol (RestLengthControls.constraints).
 TEST(SceneModel, AGridCountsItsEdgesAlongRowsThenAlongColumns) {
   const GridTopology grid{.columns = 5, .rows = 4, .width_m = 1, .height_m = 2};
   const ParticleSystem system = BuildGrid(grid, {});
@@ -322,7 +322,7 @@ TEST(SceneModel, ElasticElementsAreContent) {
   EXPECT_FALSE(bent->SameContent(*stiff));
 }
 
-// The hash stands in logs and may one day stand in files: it must not change from build to build.
+// The hash is in logs and may later be in files: it must not change from build to build.
 TEST(SceneModel, ContentHashIsStable) {
   ModelDescription description;
   description.topology = GridTopology{.columns = 2, .rows = 2, .width_m = 1, .height_m = 1};

@@ -49,8 +49,8 @@ std::vector<Vector3d> Rest(const SceneModel& model) {
   return {model.rest_positions_m().begin(), model.rest_positions_m().end()};
 }
 
-// Outside all colliders and of its lengths, both to what restoring is content with; free of knots
-// by the function itself, and pins where they were.
+// Expects particles outside all colliders and links of their lengths, both up to the errors that
+// need no restoring; no caught links by the function itself; and pins in place.
 void ExpectCleared(const SceneModel& model, const std::vector<Collider>& colliders,
                    const std::vector<Vector3d>& positions_m, double thickness_m = 0) {
   const ClearStart start = Start(model, colliders, positions_m, kUp, thickness_m);
@@ -134,8 +134,8 @@ TEST(StartClearance, FromTheMiddleUpwards) {
   }
 }
 
-// Two particles at r from the centre, side by side, each R - r deep: outside they are R/r times as
-// far apart, so kCaughtRatio is reached at r = R/2.
+// Two particles at r from the centre, side by side, each R - r deep: outside their distance is R/r
+// times as large, so kCaughtRatio is reached at r = R/2.
 TEST(StartClearance, HalfTheRadiusIsTooDeep) {
   constexpr double kRadius_m = 1;
   const auto model = Pair({0, 1, 0.1, 0});
@@ -171,7 +171,7 @@ TEST(StartClearance, OnlyWhatKeepsParticlesTogetherIsCaught) {
       << "a rope that reaches around";
 }
 
-// They start under the tension that they are described with, and no more.
+// They start under the tension of their description, and no more.
 TEST(StartClearance, CompliantLinksGetNoLonger) {
   const auto model = Pair({0, 1, 0.08, 1e-3});
   const ClearStart start = Start(*model, {SphereCollider{{0.05, 0, 0}, 1}}, Rest(*model));

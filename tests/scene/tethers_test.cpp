@@ -89,7 +89,7 @@ TEST(TethersTest, NearestPinComesFirstAndTiesGoToTheLowerIndex) {
   EXPECT_THAT(Texts(Of(set, 3)), ElementsAre("4:1", "0:3"));
 }
 
-// A curtain: |p - B| <= |p - A| + |A - B|, so the pin straight above is all that matters.
+// A curtain: |p - B| <= |p - A| + |A - B|, so only the pin straight above matters.
 TEST(TethersTest, PinsThatANearerOneImpliesAreLeftOut) {
   const auto model = TetheredGrid(6, 5, {0, 1, 2, 3, 4, 5});
   const auto offsets = model->tether_offsets();

@@ -54,7 +54,7 @@ double DistanceToSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b
   return (p - a - std::clamp(along, 0.0, 1.0) * (b - a)).norm();
 }
 
-// A sliver lies within its height of its edges; all that is lost is rounding of the coordinates.
+// A sliver is within its height of its edges; only the rounding of coordinates is lost.
 TEST(TriangleDistanceTest, KeepsItsDigitsInSlivers) {
   const Vector3d b(1, 0, 0.2);
   Random random(4);

@@ -220,8 +220,7 @@ TEST_F(DeviceLoopTest, APinThatIsNoneAnyMoreEndsTheRequestUntouched) {
             Vector3d(0, 0, 0));  // the first control is not half applied
 }
 
-// The backend has motions from the first control on; what of the colliders is shown follows the
-// time.
+// The backend has motions from the first control on; the colliders that are shown follow the time.
 TEST_F(DeviceLoopTest, CollidersMoveFromTheStartOfTheRequest) {
   const auto a = Cloth();
   a->controls().StartColliders({}, {Vector3d(1, 0, 0), Vector3d(0, 0, 0)}, 0);

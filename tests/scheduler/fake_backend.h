@@ -1,5 +1,4 @@
-// A backend without physics that records what it is asked, for tests of what stands above the
-// backends.
+// A backend without physics that records its calls, for tests of the layers above the backends.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +24,7 @@ struct FakeItem {
   ClothHandle cloth;
   bool measure = false;
   std::vector<Eigen::Vector3d> pin_targets_m;
-  uint32_t max_iterations = 0;  // as asked for
+  uint32_t max_iterations = 0;  // as requested
 };
 using FakeBatch = std::vector<FakeItem>;
 
@@ -59,8 +58,8 @@ class FakeDevice {
   void MakeCopies(std::shared_ptr<int> copy) {
     Locked([&] { copy_ = std::move(copy); });
   }
-  // From now on it works by itself, as far as callers can see: StepAhead calls its `meanwhile` when
-  // the step is done.
+  // From now on it runs ahead, as far as callers can see: StepAhead calls its `meanwhile` when the
+  // step is done.
   void RunAhead() {
     Locked([&] { runs_ahead_ = true; });
   }
@@ -209,7 +208,7 @@ class FakeBackend final : public DeviceBackend {
     CheckThread();
     const auto copy = device_->Locked([&] { return device_->copy_; });
     if (copy == nullptr) return nullptr;
-    // Nobody looks inside: only its life counts.
+    // Has no content: only its lifetime counts.
     return {copy, reinterpret_cast<DeviceCopy*>(copy.get())};
   }
 

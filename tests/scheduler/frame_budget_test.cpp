@@ -18,7 +18,7 @@ StepSettings Budgeted(double frame_budget_ms, uint32_t max_iterations = 100,
   return settings;
 }
 
-// A device on which a step takes a fixed time and so much more per sweep.
+// A device on which a step takes a fixed time plus a time per sweep.
 struct Device {
   double step_us = 50;
   double sweep_us = 100;
@@ -44,8 +44,8 @@ TEST(FrameBudget, WithoutOneNothingIsCapped) {
   EXPECT_EQ(budget.Cap(), 0u);
 }
 
-// The fixed part of a step makes sweeps seem dearer while there are few of them, so the cap comes
-// from below and no step is ever over the budget by more than a sweep.
+// The fixed part of a step makes sweeps seem more expensive while there are few of them, so the cap
+// rises from below and no step exceeds the budget by more than a sweep.
 TEST(FrameBudget, ComesFromOneSweepToAsManyAsFit) {
   FrameBudget budget;
   budget.Set(Budgeted(2));
@@ -86,7 +86,7 @@ TEST(FrameBudget, OneSweepThatTakesTooLongIsDoneAndSaid) {
   }
 }
 
-// Four times as dear from one step to the next: each step believes half of the difference.
+// Four times as expensive from one step to the next: each step takes over half of the difference.
 TEST(FrameBudget, ADeviceThatGetsBusyIsBelievedSoon) {
   FrameBudget budget;
   budget.Set(Budgeted(10));
@@ -99,8 +99,7 @@ TEST(FrameBudget, ADeviceThatGetsBusyIsBelievedSoon) {
   EXPECT_GE(budget.Cap(), 25u);
 }
 
-// A cloth that met its tolerance after 2 of 50 sweeps says what 2 sweeps cost, not that 50 cost so
-// little.
+// A cloth that met its tolerance after 2 of 50 sweeps gives the cost of 2 sweeps, not of 50.
 TEST(FrameBudget, StepsThatConvergeEarlyDoNotMakeSweepsCheap) {
   FrameBudget budget;
   budget.Set(Budgeted(5));

@@ -53,7 +53,7 @@ TEST_F(RunAheadLoopTest, AnswersStayInOrder) {
   Admit(Work("long", {c}, 2));
   loop_->RunRound();
   EXPECT_TRUE(ended_.empty());
-  loop_->RunRound();  // the first two meanwhile, the last at once: nothing is awaited
+  loop_->RunRound();  // the first two during the step, the last at once: nothing is awaited
   EXPECT_EQ(ended_, (std::vector<std::string>{"first", "acknowledged", "long"}));
 }
 

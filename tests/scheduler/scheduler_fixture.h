@@ -35,7 +35,7 @@ class SchedulerTest : public testing::Test {
     return cloth;
   }
 
-  // Submits and returns where the outcome will be.
+  // Submits and returns the place for the outcome.
   Awaited<StepOutcome> Submit(const std::string& session,
                               std::vector<std::shared_ptr<ClothRuntime>> cloths, uint32_t steps = 1,
                               const CancelToken& cancel = {}) {

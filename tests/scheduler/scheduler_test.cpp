@@ -245,7 +245,7 @@ TEST_F(SchedulerTest, ReadsAreBoundedUntilTheirStatesAreDropped) {
   EXPECT_TRUE(read("a", {}).ok());
 }
 
-// Where it will not do, or the backend makes none, the columns come instead of a copy.
+// If the caller accepts no copy, or the backend makes none, the columns come instead.
 TEST_F(SchedulerTest, ReadForDrawingGivesACopyOnTheDeviceWhereThatWillDo) {
   Start();
   const auto cloth = Cloth();
@@ -434,7 +434,7 @@ TEST_F(SchedulerTest, ManyClientsAtOnce) {
 
 class AnswerThreadTest : public SchedulerTest {
  protected:
-  // Where the answer to one step of the cloth is given.
+  // The thread on which the answer to one step of the cloth is given.
   Awaited<std::thread::id> ThreadOfAnswer(const std::string& session,
                                           const std::shared_ptr<ClothRuntime>& cloth,
                                           StateFields view = {}) {

@@ -1,4 +1,4 @@
-// Cloths at rest, as the device loop has them.
+// Cloths at rest in the device loop.
 #include <gtest/gtest.h>
 
 #include "tests/scheduler/device_loop_fixture.h"
@@ -88,7 +88,7 @@ TEST_F(SleepTest, APinThatMovesWakes) {
   EXPECT_EQ(backend_.StateOf(cloth->handle()).positions_m[1], Vector3d(1, 0, 0.5));
 }
 
-// Whatever else a colliding body may do, it is a motion of StepItem::collider_motions.
+// Every motion of a collider is in StepItem::collider_motions.
 TEST_F(SleepTest, AColliderThatMovesWakes) {
   const auto cloth = SleepyCloth();
   ClothUpdate update;

@@ -46,8 +46,8 @@ TEST_F(PinControlsTest, BadRowsAreNamed) {
 
 class ColliderControlsTest : public SessionFixture {
  protected:
-  // Two chains whose own frames lie at (1, 0, 0) and (1, 5, 0) of their environments, each with a
-  // sphere at (2, 0, 0) of it.
+  // Two chains whose own frames have their origins at (1, 0, 0) and (1, 5, 0) of their
+  // environments, each with a sphere at (2, 0, 0) of it.
   ColliderControlsTest() {
     Start();
     ClothCreation creation = Chains(2, 3);
@@ -73,7 +73,7 @@ class ColliderControlsTest : public SessionFixture {
     ASSERT_TRUE(outcome.Get().status.ok());
   }
 
-  // Where the backend has the sphere at the start of the last step, in the cloth frame; as
+  // The sphere's position in the backend at the start of the last step, in the cloth frame; as
   // described if it rests.
   std::vector<RigidMotion> OnDevice(size_t k) {
     std::vector<RigidMotion> motions;
@@ -154,7 +154,7 @@ TEST_F(ColliderControlsTest, MotionsGoOnThroughUpdatesButNotThoseOfColliders) {
   EXPECT_EQ(Shown(0), Vector3d(7.25, 0, 0));
 }
 
-// All or nothing: what was written before the failure is taken back, motions included.
+// All or nothing: writes before the failure are undone, motions included.
 TEST_F(ColliderControlsTest, AnUpdateThatFailsLeavesTheMotions) {
   Send(0, {2, 4, 0});
   ClothChange colliders;

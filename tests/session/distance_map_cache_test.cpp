@@ -64,7 +64,7 @@ TEST(DistanceMapCache, ACancelledBuildLeavesRoomForTheNext) {
   EXPECT_TRUE(cache.Get(Slab(), {}, kGoOn).ok());
 }
 
-// The second one waits for a build that lasts until it is told to end, and gives up.
+// The second one waits for a build that lasts until it is cancelled, and gives up.
 TEST(DistanceMapCache, WhoWaitsMayGiveUp) {
   DistanceMapCache cache;
   std::atomic<bool> is_building = false, ends = false;

@@ -16,7 +16,7 @@ class EndToEnd : public testing::Test {
  protected:
   ~EndToEnd() override { scheduler_->Drain(0); }
 
-  // Two environments, 1000 m apart: a free chain above the one, the same above the other.
+  // Two environments at a distance of 1000 m: a free chain above the one, the same above the other.
   static ClothCreation FallingChains() {
     ClothCreation creation = Chains(2, 4);
     for (ClothCopy& copy : creation.copies) {
@@ -101,7 +101,7 @@ TEST_F(EndToEnd, ClothsFallAsTheyShouldAndCopiesAgreeBitForBit) {
   EXPECT_EQ(repeated, std::vector<float>(positions.begin() + 12, positions.end()));
 }
 
-// A chain that falls onto the ground sleeps there, until it is told of another gravity or reset.
+// A chain that falls onto the ground sleeps there, until its gravity changes or it is reset.
 TEST_F(EndToEnd, ClothsAtRestSleepUntilSomethingChanges) {
   const SessionLease session = registry_.Create(std::nullopt, "").value();
   ClothCreation creation = Chains(1, 4);

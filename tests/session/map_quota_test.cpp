@@ -66,7 +66,7 @@ TEST_F(MapQuotaOfSessions, ClothsTakeItAndGiveItBack) {
   EXPECT_TRUE(Create(ChainsOn(map, 1)).ok()) << "the same map costs nothing more";
   EXPECT_TRUE(Delete(Find({})).ok());
   EXPECT_EQ(session().map_bytes(), 0u);
-  Inspect([](const FakeBackend&) {});  // what the device thread held it has dropped by then
+  Inspect([](const FakeBackend&) {});  // the device thread has dropped its references by then
   EXPECT_EQ(map.use_count(), 1) << "nobody holds the map any more";
 }
 

@@ -98,7 +98,7 @@ TEST_F(SessionRegistryTest, ASessionWithARequestUnderWayDoesNotExpire) {
   EXPECT_EQ(registry_->ReapExpired(), 0u);
   EXPECT_EQ(registry_->Get(name)->remaining_s, 10);
   SessionLease moved = std::move(lease);  // still one request
-  EXPECT_FALSE(lease);  // NOLINT(bugprone-use-after-move): what a move leaves is what is tested
+  EXPECT_FALSE(lease);  // NOLINT(bugprone-use-after-move): tests the moved-from lease
   EXPECT_EQ(registry_->ReapExpired(), 0u);
   moved = {};
   EXPECT_EQ(registry_->ReapExpired(), 0u);  // renewed at the end of the request

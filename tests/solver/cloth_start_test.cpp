@@ -9,7 +9,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Gravity says where up is; without it +y.
+// Up is against gravity; without gravity it is +y.
 TEST(ClothStart, LeavesAgainstGravity) {
   Scene sheet = Grid(12, 12, 1, 1);
   const Vector3d middle_m = sheet.state.positions_m[65];
@@ -26,7 +26,7 @@ TEST(ClothStart, LeavesAgainstGravity) {
   EXPECT_LT(height_m({0, 9.81, 0}), -0.2);
 }
 
-// A collider counts where its motion has it at first, not where it is described.
+// A collider counts at the start of its motion, not where it is described.
 TEST(ClothStart, CollidersAreWhereTheirMotionsBegin) {
   Scene sheet = Grid(12, 12, 1, 1);
   const Vector3d middle_m = sheet.state.positions_m[65];

@@ -1,5 +1,5 @@
-// Distance and normal of capsules and boxes: closed forms at chosen points, and at random ones what
-// holds for every signed distance.
+// Distance and normal of capsules and boxes: closed forms at chosen points, and properties of every
+// signed distance at random points.
 #include "server/solver/cpu_reference/reference_contact.h"
 
 #include <gtest/gtest.h>
@@ -101,8 +101,8 @@ Vector3d Gradient(const Collider& collider, const Vector3d& q, double step) {
   return gradient;
 }
 
-// Where the distance is smooth its gradient is the normal, and going back along the normal by the
-// distance ends on the surface, inside and outside.
+// Where the distance is smooth, its gradient is the normal, and the point at that distance back
+// along the normal is on the surface, inside and outside.
 void ExpectSignedDistance(const Collider& collider) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5);

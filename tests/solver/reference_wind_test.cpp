@@ -1,4 +1,4 @@
-// The law of the air on one triangle, and what it promises whatever the numbers.
+// The law of the air on one triangle, and its guarantees for any numbers.
 #include "server/solver/cpu_reference/reference_wind.h"
 
 #include <gtest/gtest.h>
@@ -27,7 +27,7 @@ Vector3d RandomVector(std::mt19937& random, double size) {
 }
 
 // For short times the change is the force over the mass: drag along r, lift across it towards the
-// lee side, both times rho/2 A cos r^2; what the limits take off is second order in the time.
+// lee side, both times rho/2 A cos r^2; the effect of the limits is second order in the time.
 TEST(VelocityAfterAirTest, IsTheFlatPlateLawForShortTimes) {
   const Vector3d r(3, 4, 0);
   const Vector3d area(0, 0.7, 0);  // cos = 0.8, sin = 0.6

@@ -16,7 +16,8 @@ StepPlan PlanFloat(const SceneModel& model, const ClothParameters& parameters) {
   return PlanStep(model, parameters, LengthSource::kModel, ScalarType::kFloat32);
 }
 
-// Two steps extrapolate what sweeps leave, which is much where the masses around a particle differ.
+// Two steps extrapolate the errors that sweeps leave, which are large if the masses around a
+// particle differ.
 TEST(StepPlanTest, UnequalMassesKeepToOneStep) {
   ParticleTopology star;
   star.positions_m = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}};
@@ -45,8 +46,8 @@ TEST(StepPlanTest, OnlyLengthsThatCanBeMetAreRefined) {
   }
 }
 
-// The same description with each thing in turn that a stage needs, and the stages that then are
-// there besides those that every step has.
+// The same description with each requirement of a stage in turn, and the stages that it adds to
+// those of every step.
 TEST(StepPlanTest, StagesAreThoseWithSomethingToDo) {
   const StageSet always = {kPredict, kIntegrate, kCommit, kMeasure};
   const auto with = [&](std::initializer_list<StepStage> more) {

@@ -43,7 +43,7 @@ void TryThinForm(const std::string& backend_name) {
   }
 }
 
-// Like the bar's start across a sphere's centre: they survive, and do not have to recover first.
+// Like the required start across a sphere's centre: they survive, and do not have to recover first.
 void TryCaughtStarts(const std::string& backend_name) {
   Backend& backend = SharedBackend(backend_name);
   const StepSettings realtime = PresetSettings(Preset::kRealtime);

@@ -47,7 +47,7 @@ TEST_P(FaultTest, SpringsBeyondTheirLimitWarnThenFaultAtTheLastGoodState) {
   EXPECT_EQ(ReadBits(backend, cloth), last_good);
   EXPECT_TRUE(IsFinite(ReadState(backend, cloth)));
 
-  // Stays as it is, and says so again.
+  // It stays as it is and reports the fault again.
   report = StepAlone(backend, cloth, scene);
   EXPECT_EQ(report.fault, FaultReason::kRunaway);
   EXPECT_EQ(ReadBits(backend, cloth), last_good);

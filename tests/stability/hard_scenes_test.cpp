@@ -56,9 +56,9 @@ TEST_P(HardSceneTest, MassRatioOfAThousand) {
   backend.Destroy(cloth);
 }
 
-// Fabrics a billion times as stiff as any, in folds, thrown onto a sphere: softer than asked for,
-// and told so, but never faster than they were thrown and fell (the elements take no more than they
-// give; tests/physics/elastic_invariants_test.cpp), with a margin for the contacts.
+// Fabrics a billion times as stiff as any, in folds, thrown onto a sphere: softer than requested,
+// with a warning, but never faster than they were thrown and fell (the elements take no more than
+// they give; tests/physics/elastic_invariants_test.cpp), with a margin for the contacts.
 TEST_P(HardSceneTest, AbsurdBendingAndShear) {
   Backend& backend = SharedBackend(GetParam());
   for (const Preset preset : {Preset::kPaper, Preset::kRealtime}) {
@@ -97,8 +97,7 @@ TEST_P(HardSceneTest, TeleportingPins) {
   backend.Destroy(cloth);
 }
 
-// Pins further apart than the cloth is long: nothing satisfies every constraint, and nothing
-// breaks.
+// Pins at more than the cloth's length: nothing satisfies every constraint, and nothing breaks.
 TEST_P(HardSceneTest, PinsFurtherApartThanTheClothIsLong) {
   Backend& backend = SharedBackend(GetParam());
   Scene scene = Grid(12, 12, 1, 1, {0, 11});
@@ -130,7 +129,7 @@ TEST_P(HardSceneTest, StraightTautRow) {
 // so. One constraint of each part is redundant until the row has sagged until the pivot of its last
 // link, the sum of the squares of the turns from link to link (for equal masses), has reached
 // kMinStripPivotAtPin; from then on all are solved. The longest row of n links with this sum is a
-// parabola, whose turns are all alike: sqrt(p / n), slopes up to n/2 turns, a strain of their
+// parabola, whose turns are all equal: sqrt(p / n), slopes up to n/2 turns, a strain of their
 // square over 6. The rounding of a redundant constraint must not stretch it farther.
 TEST_P(HardSceneTest, TautRowsSagNoFartherThanTheirPivotsAllow) {
   Backend& backend = SharedBackend(GetParam());

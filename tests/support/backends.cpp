@@ -43,7 +43,7 @@ std::unique_ptr<Backend> MakeBackend(const std::string& name) {
 }
 
 Backend& SharedBackend(const std::string& name) {
-  // Never destroyed: a device must not go down after the libraries that it needs.
+  // Never destroyed: a device must not be destroyed after the libraries that it needs.
   static auto& backends = *new std::map<std::string, std::unique_ptr<Backend>>;
   std::unique_ptr<Backend>& backend = backends[name];
   if (!backend) backend = MakeBackend(name);

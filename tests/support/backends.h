@@ -12,23 +12,23 @@ namespace drape::test {
 // "reference" first: the one that the others are compared with.
 std::vector<std::string> BackendNames();
 
-// Those in single precision.
+// The backends in single precision.
 std::vector<std::string> FloatBackendNames();
 
-// Single precision, and "gl_reduction": "gl" that solves short strips by cyclic reduction also
-// where the device has no subgroups, with barriers. For tests of what strips do.
+// Single precision, and "gl_reduction": "gl" that solves short strips by cyclic reduction even on a
+// device without subgroups, with barriers. For tests of strips.
 std::vector<std::string> StripBackendNames();
 
 // Whether a backend may solve strips by cyclic reduction.
 bool HasReduction(const Backend& backend);
 
-// A new backend on the calling thread: of those above, or "gl_elimination", for measurements of
-// what cyclic reduction brings. One that cannot be created ends the process with the reason: a test
+// A new backend on the calling thread: of those above, or "gl_elimination", for measurements of the
+// gain by cyclic reduction. One that cannot be created ends the process with the reason: a test
 // never passes because its backend was missing.
 std::unique_ptr<Backend> MakeBackend(const std::string& name);
 
-// One instance per process, made at first use, for tests to which a fresh device is too dear. Only
-// on the main thread; destroy what you create.
+// One instance per process, made at first use, for tests that cannot afford a new device. Only on
+// the main thread; destroy what you create.
 Backend& SharedBackend(const std::string& name);
 
 // Names the cases of a suite whose parameter is a backend's name (INSTANTIATE_TEST_SUITE_P).

@@ -88,7 +88,7 @@ Elastica Integrate(double load, double curvature, int steps) {
   return {state.curvature, state.drop};
 }
 
-// The curvature at the beginning for which there is none at the end lies between 0 and that of a
+// The curvature at the beginning for which there is none at the end is between 0 and that of a
 // strip that stays straight, load / 2.
 double ShootDrop(double load, int steps) {
   double low = 0, high = load / 2;

@@ -170,7 +170,7 @@ PlanarChain StraightChain(uint32_t link_count, double link_m, double mass_kg, do
 PlanarChain ChainInMode(uint32_t link_count, double link_m, double mass_kg, double z,
                         double steepest_rad) {
   std::vector<Link> links(link_count, Link{.length_m = link_m, .mass_kg = mass_kg});
-  double steepest = 0, above = 0;  // how far the particle above is to the side
+  double steepest = 0, above = 0;  // sideways displacement of the particle above
   for (uint32_t k = 0; k < link_count; ++k) {
     const double here = Laguerre(link_count - 1 - k, z);
     links[k].angle_rad = here - above;

@@ -1,7 +1,7 @@
-// The exact motion of a chain in a plane: N rigid links below a fixed pivot, a point mass at the
-// end of each. In minimal coordinates (one angle per link) nothing can stretch and nothing is
-// projected, so it shares neither method nor error with what it judges. N = 1 is the pendulum, N =
-// 2 the double pendulum, and every column of a cloth hung by its whole top row is such a chain
+// The exact motion of a planar chain: N rigid links below a fixed pivot, a point mass at the end of
+// each. In minimal coordinates (one angle per link) nothing can stretch and nothing is projected,
+// so it shares neither method nor error with what it judges. N = 1 is the pendulum, N = 2 the
+// double pendulum, and every column of a cloth hung by its whole top row is such a chain
 // (`CurtainColumn`).
 #pragma once
 
@@ -54,7 +54,7 @@ PlanarChain ChainInMode(uint32_t link_count, double link_m, double mass_kg, doub
                         double steepest_rad);
 
 // One column of a grid of `rows` rows and height_m hung by its whole first row, let go
-// horizontally: x of the chain is z of the grid. All columns stay alike and their mass cancels.
+// horizontally: x of the chain is z of the grid. All columns stay equal and their mass cancels.
 PlanarChain CurtainColumn(uint32_t rows, double height_m);
 
 }  // namespace drape::test

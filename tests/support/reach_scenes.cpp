@@ -89,7 +89,7 @@ void AddFarOnes(std::vector<ReachCase>& cases, Size size) {
   cases.push_back({.scene = moving, .steps = 6, .meets = true, .fits_lanes = false});
 }
 
-// Bursts, which no speed foretells.
+// A burst, which no speed predicts.
 void AddBursts(std::vector<ReachCase>& cases, Size size) {
   std::vector<uint32_t> first_column;
   for (uint32_t row = 0; row < size.rows; ++row) first_column.push_back(row * size.columns);

@@ -1,5 +1,5 @@
-// Sheets near colliders and far from them: what leaving out colliders that a cloth cannot meet
-// within a step must not change.
+// Sheets near colliders and far from them: leaving out colliders that a cloth cannot meet within a
+// step must not change them.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct ReachCase {
   Scene scene;
   uint32_t steps = 1;
   bool meets = false;    // the colliders change something
-  bool repeats = false;  // particles get farther within a step than anything foretells
+  bool repeats = false;  // particles get farther within a step than the estimate
   bool fits_lanes = true;
 };
 // The scene's name.

@@ -13,7 +13,7 @@ struct NamedNumber {
   double value;  // exact: no field has more than 53 bits
 };
 
-// What backends fill in. The rest is the scheduler's.
+// The fields that backends fill in. The scheduler fills in the rest.
 std::vector<NamedNumber> NumbersOf(const StepReport& report) {
   const StepWarnings& warnings = report.warnings;
   const Measurements& measured = report.measured;

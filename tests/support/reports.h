@@ -1,4 +1,4 @@
-// Comparing what steps tell.
+// Comparison of the reports of steps.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace drape::test {
 
-// The names and both values of what differs, to the bit; empty: nothing does.
+// The names and both values of fields that differ in any bit; empty: none does.
 std::string DifferenceOf(const StepReport& actual, const StepReport& expected);
 
-// The bytes of what a backend reports, the same for every NaN.
+// The bytes of a backend's report, the same for every NaN.
 std::string ReportBits(const StepReport& report);
 
 }  // namespace drape::test

@@ -1,4 +1,4 @@
-// Small cloths for tests and benchmarks, by what they show.
+// Small cloths for tests and benchmarks, by purpose.
 #pragma once
 
 #include <cstdint>
@@ -78,7 +78,7 @@ void Stir(Scene& scene, double speed_m_per_s);
 
 ClothHandle CreateCloth(Backend& backend, const Scene& scene);
 
-// Steps one cloth alone and returns the last report, measured if asked for.
+// Steps one cloth alone and returns the last report, measured on request.
 StepReport StepAlone(Backend& backend, ClothHandle cloth, const Scene& scene, uint32_t steps = 1,
                      bool measure = false);
 

@@ -33,7 +33,7 @@ double Ulp(ScalarType scalar, double magnitude);
 // |actual - expected| in ulps of the larger of the two.
 double UlpsBetween(ScalarType scalar, double actual, double expected);
 
-// Where two lists of vectors differ most.
+// The largest difference of two lists of vectors.
 struct WorstOffender {
   size_t particle = 0;
   double distance = 0;  // infinite if a value is not finite or the lengths differ

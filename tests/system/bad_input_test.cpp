@@ -18,7 +18,7 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// The objects that a case may use: a session with one cloth, and another tenant's.
+// The objects that a case may use: a session with one cloth, and another session with one.
 struct Stage {
   Stub& stub;
   std::string session;

@@ -82,7 +82,8 @@ class ConstraintChanges : public testing::TestWithParam<std::string> {
 INSTANTIATE_TEST_SUITE_P(Backends, ConstraintChanges, testing::ValuesIn(BackendNames()),
                          [](const auto& test) { return test.param; });
 
-// The state stays; the cut piece falls; a cloth of the same model feels nothing, bit for bit.
+// The state stays; the cut piece falls; another cloth of the same model does not change, bit for
+// bit.
 TEST_P(ConstraintChanges, AConstraintIsCutAndTiedAgain) {
   const Ids ids = Create(*stub_, ThreeInARow(3));
   Step(*stub_, StepsOf(session_, ids, 5));
@@ -180,8 +181,8 @@ TEST_P(ConstraintChanges, ModuliOfAGridMakeAnotherModel) {
   material.set_shear_modulus_n_per_m(5);
   const auto answer = Call(*stub_, &Stub::UpdateCloths, update);
   ASSERT_TRUE(answer.status.ok()) << answer.status.error_message();
-  // Rods along 8 rows and 8 columns, twists and pairs of diagonals of 49 cells; what joins pins
-  // alone is left out.
+  // Rods along 8 rows and 8 columns, twists and pairs of diagonals of 49 cells; elements between
+  // pins alone are left out.
   EXPECT_GT(answer.value.shape().elastic_elements(), 2 * 8 * 6u + 49);
   EXPECT_LE(answer.value.shape().elastic_elements(), 2 * 8 * 6u + 3 * 49);
   EXPECT_EQ(Bits(*stub_, session_, ids), before);
@@ -197,7 +198,7 @@ TEST_P(ConstraintChanges, ModuliOfAGridMakeAnotherModel) {
   EXPECT_THAT(FieldsOf(refused.status), ElementsAre("spec.material.stretch_stiffness_n_per_m"));
 }
 
-// Whatever is refused has changed nothing: the next steps are those of a cloth that nobody asked.
+// Refused requests have changed nothing: the next steps are those of an untouched cloth.
 TEST_P(ConstraintChanges, ARefusalChangesNothing) {
   const Ids ids = Create(*stub_, ThreeInARow(2));
   const Ids sheet = Create(*stub_, HangingSheet(session_, 4));
@@ -237,8 +238,8 @@ v1::StepRequest Driven(v1::StepRequest request, uint64_t id, uint32_t constraint
   return request;
 }
 
-// Linear in time across requests, other pins included; a cloth of the same model feels nothing; a
-// reset brings the lengths of the description back.
+// Linear in time across requests, changes of pins included; another cloth of the same model does
+// not change; a reset brings the lengths of the description back.
 TEST_P(ConstraintChanges, ADrivenLengthFollowsItsControl) {
   v1::CreateClothsRequest creation = ThreeInARow(2);
   creation.mutable_spec()->mutable_settings()->set_max_iterations(50);

@@ -101,7 +101,7 @@ TEST_P(MovingColliders, RunsAreReproducible) {
   EXPECT_EQ(Bits(*stub_, session_, ids), bits);
 }
 
-// Velocities of the spec go on from step to step, and begin anew with a reset.
+// Velocities of the spec continue from step to step, and start again with a reset.
 TEST_P(MovingColliders, MotionOfItsOwnGoesOn) {
   v1::CreateClothsRequest creation = SheetOverSphere(1);
   v1::Collider* sphere = creation.mutable_spec()->mutable_environment()->mutable_colliders(0);

@@ -20,8 +20,8 @@ void WaitUntilQueued(InProcessServer& server, uint32_t requests) {
   while (server.scheduler().counters().queued_requests < requests) std::this_thread::yield();
 }
 
-// Requests that pull the same pin somewhere else each, take one or two steps, and between them
-// drive the rest lengths: in another order, or with a control at another step, the bits differ.
+// Requests that each pull the same pin to another place and take one or two steps; between them the
+// rest lengths are driven: in another order, or with a control at another step, the bits differ.
 Steps PullingRequests(const std::string& session, const Ids& ids) {
   Steps requests;
   for (uint32_t k = 0; k < 8; ++k) {

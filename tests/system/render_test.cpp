@@ -188,7 +188,7 @@ TEST_P(RenderLimitsTest, AreHeldAndPublished) {
   EXPECT_THAT(large.error_message(), HasSubstr("max_particles_per_picture is 100: 128 wanted"));
 }
 
-// Ten at once and one place: some are drawn, the others are told to come again.
+// Ten at once and one place: some are drawn, the others are told to retry.
 TEST_P(RenderLimitsTest, ASessionThatAsksForTooManyAtOnceIsToldSo) {
   const Ids ids = Create(*stub_, HangingSheet(session_));
   std::atomic<int> drawn = 0, refused = 0;
@@ -212,7 +212,7 @@ TEST_P(RenderLimitsTest, ASessionThatAsksForTooManyAtOnceIsToldSo) {
 INSTANTIATE_TEST_SUITE_P(Backends, RenderLimitsTest, testing::Values("cpu"),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
-// Everything but pictures works where there is nothing to draw with.
+// Everything but pictures works on a server that cannot draw.
 TEST(RenderWithoutEgl, SaysWhatIsMissing) {
   ServerProcess server({"--backend=cpu"}, {{"__EGL_VENDOR_LIBRARY_FILENAMES", "/dev/null"}});
   ASSERT_TRUE(server.WaitUntilUp());

@@ -1,4 +1,4 @@
-// A draped of its own for a test: a child process on a free port of this machine.
+// A `draped` for one test: a child process on a free port of this machine.
 #pragma once
 
 #include <sys/types.h>

@@ -147,7 +147,7 @@ TEST_F(Streams, AClientThatVanishesAfterItsLastMessageHarmsNobody) {
   const Ids ids = Create(*stub_, HangingSheet(session_, 128));
   grpc::ChannelArguments arguments;
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  // Else what is sent unasked follows the speed of the connection.
+  // Otherwise the flow control window grows with the speed of the connection.
   arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   const auto stub = v1::SimulationService::NewStub(
       grpc::CreateCustomChannel(server_.Address(), grpc::InsecureChannelCredentials(), arguments));
@@ -161,7 +161,7 @@ TEST_F(Streams, AClientThatVanishesAfterItsLastMessageHarmsNobody) {
     context.TryCancel();
     EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
   }
-  std::this_thread::sleep_for(milliseconds(100));  // what it does when it finds out
+  std::this_thread::sleep_for(milliseconds(100));  // time to react to the lost client
   ASSERT_TRUE(server_.is_running()) << server_.Log();
   EXPECT_EQ(Step(*stub_, StepsOf(session_, ids, 1)).steps(0), 1u);
 }

@@ -2,7 +2,7 @@
 //
 //   drape::Client client = drape::Client::SpawnServer();
 //   drape::Session session = client.CreateSession();
-//   drape::v1::ClothSpec spec;                          // what the cloth is made of
+//   drape::v1::ClothSpec spec;                          // the description of the cloth
 //   ...
 //   const drape::ClothId cloth = session.CreateCloth(spec);
 //   session.Step(60);
@@ -24,7 +24,7 @@
 namespace drape {
 inline namespace client {
 
-// Whom to trust over TLS.
+// The certificates to trust over TLS.
 struct TlsOptions {
   // PEM certificates of the authorities, or the server's own. Empty: those of gRPC
   // ($GRPC_DEFAULT_SSL_ROOTS_FILE_PATH, else the system's).
@@ -33,9 +33,9 @@ struct TlsOptions {
   std::string server_name;
 };
 
-// How to talk to a server.
+// Options of a connection.
 struct ConnectOptions {
-  // How long to wait until the server answers, > 0.
+  // Longest wait until the server answers, > 0.
   double ready_timeout_s = 5;
   // Limit of each single request that is not a stream; 0 = none. Long Steps need long limits.
   double request_timeout_s = 0;
@@ -43,7 +43,7 @@ struct ConnectOptions {
   std::optional<TlsOptions> tls;
 };
 
-// How to start a private server.
+// Options of a private server.
 struct SpawnOptions {
   // "auto", "gl", "cpu" or "reference".
   std::string backend = "auto";
@@ -51,7 +51,7 @@ struct SpawnOptions {
   std::filesystem::path executable;
   // Further flags for it, e.g. {"--log-level=debug"}.
   std::vector<std::string> flags;
-  // How long it may take to come up, > 0. Software GL compiles shaders first.
+  // Longest wait until it is ready, > 0. Software GL compiles shaders first.
   double ready_timeout_s = 60;
 };
 
@@ -68,11 +68,10 @@ class Client {
   static Client Connect(const std::string& address, const ConnectOptions& options = {});
 
   // Starts `draped` on a free loopback port, in a process group of its own (a Ctrl-C of the
-  // terminal does not reach it). It is stopped (SIGTERM, 8 s later SIGKILL) when the client and
-  // all its sessions are gone, and killed with this process, however that ends. TLS only where the
-  // flags give it a certificate. Throws kNotFound
-  // without the program and kUnavailable, with the end of the server's log, when it does not come
-  // up.
+  // terminal does not reach it). It is stopped (SIGTERM, 8 s later SIGKILL) when the client and all
+  // its sessions have been destroyed, and killed when this process ends in any way. It uses TLS
+  // only if the flags give it a certificate. Throws kNotFound without the program and kUnavailable,
+  // with the end of the server's log, when it does not start.
   static Client SpawnServer(const SpawnOptions& spawn = {}, const ConnectOptions& options = {});
 
   Client(Client&&) noexcept;

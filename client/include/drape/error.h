@@ -12,8 +12,8 @@
 #include <vector>
 
 namespace drape {
-// Inline, so that users write drape::Client, while its symbols stay apart from the server's when a
-// test links both.
+// Inline, so that users write drape::Client, while its symbols differ from the server's in a test
+// that links both.
 inline namespace client {
 
 // The canonical codes of google.rpc.Code, with their numbers.
@@ -42,7 +42,7 @@ std::string_view ErrorCodeName(ErrorCode code);
 // One bad field of a request or of a scene file.
 struct FieldViolation {
   std::string field;        // path, e.g. "spec.pins[2].particle"
-  std::string description;  // the value and what is legal
+  std::string description;  // the value and the legal range
 };
 
 // Everything that is known about a failure.
@@ -57,7 +57,7 @@ struct ErrorDetails {
   std::vector<FieldViolation> violations;
   // The exhausted quota, for kResourceExhausted.
   std::vector<std::string> quotas;
-  // Time to wait before a repetition; unset where waiting does not help.
+  // Time to wait before a repetition; unset if waiting does not help.
   std::optional<std::chrono::milliseconds> retry_after;
 };
 

@@ -1,4 +1,4 @@
-// Scene files: what `drape run` reads (message drape.v1.Scene as protobuf JSON, snake_case names).
+// Scene files, which `drape run` reads (message drape.v1.Scene as protobuf JSON, snake_case names).
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ inline namespace client {
 //
 // `sets`: "path=value" each, applied to the spec of every cloth before anything is checked, e.g.
 // "settings.substeps=8", "environment.gravity_m_per_s2=[0,-1,0]", "pins.0.particle=3". The value is
-// JSON; what is not JSON is taken as a string.
+// JSON; any other text is taken as a string.
 //
 // Thread-safe. Throws kNotFound without the file, else kInvalidArgument naming the field.
 v1::Scene LoadScene(const std::filesystem::path& path, std::span<const std::string> sets = {});

@@ -46,17 +46,18 @@ class Session {
   const std::string& name() const;
   // The server's present view of it. Also extends the lease.
   v1::Session Renew();
-  // The reason why automatic renewal gave up (the session is gone); unset while all is well.
+  // The reason why automatic renewal gave up (the session no longer exists); unset while it works.
   std::optional<Error> lease_error() const;
   // Leaves the session on the server when this object is destroyed; its lease then expires.
   void Detach();
-  // Deletes it now; throws what the destructor would swallow. Later requests fail with kNotFound.
+  // Deletes it now; throws errors that the destructor would ignore. Later requests fail with
+  // kNotFound.
   void Delete();
 
   // One cloth, or `count` copies in the same place.
   ClothId CreateCloth(const v1::ClothSpec& spec);
   std::vector<ClothId> CreateCloths(const v1::ClothSpec& spec, uint32_t count);
-  // Everything that the protocol offers. `request.session` is filled in by the library, here and in
+  // CreateCloths with all its options. `request.session` is filled in by the library, here and in
   // the other functions that take a request.
   v1::CreateClothsResponse CreateCloths(v1::CreateClothsRequest request);
 

@@ -23,7 +23,7 @@ class VectorView {
   explicit VectorView(std::span<const float> elements) : floats_(elements) {}
   explicit VectorView(std::span<const double> elements) : doubles_(elements) {}
 
-  // True when the field was not asked for, or there are no particles.
+  // True when the field was not requested, or there are no particles.
   bool empty() const { return floats_.empty() && doubles_.empty(); }
   size_t row_count() const { return (floats_.size() + doubles_.size()) / 3; }
   bool is_float64() const { return !doubles_.empty(); }
@@ -41,8 +41,9 @@ class VectorView {
   std::span<const double> doubles_;
 };
 
-// One cloth at the end of one step, in the world frame. Empty views are fields not asked for. Row r
-// is particle r, or, where the v1::StateView of the request named particles, the r-th of those.
+// One cloth at the end of one step, in the world frame. Views of fields that were not requested are
+// empty. Row r is particle r or, if the v1::StateView of the request named particles, the r-th of
+// those.
 struct ClothState {
   ClothId cloth_id = 0;
   uint64_t step = 0;  // completed steps
@@ -52,7 +53,7 @@ struct ClothState {
   VectorView velocities_m_per_s;
 };
 
-// The states of several cloths and the bytes they live in. Moving keeps the views valid.
+// The states of several cloths and the bytes that hold them. Moving keeps the views valid.
 // Thread-safe for reading.
 class States {
  public:

@@ -34,8 +34,8 @@ class StepStream {
   // Sends a request; `session` is filled in. The server takes 16 at once: with more it may wait
   // until answers are read. Throws when the stream has ended.
   void Write(v1::StepRequest request);
-  // Waits for the next answer. Throws the stream's error; unset when the stream ended well, which
-  // takes FinishWriting() first.
+  // Waits for the next answer. Throws the stream's error; unset when the stream ended without one
+  // after FinishWriting().
   std::optional<v1::StepResponse> Read();
   // No more requests will come.
   void FinishWriting();

@@ -1,4 +1,4 @@
-// Colours to tell things apart. Pure; linear RGB.
+// Colours that distinguish things. Pure; linear RGB.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ shader::vec4 LinearFromHex(uint32_t srgb);
 // Colour of the cloth with this index; a few muted colours in rotation.
 shader::vec4 ClothColour(uint32_t cloth_index);
 
-// Colour of a group of constraints: ten hues that are easy to tell apart, then new ones without
+// Colour of a group of constraints: ten hues that are easy to distinguish, then new ones without
 // end.
 shader::vec4 GroupColour(uint32_t group);
 

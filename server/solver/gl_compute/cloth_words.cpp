@@ -51,7 +51,7 @@ void ClothWords::EndMotions(GlCloth& cloth) {
     for (RigidMotion& motion : motions) motion = motion.After(step_s);
     return;
   }
-  // Measured where its state is.
+  // A faulted cloth is measured in its last good state.
   std::vector<RigidMotion> stopped = motions;
   for (RigidMotion& motion : stopped) {
     motion.velocity_m_per_s.setZero();

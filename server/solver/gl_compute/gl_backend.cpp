@@ -286,7 +286,7 @@ BatchReport GlBackend::StepAhead(std::span<const StepItem> items,
                                 device_.runs_ahead ? meanwhile : nullptr);
   const std::string reset_reason = device_.context->ResetReason();
   for (const StepItem& item : items) Words().EndMotions(cloths_.Find(item.cloth));
-  // Every state on the device is gone; only a new process can have a device again.
+  // Every state on the device is lost; only a new process can use a device again.
   DRAPE_CHECK(reset_reason.empty(), reset_reason);
   return report;
 }

@@ -12,11 +12,11 @@
 namespace drape {
 
 struct GlBackendOptions {
-  // Whether a software renderer (Mesa llvmpipe) will do where there is no hardware.
+  // Whether a software renderer (Mesa llvmpipe) is accepted if there is no hardware.
   bool accept_software = true;
   // Directory whose files replace the embedded shaders, for developers; empty: none.
   std::string shader_dir = {};
-  // Devices for which this is false are passed over; empty accepts all.
+  // Devices for which this is false are skipped; empty accepts all.
   std::function<bool(const gl::EglDevice&)> device_filter = {};
   // Called on the device thread once the context exists, which lives as long as the backend.
   std::function<void(const gl::ShareHandle&)> on_context = {};

@@ -17,7 +17,7 @@ shader::vec4 ToVec4(const Eigen::Vector3d& v) {
 // Zero unless there is a refinement.
 void SetRefinement(const StepPlan& plan, shader::StepNumbers& step) {
   if (!plan.Has(StepStage::kRefine)) return;
-  // Never below the tolerance that is used: a sweep that changed nothing has left nothing.
+  // Never below the tolerance in use: a sweep that changed nothing has left nothing to refine.
   const double limit = std::max(plan.solver.refine_above_strain, plan.tolerance);
   step.shortest_sq = static_cast<float>((1 - limit) * (1 - limit));
   step.longest_sq = static_cast<float>((1 + limit) * (1 + limit));
@@ -124,7 +124,7 @@ shader::ClothRecord MakeClothRecord(const GlCloth& cloth) {
   record.has_moving_colliders = HasMovingColliders(cloth.parameters) ? 1 : 0;
   record.has_own_lengths = cloth.has_own_lengths() ? 1 : 0;
   if (cloth.kernels->variant.is_in_parts()) {
-    // Each is below the budget, which is a 32-bit number.
+    // Each of them is below the budget, a 32-bit number.
     record.sweep_cost = static_cast<uint32_t>(cloth.costs.sweep);
     record.substep_cost = static_cast<uint32_t>(cloth.costs.substep);
     record.fixed_cost = static_cast<uint32_t>(cloth.costs.fixed);

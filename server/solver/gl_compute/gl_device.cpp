@@ -11,8 +11,8 @@ namespace drape {
 
 namespace {
 
-// Mesa's llvmpipe leaves all loops of an invocation after 65535 passes; the rest is slack for what
-// the count does not see.
+// Mesa's llvmpipe leaves all loops of an invocation after 65535 passes; the rest is slack for
+// passes that are not counted.
 constexpr uint32_t kSoftwareLoopBudget = 60'000;
 // About a second at 60 ns per pass; watchdogs of graphics drivers wait for two or more.
 constexpr uint32_t kHardwareLoopBudget = 1u << 24;

@@ -15,8 +15,9 @@
 
 namespace drape {
 
-// How the rows of these particles are read, strictly ascending; empty: all. Few runs are gathered
-// on the device; with many, each a piece of work there, whole columns come and the host picks.
+// How the rows of these particles (strictly ascending; empty: all) are read. A few runs are
+// gathered on the device. Many runs would be as many pieces of work there, so whole columns come
+// and the host picks the rows.
 class RowPlan {
  public:
   static constexpr size_t kMaxRuns = 16;
@@ -27,14 +28,14 @@ class RowPlan {
     runs_.clear();
     picked_.assign(particles.begin(), particles.end());
   }
-  // Adds the next cloth; how many words of each of its columns come.
+  // Adds the next cloth. Returns how many words of each of its columns come.
   size_t AddCloth(uint32_t particle_count) {
     if (!picked_.empty()) particle_counts_.push_back(particle_count);
     return 3 * (runs_.empty() ? size_t{particle_count} : row_count_);
   }
   // To gather on the device; none: whole columns.
   std::span<const ColumnRun> runs() const { return runs_; }
-  // The rows that were asked for, of a column of all cloths that has arrived.
+  // The requested rows of a column of all cloths that has arrived.
   std::vector<float> Pick(std::vector<float> column) const {
     if (picked_.empty() || column.empty()) return column;
     std::vector<float> rows;

@@ -1,4 +1,4 @@
-// How the gl backend works, where tests and measurements want it other than the device suggests.
+// Settings of the gl backend that tests and measurements choose instead of the device's.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ namespace drape {
 // No result depends on any of these, except that reduction and elimination of strips round
 // differently.
 struct GlTuning {
-  // Largest size of any one device array [bytes]; 0: what the device allows.
+  // Largest size of any one device array [bytes]; 0: the device's limit.
   int64_t max_array_bytes = 0;
   // Invocations per work group, a power of two; 0: what suits the device.
   uint32_t local_size = 0;
@@ -24,9 +24,9 @@ struct GlTuning {
   uint32_t refine_local_size = 0;
   // Most passes through loops in one dispatch of a resident step; 0: what suits the device.
   uint32_t loop_budget = 0;
-  // How strips are solved where they are short enough; unset: by reduction where the device has
-  // subgroups of enough invocations, else by elimination. Where the device does not compile a
-  // kernel by reduction, its cloths are solved by elimination, with a warning in the log.
+  // The way to solve short strips; unset: by reduction if the device has subgroups of enough
+  // invocations, else by elimination. If the device does not compile a kernel by reduction, its
+  // cloths are solved by elimination, with a warning in the log.
   std::optional<StripSolve> strip_solve = std::nullopt;
   // Whether a step leaves out the colliders that a cloth cannot meet in it.
   bool leave_out_colliders = true;

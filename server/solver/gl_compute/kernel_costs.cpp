@@ -15,9 +15,9 @@ uint64_t RoundsFor(uint64_t elements, uint64_t local_size) {
   return (elements + local_size - 1) / local_size;
 }
 
-// Cost of a loop beside its rounds. Its condition is tested once more than its body is run, and
-// llvmpipe was seen to book up to one more (found by letting kernels run until they were cut:
-// tests/gl_compute/kernel_loops_test.cpp).
+// Cost of a loop in addition to its rounds. Its condition is tested once more than its body runs,
+// and llvmpipe was seen to count up to one pass more (found by letting kernels run until they were
+// cut off: tests/gl_compute/kernel_loops_test.cpp).
 constexpr uint64_t kLoopEnd = 2;
 
 uint64_t LoopPasses(uint64_t elements, uint64_t local_size) {
@@ -107,7 +107,7 @@ uint64_t ReductionPasses(const StripSet& strips, uint32_t lane_count) {
   return passes;
 }
 
-// Where the invocations turn out to fill no subgroups, a kernel made for reduction eliminates.
+// A kernel made for reduction eliminates if its invocations turn out to fill no subgroups.
 uint64_t StripPasses(const StripSet& strips, uint32_t local_size, StripSolve strip_solve) {
   const uint64_t elimination = EliminationPasses(strips, local_size);
   if (strip_solve == StripSolve::kElimination) return elimination;
@@ -261,8 +261,8 @@ uint64_t CountParts(const LoopCosts& costs, uint64_t substeps, uint64_t max_iter
   DRAPE_CHECK(CanRunInParts(costs, budget), "the budget of a dispatch is too small for this cloth");
   const uint64_t total = substeps * (costs.substep + max_iterations * costs.sweep);
   if (costs.fixed + total <= budget) return 1;
-  // A part leaves less than a substep and a sweep unused, and books the substep it goes on with
-  // again.
+  // A part leaves less than a substep and a sweep unused, and counts the substep that it continues
+  // with again.
   const uint64_t useful = budget - costs.fixed - 2 * (costs.substep + costs.sweep);
   return RoundsFor(total, useful);
 }
@@ -283,7 +283,7 @@ uint64_t CountLongestLoop(const PlannedCloth& cloth, uint32_t local_size,
   const uint64_t colour = uint64_t{model.colour_count()} + kLoopEnd;
   const uint64_t tiled = std::max({strip, LargestSpringDegree(model) + 1, elastic, air, colour,
                                    2 * (colliders + 1), uint64_t{kMaxTethersPerParticle} + 1});
-  // `tiled_begin_sweeps` and `tiled_end_sweep` go through the dispatches of all phases and colours,
+  // `tiled_begin_sweeps` and `tiled_end_sweep` loop over the dispatches of all phases and colours,
   // the three of the refinement, the contacts and the end of the sweep.
   const uint64_t control = LoopPasses(uint64_t{model.strips().phase_count()} +
                                           model.colour_count() + model.joint_colour_count() + 5,

@@ -11,7 +11,7 @@
 namespace drape {
 
 // Upper bounds on the passes through loops that one invocation of `resident_step` makes. Mesa's
-// llvmpipe leaves every loop for good after 65535 passes per invocation, without a word
+// llvmpipe leaves every loop for good after 65535 passes per invocation, without an error
 // (server/gl/README.md); on hardware a watchdog stops kernels that run for seconds.
 struct LoopCosts {
   uint64_t sweep = 0;    // one sweep
@@ -33,7 +33,7 @@ bool IsReductionShorter(const StripSet& strips, uint32_t local_size);
 // Passes of one invocation of `tiled_refine` if every link is refined.
 uint64_t CountTiledRefineLoops(const SceneModel& model, uint32_t local_size);
 
-// Whether a dispatch of `budget` passes gets anywhere.
+// Whether a dispatch of `budget` passes makes progress.
 bool CanRunInParts(const LoopCosts& costs, uint64_t budget);
 
 // Dispatches that one step needs at most so that none makes more than `budget` passes. 1 where the

@@ -31,7 +31,7 @@ enum class Feature : uint8_t {
   kTolerance,
   kTwoSteps,
   kStartDirections,  // impulses not only along the directions at the end of the substep
-  kRegularStrips,    // all strips are regular, and read as such
+  kRegularStrips,    // all strips are regular, and read without lists
 };
 
 // [Feature], in the order above.
@@ -62,7 +62,7 @@ class KernelTrait {
  public:
   static constexpr uint32_t kCount = kStageNames.size() + kFeatureNames.size();
 
-  // NOLINTBEGIN(google-explicit-constructor): lists name stages and features alike.
+  // NOLINTBEGIN(google-explicit-constructor): lists name both stages and features.
   constexpr KernelTrait(StepStage stage) : number_(static_cast<uint32_t>(stage)) {}
   constexpr KernelTrait(Feature feature)
       : number_(static_cast<uint32_t>(kStageNames.size()) + static_cast<uint32_t>(feature)) {}

@@ -49,8 +49,8 @@ Status FitRefinement(const SceneModel& model, const DeviceTraits& device, Kernel
   return Status::Ok();
 }
 
-// Decided by the local size that suits the device, not by the one that is set: how a strip is
-// solved changes bits, and the local size must not.
+// Decided by the local size of the table, not by the one that is set: the way a strip is solved
+// changes bits, and the local size must not.
 StripSolve ChooseStripSolve(const SceneModel& model, uint32_t capacity,
                             const DeviceTraits& device) {
   const StripSet& strips = model.strips();
@@ -97,7 +97,7 @@ void AddColliderTraits(const ClothParameters& parameters, const DeviceTraits& de
   const bool has_maps = HasCollider<DistanceMapCollider>(parameters);
   const bool leaves_out = has_contacts && device.leaves_out_colliders;
   traits.Add(Feature::kCapsules, HasCollider<CapsuleCollider>(parameters));
-  // A map is out of reach where the box around it is.
+  // A map is out of reach if the box around it is.
   traits.Add(Feature::kBoxes, HasCollider<BoxCollider>(parameters) || (has_maps && leaves_out));
   traits.Add(Feature::kDistanceMaps, has_maps);
   traits.Add(Feature::kFriction, has_contacts && parameters.friction_static > 0);

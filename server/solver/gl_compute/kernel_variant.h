@@ -15,8 +15,8 @@
 
 namespace drape {
 
-// The specialisation of a kernel: its code has nothing that the cloth does not need. A function of
-// the cloth and the device alone, never of a batch.
+// The specialisation of a kernel: its code has only what the cloth needs. A function of the cloth
+// and the device alone, never of a batch.
 struct KernelVariant {
   // Particles that fit the shared memory of one work group: 64, 256 or 1024; 0: the tiled plan.
   uint32_t capacity = 0;
@@ -45,12 +45,11 @@ struct DeviceTraits {
   uint32_t local_size = 0;         // 0: what suits the device (local_sizes.h)
   uint32_t refine_local_size = 0;  // 0: like local_size
   uint32_t loop_budget = 0;        // passes through loops per dispatch and invocation
-  // How strips are solved where they are short enough, with kReduction also only where it is the
-  // shorter way (IsReductionShorter).
+  // The way to solve short strips; kReduction only if it takes fewer passes (IsReductionShorter).
   StripSolve strip_solve = StripSolve::kElimination;
   // Whether steps leave out colliders that the cloth cannot meet; no bit depends on it.
   bool leaves_out_colliders = true;
-  // Whether strips that are all regular are read as such; no bit depends on it.
+  // Whether strips that are all regular are read without lists; no bit depends on it.
   bool finds_regular_strips = true;
 };
 

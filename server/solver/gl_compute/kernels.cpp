@@ -104,7 +104,7 @@ constexpr TiledKernel kTiledKernels[] = {
     {"tiled_commit", {kCommit}, {kTolerance}, &Kernels::tiled_commit},
 };
 
-// The variant as far as the kernel depends on it, so that variants share programs.
+// The part of the variant that the kernel depends on, so that variants share programs.
 KernelVariant Narrowed(const KernelVariant& variant, const TiledKernel& kernel) {
   TraitSet reads = kernel.reads;
   if (variant.Has(kRestitution)) reads = reads | kernel.reads_with_restitution;

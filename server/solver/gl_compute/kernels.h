@@ -13,8 +13,8 @@
 
 namespace drape {
 
-// The programs that step the cloths of one variant. Those of the other plan, and those of stages
-// that the variant leaves out, are null.
+// The programs that step the cloths of one variant. Programs of the other plan, and of stages that
+// the variant leaves out, are null.
 struct StepKernels {
   KernelVariant variant;
   const gl::Program* resident_step = nullptr;

@@ -1,4 +1,4 @@
-// How far the loops of the host go for a group of cloths. Pure.
+// The lengths of the host's loops for a group of cloths. Pure.
 #pragma once
 
 #include <cstdint>
@@ -19,8 +19,8 @@ struct SubstepWork {
   bool damps_twist = false;
 };
 
-// Largest of each size over the cloths of a group. A cloth with
-// less has its work groups return at once, so the bits of a cloth do not depend on the others.
+// The largest of each size over the cloths of a group. The surplus work groups of a smaller cloth
+// return at once, so the bits of a cloth do not depend on the others.
 struct LargestSizes {
   uint32_t particles = 0;
   uint32_t pins = 0;

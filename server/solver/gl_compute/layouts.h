@@ -1,4 +1,4 @@
-// Where the arrays of a cloth lie on the device. Pure.
+// The places of a cloth's arrays on the device. Pure.
 #pragma once
 
 #include <array>
@@ -10,8 +10,8 @@
 
 namespace drape {
 
-// Arrays one after another: word offsets from the start of their range, and its length. Offsets
-// beyond 32 bits are cut; no device has room for a range of that length.
+// Consecutive arrays: word offsets from the start of their range, and its length. Offsets beyond 32
+// bits are cut; no device has room for a range of that length.
 template <class Layout>
 struct PackedLayout {
   Layout layout{};
@@ -35,7 +35,7 @@ Layout Placed(const Layout& layout, uint32_t begin) {
 
 PackedLayout<shader::ParameterLayout> LayOutParameters(const PlannedCloth& cloth);
 
-// `has_work_state`: the step's own copy of the state lies in Scratch.
+// `has_work_state`: the step's own copy of the state is in Scratch.
 PackedLayout<shader::ScratchLayout> LayOutScratch(const PlannedCloth& cloth, bool has_work_state);
 
 // Work groups that measure a cloth.

@@ -9,10 +9,11 @@ namespace drape {
 namespace {
 
 constexpr DeviceSizes kTable[] = {
-    // llvmpipe runs a work group on one core, in vectors of 8 invocations. More of them are
-    // switched between at each barrier, which small cloths feel; fewer mean longer loops, of which
-    // a dispatch may have 65535 passes (server/gl/README.md), so that large resident cloths, where
-    // the rest is a few percent, keep 32. Tiled cloths have no barriers but a cost per work group.
+    // llvmpipe runs a work group on one core, in vectors of 8 invocations. It switches between
+    // several vectors at each barrier, which slows small cloths. Fewer invocations mean longer
+    // loops, and a dispatch may have 65535 passes (server/gl/README.md); so large resident cloths,
+    // where the difference is a few percent, keep 32. Tiled cloths have no barriers but a cost per
+    // work group.
     {.is_software = true,
      .renderer = "",
      .sizes = {.resident_64 = 8,

@@ -8,8 +8,8 @@
 namespace drape {
 
 // Invocations per work group on one device; powers of two, at most 1024, which OpenGL 4.5
-// guarantees. Bits do not depend on them but where ChooseStripSolve (kernel_variant.cpp) asks which
-// way is the shorter one: only on devices that can reduce strips.
+// guarantees. Bits depend on them only on devices that can reduce strips, where ChooseStripSolve
+// (kernel_variant.cpp) compares the costs of both ways.
 struct LocalSizes {
   uint32_t resident_64 = 0;    // resident cloths of at most 64 particles
   uint32_t resident_256 = 0;   // of at most 256

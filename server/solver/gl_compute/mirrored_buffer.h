@@ -21,7 +21,7 @@ class MirroredBuffer {
 
   // Makes room for `size_bytes`. RESOURCE_EXHAUSTED (DEVICE_MEMORY); nothing changes then.
   Status Reserve(uint64_t size_bytes);
-  // Bytes that are the same already are not sent.
+  // Bytes that are already equal are not sent.
   void Write(uint64_t offset_bytes, std::span<const std::byte> bytes);
   std::span<const std::byte> Mirror() const { return mirror_; }
   // Returns the bytes sent.
@@ -41,7 +41,7 @@ class MirroredBuffer {
   uint64_t max_bytes_;
   gl::Buffer buffer_;
   std::vector<std::byte> mirror_;
-  // [begin, end) bytes. All of a new buffer: the driver may hand out memory with anything in it.
+  // Changed bytes, [begin, end). All of a new buffer: the driver's memory may have any content.
   std::vector<std::pair<uint64_t, uint64_t>> dirty_;
 };
 

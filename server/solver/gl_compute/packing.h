@@ -30,7 +30,7 @@ std::vector<uint32_t> PackMotions(std::span<const RigidMotion> motions, double s
 std::vector<uint32_t> PackLengths(std::span<const double> rest_lengths_m);
 // Positions, then velocities.
 std::vector<float> PackState(const ParticleState& state);
-// Where the pins of the model are in a state.
+// The positions of the model's pins in a state.
 std::vector<Eigen::Vector3d> PinPositions(const SceneModel& model, const ParticleState& state);
 
 }  // namespace drape

@@ -1,4 +1,4 @@
-// Strips that a kernel needs no lists for, as the rows and columns of a grid.
+// Strips that a kernel reads without lists, such as the rows and columns of a grid.
 #pragma once
 
 #include <cstdint>

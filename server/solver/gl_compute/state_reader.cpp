@@ -19,7 +19,7 @@ constexpr uint32_t kPieceWords = 4096;
 constexpr size_t kMinReadbackBytes = 64 * 1024;
 // One on its way while another is read.
 constexpr size_t kMaxSpareBuffers = 2;
-constexpr uint64_t kReadsOfUnusedBuffer = 1000;  // after which it is freed
+constexpr uint64_t kReadsOfUnusedBuffer = 1000;  // then the buffer is freed
 
 size_t WordCount(std::span<const StateColumn> columns, std::span<const ColumnRun> runs) {
   size_t words = 0;
@@ -74,7 +74,7 @@ StateTransfer StateReader::Begin(const gl::Buffer& states, std::span<const State
     words = 0;
     items.clear();
   };
-  // Item by item: many cloths times many runs need no list as long as that.
+  // Made item by item: a list for many cloths times many runs would be long.
   const auto add = [&](uint32_t begin, uint32_t end) {
     while (begin < end) {
       if (words == round_words || items.size() == kMaxItems) flush();

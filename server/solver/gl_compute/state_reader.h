@@ -28,7 +28,7 @@ struct ColumnRun {
   uint32_t first = 0;
   uint32_t count = 0;
 };
-// As few as there can be, ascending, that hold the vectors of these particles, strictly ascending.
+// The fewest runs, ascending, that hold the vectors of these particles (strictly ascending).
 std::vector<ColumnRun> RunsOf(std::span<const uint32_t> particles);
 
 class StateReader;
@@ -37,8 +37,8 @@ class StateReader;
 // destroyed.
 class StateTransfer {
  public:
-  // Waits for the device if it has to; the words one after another into `parts`, whose sizes add up
-  // to those that were asked for. Once.
+  // Waits for the device if necessary, and copies the words one after another into `parts`, whose
+  // sizes add up to the requested number. Call it once.
   void Take(std::initializer_list<std::span<float>> parts);
 
  private:
@@ -48,7 +48,7 @@ class StateTransfer {
 
   StateReader* reader_;
   size_t word_count_;  // 0 once they are taken
-  // Either where the device copies them to, or, where the host had no room for that, the words.
+  // Either the buffer that the device copies them to or, if there was no room for one, the words.
   std::optional<gl::ReadbackBuffer> memory_;
   gl::Fence fence_;
   std::vector<float> words_;
@@ -63,9 +63,8 @@ class StateReader {
   static Result<StateReader> Create(const gl::Program* pack, int64_t max_bytes,
                                     const DispatchLimits& limits);
 
-  // The columns one after another, as they are after all that was submitted before; what is
-  // submitted later does not change them. `runs`: what of each column, inside all of them; empty:
-  // all of it.
+  // The columns one after another, as they are after all work submitted before; later work does not
+  // change them. `runs`: the parts of each column, inside every column; empty: whole columns.
   StateTransfer Begin(const gl::Buffer& states, std::span<const StateColumn> columns,
                       std::span<const ColumnRun> runs = {});
 
@@ -78,7 +77,7 @@ class StateReader {
         packed_(std::move(packed)),
         max_bytes_(static_cast<uint64_t>(max_bytes)),
         limits_(limits) {}
-  // A spare one that is large enough or a new one; nothing: there is no room.
+  // A spare buffer that is large enough, or a new one; none if there is no room.
   std::optional<gl::ReadbackBuffer> Memory(size_t size_bytes);
   void Return(gl::ReadbackBuffer memory);
   void Pack(const gl::Buffer& states, std::span<const shader::PackItem> items);

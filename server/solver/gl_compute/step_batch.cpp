@@ -100,7 +100,7 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
   report.fault = cloth.fault;
   if (item.measure) {
     report.measured = ToMeasurements(status);
-    // The residual belongs to a solve whose result was thrown away.
+    // The residual belongs to a solve whose result was discarded.
     if (cloth.fault != FaultReason::kNone) report.measured.max_residual_m = 0;
   }
   return report;

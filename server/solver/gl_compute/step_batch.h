@@ -14,7 +14,7 @@ namespace drape {
 // The properties of the device that matter to a batch.
 struct BatchDevice {
   DispatchLimits limits;
-  // Otherwise the host's clock is read, which is right where the device is the CPU.
+  // Otherwise the host's clock is read, which is right if the device is the CPU.
   bool has_timer_queries = false;
   std::function<void(uint32_t)> on_left_out;  // GlTuning::on_left_out
 };

@@ -6,11 +6,11 @@ namespace drape {
 enum class StripSolve {
   // One invocation per strip eliminates link after link.
   kElimination,
-  // Cyclic reduction: a subgroup solves the links of a strip all at once and hands values on by
+  // Cyclic reduction: a subgroup solves all links of a strip at once and passes values on by
   // shuffles. For strips of at most DRAPE_STRIP_LANES links.
   kReduction,
-  // The same arithmetic with shared memory and barriers for the shuffles: how devices without
-  // subgroups test it. Slower than elimination.
+  // The same arithmetic with shared memory and barriers instead of shuffles, to test it on devices
+  // without subgroups. Slower than elimination.
   kReductionWithBarriers,
 };
 

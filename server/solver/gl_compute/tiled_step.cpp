@@ -297,8 +297,8 @@ class TiledStep {
   const uint32_t first_item_;
   const uint32_t item_count_;
   const LargestSizes largest_;
-  const uint32_t phase_count_;   // of strips that are solved
-  const uint32_t colour_count_;  // that are solved
+  const uint32_t phase_count_;   // phases of strips that are solved
+  const uint32_t colour_count_;  // colours that are solved
   gl::Buffer& dispatches_;
   uint32_t dispatch_count_ = 0;
 };
@@ -308,8 +308,8 @@ class TiledStep {
 uint64_t MostDispatchesOfSweep(const SceneModel& model) {
   const uint64_t most =
       uint64_t{model.strips().phase_count()} + model.colour_count() + model.joint_colour_count();
-  // Three cloths may have the most of one kind each. The refinement, contacts, the end of the
-  // sweep.
+  // Three cloths may each have the most of one kind. The constants are the refinement, the contacts
+  // and the end of the sweep.
   return 3 * most + 5;
 }
 

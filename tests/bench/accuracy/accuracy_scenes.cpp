@@ -16,8 +16,8 @@ using Eigen::Vector3d;
 // Largest error of the exact chain: far below the resolution of single precision over a metre.
 constexpr double kChainTolerance_m = 1e-8;
 
-// The chain hangs from the particle `first` and lies in the plane of `across` and y; particle
-// `first + k * stride` is its k-th. Other particles are left where `positions_m` has them.
+// The chain hangs from the particle `first` in the plane of `across` and y; particle `first + k *
+// stride` is its k-th. Other particles are left where `positions_m` has them.
 void PlaceChain(const std::vector<Vector3d>& chain, uint32_t first, uint32_t stride,
                 const Vector3d& pivot_m, const Vector3d& across,
                 std::vector<Vector3d>& positions_m) {

@@ -12,7 +12,7 @@
 
 namespace drape::bench {
 
-// Where the particles should be at the end, and why that is believed.
+// The reference positions at the end, and the estimate of their error.
 struct PositionReference {
   std::vector<Eigen::Vector3d> positions_m = {};
   std::string solver;   // "planar chain": one angle per link, Runge-Kutta; "direct": SHAKE + Newton
@@ -44,8 +44,8 @@ struct AccuracyScene {
 // In the order of the tables. quick: the smallest versions, a few frames.
 std::vector<AccuracyScene> AccuracyScenes(bool is_quick);
 
-// Scenes of which motion at other steps, energy over a long time and the two parts of the error are
-// measured as well: the pendulum, the chain and the swinging sheet; all have a reference.
+// Scenes whose motion at other steps, energy over a long time and two parts of the error are
+// measured too: the pendulum, the chain and the swinging sheet; all have a reference.
 AccuracyScene PendulumScene();
 AccuracyScene ChainScene(bool is_quick);
 AccuracyScene SwingScene(uint32_t side, bool is_quick);

@@ -1,4 +1,5 @@
-// `drape_bench accuracy` as a user runs it, at its smallest, and what the scripts make of it.
+// `drape_bench accuracy` as a user runs it, with the smallest sizes, and the scripts that read its
+// tables.
 #include "tests/bench/accuracy/accuracy.h"
 
 #include <gmock/gmock.h>

@@ -13,7 +13,7 @@ namespace drape::bench {
 
 struct FrameReport {
   uint32_t iterations = 0;  // sweeps
-  bool is_faulted = false;  // has given up: the state stays as it is
+  bool is_faulted = false;  // has stopped: the state stays as it is
 };
 
 class Contestant {

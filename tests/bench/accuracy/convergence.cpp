@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 
 constexpr double kUndefinedOrder = std::numeric_limits<double>::quiet_NaN();
 
-// Sweeps until nothing changes: what is left is the error of the step.
+// Sweeps until nothing changes: the rest is the error of the step.
 constexpr char kTight[] = " max_iterations=5000 tolerance=1e-9";
 
 StepSettings Settings(const std::string& words) {

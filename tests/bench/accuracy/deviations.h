@@ -1,5 +1,5 @@
-// How far a motion is from what it should be, from positions and velocities alone: the same measure
-// for every backend and for other programs.
+// The deviations of a motion from the right one, from positions and velocities alone: the same
+// measure for every backend and for other programs.
 #pragma once
 
 #include <Eigen/Core>
@@ -24,8 +24,9 @@ struct Deviations {
   // (c) (E - E0) / (m g l) of largest magnitude at any frame, m the mass of the free particles;
   // negative: lost. Scenes without contacts and damping.
   double energy_drift = 0;
-  // (d) Largest at any frame, of a particle, and apart from it of the middle of an edge: a chord of
-  // length l on radius R sinks by l^2 / 8R though both its ends are outside. Scenes with colliders.
+  // (d) Largest penetration at any frame: of a particle, and separately of the middle of an edge: a
+  // chord of length l on radius R sinks by l^2 / 8R though both its ends are outside. Scenes with
+  // colliders.
   double max_penetration_m = 0;
   double midpoint_penetration_m = 0;
 };
@@ -64,8 +65,8 @@ struct PositionError {
 PositionError ComparePositions(const SceneModel& model, const std::vector<Eigen::Vector3d>& a,
                                const std::vector<Eigen::Vector3d>& b);
 
-// How deep a point is inside the solid colliders, thickness included; 0 outside. Planes and
-// spheres, as the scenes of this benchmark have.
+// The depth of a point inside the solid colliders, thickness included; 0 outside. Planes and
+// spheres only: the scenes of this benchmark have no others.
 double Penetration_m(const ClothParameters& parameters, const Eigen::Vector3d& point_m);
 
 }  // namespace drape::bench

@@ -23,9 +23,9 @@ constexpr uint32_t kMaxCorrections = 60;
 
 }  // namespace
 
-// The multipliers of one step: x' = x~ - W J(x)^T lambda with C(x') = 0, where
-// C_k = (|d_k|^2 - l_k^2) / (2 l_k) and row k of J is d_k / l_k at the start of the step. Corrected
-// with A = J W J^T of some earlier step: the solution is exact, only the way there gets longer.
+// The multipliers of one step: x' = x~ - W J(x)^T lambda with C(x') = 0, where C_k = (|d_k|^2 -
+// l_k^2) / (2 l_k) and row k of J is d_k / l_k at the start of the step. Corrected with A = J W J^T
+// of some earlier step: the solution is exact, it only takes more corrections.
 class DirectSolver::Impulses {
  public:
   explicit Impulses(std::shared_ptr<const SceneModel> model) : model_(std::move(model)) {
@@ -137,7 +137,7 @@ class DirectSolver::Impulses {
       const double l = c.rest_length_m;
       const double error = ((positions[c.j] - positions[c.i]).squaredNorm() - l * l) / (2 * l);
       error_[static_cast<Eigen::Index>(k)] = error;
-      // NaN must not pass for converged.
+      // NaN must not count as converged.
       largest = std::isfinite(error) ? std::max(largest, std::abs(error) / l) : HUGE_VAL;
     }
     return largest;

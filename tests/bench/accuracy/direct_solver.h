@@ -37,12 +37,12 @@ class DirectSolver {
   Eigen::Vector3d gravity_;  // [m/s^2]
 };
 
-// Where the particles are after `duration_s`, from runs with steps h, h/2, h/4, ...: the last two
+// The positions after `duration_s`, from runs with steps h, h/2, h/4, ...: the last two
 // extrapolated, (4 x_{h/2} - x_h) / 3, which leaves an error of fourth order.
 struct ConvergedMotion {
   std::vector<Eigen::Vector3d> positions_m;
   double step_s = 0;    // of the finest run
-  double order = 0;     // measured from the last three runs; 2 where the runs are fine enough
+  double order = 0;     // measured from the last three runs; 2 if the runs are fine enough
   double change_m = 0;  // largest change of a particle from the last halving, not extrapolated
   // Largest difference of the last two extrapolated results: the error of the one before the last,
   // and a generous bound on that of `positions_m`.

@@ -1,5 +1,4 @@
-// The solver that judges positions, itself judged by the exact planar chain and by what is
-// conserved.
+// The solver that judges positions, judged by the exact planar chain and by conserved quantities.
 #include "tests/bench/accuracy/direct_solver.h"
 
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-// Variants that nothing must be tuned to: turned, cut on the bias, other pins, unequal masses, odd
-// sizes, meshes, and loads where impulse methods are weak.
+// Variants to which nothing may be tuned: turned, cut on the bias, other pins, unequal masses, odd
+// sizes, meshes, and loads for which impulse methods are weak.
 #pragma once
 
 #include "tests/bench/accuracy/accuracy_scenes.h"

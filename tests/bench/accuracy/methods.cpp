@@ -66,7 +66,7 @@ constexpr uint32_t kFinerAccurate[] = {2, 4, 8, 16, 32, 120};
 
 constexpr std::array kPresets = {Preset::kPaper, Preset::kRealtime, Preset::kAccurate};
 
-// What a method is: benchmarks step backends, without the scheduler.
+// The settings of a method: benchmarks step backends, without the scheduler.
 template <class Visit>
 void ForEachWord(Visit&& visit) {
   ForEachSetting([&](const auto& setting) {
@@ -158,7 +158,7 @@ std::span<const Point> PointsOf(PointGrid grid) {
   return {};
 }
 
-// The settings that act on the scene's cloth: a switch that has nothing to do is off.
+// The settings that act on the scene's cloth: a switch without effect is off.
 StepSettings EffectiveSettings(StepSettings settings, const test::Scene& scene) {
   const SceneModel& model = *scene.model;
   ClothParameters parameters = scene.parameters;
@@ -233,7 +233,7 @@ std::vector<Method> FinerPreset(Preset preset, std::span<const uint32_t> substep
   for (const uint32_t count : substeps) {
     StepSettings settings = PresetSettings(preset);
     settings.substeps = count;
-    settings.load_limit = 0;  // exactly as many as asked for
+    settings.load_limit = 0;  // exactly the requested number
     methods.push_back({name + " finer", name + " substeps=" + std::to_string(count), settings});
   }
   return methods;
@@ -249,7 +249,7 @@ std::vector<Method> MethodsFor(const test::Scene& scene, PointGrid grid) {
     for (const Point& point : PointsOf(grid)) {
       StepSettings settings = MustParse(std::string("tolerance=0 ") + family.words);
       settings.substeps = point.substeps;
-      settings.load_limit = 0;  // exactly as many as asked for
+      settings.load_limit = 0;  // exactly the requested number
       settings.max_iterations = point.sweeps;
       const std::string name = std::string(family.name) + " " + std::to_string(point.substeps) +
                                "x" + std::to_string(point.sweeps);

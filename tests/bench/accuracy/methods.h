@@ -1,5 +1,5 @@
-// What is compared: settings of the step, as data. A family is a set of switches; its points are
-// substeps x sweeps. A new switch of StepSettings is one line in the families.
+// The compared methods: settings of the step, as data. A family is a set of switches; its points
+// are substeps x sweeps. A new switch of StepSettings is one line in the families.
 #pragma once
 
 #include <cstdint>
@@ -21,8 +21,8 @@ struct Method {
 };
 
 // "substeps=16 max_iterations=2 use_tethers=false": words of the fields of StepSettings, in any
-// order, on top of REALTIME or of "preset=NAME". INVALID_ARGUMENT names a word that means nothing
-// and its legal values, or a value out of range.
+// order, on top of REALTIME or of "preset=NAME". INVALID_ARGUMENT names an unknown word and the
+// legal ones, or a value out of range.
 Result<StepSettings> ParseSettings(std::string_view words);
 
 // "mine: substeps=16 max_iterations=2" as a method; without "NAME:" the words are the name.
@@ -32,7 +32,7 @@ Method ParseMethod(const std::string& text);
 // All fields, such that ParseSettings gives the settings back.
 std::string SettingsText(const StepSettings& settings);
 
-// How many points of each family a scene is worth.
+// The number of points of each family for a scene.
 enum class PointGrid {
   kPresets,  // only the presets
   kFew,      // and two points of each family

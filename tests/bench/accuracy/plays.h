@@ -1,5 +1,5 @@
-// Plays a scene with many contestants in turn, so that what disturbs the machine disturbs all, and
-// measures time and deviations.
+// Plays a scene with many contestants in turn, so that a disturbance of the machine affects all of
+// them, and measures time and deviations.
 #pragma once
 
 #include <span>
@@ -31,7 +31,7 @@ struct PlayResult {
 };
 
 // One result per entry. In each round every contestant plays the scene once, a tenth of it at a
-// time; the first round counts for the time only where there is no other.
+// time; the first round counts for the time only if there is no other.
 std::vector<PlayResult> PlaySideBySide(std::span<Entry> entries, const AccuracyScene& scene,
                                        const std::vector<Eigen::Vector3d>& reference_m,
                                        const PlayLimits& limits);

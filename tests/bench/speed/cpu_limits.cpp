@@ -51,7 +51,7 @@ void Repeat(size_t rounds, float* out, const Step& step) {
   MustBeDone(out);
 }
 
-// How many of what the rate counts.
+// The number of units that the rate counts.
 double Run(CpuOperation operation, const float* from, float* to, size_t count, size_t rounds) {
   const Tag tag;
   const double numbers =

@@ -64,7 +64,7 @@ std::vector<Method> CurveMethods() {
     for (const uint32_t substeps : family.substeps) {
       StepSettings exact = *settings;
       exact.substeps = substeps;
-      exact.load_limit = 0;  // exactly as many as asked for
+      exact.load_limit = 0;  // exactly the requested number
       const std::string name = std::string(family.name) + " " + std::to_string(substeps);
       methods.push_back({family.name, name, exact});
     }

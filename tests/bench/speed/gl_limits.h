@@ -19,7 +19,7 @@ struct GlLimits {
   std::vector<GlRate> rates;
 };
 
-// On a context of its own, hardware before software, gone when this returns; what was current must
+// Uses a context of its own, hardware before software, which it destroys; the caller's context must
 // be made current again. `seconds`: of each measurement, about. `quick`: buffers of a MiB.
 // std::runtime_error where there is no device or a shader does not compile.
 GlLimits MeasureGlLimits(double seconds, bool quick);

@@ -18,8 +18,8 @@ struct Limit {
   const char* unit;
 };
 constexpr size_t kKibi = 1024;
-// Both buffers together in the first level cache (32 or 48 KiB), the second (1 MiB and less), the
-// third, beyond it.
+// Sizes of both buffers together: within the first level cache (32 or 48 KiB), the second (1 MiB
+// and less), the third, and beyond it.
 constexpr Limit kCpuLimits[] = {
     {"copy", CpuOperation::kCopy, 16 * kKibi, "byte"},
     {"copy", CpuOperation::kCopy, 256 * kKibi, "byte"},

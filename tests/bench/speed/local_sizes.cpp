@@ -22,7 +22,7 @@
 namespace drape::bench {
 namespace {
 
-// The backend gl with work groups of the sizes asked for (0: what the product chooses).
+// The backend gl with work groups of the given sizes (0: the product's choice).
 struct Wanted {
   uint32_t local_size = 0;
   uint32_t refine_local_size = 0;
@@ -98,13 +98,13 @@ class LocalSizesTable {
     const test::Scene start = MidSwing(bench_, load.particles, Pins::kCorners, preset).scene;
     const std::optional<KernelVariant> chosen = VariantOf(gl_, {}, start);
     if (!chosen) return true;
-    // A cloth has no use for more invocations than particles, but that 64 are one size that GPUs
-    // are made for.
+    // A cloth has no use for more invocations than particles, except for 64, a size that GPUs are
+    // made for.
     const uint32_t most = std::max(load.particles, 64u);
     std::vector<SizeTimes> sizes;
     for (const uint32_t size : options_.sizes) {
       const Wanted wanted{size, chosen->refine_local_size};
-      // Strips by lanes need a subgroup's invocations at least.
+      // Strips by lanes need at least the invocations of a subgroup.
       const std::optional<KernelVariant> variant = VariantOf(gl_, wanted, start);
       if (size <= most && variant && variant->local_size == size) {
         AddSize(sizes, wanted, size, start, load);
@@ -154,8 +154,8 @@ class LocalSizesTable {
   Table table_;
 };
 
-// `count` sheets of `side` x `side` particles in one cloth: what a work group would have to do if
-// it stepped several small cloths. As particles and links, since a grid is one sheet.
+// `count` sheets of `side` x `side` particles in one cloth: the work of a group that steps several
+// small cloths. As particles and links, since a grid is one sheet.
 test::Scene SheetsInOne(uint32_t side, uint32_t count, const StepSettings& settings) {
   const double edge_m = 1.0 / (side - 1);
   ParticleTopology sheets;
@@ -237,7 +237,7 @@ void MeasureLocalSizes(Bench& bench, LocalSizesOptions options) {
          is_hardware ? options.hardware_loads : options.software_loads) {
       if (!table.AddRows(preset, load)) return;
     }
-    // Before the other presets, which matter less where the time is short.
+    // Before the other presets, which matter less if time is short.
     if (preset == options.presets.front() && !MeasurePacking(bench, options, is_hardware)) return;
   }
 }

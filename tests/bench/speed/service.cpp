@@ -61,8 +61,8 @@ struct ServiceTimes {
 
 using Clients = std::span<const std::unique_ptr<ServiceClient>>;
 
-// All clients at once for `turn_s`: what serve(client, is_over) gave, of all. `is_over` tells when
-// to stop.
+// Runs all clients at once for `turn_s`; returns the results of serve(client, is_over) of all of
+// them. `is_over` returns true when it is time to stop.
 template <class Serve>
 auto ServeTurn(Clients clients, double turn_s, Serve serve) {
   const auto start = WallClock::now();
@@ -114,8 +114,8 @@ double Mean(std::span<const double> values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-// Median over eights of successive steps of their mean: what a step takes where answers come by
-// twos, without the few that something else held up.
+// The median of the means of eight successive steps: the time of a step when answers come in pairs,
+// without the few that something else delayed.
 double PerStep_ms(std::span<const double> steps_ms) {
   constexpr size_t kEight = 8;
   std::vector<double> means_ms;
@@ -181,7 +181,7 @@ void AddRow(Table& table, const std::string& backend, const ServiceLoad& load, u
 }
 
 // One request at a time by both calls, two under way and the bare backend in turn, a few times, so
-// that what disturbs the machine disturbs all.
+// that a disturbance of the machine affects all of them.
 void MeasureLoad(Table& table, Service& service, const std::string& backend,
                  const ServiceLoad& load, const ServiceOptions& options) {
   std::vector<std::unique_ptr<ServiceClient>> clients;
@@ -226,7 +226,8 @@ void MeasureService(Bench& bench, ServiceOptions options) {
                        "p99_ms",    "per_step_ms", "bare_ms",   "bare_per_step_ms",  "bare_mean_ms",
                        "wall_ms",   "queue_ms",    "upload_ms", "device_ms",         "readback_ms",
                        "encode_ms", "empty_ms"});
-  KeepFreedMemory();  // what client/README.md tells clients that ask for states in every step
+  // As client/README.md recommends to clients that ask for states in every step.
+  KeepFreedMemory();
   const std::string backend = bench.fast_backend().name;
   const std::unique_ptr<Service> service = StartService(backend);
   for (const ServiceLoad& load : options.loads) {

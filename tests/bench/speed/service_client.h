@@ -1,5 +1,5 @@
-// A server process and its clients, by the client library; apart from everything that includes
-// server/, whose names are the client library's as well.
+// A server process and its clients, by the client library; separate from everything that includes
+// server/, because both have the same names.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace drape::bench {
 
-// Content of the answer to a step beside the acknowledgement.
+// Content of the answer to a step besides the acknowledgement.
 enum class StepView {
   kAcknowledgement,  // nothing
   kPositions,        // of all particles
@@ -43,16 +43,16 @@ struct ServedStep {
 class ServiceClient {
  public:
   virtual ~ServiceClient() = default;
-  // Steps of every cloth, one after the other, until `is_over` says so; the last one may be over
-  // later. std::runtime_error if a request fails or a cloth blows up.
+  // Steps every cloth, one step after the other, until `is_over` returns true; the last step may
+  // end later. std::runtime_error if a request fails or a cloth blows up.
   virtual std::vector<ServedStep> Steps(const Asking& asking,
                                         const std::function<bool()>& is_over) = 0;
   // Wall time of a Step of a session without cloths after a pause, in which threads and caches get
-  // as cold as during a step: what the way costs [ms].
+  // as cold as during a step: the cost of the way there and back [ms].
   virtual double StepNothing_ms(double pause_ms) = 0;
 };
 
-// A `draped` of its own, stopped when the last of this and its clients is gone.
+// A `draped` of its own, stopped when this and all its clients are destroyed.
 class Service {
  public:
   virtual ~Service() = default;
@@ -61,7 +61,7 @@ class Service {
   virtual std::unique_ptr<ServiceClient> Connect(uint32_t side, uint32_t cloths) = 0;
 };
 
-// std::runtime_error where the server does not come up.
+// std::runtime_error if the server does not start.
 std::unique_ptr<Service> StartService(const std::string& backend);
 
 }  // namespace drape::bench

@@ -114,7 +114,7 @@ class Stepper {
 // Enough steps to fall and fall asleep.
 constexpr uint32_t kRest = 180;
 
-// Few and short on a software renderer: the sheets have fallen, and lie.
+// Few and short on a software renderer: the sheets have fallen and are at rest.
 constexpr uint32_t kSoftwareCloths = 2;
 constexpr uint32_t kSoftwareRest = 20;
 
@@ -164,7 +164,7 @@ struct Sheets {
         PlaneCollider{Eigen::Vector3d(0, -100, 0), Eigen::Vector3d::UnitY()});
   }
 
-  // With what makes steps longer and changes nothing.
+  // With parts that make steps longer and change nothing.
   static test::Scene Burdened(test::Scene scene) {
     ClothParameters& parameters = scene.parameters;
     parameters.air_drag = 1e-30;
@@ -215,8 +215,8 @@ std::vector<Skip> Skips(const Sheets& sheets) {
   };
 }
 
-// Where a backend compiles or picks its code for what the cloths have, and keeps one copy of what
-// they share.
+// The gains of code that is compiled or chosen for the features of the cloths, and of one copy of
+// shared data.
 std::vector<Skip> OfBackend(const Sheets& sheets, const std::string& backend, uint32_t cloths) {
   return {{.name = "variants: air that does nothing",
            .full = {sheets.burdened},

@@ -1,4 +1,5 @@
-// The subcommand `speed`: what a cloth costs, why, and what others pay for the same; see README.md.
+// The subcommand `speed`: the cost of a cloth, its causes, and the costs of other programs; see
+// README.md.
 #pragma once
 
 #include <array>
@@ -99,7 +100,7 @@ inline constexpr std::array kSpeedParts = {"limits",  "cost",  "flatness",   "sk
                                            "service", "curve", "local_sizes"};
 
 struct SpeedOptions {
-  // Some of kSpeedParts; local_sizes only if it is asked for.
+  // Some of kSpeedParts; local_sizes only on request.
   std::vector<std::string> parts = {"limits", "cost", "flatness", "skips", "service", "curve"};
   LimitsOptions limits;
   CostOptions cost;

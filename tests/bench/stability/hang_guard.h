@@ -1,4 +1,4 @@
-// Ends the process when something that should take seconds does not end at all.
+// Ends the process if something that should take seconds does not end.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@ class HangGuard {
   explicit HangGuard(double limit_s);
   ~HangGuard();
 
-  // From now on the limit counts anew, for this.
+  // Restarts the limit, for this.
   void Watch(const std::string& what);
 
  private:

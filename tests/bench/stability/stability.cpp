@@ -21,7 +21,7 @@ const std::vector<std::string> kColumns = {
     "method", "time_step_s", "substeps",   "steps",    "is_cut",      "verdict",  "violation",
     "in_bar", "max_strain",  "end_strain", "max_gain", "end_gain",    "warnings", "wall_s"};
 
-// Those that are named, or all. std::runtime_error names one that there is not, and what there is.
+// The named ones, or all. std::runtime_error names an unknown one and those that exist.
 template <class Named>
 std::vector<Named> Chosen(std::vector<Named> all, const std::vector<std::string>& names,
                           const std::string& option) {

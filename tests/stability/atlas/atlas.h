@@ -1,4 +1,4 @@
-// The stability atlas: tables of cases at and beyond the edge of what a cloth can stand.
+// The stability atlas: tables of cases at and beyond the limits of stability.
 #pragma once
 
 #include <functional>
@@ -19,7 +19,7 @@ struct AtlasCase {
   double allowed_gain_j = 0;  // work that pins and colliders may do on it
   double duration_s = 0;      // of the play; 0: as in TrialLimits
   uint32_t substeps = 0;      // of the whole play, instead of its duration (soak)
-  // Where the pins are at the end of the step, from 0; unset: they stay.
+  // The positions of the pins at the end of a step, counted from 0; unset: they stay.
   std::function<std::vector<Eigen::Vector3d>(uint32_t step)> pin_targets_m{};
 };
 
@@ -39,11 +39,11 @@ struct Axis {
 
 struct AtlasTable {
   std::string name;   // letters, digits and _
-  std::string title;  // what is shown, in words
+  std::string title;  // a description in words
   Axis rows, columns;
   std::function<AtlasCase(double row, double column)> make;
-  // Where REALTIME has to survive or recover: a time step of at most 1/60 s, mass ratios up to
-  // 1000, up to 100 g, all degenerate starts.
+  // The cells in which REALTIME has to survive or recover: a time step of at most 1/60 s, mass
+  // ratios up to 1000, up to 100 g, all degenerate starts.
   std::function<bool(double row, double column)> is_within_bar;
 };
 

@@ -16,7 +16,7 @@ constexpr double kPinDistance_m = 0.9;
 constexpr double kGravity_m_per_s2 = 9.81;
 constexpr double kSheetMass_kg = 0.2;  // 1 m^2 of 0.2 kg/m^2
 
-// The angle between links of a polygon on a circle whose n links of 1/n end kPinDistance_m apart.
+// The angle between links of a polygon on a circle whose n links of 1/n span kPinDistance_m.
 double ArcAngle_rad(uint32_t links) {
   double low = 1e-6, high = 2 * std::numbers::pi / links;
   for (int k = 0; k < 100; ++k) {
@@ -107,7 +107,7 @@ Scene RopeAgainstStrut() {
       {0});
 }
 
-// A chain of 1 m whose ends are joined to pins 1.5 m apart.
+// A chain of 1 m whose ends are joined to pins at a distance of 1.5 m.
 Scene JointsTooFarApart() {
   constexpr uint32_t kLinks = 10;
   ParticleTopology particles;

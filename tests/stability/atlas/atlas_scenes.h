@@ -5,8 +5,9 @@
 
 namespace drape::test {
 
-// side x side particles, 1 m, hung by two corners 0.9 m apart, let go horizontally (between corners
-// 1 m apart the first row could not move): an arc along the row, every link of its length.
+// side x side particles, 1 m, hung by two corners 0.9 m apart, let go horizontally (with 1 m
+// between the corners the first row could not move): an arc along the row, every link of its
+// length.
 Scene HungSheet(uint32_t side, const StructuralMaterial& material = {});
 
 // 20 links, 1 m, pinned at one end, let go horizontally; the other end `ratio` times as heavy as
@@ -20,10 +21,10 @@ Scene MixedMasses(uint32_t side, double ratio);
 using NamedCase = std::pair<std::string, AtlasCase>;
 // Constraints that contradict each other, of which there are more than motions, or that lock.
 std::vector<NamedCase> ConstraintCases();
-// Starts without direction, volume or room. Where positions violate the lengths, both lists have
-// what the server makes of them (scene/start_positions.h, solver/cloth_start.h).
+// Starts without direction, volume or room. If positions violate the lengths, both lists have the
+// server's correction of them (scene/start_positions.h, solver/cloth_start.h).
 std::vector<NamedCase> StartCases();
-// Neighbours of the last of them: sheets described through the middle of a collider, over a floor.
+// Variants of the last of them: sheets described through the middle of a collider, over a floor.
 std::vector<NamedCase> CaughtCases();
 
 // A free sheet that hits a collider at this speed. By place: sphere, plane, thin box, capsule.

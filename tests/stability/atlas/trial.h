@@ -12,15 +12,15 @@ namespace drape::test {
 enum class Verdict {
   kSurvives,  // strain and energy within the limits at every step
   kRecovers,  // not at every step, but at every one of the last quarter
-  kWarns,     // neither, and the reports say that something is not as it should be
-  kBreaks,    // neither, and the reports do not say so
+  kWarns,     // neither, and the reports warn
+  kBreaks,    // neither, and the reports do not warn
   kFaults,    // FAULTED: stopped at its last good state
 };
 std::string_view VerdictName(Verdict verdict);  // "survives", ...
 
 // A cloth stretched by a tenth looks stretched [-].
 inline constexpr double kMaxStrain = 0.1;
-// Energy above that of the start, of m g l: what would lift the cloth by a tenth of its length [-].
+// Energy above that of the start, in m g l: enough to lift the cloth by a tenth of its length [-].
 // Under less than 1 g its unit is m l times 1 g.
 inline constexpr double kMaxGain = 0.1;
 
@@ -47,7 +47,7 @@ struct TrialResult {
   double wall_s = 0;
 };
 
-// A cloth of its own that stands beside every case of a method, and what it does alone.
+// A neighbour in the batch of every case of a method, and its results alone.
 class Neighbour {
  public:
   // A stirred sheet with the settings, so that it shares kernels and dispatches with the case. The

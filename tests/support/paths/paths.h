@@ -1,4 +1,4 @@
-// Where tests find the source tree and the programs.
+// The places of the source tree and the programs.
 #pragma once
 
 #include <filesystem>
