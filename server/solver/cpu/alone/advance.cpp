@@ -71,7 +71,7 @@ ReachWatch WatchOfEnds(const StepContext& context) {
   return {reach.range, reach.WatchesEnds(context.max_iterations)};
 }
 
-// function(i, p, v) of every free particle ends its substep.
+// function(i, p, v) ends the substep of a free particle and returns its position.
 template <class Function>
 void EndFree(const StepContext& context, const Function& function) {
   Vec4* const p = context.scratch.state.positions.data();
@@ -80,8 +80,7 @@ void EndFree(const StepContext& context, const Function& function) {
     const Function local = function;
     ReachWatch watch = WatchOfEnds(context);
     for (const uint32_t i : particles) {
-      local(i, p[i], v[i]);
-      watch.See(p[i]);
+      watch.See(local(i, p[i], v[i]));
     }
     return watch.has_left();
   });
@@ -127,12 +126,13 @@ void Predict(const StepContext& context) {
 void Integrate(const StepContext& context) {
   const float interval = context.substep.interval;
   if (context.substep.is_two_step) {
-    EndFree(context, [=](uint32_t, Vec4& p, const Vec4& v) { p += interval * v; });
+    EndFree(context, [=](uint32_t, Vec4& p, const Vec4& v) { return p += interval * v; });
   } else {
     const BallisticPrediction second_half(context);
     EndFree(context, [=](uint32_t i, Vec4& p, Vec4& v) {
-      p += interval * v;
+      const Vec4 end = p + interval * v;
       second_half(i, p, v);
+      return p = end;
     });
   }
   IntegratePins(context);

@@ -42,6 +42,7 @@ bool SweepDistances(const StepContext& context, size_t begin, size_t end) {
   for (size_t g = begin; g < end; ++g) {
     const DistanceGroup& group = context.model.groups[g];
     Vec4 d[kVec4Size];
+#pragma GCC unroll 4  // so that they stay in registers
     for (uint32_t k = 0; k < kVec4Size; ++k) {
       const uint32_t i = group.i[k], j = group.j[k];
       d[k] = PredictedDifference(p[i], p[j], u[i], u[j], h);

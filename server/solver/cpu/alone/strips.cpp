@@ -105,8 +105,9 @@ class EightStrips {
     return i != context_.model.spare_particle() && context_.model.inverse_masses[i] > 0;
   }
 
-  static Vectors8 Differences(const Ends& from, const Ends& to, const Vec4* values) {
+  HWY_INLINE static Vectors8 Differences(const Ends& from, const Ends& to, const Vec4* values) {
     VectorPairs d;
+#pragma GCC unroll 4
     for (uint32_t k = 0; k < kVec4Size; ++k) d[k] = Difference(from, to, k, values);
     return Transpose(d);
   }

@@ -31,6 +31,7 @@ void PullGroups(const StepContext& context, size_t begin, size_t end) {
   for (size_t g = begin; g < end; ++g) {
     const TetherGroup& group = context.model.tethers[g];
     Vec4 d[kVec4Size];
+#pragma GCC unroll 4  // so that they stay in registers
     for (uint32_t k = 0; k < kVec4Size; ++k) {
       const uint32_t i = group.particle[k], pin = group.pin[k];
       d[k] = PredictedDifference(p[pin], p[i], u[pin], u[i], h);
@@ -46,6 +47,7 @@ void PullGroups(const StepContext& context, size_t begin, size_t end) {
       continue;
     }
     const Vec4 speed_per_length = is_taut ? speed / length : Vec4{};
+#pragma GCC unroll 4
     for (uint32_t k = 0; k < kVec4Size; ++k) u[group.particle[k]] -= speed_per_length[k] * d[k];
   }
 }
