@@ -1,5 +1,5 @@
 // Leaving out colliders that a cloth cannot reach changes nothing, to the bit, along both paths.
-#include "server/solver/cpu/step/collider_reach.h"
+#include "server/solver/cpu/step/find_reach.h"
 
 #include <gtest/gtest.h>
 

@@ -2,8 +2,6 @@
 
 #include <span>
 
-#include "server/solver/cpu/step/collider_reach.h"
-
 namespace drape::cpu {
 namespace {
 

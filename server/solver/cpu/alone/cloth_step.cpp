@@ -16,6 +16,7 @@
 #include "server/solver/cpu/alone/tethers.h"
 #include "server/solver/cpu/alone/twist.h"
 #include "server/solver/cpu/alone/wind.h"
+#include "server/solver/cpu/step/find_reach.h"
 #include "server/solver/cpu/step/finish.h"
 
 namespace drape::cpu {
@@ -76,8 +77,8 @@ void Solve(const StepContext& context, StepReport& report) {
   if (controls.tolerance > 0) report.converged = false;
 }
 
-// Of a velocity or position. A zero has no sign: which one it got depends on what padding added to
-// it, and so on the path.
+// Of a velocity or position. A zero has no sign: which one it got depends on what padding added
+// to it, and so on the path.
 void DropSignsOfZeros(Vec4& vector) {
   vector += Vec4{};
 }

@@ -1,5 +1,6 @@
-// What a substep does to each particle by itself: predict, tether, integrate; as stages over all
-// particles, or one particle after the other. Compiled once per instruction set.
+// The stages that change each particle by itself: predict, tether, integrate, damping. Those of
+// free particles stay open (OpenStages) until a stage reads particles, and are then done in one
+// visit. Compiled once per instruction set.
 #if defined(DRAPE_CPU_SIDE_BY_SIDE_ADVANCE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DRAPE_CPU_SIDE_BY_SIDE_ADVANCE_INL_H_
 #undef DRAPE_CPU_SIDE_BY_SIDE_ADVANCE_INL_H_
@@ -8,8 +9,6 @@
 #endif
 
 #include <hwy/base.h>
-
-#include <optional>
 
 #include "server/solver/cpu/formulas/constraint_math-inl.h"
 #include "server/solver/cpu/side_by_side/state-inl.h"
@@ -37,37 +36,32 @@ void IntegratePins(const GroupContext& context) {
   }
 }
 
-// Bender et al. 2009, section 3.1, eq. 2, of a free particle: the velocities become u = v + a H/2.
-class BallisticPrediction {
+// The free particles begin the substep (Bender et al. 2009, section 3.1, eq. 2): the velocities
+// become u = v + a H/2. With two steps, by the backward differentiation formula of second order:
+// the positions become b = p + (p - p')/3, the velocities u = (v + (v - v')/3 + H g) / (1 + c H).
+class Prediction {
  public:
-  explicit BallisticPrediction(const GroupContext& context)
-      : has_spring_forces_(context.controls.has_spring_forces),
+  explicit Prediction(const GroupContext& context)
+      : is_two_step_(context.substep.is_two_step),
+        sets_previous_(context.substep.sets_previous),
+        has_spring_forces_(context.controls.has_spring_forces),
         half_interval_(context.substep.half_interval),
         accelerations_(context.accelerations),
-        kick_(context.gravity * half_interval_) {}
-  HWY_INLINE void operator()(uint32_t i, VectorsCloths&, VectorsCloths& v) const {
-    Assign(v, v + (has_spring_forces_ ? accelerations_[i] * half_interval_ : kick_));
+        previous_(context.previous),
+        kick_(context.gravity * (is_two_step_ ? context.substep.interval : half_interval_)),
+        damping_factor_(context.damping_factor) {}
+  HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
+    if (is_two_step_) {
+      PredictTwoStep(previous_[i], p, v);
+    } else {
+      Assign(v, v + (has_spring_forces_ ? accelerations_[i] * half_interval_ : kick_));
+    }
   }
 
  private:
-  const bool has_spring_forces_;
-  const float half_interval_;
-  const VectorsCloths* const accelerations_;
-  const VectorsCloths kick_;
-};
-
-// The backward differentiation formula of second order: the positions become b = p + (p - p')/3,
-// the velocities u = (v + (v - v')/3 + H g) / (1 + c H).
-class TwoStepPrediction {
- public:
-  explicit TwoStepPrediction(const GroupContext& context)
-      : previous_(context.previous),
-        kick_(context.gravity * context.substep.interval),
-        damping_factor_(context.damping_factor),
-        sets_previous_(context.substep.sets_previous) {}
-  HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
+  HWY_INLINE void PredictTwoStep(ClothParticle& previous, VectorsCloths& p,
+                                 VectorsCloths& v) const {
     constexpr float kThird = 1.0f / 3;
-    ClothParticle& previous = previous_[i];
     const VectorsCloths base = p + (p - previous.p) * kThird;
     const VectorsCloths mean = damping_factor_ * ((v + (v - previous.u) * kThird) + kick_);
     if (sets_previous_) {
@@ -78,11 +72,14 @@ class TwoStepPrediction {
     Assign(v, mean);
   }
 
- private:
+  const bool is_two_step_;
+  const bool sets_previous_;
+  const bool has_spring_forces_;
+  const float half_interval_;
+  const VectorsCloths* const accelerations_;
   ClothParticle* const previous_;
   const VectorsCloths kick_;
   const VecCloths damping_factor_;
-  const bool sets_previous_;
 };
 
 // Along the start of the substep: `speed` [m/s] is to be taken off the length, `n_end` is the
@@ -130,25 +127,18 @@ class TetherPull {
   const uint32_t* const offsets_;
 };
 
-void ApplyTethers(const GroupContext& context) {
-  const TetherPull pull(context);
-  for (const uint32_t i : context.model.free_particles) {
-    pull(i, context.particles[i].p, context.particles[i].u);
-  }
-}
-
-// Bender et al. 2009, section 3.1, eq. 1, of a free particle: p = b + H u; the velocities become
-// v = u + a H/2, with two steps they are u.
+// The free particles end the substep (Bender et al. 2009, section 3.1, eq. 1): p = b + H u; the
+// velocities become v = u + a H/2, with two steps they are u.
 class Integration {
  public:
   explicit Integration(GroupContext& context)
       : range_(context.range),
         is_held_(context.is_held),
         watches_(context.reach.WatchesEnds(context.max_iterations)),
-        is_two_step_(context.substep.is_two_step),
+        is_two_step_(context.open.ended.is_two_step),
         has_spring_forces_(context.controls.has_spring_forces),
-        interval_(context.substep.interval),
-        half_interval_(context.substep.half_interval),
+        interval_(context.open.ended.interval),
+        half_interval_(context.open.ended.half_interval),
         accelerations_(context.accelerations),
         kick_(context.gravity * half_interval_) {}
   HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
@@ -170,52 +160,61 @@ class Integration {
   const VectorsCloths kick_;
 };
 
-// What ends a substep for a free particle where nothing but constraints, gravity and damping acts.
-class Ending {
+// All open stages of one free particle.
+class ParticleVisit {
  public:
-  explicit Ending(GroupContext& context)
-      : integrate_(context),
-        has_damping_(context.has_damping && !context.substep.is_two_step),
-        damping_factor_(context.damping_factor) {}
-  HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
-    integrate_(i, p, v);
-    if (has_damping_) Assign(v, damping_factor_ * v);
-  }
-
- private:
-  const Integration integrate_;
-  const bool has_damping_;
-  const VecCloths damping_factor_;
-};
-
-// All that happens to a free particle between the sweeps of two such substeps, in one visit: what
-// is left of the one before (`open`), predict and, if asked for, tether.
-template <class Prediction>
-class Preparation {
- public:
-  Preparation(const GroupContext& context, const std::optional<Ending>& open, bool has_tethers)
-      : particles_(context.particles),
-        open_(open),
-        has_tethers_(has_tethers),
+  explicit ParticleVisit(GroupContext& context)
+      : open_(context.open),
+        particles_(context.particles),
+        integrate_(context),
         predict_(context),
         pull_(context) {}
+  // Of its position and velocity.
+  HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
+    if (open_.integrate) integrate_(i, p, v);
+    if (open_.damp) Assign(v, open_.damping_factor * v);
+    if (open_.predict) predict_(i, p, v);
+    if (open_.tether) pull_(i, p, v);
+  }
   HWY_INLINE void operator()(uint32_t i) const {
     ClothParticle& particle = particles_[i];
     VectorsCloths p = particle.p, v = particle.u;
-    if (open_) (*open_)(i, p, v);
-    predict_(i, p, v);
-    if (has_tethers_) pull_(i, p, v);
+    (*this)(i, p, v);
     Assign(particle.p, p);
     Assign(particle.u, v);
   }
 
  private:
+  const OpenStages open_;
   ClothParticle* const particles_;
-  const std::optional<Ending>& open_;
-  const bool has_tethers_;
+  const Integration integrate_;
   const Prediction predict_;
   const TetherPull pull_;
 };
+
+// To be called before particles are read or changed otherwise.
+void Settle(GroupContext& context) {
+  if (!context.open.any()) return;
+  const ParticleVisit visit(context);
+  for (const uint32_t i : context.model.free_particles) visit(i);
+  context.open = {};
+}
+
+void Predict(GroupContext& context) {
+  PredictPins(context);
+  context.open.predict = true;
+}
+
+void Tether(GroupContext& context) {
+  context.open.tether = context.controls.use_tethers;
+}
+
+void Integrate(GroupContext& context) {
+  Settle(context);
+  IntegratePins(context);
+  context.open.integrate = true;
+  context.open.ended = context.substep;
+}
 
 }  // namespace
 }  // namespace drape::cpu::HWY_NAMESPACE

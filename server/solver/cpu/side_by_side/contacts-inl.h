@@ -8,6 +8,7 @@
 #endif
 
 #include "server/solver/cpu/formulas/contact_math-inl.h"
+#include "server/solver/cpu/side_by_side/advance-inl.h"
 #include "server/solver/cpu/side_by_side/state-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -31,7 +32,9 @@ ClothGap GapAt(const VectorsCloths& q, const ClothCollider& collider) {
 }
 
 // From positions and velocities before the substep.
-void PredictContacts(const GroupContext& context) {
+void PredictContacts(GroupContext& context) {
+  if (context.substep.is_two_step || context.collider_count() == 0) return;
+  Settle(context);
   const VecCloths zero = SplatCloths(0);
   const float depenetration = context.controls.depenetration_distance;
   for (const uint32_t i : context.model.free_particles) {
@@ -123,10 +126,15 @@ MaskCloths SolveContacts(GroupContext& context) {
   return changed;
 }
 
-// Contacts; then damping.
-void CorrectVelocity(const GroupContext& context) {
+// Contacts; then damping, which alone is left open.
+void CorrectVelocity(GroupContext& context) {
   if (context.substep.is_two_step) return;
-  if (context.collider_count() == 0 && !context.has_damping) return;
+  if (context.collider_count() == 0) {
+    context.open.damp = context.has_damping;
+    context.open.damping_factor = context.damping_factor;
+    return;
+  }
+  Settle(context);
   for (const uint32_t i : context.model.free_particles) {
     ClothParticle& particle = context.particles[i];
     VectorsCloths v = particle.u;

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <array>
-#include <optional>
 #include <span>
 
 #include "server/solver/cpu/side_by_side/advance-inl.h"
@@ -166,10 +165,9 @@ HWY_INLINE MaskCloths AreWithin(const VectorsCloths& p, const VectorsCloths& v) 
          (max_component >= Abs(v.z));
 }
 
-// What `open` leaves to do, and the lanes into one state per cloth, as Tidy leaves it. Those cloths
-// of which some particle may have a fault, one bit each.
-uint32_t Scatter(const GroupContext& context, const std::optional<Ending>& open,
-                 std::span<FloatState> results) {
+// The open stages, and the lanes into one state per cloth, as Tidy leaves it. Returns the cloths of
+// which some particle may have a fault, one bit each.
+uint32_t Scatter(GroupContext& context, std::span<FloatState> results) {
   std::array<Vec4*, kClothCount> positions{}, velocities{};
   for (size_t lane = 0; lane < results.size(); ++lane) {
     results[lane].positions.resize(context.particle_count());
@@ -180,10 +178,11 @@ uint32_t Scatter(const GroupContext& context, const std::optional<Ending>& open,
   const std::span<Vec4* const> positions_of = std::span(positions).first(results.size());
   const std::span<Vec4* const> velocities_of = std::span(velocities).first(results.size());
   const VectorsCloths zero{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
+  const ParticleVisit visit(context);
   MaskCloths are_within = SplatCloths(0) >= SplatCloths(0);
   for (uint32_t i = 0; i < context.particle_count(); ++i) {
     VectorsCloths p = context.particles[i].p, v = context.particles[i].u;
-    if (open && context.model.IsFree(i)) (*open)(i, p, v);
+    if (context.model.IsFree(i)) visit(i, p, v);
     are_within &= AreWithin(p, v);
     StoreVectors(p + zero, positions_of, i);
     StoreVectors(v + zero, velocities_of, i);

@@ -6,45 +6,12 @@
 #include <cstdint>
 #include <span>
 #include <string>
-#include <vector>
 
-#include "server/solver/cpu/simd/simd_memory.h"
-#include "server/solver/cpu/step/collider_reach.h"
-#include "server/solver/cpu/step/step_context.h"
-#include "server/solver/step_report.h"
+#include "server/solver/cpu/model/float_controls.h"
+#include "server/solver/cpu/model/float_model.h"
+#include "server/solver/cpu/side_by_side/group.h"
 
 namespace drape::cpu {
-
-// Working memory of one step of a group; kept by a thread between steps only to save allocations.
-struct GroupScratch {
-  SimdMemory particles;          // [particle_count + 1] position, velocity
-  SimdMemory previous;           // the same of the state before, two steps only
-  SimdMemory pin_targets;        // [pin_count]
-  SimdMemory strip_links;        // of a pair of strips
-  SimdMemory end_directions;     // of its links; only with start directions
-  SimdMemory distance_impulses;  // Lambda, [(group_count + 1) * kVec4Size] [N s]
-  SimdMemory twists;             // [two rows of cells][column]
-  SimdMemory colliders;          // [reaches[0].near]
-  SimdMemory contacts;           // [particle_count][reaches[0].near]
-  SimdMemory accelerations;      // [particle_count] springs (+ gravity if IN_FORCE)
-  SimdMemory impulses;           // [element_count] or [triangle_count] [N s]
-  SimdMemory predicted;          // [particle_count + 1] positions for kicks within a substep
-  SimdMemory joint_impulses;     // Lambda, [joint_count] [N s]
-  Refinement refinement;
-  std::vector<FloatState> results;  // of each cloth
-  // Of each cloth. All have the same colliders near: those that one of them can meet.
-  std::vector<ColliderReach> reaches;
-  std::vector<size_t> unfinished;  // cloths whose step is to be done again with all colliders
-  uint64_t repeats = 0;            // how many steps of this thread were
-};
-
-// One cloth of a group.
-struct GroupCloth {
-  StepContext context;
-  bool measure;
-  FloatState& state;
-  StepReport report{};
-};
 
 // The vector instructions of this machine.
 struct LaneSupport {

@@ -10,6 +10,7 @@
 #include <array>
 
 #include "server/solver/cpu/formulas/constraint_math-inl.h"
+#include "server/solver/cpu/side_by_side/advance-inl.h"
 #include "server/solver/cpu/side_by_side/state-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -42,7 +43,9 @@ VectorsCloths SpringAcceleration(const GroupContext& context, const Positions& p
 }
 
 // Springs in the force: the accelerations of the substep, gravity with them.
-void AccelerateBySprings(const GroupContext& context) {
+void AccelerateBySprings(GroupContext& context) {
+  if (!context.controls.has_spring_forces || context.substep.is_two_step) return;
+  Settle(context);
   const auto p = [&](uint32_t i) { return context.particles[i].p; };
   for (const uint32_t i : context.model.free_particles) {
     context.accelerations[i] = context.gravity + SpringAcceleration(context, p, i);
@@ -162,27 +165,35 @@ void ApplyWind(const GroupContext& context, const Positions& p, float duration) 
 // What acts on the velocities for some time, from the same positions and velocities.
 template <class Positions>
 void KickFrom(const GroupContext& context, const Positions& p, float duration) {
-  if (duration == 0) return;
   if (context.controls.has_half_kicks) ApplySprings(context, p, duration);
   if (context.model.has_elastic()) ApplyElastic(context, p, duration);
   if (context.controls.has_air_forces) ApplyWind(context, p, duration);
 }
 
-void Kick(const GroupContext& context, float duration) {
+bool HasKicks(const GroupContext& context, float duration) {
+  const FloatControls& controls = context.controls;
+  return duration > 0 &&
+         (controls.has_half_kicks || controls.has_air_forces || context.model.has_elastic());
+}
+
+void Kick(GroupContext& context, float duration) {
+  if (!HasKicks(context, duration)) return;
+  Settle(context);
   KickFrom(
       context, [&](uint32_t i) { return context.particles[i].p; }, duration);
 }
 
 // The same on the predicted velocities u, from the predicted positions b + H u.
-void KickWithin(const GroupContext& context) {
-  const FloatControls& controls = context.controls;
-  if (!controls.has_half_kicks && !controls.has_air_forces && !context.model.has_elastic()) return;
+void KickWithin(GroupContext& context) {
+  const FloatSubstep& substep = context.substep;
+  if (!HasKicks(context, substep.kick_within)) return;
+  Settle(context);
   for (size_t i = 0; i < context.particle_count(); ++i) {
     const ClothParticle& particle = context.particles[i];
-    context.predicted[i] = particle.p + particle.u * context.substep.interval;
+    context.predicted[i] = particle.p + particle.u * substep.interval;
   }
   KickFrom(
-      context, [&](uint32_t i) { return context.predicted[i]; }, context.substep.kick_within);
+      context, [&](uint32_t i) { return context.predicted[i]; }, substep.kick_within);
 }
 
 }  // namespace

@@ -10,7 +10,7 @@
 #include <array>
 #include <span>
 
-#include "server/solver/cpu/side_by_side/group_step.h"
+#include "server/solver/cpu/side_by_side/group.h"
 #include "server/solver/cpu/simd/vec_cloths-inl.h"
 #include "server/solver/cpu/step/strip_solve-inl.h"
 
@@ -50,6 +50,21 @@ HWY_INLINE MaskCloths Holds(const ClothBox& box, const VectorsCloths& place) {
 }
 
 using PairLinkSolution = StripLinkSolution<VecPair, VectorsPair>;
+
+// Stages of free particles that are due but not done, in their order: each changes a particle by
+// itself alone. They are settled in one visit per particle when a stage reads particles
+// (advance-inl.h).
+struct OpenStages {
+  bool integrate = false;
+  bool damp = false;
+  bool predict = false;
+  bool tether = false;
+  // The substep that `integrate` and `damp` end; the others belong to the one under way.
+  FloatSubstep ended{};
+  VecCloths damping_factor = SplatCloths(1);
+
+  bool any() const { return integrate || damp || predict || tether; }
+};
 
 // One number of each cloth; lanes without a cloth are like the last one.
 template <class Number>
@@ -154,6 +169,7 @@ struct GroupContext {
   MaskCloths is_held = SplatCloths(0) >= SplatCloths(0);  // of those that have not left it
   FloatSubstep substep{};                                 // the one under way, but for the damping
   MaskCloths is_running{};  // those whose sweeps go on; the others stay as they are
+  OpenStages open{};
 };
 
 }  // namespace

@@ -7,10 +7,10 @@
 #endif
 
 #include <array>
-#include <functional>
 #include <vector>
 
 #include "server/solver/cpu/formulas/constraint_math-inl.h"
+#include "server/solver/cpu/side_by_side/advance-inl.h"
 #include "server/solver/cpu/side_by_side/contacts-inl.h"
 #include "server/solver/cpu/side_by_side/state-inl.h"
 #include "server/solver/cpu/step/strip_solve-inl.h"
@@ -19,9 +19,14 @@ HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
-// Two strips of each cloth: what strip_solve-inl.h sweeps over. `prepare(k)` is called before pair
-// k.
-template <class PreparePair>
+// The open stages of the particles that pair k of the strips is the first to have.
+HWY_NOINLINE void VisitPair(const FloatModel& model, const ParticleVisit& visit, size_t k) {
+  for (uint32_t n = model.pair_particle_offsets[k]; n < model.pair_particle_offsets[k + 1]; ++n) {
+    visit(model.pair_particles[n]);
+  }
+}
+
+// Two strips of each cloth: what strip_solve-inl.h sweeps over.
 class StripPairs {
  public:
   using Scalars = VecPair;
@@ -31,12 +36,15 @@ class StripPairs {
   using Link = PairLink;
   using Group = StripPair;
 
-  StripPairs(const GroupContext& context, const PreparePair& prepare)
-      : context_(context), particles_(context.particles), prepare_(prepare) {}
+  // `visit`: of the open stages, which are done when a pair comes to a particle; null: there are
+  // none.
+  StripPairs(const GroupContext& context, const ParticleVisit* visit)
+      : context_(context), particles_(context.particles), visit_(visit) {}
 
   const std::vector<StripPair>& groups() const { return context_.model.strip_pairs; }
   void Prepare(const StripPair& pair) const {
-    prepare_(static_cast<size_t>(&pair - groups().data()));
+    if (visit_ == nullptr) return;
+    VisitPair(context_.model, *visit_, static_cast<size_t>(&pair - groups().data()));
   }
   const PairLink* links() const { return context_.model.pair_links.data(); }
   PairLinkSolution* solution() const { return context_.strip_links; }
@@ -89,13 +97,19 @@ class StripPairs {
  private:
   const GroupContext& context_;
   ClothParticle* const particles_;
-  const PreparePair& prepare_;
+  const ParticleVisit* const visit_;
 };
 
-template <class PreparePair>
-MaskCloths SolveStrips(const GroupContext& context, const PreparePair& prepare) {
-  const MaskPair changed = SweepStrips(StripPairs(context, prepare), context.model.has_compliance(),
-                                       context.controls.has_start_directions());
+// Settles open stages on the way, while the caches have the particles of a pair.
+MaskCloths SolveStrips(GroupContext& context) {
+  const FloatModel& model = context.model;
+  const ParticleVisit visit(context);
+  const bool is_open = context.open.any();
+  if (is_open) VisitPair(model, visit, model.strip_pairs.size());  // particles of no strip
+  const MaskPair changed =
+      SweepStrips(StripPairs(context, is_open ? &visit : nullptr), model.has_compliance(),
+                  context.controls.has_start_directions());
+  context.open = {};
   return changed.low | changed.high;
 }
 
@@ -168,15 +182,20 @@ MaskCloths SweepDistances(const GroupContext& context) {
 
 // SweepDistances with the flags that the cloths need.
 template <bool... kFlags>
-MaskCloths SolveDistance(const GroupContext& context) {
+MaskCloths ChooseSweep(const GroupContext& context) {
   if constexpr (sizeof...(kFlags) == 3) {
     return SweepDistances<kFlags...>(context);
   } else {
     const bool flags[] = {context.model.has_compliance(), context.model.has_inequalities(),
                           context.controls.has_start_directions()};
-    return flags[sizeof...(kFlags)] ? SolveDistance<kFlags..., true>(context)
-                                    : SolveDistance<kFlags..., false>(context);
+    return flags[sizeof...(kFlags)] ? ChooseSweep<kFlags..., true>(context)
+                                    : ChooseSweep<kFlags..., false>(context);
   }
+}
+
+MaskCloths SolveDistance(GroupContext& context) {
+  Settle(context);
+  return ChooseSweep<>(context);
 }
 
 // The cloths in which the link at this place is far off.
@@ -273,10 +292,8 @@ void SolveJointVelocities(const GroupContext& context) {
   }
 }
 
-// Sweeps until no cloth has an error, at most max_iterations. `prepare_pair(k)` is called before
-// the first sweep comes to pair k of the strips.
-void Solve(GroupContext& context, std::span<GroupCloth> cloths,
-           const std::function<void(size_t)>& prepare_pair) {
+// Sweeps until no cloth has an error, at most max_iterations.
+void Solve(GroupContext& context, std::span<GroupCloth> cloths) {
   const FloatControls& controls = context.controls;
   alignas(64) float running[kClothCount];
   std::fill_n(running, kClothCount, 1.0f);
@@ -288,11 +305,7 @@ void Solve(GroupContext& context, std::span<GroupCloth> cloths,
     }
     // All always run: a contact can break what the distances have just met.
     MaskCloths has_changed;
-    if (controls.solver.has_strips) {
-      has_changed |= SolveStrips(context, [&](size_t pair) {
-        if (iteration == 0) prepare_pair(pair);
-      });
-    }
+    if (controls.solver.has_strips) has_changed |= SolveStrips(context);
     if (context.substep.is_last && iteration + 1 == context.max_iterations) Refine(context);
     if (!controls.solver.has_strips) has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
@@ -309,8 +322,10 @@ void Solve(GroupContext& context, std::span<GroupCloth> cloths,
 }
 
 // No velocity along rigid links is left (Bender et al. 2009, section 3.2).
-void SolveVelocity(const GroupContext& context) {
+void SolveVelocity(GroupContext& context) {
   const FloatModel& model = context.model;
+  if (context.controls.solver.velocity_iterations == 0) return;
+  Settle(context);
   for (uint32_t sweep = 0; sweep < context.controls.solver.velocity_iterations; ++sweep) {
     for (size_t g = 0; g < model.groups.size(); ++g) {
       const DistanceGroup& group = model.groups[g];

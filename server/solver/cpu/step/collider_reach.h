@@ -11,9 +11,6 @@
 
 namespace drape::cpu {
 
-struct FloatState;   // step_context.h
-struct StepContext;  // step_context.h
-
 // An axis-parallel box of places; to begin with it holds none.
 struct ParticleBox {
   Vec4 low = Splat(std::numeric_limits<float>::infinity());
@@ -61,17 +58,5 @@ struct ColliderReach {
     return has_far && !WatchesSweeps(max_iterations);
   }
 };
-
-// Adds the colliders that particles of a cloth in this state may touch within a step to `near`,
-// which stays ascending. Returns where its free particles are expected to stay if not all are:
-// nothing there touches the others.
-ParticleBox AddNear(const StepContext& context, const FloatState& state,
-                    std::vector<uint32_t>& near);
-
-// What a step of a cloth alone begins with.
-void FindReach(const StepContext& context, const FloatState& state, ColliderReach& reach);
-
-// With all its colliders.
-void ReachAll(const StepContext& context, ColliderReach& reach);
 
 }  // namespace drape::cpu

@@ -1,11 +1,10 @@
-#include "server/solver/cpu/step/collider_reach.h"
+#include "server/solver/cpu/step/find_reach.h"
 
 #include <algorithm>
 #include <numeric>
 
 #include "server/solver/cpu/step/collider_gap.h"
 #include "server/solver/cpu/step/collider_surface.h"
-#include "server/solver/cpu/step/step_context.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape::cpu {

@@ -1,0 +1,24 @@
+// What a step begins with: the colliders that its cloths can meet (collider_reach.h).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "server/solver/cpu/step/collider_reach.h"
+#include "server/solver/cpu/step/step_context.h"
+
+namespace drape::cpu {
+
+// Adds the colliders that particles of a cloth in this state may touch within a step to `near`,
+// which stays ascending. Returns where its free particles are expected to stay if not all are:
+// nothing there touches the others.
+ParticleBox AddNear(const StepContext& context, const FloatState& state,
+                    std::vector<uint32_t>& near);
+
+// What a step of a cloth alone begins with.
+void FindReach(const StepContext& context, const FloatState& state, ColliderReach& reach);
+
+// With all its colliders.
+void ReachAll(const StepContext& context, ColliderReach& reach);
+
+}  // namespace drape::cpu
