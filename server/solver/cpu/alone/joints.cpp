@@ -1,8 +1,11 @@
 #include "server/solver/cpu/alone/joints.h"
 
+#include "server/solver/cpu/formulas/constraint_math-inl.h"
 #include "server/solver/cpu/formulas/constraint_math.h"
 
 namespace drape::cpu {
+
+using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
 bool SolveJoints(const StepContext& context) {
   const FloatControls& controls = context.controls;

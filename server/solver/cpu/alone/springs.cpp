@@ -1,9 +1,11 @@
 #include "server/solver/cpu/alone/springs.h"
 
-#include "server/solver/cpu/formulas/constraint_math.h"
+#include "server/solver/cpu/formulas/constraint_math-inl.h"
 
 namespace drape::cpu {
 namespace {
+
+using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
 // A_i(p, v) by the springs of particle i.
 Vec4 SpringAcceleration(const FloatModel& model, const Vec4* p, const Vec4* v, uint32_t i) {
@@ -11,7 +13,7 @@ Vec4 SpringAcceleration(const FloatModel& model, const Vec4* p, const Vec4* v, u
   for (uint32_t e = model.spring_offsets[i]; e < model.spring_offsets[i + 1]; ++e) {
     const FloatSpringEnd& end = model.spring_ends[e];
     const uint32_t j = end.other_particle;
-    force += SpringForce(p[i], p[j], v[i], v[j], end.rest_length, end.stiffness, end.damping);
+    force += SpringForce(p[j] - p[i], v[j] - v[i], end.rest_length, end.stiffness, end.damping);
   }
   return model.inverse_masses[i] * force;
 }

@@ -64,6 +64,14 @@ inline Scalars DistanceImpulse(const Scalars& residual, float inverse_h,
   return -residual * inverse_h / inverse_mass_sum;
 }
 
+// Impulse that closes a point joint, along all axes at once, with the residual r = p_j - p_i +
+// (alpha/h) Lambda and the sum w_i + w_j + alpha/h^2 (Bender et al. 2009, section 3.2, for the
+// equality constraint p_j - p_i = 0).
+template <class Vectors>
+inline Vectors JointImpulse(const Vectors& residual, float inverse_h, float inverse_mass_sum) {
+  return -residual * inverse_h / inverse_mass_sum;
+}
+
 // Impulse that takes the velocity along a link, n . (v_j - v_i) (Bender et al. 2009, section 3.2, a
 // velocity constraint: no 1/h). Padding has no mass: none.
 template <class Scalars>
@@ -94,6 +102,19 @@ inline Scalars TetherSpeed(const Scalars& length, const Scalars& reach, float in
 template <class Vectors>
 inline Vectors Cross(const Vectors& a, const Vectors& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+// Acceleration of particle i, before the factor w_i, from one spring to j (Bender et al. 2009,
+// section 4.1): [k (|d| - l0) + c (v_j - v_i).n] n with n = d/|d|, d = p_j - p_i. No direction: no
+// force.
+template <class Vectors>
+inline Vectors SpringForce(const Vectors& d, const Vectors& velocity_difference, float rest_length,
+                           float stiffness, float damping) {
+  const auto length = Sqrt(Dot(d, d));
+  const Vectors n = d / length;
+  const auto force =
+      (length - SplatLike(rest_length, length)) * stiffness + Dot(velocity_difference, n) * damping;
+  return Select(length < SplatLike(kMinDirectionLength, length), VectorLike(0, 0, 0, d), force * n);
 }
 
 // Impulse along L of elastic elements (apply_elastic, the README of server/solver): oscillators of

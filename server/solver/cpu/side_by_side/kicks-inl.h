@@ -17,17 +17,6 @@ HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
-// Of one spring, before the factor w_i (SpringForce in constraint_math.h).
-VectorsCloths SpringForces(const FloatSpringEnd& spring, const VectorsCloths& d,
-                           const VectorsCloths& velocity_difference) {
-  const VecCloths zero = SplatCloths(0);
-  const VecCloths length = Sqrt(Dot(d, d));
-  const VectorsCloths n = d / length;
-  const VecCloths force = (length - SplatCloths(spring.rest_length)) * spring.stiffness +
-                          Dot(velocity_difference, n) * spring.damping;
-  return Select(length < SplatCloths(kMinDirectionLength), {zero, zero, zero}, force * n);
-}
-
 // A_i(p, v) by the springs of particle i. Positions: a function of the particle.
 template <class Positions>
 VectorsCloths SpringAcceleration(const GroupContext& context, const Positions& p, uint32_t i) {
@@ -35,9 +24,10 @@ VectorsCloths SpringAcceleration(const GroupContext& context, const Positions& p
   const VecCloths zero = SplatCloths(0);
   VectorsCloths force{zero, zero, zero};
   for (uint32_t e = model.spring_offsets[i]; e < model.spring_offsets[i + 1]; ++e) {
-    const uint32_t j = model.spring_ends[e].other_particle;
-    force = force + SpringForces(model.spring_ends[e], p(j) - p(i),
-                                 context.particles[j].u - context.particles[i].u);
+    const FloatSpringEnd& end = model.spring_ends[e];
+    const uint32_t j = end.other_particle;
+    force = force + SpringForce(p(j) - p(i), context.particles[j].u - context.particles[i].u,
+                                end.rest_length, end.stiffness, end.damping);
   }
   return SplatCloths(model.inverse_masses[i]) * force;
 }
@@ -106,6 +96,19 @@ VectorsCloths ElasticImpulses(const GroupContext& context, const ElasticGroup& g
   return Select(is_short, zero, impulse / divisor) * l;
 }
 
+// The impulses on each free particle i, impulse(e) of e from offsets[i] to offsets[i + 1], change
+// its velocity.
+template <class Offsets, class Impulse>
+void AddImpulses(const GroupContext& context, const Offsets& offsets, const Impulse& impulse) {
+  const VecCloths zero = SplatCloths(0);
+  for (const uint32_t i : context.model.free_particles) {
+    VectorsCloths sum{zero, zero, zero};
+    for (uint32_t e = offsets[i]; e < offsets[i + 1]; ++e) sum = sum + impulse(e);
+    VectorsCloths& v = context.particles[i].u;
+    v = v + SplatCloths(context.model.inverse_masses[i]) * sum;
+  }
+}
+
 template <class Positions>
 void ApplyElastic(const GroupContext& context, const Positions& p, float duration) {
   const FloatModel& model = context.model;
@@ -114,16 +117,10 @@ void ApplyElastic(const GroupContext& context, const Positions& p, float duratio
     context.impulses[e] =
         ElasticImpulses(context, model.elastic_groups[e / kVec4Size], e % kVec4Size, p, duration);
   }
-  const VecCloths zero = SplatCloths(0);
-  for (const uint32_t i : model.free_particles) {
-    VectorsCloths impulse{zero, zero, zero};
-    for (uint32_t e = model.elastic_offsets[i]; e < model.elastic_offsets[i + 1]; ++e) {
-      const FloatElasticEnd& end = model.elastic_ends[e];
-      impulse = impulse + SplatCloths(end.weight) * context.impulses[end.element];
-    }
-    VectorsCloths& v = context.particles[i].u;
-    v = v + SplatCloths(model.inverse_masses[i]) * impulse;
-  }
+  AddImpulses(context, model.elastic_offsets, [&](uint32_t e) {
+    const FloatElasticEnd& end = model.elastic_ends[e];
+    return SplatCloths(end.weight) * context.impulses[end.element];
+  });
 }
 
 // A third of the impulse of a triangle on each cloth.
@@ -144,22 +141,14 @@ VectorsCloths AirImpulses(const GroupContext& context, const TriangleGroup& grou
 template <class Positions>
 void ApplyWind(const GroupContext& context, const Positions& p, float duration) {
   const FloatModel& model = context.model;
-  const auto offsets = model.source->triangle_offsets();
   const auto triangles = model.source->particle_triangles();
   const size_t triangle_count = model.source->triangles().size();
   for (size_t t = 0; t < triangle_count; ++t) {
     context.impulses[t] =
         AirImpulses(context, model.triangles[t / kVec4Size], t % kVec4Size, p, duration);
   }
-  const VecCloths zero = SplatCloths(0);
-  for (const uint32_t i : model.free_particles) {
-    VectorsCloths impulse{zero, zero, zero};
-    for (uint32_t e = offsets[i]; e < offsets[i + 1]; ++e) {
-      impulse = impulse + context.impulses[triangles[e]];
-    }
-    VectorsCloths& v = context.particles[i].u;
-    v = v + SplatCloths(model.inverse_masses[i]) * impulse;
-  }
+  AddImpulses(context, model.source->triangle_offsets(),
+              [&](uint32_t e) { return context.impulses[triangles[e]]; });
 }
 
 // What acts on the velocities for some time, from the same positions and velocities.

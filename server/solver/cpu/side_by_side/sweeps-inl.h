@@ -271,7 +271,7 @@ MaskCloths SolveJoints(const GroupContext& context) {
                                : context.is_running;
     const float weight = (inverse_mass_i + inverse_mass_j) + alpha_over_h * inverse_h;
     const VectorsCloths impulse =
-        Select(is_active, (residual * -1) * inverse_h / weight, {zero, zero, zero});
+        Select(is_active, JointImpulse(residual, inverse_h, weight), {zero, zero, zero});
     lambda = lambda + impulse;
     from.u = from.u - impulse * inverse_mass_i;
     to.u = to.u + impulse * inverse_mass_j;

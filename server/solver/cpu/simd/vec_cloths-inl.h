@@ -194,6 +194,10 @@ VectorsOf<Scalars> operator-(const VectorsOf<Scalars>& a, const VectorsOf<Scalar
   return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 template <class Scalars>
+VectorsOf<Scalars> operator-(const VectorsOf<Scalars>& a) {
+  return {-a.x, -a.y, -a.z};
+}
+template <class Scalars>
 VectorsOf<Scalars> operator*(const Scalars& s, const VectorsOf<Scalars>& v) {
   return {s * v.x, s * v.y, s * v.z};
 }
