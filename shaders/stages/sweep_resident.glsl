@@ -74,25 +74,24 @@ void Refine() {
 #endif
 }
 
+// solve(k, is_first_sweep) of every constraint k, colour by colour.
+#define SOLVE_COLOURS(solve, colour_count, offsets)               \
+  for (uint colour = 0u; colour < (colour_count); ++colour) {     \
+    uint begin = models[(offsets) + colour];                      \
+    uint end = models[(offsets) + colour + 1u];                   \
+    FOR_EACH(k, begin, end) solve(k, is_first_sweep);             \
+    PhaseBarrier();                                               \
+  }
+
 void SolveDistance(bool is_first_sweep) {
 #ifdef HAS_SOLVE_DISTANCE
-  for (uint colour = 0u; colour < cloth.colour_count; ++colour) {
-    uint begin = models[cloth.model.colour_offsets + colour];
-    uint end = models[cloth.model.colour_offsets + colour + 1u];
-    FOR_EACH(k, begin, end) SolveConstraint(k, is_first_sweep);
-    PhaseBarrier();
-  }
+  SOLVE_COLOURS(SolveConstraint, cloth.colour_count, cloth.model.colour_offsets)
 #endif
 }
 
 void SolveJoints(bool is_first_sweep) {
 #ifdef HAS_SOLVE_JOINTS
-  for (uint colour = 0u; colour < cloth.joint_colour_count; ++colour) {
-    uint begin = models[cloth.model.joint_colour_offsets + colour];
-    uint end = models[cloth.model.joint_colour_offsets + colour + 1u];
-    FOR_EACH(k, begin, end) SolveJoint(k, is_first_sweep);
-    PhaseBarrier();
-  }
+  SOLVE_COLOURS(SolveJoint, cloth.joint_colour_count, cloth.model.joint_colour_offsets)
 #endif
 }
 

@@ -86,14 +86,14 @@ TEST(ReferenceContact, GapsAndNormalsOfPlaneAndSphere) {
   EXPECT_EQ(ContactAt(sphere, 0, {1, 0, 0}).normal, Vector3d::UnitY());
 }
 
-TEST(CoulombImpulse, SticksUpToTheStaticLimitThenSlides) {
+TEST(FrictionImpulse, SticksUpToTheStaticLimitThenSlides) {
   const Vector3d wanted(0.3, 0, 0.4);  // 0.5
-  EXPECT_EQ(CoulombImpulse(wanted, 1, 0.5, 0.25), wanted) << "at the limit";
-  const Vector3d granted = CoulombImpulse(wanted, 0.9, 0.5, 0.25);
+  EXPECT_EQ(FrictionImpulse(wanted, 1, 0.5, 0.25), wanted) << "at the limit";
+  const Vector3d granted = FrictionImpulse(wanted, 0.9, 0.5, 0.25);
   EXPECT_LE((granted - wanted * (0.25 * 0.9 / 0.5)).norm(), 1e-16);
-  EXPECT_EQ(CoulombImpulse(wanted, 0, 0.5, 0.25), Vector3d::Zero()) << "nothing presses";
-  EXPECT_EQ(CoulombImpulse(wanted, 3, 0, 0), Vector3d::Zero()) << "no friction";
-  EXPECT_EQ(CoulombImpulse(Vector3d::Zero(), 0, 0, 0), Vector3d::Zero());
+  EXPECT_EQ(FrictionImpulse(wanted, 0, 0.5, 0.25), Vector3d::Zero()) << "nothing presses";
+  EXPECT_EQ(FrictionImpulse(wanted, 3, 0, 0), Vector3d::Zero()) << "no friction";
+  EXPECT_EQ(FrictionImpulse(Vector3d::Zero(), 0, 0, 0), Vector3d::Zero());
 }
 
 // k (|d| - l0) + c (v_j - v_i).d = 10 (2 - 1.5) + 2 (-0.25) = 4.5 N towards each other.

@@ -4,7 +4,7 @@
 
 namespace drape {
 
-double AdmissibleImpulse(ConstraintKind kind, double lambda, double impulse) {
+double ClampImpulse(ConstraintKind kind, double lambda, double impulse) {
   switch (kind) {
     case ConstraintKind::kAtMost:
       return std::min(lambda + impulse, 0.0) - lambda;

@@ -13,7 +13,7 @@ namespace drape {
 
 // The part of `impulse` [N s] that leaves the accumulated impulse `lambda` with the sign of the
 // kind: a rope only pulls (lambda <= 0), a strut only pushes (lambda >= 0).
-double AdmissibleImpulse(ConstraintKind kind, double lambda, double impulse);
+double ClampImpulse(ConstraintKind kind, double lambda, double impulse);
 
 // The part of the error [m] that the kind does not allow: none of a slack rope.
 double Violation(ConstraintKind kind, double error_m);

@@ -28,8 +28,8 @@ double ReboundSpeed(const ReferenceContact& contact, const Eigen::Vector3d& velo
   return restitution * std::sqrt(std::max(approach * approach + gained, 0.0));
 }
 
-Eigen::Vector3d CoulombImpulse(const Eigen::Vector3d& wanted, double normal_impulse,
-                               double friction_static, double friction_dynamic) {
+Eigen::Vector3d FrictionImpulse(const Eigen::Vector3d& wanted, double normal_impulse,
+                                double friction_static, double friction_dynamic) {
   const double size = wanted.norm();
   if (size <= friction_static * normal_impulse) return wanted;
   return wanted * (friction_dynamic * normal_impulse / size);

@@ -36,7 +36,7 @@ double ReboundSpeed(const ReferenceContact& contact, const Eigen::Vector3d& velo
 
 // Coulomb's law on accumulated impulses: `wanted` stops the sliding; it is granted up to the static
 // limit, beyond that its size becomes the dynamic friction.
-Eigen::Vector3d CoulombImpulse(const Eigen::Vector3d& wanted, double normal_impulse,
-                               double friction_static, double friction_dynamic);
+Eigen::Vector3d FrictionImpulse(const Eigen::Vector3d& wanted, double normal_impulse,
+                                double friction_static, double friction_dynamic);
 
 }  // namespace drape

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "server/solver/cpu_reference/reference_stages.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape {
@@ -61,3 +62,16 @@ std::vector<Vector3d> ElasticVelocityChanges(const SceneModel& model, const Part
 }
 
 }  // namespace drape
+
+namespace drape::reference {
+
+void ApplyElastic(const StepContext& context, double duration_s,
+                  const std::vector<Eigen::Vector3d>& positions,
+                  std::vector<Eigen::Vector3d>& velocities) {
+  if (!context.plan.Has(StepStage::kApplyElastic)) return;
+  const auto changes = ElasticVelocityChanges(context.model, {positions, velocities}, duration_s,
+                                              context.parameters.settings.substep_s());
+  for (uint32_t i = 0; i < context.model.particle_count(); ++i) velocities[i] += changes[i];
+}
+
+}  // namespace drape::reference

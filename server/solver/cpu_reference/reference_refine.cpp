@@ -1,21 +1,23 @@
-#include "server/solver/cpu_reference/reference_refine.h"
-
 #include <algorithm>
 #include <cmath>
 
+#include "server/solver/cpu_reference/reference_directions.h"
+#include "server/solver/cpu_reference/reference_stages.h"
 #include "server/solver/solver_constants.h"
 
-namespace drape {
+namespace drape::reference {
 
-std::vector<uint32_t> LinksToRefine(const StripPrediction& prediction, double strain,
-                                    const std::vector<Eigen::Vector3d>& u) {
-  const SceneModel& model = prediction.model;
-  const double limit = std::max(strain, prediction.tolerance);
+namespace {
+
+// Links that end the substep farther from their rest length than the refinement allows, and all at
+// their ends: indices of constraints in order of the colours. The rest lengths are the model's.
+std::vector<uint32_t> LinksToRefine(const StepContext& context) {
+  const SceneModel& model = context.model;
+  const double limit = std::max(context.plan.solver.refine_above_strain, context.plan.tolerance);
   std::vector<bool> is_at_far_off(model.particle_count(), false);
   for (const auto& [i, j, rest_length_m, compliance, kind] : model.constraints()) {
-    const Eigen::Vector3d d =
-        (prediction.base_m[j] - prediction.base_m[i]) + prediction.interval_s * (u[j] - u[i]);
-    if (!(std::abs(d.norm() - rest_length_m) > limit * rest_length_m)) continue;
+    const double length = context.PredictedDifference(i, j).norm();
+    if (!(std::abs(length - rest_length_m) > limit * rest_length_m)) continue;
     is_at_far_off[i] = is_at_far_off[j] = true;
   }
   std::vector<uint32_t> links;
@@ -26,17 +28,28 @@ std::vector<uint32_t> LinksToRefine(const StripPrediction& prediction, double st
   return links;
 }
 
-void RefineLink(const SceneModel& model, uint32_t index, double interval_s,
-                const std::vector<Eigen::Vector3d>& u, std::vector<Eigen::Vector3d>& base_m) {
-  const auto& [i, j, rest_length_m, compliance, kind] = model.constraints()[index];
-  const auto w = model.inverse_masses_per_kg();
-  const Eigen::Vector3d d = (base_m[j] - base_m[i]) + interval_s * (u[j] - u[i]);
-  const double length = d.norm();
-  const Eigen::Vector3d n =
-      length < kMinDirectionLength_m ? Eigen::Vector3d::UnitX() : Eigen::Vector3d(d / length);
-  const double move = (length - rest_length_m) / (w[i] + w[j]);
-  base_m[i] += w[i] * move * n;
-  base_m[j] -= w[j] * move * n;
+// Moves the ends of a link, b, so that at the end of the substep, at b + h u, it has its length.
+void MoveEnds(StepContext& context, uint32_t index) {
+  const auto& [i, j, rest_length_m, compliance, kind] = context.model.constraints()[index];
+  const Eigen::Vector3d d = context.PredictedDifference(i, j);
+  const Eigen::Vector3d n = DirectionOf(d);
+  const double move = (d.norm() - rest_length_m) / (context.w[i] + context.w[j]);
+  context.base[i] += context.w[i] * move * n;
+  context.base[j] -= context.w[j] * move * n;
 }
 
-}  // namespace drape
+}  // namespace
+
+void Refine(StepContext& context) {
+  const SolverChoice& solver = context.plan.solver;
+  for (uint32_t round = 0, solves = 0; round < solver.refine_rounds; ++round) {
+    const auto links = LinksToRefine(context);
+    for (unsigned sweep = 0; sweep < kRefineSweeps; ++sweep) {
+      for (const uint32_t index : links) MoveEnds(context, index);
+    }
+    solves += kRefineSweeps * static_cast<uint32_t>(links.size());
+    if (links.empty() || solves >= solver.refine_solves) return;
+  }
+}
+
+}  // namespace drape::reference

@@ -1,5 +1,8 @@
 #include "server/solver/cpu_reference/reference_springs.h"
 
+#include <algorithm>
+
+#include "server/solver/cpu_reference/reference_stages.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape {
@@ -38,3 +41,25 @@ std::vector<Eigen::Vector3d> SpringAccelerations(const SceneModel& model,
 }
 
 }  // namespace drape
+
+namespace drape::reference {
+
+void ApplySprings(const StepContext& context, double duration_s,
+                  const std::vector<Eigen::Vector3d>& positions,
+                  std::vector<Eigen::Vector3d>& velocities) {
+  if (!context.plan.Has(StepStage::kApplySprings)) return;
+  const auto accelerations = SpringAccelerations(context.model, {positions, velocities});
+  for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
+    velocities[i] += duration_s * accelerations[i];
+  }
+}
+
+void AccelerateBySprings(StepContext& context) {
+  if (context.substep.is_two_step) return;
+  std::fill(context.a.begin(), context.a.end(), context.parameters.gravity_m_per_s2);
+  if (!context.plan.solver.has_spring_forces) return;
+  const auto accelerations = SpringAccelerations(context.model, context.state);
+  for (uint32_t i = 0; i < context.model.particle_count(); ++i) context.a[i] += accelerations[i];
+}
+
+}  // namespace drape::reference

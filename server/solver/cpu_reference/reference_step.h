@@ -1,30 +1,12 @@
 // One time step of one cloth, written from the equations in server/solver/method.md.
 #pragma once
 
-#include <memory>
-#include <vector>
+#include <cstdint>
 
-#include "server/scene/particle_state.h"
-#include "server/scene/scene_model.h"
-#include "server/solver/cloth_parameters.h"
+#include "server/solver/cpu_reference/reference_cloth.h"
 #include "server/solver/step_report.h"
 
 namespace drape {
-
-// A cloth between two steps.
-struct ReferenceCloth {
-  std::shared_ptr<const SceneModel> model;
-  ClothParameters parameters;
-  ParticleState state;
-  std::vector<Eigen::Vector3d> pin_targets_m;  // [pin_count]
-  FaultReason fault = FaultReason::kNone;
-  // Rest lengths of its own, before the step and at its end; [constraint_count], or empty: those of
-  // the model.
-  std::vector<double> rest_lengths_m{};
-  std::vector<double> rest_length_targets_m{};
-
-  bool has_own_lengths() const { return !rest_lengths_m.empty(); }
-};
 
 // Steps the cloth, its pins to pin_targets_m, by at most max_iterations sweeps per substep. A cloth
 // that is faulted, or becomes so, keeps its state.

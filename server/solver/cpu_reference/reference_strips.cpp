@@ -1,12 +1,11 @@
-#include "server/solver/cpu_reference/reference_strips.h"
-
 #include <algorithm>
 #include <cmath>
 
 #include "server/solver/cpu_reference/reference_directions.h"
+#include "server/solver/cpu_reference/reference_stages.h"
 #include "server/solver/solver_constants.h"
 
-namespace drape {
+namespace drape::reference {
 
 namespace {
 
@@ -28,24 +27,22 @@ struct Link {
   double impulse = 0;    // delta lambda [N s]
 };
 
-std::vector<Link> Linearise(const StripPrediction& prediction, uint32_t strip,
-                            const std::vector<Vector3d>& u, const std::vector<double>& lambda) {
-  const SceneModel& model = prediction.model;
-  const StripSet& strips = model.strips();
-  const auto w = model.inverse_masses_per_kg();
-  const double h = prediction.interval_s;
+std::vector<Link> Linearise(const StepContext& context, uint32_t strip) {
+  const StripSet& strips = context.model.strips();
+  const std::span<const double> w = context.w;
+  const double h = context.h;
   std::vector<Link> links;
   for (uint32_t k = strips.strip_offsets[strip]; k < strips.strip_offsets[strip + 1]; ++k) {
-    const DistanceConstraint& constraint = model.constraints()[strips.constraints[k]];
+    const DistanceConstraint& constraint = context.model.constraints()[strips.constraints[k]];
     Link link{.from = strips.particles[k + strip], .to = strips.particles[k + strip + 1]};
-    const Vector3d start = prediction.base_m[link.to] - prediction.base_m[link.from];
-    const Vector3d d = start + h * (u[link.to] - u[link.from]);
+    const Vector3d start = context.base[link.to] - context.base[link.from];
+    const Vector3d d = start + h * (context.u[link.to] - context.u[link.from]);
     const double length = d.norm();
     link.rest_length_m = constraint.rest_length_m;
     link.n_end = DirectionOf(d);
-    link.line = BlendDirections(start, d, prediction.end_share);
+    link.line = BlendDirections(start, d, context.plan.solver.end_share);
     link.error_m = length - constraint.rest_length_m +
-                   constraint.compliance_m_per_n / h * lambda[strips.constraints[k]];
+                   constraint.compliance_m_per_n / h * context.lambda[strips.constraints[k]];
     link.diagonal =
         (w[link.from] + w[link.to]) * link.line.slope + constraint.compliance_m_per_n / (h * h);
     const bool ends_at_pin = w[link.to] == 0;
@@ -94,38 +91,39 @@ double StepLength(const std::vector<Link>& links, std::span<const double> w, dou
   return largest_move > kMaxStripMove ? kMaxStripMove / largest_move : 1;
 }
 
-bool SolveStrip(const StripPrediction& prediction, uint32_t strip, std::vector<Vector3d>& u,
-                std::vector<double>& lambda) {
-  const StripSet& strips = prediction.model.strips();
-  const auto w = prediction.model.inverse_masses_per_kg();
-  std::vector<Link> links = Linearise(prediction, strip, u, lambda);
+bool SolveStrip(StepContext& context, uint32_t strip) {
+  const StripSet& strips = context.model.strips();
+  const double tolerance = context.plan.tolerance;
+  std::vector<Link> links = Linearise(context, strip);
   const bool is_within_tolerance =
-      prediction.tolerance > 0 && std::ranges::all_of(links, [&](const Link& link) {
-        return std::abs(link.error_m) <= prediction.tolerance * link.rest_length_m;
+      tolerance > 0 && std::ranges::all_of(links, [&](const Link& link) {
+        return std::abs(link.error_m) <= tolerance * link.rest_length_m;
       });
   if (is_within_tolerance) return false;
 
-  SolveTridiagonal(links, prediction.interval_s);
-  const double share = StepLength(links, w, prediction.interval_s);
+  SolveTridiagonal(links, context.h);
+  const double share = StepLength(links, context.w, context.h);
   for (size_t k = 0; k < links.size(); ++k) {
     const Link& link = links[k];
     const double impulse = share * link.impulse;
-    lambda[strips.constraints[strips.strip_offsets[strip] + k]] += impulse;
-    u[link.from] -= w[link.from] * impulse * link.line.direction;
-    u[link.to] += w[link.to] * impulse * link.line.direction;
+    context.lambda[strips.constraints[strips.strip_offsets[strip] + k]] += impulse;
+    context.u[link.from] -= context.w[link.from] * impulse * link.line.direction;
+    context.u[link.to] += context.w[link.to] * impulse * link.line.direction;
   }
   return true;
 }
 
 }  // namespace
 
-bool SolveStrips(const StripPrediction& prediction, std::vector<Vector3d>& u,
-                 std::vector<double>& lambda) {
+// All strips, phase by phase: the impulses that remove the errors of each strip's constraints
+// together.
+bool SolveStrips(StepContext& context) {
+  if (!context.plan.Has(StepStage::kSolveStrips)) return false;
   bool has_changed = false;
-  for (uint32_t strip = 0; strip < prediction.model.strips().strip_count(); ++strip) {
-    if (SolveStrip(prediction, strip, u, lambda)) has_changed = true;
+  for (uint32_t strip = 0; strip < context.model.strips().strip_count(); ++strip) {
+    if (SolveStrip(context, strip)) has_changed = true;
   }
   return has_changed;
 }
 
-}  // namespace drape
+}  // namespace drape::reference

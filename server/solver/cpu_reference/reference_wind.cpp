@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/solver/cpu_reference/reference_stages.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape {
@@ -51,3 +52,16 @@ std::vector<Vector3d> WindVelocityChanges(const SceneModel& model,
 }
 
 }  // namespace drape
+
+namespace drape::reference {
+
+void ApplyWind(const StepContext& context, double duration_s,
+               const std::vector<Eigen::Vector3d>& positions,
+               std::vector<Eigen::Vector3d>& velocities) {
+  if (!context.plan.Has(StepStage::kApplyWind)) return;
+  const auto changes =
+      WindVelocityChanges(context.model, context.parameters, {positions, velocities}, duration_s);
+  for (uint32_t i = 0; i < context.model.particle_count(); ++i) velocities[i] += changes[i];
+}
+
+}  // namespace drape::reference

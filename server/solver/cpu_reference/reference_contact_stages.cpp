@@ -1,0 +1,123 @@
+#include <algorithm>
+#include <cmath>
+
+#include "server/solver/cpu_reference/reference_stages.h"
+#include "server/solver/solver_constants.h"
+
+namespace drape::reference {
+
+using Eigen::Vector3d;
+
+namespace {
+
+// Whether a change of velocity of this size keeps the sweeps going. Smaller ones are applied too:
+// in short substeps friction consists of nothing else.
+bool IsAboveTolerance(const StepContext& context, double velocity_change) {
+  const double tolerance = context.plan.tolerance;
+  return tolerance == 0 || context.h * velocity_change > tolerance * context.model.length_scale_m();
+}
+
+// gap >= floor with impulses that only push (Bender et al. 2009, section 3.2, inequality
+// constraints), then Coulomb friction against the motion of the substep relative to the surface.
+bool SolveContact(StepContext& context, uint32_t i, size_t c, ContactImpulse& beta) {
+  const ClothParameters& parameters = context.parameters;
+  Vector3d& u = context.u[i];
+  bool has_changed = false;
+  const auto [gap, n] = PredictedContact(context, i, c);
+  const double normal =
+      std::max(beta.normal - (gap - ContactFloor(context, i, c)) / context.h, 0.0);
+  const double normal_change = normal - beta.normal;
+  u += normal_change * n;
+  beta.normal = normal;
+  has_changed |= IsAboveTolerance(context, std::abs(normal_change));
+
+  const bool has_friction =
+      parameters.friction_static > 0 && (beta.normal > 0 || !beta.tangential.isZero(0));
+  if (!has_friction) return has_changed;
+  const Vector3d relative = u - context.colliders.MeanVelocity(c, context.base[i]);
+  const Vector3d sliding = relative - relative.dot(n) * n;
+  const Vector3d tangential =
+      FrictionImpulse(beta.tangential - sliding, beta.normal, parameters.friction_static,
+                      parameters.friction_dynamic);
+  const Vector3d tangential_change = tangential - beta.tangential;
+  u += tangential_change;
+  beta.tangential = tangential;
+  return has_changed || IsAboveTolerance(context, tangential_change.norm());
+}
+
+// No approach velocity is left, and what hits leaves with its rebound speed; the impulse that this
+// takes carries Coulomb friction.
+void CorrectContactVelocity(StepContext& context, uint32_t i, size_t c, double rebound) {
+  const ReferenceColliders& colliders = context.colliders;
+  const Vector3d& p = context.state.positions_m[i];
+  const Vector3d n = colliders.AtEnd(c, p).normal;
+  const Vector3d of_surface = colliders.VelocityAtEnd(c, p);
+  Vector3d v = context.state.velocities_m_per_s[i] - of_surface;
+  const double normal_impulse = rebound - v.dot(n);
+  if (!(normal_impulse > 0)) return;
+  const Vector3d sliding = v - v.dot(n) * n;
+  v = sliding + FrictionImpulse(-sliding, normal_impulse, context.parameters.friction_static,
+                                context.parameters.friction_dynamic);
+  if (rebound > 0) v += rebound * n;
+  context.state.velocities_m_per_s[i] = colliders.are_moving() ? Vector3d(of_surface + v) : v;
+}
+
+}  // namespace
+
+ReferenceContact PredictedContact(const StepContext& context, uint32_t i, size_t c) {
+  return context.colliders.AtEnd(c, context.base[i] + context.h * context.u[i]);
+}
+
+double ContactFloor(const StepContext& context, uint32_t i, size_t c) {
+  const double gap = context.colliders.AtStart(c, context.base[i]).gap;
+  return std::min(0.0, gap + kMaxDepenetrationSpeed_m_per_s * context.h);
+}
+
+void PredictContacts(StepContext& context) {
+  const ClothParameters& parameters = context.parameters;
+  const ReferenceColliders& colliders = context.colliders;
+  context.rebounds.assign(context.model.particle_count() * colliders.size(), 0.0);
+  if (!HasRestitution(parameters)) return;
+  for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
+    const Vector3d& p = context.state.positions_m[i];
+    for (size_t c = 0; c < colliders.size(); ++c) {
+      const Vector3d relative =
+          context.state.velocities_m_per_s[i] - colliders.VelocityAtStart(c, p);
+      context.rebounds[i * colliders.size() + c] =
+          ReboundSpeed(colliders.AtStart(c, p), relative, parameters.gravity_m_per_s2,
+                       parameters.restitution, SlowestRebound(parameters));
+    }
+  }
+}
+
+bool SolveContacts(StepContext& context) {
+  const size_t collider_count = context.colliders.size();
+  bool has_changed = false;
+  for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
+    if (context.w[i] == 0) continue;
+    for (size_t c = 0; c < collider_count; ++c) {
+      if (SolveContact(context, i, c, context.beta[i * collider_count + c])) has_changed = true;
+    }
+  }
+  return has_changed;
+}
+
+// Velocity constraints of the contacts that pushed, after the advance, then damping.
+void CorrectVelocity(StepContext& context) {
+  if (context.substep.is_two_step) return;
+  const double damping_per_s = context.parameters.damping_per_s;
+  const double decay = std::exp(-damping_per_s * context.h);
+  const size_t collider_count = context.colliders.size();
+  for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
+    if (context.w[i] == 0) continue;
+    for (size_t c = 0; c < collider_count; ++c) {
+      const size_t contact = i * collider_count + c;
+      if (context.beta[contact].normal > 0) {
+        CorrectContactVelocity(context, i, c, context.rebounds[contact]);
+      }
+    }
+    if (damping_per_s > 0) context.state.velocities_m_per_s[i] *= decay;
+  }
+}
+
+}  // namespace drape::reference

@@ -1,0 +1,51 @@
+// What the stages of one step work on.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/scene/particle_state.h"
+#include "server/scene/scene_model.h"
+#include "server/solver/cloth_parameters.h"
+#include "server/solver/cpu_reference/reference_cloth.h"
+#include "server/solver/cpu_reference/reference_colliders.h"
+#include "server/solver/cpu_reference/reference_constraints.h"
+#include "server/solver/cpu_reference/reference_contact.h"
+#include "server/solver/step_plan.h"
+
+namespace drape::reference {
+
+// One step under way. Names as in server/solver/method.md. The cloth and the plan must outlive it.
+struct StepContext {
+  StepContext(const ReferenceCloth& cloth, const StepPlan& step_plan, uint32_t most_iterations);
+
+  // From particle i to j at the end of the substep, b + h u [m].
+  Eigen::Vector3d PredictedDifference(uint32_t i, uint32_t j) const {
+    return (base[j] - base[i]) + h * (u[j] - u[i]);
+  }
+
+  const SceneModel& model;
+  const ClothParameters& parameters;
+  const std::vector<Eigen::Vector3d>& pin_targets;  // [pin_count] [m]
+  const StepPlan& plan;
+  const uint32_t max_iterations;
+  const std::span<const double> w;  // inverse masses [1/kg]
+
+  Substep substep;  // the one under way
+  double h = 0;     // interval of its impulses [s]
+  ReferenceColliders colliders;
+  ReferenceLengths rest_lengths;
+  ParticleState state;                        // positions p and velocities v
+  ParticleState previous;                     // p' and v', two steps only
+  std::vector<Eigen::Vector3d> base;          // b, where the impulses start from [m]
+  std::vector<Eigen::Vector3d> u;             // mean velocities over the interval [m/s]
+  std::vector<Eigen::Vector3d> a;             // accelerations [m/s^2]
+  std::vector<double> lambda;                 // accumulated impulses, [constraint_count] [N s]
+  std::vector<Eigen::Vector3d> joint_lambda;  // [joint_count] [N s]
+  std::vector<ContactImpulse> beta;           // times w, [particle_count][collider_count] [m/s]
+  std::vector<double> rebounds;               // [particle_count][collider_count] [m/s]; 0: no hit
+};
+
+}  // namespace drape::reference
