@@ -187,7 +187,7 @@ TEST(ReachWatchTest, OneParticleThatLeavesItsRangeIsNoticed) {
       for (const uint32_t i : {0u, 40u, cloth.model->particle_count - 1}) {
         StepContext context = cloth.Context(scratch, true);
         context.max_iterations = look.sweeps;
-        context.substep = FloatSubstep(cloth.controls.schedule[0], 0);
+        context.substep = FloatSubstep(cloth.controls.plan.schedule[0], 0);
         FindReach(context, cloth.state, scratch.reach);
         ASSERT_TRUE(scratch.reach.has_far);
         scratch.state = cloth.state;

@@ -21,7 +21,7 @@ class StepGroupsTest : public testing::Test {
     ClothParameters parameters = test::PlainParameters();
     parameters.settings.integration = Integration::kOneStep;
     parameters.settings.direction = direction;
-    return {model, FloatControls(model, parameters, false), parameters.settings, max_iterations};
+    return {model, FloatControls(model, parameters, false), max_iterations};
   }
 
   const FloatModel model_{test::SizedCloth(33).model};

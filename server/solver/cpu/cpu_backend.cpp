@@ -292,8 +292,8 @@ class CpuBackend final : public Backend {
     for (size_t k = 0; k < items.size() && lane_count_ > 1; ++k) {
       const Cloth& cloth = cloths_.At(items[k].cloth);
       if (!ClothFitsLanes(cloth)) continue;
-      const StepSettings& settings = cloth.parameters.settings;
-      keys[k].emplace(*cloth.model, *cloth.controls, settings, IterationsOf(items[k], settings));
+      keys[k].emplace(*cloth.model, *cloth.controls,
+                      IterationsOf(items[k], cloth.parameters.settings));
     }
     return FormGroups(keys, lane_count_, static_cast<uint32_t>(thread_count_));
   }

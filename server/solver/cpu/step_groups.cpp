@@ -22,22 +22,14 @@ std::vector<std::vector<uint32_t>> Alike(std::span<const std::optional<LaneKey>>
 }  // namespace
 
 LaneKey::LaneKey(const FloatModel& key_model, const FloatControls& controls,
-                 const StepSettings& settings, uint32_t key_max_iterations)
+                 uint32_t key_max_iterations)
     : model(&key_model),
-      time_step_s(settings.time_step_s),
-      substeps(settings.substeps),
-      has_two_steps(controls.solver.has_two_steps),
-      has_strips(controls.solver.has_strips),
-      has_start_directions(controls.has_start_directions()),
-      use_tethers(controls.use_tethers),
-      has_air_forces(controls.has_air_forces),
-      has_half_kicks(controls.has_half_kicks),
-      has_spring_forces(controls.has_spring_forces),
-      velocity_iterations(controls.solver.velocity_iterations),
-      max_iterations(key_max_iterations),
-      tolerance(settings.tolerance),
-      twist_damping_per_s(settings.twist_damping_per_s),
-      refine_above_strain(controls.solver.refine_above_strain) {
+      stages(controls.plan.stages),
+      solver(controls.plan.solver),
+      schedule(controls.plan.schedule),
+      tolerance(controls.plan.tolerance),
+      max_iterations(key_max_iterations) {
+  solver.end_share = controls.has_start_directions() ? 0 : 1;
   for (const FloatCollider& collider : controls.colliders) {
     colliders.push_back(static_cast<char>(collider.kind));
   }

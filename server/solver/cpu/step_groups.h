@@ -15,25 +15,15 @@ namespace drape::cpu {
 
 // What cloths of one group have in common: with these alike the same stages run for all of them.
 struct LaneKey {
-  LaneKey(const FloatModel& model, const FloatControls& controls, const StepSettings& settings,
-          uint32_t max_iterations);
+  LaneKey(const FloatModel& model, const FloatControls& controls, uint32_t max_iterations);
 
   const FloatModel* model;
-  double time_step_s;
-  uint32_t substeps;
-  bool has_two_steps;
-  bool has_strips;
-  bool has_start_directions;
-  bool use_tethers;
-  bool has_air_forces;
-  bool has_half_kicks;
-  bool has_spring_forces;
-  std::string colliders;  // their kinds
-  uint32_t velocity_iterations;
-  uint32_t max_iterations;
+  StageSet stages;
+  SolverChoice solver;  // end_share: 0 with start directions, else 1; cloths may differ in the rest
+  SubstepSchedule schedule;
   double tolerance;
-  double twist_damping_per_s;
-  double refine_above_strain;
+  uint32_t max_iterations;
+  std::string colliders;  // their kinds
 
   friend auto operator<=>(const LaneKey&, const LaneKey&) = default;
 };

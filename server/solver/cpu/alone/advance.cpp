@@ -9,8 +9,9 @@ namespace {
 class BallisticPrediction {
  public:
   explicit BallisticPrediction(const StepContext& context)
-      : accelerations_(context.controls.has_spring_forces ? context.scratch.accelerations.data()
-                                                          : nullptr),
+      : accelerations_(context.controls.plan.solver.has_spring_forces
+                           ? context.scratch.accelerations.data()
+                           : nullptr),
         half_interval_(context.substep.half_interval),
         kick_(context.controls.gravity * half_interval_) {}
   void operator()(uint32_t i, Vec4&, Vec4& v) const {

@@ -11,7 +11,7 @@ void AdvanceLengths(const StepContext& context) {
   now = lengths.targets;
   const float substeps_left = context.substep.pin_shares - 1;
   if (substeps_left == 0) return;
-  const float substeps = static_cast<float>(context.controls.schedule.size());
+  const float substeps = static_cast<float>(context.controls.plan.schedule.size());
   const float share = (substeps - substeps_left) / substeps;
   context.ForRanges(now.size(), kGroupGrain, [&](size_t begin, size_t end) {
     for (size_t g = begin; g < end; ++g) {

@@ -34,7 +34,10 @@ void Kick(const StepContext& context, const std::vector<Vec4>& positions, float 
 void KickWithin(const StepContext& context) {
   const FloatControls& controls = context.controls;
   if (context.substep.kick_within == 0) return;
-  if (!controls.has_half_kicks && !controls.has_air_forces && !context.model.has_elastic()) return;
+  if (!controls.plan.stages.HasAnyOf(
+          {StepStage::kApplySprings, StepStage::kApplyElastic, StepStage::kApplyWind})) {
+    return;
+  }
   StepScratch& scratch = context.scratch;
   context.ForRanges(scratch.predicted.size(), kParticleGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -55,7 +58,7 @@ void ResetImpulses(const StepContext& context) {
 
 // No velocity along rigid links is left (Bender et al. 2009, section 3.2).
 void SolveVelocity(const StepContext& context) {
-  for (uint32_t sweep = 0; sweep < context.controls.solver.velocity_iterations; ++sweep) {
+  for (uint32_t sweep = 0; sweep < context.controls.plan.solver.velocity_iterations; ++sweep) {
     SolveDistanceVelocities(context);
     SolveJointVelocities(context);
   }
@@ -67,9 +70,9 @@ void Solve(const StepContext& context, StepReport& report) {
   for (uint32_t iteration = 0; iteration < context.max_iterations; ++iteration) {
     ++report.iterations;
     // All always run: a contact can break what the distances have just met.
-    bool has_changed = controls.solver.has_strips && SolveStrips(context);
+    bool has_changed = controls.Has(StepStage::kSolveStrips) && SolveStrips(context);
     if (context.substep.is_last && iteration + 1 == context.max_iterations) RefineLinks(context);
-    if (!controls.solver.has_strips) has_changed |= SolveDistance(context);
+    if (controls.Has(StepStage::kSolveDistance)) has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
     has_changed |= SolveContacts(context);
     if (controls.tolerance > 0 && !has_changed) return;
@@ -119,12 +122,12 @@ void Begin(const StepContext& context, const FloatState& state) {
   const FloatModel& model = context.model;
   StepScratch& scratch = context.scratch;
   Copy(context, state, scratch.state);
-  const bool has_two_steps = context.controls.schedule.has_two_steps();
+  const bool has_two_steps = context.controls.plan.schedule.has_two_steps();
   scratch.predicted.resize(has_two_steps ? state.positions.size() : 0);
   scratch.strips.resize(context.team.max_members());
   scratch.accelerations.resize(model.has_springs() ? model.particle_count : 0);
   scratch.elastic_impulses.resize(model.elastic_groups.size() * kVec4Size);
-  if (context.controls.has_air_forces) {
+  if (context.controls.Has(StepStage::kApplyWind)) {
     scratch.air_impulses.resize(model.triangles.size() * kVec4Size);
   }
   const bool has_impulses = model.has_compliance() || model.has_inequalities();
@@ -142,7 +145,7 @@ void Advance(const StepContext& context, StepReport& report) {
   KickWithin(context);
   AdvanceLengths(context);
   DampTwist(context);
-  ApplyTethers(context);
+  Tether(context);
   ResetImpulses(context);
   Solve(context, report);
   Integrate(context);
@@ -155,10 +158,10 @@ void Advance(const StepContext& context, StepReport& report) {
 StepReport DoSubsteps(StepContext& context, const FloatState& state) {
   const FloatControls& controls = context.controls;
   StepReport report;
-  report.warnings = controls.warnings;
+  report.warnings = controls.plan.known_warnings;
   Begin(context, state);
-  for (uint32_t index = 0; index < controls.schedule.size(); ++index) {
-    const Substep substep = controls.schedule[index];
+  for (uint32_t index = 0; index < controls.plan.schedule.size(); ++index) {
+    const Substep substep = controls.plan.schedule[index];
     context.substep = FloatSubstep(substep, controls.damping_per_s);
     // Colliders are met by substeps of equal length only.
     PlaceColliders(context, index * substep.duration_s, (index + 1) * substep.duration_s);

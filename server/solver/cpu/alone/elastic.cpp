@@ -58,7 +58,7 @@ void StoreElasticImpulses(const StepContext& context, const Vec4* p, float durat
 }  // namespace
 
 void ApplyElastic(const StepContext& context, const Vec4* positions, float duration) {
-  if (!context.model.has_elastic()) return;
+  if (!context.controls.Has(StepStage::kApplyElastic)) return;
   const FloatModel& model = context.model;
   StepScratch& scratch = context.scratch;
   context.ForRanges(model.elastic_groups.size(), kGroupGrain, [&](size_t begin, size_t end) {

@@ -65,7 +65,7 @@ void MoveEnds(const StepContext& context, uint32_t place) {
 }  // namespace
 
 void RefineLinks(const StepContext& context) {
-  if (!context.controls.has_refinement()) return;
+  if (!context.controls.Has(StepStage::kRefine)) return;
   Refinement& refinement = context.scratch.refinement;
   refinement.Begin(context.model);
   MarkLinksFarOff(context);
@@ -73,7 +73,7 @@ void RefineLinks(const StepContext& context) {
   const auto cloths_far_off = [&](uint32_t place) -> uint32_t {
     return AreFarOff(context, context.model.groups[place / kVec4Size])[place % kVec4Size] ? 1 : 0;
   };
-  const bool has_moved = refinement.Run(context.controls.solver, move_ends, cloths_far_off);
+  const bool has_moved = refinement.Run(context.controls.plan.solver, move_ends, cloths_far_off);
   if (has_moved) FindContactFloors(context);
 }
 

@@ -21,7 +21,7 @@ Vec4 SpringAcceleration(const FloatModel& model, const Vec4* p, const Vec4* v, u
 }  // namespace
 
 void ApplySprings(const StepContext& context, const Vec4* positions, float duration) {
-  if (!context.controls.has_half_kicks) return;
+  if (!context.controls.Has(StepStage::kApplySprings)) return;
   const FloatModel& model = context.model;
   StepScratch& scratch = context.scratch;
   Vec4* const v = scratch.state.velocities.data();
@@ -31,7 +31,7 @@ void ApplySprings(const StepContext& context, const Vec4* positions, float durat
 }
 
 void AccelerateBySprings(const StepContext& context) {
-  if (!context.controls.has_spring_forces || context.substep.is_two_step) return;
+  if (!context.controls.plan.solver.has_spring_forces || context.substep.is_two_step) return;
   StepScratch& scratch = context.scratch;
   const Vec4* const p = scratch.state.positions.data();
   const Vec4* const v = scratch.state.velocities.data();

@@ -54,10 +54,9 @@ void PullGroups(const StepContext& context, size_t begin, size_t end) {
 
 }  // namespace
 
-void ApplyTethers(const StepContext& context) {
+void Tether(const StepContext& context) {
   const FloatModel& model = context.model;
-  if (!context.controls.use_tethers || context.own_lengths != nullptr) return;
-  if (model.tethers.empty()) return;
+  if (!context.controls.Has(StepStage::kTether)) return;
   const std::vector<uint32_t>& offsets = model.tether_block_offsets;
   context.ForRanges(offsets.size() - 1, kBlockGrain, [&](size_t begin, size_t end) {
     PullGroups(context, offsets[begin], offsets[end]);

@@ -7,6 +7,6 @@ namespace drape::cpu {
 
 // No particle ends the substep farther from a pin than the cloth between them is long
 // (scene/tethers.h).
-void ApplyTethers(const StepContext& context);
+void Tether(const StepContext& context);
 
 }  // namespace drape::cpu

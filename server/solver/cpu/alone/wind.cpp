@@ -38,7 +38,7 @@ void StoreAirImpulses(const StepContext& context, const Vec4* p, float duration,
 }  // namespace
 
 void ApplyWind(const StepContext& context, const Vec4* positions, float duration) {
-  if (!context.controls.has_air_forces) return;
+  if (!context.controls.Has(StepStage::kApplyWind)) return;
   const FloatModel& model = context.model;
   context.ForRanges(model.triangles.size(), kGroupGrain, [&](size_t begin, size_t end) {
     StoreAirImpulses(context, positions, duration, begin, end);

@@ -53,13 +53,11 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
     : plan(PlanStep(*model.source, parameters,
                     has_own_lengths ? LengthSource::kOwn : LengthSource::kModel,
                     ScalarType::kFloat32)),
-      solver(plan.solver),
-      schedule(plan.schedule),
-      refine_limits(std::max(solver.refine_above_strain, plan.tolerance)) {
+      refine_limits(std::max(plan.solver.refine_above_strain, plan.tolerance)) {
   const StepSettings& settings = parameters.settings;
   const double substep_s = settings.substep_s();
   damping_per_s = parameters.damping_per_s;
-  end_share = static_cast<float>(solver.end_share);
+  end_share = static_cast<float>(plan.solver.end_share);
   time_step = static_cast<float>(settings.time_step_s);
   h = static_cast<float>(substep_s);
   inverse_h = static_cast<float>(1 / substep_s);
@@ -79,12 +77,6 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
     colliders.push_back(std::visit(
         [&](const auto& shape) { return ToFloat(shape, parameters.thickness_m); }, collider));
   }
-  use_tethers = settings.use_tethers;
-  has_air_forces = HasAirForces(*model.source, parameters);
-  const bool is_in_force = settings.spring_integration == SpringIntegration::kInForce;
-  has_half_kicks = model.has_springs() && !is_in_force;
-  has_spring_forces = model.has_springs() && is_in_force;
-  warnings = plan.known_warnings;
 }
 
 }  // namespace drape::cpu

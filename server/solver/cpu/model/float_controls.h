@@ -40,9 +40,11 @@ struct RefineLimits {
 struct FloatControls {
   FloatControls(const FloatModel& model, const ClothParameters& parameters, bool has_own_lengths);
 
+  // Whether the stage has anything to do.
+  bool Has(StepStage stage) const { return plan.Has(stage); }
+  bool has_start_directions() const { return end_share < 1; }
+
   StepPlan plan;
-  SolverChoice solver;
-  SubstepSchedule schedule;
   double damping_per_s;
   float time_step;               // [s]
   float h;                       // substep [s]
@@ -62,13 +64,6 @@ struct FloatControls {
   float air_lift;
   std::vector<FloatCollider> colliders;
   float end_share;  // of the direction at the end of the substep in that of an impulse, [0, 1]
-  bool has_start_directions() const { return end_share < 1; }
-  bool has_refinement() const { return solver.refine_above_strain > 0; }
-  bool use_tethers;
-  bool has_air_forces;
-  bool has_half_kicks;     // springs by half kicks
-  bool has_spring_forces;  // springs in the force of the substep
-  StepWarnings warnings;   // those that are known before the step
 };
 
 }  // namespace drape::cpu

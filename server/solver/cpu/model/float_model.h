@@ -173,8 +173,7 @@ struct FloatModel {
     if (has_inequalities()) mask &= (bounds[group].min < 0) & (bounds[group].max > 0);
     return mask;
   }
-  bool has_elastic() const { return !elastic_groups.empty(); }
-  bool has_springs() const { return !spring_ends.empty(); }
+  bool has_springs() const { return !spring_offsets.empty(); }
 };
 
 // One FloatModel per SceneModel object, for as long as a cloth uses it. One thread.

@@ -44,7 +44,7 @@ class Prediction {
   explicit Prediction(const GroupContext& context)
       : is_two_step_(context.substep.is_two_step),
         sets_previous_(context.substep.sets_previous),
-        has_spring_forces_(context.controls.has_spring_forces),
+        has_spring_forces_(context.controls.plan.solver.has_spring_forces),
         half_interval_(context.substep.half_interval),
         accelerations_(context.accelerations),
         previous_(context.previous),
@@ -136,7 +136,7 @@ class Integration {
         is_held_(context.is_held),
         watches_(context.reach.WatchesEnds(context.max_iterations)),
         is_two_step_(context.open.ended.is_two_step),
-        has_spring_forces_(context.controls.has_spring_forces),
+        has_spring_forces_(context.controls.plan.solver.has_spring_forces),
         interval_(context.open.ended.interval),
         half_interval_(context.open.ended.half_interval),
         accelerations_(context.accelerations),
@@ -206,7 +206,7 @@ void Predict(GroupContext& context) {
 }
 
 void Tether(GroupContext& context) {
-  context.open.tether = context.controls.use_tethers;
+  context.open.tether = context.controls.Has(StepStage::kTether);
 }
 
 void Integrate(GroupContext& context) {

@@ -144,7 +144,7 @@ void Gather(std::span<const GroupCloth> cloths, const GroupContext& context) {
     targets[lane] = cloth.context.pin_targets.data();
   }
   // Before any kick, which is part of what two steps continue.
-  const bool sets_previous = context.controls.schedule[0].sets_previous;
+  const bool sets_previous = context.controls.plan.schedule[0].sets_previous;
   for (size_t i = 0; i < context.particle_count(); ++i) {
     const VectorsCloths p = LoadVectors(positions, i), v = LoadVectors(velocities, i);
     context.particles[i] = {p, v};

@@ -69,9 +69,10 @@ void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
   GatherColliders(cloths, context);
   const std::span reaches = std::span(scratch.reaches).first(cloths.size());
   GatherRanges(reaches, context);
-  for (GroupCloth& cloth : cloths) cloth.report.warnings = cloth.context.controls.warnings;
-  for (uint32_t index = 0; index < controls.schedule.size(); ++index) {
-    BeginSubstep(controls.schedule, index, cloths, context);
+  for (GroupCloth& cloth : cloths)
+    cloth.report.warnings = cloth.context.controls.plan.known_warnings;
+  for (uint32_t index = 0; index < controls.plan.schedule.size(); ++index) {
+    BeginSubstep(controls.plan.schedule, index, cloths, context);
     Advance(context, cloths);
   }
   if (scratch.results.size() < cloths.size()) scratch.results.resize(cloths.size());

@@ -29,8 +29,8 @@ inline constexpr size_t kMaxLaneContacts = size_t{1} << 18;  // particles * coll
 // nothing that only StepCloth knows.
 bool FitsLanes(const FloatModel& model, const FloatControls& controls);
 // Steps every cloth once as StepCloth does. At most lane_count cloths, all of them fit for lanes
-// and pairwise alike in model, schedule, solver, tolerance, max_iterations, use of tethers and of
-// start directions; numbers may differ. Thread-safe for different cloths and working memory.
+// pairwise alike (LaneKey); numbers may differ. Thread-safe for different cloths and working
+// memory.
 void StepCloths(std::span<GroupCloth> cloths, GroupScratch& scratch);
 
 }  // namespace drape::cpu

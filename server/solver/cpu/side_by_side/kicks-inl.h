@@ -34,7 +34,7 @@ VectorsCloths SpringAcceleration(const GroupContext& context, const Positions& p
 
 // Springs in the force: the accelerations of the substep, gravity with them.
 void AccelerateBySprings(GroupContext& context) {
-  if (!context.controls.has_spring_forces || context.substep.is_two_step) return;
+  if (!context.controls.plan.solver.has_spring_forces || context.substep.is_two_step) return;
   Settle(context);
   const auto p = [&](uint32_t i) { return context.particles[i].p; };
   for (const uint32_t i : context.model.free_particles) {
@@ -154,15 +154,15 @@ void ApplyWind(const GroupContext& context, const Positions& p, float duration) 
 // What acts on the velocities for some time, from the same positions and velocities.
 template <class Positions>
 void KickFrom(const GroupContext& context, const Positions& p, float duration) {
-  if (context.controls.has_half_kicks) ApplySprings(context, p, duration);
-  if (context.model.has_elastic()) ApplyElastic(context, p, duration);
-  if (context.controls.has_air_forces) ApplyWind(context, p, duration);
+  if (context.controls.Has(StepStage::kApplySprings)) ApplySprings(context, p, duration);
+  if (context.controls.Has(StepStage::kApplyElastic)) ApplyElastic(context, p, duration);
+  if (context.controls.Has(StepStage::kApplyWind)) ApplyWind(context, p, duration);
 }
 
 bool HasKicks(const GroupContext& context, float duration) {
-  const FloatControls& controls = context.controls;
   return duration > 0 &&
-         (controls.has_half_kicks || controls.has_air_forces || context.model.has_elastic());
+         context.controls.plan.stages.HasAnyOf(
+             {StepStage::kApplySprings, StepStage::kApplyElastic, StepStage::kApplyWind});
 }
 
 void Kick(GroupContext& context, float duration) {

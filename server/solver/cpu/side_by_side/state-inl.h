@@ -91,7 +91,7 @@ struct GroupContext {
         max_iterations(cloths[0].context.max_iterations),
         particles(scratch.particles.Reserve<ClothParticle>(particle_count())),
         previous(scratch.previous.Reserve<ClothParticle>(
-            controls.schedule.has_two_steps() ? particle_count() : 0)),
+            controls.plan.schedule.has_two_steps() ? particle_count() : 0)),
         pin_targets(scratch.pin_targets.Reserve<VectorsCloths>(model.pins.size())),
         strip_links(scratch.strip_links.Reserve<PairLinkSolution>(model.longest_strip)),
         end_directions(scratch.end_directions.Reserve<VectorsPair>(
@@ -105,7 +105,7 @@ struct GroupContext {
             model.has_springs() ? model.particle_count : 0)),
         impulses(scratch.impulses.Reserve<VectorsCloths>(kick_count())),
         predicted(scratch.predicted.Reserve<VectorsCloths>(
-            controls.schedule.has_two_steps() ? particle_count() : 0)),
+            controls.plan.schedule.has_two_steps() ? particle_count() : 0)),
         joint_impulses(scratch.joint_impulses.Reserve<VectorsCloths>(model.joints.size())),
         refinement(scratch.refinement),
         contacts(scratch.contacts.Reserve<ClothContact>(model.particle_count * collider_count())),
@@ -127,8 +127,9 @@ struct GroupContext {
   size_t particle_count() const { return model.particle_count + size_t{1}; }
   // Of elastic elements or triangles.
   size_t kick_count() const {
-    return std::max(model.source->elastic_elements().size(),
-                    controls.has_air_forces ? model.source->triangles().size() : size_t{0});
+    return std::max(model.source->elastic_elements().size(), controls.Has(StepStage::kApplyWind)
+                                                                 ? model.source->triangles().size()
+                                                                 : size_t{0});
   }
   // Of constraints with an accumulated impulse, in the places of the model, and padding.
   size_t impulse_count() const {

@@ -234,7 +234,7 @@ void MoveEnds(const GroupContext& context, const RefinedLink& link) {
 // Moves the links that strips have left far off in some cloths, and those at their ends, to their
 // lengths, one by one.
 void Refine(const GroupContext& context) {
-  if (!context.controls.has_refinement()) return;
+  if (!context.controls.Has(StepStage::kRefine)) return;
   const FloatModel& model = context.model;
   Refinement& refinement = context.refinement;
   refinement.Begin(model);
@@ -246,7 +246,7 @@ void Refine(const GroupContext& context) {
   }
   const auto move_ends = [&](const RefinedLink& link) { MoveEnds(context, link); };
   const auto cloths_far_off = [&](uint32_t place) { return BitsOf(IsFarOff(context, place)); };
-  if (refinement.Run(context.controls.solver, move_ends, cloths_far_off)) {
+  if (refinement.Run(context.controls.plan.solver, move_ends, cloths_far_off)) {
     FindContactFloors(context);
   }
 }
@@ -305,9 +305,9 @@ void Solve(GroupContext& context, std::span<GroupCloth> cloths) {
     }
     // All always run: a contact can break what the distances have just met.
     MaskCloths has_changed;
-    if (controls.solver.has_strips) has_changed |= SolveStrips(context);
+    if (controls.Has(StepStage::kSolveStrips)) has_changed |= SolveStrips(context);
     if (context.substep.is_last && iteration + 1 == context.max_iterations) Refine(context);
-    if (!controls.solver.has_strips) has_changed |= SolveDistance(context);
+    if (controls.Has(StepStage::kSolveDistance)) has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
     has_changed |= SolveContacts(context);
     if (controls.tolerance == 0) continue;
@@ -324,9 +324,9 @@ void Solve(GroupContext& context, std::span<GroupCloth> cloths) {
 // No velocity along rigid links is left (Bender et al. 2009, section 3.2).
 void SolveVelocity(GroupContext& context) {
   const FloatModel& model = context.model;
-  if (context.controls.solver.velocity_iterations == 0) return;
+  if (context.controls.plan.solver.velocity_iterations == 0) return;
   Settle(context);
-  for (uint32_t sweep = 0; sweep < context.controls.solver.velocity_iterations; ++sweep) {
+  for (uint32_t sweep = 0; sweep < context.controls.plan.solver.velocity_iterations; ++sweep) {
     for (size_t g = 0; g < model.groups.size(); ++g) {
       const DistanceGroup& group = model.groups[g];
       const Mask4 is_rigid = model.RigidLanes(g);

@@ -192,7 +192,7 @@ Measurements Measure(const StepContext& context, const FloatState& state, FaultR
   MeasureElastic(context, state, measured);
   MeasureParticles(context, state, measured);
   const bool is_good = fault == FaultReason::kNone;
-  const PlacedColliders colliders(context, is_good ? EndOf(context.controls.schedule) : 0);
+  const PlacedColliders colliders(context, is_good ? EndOf(context.controls.plan.schedule) : 0);
   MeasureContacts(context, state, colliders, measured);
   if (is_good) measured.max_residual_m = MaxResidual(context, state, colliders);
   return measured;
