@@ -30,11 +30,6 @@ struct ClothParameters {
   StepSettings settings;
 };
 
-// Whether the stage `apply_wind` has anything to do. Cloths without triangles feel no air.
-inline bool HasAirForces(const SceneModel& model, const ClothParameters& parameters) {
-  return !model.triangles().empty() && (parameters.air_drag > 0 || parameters.air_lift > 0);
-}
-
 // Whether colliders move, or rest elsewhere than described.
 inline bool HasMovingColliders(const ClothParameters& parameters) {
   return !parameters.collider_motions.empty();
@@ -49,11 +44,6 @@ inline bool HasRestitution(const ClothParameters& parameters) {
 // gravity gives in kReboundSubsteps substeps.
 inline double SlowestRebound(const ClothParameters& parameters) {
   return kReboundSubsteps * parameters.gravity_m_per_s2.norm() * parameters.settings.substep_s();
-}
-
-// Whether the stage `damp_twist` has anything to do: cells are those of a grid.
-inline bool HasTwistDamping(const SceneModel& model, const StepSettings& settings) {
-  return settings.twist_damping_per_s > 0 && model.grid_columns() > 1 && model.grid_rows() > 1;
 }
 
 }  // namespace drape

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "server/solver/solver_constants.h"
@@ -29,12 +28,6 @@ void CheckRange(const FieldPath& path, uint32_t value, const Range& range, Viola
 // Switches and choices have no range.
 template <class Value>
 void CheckRange(const FieldPath&, Value, const Range&, Violations&) {}
-
-// 4 ulp: two positions, each rounded when stored, and their difference.
-double ResolvableTolerance(double tolerance, const SceneModel& model, double relative_ulp) {
-  if (tolerance <= 0) return 0;
-  return std::max(tolerance, 4 * relative_ulp * model.resolution_ratio());
-}
 
 }  // namespace
 
@@ -91,18 +84,6 @@ double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size
           : 0;
   return sweeps * (constraints + 2.0 * model.spring_count() + contacts) +
          kMaxTethersPerParticle * tethers + velocities + twist + air + elastic + refinement;
-}
-
-bool HasTethers(const SceneModel& model, const StepSettings& settings) {
-  return settings.use_tethers && !model.tethers().empty();
-}
-
-double SinglePrecisionTolerance(double tolerance, const SceneModel& model) {
-  return ResolvableTolerance(tolerance, model, std::numeric_limits<float>::epsilon());
-}
-
-double DoublePrecisionTolerance(double tolerance, const SceneModel& model) {
-  return ResolvableTolerance(tolerance, model, std::numeric_limits<double>::epsilon());
 }
 
 }  // namespace drape

@@ -225,16 +225,6 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides, con
 // because these may begin while the cloth runs.
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count);
 
-// Whether the stage `tether` has anything to do.
-bool HasTethers(const SceneModel& model, const StepSettings& settings);
-
-// Below about 4 ulp(|p|) / rest length no sweep in single precision ever meets the tolerance.
-// Returns the tolerance to use: the requested one, or the smallest that 24-bit positions of this
-// size can resolve. 0 stays 0.
-double SinglePrecisionTolerance(double tolerance, const SceneModel& model);
-// The same for 53-bit positions.
-double DoublePrecisionTolerance(double tolerance, const SceneModel& model);
-
 // Largest number of particles * colliders of one cloth: each pair has impulses of its own during a
 // step. With more, one cloth could take gigabytes.
 inline constexpr uint64_t kMaxParticleColliderPairs = uint64_t{1} << 24;

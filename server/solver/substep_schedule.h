@@ -47,8 +47,6 @@ class SubstepSchedule {
 
   bool has_two_steps() const { return has_two_steps_; }
   uint32_t size() const { return has_two_steps_ ? substeps_ + 1 : substeps_; }
-  // Substeps from one `damp_twist` to the next, counted back from the last substep; 0: never.
-  uint32_t twist_period() const { return twist_period_; }
   Substep operator[](uint32_t index) const;  // index < size()
 
   friend auto operator<=>(const SubstepSchedule&, const SubstepSchedule&) = default;
@@ -60,6 +58,7 @@ class SubstepSchedule {
   bool has_two_steps_;
   uint32_t substeps_;
   double h_;  // of a whole substep [s]
+  // Substeps from one `damp_twist` to the next, counted back from the last substep; 0: never.
   uint32_t twist_period_ = 0;
   double twist_share_ = 0;
 };

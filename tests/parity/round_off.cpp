@@ -86,7 +86,7 @@ AirScales FindAirScales(const Scene& scene, double relative_speed) {
   const SceneModel& model = *scene.model;
   const ClothParameters& parameters = scene.parameters;
   AirScales scales;
-  if (!HasAirForces(model, parameters)) return scales;
+  if (parameters.air_drag == 0 && parameters.air_lift == 0) return scales;
   scales.edge_m = std::numeric_limits<double>::infinity();
   const double per_area = parameters.settings.substep_s() * kAirDensity_kg_per_m3 *
                           (parameters.air_drag + parameters.air_lift) * relative_speed / 2;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+
 #include <cmath>
 
 #include "server/solver/solver_constants.h"
@@ -116,6 +118,22 @@ TEST(StepPlanTest, NamesOfStages) {
   EXPECT_EQ(StageName(StepStage::kApplySprings), "apply_springs");
   EXPECT_EQ(StageName(StepStage::kSolveContacts), "solve_contacts");
   EXPECT_EQ(StageName(StepStage::kMeasure), "measure");
+}
+
+TEST(StepPlanTest, TheToleranceIsRaisedOnlyBelowWhatPositionsResolve) {
+  const test::Scene scene = test::Grid(11, 11, 1, 1);  // edges of 0.1 m, coordinates up to 1 m
+  constexpr double kFloatUlp = std::numeric_limits<float>::epsilon();
+  constexpr double kDoubleUlp = std::numeric_limits<double>::epsilon();
+  const auto used = [&](double tolerance, ScalarType scalar) {
+    ClothParameters parameters = test::PlainParameters();
+    parameters.settings.tolerance = tolerance;
+    return PlanStep(*scene.model, parameters, LengthSource::kModel, scalar).tolerance;
+  };
+  EXPECT_EQ(used(0, ScalarType::kFloat32), 0) << "0 means a fixed number of sweeps";
+  EXPECT_EQ(used(1e-3, ScalarType::kFloat32), 1e-3);
+  EXPECT_DOUBLE_EQ(used(1e-9, ScalarType::kFloat32), 4 * kFloatUlp * 1 / 0.1);
+  EXPECT_EQ(used(1e-9, ScalarType::kFloat64), 1e-9);
+  EXPECT_DOUBLE_EQ(used(1e-30, ScalarType::kFloat64), 4 * kDoubleUlp * 1 / 0.1);
 }
 
 }  // namespace

@@ -138,17 +138,6 @@ TEST(StepSettings, SeveralBadValuesAreToldAtOnce) {
   EXPECT_EQ(status.violations().size(), 3u);
 }
 
-TEST(ResolvableTolerance, IsRaisedOnlyBelowWhatPositionsResolve) {
-  const test::Scene scene = test::Grid(11, 11, 1, 1);  // edges of 0.1 m, coordinates up to 1 m
-  constexpr double kFloatUlp = std::numeric_limits<float>::epsilon();
-  constexpr double kDoubleUlp = std::numeric_limits<double>::epsilon();
-  EXPECT_EQ(SinglePrecisionTolerance(0, *scene.model), 0) << "0 means a fixed number of sweeps";
-  EXPECT_EQ(SinglePrecisionTolerance(1e-3, *scene.model), 1e-3);
-  EXPECT_DOUBLE_EQ(SinglePrecisionTolerance(1e-9, *scene.model), 4 * kFloatUlp * 1 / 0.1);
-  EXPECT_EQ(DoublePrecisionTolerance(1e-9, *scene.model), 1e-9);
-  EXPECT_DOUBLE_EQ(DoublePrecisionTolerance(1e-30, *scene.model), 4 * kDoubleUlp * 1 / 0.1);
-}
-
 TEST(SolvesPerStep, CountsEverySolveOfTheWorstStep) {
   const test::Scene scene = test::Grid(4, 3, 1, 1);  // 9 + 8 edges
   StepSettings settings = test::PlainSettings();

@@ -105,7 +105,7 @@ void SetColliderMotions(Cloth& cloth, std::span<const RigidMotion> motions) {
   CheckMotionCount(cloth.parameters);
 }
 
-// Where pins, lengths and colliders go in a step.
+// Sets the targets of pins, lengths and colliders in a step.
 void SetTargets(Cloth& cloth, const StepItem& item) {
   if (!item.pin_targets_m.empty()) cloth.pin_targets = ToFloat(item.pin_targets_m, *cloth.model);
   SetLengthTargets(cloth, item.rest_lengths_m);
@@ -274,7 +274,7 @@ class CpuBackend final : public Backend {
     StepTeam alone{1};
   };
 
-  // What the threads share while they step a batch.
+  // Shared by the threads while they step a batch.
   struct SharedBatch {
     std::span<const StepItem> items;
     const std::vector<StepGroup> groups;

@@ -13,7 +13,7 @@
 
 namespace drape::cpu {
 
-// What cloths of one group have in common: with these alike the same stages run for all of them.
+// Cloths with equal keys may form a group: the same stages run for all of them.
 struct LaneKey {
   LaneKey(const FloatModel& model, const FloatControls& controls, uint32_t max_iterations);
 

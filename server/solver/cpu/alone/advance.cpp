@@ -64,7 +64,7 @@ void PredictFree(const StepContext& context) {
   context.ForFreeParticles([=](uint32_t i) { predict(i, p[i], v[i]); });
 }
 
-// Of where particles end a substep.
+// Watches where particles end a substep.
 ReachWatch WatchOfEnds(const StepContext& context) {
   const ColliderReach& reach = context.scratch.reach;
   return {reach.range, reach.WatchesEnds(context.max_iterations)};

@@ -22,7 +22,7 @@
 namespace drape::cpu {
 namespace {
 
-// What acts on the velocities for some time, from the same positions and velocities.
+// Springs, elastic elements and the air act on the velocities for some time.
 void Kick(const StepContext& context, const std::vector<Vec4>& positions, float duration) {
   if (duration == 0) return;
   ApplySprings(context, positions.data(), duration);

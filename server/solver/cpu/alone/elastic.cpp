@@ -7,7 +7,7 @@ namespace {
 
 using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
-// Of the particles at the four places of four elements, less that at the first place.
+// Vectors of the particles at the second to fourth place of four elements, minus that at the first.
 struct Differences {
   Differences(const ElasticGroup& group, const Vec4* vectors) {
     const Vectors4 first = Gather(vectors, group.particles[0]);

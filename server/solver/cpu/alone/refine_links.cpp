@@ -9,7 +9,7 @@ namespace {
 
 using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
-// Which of four links are far off.
+// Which of four links exceed the limits.
 Mask4 AreFarOff(const StepContext& context, const DistanceGroup& group) {
   const RefineLimits& limits = context.controls.refine_limits;
   const float interval = context.substep.interval;

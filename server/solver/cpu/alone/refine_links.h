@@ -5,8 +5,8 @@
 
 namespace drape::cpu {
 
-// Moves the links that strips have left far off, and those at their ends, to their lengths, one by
-// one.
+// Moves the links that exceed the limits after the strips, and those at their ends, to their
+// lengths, one by one.
 void RefineLinks(const StepContext& context);
 
 }  // namespace drape::cpu

@@ -59,7 +59,7 @@ class EightStrips {
     return Differences(from, to, u_);
   }
 
-  // Of the positions at the end of the substep, with half the shuffles.
+  // Differences of the positions at the end of the substep, with half the shuffles.
   HWY_INLINE Vectors8 PredictedDifferences(const Ends& from, const Ends& to) const {
     const Vec8 interval = Splat8(this->interval());
     VectorPairs d;
@@ -111,7 +111,7 @@ class EightStrips {
     for (uint32_t k = 0; k < kVec4Size; ++k) d[k] = Difference(from, to, k, values);
     return Transpose(d);
   }
-  // Of strips k and k + 4.
+  // The differences of strips k and k + 4.
   static Vec8 Difference(const Ends& from, const Ends& to, uint32_t k, const Vec4* values) {
     return VectorsAt(to, k, values) - VectorsAt(from, k, values);
   }

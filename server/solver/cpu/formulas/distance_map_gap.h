@@ -10,7 +10,7 @@
 
 namespace drape::cpu {
 
-// What a distance needs of a map. The samples are the map's own, which are floats already.
+// The part of a map that a distance needs. The samples are the map's own, which are floats already.
 struct DistanceSamples {
   DistanceSamples() = default;
   explicit DistanceSamples(std::shared_ptr<const DistanceMap> its_map);

@@ -21,12 +21,12 @@ struct FloatCollider {
   Vec4 point;
   Vec4 vector;   // normal of a plane, end b - end a of a capsule, half extents of a box
   float offset;  // what is taken off the distance: radius, if any, and the cloth's thickness
-  // Of a box or distance map; of a capsule only [0]: the normal on its segment.
+  // The axes of a box or distance map. A capsule has only [0], the normal on its segment.
   std::array<Vec4, 3> axes{};
   DistanceSamples samples{};  // of a distance map
 };
 
-// What a link's squared length is compared with, relative to the square of its rest length.
+// Limits of a link's squared length, relative to the square of its rest length.
 struct RefineLimits {
   explicit RefineLimits(double strain)
       : min_sq(static_cast<float>((1 - strain) * (1 - strain))),
@@ -50,7 +50,7 @@ struct FloatControls {
   float h;                       // substep [s]
   float inverse_h;               // [1/s]
   float tolerance;               // relative to the rest length; 0 = fixed number of sweeps
-  RefineLimits refine_limits;    // of links that are not far off
+  RefineLimits refine_limits;    // within them a link is not refined
   float contact_tolerance;       // [m]
   float depenetration_distance;  // [m] per substep
   float friction_static;

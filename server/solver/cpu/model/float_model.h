@@ -61,8 +61,8 @@ struct NumberPair {
 using PairLink = StripLinks<std::array<uint32_t, 2>, NumberPair>;
 using StripPair = Strips<std::array<uint32_t, 2>>;
 
-// What the accumulated impulses of four constraints may be [N s]: a rope's at most 0, a strut's at
-// least 0, others anything.
+// Bounds of the accumulated impulses of four constraints [N s]: at most 0 for a rope, at least 0
+// for a strut, none for others.
 struct ImpulseBounds {
   Vec4 min;
   Vec4 max;
@@ -147,8 +147,8 @@ struct FloatModel {
   std::vector<uint32_t> link_places;
   std::vector<ImpulseBounds> bounds;  // [group_count]; empty if all constraints are equalities
   std::vector<FloatJoint> joints;     // in the order of the source
-  // Of four free particles their nearest pins, then the next, ...; then of the next four. Blocks
-  // depend on each other in nothing.
+  // One block per four free particles: their nearest pins, then the next ones, and so on. Blocks
+  // are independent of each other.
   std::vector<TetherGroup> tethers;
   std::vector<uint32_t> tether_block_offsets;  // [ceil(free particles / 4) + 1] groups
   std::vector<SingleTether> single_tethers;    // as in the source: particle by particle
@@ -180,7 +180,7 @@ struct FloatModel {
 class FloatModelCache {
  public:
   std::shared_ptr<const FloatModel> Get(const std::shared_ptr<const SceneModel>& model);
-  // Of models in use.
+  // Counts the models in use.
   size_t size() const;
 
  private:

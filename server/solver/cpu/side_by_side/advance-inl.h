@@ -169,7 +169,7 @@ class ParticleVisit {
         integrate_(context),
         predict_(context),
         pull_(context) {}
-  // Of its position and velocity.
+  // `p`, `v`: its position and velocity.
   HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
     if (open_.integrate) integrate_(i, p, v);
     if (open_.damp) Assign(v, open_.damping_factor * v);

@@ -37,7 +37,7 @@ void StoreVectors(const VectorsCloths& vectors, std::span<Vec4* const> results, 
 // all, four registers are transposed block by block: block b of register r has cloth 4 b + r.
 inline constexpr uint32_t kBlockSize = 4;
 
-// Of the cloths `vectors[0]`, `vectors[4]`, ... a block each.
+// One block of each of the cloths `vectors[0]`, `vectors[4]`, ...
 template <class Tag>
 HWY_INLINE hn::Vec<Tag> LoadBlocks(Tag tag, const Vec4* const* vectors, size_t index) {
   if constexpr (hn::MaxLanes(tag) == kBlockSize) {
@@ -197,7 +197,7 @@ void ScatterReaches(const GroupContext& context, std::span<ColliderReach> reache
   for (size_t lane = 0; lane < reaches.size(); ++lane) reaches[lane].has_left = is_held[lane] == 0;
 }
 
-// What Measure reads of the working memory of a cloth.
+// Writes what Measure reads from the working memory of a cloth.
 void ScatterImpulses(const GroupContext& context, size_t lane, StepScratch& scratch) {
   scratch.contacts.resize(context.model.particle_count * context.collider_count());
   for (const uint32_t i : context.model.free_particles) {

@@ -30,7 +30,7 @@ struct GroupScratch {
   SimdMemory joint_impulses;     // Lambda, [joint_count] [N s]
   Refinement refinement;
   std::vector<FloatState> results;  // of each cloth
-  // Of each cloth. All have the same colliders near: those that one of them can meet.
+  // One per cloth. All have the same near colliders: those that any of the cloths can meet.
   std::vector<ColliderReach> reaches;
   std::vector<size_t> unfinished;  // cloths whose step is to be done again with all colliders
   uint64_t repeats = 0;            // how many steps of this thread were

@@ -111,7 +111,7 @@ HWY_EXPORT(Support);
 
 namespace {
 
-// What the step of a group begins with: a collider is near if it is to any cloth.
+// Finds the near colliders of a group: those that any of its cloths can meet.
 void FindReaches(std::span<const GroupCloth> cloths, std::vector<ColliderReach>& reaches) {
   const size_t count = cloths[0].context.controls.colliders.size();
   reaches.resize(std::max(reaches.size(), cloths.size()));

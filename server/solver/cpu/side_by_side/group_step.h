@@ -20,8 +20,8 @@ struct LaneSupport {
 };
 LaneSupport SupportedLanes();
 
-// Of a cloth in lanes: the working memory of a thread holds about 1.3 KiB per particle and 384
-// bytes per particle and collider, with 16 lanes; larger cloths fill a thread's time alone.
+// Limits of a cloth in lanes. With 16 lanes the working memory of a thread takes about 1.3 KiB per
+// particle and 384 bytes per particle and collider. Larger cloths keep a thread busy alone.
 inline constexpr size_t kMaxLaneParticles = size_t{1} << 16;
 inline constexpr size_t kMaxLaneContacts = size_t{1} << 18;  // particles * colliders
 

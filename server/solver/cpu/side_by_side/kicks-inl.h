@@ -1,5 +1,5 @@
-// What acts on the velocities of a group of cloths from time to time: springs, elastic elements,
-// the air. Compiled once per instruction set.
+// Kicks of a group of cloths: springs, elastic elements and the air change the velocities. Compiled
+// once per instruction set.
 #if defined(DRAPE_CPU_SIDE_BY_SIDE_KICKS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DRAPE_CPU_SIDE_BY_SIDE_KICKS_INL_H_
 #undef DRAPE_CPU_SIDE_BY_SIDE_KICKS_INL_H_
@@ -151,7 +151,7 @@ void ApplyWind(const GroupContext& context, const Positions& p, float duration) 
               [&](uint32_t e) { return context.impulses[triangles[e]]; });
 }
 
-// What acts on the velocities for some time, from the same positions and velocities.
+// Springs, elastic elements and the air act on the velocities for some time.
 template <class Positions>
 void KickFrom(const GroupContext& context, const Positions& p, float duration) {
   if (context.controls.Has(StepStage::kApplySprings)) ApplySprings(context, p, duration);

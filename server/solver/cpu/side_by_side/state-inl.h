@@ -1,4 +1,4 @@
-// What a step of a group of cloths works on. Compiled once per instruction set.
+// The data that a step of a group of cloths works on. Compiled once per instruction set.
 #if defined(DRAPE_CPU_SIDE_BY_SIDE_STATE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DRAPE_CPU_SIDE_BY_SIDE_STATE_INL_H_
 #undef DRAPE_CPU_SIDE_BY_SIDE_STATE_INL_H_
@@ -31,7 +31,7 @@ struct ClothCollider {
   std::array<VectorsCloths, 3> axes;
 };
 
-// What that collider has done to one particle of each cloth in this substep, times w
+// The impulses of that collider on one particle of each cloth in this substep, times w
 // (ContactImpulses).
 struct ClothContact {
   VectorsCloths tangent;
@@ -42,7 +42,7 @@ struct ClothContact {
 struct ClothBox {
   VectorsCloths low, high;
 };
-// Of those whose places are in their boxes; what is not a number is not.
+// Set for the cloths whose place is in their box; never for a place that is not a number.
 HWY_INLINE MaskCloths Holds(const ClothBox& box, const VectorsCloths& place) {
   return ((place.x >= box.low.x) & (box.high.x >= place.x)) &
          ((place.y >= box.low.y) & (box.high.y >= place.y)) &
@@ -125,13 +125,13 @@ struct GroupContext {
   size_t collider_count() const { return reach.near.size(); }
   // With the spare one.
   size_t particle_count() const { return model.particle_count + size_t{1}; }
-  // Of elastic elements or triangles.
+  // Number of elastic elements or triangles, whichever is larger.
   size_t kick_count() const {
     return std::max(model.source->elastic_elements().size(), controls.Has(StepStage::kApplyWind)
                                                                  ? model.source->triangles().size()
                                                                  : size_t{0});
   }
-  // Of constraints with an accumulated impulse, in the places of the model, and padding.
+  // Number of accumulated impulses, in the places of the model, with padding.
   size_t impulse_count() const {
     const bool has_impulses = model.has_compliance() || model.has_inequalities();
     return has_impulses ? (model.groups.size() + 1) * kVec4Size : 0;
@@ -156,7 +156,7 @@ struct GroupContext {
   VectorsCloths* const joint_impulses;
   Refinement& refinement;
   ClothContact* const contacts;  // [particle_count][collider_count]
-  // What differs between the cloths.
+  // These differ between the cloths.
   const VectorsCloths gravity;
   const VectorsCloths wind;
   const VecCloths air_drag, air_lift;

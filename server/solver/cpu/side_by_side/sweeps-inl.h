@@ -69,7 +69,7 @@ class StripPairs {
   VectorsPair PredictedDifferences(const Ends& from, const Ends& to) const {
     return PositionDifferences(from, to) + Splat(interval()) * VelocityDifferences(from, to);
   }
-  // Of cloths whose sweeps go on.
+  // The lanes whose sweeps continue.
   MaskPair Running(const MaskPair& mask) const {
     return {mask.low & context_.is_running, mask.high & context_.is_running};
   }
@@ -198,7 +198,7 @@ MaskCloths SolveDistance(GroupContext& context) {
   return ChooseSweep<>(context);
 }
 
-// The cloths in which the link at this place is far off.
+// The cloths in which the link at this place exceeds the limits of the refinement.
 MaskCloths IsFarOff(const GroupContext& context, uint32_t place) {
   const DistanceGroup& group = context.model.groups[place / kVec4Size];
   const uint32_t k = place % kVec4Size;
@@ -231,7 +231,7 @@ void MoveEnds(const GroupContext& context, const RefinedLink& link) {
   to.p = to.p - (SplatCloths(group.inverse_mass_j[k]) * move) * n;
 }
 
-// Moves the links that strips have left far off in some cloths, and those at their ends, to their
+// Moves the links that exceed the limits after the strips, and the links at their ends, to their
 // lengths, one by one.
 void Refine(const GroupContext& context) {
   if (!context.controls.Has(StepStage::kRefine)) return;

@@ -39,7 +39,7 @@ class ReachWatch {
   Mask4 is_held_{-1, -1, -1, -1};
 };
 
-// Of one cloth in one step.
+// The reach of one cloth in one step.
 struct ColliderReach {
   std::vector<uint32_t> near;  // the colliders that the step works on, ascending
   bool has_far = false;        // others are left out: those that nothing in `range` touches

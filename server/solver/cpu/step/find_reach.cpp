@@ -14,8 +14,8 @@ namespace {
 // fewer than 64, is off by at most 2^-24 of them.
 constexpr float kGapRounding = 0x1p-18f;
 
-// One particle of so many is looked at first, as all of them take 3 % of a step that finds a cloth
-// at rest on the ground.
+// At first only every 16th particle is looked at: all of them take 3 % of the step of a cloth at
+// rest on the ground.
 constexpr size_t kSampleStride = 16;
 
 // The collider, or where it is not convex the box around it. With the same gap or a smaller one

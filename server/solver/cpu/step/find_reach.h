@@ -1,4 +1,4 @@
-// What a step begins with: the colliders that its cloths can meet (collider_reach.h).
+// Finds the colliders that cloths can meet within a step (collider_reach.h).
 #pragma once
 
 #include <cstdint>
@@ -15,10 +15,10 @@ namespace drape::cpu {
 ParticleBox AddNear(const StepContext& context, const FloatState& state,
                     std::vector<uint32_t>& near);
 
-// What a step of a cloth alone begins with.
+// For a cloth alone, before its step.
 void FindReach(const StepContext& context, const FloatState& state, ColliderReach& reach);
 
-// With all its colliders.
+// All colliders count as near.
 void ReachAll(const StepContext& context, ColliderReach& reach);
 
 }  // namespace drape::cpu

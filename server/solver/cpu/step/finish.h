@@ -1,4 +1,4 @@
-// What a step of either path ends with.
+// The end of a step, for both paths.
 #pragma once
 
 #include "server/solver/cpu/step/step_context.h"

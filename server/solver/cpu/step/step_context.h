@@ -1,4 +1,4 @@
-// What a step works on: the state, the working memory and the substep under way.
+// The data of a step: the state, the working memory and the substep under way.
 #pragma once
 
 #include <span>
@@ -23,7 +23,7 @@ struct FloatState {
   std::vector<Vec4> velocities;
 };
 
-// What one collider has done to one particle in this substep, times w.
+// The impulses of one collider on one particle in this substep, times w.
 struct ContactImpulses {
   Vec4 tangent;
   float normal;
@@ -53,7 +53,7 @@ struct FloatSubstep {
   float damping_factor = 1;  // of velocities: of v after a ballistic substep, of u before two steps
 };
 
-// Of one group of strips.
+// Working memory of one group of strips.
 struct StripScratch {
   SimdMemory links;
   SimdMemory end_directions;      // of the links; only with start directions
