@@ -312,19 +312,16 @@ TEST(SpecValues, CapsulesAndBoxes) {
   auto checked = CheckCreateCloths(request, {});
   ASSERT_TRUE(checked.ok()) << checked.status().ToString();
   const auto& colliders = checked->copies[0].parameters.colliders;
-  const auto& capsule = std::get<CapsuleCollider>(colliders[2]);
-  EXPECT_EQ(capsule.a_m, Eigen::Vector3d(-1, -1, 0));
-  EXPECT_EQ(capsule.b_m, Eigen::Vector3d(1, -1, 0.5));
-  EXPECT_EQ(capsule.radius_m, 0.25);
-  const auto& box = std::get<BoxCollider>(colliders[3]);
-  EXPECT_EQ(box.center_m, Eigen::Vector3d(2, -1, 0));
-  EXPECT_EQ(box.half_extents_m, Eigen::Vector3d(0.5, 0.25, 1));
-  EXPECT_NEAR((box.rotation.coeffs() - Eigen::Vector4d(0, 0.6, 0, 0.8)).norm(), 0, 1e-15);
+  EXPECT_EQ(colliders[2], CapsuleBetween({-1, -1, 0}, {1, -1, 0.5}, 0.25));
+  const Collider& box = colliders[3];
+  EXPECT_EQ(box.pose.position_m, Eigen::Vector3d(2, -1, 0));
+  EXPECT_EQ(box.shape, Shape(BoxShape{{0.5, 0.25, 1}}));
+  EXPECT_NEAR((box.pose.rotation.coeffs() - Eigen::Vector4d(0, 0.6, 0, 0.8)).norm(), 0, 1e-15);
 
   Box(request).clear_rotation_xyzw();
   checked = CheckCreateCloths(request, {});
   ASSERT_TRUE(checked.ok()) << checked.status().ToString();
-  EXPECT_EQ(std::get<BoxCollider>(checked->copies[0].parameters.colliders[3]).rotation.coeffs(),
+  EXPECT_EQ(checked->copies[0].parameters.colliders[3].pose.rotation.coeffs(),
             Eigen::Vector4d(0, 0, 0, 1));
 }
 
@@ -335,7 +332,7 @@ TEST(SpecValues, HugeAndTinyVectorsKeepTheirDirection) {
   request.clear_transforms();
   const auto checked = CheckCreateCloths(request, {});
   ASSERT_TRUE(checked.ok()) << checked.status().ToString();
-  const auto& plane = std::get<PlaneCollider>(checked->copies[0].parameters.colliders[1]);
+  const auto& plane = std::get<PlaneShape>(checked->copies[0].parameters.colliders[1].shape);
   // Rounding of one division and one square root per component.
   EXPECT_NEAR((plane.normal - Eigen::Vector3d(0.6, 0, 0.8)).norm(), 0, 1e-15);
   EXPECT_EQ(checked->copies[0].transform.rotation.y(), 1);

@@ -36,6 +36,6 @@ Scene ReachSheet(const std::string& name, Preset preset, uint32_t columns, uint3
                  std::vector<uint32_t> pins = {});
 
 // Solid beyond this x.
-PlaneCollider Wall(double x_m);
+Collider Wall(double x_m);
 
 }  // namespace drape::test

@@ -28,21 +28,27 @@ double DrawnRadius(double radius_m, double length_scale_m) {
   return radius_m - std::min(sag + kShare * radius_m, 0.25 * radius_m);
 }
 
+double DrawnHalfExtent(double half_m, double length_scale_m) {
+  return half_m - std::min(0.2 * length_scale_m + kShare * half_m, 0.25 * half_m);
+}
+
 // One shape in the environment of a cloth as a solid in that environment.
 struct ToSolid {
+  const RigidTransform& pose;
   double length_scale_m;
 
-  DrawnSolid operator()(const SphereCollider& sphere) const {
+  DrawnSolid operator()(const SphereShape& sphere) const {
     DrawnSolid solid;
-    solid.center_m = sphere.center_m;
+    solid.center_m = pose.position_m;
     solid.radius_m = sphere.radius_m;
     solid.drawn_radius_m = DrawnRadius(sphere.radius_m, length_scale_m);
     return solid;
   }
-  DrawnSolid operator()(const CapsuleCollider& capsule) const {
+  DrawnSolid operator()(const CapsuleShape& capsule) const {
     DrawnSolid solid;
-    const Vector3d segment = capsule.b_m - capsule.a_m;
-    solid.center_m = capsule.a_m + segment / 2;
+    const Vector3d a = pose * capsule.a_m;
+    const Vector3d segment = pose * capsule.b_m - a;
+    solid.center_m = a + segment / 2;
     solid.axes = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitY(), segment).toRotationMatrix();
     solid.half_extents_m = Vector3d(0, segment.norm() / 2, 0);
     solid.drawn_half_extents_m = solid.half_extents_m;
@@ -51,34 +57,33 @@ struct ToSolid {
     solid.drawn_radius_m = DrawnRadius(capsule.radius_m, length_scale_m);
     return solid;
   }
-  DrawnSolid operator()(const BoxCollider& box) const {
+  DrawnSolid operator()(const BoxShape& box) const {
     DrawnSolid solid;
-    solid.center_m = box.center_m;
-    solid.axes = box.rotation.toRotationMatrix();
+    solid.center_m = pose.position_m;
+    solid.axes = pose.rotation.toRotationMatrix();
     solid.half_extents_m = box.half_extents_m;
     for (int k = 0; k < 3; ++k) {
-      const double half = box.half_extents_m[k];
-      solid.drawn_half_extents_m[k] =
-          half - std::min(0.2 * length_scale_m + kShare * half, 0.25 * half);
+      solid.drawn_half_extents_m[k] = DrawnHalfExtent(box.half_extents_m[k], length_scale_m);
     }
     return solid;
   }
-  DrawnSolid operator()(const DistanceMapCollider& mesh) const {
-    const DistanceMap& map = *mesh.map;
+  DrawnSolid operator()(const DistanceMapShape& shape) const {
+    const DistanceMap& map = *shape.map;
     const double margin_m = DistanceMap::kMarginCells * map.cell_m();
     DrawnSolid solid;
-    solid.center_m = mesh.transform * CenterOf(map);
-    solid.axes = mesh.transform.rotation.toRotationMatrix();
+    solid.mesh = {shape.map, &map.mesh()};
+    solid.mesh_center_m = (map.low_m() + map.high_m()) / 2;
+    solid.center_m = pose * solid.mesh_center_m;
+    solid.axes = pose.rotation.toRotationMatrix();
     solid.half_extents_m = (map.high_m() - map.low_m()) / 2 - Vector3d::Constant(margin_m);
-    solid.map = mesh.map;
     solid.inset_m = std::min(0.3 * length_scale_m, map.cell_m());
     return solid;
   }
-  DrawnSolid operator()(const PlaneCollider&) const { return {}; }  // not a solid
+  DrawnSolid operator()(const PlaneShape&) const { return {}; }  // not a solid
 };
 
 // Equal solids at the same position are drawn once.
-using SolidKey = std::pair<const DistanceMap*, std::vector<double>>;
+using SolidKey = std::pair<const TriangleMesh*, std::vector<double>>;
 
 std::vector<double> PlaceOf(const DrawnSolid& solid) {
   std::vector<double> place = {Rounded(solid.radius_m)};
@@ -92,28 +97,25 @@ std::vector<double> PlaceOf(const DrawnSolid& solid) {
 
 }  // namespace
 
-Vector3d CenterOf(const DistanceMap& map) {
-  return (map.low_m() + map.high_m()) / 2;
-}
-
 ColliderShapes CollectColliders(std::span<const DrawnCloth> cloths) {
   std::map<SolidKey, DrawnSolid> solids;
   std::map<std::vector<double>, DrawnPlane> planes;
   for (const DrawnCloth& cloth : cloths) {
     const Vector3d& origin = cloth.placement.environment_origin_m;
     for (const Collider& collider : cloth.colliders) {
-      if (const auto* plane = std::get_if<PlaneCollider>(&collider)) {
-        const Vector3d point = plane->point_m + origin;
-        const Vector3d& normal = plane->normal;
+      if (const auto* plane = std::get_if<PlaneShape>(&collider.shape)) {
+        const Vector3d point = collider.pose.position_m + origin;
+        const Vector3d normal = collider.pose.rotation * plane->normal;
         planes.try_emplace({Rounded(normal.x()), Rounded(normal.y()), Rounded(normal.z()),
                             Rounded(normal.dot(point))},
                            DrawnPlane{point, normal});
         continue;
       }
-      DrawnSolid solid = std::visit(ToSolid{cloth.model->length_scale_m()}, collider);
+      DrawnSolid solid =
+          std::visit(ToSolid{collider.pose, cloth.model->length_scale_m()}, collider.shape);
       solid.center_m += origin;
       DrawnSolid& drawn =
-          solids.try_emplace({solid.map.get(), PlaceOf(solid)}, solid).first->second;
+          solids.try_emplace({solid.mesh.get(), PlaceOf(solid)}, solid).first->second;
       drawn.drawn_radius_m = std::min(drawn.drawn_radius_m, solid.drawn_radius_m);
       drawn.inset_m = std::max(drawn.inset_m, solid.inset_m);
       drawn.drawn_half_extents_m = drawn.drawn_half_extents_m.cwiseMin(solid.drawn_half_extents_m);

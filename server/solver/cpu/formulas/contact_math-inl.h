@@ -14,6 +14,7 @@
 #include <array>
 #include <cstddef>
 
+#include "server/scene/colliders.h"
 #include "server/solver/cpu/formulas/constraint_math.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -104,6 +105,25 @@ inline Gaps<Scalars, Vectors> BoxGap(const Vectors& q, const Vectors& center,
   const Mask is_at_edge = is_beyond_two & has_direction;
   return {Select(is_at_edge, distance, face) - offset,
           Select(is_at_edge, from_nearest / distance, normal)};
+}
+
+// Of all shapes but distance maps.
+template <class Scalars, class Vectors>
+inline Gaps<Scalars, Vectors> ShapeGap(ShapeKind kind, const Vectors& q, const Vectors& point,
+                                       const Vectors& vector, const std::array<Vectors, 3>& axes,
+                                       const Scalars& offset) {
+  switch (kind) {
+    case ShapeKind::kPlane:
+      return PlaneGap(q, point, vector, offset);
+    case ShapeKind::kCapsule:
+      return CapsuleGap(q, point, vector, axes[0], offset);
+    case ShapeKind::kBox:
+      return BoxGap(q, point, Components(vector), axes, offset);
+    case ShapeKind::kSphere:
+    case ShapeKind::kDistanceMap:  // elsewhere: DistanceMapGap
+      break;
+  }
+  return SphereGap(q, point, offset);
 }
 
 // Lowest gap that a contact accepts at the end of the substep: what starts deep inside comes out at
