@@ -76,6 +76,28 @@ void Fill(const BoxShape& box, const RigidTransform& pose, v1::Collider& collide
   Append(pose.rotation, message.mutable_rotation_xyzw());
 }
 
+Collider Check(const FieldPath& path, const v1::Cylinder& cylinder, Violations& violations) {
+  const size_t before = violations.count();
+  const auto a_m = CheckPosition(path.Child("a_m"), cylinder.a_m(), violations);
+  const auto b_m = CheckPosition(path.Child("b_m"), cylinder.b_m(), violations);
+  const double length_m = (b_m - a_m).stableNorm();
+  if (violations.count() == before) {
+    violations.Require(length_m >= kSolidSize.low, path.Child("b_m"), [&] {
+      return "is " + NumberText(length_m) + " m from a_m, at least " + NumberText(kSolidSize.low) +
+             " m are needed";
+    });
+  }
+  violations.InRange(path.Child("radius_m"), cylinder.radius_m(), kSolidSize);
+  return CylinderBetween(a_m, b_m, cylinder.radius_m());
+}
+
+void Fill(const CylinderShape& cylinder, const RigidTransform& pose, v1::Collider& collider) {
+  v1::Cylinder& message = *collider.mutable_cylinder();
+  Append(pose * cylinder.a_m, message.mutable_a_m());
+  Append(pose * cylinder.b_m, message.mutable_b_m());
+  message.set_radius_m(cylinder.radius_m);
+}
+
 // The map comes later, from a builder thread (collider_maps.h).
 Collider CheckMesh(const FieldPath& path, const v1::Collider& collider,
                    const ClosedMeshLimits& limits, Violations& violations) {
@@ -115,10 +137,13 @@ Collider CheckShape(const FieldPath& path, const v1::Collider& collider,
       return Check(path.Child("capsule"), collider.capsule(), violations);
     case v1::Collider::kBox:
       return Check(path.Child("box"), collider.box(), violations);
+    case v1::Collider::kCylinder:
+      return Check(path.Child("cylinder"), collider.cylinder(), violations);
     case v1::Collider::kMesh:
       return CheckMesh(path, collider, limits, violations);
     case v1::Collider::SHAPE_NOT_SET:
-      violations.Add(path, "no shape is set: one of sphere, plane, capsule, box, mesh is needed");
+      violations.Add(
+          path, "no shape is set: one of sphere, plane, capsule, box, cylinder, mesh is needed");
       break;
   }
   return {};
@@ -147,7 +172,8 @@ std::vector<Collider> CheckColliders(
   for (int k = 0; k < colliders.size(); ++k) {
     const FieldPath here = path.At(k);
     if (colliders[k].has_transform() && !colliders[k].has_mesh()) {
-      violations.Add(here.Child("transform"), "belongs to mesh: the other shapes have a position of their own");
+      violations.Add(here.Child("transform"),
+                     "belongs to mesh: the other shapes have a position of their own");
     }
     result.push_back(CheckShape(here, colliders[k], limits.collider_mesh, violations));
   }

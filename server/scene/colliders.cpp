@@ -87,6 +87,43 @@ ColliderNumbers Numbers(const BoxShape& box, const RigidTransform& pose) {
           .axes = pose.rotation.toRotationMatrix()};
 }
 
+Vector3d Centre(const CylinderShape& cylinder, const RigidTransform& pose) {
+  return (pose * cylinder.a_m + pose * cylinder.b_m) / 2;
+}
+
+// In the half-plane through the axis and the point a cylinder is a rectangle: the distance is that
+// of its side or its nearer end, beyond both that of the rim.
+SurfaceDistance Surface(const CylinderShape& cylinder, const RigidTransform& pose,
+                        const Vector3d& q) {
+  const Vector3d segment = pose * cylinder.b_m - pose * cylinder.a_m;
+  const Vector3d axis = segment.normalized();
+  const Vector3d from_middle = q - Centre(cylinder, pose);
+  const double along = from_middle.dot(axis);
+  const Vector3d across = from_middle - along * axis;
+  const double from_axis = across.norm();
+  Vector3d sideways = NormalOnSegment(segment);
+  if (from_axis >= kMinLength_m) sideways = across / from_axis;
+  const Vector3d endways = (along < 0 ? -1 : 1) * axis;
+  const double beyond_side = from_axis - cylinder.radius_m;
+  const double beyond_end = std::abs(along) - segment.norm() / 2;
+  const double from_rim = std::hypot(beyond_side, beyond_end);
+  if (std::min(beyond_side, beyond_end) > 0 && from_rim >= kMinLength_m) {
+    return {from_rim, (beyond_side * sideways + beyond_end * endways) / from_rim};
+  }
+  if (beyond_side < beyond_end) return {beyond_end, endways};
+  return {beyond_side, sideways};
+}
+
+ColliderNumbers Numbers(const CylinderShape& cylinder, const RigidTransform& pose) {
+  const Vector3d segment = pose * cylinder.b_m - pose * cylinder.a_m;
+  ColliderNumbers numbers{.radius_m = cylinder.radius_m,
+                          .point_m = Centre(cylinder, pose),
+                          .vector = {cylinder.radius_m, segment.norm() / 2, 0}};
+  numbers.axes.col(0) = segment.normalized();
+  numbers.axes.col(1) = NormalOnSegment(segment);
+  return numbers;
+}
+
 // In the map's frame, where it knows the interpolated distance and its normalised gradient.
 SurfaceDistance Surface(const DistanceMapShape& solid, const RigidTransform& pose,
                         const Vector3d& q) {
@@ -116,6 +153,10 @@ Collider CapsuleBetween(const Vector3d& a_m, const Vector3d& b_m, double radius_
 Collider BoxAt(const Vector3d& center_m, const Vector3d& half_extents_m,
                const Eigen::Quaterniond& rotation) {
   return {BoxShape{half_extents_m}, {center_m, rotation}};
+}
+
+Collider CylinderBetween(const Vector3d& a_m, const Vector3d& b_m, double radius_m) {
+  return {CylinderShape{a_m, b_m, radius_m}};
 }
 
 Collider DistanceMapAt(std::shared_ptr<const DistanceMap> map, const RigidTransform& pose) {

@@ -45,6 +45,18 @@ struct CapsuleShape {
   bool operator==(const CapsuleShape&) const = default;
 };
 
+// All points between the planes through a_m and b_m, perpendicular to the line between them, that
+// are no farther than radius_m from it. Inside, distance and normal are those of the side or the
+// nearer end, whichever is nearest (of equals the side; halfway between the ends that at b_m);
+// outside, those of the nearest point.
+struct CylinderShape {
+  Eigen::Vector3d a_m = Eigen::Vector3d::Zero();
+  Eigen::Vector3d b_m = Eigen::Vector3d::Zero();  // not at a_m
+  double radius_m = 0;                            // > 0
+
+  bool operator==(const CylinderShape&) const = default;
+};
+
 // A solid cuboid around the origin. Inside, distance and normal are those of the nearest face (of
 // equally near ones the first in the order x, y, z; between two opposite ones the positive side);
 // outside, those of the nearest point.
@@ -64,13 +76,14 @@ struct DistanceMapShape {
 };
 
 // The alternatives in the order of ShapeKind.
-using Shape = std::variant<SphereShape, PlaneShape, CapsuleShape, BoxShape, DistanceMapShape>;
+using Shape =
+    std::variant<SphereShape, PlaneShape, CapsuleShape, BoxShape, DistanceMapShape, CylinderShape>;
 
-enum class ShapeKind : uint8_t { kSphere, kPlane, kCapsule, kBox, kDistanceMap };
+enum class ShapeKind : uint8_t { kSphere, kPlane, kCapsule, kBox, kDistanceMap, kCylinder };
 
 // [ShapeKind]
-inline constexpr std::array<std::string_view, 5> kShapeNames = {"sphere", "plane", "capsule", "box",
-                                                                "distance_map"};
+inline constexpr std::array<std::string_view, 6> kShapeNames = {
+    "sphere", "plane", "capsule", "box", "distance_map", "cylinder"};
 static_assert(std::variant_size_v<Shape> == kShapeNames.size());
 
 struct Collider {
@@ -88,14 +101,15 @@ Collider PlaneThrough(const Eigen::Vector3d& point_m, const Eigen::Vector3d& nor
 Collider CapsuleBetween(const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m, double radius_m);
 Collider BoxAt(const Eigen::Vector3d& center_m, const Eigen::Vector3d& half_extents_m,
                const Eigen::Quaterniond& rotation = Eigen::Quaterniond::Identity());
+Collider CylinderBetween(const Eigen::Vector3d& a_m, const Eigen::Vector3d& b_m, double radius_m);
 Collider DistanceMapAt(std::shared_ptr<const DistanceMap> map, const RigidTransform& pose = {});
 
 // The map of a collider that is one, else null.
 std::shared_ptr<const DistanceMap> MapOf(const Collider& collider);
 
 // The point of a collider about which it turns unless another one is given: the middle of a
-// capsule, the origin of the frame of other shapes (the centre of a sphere or box, the point of a
-// plane).
+// capsule or cylinder, the origin of the frame of other shapes (the centre of a sphere or box, the
+// point of a plane).
 Eigen::Vector3d CentreOf(const Collider& collider);
 
 // The collider at the pose of the motion at time 0.
@@ -104,18 +118,22 @@ Collider Moved(const Collider& collider, const RigidMotion& motion);
 // Distance and outward normal at q; at a sphere's centre the normal is +y.
 SurfaceDistance SurfaceOf(const Collider& collider, const Eigen::Vector3d& q);
 
-// The outward normal of a capsule on its segment, where the distance has no gradient: +y made
-// perpendicular to the segment; +x for a steep one (more than 0.9 of it along y); +y for a point.
+// The outward normal of a capsule on its segment, or of a cylinder's side on its axis, where the
+// distance has no gradient: +y made perpendicular to the segment; +x for a steep one (more than 0.9
+// of it along y); +y for a point.
 Eigen::Vector3d NormalOnSegment(const Eigen::Vector3d& segment_m);
 
 // From what solvers in single precision compute the gap of a collider.
 struct ColliderNumbers {
-  double radius_m = 0;  // taken off the distance: of a sphere or capsule
-  // Centre of a sphere or box, point of a plane, end a of a capsule, first sample of a map.
+  double radius_m = 0;  // of a sphere, capsule or cylinder
+  // Centre of a sphere, box or cylinder, point of a plane, end a of a capsule, first sample of a
+  // map.
   Eigen::Vector3d point_m;
-  // Normal of a plane, end b - end a of a capsule [m], half extents of a box [m].
+  // Normal of a plane, end b - end a of a capsule [m], half extents of a box [m], radius and half
+  // length of a cylinder [m].
   Eigen::Vector3d vector = Eigen::Vector3d::Zero();
-  // In columns: of a box or map its axes, of a capsule only [0], the normal on its segment.
+  // In columns: of a box or map its axes; of a capsule [0]: NormalOnSegment; of a cylinder [0]: its
+  // axis, [1]: NormalOnSegment.
   Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();
 };
 ColliderNumbers NumbersOf(const Collider& collider);

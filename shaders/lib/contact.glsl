@@ -77,6 +77,34 @@ Gap BoxGap(Collider box, float thickness, vec3 from_center) {
 }
 #endif
 
+#ifdef HAS_CYLINDER
+// The normal is that of the side or the nearer end, whichever is nearest (of equals the side); beyond both it
+// comes from the rim.
+Gap CylinderGap(Collider cylinder, float thickness, vec3 from_center) {
+  vec3 axis = cylinder.axes[0];
+  float along = Dot(from_center, axis);
+  vec3 across = AddScaled(from_center, -along, axis);
+  float from_axis = Length(across);
+  vec3 sideways = Direction(across, from_axis, cylinder.axes[1]);
+  vec3 endways = along < 0.0 ? -axis : axis;
+  precise vec2 beyond = vec2(from_axis, abs(along)) - cylinder.vector.xy;
+  precise float rim_distance = sqrt(beyond.x * beyond.x + beyond.y * beyond.y);
+  Gap gap;
+  float size;
+  if (min(beyond.x, beyond.y) > 0.0 && rim_distance >= MIN_DIRECTION_LENGTH) {
+    precise vec3 normal = (beyond.x * sideways + beyond.y * endways) / rim_distance;
+    gap.normal = normal;
+    size = rim_distance;
+  } else {
+    gap.normal = beyond.x < beyond.y ? endways : sideways;
+    size = max(beyond.x, beyond.y);
+  }
+  precise float gap_size = size - thickness;
+  gap.size = gap_size;
+  return gap;
+}
+#endif
+
 #ifdef HAS_DISTANCE_MAP
 // `corners`: the samples around `place`. Where the distance has no gradient the normal is the mesh's +y.
 Gap DistanceMapGap(Collider solid, float thickness, MapPlace place, CellCorners corners) {
@@ -104,6 +132,9 @@ Gap ShapeGap(Collider collider, float thickness, vec3 q) {
 #endif
 #ifdef HAS_BOX
   if (collider.kind == COLLIDER_BOX) return BoxGap(collider, thickness, from_point);
+#endif
+#ifdef HAS_CYLINDER
+  if (collider.kind == COLLIDER_CYLINDER) return CylinderGap(collider, thickness, from_point);
 #endif
   Gap gap;
   if (collider.kind == COLLIDER_SPHERE) {

@@ -243,7 +243,7 @@ TEST(GlColliderReachWaysTest, TheWaysOfPinsAreForeseen) {
 // here it is turned.
 TEST(GlColliderReachWaysTest, CollidersBelowASheetAreLeftOutBeyondItsReach) {
   for (const double top_m : {-0.005, -0.03, -0.4}) {
-    for (const auto& [kind, collider] : test::EachKind(top_m)) {
+    for (const auto& [kind, collider] : test::EveryKind(top_m)) {
       Scene scene = test::ReachSheet(kind, Preset::kRealtime, 9, 8);
       scene.parameters.colliders = {collider};
       const bool is_far = top_m < (kind == "map" ? -0.03 : -0.005);
@@ -292,8 +292,8 @@ class LooseScene {
     scene_ = test::Particles(loose);
     scene_.parameters.settings.substeps = 4;
     for (Vector3d& v : scene_.state.velocities_m_per_s) v = Between(0, 3) * Place();
-    auto kinds = test::EachKind(0);
-    Collider collider = kinds[seed % kinds.size()].second;
+    auto kinds = test::EveryKind(0);
+    Collider collider = kinds[seed / 2 % kinds.size()].second;
     RigidMotion motion = RigidMotion::AtRest(CentreOf(collider));
     motion.position_m = Place();
     motion.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(Between(0, 6), Place().normalized()));

@@ -130,9 +130,10 @@ TEST(PackCollidersTest, EveryShape) {
   const std::vector<Collider> colliders = {
       SphereAt({1, 2, 3}, 0.5), PlaneThrough({4, 5, 6}, {0, 0, 1}),
       CapsuleBetween({1, 2, 3}, {3, 2, 3}, 0.25),
-      BoxAt({7, 8, 9}, {0.5, 1, 2}, Eigen::Quaterniond(0, 0, 0, 1))};  // half a turn about z
+      BoxAt({7, 8, 9}, {0.5, 1, 2}, Eigen::Quaterniond(0, 0, 0, 1)),  // half a turn about z
+      CylinderBetween({1, 2, 3}, {1, 2, 7}, 0.5)};
   const std::vector<uint32_t> words = PackColliders(colliders);
-  ASSERT_EQ(words.size(), 4u * DRAPE_COLLIDER_WORDS);
+  ASSERT_EQ(words.size(), 5u * DRAPE_COLLIDER_WORDS);
   EXPECT_EQ(words[0], WordOf(ShapeKind::kSphere));
   EXPECT_EQ(AsFloat(words[1]), 0.5f);
   EXPECT_EQ(AsFloat(words[4]), 3.0f);
@@ -149,6 +150,8 @@ TEST(PackCollidersTest, EveryShape) {
   EXPECT_THAT(floats(2, 1, 10), ElementsAre(0.25f, 1, 2, 3, 2, 0, 0, 0, 1, 0));
   EXPECT_EQ(words[3 * DRAPE_COLLIDER_WORDS], WordOf(ShapeKind::kBox));
   EXPECT_THAT(floats(3, 2, 15), ElementsAre(7, 8, 9, 0.5f, 1, 2, -1, 0, 0, 0, -1, 0, 0, 0, 1));
+  EXPECT_EQ(words[4 * DRAPE_COLLIDER_WORDS], WordOf(ShapeKind::kCylinder));
+  EXPECT_THAT(floats(4, 1, 13), ElementsAre(0.5f, 1, 2, 5, 0.5f, 2, 0, 0, 0, 1, 0, 1, 0));
 }
 
 TEST(PackCollidersTest, DistanceMapsInTheirOrder) {

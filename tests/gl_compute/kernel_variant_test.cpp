@@ -81,10 +81,12 @@ TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
   EXPECT_THAT(VariantOf(*model, moving).Defines(), HasSubstr("HAS_MOVING_COLLIDERS"));
   EXPECT_THAT(full, Not(HasSubstr("CAPSULE")));
   EXPECT_THAT(full, Not(HasSubstr("BOX")));
+  EXPECT_THAT(full, Not(HasSubstr("CYLINDER")));
   EXPECT_THAT(full, Not(HasSubstr("MAP")));
-  parameters.colliders = {{CapsuleShape{}}, {BoxShape{}}};
+  parameters.colliders = {{CapsuleShape{}}, {BoxShape{}}, {CylinderShape{}}};
   EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_CAPSULE\n"));
   EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_BOX\n"));
+  EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_CYLINDER\n"));
   parameters.colliders = {{DistanceMapShape{}}};
   EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_DISTANCE_MAP\n"));
   parameters.settings.spring_integration = SpringIntegration::kInForce;

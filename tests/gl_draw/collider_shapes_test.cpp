@@ -66,6 +66,33 @@ TEST(ColliderShapesTest, ACapsuleIsASegmentWithARadius) {
   EXPECT_LT(solid.drawn_radius_m, 0.5);
 }
 
+TEST(ColliderShapesTest, ACylinderIsAMeshOfItsDrawnSize) {
+  const Collider cylinder = CylinderBetween({1, 0, 0}, {1, 0, 3}, 0.5);
+  const auto solids =
+      CollectColliders(std::vector{Cloth(0.01, {cylinder}, {0, 1, 0}), Cloth(0.1, {cylinder}),
+                                   Cloth(0.001, {cylinder})})
+          .solids;
+  ASSERT_EQ(solids.size(), 2u) << "each place once";
+  for (const DrawnSolid& solid : solids) {
+    EXPECT_EQ(solid.radius_m, 0);
+    EXPECT_NEAR((solid.half_extents_m - Vector3d(0.5, 1.5, 0.5)).norm(), 0, 1e-12);
+    EXPECT_NEAR(std::abs(solid.axes.col(1).z()), 1, 1e-12);
+    const double length_m = solid.center_m.y() > 0.5 ? 0.01 : 0.1;  // the coarser cloth
+    const double half_length_m = 1.5 - 0.2 * length_m - 0.004 * 1.5;
+    const double radius_m = 0.5 - 2 * 1.44 * length_m * length_m / (8 * 0.5) - 0.004 * 0.5;
+    double volume_m3 = 0;
+    for (const auto& [i, j, k] : solid.mesh->triangles) {
+      const Vector3d *p = &solid.mesh->positions_m[i], *q = &solid.mesh->positions_m[j],
+                     *r = &solid.mesh->positions_m[k];
+      volume_m3 += p->dot(q->cross(*r)) / 6;
+      EXPECT_LE(std::hypot(p->x(), p->z()), radius_m + 1e-12);
+      EXPECT_NEAR(std::abs(p->y()), half_length_m, 1e-12);
+    }
+    EXPECT_NEAR(volume_m3, M_PI * radius_m * radius_m * 2 * half_length_m, 0.002)
+        << "closed, outside outwards";
+  }
+}
+
 TEST(ColliderShapesTest, ABoxKeepsItsAxes) {
   Collider box = BoxAt({1, 2, 3}, {0.3, 0.2, 0.1});
   box.pose.rotation = Eigen::AngleAxisd(0.4, Vector3d::UnitX());

@@ -58,9 +58,9 @@ Coupling FindCoupling(const SceneModel& model) {
   return coupling;
 }
 
-// Radius of the surface at which particles are held, if it is curved. Around the edges of a box
-// that is the cloth's thickness; the scenes of these tests bring no particle nearer to an edge than
-// half of it.
+// Radius of the surface at which particles are held, if it is curved. Around the edges of a box and
+// the rims of a cylinder that is the cloth's thickness; the scenes of these tests bring no particle
+// nearer to an edge than half of it.
 struct CurvatureRadius {
   double thickness_m;
   double flat;
@@ -68,6 +68,9 @@ struct CurvatureRadius {
   double operator()(const SphereShape& sphere) const { return sphere.radius_m; }
   double operator()(const PlaneShape&) const { return flat; }
   double operator()(const CapsuleShape& capsule) const { return capsule.radius_m; }
+  double operator()(const CylinderShape& cylinder) const {
+    return thickness_m > 0 ? std::min(thickness_m / 2, cylinder.radius_m) : cylinder.radius_m;
+  }
   double operator()(const BoxShape&) const { return thickness_m > 0 ? thickness_m / 2 : flat; }
   // Distances of neighbouring samples differ by at most a cell, so that within a cell each
   // component of the gradient changes by at most 2 per cell along the two other axes: in all by 2
@@ -154,6 +157,9 @@ struct Extent {
   double operator()(const PlaneShape&) const { return pose.position_m.norm(); }
   double operator()(const CapsuleShape& capsule) const {
     return std::max((pose * capsule.a_m).norm(), (pose * capsule.b_m).norm()) + capsule.radius_m;
+  }
+  double operator()(const CylinderShape& cylinder) const {
+    return std::max((pose * cylinder.a_m).norm(), (pose * cylinder.b_m).norm()) + cylinder.radius_m;
   }
   double operator()(const BoxShape& box) const {
     return pose.position_m.norm() + box.half_extents_m.norm();

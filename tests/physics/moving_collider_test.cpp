@@ -70,6 +70,31 @@ TEST_P(MovingCollider, ATurntableHoldsABlockUpToTheStaticFriction) {
   }
 }
 
+// A strip hangs over a turning roller that does not move. The roller's friction takes it over to
+// the side to which its top moves, until it falls off there.
+TEST_P(MovingCollider, ARollerTakesAStripAlong) {
+  constexpr double kRate = 4;  // rad/s
+  Scene scene = Grid(21, 3, 1, 0.1);
+  for (Vector3d& p : scene.state.positions_m) p += Vector3d(-0.5, 0.101, -0.05);
+  const Collider roller = CylinderBetween({0, 0, -0.2}, {0, 0, 0.2}, 0.1);
+  scene.parameters.colliders = {roller};
+  scene.parameters.collider_motions = {RigidMotion::AtRest(CentreOf(roller))};
+  scene.parameters.damping_per_s = 1;
+  scene.parameters.friction_static = scene.parameters.friction_dynamic = 0.8;
+  scene.parameters.thickness_m = 0.001;
+  const auto mean_x_after = [&](double rate, uint32_t steps) {
+    scene.parameters.collider_motions[0].angular_velocity_rad_per_s = {0, 0, rate};
+    const ParticleState state = StateAfter(scene, steps);
+    double sum = 0;
+    for (const Vector3d& p : state.positions_m) sum += p.x();
+    return sum / static_cast<double>(state.positions_m.size());
+  };
+  EXPECT_NEAR(mean_x_after(0, 60), 0, 0.01) << "it hangs evenly";
+  // The surface moves at 0.4 m/s; the strip's ends change sides by 0.1 m for each 0.1 m of it.
+  EXPECT_LT(mean_x_after(kRate, 60), -0.02);
+  EXPECT_GT(mean_x_after(-kRate, 60), 0.02);
+}
+
 // A surface that moves at V hits a particle at rest, which leaves with (1 + e) V. Roundings: some
 // 24 of V, and of the gap over h.
 TEST_P(MovingCollider, ABatThrows) {
@@ -94,7 +119,8 @@ TEST_P(MovingCollider, WhatHasMovedIsTheShapeThere) {
   const std::vector<Collider> colliders = {SphereAt({0.1, 0.2, 0}, 0.5),
                                            PlaneThrough({0.2, 0, 0}, Vector3d(0.28, 0.96, 0)),
                                            CapsuleBetween({-0.4, 0.1, 0}, {0.4, 0.1, 0.1}, 0.3),
-                                           BoxAt({0, 0.1, 0}, {0.6, 0.2, 0.5}, tilt)};
+                                           BoxAt({0, 0.1, 0}, {0.6, 0.2, 0.5}, tilt),
+                                           CylinderBetween({-0.4, 0, 0.05}, {0.4, 0.1, 0.1}, 0.25)};
   for (const Collider& collider : colliders) {
     RigidMotion moved = RigidMotion::AtRest(CentreOf(collider));
     moved.position_m = Vector3d(0.1, -0.4, 0.05);

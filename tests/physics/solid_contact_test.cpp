@@ -1,8 +1,9 @@
-// Sheets and particles on boxes and capsules.
+// Sheets and particles on boxes, capsules and cylinders.
 #include <algorithm>
 #include <cmath>
 
 #include "tests/physics/falling_sheet.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape::test {
 namespace {
@@ -52,6 +53,80 @@ TEST_P(SolidContact, AParticleAtRestOnABoxStays) {
   EXPECT_EQ(report.measured.contacts, 1u);
   EXPECT_LE(report.measured.max_penetration_m, 4 * 1.05 * round_off());
   EXPECT_LE(state.velocities_m_per_s[0].norm(), kG / 240 * 8 * round_off());
+}
+
+// Without weight, a thick particle is pushed out by thickness - distance along the normal, however
+// deep it is, within one step of a second. 16 cloths in one batch, so that the cpu backend has them
+// side by side; the first is stepped alone, too.
+TEST_P(SolidContact, ACylinderPushesByItsExactDistance) {
+  const Vector3d a(-0.4, -0.2, 0.1), b(0.3, 0.25, -0.2);
+  constexpr double kRadius = 0.25, kThickness = 0.5;
+  constexpr uint32_t kCloths = 16, kParticles = 50;
+  Random random(11);
+  std::vector<Vector3d> starts;
+  while (starts.size() < kCloths * kParticles) {
+    const Vector3d p = PointInBox(random, Vector3d::Constant(-0.8), Vector3d::Constant(0.8));
+    const CylinderPlace exact = PlaceAtCylinder(a, b, kRadius, p);
+    const bool is_kinked = exact.distance < 0 && exact.lead < 1e-3;
+    if (exact.distance > kThickness || std::abs(exact.distance) < 1e-3 || is_kinked) continue;
+    starts.push_back(p.cast<float>().cast<double>());
+  }
+  Scene scene = Particles({.positions_m = std::vector(starts.begin(), starts.begin() + kParticles),
+                           .masses_kg = std::vector<double>(kParticles, 0.1),
+                           .distance_constraints = {},
+                           .springs = {}});
+  scene.parameters.gravity_m_per_s2.setZero();
+  scene.parameters.colliders = {CylinderBetween(a, b, kRadius)};
+  scene.parameters.thickness_m = kThickness;
+  scene.parameters.settings = SingleSubstep(1);
+  std::vector<StepItem> items;
+  for (uint32_t cloth = 0; cloth < kCloths; ++cloth) {
+    const auto first = starts.begin() + cloth * kParticles;
+    scene.state.positions_m.assign(first, first + kParticles);
+    items.push_back({Make(scene), {}, false});
+  }
+  backend().Step(items);
+  scene.state.positions_m.assign(starts.begin(), starts.begin() + kParticles);
+  EXPECT_EQ(StateAfter(scene).positions_m, ReadState(backend(), items[0].cloth).positions_m);
+  // The distance is off by some 16 roundings of lengths below 1.5 m, the direction by that over the
+  // distance, which is at least 1e-3 m, and takes the particle up to 0.75 m along.
+  const double rounding = 16 * 1.5 * round_off();
+  int counts[3] = {};  // inside; outside side or end; beyond the rim
+  for (uint32_t k = 0; k < starts.size(); ++k) {
+    const ParticleState state = ReadState(backend(), items[k / kParticles].cloth);
+    const CylinderPlace exact = PlaceAtCylinder(a, b, kRadius, starts[k]);
+    const Vector3d way = state.positions_m[k % kParticles] - starts[k];
+    const Vector3d expected = (kThickness - exact.distance) * exact.outward;
+    const double along = std::abs(exact.outward.dot((b - a).normalized()));
+    const bool is_at_rim = exact.distance > 0 && along > 0.01 && along < 0.99;
+    ++counts[exact.distance < 0 ? 0 : is_at_rim ? 2 : 1];
+    const double from_axis = (starts[k] - a).cross((b - a).normalized()).norm();
+    const double lever = std::min(from_axis, std::abs(exact.distance));
+    EXPECT_LE((way - expected).norm(), rounding * (1 + 0.75 / lever)) << starts[k].transpose();
+  }
+  for (const int count : counts) EXPECT_GT(count, 30);
+}
+
+// A round table top: what lies on it is held at its height, what hangs down keeps off the side.
+TEST_P(SolidContact, ASheetHangsOverARoundTable) {
+  constexpr double kRadius = 0.2, kDamping_per_s = 6;
+  const Vector3d low(0.01, -0.6, 0.02), top(0.01, -0.1, 0.02);
+  Scene scene = CentredSheet(13, 0.6, 0.6, CylinderBetween(low, top, kRadius));
+  scene.parameters.damping_per_s = kDamping_per_s;
+  scene.parameters.thickness_m = 0.005;
+  const ClothHandle cloth = Make(scene);
+  const StepReport report = StepAlone(backend(), cloth, scene, 360, /*measure=*/true);
+  EXPECT_LE(report.measured.max_penetration_m, 1e-4);
+  const ParticleState rest = ReadState(backend(), cloth);
+  uint32_t on_top = 0, below = 0;
+  for (const Vector3d& p : rest.positions_m) {
+    const double from_axis = std::hypot(p.x() - low.x(), p.z() - low.z());
+    on_top += from_axis < kRadius && std::abs(p.y() - top.y() - 0.005) < 1e-4;
+    below += p.y() < top.y() - 0.02;
+    EXPECT_GE(PlaceAtCylinder(low, top, kRadius, p).distance, 0.005 - 1e-4) << p.transpose();
+  }
+  EXPECT_GE(on_top, 30u) << "13 x 13 particles, 5 cm apart, over a disc of 40 cm";
+  EXPECT_GE(below, 40u);
 }
 
 double DepthInCapsule(const Collider& collider, const Vector3d& q) {

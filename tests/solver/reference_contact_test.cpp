@@ -139,6 +139,20 @@ TEST(ReferenceCapsule, DistanceHasTheNormalAsItsGradient) {
   ExpectSignedDistance(CapsuleBetween({-0.8, -0.3, 0.1}, {0.6, 0.7, -0.4}, 0.3));
 }
 
+TEST(ReferenceCylinder, SideEndsAndRim) {
+  const Collider cylinder = CylinderBetween({-1, 0.5, 2}, {3, 0.5, 2}, 0.25);
+  ExpectContact(cylinder, {0.7, 1.5, 2}, 0.75, Vector3d::UnitY());
+  ExpectContact(cylinder, {-3, 0.5, 2}, 2, -Vector3d::UnitX());
+  ExpectContact(cylinder, {-1.5, 0.6, 2.1}, 0.5, -Vector3d::UnitX());  // above an end
+  ExpectContact(cylinder, {3.3, 0.5, 2.65}, 0.5, Vector3d(0.6, 0, 0.8));
+  ExpectContact(cylinder, {1, 0.5, 1.9}, -0.15, -Vector3d::UnitZ());
+  ExpectContact(cylinder, {2.95, 0.6, 2}, -0.05, Vector3d::UnitX());
+}
+
+TEST(ReferenceCylinder, DistanceHasTheNormalAsItsGradient) {
+  ExpectSignedDistance(CylinderBetween({-0.8, -0.3, 0.1}, {0.6, 0.7, -0.4}, 0.4));
+}
+
 TEST(ReferenceBox, DistanceHasTheNormalAsItsGradient) {
   ExpectSignedDistance(BoxAt({0.1, -0.2, 0.05}, {0.8, 0.3, 0.5},
                              Eigen::Quaterniond(0.7, -0.3, 0.5, 0.2).normalized()));

@@ -153,6 +153,13 @@ std::vector<std::pair<std::string, Collider>> EachKind(double top_m) {
   };
 }
 
+std::vector<std::pair<std::string, Collider>> EveryKind(double top_m) {
+  auto kinds = EachKind(top_m);
+  kinds.emplace_back("cylinder",
+                     CylinderBetween({0.2, top_m - 0.1, 0.4}, {0.7, top_m - 0.1, 0.6}, 0.1));
+  return kinds;
+}
+
 Scene ReachSheet(const std::string& name, Preset preset, uint32_t columns, uint32_t rows,
                  std::vector<uint32_t> pins) {
   Scene scene = Grid(columns, rows, 1, 1, std::move(pins));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "server/scene/distance_map.h"
@@ -30,6 +31,34 @@ double DrawnRadius(double radius_m, double length_scale_m) {
 
 double DrawnHalfExtent(double half_m, double length_scale_m) {
   return half_m - std::min(0.2 * length_scale_m + kShare * half_m, 0.25 * half_m);
+}
+
+// Of radius 1 around the second axis, from -1 to 1.
+const std::shared_ptr<const TriangleMesh>& UnitCylinder() {
+  static const auto& cylinder = *new std::shared_ptr<const TriangleMesh>([] {
+    constexpr uint32_t kSegments = 96, kLowMiddle = 0, kHighMiddle = 1;
+    auto mesh = std::make_shared<TriangleMesh>();
+    mesh->positions_m = {Vector3d(0, -1, 0), Vector3d(0, 1, 0)};
+    for (uint32_t k = 0; k < kSegments; ++k) {
+      const double angle = 2 * std::numbers::pi * k / kSegments;
+      mesh->positions_m.emplace_back(std::sin(angle), -1, std::cos(angle));
+      mesh->positions_m.emplace_back(std::sin(angle), 1, std::cos(angle));
+      const uint32_t low = 2 + 2 * k, next_low = 2 + 2 * ((k + 1) % kSegments);
+      const uint32_t high = low + 1, next_high = next_low + 1;
+      mesh->triangles.push_back({kLowMiddle, next_low, low});
+      mesh->triangles.push_back({kHighMiddle, high, next_high});
+      mesh->triangles.push_back({low, next_low, next_high});
+      mesh->triangles.push_back({low, next_high, high});
+    }
+    return mesh;
+  }());
+  return cylinder;
+}
+
+std::shared_ptr<const TriangleMesh> Scaled(const TriangleMesh& mesh, const Vector3d& factors) {
+  auto scaled = std::make_shared<TriangleMesh>(mesh);
+  for (Vector3d& p : scaled->positions_m) p = p.cwiseProduct(factors);
+  return scaled;
 }
 
 // One shape in the environment of a cloth as a solid in that environment.
@@ -65,6 +94,20 @@ struct ToSolid {
     for (int k = 0; k < 3; ++k) {
       solid.drawn_half_extents_m[k] = DrawnHalfExtent(box.half_extents_m[k], length_scale_m);
     }
+    return solid;
+  }
+  // Drawn as UnitCylinder, scaled by its drawn half extents.
+  DrawnSolid operator()(const CylinderShape& cylinder) const {
+    const Vector3d segment = pose * cylinder.b_m - pose * cylinder.a_m;
+    const double radius_m = cylinder.radius_m, half_length_m = segment.norm() / 2;
+    const double drawn_radius_m = DrawnRadius(radius_m, length_scale_m);
+    DrawnSolid solid;
+    solid.center_m = (pose * cylinder.a_m + pose * cylinder.b_m) / 2;
+    solid.axes = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitY(), segment).toRotationMatrix();
+    solid.half_extents_m = {radius_m, half_length_m, radius_m};
+    solid.drawn_half_extents_m = {drawn_radius_m, DrawnHalfExtent(half_length_m, length_scale_m),
+                                  drawn_radius_m};
+    solid.mesh = UnitCylinder();
     return solid;
   }
   DrawnSolid operator()(const DistanceMapShape& shape) const {
@@ -122,7 +165,10 @@ ColliderShapes CollectColliders(std::span<const DrawnCloth> cloths) {
     }
   }
   ColliderShapes shapes;
-  for (const auto& [key, solid] : solids) shapes.solids.push_back(solid);
+  for (auto& [key, solid] : solids) {
+    if (solid.mesh == UnitCylinder()) solid.mesh = Scaled(*solid.mesh, solid.drawn_half_extents_m);
+    shapes.solids.push_back(solid);
+  }
   for (const auto& [key, plane] : planes) shapes.planes.push_back(plane);
   return shapes;
 }

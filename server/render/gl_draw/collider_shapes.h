@@ -42,7 +42,8 @@ struct ColliderShapes {
 // by that, for the diagonals of squares of the model's mean rest length (twice l^2) stretched by a
 // fifth, plus 0.4 % of R, but at most by a quarter of R. Edges of the cloth cut the corners of a
 // box: boxes are reduced by a fifth of the mean rest length plus 0.4 %, at most by a quarter.
-// Meshes are reduced by 0.3 of the mean rest length, at most by a cell of their map.
+// A cylinder is reduced like a sphere around its axis and like a box at its ends. Meshes are
+// reduced by 0.3 of the mean rest length, at most by a cell of their map.
 ColliderShapes CollectColliders(std::span<const DrawnCloth> cloths);
 
 // Half sizes of the box; all equal for a sphere.
