@@ -1,7 +1,7 @@
 #include "server/api/collider_control_validation.h"
 
+#include "server/api/geometry_message.h"
 #include "server/api/over_column.h"
-#include "server/api/spec_validation.h"
 #include "server/scene/description_checks.h"
 #include "server/solver/solver_constants.h"
 

@@ -35,7 +35,7 @@ Result<std::vector<ColliderMap>> BuildColliderMaps(const FieldPath& path,
 
 void SetMaps(std::span<const ColliderMap> maps, std::vector<Collider>& colliders) {
   for (const ColliderMap& map : maps) {
-    std::get<DistanceMapCollider>(colliders[map.collider]).map = map.map;
+    std::get<DistanceMapShape>(colliders[map.collider].shape).map = map.map;
   }
 }
 

@@ -3,60 +3,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/api/collider_message.h"
+#include "server/api/geometry_message.h"
 #include "server/api/settings_message.h"
-#include "server/scene/distance_map.h"
 #include "server/solver/load.h"
 
 namespace drape::api {
 namespace {
-
-void Append(const Eigen::Vector3d& v, google::protobuf::RepeatedField<double>* list) {
-  list->Add(v.begin(), v.end());
-}
-
-void AddCollider(const SphereCollider& sphere, v1::Environment& environment) {
-  v1::Sphere* message = environment.add_colliders()->mutable_sphere();
-  Append(sphere.center_m, message->mutable_center_m());
-  message->set_radius_m(sphere.radius_m);
-}
-
-void AddCollider(const PlaneCollider& plane, v1::Environment& environment) {
-  v1::Plane* message = environment.add_colliders()->mutable_plane();
-  Append(plane.point_m, message->mutable_point_m());
-  Append(plane.normal, message->mutable_normal());
-}
-
-void AddCollider(const CapsuleCollider& capsule, v1::Environment& environment) {
-  v1::Capsule* message = environment.add_colliders()->mutable_capsule();
-  Append(capsule.a_m, message->mutable_a_m());
-  Append(capsule.b_m, message->mutable_b_m());
-  message->set_radius_m(capsule.radius_m);
-}
-
-void AddCollider(const BoxCollider& box, v1::Environment& environment) {
-  v1::Box* message = environment.add_colliders()->mutable_box();
-  Append(box.center_m, message->mutable_center_m());
-  Append(box.half_extents_m, message->mutable_half_extents_m());
-  const Eigen::Vector4d& xyzw = box.rotation.coeffs();
-  message->mutable_rotation_xyzw()->Add(xyzw.begin(), xyzw.end());
-}
-
-// Only the shapes of its arrays, which may be large.
-void AddCollider(const DistanceMapCollider& solid, v1::Environment& environment) {
-  v1::Collider* message = environment.add_colliders();
-  const TriangleMesh& mesh = solid.map->mesh();
-  v1::PackedArray* positions_m = message->mutable_mesh()->mutable_positions_m();
-  positions_m->set_data_type(v1::PackedArray::FLOAT64);
-  positions_m->add_shape(static_cast<uint32_t>(mesh.positions_m.size()));
-  positions_m->add_shape(3);
-  v1::PackedArray* triangles = message->mutable_mesh()->mutable_triangles();
-  triangles->set_data_type(v1::PackedArray::UINT32);
-  triangles->add_shape(static_cast<uint32_t>(mesh.triangles.size()));
-  triangles->add_shape(3);
-  Append(solid.transform.position_m, message->mutable_transform()->mutable_position_m());
-  const Eigen::Vector4d& xyzw = solid.transform.rotation.coeffs();
-  message->mutable_transform()->mutable_rotation_xyzw()->Add(xyzw.begin(), xyzw.end());
-}
 
 uint64_t NotNegative(int64_t us) {
   return static_cast<uint64_t>(std::max<int64_t>(us, 0));
@@ -114,7 +67,7 @@ v1::Environment EnvironmentToProto(const ClothParameters& parameters) {
   Append(parameters.gravity_m_per_s2, message.mutable_gravity_m_per_s2());
   Append(parameters.wind_m_per_s, message.mutable_wind_m_per_s());
   for (const Collider& collider : parameters.colliders) {
-    std::visit([&](const auto& shape) { AddCollider(shape, message); }, collider);
+    *message.add_colliders() = ToProto(collider);
   }
   for (size_t k = 0; k < parameters.collider_motions.size(); ++k) {
     const RigidMotion& motion = parameters.collider_motions[k];
@@ -146,10 +99,7 @@ v1::Cloth ToProto(const ClothRecord& record) {
   message.set_faulted(progress.fault != FaultReason::kNone);
   message.set_fault_reason(std::string(FaultReasonText(progress.fault)));
   for (const RigidMotion& motion : ColliderMotionsNow(record)) {
-    v1::Transform* pose = message.add_collider_poses();
-    Append(motion.position_m, pose->mutable_position_m());
-    const Eigen::Vector4d& xyzw = motion.rotation.coeffs();
-    pose->mutable_rotation_xyzw()->Add(xyzw.begin(), xyzw.end());
+    *message.add_collider_poses() = ToProto(RigidTransform{motion.position_m, motion.rotation});
   }
   return message;
 }

@@ -10,8 +10,10 @@
 #include <set>
 #include <string_view>
 
+#include "server/api/collider_message.h"
 #include "server/api/connection_validation.h"
 #include "server/api/field_checks.h"
+#include "server/api/geometry_message.h"
 #include "server/api/material_message.h"
 #include "server/api/over_column.h"
 #include "server/api/rest_length_validation.h"

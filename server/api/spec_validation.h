@@ -27,19 +27,9 @@ CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const Re
 std::vector<Pin> CheckPinTargets(const FieldPath& path,
                                  const google::protobuf::RepeatedPtrField<v1::Pin>& pins,
                                  Violations& violations);
-// Distance maps without their maps: ReadColliderMeshes and BuildColliderMaps (collider_maps.h) make
-// them.
-std::vector<Collider> CheckColliders(
-    const FieldPath& path, const google::protobuf::RepeatedPtrField<v1::Collider>& colliders,
-    const RequestLimits& limits, Violations& violations);
 Eigen::Vector3d CheckGravity(const FieldPath& path, const DoubleList& gravity_m_per_s2,
                              const Eigen::Vector3d& fallback, Violations& violations);
 Eigen::Vector3d CheckWind(const FieldPath& path, const DoubleList& wind_m_per_s,
                           const Eigen::Vector3d& fallback, Violations& violations);
-RigidTransform CheckTransform(const FieldPath& path, const v1::Transform& transform,
-                              Violations& violations);
-// `values`: x, y, z, w. A zero quaternion has no direction and is refused; others are normalised.
-Eigen::Quaterniond CheckRotation(const FieldPath& path, const Eigen::Vector4d& values,
-                                 Violations& violations);
 
 }  // namespace drape::api

@@ -97,6 +97,8 @@ struct RigidTransform {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  // unit
 
   Eigen::Vector3d operator*(const Eigen::Vector3d& p) const { return rotation * p + position_m; }
+
+  bool operator==(const RigidTransform&) const = default;
 };
 
 // Everything that SceneModel::Build needs. The pins' targets are not part of the model.

@@ -13,6 +13,7 @@
 #include "server/core/status.h"
 #include "server/scene/closed_mesh.h"
 #include "server/scene/description.h"
+#include "server/scene/surface_distance.h"
 
 namespace drape {
 
@@ -22,12 +23,6 @@ struct DistanceMapSettings {
   uint32_t resolution = 128;
   // 4 bytes each. Cells grow until no more samples than this are needed; 1024 to 2^28.
   uint64_t max_samples = 1u << 21;
-};
-
-// Distance and the direction in which it grows.
-struct SurfaceDistance {
-  double distance_m = 0;                               // negative inside
-  Eigen::Vector3d outward = Eigen::Vector3d::UnitY();  // unit
 };
 
 // Samples of the exact distance at the corners of cubic cells in the mesh's own frame, interpolated

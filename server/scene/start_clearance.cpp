@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "server/scene/collider_surface.h"
-
 namespace drape {
 namespace {
 

@@ -7,7 +7,6 @@
 #include <limits>
 #include <random>
 
-#include "server/scene/collider_surface.h"
 #include "server/scene/obstacles.h"
 
 namespace drape {

@@ -4,59 +4,25 @@
 #include <memory>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "server/solver/cloth_start.h"
 
 namespace drape {
 namespace {
 
-bool IsSame(const RigidTransform& a, const RigidTransform& b) {
-  return a.position_m == b.position_m && a.rotation.coeffs() == b.rotation.coeffs();
-}
-bool IsSame(const SphereCollider& a, const SphereCollider& b) {
-  return a.center_m == b.center_m && a.radius_m == b.radius_m;
-}
-bool IsSame(const PlaneCollider& a, const PlaneCollider& b) {
-  return a.point_m == b.point_m && a.normal == b.normal;
-}
-bool IsSame(const CapsuleCollider& a, const CapsuleCollider& b) {
-  return a.a_m == b.a_m && a.b_m == b.b_m && a.radius_m == b.radius_m;
-}
-bool IsSame(const BoxCollider& a, const BoxCollider& b) {
-  return a.center_m == b.center_m && a.half_extents_m == b.half_extents_m &&
-         a.rotation.coeffs() == b.rotation.coeffs();
-}
-bool IsSame(const DistanceMapCollider& a, const DistanceMapCollider& b) {
-  return a.map == b.map && IsSame(a.transform, b.transform);
-}
-bool IsSame(const Collider& a, const Collider& b) {
-  return a.index() == b.index() && std::visit(
-                                       [&](const auto& shape) {
-                                         using Shape = std::decay_t<decltype(shape)>;
-                                         return IsSame(shape, std::get<Shape>(b));
-                                       },
-                                       a);
-}
-// The collider's position at the start.
-bool IsSame(const RigidMotion& a, const RigidMotion& b) {
-  return a.pivot_m == b.pivot_m && a.position_m == b.position_m &&
-         a.rotation.coeffs() == b.rotation.coeffs();
-}
-
-template <class Item>
-bool AreSame(const std::vector<Item>& a, const std::vector<Item>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const Item& one, const Item& other) { return IsSame(one, other); });
+// Whether colliders have the same poses at the start.
+bool StartAlike(const RigidMotion& a, const RigidMotion& b) {
+  return a.pivot_m == b.pivot_m && a.position_m == b.position_m && a.rotation == b.rotation;
 }
 
 // Compares everything that a start depends on.
 bool AreAlike(const ClothCopy& a, const ClothCopy& b) {
-  return IsSame(a.transform, b.transform) &&
+  return a.transform == b.transform &&
          a.parameters.gravity_m_per_s2 == b.parameters.gravity_m_per_s2 &&
          a.parameters.thickness_m == b.parameters.thickness_m &&
-         AreSame(a.parameters.colliders, b.parameters.colliders) &&
-         AreSame(a.parameters.collider_motions, b.parameters.collider_motions);
+         a.parameters.colliders == b.parameters.colliders &&
+         std::ranges::equal(a.parameters.collider_motions, b.parameters.collider_motions,
+                            StartAlike);
 }
 
 std::shared_ptr<const ClearStart> FindStartOf(const SceneModel& model, const ClothCopy& copy) {

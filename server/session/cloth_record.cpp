@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <utility>
-#include <variant>
 
 #include "server/core/check.h"
 #include "server/solver/load.h"
@@ -18,24 +17,6 @@ double RoundToSinglePrecision(double value) {
   std::frexp(value, &exponent);
   const int shift = kSignificantBits - exponent;
   return std::ldexp(std::nearbyint(std::ldexp(value, shift)), -shift);
-}
-
-// From the environment to the cloth frame: a translation; directions and rotations stay.
-void Shift(SphereCollider& sphere, const Placement& placement) {
-  sphere.center_m = placement.ClothFromEnvironment(sphere.center_m);
-}
-void Shift(PlaneCollider& plane, const Placement& placement) {
-  plane.point_m = placement.ClothFromEnvironment(plane.point_m);
-}
-void Shift(CapsuleCollider& capsule, const Placement& placement) {
-  capsule.a_m = placement.ClothFromEnvironment(capsule.a_m);
-  capsule.b_m = placement.ClothFromEnvironment(capsule.b_m);
-}
-void Shift(BoxCollider& box, const Placement& placement) {
-  box.center_m = placement.ClothFromEnvironment(box.center_m);
-}
-void Shift(DistanceMapCollider& solid, const Placement& placement) {
-  solid.transform.position_m = placement.ClothFromEnvironment(solid.transform.position_m);
 }
 
 }  // namespace
@@ -100,7 +81,7 @@ ClothParameters OnDevice(const SceneModel& model, const ClothParameters& paramet
 ClothParameters InClothFrame(const ClothParameters& parameters, const Placement& placement) {
   ClothParameters shifted = parameters;
   for (Collider& collider : shifted.colliders) {
-    std::visit([&](auto& shape) { Shift(shape, placement); }, collider);
+    collider.pose.position_m = placement.ClothFromEnvironment(collider.pose.position_m);
   }
   for (RigidMotion& motion : shifted.collider_motions) {
     motion.pivot_m = placement.ClothFromEnvironment(motion.pivot_m);

@@ -2,7 +2,6 @@
 
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "server/scene/distance_map.h"
 
@@ -10,7 +9,7 @@ namespace drape {
 
 void Insert(std::span<const Collider> colliders, DistanceMapSet& maps) {
   for (const Collider& collider : colliders) {
-    if (const auto* solid = std::get_if<DistanceMapCollider>(&collider)) maps.insert(solid->map);
+    if (auto map = MapOf(collider)) maps.insert(std::move(map));
   }
 }
 

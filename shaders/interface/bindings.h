@@ -64,17 +64,10 @@
 #define DRAPE_KIND_AT_MOST 1u
 #define DRAPE_KIND_AT_LEAST 2u
 
-// Words of a collider in the parameters: kind, radius [m], point xyz [m], vector xyz, three axes
-// xyz, place of the distance map in Models. Sphere: point = centre. Plane: point; vector = normal.
-// Capsule: point = end a; vector = end b - end a [m]; first axis = normal on the segment. Box:
-// point = centre; vector = half extents [m]; axes. Distance map: point = its first sample's place;
-// axes; map.
+// Words of a collider in the parameters: kind (COLLIDER_SPHERE and so on, defined for each of
+// kShapeNames), its ColliderNumbers (server/scene/colliders.h: radius [m], point xyz [m], vector
+// xyz, three axes xyz), place of its distance map in Models.
 #define DRAPE_COLLIDER_WORDS 18
-#define DRAPE_COLLIDER_SPHERE 1u
-#define DRAPE_COLLIDER_PLANE 2u
-#define DRAPE_COLLIDER_CAPSULE 3u
-#define DRAPE_COLLIDER_BOX 4u
-#define DRAPE_COLLIDER_DISTANCE_MAP 5u
 
 // Words of a distance map in Models before its samples, x fastest [m]: samples along x, y and z,
 // cell [m], 1 / cell [1/m].

@@ -2,10 +2,7 @@
 // constraints, joints and elastic elements), from the committed state; changes nothing but reports. Work group
 // x = piece, y = cloth. A cloth of one piece is finished here, others by `measure_total`. Reads States, Models,
 // Parameters, Scratch (lambdas [N s], violations [m]); writes Scratch (pieces) or Statuses.
-#define HAS_CAPSULES  // it measures cloths of all variants
-#define HAS_BOXES
-#define HAS_DISTANCE_MAPS
-#define HAS_MOVING_COLLIDERS
+#define HAS_MOVING_COLLIDERS  // it measures cloths of all variants
 #define HAS_JOINT_COMPLIANCE
 #include "stages/measured.glsl"
 #include "stages/collider_surface.glsl"

@@ -4,20 +4,18 @@
 #define DRAPE_LIB_CONTACT_GLSL_
 
 #include "lib/vector.glsl"
-#ifdef HAS_DISTANCE_MAPS
+#ifdef HAS_DISTANCE_MAP
 #include "lib/distance_map.glsl"
 #endif
 
+// ColliderNumbers (server/scene/colliders.h).
 struct Collider {
-  uint kind;      // DRAPE_COLLIDER_*
-  float radius;   // sphere, capsule [m]
-  vec3 point;     // sphere, box: centre; plane: a point on it; capsule: end a; distance map: the first
-                  // sample [m]
-  vec3 vector;    // plane: normal, unit, away from the solid; capsule: end b - end a [m];
-                  // box: half extents [m]
-  mat3 axes;      // box: its unit axes; capsule: [0] is the normal on the segment; distance map:
-                  // the directions of its grid
-#ifdef HAS_DISTANCE_MAPS
+  uint kind;      // COLLIDER_*
+  float radius;   // [m]
+  vec3 point;     // [m]
+  vec3 vector;
+  mat3 axes;
+#ifdef HAS_DISTANCE_MAP
   DistanceGrid grid;
 #endif
 };
@@ -27,7 +25,7 @@ struct Gap {
   vec3 normal;    // unit, outward
 };
 
-#ifdef HAS_CAPSULES
+#ifdef HAS_CAPSULE
 // The distance to the nearest point of the segment less the radius.
 Gap CapsuleGap(Collider capsule, float thickness, vec3 from_a) {
   float length_sq = Dot(capsule.vector, capsule.vector);
@@ -47,7 +45,7 @@ Gap CapsuleGap(Collider capsule, float thickness, vec3 from_a) {
 
 #endif
 
-#ifdef HAS_BOXES
+#ifdef HAS_BOX
 // (1, 0, 0), (0, 1, 0) or (0, 0, 1): the largest component, of equals the first.
 vec3 LargestComponent(vec3 v) {
   if (v.x >= v.y && v.x >= v.z) return vec3(1.0, 0.0, 0.0);
@@ -79,7 +77,35 @@ Gap BoxGap(Collider box, float thickness, vec3 from_center) {
 }
 #endif
 
-#ifdef HAS_DISTANCE_MAPS
+#ifdef HAS_CYLINDER
+// The normal is that of the side or the nearer end, whichever is nearest (of equals the side); beyond both it
+// comes from the rim.
+Gap CylinderGap(Collider cylinder, float thickness, vec3 from_center) {
+  vec3 axis = cylinder.axes[0];
+  float along = Dot(from_center, axis);
+  vec3 across = AddScaled(from_center, -along, axis);
+  float from_axis = Length(across);
+  vec3 sideways = Direction(across, from_axis, cylinder.axes[1]);
+  vec3 endways = along < 0.0 ? -axis : axis;
+  precise vec2 beyond = vec2(from_axis, abs(along)) - cylinder.vector.xy;
+  precise float rim_distance = sqrt(beyond.x * beyond.x + beyond.y * beyond.y);
+  Gap gap;
+  float size;
+  if (min(beyond.x, beyond.y) > 0.0 && rim_distance >= MIN_DIRECTION_LENGTH) {
+    precise vec3 normal = (beyond.x * sideways + beyond.y * endways) / rim_distance;
+    gap.normal = normal;
+    size = rim_distance;
+  } else {
+    gap.normal = beyond.x < beyond.y ? endways : sideways;
+    size = max(beyond.x, beyond.y);
+  }
+  precise float gap_size = size - thickness;
+  gap.size = gap_size;
+  return gap;
+}
+#endif
+
+#ifdef HAS_DISTANCE_MAP
 // `corners`: the samples around `place`. Where the distance has no gradient the normal is the mesh's +y.
 Gap DistanceMapGap(Collider solid, float thickness, MapPlace place, CellCorners corners) {
   MapDistance map = DistanceInMap(solid.grid, place, corners);
@@ -101,14 +127,17 @@ Gap DistanceMapGap(Collider solid, float thickness, MapPlace place, CellCorners 
 // All shapes but distance maps. At a sphere's centre the normal is +y.
 Gap ShapeGap(Collider collider, float thickness, vec3 q) {
   precise vec3 from_point = q - collider.point;
-#ifdef HAS_CAPSULES
-  if (collider.kind == DRAPE_COLLIDER_CAPSULE) return CapsuleGap(collider, thickness, from_point);
+#ifdef HAS_CAPSULE
+  if (collider.kind == COLLIDER_CAPSULE) return CapsuleGap(collider, thickness, from_point);
 #endif
-#ifdef HAS_BOXES
-  if (collider.kind == DRAPE_COLLIDER_BOX) return BoxGap(collider, thickness, from_point);
+#ifdef HAS_BOX
+  if (collider.kind == COLLIDER_BOX) return BoxGap(collider, thickness, from_point);
+#endif
+#ifdef HAS_CYLINDER
+  if (collider.kind == COLLIDER_CYLINDER) return CylinderGap(collider, thickness, from_point);
 #endif
   Gap gap;
-  if (collider.kind == DRAPE_COLLIDER_SPHERE) {
+  if (collider.kind == COLLIDER_SPHERE) {
     float length_d = Length(from_point);
     gap.normal = Direction(from_point, length_d, vec3(0.0, 1.0, 0.0));
     precise float size = length_d - collider.radius - thickness;

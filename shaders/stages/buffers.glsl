@@ -92,7 +92,7 @@ vec3 ParameterVector(uint word) {
 
 vec3 PinTarget(uint k) { return ParameterVector(cloth.parameters.pin_targets + 3u * k); }
 
-#ifdef HAS_DISTANCE_MAPS
+#ifdef HAS_DISTANCE_MAP
 // `map`: the map's place in Models; 0 for colliders of other shapes, for which the result is meaningless.
 DistanceGrid LoadGrid(uint map) {
   return DistanceGrid(uvec3(models[map], models[map + 1u], models[map + 2u]), ModelFloat(map + 3u),
@@ -107,17 +107,15 @@ Collider LoadCollider(uint c) {
   collider.radius = Parameter(word + 1u);
   collider.point = ParameterVector(word + 2u);
   collider.vector = ParameterVector(word + 5u);
-#if defined(HAS_CAPSULES) || defined(HAS_BOXES) || defined(HAS_DISTANCE_MAPS)
   collider.axes = mat3(ParameterVector(word + 8u), ParameterVector(word + 11u),
                        ParameterVector(word + 14u));
-#endif
-#ifdef HAS_DISTANCE_MAPS
+#ifdef HAS_DISTANCE_MAP
   collider.grid = LoadGrid(parameters[word + 17u]);
 #endif
   return collider;
 }
 
-#ifdef HAS_DISTANCE_MAPS
+#ifdef HAS_DISTANCE_MAP
 CellCorners LoadCorners(DistanceGrid grid, uvec3 cell) {
   uint row = grid.sample_counts.x;
   uint layer = row * grid.sample_counts.y;
@@ -132,8 +130,8 @@ CellCorners LoadCorners(DistanceGrid grid, uvec3 cell) {
 
 // Gap and outward normal at q, of any shape.
 Gap ColliderGap(Collider collider, float thickness, vec3 q) {
-#ifdef HAS_DISTANCE_MAPS
-  if (collider.kind == DRAPE_COLLIDER_DISTANCE_MAP) {
+#ifdef HAS_DISTANCE_MAP
+  if (collider.kind == COLLIDER_DISTANCE_MAP) {
     precise vec3 from_corner = q - collider.point;
     MapPlace place = PlaceInMap(collider.grid, collider.axes, from_corner);
     return DistanceMapGap(collider, thickness, place, LoadCorners(collider.grid, place.cell));

@@ -56,9 +56,9 @@ void AddToSharedRange(Spread spread) {
 // The collider, or where it is not convex the box around it: with the same gap or a smaller one wherever that
 // is above 0.
 Collider ConvexBound(Collider collider) {
-#ifdef HAS_DISTANCE_MAPS
-  if (collider.kind != DRAPE_COLLIDER_DISTANCE_MAP) return collider;
-  collider.kind = DRAPE_COLLIDER_BOX;
+#ifdef HAS_DISTANCE_MAP
+  if (collider.kind != COLLIDER_DISTANCE_MAP) return collider;
+  collider.kind = COLLIDER_BOX;
   collider.vector = 0.5 * collider.grid.cell * vec3(collider.grid.sample_counts - 1u);
   collider.point += collider.axes * collider.vector;
 #endif

@@ -112,12 +112,12 @@ TEST(ColliderMaps, AMeshOfARequestBecomesAMapAtItsPlace) {
   ASSERT_TRUE(maps.ok()) << maps.status().ToString();
   std::vector<Collider>& colliders = checked->copies[1].parameters.colliders;
   SetMaps(*maps, colliders);
-  const auto& solid = std::get<DistanceMapCollider>(colliders[4]);
-  EXPECT_EQ(solid.transform.position_m, Eigen::Vector3d(-4, -1, 0));
-  EXPECT_EQ(solid.transform.rotation.z(), 1);
+  EXPECT_EQ(colliders[4].pose.position_m, Eigen::Vector3d(-4, -1, 0));
+  EXPECT_EQ(colliders[4].pose.rotation.z(), 1);
+  const std::shared_ptr<const DistanceMap> map = MapOf(colliders[4]);
   // Outside the face z = 0, far from its edges.
-  EXPECT_NEAR(solid.map->DistanceAt({0.25, 0.25, -0.01}), 0.01, 1e-6);
-  EXPECT_EQ(Build(request, cache)->at(0).map, solid.map) << "equal meshes share one map";
+  EXPECT_NEAR(map->DistanceAt({0.25, 0.25, -0.01}), 0.01, 1e-6);
+  EXPECT_EQ(Build(request, cache)->at(0).map, map) << "equal meshes share one map";
 
   // Clients read meshes back without their arrays, but with the shapes of these.
   ClothParameters parameters = test::PlainParameters();

@@ -152,8 +152,7 @@ TEST(CreateClothsRules, ReadsEverythingOfAGoodRequest) {
   EXPECT_EQ(second.parameters.settings.max_iterations, 3u);
   EXPECT_EQ(second.parameters.settings.substeps, 7u);
   EXPECT_EQ(second.parameters.settings.preset, Preset::kAccurate);
-  EXPECT_EQ(std::get<PlaneCollider>(first.parameters.colliders[1]).normal,
-            Eigen::Vector3d::UnitY());
+  EXPECT_EQ(first.parameters.colliders[1].shape, Shape(PlaneShape{Eigen::Vector3d::UnitY()}));
 }
 
 using BadStep = BadCase<v1::StepRequest>;

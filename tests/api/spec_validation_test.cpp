@@ -1,5 +1,6 @@
 #include "server/api/spec_validation.h"
 
+#include "server/api/collider_message.h"
 #include "server/api/request_validation.h"
 #include "tests/api/bad_cases.h"
 #include "tests/api/requests.h"
@@ -22,6 +23,16 @@ using test::Plane;
 using test::Set;
 using test::Spec;
 using test::Sphere;
+
+// Of a table; added to those of a good creation.
+v1::Cylinder& Cylinder(v1::CreateClothsRequest& request) {
+  auto* environment = Spec(request).mutable_environment();
+  v1::Cylinder& cylinder = *environment->add_colliders()->mutable_cylinder();
+  Set(cylinder.mutable_a_m(), {0, -2, 0});
+  Set(cylinder.mutable_b_m(), {0, -1, 0});
+  cylinder.set_radius_m(0.25);
+  return cylinder;
+}
 
 using BadCreation = BadCase<v1::CreateClothsRequest>;
 class SpecValidation : public testing::TestWithParam<BadCreation> {};
@@ -168,7 +179,7 @@ INSTANTIATE_TEST_SUITE_P(
                     [](auto& r) { Spec(r).mutable_material()->set_air_lift(kNaN); },
                     "spec.material.air_lift", "nan"},
         BadCreation{"NoShape", [](auto& r) { Spec(r).mutable_environment()->add_colliders(); },
-                    "spec.environment.colliders[4]", "sphere, plane, capsule, box"},
+                    "spec.environment.colliders[4]", "sphere, plane, capsule, box, cylinder, mesh"},
         BadCreation{"NoRadius", [](auto& r) { Sphere(r).set_radius_m(0); },
                     "spec.environment.colliders[0].sphere.radius_m", "0 is not in"},
         BadCreation{"NoCenter", [](auto& r) { Sphere(r).clear_center_m(); },
@@ -186,6 +197,15 @@ INSTANTIATE_TEST_SUITE_P(
                     "spec.environment.colliders[2].capsule.b_m", "has 0 elements"},
         BadCreation{"FarCapsuleEnd", [](auto& r) { Capsule(r).set_a_m(1, 2e6); },
                     "spec.environment.colliders[2].capsule.a_m[1]", "2e+06"},
+        BadCreation{"NoCylinderRadius", [](auto& r) { Cylinder(r).set_radius_m(0); },
+                    "spec.environment.colliders[4].cylinder.radius_m", "0 is not in [1e-09"},
+        BadCreation{"NoCylinderEnd", [](auto& r) { Cylinder(r).clear_a_m(); },
+                    "spec.environment.colliders[4].cylinder.a_m", "has 0 elements"},
+        BadCreation{"NotANumberCylinder", [](auto& r) { Cylinder(r).set_b_m(2, kNaN); },
+                    "spec.environment.colliders[4].cylinder.b_m[2]", "nan"},
+        BadCreation{"CylinderWithoutLength", [](auto& r) { Cylinder(r).set_b_m(1, -2); },
+                    "spec.environment.colliders[4].cylinder.b_m",
+                    "is 0 m from a_m, at least 1e-09 m are needed"},
         BadCreation{"NoBoxCenter", [](auto& r) { Box(r).clear_center_m(); },
                     "spec.environment.colliders[3].box.center_m", "has 0 elements"},
         BadCreation{"FlatBox", [](auto& r) { Box(r).set_half_extents_m(1, 0); },
@@ -312,20 +332,28 @@ TEST(SpecValues, CapsulesAndBoxes) {
   auto checked = CheckCreateCloths(request, {});
   ASSERT_TRUE(checked.ok()) << checked.status().ToString();
   const auto& colliders = checked->copies[0].parameters.colliders;
-  const auto& capsule = std::get<CapsuleCollider>(colliders[2]);
-  EXPECT_EQ(capsule.a_m, Eigen::Vector3d(-1, -1, 0));
-  EXPECT_EQ(capsule.b_m, Eigen::Vector3d(1, -1, 0.5));
-  EXPECT_EQ(capsule.radius_m, 0.25);
-  const auto& box = std::get<BoxCollider>(colliders[3]);
-  EXPECT_EQ(box.center_m, Eigen::Vector3d(2, -1, 0));
-  EXPECT_EQ(box.half_extents_m, Eigen::Vector3d(0.5, 0.25, 1));
-  EXPECT_NEAR((box.rotation.coeffs() - Eigen::Vector4d(0, 0.6, 0, 0.8)).norm(), 0, 1e-15);
+  EXPECT_EQ(colliders[2], CapsuleBetween({-1, -1, 0}, {1, -1, 0.5}, 0.25));
+  const Collider& box = colliders[3];
+  EXPECT_EQ(box.pose.position_m, Eigen::Vector3d(2, -1, 0));
+  EXPECT_EQ(box.shape, Shape(BoxShape{{0.5, 0.25, 1}}));
+  EXPECT_NEAR((box.pose.rotation.coeffs() - Eigen::Vector4d(0, 0.6, 0, 0.8)).norm(), 0, 1e-15);
 
   Box(request).clear_rotation_xyzw();
   checked = CheckCreateCloths(request, {});
   ASSERT_TRUE(checked.ok()) << checked.status().ToString();
-  EXPECT_EQ(std::get<BoxCollider>(checked->copies[0].parameters.colliders[3]).rotation.coeffs(),
+  EXPECT_EQ(checked->copies[0].parameters.colliders[3].pose.rotation.coeffs(),
             Eigen::Vector4d(0, 0, 0, 1));
+}
+
+TEST(SpecValues, ACylinderReadsBackAsItWasAskedFor) {
+  v1::CreateClothsRequest request = GoodCreation();
+  const v1::Cylinder asked = Cylinder(request);
+  const auto checked = CheckCreateCloths(request, {});
+  ASSERT_TRUE(checked.ok()) << checked.status().ToString();
+  const Collider& cylinder = checked->copies[0].parameters.colliders[4];
+  EXPECT_EQ(cylinder, CylinderBetween({0, -2, 0}, {0, -1, 0}, 0.25));
+  EXPECT_EQ(ToProto(cylinder).cylinder().SerializeAsString(), asked.SerializeAsString());
+  EXPECT_EQ(checked->copies[0].parameters.collider_motions[4].pivot_m, Eigen::Vector3d(0, -1.5, 0));
 }
 
 TEST(SpecValues, HugeAndTinyVectorsKeepTheirDirection) {
@@ -335,7 +363,7 @@ TEST(SpecValues, HugeAndTinyVectorsKeepTheirDirection) {
   request.clear_transforms();
   const auto checked = CheckCreateCloths(request, {});
   ASSERT_TRUE(checked.ok()) << checked.status().ToString();
-  const auto& plane = std::get<PlaneCollider>(checked->copies[0].parameters.colliders[1]);
+  const auto& plane = std::get<PlaneShape>(checked->copies[0].parameters.colliders[1].shape);
   // Rounding of one division and one square root per component.
   EXPECT_NEAR((plane.normal - Eigen::Vector3d(0.6, 0, 0.8)).norm(), 0, 1e-15);
   EXPECT_EQ(checked->copies[0].transform.rotation.y(), 1);

@@ -36,7 +36,7 @@ test::Scene Sheet(uint32_t particle_count, Pins pins, const StepSettings& settin
 test::Scene Figure4(uint32_t side, const StepSettings& settings) {
   test::Scene scene = test::Grid(side, side, 2, 2, {0, side - 1});
   scene.name = "figure_4";
-  scene.parameters.colliders = {SphereCollider{Vector3d(1, -0.7, 0.8), 0.4}};
+  scene.parameters.colliders = {SphereAt(Vector3d(1, -0.7, 0.8), 0.4)};
   scene.parameters.damping_per_s = 0.2;
   scene.parameters.friction_static = 0.5;
   scene.parameters.friction_dynamic = 0.4;

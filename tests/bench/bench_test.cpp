@@ -253,10 +253,10 @@ TEST(Figure4Test, TheSceneFileIsTheSceneOfTheBenchmark) {
   EXPECT_EQ(material["friction_dynamic"], scene.parameters.friction_dynamic);
   ASSERT_THAT(spec["environment"]["colliders"], SizeIs(scene.parameters.colliders.size()));
   const Json& sphere = spec["environment"]["colliders"][0]["sphere"];
-  const auto& expected = std::get<SphereCollider>(scene.parameters.colliders[0]);
+  const Collider& expected = scene.parameters.colliders[0];
   EXPECT_EQ(Eigen::Vector3d(sphere["center_m"][0], sphere["center_m"][1], sphere["center_m"][2]),
-            expected.center_m);
-  EXPECT_EQ(sphere["radius_m"], expected.radius_m);
+            expected.pose.position_m);
+  EXPECT_EQ(sphere["radius_m"], std::get<SphereShape>(expected.shape).radius_m);
 }
 
 TEST(MachineTest, ProcessorsOfOneNameAreToldApart) {

@@ -207,8 +207,8 @@ class AnyScene {
     scene_ = test::SizedCloth(9, false);
     for (Vector3d& p : scene_.state.positions_m) p = Place();
     for (Vector3d& v : scene_.state.velocities_m_per_s) v = Place();
-    auto kinds = test::EachKind(0);
-    Collider collider = kinds[seed % kinds.size()].second;
+    auto kinds = test::EveryKind(0);
+    Collider collider = kinds[seed / 2 % kinds.size()].second;
     RigidMotion motion = RigidMotion::AtRest(CentreOf(collider));
     motion.position_m = 2 * Place();
     motion.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(Between(0, 6), Place().normalized()));
@@ -276,7 +276,7 @@ TEST(AddNearTest, NothingInTheRangeTouchesWhatIsLeftOut) {
 // here it is turned.
 TEST(AddNearTest, CollidersBelowASheetAreLeftOutBeyondItsReach) {
   for (const double top_m : {-0.005, -0.03, -0.4}) {
-    for (const auto& [kind, collider] : test::EachKind(top_m)) {
+    for (const auto& [kind, collider] : test::EveryKind(top_m)) {
       Scene scene = test::ReachSheet(kind, Preset::kRealtime, 9, 8);
       scene.parameters.colliders = {collider};
       const Cloth cloth(std::make_shared<FloatModel>(scene.model), scene);

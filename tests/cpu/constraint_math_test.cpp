@@ -110,6 +110,21 @@ TEST(ConstraintMathTest, BoxGaps) {
             0.75f, {-1, 0, 0});
 }
 
+TEST(ConstraintMathTest, CylinderGaps) {
+  const Vec4 center{1, 0.5f, 2, 0}, axis{1, 0, 0, 0}, axis_normal{0, 1, 0, 0};
+  const auto gap = [&](float x, float y, float z) {
+    return CylinderGap(Vec4{x, y, z, 0}, center, axis, axis_normal, 0.25f, 2.0f, 0.375f);
+  };
+  ExpectGap(gap(0.7f, 1.5f, 2), 0.625f, {0, 1, 0});
+  ExpectGap(gap(-3, 0.5f, 2), 1.875f, {-1, 0, 0});
+  ExpectGap(gap(-1.5f, 0.6f, 2.1f), 0.375f, {-1, 0, 0});       // above an end
+  ExpectGap(gap(3.3f, 0.5f, 2.65f), 0.375f, {0.6f, 0, 0.8f});  // beyond the rim
+  ExpectGap(gap(1, 0.5f, 1.9f), -0.275f, {0, 0, -1});
+  ExpectGap(gap(2.95f, 0.6f, 2), -0.175f, {1, 0, 0});
+  ExpectGap(gap(1, 0.5f, 2), -0.375f, {0, 1, 0});      // on the axis
+  ExpectGap(gap(3, 0.5f, 2.25f), -0.125f, {0, 0, 1});  // on the rim: the side
+}
+
 TEST(ConstraintMathTest, ContactsOnlyPush) {
   EXPECT_EQ(ContactImpulse(0.0f, 0.5f, 10), 0) << "open gap";
   EXPECT_EQ(ContactImpulse(0.0f, -0.5f, 10), 5) << "penetration";

@@ -10,7 +10,7 @@ namespace {
 ClothParameters OnPlanes(size_t count) {
   ClothParameters parameters = test::PlainParameters();
   for (size_t k = 0; k < count; ++k) {
-    parameters.colliders.push_back(PlaneCollider{{0, -1, 0}, Eigen::Vector3d::UnitY()});
+    parameters.colliders.push_back(PlaneThrough({0, -1, 0}, Eigen::Vector3d::UnitY()));
   }
   return parameters;
 }

@@ -208,10 +208,10 @@ TEST(GlColliderReachWaysTest, WhatIsOutOfReachIsLeftOut) {
     Scene scene = test::ReachSheet("sheet", Preset::kRealtime, way.is_tiled ? 33 : 9, 32);
     scene.parameters.settings.substeps = way.is_tiled ? 2 : 30;
     const auto count = [&] { return Play(scene, 1, way, true).left_out; };
-    const PlaneCollider floor{{0, -0.001, 0}, {0, 1, 0}};
+    const Collider floor = PlaneThrough({0, -0.001, 0}, {0, 1, 0});
     scene.parameters.colliders = {floor};
     EXPECT_EQ(count(), 0u) << way.name;
-    scene.parameters.colliders = {test::Wall(30), floor, SphereCollider{{0.5, 8, 0.5}, 1}};
+    scene.parameters.colliders = {test::Wall(30), floor, SphereAt({0.5, 8, 0.5}, 1)};
     EXPECT_EQ(count(), 2u) << way.name;
     // Colliders beyond the 24th are always tested.
     scene.parameters.colliders.assign(30, test::Wall(30));
@@ -243,7 +243,7 @@ TEST(GlColliderReachWaysTest, TheWaysOfPinsAreForeseen) {
 // here it is turned.
 TEST(GlColliderReachWaysTest, CollidersBelowASheetAreLeftOutBeyondItsReach) {
   for (const double top_m : {-0.005, -0.03, -0.4}) {
-    for (const auto& [kind, collider] : test::EachKind(top_m)) {
+    for (const auto& [kind, collider] : test::EveryKind(top_m)) {
       Scene scene = test::ReachSheet(kind, Preset::kRealtime, 9, 8);
       scene.parameters.colliders = {collider};
       const bool is_far = top_m < (kind == "map" ? -0.03 : -0.005);
@@ -259,9 +259,9 @@ TEST(GlColliderReachWaysTest, TheWaysOfCollidersAreForeseen) {
     Collider collider;
     Vector3d velocity_m_per_s, angular_velocity_rad_per_s;
   };
-  const BoxCollider bar{{-0.2, -0.4, 0.5}, {0.6, 0.05, 0.3}, Eigen::Quaterniond::Identity()};
+  const Collider bar = BoxAt({-0.2, -0.4, 0.5}, {0.6, 0.05, 0.3}, Eigen::Quaterniond::Identity());
   for (const auto& [collider, velocity_m_per_s, angular_velocity_rad_per_s] :
-       {Coming{SphereCollider{{0.5, -0.7, 0.5}, 0.3}, {0, 30, 0}, {0, 0, 0}},
+       {Coming{SphereAt({0.5, -0.7, 0.5}, 0.3), {0, 30, 0}, {0, 0, 0}},
         Coming{bar, {0, 0, 0}, {0, 0, 60}}}) {
     Scene scene = test::ReachSheet("sheet", Preset::kRealtime, 9, 8);
     scene.parameters.gravity_m_per_s2.setZero();
@@ -292,8 +292,8 @@ class LooseScene {
     scene_ = test::Particles(loose);
     scene_.parameters.settings.substeps = 4;
     for (Vector3d& v : scene_.state.velocities_m_per_s) v = Between(0, 3) * Place();
-    auto kinds = test::EachKind(0);
-    Collider collider = kinds[seed % kinds.size()].second;
+    auto kinds = test::EveryKind(0);
+    Collider collider = kinds[seed / 2 % kinds.size()].second;
     RigidMotion motion = RigidMotion::AtRest(CentreOf(collider));
     motion.position_m = Place();
     motion.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(Between(0, 6), Place().normalized()));

@@ -159,8 +159,7 @@ ClothParameters EverythingParameters(SpringIntegration integration, double toler
   parameters.friction_static = 0.5;
   parameters.friction_dynamic = 0.4;
   parameters.thickness_m = 0.002;
-  parameters.colliders = {SphereCollider{.center_m = {0.5, -0.1, 0.5}, .radius_m = 0.09},
-                          PlaneCollider{.point_m = {0, -0.15, 0}, .normal = {0, 1, 0}}};
+  parameters.colliders = {SphereAt({0.5, -0.1, 0.5}, 0.09), PlaneThrough({0, -0.15, 0}, {0, 1, 0})};
   parameters.settings.time_step_s = 1.0 / 30;
   parameters.settings.substeps = 6;
   parameters.settings.max_iterations = 12;
@@ -355,7 +354,7 @@ TEST_F(GlBackendTest, GrowingArraysKeepStates) {
   const std::unique_ptr<Backend> fresh = MakeGlBackend();
   const auto model = GridModel(10, 10, {0});
   ClothParameters parameters = test::PlainParameters();
-  parameters.colliders = {PlaneCollider{.point_m = {0, -1, 0}, .normal = {0, 1, 0}}};
+  parameters.colliders = {PlaneThrough({0, -1, 0}, {0, 1, 0})};
   std::vector<ClothHandle> cloths;
   for (int k = 0; k < 300; ++k) {
     ParticleState state = AtRest(*model);
@@ -391,7 +390,7 @@ TEST_F(GlBackendTest, FullDeviceRefusesAndKeepsWhatItHas) {
   }
   // Colliders need room too, and a refused update changes nothing.
   ClothParameters crowded = test::PlainParameters();
-  crowded.colliders.assign(100, SphereCollider{.center_m = {0, 0, 0}, .radius_m = 0.1});
+  crowded.colliders.assign(100, SphereAt({0, 0, 0}, 0.1));
   const std::vector<float> before = ReadCloth(*small, cloths[0]);
   const ClothUpdate too_much = Update([&](auto& update) {
     update.parameters = crowded;

@@ -73,7 +73,7 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   description.material.shear_stiffness_n_per_m = 1;
   const auto model = BuildModel(description);
   ClothParameters parameters = test::PlainParameters();
-  parameters.colliders.assign(3, PlaneCollider{});
+  parameters.colliders.assign(3, PlaneThrough({0, 0, 0}, {0, 1, 0}));
   parameters.friction_static = 0.1;
   parameters.air_drag = 1;
   parameters.settings.twist_damping_per_s = 1;
@@ -122,17 +122,19 @@ TEST(MeasurePieceCountTest, CountsTheLongerOfParticlesAndConstraints) {
   EXPECT_EQ(MeasurePieceCount(*GridModel(40, 40)), 2u);  // 3120 constraints
 }
 
+uint32_t WordOf(ShapeKind kind) {
+  return static_cast<uint32_t>(kind);
+}
+
 TEST(PackCollidersTest, EveryShape) {
   const std::vector<Collider> colliders = {
-      SphereCollider{.center_m = {1, 2, 3}, .radius_m = 0.5},
-      PlaneCollider{.point_m = {4, 5, 6}, .normal = {0, 0, 1}},
-      CapsuleCollider{.a_m = {1, 2, 3}, .b_m = {3, 2, 3}, .radius_m = 0.25},
-      BoxCollider{.center_m = {7, 8, 9},
-                  .half_extents_m = {0.5, 1, 2},
-                  .rotation = Eigen::Quaterniond(0, 0, 0, 1)}};  // half a turn about z
+      SphereAt({1, 2, 3}, 0.5), PlaneThrough({4, 5, 6}, {0, 0, 1}),
+      CapsuleBetween({1, 2, 3}, {3, 2, 3}, 0.25),
+      BoxAt({7, 8, 9}, {0.5, 1, 2}, Eigen::Quaterniond(0, 0, 0, 1)),  // half a turn about z
+      CylinderBetween({1, 2, 3}, {1, 2, 7}, 0.5)};
   const std::vector<uint32_t> words = PackColliders(colliders);
-  ASSERT_EQ(words.size(), 4u * DRAPE_COLLIDER_WORDS);
-  EXPECT_EQ(words[0], DRAPE_COLLIDER_SPHERE);
+  ASSERT_EQ(words.size(), 5u * DRAPE_COLLIDER_WORDS);
+  EXPECT_EQ(words[0], WordOf(ShapeKind::kSphere));
   EXPECT_EQ(AsFloat(words[1]), 0.5f);
   EXPECT_EQ(AsFloat(words[4]), 3.0f);
   const auto floats = [&words](size_t collider, size_t first, size_t count) {
@@ -142,21 +144,22 @@ TEST(PackCollidersTest, EveryShape) {
     }
     return values;
   };
-  EXPECT_EQ(words[DRAPE_COLLIDER_WORDS], DRAPE_COLLIDER_PLANE);
+  EXPECT_EQ(words[DRAPE_COLLIDER_WORDS], WordOf(ShapeKind::kPlane));
   EXPECT_THAT(floats(1, 2, 6), ElementsAre(4, 5, 6, 0, 0, 1));
-  EXPECT_EQ(words[2 * DRAPE_COLLIDER_WORDS], DRAPE_COLLIDER_CAPSULE);
+  EXPECT_EQ(words[2 * DRAPE_COLLIDER_WORDS], WordOf(ShapeKind::kCapsule));
   EXPECT_THAT(floats(2, 1, 10), ElementsAre(0.25f, 1, 2, 3, 2, 0, 0, 0, 1, 0));
-  EXPECT_EQ(words[3 * DRAPE_COLLIDER_WORDS], DRAPE_COLLIDER_BOX);
+  EXPECT_EQ(words[3 * DRAPE_COLLIDER_WORDS], WordOf(ShapeKind::kBox));
   EXPECT_THAT(floats(3, 2, 15), ElementsAre(7, 8, 9, 0.5f, 1, 2, -1, 0, 0, 0, -1, 0, 0, 0, 1));
+  EXPECT_EQ(words[4 * DRAPE_COLLIDER_WORDS], WordOf(ShapeKind::kCylinder));
+  EXPECT_THAT(floats(4, 1, 13), ElementsAre(0.5f, 1, 2, 5, 0.5f, 2, 0, 0, 0, 1, 0, 1, 0));
 }
 
 TEST(PackCollidersTest, DistanceMapsInTheirOrder) {
   const auto map =
       DistanceMap::Build(test::BoxMesh({1, 2, 3}, {2, 3, 4}), {.resolution = 4}).value();
   const Eigen::Quaterniond half_turn(0, 0, 0, 1);  // about z
-  const std::vector<Collider> colliders = {SphereCollider{.radius_m = 1},
-                                           DistanceMapCollider{map, {{10, 20, 30}, half_turn}},
-                                           DistanceMapCollider{map, {}}};
+  const std::vector<Collider> colliders = {
+      SphereAt({0, 0, 0}, 1), DistanceMapAt(map, {{10, 20, 30}, half_turn}), DistanceMapAt(map)};
   FreeList list(1000);
   ASSERT_EQ(list.Allocate(64), 0u);
   std::vector<std::shared_ptr<const DeviceMap>> maps;
@@ -169,7 +172,7 @@ TEST(PackCollidersTest, DistanceMapsInTheirOrder) {
   ASSERT_EQ(words.size(), 3u * DRAPE_COLLIDER_WORDS);
   const uint32_t first = DRAPE_COLLIDER_WORDS;
   EXPECT_EQ(words[first - 1], 0u) << "no map";
-  EXPECT_EQ(words[first], DRAPE_COLLIDER_DISTANCE_MAP);
+  EXPECT_EQ(words[first], WordOf(ShapeKind::kDistanceMap));
   EXPECT_EQ(words[first + 17], 64u);
   EXPECT_EQ(words[2 * first + 17], 128u);
   // 3 cells of 1/4 m below the mesh's corner, turned.

@@ -57,7 +57,7 @@ TEST(KernelCostsTest, SweepOfAChain) {
   const LoopCosts costs = CountLoops(*model, parameters, 32);
   // The sweep's own pass, 2 + 2 of the colours, 2 + 2 of each colour's constraints.
   EXPECT_EQ(costs.sweep, 1u + 4 + 4 + 4);
-  parameters.colliders = {PlaneCollider{}, PlaneCollider{}};
+  parameters.colliders = {PlaneThrough({0, 0, 0}, {0, 1, 0}), PlaneThrough({0, 0, 0}, {0, 1, 0})};
   // 4 rounds over the particles, each with 2 colliders, and two more passes for each loop's end;
   // one for the loop around.
   EXPECT_EQ(CountLoops(*model, parameters, 32).sweep, costs.sweep + 1 + 6 + 4 * 4);
@@ -71,7 +71,7 @@ TEST(KernelCostsTest, FindingWhatIsInReach) {
   parameters.settings.integration = Integration::kOneStep;
   parameters.settings.direction = Direction::kAtEnd;
   const LoopCosts free = CountLoops(*model, parameters, 32);
-  parameters.colliders = {PlaneCollider{}, PlaneCollider{}};
+  parameters.colliders = {PlaneThrough({0, 0, 0}, {0, 1, 0}), PlaneThrough({0, 0, 0}, {0, 1, 0})};
   EXPECT_EQ(CountLoops(*model, parameters, 32).fixed - free.fixed,
             4u * (8 + 2) + (4 + 2) + 2 + (1 + 4 + 2) + 2);
   parameters.colliders.resize(100);  // 24 of them may be left out, tested in two rounds of 16

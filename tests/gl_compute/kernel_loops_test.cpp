@@ -24,7 +24,7 @@ TEST(KernelLoopsTest, ManySweepsOfFewConstraintsAreNotCutShort) {
     for (const size_t collider_count : {0u, 1u}) {
       const auto model = Rods(joint_count);
       ClothParameters parameters = test::PlainParameters();
-      parameters.colliders.assign(collider_count, SphereCollider{{0, -0.5, 0}, 0.1});
+      parameters.colliders.assign(collider_count, SphereAt({0, -0.5, 0}, 0.1));
       parameters.settings.time_step_s = 0.4;
       parameters.settings.substeps = 40;
       parameters.settings.max_iterations = 300;

@@ -62,7 +62,7 @@ TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
   description.material.stretch_compliance_m_per_n = 1e-4;
   description.material.bending_stiffness_n_per_m = 1;
   ClothParameters parameters = test::PlainParameters();
-  parameters.colliders = {PlaneCollider{}};
+  parameters.colliders = {PlaneThrough({0, 0, 0}, {0, 1, 0})};
   parameters.friction_static = 0.3;
   parameters.restitution = 0.5;
   parameters.damping_per_s = 1;
@@ -79,14 +79,16 @@ TEST(KernelVariantTest, LeavesOutWhatTheClothDoesNotHave) {
   ClothParameters moving = parameters;
   moving.collider_motions = {RigidMotion::AtRest(Eigen::Vector3d::Zero())};
   EXPECT_THAT(VariantOf(*model, moving).Defines(), HasSubstr("HAS_MOVING_COLLIDERS"));
-  EXPECT_THAT(full, Not(HasSubstr("CAPSULES")));
-  EXPECT_THAT(full, Not(HasSubstr("BOXES")));
-  EXPECT_THAT(full, Not(HasSubstr("MAPS")));
-  parameters.colliders = {CapsuleCollider{}, BoxCollider{}};
-  EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_CAPSULES\n"));
-  EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_BOXES\n"));
-  parameters.colliders = {DistanceMapCollider{}};
-  EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_DISTANCE_MAPS\n"));
+  EXPECT_THAT(full, Not(HasSubstr("CAPSULE")));
+  EXPECT_THAT(full, Not(HasSubstr("BOX")));
+  EXPECT_THAT(full, Not(HasSubstr("CYLINDER")));
+  EXPECT_THAT(full, Not(HasSubstr("MAP")));
+  parameters.colliders = {{CapsuleShape{}}, {BoxShape{}}, {CylinderShape{}}};
+  EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_CAPSULE\n"));
+  EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_BOX\n"));
+  EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_CYLINDER\n"));
+  parameters.colliders = {{DistanceMapShape{}}};
+  EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("#define HAS_DISTANCE_MAP\n"));
   parameters.settings.spring_integration = SpringIntegration::kInForce;
   EXPECT_THAT(VariantOf(*model, parameters).Defines(), HasSubstr("HAS_SPRING_FORCES"));
   EXPECT_THAT(full, Not(HasSubstr("ELASTIC")));
@@ -172,7 +174,7 @@ TEST(KernelVariantTest, ReductionOfStripsThatFitTheLanes) {
 // `measure` has work groups of its own: how few invocations step a cloth does not limit colliders.
 TEST(KernelVariantTest, SmallWorkGroupsRefuseNoColliders) {
   ClothParameters parameters = test::PlainParameters();
-  parameters.colliders.assign(300, PlaneCollider{});
+  parameters.colliders.assign(300, PlaneThrough({0, 0, 0}, {0, 1, 0}));
   const auto model = GridModel(8, 8);
   EXPECT_EQ(VariantOf(*model, parameters, kSoftware).local_size, 8u);
   DeviceTraits chosen = kSoftware;

@@ -19,11 +19,11 @@ DrawnCloth Cloth(double length_m, std::vector<Collider> colliders,
 }
 
 TEST(ColliderShapesTest, SharedOnesAreDrawnOnce) {
-  const SphereCollider sphere{.center_m = {1, 2, 3}, .radius_m = 0.5};
-  const PlaneCollider plane{.point_m = {0, -1, 0}, .normal = Vector3d::UnitY()};
+  const Collider sphere = SphereAt({1, 2, 3}, 0.5);
+  const Collider plane = PlaneThrough({0, -1, 0}, Vector3d::UnitY());
   // The same plane through another point, and the same sphere from another environment.
-  const PlaneCollider same_plane{.point_m = {5, -1, 7}, .normal = Vector3d::UnitY()};
-  const SphereCollider moved{.center_m = {-9, 2, 3}, .radius_m = 0.5};
+  const Collider same_plane = PlaneThrough({5, -1, 7}, Vector3d::UnitY());
+  const Collider moved = SphereAt({-9, 2, 3}, 0.5);
   const std::vector<DrawnCloth> cloths = {Cloth(0.01, {sphere, plane}),
                                           Cloth(0.02, {same_plane, sphere}),
                                           Cloth(0.01, {moved}, {10, 0, 0})};
@@ -38,11 +38,11 @@ TEST(ColliderShapesTest, SharedOnesAreDrawnOnce) {
 }
 
 TEST(ColliderShapesTest, DifferentOnesStay) {
-  const SphereCollider sphere{.center_m = {1, 2, 3}, .radius_m = 0.5};
-  const SphereCollider larger{.center_m = {1, 2, 3}, .radius_m = 0.6};
+  const Collider sphere = SphereAt({1, 2, 3}, 0.5);
+  const Collider larger = SphereAt({1, 2, 3}, 0.6);
   const std::vector<DrawnCloth> cloths = {
-      Cloth(0.1, {sphere, larger, PlaneCollider{.point_m = {0, 1, 0}, .normal = Vector3d::UnitY()},
-                  PlaneCollider{.point_m = {0, 1, 0}, .normal = Vector3d::UnitX()}}),
+      Cloth(0.1, {sphere, larger, PlaneThrough({0, 1, 0}, Vector3d::UnitY()),
+                  PlaneThrough({0, 1, 0}, Vector3d::UnitX())}),
       Cloth(0.1, {sphere}, {0, 0, 1})};
   const ColliderShapes shapes = CollectColliders(cloths);
   EXPECT_EQ(shapes.solids.size(), 3u);
@@ -50,13 +50,12 @@ TEST(ColliderShapesTest, DifferentOnesStay) {
 }
 
 TEST(ColliderShapesTest, ASphereSmallerThanTheEdgesKeepsMostOfItsRadius) {
-  const std::vector<DrawnCloth> cloths = {
-      Cloth(1, {SphereCollider{.center_m = {0, 0, 0}, .radius_m = 0.1}})};
+  const std::vector<DrawnCloth> cloths = {Cloth(1, {SphereAt({0, 0, 0}, 0.1)})};
   EXPECT_NEAR(CollectColliders(cloths).solids[0].drawn_radius_m, 0.075, 1e-12);
 }
 
 TEST(ColliderShapesTest, ACapsuleIsASegmentWithARadius) {
-  const CapsuleCollider capsule{.a_m = {1, 0, 0}, .b_m = {1, 0, 3}, .radius_m = 0.5};
+  const Collider capsule = CapsuleBetween({1, 0, 0}, {1, 0, 3}, 0.5);
   const ColliderShapes shapes = CollectColliders(std::vector{Cloth(0.01, {capsule}, {0, 1, 0})});
   ASSERT_EQ(shapes.solids.size(), 1u);
   const DrawnSolid& solid = shapes.solids[0];
@@ -67,15 +66,42 @@ TEST(ColliderShapesTest, ACapsuleIsASegmentWithARadius) {
   EXPECT_LT(solid.drawn_radius_m, 0.5);
 }
 
+TEST(ColliderShapesTest, ACylinderIsAMeshOfItsDrawnSize) {
+  const Collider cylinder = CylinderBetween({1, 0, 0}, {1, 0, 3}, 0.5);
+  const auto solids =
+      CollectColliders(std::vector{Cloth(0.01, {cylinder}, {0, 1, 0}), Cloth(0.1, {cylinder}),
+                                   Cloth(0.001, {cylinder})})
+          .solids;
+  ASSERT_EQ(solids.size(), 2u) << "each place once";
+  for (const DrawnSolid& solid : solids) {
+    EXPECT_EQ(solid.radius_m, 0);
+    EXPECT_NEAR((solid.half_extents_m - Vector3d(0.5, 1.5, 0.5)).norm(), 0, 1e-12);
+    EXPECT_NEAR(std::abs(solid.axes.col(1).z()), 1, 1e-12);
+    const double length_m = solid.center_m.y() > 0.5 ? 0.01 : 0.1;  // the coarser cloth
+    const double half_length_m = 1.5 - 0.2 * length_m - 0.004 * 1.5;
+    const double radius_m = 0.5 - 2 * 1.44 * length_m * length_m / (8 * 0.5) - 0.004 * 0.5;
+    double volume_m3 = 0;
+    for (const auto& [i, j, k] : solid.mesh->triangles) {
+      const Vector3d *p = &solid.mesh->positions_m[i], *q = &solid.mesh->positions_m[j],
+                     *r = &solid.mesh->positions_m[k];
+      volume_m3 += p->dot(q->cross(*r)) / 6;
+      EXPECT_LE(std::hypot(p->x(), p->z()), radius_m + 1e-12);
+      EXPECT_NEAR(std::abs(p->y()), half_length_m, 1e-12);
+    }
+    EXPECT_NEAR(volume_m3, M_PI * radius_m * radius_m * 2 * half_length_m, 0.002)
+        << "closed, outside outwards";
+  }
+}
+
 TEST(ColliderShapesTest, ABoxKeepsItsAxes) {
-  BoxCollider box{.center_m = {1, 2, 3}, .half_extents_m = {0.3, 0.2, 0.1}};
-  box.rotation = Eigen::AngleAxisd(0.4, Vector3d::UnitX());
+  Collider box = BoxAt({1, 2, 3}, {0.3, 0.2, 0.1});
+  box.pose.rotation = Eigen::AngleAxisd(0.4, Vector3d::UnitX());
   const DrawnSolid solid = CollectColliders(std::vector{Cloth(0.01, {box})}).solids.at(0);
-  EXPECT_NEAR((solid.axes - box.rotation.toRotationMatrix()).norm(), 0, 1e-12);
+  EXPECT_NEAR((solid.axes - box.pose.rotation.toRotationMatrix()).norm(), 0, 1e-12);
   EXPECT_EQ(solid.radius_m, 0);
   EXPECT_NEAR(solid.drawn_half_extents_m.x(), 0.3 - 0.002 - 0.0012, 1e-12);
   for (const Vector3d& corner : CornersOf(solid)) {
-    EXPECT_NEAR((corner - solid.center_m).norm(), box.half_extents_m.norm(), 1e-12);
+    EXPECT_NEAR((corner - solid.center_m).norm(), Vector3d(0.3, 0.2, 0.1).norm(), 1e-12);
   }
 }
 
@@ -83,13 +109,13 @@ TEST(ColliderShapesTest, AMeshHasItsMapAndTheBoxAroundIt) {
   const auto map =
       DistanceMap::Build(test::BoxMesh({1, 0, 0}, {2, 0.5, 0.25}), {.resolution = 8}).value();
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.4, Vector3d::UnitX()));
-  const DistanceMapCollider mesh{map, {{1, 2, 3}, turn}};
-  const DistanceMapCollider elsewhere{map, {{1, 2, 4}, turn}};
+  const Collider mesh = DistanceMapAt(map, {{1, 2, 3}, turn});
+  const Collider elsewhere = DistanceMapAt(map, {{1, 2, 4}, turn});
   const auto solids =
       CollectColliders(std::vector{Cloth(0.01, {mesh, elsewhere}), Cloth(0.1, {mesh})}).solids;
   ASSERT_EQ(solids.size(), 2u) << "each place once";
-  EXPECT_EQ(solids[0].map, map);
-  EXPECT_NEAR((solids[0].center_m - mesh.transform * Vector3d(1.5, 0.25, 0.125)).norm(), 0, 1e-12);
+  EXPECT_EQ(solids[0].mesh.get(), &map->mesh());
+  EXPECT_NEAR((solids[0].center_m - mesh.pose * Vector3d(1.5, 0.25, 0.125)).norm(), 0, 1e-12);
   EXPECT_NEAR((solids[0].half_extents_m - Vector3d(0.5, 0.25, 0.125)).norm(), 0, 1e-12);
   EXPECT_NEAR(solids[0].inset_m, 0.03, 1e-12) << "for the coarser cloth";
   EXPECT_NEAR(solids[1].inset_m, 0.003, 1e-12);

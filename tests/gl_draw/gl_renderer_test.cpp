@@ -93,8 +93,8 @@ TEST_F(GlRendererTest, ASphereHasItsRadius) {
   PictureSpec spec = SmallSpec(240, 240);
   spec.camera = FrontCamera(Vector3d::Zero(), 10, 1.2);
   // The cloth itself is far outside the picture.
-  const std::vector<DrawnCloth> cloths = {At(
-      GridModel(2, 0.001), {50, 0, 0}, {SphereCollider{.center_m = {-50, 0, 0}, .radius_m = 0.4}})};
+  const std::vector<DrawnCloth> cloths = {
+      At(GridModel(2, 0.001), {50, 0, 0}, {SphereAt({-50, 0, 0}, 0.4)})};
   const Patch shown = Shown(Draw(spec, cloths, HostStates(cloths)));
   // Its outline is seen under asin(r / d); drawn 0.4 % smaller (collider_shapes.h).
   const double drawn = 0.4 * 0.996;
@@ -119,8 +119,8 @@ TEST_F(GlRendererTest, MeshesAreWhereTheirCollidersAre) {
   const Vector3d left(-0.5, 0.1, 0), right(0.5, -0.1, 0), mesh_center(1, 2, 3);
   const std::vector<DrawnCloth> cloths = {
       At(GridModel(2, 0.001), {50, 0, 0},
-         {DistanceMapCollider{map, {left - Vector3d(50, 0, 0) - turn * mesh_center, turn}},
-          DistanceMapCollider{map, {right - Vector3d(50, 0, 0) - mesh_center, {1, 0, 0, 0}}}})};
+         {DistanceMapAt(map, {left - Vector3d(50, 0, 0) - turn * mesh_center, turn}),
+          DistanceMapAt(map, {right - Vector3d(50, 0, 0) - mesh_center, {1, 0, 0, 0}})})};
   const Picture picture = Draw(spec, cloths, HostStates(cloths));
   const Picture empty = Empty(SmallSpec(480, 240));
   // The front faces are 9.8 m away; 200 pixels per metre at 10 m. Drawn 0.3 of the
@@ -151,8 +151,7 @@ TEST_F(GlRendererTest, ClothHidesTheSphereThatItLiesOn) {
   spec.camera = FrontCamera(Vector3d::Zero(), 10, 1);
   const std::vector<DrawnCloth> bare = {At(GridModel(16, 0.5))};
   const std::vector<DrawnCloth> lying = {
-      At(GridModel(16, 0.5), Vector3d::Zero(),
-         {SphereCollider{.center_m = Vector3d::Zero(), .radius_m = radius_m}})};
+      At(GridModel(16, 0.5), Vector3d::Zero(), {SphereAt(Vector3d::Zero(), radius_m)})};
   const Picture cloth_alone = Draw(spec, bare, HostStates(bare, on_sphere));
   const Picture with_sphere = Draw(spec, lying, HostStates(lying, on_sphere));
   const Picture empty = Empty(SmallSpec(300, 300));
@@ -171,8 +170,7 @@ TEST_F(GlRendererTest, APlaneFillsTheViewAndTakesTheShadow) {
   spec.view_direction = {0, -1, -0.4};
   const std::vector<DrawnCloth> floating = {At(GridModel(8, 0.5), Vector3d::Zero())};
   const std::vector<DrawnCloth> above = {
-      At(GridModel(8, 0.5), Vector3d::Zero(),
-         {PlaneCollider{.point_m = {0, -0.3, 0}, .normal = Vector3d::UnitY()}})};
+      At(GridModel(8, 0.5), Vector3d::Zero(), {PlaneThrough({0, -0.3, 0}, Vector3d::UnitY())})};
   const Picture without = Draw(spec, floating, HostStates(floating));
   const Picture with = Draw(spec, above, HostStates(above));
   // It fades out towards the edges of the picture.
@@ -241,9 +239,8 @@ TEST_F(GlRendererTest, IncludedBoxesWidenTheView) {
 TEST_F(GlRendererTest, FarAwayIsTheSamePicture) {
   PictureSpec spec = SmallSpec(300, 300);
   const auto model = GridModel(12, 1, {0, 11});
-  const std::vector<Collider> colliders = {
-      SphereCollider{.center_m = {0.5, -0.4, 0.5}, .radius_m = 0.3},
-      PlaneCollider{.point_m = {0, -0.8, 0}, .normal = Vector3d::UnitY()}};
+  const std::vector<Collider> colliders = {SphereAt({0.5, -0.4, 0.5}, 0.3),
+                                           PlaneThrough({0, -0.8, 0}, Vector3d::UnitY())};
   const std::vector<DrawnCloth> here = {At(model, Vector3d::Zero(), colliders)};
   const std::vector<DrawnCloth> far = {At(model, {1e6, 2e6, -3e6}, colliders)};
   const Map wavy = [](const Vector3d& p) {

@@ -67,7 +67,7 @@ TEST_P(DistanceMapParityTest, SolveContactsAroundADistanceMap) {
     for (size_t k = 0; k < count; ++k) positions.push_back(transform * places[k]);
     Scene scene = FreeParticles(positions);
     scene.parameters.gravity_m_per_s2.setZero();
-    scene.parameters.colliders = {DistanceMapCollider{map, transform}};
+    scene.parameters.colliders = {DistanceMapAt(map, transform)};
     scene.parameters.thickness_m = thickness;
     SetSubsteps(scene, 1, 1);
     ExpectParity(GetParam(), scene, 1);
@@ -88,7 +88,7 @@ TEST_P(DistanceMapParityTest, SolveContactsWithADistanceMapInMotion) {
     positions.push_back(transform * local);
   }
   Scene scene = FreeParticles(positions);
-  scene.parameters.colliders = {DistanceMapCollider{map, transform}};
+  scene.parameters.colliders = {DistanceMapAt(map, transform)};
   scene.parameters.thickness_m = 0.02;
   scene.parameters.friction_static = 0.5;
   scene.parameters.friction_dynamic = 0.3;
@@ -109,7 +109,7 @@ TEST_P(DistanceMapParityTest, SolveContactsWhereADistanceHasNoGradient) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(1, Vector3d::UnitX()));
   Scene scene = FreeParticles({{0, 0, 0}});
   scene.parameters.gravity_m_per_s2.setZero();
-  scene.parameters.colliders = {DistanceMapCollider{map, {Vector3d::Zero(), turn}}};
+  scene.parameters.colliders = {DistanceMapAt(map, {Vector3d::Zero(), turn})};
   SetSubsteps(scene, 1, 1);
   ExpectParity(GetParam(), scene, 1);
   Backend& backend = SharedBackend(GetParam());

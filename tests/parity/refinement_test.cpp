@@ -121,7 +121,7 @@ TEST_P(RefinementParityTest, ContactsStartFromMovedParticles) {
     for (int hit = 0; hit < 20 && !scene; ++hit) {
       scene = SheetHitInTheMiddle(particle_count, Integration::kOneStep, hit);
       scene->parameters.settings.sweep = Sweep::kStrips;
-      scene->parameters.colliders = {PlaneCollider{{0, 2, 0}, {0, 1, 0}}};
+      scene->parameters.colliders = {PlaneThrough({0, 2, 0}, {0, 1, 0})};
       if (!SetLimits(*scene, false)) scene.reset();
     }
     ASSERT_TRUE(scene) << "none shows the stage: " << particle_count << " particles";

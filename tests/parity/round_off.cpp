@@ -58,22 +58,25 @@ Coupling FindCoupling(const SceneModel& model) {
   return coupling;
 }
 
-// Radius of the surface at which particles are held, if it is curved. Around the edges of a box
-// that is the cloth's thickness; the scenes of these tests bring no particle nearer to an edge than
-// half of it.
+// Radius of the surface at which particles are held, if it is curved. Around the edges of a box and
+// the rims of a cylinder that is the cloth's thickness; the scenes of these tests bring no particle
+// nearer to an edge than half of it.
 struct CurvatureRadius {
   double thickness_m;
   double flat;
 
-  double operator()(const SphereCollider& sphere) const { return sphere.radius_m; }
-  double operator()(const PlaneCollider&) const { return flat; }
-  double operator()(const CapsuleCollider& capsule) const { return capsule.radius_m; }
-  double operator()(const BoxCollider&) const { return thickness_m > 0 ? thickness_m / 2 : flat; }
+  double operator()(const SphereShape& sphere) const { return sphere.radius_m; }
+  double operator()(const PlaneShape&) const { return flat; }
+  double operator()(const CapsuleShape& capsule) const { return capsule.radius_m; }
+  double operator()(const CylinderShape& cylinder) const {
+    return thickness_m > 0 ? std::min(thickness_m / 2, cylinder.radius_m) : cylinder.radius_m;
+  }
+  double operator()(const BoxShape&) const { return thickness_m > 0 ? thickness_m / 2 : flat; }
   // Distances of neighbouring samples differ by at most a cell, so that within a cell each
   // component of the gradient changes by at most 2 per cell along the two other axes: in all by 2
   // sqrt(6) per cell, and its direction by twice that, because these tests keep to gradients of at
   // least 1/2.
-  double operator()(const DistanceMapCollider& solid) const { return solid.map->cell_m() / 10; }
+  double operator()(const DistanceMapShape& solid) const { return solid.map->cell_m() / 10; }
 };
 
 // Scales of the air's effect on the triangles.
@@ -138,27 +141,31 @@ ElasticScales FindElasticScales(const Scene& scene) {
 double SmallestRadius(const ClothParameters& parameters, double otherwise) {
   double radius = otherwise;
   for (const Collider& collider : parameters.colliders) {
-    radius =
-        std::min(radius, std::visit(CurvatureRadius{parameters.thickness_m, otherwise}, collider));
+    radius = std::min(
+        radius, std::visit(CurvatureRadius{parameters.thickness_m, otherwise}, collider.shape));
   }
   return radius;
 }
 
 // Largest coordinate that enters a distance.
 struct Extent {
-  double operator()(const SphereCollider& sphere) const {
-    return sphere.center_m.norm() + sphere.radius_m;
+  const RigidTransform& pose;
+
+  double operator()(const SphereShape& sphere) const {
+    return pose.position_m.norm() + sphere.radius_m;
   }
-  double operator()(const PlaneCollider& plane) const { return plane.point_m.norm(); }
-  double operator()(const CapsuleCollider& capsule) const {
-    return std::max(capsule.a_m.norm(), capsule.b_m.norm()) + capsule.radius_m;
+  double operator()(const PlaneShape&) const { return pose.position_m.norm(); }
+  double operator()(const CapsuleShape& capsule) const {
+    return std::max((pose * capsule.a_m).norm(), (pose * capsule.b_m).norm()) + capsule.radius_m;
   }
-  double operator()(const BoxCollider& box) const {
-    return box.center_m.norm() + box.half_extents_m.norm();
+  double operator()(const CylinderShape& cylinder) const {
+    return std::max((pose * cylinder.a_m).norm(), (pose * cylinder.b_m).norm()) + cylinder.radius_m;
   }
-  double operator()(const DistanceMapCollider& solid) const {
-    return solid.transform.position_m.norm() +
-           std::max(solid.map->low_m().norm(), solid.map->high_m().norm());
+  double operator()(const BoxShape& box) const {
+    return pose.position_m.norm() + box.half_extents_m.norm();
+  }
+  double operator()(const DistanceMapShape& solid) const {
+    return pose.position_m.norm() + std::max(solid.map->low_m().norm(), solid.map->high_m().norm());
   }
 };
 
@@ -172,7 +179,7 @@ struct ContactRoundings {
 
 ContactRoundings RoundingsOf(const ClothParameters& parameters) {
   const bool has_map = std::ranges::any_of(parameters.colliders, [](const Collider& collider) {
-    return std::holds_alternative<DistanceMapCollider>(collider);
+    return collider.kind() == ShapeKind::kDistanceMap;
   });
   return has_map ? ContactRoundings{72, 32, 48} : ContactRoundings{};
 }
@@ -180,7 +187,7 @@ ContactRoundings RoundingsOf(const ClothParameters& parameters) {
 double ColliderExtent(const ClothParameters& parameters) {
   double extent = 0;
   for (const Collider& collider : parameters.colliders) {
-    extent = std::max(extent, std::visit(Extent{}, collider));
+    extent = std::max(extent, std::visit(Extent{collider.pose}, collider.shape));
   }
   return extent;
 }

@@ -109,8 +109,8 @@ Scene BesideWalls(const std::string& name, double share, uint32_t sweeps) {
   scene.parameters.settings.substeps = 20;
   scene.parameters.settings.max_iterations = sweeps;
   scene.parameters.damping_per_s = 0.3;
-  scene.parameters.colliders = {PlaneCollider{{0.98 * width_m / 2, 0, 0}, {-1, 0, 0}},
-                                PlaneCollider{{0, -9, 0}, {0, 1, 0}}};
+  scene.parameters.colliders = {PlaneThrough({0.98 * width_m / 2, 0, 0}, {-1, 0, 0}),
+                                PlaneThrough({0, -9, 0}, {0, 1, 0})};
   if (share == 1) scene.parameters.colliders.erase(scene.parameters.colliders.begin());
   return scene;
 }
@@ -244,7 +244,7 @@ TEST_P(ThreadExactnessTest, SameWithSeveralThreadsAsWithOne) {
     const bool is_out_of_reach = scene.name.starts_with("out_of_reach");
     EXPECT_TRUE(alone.has_far || !is_out_of_reach);
     Scene without = scene;
-    without.parameters.colliders = {PlaneCollider{{0, -1e3, 0}, {0, 1, 0}}};
+    without.parameters.colliders = {PlaneThrough({0, -1e3, 0}, {0, 1, 0})};
     without.parameters.collider_motions.clear();
     EXPECT_EQ(StepTogether(without, 1).bits == alone.bits, is_out_of_reach);
     const Outcome with_all = StepTogether(scene, 1, false);

@@ -16,14 +16,13 @@ struct Incline {
   explicit Incline(double angle)
       : normal(std::sin(angle), std::cos(angle), 0),
         downhill(std::cos(angle), -std::sin(angle), 0),
-        plane{.point_m = Vector3d::Zero(), .normal = normal},
-        box{.center_m = -0.25 * normal,
-            .half_extents_m = {8, 0.25, 1},
-            .rotation = Eigen::Quaterniond(Eigen::AngleAxisd(-angle, Vector3d::UnitZ()))} {}
+        plane(PlaneThrough(Vector3d::Zero(), normal)),
+        box(BoxAt(-0.25 * normal, {8, 0.25, 1},
+                  Eigen::Quaterniond(Eigen::AngleAxisd(-angle, Vector3d::UnitZ())))) {}
   Vector3d normal;
   Vector3d downhill;
-  PlaneCollider plane;
-  BoxCollider box;  // its top is the plane
+  Collider plane;
+  Collider box;  // its top is the plane
 };
 
 // Rounding of the centre and of the difference to it, both of size 0.25 m.
@@ -43,7 +42,7 @@ Scene BlockOn(const Incline& incline, const Collider& surface, double speed, dou
 
 TEST_P(Contact, AParticleAtRestOnAPlaneStays) {
   Scene scene = LoneParticle(Vector3d(0.3, -0.65, -0.2), Vector3d::Zero());
-  scene.parameters.colliders = {PlaneCollider{.point_m = Vector3d(0, -0.65, 0)}};
+  scene.parameters.colliders = {PlaneThrough(Vector3d(0, -0.65, 0), {0, 1, 0})};
   for (const double friction : {0.0, 0.5}) {
     scene.parameters.friction_static = scene.parameters.friction_dynamic = friction;
     scene.parameters.settings = SingleSubstep(1.0 / 60, 1);
@@ -66,12 +65,12 @@ TEST_P(Contact, AParticleAtRestOnAPlaneStays) {
 // roundings of the velocity that gravity gave it, g h.
 TEST_P(Contact, ABlockSticksOnAnInclineBelowTheStaticFriction) {
   const Incline incline(20 * M_PI / 180);
-  for (const Collider& surface : {Collider(incline.plane), Collider(incline.box)}) {
+  for (const Collider& surface : {incline.plane, incline.box}) {
     const Scene scene = BlockOn(incline, surface, 0, 0.4, 0.3);
     const ClothHandle cloth = Make(scene);
     StepAlone(backend(), cloth, scene, 1000);
     const double h = scene.parameters.settings.substep_s();
-    const bool is_box = std::holds_alternative<BoxCollider>(surface);
+    const bool is_box = surface.kind() == ShapeKind::kBox;
     const double settling = is_box ? kBoxRoundings_m * round_off() : 0;
     EXPECT_LE(ReadState(backend(), cloth).positions_m[0].norm(),
               1e4 * 4 * round_off() * kG * h * h + settling);
@@ -95,7 +94,7 @@ TEST_P(Contact, ABlockSlidesOnAnInclineWithTheDynamicFriction) {
   for (const double degrees : {22.8, 45.0}) {
     const double angle = degrees * M_PI / 180;
     const Incline incline(angle);
-    for (const Collider& surface : {Collider(incline.plane), Collider(incline.box)}) {
+    for (const Collider& surface : {incline.plane, incline.box}) {
       const Scene scene = BlockOn(incline, surface, 0, 0.4, 0.3);
       const ClothHandle cloth = Make(scene);
       constexpr uint32_t kSteps = 60;
@@ -150,8 +149,7 @@ TEST_P(Contact, NothingFallsIntoASphere) {
   constexpr double kRadius = 0.3;
   for (const double friction : {0.0, 0.5}) {
     SCOPED_TRACE("friction " + std::to_string(friction));
-    const Scene scene =
-        CentredSheet(7, 0.6, friction, SphereCollider{.center_m = center, .radius_m = kRadius});
+    const Scene scene = CentredSheet(7, 0.6, friction, SphereAt(center, kRadius));
     const double h = scene.parameters.settings.substep_s();
     const auto depth = [&](const Vector3d& p) { return kRadius - (p - center).norm(); };
     const auto check = [&](const WatchedStep& step) {
@@ -168,7 +166,7 @@ TEST_P(Contact, NothingFallsIntoASphere) {
 
 TEST_P(Contact, ThicknessKeepsTheParticleAway) {
   Scene scene = LoneParticle(Vector3d(0, 0.2, 0), Vector3d::Zero());
-  scene.parameters.colliders = {PlaneCollider{}};
+  scene.parameters.colliders = {PlaneThrough({0, 0, 0}, {0, 1, 0})};
   scene.parameters.thickness_m = 0.0625;
   scene.parameters.settings = SingleSubstep(1.0 / 60, 1);
   const ClothHandle cloth = Make(scene);
@@ -180,7 +178,7 @@ TEST_P(Contact, ThicknessKeepsTheParticleAway) {
 // not thrown off the surface.
 TEST_P(Contact, WhatStartsDeepInsideComesOutSlowly) {
   Scene scene = LoneParticle(Vector3d(0, -0.25, 0), Vector3d::Zero());
-  scene.parameters.colliders = {PlaneCollider{}};
+  scene.parameters.colliders = {PlaneThrough({0, 0, 0}, {0, 1, 0})};
   scene.parameters.settings = SingleSubstep(1.0 / 64);
   const ClothHandle cloth = Make(scene);
   StepAlone(backend(), cloth, scene, 8);

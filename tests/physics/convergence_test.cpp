@@ -52,8 +52,8 @@ TEST_P(Convergence, EveryErrorIsBelowTheToleranceWhenTheReportSaysSo) {
 
 TEST_P(Convergence, ContactsAreConvergedToo) {
   Scene scene = Grid(6, 6, 0.5, 0.5);
-  scene.parameters.colliders = {SphereCollider{Vector3d(0.25, -0.3, 0.25), 0.25},
-                                PlaneCollider{Vector3d(0, -0.4, 0), Vector3d::UnitY()}};
+  scene.parameters.colliders = {SphereAt(Vector3d(0.25, -0.3, 0.25), 0.25),
+                                PlaneThrough(Vector3d(0, -0.4, 0), Vector3d::UnitY())};
   scene.parameters.friction_static = 0.5;
   scene.parameters.friction_dynamic = 0.4;
   scene.parameters.settings = SingleSubstep(1.0 / 60, 5000);

@@ -40,7 +40,7 @@ TEST_P(DirectionTest, StartDirectionsAreOfSecondOrderBesideAFarCollider) {
     uint32_t substeps = 120;
     for (double& error : errors) {
       Scene scene = SceneOf(start);
-      scene.parameters.colliders = {PlaneCollider{{0, -9, 0}, {0, 1, 0}}};
+      scene.parameters.colliders = {PlaneThrough({0, -9, 0}, {0, 1, 0})};
       scene.parameters.settings = SchemeSettings(Preset::kAccurate, 0.5, substeps, 60);
       scene.parameters.settings.use_tethers = has_tethers;
       ASSERT_EQ(PlanOf(scene).solver.end_share, 0);
@@ -181,7 +181,7 @@ TEST_P(DirectionTest, AWhippingHemBesideAFarColliderHolds) {
   Scene scene = Grid(32, 32, 1, 1, {0, 31});
   scene.parameters.settings = PresetSettings(Preset::kRealtime);
   scene.parameters.gravity_m_per_s2 = {-0.609, -9.788, 0.252};
-  scene.parameters.colliders = {PlaneCollider{{0, -3, 0}, {0, 1, 0}}};
+  scene.parameters.colliders = {PlaneThrough({0, -3, 0}, {0, 1, 0})};
   const ClothHandle cloth = Make(scene);
   for (int step = 0; step < 60; ++step) {
     const StepReport report = StepAlone(backend(), cloth, scene);
@@ -206,7 +206,7 @@ TiltedPlay PlayTilted(uint32_t side, const std::vector<uint32_t>& pins, Directio
   Scene scene = Grid(side, side, 1, 1, pins);
   scene.parameters.settings = PresetSettings(Preset::kRealtime);
   scene.parameters.settings.direction = direction;
-  scene.parameters.colliders = {PlaneCollider{{0, -3, 0}, {0, 1, 0}}};
+  scene.parameters.colliders = {PlaneThrough({0, -3, 0}, {0, 1, 0})};
   std::vector<StepItem> items;
   for (uint32_t k = 0; k < kCloths; ++k) {
     const double turn = k * M_PI * (std::sqrt(5.0) - 1);  // golden angle: an even spread

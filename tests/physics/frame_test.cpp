@@ -47,10 +47,9 @@ class FrameIndependence : public PresetTest {
     parameters.gravity_m_per_s2 = frame.rotation * parameters.gravity_m_per_s2;
     parameters.wind_m_per_s = frame.rotation * parameters.wind_m_per_s + frame.velocity_m_per_s;
     for (Collider& collider : parameters.colliders) {
-      auto& sphere = std::get<SphereCollider>(collider);
-      sphere.center_m = frame.PositionAt(0, sphere.center_m);
+      collider.pose.position_m = frame.PositionAt(0, collider.pose.position_m);
       if (frame.velocity_m_per_s.isZero(0)) continue;
-      parameters.collider_motions.push_back(RigidMotion::AtRest(sphere.center_m));
+      parameters.collider_motions.push_back(RigidMotion::AtRest(collider.pose.position_m));
       parameters.collider_motions.back().velocity_m_per_s = frame.velocity_m_per_s;
     }
     const ClothHandle cloth = Make(scene);
@@ -113,7 +112,7 @@ TEST_P(FrameIndependence, OfAHangingClothInTheWind) {
 // Falls onto a sphere with friction; in moving frames the sphere moves.
 TEST_P(FrameIndependence, OfAClothOnASphere) {
   Scene scene = Grid(6, 6, 0.5, 0.5);
-  scene.parameters.colliders = {SphereCollider{Vector3d(0.25, -0.205, 0.23), 0.2}};
+  scene.parameters.colliders = {SphereAt(Vector3d(0.25, -0.205, 0.23), 0.2)};
   scene.parameters.friction_static = 0.5;
   scene.parameters.friction_dynamic = 0.4;
   scene.parameters.settings = PresetSettings(preset());

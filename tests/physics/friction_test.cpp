@@ -28,7 +28,7 @@ class SheetFriction : public PresetTest {
     Scene scene = Grid(5, 5, 0.12, 0.12);
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(-angle, Vector3d::UnitZ()));
     for (Vector3d& p : scene.state.positions_m) p = turn * (p - Vector3d(0.06, 0, 0.06));
-    scene.parameters.colliders = {PlaneCollider{.normal = turn * Vector3d::UnitY()}};
+    scene.parameters.colliders = {PlaneThrough({0, 0, 0}, turn * Vector3d::UnitY())};
     scene.parameters.friction_static = friction_static;
     scene.parameters.friction_dynamic = friction_dynamic;
     scene.parameters.settings = PresetSettings(preset());
@@ -89,7 +89,7 @@ void ExpectRest(Backend& backend, ClothHandle cloth, const Scene& scene, uint32_
 TEST_P(SheetFriction, AtRestOnAPlane) {
   Scene scene = SheetOn(0, 0.4, 0.3);
   for (Vector3d& p : scene.state.positions_m) p.y() -= 0.65;
-  scene.parameters.colliders = {PlaneCollider{.point_m = Vector3d(0, -0.65, 0)}};
+  scene.parameters.colliders = {PlaneThrough(Vector3d(0, -0.65, 0), {0, 1, 0})};
   const ClothHandle cloth = Make(scene);
   ExpectRest(backend(), cloth, scene, 1000);
 }
@@ -100,7 +100,7 @@ class SheetFrictionLong : public SheetFriction {};
 TEST_P(SheetFrictionLong, AtRestOnAPlaneFor100000Steps) {
   Scene scene = SheetOn(0, 0.4, 0.3);
   for (Vector3d& p : scene.state.positions_m) p.y() -= 0.65;
-  scene.parameters.colliders = {PlaneCollider{.point_m = Vector3d(0, -0.65, 0)}};
+  scene.parameters.colliders = {PlaneThrough(Vector3d(0, -0.65, 0), {0, 1, 0})};
   const ClothHandle cloth = Make(scene);
   ExpectRest(backend(), cloth, scene, 100'000);
 }
@@ -161,8 +161,7 @@ class Capstan : public PhysicsTest {
       chain.distance_constraints.push_back({.i = k, .j = k + 1, .rest_length_m = link});
     }
     Scene scene = Particles(chain);
-    scene.parameters.colliders = {
-        CapsuleCollider{.a_m = Vector3d(0, 0, -1), .b_m = Vector3d(0, 0, 1), .radius_m = kRadius}};
+    scene.parameters.colliders = {CapsuleBetween(Vector3d(0, 0, -1), Vector3d(0, 0, 1), kRadius)};
     scene.parameters.friction_static = scene.parameters.friction_dynamic = kFriction;
     scene.parameters.settings = SingleSubstep(1.0 / 60, 300);
     scene.parameters.settings.substeps = 10;

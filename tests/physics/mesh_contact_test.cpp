@@ -36,7 +36,7 @@ struct MeshIncline {
   Scene WithABlock(double friction_static, double friction_dynamic) const {
     Scene scene = LoneParticle(Vector3d::Zero(), Vector3d::Zero());
     const Eigen::Quaterniond turn(Eigen::AngleAxisd(angle, Vector3d::UnitZ()));
-    scene.parameters.colliders = {DistanceMapCollider{map, {Vector3d::Zero(), turn}}};
+    scene.parameters.colliders = {DistanceMapAt(map, {Vector3d::Zero(), turn})};
     scene.parameters.friction_static = friction_static;
     scene.parameters.friction_dynamic = friction_dynamic;
     scene.parameters.settings = SingleSubstep(1.0 / 60, 1);
@@ -93,7 +93,7 @@ TEST_P(MeshContact, ASheetAtRestOnABlockDoesNotSink) {
   Scene scene = Grid(7, 7, 0.6, 0.6);
   for (Vector3d& p : scene.state.positions_m) p += Vector3d(-0.3, 0.05, -0.3);
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.7, Vector3d::UnitY()));
-  scene.parameters.colliders = {DistanceMapCollider{MeshIncline{0}.map, {Vector3d::Zero(), turn}}};
+  scene.parameters.colliders = {DistanceMapAt(MeshIncline{0}.map, {Vector3d::Zero(), turn})};
   scene.parameters.friction_static = scene.parameters.friction_dynamic = 0.5;
   scene.parameters.thickness_m = kThickness;
   scene.parameters.settings = SingleSubstep(1.0 / 60, 2);
@@ -146,7 +146,7 @@ TEST_P(MeshContact, ParticlesRestOnABallAtItsRadius) {
     particles.masses_kg.push_back(0.125);
   }
   Scene scene = Particles(particles);
-  scene.parameters.colliders = {DistanceMapCollider{ball.map, transform}};
+  scene.parameters.colliders = {DistanceMapAt(ball.map, transform)};
   scene.parameters.friction_static = scene.parameters.friction_dynamic = 2;
   scene.parameters.thickness_m = kThickness;
   scene.parameters.settings = SingleSubstep(1.0 / 60, 2);
@@ -167,8 +167,7 @@ TEST_P(MeshContact, NothingFallsIntoABall) {
   const MeshBall ball;
   const Vector3d center(0.05, -0.6, -0.03);
   const Eigen::Quaterniond turn(0.9, 0.1, 0.3, -0.2);
-  const Scene scene =
-      CentredSheet(9, 0.8, 0, DistanceMapCollider{ball.map, {center, turn.normalized()}});
+  const Scene scene = CentredSheet(9, 0.8, 0, DistanceMapAt(ball.map, {center, turn.normalized()}));
   const double h = scene.parameters.settings.substep_s();
   const auto depth = [&](const Vector3d& p) { return MeshBall::kRadius - (p - center).norm(); };
   const auto check = [&](const WatchedStep& step) {
@@ -190,7 +189,7 @@ TEST_P(MeshContactLong, ATableclothLiesOnTheTable) {
   constexpr double kTop = 0.9745, kHalfWidth = 0.2, kHalfLength = 0.33;
   Scene scene = Grid(29, 39, 0.7, 0.95);
   for (Vector3d& p : scene.state.positions_m) p += Vector3d(-0.35, kTop + 0.02, -0.475);
-  scene.parameters.colliders = {DistanceMapCollider{map, {}}};
+  scene.parameters.colliders = {DistanceMapAt(map)};
   scene.parameters.friction_static = 0.5;
   scene.parameters.friction_dynamic = 0.4;
   scene.parameters.damping_per_s = 2;

@@ -15,7 +15,7 @@ class MovingCollider : public PhysicsTest {
   static Scene BlockOnPlane(const Vector3d& position, const Vector3d& velocity,
                             double friction_static, double friction_dynamic) {
     Scene scene = LoneParticle(position, velocity);
-    scene.parameters.colliders = {PlaneCollider{}};
+    scene.parameters.colliders = {PlaneThrough({0, 0, 0}, {0, 1, 0})};
     scene.parameters.collider_motions = {RigidMotion::AtRest(Vector3d::Zero())};
     scene.parameters.friction_static = friction_static;
     scene.parameters.friction_dynamic = friction_dynamic;
@@ -70,6 +70,31 @@ TEST_P(MovingCollider, ATurntableHoldsABlockUpToTheStaticFriction) {
   }
 }
 
+// A strip hangs over a turning roller that does not move. The roller's friction takes it over to
+// the side to which its top moves, until it falls off there.
+TEST_P(MovingCollider, ARollerTakesAStripAlong) {
+  constexpr double kRate = 4;  // rad/s
+  Scene scene = Grid(21, 3, 1, 0.1);
+  for (Vector3d& p : scene.state.positions_m) p += Vector3d(-0.5, 0.101, -0.05);
+  const Collider roller = CylinderBetween({0, 0, -0.2}, {0, 0, 0.2}, 0.1);
+  scene.parameters.colliders = {roller};
+  scene.parameters.collider_motions = {RigidMotion::AtRest(CentreOf(roller))};
+  scene.parameters.damping_per_s = 1;
+  scene.parameters.friction_static = scene.parameters.friction_dynamic = 0.8;
+  scene.parameters.thickness_m = 0.001;
+  const auto mean_x_after = [&](double rate, uint32_t steps) {
+    scene.parameters.collider_motions[0].angular_velocity_rad_per_s = {0, 0, rate};
+    const ParticleState state = StateAfter(scene, steps);
+    double sum = 0;
+    for (const Vector3d& p : state.positions_m) sum += p.x();
+    return sum / static_cast<double>(state.positions_m.size());
+  };
+  EXPECT_NEAR(mean_x_after(0, 60), 0, 0.01) << "it hangs evenly";
+  // The surface moves at 0.4 m/s; the strip's ends change sides by 0.1 m for each 0.1 m of it.
+  EXPECT_LT(mean_x_after(kRate, 60), -0.02);
+  EXPECT_GT(mean_x_after(-kRate, 60), 0.02);
+}
+
 // A surface that moves at V hits a particle at rest, which leaves with (1 + e) V. Roundings: some
 // 24 of V, and of the gap over h.
 TEST_P(MovingCollider, ABatThrows) {
@@ -91,15 +116,15 @@ TEST_P(MovingCollider, ABatThrows) {
 TEST_P(MovingCollider, WhatHasMovedIsTheShapeThere) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.7, Vector3d(0.48, 0.6, 0.64)));
   const Eigen::Quaterniond tilt(Eigen::AngleAxisd(0.2, Vector3d(0.6, 0, 0.8)));
-  const std::vector<Collider> shapes = {
-      SphereCollider{.center_m = {0.1, 0.2, 0}, .radius_m = 0.5},
-      PlaneCollider{.point_m = {0.2, 0, 0}, .normal = Vector3d(0.28, 0.96, 0)},
-      CapsuleCollider{.a_m = {-0.4, 0.1, 0}, .b_m = {0.4, 0.1, 0.1}, .radius_m = 0.3},
-      BoxCollider{.center_m = {0, 0.1, 0}, .half_extents_m = {0.6, 0.2, 0.5}, .rotation = tilt}};
-  for (const Collider& shape : shapes) {
-    RigidMotion moved = RigidMotion::AtRest(CentreOf(shape));
+  const std::vector<Collider> colliders = {SphereAt({0.1, 0.2, 0}, 0.5),
+                                           PlaneThrough({0.2, 0, 0}, Vector3d(0.28, 0.96, 0)),
+                                           CapsuleBetween({-0.4, 0.1, 0}, {0.4, 0.1, 0.1}, 0.3),
+                                           BoxAt({0, 0.1, 0}, {0.6, 0.2, 0.5}, tilt),
+                                           CylinderBetween({-0.4, 0, 0.05}, {0.4, 0.1, 0.1}, 0.25)};
+  for (const Collider& collider : colliders) {
+    RigidMotion moved = RigidMotion::AtRest(CentreOf(collider));
     moved.position_m = Vector3d(0.1, -0.4, 0.05);
-    moved.rotation = std::holds_alternative<PlaneCollider>(shape) ? tilt : turn;
+    moved.rotation = collider.kind() == ShapeKind::kPlane ? tilt : turn;
     ParticleState states[2];
     uint32_t contacts[2] = {};
     for (const bool is_described : {false, true}) {
@@ -107,7 +132,7 @@ TEST_P(MovingCollider, WhatHasMovedIsTheShapeThere) {
                                .masses_kg = {1, 2, 3},
                                .distance_constraints = {},
                                .springs = {}});
-      scene.parameters.colliders = {is_described ? Moved(shape, moved) : shape};
+      scene.parameters.colliders = {is_described ? Moved(collider, moved) : collider};
       if (!is_described) scene.parameters.collider_motions = {moved};
       scene.parameters.friction_static = scene.parameters.friction_dynamic = 0.3;
       scene.parameters.settings = SingleSubstep(1.0 / 60, 2);
@@ -117,10 +142,10 @@ TEST_P(MovingCollider, WhatHasMovedIsTheShapeThere) {
           StepAlone(backend(), cloth, scene, 24, /*measure=*/true).measured.contacts;
       states[is_described] = ReadState(backend(), cloth);
     }
-    EXPECT_EQ(contacts[0], contacts[1]) << shape.index();
+    EXPECT_EQ(contacts[0], contacts[1]) << collider.shape.index();
     const double bound = 24 * 8 * 40 * 1.5 * round_off();
     const WorstOffender worst = FindWorst(states[0].positions_m, states[1].positions_m);
-    EXPECT_LE(worst.distance, bound) << shape.index() << ": " << worst.message;
+    EXPECT_LE(worst.distance, bound) << collider.shape.index() << ": " << worst.message;
   }
 }
 
@@ -144,7 +169,7 @@ TEST_P(MovingColliderOfSheets, NothingLeaksThroughASphereThatPushes) {
   // It hangs by its first row, in the plane z = 0.
   for (Vector3d& p : scene.state.positions_m) p = Vector3d(p.x(), -p.z(), 0);
   const Vector3d start(0.185, -0.21, -0.12);
-  scene.parameters.colliders = {SphereCollider{.center_m = start, .radius_m = kRadius}};
+  scene.parameters.colliders = {SphereAt(start, kRadius)};
   scene.parameters.collider_motions = {RigidMotion::AtRest(start)};
   scene.parameters.collider_motions[0].velocity_m_per_s = Vector3d(0, 0, kSpeed);
   const double friction = preset() == Preset::kPaper ? 0 : 0.4;

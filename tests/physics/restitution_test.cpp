@@ -13,7 +13,7 @@ class Restitution : public PhysicsTest {
  protected:
   static Scene OverAPlane(const Vector3d& position, const Vector3d& velocity, double restitution) {
     Scene scene = LoneParticle(position, velocity);
-    scene.parameters.colliders = {PlaneCollider{}};
+    scene.parameters.colliders = {PlaneThrough({0, 0, 0}, {0, 1, 0})};
     scene.parameters.restitution = restitution;
     scene.parameters.settings = SingleSubstep(1.0 / 60, 2);
     scene.parameters.settings.substeps = 10;
@@ -81,7 +81,7 @@ TEST_P(Restitution, AHitKeepsOrRubsOffTheTangentialSpeed) {
   for (const double friction : {0.0, 0.25}) {
     Scene scene = OverAPlane(start, velocity, kRestitution);
     scene.parameters.gravity_m_per_s2.setZero();
-    scene.parameters.colliders = {PlaneCollider{.normal = normal}};
+    scene.parameters.colliders = {PlaneThrough({0, 0, 0}, normal)};
     scene.parameters.friction_static = scene.parameters.friction_dynamic = friction;
     const ParticleState state = StateAfter(scene);
     const double h = scene.parameters.settings.substep_s();
@@ -101,7 +101,7 @@ TEST_P(RestitutionOfSheets, ASheetAtRestStaysAtRest) {
   std::string bits[2];
   for (const bool bounces : {false, true}) {
     Scene scene = Grid(5, 5, 0.12, 0.12);
-    scene.parameters.colliders = {PlaneCollider{}};
+    scene.parameters.colliders = {PlaneThrough({0, 0, 0}, {0, 1, 0})};
     scene.parameters.friction_static = scene.parameters.friction_dynamic = 0.3;
     scene.parameters.restitution = bounces ? 0.9 : 0;
     scene.parameters.settings = PresetSettings(preset());

@@ -1,8 +1,9 @@
-// Sheets and particles on boxes and capsules.
+// Sheets and particles on boxes, capsules and cylinders.
 #include <algorithm>
 #include <cmath>
 
 #include "tests/physics/falling_sheet.h"
+#include "tests/support/solids/solids.h"
 
 namespace drape::test {
 namespace {
@@ -27,8 +28,8 @@ TEST_P(SolidContact, TheTopOfABoxIsAPlane) {
     EXPECT_EQ(report.measured.contacts, scene.model->particle_count());
     return ReadState(backend(), cloth);
   };
-  const ParticleState on_box = settle(BoxCollider{.half_extents_m = {1, 0.25, 1}});
-  const ParticleState on_plane = settle(PlaneCollider{.point_m = {0, 0.25, 0}});
+  const ParticleState on_box = settle(BoxAt({0, 0, 0}, {1, 0.25, 1}));
+  const ParticleState on_plane = settle(PlaneThrough({0, 0.25, 0}, {0, 1, 0}));
   EXPECT_EQ(on_box.positions_m, on_plane.positions_m);
   EXPECT_EQ(on_box.velocities_m_per_s, on_plane.velocities_m_per_s);
 }
@@ -37,9 +38,8 @@ TEST_P(SolidContact, TheTopOfABoxIsAPlane) {
 TEST_P(SolidContact, AParticleAtRestOnABoxStays) {
   Scene scene = LoneParticle(Vector3d(0.3, -0.65, -0.2), Vector3d::Zero());
   scene.parameters.colliders = {
-      BoxCollider{.center_m = {0.1, -1.05, 0.2},
-                  .half_extents_m = {0.7, 0.4, 0.6},
-                  .rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vector3d::UnitY()))}};
+      BoxAt({0.1, -1.05, 0.2}, {0.7, 0.4, 0.6},
+            Eigen::Quaterniond(Eigen::AngleAxisd(0.7, Vector3d::UnitY())))};
   scene.parameters.friction_static = scene.parameters.friction_dynamic = 0.5;
   scene.parameters.settings = SingleSubstep(1.0 / 60, 1);
   scene.parameters.settings.substeps = 4;
@@ -55,15 +55,91 @@ TEST_P(SolidContact, AParticleAtRestOnABoxStays) {
   EXPECT_LE(state.velocities_m_per_s[0].norm(), kG / 240 * 8 * round_off());
 }
 
-double DepthInCapsule(const CapsuleCollider& capsule, const Vector3d& q) {
+// Without weight, a thick particle is pushed out by thickness - distance along the normal, however
+// deep it is, within one step of a second. 16 cloths in one batch, so that the cpu backend has them
+// side by side; the first is stepped alone, too.
+TEST_P(SolidContact, ACylinderPushesByItsExactDistance) {
+  const Vector3d a(-0.4, -0.2, 0.1), b(0.3, 0.25, -0.2);
+  constexpr double kRadius = 0.25, kThickness = 0.5;
+  constexpr uint32_t kCloths = 16, kParticles = 50;
+  Random random(11);
+  std::vector<Vector3d> starts;
+  while (starts.size() < kCloths * kParticles) {
+    const Vector3d p = PointInBox(random, Vector3d::Constant(-0.8), Vector3d::Constant(0.8));
+    const CylinderPlace exact = PlaceAtCylinder(a, b, kRadius, p);
+    const bool is_kinked = exact.distance < 0 && exact.lead < 1e-3;
+    if (exact.distance > kThickness || std::abs(exact.distance) < 1e-3 || is_kinked) continue;
+    starts.push_back(p.cast<float>().cast<double>());
+  }
+  Scene scene = Particles({.positions_m = std::vector(starts.begin(), starts.begin() + kParticles),
+                           .masses_kg = std::vector<double>(kParticles, 0.1),
+                           .distance_constraints = {},
+                           .springs = {}});
+  scene.parameters.gravity_m_per_s2.setZero();
+  scene.parameters.colliders = {CylinderBetween(a, b, kRadius)};
+  scene.parameters.thickness_m = kThickness;
+  scene.parameters.settings = SingleSubstep(1);
+  std::vector<StepItem> items;
+  for (uint32_t cloth = 0; cloth < kCloths; ++cloth) {
+    const auto first = starts.begin() + cloth * kParticles;
+    scene.state.positions_m.assign(first, first + kParticles);
+    items.push_back({Make(scene), {}, false});
+  }
+  backend().Step(items);
+  scene.state.positions_m.assign(starts.begin(), starts.begin() + kParticles);
+  EXPECT_EQ(StateAfter(scene).positions_m, ReadState(backend(), items[0].cloth).positions_m);
+  // The distance is off by some 16 roundings of lengths below 1.5 m, the direction by that over the
+  // distance, which is at least 1e-3 m, and takes the particle up to 0.75 m along.
+  const double rounding = 16 * 1.5 * round_off();
+  int counts[3] = {};  // inside; outside side or end; beyond the rim
+  for (uint32_t k = 0; k < starts.size(); ++k) {
+    const ParticleState state = ReadState(backend(), items[k / kParticles].cloth);
+    const CylinderPlace exact = PlaceAtCylinder(a, b, kRadius, starts[k]);
+    const Vector3d way = state.positions_m[k % kParticles] - starts[k];
+    const Vector3d expected = (kThickness - exact.distance) * exact.outward;
+    const double along = std::abs(exact.outward.dot((b - a).normalized()));
+    const bool is_at_rim = exact.distance > 0 && along > 0.01 && along < 0.99;
+    ++counts[exact.distance < 0 ? 0 : is_at_rim ? 2 : 1];
+    const double from_axis = (starts[k] - a).cross((b - a).normalized()).norm();
+    const double lever = std::min(from_axis, std::abs(exact.distance));
+    EXPECT_LE((way - expected).norm(), rounding * (1 + 0.75 / lever)) << starts[k].transpose();
+  }
+  for (const int count : counts) EXPECT_GT(count, 30);
+}
+
+// A round table top: what lies on it is held at its height, what hangs down keeps off the side.
+TEST_P(SolidContact, ASheetHangsOverARoundTable) {
+  constexpr double kRadius = 0.2, kDamping_per_s = 6;
+  const Vector3d low(0.01, -0.6, 0.02), top(0.01, -0.1, 0.02);
+  Scene scene = CentredSheet(13, 0.6, 0.6, CylinderBetween(low, top, kRadius));
+  scene.parameters.damping_per_s = kDamping_per_s;
+  scene.parameters.thickness_m = 0.005;
+  const ClothHandle cloth = Make(scene);
+  const StepReport report = StepAlone(backend(), cloth, scene, 360, /*measure=*/true);
+  EXPECT_LE(report.measured.max_penetration_m, 1e-4);
+  const ParticleState rest = ReadState(backend(), cloth);
+  uint32_t on_top = 0, below = 0;
+  for (const Vector3d& p : rest.positions_m) {
+    const double from_axis = std::hypot(p.x() - low.x(), p.z() - low.z());
+    on_top += from_axis < kRadius && std::abs(p.y() - top.y() - 0.005) < 1e-4;
+    below += p.y() < top.y() - 0.02;
+    EXPECT_GE(PlaceAtCylinder(low, top, kRadius, p).distance, 0.005 - 1e-4) << p.transpose();
+  }
+  EXPECT_GE(on_top, 30u) << "13 x 13 particles, 5 cm apart, over a disc of 40 cm";
+  EXPECT_GE(below, 40u);
+}
+
+double DepthInCapsule(const Collider& collider, const Vector3d& q) {
+  const auto& capsule = std::get<CapsuleShape>(collider.shape);
   // Along x: the distance in the plane across it, and beyond an end that to the end.
   const double x = std::clamp(q.x(), capsule.a_m.x(), capsule.b_m.x());
   return capsule.radius_m - (q - Vector3d(x, capsule.a_m.y(), capsule.a_m.z())).norm();
 }
 
-double DepthInBox(const BoxCollider& box, const Vector3d& q) {
-  return (box.half_extents_m - (box.rotation.conjugate() * (q - box.center_m)).cwiseAbs())
-      .minCoeff();
+double DepthInBox(const Collider& collider, const Vector3d& q) {
+  const auto& [half_extents_m] = std::get<BoxShape>(collider.shape);
+  const auto& [position_m, rotation] = collider.pose;
+  return (half_extents_m - (rotation.conjugate() * (q - position_m)).cwiseAbs()).minCoeff();
 }
 
 template <class Depth>
@@ -82,23 +158,22 @@ void ExpectNothingFallsIn(Backend& backend, ClothHandle cloth, const Scene& scen
 // As for a sphere (contact_test): friction may take back what was tangential to the normal of an
 // earlier sweep, and within a substep the normal turns by at most v h / r.
 TEST_P(SolidContact, NothingFallsIntoACapsule) {
-  const CapsuleCollider capsule{
-      .a_m = {-0.12, -0.3, 0.02}, .b_m = {0.17, -0.3, 0.02}, .radius_m = 0.2};
+  constexpr double kRadius_m = 0.2;
+  const Collider capsule = CapsuleBetween({-0.12, -0.3, 0.02}, {0.17, -0.3, 0.02}, kRadius_m);
   for (const double friction : {0.0, 0.5}) {
     SCOPED_TRACE("friction " + std::to_string(friction));
     const Scene scene = CentredSheet(7, 0.6, friction, capsule);
     ExpectNothingFallsIn(
         backend(), Make(scene), scene,
         [&](const Vector3d& q) { return DepthInCapsule(capsule, q); },
-        friction == 0 ? 0 : 1 / capsule.radius_m);
+        friction == 0 ? 0 : 1 / kRadius_m);
   }
 }
 
 // The faces are flat; without friction the last projection of a sweep is exact, edges or not.
 TEST_P(SolidContact, NothingFallsIntoABox) {
-  const BoxCollider box{.center_m = {0.02, -0.3, -0.01},
-                        .half_extents_m = {0.17, 0.2, 0.13},
-                        .rotation = Eigen::Quaterniond(0.9, 0.1, 0.3, -0.2).normalized()};
+  const Collider box = BoxAt({0.02, -0.3, -0.01}, {0.17, 0.2, 0.13},
+                             Eigen::Quaterniond(0.9, 0.1, 0.3, -0.2).normalized());
   const Scene scene = CentredSheet(7, 0.6, 0, box);
   ExpectNothingFallsIn(
       backend(), Make(scene), scene, [&](const Vector3d& q) { return DepthInBox(box, q); }, 0);
@@ -108,9 +183,8 @@ TEST_P(SolidContact, NothingFallsIntoABox) {
 // the next face's normal. It took at most mu times what the face pushed, and that is no more than
 // the way of the substep, v h, for each of the two sweeps.
 TEST_P(SolidContact, WithFrictionNothingFallsDeepIntoABox) {
-  const BoxCollider box{.center_m = {0.02, -0.3, -0.01},
-                        .half_extents_m = {0.17, 0.2, 0.13},
-                        .rotation = Eigen::Quaterniond(0.9, 0.1, 0.3, -0.2).normalized()};
+  const Collider box = BoxAt({0.02, -0.3, -0.01}, {0.17, 0.2, 0.13},
+                             Eigen::Quaterniond(0.9, 0.1, 0.3, -0.2).normalized());
   constexpr double kFriction = 0.5;
   const Scene scene = CentredSheet(7, 0.6, kFriction, box);
   const double h = scene.parameters.settings.substep_s();
@@ -126,8 +200,7 @@ TEST_P(SolidContact, WithFrictionNothingFallsDeepIntoABox) {
 // at most 0.3 m long, swings with a frequency above c/2, so its swing decays as exp(-c t/2) in 6 s.
 TEST_P(SolidContact, ASheetComesToRestOverACapsule) {
   constexpr double kDamping_per_s = 6;
-  const CapsuleCollider capsule{
-      .a_m = {-0.4, -0.3, 0.02}, .b_m = {0.4, -0.3, 0.02}, .radius_m = 0.2};
+  const Collider capsule = CapsuleBetween({-0.4, -0.3, 0.02}, {0.4, -0.3, 0.02}, 0.2);
   Scene scene = CentredSheet(7, 0.6, 0.6, capsule);
   scene.parameters.damping_per_s = kDamping_per_s;
   const ClothHandle cloth = Make(scene);
@@ -151,7 +224,7 @@ TEST_P(SolidContact, AThinBoxStopsWhatMovesLessThanHalfOfItPerSubstep) {
     const double h = 1.0 / 60 / substeps;
     Scene scene = LoneParticle(Vector3d(0, 0.03125, 0), Vector3d(0, -0.015 / h, 0));
     scene.parameters.gravity_m_per_s2.setZero();
-    scene.parameters.colliders = {BoxCollider{.half_extents_m = {1, 0.015625, 1}}};
+    scene.parameters.colliders = {BoxAt({0, 0, 0}, {1, 0.015625, 1})};
     scene.parameters.settings = SingleSubstep(1.0 / 60, 2);
     scene.parameters.settings.substeps = substeps;
     const ClothHandle cloth = Make(scene);
@@ -169,7 +242,7 @@ TEST_P(SolidContact, AThinBoxLetsFasterParticlesThroughToItsOtherFace) {
   constexpr double kSpeed = 2;  // 1/32 m per step
   Scene scene = LoneParticle(Vector3d(0, 0.0234375, 0), Vector3d(0, -kSpeed, 0));
   scene.parameters.gravity_m_per_s2.setZero();
-  scene.parameters.colliders = {BoxCollider{.half_extents_m = {1, 0.015625, 1}}};
+  scene.parameters.colliders = {BoxAt({0, 0, 0}, {1, 0.015625, 1})};
   scene.parameters.settings = SingleSubstep(kStep_s, 2);
   const ClothHandle cloth = Make(scene);
   StepAlone(backend(), cloth, scene);

@@ -20,7 +20,7 @@ class SphereSlide : public PhysicsTest {
   Scene Sliding(double start, double speed, uint32_t substeps) {
     Scene scene = LoneParticle(kRadius * Vector3d(std::sin(start), std::cos(start), 0),
                                speed * Vector3d(std::cos(start), -std::sin(start), 0));
-    scene.parameters.colliders = {SphereCollider{.radius_m = kRadius}};
+    scene.parameters.colliders = {SphereAt({0, 0, 0}, kRadius)};
     scene.parameters.settings = SingleSubstep(kDuration_s, 2);
     scene.parameters.settings.substeps = substeps;
     return scene;
@@ -82,7 +82,7 @@ TEST_P(SpherePenetration, OfParticlesAndOfEdges) {
   constexpr uint32_t kSide = 15;
   const Vector3d center(0.22, -0.35, 0.2);
   Scene scene = Grid(kSide, kSide, kEdge * (kSide - 1), kEdge * (kSide - 1));
-  scene.parameters.colliders = {SphereCollider{.center_m = center, .radius_m = kRadius}};
+  scene.parameters.colliders = {SphereAt(center, kRadius)};
   scene.parameters.friction_static = 0.5;
   scene.parameters.friction_dynamic = 0.4;
   scene.parameters.settings = PresetSettings(preset());

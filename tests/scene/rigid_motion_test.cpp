@@ -83,17 +83,17 @@ TEST(RigidMotion, ChordsAreTheWayOfAPointOverTime) {
 
 TEST(MovedColliders, AreTheShapesWhereTheMotionHasThem) {
   const RigidMotion motion = SomeMotion();
-  const auto sphere = std::get<SphereCollider>(Moved(SphereCollider{{1, 2, 3}, 0.5}, motion));
-  EXPECT_EQ(sphere.center_m, motion.PlaceOf(Vector3d(1, 2, 3)));
-  const auto plane = std::get<PlaneCollider>(Moved(PlaneCollider{}, motion));
-  EXPECT_EQ(plane.normal, motion.rotation * Vector3d::UnitY());
-  const auto capsule =
-      std::get<CapsuleCollider>(Moved(CapsuleCollider{{1, 0, 0}, {0, 1, 0}, 0.2}, motion));
-  EXPECT_EQ(capsule.b_m, motion.PlaceOf(Vector3d(0, 1, 0)));
-  const auto box = std::get<BoxCollider>(Moved(BoxCollider{{1, 0, 0}, {1, 2, 3}}, motion));
-  EXPECT_TRUE(box.rotation.isApprox(motion.rotation));
-  EXPECT_EQ(CentreOf(Moved(CapsuleCollider{{1, 0, 0}, {0, 1, 0}, 0.2}, motion)),
-            (capsule.a_m + capsule.b_m) / 2);
+  const Collider sphere = Moved(SphereAt({1, 2, 3}, 0.5), motion);
+  EXPECT_EQ(sphere.pose.position_m, motion.PlaceOf(Vector3d(1, 2, 3)));
+  const Collider plane = Moved(PlaneThrough({0, 0, 0}, {0, 1, 0}), motion);
+  EXPECT_EQ(SurfaceOf(plane, {1, 2, 3}).outward, motion.rotation * Vector3d::UnitY());
+  const Collider capsule = Moved(CapsuleBetween({1, 0, 0}, {0, 1, 0}, 0.2), motion);
+  const Vector3d a = motion.PlaceOf({1, 0, 0}), b = motion.PlaceOf({0, 1, 0});
+  EXPECT_LE((NumbersOf(capsule).point_m - a).norm(), kRounding);
+  EXPECT_LE((NumbersOf(capsule).vector - (b - a)).norm(), kRounding);
+  EXPECT_LE((CentreOf(capsule) - (a + b) / 2).norm(), kRounding);
+  const Collider box = Moved(BoxAt({1, 0, 0}, {1, 2, 3}), motion);
+  EXPECT_TRUE(box.pose.rotation.isApprox(motion.rotation));
 }
 
 }  // namespace

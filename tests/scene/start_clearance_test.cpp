@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "server/scene/collider_surface.h"
+#include "server/scene/distance_map.h"
 #include "server/scene/scene_model.h"
 #include "tests/support/solids/solids.h"
 
@@ -74,28 +74,27 @@ TEST(StartClearance, SheetAcrossASphere) {
     for (const double above_m : {-0.1, -0.01, 0.0, 0.02}) {
       SCOPED_TRACE(testing::Message() << aside_m << " m aside, " << above_m << " m above");
       const Vector3d centre_m = kMiddle_m + Vector3d(aside_m, above_m, 0);
-      ExpectCleared(*model, {SphereCollider{centre_m, 0.3}}, Rest(*model));
+      ExpectCleared(*model, {SphereAt(centre_m, 0.3)}, Rest(*model));
     }
   }
 }
 
 TEST(StartClearance, SheetAcrossOtherColliders) {
   const auto model = Sheet();
-  ExpectCleared(*model, {CapsuleCollider{{0.2, 0, 0.5}, {0.8, 0, 0.5}, 0.1}}, Rest(*model));
-  ExpectCleared(*model, {BoxCollider{{0.5, 0.02, 0.5}, {0.2, 0.2, 0.2}}}, Rest(*model));
+  ExpectCleared(*model, {CapsuleBetween({0.2, 0, 0.5}, {0.8, 0, 0.5}, 0.1)}, Rest(*model));
+  ExpectCleared(*model, {BoxAt({0.5, 0.02, 0.5}, {0.2, 0.2, 0.2})}, Rest(*model));
   // On a floor, and two at once.
-  ExpectCleared(*model, {SphereCollider{kMiddle_m, 0.3}, PlaneCollider{{0, -0.1, 0}, kUp}},
+  ExpectCleared(*model, {SphereAt(kMiddle_m, 0.3), PlaneThrough({0, -0.1, 0}, kUp)}, Rest(*model));
+  ExpectCleared(*model, {SphereAt({0.3, 0, 0.5}, 0.15), SphereAt({0.7, 0, 0.5}, 0.15)},
                 Rest(*model));
-  ExpectCleared(*model, {SphereCollider{{0.3, 0, 0.5}, 0.15}, SphereCollider{{0.7, 0, 0.5}, 0.15}},
-                Rest(*model));
-  ExpectCleared(*model, {SphereCollider{kMiddle_m, 0.28}}, Rest(*model), 0.02);
+  ExpectCleared(*model, {SphereAt(kMiddle_m, 0.28)}, Rest(*model), 0.02);
 }
 
 TEST(StartClearance, SheetAcrossAMesh) {
   const auto map = DistanceMap::Build(SphereMesh(0.3, 3), {.resolution = 32});
   ASSERT_TRUE(map.ok()) << map.status().ToString();
-  DistanceMapCollider solid{*map, {}};
-  solid.transform.position_m = kMiddle_m;
+  Collider solid = DistanceMapAt(*map);
+  solid.pose.position_m = kMiddle_m;
   std::vector<Collider> colliders;
   colliders.emplace_back(solid);
   const auto model = Sheet();
@@ -104,7 +103,7 @@ TEST(StartClearance, SheetAcrossAMesh) {
 
 TEST(StartClearance, SheetHeldByACorner) {
   const auto model = Sheet({0});
-  ExpectCleared(*model, {SphereCollider{kMiddle_m, 0.3}}, Rest(*model));
+  ExpectCleared(*model, {SphereAt(kMiddle_m, 0.3)}, Rest(*model));
 }
 
 // Each to its nearer side; none of the sheet stays on the other.
@@ -115,7 +114,7 @@ TEST(StartClearance, TiltedSheetsGoToOneSide) {
     const Eigen::AngleAxisd turn(angle_rad, Vector3d::UnitZ());
     std::vector<Vector3d> positions_m = Rest(*model);
     for (Vector3d& p : positions_m) p = turn * (p - kMiddle_m);
-    const std::vector<Collider> sphere = {SphereCollider{turn * Vector3d(0, -0.03, 0), 0.3}};
+    const std::vector<Collider> sphere = {SphereAt(turn * Vector3d(0, -0.03, 0), 0.3)};
     ExpectCleared(*model, sphere, positions_m);
     const ClearStart start = Start(*model, sphere, positions_m);
     ASSERT_EQ(start.clearance, StartClearance::kCleared);
@@ -126,7 +125,7 @@ TEST(StartClearance, TiltedSheetsGoToOneSide) {
 
 TEST(StartClearance, FromTheMiddleUpwards) {
   const auto model = Sheet();
-  const std::vector<Collider> sphere = {SphereCollider{kMiddle_m, 0.3}};
+  const std::vector<Collider> sphere = {SphereAt(kMiddle_m, 0.3)};
   for (const double side : {1.0, -1.0}) {
     const ClearStart start = Start(*model, sphere, Rest(*model), side * kUp);
     ASSERT_EQ(start.clearance, StartClearance::kCleared);
@@ -141,7 +140,7 @@ TEST(StartClearance, HalfTheRadiusIsTooDeep) {
   const auto model = Pair({0, 1, 0.1, 0});
   const auto start_at = [&](double r) {
     const double below_m = std::sqrt(r * r - 0.05 * 0.05);
-    return Start(*model, {SphereCollider{{0.05, -below_m, 0}, kRadius_m}}, Rest(*model)).clearance;
+    return Start(*model, {SphereAt({0.05, -below_m, 0}, kRadius_m)}, Rest(*model)).clearance;
   };
   EXPECT_EQ(start_at(1 / kCaughtRatio + 1e-6), StartClearance::kFree);
   EXPECT_EQ(start_at(1 / kCaughtRatio - 1e-6), StartClearance::kCleared);
@@ -151,16 +150,16 @@ TEST(StartClearance, HalfTheRadiusIsTooDeep) {
 TEST(StartClearance, ShallowStartsStayAsTheyAre) {
   const auto model = Build({GridTopology{101, 101, 1, 1}, {}, {}});  // 1 cm links
   for (const double depth_m : {0.001, 0.003, 0.006}) {
-    const BoxCollider table{{0.5, depth_m - 0.5, 0.5}, {0.3, 0.5, 0.3}};
+    const Collider table = BoxAt({0.5, depth_m - 0.5, 0.5}, {0.3, 0.5, 0.3});
     EXPECT_EQ(Start(*model, {table}, Rest(*model)).clearance, StartClearance::kFree);
   }
-  EXPECT_EQ(Start(*model, {PlaneCollider{{0, 5, 0}, kUp}}, Rest(*model)).clearance,
+  EXPECT_EQ(Start(*model, {PlaneThrough({0, 5, 0}, kUp)}, Rest(*model)).clearance,
             StartClearance::kFree)
       << "a plane has one side, however deep";
 }
 
 TEST(StartClearance, OnlyWhatKeepsParticlesTogetherIsCaught) {
-  const std::vector<Collider> sphere = {SphereCollider{{0.05, 0, 0}, 1}};
+  const std::vector<Collider> sphere = {SphereAt({0.05, 0, 0}, 1)};
   const auto clearance = [&](const SceneModel& model) {
     return Start(model, sphere, Rest(model)).clearance;
   };
@@ -174,25 +173,25 @@ TEST(StartClearance, OnlyWhatKeepsParticlesTogetherIsCaught) {
 // They start under the tension of their description, and no more.
 TEST(StartClearance, CompliantLinksGetNoLonger) {
   const auto model = Pair({0, 1, 0.08, 1e-3});
-  const ClearStart start = Start(*model, {SphereCollider{{0.05, 0, 0}, 1}}, Rest(*model));
+  const ClearStart start = Start(*model, {SphereAt({0.05, 0, 0}, 1)}, Rest(*model));
   ASSERT_EQ(start.clearance, StartClearance::kCleared);
   EXPECT_LE((start.positions_m[1] - start.positions_m[0]).norm(), 0.1 * (1 + kRestoredError));
 }
 
 TEST(StartClearance, WhatCannotBeFreedStaysCaught) {
   const auto pinned = Sheet({kMiddle});
-  EXPECT_EQ(Start(*pinned, {SphereCollider{kMiddle_m, 0.3}}, Rest(*pinned)).clearance,
+  EXPECT_EQ(Start(*pinned, {SphereAt(kMiddle_m, 0.3)}, Rest(*pinned)).clearance,
             StartClearance::kCaught);
   // A wall through the sheet, in all directions farther than the sheet reaches.
   const auto model = Sheet();
-  const ClearStart start = Start(*model, {BoxCollider{{0.5, 0, 0.5}, {0.2, 5, 5}}}, Rest(*model));
+  const ClearStart start = Start(*model, {BoxAt({0.5, 0, 0.5}, {0.2, 5, 5})}, Rest(*model));
   EXPECT_EQ(start.clearance, StartClearance::kCaught);
   EXPECT_TRUE(start.positions_m.empty());
 }
 
 TEST(StartClearance, IsTheSameEveryTime) {
   const auto model = Sheet({0});
-  const std::vector<Collider> sphere = {SphereCollider{kMiddle_m, 0.3}};
+  const std::vector<Collider> sphere = {SphereAt(kMiddle_m, 0.3)};
   const ClearStart a = Start(*model, sphere, Rest(*model)), b = Start(*model, sphere, Rest(*model));
   EXPECT_EQ(a.positions_m, b.positions_m);
 }

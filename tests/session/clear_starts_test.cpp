@@ -20,7 +20,7 @@ ClothCreation PairsIn(const std::vector<Vector3d>& offsets_m, const std::vector<
   for (size_t k = 0; k < offsets_m.size(); ++k) {
     ClothCopy& copy = creation.copies[k];
     copy.transform.position_m = offsets_m[k];
-    copy.parameters.colliders = {SphereCollider{{0.5, -0.1, 0}, 10}};
+    copy.parameters.colliders = {SphereAt({0.5, -0.1, 0}, 10)};
   }
   return creation;
 }
@@ -56,7 +56,7 @@ TEST_F(ClearStartsTest, CopiesThatLieAlikeShareTheirStart) {
 // search is in the cloth frame. 4096 m is a shift without rounding.
 TEST_F(ClearStartsTest, FarAwayIsTheSame) {
   ClothCreation here = PairsIn({Vector3d::Zero()}), there = PairsIn({Vector3d(4096, 0, 0)});
-  std::get<SphereCollider>(there.copies[0].parameters.colliders[0]).center_m.x() += 4096;
+  there.copies[0].parameters.colliders[0].pose.position_m.x() += 4096;
   there.copies[0].environment_origin_m = {1e6, 0.3, 0};
   ASSERT_TRUE(FindClearStarts(here, GoOn).ok());
   ASSERT_TRUE(FindClearStarts(there, GoOn).ok());

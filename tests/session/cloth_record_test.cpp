@@ -50,22 +50,17 @@ TEST(ClothRecord, CopiesThatDifferOnlyByTheirEnvironmentHaveTheSameBits) {
 TEST(ClothRecord, CollidersMoveIntoTheClothFrame) {
   ClothParameters parameters = test::PlainParameters();
   parameters.thickness_m = 0.25;
-  parameters.colliders = {SphereCollider{{1, 2, 3}, 0.5}, PlaneCollider{{0, -1, 0}, {0, 1, 0}},
-                          CapsuleCollider{{1, 2, 3}, {4, 5, 6}, 0.5},
-                          BoxCollider{{1, 2, 3}, {4, 5, 6}, Eigen::Quaterniond(0, 1, 0, 0)}};
+  parameters.colliders = {SphereAt({1, 2, 3}, 0.5), PlaneThrough({0, -1, 0}, {0, 1, 0}),
+                          CapsuleBetween({1, 2, 3}, {4, 5, 6}, 0.5),
+                          BoxAt({1, 2, 3}, {4, 5, 6}, Eigen::Quaterniond(0, 1, 0, 0))};
   const auto shifted = InClothFrame(parameters, {Vector3d(9, 9, 9), Vector3d(1, 1, 1)});
-  EXPECT_EQ(std::get<SphereCollider>(shifted.colliders[0]).center_m, Vector3d(0, 1, 2));
-  EXPECT_EQ(std::get<SphereCollider>(shifted.colliders[0]).radius_m, 0.5);
-  EXPECT_EQ(std::get<PlaneCollider>(shifted.colliders[1]).point_m, Vector3d(-1, -2, -1));
-  EXPECT_EQ(std::get<PlaneCollider>(shifted.colliders[1]).normal, Vector3d(0, 1, 0));
-  const auto& capsule = std::get<CapsuleCollider>(shifted.colliders[2]);
-  EXPECT_EQ(capsule.a_m, Vector3d(0, 1, 2));
-  EXPECT_EQ(capsule.b_m, Vector3d(3, 4, 5));
+  EXPECT_EQ(shifted.colliders[0], SphereAt({0, 1, 2}, 0.5));
+  EXPECT_EQ(shifted.colliders[1], PlaneThrough({-1, -2, -1}, {0, 1, 0}));
+  const ColliderNumbers capsule = NumbersOf(shifted.colliders[2]);
+  EXPECT_EQ(capsule.point_m, Vector3d(0, 1, 2));
+  EXPECT_EQ(capsule.vector, Vector3d(3, 3, 3));
   EXPECT_EQ(capsule.radius_m, 0.5);
-  const auto& box = std::get<BoxCollider>(shifted.colliders[3]);
-  EXPECT_EQ(box.center_m, Vector3d(0, 1, 2));
-  EXPECT_EQ(box.half_extents_m, Vector3d(4, 5, 6));
-  EXPECT_EQ(box.rotation.coeffs(), Eigen::Vector4d(1, 0, 0, 0));
+  EXPECT_EQ(shifted.colliders[3], BoxAt({0, 1, 2}, {4, 5, 6}, Eigen::Quaterniond(0, 1, 0, 0)));
   EXPECT_EQ(shifted.thickness_m, 0.25);
 }
 

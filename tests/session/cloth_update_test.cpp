@@ -24,21 +24,20 @@ TEST_F(ClothUpdateTest, ParametersChangeWhileTheStateStays) {
   Step(cloths, 2);
   ClothChange change;
   change.gravity_m_per_s2 = Vector3d(0, 0, -1);
-  change.colliders = std::vector<Collider>{SphereCollider{{1, 0, 0}, 2}};
+  change.colliders = std::vector<Collider>{SphereAt({1, 0, 0}, 2)};
   EXPECT_TRUE(Update(cloths, change).ok());
   Inspect([&](const FakeBackend& backend) {
     for (const auto& cloth : cloths) {
       const ClothParameters& parameters = backend.ParametersOf(cloth->runtime->handle());
       EXPECT_EQ(parameters.gravity_m_per_s2, Vector3d(0, 0, -1));
       // The cloth's origin is (1, 0, 0).
-      EXPECT_EQ(std::get<SphereCollider>(parameters.colliders[0]).center_m, Vector3d(0, 0, 0));
+      EXPECT_EQ(parameters.colliders[0].pose.position_m, Vector3d(0, 0, 0));
       EXPECT_EQ(backend.StateOf(cloth->runtime->handle()).positions_m[0], Vector3d(-1, -2, 0));
     }
   });
   const auto description = cloths[1]->description();
   EXPECT_EQ(description->parameters.gravity_m_per_s2, Vector3d(0, 0, -1));
-  EXPECT_EQ(std::get<SphereCollider>(description->parameters.colliders[0]).center_m,
-            Vector3d(1, 0, 0));
+  EXPECT_EQ(description->parameters.colliders[0].pose.position_m, Vector3d(1, 0, 0));
   EXPECT_EQ(cloths[0]->runtime->progress().completed_steps, 2u);
 }
 

@@ -53,7 +53,7 @@ class ColliderControlsTest : public SessionFixture {
     ClothCreation creation = Chains(2, 3);
     creation.copies[1].transform.position_m = {0, 5, 0};
     for (ClothCopy& copy : creation.copies) {
-      copy.parameters.colliders = {SphereCollider{{2, 0, 0}, 0.5}};
+      copy.parameters.colliders = {SphereAt({2, 0, 0}, 0.5)};
     }
     cloths_ = Find(Create(creation).value().ids);
   }
@@ -82,9 +82,7 @@ class ColliderControlsTest : public SessionFixture {
     });
     return motions;
   }
-  Vector3d Shown(size_t k) {
-    return std::get<SphereCollider>(CollidersNow(*cloths_[k])[0]).center_m;
-  }
+  Vector3d Shown(size_t k) { return CollidersNow(*cloths_[k])[0].pose.position_m; }
 
   ClothList cloths_;
 };
@@ -137,7 +135,7 @@ TEST_F(ColliderControlsTest, MotionsGoOnThroughUpdatesButNotThoseOfColliders) {
   EXPECT_EQ(Shown(0), Vector3d(2, 4, 0));
 
   ClothChange colliders;
-  colliders.colliders = {SphereCollider{{7, 0, 0}, 0.5}};
+  colliders.colliders = {SphereAt({7, 0, 0}, 0.5)};
   ASSERT_TRUE(Update(cloths_, colliders).ok());
   EXPECT_TRUE(OnDevice(0).empty());
   EXPECT_EQ(Shown(0), Vector3d(7, 0, 0));

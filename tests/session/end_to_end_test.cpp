@@ -107,7 +107,7 @@ TEST_F(EndToEnd, ClothsAtRestSleepUntilSomethingChanges) {
   ClothCreation creation = Chains(1, 4);
   creation.copies[0].parameters.settings = PresetSettings(Preset::kRealtime);
   creation.copies[0].parameters.colliders = {
-      PlaneCollider{Eigen::Vector3d(0, -0.1, 0), Eigen::Vector3d::UnitY()}};
+      PlaneThrough(Eigen::Vector3d(0, -0.1, 0), Eigen::Vector3d::UnitY())};
   Awaited<Result<CreatedCloths>> created;
   session->CreateCloths(std::move(creation),
                         [created](Result<CreatedCloths> r) mutable { created.Set(std::move(r)); });

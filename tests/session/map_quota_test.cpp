@@ -48,7 +48,7 @@ class MapQuotaOfSessions : public SessionFixture {
   static ClothCreation ChainsOn(const std::shared_ptr<const DistanceMap>& map, size_t copies) {
     ClothCreation creation = Chains(copies, 3);
     for (ClothCopy& copy : creation.copies) {
-      copy.parameters.colliders = {DistanceMapCollider{map, {}}, DistanceMapCollider{map, {}}};
+      copy.parameters.colliders = {DistanceMapAt(map), DistanceMapAt(map)};
     }
     return creation;
   }
@@ -77,13 +77,13 @@ TEST_F(MapQuotaOfSessions, OtherCollidersTakeTheirPlace) {
   Start(limits);
   const auto created = Create(ChainsOn(map, 1)).value();
   ClothChange change;
-  change.colliders = std::vector<Collider>{DistanceMapCollider{Map(2), {}}};
+  change.colliders = std::vector<Collider>{DistanceMapAt(Map(2))};
   EXPECT_EQ(Update(Find(created.ids), change).status().reason(), "QUOTA_EXCEEDED")
       << "for a moment there would be both";
-  change.colliders = std::vector<Collider>{SphereCollider{.radius_m = 1}};
+  change.colliders = std::vector<Collider>{SphereAt({0, 0, 0}, 1)};
   EXPECT_TRUE(Update(Find(created.ids), change).ok());
   EXPECT_EQ(session().map_bytes(), 0u);
-  change.colliders = std::vector<Collider>{DistanceMapCollider{Map(2), {}}};
+  change.colliders = std::vector<Collider>{DistanceMapAt(Map(2))};
   EXPECT_TRUE(Update(Find(created.ids), change).ok());
   EXPECT_GT(session().map_bytes(), 0u);
 }

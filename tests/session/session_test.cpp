@@ -111,19 +111,17 @@ TEST_F(SessionTest, ClothsStartWhereTheirTransformPutsThem) {
   Start();
   ClothCreation creation = Chains(1, 3);  // centroid (1, 0, 0)
   creation.copies[0].transform.position_m = {0, 4, 0};
-  creation.copies[0].parameters.colliders = {SphereCollider{{1, 4, 2}, 1}};
+  creation.copies[0].parameters.colliders = {SphereAt({1, 4, 2}, 1)};
   const auto cloth = Find(Create(creation).value().ids)[0];
   EXPECT_EQ(cloth->placement.origin_in_environment_m, Vector3d(1, 4, 0));
   Inspect([&](const FakeBackend& backend) {
     const ClothHandle handle = cloth->runtime->handle();
     EXPECT_EQ(backend.StateOf(handle).positions_m,
               (std::vector<Vector3d>{{-1, 0, 0}, {0, 0, 0}, {1, 0, 0}}));
-    EXPECT_EQ(std::get<SphereCollider>(backend.ParametersOf(handle).colliders[0]).center_m,
-              Vector3d(0, 0, 2));
+    EXPECT_EQ(backend.ParametersOf(handle).colliders[0].pose.position_m, Vector3d(0, 0, 2));
   });
   // The record keeps what the client said.
-  EXPECT_EQ(std::get<SphereCollider>(cloth->description()->parameters.colliders[0]).center_m,
-            Vector3d(1, 4, 2));
+  EXPECT_EQ(cloth->description()->parameters.colliders[0].pose.position_m, Vector3d(1, 4, 2));
 }
 
 TEST_F(SessionTest, PinsGoToTheirTargetsInTheFirstStep) {

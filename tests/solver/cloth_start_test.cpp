@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 TEST(ClothStart, LeavesAgainstGravity) {
   Scene sheet = Grid(12, 12, 1, 1);
   const Vector3d middle_m = sheet.state.positions_m[65];
-  sheet.parameters.colliders = {SphereCollider{middle_m, 0.3}};
+  sheet.parameters.colliders = {SphereAt(middle_m, 0.3)};
   const auto height_m = [&](const Vector3d& gravity_m_per_s2) {
     sheet.parameters.gravity_m_per_s2 = gravity_m_per_s2;
     const ClearStart start =
@@ -31,7 +31,7 @@ TEST(ClothStart, CollidersAreWhereTheirMotionsBegin) {
   Scene sheet = Grid(12, 12, 1, 1);
   const Vector3d middle_m = sheet.state.positions_m[65];
   const auto clearance = [&](const Vector3d& described_m, const Vector3d& begins_m) {
-    sheet.parameters.colliders = {SphereCollider{described_m, 0.3}};
+    sheet.parameters.colliders = {SphereAt(described_m, 0.3)};
     RigidMotion motion = RigidMotion::AtRest(described_m);
     motion.position_m = begins_m;
     motion.velocity_m_per_s = Vector3d(0, 1, 0);

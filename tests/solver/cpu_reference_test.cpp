@@ -76,10 +76,10 @@ TEST(ReferenceStep, CoincidentParticlesArePushedApartAlongX) {
 }
 
 TEST(ReferenceContact, GapsAndNormalsOfPlaneAndSphere) {
-  const Collider plane = PlaneCollider{.point_m = {0, -1, 0}, .normal = {0, 1, 0}};
+  const Collider plane = PlaneThrough({0, -1, 0}, {0, 1, 0});
   EXPECT_DOUBLE_EQ(ContactAt(plane, 0.25, {5, 0.5, 7}).gap, 1.25);
   EXPECT_EQ(ContactAt(plane, 0.25, {5, 0.5, 7}).normal, Vector3d::UnitY());
-  const Collider sphere = SphereCollider{.center_m = {1, 0, 0}, .radius_m = 2};
+  const Collider sphere = SphereAt({1, 0, 0}, 2);
   EXPECT_DOUBLE_EQ(ContactAt(sphere, 0, {1, 0, -3}).gap, 1);
   EXPECT_EQ(ContactAt(sphere, 0, {1, 0, -3}).normal, -Vector3d::UnitZ());
   EXPECT_DOUBLE_EQ(ContactAt(sphere, 0.5, {1, 0, 0}).gap, -2.5) << "the centre";
@@ -154,8 +154,8 @@ TEST(MeasureState, ByHand) {
   particles.springs = {{0, 2, 1, 6, 0}};
   Scene scene = test::Particles(particles);
   scene.parameters.gravity_m_per_s2 = Vector3d(0, -10, 0);
-  scene.parameters.colliders = {PlaneCollider{.point_m = {0, -1.75, 0}},
-                                PlaneCollider{.point_m = {0, -1, 0}}};
+  scene.parameters.colliders = {PlaneThrough({0, -1.75, 0}, {0, 1, 0}),
+                                PlaneThrough({0, -1, 0}, {0, 1, 0})};
   scene.state.positions_m[1] = Vector3d(1.25, 0, 0);
   scene.state.positions_m[2] = Vector3d(0, -2.1, 0);
   scene.state.velocities_m_per_s[1] = Vector3d(3, 0, 4);

@@ -24,8 +24,7 @@ void ExpectContact(const Collider& collider, const Vector3d& q, double gap,
 }
 
 TEST(ReferenceCapsule, BesideTheSegmentAndBeyondItsEnds) {
-  const Collider capsule =
-      CapsuleCollider{.a_m = {-1, 0.5, 2}, .b_m = {3, 0.5, 2}, .radius_m = 0.25};
+  const Collider capsule = CapsuleBetween({-1, 0.5, 2}, {3, 0.5, 2}, 0.25);
   ExpectContact(capsule, {0.7, 1.5, 2}, 0.75, Vector3d::UnitY());
   ExpectContact(capsule, {2.9, 0.5, 1.9}, -0.15, -Vector3d::UnitZ());  // inside
   ExpectContact(capsule, {-3, 0.5, 2}, 1.75, -Vector3d::UnitX());
@@ -35,25 +34,24 @@ TEST(ReferenceCapsule, BesideTheSegmentAndBeyondItsEnds) {
 
 TEST(ReferenceCapsule, OnTheSegmentAFixedPerpendicularPushes) {
   for (const double x : {-1.0, 0.25, 3.0}) {
-    ExpectContact(CapsuleCollider{.a_m = {-1, 0.5, 2}, .b_m = {3, 0.5, 2}, .radius_m = 0.25},
-                  {x, 0.5, 2}, -0.25, Vector3d::UnitY());
+    ExpectContact(CapsuleBetween({-1, 0.5, 2}, {3, 0.5, 2}, 0.25), {x, 0.5, 2}, -0.25,
+                  Vector3d::UnitY());
   }
-  ExpectContact(CapsuleCollider{.a_m = {0, -1, 0}, .b_m = {0, 1, 0}, .radius_m = 0.5}, {0, 0.5, 0},
-                -0.5, Vector3d::UnitX());
+  ExpectContact(CapsuleBetween({0, -1, 0}, {0, 1, 0}, 0.5), {0, 0.5, 0}, -0.5, Vector3d::UnitX());
 }
 
 TEST(ReferenceCapsule, OfLengthZeroIsASphere) {
   const Vector3d center(0.25, -0.5, 1);
-  const Collider capsule = CapsuleCollider{.a_m = center, .b_m = center, .radius_m = 0.5};
-  const Collider sphere = SphereCollider{.center_m = center, .radius_m = 0.5};
+  const Collider capsule = CapsuleBetween(center, center, 0.5);
+  const Collider sphere = SphereAt(center, 0.5);
   for (const Vector3d& q : {center, Vector3d(1, 1, 1), Vector3d(0.3, -0.5, 1)}) {
     EXPECT_EQ(ContactAt(capsule, 0.1, q).gap, ContactAt(sphere, 0.1, q).gap);
     EXPECT_EQ(ContactAt(capsule, 0.1, q).normal, ContactAt(sphere, 0.1, q).normal);
   }
 }
 
-BoxCollider SmallBox() {
-  return {.center_m = {1, 2, 3}, .half_extents_m = {0.5, 0.25, 1}};
+Collider SmallBox() {
+  return BoxAt({1, 2, 3}, {0.5, 0.25, 1});
 }
 
 TEST(ReferenceBox, OutsideFromTheNearestPoint) {
@@ -75,7 +73,7 @@ TEST(ReferenceBox, InsideTheNearestFace) {
 
 TEST(ReferenceBox, OfEquallyNearFacesTheFirst) {
   ExpectContact(SmallBox(), {1, 2, 3}, -0.25, Vector3d::UnitY());  // the centre: +y before -y
-  const Collider cube = BoxCollider{.half_extents_m = {1, 1, 1}};
+  const Collider cube = BoxAt({0, 0, 0}, {1, 1, 1});
   ExpectContact(cube, {0, 0, 0}, -1, Vector3d::UnitX());
   ExpectContact(cube, {0.25, 0.5, -0.5}, -0.5, Vector3d::UnitY());
   ExpectContact(cube, {-0.5, 0.25, -0.5}, -0.5, -Vector3d::UnitX());
@@ -83,8 +81,8 @@ TEST(ReferenceBox, OfEquallyNearFacesTheFirst) {
 
 // A quarter turn about z takes x to y and y to -x.
 TEST(ReferenceBox, TurnsWithItsRotation) {
-  BoxCollider box = SmallBox();
-  box.rotation = Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitZ());
+  Collider box = SmallBox();
+  box.pose.rotation = Eigen::AngleAxisd(M_PI / 2, Vector3d::UnitZ());
   ExpectContact(box, {1, 3, 3}, 0.5, Vector3d::UnitY());
   ExpectContact(box, {0, 2, 3}, 0.75, -Vector3d::UnitX());
   ExpectContact(box, {1.1, 2.2, 3}, -0.15, Vector3d::UnitX());
@@ -138,15 +136,26 @@ void ExpectSignedDistance(const Collider& collider) {
 }
 
 TEST(ReferenceCapsule, DistanceHasTheNormalAsItsGradient) {
-  ExpectSignedDistance(
-      CapsuleCollider{.a_m = {-0.8, -0.3, 0.1}, .b_m = {0.6, 0.7, -0.4}, .radius_m = 0.3});
+  ExpectSignedDistance(CapsuleBetween({-0.8, -0.3, 0.1}, {0.6, 0.7, -0.4}, 0.3));
+}
+
+TEST(ReferenceCylinder, SideEndsAndRim) {
+  const Collider cylinder = CylinderBetween({-1, 0.5, 2}, {3, 0.5, 2}, 0.25);
+  ExpectContact(cylinder, {0.7, 1.5, 2}, 0.75, Vector3d::UnitY());
+  ExpectContact(cylinder, {-3, 0.5, 2}, 2, -Vector3d::UnitX());
+  ExpectContact(cylinder, {-1.5, 0.6, 2.1}, 0.5, -Vector3d::UnitX());  // above an end
+  ExpectContact(cylinder, {3.3, 0.5, 2.65}, 0.5, Vector3d(0.6, 0, 0.8));
+  ExpectContact(cylinder, {1, 0.5, 1.9}, -0.15, -Vector3d::UnitZ());
+  ExpectContact(cylinder, {2.95, 0.6, 2}, -0.05, Vector3d::UnitX());
+}
+
+TEST(ReferenceCylinder, DistanceHasTheNormalAsItsGradient) {
+  ExpectSignedDistance(CylinderBetween({-0.8, -0.3, 0.1}, {0.6, 0.7, -0.4}, 0.4));
 }
 
 TEST(ReferenceBox, DistanceHasTheNormalAsItsGradient) {
-  ExpectSignedDistance(
-      BoxCollider{.center_m = {0.1, -0.2, 0.05},
-                  .half_extents_m = {0.8, 0.3, 0.5},
-                  .rotation = Eigen::Quaterniond(0.7, -0.3, 0.5, 0.2).normalized()});
+  ExpectSignedDistance(BoxAt({0.1, -0.2, 0.05}, {0.8, 0.3, 0.5},
+                             Eigen::Quaterniond(0.7, -0.3, 0.5, 0.2).normalized()));
 }
 
 }  // namespace

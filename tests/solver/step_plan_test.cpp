@@ -77,7 +77,7 @@ TEST(StepPlanTest, StagesAreThoseWithSomethingToDo) {
   damped.damping_per_s = 1;
   EXPECT_EQ(PlanFloat(*sheet.model, damped).stages, with({kSolveDistance, kCorrectVelocity}));
   ClothParameters on_plane = paper;
-  on_plane.colliders = {PlaneCollider{{0, -1, 0}, {0, 1, 0}}};
+  on_plane.colliders = {PlaneThrough({0, -1, 0}, {0, 1, 0})};
   EXPECT_EQ(PlanFloat(*sheet.model, on_plane).stages,
             with({kSolveDistance, kSolveContacts, kCorrectVelocity}));
   ClothParameters in_wind = paper;

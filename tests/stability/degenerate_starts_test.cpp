@@ -75,7 +75,7 @@ TEST_P(DegenerateStartTest, StretchedToDouble) {
 // A particle at the centre of the sphere has no way out that is nearer than another.
 TEST_P(DegenerateStartTest, AtASpheresCentre) {
   Scene scene = Grid(5, 5, 0.2, 0.2);
-  scene.parameters.colliders = {SphereCollider{scene.state.positions_m[12], 0.5}};
+  scene.parameters.colliders = {SphereAt(scene.state.positions_m[12], 0.5)};
   scene.parameters.friction_static = 0.5;
   scene.parameters.friction_dynamic = 0.4;
   ExpectSurvives(scene);
@@ -85,7 +85,7 @@ TEST_P(DegenerateStartTest, AtASpheresCentre) {
 // (server/solver/method.md).
 TEST_P(DegenerateStartTest, InsideAColliderComesOutSlowly) {
   Scene scene = Particles({{{0, 0, 0}}, {1}, {}, {}});
-  scene.parameters.colliders = {PlaneCollider{Vector3d(0, 0.25, 0), Vector3d::UnitY()}};
+  scene.parameters.colliders = {PlaneThrough(Vector3d(0, 0.25, 0), Vector3d::UnitY())};
   scene.parameters.gravity_m_per_s2.setZero();
   ExpectSurvives(scene);
 
@@ -108,7 +108,7 @@ TEST_P(DegenerateStartTest, InsideAColliderComesOutSlowly) {
 
 TEST_P(DegenerateStartTest, SheetThroughASphere) {
   Scene scene = FallingOnSphere(kSide);
-  scene.parameters.colliders.push_back(SphereCollider{Vector3d(0.5, 0, 0.5), 0.3});
+  scene.parameters.colliders.push_back(SphereAt(Vector3d(0.5, 0, 0.5), 0.3));
   ExpectSurvives(scene);
 }
 

@@ -77,8 +77,8 @@ void AddFarOnes(std::vector<ReachCase>& cases, Size size) {
   cases.push_back({.scene = bending, .steps = 3});
   // On the floor, with others before and after it that are far.
   Scene floor = Sheet("floor_among_far_ones", Preset::kRealtime, size);
-  floor.parameters.colliders = {Wall(30), PlaneCollider{{0, -0.005, 0}, {0, 1, 0}},
-                                SphereCollider{{0.5, 8, 0.5}, 1}};
+  floor.parameters.colliders = {Wall(30), PlaneThrough({0, -0.005, 0}, {0, 1, 0}),
+                                SphereAt({0.5, 8, 0.5}, 1)};
   cases.push_back({.scene = floor, .steps = 6, .meets = true});
   Scene moving = floor;
   moving.name = "moving_floor_among_far_ones";
@@ -142,15 +142,22 @@ std::vector<ReachCase> ReachCases(uint32_t columns, uint32_t rows) {
 
 std::vector<std::pair<std::string, Collider>> EachKind(double top_m) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.3, Vector3d::UnitY()));
-  auto map = std::get<DistanceMapCollider>(FallingOnDistanceMap(4).parameters.colliders.front());
-  map.transform.position_m.y() = top_m;
+  Collider map = FallingOnDistanceMap(4).parameters.colliders.front();
+  map.pose.position_m.y() = top_m;
   return {
-      {"sphere", SphereCollider{{0.5, top_m - 0.3, 0.5}, 0.3}},
-      {"plane", PlaneCollider{{0, top_m, 0}, Vector3d(0.1, 1, 0.05).normalized()}},
-      {"capsule", CapsuleCollider{{0.2, top_m - 0.1, 0.4}, {0.8, top_m - 0.1, 0.6}, 0.1}},
-      {"box", BoxCollider{{0.5, top_m - 0.2, 0.5}, {0.3, 0.2, 0.25}, turn}},
+      {"sphere", SphereAt({0.5, top_m - 0.3, 0.5}, 0.3)},
+      {"plane", PlaneThrough({0, top_m, 0}, Vector3d(0.1, 1, 0.05).normalized())},
+      {"capsule", CapsuleBetween({0.2, top_m - 0.1, 0.4}, {0.8, top_m - 0.1, 0.6}, 0.1)},
+      {"box", BoxAt({0.5, top_m - 0.2, 0.5}, {0.3, 0.2, 0.25}, turn)},
       {"map", map},
   };
+}
+
+std::vector<std::pair<std::string, Collider>> EveryKind(double top_m) {
+  auto kinds = EachKind(top_m);
+  kinds.emplace_back("cylinder",
+                     CylinderBetween({0.2, top_m - 0.1, 0.4}, {0.7, top_m - 0.1, 0.6}, 0.1));
+  return kinds;
 }
 
 Scene ReachSheet(const std::string& name, Preset preset, uint32_t columns, uint32_t rows,
@@ -166,8 +173,8 @@ Scene ReachSheet(const std::string& name, Preset preset, uint32_t columns, uint3
   return scene;
 }
 
-PlaneCollider Wall(double x_m) {
-  return {{x_m, 0, 0}, {-1, 0, 0}};
+Collider Wall(double x_m) {
+  return PlaneThrough({x_m, 0, 0}, {-1, 0, 0});
 }
 
 }  // namespace drape::test

@@ -30,12 +30,14 @@ std::vector<ReachCase> ReachCases(uint32_t columns, uint32_t rows);
 
 // One of each kind, their tops at this height below the middle of a sheet.
 std::vector<std::pair<std::string, Collider>> EachKind(double top_m);
+// Those, and a cylinder, which ReachCases leave out: tests/golden has their states.
+std::vector<std::pair<std::string, Collider>> EveryKind(double top_m);
 
 // 1 m x 1 m, at rest in the plane y = 0, with friction and restitution.
 Scene ReachSheet(const std::string& name, Preset preset, uint32_t columns, uint32_t rows,
                  std::vector<uint32_t> pins = {});
 
 // Solid beyond this x.
-PlaneCollider Wall(double x_m);
+Collider Wall(double x_m);
 
 }  // namespace drape::test

@@ -98,8 +98,8 @@ Scene Net(uint32_t side, double cord_m, double compliance_m_per_n) {
 Scene FallingOnSphere(uint32_t side) {
   Scene scene = Grid(side, side, 1, 1);
   scene.name = "sphere_" + std::to_string(side);
-  scene.parameters.colliders = {SphereCollider{Vector3d(0.5, -0.35, 0.5), 0.3},
-                                PlaneCollider{Vector3d(0, -0.65, 0), Vector3d::UnitY()}};
+  scene.parameters.colliders = {SphereAt(Vector3d(0.5, -0.35, 0.5), 0.3),
+                                PlaneThrough(Vector3d(0, -0.65, 0), Vector3d::UnitY())};
   scene.parameters.friction_static = 0.5;
   scene.parameters.friction_dynamic = 0.4;
   scene.parameters.thickness_m = 0.002;
@@ -111,8 +111,8 @@ Scene FallingOnBoxAndCapsule(uint32_t side) {
   scene.name = "box_and_capsule_" + std::to_string(side);
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.3, Vector3d::UnitY()));
   scene.parameters.colliders = {
-      BoxCollider{Vector3d(0.24, -0.2, 0.52), Vector3d(0.17, 0.15, 0.31), turn},
-      CapsuleCollider{Vector3d(0.7, -0.16, 0.13), Vector3d(0.81, -0.16, 0.84), 0.11}};
+      BoxAt(Vector3d(0.24, -0.2, 0.52), Vector3d(0.17, 0.15, 0.31), turn),
+      CapsuleBetween(Vector3d(0.7, -0.16, 0.13), Vector3d(0.81, -0.16, 0.84), 0.11)};
   return scene;
 }
 
@@ -124,7 +124,7 @@ Scene FallingOnDistanceMap(uint32_t side) {
   DRAPE_CHECK(map.ok(), map.status().ToString());
   const Eigen::Quaterniond turn =
       Eigen::AngleAxisd(0.3, Vector3d::UnitY()) * Eigen::AngleAxisd(0.1, Vector3d(0.6, 0, 0.8));
-  scene.parameters.colliders = {DistanceMapCollider{*map, {Vector3d(0.5, -0.06, 0.5), turn}}};
+  scene.parameters.colliders = {DistanceMapAt(*map, {Vector3d(0.5, -0.06, 0.5), turn})};
   return scene;
 }
 

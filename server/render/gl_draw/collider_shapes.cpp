@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <utility>
 
 #include "server/scene/distance_map.h"
@@ -28,21 +29,55 @@ double DrawnRadius(double radius_m, double length_scale_m) {
   return radius_m - std::min(sag + kShare * radius_m, 0.25 * radius_m);
 }
 
+double DrawnHalfExtent(double half_m, double length_scale_m) {
+  return half_m - std::min(0.2 * length_scale_m + kShare * half_m, 0.25 * half_m);
+}
+
+// Of radius 1 around the second axis, from -1 to 1.
+const std::shared_ptr<const TriangleMesh>& UnitCylinder() {
+  static const auto& cylinder = *new std::shared_ptr<const TriangleMesh>([] {
+    constexpr uint32_t kSegments = 96, kLowMiddle = 0, kHighMiddle = 1;
+    auto mesh = std::make_shared<TriangleMesh>();
+    mesh->positions_m = {Vector3d(0, -1, 0), Vector3d(0, 1, 0)};
+    for (uint32_t k = 0; k < kSegments; ++k) {
+      const double angle = 2 * std::numbers::pi * k / kSegments;
+      mesh->positions_m.emplace_back(std::sin(angle), -1, std::cos(angle));
+      mesh->positions_m.emplace_back(std::sin(angle), 1, std::cos(angle));
+      const uint32_t low = 2 + 2 * k, next_low = 2 + 2 * ((k + 1) % kSegments);
+      const uint32_t high = low + 1, next_high = next_low + 1;
+      mesh->triangles.push_back({kLowMiddle, next_low, low});
+      mesh->triangles.push_back({kHighMiddle, high, next_high});
+      mesh->triangles.push_back({low, next_low, next_high});
+      mesh->triangles.push_back({low, next_high, high});
+    }
+    return mesh;
+  }());
+  return cylinder;
+}
+
+std::shared_ptr<const TriangleMesh> Scaled(const TriangleMesh& mesh, const Vector3d& factors) {
+  auto scaled = std::make_shared<TriangleMesh>(mesh);
+  for (Vector3d& p : scaled->positions_m) p = p.cwiseProduct(factors);
+  return scaled;
+}
+
 // One shape in the environment of a cloth as a solid in that environment.
 struct ToSolid {
+  const RigidTransform& pose;
   double length_scale_m;
 
-  DrawnSolid operator()(const SphereCollider& sphere) const {
+  DrawnSolid operator()(const SphereShape& sphere) const {
     DrawnSolid solid;
-    solid.center_m = sphere.center_m;
+    solid.center_m = pose.position_m;
     solid.radius_m = sphere.radius_m;
     solid.drawn_radius_m = DrawnRadius(sphere.radius_m, length_scale_m);
     return solid;
   }
-  DrawnSolid operator()(const CapsuleCollider& capsule) const {
+  DrawnSolid operator()(const CapsuleShape& capsule) const {
     DrawnSolid solid;
-    const Vector3d segment = capsule.b_m - capsule.a_m;
-    solid.center_m = capsule.a_m + segment / 2;
+    const Vector3d a = pose * capsule.a_m;
+    const Vector3d segment = pose * capsule.b_m - a;
+    solid.center_m = a + segment / 2;
     solid.axes = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitY(), segment).toRotationMatrix();
     solid.half_extents_m = Vector3d(0, segment.norm() / 2, 0);
     solid.drawn_half_extents_m = solid.half_extents_m;
@@ -51,34 +86,47 @@ struct ToSolid {
     solid.drawn_radius_m = DrawnRadius(capsule.radius_m, length_scale_m);
     return solid;
   }
-  DrawnSolid operator()(const BoxCollider& box) const {
+  DrawnSolid operator()(const BoxShape& box) const {
     DrawnSolid solid;
-    solid.center_m = box.center_m;
-    solid.axes = box.rotation.toRotationMatrix();
+    solid.center_m = pose.position_m;
+    solid.axes = pose.rotation.toRotationMatrix();
     solid.half_extents_m = box.half_extents_m;
     for (int k = 0; k < 3; ++k) {
-      const double half = box.half_extents_m[k];
-      solid.drawn_half_extents_m[k] =
-          half - std::min(0.2 * length_scale_m + kShare * half, 0.25 * half);
+      solid.drawn_half_extents_m[k] = DrawnHalfExtent(box.half_extents_m[k], length_scale_m);
     }
     return solid;
   }
-  DrawnSolid operator()(const DistanceMapCollider& mesh) const {
-    const DistanceMap& map = *mesh.map;
+  // Drawn as UnitCylinder, scaled by its drawn half extents.
+  DrawnSolid operator()(const CylinderShape& cylinder) const {
+    const Vector3d segment = pose * cylinder.b_m - pose * cylinder.a_m;
+    const double radius_m = cylinder.radius_m, half_length_m = segment.norm() / 2;
+    const double drawn_radius_m = DrawnRadius(radius_m, length_scale_m);
+    DrawnSolid solid;
+    solid.center_m = (pose * cylinder.a_m + pose * cylinder.b_m) / 2;
+    solid.axes = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitY(), segment).toRotationMatrix();
+    solid.half_extents_m = {radius_m, half_length_m, radius_m};
+    solid.drawn_half_extents_m = {drawn_radius_m, DrawnHalfExtent(half_length_m, length_scale_m),
+                                  drawn_radius_m};
+    solid.mesh = UnitCylinder();
+    return solid;
+  }
+  DrawnSolid operator()(const DistanceMapShape& shape) const {
+    const DistanceMap& map = *shape.map;
     const double margin_m = DistanceMap::kMarginCells * map.cell_m();
     DrawnSolid solid;
-    solid.center_m = mesh.transform * CenterOf(map);
-    solid.axes = mesh.transform.rotation.toRotationMatrix();
+    solid.mesh = {shape.map, &map.mesh()};
+    solid.mesh_center_m = (map.low_m() + map.high_m()) / 2;
+    solid.center_m = pose * solid.mesh_center_m;
+    solid.axes = pose.rotation.toRotationMatrix();
     solid.half_extents_m = (map.high_m() - map.low_m()) / 2 - Vector3d::Constant(margin_m);
-    solid.map = mesh.map;
     solid.inset_m = std::min(0.3 * length_scale_m, map.cell_m());
     return solid;
   }
-  DrawnSolid operator()(const PlaneCollider&) const { return {}; }  // not a solid
+  DrawnSolid operator()(const PlaneShape&) const { return {}; }  // not a solid
 };
 
 // Equal solids at the same position are drawn once.
-using SolidKey = std::pair<const DistanceMap*, std::vector<double>>;
+using SolidKey = std::pair<const TriangleMesh*, std::vector<double>>;
 
 std::vector<double> PlaceOf(const DrawnSolid& solid) {
   std::vector<double> place = {Rounded(solid.radius_m)};
@@ -92,35 +140,35 @@ std::vector<double> PlaceOf(const DrawnSolid& solid) {
 
 }  // namespace
 
-Vector3d CenterOf(const DistanceMap& map) {
-  return (map.low_m() + map.high_m()) / 2;
-}
-
 ColliderShapes CollectColliders(std::span<const DrawnCloth> cloths) {
   std::map<SolidKey, DrawnSolid> solids;
   std::map<std::vector<double>, DrawnPlane> planes;
   for (const DrawnCloth& cloth : cloths) {
     const Vector3d& origin = cloth.placement.environment_origin_m;
     for (const Collider& collider : cloth.colliders) {
-      if (const auto* plane = std::get_if<PlaneCollider>(&collider)) {
-        const Vector3d point = plane->point_m + origin;
-        const Vector3d& normal = plane->normal;
+      if (const auto* plane = std::get_if<PlaneShape>(&collider.shape)) {
+        const Vector3d point = collider.pose.position_m + origin;
+        const Vector3d normal = collider.pose.rotation * plane->normal;
         planes.try_emplace({Rounded(normal.x()), Rounded(normal.y()), Rounded(normal.z()),
                             Rounded(normal.dot(point))},
                            DrawnPlane{point, normal});
         continue;
       }
-      DrawnSolid solid = std::visit(ToSolid{cloth.model->length_scale_m()}, collider);
+      DrawnSolid solid =
+          std::visit(ToSolid{collider.pose, cloth.model->length_scale_m()}, collider.shape);
       solid.center_m += origin;
       DrawnSolid& drawn =
-          solids.try_emplace({solid.map.get(), PlaceOf(solid)}, solid).first->second;
+          solids.try_emplace({solid.mesh.get(), PlaceOf(solid)}, solid).first->second;
       drawn.drawn_radius_m = std::min(drawn.drawn_radius_m, solid.drawn_radius_m);
       drawn.inset_m = std::max(drawn.inset_m, solid.inset_m);
       drawn.drawn_half_extents_m = drawn.drawn_half_extents_m.cwiseMin(solid.drawn_half_extents_m);
     }
   }
   ColliderShapes shapes;
-  for (const auto& [key, solid] : solids) shapes.solids.push_back(solid);
+  for (auto& [key, solid] : solids) {
+    if (solid.mesh == UnitCylinder()) solid.mesh = Scaled(*solid.mesh, solid.drawn_half_extents_m);
+    shapes.solids.push_back(solid);
+  }
   for (const auto& [key, plane] : planes) shapes.planes.push_back(plane);
   return shapes;
 }

@@ -13,8 +13,7 @@
 namespace drape::render {
 
 // All points within a radius of a box: a sphere (the box is a point), a capsule (a segment along
-// the second axis) or a cuboid (radius 0); or the mesh of a distance map with its bounding box.
-// World frame.
+// the second axis) or a cuboid (radius 0); or a mesh with its bounding box. World frame.
 struct DrawnSolid {
   Eigen::Vector3d center_m = Eigen::Vector3d::Zero();
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // of the box, unit, as columns
@@ -23,7 +22,8 @@ struct DrawnSolid {
   // Drawn smaller, so that cloth that lies on it is visible.
   Eigen::Vector3d drawn_half_extents_m = Eigen::Vector3d::Zero();
   double drawn_radius_m = 0;
-  std::shared_ptr<const DistanceMap> map{};  // null: no mesh
+  std::shared_ptr<const TriangleMesh> mesh{};               // null: no mesh
+  Eigen::Vector3d mesh_center_m = Eigen::Vector3d::Zero();  // of its box, in the mesh's frame
   double inset_m = 0;  // for a mesh: depth below its surface at which it is drawn
 };
 struct DrawnPlane {
@@ -42,11 +42,9 @@ struct ColliderShapes {
 // by that, for the diagonals of squares of the model's mean rest length (twice l^2) stretched by a
 // fifth, plus 0.4 % of R, but at most by a quarter of R. Edges of the cloth cut the corners of a
 // box: boxes are reduced by a fifth of the mean rest length plus 0.4 %, at most by a quarter.
-// Meshes are reduced by 0.3 of the mean rest length, at most by a cell of their map.
+// A cylinder is reduced like a sphere around its axis and like a box at its ends. Meshes are
+// reduced by 0.3 of the mean rest length, at most by a cell of their map.
 ColliderShapes CollectColliders(std::span<const DrawnCloth> cloths);
-
-// Centre of the map's grid, which is that of the mesh's box [m]; mesh frame.
-Eigen::Vector3d CenterOf(const DistanceMap& map);
 
 // Half sizes of the box; all equal for a sphere.
 std::array<Eigen::Vector3d, 8> CornersOf(const DrawnSolid& solid);

@@ -8,7 +8,6 @@
 #include "server/render/gl_draw/palette.h"
 #include "server/render/gl_draw/projection.h"
 #include "server/render/render_thread.h"
-#include "server/scene/distance_map.h"
 #include "shaders/interface/draw_bindings.h"
 
 namespace drape::render {
@@ -150,27 +149,27 @@ void DrawMeshes(const gl::Program& program, const DrawnScene& scene) {
 
 // One copy of each mesh, drawn with the largest inset that the picture has for it.
 Result<std::vector<DrawnMesh>> LoadMeshes(std::span<const DrawnSolid> solids) {
-  std::map<const DistanceMap*, double> insets_m;
+  std::map<const TriangleMesh*, double> insets_m;
   for (const DrawnSolid& solid : solids) {
-    double& inset_m = insets_m[solid.map.get()];
+    double& inset_m = insets_m[solid.mesh.get()];
     inset_m = std::max(inset_m, solid.inset_m);
   }
   uint64_t triangle_count = 0;
-  for (const auto& [map, inset_m] : insets_m) triangle_count += map->mesh().triangles.size();
+  for (const auto& [mesh, inset_m] : insets_m) triangle_count += mesh->triangles.size();
   if (triangle_count > kMaxMeshTriangles) {
     return PictureTooLarge("triangles of mesh colliders", triangle_count, kMaxMeshTriangles);
   }
-  std::map<const DistanceMap*, std::shared_ptr<const gl::Buffer>> loaded;
+  std::map<const TriangleMesh*, std::shared_ptr<const gl::Buffer>> loaded;
   std::vector<DrawnMesh> meshes;
   for (const DrawnSolid& solid : solids) {
-    const DistanceMap& map = *solid.map;
-    std::shared_ptr<const gl::Buffer>& corners = loaded[&map];
+    const TriangleMesh& mesh = *solid.mesh;
+    std::shared_ptr<const gl::Buffer>& corners = loaded[&mesh];
     if (corners == nullptr) {
-      DRAPE_ASSIGN_OR_RETURN(gl::Buffer buffer, UploadArray(MeshCorners(map.mesh(), CenterOf(map),
-                                                                        insets_m.at(&map))));
+      DRAPE_ASSIGN_OR_RETURN(gl::Buffer buffer, UploadArray(MeshCorners(mesh, solid.mesh_center_m,
+                                                                        insets_m.at(&mesh))));
       corners = std::make_shared<const gl::Buffer>(std::move(buffer));
     }
-    meshes.push_back({corners, static_cast<GLuint>(3 * map.mesh().triangles.size())});
+    meshes.push_back({corners, static_cast<GLuint>(3 * mesh.triangles.size())});
   }
   return meshes;
 }
@@ -188,8 +187,8 @@ Result<DrawnScene> LoadScene(const PictureSpec& spec, const ClothSet& cloths, co
   std::vector<shader::PlaneRecord> planes;
   if (spec.has_colliders) {
     for (const DrawnSolid& solid : shapes.solids) {
-      (solid.map ? mesh_records : solids).push_back(MakeSolid(solid, view));
-      if (solid.map) mesh_solids.push_back(solid);
+      (solid.mesh ? mesh_records : solids).push_back(MakeSolid(solid, view));
+      if (solid.mesh) mesh_solids.push_back(solid);
     }
     for (const DrawnPlane& plane : shapes.planes) planes.push_back(MakePlane(plane, view));
   }

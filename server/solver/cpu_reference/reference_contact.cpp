@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "server/scene/collider_surface.h"
-
 namespace drape {
 
 ReferenceContact ContactAt(const Collider& collider, double thickness_m, const Eigen::Vector3d& q) {

@@ -137,9 +137,9 @@ Result<GlBackend::Room> GlBackend::MakeRoom(const std::shared_ptr<const SceneMod
   if (!on_device.ok()) return on_device.status();
   room.model = std::move(on_device).value();
   for (const Collider& collider : parameters.colliders) {
-    const auto* solid = std::get_if<DistanceMapCollider>(&collider);
-    if (solid == nullptr) continue;
-    Result<std::shared_ptr<const DeviceMap>> map = maps_.Acquire(solid->map);
+    const std::shared_ptr<const DistanceMap> samples = MapOf(collider);
+    if (samples == nullptr) continue;
+    Result<std::shared_ptr<const DeviceMap>> map = maps_.Acquire(samples);
     if (!map.ok()) return map.status();
     room.maps.push_back(std::move(map).value());
   }

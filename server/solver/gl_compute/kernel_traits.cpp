@@ -7,14 +7,18 @@ namespace drape {
 namespace {
 
 std::string DefineOf(std::string_view name) {
-  std::string define = "HAS_" + std::string(name);
-  std::ranges::transform(define, define.begin(), [](char letter) {
-    return letter >= 'a' && letter <= 'z' ? static_cast<char>(letter - 'a' + 'A') : letter;
-  });
-  return define;
+  return "HAS_" + UpperCase(name);
 }
 
 }  // namespace
+
+std::string UpperCase(std::string_view name) {
+  std::string upper(name);
+  std::ranges::transform(upper, upper.begin(), [](char letter) {
+    return letter >= 'a' && letter <= 'z' ? static_cast<char>(letter - 'a' + 'A') : letter;
+  });
+  return upper;
+}
 
 const std::array<std::string, KernelTrait::kCount>& TraitDefines() {
   static const auto& defines = *new std::array<std::string, KernelTrait::kCount>([] {
@@ -22,6 +26,7 @@ const std::array<std::string, KernelTrait::kCount>& TraitDefines() {
     std::string* next = all.data();
     for (const std::string_view name : kStageNames) *next++ = DefineOf(name);
     for (const std::string_view name : kFeatureNames) *next++ = DefineOf(name);
+    for (const std::string_view name : kShapeNames) *next++ = DefineOf(name);
     return all;
   }());
   return defines;

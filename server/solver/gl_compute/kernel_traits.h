@@ -1,5 +1,5 @@
-// The traits that a kernel is compiled for: stages of the step, and features that change their
-// code.
+// The traits that a kernel is compiled for: stages of the step, features that change their code,
+// and the shapes of colliders.
 #pragma once
 
 #include <array>
@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "server/scene/colliders.h"
 #include "server/solver/step_stage.h"
 
 namespace drape {
@@ -19,9 +20,6 @@ enum class Feature : uint8_t {
   kInequalities,
   kOwnLengths,  // rest lengths in the parameters, not in the model
   kJointCompliance,
-  kCapsules,
-  kBoxes,
-  kDistanceMaps,
   kFriction,
   kRestitution,
   kMovingColliders,
@@ -35,37 +33,25 @@ enum class Feature : uint8_t {
 };
 
 // [Feature], in the order above.
-inline constexpr std::array<std::string_view, 18> kFeatureNames = {
-    "spring_forces",
-    "compliance",
-    "inequalities",
-    "own_lengths",
-    "joint_compliance",
-    "capsules",
-    "boxes",
-    "distance_maps",
-    "friction",
-    "restitution",
-    "moving_colliders",
-    "collider_reach",
-    "damping",
-    "pins",
-    "tolerance",
-    "two_steps",
-    "start_directions",
-    "regular_strips",
+inline constexpr std::array<std::string_view, 15> kFeatureNames = {
+    "spring_forces", "compliance",  "inequalities",     "own_lengths",      "joint_compliance",
+    "friction",      "restitution", "moving_colliders", "collider_reach",   "damping",
+    "pins",          "tolerance",   "two_steps",        "start_directions", "regular_strips",
 };
 static_assert(static_cast<size_t>(Feature::kRegularStrips) + 1 == kFeatureNames.size());
 
-// A stage or a feature, numbered: the stages first.
+// A stage, a feature or a shape, numbered in that order.
 class KernelTrait {
  public:
-  static constexpr uint32_t kCount = kStageNames.size() + kFeatureNames.size();
+  static constexpr uint32_t kFirstFeature = kStageNames.size();
+  static constexpr uint32_t kFirstShape = kFirstFeature + kFeatureNames.size();
+  static constexpr uint32_t kCount = kFirstShape + kShapeNames.size();
 
-  // NOLINTBEGIN(google-explicit-constructor): lists name both stages and features.
+  // NOLINTBEGIN(google-explicit-constructor): lists name stages, features and shapes.
   constexpr KernelTrait(StepStage stage) : number_(static_cast<uint32_t>(stage)) {}
   constexpr KernelTrait(Feature feature)
-      : number_(static_cast<uint32_t>(kStageNames.size()) + static_cast<uint32_t>(feature)) {}
+      : number_(kFirstFeature + static_cast<uint32_t>(feature)) {}
+  constexpr KernelTrait(ShapeKind shape) : number_(kFirstShape + static_cast<uint32_t>(shape)) {}
   // NOLINTEND(google-explicit-constructor)
 
   constexpr uint32_t number() const { return number_; }
@@ -92,6 +78,11 @@ class TraitSet {
       Add(stage, stages.Has(stage));
     }
   }
+  static constexpr TraitSet OfAllShapes() {
+    TraitSet shapes;
+    for (size_t k = 0; k < kShapeNames.size(); ++k) shapes.Add(static_cast<ShapeKind>(k));
+    return shapes;
+  }
   // One `#define HAS_<NAME>` per trait.
   std::string Defines() const;
 
@@ -110,6 +101,9 @@ class TraitSet {
 
   uint64_t bits_ = 0;
 };
+
+// A name as constants of the shaders spell it: "distance_map" -> "DISTANCE_MAP".
+std::string UpperCase(std::string_view name);
 
 // [KernelTrait::number], "HAS_SOLVE_STRIPS" and so on.
 const std::array<std::string, KernelTrait::kCount>& TraitDefines();

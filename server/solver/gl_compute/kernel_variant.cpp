@@ -23,13 +23,6 @@ uint32_t LocalSizeFor(uint32_t capacity, const DeviceTraits& device) {
   return SizesOf(device).ForCapacity(capacity);
 }
 
-template <class Shape>
-bool HasCollider(const ClothParameters& parameters) {
-  return std::ranges::any_of(parameters.colliders, [](const Collider& collider) {
-    return std::holds_alternative<Shape>(collider);
-  });
-}
-
 Status LoopLimit() {
   return Status(StatusCode::kResourceExhausted, "KERNEL_LOOP_LIMIT",
                 "a particle has too many springs, triangles or elastic elements, or the cloth too "
@@ -91,15 +84,21 @@ uint32_t CapacityFor(const SceneModel& model) {
   return particles <= 64 ? 64 : particles <= 256 ? 256 : kMaxResidentParticles;
 }
 
+// Those cost nothing that would be worth kernels of their own.
+bool IsInEveryKernel(ShapeKind kind) {
+  return kind == ShapeKind::kSphere || kind == ShapeKind::kPlane;
+}
+
 void AddColliderTraits(const ClothParameters& parameters, const DeviceTraits& device,
                        TraitSet& traits) {
   const bool has_contacts = !parameters.colliders.empty();
-  const bool has_maps = HasCollider<DistanceMapCollider>(parameters);
   const bool leaves_out = has_contacts && device.leaves_out_colliders;
-  traits.Add(Feature::kCapsules, HasCollider<CapsuleCollider>(parameters));
-  // A map is out of reach if the box around it is.
-  traits.Add(Feature::kBoxes, HasCollider<BoxCollider>(parameters) || (has_maps && leaves_out));
-  traits.Add(Feature::kDistanceMaps, has_maps);
+  for (const Collider& collider : parameters.colliders) {
+    const ShapeKind kind = collider.kind();
+    traits.Add(kind, !IsInEveryKernel(kind));
+    // A map is out of reach if the box around it is.
+    traits.Add(ShapeKind::kBox, kind == ShapeKind::kDistanceMap && leaves_out);
+  }
   traits.Add(Feature::kFriction, has_contacts && parameters.friction_static > 0);
   traits.Add(Feature::kRestitution, HasRestitution(parameters));
   traits.Add(Feature::kMovingColliders, HasMovingColliders(parameters));

@@ -29,6 +29,9 @@ std::string ConstantDefines() {
   text << "#define MAX_AIR_RATIO " << kMaxAirRatio << "\n";
   text << "#define MAX_ELASTIC_RATIO " << kMaxElasticRatio << "\n";
   text << "#define MAX_COORDINATE " << kMaxCoordinate_m << "\n";
+  for (size_t k = 0; k < kShapeNames.size(); ++k) {
+    text << "#define COLLIDER_" << UpperCase(kShapeNames[k]) << " " << k << "u\n";
+  }
   return text.str();
 }
 
@@ -36,7 +39,7 @@ using enum StepStage;
 using enum Feature;
 using Kernels = StepKernels;
 
-constexpr TraitSet kShapeTraits = {kCapsules, kBoxes, kDistanceMaps, kMovingColliders};
+constexpr TraitSet kShapeTraits = TraitSet::OfAllShapes() | TraitSet{kMovingColliders};
 constexpr TraitSet kColliderTraits = kShapeTraits | TraitSet{kColliderReach};
 constexpr TraitSet kContactTraits =
     kColliderTraits | TraitSet{kSolveContacts, kFriction, kRestitution};
@@ -141,7 +144,8 @@ Result<const gl::Program*> KernelCache::Compile(const std::string& kernel,
 }
 
 Result<const gl::Program*> KernelCache::General(const std::string& kernel, uint32_t local_size) {
-  return Compile(kernel, "#define LOCAL_SIZE " + std::to_string(local_size) + "\n");
+  return Compile(kernel, "#define LOCAL_SIZE " + std::to_string(local_size) + "\n" +
+                             TraitSet::OfAllShapes().Defines());
 }
 
 Result<const StepKernels*> KernelCache::ForVariant(const KernelVariant& variant) {

@@ -69,7 +69,7 @@ class KernelCache {
 
   // A variant by reduction that the device has refused is not compiled again.
   Result<const StepKernels*> ForVariant(const KernelVariant& variant);
-  // A kernel without variants, "measure_pieces" or "pack".
+  // A kernel without variants, "measure_pieces" or "pack"; it knows all shapes of colliders.
   Result<const gl::Program*> General(const std::string& kernel, uint32_t local_size);
 
  private:

@@ -12,45 +12,6 @@ void AppendVector(const Eigen::Vector3d& v, std::vector<uint32_t>& words) {
   for (int axis = 0; axis < 3; ++axis) words.push_back(FloatWord(v[axis]));
 }
 
-// Layout: shaders/interface/bindings.h.
-struct ColliderWords {
-  uint32_t kind;
-  double radius_m = 0;
-  Eigen::Vector3d point_m;
-  Eigen::Vector3d vector = Eigen::Vector3d::Zero();
-  Eigen::Matrix3d axes = Eigen::Matrix3d::Zero();  // in columns
-};
-
-ColliderWords ToWords(const SphereCollider& sphere) {
-  return {.kind = DRAPE_COLLIDER_SPHERE, .radius_m = sphere.radius_m, .point_m = sphere.center_m};
-}
-
-ColliderWords ToWords(const PlaneCollider& plane) {
-  return {.kind = DRAPE_COLLIDER_PLANE, .point_m = plane.point_m, .vector = plane.normal};
-}
-
-ColliderWords ToWords(const CapsuleCollider& capsule) {
-  ColliderWords words{.kind = DRAPE_COLLIDER_CAPSULE,
-                      .radius_m = capsule.radius_m,
-                      .point_m = capsule.a_m,
-                      .vector = capsule.b_m - capsule.a_m};
-  words.axes.col(0) = NormalOnSegment(capsule);
-  return words;
-}
-
-ColliderWords ToWords(const BoxCollider& box) {
-  return {.kind = DRAPE_COLLIDER_BOX,
-          .point_m = box.center_m,
-          .vector = box.half_extents_m,
-          .axes = box.rotation.toRotationMatrix()};
-}
-
-ColliderWords ToWords(const DistanceMapCollider& solid) {
-  return {.kind = DRAPE_COLLIDER_DISTANCE_MAP,
-          .point_m = solid.transform * solid.map->low_m(),
-          .axes = solid.transform.rotation.toRotationMatrix()};
-}
-
 }  // namespace
 
 std::vector<uint32_t> PackLengths(std::span<const double> rest_lengths_m) {
@@ -70,14 +31,13 @@ std::vector<uint32_t> PackColliders(std::span<const Collider> colliders,
   std::vector<uint32_t> words;
   size_t map_count = 0;
   for (const Collider& collider : colliders) {
-    const ColliderWords packed =
-        std::visit([](const auto& shape) { return ToWords(shape); }, collider);
-    words.push_back(packed.kind);
-    words.push_back(FloatWord(packed.radius_m));
-    AppendVector(packed.point_m, words);
-    AppendVector(packed.vector, words);
-    for (int k = 0; k < 3; ++k) AppendVector(packed.axes.col(k), words);
-    const bool is_map = packed.kind == DRAPE_COLLIDER_DISTANCE_MAP;
+    const ColliderNumbers numbers = NumbersOf(collider);
+    words.push_back(static_cast<uint32_t>(collider.kind()));
+    words.push_back(FloatWord(numbers.radius_m));
+    AppendVector(numbers.point_m, words);
+    AppendVector(numbers.vector, words);
+    for (int k = 0; k < 3; ++k) AppendVector(numbers.axes.col(k), words);
+    const bool is_map = collider.kind() == ShapeKind::kDistanceMap;
     words.push_back(is_map ? maps[map_count++]->words.begin() : 0);
   }
   return words;

@@ -22,7 +22,8 @@ inline uint32_t FloatWord(double value) {
 }
 
 std::vector<uint32_t> PackTargets(std::span<const Eigen::Vector3d> targets_m);
-// `maps`: those of the distance maps among the colliders, in their order.
+// Layout: shaders/interface/bindings.h. `maps`: those of the distance maps among the colliders, in
+// their order.
 std::vector<uint32_t> PackColliders(std::span<const Collider> colliders,
                                     std::span<const std::shared_ptr<const DeviceMap>> maps = {});
 // For substeps of `substep_s`.

@@ -70,7 +70,7 @@ AccuracyScene CurtainOverFloor(uint32_t side) {
   AccuracyScene scene = Curtain(side, false);
   scene.name = "curtain_over_floor_" + std::to_string(side);
   scene.title = "the curtain, with a floor 1 m below its lowest point";
-  scene.scene.parameters.colliders = {PlaneCollider{{0, -2, 0}, {0, 1, 0}}};
+  scene.scene.parameters.colliders = {PlaneThrough({0, -2, 0}, {0, 1, 0})};
   return scene;
 }
 

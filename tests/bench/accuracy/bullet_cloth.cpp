@@ -60,13 +60,13 @@ class BulletWorld {
 
   // Bullet multiplies the friction of both; 1 here leaves that of the cloth.
   void AddSphere(const test::Scene& scene, const Collider& collider) {
-    const auto* sphere = std::get_if<SphereCollider>(&collider);
+    const auto* sphere = std::get_if<SphereShape>(&collider.shape);
     DRAPE_CHECK(sphere != nullptr, scene.name + ": only spheres for the peer");
     spheres_.push_back(std::make_unique<Sphere>(static_cast<btScalar>(sphere->radius_m)));
     btCollisionObject& object = spheres_.back()->object;
     object.setCollisionShape(&spheres_.back()->shape);
     btTransform transform = btTransform::getIdentity();
-    transform.setOrigin(ToBullet(sphere->center_m));
+    transform.setOrigin(ToBullet(collider.pose.position_m));
     object.setWorldTransform(transform);
     object.setFriction(1);
     world_.addCollisionObject(&object);

@@ -128,7 +128,7 @@ AccuracyScene StickingPatch() {
   const Eigen::AngleAxisd tilt(std::atan(0.3), Vector3d::UnitZ());
   for (Vector3d& p : scene.scene.state.positions_m) p = tilt * p;
   ClothParameters& parameters = scene.scene.parameters;
-  parameters.colliders = {PlaneCollider{Vector3d::Zero(), tilt * Vector3d::UnitY()}};
+  parameters.colliders = {PlaneThrough(Vector3d::Zero(), tilt * Vector3d::UnitY())};
   parameters.friction_static = 0.5;
   parameters.friction_dynamic = 0.4;
   scene.duration_s = 10;

@@ -41,13 +41,8 @@ PositionError ComparePositions(const SceneModel& model, const std::vector<Vector
 double Penetration_m(const ClothParameters& parameters, const Vector3d& point_m) {
   double deepest = 0;
   for (const Collider& collider : parameters.colliders) {
-    const auto* sphere = std::get_if<SphereCollider>(&collider);
-    const auto* plane = std::get_if<PlaneCollider>(&collider);
-    DRAPE_CHECK(sphere != nullptr || plane != nullptr, "only spheres and planes");
-    const double distance = sphere != nullptr
-                                ? (point_m - sphere->center_m).norm() - sphere->radius_m
-                                : (point_m - plane->point_m).dot(plane->normal);
-    deepest = std::max(deepest, parameters.thickness_m - distance);
+    const double distance_m = SurfaceOf(collider, point_m).distance_m;
+    deepest = std::max(deepest, parameters.thickness_m - distance_m);
   }
   return deepest;
 }

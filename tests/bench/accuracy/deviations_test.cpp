@@ -66,8 +66,7 @@ TEST(DeviationsTest, PenetrationOfParticlesAndOfTheMiddleOfEdgesApart) {
   scene.scene.parameters.thickness_m = 0.01;
   // The second link is a chord of the sphere: its ends on the surface, its middle 0.1 m deep.
   const double radius_m = (0.1 * 0.1 + 0.25) / (2 * 0.1);
-  scene.scene.parameters.colliders = {
-      SphereCollider{Vector3d(-(radius_m - 0.1), -1.5, 0), radius_m}};
+  scene.scene.parameters.colliders = {SphereAt(Vector3d(-(radius_m - 0.1), -1.5, 0), radius_m)};
   const std::vector<Vector3d> no_reference;
   Observer observer(scene, no_reference);
   observer.Observe(0, scene.scene.state);
@@ -75,7 +74,7 @@ TEST(DeviationsTest, PenetrationOfParticlesAndOfTheMiddleOfEdgesApart) {
   EXPECT_NEAR(result.max_penetration_m, 0.01, 1e-12);
   EXPECT_NEAR(result.midpoint_penetration_m, 0.11, 1e-12);
   EXPECT_TRUE(std::isnan(result.energy_drift));
-  scene.scene.parameters.colliders = {PlaneCollider{Vector3d(0, -5, 0), Vector3d::UnitY()}};
+  scene.scene.parameters.colliders = {PlaneThrough(Vector3d(0, -5, 0), Vector3d::UnitY())};
   EXPECT_EQ(Penetration_m(scene.scene.parameters, Vector3d(0, 0, 0)), 0);
   EXPECT_NEAR(Penetration_m(scene.scene.parameters, Vector3d(3, -5.5, 1)), 0.51, 1e-12);
 }

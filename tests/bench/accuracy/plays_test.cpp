@@ -113,15 +113,16 @@ TEST(BulletClothTest, FallsHangsAndStaysOutsideTheSphere) {
   const auto lying = MakeBulletCloth(drape, {8, 20});
   lying->Restart();
   for (int frame = 0; frame < 60; ++frame) lying->Step();
-  const auto& sphere = std::get<SphereCollider>(drape.parameters.colliders[0]);
+  const Collider& sphere = drape.parameters.colliders[0];
   double highest_m = -1;
   double nearest_m = 1;
   for (const Vector3d& p : lying->State().positions_m) {
     highest_m = std::max(highest_m, p.y());
-    nearest_m = std::min(nearest_m, (p - sphere.center_m).norm() - sphere.radius_m);
+    nearest_m = std::min(nearest_m, SurfaceOf(sphere, p).distance_m);
   }
   EXPECT_GT(nearest_m, -0.005);
-  EXPECT_NEAR(highest_m, sphere.center_m.y() + sphere.radius_m, 0.01);  // lies on it
+  EXPECT_NEAR(highest_m, sphere.pose.position_m.y() + std::get<SphereShape>(sphere.shape).radius_m,
+              0.01);  // lies on it
 }
 
 }  // namespace

@@ -150,18 +150,18 @@ struct Sheets {
     on_ground = test::Grid(side, side, 1, 1);
     on_ground.parameters.settings = sleepless;
     on_ground.parameters.colliders = {
-        PlaneCollider{Eigen::Vector3d(0, -0.05, 0), Eigen::Vector3d::UnitY()}};
+        PlaneThrough(Eigen::Vector3d(0, -0.05, 0), Eigen::Vector3d::UnitY())};
     // Along the end in one step, so that a collider does not change how links are solved.
     StepSettings plain = sleepless;
     plain.integration = Integration::kOneStep;
     plain.direction = Direction::kAtEnd;
     plainly_hung = far_collider = With(hung, plain);
-    far_collider.parameters.colliders = {SphereCollider{Eigen::Vector3d(0, 0, 100), 0.3}};
+    far_collider.parameters.colliders = {SphereAt(Eigen::Vector3d(0, 0, 100), 0.3)};
     far_colliders = far_collider;
     far_colliders.parameters.friction_static = far_colliders.parameters.friction_dynamic = 0.3;
-    far_colliders.parameters.colliders.push_back(SphereCollider{Eigen::Vector3d(0, 0, -100), 0.3});
+    far_colliders.parameters.colliders.push_back(SphereAt(Eigen::Vector3d(0, 0, -100), 0.3));
     far_colliders.parameters.colliders.push_back(
-        PlaneCollider{Eigen::Vector3d(0, -100, 0), Eigen::Vector3d::UnitY()});
+        PlaneThrough(Eigen::Vector3d(0, -100, 0), Eigen::Vector3d::UnitY()));
   }
 
   // With parts that make steps longer and change nothing.

@@ -165,19 +165,19 @@ AtlasCase ZeroArea() {
 AtlasCase InsidePlane() {
   constexpr double kDepth_m = 0.25;
   AtlasCase start{.scene = Grid(kStartSide, kStartSide, 1, 1)};
-  start.scene.parameters.colliders = {PlaneCollider{{0, kDepth_m, 0}, Vector3d::UnitY()}};
+  start.scene.parameters.colliders = {PlaneThrough({0, kDepth_m, 0}, Vector3d::UnitY())};
   start.allowed_gain_j = kSheetMass_kg * kGravity_m_per_s2 * kDepth_m;
   return start;
 }
 
 // A cloth that leaves a sphere must not fall for ten seconds: the energy would be all rounding.
-PlaneCollider FloorBelow() {
-  return {{0, -1, 0}, Vector3d::UnitY()};
+Collider FloorBelow() {
+  return PlaneThrough({0, -1, 0}, Vector3d::UnitY());
 }
 
 AtlasCase InsideSphere(const Vector3d& center_m, double radius_m) {
   AtlasCase start{.scene = Grid(kStartSide, kStartSide, 1, 1)};
-  start.scene.parameters.colliders = {SphereCollider{center_m, radius_m}, FloorBelow()};
+  start.scene.parameters.colliders = {SphereAt(center_m, radius_m), FloorBelow()};
   start.scene.parameters.friction_static = 0.5;
   start.scene.parameters.friction_dynamic = 0.4;
   start.allowed_gain_j = kSheetMass_kg * kGravity_m_per_s2 * radius_m;
@@ -194,7 +194,7 @@ AtlasCase AtSpheresCentre() {
 AtlasCase WithinSphere() {
   AtlasCase start = AtSpheresCentre();
   start.scene = Grid(5, 5, 0.2, 0.2);
-  start.scene.parameters.colliders = {SphereCollider{start.scene.state.positions_m[12], 0.3},
+  start.scene.parameters.colliders = {SphereAt(start.scene.state.positions_m[12], 0.3),
                                       FloorBelow()};
   start.length_m = 0.2;
   return start;
@@ -302,10 +302,10 @@ std::vector<std::string> ImpactColliders() {
 }
 
 AtlasCase Impact(size_t collider, double speed_m_per_s) {
-  const Collider colliders[] = {SphereCollider{{0.5, -0.35, 0.5}, 0.3},
-                                PlaneCollider{{0, -0.05, 0}, Vector3d::UnitY()},
-                                BoxCollider{{0.5, -0.06, 0.5}, {1, 0.01, 1}},
-                                CapsuleCollider{{0.2, -0.15, 0.5}, {0.8, -0.15, 0.5}, 0.1}};
+  const Collider colliders[] = {SphereAt({0.5, -0.35, 0.5}, 0.3),
+                                PlaneThrough({0, -0.05, 0}, Vector3d::UnitY()),
+                                BoxAt({0.5, -0.06, 0.5}, {1, 0.01, 1}),
+                                CapsuleBetween({0.2, -0.15, 0.5}, {0.8, -0.15, 0.5}, 0.1)};
   AtlasCase impact{.scene = Grid(12, 12, 1, 1)};
   impact.scene.parameters.colliders = {colliders[collider]};
   impact.scene.parameters.friction_static = 0.5;
@@ -344,16 +344,16 @@ std::vector<NamedCase> CaughtCases() {
     start.scene.parameters.friction_dynamic = 0.4;
     return start;
   };
-  AtlasCase tilted = across(SphereCollider{{0.5, 0, 0.5}, 0.3});
+  AtlasCase tilted = across(SphereAt({0.5, 0, 0.5}, 0.3));
   for (Vector3d& p : tilted.scene.state.positions_m) {
     p = Eigen::AngleAxisd(0.8, Vector3d::UnitZ()) * (p - Vector3d(0.5, 0, 0)) + Vector3d(0.5, 0, 0);
   }
-  return Started({{"sphere, between particles", across(SphereCollider{{0.5, 0.05, 0.5}, 0.3})},
+  return Started({{"sphere, between particles", across(SphereAt({0.5, 0.05, 0.5}, 0.3))},
                   {"sphere, tilted", std::move(tilted)},
-                  {"sphere, held by a corner", across(SphereCollider{{0.5, 0, 0.5}, 0.3}, {0})},
-                  {"sphere at the rim", across(SphereCollider{{0.9, 0, 0.5}, 0.3})},
-                  {"capsule", across(CapsuleCollider{{0.2, 0, 0.5}, {0.8, 0, 0.5}, 0.1})},
-                  {"box", across(BoxCollider{{0.5, 0.02, 0.5}, {0.2, 0.2, 0.2}})}});
+                  {"sphere, held by a corner", across(SphereAt({0.5, 0, 0.5}, 0.3), {0})},
+                  {"sphere at the rim", across(SphereAt({0.9, 0, 0.5}, 0.3))},
+                  {"capsule", across(CapsuleBetween({0.2, 0, 0.5}, {0.8, 0, 0.5}, 0.1))},
+                  {"box", across(BoxAt({0.5, 0.02, 0.5}, {0.2, 0.2, 0.2}))}});
 }
 
 std::vector<NamedCase> SoakCases() {

@@ -167,6 +167,39 @@ double BruteForceSignedDistance(const TriangleMesh& mesh, const Vector3d& p) {
   return WindingNumber(mesh, p) > 0.5 ? -distance : distance;
 }
 
+namespace {
+
+Eigen::Vector2d NearestOnSegment(const Eigen::Vector2d& p, const Eigen::Vector2d& from,
+                                 const Eigen::Vector2d& to) {
+  const Eigen::Vector2d way = to - from;
+  return from + std::clamp((p - from).dot(way) / way.squaredNorm(), 0.0, 1.0) * way;
+}
+
+}  // namespace
+
+CylinderPlace PlaceAtCylinder(const Vector3d& a, const Vector3d& b, double radius,
+                              const Vector3d& p) {
+  using Eigen::Vector2d;
+  const double length = (b - a).norm();
+  const Vector3d axis = (b - a) / length;
+  const Vector3d across = axis.cross((p - a).cross(axis)).normalized();
+  const Vector2d flat((p - a).dot(across), (p - a).dot(axis));  // from the axis, from a
+  const Vector2d corners[] = {{0, 0}, {radius, 0}, {radius, length}, {0, length}};
+  std::vector<std::pair<double, Vector2d>> bounds;
+  for (size_t k = 0; k < 3; ++k) {
+    const Vector2d nearest = NearestOnSegment(flat, corners[k], corners[k + 1]);
+    bounds.emplace_back((flat - nearest).norm(), nearest);
+  }
+  std::sort(bounds.begin(), bounds.end(),
+            [](const auto& one, const auto& other) { return one.first < other.first; });
+  const bool is_inside = flat.x() < radius && flat.y() > 0 && flat.y() < length;
+  const double sign = is_inside ? -1 : 1;
+  const Vector2d outward = sign * (flat - bounds[0].second) / bounds[0].first;
+  return {.distance = sign * bounds[0].first,
+          .outward = outward.x() * across + outward.y() * axis,
+          .lead = bounds[1].first - bounds[0].first};
+}
+
 Vector3d PointInBox(Random& random, const Vector3d& low, const Vector3d& high) {
   std::uniform_real_distribution<double> unit(0, 1);
   const double x = unit(random);

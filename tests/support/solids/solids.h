@@ -32,6 +32,19 @@ double WindingNumber(const TriangleMesh& mesh, const Eigen::Vector3d& p);
 // Brute force, negative where the winding number is above one half.
 double BruteForceSignedDistance(const TriangleMesh& mesh, const Eigen::Vector3d& p);
 
+// Where a point lies to a solid cylinder between the middles a and b of its flat ends.
+struct CylinderPlace {
+  double distance = 0;      // negative inside
+  Eigen::Vector3d outward;  // unit, away from the nearest point or, inside, towards it
+  // How much farther the side, the nearer or the farther end is than the nearest of the three:
+  // where it is 0 the outward direction jumps inside.
+  double lead = 0;
+};
+// By the nearest points of the three line segments that bound a cylinder in the half-plane through
+// its axis and p, which is not on the axis.
+CylinderPlace PlaceAtCylinder(const Eigen::Vector3d& a, const Eigen::Vector3d& b, double radius,
+                              const Eigen::Vector3d& p);
+
 using Random = std::mt19937_64;
 Eigen::Vector3d PointInBox(Random& random, const Eigen::Vector3d& low, const Eigen::Vector3d& high);
 // Half of them uniform in the mesh's bounding box grown by `reach`, half within `reach` of a

@@ -14,6 +14,7 @@
 #include <array>
 #include <cstddef>
 
+#include "server/scene/colliders.h"
 #include "server/solver/cpu/formulas/constraint_math.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -104,6 +105,62 @@ inline Gaps<Scalars, Vectors> BoxGap(const Vectors& q, const Vectors& center,
   const Mask is_at_edge = is_beyond_two & has_direction;
   return {Select(is_at_edge, distance, face) - offset,
           Select(is_at_edge, from_nearest / distance, normal)};
+}
+
+// `axis`: unit, from `center`; on it `axis_normal` pushes; `offset` = radius + thickness. The
+// normal is that of the side or the nearer end, whichever is nearest (of equals the side); beyond
+// both it comes from the rim.
+template <class Scalars, class Vectors>
+inline Gaps<Scalars, Vectors> CylinderGap(const Vectors& q, const Vectors& center,
+                                          const Vectors& axis, const Vectors& axis_normal,
+                                          const Scalars& radius, const Scalars& half_length,
+                                          const Scalars& offset) {
+  using Mask = MaskOfScalars<Scalars>;
+  const Scalars zero = SplatLike(0, offset), one = SplatLike(1, offset);
+  const Scalars shortest = SplatLike(kMinDirectionLength, offset);
+  const Scalars thickness = offset - radius;
+  const Vectors d = q - center;
+  const Scalars along = Dot(d, axis);
+  const Vectors across = d - along * axis;
+  const Scalars from_axis = Sqrt(Dot(across, across));
+  const Vectors sideways = Select(from_axis < shortest, axis_normal, across / from_axis);
+  const Vectors endways = Select(along < zero, -one, one) * axis;
+  const Scalars beyond_side = from_axis - radius;
+  const Scalars beyond_end = Abs(along) - half_length;
+  const Mask is_nearer_end = beyond_side < beyond_end;
+  const Scalars face = Select(is_nearer_end, beyond_end, beyond_side);
+  const Vectors normal = Select(is_nearer_end, endways, sideways);
+  const Mask is_beyond_both = (beyond_side > zero) & (beyond_end > zero);
+  if (!IsAnyLaneSet(is_beyond_both)) return {face - thickness, normal};
+  const Scalars distance = Sqrt(beyond_side * beyond_side + beyond_end * beyond_end);
+  const Mask has_direction = distance >= shortest;
+  const Mask is_at_rim = is_beyond_both & has_direction;
+  const Vectors from_rim = beyond_side * sideways + beyond_end * endways;
+  return {Select(is_at_rim, distance, face) - thickness,
+          Select(is_at_rim, from_rim / distance, normal)};
+}
+
+// Of all shapes but distance maps.
+template <class Scalars, class Vectors>
+inline Gaps<Scalars, Vectors> ShapeGap(ShapeKind kind, const Vectors& q, const Vectors& point,
+                                       const Vectors& vector, const std::array<Vectors, 3>& axes,
+                                       const Scalars& offset) {
+  switch (kind) {
+    case ShapeKind::kPlane:
+      return PlaneGap(q, point, vector, offset);
+    case ShapeKind::kCapsule:
+      return CapsuleGap(q, point, vector, axes[0], offset);
+    case ShapeKind::kBox:
+      return BoxGap(q, point, Components(vector), axes, offset);
+    case ShapeKind::kCylinder: {
+      const auto [radius, half_length, unused] = Components(vector);
+      return CylinderGap(q, point, axes[0], axes[1], radius, half_length, offset);
+    }
+    case ShapeKind::kSphere:
+    case ShapeKind::kDistanceMap:  // elsewhere: DistanceMapGap
+      break;
+  }
+  return SphereGap(q, point, offset);
 }
 
 // Lowest gap that a contact accepts at the end of the substep: what starts deep inside comes out at

@@ -2,48 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <variant>
+#include <memory>
 
 namespace drape::cpu {
 namespace {
 
-using Kind = FloatCollider::Kind;
-
-FloatCollider ToFloat(const SphereCollider& sphere, double thickness_m) {
-  return {Kind::kSphere, ToVec4(sphere.center_m), Vec4{},
-          static_cast<float>(sphere.radius_m + thickness_m)};
-}
-
-FloatCollider ToFloat(const PlaneCollider& plane, double thickness_m) {
-  return {Kind::kPlane, ToVec4(plane.point_m), ToVec4(plane.normal),
-          static_cast<float>(thickness_m)};
-}
-
-FloatCollider ToFloat(const CapsuleCollider& capsule, double thickness_m) {
-  return {Kind::kCapsule,
-          ToVec4(capsule.a_m),
-          ToVec4(capsule.b_m - capsule.a_m),
-          static_cast<float>(capsule.radius_m + thickness_m),
-          {ToVec4(NormalOnSegment(capsule))}};
-}
-
-FloatCollider ToFloat(const BoxCollider& box, double thickness_m) {
-  const Eigen::Matrix3d axes = box.rotation.toRotationMatrix();
-  return {Kind::kBox,
-          ToVec4(box.center_m),
-          ToVec4(box.half_extents_m),
-          static_cast<float>(thickness_m),
-          {ToVec4(axes.col(0)), ToVec4(axes.col(1)), ToVec4(axes.col(2))}};
-}
-
-FloatCollider ToFloat(const DistanceMapCollider& solid, double thickness_m) {
-  const Eigen::Matrix3d axes = solid.transform.rotation.toRotationMatrix();
-  return {Kind::kDistanceMap,
-          ToVec4(solid.transform * solid.map->low_m()),
-          Vec4{},
-          static_cast<float>(thickness_m),
-          {ToVec4(axes.col(0)), ToVec4(axes.col(1)), ToVec4(axes.col(2))},
-          DistanceSamples(solid.map)};
+FloatCollider ToFloat(const Collider& collider, double thickness_m) {
+  const ColliderNumbers numbers = NumbersOf(collider);
+  const std::shared_ptr<const DistanceMap> map = MapOf(collider);
+  const auto axis = [&](int k) { return ToVec4(numbers.axes.col(k)); };
+  return {.kind = collider.kind(),
+          .point = ToVec4(numbers.point_m),
+          .vector = ToVec4(numbers.vector),
+          .offset = static_cast<float>(numbers.radius_m + thickness_m),
+          .axes = {axis(0), axis(1), axis(2)},
+          .samples = map != nullptr ? DistanceSamples(map) : DistanceSamples()};
 }
 
 }  // namespace
@@ -74,8 +47,7 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   air_drag = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_drag / 4);
   air_lift = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_lift / 4);
   for (const Collider& collider : parameters.colliders) {
-    colliders.push_back(std::visit(
-        [&](const auto& shape) { return ToFloat(shape, parameters.thickness_m); }, collider));
+    colliders.push_back(ToFloat(collider, parameters.thickness_m));
   }
 }
 

@@ -13,15 +13,12 @@
 
 namespace drape::cpu {
 
+// ColliderNumbers in single precision.
 struct FloatCollider {
-  enum class Kind { kSphere, kPlane, kCapsule, kBox, kDistanceMap };
-
-  Kind kind;
-  // Centre of a sphere or box, point of a plane, end a of a capsule, corner of a distance map.
+  ShapeKind kind;
   Vec4 point;
-  Vec4 vector;   // normal of a plane, end b - end a of a capsule, half extents of a box
-  float offset;  // what is taken off the distance: radius, if any, and the cloth's thickness
-  // The axes of a box or distance map. A capsule has only [0], the normal on its segment.
+  Vec4 vector;
+  float offset;  // its radius and the cloth's thickness
   std::array<Vec4, 3> axes{};
   DistanceSamples samples{};  // of a distance map
 };

@@ -19,16 +19,7 @@ using ClothGap = Gaps<VecCloths, VectorsCloths>;
 
 ClothGap GapAt(const VectorsCloths& q, const ClothCollider& collider) {
   const auto& [kind, point, vector, offset, axes] = collider;
-  switch (kind) {
-    case FloatCollider::Kind::kPlane:
-      return PlaneGap(q, point, vector, offset);
-    case FloatCollider::Kind::kCapsule:
-      return CapsuleGap(q, point, vector, axes[0], offset);
-    case FloatCollider::Kind::kBox:
-      return BoxGap(q, point, {vector.x, vector.y, vector.z}, axes, offset);
-    default:
-      return SphereGap(q, point, offset);
-  }
+  return ShapeGap(kind, q, point, vector, axes, offset);
 }
 
 // From positions and velocities before the substep.

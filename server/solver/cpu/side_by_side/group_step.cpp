@@ -138,7 +138,7 @@ bool FitsLanes(const FloatModel& model, const FloatControls& controls) {
   if (particles > kMaxLaneParticles) return false;
   if (particles * controls.colliders.size() > kMaxLaneContacts) return false;
   const auto is_map = [](const FloatCollider& collider) {
-    return collider.kind == FloatCollider::Kind::kDistanceMap;
+    return collider.kind == ShapeKind::kDistanceMap;
   };
   return std::none_of(controls.colliders.begin(), controls.colliders.end(), is_map);
 }

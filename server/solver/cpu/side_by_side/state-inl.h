@@ -25,7 +25,7 @@ struct ClothParticle {
 
 // One collider of each cloth, all of one kind (FloatCollider).
 struct ClothCollider {
-  FloatCollider::Kind kind;
+  ShapeKind kind;
   VectorsCloths point, vector;
   VecCloths offset;
   std::array<VectorsCloths, 3> axes;

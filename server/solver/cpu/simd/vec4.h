@@ -23,6 +23,9 @@ inline Vec4 ToVec4(const Eigen::Vector3d& v) {
 inline Eigen::Vector3d ToVector3d(const Vec4& v) {
   return {v[0], v[1], v[2]};
 }
+inline std::array<float, 3> Components(const Vec4& v) {
+  return {v[0], v[1], v[2]};
+}
 inline Vec4 Splat(float value) {
   return Vec4{value, value, value, value};
 }

@@ -217,6 +217,9 @@ inline VectorsCloths operator/(const VectorsCloths& v, VecCloths s) {
 inline VectorsCloths Select(MaskCloths mask, const VectorsCloths& a, const VectorsCloths& b) {
   return {Select(mask, a.x, b.x), Select(mask, a.y, b.y), Select(mask, a.z, b.z)};
 }
+inline std::array<VecCloths, 3> Components(const VectorsCloths& v) {
+  return {v.x, v.y, v.z};
+}
 inline VectorsCloths VectorLike(float x, float y, float z, const VectorsCloths&) {
   return {SplatCloths(x), SplatCloths(y), SplatCloths(z)};
 }

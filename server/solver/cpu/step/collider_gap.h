@@ -8,16 +8,16 @@
 
 namespace drape::cpu {
 
-// Capsules, boxes and distance maps. Not inline: in loops over particles it would slow spheres and
+// Of any shape. Not inline: in loops over particles it would slow spheres and
 // planes down.
 Gap GapOfLargerShape(const FloatCollider& collider, Vec4 q);
 
 inline Gap GapAt(const FloatCollider& collider, Vec4 q) {
-  if (collider.kind == FloatCollider::Kind::kSphere) {
+  if (collider.kind == ShapeKind::kSphere) {
     const auto at_q = HWY_NAMESPACE::SphereGap(q, collider.point, collider.offset);
     return {at_q.gap, at_q.normal};
   }
-  if (collider.kind == FloatCollider::Kind::kPlane) {
+  if (collider.kind == ShapeKind::kPlane) {
     const auto at_q = HWY_NAMESPACE::PlaneGap(q, collider.point, collider.vector, collider.offset);
     return {at_q.gap, at_q.normal};
   }

@@ -21,9 +21,8 @@ constexpr size_t kSampleStride = 16;
 // The collider, or where it is not convex the box around it. With the same gap or a smaller one
 // wherever that is above 0.
 FloatCollider ConvexBound(const FloatCollider& collider) {
-  if (collider.kind != FloatCollider::Kind::kDistanceMap) return collider;
-  FloatCollider box{FloatCollider::Kind::kBox, collider.point, Vec4{}, collider.offset,
-                    collider.axes};
+  if (collider.kind != ShapeKind::kDistanceMap) return collider;
+  FloatCollider box{ShapeKind::kBox, collider.point, Vec4{}, collider.offset, collider.axes};
   for (uint32_t k = 0; k < 3; ++k) {
     const auto cells = static_cast<float>(collider.samples.counts[k] - 1);
     box.vector[k] = cells * collider.samples.cell / 2;
