@@ -81,6 +81,15 @@ TEST_F(StepGroupsTest, OnlyAlikeClothsShareLanes) {
   EXPECT_THAT(groups[0], ElementsAre(0, 5, 10, 15, 20, 25, 30, 35)) << "in the order of the batch";
 }
 
+TEST_F(StepGroupsTest, DampingDoesNotPartCloths) {
+  ClothParameters parameters = test::PlainParameters();
+  const auto key_of = [&](double damping_per_s) {
+    parameters.damping_per_s = damping_per_s;
+    return LaneKey(model_, FloatControls(model_, parameters, false), 1);
+  };
+  EXPECT_TRUE(key_of(0) == key_of(0.5));
+}
+
 TEST_F(StepGroupsTest, AnEmptyBatchHasNone) {
   EXPECT_THAT(FormGroups({}, 16, 2), SizeIs(0));
 }

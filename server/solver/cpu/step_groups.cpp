@@ -29,6 +29,8 @@ LaneKey::LaneKey(const FloatModel& key_model, const FloatControls& controls,
       schedule(controls.plan.schedule),
       tolerance(controls.plan.tolerance),
       max_iterations(key_max_iterations) {
+  // Cloths with and without damping share a group: each lane has a factor of its own.
+  stages.Add(StepStage::kCorrectVelocity);
   solver.end_share = controls.has_start_directions() ? 0 : 1;
   for (const FloatCollider& collider : controls.colliders) {
     colliders.push_back(static_cast<char>(collider.kind));

@@ -102,7 +102,7 @@ class TraitSet {
   uint64_t bits_ = 0;
 };
 
-// A name as constants of the shaders spell it: "distance_map" -> "DISTANCE_MAP".
+// A name as constants of the shaders spell it: in upper case.
 std::string UpperCase(std::string_view name);
 
 // [KernelTrait::number], "HAS_SOLVE_STRIPS" and so on.
