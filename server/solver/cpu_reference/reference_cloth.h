@@ -1,4 +1,4 @@
-// What the reference backend keeps of a cloth.
+// A cloth as the reference backend keeps it.
 #pragma once
 
 #include <Eigen/Core>

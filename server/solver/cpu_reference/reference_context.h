@@ -1,4 +1,4 @@
-// What the stages of one step work on.
+// The data that the stages of one step work on.
 #pragma once
 
 #include <Eigen/Core>

@@ -44,7 +44,7 @@ void SolveDistanceVelocities(StepContext& context);
 void SolveJointVelocities(StepContext& context);
 void CorrectVelocity(StepContext& context);
 
-// What the sweeps remove and the residual is made of.
+// The errors that the sweeps remove; the residual is their largest.
 // C + (alpha/h) lambda of a constraint that has this length [m].
 double DistanceError(const StepContext& context, uint32_t index, double length);
 // The same of a joint, with C = p_j - p_i at the end of the substep [m].

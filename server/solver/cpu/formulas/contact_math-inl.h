@@ -140,7 +140,7 @@ inline Gaps<Scalars, Vectors> CylinderGap(const Vectors& q, const Vectors& cente
           Select(is_at_rim, from_rim / distance, normal)};
 }
 
-// Of all shapes but distance maps.
+// Every shape but a distance map.
 template <class Scalars, class Vectors>
 inline Gaps<Scalars, Vectors> ShapeGap(ShapeKind kind, const Vectors& q, const Vectors& point,
                                        const Vectors& vector, const std::array<Vectors, 3>& axes,

@@ -10,7 +10,7 @@ namespace drape::cpu {
 // Working memory for vectors of any instruction set; keeps its size.
 class SimdMemory {
  public:
-  // Of at least this many; what they hold is left from before.
+  // At least this many; they keep the values of the last use.
   template <class T>
   T* Reserve(size_t count) {
     blocks_.resize(

@@ -43,7 +43,7 @@ inline Vec4 VectorLike(float x, float y, float z, const Vec4&) {
   return Vec4{x, y, z, 0};
 }
 
-// Of x, y, z; the sum is taken in that order.
+// Over x, y, z; the sum is taken in that order.
 inline float Dot(Vec4 a, Vec4 b) {
   const Vec4 product = a * b;
   return (product[0] + product[1]) + product[2];

@@ -20,7 +20,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
 
-// What one register has of them.
+// The part of them in one register.
 #if HWY_MAX_BYTES >= 32
 using Part = float __attribute__((vector_size(32)));
 using PartMask = int32_t __attribute__((vector_size(32)));
@@ -166,7 +166,7 @@ inline std::array<Vec4, 2> SplitVectors(const Vec8& both) {
 #endif
 }
 
-// Of each four lanes of a (0 to 3) and the same four of b (4 to 7) those that are named.
+// The named lanes: in each half, 0 to 3 are those of a, 4 to 7 those of b.
 template <int k0, int k1, int k2, int k3>
 inline Vec8 Pick(const Vec8& a, const Vec8& b) {
 #if HWY_MAX_BYTES >= 32

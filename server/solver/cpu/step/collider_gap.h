@@ -8,7 +8,7 @@
 
 namespace drape::cpu {
 
-// Of any shape. Not inline: in loops over particles it would slow spheres and
+// The gap of any shape. Not inline: in loops over particles it would slow spheres and
 // planes down.
 Gap GapOfLargerShape(const FloatCollider& collider, Vec4 q);
 
@@ -24,7 +24,7 @@ inline Gap GapAt(const FloatCollider& collider, Vec4 q) {
   return GapOfLargerShape(collider, q);
 }
 
-// What MovingSurface is for a collider that moves: one that rests as described.
+// The counterpart of MovingSurface: a collider that rests as described.
 class RestingSurface {
  public:
   static constexpr bool kMoves = false;

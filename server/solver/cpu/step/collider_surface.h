@@ -20,7 +20,7 @@ class MovingSurface {
 
   Gap GapAtStart(Vec4 p) const { return GapAt(start_, p); }
   Gap GapAtEnd(Vec4 q) const { return GapAt(end_, q); }
-  // Of the point of the collider that is at `place` then [m/s].
+  // Velocity of the point of the collider that is at `place` then [m/s].
   Vec4 VelocityAtStart(Vec4 place) const { return VelocityAt(start_, place); }
   Vec4 VelocityAtEnd(Vec4 place) const { return VelocityAt(end_, place); }
   // Over the substep, of the point that is at `place` when it starts [m/s].

@@ -6,7 +6,7 @@
 
 namespace drape::cpu {
 
-// What a step ends with: the new state of context.scratch replaces `state` unless it has blown up,
+// The end of a step: the new state of context.scratch replaces `state` unless it has blown up,
 // and the report gets what there is to tell. `may_have_fault`: only then it is looked for. False:
 // nothing is done, as colliders were left out that may have been touched; the step is to be done
 // again with all (ColliderReach).

@@ -16,7 +16,7 @@ double Distance(const FloatState& state, uint32_t i, uint32_t j) {
   return (ToVector3d(state.positions[j]) - ToVector3d(state.positions[i])).norm();
 }
 
-// Of constraint c at the end of the step [m].
+// The rest length of constraint c at the end of the step [m].
 double RestLengthAtEnd(const StepContext& context, size_t c) {
   if (context.own_lengths == nullptr) return context.model.source->constraints()[c].rest_length_m;
   const uint32_t place = context.model.constraint_places[c];

@@ -1,4 +1,4 @@
-// What a report tells about a committed state.
+// The measured values of a report, from a committed state.
 #pragma once
 
 #include "server/solver/cpu/step/step_context.h"

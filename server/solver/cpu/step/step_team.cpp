@@ -9,8 +9,8 @@
 namespace drape::cpu {
 namespace {
 
-// Of each member in a stage: with one the slowest thread would hold up all, more cost more than
-// they even out.
+// With one range per member the slowest thread would hold up all; more cost more than they even
+// out.
 constexpr size_t kRangesPerMember = 4;
 constexpr size_t kMaxRanges = UINT16_MAX;
 // How often a thread looks before it gives its core to others: for some 50 us, which is longer

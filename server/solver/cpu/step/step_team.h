@@ -52,7 +52,7 @@ class StepTeam {
   using Call = bool (*)(const void* object, size_t begin, size_t end, uint32_t member);
   static constexpr uint32_t kClosed = UINT32_MAX;
 
-  // What is done in a stage. Once published `grain` is the size of its ranges.
+  // The work of a stage. Once published `grain` is the size of its ranges.
   struct Work {
     Call call = nullptr;
     const void* object = nullptr;
