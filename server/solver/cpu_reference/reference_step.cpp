@@ -10,7 +10,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The forces that act on velocities for some time: each stage from the velocities that the last one left.
+// The forces that act on velocities for some time: each stage from the velocities that the last one
+// left.
 void Kick(const StepContext& context, double duration_s, const std::vector<Vector3d>& positions,
           std::vector<Vector3d>& velocities) {
   if (duration_s == 0) return;

@@ -80,8 +80,8 @@ void Solve(const StepContext& context, StepReport& report) {
   if (controls.tolerance > 0) report.converged = false;
 }
 
-// A component of a velocity or position. A zero has no sign: which one it got depends on what padding added
-// to it, and so on the path.
+// A component of a velocity or position. A zero has no sign: which one it got depends on what
+// padding added to it, and so on the path.
 void DropSignsOfZeros(Vec4& vector) {
   vector += Vec4{};
 }
