@@ -40,6 +40,11 @@ inline constexpr std::array<std::string_view, 15> kFeatureNames = {
 };
 static_assert(static_cast<size_t>(Feature::kRegularStrips) + 1 == kFeatureNames.size());
 
+// Spheres and planes are cheap: kernels do not ask whether there are any.
+constexpr bool IsInEveryKernel(ShapeKind shape) {
+  return shape == ShapeKind::kSphere || shape == ShapeKind::kPlane;
+}
+
 // A stage, a feature or a shape, numbered in that order.
 class KernelTrait {
  public:
@@ -78,9 +83,13 @@ class TraitSet {
       Add(stage, stages.Has(stage));
     }
   }
+  // Every shape that kernels ask for.
   static constexpr TraitSet OfAllShapes() {
     TraitSet shapes;
-    for (size_t k = 0; k < kShapeNames.size(); ++k) shapes.Add(static_cast<ShapeKind>(k));
+    for (size_t k = 0; k < kShapeNames.size(); ++k) {
+      const auto shape = static_cast<ShapeKind>(k);
+      shapes.Add(shape, !IsInEveryKernel(shape));
+    }
     return shapes;
   }
   // One `#define HAS_<NAME>` per trait.

@@ -84,11 +84,6 @@ uint32_t CapacityFor(const SceneModel& model) {
   return particles <= 64 ? 64 : particles <= 256 ? 256 : kMaxResidentParticles;
 }
 
-// Those cost nothing that would be worth kernels of their own.
-bool IsInEveryKernel(ShapeKind kind) {
-  return kind == ShapeKind::kSphere || kind == ShapeKind::kPlane;
-}
-
 void AddColliderTraits(const ClothParameters& parameters, const DeviceTraits& device,
                        TraitSet& traits) {
   const bool has_contacts = !parameters.colliders.empty();
