@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "tests/bench/machine.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 
 namespace drape::bench {
 namespace {

@@ -12,7 +12,7 @@
 #include "tests/bench/bench_scenes.h"
 #include "tests/bench/orders.h"
 #include "tests/bench/quantiles.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/states.h"
 
 namespace drape::bench {

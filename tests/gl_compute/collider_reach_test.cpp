@@ -320,7 +320,7 @@ class LooseScene {
   double size_m_ = 1;
 };
 
-TEST(GlColliderReachWaysTest, LooseParticlesOfAllSizes) {
+TEST(GlColliderReachWaysLong, LooseParticlesOfAllSizes) {
   uint32_t far = 0, met = 0;
   for (uint32_t seed = 0; seed < 400; ++seed) {
     const LooseScene any(seed);

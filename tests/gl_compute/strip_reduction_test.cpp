@@ -34,7 +34,7 @@ std::vector<float> ThrownSheet(Backend& backend, uint32_t columns, uint32_t rows
   return result;
 }
 
-TEST(StripReductionTest, LocalSizeAndPartsDoNotChangeBits) {
+TEST(StripReductionLong, LocalSizeAndPartsDoNotChangeBits) {
   constexpr auto kWithBarriers = StripSolve::kReductionWithBarriers;
   const std::unique_ptr<Backend> usual = MakeGlBackend({.strip_solve = kWithBarriers});
   const std::unique_ptr<Backend> by_elimination =

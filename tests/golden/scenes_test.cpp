@@ -13,7 +13,7 @@
 #include "tests/golden/golden_scenes.h"
 #include "tests/stability/atlas/atlas.h"
 #include "tests/stability/atlas/atlas_scenes.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/reports.h"
 #include "tests/support/states.h"
 

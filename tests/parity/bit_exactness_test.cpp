@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "server/solver/cpu/cpu_backend.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"
 
@@ -109,7 +109,7 @@ void ExpectSameBits(const std::string& actual, const std::string& expected,
 class BitExactnessTest : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Backends, BitExactnessTest, testing::ValuesIn(BackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
-INSTANTIATE_TEST_SUITE_P(Reduction, BitExactnessTest, testing::Values("gl_reduction"),
+INSTANTIATE_TEST_SUITE_P(ReductionLong, BitExactnessTest, testing::Values("gl_reduction"),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
 TEST_P(BitExactnessTest, AStepChangesTheState) {

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "tests/parity/round_off.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/constraint_scenes.h"
 #include "tests/support/states.h"
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/parity/round_off.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/solids/solids.h"
 #include "tests/support/states.h"
 

@@ -15,7 +15,7 @@
 
 #include "server/solver/cpu/cpu_backend.h"
 #include "server/solver/cpu/side_by_side/group_step.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/reports.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"

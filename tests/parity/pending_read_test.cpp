@@ -9,7 +9,7 @@
 
 #include "server/solver/device_backend.h"
 #include "server/solver/gl_compute/gl_tuning.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"
 

@@ -11,7 +11,7 @@
 #include "server/scene/distance_map.h"
 #include "server/scene/mesh.h"
 #include "server/solver/solver_constants.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/states.h"
 
 namespace drape::test {

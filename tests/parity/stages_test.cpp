@@ -6,7 +6,7 @@
 
 #include "tests/parity/loose_particles.h"
 #include "tests/parity/round_off.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/constraint_scenes.h"
 #include "tests/support/states.h"
 

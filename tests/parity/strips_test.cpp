@@ -10,7 +10,7 @@
 #include "server/solver/load.h"
 #include "tests/parity/loose_particles.h"
 #include "tests/parity/round_off.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"
 

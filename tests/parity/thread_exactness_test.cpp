@@ -10,7 +10,7 @@
 #include "server/solver/cpu/alone/cloth_step.h"
 #include "server/solver/cpu/alone/joints.h"
 #include "server/solver/cpu/simd/denormals.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/reports.h"
 #include "tests/support/scenes.h"
 

@@ -6,14 +6,17 @@
 #include <utility>
 
 #include "tests/parity/round_off.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/states.h"
 
 namespace drape::test {
 namespace {
 
 class WholeStepParityTest : public testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Backends, WholeStepParityTest, testing::ValuesIn(StripBackendNames()),
+INSTANTIATE_TEST_SUITE_P(Backends, WholeStepParityTest, testing::ValuesIn(FloatBackendNames()),
+                         NameOfCase<testing::TestParamInfo<std::string>>);
+// The stage itself is in the short tier (strips_test.cpp).
+INSTANTIATE_TEST_SUITE_P(ReductionLong, WholeStepParityTest, testing::Values("gl_reduction"),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
 void UseSubsteps(Scene& scene, uint32_t substeps) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"
 

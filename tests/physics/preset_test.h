@@ -54,14 +54,30 @@ class PresetTest : public PhysicsBase,
   int order() const { return SchemeOrder(preset()); }
 };
 
-#define DRAPE_PRESET_TEST_ON_EVERY_BACKEND(suite)                                                \
-  INSTANTIATE_TEST_SUITE_P(                                                                      \
-      BackendsAndPresets, suite,                                                                 \
-      ::testing::Combine(::testing::ValuesIn(BackendNames()), ::testing::ValuesIn(kAllPresets)), \
-      [](const auto& case_info) {                                                                \
-        return std::get<0>(case_info.param) + "_" +                                              \
-               std::string(PresetName(std::get<1>(case_info.param)));                            \
-      })
+// Every pair of a backend and a preset is in one tier. Kernels of gl take about a second each to
+// compile, and every preset has its own: in the short tier gl has the default preset.
+inline std::vector<std::tuple<std::string, Preset>> BackendsAndPresets(bool is_long) {
+  std::vector<std::tuple<std::string, Preset>> pairs;
+  for (const std::string& backend : BackendNames()) {
+    for (const Preset preset : kAllPresets) {
+      if ((backend == "gl" && preset != Preset::kRealtime) == is_long) {
+        pairs.emplace_back(backend, preset);
+      }
+    }
+  }
+  return pairs;
+}
+
+inline std::string NameOfPair(
+    const ::testing::TestParamInfo<std::tuple<std::string, Preset>>& case_info) {
+  return std::get<0>(case_info.param) + "_" + std::string(PresetName(std::get<1>(case_info.param)));
+}
+
+#define DRAPE_PRESET_TEST_ON_EVERY_BACKEND(suite)                                       \
+  INSTANTIATE_TEST_SUITE_P(BackendsAndPresets, suite,                                   \
+                           ::testing::ValuesIn(BackendsAndPresets(false)), NameOfPair); \
+  INSTANTIATE_TEST_SUITE_P(BackendsAndPresetsLong, suite,                               \
+                           ::testing::ValuesIn(BackendsAndPresets(true)), NameOfPair)
 
 // One quantity at the step sizes h, h/2, h/4. If it is exact + c h^p + O(h^(p+1)), then
 // (2^p q(h/2) - q(h)) / (2^p - 1) has lost the term of order p.

@@ -6,7 +6,7 @@
 
 #include "tests/stability/atlas/atlas_scenes.h"
 #include "tests/stability/atlas/trial.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 
 namespace drape::test {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"
 
@@ -35,7 +35,7 @@ class DegenerateStartTest : public testing::TestWithParam<std::string> {
 };
 INSTANTIATE_TEST_SUITE_P(Backends, DegenerateStartTest, testing::ValuesIn(BackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
-INSTANTIATE_TEST_SUITE_P(Reduction, DegenerateStartTest, testing::Values("gl_reduction"),
+INSTANTIATE_TEST_SUITE_P(ReductionLong, DegenerateStartTest, testing::Values("gl_reduction"),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
 Scene HungSheet() {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"
 

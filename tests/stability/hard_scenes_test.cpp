@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "server/solver/solver_constants.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"
 
@@ -18,7 +18,7 @@ using Eigen::Vector3d;
 class HardSceneTest : public testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Backends, HardSceneTest, testing::ValuesIn(BackendNames()),
                          NameOfCase<testing::TestParamInfo<std::string>>);
-INSTANTIATE_TEST_SUITE_P(Reduction, HardSceneTest, testing::Values("gl_reduction"),
+INSTANTIATE_TEST_SUITE_P(ReductionLong, HardSceneTest, testing::Values("gl_reduction"),
                          NameOfCase<testing::TestParamInfo<std::string>>);
 
 // A chain of ten light links with a bob a thousand times as heavy as a link, released horizontally.

@@ -8,7 +8,7 @@
 
 #include "server/core/clock.h"
 #include "server/render/gl_draw/gl_renderer.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 
 namespace drape::api {
 namespace {

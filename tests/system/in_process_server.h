@@ -10,7 +10,7 @@
 #include "server/core/clock.h"
 #include "server/render/gl_draw/gl_renderer.h"
 #include "server/session/session_registry.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 
 namespace drape::test {
 

@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "tests/api/requests.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 #include "tests/support/png/png_image.h"
 #include "tests/system/calls.h"
 #include "tests/system/server_process.h"

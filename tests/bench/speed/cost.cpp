@@ -11,7 +11,7 @@
 #include "tests/bench/speed/speed.h"
 #include "tests/bench/step_rows.h"
 #include "tests/bench/subcommands.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 
 namespace drape::bench {
 namespace {

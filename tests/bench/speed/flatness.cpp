@@ -8,7 +8,7 @@
 #include "tests/bench/speed/speed.h"
 #include "tests/bench/speed/turns.h"
 #include "tests/bench/step_rows.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 
 namespace drape::bench {
 

@@ -17,7 +17,7 @@
 #include "tests/bench/speed/turns.h"
 #include "tests/bench/step_rows.h"
 #include "tests/bench/subcommands.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 
 namespace drape::bench {
 namespace {

@@ -17,7 +17,7 @@
 #include "tests/bench/quantiles.h"
 #include "tests/bench/speed/service_client.h"
 #include "tests/bench/speed/speed.h"
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 
 namespace drape::bench {
 namespace {

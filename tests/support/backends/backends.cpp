@@ -1,4 +1,4 @@
-#include "tests/support/backends.h"
+#include "tests/support/backends/backends.h"
 
 #include <map>
 #include <utility>
