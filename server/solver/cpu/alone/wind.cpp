@@ -24,7 +24,7 @@ void StoreAirImpulses(const StepContext& context, const Vec4* p, float duration,
                             controls.wind[1] - (v_i.y + v_j.y + v_k.y) / 3,
                             controls.wind[2] - (v_i.z + v_j.z + v_k.z) / 3};
     const Vectors4 p_i = Gather(p, i);
-    const Vectors4 normal = Cross(Minus(Gather(p, j), p_i), Minus(Gather(p, k), p_i));
+    const Vectors4 normal = Cross(Gather(p, j) - p_i, Gather(p, k) - p_i);
     const Vectors4 change =
         AirVelocityChange(relative, normal, duration * controls.air_drag / group.mass,
                           duration * controls.air_lift / group.mass);

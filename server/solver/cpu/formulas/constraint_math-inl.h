@@ -33,8 +33,8 @@ inline Vectors Directions(const Vectors& d, const Scalars& length) {
   return {x, y, z};
 }
 
-// Lines of impulses, and how much of a displacement along them changes the lengths (the README of
-// server/solver, "Direction").
+// Lines of impulses, and how much of a displacement along them changes the lengths
+// (server/solver/method.md, "Direction").
 template <class Vectors, class Scalars>
 struct ImpulseLines {
   Vectors n;
@@ -55,9 +55,9 @@ inline ImpulseLines<Vectors, Scalars> BlendDirections(const Vectors& start, cons
 }
 
 // Impulse that removes the residual r = C + (alpha/h) Lambda within h (Bender et al. 2009,
-// section 3.2; C_distance of section 4.3; the compliance is an extension, see the README of
-// server/solver): Delta Lambda = -r / h / (w_i + w_j + alpha/h^2). Negative pulls the particles
-// together.
+// section 3.2; C_distance of section 4.3; the compliance is an extension, see
+// server/solver/method.md): Delta Lambda = -r / h / (w_i + w_j + alpha/h^2). Negative pulls the
+// particles together.
 template <class Scalars>
 inline Scalars DistanceImpulse(const Scalars& residual, float inverse_h,
                                const Scalars& inverse_mass_sum) {
@@ -117,13 +117,26 @@ inline Vectors SpringForce(const Vectors& d, const Vectors& velocity_difference,
   return Select(length < SplatLike(kMinDirectionLength, length), VectorLike(0, 0, 0, d), force * n);
 }
 
-// Impulse along L of elastic elements (apply_elastic, the README of server/solver): oscillators of
-// this mass [kg] and squared frequency [1/s^2] that a substep h follows as far as it can,
-// `deflection` [m] from rest and at this speed [m/s], within `duration` [s].
+// Vectors of the second to fourth particle of elastic elements, less that of the first.
+template <class Vectors>
+struct ElementDifferences {
+  Vectors a, b, c;
+};
+
+// L of elastic elements (equation 15 of server/solver/method.md), or the same sum of velocities.
+template <class Vectors, class Weights>
+inline Vectors WeightedSum(const ElementDifferences<Vectors>& d, const Weights& weights) {
+  const auto& [w_a, w_b, w_c] = weights;
+  return (w_a * d.a + w_b * d.b) + w_c * d.c;
+}
+
+// Impulse of oscillators of this mass [kg] and squared frequency [1/s^2] that a substep h follows
+// as far as it can, `deflection` [m] from rest and at this speed [m/s], within `duration` [s]
+// (equation 16).
 template <class Scalars>
-inline Scalars ElasticImpulse(const Scalars& mass, const Scalars& frequency_sq,
-                              const Scalars& damping_share, const Scalars& deflection,
-                              const Scalars& speed, float duration, float h, float inverse_h) {
+inline Scalars OscillatorImpulse(const Scalars& mass, const Scalars& frequency_sq,
+                                 const Scalars& damping_share, const Scalars& deflection,
+                                 const Scalars& speed, float duration, float h, float inverse_h) {
   const Scalars one = SplatLike(1, mass);
   const Scalars ratio =
       Min(frequency_sq * (h * h), SplatLike(static_cast<float>(kMaxElasticRatio), mass));
@@ -133,11 +146,33 @@ inline Scalars ElasticImpulse(const Scalars& mass, const Scalars& frequency_sq,
   return -(mass * duration) * (stiffness * deflection + damping * speed);
 }
 
-// r - r' for triangles: how the air changes their velocities within a kick (apply_wind, the README
-// of server/solver). r is the velocity of the air relative to the triangle [m/s], `normal` is
-// perpendicular to it and twice its area long [m^2]; drag and lift are duration * density of the
-// air
-// * coefficient / (4 * mass of the triangle) [s/m / m^2].
+// Impulses of elastic elements along their L within `duration` [s]. `element` has the numbers of
+// ElasticGroup. `d` are the differences of positions [m], velocities() those of velocities [m/s],
+// which only damped elements need.
+template <class Vectors, class Element, class Velocities>
+inline Vectors ElasticImpulse(const Element& element, const ElementDifferences<Vectors>& d,
+                              const Velocities& velocities, float duration, float h,
+                              float inverse_h) {
+  const Vectors l = WeightedSum(d, element.weights);
+  const Vectors normal = Cross(d.a, d.c - d.b);
+  const auto length = Sqrt(Dot(l, l));
+  const auto zero = SplatLike(0, length), one = SplatLike(1, length);
+  const auto is_short = length < SplatLike(kMinDirectionLength, length);
+  const auto divisor = Select(is_short, one, length);
+  const auto rest_length = Select(Dot(l, normal) < zero, -element.rest_length, element.rest_length);
+  auto speed = zero;
+  if (IsAnyLaneSet(element.damping_share > zero)) {
+    speed = Dot(WeightedSum(velocities(), element.weights), l) / divisor;
+  }
+  const auto impulse = OscillatorImpulse(element.mass, element.frequency_sq, element.damping_share,
+                                         length - rest_length, speed, duration, h, inverse_h);
+  return Select(is_short, zero, impulse / divisor) * l;
+}
+
+// r - r' for triangles: how the air changes their velocities within a kick (apply_wind in
+// server/solver/method.md). r is the velocity of the air relative to the triangle [m/s], `normal`
+// is perpendicular to it and twice its area long [m^2]; drag and lift are duration * density of the
+// air * coefficient / (4 * mass of the triangle) [s/m / m^2].
 template <class Vectors, class Scalars>
 inline Vectors AirVelocityChange(const Vectors& r, const Vectors& normal, const Scalars& drag,
                                  const Scalars& lift) {

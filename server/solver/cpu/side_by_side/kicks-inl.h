@@ -52,18 +52,23 @@ void ApplySprings(const GroupContext& context, const Positions& p, float duratio
   }
 }
 
-// Sum of the weights times vectors of the particles of an element, less that of the first.
-struct ElementVectors {
-  VectorsCloths a, b, c;
+// The numbers of one element of an ElasticGroup, the same for each cloth.
+struct ElementNumbers {
+  ElementNumbers(const ElasticGroup& group, size_t k)
+      : weights{SplatCloths(group.weights[0][k]), SplatCloths(group.weights[1][k]),
+                SplatCloths(group.weights[2][k])},
+        rest_length(SplatCloths(group.rest_length[k])),
+        mass(SplatCloths(group.mass[k])),
+        frequency_sq(SplatCloths(group.frequency_sq[k])),
+        damping_share(SplatCloths(group.damping_share[k])) {}
 
-  VectorsCloths WeightedSum(const ElasticGroup& group, size_t k) const {
-    return (SplatCloths(group.weights[0][k]) * a + SplatCloths(group.weights[1][k]) * b) +
-           SplatCloths(group.weights[2][k]) * c;
-  }
+  std::array<VecCloths, 3> weights;
+  VecCloths rest_length, mass, frequency_sq, damping_share;
 };
 
 template <class Values>
-ElementVectors VectorsOfElement(const ElasticGroup& group, size_t k, const Values& values) {
+ElementDifferences<VectorsCloths> Differences(const ElasticGroup& group, size_t k,
+                                              const Values& values) {
   const VectorsCloths first = values(group.particles[0][k]);
   return {values(group.particles[1][k]) - first, values(group.particles[2][k]) - first,
           values(group.particles[3][k]) - first};
@@ -73,27 +78,11 @@ ElementVectors VectorsOfElement(const ElasticGroup& group, size_t k, const Value
 template <class Positions>
 VectorsCloths ElasticImpulses(const GroupContext& context, const ElasticGroup& group, size_t k,
                               const Positions& p, float duration) {
-  const FloatControls& controls = context.controls;
-  const VecCloths zero = SplatCloths(0), one = SplatCloths(1);
-  const ElementVectors d = VectorsOfElement(group, k, p);
-  const VectorsCloths l = d.WeightedSum(group, k);
-  const VectorsCloths normal = Cross(d.a, d.c - d.b);
-  const VecCloths length = Sqrt(Dot(l, l));
-  const MaskCloths is_short = length < SplatCloths(kMinDirectionLength);
-  const VecCloths divisor = Select(is_short, one, length);
-  const VecCloths described = SplatCloths(group.rest_length[k]);
-  const VecCloths rest_length = Select(Dot(l, normal) < zero, -described, described);
-  VecCloths speed = zero;
-  if (group.damping_share[k] > 0) {
-    const auto velocities = [&](uint32_t i) { return context.particles[i].u; };
-    const ElementVectors of_velocities = VectorsOfElement(group, k, velocities);
-    speed = Dot(of_velocities.WeightedSum(group, k), l) / divisor;
-  }
-  const VecCloths impulse =
-      ElasticImpulse(SplatCloths(group.mass[k]), SplatCloths(group.frequency_sq[k]),
-                     SplatCloths(group.damping_share[k]), length - rest_length, speed, duration,
-                     controls.h, controls.inverse_h);
-  return Select(is_short, zero, impulse / divisor) * l;
+  const auto velocities = [&] {
+    return Differences(group, k, [&](uint32_t i) { return context.particles[i].u; });
+  };
+  return ElasticImpulse(ElementNumbers(group, k), Differences(group, k, p), velocities, duration,
+                        context.controls.h, context.controls.inverse_h);
 }
 
 // The impulses on each free particle i, impulse(e) of e from offsets[i] to offsets[i + 1], change

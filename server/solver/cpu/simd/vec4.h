@@ -111,6 +111,9 @@ inline Vec4 Dot(const Vectors4& a, const Vectors4& b) {
 inline Vectors4 operator+(const Vectors4& a, const Vectors4& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
+inline Vectors4 operator-(const Vectors4& a, const Vectors4& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
 inline Vectors4 operator*(Vec4 s, const Vectors4& v) {
   return {s * v.x, s * v.y, s * v.z};
 }
@@ -128,10 +131,6 @@ inline Vectors4 Transpose(Vec4 a, Vec4 b, Vec4 c, Vec4 d) {
 inline Vectors4 Gather(const Vec4* vectors, const std::array<uint32_t, kVec4Size>& indices) {
   return Transpose(vectors[indices[0]], vectors[indices[1]], vectors[indices[2]],
                    vectors[indices[3]]);
-}
-
-inline Vectors4 Minus(const Vectors4& a, const Vectors4& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
 }
 
 // The four vectors again; lane 3 of each is 0.
