@@ -76,7 +76,7 @@ struct ScratchLayout {
   // The refinement of tiled cloths. [particle_count] uint, 1 at the ends of links to refine; then
   // uint, whether there are any; then [colour_count] uint, the constraints that this round refines;
   // then uint, those of earlier rounds.
-  uint far_off_flags;
+  uint stretched_flags;
   uint refined_links;  // [constraint_count] uint, those of each colour where the colour begins
   // Tiled, or resident in parts.
   uint work_positions;   // [particle_count][3] float [m]

@@ -27,7 +27,7 @@ void main() {
   // same bits in both types.
   uint flag_count = cloth.particle_count + 2u + cloth.colour_count;
   for (uint word = i; word < flag_count; word += cloth.particle_count) {
-    scratch[cloth.scratch.far_off_flags + word] = 0.0;
+    scratch[cloth.scratch.stretched_flags + word] = 0.0;
   }
 #endif
 #ifdef HAS_TWO_STEPS

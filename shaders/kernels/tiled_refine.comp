@@ -42,8 +42,8 @@ void Clear() {
     uvec2 list = ListOf(colour);
     FOR_EACH(word, list.x, list.y) {
       uvec2 pair = ConstraintPair(scratch_words[word]);
-      scratch_words[cloth.scratch.far_off_flags + pair.x] = 0u;
-      scratch_words[cloth.scratch.far_off_flags + pair.y] = 0u;
+      scratch_words[cloth.scratch.stretched_flags + pair.x] = 0u;
+      scratch_words[cloth.scratch.stretched_flags + pair.y] = 0u;
     }
   }
   EndPhase();

@@ -35,7 +35,7 @@ DistanceError PredictDistanceError(vec3 position_difference, vec3 velocity_diffe
 
 // Whether a constraint whose ends will differ by d [m] is strained from its rest length [m] by more than a strain,
 // given as `shortest_sq` = (1 - strain)^2 and `longest_sq` = (1 + strain)^2 [-].
-bool IsFarOff(vec3 d, float rest_length, float shortest_sq, float longest_sq) {
+bool IsStretched(vec3 d, float rest_length, float shortest_sq, float longest_sq) {
   float length_sq = Dot(d, d);
   precise float rest_length_sq = rest_length * rest_length;
   precise float shortest = shortest_sq * rest_length_sq;

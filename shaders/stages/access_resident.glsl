@@ -35,7 +35,7 @@ void FlagParticle(uint i) {
 bool IsFlagged(uint i) { return (shared_flags[i >> 5] >> (i & 31u) & 1u) != 0u; }
 #endif
 
-// Which of the three flags the current sweep writes.
+// Index of the one of three flags that the current sweep writes.
 uint sweep_flag = 0u;
 
 // The barrier rule of the resident plan: one phase (a set of invocations none of which reads what another

@@ -33,17 +33,17 @@ uvec2 ConstraintPair(uint k) {
 
 #ifdef COUNTS_IN_SCRATCH
 // The flags of `refine`, clear outside it.
-uint HasFlagsWord() { return cloth.scratch.far_off_flags + cloth.particle_count; }
+uint HasFlagsWord() { return cloth.scratch.stretched_flags + cloth.particle_count; }
 uint RefinedCountWord(uint colour) { return HasFlagsWord() + 1u + colour; }
 // Links solved by earlier rounds of the step.
 uint RefineSolvesWord() { return RefinedCountWord(cloth.colour_count); }
 
 // All writers write the same value.
 void FlagParticle(uint i) {
-  scratch_words[cloth.scratch.far_off_flags + i] = 1u;
+  scratch_words[cloth.scratch.stretched_flags + i] = 1u;
   scratch_words[HasFlagsWord()] = 1u;
 }
-bool IsFlagged(uint i) { return scratch_words[cloth.scratch.far_off_flags + i] != 0u; }
+bool IsFlagged(uint i) { return scratch_words[cloth.scratch.stretched_flags + i] != 0u; }
 #endif
 
 // This sweep applied an impulse. All writers write the same value.

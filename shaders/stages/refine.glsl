@@ -9,7 +9,7 @@ void TestLink(uint constraint) {
   precise vec3 velocity_difference = Velocity(pair.y) - Velocity(pair.x);
   vec3 d = AddScaled(position_difference, substep.interval, velocity_difference);
   float rest_length = ModelFloat(cloth.model.rest_lengths + constraint);
-  if (!IsFarOff(d, rest_length, cloth.step.shortest_sq, cloth.step.longest_sq)) return;
+  if (!IsStretched(d, rest_length, cloth.step.shortest_sq, cloth.step.longest_sq)) return;
   FlagParticle(pair.x);
   FlagParticle(pair.y);
 }

@@ -111,7 +111,7 @@ TEST(LayOutScratchTest, RefinementOfTiledCloths) {
   EXPECT_EQ(ScratchOf(*resident, parameters, false).size, resident_size);
   const auto [layout, size] = ScratchOf(*tiled, parameters, true);
   const uint64_t flags = 1025 + 2 + uint64_t{tiled->colour_count()};
-  EXPECT_EQ(layout.refined_links, layout.far_off_flags + flags);
+  EXPECT_EQ(layout.refined_links, layout.stretched_flags + flags);
   EXPECT_EQ(layout.work_positions, layout.refined_links + tiled->constraint_count());
   EXPECT_EQ(size, tiled_size + flags + tiled->constraint_count());
 }

@@ -14,16 +14,16 @@ namespace {
 std::vector<uint32_t> LinksToRefine(const StepContext& context) {
   const SceneModel& model = context.model;
   const double limit = std::max(context.plan.solver.refine_above_strain, context.plan.tolerance);
-  std::vector<bool> is_at_far_off(model.particle_count(), false);
+  std::vector<bool> is_at_stretched(model.particle_count(), false);
   for (const auto& [i, j, rest_length_m, compliance, kind] : model.constraints()) {
     const double length = context.PredictedDifference(i, j).norm();
     if (!(std::abs(length - rest_length_m) > limit * rest_length_m)) continue;
-    is_at_far_off[i] = is_at_far_off[j] = true;
+    is_at_stretched[i] = is_at_stretched[j] = true;
   }
   std::vector<uint32_t> links;
   for (uint32_t index = 0; index < model.constraint_count(); ++index) {
     const DistanceConstraint& constraint = model.constraints()[index];
-    if (is_at_far_off[constraint.i] || is_at_far_off[constraint.j]) links.push_back(index);
+    if (is_at_stretched[constraint.i] || is_at_stretched[constraint.j]) links.push_back(index);
   }
   return links;
 }

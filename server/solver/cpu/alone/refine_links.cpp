@@ -9,8 +9,8 @@ namespace {
 
 using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
-// Which of four links exceed the limits.
-Mask4 AreFarOff(const StepContext& context, const DistanceGroup& group) {
+// Set for those of four links that exceed the limits (server/solver/method.md, equation 32).
+Mask4 AreStretched(const StepContext& context, const DistanceGroup& group) {
   const RefineLimits& limits = context.controls.refine_limits;
   const float interval = context.substep.interval;
   const Vec4* const p = context.scratch.state.positions.data();
@@ -26,23 +26,23 @@ Mask4 AreFarOff(const StepContext& context, const DistanceGroup& group) {
          (length_sq > limits.max_sq * rest_length_sq);
 }
 
-void MarkLinksFarOff(const StepContext& context) {
+void MarkStretchedLinks(const StepContext& context) {
   const std::vector<DistanceGroup>& groups = context.model.groups;
   std::vector<StripScratch>& members = context.scratch.strips;
   context.team.AnyOf(0, groups.size(), kGroupGrain, [&](size_t begin, size_t end, uint32_t member) {
     for (size_t g = begin; g < end; ++g) {
-      const Mask4 are_far_off = AreFarOff(context, groups[g]);
-      if (!IsAnyLaneSet(are_far_off)) continue;
+      const Mask4 are_stretched = AreStretched(context, groups[g]);
+      if (!IsAnyLaneSet(are_stretched)) continue;
       for (uint32_t lane = 0; lane < kVec4Size; ++lane) {
-        if (!are_far_off[lane]) continue;
-        members[member].far_off.push_back(static_cast<uint32_t>(g) * kVec4Size + lane);
+        if (!are_stretched[lane]) continue;
+        members[member].stretched_links.push_back(static_cast<uint32_t>(g) * kVec4Size + lane);
       }
     }
     return false;
   });
   for (StripScratch& member : members) {
-    for (const uint32_t place : member.far_off) context.scratch.refinement.Mark(place, 1);
-    member.far_off.clear();
+    for (const uint32_t place : member.stretched_links) context.scratch.refinement.Mark(place, 1);
+    member.stretched_links.clear();
   }
 }
 
@@ -68,12 +68,13 @@ void RefineLinks(const StepContext& context) {
   if (!context.controls.Has(StepStage::kRefine)) return;
   Refinement& refinement = context.scratch.refinement;
   refinement.Begin(context.model);
-  MarkLinksFarOff(context);
+  MarkStretchedLinks(context);
   const auto move_ends = [&](const RefinedLink& link) { MoveEnds(context, link.place); };
-  const auto cloths_far_off = [&](uint32_t place) -> uint32_t {
-    return AreFarOff(context, context.model.groups[place / kVec4Size])[place % kVec4Size] ? 1 : 0;
+  const auto stretched_in = [&](uint32_t place) -> uint32_t {
+    return AreStretched(context, context.model.groups[place / kVec4Size])[place % kVec4Size] ? 1
+                                                                                             : 0;
   };
-  const bool has_moved = refinement.Run(context.controls.plan.solver, move_ends, cloths_far_off);
+  const bool has_moved = refinement.Run(context.controls.plan.solver, move_ends, stretched_in);
   if (has_moved) FindContactFloors(context);
 }
 

@@ -198,8 +198,8 @@ MaskCloths SolveDistance(GroupContext& context) {
   return ChooseSweep<>(context);
 }
 
-// The cloths in which the link at this place exceeds the limits of the refinement.
-MaskCloths IsFarOff(const GroupContext& context, uint32_t place) {
+// The cloths in which the link at this place exceeds the limits of the refinement (equation 32).
+MaskCloths IsStretched(const GroupContext& context, uint32_t place) {
   const DistanceGroup& group = context.model.groups[place / kVec4Size];
   const uint32_t k = place % kVec4Size;
   const RefineLimits& limits = context.controls.refine_limits;
@@ -239,14 +239,14 @@ void Refine(const GroupContext& context) {
   Refinement& refinement = context.refinement;
   refinement.Begin(model);
   for (const uint32_t place : model.constraint_places) {
-    const MaskCloths is_far_off = IsFarOff(context, place);
-    if (IsAnyLaneSet(is_far_off)) [[unlikely]] {
-      refinement.Mark(place, BitsOf(is_far_off));
+    const MaskCloths is_stretched = IsStretched(context, place);
+    if (IsAnyLaneSet(is_stretched)) [[unlikely]] {
+      refinement.Mark(place, BitsOf(is_stretched));
     }
   }
   const auto move_ends = [&](const RefinedLink& link) { MoveEnds(context, link); };
-  const auto cloths_far_off = [&](uint32_t place) { return BitsOf(IsFarOff(context, place)); };
-  if (refinement.Run(context.controls.plan.solver, move_ends, cloths_far_off)) {
+  const auto stretched_in = [&](uint32_t place) { return BitsOf(IsStretched(context, place)); };
+  if (refinement.Run(context.controls.plan.solver, move_ends, stretched_in)) {
     FindContactFloors(context);
   }
 }

@@ -25,15 +25,14 @@ class Refinement {
  public:
   // `model` must live until the end of the run.
   void Begin(const FloatModel& model);
-  // The link at this place is far off in these cloths, one bit each; not none.
+  // The link at this place is stretched in these cloths, one bit each; not none.
   void Mark(uint32_t place, uint32_t cloths);
-  // Rounds until no link is far off, within the limits of `solver`: move_ends(RefinedLink) of all
+  // Rounds until no link is stretched, within the limits of `solver`: move_ends(RefinedLink) of all
   // links at the ends of those that are, kRefineSweeps times in order of the colours; then another
-  // look, cloths_far_off(place), at those whose ends may have been moved: the others are as they
+  // look, stretched_in(place), at those whose ends may have been moved: the others are as they
   // were. Returns whether any were moved.
-  template <class MoveEnds, class ClothsFarOff>
-  bool Run(const SolverChoice& solver, const MoveEnds& move_ends,
-           const ClothsFarOff& cloths_far_off) {
+  template <class MoveEnds, class StretchedIn>
+  bool Run(const SolverChoice& solver, const MoveEnds& move_ends, const StretchedIn& stretched_in) {
     for (uint32_t round = 0; round < solver.refine_rounds; ++round) {
       const std::span<const RefinedLink> links = TakeLinks();
       if (links.empty()) return round > 0;
@@ -44,7 +43,7 @@ class Refinement {
       const uint32_t going_on = ClothsGoingOn(links, solver.refine_solves);
       for (const auto& [place, cloths] : links) MarkSome(place, cloths & going_on);
       for (const auto& [place, cloths] : TakeLinks()) {
-        MarkSome(place, cloths & cloths_far_off(place));
+        MarkSome(place, cloths & stretched_in(place));
       }
     }
     return true;

@@ -56,8 +56,8 @@ struct FloatSubstep {
 // Working memory of one group of strips.
 struct StripScratch {
   SimdMemory links;
-  SimdMemory end_directions;      // of the links; only with start directions
-  std::vector<uint32_t> far_off;  // places of links that refinement found
+  SimdMemory end_directions;              // of the links; only with start directions
+  std::vector<uint32_t> stretched_links;  // places that refinement found
 };
 
 // Working memory of one step; kept by a thread between steps only to save allocations.
