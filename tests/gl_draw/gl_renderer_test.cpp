@@ -2,6 +2,7 @@
 // pixels along a perimeter may count either way; this gives the tolerances of counts.
 #include "server/render/gl_draw/gl_renderer.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -360,6 +361,22 @@ TEST_F(GlRendererLong, TheLargestPictureWorksOrIsRefused) {
   } else {
     EXPECT_EQ(picture.status().reason(), "DEVICE_MEMORY");
   }
+}
+
+// Each cylinder has 384 triangles; together they have 128 more than the limit.
+TEST_F(GlRendererTest, TooManyTrianglesOfCylindersAreRefused) {
+  std::vector<Collider> cylinders;
+  for (uint32_t k = 0; k < 10923; ++k) {
+    cylinders.push_back(CylinderBetween({0.01 * k, 0, 0}, {0.01 * k, 1, 0}, 0.1));
+  }
+  const std::vector<DrawnCloth> cloths = {At(ChainModel(2), Vector3d::Zero(), cylinders)};
+  const Result<Picture> picture = renderer_->Draw(SmallSpec(), cloths, HostStates(cloths));
+  ASSERT_FALSE(picture.ok());
+  EXPECT_EQ(picture.status().reason(), "PICTURE_TOO_LARGE");
+  EXPECT_THAT(
+      picture.status().message(),
+      testing::HasSubstr("the limit of triangles of mesh and cylinder colliders is 4194304: "
+                         "4194432 wanted"));
 }
 
 TEST_F(GlRendererTest, SamePictureTwice) {

@@ -157,7 +157,8 @@ Result<std::vector<DrawnMesh>> LoadMeshes(std::span<const DrawnSolid> solids) {
   uint64_t triangle_count = 0;
   for (const auto& [mesh, inset_m] : insets_m) triangle_count += mesh->triangles.size();
   if (triangle_count > kMaxMeshTriangles) {
-    return PictureTooLarge("triangles of mesh colliders", triangle_count, kMaxMeshTriangles);
+    return PictureTooLarge("the limit of triangles of mesh and cylinder colliders", triangle_count,
+                           kMaxMeshTriangles);
   }
   std::map<const TriangleMesh*, std::shared_ptr<const gl::Buffer>> loaded;
   std::vector<DrawnMesh> meshes;

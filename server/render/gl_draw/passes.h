@@ -19,7 +19,8 @@
 
 namespace drape::render {
 
-// Limit of all different meshes of a picture together: 288 MiB of corners.
+// Limit of all different meshes of a picture together, those of cylinders included: 288 MiB of
+// corners.
 inline constexpr uint64_t kMaxMeshTriangles = uint64_t{1} << 22;
 
 // Owns a vertex array object, without which OpenGL does not draw. Move-only.
@@ -38,7 +39,8 @@ class VertexArray {
   GLuint name_ = 0;
 };
 
-// A mesh collider: corners (mesh_corners.h), and its record in DrawnScene::mesh_records.
+// A mesh or cylinder collider: corners (mesh_corners.h), and its record in
+// DrawnScene::mesh_records.
 struct DrawnMesh {
   std::shared_ptr<const gl::Buffer> corners;  // shared by all colliders of the mesh
   GLuint corner_count = 0;
