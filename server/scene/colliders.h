@@ -36,7 +36,8 @@ struct PlaneShape {
 };
 
 // All points no farther than radius_m from the segment between a_m and b_m; a sphere where they
-// coincide.
+// coincide. It and the cylinder keep their two ends in place of a pose and a length: answers of the
+// server name the ends to the bit as the client described them.
 struct CapsuleShape {
   Eigen::Vector3d a_m = Eigen::Vector3d::Zero();
   Eigen::Vector3d b_m = Eigen::Vector3d::Zero();
@@ -67,8 +68,8 @@ struct BoxShape {
 };
 
 // A solid bounded by a closed mesh, by the samples of its signed distance: distance and normal are
-// those of DistanceMap::SurfaceAt, off by at most the map's error bound. Where the distance has no
-// gradient the normal is +y.
+// those of DistanceMap::SurfaceAt, off by at most the map's error bound. The normal is +y where the
+// distance has no gradient.
 struct DistanceMapShape {
   std::shared_ptr<const DistanceMap> map;  // shared by all colliders of this mesh; never null
 
