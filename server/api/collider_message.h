@@ -16,7 +16,7 @@ std::vector<Collider> CheckColliders(
     const FieldPath& path, const google::protobuf::RepeatedPtrField<v1::Collider>& colliders,
     const RequestLimits& limits, Violations& violations);
 
-// Of a mesh only the shapes of its arrays, which may be large.
+// A mesh has only the shapes of its arrays, which may be large.
 v1::Collider ToProto(const Collider& collider);
 
 }  // namespace drape::api

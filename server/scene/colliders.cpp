@@ -66,8 +66,8 @@ ColliderNumbers Numbers(const CapsuleShape& capsule, const RigidTransform& pose)
 }
 
 // The nearest point of a box is the point itself with each coordinate clamped to the half extents,
-// so the difference to it is `outside`. Where at most one coordinate lies beyond its face (inside,
-// and above a face), the face's own normal is exact.
+// so the difference to it is `outside`. The face's own normal is exact where at most one coordinate
+// lies beyond its face (inside, and above a face).
 SurfaceDistance Surface(const BoxShape& box, const RigidTransform& pose, const Vector3d& q) {
   const Vector3d local = pose.rotation.conjugate() * (q - pose.position_m);
   const Vector3d side = (local.array() < 0).select(-Eigen::Array3d::Ones(), 1);

@@ -32,8 +32,8 @@ struct DistanceMapSettings {
 // Error: |interpolated - exact| <= error_bound_m() everywhere in the grid, because the distances at
 // two points differ by at most the distance between the points: with the weights w_k of the cell's
 // corners x_k, the error is at most sum_k w_k |x_k - p| <= sqrt(sum_k w_k |x_k - p|^2) <= sqrt(3)/2
-// cell. A spike that ends in the middle of a cell reaches it. Where the surface is smooth with
-// principal curvatures below 1/R at distance d from it, it is at most 3/8 cell^2 / (R - |d|).
+// cell. A spike that ends in the middle of a cell reaches it. At distance d from a smooth surface
+// with principal curvatures below 1/R, it is at most 3/8 cell^2 / (R - |d|).
 //
 // Outside the grid, from q, the nearest point of the grid's box: sqrt(|p - q|^2 + D(q)^2). The mesh
 // is inside the box, which is convex, so this is at most the exact distance (apart from the error

@@ -107,11 +107,11 @@ void FindKnotsOf(const LengthDemands& demands, const std::vector<Place>& places,
   }
 }
 
-Knots FindKnots(const LengthDemands& demands, const Obstacles& obstacles,
+Knots FindKnots(const LengthDemands& demands, const AvoidedColliders& avoided,
                 std::span<const Vector3d> positions_m) {
   Knots found;
-  for (const Collider& collider : obstacles.colliders) {
-    const auto places = FindPlaces(demands, collider, obstacles.thickness_m, positions_m);
+  for (const Collider& collider : avoided.colliders) {
+    const auto places = FindPlaces(demands, collider, avoided.thickness_m, positions_m);
     if (!places.empty()) FindKnotsOf(demands, places, positions_m, found);
   }
   return found;
@@ -144,12 +144,12 @@ Vector3d NormalOf(const LengthDemands& demands, const Knot& knot,
 }
 
 // False: there is no way out in this direction.
-bool LeadOut(const Obstacles& obstacles, const Vector3d& direction, double least_step_m,
+bool LeadOut(const AvoidedColliders& avoided, const Vector3d& direction, double least_step_m,
              Vector3d& p) {
   for (uint32_t step = 0; step < kMaxSteps && p.allFinite(); ++step) {
     double depth_m = 0;
-    for (const Collider& collider : obstacles.colliders) {
-      depth_m = std::max(depth_m, obstacles.thickness_m - SurfaceOf(collider, p).distance_m);
+    for (const Collider& collider : avoided.colliders) {
+      depth_m = std::max(depth_m, avoided.thickness_m - SurfaceOf(collider, p).distance_m);
     }
     if (depth_m == 0) return true;
     p += (depth_m + least_step_m) * direction;
@@ -165,9 +165,9 @@ struct WayOut {
 
 class WayFinder {
  public:
-  WayFinder(const LengthDemands& demands, const Obstacles& obstacles, const Vector3d& up,
+  WayFinder(const LengthDemands& demands, const AvoidedColliders& avoided, const Vector3d& up,
             std::span<const Vector3d> positions_m)
-      : demands_(demands), obstacles_(obstacles), up_(up), start_m_(positions_m) {}
+      : demands_(demands), avoided_(avoided), up_(up), start_m_(positions_m) {}
 
   // In the order of the attempts.
   std::vector<WayOut> Find(const std::vector<Knot>& knots) const {
@@ -189,7 +189,7 @@ class WayFinder {
       for (const uint32_t i : knot.particles) {
         if (IsPin(demands_, i)) continue;
         Vector3d& p = way.positions_m[i];
-        if (!LeadOut(obstacles_, direction, kLeastStep * demands_.length_scale_m, p)) return {};
+        if (!LeadOut(avoided_, direction, kLeastStep * demands_.length_scale_m, p)) return {};
         way.motion_kg_m2 += (p - start_m_[i]).squaredNorm() / demands_.inverse_masses_per_kg[i];
       }
     }
@@ -207,7 +207,7 @@ class WayFinder {
   }
 
   const LengthDemands& demands_;
-  const Obstacles& obstacles_;
+  const AvoidedColliders& avoided_;
   const Vector3d& up_;
   std::span<const Vector3d> start_m_;
 };
@@ -226,18 +226,18 @@ std::vector<DistanceConstraint> LinksToKeep(const LengthDemands& demands,
 
 }  // namespace
 
-ClearStart ClearOfObstacles(const LengthDemands& demands, const Obstacles& obstacles,
+ClearStart ClearOfColliders(const LengthDemands& demands, const AvoidedColliders& avoided,
                             const Vector3d& up, std::span<const Vector3d> positions_m) {
-  const Knots described = FindKnots(demands, obstacles, positions_m);
+  const Knots described = FindKnots(demands, avoided, positions_m);
   if (described.knots.empty()) return {};
   if (described.has_pinned_link) return {.clearance = StartClearance::kCaught};
   const std::vector<DistanceConstraint> links = LinksToKeep(demands, positions_m);
   LengthDemands kept = demands;
   kept.constraints = links;
-  for (WayOut& way : WayFinder(demands, obstacles, up, positions_m).Find(described.knots)) {
-    const LengthErrors errors = RestoreLengths(kept, way.positions_m, obstacles);
+  for (WayOut& way : WayFinder(demands, avoided, up, positions_m).Find(described.knots)) {
+    const LengthErrors errors = RestoreLengths(kept, way.positions_m, avoided);
     if (NeedsRestoring(errors)) continue;
-    if (!FindKnots(demands, obstacles, way.positions_m).knots.empty()) continue;
+    if (!FindKnots(demands, avoided, way.positions_m).knots.empty()) continue;
     return {StartClearance::kCleared, std::move(way.positions_m), errors};
   }
   return {.clearance = StartClearance::kCaught};

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "server/scene/obstacles.h"
+#include "server/scene/avoided_colliders.h"
 
 namespace drape {
 
@@ -28,21 +28,21 @@ enum class StartClearance : uint8_t {
 struct ClearStart {
   StartClearance clearance = StartClearance::kFree;
   std::vector<Eigen::Vector3d> positions_m{};  // kCleared only
-  LengthErrors errors{};                       // of positions_m, obstacles included
+  LengthErrors errors{};                       // of positions_m, colliders included
 };
 
 // Looks for caught links. Particles that hang together inside a collider by links, some of them
 // caught, are led out to one side of the sheet that they are part of: along its normal there, to
 // the side that takes the least motion (sum m |dx|^2), or to `up` (unit) if both take about the
-// same. Then lengths are restored with the colliders as obstacles (RestoreLengths). If the result
-// is not good enough, the other side is tried, then the nearest ways out. A result is good enough
-// if its errors need no restoring (NeedsRestoring) and no link is caught.
+// same. Then lengths are restored with the colliders as further demands (RestoreLengths). If the
+// result is not good enough, the other side is tried, then the nearest ways out. A result is good
+// enough if its errors need no restoring (NeedsRestoring) and no link is caught.
 //
 // Rigid links keep their lengths; compliant ones get no longer than they are described; springs are
 // not looked at. Pins stay: a link that is caught with one of its ends pinned cannot be freed.
 // Without caught links, one look at each particle and collider, and at the links of those that have
 // particles inside. A pure function, the same bits every time. Any thread.
-ClearStart ClearOfObstacles(const LengthDemands& demands, const Obstacles& obstacles,
+ClearStart ClearOfColliders(const LengthDemands& demands, const AvoidedColliders& avoided,
                             const Eigen::Vector3d& up,
                             std::span<const Eigen::Vector3d> positions_m);
 

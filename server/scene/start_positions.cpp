@@ -7,7 +7,7 @@
 #include <limits>
 #include <random>
 
-#include "server/scene/obstacles.h"
+#include "server/scene/avoided_colliders.h"
 
 namespace drape {
 namespace {
@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 // Sweeps that bring links from anywhere to about their lengths; the remaining errors are smooth and
 // small enough for Newton's method.
 constexpr uint32_t kSweeps = 1000;
-// Sweeps spread the stretch at the rims of obstacles slowly over large cloths. If they leave more
+// Sweeps spread the strain at the rims of colliders slowly over large cloths. If they leave more
 // than kSweptError (RMS), rounds follow: kHeavySweeps that keep kMomentum of the last motion, then
 // kPlainSweeps for the wrinkles that these leave. Rounds end when one leaves more than kUseful of
 // the errors before it.
@@ -45,8 +45,8 @@ constexpr double kShortest_m = 1e-12;
 
 constexpr uint32_t kNoParticle = ~0u;
 
-// One scalar demand at some positions: `error_m` is the excess distance of j from i along n. For an
-// obstacle: how far i has to move along n.
+// One scalar demand at some positions: `error_m` is the excess distance of j from i along n. For a
+// collider: how far i has to move along n.
 struct Row {
   uint32_t i = 0;
   uint32_t j = kNoParticle;
@@ -63,10 +63,10 @@ double WhatIsForbidden(ConstraintKind kind, double error_m) {
 
 class Restoration {
  public:
-  Restoration(const LengthDemands& demands, const Obstacles& obstacles,
+  Restoration(const LengthDemands& demands, const AvoidedColliders& avoided,
               std::vector<Vector3d> positions_m)
       : demands_(demands),
-        obstacles_(obstacles),
+        avoided_(avoided),
         w_(demands.inverse_masses_per_kg),
         x_(std::move(positions_m)) {
     for (const DistanceConstraint& constraint : demands.constraints) {
@@ -85,7 +85,7 @@ class Restoration {
       if (attempt > 0) Disorder();
       // Back and forth in the order of the description, which leads through the cloth.
       SweepPlainly(kSweeps);
-      if (!obstacles_.colliders.empty()) SpreadErrors();
+      if (!avoided_.colliders.empty()) SpreadErrors();
       KeepIfBetter();
       Correct();
       if (best_errors_.max <= kRestoredError || work_ >= kMaxWork) break;
@@ -139,12 +139,12 @@ class Restoration {
 
   // Visits the particles that are inside.
   template <class Visit>
-  void EachObstacleRow(const Visit& visit) const {
-    for (const Collider& collider : obstacles_.colliders) {
+  void EachColliderRow(const Visit& visit) const {
+    for (const Collider& collider : avoided_.colliders) {
       for (uint32_t i = 0; i < x_.size(); ++i) {
         if (w_[i] == 0) continue;
         const SurfaceDistance surface = SurfaceOf(collider, x_[i]);
-        const double gap_m = surface.distance_m - obstacles_.thickness_m;
+        const double gap_m = surface.distance_m - avoided_.thickness_m;
         if (gap_m >= 0) continue;
         visit(Row{
             .i = i, .n = surface.outward, .error_m = -gap_m, .length_m = demands_.length_scale_m});
@@ -156,7 +156,7 @@ class Restoration {
   void EachRow(const Visit& visit) const {
     for (const uint32_t k : order_) visit(RowOf(demands_.constraints[k]));
     EachJointRow(visit);
-    EachObstacleRow(visit);
+    EachColliderRow(visit);
   }
 
   void PullToPins() {
@@ -200,9 +200,9 @@ class Restoration {
       Meet(RowOf(demands_.constraints[next]));
     }
     EachJointRow([&](const Row& row) { Meet(row); });
-    EachObstacleRow([&](const Row& row) { Meet(row); });
+    EachColliderRow([&](const Row& row) { Meet(row); });
     work_ += static_cast<double>(order_.size() + 3 * demands_.joints.size() +
-                                 obstacles_.colliders.size() * x_.size());
+                                 avoided_.colliders.size() * x_.size());
   }
 
   void SweepPlainly(uint32_t sweeps) {
@@ -289,7 +289,7 @@ class Restoration {
   }
 
   const LengthDemands& demands_;
-  const Obstacles& obstacles_;
+  const AvoidedColliders& avoided_;
   std::span<const double> w_;
   std::vector<Vector3d> x_;
   std::vector<uint32_t> order_;  // of the rigid constraints
@@ -314,8 +314,8 @@ LengthErrors RestoreLengths(const LengthDemands& demands, std::vector<Vector3d>&
 }
 
 LengthErrors RestoreLengths(const LengthDemands& demands, std::vector<Vector3d>& positions_m,
-                            const Obstacles& obstacles) {
-  return Restoration(demands, obstacles, positions_m).Run(positions_m);
+                            const AvoidedColliders& avoided) {
+  return Restoration(demands, avoided, positions_m).Run(positions_m);
 }
 
 }  // namespace drape

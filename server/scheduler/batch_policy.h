@@ -1,4 +1,4 @@
-// Which cloths take part in the next batch. Pure: no clock, no state, no thread.
+// The choice of the cloths that take part in the next batch. Pure: no clock, no state, no thread.
 #pragma once
 
 #include <cstdint>

@@ -21,12 +21,12 @@ constexpr uint64_t kLeastPatience = 8;
 constexpr uint64_t kMostPatience = 60;
 
 template <class Scalar>
-bool AnyBeyond(const std::vector<Scalar>& anchor, const std::vector<Scalar>& now, size_t first,
+bool AnyBeyond(const std::vector<Scalar>& begin, const std::vector<Scalar>& now, size_t first,
                double most_m) {
-  for (size_t k = 0; k < anchor.size(); k += 3) {
+  for (size_t k = 0; k < begin.size(); k += 3) {
     double distance_sq = 0;
     for (size_t axis = 0; axis < 3; ++axis) {
-      const double change_m = double{now[first + k + axis]} - double{anchor[k + axis]};
+      const double change_m = double{now[first + k + axis]} - double{begin[k + axis]};
       distance_sq += change_m * change_m;
     }
     if (!(distance_sq <= most_m * most_m)) return true;
@@ -46,21 +46,21 @@ void SleepWatch::Set(const StepSettings& settings) {
 void SleepWatch::Wake() {
   is_asleep_ = false;
   wants_look_ = false;
-  has_anchor_ = false;
-  anchor_m_ = {};
+  is_watching_ = false;
+  begin_m_ = {};
   steps_ = 0;
   looks_ = 0;
   patience_ = kLeastPatience * stride_;
 }
 
 uint64_t SleepWatch::NextLook() const {
-  if (!has_anchor_) return patience_;
+  if (!is_watching_) return patience_;
   const double steps = static_cast<double>(kSleepLooks[looks_] * stride_) * settings_.sleep_after_s;
   return std::max<uint64_t>(looks_ + 1, static_cast<uint64_t>(std::lround(steps)));
 }
 
 bool SleepWatch::decides_next() const {
-  return settings_.sleep_motion_m > 0 && !is_asleep_ && has_anchor_ &&
+  return settings_.sleep_motion_m > 0 && !is_asleep_ && is_watching_ &&
          looks_ + 1 == kSleepLooks.size() && steps_ + 1 == NextLook();
 }
 
@@ -75,29 +75,29 @@ void SleepWatch::CompleteStep(const StepReport& report) {
 void SleepWatch::Look(const ScalarColumn& positions_m, size_t first_row, size_t row_count) {
   DRAPE_CHECK(wants_look_, "no look is due");
   wants_look_ = false;
-  if (!has_anchor_) {
-    Anchor(positions_m, first_row, row_count);
+  if (!is_watching_) {
+    BeginWatch(positions_m, first_row, row_count);
   } else if (HasMoved(positions_m, first_row)) {
     const uint64_t patience = std::min(2 * patience_, kMostPatience * stride_);
     Wake();
     patience_ = patience;
   } else if (++looks_ == kSleepLooks.size()) {
     is_asleep_ = true;
-    anchor_m_ = {};
+    begin_m_ = {};
     report_.iterations = 0;
     report_.is_asleep = true;
   }
 }
 
-void SleepWatch::Anchor(const ScalarColumn& positions_m, size_t first_row, size_t row_count) {
-  anchor_m_ = std::visit(
+void SleepWatch::BeginWatch(const ScalarColumn& positions_m, size_t first_row, size_t row_count) {
+  begin_m_ = std::visit(
       [&](const auto& values) -> ScalarColumn {
         const auto begin = values.begin() + static_cast<std::ptrdiff_t>(3 * first_row);
         return std::decay_t<decltype(values)>(begin,
                                               begin + static_cast<std::ptrdiff_t>(3 * row_count));
       },
       positions_m);
-  has_anchor_ = true;
+  is_watching_ = true;
   steps_ = 0;
 }
 
@@ -105,7 +105,7 @@ bool SleepWatch::HasMoved(const ScalarColumn& positions_m, size_t first_row) con
   return std::visit(
       [&](const auto& values) {
         using Values = std::decay_t<decltype(values)>;
-        return AnyBeyond(std::get<Values>(anchor_m_), values, 3 * first_row,
+        return AnyBeyond(std::get<Values>(begin_m_), values, 3 * first_row,
                          settings_.sleep_motion_m);
       },
       positions_m);

@@ -38,14 +38,14 @@ class SleepWatch {
  private:
   uint64_t NextLook() const;
   bool HasMoved(const ScalarColumn& positions_m, size_t first_row) const;
-  void Anchor(const ScalarColumn& positions_m, size_t first_row, size_t row_count);
+  void BeginWatch(const ScalarColumn& positions_m, size_t first_row, size_t row_count);
 
   StepSettings settings_;
   uint64_t stride_ = 1;  // steps in 1/60 s
   bool is_asleep_ = false;
   bool wants_look_ = false;
-  bool has_anchor_ = false;
-  ScalarColumn anchor_m_;  // positions at the beginning of the watch
+  bool is_watching_ = false;
+  ScalarColumn begin_m_;   // positions at the beginning of the watch
   uint64_t steps_ = 0;     // since then, or since the last look that saw the cloth move
   size_t looks_ = 0;       // in this second
   uint64_t patience_ = 0;  // steps until the next second begins

@@ -13,7 +13,7 @@ ClearStart FindClearStart(const SceneModel& model, const ClothParameters& parame
   const Eigen::Vector3d& gravity = parameters.gravity_m_per_s2;
   const Eigen::Vector3d up =
       gravity.isZero(0) ? Eigen::Vector3d::UnitY() : Eigen::Vector3d(-gravity.stableNormalized());
-  return ClearOfObstacles(model.length_demands(), {colliders, parameters.thickness_m}, up,
+  return ClearOfColliders(model.length_demands(), {colliders, parameters.thickness_m}, up,
                           positions_m);
 }
 

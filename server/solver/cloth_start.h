@@ -10,7 +10,7 @@
 
 namespace drape {
 
-// ClearOfObstacles for the colliders where they are when the cloth is made; up is against gravity.
+// ClearOfColliders for the colliders where they are when the cloth is made; up is against gravity.
 // All in the cloth's own frame. Milliseconds to seconds where links are caught. Any thread.
 ClearStart FindClearStart(const SceneModel& model, const ClothParameters& parameters,
                           std::span<const Eigen::Vector3d> positions_m);

@@ -10,7 +10,7 @@ vec2 DiscCorner(int index) {
 
 // Two unit vectors across the direction to the viewer.
 void DiscAxes(vec3 to_viewer, out vec3 right, out vec3 up) {
-  vec3 helper = abs(to_viewer.y) < 0.9 ? vec3(0, 1, 0) : vec3(1, 0, 0);
-  right = normalize(cross(helper, to_viewer));
+  vec3 beside = abs(to_viewer.y) < 0.9 ? vec3(0, 1, 0) : vec3(1, 0, 0);
+  right = normalize(cross(beside, to_viewer));
   up = cross(to_viewer, right);
 }

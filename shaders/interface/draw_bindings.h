@@ -39,7 +39,7 @@
 #define DRAPE_DRAW_SPEED 2u
 #define DRAPE_DRAW_GROUPS 3u
 
-// Which balls particle_balls.vert draws.
+// The balls that particle_balls.vert draws.
 #define DRAPE_DRAW_BALL_PARTICLES 0u
 #define DRAPE_DRAW_BALL_PINS 1u
 

@@ -106,7 +106,7 @@ Gap CylinderGap(Collider cylinder, float thickness, vec3 from_center) {
 #endif
 
 #ifdef HAS_DISTANCE_MAP
-// `corners`: the samples around `place`. Where the distance has no gradient the normal is the mesh's +y.
+// `corners`: the samples around `place`. The normal is the mesh's +y where the distance has no gradient.
 Gap DistanceMapGap(Collider solid, float thickness, MapPlace place, CellCorners corners) {
   MapDistance map = DistanceInMap(solid.grid, place, corners);
   float slope = Length(map.gradient);

@@ -12,7 +12,7 @@ struct DistanceGrid {
   uint samples;         // where they are, x fastest
 };
 
-// Where a point is in a grid.
+// The place of a point in a grid.
 struct MapPlace {
   uvec3 cell;
   vec3 fraction;  // of the cell, 0 to 1

@@ -60,7 +60,7 @@ Pose PoseAt(RigidMotion motion, float seconds) {
   return Pose(AddScaled(motion.position, seconds, motion.velocity), turn.x, turn.y);
 }
 
-// Where a point q lies in the description of the body, which is where it was before it moved.
+// The place of a point q in the description of the body, that is, before the body moved.
 vec3 DescribedPoint(RigidMotion motion, Pose pose, vec3 q) {
   precise vec3 d = q - pose.position;
   vec3 before = Turned(d, motion.axis, -pose.sine, pose.cosine);

@@ -24,7 +24,7 @@ using test::Set;
 using test::Spec;
 using test::Sphere;
 
-// Of a table; added to those of a good creation.
+// A leg of a table, added to the colliders of a good creation.
 v1::Cylinder& Cylinder(v1::CreateClothsRequest& request) {
   auto* environment = Spec(request).mutable_environment();
   v1::Cylinder& cylinder = *environment->add_colliders()->mutable_cylinder();

@@ -1,4 +1,4 @@
-// Which GL device the backend "gl" would run on.
+// The GL device that the backend "gl" would run on.
 #include <cstdio>
 
 #include "server/gl/context.h"

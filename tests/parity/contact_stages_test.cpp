@@ -135,7 +135,7 @@ TEST_P(ContactStageParityTest, SolveContactsAtTheCentreOfABox) {
   ExpectParity(GetParam(), scene, 3);
 }
 
-// Where the side is nearest, a fixed perpendicular; near an end its normal.
+// The normal is a fixed perpendicular where the side is nearest, that of an end near it.
 TEST_P(ContactStageParityTest, SolveContactsOnTheAxisOfACylinder) {
   Scene scene = LooseParticles({{0.125, -0.5, 0}, {0.4375, -0.5, 0}});
   scene.parameters.gravity_m_per_s2.setZero();

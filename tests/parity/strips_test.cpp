@@ -107,7 +107,7 @@ TEST_P(StripParityTest, CoincidentParticlesActAlongX) {
   ExpectParity(GetParam(), scene, 1);
 }
 
-// Which particles of a chain are pins.
+// The pins of a chain.
 struct ChainPins {
   std::string name;
   bool first = false, middle = false, last = false;

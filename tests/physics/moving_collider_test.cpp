@@ -49,7 +49,7 @@ TEST_P(MovingCollider, AConveyorTakesABlockAlong) {
 }
 
 // On a turntable a block stays at its place while w^2 r < mu_s g and slides outwards beyond, one
-// tenth of w^2 r on either side. Where it sticks the position follows the disc exactly in each
+// tenth of w^2 r on either side. A block that sticks follows the disc exactly in each
 // substep, up to some 16 roundings of r and of w r h.
 TEST_P(MovingCollider, ATurntableHoldsABlockUpToTheStaticFriction) {
   constexpr double kRadius = 0.2, kStatic = 0.5, kDynamic = 0.45;

@@ -42,7 +42,7 @@ std::shared_ptr<const SceneModel> Pair(const DistanceConstraint& link,
 ClearStart Start(const SceneModel& model, const std::vector<Collider>& colliders,
                  const std::vector<Vector3d>& positions_m, const Vector3d& up = kUp,
                  double thickness_m = 0) {
-  return ClearOfObstacles(model.length_demands(), {colliders, thickness_m}, up, positions_m);
+  return ClearOfColliders(model.length_demands(), {colliders, thickness_m}, up, positions_m);
 }
 
 std::vector<Vector3d> Rest(const SceneModel& model) {

@@ -55,7 +55,7 @@ TEST(ColliderTrack, ATargetWithoutDurationIsReachedWithinOneStep) {
   EXPECT_LE((motion.velocity_m_per_s - Vector3d(0, 0, 4)).norm(), kRounding);
   EXPECT_LE((motion.angular_velocity_rad_per_s - Vector3d(4, 0, 0)).norm(), kRounding * 4);
   EXPECT_EQ(track.MotionsForStep(0.25, 0.5)[1].rotation.coeffs(), turn.coeffs());
-  // Where it is before that step has been done: where it starts.
+  // Before that step has been done, the collider is where it starts.
   EXPECT_EQ(track.At(0)[1].position_m, Vector3d(0, 2, 0));
 }
 

@@ -99,8 +99,8 @@ Vector3d Gradient(const Collider& collider, const Vector3d& q, double step) {
   return gradient;
 }
 
-// Where the distance is smooth, its gradient is the normal, and the point at that distance back
-// along the normal is on the surface, inside and outside.
+// The gradient of the distance is the normal where it is smooth, and the point at that distance
+// back along the normal is on the surface, inside and outside.
 void ExpectSignedDistance(const Collider& collider) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> coordinate(-1.5, 1.5);

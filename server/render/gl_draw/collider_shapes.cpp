@@ -33,7 +33,7 @@ double DrawnHalfExtent(double half_m, double length_scale_m) {
   return half_m - std::min(0.2 * length_scale_m + kShare * half_m, 0.25 * half_m);
 }
 
-// Of radius 1 around the second axis, from -1 to 1.
+// A cylinder of radius 1 around the second axis, from -1 to 1.
 const std::shared_ptr<const TriangleMesh>& UnitCylinder() {
   static const auto& cylinder = *new std::shared_ptr<const TriangleMesh>([] {
     constexpr uint32_t kSegments = 96, kLowMiddle = 0, kHighMiddle = 1;

@@ -1,4 +1,4 @@
-// Which cloths of a batch are stepped side by side (group_step.h).
+// The choice of the cloths of a batch that are stepped side by side (group_step.h).
 #pragma once
 
 #include <compare>

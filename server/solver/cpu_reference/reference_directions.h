@@ -6,8 +6,8 @@
 
 namespace drape {
 
-// Where an impulse acts, and how much of a displacement along it changes the length: direction .
-// (unit direction at the end of the substep), (0, 1].
+// The direction of an impulse, and its slope, (0, 1]: the share of a displacement along it that
+// changes the length, direction . (unit direction at the end of the substep).
 struct ImpulseLine {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitX();
   double slope = 1;

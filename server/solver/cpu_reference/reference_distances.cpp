@@ -49,8 +49,8 @@ bool SolveDistance(StepContext& context) {
 }
 
 // Velocity constraints n . (v_j - v_i) = 0 of rigid links, after the advance (Bender et al. 2009,
-// section 3.2; with the direction at the start: RATTLE). What gives way, ropes and struts have
-// none.
+// section 3.2; with the direction at the start: RATTLE). Compliant links, ropes and
+// struts have none.
 void SolveDistanceVelocities(StepContext& context) {
   const std::vector<Vector3d>& p = context.state.positions_m;
   std::vector<Vector3d>& v = context.state.velocities_m_per_s;

@@ -26,7 +26,7 @@ void ApplyWind(const StepContext& context, double duration_s,
 void PredictContacts(StepContext& context);
 // Gravity, and the springs that act within the substep.
 void AccelerateBySprings(StepContext& context);
-// Where and how fast the particles would end the substep without constraints.
+// The places and velocities with which the particles would end the substep without constraints.
 void Predict(StepContext& context);
 void DampTwist(StepContext& context);
 void Tether(StepContext& context);

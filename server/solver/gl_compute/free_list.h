@@ -1,4 +1,4 @@
-// Which words of an array are taken. Pure.
+// The words of an array that are not taken. Pure.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Which kernels a cloth needs. Pure.
+// The choice of the kernels that a cloth needs. Pure.
 #pragma once
 
 #include <compare>

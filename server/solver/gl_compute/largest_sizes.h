@@ -11,7 +11,7 @@
 
 namespace drape {
 
-// Which stages a substep has in any cloth of a group.
+// The stages that a substep has in any cloth of a group.
 struct SubstepWork {
   bool kicks_before = false;
   bool kicks_within = false;

@@ -113,7 +113,7 @@ class TiledStep {
     DispatchElements(kernel, substep, largest_.particles);
   }
 
-  // Which colliders the cloths can meet.
+  // Finds the colliders that the cloths can meet.
   void FindReach() {
     if (!Has(Feature::kColliderReach)) return;
     const uint32_t pieces = GroupsFor(largest_.particles, DRAPE_MEASURE_PIECE);

@@ -23,7 +23,7 @@ struct AtlasCase {
   std::function<std::vector<Eigen::Vector3d>(uint32_t step)> pin_targets_m{};
 };
 
-// Which forms of the atlas have a value: all, all but the thin one, only the full one.
+// The smallest form of the atlas that has a value; larger forms have it too.
 enum class AtlasForm { kThin, kShort, kFull };
 
 struct AxisValue {

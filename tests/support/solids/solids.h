@@ -32,7 +32,7 @@ double WindingNumber(const TriangleMesh& mesh, const Eigen::Vector3d& p);
 // Brute force, negative where the winding number is above one half.
 double BruteForceSignedDistance(const TriangleMesh& mesh, const Eigen::Vector3d& p);
 
-// Where a point lies to a solid cylinder between the middles a and b of its flat ends.
+// The place of a point relative to a solid cylinder; a and b are the middles of its flat ends.
 struct CylinderPlace {
   double distance = 0;      // negative inside
   Eigen::Vector3d outward;  // unit, away from the nearest point or, inside, towards it

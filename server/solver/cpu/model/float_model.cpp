@@ -58,7 +58,7 @@ void PackConstraints(FloatModel& model) {
   model.colour_offsets.push_back(static_cast<uint32_t>(model.groups.size()));
 }
 
-// Which constraints each particle has.
+// The places of the constraints of each particle.
 void ListLinks(FloatModel& model) {
   const auto constraints = model.source->constraints();
   model.link_offsets.assign(model.particle_count + size_t{1}, 0);
@@ -149,7 +149,7 @@ std::vector<uint32_t> PackStrips(FloatModel& model, std::vector<Strips<Ends>>& g
   return phase_offsets;
 }
 
-// Which particles a pair is the first to need.
+// The particles that each pair is the first to need.
 void OrderParticles(FloatModel& model) {
   std::vector<bool> is_new(model.particle_count + size_t{1}, false);
   for (const uint32_t i : model.free_particles) is_new[i] = true;

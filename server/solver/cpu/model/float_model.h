@@ -29,7 +29,7 @@ struct DistanceGroup {
 template <class Ends, class Numbers>
 struct StripLinks {
   Ends to;  // the particle at the end of the link
-  // Where the compliance and the accumulated impulse are (FloatModel::compliances).
+  // Index of the compliance and of the accumulated impulse (FloatModel::compliances).
   Ends places;
   Numbers rest_length;             // [m]
   Numbers inverse_rest_length_sq;  // [1/m^2]; 0 for padding
@@ -142,7 +142,7 @@ struct FloatModel {
   std::vector<uint32_t> pair_particles;
   std::vector<uint32_t> pair_particle_offsets;
   uint32_t longest_strip = 0;  // links
-  // Where the constraints of each particle are: [particle_count + 1] offsets.
+  // The places of the constraints of each particle: [particle_count + 1] offsets.
   std::vector<uint32_t> link_offsets;
   std::vector<uint32_t> link_places;
   std::vector<ImpulseBounds> bounds;  // [group_count]; empty if all constraints are equalities
@@ -166,7 +166,8 @@ struct FloatModel {
   bool IsFree(uint32_t i) const { return i < particle_count && inverse_masses[i] != 0; }
   bool has_compliance() const { return !compliances.empty(); }
   bool has_inequalities() const { return !bounds.empty(); }
-  // Which constraints of a group are rigid equalities: those that velocities must keep as well.
+  // Set for the constraints of a group that are rigid equalities: velocities must keep them as
+  // well.
   Mask4 RigidLanes(size_t group) const {
     Mask4 mask = Splat(0) == Splat(0);
     if (has_compliance()) mask &= compliances[group] == 0;

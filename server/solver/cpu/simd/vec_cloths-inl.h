@@ -31,7 +31,7 @@ inline MaskCloths operator&(MaskCloths a, MaskCloths b) {
 inline MaskCloths operator|(MaskCloths a, MaskCloths b) {
   return {hn::Or(a.m, b.m)};
 }
-// Where a is not set and b is.
+// Set in the lanes in which b is set and a is not.
 inline MaskCloths AndNot(MaskCloths a, MaskCloths b) {
   return {hn::AndNot(a.m, b.m)};
 }

@@ -1,6 +1,6 @@
-// Which colliders a cloth can meet within a step. Contacts with the others would change nothing, so
-// a step leaves them out; it watches where particles get, and is done again with all colliders if
-// one gets farther than expected. The result is the same bit for bit.
+// The colliders that a cloth can meet within a step. Contacts with the others would change nothing,
+// so a step leaves them out; it watches where particles get, and is done again with all colliders
+// if one gets farther than expected. The result is the same bit for bit.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// A moving collider during one substep: gap and normal where it is, and how its surface moves. What
-// RestingSurface is for colliders that rest.
+// A moving collider during one substep: gap and normal where it is, and how its surface moves. The
+// counterpart of RestingSurface.
 #pragma once
 
 #include <array>

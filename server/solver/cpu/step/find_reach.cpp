@@ -76,8 +76,8 @@ bool MayMeet(const StepContext& context, size_t k, const ParticleBox& range) {
                   size + lengths);
 }
 
-// Where every so many of the free particles of a cloth in this state are expected to stay within a
-// step.
+// The range in which the free particles of a cloth in this state, every `stride`-th of them, are
+// expected to stay within a step.
 ParticleBox RangeOf(const StepContext& context, const FloatState& state, size_t stride) {
   const FloatModel& model = context.model;
   const FloatControls& controls = context.controls;

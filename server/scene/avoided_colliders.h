@@ -1,4 +1,4 @@
-// Solids that the particles of a cloth must avoid at its start.
+// The colliders that the particles of a cloth must avoid at its start.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,14 +10,14 @@
 
 namespace drape {
 
-struct Obstacles {
+struct AvoidedColliders {
   std::span<const Collider> colliders;  // where they are
   double thickness_m = 0;               // gap = distance to a collider - thickness
 };
 
-// RestoreLengths (start_positions.h) with obstacles as further demands: free particles inside go
-// out the nearest way. The errors have those of obstacles, depth / length scale.
+// RestoreLengths (start_positions.h) with colliders as further demands: free particles inside leave
+// them the nearest way. The errors include theirs, depth / length scale.
 LengthErrors RestoreLengths(const LengthDemands& demands, std::vector<Eigen::Vector3d>& positions_m,
-                            const Obstacles& obstacles);
+                            const AvoidedColliders& avoided);
 
 }  // namespace drape
