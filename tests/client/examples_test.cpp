@@ -40,6 +40,7 @@ const ExampleCase kExamples[] = {
     {"sphere_drop", 2, 1024, 1984, 0.5},
     {"box_and_capsule", 1, 1024, 1984, 0.5},
     {"moving_colliders", 2, 625, 1200, 0.6},
+    {"cylinders", 2, 1681, 2 * 41 * 40, 0.3},
     {"many_cloths", 64, 1024, 1984, 0.05},
     {"chain", 1, 41, 40, 0.7},
     {"net", 1, 289, 544, 0.3},
@@ -116,7 +117,7 @@ TEST(ManyClothsTest, NoTwoAreEqual) {
 // Dropped cloths reach what is below them, and stay above it.
 TEST(DropTest, ClothsLandOnTheCollidersAndNotInThem) {
   for (const char* name :
-       {"sphere_drop", "mesh_drop", "box_and_capsule", "tablecloth", "fabrics"}) {
+       {"sphere_drop", "mesh_drop", "box_and_capsule", "tablecloth", "fabrics", "cylinders"}) {
     const ordered_json report =
         RunForReport(Example(std::string(name) + ".json"), {"--duration=0.6", "--every=36"});
     for (const ordered_json& cloth : report["cloths"]) {
