@@ -96,10 +96,11 @@ class GoldenExamplesLong : public testing::TestWithParam<Width> {};
 const Width kReference{"reference", "reference", 1, 3, 10};
 const Width kCpu{"cpu", "cpu", 1, 12, 1};
 const Width kCpuSideBySide{"cpu_side_by_side", "cpu", 6, 3, 2};
+const Width kGl{"gl", "gl", 1, 0, 20};  // long tier only
 INSTANTIATE_TEST_SUITE_P(Widths, GoldenExamplesTest,
                          testing::Values(kReference, kCpu, kCpuSideBySide),
                          [](const auto& one) { return one.param.file; });
-INSTANTIATE_TEST_SUITE_P(Widths, GoldenExamplesLong, testing::Values(kReference, kCpu),
+INSTANTIATE_TEST_SUITE_P(Widths, GoldenExamplesLong, testing::Values(kReference, kCpu, kGl),
                          [](const auto& one) { return one.param.file; });
 
 // `steps` 0: those of the long tier.

@@ -113,10 +113,11 @@ TEST_P(GoldenStatesLong, ScenesGoOn) {
   CheckScenes(GetParam(), GoldenScenes(), "scenes_long_", 30);
 }
 
-// llvmpipe compiles for about a second per scene.
+// llvmpipe compiles for about a second per scene: the others belong to the long tier.
 TEST(GoldenGlTest, FewScenes) {
   CheckScenes(kGl, FewGoldenScenes(), "few_scenes_", 2);
 }
+
 std::string NameOf(const std::string& words) {
   return std::regex_replace(words, std::regex("[^A-Za-z0-9.=+-]+"), "_");
 }
@@ -152,6 +153,9 @@ void CheckAtlas(const Width& width, AtlasForm form, const std::string& prefix, u
 
 TEST_P(GoldenStatesTest, Atlas) {
   CheckAtlas(GetParam(), AtlasForm::kThin, "atlas_", 4);
+}
+TEST(GoldenGlLong, Atlas) {
+  CheckAtlas(kGl, AtlasForm::kThin, "atlas_long_", 4);
 }
 
 }  // namespace
