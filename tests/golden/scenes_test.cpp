@@ -113,7 +113,7 @@ TEST_P(GoldenStatesLong, ScenesGoOn) {
   CheckScenes(GetParam(), GoldenScenes(), "scenes_long_", 30);
 }
 
-// llvmpipe compiles for about a second per scene: the others belong to the long tier.
+// llvmpipe compiles for about a second per scene.
 TEST(GoldenGlTest, FewScenes) {
   CheckScenes(kGl, FewGoldenScenes(), "few_scenes_", 2);
 }
