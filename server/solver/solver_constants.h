@@ -9,6 +9,13 @@ namespace drape {
 // recovery.
 inline constexpr double kMaxDepenetrationSpeed_m_per_s = 1.0;
 
+// With two steps a particle lands if it approaches faster than gravity accelerates it in
+// kLandingSubsteps substeps, by more than kGrazingSine of its speed [-]: one that rests or slides
+// does not. Larger: what lands gently hops by a third of its speed; smaller: rounding looks like
+// landings, which are of first order.
+inline constexpr double kLandingSubsteps = 2;
+inline constexpr double kGrazingSine = 1e-3;
+
 // A particle that approaches a collider more slowly than gravity accelerates it in this many
 // substeps does not bounce off it [-] (Müller et al. 2020, «Detailed Rigid Body Simulation with
 // Extended Position Based Dynamics», section 3.6). Smaller: resting particles hop; larger: bounces

@@ -37,16 +37,15 @@ bool HasStrips(const SceneModel& model, const StepSettings& settings, LengthSour
          lengths == LengthSource::kModel;
 }
 
-// Two steps need strips and nothing abrupt: contacts are not smooth, springs alone are integrated
-// better by velocity Verlet, and the errors that colours and joints leave would gain energy, as
-// would those that strips leave where masses differ much (kMaxHeldMassRatio).
+// Two steps need strips: springs alone are integrated better by velocity Verlet, and the errors
+// that colours and joints leave would gain energy, as would those that strips leave where masses
+// differ much (kMaxHeldMassRatio).
 bool HasTwoSteps(const SceneModel& model, const ClothParameters& parameters,
                  const SolverChoice& choice) {
   const StepSettings& settings = parameters.settings;
   return settings.integration == Integration::kTwoStep && choice.has_strips &&
          settings.substeps > 1 && model.constraint_count() > 0 && model.joint_count() == 0 &&
-         parameters.colliders.empty() && !choice.has_spring_forces &&
-         model.held_mass_ratio() <= kMaxHeldMassRatio;
+         !choice.has_spring_forces && model.held_mass_ratio() <= kMaxHeldMassRatio;
 }
 
 // Refinement is off

@@ -18,8 +18,7 @@ Substep SubstepSchedule::operator[](uint32_t index) const {
   Substep substep = has_two_steps_ ? TwoStep(index) : OneStep(index);
   substep.is_last = index + 1 == size();
   const bool is_twist_due = twist_period_ > 0 && (size() - 1 - index) % twist_period_ == 0;
-  // Never in the first half of a substep.
-  if (is_twist_due && !(has_two_steps_ && index == 0)) substep.twist_share = twist_share_;
+  if (is_twist_due) substep.twist_share = twist_share_;
   return substep;
 }
 
@@ -33,27 +32,14 @@ Substep SubstepSchedule::OneStep(uint32_t index) const {
 }
 
 Substep SubstepSchedule::TwoStep(uint32_t index) const {
-  if (index == 0) {
-    return {.duration_s = h_ / 2,
-            .interval_s = h_ / 2,
-            .sets_previous = true,
-            .pin_shares = 2 * substeps_,
-            .kick_before_s = h_ / 4,
-            .kick_after_s = h_ / 4};
-  }
-  if (index == 1) {
-    return {.duration_s = h_ / 2,
-            .interval_s = h_ / 3,
-            .is_two_step = true,
-            .pin_shares = 2 * substeps_ - 1,
-            .kick_within_s = h_ / 3};
-  }
+  const bool is_first = index == 0;
+  const double interval_s = is_first ? h_ / 2 : 2 * h_ / 3;
   return {.duration_s = h_,
-          .interval_s = 2 * h_ / 3,
+          .interval_s = interval_s,
           .is_two_step = true,
-          .sets_previous = true,
-          .pin_shares = substeps_ - (index - 1),
-          .kick_within_s = 2 * h_ / 3};
+          .lead_s = is_first ? h_ / 2 : 0,
+          .pin_shares = substeps_ - index,
+          .kick_within_s = is_first ? h_ : interval_s};
 }
 
 }  // namespace drape

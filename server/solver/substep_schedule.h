@@ -11,6 +11,7 @@ namespace drape {
 // Impulses are found for the end of the substep, predicted as q = b + H u, with
 //   ballistic:  b = p, H = duration, u = v + a H/2; then p = q, v = u + a H/2
 //   two steps:  b = p + (p - p')/3, H = 2/3 duration, u = (4 v - v')/3 + a H; then p = q, v = u
+//   two steps begin:  b = p + v duration/2, H = duration/2, u = v + a duration; then p = q, v = u
 // where p', v' are the previous state (backward differences of second order;
 // server/solver/method.md).
 struct Substep {
@@ -18,18 +19,22 @@ struct Substep {
   double interval_s = 0;  // H
   bool is_two_step = false;
   bool is_last = false;  // of its step
-  // Whether the state before this substep becomes the previous one of the next.
-  bool sets_previous = false;
+  // With two steps b is ahead by this time's way at the velocity v: in the first substep, which has
+  // no previous state.
+  double lead_s = 0;
   // Pins move by this part of the rest of their way: 1 / pin_shares.
   uint32_t pin_shares = 1;
   // How long the kicks (springs, air) act before the substep, after it, and, with two steps, on the
-  // predicted velocities.
+  // predicted velocities: as long as gravity does.
   double kick_before_s = 0;
   double kick_after_s = 0;
   double kick_within_s = 0;
   // Share of a cell's twist that each of its corners loses [-]; 0 = no `damp_twist` in this
   // substep.
   double twist_share = 0;
+
+  // How long a constant force acts on u: an impulse Lambda is the force Lambda / force_s.
+  double force_s() const { return is_two_step ? kick_within_s : interval_s; }
 };
 
 // Substeps from one `damp_twist` to the next: running it more often gains nothing.
@@ -38,15 +43,14 @@ inline constexpr uint32_t kTwistPeriod = 4;
 // would overshoot.
 inline constexpr double kMaxTwistShare = 1.0 / 16;
 
-// The substeps of one step: settings.substeps of them, or with two steps one more, as the first is
-// done in two halves to start from. Small; each substep is computed on request.
+// The substeps of one step: settings.substeps of them. Small; each is computed on request.
 class SubstepSchedule {
  public:
   // `has_two_steps` as in SolverChoice; `has_twist_damping`: the cloth has cells to damp.
   SubstepSchedule(const StepSettings& settings, bool has_two_steps, bool has_twist_damping);
 
   bool has_two_steps() const { return has_two_steps_; }
-  uint32_t size() const { return has_two_steps_ ? substeps_ + 1 : substeps_; }
+  uint32_t size() const { return substeps_; }
   Substep operator[](uint32_t index) const;  // index < size()
 
   friend auto operator<=>(const SubstepSchedule&, const SubstepSchedule&) = default;

@@ -31,6 +31,7 @@ struct StepNumbers {
   float friction_dynamic;   // [-]
   float restitution;        // [-]; only with restitution
   float slowest_rebound;    // [m/s]; only with restitution
+  float slowest_landing;    // [m/s]; only with two steps
   float max_depenetration;  // largest motion out of a collider in one substep [m]
   float contact_margin;     // gap up to which a contact is counted [m]
   float reach_margin;       // expected motion in a step of a cloth at rest without gravity [m]
@@ -45,7 +46,6 @@ struct StepNumbers {
   uint refine_solves;  // no further round after these
 
   uint padding_0;
-  uint padding_1;
 };
 
 struct ClothRecord {

@@ -7,13 +7,13 @@
 namespace drape::shader {
 #endif
 
-// The first, the second and the last substep; those between come in a cycle, counted from the end
+// The first and the last substep; those between come in a cycle, counted from the end
 // (kTwistPeriod).
 #define DRAPE_SUBSTEP_FIRST 0u
-#define DRAPE_SUBSTEP_LAST 2u
-#define DRAPE_SUBSTEP_MIDDLE 3u
+#define DRAPE_SUBSTEP_LAST 1u
+#define DRAPE_SUBSTEP_MIDDLE 2u
 #define DRAPE_SUBSTEP_CYCLE 4u
-#define DRAPE_SUBSTEP_KINDS 7
+#define DRAPE_SUBSTEP_KINDS 6
 
 struct SubstepRecord {
   float interval;          // H [s]
@@ -27,7 +27,7 @@ struct SubstepRecord {
   float kick_after;
   float twist_share;  // of a cell's twist that each corner loses [-]; 0: no `damp_twist`
   uint is_two_step;   // 0 or 1
-  uint sets_previous;
+  float lead;         // with two steps: b is ahead by lead * v [s]
 };
 
 // The record of substep `index` of `count`.
@@ -37,7 +37,7 @@ constexpr
     uint
     SubstepKindOf(uint index, uint count) {
   if (index + 1u == count) return DRAPE_SUBSTEP_LAST;
-  if (index < DRAPE_SUBSTEP_LAST) return index;
+  if (index == 0u) return DRAPE_SUBSTEP_FIRST;
   return DRAPE_SUBSTEP_MIDDLE + (count - index) % DRAPE_SUBSTEP_CYCLE;
 }
 

@@ -18,9 +18,7 @@ void main() {
 #ifdef HAS_COLLIDER_REACH
   LoadReach(status_index);
 #endif
-#ifdef HAS_MOVING_COLLIDERS
   BeginSubstep(substep_index);
-#endif
   uint i = gl_GlobalInvocationID.x;
   if (i < cloth.particle_count) SolveContactsOf(i, sweep == 0u);
 }

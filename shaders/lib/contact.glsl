@@ -192,44 +192,35 @@ vec3 TangentBeta(vec3 beta_t, vec3 u, vec3 normal, float beta_n, float friction_
   return sliding;
 }
 
-// Velocity after a contact: no approach along the normal, then Coulomb friction bounded by the
-// normal part that was taken away.
-vec3 ContactVelocity(vec3 v, vec3 normal, float friction_static, float friction_dynamic) {
-  float approach = -Dot(v, normal);
-  if (approach <= 0.0) return v;
-  vec3 tangential = AddScaled(v, approach, normal);
+// Velocity after a contact that the particle does not leave faster than `rebound` [m/s], or with two steps
+// (`is_exact`) at exactly that speed along the normal, because u has the speed at which the error of the substep was
+// removed. Coulomb friction is then judged on the whole impulse of the substep, of which the sweeps made `beta_n` and
+// `beta_t`; with one step on the change alone, because velocities contain forces that the next substep's constraints
+// take away.
+vec3 VelocityAfterContact(vec3 v, vec3 normal, vec3 beta_t, float beta_n, float rebound, bool is_exact,
+                          float friction_static, float friction_dynamic) {
+  float normal_speed = Dot(v, normal);
+  precise float change = rebound - normal_speed;
+  if (!is_exact && change <= 0.0) return v;
+  vec3 left = AddScaled(v, -normal_speed, normal);
 #ifdef HAS_FRICTION
-  float speed = Length(tangential);
-  precise float stick_limit = friction_static * approach;
-  if (speed <= stick_limit) return vec3(0.0);
-  precise float share = 1.0 - friction_dynamic * approach / speed;
-  precise vec3 sliding = tangential * share;
-  return sliding;
-#else
-  return tangential;
+  if (!is_exact) beta_t = vec3(0.0);
+  precise float impulse = is_exact ? max(0.0, beta_n + change) : change;
+  precise vec3 more = TangentBeta(beta_t, left, normal, impulse, friction_static, friction_dynamic) - beta_t;
+  left = AddScaled(left, 1.0, more);
 #endif
+#ifdef HAS_RESTITUTION
+  left = AddScaled(left, rebound, normal);
+#endif
+  return left;
 }
 
-#ifdef HAS_RESTITUTION
-// ContactVelocity of a particle that leaves with the speed `rebound` along the normal, unless it is faster already.
-vec3 VelocityAfterHit(vec3 v, vec3 normal, float rebound, float friction_static,
-                      float friction_dynamic) {
-  float normal_speed = Dot(v, normal);
-  precise float impulse = rebound - normal_speed;
-  if (impulse <= 0.0) return v;
-  precise vec3 leaving = rebound * normal;
-  vec3 tangential = AddScaled(v, -normal_speed, normal);
-#ifdef HAS_FRICTION
-  float speed = Length(tangential);
-  precise float stick_limit = friction_static * impulse;
-  if (speed <= stick_limit) return leaving;
-  precise float share = 1.0 - friction_dynamic * impulse / speed;
-  precise vec3 sliding = tangential * share + leaving;
-  return sliding;
-#else
-  precise vec3 sum = tangential + leaving;
-  return sum;
-#endif
+#ifdef HAS_TWO_STEPS
+// Whether a particle hits: it approaches faster than one that rests or slides could. `v`: relative to the surface
+// before the substep.
+bool IsLanding(vec3 v, vec3 normal, float slowest) {
+  precise float limit = slowest + GRAZING_SINE * Length(v);
+  return -Dot(v, normal) > limit;
 }
 #endif
 

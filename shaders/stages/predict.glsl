@@ -23,15 +23,17 @@ void PredictBallistic(uint i) {
 }
 
 #ifdef HAS_TWO_STEPS
-// b = p + (p - p')/3; u = (v + (v - v')/3 + H g) / (1 + c H).
+// b = p + (p - p')/3; u = (v + (v - v')/3 + H g) / (1 + c H). In the first substep of a step, whose previous state is
+// the present one, b = p + v h/2 and u = (v + h g) / (1 + c h).
 void PredictTwoStep(uint i) {
   vec3 p = Position(i);
   vec3 v = Velocity(i);
-  SetPosition(i, Extrapolated(p, ScratchVector(cloth.scratch.previous_positions + 3u * i)));
+  vec3 base = Extrapolated(p, ScratchVector(cloth.scratch.previous_positions + 3u * i));
+  SetPosition(i, AddScaled(base, substep.lead, v));
   vec3 ahead = Extrapolated(v, ScratchVector(cloth.scratch.previous_velocities + 3u * i));
-  precise vec3 u = AddScaled(ahead, substep.interval, cloth.step.gravity.xyz) * substep.damping_factor;
+  precise vec3 u = AddScaled(ahead, substep.kick_within, cloth.step.gravity.xyz) * substep.damping_factor;
   SetVelocity(i, u);
-  if (substep.sets_previous != 0u) SetPrevious(i, p, v);
+  SetPrevious(i, p, v);
 }
 #endif
 

@@ -1,5 +1,4 @@
-// The state one substep before, for two steps. The first substep keeps the one before its kick,
-// because two steps continue the kick too.
+// The state one substep before, for two steps.
 #ifndef DRAPE_STAGES_PREVIOUS_GLSL_
 #define DRAPE_STAGES_PREVIOUS_GLSL_
 

@@ -3,6 +3,7 @@
 #include "lib/contact.glsl"
 #include "stages/collider_reach.glsl"
 #include "stages/collider_surface.glsl"
+#include "stages/previous.glsl"
 #include "stages/rebound.glsl"
 #include "stages/substep.glsl"
 
@@ -29,11 +30,19 @@ void StoreTangentBeta(uint collider, uint i, vec3 beta_t) {
 }
 #endif
 
+// The position before the substep of a particle whose b is p.
+vec3 StartPosition(uint i, vec3 p) {
+#ifdef HAS_TWO_STEPS
+  if (IsTwoStep()) return ScratchVector(cloth.scratch.previous_positions + 3u * i);
+#endif
+  return p;
+}
+
 // Whether a change of velocity [m/s] requires another sweep: it moves the particle by more than the tolerance.
 // Smaller ones are applied too: in short substeps friction consists of nothing else.
 bool IsAboveContactTolerance(float speed) {
 #ifdef HAS_TOLERANCE
-  precise float move = cloth.step.h * speed;
+  precise float move = substep.interval * speed;
   return move > cloth.step.contact_tolerance;
 #else
   return true;
@@ -45,7 +54,9 @@ vec3 SolveContactFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, 
                    bool has_betas) {
   vec3 beta_t = has_betas ? LoadTangentBeta(c, i) : vec3(0.0);
   if (beta_n > 0.0 || beta_t != vec3(0.0)) {
-    vec3 sliding = RelativeMean(surface, Position(i), u);
+    // With two steps u is the velocity at the end of the substep, else the mean over it.
+    vec3 sliding = IsTwoStep() ? RelativeAtEnd(surface, AddScaled(Position(i), substep.interval, u), u)
+                               : RelativeMean(surface, Position(i), u);
     vec3 wanted = TangentBeta(beta_t, sliding, normal, beta_n, cloth.step.friction_static,
                               cloth.step.friction_dynamic);
     precise vec3 change = wanted - beta_t;
@@ -63,9 +74,9 @@ vec3 SolveContactFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, 
 vec3 SolveContact(uint c, uint i, vec3 p, vec3 u, bool has_betas) {
   Surface surface = LoadSurface(c);
   float beta_n = has_betas ? scratch[NormalBetaWord(c, i)] : 0.0;
-  float gap_floor = ContactFloor(GapAtStart(surface, p).size, cloth.step.max_depenetration);
-  Gap gap = GapAtEnd(surface, AddScaled(p, cloth.step.h, u));
-  float wanted = NormalBeta(beta_n, gap.size, gap_floor, cloth.step.inverse_h);
+  float gap_floor = ContactFloor(GapAtStart(surface, StartPosition(i, p)).size, cloth.step.max_depenetration);
+  Gap gap = GapAtEnd(surface, AddScaled(p, substep.interval, u));
+  float wanted = NormalBeta(beta_n, gap.size, gap_floor, substep.inverse_interval);
   precise float change = wanted - beta_n;
   if (change != 0.0) {
     if (IsAboveContactTolerance(abs(change))) MarkChanged();
@@ -83,12 +94,12 @@ void SolveContactsOf(uint i, bool is_first_sweep) {
   if (InverseMass(i) == 0.0) return;
   vec3 p = Position(i);
   vec3 u = Velocity(i);
-  vec3 q = AddScaled(p, cloth.step.h, u);
+  vec3 q = AddScaled(p, substep.interval, u);
   uint met = LoadMetColliders(i, is_first_sweep);
   for (uint c = NextCollider(0u, met, q); c < cloth.collider_count;
        c = NextCollider(c + 1u, met, q)) {
     u = SolveContact(c, i, p, u, HasMet(met, c, is_first_sweep));
-    q = AddScaled(p, cloth.step.h, u);
+    q = AddScaled(p, substep.interval, u);
     met |= SetOf(c);
   }
   StoreMetColliders(i, met);
@@ -101,11 +112,11 @@ void StoreContactViolation(uint i) {
   float violation = 0.0;
   if (InverseMass(i) != 0.0) {
     vec3 p = Position(i);
-    vec3 q = AddScaled(p, cloth.step.h, Velocity(i));
+    vec3 q = AddScaled(p, substep.interval, Velocity(i));
     for (uint c = NextCollider(0u, 0u, q); c < cloth.collider_count;
          c = NextCollider(c + 1u, 0u, q)) {
       Surface surface = LoadSurface(c);
-      float gap_floor = ContactFloor(GapAtStart(surface, p).size, cloth.step.max_depenetration);
+      float gap_floor = ContactFloor(GapAtStart(surface, StartPosition(i, p)).size, cloth.step.max_depenetration);
       precise float below = gap_floor - GapAtEnd(surface, q).size;
       violation = max(violation, below);
     }
@@ -114,40 +125,72 @@ void StoreContactViolation(uint i) {
 }
 #endif
 
-#ifdef HAS_SOLVE_CONTACTS
-// Corrects a velocity relative to the surface.
-vec3 CorrectContactVelocity(uint c, uint i, vec3 normal, vec3 v) {
-#ifdef HAS_RESTITUTION
-  float rebound = scratch[ReboundWord(c, i)];
-  if (rebound > 0.0) {
-    return VelocityAfterHit(v, normal, rebound, cloth.step.friction_static, cloth.step.friction_dynamic);
-  }
-#endif
-  return ContactVelocity(v, normal, cloth.step.friction_static, cloth.step.friction_dynamic);
+#if defined(HAS_SOLVE_CONTACTS) && defined(HAS_TWO_STEPS)
+// Whether the particle hit this collider in this substep, which began with the previous state.
+bool HasLanded(Surface surface, uint i) {
+  vec3 p = ScratchVector(cloth.scratch.previous_positions + 3u * i);
+  vec3 v = ScratchVector(cloth.scratch.previous_velocities + 3u * i);
+  return IsLanding(RelativeAtStart(surface, p, v), GapAtStart(surface, p).normal, cloth.step.slowest_landing);
+}
+
+// A difference over two steps remembers the velocity before an impact: the particle goes on as if it had always
+// flown with the velocity that the impact left.
+void ForgetFlight(uint i, vec3 p, vec3 v) {
+  precise vec3 kick = cloth.step.h * cloth.step.gravity.xyz;
+  precise vec3 mean = v - 0.5 * kick;
+  precise vec3 before = v - kick;
+  SetPrevious(i, AddScaled(p, -cloth.step.h, mean), before);
 }
 #endif
 
-// Contacts: no approach velocity, Coulomb friction; then damping. Free particles only.
-void CorrectVelocity(uint i) {
-  if (IsTwoStep()) return;  // damping is in predict
-#if defined(HAS_SOLVE_CONTACTS) || defined(HAS_DAMPING)
-  if (InverseMass(i) == 0.0) return;
-  vec3 v = Velocity(i);
 #ifdef HAS_SOLVE_CONTACTS
-  vec3 p = Position(i);
+// Corrects a velocity relative to the surface.
+vec3 CorrectContactVelocity(uint c, uint i, vec3 normal, vec3 v) {
+  float rebound = 0.0;
+  vec3 beta_t = vec3(0.0);
+#ifdef HAS_RESTITUTION
+  rebound = scratch[ReboundWord(c, i)];
+#endif
+#ifdef HAS_FRICTION
+  beta_t = LoadTangentBeta(c, i);
+#endif
+  return VelocityAfterContact(v, normal, beta_t, scratch[NormalBetaWord(c, i)], rebound, IsTwoStep(),
+                              cloth.step.friction_static, cloth.step.friction_dynamic);
+}
+
+// The velocity v at p, the end of the substep, after all contacts that pushed.
+vec3 VelocityAfterContacts(uint i, vec3 p, vec3 v) {
+  bool has_landed = false;
   uint met = LoadMetColliders(i, false);
-  for (uint c = NextMetCollider(0u, met); c < cloth.collider_count;
-       c = NextMetCollider(c + 1u, met)) {
+  for (uint c = NextMetCollider(0u, met); c < cloth.collider_count; c = NextMetCollider(c + 1u, met)) {
     if (scratch[NormalBetaWord(c, i)] <= 0.0) continue;
     Surface surface = LoadSurface(c);
     vec3 normal = GapAtEnd(surface, p).normal;
     vec3 relative = CorrectContactVelocity(c, i, normal, RelativeAtEnd(surface, p, v));
     v = AbsoluteAtEnd(surface, p, relative);
+#ifdef HAS_TWO_STEPS
+    if (IsTwoStep() && !has_landed) has_landed = HasLanded(surface, i);
+#endif
   }
+#ifdef HAS_TWO_STEPS
+  if (has_landed) ForgetFlight(i, p, v);
+#endif
+  return v;
+}
+#endif
+
+// Contacts: no approach velocity, Coulomb friction; then damping, which with two steps is in `predict`. Free
+// particles only.
+void CorrectVelocity(uint i) {
+#if defined(HAS_SOLVE_CONTACTS) || defined(HAS_DAMPING)
+  if (InverseMass(i) == 0.0) return;
+  vec3 v = Velocity(i);
+#ifdef HAS_SOLVE_CONTACTS
+  v = VelocityAfterContacts(i, Position(i), v);
 #endif
 #ifdef HAS_DAMPING
   precise vec3 damped = v * substep.damping_factor;
-  v = damped;
+  if (!IsTwoStep()) v = damped;
 #endif
   SetVelocity(i, v);
 #endif

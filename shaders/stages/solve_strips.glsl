@@ -82,7 +82,7 @@ LinearisedLink LineariseLink(Strip strip, uint k, LinkEnd from, LinkEnd to, bool
   precise vec3 position_difference = to.position - from.position;
   precise vec3 velocity_difference = to.velocity - from.velocity;
   link.error = PredictDistanceError(position_difference, velocity_difference, substep.interval,
-                                    substep.inverse_interval, link.rest_length, compliance, lambda);
+                                    InverseForceTime(), link.rest_length, compliance, lambda);
   precise float diagonal = from.inverse_mass + to.inverse_mass;
   link.direction = link.error.direction;
 #ifdef HAS_START_DIRECTIONS
@@ -91,7 +91,7 @@ LinearisedLink LineariseLink(Strip strip, uint k, LinkEnd from, LinkEnd to, bool
   diagonal = diagonal * line.slope;
 #endif
 #ifdef HAS_COMPLIANCE
-  diagonal = diagonal + compliance * substep.inverse_interval * substep.inverse_interval;
+  diagonal = diagonal + compliance * InverseForceTime() * substep.inverse_interval;
 #endif
   link.diagonal = diagonal;
   return link;

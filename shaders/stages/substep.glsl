@@ -33,4 +33,15 @@ bool IsTwoStep() {
 #endif
 }
 
+// An impulse Lambda of the substep is the force Lambda * InverseForceTime() [1/s].
+float InverseForceTime() {
+#ifdef HAS_TWO_STEPS
+  if (IsTwoStep()) {
+    precise float inverse = 1.0 / substep.kick_within;
+    return inverse;
+  }
+#endif
+  return substep.inverse_interval;
+}
+
 #endif

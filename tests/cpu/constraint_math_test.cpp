@@ -146,20 +146,44 @@ TEST(ConstraintMathTest, FrictionSticksInsideTheConeAndSlidesOutside) {
       << "a contact that has let go has no friction";
 }
 
+// After sweeps that made no impulse, with friction coefficients s and d.
+Vec4 AfterContact(Vec4 v, float rebound, float s, float d) {
+  return VelocityAfterContact(v, Vec4{0, 1, 0, 0}, Vec4{}, 0.0f, rebound, false, s, d);
+}
+
 TEST(ConstraintMathTest, VelocityAfterContact) {
-  const Vec4 n{0, 1, 0, 0};
-  const Vec4 leaving = VelocityAfterContact(Vec4{1, 2, 0, 0}, n, 0.0f, 1.0f, 1.0f);
-  EXPECT_EQ(leaving[1], 2) << "what leaves is left alone";
-  const Vec4 stuck = VelocityAfterContact(Vec4{1, -2, 0, 0}, n, 0.0f, 0.6f, 0.5f);
-  EXPECT_EQ(Length(stuck), 0);
-  const Vec4 slid = VelocityAfterContact(Vec4{3, -2, 0, 0}, n, 0.0f, 0.6f, 0.5f);
+  EXPECT_EQ(AfterContact(Vec4{1, 2, 0, 0}, 0, 1, 1)[1], 2) << "what leaves is left alone";
+  EXPECT_EQ(Length(AfterContact(Vec4{1, -2, 0, 0}, 0, 0.6f, 0.5f)), 0);
+  const Vec4 slid = AfterContact(Vec4{3, -2, 0, 0}, 0, 0.6f, 0.5f);
   EXPECT_EQ(slid[1], 0);
   EXPECT_NEAR(slid[0], 2, 2 * kFewUlps);
-  const Vec4 smooth = VelocityAfterContact(Vec4{3, -2, 0, 0}, n, 0.0f, 0.0f, 0.0f);
-  EXPECT_EQ(smooth[0], 3);
-  const Vec4 rebounding = VelocityAfterContact(Vec4{3, -2, 0, 0}, n, 0.5f, 0.6f, 0.5f);
+  EXPECT_EQ(AfterContact(Vec4{3, -2, 0, 0}, 0, 0, 0)[0], 3);
+  const Vec4 rebounding = AfterContact(Vec4{3, -2, 0, 0}, 0.5f, 0.6f, 0.5f);
   EXPECT_EQ(rebounding[1], 0.5f);
   EXPECT_NEAR(rebounding[0], 1.75f, 2 * kFewUlps) << "friction of an impulse of 2.5";
+}
+
+// With two steps. Neither the sweeps' impulse of 1 nor the rest of 2 alone stops a speed of 1.5
+// that is in the cone of both.
+TEST(ConstraintMathTest, FrictionOfTwoStepsIsJudgedOnTheWholeImpulse) {
+  const auto after = [](float friction_static, float friction_dynamic) {
+    // Friction of 0.6 times 1 has left 0.9.
+    return VelocityAfterContact(Vec4{0.9f, -2, 0, 0}, Vec4{0, 1, 0, 0}, Vec4{-0.6f, 0, 0, 0}, 1.0f,
+                                0.0f, true, friction_static, friction_dynamic);
+  };
+  EXPECT_EQ(Length(after(0.7f, 0.6f)), 0);
+  EXPECT_NEAR(after(0.4f, 0.3f)[0], 1.5f - 0.3f * 3, 2 * kFewUlps);
+}
+
+// With two steps the normal speed is what removed the error, whatever its sign.
+TEST(ConstraintMathTest, TwoStepsLeaveExactlyTheRebound) {
+  const Vec4 n{0, 1, 0, 0};
+  const Vec4 v = VelocityAfterContact(Vec4{1, 2, 0, 0}, n, Vec4{}, 3.0f, 0.0f, true, 0.0f, 0.0f);
+  EXPECT_EQ(v[0], 1);
+  EXPECT_EQ(v[1], 0);
+  EXPECT_GT(LandingExcess(n, Vec4{0, -1, 0, 0}, 0.5f), 0);
+  EXPECT_LT(LandingExcess(n, Vec4{0, -0.4f, 0, 0}, 0.5f), 0);
+  EXPECT_LT(LandingExcess(n, Vec4{100, -0.05f, 0, 0}, 0.0f), 0) << "it grazes";
 }
 
 }  // namespace

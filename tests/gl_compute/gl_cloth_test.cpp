@@ -85,7 +85,9 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   EXPECT_EQ(layout.met_colliders, layout.violations + 100);
   EXPECT_EQ(layout.spring_accelerations, layout.met_colliders + 100);
   EXPECT_EQ(layout.air_impulses, layout.spring_accelerations + 300);
-  EXPECT_EQ(layout.twist_changes, layout.air_impulses + 3 * 162) << "no two steps with colliders";
+  EXPECT_EQ(layout.previous_positions, layout.air_impulses + 3 * 162);
+  EXPECT_EQ(layout.previous_velocities, layout.previous_positions + 300);
+  EXPECT_EQ(layout.twist_changes, layout.previous_velocities + 300);
   EXPECT_EQ(layout.strip_links, layout.twist_changes + 300);
   EXPECT_EQ(layout.work_positions, layout.strip_links + 5 * uint64_t{model->constraint_count()});
   EXPECT_EQ(layout.work_velocities, layout.work_positions + 300);
@@ -268,13 +270,14 @@ TEST(MakeClothRecordTest, SubstepsAreThoseOfTheSchedule) {
         EXPECT_EQ(substep.inverse_interval, static_cast<float>(1 / expected.interval_s));
         EXPECT_EQ(substep.inverse_duration, static_cast<float>(1 / expected.duration_s));
         EXPECT_EQ(substep.pin_end - index, expected.pin_shares);
-        EXPECT_EQ(substep.pin_lead, expected.is_two_step ? 1.0f / 3 : 0.0f);
+        EXPECT_EQ(substep.pin_lead,
+                  static_cast<float>(1 - expected.interval_s / expected.duration_s));
         EXPECT_EQ(substep.kick_before, static_cast<float>(expected.kick_before_s));
         EXPECT_EQ(substep.kick_within, static_cast<float>(expected.kick_within_s));
         EXPECT_EQ(substep.kick_after, static_cast<float>(expected.kick_after_s));
         EXPECT_EQ(substep.twist_share, static_cast<float>(expected.twist_share));
         EXPECT_EQ(substep.is_two_step != 0, expected.is_two_step);
-        EXPECT_EQ(substep.sets_previous != 0, expected.sets_previous);
+        EXPECT_EQ(substep.lead, static_cast<float>(expected.lead_s));
       }
     }
   }

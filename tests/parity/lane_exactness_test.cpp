@@ -142,7 +142,7 @@ std::vector<Case> Cases() {
   on_cylinder.name = "cylinder_12";
   on_cylinder.parameters.colliders = {CylinderBetween({0.3, -0.44, 0.4}, {0.7, -0.24, 0.6}, 0.2)};
   for (Scene scene : {FallingOnSphere(11), FallingOnBoxAndCapsule(10), on_cylinder}) {
-    for (auto& v : scene.state.velocities_m_per_s) v.y() = -2.5;
+    for (auto& v : scene.state.velocities_m_per_s) v.y() = -2.8;
     cases.push_back({With(scene, scene.name + "_realtime", Preset::kRealtime)});
     scene.state = Settled(scene);
     scene.parameters.restitution = 0.4;

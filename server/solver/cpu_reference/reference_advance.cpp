@@ -15,18 +15,20 @@ void PredictBallistic(StepContext& context) {
 }
 
 // The backward differentiation formula of second order, for positions and velocities alike.
-// Damping is part of it, at the end of the substep.
+// Damping is part of it, at the end of the substep. The first substep of a step, whose previous
+// state is the present one, takes the mean of the velocities at its ends.
 void PredictTwoStep(StepContext& context) {
-  const double h = context.h;
-  const double damping = 1 / (1 + context.parameters.damping_per_s * h);
+  const double force_s = context.substep.kick_within_s;
+  const double damping = 1 / (1 + context.parameters.damping_per_s * force_s);
   for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
     const Vector3d& p = context.state.positions_m[i];
     const Vector3d& v = context.state.velocities_m_per_s[i];
-    context.base[i] = p + (p - context.previous.positions_m[i]) / 3;
+    context.base[i] = p + (p - context.previous.positions_m[i]) / 3 + context.substep.lead_s * v;
     context.u[i] = v + (v - context.previous.velocities_m_per_s[i]) / 3 +
-                   h * context.parameters.gravity_m_per_s2;
+                   force_s * context.parameters.gravity_m_per_s2;
     context.u[i] *= damping;
   }
+  context.previous = context.state;
 }
 
 // The pin's share of its way as a velocity; b so that it ends there.

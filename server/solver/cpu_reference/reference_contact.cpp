@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/solver/solver_constants.h"
+
 namespace drape {
 
 ReferenceContact ContactAt(const Collider& collider, double thickness_m, const Eigen::Vector3d& q) {
@@ -31,6 +33,12 @@ Eigen::Vector3d FrictionImpulse(const Eigen::Vector3d& wanted, double normal_imp
   const double size = wanted.norm();
   if (size <= friction_static * normal_impulse) return wanted;
   return wanted * (friction_dynamic * normal_impulse / size);
+}
+
+bool IsLanding(const Eigen::Vector3d& relative_m_per_s, const Eigen::Vector3d& normal,
+               double slowest_m_per_s) {
+  const double approach = -relative_m_per_s.dot(normal);
+  return approach > slowest_m_per_s + kGrazingSine * relative_m_per_s.norm();
 }
 
 }  // namespace drape

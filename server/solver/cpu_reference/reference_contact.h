@@ -39,4 +39,9 @@ double ReboundSpeed(const ReferenceContact& contact, const Eigen::Vector3d& velo
 Eigen::Vector3d FrictionImpulse(const Eigen::Vector3d& wanted, double normal_impulse,
                                 double friction_static, double friction_dynamic);
 
+// Whether a particle with this velocity relative to the surface hits it: faster than gravity makes
+// what rests, and not only because the surface is curved.
+bool IsLanding(const Eigen::Vector3d& relative_m_per_s, const Eigen::Vector3d& normal,
+               double slowest_m_per_s);
+
 }  // namespace drape

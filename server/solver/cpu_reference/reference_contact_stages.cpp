@@ -17,6 +17,12 @@ bool IsAboveTolerance(const StepContext& context, double velocity_change) {
   return tolerance == 0 || context.h * velocity_change > tolerance * context.model.length_scale_m();
 }
 
+// With two steps u is the velocity at the end of the substep, else the mean over it.
+Vector3d SurfaceVelocity(const StepContext& context, uint32_t i, size_t c) {
+  if (!context.substep.is_two_step) return context.colliders.MeanVelocity(c, context.base[i]);
+  return context.colliders.VelocityAtEnd(c, context.base[i] + context.h * context.u[i]);
+}
+
 // gap >= floor with impulses that only push (Bender et al. 2009, section 3.2, inequality
 // constraints), then Coulomb friction against the motion of the substep relative to the surface.
 bool SolveContact(StepContext& context, uint32_t i, size_t c, ContactImpulse& beta) {
@@ -34,7 +40,7 @@ bool SolveContact(StepContext& context, uint32_t i, size_t c, ContactImpulse& be
   const bool has_friction =
       parameters.friction_static > 0 && (beta.normal > 0 || !beta.tangential.isZero(0));
   if (!has_friction) return has_changed;
-  const Vector3d relative = u - context.colliders.MeanVelocity(c, context.base[i]);
+  const Vector3d relative = u - SurfaceVelocity(context, i, c);
   const Vector3d sliding = relative - relative.dot(n) * n;
   const Vector3d tangential =
       FrictionImpulse(beta.tangential - sliding, beta.normal, parameters.friction_static,
@@ -45,19 +51,46 @@ bool SolveContact(StepContext& context, uint32_t i, size_t c, ContactImpulse& be
   return has_changed || IsAboveTolerance(context, tangential_change.norm());
 }
 
-// No approach velocity is left, and what hits leaves with its rebound speed; the impulse that this
-// takes carries Coulomb friction.
+// Whether the particle hit collider c in this substep, which began with the previous state.
+bool HasLanded(const StepContext& context, uint32_t i, size_t c) {
+  const Vector3d& p = context.previous.positions_m[i];
+  const Vector3d relative =
+      context.previous.velocities_m_per_s[i] - context.colliders.VelocityAtStart(c, p);
+  return IsLanding(relative, context.colliders.AtStart(c, p).normal,
+                   SlowestLanding(context.parameters));
+}
+
+// A difference over two steps remembers the velocity before an impact: the particle goes on as if
+// it had always flown with the velocity that the impact left.
+void ForgetFlight(StepContext& context, uint32_t i) {
+  const double h = context.substep.duration_s;
+  const Vector3d& g = context.parameters.gravity_m_per_s2;
+  const Vector3d& v = context.state.velocities_m_per_s[i];
+  context.previous.positions_m[i] = context.state.positions_m[i] - h * (v - h / 2 * g);
+  context.previous.velocities_m_per_s[i] = v - h * g;
+}
+
+// No approach velocity is left, and what hits leaves with its rebound speed. With two steps u is
+// also the speed at which the error of the substep was removed: none of it is left, and friction is
+// judged on the whole impulse of the substep. With one step velocities contain forces that the next
+// substep's constraints take away, so the impulse of this correction carries friction of its own.
 void CorrectContactVelocity(StepContext& context, uint32_t i, size_t c, double rebound) {
   const ReferenceColliders& colliders = context.colliders;
+  const bool is_two_step = context.substep.is_two_step;
+  const ContactImpulse before =
+      is_two_step ? context.beta[i * colliders.size() + c] : ContactImpulse{};
   const Vector3d& p = context.state.positions_m[i];
   const Vector3d n = colliders.AtEnd(c, p).normal;
   const Vector3d of_surface = colliders.VelocityAtEnd(c, p);
   Vector3d v = context.state.velocities_m_per_s[i] - of_surface;
-  const double normal_impulse = rebound - v.dot(n);
-  if (!(normal_impulse > 0)) return;
+  const double change = rebound - v.dot(n);
+  if (!(change > 0) && !is_two_step) return;
+  const double normal_impulse = std::max(before.normal + change, 0.0);
   const Vector3d sliding = v - v.dot(n) * n;
-  v = sliding + FrictionImpulse(-sliding, normal_impulse, context.parameters.friction_static,
-                                context.parameters.friction_dynamic);
+  const Vector3d tangential =
+      FrictionImpulse(before.tangential - sliding, normal_impulse,
+                      context.parameters.friction_static, context.parameters.friction_dynamic);
+  v = sliding + (tangential - before.tangential);
   if (rebound > 0) v += rebound * n;
   context.state.velocities_m_per_s[i] = colliders.are_moving() ? Vector3d(of_surface + v) : v;
 }
@@ -69,8 +102,10 @@ ReferenceContact PredictedContact(const StepContext& context, uint32_t i, size_t
 }
 
 double ContactFloor(const StepContext& context, uint32_t i, size_t c) {
-  const double gap = context.colliders.AtStart(c, context.base[i]).gap;
-  return std::min(0.0, gap + kMaxDepenetrationSpeed_m_per_s * context.h);
+  const bool is_two_step = context.substep.is_two_step;
+  const Vector3d& start = is_two_step ? context.previous.positions_m[i] : context.base[i];
+  const double gap = context.colliders.AtStart(c, start).gap;
+  return std::min(0.0, gap + kMaxDepenetrationSpeed_m_per_s * context.substep.duration_s);
 }
 
 void PredictContacts(StepContext& context) {
@@ -104,18 +139,19 @@ bool SolveContacts(StepContext& context) {
 
 // Velocity constraints of the contacts that pushed, after the advance, then damping.
 void CorrectVelocity(StepContext& context) {
-  if (context.substep.is_two_step) return;
-  const double damping_per_s = context.parameters.damping_per_s;
+  const double damping_per_s = context.substep.is_two_step ? 0 : context.parameters.damping_per_s;
   const double decay = std::exp(-damping_per_s * context.h);
   const size_t collider_count = context.colliders.size();
   for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
     if (context.w[i] == 0) continue;
+    bool has_landed = false;
     for (size_t c = 0; c < collider_count; ++c) {
       const size_t contact = i * collider_count + c;
-      if (context.beta[contact].normal > 0) {
-        CorrectContactVelocity(context, i, c, context.rebounds[contact]);
-      }
+      if (!(context.beta[contact].normal > 0)) continue;
+      CorrectContactVelocity(context, i, c, context.rebounds[contact]);
+      has_landed |= context.substep.is_two_step && HasLanded(context, i, c);
     }
+    if (has_landed) ForgetFlight(context, i);
     if (damping_per_s > 0) context.state.velocities_m_per_s[i] *= decay;
   }
 }

@@ -89,11 +89,9 @@ double DoSubsteps(StepContext& context, StepReport& report) {
   for (uint32_t index = 0; index < context.plan.schedule.size(); ++index) {
     context.substep = context.plan.schedule[index];
     context.h = context.substep.interval_s;
-    // Colliders are met by substeps of equal length only.
-    context.colliders.Place(index * context.h, (index + 1) * context.h);
-    const ParticleState before = context.state;
+    context.colliders.Place(index * context.substep.duration_s,
+                            (index + 1) * context.substep.duration_s);
     residual = Advance(context, report);
-    if (context.substep.sets_previous) context.previous = before;
   }
   // At the end of the step a pin is where it was asked to be, to the bit.
   for (uint32_t k = 0; k < context.model.pin_count(); ++k) {

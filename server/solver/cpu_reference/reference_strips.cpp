@@ -31,6 +31,7 @@ std::vector<Link> Linearise(const StepContext& context, uint32_t strip) {
   const StripSet& strips = context.model.strips();
   const std::span<const double> w = context.w;
   const double h = context.h;
+  const double force_s = context.substep.force_s();
   std::vector<Link> links;
   for (uint32_t k = strips.strip_offsets[strip]; k < strips.strip_offsets[strip + 1]; ++k) {
     const DistanceConstraint& constraint = context.model.constraints()[strips.constraints[k]];
@@ -42,9 +43,9 @@ std::vector<Link> Linearise(const StepContext& context, uint32_t strip) {
     link.n_end = DirectionOf(d);
     link.line = BlendDirections(start, d, context.plan.solver.end_share);
     link.error_m = length - constraint.rest_length_m +
-                   constraint.compliance_m_per_n / h * context.lambda[strips.constraints[k]];
-    link.diagonal =
-        (w[link.from] + w[link.to]) * link.line.slope + constraint.compliance_m_per_n / (h * h);
+                   constraint.compliance_m_per_n / force_s * context.lambda[strips.constraints[k]];
+    link.diagonal = (w[link.from] + w[link.to]) * link.line.slope +
+                    constraint.compliance_m_per_n / (h * force_s);
     const bool ends_at_pin = w[link.to] == 0;
     link.min_pivot = (ends_at_pin ? kMinStripPivotAtPin : kMinStripPivot) * link.diagonal;
     if (!links.empty()) {

@@ -46,6 +46,7 @@ shader::StepNumbers NumbersOf(const GlCloth& cloth) {
   step.friction_dynamic = static_cast<float>(parameters.friction_dynamic);
   step.restitution = static_cast<float>(parameters.restitution);
   step.slowest_rebound = static_cast<float>(SlowestRebound(parameters));
+  step.slowest_landing = static_cast<float>(SlowestLanding(parameters));
   step.max_depenetration = static_cast<float>(kMaxDepenetrationSpeed_m_per_s * h);
   step.contact_margin = static_cast<float>(kContactMarginRatio * length_scale);
   step.reach_margin = static_cast<float>(kReachMarginRatio * length_scale);
@@ -60,8 +61,9 @@ shader::SubstepRecord ToRecord(const Substep& substep, uint32_t index, double da
   return {.interval = static_cast<float>(h),
           .inverse_interval = static_cast<float>(1 / h),
           .inverse_duration = static_cast<float>(1 / substep.duration_s),
-          .damping_factor = static_cast<float>(substep.is_two_step ? 1 / (1 + damping_per_s * h)
-                                                                   : std::exp(-damping_per_s * h)),
+          .damping_factor = static_cast<float>(substep.is_two_step
+                                                   ? 1 / (1 + damping_per_s * substep.kick_within_s)
+                                                   : std::exp(-damping_per_s * h)),
           .pin_lead = static_cast<float>(1 - h / substep.duration_s),
           .pin_end = index + substep.pin_shares,
           .kick_before = static_cast<float>(substep.kick_before_s),
@@ -69,7 +71,7 @@ shader::SubstepRecord ToRecord(const Substep& substep, uint32_t index, double da
           .kick_after = static_cast<float>(substep.kick_after_s),
           .twist_share = static_cast<float>(substep.twist_share),
           .is_two_step = substep.is_two_step ? 1u : 0u,
-          .sets_previous = substep.sets_previous ? 1u : 0u};
+          .lead = static_cast<float>(substep.lead_s)};
 }
 
 // One record of each kind that the schedule has.

@@ -25,6 +25,7 @@ std::string ConstantDefines() {
   text << "#define REACH_FACTOR " << kReachFactor << "\n";
   text << "#define REACH_DIRECTIONS " << kReachDirections << "u\n";
   text << "#define MIN_DIRECTION_COSINE " << kMinDirectionCosine << "\n";
+  text << "#define GRAZING_SINE " << kGrazingSine << "\n";
   text << "#define MAX_SPEED " << kMaxSpeed_m_per_s << "\n";
   text << "#define MAX_AIR_RATIO " << kMaxAirRatio << "\n";
   text << "#define MAX_ELASTIC_RATIO " << kMaxElasticRatio << "\n";
@@ -68,7 +69,7 @@ constexpr TiledKernel kTiledKernels[] = {
     {"tiled_begin_sweeps", {kTolerance}, {}, &Kernels::tiled_begin_sweeps},
     {"tiled_solve_strips",
      {kSolveStrips},
-     {kTolerance, kCompliance, kStartDirections, kRegularStrips},
+     {kTwoSteps, kTolerance, kCompliance, kStartDirections, kRegularStrips},
      &Kernels::tiled_solve_strips},
     {"tiled_test_links", {kRefine}, {kTolerance}, &Kernels::tiled_test_links},
     {"tiled_collect_links", {kRefine}, {kTolerance}, &Kernels::tiled_collect_links},
@@ -87,7 +88,7 @@ constexpr TiledKernel kTiledKernels[] = {
      &Kernels::tiled_solve_joints},
     {"tiled_solve_contacts",
      {kSolveContacts},
-     kColliderTraits | TraitSet{kTolerance, kFriction},
+     kColliderTraits | TraitSet{kTwoSteps, kTolerance, kFriction},
      &Kernels::tiled_solve_contacts},
     {"tiled_end_sweep", {kTolerance}, {}, &Kernels::tiled_end_sweep},
     {"tiled_integrate",
@@ -100,7 +101,7 @@ constexpr TiledKernel kTiledKernels[] = {
      &Kernels::tiled_solve_velocity},
     {"tiled_correct_velocity",
      {kSolveVelocity},
-     kContactTraits | TraitSet{kDamping},
+     kContactTraits | TraitSet{kTwoSteps, kDamping},
      &Kernels::tiled_correct_velocity},
     {"tiled_place_pins", {kPins}, {}, &Kernels::tiled_place_pins},
     {"tiled_check", {kCommit}, {}, &Kernels::tiled_check},

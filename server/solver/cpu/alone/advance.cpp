@@ -25,25 +25,24 @@ class BallisticPrediction {
 };
 
 // The backward differentiation formula of second order: the positions become b = p + (p - p')/3,
-// the velocities u = (v + (v - v')/3 + H g) / (1 + c H).
+// the velocities u = (v + (v - v')/3 + H g) / (1 + c H). In the first substep of a step, whose
+// previous state is the present one, b = p + v h/2 and u = (v + h g) / (1 + c h).
 class TwoStepPrediction {
  public:
   explicit TwoStepPrediction(const StepContext& context)
       : previous_positions_(context.scratch.previous.positions.data()),
         previous_velocities_(context.scratch.previous.velocities.data()),
-        kick_(context.controls.gravity * context.substep.interval),
-        damping_factor_(context.substep.damping_factor),
-        sets_previous_(context.substep.sets_previous) {}
+        lead_(context.substep.lead),
+        kick_(context.controls.gravity * context.substep.kick_within),
+        damping_factor_(context.substep.damping_factor) {}
   void operator()(uint32_t i, Vec4& p, Vec4& v) const {
     constexpr float kThird = 1.0f / 3;
     Vec4& previous_p = previous_positions_[i];
     Vec4& previous_v = previous_velocities_[i];
-    const Vec4 base = p + (p - previous_p) * kThird;
+    const Vec4 base = (p + (p - previous_p) * kThird) + lead_ * v;
     const Vec4 mean = ((v + (v - previous_v) * kThird) + kick_) * damping_factor_;
-    if (sets_previous_) {
-      previous_p = p;
-      previous_v = v;
-    }
+    previous_p = p;
+    previous_v = v;
     p = base;
     v = mean;
   }
@@ -51,9 +50,9 @@ class TwoStepPrediction {
  private:
   Vec4* const previous_positions_;
   Vec4* const previous_velocities_;
+  const float lead_;
   const Vec4 kick_;
   const float damping_factor_;
-  const bool sets_previous_;
 };
 
 template <class Prediction>

@@ -165,8 +165,7 @@ StepReport DoSubsteps(StepContext& context, const FloatState& state) {
     context.substep = FloatSubstep(substep, controls.damping_per_s);
     // Colliders are met by substeps of equal length only.
     PlaceColliders(context, index * substep.duration_s, (index + 1) * substep.duration_s);
-    // Before the kick, which is part of what two steps continue.
-    if (index == 0 && context.substep.sets_previous) {
+    if (index == 0 && context.substep.is_two_step) {
       Copy(context, context.scratch.state, context.scratch.previous);
     }
     Advance(context, report);

@@ -53,11 +53,16 @@ void PredictContactsOf(const StepContext& context, const Surfaces& surfaces,
     for (size_t k = 0; k < surfaces.size(); ++k) {
       const Gap gap = surfaces[k].GapAtStart(p);
       ContactImpulses& contact = scratch.contacts[i * surfaces.size() + k];
-      contact = {Vec4{}, 0, ContactFloor(gap.gap, controls.depenetration_distance), 0};
-      if (!controls.has_restitution) continue;
+      contact = {Vec4{}, 0, ContactFloor(gap.gap, controls.depenetration_distance), 0, 0};
+      if (!controls.has_restitution && !context.substep.is_two_step) continue;
       const Vec4 v = VelocityBefore(surfaces[k], p, scratch.state.velocities[i]);
-      contact.rebound = ReboundSpeed(gap.gap, gap.normal, v, controls.gravity, controls.restitution,
-                                     controls.slowest_rebound);
+      if (context.substep.is_two_step) {
+        contact.landing = LandingExcess(gap.normal, v, controls.slowest_landing);
+      }
+      if (controls.has_restitution) {
+        contact.rebound = ReboundSpeed(gap.gap, gap.normal, v, controls.gravity,
+                                       controls.restitution, controls.slowest_rebound);
+      }
     }
   }
 }
@@ -77,29 +82,35 @@ void FindContactFloorsOf(const StepContext& context, const Surfaces& surfaces,
 
 // One particle against one collider. Returns whether it changed u.
 template <class Surface>
-bool SolveContact(const FloatControls& controls, const Surface& surface, Vec4 p,
+bool SolveContact(const StepContext& context, const Surface& surface, Vec4 p,
                   ContactImpulses& contact, Vec4& u) {
+  const FloatControls& controls = context.controls;
+  const float interval = context.substep.interval;
   bool changed = false;
-  const Gap at_end = surface.GapAtEnd(p + controls.h * u);
+  const Gap at_end = surface.GapAtEnd(p + interval * u);
   const float normal_impulse =
-      ContactImpulse(contact.normal, at_end.gap - contact.floor, controls.inverse_h);
+      ContactImpulse(contact.normal, at_end.gap - contact.floor, context.substep.inverse_interval);
   const float change = normal_impulse - contact.normal;
   // Changes within the tolerance are applied too, but do not keep the sweeps going: in short
   // substeps friction consists of nothing else.
   u += change * at_end.normal;
   contact.normal = normal_impulse;
-  changed |= controls.h * std::fabs(change) > controls.contact_tolerance;
+  changed |= interval * std::fabs(change) > controls.contact_tolerance;
   const bool has_tangent = Dot(contact.tangent, contact.tangent) > 0;
   if (controls.friction_static > 0 && (contact.normal > 0 || has_tangent)) {
     Vec4 relative = u;
-    if constexpr (Surface::kMoves) relative -= surface.MeanVelocity(p);
+    // With two steps u is the velocity at the end of the substep, else the mean over it.
+    if constexpr (Surface::kMoves) {
+      relative -= context.substep.is_two_step ? surface.VelocityAtEnd(p + interval * u)
+                                              : surface.MeanVelocity(p);
+    }
     const Vec4 tangent =
         FrictionImpulse(contact.tangent, Tangential(relative, at_end.normal), contact.normal,
                         controls.friction_static, controls.friction_dynamic);
     const Vec4 tangent_change = tangent - contact.tangent;
     u += tangent_change;
     contact.tangent = tangent;
-    changed |= controls.h * Length(tangent_change) > controls.contact_tolerance;
+    changed |= interval * Length(tangent_change) > controls.contact_tolerance;
   }
   return changed;
 }
@@ -108,7 +119,7 @@ bool SolveContact(const FloatControls& controls, const Surface& surface, Vec4 p,
 template <class Surfaces>
 bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
                      std::span<const uint32_t> particles, std::atomic<bool>& has_left) {
-  const FloatControls& controls = context.controls;
+  const float interval = context.substep.interval;
   StepScratch& scratch = context.scratch;
   ReachWatch watch(scratch.reach.range, scratch.reach.WatchesSweeps(context.max_iterations));
   bool changed = false;
@@ -116,14 +127,26 @@ bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
     const Vec4 p = scratch.state.positions[i];
     Vec4& u = scratch.state.velocities[i];
     for (size_t k = 0; k < surfaces.size(); ++k) {
-      watch.See(p + controls.h * u);
+      watch.See(p + interval * u);
       changed |=
-          SolveContact(controls, surfaces[k], p, scratch.contacts[i * surfaces.size() + k], u);
+          SolveContact(context, surfaces[k], p, scratch.contacts[i * surfaces.size() + k], u);
     }
-    watch.See(p + controls.h * u);
+    watch.See(p + interval * u);
   }
   if (watch.has_left()) has_left = true;
   return changed;
+}
+
+// A difference over two steps remembers the velocity before an impact: the particle goes on as if
+// it had always flown with the velocity that the impact left.
+void ForgetFlight(const StepContext& context, uint32_t i) {
+  const FloatControls& controls = context.controls;
+  const FloatState& state = context.scratch.state;
+  FloatState& previous = context.scratch.previous;
+  const auto flight =
+      FlightBefore(state.positions[i], state.velocities[i], controls.gravity, controls.h);
+  previous.positions[i] = flight.position;
+  previous.velocities[i] = flight.velocity;
 }
 
 template <class Surfaces>
@@ -131,17 +154,21 @@ void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
                        std::span<const uint32_t> particles) {
   using Surface = std::remove_cvref_t<decltype(surfaces[0])>;
   const FloatControls& controls = context.controls;
-  const float damping_factor = context.substep.damping_factor;
+  const bool is_two_step = context.substep.is_two_step;
+  const float damping_factor = is_two_step ? 1 : context.substep.damping_factor;
   FloatState& state = context.scratch.state;
   for (const uint32_t i : particles) {
     const Vec4 p = state.positions[i];
     Vec4 v = state.velocities[i];
+    bool has_landed = false;
     for (size_t k = 0; k < surfaces.size(); ++k) {
       const ContactImpulses& contact = context.scratch.contacts[i * surfaces.size() + k];
       if (!(contact.normal > 0)) continue;
+      has_landed |= contact.landing > 0;
       const Vec4 n = surfaces[k].GapAtEnd(p).normal;
       const auto after_contact = [&](const Vec4& before) {
-        return VelocityAfterContact(before, n, contact.rebound, controls.friction_static,
+        return VelocityAfterContact(before, n, contact.tangent, contact.normal, contact.rebound,
+                                    is_two_step, controls.friction_static,
                                     controls.friction_dynamic);
       };
       if constexpr (Surface::kMoves) {
@@ -152,13 +179,14 @@ void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
       }
     }
     state.velocities[i] = v * damping_factor;
+    if (has_landed) ForgetFlight(context, i);
   }
 }
 
 }  // namespace
 
 void PredictContacts(const StepContext& context) {
-  if (context.substep.is_two_step || context.scratch.reach.near.empty()) return;
+  if (context.scratch.reach.near.empty()) return;
   WithSurfaces(context, [&](const auto& surfaces) {
     context.ForFreeRanges([&](std::span<const uint32_t> particles) {
       PredictContactsOf(context, surfaces, particles);
@@ -167,7 +195,7 @@ void PredictContacts(const StepContext& context) {
 }
 
 void FindContactFloors(const StepContext& context) {
-  if (context.scratch.reach.near.empty()) return;
+  if (context.substep.is_two_step || context.scratch.reach.near.empty()) return;
   WithSurfaces(context, [&](const auto& surfaces) {
     context.ForFreeRanges([&](std::span<const uint32_t> particles) {
       FindContactFloorsOf(context, surfaces, particles);
@@ -189,8 +217,9 @@ bool SolveContacts(const StepContext& context) {
 }
 
 void CorrectVelocity(const StepContext& context) {
-  if (context.substep.is_two_step) return;
-  if (context.scratch.reach.near.empty() && context.substep.damping_factor == 1) return;
+  // With two steps damping is in the prediction.
+  const bool damps = !context.substep.is_two_step && context.substep.damping_factor != 1;
+  if (context.scratch.reach.near.empty() && !damps) return;
   WithSurfaces(context, [&](const auto& surfaces) {
     context.ForFreeRanges([&](std::span<const uint32_t> particles) {
       CorrectVelocityOf(context, surfaces, particles);

@@ -12,7 +12,8 @@ void PlaceColliders(const StepContext& context, double begin_s, double end_s);
 // From positions and velocities before the substep.
 void PredictContacts(const StepContext& context);
 
-// Again where contacts let the substep end, after particles have been moved.
+// Again where contacts let the substep end, after refinement has moved particles. With two steps
+// the floors are those of the state before the substep.
 void FindContactFloors(const StepContext& context);
 
 // One sweep. Returns whether an impulse was larger than the tolerance.

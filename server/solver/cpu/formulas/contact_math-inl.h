@@ -16,6 +16,7 @@
 
 #include "server/scene/colliders.h"
 #include "server/solver/cpu/formulas/constraint_math.h"
+#include "server/solver/solver_constants.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
@@ -210,22 +211,49 @@ inline Scalars ReboundSpeed(const Scalars& gap, const Vectors& normal, const Vec
   return Select(approach > slowest, speed, zero);
 }
 
-// Velocity after a contact that the particle does not leave faster than `rebound` [m/s]: that speed
-// along the normal, and the tangential part less Coulomb friction of the same impulse (a velocity
-// constraint, Bender et al. 2009, section 3.2).
+// By how much a particle approaches faster than one that rests or slides could: with two steps it
+// lands if this is > 0 [m/s]. `v`: relative to the surface.
 template <class Scalars, class Vectors>
-inline Vectors VelocityAfterContact(const Vectors& v, const Vectors& n, const Scalars& rebound,
-                                    const Scalars& friction_static,
+inline Scalars LandingExcess(const Vectors& normal, const Vectors& v, const Scalars& slowest) {
+  constexpr auto kSine = static_cast<float>(kGrazingSine);
+  return -Dot(v, normal) - (slowest + SplatLike(kSine, slowest) * Sqrt(Dot(v, v)));
+}
+
+// A state.
+template <class Vectors>
+struct Flight {
+  Vectors position, velocity;
+};
+
+// The state a substep of length h before, of a particle that has flown freely to p and v.
+template <class Vectors>
+inline Flight<Vectors> FlightBefore(const Vectors& p, const Vectors& v, const Vectors& gravity,
+                                    float h) {
+  const Vectors kick = gravity * h;
+  return {p - (v - kick * 0.5f) * h, v - kick};
+}
+
+// Velocity after a contact that the particle does not leave faster than `rebound` [m/s], or with
+// two steps (`is_exact`) at exactly that speed along the normal, because u has the speed at which
+// the error of the substep was removed. Coulomb friction is then judged on the whole impulse of the
+// substep, with one step on the change alone, because velocities contain forces that the next
+// substep's constraints take away (a velocity constraint, Bender et al. 2009, section 3.2).
+template <class Scalars, class Vectors>
+inline Vectors VelocityAfterContact(const Vectors& v, const Vectors& n, const Vectors& beta_tangent,
+                                    const Scalars& beta_normal, const Scalars& rebound,
+                                    bool is_exact, const Scalars& friction_static,
                                     const Scalars& friction_dynamic) {
+  const Scalars zero = SplatLike(0, rebound);
   const Scalars normal_speed = Dot(v, n);
-  const Scalars impulse = rebound - normal_speed;
-  const auto is_hit = impulse > SplatLike(0, impulse);
+  const Scalars change = rebound - normal_speed;
+  const auto is_hit = is_exact ? rebound >= zero : change > zero;
   if (!IsAnyLaneSet(is_hit)) return v;
   const Vectors tangential = v - normal_speed * n;
-  const Scalars speed = Sqrt(Dot(tangential, tangential));
-  const auto slides = speed > friction_static * impulse;
-  const Scalars keep = SplatLike(1, impulse) - (friction_dynamic * impulse) / speed;
-  const Vectors left = Select(slides, keep * tangential, VectorLike(0, 0, 0, v));
+  const Vectors tangent_before = is_exact ? beta_tangent : VectorLike(0, 0, 0, v);
+  const Scalars normal_impulse = is_exact ? Max(zero, beta_normal + change) : change;
+  const Vectors tangent = FrictionImpulse(tangent_before, tangential, normal_impulse,
+                                          friction_static, friction_dynamic);
+  const Vectors left = tangential + (tangent - tangent_before);
   return Select(is_hit, left + rebound * n, v);
 }
 

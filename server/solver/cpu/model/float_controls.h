@@ -55,6 +55,7 @@ struct FloatControls {
   bool has_restitution;
   float restitution;
   float slowest_rebound;  // [m/s]
+  float slowest_landing;  // [m/s]
   Vec4 gravity;
   Vec4 wind;       // [m/s]
   float air_drag;  // density of the air * coefficient / 4 [kg/m^3]

@@ -38,17 +38,18 @@ void IntegratePins(const GroupContext& context) {
 
 // The free particles begin the substep (Bender et al. 2009, section 3.1, eq. 2): the velocities
 // become u = v + a H/2. With two steps, by the backward differentiation formula of second order:
-// the positions become b = p + (p - p')/3, the velocities u = (v + (v - v')/3 + H g) / (1 + c H).
+// the positions become b = p + (p - p')/3, the velocities u = (v + (v - v')/3 + H g) / (1 + c H);
+// in the first substep of a step b = p + v h/2 and u = (v + h g) / (1 + c h).
 class Prediction {
  public:
   explicit Prediction(const GroupContext& context)
       : is_two_step_(context.substep.is_two_step),
-        sets_previous_(context.substep.sets_previous),
         has_spring_forces_(context.controls.plan.solver.has_spring_forces),
         half_interval_(context.substep.half_interval),
         accelerations_(context.accelerations),
         previous_(context.previous),
-        kick_(context.gravity * (is_two_step_ ? context.substep.interval : half_interval_)),
+        lead_(context.substep.lead),
+        kick_(context.gravity * (is_two_step_ ? context.substep.kick_within : half_interval_)),
         damping_factor_(context.damping_factor) {}
   HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
     if (is_two_step_) {
@@ -62,22 +63,20 @@ class Prediction {
   HWY_INLINE void PredictTwoStep(ClothParticle& previous, VectorsCloths& p,
                                  VectorsCloths& v) const {
     constexpr float kThird = 1.0f / 3;
-    const VectorsCloths base = p + (p - previous.p) * kThird;
+    const VectorsCloths base = (p + (p - previous.p) * kThird) + v * lead_;
     const VectorsCloths mean = damping_factor_ * ((v + (v - previous.u) * kThird) + kick_);
-    if (sets_previous_) {
-      Assign(previous.p, p);
-      Assign(previous.u, v);
-    }
+    Assign(previous.p, p);
+    Assign(previous.u, v);
     Assign(p, base);
     Assign(v, mean);
   }
 
   const bool is_two_step_;
-  const bool sets_previous_;
   const bool has_spring_forces_;
   const float half_interval_;
   const VectorsCloths* const accelerations_;
   ClothParticle* const previous_;
+  const float lead_;
   const VectorsCloths kick_;
   const VecCloths damping_factor_;
 };

@@ -24,7 +24,7 @@ ClothGap GapAt(const VectorsCloths& q, const ClothCollider& collider) {
 
 // From positions and velocities before the substep.
 void PredictContacts(GroupContext& context) {
-  if (context.substep.is_two_step || context.collider_count() == 0) return;
+  if (context.collider_count() == 0) return;
   Settle(context);
   const VecCloths zero = SplatCloths(0);
   const float depenetration = context.controls.depenetration_distance;
@@ -36,6 +36,11 @@ void PredictContacts(GroupContext& context) {
       contact.normal = zero;
       contact.floor = ContactFloor(gap.gap, depenetration);
       contact.rebound = zero;
+      contact.landing = zero;
+      if (context.substep.is_two_step) {
+        contact.landing =
+            LandingExcess(gap.normal, context.particles[i].u, context.slowest_landing);
+      }
       if (!context.has_restitution) continue;
       contact.rebound = ReboundSpeed(gap.gap, gap.normal, context.particles[i].u, context.gravity,
                                      context.restitution, context.slowest_rebound);
@@ -45,6 +50,7 @@ void PredictContacts(GroupContext& context) {
 
 // Again where contacts let the substep end, after particles have been moved.
 void FindContactFloors(const GroupContext& context) {
+  if (context.substep.is_two_step) return;
   const float depenetration = context.controls.depenetration_distance;
   for (const uint32_t i : context.model.free_particles) {
     for (size_t k = 0; k < context.collider_count(); ++k) {
@@ -64,7 +70,7 @@ MaskCloths SolveFriction(const GroupContext& context, const VectorsCloths& n, Ma
   const VectorsCloths change = tangent - contact.tangent;
   u = Select(is_active, u + change, u);
   contact.tangent = Select(is_active, tangent, contact.tangent);
-  return is_active & (SplatCloths(context.controls.h) * Sqrt(Dot(change, change)) >
+  return is_active & (SplatCloths(context.substep.interval) * Sqrt(Dot(change, change)) >
                       SplatCloths(context.controls.contact_tolerance));
 }
 
@@ -75,9 +81,10 @@ MaskCloths SolveContact(const GroupContext& context, const ClothCollider& collid
                         const After& after) {
   const FloatControls& controls = context.controls;
   const VecCloths zero = SplatCloths(0);
-  const ClothGap at_end = GapAt(p + u * controls.h, collider);
+  const float interval = context.substep.interval;
+  const ClothGap at_end = GapAt(p + u * interval, collider);
   const VecCloths error = at_end.gap - contact.floor;
-  const VecCloths impulse = ContactImpulse(contact.normal, error, controls.inverse_h);
+  const VecCloths impulse = ContactImpulse(contact.normal, error, context.substep.inverse_interval);
   if (!IsAnyLaneSet((impulse > zero) | (contact.normal > zero) |
                     (Dot(contact.tangent, contact.tangent) > zero))) {
     return {};
@@ -85,7 +92,7 @@ MaskCloths SolveContact(const GroupContext& context, const ClothCollider& collid
   const VecCloths change = impulse - contact.normal;
   u = Select(context.is_running, u + change * at_end.normal, u);
   contact.normal = Select(context.is_running, impulse, contact.normal);
-  const MaskCloths changed = context.is_running & (SplatCloths(controls.h) * Abs(change) >
+  const MaskCloths changed = context.is_running & (SplatCloths(interval) * Abs(change) >
                                                    SplatCloths(controls.contact_tolerance));
   const MaskCloths has_friction =
       (context.friction_static > zero) &
@@ -106,7 +113,7 @@ MaskCloths SolveContacts(GroupContext& context) {
     ClothContact* const contacts = context.contacts + i * context.collider_count();
     const auto watch = [&] {
       if (!watches) return;
-      context.is_held &= Holds(context.range, particle.p + particle.u * context.controls.h);
+      context.is_held &= Holds(context.range, particle.p + particle.u * context.substep.interval);
     };
     watch();
     for (size_t k = 0; k < context.collider_count(); ++k) {
@@ -119,9 +126,9 @@ MaskCloths SolveContacts(GroupContext& context) {
 
 // Contacts; then damping, which alone is left open.
 void CorrectVelocity(GroupContext& context) {
-  if (context.substep.is_two_step) return;
+  const bool is_two_step = context.substep.is_two_step;  // damping is in the prediction
   if (context.collider_count() == 0) {
-    context.open.damp = context.has_damping;
+    context.open.damp = context.has_damping && !is_two_step;
     context.open.damping_factor = context.damping_factor;
     return;
   }
@@ -129,17 +136,25 @@ void CorrectVelocity(GroupContext& context) {
   for (const uint32_t i : context.model.free_particles) {
     ClothParticle& particle = context.particles[i];
     VectorsCloths v = particle.u;
+    MaskCloths has_landed{};
     for (size_t k = 0; k < context.collider_count(); ++k) {
       const ClothContact& contact = context.contacts[i * context.collider_count() + k];
       const MaskCloths has_impulse = contact.normal > SplatCloths(0);
       if (!IsAnyLaneSet(has_impulse)) continue;
+      has_landed |= has_impulse & (contact.landing > SplatCloths(0));
       const VectorsCloths n = GapAt(particle.p, context.colliders[k]).normal;
-      v = Select(has_impulse,
-                 VelocityAfterContact(v, n, contact.rebound, context.friction_static,
-                                      context.friction_dynamic),
-                 v);
+      v = Select(
+          has_impulse,
+          VelocityAfterContact(v, n, contact.tangent, contact.normal, contact.rebound, is_two_step,
+                               context.friction_static, context.friction_dynamic),
+          v);
     }
-    particle.u = context.damping_factor * v;
+    particle.u = is_two_step ? v : context.damping_factor * v;
+    if (!IsAnyLaneSet(has_landed)) continue;
+    const auto flight = FlightBefore(particle.p, particle.u, context.gravity, context.controls.h);
+    ClothParticle& previous = context.previous[i];
+    previous.p = Select(has_landed, flight.position, previous.p);
+    previous.u = Select(has_landed, flight.velocity, previous.u);
   }
 }
 

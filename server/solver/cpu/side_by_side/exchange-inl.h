@@ -143,12 +143,11 @@ void Gather(std::span<const GroupCloth> cloths, const GroupContext& context) {
     velocities[lane] = cloth.state.velocities.data();
     targets[lane] = cloth.context.pin_targets.data();
   }
-  // Before any kick, which is part of what two steps continue.
-  const bool sets_previous = context.controls.plan.schedule[0].sets_previous;
+  const bool has_previous = context.controls.plan.schedule.has_two_steps();
   for (size_t i = 0; i < context.particle_count(); ++i) {
     const VectorsCloths p = LoadVectors(positions, i), v = LoadVectors(velocities, i);
     context.particles[i] = {p, v};
-    if (sets_previous) context.previous[i] = {p, v};
+    if (has_previous) context.previous[i] = {p, v};
   }
   for (size_t k = 0; k < context.model.pins.size(); ++k) {
     context.pin_targets[k] = LoadVectors(targets, k);

@@ -35,7 +35,7 @@ struct ClothCollider {
 // (ContactImpulses).
 struct ClothContact {
   VectorsCloths tangent;
-  VecCloths normal, floor, rebound;
+  VecCloths normal, floor, rebound, landing;
 };
 
 // ParticleBox of each cloth.
@@ -119,6 +119,7 @@ struct GroupContext {
             NumberOf(cloths, [](const FloatControls& c) { return c.friction_dynamic; })),
         restitution(NumberOf(cloths, [](const FloatControls& c) { return c.restitution; })),
         slowest_rebound(NumberOf(cloths, [](const FloatControls& c) { return c.slowest_rebound; })),
+        slowest_landing(NumberOf(cloths, [](const FloatControls& c) { return c.slowest_landing; })),
         has_restitution(IsAnyLaneSet(restitution > SplatCloths(0))) {}
 
   // Colliders that the step works on.
@@ -162,7 +163,7 @@ struct GroupContext {
   const VecCloths air_drag, air_lift;
   const VecCloths end_share;
   const VecCloths friction_static, friction_dynamic;
-  const VecCloths restitution, slowest_rebound;
+  const VecCloths restitution, slowest_rebound, slowest_landing;
   const bool has_restitution;                             // some cloth has
   VecCloths damping_factor = SplatCloths(1);              // of the substep under way
   bool has_damping = false;                               // some cloth has

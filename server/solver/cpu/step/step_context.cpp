@@ -8,18 +8,19 @@ FloatSubstep::FloatSubstep(const Substep& substep, double damping_per_s)
     : interval(static_cast<float>(substep.interval_s)),
       half_interval(0.5f * interval),
       inverse_interval(static_cast<float>(1 / substep.interval_s)),
+      inverse_force(static_cast<float>(1 / substep.force_s())),
       is_two_step(substep.is_two_step),
       is_last(substep.is_last),
-      sets_previous(substep.sets_previous),
       pin_shares(static_cast<float>(substep.pin_shares)),
       inverse_duration(static_cast<float>(1 / substep.duration_s)),
       pin_lead(static_cast<float>(1 - substep.interval_s / substep.duration_s)),
       kick_before(static_cast<float>(substep.kick_before_s)),
       kick_after(static_cast<float>(substep.kick_after_s)),
       kick_within(static_cast<float>(substep.kick_within_s)),
+      lead(static_cast<float>(substep.lead_s)),
       twist_share(static_cast<float>(substep.twist_share)),
       damping_factor(static_cast<float>(substep.is_two_step
-                                            ? 1 / (1 + damping_per_s * substep.interval_s)
+                                            ? 1 / (1 + damping_per_s * substep.kick_within_s)
                                             : std::exp(-damping_per_s * substep.interval_s))) {}
 
 }  // namespace drape::cpu

@@ -29,6 +29,7 @@ struct ContactImpulses {
   float normal;
   float floor;    // lowest accepted gap [m]
   float rebound;  // speed with which the particle leaves if it hits [m/s]
+  float landing;  // LandingExcess [m/s], two steps only
 };
 
 // A substep in single precision (solver/substep_schedule.h). While it lasts the positions of the
@@ -40,15 +41,16 @@ struct FloatSubstep {
   float interval = 0;          // H [s]
   float half_interval = 0;     // H / 2 [s]
   float inverse_interval = 0;  // 1 / H [1/s]
+  float inverse_force = 0;     // 1 / Substep::force_s [1/s]
   bool is_two_step = false;
   bool is_last = false;
-  bool sets_previous = false;
   float pin_shares = 1;
   float inverse_duration = 0;  // [1/s]
   float pin_lead = 0;          // 1 - H / duration: how far on its way the b of a pin is
   float kick_before = 0;       // [s]
   float kick_after = 0;
   float kick_within = 0;
+  float lead = 0;  // [s]
   float twist_share = 0;
   float damping_factor = 1;  // of velocities: of v after a ballistic substep, of u before two steps
 };

@@ -28,7 +28,7 @@ inline constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 // The strip (or strips) being solved. Access is what differs between the paths of the backend:
 //   Scalars, Vectors, Mask, Ends (the particle of each lane), Link, Group   types
 //   Prepare(group)                                                         before it is swept
-//   tolerance, end_share, interval, inverse_interval                       numbers of the substep
+//   tolerance, end_share, interval, inverse_interval, inverse_force        numbers of the substep
 //   Number(x)                                                              a number of a link
 //   Running(mask)                                                          lanes that are swept
 //   PositionDifferences, VelocityDifferences, PredictedDifferences         from, to -> Vectors
@@ -98,7 +98,7 @@ class StripSolve {
         diagonal = diagonal * lines.slope;
       }
       if constexpr (kHasCompliance) {
-        const Scalars alpha_over_h = access_.Compliances(link.places) * inverse_h;
+        const Scalars alpha_over_h = access_.Compliances(link.places) * access_.inverse_force();
         error = error + alpha_over_h * access_.Impulses(link.places);
         diagonal = diagonal + alpha_over_h * inverse_h;
       }

@@ -1,0 +1,106 @@
+// A cloth that hangs and is damped comes to rest: nothing goes on moving that could be seen.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <vector>
+
+#include "tests/physics/physics_test.h"
+
+namespace drape::test {
+namespace {
+
+using Eigen::Vector3d;
+
+// A free motion dies out as exp(-c t / 2), an overdamped one slower: the lowest swing of a sheet
+// of 1 m (about 4 / s) is not overdamped. It begins with less than g.
+constexpr double kDamping_per_s = 2;
+constexpr uint32_t kSettleSteps = 720;  // 12 s
+constexpr uint32_t kWatchedSteps = 60;
+constexpr double kStep_s = 1.0 / 60;
+
+// The second difference of positions over steps: what an eye sees tremble, however slowly the whole
+// cloth still swings [m]. g exp(-12) dt^2 of the swing is left. In single precision a position of
+// 1 m is known to 6e-8, and a link's error over a substep's interval of 2e-4 s is a velocity, which
+// four times over a step of 1/60 s is 2e-5; two links meet in every corner.
+constexpr double kMaxTremble_m = 5e-5;
+
+Scene Damped(Scene scene, const std::string& name) {
+  scene.name = name;
+  scene.parameters.damping_per_s = kDamping_per_s;
+  return scene;
+}
+
+Scene Hammock(uint32_t side) {
+  return Grid(side, side, 1, 1, {0, side - 1, side * (side - 1), side * side - 1});
+}
+
+std::vector<Scene> FewScenes() {
+  return {Damped(Grid(12, 12, 1, 1, {0, 11}), "two_corners"), Damped(Hammock(10), "hammock")};
+}
+
+std::vector<Scene> ManyScenes() {
+  std::vector<Scene> scenes;
+  scenes.push_back(Damped(Grid(24, 24, 1, 1, {0, 23}), "two_corners"));
+  scenes.push_back(Damped(Grid(24, 24, 1, 1, {0, 12, 23}), "three_points"));
+  scenes.push_back(Damped(Grid(33, 11, 2, 0.7, {3, 27}), "two_inner_points"));
+  scenes.push_back(Damped(Hammock(20), "hammock"));
+  scenes.push_back(Damped(CompliantSheet(16, 1e-4), "compliant"));
+  scenes.push_back(Damped(Net(12, 0.08, 1e-5), "net"));
+  scenes.push_back(Damped(FallingOnSphere(16), "sphere"));
+  scenes.push_back(Damped(FallingOnBoxAndCapsule(14), "box_and_capsule"));
+  return scenes;
+}
+
+// REALTIME. What does not rest as well is in tests/bench/notes/solver.md.
+class RestTest : public PhysicsTest {
+ protected:
+  // The largest second difference of any particle over the watched steps [m].
+  double Tremble(Scene scene) {
+    scene.parameters.settings = PresetSettings(Preset::kRealtime);
+    scene.parameters.settings.time_step_s = kStep_s;
+    const ClothHandle cloth = Make(scene);
+    StepAlone(backend(), cloth, scene, kSettleSteps);
+    std::vector<Vector3d> before = ReadState(backend(), cloth).positions_m;
+    StepAlone(backend(), cloth, scene);
+    std::vector<Vector3d> now = ReadState(backend(), cloth).positions_m;
+    double largest_m = 0;
+    for (uint32_t step = 1; step < kWatchedSteps; ++step) {
+      StepAlone(backend(), cloth, scene);
+      const std::vector<Vector3d> next = ReadState(backend(), cloth).positions_m;
+      for (size_t i = 0; i < next.size(); ++i) {
+        largest_m = std::max(largest_m, (next[i] - 2 * now[i] + before[i]).norm());
+      }
+      before = std::move(now);
+      now = next;
+    }
+    return largest_m;
+  }
+
+  void ExpectRest(const std::vector<Scene>& scenes) {
+    for (const Scene& scene : scenes) {
+      const double tremble_m = Tremble(scene);
+      std::printf("[ MEASURED ] rest of %s on %s: %.4f mm\n", scene.name.c_str(),
+                  backend_name().c_str(), 1e3 * tremble_m);
+      EXPECT_LE(tremble_m, kMaxTremble_m) << scene.name;
+    }
+  }
+};
+
+TEST_P(RestTest, OfAHungCloth) {
+  ExpectRest(FewScenes());
+}
+
+DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(RestTest);
+
+using RestLong = RestTest;
+
+TEST_P(RestLong, OfHungCloths) {
+  ExpectRest(ManyScenes());
+}
+
+DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(RestLong);
+
+}  // namespace
+}  // namespace drape::test
