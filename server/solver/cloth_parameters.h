@@ -45,6 +45,7 @@ inline bool HasRestitution(const ClothParameters& parameters) {
 inline double SlowestRebound(const ClothParameters& parameters) {
   return kReboundSubsteps * parameters.gravity_m_per_s2.norm() * parameters.settings.substep_s();
 }
+
 // With two steps a particle that approaches a collider faster than this lands [m/s].
 inline double SlowestLanding(const ClothParameters& parameters) {
   return kLandingSubsteps * parameters.settings.substep_s() * parameters.gravity_m_per_s2.norm();

@@ -33,7 +33,7 @@ struct Substep {
   // substep.
   double twist_share = 0;
 
-  // How long a constant force acts on u: an impulse Lambda is the force Lambda / force_s.
+  // How long a constant force acts on u [s]: an impulse Lambda is the force Lambda / force_s().
   double force_s() const { return is_two_step ? kick_within_s : interval_s; }
 };
 

@@ -7,8 +7,7 @@
 SubstepRecord substep;
 bool is_last_substep;
 uint pin_shares;  // pins move 1 / pin_shares of the rest of their way
-// Seconds since the start of the step; only with moving colliders, whose cloths have substeps of
-// one length.
+// Seconds since the start of the step; only with moving colliders.
 float substep_begin;
 float substep_end;
 

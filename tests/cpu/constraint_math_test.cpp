@@ -181,9 +181,9 @@ TEST(ConstraintMathTest, TwoStepsLeaveExactlyTheRebound) {
   const Vec4 v = VelocityAfterContact(Vec4{1, 2, 0, 0}, n, Vec4{}, 3.0f, 0.0f, true, 0.0f, 0.0f);
   EXPECT_EQ(v[0], 1);
   EXPECT_EQ(v[1], 0);
-  EXPECT_GT(LandingExcess(n, Vec4{0, -1, 0, 0}, 0.5f), 0);
-  EXPECT_LT(LandingExcess(n, Vec4{0, -0.4f, 0, 0}, 0.5f), 0);
-  EXPECT_LT(LandingExcess(n, Vec4{100, -0.05f, 0, 0}, 0.0f), 0) << "it grazes";
+  EXPECT_TRUE(IsLanding(n, Vec4{0, -1, 0, 0}, 0.5f));
+  EXPECT_FALSE(IsLanding(n, Vec4{0, -0.4f, 0, 0}, 0.5f));
+  EXPECT_FALSE(IsLanding(n, Vec4{100, -0.05f, 0, 0}, 0.0f)) << "it grazes";
 }
 
 }  // namespace

@@ -175,19 +175,22 @@ TEST_P(DirectionTest, BlendedIsOneOfTheOthersWhereTheSubstepIsShortOrLong) {
   EXPECT_NE(bits(Direction::kAtStart, end_h), bits(Direction::kAtEnd, end_h));
 }
 
-// A sheet whose hem whips, above a floor that it never touches: along start directions alone it
-// blows up within half a second.
+// A sheet whose hem whips, above a floor that it never touches: with one step along start
+// directions alone it blows up within half a second.
 TEST_P(DirectionTest, AWhippingHemBesideAFarColliderHolds) {
-  Scene scene = Grid(32, 32, 1, 1, {0, 31});
-  scene.parameters.settings = PresetSettings(Preset::kRealtime);
-  scene.parameters.gravity_m_per_s2 = {-0.609, -9.788, 0.252};
-  scene.parameters.colliders = {PlaneThrough({0, -3, 0}, {0, 1, 0})};
-  const ClothHandle cloth = Make(scene);
-  for (int step = 0; step < 60; ++step) {
-    const StepReport report = StepAlone(backend(), cloth, scene);
-    ASSERT_EQ(report.fault, FaultReason::kNone) << "step " << step;
-    // Survival as the stability atlas defines it.
-    ASSERT_LE(report.measured.max_strain, 0.1) << "step " << step;
+  for (const Integration integration : {Integration::kOneStep, Integration::kTwoStep}) {
+    Scene scene = Grid(32, 32, 1, 1, {0, 31});
+    scene.parameters.settings = PresetSettings(Preset::kRealtime);
+    scene.parameters.settings.integration = integration;
+    scene.parameters.gravity_m_per_s2 = {-0.609, -9.788, 0.252};
+    scene.parameters.colliders = {PlaneThrough({0, -3, 0}, {0, 1, 0})};
+    const ClothHandle cloth = Make(scene);
+    for (int step = 0; step < 60; ++step) {
+      const StepReport report = StepAlone(backend(), cloth, scene, 1, /*measure=*/true);
+      ASSERT_EQ(report.fault, FaultReason::kNone) << "step " << step;
+      // Survival as the stability atlas defines it.
+      ASSERT_LE(report.measured.max_strain, 0.1) << "step " << step;
+    }
   }
 }
 

@@ -53,16 +53,11 @@ void PredictContactsOf(const StepContext& context, const Surfaces& surfaces,
     for (size_t k = 0; k < surfaces.size(); ++k) {
       const Gap gap = surfaces[k].GapAtStart(p);
       ContactImpulses& contact = scratch.contacts[i * surfaces.size() + k];
-      contact = {Vec4{}, 0, ContactFloor(gap.gap, controls.depenetration_distance), 0, 0};
-      if (!controls.has_restitution && !context.substep.is_two_step) continue;
+      contact = {Vec4{}, 0, ContactFloor(gap.gap, controls.depenetration_distance), 0};
+      if (!controls.has_restitution) continue;
       const Vec4 v = VelocityBefore(surfaces[k], p, scratch.state.velocities[i]);
-      if (context.substep.is_two_step) {
-        contact.landing = LandingExcess(gap.normal, v, controls.slowest_landing);
-      }
-      if (controls.has_restitution) {
-        contact.rebound = ReboundSpeed(gap.gap, gap.normal, v, controls.gravity,
-                                       controls.restitution, controls.slowest_rebound);
-      }
+      contact.rebound = ReboundSpeed(gap.gap, gap.normal, v, controls.gravity, controls.restitution,
+                                     controls.slowest_rebound);
     }
   }
 }
@@ -137,6 +132,15 @@ bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
   return changed;
 }
 
+// Whether the particle hit this surface in the substep, which began with the previous state.
+template <class Surface>
+bool HasLanded(const StepContext& context, const Surface& surface, uint32_t i) {
+  const FloatState& previous = context.scratch.previous;
+  const Vec4 p = previous.positions[i];
+  return IsLanding(surface.GapAtStart(p).normal, VelocityBefore(surface, p, previous.velocities[i]),
+                   context.controls.slowest_landing);
+}
+
 // A difference over two steps remembers the velocity before an impact: the particle goes on as if
 // it had always flown with the velocity that the impact left.
 void ForgetFlight(const StepContext& context, uint32_t i) {
@@ -164,7 +168,7 @@ void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
     for (size_t k = 0; k < surfaces.size(); ++k) {
       const ContactImpulses& contact = context.scratch.contacts[i * surfaces.size() + k];
       if (!(contact.normal > 0)) continue;
-      has_landed |= contact.landing > 0;
+      has_landed |= is_two_step && HasLanded(context, surfaces[k], i);
       const Vec4 n = surfaces[k].GapAtEnd(p).normal;
       const auto after_contact = [&](const Vec4& before) {
         return VelocityAfterContact(before, n, contact.tangent, contact.normal, contact.rebound,

@@ -49,7 +49,7 @@ class EightStrips {
   Vec8 end_share() const { return Splat8(context_.controls.end_share); }
   float interval() const { return context_.substep.interval; }
   float inverse_interval() const { return context_.substep.inverse_interval; }
-  float inverse_force() const { return context_.substep.inverse_force; }
+  float inverse_force_time() const { return context_.substep.inverse_force_time; }
   static Vec8 Splat(float value) { return Splat8(value); }
   static Vec8 Number(const Numbers8& numbers) { return Load(numbers); }
 

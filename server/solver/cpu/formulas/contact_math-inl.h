@@ -211,15 +211,17 @@ inline Scalars ReboundSpeed(const Scalars& gap, const Vectors& normal, const Vec
   return Select(approach > slowest, speed, zero);
 }
 
-// By how much a particle approaches faster than one that rests or slides could: with two steps it
-// lands if this is > 0 [m/s]. `v`: relative to the surface.
+// Whether a particle hits, with two steps: it approaches faster than one that rests or slides
+// could. `v`: relative to the surface before the substep.
 template <class Scalars, class Vectors>
-inline Scalars LandingExcess(const Vectors& normal, const Vectors& v, const Scalars& slowest) {
+inline MaskOfScalars<Scalars> IsLanding(const Vectors& normal, const Vectors& v,
+                                        const Scalars& slowest) {
   constexpr auto kSine = static_cast<float>(kGrazingSine);
-  return -Dot(v, normal) - (slowest + SplatLike(kSine, slowest) * Sqrt(Dot(v, v)));
+  return -Dot(v, normal) - (slowest + SplatLike(kSine, slowest) * Sqrt(Dot(v, v))) >
+         SplatLike(0, slowest);
 }
 
-// A state.
+// Position [m] and velocity [m/s].
 template <class Vectors>
 struct Flight {
   Vectors position, velocity;

@@ -36,11 +36,6 @@ void PredictContacts(GroupContext& context) {
       contact.normal = zero;
       contact.floor = ContactFloor(gap.gap, depenetration);
       contact.rebound = zero;
-      contact.landing = zero;
-      if (context.substep.is_two_step) {
-        contact.landing =
-            LandingExcess(gap.normal, context.particles[i].u, context.slowest_landing);
-      }
       if (!context.has_restitution) continue;
       contact.rebound = ReboundSpeed(gap.gap, gap.normal, context.particles[i].u, context.gravity,
                                      context.restitution, context.slowest_rebound);
@@ -124,6 +119,12 @@ MaskCloths SolveContacts(GroupContext& context) {
   return changed;
 }
 
+// Those of the particle that hit this collider in the substep, which began with the previous state.
+MaskCloths HaveLanded(const GroupContext& context, const ClothCollider& collider, uint32_t i) {
+  const ClothParticle& before = context.previous[i];
+  return IsLanding(GapAt(before.p, collider).normal, before.u, context.slowest_landing);
+}
+
 // Contacts; then damping, which alone is left open.
 void CorrectVelocity(GroupContext& context) {
   const bool is_two_step = context.substep.is_two_step;  // damping is in the prediction
@@ -141,7 +142,7 @@ void CorrectVelocity(GroupContext& context) {
       const ClothContact& contact = context.contacts[i * context.collider_count() + k];
       const MaskCloths has_impulse = contact.normal > SplatCloths(0);
       if (!IsAnyLaneSet(has_impulse)) continue;
-      has_landed |= has_impulse & (contact.landing > SplatCloths(0));
+      if (is_two_step) has_landed |= has_impulse & HaveLanded(context, context.colliders[k], i);
       const VectorsCloths n = GapAt(particle.p, context.colliders[k]).normal;
       v = Select(
           has_impulse,

@@ -35,7 +35,7 @@ struct ClothCollider {
 // (ContactImpulses).
 struct ClothContact {
   VectorsCloths tangent;
-  VecCloths normal, floor, rebound, landing;
+  VecCloths normal, floor, rebound;
 };
 
 // ParticleBox of each cloth.

@@ -53,7 +53,7 @@ class StripPairs {
   VecPair end_share() const { return {context_.end_share, context_.end_share}; }
   float interval() const { return context_.substep.interval; }
   float inverse_interval() const { return context_.substep.inverse_interval; }
-  float inverse_force() const { return context_.substep.inverse_force; }
+  float inverse_force_time() const { return context_.substep.inverse_force_time; }
   static VecPair Splat(float value) { return {SplatCloths(value), SplatCloths(value)}; }
   static VecPair Number(NumberPair number) {
     return {SplatCloths(number.low), SplatCloths(number.high)};

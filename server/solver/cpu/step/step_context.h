@@ -29,7 +29,6 @@ struct ContactImpulses {
   float normal;
   float floor;    // lowest accepted gap [m]
   float rebound;  // speed with which the particle leaves if it hits [m/s]
-  float landing;  // LandingExcess [m/s], two steps only
 };
 
 // A substep in single precision (solver/substep_schedule.h). While it lasts the positions of the
@@ -38,10 +37,10 @@ struct FloatSubstep {
   FloatSubstep() = default;
   FloatSubstep(const Substep& substep, double damping_per_s);
 
-  float interval = 0;          // H [s]
-  float half_interval = 0;     // H / 2 [s]
-  float inverse_interval = 0;  // 1 / H [1/s]
-  float inverse_force = 0;     // 1 / Substep::force_s [1/s]
+  float interval = 0;            // H [s]
+  float half_interval = 0;       // H / 2 [s]
+  float inverse_interval = 0;    // 1 / H [1/s]
+  float inverse_force_time = 0;  // 1 / Substep::force_s [1/s]
   bool is_two_step = false;
   bool is_last = false;
   float pin_shares = 1;

@@ -27,13 +27,14 @@ inline constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 
 // The strip (or strips) being solved. Access is what differs between the paths of the backend:
 //   Scalars, Vectors, Mask, Ends (the particle of each lane), Link, Group   types
-//   Prepare(group)                                                         before it is swept
-//   tolerance, end_share, interval, inverse_interval, inverse_force        numbers of the substep
-//   Number(x)                                                              a number of a link
-//   Running(mask)                                                          lanes that are swept
-//   PositionDifferences, VelocityDifferences, PredictedDifferences         from, to -> Vectors
+//   Prepare(group)                                                          before it is swept
+//   tolerance, end_share                                                    settings
+//   interval, inverse_interval, inverse_force_time                          of the substep
+//   Number(x)                                                               a number of a link
+//   Running(mask)                                                           lanes that are swept
+//   PositionDifferences, VelocityDifferences, PredictedDifferences          from, to -> Vectors
 //   Push(ends, has_pins, change)      onto u; some ends may be pins, which it does not move
-//   Compliances, Impulses, AddImpulses                                     by places
+//   Compliances, Impulses, AddImpulses                                      by places
 template <class Access, bool kHasCompliance, bool kHasStarts>
 class StripSolve {
  public:
@@ -98,7 +99,8 @@ class StripSolve {
         diagonal = diagonal * lines.slope;
       }
       if constexpr (kHasCompliance) {
-        const Scalars alpha_over_h = access_.Compliances(link.places) * access_.inverse_force();
+        const Scalars alpha_over_h =
+            access_.Compliances(link.places) * access_.inverse_force_time();
         error = error + alpha_over_h * access_.Impulses(link.places);
         diagonal = diagonal + alpha_over_h * inverse_h;
       }
