@@ -35,8 +35,11 @@ SurfaceDistance Surface(const PlaneShape& plane, const RigidTransform& pose, con
   return {(q - pose.position_m).dot(normal), normal};
 }
 
+// By the point nearest to the origin, which is where the cloth is: gaps are rounded to the digits
+// of its coordinates.
 ColliderNumbers Numbers(const PlaneShape& plane, const RigidTransform& pose) {
-  return {.point_m = pose.position_m, .vector = pose.rotation * plane.normal};
+  const Vector3d normal = pose.rotation * plane.normal;
+  return {.point_m = pose.position_m.dot(normal) * normal, .vector = normal};
 }
 
 Vector3d Centre(const CapsuleShape& capsule, const RigidTransform& pose) {

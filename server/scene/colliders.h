@@ -127,8 +127,8 @@ Eigen::Vector3d NormalOnSegment(const Eigen::Vector3d& segment_m);
 // From what solvers in single precision compute the gap of a collider.
 struct ColliderNumbers {
   double radius_m = 0;  // of a sphere, capsule or cylinder
-  // Centre of a sphere, box or cylinder, point of a plane, end a of a capsule, first sample of a
-  // map.
+  // Centre of a sphere, box or cylinder, point of a plane nearest to the origin, end a of a
+  // capsule, first sample of a map.
   Eigen::Vector3d point_m;
   // Normal of a plane, end b - end a of a capsule [m], half extents of a box [m], radius and half
   // length of a cylinder [m].

@@ -16,6 +16,14 @@ inline constexpr double kMaxDepenetrationSpeed_m_per_s = 1.0;
 inline constexpr double kLandingSubsteps = 2;
 inline constexpr double kGrazingSine = 1e-3;
 
+// A particle touches a collider if its gap is smaller than this many roundings of the coordinates
+// from which it is computed [-]: at most 11 of them add up. Larger: particles rest that much off
+// the surface; smaller: rounding looks like motion, and lets go what static friction holds.
+inline constexpr double kTouchRoundOffs = 16;
+
+// The same for the length of a link between particles that friction holds.
+inline constexpr double kQuietRoundOffs = 16;
+
 // A particle that approaches a collider more slowly than gravity accelerates it in this many
 // substeps does not bounce off it [-] (Müller et al. 2020, «Detailed Rigid Body Simulation with
 // Extended Position Based Dynamics», section 3.6). Smaller: resting particles hop; larger: bounces

@@ -81,6 +81,8 @@ SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parame
   choice.has_spring_forces =
       model.spring_count() > 0 && settings.spring_integration == SpringIntegration::kInForce;
   choice.has_two_steps = HasTwoSteps(model, parameters, choice);
+  choice.has_quiet_links =
+      choice.has_strips && !parameters.colliders.empty() && parameters.friction_static > 0;
   if (!choice.has_two_steps) {
     choice.end_share = EndShare(model, parameters);
     if (lengths == LengthSource::kModel) choice.velocity_iterations = settings.velocity_iterations;

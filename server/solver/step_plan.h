@@ -23,6 +23,9 @@ struct SolverChoice {
   bool has_strips = false;  // the links are solved by strips, else by colours
   bool has_two_steps = false;
   bool has_spring_forces = false;  // springs act within the substep (IN_FORCE), not by kicks
+  // Single precision: links within rounding of their length do not pull what friction holds. Only
+  // strips know it.
+  bool has_quiet_links = false;
   // Weight of the end-of-substep direction in the direction of an impulse, [0, 1]; the
   // start-of-substep direction has the rest.
   double end_share = 1;

@@ -157,9 +157,18 @@ float ContactFloor(float gap_at_start, float max_depenetration) {
   return min(0.0, reachable);
 }
 
+// By how much a predicted gap is off the floor [m]. `way`: of the particle relative to the surface during the substep,
+// along the normal. What is left of the gap without it is where the particle was before. If that is within `round_off`
+// the particle was on the surface, and the way is known with all its digits.
+float ContactError(float gap, float way, float round_off, float gap_floor) {
+  precise float before = gap - way;
+  precise float error = (abs(before) > round_off ? gap : way) - gap_floor;
+  return error;
+}
+
 // beta_n' = max(beta_n - C/h, 0), the accumulated normal impulse times w [m/s].
-float NormalBeta(float beta_n, float gap, float gap_floor, float inverse_h) {
-  precise float wanted = beta_n - (gap - gap_floor) * inverse_h;
+float NormalBeta(float beta_n, float error, float inverse_h) {
+  precise float wanted = beta_n - error * inverse_h;
   return max(wanted, 0.0);
 }
 
@@ -192,22 +201,35 @@ vec3 TangentBeta(vec3 beta_t, vec3 u, vec3 normal, float beta_n, float friction_
   return sliding;
 }
 
+// The normal impulse times w on which friction is judged with two steps [m/s]: the whole one of the substep, of which
+// the sweeps have made `beta_n` so far. Nothing but `rebound` is left of the speed along the normal.
+float WholeImpulse(float beta_n, float rebound, float normal_speed) {
+  precise float impulse = beta_n + (rebound - normal_speed);
+  return max(0.0, impulse);
+}
+
 // Velocity after a contact that the particle does not leave faster than `rebound` [m/s], or with two steps
 // (`is_exact`) at exactly that speed along the normal, because u has the speed at which the error of the substep was
-// removed. Coulomb friction is then judged on the whole impulse of the substep, of which the sweeps made `beta_n` and
-// `beta_t`; with one step on the change alone, because velocities contain forces that the next substep's constraints
-// take away.
-vec3 VelocityAfterContact(vec3 v, vec3 normal, vec3 beta_t, float beta_n, float rebound, bool is_exact,
+// removed. Coulomb friction is judged on the whole impulse of the substep, of which the sweeps made `beta_n` and
+// `beta_t`. But with one step v also contains `kick`, the half step of gravity that constraints will take away in the
+// next substep; what stops that has friction of its own.
+vec3 VelocityAfterContact(vec3 v, vec3 normal, vec3 kick, vec3 beta_t, float beta_n, float rebound, bool is_exact,
                           float friction_static, float friction_dynamic) {
-  float normal_speed = Dot(v, normal);
-  precise float change = rebound - normal_speed;
+  precise float change = rebound - Dot(v, normal);
   if (!is_exact && change <= 0.0) return v;
-  vec3 left = AddScaled(v, -normal_speed, normal);
+  vec3 left = TangentialPart(v, normal);
 #ifdef HAS_FRICTION
-  if (!is_exact) beta_t = vec3(0.0);
-  precise float impulse = is_exact ? max(0.0, beta_n + change) : change;
+  vec3 tangential_kick = TangentialPart(kick, normal);
+  float normal_kick = is_exact ? 0.0 : max(0.0, min(change, -Dot(kick, normal)));
+  if (!is_exact) left = AddScaled(left, -1.0, tangential_kick);
+  precise float impulse = max(0.0, beta_n + (change - normal_kick));
   precise vec3 more = TangentBeta(beta_t, left, normal, impulse, friction_static, friction_dynamic) - beta_t;
   left = AddScaled(left, 1.0, more);
+  if (!is_exact) {
+    left = AddScaled(left, 1.0, tangential_kick);
+    vec3 of_kick = TangentBeta(vec3(0.0), left, normal, normal_kick, friction_static, friction_dynamic);
+    left = AddScaled(left, 1.0, of_kick);
+  }
 #endif
 #ifdef HAS_RESTITUTION
   left = AddScaled(left, rebound, normal);

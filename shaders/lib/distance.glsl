@@ -16,6 +16,20 @@ float SoftenedResidual(float error, float compliance, float inverse_h, float lam
   return residual;
 }
 
+// The predicted error of a link that does not pull what friction holds (server/solver/method.md, "Rounding") [m]: 0
+// where only rounding separates it from its length before the substep, plus what the substep changes, with all its
+// digits. `start`: the difference of the old positions, `round_off` that of its length.
+float QuietError(vec3 start, vec3 velocity_difference, float h, float rest_length, float round_off) {
+  precise vec3 move = h * velocity_difference;
+  precise vec3 end = start + move;
+  precise float before = Dot(start, start) - rest_length * rest_length;
+  precise float limit = (rest_length + rest_length) * round_off;
+  precise vec3 sum = start + end;
+  precise float left = abs(before) > limit ? before : 0.0;
+  precise float error = (left + Dot(sum, move)) / (Length(end) + rest_length);
+  return error;
+}
+
 // The predicted difference of positions is that of the old positions plus h times that of the mean
 // velocities. Bender et al. 2009, section 3.2. [m], [m/s], [m], [m/N], [N s].
 DistanceError PredictDistanceError(vec3 position_difference, vec3 velocity_difference, float h,

@@ -13,6 +13,12 @@ float Length(vec3 a) {
   return length_a;
 }
 
+// How large the components are: what is computed from them is rounded in proportion.
+float SumOfSizes(vec3 v) {
+  precise float sum = (abs(v.x) + abs(v.y)) + abs(v.z);
+  return sum;
+}
+
 // a + s b
 vec3 AddScaled(vec3 a, float s, vec3 b) {
   precise vec3 scaled = s * b;

@@ -47,6 +47,13 @@ Gap MovedGap(Surface surface, Pose pose, vec3 q) {
 
 Gap GapAtStart(Surface surface, vec3 p) { return MovedGap(surface, surface.at_start, p); }
 Gap GapAtEnd(Surface surface, vec3 q) { return MovedGap(surface, surface.at_end, q); }
+// Of the gap at q [m].
+float RoundOffOf(Surface surface, vec3 q) {
+  precise float size = SumOfSizes(q) + (SumOfSizes(surface.at_end.position) + SumOfSizes(surface.motion.pivot) +
+                                        SumOfSizes(surface.collider.point));
+  precise float round_off = TOUCH_ROUND_OFF * size;
+  return round_off;
+}
 // v relative to the point of the surface that is at p before, or during, or q after the substep.
 vec3 RelativeAtStart(Surface surface, vec3 p, vec3 v) {
   precise vec3 relative = v - PointVelocity(surface.motion, surface.at_start, p);
@@ -54,6 +61,12 @@ vec3 RelativeAtStart(Surface surface, vec3 p, vec3 v) {
 }
 vec3 RelativeMean(Surface surface, vec3 p, vec3 u) {
   precise vec3 relative = u - MeanPointVelocity(surface.motion, surface.at_start, p);
+  return relative;
+}
+// The same for where it goes during the substep [m].
+vec3 RelativeWay(Surface surface, vec3 p, vec3 way) {
+  precise vec3 of_surface = cloth.step.h * MeanPointVelocity(surface.motion, surface.at_start, p);
+  precise vec3 relative = way - of_surface;
   return relative;
 }
 vec3 RelativeAtEnd(Surface surface, vec3 q, vec3 v) {
@@ -70,6 +83,11 @@ vec3 AbsoluteAtEnd(Surface surface, vec3 q, vec3 relative) {
 
 Gap GapAtStart(Collider collider, vec3 p) { return ColliderGap(collider, cloth.step.thickness, p); }
 Gap GapAtEnd(Collider collider, vec3 q) { return ColliderGap(collider, cloth.step.thickness, q); }
+float RoundOffOf(Collider collider, vec3 q) {
+  precise float round_off = TOUCH_ROUND_OFF * (SumOfSizes(q) + SumOfSizes(collider.point));
+  return round_off;
+}
+vec3 RelativeWay(Collider collider, vec3 p, vec3 way) { return way; }
 vec3 RelativeAtStart(Collider collider, vec3 p, vec3 v) { return v; }
 vec3 RelativeMean(Collider collider, vec3 p, vec3 u) { return u; }
 vec3 RelativeAtEnd(Collider collider, vec3 q, vec3 v) { return v; }

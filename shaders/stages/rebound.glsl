@@ -17,3 +17,12 @@ void StoreRebounds(uint i) {
   }
 }
 #endif
+
+// How fast the particle is to leave the collider if it hits it [m/s].
+float Rebound(uint collider, uint i) {
+#ifdef HAS_RESTITUTION
+  return scratch[ReboundWord(collider, i)];
+#else
+  return 0.0;
+#endif
+}

@@ -38,6 +38,20 @@ vec3 StartPosition(uint i, vec3 p) {
   return p;
 }
 
+// From where a particle, predicted from b, was before the substep to where it will be after it, relative to the
+// surface.
+vec3 WayOf(Surface surface, uint i, vec3 b, vec3 u) {
+  precise vec3 way = substep.interval * u;
+  vec3 p = b;
+#ifdef HAS_TWO_STEPS
+  if (IsTwoStep()) {
+    p = StartPosition(i, b);
+    way = (b - p) + way;
+  }
+#endif
+  return RelativeWay(surface, p, way);
+}
+
 // Whether a change of velocity [m/s] requires another sweep: it moves the particle by more than the tolerance.
 // Smaller ones are applied too: in short substeps friction consists of nothing else.
 bool IsAboveContactTolerance(float speed) {
@@ -57,7 +71,9 @@ vec3 SolveContactFriction(uint c, uint i, Surface surface, vec3 u, vec3 normal, 
     // With two steps u is the velocity at the end of the substep, else the mean over it.
     vec3 sliding = IsTwoStep() ? RelativeAtEnd(surface, AddScaled(Position(i), substep.interval, u), u)
                                : RelativeMean(surface, Position(i), u);
-    vec3 wanted = TangentBeta(beta_t, sliding, normal, beta_n, cloth.step.friction_static,
+    float impulse = beta_n;
+    if (IsTwoStep()) impulse = WholeImpulse(beta_n, Rebound(c, i), Dot(sliding, normal));
+    vec3 wanted = TangentBeta(beta_t, sliding, normal, impulse, cloth.step.friction_static,
                               cloth.step.friction_dynamic);
     precise vec3 change = wanted - beta_t;
     if (IsAboveContactTolerance(Length(change))) MarkChanged();
@@ -75,8 +91,10 @@ vec3 SolveContact(uint c, uint i, vec3 p, vec3 u, bool has_betas) {
   Surface surface = LoadSurface(c);
   float beta_n = has_betas ? scratch[NormalBetaWord(c, i)] : 0.0;
   float gap_floor = ContactFloor(GapAtStart(surface, StartPosition(i, p)).size, cloth.step.max_depenetration);
-  Gap gap = GapAtEnd(surface, AddScaled(p, substep.interval, u));
-  float wanted = NormalBeta(beta_n, gap.size, gap_floor, substep.inverse_interval);
+  vec3 q = AddScaled(p, substep.interval, u);
+  Gap gap = GapAtEnd(surface, q);
+  float error = ContactError(gap.size, Dot(WayOf(surface, i, p, u), gap.normal), RoundOffOf(surface, q), gap_floor);
+  float wanted = NormalBeta(beta_n, error, substep.inverse_interval);
   precise float change = wanted - beta_n;
   if (change != 0.0) {
     if (IsAboveContactTolerance(abs(change))) MarkChanged();
@@ -146,15 +164,13 @@ void ForgetFlight(uint i, vec3 p, vec3 v) {
 #ifdef HAS_SOLVE_CONTACTS
 // Corrects a velocity relative to the surface.
 vec3 CorrectContactVelocity(uint c, uint i, vec3 normal, vec3 v) {
-  float rebound = 0.0;
+  float rebound = Rebound(c, i);
   vec3 beta_t = vec3(0.0);
-#ifdef HAS_RESTITUTION
-  rebound = scratch[ReboundWord(c, i)];
-#endif
 #ifdef HAS_FRICTION
   beta_t = LoadTangentBeta(c, i);
 #endif
-  return VelocityAfterContact(v, normal, beta_t, scratch[NormalBetaWord(c, i)], rebound, IsTwoStep(),
+  precise vec3 kick = 0.5 * substep.interval * cloth.step.gravity.xyz;
+  return VelocityAfterContact(v, normal, kick, beta_t, scratch[NormalBetaWord(c, i)], rebound, IsTwoStep(),
                               cloth.step.friction_static, cloth.step.friction_dynamic);
 }
 

@@ -57,6 +57,15 @@ struct LinkEnd {
 
 LinkEnd LoadEnd(uint i) { return LinkEnd(Position(i), Velocity(i), InverseMass(i)); }
 
+#ifdef HAS_QUIET_LINKS
+// What rounding of a particle's position may add to the error of its links where friction holds it [m].
+float QuietRoundOff(LinkEnd end) {
+  precise float limit_sq = cloth.step.slowest_landing * cloth.step.slowest_landing;
+  precise float round_off = QUIET_ROUND_OFF * SumOfSizes(end.position);
+  return Dot(end.velocity, end.velocity) > limit_sq ? 0.0 : round_off;
+}
+#endif
+
 // A link at the predicted positions.
 struct LinearisedLink {
   float rest_length;  // [m]
@@ -83,6 +92,14 @@ LinearisedLink LineariseLink(Strip strip, uint k, LinkEnd from, LinkEnd to, bool
   precise vec3 velocity_difference = to.velocity - from.velocity;
   link.error = PredictDistanceError(position_difference, velocity_difference, substep.interval,
                                     InverseForceTime(), link.rest_length, compliance, lambda);
+#ifdef HAS_QUIET_LINKS
+  precise float round_off = QuietRoundOff(from) + QuietRoundOff(to);
+  link.error.residual =
+      QuietError(position_difference, velocity_difference, substep.interval, link.rest_length, round_off);
+#ifdef HAS_COMPLIANCE
+  link.error.residual = SoftenedResidual(link.error.residual, compliance, InverseForceTime(), lambda);
+#endif
+#endif
   precise float diagonal = from.inverse_mass + to.inverse_mass;
   link.direction = link.error.direction;
 #ifdef HAS_START_DIRECTIONS

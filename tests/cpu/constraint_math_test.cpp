@@ -148,7 +148,7 @@ TEST(ConstraintMathTest, FrictionSticksInsideTheConeAndSlidesOutside) {
 
 // After sweeps that made no impulse, with friction coefficients s and d.
 Vec4 AfterContact(Vec4 v, float rebound, float s, float d) {
-  return VelocityAfterContact(v, Vec4{0, 1, 0, 0}, Vec4{}, 0.0f, rebound, false, s, d);
+  return VelocityAfterContact(v, Vec4{0, 1, 0, 0}, Vec4{}, Vec4{}, 0.0f, rebound, false, s, d);
 }
 
 TEST(ConstraintMathTest, VelocityAfterContact) {
@@ -168,8 +168,9 @@ TEST(ConstraintMathTest, VelocityAfterContact) {
 TEST(ConstraintMathTest, FrictionOfTwoStepsIsJudgedOnTheWholeImpulse) {
   const auto after = [](float friction_static, float friction_dynamic) {
     // Friction of 0.6 times 1 has left 0.9.
-    return VelocityAfterContact(Vec4{0.9f, -2, 0, 0}, Vec4{0, 1, 0, 0}, Vec4{-0.6f, 0, 0, 0}, 1.0f,
-                                0.0f, true, friction_static, friction_dynamic);
+    return VelocityAfterContact(Vec4{0.9f, -2, 0, 0}, Vec4{0, 1, 0, 0}, Vec4{},
+                                Vec4{-0.6f, 0, 0, 0}, 1.0f, 0.0f, true, friction_static,
+                                friction_dynamic);
   };
   EXPECT_EQ(Length(after(0.7f, 0.6f)), 0);
   EXPECT_NEAR(after(0.4f, 0.3f)[0], 1.5f - 0.3f * 3, 2 * kFewUlps);
@@ -178,7 +179,8 @@ TEST(ConstraintMathTest, FrictionOfTwoStepsIsJudgedOnTheWholeImpulse) {
 // With two steps the normal speed is what removed the error, whatever its sign.
 TEST(ConstraintMathTest, TwoStepsLeaveExactlyTheRebound) {
   const Vec4 n{0, 1, 0, 0};
-  const Vec4 v = VelocityAfterContact(Vec4{1, 2, 0, 0}, n, Vec4{}, 3.0f, 0.0f, true, 0.0f, 0.0f);
+  const Vec4 v =
+      VelocityAfterContact(Vec4{1, 2, 0, 0}, n, Vec4{}, Vec4{}, 3.0f, 0.0f, true, 0.0f, 0.0f);
   EXPECT_EQ(v[0], 1);
   EXPECT_EQ(v[1], 0);
   EXPECT_TRUE(IsLanding(n, Vec4{0, -1, 0, 0}, 0.5f));

@@ -147,7 +147,7 @@ TEST(PackCollidersTest, EveryShape) {
     return values;
   };
   EXPECT_EQ(words[DRAPE_COLLIDER_WORDS], WordOf(ShapeKind::kPlane));
-  EXPECT_THAT(floats(1, 2, 6), ElementsAre(4, 5, 6, 0, 0, 1));
+  EXPECT_THAT(floats(1, 2, 6), ElementsAre(0, 0, 6, 0, 0, 1));
   EXPECT_EQ(words[2 * DRAPE_COLLIDER_WORDS], WordOf(ShapeKind::kCapsule));
   EXPECT_THAT(floats(2, 1, 10), ElementsAre(0.25f, 1, 2, 3, 2, 0, 0, 0, 1, 0));
   EXPECT_EQ(words[3 * DRAPE_COLLIDER_WORDS], WordOf(ShapeKind::kBox));

@@ -170,9 +170,12 @@ struct Extent {
 };
 
 // Roundings of one contact: of size X in its gap, of size X in the position that gives its
-// direction, and relative ones of that direction.
+// direction, and relative ones of that direction. Single precision leaves a particle on the surface
+// where it is: the coordinates of the particle and of the collider add up to 2 sqrt(3) X at most.
 struct ContactRoundings {
-  double gap = 8;
+  static constexpr double kTouch = 4 * kTouchRoundOffs;
+
+  double gap = 8 + kTouch;
   double place = 2;
   double direction = 4;
 };
@@ -181,7 +184,7 @@ ContactRoundings RoundingsOf(const ClothParameters& parameters) {
   const bool has_map = std::ranges::any_of(parameters.colliders, [](const Collider& collider) {
     return collider.kind() == ShapeKind::kDistanceMap;
   });
-  return has_map ? ContactRoundings{72, 32, 48} : ContactRoundings{};
+  return has_map ? ContactRoundings{72 + ContactRoundings::kTouch, 32, 48} : ContactRoundings{};
 }
 
 double ColliderExtent(const ClothParameters& parameters) {

@@ -148,6 +148,8 @@ TEST_P(WholeStepParityTest, DistanceMap) {
   for (const uint32_t side : {15u, 40u}) {
     for (const uint32_t substeps : {1u, 8u}) {
       Scene scene = FallingOnDistanceMap(side);
+      // Where they differ, rounding decides whether a particle at the limit slips.
+      scene.parameters.friction_dynamic = scene.parameters.friction_static;
       UseSubsteps(scene, substeps);
       for (auto& v : scene.state.velocities_m_per_s) v.y() = -3;  // meets it in the second step
       ExpectParity(GetParam(), scene, 2);

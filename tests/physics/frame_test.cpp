@@ -73,10 +73,10 @@ class FrameIndependence : public PresetTest {
   // error C of a constraint by the same amount and, corrected, the positions at its ends; equal
   // substeps may round in the same way. Velocities enter as h u, which is smaller; but with two
   // steps the impulse of a contact changes the velocity by the rounding of a gap over h, which
-  // friction and links carry on for the rest of the play: those of different substeps add up at
-  // random, to the power 3/2 of their number. A displacement moves on with the cloth, whose
-  // neighbouring states part at most as fast as two pendulums of an edge's length about their upper
-  // equilibrium: exp(sqrt(g / l) t).
+  // friction and links carry on for the rest of the play: those of different sweeps add up at
+  // random, and over the substeps to the power 3/2 of their number. A displacement moves on with
+  // the cloth, whose neighbouring states part at most as fast as two pendulums of an edge's length
+  // about their upper equilibrium: exp(sqrt(g / l) t).
   double Bound(const Scene& scene, double size_m) {
     const StepSettings& settings = scene.parameters.settings;
     const double time = kSteps * settings.time_step_s;
@@ -84,7 +84,8 @@ class FrameIndependence : public PresetTest {
     const double substeps = double{kSteps} * settings.substeps;
     const bool keeps_gaps =
         PlanOf(scene).solver.has_two_steps && !scene.parameters.colliders.empty();
-    const double of_gaps = keeps_gaps ? std::pow(substeps, 1.5) : 0;
+    const double of_gaps =
+        keeps_gaps ? std::pow(substeps, 1.5) * std::sqrt(settings.max_iterations) : 0;
     return std::max(4 * substeps, of_gaps) * round_off() * size_m * growth;
   }
 

@@ -17,10 +17,23 @@ bool IsAboveTolerance(const StepContext& context, double velocity_change) {
   return tolerance == 0 || context.h * velocity_change > tolerance * context.model.length_scale_m();
 }
 
+Vector3d Tangential(const Vector3d& v, const Vector3d& n) {
+  return v - v.dot(n) * n;
+}
+
 // With two steps u is the velocity at the end of the substep, else the mean over it.
 Vector3d SurfaceVelocity(const StepContext& context, uint32_t i, size_t c) {
   if (!context.substep.is_two_step) return context.colliders.MeanVelocity(c, context.base[i]);
   return context.colliders.VelocityAtEnd(c, context.base[i] + context.h * context.u[i]);
+}
+
+// On which friction is judged in the sweeps. With two steps nothing is left of the velocity along
+// the normal: the whole impulse of the substep.
+double NormalImpulse(const StepContext& context, uint32_t i, size_t c, double normal_speed) {
+  const size_t contact = i * context.colliders.size() + c;
+  const double normal = context.beta[contact].normal;
+  if (!context.substep.is_two_step) return normal;
+  return std::max(normal + (context.rebounds[contact] - normal_speed), 0.0);
 }
 
 // gap >= floor with impulses that only push (Bender et al. 2009, section 3.2, inequality
@@ -41,10 +54,10 @@ bool SolveContact(StepContext& context, uint32_t i, size_t c, ContactImpulse& be
       parameters.friction_static > 0 && (beta.normal > 0 || !beta.tangential.isZero(0));
   if (!has_friction) return has_changed;
   const Vector3d relative = u - SurfaceVelocity(context, i, c);
-  const Vector3d sliding = relative - relative.dot(n) * n;
+  const Vector3d sliding = Tangential(relative, n);
   const Vector3d tangential =
-      FrictionImpulse(beta.tangential - sliding, beta.normal, parameters.friction_static,
-                      parameters.friction_dynamic);
+      FrictionImpulse(beta.tangential - sliding, NormalImpulse(context, i, c, relative.dot(n)),
+                      parameters.friction_static, parameters.friction_dynamic);
   const Vector3d tangential_change = tangential - beta.tangential;
   u += tangential_change;
   beta.tangential = tangential;
@@ -71,28 +84,36 @@ void ForgetFlight(StepContext& context, uint32_t i) {
 }
 
 // No approach velocity is left, and what hits leaves with its rebound speed. With two steps u is
-// also the speed at which the error of the substep was removed: none of it is left, and friction is
-// judged on the whole impulse of the substep. With one step velocities contain forces that the next
-// substep's constraints take away, so the impulse of this correction carries friction of its own.
+// also the speed at which the error of the substep was removed: none of it is left. Friction is
+// judged on the whole impulse of the substep. But with one step velocities also contain the half
+// step of gravity that constraints take away in the next substep; what stops that has friction of
+// its own.
 void CorrectContactVelocity(StepContext& context, uint32_t i, size_t c, double rebound) {
   const ReferenceColliders& colliders = context.colliders;
+  const ClothParameters& parameters = context.parameters;
   const bool is_two_step = context.substep.is_two_step;
-  const ContactImpulse before =
-      is_two_step ? context.beta[i * colliders.size() + c] : ContactImpulse{};
+  const ContactImpulse& beta = context.beta[i * colliders.size() + c];
   const Vector3d& p = context.state.positions_m[i];
   const Vector3d n = colliders.AtEnd(c, p).normal;
   const Vector3d of_surface = colliders.VelocityAtEnd(c, p);
-  Vector3d v = context.state.velocities_m_per_s[i] - of_surface;
+  const Vector3d v = context.state.velocities_m_per_s[i] - of_surface;
   const double change = rebound - v.dot(n);
   if (!(change > 0) && !is_two_step) return;
-  const double normal_impulse = std::max(before.normal + change, 0.0);
-  const Vector3d sliding = v - v.dot(n) * n;
-  const Vector3d tangential =
-      FrictionImpulse(before.tangential - sliding, normal_impulse,
-                      context.parameters.friction_static, context.parameters.friction_dynamic);
-  v = sliding + (tangential - before.tangential);
-  if (rebound > 0) v += rebound * n;
-  context.state.velocities_m_per_s[i] = colliders.are_moving() ? Vector3d(of_surface + v) : v;
+  const auto friction = [&](const Vector3d& wanted, double normal_impulse) {
+    return FrictionImpulse(wanted, normal_impulse, parameters.friction_static,
+                           parameters.friction_dynamic);
+  };
+  const Vector3d kick =
+      is_two_step ? Vector3d::Zero() : Vector3d(context.h / 2 * parameters.gravity_m_per_s2);
+  const double stops_kick = is_two_step ? 0 : std::clamp(-kick.dot(n), 0.0, change);
+  const Vector3d sliding = Tangential(v - kick, n);
+  const double normal_impulse = std::max(beta.normal + change - stops_kick, 0.0);
+  Vector3d after = sliding + friction(beta.tangential - sliding, normal_impulse) - beta.tangential;
+  after += Tangential(kick, n);
+  if (!is_two_step) after += friction(-after, stops_kick);
+  if (rebound > 0) after += rebound * n;
+  context.state.velocities_m_per_s[i] =
+      colliders.are_moving() ? Vector3d(of_surface + after) : after;
 }
 
 }  // namespace

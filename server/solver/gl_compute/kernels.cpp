@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <limits>
 #include <sstream>
 #include <utility>
 
@@ -25,6 +26,9 @@ std::string ConstantDefines() {
   text << "#define REACH_FACTOR " << kReachFactor << "\n";
   text << "#define REACH_DIRECTIONS " << kReachDirections << "u\n";
   text << "#define MIN_DIRECTION_COSINE " << kMinDirectionCosine << "\n";
+  const double round_off = std::numeric_limits<float>::epsilon() / 2;
+  text << "#define TOUCH_ROUND_OFF " << kTouchRoundOffs * round_off << "\n";
+  text << "#define QUIET_ROUND_OFF " << kQuietRoundOffs * round_off << "\n";
   text << "#define GRAZING_SINE " << kGrazingSine << "\n";
   text << "#define MAX_SPEED " << kMaxSpeed_m_per_s << "\n";
   text << "#define MAX_AIR_RATIO " << kMaxAirRatio << "\n";
@@ -69,7 +73,7 @@ constexpr TiledKernel kTiledKernels[] = {
     {"tiled_begin_sweeps", {kTolerance}, {}, &Kernels::tiled_begin_sweeps},
     {"tiled_solve_strips",
      {kSolveStrips},
-     {kTwoSteps, kTolerance, kCompliance, kStartDirections, kRegularStrips},
+     {kTwoSteps, kTolerance, kCompliance, kStartDirections, kRegularStrips, kQuietLinks},
      &Kernels::tiled_solve_strips},
     {"tiled_test_links", {kRefine}, {kTolerance}, &Kernels::tiled_test_links},
     {"tiled_collect_links", {kRefine}, {kTolerance}, &Kernels::tiled_collect_links},
@@ -88,7 +92,7 @@ constexpr TiledKernel kTiledKernels[] = {
      &Kernels::tiled_solve_joints},
     {"tiled_solve_contacts",
      {kSolveContacts},
-     kColliderTraits | TraitSet{kTwoSteps, kTolerance, kFriction},
+     kColliderTraits | TraitSet{kTwoSteps, kTolerance, kFriction, kRestitution},
      &Kernels::tiled_solve_contacts},
     {"tiled_end_sweep", {kTolerance}, {}, &Kernels::tiled_end_sweep},
     {"tiled_integrate",

@@ -75,16 +75,31 @@ void FindContactFloorsOf(const StepContext& context, const Surfaces& surfaces,
   }
 }
 
+// From where particle i, predicted from b, was before the substep to where it will be after it,
+// relative to the surface.
+template <class Surface>
+Vec4 WayOf(const StepContext& context, const Surface& surface, uint32_t i, Vec4 b, Vec4 u) {
+  const FloatSubstep& substep = context.substep;
+  const Vec4 move = substep.interval * u;
+  const Vec4 p = substep.is_two_step ? context.scratch.previous.positions[i] : b;
+  const Vec4 way = substep.is_two_step ? (b - p) + move : move;
+  if constexpr (Surface::kMoves) return way - surface.WayOf(p);
+  return way;
+}
+
 // One particle against one collider. Returns whether it changed u.
 template <class Surface>
-bool SolveContact(const StepContext& context, const Surface& surface, Vec4 p,
+bool SolveContact(const StepContext& context, const Surface& surface, uint32_t i, Vec4 p,
                   ContactImpulses& contact, Vec4& u) {
   const FloatControls& controls = context.controls;
   const float interval = context.substep.interval;
   bool changed = false;
-  const Gap at_end = surface.GapAtEnd(p + interval * u);
+  const Vec4 q = p + interval * u;
+  const Gap at_end = surface.GapAtEnd(q);
+  const float way = Dot(WayOf(context, surface, i, p, u), at_end.normal);
+  const float error = ContactError(at_end.gap, way, surface.RoundOff(q), contact.floor);
   const float normal_impulse =
-      ContactImpulse(contact.normal, at_end.gap - contact.floor, context.substep.inverse_interval);
+      ContactImpulse(contact.normal, error, context.substep.inverse_interval);
   const float change = normal_impulse - contact.normal;
   // Changes within the tolerance are applied too, but do not keep the sweeps going: in short
   // substeps friction consists of nothing else.
@@ -99,8 +114,12 @@ bool SolveContact(const StepContext& context, const Surface& surface, Vec4 p,
       relative -= context.substep.is_two_step ? surface.VelocityAtEnd(p + interval * u)
                                               : surface.MeanVelocity(p);
     }
+    const float impulse =
+        context.substep.is_two_step
+            ? WholeImpulse(contact.normal, contact.rebound, Dot(relative, at_end.normal))
+            : contact.normal;
     const Vec4 tangent =
-        FrictionImpulse(contact.tangent, Tangential(relative, at_end.normal), contact.normal,
+        FrictionImpulse(contact.tangent, Tangential(relative, at_end.normal), impulse,
                         controls.friction_static, controls.friction_dynamic);
     const Vec4 tangent_change = tangent - contact.tangent;
     u += tangent_change;
@@ -124,7 +143,7 @@ bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
     for (size_t k = 0; k < surfaces.size(); ++k) {
       watch.See(p + interval * u);
       changed |=
-          SolveContact(context, surfaces[k], p, scratch.contacts[i * surfaces.size() + k], u);
+          SolveContact(context, surfaces[k], i, p, scratch.contacts[i * surfaces.size() + k], u);
     }
     watch.See(p + interval * u);
   }
@@ -160,6 +179,7 @@ void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
   const FloatControls& controls = context.controls;
   const bool is_two_step = context.substep.is_two_step;
   const float damping_factor = is_two_step ? 1 : context.substep.damping_factor;
+  const Vec4 kick = is_two_step ? Vec4{} : controls.gravity * context.substep.half_interval;
   FloatState& state = context.scratch.state;
   for (const uint32_t i : particles) {
     const Vec4 p = state.positions[i];
@@ -171,8 +191,8 @@ void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
       has_landed |= is_two_step && HasLanded(context, surfaces[k], i);
       const Vec4 n = surfaces[k].GapAtEnd(p).normal;
       const auto after_contact = [&](const Vec4& before) {
-        return VelocityAfterContact(before, n, contact.tangent, contact.normal, contact.rebound,
-                                    is_two_step, controls.friction_static,
+        return VelocityAfterContact(before, n, kick, contact.tangent, contact.normal,
+                                    contact.rebound, is_two_step, controls.friction_static,
                                     controls.friction_dynamic);
       };
       if constexpr (Surface::kMoves) {

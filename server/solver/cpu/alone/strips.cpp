@@ -71,6 +71,15 @@ class EightStrips {
     return Transpose(d);
   }
 
+  Vec8 RoundOffs(const Ends& ends) const {
+    VectorPairs p, u;
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
+      p[k] = VectorsAt(ends, k, p_);
+      u[k] = VectorsAt(ends, k, u_);
+    }
+    return QuietRoundOff(Transpose(p), Transpose(u), Splat8(context_.controls.slowest_landing));
+  }
+
   static const Mask8& Running(const Mask8& mask) {
     return mask;
   }
@@ -140,9 +149,10 @@ class EightStrips {
 bool SolveGroups(const StepContext& context, size_t begin, size_t end, uint32_t member) {
   bool has_changed = false;
   for (size_t g = begin; g < end; ++g) {
-    has_changed |=
-        IsAnyLaneSet(SweepStrips(EightStrips(context, g, member), context.model.has_compliance(),
-                                 context.controls.has_start_directions()));
+    has_changed |= IsAnyLaneSet(
+        SweepStrips(EightStrips(context, g, member),
+                    {context.model.has_compliance(), context.controls.has_start_directions(),
+                     context.controls.plan.solver.has_quiet_links}));
   }
   return has_changed;
 }

@@ -5,6 +5,8 @@
 // impulse of a contact times w.
 #pragma once
 
+#include <limits>
+
 #include "server/solver/cpu/simd/vec4.h"
 #include "server/solver/solver_constants.h"
 
@@ -12,6 +14,10 @@ namespace drape::cpu {
 
 // Below this length [m] a difference of positions has no direction.
 inline constexpr float kMinDirectionLength = static_cast<float>(kMinDirectionLength_m);
+// kTouchRoundOffs and kQuietRoundOffs, relative to the numbers that are rounded.
+inline constexpr float kRoundOff = std::numeric_limits<float>::epsilon() / 2;
+inline constexpr float kTouchRoundOff = static_cast<float>(kTouchRoundOffs) * kRoundOff;
+inline constexpr float kQuietRoundOff = static_cast<float>(kQuietRoundOffs) * kRoundOff;
 
 // Distance between two particles as predicted at the end of the substep (Bender et al. 2009,
 // section 3.1, eq. 2, with q = p + h u): d = (p_j - p_i) + h (u_j - u_i). The difference of the old

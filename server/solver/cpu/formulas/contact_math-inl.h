@@ -172,6 +172,23 @@ inline Scalars ContactFloor(const Scalars& gap_at_start, float depenetration_dis
              SplatLike(0, gap_at_start));
 }
 
+// How large the components are: what is computed from them is rounded in proportion.
+template <class Vectors>
+inline auto SumOfSizes(const Vectors& v) {
+  const auto [x, y, z] = Components(v);
+  return (Abs(x) + Abs(y)) + Abs(z);
+}
+
+// By how much a predicted gap is off the floor [m]. `way`: of the particle relative to the surface
+// during the substep, along the normal. What is left of the gap without it is where the particle
+// was before. If that is within `round_off` the particle was on the surface, and the way is known
+// with all its digits.
+template <class Scalars>
+inline Scalars ContactError(const Scalars& gap, const Scalars& way, const Scalars& round_off,
+                            const Scalars& floor) {
+  return Select(Abs(gap - way) > round_off, gap, way) - floor;
+}
+
 // New accumulated normal impulse times w of the inequality constraint C_contact >= 0 (Bender et al.
 // 2009, section 4.3); the sum, not the single impulse, must not pull: max(beta - C/h, 0).
 template <class Scalars>
@@ -196,6 +213,15 @@ inline Vectors FrictionImpulse(const Vectors& beta_tangent, const Vectors& tange
   const auto slips = length > friction_static * beta_normal;
   if (!IsAnyLaneSet(slips)) return b;
   return Select(slips, ((friction_dynamic * beta_normal) / length) * b, b);
+}
+
+// The normal impulse times w on which friction is judged with two steps: the whole one of the
+// substep, of which the sweeps have made `beta_normal` so far. Nothing but `rebound` is left of the
+// speed along the normal.
+template <class Scalars>
+inline Scalars WholeImpulse(const Scalars& beta_normal, const Scalars& rebound,
+                            const Scalars& normal_speed) {
+  return Max(SplatLike(0, beta_normal), beta_normal + (rebound - normal_speed));
 }
 
 // How fast a particle that hits is to leave [m/s]: `restitution` times the speed with which it
@@ -237,25 +263,32 @@ inline Flight<Vectors> FlightBefore(const Vectors& p, const Vectors& v, const Ve
 
 // Velocity after a contact that the particle does not leave faster than `rebound` [m/s], or with
 // two steps (`is_exact`) at exactly that speed along the normal, because u has the speed at which
-// the error of the substep was removed. Coulomb friction is then judged on the whole impulse of the
-// substep, with one step on the change alone, because velocities contain forces that the next
-// substep's constraints take away (a velocity constraint, Bender et al. 2009, section 3.2).
+// the error of the substep was removed. Coulomb friction is judged on the whole impulse of the
+// substep. But with one step v also contains `kick`, the half step of gravity that constraints will
+// take away in the next substep; what stops that has friction of its own (a velocity constraint,
+// Bender et al. 2009, section 3.2).
 template <class Scalars, class Vectors>
-inline Vectors VelocityAfterContact(const Vectors& v, const Vectors& n, const Vectors& beta_tangent,
-                                    const Scalars& beta_normal, const Scalars& rebound,
-                                    bool is_exact, const Scalars& friction_static,
+inline Vectors VelocityAfterContact(const Vectors& v, const Vectors& n, const Vectors& kick,
+                                    const Vectors& beta_tangent, const Scalars& beta_normal,
+                                    const Scalars& rebound, bool is_exact,
+                                    const Scalars& friction_static,
                                     const Scalars& friction_dynamic) {
   const Scalars zero = SplatLike(0, rebound);
-  const Scalars normal_speed = Dot(v, n);
-  const Scalars change = rebound - normal_speed;
+  const Vectors tangential_kick = Tangential(kick, n);
+  const Scalars change = rebound - Dot(v, n);
   const auto is_hit = is_exact ? rebound >= zero : change > zero;
   if (!IsAnyLaneSet(is_hit)) return v;
-  const Vectors tangential = v - normal_speed * n;
-  const Vectors tangent_before = is_exact ? beta_tangent : VectorLike(0, 0, 0, v);
-  const Scalars normal_impulse = is_exact ? Max(zero, beta_normal + change) : change;
-  const Vectors tangent = FrictionImpulse(tangent_before, tangential, normal_impulse,
-                                          friction_static, friction_dynamic);
-  const Vectors left = tangential + (tangent - tangent_before);
+  const Scalars normal_kick = is_exact ? zero : Max(zero, Min(change, -Dot(kick, n)));
+  const Vectors sliding = is_exact ? Tangential(v, n) : Tangential(v, n) - tangential_kick;
+  const Scalars impulse = Max(zero, beta_normal + (change - normal_kick));
+  const Vectors tangent =
+      FrictionImpulse(beta_tangent, sliding, impulse, friction_static, friction_dynamic);
+  Vectors left = sliding + (tangent - beta_tangent);
+  if (!is_exact) {
+    left = left + tangential_kick;
+    left = left + FrictionImpulse(VectorLike(0, 0, 0, v), left, normal_kick, friction_static,
+                                  friction_dynamic);
+  }
   return Select(is_hit, left + rebound * n, v);
 }
 

@@ -16,7 +16,8 @@ FloatCollider ToFloat(const Collider& collider, double thickness_m) {
           .vector = ToVec4(numbers.vector),
           .offset = static_cast<float>(numbers.radius_m + thickness_m),
           .axes = {axis(0), axis(1), axis(2)},
-          .samples = map != nullptr ? DistanceSamples(map) : DistanceSamples()};
+          .samples = map != nullptr ? DistanceSamples(map) : DistanceSamples(),
+          .size = static_cast<float>(numbers.point_m.lpNorm<1>())};
 }
 
 }  // namespace

@@ -21,6 +21,7 @@ struct FloatCollider {
   float offset;  // its radius and the cloth's thickness
   std::array<Vec4, 3> axes{};
   DistanceSamples samples{};  // of a distance map
+  float size = 0;             // of the point's coordinates, added up [m]
 };
 
 // Limits of a link's squared length, relative to the square of its rest length.

@@ -18,7 +18,7 @@ namespace {
 using ClothGap = Gaps<VecCloths, VectorsCloths>;
 
 ClothGap GapAt(const VectorsCloths& q, const ClothCollider& collider) {
-  const auto& [kind, point, vector, offset, axes] = collider;
+  const auto& [kind, point, vector, offset, size, axes] = collider;
   return ShapeGap(kind, q, point, vector, axes, offset);
 }
 
@@ -60,7 +60,10 @@ void FindContactFloors(const GroupContext& context) {
 // tolerance.
 MaskCloths SolveFriction(const GroupContext& context, const VectorsCloths& n, MaskCloths is_active,
                          ClothContact& contact, VectorsCloths& u) {
-  const VectorsCloths tangent = FrictionImpulse(contact.tangent, Tangential(u, n), contact.normal,
+  const VecCloths impulse = context.substep.is_two_step
+                                ? WholeImpulse(contact.normal, contact.rebound, Dot(u, n))
+                                : contact.normal;
+  const VectorsCloths tangent = FrictionImpulse(contact.tangent, Tangential(u, n), impulse,
                                                 context.friction_static, context.friction_dynamic);
   const VectorsCloths change = tangent - contact.tangent;
   u = Select(is_active, u + change, u);
@@ -69,16 +72,26 @@ MaskCloths SolveFriction(const GroupContext& context, const VectorsCloths& n, Ma
                       SplatCloths(context.controls.contact_tolerance));
 }
 
+// From where particle i, predicted from b, was before the substep to where it will be after it.
+VectorsCloths WayOf(const GroupContext& context, uint32_t i, const VectorsCloths& b,
+                    const VectorsCloths& u) {
+  const VectorsCloths move = u * context.substep.interval;
+  return context.substep.is_two_step ? (b - context.previous[i].p) + move : move;
+}
+
 // One particle against one collider. `after()` is called where it may have changed u.
 template <class After>
-MaskCloths SolveContact(const GroupContext& context, const ClothCollider& collider,
+MaskCloths SolveContact(const GroupContext& context, const ClothCollider& collider, uint32_t i,
                         const VectorsCloths& p, ClothContact& contact, VectorsCloths& u,
                         const After& after) {
   const FloatControls& controls = context.controls;
   const VecCloths zero = SplatCloths(0);
   const float interval = context.substep.interval;
-  const ClothGap at_end = GapAt(p + u * interval, collider);
-  const VecCloths error = at_end.gap - contact.floor;
+  const VectorsCloths q = p + u * interval;
+  const ClothGap at_end = GapAt(q, collider);
+  const VecCloths round_off = SplatCloths(kTouchRoundOff) * (SumOfSizes(q) + collider.size);
+  const VecCloths way = Dot(WayOf(context, i, p, u), at_end.normal);
+  const VecCloths error = ContactError(at_end.gap, way, round_off, contact.floor);
   const VecCloths impulse = ContactImpulse(contact.normal, error, context.substep.inverse_interval);
   if (!IsAnyLaneSet((impulse > zero) | (contact.normal > zero) |
                     (Dot(contact.tangent, contact.tangent) > zero))) {
@@ -112,8 +125,8 @@ MaskCloths SolveContacts(GroupContext& context) {
     };
     watch();
     for (size_t k = 0; k < context.collider_count(); ++k) {
-      changed |=
-          SolveContact(context, context.colliders[k], particle.p, contacts[k], particle.u, watch);
+      changed |= SolveContact(context, context.colliders[k], i, particle.p, contacts[k], particle.u,
+                              watch);
     }
   }
   return changed;
@@ -134,6 +147,9 @@ void CorrectVelocity(GroupContext& context) {
     return;
   }
   Settle(context);
+  const VecCloths zero = SplatCloths(0);
+  const VectorsCloths kick = is_two_step ? VectorsCloths{zero, zero, zero}
+                                         : context.gravity * context.substep.half_interval;
   for (const uint32_t i : context.model.free_particles) {
     ClothParticle& particle = context.particles[i];
     VectorsCloths v = particle.u;
@@ -146,8 +162,8 @@ void CorrectVelocity(GroupContext& context) {
       const VectorsCloths n = GapAt(particle.p, context.colliders[k]).normal;
       v = Select(
           has_impulse,
-          VelocityAfterContact(v, n, contact.tangent, contact.normal, contact.rebound, is_two_step,
-                               context.friction_static, context.friction_dynamic),
+          VelocityAfterContact(v, n, kick, contact.tangent, contact.normal, contact.rebound,
+                               is_two_step, context.friction_static, context.friction_dynamic),
           v);
     }
     particle.u = is_two_step ? v : context.damping_factor * v;

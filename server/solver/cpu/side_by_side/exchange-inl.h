@@ -110,12 +110,15 @@ void GatherColliders(std::span<const GroupCloth> cloths, const GroupContext& con
     const auto of = [&](const auto& part) {
       return VectorOf(cloths, [&](const FloatControls& c) { return part(c.colliders[k]); });
     };
+    const auto number_of = [&](const auto& part) {
+      return NumberOf(cloths, [&](const FloatControls& c) { return part(c.colliders[k]); });
+    };
     ClothCollider& collider = *next++;
     collider.kind = context.controls.colliders[k].kind;
     collider.point = of([](const FloatCollider& c) { return c.point; });
     collider.vector = of([](const FloatCollider& c) { return c.vector; });
-    collider.offset =
-        NumberOf(cloths, [&](const FloatControls& c) { return c.colliders[k].offset; });
+    collider.offset = number_of([](const FloatCollider& c) { return c.offset; });
+    collider.size = number_of([](const FloatCollider& c) { return c.size; });
     for (size_t axis = 0; axis < 3; ++axis) {
       collider.axes[axis] = of([&](const FloatCollider& c) { return c.axes[axis]; });
     }

@@ -27,7 +27,7 @@ struct ClothParticle {
 struct ClothCollider {
   ShapeKind kind;
   VectorsCloths point, vector;
-  VecCloths offset;
+  VecCloths offset, size;
   std::array<VectorsCloths, 3> axes;
 };
 

@@ -70,6 +70,12 @@ class StripPairs {
   VectorsPair PredictedDifferences(const Ends& from, const Ends& to) const {
     return PositionDifferences(from, to) + Splat(interval()) * VelocityDifferences(from, to);
   }
+  VecPair RoundOffs(const Ends& ends) const {
+    const auto of = [&](const ClothParticle& particle) {
+      return QuietRoundOff(particle.p, particle.u, context_.slowest_landing);
+    };
+    return {of(particles_[ends[0]]), of(particles_[ends[1]])};
+  }
   // The lanes whose sweeps continue.
   MaskPair Running(const MaskPair& mask) const {
     return {mask.low & context_.is_running, mask.high & context_.is_running};
@@ -108,8 +114,9 @@ MaskCloths SolveStrips(GroupContext& context) {
   const bool is_open = context.open.any();
   if (is_open) VisitPair(model, visit, model.strip_pairs.size());  // particles of no strip
   const MaskPair changed =
-      SweepStrips(StripPairs(context, is_open ? &visit : nullptr), model.has_compliance(),
-                  context.controls.has_start_directions());
+      SweepStrips(StripPairs(context, is_open ? &visit : nullptr),
+                  {model.has_compliance(), context.controls.has_start_directions(),
+                   context.controls.plan.solver.has_quiet_links});
   context.open = {};
   return changed.low | changed.high;
 }

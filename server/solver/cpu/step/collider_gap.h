@@ -33,6 +33,10 @@ class RestingSurface {
 
   Gap GapAtStart(Vec4 p) const { return GapAt(collider_, p); }
   Gap GapAtEnd(Vec4 q) const { return GapAt(collider_, q); }
+  // Of the gap at q [m].
+  float RoundOff(Vec4 q) const {
+    return kTouchRoundOff * (HWY_NAMESPACE::SumOfSizes(q) + collider_.size);
+  }
 
  private:
   const FloatCollider& collider_;

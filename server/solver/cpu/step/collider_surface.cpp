@@ -22,6 +22,7 @@ MovingSurface::MovingSurface(const FloatCollider& collider, const RigidMotion& m
       pivot_(ToVec4(motion.pivot_m)),
       start_(motion.After(begin_s)),
       end_(motion.After(end_s)),
+      duration_(static_cast<float>(end_s - begin_s)),
       velocity_(ToVec4(motion.velocity_m_per_s)),
       angular_velocity_(ToVec4(motion.angular_velocity_rad_per_s)) {
   const ChordFactors chord = motion.ChordOver(end_s - begin_s);
@@ -36,6 +37,12 @@ Gap MovingSurface::GapAt(const Pose& pose, Vec4 q) const {
   const Gap gap = cpu::GapAt(*collider_, described);
   return {gap.gap, gap.normal[0] * pose.columns[0] + gap.normal[1] * pose.columns[1] +
                        gap.normal[2] * pose.columns[2]};
+}
+
+float MovingSurface::RoundOff(Vec4 q) const {
+  const float of_frame =
+      HWY_NAMESPACE::SumOfSizes(end_.position) + HWY_NAMESPACE::SumOfSizes(pivot_);
+  return kTouchRoundOff * (HWY_NAMESPACE::SumOfSizes(q) + (of_frame + collider_->size));
 }
 
 Vec4 MovingSurface::VelocityAt(const Pose& pose, Vec4 place) const {

@@ -20,11 +20,15 @@ class MovingSurface {
 
   Gap GapAtStart(Vec4 p) const { return GapAt(start_, p); }
   Gap GapAtEnd(Vec4 q) const { return GapAt(end_, q); }
+  // Of the gap at q [m].
+  float RoundOff(Vec4 q) const;
   // Velocity of the point of the collider that is at `place` then [m/s].
   Vec4 VelocityAtStart(Vec4 place) const { return VelocityAt(start_, place); }
   Vec4 VelocityAtEnd(Vec4 place) const { return VelocityAt(end_, place); }
   // Over the substep, of the point that is at `place` when it starts [m/s].
   Vec4 MeanVelocity(Vec4 place) const;
+  // Where it goes in the substep [m].
+  Vec4 WayOf(Vec4 place) const { return duration_ * MeanVelocity(place); }
 
  private:
   // A point q lies in the description at pivot + R^T (q - position).
@@ -42,6 +46,7 @@ class MovingSurface {
   Vec4 pivot_;
   Pose start_;
   Pose end_;
+  float duration_;  // [s]
   Vec4 velocity_;
   Vec4 angular_velocity_;
   float chord_sine_;

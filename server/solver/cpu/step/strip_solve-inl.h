@@ -33,9 +33,10 @@ inline constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 //   Number(x)                                                               a number of a link
 //   Running(mask)                                                           lanes that are swept
 //   PositionDifferences, VelocityDifferences, PredictedDifferences          from, to -> Vectors
+//   RoundOffs(ends)                               QuietRoundOff of the particles: Scalars
 //   Push(ends, has_pins, change)      onto u; some ends may be pins, which it does not move
 //   Compliances, Impulses, AddImpulses                                      by places
-template <class Access, bool kHasCompliance, bool kHasStarts>
+template <class Access, bool kHasCompliance, bool kHasStarts, bool kHasQuietLinks>
 class StripSolve {
  public:
   using Scalars = typename Access::Scalars;
@@ -77,13 +78,16 @@ class StripSolve {
   Mask Eliminate() {
     const float inverse_h = access_.inverse_interval();
     const Ends* from = &first_;
+    Scalars round_off_from;
+    if constexpr (kHasQuietLinks) round_off_from = access_.RoundOffs(first_);
     Mask is_active{};
     for (uint32_t k = 0; k < link_count_; ++k) {
       const Link& link = links_[k];
-      Vectors d, start;
-      if constexpr (kHasStarts) {
+      Vectors d, start, move;
+      if constexpr (kHasStarts || kHasQuietLinks) {
         start = access_.PositionDifferences(*from, link.to);
-        d = start + access_.Splat(access_.interval()) * access_.VelocityDifferences(*from, link.to);
+        move = access_.Splat(access_.interval()) * access_.VelocityDifferences(*from, link.to);
+        d = start + move;
       } else {
         d = access_.PredictedDifferences(*from, link.to);
       }
@@ -91,7 +95,14 @@ class StripSolve {
       const Scalars length = Sqrt(Dot(d, d));
       const Vectors n_end = Directions(d, length);
       const Scalars rest_length = access_.Number(link.rest_length);
-      Scalars error = length - rest_length;
+      Scalars error;
+      if constexpr (kHasQuietLinks) {
+        const Scalars round_off_to = access_.RoundOffs(link.to);
+        error = QuietError(start, move, d, length, rest_length, round_off_from + round_off_to);
+        round_off_from = round_off_to;
+      } else {
+        error = length - rest_length;
+      }
       Scalars diagonal = access_.Number(link.diagonal);
       ImpulseLines<Vectors, Scalars> lines;
       if constexpr (kHasStarts) {
@@ -193,24 +204,21 @@ class StripSolve {
   Scalars inverse_pivot_;  // of the link eliminated last
 };
 
-// One sweep over `groups`, phase by phase. Returns the lanes in which an error was larger than the
-// tolerance.
-template <bool kHasCompliance, bool kHasStarts, class Access>
-typename Access::Mask SweepStrips(const Access& access) {
-  typename Access::Mask has_changed{};
-  for (const auto& group : access.groups()) {
-    access.Prepare(group);
-    has_changed |= StripSolve<Access, kHasCompliance, kHasStarts>(access, group).Run();
+// One sweep over `groups`, phase by phase, with the flags that the cloths need: compliance, start
+// directions, quiet links. Returns the lanes in which an error was larger than the tolerance.
+template <bool... kFlags, class Access>
+typename Access::Mask SweepStrips(const Access& access, const std::array<bool, 3>& flags) {
+  if constexpr (sizeof...(kFlags) == 3) {
+    typename Access::Mask has_changed{};
+    for (const auto& group : access.groups()) {
+      access.Prepare(group);
+      has_changed |= StripSolve<Access, kFlags...>(access, group).Run();
+    }
+    return has_changed;
+  } else {
+    return flags[sizeof...(kFlags)] ? SweepStrips<kFlags..., true>(access, flags)
+                                    : SweepStrips<kFlags..., false>(access, flags);
   }
-  return has_changed;
-}
-
-template <class Access>
-typename Access::Mask SweepStrips(const Access& access, bool has_compliance, bool has_starts) {
-  if (has_starts) {
-    return has_compliance ? SweepStrips<true, true>(access) : SweepStrips<false, true>(access);
-  }
-  return has_compliance ? SweepStrips<true, false>(access) : SweepStrips<false, false>(access);
 }
 
 }  // namespace drape::cpu::HWY_NAMESPACE
