@@ -45,6 +45,10 @@ StructuralMaterial ReadStructuralMaterial(const v1::Material& material) {
   return result;
 }
 
+bool HasStretch(const v1::Material& material) {
+  return material.has_stretch_compliance_m_per_n() || material.has_stretch_stiffness_n_per_m();
+}
+
 void CheckSurfaceMaterial(const FieldPath& path, const v1::Material& material,
                           ClothParameters& parameters, Violations& violations) {
   for (const SurfaceField& field : kSurfaceFields) {

@@ -16,6 +16,8 @@ double NumberOf(const google::protobuf::Message& message, std::string_view name)
 
 // drape::CheckDescription checks the ranges.
 StructuralMaterial ReadStructuralMaterial(const v1::Material& material);
+// Whether the message says how far the cloth stretches, be it not at all.
+bool HasStretch(const v1::Material& material);
 // Reads the numbers of kSurfaceFields into `parameters`.
 void CheckSurfaceMaterial(const FieldPath& path, const v1::Material& material,
                           ClothParameters& parameters, Violations& violations);

@@ -49,6 +49,9 @@ CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const Re
                       Violations& violations) {
   CheckedSpec result;
   result.description.material = ReadStructuralMaterial(spec.material());
+  if (spec.has_mesh() && !HasStretch(spec.material())) {
+    result.description.material.stretch_stiffness_n_per_m = kMeshStretchStiffness_n_per_m;
+  }
   for (const v1::Pin& pin : spec.pins()) {
     result.description.pinned_particles.push_back(pin.particle());
   }

@@ -84,6 +84,12 @@ struct StructuralMaterial {
   double shear_modulus_n_per_m = 0;      // >= 0; grids; shear modulus times thickness
 };
 
+// Stretch stiffness of meshes described without any [N/m]: that of woven fabrics, which stretch by
+// a few tenths of a per cent under their weight. Triangles of inextensible edges can hardly bend,
+// and contradict each other in motion. Stiffer: meshes do not come to rest; softer: visible
+// stretch.
+inline constexpr double kMeshStretchStiffness_n_per_m = 2000;
+
 // A particle moved by the client.
 struct Pin {
   uint32_t particle = 0;

@@ -288,6 +288,36 @@ TEST(SpecValues, UnsetRestLengthsAreThoseOfTheRestShape) {
   EXPECT_EQ(chain.springs[0].rest_length_m, 2);
 }
 
+// Woven fabric is what a mesh is unless it says how far it stretches, be it not at all.
+TEST(SpecValues, MeshesStretchAsWovenFabricsDo) {
+  v1::CreateClothsRequest request = GoodCreation();
+  *Spec(request).mutable_mesh() = test::SquareMesh();
+  Spec(request).clear_pins();
+  v1::Material& material = *Spec(request).mutable_material();
+  const auto read = [&] {
+    const auto checked = CheckCreateCloths(request, {});
+    EXPECT_TRUE(checked.ok()) << checked.status().ToString();
+    return checked.ok() ? checked->description->material : StructuralMaterial();
+  };
+  material.clear_stretch_compliance_m_per_n();
+  material.clear_stretch_stiffness_n_per_m();
+  EXPECT_EQ(read().stretch_stiffness_n_per_m, kMeshStretchStiffness_n_per_m);
+  material.set_stretch_compliance_m_per_n(0);
+  EXPECT_EQ(read().stretch_stiffness_n_per_m, 0) << "inextensible by its own wish";
+  material.clear_stretch_compliance_m_per_n();
+  material.set_stretch_stiffness_n_per_m(0);
+  EXPECT_EQ(read().stretch_stiffness_n_per_m, 0);
+  material.set_stretch_stiffness_n_per_m(300);
+  EXPECT_EQ(read().stretch_stiffness_n_per_m, 300);
+
+  material.clear_stretch_stiffness_n_per_m();
+  Spec(request).mutable_grid()->set_columns(2);
+  Spec(request).mutable_grid()->set_rows(2);
+  Spec(request).mutable_grid()->set_width_m(1);
+  Spec(request).mutable_grid()->set_height_m(1);
+  EXPECT_EQ(read().stretch_stiffness_n_per_m, 0) << "grids are inextensible";
+}
+
 TEST(SpecValues, CollidersMoveAboutTheirPivots) {
   v1::CreateClothsRequest request = GoodCreation();
   const auto checked = CheckCreateCloths(request, {});
