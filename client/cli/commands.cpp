@@ -32,7 +32,9 @@ int Main(int argc, const char* const* argv) {
   CLI::App app("Client of the Drape cloth-simulation server.", "drape");
   app.set_version_flag("--version", DRAPE_VERSION);
   app.require_subcommand(1);
-  app.footer("Exit codes: 0 done, 1 the request failed, 2 usage.");
+  app.footer(
+      "Exit codes: 0 done, 1 failed or interrupted, 2 usage, 3 done, but a cloth is faulted (run, "
+      "demo, step).");
   Action action;
   for (const auto add : {AddRun, AddDemo, AddInfo, AddHealth, AddCreate, AddStep, AddRead,
                          AddRender, AddWatch, AddList, AddDelete}) {

@@ -12,6 +12,7 @@ namespace drape::cli {
 inline constexpr int kDone = 0;
 inline constexpr int kFailed = 1;
 inline constexpr int kUsage = 2;
+inline constexpr int kFaulted = 3;  // all was done, but a cloth is faulted
 
 // Runs the chosen command after the parse; returns the exit code. Throws drape::Error.
 using Action = std::function<int()>;

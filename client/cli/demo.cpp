@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "client/cli/commands.h"
 #include "client/cli/options.h"
@@ -83,9 +84,14 @@ int Demo(const DemoOptions& options) {
               cannot_draw ? "" : " and pictures of them");
   for (const fs::path& path : written) std::printf("  %s\n", path.c_str());
   if (cannot_draw) std::printf("NO PICTURES: %s\n", cannot_draw->what());
-  if (!interrupt.is_interrupted()) return kDone;
-  std::fprintf(stderr, "drape: interrupted\n");
-  return kFailed;
+  std::string faults;
+  for (const RunReport& report : reports) faults += FaultLines(report);
+  std::fprintf(stderr, "%s", faults.c_str());
+  if (interrupt.is_interrupted()) {
+    std::fprintf(stderr, "drape: interrupted\n");
+    return kFailed;
+  }
+  return faults.empty() ? kDone : kFaulted;
 }
 
 }  // namespace

@@ -14,6 +14,10 @@ Json SampleJson(const v1::StepReport& sample, double time_step_s) {
                {"time_s", static_cast<double>(sample.step()) * time_step_s},
                {"max_strain", sample.max_strain()},
                {"rms_strain", sample.rms_strain()},
+               {"strain_p50", sample.strain_p50()},
+               {"strain_p90", sample.strain_p90()},
+               {"strain_p99", sample.strain_p99()},
+               {"rms_motion_m", sample.rms_motion_m()},
                {"kinetic_energy_j", sample.kinetic_energy_j()},
                {"potential_energy_j", sample.potential_energy_j()},
                {"strain_energy_j", sample.strain_energy_j()},
@@ -36,11 +40,9 @@ Json ClothJson(const ClothReport& cloth, double time_step_s) {
   // Warnings are counted since creation: the last report has them all. Sorted by name. Corrections
   // made when a cloth is created come first.
   std::map<std::string, uint64_t> warnings;
-  bool is_faulted = false;
   if (!cloth.samples.empty()) {
     const v1::StepReport& last = cloth.samples.back();
     warnings = {last.warnings().begin(), last.warnings().end()};
-    is_faulted = last.faulted();
   }
   if (const uint32_t dropped = cloth.shape.dropped_triangles(); dropped > 0) {
     warnings["dropped_triangles"] = dropped;
@@ -53,7 +55,8 @@ Json ClothJson(const ClothReport& cloth, double time_step_s) {
           {"plan", cloth.shape.plan()},
           {"samples", std::move(samples)},
           {"warnings", Json(warnings)},
-          {"faulted", is_faulted}};
+          {"faulted", cloth.fault.has_value()},
+          {"fault_reason", cloth.fault ? cloth.fault->fault_reason() : ""}};
 }
 
 }  // namespace
@@ -64,7 +67,7 @@ RunReport::RunReport(const v1::ServerInfo& server, const ScenePlayer& player)
       device_(server.device()),
       time_step_s_(player.scene().time_step_s()) {
   for (const PlayedCloth& cloth : player.cloths()) {
-    cloths_.push_back({cloth.id, cloth.shape, {}});
+    cloths_.push_back({cloth.id, cloth.shape, {}, {}});
   }
 }
 
@@ -73,9 +76,10 @@ void RunReport::Add(uint64_t steps, const AdvanceResult& result) {
   wait_s_ += result.wait_s;
   device_us_ += result.device_us;
   for (size_t k = 0; k < result.reports.size(); ++k) {
-    std::vector<v1::StepReport>& samples = cloths_.at(k).samples;
-    samples.push_back(result.reports[k]);
-    samples.back().set_step(steps_);  // a faulted cloth has stopped at an earlier one
+    ClothReport& cloth = cloths_.at(k);
+    if (result.reports[k].faulted() && !cloth.fault) cloth.fault = result.reports[k];
+    cloth.samples.push_back(result.reports[k]);
+    cloth.samples.back().set_step(steps_);  // a faulted cloth has stopped at an earlier one
   }
 }
 
@@ -102,6 +106,17 @@ std::string ReportJson(const RunReport& report) {
   return json.dump(1) + "\n";
 }
 
+std::string FaultLines(const RunReport& report) {
+  std::string lines;
+  for (size_t k = 0; k < report.cloths().size(); ++k) {
+    const std::optional<v1::StepReport>& fault = report.cloths()[k].fault;
+    if (!fault) continue;
+    lines += report.scene() + ": cloth " + std::to_string(k) + " is faulted after step " +
+             std::to_string(fault->step()) + ": " + fault->fault_reason() + "\n";
+  }
+  return lines;
+}
+
 RunSummary Summarise(const RunReport& report) {
   RunSummary summary;
   summary.ms_per_step = report.wall_ms_per_step();
@@ -121,7 +136,7 @@ RunSummary Summarise(const RunReport& report) {
     const v1::StepReport& last = cloth.samples.back();
     strain_sq_sum += cloth.shape.distance_constraints() * last.rms_strain() * last.rms_strain();
     summary.contacts += last.contacts();
-    summary.faulted += last.faulted() ? 1 : 0;
+    summary.faulted += cloth.fault ? 1 : 0;
   }
   if (summary.constraints > 0) {
     summary.rms_strain = std::sqrt(strain_sq_sum / static_cast<double>(summary.constraints));

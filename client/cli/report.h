@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,8 @@ struct ClothReport {
   ClothId id = 0;
   v1::ClothShape shape;
   std::vector<v1::StepReport> samples;
+  // The first sample after a fault, with its reason and the last step that the cloth completed.
+  std::optional<v1::StepReport> fault;
 };
 
 // A run in numbers; grows sample by sample.
@@ -53,6 +56,9 @@ class RunReport {
 // decimal strings. The step of a sample is that of the run, also for a cloth that has stopped with
 // a fault; its time is that times the time step.
 std::string ReportJson(const RunReport& report);
+
+// A line per faulted cloth, for people: its index in the scene, its last good step, and why.
+std::string FaultLines(const RunReport& report);
 
 // A run on one line.
 struct RunSummary {

@@ -40,14 +40,6 @@ v1::Scene Load(const RunOptions& options) {
   return scene;
 }
 
-void WarnOfFaults(const RunReport& report) {
-  for (size_t k = 0; k < report.cloths().size(); ++k) {
-    const auto& samples = report.cloths()[k].samples;
-    if (samples.empty() || !samples.back().faulted()) continue;
-    std::cerr << "drape: cloth " << k << " is faulted: " << samples.back().fault_reason() << "\n";
-  }
-}
-
 void PrintText(const RunOptions& options, const RunReport& report, const Comparison* comparison) {
   const RunSummary summary = Summarise(report);
   if (!options.is_quiet) {
@@ -66,6 +58,17 @@ void PrintText(const RunOptions& options, const RunReport& report, const Compari
       comparison->compared_steps() < report.steps() ? up_to.c_str() : "");
 }
 
+nlohmann::ordered_json FaultsJson(const RunReport& report) {
+  nlohmann::ordered_json faults = nlohmann::ordered_json::array();
+  for (size_t k = 0; k < report.cloths().size(); ++k) {
+    const std::optional<v1::StepReport>& fault = report.cloths()[k].fault;
+    if (!fault) continue;
+    faults.push_back(
+        {{"cloth", k}, {"after_step", fault->step()}, {"reason", fault->fault_reason()}});
+  }
+  return faults;
+}
+
 void PrintJson(const RunReport& report, const Comparison* comparison) {
   const RunSummary summary = Summarise(report);
   nlohmann::ordered_json json = {{"scene", report.scene()},
@@ -82,7 +85,8 @@ void PrintJson(const RunReport& report, const Comparison* comparison) {
                                  {"max_strain", summary.max_strain},
                                  {"rms_strain", summary.rms_strain},
                                  {"contacts", summary.contacts},
-                                 {"faulted", summary.faulted}};
+                                 {"faulted", summary.faulted},
+                                 {"faults", FaultsJson(report)}};
   if (comparison != nullptr) {
     const PositionDifference& difference = comparison->difference();
     json["comparison"] = {
@@ -127,15 +131,18 @@ int Run(const RunOptions& options) {
   bar.reset();
 
   write_report(report);
-  WarnOfFaults(report);
+  const std::string faults = FaultLines(report);
+  std::cerr << faults;
   if (options.is_json) {
     PrintJson(report, sinks.comparison.get());
   } else {
     PrintText(options, report, sinks.comparison.get());
   }
-  if (report.steps() == step_count) return kDone;
-  std::cerr << "drape: interrupted after step " << report.steps() << " of " << step_count << "\n";
-  return kFailed;
+  if (report.steps() < step_count) {
+    std::cerr << "drape: interrupted after step " << report.steps() << " of " << step_count << "\n";
+    return kFailed;
+  }
+  return faults.empty() ? kDone : kFaulted;
 }
 
 // --set takes several values, so it may have taken the scene file after it, which has no "=".

@@ -1,4 +1,5 @@
 // drape step: one Step request.
+#include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -37,16 +38,22 @@ int Step(const StepOptions& options) {
   }
   request.set_report(options.has_report);
   const v1::StepResponse response = session.Step(request);
+  const auto& faulted = response.faulted_cloth_ids();
+  const int exit_code = faulted.empty() ? kDone : kFaulted;
   if (options.is_json) {
     std::cout << MessageJson(response);
-    return kDone;
+    return exit_code;
   }
+  const auto is_faulted = [&](ClothId id) {
+    return std::find(faulted.begin(), faulted.end(), id) != faulted.end();
+  };
   for (const v1::StepReport& report : response.reports()) PrintReport(report);
   for (int k = 0; !options.has_report && k < response.cloth_ids_size(); ++k) {
-    std::printf("cloth %lu: step %lu\n", response.cloth_ids(k), response.steps(k));
+    std::printf("cloth %lu: step %lu%s\n", response.cloth_ids(k), response.steps(k),
+                is_faulted(response.cloth_ids(k)) ? ", FAULTED" : "");
   }
   std::printf("device %.3f ms\n", static_cast<double>(response.timing().device_us()) * 1e-3);
-  return kDone;
+  return exit_code;
 }
 
 }  // namespace

@@ -112,6 +112,10 @@ v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,
   message.set_step(step);
   message.set_max_strain(measured.max_strain);
   message.set_rms_strain(measured.rms_strain);
+  message.set_strain_p50(measured.strain_p50);
+  message.set_strain_p90(measured.strain_p90);
+  message.set_strain_p99(measured.strain_p99);
+  message.set_rms_motion_m(measured.rms_motion_m);
   message.set_kinetic_energy_j(measured.kinetic_energy_j);
   message.set_potential_energy_j(measured.potential_energy_j);
   message.set_strain_energy_j(measured.strain_energy_j);
@@ -134,6 +138,7 @@ v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,
   add_warning("elastic_beyond_limit", warnings.elastic_beyond_limit);
   add_warning("springs_gain_energy", warnings.springs_gain_energy);
   add_warning("over_budget", warnings.over_budget);
+  add_warning("strain_beyond_limit", warnings.strain_beyond_limit);
   return message;
 }
 

@@ -13,6 +13,7 @@ void WarningCounters::Count(const StepWarnings& warnings) {
   elastic_beyond_limit += warnings.elastic_beyond_limit;
   springs_gain_energy += warnings.springs_gain_energy;
   over_budget += warnings.over_budget;
+  strain_beyond_limit += warnings.strain_beyond_limit;
 }
 
 void PublishedProgress::Publish(const ClothProgress& progress) {
@@ -29,6 +30,7 @@ void PublishedProgress::Publish(const ClothProgress& progress) {
   elastic_beyond_limit_.store(progress.warnings.elastic_beyond_limit, std::memory_order_relaxed);
   springs_gain_energy_.store(progress.warnings.springs_gain_energy, std::memory_order_relaxed);
   over_budget_.store(progress.warnings.over_budget, std::memory_order_relaxed);
+  strain_beyond_limit_.store(progress.warnings.strain_beyond_limit, std::memory_order_relaxed);
   sequence_.store(sequence + 2, std::memory_order_release);
 }
 
@@ -45,6 +47,7 @@ ClothProgress PublishedProgress::Read() const {
     progress.warnings.elastic_beyond_limit = elastic_beyond_limit_.load(std::memory_order_relaxed);
     progress.warnings.springs_gain_energy = springs_gain_energy_.load(std::memory_order_relaxed);
     progress.warnings.over_budget = over_budget_.load(std::memory_order_relaxed);
+    progress.warnings.strain_beyond_limit = strain_beyond_limit_.load(std::memory_order_relaxed);
     // No value above may be read after the sequence number is read again.
     std::atomic_thread_fence(std::memory_order_acquire);
     if (before % 2 == 0 && sequence_.load(std::memory_order_relaxed) == before) return progress;

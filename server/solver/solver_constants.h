@@ -114,6 +114,18 @@ inline constexpr double kMaxHeldMassRatio = 10;
 // gain.
 inline constexpr double kMaxSpringGain_per_s = 1;
 
+// Largest strain of inextensible links that has no warning [-]. Larger: stretching that is seen has
+// none; smaller: the short stretches of hems in violent motion have one.
+inline constexpr double kStrainLimit = 0.05;
+
+// Percentiles of strain in reports are rounded down to this many significant bits [-]: by less than
+// a 128th. Smaller ones than the first are 0, larger ones than the second are that [-]. Finer, or
+// within a wider range: the bins in which links are counted (strain_bins.h) no longer fit into the
+// shared memory of a work group.
+inline constexpr unsigned kPercentileBits = 8;
+inline constexpr double kMinPercentile = 0x1p-24;
+inline constexpr double kMaxPercentile = 254;
+
 // Density of the air [kg/m^3]: dry, at sea level and 15 degrees Celsius (ISO 2533). Thinner air or
 // water: scale the coefficients of drag and lift.
 inline constexpr double kAirDensity_kg_per_m3 = 1.225;

@@ -140,11 +140,15 @@ StepPlan PlanStep(const SceneModel& model, const ClothParameters& parameters, Le
           .schedule =
               SubstepSchedule(settings, solver.has_two_steps, stages.Has(StepStage::kDampTwist)),
           .tolerance = tolerance,
-          .known_warnings = {
-              .tolerance_raised = tolerance > settings.tolerance,
-              .springs_beyond_limit = AreSpringsBeyondLimit(model, parameters, may_have_two_steps),
-              .elastic_beyond_limit = ElasticRatio(model, parameters) > 1,
-              .springs_gain_energy = SpringGain_per_s(model, parameters) > kMaxSpringGain_per_s}};
+          .known_warnings = {.tolerance_raised = tolerance > settings.tolerance,
+                             .springs_beyond_limit =
+                                 AreSpringsBeyondLimit(model, parameters, may_have_two_steps),
+                             .elastic_beyond_limit = ElasticRatio(model, parameters) > 1,
+                             .springs_gain_energy =
+                                 SpringGain_per_s(model, parameters) > kMaxSpringGain_per_s},
+          // Where links are soft, their strain is the material's.
+          .strain_limit =
+              model.has_compliance() ? std::numeric_limits<double>::infinity() : kStrainLimit};
 }
 
 }  // namespace drape

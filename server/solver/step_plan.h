@@ -45,6 +45,7 @@ struct StepPlan {
   SubstepSchedule schedule;
   double tolerance = 0;         // settings.tolerance, raised to what the scalar type can resolve
   StepWarnings known_warnings;  // those that do not depend on the state
+  double strain_limit = 0;      // a larger one has the warning strain_beyond_limit [-]
 
   bool Has(StepStage stage) const { return stages.Has(stage); }
   friend auto operator<=>(const StepPlan&, const StepPlan&) = default;

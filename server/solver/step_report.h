@@ -27,14 +27,23 @@ struct StepWarnings {
   bool springs_gain_energy = false;
   // One sweep per substep already takes longer than the frame budget. Set by the scheduler.
   bool over_budget = false;
+  // The measured strain is beyond StepPlan::strain_limit. False unless the step is measured.
+  bool strain_beyond_limit = false;
 
   friend auto operator<=>(const StepWarnings&, const StepWarnings&) = default;
 };
 
-// Measured on the committed state, only on request. Frames: the cloth's own; the caller shifts.
+// Measured on the committed state, only on request; zero for what the step did of a cloth that it
+// did not move. Frames: the cloth's own; the caller shifts.
 struct Measurements {
   double max_strain = 0;  // max |l - l0| / l0 over distance constraints
   double rms_strain = 0;
+  // Of the same values: percentiles by nearest rank, rounded down to kPercentileBits.
+  double strain_p50 = 0;
+  double strain_p90 = 0;
+  double strain_p99 = 0;
+  // RMS over all particles of |end - start of the step|.
+  double rms_motion_m = 0;
   double kinetic_energy_j = 0;
   // -sum m g.p with p in the cloth frame; the caller adds the frame's shift.
   double potential_energy_j = 0;

@@ -35,7 +35,7 @@
 
 // Particles, and constraints, that one work group measures; words of its result.
 #define DRAPE_MEASURE_PIECE 2048u
-#define DRAPE_MEASURED_WORDS 13u
+#define DRAPE_MEASURED_WORDS 15u
 
 // Words of a spring end in a model: other particle, rest length [m], stiffness [N/m], damping [N
 // s/m].

@@ -30,6 +30,11 @@ struct ClothStatus {
   uint next_substep;      // resident plan in parts: where the next part continues
   uint next_sweep;        // 0: the substep has not begun
 
+  float strain_p50;  // [-]; percentiles, by `measure_strains` alone
+  float strain_p90;  // [-]
+  float strain_p99;  // [-]
+  float rms_motion;  // [m]; by `measure` alone
+
   // Only if colliders are left out.
   uint range[DRAPE_RANGE_WORDS];  // of the particles when the step begins
   uint far_colliders;             // bits: colliders that no particle in the range touches

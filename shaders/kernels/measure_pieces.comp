@@ -6,15 +6,12 @@
 #define HAS_JOINT_COMPLIANCE
 #include "stages/measured.glsl"
 #include "stages/collider_surface.glsl"
-#include "lib/distance.glsl"
-#include "lib/inequality.glsl"
+#include "stages/committed_link.glsl"
 #include "lib/joint.glsl"
 #include "lib/measure.glsl"
 #include "stages/elastic_element.glsl"
 
 layout(local_size_x = LOCAL_SIZE) in;
-
-vec3 CommittedPosition(uint i) { return StateVector(cloth.positions + 3u * i); }
 
 // From the committed state: that at the end of the step, or at its start if the cloth is faulted.
 float CommittedGap(uint c, vec3 p) {
@@ -55,46 +52,33 @@ void MeasureParticle(uint i, inout Measured measured) {
   measured.potential =
       AddCompensated(measured.potential, PotentialEnergy(mass, cloth.step.gravity.xyz, p));
   measured.lowest = min(measured.lowest, p.y);
+  precise vec3 way = p - ScratchVector(cloth.scratch.start_positions + 3u * i);
+  measured.motion_sq = AddCompensated(measured.motion_sq, Dot(way, way));
   if (cloth.collider_count > 0u) MeasureContacts(i, p, measured);
   if (cloth.has_springs != 0u) MeasureSprings(i, p, measured);
 }
 
-uvec2 LoadPair(uint k) {
-  if (cloth.is_tiled == 0u) {
-    uint pair = models[cloth.model.pairs + k];
-    return uvec2(pair & 0xffffu, pair >> 16);
-  }
-  return uvec2(models[cloth.model.pairs + 2u * k], models[cloth.model.pairs + 2u * k + 1u]);
-}
-
 void MeasureConstraint(uint k, inout Measured measured) {
   float inverse_interval = cloth.substeps[DRAPE_SUBSTEP_LAST].inverse_interval;
-  uvec2 pair = LoadPair(k);
-  float rest_length = cloth.has_own_lengths != 0u ? Parameter(cloth.parameters.length_targets + k)
-                                                  : ModelFloat(cloth.model.rest_lengths + k);
-  uint kind = cloth.has_inequalities != 0u ? models[cloth.model.kinds + k] : DRAPE_KIND_EQUAL;
-  precise vec3 d = CommittedPosition(pair.y) - CommittedPosition(pair.x);
-  precise float elongation = Length(d) - rest_length;
-  float violation = Violation(kind, elongation);
-  precise float strain = violation / rest_length;
-  precise float strain_sq = strain * strain;
-  measured.max_strain = max(measured.max_strain, abs(strain));
+  CommittedLink link = LoadCommittedLink(k);
+  precise float strain_sq = link.strain * link.strain;
+  measured.max_strain = max(measured.max_strain, abs(link.strain));
   measured.strain_sq = AddCompensated(measured.strain_sq, strain_sq);
-  float residual = elongation;
+  float residual = link.elongation;
   float compliance = 0.0;
   if (cloth.has_compliance != 0u) {
     compliance = ModelFloat(cloth.model.compliances + k);
-    residual = SoftenedResidual(elongation, compliance, inverse_interval,
+    residual = SoftenedResidual(link.elongation, compliance, inverse_interval,
                                 scratch[cloth.scratch.lambdas + k]);
     if (compliance > 0.0) {
       measured.elastic =
-          AddCompensated(measured.elastic, ElasticEnergy(1.0 / compliance, violation));
+          AddCompensated(measured.elastic, ElasticEnergy(1.0 / compliance, link.violation));
     }
   }
-  if (kind != DRAPE_KIND_EQUAL) {
-    float inverse_mass_sum = ModelFloat(cloth.model.inverse_masses + pair.x) +
-                             ModelFloat(cloth.model.inverse_masses + pair.y);
-    residual = AdmissibleError(kind, residual, scratch[cloth.scratch.lambdas + k], inverse_mass_sum,
+  if (link.kind != DRAPE_KIND_EQUAL) {
+    float inverse_mass_sum = ModelFloat(cloth.model.inverse_masses + link.pair.x) +
+                             ModelFloat(cloth.model.inverse_masses + link.pair.y);
+    residual = AdmissibleError(link.kind, residual, scratch[cloth.scratch.lambdas + k], inverse_mass_sum,
                                compliance, cloth.step.h, cloth.step.inverse_h);
   }
   measured.max_residual = max(measured.max_residual, abs(residual));

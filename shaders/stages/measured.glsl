@@ -7,6 +7,7 @@
 
 struct Measured {
   vec2 strain_sq;         // compensated sums: see lib/compensated_sum.glsl
+  vec2 motion_sq;         // [m^2]
   vec2 kinetic;           // [J]
   vec2 potential;         // [J]
   vec2 elastic;           // [J]
@@ -20,13 +21,14 @@ struct Measured {
 const float kLargestFloat = 3.402823e38;
 
 Measured NothingMeasured() {
-  return Measured(vec2(0.0), vec2(0.0), vec2(0.0), vec2(0.0), 0.0, kLargestFloat, 0.0, 0.0, 0u);
+  return Measured(vec2(0.0), vec2(0.0), vec2(0.0), vec2(0.0), vec2(0.0), 0.0, kLargestFloat, 0.0, 0.0, 0u);
 }
 
 vec2 MergeSums(vec2 a, vec2 b) { return AddCompensated(AddCompensated(a, b.x), b.y); }
 
 Measured MergeMeasured(Measured a, Measured b) {
   a.strain_sq = MergeSums(a.strain_sq, b.strain_sq);
+  a.motion_sq = MergeSums(a.motion_sq, b.motion_sq);
   a.kinetic = MergeSums(a.kinetic, b.kinetic);
   a.potential = MergeSums(a.potential, b.potential);
   a.elastic = MergeSums(a.elastic, b.elastic);
@@ -62,17 +64,19 @@ void StorePiece(uint piece, Measured measured) {
   uint word = PieceWord(piece);
   scratch[word] = measured.strain_sq.x;
   scratch[word + 1u] = measured.strain_sq.y;
-  scratch[word + 2u] = measured.kinetic.x;
-  scratch[word + 3u] = measured.kinetic.y;
-  scratch[word + 4u] = measured.potential.x;
-  scratch[word + 5u] = measured.potential.y;
-  scratch[word + 6u] = measured.elastic.x;
-  scratch[word + 7u] = measured.elastic.y;
-  scratch[word + 8u] = measured.max_strain;
-  scratch[word + 9u] = measured.lowest;
-  scratch[word + 10u] = measured.max_penetration;
-  scratch[word + 11u] = measured.max_residual;
-  scratch[word + 12u] = float(measured.contacts);  // exact: a piece has at most 2048 particles
+  scratch[word + 2u] = measured.motion_sq.x;
+  scratch[word + 3u] = measured.motion_sq.y;
+  scratch[word + 4u] = measured.kinetic.x;
+  scratch[word + 5u] = measured.kinetic.y;
+  scratch[word + 6u] = measured.potential.x;
+  scratch[word + 7u] = measured.potential.y;
+  scratch[word + 8u] = measured.elastic.x;
+  scratch[word + 9u] = measured.elastic.y;
+  scratch[word + 10u] = measured.max_strain;
+  scratch[word + 11u] = measured.lowest;
+  scratch[word + 12u] = measured.max_penetration;
+  scratch[word + 13u] = measured.max_residual;
+  scratch[word + 14u] = float(measured.contacts);  // exact: a piece has at most 2048 particles
 }
 
 Measured LoadPiece(uint piece) {
@@ -80,9 +84,10 @@ Measured LoadPiece(uint piece) {
   return Measured(vec2(scratch[word], scratch[word + 1u]),
                   vec2(scratch[word + 2u], scratch[word + 3u]),
                   vec2(scratch[word + 4u], scratch[word + 5u]),
-                  vec2(scratch[word + 6u], scratch[word + 7u]), scratch[word + 8u],
-                  scratch[word + 9u], scratch[word + 10u], scratch[word + 11u],
-                  uint(scratch[word + 12u]));
+                  vec2(scratch[word + 6u], scratch[word + 7u]),
+                  vec2(scratch[word + 8u], scratch[word + 9u]), scratch[word + 10u],
+                  scratch[word + 11u], scratch[word + 12u], scratch[word + 13u],
+                  uint(scratch[word + 14u]));
 }
 
 void StoreMeasured(uint status, Measured measured) {
@@ -91,6 +96,8 @@ void StoreMeasured(uint status, Measured measured) {
   statuses[status].max_strain = measured.max_strain;
   statuses[status].rms_strain =
       sqrt((measured.strain_sq.x + measured.strain_sq.y) / constraint_count);
+  statuses[status].rms_motion =
+      sqrt((measured.motion_sq.x + measured.motion_sq.y) / float(cloth.particle_count));
   statuses[status].kinetic_energy = measured.kinetic.x + measured.kinetic.y;
   statuses[status].potential_energy = measured.potential.x + measured.potential.y;
   statuses[status].strain_energy = measured.elastic.x + measured.elastic.y;

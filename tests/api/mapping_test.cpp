@@ -61,21 +61,31 @@ TEST(Mapping, ReportsNameTheWarningsThatOccurred) {
   report.iterations = 17;
   report.converged = false;
   report.measured.max_strain = 0.25;
+  report.measured.strain_p50 = 0.125;
+  report.measured.strain_p90 = 0.1875;
+  report.measured.strain_p99 = 0.21875;
+  report.measured.rms_motion_m = 0.375;
   report.measured.lowest_m = -3;
   report.measured.contacts = 4;
   WarningCounters warnings;
   warnings.not_converged = 6;
+  warnings.strain_beyond_limit = 2;
   const v1::StepReport message = ToProto(ClothId{1, 1}, 9, report, warnings);
   EXPECT_EQ(message.step(), 9u);
   EXPECT_EQ(message.iterations(), 17u);
   EXPECT_FALSE(message.converged());
   EXPECT_EQ(message.max_strain(), 0.25);
+  EXPECT_EQ(message.strain_p50(), 0.125);
+  EXPECT_EQ(message.strain_p90(), 0.1875);
+  EXPECT_EQ(message.strain_p99(), 0.21875);
+  EXPECT_EQ(message.rms_motion_m(), 0.375);
   EXPECT_EQ(message.lowest_m(), -3);
   EXPECT_EQ(message.contacts(), 4u);
   EXPECT_FALSE(message.faulted());
   EXPECT_EQ(message.fault_reason(), "");
-  ASSERT_EQ(message.warnings_size(), 1);
+  ASSERT_EQ(message.warnings_size(), 2);
   EXPECT_EQ(message.warnings().at("not_converged"), 6u);
+  EXPECT_EQ(message.warnings().at("strain_beyond_limit"), 2u);
 }
 
 TEST(Mapping, AStepAnswerNamesFaultedCloths) {

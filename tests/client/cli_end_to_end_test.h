@@ -14,12 +14,17 @@ namespace drape::client_test {
 // Fields that every report, cloth and sample has, in the order of the contract.
 inline const std::vector<std::string> kReportFields = {
     "scene", "backend", "device", "steps", "wall_ms_per_step", "device_ms_per_step", "cloths"};
-inline const std::vector<std::string> kClothFields = {
-    "id", "particles", "constraints", "colours", "plan", "samples", "warnings", "faulted"};
+inline const std::vector<std::string> kClothFields = {"id",       "particles", "constraints",
+                                                      "colours",  "plan",      "samples",
+                                                      "warnings", "faulted",   "fault_reason"};
 inline const std::vector<std::string> kSampleFields = {"step",
                                                        "time_s",
                                                        "max_strain",
                                                        "rms_strain",
+                                                       "strain_p50",
+                                                       "strain_p90",
+                                                       "strain_p99",
+                                                       "rms_motion_m",
                                                        "kinetic_energy_j",
                                                        "potential_energy_j",
                                                        "strain_energy_j",

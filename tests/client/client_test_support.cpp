@@ -89,6 +89,18 @@ Outcome RunProgram(const std::string& name, const std::vector<std::string>& argu
   return RunningProgram(name, arguments).Wait();
 }
 
+std::string SceneWithAFault() {
+  const auto cloth = [](const std::string& stiffness_n_per_m) {
+    return R"({"spec": {
+      "particles": {"positions_m": [0,0,0, 1.01,0,0], "masses_kg": [1, 1], "springs": [
+        {"i": 0, "j": 1, "rest_length_m": 1, "stiffness_n_per_m": )" +
+           stiffness_n_per_m + R"(}]},
+      "environment": {"gravity_m_per_s2": [0, 0, 0]}, "settings": {"substeps": 1}}})";
+  };
+  return R"({"name": "springs", "time_step_s": 0.001, "duration_s": 0.02, "cloths": [)" +
+         cloth("0") + "," + cloth("5e7") + "]}";
+}
+
 void FailNoError() {
   ADD_FAILURE() << "no drape::Error was thrown";
   throw std::logic_error("no drape::Error was thrown");

@@ -61,6 +61,11 @@ std::filesystem::path ProgramPath(const std::string& name);
 // client/examples/<name>
 std::filesystem::path Example(const std::string& name);
 
+// A scene named "springs", for 20 steps of 1 ms: cloth 0 rests, cloth 1 is faulted within ten
+// steps. Its two particles are 1 cm off the rest length of a spring so stiff that their motion
+// grows a hundredfold per step.
+std::string SceneWithAFault();
+
 // One array in a chunk, [elements.size() / 3, 3].
 template <class Element>
 v1::PackedArray Packed(const std::vector<Element>& elements) {

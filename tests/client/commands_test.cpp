@@ -126,6 +126,25 @@ TEST_F(CommandsTest, CreateStepReadDelete) {
   EXPECT_THAT(gone.err, HasSubstr("NOT_FOUND"));
 }
 
+TEST_F(CommandsTest, AFaultedClothEndsAStepWithItsOwnCode) {
+  const TemporaryFolder folder;
+  WriteText(folder / "scene.json", client_test::SceneWithAFault());
+  const json created = DoJson({"create", folder / "scene.json"});
+  const std::string session = "--session=" + created["session"].get<std::string>();
+  const std::string first = "cloth " + created["cloths"][0]["id"].get<std::string>();
+  const std::string second = "cloth " + created["cloths"][1]["id"].get<std::string>();
+  const auto step = [&](const std::string& flag) {
+    const Outcome outcome = RunProgram("drape", OnServer({"step", session, flag}));
+    EXPECT_EQ(outcome.exit_code, 3) << outcome.err;
+    return outcome.out;
+  };
+  EXPECT_THAT(step("--steps=10"), AllOf(HasSubstr(first + ": step 10\n"),
+                                        HasSubstr(second + ": step "), HasSubstr(", FAULTED\n")));
+  EXPECT_THAT(step("--report"), HasSubstr(", FAULTED: "));
+  EXPECT_EQ(json::parse(step("--json"))["faulted_cloth_ids"].size(), 1u);
+  Do({"delete", session});
+}
+
 TEST_F(CommandsTest, ListTellsSessionsButNotTheirSecret) {
   const std::string session = CreateChain();
   const std::string out = Do({"list"});

@@ -63,6 +63,9 @@ void CheckSamples(const ordered_json& cloth, uint64_t steps) {
     EXPECT_EQ(sample["step"], k + 1);
     EXPECT_DOUBLE_EQ(sample["time_s"].get<double>(), static_cast<double>(k + 1) / 60);
     EXPECT_GE(sample["max_strain"].get<double>(), sample["rms_strain"].get<double>());
+    EXPECT_GE(sample["max_strain"].get<double>(), sample["strain_p99"].get<double>());
+    EXPECT_GE(sample["strain_p99"].get<double>(), sample["strain_p90"].get<double>());
+    EXPECT_GE(sample["strain_p90"].get<double>(), sample["strain_p50"].get<double>());
     EXPECT_GE(sample["rms_strain"].get<double>(), 0);
     // A broken step (a skipped constraint, a raced colour) stretches edges by their own length and
     // more. The method's own worst is a cloth hung by points with one sweep per substep: an impulse
@@ -95,6 +98,7 @@ TEST_P(ExamplesTest, Runs) {
     EXPECT_GE(cloth["colours"].get<int>(), 2);
     EXPECT_TRUE(cloth["plan"] == "lanes" || cloth["plan"] == "single") << cloth["plan"];
     EXPECT_EQ(cloth["faulted"], false);
+    EXPECT_EQ(cloth["fault_reason"], "");
     EXPECT_TRUE(cloth["warnings"].is_object());
     CheckSamples(cloth, steps);
   }

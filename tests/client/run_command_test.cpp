@@ -208,6 +208,35 @@ TEST_F(RunCommandTest, ReportsTrianglesThatWereLeftOut) {
   EXPECT_EQ(report["cloths"][0]["warnings"]["dropped_triangles"], 1);
 }
 
+TEST_F(RunCommandTest, AFaultedClothEndsARunWithItsOwnCode) {
+  const std::string scene = Write("scene.json", client_test::SceneWithAFault());
+  const std::string path = folder_ / "r.json";
+  const Outcome outcome = Run({scene, "--json", "--report=" + path});
+  EXPECT_EQ(outcome.exit_code, 3);
+  EXPECT_THAT(outcome.err,
+              AllOf(HasSubstr("springs: cloth 1 is faulted after step "),
+                    HasSubstr("; the last good state is kept"), Not(HasSubstr("cloth 0"))));
+  const auto report = ordered_json::parse(ReadText(path));
+  EXPECT_EQ(report["steps"], 20) << "the other cloth goes on";
+  EXPECT_EQ(report["cloths"][0]["faulted"], false);
+  EXPECT_EQ(report["cloths"][0]["fault_reason"], "");
+  EXPECT_EQ(report["cloths"][1]["faulted"], true);
+  const std::string reason = report["cloths"][1]["fault_reason"];
+  EXPECT_THAT(outcome.err, HasSubstr(reason));
+  const auto printed = ordered_json::parse(outcome.out);
+  EXPECT_EQ(printed["faulted"], 1);
+  ASSERT_EQ(printed["faults"].size(), 1u);
+  EXPECT_EQ(printed["faults"][0]["cloth"], 1);
+  EXPECT_EQ(printed["faults"][0]["reason"], reason);
+  EXPECT_GT(printed["faults"][0]["after_step"], 0);
+  EXPECT_LT(printed["faults"][0]["after_step"], 10);
+
+  const Outcome demo = RunProgram(
+      "drape", {"demo", "--backend=cpu", "--scenes", scene, "--out=" + (folder_ / "out").string()});
+  EXPECT_EQ(demo.exit_code, 3);
+  EXPECT_THAT(demo.err, HasSubstr(reason));
+}
+
 TEST_F(RunCommandTest, ComparesTwoBackends) {
   const Outcome outcome =
       Run({Example("hanging_two_corners.json"), "--duration=0.1", "--compare=reference"});

@@ -119,6 +119,11 @@ TEST_P(ConstraintParityTest, Measurements) {
     EXPECT_GT(expected.max_strain, 1e-3);
     EXPECT_NEAR(actual.max_strain, expected.max_strain, 2 * bound.position_m / 0.099);
     EXPECT_NEAR(actual.rms_strain, expected.rms_strain, 2 * bound.position_m / 0.099);
+    const double strain_bound = 2 * bound.position_m / 0.099;
+    EXPECT_NEAR(actual.strain_p50, expected.strain_p50, expected.strain_p50 / 128 + strain_bound);
+    EXPECT_NEAR(actual.strain_p90, expected.strain_p90, expected.strain_p90 / 128 + strain_bound);
+    EXPECT_NEAR(actual.strain_p99, expected.strain_p99, expected.strain_p99 / 128 + strain_bound);
+    EXPECT_NEAR(actual.rms_motion_m, expected.rms_motion_m, 2 * bound.position_m);
     EXPECT_GT(expected.max_residual_m, 0);
     // Lambda alpha/h: as accurate as the error it balances.
     EXPECT_NEAR(actual.max_residual_m, expected.max_residual_m, 4 * bound.position_m);

@@ -229,6 +229,7 @@ void CompareReports(const StepReport& actual, const StepReport& expected, bool h
   EXPECT_EQ(actual.fault, expected.fault);
   EXPECT_EQ(actual.warnings.springs_beyond_limit, expected.warnings.springs_beyond_limit);
   EXPECT_EQ(actual.warnings.elastic_beyond_limit, expected.warnings.elastic_beyond_limit);
+  EXPECT_EQ(actual.warnings.strain_beyond_limit, expected.warnings.strain_beyond_limit);
   EXPECT_EQ(actual.converged, expected.converged);
   EXPECT_EQ(actual.warnings.not_converged, expected.warnings.not_converged);
   if (!has_tolerance) {

@@ -190,6 +190,8 @@ TEST_P(WholeStepParityTest, Measurements) {
   const double mass_kg = 0.2;
   EXPECT_NEAR(actual.max_strain, expected.max_strain, 2 * bound.position_m / edge_m);
   EXPECT_NEAR(actual.rms_strain, expected.rms_strain, 2 * bound.position_m / edge_m);
+  EXPECT_GT(expected.rms_motion_m, 0);
+  EXPECT_NEAR(actual.rms_motion_m, expected.rms_motion_m, 2 * bound.position_m);
   EXPECT_NEAR(actual.kinetic_energy_j, expected.kinetic_energy_j,
               mass_kg * 5 * bound.velocity_m_per_s);
   EXPECT_NEAR(actual.potential_energy_j, expected.potential_energy_j,

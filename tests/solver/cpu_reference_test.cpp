@@ -162,6 +162,11 @@ TEST(MeasureState, ByHand) {
   const Measurements m = MeasureState(*scene.model, scene.parameters, scene.state);
   EXPECT_DOUBLE_EQ(m.max_strain, 0.25);
   EXPECT_DOUBLE_EQ(m.rms_strain, std::sqrt((0.25 * 0.25 + 0.05 * 0.05) / 2));
+  // Of two, the first is the median and the second every higher percentile; 0.05 = 1.6 / 2^5, and
+  // 1.6 * 2^7 = 204.8.
+  EXPECT_EQ(m.strain_p50, 204.0 / (1 << 12));
+  EXPECT_EQ(m.strain_p90, 0.25);
+  EXPECT_EQ(m.strain_p99, 0.25);
   EXPECT_DOUBLE_EQ(m.kinetic_energy_j, 25);
   EXPECT_DOUBLE_EQ(m.potential_energy_j, -84);
   // Spring 6/2 * 1.1^2, constraint 0.1^2 / 0.02; the inextensible one has no energy.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "server/solver/cpu_reference/reference_constraints.h"
 #include "server/solver/cpu_reference/reference_contact.h"
@@ -17,9 +18,26 @@ double Square(double x) {
   return x * x;
 }
 
+double RoundedDown(double strain) {
+  if (strain < kMinPercentile) return 0;
+  int exponent = 0;
+  const double fraction = std::frexp(std::min(strain, kMaxPercentile), &exponent);
+  constexpr int kBits = kPercentileBits;
+  return std::ldexp(std::floor(std::ldexp(fraction, kBits)), exponent - kBits);
+}
+
+// By nearest rank. `strains`: of at least one link, >= 0; reordered.
+double Percentile(size_t percent, std::vector<double>& strains) {
+  const size_t rank = (strains.size() * percent + 99) / 100;
+  const auto found = strains.begin() + static_cast<std::ptrdiff_t>(rank - 1);
+  std::nth_element(strains.begin(), found, strains.end());
+  return RoundedDown(*found);
+}
+
 void MeasureStrain(const SceneModel& model, const ParticleState& state,
                    std::span<const double> rest_lengths_m, Measurements& measured) {
   double sum_sq = 0;
+  std::vector<double> strains;
   for (uint32_t k = 0; k < model.constraint_count(); ++k) {
     const auto [i, j, model_length, compliance, kind] = model.constraints()[k];
     const double rest_length = rest_lengths_m.empty() ? model_length : rest_lengths_m[k];
@@ -28,10 +46,14 @@ void MeasureStrain(const SceneModel& model, const ParticleState& state,
     const double strain = error / rest_length;
     measured.max_strain = std::max(measured.max_strain, std::abs(strain));
     sum_sq += Square(strain);
+    strains.push_back(std::abs(strain));
     if (compliance > 0) measured.strain_energy_j += Square(error) / (2 * compliance);
   }
   if (model.constraint_count() > 0) {
     measured.rms_strain = std::sqrt(sum_sq / model.constraint_count());
+    measured.strain_p50 = Percentile(50, strains);
+    measured.strain_p90 = Percentile(90, strains);
+    measured.strain_p99 = Percentile(99, strains);
   }
   for (const auto& [i, j, compliance] : model.joints()) {
     const double error_sq = (state.positions_m[j] - state.positions_m[i]).squaredNorm();
@@ -92,6 +114,14 @@ Measurements MeasureState(const SceneModel& model, const ClothParameters& parame
   MeasureStrain(model, state, rest_lengths_m, measured);
   MeasureContacts(model, parameters, state, measured);
   return measured;
+}
+
+double RmsMotion(const ParticleState& start, const ParticleState& end) {
+  double sum_sq = 0;
+  for (size_t i = 0; i < end.positions_m.size(); ++i) {
+    sum_sq += (end.positions_m[i] - start.positions_m[i]).squaredNorm();
+  }
+  return std::sqrt(sum_sq / static_cast<double>(end.positions_m.size()));
 }
 
 }  // namespace drape

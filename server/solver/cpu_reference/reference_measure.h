@@ -13,9 +13,13 @@ namespace drape {
 // The reason why a state is not committed.
 FaultReason FindFault(const ParticleState& state);
 
-// Stage `measure`, all but max_residual_m, which belongs to the solve and not to the state.
+// Stage `measure`, all but max_residual_m and rms_motion_m, which belong to the step and not to the
+// state.
 // `rest_lengths_m`: [constraint_count], or empty: those of the model.
 Measurements MeasureState(const SceneModel& model, const ClothParameters& parameters,
                           const ParticleState& state, std::span<const double> rest_lengths_m = {});
+
+// From the state at the start of a step to that at its end [m].
+double RmsMotion(const ParticleState& start, const ParticleState& end);
 
 }  // namespace drape

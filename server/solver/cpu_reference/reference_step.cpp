@@ -1,5 +1,7 @@
 #include "server/solver/cpu_reference/reference_step.h"
 
+#include <limits>
+
 #include "server/solver/cpu_reference/reference_measure.h"
 #include "server/solver/cpu_reference/reference_stages.h"
 
@@ -106,6 +108,8 @@ double DoSubsteps(StepContext& context, StepReport& report) {
 StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_iterations) {
   StepReport report;
   double residual = 0;
+  double rms_motion = 0;
+  double strain_limit = std::numeric_limits<double>::infinity();  // only a step has warnings
   if (cloth.fault == FaultReason::kNone) {
     const LengthSource lengths =
         cloth.has_own_lengths() ? LengthSource::kOwn : LengthSource::kModel;
@@ -113,9 +117,11 @@ StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_
     reference::StepContext context(cloth, plan, max_iterations);
     residual = reference::DoSubsteps(context, report);
     report.warnings = plan.known_warnings;
+    strain_limit = plan.strain_limit;
     report.warnings.not_converged = !report.converged;
     cloth.fault = FindFault(context.state);
     if (cloth.fault == FaultReason::kNone) {
+      if (measure) rms_motion = RmsMotion(cloth.state, context.state);
       cloth.state = context.state;  // commit
       for (RigidMotion& motion : cloth.parameters.collider_motions) {
         motion = motion.After(cloth.parameters.settings.time_step_s);
@@ -129,6 +135,8 @@ StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_
     report.measured =
         MeasureState(*cloth.model, cloth.parameters, cloth.state, cloth.rest_length_targets_m);
     report.measured.max_residual_m = residual;
+    report.measured.rms_motion_m = rms_motion;
+    report.warnings.strain_beyond_limit = report.measured.max_strain > strain_limit;
   }
   return report;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/solver/gl_compute/local_sizes.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -54,11 +55,15 @@ Status GlDevice::CompileGeneralKernels(const std::string& shader_dir, int64_t ma
   if (!cache.ok()) return cache.status();
   kernels = std::make_unique<KernelCache>(std::move(cache).value());
   const uint32_t local_size = GeneralLocalSize(traits);
+  const Result<const gl::Program*> start = kernels->General("measure_start", local_size);
+  if (!start.ok()) return start.status();
   const Result<const gl::Program*> pieces = kernels->General("measure_pieces", local_size);
   if (!pieces.ok()) return pieces.status();
   const Result<const gl::Program*> total = kernels->General("measure_total", local_size);
   if (!total.ok()) return total.status();
-  measure = {pieces.value(), total.value()};
+  const Result<const gl::Program*> strains = kernels->General("measure_strains", kStrainsLocalSize);
+  if (!strains.ok()) return strains.status();
+  measure = {start.value(), pieces.value(), total.value(), strains.value()};
   const Result<const gl::Program*> pack = kernels->General("pack", local_size);
   if (!pack.ok()) return pack.status();
   Result<StateReader> state_reader = StateReader::Create(pack.value(), max_bytes, batch.limits);

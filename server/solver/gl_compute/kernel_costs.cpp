@@ -4,7 +4,9 @@
 #include <bit>
 
 #include "server/core/check.h"
+#include "server/solver/gl_compute/local_sizes.h"
 #include "server/solver/solver_constants.h"
+#include "server/solver/strain_bins.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -274,6 +276,11 @@ uint64_t CountLongestLoop(const PlannedCloth& cloth, uint32_t local_size,
   const uint64_t piece_rounds = RoundsFor(DRAPE_MEASURE_PIECE, measure_local_size);
   const uint64_t measure = 4 * (piece_rounds + 1) + piece_rounds * (colliders + kLoopEnd) +
                            SpringPasses(model, piece_rounds) + 16;
+  // `measure_strains`: clearing the bins, the links, sums over the bins and over invocations,
+  // search.
+  const uint64_t strains = 3 * LoopPasses(kStrainBins, kStrainsLocalSize) +
+                           LoopPasses(model.constraint_count(), kStrainsLocalSize) +
+                           kStrainsLocalSize + kLoopEnd;
   const uint64_t air =
       cloth.plan.Has(StepStage::kApplyWind) ? LargestDegree(model.triangle_offsets()) + 1 : 0;
   const uint64_t elastic =
@@ -288,7 +295,7 @@ uint64_t CountLongestLoop(const PlannedCloth& cloth, uint32_t local_size,
   const uint64_t control = LoopPasses(uint64_t{model.strips().phase_count()} +
                                           model.colour_count() + model.joint_colour_count() + 5,
                                       local_size);
-  return std::max({measure, tiled, control});
+  return std::max({measure, strains, tiled, control});
 }
 
 }  // namespace drape

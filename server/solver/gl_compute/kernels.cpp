@@ -8,6 +8,7 @@
 
 #include "server/scene/distance_map.h"
 #include "server/solver/solver_constants.h"
+#include "server/solver/strain_bins.h"
 #include "shaders/embedded_shaders.h"
 
 namespace drape {
@@ -34,6 +35,9 @@ std::string ConstantDefines() {
   text << "#define MAX_AIR_RATIO " << kMaxAirRatio << "\n";
   text << "#define MAX_ELASTIC_RATIO " << kMaxElasticRatio << "\n";
   text << "#define MAX_COORDINATE " << kMaxCoordinate_m << "\n";
+  text << "#define STRAIN_BINS " << kStrainBins << "u\n";
+  text << "#define FIRST_STRAIN_KEY " << kFirstStrainKey << "u\n";
+  text << "#define STRAIN_KEY_SHIFT " << kStrainKeyShift << "\n";
   for (size_t k = 0; k < kShapeNames.size(); ++k) {
     text << "#define COLLIDER_" << UpperCase(kShapeNames[k]) << " " << k << "u\n";
   }

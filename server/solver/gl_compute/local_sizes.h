@@ -22,6 +22,11 @@ struct LocalSizes {
   uint32_t ForCapacity(uint32_t capacity) const;
 };
 
+// Invocations of the one work group that counts the links of a cloth (`measure_strains`), on every
+// device: enough for the largest cloths on one that cuts loops, and with its bins within the shared
+// memory that OpenGL 4.5 guarantees.
+inline constexpr uint32_t kStrainsLocalSize = 256;
+
 // A row of the table.
 struct DeviceSizes {
   bool is_software = false;

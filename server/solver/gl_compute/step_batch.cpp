@@ -60,7 +60,7 @@ BatchPlan PlanBatch(std::span<const StepItem> items, GlClothTable& cloths) {
 uint32_t Dispatch(const BatchPlan& plan, DeviceArrays& arrays, const MeasureKernels& measure,
                   const DispatchLimits& limits) {
   arrays.BindForStep();
-  uint32_t dispatch_count = 0;
+  uint32_t dispatch_count = KeepStart(measure, plan.first_measured, plan.measured, limits);
   for (const VariantGroup& group : plan.groups) {
     dispatch_count += group.kernels->variant.is_tiled()
                           ? StepTiled(group, limits, arrays.dispatches)
@@ -78,6 +78,10 @@ FaultReason FaultOf(const shader::ClothStatus& status) {
 Measurements ToMeasurements(const shader::ClothStatus& status) {
   return {.max_strain = status.max_strain,
           .rms_strain = status.rms_strain,
+          .strain_p50 = status.strain_p50,
+          .strain_p90 = status.strain_p90,
+          .strain_p99 = status.strain_p99,
+          .rms_motion_m = status.rms_motion,
           .kinetic_energy_j = status.kinetic_energy,
           .potential_energy_j = status.potential_energy,
           .strain_energy_j = status.strain_energy,
@@ -100,6 +104,8 @@ StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlC
   report.fault = cloth.fault;
   if (item.measure) {
     report.measured = ToMeasurements(status);
+    report.warnings.strain_beyond_limit =
+        was_stepped && report.measured.max_strain > cloth.plan.strain_limit;
     // The residual belongs to a solve whose result was discarded.
     if (cloth.fault != FaultReason::kNone) report.measured.max_residual_m = 0;
   }

@@ -37,25 +37,51 @@ uint32_t StepResident(const VariantGroup& group, const DispatchLimits& limits) {
   return dispatch_count;
 }
 
-uint32_t Measure(const MeasureKernels& kernels, uint32_t first_item,
-                 std::span<const GlCloth* const> cloths, const DispatchLimits& limits) {
-  if (cloths.empty()) return 0;
-  uint32_t largest_piece_count = 1;
+namespace {
+
+uint32_t LargestPieceCount(std::span<const GlCloth* const> cloths) {
+  uint32_t largest = 1;
   for (const GlCloth* cloth : cloths) {
-    largest_piece_count = std::max(largest_piece_count, MeasurePieceCount(*cloth->model->model));
+    largest = std::max(largest, MeasurePieceCount(*cloth->model->model));
   }
+  return largest;
+}
+
+// A work group for each piece of each item.
+uint32_t DispatchPerPiece(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
+                          uint32_t largest_piece_count, const DispatchLimits& limits) {
+  kernel.Use();
   uint32_t dispatch_count = 0;
-  const uint32_t item_count = static_cast<uint32_t>(cloths.size());
-  kernels.pieces->Use();
   for (uint32_t done = 0; done < item_count; ++dispatch_count) {
     const uint32_t count = std::min(item_count - done, limits.group_count_y);
-    kernels.pieces->SetUniform(DRAPE_UNIFORM_FIRST_ITEM, first_item + done);
+    kernel.SetUniform(DRAPE_UNIFORM_FIRST_ITEM, first_item + done);
     glDispatchCompute(largest_piece_count, count, 1);
     done += count;
   }
   DeviceBarrier();
-  if (largest_piece_count == 1) return dispatch_count;
-  return dispatch_count + DispatchPerItem(*kernels.total, first_item, item_count, limits);
+  return dispatch_count;
+}
+
+}  // namespace
+
+uint32_t KeepStart(const MeasureKernels& kernels, uint32_t first_item,
+                   std::span<const GlCloth* const> cloths, const DispatchLimits& limits) {
+  if (cloths.empty()) return 0;
+  return DispatchPerPiece(*kernels.start, first_item, static_cast<uint32_t>(cloths.size()),
+                          LargestPieceCount(cloths), limits);
+}
+
+uint32_t Measure(const MeasureKernels& kernels, uint32_t first_item,
+                 std::span<const GlCloth* const> cloths, const DispatchLimits& limits) {
+  if (cloths.empty()) return 0;
+  const uint32_t largest_piece_count = LargestPieceCount(cloths);
+  const uint32_t item_count = static_cast<uint32_t>(cloths.size());
+  uint32_t dispatch_count =
+      DispatchPerPiece(*kernels.pieces, first_item, item_count, largest_piece_count, limits);
+  if (largest_piece_count > 1) {
+    dispatch_count += DispatchPerItem(*kernels.total, first_item, item_count, limits);
+  }
+  return dispatch_count + DispatchPerItem(*kernels.strains, first_item, item_count, limits);
 }
 
 }  // namespace drape

@@ -34,15 +34,21 @@ uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_
 
 // The kernels that measure cloths of all variants.
 struct MeasureKernels {
+  const gl::Program* start = nullptr;
   const gl::Program* pieces = nullptr;
   const gl::Program* total = nullptr;
+  const gl::Program* strains = nullptr;
 };
 
 // The whole step of the group. Returns the number of dispatches, which depends on the variant and
 // the settings but not on the number of cloths (up to the limits of one dispatch).
 uint32_t StepResident(const VariantGroup& group, const DispatchLimits& limits);
-// Measures the items [first_item, first_item + cloths.size()). Returns the dispatches: one, or two
-// if any cloth has more than one piece.
+// Before the step: keeps the positions of the items [first_item, first_item + cloths.size()), from
+// which Measure finds how far they move. Returns the dispatches: one.
+uint32_t KeepStart(const MeasureKernels& kernels, uint32_t first_item,
+                   std::span<const GlCloth* const> cloths, const DispatchLimits& limits);
+// After the step: measures the items [first_item, first_item + cloths.size()). Returns the
+// dispatches: two, or three if any cloth has more than one piece.
 uint32_t Measure(const MeasureKernels& kernels, uint32_t first_item,
                  std::span<const GlCloth* const> cloths, const DispatchLimits& limits);
 

@@ -54,7 +54,11 @@ bool Finish(const StepContext& context, bool may_have_fault, bool measure, Float
   if (context.scratch.reach.has_left) return false;
   report.warnings.not_converged = !report.converged;
   Commit(context, may_have_fault, state, report);
-  if (measure) report.measured = Measure(context, state, report.fault);
+  if (measure) {
+    report.measured = Measure(context, state, report.fault);
+    report.warnings.strain_beyond_limit =
+        report.measured.max_strain > context.controls.plan.strain_limit;
+  }
   return true;
 }
 

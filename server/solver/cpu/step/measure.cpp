@@ -7,6 +7,7 @@
 
 #include "server/solver/cpu/step/collider_gap.h"
 #include "server/solver/cpu/step/collider_surface.h"
+#include "server/solver/cpu/step/strain_histogram.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape::cpu {
@@ -41,6 +42,7 @@ double Violation(ConstraintKind kind, double error) {
 void MeasureStrain(const StepContext& context, const FloatState& state, Measurements& measured) {
   const SceneModel& source = *context.model.source;
   double sum_of_squares = 0;
+  StrainHistogram histogram;
   for (uint32_t c = 0; c < source.constraint_count(); ++c) {
     const DistanceConstraint& constraint = source.constraints()[c];
     const double rest_length = RestLengthAtEnd(context, c);
@@ -49,6 +51,7 @@ void MeasureStrain(const StepContext& context, const FloatState& state, Measurem
     const double strain = error / rest_length;
     measured.max_strain = std::max(measured.max_strain, std::fabs(strain));
     sum_of_squares += strain * strain;
+    histogram.Add(strain);
     if (constraint.compliance_m_per_n > 0) {
       measured.strain_energy_j += error * error / (2 * constraint.compliance_m_per_n);
     }
@@ -56,6 +59,9 @@ void MeasureStrain(const StepContext& context, const FloatState& state, Measurem
   if (source.constraint_count() > 0) {
     measured.rms_strain = std::sqrt(sum_of_squares / source.constraint_count());
   }
+  measured.strain_p50 = histogram.Percentile(50);
+  measured.strain_p90 = histogram.Percentile(90);
+  measured.strain_p99 = histogram.Percentile(99);
   for (const auto& [i, j, compliance] : source.joints()) {
     const double error = Distance(state, i, j);
     if (compliance > 0) measured.strain_energy_j += error * error / (2 * compliance);
@@ -97,6 +103,14 @@ void MeasureParticles(const StepContext& context, const FloatState& state, Measu
     measured.potential_energy_j -= mass * gravity.dot(p);
     measured.lowest_m = std::min(measured.lowest_m, p.y());
   }
+}
+
+double RmsMotion(const FloatState& start, const FloatState& end, uint32_t particle_count) {
+  double sum_of_squares = 0;
+  for (uint32_t i = 0; i < particle_count; ++i) {
+    sum_of_squares += (ToVector3d(end.positions[i]) - ToVector3d(start.positions[i])).squaredNorm();
+  }
+  return std::sqrt(sum_of_squares / particle_count);
 }
 
 // All colliders of a cloth where they are when its state is measured.
@@ -194,7 +208,10 @@ Measurements Measure(const StepContext& context, const FloatState& state, FaultR
   const bool is_good = fault == FaultReason::kNone;
   const PlacedColliders colliders(context, is_good ? EndOf(context.controls.plan.schedule) : 0);
   MeasureContacts(context, state, colliders, measured);
-  if (is_good) measured.max_residual_m = MaxResidual(context, state, colliders);
+  if (is_good) {
+    measured.max_residual_m = MaxResidual(context, state, colliders);
+    measured.rms_motion_m = RmsMotion(context.scratch.state, state, context.model.particle_count);
+  }
   return measured;
 }
 

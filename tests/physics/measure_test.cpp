@@ -1,0 +1,117 @@
+// Measures in reports: percentiles of strain, the warning where it is large, motion.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "server/solver/solver_constants.h"
+#include "tests/physics/physics_test.h"
+
+namespace drape::test {
+namespace {
+
+using Eigen::Vector3d;
+
+class StrainReport : public PhysicsTest {};
+DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(StrainReport);
+
+std::vector<double> SortedStrains(const SceneModel& model, const ParticleState& state) {
+  std::vector<double> strains;
+  for (const DistanceConstraint& constraint : model.constraints()) {
+    const Vector3d d = state.positions_m[constraint.j] - state.positions_m[constraint.i];
+    strains.push_back(std::abs(d.norm() / constraint.rest_length_m - 1));
+  }
+  std::sort(strains.begin(), strains.end());
+  return strains;
+}
+
+// Sheets of 4, 12, 112, 840 and 5100 links, stretched here and there by too few sweeps.
+TEST_P(StrainReport, PercentilesAreThoseOfSortedStrains) {
+  for (const uint32_t side : {2u, 3u, 8u, 21u, 51u}) {
+    Scene scene = Grid(side, side, 1, 1, {0, side - 1});
+    scene.parameters.settings.substeps = 4;
+    scene.parameters.settings.max_iterations = 2;
+    const ClothHandle cloth = Make(scene);
+    const Measurements measured = StepAlone(backend(), cloth, scene, 6, true).measured;
+    const std::vector<double> strains = SortedStrains(*scene.model, ReadState(backend(), cloth));
+    // Two positions within 2 m are rounded, and a length.
+    const double rounding = 8 * round_off() * side;
+    const auto expect = [&](size_t percent, double found) {
+      const double exact = strains[(strains.size() * percent + 99) / 100 - 1];
+      EXPECT_LE(found, exact + rounding) << percent << " % of " << strains.size();
+      EXPECT_GE(found, exact * (1 - 0x1p-7) - rounding - kMinPercentile)
+          << percent << " % of " << strains.size();
+    };
+    expect(50, measured.strain_p50);
+    expect(90, measured.strain_p90);
+    expect(99, measured.strain_p99);
+    EXPECT_LE(measured.strain_p99, measured.max_strain);
+  }
+}
+
+TEST_P(StrainReport, WithoutLinksThereIsNone) {
+  const Scene scene = Particles({{{0, 0, 0}, {1, 0, 0}}, {1, 1}, {}, {}});
+  const ClothHandle cloth = Make(scene);
+  const Measurements measured = StepAlone(backend(), cloth, scene, 1, true).measured;
+  EXPECT_EQ(measured.strain_p50, 0);
+  EXPECT_EQ(measured.strain_p99, 0);
+}
+
+// Two rods in a line between two pins too far apart, which no solver can bring to their lengths: a
+// sweep ends with one of them at its length, and the other has the strain of both.
+TEST_P(StrainReport, WarnsWhereRigidLinksAreStretched) {
+  for (const double strain : {0.02, 0.03}) {
+    for (const double compliance_m_per_n : {0.0, 1e-6}) {
+      for (const bool measure : {false, true}) {
+        Scene scene = Particles({{{0, 0, 0}, {1 + strain, 0, 0}, {2 + 2 * strain, 0, 0}},
+                                 {1, 1, 1},
+                                 {{0, 1, 1, compliance_m_per_n}, {1, 2, 1, compliance_m_per_n}},
+                                 {}},
+                                {0, 2});
+        scene.parameters.gravity_m_per_s2.setZero();
+        scene.parameters.settings = SingleSubstep(1.0 / 60);
+        const ClothHandle cloth = Make(scene);
+        const StepReport report = StepAlone(backend(), cloth, scene, 1, measure);
+        EXPECT_EQ(report.warnings.strain_beyond_limit,
+                  measure && compliance_m_per_n == 0 && 2 * strain > 0.05)
+            << strain;
+      }
+    }
+  }
+}
+
+class MotionReport : public PhysicsTest {};
+DRAPE_PHYSICS_TEST_ON_EVERY_BACKEND(MotionReport);
+
+// Of 9, 2025 and 2116 particles, the last of which gl measures in two pieces. A pin moves.
+TEST_P(MotionReport, IsThatOfTheStatesAroundTheLastStep) {
+  for (const uint32_t side : {3u, 45u, 46u}) {
+    Scene scene = Grid(side, side, 1, 1, {0, side - 1});
+    const ClothHandle cloth = Make(scene);
+    StepAlone(backend(), cloth, scene, 2);
+    const std::vector<Vector3d> start_m = ReadState(backend(), cloth).positions_m;
+    scene.pin_targets_m = {start_m[0] + Vector3d(0.01, 0, 0), start_m[side - 1]};
+    const Measurements measured = StepAlone(backend(), cloth, scene, 1, true).measured;
+    const std::vector<Vector3d> end_m = ReadState(backend(), cloth).positions_m;
+    EXPECT_NEAR((end_m[0] - start_m[0]).norm(), 0.01, 1e-6);
+    double sum_sq = 0;
+    for (size_t i = 0; i < end_m.size(); ++i) sum_sq += (end_m[i] - start_m[i]).squaredNorm();
+    const double expected = std::sqrt(sum_sq / static_cast<double>(end_m.size()));
+    // Squares, a compensated sum, a quotient and a root, each rounded.
+    EXPECT_NEAR(measured.rms_motion_m, expected, 8 * round_off() * expected) << side;
+  }
+}
+
+TEST_P(MotionReport, AFaultedClothHasNone) {
+  Scene scene = LoneParticle({0, 0, 0}, {2 * kMaxSpeed_m_per_s, 0, 0});
+  const ClothHandle cloth = Make(scene);
+  for (int step = 0; step < 2; ++step) {
+    const StepReport report = StepAlone(backend(), cloth, scene, 1, true);
+    EXPECT_NE(report.fault, FaultReason::kNone);
+    EXPECT_EQ(report.measured.rms_motion_m, 0);
+  }
+}
+
+}  // namespace
+}  // namespace drape::test
