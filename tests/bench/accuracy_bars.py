@@ -96,8 +96,9 @@ def order_bars(rows, order):
 def energy_bars(energy):
     bars = []
     for row in select(energy or [], method="ACCURATE"):
+        floor, aim = (0.01, 0.002) if row["scene"].startswith("curtain_") else (0.03, 0.005)
         bars.append(Bar(f"{row['scene']}, ACCURATE: change of energy in {row['duration_s']:g} s / m g l", abs(row["energy_drift"]),
-                        0.03, 0.005, percent))
+                        floor, aim, percent))
     return bars
 
 

@@ -78,6 +78,8 @@ void AddScenes(CLI::App& app, CommandLine& line) {
   CLI::App* accuracy = app.add_subcommand(
       "accuracy", "wall time against error: methods x settings x scenes; not part of all");
   accuracy->add_option("--scenes", line.accuracy.scenes, "only these")->delimiter(',');
+  accuracy->add_option("--quantities", line.accuracy.quantities, "only these kinds of them")
+      ->delimiter(',');
   accuracy->add_option("--method", line.accuracy.methods,
                        "another method, \"NAME: substeps=16 use_tethers=false\"; may be repeated");
   PlayLimits& limits = line.accuracy.limits;

@@ -15,6 +15,7 @@ import statistics
 import sys
 
 import accuracy_bars
+import accuracy_quantities
 import accuracy_tables
 import rows
 import speed_tables
@@ -22,7 +23,7 @@ import stability_tables
 from rows import distinct, markdown, milliseconds, percent, select
 
 REAL_TIME_MS = 1000 / 60
-TEXT_COLUMNS = {"preset", "pins", "backend", "plan", "scene", "shuffled", "fault", "path"} | accuracy_tables.TEXT_COLUMNS | speed_tables.TEXT_COLUMNS | stability_tables.TEXT_COLUMNS
+TEXT_COLUMNS = {"preset", "pins", "backend", "plan", "scene", "shuffled", "fault", "path"} | accuracy_tables.TEXT_COLUMNS | accuracy_quantities.TEXT_COLUMNS | speed_tables.TEXT_COLUMNS | stability_tables.TEXT_COLUMNS
 STEP_COLUMNS = [
     "preset", "pins", "cloths", "particles", "columns", "rows", "backend", "plan", "steps", "median_ms", "p10_ms",
     "p90_ms", "min_ms", "max_ms", "device_ms", "dispatches", "iterations", "max_strain", "swing_max_strain",
@@ -42,6 +43,7 @@ COLUMNS = {
         "cap_min", "over_budget"],
     **speed_tables.COLUMNS,
     **accuracy_tables.COLUMNS,
+    **accuracy_quantities.COLUMNS,
     **stability_tables.COLUMNS,
 }
 MOST_SWEEPS = 3000  # kMaxSweeps in order.cpp: as many mean "not converged"
@@ -251,6 +253,8 @@ def readme(folder):
     text += speed_tables.speed_text(tables, machine["cpu_backend"], machine["gl"])
     if tables["accuracy"]:
         text += accuracy_text(tables)
+    if tables["accuracy_quantities"]:
+        text += accuracy_quantities.quantities_text(tables["accuracy_quantities"])
     if tables["stability"]:
         text += stability_tables.stability_text(tables["stability"])
     return rows.wrapped("\n".join(text))

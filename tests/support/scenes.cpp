@@ -43,6 +43,26 @@ Scene Grid(uint32_t columns, uint32_t rows, double width_m, double height_m,
                    {GridTopology{columns, rows, width_m, height_m}, material, std::move(pins)});
 }
 
+Scene MeshedGrid(uint32_t columns, uint32_t rows, double width_m, double height_m,
+                 std::vector<uint32_t> pins, const StructuralMaterial& material) {
+  TriangleMesh mesh;
+  for (uint32_t row = 0; row < rows; ++row) {
+    for (uint32_t column = 0; column < columns; ++column) {
+      mesh.positions_m.emplace_back(width_m * column / (columns - 1), 0,
+                                    height_m * row / (rows - 1));
+      if (row + 1 == rows || column + 1 == columns) continue;
+      const uint32_t a = row * columns + column, b = a + 1, c = a + columns, d = c + 1;
+      if ((row + column) % 2 == 0) {
+        mesh.triangles.insert(mesh.triangles.end(), {{a, c, d}, {a, d, b}});
+      } else {
+        mesh.triangles.insert(mesh.triangles.end(), {{a, c, b}, {b, c, d}});
+      }
+    }
+  }
+  return MakeScene("mesh_" + std::to_string(columns) + "x" + std::to_string(rows),
+                   {mesh, material, std::move(pins)});
+}
+
 Scene Particles(const ParticleTopology& particles, std::vector<uint32_t> pins) {
   return MakeScene("particles_" + std::to_string(particles.positions_m.size()),
                    {particles, {}, std::move(pins)});

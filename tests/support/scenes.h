@@ -39,6 +39,9 @@ ParticleState RestState(const SceneModel& model);
 // below start from this one or from Particles.
 Scene Grid(uint32_t columns, uint32_t rows, double width_m, double height_m,
            std::vector<uint32_t> pins = {}, const StructuralMaterial& material = {});
+// The same particles as a mesh, two triangles per cell whose diagonals alternate.
+Scene MeshedGrid(uint32_t columns, uint32_t rows, double width_m, double height_m,
+                 std::vector<uint32_t> pins = {}, const StructuralMaterial& material = {});
 Scene Particles(const ParticleTopology& particles, std::vector<uint32_t> pins = {});
 
 // Exactly this many particles: one lone particle, or the grid whose sides are closest to each other

@@ -9,6 +9,7 @@
 #include "tests/bench/accuracy/bullet_cloth.h"
 #include "tests/bench/accuracy/convergence.h"
 #include "tests/bench/accuracy/plays.h"
+#include "tests/bench/accuracy/quantities.h"
 
 namespace drape::bench {
 namespace {
@@ -120,9 +121,7 @@ void AddReferenceRow(Table& table, const AccuracyScene& scene, const PositionRef
              reference.error_m, took_s});
 }
 
-}  // namespace
-
-void MeasureAccuracy(Bench& bench, const AccuracyOptions& options) {
+void MeasureScenes(Bench& bench, const AccuracyOptions& options) {
   std::vector<Method> own;
   for (const std::string& text : options.methods) own.push_back(ParseMethod(text));
   const std::vector<AccuracyScene> scenes = ChosenScenes(options, bench.is_quick());
@@ -146,7 +145,15 @@ void MeasureAccuracy(Bench& bench, const AccuracyOptions& options) {
         PlaySideBySide(entries, scene, reference.positions_m, limits);
     for (size_t k = 0; k < entries.size(); ++k) AddRow(table, scene, entries[k], results[k]);
   }
-  if (options.scenes.empty()) MeasureConvergence(bench);
+}
+
+}  // namespace
+
+void MeasureAccuracy(Bench& bench, const AccuracyOptions& options) {
+  const bool is_all = options.scenes.empty() && options.quantities.empty();
+  if (is_all || !options.scenes.empty()) MeasureScenes(bench, options);
+  if (is_all) MeasureConvergence(bench);
+  if (is_all || !options.quantities.empty()) MeasureQuantities(bench, options.quantities);
 }
 
 }  // namespace drape::bench

@@ -1,4 +1,5 @@
-// Work-precision diagrams -> accuracy.csv, accuracy_references.csv and the tables of convergence.h.
+// Work-precision diagrams -> accuracy.csv, accuracy_references.csv and the tables of convergence.h
+// and quantities.h.
 #pragma once
 
 #include <string>
@@ -10,7 +11,8 @@
 namespace drape::bench {
 
 struct AccuracyOptions {
-  std::vector<std::string> scenes;   // empty: all, and the tables of convergence.h
+  // Only these, and these kinds of quantities.h; both empty: all, and the tables of convergence.h.
+  std::vector<std::string> scenes, quantities;
   std::vector<std::string> methods;  // besides those of methods.cpp: "NAME: substeps=16 ..."
   PlayLimits limits;
 };

@@ -46,41 +46,12 @@ void SetChain(AccuracyScene& scene, const test::PlanarChain& chain) {
   };
 }
 
-AccuracyScene Curtain(uint32_t side, bool is_quick) {
-  std::vector<uint32_t> pins;
-  for (uint32_t k = 0; k < side; ++k) pins.push_back(k);
-  AccuracyScene scene{.name = "curtain_" + std::to_string(side),
-                      .title = "a sheet of 1 m, its first row pinned, let go horizontally, 0.6 s",
-                      .scene = test::Grid(side, side, 1, 1, pins)};
-  scene.duration_s = is_quick ? 0.1 : 0.6;
-  scene.reference = [side, duration_s = scene.duration_s, rest = scene.scene.state.positions_m] {
-    return ChainReference(test::CurtainColumn(side, 1), duration_s, [&](const auto& chain) {
-      std::vector<Vector3d> positions_m = rest;
-      for (uint32_t k = 0; k < side; ++k) {
-        PlaceChain(chain, k, side, rest[k], Vector3d::UnitZ(), positions_m);
-      }
-      return positions_m;
-    });
-  };
-  return scene;
-}
-
 // The same over a floor that it never touches: colliders keep a cloth from two steps.
 AccuracyScene CurtainOverFloor(uint32_t side) {
-  AccuracyScene scene = Curtain(side, false);
+  AccuracyScene scene = CurtainScene(side, false);
   scene.name = "curtain_over_floor_" + std::to_string(side);
   scene.title = "the curtain, with a floor 1 m below its lowest point";
   scene.scene.parameters.colliders = {PlaneThrough({0, -2, 0}, {0, 1, 0})};
-  return scene;
-}
-
-AccuracyScene TwoCorners(uint32_t side, double duration_s) {
-  AccuracyScene scene{.name = "two_corners_" + std::to_string(side),
-                      .title = "a sheet of 1 m, two corners pinned, let go horizontally",
-                      .scene = test::Grid(side, side, 1, 1, {0, side - 1})};
-  scene.duration_s = duration_s;
-  scene.window_start_s = std::max(0.0, duration_s - 1);
-  scene.has_peer = true;
   return scene;
 }
 
@@ -133,6 +104,35 @@ AccuracyScene CurtainColumnScene(uint32_t rows, bool is_quick) {
   return scene;
 }
 
+AccuracyScene CurtainScene(uint32_t side, bool is_quick) {
+  std::vector<uint32_t> pins;
+  for (uint32_t k = 0; k < side; ++k) pins.push_back(k);
+  AccuracyScene scene{.name = "curtain_" + std::to_string(side),
+                      .title = "a sheet of 1 m, its first row pinned, let go horizontally, 0.6 s",
+                      .scene = test::Grid(side, side, 1, 1, pins)};
+  scene.duration_s = is_quick ? 0.1 : 0.6;
+  scene.reference = [side, duration_s = scene.duration_s, rest = scene.scene.state.positions_m] {
+    return ChainReference(test::CurtainColumn(side, 1), duration_s, [&](const auto& chain) {
+      std::vector<Vector3d> positions_m = rest;
+      for (uint32_t k = 0; k < side; ++k) {
+        PlaceChain(chain, k, side, rest[k], Vector3d::UnitZ(), positions_m);
+      }
+      return positions_m;
+    });
+  };
+  return scene;
+}
+
+AccuracyScene TwoCornersScene(uint32_t side, double duration_s) {
+  AccuracyScene scene{.name = "two_corners_" + std::to_string(side),
+                      .title = "a sheet of 1 m, two corners pinned, let go horizontally",
+                      .scene = test::Grid(side, side, 1, 1, {0, side - 1})};
+  scene.duration_s = duration_s;
+  scene.window_start_s = std::max(0.0, duration_s - 1);
+  scene.has_peer = true;
+  return scene;
+}
+
 AccuracyScene SwingScene(uint32_t side, bool is_quick) {
   std::vector<uint32_t> pins;
   for (uint32_t k = 0; k < side; ++k) pins.push_back(k);
@@ -148,23 +148,23 @@ AccuracyScene SwingScene(uint32_t side, bool is_quick) {
 
 std::vector<AccuracyScene> AccuracyScenes(bool is_quick) {
   if (is_quick) {
-    return {PendulumScene(), Curtain(6, true), SwingScene(6, true), TwoCorners(6, 0.1),
+    return {PendulumScene(), CurtainScene(6, true), SwingScene(6, true), TwoCornersScene(6, 0.1),
             Sphere(9, 0.1)};
   }
   std::vector<AccuracyScene> scenes;
-  for (AccuracyScene& scene :
-       std::vector{PendulumScene(), ChainScene(false), Curtain(32, false), SwingScene(32, false)}) {
+  for (AccuracyScene& scene : std::vector{PendulumScene(), ChainScene(false),
+                                          CurtainScene(32, false), SwingScene(32, false)}) {
     scene.points = PointGrid::kFullAndFiner;
     scene.all_backends = scene.name == "curtain_32";
     scene.has_peer = scene.name == "curtain_32";
     scenes.push_back(std::move(scene));
   }
-  for (AccuracyScene& scene :
-       std::vector{CurtainOverFloor(32), TwoCorners(32, 5), Sphere(33, 2), HardSwing(), Rope()}) {
+  for (AccuracyScene& scene : std::vector{CurtainOverFloor(32), TwoCornersScene(32, 5),
+                                          Sphere(33, 2), HardSwing(), Rope()}) {
     scene.points = PointGrid::kFull;
     scenes.push_back(std::move(scene));
   }
-  for (AccuracyScene& scene : std::vector{Curtain(128, false), TwoCorners(128, 3)}) {
+  for (AccuracyScene& scene : std::vector{CurtainScene(128, false), TwoCornersScene(128, 3)}) {
     scene.points = PointGrid::kCoarse;
     scenes.push_back(std::move(scene));
   }

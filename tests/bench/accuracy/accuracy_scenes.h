@@ -44,12 +44,14 @@ struct AccuracyScene {
 // In the order of the tables. quick: the smallest versions, a few frames.
 std::vector<AccuracyScene> AccuracyScenes(bool is_quick);
 
-// Scenes whose motion at other steps, energy over a long time and two parts of the error are
-// measured too: the pendulum, the chain and the swinging sheet; all have a reference.
+// Scenes whose motion at other steps, energy over a long time or two parts of the error are
+// measured too; all but the last have a reference.
 AccuracyScene PendulumScene();
 AccuracyScene ChainScene(bool is_quick);
 AccuracyScene SwingScene(uint32_t side, bool is_quick);
+AccuracyScene CurtainScene(uint32_t side, bool is_quick);
 // One column of the curtain: the chain that all columns are.
 AccuracyScene CurtainColumnScene(uint32_t rows, bool is_quick);
+AccuracyScene TwoCornersScene(uint32_t side, double duration_s);
 
 }  // namespace drape::bench

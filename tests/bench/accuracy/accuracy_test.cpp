@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <regex>
@@ -88,6 +89,13 @@ TEST_F(AccuracyTest, MeasuresEverySceneOnEveryBackendAndTheScriptSaysWhatItMeans
     EXPECT_LT(std::stod(row.at("error_m")), 1e-8) << row.at("scene");
   }
 
+  std::map<std::string, int> quantities;
+  for (const Row& row : ReadRows(out_ / "accuracy_quantities.csv")) {
+    ++quantities[row.at("kind")];
+    EXPECT_TRUE(std::isfinite(std::stod(row.at("value")))) << row.at("scene");
+  }
+  EXPECT_EQ(quantities.size(), 6u);
+
   const Ending made = Tables();
   ASSERT_EQ(made.exit_status, 0) << made.text;
   const std::string readme = ReadText(out_ / "README.md");
@@ -97,6 +105,8 @@ TEST_F(AccuracyTest, MeasuresEverySceneOnEveryBackendAndTheScriptSaysWhatItMeans
   EXPECT_THAT(readme, HasSubstr("### Order of convergence"));
   EXPECT_THAT(readme, HasSubstr("| sphere_9: Bullet 1x10 |"));
   EXPECT_THAT(readme, HasSubstr("curtain_column, "));
+  EXPECT_THAT(readme, HasSubstr("| slope, REALTIME: holds at 1.02 × in 2 s | ≤ 0.1 mm |"));
+  EXPECT_THAT(readme, HasSubstr("| 8 x 8 at 1/60 s: sag of the first row [m] |"));
 }
 
 TEST_F(AccuracyTest, UnknownScenesAndSettingsAreNamedWithWhatIsLegal) {
@@ -106,6 +116,18 @@ TEST_F(AccuracyTest, UnknownScenesAndSettingsAreNamedWithWhatIsLegal) {
   const Ending method = Bench("--method='mine: sweeps=3' --backends=cpu");
   EXPECT_EQ(method.exit_status, 1);
   EXPECT_THAT(method.text, AllOf(HasSubstr("sweeps"), HasSubstr("max_iterations")));
+}
+
+TEST_F(AccuracyTest, AKindOfQuantitiesAloneLeavesTheOtherTablesOut) {
+  ASSERT_EQ(Bench("--quantities=slope --backends=cpu").exit_status, 0);
+  EXPECT_FALSE(fs::exists(out_ / "accuracy.csv"));
+  for (const Row& row : ReadRows(out_ / "accuracy_quantities.csv")) {
+    EXPECT_EQ(row.at("kind"), "slope");
+  }
+  ASSERT_EQ(Tables().exit_status, 0);
+  const Ending unknown = Bench("--quantities=hem --backends=cpu");
+  EXPECT_EQ(unknown.exit_status, 1);
+  EXPECT_THAT(unknown.text, AllOf(HasSubstr("'hem' is none of"), HasSubstr("cantilever")));
 }
 
 TEST_F(AccuracyTest, OneSceneAloneLeavesTheOtherTablesOut) {

@@ -75,8 +75,10 @@ void MeasureEnergies(Bench& bench) {
   Table table = bench.OpenTable("accuracy_energy",
                                 {"scene", "backend", "method", "duration_s", "energy_drift"});
   const bool is_quick = bench.is_quick();
-  for (AccuracyScene& scene : std::vector{PendulumScene(), ChainScene(is_quick),
-                                          SwingScene(is_quick ? 4 : 16, is_quick)}) {
+  const uint32_t side = is_quick ? 4 : 16;
+  for (AccuracyScene& scene : std::vector{
+           PendulumScene(), ChainScene(is_quick), CurtainColumnScene(side, is_quick),
+           SwingScene(side, is_quick), CurtainScene(side, is_quick), TwoCornersScene(side, 10)}) {
     if (!bench.StartRow("energy: " + scene.name)) return;
     scene.duration_s = is_quick ? 0.5 : 10;
     for (const Method& method : MethodsFor(scene.scene, PointGrid::kPresets)) {
