@@ -233,6 +233,8 @@ void SceneModel::SetScales() {
   for (const auto& constraint : constraints_) {
     const double largest = std::max(w[constraint.i], w[constraint.j]);
     link_mobility_ = std::max(link_mobility_, largest / constraint.rest_length_m);
+    mean_softness_per_n_ += constraint.compliance_m_per_n / constraint.rest_length_m /
+                            static_cast<double>(constraints_.size());
   }
   for (uint32_t i = 0; i < particle_count(); ++i) total_mass_kg_ += w[i] > 0 ? masses_kg_[i] : 0;
   for (uint32_t i = 0; i < particle_count(); ++i) {

@@ -122,6 +122,8 @@ class SceneModel {
   // Largest max(w_i, w_j) / l0 of the constraints [1/(kg m)]: times a tension, the squared
   // frequency of a link across its length.
   double link_mobility() const { return link_mobility_; }
+  // Mean strain of a constraint per force that pulls it [1/N]: compliance over rest length.
+  double mean_softness_per_n() const { return mean_softness_per_n_; }
   double total_mass_kg() const { return total_mass_kg_; }  // without pins
   // The largest squared angular frequency of an elastic element [1/s^2], 0 without elements: a
   // bound on that of all of them together (ElasticShares).
@@ -184,6 +186,7 @@ class SceneModel {
   double total_mass_kg_ = 0;
   double least_spring_damping_s_ = 0;
   double held_mass_ratio_ = 0;
+  double mean_softness_per_n_ = 0;
   uint32_t dropped_triangles_ = 0;
   uint32_t dropped_constraints_ = 0;
   uint32_t described_constraint_count_ = 0;

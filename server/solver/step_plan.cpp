@@ -124,6 +124,12 @@ double ResolvableTolerance(double tolerance, const SceneModel& model, ScalarType
   return std::max(tolerance, 4 * ulp * model.resolution_ratio());
 }
 
+// Soft links may stretch as one that the whole weight hangs on would.
+double StrainLimit(const SceneModel& model, const ClothParameters& parameters) {
+  const double weight_n = model.total_mass_kg() * parameters.gravity_m_per_s2.norm();
+  return kStrainLimit + weight_n * model.mean_softness_per_n();
+}
+
 }  // namespace
 
 StepPlan PlanStep(const SceneModel& model, const ClothParameters& parameters, LengthSource lengths,
@@ -146,9 +152,7 @@ StepPlan PlanStep(const SceneModel& model, const ClothParameters& parameters, Le
                              .elastic_beyond_limit = ElasticRatio(model, parameters) > 1,
                              .springs_gain_energy =
                                  SpringGain_per_s(model, parameters) > kMaxSpringGain_per_s},
-          // Where links are soft, their strain is the material's.
-          .strain_limit =
-              model.has_compliance() ? std::numeric_limits<double>::infinity() : kStrainLimit};
+          .strain_limit = StrainLimit(model, parameters)};
 }
 
 }  // namespace drape

@@ -91,13 +91,15 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   EXPECT_EQ(layout.strip_links, layout.twist_changes + 300);
   EXPECT_EQ(layout.work_positions, layout.strip_links + 5 * uint64_t{model->constraint_count()});
   EXPECT_EQ(layout.work_velocities, layout.work_positions + 300);
-  EXPECT_EQ(size, layout.work_velocities + 300);
+  EXPECT_EQ(layout.start_positions, layout.work_velocities + 300);
+  EXPECT_EQ(size, layout.start_positions + 300);
   ClothParameters plain = test::PlainParameters();
   plain.settings.sweep = Sweep::kColours;
-  EXPECT_EQ(ScratchOf(*GridModel(10, 10), plain, false).size, 0u) << "nothing that is not needed";
+  EXPECT_EQ(ScratchOf(*GridModel(10, 10), plain, false).size, 300u)
+      << "where a measured step began; nothing that is not needed";
   plain.settings.sweep = Sweep::kStrips;
-  EXPECT_EQ(ScratchOf(*GridModel(10, 10), plain, false).size, 600u + 5 * 180)
-      << "the state before, and the links";
+  EXPECT_EQ(ScratchOf(*GridModel(10, 10), plain, false).size, 300u + 600u + 5 * 180)
+      << "the state before, and the links, too";
 }
 
 // Flags, whether there are any, a count for each colour and for all, a list of all constraints.
