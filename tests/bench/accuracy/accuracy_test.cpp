@@ -105,7 +105,7 @@ TEST_F(AccuracyTest, MeasuresEverySceneOnEveryBackendAndTheScriptSaysWhatItMeans
   EXPECT_THAT(readme, HasSubstr("### Order of convergence"));
   EXPECT_THAT(readme, HasSubstr("| sphere_9: Bullet 1x10 |"));
   EXPECT_THAT(readme, HasSubstr("curtain_column, "));
-  EXPECT_THAT(readme, HasSubstr("| slope, REALTIME: holds at 1.02 × in 2 s | ≤ 0.1 mm |"));
+  EXPECT_THAT(readme, HasSubstr("| slope, REALTIME: holds at 1.02 × for 2 s | ≤ 0.1 mm |"));
   EXPECT_THAT(readme, HasSubstr("| 8 x 8 at 1/60 s: sag of the first row [m] |"));
 }
 

@@ -107,12 +107,12 @@ QuantityScene OnSlope(Kind kind, double static_share, double dynamic_share, doub
     return MeanWay(start_m, states.back().positions_m);
   };
   if (static_share > 1) {
-    slope.quantities = {{"moved", "m", way_m, 0.0}};
+    slope.quantities = {{"creep", "m", way_m, 0.0}};
   } else {
     const double acceleration = parameters.gravity_m_per_s2.norm() * std::sin(kSlope_rad) *
                                 (1 - static_share * dynamic_share);
     slope.duration_s = 1;
-    slope.quantities = {{"moved", "m", way_m, acceleration / 2}};
+    slope.quantities = {{"slide", "m", way_m, acceleration / 2}};
   }
   slope.scene = std::move(scene);
   return slope;
