@@ -93,6 +93,23 @@ ElasticElement Hinge(const std::array<uint32_t, 4>& ijkl, std::span<const Vector
   return hinge;
 }
 
+void StiffenAtClamps(const std::vector<bool>& is_pin, std::vector<ElasticElement>& elements) {
+  for (ElasticElement& element : elements) {
+    const auto& [particles, weights, rest_length, stiffness, damping] = element;
+    const bool is_rod = weights[2] != 0 && weights[3] == 0;
+    // The sides of a rod are its second and third particle, those of a hinge its third and fourth.
+    // The weight at a side is as the reciprocal of its area.
+    const size_t side = is_rod ? 1 : 2;
+    const bool is_axis_held = is_pin[particles[0]] && (is_rod || is_pin[particles[1]]);
+    const bool is_bending = is_rod || (weights[3] != 0 && weights[2] * weights[3] > 0);
+    if (!is_bending || !is_axis_held) continue;
+    if (is_pin[particles[side]] == is_pin[particles[side + 1]]) continue;
+    const size_t held = is_pin[particles[side]] ? side : side + 1;
+    const size_t free = 2 * side + 1 - held;
+    element.stiffness_n_per_m *= 1 + weights[free] / weights[held];
+  }
+}
+
 ElasticShares ShareElasticElements(std::span<const double> inverse_masses_per_kg,
                                    std::span<const ElasticElement> elements) {
   const std::span<const double> w = inverse_masses_per_kg;

@@ -46,6 +46,10 @@ ElasticElement TwistCell(uint32_t i, uint32_t j, uint32_t k, uint32_t l, double 
 ElasticElement Hinge(const std::array<uint32_t, 4>& ijkl,
                      std::span<const Eigen::Vector3d> positions_m, double rigidity_n_m);
 
+// Where cloth is clamped, at the edge of what pins hold, rods and hinges bend on one side alone:
+// the same angle on part of the area. Makes those elements stiffer accordingly.
+void StiffenAtClamps(const std::vector<bool>& is_pin, std::vector<ElasticElement>& elements);
+
 // An element as one of its particles sees it.
 struct ElasticEnd {
   uint32_t element = 0;

@@ -138,11 +138,11 @@ Result<std::shared_ptr<const SceneModel>> SceneModel::Build(const ModelDescripti
   const auto model = std::shared_ptr<SceneModel>(new SceneModel());
   model->SetParticles(std::move(system.rest_positions_m), std::move(system.masses_kg),
                       description.pinned_particles);
-  model->SetConnections(system);
   if (const auto* grid = std::get_if<GridTopology>(&description.topology)) {
     model->grid_columns_ = grid->columns;
     model->grid_rows_ = grid->rows;
   }
+  model->SetConnections(system);
   model->SetScales();
   model->SetStart();
   model->triangles_ = std::move(system.triangles);
@@ -179,7 +179,9 @@ void SceneModel::SetConnections(ParticleSystem& system) {
   elastic_elements_ = std::move(system.elastic_elements);
   std::erase_if(elastic_elements_,
                 [&](const ElasticElement& element) { return IsOfPinsAlone(is_pin, element); });
+  StiffenAtClamps(is_pin, elastic_elements_);
   elastic_shares_ = ShareElasticElements(inverse_masses_per_kg_, elastic_elements_);
+  elastic_lines_ = FindElasticLines(elastic_elements_, grid_columns_, grid_rows_);
 }
 
 void SceneModel::SetConstraints(const std::vector<bool>& is_pin,

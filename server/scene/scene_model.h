@@ -8,6 +8,7 @@
 #include "server/core/status.h"
 #include "server/scene/constraint_builder.h"
 #include "server/scene/description.h"
+#include "server/scene/elastic_lines.h"
 #include "server/scene/start_positions.h"
 #include "server/scene/strips.h"
 #include "server/scene/tethers.h"
@@ -88,6 +89,8 @@ class SceneModel {
   // In the order of constraint_builder.h, without the elements between pins alone.
   std::span<const ElasticElement> elastic_elements() const { return elastic_elements_; }
   const ElasticShares& elastic_shares() const { return elastic_shares_; }
+  // The same elements by lines; empty for everything but grids.
+  const ElasticLines& elastic_lines() const { return elastic_lines_; }
   // Pinned particles, ascending; pin k's target is element k of every pin-target list.
   std::span<const uint32_t> pins() const { return pins_; }
   // The tethers of particle p are the entries tether_offsets[p] .. tether_offsets[p + 1] of
@@ -169,6 +172,7 @@ class SceneModel {
   std::vector<SpringEnd> spring_ends_;
   std::vector<ElasticElement> elastic_elements_;
   ElasticShares elastic_shares_;
+  ElasticLines elastic_lines_;
   std::vector<uint32_t> pins_;
   TetherSet tethers_;
   StripSet strips_;

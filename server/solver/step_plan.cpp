@@ -48,6 +48,20 @@ bool HasTwoSteps(const SceneModel& model, const ClothParameters& parameters,
          !choice.has_spring_forces && model.held_mass_ratio() <= kMaxHeldMassRatio;
 }
 
+// Lines are stable at any strength, and cheaper than kicks. In one step they are first order, where
+// kicks keep energy.
+bool HasElasticLines(const SceneModel& model, const ClothParameters& parameters,
+                     const SolverChoice& choice) {
+  return !model.elastic_lines().empty() &&
+         (choice.has_two_steps || ElasticRatio(model, parameters) > 1);
+}
+
+// h^2 omega^2 bounds s k times the inverse masses of every element.
+bool IsElasticBeyondLimit(const SceneModel& model, const ClothParameters& parameters,
+                          const SolverChoice& choice) {
+  return ElasticRatio(model, parameters) > (choice.has_elastic_lines ? kMaxLineRatio : 1);
+}
+
 // Refinement is off
 // - where the start positions do not meet the lengths: contradictory lengths would gain energy in
 //   every step;
@@ -87,6 +101,7 @@ SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parame
     choice.end_share = EndShare(model, parameters);
     if (lengths == LengthSource::kModel) choice.velocity_iterations = settings.velocity_iterations;
   }
+  choice.has_elastic_lines = HasElasticLines(model, parameters, choice);
   ChooseRefinement(model, settings, choice);
   return choice;
 }
@@ -100,7 +115,8 @@ StageSet ChooseStages(const SceneModel& model, const ClothParameters& parameters
   const bool feels_air = parameters.air_drag > 0 || parameters.air_lift > 0;
   StageSet stages = {kPredict, kIntegrate, kCommit, kMeasure};
   stages.Add(kApplySprings, model.spring_count() > 0 && !solver.has_spring_forces);
-  stages.Add(kApplyElastic, model.elastic_count() > 0);
+  stages.Add(kApplyElastic, model.elastic_count() > 0 && !solver.has_elastic_lines);
+  stages.Add(kSolveElastic, solver.has_elastic_lines);
   stages.Add(kApplyWind, feels_air && !model.triangles().empty());
   stages.Add(kDampTwist, settings.twist_damping_per_s > 0 && has_grid_cells);
   // Tethers are as long as the model's cloth: a cloth with driven lengths has none.
@@ -149,7 +165,7 @@ StepPlan PlanStep(const SceneModel& model, const ClothParameters& parameters, Le
           .known_warnings = {.tolerance_raised = tolerance > settings.tolerance,
                              .springs_beyond_limit =
                                  AreSpringsBeyondLimit(model, parameters, may_have_two_steps),
-                             .elastic_beyond_limit = ElasticRatio(model, parameters) > 1,
+                             .elastic_beyond_limit = IsElasticBeyondLimit(model, parameters, solver),
                              .springs_gain_energy =
                                  SpringGain_per_s(model, parameters) > kMaxSpringGain_per_s},
           .strain_limit = StrainLimit(model, parameters)};

@@ -22,6 +22,8 @@ enum class LengthSource { kModel, kOwn };
 struct SolverChoice {
   bool has_strips = false;  // the links are solved by strips, else by colours
   bool has_two_steps = false;
+  // The elastic elements are solved line by line (`solve_elastic`), not by kicks.
+  bool has_elastic_lines = false;
   bool has_spring_forces = false;  // springs act within the substep (IN_FORCE), not by kicks
   // Single precision: links within rounding of their length do not pull what friction holds. Only
   // strips know it.

@@ -15,6 +15,7 @@ namespace drape {
 // apply_wind        half a kick of the air's drag and lift on the triangles
 // for each substep of size h:
 //   predict         u = v + a h/2, the mean velocity over the substep; pins: (target - p) / h
+//   solve_elastic   elements of bending and shear of grids, line by line, in place of kicks
 //   damp_twist      every few substeps: the cells of a grid lose twist
 //   tether          no particle farther from its pins than the cloth between them allows
 //   until no error exceeds the tolerance, at most max_iterations times:
@@ -34,6 +35,7 @@ enum class StepStage : uint8_t {
   kApplyElastic,
   kApplyWind,
   kPredict,
+  kSolveElastic,
   kDampTwist,
   kTether,
   kSolveStrips,
@@ -49,11 +51,11 @@ enum class StepStage : uint8_t {
 };
 
 // [StepStage], in the order above.
-inline constexpr std::array<std::string_view, 16> kStageNames = {
-    "apply_springs",  "apply_elastic",    "apply_wind",     "predict",
-    "damp_twist",     "tether",           "solve_strips",   "refine",
-    "solve_distance", "solve_joints",     "solve_contacts", "integrate",
-    "solve_velocity", "correct_velocity", "commit",         "measure",
+inline constexpr std::array<std::string_view, 17> kStageNames = {
+    "apply_springs", "apply_elastic",  "apply_wind",   "predict",        "solve_elastic",
+    "damp_twist",    "tether",         "solve_strips", "refine",         "solve_distance",
+    "solve_joints",  "solve_contacts", "integrate",    "solve_velocity", "correct_velocity",
+    "commit",        "measure",
 };
 static_assert(static_cast<size_t>(StepStage::kMeasure) + 1 == kStageNames.size());
 

@@ -22,6 +22,16 @@ Substep SubstepSchedule::operator[](uint32_t index) const {
   return substep;
 }
 
+double SubstepSchedule::largest_force_interval_s2() const {
+  double largest_s2 = 0;
+  // All substeps but the first are alike in this.
+  for (uint32_t index = 0; index < std::min(size(), 2u); ++index) {
+    const Substep substep = (*this)[index];
+    largest_s2 = std::max(largest_s2, substep.interval_s * substep.force_s());
+  }
+  return largest_s2;
+}
+
 Substep SubstepSchedule::OneStep(uint32_t index) const {
   const bool is_last = index + 1 == substeps_;
   return {.duration_s = h_,

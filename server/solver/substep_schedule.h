@@ -52,6 +52,8 @@ class SubstepSchedule {
   bool has_two_steps() const { return has_two_steps_; }
   uint32_t size() const { return substeps_; }
   Substep operator[](uint32_t index) const;  // index < size()
+  // The largest interval_s * force_s() of the substeps [s^2].
+  double largest_force_interval_s2() const;
 
   friend auto operator<=>(const SubstepSchedule&, const SubstepSchedule&) = default;
 

@@ -45,6 +45,18 @@
 // weight.
 #define DRAPE_ELASTIC_WORDS 11
 #define DRAPE_ELASTIC_END_WORDS 2
+// Kinds of families of elastic elements (scene/elastic_lines.h, ElasticKind).
+#define DRAPE_ELASTIC_RODS 0u
+#define DRAPE_ELASTIC_CELLS 1u
+#define DRAPE_ELASTIC_DIAGONALS 2u
+// Words of a family in a model: kind, rest length [m], where its lines begin and end; of a line:
+// first particle, stride, particles, where its entries begin. Words of an entry in the parameters:
+// those of ElasticEntry. Words of a solution in Scratch: a vector, the coupling of a diagonal with
+// the next one over the pivot, its right side over the pivot [N s].
+#define DRAPE_ELASTIC_FAMILY_WORDS 4
+#define DRAPE_ELASTIC_LINE_WORDS 4
+#define DRAPE_ELASTIC_ENTRY_WORDS 4
+#define DRAPE_ELASTIC_SOLUTION_WORDS 5
 // Words of a link of a strip in Scratch: direction xyz, coupling over pivot, right side over pivot
 // [N s].
 #define DRAPE_STRIP_LINK_WORDS 5

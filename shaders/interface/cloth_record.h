@@ -66,7 +66,8 @@ struct ClothRecord {
   uint joint_count;
   uint joint_colour_count;
   uint elastic_count;
-  uint triangle_count;  // 0 without air forces
+  uint elastic_family_count;  // 0 without solve_elastic
+  uint triangle_count;        // 0 without air forces
   uint strip_phase_count;
   uint grid_columns;
   uint grid_rows;

@@ -27,6 +27,8 @@ struct ModelLayout {
   uint elastic_elements;  // [elastic_count][DRAPE_ELASTIC_WORDS]
   uint elastic_offsets;   // [particle_count + 1] uint
   uint elastic_ends;      // [][DRAPE_ELASTIC_END_WORDS]
+  uint elastic_families;  // [elastic_family_count][DRAPE_ELASTIC_FAMILY_WORDS]
+  uint elastic_lines;     // [][DRAPE_ELASTIC_LINE_WORDS]
   // Only with tethers.
   uint tether_offsets;  // [particle_count + 1] uint
   uint tethers;         // [][DRAPE_TETHER_WORDS]
@@ -51,8 +53,9 @@ struct ParameterLayout {
   // [collider_count][DRAPE_COLLIDER_MOTION_WORDS]; only with moving colliders
   uint collider_motions;
   // Rest lengths of the cloth's own before the step and at its end; only if has_own_lengths.
-  uint length_starts;   // [constraint_count] float [m]
-  uint length_targets;  // [constraint_count] float [m]
+  uint length_starts;    // [constraint_count] float [m]
+  uint length_targets;   // [constraint_count] float [m]
+  uint elastic_entries;  // [][DRAPE_ELASTIC_ENTRY_WORDS]; only with solve_elastic
 };
 
 // In Scratch: valid within one step. `measure` reads the values of the last substep.
@@ -68,11 +71,13 @@ struct ScratchLayout {
   uint met_colliders;
   uint spring_accelerations;  // [particle_count][3] float [m/s^2]; only with springs
   uint elastic_impulses;      // [elastic_count][3] float [N s]
-  uint air_impulses;          // [triangle_count][3] float [N s], a third of each impulse
-  uint previous_positions;    // [particle_count][3] float [m]; only with two steps
-  uint previous_velocities;   // [particle_count][3] float [m/s]; only with two steps
-  uint twist_changes;         // [particle_count][3] float [m/s]; only with twist damping
-  uint strip_links;           // [constraint_count][DRAPE_STRIP_LINK_WORDS] float; only with strips
+  uint
+      elastic_solutions;  // [particle_count][DRAPE_ELASTIC_SOLUTION_WORDS]; only with solve_elastic
+  uint air_impulses;      // [triangle_count][3] float [N s], a third of each impulse
+  uint previous_positions;   // [particle_count][3] float [m]; only with two steps
+  uint previous_velocities;  // [particle_count][3] float [m/s]; only with two steps
+  uint twist_changes;        // [particle_count][3] float [m/s]; only with twist damping
+  uint strip_links;          // [constraint_count][DRAPE_STRIP_LINK_WORDS] float; only with strips
   // The refinement of tiled cloths. [particle_count] uint, 1 at the ends of links to refine; then
   // uint, whether there are any; then [colour_count] uint, the constraints that this round refines;
   // then uint, those of earlier rounds.

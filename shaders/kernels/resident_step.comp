@@ -1,15 +1,16 @@
 // Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state. One work
 // group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint, with HAS_STRIP_REDUCTION one
-// link of a strip. Stages: find_reach, apply_springs, apply_elastic, apply_wind, predict, damp_twist, tether,
-// solve_strips, refine, solve_distance, solve_joints, solve_contacts, integrate, solve_velocity, correct_velocity,
-// commit (server/solver/method.md). Reads Items, Cloths, Models, Parameters, States; writes States, Scratch,
-// Statuses. SI units. With LOOP_BUDGET (drivers that cut long loops, server/gl/README.md) a dispatch stops before
+// link of a strip. Stages: find_reach, apply_springs, apply_elastic, apply_wind, predict, solve_elastic,
+// damp_twist, tether, solve_strips, refine, solve_distance, solve_joints, solve_contacts, integrate, solve_velocity,
+// correct_velocity, commit (server/solver/method.md). Reads Items, Cloths, Models, Parameters, States; writes States,
+// Scratch, Statuses. SI units. With LOOP_BUDGET (drivers that cut long loops, server/gl/README.md) a dispatch stops before
 // it exceeds that many passes through loops, and the next one continues there. The arithmetic is the same.
 #include "stages/access_resident.glsl"
 #include "stages/apply_springs.glsl"
 #include "stages/apply_elastic.glsl"
 #include "stages/apply_wind.glsl"
 #include "stages/predict.glsl"
+#include "stages/solve_elastic.glsl"
 #include "stages/damp_twist.glsl"
 #include "stages/tether.glsl"
 #include "stages/find_reach.glsl"
@@ -171,6 +172,20 @@ void Predict() {
 #endif
 }
 
+void SolveElastic() {
+#ifdef HAS_SOLVE_ELASTIC
+  for (uint k = 0u; k < cloth.elastic_family_count; ++k) {
+    ElasticFamily family = LoadFamily(k);
+    FOR_EACH(line, family.line_begin, family.line_end) SolveElasticLine(family, line);
+    if (family.kind == DRAPE_ELASTIC_CELLS) {
+      ScratchPhaseBarrier();
+      FOR_EACH(i, 0u, cloth.particle_count) ApplyCells(i);
+    }
+    PhaseBarrier();
+  }
+#endif
+}
+
 void DampTwist() {
 #ifdef HAS_DAMP_TWIST
   if (substep.twist_share == 0.0) return;
@@ -294,6 +309,7 @@ bool RunSubsteps(inout Progress progress) {
     if (progress.sweep == 0u) {
       Kick(DRAPE_KICK_BEFORE);
       Predict();
+      SolveElastic();
       DampTwist();
       Tether();
     }

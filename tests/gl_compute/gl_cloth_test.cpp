@@ -290,11 +290,13 @@ TEST(PlacedTest, EveryOffsetFromTheStartOfTheBlock) {
                                                                         .colliders = 3,
                                                                         .collider_motions = 5,
                                                                         .length_starts = 5,
-                                                                        .length_targets = 9},
+                                                                        .length_targets = 9,
+                                                                        .elastic_entries = 12},
                                                 100);
   EXPECT_EQ(placed.pin_targets, 100u);
   EXPECT_EQ(placed.colliders, 103u);
   EXPECT_EQ(placed.length_targets, 109u);
+  EXPECT_EQ(placed.elastic_entries, 112u);
 }
 
 }  // namespace

@@ -148,7 +148,8 @@ TEST(KernelCostsTest, AKickOfTheAir) {
 // 8 x 8 particles in 2 rounds of 32; 96 rods, 49 twists and 98 diagonals in 8 rounds; a particle
 // inside is in 6 rods, 4 twists and 4 diagonals.
 TEST(KernelCostsTest, AKickOfElasticElements) {
-  const ClothParameters parameters = test::PlainParameters();
+  ClothParameters parameters = test::PlainParameters();
+  parameters.settings.integration = Integration::kOneStep;
   const auto plain = GridModel(8, 8);
   const auto elastic = BuildModel(
       {GridTopology{8, 8, 1, 1}, {.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 10}, {}});
@@ -157,6 +158,21 @@ TEST(KernelCostsTest, AKickOfElasticElements) {
   const LoopCosts after = CountLoops(*elastic, parameters, 32);
   EXPECT_EQ(after.substep - before.substep, (8 + 2) + (2 + 2) + 2 * (14 + 2));
   EXPECT_EQ(after.fixed - before.fixed, after.substep - before.substep);
+  EXPECT_EQ(after.sweep, before.sweep);
+}
+
+// Rods along 8 rows and 8 columns, 13 diagonals in each direction, 7 rows of cells: one round each
+// of at most 8 particles, there and back. 64 particles get the impulses of the cells in 2 rounds.
+TEST(KernelCostsTest, LinesOfElasticElements) {
+  const ClothParameters parameters = test::PlainParameters();
+  const auto plain = GridModel(8, 8);
+  const auto elastic = BuildModel(
+      {GridTopology{8, 8, 1, 1}, {.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 10}, {}});
+  const LoopCosts before = CountLoops(*plain, parameters, 32);
+  const LoopCosts after = CountLoops(*elastic, parameters, 32);
+  const uint64_t family = 1 + 2 * (8 + 2) + 2;
+  EXPECT_EQ(after.substep - before.substep, 5 * (1 + family) + 2 + (2 + 2));
+  EXPECT_EQ(after.fixed, before.fixed);
   EXPECT_EQ(after.sweep, before.sweep);
 }
 

@@ -10,6 +10,7 @@
 
 #include "server/scene/distance_map.h"
 #include "server/scene/mesh.h"
+#include "server/solver/force_limits.h"
 #include "server/solver/solver_constants.h"
 #include "tests/support/backends/backends.h"
 #include "tests/support/states.h"
@@ -294,7 +295,14 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
                 h * elastic_scales.decay * speed *
                     (16 * kRoundOff + 2 * count * position / elastic_scales.length_m)
           : 0;
-  const double free = 8 * kRoundOff * speed + 2 * spring + 2 * elastic + 2 * kick;
+  // A line's solution x, at most the speed, is exact for a matrix near its own, M + s K: each entry
+  // is rounded when it is stored, and by the three products of each pass (Higham, «Accuracy and
+  // Stability of Numerical Algorithms», section 9.3). (M + s K)^-1 is at most M^-1, so that changes
+  // x by at most as many roundings of (s K / M) x. The dual of it holds for diagonals and cells.
+  const double line_ratio = std::min(ElasticRatio(*scene.model, scene.parameters), kMaxLineRatio);
+  const double lines =
+      PlanOf(scene).solver.has_elastic_lines ? 8 * kRoundOff * line_ratio * speed : 0;
+  const double free = 8 * kRoundOff * speed + 2 * spring + 2 * elastic + lines + 2 * kick;
 
   // The velocity stage adds sweeps of the same size.
   const double growth = (solver.has_two_steps ? 1.5 : 1) * (1 + solver.velocity_iterations);

@@ -4,7 +4,8 @@
 // A strip of lines of particles across it is a chain of stiff joints: a line stands for a mass and
 // resists the angle t at it with the moment S sin t, S = B width / spacing for grids; for meshes of
 // equilateral triangles with edges across, S = B (length of the inner edges of that line) /
-// spacing.
+// spacing. Where the strip is clamped, at its second line, half of the cloth bends: S is twice
+// that.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -26,7 +27,7 @@ constexpr double kGravity_m_per_s2 = 9.81;
 // Its weight bends the strip down by 0.4 of its length.
 constexpr double kRigidity_n_m = kDensity_kg_per_m2 * kGravity_m_per_s2 * 0.5 * 0.5 * 0.5 / 5;
 
-// A strip along +x, its first two lines of particles held, and the chain that it is.
+// A strip along +x, clamped at the second of its lines of particles, and the chain that it is.
 struct Strip {
   Scene scene;
   StiffChain chain;
@@ -43,6 +44,7 @@ void Finish(ModelDescription description, Strip& strip) {
   description.material = {.areal_density_kg_per_m2 = kDensity_kg_per_m2,
                           .bending_rigidity_n_m = kRigidity_n_m};
   HoldFirstLines(description, strip.line_of_particle);
+  strip.chain.stiffnesses_n_m[1] *= 2;
   strip.scene.model = BuildModel(description);
   strip.scene.state = RestState(*strip.scene.model);
   strip.chain.masses_kg.assign(strip.chain.stiffnesses_n_m.size(), 0);
@@ -51,13 +53,14 @@ void Finish(ModelDescription description, Strip& strip) {
   }
 }
 
-// Along the rows of a grid, or along its columns.
+// Along the rows of a grid, or along its columns: kLength_m beyond the clamp.
 Strip GridStrip(uint32_t lines, uint32_t across, bool is_along_columns = false) {
   Strip strip;
-  strip.chain.link_m = kLength_m / (lines - 1);
+  strip.chain.link_m = kLength_m / (lines - 2);
   strip.chain.stiffnesses_n_m.assign(lines, kRigidity_n_m * kWidth_m / strip.chain.link_m);
-  GridTopology grid{lines, across, kLength_m, kWidth_m};
-  if (is_along_columns) grid = {across, lines, kWidth_m, kLength_m};
+  const double length_m = kLength_m + strip.chain.link_m;
+  GridTopology grid{lines, across, length_m, kWidth_m};
+  if (is_along_columns) grid = {across, lines, kWidth_m, length_m};
   for (uint32_t i = 0; i < lines * across; ++i) {
     strip.line_of_particle.push_back(is_along_columns ? i / across : i % lines);
   }
@@ -186,9 +189,8 @@ TEST_P(Bending, AHeavyStripOfTrianglesHangsAlmostAlike) {
   }
 }
 
-// The end of the chain sinks as that of the elastica, to first order in the spacing (the first line
-// that can turn is one spacing from the end of the strip, and the last line weighs as much as the
-// others); and the elastica itself, where it is hardly bent, by w L^4 / 8B.
+// The end of the chain sinks as that of the elastica, to first order in the spacing (the last line
+// weighs as much as the others); and the elastica itself, where it is hardly bent, by w L^4 / 8B.
 TEST(ElasticaTest, IsWhatTheChainsBecome) {
   const double weight_n_per_m = kDensity_kg_per_m2 * kGravity_m_per_s2;
   const double light = weight_n_per_m * 1e-4;
@@ -197,7 +199,7 @@ TEST(ElasticaTest, IsWhatTheChainsBecome) {
   const double drop_m = ElasticaDrop_m(kLength_m, kRigidity_n_m, weight_n_per_m);
   std::array<double, 3> drops_m{}, errors_m{};
   for (size_t k = 0; k < 3; ++k) {
-    const Strip strip = GridStrip((8u << k) + 1, 3);
+    const Strip strip = GridStrip((8u << k) + 2, 3);
     for (const double angle : HangingAngles(strip.chain, kGravity_m_per_s2)) {
       drops_m[k] += strip.chain.link_m * std::sin(angle);
     }
@@ -248,7 +250,7 @@ TEST(ElasticaTest, VibratesAtTheFrequencyThatTheChainsApproach) {
                        std::sqrt(kRigidity_n_m / kDensity_kg_per_m2 / std::pow(kLength_m, 4));
   std::array<double, 3> frequencies, errors;
   for (size_t k = 0; k < 3; ++k) {
-    frequencies[k] = SlowestVibration(GridStrip((8u << k) + 1, 3).chain).frequency_per_s;
+    frequencies[k] = SlowestVibration(GridStrip((8u << k) + 2, 3).chain).frequency_per_s;
     errors[k] = std::abs(frequencies[k] - exact);
   }
   ExpectOrder(errors, 1, 1e-9);

@@ -28,6 +28,7 @@ void PredictContacts(StepContext& context);
 void AccelerateBySprings(StepContext& context);
 // The places and velocities with which the particles would end the substep without constraints.
 void Predict(StepContext& context);
+void SolveElastic(StepContext& context);
 void DampTwist(StepContext& context);
 void Tether(StepContext& context);
 

@@ -73,6 +73,7 @@ double Advance(StepContext& context, StepReport& report) {
   Predict(context);
   KickWithin(context);
   AdvanceLengths(context);
+  SolveElastic(context);
   DampTwist(context);
   Tether(context);
   ResetImpulses(context);

@@ -18,6 +18,13 @@ void ClothWords::WriteColliders(const GlCloth& cloth) {
                PackColliders(cloth.parameters.colliders, cloth.maps));
 }
 
+void ClothWords::WriteElasticEntries(const GlCloth& cloth) {
+  if (!cloth.plan.Has(StepStage::kSolveElastic)) return;
+  arena_.Write(
+      cloth.parameter_words, cloth.parameter_layout.elastic_entries,
+      PackElasticEntries(*cloth.model->model, cloth.plan.schedule.largest_force_interval_s2()));
+}
+
 void ClothWords::WriteLengths(const GlCloth& cloth, std::span<const uint32_t> starts) {
   arena_.Write(cloth.parameter_words, cloth.parameter_layout.length_starts, starts);
   arena_.Write(cloth.parameter_words, cloth.parameter_layout.length_targets, cloth.length_words);

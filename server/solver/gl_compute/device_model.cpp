@@ -28,6 +28,18 @@ uint32_t KindWord(ConstraintKind kind) {
   return DRAPE_KIND_EQUAL;
 }
 
+uint32_t KindWord(ElasticKind kind) {
+  switch (kind) {
+    case ElasticKind::kCells:
+      return DRAPE_ELASTIC_CELLS;
+    case ElasticKind::kDiagonals:
+      return DRAPE_ELASTIC_DIAGONALS;
+    case ElasticKind::kRods:
+      break;
+  }
+  return DRAPE_ELASTIC_RODS;
+}
+
 void PackConstraints(const SceneModel& model, PackedModel& packed) {
   std::vector<uint32_t>& words = packed.words;
   packed.layout.colour_offsets = Position(words);
@@ -118,6 +130,16 @@ void PackElastic(const SceneModel& model, PackedModel& packed) {
   for (const ElasticEnd& end : shares.ends) {
     words.push_back(end.element);
     words.push_back(FloatWord(end.weight));
+  }
+  const ElasticLines& lines = model.elastic_lines();
+  packed.layout.elastic_families = Position(words);
+  for (const ElasticFamily& family : lines.families) {
+    words.insert(words.end(), {KindWord(family.kind), FloatWord(family.rest_length_m),
+                               family.line_begin, family.line_end});
+  }
+  packed.layout.elastic_lines = Position(words);
+  for (const ElasticLine& line : lines.lines) {
+    words.insert(words.end(), {line.first, line.stride, line.count, line.entry_begin});
   }
 }
 

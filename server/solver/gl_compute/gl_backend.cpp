@@ -75,7 +75,7 @@ class GlBackend final : public DeviceBackend {
   Result<Room> MakeRoom(const std::shared_ptr<const SceneModel>& model,
                         const ClothParameters& parameters,
                         LengthSource lengths = LengthSource::kModel);
-  static void Occupy(GlCloth& cloth, Room room, const ClothParameters& parameters);
+  void Occupy(GlCloth& cloth, Room room, const ClothParameters& parameters);
   // Targets of the pins of `model`: those that stay keep theirs, new ones start where they are.
   std::vector<uint32_t> CarryTargets(const GlCloth& cloth, const SceneModel& model);
   void WriteState(GlCloth& cloth, const ParticleState& state);
@@ -159,6 +159,7 @@ void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& paramet
   cloth.scratch_layout = room.scratch_layout;
   cloth.parameters = parameters;
   cloth.max_iterations = parameters.settings.max_iterations;
+  Words().WriteElasticEntries(cloth);
 }
 
 void GlBackend::WriteState(GlCloth& cloth, const ParticleState& state) {

@@ -97,6 +97,9 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   record.joint_count = model.joint_count();
   record.joint_colour_count = model.joint_colour_count();
   record.elastic_count = model.elastic_count();
+  if (cloth.plan.Has(StepStage::kSolveElastic)) {
+    record.elastic_family_count = static_cast<uint32_t>(model.elastic_lines().families.size());
+  }
   if (cloth.plan.Has(StepStage::kApplyWind)) {
     record.triangle_count = static_cast<uint32_t>(model.triangles().size());
   }

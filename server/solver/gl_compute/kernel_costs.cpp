@@ -118,6 +118,30 @@ uint64_t StripPasses(const StripSet& strips, uint32_t local_size, StripSolve str
   return std::max(elimination, ReductionPasses(strips, lane_count));
 }
 
+// A line of elastic elements: forwards and back.
+uint64_t PassesOfLine(uint64_t particles) {
+  return 2 * (particles + kLoopEnd);
+}
+
+// All families; each round takes as long as its longest line.
+uint64_t ElasticLinePasses(const SceneModel& model, uint32_t local_size) {
+  const ElasticLines& lines = model.elastic_lines();
+  uint64_t passes = lines.families.size() + kLoopEnd;
+  for (const ElasticFamily& family : lines.families) {
+    if (family.kind == ElasticKind::kCells)
+      passes += LoopPasses(model.particle_count(), local_size);
+    for (uint32_t round = family.line_begin; round < family.line_end; round += local_size) {
+      uint32_t longest = 0;
+      for (uint32_t k = round; k < std::min(round + local_size, family.line_end); ++k) {
+        longest = std::max(longest, lines.lines[k].count);
+      }
+      passes += 1 + PassesOfLine(longest);
+    }
+    passes += kLoopEnd;
+  }
+  return passes;
+}
+
 // The passes that each stage makes in `resident_step`.
 class StageCosts {
  public:
@@ -140,6 +164,8 @@ class StageCosts {
         return OfKick(Air());
       case StepStage::kPredict:
         return {.substep = Predict()};
+      case StepStage::kSolveElastic:
+        return {.substep = ElasticLinePasses(model_, local_size_)};
       case StepStage::kDampTwist:
         return {.substep = 2 * particles_};
       case StepStage::kTether:
@@ -286,10 +312,17 @@ uint64_t CountLongestLoop(const PlannedCloth& cloth, uint32_t local_size,
   const uint64_t elastic =
       model.elastic_count() > 0 ? LargestDegree(model.elastic_shares().offsets) + 1 : 0;
   const uint64_t strip = PassesOfStrip(LongestStrip(model.strips()));
+  uint64_t line = 0;
+  if (cloth.plan.Has(StepStage::kSolveElastic)) {
+    for (const ElasticLine& of_model : model.elastic_lines().lines) {
+      line = std::max(line, PassesOfLine(of_model.count));
+    }
+  }
   // To find the colour of a link, to refine it.
   const uint64_t colour = uint64_t{model.colour_count()} + kLoopEnd;
-  const uint64_t tiled = std::max({strip, LargestSpringDegree(model) + 1, elastic, air, colour,
-                                   2 * (colliders + 1), uint64_t{kMaxTethersPerParticle} + 1});
+  const uint64_t tiled =
+      std::max({strip, line, LargestSpringDegree(model) + 1, elastic, air, colour,
+                2 * (colliders + 1), uint64_t{kMaxTethersPerParticle} + 1});
   // `tiled_begin_sweeps` and `tiled_end_sweep` loop over the dispatches of all phases and colours,
   // the three of the refinement, the contacts and the end of the sweep.
   const uint64_t control = LoopPasses(uint64_t{model.strips().phase_count()} +

@@ -71,6 +71,8 @@ constexpr TiledKernel kTiledKernels[] = {
      {kTwoSteps, kSpringForces, kRestitution},
      &Kernels::tiled_predict,
      kShapeTraits},
+    {"tiled_solve_elastic", {kSolveElastic}, {kTwoSteps}, &Kernels::tiled_solve_elastic},
+    {"tiled_apply_cells", {kSolveElastic}, {}, &Kernels::tiled_apply_cells},
     {"tiled_twist_changes", {kDampTwist}, {}, &Kernels::tiled_twist_changes},
     {"tiled_damp_twist", {kDampTwist}, {}, &Kernels::tiled_damp_twist},
     {"tiled_tether", {kTether}, {kStartDirections}, &Kernels::tiled_tether},

@@ -27,6 +27,15 @@ void AddSubsteps(const SubstepSchedule& schedule, std::vector<SubstepWork>& subs
   }
 }
 
+void AddFamilies(const ElasticLines& lines, std::vector<ElasticWork>& families) {
+  if (families.size() < lines.families.size()) families.resize(lines.families.size());
+  for (size_t k = 0; k < lines.families.size(); ++k) {
+    const ElasticFamily& family = lines.families[k];
+    Enlarge(family.line_end - family.line_begin, families[k].lines);
+    families[k].has_cells |= family.kind == ElasticKind::kCells;
+  }
+}
+
 }  // namespace
 
 LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
@@ -42,6 +51,7 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
     Enlarge(cloth->max_iterations, largest.max_iterations);
     Enlarge(plan.solver.velocity_iterations, largest.velocity_iterations);
     AddSubsteps(plan.schedule, largest.substeps);
+    AddFamilies(model.elastic_lines(), largest.elastic_families);
     if (plan.Has(StepStage::kRefine)) {
       const std::pair last{plan.schedule.size() - 1, cloth->max_iterations - 1};
       Enlarge(plan.solver.refine_rounds, largest.refine_rounds[last]);

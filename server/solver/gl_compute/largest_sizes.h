@@ -19,6 +19,12 @@ struct SubstepWork {
   bool damps_twist = false;
 };
 
+// A family of elastic elements that is solved by lines, in any cloth of a group.
+struct ElasticWork {
+  uint32_t lines = 0;
+  bool has_cells = false;
+};
+
 // The largest of each size over the cloths of a group. The surplus work groups of a smaller cloth
 // return at once, so the bits of a cloth do not depend on the others.
 struct LargestSizes {
@@ -30,6 +36,7 @@ struct LargestSizes {
   uint32_t max_iterations = 0;
   uint32_t velocity_iterations = 0;
   std::vector<SubstepWork> substeps;
+  std::vector<ElasticWork> elastic_families;
   std::vector<uint32_t> phases;         // [phase] strips
   std::vector<uint32_t> colours;        // [colour] constraints
   std::vector<uint32_t> joint_colours;  // [colour] joints

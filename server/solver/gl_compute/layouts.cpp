@@ -24,6 +24,10 @@ PackedLayout<shader::ParameterLayout> LayOutParameters(const PlannedCloth& cloth
       packed.Append(DRAPE_COLLIDER_MOTION_WORDS * parameters.collider_motions.size());
   layout.length_starts = packed.Append(lengths);
   layout.length_targets = packed.Append(lengths);
+  const uint64_t entries = cloth.plan.Has(StepStage::kSolveElastic)
+                               ? cloth.model.elastic_lines().stiffnesses_n_per_m.size()
+                               : 0;
+  layout.elastic_entries = packed.Append(DRAPE_ELASTIC_ENTRY_WORDS * entries);
   return packed;
 }
 
@@ -48,6 +52,8 @@ PackedLayout<shader::ScratchLayout> LayOutScratch(const PlannedCloth& cloth, boo
   layout.met_colliders = append(colliders > 0, particles);
   layout.spring_accelerations = append(model.spring_count() > 0, 3 * particles);
   layout.elastic_impulses = packed.Append(uint64_t{3} * model.elastic_count());
+  layout.elastic_solutions =
+      append(plan.Has(StepStage::kSolveElastic), DRAPE_ELASTIC_SOLUTION_WORDS * particles);
   layout.air_impulses = append(plan.Has(StepStage::kApplyWind), 3 * model.triangles().size());
   layout.previous_positions = append(plan.solver.has_two_steps, 3 * particles);
   layout.previous_velocities = append(plan.solver.has_two_steps, 3 * particles);

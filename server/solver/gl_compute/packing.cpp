@@ -14,6 +14,16 @@ void AppendVector(const Eigen::Vector3d& v, std::vector<uint32_t>& words) {
 
 }  // namespace
 
+std::vector<uint32_t> PackElasticEntries(const SceneModel& model, double s_s2) {
+  std::vector<uint32_t> words;
+  for (const ElasticEntry& entry : DecomposeElasticLines(
+           model.elastic_lines(), model.inverse_masses_per_kg(), model.grid_columns(), s_s2)) {
+    words.insert(words.end(), {FloatWord(entry.elasticity), FloatWord(entry.inverse_pivot),
+                               FloatWord(entry.to_next), FloatWord(entry.to_second_next)});
+  }
+  return words;
+}
+
 std::vector<uint32_t> PackLengths(std::span<const double> rest_lengths_m) {
   std::vector<uint32_t> words;
   for (const double length : rest_lengths_m) words.push_back(FloatWord(length));

@@ -28,6 +28,8 @@ std::vector<uint32_t> PackColliders(std::span<const Collider> colliders,
                                     std::span<const std::shared_ptr<const DeviceMap>> maps = {});
 // For substeps of `substep_s`.
 std::vector<uint32_t> PackMotions(std::span<const RigidMotion> motions, double substep_s);
+// What solves the lines of elastic elements (DecomposeElasticLines).
+std::vector<uint32_t> PackElasticEntries(const SceneModel& model, double s_s2);
 std::vector<uint32_t> PackLengths(std::span<const double> rest_lengths_m);
 // Positions, then velocities.
 std::vector<float> PackState(const ParticleState& state);

@@ -35,6 +35,7 @@ class TiledStep {
       if (work.kicks_before) Kick(substep, DRAPE_KICK_BEFORE);
       Predict(substep);
       if (work.kicks_within) Kick(substep, DRAPE_KICK_WITHIN);
+      SolveElastic(substep);
       if (work.damps_twist) DampTwist(substep);
       Tether(substep);
       Solve(substep);
@@ -159,6 +160,18 @@ class TiledStep {
                    largest_.particles);
     }
     DispatchParticles(*kernels_.tiled_predict, substep);
+  }
+
+  void SolveElastic(uint32_t substep) {
+    if (!Has(StepStage::kSolveElastic)) return;
+    for (uint32_t family = 0; family < largest_.elastic_families.size(); ++family) {
+      const ElasticWork& work = largest_.elastic_families[family];
+      kernels_.tiled_solve_elastic->SetUniform(DRAPE_UNIFORM_PHASE, family);
+      DispatchElements(*kernels_.tiled_solve_elastic, substep, work.lines);
+      if (!work.has_cells) continue;
+      kernels_.tiled_apply_cells->SetUniform(DRAPE_UNIFORM_PHASE, family);
+      DispatchElements(*kernels_.tiled_apply_cells, substep, largest_.particles);
+    }
   }
 
   void DampTwist(uint32_t substep) {

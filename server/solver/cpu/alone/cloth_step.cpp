@@ -9,6 +9,7 @@
 #include "server/solver/cpu/alone/contacts.h"
 #include "server/solver/cpu/alone/distances.h"
 #include "server/solver/cpu/alone/elastic.h"
+#include "server/solver/cpu/alone/elastic_lines.h"
 #include "server/solver/cpu/alone/joints.h"
 #include "server/solver/cpu/alone/refine_links.h"
 #include "server/solver/cpu/alone/springs.h"
@@ -126,7 +127,9 @@ void Begin(const StepContext& context, const FloatState& state) {
   scratch.predicted.resize(has_two_steps ? state.positions.size() : 0);
   scratch.strips.resize(context.team.max_members());
   scratch.accelerations.resize(model.has_springs() ? model.particle_count : 0);
-  scratch.elastic_impulses.resize(model.elastic_groups.size() * kVec4Size);
+  const bool has_lines = context.controls.Has(StepStage::kSolveElastic);
+  scratch.elastic_impulses.resize(has_lines ? model.particle_count
+                                            : model.elastic_groups.size() * kVec4Size);
   if (context.controls.Has(StepStage::kApplyWind)) {
     scratch.air_impulses.resize(model.triangles.size() * kVec4Size);
   }
@@ -144,6 +147,7 @@ void Advance(const StepContext& context, StepReport& report) {
   Predict(context);
   KickWithin(context);
   AdvanceLengths(context);
+  SolveElastic(context);
   DampTwist(context);
   Tether(context);
   ResetImpulses(context);

@@ -1,6 +1,5 @@
 #include "server/solver/cpu/alone/strips.h"
 
-#include <array>
 #include <span>
 #include <vector>
 
@@ -9,7 +8,7 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
-#include "server/solver/cpu/simd/vec8-inl.h"
+#include "server/solver/cpu/alone/eight_paths-inl.h"
 #include "server/solver/cpu/step/strip_solve-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -17,93 +16,46 @@ namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
 // Eight strips of a phase: what strip_solve-inl.h sweeps over.
-class EightStrips {
+class EightStrips : public EightPaths {
  public:
-  using Scalars = Vec8;
-  using Vectors = Vectors8;
   using Mask = Mask8;
-  using Ends = std::array<uint32_t, kVec8Size>;
   using Link = StripLink;
   using Group = StripGroup;
 
   // Group `index` of the model, by a member of the team.
   EightStrips(const StepContext& context, size_t index, uint32_t member)
-      : context_(context),
-        p_(context.scratch.state.positions.data()),
-        u_(context.scratch.state.velocities.data()),
+      : EightPaths(context),
         groups_(&context.model.strips[index], 1),
         scratch_(context.scratch.strips[member]) {}
 
   std::span<const StripGroup> groups() const { return groups_; }
   static void Prepare(const StripGroup&) {}
-  const StripLink* links() const { return context_.model.strip_links.data(); }
+  const StripLink* links() const { return context().model.strip_links.data(); }
   StripLinkSolution<Scalars, Vectors>* solution() const {
     return scratch_.links.Reserve<StripLinkSolution<Scalars, Vectors>>(
-        context_.model.longest_strip);
+        context().model.longest_strip);
   }
   Vectors* end_directions() const {
-    if (!context_.controls.has_start_directions()) return nullptr;
-    return scratch_.end_directions.Reserve<Vectors>(context_.model.longest_strip);
+    if (!context().controls.has_start_directions()) return nullptr;
+    return scratch_.end_directions.Reserve<Vectors>(context().model.longest_strip);
   }
-  float tolerance() const { return context_.controls.tolerance; }
-  Vec8 end_share() const { return Splat8(context_.controls.end_share); }
-  float interval() const { return context_.substep.interval; }
-  float inverse_interval() const { return context_.substep.inverse_interval; }
-  float inverse_force_time() const { return context_.substep.inverse_force_time; }
-  static Vec8 Splat(float value) { return Splat8(value); }
-  static Vec8 Number(const Numbers8& numbers) { return Load(numbers); }
+  float tolerance() const { return context().controls.tolerance; }
+  Vec8 end_share() const { return Splat8(context().controls.end_share); }
 
-  Vectors8 PositionDifferences(const Ends& from, const Ends& to) const {
-    return Differences(from, to, p_);
+  Vec8 RoundOffs(const Ends& particles) const {
+    return QuietRoundOff(Positions(particles), Velocities(particles),
+                         Splat8(context().controls.slowest_landing));
   }
-  Vectors8 VelocityDifferences(const Ends& from, const Ends& to) const {
-    return Differences(from, to, u_);
-  }
-
-  // Differences of the positions at the end of the substep, with half the shuffles.
-  HWY_INLINE Vectors8 PredictedDifferences(const Ends& from, const Ends& to) const {
-    const Vec8 interval = Splat8(this->interval());
-    VectorPairs d;
-#pragma GCC unroll 4  // so that they stay in registers
-    for (uint32_t k = 0; k < kVec4Size; ++k) {
-      d[k] = Difference(from, to, k, p_) + interval * Difference(from, to, k, u_);
-    }
-    return Transpose(d);
-  }
-
-  Vec8 RoundOffs(const Ends& ends) const {
-    VectorPairs p, u;
-    for (uint32_t k = 0; k < kVec4Size; ++k) {
-      p[k] = VectorsAt(ends, k, p_);
-      u[k] = VectorsAt(ends, k, u_);
-    }
-    return QuietRoundOff(Transpose(p), Transpose(u), Splat8(context_.controls.slowest_landing));
-  }
-
-  static const Mask8& Running(const Mask8& mask) {
-    return mask;
-  }
-
-  // Pins are left alone: strips that another thread solves may be reading them.
-  HWY_INLINE void Push(const Ends& particles, bool has_pins, const Vectors8& change) const {
-    const VectorPairs changes = Transpose(change);
-#pragma GCC unroll 4
-    for (uint32_t k = 0; k < kVec4Size; ++k) {
-      const uint32_t i = particles[k], j = particles[k + kVec4Size];
-      const auto [low, high] = SplitVectors(changes[k]);
-      if (!has_pins || IsFree(i)) u_[i] += low;
-      if (!has_pins || IsFree(j)) u_[j] += high;
-    }
-  }
+  static const Mask8& Running(const Mask8& mask) { return mask; }
 
   Vec8 Compliances(const Ends& places) const {
-    return GatherPlaces(context_.model.compliances, places);
+    return GatherPlaces(context().model.compliances, places);
   }
   Vec8 Impulses(const Ends& places) const {
-    return GatherPlaces(context_.scratch.distance_impulses, places);
+    return GatherPlaces(context().scratch.distance_impulses, places);
   }
   void AddImpulses(const Ends& places, const Vec8& impulses) const {
-    std::vector<Vec4>& sums = context_.scratch.distance_impulses;
+    std::vector<Vec4>& sums = context().scratch.distance_impulses;
     const Numbers8 numbers = Store(impulses);
     for (uint32_t lane = 0; lane < kVec8Size; ++lane) {
       sums[places[lane] / kVec4Size][places[lane] % kVec4Size] += numbers.values[lane];
@@ -111,24 +63,6 @@ class EightStrips {
   }
 
  private:
-  bool IsFree(uint32_t i) const {
-    return i != context_.model.spare_particle() && context_.model.inverse_masses[i] > 0;
-  }
-
-  HWY_INLINE static Vectors8 Differences(const Ends& from, const Ends& to, const Vec4* values) {
-    VectorPairs d;
-#pragma GCC unroll 4
-    for (uint32_t k = 0; k < kVec4Size; ++k) d[k] = Difference(from, to, k, values);
-    return Transpose(d);
-  }
-  // The differences of strips k and k + 4.
-  static Vec8 Difference(const Ends& from, const Ends& to, uint32_t k, const Vec4* values) {
-    return VectorsAt(to, k, values) - VectorsAt(from, k, values);
-  }
-  static Vec8 VectorsAt(const Ends& particles, uint32_t k, const Vec4* values) {
-    return JoinVectors(values[particles[k]], values[particles[k + kVec4Size]]);
-  }
-
   // One number of each lane from an array of groups of lanes.
   static Vec8 GatherPlaces(const std::vector<Vec4>& groups, const Ends& places) {
     Numbers8 numbers;
@@ -138,9 +72,6 @@ class EightStrips {
     return Load(numbers);
   }
 
-  const StepContext& context_;
-  const Vec4* const p_;
-  Vec4* const u_;
   const std::span<const StripGroup> groups_;
   StripScratch& scratch_;
 };

@@ -48,6 +48,9 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   wind = ToVec4(parameters.wind_m_per_s);
   air_drag = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_drag / 4);
   air_lift = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_lift / 4);
+  if (Has(StepStage::kSolveElastic)) {
+    elastic_entries = model.elastic_entries.Get(model, plan.schedule.largest_force_interval_s2());
+  }
   for (const Collider& collider : parameters.colliders) {
     colliders.push_back(ToFloat(collider, parameters.thickness_m));
   }

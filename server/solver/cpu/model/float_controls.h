@@ -62,6 +62,7 @@ struct FloatControls {
   float air_drag;  // density of the air * coefficient / 4 [kg/m^3]
   float air_lift;
   std::vector<FloatCollider> colliders;
+  std::shared_ptr<const ElasticEntries> elastic_entries;  // null without `solve_elastic`
   float end_share;  // of the direction at the end of the substep in that of an impulse, [0, 1]
 };
 

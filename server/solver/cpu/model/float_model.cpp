@@ -149,6 +149,59 @@ std::vector<uint32_t> PackStrips(FloatModel& model, std::vector<Strips<Ends>>& g
   return phase_offsets;
 }
 
+// Lane `lane` of a group whose places those are, from a line.
+template <class Place>
+void PackElasticLane(const FloatModel& model, const ElasticLine& line,
+                     std::span<const ElasticEntry> entries, uint32_t lane,
+                     std::span<Place> places) {
+  const uint32_t last = line.first + (line.count - 1) * line.stride;
+  for (uint32_t k = 0; k < places.size(); ++k) {
+    Place& place = places[k];
+    place.particles[lane] = last;
+    if (k >= line.count) continue;
+    const ElasticEntry& entry = entries[line.entry_begin + k];
+    const uint32_t i = line.first + k * line.stride;
+    place.particles[lane] = i;
+    place.inverse_mass.Set(lane, model.inverse_masses[i]);
+    place.elasticity.Set(lane, static_cast<float>(entry.elasticity));
+    place.inverse_pivot.Set(lane, static_cast<float>(entry.inverse_pivot));
+    place.to_next.Set(lane, static_cast<float>(entry.to_next));
+    place.to_second_next.Set(lane, static_cast<float>(entry.to_second_next));
+  }
+}
+
+template <class Ends, class Numbers>
+void PackElasticLines(const FloatModel& model, std::span<const ElasticEntry> entries,
+                      ElasticGroups<Ends, Numbers>& groups) {
+  constexpr uint32_t kCount = std::tuple_size_v<Ends>;
+  const ElasticLines& lines = model.source->elastic_lines();
+  ElasticPlace<Ends, Numbers> padding{};
+  padding.particles.fill(model.spare_particle());
+  for (const ElasticFamily& family : lines.families) {
+    const bool is_diagonals = family.kind == ElasticKind::kDiagonals;
+    for (uint32_t lane = 0; lane < kCount; ++lane) {
+      padding.elasticity.Set(lane, is_diagonals ? std::numeric_limits<float>::infinity() : 0);
+    }
+    for (uint32_t begin = family.line_begin; begin < family.line_end; begin += kCount) {
+      const uint32_t end = std::min(begin + kCount, family.line_end);
+      uint32_t count = 0;
+      for (uint32_t k = begin; k < end; ++k) count = std::max(count, lines.lines[k].count);
+      groups.places.resize(groups.places.size() + count, padding);
+      const auto places = std::span(groups.places).last(count);
+      const uint32_t filled = family.kind == ElasticKind::kCells ? begin + kCount : end;
+      for (uint32_t k = begin; k < filled; ++k) {
+        PackElasticLane(model, lines.lines[std::min(k, end - 1)], entries, k - begin, places);
+      }
+      for (ElasticPlace<Ends, Numbers>& place : places) {
+        place.has_pins =
+            !std::ranges::all_of(place.particles, [&](uint32_t i) { return model.IsFree(i); });
+      }
+      groups.place_offsets.push_back(static_cast<uint32_t>(groups.places.size()));
+    }
+    groups.family_offsets.push_back(static_cast<uint32_t>(groups.place_offsets.size()) - 1);
+  }
+}
+
 // The particles that each pair is the first to need.
 void OrderParticles(FloatModel& model) {
   std::vector<bool> is_new(model.particle_count + size_t{1}, false);
@@ -291,11 +344,29 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
   PackJoints(*this);
   strip_phase_offsets = PackStrips(*this, strips, strip_links);
   PackStrips(*this, strip_pairs, pair_links);
+  for (const ElasticLine& line : source->elastic_lines().lines) {
+    longest_elastic_line = std::max(longest_elastic_line, line.count);
+  }
   OrderParticles(*this);
   PackTethers(*this);
   PackTriangles(*this);
   PackElastic(*this);
   PackSprings(*this);
+}
+
+std::shared_ptr<const ElasticEntries> ElasticEntriesCache::Get(const FloatModel& model,
+                                                               double s_s2) {
+  const std::lock_guard lock(mutex_);
+  if (auto found = entries_[s_s2].lock()) return found;
+  const SceneModel& source = *model.source;
+  const std::vector<ElasticEntry> entries = DecomposeElasticLines(
+      source.elastic_lines(), source.inverse_masses_per_kg(), source.grid_columns(), s_s2);
+  auto made = std::make_shared<ElasticEntries>();
+  PackElasticLines(model, entries, made->eights);
+  PackElasticLines(model, entries, made->pairs);
+  std::erase_if(entries_, [](const auto& item) { return item.second.expired(); });
+  entries_[s_s2] = made;
+  return made;
 }
 
 std::shared_ptr<const FloatModel> FloatModelCache::Get(

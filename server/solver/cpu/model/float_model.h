@@ -3,7 +3,10 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <mutex>
+#include <span>
 #include <unordered_map>
 #include <vector>
 
@@ -117,6 +120,53 @@ struct FloatSpringEnd {
   float damping;      // [N s/m]
 };
 
+// One place of several lines of elastic elements side by side: the particle of each lane and its
+// ElasticEntry (scene/elastic_lines.h). Shorter lines are filled up with their last particle,
+// without mass and elements; missing ones with the spare particle, those of cells with the last
+// line again.
+template <class Ends, class Numbers>
+struct ElasticPlace {
+  Ends particles;
+  Numbers inverse_mass;
+  Numbers elasticity;
+  Numbers inverse_pivot;
+  Numbers to_next;
+  Numbers to_second_next;
+  bool has_pins;  // some lane has a particle that no impulse moves
+};
+
+// The lines of all families side by side.
+template <class Ends, class Numbers>
+struct ElasticGroups {
+  std::vector<ElasticPlace<Ends, Numbers>> places;
+  std::vector<uint32_t> place_offsets{0};   // [group_count + 1]
+  std::vector<uint32_t> family_offsets{0};  // [family_count + 1] groups
+
+  std::span<const ElasticPlace<Ends, Numbers>> PlacesOf(size_t group) const {
+    return std::span(places).subspan(place_offsets[group],
+                                     place_offsets[group + 1] - place_offsets[group]);
+  }
+};
+
+// What solves the lines of elastic elements of a model, of one cloth and of several.
+struct ElasticEntries {
+  ElasticGroups<std::array<uint32_t, kVec8Size>, Numbers8> eights;
+  ElasticGroups<std::array<uint32_t, 2>, NumberPair> pairs;
+};
+
+struct FloatModel;
+
+// The entries of a model by the s that they are made for, for as long as a cloth uses them. Any
+// thread.
+class ElasticEntriesCache {
+ public:
+  std::shared_ptr<const ElasticEntries> Get(const FloatModel& model, double s_s2);
+
+ private:
+  std::mutex mutex_;
+  std::map<double, std::weak_ptr<const ElasticEntries>> entries_;
+};
+
 // Constant after construction; shared by all cloths of one SceneModel, which it keeps alive.
 struct FloatModel {
   explicit FloatModel(std::shared_ptr<const SceneModel> scene_model);
@@ -141,7 +191,8 @@ struct FloatModel {
   // no strip has come last. [pair_count + 2] offsets.
   std::vector<uint32_t> pair_particles;
   std::vector<uint32_t> pair_particle_offsets;
-  uint32_t longest_strip = 0;  // links
+  uint32_t longest_strip = 0;         // links
+  uint32_t longest_elastic_line = 0;  // particles
   // The places of the constraints of each particle: [particle_count + 1] offsets.
   std::vector<uint32_t> link_offsets;
   std::vector<uint32_t> link_places;
@@ -159,6 +210,7 @@ struct FloatModel {
   std::vector<uint32_t> spring_offsets;  // [particle_count + 1]; empty without springs
   std::vector<FloatSpringEnd> spring_ends;
   float length_scale;  // [m]
+  mutable ElasticEntriesCache elastic_entries;
 
   // The particle that padding constraints refer to: arrays have one element more than particles.
   uint32_t spare_particle() const { return particle_count; }

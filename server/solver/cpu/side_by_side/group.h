@@ -18,14 +18,14 @@ struct GroupScratch {
   SimdMemory particles;          // [particle_count + 1] position, velocity
   SimdMemory previous;           // the same of the state before, two steps only
   SimdMemory pin_targets;        // [pin_count]
-  SimdMemory strip_links;        // of a pair of strips
+  SimdMemory path_solution;      // of a pair of strips or lines of elastic elements
   SimdMemory end_directions;     // of its links; only with start directions
   SimdMemory distance_impulses;  // Lambda, [(group_count + 1) * kVec4Size] [N s]
   SimdMemory twists;             // [two rows of cells][column]
   SimdMemory colliders;          // [reaches[0].near]
   SimdMemory contacts;           // [particle_count][reaches[0].near]
   SimdMemory accelerations;      // [particle_count] springs (+ gravity if IN_FORCE)
-  SimdMemory impulses;           // [element_count] or [triangle_count] [N s]
+  SimdMemory impulses;           // of elastic elements, cells or triangles [N s]
   SimdMemory predicted;          // [particle_count + 1] positions for kicks within a substep
   SimdMemory joint_impulses;     // Lambda, [joint_count] [N s]
   Refinement refinement;

@@ -11,6 +11,7 @@
 
 #include "server/solver/cpu/side_by_side/advance-inl.h"
 #include "server/solver/cpu/side_by_side/contacts-inl.h"
+#include "server/solver/cpu/side_by_side/elastic_lines-inl.h"
 #include "server/solver/cpu/side_by_side/exchange-inl.h"
 #include "server/solver/cpu/side_by_side/kicks-inl.h"
 #include "server/solver/cpu/side_by_side/state-inl.h"
@@ -52,6 +53,7 @@ void Advance(GroupContext& context, std::span<GroupCloth> cloths) {
   AccelerateBySprings(context);
   Predict(context);
   KickWithin(context);
+  SolveElastic(context);
   DampTwist(context);
   Tether(context);
   ResetImpulses(context);

@@ -93,7 +93,8 @@ struct GroupContext {
         previous(scratch.previous.Reserve<ClothParticle>(
             controls.plan.schedule.has_two_steps() ? particle_count() : 0)),
         pin_targets(scratch.pin_targets.Reserve<VectorsCloths>(model.pins.size())),
-        strip_links(scratch.strip_links.Reserve<PairLinkSolution>(model.longest_strip)),
+        path_solution(scratch.path_solution.Reserve<PairLinkSolution>(
+            std::max(model.longest_strip, model.longest_elastic_line))),
         end_directions(scratch.end_directions.Reserve<VectorsPair>(
             controls.has_start_directions() ? model.longest_strip : 0)),
         distance_impulses(scratch.distance_impulses.Reserve<VecCloths>(impulse_count())),
@@ -126,11 +127,12 @@ struct GroupContext {
   size_t collider_count() const { return reach.near.size(); }
   // With the spare one.
   size_t particle_count() const { return model.particle_count + size_t{1}; }
-  // Number of elastic elements or triangles, whichever is larger.
+  // Number of elastic elements, of triangles, or of places for cells, whichever is largest.
   size_t kick_count() const {
-    return std::max(model.source->elastic_elements().size(), controls.Has(StepStage::kApplyWind)
-                                                                 ? model.source->triangles().size()
-                                                                 : size_t{0});
+    const size_t triangles =
+        controls.Has(StepStage::kApplyWind) ? model.source->triangles().size() : 0;
+    const size_t cells = controls.Has(StepStage::kSolveElastic) ? model.particle_count : 0;
+    return std::max({model.source->elastic_elements().size(), triangles, cells});
   }
   // Number of accumulated impulses, in the places of the model, with padding.
   size_t impulse_count() const {
@@ -145,7 +147,7 @@ struct GroupContext {
   ClothParticle* const particles;
   ClothParticle* const previous;
   VectorsCloths* const pin_targets;
-  PairLinkSolution* const strip_links;
+  PairLinkSolution* const path_solution;
   VectorsPair* const end_directions;
   VecCloths* const distance_impulses;
   VectorsCloths* const twists;

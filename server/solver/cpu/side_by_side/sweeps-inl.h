@@ -12,6 +12,7 @@
 #include "server/solver/cpu/formulas/constraint_math-inl.h"
 #include "server/solver/cpu/side_by_side/advance-inl.h"
 #include "server/solver/cpu/side_by_side/contacts-inl.h"
+#include "server/solver/cpu/side_by_side/path_pairs-inl.h"
 #include "server/solver/cpu/side_by_side/state-inl.h"
 #include "server/solver/cpu/step/strip_solve-inl.h"
 
@@ -27,83 +28,53 @@ HWY_NOINLINE void VisitPair(const FloatModel& model, const ParticleVisit& visit,
 }
 
 // Two strips of each cloth: what strip_solve-inl.h sweeps over.
-class StripPairs {
+class StripPairs : public PathPairs {
  public:
-  using Scalars = VecPair;
-  using Vectors = VectorsPair;
   using Mask = MaskPair;
-  using Ends = std::array<uint32_t, 2>;
   using Link = PairLink;
   using Group = StripPair;
 
   // `visit`: of the open stages, which are done when a pair comes to a particle; null: there are
   // none.
   StripPairs(const GroupContext& context, const ParticleVisit* visit)
-      : context_(context), particles_(context.particles), visit_(visit) {}
+      : PathPairs(context), visit_(visit) {}
 
-  const std::vector<StripPair>& groups() const { return context_.model.strip_pairs; }
+  const std::vector<StripPair>& groups() const { return context().model.strip_pairs; }
   void Prepare(const StripPair& pair) const {
     if (visit_ == nullptr) return;
-    VisitPair(context_.model, *visit_, static_cast<size_t>(&pair - groups().data()));
+    VisitPair(context().model, *visit_, static_cast<size_t>(&pair - groups().data()));
   }
-  const PairLink* links() const { return context_.model.pair_links.data(); }
-  PairLinkSolution* solution() const { return context_.strip_links; }
-  VectorsPair* end_directions() const { return context_.end_directions; }
-  float tolerance() const { return context_.controls.tolerance; }
-  VecPair end_share() const { return {context_.end_share, context_.end_share}; }
-  float interval() const { return context_.substep.interval; }
-  float inverse_interval() const { return context_.substep.inverse_interval; }
-  float inverse_force_time() const { return context_.substep.inverse_force_time; }
-  static VecPair Splat(float value) { return {SplatCloths(value), SplatCloths(value)}; }
-  static VecPair Number(NumberPair number) {
-    return {SplatCloths(number.low), SplatCloths(number.high)};
-  }
+  const PairLink* links() const { return context().model.pair_links.data(); }
+  VectorsPair* end_directions() const { return context().end_directions; }
+  float tolerance() const { return context().controls.tolerance; }
+  VecPair end_share() const { return {context().end_share, context().end_share}; }
 
-  VectorsPair PositionDifferences(const Ends& from, const Ends& to) const {
-    return Join(particles_[to[0]].p - particles_[from[0]].p,
-                particles_[to[1]].p - particles_[from[1]].p);
-  }
-  VectorsPair VelocityDifferences(const Ends& from, const Ends& to) const {
-    return Join(particles_[to[0]].u - particles_[from[0]].u,
-                particles_[to[1]].u - particles_[from[1]].u);
-  }
-  VectorsPair PredictedDifferences(const Ends& from, const Ends& to) const {
-    return PositionDifferences(from, to) + Splat(interval()) * VelocityDifferences(from, to);
-  }
   VecPair RoundOffs(const Ends& ends) const {
     const auto of = [&](const ClothParticle& particle) {
-      return QuietRoundOff(particle.p, particle.u, context_.slowest_landing);
+      return QuietRoundOff(particle.p, particle.u, context().slowest_landing);
     };
-    return {of(particles_[ends[0]]), of(particles_[ends[1]])};
+    return {of(context().particles[ends[0]]), of(context().particles[ends[1]])};
   }
   // The lanes whose sweeps continue.
   MaskPair Running(const MaskPair& mask) const {
-    return {mask.low & context_.is_running, mask.high & context_.is_running};
-  }
-  void Push(const Ends& particles, bool /*has_pins*/, const VectorsPair& change) const {
-    ClothParticle& low = particles_[particles[0]];
-    low.u = low.u + Low(change);
-    ClothParticle& high = particles_[particles[1]];
-    high.u = high.u + High(change);
+    return {mask.low & context().is_running, mask.high & context().is_running};
   }
 
   VecPair Compliances(const Ends& places) const {
-    const std::vector<Vec4>& compliances = context_.model.compliances;
+    const std::vector<Vec4>& compliances = context().model.compliances;
     return {SplatCloths(compliances[places[0] / kVec4Size][places[0] % kVec4Size]),
             SplatCloths(compliances[places[1] / kVec4Size][places[1] % kVec4Size])};
   }
   VecPair Impulses(const Ends& places) const {
-    return {context_.distance_impulses[places[0]], context_.distance_impulses[places[1]]};
+    return {context().distance_impulses[places[0]], context().distance_impulses[places[1]]};
   }
   void AddImpulses(const Ends& places, const VecPair& impulses) const {
-    VecCloths* const sums = context_.distance_impulses;
+    VecCloths* const sums = context().distance_impulses;
     sums[places[0]] = sums[places[0]] + impulses.low;
     sums[places[1]] = sums[places[1]] + impulses.high;
   }
 
  private:
-  const GroupContext& context_;
-  ClothParticle* const particles_;
   const ParticleVisit* const visit_;
 };
 

@@ -40,6 +40,7 @@ struct FloatSubstep {
   float interval = 0;            // H [s]
   float half_interval = 0;       // H / 2 [s]
   float inverse_interval = 0;    // 1 / H [1/s]
+  float force_time = 0;          // Substep::force_s [s]
   float inverse_force_time = 0;  // 1 / Substep::force_s [1/s]
   bool is_two_step = false;
   bool is_last = false;
@@ -54,7 +55,7 @@ struct FloatSubstep {
   float damping_factor = 1;  // of velocities: of v after a ballistic substep, of u before two steps
 };
 
-// Working memory of one group of strips.
+// Working memory of one group of strips or lines of elastic elements.
 struct StripScratch {
   SimdMemory links;
   SimdMemory end_directions;              // of the links; only with start directions
@@ -68,7 +69,8 @@ struct StepScratch {
   std::vector<Vec4> predicted;      // positions for kicks within a substep
   std::vector<Vec4> accelerations;  // [particle_count] springs (+ gravity if IN_FORCE)
   std::vector<Vec4> air_impulses;   // [triangle group][lane] a third of the impulse [N s]
-  std::vector<Vec4> elastic_impulses;  // [elastic group][lane] [N s]
+  // [elastic group][lane] [N s]; with lines of each cell at its first particle
+  std::vector<Vec4> elastic_impulses;
   // Lambda, [group_count + 1] [N s]; only with compliance or inequalities
   std::vector<Vec4> distance_impulses;
   std::vector<StripScratch> strips;  // of each member of the team

@@ -1,0 +1,103 @@
+// Eight paths of one cloth side by side: what the templates of `step/` that solve paths need of its
+// particles. Compiled once per instruction set.
+#if defined(DRAPE_CPU_ALONE_EIGHT_PATHS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DRAPE_CPU_ALONE_EIGHT_PATHS_INL_H_
+#undef DRAPE_CPU_ALONE_EIGHT_PATHS_INL_H_
+#else
+#define DRAPE_CPU_ALONE_EIGHT_PATHS_INL_H_
+#endif
+
+#include <hwy/highway.h>
+
+#include <array>
+
+#include "server/solver/cpu/simd/vec8-inl.h"
+#include "server/solver/cpu/step/step_context.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace drape::cpu::HWY_NAMESPACE {
+
+class EightPaths {
+ public:
+  using Scalars = Vec8;
+  using Vectors = Vectors8;
+  using Ends = std::array<uint32_t, kVec8Size>;
+
+  explicit EightPaths(const StepContext& context)
+      : context_(context),
+        p_(context.scratch.state.positions.data()),
+        u_(context.scratch.state.velocities.data()) {}
+
+  float interval() const { return context_.substep.interval; }
+  float inverse_interval() const { return context_.substep.inverse_interval; }
+  float inverse_force_time() const { return context_.substep.inverse_force_time; }
+  float force_time() const { return context_.substep.force_time; }
+  static Vec8 Splat(float value) { return Splat8(value); }
+  static Vec8 Number(const Numbers8& numbers) { return Load(numbers); }
+
+  Vectors8 PositionDifferences(const Ends& from, const Ends& to) const {
+    return Differences(from, to, p_);
+  }
+  Vectors8 VelocityDifferences(const Ends& from, const Ends& to) const {
+    return Differences(from, to, u_);
+  }
+
+  // Differences of the positions at the end of the substep, with half the shuffles.
+  HWY_INLINE Vectors8 PredictedDifferences(const Ends& from, const Ends& to) const {
+    const Vec8 interval = Splat8(this->interval());
+    VectorPairs d;
+#pragma GCC unroll 4  // so that they stay in registers
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
+      d[k] = Difference(from, to, k, p_) + interval * Difference(from, to, k, u_);
+    }
+    return Transpose(d);
+  }
+
+  // Pins are left alone: paths that another thread solves may be reading them.
+  HWY_INLINE void Push(const Ends& particles, bool has_pins, const Vectors8& change) const {
+    const VectorPairs changes = Transpose(change);
+#pragma GCC unroll 4
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
+      const uint32_t i = particles[k], j = particles[k + kVec4Size];
+      const auto [low, high] = SplitVectors(changes[k]);
+      if (!has_pins || context_.model.IsFree(i)) u_[i] += low;
+      if (!has_pins || context_.model.IsFree(j)) u_[j] += high;
+    }
+  }
+
+ protected:
+  const StepContext& context() const {
+    return context_;
+  }
+  Vectors8 Positions(const Ends& particles) const { return VectorsOf(particles, p_); }
+  Vectors8 Velocities(const Ends& particles) const { return VectorsOf(particles, u_); }
+
+ private:
+  HWY_INLINE static Vectors8 Differences(const Ends& from, const Ends& to, const Vec4* values) {
+    VectorPairs d;
+#pragma GCC unroll 4
+    for (uint32_t k = 0; k < kVec4Size; ++k) d[k] = Difference(from, to, k, values);
+    return Transpose(d);
+  }
+  static Vectors8 VectorsOf(const Ends& particles, const Vec4* values) {
+    VectorPairs vectors;
+    for (uint32_t k = 0; k < kVec4Size; ++k) vectors[k] = VectorsAt(particles, k, values);
+    return Transpose(vectors);
+  }
+  // The differences of paths k and k + 4.
+  static Vec8 Difference(const Ends& from, const Ends& to, uint32_t k, const Vec4* values) {
+    return VectorsAt(to, k, values) - VectorsAt(from, k, values);
+  }
+  static Vec8 VectorsAt(const Ends& particles, uint32_t k, const Vec4* values) {
+    return JoinVectors(values[particles[k]], values[particles[k + kVec4Size]]);
+  }
+
+  const StepContext& context_;
+  const Vec4* const p_;
+  Vec4* const u_;
+};
+
+}  // namespace drape::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard, once per instruction set
