@@ -134,10 +134,31 @@ QuantityScene Draped(const std::string& fabric, test::Scene scene, std::optional
                expected}}};
 }
 
+// The angle from one link to the next at which `links` of them, of 1 m together, go round from one
+// end to another `chord_m` away.
+double CornerOfArc(uint32_t links, double chord_m) {
+  double low = 0, high = std::numbers::pi / links;
+  for (int k = 0; k < 60; ++k) {
+    const double middle = (low + high) / 2;
+    const double chord = std::sin(links * middle / 2) / (links * std::sin(middle / 2));
+    (chord > chord_m ? low : high) = middle;
+  }
+  return low;
+}
+
+// Its corners are nearer to each other than it is wide: a first row that is taut cannot sag. It
+// starts upright, bent round a vertical axis, every link as long as at rest.
 QuantityScene Sagging(uint32_t side, double time_step_s, double duration_s) {
+  constexpr double kChord_m = 0.9;
   const Fabric& cotton = Fabrics()[0];
   test::Scene scene = test::Grid(side, side, 1, 1, {0, side - 1}, cotton.material);
-  for (Vector3d& p : scene.state.positions_m) p = Vector3d(p.x(), -p.z(), 0);
+  const double corner_rad = CornerOfArc(side - 1, kChord_m);
+  const double radius_m = 0.5 / ((side - 1) * std::sin(corner_rad / 2));
+  for (uint32_t i = 0; i < side * side; ++i) {
+    const double angle_rad = corner_rad * (i % side - (side - 1) / 2.0);
+    scene.state.positions_m[i] = {radius_m * std::sin(angle_rad), -scene.state.positions_m[i].z(),
+                                  radius_m * std::cos(angle_rad)};
+  }
   scene.parameters.damping_per_s = 2;
   const auto model = scene.model;
   // Without a particle in the middle of the row, the two beside it are as high as each other.

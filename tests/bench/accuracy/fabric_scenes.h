@@ -14,8 +14,8 @@ std::vector<QuantityScene> CantileverScenes(bool is_quick);
 // all, a fabric as much as its finest grid.
 std::vector<QuantityScene> DrapeScenes(bool is_quick);
 
-// 1 m of cotton hung by two corners at rest: how deep its first row sags, and its mean height. As
-// at the finest resolution, and as at the shortest time step.
+// 1 m of cotton hung by two corners 0.9 m apart, at rest: how deep its first row sags, and its mean
+// height. As at the finest resolution, and as at the shortest time step.
 std::vector<QuantityScene> SagScenesBySide(bool is_quick);
 std::vector<QuantityScene> SagScenesByStep(bool is_quick);
 

@@ -72,6 +72,7 @@ void AddRow(Table& table, const std::string& kind, const QuantityScene& scene,
              method, quantity.name, quantity.unit, value, expected, error, relative_error});
   std::printf("    %-9s %-32s %12.5g %s, expected %.5g\n", method.c_str(), quantity.name.c_str(),
               value, quantity.unit.c_str(), expected);
+  std::fflush(stdout);
 }
 
 }  // namespace

@@ -60,6 +60,12 @@ TEST(QuantitiesTest, TheDrapeCoefficientIsThatOfTheShadow) {
 
 TEST(QuantitiesTest, SagIsThatOfTheFirstRow) {
   const QuantityScene scene = SagScenesBySide(/*is_quick=*/true).front();
+  for (const DistanceConstraint& link : scene.scene.model->constraints()) {
+    const auto& p_m = scene.scene.state.positions_m;
+    EXPECT_NEAR((p_m[link.j] - p_m[link.i]).norm(), link.rest_length_m, 1e-9) << "at the start";
+  }
+  EXPECT_NEAR((scene.scene.state.positions_m[7] - scene.scene.state.positions_m[0]).norm(), 0.9,
+              1e-9);
   const auto start = Moved(scene, {Vector3d::Zero()}), lowered = Moved(scene, {{0, -0.25, 0}});
   EXPECT_NEAR(scene.quantities[0].of(start), 0, 1e-12);
   EXPECT_NEAR(scene.quantities[1].of(start), 0.5, 1e-12);
