@@ -157,18 +157,19 @@ StepPlan PlanStep(const SceneModel& model, const ClothParameters& parameters, Le
   // Springs are judged as if the cloth had its model's lengths, to which it may return any time.
   const bool may_have_two_steps =
       ChooseSolver(model, parameters, LengthSource::kModel).has_two_steps;
-  return {.stages = stages,
-          .solver = solver,
-          .schedule =
-              SubstepSchedule(settings, solver.has_two_steps, stages.Has(StepStage::kDampTwist)),
-          .tolerance = tolerance,
-          .known_warnings = {.tolerance_raised = tolerance > settings.tolerance,
-                             .springs_beyond_limit =
-                                 AreSpringsBeyondLimit(model, parameters, may_have_two_steps),
-                             .elastic_beyond_limit = IsElasticBeyondLimit(model, parameters, solver),
-                             .springs_gain_energy =
-                                 SpringGain_per_s(model, parameters) > kMaxSpringGain_per_s},
-          .strain_limit = StrainLimit(model, parameters)};
+  return {
+      .stages = stages,
+      .solver = solver,
+      .schedule =
+          SubstepSchedule(settings, solver.has_two_steps, stages.Has(StepStage::kDampTwist)),
+      .tolerance = tolerance,
+      .known_warnings = {.tolerance_raised = tolerance > settings.tolerance,
+                         .springs_beyond_limit =
+                             AreSpringsBeyondLimit(model, parameters, may_have_two_steps),
+                         .elastic_beyond_limit = IsElasticBeyondLimit(model, parameters, solver),
+                         .springs_gain_energy =
+                             SpringGain_per_s(model, parameters) > kMaxSpringGain_per_s},
+      .strain_limit = StrainLimit(model, parameters)};
 }
 
 }  // namespace drape

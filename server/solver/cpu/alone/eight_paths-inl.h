@@ -69,8 +69,12 @@ class EightPaths {
   const StepContext& context() const {
     return context_;
   }
-  Vectors8 Positions(const Ends& particles) const { return VectorsOf(particles, p_); }
-  Vectors8 Velocities(const Ends& particles) const { return VectorsOf(particles, u_); }
+  Vectors8 Positions(const Ends& particles) const {
+    return VectorsOf(particles, p_);
+  }
+  Vectors8 Velocities(const Ends& particles) const {
+    return VectorsOf(particles, u_);
+  }
 
  private:
   HWY_INLINE static Vectors8 Differences(const Ends& from, const Ends& to, const Vec4* values) {
