@@ -21,8 +21,10 @@ inline constexpr double kGrazingSine = 1e-3;
 // the surface; smaller: rounding looks like motion, and lets go what static friction holds.
 inline constexpr double kTouchRoundOffs = 16;
 
-// The same for the length of a link between particles that friction holds.
-inline constexpr double kQuietRoundOffs = 16;
+// The errors of links between particles that rest on colliders count from this many roundings of
+// the particles' coordinates on [-]. Larger: such links are slack, and edges over which a cloth
+// hangs tremble; smaller: rounding pulls particles that static friction holds.
+inline constexpr double kQuietRoundOffs = 8;
 
 // A particle that approaches a collider more slowly than gravity accelerates it in this many
 // substeps does not bounce off it [-] (Müller et al. 2020, «Detailed Rigid Body Simulation with

@@ -86,6 +86,7 @@ struct ScratchLayout {
   // Tiled, or resident in parts.
   uint work_positions;   // [particle_count][3] float [m]
   uint work_velocities;  // [particle_count][3] float [m/s]
+  uint quiet_flags;      // [particle_count] float, 1 or 0; only with quiet links
   uint start_positions;  // [particle_count][3] float [m]; if the step is measured, where it began
   uint measured_pieces;  // [measure_piece_count][DRAPE_MEASURED_WORDS] float; only if more than one
 };

@@ -52,6 +52,9 @@ void SaveCloth() {
   FOR_EACH(i, 0u, cloth.particle_count) {
     SetScratchVector(cloth.scratch.work_positions + 3u * i, Position(i));
     SetScratchVector(cloth.scratch.work_velocities + 3u * i, Velocity(i));
+#ifdef HAS_QUIET_LINKS
+    scratch[cloth.scratch.quiet_flags + i] = IsQuiet(i) ? 1.0 : 0.0;
+#endif
   }
 }
 #endif
@@ -62,6 +65,9 @@ void LoadParticle(uint i) {
   if (part != 0u) {
     SetPosition(i, ScratchVector(cloth.scratch.work_positions + 3u * i));
     SetVelocity(i, ScratchVector(cloth.scratch.work_velocities + 3u * i));
+#ifdef HAS_QUIET_LINKS
+    SetQuiet(i, scratch[cloth.scratch.quiet_flags + i] != 0.0);
+#endif
     return;
   }
 #endif

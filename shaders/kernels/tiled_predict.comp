@@ -9,6 +9,9 @@ layout(location = DRAPE_UNIFORM_SUBSTEP) uniform uint substep_index;
 
 void main() {
   OpenCloth(gl_WorkGroupID.y);
+#if defined(HAS_COLLIDER_REACH) && defined(HAS_QUIET_LINKS)
+  LoadReach(status_index);
+#endif
   if (substep_index >= cloth.step.substeps) return;
   BeginSubstep(substep_index);
   uint i = gl_GlobalInvocationID.x;

@@ -166,6 +166,14 @@ float ContactError(float gap, float way, float round_off, float gap_floor) {
   return error;
 }
 
+// Whether rounding of a particle's position counts as no error of its links: it touched the surface, its gap being
+// within `touch_round_off` [m], and moved no faster than `slowest` [m/s] along it. `v`: relative to the surface; all
+// before the substep.
+bool Rests(float gap, float touch_round_off, vec3 v, float slowest) {
+  precise float limit_sq = slowest * slowest;
+  return abs(gap) <= touch_round_off && Dot(v, v) <= limit_sq;
+}
+
 // beta_n' = max(beta_n - C/h, 0), the accumulated normal impulse times w [m/s].
 float NormalBeta(float beta_n, float error, float inverse_h) {
   precise float wanted = beta_n - error * inverse_h;

@@ -16,16 +16,16 @@ float SoftenedResidual(float error, float compliance, float inverse_h, float lam
   return residual;
 }
 
-// The predicted error of a link that does not pull what friction holds (server/solver/method.md, "Rounding") [m]: 0
-// where only rounding separates it from its length before the substep, plus what the substep changes, with all its
-// digits. `start`: the difference of the old positions, `round_off` that of its length.
+// The predicted error of a link that does not pull what friction holds (server/solver/method.md, "Quiet links")
+// [m]: 0 where only rounding separates it from its length before the substep, plus what the substep changes, with all
+// its digits. `start`: the difference of the old positions, `round_off` that of its length.
 float QuietError(vec3 start, vec3 velocity_difference, float h, float rest_length, float round_off) {
   precise vec3 move = h * velocity_difference;
   precise vec3 end = start + move;
   precise float before = Dot(start, start) - rest_length * rest_length;
   precise float limit = (rest_length + rest_length) * round_off;
   precise vec3 sum = start + end;
-  precise float left = abs(before) > limit ? before : 0.0;
+  precise float left = before - clamp(before, -limit, limit);
   precise float error = (left + Dot(sum, move)) / (Length(end) + rest_length);
   return error;
 }

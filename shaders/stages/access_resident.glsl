@@ -22,6 +22,21 @@ shared float shared_inverse_masses[kPlaceCount];
 shared uint sweep_changed[3];
 shared uint shared_fault;
 
+#ifdef HAS_QUIET_LINKS
+// A bit per particle.
+shared uint shared_quiet[(CAPACITY + 31) / 32];
+
+void SetQuiet(uint i, bool is_quiet) {
+  uint bit = 1u << (i & 31u);
+  if (is_quiet) {
+    atomicOr(shared_quiet[i >> 5], bit);
+  } else {
+    atomicAnd(shared_quiet[i >> 5], ~bit);
+  }
+}
+bool IsQuiet(uint i) { return (shared_quiet[i >> 5] >> (i & 31u) & 1u) != 0u; }
+#endif
+
 #ifdef HAS_REFINE
 // A bit per particle: whether it is an end of a link to refine. Clear outside `refine`.
 shared uint shared_flags[(CAPACITY + 31) / 32];

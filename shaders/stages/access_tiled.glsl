@@ -26,6 +26,11 @@ void SetVelocity(uint i, vec3 v) { SetScratchVector(cloth.scratch.work_velocitie
 
 float InverseMass(uint i) { return ModelFloat(cloth.model.inverse_masses + i); }
 
+#ifdef HAS_QUIET_LINKS
+void SetQuiet(uint i, bool is_quiet) { scratch[cloth.scratch.quiet_flags + i] = is_quiet ? 1.0 : 0.0; }
+bool IsQuiet(uint i) { return scratch[cloth.scratch.quiet_flags + i] != 0.0; }
+#endif
+
 uvec2 ConstraintPair(uint k) {
   uint word = cloth.model.pairs + 2u * k;
   return uvec2(models[word], models[word + 1u]);

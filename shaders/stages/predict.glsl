@@ -3,6 +3,7 @@
 #include "lib/two_step.glsl"
 #include "lib/vector.glsl"
 #include "stages/previous.glsl"
+#include "stages/quiet_links.glsl"
 #include "stages/rebound.glsl"
 #include "stages/substep.glsl"
 
@@ -38,7 +39,11 @@ void PredictTwoStep(uint i) {
 #endif
 
 void PredictParticle(uint i) {
-  if (InverseMass(i) == 0.0) return;  // pins: PredictPin
+  bool is_pin = InverseMass(i) == 0.0;
+#ifdef HAS_QUIET_LINKS
+  SetQuiet(i, !is_pin && RestsOnCollider(i));
+#endif
+  if (is_pin) return;  // PredictPin
 #ifdef HAS_RESTITUTION
   StoreRebounds(i);
 #endif

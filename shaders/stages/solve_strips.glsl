@@ -1,6 +1,7 @@
 // Stage `solve_strips`. Needs the accessors of one plan.
 #include "lib/direction.glsl"
 #include "lib/strip.glsl"
+#include "stages/quiet_links.glsl"
 #include "stages/substep.glsl"
 
 // Scratch of link k: n xyz, the effect of its impulse on the previous error over the pivot there, right side over
@@ -53,18 +54,16 @@ struct LinkEnd {
   vec3 position;
   vec3 velocity;
   float inverse_mass;
+  float quiet_round_off;  // [m]
 };
 
-LinkEnd LoadEnd(uint i) { return LinkEnd(Position(i), Velocity(i), InverseMass(i)); }
-
+LinkEnd LoadEnd(uint i) {
+  LinkEnd end = LinkEnd(Position(i), Velocity(i), InverseMass(i), 0.0);
 #ifdef HAS_QUIET_LINKS
-// What rounding of a particle's position may add to the error of its links where friction holds it [m].
-float QuietRoundOff(LinkEnd end) {
-  precise float limit_sq = cloth.step.slowest_landing * cloth.step.slowest_landing;
-  precise float round_off = QUIET_ROUND_OFF * SumOfSizes(end.position);
-  return Dot(end.velocity, end.velocity) > limit_sq ? 0.0 : round_off;
-}
+  end.quiet_round_off = QuietRoundOff(i, end.position);
 #endif
+  return end;
+}
 
 // A link at the predicted positions.
 struct LinearisedLink {
@@ -93,7 +92,7 @@ LinearisedLink LineariseLink(Strip strip, uint k, LinkEnd from, LinkEnd to, bool
   link.error = PredictDistanceError(position_difference, velocity_difference, substep.interval,
                                     InverseForceTime(), link.rest_length, compliance, lambda);
 #ifdef HAS_QUIET_LINKS
-  precise float round_off = QuietRoundOff(from) + QuietRoundOff(to);
+  precise float round_off = from.quiet_round_off + to.quiet_round_off;
   link.error.residual =
       QuietError(position_difference, velocity_difference, substep.interval, link.rest_length, round_off);
 #ifdef HAS_COMPLIANCE

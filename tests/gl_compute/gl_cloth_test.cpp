@@ -91,7 +91,8 @@ TEST(LayOutScratchTest, ArraysDoNotOverlap) {
   EXPECT_EQ(layout.strip_links, layout.twist_changes + 300);
   EXPECT_EQ(layout.work_positions, layout.strip_links + 5 * uint64_t{model->constraint_count()});
   EXPECT_EQ(layout.work_velocities, layout.work_positions + 300);
-  EXPECT_EQ(layout.start_positions, layout.work_velocities + 300);
+  EXPECT_EQ(layout.quiet_flags, layout.work_velocities + 300);
+  EXPECT_EQ(layout.start_positions, layout.quiet_flags + 100);
   EXPECT_EQ(size, layout.start_positions + 300);
   ClothParameters plain = test::PlainParameters();
   plain.settings.sweep = Sweep::kColours;

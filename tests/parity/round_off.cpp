@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <random>
 #include <variant>
 #include <vector>
 
@@ -21,6 +22,10 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kRoundOff = 0x1p-24;
+// Starts that differ by no more roundings of the coordinates than gaps do (kTouchRoundOffs), and
+// how many of them are tried.
+constexpr double kEqualStarts = kTouchRoundOffs;
+constexpr int kStartsTried = 32;
 
 // The constraints and springs of the busiest particle.
 struct Coupling {
@@ -238,6 +243,36 @@ void CompareReports(const StepReport& actual, const StepReport& expected, bool h
   }
 }
 
+bool AreNear(const ParticleState& actual, const ParticleState& expected, const ErrorBound& bound) {
+  return FindWorst(actual.positions_m, expected.positions_m).distance <= bound.position_m &&
+         FindWorst(actual.velocities_m_per_s, expected.velocities_m_per_s).distance <=
+             bound.velocity_m_per_s;
+}
+
+// Whether some start that differs from the scene's by rounding leads the reference near this state
+// (backward stability: Higham, section 1.5). Only where hits are events: within rounding, a
+// particle rebounds in one substep or in the next.
+bool IsNearOfAnEqualStart(const ParticleState& actual, const Scene& scene, uint32_t steps,
+                          const ErrorBound& bound, double extent) {
+  if (scene.parameters.restitution == 0) return false;
+  Backend& reference = SharedBackend("reference");
+  std::mt19937 generator(1);
+  std::uniform_real_distribution<double> noise_m(-kEqualStarts * kRoundOff * extent,
+                                                 kEqualStarts * kRoundOff * extent);
+  for (int start = 0; start < kStartsTried; ++start) {
+    Scene equal = scene;
+    for (Vector3d& p : equal.state.positions_m) {
+      for (int axis = 0; axis < 3; ++axis) p[axis] += noise_m(generator);
+    }
+    const ClothHandle cloth = CreateCloth(reference, equal);
+    StepAlone(reference, cloth, equal, steps);
+    const bool is_near = AreNear(actual, ReadState(reference, cloth), bound);
+    reference.Destroy(cloth);
+    if (is_near) return true;
+  }
+  return false;
+}
+
 void CompareStates(const ParticleState& actual, const ParticleState& expected,
                    const ErrorBound& bound) {
   const WorstOffender position = FindWorst(actual.positions_m, expected.positions_m);
@@ -341,7 +376,13 @@ void ExpectParity(const std::string& backend_name, Scene scene, uint32_t steps,
     bound.position_m += accepted;
     bound.velocity_m_per_s += accepted / scene.parameters.settings.substep_s();
     CompareReports(actual_report, expected_report, tolerance > 0);
-    CompareStates(ReadState(backend, actual_cloth), expected, bound);
+    const ParticleState actual = ReadState(backend, actual_cloth);
+    if (!AreNear(actual, expected, bound) &&
+        IsNearOfAnEqualStart(actual, scene, step, bound,
+                             std::max(scales.coordinate_m, ColliderExtent(scene.parameters)))) {
+      continue;
+    }
+    CompareStates(actual, expected, bound);
   }
   reference.Destroy(expected_cloth);
   backend.Destroy(actual_cloth);

@@ -68,7 +68,8 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
 // after every step: states within the bound (the message names the worst particle), sweeps and
 // warnings equal. With a tolerance, constraints may be left with |C| <= tolerance L on either side
 // and a sweep may decide otherwise, so a position may differ by twice that for each link on the way
-// to a pin: `path_links`.
+// to a pin: `path_links`. With restitution a hit is an event, which rounding may move by a substep:
+// then a state within the bound of a start that differs by rounding is right, too.
 void ExpectParity(const std::string& backend_name, Scene scene, uint32_t steps,
                   uint32_t path_links = 0);
 

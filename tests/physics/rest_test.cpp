@@ -2,11 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <vector>
 
-#include "server/solver/solver_constants.h"
 #include "tests/physics/physics_test.h"
 
 namespace drape::test {
@@ -26,14 +24,6 @@ constexpr double kStep_s = 1.0 / 60;
 // 1 m is known to 6e-8, and a link's error over a substep's interval of 2e-4 s is a velocity, which
 // four times over a step of 1/60 s is 2e-5; two links meet in every corner.
 constexpr double kMaxTremble_m = 5e-5;
-
-// Quiet links (48), whose ends lie within 1 m of the origin along each axis, leave links too long
-// by 2 * 3 m * kQuietRoundOffs roundings; between edges of length l that are too long by d a
-// particle stands sqrt(l d) high, and may move as far.
-double SlackOfQuietLinks_m(const Scene& scene, double round_off) {
-  if (round_off < 1e-12 || !PlanOf(scene).solver.has_quiet_links) return 0;
-  return std::sqrt(scene.model->length_scale_m() * 6 * kQuietRoundOffs * round_off);
-}
 
 Scene Damped(Scene scene, const std::string& name) {
   scene.name = name;
@@ -92,8 +82,7 @@ class RestTest : public PhysicsTest {
       const double tremble_m = Tremble(scene);
       std::printf("[ MEASURED ] rest of %s on %s: %.4f mm\n", scene.name.c_str(),
                   backend_name().c_str(), 1e3 * tremble_m);
-      EXPECT_LE(tremble_m, std::max(kMaxTremble_m, SlackOfQuietLinks_m(scene, round_off())))
-          << scene.name;
+      EXPECT_LE(tremble_m, kMaxTremble_m) << scene.name;
     }
   }
 };

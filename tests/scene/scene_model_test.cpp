@@ -177,6 +177,17 @@ TEST(SceneModel, LengthScaleIsTheMeanOfConstraintsElseOfSprings) {
       2);
 }
 
+TEST(SceneModel, MeanSoftnessIsTheMeanStrainPerForce) {
+  ParticleTopology particles;
+  particles.positions_m = {{0, 0, 0}, {1, 0, 0}, {3, 0, 0}};
+  particles.masses_kg = {1, 1, 1};
+  particles.distance_constraints = {
+      {.i = 0, .j = 1, .rest_length_m = 1, .compliance_m_per_n = 0.25},
+      {.i = 1, .j = 2, .rest_length_m = 2, .compliance_m_per_n = 1.5}};
+  const ModelDescription description{.topology = particles, .material = {}, .pinned_particles = {}};
+  EXPECT_EQ(MustBuild(description)->mean_softness_per_n(), 0.5);  // of 0.25 and 0.75
+}
+
 double FrequencyBound(double mass_0_kg, double mass_1_kg, std::vector<uint32_t> pins = {}) {
   ParticleTopology pair;
   pair.positions_m = {{0, 0, 0}, {1, 0, 0}};

@@ -219,7 +219,8 @@ class StageCosts {
 
   uint64_t Predict() const {
     return particles_ + Pins() + (cloth_.plan.solver.has_spring_forces ? Springs() : 0) +
-           (HasRestitution(cloth_.parameters) ? colliders_ : 0);
+           (HasRestitution(cloth_.parameters) ? colliders_ : 0) +
+           (cloth_.plan.solver.has_quiet_links ? colliders_ : 0);
   }
 
   // Finding the colliders that the cloth can meet: three loops over the words of the range, one to

@@ -68,9 +68,9 @@ constexpr TiledKernel kTiledKernels[] = {
     {"tiled_apply_wind", {kApplyWind}, {}, &Kernels::tiled_apply_wind},
     {"tiled_predict",
      {kPredict},
-     {kTwoSteps, kSpringForces, kRestitution},
+     {kTwoSteps, kSpringForces, kRestitution, kQuietLinks},
      &Kernels::tiled_predict,
-     kShapeTraits},
+     kColliderTraits},
     {"tiled_solve_elastic", {kSolveElastic}, {kTwoSteps}, &Kernels::tiled_solve_elastic},
     {"tiled_apply_cells", {kSolveElastic}, {}, &Kernels::tiled_apply_cells},
     {"tiled_twist_changes", {kDampTwist}, {}, &Kernels::tiled_twist_changes},
@@ -121,7 +121,9 @@ constexpr TiledKernel kTiledKernels[] = {
 // The part of the variant that the kernel depends on, so that variants share programs.
 KernelVariant Narrowed(const KernelVariant& variant, const TiledKernel& kernel) {
   TraitSet reads = kernel.reads;
-  if (variant.Has(kRestitution)) reads = reads | kernel.reads_with_restitution;
+  if (variant.Has(kRestitution) || variant.Has(kQuietLinks)) {
+    reads = reads | kernel.reads_with_colliders;
+  }
   return {.local_size = variant.*kernel.local_size, .traits = variant.traits & reads};
 }
 

@@ -65,6 +65,7 @@ PackedLayout<shader::ScratchLayout> LayOutScratch(const PlannedCloth& cloth, boo
   layout.refined_links = append(lists_links, model.constraint_count());
   layout.work_positions = append(has_work_state, 3 * particles);
   layout.work_velocities = append(has_work_state, 3 * particles);
+  layout.quiet_flags = append(has_work_state && plan.solver.has_quiet_links, particles);
   layout.start_positions = packed.Append(3 * particles);
   const uint64_t pieces = MeasurePieceCount(model);
   layout.measured_pieces = append(pieces > 1, DRAPE_MEASURED_WORDS * pieces);

@@ -1,5 +1,6 @@
 #include "server/solver/cpu/alone/contacts.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 #include <span>
@@ -48,17 +49,24 @@ void PredictContactsOf(const StepContext& context, const Surfaces& surfaces,
                        std::span<const uint32_t> particles) {
   const FloatControls& controls = context.controls;
   StepScratch& scratch = context.scratch;
+  const bool has_quiet_links = controls.plan.solver.has_quiet_links;
   for (const uint32_t i : particles) {
     const Vec4 p = scratch.state.positions[i];
+    float quiet_round_off = 0;
     for (size_t k = 0; k < surfaces.size(); ++k) {
       const Gap gap = surfaces[k].GapAtStart(p);
       ContactImpulses& contact = scratch.contacts[i * surfaces.size() + k];
       contact = {Vec4{}, 0, ContactFloor(gap.gap, controls.depenetration_distance), 0};
-      if (!controls.has_restitution) continue;
+      if (!controls.has_restitution && !has_quiet_links) continue;
       const Vec4 v = VelocityBefore(surfaces[k], p, scratch.state.velocities[i]);
-      contact.rebound = ReboundSpeed(gap.gap, gap.normal, v, controls.gravity, controls.restitution,
-                                     controls.slowest_rebound);
+      if (controls.has_restitution) {
+        contact.rebound = ReboundSpeed(gap.gap, gap.normal, v, controls.gravity,
+                                       controls.restitution, controls.slowest_rebound);
+      }
+      quiet_round_off = std::max(quiet_round_off, QuietRoundOff(gap.gap, surfaces[k].RoundOff(p), p,
+                                                                v, controls.slowest_landing));
     }
+    if (has_quiet_links) scratch.quiet_round_offs[i] = quiet_round_off;
   }
 }
 

@@ -69,12 +69,6 @@ class EightPaths {
   const StepContext& context() const {
     return context_;
   }
-  Vectors8 Positions(const Ends& particles) const {
-    return VectorsOf(particles, p_);
-  }
-  Vectors8 Velocities(const Ends& particles) const {
-    return VectorsOf(particles, u_);
-  }
 
  private:
   HWY_INLINE static Vectors8 Differences(const Ends& from, const Ends& to, const Vec4* values) {
@@ -82,11 +76,6 @@ class EightPaths {
 #pragma GCC unroll 4
     for (uint32_t k = 0; k < kVec4Size; ++k) d[k] = Difference(from, to, k, values);
     return Transpose(d);
-  }
-  static Vectors8 VectorsOf(const Ends& particles, const Vec4* values) {
-    VectorPairs vectors;
-    for (uint32_t k = 0; k < kVec4Size; ++k) vectors[k] = VectorsAt(particles, k, values);
-    return Transpose(vectors);
   }
   // The differences of paths k and k + 4.
   static Vec8 Difference(const Ends& from, const Ends& to, uint32_t k, const Vec4* values) {

@@ -43,8 +43,12 @@ class EightStrips : public EightPaths {
   Vec8 end_share() const { return Splat8(context().controls.end_share); }
 
   Vec8 RoundOffs(const Ends& particles) const {
-    return QuietRoundOff(Positions(particles), Velocities(particles),
-                         Splat8(context().controls.slowest_landing));
+    const std::vector<float>& round_offs = context().scratch.quiet_round_offs;
+    Numbers8 numbers;
+    for (uint32_t lane = 0; lane < kVec8Size; ++lane) {
+      numbers.values[lane] = round_offs[particles[lane]];
+    }
+    return Load(numbers);
   }
   static const Mask8& Running(const Mask8& mask) { return mask; }
 

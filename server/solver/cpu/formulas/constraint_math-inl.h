@@ -54,26 +54,17 @@ inline ImpulseLines<Vectors, Scalars> BlendDirections(const Vectors& start, cons
   return {n, Dot(n, n_end)};
 }
 
-// What rounding of a particle's position may add to the error of its links where friction holds it
-// [m]: nothing if it moves faster than `slowest`.
-template <class Vectors, class Scalars>
-inline Scalars QuietRoundOff(const Vectors& p, const Vectors& u, const Scalars& slowest) {
-  const Scalars size = (Abs(p.x) + Abs(p.y)) + Abs(p.z);
-  return Select(Dot(u, u) > slowest * slowest, SplatLike(0, size),
-                SplatLike(kQuietRoundOff, size) * size);
-}
-
-// The error of a link that does not pull what friction holds (server/solver/method.md, "Rounding"):
-// 0 where only rounding separates it from its length before the substep, plus what the substep
-// changes, with all its digits. `start` and `end` are the differences of positions, `move` is what
-// leads from one to the other, `length` = |end|, `round_off` that of |start|.
+// The error of a link that does not pull what friction holds (server/solver/method.md,
+// "Quiet links"): 0 where only rounding separates it from its length before the substep, plus what
+// the substep changes, with all its digits. `start` and `end` are the differences of positions,
+// `move` is what leads from one to the other, `length` = |end|, `round_off` that of |start|.
 template <class Vectors, class Scalars>
 inline Scalars QuietError(const Vectors& start, const Vectors& move, const Vectors& end,
                           const Scalars& length, const Scalars& rest_length,
                           const Scalars& round_off) {
   const Scalars before = Dot(start, start) - rest_length * rest_length;
   const Scalars limit = (rest_length + rest_length) * round_off;
-  const Scalars left = Select(Abs(before) > limit, before, SplatLike(0, before));
+  const Scalars left = before + Max(-limit, -Max(before, -limit));
   const Scalars divisor = Max(length + rest_length, SplatLike(kMinDirectionLength, length));
   return (left + Dot(start + end, move)) / divisor;  // 0 for the links of no length that fill lanes
 }

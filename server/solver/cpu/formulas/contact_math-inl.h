@@ -179,6 +179,16 @@ inline auto SumOfSizes(const Vectors& v) {
   return (Abs(x) + Abs(y)) + Abs(z);
 }
 
+// What rounding of its position p may add to the errors of a particle's links [m]: 0 unless it
+// touched the surface, its gap being within `touch_round_off`, and moved no faster than `slowest`
+// along it. `v`: relative to the surface; all before the substep.
+template <class Scalars, class Vectors>
+inline Scalars QuietRoundOff(const Scalars& gap, const Scalars& touch_round_off, const Vectors& p,
+                             const Vectors& v, const Scalars& slowest) {
+  const auto is_away = (Abs(gap) > touch_round_off) | (Dot(v, v) > slowest * slowest);
+  return Select(is_away, SplatLike(0, gap), SplatLike(kQuietRoundOff, gap) * SumOfSizes(p));
+}
+
 // By how much a predicted gap is off the floor [m]. `way`: of the particle relative to the surface
 // during the substep, along the normal. What is left of the gap without it is where the particle
 // was before. If that is within `round_off` the particle was on the surface, and the way is known

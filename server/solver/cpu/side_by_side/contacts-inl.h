@@ -22,24 +22,38 @@ ClothGap GapAt(const VectorsCloths& q, const ClothCollider& collider) {
   return ShapeGap(kind, q, point, vector, axes, offset);
 }
 
+// Of the gap at q [m].
+VecCloths TouchRoundOff(const VectorsCloths& q, const ClothCollider& collider) {
+  return SplatCloths(kTouchRoundOff) * (SumOfSizes(q) + collider.size);
+}
+
 // From positions and velocities before the substep.
 void PredictContacts(GroupContext& context) {
   if (context.collider_count() == 0) return;
   Settle(context);
   const VecCloths zero = SplatCloths(0);
   const float depenetration = context.controls.depenetration_distance;
+  const bool has_quiet_links = context.controls.plan.solver.has_quiet_links;
   for (const uint32_t i : context.model.free_particles) {
+    const auto& [p, v] = context.particles[i];
+    VecCloths quiet_round_off = zero;
     for (size_t k = 0; k < context.collider_count(); ++k) {
-      const ClothGap gap = GapAt(context.particles[i].p, context.colliders[k]);
+      const ClothGap gap = GapAt(p, context.colliders[k]);
       ClothContact& contact = context.contacts[i * context.collider_count() + k];
       contact.tangent = {zero, zero, zero};
       contact.normal = zero;
       contact.floor = ContactFloor(gap.gap, depenetration);
       contact.rebound = zero;
-      if (!context.has_restitution) continue;
-      contact.rebound = ReboundSpeed(gap.gap, gap.normal, context.particles[i].u, context.gravity,
-                                     context.restitution, context.slowest_rebound);
+      if (context.has_restitution) {
+        contact.rebound = ReboundSpeed(gap.gap, gap.normal, v, context.gravity, context.restitution,
+                                       context.slowest_rebound);
+      }
+      if (!has_quiet_links) continue;
+      quiet_round_off =
+          Max(quiet_round_off, QuietRoundOff(gap.gap, TouchRoundOff(p, context.colliders[k]), p, v,
+                                             context.slowest_landing));
     }
+    if (has_quiet_links) context.quiet_round_offs[i] = quiet_round_off;
   }
 }
 
@@ -89,9 +103,8 @@ MaskCloths SolveContact(const GroupContext& context, const ClothCollider& collid
   const float interval = context.substep.interval;
   const VectorsCloths q = p + u * interval;
   const ClothGap at_end = GapAt(q, collider);
-  const VecCloths round_off = SplatCloths(kTouchRoundOff) * (SumOfSizes(q) + collider.size);
   const VecCloths way = Dot(WayOf(context, i, p, u), at_end.normal);
-  const VecCloths error = ContactError(at_end.gap, way, round_off, contact.floor);
+  const VecCloths error = ContactError(at_end.gap, way, TouchRoundOff(q, collider), contact.floor);
   const VecCloths impulse = ContactImpulse(contact.normal, error, context.substep.inverse_interval);
   if (!IsAnyLaneSet((impulse > zero) | (contact.normal > zero) |
                     (Dot(contact.tangent, contact.tangent) > zero))) {

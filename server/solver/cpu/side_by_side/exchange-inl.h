@@ -152,6 +152,9 @@ void Gather(std::span<const GroupCloth> cloths, const GroupContext& context) {
     context.particles[i] = {p, v};
     if (has_previous) context.previous[i] = {p, v};
   }
+  if (context.controls.plan.solver.has_quiet_links) {
+    std::fill_n(context.quiet_round_offs, context.particle_count(), SplatCloths(0));
+  }
   for (size_t k = 0; k < context.model.pins.size(); ++k) {
     context.pin_targets[k] = LoadVectors(targets, k);
   }

@@ -24,6 +24,7 @@ struct GroupScratch {
   SimdMemory twists;             // [two rows of cells][column]
   SimdMemory colliders;          // [reaches[0].near]
   SimdMemory contacts;           // [particle_count][reaches[0].near]
+  SimdMemory quiet_round_offs;   // [particle_count + 1] [m]; only with quiet links
   SimdMemory accelerations;      // [particle_count] springs (+ gravity if IN_FORCE)
   SimdMemory impulses;           // of elastic elements, cells or triangles [N s]
   SimdMemory predicted;          // [particle_count + 1] positions for kicks within a substep

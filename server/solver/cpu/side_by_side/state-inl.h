@@ -110,6 +110,8 @@ struct GroupContext {
         joint_impulses(scratch.joint_impulses.Reserve<VectorsCloths>(model.joints.size())),
         refinement(scratch.refinement),
         contacts(scratch.contacts.Reserve<ClothContact>(model.particle_count * collider_count())),
+        quiet_round_offs(scratch.quiet_round_offs.Reserve<VecCloths>(
+            controls.plan.solver.has_quiet_links ? particle_count() : 0)),
         gravity(VectorOf(cloths, [](const FloatControls& c) { return c.gravity; })),
         wind(VectorOf(cloths, [](const FloatControls& c) { return c.wind; })),
         air_drag(NumberOf(cloths, [](const FloatControls& c) { return c.air_drag; })),
@@ -159,6 +161,7 @@ struct GroupContext {
   VectorsCloths* const joint_impulses;
   Refinement& refinement;
   ClothContact* const contacts;  // [particle_count][collider_count]
+  VecCloths* const quiet_round_offs;
   // These differ between the cloths.
   const VectorsCloths gravity;
   const VectorsCloths wind;

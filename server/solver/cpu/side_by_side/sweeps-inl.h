@@ -50,10 +50,8 @@ class StripPairs : public PathPairs {
   VecPair end_share() const { return {context().end_share, context().end_share}; }
 
   VecPair RoundOffs(const Ends& ends) const {
-    const auto of = [&](const ClothParticle& particle) {
-      return QuietRoundOff(particle.p, particle.u, context().slowest_landing);
-    };
-    return {of(context().particles[ends[0]]), of(context().particles[ends[1]])};
+    const VecCloths* const round_offs = context().quiet_round_offs;
+    return {round_offs[ends[0]], round_offs[ends[1]]};
   }
   // The lanes whose sweeps continue.
   MaskPair Running(const MaskPair& mask) const {

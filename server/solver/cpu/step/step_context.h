@@ -80,6 +80,7 @@ struct StepScratch {
   std::vector<Vec4> rest_lengths;    // [group_count] [m] at the end of the substep; only of its own
   ColliderReach reach;
   std::vector<ContactImpulses> contacts;  // [particle_count][reach.near]
+  std::vector<float> quiet_round_offs;    // [particle_count + 1] [m]; only with quiet links
   // [reach.near] in the substep under way; empty if all rest as described.
   std::vector<MovingSurface> surfaces;
   uint64_t repeats = 0;  // steps of this thread that were done again with all colliders

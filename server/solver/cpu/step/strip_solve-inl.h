@@ -33,7 +33,7 @@ inline constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 //   Number(x)                                                               a number of a link
 //   Running(mask)                                                           lanes that are swept
 //   PositionDifferences, VelocityDifferences, PredictedDifferences          from, to -> Vectors
-//   RoundOffs(ends)                               QuietRoundOff of the particles: Scalars
+//   RoundOffs(ends)                               quiet_round_offs of the particles: Scalars
 //   Push(ends, has_pins, change)      onto u; some ends may be pins, which it does not move
 //   Compliances, Impulses, AddImpulses                                      by places
 template <class Access, bool kHasCompliance, bool kHasStarts, bool kHasQuietLinks>
