@@ -25,8 +25,12 @@ void EraseBetweenPins(const std::vector<bool>& is_pin, Pairs& pairs) {
   std::erase_if(pairs, [&](const auto& pair) { return is_pin[pair.i] && is_pin[pair.j]; });
 }
 
-bool IsOfPinsAlone(const std::vector<bool>& is_pin, const ElasticElement& element) {
-  return std::ranges::all_of(element.particles, [&](uint32_t i) { return is_pin[i]; });
+// Moves no free particle: a hinge may have a corner whose weight is 0, opposite a right angle.
+bool MovesPinsAlone(const std::vector<bool>& is_pin, const ElasticElement& element) {
+  for (size_t k = 0; k < element.particles.size(); ++k) {
+    if (!is_pin[element.particles[k]] && element.weights[k] != 0) return false;
+  }
+  return true;
 }
 
 double LeastSpringDamping_s(const std::vector<Spring>& springs) {
@@ -178,7 +182,7 @@ void SceneModel::SetConnections(ParticleSystem& system) {
   spring_ends_ = std::move(gathered.ends);
   elastic_elements_ = std::move(system.elastic_elements);
   std::erase_if(elastic_elements_,
-                [&](const ElasticElement& element) { return IsOfPinsAlone(is_pin, element); });
+                [&](const ElasticElement& element) { return MovesPinsAlone(is_pin, element); });
   StiffenAtClamps(is_pin, elastic_elements_);
   elastic_shares_ = ShareElasticElements(inverse_masses_per_kg_, elastic_elements_);
   elastic_lines_ = FindElasticLines(elastic_elements_, grid_columns_, grid_rows_);

@@ -105,6 +105,12 @@ inline constexpr double kMinDirectionCosine = 0.99;
 // Largest h^2 omega^2 of an elastic element in the formula of its damping [-]: at this ratio only a
 // trillionth of its speed is left. Larger: the square leaves single precision.
 inline constexpr double kMaxElasticRatio = 1e6;
+// Share of a deflection that the stages of `solve_hinges` leave, perhaps with changed sign, where
+// it is too fast for the substep [-]. Larger: two steps throw such deflections back and forth (from
+// 0.163 on without end); smaller: more stages.
+inline constexpr double kHingeResidual = 1.0 / 7;
+// Largest number of such stages [-]; stiffer hinges are softened. Each takes as long as a kick.
+inline constexpr unsigned kMaxHingeStages = 32;
 // Cloths whose SceneModel::held_mass_ratio is larger keep to one step [-]: one sweep leaves much of
 // the errors there, and two steps extrapolate what is left and gain energy (from about 30 on a
 // sheet whose masses alternate, `./run bench stability`). Smaller: cloths that two steps suit lose

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "server/solver/force_limits.h"
+#include "server/solver/hinge_stages.h"
 #include "server/solver/load.h"
 #include "server/solver/solver_constants.h"
 
@@ -56,10 +57,23 @@ bool HasElasticLines(const SceneModel& model, const ClothParameters& parameters,
          (choice.has_two_steps || ElasticRatio(model, parameters) > 1);
 }
 
-// h^2 omega^2 bounds s k times the inverse masses of every element.
-bool IsElasticBeyondLimit(const SceneModel& model, const ClothParameters& parameters,
-                          const SolverChoice& choice) {
-  return ElasticRatio(model, parameters) > (choice.has_elastic_lines ? kMaxLineRatio : 1);
+// SolverChoice::hinge_stages. Kicks follow what is no faster than h^2 omega^2 = 1.
+uint32_t StagesOfHinges(const SceneModel& model, const ClothParameters& parameters,
+                        const SolverChoice& choice) {
+  if (choice.has_elastic_lines || ElasticRatio(model, parameters) <= 1) return 0;
+  const SubstepSchedule schedule(parameters.settings, choice.has_two_steps, false);
+  return HingeStageCount(schedule.largest_force_interval_s2() * model.elastic_frequency_sq_bound());
+}
+
+// StepPlan::max_elastic_frequency_sq_per_s2. h^2 omega^2 bounds what lines are limited by, s k
+// times the inverse masses of every element.
+double LargestElasticFrequencySq_per_s2(const StepSettings& settings, const SolverChoice& choice,
+                                        const SubstepSchedule& schedule) {
+  if (choice.hinge_stages > 0) {
+    return LargestHingeRatio(choice.hinge_stages) / schedule.largest_force_interval_s2();
+  }
+  const double h = settings.substep_s();
+  return (choice.has_elastic_lines ? kMaxLineRatio : 1) / (h * h);
 }
 
 // Refinement is off
@@ -102,6 +116,7 @@ SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parame
     if (lengths == LengthSource::kModel) choice.velocity_iterations = settings.velocity_iterations;
   }
   choice.has_elastic_lines = HasElasticLines(model, parameters, choice);
+  choice.hinge_stages = StagesOfHinges(model, parameters, choice);
   ChooseRefinement(model, settings, choice);
   return choice;
 }
@@ -115,8 +130,10 @@ StageSet ChooseStages(const SceneModel& model, const ClothParameters& parameters
   const bool feels_air = parameters.air_drag > 0 || parameters.air_lift > 0;
   StageSet stages = {kPredict, kIntegrate, kCommit, kMeasure};
   stages.Add(kApplySprings, model.spring_count() > 0 && !solver.has_spring_forces);
-  stages.Add(kApplyElastic, model.elastic_count() > 0 && !solver.has_elastic_lines);
   stages.Add(kSolveElastic, solver.has_elastic_lines);
+  stages.Add(kSolveHinges, solver.hinge_stages > 0);
+  stages.Add(kApplyElastic,
+             model.elastic_count() > 0 && !stages.HasAnyOf({kSolveElastic, kSolveHinges}));
   stages.Add(kApplyWind, feels_air && !model.triangles().empty());
   stages.Add(kDampTwist, settings.twist_damping_per_s > 0 && has_grid_cells);
   // Tethers are as long as the model's cloth: a cloth with driven lengths has none.
@@ -154,22 +171,23 @@ StepPlan PlanStep(const SceneModel& model, const ClothParameters& parameters, Le
   const SolverChoice solver = ChooseSolver(model, parameters, lengths);
   const StageSet stages = ChooseStages(model, parameters, lengths, solver);
   const double tolerance = ResolvableTolerance(settings.tolerance, model, scalar);
+  const SubstepSchedule schedule(settings, solver.has_two_steps, stages.Has(StepStage::kDampTwist));
+  const double max_frequency_sq_per_s2 =
+      LargestElasticFrequencySq_per_s2(settings, solver, schedule);
   // Springs are judged as if the cloth had its model's lengths, to which it may return any time.
   const bool may_have_two_steps =
       ChooseSolver(model, parameters, LengthSource::kModel).has_two_steps;
-  return {
-      .stages = stages,
-      .solver = solver,
-      .schedule =
-          SubstepSchedule(settings, solver.has_two_steps, stages.Has(StepStage::kDampTwist)),
-      .tolerance = tolerance,
-      .known_warnings = {.tolerance_raised = tolerance > settings.tolerance,
-                         .springs_beyond_limit =
-                             AreSpringsBeyondLimit(model, parameters, may_have_two_steps),
-                         .elastic_beyond_limit = IsElasticBeyondLimit(model, parameters, solver),
-                         .springs_gain_energy =
-                             SpringGain_per_s(model, parameters) > kMaxSpringGain_per_s},
-      .strain_limit = StrainLimit(model, parameters)};
+  return {.stages = stages,
+          .solver = solver,
+          .schedule = schedule,
+          .tolerance = tolerance,
+          .known_warnings =
+              {.tolerance_raised = tolerance > settings.tolerance,
+               .springs_beyond_limit = AreSpringsBeyondLimit(model, parameters, may_have_two_steps),
+               .elastic_beyond_limit = model.elastic_frequency_sq_bound() > max_frequency_sq_per_s2,
+               .springs_gain_energy = SpringGain_per_s(model, parameters) > kMaxSpringGain_per_s},
+          .strain_limit = StrainLimit(model, parameters),
+          .max_elastic_frequency_sq_per_s2 = max_frequency_sq_per_s2};
 }
 
 }  // namespace drape

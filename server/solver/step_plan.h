@@ -24,6 +24,8 @@ struct SolverChoice {
   bool has_two_steps = false;
   // The elastic elements are solved line by line (`solve_elastic`), not by kicks.
   bool has_elastic_lines = false;
+  // Hinges are solved in this many stages (`solve_hinges`), not by kicks; 0: by kicks.
+  uint32_t hinge_stages = 0;
   bool has_spring_forces = false;  // springs act within the substep (IN_FORCE), not by kicks
   // Single precision: links within rounding of their length do not pull what friction holds. Only
   // strips know it.
@@ -48,6 +50,9 @@ struct StepPlan {
   double tolerance = 0;         // settings.tolerance, raised to what the scalar type can resolve
   StepWarnings known_warnings;  // those that do not depend on the state
   double strain_limit = 0;      // a larger one has the warning strain_beyond_limit [-]
+  // Elastic elements that are faster act as if they were not, and have the warning
+  // elastic_beyond_limit. Lines have a limit of their own.
+  double max_elastic_frequency_sq_per_s2 = 0;
 
   bool Has(StepStage stage) const { return stages.Has(stage); }
   friend auto operator<=>(const StepPlan&, const StepPlan&) = default;

@@ -16,6 +16,7 @@ namespace drape {
 // for each substep of size h:
 //   predict         u = v + a h/2, the mean velocity over the substep; pins: (target - p) / h
 //   solve_elastic   elements of bending and shear of grids, line by line, in place of kicks
+//   solve_hinges    hinges of meshes too stiff for kicks, in a few stages
 //   damp_twist      every few substeps: the cells of a grid lose twist
 //   tether          no particle farther from its pins than the cloth between them allows
 //   until no error exceeds the tolerance, at most max_iterations times:
@@ -36,6 +37,7 @@ enum class StepStage : uint8_t {
   kApplyWind,
   kPredict,
   kSolveElastic,
+  kSolveHinges,
   kDampTwist,
   kTether,
   kSolveStrips,
@@ -51,11 +53,11 @@ enum class StepStage : uint8_t {
 };
 
 // [StepStage], in the order above.
-inline constexpr std::array<std::string_view, 17> kStageNames = {
-    "apply_springs", "apply_elastic",  "apply_wind",   "predict",        "solve_elastic",
-    "damp_twist",    "tether",         "solve_strips", "refine",         "solve_distance",
-    "solve_joints",  "solve_contacts", "integrate",    "solve_velocity", "correct_velocity",
-    "commit",        "measure",
+inline constexpr std::array<std::string_view, 18> kStageNames = {
+    "apply_springs",    "apply_elastic", "apply_wind",     "predict",      "solve_elastic",
+    "solve_hinges",     "damp_twist",    "tether",         "solve_strips", "refine",
+    "solve_distance",   "solve_joints",  "solve_contacts", "integrate",    "solve_velocity",
+    "correct_velocity", "commit",        "measure",
 };
 static_assert(static_cast<size_t>(StepStage::kMeasure) + 1 == kStageNames.size());
 

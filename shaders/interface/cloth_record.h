@@ -45,7 +45,7 @@ struct StepNumbers {
   uint refine_rounds;  // at most
   uint refine_solves;  // no further round after these
 
-  uint padding_0;
+  float max_elastic_frequency_sq;  // [1/s^2] faster elastic elements act as if they were not
 };
 
 struct ClothRecord {
@@ -67,6 +67,7 @@ struct ClothRecord {
   uint joint_colour_count;
   uint elastic_count;
   uint elastic_family_count;  // 0 without solve_elastic
+  uint hinge_stage_count;     // 0 without solve_hinges
   uint triangle_count;        // 0 without air forces
   uint strip_phase_count;
   uint grid_columns;

@@ -56,6 +56,7 @@ struct ParameterLayout {
   uint length_starts;    // [constraint_count] float [m]
   uint length_targets;   // [constraint_count] float [m]
   uint elastic_entries;  // [][DRAPE_ELASTIC_ENTRY_WORDS]; only with solve_elastic
+  uint hinge_stages;     // [hinge_stage_count][2] float: momentum and gain [-]
 };
 
 // In Scratch: valid within one step. `measure` reads the values of the last substep.
@@ -73,6 +74,7 @@ struct ScratchLayout {
   uint elastic_impulses;      // [elastic_count][3] float [N s]
   uint
       elastic_solutions;  // [particle_count][DRAPE_ELASTIC_SOLUTION_WORDS]; only with solve_elastic
+  uint hinge_changes;     // [particle_count][3] float [m/s]; only with solve_hinges
   uint air_impulses;      // [triangle_count][3] float [N s], a third of each impulse
   uint previous_positions;   // [particle_count][3] float [m]; only with two steps
   uint previous_velocities;  // [particle_count][3] float [m/s]; only with two steps

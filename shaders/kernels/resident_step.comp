@@ -1,8 +1,8 @@
 // Kernel `resident_step`: one whole step of one cloth, from the committed state to the committed state. One work
 // group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint, with HAS_STRIP_REDUCTION one
 // link of a strip. Stages: find_reach, apply_springs, apply_elastic, apply_wind, predict, solve_elastic,
-// damp_twist, tether, solve_strips, refine, solve_distance, solve_joints, solve_contacts, integrate, solve_velocity,
-// correct_velocity, commit (server/solver/method.md). Reads Items, Cloths, Models, Parameters, States; writes States,
+// solve_hinges, damp_twist, tether, solve_strips, refine, solve_distance, solve_joints, solve_contacts, integrate,
+// solve_velocity, correct_velocity, commit (server/solver/method.md). Reads Items, Cloths, Models, Parameters, States; writes States,
 // Scratch, Statuses. SI units. With LOOP_BUDGET (drivers that cut long loops, server/gl/README.md) a dispatch stops before
 // it exceeds that many passes through loops, and the next one continues there. The arithmetic is the same.
 #include "stages/access_resident.glsl"
@@ -11,6 +11,7 @@
 #include "stages/apply_wind.glsl"
 #include "stages/predict.glsl"
 #include "stages/solve_elastic.glsl"
+#include "stages/solve_hinges.glsl"
 #include "stages/damp_twist.glsl"
 #include "stages/tether.glsl"
 #include "stages/find_reach.glsl"
@@ -192,6 +193,17 @@ void SolveElastic() {
 #endif
 }
 
+void SolveHinges() {
+#ifdef HAS_SOLVE_HINGES
+  for (uint stage = 0u; stage < cloth.hinge_stage_count; ++stage) {
+    FOR_EACH(e, 0u, cloth.elastic_count) StoreHingeImpulse(e);
+    ScratchPhaseBarrier();
+    FOR_EACH(i, 0u, cloth.particle_count) ApplyHinges(i, stage);
+    PhaseBarrier();
+  }
+#endif
+}
+
 void DampTwist() {
 #ifdef HAS_DAMP_TWIST
   if (substep.twist_share == 0.0) return;
@@ -316,6 +328,7 @@ bool RunSubsteps(inout Progress progress) {
       Kick(DRAPE_KICK_BEFORE);
       Predict();
       SolveElastic();
+      SolveHinges();
       DampTwist();
       Tether();
     }

@@ -42,11 +42,11 @@ float ElasticDeflection(vec3 l, Differences d, float rest_length) {
 // Impulse along L [N s] within `duration` [s], part of a substep h; `deflection` [m] from rest, at this speed
 // [m/s].
 float ElasticImpulse(ElasticElement element, float deflection, float speed, float duration, float h,
-                     float inverse_h) {
+                     float inverse_h, float max_frequency_sq) {
   precise float ratio = min((h * h) * element.frequency_sq, MAX_ELASTIC_RATIO);
   precise float ratio_sq = ratio * ratio;
   precise float damping = element.damping_share * ratio_sq / (1.0 + ratio_sq) * inverse_h;
-  precise float stiffness = min(element.frequency_sq, inverse_h * inverse_h);
+  precise float stiffness = min(element.frequency_sq, max_frequency_sq);
   precise float impulse = -(duration * element.mass) * (stiffness * deflection + damping * speed);
   return impulse;
 }

@@ -21,7 +21,7 @@ void StoreElasticImpulse(uint e, uint place, float seconds) {
     }
     precise float per_length =
         ElasticImpulse(element, ElasticDeflection(l, d, element.rest_length), speed, seconds, cloth.step.h,
-                       cloth.step.inverse_h) /
+                       cloth.step.inverse_h, cloth.step.max_elastic_frequency_sq) /
         len;
     precise vec3 along = per_length * l;
     impulse = along;
@@ -29,10 +29,8 @@ void StoreElasticImpulse(uint e, uint place, float seconds) {
   SetScratchVector(cloth.scratch.elastic_impulses + 3u * e, impulse);
 }
 
-// v += w * the impulses of the elements of i times its weights in them, in ascending order; only their targets
-// move pins.
-void ApplyElasticImpulses(uint i) {
-  if (InverseMass(i) == 0.0) return;
+// w times the impulses of the elements of i times its weights in them, in ascending order [m/s].
+vec3 ChangeByElements(uint i) {
   uint end = models[cloth.model.elastic_offsets + i + 1u];
   precise vec3 impulse = vec3(0.0);
   for (uint k = models[cloth.model.elastic_offsets + i]; k < end; ++k) {
@@ -40,5 +38,12 @@ void ApplyElasticImpulses(uint i) {
     impulse = AddScaled(impulse, ModelFloat(word + 1u),
                         ScratchVector(cloth.scratch.elastic_impulses + 3u * models[word]));
   }
-  SetVelocity(i, AddScaled(Velocity(i), InverseMass(i), impulse));
+  precise vec3 change = InverseMass(i) * impulse;
+  return change;
+}
+
+// Only their targets move pins.
+void ApplyElasticImpulses(uint i) {
+  if (InverseMass(i) == 0.0) return;
+  SetVelocity(i, AddScaled(Velocity(i), 1.0, ChangeByElements(i)));
 }

@@ -24,9 +24,10 @@ layout(std430, binding = DRAPE_BINDING_STATES) restrict buffer States {
 layout(std430, binding = DRAPE_BINDING_PARAMETERS) restrict readonly buffer Parameters {
   uint parameters[];
 };
-// In `apply_wind`, `apply_elastic` and `solve_elastic` of the resident plan invocations read values that others of
-// their work group have written here; SOLVES_IN_SCRATCH: a kernel of the tiled plan that has phases.
-#if defined(HAS_APPLY_WIND) || defined(HAS_APPLY_ELASTIC) || defined(HAS_SOLVE_ELASTIC) || defined(SOLVES_IN_SCRATCH)
+// In `apply_wind`, `apply_elastic`, `solve_elastic` and `solve_hinges` of the resident plan invocations read values
+// that others of their work group have written here; SOLVES_IN_SCRATCH: a kernel of the tiled plan that has phases.
+#if defined(HAS_APPLY_WIND) || defined(HAS_APPLY_ELASTIC) || defined(HAS_SOLVE_ELASTIC) || \
+    defined(HAS_SOLVE_HINGES) || defined(SOLVES_IN_SCRATCH)
 #define SCRATCH_MEMORY coherent
 #else
 #define SCRATCH_MEMORY

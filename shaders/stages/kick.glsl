@@ -12,9 +12,9 @@ float KickSeconds(uint place) {
   return place == DRAPE_KICK_WITHIN ? substep.kick_within : substep.kick_after;
 }
 
-// The position of particle i in a kick; within a substep, its predicted position.
+// The position of particle i in a kick; within a substep and in `solve_hinges`, its predicted position.
 vec3 KickPosition(uint i, uint place) {
-#ifdef HAS_TWO_STEPS
+#if defined(HAS_TWO_STEPS) || defined(HAS_SOLVE_HINGES)
   if (place == DRAPE_KICK_WITHIN) return AddScaled(Position(i), substep.interval, Velocity(i));
 #endif
   return Position(i);

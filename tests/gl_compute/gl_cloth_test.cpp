@@ -292,7 +292,8 @@ TEST(PlacedTest, EveryOffsetFromTheStartOfTheBlock) {
                                                                         .collider_motions = 5,
                                                                         .length_starts = 5,
                                                                         .length_targets = 9,
-                                                                        .elastic_entries = 12},
+                                                                        .elastic_entries = 12,
+                                                                        .hinge_stages = 13},
                                                 100);
   EXPECT_EQ(placed.pin_targets, 100u);
   EXPECT_EQ(placed.colliders, 103u);

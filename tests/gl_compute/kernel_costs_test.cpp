@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "tests/gl_compute/test_cloths.h"
 #include "tests/support/plain_settings.h"
+#include "tests/support/scenes.h"
 
 namespace drape {
 namespace {
@@ -172,6 +176,28 @@ TEST(KernelCostsTest, LinesOfElasticElements) {
   const LoopCosts after = CountLoops(*elastic, parameters, 32);
   const uint64_t family = 1 + 2 * (8 + 2) + 2;
   EXPECT_EQ(after.substep - before.substep, 5 * (1 + family) + 2 + (2 + 2));
+  EXPECT_EQ(after.fixed, before.fixed);
+  EXPECT_EQ(after.sweep, before.sweep);
+}
+
+// 8 x 8 particles in 2 rounds of 32, 98 triangles with 133 hinges in 5.
+TEST(KernelCostsTest, StagesOfHinges) {
+  const ClothParameters parameters = test::PlainParameters();
+  test::Scene soft = test::MeshedGrid(8, 8, 1, 1);
+  test::Scene stiff = test::MeshedGrid(8, 8, 1, 1, {}, {.bending_rigidity_n_m = 1e3});
+  soft.parameters = stiff.parameters = parameters;
+  ASSERT_EQ(stiff.model->elastic_count(), 133u);
+  const uint32_t stages = test::PlanOf(stiff).solver.hinge_stages;
+  ASSERT_GT(stages, 1u);
+  const LoopCosts before = CountLoops(*soft.model, parameters, 32);
+  const LoopCosts after = CountLoops(*stiff.model, parameters, 32);
+  uint64_t most = 0;
+  const std::vector<uint32_t>& offsets = stiff.model->elastic_shares().offsets;
+  for (size_t i = 0; i + 1 < offsets.size(); ++i) {
+    most = std::max<uint64_t>(most, offsets[i + 1] - offsets[i]);
+  }
+  const uint64_t kick = (5 + 2) + (2 + 2) + 2 * (most + 2);
+  EXPECT_EQ(after.substep - before.substep, 2 + stages * (1 + kick));
   EXPECT_EQ(after.fixed, before.fixed);
   EXPECT_EQ(after.sweep, before.sweep);
 }

@@ -132,6 +132,7 @@ std::vector<Scene> Shapes() {
       CompliantSheet(9, 1e-5),
       Named("springs", CompliantSheet(9, 0)),
       Named("stretchy", Grid(9, 7, 0.5, 0.4, {0, 8}, {.stretch_stiffness_n_per_m = 2000})),
+      Named("stiff_mesh", MeshedGrid(9, 8, 0.5, 0.4, {0}, {.bending_rigidity_n_m = 5})),
       Fabric("fabric", 0),
       Fabric("stretchy_fabric", 300),
       Windy(Fabric("fabric", 0)),

@@ -122,6 +122,9 @@ ElasticScales FindElasticScales(const Scene& scene) {
   ElasticScales scales;
   if (model.elastic_count() == 0) return scales;
   const double h = scene.parameters.settings.substep_s();
+  const StepPlan plan = PlanOf(scene);
+  const double limit =
+      plan.solver.has_elastic_lines ? 1 / (h * h) : plan.max_elastic_frequency_sq_per_s2;
   std::vector<double> rates(model.particle_count()), decays(model.particle_count());
   for (uint32_t e = 0; e < model.elastic_count(); ++e) {
     const auto& [particles, weights, rest_length, stiffness, damping] = model.elastic_elements()[e];
@@ -133,7 +136,7 @@ ElasticScales FindElasticScales(const Scene& scene) {
       const uint32_t i = particles[k];
       const double gain =
           model.inverse_masses_per_kg()[i] * std::abs(weights[k]) * mass * all_weights;
-      rates[i] += gain * std::min(frequency_sq, 1 / (h * h));
+      rates[i] += gain * std::min(frequency_sq, limit);
       decays[i] += gain * damping / h;
       const Vector3d side = model.rest_positions_m()[i] - model.rest_positions_m()[particles[0]];
       scales.length_m = std::max(scales.length_m, side.norm());
@@ -337,7 +340,11 @@ ErrorBound RoundOffBound(const Scene& scene, const RunScales& scales, uint32_t s
   const double line_ratio = std::min(ElasticRatio(*scene.model, scene.parameters), kMaxLineRatio);
   const double lines =
       PlanOf(scene).solver.has_elastic_lines ? 8 * kRoundOff * line_ratio * speed : 0;
-  const double free = 8 * kRoundOff * speed + 2 * spring + 2 * elastic + lines + 2 * kick;
+  // A rounding of a stage's force grows to at most as many times its size as stages are left; with
+  // their gains that adds up to less than 3 (Sommeijer, Shampine and Verwer 1997, "RKC: an explicit
+  // solver for parabolic PDEs", internal stability).
+  const double kicks = PlanOf(scene).solver.hinge_stages > 0 ? 3 : 2;
+  const double free = 8 * kRoundOff * speed + 2 * spring + kicks * elastic + lines + 2 * kick;
 
   // The velocity stage adds sweeps of the same size.
   const double growth = (solver.has_two_steps ? 1.5 : 1) * (1 + solver.velocity_iterations);

@@ -83,6 +83,16 @@ TEST_P(WholeStepParityTest, FabricsInTheWind) {
   }
 }
 
+TEST_P(WholeStepParityTest, StiffMeshes) {
+  for (const uint32_t side : {9u, 33u}) {
+    Scene scene = MeshedGrid(side, side, 1, 1, {0}, {.bending_rigidity_n_m = 0.5});
+    Stir(scene, 0.3);
+    UseSubsteps(scene, 8);
+    EXPECT_GT(PlanOf(scene).solver.hinge_stages, 1u);
+    ExpectParity(GetParam(), scene, 2);
+  }
+}
+
 TEST_P(WholeStepParityTest, UnequalMassesInANet) {
   for (const uint32_t substeps : {1u, 8u}) {
     Scene scene = Net(9, 0.1, 1e-5);

@@ -333,6 +333,17 @@ TEST(SceneModel, ElasticElementsAreContent) {
   EXPECT_FALSE(bent->SameContent(*stiff));
 }
 
+// A hinge does not move the end of its edge that is opposite two right angles.
+TEST(SceneModel, ElasticElementsThatMoveNothingFreeAreLeftOut) {
+  ModelDescription description;
+  description.topology = TriangleMesh{.positions_m = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {0, 0, -1}},
+                                      .triangles = {{0, 2, 1}, {0, 1, 3}}};
+  description.material.bending_rigidity_n_m = 1e-4;
+  EXPECT_EQ(MustBuild(description)->elastic_count(), 1u);
+  description.pinned_particles = {0, 2, 3};
+  EXPECT_EQ(MustBuild(description)->elastic_count(), 0u);
+}
+
 // The hash is in logs and may later be in files: it must not change from build to build.
 TEST(SceneModel, ContentHashIsStable) {
   ModelDescription description;

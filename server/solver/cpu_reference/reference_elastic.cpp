@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/solver/cpu_reference/reference_stages.h"
+#include "server/solver/hinge_stages.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape {
@@ -23,10 +24,11 @@ Vector3d WeightedSum(const ElasticElement& element, const std::vector<Vector3d>&
 // Impulse along L of an oscillator of mass m and frequency omega that the substep of length h
 // follows as far as it can: all of its force and none of its damping where h omega is small.
 double ElasticImpulse(double mass, double frequency_sq, double damping_share, double deflection,
-                      double speed, double duration, double h) {
+                      double speed, double duration, double h, double max_frequency_sq) {
   const double ratio = std::min(h * h * frequency_sq, kMaxElasticRatio);
   const double damping = damping_share * ratio * ratio / (1 + ratio * ratio) / h;
-  return -mass * duration * (std::min(frequency_sq, 1 / (h * h)) * deflection + damping * speed);
+  return -mass * duration *
+         (std::min(frequency_sq, max_frequency_sq) * deflection + damping * speed);
 }
 
 }  // namespace
@@ -43,7 +45,8 @@ ElasticDeflection DeflectionOf(const ElasticElement& element,
 }
 
 std::vector<Vector3d> ElasticVelocityChanges(const SceneModel& model, const ParticleState& state,
-                                             double duration_s, double substep_s) {
+                                             double duration_s, double substep_s,
+                                             double max_frequency_sq_per_s2) {
   std::vector<Vector3d> changes(model.particle_count(), Vector3d::Zero());
   const ElasticShares& shares = model.elastic_shares();
   for (uint32_t e = 0; e < model.elastic_count(); ++e) {
@@ -52,7 +55,8 @@ std::vector<Vector3d> ElasticVelocityChanges(const SceneModel& model, const Part
     const double speed = WeightedSum(element, state.velocities_m_per_s).dot(direction);
     const Vector3d impulse =
         direction * ElasticImpulse(shares.masses_kg[e], shares.frequencies_sq_per_s2[e],
-                                   element.damping_share, deflection, speed, duration_s, substep_s);
+                                   element.damping_share, deflection, speed, duration_s, substep_s,
+                                   max_frequency_sq_per_s2);
     for (size_t k = 0; k < 4; ++k) {
       const uint32_t i = element.particles[k];
       changes[i] += model.inverse_masses_per_kg()[i] * element.weights[k] * impulse;
@@ -70,8 +74,31 @@ void ApplyElastic(const StepContext& context, double duration_s,
                   std::vector<Eigen::Vector3d>& velocities) {
   if (!context.plan.Has(StepStage::kApplyElastic)) return;
   const auto changes = ElasticVelocityChanges(context.model, {positions, velocities}, duration_s,
-                                              context.parameters.settings.substep_s());
+                                              context.parameters.settings.substep_s(),
+                                              context.plan.max_elastic_frequency_sq_per_s2);
   for (uint32_t i = 0; i < context.model.particle_count(); ++i) velocities[i] += changes[i];
+}
+
+// Stage by stage, each from where the particles will be at the velocities so far.
+void SolveHinges(StepContext& context) {
+  if (!context.plan.Has(StepStage::kSolveHinges)) return;
+  const uint32_t particle_count = context.model.particle_count();
+  std::vector<Vector3d> change(particle_count, Vector3d::Zero());
+  ParticleState predicted;
+  for (const auto& [momentum, gain] : HingeStages(context.plan.solver.hinge_stages)) {
+    predicted.positions_m = context.base;
+    for (uint32_t i = 0; i < particle_count; ++i) {
+      predicted.positions_m[i] += context.h * context.u[i];
+    }
+    predicted.velocities_m_per_s = context.u;
+    const auto kick = ElasticVelocityChanges(context.model, predicted, context.substep.force_s(),
+                                             context.parameters.settings.substep_s(),
+                                             context.plan.max_elastic_frequency_sq_per_s2);
+    for (uint32_t i = 0; i < particle_count; ++i) {
+      change[i] = momentum * change[i] + gain * kick[i];
+      context.u[i] += change[i];
+    }
+  }
 }
 
 }  // namespace drape::reference

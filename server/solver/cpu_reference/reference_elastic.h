@@ -18,9 +18,11 @@ ElasticDeflection DeflectionOf(const ElasticElement& element,
                                const std::vector<Eigen::Vector3d>& positions_m);
 
 // Change of velocity of every particle by the elastic elements within `duration_s`, part of a
-// substep of `substep_s` [m/s], [particle_count]; 0 for pins.
+// substep of `substep_s` [m/s], [particle_count]; 0 for pins. What is faster than
+// `max_frequency_sq_per_s2` acts as if it were not.
 std::vector<Eigen::Vector3d> ElasticVelocityChanges(const SceneModel& model,
                                                     const ParticleState& state, double duration_s,
-                                                    double substep_s);
+                                                    double substep_s,
+                                                    double max_frequency_sq_per_s2);
 
 }  // namespace drape

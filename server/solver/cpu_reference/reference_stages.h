@@ -29,6 +29,7 @@ void AccelerateBySprings(StepContext& context);
 // The places and velocities with which the particles would end the substep without constraints.
 void Predict(StepContext& context);
 void SolveElastic(StepContext& context);
+void SolveHinges(StepContext& context);
 void DampTwist(StepContext& context);
 void Tether(StepContext& context);
 

@@ -74,6 +74,7 @@ double Advance(StepContext& context, StepReport& report) {
   KickWithin(context);
   AdvanceLengths(context);
   SolveElastic(context);
+  SolveHinges(context);
   DampTwist(context);
   Tether(context);
   ResetImpulses(context);

@@ -18,7 +18,9 @@ void ClothWords::WriteColliders(const GlCloth& cloth) {
                PackColliders(cloth.parameters.colliders, cloth.maps));
 }
 
-void ClothWords::WriteElasticEntries(const GlCloth& cloth) {
+void ClothWords::WriteElastic(const GlCloth& cloth) {
+  arena_.Write(cloth.parameter_words, cloth.parameter_layout.hinge_stages,
+               PackHingeStages(cloth.plan.solver.hinge_stages));
   if (!cloth.plan.Has(StepStage::kSolveElastic)) return;
   arena_.Write(
       cloth.parameter_words, cloth.parameter_layout.elastic_entries,

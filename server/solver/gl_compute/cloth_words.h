@@ -17,7 +17,7 @@ class ClothWords {
 
   void WriteTargets(const GlCloth& cloth, std::span<const uint32_t> words);
   void WriteColliders(const GlCloth& cloth);
-  void WriteElasticEntries(const GlCloth& cloth);
+  void WriteElastic(const GlCloth& cloth);
 
   // The own rest lengths before and at the end of the next step.
   void WriteLengths(const GlCloth& cloth, std::span<const uint32_t> starts);

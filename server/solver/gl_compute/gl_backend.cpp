@@ -159,7 +159,7 @@ void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& paramet
   cloth.scratch_layout = room.scratch_layout;
   cloth.parameters = parameters;
   cloth.max_iterations = parameters.settings.max_iterations;
-  Words().WriteElasticEntries(cloth);
+  Words().WriteElastic(cloth);
 }
 
 void GlBackend::WriteState(GlCloth& cloth, const ParticleState& state) {

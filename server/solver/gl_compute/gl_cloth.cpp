@@ -52,6 +52,7 @@ shader::StepNumbers NumbersOf(const GlCloth& cloth) {
   step.reach_margin = static_cast<float>(kReachMarginRatio * length_scale);
   step.air_drag = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_drag / 4);
   step.air_lift = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_lift / 4);
+  step.max_elastic_frequency_sq = static_cast<float>(plan.max_elastic_frequency_sq_per_s2);
   SetRefinement(plan, step);
   return step;
 }
@@ -103,6 +104,7 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   if (cloth.plan.Has(StepStage::kApplyWind)) {
     record.triangle_count = static_cast<uint32_t>(model.triangles().size());
   }
+  record.hinge_stage_count = cloth.plan.solver.hinge_stages;
   record.strip_phase_count = model.strips().phase_count();
   record.grid_columns = model.grid_columns();
   record.grid_rows = model.grid_rows();

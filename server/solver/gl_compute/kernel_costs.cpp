@@ -166,6 +166,8 @@ class StageCosts {
         return {.substep = Predict()};
       case StepStage::kSolveElastic:
         return {.substep = ElasticLinePasses(model_, local_size_)};
+      case StepStage::kSolveHinges:
+        return {.substep = kLoopEnd + cloth_.plan.solver.hinge_stages * (1 + Elastic())};
       case StepStage::kDampTwist:
         return {.substep = 2 * particles_};
       case StepStage::kTether:

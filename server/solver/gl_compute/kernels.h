@@ -30,6 +30,8 @@ struct StepKernels {
   const gl::Program* tiled_predict = nullptr;
   const gl::Program* tiled_solve_elastic = nullptr;
   const gl::Program* tiled_apply_cells = nullptr;
+  const gl::Program* tiled_hinge_impulses = nullptr;
+  const gl::Program* tiled_solve_hinges = nullptr;
   const gl::Program* tiled_twist_changes = nullptr;
   const gl::Program* tiled_damp_twist = nullptr;
   const gl::Program* tiled_tether = nullptr;

@@ -50,6 +50,7 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
     Enlarge(model.constraint_count(), largest.constraints);
     Enlarge(cloth->max_iterations, largest.max_iterations);
     Enlarge(plan.solver.velocity_iterations, largest.velocity_iterations);
+    Enlarge(plan.solver.hinge_stages, largest.hinge_stages);
     AddSubsteps(plan.schedule, largest.substeps);
     AddFamilies(model.elastic_lines(), largest.elastic_families);
     if (plan.Has(StepStage::kRefine)) {

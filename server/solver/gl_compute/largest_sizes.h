@@ -35,6 +35,7 @@ struct LargestSizes {
   uint32_t constraints = 0;
   uint32_t max_iterations = 0;
   uint32_t velocity_iterations = 0;
+  uint32_t hinge_stages = 0;
   std::vector<SubstepWork> substeps;
   std::vector<ElasticWork> elastic_families;
   std::vector<uint32_t> phases;         // [phase] strips

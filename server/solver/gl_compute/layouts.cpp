@@ -28,6 +28,7 @@ PackedLayout<shader::ParameterLayout> LayOutParameters(const PlannedCloth& cloth
                                ? cloth.model.elastic_lines().stiffnesses_n_per_m.size()
                                : 0;
   layout.elastic_entries = packed.Append(DRAPE_ELASTIC_ENTRY_WORDS * entries);
+  layout.hinge_stages = packed.Append(uint64_t{2} * cloth.plan.solver.hinge_stages);
   return packed;
 }
 
@@ -54,6 +55,7 @@ PackedLayout<shader::ScratchLayout> LayOutScratch(const PlannedCloth& cloth, boo
   layout.elastic_impulses = packed.Append(uint64_t{3} * model.elastic_count());
   layout.elastic_solutions =
       append(plan.Has(StepStage::kSolveElastic), DRAPE_ELASTIC_SOLUTION_WORDS * particles);
+  layout.hinge_changes = append(plan.Has(StepStage::kSolveHinges), 3 * particles);
   layout.air_impulses = append(plan.Has(StepStage::kApplyWind), 3 * model.triangles().size());
   layout.previous_positions = append(plan.solver.has_two_steps, 3 * particles);
   layout.previous_velocities = append(plan.solver.has_two_steps, 3 * particles);

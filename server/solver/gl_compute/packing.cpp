@@ -2,6 +2,7 @@
 
 #include <numbers>
 
+#include "server/solver/hinge_stages.h"
 #include "shaders/interface/bindings.h"
 
 namespace drape {
@@ -20,6 +21,14 @@ std::vector<uint32_t> PackElasticEntries(const SceneModel& model, double s_s2) {
            model.elastic_lines(), model.inverse_masses_per_kg(), model.grid_columns(), s_s2)) {
     words.insert(words.end(), {FloatWord(entry.elasticity), FloatWord(entry.inverse_pivot),
                                FloatWord(entry.to_next), FloatWord(entry.to_second_next)});
+  }
+  return words;
+}
+
+std::vector<uint32_t> PackHingeStages(uint32_t count) {
+  std::vector<uint32_t> words;
+  for (const auto& [momentum, gain] : HingeStages(count)) {
+    words.insert(words.end(), {FloatWord(momentum), FloatWord(gain)});
   }
   return words;
 }

@@ -30,6 +30,8 @@ std::vector<uint32_t> PackColliders(std::span<const Collider> colliders,
 std::vector<uint32_t> PackMotions(std::span<const RigidMotion> motions, double substep_s);
 // What solves the lines of elastic elements (DecomposeElasticLines).
 std::vector<uint32_t> PackElasticEntries(const SceneModel& model, double s_s2);
+// HingeStages.
+std::vector<uint32_t> PackHingeStages(uint32_t count);
 std::vector<uint32_t> PackLengths(std::span<const double> rest_lengths_m);
 // Positions, then velocities.
 std::vector<float> PackState(const ParticleState& state);

@@ -36,6 +36,7 @@ class TiledStep {
       Predict(substep);
       if (work.kicks_within) Kick(substep, DRAPE_KICK_WITHIN);
       SolveElastic(substep);
+      SolveHinges(substep);
       if (work.damps_twist) DampTwist(substep);
       Tether(substep);
       Solve(substep);
@@ -171,6 +172,16 @@ class TiledStep {
       if (!work.has_cells) continue;
       kernels_.tiled_apply_cells->SetUniform(DRAPE_UNIFORM_PHASE, family);
       DispatchElements(*kernels_.tiled_apply_cells, substep, largest_.particles);
+    }
+  }
+
+  void SolveHinges(uint32_t substep) {
+    if (!Has(StepStage::kSolveHinges)) return;
+    for (uint32_t stage = 0; stage < largest_.hinge_stages; ++stage) {
+      kernels_.tiled_hinge_impulses->SetUniform(DRAPE_UNIFORM_PHASE, stage);
+      DispatchElements(*kernels_.tiled_hinge_impulses, substep, largest_.elastic_elements);
+      kernels_.tiled_solve_hinges->SetUniform(DRAPE_UNIFORM_PHASE, stage);
+      DispatchParticles(*kernels_.tiled_solve_hinges, substep);
     }
   }
 

@@ -9,6 +9,9 @@ namespace drape::cpu {
 // their way. Needs the accelerations if springs are in the force.
 void Predict(const StepContext& context);
 
+// `predicted` = b + H u of all particles.
+void PredictPositions(const StepContext& context);
+
 // The end of the substep of all particles.
 void Integrate(const StepContext& context);
 

@@ -39,14 +39,8 @@ void KickWithin(const StepContext& context) {
           {StepStage::kApplySprings, StepStage::kApplyElastic, StepStage::kApplyWind})) {
     return;
   }
-  StepScratch& scratch = context.scratch;
-  context.ForRanges(scratch.predicted.size(), kParticleGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      scratch.predicted[i] =
-          scratch.state.positions[i] + context.substep.interval * scratch.state.velocities[i];
-    }
-  });
-  Kick(context, scratch.predicted, context.substep.kick_within);
+  PredictPositions(context);
+  Kick(context, context.scratch.predicted, context.substep.kick_within);
 }
 
 void ResetImpulses(const StepContext& context) {
@@ -123,20 +117,20 @@ void Begin(const StepContext& context, const FloatState& state) {
   const FloatModel& model = context.model;
   StepScratch& scratch = context.scratch;
   Copy(context, state, scratch.state);
-  const bool has_two_steps = context.controls.plan.schedule.has_two_steps();
-  scratch.predicted.resize(has_two_steps ? state.positions.size() : 0);
+  const SolverChoice& solver = context.controls.plan.solver;
+  const bool predicts = solver.has_two_steps || solver.hinge_stages > 0;
+  scratch.predicted.resize(predicts ? state.positions.size() : 0);
   scratch.strips.resize(context.team.max_members());
   scratch.accelerations.resize(model.has_springs() ? model.particle_count : 0);
-  const bool has_lines = context.controls.Has(StepStage::kSolveElastic);
-  scratch.elastic_impulses.resize(has_lines ? model.particle_count
-                                            : model.elastic_groups.size() * kVec4Size);
+  scratch.elastic_impulses.resize(
+      solver.has_elastic_lines ? model.particle_count : model.elastic_groups.size() * kVec4Size);
   if (context.controls.Has(StepStage::kApplyWind)) {
     scratch.air_impulses.resize(model.triangles.size() * kVec4Size);
   }
   const bool has_impulses = model.has_compliance() || model.has_inequalities();
   scratch.distance_impulses.resize(has_impulses ? model.groups.size() + 1 : 0);
   scratch.contacts.resize(model.particle_count * scratch.reach.near.size());
-  if (context.controls.plan.solver.has_quiet_links) {
+  if (solver.has_quiet_links) {
     scratch.quiet_round_offs.assign(state.positions.size(), 0);
   }
 }
@@ -151,6 +145,7 @@ void Advance(const StepContext& context, StepReport& report) {
   KickWithin(context);
   AdvanceLengths(context);
   SolveElastic(context);
+  SolveHinges(context);
   DampTwist(context);
   Tether(context);
   ResetImpulses(context);

@@ -145,19 +145,20 @@ inline Vectors WeightedSum(const ElementDifferences<Vectors>& d, const Weights& 
   return (w_a * d.a + w_b * d.b) + w_c * d.c;
 }
 
-// Impulse of oscillators of this mass [kg] and squared frequency [1/s^2] that a substep h follows
-// as far as it can, `deflection` [m] from rest and at this speed [m/s], within `duration` [s]
-// (equation 16).
+// Impulse of oscillators of this mass [kg] and squared frequency [1/s^2], at most
+// `max_frequency_sq`, `deflection` [m] from rest and at this speed [m/s], within `duration` [s] of
+// substeps h (equation 16).
 template <class Scalars>
 inline Scalars OscillatorImpulse(const Scalars& mass, const Scalars& frequency_sq,
                                  const Scalars& damping_share, const Scalars& deflection,
-                                 const Scalars& speed, float duration, float h, float inverse_h) {
+                                 const Scalars& speed, float duration, float h, float inverse_h,
+                                 float max_frequency_sq) {
   const Scalars one = SplatLike(1, mass);
   const Scalars ratio =
       Min(frequency_sq * (h * h), SplatLike(static_cast<float>(kMaxElasticRatio), mass));
   const Scalars ratio_sq = ratio * ratio;
   const Scalars damping = damping_share * ratio_sq / (one + ratio_sq) * inverse_h;
-  const Scalars stiffness = Min(frequency_sq, SplatLike(inverse_h * inverse_h, mass));
+  const Scalars stiffness = Min(frequency_sq, SplatLike(max_frequency_sq, mass));
   return -(mass * duration) * (stiffness * deflection + damping * speed);
 }
 
@@ -167,7 +168,7 @@ inline Scalars OscillatorImpulse(const Scalars& mass, const Scalars& frequency_s
 template <class Vectors, class Element, class Velocities>
 inline Vectors ElasticImpulse(const Element& element, const ElementDifferences<Vectors>& d,
                               const Velocities& velocities, float duration, float h,
-                              float inverse_h) {
+                              float inverse_h, float max_frequency_sq) {
   const Vectors l = WeightedSum(d, element.weights);
   const Vectors normal = Cross(d.a, d.c - d.b);
   const auto length = Sqrt(Dot(l, l));
@@ -179,8 +180,9 @@ inline Vectors ElasticImpulse(const Element& element, const ElementDifferences<V
   if (IsAnyLaneSet(element.damping_share > zero)) {
     speed = Dot(WeightedSum(velocities(), element.weights), l) / divisor;
   }
-  const auto impulse = OscillatorImpulse(element.mass, element.frequency_sq, element.damping_share,
-                                         length - rest_length, speed, duration, h, inverse_h);
+  const auto impulse =
+      OscillatorImpulse(element.mass, element.frequency_sq, element.damping_share,
+                        length - rest_length, speed, duration, h, inverse_h, max_frequency_sq);
   return Select(is_short, zero, impulse / divisor) * l;
 }
 

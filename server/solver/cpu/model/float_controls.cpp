@@ -4,6 +4,8 @@
 #include <cmath>
 #include <memory>
 
+#include "server/solver/hinge_stages.h"
+
 namespace drape::cpu {
 namespace {
 
@@ -48,7 +50,11 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   wind = ToVec4(parameters.wind_m_per_s);
   air_drag = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_drag / 4);
   air_lift = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_lift / 4);
-  if (Has(StepStage::kSolveElastic)) {
+  max_elastic_frequency_sq = static_cast<float>(plan.max_elastic_frequency_sq_per_s2);
+  for (const auto& [momentum, gain] : HingeStages(plan.solver.hinge_stages)) {
+    hinge_stages.push_back({static_cast<float>(momentum), static_cast<float>(gain)});
+  }
+  if (plan.solver.has_elastic_lines) {
     elastic_entries = model.elastic_entries.Get(model, plan.schedule.largest_force_interval_s2());
   }
   for (const Collider& collider : parameters.colliders) {

@@ -34,6 +34,12 @@ struct RefineLimits {
   float max_sq;
 };
 
+// HingeStage in single precision.
+struct FloatHingeStage {
+  float momentum;
+  float gain;
+};
+
 // A function of the cloth's model and parameters alone.
 struct FloatControls {
   FloatControls(const FloatModel& model, const ClothParameters& parameters, bool has_own_lengths);
@@ -62,7 +68,9 @@ struct FloatControls {
   float air_drag;  // density of the air * coefficient / 4 [kg/m^3]
   float air_lift;
   std::vector<FloatCollider> colliders;
-  std::shared_ptr<const ElasticEntries> elastic_entries;  // null without `solve_elastic`
+  std::shared_ptr<const ElasticEntries> elastic_entries;  // null without lines
+  std::vector<FloatHingeStage> hinge_stages;              // SolverChoice::hinge_stages
+  float max_elastic_frequency_sq;                         // [1/s^2]
   float end_share;  // of the direction at the end of the substep in that of an impulse, [0, 1]
 };
 

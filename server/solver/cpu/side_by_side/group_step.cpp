@@ -54,6 +54,7 @@ void Advance(GroupContext& context, std::span<GroupCloth> cloths) {
   Predict(context);
   KickWithin(context);
   SolveElastic(context);
+  SolveHinges(context);
   DampTwist(context);
   Tether(context);
   ResetImpulses(context);

@@ -1,5 +1,5 @@
-// Kicks of a group of cloths: springs, elastic elements and the air change the velocities. Compiled
-// once per instruction set.
+// Kicks of a group of cloths: springs, elastic elements and the air change the velocities; and
+// stage `solve_hinges`, which is made of kicks. Compiled once per instruction set.
 #if defined(DRAPE_CPU_SIDE_BY_SIDE_KICKS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DRAPE_CPU_SIDE_BY_SIDE_KICKS_INL_H_
 #undef DRAPE_CPU_SIDE_BY_SIDE_KICKS_INL_H_
@@ -7,6 +7,7 @@
 #define DRAPE_CPU_SIDE_BY_SIDE_KICKS_INL_H_
 #endif
 
+#include <algorithm>
 #include <array>
 
 #include "server/solver/cpu/formulas/constraint_math-inl.h"
@@ -82,33 +83,43 @@ VectorsCloths ElasticImpulses(const GroupContext& context, const ElasticGroup& g
     return Differences(group, k, [&](uint32_t i) { return context.particles[i].u; });
   };
   return ElasticImpulse(ElementNumbers(group, k), Differences(group, k, p), velocities, duration,
-                        context.controls.h, context.controls.inverse_h);
+                        context.controls.h, context.controls.inverse_h,
+                        context.controls.max_elastic_frequency_sq);
 }
 
-// The impulses on each free particle i, impulse(e) of e from offsets[i] to offsets[i + 1], change
-// its velocity.
-template <class Offsets, class Impulse>
-void AddImpulses(const GroupContext& context, const Offsets& offsets, const Impulse& impulse) {
+// change(i, v): the change of the velocity of each free particle i by the impulses on it,
+// impulse(e) of e from offsets[i] to offsets[i + 1].
+template <class Offsets, class Impulse, class Change>
+void ForChanges(const GroupContext& context, const Offsets& offsets, const Impulse& impulse,
+                const Change& change) {
   const VecCloths zero = SplatCloths(0);
   for (const uint32_t i : context.model.free_particles) {
     VectorsCloths sum{zero, zero, zero};
     for (uint32_t e = offsets[i]; e < offsets[i + 1]; ++e) sum = sum + impulse(e);
-    VectorsCloths& v = context.particles[i].u;
-    v = v + SplatCloths(context.model.inverse_masses[i]) * sum;
+    change(i, SplatCloths(context.model.inverse_masses[i]) * sum);
   }
 }
 
-template <class Positions>
-void ApplyElastic(const GroupContext& context, const Positions& p, float duration) {
+template <class Positions, class Change>
+void ForElasticChanges(const GroupContext& context, const Positions& p, float duration,
+                       const Change& change) {
   const FloatModel& model = context.model;
   const size_t element_count = model.source->elastic_elements().size();
   for (size_t e = 0; e < element_count; ++e) {
     context.impulses[e] =
         ElasticImpulses(context, model.elastic_groups[e / kVec4Size], e % kVec4Size, p, duration);
   }
-  AddImpulses(context, model.elastic_offsets, [&](uint32_t e) {
+  const auto impulse = [&](uint32_t e) {
     const FloatElasticEnd& end = model.elastic_ends[e];
     return SplatCloths(end.weight) * context.impulses[end.element];
+  };
+  ForChanges(context, model.elastic_offsets, impulse, change);
+}
+
+template <class Positions>
+void ApplyElastic(const GroupContext& context, const Positions& p, float duration) {
+  ForElasticChanges(context, p, duration, [&](uint32_t i, const VectorsCloths& of_elements) {
+    context.particles[i].u = context.particles[i].u + of_elements;
   });
 }
 
@@ -136,8 +147,12 @@ void ApplyWind(const GroupContext& context, const Positions& p, float duration) 
     context.impulses[t] =
         AirImpulses(context, model.triangles[t / kVec4Size], t % kVec4Size, p, duration);
   }
-  AddImpulses(context, model.source->triangle_offsets(),
-              [&](uint32_t e) { return context.impulses[triangles[e]]; });
+  ForChanges(
+      context, model.source->triangle_offsets(),
+      [&](uint32_t e) { return context.impulses[triangles[e]]; },
+      [&](uint32_t i, const VectorsCloths& of_air) {
+        context.particles[i].u = context.particles[i].u + of_air;
+      });
 }
 
 // Springs, elastic elements and the air act on the velocities for some time.
@@ -161,17 +176,40 @@ void Kick(GroupContext& context, float duration) {
       context, [&](uint32_t i) { return context.particles[i].p; }, duration);
 }
 
+// b + H u of all particles.
+void PredictPositions(const GroupContext& context) {
+  for (size_t i = 0; i < context.particle_count(); ++i) {
+    const ClothParticle& particle = context.particles[i];
+    context.predicted[i] = particle.p + particle.u * context.substep.interval;
+  }
+}
+
 // The same on the predicted velocities u, from the predicted positions b + H u.
 void KickWithin(GroupContext& context) {
   const FloatSubstep& substep = context.substep;
   if (!HasKicks(context, substep.kick_within)) return;
   Settle(context);
-  for (size_t i = 0; i < context.particle_count(); ++i) {
-    const ClothParticle& particle = context.particles[i];
-    context.predicted[i] = particle.p + particle.u * substep.interval;
-  }
+  PredictPositions(context);
   KickFrom(
       context, [&](uint32_t i) { return context.predicted[i]; }, substep.kick_within);
+}
+
+// Stage by stage, each from where the particles will be at the velocities so far.
+void SolveHinges(GroupContext& context) {
+  if (!context.controls.Has(StepStage::kSolveHinges)) return;
+  Settle(context);
+  const VecCloths zero = SplatCloths(0);
+  std::fill_n(context.hinge_changes, context.model.particle_count, VectorsCloths{zero, zero, zero});
+  for (const auto& stage : context.controls.hinge_stages) {
+    PredictPositions(context);
+    ForElasticChanges(
+        context, [&](uint32_t i) { return context.predicted[i]; }, context.substep.force_time,
+        [&](uint32_t i, const VectorsCloths& of_elements) {
+          VectorsCloths& change = context.hinge_changes[i];
+          change = change * stage.momentum + of_elements * stage.gain;
+          context.particles[i].u = context.particles[i].u + change;
+        });
+  }
 }
 
 }  // namespace

@@ -106,7 +106,9 @@ struct GroupContext {
             model.has_springs() ? model.particle_count : 0)),
         impulses(scratch.impulses.Reserve<VectorsCloths>(kick_count())),
         predicted(scratch.predicted.Reserve<VectorsCloths>(
-            controls.plan.schedule.has_two_steps() ? particle_count() : 0)),
+            controls.plan.solver.has_two_steps || has_hinge_stages() ? particle_count() : 0)),
+        hinge_changes(scratch.hinge_changes.Reserve<VectorsCloths>(
+            has_hinge_stages() ? model.particle_count : 0)),
         joint_impulses(scratch.joint_impulses.Reserve<VectorsCloths>(model.joints.size())),
         refinement(scratch.refinement),
         contacts(scratch.contacts.Reserve<ClothContact>(model.particle_count * collider_count())),
@@ -129,11 +131,12 @@ struct GroupContext {
   size_t collider_count() const { return reach.near.size(); }
   // With the spare one.
   size_t particle_count() const { return model.particle_count + size_t{1}; }
+  bool has_hinge_stages() const { return controls.plan.solver.hinge_stages > 0; }
   // Number of elastic elements, of triangles, or of places for cells, whichever is largest.
   size_t kick_count() const {
     const size_t triangles =
         controls.Has(StepStage::kApplyWind) ? model.source->triangles().size() : 0;
-    const size_t cells = controls.Has(StepStage::kSolveElastic) ? model.particle_count : 0;
+    const size_t cells = controls.plan.solver.has_elastic_lines ? model.particle_count : 0;
     return std::max({model.source->elastic_elements().size(), triangles, cells});
   }
   // Number of accumulated impulses, in the places of the model, with padding.
@@ -158,6 +161,7 @@ struct GroupContext {
   VectorsCloths* const accelerations;
   VectorsCloths* const impulses;
   VectorsCloths* const predicted;
+  VectorsCloths* const hinge_changes;
   VectorsCloths* const joint_impulses;
   Refinement& refinement;
   ClothContact* const contacts;  // [particle_count][collider_count]

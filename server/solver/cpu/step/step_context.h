@@ -71,6 +71,7 @@ struct StepScratch {
   std::vector<Vec4> air_impulses;   // [triangle group][lane] a third of the impulse [N s]
   // [elastic group][lane] [N s]; with lines of each cell at its first particle
   std::vector<Vec4> elastic_impulses;
+  std::vector<Vec4> hinge_changes;  // [particle_count] of velocities by the last stage [m/s]
   // Lambda, [group_count + 1] [N s]; only with compliance or inequalities
   std::vector<Vec4> distance_impulses;
   std::vector<StripScratch> strips;  // of each member of the team

@@ -1,0 +1,18 @@
+// Stage `solve_hinges`: stage by stage the impulses of the hinges, from where the particles will be at the velocities
+// so far, then the changes of the velocities. Needs the accessors of one plan.
+#include "stages/apply_elastic.glsl"
+
+// How long forces act on u [s].
+float HingeForceTime() { return IsTwoStep() ? substep.kick_within : substep.interval; }
+
+void StoreHingeImpulse(uint e) { StoreElasticImpulse(e, DRAPE_KICK_WITHIN, HingeForceTime()); }
+
+void ApplyHinges(uint i, uint stage) {
+  if (InverseMass(i) == 0.0) return;
+  uint numbers = cloth.parameters.hinge_stages + 2u * stage;
+  uint word = cloth.scratch.hinge_changes + 3u * i;
+  precise vec3 change = Parameter(numbers + 1u) * ChangeByElements(i);
+  if (stage > 0u) change = Parameter(numbers) * ScratchVector(word) + change;
+  SetScratchVector(word, change);
+  SetVelocity(i, AddScaled(Velocity(i), 1.0, change));
+}
