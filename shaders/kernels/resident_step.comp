@@ -2,9 +2,10 @@
 // group = one cloth; an invocation takes every LOCAL_SIZE-th particle or constraint, with HAS_STRIP_REDUCTION one
 // link of a strip. Stages: find_reach, apply_springs, apply_elastic, apply_wind, predict, solve_elastic,
 // solve_hinges, damp_twist, tether, solve_strips, refine, solve_distance, solve_joints, solve_contacts, integrate,
-// solve_velocity, correct_velocity, commit (server/solver/method.md). Reads Items, Cloths, Models, Parameters, States; writes States,
-// Scratch, Statuses. SI units. With LOOP_BUDGET (drivers that cut long loops, server/gl/README.md) a dispatch stops before
-// it exceeds that many passes through loops, and the next one continues there. The arithmetic is the same.
+// solve_velocity, correct_velocity, commit (server/solver/method.md). Reads Items, Cloths, Models, Parameters,
+// States; writes States, Scratch, Statuses. SI units. With LOOP_BUDGET (drivers that cut long loops,
+// server/gl/README.md) a dispatch stops before it exceeds that many passes through loops, and the next one
+// continues there. The arithmetic is the same.
 #include "stages/access_resident.glsl"
 #include "stages/apply_springs.glsl"
 #include "stages/apply_elastic.glsl"
