@@ -93,11 +93,13 @@ LinearisedLink LineariseLink(Strip strip, uint k, LinkEnd from, LinkEnd to, bool
                                     InverseForceTime(), link.rest_length, compliance, lambda);
 #ifdef HAS_QUIET_LINKS
   precise float round_off = from.quiet_round_off + to.quiet_round_off;
-  link.error.residual =
-      QuietError(position_difference, velocity_difference, substep.interval, link.rest_length, round_off);
+  if (round_off > 0.0) {
+    link.error.residual =
+        QuietError(position_difference, velocity_difference, substep.interval, link.rest_length, round_off);
 #ifdef HAS_COMPLIANCE
-  link.error.residual = SoftenedResidual(link.error.residual, compliance, InverseForceTime(), lambda);
+    link.error.residual = SoftenedResidual(link.error.residual, compliance, InverseForceTime(), lambda);
 #endif
+  }
 #endif
   precise float diagonal = from.inverse_mass + to.inverse_mass;
   link.direction = link.error.direction;

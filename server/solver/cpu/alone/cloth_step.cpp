@@ -132,6 +132,7 @@ void Begin(const StepContext& context, const FloatState& state) {
   scratch.contacts.resize(model.particle_count * scratch.reach.near.size());
   if (solver.has_quiet_links) {
     scratch.quiet_round_offs.assign(state.positions.size(), 0);
+    scratch.has_quiet_particles = false;
   }
 }
 

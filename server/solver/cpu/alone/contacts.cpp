@@ -43,13 +43,14 @@ Vec4 VelocityBefore(const Surface& surface, Vec4 p, Vec4 v) {
   return v;
 }
 
-// From positions and velocities before the substep.
+// From positions and velocities before the substep. Returns whether a particle has quiet links.
 template <class Surfaces>
-void PredictContactsOf(const StepContext& context, const Surfaces& surfaces,
+bool PredictContactsOf(const StepContext& context, const Surfaces& surfaces,
                        std::span<const uint32_t> particles) {
   const FloatControls& controls = context.controls;
   StepScratch& scratch = context.scratch;
   const bool has_quiet_links = controls.plan.solver.has_quiet_links;
+  bool has_quiet_particles = false;
   for (const uint32_t i : particles) {
     const Vec4 p = scratch.state.positions[i];
     float quiet_round_off = 0;
@@ -66,8 +67,11 @@ void PredictContactsOf(const StepContext& context, const Surfaces& surfaces,
       quiet_round_off = std::max(quiet_round_off, QuietRoundOff(gap.gap, surfaces[k].RoundOff(p), p,
                                                                 v, controls.slowest_landing));
     }
-    if (has_quiet_links) scratch.quiet_round_offs[i] = quiet_round_off;
+    if (!has_quiet_links) continue;
+    scratch.quiet_round_offs[i] = quiet_round_off;
+    has_quiet_particles |= quiet_round_off > 0;
   }
+  return has_quiet_particles;
 }
 
 template <class Surfaces>
@@ -219,9 +223,9 @@ void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
 
 void PredictContacts(const StepContext& context) {
   if (context.scratch.reach.near.empty()) return;
-  WithSurfaces(context, [&](const auto& surfaces) {
-    context.ForFreeRanges([&](std::span<const uint32_t> particles) {
-      PredictContactsOf(context, surfaces, particles);
+  context.scratch.has_quiet_particles = WithSurfaces(context, [&](const auto& surfaces) {
+    return context.AnyFreeRange([&](std::span<const uint32_t> particles) {
+      return PredictContactsOf(context, surfaces, particles);
     });
   });
 }

@@ -87,7 +87,7 @@ bool SolveGroups(const StepContext& context, size_t begin, size_t end, uint32_t 
     has_changed |= IsAnyLaneSet(
         SweepStrips(EightStrips(context, g, member),
                     {context.model.has_compliance(), context.controls.has_start_directions(),
-                     context.controls.plan.solver.has_quiet_links}));
+                     context.scratch.has_quiet_particles}));
   }
   return has_changed;
 }

@@ -34,6 +34,7 @@ void PredictContacts(GroupContext& context) {
   const VecCloths zero = SplatCloths(0);
   const float depenetration = context.controls.depenetration_distance;
   const bool has_quiet_links = context.controls.plan.solver.has_quiet_links;
+  VecCloths largest_round_off = zero;
   for (const uint32_t i : context.model.free_particles) {
     const auto& [p, v] = context.particles[i];
     VecCloths quiet_round_off = zero;
@@ -53,8 +54,11 @@ void PredictContacts(GroupContext& context) {
           Max(quiet_round_off, QuietRoundOff(gap.gap, TouchRoundOff(p, context.colliders[k]), p, v,
                                              context.slowest_landing));
     }
-    if (has_quiet_links) context.quiet_round_offs[i] = quiet_round_off;
+    if (!has_quiet_links) continue;
+    context.quiet_round_offs[i] = quiet_round_off;
+    largest_round_off = Max(largest_round_off, quiet_round_off);
   }
+  context.has_quiet_particles = IsAnyLaneSet(largest_round_off > zero);
 }
 
 // Again where contacts let the substep end, after particles have been moved.

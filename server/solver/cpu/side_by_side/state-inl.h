@@ -166,6 +166,7 @@ struct GroupContext {
   Refinement& refinement;
   ClothContact* const contacts;  // [particle_count][collider_count]
   VecCloths* const quiet_round_offs;
+  bool has_quiet_particles = false;  // any of them is not 0
   // These differ between the cloths.
   const VectorsCloths gravity;
   const VectorsCloths wind;

@@ -85,7 +85,7 @@ MaskCloths SolveStrips(GroupContext& context) {
   const MaskPair changed =
       SweepStrips(StripPairs(context, is_open ? &visit : nullptr),
                   {model.has_compliance(), context.controls.has_start_directions(),
-                   context.controls.plan.solver.has_quiet_links});
+                   context.has_quiet_particles});
   context.open = {};
   return changed.low | changed.high;
 }

@@ -82,6 +82,7 @@ struct StepScratch {
   ColliderReach reach;
   std::vector<ContactImpulses> contacts;  // [particle_count][reach.near]
   std::vector<float> quiet_round_offs;    // [particle_count + 1] [m]; only with quiet links
+  bool has_quiet_particles = false;       // any of them is not 0
   // [reach.near] in the substep under way; empty if all rest as described.
   std::vector<MovingSurface> surfaces;
   uint64_t repeats = 0;  // steps of this thread that were done again with all colliders

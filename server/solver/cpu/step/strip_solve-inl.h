@@ -98,7 +98,10 @@ class StripSolve {
       Scalars error;
       if constexpr (kHasQuietLinks) {
         const Scalars round_off_to = access_.RoundOffs(link.to);
-        error = QuietError(start, move, d, length, rest_length, round_off_from + round_off_to);
+        const Scalars round_off = round_off_from + round_off_to;
+        error = Select(round_off > access_.Splat(0),
+                       QuietError(start, move, d, length, rest_length, round_off),
+                       length - rest_length);
         round_off_from = round_off_to;
       } else {
         error = length - rest_length;
