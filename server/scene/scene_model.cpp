@@ -151,7 +151,8 @@ Result<std::shared_ptr<const SceneModel>> SceneModel::Build(const ModelDescripti
   model->SetStart();
   model->triangles_ = std::move(system.triangles);
   model->triangle_shares_ =
-      ShareTriangles(model->rest_positions_m_, model->masses_kg_, model->triangles_);
+      ShareTriangles(model->rest_positions_m_, model->masses_kg_, model->triangles_,
+                     model->grid_columns_ > 0 ? ParticleAreas::kEqual : ParticleAreas::kThirds);
   model->dropped_triangles_ = system.dropped_triangles;
   model->content_hash_ = model->HashContent();
   return std::shared_ptr<const SceneModel>(model);

@@ -103,10 +103,11 @@ class SceneModel {
   uint32_t grid_rows() const { return grid_rows_; }
   std::span<const std::array<uint32_t, 3>> triangles() const { return triangles_; }
   // The triangles of particle p are the entries triangle_offsets[p] .. triangle_offsets[p + 1] of
-  // particle_triangles; triangle_masses_kg as in TriangleShares.
+  // particle_triangles; triangle_masses_kg and corner_shares as in TriangleShares.
   std::span<const uint32_t> triangle_offsets() const { return triangle_shares_.offsets; }
   std::span<const uint32_t> particle_triangles() const { return triangle_shares_.triangles; }
   std::span<const double> triangle_masses_kg() const { return triangle_shares_.masses_kg; }
+  std::span<const double> corner_shares() const { return triangle_shares_.corner_shares; }
 
   bool has_compliance() const { return has_compliance_; }  // of a distance constraint
   bool has_joint_compliance() const { return has_joint_compliance_; }

@@ -14,11 +14,20 @@ namespace drape {
 struct TriangleShares {
   std::vector<uint32_t> offsets;    // [particle_count + 1]
   std::vector<uint32_t> triangles;  // [3 * triangle_count]
-  // The mass on which an impulse on a triangle may act, a third of it at each corner,
-  // [triangle_count]. Each particle divides its mass among its triangles by their areas; the mass
-  // of a triangle is three times the smallest of its corners' shares, so no particle gives more
-  // than its mass. In a mesh of uniform density it is the mass of the triangle itself.
+  // Area that stands for each particle over that of its triangles, [particle_count]; a third where
+  // each corner has a third of each triangle. An impulse on a triangle acts on its corners by these
+  // shares.
+  std::vector<double> corner_shares;
+  // The area of each triangle times the least mass per area of its corners, [triangle_count]. So
+  // no particle gives its triangles more than its mass: the sum of masses_kg times its corner share
+  // is at most that. In a cloth of uniform density it is the mass of the triangle itself.
   std::vector<double> masses_kg;
+};
+
+// Which area stands for a particle.
+enum class ParticleAreas {
+  kThirds,  // a third of each of its triangles: particles of a uniform mesh weigh so
+  kEqual,   // the same for all particles with triangles: those of a uniform grid weigh the same
 };
 
 // Smallest mass of a triangle [kg]: it has no effect, and its reciprocal is within single
@@ -28,6 +37,7 @@ inline constexpr double kMinTriangleMass_kg = 1e-30;
 // `masses_kg` of the particles, pins included. Linear time.
 TriangleShares ShareTriangles(std::span<const Eigen::Vector3d> rest_positions_m,
                               std::span<const double> masses_kg,
-                              std::span<const std::array<uint32_t, 3>> triangles);
+                              std::span<const std::array<uint32_t, 3>> triangles,
+                              ParticleAreas areas);
 
 }  // namespace drape

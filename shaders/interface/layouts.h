@@ -42,6 +42,7 @@ struct ModelLayout {
   // Only with air forces.
   uint triangles;           // [triangle_count][3] uint
   uint triangle_masses;     // [triangle_count] float [kg]
+  uint corner_shares;       // [particle_count] float
   uint triangle_offsets;    // [particle_count + 1] uint
   uint particle_triangles;  // [3 * triangle_count] uint
 };

@@ -57,6 +57,8 @@ TEST(PackModelTest, TrianglesArePackedForClothsInTheAirOnly) {
   EXPECT_THAT(words(packed.layout.triangles, 6), ElementsAre(0, 2, 1, 1, 2, 3));
   EXPECT_THAT(words(packed.layout.triangle_offsets, 5), ElementsAre(0, 1, 3, 5, 6));
   EXPECT_THAT(words(packed.layout.particle_triangles, 6), ElementsAre(0, 0, 1, 0, 1, 1));
+  EXPECT_EQ(AsFloat(packed.words[packed.layout.corner_shares + 1]),
+            static_cast<float>(model->corner_shares()[1]));
   EXPECT_EQ(AsFloat(packed.words[packed.layout.triangle_masses]),
             static_cast<float>(model->triangle_masses_kg()[0]));
 }

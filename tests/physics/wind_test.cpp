@@ -1,5 +1,6 @@
 // Drag and lift of the air (server/solver/method.md, apply_wind) against closed forms.
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "server/solver/solver_constants.h"
@@ -15,9 +16,21 @@ constexpr double kDrag = 1.2;
 // dv/dt = -c v^2 of a sheet that the air meets broadside [1/m].
 constexpr double kDecay_per_m = kAirDensity_kg_per_m3 * kDrag / (2 * kDensity_kg_per_m2);
 
-// A square of 1 m of side x side vertices in the xz plane, turned about z. A mesh, whose particles
-// weigh what their triangles do: it stays flat in the air, while the rim of a grid is heavier than
-// its area and lags behind.
+// A square of 1 m of side x side particles in the xz plane: a grid, whose particles weigh the same.
+Scene GridSheet(uint32_t columns, uint32_t rows) {
+  ModelDescription description;
+  description.topology =
+      GridTopology{.columns = columns, .rows = rows, .width_m = 1, .height_m = 1};
+  description.material.areal_density_kg_per_m2 = kDensity_kg_per_m2;
+  Scene scene;
+  scene.name = "grid";
+  scene.model = BuildModel(description);
+  scene.state = RestState(*scene.model);
+  scene.parameters.air_drag = kDrag;
+  return scene;
+}
+
+// The same as a mesh, turned about z: its particles weigh what their triangles do.
 Scene Sheet(uint32_t side, double angle_rad = 0) {
   TriangleMesh mesh;
   for (uint32_t row = 0; row < side; ++row) {
@@ -100,6 +113,24 @@ TEST_P(Wind, AFallingSheetReachesItsTerminalVelocity) {
         EXPECT_GT(previous_error / v_error, 3) << "second order";
       }
       previous_error = v_error;
+    }
+  }
+}
+
+// The air takes a grid along as one piece too, its rim and corners included: all of it falls as a
+// mesh does, whose fall the test above knows.
+TEST_P(Wind, AFlatGridFallsAsOnePiece) {
+  constexpr uint32_t kSteps = 90;
+  Scene mesh = Sheet(5);
+  mesh.parameters.settings = SingleSubstep(1.0 / 60);
+  const double y = StateAfter(mesh, kSteps).positions_m[12].y();
+  for (const auto& [columns, rows] : {std::pair{2u, 2u}, {9u, 5u}, {16u, 16u}}) {
+    Scene scene = GridSheet(columns, rows);
+    scene.parameters.settings = SingleSubstep(1.0 / 60);
+    const ParticleState state = StateAfter(scene, kSteps);
+    for (uint32_t i = 0; i < scene.model->particle_count(); ++i) {
+      const double fallen = state.positions_m[i].y() - scene.state.positions_m[i].y();
+      EXPECT_NEAR(fallen, y, 40 * kSteps * round_off() * std::abs(y)) << i;
     }
   }
 }

@@ -35,13 +35,31 @@ TEST(TriangleSharesTest, OfAMeshOfUniformDensityAreTheMassesOfTheTriangles) {
   EXPECT_NEAR(model->triangle_masses_kg()[1], 0.2 * 2.5, 1e-15);
 }
 
+// A flat grid that the air meets broadside changes its velocity everywhere alike: each particle
+// gives all of its mass, and all triangles have the density of the cloth.
+TEST(TriangleSharesTest, OfAGridAreWholeEverywhere) {
+  const auto model = Build(GridTopology{.columns = 7, .rows = 4, .width_m = 1, .height_m = 2});
+  for (const double mass_kg : model->triangle_masses_kg()) {
+    EXPECT_NEAR(mass_kg, 0.2 * 1 * 2 / (2 * 6 * 3), 1e-15);
+  }
+  for (uint32_t i = 0; i < model->particle_count(); ++i) {
+    double given_kg = 0;
+    for (uint32_t e = model->triangle_offsets()[i]; e < model->triangle_offsets()[i + 1]; ++e) {
+      given_kg +=
+          model->triangle_masses_kg()[model->particle_triangles()[e]] * model->corner_shares()[i];
+    }
+    EXPECT_NEAR(given_kg, model->masses_kg()[i], 1e-15) << i;
+  }
+}
+
 // This keeps the air from ever taking more than a particle has.
 TEST(TriangleSharesTest, PromiseNoParticleTwice) {
   const auto model = Build(GridTopology{.columns = 7, .rows = 4, .width_m = 1, .height_m = 2});
   for (uint32_t i = 0; i < model->particle_count(); ++i) {
     double promised_kg = 0;
     for (uint32_t e = model->triangle_offsets()[i]; e < model->triangle_offsets()[i + 1]; ++e) {
-      promised_kg += model->triangle_masses_kg()[model->particle_triangles()[e]] / 3;
+      promised_kg +=
+          model->triangle_masses_kg()[model->particle_triangles()[e]] * model->corner_shares()[i];
     }
     EXPECT_LE(promised_kg, model->masses_kg()[i] * (1 + 1e-15)) << i;
     EXPECT_GT(promised_kg, 0) << i;

@@ -39,13 +39,18 @@ std::vector<Vector3d> WindVelocityChanges(const SceneModel& model,
   const std::vector<Vector3d>& v = state.velocities_m_per_s;
   for (size_t t = 0; t < model.triangles().size(); ++t) {
     const auto& [i, j, k] = model.triangles()[t];
-    const Vector3d r = parameters.wind_m_per_s - (v[i] + v[j] + v[k]) / 3;
+    const Vector3d shares(model.corner_shares()[i], model.corner_shares()[j],
+                          model.corner_shares()[k]);
+    const Vector3d velocity =
+        (shares[0] * v[i] + shares[1] * v[j] + shares[2] * v[k]) / shares.sum();
+    const Vector3d r = parameters.wind_m_per_s - velocity;
     const Vector3d area_vector = (p[j] - p[i]).cross(p[k] - p[i]) / 2;
     const double mass = model.triangle_masses_kg()[t];
     const Vector3d impulse =
         mass * (r - VelocityAfterAir(r, area_vector, mass, parameters, duration_s));
     for (const uint32_t corner : {i, j, k}) {
-      changes[corner] += model.inverse_masses_per_kg()[corner] * impulse / 3;
+      changes[corner] +=
+          model.inverse_masses_per_kg()[corner] * model.corner_shares()[corner] * impulse;
     }
   }
   return changes;

@@ -186,6 +186,8 @@ void PackTriangles(const SceneModel& model, PackedModel& packed) {
   }
   packed.layout.triangle_masses = Position(words);
   for (const double mass : model.triangle_masses_kg()) words.push_back(FloatWord(mass));
+  packed.layout.corner_shares = Position(words);
+  for (const double share : model.corner_shares()) words.push_back(FloatWord(share));
   packed.layout.triangle_offsets = Position(words);
   words.insert(words.end(), model.triangle_offsets().begin(), model.triangle_offsets().end());
   packed.layout.particle_triangles = Position(words);

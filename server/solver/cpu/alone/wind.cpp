@@ -7,8 +7,7 @@ namespace {
 
 using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
-// First phase: of each triangle, a third of its impulse, all from the same velocities. Groups
-// [begin, end).
+// First phase: the impulses of the triangles, all from the same velocities. Groups [begin, end).
 void StoreAirImpulses(const StepContext& context, const Vec4* p, float duration, size_t begin,
                       size_t end) {
   const FloatControls& controls = context.controls;
@@ -17,20 +16,17 @@ void StoreAirImpulses(const StepContext& context, const Vec4* p, float duration,
   for (size_t g = begin; g < end; ++g) {
     const TriangleGroup& group = context.model.triangles[g];
     const auto& [i, j, k] = group.corners;
-    const Vectors4 v_i = Gather(v, i);
-    const Vectors4 v_j = Gather(v, j);
-    const Vectors4 v_k = Gather(v, k);
-    const Vectors4 relative{controls.wind[0] - (v_i.x + v_j.x + v_k.x) / 3,
-                            controls.wind[1] - (v_i.y + v_j.y + v_k.y) / 3,
-                            controls.wind[2] - (v_i.z + v_j.z + v_k.z) / 3};
+    const Vectors4 mean = group.weights[0] * Gather(v, i) + group.weights[1] * Gather(v, j) +
+                          group.weights[2] * Gather(v, k);
+    const Vectors4 relative{controls.wind[0] - mean.x, controls.wind[1] - mean.y,
+                            controls.wind[2] - mean.z};
     const Vectors4 p_i = Gather(p, i);
     const Vectors4 normal = Cross(Gather(p, j) - p_i, Gather(p, k) - p_i);
     const Vectors4 change =
         AirVelocityChange(relative, normal, duration * controls.air_drag / group.mass,
                           duration * controls.air_lift / group.mass);
-    const Vec4 share = group.mass / 3;
     for (uint32_t lane = 0; lane < kVec4Size; ++lane) {
-      *impulses++ = share[lane] * Vec4{change.x[lane], change.y[lane], change.z[lane], 0};
+      *impulses++ = group.mass[lane] * Vec4{change.x[lane], change.y[lane], change.z[lane], 0};
     }
   }
 }
@@ -51,7 +47,7 @@ void ApplyWind(const StepContext& context, const Vec4* positions, float duration
     for (uint32_t e = offsets[i]; e < offsets[i + 1]; ++e) {
       impulse += scratch.air_impulses[triangles[e]];
     }
-    scratch.state.velocities[i] += model.inverse_masses[i] * impulse;
+    scratch.state.velocities[i] += model.corner_shares[i] * (model.inverse_masses[i] * impulse);
   });
 }
 

@@ -272,16 +272,22 @@ void PackTethers(FloatModel& model) {
 
 void PackTriangles(FloatModel& model) {
   const auto triangles = model.source->triangles();
+  const auto shares = model.source->corner_shares();
+  if (!triangles.empty()) model.corner_shares.assign(shares.begin(), shares.end());
   for (size_t t = 0; t < triangles.size(); ++t) {
     const size_t lane = t % kVec4Size;
     if (lane == 0) {
       model.triangles.emplace_back();
       for (auto& corner : model.triangles.back().corners) corner.fill(model.spare_particle());
+      model.triangles.back().weights.fill(Splat(0));
       model.triangles.back().mass = Splat(1);
     }
     TriangleGroup& group = model.triangles.back();
+    double sum = 0;
+    for (const uint32_t corner : triangles[t]) sum += shares[corner];
     for (size_t corner = 0; corner < 3; ++corner) {
       group.corners[corner][lane] = triangles[t][corner];
+      group.weights[corner][lane] = static_cast<float>(shares[triangles[t][corner]] / sum);
     }
     group.mass[lane] = static_cast<float>(model.source->triangle_masses_kg()[t]);
   }

@@ -95,7 +95,8 @@ struct SingleTether {
 // Four triangles. Filled up with triangles of the spare particle alone.
 struct TriangleGroup {
   std::array<std::array<uint32_t, kVec4Size>, 3> corners;
-  Vec4 mass;  // [kg] TriangleShares::masses_kg
+  std::array<Vec4, 3> weights;  // of the corners in their mean, from TriangleShares::corner_shares
+  Vec4 mass;                    // [kg] TriangleShares::masses_kg
 };
 
 // Four elastic elements. Filled up with elements of the spare particle alone.
@@ -204,6 +205,7 @@ struct FloatModel {
   std::vector<uint32_t> tether_block_offsets;  // [ceil(free particles / 4) + 1] groups
   std::vector<SingleTether> single_tethers;    // as in the source: particle by particle
   std::vector<TriangleGroup> triangles;        // in the order of the source
+  std::vector<float> corner_shares;            // [particle_count]; only with triangles
   std::vector<ElasticGroup> elastic_groups;    // in the order of the source
   std::vector<uint32_t> elastic_offsets;       // [particle_count + 1]
   std::vector<FloatElasticEnd> elastic_ends;

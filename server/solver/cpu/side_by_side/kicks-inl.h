@@ -123,19 +123,21 @@ void ApplyElastic(const GroupContext& context, const Positions& p, float duratio
   });
 }
 
-// A third of the impulse of a triangle on each cloth.
+// The impulse on a triangle of each cloth.
 template <class Positions>
 VectorsCloths AirImpulses(const GroupContext& context, const TriangleGroup& group, size_t k,
                           const Positions& p, float duration) {
   const std::array<uint32_t, 3> corners = {group.corners[0][k], group.corners[1][k],
                                            group.corners[2][k]};
-  const auto v = [&](size_t corner) { return context.particles[corners[corner]].u; };
+  const auto weighted = [&](size_t corner) {
+    return SplatCloths(group.weights[corner][k]) * context.particles[corners[corner]].u;
+  };
   const VecCloths mass = SplatCloths(group.mass[k]);
-  const VectorsCloths relative = context.wind - ((v(0) + v(1)) + v(2)) / 3;
+  const VectorsCloths relative = context.wind - (weighted(0) + weighted(1) + weighted(2));
   const VectorsCloths first = p(corners[0]);
   const VectorsCloths normal = Cross(p(corners[1]) - first, p(corners[2]) - first);
-  return (mass / 3) * AirVelocityChange(relative, normal, context.air_drag * duration / mass,
-                                        context.air_lift * duration / mass);
+  return mass * AirVelocityChange(relative, normal, context.air_drag * duration / mass,
+                                  context.air_lift * duration / mass);
 }
 
 template <class Positions>
@@ -151,7 +153,8 @@ void ApplyWind(const GroupContext& context, const Positions& p, float duration) 
       context, model.source->triangle_offsets(),
       [&](uint32_t e) { return context.impulses[triangles[e]]; },
       [&](uint32_t i, const VectorsCloths& of_air) {
-        context.particles[i].u = context.particles[i].u + of_air;
+        const VecCloths share = SplatCloths(model.corner_shares[i]);
+        context.particles[i].u = context.particles[i].u + share * of_air;
       });
 }
 
