@@ -176,6 +176,7 @@ void SceneModel::SetConnections(ParticleSystem& system) {
   SetJoints(is_pin, std::move(system.point_joints));
   tethers_ = FindTethers(rest_positions_m_, constraints_, joints_, pins_);
   strips_ = FindStrips(rest_positions_m_, constraints_, is_pin);
+  hangs_by_strips_ = HangsByStrips(strips_, is_pin);
   springs_ = std::move(system.springs);
   EraseBetweenPins(is_pin, springs_);
   SpringEnds gathered = GatherSpringEnds(springs_, particle_count());
@@ -254,6 +255,10 @@ void SceneModel::SetScales() {
   }
   least_spring_damping_s_ = LeastSpringDamping_s(springs_);
   held_mass_ratio_ = HeldMassRatio(constraints_, masses_kg_, w);
+  for (const DistanceConstraint& constraint : constraints_) {
+    const auto [heavy, light] = std::minmax(w[constraint.i], w[constraint.j]);
+    if (heavy > 0) link_mass_ratio_ = std::max(link_mass_ratio_, light / heavy);
+  }
 }
 
 LengthDemands SceneModel::length_demands() const {

@@ -98,6 +98,7 @@ class SceneModel {
   std::span<const uint32_t> tether_offsets() const { return tethers_.offsets; }
   std::span<const Tether> tethers() const { return tethers_.tethers; }
   const StripSet& strips() const { return strips_; }
+  bool hangs_by_strips() const { return hangs_by_strips_; }  // HangsByStrips
   // Size of a grid; 0 for everything else. Particle index = row * columns + column.
   uint32_t grid_columns() const { return grid_columns_; }
   uint32_t grid_rows() const { return grid_rows_; }
@@ -138,6 +139,8 @@ class SceneModel {
   // least R times as heavy (pins: infinitely); 0 if none has four. Such a particle cannot give way
   // to its neighbours one by one, so a larger R makes sweeps converge more slowly.
   double held_mass_ratio() const { return held_mass_ratio_; }
+  // The largest ratio of the masses of two free particles with a constraint between them, >= 1.
+  double link_mass_ratio() const { return link_mass_ratio_; }
   uint32_t dropped_triangles() const { return dropped_triangles_; }
   // Distance constraints and joints between two pins.
   uint32_t dropped_constraints() const { return dropped_constraints_; }
@@ -184,6 +187,7 @@ class SceneModel {
   bool has_compliance_ = false;
   bool has_joint_compliance_ = false;
   bool has_inequalities_ = false;
+  bool hangs_by_strips_ = false;
   double length_scale_m_ = 1;
   double resolution_ratio_ = 1;
   double spring_frequency_sq_bound_ = 0;
@@ -191,6 +195,7 @@ class SceneModel {
   double total_mass_kg_ = 0;
   double least_spring_damping_s_ = 0;
   double held_mass_ratio_ = 0;
+  double link_mass_ratio_ = 1;
   double mean_softness_per_n_ = 0;
   uint32_t dropped_triangles_ = 0;
   uint32_t dropped_constraints_ = 0;

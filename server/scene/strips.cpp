@@ -206,4 +206,17 @@ StripSet FindStrips(std::span<const Vector3d> rest_positions_m,
   return strips;
 }
 
+bool HangsByStrips(const StripSet& strips, const std::vector<bool>& is_pin) {
+  std::vector<bool> hangs = is_pin;
+  for (uint32_t s = 0; s < strips.strip_count(); ++s) {
+    const auto begin = strips.particles.begin() + strips.strip_offsets[s] + s;
+    const auto end = strips.particles.begin() + strips.strip_offsets[s + 1] + s + 1;
+    const auto pins = std::count_if(begin, end, [&](uint32_t i) { return is_pin[i]; });
+    if (pins > 1) return false;
+    if (pins == 0) continue;
+    std::for_each(begin, end, [&](uint32_t i) { hangs[i] = true; });
+  }
+  return std::all_of(hangs.begin(), hangs.end(), [](bool is_hanging) { return is_hanging; });
+}
+
 }  // namespace drape

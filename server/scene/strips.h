@@ -38,4 +38,9 @@ StripSet FindStrips(std::span<const Eigen::Vector3d> rest_positions_m,
                     std::span<const DistanceConstraint> constraints,
                     const std::vector<bool>& is_pin);
 
+// Whether every particle is a pin or on a strip that has one, and no strip has two, between which
+// it could be pulled beyond any weight: a chain by its end, a sheet by a whole edge. `is_pin`:
+// [particle_count].
+bool HangsByStrips(const StripSet& strips, const std::vector<bool>& is_pin);
+
 }  // namespace drape

@@ -38,6 +38,18 @@ bool HasStrips(const SceneModel& model, const StepSettings& settings, LengthSour
          lengths == LengthSource::kModel;
 }
 
+// One step along start directions keeps energy, two steps lose it to every motion that is fast for
+// a substep. Where sweeps end at a tolerance, each particle hangs by a strip and masses are alike,
+// start directions are stable too; on sheets that hang by few pins, or by none, they gain energy.
+bool KeepsEnergy(const SceneModel& model, const ClothParameters& parameters) {
+  const StepSettings& settings = parameters.settings;
+  return settings.tolerance > 0 && settings.direction == Direction::kBlended &&
+         model.hangs_by_strips() && model.link_mass_ratio() <= kMaxHeldMassRatio &&
+         !model.has_compliance() && parameters.colliders.empty() &&
+         ElasticRatio(model, parameters) <= 1 && EndShare(model, parameters) == 0 &&
+         LoadRatio(model, parameters) <= kWhipBegin;
+}
+
 // Two steps need strips: springs alone are integrated better by velocity Verlet, and the errors
 // that colours and joints leave would gain energy, as would those that strips leave where masses
 // differ much (kMaxHeldMassRatio).
@@ -46,7 +58,8 @@ bool HasTwoSteps(const SceneModel& model, const ClothParameters& parameters,
   const StepSettings& settings = parameters.settings;
   return settings.integration == Integration::kTwoStep && choice.has_strips &&
          settings.substeps > 1 && model.constraint_count() > 0 && model.joint_count() == 0 &&
-         !choice.has_spring_forces && model.held_mass_ratio() <= kMaxHeldMassRatio;
+         !choice.has_spring_forces && model.held_mass_ratio() <= kMaxHeldMassRatio &&
+         !KeepsEnergy(model, parameters);
 }
 
 // Lines are stable at any strength, and cheaper than kicks. In one step they are first order, where

@@ -99,6 +99,16 @@ TEST(FindStrips, CutsRingsAndLongPaths) {
 }
 
 // A star has no straight ways on; its hub is in every strip, so each is a phase of its own.
+TEST(HangsByStrips, IfEachParticleHasOnePinInItsRowOrColumn) {
+  EXPECT_TRUE(GridModel(4, 3, {0, 1, 2, 3})->hangs_by_strips()) << "a row";
+  EXPECT_TRUE(GridModel(4, 3, {1, 5, 9})->hangs_by_strips()) << "a column";
+  EXPECT_FALSE(GridModel(4, 3, {0, 3})->hangs_by_strips()) << "two corners";
+  EXPECT_FALSE(GridModel(4, 3)->hangs_by_strips());
+  EXPECT_TRUE(GridModel(6, 1, {3})->hangs_by_strips()) << "a chain by one in its middle";
+  EXPECT_FALSE(GridModel(6, 1, {0, 5})->hangs_by_strips()) << "a chain by both ends";
+  EXPECT_FALSE(GridModel(4, 3, {0, 1, 2, 3, 8, 9, 10, 11})->hangs_by_strips()) << "two rows";
+}
+
 TEST(FindStrips, OfAStarAreItsEdges) {
   ParticleTopology star;
   star.positions_m.emplace_back(0, 0, 0);

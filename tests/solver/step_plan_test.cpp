@@ -30,6 +30,30 @@ TEST(StepPlanTest, UnequalMassesKeepToOneStep) {
   }
 }
 
+// Start directions keep energy where a sheet hangs by a whole edge and sweeps end at a tolerance.
+// By two corners, on colliders or with unequal masses they would gain it.
+TEST(StepPlanTest, WhatHangsByAnEdgeKeepsItsEnergy) {
+  const auto has_two_steps = [](const test::Scene& scene, Preset preset, bool has_collider) {
+    ClothParameters parameters = scene.parameters;
+    parameters.settings = PresetSettings(preset);
+    if (has_collider) parameters.colliders = test::FallingOnSphere(4).parameters.colliders;
+    return PlanFloat(*scene.model, parameters).solver.has_two_steps;
+  };
+  const test::Scene edge = test::Grid(5, 7, 1, 1, {0, 1, 2, 3, 4});
+  EXPECT_FALSE(has_two_steps(edge, Preset::kAccurate, false));
+  EXPECT_TRUE(has_two_steps(edge, Preset::kAccurate, true));
+  EXPECT_TRUE(has_two_steps(edge, Preset::kRealtime, false));
+  EXPECT_TRUE(has_two_steps(test::Grid(5, 7, 1, 1, {0, 4}), Preset::kAccurate, false));
+  EXPECT_TRUE(has_two_steps(test::Grid(5, 7, 1, 1), Preset::kAccurate, false));
+  ParticleTopology chain;
+  for (uint32_t k = 0; k < 4; ++k) chain.positions_m.push_back({0.1 * k, 0, 0});
+  for (uint32_t k = 1; k < 4; ++k) chain.distance_constraints.push_back({k - 1, k, 0.1, 0});
+  for (const double ratio : {9.0, 11.0}) {
+    chain.masses_kg = {1, 1, ratio, 1};
+    EXPECT_EQ(has_two_steps(test::Particles(chain, {0}), Preset::kAccurate, false), ratio > 10);
+  }
+}
+
 // Lengths that contradict each other would be moved to in every step.
 TEST(StepPlanTest, OnlyLengthsThatCanBeMetAreRefined) {
   ClothParameters parameters;
