@@ -32,6 +32,23 @@ Json SampleJson(const v1::StepReport& sample, double time_step_s) {
   return json;
 }
 
+Json RepairJson(const v1::MeshRepair& repair) {
+  return {{"welded_vertices", repair.welded_vertices()},
+          {"collapsed_vertices", repair.collapsed_vertices()},
+          {"largest_shift_m", repair.largest_shift_m()},
+          {"flipped_edges", repair.flipped_edges()},
+          {"dropped_triangles", repair.dropped_triangles()},
+          {"turned_triangles", repair.turned_triangles()},
+          {"non_manifold_edges", repair.non_manifold_edges()}};
+}
+
+Json CorrectionJson(const v1::StartCorrection& correction) {
+  return {{"described_error", correction.described_error()},
+          {"start_error", correction.start_error()},
+          {"let_out_edges", correction.let_out_edges()},
+          {"largest_let_out", correction.largest_let_out()}};
+}
+
 Json ClothJson(const ClothReport& cloth, double time_step_s) {
   Json samples = Json::array();
   for (const v1::StepReport& sample : cloth.samples) {
@@ -48,15 +65,45 @@ Json ClothJson(const ClothReport& cloth, double time_step_s) {
     warnings["dropped_triangles"] = dropped;
   }
   if (cloth.shape.has_start_correction()) warnings["start_corrected"] = 1;
-  return {{"id", std::to_string(cloth.id)},
-          {"particles", cloth.shape.particles()},
-          {"constraints", cloth.shape.distance_constraints()},
-          {"colours", cloth.shape.colours()},
-          {"plan", cloth.shape.plan()},
-          {"samples", std::move(samples)},
-          {"warnings", Json(warnings)},
-          {"faulted", cloth.fault.has_value()},
-          {"fault_reason", cloth.fault ? cloth.fault->fault_reason() : ""}};
+  Json json = {{"id", std::to_string(cloth.id)},
+               {"particles", cloth.shape.particles()},
+               {"constraints", cloth.shape.distance_constraints()},
+               {"colours", cloth.shape.colours()},
+               {"plan", cloth.shape.plan()}};
+  // Only of cloths with repaired meshes.
+  if (cloth.shape.has_mesh_repair()) json["mesh_repair"] = RepairJson(cloth.shape.mesh_repair());
+  // Only of cloths with a corrected start.
+  if (cloth.shape.has_start_correction()) {
+    json["start_correction"] = CorrectionJson(cloth.shape.start_correction());
+  }
+  json["samples"] = std::move(samples);
+  json["warnings"] = Json(warnings);
+  json["faulted"] = cloth.fault.has_value();
+  json["fault_reason"] = cloth.fault ? cloth.fault->fault_reason() : "";
+  return json;
+}
+
+// A part of the sentence about what was done to a mesh, where anything was.
+void AppendCount(uint32_t count, const char* what, std::string* line) {
+  if (count == 0) return;
+  *line += (line->empty() ? "" : ", ") + std::to_string(count) + " " + what;
+}
+
+std::string RepairText(const v1::MeshRepair& repair) {
+  std::string text;
+  AppendCount(repair.welded_vertices(), "vertices welded", &text);
+  AppendCount(repair.collapsed_vertices(), "vertices collapsed at short edges", &text);
+  AppendCount(repair.flipped_edges(), "edges of slivers flipped", &text);
+  AppendCount(repair.dropped_triangles(), "triangles left out", &text);
+  AppendCount(repair.turned_triangles(), "triangles turned", &text);
+  AppendCount(repair.non_manifold_edges(), "edges of more than two triangles", &text);
+  if (repair.largest_shift_m() > 0) {
+    char shift[64];
+    std::snprintf(shift, sizeof(shift), "; no vertex moved farther than %.3g m",
+                  repair.largest_shift_m());
+    text += shift;
+  }
+  return text;
 }
 
 }  // namespace
@@ -104,6 +151,26 @@ std::string ReportJson(const RunReport& report) {
                      {"device_ms_per_step", report.device_ms_per_step()},
                      {"cloths", std::move(cloths)}};
   return json.dump(1) + "\n";
+}
+
+std::string ImportLines(const RunReport& report) {
+  std::string lines;
+  for (size_t k = 0; k < report.cloths().size(); ++k) {
+    const v1::ClothShape& shape = report.cloths()[k].shape;
+    const std::string name = report.scene() + ": cloth " + std::to_string(k);
+    if (shape.has_mesh_repair()) {
+      lines += name + ": mesh repaired (" + RepairText(shape.mesh_repair()) + ")\n";
+    }
+    const v1::StartCorrection& start = shape.start_correction();
+    if (start.let_out_edges() > 0) {
+      char change[128];
+      std::snprintf(change, sizeof(change),
+                    ": starts outside its colliders, %u edges let out by up to %.2g %%\n",
+                    start.let_out_edges(), 100 * start.largest_let_out());
+      lines += name + change;
+    }
+  }
+  return lines;
 }
 
 std::string FaultLines(const RunReport& report) {

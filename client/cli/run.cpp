@@ -46,6 +46,7 @@ void PrintText(const RunOptions& options, const RunReport& report, const Compari
     std::printf("%s: %lu steps of %lu cloths (%lu particles) on %s (%s), %.3f ms per step\n",
                 report.scene().c_str(), report.steps(), summary.cloths, summary.particles,
                 report.backend().c_str(), report.device().c_str(), summary.ms_per_step);
+    std::printf("%s", ImportLines(report).c_str());
   }
   if (options.has_summary) std::printf("%s", SummaryTable({report}).c_str());
   if (comparison == nullptr) return;

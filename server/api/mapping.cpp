@@ -27,6 +27,18 @@ v1::StepTiming ToProto(const StepTiming& timing) {
   return message;
 }
 
+v1::MeshRepair ToProto(const MeshRepairCounts& counts) {
+  v1::MeshRepair message;
+  message.set_welded_vertices(counts.welded_vertices);
+  message.set_collapsed_vertices(counts.collapsed_vertices);
+  message.set_largest_shift_m(counts.largest_shift_m);
+  message.set_flipped_edges(counts.flipped_edges);
+  message.set_dropped_triangles(counts.dropped_triangles);
+  message.set_turned_triangles(counts.turned_triangles);
+  message.set_non_manifold_edges(counts.non_manifold_edges);
+  return message;
+}
+
 }  // namespace
 
 v1::Session ToProto(const SessionView& session) {
@@ -42,7 +54,7 @@ v1::Session ToProto(const SessionView& session) {
 
 v1::ClothShape ToProto(const SceneModel& model, const std::string& plan, const ClearStart* start) {
   v1::ClothShape message;
-  message.set_particles(model.particle_count());
+  message.set_particles(model.described_particle_count());
   message.set_distance_constraints(model.constraint_count());
   message.set_springs(model.spring_count());
   message.set_point_joints(model.joint_count());
@@ -52,11 +64,18 @@ v1::ClothShape ToProto(const SceneModel& model, const std::string& plan, const C
   message.set_pins(model.pin_count());
   message.set_dropped_triangles(model.dropped_triangles());
   message.set_dropped_constraints(model.dropped_constraints());
+  if (model.mesh_repair() != MeshRepairCounts()) {
+    *message.mutable_mesh_repair() = ToProto(model.mesh_repair());
+  }
   const bool is_cleared = start != nullptr && start->clearance == StartClearance::kCleared;
   if (model.is_start_restored() || is_cleared) {
     v1::StartCorrection& correction = *message.mutable_start_correction();
     correction.set_described_error(model.rest_errors().max);
     correction.set_start_error(is_cleared ? start->errors.max : model.start_errors().max);
+    if (is_cleared) {
+      correction.set_let_out_edges(static_cast<uint32_t>(start->let_out.size()));
+      correction.set_largest_let_out(start->largest_let_out);
+    }
   }
   message.set_plan(plan);
   return message;
@@ -92,7 +111,7 @@ v1::Cloth ToProto(const ClothRecord& record) {
       ToProto(RaiseSubsteps(*description->model, description->parameters).settings);
   for (const Pin& pin : description->pins) {
     v1::Pin* pin_message = message.add_pins();
-    pin_message->set_particle(pin.particle);
+    pin_message->set_particle(description->model->DescribedOf(pin.particle));
     if (pin.target_m) Append(*pin.target_m, pin_message->mutable_target_m());
   }
   Append(record.placement.environment_origin_m, message.mutable_environment_origin_m());

@@ -17,6 +17,18 @@ namespace {
 // Far above any gravity; a step of 10 s still gives a finite velocity in single precision.
 constexpr double kMaxAcceleration_m_per_s2 = 1e12;
 
+MeshImport CheckMeshImport(const FieldPath& path, const v1::ClothSpec& spec,
+                           Violations& violations) {
+  const v1::MeshImport& message = spec.mesh_import();
+  const auto require = [&](bool value, const char* field) {
+    violations.Require(!value || spec.has_mesh(), path.Child(field),
+                       [] { return "true belongs to cloths made of a mesh; must be false here"; });
+    return value;
+  };
+  return {.as_drawn = require(message.as_drawn(), "as_drawn"),
+          .keep_lengths = require(message.keep_lengths(), "keep_lengths")};
+}
+
 }  // namespace
 
 std::vector<Pin> CheckPinTargets(const FieldPath& path,
@@ -52,6 +64,7 @@ CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const Re
   if (spec.has_mesh() && !HasStretch(spec.material())) {
     result.description.material.stretch_stiffness_n_per_m = kMeshStretchStiffness_n_per_m;
   }
+  result.description.mesh_import = CheckMeshImport(path.Child("mesh_import"), spec, violations);
   for (const v1::Pin& pin : spec.pins()) {
     result.description.pinned_particles.push_back(pin.particle());
   }

@@ -76,7 +76,7 @@ std::vector<ChunkCloth> ChunkClothsOf(const ClothList& cloths, const StateFields
   std::vector<ChunkCloth> chunk_cloths;
   chunk_cloths.reserve(cloths.size());
   for (const auto& cloth : cloths) {
-    const uint32_t particles = cloth->description()->model->particle_count();
+    const uint32_t particles = cloth->description()->model->described_particle_count();
     chunk_cloths.push_back({cloth->id, cloth->placement, fields.RowsOf(particles)});
   }
   return chunk_cloths;

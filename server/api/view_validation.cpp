@@ -32,7 +32,7 @@ Status CheckClothsHaveParticles(const FieldPath& path, const StateFields& fields
   uint32_t count = std::numeric_limits<uint32_t>::max();  // of the smallest cloth
   ClothId smallest;
   for (const auto& cloth : cloths) {
-    const uint32_t particles = cloth->description()->model->particle_count();
+    const uint32_t particles = cloth->description()->model->described_particle_count();
     if (particles >= count) continue;
     count = particles;
     smallest = cloth->id;

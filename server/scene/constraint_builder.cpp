@@ -1,6 +1,7 @@
 #include "server/scene/constraint_builder.h"
 
 #include <cmath>
+#include <utility>
 
 #include "server/scene/mesh.h"
 
@@ -87,12 +88,10 @@ void AddGridTriangles(const GridTopology& grid, ParticleSystem& system) {
   }
 }
 
-// One spring per consecutive pair of the vertices opposite an edge: one for an ordinary inner edge.
+// One spring between the vertices opposite the edge for every sheet across it: one for an ordinary
+// inner edge.
 void AddBendingSprings(const MeshEdge& edge, double stiffness, ParticleSystem& system) {
-  for (size_t k = 0; k + 1 < edge.opposite_vertices.size(); ++k) {
-    const uint32_t i = edge.opposite_vertices[k];
-    const uint32_t j = edge.opposite_vertices[k + 1];
-    if (i == j) continue;  // the same triangle twice
+  for (const auto& [i, j] : SheetsAcross(edge, system.rest_positions_m)) {
     const double length = (system.rest_positions_m[i] - system.rest_positions_m[j]).norm();
     system.springs.push_back(
         {.i = i, .j = j, .rest_length_m = length, .stiffness_n_per_m = stiffness});
@@ -101,11 +100,9 @@ void AddBendingSprings(const MeshEdge& edge, double stiffness, ParticleSystem& s
 
 // Hinges between the same pairs of triangles.
 void AddHinges(const MeshEdge& edge, double rigidity, ParticleSystem& system) {
-  for (size_t k = 0; k + 1 < edge.opposite_vertices.size(); ++k) {
-    const std::array<uint32_t, 4> ijkl = {edge.i, edge.j, edge.opposite_vertices[k],
-                                          edge.opposite_vertices[k + 1]};
-    if (ijkl[2] == ijkl[3]) continue;
-    system.elastic_elements.push_back(Hinge(ijkl, system.rest_positions_m, rigidity));
+  for (const auto& [k, l] : SheetsAcross(edge, system.rest_positions_m)) {
+    system.elastic_elements.push_back(
+        Hinge({edge.i, edge.j, k, l}, system.rest_positions_m, rigidity));
   }
 }
 
@@ -188,14 +185,21 @@ ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& mat
   return system;
 }
 
-ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& material) {
+ParticleSystem BuildMesh(const TriangleMesh& drawn, const StructuralMaterial& material,
+                         const MeshImport& import) {
+  RepairedMesh repaired;
+  if (!import.as_drawn) repaired = RepairMesh(drawn);
+  const TriangleMesh& mesh = import.as_drawn ? drawn : repaired.mesh;
   ParticleSystem system;
+  system.particle_of_vertex = std::move(repaired.vertex_of_drawn);
+  system.mesh_repair = repaired.counts;
   system.rest_positions_m = mesh.positions_m;
   system.triangles.reserve(mesh.triangles.size());
   for (const auto& triangle : mesh.triangles) {
     if (!IsDegenerate(mesh, triangle)) system.triangles.push_back(triangle);
   }
-  system.dropped_triangles = static_cast<uint32_t>(mesh.triangles.size() - system.triangles.size());
+  system.dropped_triangles =
+      static_cast<uint32_t>(drawn.triangles.size() - system.triangles.size());
   system.masses_kg = VertexMasses(mesh, system.triangles, material.areal_density_kg_per_m2);
   for (const MeshEdge& edge : UniqueEdges(system.triangles)) {
     const double length = (mesh.positions_m[edge.i] - mesh.positions_m[edge.j]).norm();
@@ -229,9 +233,11 @@ ParticleSystem BuildParticles(const ParticleTopology& particles) {
   return system;
 }
 
-ParticleSystem BuildParticleSystem(const Topology& topology, const StructuralMaterial& material) {
+ParticleSystem BuildParticleSystem(const Topology& topology, const StructuralMaterial& material,
+                                   const MeshImport& mesh_import) {
   if (const auto* grid = std::get_if<GridTopology>(&topology)) return BuildGrid(*grid, material);
-  if (const auto* mesh = std::get_if<TriangleMesh>(&topology)) return BuildMesh(*mesh, material);
+  if (const auto* mesh = std::get_if<TriangleMesh>(&topology))
+    return BuildMesh(*mesh, material, mesh_import);
   return BuildParticles(std::get<ParticleTopology>(topology));
 }
 

@@ -4,6 +4,7 @@
 
 #include "server/scene/description.h"
 #include "server/scene/elastic_elements.h"
+#include "server/scene/mesh_repair.h"
 
 namespace drape {
 
@@ -16,7 +17,11 @@ struct ParticleSystem {
   std::vector<PointJoint> point_joints;
   std::vector<ElasticElement> elastic_elements;
   std::vector<std::array<uint32_t, 3>> triangles;  // for drawing and export; may be empty
-  uint32_t dropped_triangles = 0;                  // zero-area triangles left out
+  uint32_t dropped_triangles = 0;                  // left out: without area, or by the repair
+  // Of a mesh: the particle of each vertex as drawn, empty where that is its own number, and what
+  // was repaired.
+  std::vector<uint32_t> particle_of_vertex{};
+  MeshRepairCounts mesh_repair{};
 };
 
 // Structural edges along rows, then along columns; bending springs between particles at a distance
@@ -27,14 +32,16 @@ struct ParticleSystem {
 // bending rigidity of a strip are exactly those of its material at any resolution.
 ParticleSystem BuildGrid(const GridTopology& grid, const StructuralMaterial& material);
 
-// One distance constraint per unique edge, one bending spring per inner edge between the two
-// vertices opposite it, one hinge there with a bending rigidity, a third of each triangle's mass
-// per corner. With a stretch stiffness E an edge of length l between triangles of area A in all has
-// the stiffness E A / l^2: E along any direction of equilateral triangles (Van Gelder 1998,
-// "Approximate simulation of elastic membranes by triangulated spring meshes"). Triangles with a
-// repeated vertex or an area below 1e-12 of the squared longest edge are dropped and counted.
-// Vertices without triangle are kept as particles with the mean mass of the others.
-ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& material);
+// The mesh is repaired (mesh_repair.h) unless it is to be as drawn. One distance constraint per
+// unique edge, one bending spring per inner edge between the two vertices opposite it, one hinge
+// there with a bending rigidity, a third of each triangle's mass per corner. With a stretch
+// stiffness E an edge of length l between triangles of area A in all has the stiffness E A / l^2: E
+// along any direction of equilateral triangles (Van Gelder 1998, "Approximate simulation of elastic
+// membranes by triangulated spring meshes"). Triangles with a repeated vertex or an area below
+// 1e-12 of the squared longest edge are dropped and counted. Vertices without triangle are kept as
+// particles with the mean mass of the others.
+ParticleSystem BuildMesh(const TriangleMesh& mesh, const StructuralMaterial& material,
+                         const MeshImport& import = {});
 
 // The rest length of a connection that has none of its own: the distance of its particles in the
 // rest shape. 1 if that distance does not exist or is 0, so that only the cause (a bad index,
@@ -43,6 +50,7 @@ double RestDistance_m(uint32_t i, uint32_t j, const std::vector<Eigen::Vector3d>
 
 ParticleSystem BuildParticles(const ParticleTopology& particles);
 
-ParticleSystem BuildParticleSystem(const Topology& topology, const StructuralMaterial& material);
+ParticleSystem BuildParticleSystem(const Topology& topology, const StructuralMaterial& material,
+                                   const MeshImport& mesh_import = {});
 
 }  // namespace drape

@@ -107,11 +107,29 @@ struct RigidTransform {
   bool operator==(const RigidTransform&) const = default;
 };
 
+// How a mesh becomes a cloth (mesh_import.md).
+struct MeshImport {
+  bool as_drawn = false;      // without repair (mesh_repair.h)
+  bool keep_lengths = false;  // edges without room at the start are not let out (start_fitting.h)
+
+  bool operator==(const MeshImport&) const = default;
+};
+
+// A distance constraint, by its place in the description, with another rest length.
+struct LetOutLink {
+  uint32_t constraint = 0;
+  double rest_length_m = 0;  // > 0
+
+  bool operator==(const LetOutLink&) const = default;
+};
+
 // Everything that SceneModel::Build needs. The pins' targets are not part of the model.
 struct ModelDescription {
   Topology topology;
   StructuralMaterial material;
   std::vector<uint32_t> pinned_particles;  // any order, no duplicates
+  MeshImport mesh_import{};
+  std::vector<LetOutLink> let_out{};  // of a mesh, ascending: found where it starts
 };
 
 }  // namespace drape

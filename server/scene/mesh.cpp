@@ -29,6 +29,41 @@ std::vector<MeshEdge> UniqueEdges(const std::vector<std::array<uint32_t, 3>>& tr
   return edges;
 }
 
+std::vector<std::array<uint32_t, 2>> SheetsAcross(const MeshEdge& edge,
+                                                  const std::vector<Eigen::Vector3d>& positions_m) {
+  const std::vector<uint32_t>& apexes = edge.opposite_vertices;
+  if (apexes.size() == 2) {
+    if (apexes[0] == apexes[1]) return {};
+    return {{apexes[0], apexes[1]}};
+  }
+  const Eigen::Vector3d& origin = positions_m[edge.i];
+  const Eigen::Vector3d along = (positions_m[edge.j] - origin).stableNormalized();
+  std::vector<Eigen::Vector3d> away;  // across the edge, within the triangle
+  for (const uint32_t apex : apexes) {
+    const Eigen::Vector3d side = positions_m[apex] - origin;
+    away.push_back((side - side.dot(along) * along).stableNormalized());
+  }
+  struct Pair {
+    double cosine;
+    size_t a, b;
+  };
+  std::vector<Pair> pairs;
+  for (size_t a = 0; a < apexes.size(); ++a) {
+    for (size_t b = a + 1; b < apexes.size(); ++b) {
+      if (apexes[a] != apexes[b]) pairs.push_back({away[a].dot(away[b]), a, b});
+    }
+  }
+  std::ranges::stable_sort(pairs, {}, &Pair::cosine);
+  std::vector<std::array<uint32_t, 2>> sheets;
+  std::vector<bool> is_taken(apexes.size());
+  for (const auto& [cosine, a, b] : pairs) {
+    if (is_taken[a] || is_taken[b]) continue;
+    is_taken[a] = is_taken[b] = true;
+    sheets.push_back({apexes[a], apexes[b]});
+  }
+  return sheets;
+}
+
 double TriangleArea(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
   return 0.5 * (b - a).cross(c - a).norm();
 }

@@ -13,6 +13,13 @@ struct MeshEdge {
   std::vector<uint32_t> opposite_vertices;
 };
 
+// The pairs of triangles that are one sheet across the edge, by the vertices opposite it. Where
+// more than two meet, each goes on with the one that continues it most straightly, and one that is
+// left over hangs at the edge by itself. A pair of the same vertex, a triangle drawn twice, is left
+// out.
+std::vector<std::array<uint32_t, 2>> SheetsAcross(const MeshEdge& edge,
+                                                  const std::vector<Eigen::Vector3d>& positions_m);
+
 // Unique edges in order of first appearance.
 std::vector<MeshEdge> UniqueEdges(const std::vector<std::array<uint32_t, 3>>& triangles);
 

@@ -135,11 +135,17 @@ Result<std::shared_ptr<const SceneModel>> SceneModel::Build(const ModelDescripti
                                                             const ModelLimits& limits) {
   auto violations = CheckDescription(description, limits);
   if (!violations.empty()) return Status::InvalidFields(std::move(violations));
-  ParticleSystem system = BuildParticleSystem(description.topology, description.material);
+  ParticleSystem system =
+      BuildParticleSystem(description.topology, description.material, description.mesh_import);
+  for (const LetOutLink& link : description.let_out) {
+    system.distance_constraints[link.constraint].rest_length_m = link.rest_length_m;
+  }
   violations = CheckParticleSystem(description, system, limits);
   if (!violations.empty()) return Status::InvalidFields(std::move(violations));
 
   const auto model = std::shared_ptr<SceneModel>(new SceneModel());
+  model->particle_of_vertex_ = std::move(system.particle_of_vertex);
+  model->mesh_repair_ = system.mesh_repair;
   model->SetParticles(std::move(system.rest_positions_m), std::move(system.masses_kg),
                       description.pinned_particles);
   if (const auto* grid = std::get_if<GridTopology>(&description.topology)) {
@@ -163,10 +169,19 @@ void SceneModel::SetParticles(std::vector<Eigen::Vector3d> positions_m,
   rest_positions_m_ = std::move(positions_m);
   masses_kg_ = std::move(masses_kg);
   pins_ = std::move(pins);
+  for (uint32_t& pin : pins_) pin = ParticleOf(pin);
   std::sort(pins_.begin(), pins_.end());
+  pins_.erase(std::unique(pins_.begin(), pins_.end()), pins_.end());
   inverse_masses_per_kg_.reserve(masses_kg_.size());
   for (const double mass : masses_kg_) inverse_masses_per_kg_.push_back(1 / mass);
   for (const uint32_t pin : pins_) inverse_masses_per_kg_[pin] = 0;
+}
+
+uint32_t SceneModel::DescribedOf(uint32_t particle) const {
+  if (!has_merged_vertices()) return particle;
+  // Particles are numbered by the first vertices that they stand for.
+  const auto first = std::ranges::find(particle_of_vertex_, particle);
+  return static_cast<uint32_t>(first - particle_of_vertex_.begin());
 }
 
 void SceneModel::SetConnections(ParticleSystem& system) {
@@ -297,6 +312,7 @@ uint64_t SceneModel::HashContent() const {
   hash.AddWord(grid_columns_);
   hash.AddWord(grid_rows_);
   hash.AddWord(dropped_triangles_);
+  if (has_merged_vertices()) hash.Add(particle_of_vertex_);
   hash.AddWord(dropped_constraints_);
   hash.AddWord(described_constraint_count_);
   return hash.value();
@@ -304,7 +320,9 @@ uint64_t SceneModel::HashContent() const {
 
 bool SceneModel::SameContent(const SceneModel& other) const {
   return SameBits(rest_positions_m_, other.rest_positions_m_) &&
-         SameBits(masses_kg_, other.masses_kg_) && SameBits(constraints_, other.constraints_) &&
+         SameBits(particle_of_vertex_, other.particle_of_vertex_) &&
+         mesh_repair_ == other.mesh_repair_ && SameBits(masses_kg_, other.masses_kg_) &&
+         SameBits(constraints_, other.constraints_) &&
          SameBits(colour_offsets_, other.colour_offsets_) &&
          SameBits(constraint_sources_, other.constraint_sources_) &&
          SameBits(joints_, other.joints_) && SameBits(springs_, other.springs_) &&

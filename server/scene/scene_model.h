@@ -48,6 +48,19 @@ class SceneModel {
                                                          const ModelLimits& limits = {});
 
   uint32_t particle_count() const { return static_cast<uint32_t>(masses_kg_.size()); }
+  // Particles by which clients count: more than particle_count() where the repair of a mesh made
+  // several vertices one particle.
+  uint32_t described_particle_count() const {
+    return has_merged_vertices() ? static_cast<uint32_t>(particle_of_vertex_.size())
+                                 : particle_count();
+  }
+  bool has_merged_vertices() const { return !particle_of_vertex_.empty(); }
+  // The particle that stands for the particle or vertex `described`.
+  uint32_t ParticleOf(uint32_t described) const {
+    return has_merged_vertices() ? particle_of_vertex_[described] : described;
+  }
+  // The first one that `particle` stands for.
+  uint32_t DescribedOf(uint32_t particle) const;
   uint32_t constraint_count() const { return static_cast<uint32_t>(constraints_.size()); }
   uint32_t colour_count() const { return static_cast<uint32_t>(colour_offsets_.size()) - 1; }
   uint32_t joint_count() const { return static_cast<uint32_t>(joints_.size()); }
@@ -142,6 +155,7 @@ class SceneModel {
   // The largest ratio of the masses of two free particles with a constraint between them, >= 1.
   double link_mass_ratio() const { return link_mass_ratio_; }
   uint32_t dropped_triangles() const { return dropped_triangles_; }
+  const MeshRepairCounts& mesh_repair() const { return mesh_repair_; }
   // Distance constraints and joints between two pins.
   uint32_t dropped_constraints() const { return dropped_constraints_; }
   // Equal content gives equal hashes; compare with SameContent before sharing.
@@ -160,6 +174,7 @@ class SceneModel {
   void SetStart();
   uint64_t HashContent() const;
 
+  std::vector<uint32_t> particle_of_vertex_;  // empty: each its own
   std::vector<Eigen::Vector3d> rest_positions_m_;
   std::vector<Eigen::Vector3d> start_positions_m_;  // empty: as rest_positions_m_
   LengthErrors rest_errors_;
@@ -198,6 +213,7 @@ class SceneModel {
   double link_mass_ratio_ = 1;
   double mean_softness_per_n_ = 0;
   uint32_t dropped_triangles_ = 0;
+  MeshRepairCounts mesh_repair_;
   uint32_t dropped_constraints_ = 0;
   uint32_t described_constraint_count_ = 0;
   uint64_t content_hash_ = 0;

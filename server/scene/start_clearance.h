@@ -29,6 +29,10 @@ struct ClearStart {
   StartClearance clearance = StartClearance::kFree;
   std::vector<Eigen::Vector3d> positions_m{};  // kCleared only
   LengthErrors errors{};                       // of positions_m, colliders included
+  // Of a mesh that has no room outside (start_fitting.h): the lengths it has there, and the largest
+  // change of one, relative to its length [-].
+  std::vector<LetOutLink> let_out{};
+  double largest_let_out = 0;
 };
 
 // Looks for caught links. Particles that hang together inside a collider by links, some of them

@@ -37,8 +37,9 @@ Status NotFound(const char* reason, uint32_t cloth_index, const std::string& ele
 
 Status Check(ClothRuntime& cloth, const ClothControl<PinControl>& pin) {
   if (FindPin(*cloth.model(), pin.control.particle).has_value()) return Status::Ok();
-  return NotFound("PIN_NOT_FOUND", pin.cloth_index,
-                  "a pin at particle " + std::to_string(pin.control.particle));
+  return NotFound(
+      "PIN_NOT_FOUND", pin.cloth_index,
+      "a pin at particle " + std::to_string(cloth.model()->DescribedOf(pin.control.particle)));
 }
 
 Status Check(ClothRuntime& cloth, const ClothControl<ColliderControl>& collider) {

@@ -203,8 +203,8 @@ void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
   size_t particles = 0;
   const auto look = [&] {
     const ClothSpan looked_at(cloths);
-    const StateColumns state =
-        std::move(SharedRead(backend_, {&looked_at, 1}, {true, false}).Take()[0]);
+    SharedRead read(backend_, {&looked_at, 1}, {true, false}, RowsAre::kParticles);
+    const StateColumns state = std::move(read.Take()[0]);
     size_t first_row = 0;
     for (const auto& cloth : cloths) {
       cloth->sleep().Look(state.positions_m, first_row, cloth->particle_count());

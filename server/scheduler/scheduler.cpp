@@ -103,8 +103,7 @@ Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> clot
       in_flight.reset();
       return done(alive);
     }
-    ClothStates states = on_device ? CopyClothStates(backend, cloths, fields)
-                                   : ReadClothStates(backend, cloths, fields);
+    ClothStates states = ReadForPicture(backend, cloths, fields, on_device);
     states.in_flight = std::move(in_flight);
     done(std::move(states));
   });

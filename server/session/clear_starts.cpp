@@ -1,9 +1,11 @@
 #include "server/session/clear_starts.h"
 
 #include <algorithm>
+#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "server/solver/cloth_start.h"
 
@@ -25,25 +27,48 @@ bool AreAlike(const ClothCopy& a, const ClothCopy& b) {
                             StartAlike);
 }
 
-std::shared_ptr<const ClearStart> FindStartOf(const SceneModel& model, const ClothCopy& copy) {
+std::shared_ptr<const ClearStart> FindStartOf(const SceneModel& model, bool may_let_out,
+                                              const ClothCopy& copy) {
   const Placement placement{copy.environment_origin_m, OriginInEnvironment(model, copy.transform)};
   const ParticleState described = PlaceAtStart(model, copy.transform, placement);
-  ClearStart start =
-      FindClearStart(model, InClothFrame(copy.parameters, placement), described.positions_m);
+  ClearStart start = FindClearStart(model, InClothFrame(copy.parameters, placement),
+                                    described.positions_m, may_let_out);
   if (start.clearance == StartClearance::kFree) return nullptr;
   return std::make_shared<const ClearStart>(std::move(start));
+}
+
+// Gives the copy a model with the lengths that its start lets out.
+Status LetOut(const ModelDescription& description, ClothCopy& copy) {
+  if (copy.start == nullptr || copy.start->let_out.empty()) return Status::Ok();
+  auto changed = std::make_shared<ModelDescription>(description);
+  changed->let_out = copy.start->let_out;
+  // Its sizes have been checked.
+  constexpr uint32_t kNoLimit = std::numeric_limits<uint32_t>::max();
+  DRAPE_ASSIGN_OR_RETURN(copy.model, SceneModel::Build(*changed, {kNoLimit, kNoLimit, kNoLimit}));
+  copy.description = std::move(changed);
+  return Status::Ok();
 }
 
 }  // namespace
 
 Status FindClearStarts(ClothCreation& creation, const std::function<Status()>& stop_reason) {
+  const ModelDescription& description = *creation.description;
+  const bool may_let_out = std::holds_alternative<TriangleMesh>(description.topology) &&
+                           !description.mesh_import.keep_lengths;
   const ClothCopy* before = nullptr;
   uint32_t searches = 0;
   for (ClothCopy& copy : creation.copies) {
     if (!copy.parameters.colliders.empty()) {
       DRAPE_RETURN_IF_ERROR(stop_reason());
       const bool is_known = before != nullptr && AreAlike(*before, copy);
-      copy.start = is_known ? before->start : FindStartOf(*creation.model, copy);
+      if (is_known) {
+        copy.start = before->start;
+        copy.description = before->description;
+        copy.model = before->model;
+      } else {
+        copy.start = FindStartOf(*creation.model, may_let_out, copy);
+        DRAPE_RETURN_IF_ERROR(LetOut(description, copy));
+      }
       searches += !is_known && copy.start != nullptr;
       if (searches > kMaxCaughtStarts) {
         return {StatusCode::kResourceExhausted, "CAUGHT_STARTS",

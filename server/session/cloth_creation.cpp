@@ -21,9 +21,12 @@ Status ClothNotFound(ClothId id) {
           "no cloth " + std::to_string(id.Packed()) + " in this session"};
 }
 
-std::vector<Pin> SortedPins(std::vector<Pin> pins) {
-  std::sort(pins.begin(), pins.end(),
-            [](const Pin& a, const Pin& b) { return a.particle < b.particle; });
+std::vector<Pin> PinsOf(const SceneModel& model, std::vector<Pin> described) {
+  std::vector<Pin>& pins = described;
+  for (Pin& pin : pins) pin.particle = model.ParticleOf(pin.particle);
+  std::ranges::stable_sort(pins, {}, &Pin::particle);
+  const auto rest = std::ranges::unique(pins, {}, &Pin::particle);
+  pins.erase(rest.begin(), rest.end());
   return pins;
 }
 
@@ -31,7 +34,7 @@ ClothMaker::ClothMaker(ClothCreation creation, std::shared_ptr<const SceneModel>
                        std::string plan)
     : creation_(std::move(creation)),
       model_(std::move(model)),
-      pins_(SortedPins(creation_.pins)),
+      pins_(PinsOf(*model_, creation_.pins)),
       plan_(std::move(plan)) {
   DRAPE_CHECK(std::equal(pins_.begin(), pins_.end(), model_->pins().begin(), model_->pins().end(),
                          [](const Pin& pin, uint32_t p) { return pin.particle == p; }),
@@ -46,18 +49,19 @@ Status ClothMaker::Make(Backend& backend, size_t begin, size_t end) {
 }
 
 Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
-  const Placement placement{copy.environment_origin_m,
-                            OriginInEnvironment(*model_, copy.transform)};
-  const ParticleState state = PlaceAtStart(*model_, copy.transform, placement, copy.start.get());
-  const ClothParameters on_device = OnDevice(*model_, copy.parameters, placement);
-  DRAPE_ASSIGN_OR_RETURN(ClothHandle handle, backend.Create(model_, on_device, state));
-  auto description = std::make_shared<const ClothDescription>(ClothDescription{
-      creation_.description, model_, copy.parameters, pins_, plan_, creation_.map_charges});
+  const auto& model = copy.model != nullptr ? copy.model : model_;
+  const auto& described = copy.model != nullptr ? copy.description : creation_.description;
+  const Placement placement{copy.environment_origin_m, OriginInEnvironment(*model, copy.transform)};
+  const ParticleState state = PlaceAtStart(*model, copy.transform, placement, copy.start.get());
+  const ClothParameters on_device = OnDevice(*model, copy.parameters, placement);
+  DRAPE_ASSIGN_OR_RETURN(ClothHandle handle, backend.Create(model, on_device, state));
+  auto description = std::make_shared<const ClothDescription>(
+      ClothDescription{described, model, copy.parameters, pins_, plan_, creation_.map_charges});
   made_.push_back(
       std::make_shared<ClothRecord>(placement, copy.transform, std::move(description), copy.start));
-  const std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model_, state);
-  made_.back()->runtime->Begin(handle, model_, on_device.settings,
-                               ShiftOf(*model_, copy.parameters, placement), starts_m,
+  const std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*model, state);
+  made_.back()->runtime->Begin(handle, model, on_device.settings,
+                               ShiftOf(*model, copy.parameters, placement), starts_m,
                                PinTargets(pins_, placement, starts_m));
   StartColliders(on_device, *made_.back()->runtime);
   return Status::Ok();

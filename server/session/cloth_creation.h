@@ -47,7 +47,8 @@ Status ResetCloth(Backend& backend, ClothRecord& cloth);
 // CLOTH_NOT_FOUND.
 Status ClothNotFound(ClothId id);
 
-// Sorted by particle, as ClothDescription requires.
-std::vector<Pin> SortedPins(std::vector<Pin> pins);
+// The pins of a description by the particles of its model, sorted, as ClothDescription requires. Of
+// those of one particle (merged vertices) the first counts.
+std::vector<Pin> PinsOf(const SceneModel& model, std::vector<Pin> described);
 
 }  // namespace drape

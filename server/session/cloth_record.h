@@ -33,6 +33,9 @@ struct ClothCopy {
   // Start positions (cloth frame) that replace the model's, or a note that the cloth is caught in a
   // collider (FindClearStarts); null: use the model's.
   std::shared_ptr<const ClearStart> start{};
+  // With the lengths that the start lets out; null: those of the creation.
+  std::shared_ptr<const ModelDescription> description{};
+  std::shared_ptr<const SceneModel> model{};
 };
 
 // The input of Session::CreateCloths, in the frames that clients see.

@@ -106,7 +106,7 @@ Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change,
   }
   if (change.pins) {
     const double now_s = cloth.runtime->now().time_s;
-    after->pins = SortedPins(*change.pins);
+    after->pins = PinsOf(model, *change.pins);
     plan.pins = PinsAfter(rows, cloth, after->pins);
     plan.write.pin_targets_m = plan.pins->At(now_s);
     plan.undo.pin_targets_m = controls.pins().At(now_s);

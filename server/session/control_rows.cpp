@@ -61,9 +61,13 @@ Result<std::vector<ClothControl<Control>>> ResolveRows(const char* table,
 RowCheck CheckPin(const ClothRecord& cloth, ClothControl<PinControl>& row) {
   PinControl& control = row.control;
   const auto description = cloth.description();
-  const auto pins = description->model->pins();
-  if (!std::binary_search(pins.begin(), pins.end(), control.particle)) {
-    return RowError{"particles", fmt::format("particle {} is not pinned", control.particle)};
+  const SceneModel& model = *description->model;
+  const auto pins = model.pins();
+  const uint32_t named = control.particle;
+  const bool exists = named < model.described_particle_count();
+  if (exists) control.particle = model.ParticleOf(named);
+  if (!exists || !std::binary_search(pins.begin(), pins.end(), control.particle)) {
+    return RowError{"particles", fmt::format("particle {} is not pinned", named)};
   }
   control.target_m = cloth.placement.ClothFromEnvironment(control.target_m);
   return std::nullopt;

@@ -45,6 +45,9 @@ void Session::CreateCloths(ClothCreation creation,
     return;
   }
   auto model = commons_->models.Share(creation.model);
+  for (ClothCopy& copy : creation.copies) {
+    if (copy.model != nullptr) copy.model = commons_->models.Share(copy.model);
+  }
   const size_t per_slice = ClothsPerSlice(model->particle_count());
   auto start = StartOf(creation);
   std::string plan = commons_->scheduler.description().plan_of(*model);

@@ -11,8 +11,9 @@
 namespace drape {
 
 // ClearOfColliders for the colliders where they are when the cloth is made; up is against gravity.
-// All in the cloth's own frame. Milliseconds to seconds where links are caught. Any thread.
+// With `may_let_out` FitStart after that, from where it led. All in the cloth's own frame.
+// Milliseconds to seconds where the cloth is inside. Any thread.
 ClearStart FindClearStart(const SceneModel& model, const ClothParameters& parameters,
-                          std::span<const Eigen::Vector3d> positions_m);
+                          std::span<const Eigen::Vector3d> positions_m, bool may_let_out = false);
 
 }  // namespace drape

@@ -67,6 +67,12 @@ INSTANTIATE_TEST_SUITE_P(
                       Spec(r).mutable_grid()->set_rows(4294967295u);
                     },
                     "spec.grid.columns", "at most"},
+        BadCreation{"RepairOfAGrid",
+                    [](auto& r) { Spec(r).mutable_mesh_import()->set_as_drawn(true); },
+                    "spec.mesh_import.as_drawn", "true belongs to cloths made of a mesh"},
+        BadCreation{"LengthsOfAGrid",
+                    [](auto& r) { Spec(r).mutable_mesh_import()->set_keep_lengths(true); },
+                    "spec.mesh_import.keep_lengths", "must be false"},
         BadCreation{"NoWidth", [](auto& r) { Spec(r).mutable_grid()->set_width_m(0); },
                     "spec.grid.width_m", "0"},
         BadCreation{"NotANumberHeight", [](auto& r) { Spec(r).mutable_grid()->set_height_m(kNaN); },

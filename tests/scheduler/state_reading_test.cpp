@@ -61,5 +61,33 @@ TEST(StateReading, OnlyTheParticlesThatAreWanted) {
             (std::vector<double>{0, 0, 0, 2, 0, 0}));
 }
 
+// Two vertices of the second of three cloths are one particle.
+TEST(StateReading, MergedVerticesHaveARowEach) {
+  FakeBackend backend(std::make_shared<FakeDevice>());
+  ModelDescription description;
+  description.topology = TriangleMesh{
+      {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {1, 0, 0}, {0, 0, 1}, {2, 0, 1}}, {{0, 2, 1}, {3, 4, 5}}};
+  const auto merged = SceneModel::Build(description).value();
+  ASSERT_EQ(merged->particle_count(), 4u);
+  std::vector<std::shared_ptr<ClothRuntime>> cloths{BeginCloth(backend, ChainModel(2)),
+                                                    BeginCloth(backend, merged),
+                                                    BeginCloth(backend, ChainModel(2))};
+  const std::vector<ClothSpan> receivers{ClothSpan(cloths).first(2), ClothSpan(cloths).last(1)};
+  const auto columns = SharedRead(backend, receivers, {.positions = true}).Take();
+  EXPECT_EQ(std::get<std::vector<double>>(columns[0].positions_m),
+            (std::vector<double>{0, 0, 0, 1, 0, 0,  //
+                                 0, 0, 0, 1, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 1, 2, 0, 1}));
+  EXPECT_EQ(std::get<std::vector<double>>(columns[1].positions_m),
+            (std::vector<double>{0, 0, 0, 1, 0, 0}));
+
+  const StateFields some{.positions = true, .particles = {3, 5}};
+  const ClothStates states = ReadClothStates(backend, ClothSpan(cloths).subspan(1, 1), some);
+  EXPECT_EQ(std::get<std::vector<double>>(states.columns.positions_m),
+            (std::vector<double>{1, 0, 0, 2, 0, 1}));
+  const ClothStates drawn =
+      ReadForPicture(backend, ClothSpan(cloths).subspan(1, 1), {.positions = true}, true);
+  EXPECT_EQ(std::get<std::vector<double>>(drawn.columns.positions_m).size(), 3 * 4u);
+}
+
 }  // namespace
 }  // namespace drape

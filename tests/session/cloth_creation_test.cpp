@@ -48,7 +48,8 @@ TEST_F(ClothCreationTest, FreeingTwiceFreesOnce) {
 }
 
 TEST_F(ClothCreationTest, PinsAreSortedByParticle) {
-  const auto pins = SortedPins({{7, std::nullopt}, {1, std::nullopt}, {4, std::nullopt}});
+  const auto model = Chains(1, 8).model;
+  const auto pins = PinsOf(*model, {{7, std::nullopt}, {1, std::nullopt}, {4, std::nullopt}});
   EXPECT_EQ(pins[0].particle, 1u);
   EXPECT_EQ(pins[1].particle, 4u);
   EXPECT_EQ(pins[2].particle, 7u);
