@@ -17,23 +17,42 @@ HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
+// Pin k of each cloth.
+ClothParticle& PinAt(const GroupContext& context, size_t k) {
+  return context.has_own_pins() ? context.own_pins.pins[k]
+                                : context.particles[context.model.pins[k]];
+}
+
+// The particles become what the pins of each cloth are.
+void PlaceOwnPins(const GroupContext& context) {
+  if (!context.has_own_pins()) return;
+  for (const auto& [particle, pin, cloths] : context.own_pins.lists->holds) {
+    ClothParticle& held = context.particles[particle];
+    const ClothParticle& own = context.own_pins.pins[pin];
+    held.p = Select(MaskOf(cloths), own.p, held.p);
+    held.u = Select(MaskOf(cloths), own.u, held.u);
+  }
+}
+
 void PredictPins(const GroupContext& context) {
   const FloatSubstep& substep = context.substep;
-  for (size_t k = 0; k < context.model.pins.size(); ++k) {
-    ClothParticle& pin = context.particles[context.model.pins[k]];
+  for (size_t k = 0; k < context.pin_count(); ++k) {
+    ClothParticle& pin = PinAt(context, k);
     const VectorsCloths way = (context.pin_targets[k] - pin.p) / substep.pin_shares;
     pin.u = way * substep.inverse_duration;
     pin.p = pin.p + way * substep.pin_lead;
   }
+  PlaceOwnPins(context);
 }
 
 void IntegratePins(const GroupContext& context) {
   const FloatSubstep& substep = context.substep;
-  for (size_t k = 0; k < context.model.pins.size(); ++k) {
-    ClothParticle& pin = context.particles[context.model.pins[k]];
+  for (size_t k = 0; k < context.pin_count(); ++k) {
+    ClothParticle& pin = PinAt(context, k);
     // At the end of the step a pin is where it was asked to be, to the bit.
     pin.p = substep.pin_shares == 1 ? context.pin_targets[k] : pin.p + pin.u * substep.interval;
   }
+  PlaceOwnPins(context);
 }
 
 // The free particles begin the substep (Bender et al. 2009, section 3.1, eq. 2): the velocities
@@ -96,24 +115,43 @@ class TetherPull {
   explicit TetherPull(const GroupContext& context)
       : context_(context),
         tethers_(context.model.single_tethers.data()),
-        offsets_(context.model.source->tether_offsets().data()) {}
+        offsets_(context.has_own_pins() ? context.own_pins.lists->tether_offsets.data()
+                                        : context.model.source->tether_offsets().data()) {}
   // Position and velocity of a particle.
   HWY_INLINE void operator()(uint32_t i, const VectorsCloths& p, VectorsCloths& u) const {
-    for (uint32_t t = offsets_[i]; t < offsets_[i + 1]; ++t) Pull(tethers_[t], p, u);
+    if (context_.has_own_pins()) return PullToOwnPins(i, p, u);
+    for (uint32_t t = offsets_[i]; t < offsets_[i + 1]; ++t) {
+      Pull(context_.particles[tethers_[t].pin], SplatCloths(tethers_[t].length), p, u);
+    }
   }
 
  private:
-  HWY_INLINE void Pull(const SingleTether& tether, const VectorsCloths& p, VectorsCloths& u) const {
-    const ClothParticle& pin = context_.particles[tether.pin];
+  HWY_NOINLINE void PullToOwnPins(uint32_t i, const VectorsCloths& p, VectorsCloths& u) const {
+    const OwnPins& own = context_.own_pins;
+    const std::vector<uint32_t>& end_offsets = own.lists->tether_end_offsets;
+    for (uint32_t t = offsets_[i]; t < offsets_[i + 1]; ++t) {
+      const TetherEnd* end = &own.lists->tether_ends[end_offsets[t]];
+      const TetherEnd* const last = own.lists->tether_ends.data() + end_offsets[t + 1];
+      ClothParticle pin = own.pins[end->pin];
+      while (++end != last) {
+        const MaskCloths cloths = MaskOf(end->cloths);
+        pin.p = Select(cloths, own.pins[end->pin].p, pin.p);
+        pin.u = Select(cloths, own.pins[end->pin].u, pin.u);
+      }
+      Pull(pin, own.tether_lengths[t], p, u);
+    }
+  }
+
+  HWY_INLINE void Pull(const ClothParticle& pin, VecCloths reach, const VectorsCloths& p,
+                       VectorsCloths& u) const {
     const VectorsCloths start = p - pin.p;
     const VectorsCloths d = start + (u - pin.u) * context_.substep.interval;
     const VecCloths length_sq = Dot(d, d);
-    const MaskCloths is_taut = length_sq > SplatCloths(tether.length * tether.length);
+    const MaskCloths is_taut = length_sq > reach * reach;
     if (!IsAnyLaneSet(is_taut)) return;
     const VecCloths none = SplatCloths(0);
     const VecCloths length = Sqrt(length_sq);
-    const VecCloths speed =
-        TetherSpeed(length, SplatCloths(tether.length), context_.substep.inverse_interval);
+    const VecCloths speed = TetherSpeed(length, reach, context_.substep.inverse_interval);
     if (context_.controls.has_start_directions()) {
       u = u - PullAlongStart(context_, start, Directions(d, length), Select(is_taut, speed, none));
     } else {
@@ -163,17 +201,17 @@ class Integration {
 class ParticleVisit {
  public:
   explicit ParticleVisit(GroupContext& context)
-      : open_(context.open),
+      : context_(context),
+        open_(context.open),
         particles_(context.particles),
         integrate_(context),
         predict_(context),
         pull_(context) {}
   // `p`, `v`: its position and velocity.
   HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
-    if (open_.integrate) integrate_(i, p, v);
-    if (open_.damp) Assign(v, open_.damping_factor * v);
-    if (open_.predict) predict_(i, p, v);
-    if (open_.tether) pull_(i, p, v);
+    if (context_.IsHeldBySome(i)) [[unlikely]]
+      return VisitInSome(i, p, v);
+    VisitInAll(i, p, v);
   }
   HWY_INLINE void operator()(uint32_t i) const {
     ClothParticle& particle = particles_[i];
@@ -184,6 +222,23 @@ class ParticleVisit {
   }
 
  private:
+  HWY_INLINE void VisitInAll(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
+    if (open_.integrate) integrate_(i, p, v);
+    if (open_.damp) Assign(v, open_.damping_factor * v);
+    if (open_.predict) predict_(i, p, v);
+    if (open_.tether) pull_(i, p, v);
+  }
+  // The cloths that hold the particle keep it as it is.
+  HWY_NOINLINE void VisitInSome(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
+    const MaskCloths is_free = context_.FreeCloths(i), was_held = context_.is_held;
+    const VectorsCloths pin_p = p, pin_v = v;
+    VisitInAll(i, p, v);
+    Assign(p, Select(is_free, p, pin_p));
+    Assign(v, Select(is_free, v, pin_v));
+    context_.is_held = was_held & (context_.is_held | AndNot(is_free, was_held));
+  }
+
+  GroupContext& context_;
   const OpenStages open_;
   ClothParticle* const particles_;
   const Integration integrate_;
@@ -195,7 +250,7 @@ class ParticleVisit {
 void Settle(GroupContext& context) {
   if (!context.open.any()) return;
   const ParticleVisit visit(context);
-  for (const uint32_t i : context.model.free_particles) visit(i);
+  for (const uint32_t i : context.free_particles) visit(i);
   context.open = {};
 }
 

@@ -44,6 +44,9 @@ inline MaskCloths& operator&=(MaskCloths& a, MaskCloths b) {
 inline bool IsAnyLaneSet(MaskCloths mask) {
   return !hn::AllFalse(ClothsTag(), mask.m);
 }
+inline bool AreAllLanesSet(MaskCloths mask) {
+  return hn::AllTrue(ClothsTag(), mask.m);
+}
 // A bit of each cloth, the first one lowest.
 inline uint32_t BitsOf(MaskCloths mask) {
   uint8_t bytes[8] = {};
