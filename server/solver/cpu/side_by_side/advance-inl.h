@@ -110,36 +110,38 @@ HWY_NOINLINE VectorsCloths PullAlongStart(const GroupContext& context, VectorsCl
 
 // A particle does not end the substep farther from a pin than the cloth between them is long
 // (scene/tethers.h).
+template <bool kHasOwnPins>
 class TetherPull {
  public:
   explicit TetherPull(const GroupContext& context)
       : context_(context),
+        offsets_(kHasOwnPins ? context.own_pins.lists->tether_offsets.data()
+                             : context.model.source->tether_offsets().data()),
         tethers_(context.model.single_tethers.data()),
-        offsets_(context.has_own_pins() ? context.own_pins.lists->tether_offsets.data()
-                                        : context.model.source->tether_offsets().data()) {}
+        own_tethers_(kHasOwnPins ? context.own_pins.lists->tethers.data() : nullptr) {}
   // Position and velocity of a particle.
   HWY_INLINE void operator()(uint32_t i, const VectorsCloths& p, VectorsCloths& u) const {
-    if (context_.has_own_pins()) return PullToOwnPins(i, p, u);
     for (uint32_t t = offsets_[i]; t < offsets_[i + 1]; ++t) {
-      Pull(context_.particles[tethers_[t].pin], SplatCloths(tethers_[t].length), p, u);
+      if constexpr (kHasOwnPins) {
+        PullToOwnPin(t, p, u);
+      } else {
+        Pull(context_.particles[tethers_[t].pin], SplatCloths(tethers_[t].length), p, u);
+      }
     }
   }
 
  private:
-  HWY_NOINLINE void PullToOwnPins(uint32_t i, const VectorsCloths& p, VectorsCloths& u) const {
-    const OwnPins& own = context_.own_pins;
-    const std::vector<uint32_t>& end_offsets = own.lists->tether_end_offsets;
-    for (uint32_t t = offsets_[i]; t < offsets_[i + 1]; ++t) {
-      const TetherEnd* end = &own.lists->tether_ends[end_offsets[t]];
-      const TetherEnd* const last = own.lists->tether_ends.data() + end_offsets[t + 1];
-      ClothParticle pin = own.pins[end->pin];
-      while (++end != last) {
-        const MaskCloths cloths = MaskOf(end->cloths);
-        pin.p = Select(cloths, own.pins[end->pin].p, pin.p);
-        pin.u = Select(cloths, own.pins[end->pin].u, pin.u);
-      }
-      Pull(pin, own.tether_lengths[t], p, u);
+  HWY_INLINE void PullToOwnPin(uint32_t t, const VectorsCloths& p, VectorsCloths& u) const {
+    const ClothParticle* const pins = context_.own_pins.pins;
+    const OwnTether& tether = own_tethers_[t];
+    ClothParticle pin = pins[tether.pin];
+    for (uint32_t e = tether.others_begin; e < tether.others_end; ++e) {
+      const TetherEnd& end = context_.own_pins.lists->tether_ends[e];
+      const MaskCloths cloths = MaskOf(end.cloths);
+      Assign(pin.p, Select(cloths, pins[end.pin].p, pin.p));
+      Assign(pin.u, Select(cloths, pins[end.pin].u, pin.u));
     }
+    Pull(pin, context_.own_pins.tether_lengths[t], p, u);
   }
 
   HWY_INLINE void Pull(const ClothParticle& pin, VecCloths reach, const VectorsCloths& p,
@@ -160,8 +162,9 @@ class TetherPull {
   }
 
   const GroupContext& context_;
-  const SingleTether* const tethers_;
   const uint32_t* const offsets_;
+  const SingleTether* const tethers_;
+  const OwnTether* const own_tethers_;
 };
 
 // The free particles end the substep (Bender et al. 2009, section 3.1, eq. 1): p = b + H u; the
@@ -198,6 +201,7 @@ class Integration {
 };
 
 // All open stages of one free particle.
+template <bool kHasOwnPins>
 class ParticleVisit {
  public:
   explicit ParticleVisit(GroupContext& context)
@@ -209,8 +213,12 @@ class ParticleVisit {
         pull_(context) {}
   // `p`, `v`: its position and velocity.
   HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
-    if (context_.IsHeldBySome(i)) [[unlikely]]
-      return VisitInSome(i, p, v);
+    if (kHasOwnPins && context_.IsHeldBySome(i)) [[unlikely]] {
+      VisitInSome(particles_[i], i);
+      Assign(p, particles_[i].p);
+      Assign(v, particles_[i].u);
+      return;
+    }
     VisitInAll(i, p, v);
   }
   HWY_INLINE void operator()(uint32_t i) const {
@@ -229,12 +237,12 @@ class ParticleVisit {
     if (open_.tether) pull_(i, p, v);
   }
   // The cloths that hold the particle keep it as it is.
-  HWY_NOINLINE void VisitInSome(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
+  HWY_NOINLINE void VisitInSome(ClothParticle& particle, uint32_t i) const {
     const MaskCloths is_free = context_.FreeCloths(i), was_held = context_.is_held;
-    const VectorsCloths pin_p = p, pin_v = v;
+    VectorsCloths p = particle.p, v = particle.u;
     VisitInAll(i, p, v);
-    Assign(p, Select(is_free, p, pin_p));
-    Assign(v, Select(is_free, v, pin_v));
+    Assign(particle.p, Select(is_free, p, particle.p));
+    Assign(particle.u, Select(is_free, v, particle.u));
     context_.is_held = was_held & (context_.is_held | AndNot(is_free, was_held));
   }
 
@@ -243,14 +251,22 @@ class ParticleVisit {
   ClothParticle* const particles_;
   const Integration integrate_;
   const Prediction predict_;
-  const TetherPull pull_;
+  const TetherPull<kHasOwnPins> pull_;
 };
+
+// function(visit)
+template <class Function>
+void WithVisit(GroupContext& context, const Function& function) {
+  if (context.has_own_pins()) return function(ParticleVisit<true>(context));
+  function(ParticleVisit<false>(context));
+}
 
 // To be called before particles are read or changed otherwise.
 void Settle(GroupContext& context) {
   if (!context.open.any()) return;
-  const ParticleVisit visit(context);
-  for (const uint32_t i : context.free_particles) visit(i);
+  WithVisit(context, [&](const auto& visit) {
+    for (const uint32_t i : context.free_particles) visit(i);
+  });
   context.open = {};
 }
 

@@ -183,15 +183,16 @@ uint32_t Scatter(GroupContext& context, std::span<FloatState> results) {
   const std::span<Vec4* const> positions_of = std::span(positions).first(results.size());
   const std::span<Vec4* const> velocities_of = std::span(velocities).first(results.size());
   const VectorsCloths zero{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
-  const ParticleVisit visit(context);
   MaskCloths are_within = SplatCloths(0) >= SplatCloths(0);
-  for (uint32_t i = 0; i < context.particle_count(); ++i) {
-    VectorsCloths p = context.particles[i].p, v = context.particles[i].u;
-    if (context.IsFree(i)) visit(i, p, v);
-    are_within &= AreWithin(p, v);
-    StoreVectors(p + zero, positions_of, i);
-    StoreVectors(v + zero, velocities_of, i);
-  }
+  WithVisit(context, [&](const auto& visit) {
+    for (uint32_t i = 0; i < context.particle_count(); ++i) {
+      VectorsCloths p = context.particles[i].p, v = context.particles[i].u;
+      if (context.IsFree(i)) visit(i, p, v);
+      are_within &= AreWithin(p, v);
+      StoreVectors(p + zero, positions_of, i);
+      StoreVectors(v + zero, velocities_of, i);
+    }
+  });
   return ~BitsOf(are_within);
 }
 

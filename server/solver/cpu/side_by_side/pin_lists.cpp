@@ -17,7 +17,7 @@ void PinLists::Make(std::span<const FloatModel* const> models, const FloatModel&
     if (held_by[i] != all_cloths) released.push_back(i);
   }
   tether_offsets.assign(1, 0);
-  tether_end_offsets.assign(1, 0);
+  tethers.clear();
   tether_ends.clear();
   for (uint32_t i = 0; i < layout.particle_count; ++i) ListTethers(models, i);
 }
@@ -46,6 +46,15 @@ void PinLists::ListHolds(std::span<const FloatModel* const> models) {
   }
 }
 
+void PinLists::AddEnd(uint32_t pin, uint32_t cloth, uint32_t begin) {
+  for (size_t k = begin; k < tether_ends.size(); ++k) {
+    if (tether_ends[k].pin != pin) continue;
+    tether_ends[k].cloths |= cloth;
+    return;
+  }
+  tether_ends.push_back({pin, cloth});
+}
+
 void PinLists::ListTethers(std::span<const FloatModel* const> models, uint32_t particle) {
   const auto offset = [&](const FloatModel* model, uint32_t i) {
     return model->source->tether_offsets()[i];
@@ -55,20 +64,17 @@ void PinLists::ListTethers(std::span<const FloatModel* const> models, uint32_t p
     count = std::max(count, offset(model, particle + 1) - offset(model, particle));
   }
   for (uint32_t rank = 0; rank < count; ++rank) {
-    const auto begin = static_cast<std::ptrdiff_t>(tether_ends.size());
+    constexpr uint32_t kNone = ~uint32_t{0};
+    const auto begin = static_cast<uint32_t>(tether_ends.size());
+    uint32_t first_pin = kNone;
     for (size_t lane = 0; lane < models.size(); ++lane) {
       const uint32_t own = offset(models[lane], particle) + rank;
       if (own >= offset(models[lane], particle + 1)) continue;
-      const uint32_t pin = models[lane]->single_tethers[own].pin_index, cloth = uint32_t{1} << lane;
-      const auto same = std::find_if(tether_ends.begin() + begin, tether_ends.end(),
-                                     [&](const TetherEnd& end) { return end.pin == pin; });
-      if (same == tether_ends.end()) {
-        tether_ends.push_back({pin, cloth});
-      } else {
-        same->cloths |= cloth;
-      }
+      const uint32_t pin = models[lane]->single_tethers[own].pin_index;
+      if (first_pin == kNone) first_pin = pin;
+      if (pin != first_pin) AddEnd(pin, uint32_t{1} << lane, begin);
     }
-    tether_end_offsets.push_back(static_cast<uint32_t>(tether_ends.size()));
+    tethers.push_back({first_pin, begin, static_cast<uint32_t>(tether_ends.size())});
   }
   tether_offsets.push_back(tether_offsets.back() + count);
 }

@@ -23,6 +23,13 @@ struct TetherEnd {
   uint32_t cloths;
 };
 
+// One tether of a particle: to the pin of this index, but in some cloths to others.
+struct OwnTether {
+  uint32_t pin;
+  uint32_t others_begin;  // in PinLists::tether_ends
+  uint32_t others_end;
+};
+
 // Made anew for each step; kept only to save allocations.
 struct PinLists {
   // `models`: of the cloth in each lane. `layout`: what they share (FloatModel::layout).
@@ -36,11 +43,13 @@ struct PinLists {
   std::vector<PinHold> holds;
   // The tethers of each particle, the nearest pin of each cloth first: [particle_count + 1].
   std::vector<uint32_t> tether_offsets;
-  std::vector<uint32_t> tether_end_offsets;  // [tether_offsets.back() + 1]
+  std::vector<OwnTether> tethers;
   std::vector<TetherEnd> tether_ends;
 
  private:
   void ListHolds(std::span<const FloatModel* const> models);
+  // Of the tether whose ends begin there.
+  void AddEnd(uint32_t pin, uint32_t cloth, uint32_t begin);
   void ListTethers(std::span<const FloatModel* const> models, uint32_t particle);
 };
 

@@ -21,7 +21,9 @@ namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
 // The open stages of the particles that pair k of the strips is the first to have.
-HWY_NOINLINE void VisitPair(const FloatModel& model, const ParticleVisit& visit, size_t k) {
+template <bool kHasOwnPins>
+HWY_NOINLINE void VisitPair(const FloatModel& model, const ParticleVisit<kHasOwnPins>& visit,
+                            size_t k) {
   for (uint32_t n = model.pair_particle_offsets[k]; n < model.pair_particle_offsets[k + 1]; ++n) {
     visit(model.pair_particles[n]);
   }
@@ -38,7 +40,7 @@ class StripPairs : public PathPairs {
 
   // `visit`: of the open stages, which are done when a pair comes to a particle; null: there are
   // none.
-  StripPairs(const GroupContext& context, const ParticleVisit* visit)
+  StripPairs(const GroupContext& context, const ParticleVisit<kHasOwnPins>* visit)
       : PathPairs(context), visit_(visit) {}
 
   const std::vector<StripPair>& groups() const { return context().model.strip_pairs; }
@@ -107,30 +109,30 @@ class StripPairs : public PathPairs {
             w[link.rest_length.high > 0 ? ends[1] : none]};
   }
 
-  const ParticleVisit* const visit_;
+  const ParticleVisit<kHasOwnPins>* const visit_;
 };
 
 template <bool kHasOwnPins>
-MaskPair SweepStripPairs(const GroupContext& context, const ParticleVisit* visit) {
-  return SweepStrips(StripPairs<kHasOwnPins>(context, visit),
-                     {context.model.has_compliance(), context.controls.has_start_directions(),
-                      context.has_quiet_particles});
+MaskCloths SolveStripsOf(GroupContext& context, const ParticleVisit<kHasOwnPins>& visit) {
+  const FloatModel& model = context.model;
+  const bool is_open = context.open.any();
+  if (is_open) VisitPair(model, visit, model.strip_pairs.size());  // particles of no strip
+  if (is_open && kHasOwnPins) {
+    for (const uint32_t i : context.own_pins.lists->released) visit(i);
+  }
+  const MaskPair changed =
+      SweepStrips(StripPairs<kHasOwnPins>(context, is_open ? &visit : nullptr),
+                  {model.has_compliance(), context.controls.has_start_directions(),
+                   context.has_quiet_particles});
+  context.open = {};
+  return changed.low | changed.high;
 }
 
 // Settles open stages on the way, while the caches have the particles of a pair.
 MaskCloths SolveStrips(GroupContext& context) {
-  const FloatModel& model = context.model;
-  const ParticleVisit visit(context);
-  const bool is_open = context.open.any();
-  if (is_open) VisitPair(model, visit, model.strip_pairs.size());  // particles of no strip
-  const ParticleVisit* const due = is_open ? &visit : nullptr;
-  if (is_open && context.has_own_pins()) {
-    for (const uint32_t i : context.own_pins.lists->released) visit(i);
-  }
-  const MaskPair changed = context.has_own_pins() ? SweepStripPairs<true>(context, due)
-                                                  : SweepStripPairs<false>(context, due);
-  context.open = {};
-  return changed.low | changed.high;
+  MaskCloths changed;
+  WithVisit(context, [&](const auto& visit) { changed = SolveStripsOf(context, visit); });
+  return changed;
 }
 
 // One constraint of some of the cloths (Bender et al. 2009, section 3.2 and 3.3). Returns the lanes
