@@ -249,7 +249,7 @@ float LeastGap(AnyScene& any, const StepContext& context, const ParticleBox& ran
       continue;
     }
     const double time_s = k % 3 == 0 ? context.controls.time_step : any.Between(0, 1.0 / 60);
-    const MovingSurface surface(collider, context.collider_motions[0], time_s, time_s);
+    const MovingSurface surface(collider, context.collider_motions[0].After(time_s));
     least = std::min(least, surface.GapAtEnd(place).gap);
   }
   return least;

@@ -16,12 +16,12 @@ using ::testing::SizeIs;
 
 class StepGroupsTest : public testing::Test {
  protected:
-  LaneKey Key(const FloatModel& model, uint32_t max_iterations = 1,
-              Direction direction = Direction::kAtEnd) {
+  GroupCandidate Cloth(const FloatModel& model, uint32_t max_iterations = 1,
+                       Direction direction = Direction::kAtEnd) {
     ClothParameters parameters = test::PlainParameters();
     parameters.settings.integration = Integration::kOneStep;
     parameters.settings.direction = direction;
-    return {model, FloatControls(model, parameters, false), max_iterations};
+    return {&model, LaneKey(model, FloatControls(model, parameters, false), max_iterations, false)};
   }
 
   const FloatModel model_{test::SizedCloth(33).model};
@@ -36,56 +36,77 @@ std::vector<size_t> Sizes(const std::vector<StepGroup>& groups) {
 
 // Every cloth occurs once; the cloths of a group have the same shape.
 void ExpectPartition(const std::vector<StepGroup>& groups,
-                     const std::vector<std::optional<LaneKey>>& keys) {
+                     const std::vector<GroupCandidate>& cloths) {
   std::multiset<uint32_t> seen;
   for (const StepGroup& group : groups) {
     seen.insert(group.begin(), group.end());
     for (const uint32_t k : group) {
-      const bool is_alike = group.size() == 1 || (keys[k] && *keys[k] == *keys[group[0]]);
+      const bool is_alike =
+          group.size() == 1 || (cloths[k].key && *cloths[k].key == *cloths[group[0]].key);
       EXPECT_TRUE(is_alike) << "cloth " << k;
     }
   }
-  EXPECT_EQ(seen.size(), keys.size());
-  EXPECT_EQ(std::set<uint32_t>(seen.begin(), seen.end()).size(), keys.size());
+  EXPECT_EQ(seen.size(), cloths.size());
+  EXPECT_EQ(std::set<uint32_t>(seen.begin(), seen.end()).size(), cloths.size());
 }
 
 TEST_F(StepGroupsTest, FullGroupsFirstAndSmallRestsAlone) {
-  std::vector<std::optional<LaneKey>> keys(33, Key(model_));
-  auto groups = FormGroups(keys, 16, 2);
-  ExpectPartition(groups, keys);
+  std::vector<GroupCandidate> cloths(33, Cloth(model_));
+  auto groups = FormGroups(cloths, 16, 2);
+  ExpectPartition(groups, cloths);
   EXPECT_THAT(Sizes(groups), ElementsAre(16, 16, 1));
-  keys.resize(37, Key(model_));
-  EXPECT_THAT(Sizes(FormGroups(keys, 16, 2)), ElementsAre(16, 16, 5));
-  EXPECT_THAT(FormGroups(keys, 1, 2), Each(SizeIs(1))) << "a machine without lanes";
+  cloths.resize(37, Cloth(model_));
+  EXPECT_THAT(Sizes(FormGroups(cloths, 16, 2)), ElementsAre(16, 16, 5));
+  EXPECT_THAT(FormGroups(cloths, 1, 2), Each(SizeIs(1))) << "a machine without lanes";
 }
 
 TEST_F(StepGroupsTest, EveryThreadGetsSome) {
-  const std::vector<std::optional<LaneKey>> keys(8, Key(model_));
-  EXPECT_THAT(Sizes(FormGroups(keys, 16, 1)), ElementsAre(8));
-  EXPECT_THAT(Sizes(FormGroups(keys, 16, 2)), ElementsAre(4, 4));
-  EXPECT_THAT(FormGroups(keys, 16, 8), Each(SizeIs(1)));
+  const std::vector<GroupCandidate> cloths(8, Cloth(model_));
+  EXPECT_THAT(Sizes(FormGroups(cloths, 16, 1)), ElementsAre(8));
+  EXPECT_THAT(Sizes(FormGroups(cloths, 16, 2)), ElementsAre(4, 4));
+  EXPECT_THAT(FormGroups(cloths, 16, 8), Each(SizeIs(1)));
 }
 
 TEST_F(StepGroupsTest, OnlyAlikeClothsShareLanes) {
-  std::vector<std::optional<LaneKey>> keys;
+  std::vector<GroupCandidate> cloths;
   for (int k = 0; k < 8; ++k) {
-    keys.push_back(Key(model_));
-    keys.push_back(Key(other_));
-    keys.push_back(Key(model_, 2));
-    keys.push_back(Key(model_, 1, Direction::kAtStart));
-    keys.push_back(std::nullopt);
+    cloths.push_back(Cloth(model_));
+    cloths.push_back(Cloth(other_));
+    cloths.push_back(Cloth(model_, 2));
+    cloths.push_back(Cloth(model_, 1, Direction::kAtStart));
+    cloths.push_back({&model_, std::nullopt});
   }
-  const auto groups = FormGroups(keys, 8, 1);
-  ExpectPartition(groups, keys);
+  const auto groups = FormGroups(cloths, 8, 1);
+  ExpectPartition(groups, cloths);
   EXPECT_THAT(Sizes(groups), ElementsAre(8, 8, 8, 8, 1, 1, 1, 1, 1, 1, 1, 1));
   EXPECT_THAT(groups[0], ElementsAre(0, 5, 10, 15, 20, 25, 30, 35)) << "in the order of the batch";
+}
+
+TEST_F(StepGroupsTest, ClothsThatHoldOtherParticlesShareLanesLast) {
+  const auto sheet = [](std::vector<uint32_t> pins) {
+    return test::Grid(5, 4, 1, 1, std::move(pins)).model;
+  };
+  FloatModelCache cache;
+  const auto first = cache.Get(sheet({0})), second = cache.Get(sheet({7})),
+             parted = cache.Get(sheet({0, 1}));  // one link less
+  std::vector<GroupCandidate> cloths;
+  for (int k = 0; k < 6; ++k) {
+    cloths.push_back(Cloth(*first));
+    cloths.push_back(Cloth(*second));
+    cloths.push_back(Cloth(*parted));
+  }
+  const auto groups = FormGroups(cloths, 6, 1);
+  ExpectPartition(groups, cloths);
+  EXPECT_THAT(Sizes(groups), ElementsAre(6, 6, 6));
+  EXPECT_THAT(groups[0], ElementsAre(0, 3, 6, 9, 12, 15)) << "of one model";
+  EXPECT_THAT(Sizes(FormGroups(cloths, 12, 1)), ElementsAre(12, 6));
 }
 
 TEST_F(StepGroupsTest, DampingDoesNotPartCloths) {
   ClothParameters parameters = test::PlainParameters();
   const auto key_of = [&](double damping_per_s) {
     parameters.damping_per_s = damping_per_s;
-    return LaneKey(model_, FloatControls(model_, parameters, false), 1);
+    return LaneKey(model_, FloatControls(model_, parameters, false), 1, false);
   };
   EXPECT_TRUE(key_of(0) == key_of(0.5));
 }

@@ -1,7 +1,6 @@
 // Cloths of the cpu backend have the same bits side by side in the lanes of the vector registers as
 // alone, with every instruction set of this machine, in groups of any size.
 #include <gtest/gtest.h>
-#include <hwy/targets.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,20 +9,18 @@
 #include <set>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include "server/solver/cpu/cpu_backend.h"
 #include "server/solver/cpu/side_by_side/group_step.h"
+#include "tests/parity/lane_batches.h"
 #include "tests/support/backends/backends.h"
-#include "tests/support/reports.h"
 #include "tests/support/scenes.h"
 #include "tests/support/states.h"
 
 namespace drape::test {
 namespace {
 
-constexpr uint32_t kSteps = 2;
 constexpr uint32_t kGroupSizes[] = {1, 2, 7, 8, 15, 16, 17, 33};
 
 struct Case {
@@ -191,95 +188,6 @@ std::vector<Case> Cases() {
   return cases;
 }
 
-// Its velocity.
-Eigen::Vector3d& FirstFree(Scene& scene) {
-  size_t i = 0;
-  while (scene.model->inverse_masses_per_kg()[i] == 0) ++i;
-  return scene.state.velocities_m_per_s[i];
-}
-
-// So that no lane has the numbers of another one.
-void Shift(Collider& collider, double way_m) {
-  collider.pose.position_m.y() += way_m;
-  collider.pose.rotation =
-      Eigen::AngleAxisd(way_m, Eigen::Vector3d(0.6, 0, 0.8)) * collider.pose.rotation;
-  if (auto* box = std::get_if<BoxShape>(&collider.shape)) box->half_extents_m.y() += way_m;
-}
-
-// One of several cloths of a scene that differ in gravity, damping, pin targets and velocities. The
-// fourth blows up; the sixth is stirred so much that its strips are limited.
-Scene Variant(Scene scene, uint32_t index) {
-  const double x = index + 1;
-  scene.parameters.gravity_m_per_s2 = {0.3 * std::sin(x), -9.81 + 0.1 * std::cos(x), 0.2 * x / 33};
-  scene.parameters.friction_static *= 1 + index % 4;
-  if (index % 6 == 1) scene.parameters.friction_static = scene.parameters.friction_dynamic = 0;
-  if (index % 6 == 2) scene.parameters.restitution = 0;
-  scene.parameters.wind_m_per_s *= 1 + 0.1 * x;
-  if (scene.parameters.air_drag > 0) scene.parameters.air_lift = index % 3;
-  for (Collider& collider : scene.parameters.colliders) {
-    Shift(collider, 0.0005 * x);
-  }
-  scene.parameters.damping_per_s = index % 3 == 0 ? 0 : 0.1 * x;
-  for (const uint32_t pin : scene.model->pins()) {
-    const Eigen::Vector3d way{0.002 * std::cos(x), 0.001 * x / 33, -0.0005};
-    scene.pin_targets_m.push_back(scene.state.positions_m[pin] + way);
-  }
-  Stir(scene, index % 5 == 0 ? 0.001 : 0.1 * (index % 7));
-  if (index % 16 == 5) Stir(scene, 200);
-  if (index % 16 == 3) FirstFree(scene).x() = 1e30;
-  return scene;
-}
-
-struct Outcome {
-  std::string bits;
-  StepReport report;
-};
-
-std::vector<Outcome> StepTogether(Backend& backend, const std::vector<Scene>& scenes) {
-  std::vector<StepItem> items;
-  std::vector<Outcome> outcomes;
-  for (const Scene& scene : scenes) {
-    items.push_back({CreateCloth(backend, scene), scene.pin_targets_m, true});
-  }
-  BatchReport batch;
-  for (uint32_t step = 0; step < kSteps; ++step) batch = backend.Step(items);
-  for (size_t k = 0; k < items.size(); ++k) {
-    outcomes.push_back({ReadBits(backend, items[k].cloth), batch.reports[k]});
-    backend.Destroy(items[k].cloth);
-  }
-  return outcomes;
-}
-
-void ExpectSame(const Outcome& actual, const Outcome& expected, const std::string& where) {
-  EXPECT_TRUE(actual.bits == expected.bits) << where;
-  EXPECT_EQ(DifferenceOf(actual.report, expected.report), "") << where;
-}
-
-// The instruction sets that highway compiles for and this machine has.
-std::vector<int64_t> InstructionSets() {
-  hwy::SetSupportedTargetsForTest(0);
-  std::vector<int64_t> sets;
-  for (int64_t rest = hwy::SupportedTargets(); rest != 0; rest &= rest - 1) {
-    sets.push_back(rest & -rest);
-  }
-  return sets;
-}
-
-// Vec4 of one instruction set, while it lives.
-class OnlyInstructionSet {
- public:
-  explicit OnlyInstructionSet(int64_t set) { Choose(set); }
-  ~OnlyInstructionSet() { Choose(0); }
-  OnlyInstructionSet(const OnlyInstructionSet&) = delete;
-  OnlyInstructionSet& operator=(const OnlyInstructionSet&) = delete;
-
- private:
-  static void Choose(int64_t set) {
-    hwy::SetSupportedTargetsForTest(set);
-    hwy::GetChosenTarget().DeInit();
-  }
-};
-
 class LaneExactnessTest : public testing::TestWithParam<Case> {};
 INSTANTIATE_TEST_SUITE_P(Scenes, LaneExactnessTest, testing::ValuesIn(Cases()),
                          [](const auto& one) { return one.param.scene.name; });
@@ -289,7 +197,7 @@ TEST_P(LaneExactnessTest, SameInGroupsOfAnySizeAsAlone) {
   std::vector<Scene> scenes;
   for (uint32_t k = 0; k < count; ++k) scenes.push_back(Variant(GetParam().scene, k));
   const auto single = CreateCpuBackend({.thread_count = 1}, {.use_lanes = false});
-  const std::vector<Outcome> alone = StepTogether(*single, scenes);
+  const std::vector<LaneOutcome> alone = StepTogether(*single, scenes);
   EXPECT_NE(alone[3].report.fault, FaultReason::kNone) << "one neighbour must blow up";
   EXPECT_EQ(alone[0].report.fault != FaultReason::kNone, GetParam().scene.name == "explosive");
   if (!GetParam().scene.parameters.colliders.empty()) {
@@ -297,7 +205,7 @@ TEST_P(LaneExactnessTest, SameInGroupsOfAnySizeAsAlone) {
   }
   if (GetParam().exits_early) {
     std::set<uint32_t> iterations;
-    for (const Outcome& one : alone) iterations.insert(one.report.iterations);
+    for (const LaneOutcome& one : alone) iterations.insert(one.report.iterations);
     EXPECT_GT(iterations.size(), 2u) << "sweeps must end at different times";
   }
   uint32_t most_lanes = 1;
@@ -306,7 +214,7 @@ TEST_P(LaneExactnessTest, SameInGroupsOfAnySizeAsAlone) {
     most_lanes = std::max(most_lanes, cpu::SupportedLanes().lane_count);
     for (const uint32_t size : kGroupSizes) {
       const auto lanes = CreateCpuBackend({.thread_count = 1}, {.use_lanes = true});
-      const std::vector<Outcome> together =
+      const std::vector<LaneOutcome> together =
           StepTogether(*lanes, {scenes.begin(), scenes.begin() + size});
       for (uint32_t k = 0; k < size; ++k) {
         ExpectSame(together[k], alone[k],
@@ -337,8 +245,8 @@ TEST(MixedLaneExactnessTest, SameInMixedBatchesAsAlone) {
   }
   const auto single = CreateCpuBackend({.thread_count = 1}, {.use_lanes = false});
   const auto lanes = CreateCpuBackend({.thread_count = 2}, {.use_lanes = true});
-  const std::vector<Outcome> alone = StepTogether(*single, scenes);
-  const std::vector<Outcome> together = StepTogether(*lanes, scenes);
+  const std::vector<LaneOutcome> alone = StepTogether(*single, scenes);
+  const std::vector<LaneOutcome> together = StepTogether(*lanes, scenes);
   for (size_t k = 0; k < scenes.size(); ++k) {
     ExpectSame(together[k], alone[k], "cloth " + std::to_string(k));
   }

@@ -123,7 +123,7 @@ void EndStep(Cloth& cloth, const StepReport& report) {
 // Whether the cloth can be stepped in lanes (group_step.h).
 bool ClothFitsLanes(const Cloth& cloth) {
   return cloth.fault == FaultReason::kNone && !cloth.own_lengths &&
-         !HasMovingColliders(cloth.parameters) && FitsLanes(*cloth.model, *cloth.controls);
+         FitsLanes(*cloth.model, *cloth.controls);
 }
 
 // Those of `particles`; empty: all.
@@ -288,14 +288,16 @@ class CpuBackend final : public Backend {
   }
 
   std::vector<StepGroup> GroupsOf(std::span<const StepItem> items) {
-    std::vector<std::optional<LaneKey>> keys(items.size());
-    for (size_t k = 0; k < items.size() && lane_count_ > 1; ++k) {
-      const Cloth& cloth = cloths_.At(items[k].cloth);
-      if (!ClothFitsLanes(cloth)) continue;
-      keys[k].emplace(*cloth.model, *cloth.controls,
-                      IterationsOf(items[k], cloth.parameters.settings));
+    std::vector<GroupCandidate> batch;
+    for (const StepItem& item : items) {
+      const Cloth& cloth = cloths_.At(item.cloth);
+      batch.push_back({cloth.model.get(), std::nullopt});
+      if (lane_count_ == 1 || !ClothFitsLanes(cloth)) continue;
+      batch.back().key.emplace(*cloth.model, *cloth.controls,
+                               IterationsOf(item, cloth.parameters.settings),
+                               HasMovingColliders(cloth.parameters));
     }
-    return FormGroups(keys, lane_count_, static_cast<uint32_t>(thread_count_));
+    return FormGroups(batch, lane_count_, static_cast<uint32_t>(thread_count_));
   }
 
   // Null for groups that one thread steps.

@@ -2,33 +2,40 @@
 
 #include <algorithm>
 #include <map>
+#include <unordered_map>
 
 namespace drape::cpu {
 namespace {
 
-// The cloths that could all share lanes, in the order of the batch.
-std::vector<std::vector<uint32_t>> Alike(std::span<const std::optional<LaneKey>> keys) {
+// The cloths that could all share lanes, in the order of the batch, but those of a model after its
+// first.
+std::vector<std::vector<uint32_t>> Alike(std::span<const GroupCandidate> cloths) {
   std::map<LaneKey, size_t> places;
   std::vector<std::vector<uint32_t>> classes;
-  for (uint32_t k = 0; k < keys.size(); ++k) {
-    if (!keys[k]) continue;
-    const auto [found, is_new] = places.emplace(*keys[k], classes.size());
+  std::unordered_map<const FloatModel*, uint32_t> firsts;  // of each model
+  for (uint32_t k = 0; k < cloths.size(); ++k) {
+    if (!cloths[k].key) continue;
+    const auto [found, is_new] = places.emplace(*cloths[k].key, classes.size());
     if (is_new) classes.emplace_back();
     classes[found->second].push_back(k);
+    firsts.emplace(cloths[k].model, k);
   }
+  const auto first_of = [&](uint32_t k) { return firsts.at(cloths[k].model); };
+  for (std::vector<uint32_t>& alike : classes) std::ranges::stable_sort(alike, {}, first_of);
   return classes;
 }
 
 }  // namespace
 
 LaneKey::LaneKey(const FloatModel& key_model, const FloatControls& controls,
-                 uint32_t key_max_iterations)
-    : model(&key_model),
+                 uint32_t key_max_iterations, bool moves)
+    : layout(&key_model.layout()),
       stages(controls.plan.stages),
       solver(controls.plan.solver),
       schedule(controls.plan.schedule),
       tolerance(controls.plan.tolerance),
-      max_iterations(key_max_iterations) {
+      max_iterations(key_max_iterations),
+      have_motions(moves) {
   // Cloths with and without damping share a group: each lane has a factor of its own.
   stages.Add(StepStage::kCorrectVelocity);
   solver.end_share = controls.has_start_directions() ? 0 : 1;
@@ -37,16 +44,16 @@ LaneKey::LaneKey(const FloatModel& key_model, const FloatControls& controls,
   }
 }
 
-std::vector<StepGroup> FormGroups(std::span<const std::optional<LaneKey>> keys, uint32_t lane_count,
+std::vector<StepGroup> FormGroups(std::span<const GroupCandidate> batch, uint32_t lane_count,
                                   uint32_t thread_count) {
-  const size_t share_of_thread = (keys.size() + thread_count - 1) / thread_count;
+  const size_t share_of_thread = (batch.size() + thread_count - 1) / thread_count;
   const size_t width = std::min<size_t>(lane_count, std::max<size_t>(share_of_thread, 1));
   std::vector<StepGroup> groups;
   std::vector<uint32_t> alone;
-  for (uint32_t k = 0; k < keys.size(); ++k) {
-    if (!keys[k]) alone.push_back(k);
+  for (uint32_t k = 0; k < batch.size(); ++k) {
+    if (!batch[k].key) alone.push_back(k);
   }
-  for (const std::vector<uint32_t>& cloths : Alike(keys)) {
+  for (const std::vector<uint32_t>& cloths : Alike(batch)) {
     for (size_t begin = 0; begin < cloths.size(); begin += width) {
       const auto first = cloths.begin() + static_cast<std::ptrdiff_t>(begin);
       const auto count = static_cast<std::ptrdiff_t>(std::min(width, cloths.size() - begin));

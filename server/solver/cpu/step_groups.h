@@ -13,17 +13,21 @@
 
 namespace drape::cpu {
 
-// Cloths with equal keys may form a group: the same stages run for all of them.
+// Cloths with equal keys may form a group (side_by_side/lanes.md): the same stages run for all of
+// them.
 struct LaneKey {
-  LaneKey(const FloatModel& model, const FloatControls& controls, uint32_t max_iterations);
+  // `moves`: its colliders do.
+  LaneKey(const FloatModel& model, const FloatControls& controls, uint32_t max_iterations,
+          bool moves);
 
-  const FloatModel* model;
+  const FloatModel* layout;  // FloatModel::layout; the cloths may differ in what is pinned
   StageSet stages;
   SolverChoice solver;  // end_share: 0 with start directions, else 1; cloths may differ in the rest
   SubstepSchedule schedule;
   double tolerance;
   uint32_t max_iterations;
   std::string colliders;  // their kinds
+  bool have_motions;
 
   friend auto operator<=>(const LaneKey&, const LaneKey&) = default;
 };
@@ -35,10 +39,16 @@ using StepGroup = std::vector<uint32_t>;
 // few it has (tests/bench/notes/cpu.md).
 inline constexpr uint32_t kMinGroupSize = 4;
 
-// Divides a batch. `keys`: of each cloth, none if it is to be stepped alone. A group has at most
-// lane_count cloths, and fewer where that leaves every thread one. Every cloth is in one group.
-// Large groups come first.
-std::vector<StepGroup> FormGroups(std::span<const std::optional<LaneKey>> keys, uint32_t lane_count,
+// One cloth of a batch.
+struct GroupCandidate {
+  const FloatModel* model;
+  std::optional<LaneKey> key;  // none: it is to be stepped alone
+};
+
+// Divides a batch. A group has at most lane_count cloths, and fewer where that leaves every thread
+// one. Every cloth is in one group. Large groups come first. Cloths of one model are in as few
+// groups as possible, for they are the cheapest.
+std::vector<StepGroup> FormGroups(std::span<const GroupCandidate> batch, uint32_t lane_count,
                                   uint32_t thread_count);
 
 }  // namespace drape::cpu

@@ -11,6 +11,7 @@ void MeasureSpeed(Bench& bench, const SpeedOptions& options) {
   if (is_wanted("limits")) MeasureLimits(bench, options.limits);
   if (is_wanted("cost")) MeasureCost(bench, options.cost);
   if (is_wanted("flatness")) MeasureFlatness(bench, options.flatness);
+  if (is_wanted("unlike")) MeasureUnlike(bench, options.unlike);
   if (is_wanted("skips")) MeasureSkips(bench, options.skips);
   if (is_wanted("service")) MeasureService(bench, options.service);
   if (is_wanted("curve")) MeasureCurve(bench, options.curve);

@@ -73,6 +73,17 @@ struct SkipsOptions {
 };
 void MeasureSkips(Bench& bench, SkipsOptions options);
 
+// Cloths that hold different particles, or whose colliders move, against equal ones and resting
+// colliders -> speed_unlike.csv.
+struct UnlikeOptions {
+  uint32_t cloths = 64;
+  std::vector<uint32_t> sides = {16, 32};  // particles
+  uint32_t lead_steps = 30;
+  uint32_t rounds = 15;  // of both in turn, after one that does not count
+  uint32_t steps = 10;   // of each in a round, always the same ones
+};
+void MeasureUnlike(Bench& bench, UnlikeOptions options);
+
 // Steps of the backend gl with each local size -> speed_local_sizes.csv;
 // several small sheets in one work group -> speed_packing.csv.
 struct LocalSizesLoad {
@@ -96,15 +107,17 @@ struct LocalSizesOptions {
 void MeasureLocalSizes(Bench& bench, LocalSizesOptions options);
 
 // In the order in which they are measured.
-inline constexpr std::array kSpeedParts = {"limits",  "cost",  "flatness",   "skips",
-                                           "service", "curve", "local_sizes"};
+inline constexpr std::array kSpeedParts = {"limits", "cost",    "flatness", "unlike",
+                                           "skips",  "service", "curve",    "local_sizes"};
 
 struct SpeedOptions {
   // Some of kSpeedParts; local_sizes only on request.
-  std::vector<std::string> parts = {"limits", "cost", "flatness", "skips", "service", "curve"};
+  std::vector<std::string> parts = {"limits", "cost",    "flatness", "unlike",
+                                    "skips",  "service", "curve"};
   LimitsOptions limits;
   CostOptions cost;
   FlatnessOptions flatness;
+  UnlikeOptions unlike;
   CurveOptions curve;
   ServiceOptions service;
   SkipsOptions skips;

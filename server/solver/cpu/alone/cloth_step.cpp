@@ -164,7 +164,7 @@ StepReport DoSubsteps(StepContext& context, const FloatState& state) {
   for (uint32_t index = 0; index < controls.plan.schedule.size(); ++index) {
     const Substep substep = controls.plan.schedule[index];
     context.substep = FloatSubstep(substep, controls.damping_per_s);
-    PlaceColliders(context, index * substep.duration_s, (index + 1) * substep.duration_s);
+    PlaceColliders(context, index, substep.duration_s);
     if (index == 0 && context.substep.is_two_step) {
       Copy(context, context.scratch.state, context.scratch.previous);
     }

@@ -263,13 +263,16 @@ void CorrectVelocity(const StepContext& context) {
   });
 }
 
-void PlaceColliders(const StepContext& context, double begin_s, double end_s) {
+void PlaceColliders(const StepContext& context, uint32_t index, double substep_s) {
   std::vector<MovingSurface>& surfaces = context.scratch.surfaces;
+  if (context.collider_motions.empty()) return surfaces.clear();
+  if (index > 0) {
+    for (MovingSurface& surface : surfaces) surface.Advance();
+    return;
+  }
   surfaces.clear();
-  if (context.collider_motions.empty()) return;
   for (const uint32_t k : context.scratch.reach.near) {
-    surfaces.emplace_back(context.controls.colliders[k], context.collider_motions[k], begin_s,
-                          end_s);
+    surfaces.emplace_back(context.controls.colliders[k], context.collider_motions[k], substep_s);
   }
 }
 

@@ -7,7 +7,7 @@ namespace drape::cpu {
 
 // Places the moving colliders that are near where they are in a substep from `begin_s` to `end_s`
 // of the step.
-void PlaceColliders(const StepContext& context, double begin_s, double end_s);
+void PlaceColliders(const StepContext& context, uint32_t index, double substep_s);
 
 // From positions and velocities before the substep.
 void PredictContacts(const StepContext& context);

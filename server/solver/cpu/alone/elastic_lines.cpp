@@ -54,7 +54,10 @@ void ApplyRows(const StepContext& context, size_t begin, size_t end) {
   for (auto row = static_cast<uint32_t>(begin); row < end; ++row) {
     ApplyCells(
         context.model, row, Vec4{}, [&](uint32_t i) { return impulses[i]; },
-        [&](uint32_t i, const Vec4& change) { u[i] += change; });
+        [&](uint32_t i, const Vec4& impulse) {
+          const float w = context.model.inverse_masses[i];
+          if (w != 0) u[i] += impulse * w;
+        });
   }
 }
 

@@ -42,6 +42,13 @@ class EightStrips : public EightPaths {
   float tolerance() const { return context().controls.tolerance; }
   Vec8 end_share() const { return Splat8(context().controls.end_share); }
 
+  static Vec8 InverseMassFrom(const StripLink& link, const Ends&) {
+    return Number(link.inverse_mass_from);
+  }
+  static Vec8 InverseMassTo(const StripLink& link) { return Number(link.inverse_mass_to); }
+  static Vec8 Diagonal(const StripLink& link, const Ends&) { return Number(link.diagonal); }
+  static Vec8 MinPivot(const StripLink& link) { return Number(link.min_pivot); }
+
   Vec8 RoundOffs(const Ends& particles) const {
     const std::vector<float>& round_offs = context().scratch.quiet_round_offs;
     Numbers8 numbers;

@@ -82,8 +82,9 @@ inline Scalars DistanceImpulse(const Scalars& residual, float inverse_h,
 // Impulse that closes a point joint, along all axes at once, with the residual r = p_j - p_i +
 // (alpha/h) Lambda and the sum w_i + w_j + alpha/h^2 (Bender et al. 2009, section 3.2, for the
 // equality constraint p_j - p_i = 0).
-template <class Vectors>
-inline Vectors JointImpulse(const Vectors& residual, float inverse_h, float inverse_mass_sum) {
+template <class Vectors, class Scalars>
+inline Vectors JointImpulse(const Vectors& residual, float inverse_h,
+                            const Scalars& inverse_mass_sum) {
   return -residual * inverse_h / inverse_mass_sum;
 }
 

@@ -1,13 +1,14 @@
 #include "server/solver/cpu/model/float_model.h"
 
-#include "server/solver/solver_constants.h"
-
 #include <algorithm>
 #include <limits>
 #include <numeric>
 #include <span>
 #include <tuple>
 #include <utility>
+
+#include "server/solver/cpu/model/layout.h"
+#include "server/solver/solver_constants.h"
 
 namespace drape::cpu {
 namespace {
@@ -94,7 +95,6 @@ void PackStripLane(const FloatModel& model, uint32_t strip, uint32_t lane, std::
     link.min_pivot.Set(lane, static_cast<float>(w[to] == 0 ? kMinStripPivotAtPin : kMinStripPivot));
     link.inverse_mass_from.Set(lane, w[from]);
     link.inverse_mass_to.Set(lane, w[to]);
-    link.inverse_mass_joint.Set(lane, k + 1 < end ? w[to] : 0);
     link.diagonal.Set(lane, w[from] + w[to]);
   }
   for (Link& link : links.subspan(end - begin)) link.to[lane] = strips.particles[end + strip];
@@ -259,7 +259,10 @@ void PackTethers(FloatModel& model) {
   for (uint32_t particle = 0; particle < model.particle_count; ++particle) {
     for (uint32_t t = offsets[particle]; t < offsets[particle + 1]; ++t) {
       const Tether& tether = model.source->tethers()[t];
-      model.single_tethers.push_back({particle, tether.pin, static_cast<float>(tether.length_m)});
+      const auto place = std::ranges::lower_bound(model.pins, tether.pin);
+      model.single_tethers.push_back({particle, tether.pin,
+                                      static_cast<uint32_t>(place - model.pins.begin()),
+                                      static_cast<float>(tether.length_m)});
     }
   }
   model.tether_block_offsets.push_back(0);
@@ -334,11 +337,13 @@ void PackSprings(FloatModel& model) {
 
 }  // namespace
 
-FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model)
+FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model,
+                       std::shared_ptr<const FloatModel> shared_layout)
     : source(std::move(scene_model)),
       particle_count(source->particle_count()),
       pins(source->pins().begin(), source->pins().end()),
-      length_scale(static_cast<float>(source->length_scale_m())) {
+      length_scale(static_cast<float>(source->length_scale_m())),
+      layout_(std::move(shared_layout)) {
   for (uint32_t particle = 0; particle < particle_count; ++particle) {
     const double inverse_mass = source->inverse_masses_per_kg()[particle];
     inverse_masses.push_back(static_cast<float>(inverse_mass));
@@ -375,14 +380,29 @@ std::shared_ptr<const ElasticEntries> ElasticEntriesCache::Get(const FloatModel&
   return made;
 }
 
+std::shared_ptr<const FloatModel> FloatModelCache::FindLayout(const SceneModel& model,
+                                                              uint64_t hash) const {
+  const auto [begin, end] = layouts_.equal_range(hash);
+  for (auto entry = begin; entry != end; ++entry) {
+    const auto layout = entry->second.lock();
+    if (layout != nullptr && FitsLayout(model, *layout->source)) return layout;
+  }
+  return nullptr;
+}
+
 std::shared_ptr<const FloatModel> FloatModelCache::Get(
     const std::shared_ptr<const SceneModel>& model) {
   std::weak_ptr<const FloatModel>& entry = models_[model.get()];
   if (auto found = entry.lock()) return found;
-  std::erase_if(models_, [&](const auto& item) {
-    return item.first != model.get() && item.second.expired();
-  });
-  auto made = std::make_shared<const FloatModel>(model);
+  const auto is_expired = [](const auto& item) { return item.second.expired(); };
+  std::erase_if(models_,
+                [&](const auto& item) { return item.first != model.get() && is_expired(item); });
+  std::erase_if(layouts_, is_expired);
+  const uint64_t hash = LayoutHash(*model);
+  auto layout = FindLayout(*model, hash);
+  const bool is_layout = layout == nullptr;
+  auto made = std::make_shared<const FloatModel>(model, std::move(layout));
+  if (is_layout) layouts_.emplace(hash, made);
   models_[model.get()] = made;
   return made;
 }

@@ -36,12 +36,11 @@ struct StripLinks {
   Ends places;
   Numbers rest_length;             // [m]
   Numbers inverse_rest_length_sq;  // [1/m^2]; 0 for padding
-  Numbers inverse_mass_from;       // [1/kg]
+  Numbers inverse_mass_from;       // [1/kg]; 0 for padding
   Numbers inverse_mass_to;
-  Numbers inverse_mass_joint;  // of the particle shared with the next link; 0 if there is none
-  Numbers diagonal;            // inverse_mass_from + inverse_mass_to, never 0
-  Numbers min_pivot;           // share of the diagonal
-  bool has_pins;               // `to` is a pin, or of no strip, in some lane
+  Numbers diagonal;   // inverse_mass_from + inverse_mass_to; 1 for padding
+  Numbers min_pivot;  // share of the diagonal
+  bool has_pins;      // `to` is a pin, or of no strip, in some lane
 };
 
 // Strips of a phase side by side. Others of their phase may have the same pins.
@@ -60,6 +59,7 @@ struct NumberPair {
   float low, high;
 
   void Set(uint32_t strip, float value) { (strip == 0 ? low : high) = value; }
+  friend bool operator==(const NumberPair&, const NumberPair&) = default;
 };
 using PairLink = StripLinks<std::array<uint32_t, 2>, NumberPair>;
 using StripPair = Strips<std::array<uint32_t, 2>>;
@@ -89,7 +89,8 @@ struct TetherGroup {
 struct SingleTether {
   uint32_t particle;
   uint32_t pin;
-  float length;  // [m]
+  uint32_t pin_index;  // of the pin in FloatModel::pins
+  float length;        // [m]
 };
 
 // Four triangles. Filled up with triangles of the spare particle alone.
@@ -149,6 +150,8 @@ struct ElasticGroups {
   }
 };
 
+using PairPlace = ElasticPlace<std::array<uint32_t, 2>, NumberPair>;
+
 // What solves the lines of elastic elements of a model, of one cloth and of several.
 struct ElasticEntries {
   ElasticGroups<std::array<uint32_t, kVec8Size>, Numbers8> eights;
@@ -170,7 +173,10 @@ class ElasticEntriesCache {
 
 // Constant after construction; shared by all cloths of one SceneModel, which it keeps alive.
 struct FloatModel {
-  explicit FloatModel(std::shared_ptr<const SceneModel> scene_model);
+  // `shared_layout`: of a model that this one differs from by its pins alone (FitsLayout); null: it
+  // has its own.
+  explicit FloatModel(std::shared_ptr<const SceneModel> scene_model,
+                      std::shared_ptr<const FloatModel> shared_layout = nullptr);
 
   std::shared_ptr<const SceneModel> source;
   uint32_t particle_count;
@@ -214,6 +220,9 @@ struct FloatModel {
   float length_scale;  // [m]
   mutable ElasticEntriesCache elastic_entries;
 
+  // The model whose particles, links and their order the cloths of a group share, whatever they
+  // have pinned.
+  const FloatModel& layout() const { return layout_ != nullptr ? *layout_ : *this; }
   // The particle that padding constraints refer to: arrays have one element more than particles.
   uint32_t spare_particle() const { return particle_count; }
   // Neither a pin nor the spare particle.
@@ -229,6 +238,9 @@ struct FloatModel {
     return mask;
   }
   bool has_springs() const { return !spring_offsets.empty(); }
+
+ private:
+  std::shared_ptr<const FloatModel> layout_;
 };
 
 // One FloatModel per SceneModel object, for as long as a cloth uses it. One thread.
@@ -239,7 +251,12 @@ class FloatModelCache {
   size_t size() const;
 
  private:
+  // Null: none in use fits.
+  std::shared_ptr<const FloatModel> FindLayout(const SceneModel& model, uint64_t hash) const;
+
   std::unordered_map<const SceneModel*, std::weak_ptr<const FloatModel>> models_;
+  // Those that are their own layouts, by LayoutHash.
+  std::unordered_multimap<uint64_t, std::weak_ptr<const FloatModel>> layouts_;
 };
 
 }  // namespace drape::cpu

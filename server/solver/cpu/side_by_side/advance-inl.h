@@ -17,23 +17,42 @@ HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
+// Pin k of each cloth.
+ClothParticle& PinAt(const GroupContext& context, size_t k) {
+  return context.has_own_pins() ? context.own_pins.pins[k]
+                                : context.particles[context.model.pins[k]];
+}
+
+// The particles become what the pins of each cloth are.
+void PlaceOwnPins(const GroupContext& context) {
+  if (!context.has_own_pins()) return;
+  for (const auto& [particle, pin, cloths] : context.own_pins.lists->holds) {
+    ClothParticle& held = context.particles[particle];
+    const ClothParticle& own = context.own_pins.pins[pin];
+    held.p = Select(MaskOf(cloths), own.p, held.p);
+    held.u = Select(MaskOf(cloths), own.u, held.u);
+  }
+}
+
 void PredictPins(const GroupContext& context) {
   const FloatSubstep& substep = context.substep;
-  for (size_t k = 0; k < context.model.pins.size(); ++k) {
-    ClothParticle& pin = context.particles[context.model.pins[k]];
+  for (size_t k = 0; k < context.pin_count(); ++k) {
+    ClothParticle& pin = PinAt(context, k);
     const VectorsCloths way = (context.pin_targets[k] - pin.p) / substep.pin_shares;
     pin.u = way * substep.inverse_duration;
     pin.p = pin.p + way * substep.pin_lead;
   }
+  PlaceOwnPins(context);
 }
 
 void IntegratePins(const GroupContext& context) {
   const FloatSubstep& substep = context.substep;
-  for (size_t k = 0; k < context.model.pins.size(); ++k) {
-    ClothParticle& pin = context.particles[context.model.pins[k]];
+  for (size_t k = 0; k < context.pin_count(); ++k) {
+    ClothParticle& pin = PinAt(context, k);
     // At the end of the step a pin is where it was asked to be, to the bit.
     pin.p = substep.pin_shares == 1 ? context.pin_targets[k] : pin.p + pin.u * substep.interval;
   }
+  PlaceOwnPins(context);
 }
 
 // The free particles begin the substep (Bender et al. 2009, section 3.1, eq. 2): the velocities
@@ -91,29 +110,50 @@ HWY_NOINLINE VectorsCloths PullAlongStart(const GroupContext& context, VectorsCl
 
 // A particle does not end the substep farther from a pin than the cloth between them is long
 // (scene/tethers.h).
+template <bool kHasOwnPins>
 class TetherPull {
  public:
   explicit TetherPull(const GroupContext& context)
       : context_(context),
+        offsets_(kHasOwnPins ? context.own_pins.lists->tether_offsets.data()
+                             : context.model.source->tether_offsets().data()),
         tethers_(context.model.single_tethers.data()),
-        offsets_(context.model.source->tether_offsets().data()) {}
+        own_tethers_(kHasOwnPins ? context.own_pins.lists->tethers.data() : nullptr) {}
   // Position and velocity of a particle.
   HWY_INLINE void operator()(uint32_t i, const VectorsCloths& p, VectorsCloths& u) const {
-    for (uint32_t t = offsets_[i]; t < offsets_[i + 1]; ++t) Pull(tethers_[t], p, u);
+    for (uint32_t t = offsets_[i]; t < offsets_[i + 1]; ++t) {
+      if constexpr (kHasOwnPins) {
+        PullToOwnPin(t, p, u);
+      } else {
+        Pull(context_.particles[tethers_[t].pin], SplatCloths(tethers_[t].length), p, u);
+      }
+    }
   }
 
  private:
-  HWY_INLINE void Pull(const SingleTether& tether, const VectorsCloths& p, VectorsCloths& u) const {
-    const ClothParticle& pin = context_.particles[tether.pin];
+  HWY_INLINE void PullToOwnPin(uint32_t t, const VectorsCloths& p, VectorsCloths& u) const {
+    const ClothParticle* const pins = context_.own_pins.pins;
+    const OwnTether& tether = own_tethers_[t];
+    ClothParticle pin = pins[tether.pin];
+    for (uint32_t e = tether.others_begin; e < tether.others_end; ++e) {
+      const TetherEnd& end = context_.own_pins.lists->tether_ends[e];
+      const MaskCloths cloths = MaskOf(end.cloths);
+      Assign(pin.p, Select(cloths, pins[end.pin].p, pin.p));
+      Assign(pin.u, Select(cloths, pins[end.pin].u, pin.u));
+    }
+    Pull(pin, context_.own_pins.tether_lengths[t], p, u);
+  }
+
+  HWY_INLINE void Pull(const ClothParticle& pin, VecCloths reach, const VectorsCloths& p,
+                       VectorsCloths& u) const {
     const VectorsCloths start = p - pin.p;
     const VectorsCloths d = start + (u - pin.u) * context_.substep.interval;
     const VecCloths length_sq = Dot(d, d);
-    const MaskCloths is_taut = length_sq > SplatCloths(tether.length * tether.length);
+    const MaskCloths is_taut = length_sq > reach * reach;
     if (!IsAnyLaneSet(is_taut)) return;
     const VecCloths none = SplatCloths(0);
     const VecCloths length = Sqrt(length_sq);
-    const VecCloths speed =
-        TetherSpeed(length, SplatCloths(tether.length), context_.substep.inverse_interval);
+    const VecCloths speed = TetherSpeed(length, reach, context_.substep.inverse_interval);
     if (context_.controls.has_start_directions()) {
       u = u - PullAlongStart(context_, start, Directions(d, length), Select(is_taut, speed, none));
     } else {
@@ -122,8 +162,9 @@ class TetherPull {
   }
 
   const GroupContext& context_;
-  const SingleTether* const tethers_;
   const uint32_t* const offsets_;
+  const SingleTether* const tethers_;
+  const OwnTether* const own_tethers_;
 };
 
 // The free particles end the substep (Bender et al. 2009, section 3.1, eq. 1): p = b + H u; the
@@ -160,20 +201,25 @@ class Integration {
 };
 
 // All open stages of one free particle.
+template <bool kHasOwnPins>
 class ParticleVisit {
  public:
   explicit ParticleVisit(GroupContext& context)
-      : open_(context.open),
+      : context_(context),
+        open_(context.open),
         particles_(context.particles),
         integrate_(context),
         predict_(context),
         pull_(context) {}
   // `p`, `v`: its position and velocity.
   HWY_INLINE void operator()(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
-    if (open_.integrate) integrate_(i, p, v);
-    if (open_.damp) Assign(v, open_.damping_factor * v);
-    if (open_.predict) predict_(i, p, v);
-    if (open_.tether) pull_(i, p, v);
+    if (kHasOwnPins && context_.IsHeldBySome(i)) [[unlikely]] {
+      VisitInSome(particles_[i], i);
+      Assign(p, particles_[i].p);
+      Assign(v, particles_[i].u);
+      return;
+    }
+    VisitInAll(i, p, v);
   }
   HWY_INLINE void operator()(uint32_t i) const {
     ClothParticle& particle = particles_[i];
@@ -184,18 +230,43 @@ class ParticleVisit {
   }
 
  private:
+  HWY_INLINE void VisitInAll(uint32_t i, VectorsCloths& p, VectorsCloths& v) const {
+    if (open_.integrate) integrate_(i, p, v);
+    if (open_.damp) Assign(v, open_.damping_factor * v);
+    if (open_.predict) predict_(i, p, v);
+    if (open_.tether) pull_(i, p, v);
+  }
+  // The cloths that hold the particle keep it as it is.
+  HWY_NOINLINE void VisitInSome(ClothParticle& particle, uint32_t i) const {
+    const MaskCloths is_free = context_.FreeCloths(i), was_held = context_.is_held;
+    VectorsCloths p = particle.p, v = particle.u;
+    VisitInAll(i, p, v);
+    Assign(particle.p, Select(is_free, p, particle.p));
+    Assign(particle.u, Select(is_free, v, particle.u));
+    context_.is_held = was_held & (context_.is_held | AndNot(is_free, was_held));
+  }
+
+  GroupContext& context_;
   const OpenStages open_;
   ClothParticle* const particles_;
   const Integration integrate_;
   const Prediction predict_;
-  const TetherPull pull_;
+  const TetherPull<kHasOwnPins> pull_;
 };
+
+// function(visit)
+template <class Function>
+void WithVisit(GroupContext& context, const Function& function) {
+  if (context.has_own_pins()) return function(ParticleVisit<true>(context));
+  function(ParticleVisit<false>(context));
+}
 
 // To be called before particles are read or changed otherwise.
 void Settle(GroupContext& context) {
   if (!context.open.any()) return;
-  const ParticleVisit visit(context);
-  for (const uint32_t i : context.model.free_particles) visit(i);
+  WithVisit(context, [&](const auto& visit) {
+    for (const uint32_t i : context.free_particles) visit(i);
+  });
   context.open = {};
 }
 

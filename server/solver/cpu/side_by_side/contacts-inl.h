@@ -1,4 +1,4 @@
-// Contacts of a group of cloths with resting colliders; what contacts.cpp does for one cloth.
+// Contacts of a group of cloths; what contacts.cpp does for one cloth.
 // Compiled once per instruction set.
 #if defined(DRAPE_CPU_SIDE_BY_SIDE_CONTACTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef DRAPE_CPU_SIDE_BY_SIDE_CONTACTS_INL_H_
@@ -10,78 +10,94 @@
 #include "server/solver/cpu/formulas/contact_math-inl.h"
 #include "server/solver/cpu/side_by_side/advance-inl.h"
 #include "server/solver/cpu/side_by_side/state-inl.h"
+#include "server/solver/cpu/side_by_side/surfaces-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
-using ClothGap = Gaps<VecCloths, VectorsCloths>;
-
-ClothGap GapAt(const VectorsCloths& q, const ClothCollider& collider) {
-  const auto& [kind, point, vector, offset, size, axes] = collider;
-  return ShapeGap(kind, q, point, vector, axes, offset);
+// Relative to the surface where the particle is.
+template <class Surface>
+HWY_INLINE VectorsCloths VelocityBefore(const Surface& surface, const VectorsCloths& p,
+                                        const VectorsCloths& v) {
+  if constexpr (Surface::kMoves) return v - surface.VelocityAtStart(p);
+  return v;
 }
 
-// Of the gap at q [m].
-VecCloths TouchRoundOff(const VectorsCloths& q, const ClothCollider& collider) {
-  return SplatCloths(kTouchRoundOff) * (SumOfSizes(q) + collider.size);
-}
-
-// From positions and velocities before the substep.
-void PredictContacts(GroupContext& context) {
-  if (context.collider_count() == 0) return;
-  Settle(context);
+template <class Surfaces>
+void PredictContactsOf(GroupContext& context, const Surfaces& surfaces) {
   const VecCloths zero = SplatCloths(0);
   const float depenetration = context.controls.depenetration_distance;
   const bool has_quiet_links = context.controls.plan.solver.has_quiet_links;
   VecCloths largest_round_off = zero;
-  for (const uint32_t i : context.model.free_particles) {
-    const auto& [p, v] = context.particles[i];
+  for (const uint32_t i : context.free_particles) {
+    const VectorsCloths p = context.particles[i].p;
     VecCloths quiet_round_off = zero;
-    for (size_t k = 0; k < context.collider_count(); ++k) {
-      const ClothGap gap = GapAt(p, context.colliders[k]);
-      ClothContact& contact = context.contacts[i * context.collider_count() + k];
+    for (size_t k = 0; k < surfaces.size(); ++k) {
+      const auto surface = surfaces[k];
+      const ClothGap gap = surface.GapAtStart(p);
+      ClothContact& contact = context.contacts[i * surfaces.size() + k];
       contact.tangent = {zero, zero, zero};
       contact.normal = zero;
       contact.floor = ContactFloor(gap.gap, depenetration);
       contact.rebound = zero;
+      if (!context.has_restitution && !has_quiet_links) continue;
+      const VectorsCloths v = VelocityBefore(surface, p, context.particles[i].u);
       if (context.has_restitution) {
         contact.rebound = ReboundSpeed(gap.gap, gap.normal, v, context.gravity, context.restitution,
                                        context.slowest_rebound);
       }
-      if (!has_quiet_links) continue;
-      quiet_round_off =
-          Max(quiet_round_off, QuietRoundOff(gap.gap, TouchRoundOff(p, context.colliders[k]), p, v,
-                                             context.slowest_landing));
+      quiet_round_off = Max(quiet_round_off, QuietRoundOff(gap.gap, surface.RoundOff(p), p, v,
+                                                           context.slowest_landing));
     }
     if (!has_quiet_links) continue;
+    if (context.IsHeldBySome(i)) {
+      quiet_round_off = Select(context.FreeCloths(i), quiet_round_off, zero);
+    }
     context.quiet_round_offs[i] = quiet_round_off;
     largest_round_off = Max(largest_round_off, quiet_round_off);
   }
   context.has_quiet_particles = IsAnyLaneSet(largest_round_off > zero);
 }
 
+// From positions and velocities before the substep.
+void PredictContacts(GroupContext& context) {
+  if (context.collider_count() == 0) return;
+  Settle(context);
+  WithSurfaces(context, [&](const auto& surfaces) { PredictContactsOf(context, surfaces); });
+}
+
 // Again where contacts let the substep end, after particles have been moved.
 void FindContactFloors(const GroupContext& context) {
   if (context.substep.is_two_step) return;
   const float depenetration = context.controls.depenetration_distance;
-  for (const uint32_t i : context.model.free_particles) {
-    for (size_t k = 0; k < context.collider_count(); ++k) {
-      const ClothGap gap = GapAt(context.particles[i].p, context.colliders[k]);
-      context.contacts[i * context.collider_count() + k].floor =
-          ContactFloor(gap.gap, depenetration);
+  WithSurfaces(context, [&](const auto& surfaces) {
+    for (const uint32_t i : context.free_particles) {
+      for (size_t k = 0; k < surfaces.size(); ++k) {
+        context.contacts[i * surfaces.size() + k].floor =
+            ContactFloor(surfaces[k].GapAtStart(context.particles[i].p).gap, depenetration);
+      }
     }
-  }
+  });
 }
 
-// Friction of one particle against one collider. Returns the lanes that it changed beyond the
-// tolerance.
-MaskCloths SolveFriction(const GroupContext& context, const VectorsCloths& n, MaskCloths is_active,
+// Friction of one particle, predicted from b, against one collider. Returns the lanes that it
+// changed beyond the tolerance.
+template <class Surface>
+MaskCloths SolveFriction(const GroupContext& context, const Surface& surface,
+                         const VectorsCloths& b, const VectorsCloths& n, MaskCloths is_active,
                          ClothContact& contact, VectorsCloths& u) {
-  const VecCloths impulse = context.substep.is_two_step
-                                ? WholeImpulse(contact.normal, contact.rebound, Dot(u, n))
+  const bool is_two_step = context.substep.is_two_step;
+  VectorsCloths relative = u;
+  // With two steps u is the velocity at the end of the substep, else the mean over it.
+  if constexpr (Surface::kMoves) {
+    relative = u - (is_two_step ? surface.VelocityAtEnd(b + u * context.substep.interval)
+                                : surface.MeanVelocity(b));
+  }
+  const VecCloths impulse = is_two_step
+                                ? WholeImpulse(contact.normal, contact.rebound, Dot(relative, n))
                                 : contact.normal;
-  const VectorsCloths tangent = FrictionImpulse(contact.tangent, Tangential(u, n), impulse,
+  const VectorsCloths tangent = FrictionImpulse(contact.tangent, Tangential(relative, n), impulse,
                                                 context.friction_static, context.friction_dynamic);
   const VectorsCloths change = tangent - contact.tangent;
   u = Select(is_active, u + change, u);
@@ -90,69 +106,134 @@ MaskCloths SolveFriction(const GroupContext& context, const VectorsCloths& n, Ma
                       SplatCloths(context.controls.contact_tolerance));
 }
 
-// From where particle i, predicted from b, was before the substep to where it will be after it.
-VectorsCloths WayOf(const GroupContext& context, uint32_t i, const VectorsCloths& b,
-                    const VectorsCloths& u) {
+// From where particle i, predicted from b, was before the substep to where it will be after it,
+// relative to the surface.
+template <class Surface>
+HWY_INLINE VectorsCloths WayOf(const GroupContext& context, const Surface& surface, uint32_t i,
+                               const VectorsCloths& b, const VectorsCloths& u) {
+  const bool is_two_step = context.substep.is_two_step;
   const VectorsCloths move = u * context.substep.interval;
-  return context.substep.is_two_step ? (b - context.previous[i].p) + move : move;
+  const VectorsCloths p = is_two_step ? context.previous[i].p : b;
+  const VectorsCloths way = is_two_step ? (b - p) + move : move;
+  if constexpr (Surface::kMoves) return way - surface.WayOf(p);
+  return way;
 }
 
-// One particle against one collider. `after()` is called where it may have changed u.
-template <class After>
-MaskCloths SolveContact(const GroupContext& context, const ClothCollider& collider, uint32_t i,
-                        const VectorsCloths& p, ClothContact& contact, VectorsCloths& u,
-                        const After& after) {
-  const FloatControls& controls = context.controls;
+// Whether contacts have given one of the cloths an impulse in this substep.
+HWY_INLINE bool HasImpulse(const ClothContact& contact) {
+  const VecCloths zero = SplatCloths(0);
+  return IsAnyLaneSet((contact.normal > zero) | (Dot(contact.tangent, contact.tangent) > zero));
+}
+
+// One particle against one collider in some of the cloths. `after()` is called where it may have
+// changed u.
+template <class Surface, class After>
+MaskCloths SolveContact(const GroupContext& context, const Surface& surface, uint32_t i,
+                        MaskCloths cloths, const VectorsCloths& p, ClothContact& contact,
+                        VectorsCloths& u, const After& after) {
   const VecCloths zero = SplatCloths(0);
   const float interval = context.substep.interval;
   const VectorsCloths q = p + u * interval;
-  const ClothGap at_end = GapAt(q, collider);
-  const VecCloths way = Dot(WayOf(context, i, p, u), at_end.normal);
-  const VecCloths error = ContactError(at_end.gap, way, TouchRoundOff(q, collider), contact.floor);
+  const ClothGap at_end = surface.GapAtEnd(q);
+  const VecCloths round_off = surface.RoundOff(q);
+  // With such a gap the error is more than 0, whatever the way (ContactError).
+  const bool is_apart = AreAllLanesSet(at_end.gap > round_off + round_off);
+  if (is_apart && !HasImpulse(contact)) return {};
+  const VecCloths way = Dot(WayOf(context, surface, i, p, u), at_end.normal);
+  const VecCloths error = ContactError(at_end.gap, way, round_off, contact.floor);
   const VecCloths impulse = ContactImpulse(contact.normal, error, context.substep.inverse_interval);
-  if (!IsAnyLaneSet((impulse > zero) | (contact.normal > zero) |
-                    (Dot(contact.tangent, contact.tangent) > zero))) {
-    return {};
-  }
+  if (!IsAnyLaneSet(impulse > zero) && !HasImpulse(contact)) return {};
   const VecCloths change = impulse - contact.normal;
-  u = Select(context.is_running, u + change * at_end.normal, u);
-  contact.normal = Select(context.is_running, impulse, contact.normal);
-  const MaskCloths changed = context.is_running & (SplatCloths(interval) * Abs(change) >
-                                                   SplatCloths(controls.contact_tolerance));
+  u = Select(cloths, u + change * at_end.normal, u);
+  contact.normal = Select(cloths, impulse, contact.normal);
+  const VecCloths tolerance = SplatCloths(context.controls.contact_tolerance);
+  const MaskCloths changed = cloths & (SplatCloths(interval) * Abs(change) > tolerance);
   const MaskCloths has_friction =
       (context.friction_static > zero) &
       ((contact.normal > zero) | (Dot(contact.tangent, contact.tangent) > zero));
   const MaskCloths slips =
-      SolveFriction(context, at_end.normal, context.is_running & has_friction, contact, u);
+      SolveFriction(context, surface, p, at_end.normal, cloths & has_friction, contact, u);
   after();
   return changed | slips;
 }
 
-// One sweep. Returns the lanes in which an impulse was larger than the tolerance.
-MaskCloths SolveContacts(GroupContext& context) {
+template <class Surfaces>
+MaskCloths SolveContactsOf(GroupContext& context, const Surfaces& surfaces) {
   MaskCloths changed;
   const bool watches = context.reach.WatchesSweeps(context.max_iterations);
-  if (context.collider_count() == 0 && !watches) return changed;
-  for (const uint32_t i : context.model.free_particles) {
+  const MaskCloths all = SplatCloths(0) >= SplatCloths(0);
+  for (const uint32_t i : context.free_particles) {
     ClothParticle& particle = context.particles[i];
-    ClothContact* const contacts = context.contacts + i * context.collider_count();
+    ClothContact* const contacts = context.contacts + i * surfaces.size();
+    const MaskCloths is_free = context.IsHeldBySome(i) ? context.FreeCloths(i) : all;
     const auto watch = [&] {
       if (!watches) return;
-      context.is_held &= Holds(context.range, particle.p + particle.u * context.substep.interval);
+      const MaskCloths is_held =
+          Holds(context.range, particle.p + particle.u * context.substep.interval);
+      context.is_held &= is_held | AndNot(is_free, all);
     };
     watch();
-    for (size_t k = 0; k < context.collider_count(); ++k) {
-      changed |= SolveContact(context, context.colliders[k], i, particle.p, contacts[k], particle.u,
-                              watch);
+    for (size_t k = 0; k < surfaces.size(); ++k) {
+      changed |= SolveContact(context, surfaces[k], i, context.is_running & is_free, particle.p,
+                              contacts[k], particle.u, watch);
     }
   }
   return changed;
 }
 
-// Those of the particle that hit this collider in the substep, which began with the previous state.
-MaskCloths HaveLanded(const GroupContext& context, const ClothCollider& collider, uint32_t i) {
-  const ClothParticle& before = context.previous[i];
-  return IsLanding(GapAt(before.p, collider).normal, before.u, context.slowest_landing);
+// One sweep. Returns the lanes in which an impulse was larger than the tolerance.
+MaskCloths SolveContacts(GroupContext& context) {
+  if (context.collider_count() == 0 && !context.reach.WatchesSweeps(context.max_iterations)) {
+    return {};
+  }
+  return WithSurfaces(context, [&](const auto& s) { return SolveContactsOf(context, s); });
+}
+
+// Those of the particle that hit this surface in the substep, which began with the previous state.
+template <class Surface>
+MaskCloths HaveLanded(const GroupContext& context, const Surface& surface, uint32_t i) {
+  const auto& [p, v] = context.previous[i];
+  return IsLanding(surface.GapAtStart(p).normal, VelocityBefore(surface, p, v),
+                   context.slowest_landing);
+}
+
+template <class Surfaces>
+void CorrectVelocityOf(const GroupContext& context, const Surfaces& surfaces) {
+  const bool is_two_step = context.substep.is_two_step;  // damping is in the prediction
+  const VecCloths zero = SplatCloths(0);
+  const VectorsCloths kick = is_two_step ? VectorsCloths{zero, zero, zero}
+                                         : context.gravity * context.substep.half_interval;
+  for (const uint32_t i : context.free_particles) {
+    ClothParticle& particle = context.particles[i];
+    VectorsCloths v = particle.u;
+    MaskCloths has_landed{};
+    for (size_t k = 0; k < surfaces.size(); ++k) {
+      const ClothContact& contact = context.contacts[i * surfaces.size() + k];
+      const MaskCloths has_impulse = contact.normal > zero;
+      if (!IsAnyLaneSet(has_impulse)) continue;
+      const auto surface = surfaces[k];
+      if (is_two_step) has_landed |= has_impulse & HaveLanded(context, surface, i);
+      const VectorsCloths n = surface.GapAtEnd(particle.p).normal;
+      const auto after_contact = [&](const VectorsCloths& before) {
+        return VelocityAfterContact(before, n, kick, contact.tangent, contact.normal,
+                                    contact.rebound, is_two_step, context.friction_static,
+                                    context.friction_dynamic);
+      };
+      if constexpr (decltype(surface)::kMoves) {
+        const VectorsCloths of_surface = surface.VelocityAtEnd(particle.p);
+        v = Select(has_impulse, of_surface + after_contact(v - of_surface), v);
+      } else {
+        v = Select(has_impulse, after_contact(v), v);
+      }
+    }
+    if (!is_two_step) v = context.damping_factor * v;
+    particle.u = context.IsHeldBySome(i) ? Select(context.FreeCloths(i), v, particle.u) : v;
+    if (!IsAnyLaneSet(has_landed)) continue;
+    const auto flight = FlightBefore(particle.p, particle.u, context.gravity, context.controls.h);
+    ClothParticle& previous = context.previous[i];
+    previous.p = Select(has_landed, flight.position, previous.p);
+    previous.u = Select(has_landed, flight.velocity, previous.u);
+  }
 }
 
 // Contacts; then damping, which alone is left open.
@@ -164,32 +245,7 @@ void CorrectVelocity(GroupContext& context) {
     return;
   }
   Settle(context);
-  const VecCloths zero = SplatCloths(0);
-  const VectorsCloths kick = is_two_step ? VectorsCloths{zero, zero, zero}
-                                         : context.gravity * context.substep.half_interval;
-  for (const uint32_t i : context.model.free_particles) {
-    ClothParticle& particle = context.particles[i];
-    VectorsCloths v = particle.u;
-    MaskCloths has_landed{};
-    for (size_t k = 0; k < context.collider_count(); ++k) {
-      const ClothContact& contact = context.contacts[i * context.collider_count() + k];
-      const MaskCloths has_impulse = contact.normal > SplatCloths(0);
-      if (!IsAnyLaneSet(has_impulse)) continue;
-      if (is_two_step) has_landed |= has_impulse & HaveLanded(context, context.colliders[k], i);
-      const VectorsCloths n = GapAt(particle.p, context.colliders[k]).normal;
-      v = Select(
-          has_impulse,
-          VelocityAfterContact(v, n, kick, contact.tangent, contact.normal, contact.rebound,
-                               is_two_step, context.friction_static, context.friction_dynamic),
-          v);
-    }
-    particle.u = is_two_step ? v : context.damping_factor * v;
-    if (!IsAnyLaneSet(has_landed)) continue;
-    const auto flight = FlightBefore(particle.p, particle.u, context.gravity, context.controls.h);
-    ClothParticle& previous = context.previous[i];
-    previous.p = Select(has_landed, flight.position, previous.p);
-    previous.u = Select(has_landed, flight.velocity, previous.u);
-  }
+  WithSurfaces(context, [&](const auto& surfaces) { CorrectVelocityOf(context, surfaces); });
 }
 
 }  // namespace

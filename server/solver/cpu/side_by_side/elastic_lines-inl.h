@@ -15,12 +15,18 @@ HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
-// Two lines of each cloth: what elastic_lines-inl.h works on.
+// Two lines of each cloth: what elastic_lines-inl.h works on. ItsPlace: PairPlace or OwnPlace.
+template <class ItsPlace>
 class LinePairs : public PathPairs {
  public:
-  using Place = ElasticPlace<Ends, NumberPair>;
+  using Place = ItsPlace;
 
   explicit LinePairs(const GroupContext& context) : PathPairs(context) {}
+
+  using PathPairs::Number;
+  static VecPair Number(const OwnNumbers& numbers) {
+    return numbers.own != nullptr ? *numbers.own : Number(numbers.same);
+  }
 
   void SetCellImpulses(const Ends& cells, const VectorsPair& impulses) const {
     Assign(context().impulses[cells[0]], Low(impulses));
@@ -34,25 +40,35 @@ void ApplyCellImpulses(const GroupContext& context) {
     ApplyCells(
         context.model, row, VectorsCloths{zero, zero, zero},
         [&](uint32_t i) -> const VectorsCloths& { return context.impulses[i]; },
-        [&](uint32_t i, const VectorsCloths& change) {
-          context.particles[i].u = context.particles[i].u + change;
+        [&](uint32_t i, const VectorsCloths& impulse) {
+          if (!context.IsFree(i)) return;
+          context.particles[i].u = context.particles[i].u + context.InverseMass(i) * impulse;
         });
+  }
+}
+
+// `places`: of all lines.
+template <class Place>
+void SolveLines(const GroupContext& context, const Place* places) {
+  const SceneModel& model = *context.model.source;
+  const auto& groups = context.controls.elastic_entries->pairs;
+  const LinePairs<Place> lines(context);
+  for (size_t f = 0; f < model.elastic_lines().families.size(); ++f) {
+    const ElasticFamily& family = model.elastic_lines().families[f];
+    for (uint32_t g = groups.family_offsets[f]; g < groups.family_offsets[f + 1]; ++g) {
+      SolveElasticGroup(
+          lines, model, family,
+          std::span(places + groups.place_offsets[g], places + groups.place_offsets[g + 1]));
+    }
+    if (family.kind == ElasticKind::kCells) ApplyCellImpulses(context);
   }
 }
 
 void SolveElastic(GroupContext& context) {
   if (!context.controls.Has(StepStage::kSolveElastic)) return;
   Settle(context);
-  const SceneModel& model = *context.model.source;
-  const auto& groups = context.controls.elastic_entries->pairs;
-  const LinePairs lines(context);
-  for (size_t f = 0; f < model.elastic_lines().families.size(); ++f) {
-    const ElasticFamily& family = model.elastic_lines().families[f];
-    for (uint32_t g = groups.family_offsets[f]; g < groups.family_offsets[f + 1]; ++g) {
-      SolveElasticGroup(lines, model, family, groups.PlacesOf(g));
-    }
-    if (family.kind == ElasticKind::kCells) ApplyCellImpulses(context);
-  }
+  if (context.has_own_pins()) return SolveLines(context, context.own_pins.elastic_places);
+  SolveLines(context, context.controls.elastic_entries->pairs.places.data());
 }
 
 }  // namespace

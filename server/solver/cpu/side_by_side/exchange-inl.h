@@ -155,7 +155,7 @@ void Gather(std::span<const GroupCloth> cloths, const GroupContext& context) {
   if (context.controls.plan.solver.has_quiet_links) {
     std::fill_n(context.quiet_round_offs, context.particle_count(), SplatCloths(0));
   }
-  for (size_t k = 0; k < context.model.pins.size(); ++k) {
+  for (size_t k = 0; k < context.pin_count() && !context.has_own_pins(); ++k) {
     context.pin_targets[k] = LoadVectors(targets, k);
   }
 }
@@ -183,15 +183,16 @@ uint32_t Scatter(GroupContext& context, std::span<FloatState> results) {
   const std::span<Vec4* const> positions_of = std::span(positions).first(results.size());
   const std::span<Vec4* const> velocities_of = std::span(velocities).first(results.size());
   const VectorsCloths zero{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
-  const ParticleVisit visit(context);
   MaskCloths are_within = SplatCloths(0) >= SplatCloths(0);
-  for (uint32_t i = 0; i < context.particle_count(); ++i) {
-    VectorsCloths p = context.particles[i].p, v = context.particles[i].u;
-    if (context.model.IsFree(i)) visit(i, p, v);
-    are_within &= AreWithin(p, v);
-    StoreVectors(p + zero, positions_of, i);
-    StoreVectors(v + zero, velocities_of, i);
-  }
+  WithVisit(context, [&](const auto& visit) {
+    for (uint32_t i = 0; i < context.particle_count(); ++i) {
+      VectorsCloths p = context.particles[i].p, v = context.particles[i].u;
+      if (context.IsFree(i)) visit(i, p, v);
+      are_within &= AreWithin(p, v);
+      StoreVectors(p + zero, positions_of, i);
+      StoreVectors(v + zero, velocities_of, i);
+    }
+  });
   return ~BitsOf(are_within);
 }
 
@@ -205,7 +206,7 @@ void ScatterReaches(const GroupContext& context, std::span<ColliderReach> reache
 // Writes what Measure reads from the working memory of a cloth.
 void ScatterImpulses(const GroupContext& context, size_t lane, StepScratch& scratch) {
   scratch.contacts.resize(context.model.particle_count * context.collider_count());
-  for (const uint32_t i : context.model.free_particles) {
+  for (const uint32_t i : context.free_particles) {
     for (size_t k = 0; k < context.collider_count(); ++k) {
       const size_t place = i * context.collider_count() + k;
       scratch.contacts[place].floor = hn::ExtractLane(context.contacts[place].floor.v, lane);

@@ -1,10 +1,13 @@
 // The cloths of a group and its working memory.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
+#include "server/solver/cpu/side_by_side/pin_lists.h"
 #include "server/solver/cpu/simd/simd_memory.h"
 #include "server/solver/cpu/step/collider_reach.h"
 #include "server/solver/cpu/step/refine.h"
@@ -15,21 +18,32 @@ namespace drape::cpu {
 
 // Working memory of one step of a group; kept by a thread between steps only to save allocations.
 struct GroupScratch {
-  SimdMemory particles;          // [particle_count + 1] position, velocity
-  SimdMemory previous;           // the same of the state before, two steps only
-  SimdMemory pin_targets;        // [pin_count]
-  SimdMemory path_solution;      // of a pair of strips or lines of elastic elements
-  SimdMemory end_directions;     // of its links; only with start directions
-  SimdMemory distance_impulses;  // Lambda, [(group_count + 1) * kVec4Size] [N s]
-  SimdMemory twists;             // [two rows of cells][column]
-  SimdMemory colliders;          // [reaches[0].near]
-  SimdMemory contacts;           // [particle_count][reaches[0].near]
-  SimdMemory quiet_round_offs;   // [particle_count + 1] [m]; only with quiet links
-  SimdMemory accelerations;      // [particle_count] springs (+ gravity if IN_FORCE)
-  SimdMemory impulses;           // of elastic elements, cells or triangles [N s]
-  SimdMemory predicted;          // [particle_count + 1] positions for kicks within a substep
-  SimdMemory hinge_changes;      // [particle_count] of velocities by the last stage
-  SimdMemory joint_impulses;     // Lambda, [joint_count] [N s]
+  SimdMemory particles;       // [particle_count + 1] position, velocity
+  SimdMemory previous;        // the same of the state before, two steps only
+  SimdMemory pin_targets;     // [pin_count]
+  PinLists pin_lists;         // these only if the cloths hold different particles (OwnPins)
+  SimdMemory inverse_masses;  // [particle_count + 1]
+  SimdMemory pins;            // [pin_lists.pin_count]
+  SimdMemory tether_lengths;  // [pin_lists.tether_offsets.back()]
+  std::vector<uint32_t> unlike_elements;
+  std::vector<uint32_t> own_elements;   // OwnPins::element_places
+  SimdMemory element_numbers;           // [unlike_elements + 1]
+  SimdMemory elastic_places;            // of lines
+  SimdMemory elastic_numbers;           // their numbers that differ
+  SimdMemory path_solution;             // of a pair of strips or lines of elastic elements
+  SimdMemory end_directions;            // of its links; only with start directions
+  SimdMemory distance_impulses;         // Lambda, [(group_count + 1) * kVec4Size] [N s]
+  SimdMemory twists;                    // [two rows of cells][column]
+  SimdMemory colliders;                 // [reaches[0].near]
+  SimdMemory motions;                   // [reaches[0].near] of those that move
+  std::vector<MovingSurface> surfaces;  // [motions][cloth] in the substep under way
+  SimdMemory contacts;                  // [particle_count][reaches[0].near]
+  SimdMemory quiet_round_offs;          // [particle_count + 1] [m]; only with quiet links
+  SimdMemory accelerations;             // [particle_count] springs (+ gravity if IN_FORCE)
+  SimdMemory impulses;                  // of elastic elements, cells or triangles [N s]
+  SimdMemory predicted;                 // [particle_count + 1] positions for kicks within a substep
+  SimdMemory hinge_changes;             // [particle_count] of velocities by the last stage
+  SimdMemory joint_impulses;            // Lambda, [joint_count] [N s]
   Refinement refinement;
   std::vector<FloatState> results;  // of each cloth
   // One per cloth. All have the same near colliders: those that any of the cloths can meet.
@@ -45,5 +59,12 @@ struct GroupCloth {
   FloatState& state;
   StepReport report{};
 };
+
+// Whether the cloths hold the same particles.
+inline bool HaveOneModel(std::span<const GroupCloth> cloths) {
+  return std::ranges::all_of(cloths, [&](const GroupCloth& cloth) -> bool {
+    return &cloth.context.model == &cloths[0].context.model;
+  });
+}
 
 }  // namespace drape::cpu

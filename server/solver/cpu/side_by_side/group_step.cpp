@@ -14,7 +14,10 @@
 #include "server/solver/cpu/side_by_side/elastic_lines-inl.h"
 #include "server/solver/cpu/side_by_side/exchange-inl.h"
 #include "server/solver/cpu/side_by_side/kicks-inl.h"
+#include "server/solver/cpu/side_by_side/own_elements-inl.h"
+#include "server/solver/cpu/side_by_side/own_pins-inl.h"
 #include "server/solver/cpu/side_by_side/state-inl.h"
+#include "server/solver/cpu/side_by_side/surfaces-inl.h"
 #include "server/solver/cpu/side_by_side/sweeps-inl.h"
 #include "server/solver/cpu/side_by_side/twist-inl.h"
 #include "server/solver/cpu/step/find_reach.h"
@@ -66,9 +69,12 @@ void Advance(GroupContext& context, std::span<GroupCloth> cloths) {
 }
 
 void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
+  ListPins(cloths, scratch.pin_lists);
   GroupContext context(cloths, scratch);
   const FloatControls& controls = context.controls;
   Gather(cloths, context);
+  GatherOwnPins(cloths, context);
+  GatherOwnElements(cloths, scratch, context);
   GatherColliders(cloths, context);
   const std::span reaches = std::span(scratch.reaches).first(cloths.size());
   GatherRanges(reaches, context);
@@ -76,6 +82,8 @@ void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
     cloth.report.warnings = cloth.context.controls.plan.known_warnings;
   for (uint32_t index = 0; index < controls.plan.schedule.size(); ++index) {
     BeginSubstep(controls.plan.schedule, index, cloths, context);
+    PlaceColliders(cloths, context, index, controls.plan.schedule[index].duration_s,
+                   scratch.surfaces);
     Advance(context, cloths);
   }
   if (scratch.results.size() < cloths.size()) scratch.results.resize(cloths.size());

@@ -30,7 +30,7 @@ VectorsCloths SpringAcceleration(const GroupContext& context, const Positions& p
     force = force + SpringForce(p(j) - p(i), context.particles[j].u - context.particles[i].u,
                                 end.rest_length, end.stiffness, end.damping);
   }
-  return SplatCloths(model.inverse_masses[i]) * force;
+  return context.InverseMass(i) * force;
 }
 
 // Springs in the force: the accelerations of the substep, gravity with them.
@@ -38,29 +38,30 @@ void AccelerateBySprings(GroupContext& context) {
   if (!context.controls.plan.solver.has_spring_forces || context.substep.is_two_step) return;
   Settle(context);
   const auto p = [&](uint32_t i) { return context.particles[i].p; };
-  for (const uint32_t i : context.model.free_particles) {
+  for (const uint32_t i : context.free_particles) {
     context.accelerations[i] = context.gravity + SpringAcceleration(context, p, i);
   }
 }
 
 template <class Positions>
 void ApplySprings(const GroupContext& context, const Positions& p, float duration) {
-  for (const uint32_t i : context.model.free_particles) {
+  for (const uint32_t i : context.free_particles) {
     context.accelerations[i] = SpringAcceleration(context, p, i);
   }
-  for (const uint32_t i : context.model.free_particles) {
+  for (const uint32_t i : context.free_particles) {
     context.particles[i].u = context.particles[i].u + context.accelerations[i] * duration;
   }
 }
 
-// The numbers of one element of an ElasticGroup, the same for each cloth.
+// The numbers of one element of an ElasticGroup.
 struct ElementNumbers {
-  ElementNumbers(const ElasticGroup& group, size_t k)
+  // `own`: of each cloth; null: they are the same.
+  ElementNumbers(const ElasticGroup& group, size_t k, const OwnElement* own)
       : weights{SplatCloths(group.weights[0][k]), SplatCloths(group.weights[1][k]),
                 SplatCloths(group.weights[2][k])},
         rest_length(SplatCloths(group.rest_length[k])),
-        mass(SplatCloths(group.mass[k])),
-        frequency_sq(SplatCloths(group.frequency_sq[k])),
+        mass(own != nullptr ? own->mass : SplatCloths(group.mass[k])),
+        frequency_sq(own != nullptr ? own->frequency_sq : SplatCloths(group.frequency_sq[k])),
         damping_share(SplatCloths(group.damping_share[k])) {}
 
   std::array<VecCloths, 3> weights;
@@ -75,16 +76,25 @@ ElementDifferences<VectorsCloths> Differences(const ElasticGroup& group, size_t 
           values(group.particles[3][k]) - first};
 }
 
-// The impulse of element k of a group on each cloth.
+// Null: all cloths have the same.
+const OwnElement* OwnElementOf(const GroupContext& context, size_t element) {
+  if (!context.has_own_pins()) return nullptr;
+  const uint32_t place = context.own_pins.element_places[element];
+  return place != 0 ? &context.own_pins.elements[place] : nullptr;
+}
+
+// The impulse of an element on each cloth.
 template <class Positions>
-VectorsCloths ElasticImpulses(const GroupContext& context, const ElasticGroup& group, size_t k,
-                              const Positions& p, float duration) {
+VectorsCloths ElasticImpulses(const GroupContext& context, size_t element, const Positions& p,
+                              float duration) {
+  const ElasticGroup& group = context.elastic_groups[element / kVec4Size];
+  const size_t k = element % kVec4Size;
   const auto velocities = [&] {
     return Differences(group, k, [&](uint32_t i) { return context.particles[i].u; });
   };
-  return ElasticImpulse(ElementNumbers(group, k), Differences(group, k, p), velocities, duration,
-                        context.controls.h, context.controls.inverse_h,
-                        context.controls.max_elastic_frequency_sq);
+  const ElementNumbers numbers(group, k, OwnElementOf(context, element));
+  return ElasticImpulse(numbers, Differences(group, k, p), velocities, duration, context.controls.h,
+                        context.controls.inverse_h, context.controls.max_elastic_frequency_sq);
 }
 
 // change(i, v): the change of the velocity of each free particle i by the impulses on it,
@@ -93,10 +103,10 @@ template <class Offsets, class Impulse, class Change>
 void ForChanges(const GroupContext& context, const Offsets& offsets, const Impulse& impulse,
                 const Change& change) {
   const VecCloths zero = SplatCloths(0);
-  for (const uint32_t i : context.model.free_particles) {
+  for (const uint32_t i : context.free_particles) {
     VectorsCloths sum{zero, zero, zero};
     for (uint32_t e = offsets[i]; e < offsets[i + 1]; ++e) sum = sum + impulse(e);
-    change(i, SplatCloths(context.model.inverse_masses[i]) * sum);
+    change(i, context.InverseMass(i) * sum);
   }
 }
 
@@ -106,8 +116,7 @@ void ForElasticChanges(const GroupContext& context, const Positions& p, float du
   const FloatModel& model = context.model;
   const size_t element_count = model.source->elastic_elements().size();
   for (size_t e = 0; e < element_count; ++e) {
-    context.impulses[e] =
-        ElasticImpulses(context, model.elastic_groups[e / kVec4Size], e % kVec4Size, p, duration);
+    context.impulses[e] = ElasticImpulses(context, e, p, duration);
   }
   const auto impulse = [&](uint32_t e) {
     const FloatElasticEnd& end = model.elastic_ends[e];

@@ -31,6 +31,21 @@ struct ClothCollider {
   std::array<VectorsCloths, 3> axes;
 };
 
+// MovingSurface::Pose of each cloth.
+struct ClothPose {
+  VectorsCloths position;
+  std::array<VectorsCloths, 3> columns;
+};
+
+// How one collider of each cloth moves in a substep (MovingSurface).
+struct ClothMotion {
+  VectorsCloths pivot;
+  ClothPose start, end;
+  VectorsCloths velocity, angular_velocity;
+  VecCloths chord_sine, chord_cosine, duration;
+  VecCloths size = SplatCloths(0);  // of the frame's and the collider's coordinates, added up [m]
+};
+
 // The impulses of that collider on one particle of each cloth in this substep, times w
 // (ContactImpulses).
 struct ClothContact {
@@ -83,16 +98,52 @@ VectorsCloths VectorOf(std::span<const GroupCloth> cloths, const Vector& vector)
           NumberOf(cloths, [&](const FloatControls& c) { return vector(c)[2]; })};
 }
 
+// The numbers of an elastic element, of each cloth.
+struct OwnElement {
+  VecCloths mass, frequency_sq;
+};
+
+// A number of two lines of elastic elements: the same of all cloths, or `own` of each.
+struct OwnNumbers {
+  NumberPair same;
+  const VecPair* own = nullptr;  // null: the same
+};
+using OwnPlace = ElasticPlace<std::array<uint32_t, 2>, OwnNumbers>;
+
+// What differs between cloths that hold different particles.
+struct OwnPins {
+  const PinLists* lists = nullptr;      // null: the cloths are of one model
+  VecCloths* inverse_masses = nullptr;  // [particle_count + 1]
+  ClothParticle* pins = nullptr;        // [PinLists::pin_count]
+  VecCloths* tether_lengths = nullptr;  // [PinLists::tether_offsets.back()]
+  // Of each elastic element its place in `elements`; 0: all cloths have the numbers of the first.
+  const uint32_t* element_places = nullptr;
+  OwnElement* elements = nullptr;
+  const OwnPlace* elastic_places = nullptr;  // as ElasticEntries::pairs.places
+};
+
+OwnPins OwnPinsOf(std::span<const GroupCloth> cloths, GroupScratch& scratch) {
+  if (HaveOneModel(cloths)) return {};
+  const PinLists& lists = scratch.pin_lists;
+  return {&lists, scratch.inverse_masses.Reserve<VecCloths>(lists.held_by.size() + 1),
+          scratch.pins.Reserve<ClothParticle>(lists.pin_count),
+          scratch.tether_lengths.Reserve<VecCloths>(lists.tether_offsets.back())};
+}
+
 // Everything one step of a group needs.
 struct GroupContext {
+  // scratch.pin_lists are made.
   GroupContext(std::span<const GroupCloth> cloths, GroupScratch& scratch)
-      : model(cloths[0].context.model),
+      : own_pins(OwnPinsOf(cloths, scratch)),
+        model(has_own_pins() ? cloths[0].context.model.layout() : cloths[0].context.model),
+        elastic_groups(cloths[0].context.model.elastic_groups),
+        free_particles(has_own_pins() ? own_pins.lists->free_particles : model.free_particles),
         controls(cloths[0].context.controls),
         max_iterations(cloths[0].context.max_iterations),
         particles(scratch.particles.Reserve<ClothParticle>(particle_count())),
         previous(scratch.previous.Reserve<ClothParticle>(
             controls.plan.schedule.has_two_steps() ? particle_count() : 0)),
-        pin_targets(scratch.pin_targets.Reserve<VectorsCloths>(model.pins.size())),
+        pin_targets(scratch.pin_targets.Reserve<VectorsCloths>(pin_count())),
         path_solution(scratch.path_solution.Reserve<PairLinkSolution>(
             std::max(model.longest_strip, model.longest_elastic_line))),
         end_directions(scratch.end_directions.Reserve<VectorsPair>(
@@ -102,6 +153,9 @@ struct GroupContext {
             scratch.twists.Reserve<VectorsCloths>(2 * (model.source->grid_columns() + size_t{1}))),
         reach(scratch.reaches[0]),
         colliders(scratch.colliders.Reserve<ClothCollider>(collider_count())),
+        motions(cloths[0].context.collider_motions.empty()
+                    ? nullptr
+                    : scratch.motions.Reserve<ClothMotion>(collider_count())),
         accelerations(scratch.accelerations.Reserve<VectorsCloths>(
             model.has_springs() ? model.particle_count : 0)),
         impulses(scratch.impulses.Reserve<VectorsCloths>(kick_count())),
@@ -127,6 +181,22 @@ struct GroupContext {
         slowest_landing(NumberOf(cloths, [](const FloatControls& c) { return c.slowest_landing; })),
         has_restitution(IsAnyLaneSet(restitution > SplatCloths(0))) {}
 
+  bool has_own_pins() const { return own_pins.lists != nullptr; }
+  size_t pin_count() const {
+    return has_own_pins() ? own_pins.lists->pin_count : model.pins.size();
+  }
+  // Whether some cloth moves particle i freely.
+  bool IsFree(uint32_t i) const {
+    return has_own_pins() ? i < model.particle_count && HeldBy(i) != own_pins.lists->all_cloths
+                          : model.IsFree(i);
+  }
+  // With own pins: whether some cloth holds particle i.
+  bool IsHeldBySome(uint32_t i) const { return has_own_pins() && HeldBy(i) != 0; }
+  // Set for the cloths that do not hold it.
+  MaskCloths FreeCloths(uint32_t i) const { return MaskOf(~HeldBy(i)); }
+  VecCloths InverseMass(uint32_t i) const {
+    return has_own_pins() ? own_pins.inverse_masses[i] : SplatCloths(model.inverse_masses[i]);
+  }
   // Colliders that the step works on.
   size_t collider_count() const { return reach.near.size(); }
   // With the spare one.
@@ -145,7 +215,11 @@ struct GroupContext {
     return has_impulses ? (model.groups.size() + 1) * kVec4Size : 0;
   }
 
+  OwnPins own_pins;
+  // Of each cloth, or the layout that they share: then nothing may be read that follows from pins.
   const FloatModel& model;
+  const std::vector<ElasticGroup>& elastic_groups;  // of the first cloth
+  const std::span<const uint32_t> free_particles;   // in some cloth, ascending
   const FloatControls& controls;  // of the first cloth: only what a group shares may be used
   const uint32_t max_iterations;  // sweeps per substep at most
   // The working memory, GroupScratch.
@@ -158,6 +232,7 @@ struct GroupContext {
   VectorsCloths* const twists;
   const ColliderReach& reach;  // only what a group shares
   ClothCollider* const colliders;
+  ClothMotion* const motions;  // null: the colliders of all cloths rest as described
   VectorsCloths* const accelerations;
   VectorsCloths* const impulses;
   VectorsCloths* const predicted;
@@ -182,6 +257,9 @@ struct GroupContext {
   FloatSubstep substep{};                                 // the one under way, but for the damping
   MaskCloths is_running{};  // those whose sweeps go on; the others stay as they are
   OpenStages open{};
+
+ private:
+  uint32_t HeldBy(uint32_t i) const { return own_pins.lists->held_by[i]; }
 };
 
 }  // namespace

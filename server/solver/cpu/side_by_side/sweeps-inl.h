@@ -21,13 +21,17 @@ namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
 // The open stages of the particles that pair k of the strips is the first to have.
-HWY_NOINLINE void VisitPair(const FloatModel& model, const ParticleVisit& visit, size_t k) {
+template <bool kHasOwnPins>
+HWY_NOINLINE void VisitPair(const FloatModel& model, const ParticleVisit<kHasOwnPins>& visit,
+                            size_t k) {
   for (uint32_t n = model.pair_particle_offsets[k]; n < model.pair_particle_offsets[k + 1]; ++n) {
     visit(model.pair_particles[n]);
   }
 }
 
-// Two strips of each cloth: what strip_solve-inl.h sweeps over.
+// Two strips of each cloth: what strip_solve-inl.h sweeps over. `kHasOwnPins`: the inverse masses
+// are of each cloth.
+template <bool kHasOwnPins>
 class StripPairs : public PathPairs {
  public:
   using Mask = MaskPair;
@@ -36,7 +40,7 @@ class StripPairs : public PathPairs {
 
   // `visit`: of the open stages, which are done when a pair comes to a particle; null: there are
   // none.
-  StripPairs(const GroupContext& context, const ParticleVisit* visit)
+  StripPairs(const GroupContext& context, const ParticleVisit<kHasOwnPins>* visit)
       : PathPairs(context), visit_(visit) {}
 
   const std::vector<StripPair>& groups() const { return context().model.strip_pairs; }
@@ -48,6 +52,30 @@ class StripPairs : public PathPairs {
   VectorsPair* end_directions() const { return context().end_directions; }
   float tolerance() const { return context().controls.tolerance; }
   VecPair end_share() const { return {context().end_share, context().end_share}; }
+
+  VecPair InverseMassFrom(const PairLink& link, const Ends& from) const {
+    if constexpr (kHasOwnPins) return InverseMasses(link, from);
+    return Number(link.inverse_mass_from);
+  }
+  VecPair InverseMassTo(const PairLink& link) const {
+    if constexpr (kHasOwnPins) return InverseMasses(link, link.to);
+    return Number(link.inverse_mass_to);
+  }
+  VecPair Diagonal(const PairLink& link, const Ends& from) const {
+    if constexpr (kHasOwnPins) {
+      const VecPair sum = InverseMasses(link, from) + InverseMasses(link, link.to);
+      return Select(sum > Splat(0), sum, Splat(1));
+    }
+    return Number(link.diagonal);
+  }
+  VecPair MinPivot(const PairLink& link) const {
+    if constexpr (kHasOwnPins) {
+      return Select(InverseMasses(link, link.to) > Splat(0),
+                    Splat(static_cast<float>(kMinStripPivot)),
+                    Splat(static_cast<float>(kMinStripPivotAtPin)));
+    }
+    return Number(link.min_pivot);
+  }
 
   VecPair RoundOffs(const Ends& ends) const {
     const VecCloths* const round_offs = context().quiet_round_offs;
@@ -73,26 +101,43 @@ class StripPairs : public PathPairs {
   }
 
  private:
-  const ParticleVisit* const visit_;
+  // Of the particles at one end of a link, 0 where it is padding.
+  VecPair InverseMasses(const PairLink& link, const Ends& ends) const {
+    const VecCloths* const w = context().own_pins.inverse_masses;
+    const uint32_t none = context().model.spare_particle();
+    return {w[link.rest_length.low > 0 ? ends[0] : none],
+            w[link.rest_length.high > 0 ? ends[1] : none]};
+  }
+
+  const ParticleVisit<kHasOwnPins>* const visit_;
 };
 
-// Settles open stages on the way, while the caches have the particles of a pair.
-MaskCloths SolveStrips(GroupContext& context) {
+template <bool kHasOwnPins>
+MaskCloths SolveStripsOf(GroupContext& context, const ParticleVisit<kHasOwnPins>& visit) {
   const FloatModel& model = context.model;
-  const ParticleVisit visit(context);
   const bool is_open = context.open.any();
   if (is_open) VisitPair(model, visit, model.strip_pairs.size());  // particles of no strip
+  if (is_open && kHasOwnPins) {
+    for (const uint32_t i : context.own_pins.lists->released) visit(i);
+  }
   const MaskPair changed =
-      SweepStrips(StripPairs(context, is_open ? &visit : nullptr),
+      SweepStrips(StripPairs<kHasOwnPins>(context, is_open ? &visit : nullptr),
                   {model.has_compliance(), context.controls.has_start_directions(),
                    context.has_quiet_particles});
   context.open = {};
   return changed.low | changed.high;
 }
 
+// Settles open stages on the way, while the caches have the particles of a pair.
+MaskCloths SolveStrips(GroupContext& context) {
+  MaskCloths changed;
+  WithVisit(context, [&](const auto& visit) { changed = SolveStripsOf(context, visit); });
+  return changed;
+}
+
 // One constraint of some of the cloths (Bender et al. 2009, section 3.2 and 3.3). Returns the lanes
 // in which the error was larger than the tolerance.
-template <bool kHasCompliance, bool kHasInequalities, bool kHasStarts>
+template <bool kHasCompliance, bool kHasInequalities, bool kHasStarts, bool kHasOwnPins>
 MaskCloths SolveConstraint(const GroupContext& context, size_t g, uint32_t k, MaskCloths cloths,
                            float tolerance) {
   const float inverse_h = context.substep.inverse_interval;
@@ -105,7 +150,15 @@ MaskCloths SolveConstraint(const GroupContext& context, size_t g, uint32_t k, Ma
   const VecCloths length = Sqrt(Dot(end, end));
   const VecCloths rest_length = SplatCloths(group.rest_length[k]);
   VecCloths residual = length - rest_length;
-  VecCloths weight = SplatCloths(group.inverse_mass_i[k] + group.inverse_mass_j[k]);
+  VecCloths inverse_mass_i, inverse_mass_j;
+  if constexpr (kHasOwnPins) {
+    inverse_mass_i = context.own_pins.inverse_masses[group.i[k]];
+    inverse_mass_j = context.own_pins.inverse_masses[group.j[k]];
+  } else {
+    inverse_mass_i = SplatCloths(group.inverse_mass_i[k]);
+    inverse_mass_j = SplatCloths(group.inverse_mass_j[k]);
+  }
+  VecCloths weight = inverse_mass_i + inverse_mass_j;
   VectorsCloths d = end;
   VecCloths divisor = length;
   if constexpr (kHasStarts) {
@@ -137,21 +190,21 @@ MaskCloths SolveConstraint(const GroupContext& context, size_t g, uint32_t k, Ma
   }
   if constexpr (kHasCompliance || kHasInequalities) *lambda = *lambda + impulse;
   const VecCloths impulse_per_length = impulse / divisor;
-  from.u = from.u - (SplatCloths(group.inverse_mass_i[k]) * impulse_per_length) * d;
-  to.u = to.u + (SplatCloths(group.inverse_mass_j[k]) * impulse_per_length) * d;
+  from.u = from.u - (inverse_mass_i * impulse_per_length) * d;
+  to.u = to.u + (inverse_mass_j * impulse_per_length) * d;
   return is_active;
 }
 
 // One sweep over all colours.
-template <bool kHasCompliance, bool kHasInequalities, bool kHasStarts>
+template <bool... kFlags>
 MaskCloths SweepDistances(const GroupContext& context) {
   const FloatModel& model = context.model;
   MaskCloths changed;
   for (size_t g = 0; g < model.groups.size(); ++g) {
     for (uint32_t k = 0; k < kVec4Size; ++k) {
       if (model.groups[g].i[k] == model.spare_particle()) break;  // padding is behind
-      changed |= SolveConstraint<kHasCompliance, kHasInequalities, kHasStarts>(
-          context, g, k, context.is_running, context.controls.tolerance);
+      changed |=
+          SolveConstraint<kFlags...>(context, g, k, context.is_running, context.controls.tolerance);
     }
   }
   return changed;
@@ -160,11 +213,11 @@ MaskCloths SweepDistances(const GroupContext& context) {
 // SweepDistances with the flags that the cloths need.
 template <bool... kFlags>
 MaskCloths ChooseSweep(const GroupContext& context) {
-  if constexpr (sizeof...(kFlags) == 3) {
+  if constexpr (sizeof...(kFlags) == 4) {
     return SweepDistances<kFlags...>(context);
   } else {
     const bool flags[] = {context.model.has_compliance(), context.model.has_inequalities(),
-                          context.controls.has_start_directions()};
+                          context.controls.has_start_directions(), context.has_own_pins()};
     return flags[sizeof...(kFlags)] ? ChooseSweep<kFlags..., true>(context)
                                     : ChooseSweep<kFlags..., false>(context);
   }
@@ -200,12 +253,12 @@ void MoveEnds(const GroupContext& context, const RefinedLink& link) {
   const VectorsCloths d = (to.p - from.p) + (to.u - from.u) * context.substep.interval;
   const VecCloths length = Sqrt(Dot(d, d));
   const VectorsCloths n = Directions(d, length);
-  const float weight = group.inverse_mass_i[k] + group.inverse_mass_j[k];
+  const VecCloths w_i = context.InverseMass(group.i[k]), w_j = context.InverseMass(group.j[k]);
   const VecCloths move =
-      Select(MaskOf(link.cloths),
-             (length - SplatCloths(group.rest_length[k])) / SplatCloths(weight), SplatCloths(0));
-  from.p = from.p + (SplatCloths(group.inverse_mass_i[k]) * move) * n;
-  to.p = to.p - (SplatCloths(group.inverse_mass_j[k]) * move) * n;
+      Select(MaskOf(link.cloths), (length - SplatCloths(group.rest_length[k])) / (w_i + w_j),
+             SplatCloths(0));
+  from.p = from.p + (w_i * move) * n;
+  to.p = to.p - (w_j * move) * n;
 }
 
 // Moves the links that exceed the limits after the strips, and the links at their ends, to their
@@ -235,23 +288,24 @@ MaskCloths SolveJoints(const GroupContext& context) {
   const VecCloths zero = SplatCloths(0);
   MaskCloths changed;
   for (size_t k = 0; k < context.model.joints.size(); ++k) {
-    const auto& [i, j, inverse_mass_i, inverse_mass_j, compliance] = context.model.joints[k];
-    ClothParticle& from = context.particles[i];
-    ClothParticle& to = context.particles[j];
+    const FloatJoint& joint = context.model.joints[k];
+    ClothParticle& from = context.particles[joint.i];
+    ClothParticle& to = context.particles[joint.j];
+    const VecCloths w_i = context.InverseMass(joint.i), w_j = context.InverseMass(joint.j);
     VectorsCloths& lambda = context.joint_impulses[k];
-    const float alpha_over_h = compliance * inverse_h;
+    const float alpha_over_h = joint.compliance * inverse_h;
     const VectorsCloths residual =
         ((to.p - from.p) + (to.u - from.u) * controls.h) + lambda * alpha_over_h;
     const MaskCloths is_active =
         controls.tolerance > 0 ? context.is_running & (Sqrt(Dot(residual, residual)) >
                                                        SplatCloths(controls.contact_tolerance))
                                : context.is_running;
-    const float weight = (inverse_mass_i + inverse_mass_j) + alpha_over_h * inverse_h;
+    const VecCloths weight = (w_i + w_j) + SplatCloths(alpha_over_h * inverse_h);
     const VectorsCloths impulse =
         Select(is_active, JointImpulse(residual, inverse_h, weight), {zero, zero, zero});
     lambda = lambda + impulse;
-    from.u = from.u - impulse * inverse_mass_i;
-    to.u = to.u + impulse * inverse_mass_j;
+    from.u = from.u - w_i * impulse;
+    to.u = to.u + w_j * impulse;
     changed |= is_active;
   }
   return changed;
@@ -259,13 +313,14 @@ MaskCloths SolveJoints(const GroupContext& context) {
 
 // One sweep over the velocities that rigid joints forbid.
 void SolveJointVelocities(const GroupContext& context) {
-  for (const auto& [i, j, inverse_mass_i, inverse_mass_j, compliance] : context.model.joints) {
-    if (compliance > 0) continue;
-    ClothParticle& from = context.particles[i];
-    ClothParticle& to = context.particles[j];
-    const VectorsCloths impulse = (from.u - to.u) / (inverse_mass_i + inverse_mass_j);
-    from.u = from.u - impulse * inverse_mass_i;
-    to.u = to.u + impulse * inverse_mass_j;
+  for (const FloatJoint& joint : context.model.joints) {
+    if (joint.compliance > 0) continue;
+    ClothParticle& from = context.particles[joint.i];
+    ClothParticle& to = context.particles[joint.j];
+    const VecCloths w_i = context.InverseMass(joint.i), w_j = context.InverseMass(joint.j);
+    const VectorsCloths impulse = (from.u - to.u) / (w_i + w_j);
+    from.u = from.u - w_i * impulse;
+    to.u = to.u + w_j * impulse;
   }
 }
 
@@ -311,8 +366,8 @@ void SolveVelocity(GroupContext& context) {
         if (group.i[k] == model.spare_particle() || !is_rigid[k]) continue;
         ClothParticle& from = context.particles[group.i[k]];
         ClothParticle& to = context.particles[group.j[k]];
-        const VecCloths inverse_mass_i = SplatCloths(group.inverse_mass_i[k]);
-        const VecCloths inverse_mass_j = SplatCloths(group.inverse_mass_j[k]);
+        const VecCloths inverse_mass_i = context.InverseMass(group.i[k]);
+        const VecCloths inverse_mass_j = context.InverseMass(group.j[k]);
         const VectorsCloths d = to.p - from.p;
         const VectorsCloths n = Directions(d, Sqrt(Dot(d, d)));
         const VecCloths impulse =

@@ -42,11 +42,12 @@ void DampTwist(GroupContext& context) {
     } else {
       std::fill_n(below, columns + 1, none);
     }
-    const float* const w = model.inverse_masses.data() + size_t{row} * columns;
     for (uint32_t column = 0; column < columns; ++column) {
-      if (w[column] == 0) continue;
-      const VectorsCloths change =
+      const uint32_t i = row * columns + column;
+      if (!context.IsFree(i)) continue;
+      VectorsCloths change =
           (above[column + 1] - above[column]) + (below[column] - below[column + 1]);
+      if (context.IsHeldBySome(i)) change = Select(context.FreeCloths(i), change, none);
       particles[column].u = particles[column].u + change;
     }
     std::swap(above, below);

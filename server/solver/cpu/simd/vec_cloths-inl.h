@@ -10,6 +10,8 @@
 
 #include <hwy/highway.h>
 
+#include <array>
+#include <bit>
 #include <cstdint>
 
 HWY_BEFORE_NAMESPACE();
@@ -44,6 +46,9 @@ inline MaskCloths& operator&=(MaskCloths& a, MaskCloths b) {
 inline bool IsAnyLaneSet(MaskCloths mask) {
   return !hn::AllFalse(ClothsTag(), mask.m);
 }
+inline bool AreAllLanesSet(MaskCloths mask) {
+  return hn::AllTrue(ClothsTag(), mask.m);
+}
 // A bit of each cloth, the first one lowest.
 inline uint32_t BitsOf(MaskCloths mask) {
   uint8_t bytes[8] = {};
@@ -51,9 +56,9 @@ inline uint32_t BitsOf(MaskCloths mask) {
   return bytes[0] | uint32_t{bytes[1]} << 8;
 }
 inline MaskCloths MaskOf(uint32_t bits) {
-  // Eight bytes: what Highway may read.
-  const uint8_t bytes[8] = {static_cast<uint8_t>(bits), static_cast<uint8_t>(bits >> 8)};
-  return {hn::LoadMaskBits(ClothsTag(), bytes)};
+  static_assert(std::endian::native == std::endian::little);
+  const uint64_t bytes = bits;  // eight: what Highway may read
+  return {hn::LoadMaskBits(ClothsTag(), reinterpret_cast<const uint8_t*>(&bytes))};
 }
 
 struct VecCloths {

@@ -11,23 +11,47 @@ Vec4 Cross(Vec4 a, Vec4 b) {
 
 }  // namespace
 
-MovingSurface::Pose::Pose(const RigidMotion& motion) : position(ToVec4(motion.position_m)) {
-  const Eigen::Matrix3d rotation = motion.rotation.toRotationMatrix();
-  columns = {ToVec4(rotation.col(0)), ToVec4(rotation.col(1)), ToVec4(rotation.col(2))};
+MovingSurface::Pose::Pose(const Eigen::Vector3d& position_m, const Eigen::Quaterniond& rotation)
+    : position(ToVec4(position_m)) {
+  const Eigen::Matrix3d turned = rotation.toRotationMatrix();
+  columns = {ToVec4(turned.col(0)), ToVec4(turned.col(1)), ToVec4(turned.col(2))};
 }
 
 MovingSurface::MovingSurface(const FloatCollider& collider, const RigidMotion& motion,
-                             double begin_s, double end_s)
+                             double substep_s)
     : collider_(&collider),
+      motion_(motion),
+      substep_s_(substep_s),
       pivot_(ToVec4(motion.pivot_m)),
-      start_(motion.After(begin_s)),
-      end_(motion.After(end_s)),
-      duration_(static_cast<float>(end_s - begin_s)),
+      start_(motion.position_m, motion.rotation),
+      end_(start_),
       velocity_(ToVec4(motion.velocity_m_per_s)),
       angular_velocity_(ToVec4(motion.angular_velocity_rad_per_s)) {
-  const ChordFactors chord = motion.ChordOver(end_s - begin_s);
+  const ChordFactors chord = motion.ChordOver(substep_s);
   chord_sine_ = static_cast<float>(chord.sine);
   chord_cosine_ = static_cast<float>(chord.cosine_s);
+  RigidMotion turning = motion;
+  turning.rotation.setIdentity();
+  turn_ = turning.After(substep_s).rotation;
+  FindEnd();
+}
+
+void MovingSurface::Advance() {
+  start_ = end_;
+  ++substep_;
+  FindEnd();
+}
+
+void MovingSurface::FindEnd() {
+  const bool turns = turn_.vec() != Eigen::Vector3d::Zero();
+  if (turns) motion_.rotation = (turn_ * motion_.rotation).normalized();
+  const Eigen::Vector3d position_m =
+      motion_.position_m + motion_.velocity_m_per_s * ((substep_ + 1) * substep_s_);
+  if (turns) {
+    end_ = {position_m, motion_.rotation};
+  } else {
+    end_.position = ToVec4(position_m);
+  }
 }
 
 Gap MovingSurface::GapAt(const Pose& pose, Vec4 q) const {

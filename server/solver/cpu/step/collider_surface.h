@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 
 #include "server/scene/rigid_motion.h"
 #include "server/solver/cpu/formulas/constraint_math.h"
@@ -14,9 +15,13 @@ class MovingSurface {
  public:
   static constexpr bool kMoves = true;
 
-  // `motion` as at the start of the step; the substep lasts from `begin_s` to `end_s` of the step.
-  MovingSurface(const FloatCollider& collider, const RigidMotion& motion, double begin_s,
-                double end_s);
+  // Where `motion` has it now.
+  MovingSurface(const FloatCollider& collider, const RigidMotion& motion)
+      : MovingSurface(collider, motion, 0) {}
+  // During the first substep of a step of substeps of equal duration; `motion` as at its start.
+  MovingSurface(const FloatCollider& collider, const RigidMotion& motion, double substep_s);
+  // To the next substep.
+  void Advance();
 
   Gap GapAtStart(Vec4 p) const { return GapAt(start_, p); }
   Gap GapAtEnd(Vec4 q) const { return GapAt(end_, q); }
@@ -28,25 +33,36 @@ class MovingSurface {
   // Over the substep, of the point that is at `place` when it starts [m/s].
   Vec4 MeanVelocity(Vec4 place) const;
   // Where it goes in the substep [m].
-  Vec4 WayOf(Vec4 place) const { return duration_ * MeanVelocity(place); }
+  Vec4 WayOf(Vec4 place) const { return static_cast<float>(substep_s_) * MeanVelocity(place); }
 
- private:
   // A point q lies in the description at pivot + R^T (q - position).
   struct Pose {
-    explicit Pose(const RigidMotion& motion);
+    Pose(const Eigen::Vector3d& position_m, const Eigen::Quaterniond& rotation);
 
     Vec4 position;
     std::array<Vec4, 3> columns;  // of R
   };
+  const Pose& start() const { return start_; }
+  const Pose& end() const { return end_; }
+  const Vec4& pivot() const { return pivot_; }
+  const Vec4& velocity() const { return velocity_; }
+  const Vec4& angular_velocity() const { return angular_velocity_; }
+  float chord_sine() const { return chord_sine_; }
+  float chord_cosine() const { return chord_cosine_; }
 
+ private:
+  void FindEnd();
   Gap GapAt(const Pose& pose, Vec4 q) const;
   Vec4 VelocityAt(const Pose& pose, Vec4 place) const;
 
   const FloatCollider* collider_;
+  RigidMotion motion_;       // as at the start of the step, but turned as at the end of the substep
+  Eigen::Quaterniond turn_;  // of a substep
+  double substep_s_;
+  uint32_t substep_ = 0;
   Vec4 pivot_;
   Pose start_;
   Pose end_;
-  float duration_;  // [s]
   Vec4 velocity_;
   Vec4 angular_velocity_;
   float chord_sine_;

@@ -180,7 +180,7 @@ void SolveElasticGroup(const Access& access, const SceneModel& model, const Elas
 
 // Applies the impulses of the cells above and below a row of particles.
 //   impulse(i)    of the cell that begins at particle i, of each cloth
-//   push(i, x)    changes the velocity of particle i
+//   push(i, x)    gives particle i this impulse
 template <class Vectors, class Impulse, class Push>
 HWY_INLINE void ApplyCells(const FloatModel& model, uint32_t row, const Vectors& zero,
                            const Impulse& impulse, const Push& push) {
@@ -194,8 +194,7 @@ HWY_INLINE void ApplyCells(const FloatModel& model, uint32_t row, const Vectors&
       if (is_below) here = impulse(i);
       if (row > 0) here = here - impulse(i - columns);
     }
-    const float w = model.inverse_masses[i];
-    if (w != 0) push(i, (here - before) * w);
+    push(i, here - before);
     before = here;
   }
 }

@@ -72,7 +72,7 @@ bool MayMeet(const StepContext& context, size_t k, const ParticleBox& range) {
   const float from_pivot = Length(Max(Abs(range.low - pivot), Abs(range.high - pivot))) + way;
   const float turn = Length(ToVec4(motion.angular_velocity_rad_per_s)) * duration;
   const float lengths = Length(pivot) + Length(ToVec4(motion.pivot_m)) + way;
-  return !IsApart(MovingSurface(shape, motion, 0, 0), shape.offset, range, way + turn * from_pivot,
+  return !IsApart(MovingSurface(shape, motion), shape.offset, range, way + turn * from_pivot,
                   size + lengths);
 }
 

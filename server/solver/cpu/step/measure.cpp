@@ -119,7 +119,7 @@ class PlacedColliders {
   PlacedColliders(const StepContext& context, double time_s)
       : resting_(context.controls.colliders) {
     for (size_t k = 0; k < context.collider_motions.size(); ++k) {
-      moving_.emplace_back(resting_[k], context.collider_motions[k], time_s, time_s);
+      moving_.emplace_back(resting_[k], context.collider_motions[k].After(time_s));
     }
   }
   size_t size() const { return resting_.size(); }

@@ -31,6 +31,7 @@ inline constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 //   tolerance, end_share                                                    settings
 //   interval, inverse_interval, inverse_force_time                          of the substep
 //   Number(x)                                                               a number of a link
+//   InverseMassFrom(link, from), Diagonal(link, from), InverseMassTo(link), MinPivot(link)
 //   Running(mask)                                                           lanes that are swept
 //   PositionDifferences, VelocityDifferences, PredictedDifferences          from, to -> Vectors
 //   RoundOffs(ends)                               quiet_round_offs of the particles: Scalars
@@ -91,6 +92,8 @@ class StripSolve {
       } else {
         d = access_.PredictedDifferences(*from, link.to);
       }
+      const Scalars inverse_mass_from = access_.InverseMassFrom(link, *from);
+      Scalars diagonal = access_.Diagonal(link, *from);
       from = &link.to;
       const Scalars length = Sqrt(Dot(d, d));
       const Vectors n_end = Directions(d, length);
@@ -106,7 +109,6 @@ class StripSolve {
       } else {
         error = length - rest_length;
       }
-      Scalars diagonal = access_.Number(link.diagonal);
       ImpulseLines<Vectors, Scalars> lines;
       if constexpr (kHasStarts) {
         lines = BlendDirections(start, n_end, access_.end_share());
@@ -119,29 +121,28 @@ class StripSolve {
         diagonal = diagonal + alpha_over_h * inverse_h;
       }
       is_active |= Abs(error) > rest_length * access_.tolerance();
-      EliminateLink(k, kHasStarts ? lines.n : n_end, n_end, error, diagonal);
+      EliminateLink(k, kHasStarts ? lines.n : n_end, n_end, error, diagonal, inverse_mass_from);
     }
     solution_[link_count_ - 1].ratio = access_.Splat(0);
     return access_.Running(is_active);
   }
 
   void EliminateLink(uint32_t k, const Vectors& n, const Vectors& n_end, const Scalars& error,
-                     const Scalars& diagonal) {
+                     const Scalars& diagonal, const Scalars& inverse_mass_from) {
     Scalars pivot = diagonal, right_side = -(error * access_.inverse_interval());
     if (k > 0) {
       auto& before = solution_[k - 1];
-      const Scalars inverse_mass = access_.Number(links_[k - 1].inverse_mass_joint);
       // How the impulse before changes this error; the matrix is symmetric without directions.
-      const Scalars coupling = -(inverse_mass * Dot(before.n, n_end));
+      const Scalars coupling = -(inverse_mass_from * Dot(before.n, n_end));
       Scalars coupling_back = coupling;
       if constexpr (kHasStarts) {
-        coupling_back = -(inverse_mass * Dot(end_directions_[k - 1], n));
+        coupling_back = -(inverse_mass_from * Dot(end_directions_[k - 1], n));
       }
       before.ratio = coupling_back * inverse_pivot_;
       pivot = pivot - coupling * before.ratio;
       right_side = right_side - coupling * before.impulse;
     }
-    const Scalars min_pivot = access_.Number(links_[k].min_pivot) * diagonal;
+    const Scalars min_pivot = access_.MinPivot(links_[k]) * diagonal;
     inverse_pivot_ = access_.Splat(1) / Max(pivot, min_pivot);
     auto& now = solution_[k];
     now.n.x = n.x;  // one by one: GCC copies the whole through the stack
@@ -162,12 +163,12 @@ class StripSolve {
       const Scalars impulse = now.impulse - now.ratio * next_impulse;
       now.impulse = next_impulse = Select(is_active, impulse, zero);
       const Vectors pull = now.impulse * now.n;
-      const Vectors change = access_.Number(links_[k].inverse_mass_to) * (pull - pull_of_next);
+      const Vectors change = access_.InverseMassTo(links_[k]) * (pull - pull_of_next);
       MeasureMove(links_[k], change);
       access_.Push(links_[k].to, links_[k].has_pins, change);
       pull_of_next = pull;
     }
-    const Vectors change = -access_.Number(links_[0].inverse_mass_from) * pull_of_next;
+    const Vectors change = -access_.InverseMassFrom(links_[0], first_) * pull_of_next;
     MeasureMove(links_[0], change);
     access_.Push(first_, true, change);
   }
@@ -184,10 +185,10 @@ class StripSolve {
     for (uint32_t k = link_count_; k-- > 0;) {
       const Vectors pull = (back * solution_[k].impulse) * solution_[k].n;
       access_.Push(links_[k].to, links_[k].has_pins,
-                   access_.Number(links_[k].inverse_mass_to) * (pull - pull_of_next));
+                   access_.InverseMassTo(links_[k]) * (pull - pull_of_next));
       pull_of_next = pull;
     }
-    access_.Push(first_, true, -access_.Number(links_[0].inverse_mass_from) * pull_of_next);
+    access_.Push(first_, true, -access_.InverseMassFrom(links_[0], first_) * pull_of_next);
   }
 
   void Accumulate(const Scalars& share) {

@@ -1,0 +1,106 @@
+// The inverse masses, pins and tethers of a group whose cloths hold different particles, into the
+// lanes (lanes.md). Compiled once per instruction set.
+#if defined(DRAPE_CPU_SIDE_BY_SIDE_OWN_PINS_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DRAPE_CPU_SIDE_BY_SIDE_OWN_PINS_INL_H_
+#undef DRAPE_CPU_SIDE_BY_SIDE_OWN_PINS_INL_H_
+#else
+#define DRAPE_CPU_SIDE_BY_SIDE_OWN_PINS_INL_H_
+#endif
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <span>
+
+#include "server/solver/cpu/side_by_side/exchange-inl.h"
+#include "server/solver/cpu/side_by_side/state-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace drape::cpu::HWY_NAMESPACE {
+namespace {
+
+using ModelOfLane = std::array<const FloatModel*, kClothCount>;
+
+// Lanes without a cloth are like the last one.
+ModelOfLane ModelsOf(std::span<const GroupCloth> cloths) {
+  ModelOfLane models;
+  for (size_t lane = 0; lane < kClothCount; ++lane) {
+    models[lane] = &cloths[std::min(lane, cloths.size() - 1)].context.model;
+  }
+  return models;
+}
+
+// Before the context, which needs to know how many there are.
+void ListPins(std::span<const GroupCloth> cloths, PinLists& lists) {
+  if (HaveOneModel(cloths)) return;
+  const ModelOfLane models = ModelsOf(cloths);
+  lists.Make(models, models[0]->layout());
+}
+
+// number(model) of each cloth.
+template <class Number>
+VecCloths NumberOfModels(const ModelOfLane& models, const Number& number) {
+  alignas(64) float values[kClothCount];
+  for (size_t lane = 0; lane < kClothCount; ++lane) values[lane] = number(*models[lane]);
+  return LoadCloths(values);
+}
+
+void GatherInverseMasses(const ModelOfLane& models, const FloatModel& layout,
+                         const OwnPins& own_pins) {
+  VecCloths* const w = own_pins.inverse_masses;
+  for (uint32_t i = 0; i < layout.particle_count; ++i) {
+    w[i] = SplatCloths(layout.inverse_masses[i]);
+  }
+  w[layout.spare_particle()] = SplatCloths(0);
+  const auto gather = [&](uint32_t i) {
+    w[i] = NumberOfModels(models, [&](const FloatModel& m) { return m.inverse_masses[i]; });
+  };
+  for (const PinHold& hold : own_pins.lists->holds) gather(hold.particle);
+  for (const uint32_t i : own_pins.lists->released) gather(i);
+}
+
+// A cloth that has fewer tethers than others has some of no end.
+void GatherTethers(const ModelOfLane& models, const OwnPins& own_pins) {
+  const std::vector<uint32_t>& offsets = own_pins.lists->tether_offsets;
+  for (uint32_t i = 0; i + 1 < offsets.size(); ++i) {
+    for (uint32_t t = offsets[i]; t < offsets[i + 1]; ++t) {
+      own_pins.tether_lengths[t] = NumberOfModels(models, [&](const FloatModel& model) {
+        const std::span<const uint32_t> own = model.source->tether_offsets();
+        const uint32_t place = own[i] + (t - offsets[i]);
+        return place < own[i + 1] ? model.single_tethers[place].length
+                                  : std::numeric_limits<float>::infinity();
+      });
+    }
+  }
+}
+
+// The states of pins and their targets. A cloth that has fewer pins than others has some that
+// nothing reads.
+void GatherPins(std::span<const GroupCloth> cloths, const GroupContext& context) {
+  const Vec4 *places[kClothCount], *targets[kClothCount];
+  for (uint32_t pin = 0; pin < context.own_pins.lists->pin_count; ++pin) {
+    for (size_t lane = 0; lane < kClothCount; ++lane) {
+      const GroupCloth& cloth = cloths[std::min(lane, cloths.size() - 1)];
+      const std::vector<uint32_t>& pins = cloth.context.model.pins;
+      places[lane] = &cloth.state.positions[pin < pins.size() ? pins[pin] : 0];
+      targets[lane] = pin < pins.size() ? &cloth.context.pin_targets[pin] : places[lane];
+    }
+    const VectorsCloths p = LoadVectors(places, 0);
+    context.own_pins.pins[pin] = {p, p};
+    context.pin_targets[pin] = LoadVectors(targets, 0);
+  }
+}
+
+void GatherOwnPins(std::span<const GroupCloth> cloths, const GroupContext& context) {
+  if (!context.has_own_pins()) return;
+  const ModelOfLane models = ModelsOf(cloths);
+  GatherInverseMasses(models, context.model, context.own_pins);
+  GatherTethers(models, context.own_pins);
+  GatherPins(cloths, context);
+}
+
+}  // namespace
+}  // namespace drape::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard, once per instruction set

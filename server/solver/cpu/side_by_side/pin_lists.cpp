@@ -1,0 +1,82 @@
+#include "server/solver/cpu/side_by_side/pin_lists.h"
+
+#include <algorithm>
+
+namespace drape::cpu {
+
+void PinLists::Make(std::span<const FloatModel* const> models, const FloatModel& layout) {
+  all_cloths = (uint32_t{1} << models.size()) - 1;
+  held_by.assign(layout.particle_count, 0);
+  ListHolds(models);
+  free_particles.clear();
+  for (uint32_t i = 0; i < layout.particle_count; ++i) {
+    if (held_by[i] != all_cloths) free_particles.push_back(i);
+  }
+  released.clear();
+  for (const uint32_t i : layout.pins) {
+    if (held_by[i] != all_cloths) released.push_back(i);
+  }
+  tether_offsets.assign(1, 0);
+  tethers.clear();
+  tether_ends.clear();
+  for (uint32_t i = 0; i < layout.particle_count; ++i) ListTethers(models, i);
+}
+
+void PinLists::ListHolds(std::span<const FloatModel* const> models) {
+  holds.clear();
+  pin_count = 0;
+  for (const FloatModel* model : models) {
+    pin_count = std::max(pin_count, static_cast<uint32_t>(model->pins.size()));
+  }
+  for (uint32_t pin = 0; pin < pin_count; ++pin) {
+    const auto begin = static_cast<std::ptrdiff_t>(holds.size());
+    for (size_t lane = 0; lane < models.size(); ++lane) {
+      if (pin >= models[lane]->pins.size()) continue;
+      const uint32_t particle = models[lane]->pins[pin], cloth = uint32_t{1} << lane;
+      held_by[particle] |= cloth;
+      const auto same = std::find_if(holds.begin() + begin, holds.end(), [&](const PinHold& hold) {
+        return hold.particle == particle;
+      });
+      if (same == holds.end()) {
+        holds.push_back({particle, pin, cloth});
+      } else {
+        same->cloths |= cloth;
+      }
+    }
+  }
+}
+
+void PinLists::AddEnd(uint32_t pin, uint32_t cloth, uint32_t begin) {
+  for (size_t k = begin; k < tether_ends.size(); ++k) {
+    if (tether_ends[k].pin != pin) continue;
+    tether_ends[k].cloths |= cloth;
+    return;
+  }
+  tether_ends.push_back({pin, cloth});
+}
+
+void PinLists::ListTethers(std::span<const FloatModel* const> models, uint32_t particle) {
+  const auto offset = [&](const FloatModel* model, uint32_t i) {
+    return model->source->tether_offsets()[i];
+  };
+  uint32_t count = 0;
+  for (const FloatModel* model : models) {
+    count = std::max(count, offset(model, particle + 1) - offset(model, particle));
+  }
+  for (uint32_t rank = 0; rank < count; ++rank) {
+    constexpr uint32_t kNone = ~uint32_t{0};
+    const auto begin = static_cast<uint32_t>(tether_ends.size());
+    uint32_t first_pin = kNone;
+    for (size_t lane = 0; lane < models.size(); ++lane) {
+      const uint32_t own = offset(models[lane], particle) + rank;
+      if (own >= offset(models[lane], particle + 1)) continue;
+      const uint32_t pin = models[lane]->single_tethers[own].pin_index;
+      if (first_pin == kNone) first_pin = pin;
+      if (pin != first_pin) AddEnd(pin, uint32_t{1} << lane, begin);
+    }
+    tethers.push_back({first_pin, begin, static_cast<uint32_t>(tether_ends.size())});
+  }
+  tether_offsets.push_back(tether_offsets.back() + count);
+}
+
+}  // namespace drape::cpu

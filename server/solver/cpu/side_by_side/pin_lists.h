@@ -1,0 +1,56 @@
+// Which particles the cloths of a group hold that do not all hold the same ones (lanes.md).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/solver/cpu/model/float_model.h"
+
+namespace drape::cpu {
+
+// Some of the cloths of a group, one bit each, have this particle as their pin of this index.
+struct PinHold {
+  uint32_t particle;
+  uint32_t pin;
+  uint32_t cloths;
+};
+
+// One tether of a particle leads to the pin of this index in some of the cloths.
+struct TetherEnd {
+  uint32_t pin;
+  uint32_t cloths;
+};
+
+// One tether of a particle: to the pin of this index, but in some cloths to others.
+struct OwnTether {
+  uint32_t pin;
+  uint32_t others_begin;  // in PinLists::tether_ends
+  uint32_t others_end;
+};
+
+// Made anew for each step; kept only to save allocations.
+struct PinLists {
+  // `models`: of the cloth in each lane. `layout`: what they share (FloatModel::layout).
+  void Make(std::span<const FloatModel* const> models, const FloatModel& layout);
+
+  uint32_t all_cloths = 0;               // a bit of each lane
+  std::vector<uint32_t> held_by;         // [particle_count] a bit of each lane
+  std::vector<uint32_t> free_particles;  // in some cloth, ascending
+  std::vector<uint32_t> released;        // those of them that the layout holds
+  uint32_t pin_count = 0;                // of the cloth that has most
+  std::vector<PinHold> holds;
+  // The tethers of each particle, the nearest pin of each cloth first: [particle_count + 1].
+  std::vector<uint32_t> tether_offsets;
+  std::vector<OwnTether> tethers;
+  std::vector<TetherEnd> tether_ends;
+
+ private:
+  void ListHolds(std::span<const FloatModel* const> models);
+  // Of the tether whose ends begin there.
+  void AddEnd(uint32_t pin, uint32_t cloth, uint32_t begin);
+  void ListTethers(std::span<const FloatModel* const> models, uint32_t particle);
+};
+
+}  // namespace drape::cpu

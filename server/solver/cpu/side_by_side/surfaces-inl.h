@@ -1,0 +1,209 @@
+// The surfaces of the colliders of a group, resting or moving; what RestingSurface and
+// MovingSurface are for one cloth. Compiled once per instruction set.
+#if defined(DRAPE_CPU_SIDE_BY_SIDE_SURFACES_INL_H_) == defined(HWY_TARGET_TOGGLE)
+#ifdef DRAPE_CPU_SIDE_BY_SIDE_SURFACES_INL_H_
+#undef DRAPE_CPU_SIDE_BY_SIDE_SURFACES_INL_H_
+#else
+#define DRAPE_CPU_SIDE_BY_SIDE_SURFACES_INL_H_
+#endif
+
+#include <algorithm>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "server/solver/cpu/formulas/constraint_math-inl.h"
+#include "server/solver/cpu/formulas/contact_math-inl.h"
+#include "server/solver/cpu/side_by_side/exchange-inl.h"
+#include "server/solver/cpu/side_by_side/state-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace drape::cpu::HWY_NAMESPACE {
+namespace {
+
+using ClothGap = Gaps<VecCloths, VectorsCloths>;
+
+HWY_INLINE ClothGap GapAt(const VectorsCloths& q, const ClothCollider& collider) {
+  const auto& [kind, point, vector, offset, size, axes] = collider;
+  return ShapeGap(kind, q, point, vector, axes, offset);
+}
+
+class RestingSurfaces {
+ public:
+  static constexpr bool kMoves = false;
+
+  explicit RestingSurfaces(const ClothCollider& collider) : collider_(collider) {}
+
+  ClothGap GapAtStart(const VectorsCloths& p) const { return GapAt(p, collider_); }
+  ClothGap GapAtEnd(const VectorsCloths& q) const { return GapAt(q, collider_); }
+  // Of the gap at q [m].
+  VecCloths RoundOff(const VectorsCloths& q) const {
+    return SplatCloths(kTouchRoundOff) * (SumOfSizes(q) + collider_.size);
+  }
+
+ private:
+  const ClothCollider& collider_;
+};
+
+class MovingSurfaces {
+ public:
+  static constexpr bool kMoves = true;
+
+  MovingSurfaces(const ClothCollider& collider, const ClothMotion& motion)
+      : collider_(collider), motion_(motion) {}
+
+  ClothGap GapAtStart(const VectorsCloths& p) const { return GapFrom(motion_.start, p); }
+  ClothGap GapAtEnd(const VectorsCloths& q) const { return GapFrom(motion_.end, q); }
+  // Of the gap at q [m].
+  VecCloths RoundOff(const VectorsCloths& q) const {
+    return SplatCloths(kTouchRoundOff) * (SumOfSizes(q) + motion_.size);
+  }
+  // Velocities of the points of the colliders that are at `place` then [m/s].
+  VectorsCloths VelocityAtStart(const VectorsCloths& place) const {
+    return VelocityFrom(motion_.start, place);
+  }
+  VectorsCloths VelocityAtEnd(const VectorsCloths& place) const {
+    return VelocityFrom(motion_.end, place);
+  }
+  // Over the substep, of the points that are at `place` when it starts [m/s].
+  VectorsCloths MeanVelocity(const VectorsCloths& place) const {
+    const VectorsCloths tangent = Cross(motion_.angular_velocity, place - motion_.start.position);
+    return motion_.velocity + motion_.chord_sine * tangent +
+           motion_.chord_cosine * Cross(motion_.angular_velocity, tangent);
+  }
+  // Where they go in the substep [m].
+  VectorsCloths WayOf(const VectorsCloths& place) const {
+    return motion_.duration * MeanVelocity(place);
+  }
+
+ private:
+  HWY_INLINE ClothGap GapFrom(const ClothPose& pose, const VectorsCloths& q) const {
+    const VectorsCloths d = q - pose.position;
+    const VectorsCloths turned = {Dot(pose.columns[0], d), Dot(pose.columns[1], d),
+                                  Dot(pose.columns[2], d)};
+    const ClothGap gap = GapAt(motion_.pivot + turned, collider_);
+    const VectorsCloths& n = gap.normal;
+    return {gap.gap, n.x * pose.columns[0] + n.y * pose.columns[1] + n.z * pose.columns[2]};
+  }
+  VectorsCloths VelocityFrom(const ClothPose& pose, const VectorsCloths& place) const {
+    return motion_.velocity + Cross(motion_.angular_velocity, place - pose.position);
+  }
+
+  const ClothCollider& collider_;
+  const ClothMotion& motion_;
+};
+
+// The near colliders of a group, of one type or the other.
+class RestingList {
+ public:
+  explicit RestingList(const GroupContext& context)
+      : colliders_(context.colliders), size_(context.collider_count()) {}
+  size_t size() const { return size_; }
+  RestingSurfaces operator[](size_t k) const { return RestingSurfaces(colliders_[k]); }
+
+ private:
+  const ClothCollider* const colliders_;
+  const size_t size_;
+};
+class MovingList {
+ public:
+  explicit MovingList(const GroupContext& context)
+      : colliders_(context.colliders), motions_(context.motions), size_(context.collider_count()) {}
+  size_t size() const { return size_; }
+  MovingSurfaces operator[](size_t k) const { return {colliders_[k], motions_[k]}; }
+
+ private:
+  const ClothCollider* const colliders_;
+  const ClothMotion* const motions_;
+  const size_t size_;
+};
+
+// function(surfaces)
+template <class Function>
+auto WithSurfaces(const GroupContext& context, const Function& function) {
+  if (context.motions == nullptr) return function(RestingList(context));
+  return function(MovingList(context));
+}
+
+// One collider of each cloth.
+using SurfacesOfCloths = std::span<const MovingSurface>;
+
+// The vector that `vector(surface)` refers to, of each cloth.
+template <class Vector>
+HWY_INLINE VectorsCloths VectorOf(SurfacesOfCloths surfaces, const Vector& vector) {
+  const Vec4* places[kClothCount];
+  for (size_t lane = 0; lane < kClothCount; ++lane) {
+    places[lane] = &std::invoke(vector, surfaces[std::min(lane, surfaces.size() - 1)]);
+  }
+  return LoadVectors(places, 0);
+}
+
+template <class Number>
+VecCloths NumberOf(SurfacesOfCloths surfaces, const Number& number) {
+  alignas(64) float values[kClothCount];
+  for (size_t lane = 0; lane < kClothCount; ++lane) {
+    values[lane] = std::invoke(number, surfaces[std::min(lane, surfaces.size() - 1)]);
+  }
+  return LoadCloths(values);
+}
+
+template <class Pose>
+ClothPose PoseOf(SurfacesOfCloths surfaces, const Pose& pose) {
+  const auto vector = [&](const auto& part) {
+    return VectorOf(surfaces, [&](const MovingSurface& surface) -> const Vec4& {
+      return part(std::invoke(pose, surface));
+    });
+  };
+  const auto column = [&](size_t k) {
+    return vector([k](const MovingSurface::Pose& p) -> const Vec4& { return p.columns[k]; });
+  };
+  return {vector([](const MovingSurface::Pose& p) -> const Vec4& { return p.position; }),
+          {column(0), column(1), column(2)}};
+}
+
+ClothMotion MotionOf(SurfacesOfCloths surfaces, float duration) {
+  return {.pivot = VectorOf(surfaces, &MovingSurface::pivot),
+          .start = PoseOf(surfaces, &MovingSurface::start),
+          .end = PoseOf(surfaces, &MovingSurface::end),
+          .velocity = VectorOf(surfaces, &MovingSurface::velocity),
+          .angular_velocity = VectorOf(surfaces, &MovingSurface::angular_velocity),
+          .chord_sine = NumberOf(surfaces, &MovingSurface::chord_sine),
+          .chord_cosine = NumberOf(surfaces, &MovingSurface::chord_cosine),
+          .duration = SplatCloths(duration)};
+}
+
+// The colliders are where they are in a substep of this index. `surfaces`: those of each cloth,
+// collider after collider.
+void PlaceColliders(std::span<const GroupCloth> cloths, const GroupContext& context, uint32_t index,
+                    double substep_s, std::vector<MovingSurface>& surfaces) {
+  if (context.motions == nullptr) return;
+  if (index == 0) surfaces.clear();
+  for (size_t k = 0; k < context.collider_count(); ++k) {
+    ClothMotion& motion = context.motions[k];
+    const uint32_t near = context.reach.near[k];
+    for (size_t lane = 0; lane < cloths.size(); ++lane) {
+      if (index > 0) {
+        surfaces[k * cloths.size() + lane].Advance();
+        continue;
+      }
+      const StepContext& cloth = cloths[lane].context;
+      surfaces.emplace_back(cloth.controls.colliders[near], cloth.collider_motions[near],
+                            substep_s);
+    }
+    const SurfacesOfCloths of_cloths = std::span(surfaces).subspan(k * cloths.size());
+    if (index == 0) {
+      motion = MotionOf(of_cloths.first(cloths.size()), static_cast<float>(substep_s));
+    } else {
+      motion.start = motion.end;
+      motion.end = PoseOf(of_cloths.first(cloths.size()), &MovingSurface::end);
+    }
+    motion.size =
+        (SumOfSizes(motion.end.position) + SumOfSizes(motion.pivot)) + context.colliders[k].size;
+  }
+}
+
+}  // namespace
+}  // namespace drape::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif  // include guard, once per instruction set

@@ -1,0 +1,169 @@
+// What cloths cost that differ in what they hold or in whether their colliders move, against as many
+// that do not -> speed_unlike.csv.
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/bench/quantiles.h"
+#include "tests/bench/speed/speed.h"
+#include "tests/bench/timing.h"
+#include "tests/support/backends/backends.h"
+#include "tests/support/states.h"
+
+namespace drape::bench {
+namespace {
+
+using Held = std::vector<uint32_t>;
+
+// Cloths that start every turn from the same states, mid-motion.
+class Turns {
+ public:
+  Turns(std::unique_ptr<Backend> backend, const std::vector<test::Scene>& scenes,
+        uint32_t lead_steps)
+      : backend_(std::move(backend)) {
+    for (const test::Scene& scene : scenes) {
+      items_.push_back({test::CreateCloth(*backend_, scene), {}, false});
+    }
+    for (uint32_t k = 0; k < lead_steps; ++k) backend_->Step(items_);
+    for (size_t k = 0; k < scenes.size(); ++k) {
+      starts_.push_back({.state = test::ReadState(*backend_, items_[k].cloth),
+                         .collider_motions = scenes[k].parameters.collider_motions});
+    }
+  }
+
+  // Mean wall time of a step [ms].
+  double Turn_ms(uint32_t steps) {
+    for (size_t k = 0; k < items_.size(); ++k) backend_->Write(items_[k].cloth, starts_[k]);
+    const auto start = std::chrono::steady_clock::now();
+    for (uint32_t k = 0; k < steps; ++k) backend_->Step(items_);
+    const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - start;
+    return wall.count() / steps;
+  }
+
+ private:
+  std::unique_ptr<Backend> backend_;
+  std::vector<StepItem> items_;
+  std::vector<ClothUpdate> starts_;
+};
+
+// One thing by which cloths may differ.
+struct Difference {
+  std::string name;
+  // Cloth k of those that differ, or of those that do not.
+  std::function<test::Scene(uint32_t side, uint32_t k, bool differs)> make;
+};
+
+test::Scene Realtime(test::Scene scene) {
+  scene.parameters.settings = PresetSettings(Preset::kRealtime);
+  scene.parameters.settings.sleep_motion_m = 0;
+  return scene;
+}
+
+// Every cloth holds other particles, spread over the cloth and no two of them neighbours, or all
+// hold the same.
+Held HeldBy(uint32_t side, uint32_t k, uint32_t count, bool differs) {
+  Held held;
+  const uint32_t particles = side * side;
+  for (uint32_t pin = 0; pin < count; ++pin) {
+    const uint32_t first = pin * particles / count;
+    held.push_back(first + (differs ? k * 37 % (particles / count - side) : 0));
+  }
+  return held;
+}
+
+Difference OfPins(const std::string& name, uint32_t count,
+                  const std::function<test::Scene(uint32_t side, const Held& held)>& make) {
+  return {name, [=](uint32_t side, uint32_t k, bool differs) {
+            return Realtime(make(side, HeldBy(side, k, count, differs)));
+          }};
+}
+
+test::Scene Sheet(uint32_t side, const Held& held) {
+  return test::Grid(side, side, 1, 1, held);
+}
+test::Scene Fabric(uint32_t side, const Held& held) {
+  return test::Grid(side, side, 1, 1, held,
+                    {.bending_rigidity_n_m = 1e-5, .shear_modulus_n_per_m = 20});
+}
+test::Scene Mesh(uint32_t side, const Held& held) {
+  return test::MeshedGrid(side, side, 1, 1, held);
+}
+test::Scene BendingMesh(uint32_t side, const Held& held) {
+  return test::MeshedGrid(side, side, 1, 1, held, {.bending_rigidity_n_m = 1e-5});
+}
+
+// The sheets have fallen onto a sphere above a plane, or onto a box and a capsule. Half of the
+// colliders that move turn as well.
+Difference OfMotions(const std::string& name, double friction, test::Scene (*make)(uint32_t)) {
+  return {name, [=](uint32_t side, uint32_t k, bool differs) {
+            test::Scene scene = Realtime(make(side));
+            scene.parameters.friction_static = scene.parameters.friction_dynamic = friction;
+            if (!differs) return scene;
+            for (const Collider& collider : scene.parameters.colliders) {
+              RigidMotion motion = RigidMotion::AtRest(CentreOf(collider));
+              motion.velocity_m_per_s = {0.1 * std::sin(k), 0, 0.1 * std::cos(k)};
+              if (k % 2 == 1) motion.angular_velocity_rad_per_s = {0, 0.5, 0.1};
+              scene.parameters.collider_motions.push_back(motion);
+            }
+            return scene;
+          }};
+}
+
+std::vector<Difference> Differences() {
+  return {OfPins("another pin each", 1, Sheet),
+          OfPins("two other pins each", 2, Sheet),
+          OfPins("another pin each, bending and shear", 1, Fabric),
+          OfPins("another pin each, mesh", 1, Mesh),
+          OfPins("another pin each, mesh that bends", 1, BendingMesh),
+          OfMotions("sphere and plane that move", 0, test::FallingOnSphere),
+          OfMotions("sphere and plane that move, friction", 0.4, test::FallingOnSphere),
+          OfMotions("box and capsule that move, friction", 0.4, test::FallingOnBoxAndCapsule)};
+}
+
+std::vector<test::Scene> ScenesOf(const Difference& difference, uint32_t side, uint32_t cloths,
+                                  bool differs) {
+  std::vector<test::Scene> scenes;
+  std::shared_ptr<const SceneModel> same;
+  for (uint32_t k = 0; k < cloths; ++k) {
+    scenes.push_back(difference.make(side, k, differs));
+    if (same == nullptr) same = scenes[0].model;
+    if (same->SameContent(*scenes[k].model)) scenes[k].model = same;
+    scenes[k].parameters.gravity_m_per_s2 =
+        MakeBatch(scenes[0], cloths).gravities_m_per_s2[k];
+  }
+  return scenes;
+}
+
+}  // namespace
+
+void MeasureUnlike(Bench& bench, UnlikeOptions options) {
+  if (bench.is_quick()) {
+    options = {.cloths = 4, .sides = {6}, .lead_steps = 1, .rounds = 1, .steps = 1};
+  }
+  Table table = bench.OpenTable("speed_unlike", {"difference", "particles", "cloths", "round",
+                                                 "like_ms", "unlike_ms"});
+  for (const Difference& difference : Differences()) {
+    for (const uint32_t side : options.sides) {
+      if (!bench.StartRow(difference.name + ", " + std::to_string(side * side) + " particles")) {
+        return;
+      }
+      const auto turns = [&](bool differs) {
+        return Turns(test::MakeBackend("cpu"), ScenesOf(difference, side, options.cloths, differs),
+                     options.lead_steps);
+      };
+      Turns like = turns(false), unlike = turns(true);
+      for (uint32_t round = 0; round <= options.rounds; ++round) {
+        const double like_ms = like.Turn_ms(options.steps);
+        const double unlike_ms = unlike.Turn_ms(options.steps);
+        if (round == 0) continue;  // warmed up
+        table.Add({difference.name, side * side, options.cloths, round, like_ms, unlike_ms});
+      }
+    }
+  }
+}
+
+}  // namespace drape::bench
