@@ -1,5 +1,5 @@
-// What cloths cost that differ in what they hold or in whether their colliders move, against as many
-// that do not -> speed_unlike.csv.
+// What cloths cost that differ in what they hold or in whether their colliders move, against as
+// many that do not -> speed_unlike.csv.
 #include <chrono>
 #include <cmath>
 #include <functional>
@@ -132,8 +132,7 @@ std::vector<test::Scene> ScenesOf(const Difference& difference, uint32_t side, u
     scenes.push_back(difference.make(side, k, differs));
     if (same == nullptr) same = scenes[0].model;
     if (same->SameContent(*scenes[k].model)) scenes[k].model = same;
-    scenes[k].parameters.gravity_m_per_s2 =
-        MakeBatch(scenes[0], cloths).gravities_m_per_s2[k];
+    scenes[k].parameters.gravity_m_per_s2 = MakeBatch(scenes[0], cloths).gravities_m_per_s2[k];
   }
   return scenes;
 }
@@ -144,8 +143,8 @@ void MeasureUnlike(Bench& bench, UnlikeOptions options) {
   if (bench.is_quick()) {
     options = {.cloths = 4, .sides = {6}, .lead_steps = 1, .rounds = 1, .steps = 1};
   }
-  Table table = bench.OpenTable("speed_unlike", {"difference", "particles", "cloths", "round",
-                                                 "like_ms", "unlike_ms"});
+  Table table = bench.OpenTable(
+      "speed_unlike", {"difference", "particles", "cloths", "round", "like_ms", "unlike_ms"});
   for (const Difference& difference : Differences()) {
     for (const uint32_t side : options.sides) {
       if (!bench.StartRow(difference.name + ", " + std::to_string(side * side) + " particles")) {
