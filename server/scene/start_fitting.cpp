@@ -14,6 +14,8 @@ using Eigen::Vector3d;
 constexpr int kSweepsPerLook = 50;
 constexpr double kStillUseful = 0.95;
 constexpr double kMaxVisits = 5e7;
+constexpr int kSharingSweeps = 400;
+constexpr double kSharing = 0.1;
 // Passes that bring particles out of colliders one of which is beside the other.
 constexpr int kPassesOut = 20;
 
@@ -46,12 +48,17 @@ class Fitting {
     double now = RmsStrain();
     for (double spent = 0; now < kStillUseful * before && spent < kMaxVisits;) {
       for (int sweep = 0; sweep < kSweepsPerLook; ++sweep) {
-        Sweep(sweep % 2 == 1);
+        Sweep(sweep % 2 == 1, 1);
         LeaveCollidersOnce();
       }
       spent += kSweepsPerLook * visits;
       before = now;
       now = RmsStrain();
+    }
+    // Full moves chase errors that cannot vanish around; ever smaller ones share them out.
+    for (int sweep = 1; sweep <= kSharingSweeps; ++sweep) {
+      Sweep(sweep % 2 == 1, 1.0 / (1 + kSharing * sweep));
+      LeaveCollidersOnce();
     }
     LeaveColliders();
     FittedStart fitted;
@@ -83,7 +90,8 @@ class Fitting {
     return std::sqrt(sum_sq / static_cast<double>(std::max<size_t>(order_.size(), 1)));
   }
 
-  void Sweep(bool is_backward) {
+  // Each link moves by the share of what would give it its length.
+  void Sweep(bool is_backward, double share) {
     for (size_t k = 0; k < order_.size(); ++k) {
       const uint32_t next = order_[is_backward ? order_.size() - 1 - k : k];
       const DistanceConstraint& link = demands_.constraints[next];
@@ -91,7 +99,7 @@ class Fitting {
       const double length_m = d.norm();
       if (length_m == 0) continue;
       const Vector3d way =
-          (length_m - link.rest_length_m) / (length_m * (w_[link.i] + w_[link.j])) * d;
+          share * (length_m - link.rest_length_m) / (length_m * (w_[link.i] + w_[link.j])) * d;
       x_[link.i] += w_[link.i] * way;
       x_[link.j] -= w_[link.j] * way;
     }

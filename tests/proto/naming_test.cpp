@@ -78,6 +78,7 @@ TEST_F(Naming, RealNumbersCarryTheirUnit) {
                                               "restitution",
                                               "described_error",
                                               "start_error",
+                                              "largest_let_out",
                                               "load_limit",
                                               "refine_above_strain",
                                               "tolerance",
