@@ -59,9 +59,13 @@ void MeasureStrain(const StepContext& context, const FloatState& state, Measurem
   if (source.constraint_count() > 0) {
     measured.rms_strain = std::sqrt(sum_of_squares / source.constraint_count());
   }
-  measured.strain_p50 = histogram.Percentile(50);
-  measured.strain_p90 = histogram.Percentile(90);
-  measured.strain_p99 = histogram.Percentile(99);
+  // The histogram counts in single precision, and may round up.
+  const auto percentile = [&](uint32_t percent) {
+    return std::min(histogram.Percentile(percent), measured.max_strain);
+  };
+  measured.strain_p50 = percentile(50);
+  measured.strain_p90 = percentile(90);
+  measured.strain_p99 = percentile(99);
   for (const auto& [i, j, compliance] : source.joints()) {
     const double error = Distance(state, i, j);
     if (compliance > 0) measured.strain_energy_j += error * error / (2 * compliance);
