@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/core/check.h"
 #include "tests/bench/quantiles.h"
 #include "tests/bench/speed/speed.h"
 #include "tests/bench/timing.h"
@@ -30,14 +31,18 @@ class Turns {
     }
     for (uint32_t k = 0; k < lead_steps; ++k) backend_->Step(items_);
     for (size_t k = 0; k < scenes.size(); ++k) {
-      starts_.push_back({.state = test::ReadState(*backend_, items_[k].cloth),
-                         .collider_motions = scenes[k].parameters.collider_motions});
+      ClothUpdate& start = starts_.emplace_back();
+      start.state = test::ReadState(*backend_, items_[k].cloth);
+      start.collider_motions = scenes[k].parameters.collider_motions;
     }
   }
 
   // Mean wall time of a step [ms].
   double Turn_ms(uint32_t steps) {
-    for (size_t k = 0; k < items_.size(); ++k) backend_->Write(items_[k].cloth, starts_[k]);
+    for (size_t k = 0; k < items_.size(); ++k) {
+      const Status status = backend_->Write(items_[k].cloth, starts_[k]);
+      DRAPE_CHECK(status.ok(), status.ToString());
+    }
     const auto start = std::chrono::steady_clock::now();
     for (uint32_t k = 0; k < steps; ++k) backend_->Step(items_);
     const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - start;
