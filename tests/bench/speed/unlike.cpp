@@ -121,12 +121,12 @@ Difference OfMotions(const std::string& name, double friction, test::Scene (*mak
 std::vector<Difference> Differences() {
   return {OfPins("another pin each", 1, Sheet),
           OfPins("two other pins each", 2, Sheet),
-          OfPins("another pin each, bending and shear", 1, Fabric),
-          OfPins("another pin each, mesh", 1, Mesh),
-          OfPins("another pin each, mesh that bends", 1, BendingMesh),
+          OfPins("another pin each of sheets that bend and shear", 1, Fabric),
+          OfPins("another pin each of meshes", 1, Mesh),
+          OfPins("another pin each of meshes that bend", 1, BendingMesh),
           OfMotions("sphere and plane that move", 0, test::FallingOnSphere),
-          OfMotions("sphere and plane that move, friction", 0.4, test::FallingOnSphere),
-          OfMotions("box and capsule that move, friction", 0.4, test::FallingOnBoxAndCapsule)};
+          OfMotions("sphere and plane that move with friction", 0.4, test::FallingOnSphere),
+          OfMotions("box and capsule that move with friction", 0.4, test::FallingOnBoxAndCapsule)};
 }
 
 std::vector<test::Scene> ScenesOf(const Difference& difference, uint32_t side, uint32_t cloths,
