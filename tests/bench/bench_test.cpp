@@ -114,7 +114,7 @@ TEST_F(BenchTest, SpeedMakesItsTables) {
   const std::string readme = ReadText(out_ / "README.md");
   EXPECT_THAT(readme, HasSubstr("### The machine's limits"));
   EXPECT_THAT(readme, HasSubstr("single / lanes"));
-  EXPECT_THAT(readme, HasSubstr("| box and capsule that move, friction | 36 |"));
+  EXPECT_THAT(readme, HasSubstr("| box and capsule that move with friction | 36 |"));
   EXPECT_THAT(readme, HasSubstr("has NOT measured"));
   EXPECT_THAT(readme, HasSubstr("| Bullet 1x10 |"));
   EXPECT_THAT(readme, HasSubstr("| 2 × 1, positions, StepStream two under way |"));
