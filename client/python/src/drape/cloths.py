@@ -19,18 +19,16 @@ class ClothsBase:
     Not for several threads at once. Made by `Session.create` and `Session.attach`.
 
     ids: uint64[n], the names in the protocol. num: n. particles: rows of each cloth. shape: what the server built.
-    spec: a copy of the description; None if attached. step_count: uint64[n] completed steps. faulted: bool[n], stopped at the
+    spec: a copy of the description, origins: [n, 3] of the environments (None: all 0); both None if attached. step_count: uint64[n] completed steps. faulted: bool[n], stopped at the
     last good state until it is reset. timing: where the server spent the last step.
     """
 
-    def __init__(self, session, ids, shape, spec):
+    def __init__(self, session, ids, shape, spec, origins=None):
         self._session = session
         self._connection = session._connection
-        self.ids = np.array(ids, dtype=np.uint64)
-        self.ids.flags.writeable = False
-        self._all_ids = self.ids.tolist()
-        self._row_of = {cloth: row for row, cloth in enumerate(self._all_ids)}
+        self._name(ids)
         self.num = len(self._all_ids)
+        self.origins = origins
         self.shape = shape
         self.particles = shape.particles
         self.spec = None
@@ -157,20 +155,45 @@ class ClothsBase:
         self._remember(read, rows, is_whole=particles is None and out is None)
         return read
 
-    def _reset(self, ids=None) -> None:
+    def _reset(self, ids=None, *, transforms=None, overrides=None) -> None:
         """Back to the state, step 0, pin targets and time of creation; parameters stay. Clears faults, and forgets controls
-        that wait."""
+        that wait.
+
+        transforms [m, 7] (position [m] and quaternion x, y, z, w in the place of spec.transform) and overrides (m
+        ClothOverrides): the cloths start anew with these, and with all parameters of the spec; `ids` of the batch change.
+        """
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
             return
-        request = v1.ResetClothsRequest(session=self._session.name)
-        columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        yield Unary("ResetCloths", request, self._session.name)
+        if transforms is not None or overrides is not None:
+            yield from self._replace(self._every(rows), transforms, overrides)
+        else:
+            request = v1.ResetClothsRequest(session=self._session.name)
+            columns.fill(request, {"cloth_ids": self._ids_list(rows)})
+            yield Unary("ResetCloths", request, self._session.name)
         every = self._every(rows)
         self.step_count[every] = 0
         self.faulted[every] = False
         self._pending.drop(rows, self.num)
         self._forget_states()
+
+    def _replace(self, rows, transforms, overrides):
+        """New cloths in the place of `rows`. The old ones go last: if the server refuses, nothing has changed."""
+        if self.spec is None:
+            raise errors.Unimplemented("resetting attached cloths to transforms: give attach() their spec",
+                                       reason="NO_SPEC")
+        request = v1.CreateClothsRequest(session=self._session.name, spec=self.spec, count=len(rows), overrides=overrides)
+        if self.origins is not None:
+            columns.fill(request, {"environment_origins_m": self.origins[rows]})
+        if transforms is not None:
+            columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (len(rows), 7))})
+        response = yield Unary("CreateCloths", request, self._session.name)
+        old = v1.DeleteClothsRequest(session=self._session.name)
+        columns.fill(old, {"cloth_ids": self.ids[rows]})
+        ids = self.ids.copy()
+        ids[rows] = response.cloth_ids
+        self._name(ids)
+        yield Unary("DeleteCloths", old, self._session.name)
 
     def _update(self, spec: v1.ClothSpec, paths, ids=None) -> None:
         """Sets the fields named by `paths` (see UpdateClothsRequest.update_mask) from `spec`, for all cloths or none:
@@ -215,6 +238,12 @@ class ClothsBase:
         return pictures.pixels_of(png)
 
     # --- parts
+
+    def _name(self, ids):
+        self.ids = np.array(ids, dtype=np.uint64)
+        self.ids.flags.writeable = False
+        self._all_ids = self.ids.tolist()
+        self._row_of = {cloth: row for row, cloth in enumerate(self._all_ids)}
 
     def _rows_or_all(self, ids):
         rows = columns.rows_of(ids, self.num)

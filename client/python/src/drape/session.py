@@ -40,11 +40,13 @@ class SessionBase:
         """
         request = v1.CreateClothsRequest(session=self.name, spec=spec, count=count, overrides=overrides,
                                          request_id=request_id)
-        for name, values, width in (("environment_origins_m", origins, 3), ("transforms", transforms, 7)):
-            if values is not None:
-                columns.fill(request, {name: columns.shaped(name, values, (count, width))})
+        if origins is not None:
+            origins = columns.shaped("origins", origins, (count, 3)).copy()
+            columns.fill(request, {"environment_origins_m": origins})
+        if transforms is not None:
+            columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (count, 7))})
         response = yield Unary("CreateCloths", request, self.name, timeout_s)
-        return self._cloths_class(self, response.cloth_ids, response.shape, spec)
+        return self._cloths_class(self, response.cloth_ids, response.shape, spec, origins)
 
     def _attach(self, ids=None, spec: v1.ClothSpec | None = None) -> Cloths:
         """Cloths that exist already. ids: their names in the protocol; None: all of the session. They must have equally many
