@@ -93,7 +93,9 @@ class Session : public std::enable_shared_from_this<Session> {
   // INVALID_ARGUMENT for values that are illegal together with the cloths' own, with fields as in
   // UpdateClothsRequest ("spec.pins[2].particle"); RESOURCE_EXHAUSTED when the device has no room.
   // If one cloth fails, the others are changed back; a cloth for which the device has no room then
-  // is deleted, and the message says so. `rules` apply to changes that need another model.
+  // is deleted, and the message says so. ABORTED (UPDATE_CONFLICT) if another update gave a cloth
+  // another model while this one built its own: nothing has changed, and the call may be repeated.
+  // `rules.limits` apply to changes that need another model.
   void UpdateCloths(ClothList cloths, ClothChange change,
                     std::function<void(Result<UpdatedCloths>)> done, const ModelRules& rules = {});
   // The ids are invalid on return; `done` runs when the device memory is free. Running step

@@ -126,8 +126,8 @@ class Backend {
   // One time step of every item, all at once. Faulted cloths are left as they are and reported so.
   virtual BatchReport Step(std::span<const StepItem> items) = 0;
   virtual StateColumns Read(const ReadRequest& request) = 0;
-  // RESOURCE_EXHAUSTED when the device has no room for the new model or colliders; nothing changes
-  // then.
+  // RESOURCE_EXHAUSTED when the device has no room for the new model or colliders, INTERNAL
+  // (SIZES_DISAGREE, update_check.h) when a list does not fit the cloth; nothing changes then.
   virtual Status Write(ClothHandle cloth, const ClothUpdate& update) = 0;
 
   // The additional interface of a backend with a device of its own (device_backend.h). Null: states

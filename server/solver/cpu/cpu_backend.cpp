@@ -26,6 +26,7 @@
 #include "server/solver/cpu/step/measure.h"
 #include "server/solver/cpu/step/step_team.h"
 #include "server/solver/cpu/step_groups.h"
+#include "server/solver/update_check.h"
 
 namespace drape {
 namespace cpu {
@@ -182,6 +183,7 @@ class CpuBackend final : public Backend {
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
                              const ClothParameters& parameters, const ParticleState& state) override
       try {
+    DRAPE_RETURN_IF_ERROR(CheckStateFits(*model, parameters, state));
     Cloth cloth;
     cloth.model = models_.Get(model);
     cloth.parameters = parameters;
@@ -228,12 +230,9 @@ class CpuBackend final : public Backend {
 
   Status Write(ClothHandle handle, const ClothUpdate& update) override try {
     Cloth& cloth = cloths_.At(handle);
+    DRAPE_RETURN_IF_ERROR(CheckUpdateFits(*cloth.model->source, cloth.parameters, update));
     Cloth changed = cloth;
-    if (update.model) {
-      DRAPE_CHECK(update.model->particle_count() == cloth.model->particle_count,
-                  "a new model needs the same particle count");
-      changed.model = models_.Get(update.model);
-    }
+    if (update.model) changed.model = models_.Get(update.model);
     if (update.parameters) changed.parameters = *update.parameters;
     if (update.state) {
       changed.state = ToFloat(*update.state, changed.model->particle_count);
@@ -243,14 +242,14 @@ class CpuBackend final : public Backend {
       changed.pin_targets = ToFloat(*update.pin_targets_m, *changed.model);
     } else if (update.model) {
       changed.pin_targets =
-          TransferTargets({cloth.model, {}, {}, changed.state, cloth.pin_targets}, *changed.model);
+          TransferTargets({cloth.model, {}, {}, changed.state, cloth.pin_targets},
+                          *changed.model);
     }
     if (update.model) changed.own_lengths.reset();
     if (update.rest_lengths_m) {
       changed.own_lengths = ToOwnLengths(*update.rest_lengths_m, *changed.model);
     }
     if (update.collider_motions) changed.parameters.collider_motions = *update.collider_motions;
-    CheckMotionCount(changed.parameters);
     if (update.model || update.parameters || update.rest_lengths_m) {
       changed.controls.emplace(*changed.model, changed.parameters, changed.own_lengths.has_value());
     }

@@ -7,6 +7,7 @@
 
 #include "server/core/check.h"
 #include "server/solver/cpu_reference/reference_step.h"
+#include "server/solver/update_check.h"
 
 namespace drape {
 
@@ -18,12 +19,6 @@ std::vector<Vector3d> PinPositions(const SceneModel& model, const ParticleState&
   std::vector<Vector3d> positions;
   for (const uint32_t pin : model.pins()) positions.push_back(state.positions_m[pin]);
   return positions;
-}
-
-void CheckState(const SceneModel& model, const ParticleState& state) {
-  DRAPE_CHECK(state.positions_m.size() == model.particle_count() &&
-                  state.velocities_m_per_s.size() == model.particle_count(),
-              "a state must have one position and one velocity per particle");
 }
 
 class ReferenceBackend final : public Backend {
@@ -39,7 +34,7 @@ class ReferenceBackend final : public Backend {
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
                              const ClothParameters& parameters,
                              const ParticleState& state) override {
-    CheckState(*model, state);
+    DRAPE_RETURN_IF_ERROR(CheckStateFits(*model, parameters, state));
     std::vector<Vector3d> pin_targets = PinPositions(*model, state);
     // Handles are never reused: the slot counts up and wraps into the generation.
     if (++next_handle_.slot == 0) ++next_handle_.generation;
@@ -89,25 +84,20 @@ class ReferenceBackend final : public Backend {
 
   Status Write(ClothHandle handle, const ClothUpdate& update) override {
     ReferenceCloth& cloth = Find(handle);
+    DRAPE_RETURN_IF_ERROR(CheckUpdateFits(*cloth.model, cloth.parameters, update));
     if (update.state) {
-      CheckState(*cloth.model, *update.state);
       cloth.state = *update.state;
       cloth.fault = FaultReason::kNone;
     }
     if (update.model) ReplaceModel(cloth, update.model);
     if (update.rest_lengths_m) {
-      CheckLengths(*cloth.model, *update.rest_lengths_m);
       cloth.rest_lengths_m = cloth.rest_length_targets_m = *update.rest_lengths_m;
     }
     if (update.parameters) cloth.parameters = *update.parameters;
     if (update.collider_motions) {
       cloth.parameters.collider_motions = *update.collider_motions;
     }
-    CheckMotionCount(cloth.parameters);
-    if (update.pin_targets_m) {
-      DRAPE_CHECK(update.pin_targets_m->size() == cloth.model->pin_count(), "one target per pin");
-      cloth.pin_targets_m = *update.pin_targets_m;
-    }
+    if (update.pin_targets_m) cloth.pin_targets_m = *update.pin_targets_m;
     return Status::Ok();
   }
 
@@ -120,11 +110,6 @@ class ReferenceBackend final : public Backend {
     };
     if (particles.empty()) std::for_each(vectors.begin(), vectors.end(), append);
     for (const uint32_t particle : particles) append(vectors[particle]);
-  }
-
-  static void CheckMotionCount(const ClothParameters& parameters) {
-    const size_t count = parameters.collider_motions.size();
-    DRAPE_CHECK(count == 0 || count == parameters.colliders.size(), "one motion per collider");
   }
 
   static std::vector<RigidMotion> CheckedMotions(const ClothParameters& parameters,
@@ -150,8 +135,6 @@ class ReferenceBackend final : public Backend {
 
   // Pins that stay keep their targets; new ones start where they are.
   static void ReplaceModel(ReferenceCloth& cloth, std::shared_ptr<const SceneModel> model) {
-    DRAPE_CHECK(model->particle_count() == cloth.model->particle_count(),
-                "a new model must have the same particle count");
     std::vector<Vector3d> targets = PinPositions(*model, cloth.state);
     const std::span<const uint32_t> old_pins = cloth.model->pins();
     for (uint32_t k = 0; k < model->pin_count(); ++k) {

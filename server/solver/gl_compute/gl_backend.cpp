@@ -13,6 +13,7 @@
 #include "server/solver/gl_compute/packing.h"
 #include "server/solver/gl_compute/step_batch.h"
 #include "server/solver/gl_compute/tiled_step.h"
+#include "server/solver/update_check.h"
 
 namespace drape {
 
@@ -163,9 +164,6 @@ void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& paramet
 }
 
 void GlBackend::WriteState(GlCloth& cloth, const ParticleState& state) {
-  DRAPE_CHECK(state.positions_m.size() == cloth.particle_count() &&
-                  state.velocities_m_per_s.size() == cloth.particle_count(),
-              "a state must have one position and one velocity per particle");
   device_.arrays->states.Write(cloth.state, 0, std::span<const float>(PackState(state)));
   cloth.fault = FaultReason::kNone;
 }
@@ -182,6 +180,7 @@ void GlBackend::WriteRecord(uint32_t slot) {
 Result<ClothHandle> GlBackend::Create(std::shared_ptr<const SceneModel> model,
                                       const ClothParameters& parameters,
                                       const ParticleState& state) {
+  DRAPE_RETURN_IF_ERROR(CheckStateFits(*model, parameters, state));
   device_.context->MakeCurrent();
   DeviceArrays& arrays = *device_.arrays;
   Result<WordRange> state_words = arrays.states.Allocate(6 * uint64_t{model->particle_count()});
@@ -234,13 +233,10 @@ Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
   device_.context->MakeCurrent();
   GlCloth& cloth = cloths_.Find(handle);
   const std::shared_ptr<const SceneModel> model = update.model ? update.model : cloth.model->model;
-  DRAPE_CHECK(model->particle_count() == cloth.particle_count(),
-              "a new model must have the same particle count");
+  DRAPE_RETURN_IF_ERROR(CheckUpdateFits(*cloth.model->model, cloth.parameters, update));
   if (update.model || update.parameters || update.rest_lengths_m || update.collider_motions) {
     std::vector<uint32_t> lengths = update.model ? std::vector<uint32_t>{} : cloth.length_words;
     if (update.rest_lengths_m) lengths = PackLengths(*update.rest_lengths_m);
-    DRAPE_CHECK(lengths.empty() || lengths.size() == model->constraint_count(),
-                "one rest length per constraint");
     ClothParameters parameters = update.parameters.value_or(cloth.parameters);
     if (update.collider_motions) parameters.collider_motions = *update.collider_motions;
     Result<Room> room =
