@@ -159,7 +159,9 @@ class Client(ClientBase):
     health = _awaiting(ClientBase._health)
 
     async def close(self):
-        """Ends the connection, and the private server. May be called again."""
+        """Closes its sessions, the connection, and the private server. May be called again."""
+        for session in list(self._open_sessions):
+            await session.close()
         await self._connection.close()
 
     async def __aenter__(self):

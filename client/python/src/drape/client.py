@@ -28,6 +28,7 @@ class ClientBase:
 
     def __init__(self, connection):
         self._connection = connection
+        self._open_sessions = weakref.WeakSet()
         self.info = None
 
     def _introduce(self, ready_timeout_s):
@@ -61,7 +62,9 @@ class ClientBase:
             message = yield Unary("CreateSession", v1.CreateSessionRequest(ttl_s=ttl_s, display_name=display_name))
         else:
             message = yield Unary("GetSession", v1.GetSessionRequest(name=name), name)
-        return self._session_class(self, message, is_owner=name is None)
+        session = self._session_class(self, message, is_owner=name is None)
+        self._open_sessions.add(session)
+        return session
 
     def _sessions(self) -> list[v1.Session]:
         """All sessions of the server, with shortened names."""
@@ -107,7 +110,9 @@ class Client(ClientBase):
     health = blocking(ClientBase._health)
 
     def close(self) -> None:
-        """Ends the connection, and the private server. May be called again."""
+        """Closes its sessions, the connection, and the private server. May be called again."""
+        for session in list(self._open_sessions):
+            session.close()
         self._closing()
 
     def __enter__(self):
