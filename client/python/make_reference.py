@@ -33,6 +33,7 @@ def signature_of(function, name):
     text = f"{name}{inspect.signature(function)}"
     text = re.sub(r"<google[^>]*>|<drape[^>]*>", "POSITIONS", text)
     text = re.sub(r"positions: true\s*", "POSITIONS", text)
+    text = re.sub(r"Operation\[(.*)\]", r"\1", text)
     text = re.sub(r"(: |-> )'([^']*)'", r"\1\2", text)  # annotations are strings
     lines, line = [], ""
     for part in re.split(r"(?<=, )", text):

@@ -12,25 +12,26 @@ from __future__ import annotations
 import asyncio
 import functools
 import os
+from typing import Any, Awaitable, Callable
 
 import grpc
+import grpc.aio
 
 from . import errors, v1
 from .client import ClientBase
 from .cloths import ClothsBase
 from .connection import ConnectionBase, channel_options, credentials
-from .operations import Unary
+from .operations import Operation, P, R, Unary, named
 from .private_server import PrivateServer
 from .session import _LAST_CALL_S, _RENEWALS_PER_LEASE, SessionBase, iter_of
 
 
-def _awaiting(operation):
+def _awaiting(operation: Callable[P, Operation[R]]) -> Callable[P, Awaitable[R]]:
     @functools.wraps(operation)
     def method(self, *args, **kwargs):
         return self._connection.run(operation(self, *args, **kwargs))
 
-    method.__name__ = operation.__name__.lstrip("_")
-    return method
+    return named(method, operation)
 
 
 class _Connection(ConnectionBase):
@@ -109,8 +110,8 @@ class Session(SessionBase):
         self._lease_error = None
         self._renewal = asyncio.get_running_loop().create_task(self._keep())
 
-    create = _awaiting(SessionBase._create)
-    attach = _awaiting(SessionBase._attach)
+    create: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._create)
+    attach: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._attach)
     list = _awaiting(SessionBase._list)
     renew = _awaiting(SessionBase._renew)
 
@@ -153,7 +154,7 @@ class Client(ClientBase):
     __doc__ = ClientBase.__doc__
 
     _session_class = Session
-    session = _awaiting(ClientBase._session)
+    session: Callable[..., Awaitable[Session]] = _awaiting(ClientBase._session)
     sessions = _awaiting(ClientBase._sessions)
     server_info = _awaiting(ClientBase._server_info)
     health = _awaiting(ClientBase._health)

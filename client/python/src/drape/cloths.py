@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import columns, errors, pictures, states, topology, v1
-from .operations import Reading, Unary, blocking
+from .operations import Operation, Reading, Unary, blocking
 from .pipeline import Pipeline
 from .rollout import rollout
 
@@ -101,7 +101,7 @@ class ClothsBase:
     # --- requests
 
     def _step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, ids=None, until: int | None = None,
-              expected: int | None = None, timeout_s: float | None = None, request_id: str = "") -> states.Answer:
+              expected: int | None = None, timeout_s: float | None = None, request_id: str = "") -> Operation[states.Answer]:
         """Steps the cloths of `ids` and waits. Controls that wait for them take effect first, once.
 
         steps: >= 1. until: step until this many are complete instead. expected: every cloth must have completed exactly this
@@ -129,7 +129,7 @@ class ClothsBase:
         return answer
 
     def _read(self, positions: bool = True, velocities: bool = False, particles=None, ids=None, out=None,
-              timeout_s: float | None = None) -> states.States:
+              timeout_s: float | None = None) -> Operation[states.States]:
         """The present states of the cloths of `ids`, without a step.
 
         particles: strictly ascending indices, at most 4096; None: all. out: a writeable array for the positions, or a dict
@@ -155,7 +155,7 @@ class ClothsBase:
         self._remember(read, rows, is_whole=particles is None and out is None)
         return read
 
-    def _reset(self, ids=None, *, transforms=None, overrides=None) -> None:
+    def _reset(self, ids=None, *, transforms=None, overrides=None) -> Operation[None]:
         """Back to the state, step 0, pin targets and time of creation; parameters stay. Clears faults, and forgets controls
         that wait.
 
@@ -177,7 +177,7 @@ class ClothsBase:
         self._pending.drop(rows, self.num)
         self._forget_states()
 
-    def _replace(self, rows, transforms, overrides):
+    def _replace(self, rows, transforms, overrides) -> Operation[None]:
         """New cloths in the place of `rows`. The old ones go last: if the server refuses, nothing has changed."""
         if self.spec is None:
             raise errors.Unimplemented("resetting attached cloths to transforms: give attach() their spec",
@@ -195,7 +195,7 @@ class ClothsBase:
         self._name(ids)
         yield Unary("DeleteCloths", old, self._session.name)
 
-    def _update(self, spec: v1.ClothSpec, paths, ids=None) -> None:
+    def _update(self, spec: v1.ClothSpec, paths, ids=None) -> Operation[None]:
         """Sets the fields named by `paths` (see UpdateClothsRequest.update_mask) from `spec`, for all cloths or none:
         `cloths.update(ClothSpec(environment=Environment(wind_m_per_s=[2, 0, 0])), ["environment.wind_m_per_s"])`."""
         rows = columns.rows_of(ids, self.num)
@@ -208,20 +208,20 @@ class ClothsBase:
         if rows is None:
             self.shape = response.shape
 
-    def _describe(self, row: int) -> v1.Cloth:
+    def _describe(self, row: int) -> Operation[v1.Cloth]:
         """Everything that the server tells about one cloth: settings, pins, poses of colliders, the reason of a fault."""
         at = columns.rows_of([row], self.num)[0]
         request = v1.GetClothRequest(session=self._session.name, cloth_id=self._all_ids[at])
         return (yield Unary("GetCloth", request, self._session.name))
 
-    def _delete(self) -> None:
+    def _delete(self) -> Operation[None]:
         """Deletes the cloths on the server."""
         request = v1.DeleteClothsRequest(session=self._session.name)
         columns.fill(request, {"cloth_ids": self._all_ids})
         yield Unary("DeleteCloths", request, self._session.name)
 
     def _render_png(self, width: int = 960, height: int = 720, *, ids=None, timeout_s: float | None = None,
-                    **options) -> bytes:
+                    **options) -> Operation[bytes]:
         """A PNG file of the cloths as they are. options: further fields of RenderRequest, e.g. `camera=Camera(...)`,
         `colouring=RenderRequest.STRAIN`. Raises FailedPrecondition (NO_EGL_DEVICE) if the server cannot draw."""
         rows = columns.rows_of(ids, self.num)
@@ -232,7 +232,7 @@ class ClothsBase:
         response = yield Unary("Render", request, self._session.name, timeout_s)
         return response.png
 
-    def _render(self, width: int = 960, height: int = 720, **options) -> np.ndarray:
+    def _render(self, width: int = 960, height: int = 720, **options) -> Operation[np.ndarray]:
         """The picture of `render_png` as uint8[height, width, 3]. Needs Pillow (pip install drape-sim[render])."""
         png = yield from self._render_png(width, height, **options)
         return pictures.pixels_of(png)

@@ -66,7 +66,7 @@ class Pipeline:
             self._cloths._forget_states()
         return answer
 
-    def __enter__(self):
+    def __enter__(self) -> Pipeline:
         return self
 
     def __exit__(self, kind, value, trace):
