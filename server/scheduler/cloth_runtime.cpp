@@ -120,6 +120,7 @@ void ClothRuntime::Reset(const std::vector<Eigen::Vector3d>& pin_starts_m,
 
 void ClothRuntime::SetSettings(const StepSettings& settings) {
   SetTimeStep(settings.time_step_s);
+  if (!(settings == budget_.settings())) cost_.Forget();
   budget_.Set(settings);
   sleep_.Set(settings);
 }

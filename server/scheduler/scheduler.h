@@ -24,9 +24,10 @@ struct SchedulerLimits {
   // Cloths stepped in one backend.Step. More: a large device is used better; fewer: sessions
   // interleave more finely.
   uint32_t max_cloths_per_batch = 16384;
-  // Upper bound of their cost; a cloth that may cost more is stepped alone. A batch cannot be
-  // interrupted, and all sessions wait for it.
-  double max_solves_per_batch = kMaxSolvesPerStep;
+  // What a batch may cost by what its cloths have cost so far [us]: all sessions wait for it. A
+  // step that costs more is done alone, in pieces of this duration, and others are stepped between
+  // them.
+  int64_t batch_budget_us = 50'000;
   // How long a batch may wait, after the answers of the last one, for sessions that came back that
   // quickly before; never longer than two batches take. 0: not at all.
   int64_t max_queue_delay_us = 10'000;
@@ -97,7 +98,7 @@ class Scheduler {
   // its expectations are checked and its controls take effect, and each of its cloths takes part in
   // one batch per step, together with the cloths of all other requests that can run. All requests
   // that wait when a round begins share one backend.Step, up to max_cloths_per_batch and
-  // max_solves_per_batch. A round of new requests only may wait for more, see max_queue_delay_us.
+  // batch_budget_us. A round of new requests only may wait for more, see max_queue_delay_us.
   Status Submit(StepWork work);
 
   // Reads states between two rounds; `done` on the completion thread: NOT_FOUND (CLOTH_NOT_FOUND)
