@@ -59,7 +59,7 @@ DeviceLoop::DeviceLoop(Backend& backend, const Settings& settings, const Clock& 
       counters_(counters) {}
 
 void DeviceLoop::Admit(StepWork work, int64_t submitted_us) {
-  const uint32_t session = sessions_.Enter(work.session);
+  const uint32_t session = sessions_.Enter(work.owner());
   requests_.push_back(
       std::make_unique<ActiveRequest>(std::move(work), submitted_us, session, round_));
   requests_.back()->EnterTurns();
@@ -98,7 +98,7 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
     }
     DropLongStep(&request);
     request.LeaveTurns();
-    sessions_.Leave(request.work().session);
+    sessions_.Leave(request.work().owner());
     over.push_back(std::move(*entry));
     entry = requests_.erase(entry);
   }

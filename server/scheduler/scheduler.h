@@ -15,6 +15,9 @@
 
 namespace drape {
 
+// UNAVAILABLE, DRAINING: what is refused while the server shuts down.
+Status DrainingStatus();
+
 // Runs on the device thread; an error is what Scheduler::Start returns.
 using BackendFactory = std::function<Result<std::unique_ptr<Backend>>()>;
 // Runs on the device thread between two rounds. Must not block.
@@ -104,16 +107,18 @@ class Scheduler {
   // Reads states between two rounds; `done` on the completion thread: NOT_FOUND (CLOTH_NOT_FOUND)
   // if one of the cloths was deleted. Errors as for Post, and RESOURCE_EXHAUSTED (TOO_MANY_READS,
   // with retry_after): a read counts until the states (or their `in_flight`) are dropped.
-  // `session`: as in StepWork; empty: only the limit in all applies.
+  // `session`, `tenant`: as in StepWork; no session: only the limit in all applies.
   Status ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, const StateFields& fields,
-                    std::function<void(Result<ClothStates>)> done, const std::string& session = {});
+                    std::function<void(Result<ClothStates>)> done, const std::string& session = {},
+                    const std::string& tenant = {});
 
   // ReadStates for a picture, of whole cloths: `fields` names no particles. `done` on the DEVICE
   // thread: it must only pass the states on. `on_device`: the caller accepts a copy that stays on
   // the device (ClothStates::on_device).
   Status ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                         const StateFields& fields, bool on_device,
-                        std::function<void(Result<ClothStates>)> done, const std::string& session);
+                        std::function<void(Result<ClothStates>)> done, const std::string& session,
+                        const std::string& tenant = {});
 
   // Starts a subscription; see ObserverSpec. Errors as for Post, and RESOURCE_EXHAUSTED
   // (TOO_MANY_SUBSCRIPTIONS).
