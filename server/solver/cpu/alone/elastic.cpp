@@ -1,6 +1,7 @@
 #include "server/solver/cpu/alone/elastic.h"
 
 #include "server/solver/cpu/alone/advance.h"
+#include "server/solver/cpu/alone/grid_elastic.h"
 #include "server/solver/cpu/formulas/constraint_math-inl.h"
 
 namespace drape::cpu {
@@ -53,6 +54,9 @@ void ForElasticChanges(const StepContext& context, const Vec4* positions, float 
 
 void ApplyElastic(const StepContext& context, const Vec4* positions, float duration) {
   if (!context.controls.Has(StepStage::kApplyElastic)) return;
+  if (context.controls.grid_strengths != nullptr) {
+    return ApplyGridElastic(context, positions, duration);
+  }
   std::vector<Vec4>& v = context.scratch.state.velocities;
   ForElasticChanges(context, positions, duration,
                     [&](uint32_t i, Vec4 of_elements) { v[i] += of_elements; });

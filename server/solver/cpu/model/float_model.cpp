@@ -343,6 +343,7 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model,
       particle_count(source->particle_count()),
       pins(source->pins().begin(), source->pins().end()),
       length_scale(static_cast<float>(source->length_scale_m())),
+      grid_elements(*source),
       layout_(std::move(shared_layout)) {
   for (uint32_t particle = 0; particle < particle_count; ++particle) {
     const double inverse_mass = source->inverse_masses_per_kg()[particle];

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/scene/scene_model.h"
+#include "server/solver/cpu/model/grid_elements.h"
 #include "server/solver/cpu/simd/numbers8.h"
 #include "server/solver/cpu/simd/vec4.h"
 
@@ -219,6 +220,8 @@ struct FloatModel {
   std::vector<FloatSpringEnd> spring_ends;
   float length_scale;  // [m]
   mutable ElasticEntriesCache elastic_entries;
+  GridElements grid_elements;
+  mutable GridStrengthsCache grid_strengths;
 
   // The model whose particles, links and their order the cloths of a group share, whatever they
   // have pinned.

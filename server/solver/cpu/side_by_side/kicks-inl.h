@@ -12,6 +12,7 @@
 
 #include "server/solver/cpu/formulas/constraint_math-inl.h"
 #include "server/solver/cpu/side_by_side/advance-inl.h"
+#include "server/solver/cpu/side_by_side/grid_elastic-inl.h"
 #include "server/solver/cpu/side_by_side/state-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -127,6 +128,7 @@ void ForElasticChanges(const GroupContext& context, const Positions& p, float du
 
 template <class Positions>
 void ApplyElastic(const GroupContext& context, const Positions& p, float duration) {
+  if (context.controls.grid_strengths != nullptr) return ApplyGridElastic(context, p, duration);
   ForElasticChanges(context, p, duration, [&](uint32_t i, const VectorsCloths& of_elements) {
     context.particles[i].u = context.particles[i].u + of_elements;
   });
@@ -200,6 +202,7 @@ void PredictPositions(const GroupContext& context) {
 void KickWithin(GroupContext& context) {
   const FloatSubstep& substep = context.substep;
   if (!HasKicks(context, substep.kick_within)) return;
+  if (IsGridElasticAlone(context)) return KickGridWithin(context);
   Settle(context);
   PredictPositions(context);
   KickFrom(

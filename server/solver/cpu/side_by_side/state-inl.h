@@ -101,6 +101,7 @@ VectorsCloths VectorOf(std::span<const GroupCloth> cloths, const Vector& vector)
 // The numbers of an elastic element, of each cloth.
 struct OwnElement {
   VecCloths mass, frequency_sq;
+  VecCloths stiffness, damping;  // ElementStrength, of a grid
 };
 
 // A number of two lines of elastic elements: the same of all cloths, or `own` of each.
@@ -207,7 +208,10 @@ struct GroupContext {
     const size_t triangles =
         controls.Has(StepStage::kApplyWind) ? model.source->triangles().size() : 0;
     const size_t cells = controls.plan.solver.has_elastic_lines ? model.particle_count : 0;
-    return std::max({model.source->elastic_elements().size(), triangles, cells});
+    const size_t forces = controls.grid_strengths == nullptr
+                              ? model.source->elastic_elements().size()
+                              : (kAllKeptRows + kKeptPositions) * (model.grid_elements.columns + 2);
+    return std::max({forces, triangles, cells});
   }
   // Number of accumulated impulses, in the places of the model, with padding.
   size_t impulse_count() const {
