@@ -55,11 +55,12 @@ void KickWithin(const StepContext& context) {
 }
 
 void ResetImpulses(const StepContext& context) {
+  context.scratch.joint_impulses.assign(context.model.joints.size(), Vec4{});
+  if (context.controls.Has(StepStage::kSolveStrips) && !context.KeepsImpulses()) return;
   std::vector<Vec4>& impulses = context.scratch.distance_impulses;
   context.ForRanges(impulses.size(), kParticleGrain, [&](size_t begin, size_t end) {
     std::fill_n(impulses.data() + begin, end - begin, Vec4{});
   });
-  context.scratch.joint_impulses.assign(context.model.joints.size(), Vec4{});
 }
 
 // No velocity along rigid links is left (Bender et al. 2009, section 3.2).

@@ -193,8 +193,10 @@ struct FloatModel {
   std::vector<StripGroup> strips;             // phase after phase
   std::vector<uint32_t> strip_phase_offsets;  // [phase_count + 1] groups of strips
   std::vector<StripLink> strip_links;
-  std::vector<StripPair> strip_pairs;  // the same in pairs
+  std::vector<Numbers8> strip_compliances;  // of strip_links [m/N]; empty if all are 0
+  std::vector<StripPair> strip_pairs;       // the same in pairs
   std::vector<PairLink> pair_links;
+  std::vector<NumberPair> pair_compliances;
   // The free particles in the order in which the pairs need them, first those of pair 0; those that
   // no strip has come last. [pair_count + 2] offsets.
   std::vector<uint32_t> pair_particles;

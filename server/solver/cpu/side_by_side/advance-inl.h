@@ -276,7 +276,8 @@ void Predict(GroupContext& context) {
 }
 
 void Tether(GroupContext& context) {
-  context.open.tether = context.controls.Has(StepStage::kTether);
+  context.open.tether = context.controls.Has(StepStage::kTether) && !context.has_tethered;
+  context.has_tethered = false;
 }
 
 void Integrate(GroupContext& context) {

@@ -202,6 +202,8 @@ struct GroupContext {
   size_t collider_count() const { return reach.near.size(); }
   // With the spare one.
   size_t particle_count() const { return model.particle_count + size_t{1}; }
+  // Whether a later sweep or a report reads the impulses that the strips accumulate.
+  bool KeepsImpulses() const { return max_iterations > 1 || substep.is_last; }
   bool has_hinge_stages() const { return controls.plan.solver.hinge_stages > 0; }
   // Number of elastic elements, of triangles, or of places for cells, whichever is largest.
   size_t kick_count() const {
@@ -261,6 +263,7 @@ struct GroupContext {
   FloatSubstep substep{};                                 // the one under way, but for the damping
   MaskCloths is_running{};  // those whose sweeps go on; the others stay as they are
   OpenStages open{};
+  bool has_tethered = false;  // `tether` of the substep under way is done (grid_elastic-inl.h)
 
  private:
   uint32_t HeldBy(uint32_t i) const { return own_pins.lists->held_by[i]; }

@@ -124,6 +124,9 @@ struct StepContext {
   bool leaves_out_colliders;  // those out of reach; the result does not depend on it
   FloatSubstep substep{};     // the one under way
 
+  // Whether a later sweep or a report reads the impulses that the strips accumulate.
+  bool KeepsImpulses() const { return max_iterations > 1 || substep.is_last; }
+
   // function(begin, end) of ranges that divide [0, count).
   template <class Function>
   void ForRanges(size_t count, size_t grain, const Function& function) const {
