@@ -109,7 +109,7 @@ TEST_F(BenchTest, SpeedMakesItsTables) {
   EXPECT_EQ(RowCount(out_ / "speed_service.csv"), 2 * 3 * 3);
   EXPECT_EQ(RowCount(out_ / "speed_unlike.csv"), 8);
   EXPECT_EQ(RowCount(out_ / "speed_fabrics.csv"), 2 * (4 + 2 * 3));  // counts; sheets, garments
-  EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 17 + 6);  // and on gl
+  EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 17 + 6);             // and on gl
   EXPECT_THAT(ReadText(out_ / "speed_skips.csv"), HasSubstr("sleep: all at rest on the ground,"));
   ASSERT_EQ(Tables("").exit_status, 0);
   const std::string readme = ReadText(out_ / "README.md");

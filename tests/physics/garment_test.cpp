@@ -25,8 +25,7 @@ class GarmentTest : public PhysicsTest {
     for (Scene& scene : Garments(options)) {
       scene.parameters.settings.time_step_s = kStep_s;
       const auto steps = static_cast<uint32_t>(duration_s / kStep_s);
-      const Measurements measured =
-          StepAlone(backend(), Make(scene), scene, steps, true).measured;
+      const Measurements measured = StepAlone(backend(), Make(scene), scene, steps, true).measured;
       std::printf("[ MEASURED ] strain of %s %u on %s: max %.2f %%, p99 %.3f %%\n",
                   scene.name.c_str(), options.seed, backend_name().c_str(),
                   100 * measured.max_strain, 100 * measured.strain_p99);

@@ -173,17 +173,17 @@ Scene Shirt(const GarmentOptions& options) {
     return row >= top && row < top + hole && (is_in(left) || is_in(right));
   };
   GarmentMesh mesh(options.seed);
-  const std::vector<uint32_t> body =
-      mesh.Add({.columns = around,
-                .rows = rows,
-                .is_ring = true,
-                .place =
-                    [&](double column, double row) {
-                      const double angle = 2 * std::numbers::pi * column / around;
-                      return Vector3d(kRadius_m * std::cos(angle), -kHeight_m * row / (rows - 1),
-                                      kRadius_m * std::sin(angle));
-                    },
-                .has_cell = [&](uint32_t column, uint32_t row) { return !is_in_hole(column, row); }});
+  const std::vector<uint32_t> body = mesh.Add(
+      {.columns = around,
+       .rows = rows,
+       .is_ring = true,
+       .place =
+           [&](double column, double row) {
+             const double angle = 2 * std::numbers::pi * column / around;
+             return Vector3d(kRadius_m * std::cos(angle), -kHeight_m * row / (rows - 1),
+                             kRadius_m * std::sin(angle));
+           },
+       .has_cell = [&](uint32_t column, uint32_t row) { return !is_in_hole(column, row); }});
   for (const uint32_t first : {left, right}) {
     const std::vector<uint32_t> rim = RimOfHole(body, around, first, top, hole);
     const double middle = 2 * std::numbers::pi * (first + hole / 2.0) / around;
@@ -218,15 +218,16 @@ Scene Dress(const GarmentOptions& options) {
     return kWaist_m + (from_waist_m < 0 ? 0.25 : 0.35) * std::abs(from_waist_m);
   };
   GarmentMesh mesh(options.seed);
-  mesh.Add({.columns = around, .rows = rows, .is_ring = true, .place = [&](double column, double row) {
-              const double depth_m = kHeight_m * row / (rows - 1);
-              const double dart = 0.4 * std::exp(-std::pow((depth_m - kWaistDepth_m) / 0.08, 2));
-              const double turn = 2 * std::numbers::pi * column / around;
-              // Columns crowd at the dart, in front.
-              const double angle = turn - dart * std::sin(turn);
-              return Vector3d(radius_m(depth_m) * std::cos(angle), -depth_m,
-                              radius_m(depth_m) * std::sin(angle));
-            }});
+  mesh.Add(
+      {.columns = around, .rows = rows, .is_ring = true, .place = [&](double column, double row) {
+         const double depth_m = kHeight_m * row / (rows - 1);
+         const double dart = 0.4 * std::exp(-std::pow((depth_m - kWaistDepth_m) / 0.08, 2));
+         const double turn = 2 * std::numbers::pi * column / around;
+         // Columns crowd at the dart, in front.
+         const double angle = turn - dart * std::sin(turn);
+         return Vector3d(radius_m(depth_m) * std::cos(angle), -depth_m,
+                         radius_m(depth_m) * std::sin(angle));
+       }});
   return mesh.Hang("dress", Iota(around), options);
 }
 

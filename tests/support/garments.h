@@ -30,8 +30,8 @@ Scene Shirt(const GarmentOptions& options);
 // out and sewn together, by its upper rim.
 Scene Dress(const GarmentOptions& options);
 
-// A strip of `cells` cells and one that is clamped, four cells wide, of an irregular mesh: flat, held
-// by the vertices of its first two columns. The last vertex of each row is at its end.
+// A strip of `cells` cells and one that is clamped, four cells wide, of an irregular mesh: flat,
+// held by the vertices of its first two columns. The last vertex of each row is at its end.
 Scene ClampedStrip(uint32_t cells, double cell_m, const StructuralMaterial& material,
                    uint32_t seed);
 

@@ -90,9 +90,9 @@ QuantityScene MeshCantilever(const Fabric& fabric, uint32_t cells, double load, 
           .scene = std::move(scene),
           .duration_s = duration_s,
           .is_slow = true,
-          .quantities = {{"drop of the end", "m", mean_drop_m,
-                          test::ElasticaDrop_m(overhang_m, material.bending_rigidity_n_m,
-                                               weight_n_per_m2)}}};
+          .quantities = {
+              {"drop of the end", "m", mean_drop_m,
+               test::ElasticaDrop_m(overhang_m, material.bending_rigidity_n_m, weight_n_per_m2)}}};
 }
 
 // |strain| of the links, ascending.
@@ -252,8 +252,7 @@ std::vector<QuantityScene> GarmentScenes(bool is_quick) {
       if (seed == 3) {  // bends, turned and far from the origin
         options.bending_rigidity_n_m = 1e-5;
         options.transform.position_m = {20, 5, -30};
-        options.transform.rotation =
-            Eigen::AngleAxisd(0.4, Vector3d(0.3, 0.5, 0.8).normalized());
+        options.transform.rotation = Eigen::AngleAxisd(0.4, Vector3d(0.3, 0.5, 0.8).normalized());
       }
       for (test::Scene& scene : test::Garments(options)) {
         const auto model = scene.model;

@@ -34,10 +34,10 @@ Cloth Sheet(const std::string& name, uint32_t side, double rigidity_n_m, double 
 // The first is what the others are compared with.
 std::vector<Cloth> Cloths(uint32_t side, double cell_m) {
   constexpr double kRigidity_n_m = 1e-5, kModulus_n_per_m = 40;
-  std::vector<Cloth> cloths = {Sheet("bare sheet", side, 0, 0),
-                               Sheet("sheet that bends", side, kRigidity_n_m, 0),
-                               Sheet("sheet that shears", side, 0, kModulus_n_per_m),
-                               Sheet("sheet that does both", side, kRigidity_n_m, kModulus_n_per_m)};
+  std::vector<Cloth> cloths = {
+      Sheet("bare sheet", side, 0, 0), Sheet("sheet that bends", side, kRigidity_n_m, 0),
+      Sheet("sheet that shears", side, 0, kModulus_n_per_m),
+      Sheet("sheet that does both", side, kRigidity_n_m, kModulus_n_per_m)};
   for (const double rigidity_n_m : {0.0, kRigidity_n_m}) {
     for (const test::Scene& scene :
          test::Garments({.cell_m = cell_m, .bending_rigidity_n_m = rigidity_n_m})) {
@@ -54,9 +54,8 @@ void MeasureFabrics(Bench& bench, FabricsOptions options) {
   if (bench.is_quick()) {
     options = {.counts = {1, 4}, .side = 6, .cell_m = 0.2, .rounds = 1, .turn_s = 0};
   }
-  Table table =
-      bench.OpenTable("speed_fabrics", {"cloth", "particles", "cloths", "round", "ms", "bare_ms",
-                                        "bare_particles"});
+  Table table = bench.OpenTable("speed_fabrics", {"cloth", "particles", "cloths", "round", "ms",
+                                                  "bare_ms", "bare_particles"});
   const std::vector<Cloth> cloths = Cloths(options.side, options.cell_m);
   for (const uint32_t count : options.counts) {
     if (!bench.StartRow(std::to_string(count) + " cloths of fabric")) return;

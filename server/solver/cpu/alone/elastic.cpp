@@ -36,18 +36,16 @@ void StoreHingeImpulses(const StepContext& context, const Vec4* p, float duratio
   Vec4* impulses = context.scratch.elastic_impulses.data() + begin * kVec8Size;
   for (size_t pair = begin; pair < end; ++pair) {
     const ElasticGroup* const groups = context.model.elastic_groups.data() + 2 * pair;
-    const ElementDifferences<Vectors8> d = {DifferencesAt(groups, 1, p),
-                                            DifferencesAt(groups, 2, p),
-                                            DifferencesAt(groups, 3, p)};
+    const ElementDifferences<Vectors8> d = {
+        DifferencesAt(groups, 1, p), DifferencesAt(groups, 2, p), DifferencesAt(groups, 3, p)};
     const std::array<Vec8, 3> weights = {Weights(groups, 0), Weights(groups, 1),
                                          Weights(groups, 2)};
     const Vec8 frequency_sq = JoinVectors(groups[0].frequency_sq, groups[1].frequency_sq);
-    const Vec8 stiffness =
-        JoinVectors(groups[0].mass, groups[1].mass) *
-        Select(frequency_sq > max_frequency_sq, max_frequency_sq, frequency_sq);
-    const VectorPairs of_elements = Transpose(
-        HingeImpulse(weights, JoinVectors(groups[0].rest_length, groups[1].rest_length), stiffness,
-                     d, duration));
+    const Vec8 stiffness = JoinVectors(groups[0].mass, groups[1].mass) *
+                           Select(frequency_sq > max_frequency_sq, max_frequency_sq, frequency_sq);
+    const VectorPairs of_elements =
+        Transpose(HingeImpulse(weights, JoinVectors(groups[0].rest_length, groups[1].rest_length),
+                               stiffness, d, duration));
 #pragma GCC unroll 4
     for (uint32_t k = 0; k < kVec4Size; ++k) {
       const auto [low, high] = SplitVectors(of_elements[k]);

@@ -78,11 +78,9 @@ void TurnRows(const StepContext& context, const Vec4* positions, uint32_t begin,
       const uint32_t count = std::min(grid.columns - column, kVec8Size);
       const int at = static_cast<int>(column);
       if (positions != nullptr) {
-        turned_positions.Set(at,
-                               Turn(count, [&](uint32_t k) { return positions[first + k]; }));
+        turned_positions.Set(at, Turn(count, [&](uint32_t k) { return positions[first + k]; }));
       } else {
-        turned_positions.Set(at,
-                               Turn(count, [&](uint32_t k) { return b[k] + interval * u[k]; }));
+        turned_positions.Set(at, Turn(count, [&](uint32_t k) { return b[k] + interval * u[k]; }));
       }
       if (grid.has_shear) {
         turned_velocities.Set(at, Turn(count, [&](uint32_t k) { return u[k]; }));

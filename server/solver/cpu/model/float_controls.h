@@ -71,8 +71,8 @@ struct FloatControls {
   std::shared_ptr<const ElasticEntries> elastic_entries;  // null without lines
   // Null without a grid's apply_elastic.
   std::shared_ptr<const GridStrengths> grid_strengths;
-  std::vector<FloatHingeStage> hinge_stages;              // SolverChoice::hinge_stages
-  float max_elastic_frequency_sq;                         // [1/s^2]
+  std::vector<FloatHingeStage> hinge_stages;  // SolverChoice::hinge_stages
+  float max_elastic_frequency_sq;             // [1/s^2]
   float end_share;  // of the direction at the end of the substep in that of an impulse, [0, 1]
 };
 

@@ -276,8 +276,7 @@ void Predict(GroupContext& context) {
 }
 
 void Tether(GroupContext& context) {
-  context.open.tether = context.controls.Has(StepStage::kTether) && !context.has_tethered;
-  context.has_tethered = false;
+  context.open.tether = context.controls.Has(StepStage::kTether);
 }
 
 void Integrate(GroupContext& context) {

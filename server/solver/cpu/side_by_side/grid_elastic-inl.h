@@ -51,21 +51,19 @@ struct StrengthRow {
 };
 
 // What grid_elastic-inl.h works on. position(i) of each particle is asked for once, before a row of
-// particles is changed that its elements touch; end(i, particle, u) sets its velocity to u.
-template <class PositionOf, class End>
+// particles is changed that its elements touch.
+template <class PositionOf>
 class ClothColumns {
  public:
   using Scalars = VecCloths;
   using Vectors = VectorsCloths;
   static constexpr int kStep = 1;
 
-  ClothColumns(const GroupContext& context, const PositionOf& position, const End& end,
-               float duration)
+  ClothColumns(const GroupContext& context, const PositionOf& position, float duration)
       : context_(context),
         grid_(context.model.grid_elements),
         strengths_(*context.controls.grid_strengths),
         position_(position),
-        end_(end),
         duration_(SplatCloths(duration)),
         positions_(context.impulses),
         forces_(context.impulses + kKeptPositions * RowLength()) {
@@ -98,7 +96,7 @@ class ClothColumns {
     const uint32_t i = row * grid_.columns + static_cast<uint32_t>(column);
     const VecCloths factor = context_.InverseMass(i) * duration_;
     ClothParticle& particle = context_.particles[i];
-    end_(i, particle, particle.u + factor * force);
+    Assign(particle.u, particle.u + factor * force);
   }
 
  private:
@@ -123,26 +121,16 @@ class ClothColumns {
   const GridElements& grid_;
   const GridStrengths& strengths_;
   const PositionOf& position_;
-  const End& end_;
   const VecCloths duration_;
   VectorsCloths* const positions_;  // [kKeptPositions][1 + columns + 1]
   VectorsCloths* const forces_;     // [kAllKeptRows][1 + columns + 1]
 };
 
-template <class PositionOf, class End>
-void KickGrid(const GroupContext& context, const PositionOf& position, const End& end,
-              float duration) {
-  ClothColumns<PositionOf, End> columns(context, position, end, duration);
-  GridElastic(columns, context.model.grid_elements, context.controls.grid_strengths->rest_length)
-      .Run(0, context.model.grid_elements.rows);
-}
-
 template <class PositionOf>
 void ApplyGridElastic(const GroupContext& context, const PositionOf& position, float duration) {
-  KickGrid(
-      context, position,
-      [](uint32_t, ClothParticle& particle, const VectorsCloths& u) { Assign(particle.u, u); },
-      duration);
+  ClothColumns<PositionOf> columns(context, position, duration);
+  GridElastic(columns, context.model.grid_elements, context.controls.grid_strengths->rest_length)
+      .Run(0, context.model.grid_elements.rows);
 }
 
 // Whether the elements of a grid are all that acts.
@@ -152,36 +140,18 @@ bool IsGridElasticAlone(const GroupContext& context) {
          !controls.Has(StepStage::kApplyWind);
 }
 
-// From b + H u. Settles open stages on the way, and does `tether` where it is the next stage, while
-// the caches have the particles of a row.
-template <bool kHasOwnPins>
-void KickGridWithinOf(GroupContext& context) {
-  const bool is_open = context.open.any();
-  const ParticleVisit<kHasOwnPins> settle(context);
-  context.has_tethered =
-      context.controls.Has(StepStage::kTether) && context.substep.twist_share == 0;
-  context.open = {};
-  context.open.tether = context.has_tethered;
-  const ParticleVisit<kHasOwnPins> tether(context);
-  const TetherPull<kHasOwnPins> pull(context);
-  context.open = {};
-  const auto position = [&](uint32_t i) {
-    if (is_open && context.IsFree(i)) settle(i);
-    const ClothParticle& particle = context.particles[i];
-    return particle.p + particle.u * context.substep.interval;
-  };
-  const auto end = [&](uint32_t i, ClothParticle& particle, VectorsCloths u) {
-    const bool is_tethered = context.has_tethered && context.IsFree(i);
-    if (is_tethered && !kHasOwnPins) pull(i, particle.p, u);
-    Assign(particle.u, u);
-    if (is_tethered && kHasOwnPins) tether(i);
-  };
-  KickGrid(context, position, end, context.substep.kick_within);
-}
-
+// From b + H u, settling open stages on the way, while the caches have the particles of a row.
 void KickGridWithin(GroupContext& context) {
-  if (context.has_own_pins()) return KickGridWithinOf<true>(context);
-  KickGridWithinOf<false>(context);
+  WithVisit(context, [&](const auto& visit) {
+    const bool is_open = context.open.any();
+    const auto position = [&](uint32_t i) {
+      if (is_open && context.IsFree(i)) visit(i);
+      const ClothParticle& particle = context.particles[i];
+      return particle.p + particle.u * context.substep.interval;
+    };
+    ApplyGridElastic(context, position, context.substep.kick_within);
+  });
+  context.open = {};
 }
 
 }  // namespace

@@ -103,7 +103,7 @@ void ForChanges(const GroupContext& context, const Offsets& offsets, const Impul
 
 template <class Positions, class Change>
 void ForHingeChanges(const GroupContext& context, const Positions& p, float duration,
-                       const Change& change) {
+                     const Change& change) {
   const FloatModel& model = context.model;
   const size_t element_count = model.source->elastic_elements().size();
   for (size_t e = 0; e < element_count; ++e) {

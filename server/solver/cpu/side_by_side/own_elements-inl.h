@@ -34,8 +34,8 @@ void ListUnlikeElements(const ModelOfLane& models, std::vector<uint32_t>& unlike
   }
 }
 
-void GatherElements(const ModelOfLane& models, const FloatControls& controls,
-                    GroupScratch& scratch, OwnPins& own_pins) {
+void GatherElements(const ModelOfLane& models, const FloatControls& controls, GroupScratch& scratch,
+                    OwnPins& own_pins) {
   std::vector<uint32_t>& unlike = scratch.unlike_elements;
   ListUnlikeElements(models, unlike);
   scratch.own_elements.assign(models[0]->elastic_groups.size() * kVec4Size, 0);
@@ -51,8 +51,8 @@ void GatherElements(const ModelOfLane& models, const FloatControls& controls,
     };
     own_pins.elements[k + 1] = {
         NumberOfModels(models, [&](const FloatModel& m) { return m.elastic_groups[g].mass[lane]; }),
-        NumberOfModels(
-            models, [&](const FloatModel& m) { return m.elastic_groups[g].frequency_sq[lane]; }),
+        NumberOfModels(models,
+                       [&](const FloatModel& m) { return m.elastic_groups[g].frequency_sq[lane]; }),
         NumberOfModels(models, [&](const FloatModel& m) { return strength(m).stiffness; }),
         NumberOfModels(models, [&](const FloatModel& m) { return strength(m).damping; })};
   }

@@ -263,7 +263,6 @@ struct GroupContext {
   FloatSubstep substep{};                                 // the one under way, but for the damping
   MaskCloths is_running{};  // those whose sweeps go on; the others stay as they are
   OpenStages open{};
-  bool has_tethered = false;  // `tether` of the substep under way is done (grid_elastic-inl.h)
 
  private:
   uint32_t HeldBy(uint32_t i) const { return own_pins.lists->held_by[i]; }

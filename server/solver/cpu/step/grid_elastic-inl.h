@@ -105,8 +105,8 @@ class GridElastic {
     const auto stiffness = access_.Stiffnesses(GridFamily::kCells, row);
     const auto force = access_.Forces(GridFamily::kCells, row);
     for (int c = 0; c < columns_; c += kStep) {
-      force.Set(c, stiffness.at(c) *
-                       ((here.at(c) - here.at(c + 1)) - (after.at(c) - after.at(c + 1))));
+      force.Set(
+          c, stiffness.at(c) * ((here.at(c) - here.at(c + 1)) - (after.at(c) - after.at(c + 1))));
     }
   }
 
