@@ -11,8 +11,10 @@ void DeviceBarrier() {
                   GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 
-uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
-                         const DispatchLimits& limits) {
+namespace {
+
+uint32_t DispatchWithoutBarrier(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
+                                const DispatchLimits& limits) {
   kernel.Use();
   uint32_t dispatch_count = 0;
   for (uint32_t done = 0; done < item_count; ++dispatch_count) {
@@ -21,18 +23,39 @@ uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_
     glDispatchCompute(count, 1, 1);
     done += count;
   }
+  return dispatch_count;
+}
+
+// Of a group of the resident plan; 0 for others.
+uint64_t PartCount(const VariantGroup& group) {
+  if (group.is_tiled()) return 0;
+  uint64_t count = 1;
+  for (const GlCloth* cloth : group.cloths) count = std::max(count, cloth->part_count);
+  return count;
+}
+
+}  // namespace
+
+uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
+                         const DispatchLimits& limits) {
+  const uint32_t dispatch_count = DispatchWithoutBarrier(kernel, first_item, item_count, limits);
   DeviceBarrier();
   return dispatch_count;
 }
 
-uint32_t StepResident(const VariantGroup& group, const DispatchLimits& limits) {
-  uint64_t part_count = 1;
-  for (const GlCloth* cloth : group.cloths) part_count = std::max(part_count, cloth->part_count);
+uint32_t StepResident(std::span<const VariantGroup> groups, const DispatchLimits& limits) {
+  uint64_t most_parts = 0;
+  for (const VariantGroup& group : groups) most_parts = std::max(most_parts, PartCount(group));
   uint32_t dispatch_count = 0;
-  for (uint64_t part = 0; part < part_count; ++part) {
-    group.kernels->resident_step->SetUniform(DRAPE_UNIFORM_PART, part == 0 ? 0 : 1);
-    dispatch_count += DispatchPerItem(*group.kernels->resident_step, group.first_item,
-                                      static_cast<uint32_t>(group.cloths.size()), limits);
+  for (uint64_t part = 0; part < most_parts; ++part) {
+    for (const VariantGroup& group : groups) {
+      if (part >= PartCount(group)) continue;
+      const gl::Program& kernel = *group.kernels->resident_step;
+      kernel.SetUniform(DRAPE_UNIFORM_PART, part == 0 ? 0 : 1);
+      dispatch_count += DispatchWithoutBarrier(kernel, group.first_item,
+                                               static_cast<uint32_t>(group.cloths.size()), limits);
+    }
+    DeviceBarrier();
   }
   return dispatch_count;
 }
