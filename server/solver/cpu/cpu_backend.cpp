@@ -39,6 +39,7 @@ struct Cloth {
   std::vector<Vec4> pin_targets;  // [pin_count]
   std::optional<OwnLengths> own_lengths{};
   FaultReason fault = FaultReason::kNone;
+  std::optional<FloatControls> calmer_controls{};  // of a watched cloth that has a calmer scheme
 };
 
 FloatState ToFloat(const ParticleState& state, uint32_t particle_count) {
@@ -71,6 +72,17 @@ std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatModel& new_mode
                               : cloth.state.positions[particle]);
   }
   return targets;
+}
+
+// From its model, parameters and lengths.
+void SetControls(Cloth& cloth) {
+  const bool has_own_lengths = cloth.own_lengths.has_value();
+  cloth.controls.emplace(*cloth.model, cloth.parameters, has_own_lengths);
+  cloth.calmer_controls.reset();
+  if (cloth.controls->energy_limit.is_watched && HasCalmerScheme(cloth.controls->plan)) {
+    cloth.calmer_controls.emplace(*cloth.model, WithCalmerScheme(cloth.parameters),
+                                  has_own_lengths);
+  }
 }
 
 // Empty: none.
@@ -185,7 +197,7 @@ class CpuBackend final : public Backend {
     Cloth cloth;
     cloth.model = models_.Get(model);
     cloth.parameters = parameters;
-    cloth.controls.emplace(*cloth.model, parameters, false);
+    SetControls(cloth);
     cloth.state = ToFloat(state, cloth.model->particle_count);
     for (const uint32_t pin : cloth.model->pins) {
       cloth.pin_targets.push_back(cloth.state.positions[pin]);
@@ -252,7 +264,7 @@ class CpuBackend final : public Backend {
     if (update.collider_motions) changed.parameters.collider_motions = *update.collider_motions;
     CheckMotionCount(changed.parameters);
     if (update.model || update.parameters || update.rest_lengths_m) {
-      changed.controls.emplace(*changed.model, changed.parameters, changed.own_lengths.has_value());
+      SetControls(changed);
     }
     cloth = std::move(changed);
     return Status::Ok();
@@ -374,6 +386,10 @@ class CpuBackend final : public Backend {
     }
     StepCloths(cloths, ScratchOfThisThread().lanes);
     for (size_t lane = 0; lane < group.size(); ++lane) {
+      GroupCloth& cloth = cloths[lane];
+      if (cloth.has_gained_energy) {
+        cloth.report = StepCalmer(cloth.context, cloth.measure, cloth.state);
+      }
       reports[group[lane]] = cloths[lane].report;
       EndStep(cloths_.At(items[group[lane]].cloth), cloths[lane].report);
     }
@@ -404,7 +420,8 @@ class CpuBackend final : public Backend {
             ScratchOfThisThread().single,
             team,
             IterationsOf(item, cloth.parameters.settings),
-            leaves_out_colliders_};
+            leaves_out_colliders_,
+            cloth.calmer_controls ? &*cloth.calmer_controls : nullptr};
   }
 
   const int thread_count_;

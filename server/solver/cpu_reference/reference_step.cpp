@@ -1,9 +1,11 @@
 #include "server/solver/cpu_reference/reference_step.h"
 
 #include <limits>
+#include <utility>
 
 #include "server/solver/cpu_reference/reference_measure.h"
 #include "server/solver/cpu_reference/reference_stages.h"
+#include "server/solver/energy_watch.h"
 
 namespace drape {
 
@@ -104,6 +106,26 @@ double DoSubsteps(StepContext& context, StepReport& report) {
   return residual;
 }
 
+// More than it may. Pins that move do work.
+bool GainsEnergy(const StepContext& context, const ReferenceCloth& cloth,
+                 const EnergyLimit& limit) {
+  const SceneModel& model = context.model;
+  const auto& [p, v] = cloth.state;
+  for (uint32_t k = 0; k < model.pin_count(); ++k) {
+    if (context.pin_targets[k] != p[model.pins()[k]]) return false;
+  }
+  double start_kinetic_j = 0, gain_j = 0;
+  for (uint32_t i = 0; i < model.particle_count(); ++i) {
+    if (context.w[i] == 0) continue;
+    const Vector3d& v_end = context.state.velocities_m_per_s[i];
+    const Vector3d way = context.state.positions_m[i] - p[i];
+    start_kinetic_j += model.masses_kg()[i] * v[i].squaredNorm() / 2;
+    gain_j += model.masses_kg()[i] *
+              ((v_end - v[i]).dot(v_end + v[i]) / 2 - context.parameters.gravity_m_per_s2.dot(way));
+  }
+  return limit.IsExceeded(gain_j, start_kinetic_j);
+}
+
 }  // namespace
 }  // namespace reference
 
@@ -118,7 +140,18 @@ StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_
     const StepPlan plan = PlanStep(*cloth.model, cloth.parameters, lengths, ScalarType::kFloat64);
     reference::StepContext context(cloth, plan, max_iterations);
     residual = reference::DoSubsteps(context, report);
+    const bool has_gained = reference::GainsEnergy(
+        context, cloth, EnergyLimitOf(*cloth.model, cloth.parameters, lengths, plan));
+    if (has_gained && HasCalmerScheme(plan)) {
+      report = {};
+      const StepPlan calmer =
+          PlanStep(*cloth.model, WithCalmerScheme(cloth.parameters), lengths, ScalarType::kFloat64);
+      reference::StepContext again(cloth, calmer, max_iterations);
+      residual = reference::DoSubsteps(again, report);
+      context.state = std::move(again.state);
+    }
     report.warnings = plan.known_warnings;
+    report.warnings.energy_gained = has_gained;
     strain_limit = plan.strain_limit;
     report.warnings.not_converged = !report.converged;
     cloth.fault = FindFault(context.state);

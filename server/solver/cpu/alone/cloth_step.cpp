@@ -175,16 +175,28 @@ StepReport DoSubsteps(StepContext& context, const FloatState& state) {
 
 }  // namespace
 
+StepReport StepCalmer(const StepContext& context, bool measure, FloatState& state) {
+  const StepContext calmer{
+      context.model,       *context.calmer_controls, context.pin_targets,
+      context.own_lengths, context.collider_motions, context.scratch,
+      context.team,        context.max_iterations,   context.leaves_out_colliders};
+  StepReport report = StepCloth(calmer, measure, state);
+  report.warnings.energy_gained = true;
+  return report;
+}
+
 StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
   ColliderReach& reach = context.scratch.reach;
   FindReach(context, state, reach);
   StepReport report = DoSubsteps(context, state);
-  if (Finish(context, Tidy(context), measure, state, report)) return report;
-  ++context.scratch.repeats;
-  ReachAll(context, reach);
-  report = DoSubsteps(context, state);
-  Finish(context, Tidy(context), measure, state, report);
-  return report;
+  Ending ending = Finish(context, Tidy(context), measure, state, report);
+  if (ending == Ending::kWithAllColliders) {
+    ++context.scratch.repeats;
+    ReachAll(context, reach);
+    report = DoSubsteps(context, state);
+    ending = Finish(context, Tidy(context), measure, state, report);
+  }
+  return ending == Ending::kCalmer ? StepCalmer(context, measure, state) : report;
 }
 
 }  // namespace drape::cpu

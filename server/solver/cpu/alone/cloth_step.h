@@ -12,4 +12,7 @@ namespace drape::cpu {
 // states.
 StepReport StepCloth(StepContext context, bool measure, FloatState& state);
 
+// The same with context.calmer_controls, for a step that has gained energy, and its warning.
+StepReport StepCalmer(const StepContext& context, bool measure, FloatState& state);
+
 }  // namespace drape::cpu
