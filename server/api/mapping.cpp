@@ -156,6 +156,7 @@ v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,
   add_warning("springs_beyond_limit", warnings.springs_beyond_limit);
   add_warning("elastic_beyond_limit", warnings.elastic_beyond_limit);
   add_warning("springs_gain_energy", warnings.springs_gain_energy);
+  add_warning("energy_gained", warnings.energy_gained);
   add_warning("over_budget", warnings.over_budget);
   add_warning("strain_beyond_limit", warnings.strain_beyond_limit);
   return message;

@@ -14,6 +14,7 @@ void WarningCounters::Count(const StepWarnings& warnings) {
   springs_beyond_limit += warnings.springs_beyond_limit;
   elastic_beyond_limit += warnings.elastic_beyond_limit;
   springs_gain_energy += warnings.springs_gain_energy;
+  energy_gained += warnings.energy_gained;
   over_budget += warnings.over_budget;
   strain_beyond_limit += warnings.strain_beyond_limit;
 }
@@ -31,6 +32,7 @@ void PublishedProgress::Publish(const ClothProgress& progress) {
   springs_beyond_limit_.store(progress.warnings.springs_beyond_limit, std::memory_order_relaxed);
   elastic_beyond_limit_.store(progress.warnings.elastic_beyond_limit, std::memory_order_relaxed);
   springs_gain_energy_.store(progress.warnings.springs_gain_energy, std::memory_order_relaxed);
+  energy_gained_.store(progress.warnings.energy_gained, std::memory_order_relaxed);
   over_budget_.store(progress.warnings.over_budget, std::memory_order_relaxed);
   strain_beyond_limit_.store(progress.warnings.strain_beyond_limit, std::memory_order_relaxed);
   sequence_.store(sequence + 2, std::memory_order_release);
@@ -48,6 +50,7 @@ ClothProgress PublishedProgress::Read() const {
     progress.warnings.springs_beyond_limit = springs_beyond_limit_.load(std::memory_order_relaxed);
     progress.warnings.elastic_beyond_limit = elastic_beyond_limit_.load(std::memory_order_relaxed);
     progress.warnings.springs_gain_energy = springs_gain_energy_.load(std::memory_order_relaxed);
+    progress.warnings.energy_gained = energy_gained_.load(std::memory_order_relaxed);
     progress.warnings.over_budget = over_budget_.load(std::memory_order_relaxed);
     progress.warnings.strain_beyond_limit = strain_beyond_limit_.load(std::memory_order_relaxed);
     // No value above may be read after the sequence number is read again.

@@ -27,6 +27,7 @@ struct WarningCounters {
   uint64_t springs_beyond_limit = 0;
   uint64_t elastic_beyond_limit = 0;
   uint64_t springs_gain_energy = 0;
+  uint64_t energy_gained = 0;
   uint64_t over_budget = 0;
   uint64_t strain_beyond_limit = 0;
 
@@ -60,6 +61,7 @@ class PublishedProgress {
   std::atomic<uint64_t> springs_beyond_limit_{0};
   std::atomic<uint64_t> elastic_beyond_limit_{0};
   std::atomic<uint64_t> springs_gain_energy_{0};
+  std::atomic<uint64_t> energy_gained_{0};
   std::atomic<uint64_t> over_budget_{0};
   std::atomic<uint64_t> strain_beyond_limit_{0};
 };

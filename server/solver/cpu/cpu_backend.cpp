@@ -46,7 +46,8 @@ struct Cloth {
   std::vector<Vec4> pin_targets;  // [pin_count]
   std::optional<OwnLengths> own_lengths{};
   FaultReason fault = FaultReason::kNone;
-  std::shared_ptr<LongStep> long_step{};  // null: none has begun
+  std::shared_ptr<LongStep> long_step{};           // null: none has begun
+  std::optional<FloatControls> calmer_controls{};  // of a watched cloth that has a calmer scheme
 };
 
 FloatState ToFloat(const ParticleState& state, uint32_t particle_count) {
@@ -79,6 +80,17 @@ std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatModel& new_mode
                               : cloth.state.positions[particle]);
   }
   return targets;
+}
+
+// From its model, parameters and lengths.
+void SetControls(Cloth& cloth) {
+  const bool has_own_lengths = cloth.own_lengths.has_value();
+  cloth.controls.emplace(*cloth.model, cloth.parameters, has_own_lengths);
+  cloth.calmer_controls.reset();
+  if (cloth.controls->energy_limit.is_watched && HasCalmerScheme(cloth.controls->plan)) {
+    cloth.calmer_controls.emplace(*cloth.model, WithCalmerScheme(cloth.parameters),
+                                  has_own_lengths);
+  }
 }
 
 // Empty: none.
@@ -202,7 +214,7 @@ class CpuBackend final : public Backend {
     Cloth cloth;
     cloth.model = models_.Get(model);
     cloth.parameters = parameters;
-    cloth.controls.emplace(*cloth.model, parameters, false);
+    SetControls(cloth);
     cloth.state = ToFloat(state, cloth.model->particle_count);
     for (const uint32_t pin : cloth.model->pins) {
       cloth.pin_targets.push_back(cloth.state.positions[pin]);
@@ -276,8 +288,7 @@ class CpuBackend final : public Backend {
       changed.pin_targets = ToFloat(*update.pin_targets_m, *changed.model);
     } else if (update.model) {
       changed.pin_targets =
-          TransferTargets({cloth.model, {}, {}, changed.state, cloth.pin_targets},
-                          *changed.model);
+          TransferTargets({cloth.model, {}, {}, changed.state, cloth.pin_targets}, *changed.model);
     }
     if (update.model) changed.own_lengths.reset();
     if (update.rest_lengths_m) {
@@ -285,7 +296,7 @@ class CpuBackend final : public Backend {
     }
     if (update.collider_motions) changed.parameters.collider_motions = *update.collider_motions;
     if (update.model || update.parameters || update.rest_lengths_m) {
-      changed.controls.emplace(*changed.model, changed.parameters, changed.own_lengths.has_value());
+      SetControls(changed);
     }
     cloth = std::move(changed);
     return Status::Ok();
@@ -414,6 +425,10 @@ class CpuBackend final : public Backend {
     }
     StepCloths(cloths, ScratchOfThisThread().lanes);
     for (size_t lane = 0; lane < group.size(); ++lane) {
+      GroupCloth& cloth = cloths[lane];
+      if (cloth.has_gained_energy) {
+        cloth.report = StepCalmer(cloth.context, cloth.measure, cloth.state);
+      }
       reports[group[lane]] = cloths[lane].report;
       EndStep(cloths_.At(items[group[lane]].cloth), cloths[lane].report);
     }
@@ -429,8 +444,8 @@ class CpuBackend final : public Backend {
       return report;
     }
     SetTargets(cloth, item);
-    const StepReport report = StepCloth(
-        ContextOf(cloth, item, team, ScratchOfThisThread().single), item.measure, cloth.state);
+    const StepReport report = StepCloth(ContextOf(cloth, item, team, ScratchOfThisThread().single),
+                                        item.measure, cloth.state);
     EndStep(cloth, report);
     return report;
   }
@@ -468,7 +483,8 @@ class CpuBackend final : public Backend {
             scratch,
             team,
             IterationsOf(item, cloth.parameters.settings),
-            leaves_out_colliders_};
+            leaves_out_colliders_,
+            cloth.calmer_controls ? &*cloth.calmer_controls : nullptr};
   }
 
   const int thread_count_;

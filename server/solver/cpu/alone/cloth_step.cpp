@@ -216,7 +216,19 @@ bool DoSubsteps(StepContext& context, const FloatState& state, StepProgress& pro
   return true;
 }
 
+// For the step once more.
+StepContext CalmerContext(const StepContext& context) {
+  return {context.model,       *context.calmer_controls, context.pin_targets,
+          context.own_lengths, context.collider_motions, context.scratch,
+          context.team,        context.max_iterations,   context.leaves_out_colliders};
+}
+
 }  // namespace
+
+StepReport StepCalmer(const StepContext& context, bool measure, FloatState& state) {
+  StepProgress progress{.is_calmer = true};
+  return *ContinueStep(context, measure, state, progress, Pause::Never());
+}
 
 StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
   StepProgress progress;
@@ -226,17 +238,26 @@ StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
 std::optional<StepReport> ContinueStep(StepContext context, bool measure, FloatState& state,
                                        StepProgress& progress, const Pause& pause) {
   ColliderReach& reach = context.scratch.reach;
-  if (!progress.has_reach) FindReach(context, state, reach);
-  progress.has_reach = true;
-  if (!DoSubsteps(context, state, progress, pause)) return std::nullopt;
-  if (Finish(context, Tidy(context), measure, state, progress.report)) return progress.report;
-  // Once more, with all colliders.
-  ++context.scratch.repeats;
-  ReachAll(context, reach);
-  progress = StepProgress{.has_reach = true};
-  if (!DoSubsteps(context, state, progress, pause)) return std::nullopt;
-  Finish(context, Tidy(context), measure, state, progress.report);
-  return progress.report;
+  if (progress.is_calmer && context.calmer_controls != nullptr) {
+    return ContinueStep(CalmerContext(context), measure, state, progress, pause);
+  }
+  for (;;) {
+    if (!progress.has_reach) FindReach(context, state, reach);
+    progress.has_reach = true;
+    if (!DoSubsteps(context, state, progress, pause)) return std::nullopt;
+    const Ending ending = Finish(context, Tidy(context), measure, state, progress.report);
+    if (ending == Ending::kWithAllColliders) {
+      ++context.scratch.repeats;
+      ReachAll(context, reach);
+      progress = StepProgress{.is_calmer = progress.is_calmer, .has_reach = true};
+    } else if (ending == Ending::kCalmer) {
+      progress = StepProgress{.is_calmer = true};
+      return ContinueStep(context, measure, state, progress, pause);
+    } else {
+      progress.report.warnings.energy_gained |= progress.is_calmer;
+      return progress.report;
+    }
+  }
 }
 
 }  // namespace drape::cpu

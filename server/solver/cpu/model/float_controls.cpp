@@ -29,6 +29,9 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
     : plan(PlanStep(*model.source, parameters,
                     has_own_lengths ? LengthSource::kOwn : LengthSource::kModel,
                     ScalarType::kFloat32)),
+      energy_limit(EnergyLimitOf(*model.source, parameters,
+                                 has_own_lengths ? LengthSource::kOwn : LengthSource::kModel,
+                                 plan)),
       refine_limits(std::max(plan.solver.refine_above_strain, plan.tolerance)) {
   const StepSettings& settings = parameters.settings;
   const double substep_s = settings.substep_s();

@@ -8,6 +8,7 @@
 #include "server/solver/cpu/formulas/constraint_math.h"
 #include "server/solver/cpu/formulas/distance_map_gap.h"
 #include "server/solver/cpu/model/float_model.h"
+#include "server/solver/energy_watch.h"
 #include "server/solver/step_plan.h"
 #include "server/solver/step_report.h"
 
@@ -49,6 +50,7 @@ struct FloatControls {
   bool has_start_directions() const { return end_share < 1; }
 
   StepPlan plan;
+  EnergyLimit energy_limit;
   double damping_per_s;
   float time_step;               // [s]
   float h;                       // substep [s]

@@ -122,7 +122,9 @@ struct StepContext {
   StepTeam& team;
   uint32_t max_iterations;    // sweeps per substep at most
   bool leaves_out_colliders;  // those out of reach; the result does not depend on it
-  FloatSubstep substep{};     // the one under way
+  // Of the scheme with which a step is done again that gained energy; null: none is calmer.
+  const FloatControls* calmer_controls = nullptr;
+  FloatSubstep substep{};  // the one under way
 
   // Whether a later sweep or a report reads the impulses that the strips accumulate.
   bool KeepsImpulses() const { return max_iterations > 1 || substep.is_last; }
