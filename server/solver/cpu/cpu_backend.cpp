@@ -26,6 +26,7 @@
 #include "server/solver/cpu/step/measure.h"
 #include "server/solver/cpu/step/step_team.h"
 #include "server/solver/cpu/step_groups.h"
+#include "server/solver/self_contact/contact_surface.h"
 
 namespace drape {
 namespace cpu {
@@ -39,6 +40,9 @@ struct Cloth {
   std::vector<Vec4> pin_targets;  // [pin_count]
   std::optional<OwnLengths> own_lengths{};
   FaultReason fault = FaultReason::kNone;
+  // Only of cloths that touch themselves.
+  std::shared_ptr<const ContactSurface> contact_surface{};
+  bool may_cross_itself = true;  // until a step has found that nothing crosses
 };
 
 FloatState ToFloat(const ParticleState& state, uint32_t particle_count) {
@@ -174,6 +178,7 @@ class CpuBackend final : public Backend {
                       LanesText(),
             .scalar = ScalarType::kFloat32,
             .is_hardware_gpu = false,
+            .has_self_collision = true,
             .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](const SceneModel&) {
               return plan;
             }};
@@ -186,6 +191,7 @@ class CpuBackend final : public Backend {
     cloth.model = models_.Get(model);
     cloth.parameters = parameters;
     cloth.controls.emplace(*cloth.model, parameters, false);
+    SetContactSurface(cloth);
     cloth.state = ToFloat(state, cloth.model->particle_count);
     for (const uint32_t pin : cloth.model->pins) {
       cloth.pin_targets.push_back(cloth.state.positions[pin]);
@@ -242,8 +248,12 @@ class CpuBackend final : public Backend {
     if (update.pin_targets_m) {
       changed.pin_targets = ToFloat(*update.pin_targets_m, *changed.model);
     } else if (update.model) {
-      changed.pin_targets =
-          TransferTargets({cloth.model, {}, {}, changed.state, cloth.pin_targets}, *changed.model);
+      changed.pin_targets = TransferTargets({.model = cloth.model,
+                                             .parameters = {},
+                                             .controls = {},
+                                             .state = changed.state,
+                                             .pin_targets = cloth.pin_targets},
+                                            *changed.model);
     }
     if (update.model) changed.own_lengths.reset();
     if (update.rest_lengths_m) {
@@ -253,7 +263,9 @@ class CpuBackend final : public Backend {
     CheckMotionCount(changed.parameters);
     if (update.model || update.parameters || update.rest_lengths_m) {
       changed.controls.emplace(*changed.model, changed.parameters, changed.own_lengths.has_value());
+      SetContactSurface(changed);
     }
+    changed.may_cross_itself = true;
     cloth = std::move(changed);
     return Status::Ok();
   } catch (const std::bad_alloc&) {
@@ -261,6 +273,12 @@ class CpuBackend final : public Backend {
   }
 
  private:
+  void SetContactSurface(Cloth& cloth) {
+    cloth.contact_surface.reset();
+    if (!cloth.controls->self_contact) return;
+    cloth.contact_surface = surfaces_.Get(cloth.model->source);
+  }
+
   // "16 lanes (AVX3)", "no lanes"
   std::string LanesText() const {
     if (lane_count_ == 1) return "no lanes";
@@ -389,13 +407,22 @@ class CpuBackend final : public Backend {
       return report;
     }
     SetTargets(cloth, item);
-    const StepReport report = StepCloth(ContextOf(cloth, item, team), item.measure, cloth.state);
+    const StepContext context = ContextOf(cloth, item, team);
+    const StepReport report = StepCloth(context, item.measure, cloth.state);
+    cloth.may_cross_itself =
+        report.warnings.starts_crossing || context.scratch.self_contacts_failed;
     EndStep(cloth, report);
     return report;
   }
 
   // Valid as long as the cloth is not changed.
   StepContext ContextOf(const Cloth& cloth, const StepItem& item, StepTeam& team) {
+    StepContext context = PlainContextOf(cloth, item, team);
+    context.contact_surface = cloth.contact_surface.get();
+    context.may_cross_itself = cloth.may_cross_itself;
+    return context;
+  }
+  StepContext PlainContextOf(const Cloth& cloth, const StepItem& item, StepTeam& team) {
     return {*cloth.model,
             *cloth.controls,
             cloth.pin_targets,
@@ -413,6 +440,7 @@ class CpuBackend final : public Backend {
   const bool leaves_out_colliders_;
   std::vector<ThreadScratch> scratch_;  // one per thread of the arena
   FloatModelCache models_;
+  ContactSurfaceCache surfaces_;
   ClothSlots<Cloth> cloths_;
 };
 

@@ -33,6 +33,7 @@ class ReferenceBackend final : public Backend {
             .device = "1 core, double precision",
             .scalar = ScalarType::kFloat64,
             .is_hardware_gpu = false,
+            .has_self_collision = true,
             .plan_of = [](const SceneModel&) { return "scalar"; }};
   }
 
@@ -47,6 +48,7 @@ class ReferenceBackend final : public Backend {
                                                  .parameters = parameters,
                                                  .state = state,
                                                  .pin_targets_m = std::move(pin_targets)});
+    SetContactSurface(cloths_.at(next_handle_));
     return next_handle_;
   }
 
@@ -104,6 +106,7 @@ class ReferenceBackend final : public Backend {
       cloth.parameters.collider_motions = *update.collider_motions;
     }
     CheckMotionCount(cloth.parameters);
+    SetContactSurface(cloth);
     if (update.pin_targets_m) {
       DRAPE_CHECK(update.pin_targets_m->size() == cloth.model->pin_count(), "one target per pin");
       cloth.pin_targets_m = *update.pin_targets_m;
@@ -112,6 +115,13 @@ class ReferenceBackend final : public Backend {
   }
 
  private:
+  void SetContactSurface(ReferenceCloth& cloth) {
+    cloth.may_cross_itself = true;
+    const bool touches_itself =
+        cloth.parameters.self_collision && !cloth.model->triangles().empty();
+    cloth.contact_surface = touches_itself ? surfaces_.Get(cloth.model) : nullptr;
+  }
+
   // Those of `particles`; empty: all.
   static void Append(const std::vector<Vector3d>& vectors, std::span<const uint32_t> particles,
                      std::vector<double>& packed) {
@@ -173,6 +183,7 @@ class ReferenceBackend final : public Backend {
   }
 
   std::unordered_map<ClothHandle, ReferenceCloth> cloths_;
+  ContactSurfaceCache surfaces_;
   ClothHandle next_handle_{.slot = 0, .generation = 1};
 };
 

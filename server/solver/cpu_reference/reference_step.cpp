@@ -50,6 +50,7 @@ void Solve(StepContext& context, StepReport& report) {
     if (context.substep.is_last && sweep + 1 == context.max_iterations) Refine(context);
     has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
+    has_changed |= SolveSelfContacts(context);
     has_changed |= SolveContacts(context);
     if (tolerance > 0 && !has_changed) return;
   }
@@ -77,10 +78,12 @@ double Advance(StepContext& context, StepReport& report) {
   SolveHinges(context);
   DampTwist(context);
   Tether(context);
+  FindSelfContacts(context);
   ResetImpulses(context);
   Solve(context, report);
   const double residual = Residual(context);
   Integrate(context);
+  GuardSelfContacts(context);
   SolveVelocity(context);
   CorrectVelocity(context);
   Kick(context, context.substep.kick_after_s, positions, velocities);
@@ -117,8 +120,12 @@ StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_
         cloth.has_own_lengths() ? LengthSource::kOwn : LengthSource::kModel;
     const StepPlan plan = PlanStep(*cloth.model, cloth.parameters, lengths, ScalarType::kFloat64);
     reference::StepContext context(cloth, plan, max_iterations);
+    const bool starts_crossing =
+        reference::BeginSelfContacts(context, cloth.contact_surface.get(), cloth.may_cross_itself);
     residual = reference::DoSubsteps(context, report);
     report.warnings = plan.known_warnings;
+    report.warnings.starts_crossing = starts_crossing;
+    cloth.may_cross_itself = starts_crossing || context.self_contacts.has_failed;
     strain_limit = plan.strain_limit;
     report.warnings.not_converged = !report.converged;
     cloth.fault = FindFault(context.state);
@@ -136,6 +143,10 @@ StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_
   if (measure) {
     report.measured =
         MeasureState(*cloth.model, cloth.parameters, cloth.state, cloth.rest_length_targets_m);
+    if (cloth.contact_surface != nullptr) {
+      reference::MeasureSelfContacts(*cloth.contact_surface, cloth.parameters, cloth.state,
+                                     report.measured);
+    }
     report.measured.max_residual_m = residual;
     report.measured.rms_motion_m = rms_motion;
     report.warnings.strain_beyond_limit = report.measured.max_strain > strain_limit;

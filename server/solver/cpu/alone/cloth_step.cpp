@@ -12,6 +12,7 @@
 #include "server/solver/cpu/alone/elastic_lines.h"
 #include "server/solver/cpu/alone/joints.h"
 #include "server/solver/cpu/alone/refine_links.h"
+#include "server/solver/cpu/alone/self_contacts.h"
 #include "server/solver/cpu/alone/springs.h"
 #include "server/solver/cpu/alone/strips.h"
 #include "server/solver/cpu/alone/tethers.h"
@@ -69,6 +70,7 @@ void Solve(const StepContext& context, StepReport& report) {
     if (context.substep.is_last && iteration + 1 == context.max_iterations) RefineLinks(context);
     if (controls.Has(StepStage::kSolveDistance)) has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
+    has_changed |= SolveSelfContacts(context);
     has_changed |= SolveContacts(context);
     if (controls.tolerance > 0 && !has_changed) return;
   }
@@ -132,6 +134,7 @@ void Begin(const StepContext& context, const FloatState& state) {
   scratch.contacts.resize(model.particle_count * scratch.reach.near.size());
   if (solver.has_quiet_links) scratch.quiet_round_offs.assign(state.positions.size(), 0);
   scratch.has_quiet_particles = false;
+  scratch.self_contacts_failed = false;
 }
 
 // One substep.
@@ -147,9 +150,11 @@ void Advance(const StepContext& context, StepReport& report) {
   SolveHinges(context);
   DampTwist(context);
   Tether(context);
+  FindSelfContacts(context);
   ResetImpulses(context);
   Solve(context, report);
   Integrate(context);
+  GuardSelfContacts(context);
   SolveVelocity(context);
   CorrectVelocity(context);
   Kick(context, positions, context.substep.kick_after);
@@ -161,6 +166,7 @@ StepReport DoSubsteps(StepContext& context, const FloatState& state) {
   StepReport report;
   report.warnings = controls.plan.known_warnings;
   Begin(context, state);
+  report.warnings.starts_crossing = BeginSelfContacts(context);
   for (uint32_t index = 0; index < controls.plan.schedule.size(); ++index) {
     const Substep substep = controls.plan.schedule[index];
     context.substep = FloatSubstep(substep, controls.damping_per_s);

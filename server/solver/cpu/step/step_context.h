@@ -1,6 +1,7 @@
 // The data of a step: the state, the working memory and the substep under way.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,10 @@
 #include "server/solver/cpu/step/refine.h"
 #include "server/solver/cpu/step/step_team.h"
 #include "server/solver/substep_schedule.h"
+
+namespace drape {
+class ContactSurface;
+}  // namespace drape
 
 namespace drape::cpu {
 
@@ -62,6 +67,8 @@ struct StripScratch {
   std::vector<uint32_t> stretched_links;  // places that refinement found
 };
 
+struct SelfContactMemory;  // alone/self_contacts.h
+
 // Working memory of one step; kept by a thread between steps only to save allocations.
 struct StepScratch {
   FloatState state;                 // the step's working copy; velocities hold u within a substep
@@ -85,6 +92,8 @@ struct StepScratch {
   bool has_quiet_particles = false;       // any of them is not 0
   // [reach.near] in the substep under way; empty if all rest as described.
   std::vector<MovingSurface> surfaces;
+  std::shared_ptr<SelfContactMemory> self_contacts;  // made when a cloth first needs it
+  bool self_contacts_failed = false;  // pins forced the cloth through itself in this step
   uint64_t repeats = 0;  // steps of this thread that were done again with all colliders
 };
 
@@ -109,6 +118,8 @@ struct StepContext {
   uint32_t max_iterations;    // sweeps per substep at most
   bool leaves_out_colliders;  // those out of reach; the result does not depend on it
   FloatSubstep substep{};     // the one under way
+  const ContactSurface* contact_surface = nullptr;  // null: the cloth passes through itself
+  bool may_cross_itself = true;  // parts of the cloth may cross each other when the step begins
 
   // function(begin, end) of ranges that divide [0, count).
   template <class Function>
