@@ -156,6 +156,10 @@ StageSet ChooseStages(const SceneModel& model, const ClothParameters& parameters
   stages.Add(kSolveJoints, model.joint_count() > 0);
   stages.Add(kSolveContacts, has_contacts);
   stages.Add(kSolveVelocity, solver.velocity_iterations > 0);
+  const bool touches_itself = parameters.self_collision && !model.triangles().empty();
+  for (const StepStage stage : {kFindSelfContacts, kSolveSelfContacts, kGuardSelfContacts}) {
+    stages.Add(stage, touches_itself);
+  }
   stages.Add(kCorrectVelocity, has_contacts || parameters.damping_per_s > 0);
   return stages;
 }

@@ -26,6 +26,7 @@
 #include "server/solver/cpu/step/measure.h"
 #include "server/solver/cpu/step/step_team.h"
 #include "server/solver/cpu/step_groups.h"
+#include "server/solver/self_contact/contact_surface.h"
 #include "server/solver/update_check.h"
 
 namespace drape {
@@ -48,6 +49,9 @@ struct Cloth {
   FaultReason fault = FaultReason::kNone;
   std::shared_ptr<LongStep> long_step{};           // null: none has begun
   std::optional<FloatControls> calmer_controls{};  // of a watched cloth that has a calmer scheme
+  // Only of cloths that touch themselves.
+  std::shared_ptr<const ContactSurface> contact_surface{};
+  bool may_cross_itself = true;  // until a step has found that nothing crosses
 };
 
 FloatState ToFloat(const ParticleState& state, uint32_t particle_count) {
@@ -91,6 +95,10 @@ void SetControls(Cloth& cloth) {
     cloth.calmer_controls.emplace(*cloth.model, WithCalmerScheme(cloth.parameters),
                                   has_own_lengths);
   }
+}
+
+void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch) {
+  cloth.may_cross_itself = report.warnings.starts_crossing || scratch.self_contacts_failed;
 }
 
 // Empty: none.
@@ -202,6 +210,7 @@ class CpuBackend final : public Backend {
                       LanesText(),
             .scalar = ScalarType::kFloat32,
             .is_hardware_gpu = false,
+            .has_self_collision = true,
             .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](const SceneModel&) {
               return plan;
             }};
@@ -215,6 +224,7 @@ class CpuBackend final : public Backend {
     cloth.model = models_.Get(model);
     cloth.parameters = parameters;
     SetControls(cloth);
+    SetContactSurface(cloth);
     cloth.state = ToFloat(state, cloth.model->particle_count);
     for (const uint32_t pin : cloth.model->pins) {
       cloth.pin_targets.push_back(cloth.state.positions[pin]);
@@ -245,6 +255,7 @@ class CpuBackend final : public Backend {
     }
     const std::optional<StepReport> report = ContinueOnAllThreads(cloth, item, pause);
     if (!report) return std::nullopt;
+    EndSelfContacts(cloth, *report, cloth.long_step->scratch);
     cloth.long_step = nullptr;
     EndStep(cloth, *report);
     BatchReport batch;
@@ -287,8 +298,12 @@ class CpuBackend final : public Backend {
     if (update.pin_targets_m) {
       changed.pin_targets = ToFloat(*update.pin_targets_m, *changed.model);
     } else if (update.model) {
-      changed.pin_targets =
-          TransferTargets({cloth.model, {}, {}, changed.state, cloth.pin_targets}, *changed.model);
+      changed.pin_targets = TransferTargets({.model = cloth.model,
+                                             .parameters = {},
+                                             .controls = {},
+                                             .state = changed.state,
+                                             .pin_targets = cloth.pin_targets},
+                                            *changed.model);
     }
     if (update.model) changed.own_lengths.reset();
     if (update.rest_lengths_m) {
@@ -297,7 +312,9 @@ class CpuBackend final : public Backend {
     if (update.collider_motions) changed.parameters.collider_motions = *update.collider_motions;
     if (update.model || update.parameters || update.rest_lengths_m) {
       SetControls(changed);
+      SetContactSurface(changed);
     }
+    changed.may_cross_itself = true;
     cloth = std::move(changed);
     return Status::Ok();
   } catch (const std::bad_alloc&) {
@@ -309,6 +326,12 @@ class CpuBackend final : public Backend {
     return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() -
                                                                  start)
         .count();
+  }
+
+  void SetContactSurface(Cloth& cloth) {
+    cloth.contact_surface.reset();
+    if (!cloth.controls->self_contact) return;
+    cloth.contact_surface = surfaces_.Get(cloth.model->source);
   }
 
   // "16 lanes (AVX3)", "no lanes"
@@ -444,8 +467,9 @@ class CpuBackend final : public Backend {
       return report;
     }
     SetTargets(cloth, item);
-    const StepReport report = StepCloth(ContextOf(cloth, item, team, ScratchOfThisThread().single),
-                                        item.measure, cloth.state);
+    const StepContext context = ContextOf(cloth, item, team, ScratchOfThisThread().single);
+    const StepReport report = StepCloth(context, item.measure, cloth.state);
+    EndSelfContacts(cloth, report, context.scratch);
     EndStep(cloth, report);
     return report;
   }
@@ -475,6 +499,13 @@ class CpuBackend final : public Backend {
   // Valid as long as the cloth is not changed.
   StepContext ContextOf(const Cloth& cloth, const StepItem& item, StepTeam& team,
                         StepScratch& scratch) const {
+    StepContext context = PlainContextOf(cloth, item, team, scratch);
+    context.contact_surface = cloth.contact_surface.get();
+    context.may_cross_itself = cloth.may_cross_itself;
+    return context;
+  }
+  StepContext PlainContextOf(const Cloth& cloth, const StepItem& item, StepTeam& team,
+                             StepScratch& scratch) const {
     return {*cloth.model,
             *cloth.controls,
             cloth.pin_targets,
@@ -493,6 +524,7 @@ class CpuBackend final : public Backend {
   const bool leaves_out_colliders_;
   std::vector<ThreadScratch> scratch_;  // one per thread of the arena
   FloatModelCache models_;
+  ContactSurfaceCache surfaces_;
   ClothSlots<Cloth> cloths_;
 };
 

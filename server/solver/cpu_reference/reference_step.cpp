@@ -66,6 +66,7 @@ bool Solve(StepContext& context, Progress& progress, const Pause& pause) {
     if (context.substep.is_last && progress.sweep + 1 == context.max_iterations) Refine(context);
     has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
+    has_changed |= SolveSelfContacts(context);
     has_changed |= SolveContacts(context);
     if (tolerance > 0 && !has_changed) return true;
     if (++progress.sweep < context.max_iterations && pause.IsDue()) return false;
@@ -97,6 +98,7 @@ void BeforeSweeps(StepContext& context) {
   SolveHinges(context);
   DampTwist(context);
   Tether(context);
+  FindSelfContacts(context);
   ResetImpulses(context);
 }
 
@@ -111,6 +113,7 @@ bool Advance(StepContext& context, Progress& progress, const Pause& pause) {
     if (!Solve(context, progress, pause)) return false;
     progress.residual = Residual(context);
     Integrate(context);
+    GuardSelfContacts(context);
     progress.part = Part::kVelocitySweeps;
     progress.sweep = 0;
   }
@@ -174,10 +177,14 @@ bool GainsEnergy(const StepContext& context, const ReferenceCloth& cloth, const 
 
 struct ReferenceStep::UnderWay {
   UnderWay(const ReferenceCloth& cloth, const ClothParameters& parameters, uint32_t max_iterations)
-      : plan(reference::PlanOf(cloth, parameters)), context(cloth, plan, max_iterations) {}
+      : plan(reference::PlanOf(cloth, parameters)),
+        context(cloth, plan, max_iterations),
+        starts_crossing(reference::BeginSelfContacts(context, cloth.contact_surface.get(),
+                                                     cloth.may_cross_itself)) {}
 
   const StepPlan plan;
   reference::StepContext context;
+  const bool starts_crossing;
   reference::Progress progress;
 };
 
@@ -212,6 +219,8 @@ std::optional<StepReport> ReferenceStep::Continue(const Pause& pause) {
     residual = under_way_->progress.residual;
     report.warnings = plan.known_warnings;
     report.warnings.energy_gained = has_gained_energy_;
+    report.warnings.starts_crossing = under_way_->starts_crossing;
+    cloth_.may_cross_itself = under_way_->starts_crossing || context.self_contacts.has_failed;
     strain_limit = plan.strain_limit;
     report.warnings.not_converged = !report.converged;
     cloth_.fault = FindFault(context.state);
@@ -229,6 +238,10 @@ std::optional<StepReport> ReferenceStep::Continue(const Pause& pause) {
   if (measure_) {
     report.measured =
         MeasureState(*cloth_.model, cloth_.parameters, cloth_.state, cloth_.rest_length_targets_m);
+    if (cloth_.contact_surface != nullptr) {
+      reference::MeasureSelfContacts(*cloth_.contact_surface, cloth_.parameters, cloth_.state,
+                                     report.measured);
+    }
     report.measured.max_residual_m = residual;
     report.measured.rms_motion_m = rms_motion;
     report.warnings.strain_beyond_limit = report.measured.max_strain > strain_limit;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "server/solver/cloth_parameters.h"
@@ -61,6 +62,7 @@ struct FloatControls {
   float depenetration_distance;  // [m] per substep
   float friction_static;
   float friction_dynamic;
+  std::optional<SelfContactNumbers> self_contact;  // unset: the cloth passes through itself
   bool has_restitution;
   float restitution;
   float slowest_rebound;  // [m/s]
