@@ -276,8 +276,7 @@ class CpuBackend final : public Backend {
       changed.pin_targets = ToFloat(*update.pin_targets_m, *changed.model);
     } else if (update.model) {
       changed.pin_targets =
-          TransferTargets({cloth.model, {}, {}, changed.state, cloth.pin_targets},
-                          *changed.model);
+          TransferTargets({cloth.model, {}, {}, changed.state, cloth.pin_targets}, *changed.model);
     }
     if (update.model) changed.own_lengths.reset();
     if (update.rest_lengths_m) {
@@ -429,8 +428,8 @@ class CpuBackend final : public Backend {
       return report;
     }
     SetTargets(cloth, item);
-    const StepReport report = StepCloth(
-        ContextOf(cloth, item, team, ScratchOfThisThread().single), item.measure, cloth.state);
+    const StepReport report = StepCloth(ContextOf(cloth, item, team, ScratchOfThisThread().single),
+                                        item.measure, cloth.state);
     EndStep(cloth, report);
     return report;
   }

@@ -16,9 +16,9 @@ struct StepProgress {
   // The part of the substep that comes next.
   enum class Part { kBeforeSweeps, kSweeps, kVelocitySweeps };
 
-  bool has_reach = false;   // the colliders in reach are known
-  bool has_begun = false;   // scratch.state is the working copy
-  uint32_t substep = 0;     // under way
+  bool has_reach = false;  // the colliders in reach are known
+  bool has_begun = false;  // scratch.state is the working copy
+  uint32_t substep = 0;    // under way
   Part part = Part::kBeforeSweeps;
   uint32_t sweep = 0;  // of the part
   StepReport report{};
