@@ -6,7 +6,19 @@ import tempfile
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-HEAD = '"""The messages of the protocol `drape.v1`."""\n\n'
+HEAD = '''"""The messages of the protocol `drape.v1`."""
+
+from typing import NamedTuple
+
+class Method(NamedTuple):
+    path: str
+    request: type
+    answer: type
+    streams_requests: bool
+    streams_answers: bool
+
+METHODS: dict[str, Method]
+'''
 
 
 class ProtocolHook(BuildHookInterface):

@@ -1,5 +1,6 @@
 #include "server/gl/context.h"
 
+#include <dlfcn.h>
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 #include <spdlog/spdlog.h>
@@ -40,6 +41,17 @@ std::string Hex(EGLint error) {
   return text.str();
 }
 
+// The library that is missing, if one is: epoxy, which opens them, ends the process then.
+// They stay open, since epoxy needs them.
+std::string MissingLibrary() {
+  const auto opens = [](const char* name) {
+    return dlopen(name, RTLD_LAZY | RTLD_LOCAL) != nullptr;
+  };
+  if (!opens("libEGL.so.1")) return "libEGL.so.1";
+  if (!opens("libOpenGL.so.0") && !opens("libGL.so.1")) return "libOpenGL.so.0";
+  return "";
+}
+
 bool IsSoftwareRenderer(const std::string& renderer) {
   for (const char* name : {"llvmpipe", "softpipe", "swrast", "SWR", "Software"}) {
     if (renderer.find(name) != std::string::npos) return true;
@@ -53,12 +65,14 @@ std::string GlString(GLenum name) {
 }
 
 EGLContext CreateEglContext(EGLDisplay display, EGLContext share_context) {
-  // Contexts of a share group must agree on robustness; one of the attempts does. The last attempt
-  // has none, because EGL 1.4 drivers may not offer it.
+  // Contexts of a share group must agree on robustness; one of the attempts does. Only news of a
+  // reset is wanted: robust access would check the bounds of every access to memory, but there are
+  // drivers that offer both or nothing. The last attempt has none, because EGL 1.4 drivers may not
+  // offer it.
   const std::array<EGLint, 4> robust = {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY,
                                         EGL_LOSE_CONTEXT_ON_RESET, EGL_CONTEXT_OPENGL_ROBUST_ACCESS,
                                         EGL_TRUE};
-  for (const size_t robust_count : {4, 2, 0}) {
+  for (const size_t robust_count : {2, 4, 0}) {
     std::vector<EGLint> attributes = {
         EGL_CONTEXT_MAJOR_VERSION,       4,
         EGL_CONTEXT_MINOR_VERSION,       5,
@@ -97,6 +111,7 @@ uint32_t ShuffleSize() {
 }  // namespace
 
 std::vector<EglDevice> ListEglDevices() {
+  if (!MissingLibrary().empty()) return {};
   const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
   const bool can_list = HasExtension(extensions, "EGL_EXT_device_base") ||
                         HasExtension(extensions, "EGL_EXT_device_enumeration");
@@ -131,6 +146,9 @@ Result<std::unique_ptr<Context>> Context::Create(const ContextOptions& options) 
                            options.accept_software);
   }
   std::string details;
+  if (const std::string missing = MissingLibrary(); !missing.empty()) {
+    details = "; " + missing + " is not installed";
+  }
   for (const EglDevice& device : ListEglDevices()) {
     const std::string place = "; device " + std::to_string(device.index) + ": ";
     if (options.device_filter && !options.device_filter(device)) {

@@ -57,11 +57,13 @@ def test_tls(tmp_path):
         server.stop()
 
 
-def test_a_closed_client_says_so(client):
+def test_a_closed_client_says_so_and_has_closed_its_sessions(client):
     other = drape.connect(client.address)
     session = other.session()
     cloths = session.create(sheet())
     other.close()
+    with pytest.raises(drape.SessionLost):
+        client.session(name=session.name)
     other.close()
     with pytest.raises(drape.FailedPrecondition, match="closed"):
         cloths.step()

@@ -134,6 +134,23 @@ def test_reset_is_exact_and_per_cloth(session, spec):
     assert cloths.step_count.tolist() == [7, 0]
 
 
+def test_reset_starts_anew_somewhere_else(session, spec):
+    cloths = session.create(spec, count=3, origins=[[0, 0, 0], [2, 0, 0], [4, 0, 0]])
+    kept = bits(cloths.step(3, ids=[0]).positions)
+    up = [0, 1, 0, 0, 0, 0, 1]
+    calm = drape.ClothOverride(gravity_m_per_s2=[0, 0, 0])
+    cloths.reset([2, 1], transforms=[up, up], overrides=[calm, drape.ClothOverride()])
+    assert cloths.step_count.tolist() == [3, 0, 0] and len(session.list()) == 3
+    assert bits(cloths.read(ids=[0]).positions) == kept
+    assert cloths.positions[:, 0].tolist() == [[0, 0, 0], [2, 1, 0], [4, 1, 0]]
+    begin = cloths.positions
+    after = cloths.step(5).positions
+    assert after[1, 35, 1] < 0.999 and np.allclose(after[2], begin[2], atol=1e-6)
+    with pytest.raises(drape.InvalidArgument):
+        cloths.reset([0], transforms=[[0, 0, 0, 0, 0, 0, 0]])  # no rotation
+    assert cloths.step().step_count.tolist() == [9, 6, 6]
+
+
 def test_update_changes_what_it_names(session, spec):
     cloths = session.create(spec, count=2)
     up = drape.ClothSpec(environment=Environment(gravity_m_per_s2=[0, 9.81, 0]))

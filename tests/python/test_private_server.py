@@ -87,6 +87,20 @@ def test_a_server_that_does_not_start_says_why():
     assert caught.value.reason == "NO_SERVER_PROGRAM"
 
 
+def test_without_egl_it_computes_on_the_cores_and_does_not_draw(monkeypatch, tmp_path):
+    (tmp_path / "libEGL.so.1").write_bytes(b"")  # found before the real one, and no library
+    monkeypatch.setenv("LD_LIBRARY_PATH", str(tmp_path))
+    with drape.launch("auto") as client, client.session() as session:
+        assert client.info.backend == "cpu"
+        cloths = session.create(sheet())
+        assert cloths.step().step_count == [1]
+        with pytest.raises(drape.FailedPrecondition, match="libEGL.so.1 is not installed") as caught:
+            cloths.render_png(64, 64)
+        assert caught.value.reason == "NO_EGL_DEVICE"
+    with pytest.raises(drape.Unavailable, match="libEGL.so.1 is not installed"):
+        drape.launch("gl")
+
+
 def test_find_server_order(monkeypatch, tmp_path):
     def program(place):
         file = tmp_path / place / "draped"

@@ -95,7 +95,7 @@ def test_copies_have_their_places_and_differences(session):
     assert np.allclose(positions[1, 5], [3, 0, -1], atol=1e-6)
     fallen = cloths.step(30).positions
     assert fallen[0, 35, 1] < 0.9 and np.allclose(fallen[1], positions[1], atol=1e-5)
-    with pytest.raises(drape.InvalidArgument, match=r"environment_origins_m: has the shape \(3,\)|does not fit"):
+    with pytest.raises(drape.InvalidArgument, match=r"origins: has the shape \(3, 3\), which does not fit \(2, 3\)"):
         session.create(sheet(), 2, origins=np.zeros((3, 3)))
 
 

@@ -12,25 +12,27 @@ from __future__ import annotations
 import asyncio
 import functools
 import os
+from typing import Any, Awaitable, Callable
 
 import grpc
+import grpc.aio
 
-from . import errors, v1
+from . import errors, states, v1
 from .client import ClientBase
 from .cloths import ClothsBase
 from .connection import ConnectionBase, channel_options, credentials
-from .operations import Unary
+from .operations import Operation, P, R, Unary, named
+from .pipeline import PipelineBase
 from .private_server import PrivateServer
 from .session import _LAST_CALL_S, _RENEWALS_PER_LEASE, SessionBase, iter_of
 
 
-def _awaiting(operation):
+def _awaiting(operation: Callable[P, Operation[R]]) -> Callable[P, Awaitable[R]]:
     @functools.wraps(operation)
     def method(self, *args, **kwargs):
         return self._connection.run(operation(self, *args, **kwargs))
 
-    method.__name__ = operation.__name__.lstrip("_")
-    return method
+    return named(method, operation)
 
 
 class _Connection(ConnectionBase):
@@ -76,6 +78,44 @@ class _Connection(ConnectionBase):
             await asyncio.to_thread(self.server.stop)
 
 
+class Pipeline(PipelineBase):
+    __doc__ = PipelineBase.__doc__
+
+    async def step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, ids=None):
+        """See `drape.Pipeline.step`."""
+        await self._answers.write(self._prepare(steps, view, report, ids))
+        return await self._next() if self._is_full() else None
+
+    async def drain(self) -> list:
+        """Waits for the answers to all steps under way."""
+        return [await self._next() for _ in range(len(self._under_way))]
+
+    def close(self) -> None:
+        """Cancels what is under way. Steps that the server has begun may be done."""
+        self._answers.cancel()
+        self._give_up()
+
+    async def _next(self):
+        try:
+            response = await self._answers.read()
+        except grpc.RpcError as error:
+            self._give_up()
+            raise self._cloths._connection.error_of(error) from None
+        if response is grpc.aio.EOF:
+            raise self._ended()
+        return self._arrived(response)
+
+    async def __aenter__(self):
+        return self
+
+    async def __aexit__(self, kind, value, trace):
+        try:
+            if kind is None:
+                await self.drain()
+        finally:
+            self.close()
+
+
 class Cloths(ClothsBase):
     __doc__ = ClothsBase.__doc__
 
@@ -87,6 +127,10 @@ class Cloths(ClothsBase):
     delete = _awaiting(ClothsBase._delete)
     render_png = _awaiting(ClothsBase._render_png)
     render = _awaiting(ClothsBase._render)
+
+    def pipeline(self, depth: int = 2) -> Pipeline:
+        """See `drape.Cloths.pipeline`; `async with`, and `await` its `step` and `drain`."""
+        return Pipeline(self, depth)
 
     positions = property(lambda self: self._at_hand("_positions"), doc="[n, particles, 3] of the last step or read.")
     velocities = property(lambda self: self._at_hand("_velocities"), doc="[n, particles, 3] of the last step or read.")
@@ -109,8 +153,8 @@ class Session(SessionBase):
         self._lease_error = None
         self._renewal = asyncio.get_running_loop().create_task(self._keep())
 
-    create = _awaiting(SessionBase._create)
-    attach = _awaiting(SessionBase._attach)
+    create: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._create)
+    attach: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._attach)
     list = _awaiting(SessionBase._list)
     renew = _awaiting(SessionBase._renew)
 
@@ -153,13 +197,15 @@ class Client(ClientBase):
     __doc__ = ClientBase.__doc__
 
     _session_class = Session
-    session = _awaiting(ClientBase._session)
+    session: Callable[..., Awaitable[Session]] = _awaiting(ClientBase._session)
     sessions = _awaiting(ClientBase._sessions)
     server_info = _awaiting(ClientBase._server_info)
     health = _awaiting(ClientBase._health)
 
     async def close(self):
-        """Ends the connection, and the private server. May be called again."""
+        """Closes its sessions, the connection, and the private server. May be called again."""
+        for session in list(self._open_sessions):
+            await session.close()
         await self._connection.close()
 
     async def __aenter__(self):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 import weakref
+from typing import Any
 
 import numpy as np
 from google.protobuf import wrappers_pb2
@@ -11,7 +12,7 @@ from google.protobuf import wrappers_pb2
 from . import errors, v1
 from ._version import __version__
 from .connection import HEALTH, Connection
-from .operations import Unary, blocking
+from .operations import Operation, Unary, blocking
 from .private_server import PrivateServer
 from .session import Session
 
@@ -26,11 +27,14 @@ class VersionWarning(UserWarning):
 class ClientBase:
     """A connection to one server. address: HOST:PORT. info: what the server is and allows, as of connecting."""
 
+    _session_class: Any
+
     def __init__(self, connection):
         self._connection = connection
+        self._open_sessions = weakref.WeakSet()
         self.info = None
 
-    def _introduce(self, ready_timeout_s):
+    def _introduce(self, ready_timeout_s) -> Operation[None]:
         """The first request: waits for the server, and compares the versions."""
         try:
             self.info = yield Unary("GetServerInfo", v1.GetServerInfoRequest(), timeout_s=ready_timeout_s)
@@ -51,7 +55,7 @@ class ClientBase:
         about = f"{self.info.backend} on {self.info.device}" if self.info else "not connected"
         return f"<drape server at {self.address}: {about}>"
 
-    def _session(self, *, name: str | None = None, ttl_s: float | None = None, display_name: str = "") -> Session:
+    def _session(self, *, name: str | None = None, ttl_s: float | None = None, display_name: str = "") -> Operation[Session]:
         """A new session; or, with `name`, one that exists, which then is not deleted from here.
 
         ttl_s: its lease, 1 to 86400; None: the server's default. display_name: free text for operators.
@@ -61,9 +65,11 @@ class ClientBase:
             message = yield Unary("CreateSession", v1.CreateSessionRequest(ttl_s=ttl_s, display_name=display_name))
         else:
             message = yield Unary("GetSession", v1.GetSessionRequest(name=name), name)
-        return self._session_class(self, message, is_owner=name is None)
+        session = self._session_class(self, message, is_owner=name is None)
+        self._open_sessions.add(session)
+        return session
 
-    def _sessions(self) -> list[v1.Session]:
+    def _sessions(self) -> Operation[list[v1.Session]]:
         """All sessions of the server, with shortened names."""
         sessions, token = [], ""
         while True:
@@ -73,18 +79,18 @@ class ClientBase:
             if not token:
                 return sessions
 
-    def _server_info(self) -> v1.ServerInfo:
+    def _server_info(self) -> Operation[v1.ServerInfo]:
         """What the server is, allows and holds at present."""
         return (yield Unary("GetServerInfo", v1.GetServerInfoRequest()))
 
-    def _health(self) -> bool:
+    def _health(self) -> Operation[bool]:
         """True while the server takes requests; False while it drains. Raises Unavailable without an answer."""
         status = yield Unary(HEALTH, wrappers_pb2.StringValue())
         return status.value == _SERVING
 
 
 class Client(ClientBase):
-    __doc__ = ClientBase.__doc__ + """
+    __doc__ = (ClientBase.__doc__ or "") + """
 
     Made by `drape.launch` and `drape.connect`. Safe to use from several threads, not in a forked process. `with` and
     `close()` end the connection, and a private server.
@@ -107,10 +113,12 @@ class Client(ClientBase):
     health = blocking(ClientBase._health)
 
     def close(self) -> None:
-        """Ends the connection, and the private server. May be called again."""
+        """Closes its sessions, the connection, and the private server. May be called again."""
+        for session in list(self._open_sessions):
+            session.close()
         self._closing()
 
-    def __enter__(self):
+    def __enter__(self) -> Client:
         return self
 
     def __exit__(self, *_):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from . import columns, errors, pictures, states, topology, v1
-from .operations import Reading, Unary, blocking
+from .operations import Operation, Reading, Unary, blocking
 from .pipeline import Pipeline
 from .rollout import rollout
 
@@ -19,18 +19,16 @@ class ClothsBase:
     Not for several threads at once. Made by `Session.create` and `Session.attach`.
 
     ids: uint64[n], the names in the protocol. num: n. particles: rows of each cloth. shape: what the server built.
-    spec: a copy of the description; None if attached. step_count: uint64[n] completed steps. faulted: bool[n], stopped at the
+    spec: a copy of the description, origins: [n, 3] of the environments (None: all 0); both None if attached. step_count: uint64[n] completed steps. faulted: bool[n], stopped at the
     last good state until it is reset. timing: where the server spent the last step.
     """
 
-    def __init__(self, session, ids, shape, spec):
+    def __init__(self, session, ids, shape, spec, origins=None):
         self._session = session
         self._connection = session._connection
-        self.ids = np.array(ids, dtype=np.uint64)
-        self.ids.flags.writeable = False
-        self._all_ids = self.ids.tolist()
-        self._row_of = {cloth: row for row, cloth in enumerate(self._all_ids)}
+        self._name(ids)
         self.num = len(self._all_ids)
+        self.origins = origins
         self.shape = shape
         self.particles = shape.particles
         self.spec = None
@@ -103,7 +101,7 @@ class ClothsBase:
     # --- requests
 
     def _step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, ids=None, until: int | None = None,
-              expected: int | None = None, timeout_s: float | None = None, request_id: str = "") -> states.Answer:
+              expected: int | None = None, timeout_s: float | None = None, request_id: str = "") -> Operation[states.Answer]:
         """Steps the cloths of `ids` and waits. Controls that wait for them take effect first, once.
 
         steps: >= 1. until: step until this many are complete instead. expected: every cloth must have completed exactly this
@@ -131,7 +129,7 @@ class ClothsBase:
         return answer
 
     def _read(self, positions: bool = True, velocities: bool = False, particles=None, ids=None, out=None,
-              timeout_s: float | None = None) -> states.States:
+              timeout_s: float | None = None) -> Operation[states.States]:
         """The present states of the cloths of `ids`, without a step.
 
         particles: strictly ascending indices, at most 4096; None: all. out: a writeable array for the positions, or a dict
@@ -157,22 +155,47 @@ class ClothsBase:
         self._remember(read, rows, is_whole=particles is None and out is None)
         return read
 
-    def _reset(self, ids=None) -> None:
+    def _reset(self, ids=None, *, transforms=None, overrides=None) -> Operation[None]:
         """Back to the state, step 0, pin targets and time of creation; parameters stay. Clears faults, and forgets controls
-        that wait."""
+        that wait.
+
+        transforms [m, 7] (position [m] and quaternion x, y, z, w in the place of spec.transform) and overrides (m
+        ClothOverrides): the cloths start anew with these, and with all parameters of the spec; `ids` of the batch change.
+        """
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
             return
-        request = v1.ResetClothsRequest(session=self._session.name)
-        columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        yield Unary("ResetCloths", request, self._session.name)
+        if transforms is not None or overrides is not None:
+            yield from self._replace(self._every(rows), transforms, overrides)
+        else:
+            request = v1.ResetClothsRequest(session=self._session.name)
+            columns.fill(request, {"cloth_ids": self._ids_list(rows)})
+            yield Unary("ResetCloths", request, self._session.name)
         every = self._every(rows)
         self.step_count[every] = 0
         self.faulted[every] = False
         self._pending.drop(rows, self.num)
         self._forget_states()
 
-    def _update(self, spec: v1.ClothSpec, paths, ids=None) -> None:
+    def _replace(self, rows, transforms, overrides) -> Operation[None]:
+        """New cloths in the place of `rows`. The old ones go last: if the server refuses, nothing has changed."""
+        if self.spec is None:
+            raise errors.Unimplemented("resetting attached cloths to transforms: give attach() their spec",
+                                       reason="NO_SPEC")
+        request = v1.CreateClothsRequest(session=self._session.name, spec=self.spec, count=len(rows), overrides=overrides)
+        if self.origins is not None:
+            columns.fill(request, {"environment_origins_m": self.origins[rows]})
+        if transforms is not None:
+            columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (len(rows), 7))})
+        response = yield Unary("CreateCloths", request, self._session.name)
+        old = v1.DeleteClothsRequest(session=self._session.name)
+        columns.fill(old, {"cloth_ids": self.ids[rows]})
+        ids = self.ids.copy()
+        ids[rows] = response.cloth_ids
+        self._name(ids)
+        yield Unary("DeleteCloths", old, self._session.name)
+
+    def _update(self, spec: v1.ClothSpec, paths, ids=None) -> Operation[None]:
         """Sets the fields named by `paths` (see UpdateClothsRequest.update_mask) from `spec`, for all cloths or none:
         `cloths.update(ClothSpec(environment=Environment(wind_m_per_s=[2, 0, 0])), ["environment.wind_m_per_s"])`."""
         rows = columns.rows_of(ids, self.num)
@@ -185,20 +208,20 @@ class ClothsBase:
         if rows is None:
             self.shape = response.shape
 
-    def _describe(self, row: int) -> v1.Cloth:
+    def _describe(self, row: int) -> Operation[v1.Cloth]:
         """Everything that the server tells about one cloth: settings, pins, poses of colliders, the reason of a fault."""
         at = columns.rows_of([row], self.num)[0]
         request = v1.GetClothRequest(session=self._session.name, cloth_id=self._all_ids[at])
         return (yield Unary("GetCloth", request, self._session.name))
 
-    def _delete(self) -> None:
+    def _delete(self) -> Operation[None]:
         """Deletes the cloths on the server."""
         request = v1.DeleteClothsRequest(session=self._session.name)
         columns.fill(request, {"cloth_ids": self._all_ids})
         yield Unary("DeleteCloths", request, self._session.name)
 
     def _render_png(self, width: int = 960, height: int = 720, *, ids=None, timeout_s: float | None = None,
-                    **options) -> bytes:
+                    **options) -> Operation[bytes]:
         """A PNG file of the cloths as they are. options: further fields of RenderRequest, e.g. `camera=Camera(...)`,
         `colouring=RenderRequest.STRAIN`. Raises FailedPrecondition (NO_EGL_DEVICE) if the server cannot draw."""
         rows = columns.rows_of(ids, self.num)
@@ -209,12 +232,18 @@ class ClothsBase:
         response = yield Unary("Render", request, self._session.name, timeout_s)
         return response.png
 
-    def _render(self, width: int = 960, height: int = 720, **options) -> np.ndarray:
+    def _render(self, width: int = 960, height: int = 720, **options) -> Operation[np.ndarray]:
         """The picture of `render_png` as uint8[height, width, 3]. Needs Pillow (pip install drape-sim[render])."""
         png = yield from self._render_png(width, height, **options)
         return pictures.pixels_of(png)
 
     # --- parts
+
+    def _name(self, ids):
+        self.ids = np.array(ids, dtype=np.uint64)
+        self.ids.flags.writeable = False
+        self._all_ids = self.ids.tolist()
+        self._row_of = {cloth: row for row, cloth in enumerate(self._all_ids)}
 
     def _rows_or_all(self, ids):
         rows = columns.rows_of(ids, self.num)

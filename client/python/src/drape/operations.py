@@ -7,9 +7,8 @@ answers, and returns its result. `blocking` makes a method of it that waits; `dr
 from __future__ import annotations
 
 import functools
-from typing import Any, Callable, Generator, NamedTuple, TypeVar
-
-from typing import ParamSpec
+import inspect
+from typing import Any, Callable, Generator, NamedTuple, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -44,4 +43,16 @@ def blocking(operation: Callable[P, Operation[R]]) -> Callable[P, R]:
     def method(self, *args, **kwargs):
         return self._connection.run(operation(self, *args, **kwargs))
 
+    return named(method, operation)  # type: ignore[return-value]
+
+
+def named(method, operation):
+    """`method` with the name and the signature that a user sees: without the underscore, with the result alone."""
+    method.__name__ = operation.__name__.lstrip("_")
+    method.__qualname__ = method.__name__
+    signature = inspect.signature(operation)
+    result = str(signature.return_annotation)
+    if result.startswith("Operation["):
+        result = result[len("Operation["):-1]
+    method.__signature__ = signature.replace(return_annotation=result)
     return method

@@ -69,7 +69,7 @@ def parse(text: str, folder=".", settings: dict | None = None) -> Scene:
         raise errors.InvalidArgument(str(error), reason="BAD_JSON") from error
     if not isinstance(tree, dict) or not isinstance(tree.get("cloths"), list) or not tree["cloths"]:
         raise errors.bad_field("cloths", "must have at least one cloth")
-    meshes = []
+    meshes: list = []
     for k, cloth in enumerate(tree["cloths"]):
         spec = cloth.setdefault("spec", {})
         for field, value in (settings or {}).items():

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import threading
 import weakref
+from typing import Any
 
 import numpy as np
 
 from . import columns, errors, v1
 from .cloths import Cloths
-from .operations import Unary, blocking
+from .operations import Operation, Unary, blocking
 
 _RENEWALS_PER_LEASE = 3  # two may be lost
 _LAST_CALL_S = 2.0  # for a session that is deleted because nobody uses it: a dead server must not hold the program up
@@ -18,6 +19,8 @@ _LAST_CALL_S = 2.0  # for a session that is deleted because nobody uses it: a de
 class SessionBase:
     """A lease on the server. name: "sessions/<server>-<token>"; it gives access, so keep it secret. ttl_s: after so long
     without a request the server deletes the session and its cloths. Safe to use from several threads."""
+
+    _cloths_class: Any
 
     def __init__(self, client, message, is_owner):
         self._client = client
@@ -31,7 +34,7 @@ class SessionBase:
         return f"<session {self.name[:20]}... at {self._connection.address}>"
 
     def _create(self, spec: v1.ClothSpec, count: int = 1, *, origins=None, transforms=None, overrides=None,
-                request_id: str = "", timeout_s: float | None = None) -> Cloths:
+                request_id: str = "", timeout_s: float | None = None) -> Operation[Cloths]:
         """`count` cloths of `spec`, all or none.
 
         origins [m]: [count, 3] of each cloth's environment in the world (default: all at the origin). transforms: [count, 7]
@@ -40,13 +43,15 @@ class SessionBase:
         """
         request = v1.CreateClothsRequest(session=self.name, spec=spec, count=count, overrides=overrides,
                                          request_id=request_id)
-        for name, values, width in (("environment_origins_m", origins, 3), ("transforms", transforms, 7)):
-            if values is not None:
-                columns.fill(request, {name: columns.shaped(name, values, (count, width))})
+        if origins is not None:
+            origins = columns.shaped("origins", origins, (count, 3)).copy()
+            columns.fill(request, {"environment_origins_m": origins})
+        if transforms is not None:
+            columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (count, 7))})
         response = yield Unary("CreateCloths", request, self.name, timeout_s)
-        return self._cloths_class(self, response.cloth_ids, response.shape, spec)
+        return self._cloths_class(self, response.cloth_ids, response.shape, spec, origins)
 
-    def _attach(self, ids=None, spec: v1.ClothSpec | None = None) -> Cloths:
+    def _attach(self, ids=None, spec: v1.ClothSpec | None = None) -> Operation[Cloths]:
         """Cloths that exist already. ids: their names in the protocol; None: all of the session. They must have equally many
         particles. spec: their description, if known: the server does not tell the triangles."""
         if ids is None:
@@ -67,7 +72,7 @@ class SessionBase:
         cloths.faulted[:] = [cloth.faulted for cloth in found.values()]
         return cloths
 
-    def _list(self) -> list[v1.Cloth]:
+    def _list(self) -> Operation[list[v1.Cloth]]:
         """Every cloth of the session, in order of creation."""
         cloths, token = [], ""
         while True:
@@ -78,7 +83,7 @@ class SessionBase:
             if not token:
                 return cloths
 
-    def _renew(self) -> None:
+    def _renew(self) -> Operation[None]:
         """Extends the lease to its full length, as every request does."""
         yield Unary("RenewSession", v1.RenewSessionRequest(name=self.name), self.name)
 
@@ -89,7 +94,7 @@ def iter_of(call):
 
 
 class Session(SessionBase):
-    __doc__ = SessionBase.__doc__ + """
+    __doc__ = (SessionBase.__doc__ or "") + """
 
     Made by `Client.session`. A thread renews the lease. `with`, `close()` and the end of the program delete a session that
     was created here, with its cloths; one that was attached by its name is left alone. lease_error: why renewing gave up
@@ -117,7 +122,7 @@ class Session(SessionBase):
         """Deletes it on the server, if it was created here. May be called again."""
         self._end()
 
-    def __enter__(self):
+    def __enter__(self) -> Session:
         return self
 
     def __exit__(self, *_):
