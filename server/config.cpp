@@ -50,6 +50,14 @@ std::string ListenProblem(const std::string& listen) {
   return "port '" + port + "' is not a whole number in [0, 65535]";
 }
 
+// The error in a server id, or empty.
+std::string ServerIdProblem(const std::string& id) {
+  const bool is_legal =
+      !id.empty() && id.size() <= 32 &&
+      id.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789") == std::string::npos;
+  return is_legal ? "" : "'" + id + "' is not 1 to 32 lower-case letters and digits";
+}
+
 void AddServerFlags(CLI::App& app, Config& config) {
   app.add_option("--listen", config.listen, "HOST:PORT; port 0 picks a free one")
       ->capture_default_str()
@@ -66,6 +74,12 @@ void AddServerFlags(CLI::App& app, Config& config) {
                    ->check(CLI::ExistingFile);
   auto* key =
       app.add_option("--tls-key", config.tls_key_file, "PEM private key")->check(CLI::ExistingFile);
+  app.add_option("--metrics-listen", config.metrics_listen,
+                 "HOST:PORT for monitoring over HTTP: /metrics, /healthz, /readyz (default: none)")
+      ->check(CLI::Validator(ListenProblem, ""));
+  app.add_option("--server-id", config.server_id,
+                 "lasting name in the names of sessions, for proxies (default: a random one)")
+      ->check(CLI::Validator(ServerIdProblem, ""));
   app.add_option("--token-file", config.token_file,
                  "tenants and the SHA-256 of their tokens; read again at SIGHUP")
       ->check(CLI::ExistingFile);

@@ -21,7 +21,9 @@ struct Config {
   bool insecure = false;
   std::string tls_cert_file;  // PEM; both or none
   std::string tls_key_file;
-  std::string token_file;  // empty: no tenants (api/token_file.h)
+  std::string metrics_listen;  // HOST:PORT of the port for monitoring; empty: none
+  std::string server_id;       // in names of sessions; empty: a random one with every start
+  std::string token_file;      // empty: no tenants (api/token_file.h)
   std::string log_level = "info";
   std::string shader_dir;             // empty: the shaders in the executable
   uint32_t threads = 0;               // of the cpu backend; 0 = one per core

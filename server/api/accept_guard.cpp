@@ -118,8 +118,7 @@ uint64_t RefusedConnections() {
 
 extern "C" __attribute__((visibility("default"))) int accept4(int listener, sockaddr* address,
                                                               socklen_t* length, int flags) {
-  static const auto real =
-      reinterpret_cast<drape::api::Accept4>(dlsym(RTLD_NEXT, "accept4"));
+  static const auto real = reinterpret_cast<drape::api::Accept4>(dlsym(RTLD_NEXT, "accept4"));
   if (real == nullptr) {
     errno = ENOSYS;
     return -1;

@@ -99,7 +99,8 @@ void BuildAndUpdate(const ServiceContext& context, const CancelToken& cancel,
 }  // namespace
 
 void StartUpdate(const ServiceContext& context, const Caller& caller,
-                   const v1::UpdateClothsRequest& request, const CancelToken& cancel, const Hold& hold, UpdateDone done) {
+                 const v1::UpdateClothsRequest& request, const CancelToken& cancel,
+                 const Hold& hold, UpdateDone done) {
   Result<ClothChange> change = CheckUpdateCloths(request, context.limits);
   if (!change.ok()) return done(change.status());
   Result<SessionLease> session = context.sessions.Find(request.session(), caller.tenant);

@@ -89,7 +89,8 @@ void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimi
 }  // namespace
 
 void StartCreation(const ServiceContext& context, const Caller& caller,
-                   const v1::CreateClothsRequest& request, const CancelToken& cancel, const Hold& hold, CreateDone done) {
+                   const v1::CreateClothsRequest& request, const CancelToken& cancel,
+                   const Hold& hold, CreateDone done) {
   Result<CheckedCreation> checked = CheckCreateCloths(request, context.limits);
   if (!checked.ok()) return done(checked.status());
   Result<SessionLease> session = context.sessions.Find(request.session(), caller.tenant);

@@ -17,8 +17,7 @@ struct NamedCloths {
 };
 
 Result<NamedCloths> FindNamed(SessionRegistry& sessions, const Caller& caller,
-                              const std::string& session_name,
-                              std::span<const ClothId> ids) {
+                              const std::string& session_name, std::span<const ClothId> ids) {
   DRAPE_ASSIGN_OR_RETURN(SessionLease session, sessions.Find(session_name, caller.tenant));
   DRAPE_ASSIGN_OR_RETURN(ClothList cloths, session->FindCloths(ids));
   return NamedCloths{std::move(session), std::move(cloths)};
@@ -62,7 +61,8 @@ grpc::ServerUnaryReactor* SimulationService::GetCloth(Context* context,
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   const ClothId id = ClothId::FromPacked(request->cloth_id());
-  const Result<NamedCloths> named = FindNamed(context_.sessions, caller, request->session(), {&id, 1});
+  const Result<NamedCloths> named =
+      FindNamed(context_.sessions, caller, request->session(), {&id, 1});
   if (!named.ok()) return Answer(context, named.status());
   *response = ToProto(*named->cloths.front());
   return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong());

@@ -26,7 +26,8 @@ Status ReadStatesReactor::Begin(const ServiceContext& context, const Caller& cal
   Violations violations;
   const StateFields fields = CheckView(view_path, request.view(), violations);
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
-  DRAPE_ASSIGN_OR_RETURN(SessionLease session, context.sessions.Find(request.session(), caller.tenant));
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session,
+                         context.sessions.Find(request.session(), caller.tenant));
   DRAPE_ASSIGN_OR_RETURN(const ClothList cloths,
                          session->FindCloths(ToClothIds(request.cloth_ids())));
   DRAPE_RETURN_IF_ERROR(CheckClothsHaveParticles(view_path, fields, cloths));

@@ -22,9 +22,9 @@
 #include "server/api/spec_validation.h"
 #include "server/api/topology_validation.h"
 #include "server/api/view_validation.h"
+#include "server/core/text.h"
 #include "server/scene/description_checks.h"
 #include "server/solver/solver_constants.h"
-#include "server/core/text.h"
 
 namespace drape::api {
 namespace {

@@ -19,9 +19,11 @@ grpc::ServerUnaryReactor* SimulationService::CreateSession(Context* context,
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   const double ttl_s = request->has_ttl_s() ? request->ttl_s() : context_.limits.default_ttl_s;
-  const Result<SessionLease> session = context_.sessions.Create(ttl_s, request->display_name(), caller.tenant);
+  const Result<SessionLease> session =
+      context_.sessions.Create(ttl_s, request->display_name(), caller.tenant);
   if (!session.ok()) return Answer(context, session.status());
-  return Answer(context, FillSession(context_.sessions.Get((*session)->name(), caller.tenant), response));
+  return Answer(context,
+                FillSession(context_.sessions.Get((*session)->name(), caller.tenant), response));
 }
 
 grpc::ServerUnaryReactor* SimulationService::GetSession(Context* context,
@@ -29,7 +31,8 @@ grpc::ServerUnaryReactor* SimulationService::GetSession(Context* context,
                                                         v1::Session* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
-  return Answer(context, FillSession(context_.sessions.Get(request->name(), caller.tenant), response));
+  return Answer(context,
+                FillSession(context_.sessions.Get(request->name(), caller.tenant), response));
 }
 
 grpc::ServerUnaryReactor* SimulationService::ListSessions(Context* context,
@@ -54,7 +57,8 @@ grpc::ServerUnaryReactor* SimulationService::RenewSession(Context* context,
                                                           v1::Session* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
-  return Answer(context, FillSession(context_.sessions.Renew(request->name(), caller.tenant), response));
+  return Answer(context,
+                FillSession(context_.sessions.Renew(request->name(), caller.tenant), response));
 }
 
 grpc::ServerUnaryReactor* SimulationService::DeleteSession(Context* context,
@@ -63,8 +67,8 @@ grpc::ServerUnaryReactor* SimulationService::DeleteSession(Context* context,
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   UnaryCall* call = UnaryCall::New();
-  context_.sessions.Delete(request->name(), [call](const Status& status) { call->End(status); },
-                           caller.tenant);
+  context_.sessions.Delete(
+      request->name(), [call](const Status& status) { call->End(status); }, caller.tenant);
   return call;
 }
 

@@ -10,16 +10,18 @@ namespace {
 constexpr int64_t kRetryWhenUnread_ms = 200;
 
 ServiceContext WithBudget(ServiceContext context) {
-  if (context.unread != nullptr) return context;
-  const RequestLimits& limits = context.limits;
-  context.unread = std::make_shared<ByteBudget>(
-      "TOO_MANY_UNREAD_BYTES",
-      ByteBudget::Limit{"max_unread_bytes_per_session", limits.max_unread_bytes_per_session},
-      ByteBudget::Limit{"max_unread_bytes", limits.max_unread_bytes}, kRetryWhenUnread_ms);
+  if (context.unread == nullptr) context.unread = MakeUnreadBudget(context.limits);
   return context;
 }
 
 }  // namespace
+
+std::shared_ptr<ByteBudget> MakeUnreadBudget(const RequestLimits& limits) {
+  return std::make_shared<ByteBudget>(
+      "TOO_MANY_UNREAD_BYTES",
+      ByteBudget::Limit{"max_unread_bytes_per_session", limits.max_unread_bytes_per_session},
+      ByteBudget::Limit{"max_unread_bytes", limits.max_unread_bytes}, kRetryWhenUnread_ms);
+}
 
 SimulationService::SimulationService(ServiceContext context)
     : context_(WithBudget(std::move(context))), start_us_(context_.clock.NowUs()) {}

@@ -38,6 +38,9 @@ struct ServiceContext {
   }
 };
 
+// ServiceContext::unread within these limits.
+std::shared_ptr<ByteBudget> MakeUnreadBudget(const RequestLimits& limits);
+
 // What is held for a call until its answer has been sent.
 using Hold = std::function<void(std::shared_ptr<void>)>;
 

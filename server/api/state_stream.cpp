@@ -87,7 +87,8 @@ Status StateStreamReactor::Take(const v1::StreamStatesRequest& request) {
 
 Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& request) {
   DRAPE_ASSIGN_OR_RETURN(const CheckedSubscription checked, CheckSubscribe(request));
-  DRAPE_ASSIGN_OR_RETURN(SessionLease session, context_.sessions.Find(request.session(), caller_.tenant));
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session,
+                         context_.sessions.Find(request.session(), caller_.tenant));
   DRAPE_ASSIGN_OR_RETURN(const ClothList cloths, session->FindCloths(checked.cloths));
   if (cloths.empty()) {
     return Status(StatusCode::kFailedPrecondition, "NO_CLOTHS", "the session has no cloths");
@@ -101,7 +102,8 @@ Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& r
   cloths_ = ChunkClothsOf(cloths, checked.fields);
   const uint64_t frame_bytes =
       StateBytes(cloths_, context_.scheduler.description().scalar, checked.fields);
-  DRAPE_ASSIGN_OR_RETURN(held_, context_.unread->Take(session->owner(), kFramesUnderWay * frame_bytes));
+  DRAPE_ASSIGN_OR_RETURN(held_,
+                         context_.unread->Take(session->owner(), kFramesUnderWay * frame_bytes));
   spec.fields = checked.fields;
   spec.every_n_steps = checked.every_n_steps;
   spec.max_hz = checked.max_hz;

@@ -124,9 +124,9 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
   DRAPE_ASSIGN_OR_RETURN(call->chunk_cloths, CheckStates(context, checked.view, call->cloths));
   DRAPE_ASSIGN_OR_RETURN(
       auto held,
-      context.unread->Take(owner,
-                           request.ByteSizeLong() +
-                               AnswerBytes(checked, *call, context.scheduler.description().scalar)));
+      context.unread->Take(
+          owner, request.ByteSizeLong() +
+                     AnswerBytes(checked, *call, context.scheduler.description().scalar)));
   hold(std::move(held));
   // A request with an id is completed even if its client has gone: the repetition asks for the
   // answer.
@@ -139,8 +139,8 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
 
 }  // namespace
 
-void StartStep(const ServiceContext& context, const Caller& caller,
-                   const v1::StepRequest& request, const CancelToken& cancel, const Hold& hold, StepDone done) {
+void StartStep(const ServiceContext& context, const Caller& caller, const v1::StepRequest& request,
+               const CancelToken& cancel, const Hold& hold, StepDone done) {
   const auto call = std::make_shared<StepCall>(StepCall{std::move(done), {}, {}, {}, {}});
   const Status status = Start(context, caller, request, cancel, hold, call);
   if (!status.ok()) call->End(status);

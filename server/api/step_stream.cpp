@@ -35,11 +35,12 @@ void StepStreamReactor::OnReadDone(bool ok) {
   if (!slot) return;
   // Without the lock: the answer may come before StartStep returns. is_reading_ is still set, so no
   // other thread reads the next request, which would overwrite this one or overtake it.
-  StartStep(context_, caller_, request_, slot->cancel,
-            [slot](std::shared_ptr<void> held) { slot->held = std::move(held); },
-            [self = shared_from_this(), slot](Result<v1::StepResponse> answer) {
-              self->OnAnswer(*slot, std::move(answer));
-            });
+  StartStep(
+      context_, caller_, request_, slot->cancel,
+      [slot](std::shared_ptr<void> held) { slot->held = std::move(held); },
+      [self = shared_from_this(), slot](Result<v1::StepResponse> answer) {
+        self->OnAnswer(*slot, std::move(answer));
+      });
   const std::lock_guard lock(mutex_);
   is_reading_ = false;
   ReadNext();

@@ -20,8 +20,7 @@ constexpr size_t kMaxTenantBytes = 64;
 std::string Sha256(std::string_view text) {
   std::array<unsigned char, kHashBytes> hash{};
   unsigned int size = 0;
-  const int done =
-      EVP_Digest(text.data(), text.size(), hash.data(), &size, EVP_sha256(), nullptr);
+  const int done = EVP_Digest(text.data(), text.size(), hash.data(), &size, EVP_sha256(), nullptr);
   DRAPE_CHECK(done == 1 && size == kHashBytes, "SHA-256 is always there");
   return {hash.begin(), hash.end()};
 }

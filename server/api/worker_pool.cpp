@@ -50,6 +50,11 @@ Status WorkerPool::Post(const std::string& owner, std::function<void()> task) {
   return Status::Ok();
 }
 
+uint32_t WorkerPool::queued_count() const {
+  const std::lock_guard lock(mutex_);
+  return task_count_;
+}
+
 std::deque<std::string>::iterator WorkerPool::NextTurn() {
   return std::find_if(turns_.begin(), turns_.end(), [this](const std::string& owner) {
     const auto running = running_.find(owner);

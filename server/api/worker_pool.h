@@ -30,6 +30,8 @@ class WorkerPool {
   // RESOURCE_EXHAUSTED (BUILD_QUEUE_FULL, with retry_after), because too many tasks wait, of all or
   // of this owner: the task is dropped.
   Status Post(const std::string& owner, std::function<void()> task);
+  // Tasks that have not started.
+  uint32_t queued_count() const;
 
  private:
   using Task = std::function<void()>;
@@ -42,7 +44,7 @@ class WorkerPool {
   const uint32_t max_running_per_owner_;
   const uint32_t max_queued_tasks_;
   const uint32_t max_queued_tasks_per_owner_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<std::string> turns_;  // owners with tasks, whose turn comes first in front
   std::unordered_map<std::string, std::deque<Task>> tasks_;  // by owner, never empty

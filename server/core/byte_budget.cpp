@@ -42,9 +42,8 @@ Result<std::shared_ptr<void>> ByteBudget::Take(const std::string& owner, uint64_
     counts_->by_owner[owner] += bytes;
     counts_->in_all += bytes;
   }
-  return std::shared_ptr<void>(counts_.get(), [counts = counts_, owner, bytes](void*) {
-    counts->Release(owner, bytes);
-  });
+  return std::shared_ptr<void>(
+      counts_.get(), [counts = counts_, owner, bytes](void*) { counts->Release(owner, bytes); });
 }
 
 uint64_t ByteBudget::used_bytes() const {

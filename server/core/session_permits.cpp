@@ -52,10 +52,9 @@ Result<std::shared_ptr<void>> SessionPermits::Take(const std::string& session,
     ++counts_->by_session[session];
     ++counts_->in_all;
   }
-  return std::shared_ptr<void>(counts_.get(),
-                               [counts = counts_, session, tenant](void*) {
-                                 counts->Release(session, tenant);
-                               });
+  return std::shared_ptr<void>(counts_.get(), [counts = counts_, session, tenant](void*) {
+    counts->Release(session, tenant);
+  });
 }
 
 Status SessionPermits::Refusal(const PermitLimit& limit) const {

@@ -126,7 +126,11 @@ void Apply(ClothRuntime& cloth, const LengthControl& control) {
 }  // namespace
 
 ActiveRequest::ActiveRequest(StepWork work, int64_t submitted_us, uint32_t session, uint64_t round)
-    : work_(std::move(work)), session_(session), last_round_(round), idle_since_us_(submitted_us) {
+    : work_(std::move(work)),
+      session_(session),
+      submitted_us_(submitted_us),
+      last_round_(round),
+      idle_since_us_(submitted_us) {
   DRAPE_CHECK(!work_.cloths.empty(), "a step request needs a cloth");
   DRAPE_CHECK(work_.steps.has_value() != work_.until_step.has_value(),
               "exactly one of steps and until_step");

@@ -17,11 +17,12 @@ namespace drape {
 // Device thread.
 class ActiveRequest {
  public:
-  // `session`: number of work.session (SessionIndex). `round`: rounds before this request arrived.
+  // `session`: number of work.owner() (SessionIndex). `round`: rounds before this request arrived.
   ActiveRequest(StepWork work, int64_t submitted_us, uint32_t session, uint64_t round);
 
   const StepWork& work() const { return work_; }
   uint32_t session() const { return session_; }
+  int64_t submitted_us() const { return submitted_us_; }
 
   // Appends the request to the turns of each of its cloths (ClothRuntime::turns), and removes it.
   void EnterTurns();
@@ -74,6 +75,7 @@ class ActiveRequest {
 
   StepWork work_;
   const uint32_t session_;
+  const int64_t submitted_us_;
   uint32_t missing_turns_ = 0;
   bool has_started_ = false;
   std::optional<Status> end_status_;

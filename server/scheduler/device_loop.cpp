@@ -72,9 +72,8 @@ std::optional<int64_t> DeviceLoop::RunRound() {
     GiveAnswers();
     return std::nullopt;
   }
-  const bool is_long =
-      parts.size() == 1 && parts[0].cloths.size() == 1 &&
-      IsLong(*parts[0].request->work().cloths[parts[0].cloths[0]]);
+  const bool is_long = parts.size() == 1 && parts[0].cloths.size() == 1 &&
+                       IsLong(*parts[0].request->work().cloths[parts[0].cloths[0]]);
   const int64_t batch_us = is_long ? StepPiece(parts) : StepBatch(parts);
   Finish(StartAndEnd());
   return batch_us;
@@ -113,10 +112,10 @@ bool DeviceLoop::MustWait(const ActiveRequest& request) const {
   if (long_steps_.empty() || long_steps_.contains(const_cast<ActiveRequest*>(&request))) {
     return false;
   }
-  const bool has_room = long_steps_.size() < kMaxLongSteps &&
-                        std::none_of(long_steps_.begin(), long_steps_.end(), [&](const auto& entry) {
-                          return entry.first->session() == request.session();
-                        });
+  const bool has_room =
+      long_steps_.size() < kMaxLongSteps &&
+      std::none_of(long_steps_.begin(), long_steps_.end(),
+                   [&](const auto& entry) { return entry.first->session() == request.session(); });
   return !has_room && request.cloths_to_step() > 0 &&
          IsLong(*request.work().cloths[request.NextCloth()]);
 }
@@ -194,6 +193,7 @@ int64_t DeviceLoop::StepPiece(const std::vector<Part>& parts) {
   const uint32_t k = parts[0].cloths[0];
   const std::shared_ptr<ClothRuntime>& cloth = request->work().cloths[k];
   GiveAnswers();
+  ++counters_.long_step_pieces;
   // The backend may have dropped what was begun, because something was written to the cloth.
   const auto [step, has_begun] = long_steps_.try_emplace(request, LongStep{cloth, 0});
   if (!has_begun) cloth->controls().SendAgain();
@@ -218,6 +218,7 @@ int64_t DeviceLoop::StepPiece(const std::vector<Part>& parts) {
   piece.device_us = end_us - begin_us;
   request->AddBatch(piece, 1, 1, begin_us, end_us);
   ++counters_.rounds;
+  counters_.batch_durations.Add(end_us - begin_us);
   return end_us - begin_us;
 }
 
@@ -247,6 +248,7 @@ int64_t DeviceLoop::EndBatch(const std::vector<Part>& parts, BatchReport batch, 
   }
   ++counters_.rounds;
   counters_.dispatches += batch.dispatch_count;
+  counters_.batch_durations.Add(end_us - begin_us);
   return end_us - begin_us;
 }
 
@@ -351,6 +353,7 @@ void DeviceLoop::Finish(std::vector<RequestPointer> over) {
   for (const RequestPointer& request : over) {
     StepOutcome outcome = request->Outcome();
     outcome.device_done_us = clock_.NowUs();
+    counters_.request_durations.Add(outcome.device_done_us - request->submitted_us());
     ended.answers.push_back({std::move(*request).TakeWork(), std::move(outcome)});
   }
   BeginViews(ended);

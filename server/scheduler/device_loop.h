@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "server/core/clock.h"
+#include "server/core/duration_histogram.h"
 #include "server/scheduler/active_request.h"
 #include "server/scheduler/batch_policy.h"
 #include "server/scheduler/state_reading.h"
@@ -26,6 +27,9 @@ struct RoundCounters {
   std::atomic<uint64_t> cloth_steps{0};
   std::atomic<uint64_t> cloth_steps_asleep{0};  // of these
   std::atomic<uint64_t> faults{0};
+  std::atomic<uint64_t> long_step_pieces{0};
+  DurationHistogram batch_durations;
+  DurationHistogram request_durations;
 };
 
 // Numbers the sessions that have requests, densely: a number is used again when its session has no

@@ -61,7 +61,7 @@ struct ObservedFrame {
 };
 
 struct ObserverSpec {
-  std::string session;  // as in StepWork; empty: only the limit in all applies
+  std::string session;   // as in StepWork; empty: only the limit in all applies
   std::string tenant{};  // of the session
   std::vector<std::shared_ptr<ClothRuntime>> cloths;
   StateFields fields;          // at least one

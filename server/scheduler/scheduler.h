@@ -8,6 +8,7 @@
 #include <string>
 
 #include "server/core/clock.h"
+#include "server/core/duration_histogram.h"
 #include "server/core/status.h"
 #include "server/scheduler/observers.h"
 #include "server/scheduler/step_work.h"
@@ -59,8 +60,11 @@ struct SchedulerCounters {
   uint64_t cloth_steps = 0;         // completed
   uint64_t cloth_steps_asleep = 0;  // completed without being computed (sleep_watch.h)
   uint64_t faults = 0;
-  uint32_t queued_requests = 0;  // now: step requests submitted and not yet ended
-  uint32_t queued_commands = 0;  // now
+  uint64_t long_step_pieces = 0;
+  DurationHistogram::Counts batch_durations;    // pieces included
+  DurationHistogram::Counts request_durations;  // from Submit to the end
+  uint32_t queued_requests = 0;                 // now: step requests submitted and not yet ended
+  uint32_t queued_commands = 0;                 // now
 };
 
 // Thread-safe unless a method says otherwise. Methods never wait for the device unless they say so.

@@ -331,6 +331,9 @@ SchedulerCounters Scheduler::Core::counters() const {
   counters.cloth_steps = round_counters_.cloth_steps;
   counters.cloth_steps_asleep = round_counters_.cloth_steps_asleep;
   counters.faults = round_counters_.faults;
+  counters.long_step_pieces = round_counters_.long_step_pieces;
+  counters.batch_durations = round_counters_.batch_durations.Read();
+  counters.request_durations = round_counters_.request_durations.Read();
   const std::lock_guard lock(mutex_);
   counters.queued_requests = request_count_;
   counters.queued_commands = static_cast<uint32_t>(commands_.size());

@@ -32,9 +32,9 @@ std::shared_ptr<const ClearStart> FindStartOf(const SceneModel& model, bool may_
                                               const std::function<Status()>& stop_reason) {
   const Placement placement{copy.environment_origin_m, OriginInEnvironment(model, copy.transform)};
   const ParticleState described = PlaceAtStart(model, copy.transform, placement);
-  ClearStart start = FindClearStart(model, InClothFrame(copy.parameters, placement),
-                                    described.positions_m, may_let_out,
-                                    [&] { return !stop_reason().ok(); });
+  ClearStart start =
+      FindClearStart(model, InClothFrame(copy.parameters, placement), described.positions_m,
+                     may_let_out, [&] { return !stop_reason().ok(); });
   if (start.clearance == StartClearance::kFree) return nullptr;
   return std::make_shared<const ClearStart>(std::move(start));
 }

@@ -181,9 +181,9 @@ Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRec
   std::vector<PlannedUpdate> plans;
   PositionRows rows{state.positions_m};
   for (size_t k = 0; k < cloths.size(); ++k) {
-    DRAPE_ASSIGN_OR_RETURN(PlannedUpdate plan,
-                           Plan(*cloths[k], change, models.empty() ? nullptr : &models[k], rows,
-                                rules));
+    DRAPE_ASSIGN_OR_RETURN(
+        PlannedUpdate plan,
+        Plan(*cloths[k], change, models.empty() ? nullptr : &models[k], rows, rules));
     plans.push_back(std::move(plan));
     rows.first_row += cloths[k]->runtime->particle_count();
   }

@@ -79,8 +79,7 @@ void Apply(const ModelChange& change, ModelDescription& description) {
 }
 
 Result<ChangedModel> Build(const std::shared_ptr<const ModelDescription>& before,
-                           const ClothChange& change, const ModelRules& rules,
-                           ModelCache& models) {
+                           const ClothChange& change, const ModelRules& rules, ModelCache& models) {
   DRAPE_RETURN_IF_ERROR(CheckFits(change.model, before->topology));
   auto description = std::make_shared<ModelDescription>(*before);
   Apply(change.model, *description);

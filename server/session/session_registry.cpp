@@ -63,9 +63,10 @@ void SessionLease::Release() {
 }
 
 SessionRegistry::SessionRegistry(Scheduler& scheduler, const SessionLimits& limits,
-                                 const Clock& clock, std::string server_id)
+                                 const Clock& clock, std::string server_id, bool has_lasting_id)
     : clock_(clock),
       server_id_(std::move(server_id)),
+      has_lasting_id_(has_lasting_id),
       log_limit_(kMaxLogLinesPerSecond),
       commons_(std::make_shared<SessionCommons>(scheduler, limits, clock)) {}
 
@@ -124,6 +125,12 @@ Status SessionRegistry::CheckLive(const std::string& name, const std::string& te
     return {StatusCode::kNotFound, "SESSION_EXPIRED",
             "the session has expired; its cloths are deleted"};
   }
+  constexpr std::string_view kPrefix = "sessions/";
+  if (has_lasting_id_ && name.starts_with(kPrefix) &&
+      !name.substr(kPrefix.size()).starts_with(server_id_ + "-")) {
+    return {StatusCode::kNotFound, "WRONG_SERVER",
+            "the session belongs to another server than '" + server_id_ + "'"};
+  }
   return {StatusCode::kNotFound, "SESSION_NOT_FOUND", "no such session"};
 }
 
@@ -158,8 +165,7 @@ SessionView SessionRegistry::ViewOf(const Entry& entry, int64_t now_us) const {
   return view;
 }
 
-Result<SessionView> SessionRegistry::Get(const std::string& name,
-                                         const std::string& tenant) const {
+Result<SessionView> SessionRegistry::Get(const std::string& name, const std::string& tenant) const {
   const std::lock_guard lock(mutex_);
   DRAPE_RETURN_IF_ERROR(CheckLive(name, tenant));
   return ViewOf(sessions_.at(name), clock_.NowUs());
@@ -249,6 +255,17 @@ size_t SessionRegistry::ReapExpired() {
     session->Close([](const Status&) {});
   }
   return expired.size();
+}
+
+ServerTotals SessionRegistry::TotalsOfAll() const {
+  const std::lock_guard lock(mutex_);
+  ServerTotals totals;
+  for (const auto& [name, entry] : sessions_) {
+    ++totals.session_count;
+    totals.cloth_count += entry.session->cloth_count();
+    totals.particle_count += entry.session->particle_count();
+  }
+  return totals;
 }
 
 ServerTotals SessionRegistry::Totals(const std::string& tenant) const {

@@ -73,10 +73,11 @@ std::string ShortSessionName(const std::string& name);
 // Thread-safe. Destroy it after Scheduler::Drain and before the scheduler.
 class SessionRegistry {
  public:
-  // `server_id`: lower-case letters and digits; a proxy routes by it. `scheduler` and `clock`
-  // outlive the registry.
+  // `server_id`: lower-case letters and digits; a proxy routes by it. `has_lasting_id`: it is the
+  // same after a restart, so another id in a name means another server (WRONG_SERVER). `scheduler`
+  // and `clock` outlive the registry.
   SessionRegistry(Scheduler& scheduler, const SessionLimits& limits, const Clock& clock,
-                  std::string server_id);
+                  std::string server_id, bool has_lasting_id = false);
 
   // A new session. Its name has 128 random bits; knowing the name gives access.
   // INVALID_ARGUMENT "ttl_s" outside [kMinTtl_s, kMaxTtl_s] or not finite, "display_name" too long;
@@ -106,6 +107,9 @@ class SessionRegistry {
 
   // Of the sessions of the tenant.
   ServerTotals Totals(const std::string& tenant = {}) const;
+  // Of all sessions, and what RequestMemory keeps for them.
+  ServerTotals TotalsOfAll() const;
+  uint64_t remembered_bytes() const { return commons_->remembered->used_bytes(); }
   const SessionLimits& limits() const { return commons_->limits; }
 
  private:
@@ -131,6 +135,7 @@ class SessionRegistry {
 
   const Clock& clock_;
   const std::string server_id_;
+  const bool has_lasting_id_;
   LogLimit log_limit_;
   const std::shared_ptr<SessionCommons> commons_;
 
@@ -138,7 +143,7 @@ class SessionRegistry {
   std::unordered_map<std::string, Entry> sessions_;    // by name
   std::map<uint64_t, std::string> names_by_creation_;  // for lists
   uint64_t next_creation_number_ = 1;
-  std::deque<std::string> expired_;  // oldest first
+  std::deque<std::string> expired_;                             // oldest first
   std::unordered_map<std::string, std::string> expired_names_;  // name -> tenant
 };
 

@@ -19,8 +19,8 @@ Status TenantQuota::Take(const std::string& tenant, const Amount& amount) {
   const std::lock_guard lock(mutex_);
   const auto found = used_.find(tenant);
   const Amount used = found == used_.end() ? Amount{} : found->second;
-  DRAPE_RETURN_IF_ERROR(CheckOne("max_sessions_per_tenant", limits_.max_sessions, used.sessions,
-                                 amount.sessions));
+  DRAPE_RETURN_IF_ERROR(
+      CheckOne("max_sessions_per_tenant", limits_.max_sessions, used.sessions, amount.sessions));
   DRAPE_RETURN_IF_ERROR(
       CheckOne("max_cloths_per_tenant", limits_.max_cloths, used.cloths, amount.cloths));
   DRAPE_RETURN_IF_ERROR(CheckOne("max_particles_per_tenant", limits_.max_particles, used.particles,

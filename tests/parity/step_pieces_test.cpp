@@ -56,8 +56,7 @@ std::vector<Scene> Subjects() {
   many_sweeps.parameters.settings.substeps = 200;
   many_sweeps.parameters.settings.max_iterations = 200;
   Stir(many_sweeps, 0.2);
-  return {sheet,  paper, accurate, velocities,  pushed,
-          fabric, large, on_map,   many_sweeps};
+  return {sheet, paper, accurate, velocities, pushed, fabric, large, on_map, many_sweeps};
 }
 
 // A dispatch cannot pause, and a resident step is one if it is short.

@@ -22,8 +22,7 @@ class DeviceLoopTest : public testing::Test {
 
   void Restart(uint32_t max_cloths_per_batch, int64_t batch_budget_us = 50'000) {
     loop_.emplace(
-        backend_, DeviceLoop::Settings{{max_cloths_per_batch, 1}, 1000, batch_budget_us},
-        clock_,
+        backend_, DeviceLoop::Settings{{max_cloths_per_batch, 1}, 1000, batch_budget_us}, clock_,
         [this](StepWork work, StepOutcome outcome) {
           ended_.push_back(work.session);
           outcomes_[work.session] = std::move(outcome);

@@ -247,7 +247,8 @@ TEST_F(ClothUpdateTest, AModelForADescriptionThatIsNoMoreIsRefused) {
   ClothChange pins;
   pins.pins = std::vector<Pin>{{0, std::nullopt}, {3, std::nullopt}};
   ClothChange material;
-  material.model.distance_constraints = std::vector<DistanceConstraint>{{.i = 0, .j = 3, .rest_length_m = 1}};
+  material.model.distance_constraints =
+      std::vector<DistanceConstraint>{{.i = 0, .j = 3, .rest_length_m = 1}};
   scheduler_->HoldForTest();
   const auto first = BeginUpdate(cloths, pins);
   const auto second = BeginUpdate({cloths[1]}, material);

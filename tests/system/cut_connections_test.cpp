@@ -88,7 +88,8 @@ class CuttingProxy {
     const ssize_t count = recv(from, buffer, std::min(sizeof(buffer), bytes), 0);
     if (count <= 0) return false;
     for (ssize_t sent = 0; sent < count;) {
-      const ssize_t more = send(into, buffer + sent, static_cast<size_t>(count - sent), MSG_NOSIGNAL);
+      const ssize_t more =
+          send(into, buffer + sent, static_cast<size_t>(count - sent), MSG_NOSIGNAL);
       if (more <= 0) return false;
       sent += more;
     }
@@ -112,8 +113,8 @@ std::unique_ptr<Stub> StubThrough(const CuttingProxy& proxy) {
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 10);
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 10);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 50);
-  return v1::SimulationService::NewStub(grpc::CreateCustomChannel(
-      proxy.Address(), grpc::InsecureChannelCredentials(), arguments));
+  return v1::SimulationService::NewStub(
+      grpc::CreateCustomChannel(proxy.Address(), grpc::InsecureChannelCredentials(), arguments));
 }
 
 // Repeats the request until it is answered. Returns how often it was sent.
@@ -145,8 +146,7 @@ TEST(CutConnections, EveryRequestIsDoneOnce) {
       const auto stub = StubThrough(proxy);
       for (int k = 0; k < kRequestsPerWorker; ++k) {
         // The first cloth is everybody's.
-        v1::StepRequest request =
-            StepsOf(session, {ids[0], ids[static_cast<size_t>(1 + w)]}, 1);
+        v1::StepRequest request = StepsOf(session, {ids[0], ids[static_cast<size_t>(1 + w)]}, 1);
         request.set_request_id(std::to_string(w) + "/" + std::to_string(k));
         repetitions += StepUntilAnswered(*stub, request) - 1;
       }

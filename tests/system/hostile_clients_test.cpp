@@ -131,8 +131,8 @@ TEST(HostileClients, AnswersThatNobodyReadsAreCounted) {
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
     arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 65536);
-    const auto own = v1::SimulationService::NewStub(grpc::CreateCustomChannel(
-        server.Address(), grpc::InsecureChannelCredentials(), arguments));
+    const auto own = v1::SimulationService::NewStub(
+        grpc::CreateCustomChannel(server.Address(), grpc::InsecureChannelCredentials(), arguments));
     const UnreadSteps unread(*own, request, 60);
     const auto refused = [&] {
       return ReasonOf(Call(*stub, &Stub::Step, request).status) == "TOO_MANY_UNREAD_BYTES";

@@ -31,13 +31,16 @@ class Tenants : public testing::Test {
     stub_ = server_->NewStub();
   }
 
-  static std::string Hash(const std::string& token) {
-    const std::string command = "printf %s '" + token + "' | sha256sum";
+  static std::string Output(const std::string& command) {
     FILE* const pipe = popen(command.c_str(), "r");
-    char digits[65] = {};
-    EXPECT_EQ(std::fread(digits, 1, 64, pipe), 64u);
+    std::string output;
+    for (int c; (c = std::fgetc(pipe)) != EOF;) output += static_cast<char>(c);
     pclose(pipe);
-    return digits;
+    return output;
+  }
+
+  static std::string Hash(const std::string& token) {
+    return Output("printf %s '" + token + "' | sha256sum").substr(0, 64);
   }
 
   void WriteTokens(const std::string& text) { std::ofstream(dir_ / "tokens") << text; }
@@ -195,6 +198,29 @@ TEST_F(Tenants, ABrokenTokenFileIsNoReasonToServeEverybody) {
   ServerProcess server({"--token-file=" + (dir_ / "tokens")});
   EXPECT_EQ(server.WaitForExit(), 1);
   EXPECT_THAT(server.Log(), HasSubstr("TOKEN_FILE_FAILED"));
+}
+
+TEST_F(Tenants, MetricsTellNoSecrets) {
+  Start({"--metrics-listen=127.0.0.1:0", "--server-id=a7"});
+  const std::string session = SessionOf(kOne);
+  EXPECT_EQ(session.rfind("sessions/a7-", 0), 0u);
+  EXPECT_TRUE(As(kOne, &Stub::Step, StepsOf(session, {}, 1)).status.ok());
+  const std::string log = server_->Log();
+  const size_t at = log.find("metrics_started port=");
+  ASSERT_NE(at, std::string::npos);
+  const std::string url =
+      "http://127.0.0.1:" + std::to_string(std::stoi(log.substr(at + 21))) + "/metrics";
+  const std::string metrics = Output(
+      "python3 -c 'import urllib.request as u; "
+      "print(u.urlopen(\"" +
+      url + "\").read().decode())'");
+  EXPECT_THAT(metrics, HasSubstr("drape_sessions 1\n"));
+  EXPECT_THAT(metrics, HasSubstr("server_id=\"a7\""));
+  EXPECT_EQ(metrics.find(session.substr(12)), std::string::npos);
+  EXPECT_EQ(metrics.find("token"), std::string::npos);
+  v1::GetSessionRequest get;
+  get.set_name("sessions/b3-0123456789abcdef0123456789abcdef");
+  EXPECT_EQ(ReasonOf(As(kOne, &Stub::GetSession, get).status), "WRONG_SERVER");
 }
 
 }  // namespace

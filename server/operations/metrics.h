@@ -1,0 +1,39 @@
+// The numbers of a server as text for Prometheus.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "server/core/duration_histogram.h"
+
+namespace drape {
+
+// Since the start, except those marked "now".
+struct ServerNumbers {
+  std::string version;
+  std::string backend;
+  std::string server_id;
+  bool is_draining = false;  // now
+  uint64_t batches = 0;
+  uint64_t dispatches = 0;
+  uint64_t cloth_steps = 0;
+  uint64_t cloth_steps_asleep = 0;
+  uint64_t faults = 0;
+  uint64_t long_step_pieces = 0;
+  DurationHistogram::Counts batch_durations;
+  DurationHistogram::Counts request_durations;  // of Step, from its arrival to its end
+  uint64_t queued_requests = 0;                 // now
+  uint64_t queued_commands = 0;                 // now
+  uint64_t queued_builds = 0;                   // now
+  uint64_t sessions = 0;                        // now
+  uint64_t cloths = 0;                          // now
+  uint64_t particles = 0;                       // now
+  uint64_t unread_bytes = 0;                    // now
+  uint64_t remembered_bytes = 0;                // now
+  uint64_t refused_connections = 0;
+};
+
+// Prometheus' text format. Pure.
+std::string MetricsText(const ServerNumbers& numbers);
+
+}  // namespace drape

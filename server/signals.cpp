@@ -1,0 +1,71 @@
+#include "server/signals.h"
+
+#include <spdlog/spdlog.h>
+
+#include <utility>
+
+#include "server/api/accept_guard.h"
+
+namespace drape {
+namespace {
+
+constexpr time_t kStatisticsPeriod_s = 10;
+
+// A file that cannot be used leaves the tokens as they are.
+void ReloadTokens(const Config& config, api::Authentication* authentication) {
+  if (authentication == nullptr) return spdlog::info("signal_ignored signal=SIGHUP");
+  Result<api::TokenFile> tokens = api::TokenFile::Read(config.token_file);
+  if (!tokens.ok()) {
+    return spdlog::error("tokens_kept message=\"{}\"", tokens.status().message());
+  }
+  spdlog::info("tokens_read count={}", tokens->token_count());
+  authentication->Replace(std::move(tokens).value());
+}
+
+// Those, and the ones that ask for something else.
+sigset_t AwaitedSignals() {
+  sigset_t signals = StopSignals();
+  sigaddset(&signals, SIGHUP);
+  sigaddset(&signals, SIGUSR1);
+  return signals;
+}
+
+void LogStatistics(spdlog::level::level_enum level, const Scheduler& scheduler) {
+  const SchedulerCounters counters = scheduler.counters();
+  spdlog::log(
+      level,
+      "statistics rounds={} dispatches={} cloth_steps={} asleep={} faults={} queued_requests={} "
+      "refused_connections={}",
+      counters.rounds, counters.dispatches, counters.cloth_steps, counters.cloth_steps_asleep,
+      counters.faults, counters.queued_requests, api::RefusedConnections());
+}
+
+}  // namespace
+
+sigset_t StopSignals() {
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGTERM);
+  return signals;
+}
+
+void TakeSignals() {
+  const sigset_t awaited = AwaitedSignals();
+  pthread_sigmask(SIG_BLOCK, &awaited, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+int WaitForStop(const Config& config, const Scheduler& scheduler,
+                api::Authentication* authentication) {
+  const sigset_t signals = AwaitedSignals();
+  const timespec period{kStatisticsPeriod_s, 0};
+  while (true) {
+    const int signal = sigtimedwait(&signals, nullptr, &period);
+    if (signal == SIGINT || signal == SIGTERM) return signal;
+    if (signal == SIGHUP) ReloadTokens(config, authentication);
+    LogStatistics(signal == SIGUSR1 ? spdlog::level::info : spdlog::level::debug, scheduler);
+  }
+}
+
+}  // namespace drape

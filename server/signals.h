@@ -1,0 +1,25 @@
+// The signals that draped takes: by sigtimedwait alone, in main.
+#pragma once
+
+#include <csignal>
+
+#include "server/api/authentication.h"
+#include "server/config.h"
+#include "server/scheduler/scheduler.h"
+
+namespace drape {
+
+// SIGINT and SIGTERM, which end the server.
+sigset_t StopSignals();
+
+// Blocks them in this thread and those that it starts, and the ones that ask for something else:
+// SIGHUP and SIGUSR1. Ignores SIGPIPE, of a log that nobody reads any more.
+void TakeSignals();
+
+// Until a signal ends the server; returns it. SIGUSR1 asks for statistics. SIGHUP comes to servers
+// that shall read their files again, and when a terminal is closed; neither ends this one. A token
+// file that cannot be used leaves the tokens as they are. `authentication`: null without tokens.
+int WaitForStop(const Config& config, const Scheduler& scheduler,
+                api::Authentication* authentication);
+
+}  // namespace drape

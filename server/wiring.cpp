@@ -1,0 +1,66 @@
+#include "server/wiring.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+#include "server/api/accept_guard.h"
+#include "server/api/tls_files.h"
+
+namespace drape {
+
+using std::chrono::milliseconds;
+
+Result<api::ServerOptions> ToServerOptions(const Config& config) {
+  api::ServerOptions options;
+  options.listen = config.listen;
+  DRAPE_RETURN_IF_ERROR(api::ReadTlsFiles(config.tls_cert_file, config.tls_key_file, options));
+  options.allow_insecure = config.insecure;
+  options.max_request_bytes = config.requests.max_request_bytes;
+  options.max_calls_per_connection = config.max_calls_per_connection;
+  options.max_transport_bytes = config.max_transport_bytes;
+  options.keepalive = milliseconds(config.keepalive_ms);
+  options.keepalive_timeout = milliseconds(config.keepalive_timeout_ms);
+  return options;
+}
+
+SessionLimits WithTenantLimits(SessionLimits limits) {
+  TenantLimits& tenant = limits.per_tenant;
+  if (tenant.max_sessions == 0) tenant.max_sessions = std::max(1u, limits.max_sessions / 4);
+  if (tenant.max_cloths == 0) tenant.max_cloths = 4 * uint64_t{limits.max_cloths_per_session};
+  if (tenant.max_particles == 0) tenant.max_particles = 2 * limits.max_particles_per_session;
+  return limits;
+}
+
+Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config) {
+  if (config.token_file.empty()) return std::shared_ptr<api::Authentication>();
+  DRAPE_ASSIGN_OR_RETURN(api::TokenFile tokens, api::TokenFile::Read(config.token_file));
+  return std::make_shared<api::Authentication>(std::move(tokens));
+}
+
+ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessions) {
+  const SchedulerCounters counters = scheduler.counters();
+  const ServerTotals totals = sessions.TotalsOfAll();
+  ServerNumbers numbers;
+  numbers.version = DRAPE_VERSION;
+  numbers.backend = scheduler.description().name;
+  numbers.is_draining = scheduler.is_draining();
+  numbers.batches = counters.rounds;
+  numbers.dispatches = counters.dispatches;
+  numbers.cloth_steps = counters.cloth_steps;
+  numbers.cloth_steps_asleep = counters.cloth_steps_asleep;
+  numbers.faults = counters.faults;
+  numbers.long_step_pieces = counters.long_step_pieces;
+  numbers.batch_durations = counters.batch_durations;
+  numbers.request_durations = counters.request_durations;
+  numbers.queued_requests = counters.queued_requests;
+  numbers.queued_commands = counters.queued_commands;
+  numbers.sessions = totals.session_count;
+  numbers.cloths = totals.cloth_count;
+  numbers.particles = totals.particle_count;
+  numbers.remembered_bytes = sessions.remembered_bytes();
+  numbers.refused_connections = api::RefusedConnections();
+  return numbers;
+}
+
+}  // namespace drape

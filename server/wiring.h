@@ -1,0 +1,27 @@
+// From the flags to what the parts of draped are given.
+#pragma once
+
+#include <memory>
+
+#include "server/api/authentication.h"
+#include "server/api/grpc_server.h"
+#include "server/config.h"
+#include "server/operations/metrics.h"
+#include "server/scheduler/scheduler.h"
+#include "server/session/session_registry.h"
+
+namespace drape {
+
+// Reads the TLS files.
+Result<api::ServerOptions> ToServerOptions(const Config& config);
+
+// Limits of a tenant that are not given follow from others.
+SessionLimits WithTenantLimits(SessionLimits limits);
+
+// Null without a token file.
+Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config);
+
+// What the scheduler and the sessions know; the rest is left.
+ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessions);
+
+}  // namespace drape

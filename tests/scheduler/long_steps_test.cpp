@@ -1,0 +1,91 @@
+// Steps that take longer than a batch may, in pieces.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/scheduler/device_loop_fixture.h"
+
+namespace drape {
+namespace {
+
+using Eigen::Vector3d;
+
+using LongStepsTest = DeviceLoopTest;
+
+// One step takes a second: the others have a step between any two of its pieces.
+TEST_F(LongStepsTest, OthersAreSteppedBetweenThePiecesOfALongStep) {
+  const auto heavy = Cloth(), light = Cloth();
+  TakeFor({heavy}, 1'000'000);
+  Admit(Work("heavy", {heavy}));
+  RunAll();
+  device_->StepInPieces(20);
+  Admit(Work("heavy", {heavy}));
+  Admit(Work("light", {light}, 15));
+  ended_.clear();
+  RunAll();
+  EXPECT_EQ(ended_, (std::vector<std::string>{"light", "heavy"}));
+  EXPECT_EQ(device_->pieces(), 20u);
+  EXPECT_EQ(heavy->now().completed_steps, 2u);
+  EXPECT_EQ(outcomes_["heavy"].cloths[0].stamp.completed_steps, 2u);
+}
+
+TEST_F(LongStepsTest, CancellingStopsALongStepAtTheNextPiece) {
+  const auto heavy = Cloth({0});
+  TakeFor({heavy}, 1'000'000);
+  Admit(Work("heavy", {heavy}));
+  RunAll();
+  device_->StepInPieces(1000);
+  StepWork work = Work("heavy", {heavy}, 5);
+  CancelToken token = work.cancel;
+  work.controls.pins.push_back({0, {.particle = 0, .target_m = Vector3d(7, 0, 0)}});
+  Admit(std::move(work));
+  for (int round = 0; round < 3; ++round) loop_->RunRound();
+  token.Cancel();
+  loop_->RunRound();
+  EXPECT_FALSE(loop_->has_requests());
+  EXPECT_EQ(outcomes_["heavy"].status.code(), StatusCode::kCancelled);
+  EXPECT_EQ(heavy->now().completed_steps, 1u);
+  EXPECT_EQ(device_->abandoned(), 1u);
+  // The pin goes on: what the dropped step was told is told again.
+  device_->StepInPieces(1);
+  Admit(Work("heavy", {heavy}));
+  RunAll();
+  EXPECT_EQ(heavy->now().completed_steps, 2u);
+  EXPECT_EQ(device_->batches().back()[0].pin_targets_m, (std::vector<Vector3d>{{7, 0, 0}}));
+}
+
+TEST_F(LongStepsTest, ASessionHasOneLongStepUnderWay) {
+  const auto a = Cloth(), b = Cloth(), c = Cloth();
+  TakeFor({a, b, c}, 1'000'000);
+  Admit(Work("x", {a, b}));
+  Admit(Work("y", {c}));
+  RunAll();
+  device_->StepInPieces(10);
+  Admit(Work("x", {a}));
+  Admit(Work("x", {b}));
+  Admit(Work("y", {c}));
+  size_t most = 0;
+  while (loop_->has_requests()) {
+    loop_->RunRound();
+    most = std::max(most, device_->under_way());
+  }
+  EXPECT_EQ(most, 2u);
+  for (const auto& cloth : {a, b, c}) EXPECT_EQ(cloth->now().completed_steps, 2u);
+}
+
+TEST_F(LongStepsTest, DeletingAClothDropsItsLongStep) {
+  const auto heavy = Cloth();
+  TakeFor({heavy}, 1'000'000);
+  Admit(Work("heavy", {heavy}));
+  RunAll();
+  device_->StepInPieces(10);
+  Admit(Work("heavy", {heavy}));
+  loop_->RunRound();
+  heavy->End({StatusCode::kNotFound, "CLOTH_NOT_FOUND", ""});
+  backend_.Destroy(heavy->handle());
+  RunAll();
+  EXPECT_EQ(outcomes_["heavy"].status.code(), StatusCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace drape
