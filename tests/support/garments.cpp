@@ -18,7 +18,7 @@ class Numbers {
  public:
   explicit Numbers(uint32_t seed) : engine_(seed) {}
   // In [-limit, limit].
-  double Within(double limit) { return limit * (engine_() / 0x1p31 - 1); }
+  double Within(double limit) { return limit * (static_cast<double>(engine_()) / 0x1p31 - 1); }
   bool Bit() { return engine_() >> 31 != 0; }
 
  private:
@@ -69,7 +69,7 @@ class GarmentMesh {
   Scene Hang(const std::string& name, const std::vector<uint32_t>& pins,
              const StructuralMaterial& material) {
     DropUnused();
-    ModelDescription description{.topology = mesh_, .material = material};
+    ModelDescription description{.topology = mesh_, .material = material, .pinned_particles = {}};
     for (const uint32_t pin : pins) description.pinned_particles.push_back(new_index_[pin]);
     Scene scene;
     scene.name = name;
