@@ -90,6 +90,11 @@ void AddServerFlags(CLI::App& app, Config& config) {
       ->capture_default_str();
   app.add_option("--shader-dir", config.shader_dir, "folder of shaders that replace built-in ones")
       ->check(CLI::ExistingDirectory);
+  app.add_option(
+      "--device", config.device,
+      "GPU of the gl backend: index, PCI address or UUID of --list-devices; default: the "
+      "first that works");
+  app.add_flag("--list-devices", config.lists_devices, "print the GPUs and end");
   app.add_option("--threads", config.threads, "threads of the cpu backend; 0 = one per core")
       ->check(CLI::Range(0, 1024));
 }

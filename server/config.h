@@ -26,6 +26,8 @@ struct Config {
   std::string token_file;      // empty: no tenants (api/token_file.h)
   std::string log_level = "info";
   std::string shader_dir;             // empty: the shaders in the executable
+  std::string device;                 // of the gl backend (gl/device_choice.h); empty: the first
+  bool lists_devices = false;         // instead of serving
   uint32_t threads = 0;               // of the cpu backend; 0 = one per core
   uint32_t builder_threads = 2;       // that build scene models
   uint32_t max_queued_builds = 1024;  // models that wait for them

@@ -15,6 +15,7 @@
 #include "server/core/log.h"
 #include "server/core/patient_clock.h"
 #include "server/core/stop_guard.h"
+#include "server/gl/device_choice.h"
 #include "server/operations/operations_server.h"
 #include "server/session/reaper.h"
 #include "server/signals.h"
@@ -103,12 +104,20 @@ Status Serve(const Config& config) {
   return status;
 }
 
+int PrintDevices() {
+  const std::vector<gl::DeviceNames> devices = gl::ListDevices();
+  for (const gl::DeviceNames& device : devices) std::printf("%s\n", gl::ToText(device).c_str());
+  if (devices.empty()) std::fprintf(stderr, "draped: EGL lists no device\n");
+  return devices.empty() ? 1 : 0;
+}
+
 }  // namespace
 }  // namespace drape
 
 int main(int argc, char** argv) {
   const drape::CommandLine command_line = drape::ParseCommandLine(argc, argv);
   if (command_line.exit_code) return *command_line.exit_code;
+  if (command_line.config.lists_devices) return drape::PrintDevices();
   drape::KeepFreedMemory();
   drape::Status status = drape::InitLog(command_line.config.log_level);
   drape::api::TakeLibraryLogs();

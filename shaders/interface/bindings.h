@@ -68,6 +68,9 @@
 // Invocations that hand each other values through shared memory at most; more would not fit into it
 // beside 1024 particles.
 #define DRAPE_SHARED_LANES 128u
+// Invocations that solve strips from both ends at the same time at most; more would not fit into
+// shared memory beside 1024 particles.
+#define DRAPE_STRIP_HALVES 64u
 // Words of a tether in a model: pin, length [m].
 #define DRAPE_TETHER_WORDS 2
 

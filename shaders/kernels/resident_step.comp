@@ -28,7 +28,7 @@ layout(location = DRAPE_UNIFORM_PART) uniform uint part;
 
 // The progress of the step; the same in every invocation.
 struct Progress {
-  uint substep;
+  uint substep_index;
   uint sweep;  // of this substep; 0: it has not begun
   uint sweep_count;
   uint unconverged_substeps;
@@ -228,7 +228,7 @@ const uint kUsedUp = 2u;
 
 // Sweeps until none of them changes anything, at most max_iterations.
 uint Solve(inout Progress progress) {
-  SetStepShare(progress.substep);
+  SetStepShare(progress.substep_index);
   for (; progress.sweep < cloth.step.max_iterations; ++progress.sweep) {
 #ifdef LOOP_BUDGET
     // The first sweep is counted together with the substep.
@@ -314,17 +314,17 @@ void StoreStatus(uint status, Progress progress) {
   statuses[status].iterations = progress.sweep_count;
   statuses[status].unconverged_substeps = progress.unconverged_substeps;
   statuses[status].fault = shared_fault;
-  statuses[status].next_substep = progress.substep;
+  statuses[status].next_substep = progress.substep_index;
   statuses[status].next_sweep = progress.sweep;
 }
 
 // All substeps that are left; false if it had to pause.
 bool RunSubsteps(inout Progress progress) {
-  for (; progress.substep < cloth.step.substeps; ++progress.substep) {
+  for (; progress.substep_index < cloth.step.substeps; ++progress.substep_index) {
 #ifdef LOOP_BUDGET
     if (MustPause(cloth.substep_cost + cloth.sweep_cost)) return false;
 #endif
-    BeginSubstep(progress.substep);
+    BeginSubstep(progress.substep_index);
     if (progress.sweep == 0u) {
       Kick(DRAPE_KICK_BEFORE);
       Predict();
@@ -348,7 +348,7 @@ void main() {
   OpenRecord(item.cloth);
 #ifdef LOOP_BUDGET
   Progress progress = LoadProgress(item.status);
-  if (progress.substep >= cloth.step.substeps) return;
+  if (progress.substep_index >= cloth.step.substeps) return;
   MustPause(cloth.fixed_cost);
 #else
   Progress progress = Progress(0u, 0u, 0u, 0u);

@@ -65,8 +65,8 @@ float DistanceImpulse(float residual, float inverse_h, float inverse_mass_sum, f
 #else
   precise float denominator = inverse_mass_sum;
 #endif
-  precise float impulse = -(residual * inverse_h) / denominator;
-  return impulse;
+  precise float wanted = -(residual * inverse_h);
+  return Quotient(wanted, denominator);
 }
 
 #endif

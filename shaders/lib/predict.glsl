@@ -11,8 +11,8 @@ vec3 MeanVelocity(vec3 v, vec3 a, float half_h) { return AddScaled(v, half_h, a)
 // The part of the way to its target that a pin moves in this substep: the rest of the way divided by the shares
 // that remain. Exactly 0 where the target is p. [m].
 vec3 PinWay(vec3 p, vec3 target, uint remaining_shares) {
-  precise vec3 way = (target - p) / float(remaining_shares);
-  return way;
+  precise vec3 rest = target - p;
+  return Quotient(rest, float(remaining_shares));
 }
 
 #endif

@@ -26,7 +26,8 @@ StripLink EliminateLink(DistanceError error, vec3 direction, float diagonal, flo
                         float inverse_h, float coupling, float ratio, StripLink before) {
   precise float pivot = diagonal - coupling * ratio;
   precise float right_side = -error.residual * inverse_h - coupling * before.right_side;
-  precise float inverse_pivot = 1.0 / max(pivot, min_pivot * diagonal);
+  precise float least = min_pivot * diagonal;
+  float inverse_pivot = Quotient(1.0, max(pivot, least));
   precise float impulse = right_side * inverse_pivot;
   return StripLink(direction, error.direction, inverse_pivot, impulse);
 }

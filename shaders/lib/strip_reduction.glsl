@@ -3,6 +3,8 @@
 #ifndef DRAPE_LIB_STRIP_REDUCTION_GLSL_
 #define DRAPE_LIB_STRIP_REDUCTION_GLSL_
 
+#include "lib/roots.glsl"
+
 // The equation of a link, divided by its pivot, in a system of every `stride`-th link:
 //   impulse + before * (impulse of the link before) + after * (that of the link after) = right_side
 struct StripRow {
@@ -18,7 +20,7 @@ StripRow UnpackRow(vec4 row) { return StripRow(row.x, row.y, row.z, row.w); }
 // Arguments: `diagonal` [1/kg], the effects of the impulses of the links before and after on the error of this one
 // [1/kg], -residual / h [m/s].
 StripRow FirstRow(float diagonal, float from_before, float from_after, float right_side) {
-  precise float inverse = 1.0 / diagonal;
+  float inverse = Quotient(1.0, diagonal);
   precise float before = from_before * inverse;
   precise float after = from_after * inverse;
   precise float scaled = right_side * inverse;
@@ -49,7 +51,7 @@ ReducedRow ReduceRow(StripRow row, StripRow row_before, StripRow row_after, bool
 #endif
   precise float pivot = excess + (abs(before) + abs(after));
   precise float raised = max(pivot, least);
-  precise float inverse = 1.0 / raised;
+  float inverse = Quotient(1.0, raised);
   precise float right_side = row.right_side - row.before * row_before.right_side;
   right_side = right_side - share_after * row_after.right_side;
   precise float scaled_before = before * inverse;

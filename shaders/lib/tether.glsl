@@ -20,10 +20,10 @@ vec3 TetheredVelocity(vec3 u, vec3 start, vec3 d, float reach, float inverse_h, 
 #ifdef HAS_START_DIRECTIONS
   vec3 n_end = Direction(d, length_d, vec3(1.0, 0.0, 0.0));
   ImpulseLine line = BlendDirections(start, n_end, end_share);
-  precise float scale = speed / line.slope;
+  float scale = Quotient(speed, line.slope);
   return AddScaled(u, -scale, line.direction);
 #else
-  precise float speed_per_length = speed / length_d;
+  float speed_per_length = Quotient(speed, length_d);
   return AddScaled(u, -speed_per_length, d);
 #endif
 }

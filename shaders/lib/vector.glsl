@@ -3,14 +3,15 @@
 #ifndef DRAPE_LIB_VECTOR_GLSL_
 #define DRAPE_LIB_VECTOR_GLSL_
 
+#include "lib/roots.glsl"
+
 float Dot(vec3 a, vec3 b) {
   precise float sum = a.x * b.x + a.y * b.y + a.z * b.z;
   return sum;
 }
 
 float Length(vec3 a) {
-  precise float length_a = sqrt(Dot(a, a));
-  return length_a;
+  return Root(Dot(a, a));
 }
 
 // How large the components are: what is computed from them is rounded in proportion.
@@ -29,8 +30,7 @@ vec3 AddScaled(vec3 a, float s, vec3 b) {
 // d / length; `fallback` if d is too short to have a direction. [m]
 vec3 Direction(vec3 d, float length_d, vec3 fallback) {
   if (length_d < MIN_DIRECTION_LENGTH) return fallback;
-  precise vec3 direction = d / length_d;
-  return direction;
+  return Quotient(d, length_d);
 }
 
 vec3 Cross(vec3 a, vec3 b) {

@@ -50,12 +50,24 @@ layout(std430, binding = DRAPE_BINDING_DISPATCHES) restrict buffer Dispatches {
 layout(location = DRAPE_UNIFORM_FIRST_ITEM) uniform uint first_item;
 
 // The cloth this invocation works on, and its place in Cloths; main begins with OpenRecord.
+#ifdef SHARES_RECORD
+// One for the work group: in registers of each invocation it would leave no room for more groups.
+shared ClothRecord cloth;
+#else
 ClothRecord cloth;
+#endif
 uint cloth_slot;
 
+// In uniform control flow.
 void OpenRecord(uint slot) {
   cloth_slot = slot;
+#ifdef SHARES_RECORD
+  if (gl_LocalInvocationID.x == 0u) cloth = cloths[slot];
+  memoryBarrierShared();
+  barrier();
+#else
   cloth = cloths[slot];
+#endif
 }
 
 float ModelFloat(uint word) { return uintBitsToFloat(models[word]); }

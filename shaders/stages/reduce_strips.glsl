@@ -14,10 +14,10 @@ struct LaneLink {
 
 LaneLink LoadLaneLink(Strip strip, bool is_first_sweep) {
   DistanceError no_error = DistanceError(vec3(0.0), 0.0);
-  LaneLink mine = LaneLink(strip.begin + Lane() < strip.end, 0u, 0u,
+  LaneLink mine = LaneLink(Lane() < strip.link_count, 0u, 0u,
                            LinearisedLink(0.0, no_error, vec3(0.0), 1.0));
   if (!mine.is_link) return mine;
-  uint k = strip.begin + Lane();
+  uint k = Lane();
   mine.from = StripParticle(strip, k);
   mine.to = StripParticle(strip, k + 1u);
   mine.link =
@@ -68,7 +68,7 @@ float ReduceLink(LaneLink mine, bool has_next) {
     uint last_after = TagOf(LaneAfter(stride));
     last = min(last, last_after);
     bool has_after = Lane() + stride < last;
-    ReducedRow reduced = ReduceRow(row, row_before, row_after, has_after, min_pivot / pivot);
+    ReducedRow reduced = ReduceRow(row, row_before, row_after, has_after, Quotient(min_pivot, pivot));
     row = reduced.row;
     pivot = pivot * reduced.pivot;
   }
@@ -105,7 +105,7 @@ void ChangeVelocity(uint i, float share, vec3 change) {
 // nothing.
 void ReduceStrip(Strip strip, bool is_first_sweep) {
   LaneLink mine = LoadLaneLink(strip, is_first_sweep);
-  bool has_next = strip.begin + Lane() + 1u < strip.end;
+  bool has_next = Lane() + 1u < strip.link_count;
   float impulse = ReduceLink(mine, has_next);
 
   // A lane moves the second particle of its link, the first one also the first.
@@ -134,21 +134,12 @@ void ReduceStrip(Strip strip, bool is_first_sweep) {
   MarkChanged();
   float share = ShareOfMove(maximum.x);
 #ifdef HAS_COMPLIANCE
-  uint lambda = cloth.scratch.lambdas + models[cloth.model.strip_constraints + strip.begin + Lane()];
+  uint lambda = cloth.scratch.lambdas + models[cloth.model.strip_constraints + StripLinkAt(strip, Lane())];
   precise float accumulated = scratch[lambda] + share * impulse;
   scratch[lambda] = accumulated;
 #endif
   if (Lane() == 0u) ChangeVelocity(mine.from, share, change_of_first);
   ChangeVelocity(mine.to, share, change);
-}
-
-// A strip without links.
-Strip NoStrip() {
-#ifdef HAS_REGULAR_STRIPS
-  return Strip(0u, 0u, 0u, 0u, 0.0);
-#else
-  return Strip(0u, 0u, 0u);
-#endif
 }
 
 // The strips of a phase, as many at a time as there are groups of lanes.

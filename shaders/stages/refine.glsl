@@ -38,7 +38,8 @@ void RefineConstraint(uint constraint) {
                            substep.inverse_interval, ModelFloat(cloth.model.rest_lengths + constraint), 0.0, 0.0);
   float inverse_mass_i = InverseMass(pair.x);
   float inverse_mass_j = InverseMass(pair.y);
-  precise float move = error.residual / (inverse_mass_i + inverse_mass_j);
+  precise float inverse_mass_sum = inverse_mass_i + inverse_mass_j;
+  precise float move = Quotient(error.residual, inverse_mass_sum);
   precise float move_i = inverse_mass_i * move;
   precise float move_j = -(inverse_mass_j * move);
   if (inverse_mass_i != 0.0) SetPosition(pair.x, AddScaled(position_i, move_i, error.direction));

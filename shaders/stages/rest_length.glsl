@@ -4,8 +4,8 @@
 // The share of the step that is over at the end of this substep, in (0, 1]; set before the sweeps.
 float step_share = 1.0;
 
-void SetStepShare(uint substep) {
-  precise float share = float(substep + 1u) / float(cloth.step.substeps);
+void SetStepShare(uint index) {
+  precise float share = float(index + 1u) / float(cloth.step.substeps);
   step_share = share;
 }
 
@@ -17,7 +17,7 @@ float RestLength(uint k) {
   return rest_length;
 }
 #else
-void SetStepShare(uint substep) {}
+void SetStepShare(uint index) {}
 
 float RestLength(uint k) { return ModelFloat(cloth.model.rest_lengths + k); }
 #endif

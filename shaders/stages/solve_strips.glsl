@@ -8,36 +8,42 @@
 // the pivot [N s].
 uint LinkWord(uint k) { return cloth.scratch.strip_links + DRAPE_STRIP_LINK_WORDS * k; }
 
-// The places of the links and particles of a strip.
+// The places of the links and particles of a strip, or of a part of it that may run backwards.
 struct Strip {
-  uint begin;  // links
-  uint end;
+  uint first_link;
+  uint link_count;
+  uint step;  // from one link to the next: 1, or backwards -1, modulo 2^32
 #ifdef HAS_REGULAR_STRIPS
   uint first;         // particle
   uint stride;        // from one particle to the next
   float rest_length;  // of each link [m]
 #else
-  uint particles;  // the one before link k is in Models at particles + k
+  uint particles;  // the place of the first one in Models
 #endif
 };
 
 Strip LoadStrip(uint strip) {
 #ifdef HAS_REGULAR_STRIPS
   uint word = cloth.model.regular_strips + DRAPE_REGULAR_STRIP_WORDS * strip;
-  return Strip(models[word], models[word + 1u], models[word + 2u], models[word + 3u],
+  uint begin = models[word];
+  return Strip(begin, models[word + 1u] - begin, 1u, models[word + 2u], models[word + 3u],
                ModelFloat(word + 4u));
 #else
   uint word = cloth.model.strip_offsets + strip;
-  return Strip(models[word], models[word + 1u], cloth.model.strip_particles + strip);
+  uint begin = models[word];
+  return Strip(begin, models[word + 1u] - begin, 1u, cloth.model.strip_particles + strip + begin);
 #endif
 }
 
-// The particle before link k, or after the last link.
+// The place of its k-th link in the lists of links.
+uint StripLinkAt(Strip strip, uint k) { return strip.first_link + strip.step * k; }
+
+// The particle before its k-th link, or after the last one.
 uint StripParticle(Strip strip, uint k) {
 #ifdef HAS_REGULAR_STRIPS
-  return strip.first + strip.stride * (k - strip.begin);
+  return strip.first + strip.stride * k;
 #else
-  return models[strip.particles + k];
+  return models[strip.particles + strip.step * k];
 #endif
 }
 
@@ -45,7 +51,7 @@ float StripRestLength(Strip strip, uint k) {
 #ifdef HAS_REGULAR_STRIPS
   return strip.rest_length;
 #else
-  return ModelFloat(cloth.model.strip_lengths + k);
+  return ModelFloat(cloth.model.strip_lengths + StripLinkAt(strip, k));
 #endif
 }
 
@@ -79,7 +85,7 @@ LinearisedLink LineariseLink(Strip strip, uint k, LinkEnd from, LinkEnd to, bool
   float compliance = 0.0;
   float lambda = 0.0;
 #ifdef HAS_COMPLIANCE
-  uint constraint = models[cloth.model.strip_constraints + k];
+  uint constraint = models[cloth.model.strip_constraints + StripLinkAt(strip, k)];
   compliance = ModelFloat(cloth.model.compliances + constraint);
   if (is_first_sweep) {
     scratch[cloth.scratch.lambdas + constraint] = 0.0;
@@ -124,19 +130,26 @@ float MinPivot(LinkEnd to) {
   return to.inverse_mass == 0.0 ? MIN_STRIP_PIVOT_AT_PIN : MIN_STRIP_PIVOT;
 }
 
-// Linearises each link of the strip in turn and eliminates it from the next. Returns whether an error is larger
-// than the tolerance.
-bool EliminateStrip(Strip strip, bool is_first_sweep) {
+// A strip after elimination.
+struct EliminatedStrip {
+  bool is_active;  // whether an error is larger than the tolerance
+  StripLink last;
+  float least_pivot;  // of the last link [1/kg]
+};
+
+// Linearises each link of the strip in turn and eliminates it from the next.
+EliminatedStrip EliminateStrip(Strip strip, bool is_first_sweep) {
   bool is_active = false;
   StripLink before = StripLink(vec3(0.0), vec3(0.0), 0.0, 0.0);
-  LinkEnd from = LoadEnd(StripParticle(strip, strip.begin));
-  for (uint k = strip.begin; k < strip.end; ++k) {
+  precise float least_pivot = 0.0;
+  LinkEnd from = LoadEnd(StripParticle(strip, 0u));
+  for (uint k = 0u; k < strip.link_count; ++k) {
     LinkEnd to = LoadEnd(StripParticle(strip, k + 1u));
     LinearisedLink link = LineariseLink(strip, k, from, to, is_first_sweep);
     if (IsBeyondTolerance(link)) is_active = true;
     float coupling = 0.0;
     precise float ratio = 0.0;
-    if (k > strip.begin) {
+    if (k > 0u) {
       coupling = StripCoupling(before.direction, link.error.direction, from.inverse_mass);
 #ifdef HAS_START_DIRECTIONS
       ratio = StripCoupling(link.direction, before.n_end, from.inverse_mass) * before.inverse_pivot;
@@ -146,28 +159,28 @@ bool EliminateStrip(Strip strip, bool is_first_sweep) {
     }
     before = EliminateLink(link.error, link.direction, link.diagonal, MinPivot(to),
                            substep.inverse_interval, coupling, ratio, before);
-    uint word = LinkWord(k);
+    least_pivot = MinPivot(to) * link.diagonal;
+    uint word = LinkWord(StripLinkAt(strip, k));
     SetScratchVector(word, before.direction);
     scratch[word + 3u] = ratio;
     scratch[word + 4u] = before.right_side;
     from = to;
   }
-  return is_active;
+  return EliminatedStrip(is_active, before, least_pivot);
 }
 
 // The square of the ratio of a change of velocity [m/s] to the one that moves by MAX_STRIP_MOVE lengths [m] of a
 // link.
 float MoveRatioSq(vec3 change, float rest_length) {
   precise float limit = rest_length * (MAX_STRIP_MOVE * substep.inverse_interval);
-  precise float ratio_sq = Dot(change, change) / (limit * limit);
-  return ratio_sq;
+  precise float limit_sq = limit * limit;
+  return Quotient(Dot(change, change), limit_sq);
 }
 
 // The share of the impulses that makes the largest move as large as it may be.
 float ShareOfMove(float largest_ratio_sq) {
   if (!(largest_ratio_sq > 1.0)) return 1.0;
-  precise float share = 1.0 / sqrt(largest_ratio_sq);
-  return share;
+  return Quotient(1.0, Root(largest_ratio_sq));
 }
 
 // Changes the velocity of a particle, unless it is a pin, by the impulses of the links before and after
@@ -180,41 +193,56 @@ float PullParticle(uint i, vec3 pull, vec3 pull_of_next, float rest_length) {
   return MoveRatioSq(change, rest_length);
 }
 
-// Finds the impulses from the last link back and applies `share` of them. Returns the largest MoveRatioSq.
-float ApplyImpulses(Strip strip, float share) {
+// Finds the impulses from the last link, whose impulse is given [N s], back and applies `share` of them. The last
+// particle also gets `pull_of_next`, from beyond the strip, or is left alone. Returns the largest MoveRatioSq.
+float ApplyImpulses(Strip strip, float share, float last_impulse, vec3 pull_of_next, bool moves_last) {
   float largest_ratio_sq = 0.0;
   precise float effect_of_next = 0.0;  // on this impulse
-  vec3 pull_of_next = vec3(0.0);
-  for (uint k = strip.end; k-- > strip.begin;) {
-    uint word = LinkWord(k);
-    precise float impulse = scratch[word + 4u] - effect_of_next;
+  for (uint k = strip.link_count; k-- > 0u;) {
+    uint word = LinkWord(StripLinkAt(strip, k));
+    bool is_last = k + 1u == strip.link_count;
+    precise float impulse = is_last ? last_impulse : scratch[word + 4u] - effect_of_next;
     effect_of_next = scratch[word + 3u] * impulse;
     precise float applied = share * impulse;
 #ifdef HAS_COMPLIANCE
-    uint lambda = cloth.scratch.lambdas + models[cloth.model.strip_constraints + k];
+    uint lambda = cloth.scratch.lambdas + models[cloth.model.strip_constraints + StripLinkAt(strip, k)];
     precise float accumulated = scratch[lambda] + applied;
     scratch[lambda] = accumulated;
 #endif
     precise vec3 pull = applied * ScratchVector(word);
-    float ratio_sq = PullParticle(StripParticle(strip, k + 1u), pull, pull_of_next,
-                                  StripRestLength(strip, k));
-    largest_ratio_sq = max(largest_ratio_sq, ratio_sq);
+    if (moves_last || !is_last) {
+      uint link_before = strip.step == 1u ? k : k + 1u;  // as the whole strip runs
+      float ratio_sq = PullParticle(StripParticle(strip, k + 1u), pull, pull_of_next,
+                                    StripRestLength(strip, link_before));
+      largest_ratio_sq = max(largest_ratio_sq, ratio_sq);
+    }
     pull_of_next = pull;
   }
-  float ratio_sq = PullParticle(StripParticle(strip, strip.begin), vec3(0.0), pull_of_next,
-                                StripRestLength(strip, strip.begin));
+  float ratio_sq = PullParticle(StripParticle(strip, 0u), vec3(0.0), pull_of_next,
+                                StripRestLength(strip, 0u));
   return max(largest_ratio_sq, ratio_sq);
 }
 
 // All constraints of one strip together. The phases give each free particle one writer.
 void SolveStrip(uint index, bool is_first_sweep) {
   Strip strip = LoadStrip(index);
-  if (!EliminateStrip(strip, is_first_sweep)) return;
+  EliminatedStrip eliminated = EliminateStrip(strip, is_first_sweep);
+  if (!eliminated.is_active) return;
   MarkChanged();
+  float last_impulse = eliminated.last.right_side;
   // Applies all of the impulses, then removes the excess if they moved a particle too far, which is rare.
   precise float share = 1.0;
   do {
-    precise float back = ShareOfMove(ApplyImpulses(strip, share)) - 1.0;
+    precise float back = ShareOfMove(ApplyImpulses(strip, share, last_impulse, vec3(0.0), true)) - 1.0;
     share = share == 1.0 ? back : 0.0;
   } while (share != 0.0);
+}
+
+// A strip without links.
+Strip NoStrip() {
+#ifdef HAS_REGULAR_STRIPS
+  return Strip(0u, 0u, 1u, 0u, 0u, 0.0);
+#else
+  return Strip(0u, 0u, 1u, 0u);
+#endif
 }

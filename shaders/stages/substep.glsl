@@ -2,9 +2,15 @@
 #ifndef DRAPE_STAGES_SUBSTEP_GLSL_
 #define DRAPE_STAGES_SUBSTEP_GLSL_
 
+#include "lib/roots.glsl"
 #include "stages/buffers.glsl"
 
+#ifdef SHARES_RECORD
+uint substep_kind;
+#define substep cloth.substeps[substep_kind]
+#else
 SubstepRecord substep;
+#endif
 bool is_last_substep;
 uint pin_shares;  // pins move 1 / pin_shares of the rest of their way
 // Seconds since the start of the step; only with moving colliders.
@@ -13,7 +19,12 @@ float substep_end;
 
 // Needs index < cloth.step.substeps.
 void BeginSubstep(uint index) {
-  substep = cloths[cloth_slot].substeps[SubstepKindOf(index, cloth.step.substeps)];
+  uint kind = SubstepKindOf(index, cloth.step.substeps);
+#ifdef SHARES_RECORD
+  substep_kind = kind;
+#else
+  substep = cloths[cloth_slot].substeps[kind];
+#endif
   is_last_substep = index + 1u == cloth.step.substeps;
   pin_shares = substep.pin_end - index;
 #ifdef HAS_MOVING_COLLIDERS
@@ -36,8 +47,7 @@ bool IsTwoStep() {
 float InverseForceTime() {
 #ifdef HAS_TWO_STEPS
   if (IsTwoStep()) {
-    precise float inverse = 1.0 / substep.kick_within;
-    return inverse;
+    return Quotient(1.0, substep.kick_within);
   }
 #endif
   return substep.inverse_interval;

@@ -15,8 +15,11 @@
 #ifdef HAS_STRIP_REDUCTION
 #include "stages/reduce_strips.glsl"
 #endif
+#ifdef HAS_STRIP_HALVES
+#include "stages/meet_strips.glsl"
+#endif
 
-// The strips of a phase: solved by groups of lanes, or by an invocation each.
+// The strips of a phase: solved by groups of lanes, by two invocations each, or by one.
 void SolvePhase(uint begin, uint end, bool is_first_sweep) {
 #ifdef HAS_STRIP_REDUCTION
   if (FillsSubgroups()) {
@@ -24,7 +27,11 @@ void SolvePhase(uint begin, uint end, bool is_first_sweep) {
     return;
   }
 #endif
+#ifdef HAS_STRIP_HALVES
+  MeetStrips(begin, end, is_first_sweep);
+#else
   FOR_EACH(strip, begin, end) SolveStrip(strip, is_first_sweep);
+#endif
 }
 
 void SolveStrips(bool is_first_sweep) {

@@ -31,7 +31,8 @@ long_suites=(stability_test)
 # Suites that take longest, in so many processes.
 declare -A shards=([gl_compute_test]=4 [parity_test]=4 [physics_test]=3 [stability_test]=2)
 # Before anything is measured: the kernels give the right bits at all.
-smoke='StripReductionTest.*:BitExactnessTest.*:*/BitExactnessTest.*/gl*:GlBackendTest.FreeFallIsExact:GlBackendTest.HangingGrid*:GlBackendTest.LocalSize*'
+smoke='StripHalvesTest.*:SharedRecordTest.*:RootsTest.*:*StripParityTest.*/gl:StripReductionTest.*'
+smoke+=':*/BitExactnessTest.*/gl*:GlBackendTest.FreeFallIsExact:GlBackendTest.HangingGrid*:GlBackendTest.LocalSize*'
 # Parts of `drape_bench speed` and their shares of its time [%]; those that matter most on a GPU come first.
 speed_parts=(cost:35 limits:5 local_sizes:30 skips:10 curve:10 service:10)
 files=(shaders client/examples tests/bench/scenes)
@@ -329,7 +330,7 @@ run() {
   for share in "${speed_parts[@]}"; do
     name=${share%:*}
     backends=()
-    [ "$name" != cost ] || backends=(--backends=cpu,gl,gl_elimination)  # with and without strips by lanes
+    [ "$name" != cost ] || backends=(--backends=cpu,gl,gl_elimination,gl_shuffles)  # the ways to solve strips
     share_s=$(((speed_s * ${share#*:} + 99) / 100))
     # A row that has begun when the share is used up may take a while longer. The service is `draped` beside
     # drape_bench.

@@ -105,7 +105,7 @@ TEST_F(GpuRoundTest, SpeedIsMeasuredPartByPart) {
     EXPECT_THAT(Packed(), HasSubstr(std::string("bench/--parts=") + part + ".csv"));
     last = call;
   }
-  EXPECT_THAT(ReadText(calls), HasSubstr("--parts=cost --backends=cpu,gl,gl_elimination "));
+  EXPECT_THAT(ReadText(calls), HasSubstr("--parts=cost --backends=cpu,gl,gl_elimination,gl_shuffles "));
   EXPECT_THAT(ReadText(calls), ContainsRegex(last + ".*\nall "));
 }
 
@@ -119,7 +119,7 @@ TEST_F(GpuRoundTest, SmokeThenBenchmarksThenSuitesInShards) {
   const Ending ending = Run();
   ASSERT_EQ(ending.exit_status, 0) << ending.text;
   const std::string text = ReadText(calls);
-  EXPECT_LT(text.find("parity_test / --gtest_filter=StripReductionTest"), text.find(" speed "));
+  EXPECT_LT(text.find("parity_test / --gtest_filter=StripHalvesTest"), text.find(" speed "));
   EXPECT_LT(text.find("drape_bench / all "), text.find("parity_test 0/4"));
   for (int shard = 0; shard < 4; ++shard) {
     EXPECT_THAT(text, HasSubstr("parity_test " + std::to_string(shard) + "/4 "));

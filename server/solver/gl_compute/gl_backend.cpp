@@ -34,10 +34,12 @@ class GlBackend final : public DeviceBackend {
 
   BackendDescription Describe() const override {
     const gl::Context& context = *device_.context;
-    const bool has_reduction = device_.traits.strip_solve != StripSolve::kElimination;
+    const StripSolve strip_solve = device_.traits.strip_solve;
+    const char* strips = IsReduction(strip_solve)                   ? ", strips by cyclic reduction"
+                         : strip_solve == StripSolve::kFromBothEnds ? ", strips from both ends"
+                                                                    : "";
     return {.name = "gl",
-            .device = context.renderer() + ", OpenGL " + context.version() +
-                      (has_reduction ? ", strips by cyclic reduction" : ""),
+            .device = context.renderer() + ", OpenGL " + context.version() + strips,
             .scalar = ScalarType::kFloat32,
             .is_hardware_gpu = !context.is_software(),
             .plan_of = [](const SceneModel& model) {

@@ -18,6 +18,9 @@ constexpr uint32_t kSoftwareLoopBudget = 60'000;
 // About a second at 60 ns per pass; watchdogs of graphics drivers wait for two or more.
 constexpr uint32_t kHardwareLoopBudget = 1u << 24;
 
+// Records are shared where this much is left beside the least that OpenGL guarantees [bytes].
+constexpr int64_t kRoomForRecords = 48 * 1024;
+
 Status CheckLimits(const gl::DeviceLimits& limits) {
   constexpr uint32_t kStorageBlocks = 8;
   constexpr int64_t kSharedMemoryBytes = 32 * 1024;
@@ -30,16 +33,27 @@ Status CheckLimits(const gl::DeviceLimits& limits) {
                     " bytes of shared memory; 8 and 32768 are needed");
 }
 
-// Groups of lanes must fill subgroups.
-StripSolve StripSolveOf(const gl::DeviceLimits& limits) {
-  const bool has_lanes = limits.shuffle_size > 0 && limits.shuffle_size % DRAPE_STRIP_LANES == 0;
-  return has_lanes ? StripSolve::kReduction : StripSolve::kElimination;
+// From both ends hardware has two thirds of the instructions of a reduction (tests/bench/kernels).
+// A software renderer computes the invocations of a group in turn: nothing is gained by two.
+StripSolve StripSolveOf(bool is_software) {
+  return is_software ? StripSolve::kElimination : StripSolve::kFromBothEnds;
+}
+
+// Hardware rounds roots and divisions by 1 to 3 ulp, software renderers correctly
+// (lib/roots.glsl).
+std::string RootDefines(const GlTuning& tuning, bool is_software) {
+  std::string defines;
+  if (tuning.correct_roots.value_or(!is_software)) defines += "#define CORRECTS_ROOTS\n";
+  if (tuning.inject_root_errors) defines += "#define INJECTS_ROOT_ERRORS\n";
+  return defines;
 }
 
 const char* NameOf(StripSolve strip_solve) {
   switch (strip_solve) {
     case StripSolve::kElimination:
       return "elimination";
+    case StripSolve::kFromBothEnds:
+      return "from_both_ends";
     case StripSolve::kReduction:
       return "reduction";
     case StripSolve::kReductionWithBarriers:
@@ -50,8 +64,9 @@ const char* NameOf(StripSolve strip_solve) {
 
 }  // namespace
 
-Status GlDevice::CompileGeneralKernels(const std::string& shader_dir, int64_t max_bytes) {
-  Result<KernelCache> cache = KernelCache::Create(shader_dir);
+Status GlDevice::CompileGeneralKernels(const std::string& shader_dir,
+                                       const std::string& device_defines, int64_t max_bytes) {
+  Result<KernelCache> cache = KernelCache::Create(shader_dir, device_defines);
   if (!cache.ok()) return cache.status();
   kernels = std::make_unique<KernelCache>(std::move(cache).value());
   const uint32_t local_size = GeneralLocalSize(traits);
@@ -89,7 +104,9 @@ Result<GlDevice> GlDevice::Open(const GlBackendOptions& options, const GlTuning&
                    .loop_budget = tuning.loop_budget != 0 ? tuning.loop_budget
                                   : is_software           ? kSoftwareLoopBudget
                                                           : kHardwareLoopBudget,
-                   .strip_solve = tuning.strip_solve.value_or(StripSolveOf(limits)),
+                   .strip_solve = tuning.strip_solve.value_or(StripSolveOf(is_software)),
+                   .shares_record = tuning.share_record.value_or(
+                       !is_software && limits.shared_memory_bytes >= kRoomForRecords),
                    .leaves_out_colliders = tuning.leave_out_colliders,
                    .finds_regular_strips = tuning.find_regular_strips};
   device.runs_ahead = tuning.runs_ahead.value_or(!is_software);
@@ -103,7 +120,8 @@ Result<GlDevice> GlDevice::Open(const GlBackendOptions& options, const GlTuning&
   Result<std::unique_ptr<DeviceArrays>> arrays = DeviceArrays::Create(max_bytes);
   if (!arrays.ok()) return arrays.status();
   device.arrays = std::move(arrays).value();
-  DRAPE_RETURN_IF_ERROR(device.CompileGeneralKernels(options.shader_dir, max_bytes));
+  DRAPE_RETURN_IF_ERROR(device.CompileGeneralKernels(options.shader_dir,
+                                                     RootDefines(tuning, is_software), max_bytes));
   spdlog::info("gl_backend device=\"{}\" version=\"{}\" max_array_bytes={} strips={}",
                device.context->renderer(), device.context->version(), max_bytes,
                NameOf(device.traits.strip_solve));

@@ -30,7 +30,8 @@ struct GlDevice {
   bool runs_ahead = false;
 
  private:
-  Status CompileGeneralKernels(const std::string& shader_dir, int64_t max_bytes);
+  Status CompileGeneralKernels(const std::string& shader_dir, const std::string& device_defines,
+                               int64_t max_bytes);
 };
 
 }  // namespace drape

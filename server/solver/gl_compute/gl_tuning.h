@@ -24,10 +24,18 @@ struct GlTuning {
   uint32_t refine_local_size = 0;
   // Most passes through loops in one dispatch of a resident step; 0: what suits the device.
   uint32_t loop_budget = 0;
-  // The way to solve short strips; unset: by reduction if the device has subgroups of enough
-  // invocations, else by elimination. If the device does not compile a kernel by reduction, its
-  // cloths are solved by elimination, with a warning in the log.
+  // The way to solve strips; unset: from both ends on hardware, else by elimination. If the device
+  // does not compile a kernel by another way than elimination, its cloths are solved by
+  // elimination, with a warning in the log.
   std::optional<StripSolve> strip_solve = std::nullopt;
+  // Whether kernels round roots and quotients correctly whatever the driver does; unset: on
+  // hardware.
+  std::optional<bool> correct_roots = std::nullopt;
+  // Whether the driver's roots and quotients are made wrong by -1 to +2 ulp, as those of hardware.
+  bool inject_root_errors = false;
+  // Whether resident kernels share the record of their cloth; unset: on hardware. On a software
+  // renderer registers are memory like any other. No bit depends on it.
+  std::optional<bool> share_record = std::nullopt;
   // Whether a step leaves out the colliders that a cloth cannot meet in it.
   bool leave_out_colliders = true;
   // Called after each batch with the number of colliders that its steps left out.

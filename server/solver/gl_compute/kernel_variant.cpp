@@ -47,6 +47,7 @@ Status FitRefinement(const SceneModel& model, const DeviceTraits& device, Kernel
 StripSolve ChooseStripSolve(const SceneModel& model, uint32_t capacity,
                             const DeviceTraits& device) {
   const StripSet& strips = model.strips();
+  if (device.strip_solve == StripSolve::kFromBothEnds) return device.strip_solve;
   if (LongestStrip(strips) > DRAPE_STRIP_LANES) return StripSolve::kElimination;
   if (device.strip_solve != StripSolve::kReduction) return device.strip_solve;
   DeviceTraits usual = device;
@@ -131,7 +132,9 @@ std::string KernelVariant::Defines() const {
          << "#extension GL_KHR_shader_subgroup_shuffle : require\n"
          << "#define HAS_SUBGROUPS\n";
   }
-  if (strip_solve != StripSolve::kElimination) text << "#define HAS_STRIP_REDUCTION\n";
+  if (IsReduction(strip_solve)) text << "#define HAS_STRIP_REDUCTION\n";
+  if (strip_solve == StripSolve::kFromBothEnds) text << "#define HAS_STRIP_HALVES\n";
+  if (shares_record) text << "#define SHARES_RECORD\n";
   if (!is_tiled()) text << "#define CAPACITY " << capacity << "\n";
   text << "#define LOCAL_SIZE " << local_size << "\n";
   if (is_in_parts()) text << "#define LOOP_BUDGET " << loop_budget << "u\n";
@@ -156,7 +159,8 @@ Result<VariantChoice> ChooseVariant(const PlannedCloth& cloth, const DeviceTrait
   if (variant.Has(StepStage::kSolveStrips) && !variant.is_tiled()) {
     variant.strip_solve = ChooseStripSolve(cloth.model, variant.capacity, device);
   }
-  if (variant.strip_solve != StripSolve::kElimination) {
+  variant.shares_record = device.shares_record && !variant.is_tiled();
+  if (IsReduction(variant.strip_solve)) {
     variant.local_size = std::max(variant.local_size, DRAPE_STRIP_LANES);
   }
   DRAPE_RETURN_IF_ERROR(FitLoops(cloth, device, choice));

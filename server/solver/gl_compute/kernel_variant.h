@@ -27,6 +27,7 @@ struct KernelVariant {
   // (kernel_costs.h); 0: it takes one.
   uint32_t loop_budget = 0;
   StripSolve strip_solve = StripSolve::kElimination;
+  bool shares_record = false;  // of the cloth, among the invocations; changes no bit
   TraitSet traits;
 
   bool is_tiled() const { return capacity == 0; }
@@ -45,8 +46,12 @@ struct DeviceTraits {
   uint32_t local_size = 0;         // 0: what suits the device (local_sizes.h)
   uint32_t refine_local_size = 0;  // 0: like local_size
   uint32_t loop_budget = 0;        // passes through loops per dispatch and invocation
-  // The way to solve short strips; kReduction only if it takes fewer passes (IsReductionShorter).
+  // The way to solve the strips of resident cloths. By reduction only short ones, and only if that
+  // takes fewer passes (IsReductionShorter).
   StripSolve strip_solve = StripSolve::kElimination;
+  // Whether resident kernels keep the record of their cloth in shared memory, where it takes no
+  // registers.
+  bool shares_record = false;
   // Whether steps leave out colliders that the cloth cannot meet; no bit depends on it.
   bool leaves_out_colliders = true;
   // Whether strips that are all regular are read without lists; no bit depends on it.

@@ -160,11 +160,13 @@ Result<gl::ShaderSource> AssembleKernel(const gl::ShaderLibrary& library, const 
   return library.Assemble("kernels/" + kernel + ".comp", ConstantDefines() + defines);
 }
 
-Result<KernelCache> KernelCache::Create(const std::string& shader_dir) {
+Result<KernelCache> KernelCache::Create(const std::string& shader_dir,
+                                        const std::string& device_defines) {
   Result<gl::ShaderLibrary> library = OpenShaders(shader_dir);
   if (!library.ok()) return library.status();
   KernelCache cache;
   cache.library_ = std::move(library).value();
+  cache.device_defines_ = device_defines;
   return cache;
 }
 
@@ -172,7 +174,8 @@ Result<const gl::Program*> KernelCache::Compile(const std::string& kernel,
                                                 const std::string& defines) {
   const auto known = programs_.find({kernel, defines});
   if (known != programs_.end()) return &known->second;
-  const Result<gl::ShaderSource> source = AssembleKernel(library_, kernel, defines);
+  const Result<gl::ShaderSource> source =
+      AssembleKernel(library_, kernel, device_defines_ + defines);
   if (!source.ok()) return source.status();
   Result<gl::Program> program = gl::Program::Compile(source.value());
   if (!program.ok()) return program.status();

@@ -77,8 +77,9 @@ Result<gl::ShaderSource> AssembleKernel(const gl::ShaderLibrary& library, const 
 // INTERNAL (SHADER_COMPILE_FAILED).
 class KernelCache {
  public:
-  // Errors as OpenShaders.
-  static Result<KernelCache> Create(const std::string& shader_dir);
+  // `device_defines`: #define block of all kernels on this device. Errors as OpenShaders.
+  static Result<KernelCache> Create(const std::string& shader_dir,
+                                    const std::string& device_defines);
 
   // A variant by reduction that the device has refused is not compiled again.
   Result<const StepKernels*> ForVariant(const KernelVariant& variant);
@@ -91,6 +92,7 @@ class KernelCache {
   Status CompileTiled(StepKernels& kernels);
 
   gl::ShaderLibrary library_;
+  std::string device_defines_;
   // By kernel and defines. Pointers into a map stay valid.
   std::map<std::pair<std::string, std::string>, gl::Program> programs_;
   std::map<KernelVariant, StepKernels> variants_;

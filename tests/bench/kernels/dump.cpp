@@ -28,7 +28,7 @@ constexpr uint32_t kLargeSide = 256;
 struct NamedCloth {
   std::string name;
   test::Scene scene;
-  StripSolve strip_solve = StripSolve::kReduction;
+  StripSolve strip_solve = StripSolve::kFromBothEnds;
 };
 
 test::Scene Realtime(test::Scene scene) {
@@ -53,6 +53,7 @@ std::vector<NamedCloth> NamedCloths() {
   const StructuralMaterial fabric{.bending_rigidity_n_m = 1e-5, .shear_modulus_n_per_m = 20};
   return {{"two_corners", TwoCorners(kSide)},
           {"two_corners_elimination", TwoCorners(kSide), StripSolve::kElimination},
+          {"two_corners_reduction", TwoCorners(kSide), StripSolve::kReduction},
           {"contacts", Realtime(test::FallingOnSphere(kSide))},
           {"bending_shear", TwoCorners(kSide, fabric)},
           {"wind", Windy()},
@@ -65,7 +66,15 @@ std::vector<NamedCloth> NamedCloths() {
 // Of a GPU as the server sees it.
 DeviceTraits HardwareTraits(StripSolve strip_solve) {
   constexpr uint32_t kNoLimit = 1u << 24;
-  return {.is_software = false, .loop_budget = kNoLimit, .strip_solve = strip_solve};
+  return {.is_software = false,
+          .loop_budget = kNoLimit,
+          .strip_solve = strip_solve,
+          .shares_record = true};
+}
+
+const char* NameOf(StripSolve strip_solve) {
+  if (strip_solve == StripSolve::kFromBothEnds) return "both_ends";
+  return IsReduction(strip_solve) ? "reduction" : "elimination";
 }
 
 uint32_t MostTethers(const SceneModel& model) {
@@ -138,19 +147,17 @@ void DumpKernels(const KernelsOptions& options) {
     const Result<VariantChoice> choice = ChooseVariant(cloth, HardwareTraits(named.strip_solve));
     DRAPE_CHECK(choice.ok(), choice.status().ToString());
     for (const Program& program : ProgramsOf(choice->variant)) {
-      const Result<gl::ShaderSource> source =
-          AssembleKernel(library.value(), program.kernel, program.defines);
+      const Result<gl::ShaderSource> source = AssembleKernel(
+          library.value(), program.kernel, "#define CORRECTS_ROOTS\n" + program.defines);
       DRAPE_CHECK(source.ok(), source.status().ToString());
       if (!texts.insert(source->text).second) continue;  // shared by two variants
       const std::string name = named.name + "." + program.kernel;
       WriteText(options.dump / (name + ".glsl"), source->text);
-      programs.push_back(
-          {{"name", name},
-           {"kernel", program.kernel},
-           {"local_size", program.local_size},
-           {"strips",
-            choice->variant.strip_solve == StripSolve::kReduction ? "reduction" : "elimination"},
-           {"sizes", SizesOf(cloth)}});
+      programs.push_back({{"name", name},
+                          {"kernel", program.kernel},
+                          {"local_size", program.local_size},
+                          {"strips", NameOf(choice->variant.strip_solve)},
+                          {"sizes", SizesOf(cloth)}});
     }
   }
   WriteText(options.dump / "kernels.json", programs.dump(1) + "\n");

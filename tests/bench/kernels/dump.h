@@ -8,8 +8,8 @@
 namespace drape::bench {
 
 struct KernelsOptions {
-  std::filesystem::path dump;  // folder; must be set
-  std::string shader_dir;      // whose files replace the built-in shaders; empty: none
+  std::filesystem::path dump;   // folder; must be set
+  std::string shader_dir = {};  // whose files replace the built-in shaders; empty: none
 };
 
 // Writes each program once into a file of its own, assembled and specialised as for a GPU, and the

@@ -30,9 +30,9 @@ TEST(DumpKernelsTest, EachProgramIsWholeAndTheSizesAreThoseOfItsCloth) {
                                 std::to_string(program["local_size"].get<int>()) + "\n"));
     if (program["kernel"] == "resident_step") ++resident;
   }
-  EXPECT_EQ(resident, 7);
+  EXPECT_EQ(resident, 8);
   EXPECT_EQ(programs[0]["name"], "two_corners.resident_step");
-  EXPECT_EQ(programs[0]["strips"], "reduction");
+  EXPECT_EQ(programs[0]["strips"], "both_ends");
   EXPECT_EQ(programs[1]["strips"], "elimination");
   const nlohmann::json& sizes = programs[0]["sizes"];
   EXPECT_EQ(sizes["particle_count"], 1024);

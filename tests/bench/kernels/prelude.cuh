@@ -101,6 +101,7 @@ GLSL vec3 uintBitsToFloat(uvec3 v) {
   return {__uint_as_float(v.x), __uint_as_float(v.y), __uint_as_float(v.z)};
 }
 GLSL uint floatBitsToUint(float x) { return __float_as_uint(x); }
+GLSL float fma(float a, float b, float c) { return fmaf(a, b, c); }
 GLSL int findLSB(uint x) { return __ffs(x) - 1; }
 
 template <typename T> GLSL T LeastOf(T a, T b) { return b < a ? b : a; }

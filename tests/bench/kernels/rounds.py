@@ -17,8 +17,11 @@ ROUNDS = {
     ("Solve", "progress.sweep"): "max_iterations",
     ("SolveStrips", "phase"): "strip_phase_count",
     ("ReduceStrips", "round"): "ceil(strips_per_phase / (local_size / 32))",
-    ("EliminateStrip", "k"): "links_per_strip",
-    ("ApplyImpulses", "k"): "links_per_strip",
+    # From both ends, two invocations have half of the links each.
+    ("EliminateStrip", "k"): "ceil(links_per_strip / strip_ends)",
+    ("ApplyImpulses", "k"): "ceil(links_per_strip / strip_ends)",
+    ("MeetStrips", "round"): "ceil(strips_per_phase / (min(local_size, 64) / 2))",
+    ("HasPinAfter", "k"): "ceil(links_per_strip / 2)",
     ("SolveStrip", "do"): "1",  # more only where impulses are cut
     ("TetherParticle", "t"): "tethers_per_particle",
     ("Refine", "k"): "1",
@@ -47,8 +50,23 @@ LISTS = {
 }
 
 
+# What only the warps run that have strips, of those that run MeetStrips.
+OF_HALVES = {"HasPinAfter", "EliminateStrip", "ApplyImpulses", "StoreMeeting", "LoadMeeting", "MeetingImpulses"}
+RARE = {"RemoveExcess"}
+
+
+def warps_of(chain, sizes):
+    """Warps of the group that run the instruction."""
+    warps = math.ceil(sizes["local_size"] / 32)
+    if RARE.intersection(chain):
+        return 0
+    if "MeetStrips" not in chain or not OF_HALVES.intersection(chain):
+        return warps
+    return min(warps, math.ceil(2 * min(sizes["strips_per_phase"], 32) / 32))
+
+
 def evaluate(text, sizes):
-    return eval(text, {"__builtins__": {}, "ceil": math.ceil}, sizes)  # texts of this file and of shaders in this tree
+    return eval(text, {"__builtins__": {}, "ceil": math.ceil, "min": min}, sizes)  # texts of this file and of shaders in this tree
 
 
 def bound(text, sizes):

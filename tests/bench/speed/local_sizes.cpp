@@ -52,13 +52,14 @@ std::optional<KernelVariant> VariantOf(const Backend& gl, const Wanted& wanted,
   const BackendDescription description = gl.Describe();
   // The product decides by the renderer's name alone.
   const std::string renderer = description.device.substr(0, description.device.find(", OpenGL "));
-  const DeviceTraits traits = {
-      .is_software = !description.is_hardware_gpu,
-      .renderer = renderer,
-      .local_size = wanted.local_size,
-      .refine_local_size = wanted.refine_local_size,
-      .loop_budget = UINT32_MAX,
-      .strip_solve = test::HasReduction(gl) ? StripSolve::kReduction : StripSolve::kElimination};
+  const DeviceTraits traits = {.is_software = !description.is_hardware_gpu,
+                               .renderer = renderer,
+                               .local_size = wanted.local_size,
+                               .refine_local_size = wanted.refine_local_size,
+                               .loop_budget = UINT32_MAX,
+                               .strip_solve = description.is_hardware_gpu
+                                                  ? StripSolve::kFromBothEnds
+                                                  : StripSolve::kElimination};
   const Result<VariantChoice> choice =
       ChooseVariant(PlanOnDevice(*scene.model, scene.parameters), traits);
   if (!choice.ok()) return std::nullopt;
@@ -101,7 +102,8 @@ class LocalSizesTable {
     // A cloth has no use for more invocations than particles, except for 64, a size that GPUs are
     // made for.
     const uint32_t most = std::max(load.particles, 64u);
-    // Hardware runs 32 invocations at least, and compiling each size takes its time from the others.
+    // Hardware runs 32 invocations at least, and compiling each size takes its time from the
+    // others.
     const uint32_t least = gl_.Describe().is_hardware_gpu ? 32 : 0;
     std::vector<SizeTimes> sizes;
     for (const uint32_t size : options_.sizes) {

@@ -19,7 +19,7 @@ std::vector<std::string> FloatBackendNames() {
 }
 
 std::vector<std::string> StripBackendNames() {
-  return {"cpu", "gl", "gl_reduction"};
+  return {"cpu", "gl", "gl_reduction", "gl_both_ends"};
 }
 
 bool HasReduction(const Backend& backend) {
@@ -32,6 +32,10 @@ std::unique_ptr<Backend> MakeBackend(const std::string& name) {
   GlTuning tuning;
   if (name == "gl_reduction") {
     tuning.strip_solve = StripSolve::kReductionWithBarriers;
+  } else if (name == "gl_shuffles") {
+    tuning.strip_solve = StripSolve::kReduction;
+  } else if (name == "gl_both_ends") {
+    tuning.strip_solve = StripSolve::kFromBothEnds;
   } else if (name == "gl_elimination") {
     tuning.strip_solve = StripSolve::kElimination;
   } else {
