@@ -111,10 +111,10 @@ INSTANTIATE_TEST_SUITE_P(Gl, EnergyGainLong,
                                                           RandomKind::kChain)),
                          NameOf);
 
-// 301 cloths over the kinds.
+// 301 cloths over the kinds; on gl, where each has kernels of its own to compile, a few.
 TEST_P(EnergyGainLong, ThreeHundredRandomClothsNeverGain) {
   const auto& [backend, preset, kind] = GetParam();
-  ExpectNoGain(backend, kind, preset, 1, 43, 5);
+  ExpectNoGain(backend, kind, preset, 1, backend == "gl" ? 3 : 43, 5);
 }
 
 }  // namespace
