@@ -67,10 +67,14 @@ TEST(Mapping, ReportsNameTheWarningsThatOccurred) {
   report.measured.rms_motion_m = 0.375;
   report.measured.lowest_m = -3;
   report.measured.contacts = 4;
+  report.measured.near_pairs = 12;
+  report.measured.smallest_distance_m = 0.003;
+  report.measured.crossings = 5;
   WarningCounters warnings;
   warnings.not_converged = 6;
   warnings.strain_beyond_limit = 2;
   warnings.energy_gained = 3;
+  warnings.starts_crossing = 4;
   const v1::StepReport message = ToProto(ClothId{1, 1}, 9, report, warnings);
   EXPECT_EQ(message.step(), 9u);
   EXPECT_EQ(message.iterations(), 17u);
@@ -82,12 +86,17 @@ TEST(Mapping, ReportsNameTheWarningsThatOccurred) {
   EXPECT_EQ(message.rms_motion_m(), 0.375);
   EXPECT_EQ(message.lowest_m(), -3);
   EXPECT_EQ(message.contacts(), 4u);
+  EXPECT_EQ(message.near_pairs(), 12u);
+  EXPECT_EQ(message.smallest_distance_m(), 0.003);
+  EXPECT_EQ(message.crossings(), 5u);
+  EXPECT_FALSE(ToProto(ClothId{1, 1}, 9, StepReport(), warnings).has_smallest_distance_m());
   EXPECT_FALSE(message.faulted());
   EXPECT_EQ(message.fault_reason(), "");
-  ASSERT_EQ(message.warnings_size(), 3);
+  ASSERT_EQ(message.warnings_size(), 4);
   EXPECT_EQ(message.warnings().at("not_converged"), 6u);
   EXPECT_EQ(message.warnings().at("strain_beyond_limit"), 2u);
   EXPECT_EQ(message.warnings().at("energy_gained"), 3u);
+  EXPECT_EQ(message.warnings().at("starts_crossing"), 4u);
 }
 
 TEST(Mapping, AStepAnswerNamesFaultedCloths) {

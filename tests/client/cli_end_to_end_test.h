@@ -32,7 +32,9 @@ inline const std::vector<std::string> kSampleFields = {"step",
                                                        "contacts",
                                                        "max_penetration_m",
                                                        "iterations",
-                                                       "max_residual_m"};
+                                                       "max_residual_m",
+                                                       "near_pairs",
+                                                       "crossings"};
 
 inline std::vector<std::string> Keys(const nlohmann::ordered_json& object) {
   std::vector<std::string> keys;

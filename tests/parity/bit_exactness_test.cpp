@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -56,6 +57,20 @@ std::vector<Scene> Subjects() {
   for (auto& v : on_map.state.velocities_m_per_s) v.y() = -3;
   return {SizedCloth(1), sheet, PaperSheet(), sphere, pushed,
           compliant,     windy, fabric,       large,  on_map};
+}
+
+// A sheet that touches itself: folded in four, falling.
+Scene SelfTouching() {
+  Scene scene = Grid(20, 12, 0.6, 0.4);
+  for (Eigen::Vector3d& p : scene.state.positions_m) {
+    const double phase = p.x() / 0.6 * 2 * 3.14159265358979;
+    p = {0.2 * std::sin(phase) + 0.02 * p.x(), 0.005 * std::cos(phase) + 0.01 * p.x(), p.z()};
+  }
+  Stir(scene, 2);
+  scene.parameters.settings = PresetSettings(Preset::kRealtime);
+  scene.parameters.friction_static = scene.parameters.friction_dynamic = 0.3;
+  scene.parameters.self_collision.emplace().thickness_m = 0.004;
+  return scene;
 }
 
 std::vector<Scene> Neighbours() {
@@ -271,6 +286,24 @@ TEST_P(BitExactnessTest, ACapOnSweepsIsThatSetting) {
     }
     backend.Destroy(capped);
     backend.Destroy(set);
+  }
+}
+
+// Backends that have self-collision: alone, among others, and measured.
+TEST(SelfTouchingBits, DoNotDependOnTheBatch) {
+  for (const std::string name : {"reference", "cpu"}) {
+    const std::unique_ptr<Backend> backend = MakeBackend(name);
+    const std::string alone = BitsAlone(*backend, SelfTouching());
+    ExpectSameBits(BitsAlone(*backend, SelfTouching(), true), alone, name + ", measured");
+    Batch batch(*backend);
+    for (const Scene& scene : Neighbours()) batch.Add(scene);
+    const ClothHandle first = batch.Add(SelfTouching());
+    for (const Scene& scene : Neighbours()) batch.Add(scene);
+    const ClothHandle second = batch.Add(SelfTouching(), true);
+    const BatchReport report = batch.Step();
+    ExpectSameBits(ReadBits(*backend, first), alone, name);
+    ExpectSameBits(ReadBits(*backend, second), alone, name);
+    EXPECT_GT(report.reports.back().measured.near_pairs, 0u) << "it does not touch itself";
   }
 }
 

@@ -23,7 +23,6 @@ struct ContactPair {
   bool is_resting = false;     // at its floor when the substep begins, to rounding
   uint32_t found_in = 0;       // substep of the last FindNormal, from 1
   Real touch;                  // distance at which it touches [m]
-  Real first_touch;            // since the search [s]
   // At the start of the substep: the unit vector from the second primitive to the first, the
   // weights of the particles in the difference of the nearest points, the effective inverse mass
   // [1/kg], and the gap along the normal [m].

@@ -12,7 +12,7 @@ namespace {
 // left of the triangle that lost most (shear brings rows together) [-]. Larger shares: pairs of
 // folds are missed; smaller ones: pairs of flat cloth are looked at in vain.
 constexpr double kFlatCosine = 0.945;
-constexpr double kFlatShare = 0.5;
+constexpr double kFlatShare = 0.6;
 
 }  // namespace
 

@@ -11,13 +11,17 @@ namespace {
 // A search is for at most so many edge lengths of the way of the fastest particle relative to the
 // mean [-], and for at most kLongestSearch_s. Larger: more pairs than ever touch; smaller: more
 // searches.
-constexpr double kSearchWay = 1;
+constexpr double kSearchWay = 0.25;
 constexpr double kLongestSearch_s = 1.0 / 60;
 // The drift that a search allows for: this share of the thickness [-], and this share of the way in
 // free fall [-]. Larger: more pairs are looked at in each substep; smaller: more searches.
 constexpr double kDriftThickness = 0.5;
-constexpr double kDriftEdge = 0.1;
+constexpr double kDriftEdge = 0.05;
 constexpr double kDriftFall = 0.5;
+// In a step in which particles drift farther than that, the next searches allow for this many times
+// more each, and at most for so many times as much [-].
+constexpr double kDriftGrowth = 1.25;
+constexpr double kMaxDriftScale = 4;
 // More pairs than this per particle are not looked at, but all particles move alike [-].
 constexpr size_t kMostPairsPerParticle = 200;
 // The way of a substep is expected to be this many times that of the one before [-]. Larger: more
@@ -38,6 +42,7 @@ bool SelfContacts<V>::Begin(const ContactSurface& surface, const StepNumbers<V>&
   substep_s_ = numbers.time_step / static_cast<Real>(numbers.substeps);
   substep_ = 0;
   substeps_left_ = 0;
+  drift_scale_ = 1;
   is_crossing_.clear();
   normal_substeps_ = 1 + static_cast<uint32_t>(static_cast<Real>(kNormalAge_s) / substep_s_);
   if (!may_cross) return false;
@@ -58,7 +63,7 @@ template <class V>
 void SelfContacts<V>::Find(std::span<const V> positions, std::span<const V> velocities) {
   ++substep_;
   if (substeps_left_ == 0) {
-    Search(positions, Smoothed(velocities));
+    Search(positions, Smoothed(velocities), numbers_.substeps);
   } else {
     since_search_ += substep_s_;
   }
@@ -66,6 +71,7 @@ void SelfContacts<V>::Find(std::span<const V> positions, std::span<const V> velo
   for (const uint32_t k : active_) pairs_[k].is_active = false;
   active_.clear();
   const Real fall = numbers_.gravity * substep_s_ * substep_s_;
+  if (earliest_touch_ >= since_search_ + substep_s_) return;
   Wake(positions, static_cast<Real>(kWayMargin) * way_ + fall);
 }
 
@@ -87,7 +93,8 @@ std::span<const V> SelfContacts<V>::Smoothed(std::span<const V> velocities) {
 }
 
 template <class V>
-void SelfContacts<V>::Search(std::span<const V> positions, std::span<const V> velocities) {
+void SelfContacts<V>::Search(std::span<const V> positions, std::span<const V> velocities,
+                             uint32_t most_substeps) {
   const size_t count = surface_->particle_count();
   found_positions_.assign(positions.begin(),
                           positions.begin() + static_cast<std::ptrdiff_t>(count));
@@ -100,15 +107,16 @@ void SelfContacts<V>::Search(std::span<const V> positions, std::span<const V> ve
   const Real longest = std::min(static_cast<Real>(kLongestSearch_s),
                                 static_cast<Real>(kSearchWay) * numbers_.edge_length /
                                     std::max(speed, std::numeric_limits<Real>::min()));
-  const uint32_t rest = numbers_.substeps - substep_ + 1;
+  const uint32_t rest = std::min(numbers_.substeps - substep_ + 1, most_substeps);
   const Real wanted = std::min(longest / substep_s_, static_cast<Real>(rest));
   substeps_left_ = std::max(1u, static_cast<uint32_t>(wanted));
   since_search_ = 0;
   const auto find = [&] {
     const Real duration = static_cast<Real>(substeps_left_) * substep_s_;
-    drift_ = static_cast<Real>(kDriftThickness) * numbers_.thickness +
-             static_cast<Real>(kDriftEdge) * numbers_.edge_length +
-             static_cast<Real>(kDriftFall / 2) * numbers_.gravity * duration * duration;
+    drift_ =
+        drift_scale_ * (static_cast<Real>(kDriftThickness) * numbers_.thickness +
+                        static_cast<Real>(kDriftEdge) * numbers_.edge_length +
+                        static_cast<Real>(kDriftFall / 2) * numbers_.gravity * duration * duration);
     return search_.Find(*surface_, {found_positions_, found_velocities_, duration, drift_},
                         numbers_.thickness, kMostPairsPerParticle * count, candidates_);
   };
@@ -118,38 +126,41 @@ void SelfContacts<V>::Search(std::span<const V> positions, std::span<const V> ve
     has_all_pairs_ = find();
   }
   if (!has_all_pairs_) candidates_.clear();
-  pairs_.clear();
-  for (const CandidatePair<V>& candidate : candidates_) {
-    ContactPair<V>& pair = pairs_.emplace_back();
+  MakePairs();
+}
+
+template <class V>
+void SelfContacts<V>::MakePairs() {
+  const auto crosses = [&](uint32_t i) { return is_crossing_[i]; };
+  const size_t count = candidates_.size();
+  pairs_.resize(count);
+  first_touches_.resize(count);
+  look_after_.assign(count, 0);
+  earliest_touch_ = std::numeric_limits<Real>::infinity();
+  for (size_t k = 0; k < count; ++k) {
+    const CandidatePair<V>& candidate = candidates_[k];
+    ContactPair<V>& pair = pairs_[k];
     pair.particles = candidate.particles;
     pair.kind = candidate.kind;
     pair.touch = candidate.thickness;
-    pair.first_touch = candidate.first_touch;
-    const auto crosses = [&](uint32_t i) { return is_crossing_[i]; };
+    pair.found_in = 0;
+    pair.is_active = false;
     pair.is_left_alone = !is_crossing_.empty() && std::all_of(candidate.particles.begin(),
                                                               candidate.particles.end(), crosses);
+    first_touches_[k] = candidate.first_touch;
+    earliest_touch_ = std::min(earliest_touch_, candidate.first_touch);
   }
-  // Pairs that wake in the same substep keep their order.
-  const auto wakes_at = [&](const ContactPair<V>& pair) {
-    return static_cast<uint32_t>(pair.first_touch / substep_s_);
-  };
-  std::stable_sort(
-      pairs_.begin(), pairs_.end(),
-      [&](const ContactPair<V>& a, const ContactPair<V>& b) { return wakes_at(a) < wakes_at(b); });
-  awake_ = 0;
   active_.clear();
-  look_after_.assign(pairs_.size(), 0);
   travel_ = 0;
 }
 
 template <class V>
 bool SelfContacts<V>::Wake(std::span<const V> starts, Real way) {
   const Real end = since_search_ + substep_s_;
-  while (awake_ < pairs_.size() && pairs_[awake_].first_touch < end) ++awake_;
   const Real travel = travel_ + way;
   const size_t before = active_.size();
-  for (uint32_t k = 0; k < awake_; ++k) {
-    if (look_after_[k] > travel) continue;
+  for (uint32_t k = 0; k < pairs_.size(); ++k) {
+    if (first_touches_[k] >= end || look_after_[k] > travel) continue;
     ContactPair<V>& pair = pairs_[k];
     if (pair.is_active) continue;
     LookAt(pair, starts);
@@ -268,18 +279,25 @@ bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
     if (!std::isfinite(drift)) return false;  // the cloth will be faulted
     if (drift > drift_) {
       if (search > kMostSearches) return GuardFar(motion);
+      drift_scale_ = std::min(drift_scale_ * static_cast<Real>(kDriftGrowth),
+                              static_cast<Real>(kMaxDriftScale));
+      // The pairs so far are about to be replaced.
+      if (search == 0) StopTouching(motion, false);
       // From the start of the substep, with the velocities that lead to its end.
       ways_.resize(motion.ends.size());
       for (size_t i = 0; i < ways_.size(); ++i) {
         ways_[i] = (motion.ends[i] - motion.starts[i]) / substep_s_;
       }
-      Search(motion.starts, search == 0 ? Smoothed(ways_) : ways_);
+      // Where particles flutter, only this substep can be told.
+      if (search == 0) {
+        Search(motion.starts, Smoothed(ways_), numbers_.substeps);
+      } else {
+        Search(motion.starts, ways_, 1);
+      }
       --substeps_left_;
     }
     if (!has_all_pairs_) return GuardFar(motion);
-    if (awake_ == 0 && (pairs_.empty() || pairs_[0].first_touch >= since_search_ + substep_s_)) {
-      break;
-    }
+    if (earliest_touch_ >= since_search_ + substep_s_) break;
     way_ = WayOf(motion);
     const bool has_more = Wake(motion.starts, way_);
     if (search > 0 && !(drift > drift_) && !has_more) break;
@@ -287,7 +305,7 @@ bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
     is_apart = guard_.Run(pairs_, active_, motion, way_);
   }
   travel_ += way_;
-  StopTouching(motion);
+  StopTouching(motion, !motion.previous_velocities.empty());
   return is_apart;
 }
 
@@ -321,7 +339,8 @@ bool SelfContacts<V>::GuardFar(const typename PlanarGuard<V>::Motion& motion) {
 // steps the difference over two substeps remembers the velocity before a hit: what hits goes on as
 // if it had always had the velocity that the hit left.
 template <class V>
-void SelfContacts<V>::StopTouching(const typename PlanarGuard<V>::Motion& motion) {
+void SelfContacts<V>::StopTouching(const typename PlanarGuard<V>::Motion& motion,
+                                   bool has_history) {
   V* const velocities = motion.velocities.data();
   for (const uint32_t k : active_) {
     ContactPair<V>& pair = pairs_[k];
@@ -337,7 +356,7 @@ void SelfContacts<V>::StopTouching(const typename PlanarGuard<V>::Motion& motion
           Friction(pair.tangent - sliding, std::max(pair.push + change, Real{0})) - pair.tangent;
     }
     Apply(pair, velocity_change, numbers_.inverse_masses, velocities);
-    if (motion.previous_velocities.empty()) continue;
+    if (!has_history) continue;
     const V before = Weighted(pair, static_cast<const V*>(motion.previous_velocities.data()));
     if (-Dot(before, pair.normal) <=
         numbers_.slowest_landing + numbers_.grazing_sine * Length(before)) {

@@ -60,7 +60,9 @@ class SelfContacts {
 
  private:
   std::span<const V> Smoothed(std::span<const V> velocities);
-  void Search(std::span<const V> positions, std::span<const V> velocities);
+  // For at most so many substeps.
+  void Search(std::span<const V> positions, std::span<const V> velocities, uint32_t most_substeps);
+  void MakePairs();
   // How far particles are from where the search expected them, relative to each other [m]; infinite
   // for states that are not finite.
   Real DriftOf(std::span<const V> positions) const;
@@ -73,7 +75,7 @@ class SelfContacts {
   bool SolvePush(ContactPair<V>& pair, const V* starts, const V* base, V* u, Real interval,
                  Real least_change);
   V Friction(const V& wanted, Real push) const;
-  void StopTouching(const typename PlanarGuard<V>::Motion& motion);
+  void StopTouching(const typename PlanarGuard<V>::Motion& motion, bool has_history);
   bool GuardFar(const typename PlanarGuard<V>::Motion& motion);
 
   const ContactSurface* surface_ = nullptr;
@@ -83,18 +85,20 @@ class SelfContacts {
   std::vector<bool> is_crossing_;  // of particles of edges and triangles that crossed; or empty
   PairSearch<V> search_;
   std::vector<CandidatePair<V>> candidates_;
-  std::vector<ContactPair<V>> pairs_;  // by the substep in which they wake
-  size_t awake_ = 0;                   // the first of them
-  std::vector<Real> look_after_;       // of each pair: not to be looked at below this `travel_` [m]
-  std::vector<uint32_t> active_;       // pairs of the substep
-  Real travel_ = 0;                    // sum of WayOf since the search
-  uint32_t normal_substeps_ = 1;       // for which a normal is used
-  Real way_ = 0;                       // WayOf the last substep
+  std::vector<ContactPair<V>> pairs_;
+  std::vector<Real> first_touches_;  // of each pair, since the search [s]
+  Real earliest_touch_ = 0;          // of them [s]
+  std::vector<Real> look_after_;     // of each pair: not to be looked at below this `travel_` [m]
+  std::vector<uint32_t> active_;     // pairs of the substep
+  Real travel_ = 0;                  // sum of WayOf since the search
+  uint32_t normal_substeps_ = 1;     // for which a normal is used
+  Real way_ = 0;                     // WayOf the last substep
   // Of the last search; none yet: no substeps left.
   std::vector<V> found_positions_, found_velocities_;
   uint32_t substeps_left_ = 0;  // that it is for
   Real since_search_ = 0;       // [s] at the start of the substep
   bool has_all_pairs_ = true;
+  Real drift_scale_ = 1;
   Real drift_ = 0;  // that it allows for [m]
   std::vector<V> smoothed_, ways_;
   std::vector<Real> degrees_;
