@@ -90,6 +90,8 @@ CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const Re
                            result.parameters.colliders, violations);
   CheckSurfaceMaterial(path.Child("material"), spec.material(), result.parameters, violations);
   result.parameters.settings = CheckSettings(path.Child("settings"), spec.settings(), violations);
+  violations.CountInRange(path.Child("max_grips"), spec.max_grips(), 0, kMaxGrips);
+  result.parameters.max_grips = spec.max_grips();
   return result;
 }
 

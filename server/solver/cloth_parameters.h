@@ -28,6 +28,7 @@ struct ClothParameters {
   // How they move from the next step on, [colliders.size()]; empty: all of them rest as described.
   std::vector<RigidMotion> collider_motions;
   StepSettings settings;
+  uint32_t max_grips = 0;  // particles that a step may hold besides the pins, [0, kMaxGrips]
 };
 
 // Whether colliders move, or rest elsewhere than described.

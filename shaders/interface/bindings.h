@@ -68,6 +68,9 @@
 // Invocations that hand each other values through shared memory at most; more would not fit into it
 // beside 1024 particles.
 #define DRAPE_SHARED_LANES 128u
+// In the list of held particles: a grip that holds none.
+#define DRAPE_NO_PARTICLE 0xffffffffu
+
 // Words of a tether in a model: pin, length [m].
 #define DRAPE_TETHER_WORDS 2
 

@@ -38,6 +38,7 @@ struct Cloth {
   FloatState state;
   std::vector<Vec4> pin_targets;  // [pin_count]
   std::optional<OwnLengths> own_lengths{};
+  Grips grips{};
   FaultReason fault = FaultReason::kNone;
 };
 
@@ -242,8 +243,12 @@ class CpuBackend final : public Backend {
     if (update.pin_targets_m) {
       changed.pin_targets = ToFloat(*update.pin_targets_m, *changed.model);
     } else if (update.model) {
-      changed.pin_targets =
-          TransferTargets({cloth.model, {}, {}, changed.state, cloth.pin_targets}, *changed.model);
+      changed.pin_targets = TransferTargets({.model = cloth.model,
+                                             .parameters = {},
+                                             .controls = {},
+                                             .state = changed.state,
+                                             .pin_targets = cloth.pin_targets},
+                                            *changed.model);
     }
     if (update.model) changed.own_lengths.reset();
     if (update.rest_lengths_m) {
@@ -291,7 +296,7 @@ class CpuBackend final : public Backend {
     std::vector<GroupCandidate> batch;
     for (const StepItem& item : items) {
       const Cloth& cloth = cloths_.At(item.cloth);
-      batch.push_back({cloth.model.get(), std::nullopt});
+      batch.push_back({cloth.model.get(), std::nullopt, !item.grips.empty()});
       if (lane_count_ == 1 || !ClothFitsLanes(cloth)) continue;
       batch.back().key.emplace(*cloth.model, *cloth.controls,
                                IterationsOf(item, cloth.parameters.settings),
@@ -395,10 +400,11 @@ class CpuBackend final : public Backend {
   }
 
   // Valid as long as the cloth is not changed.
-  StepContext ContextOf(const Cloth& cloth, const StepItem& item, StepTeam& team) {
+  StepContext ContextOf(Cloth& cloth, const StepItem& item, StepTeam& team) {
+    DRAPE_CHECK(item.grips.size() <= cloth.parameters.max_grips, "no more grips than max_grips");
     return {*cloth.model,
             *cloth.controls,
-            cloth.pin_targets,
+            cloth.grips.Hold(*cloth.model, cloth.pin_targets, item.grips),
             cloth.own_lengths ? &*cloth.own_lengths : nullptr,
             cloth.parameters.collider_motions,
             ScratchOfThisThread().single,

@@ -98,9 +98,7 @@ double DoSubsteps(StepContext& context, StepReport& report) {
     residual = Advance(context, report);
   }
   // At the end of the step a pin is where it was asked to be, to the bit.
-  for (uint32_t k = 0; k < context.model.pin_count(); ++k) {
-    context.state.positions_m[context.model.pins()[k]] = context.pin_targets[k];
-  }
+  for (const Grip& held : context.held) context.state.positions_m[held.particle] = held.target_m;
   return residual;
 }
 

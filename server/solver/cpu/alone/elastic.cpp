@@ -45,7 +45,7 @@ void ForElasticChanges(const StepContext& context, const Vec4* positions, float 
       const FloatElasticEnd& end = model.elastic_ends[e];
       impulse += end.weight * scratch.elastic_impulses[end.element];
     }
-    change(i, model.inverse_masses[i] * impulse);
+    change(i, context.held.inverse_masses[i] * impulse);
   });
 }
 
