@@ -67,10 +67,9 @@ std::vector<ControlRow<GripControl>> CheckGripControls(const v1::GripControls& c
     control.action = CheckAction(path.Child("actions").At(r), controls.actions(row), violations);
     if (!controls.particles().empty()) control.particle = controls.particles(row);
     if (!controls.radii_m().empty()) control.radius_m = controls.radii_m(row);
-    if (control.action == GripAction::kGrabNearest) {
-      violations.InRange(path.Child("radii_m").At(r), control.radius_m,
-                         Positive(kMaxExtent_m, "m"));
-    }
+    const bool is_search = control.action == GripAction::kGrabNearest;
+    violations.InRange(path.Child("radii_m").At(r), control.radius_m,
+                       is_search ? Positive(kMaxExtent_m, "m") : Range{0, kMaxExtent_m, "m"});
     result.push_back({ClothId::FromPacked(controls.cloth_ids(row)), control});
   }
   return result;

@@ -170,8 +170,8 @@ TEST_P(GripsTest, NoBitDependsOnOtherGrips) {
   EXPECT_TRUE(bits_beside(7, 4) == expected);
 }
 
-// ACCURATE takes one step along start directions on a chain, which would gain energy where a grip pulls;
-// with room for grips it does not.
+// ACCURATE takes one step along start directions on a chain, which would gain energy where a grip
+// pulls; with room for grips it does not.
 TEST(GripPlanTest, AccurateHasTwoStepsWhereGripsMayPull) {
   Scene scene = Chain(10, 0.05, 0.02);
   scene.parameters.settings = PresetSettings(Preset::kAccurate);
