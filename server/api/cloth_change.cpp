@@ -8,9 +8,14 @@
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
 #include "server/api/step_cost.h"
+#include "server/session/cloth_update.h"
 
 namespace drape::api {
 namespace {
+
+// How often an update is made for the cloths as they are before it is refused, because others were
+// faster each time. More than a session can have waiting for the builders.
+constexpr uint32_t kMaxAttempts = 32;
 
 using UpdateDone = std::function<void(Result<v1::UpdateClothsResponse>)>;
 
@@ -21,6 +26,7 @@ struct Update {
   ClothChange change;
   std::vector<ColliderMesh> meshes;  // among its colliders
   UpdateDone done;
+  uint32_t attempts = 0;
 
   void End(Result<v1::UpdateClothsResponse> answer) {
     session = {};
@@ -54,27 +60,56 @@ Status BuildMaps(Update& update, const RequestLimits& limits, const StopReason& 
   return Status::Ok();
 }
 
-void BuildAndUpdate(const std::shared_ptr<Update>& update, const ModelLimits& limits) {
+// Builds on a builder thread, where another model or distance maps are needed, and updates.
+void BuildAndUpdate(const ServiceContext& context, const CancelToken& cancel,
+                    const std::shared_ptr<Update>& update);
+
+void UpdateNow(const ServiceContext& context, const CancelToken& cancel,
+               const std::shared_ptr<Update>& update) {
   const ModelRules rules{
-      .limits = limits,
-      .accept = [change = update->change](const ClothDescription& before, const SceneModel& after) {
-        return CheckStepCost(before, after, change);
+      .limits = context.limits.model,
+      .accept = [update](const ClothDescription& before, const SceneModel& after) {
+        return CheckStepCost(before, after, update->change);
       }};
   update->session->UpdateCloths(
-      std::move(update->cloths), std::move(update->change),
-      [update](const Result<UpdatedCloths>& updated) { update->End(ToAnswer(updated)); }, rules);
+      update->cloths, update->change,
+      [context, cancel, update](const Result<UpdatedCloths>& updated) {
+        const bool is_late = !updated.ok() && updated.status().reason() == kUpdateConflict;
+        // Each time another update was faster; a session has few at once.
+        if (is_late && ++update->attempts < kMaxAttempts) {
+          return BuildAndUpdate(context, cancel, update);
+        }
+        update->End(ToAnswer(updated));
+      },
+      rules);
+}
+
+void BuildAndUpdate(const ServiceContext& context, const CancelToken& cancel,
+                    const std::shared_ptr<Update>& update) {
+  const Status posted =
+      PostBuild(context, update->session->owner(), cancel, [=](const Status& status) {
+        if (!status.ok()) return update->End(status);
+        const Status maps = BuildMaps(*update, context.limits, BuildStopReason(context, cancel));
+        if (!maps.ok()) return update->End(maps);
+        UpdateNow(context, cancel, update);
+      });
+  if (!posted.ok()) update->End(posted);
 }
 
 }  // namespace
 
-void StartUpdate(const ServiceContext& context, const v1::UpdateClothsRequest& request,
-                 const CancelToken& cancel, UpdateDone done) {
+void StartUpdate(const ServiceContext& context, const Caller& caller,
+                   const v1::UpdateClothsRequest& request, const CancelToken& cancel, const Hold& hold, UpdateDone done) {
   Result<ClothChange> change = CheckUpdateCloths(request, context.limits);
   if (!change.ok()) return done(change.status());
-  Result<SessionLease> session = context.sessions.Find(request.session());
+  Result<SessionLease> session = context.sessions.Find(request.session(), caller.tenant);
   if (!session.ok()) return done(session.status());
   Result<ClothList> cloths = (*session)->FindCloths(ToClothIds(request.cloth_ids()));
   if (!cloths.ok()) return done(cloths.status());
+  Result<std::shared_ptr<void>> held =
+      context.unread->Take((*session)->owner(), request.ByteSizeLong());
+  if (!held.ok()) return done(held.status());
+  hold(std::move(held).value());
   const Status cost = CheckStepCosts(*cloths, *change);
   if (!cost.ok()) return done(cost);
   std::vector<ColliderMesh> meshes;
@@ -85,18 +120,9 @@ void StartUpdate(const ServiceContext& context, const v1::UpdateClothsRequest& r
   // New pins and connections need a new model, and mesh colliders need distance maps. Every other
   // change is made at once.
   if (!update->change.needs_model() && update->meshes.empty()) {
-    return BuildAndUpdate(update, context.limits.model);
+    return UpdateNow(context, cancel, update);
   }
-  const Status posted =
-      PostBuild(context, request.session(), cancel,
-                [update, limits = context.limits,
-                 stop_reason = BuildStopReason(context, cancel)](const Status& status) {
-                  if (!status.ok()) return update->End(status);
-                  const Status maps = BuildMaps(*update, limits, stop_reason);
-                  if (!maps.ok()) return update->End(maps);
-                  BuildAndUpdate(update, limits.model);
-                });
-  if (!posted.ok()) update->End(posted);
+  BuildAndUpdate(context, cancel, update);
 }
 
 }  // namespace drape::api

@@ -1,5 +1,6 @@
 #include "server/gl/context.h"
 
+#include <dlfcn.h>
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 #include <spdlog/spdlog.h>
@@ -38,6 +39,17 @@ std::string Hex(EGLint error) {
   std::ostringstream text;
   text << "EGL error 0x" << std::hex << error;
   return text.str();
+}
+
+// The library that is missing, if one is: epoxy, which opens them, ends the process then.
+// They stay open, since epoxy needs them.
+std::string MissingLibrary() {
+  const auto opens = [](const char* name) {
+    return dlopen(name, RTLD_LAZY | RTLD_LOCAL) != nullptr;
+  };
+  if (!opens("libEGL.so.1")) return "libEGL.so.1";
+  if (!opens("libOpenGL.so.0") && !opens("libGL.so.1")) return "libOpenGL.so.0";
+  return "";
 }
 
 bool IsSoftwareRenderer(const std::string& renderer) {
@@ -97,6 +109,7 @@ uint32_t ShuffleSize() {
 }  // namespace
 
 std::vector<EglDevice> ListEglDevices() {
+  if (!MissingLibrary().empty()) return {};
   const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
   const bool can_list = HasExtension(extensions, "EGL_EXT_device_base") ||
                         HasExtension(extensions, "EGL_EXT_device_enumeration");
@@ -131,6 +144,9 @@ Result<std::unique_ptr<Context>> Context::Create(const ContextOptions& options) 
                            options.accept_software);
   }
   std::string details;
+  if (const std::string missing = MissingLibrary(); !missing.empty()) {
+    details = "; " + missing + " is not installed";
+  }
   for (const EglDevice& device : ListEglDevices()) {
     const std::string place = "; device " + std::to_string(device.index) + ": ";
     if (options.device_filter && !options.device_filter(device)) {

@@ -37,7 +37,7 @@ Status OverrideOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothR
   if (starts.overrides.empty()) return Status::Ok();
   ClothChange change;
   change.overrides = starts.overrides;
-  return UpdateOnDevice(backend, cloths, change, {});
+  return UpdateOnDevice(backend, cloths, change, {}, {});
 }
 
 Status ResetOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,

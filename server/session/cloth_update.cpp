@@ -12,6 +12,9 @@
 namespace drape {
 namespace {
 
+// Suggested delay for a client whose update met too many others [ms].
+constexpr int64_t kConflictRetry_ms = 50;
+
 // The change of one cloth, complete before anything is changed.
 struct PlannedUpdate {
   std::shared_ptr<const ClothDescription> after;
@@ -67,11 +70,26 @@ void PlanLengths(const ClothRuntime& runtime, const ClothChange& change, const S
   if (plan.lengths.is_driven()) plan.write.rest_lengths_m = plan.lengths.LengthsAt(now_s);
 }
 
+// Whether the change may be made to the cloth as it is now.
+Status CheckStillFits(const ClothRecord& cloth, const ClothDescription& before,
+                      const ChangedModel* changed, const ModelRules& rules) {
+  if (changed != nullptr && changed->before != before.model_description) {
+    Status status(StatusCode::kAborted, kUpdateConflict,
+                  "another update changed cloth " + std::to_string(cloth.id.Packed()) +
+                      " at the same time; nothing has been changed");
+    return status.RetryAfterMs(kConflictRetry_ms);
+  }
+  if (!rules.accept) return Status::Ok();
+  return rules.accept(before, changed != nullptr ? *changed->model : *before.model);
+}
+
 // The cloth is alive, and the `index`th of the update. `changed` is null unless it gets another
 // model; `rows` hold its positions if it gets other pins.
 Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change, size_t index,
-                           const ChangedModel* changed, const PositionRows& rows) {
+                           const ChangedModel* changed, const PositionRows& rows,
+                           const ModelRules& rules) {
   const auto before = cloth.description();
+  DRAPE_RETURN_IF_ERROR(CheckStillFits(cloth, *before, changed, rules));
   DRAPE_ASSIGN_OR_RETURN(ClothParameters parameters,
                          ApplyChange(before->parameters, change, index));
   PlannedUpdate plan;
@@ -143,7 +161,8 @@ size_t TakeBack(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> 
 }  // namespace
 
 Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
-                      const ClothChange& change, std::span<const ChangedModel> models) {
+                      const ClothChange& change, std::span<const ChangedModel> models,
+                      const ModelRules& rules) {
   std::vector<ClothHandle> handles;
   for (const auto& cloth : cloths) {
     if (!cloth->runtime->is_alive()) return ClothNotFound(cloth->id);
@@ -154,8 +173,9 @@ Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRec
   std::vector<PlannedUpdate> plans;
   PositionRows rows{state.positions_m};
   for (size_t k = 0; k < cloths.size(); ++k) {
-    DRAPE_ASSIGN_OR_RETURN(PlannedUpdate plan, Plan(*cloths[k], change, k,
-                                                    models.empty() ? nullptr : &models[k], rows));
+    DRAPE_ASSIGN_OR_RETURN(
+        PlannedUpdate plan,
+        Plan(*cloths[k], change, k, models.empty() ? nullptr : &models[k], rows, rules));
     plans.push_back(std::move(plan));
     rows.first_row += cloths[k]->runtime->particle_count();
   }

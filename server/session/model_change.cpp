@@ -78,10 +78,11 @@ void Apply(const ModelChange& change, ModelDescription& description) {
   if (change.point_joints) particles->point_joints = *change.point_joints;
 }
 
-Result<ChangedModel> Build(const ModelDescription& before, const ClothChange& change,
-                           const ModelRules& rules, ModelCache& models) {
-  DRAPE_RETURN_IF_ERROR(CheckFits(change.model, before.topology));
-  auto description = std::make_shared<ModelDescription>(before);
+Result<ChangedModel> Build(const std::shared_ptr<const ModelDescription>& before,
+                           const ClothChange& change, const ModelRules& rules,
+                           ModelCache& models) {
+  DRAPE_RETURN_IF_ERROR(CheckFits(change.model, before->topology));
+  auto description = std::make_shared<ModelDescription>(*before);
   Apply(change.model, *description);
   if (change.pins) {
     description->pinned_particles.clear();
@@ -89,7 +90,7 @@ Result<ChangedModel> Build(const ModelDescription& before, const ClothChange& ch
   }
   auto model = SceneModel::Build(*description, LimitsFor(change, rules.limits));
   if (!model.ok()) return Below("spec", model.status());
-  return ChangedModel{std::move(description), models.Share(*model), {}};
+  return ChangedModel{before, std::move(description), models.Share(*model), {}};
 }
 
 }  // namespace
@@ -103,7 +104,7 @@ Result<std::vector<ChangedModel>> BuildChangedModels(
     const auto before = cloth->description();
     ChangedModel& entry = built[before->model_description];
     if (entry.model == nullptr) {
-      DRAPE_ASSIGN_OR_RETURN(entry, Build(*before->model_description, change, rules, models));
+      DRAPE_ASSIGN_OR_RETURN(entry, Build(before->model_description, change, rules, models));
     }
     if (rules.accept) DRAPE_RETURN_IF_ERROR(rules.accept(*before, *entry.model));
     changed.push_back(entry);

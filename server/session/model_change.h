@@ -14,6 +14,8 @@ namespace drape {
 
 // The new model of a cloth after a change of its structure.
 struct ChangedModel {
+  // The version that it was made for: while this object exists, no other one has its address.
+  std::shared_ptr<const ModelDescription> before;
   std::shared_ptr<const ModelDescription> description;
   std::shared_ptr<const SceneModel> model;
   std::string plan;  // BackendDescription::plan_of; the caller of BuildChangedModels sets it
@@ -23,7 +25,9 @@ struct ChangedModel {
 struct ModelRules {
   // Limits on what the change adds. It never adds particles, and other pins alone add nothing.
   ModelLimits limits;
-  // Called for each cloth; an error refuses the change. Empty: every change is accepted.
+  // Called for each cloth with its description of the moment: early, and again on the device thread
+  // when the change is made. Cheap and pure; an error refuses the change. Empty: every change is
+  // accepted.
   std::function<Status(const ClothDescription& before, const SceneModel& after)> accept;
 };
 

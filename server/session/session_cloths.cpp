@@ -129,8 +129,8 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
   }
   const Status status = commons_->scheduler.Post(
       [self = shared_from_this(), cloths = std::move(cloths), change = std::move(change),
-       models = std::move(models), done](Backend& backend) {
-        const Status outcome = UpdateOnDevice(backend, cloths, change, models);
+       models = std::move(models), rules, done](Backend& backend) {
+        const Status outcome = UpdateOnDevice(backend, cloths, change, models, rules);
         if (!outcome.ok()) self->DropEnded(cloths);
         const auto description = cloths.front()->description();
         self->commons_->scheduler.Complete(

@@ -83,7 +83,8 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"server/api",
      {"server/core", "server/scene", "server/solver", "server/render", "server/scheduler",
       "server/session"}},
-    {"client", {"client/include/drape", "client/src", "client/cli", "client/examples"}},
+    {"client",
+     {"client/include/drape", "client/src", "client/src/scenes", "client/cli", "client/examples"}},
 };
 
 // Foreign headers and the only folders (and files) that may name them.

@@ -241,5 +241,66 @@ TEST_F(ClothUpdateTest, ClothsOfOneDescriptionShareTheNewModel) {
   EXPECT_EQ(cloths[0]->description()->model, cloths[1]->description()->model);
 }
 
+// Both models are built from the same description; the one that comes second may not be applied.
+TEST_F(ClothUpdateTest, AModelForADescriptionThatIsNoMoreIsRefused) {
+  const ClothList cloths = CreateChains(2, 4, {{0, std::nullopt}});
+  ClothChange pins;
+  pins.pins = std::vector<Pin>{{0, std::nullopt}, {3, std::nullopt}};
+  ClothChange material;
+  material.model.distance_constraints = std::vector<DistanceConstraint>{{.i = 0, .j = 3, .rest_length_m = 1}};
+  scheduler_->HoldForTest();
+  const auto first = BeginUpdate(cloths, pins);
+  const auto second = BeginUpdate({cloths[1]}, material);
+  scheduler_->ReleaseForTest();
+  EXPECT_TRUE(first.Get().ok());
+  EXPECT_EQ(second.Get().status().reason(), kUpdateConflict);
+  EXPECT_TRUE(second.Get().status().retry_after_ms().has_value());
+  for (const auto& cloth : cloths) {
+    EXPECT_EQ(cloth->description()->pins.size(), 2u);
+    EXPECT_EQ(cloth->description()->model->pin_count(), 2u);
+  }
+  EXPECT_TRUE(Reset(cloths).ok());
+  // Made again, it has both changes.
+  EXPECT_TRUE(Update({cloths[1]}, material).ok());
+  EXPECT_EQ(cloths[1]->description()->model->pin_count(), 2u);
+  EXPECT_EQ(cloths[1]->description()->model->described_constraint_count(), 1u);
+}
+
+TEST_F(ClothUpdateTest, ChangesWithoutAModelNeverConflict) {
+  const ClothList cloths = CreateChains(1, 4);
+  ClothChange pins;
+  pins.pins = std::vector<Pin>{{3, std::nullopt}};
+  ClothChange gravity;
+  gravity.gravity_m_per_s2 = Vector3d(0, 0, -1);
+  scheduler_->HoldForTest();
+  const auto first = BeginUpdate(cloths, gravity);
+  const auto second = BeginUpdate(cloths, pins);
+  const auto third = BeginUpdate(cloths, gravity);
+  scheduler_->ReleaseForTest();
+  EXPECT_TRUE(first.Get().ok());
+  EXPECT_TRUE(second.Get().ok());
+  EXPECT_TRUE(third.Get().ok());
+}
+
+// What was legal when it was asked for may not be when it is done.
+TEST_F(ClothUpdateTest, TheRulesHoldForTheClothAsItIsThen) {
+  const ClothList cloths = CreateChains(1, 4);
+  ModelRules rules;
+  rules.accept = [](const ClothDescription& before, const SceneModel&) -> Status {
+    if (before.parameters.gravity_m_per_s2.z() == 0) return Status::Ok();
+    return Status::InvalidField("spec.settings", "too much");
+  };
+  ClothChange gravity;
+  gravity.gravity_m_per_s2 = Vector3d(0, 0, -1);
+  ClothChange wind;
+  wind.wind_m_per_s = Vector3d(1, 0, 0);
+  scheduler_->HoldForTest();
+  const auto first = BeginUpdate(cloths, gravity, rules);
+  const auto second = BeginUpdate(cloths, wind, rules);
+  scheduler_->ReleaseForTest();
+  EXPECT_TRUE(first.Get().ok());
+  EXPECT_EQ(second.Get().status().reason(), "INVALID_FIELDS");
+}
+
 }  // namespace
 }  // namespace drape

@@ -73,11 +73,16 @@ class SessionFixture : public testing::Test {
     session().ResetCloths(std::move(cloths), [done](const Status& s) mutable { done.Set(s); });
     return done.Get();
   }
-  Result<UpdatedCloths> Update(ClothList cloths, ClothChange change) {
+  Awaited<Result<UpdatedCloths>> BeginUpdate(ClothList cloths, ClothChange change,
+                                             const ModelRules& rules = {}) {
     Awaited<Result<UpdatedCloths>> done;
-    session().UpdateCloths(std::move(cloths), std::move(change),
-                           [done](Result<UpdatedCloths> r) mutable { done.Set(std::move(r)); });
-    return done.Get();
+    session().UpdateCloths(
+        std::move(cloths), std::move(change),
+        [done](Result<UpdatedCloths> r) mutable { done.Set(std::move(r)); }, rules);
+    return done;
+  }
+  Result<UpdatedCloths> Update(ClothList cloths, ClothChange change) {
+    return BeginUpdate(std::move(cloths), std::move(change)).Get();
   }
   Awaited<StepOutcome> BeginStep(const ClothList& cloths, uint32_t steps) {
     Awaited<StepOutcome> outcome;

@@ -1,5 +1,5 @@
 // Wavefront OBJ files of the repository as meshes: vertices and faces, polygons as fans of
-// triangles like client/src/mesh_file.cpp. Header only, for files that are known to be good.
+// triangles like client/src/scenes/mesh_file.cpp. Header only, for files that are known to be good.
 #pragma once
 
 #include <cstdint>

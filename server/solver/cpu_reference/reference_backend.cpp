@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 
 #include "server/core/check.h"
 #include "server/solver/cpu_reference/reference_step.h"
+#include "server/solver/update_check.h"
 
 namespace drape {
 
@@ -18,12 +20,6 @@ std::vector<Vector3d> PinPositions(const SceneModel& model, const ParticleState&
   std::vector<Vector3d> positions;
   for (const uint32_t pin : model.pins()) positions.push_back(state.positions_m[pin]);
   return positions;
-}
-
-void CheckState(const SceneModel& model, const ParticleState& state) {
-  DRAPE_CHECK(state.positions_m.size() == model.particle_count() &&
-                  state.velocities_m_per_s.size() == model.particle_count(),
-              "a state must have one position and one velocity per particle");
 }
 
 class ReferenceBackend final : public Backend {
@@ -39,7 +35,7 @@ class ReferenceBackend final : public Backend {
   Result<ClothHandle> Create(std::shared_ptr<const SceneModel> model,
                              const ClothParameters& parameters,
                              const ParticleState& state) override {
-    CheckState(*model, state);
+    DRAPE_RETURN_IF_ERROR(CheckStateFits(*model, parameters, state));
     std::vector<Vector3d> pin_targets = PinPositions(*model, state);
     // Handles are never reused: the slot counts up and wraps into the generation.
     if (++next_handle_.slot == 0) ++next_handle_.generation;
@@ -51,31 +47,46 @@ class ReferenceBackend final : public Backend {
   }
 
   void Destroy(ClothHandle handle) override {
+    AbandonStep(handle);
     DRAPE_CHECK(cloths_.erase(handle) == 1, "no such cloth");
   }
 
   BatchReport Step(std::span<const StepItem> items) override {
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = Clock::now();
     BatchReport batch;
     for (const StepItem& item : items) {
+      AbandonStep(item.cloth);
       ReferenceCloth& cloth = Find(item.cloth);
-      if (!item.pin_targets_m.empty() && cloth.fault == FaultReason::kNone) {
-        DRAPE_CHECK(item.pin_targets_m.size() == cloth.model->pin_count(), "one target per pin");
-        cloth.pin_targets_m.assign(item.pin_targets_m.begin(), item.pin_targets_m.end());
-      }
-      if (cloth.fault == FaultReason::kNone) SetLengthTargets(cloth, item.rest_lengths_m);
-      DRAPE_CHECK(item.grips.size() <= cloth.parameters.max_grips, "no more grips than max_grips");
-      cloth.grips.assign(item.grips.begin(), item.grips.end());
-      if (!item.collider_motions.empty() && cloth.fault == FaultReason::kNone) {
-        cloth.parameters.collider_motions = CheckedMotions(cloth.parameters, item.collider_motions);
-      }
+      SetTargets(cloth, item);
       batch.reports.push_back(
           StepReferenceCloth(cloth, item.measure, IterationsOf(item, cloth.parameters.settings)));
     }
-    batch.device_us = std::chrono::duration_cast<std::chrono::microseconds>(
-                          std::chrono::steady_clock::now() - start)
-                          .count();
+    batch.device_us = UsSince(start);
     return batch;
+  }
+
+  std::optional<BatchReport> StepPiece(const StepItem& item, const Pause& pause) override {
+    const auto start = Clock::now();
+    std::unique_ptr<ReferenceStep>& step = steps_under_way_[item.cloth];
+    if (step == nullptr) {
+      ReferenceCloth& cloth = Find(item.cloth);
+      SetTargets(cloth, item);
+      step = std::make_unique<ReferenceStep>(cloth, item.measure,
+                                             IterationsOf(item, cloth.parameters.settings));
+    }
+    const std::optional<StepReport> report = step->Continue(pause);
+    if (!report) return std::nullopt;
+    steps_under_way_.erase(item.cloth);
+    BatchReport batch;
+    batch.reports.push_back(*report);
+    batch.device_us = UsSince(start);
+    return batch;
+  }
+
+  void AbandonStep(ClothHandle handle) override {
+    if (steps_under_way_.erase(handle) == 0) return;
+    ReferenceCloth& cloth = Find(handle);
+    cloth.rest_length_targets_m = cloth.rest_lengths_m;
   }
 
   StateColumns Read(const ReadRequest& request) override {
@@ -90,30 +101,47 @@ class ReferenceBackend final : public Backend {
   }
 
   Status Write(ClothHandle handle, const ClothUpdate& update) override {
+    AbandonStep(handle);
     ReferenceCloth& cloth = Find(handle);
+    DRAPE_RETURN_IF_ERROR(CheckUpdateFits(*cloth.model, cloth.parameters, update));
     if (update.state) {
-      CheckState(*cloth.model, *update.state);
       cloth.state = *update.state;
       cloth.fault = FaultReason::kNone;
     }
     if (update.model) ReplaceModel(cloth, update.model);
     if (update.rest_lengths_m) {
-      CheckLengths(*cloth.model, *update.rest_lengths_m);
       cloth.rest_lengths_m = cloth.rest_length_targets_m = *update.rest_lengths_m;
     }
     if (update.parameters) cloth.parameters = *update.parameters;
     if (update.collider_motions) {
       cloth.parameters.collider_motions = *update.collider_motions;
     }
-    CheckMotionCount(cloth.parameters);
-    if (update.pin_targets_m) {
-      DRAPE_CHECK(update.pin_targets_m->size() == cloth.model->pin_count(), "one target per pin");
-      cloth.pin_targets_m = *update.pin_targets_m;
-    }
+    if (update.pin_targets_m) cloth.pin_targets_m = *update.pin_targets_m;
     return Status::Ok();
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
+  static int64_t UsSince(Clock::time_point start) {
+    return std::chrono::duration_cast<std::chrono::microseconds>(Clock::now() - start).count();
+  }
+
+  // Sets the targets of pins, lengths and colliders in a step.
+  static void SetTargets(ReferenceCloth& cloth, const StepItem& item) {
+    if (cloth.fault != FaultReason::kNone) return;
+    if (!item.pin_targets_m.empty()) {
+      DRAPE_CHECK(item.pin_targets_m.size() == cloth.model->pin_count(), "one target per pin");
+      cloth.pin_targets_m.assign(item.pin_targets_m.begin(), item.pin_targets_m.end());
+    }
+    SetLengthTargets(cloth, item.rest_lengths_m);
+    DRAPE_CHECK(item.grips.size() <= cloth.parameters.max_grips, "no more grips than max_grips");
+    cloth.grips.assign(item.grips.begin(), item.grips.end());
+    if (!item.collider_motions.empty()) {
+      cloth.parameters.collider_motions = CheckedMotions(cloth.parameters, item.collider_motions);
+    }
+  }
+
   // Those of `particles`; empty: all.
   static void Append(const std::vector<Vector3d>& vectors, std::span<const uint32_t> particles,
                      std::vector<double>& packed) {
@@ -122,11 +150,6 @@ class ReferenceBackend final : public Backend {
     };
     if (particles.empty()) std::for_each(vectors.begin(), vectors.end(), append);
     for (const uint32_t particle : particles) append(vectors[particle]);
-  }
-
-  static void CheckMotionCount(const ClothParameters& parameters) {
-    const size_t count = parameters.collider_motions.size();
-    DRAPE_CHECK(count == 0 || count == parameters.colliders.size(), "one motion per collider");
   }
 
   static std::vector<RigidMotion> CheckedMotions(const ClothParameters& parameters,
@@ -152,8 +175,6 @@ class ReferenceBackend final : public Backend {
 
   // Pins that stay keep their targets; new ones start where they are.
   static void ReplaceModel(ReferenceCloth& cloth, std::shared_ptr<const SceneModel> model) {
-    DRAPE_CHECK(model->particle_count() == cloth.model->particle_count(),
-                "a new model must have the same particle count");
     std::vector<Vector3d> targets = PinPositions(*model, cloth.state);
     const std::span<const uint32_t> old_pins = cloth.model->pins();
     for (uint32_t k = 0; k < model->pin_count(); ++k) {
@@ -175,6 +196,7 @@ class ReferenceBackend final : public Backend {
   }
 
   std::unordered_map<ClothHandle, ReferenceCloth> cloths_;
+  std::unordered_map<ClothHandle, std::unique_ptr<ReferenceStep>> steps_under_way_;  // in pieces
   ClothHandle next_handle_{.slot = 0, .generation = 1};
 };
 

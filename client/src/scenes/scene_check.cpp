@@ -1,4 +1,4 @@
-#include "client/src/scene_check.h"
+#include "client/src/scenes/scene_check.h"
 
 #include <algorithm>
 #include <cmath>

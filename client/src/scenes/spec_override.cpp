@@ -1,4 +1,4 @@
-#include "client/src/spec_override.h"
+#include "client/src/scenes/spec_override.h"
 
 #include <charconv>
 #include <vector>

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "client/src/errors.h"
-#include "client/src/json_check.h"
-#include "client/src/scene_check.h"
-#include "client/src/spec_override.h"
+#include "client/src/scenes/json_check.h"
+#include "client/src/scenes/scene_check.h"
+#include "client/src/scenes/spec_override.h"
 #include "drape/mesh_file.h"
 
 namespace drape {

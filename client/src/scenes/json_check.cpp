@@ -1,4 +1,4 @@
-#include "client/src/json_check.h"
+#include "client/src/scenes/json_check.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,0 +1,29 @@
+"""Client of the cloth-simulation server Drape: thousands of cloths as numpy arrays.
+
+    import drape
+    from drape import ClothSpec, Grid, Pin
+
+    with drape.launch() as client, client.session() as session:
+        spec = ClothSpec(grid=Grid(columns=32, rows=32, width_m=1, height_m=1), pins=[Pin(particle=0), Pin(particle=31)])
+        cloths = session.create(spec, count=64)
+        cloths.step(60)
+        print(cloths.positions.shape)         # (64, 1024, 3), metres
+
+Descriptions are the messages of the protocol (proto/drape/v1); all of them are in `drape.v1`.
+"""
+
+from . import errors, mesh, scene, v1
+from ._version import __version__
+from .client import Client, VersionWarning, connect, launch
+from .cloths import Cloths
+from .errors import (Aborted, Cancelled, DeadlineExceeded, Error, FailedPrecondition, FieldViolation, ForkedProcess,
+                     InvalidArgument, NotFound, ResourceExhausted, SessionLost, Unauthenticated, Unavailable, Unimplemented)
+from .pipeline import Pipeline
+from .private_server import find_server
+from .session import Session
+from .states import POSITIONS, POSITIONS_AND_VELOCITIES, VELOCITIES, Answer, States
+from .v1 import (Box, Camera, Capsule, ClothOverride, ClothSpec, Collider, Cylinder, DistanceConstraint, Environment, Grid,
+                 Material, Mesh, MeshImport, Particles, Pin, Plane, PointJoint, Sphere, Spring, StateView, StepSettings,
+                 Transform)
+
+__all__ = [name for name in dir() if not name.startswith("_")] + ["__version__"]

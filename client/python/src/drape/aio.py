@@ -1,0 +1,193 @@
+"""The same names for asyncio: every method that asks the server is a coroutine.
+
+    async with await drape.aio.launch() as client, await client.session() as session:
+        cloths = await session.create(spec, count=64)
+        answer = await cloths.step(60)
+
+The properties `positions`, `velocities` and `time_s` of a batch do not ask: await `cloths.read()` first.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import functools
+import os
+from typing import Any, Awaitable, Callable
+
+import grpc
+import grpc.aio
+
+from . import errors, v1
+from .client import ClientBase
+from .cloths import ClothsBase
+from .connection import ConnectionBase, channel_options, credentials
+from .operations import Operation, P, R, Unary, named
+from .private_server import PrivateServer
+from .session import _LAST_CALL_S, _RENEWALS_PER_LEASE, SessionBase, iter_of
+
+
+def _awaiting(operation: Callable[P, Operation[R]]) -> Callable[P, Awaitable[R]]:
+    @functools.wraps(operation)
+    def method(self, *args, **kwargs):
+        return self._connection.run(operation(self, *args, **kwargs))
+
+    return named(method, operation)
+
+
+class _Connection(ConnectionBase):
+    def __init__(self, address, tls=False, timeout_s=None, server=None):
+        super().__init__(address, timeout_s, server)
+        options, secure = channel_options(address), credentials(tls)
+        self.channel = (grpc.aio.insecure_channel(address, options) if secure is None
+                        else grpc.aio.secure_channel(address, secure, options))
+
+    async def run(self, operation):
+        try:
+            call = operation.send(None)
+            while True:
+                try:
+                    answer = await self._do(call)
+                except grpc.RpcError as error:
+                    call = operation.throw(self.error_of(error))
+                else:
+                    call = operation.send(answer)
+        except StopIteration as done:
+            return done.value
+
+    async def _do(self, call):
+        of = self.call_of(call.method)
+        timeout_s = self.timeout_s if call.timeout_s is None else call.timeout_s
+        under_way = of(call.request, timeout=timeout_s, metadata=self.metadata_of(call.session))
+        sink = getattr(call, "sink", None)
+        if sink is None:
+            return await under_way
+        try:
+            async for answer in under_way:
+                sink(answer)
+        finally:
+            under_way.cancel()
+        return None
+
+    async def close(self):
+        if self.closed or os.getpid() != self._pid:
+            return
+        self.closed = True
+        await self.channel.close()
+        if self.server is not None:
+            await asyncio.to_thread(self.server.stop)
+
+
+class Cloths(ClothsBase):
+    __doc__ = ClothsBase.__doc__
+
+    step = _awaiting(ClothsBase._step)
+    read = _awaiting(ClothsBase._read)
+    reset = _awaiting(ClothsBase._reset)
+    update = _awaiting(ClothsBase._update)
+    describe = _awaiting(ClothsBase._describe)
+    delete = _awaiting(ClothsBase._delete)
+    render_png = _awaiting(ClothsBase._render_png)
+    render = _awaiting(ClothsBase._render)
+
+    positions = property(lambda self: self._at_hand("_positions"), doc="[n, particles, 3] of the last step or read.")
+    velocities = property(lambda self: self._at_hand("_velocities"), doc="[n, particles, 3] of the last step or read.")
+    time_s = property(lambda self: self._at_hand("_time_s"), doc="float64[n] of the last step or read.")
+
+    def _at_hand(self, name):
+        value = getattr(self, name)
+        if value is None:
+            raise errors.FailedPrecondition("not at hand: await cloths.read() first", reason="NOT_READ")
+        return value
+
+
+class Session(SessionBase):
+    __doc__ = SessionBase.__doc__
+
+    _cloths_class = Cloths
+
+    def __init__(self, client, message, is_owner):
+        super().__init__(client, message, is_owner)
+        self._lease_error = None
+        self._renewal = asyncio.get_running_loop().create_task(self._keep())
+
+    create: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._create)
+    attach: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._attach)
+    list = _awaiting(SessionBase._list)
+    renew = _awaiting(SessionBase._renew)
+
+    @property
+    def lease_error(self):
+        return self._lease_error
+
+    async def _keep(self):
+        interval_s = self.ttl_s / _RENEWALS_PER_LEASE
+        while True:
+            await asyncio.sleep(interval_s)
+            try:
+                await self.renew()
+            except errors.NotFound as error:
+                self._lease_error = error
+                return
+            except errors.Error:
+                pass  # it may pass: the next renewal tries again
+
+    async def close(self):
+        """Deletes it on the server, if it was created here. May be called again."""
+        self._renewal.cancel()
+        if not self._is_owner or self._connection.closed:
+            return
+        self._is_owner = False
+        try:
+            await self._connection.run(
+                iter_of(Unary("DeleteSession", v1.DeleteSessionRequest(name=self.name), self.name, _LAST_CALL_S)))
+        except errors.Error:
+            pass  # then its lease ends it
+
+    async def __aenter__(self):
+        return self
+
+    async def __aexit__(self, *_):
+        await self.close()
+
+
+class Client(ClientBase):
+    __doc__ = ClientBase.__doc__
+
+    _session_class = Session
+    session: Callable[..., Awaitable[Session]] = _awaiting(ClientBase._session)
+    sessions = _awaiting(ClientBase._sessions)
+    server_info = _awaiting(ClientBase._server_info)
+    health = _awaiting(ClientBase._health)
+
+    async def close(self):
+        """Closes its sessions, the connection, and the private server. May be called again."""
+        for session in list(self._open_sessions):
+            await session.close()
+        await self._connection.close()
+
+    async def __aenter__(self):
+        return self
+
+    async def __aexit__(self, *_):
+        await self.close()
+
+
+async def _open(connection, ready_timeout_s):
+    client = Client(connection)
+    try:
+        await connection.run(client._introduce(ready_timeout_s))
+    except BaseException:
+        await client.close()
+        raise
+    return client
+
+
+async def connect(address, *, tls=False, timeout_s=None, ready_timeout_s=5.0) -> Client:
+    """See `drape.connect`."""
+    return await _open(_Connection(address, tls, timeout_s), ready_timeout_s)
+
+
+async def launch(backend="auto", *, program=None, flags=(), ready_timeout_s=60.0, timeout_s=None) -> Client:
+    """See `drape.launch`."""
+    server = await asyncio.to_thread(PrivateServer, backend, program, flags, ready_timeout_s)
+    return await _open(_Connection(server.address, timeout_s=timeout_s, server=server), ready_timeout_s)

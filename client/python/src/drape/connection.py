@@ -1,0 +1,143 @@
+"""A channel to one server, and how requests are sent through it."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+
+import grpc
+import grpc.experimental
+from google.protobuf import wrappers_pb2
+
+from . import errors, memory, v1
+
+SESSION_HEADER = "x-drape-session"
+# grpc.health.v1 in terms of messages of equal wire format.
+HEALTH = "Check"
+_METHODS = {**v1.METHODS, HEALTH: v1.Method("/grpc.health.v1.Health/Check", wrappers_pb2.StringValue,
+                                            wrappers_pb2.Int32Value, False, False)}
+_MAX_REQUEST_BYTES = 64 << 20
+_LOOPBACK = ("127.", "localhost:", "[::1]:")
+
+
+def channel_options(address):
+    """For both kinds of channel: answers of any size, a connection of its own, no proxy to this machine."""
+    options = [
+        ("grpc.max_receive_message_length", -1),
+        ("grpc.max_send_message_length", _MAX_REQUEST_BYTES),
+        ("grpc.use_local_subchannel_pool", 1),
+    ]
+    if address.startswith(_LOOPBACK):
+        options.append(("grpc.enable_http_proxy", 0))
+    return options
+
+
+def credentials(tls):
+    """None (no TLS), or what `connect(tls=...)` asks for: True, PEM bytes, or a file of them."""
+    if tls is False or tls is None:
+        return None
+    if tls is True:
+        return grpc.ssl_channel_credentials()
+    if isinstance(tls, bytes):
+        return grpc.ssl_channel_credentials(tls)
+    try:
+        return grpc.ssl_channel_credentials(pathlib.Path(tls).read_bytes())
+    except OSError as error:
+        raise errors.FailedPrecondition(f"tls: {tls} cannot be read: {error}", reason="TLS_FILE_FAILED") from error
+
+
+class ConnectionBase:
+    """What both transports share. `server` is the private one, if any: it lives as long as the connection."""
+
+    def __init__(self, address, timeout_s, server):
+        self.address = address
+        self.timeout_s = timeout_s
+        self.server = server
+        self.closed = False
+        self._pid = os.getpid()
+        self._calls = {}
+        self._metadata = {"": ()}
+        memory.keep_freed_blocks()
+
+    def check_usable(self):
+        """In this process, and not closed."""
+        if os.getpid() != self._pid:
+            raise errors.ForkedProcess(
+                f"this client belongs to process {self._pid}; a forked process cannot use it. Make the client in the new "
+                "process, or start processes by multiprocessing's 'spawn' or 'forkserver'", reason="FORKED_PROCESS")
+        if self.closed:
+            raise errors.FailedPrecondition("the client is closed", reason="CLIENT_CLOSED")
+
+    def call_of(self, name):
+        """The grpc callable of a method of the service."""
+        self.check_usable()
+        if name not in self._calls:
+            method = _METHODS.get(name)
+            if method is None:
+                raise errors.Unimplemented(f"the protocol of this package has no {name}", reason="NO_SUCH_METHOD")
+            kind = f"{'stream' if method.streams_requests else 'unary'}_{'stream' if method.streams_answers else 'unary'}"
+            self._calls[name] = getattr(self.channel, kind)(
+                method.path, request_serializer=method.request.SerializeToString,
+                response_deserializer=method.answer.FromString)
+        return self._calls[name]
+
+    def metadata_of(self, session):
+        if session not in self._metadata:
+            self._metadata[session] = ((SESSION_HEADER, session),)
+        return self._metadata[session]
+
+    def error_of(self, rpc_error):
+        error = errors.from_rpc(rpc_error)
+        if isinstance(error, errors.Unavailable) and self.server is not None:
+            error.message += self.server.why_not()
+        return error
+
+
+class Connection(ConnectionBase):
+    """The transport that waits. Safe to use from several threads."""
+
+    def __init__(self, address, tls=False, timeout_s=None, server=None):
+        super().__init__(address, timeout_s, server)
+        options = channel_options(address)
+        # A stream of answers is read by the thread that asks for it, without another one.
+        options.append((grpc.experimental.ChannelOptions.SingleThreadedUnaryStream, 1))
+        secure = credentials(tls)
+        self.channel = (grpc.insecure_channel(address, options) if secure is None
+                        else grpc.secure_channel(address, secure, options))
+
+    def run(self, operation):
+        """Does the requests that `operation` yields; returns its result."""
+        try:
+            call = operation.send(None)
+            while True:
+                try:
+                    answer = self._do(call)
+                except grpc.RpcError as error:
+                    call = operation.throw(self.error_of(error))
+                else:
+                    call = operation.send(answer)
+        except StopIteration as done:
+            return done.value
+
+    def _do(self, call):
+        of = self.call_of(call.method)
+        timeout_s = self.timeout_s if call.timeout_s is None else call.timeout_s
+        sink = getattr(call, "sink", None)
+        if sink is None:
+            return of(call.request, timeout=timeout_s, metadata=self.metadata_of(call.session))
+        answers = of(call.request, timeout=timeout_s, metadata=self.metadata_of(call.session))
+        try:
+            for answer in answers:
+                sink(answer)
+        finally:
+            answers.cancel()  # does nothing once all have come
+        return None
+
+    def close(self):
+        """Ends the connection, and the private server. May be called again."""
+        if self.closed or os.getpid() != self._pid:
+            return
+        self.closed = True
+        self.channel.close()
+        if self.server is not None:
+            self.server.stop()

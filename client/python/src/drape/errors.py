@@ -1,0 +1,173 @@
+"""The exceptions of the package: one class per canonical code, and what the server said.
+
+proto/errors.md lists every reason. A cloth that blows up is no error: see `Cloths.faulted`.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import grpc
+from google.rpc import error_details_pb2, status_pb2
+
+_DETAILS_KEY = "grpc-status-details-bin"
+_LOST = ("SESSION_NOT_FOUND", "SESSION_EXPIRED")
+
+
+class FieldViolation(NamedTuple):
+    """One bad field of a request: its path, and its value with the legal range."""
+
+    field: str
+    description: str
+
+
+class Error(Exception):
+    """Every failure of this package.
+
+    code: canonical name, e.g. "INVALID_ARGUMENT". reason: a constant word for programs, e.g. "SESSION_EXPIRED"; "" where
+    the transport failed. message: for people. fields: every bad field. quotas: the exhausted ones. retry_after_s: the time
+    to wait before a repetition, None if waiting does not help.
+    """
+
+    code = "UNKNOWN"
+
+    def __init__(self, message="", *, reason="", fields=(), quotas=(), retry_after_s=None, metadata=None, code=None):
+        super().__init__(message)
+        self.code = code or type(self).code
+        self.message = message
+        self.reason = reason
+        self.fields = tuple(FieldViolation(*field) for field in fields)
+        self.quotas = tuple(quotas)
+        self.retry_after_s = retry_after_s
+        self.metadata = dict(metadata or {})
+
+    def __str__(self):
+        text = f"{self.reason or self.code}: {self.message}"
+        for field, description in self.fields:
+            if f"{field}: {description}" not in self.message:  # a message may be its only field
+                text += f"; {field}: {description}"
+        return text
+
+    def __reduce__(self):
+        return _rebuild, (type(self), self.message, self.reason, self.fields, self.quotas, self.retry_after_s,
+                          self.metadata, self.code)
+
+
+class InvalidArgument(Error, ValueError):
+    """A field is wrong; nothing has been done. `fields` names every one."""
+
+    code = "INVALID_ARGUMENT"
+
+
+class NotFound(Error, LookupError):
+    """No such session or cloth."""
+
+    code = "NOT_FOUND"
+
+
+class SessionLost(NotFound):
+    """The session does not exist, or its lease is over. Its cloths are gone with it."""
+
+
+class FailedPrecondition(Error):
+    """The request does not fit the present state, e.g. STEP_MISMATCH, PIN_NOT_FOUND."""
+
+    code = "FAILED_PRECONDITION"
+
+
+class Aborted(Error):
+    """The first request with this request id is not complete."""
+
+    code = "ABORTED"
+
+
+class ResourceExhausted(Error, MemoryError):
+    """A limit or a quota; `retry_after_s` is set where waiting helps."""
+
+    code = "RESOURCE_EXHAUSTED"
+
+
+class Unavailable(Error, ConnectionError):
+    """No answer: no server, or one that shuts down."""
+
+    code = "UNAVAILABLE"
+
+
+class DeadlineExceeded(Error, TimeoutError):
+    """No answer within `timeout_s`. Steps that were complete stay."""
+
+    code = "DEADLINE_EXCEEDED"
+
+
+class Cancelled(Error):
+    """The request was cancelled. Steps that were complete stay."""
+
+    code = "CANCELLED"
+
+
+class Unauthenticated(Error, PermissionError):
+    """The server wants to know who asks, or refuses it."""
+
+    code = "UNAUTHENTICATED"
+
+
+class Unimplemented(Error, NotImplementedError):
+    """The server, or the protocol of this package, is too old for the request."""
+
+    code = "UNIMPLEMENTED"
+
+
+class ForkedProcess(Error, RuntimeError):
+    """A client was used in a process forked from the one that made it. gRPC cannot do that: make the client in the new
+    process, or start processes by "spawn"."""
+
+    code = "FAILED_PRECONDITION"
+
+
+_CLASSES = {cls.code: cls for cls in (InvalidArgument, NotFound, FailedPrecondition, Aborted, ResourceExhausted,
+                                      Unavailable, DeadlineExceeded, Cancelled, Unauthenticated, Unimplemented)}
+_CLASSES["PERMISSION_DENIED"] = Unauthenticated
+
+
+def _rebuild(cls, message, reason, fields, quotas, retry_after_s, metadata, code):
+    return cls(message, reason=reason, fields=fields, quotas=quotas, retry_after_s=retry_after_s, metadata=metadata,
+               code=code)
+
+
+def bad_field(field, description):
+    """A field that this package refuses before it asks the server."""
+    return InvalidArgument(f"{field}: {description}", reason="BAD_FIELD", fields=[(field, description)])
+
+
+def from_rpc(error: grpc.RpcError) -> Error:
+    """The exception for a failed request, with everything that google.rpc.Status says."""
+    code = error.code() or grpc.StatusCode.UNKNOWN
+    message, details = error.details() or "", {}
+    for key, value in error.trailing_metadata() or ():
+        if key == _DETAILS_KEY:
+            message, details = _decode(value, message)
+    cls = _CLASSES.get(code.name, Error)
+    if cls is NotFound and details.get("reason") in _LOST:
+        cls = SessionLost
+    return cls(message, code=code.name, **details)
+
+
+def _decode(value, message):
+    status = status_pb2.Status()
+    status.ParseFromString(value)
+    details = {}
+    for packed in status.details:
+        name = packed.TypeName()
+        if name == "google.rpc.ErrorInfo":
+            info = error_details_pb2.ErrorInfo.FromString(packed.value)
+            details.update(reason=info.reason, metadata=dict(info.metadata))
+        elif name == "google.rpc.BadRequest":
+            bad = error_details_pb2.BadRequest.FromString(packed.value)
+            details["fields"] = [(v.field, v.description) for v in bad.field_violations]
+        elif name == "google.rpc.QuotaFailure":
+            quota = error_details_pb2.QuotaFailure.FromString(packed.value)
+            details["quotas"] = [f"{v.subject}: {v.description}" for v in quota.violations]
+        elif name == "google.rpc.RetryInfo":
+            delay = error_details_pb2.RetryInfo.FromString(packed.value).retry_delay
+            details["retry_after_s"] = delay.seconds + delay.nanos * 1e-9
+    return status.message or message, details

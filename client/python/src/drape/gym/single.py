@@ -1,0 +1,50 @@
+"""One environment at a time, for `gymnasium.make` and what wants a `gymnasium.Env`: a vector environment of one."""
+
+from __future__ import annotations
+
+import gymnasium
+from gymnasium.vector import AutoresetMode
+
+from drape.gym import tasks
+
+
+class SingleEnv(gymnasium.Env):
+    """The environment number 0 of a vector environment of one."""
+
+    def __init__(self, vector):
+        self._vector = vector
+        self.metadata = {**vector.metadata}
+        self.metadata.pop("autoreset_mode")
+        self.render_mode = vector.render_mode
+        self.action_space = vector.single_action_space
+        self.observation_space = vector.single_observation_space
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        observation, info = self._vector.reset(seed=seed, options=options)
+        return observation[0], _first(info)
+
+    def step(self, action):
+        observation, reward, terminated, truncated, info = self._vector.step(action[None])
+        return observation[0], float(reward[0]), bool(terminated[0]), bool(truncated[0]), _first(info)
+
+    def render(self):
+        return self._vector.render()[0]
+
+    def close(self):
+        self._vector.close()
+
+
+def _first(info):
+    return {name: value[0] for name, value in info.items() if not name.startswith("_")}
+
+
+def _maker(task):
+    def make(**options):
+        return SingleEnv(task(1, autoreset_mode=AutoresetMode.DISABLED, **options))
+
+    make.__name__ = task.__name__
+    return make
+
+
+DropFlat, FlingFlat, CoverSphere = map(_maker, (tasks.DropFlat, tasks.FlingFlat, tasks.CoverSphere))

@@ -1,0 +1,242 @@
+"""The vector environment below all tasks: n cloths, one Step per step."""
+
+from __future__ import annotations
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.utils import seeding
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+import drape
+from drape import v1
+from drape.gym.pickers import Pickers
+
+TIME_STEP_S = 1 / 60
+
+
+class ClothVectorEnv(VectorEnv):
+    """n environments of one task. All semantics are those of gymnasium 1.x: three modes of autoreset, `reset_mask`, seeds per
+    environment (environment i of `reset(seed=s)` has the seed s + i, and its results do not depend on the others).
+
+    action: float32[n, 8], per picker a motion [-1, 1]^3 in units of `picker_step_m` per simulated step, and [0, 1]: above
+    0.5 it holds. observation: float32[n, ...]: positions [m] of keypoints ("keypoints": 5 x 5 of them) or of all particles
+    ("particles"), then of the pickers, then 1 or 0 for each that holds. reward: the performance of the task. Episodes are
+    truncated after `max_episode_steps`; one whose cloth blows up is terminated.
+    info: "performance", "normalized_performance" (0 at the start, 1 at the best), each [n].
+
+    client: where the cloths live; None: a private server of `backend`, which ends with the environment.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 4}
+
+    # Of a task:
+    action_repeat = 8  # simulated steps per action
+    horizon = 50
+    picker_step_m = 0.01
+    side = 32  # particles
+    size_m = 0.4
+    best_performance = 0.0
+
+    def __init__(self, num_envs: int = 1, *, max_episode_steps: int | None = None, observation: str = "keypoints",
+                 autoreset_mode: AutoresetMode | str = AutoresetMode.NEXT_STEP, client: drape.Client | None = None,
+                 backend: str = "auto", render_mode: str | None = None):
+        if observation not in ("keypoints", "particles"):
+            raise ValueError(f"observation: 'keypoints' or 'particles', got {observation!r}")
+        self.num_envs = num_envs
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**self.metadata, "autoreset_mode": self.autoreset_mode}
+        self.render_mode = render_mode
+        self._horizon = max_episode_steps or self.horizon
+        self._owned = drape.launch(backend) if client is None else None
+        self._session = (client or self._owned).session(display_name=type(self).__name__)
+        self.pickers = Pickers((0, self.side - 1), self.picker_step_m, [-1.0, 0.0, -1.0], [1.0, 1.0, 1.0])
+        self.cloths = self._session.create(self._spec(), num_envs)
+        self.pickers.attach(self.cloths)
+        self._shown = self._keypoints() if observation == "keypoints" else np.arange(self.cloths.particles)
+        self._make_spaces()
+        self._generators = [seeding.np_random()[0] for _ in range(num_envs)]
+        self._starts = np.zeros((num_envs, 7))
+        self._positions = np.zeros((num_envs, self.cloths.particles, 3), self._session.dtype)
+        self._elapsed = np.zeros(num_envs, int)
+        self._first = np.zeros(num_envs)
+        self._done = np.ones(num_envs, bool)
+        self._has_begun = False
+
+    # --- what a task gives
+
+    def _material(self) -> v1.Material:
+        """Of the cloth; in the mean a cotton of 150 g/m^2."""
+        return v1.Material(areal_density_kg_per_m2=0.15, bending_rigidity_n_m=1e-5, damping_per_s=0.5,
+                           friction_static=0.5, friction_dynamic=0.4, thickness_m=0.005)
+
+    def _environment(self) -> v1.Environment:
+        """A floor at height 0."""
+        return v1.Environment(colliders=[v1.Collider(plane=v1.Plane(point_m=[0, 0, 0], normal=[0, 1, 0]))])
+
+    def _draw_start(self, rng) -> np.ndarray:
+        """[7] where and how a cloth starts: a transform of the flat sheet."""
+        raise NotImplementedError
+
+    def _prepare(self, rows) -> None:
+        """New starts have been drawn for the environments `rows`."""
+
+    def _performance(self, positions, rows) -> np.ndarray:
+        """[m], larger is better, of the environments `rows`: positions [m, particles, 3]."""
+        raise NotImplementedError
+
+    # --- gymnasium
+
+    def reset(self, *, seed=None, options=None):
+        mask = np.ones(self.num_envs, bool)
+        if options is not None and "reset_mask" in options:
+            mask = _checked_mask(options["reset_mask"], self.num_envs)
+        elif not isinstance(options, (dict, type(None))):
+            raise TypeError(f"options: a dict, got {type(options).__name__}")
+        if not self._has_begun:
+            mask = np.ones(self.num_envs, bool)
+        self._seed(seed, mask)
+        self._begin(mask)
+        self._has_begun = True
+        return self._observe(), self._info(self._measure(), mask)
+
+    def step(self, actions):
+        actions = self._checked_actions(actions)
+        begins = self._done if self.autoreset_mode == AutoresetMode.NEXT_STEP else np.zeros(self.num_envs, bool)
+        if self.autoreset_mode == AutoresetMode.DISABLED and self._done.any():
+            raise RuntimeError(f"environments {np.flatnonzero(self._done).tolist()} have ended: reset them by reset_mask")
+        acts = ~begins
+        if acts.any():
+            self._advance(actions, acts)
+        if begins.any():
+            self._begin(begins.copy())
+        performance = self._measure()
+        rewards = np.where(acts, performance, 0.0)
+        terminated = acts & self.cloths.faulted
+        truncated = acts & ~terminated & (self._elapsed >= self._horizon)
+        self._done = terminated | truncated
+        info = self._info(performance, np.ones(self.num_envs, bool))
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._done.any():
+            ended = self._done.copy()
+            final = {"final_obs": _where(ended, self._observe()), "_final_obs": ended,
+                     "final_info": {name: _where(ended, value) for name, value in info.items()}, "_final_info": ended}
+            self._begin(ended)
+            info = {**self._info(self._measure(), np.ones(self.num_envs, bool)), **final}
+        return self._observe(), rewards, terminated, truncated, info
+
+    def render(self):
+        """One uint8[height, width, 3] per environment."""
+        return tuple(self.cloths.render(320, 240, ids=[k]) for k in range(self.num_envs))
+
+    def close_extras(self, **_):
+        self._session.close()
+        if self._owned is not None:
+            self._owned.close()
+
+    # --- parts
+
+    @property
+    def starts(self):
+        """[n, 7]: the transform with which each episode began."""
+        return self._starts
+
+    @property
+    def elapsed(self):
+        """[n]: actions since then."""
+        return self._elapsed
+
+    def _spec(self):
+        return v1.ClothSpec(
+            grid=v1.Grid(columns=self.side, rows=self.side, width_m=self.size_m, height_m=self.size_m),
+            material=self._material(), environment=self._environment(), pins=self.pickers.pins(),
+            settings=v1.StepSettings(time_step_s=TIME_STEP_S, substeps=20))
+
+    def _keypoints(self):
+        line = np.rint(np.linspace(0, self.side - 1, 5)).astype(int)
+        return (line[:, None] * self.side + line).ravel()
+
+    def _make_spaces(self):
+        low, high = [-1, -1, -1, 0] * self.pickers.num, [1] * 4 * self.pickers.num
+        self.single_action_space = spaces.Box(np.float32(low), np.float32(high))
+        numbers = 3 * len(self._shown) + 4 * self.pickers.num
+        self.single_observation_space = spaces.Box(-np.inf, np.inf, (numbers,), np.float32)
+        self.action_space = batch_space(self.single_action_space, self.num_envs)
+        self.observation_space = batch_space(self.single_observation_space, self.num_envs)
+
+    def _seed(self, seed, mask):
+        if seed is None:
+            return
+        seeds = [seed + k for k in range(self.num_envs)] if np.ndim(seed) == 0 else list(seed)
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"seed: {self.num_envs} are needed, got {len(seeds)}")
+        for k in np.flatnonzero(mask):
+            if seeds[k] is not None:
+                self._generators[k] = seeding.np_random(int(seeds[k]))[0]
+
+    def _begin(self, mask):
+        """New episodes in the environments of `mask`."""
+        rows = np.flatnonzero(mask)
+        self._starts[rows] = [self._draw_start(self._generators[k]) for k in rows]
+        self._prepare(rows)
+        self.cloths.reset(rows, transforms=self._starts[rows])
+        begun = self.cloths.read(ids=rows).positions
+        self._keep(begun, rows)
+        self.pickers.begin(rows, begun)
+        self._elapsed[rows] = 0
+        self._done = self._done & ~mask
+        self._first[rows] = self._performance(begun, rows)
+
+    def _advance(self, actions, acts):
+        everyone = acts.all()
+        self.pickers.act(actions.reshape(self.num_envs, -1, 4), acts, self.action_repeat,
+                         self.action_repeat * TIME_STEP_S)
+        answer = self.cloths.step(self.action_repeat, ids=None if everyone else acts)
+        self._keep(answer.positions, None if everyone else answer.rows)
+        self._elapsed[acts] += 1
+
+    def _keep(self, positions, rows):
+        if rows is None or len(rows) == self.num_envs:
+            self._positions = positions
+            return
+        if not self._positions.flags.writeable:
+            self._positions = self._positions.copy()
+        self._positions[rows] = positions
+
+    def _measure(self):
+        return self._performance(self._positions, np.arange(self.num_envs))
+
+    def _observe(self):
+        shown = self._positions[:, self._shown].reshape(self.num_envs, -1)
+        pickers = self.pickers.positions.reshape(self.num_envs, -1)
+        return np.concatenate([shown, pickers, self.pickers.holds], axis=1).astype(np.float32)
+
+    def _info(self, performance, mask):
+        share = (performance - self._first) / (self.best_performance - self._first)
+        return {"performance": performance, "_performance": mask,
+                "normalized_performance": share, "_normalized_performance": mask}
+
+    def _checked_actions(self, actions):
+        if not self._has_begun:
+            raise RuntimeError("reset() comes before the first step()")
+        actions = np.asarray(actions, np.float64)
+        if actions.shape != self.action_space.shape:
+            raise ValueError(f"actions: the shape {self.action_space.shape} is needed, got {actions.shape}")
+        if not np.isfinite(actions).all():
+            raise ValueError("actions: every number must be finite")
+        return actions
+
+
+def _checked_mask(mask, count):
+    if not isinstance(mask, np.ndarray) or mask.dtype != np.bool_:
+        raise TypeError(f"reset_mask: an array of bool, got {getattr(mask, 'dtype', type(mask).__name__)}")
+    if mask.shape != (count,):
+        raise ValueError(f"reset_mask: the shape ({count},) is needed, got {mask.shape}")
+    if not mask.any():
+        raise ValueError("reset_mask: at least one must be True")
+    return mask.copy()
+
+
+def _where(mask, values):
+    kept = np.zeros_like(values)
+    kept[mask] = values[mask]
+    return kept

@@ -1,0 +1,58 @@
+"""Requests without a transport.
+
+A method that talks to the server is written once, as a generator: it yields `Unary` and `Reading` calls, is sent their
+answers, and returns its result. `blocking` makes a method of it that waits; `drape.aio` makes a coroutine of the same one.
+"""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from typing import Any, Callable, Generator, NamedTuple, ParamSpec, TypeVar
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+class Unary(NamedTuple):
+    """One request, one answer, which the generator is sent."""
+
+    method: str
+    request: Any
+    session: str = ""
+    timeout_s: float | None = None
+
+
+class Reading(NamedTuple):
+    """One request, a stream of answers, each of which is given to `sink`."""
+
+    method: str
+    request: Any
+    session: str
+    sink: Callable[[Any], None]
+    timeout_s: float | None = None
+
+
+Operation = Generator[Any, Any, R]
+
+
+def blocking(operation: Callable[P, Operation[R]]) -> Callable[P, R]:
+    """The method of that name which waits for the server."""
+
+    @functools.wraps(operation)
+    def method(self, *args, **kwargs):
+        return self._connection.run(operation(self, *args, **kwargs))
+
+    return named(method, operation)  # type: ignore[return-value]
+
+
+def named(method, operation):
+    """`method` with the name and the signature that a user sees: without the underscore, with the result alone."""
+    method.__name__ = operation.__name__.lstrip("_")
+    method.__qualname__ = method.__name__
+    signature = inspect.signature(operation)
+    result = str(signature.return_annotation)
+    if result.startswith("Operation["):
+        result = result[len("Operation["):-1]
+    method.__signature__ = signature.replace(return_annotation=result)
+    return method

@@ -1,0 +1,234 @@
+"""Scene files: what `drape run` reads, from Python.
+
+    scene = drape.scene.load("client/examples/skirt.json")
+    player = scene.play(session)
+    player.advance(60)
+    player.cloths[0].positions
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import pathlib
+
+import numpy as np
+from google.protobuf import json_format
+
+from . import errors, mesh, v1
+
+_DEFAULT_TIME_STEP_S = 1 / 60
+_ROUNDING = 1e-9  # of a step: times of controls are multiples of the step only up to rounding
+_MESH_FIELDS = ("mesh_file", "scale_m")
+
+
+class Scene:
+    """A checked scene. message: the `drape.v1.Scene`, its meshes read and its time step in every spec."""
+
+    def __init__(self, message):
+        self.message = message
+
+    @property
+    def name(self) -> str:
+        return self.message.name
+
+    @property
+    def time_step_s(self) -> float:
+        return self.message.time_step_s
+
+    @property
+    def step_count(self) -> int:
+        return math.floor(self.message.duration_s / self.message.time_step_s + 0.5)
+
+    def play(self, session) -> Player:
+        """Creates its cloths in `session`, ready for step 0."""
+        return Player(session, self)
+
+
+def load(path: str | os.PathLike, settings: dict | None = None) -> Scene:
+    """Reads a scene file and the meshes that it names. settings: fields of every spec to set, by path, e.g.
+    {"settings.substeps": 40}. Raises NotFound, InvalidArgument with the path of the bad field."""
+    path = pathlib.Path(path)
+    if not path.is_file():
+        raise errors.NotFound(f"no scene file {path}", reason="NO_SCENE_FILE")
+    try:
+        scene = parse(path.read_text(encoding="utf-8"), path.parent, settings)
+    except errors.InvalidArgument as error:
+        error.message = f"{path}: {error.message}"
+        raise
+    scene.message.name = scene.message.name or path.stem
+    return scene
+
+
+def parse(text: str, folder=".", settings: dict | None = None) -> Scene:
+    """The scene of a JSON text; mesh files are relative to `folder`."""
+    try:
+        tree = json.loads(text, object_pairs_hook=_unique)
+    except json.JSONDecodeError as error:
+        raise errors.InvalidArgument(str(error), reason="BAD_JSON") from error
+    if not isinstance(tree, dict) or not isinstance(tree.get("cloths"), list) or not tree["cloths"]:
+        raise errors.bad_field("cloths", "must have at least one cloth")
+    meshes: list = []
+    for k, cloth in enumerate(tree["cloths"]):
+        spec = cloth.setdefault("spec", {})
+        for field, value in (settings or {}).items():
+            _put(spec, field.split("."), value)
+        _take_mesh(spec, f"cloths[{k}].spec", (k, None), meshes)
+        for c, collider in enumerate(spec.get("environment", {}).get("colliders", [])):
+            _take_mesh(collider, f"cloths[{k}].spec.environment.colliders[{c}]", (k, c), meshes)
+    message = v1.Scene()
+    try:
+        json_format.ParseDict(tree, message)
+    except json_format.ParseError as error:
+        raise errors.InvalidArgument(str(error), reason="BAD_JSON") from error
+    _resolve_time_step(message, "settings.time_step_s" in (settings or {}))
+    for (k, c), place, file, scale_m in meshes:
+        spec = message.cloths[k].spec
+        owner = spec if c is None else spec.environment.colliders[c]
+        if not scale_m > 0 or math.isinf(scale_m):
+            raise errors.bad_field(f"{place}.scale_m", f"must be > 0, got {scale_m}")
+        owner.mesh.CopyFrom(mesh.load(pathlib.Path(folder) / file, scale_m))
+    return Scene(message)
+
+
+def _unique(pairs):
+    found = {}
+    for name, value in pairs:
+        if name in found:
+            raise errors.bad_field(name, "is given twice in one object")
+        found[name] = value
+    return found
+
+
+def _put(tree, names, value):
+    for name in names[:-1]:
+        tree = tree.setdefault(name, {})
+    tree[names[-1]] = value
+
+
+def _take_mesh(owner, place, at, meshes):
+    fields = {name: owner.pop(name) for name in _MESH_FIELDS if name in owner}
+    if not fields:
+        return
+    if "mesh_file" not in fields:
+        raise errors.bad_field(f"{place}.scale_m", "needs mesh_file, which is not given")
+    if "mesh" in owner:
+        raise errors.bad_field(f"{place}.mesh_file", "only one of mesh and mesh_file may be given")
+    owner["mesh"] = {}
+    meshes.append((at, place, fields["mesh_file"], fields.get("scale_m", 1.0)))
+
+
+def _resolve_time_step(message, is_set):
+    """One time step for all; a spec may only repeat the scene's."""
+    if is_set:
+        message.time_step_s = message.cloths[0].spec.settings.time_step_s
+    if not message.HasField("time_step_s"):
+        message.time_step_s = _DEFAULT_TIME_STEP_S
+    if not message.time_step_s > 0:
+        raise errors.bad_field("time_step_s", f"must be > 0, got {message.time_step_s}")
+    for k, cloth in enumerate(message.cloths):
+        settings = cloth.spec.settings
+        if settings.HasField("time_step_s") and settings.time_step_s != message.time_step_s:
+            raise errors.bad_field(f"cloths[{k}].spec.settings.time_step_s",
+                                   "differs from time_step_s of the scene, which applies to every cloth")
+        settings.time_step_s = message.time_step_s
+
+
+class Player:
+    """The cloths of a scene, stepped with its controls at their times. cloths: one `Cloths` per entry of the scene.
+    step: completed steps."""
+
+    def __init__(self, session, scene):
+        self.scene = scene
+        self.step = 0
+        self.cloths = []
+        self._session = session
+        try:
+            for entry in scene.message.cloths:
+                count = entry.count if entry.HasField("count") else 1
+                origins = np.zeros((count, 3))
+                origins[:, 0] = np.arange(count) * entry.spacing_m
+                self.cloths.append(session.create(entry.spec, count, origins=origins))
+        except BaseException:
+            for cloths in self.cloths:
+                cloths.delete()
+            raise
+        self._at = [(cloths, row) for cloths in self.cloths for row in range(cloths.num)]
+
+    def advance(self, steps: int | None = None, *, progress: bool = False) -> int:
+        """Does `steps` steps (None: to the end of the scene), at most to the end; returns how many. progress: show a bar."""
+        end = self.scene.step_count if steps is None else min(self.step + steps, self.scene.step_count)
+        begin, bar = self.step, None
+        if progress:
+            from tqdm.auto import tqdm
+
+            bar = tqdm(total=end - begin, unit="step")
+        while self.step < end:
+            self._apply_controls()
+            until = min(end, self._next_control())
+            if bar is not None:
+                until = min(until, self.step + max(1, (end - begin) // 100))
+            for cloths in self.cloths:
+                cloths.step(until - self.step, view=None, expected=self.step)
+            if bar is not None:
+                bar.update(until - self.step)
+            self.step = until
+        if bar is not None:
+            bar.close()
+        return self.step - begin
+
+    def reset(self) -> None:
+        """Back to step 0; gravity and wind as in the scene."""
+        for cloths, entry in zip(self.cloths, self.scene.message.cloths):
+            cloths.reset()
+            cloths.update(entry.spec, ["environment.gravity_m_per_s2", "environment.wind_m_per_s"])
+        self.step = 0
+
+    def _first_step(self, control):
+        return max(0, math.ceil(control.time_s / self.scene.time_step_s - _ROUNDING))
+
+    def _next_control(self):
+        starts = [self._first_step(control) for control in self.scene.message.controls]
+        return min([start for start in starts if start > self.step], default=self.scene.step_count)
+
+    def _apply_controls(self):
+        """Of several targets of one element the last in the file counts."""
+        tables = {"pin_targets": {}, "collider_targets": {}, "rest_lengths": {}, "rest_length_scale": {}}
+        for control in self.scene.message.controls:
+            if self._first_step(control) != self.step:
+                continue
+            self._set_environment(control)
+            for at in control.cloths or range(len(self._at)):
+                for name, element in (("pin_targets", "particle"), ("collider_targets", "collider"),
+                                      ("rest_lengths", "constraint")):
+                    for target in getattr(control, name):
+                        tables[name][at, getattr(target, element)] = target
+                if control.HasField("rest_length_scale"):
+                    tables["rest_length_scale"][at, 0] = control.rest_length_scale
+        for name, targets in tables.items():
+            for (at, element), target in sorted(targets.items(), key=lambda item: item[0]):
+                cloths, row = self._at[at]
+                self._control(name, cloths, row, element, target)
+
+    def _control(self, name, cloths, row, element, target):
+        if name == "pin_targets":
+            cloths.move_pins([element], list(target.target_m), target.over_s, ids=[row])
+        elif name == "collider_targets":
+            cloths.move_colliders([element], list(target.position_m), list(target.rotation_xyzw) or None, target.over_s,
+                                  ids=[row])
+        elif name == "rest_lengths":
+            cloths.set_rest_lengths([element], target.rest_length_m, target.over_s, ids=[row])
+        else:
+            cloths.scale_rest_lengths(target.scale, target.over_s, ids=[row])
+
+    def _set_environment(self, control):
+        paths = [f"environment.{name}" for name in ("gravity_m_per_s2", "wind_m_per_s") if getattr(control, name)]
+        if not paths:
+            return
+        spec = v1.ClothSpec(environment=v1.Environment(
+            gravity_m_per_s2=control.gravity_m_per_s2, wind_m_per_s=control.wind_m_per_s))
+        for cloths in self.cloths:
+            rows = [row for at in control.cloths or range(len(self._at))
+                    for of, row in [self._at[at]] if of is cloths]
+            cloths.update(spec, paths, rows)

@@ -1,0 +1,168 @@
+"""A session: the lease under which cloths live on a server."""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from typing import Any
+
+import numpy as np
+
+from . import columns, errors, v1
+from .cloths import Cloths
+from .operations import Operation, Unary, blocking
+
+_RENEWALS_PER_LEASE = 3  # two may be lost
+_LAST_CALL_S = 2.0  # for a session that is deleted because nobody uses it: a dead server must not hold the program up
+
+
+class SessionBase:
+    """A lease on the server. name: "sessions/<server>-<token>"; it gives access, so keep it secret. ttl_s: after so long
+    without a request the server deletes the session and its cloths. Safe to use from several threads."""
+
+    _cloths_class: Any
+
+    def __init__(self, client, message, is_owner):
+        self._client = client
+        self._connection = client._connection
+        self.name = message.name
+        self.ttl_s = message.ttl_s
+        self.dtype = client.dtype
+        self._is_owner = is_owner
+
+    def __repr__(self):
+        return f"<session {self.name[:20]}... at {self._connection.address}>"
+
+    def _create(self, spec: v1.ClothSpec, count: int = 1, *, origins=None, transforms=None, overrides=None,
+                request_id: str = "", timeout_s: float | None = None) -> Operation[Cloths]:
+        """`count` cloths of `spec`, all or none.
+
+        origins [m]: [count, 3] of each cloth's environment in the world (default: all at the origin). transforms: [count, 7]
+        position [m] and quaternion x, y, z, w, in the place of spec.transform. overrides: `count` ClothOverrides.
+        request_id: a repetition with the same id gets the same cloths. Raises InvalidArgument, ResourceExhausted.
+        """
+        request = v1.CreateClothsRequest(session=self.name, spec=spec, count=count, overrides=overrides,
+                                         request_id=request_id)
+        if origins is not None:
+            origins = columns.shaped("origins", origins, (count, 3)).copy()
+            columns.fill(request, {"environment_origins_m": origins})
+        if transforms is not None:
+            columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (count, 7))})
+        response = yield Unary("CreateCloths", request, self.name, timeout_s)
+        return self._cloths_class(self, response.cloth_ids, response.shape, spec, origins)
+
+    def _attach(self, ids=None, spec: v1.ClothSpec | None = None) -> Operation[Cloths]:
+        """Cloths that exist already. ids: their names in the protocol; None: all of the session. They must have equally many
+        particles. spec: their description, if known: the server does not tell the triangles."""
+        if ids is None:
+            listed = yield from self._list()
+            found = {cloth.id: cloth for cloth in listed}
+            ids = list(found)
+        else:
+            found = {}
+            for cloth in np.atleast_1d(np.asarray(ids, np.uint64)).tolist():
+                found[cloth] = yield Unary("GetCloth", v1.GetClothRequest(session=self.name, cloth_id=cloth), self.name)
+        if not found:
+            raise errors.FailedPrecondition("the session has no cloths", reason="NO_CLOTHS")
+        sizes = {cloth.shape.particles for cloth in found.values()}
+        if len(sizes) > 1:
+            raise errors.bad_field("ids", f"the cloths have unlike numbers of particles: {sorted(sizes)}")
+        cloths = self._cloths_class(self, list(found), next(iter(found.values())).shape, spec)
+        cloths.step_count[:] = [cloth.step for cloth in found.values()]
+        cloths.faulted[:] = [cloth.faulted for cloth in found.values()]
+        return cloths
+
+    def _list(self) -> Operation[list[v1.Cloth]]:
+        """Every cloth of the session, in order of creation."""
+        cloths, token = [], ""
+        while True:
+            page = yield Unary("ListCloths", v1.ListClothsRequest(session=self.name, page_size=1000, page_token=token),
+                               self.name)
+            cloths.extend(page.cloths)
+            token = page.next_page_token
+            if not token:
+                return cloths
+
+    def _renew(self) -> Operation[None]:
+        """Extends the lease to its full length, as every request does."""
+        yield Unary("RenewSession", v1.RenewSessionRequest(name=self.name), self.name)
+
+
+def iter_of(call):
+    """An operation of one request."""
+    return (yield call)
+
+
+class Session(SessionBase):
+    __doc__ = (SessionBase.__doc__ or "") + """
+
+    Made by `Client.session`. A thread renews the lease. `with`, `close()` and the end of the program delete a session that
+    was created here, with its cloths; one that was attached by its name is left alone. lease_error: why renewing gave up
+    (the session is gone), else None.
+    """
+
+    _cloths_class = Cloths
+
+    def __init__(self, client, message, is_owner):
+        super().__init__(client, message, is_owner)
+        self._lease = _Lease(self._connection, self.name, self.ttl_s)
+        self._end = weakref.finalize(self, _end, self._connection, self.name, self._lease, is_owner)
+        self._lease.start()
+
+    create = blocking(SessionBase._create)
+    attach = blocking(SessionBase._attach)
+    list = blocking(SessionBase._list)
+    renew = blocking(SessionBase._renew)
+
+    @property
+    def lease_error(self):
+        return self._lease.error
+
+    def close(self) -> None:
+        """Deletes it on the server, if it was created here. May be called again."""
+        self._end()
+
+    def __enter__(self) -> Session:
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+
+def _end(connection, name, lease, is_owner):
+    lease.stop()
+    if not is_owner or connection.closed:
+        return
+    try:
+        connection.run(iter_of(Unary("DeleteSession", v1.DeleteSessionRequest(name=name), name, _LAST_CALL_S)))
+    except errors.Error:
+        pass  # then its lease ends it
+
+
+class _Lease(threading.Thread):
+    """Renews a lease until it is stopped or the session is gone. Knows the connection, not the session object, which may be
+    collected meanwhile."""
+
+    def __init__(self, connection, name, ttl_s):
+        super().__init__(name="drape-lease", daemon=True)
+        self._connection = connection
+        self._session = name
+        self._interval_s = ttl_s / _RENEWALS_PER_LEASE
+        self._stopped = threading.Event()
+        self.error = None
+
+    def stop(self):
+        self._stopped.set()
+
+    def run(self):
+        call = Unary("RenewSession", v1.RenewSessionRequest(name=self._session), self._session,
+                     min(self._interval_s, _LAST_CALL_S))
+        while not self._stopped.wait(self._interval_s):
+            try:
+                self._connection.run(iter_of(call))
+            except errors.NotFound as error:
+                self.error = error
+                return
+            except (errors.Error, ValueError):  # ValueError: grpc says so of a channel that was closed meanwhile
+                if self._connection.closed:
+                    return  # any other error may pass: the next renewal tries again

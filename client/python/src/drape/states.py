@@ -1,0 +1,126 @@
+"""States of many cloths as numpy arrays."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from . import errors, v1
+
+POSITIONS = v1.StateView(positions=True)
+VELOCITIES = v1.StateView(velocities=True)
+POSITIONS_AND_VELOCITIES = v1.StateView(positions=True, velocities=True)
+
+_DTYPES = {v1.PackedArray.FLOAT32: np.dtype("<f4"), v1.PackedArray.FLOAT64: np.dtype("<f8"),
+           v1.PackedArray.UINT32: np.dtype("<u4")}
+_COLUMNS = {"positions": "positions_m", "velocities": "velocities_m_per_s"}
+
+
+@dataclasses.dataclass
+class States:
+    """States of m cloths, in the world frame. Arrays are None if they were not asked for.
+
+    rows: [m] indices of the cloths in their batch. step_count: uint64[m] completed steps. time_s: float64[m].
+    positions [m], velocities [m/s]: [m, particles, 3], float64 from the backend `reference`, else float32.
+    """
+
+    rows: np.ndarray
+    step_count: np.ndarray
+    time_s: np.ndarray | None = None
+    positions: np.ndarray | None = None
+    velocities: np.ndarray | None = None
+
+
+@dataclasses.dataclass
+class Answer(States):
+    """What a step of m cloths brought. `positions` and `velocities` are read-only views of the received bytes; every answer
+    has its own, so keeping one is safe.
+
+    faulted: bool[m]. reports: m StepReports, if asked for. timing: where the server spent its time, None if nothing was sent.
+    """
+
+    faulted: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(0, bool))
+    reports: list = dataclasses.field(default_factory=list)
+    timing: Any = None
+
+    def measure(self, name):
+        """A number of every report as an array [m], e.g. `answer.measure("max_strain")`."""
+        return np.array([getattr(report, name) for report in self.reports])
+
+
+def view_of(view):
+    """None, or a StateView: the constants of this module, or one with `particles`."""
+    if view is not None and not isinstance(view, v1.StateView):
+        raise errors.bad_field("view", f"None, drape.POSITIONS, ..., or a StateView, got {type(view).__name__}")
+    return view
+
+
+def unpack(packed):
+    """A read-only array over the bytes of a PackedArray, without a copy of them in numpy."""
+    array = np.frombuffer(packed.data, dtype=_DTYPES[packed.data_type])
+    return array.reshape(tuple(packed.shape))
+
+
+def pack(array):
+    """A PackedArray with a copy of `array`: float32, float64 or uint32."""
+    array = np.ascontiguousarray(array)
+    for data_type, dtype in _DTYPES.items():
+        if array.dtype == dtype:
+            return v1.PackedArray(data_type=data_type, shape=array.shape, data=array.tobytes())
+    raise errors.bad_field("array", f"float32, float64 or uint32 is needed, got {array.dtype}")
+
+
+def blocks_of(chunk, ids):
+    """Arrays [m, particles, 3] of a chunk that holds the cloths `ids` (a list) whole and of equal size."""
+    found = {}
+    for name, column in _COLUMNS.items():
+        if chunk.HasField(column):
+            rows = unpack(getattr(chunk, column))
+            found[name] = rows.reshape(len(ids), -1, 3)
+    if list(chunk.cloth_ids) != ids:
+        place = {cloth: k for k, cloth in enumerate(chunk.cloth_ids)}
+        order = [place[cloth] for cloth in ids]
+        found = {name: array[order] for name, array in found.items()}
+        return found, np.array(chunk.times_s)[order]
+    return found, np.array(chunk.times_s)
+
+
+class StateReader:
+    """Collects the chunks of one ReadStates into whole arrays; `sink` takes each chunk."""
+
+    def __init__(self, ids, particles, names, dtype, out):
+        self._place = {cloth: k for k, cloth in enumerate(ids)}
+        self.step_count = np.zeros(len(ids), np.uint64)
+        self.time_s = np.zeros(len(ids))
+        shape = (len(ids), particles, 3)
+        self.arrays = {}
+        for name in names:
+            array = out.get(name)
+            if array is None:
+                array = np.empty(shape, dtype)
+            elif array.shape != shape or array.dtype != dtype or not array.flags.writeable:
+                raise errors.bad_field(f"out[{name}]", f"must be a writeable {dtype} array of shape {shape}, got "
+                                                       f"{array.dtype} of shape {array.shape}")
+            self.arrays[name] = array
+
+    def sink(self, chunk):
+        places = [self._place[cloth] for cloth in chunk.cloth_ids]
+        if not places:
+            return
+        self.step_count[places] = chunk.steps
+        self.time_s[places] = chunk.times_s
+        counts, firsts = list(chunk.particle_counts), list(chunk.first_particles)
+        first, last = places[0], places[-1]
+        for name, array in self.arrays.items():
+            rows = unpack(getattr(chunk, _COLUMNS[name]))
+            whole = counts == [array.shape[1]] * len(counts)
+            if whole and places == list(range(first, last + 1)):
+                array[first:last + 1] = rows.reshape(len(places), -1, 3)
+                continue
+            begin = 0
+            for k, place in enumerate(places):
+                at = firsts[k] if firsts else 0
+                array[place, at:at + counts[k]] = rows[begin:begin + counts[k]]
+                begin += counts[k]

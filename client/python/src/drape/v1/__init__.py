@@ -1,0 +1,44 @@
+"""The messages of the protocol `drape.v1`, made from its descriptors (proto/drape/v1 has their documentation).
+
+`METHODS` are the requests of the service: name -> Method.
+"""
+
+from importlib import resources
+from typing import NamedTuple
+
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from google.protobuf import field_mask_pb2  # noqa: F401  the protocol imports it
+
+
+class Method(NamedTuple):
+    path: str
+    request: type
+    answer: type
+    streams_requests: bool
+    streams_answers: bool
+
+
+def _load():
+    files = descriptor_pb2.FileDescriptorSet.FromString(
+        resources.files(__name__).joinpath("descriptors.binpb").read_bytes())
+    pool = descriptor_pool.Default()
+    for file in files.file:
+        pool.AddSerializedFile(file.SerializeToString())
+    messages, methods = {}, {}
+    for file in files.file:
+        described = pool.FindFileByName(file.name)
+        for name, message in described.message_types_by_name.items():
+            messages[name] = message_factory.GetMessageClass(message)
+        for service in file.service:
+            for method in service.method:
+                methods[method.name] = Method(
+                    f"/{file.package}.{service.name}/{method.name}",
+                    *(message_factory.GetMessageClass(pool.FindMessageTypeByName(name.lstrip(".")))
+                      for name in (method.input_type, method.output_type)),
+                    method.client_streaming, method.server_streaming)
+    return messages, methods
+
+
+_messages, METHODS = _load()
+globals().update(_messages)
+__all__ = sorted(_messages)

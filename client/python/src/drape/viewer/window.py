@@ -1,0 +1,198 @@
+"""The window: a viser server, its controls, and the loop that steps and shows."""
+
+from __future__ import annotations
+
+import pathlib
+import threading
+import time
+
+import numpy as np
+import viser
+
+from drape import errors, v1
+from drape.viewer.drawing import Drawing
+
+_FRAME_S = 1 / 30
+_COLOURINGS = ("cloth", "strain", "speed")
+
+
+class Window:
+    """Batches of cloths in a browser, at most 30 pictures a second.
+
+    batches: a list of `Cloths`. advance(steps): steps them all (default: `step` of each); None: somebody else does.
+    reset(): begins again. time_step_s: of the simulation, for playing in real time. stride: shows every so manieth cloth only,
+    for slow networks. host: "0.0.0.0" lets other machines look on. `with` and `close()` end it; `run()` blocks.
+    """
+
+    def __init__(self, batches, *, advance="step", reset=None, time_step_s=1 / 60, stride=1, host="127.0.0.1", port=8080,
+                 tracks_colliders=False):
+        self.batches = list(batches)
+        self._advance = self._step_all if advance == "step" else advance
+        self._reset = self._reset_all if reset is None else reset
+        self._time_step_s = time_step_s
+        self._lock = threading.Lock()
+        self._steps_asked = 0
+        self._is_reset_asked = False
+        self._closing = threading.Event()
+        self._recording = None
+        self.server = viser.ViserServer(host=host, port=port, verbose=False)
+        self.server.scene.set_up_direction("+y")
+        self._drawings = [Drawing(self.server.scene, f"/batch_{k}", cloths, stride)
+                          for k, cloths in enumerate(self.batches)]
+        if tracks_colliders:
+            for drawing in self._drawings:
+                drawing.track_colliders()
+        self._place_camera()
+        self._add_controls()
+        self._thread = threading.Thread(target=self._loop, name="drape-viewer", daemon=True)
+        self._thread.start()
+
+    @property
+    def url(self):
+        return f"http://{self.server.get_host()}:{self.server.get_port()}"
+
+    def run(self) -> None:
+        """Until Ctrl-C, or until the cloths are gone."""
+        try:
+            while self._thread.is_alive():
+                self._thread.join(0.2)
+        finally:
+            self.close()
+
+    def close(self) -> None:
+        """Ends the window, not the cloths. May be called again."""
+        if self._closing.is_set():
+            return
+        self._closing.set()
+        self._thread.join(5)
+        self.server.stop()
+
+    def save_recording(self, path) -> None:
+        """Writes what the recording has so far as one HTML file that plays it back, and ends it."""
+        with self._lock:
+            recording, self._recording = self._recording, None
+        if recording is None:
+            raise errors.FailedPrecondition("nothing is being recorded: start_recording() comes first",
+                                            reason="NOT_RECORDING")
+        pathlib.Path(path).write_text(recording.as_html())
+
+    def start_recording(self) -> None:
+        """Records every picture from now on."""
+        with self._lock:
+            self._recording = self.server.get_scene_serializer()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    # --- controls
+
+    def _add_controls(self):
+        gui = self.server.gui
+        self.play = gui.add_checkbox("play", initial_value=False, disabled=self._advance is None)
+        step = gui.add_button("step", disabled=self._advance is None)
+        reset = gui.add_button("reset", disabled=self._advance is None)
+        self.colouring = gui.add_dropdown("colour by", [name for name in _COLOURINGS if self._can_colour(name)])
+        self.gravity = gui.add_slider("gravity [m/s²]", -20.0, 20.0, 0.1, -9.81)
+        self.wind = gui.add_vector3("wind [m/s]", (0.0, 0.0, 0.0), step=0.5)
+        self.status = gui.add_markdown("")
+        record = gui.add_button("record")
+        step.on_click(lambda _: self.ask_step())
+        reset.on_click(lambda _: self.ask_reset())
+        self.gravity.on_update(lambda _: self._set_environment())
+        self.wind.on_update(lambda _: self._set_environment())
+        record.on_click(lambda event: self._toggle_recording(event, record))
+
+    def ask_step(self, steps: int = 1) -> None:
+        """Steps before the next picture."""
+        with self._lock:
+            self._steps_asked += steps
+
+    def ask_reset(self) -> None:
+        with self._lock:
+            self._is_reset_asked = True
+
+    def _can_colour(self, name):
+        return all(drawing.can_colour(name) for drawing in self._drawings)
+
+    def _set_environment(self):
+        environment = v1.Environment(gravity_m_per_s2=[0, self.gravity.value, 0], wind_m_per_s=self.wind.value)
+        paths = ["environment.gravity_m_per_s2", "environment.wind_m_per_s"]
+        with self._lock:
+            for cloths in self.batches:
+                cloths.update(v1.ClothSpec(environment=environment), paths)
+
+    def _toggle_recording(self, event, button):
+        if self._recording is None:
+            self.start_recording()
+            button.label = "stop and save"
+            return
+        with self._lock:
+            recording, self._recording = self._recording, None
+        button.label = "record"
+        if event.client is not None:
+            event.client.send_file_download("drape.html", recording.as_html().encode())
+
+    # --- the loop
+
+    def _loop(self):
+        owed_s, last = 0.0, time.monotonic()
+        while not self._closing.is_set():
+            begin = time.monotonic()
+            owed_s = min(owed_s + begin - last, 2 * _FRAME_S) if self.play.value else 0.0
+            last = begin
+            try:
+                with self._lock:
+                    steps = self._steps_now(int(owed_s / self._time_step_s))
+                    owed_s -= steps * self._time_step_s
+                    self._show(steps)
+            except errors.Error as error:
+                self.status.content = f"**{error}**"
+                if isinstance(error, (errors.SessionLost, errors.Unavailable)):
+                    return
+            self._closing.wait(max(0.0, _FRAME_S - (time.monotonic() - begin)))
+
+    def _steps_now(self, playing):
+        steps, self._steps_asked = max(playing, 0) + self._steps_asked, 0
+        if self._is_reset_asked:
+            self._is_reset_asked = False
+            self._reset()
+        if steps and self._advance is not None:
+            self._advance(steps)
+            return steps
+        if self._advance is None:
+            for cloths in self.batches:
+                cloths.read()
+        return 0
+
+    def _show(self, steps):
+        begin = time.perf_counter()
+        with self.server.atomic():
+            tops = [drawing.update(self.colouring.value) for drawing in self._drawings]
+        if self._recording is not None and steps:
+            self._recording.insert_sleep(steps * self._time_step_s)
+        first = self.batches[0]
+        unit = {"strain": "largest strain {:.3%}", "speed": "largest speed {:.2f} m/s"}.get(self.colouring.value, "")
+        text = unit.format(max(top for top in tops)) if unit else ""
+        faulted = sum(int(cloths.faulted.sum()) for cloths in self.batches)
+        self.status.content = (f"step {int(first.step_count[0])}, {sum(c.num for c in self.batches)} cloths"
+                               + (f", **{faulted} faulted**" if faulted else "") + (f"  \n{text}" if text else "")
+                               + f"  \n{1e3 * (time.perf_counter() - begin):.1f} ms per picture here")
+
+    def _step_all(self, steps):
+        for cloths in self.batches:
+            cloths.step(steps)
+
+    def _reset_all(self):
+        for cloths in self.batches:
+            cloths.reset()
+
+    def _place_camera(self):
+        points = np.concatenate([cloths.positions.reshape(-1, 3) for cloths in self.batches])
+        low, high = points.min(0), points.max(0)
+        middle, size = (low + high) / 2, max(float(np.linalg.norm(high - low)), 0.1)
+        camera = self.server.initial_camera
+        camera.look_at = tuple(middle)
+        camera.position = tuple(middle + size * np.array([0.6, 0.5, 1.1]))

@@ -1,0 +1,166 @@
+"""`./run bench python`: the Python client beside the C++ client, in turn against one server, and the vector environments.
+
+Writes results/MACHINE.md and two tables beside it. With --quick: few calls, results printed only.
+"""
+
+import argparse
+import csv
+import json
+import os
+import pathlib
+import re
+import resource
+import subprocess
+import sys
+import time
+
+import numpy as np
+
+import drape
+from drape import ClothSpec, Grid, Pin, StepSettings
+
+ROOT = pathlib.Path(__file__).resolve().parents[3]
+CPP = os.environ.get("DRAPE_BURST", ROOT / "build/release/bin/drape_burst")
+SIDE = 32
+# name, cloths, positions, calls per round
+CASES = [("empty Step", 1, False, 400), ("64 x 1024, positions", 64, True, 200), ("1000 x 1024, positions", 1000, True, 20)]
+ROUNDS = 5
+ENVS, ACTIONS = 64, 12
+TICK_S = 1 / 100  # of /proc/PID/stat
+
+
+def sheet():
+    """As in burst.cpp: one cheap sweep, so that the client counts."""
+    return ClothSpec(grid=Grid(columns=SIDE, rows=SIDE, width_m=1, height_m=1), pins=[Pin(particle=0), Pin(particle=31)],
+                     settings=StepSettings(substeps=1, max_iterations=1))
+
+
+def cpu_s():
+    usage = resource.getrusage(resource.RUSAGE_SELF)
+    return usage.ru_utime + usage.ru_stime
+
+
+def server_cpu_s(pid):
+    fields = pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) * TICK_S
+
+
+def by_python(client, cloths, has_positions, calls):
+    with client.session() as session:
+        batch = session.create(sheet(), cloths)
+        view = drape.POSITIONS if has_positions else None
+        walls, total = [], 0.0
+        for call in range(-calls // 10, calls):
+            if call == 0:
+                begin_s = cpu_s()
+            begin = time.perf_counter()
+            answer = batch.step(view=view)
+            if has_positions:
+                total += answer.positions[-1, -1, 1]
+            if call >= 0:
+                walls.append(1e3 * (time.perf_counter() - begin))
+        return walls, 1e3 * (cpu_s() - begin_s) / calls
+
+
+def by_cpp(client, cloths, has_positions, calls, mallopt):
+    done = subprocess.run([CPP, client.address, str(cloths), str(calls), str(int(has_positions)), str(int(mallopt))],
+                          check=True, capture_output=True, text=True)
+    found = json.loads(done.stdout)
+    return found["wall_ms"], found["cpu_ms"]
+
+
+def compare(client, is_quick):
+    """Rows of the clients: every case by the three clients in turn, ROUNDS times."""
+    rows = []
+    for name, cloths, has_positions, calls in CASES:
+        calls = max(10, calls // 20) if is_quick else calls
+        contestants = {
+            "Python": lambda: by_python(client, cloths, has_positions, calls),
+            "C++": lambda: by_cpp(client, cloths, has_positions, calls, False),
+            "C++, mallopt": lambda: by_cpp(client, cloths, has_positions, calls, True)}
+        walls, cpus = {key: [] for key in contestants}, {key: [] for key in contestants}
+        for _ in range(1 if is_quick else ROUNDS):
+            for key, run in contestants.items():
+                wall, cpu = run()
+                walls[key] += wall
+                cpus[key].append(cpu)
+        for key in contestants:
+            p10, p50 = np.percentile(walls[key], [10, 50])
+            base10, base50 = np.percentile(walls["C++, mallopt"], [10, 50])
+            rows.append({"case": name, "client": key, "calls": len(walls[key]), "p10_ms": p10, "p50_ms": p50,
+                         "p10_ratio": p10 / base10, "p50_ratio": p50 / base50, "client_cpu_ms": np.median(cpus[key])})
+    return rows
+
+
+def environments(is_quick):
+    """Rows of the environments: CPU of client and server per action, and actions of environments per second."""
+    import drape.gym
+    from drape.gym import scripted
+
+    rows = []
+    for task, policy in ((drape.gym.DropFlat, scripted.lay_down), (drape.gym.FlingFlat, scripted.fling),
+                         (drape.gym.CoverSphere, scripted.cover)):
+        envs, actions = (8, 3) if is_quick else (ENVS, ACTIONS)
+        env = task(envs, backend="cpu")
+        env.reset(seed=1)
+        plan = [policy(env)]
+        env.step(plan[0])
+        pid = env._owned._connection.server.pid
+        mine, theirs, wall = 0.0, server_cpu_s(pid), 0.0
+        for _ in range(actions):
+            action = policy(env)  # not counted: a learner's own time
+            begin, begin_cpu = time.perf_counter(), cpu_s()
+            env.step(action)
+            wall += time.perf_counter() - begin
+            mine += cpu_s() - begin_cpu
+        theirs = server_cpu_s(pid) - theirs
+        env.close()
+        rows.append({"task": task.__name__, "envs": envs, "steps_per_action": task.action_repeat,
+                     "wall_ms": 1e3 * wall / actions, "server_cpu_ms": 1e3 * theirs / actions,
+                     "client_cpu_ms": 1e3 * mine / actions, "client_share": mine / theirs,
+                     "env_steps_per_s": envs * actions / wall,
+                     "env_steps_per_server_cpu_s": envs * actions / theirs})
+    return rows
+
+
+def table(rows):
+    names = list(rows[0])
+    lines = ["| " + " | ".join(names) + " |", "|" + "---|" * len(names)]
+    for row in rows:
+        lines.append("| " + " | ".join(f"{v:.3g}" if isinstance(v, float) else str(v) for v in row.values()) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def write_csv(path, rows):
+    with open(path, "w", newline="") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows({k: f"{v:.6g}" if isinstance(v, float) else v for k, v in row.items()} for row in rows)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true")
+    arguments = parser.parse_args()
+    with drape.launch("cpu") as client:
+        device = client.info.device
+        clients = compare(client, arguments.quick)
+    envs = environments(arguments.quick)
+    text = (f"# The Python client\n\nBy `./run bench python`; {device}; load average {os.getloadavg()[0]:.1f} (ratios are of "
+            f"runs in turn, so they stand a busy machine; wall times do not).\n\n## Beside the C++ client\n\n" + table(clients)
+            + "\n## Vector environments\n\n" + table(envs))
+    print(text)
+    if arguments.quick:
+        return 0
+    folder = pathlib.Path(__file__).with_name("results")
+    folder.mkdir(exist_ok=True)
+    machine = re.sub(r"[^a-z0-9]+", "-", device.lower()).strip("-")
+    write_csv(folder / f"{machine}_clients.csv", clients)
+    write_csv(folder / f"{machine}_envs.csv", envs)
+    (folder / f"{machine}.md").write_text(text)
+    print(f"results are in {folder}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

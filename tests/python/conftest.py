@@ -1,0 +1,59 @@
+"""One server of each kind for all tests, and small cloths."""
+
+import os
+import pathlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import drape
+from drape import ClothSpec, Grid, Pin, StepSettings
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+# The command line, of the build that ctest tests.
+DRAPE = os.environ.get("DRAPE_CLI", ROOT / "build/release/bin/drape")
+
+
+@pytest.fixture(scope="session")
+def client():
+    with drape.launch("cpu", flags=["--threads=1"]) as client:
+        yield client
+
+
+@pytest.fixture(scope="session")
+def reference():
+    with drape.launch("reference") as client:
+        yield client
+
+
+@pytest.fixture
+def session(client):
+    with client.session(display_name="tests/python") as session:
+        yield session
+
+
+@pytest.fixture
+def spec():
+    return sheet()
+
+
+def sheet(side=6, **fields):
+    """A square of 1 m, hung by two corners."""
+    fields.setdefault("pins", [Pin(particle=0), Pin(particle=side - 1)])
+    fields.setdefault("settings", StepSettings(substeps=8))
+    return ClothSpec(grid=Grid(columns=side, rows=side, width_m=1, height_m=1), **fields)
+
+
+def bits(array):
+    """For comparisons that a NaN or a signed zero cannot cheat."""
+    array = np.ascontiguousarray(array)
+    return array.dtype, array.shape, array.tobytes()
+
+
+def run_python(code, **options):
+    """`code` in a Python of its own; its output. Fails with its errors."""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, **options)
+    assert done.returncode == 0, done.stderr
+    return done.stdout

@@ -1,0 +1,200 @@
+"""Semantics of gymnasium, compared with its own SyncVectorEnv of one-environment vectors."""
+
+import gymnasium
+import numpy as np
+import pytest
+from gymnasium.vector import AutoresetMode, SyncVectorEnv
+
+import drape.gym
+from drape.gym import DropFlat, single
+
+NUM = 3
+
+
+class Short(DropFlat):
+    """DropFlat with few particles and actions, since only its bookkeeping is tested."""
+
+    side = 8
+    action_repeat = 2
+    horizon = 4
+
+
+@pytest.fixture
+def make(client):
+    made = []
+
+    def make(mode=AutoresetMode.NEXT_STEP, num=NUM, **options):
+        made.append(Short(num, autoreset_mode=mode, client=client, **options))
+        return made[-1]
+
+    yield make
+    for env in made:
+        env.close()
+
+
+def actions(step, num=NUM):
+    rng = np.random.default_rng(step)
+    drawn = rng.uniform(-1, 1, (num, 8)).astype(np.float32)
+    drawn[:, [3, 7]] = rng.uniform(0.4, 1, (num, 2))  # now and then a picker lets go
+    return drawn
+
+
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
+def test_semantics_are_those_of_gymnasium(client, make, mode):
+    env = make(mode)
+    theirs = SyncVectorEnv([lambda: single.SingleEnv(Short(1, autoreset_mode=AutoresetMode.DISABLED, client=client))] * NUM,
+                           autoreset_mode=mode)
+    mine, info = env.reset(seed=11)
+    yours, their_info = theirs.reset(seed=11)
+    assert np.array_equal(mine, yours)
+    assert np.array_equal(info["performance"], their_info["performance"])
+    for step in range(11):
+        mine, *rest, info = env.step(actions(step))
+        yours, *their_rest, their_info = theirs.step(actions(step))
+        assert np.array_equal(mine, yours), step
+        for value, other in zip(rest, their_rest):
+            assert np.array_equal(value, other), step
+        if mode == AutoresetMode.SAME_STEP and step in (3, 7):
+            assert info["_final_obs"].all() and np.array_equal(info["_final_obs"], their_info["_final_obs"])
+            assert np.array_equal(info["final_obs"], np.stack(list(their_info["final_obs"])))
+            assert np.array_equal(info["final_info"]["performance"], their_info["final_info"]["performance"])
+        else:
+            assert "final_obs" not in info
+    theirs.close()
+
+
+def test_next_step_mode_ignores_the_action_that_resets(make):
+    env = make()
+    env.reset(seed=1)
+    for step in range(4):
+        *_, truncated, _ = env.step(actions(step))
+    assert truncated.all()
+    _, reward, terminated, truncated, info = env.step(actions(9))
+    assert not reward.any() and not terminated.any() and not truncated.any()
+    assert np.allclose(info["normalized_performance"], 0) and not env.elapsed.any()
+
+
+def test_disabled_mode_wants_a_reset_mask(make):
+    env = make(AutoresetMode.DISABLED)
+    env.reset(seed=1)
+    for step in range(4):
+        observation, *_ = env.step(actions(step))
+    with pytest.raises(RuntimeError, match="reset_mask"):
+        env.step(actions(9))
+    mask = np.array([False, True, True])
+    after, info = env.reset(options={"reset_mask": mask})
+    assert np.array_equal(after[0], observation[0]) and not np.array_equal(after[1], observation[1])
+    assert info["_performance"].tolist() == mask.tolist()
+    env.reset(options={"reset_mask": ~mask})
+    assert env.step(actions(9))[0].shape == env.observation_space.shape
+
+
+@pytest.mark.parametrize("mask, error", [
+    (np.zeros(NUM, bool), ValueError), (np.ones(NUM + 1, bool), ValueError), (np.ones(NUM, int), TypeError),
+    ([True] * NUM, TypeError)])
+def test_bad_masks_are_refused(make, mask, error):
+    env = make()
+    env.reset(seed=1)
+    with pytest.raises(error, match="reset_mask"):
+        env.reset(options={"reset_mask": mask})
+
+
+def test_seeds_are_per_environment(make):
+    env = make()
+    first, _ = env.reset(seed=5)
+    second, _ = env.reset()
+    assert not np.array_equal(first, second)
+    again, _ = env.reset(seed=5)
+    assert np.array_equal(first, again)
+    assert np.array_equal(env.reset()[0], second)
+    assert np.array_equal(env.reset(seed=[7, 6, 5])[0][[2, 1]], first[[0, 1]])
+    assert len(np.unique(first, axis=0)) == NUM
+    with pytest.raises(ValueError, match="seed"):
+        env.reset(seed=[1])
+
+
+def test_an_episode_has_the_same_bits_alone_and_after_letting_go(make):
+    env, alone = make(), make(num=1)
+
+    def episode(env, num, pick=0):
+        seen = [env.reset(seed=21 - pick)[0]]
+        for step in range(4):
+            seen.append(env.step(actions(step)[:num])[0])
+        return np.stack(seen)[:, pick if num > 1 else 0]
+
+    first = episode(env, NUM)
+    assert np.array_equal(first, episode(env, NUM))
+    assert not env.pickers.holds.all()  # somebody has let go: the second episode began with pins again
+    assert np.array_equal(first, episode(alone, 1))
+
+
+def test_one_step_per_step(make, monkeypatch):
+    env = make()
+    env.reset(seed=1)
+    calls = []
+    run = env.cloths._connection._do
+    monkeypatch.setattr(env.cloths._connection, "_do", lambda call: calls.append(call.method) or run(call))
+    hold = np.tile(np.float32([0.1, -0.2, 0.3, 1]), (NUM, 2))
+    for _ in range(3):
+        env.step(hold)
+    assert calls == ["Step"] * 3
+
+
+def test_actions_are_checked(make):
+    env = make()
+    with pytest.raises(RuntimeError, match="reset"):
+        env.step(actions(0))
+    env.reset(seed=1)
+    with pytest.raises(ValueError, match="shape"):
+        env.step(actions(0)[:2])
+    with pytest.raises(ValueError, match="finite"):
+        env.step(actions(0) * np.nan)
+    with pytest.raises(ValueError, match="observation"):
+        Short(1, observation="pixels")
+
+
+def test_pickers_move_in_their_units_and_keep_their_bounds(make):
+    env = make()
+    env.reset(seed=3)
+    before = env.pickers.positions.copy()
+    env.step(np.tile(np.float32([1, -0.5, 0, 1]), (NUM, 2)))
+    assert np.allclose(env.pickers.positions - before, [0.02, -0.01, 0])
+    held = env.cloths.positions[:, [0, 7]]
+    assert np.allclose(held, env.pickers.positions, atol=1e-6)
+    env.reset(seed=3)
+    for _ in range(4):
+        env.step(np.tile(np.float32([0, -9, 0, 1]), (NUM, 2)))
+    assert np.allclose(env.pickers.positions[..., 1], np.maximum(before[..., 1] - 0.08, 0))
+
+
+def test_particles_as_observation(make):
+    env = make(observation="particles")
+    observation, _ = env.reset(seed=1)
+    assert observation.shape == (NUM, 64 * 3 + 8)
+    assert np.array_equal(observation[:, :192].reshape(NUM, 64, 3), env.cloths.positions)
+
+
+def test_gymnasium_makes_them():
+    env = gymnasium.make_vec("drape.gym:drape/DropFlat-v0", num_envs=2, backend="cpu", max_episode_steps=3)
+    assert env.num_envs == 2 and env.unwrapped._horizon == 3
+    env.reset(seed=1)
+    server = env.unwrapped._owned._connection.server.pid
+    env.close()
+    from test_private_server import is_alive
+
+    assert not is_alive(server)
+
+
+def test_gymnasiums_checks_of_a_single_environment(client):
+    from gymnasium.utils.env_checker import check_env
+
+    env = single.SingleEnv(Short(1, autoreset_mode=AutoresetMode.DISABLED, client=client))
+    check_env(env, skip_render_check=True)
+    env.close()
+
+
+def test_pictures(make):
+    env = make(num=2, render_mode="rgb_array")
+    env.reset(seed=1)
+    first, second = env.render()
+    assert first.shape == (240, 320, 3) and not np.array_equal(first, second)

@@ -1,0 +1,64 @@
+import asyncio
+import inspect
+
+import numpy as np
+import pytest
+
+import drape
+import drape.aio
+from conftest import bits
+
+
+def test_the_names_are_the_same():
+    for sync, other in ((drape.Client, drape.aio.Client), (drape.Session, drape.aio.Session),
+                        (drape.Cloths, drape.aio.Cloths)):
+        for name, member in inspect.getmembers(sync):
+            if not name.startswith("_") and name not in ("pipeline", "rollout"):
+                assert hasattr(other, name), f"drape.aio.{other.__name__}.{name}"
+
+
+def test_cloths_step_side_by_side_with_the_same_bits(client, session, spec):
+    alone = session.create(spec, count=2)
+    alone.step(10)
+
+    async def program():
+        async with await drape.aio.connect(client.address) as other, await other.session() as mine:
+            batches = [await mine.create(spec, count=2) for _ in range(3)]
+            answers = await asyncio.gather(*(batch.step(10) for batch in batches))
+            with pytest.raises(drape.FailedPrecondition, match="read"):
+                _ = batches[0].velocities
+            await batches[0].read(positions=False, velocities=True)
+            assert batches[0].velocities.any()
+            with pytest.raises(drape.InvalidArgument):
+                await batches[0].step(0)
+            await batches[0].reset()
+            assert batches[0].step_count.tolist() == [0, 0]
+            return answers
+
+    for answer in asyncio.run(program()):
+        assert bits(answer.positions) == bits(alone.positions)
+
+
+def test_a_private_server_and_the_lease(spec):
+    async def program():
+        async with await drape.aio.launch("cpu") as other, await other.session(ttl_s=1) as mine:
+            cloths = await mine.create(spec)
+            await asyncio.sleep(1.5)
+            assert (await cloths.step()).step_count == [1] and mine.lease_error is None
+            return other._connection.server.pid, mine.name, await other.health()
+
+    pid, _, health = asyncio.run(program())
+    assert health is True
+    from test_private_server import is_alive
+
+    assert not is_alive(pid)
+
+
+def test_errors_are_the_same(client):
+    async def program():
+        async with await drape.aio.connect(client.address) as other:
+            with pytest.raises(drape.SessionLost):
+                await other.session(name="sessions/none")
+            assert np.dtype("<f4") == other.dtype
+
+    asyncio.run(program())

@@ -1,0 +1,108 @@
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import warnings
+
+import pytest
+
+import drape
+from conftest import ROOT, run_python, sheet
+
+
+def test_the_versions_of_the_tree_agree():
+    cmake = re.search(r"project\(drape VERSION (\S+)", (ROOT / "CMakeLists.txt").read_text()).group(1)
+    assert drape.__version__ == cmake
+
+
+def test_a_second_client_connects(client):
+    with drape.connect(client.address) as other:
+        assert other.info.incarnation == client.info.incarnation
+        assert other.health() is True
+        assert "cpu" in repr(other)
+
+
+def test_the_version_is_compared(client, monkeypatch):
+    monkeypatch.setattr("drape.client.__version__", "99.0.0")
+    with pytest.warns(drape.VersionWarning, match="99.0.0"):
+        drape.connect(client.address).close()
+    monkeypatch.undo()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        drape.connect(client.address).close()
+
+
+def test_nobody_there_is_a_connection_error():
+    with pytest.raises(ConnectionError, match="no Drape server answers at 127.0.0.1:1") as caught:
+        drape.connect("127.0.0.1:1", ready_timeout_s=1)
+    assert isinstance(caught.value, drape.Unavailable) and caught.value.reason == "CANNOT_CONNECT"
+    with pytest.raises(drape.FailedPrecondition) as caught:
+        drape.connect("127.0.0.1:1", tls="/nowhere/cert.pem")
+    assert caught.value.reason == "TLS_FILE_FAILED"
+
+
+def test_tls(tmp_path):
+    cert, key = tmp_path / "cert.pem", tmp_path / "key.pem"
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=drape",
+                    "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", key, "-out", cert], check=True,
+                   capture_output=True)
+    server = drape.private_server.PrivateServer("cpu", flags=[f"--tls-cert={cert}", f"--tls-key={key}"])
+    try:
+        with drape.connect(server.address, tls=str(cert)) as client, client.session() as session:
+            assert session.create(sheet()).step().step_count == [1]
+        with pytest.raises(drape.Unavailable):
+            drape.connect(server.address, ready_timeout_s=1)
+    finally:
+        server.stop()
+
+
+def test_a_closed_client_says_so_and_has_closed_its_sessions(client):
+    other = drape.connect(client.address)
+    session = other.session()
+    cloths = session.create(sheet())
+    other.close()
+    with pytest.raises(drape.SessionLost):
+        client.session(name=session.name)
+    other.close()
+    with pytest.raises(drape.FailedPrecondition, match="closed"):
+        cloths.step()
+    session.close()
+
+
+def test_a_fork_is_refused_and_harms_nothing(session):
+    cloths = session.create(sheet())
+    reading, writing = os.pipe()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # a fork beside threads: what is tested here
+        child = os.fork()
+    if child == 0:
+        os.close(reading)
+        try:
+            cloths.step()
+            os.write(writing, b"stepped")
+        except drape.ForkedProcess as error:
+            os.write(writing, str(error).encode())
+        os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as pipe:
+        said = pipe.read()
+    os.waitpid(child, 0)
+    assert f"belongs to process {os.getpid()}" in said and "spawn" in said
+    assert cloths.step().step_count == [1]
+
+
+def test_a_program_ends_by_itself_and_quickly():
+    """Without close(): threads, sessions and the server end with the program."""
+    out = run_python("import drape, conftest\nclient = drape.launch('cpu')\nsession = client.session()\n"
+                     "cloths = session.create(conftest.sheet())\ncloths.step()\nprint(client._connection.server.pid)",
+                     cwd=pathlib.Path(__file__).parent)
+    with pytest.raises(ProcessLookupError):
+        os.kill(int(out), 0)
+
+
+def test_importing_needs_no_optional_package():
+    code = ("import sys\nfor name in ('gymnasium', 'tqdm', 'PIL', 'trimesh', 'viser', 'torch'): sys.modules[name] = None\n"
+            "import drape, drape.aio\nprint(drape.__version__)")
+    assert run_python(code).strip() == drape.__version__
+    assert sys.version_info >= (3, 10)

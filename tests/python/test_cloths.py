@@ -1,0 +1,234 @@
+import numpy as np
+import pytest
+
+import drape
+from conftest import bits, sheet
+from drape import Collider, Environment, Sphere, StateView
+
+
+def test_a_step_brings_positions_of_every_cloth(session, spec):
+    cloths = session.create(spec, count=3, origins=[[0, 0, 0], [2, 0, 0], [4, 0, 0]])
+    answer = cloths.step(5)
+    assert answer.positions.shape == (3, 36, 3) and answer.positions.dtype == np.float32
+    assert answer.step_count.tolist() == [5, 5, 5] == cloths.step_count.tolist()
+    assert np.allclose(answer.time_s, 5 / 60)
+    assert answer.positions[1, 0].tolist() == [2, 0, 0]  # a pin, in the world
+    assert cloths.positions is answer.positions
+    assert answer.timing.device_us > 0 and not answer.faulted.any()
+
+
+def test_answers_are_read_only_and_outlive_the_next_ones(session, spec):
+    cloths = session.create(spec, count=2)
+    first = cloths.step().positions
+    kept = bits(first)
+    for _ in range(20):
+        last = cloths.step().positions
+    assert bits(first) == kept and bits(last) != kept
+    with pytest.raises(ValueError):
+        first[0, 0, 0] = 1
+
+
+def test_views_choose_what_travels(session, spec):
+    cloths = session.create(spec, count=2)
+    assert cloths.step(view=None).positions is None
+    both = cloths.step(view=drape.POSITIONS_AND_VELOCITIES)
+    assert both.velocities.shape == both.positions.shape == (2, 36, 3)
+    corners = cloths.step(view=StateView(positions=True, particles=[0, 35]))
+    assert corners.positions.shape == (2, 2, 3)
+    assert np.array_equal(cloths.positions[:, [0, 35]], corners.positions)  # read, since the step brought two only
+    with pytest.raises(drape.InvalidArgument, match="view"):
+        cloths.step(view="positions")
+
+
+def test_what_a_step_did_not_bring_is_read(session, spec):
+    cloths = session.create(spec, count=2)
+    assert cloths.positions.shape == (2, 36, 3)  # before the first step
+    cloths.step(10, view=None)
+    assert cloths.velocities.any()
+    assert np.allclose(cloths.time_s, 10 / 60)
+    read = cloths.read(velocities=True)
+    assert np.array_equal(read.positions, cloths.positions) and np.array_equal(read.velocities, cloths.velocities)
+
+
+def test_ids_choose_the_cloths_and_their_order(session, spec):
+    cloths = session.create(spec, count=4)
+    answer = cloths.step(3, ids=[2, 0])
+    assert answer.rows.tolist() == [2, 0] and answer.positions.shape == (2, 36, 3)
+    cloths.step(1, ids=np.array([False, False, False, True]))
+    assert cloths.step_count.tolist() == [3, 0, 3, 1]
+    assert cloths.read(ids=[3, 2]).step_count.tolist() == [1, 3]
+    assert np.array_equal(cloths.read(ids=[3, 2]).positions, cloths.positions[[3, 2]])
+
+
+def test_an_empty_selection_does_nothing(session, spec):
+    """In the protocol an empty list of ids is every cloth."""
+    cloths = session.create(spec, count=3)
+    cloths.step(2)
+    none = np.zeros(3, bool)
+    assert cloths.step(ids=none).positions is None
+    assert cloths.read(ids=[]).rows.size == 0
+    cloths.reset(none)
+    cloths.update(spec, ["environment.gravity_m_per_s2"], none)
+    cloths.move_pins([0], [9, 9, 9], ids=none)
+    assert cloths.read().step_count.tolist() == [2, 2, 2]
+    assert not cloths.step().positions[:, 0].any()
+
+
+def test_pins_go_where_they_are_sent(session, spec):
+    cloths = session.create(spec, count=3)
+    targets = np.arange(18.0).reshape(3, 2, 3) * 0.01
+    cloths.move_pins([0, 5], targets)
+    answer = cloths.step()
+    assert np.allclose(answer.positions[:, [0, 5]], targets, atol=1e-6)
+    cloths.move_pins([0], [0, 1, 0], over_s=2 / 60, ids=[1])
+    middle = cloths.step().positions[1, 0]
+    assert np.allclose(middle, (targets[1, 0] + [0, 1, 0]) / 2, atol=1e-6)
+    cloths.move_pins([[0], [5], [0]], targets[:, :1])  # another particle in each cloth
+    assert np.allclose(cloths.step().positions[1, 5], targets[1, 0], atol=1e-6)
+
+
+def test_controls_wait_for_the_step_of_their_cloth(session, spec):
+    cloths = session.create(spec, count=2)
+    cloths.move_pins([0], [0, 0.5, 0])
+    assert np.allclose(cloths.step(ids=[0]).positions[0, 0], [0, 0.5, 0])
+    assert not cloths.read(ids=[1]).positions[0, 0].any()
+    assert np.allclose(cloths.step(ids=[1]).positions[0, 0], [0, 0.5, 0])
+    cloths.move_pins([0], [0, 0.9, 0])
+    cloths.reset([0])  # forgets those of cloth 0
+    assert np.allclose(cloths.step().positions[:, 0, 1], [0, 0.9])
+
+
+def test_a_bad_control_is_refused_and_gone(session, spec):
+    cloths = session.create(spec)
+    cloths.move_pins([7], [0, 0, 0])
+    with pytest.raises(drape.Error) as caught:
+        cloths.step()
+    assert caught.value.reason in ("PIN_NOT_FOUND", "INVALID_FIELDS")
+    assert cloths.step().step_count == [1]
+    with pytest.raises(drape.InvalidArgument, match="targets_m"):
+        cloths.move_pins([0], np.zeros((4, 3)))
+
+
+def test_colliders_and_rest_lengths_follow(session):
+    ball = Collider(sphere=Sphere(center_m=[0, -5, 0], radius_m=0.2))
+    cloths = session.create(sheet(environment=Environment(colliders=[ball]), pins=[drape.Pin(particle=0)]), count=2)
+    cloths.move_colliders([0], np.array([[[0, -1, 0]], [[0, -2, 0]]]))
+    cloths.scale_rest_lengths([0.5, 1.0], over_s=1.0)
+    cloths.set_rest_lengths([0], 0.3, ids=[1])
+    cloths.step()
+    poses = [cloths.describe(row).collider_poses[0].position_m for row in (0, 1)]
+    assert [list(pose) for pose in poses] == [[0, -1, 0], [0, -2, 0]]
+    moved = cloths.step(120).positions
+    lengths = np.linalg.norm(moved[:, 6] - moved[:, 0], axis=1)  # down from the first pin
+    assert lengths[0] == pytest.approx(0.1, rel=0.05) and lengths[1] == pytest.approx(0.2, rel=0.05)
+
+
+def test_reset_is_exact_and_per_cloth(session, spec):
+    cloths = session.create(spec, count=2)
+    begin = bits(cloths.positions)
+    first = bits(cloths.step(7).positions)
+    cloths.reset()
+    assert bits(cloths.positions) == begin and cloths.step_count.tolist() == [0, 0]
+    assert bits(cloths.step(7).positions) == first
+    cloths.reset([1])
+    assert cloths.step_count.tolist() == [7, 0]
+
+
+def test_reset_starts_anew_somewhere_else(session, spec):
+    cloths = session.create(spec, count=3, origins=[[0, 0, 0], [2, 0, 0], [4, 0, 0]])
+    kept = bits(cloths.step(3, ids=[0]).positions)
+    up = [0, 1, 0, 0, 0, 0, 1]
+    calm = drape.ClothOverride(gravity_m_per_s2=[0, 0, 0])
+    cloths.reset([2, 1], transforms=[up, up], overrides=[calm, drape.ClothOverride()])
+    assert cloths.step_count.tolist() == [3, 0, 0] and len(session.list()) == 3
+    assert bits(cloths.read(ids=[0]).positions) == kept
+    assert cloths.positions[:, 0].tolist() == [[0, 0, 0], [2, 1, 0], [4, 1, 0]]
+    begin = cloths.positions
+    after = cloths.step(5).positions
+    assert after[1, 35, 1] < 0.999 and np.allclose(after[2], begin[2], atol=1e-6)
+    with pytest.raises(drape.InvalidArgument):
+        cloths.reset([0], transforms=[[0, 0, 0, 0, 0, 0, 0]])  # no rotation
+    assert cloths.step().step_count.tolist() == [9, 6, 6]
+
+
+def test_update_changes_what_it_names(session, spec):
+    cloths = session.create(spec, count=2)
+    up = drape.ClothSpec(environment=Environment(gravity_m_per_s2=[0, 9.81, 0]))
+    cloths.update(up, "environment.gravity_m_per_s2", ids=[1])
+    ends = cloths.step(20).positions[:, 35, 1]
+    assert ends[0] < 0 < ends[1]
+
+
+def test_a_faulted_cloth_is_told_and_the_others_go_on(session):
+    def pair(stiffness):
+        return drape.Particles(positions_m=[0, 0, 0, 1.01, 0, 0], masses_kg=[1, 1], springs=[
+            drape.Spring(i=0, j=1, rest_length_m=1, stiffness_n_per_m=stiffness)])
+
+    spec = drape.ClothSpec(particles=pair(1), settings=drape.StepSettings(substeps=1, time_step_s=0.001))
+    cloths = session.create(spec, count=3)
+    cloths.update(drape.ClothSpec(particles=pair(5e7)), "particles.springs", ids=[1])  # far beyond what is stable
+    answer = cloths.step(20)
+    assert answer.faulted.tolist() == cloths.faulted.tolist() == [False, True, False]
+    assert answer.step_count[1] < 20 == answer.step_count[0]
+    assert np.isfinite(answer.positions).all()
+    assert cloths.describe(1).fault_reason and not cloths.describe(0).fault_reason
+    assert cloths.step(ids=[0, 2]).faulted.tolist() == [False, False]
+    assert cloths.faulted.tolist() == [False, True, False]
+    cloths.update(spec, "particles.springs", ids=[1])
+    cloths.reset([1])
+    assert not cloths.faulted.any()
+    assert cloths.step().faulted.tolist() == [False, False, False]
+
+
+def test_reports_become_arrays(session, spec):
+    cloths = session.create(spec, count=2)
+    answer = cloths.step(5, report=True)
+    strains = answer.measure("max_strain")
+    assert strains.shape == (2,) and (strains > 0).all() and (strains < 0.1).all()
+
+
+def test_until_and_request_ids(session, spec):
+    cloths = session.create(spec)
+    assert cloths.step(until=12).step_count == [12]
+    once = cloths.step(2, request_id="a")
+    again = cloths.step(2, request_id="a")
+    assert once.step_count == again.step_count == [14] and bits(once.positions) == bits(again.positions)
+    with pytest.raises(drape.InvalidArgument, match="steps"):
+        cloths.step(0)
+
+
+def test_large_answers_are_streamed_into_one_array(session):
+    small = sheet(64, settings=drape.StepSettings(substeps=1))
+    cloths = session.create(small, count=48)  # 2.4 MB
+    answer = cloths.step(2)
+    assert answer.positions.shape == (48, 4096, 3) and not answer.positions.flags.writeable
+    alone = cloths.read(ids=[47]).positions[0]
+    assert np.array_equal(answer.positions[47], alone)
+    out = np.empty_like(answer.positions)
+    assert cloths.read(out=out).positions is out and np.array_equal(out, answer.positions)
+    part = cloths.read(ids=[40, 3]).positions
+    assert np.array_equal(part, answer.positions[[40, 3]])
+    with pytest.raises(drape.InvalidArgument, match="out"):
+        cloths.read(out=np.empty((1, 2, 3), np.float32))
+
+
+def test_a_cloth_larger_than_a_chunk_is_put_together(session):
+    cloths = session.create(sheet(320, settings=drape.StepSettings(substeps=1)), count=2, origins=[[0, 0, 0], [5, 0, 0]])
+    read = cloths.read(velocities=True)  # 1.2 MB per column and cloth: split between chunks
+    grid = read.positions.reshape(2, 320, 320, 3)
+    assert np.allclose(grid[..., 0] - [[[0]], [[5]]], np.linspace(0, 1, 320), atol=1e-5)
+    assert np.allclose(grid[..., 2], np.linspace(0, 1, 320)[:, None], atol=1e-6)
+
+
+def test_double_precision_arrives_as_it_is(reference):
+    with reference.session() as session:
+        positions = session.create(sheet()).step().positions
+        assert positions.dtype == np.float64
+        assert (positions.astype(np.float32) != positions).any()
+
+
+def test_pictures(session, spec):
+    cloths = session.create(spec)
+    assert cloths.render_png(64, 48).startswith(b"\x89PNG")
+    pixels = cloths.render(64, 48)
+    assert pixels.shape == (48, 64, 3) and pixels.dtype == np.uint8 and pixels.std() > 1

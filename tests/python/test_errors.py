@@ -1,0 +1,81 @@
+import pickle
+import re
+
+import pytest
+
+import drape
+from conftest import ROOT, sheet
+from drape import errors
+
+
+def test_every_code_of_the_protocol_has_a_class():
+    table = (ROOT / "proto/errors.md").read_text()
+    codes = set(re.findall(r"^\| ([A-Z_]{6,}) \|", table, flags=re.MULTILINE))
+    assert len(codes) >= 6
+    assert codes <= set(errors._CLASSES)
+
+
+def test_a_bad_field_has_its_path_and_its_range(session):
+    bad = sheet()
+    bad.grid.columns = 0
+    with pytest.raises(drape.InvalidArgument) as caught:
+        session.create(bad)
+    error = caught.value
+    assert isinstance(error, ValueError)
+    assert error.reason == "INVALID_FIELDS" and error.code == "INVALID_ARGUMENT"
+    assert error.fields[0].field == "spec.grid.columns"
+    assert ">= 1" in error.fields[0].description
+    assert str(error) == "INVALID_FIELDS: spec.grid.columns: 0 is not >= 1"
+
+
+def test_every_bad_field_is_named(session):
+    bad = sheet(material=drape.Material(areal_density_kg_per_m2=-1, friction_static=-2))
+    with pytest.raises(drape.InvalidArgument) as caught:
+        session.create(bad)
+    assert {field for field, _ in caught.value.fields} >= {
+        "spec.material.areal_density_kg_per_m2", "spec.material.friction_static"}
+
+
+def test_a_quota_names_its_limit(client):
+    with client.session() as session, pytest.raises(drape.ResourceExhausted) as caught:
+        for count in (1, client.info.limits.max_cloths_per_session):
+            session.create(drape.ClothSpec(grid=drape.Grid(columns=2, rows=1, width_m=1, height_m=1)), count)
+    assert caught.value.reason == "QUOTA_EXCEEDED"
+    assert caught.value.quotas and caught.value.retry_after_s is None
+
+
+def test_preconditions(session):
+    cloths = session.create(sheet())
+    with pytest.raises(drape.FailedPrecondition) as caught:
+        cloths.step(expected=5)
+    assert caught.value.reason == "STEP_MISMATCH"
+    assert cloths.step().step_count == [1]
+
+
+def test_lost_sessions_and_cloths_are_lookup_errors(client):
+    session = client.session()
+    cloths = session.create(sheet())
+    cloths.delete()
+    with pytest.raises(drape.NotFound) as caught:
+        cloths.step()
+    assert caught.value.reason == "CLOTH_NOT_FOUND" and not isinstance(caught.value, drape.SessionLost)
+    session.close()
+    with pytest.raises(drape.SessionLost) as caught:
+        cloths.step()
+    assert isinstance(caught.value, LookupError)
+
+
+def test_a_deadline_is_a_timeout(session):
+    cloths = session.create(sheet(64))
+    with pytest.raises(TimeoutError) as caught:
+        cloths.step(100_000, view=None, timeout_s=0.1)
+    assert isinstance(caught.value, drape.DeadlineExceeded)
+    assert cloths.step().step_count[0] < 100_001  # the batch is usable
+
+
+@pytest.mark.parametrize("cls", [*set(errors._CLASSES.values()), drape.SessionLost, drape.ForkedProcess])
+def test_errors_travel_between_processes(cls):
+    error = cls("text", reason="WHY", fields=[("a.b", "not c")], quotas=["q"], retry_after_s=1.5, metadata={"k": "v"})
+    again = pickle.loads(pickle.dumps(error))
+    assert type(again) is cls and again.__dict__ == error.__dict__
+    assert str(again) == "WHY: text; a.b: not c"

@@ -1,0 +1,42 @@
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+from conftest import DRAPE, ROOT, run_python
+
+EXAMPLES = ROOT / "client/python/examples"
+
+
+def run(name, *arguments):
+    done = subprocess.run([sys.executable, EXAMPLES / name, *arguments], capture_output=True, text=True, timeout=120,
+                          env={**os.environ})
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+def test_hello_says_what_the_cpp_example_says():
+    out = run("hello.py")
+    theirs = subprocess.run([pathlib.Path(DRAPE).with_name("hello_client")], capture_output=True, text=True, timeout=60)
+    assert "1.0 s: the free corner is at" in out and "480 constraints" in out
+    assert theirs.stdout.splitlines()[:10] == out.splitlines()[:10]
+
+
+def test_random_policy():
+    out = run("random_policy.py", "2", "1")
+    assert "by hand: normalized performance 0.9" in out
+
+
+def test_the_notebook_runs_from_top_to_bottom(tmp_path):
+    notebook = json.loads((EXAMPLES / "notebook.ipynb").read_text())
+    cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert not any(cell.get("outputs") for cell in notebook["cells"])
+    out = run_python("\n".join(cells), cwd=tmp_path)
+    assert "INVALID_FIELDS: spec.grid.columns" in out and "(16, 576, 3)" in out
+
+
+def test_the_reference_is_that_of_the_docstrings():
+    maker = ROOT / "client/python/make_reference.py"
+    out = run_python(f"import runpy; print(runpy.run_path({str(maker)!r})['reference'](), end='')")
+    assert out == (maker.parent / "reference.md").read_text(), f"{maker} writes it again"

@@ -1,0 +1,48 @@
+import numpy as np
+import pytest
+
+import drape
+from conftest import bits, sheet
+
+
+def test_answers_come_in_order_and_have_the_same_bits(session, spec):
+    cloths, alone = session.create(spec, count=2), session.create(spec, count=2)
+    with cloths.pipeline(depth=3) as steps:
+        answers = [steps.step() for _ in range(6)] + steps.drain()
+    assert answers[:2] == [None, None]
+    assert [int(answer.step_count[0]) for answer in answers[2:]] == [1, 2, 3, 4, 5, 6]
+    for answer in answers[2:]:
+        assert bits(answer.positions) == bits(alone.step().positions)
+    assert np.array_equal(cloths.positions, alone.positions)
+
+
+def test_controls_go_with_the_next_step(session, spec):
+    cloths = session.create(spec)
+    with cloths.pipeline() as steps:
+        for k in range(1, 5):
+            cloths.move_pins([0], [0, 0.01 * k, 0])
+            answer = steps.step()
+            if answer is not None:
+                assert answer.positions[0, 0, 1] == np.float32(0.01 * (k - 1))
+        assert steps.drain()[0].positions[0, 0, 1] == np.float32(0.04)
+
+
+def test_an_error_ends_the_stream_and_the_batch_goes_on(session, spec):
+    cloths = session.create(spec)
+    with pytest.raises(drape.Error):
+        with cloths.pipeline(depth=1) as steps:
+            cloths.move_pins([7], [0, 0, 0])  # no pin
+            steps.step()
+    assert cloths.step().step_count == [1]
+    with pytest.raises(drape.InvalidArgument, match="depth"):
+        cloths.pipeline(0)
+
+
+def test_leaving_by_an_exception_cancels(session):
+    cloths = session.create(sheet(64), count=4)
+    with pytest.raises(KeyError):
+        with cloths.pipeline(depth=8) as steps:
+            for _ in range(6):
+                steps.step(50)
+            raise KeyError
+    assert cloths.step().positions.shape == (4, 4096, 3)

@@ -1,0 +1,76 @@
+import json
+import subprocess
+
+import numpy as np
+import pytest
+
+import drape
+from conftest import DRAPE, ROOT
+
+EXAMPLES = ROOT / "client/examples"
+
+
+def run_by_drape(scene, tmp_path, address):
+    """Positions and velocities of every step by the command line, in one order: cloth by cloth."""
+    file = tmp_path / "states.npz"
+    subprocess.run([DRAPE, "run", scene, f"--server={address}", "--every=7",
+                    f"--states={file}"], check=True, capture_output=True)
+    with np.load(file) as states:
+        return {name: states[name] for name in states.files}
+
+
+SCENES = ["chain", "linkage", "rope", "hanging_edge", "moving_colliders", "sphere_drop"]
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_same_bits_as_drape_run(client, tmp_path, name):
+    tree = json.loads((EXAMPLES / f"{name}.json").read_text())
+    tree["duration_s"] = min(tree["duration_s"], 0.7)
+    file = tmp_path / f"{name}.json"
+    file.write_text(json.dumps(tree))
+    theirs = run_by_drape(file, tmp_path, client.address)
+    with client.session() as session:
+        player = drape.scene.load(file).play(session)
+        for sample, step in enumerate(theirs["steps"]):
+            player.advance(int(step) - player.step)
+            for name, column in (("positions", 0), ("velocities", 1)):
+                mine = np.concatenate([(c.positions, c.velocities)[column].reshape(-1, 3) for c in player.cloths])
+                assert mine.tobytes() == np.ascontiguousarray(theirs[name][sample]).tobytes(), (name, step)
+        assert player.step == player.scene.step_count
+
+
+def test_meshes_are_read_as_the_client_reads_them(session):
+    scene = drape.scene.load(EXAMPLES / "mesh_drop.json")
+    player = scene.play(session)
+    assert player.cloths[0].spec.WhichOneof("topology") == "mesh"
+    assert player.advance(3) == 3 and player.cloths[0].step_count[0] == 3
+    player.reset()
+    assert player.step == 0 and player.cloths[0].step_count[0] == 0
+
+
+def test_settings_are_set_in_every_spec():
+    scene = drape.scene.load(EXAMPLES / "chain.json", {"settings.substeps": 40, "settings.time_step_s": 0.01})
+    assert all(cloth.spec.settings.substeps == 40 for cloth in scene.message.cloths)
+    assert scene.time_step_s == 0.01
+
+
+@pytest.mark.parametrize("change, words", [
+    ({"cloths": []}, "cloths"),
+    ({"colths": []}, "colths"),
+    ({"time_step_s": 0}, "time_step_s"),
+    ({"cloths": [{"spec": {"mesh_file": "none.obj"}}]}, "none.obj"),
+    ({"cloths": [{"spec": {"scale_m": 2}}]}, "needs mesh_file"),
+    ({"cloths": [{"spec": {"settings": {"time_step_s": 0.5}}}]}, "differs from time_step_s"),
+])
+def test_bad_scenes_are_refused(tmp_path, change, words):
+    file = tmp_path / "x.json"
+    file.write_text(json.dumps({"duration_s": 1, "cloths": [{"spec": {}}], **change}))
+    with pytest.raises(drape.Error, match=words):
+        drape.scene.load(file)
+
+
+def test_an_object_has_each_name_once():
+    with pytest.raises(drape.InvalidArgument, match="twice"):
+        drape.scene.parse('{"cloths": [{"spec": {}}], "cloths": []}')
+    with pytest.raises(drape.InvalidArgument, match="line 1"):
+        drape.scene.parse("{")

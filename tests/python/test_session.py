@@ -1,0 +1,110 @@
+import gc
+import threading
+import time
+
+import numpy as np
+import pytest
+
+import drape
+from conftest import sheet
+
+
+def test_a_session_ends_with_its_block_and_its_cloths(client):
+    with client.session() as session:
+        session.create(sheet())
+        name = session.name
+    with pytest.raises(drape.SessionLost):
+        client.session(name=name)
+
+
+def test_a_session_that_is_dropped_is_deleted(client):
+    session = client.session()
+    name = session.name
+    del session
+    gc.collect()
+    with pytest.raises(drape.SessionLost):
+        client.session(name=name)
+
+
+def test_an_attached_session_is_left_alone(client, session):
+    cloths = session.create(sheet(), count=3)
+    cloths.step(4)
+    with client.session(name=session.name) as other:
+        same = other.attach()
+        assert same.ids.tolist() == cloths.ids.tolist()
+        assert same.step_count.tolist() == [4, 4, 4]
+        assert other.attach(cloths.ids[1:]).num == 2
+        assert np.array_equal(same.positions, cloths.positions)
+        with pytest.raises(drape.Unimplemented):
+            same.triangles()
+        assert other.attach(spec=cloths.spec).triangles().shape == (50, 3)
+    assert cloths.step().step_count.tolist() == [5, 5, 5]
+
+
+def test_unlike_cloths_are_not_one_batch(client, session):
+    with pytest.raises(drape.FailedPrecondition, match="no cloths"):
+        session.attach()
+    session.create(sheet(6))
+    session.create(sheet(7))
+    with pytest.raises(drape.InvalidArgument, match=r"\[36, 49\]"):
+        session.attach()
+    assert [cloth.shape.particles for cloth in session.list()] == [36, 49]
+
+
+def test_the_lease_renews_itself(client):
+    with client.session(ttl_s=1) as session:
+        cloths = session.create(sheet())
+        time.sleep(1.6)
+        assert session.lease_error is None
+        assert cloths.step().step_count == [1]
+
+
+def test_a_lost_lease_is_told(client):
+    with client.session(ttl_s=1) as session:
+        with client.session(name=session.name) as other:
+            other._is_owner = True
+            other._connection.run(_delete(session.name))
+        end = time.monotonic() + 5
+        while session.lease_error is None and time.monotonic() < end:
+            time.sleep(0.02)
+        assert isinstance(session.lease_error, drape.SessionLost)
+
+
+def _delete(name):
+    from drape.operations import Unary
+
+    yield Unary("DeleteSession", drape.v1.DeleteSessionRequest(name=name), name)
+
+
+def test_its_thread_ends_with_it(client):
+    before = {thread for thread in threading.enumerate() if thread.name == "drape-lease"}
+    session = client.session()
+    mine = {thread for thread in threading.enumerate() if thread.name == "drape-lease"} - before
+    assert len(mine) == 1
+    session.close()
+    mine.pop().join(2)
+    assert {thread for thread in threading.enumerate() if thread.name == "drape-lease"} <= before
+
+
+def test_copies_have_their_places_and_differences(session):
+    turned = [0, 0, 0, 0, np.sin(np.pi / 4), 0, np.cos(np.pi / 4)]  # a quarter about y
+    cloths = session.create(sheet(), 2, origins=[[0, 0, 0], [3, 0, 0]], transforms=[[0, 1, 0, 0, 0, 0, 1], turned],
+                            overrides=[drape.ClothOverride(), drape.ClothOverride(gravity_m_per_s2=[0, 0, 0])])
+    positions = cloths.positions
+    assert np.allclose(positions[0, 5], [1, 1, 0], atol=1e-6)
+    assert np.allclose(positions[1, 5], [3, 0, -1], atol=1e-6)
+    fallen = cloths.step(30).positions
+    assert fallen[0, 35, 1] < 0.9 and np.allclose(fallen[1], positions[1], atol=1e-5)
+    with pytest.raises(drape.InvalidArgument, match=r"origins: has the shape \(3, 3\), which does not fit \(2, 3\)"):
+        session.create(sheet(), 2, origins=np.zeros((3, 3)))
+
+
+def test_threads_share_a_session(session):
+    batches = [session.create(sheet(), count=2) for _ in range(4)]
+    threads = [threading.Thread(target=lambda b=batch: [b.step() for _ in range(25)]) for batch in batches]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert all(batch.step_count.tolist() == [25, 25] for batch in batches)
+    assert all(np.array_equal(batch.positions, batches[0].positions) for batch in batches)

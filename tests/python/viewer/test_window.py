@@ -1,0 +1,95 @@
+import time
+
+import numpy as np
+import pytest
+
+import drape
+from conftest import ROOT, sheet
+from drape.viewer import Window
+from drape.viewer.__main__ import main
+
+SHOT_S = 5.0
+
+
+def wait_for(condition):
+    end = time.monotonic() + SHOT_S
+    while not condition() and time.monotonic() < end:
+        time.sleep(0.01)
+    assert condition()
+
+
+@pytest.fixture
+def free_port():
+    import socket
+
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return probe.getsockname()[1]
+
+
+def test_play_step_reset_and_recording(session, free_port, tmp_path):
+    cloths = session.create(sheet(), count=3, origins=[[0, 0, 0], [2, 0, 0], [4, 0, 0]])
+    with Window([cloths], port=free_port) as window:
+        assert window.url.endswith(str(free_port))
+        assert tuple(window.colouring.options) == ("cloth", "strain", "speed")
+        window.start_recording()
+        window.ask_step(3)
+        wait_for(lambda: "step 3," in window.status.content)
+        shown = window._drawings[0]._surface.vertices
+        assert np.array_equal(shown, cloths.positions.reshape(-1, 3))
+        window.play.value = True
+        wait_for(lambda: cloths.step_count[0] > 10)
+        window.play.value = False
+        for name in ("strain", "speed"):
+            window.colouring.value = name
+            wait_for(lambda name=name: f"largest {name}" in window.status.content)
+            assert len(np.unique(window._drawings[0]._dots.colors, axis=0)) > 3
+        window.ask_reset()
+        wait_for(lambda: cloths.step_count[0] == 0)
+        window.save_recording(tmp_path / "x.html")
+        assert (tmp_path / "x.html").read_text().lstrip().lower().startswith("<!doctype html>")
+        with pytest.raises(drape.FailedPrecondition):
+            window.save_recording(tmp_path / "x.html")
+    window.close()
+    assert cloths.step().step_count[0] == 1
+
+
+def test_a_spectator_sees_what_somebody_else_steps(client, session, free_port):
+    cloths = session.create(sheet(), count=2)
+    with client.session(name=session.name) as other, Window([other.attach()], advance=None, port=free_port) as window:
+        cloths.step(7)
+        wait_for(lambda: "step 7," in window.status.content)
+        assert window.play.disabled
+        points = window._drawings[0]._dots.points  # without a spec there are no triangles
+        wait_for(lambda: np.array_equal(window._drawings[0]._dots.points, cloths.positions.reshape(-1, 3)))
+        assert points.shape == (72, 3)
+
+
+def test_moving_colliders_are_where_the_server_has_them(client, free_port):
+    with client.session() as session:
+        scene = drape.scene.load(ROOT / "client/examples/moving_colliders.json")
+        player = scene.play(session)
+        with Window(player.cloths, advance=player.advance, reset=player.reset, tracks_colliders=True,
+                    port=free_port) as window:
+            window.ask_step(30)
+            wait_for(lambda: "step 30," in window.status.content)
+            for cloths, drawing in zip(player.cloths, window._drawings):
+                poses = cloths.describe(0).collider_poses
+                assert len(poses) == len(drawing._colliders) > 0
+                for (batch, _), pose in zip(drawing._colliders, poses):
+                    assert np.allclose(batch.batched_positions[0], pose.position_m, atol=1e-6)
+
+
+def test_wind_and_gravity_are_those_of_the_controls(session, free_port):
+    cloths = session.create(sheet())
+    with Window([cloths], port=free_port) as window:
+        window.gravity.value = 2.0
+        window._set_environment()
+        assert list(cloths.describe(0).environment.gravity_m_per_s2) == [0, 2, 0]
+
+
+def test_the_command_line_says_what_is_wrong(capsys):
+    assert main(["/nowhere.json", "--backend=cpu"]) == 1
+    assert "NO_SCENE_FILE" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["--session=x"])
