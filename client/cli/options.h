@@ -39,6 +39,12 @@ struct SessionFlags {
 
   void AddTo(CLI::App& command);
   Session Attach(const Client& client) const { return client.AttachSession(session); }
+  // Names the cloths in a request that has cloth_ids and all_cloths.
+  template <class Request>
+  void Select(Request* request) const {
+    request->set_all_cloths(cloths.empty());
+    request->mutable_cloth_ids()->Add(cloths.begin(), cloths.end());
+  }
 };
 
 // "auto", "gl", "cpu", "reference".

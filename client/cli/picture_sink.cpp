@@ -19,6 +19,7 @@ void IncludeView(const v1::RenderResponse& drawn, v1::RenderRequest& request) {
 PictureSink::PictureSink(std::filesystem::path path, bool is_series, v1::RenderRequest request,
                          Need need)
     : path_(std::move(path)), is_series_(is_series), request_(std::move(request)), need_(need) {
+  request_.set_all_cloths(true);
   // For a series, only checks that it can be written.
   file_ = std::make_unique<OutputFile>(is_series ? SeriesPath(path_, 0) : path_);
   if (is_series) file_.reset();

@@ -71,7 +71,9 @@ int Read(const ReadOptions& options) {
   view.set_positions(true);
   view.set_velocities(true);
   view.mutable_particles()->Assign(options.file.particles.begin(), options.file.particles.end());
-  const States states = session.ReadStates(options.target.cloths, view);
+  const std::vector<ClothId>& cloths = options.target.cloths;
+  const States states =
+      cloths.empty() ? session.ReadStates(view) : session.ReadStates(cloths, view);
   CheckRows(states, options.file.particles);
   if (!options.states.empty()) {
     const auto writer = MakeStateWriter(options.states, options.file);

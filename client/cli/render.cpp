@@ -25,7 +25,7 @@ int Render(const RenderOptions& options) {
   const Client client = options.target.address.Connect();
   const Session session = options.target.Attach(client);
   v1::RenderRequest request = options.picture.Request();
-  request.mutable_cloth_ids()->Add(options.target.cloths.begin(), options.target.cloths.end());
+  options.target.Select(&request);
   v1::RenderResponse drawn = session.Render(request);
   file.Write(drawn.png());
   file.Close();

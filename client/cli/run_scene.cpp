@@ -17,7 +17,7 @@ void TakeSample(const Session& session, uint64_t steps, const SampleTime& sample
   const bool has_recorder = std::any_of(sinks.writers.begin(), sinks.writers.end(),
                                         [](const auto& writer) { return writer->takes_samples(); });
   if (!has_recorder && !sinks.comparison) return;
-  const States states = session.ReadStates({}, FullView());
+  const States states = session.ReadStates(FullView());
   if (sinks.comparison) sinks.comparison->Advance(steps, states, sinks.should_stop);
   for (const auto& writer : sinks.writers) {
     if (writer->takes_samples()) writer->Add(states, sample);
@@ -26,7 +26,7 @@ void TakeSample(const Session& session, uint64_t steps, const SampleTime& sample
 
 void AddLastState(const Session& session, RunSinks& sinks) {
   for (const auto& writer : sinks.writers) {
-    if (!writer->takes_samples()) writer->Add(session.ReadStates({}, FullView()));
+    if (!writer->takes_samples()) writer->Add(session.ReadStates(FullView()));
   }
 }
 

@@ -30,7 +30,7 @@ int Step(const StepOptions& options) {
   const Client client = options.target.address.Connect();
   Session session = options.target.Attach(client);
   v1::StepRequest request;
-  request.mutable_cloth_ids()->Add(options.target.cloths.begin(), options.target.cloths.end());
+  options.target.Select(&request);
   if (options.until > 0) {
     request.set_until_step(options.until);
   } else {

@@ -43,7 +43,7 @@ int Watch(const WatchOptions& options) {
   const Client client = options.target.address.Connect();
   const Session session = options.target.Attach(client);
   v1::StreamStatesRequest::Subscribe subscribe;
-  subscribe.mutable_cloth_ids()->Add(options.target.cloths.begin(), options.target.cloths.end());
+  options.target.Select(&subscribe);
   subscribe.set_every_n_steps(options.every);
   subscribe.set_max_hz(options.max_hz);
   StateStream stream = session.StreamStates(std::move(subscribe));

@@ -43,6 +43,18 @@ Response Call(const Connection& connection, const std::string& session,
   return response;
 }
 
+States Read(const Connection& connection, const std::string& session,
+            v1::ReadStatesRequest request) {
+  request.set_session(session);
+  grpc::ClientContext context;
+  connection.Prepare(&context, session);
+  const auto reader = connection.stub->ReadStates(&context, request);
+  std::vector<v1::StateChunk> chunks;
+  for (v1::StateChunk chunk; reader->Read(&chunk);) chunks.push_back(std::move(chunk));
+  ThrowIfFailed(reader->Finish());
+  return States(std::move(chunks));
+}
+
 }  // namespace
 
 Session::Impl::Impl(std::shared_ptr<Connection> shared_connection, std::string session_name,
@@ -178,6 +190,10 @@ v1::ClothShape Session::UpdateCloths(std::span<const ClothId> cloths, const v1::
   request.mutable_cloth_ids()->Add(cloths.begin(), cloths.end());
   *request.mutable_spec() = spec;
   for (const std::string& path : paths) request.mutable_update_mask()->add_paths(path);
+  return UpdateCloths(std::move(request));
+}
+
+v1::ClothShape Session::UpdateCloths(v1::UpdateClothsRequest request) {
   return Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::UpdateCloths,
               std::move(request))
       .shape();
@@ -193,12 +209,23 @@ void Session::DeleteCloths(std::span<const ClothId> cloths) {
 void Session::ResetCloths(std::span<const ClothId> cloths) {
   v1::ResetClothsRequest request;
   request.mutable_cloth_ids()->Add(cloths.begin(), cloths.end());
+  ResetCloths(std::move(request));
+}
+
+void Session::ResetCloths() {
+  v1::ResetClothsRequest request;
+  request.set_all_cloths(true);
+  ResetCloths(std::move(request));
+}
+
+void Session::ResetCloths(v1::ResetClothsRequest request) {
   Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::ResetCloths,
        std::move(request));
 }
 
 v1::StepResponse Session::Step(uint32_t steps) {
   v1::StepRequest request;
+  request.set_all_cloths(true);
   request.set_steps(steps);
   return Step(std::move(request));
 }
@@ -214,16 +241,28 @@ StepStream Session::OpenStepStream() {
 
 States Session::ReadStates(std::span<const ClothId> cloths, const v1::StateView& view) const {
   v1::ReadStatesRequest request;
-  request.set_session(impl_->name);
   request.mutable_cloth_ids()->Add(cloths.begin(), cloths.end());
   *request.mutable_view() = view;
-  grpc::ClientContext context;
-  impl_->connection->Prepare(&context, impl_->name);
-  const auto reader = impl_->connection->stub->ReadStates(&context, request);
-  std::vector<v1::StateChunk> chunks;
-  for (v1::StateChunk chunk; reader->Read(&chunk);) chunks.push_back(std::move(chunk));
-  ThrowIfFailed(reader->Finish());
-  return States(std::move(chunks));
+  return Read(*impl_->connection, impl_->name, std::move(request));
+}
+
+States Session::ReadStates(const v1::StateView& view) const {
+  v1::ReadStatesRequest request;
+  request.set_all_cloths(true);
+  *request.mutable_view() = view;
+  return Read(*impl_->connection, impl_->name, std::move(request));
+}
+
+void Session::WriteStates(v1::WriteStatesRequest request) {
+  Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::WriteStates,
+       std::move(request));
+}
+
+v1::Topology Session::ReadTopology(ClothId cloth) const {
+  v1::ReadTopologyRequest request;
+  request.set_cloth_id(cloth);
+  return Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::ReadTopology,
+              std::move(request));
 }
 
 v1::RenderResponse Session::Render(v1::RenderRequest request) const {

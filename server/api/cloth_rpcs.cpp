@@ -4,7 +4,9 @@
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
 #include "server/api/simulation_service.h"
+#include "server/api/topology_message.h"
 #include "server/api/unary_call.h"
+#include "server/api/written_states.h"
 #include "server/session/page_token.h"
 
 namespace drape::api {
@@ -115,13 +117,47 @@ grpc::ServerUnaryReactor* SimulationService::ResetCloths(Context* context,
                                                          v1::ResetClothsResponse*) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  Result<CheckedReset> reset = CheckReset(*request);
+  if (!reset.ok()) return Answer(context, reset.status());
   Result<NamedCloths> named =
-      FindNamed(context_.sessions, caller, request->session(), ToClothIds(request->cloth_ids()));
+      FindNamed(context_.sessions, caller, request->session(), reset->cloths);
   if (!named.ok() || named->cloths.empty()) return Answer(context, named.status());
   UnaryCall* call = UnaryCall::New();
   call->lease = std::move(named->session);
-  call->lease->ResetCloths(named->cloths, [call](const Status& status) { call->End(status); });
+  call->lease->ResetCloths(named->cloths, std::move(reset->starts),
+                           [call](const Status& status) { call->End(status); });
   return call;
+}
+
+grpc::ServerUnaryReactor* SimulationService::WriteStates(Context* context,
+                                                         const v1::WriteStatesRequest* request,
+                                                         v1::WriteStatesResponse*) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
+  const Status check = CheckWriteStates(*request);
+  if (!check.ok()) return Answer(context, check);
+  Result<NamedCloths> named =
+      FindNamed(context_.sessions, caller, request->session(), ToClothIds(request->cloth_ids()));
+  if (!named.ok()) return Answer(context, named.status());
+  Result<std::vector<ParticleState>> states = ToStates(*request, named->cloths);
+  if (!states.ok()) return Answer(context, states.status());
+  UnaryCall* call = UnaryCall::New();
+  call->lease = std::move(named->session);
+  call->lease->WriteStates(named->cloths, std::move(*states),
+                           [call](const Status& status) { call->End(status); });
+  return call;
+}
+
+grpc::ServerUnaryReactor* SimulationService::ReadTopology(Context* context,
+                                                          const v1::ReadTopologyRequest* request,
+                                                          v1::Topology* response) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
+  const ClothId id = ClothId::FromPacked(request->cloth_id());
+  const Result<NamedCloths> named =
+      FindNamed(context_.sessions, caller, request->session(), {&id, 1});
+  if (named.ok()) *response = TopologyOf(*named->cloths.front());
+  return Answer(context, named.status());
 }
 
 }  // namespace drape::api

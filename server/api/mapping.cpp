@@ -116,6 +116,7 @@ v1::Cloth ToProto(const ClothRecord& record) {
     if (pin.target_m) Append(*pin.target_m, pin_message->mutable_target_m());
   }
   Append(record.placement.environment_origin_m, message.mutable_environment_origin_m());
+  message.set_max_grips(description->parameters.max_grips);
   message.set_faulted(progress.fault != FaultReason::kNone);
   message.set_fault_reason(std::string(FaultReasonText(progress.fault)));
   for (const RigidMotion& motion : ColliderMotionsNow(record)) {
@@ -169,6 +170,25 @@ v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,
   return message;
 }
 
+namespace {
+
+void AddGrips(const ClothRecord& cloth, const std::vector<GripState>& grips,
+              v1::GripStates& message) {
+  const auto description = cloth.description();
+  for (uint32_t slot = 0; slot < grips.size(); ++slot) {
+    const GripState& grip = grips[slot];
+    message.add_cloth_ids(cloth.id.Packed());
+    message.add_slots(slot);
+    message.add_particles(
+        grip.particle ? static_cast<int32_t>(description->model->DescribedOf(*grip.particle)) : -1);
+    Append(grip.particle ? cloth.placement.EnvironmentFromCloth(grip.position_m)
+                         : Eigen::Vector3d(0, 0, 0),
+           message.mutable_positions_m());
+  }
+}
+
+}  // namespace
+
 v1::StepResponse ToProto(const ClothList& cloths, const StepOutcome& outcome) {
   DRAPE_CHECK(cloths.size() == outcome.cloths.size(), "one outcome per cloth");
   v1::StepResponse message;
@@ -182,6 +202,7 @@ v1::StepResponse ToProto(const ClothList& cloths, const StepOutcome& outcome) {
           ToProto(id, cloth.stamp.completed_steps, *cloth.report, cloth.warnings);
     }
     if (cloth.stamp.fault != FaultReason::kNone) message.add_faulted_cloth_ids(id.Packed());
+    if (!cloth.grips.empty()) AddGrips(*cloths[k], cloth.grips, *message.mutable_grips());
   }
   *message.mutable_timing() = ToProto(outcome.timing);
   return message;

@@ -63,14 +63,26 @@ void CheckSurfaceOverride(const FieldPath& path, const v1::ClothOverride& overri
   bool has_friction = false;
   for (const SurfaceField& field : kSurfaceFields) {
     const FieldDescriptor* descriptor = FieldOf(override_, field.name);
-    if (descriptor == nullptr || !override_.GetReflection()->HasField(override_, descriptor)) {
-      continue;
-    }
+    if (!override_.GetReflection()->HasField(override_, descriptor)) continue;
     parameters.*field.member = NumberOf(override_, field.name);
     violations.InRange(path.Child(field.name), parameters.*field.member, field.range);
     has_friction |= field.name.starts_with("friction_");
   }
   if (has_friction) CheckFrictionOrder(path, parameters, violations);
+}
+
+NumberChanges<ClothParameters> ReadSurfaceOverride(const FieldPath& path,
+                                                   const v1::ClothOverride& override_,
+                                                   Violations& violations) {
+  NumberChanges<ClothParameters> changes;
+  for (const SurfaceField& field : kSurfaceFields) {
+    const FieldDescriptor* descriptor = FieldOf(override_, field.name);
+    if (!override_.GetReflection()->HasField(override_, descriptor)) continue;
+    const double value = NumberOf(override_, field.name);
+    violations.InRange(path.Child(field.name), value, field.range);
+    changes.Set(field.member, value);
+  }
+  return changes;
 }
 
 }  // namespace drape::api

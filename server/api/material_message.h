@@ -7,6 +7,7 @@
 #include "drape/v1/cloths.pb.h"
 #include "server/core/violations.h"
 #include "server/scene/structural_fields.h"
+#include "server/session/cloth_record.h"
 #include "server/solver/surface_fields.h"
 
 namespace drape::api {
@@ -24,5 +25,10 @@ void CheckSurfaceMaterial(const FieldPath& path, const v1::Material& material,
 // Reads those that an override sets; the others stay.
 void CheckSurfaceOverride(const FieldPath& path, const v1::ClothOverride& override_,
                           ClothParameters& parameters, Violations& violations);
+
+// The numbers that an override sets, in no relation to those of a cloth.
+NumberChanges<ClothParameters> ReadSurfaceOverride(const FieldPath& path,
+                                                   const v1::ClothOverride& override_,
+                                                   Violations& violations);
 
 }  // namespace drape::api

@@ -25,11 +25,11 @@ Status ReadStatesReactor::Begin(const ServiceContext& context, const Caller& cal
   const FieldPath view_path("view");
   Violations violations;
   const StateFields fields = CheckView(view_path, request.view(), violations);
+  const std::vector<ClothId> ids = CheckSelection(request, FieldPath(), violations);
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   DRAPE_ASSIGN_OR_RETURN(SessionLease session,
                          context.sessions.Find(request.session(), caller.tenant));
-  DRAPE_ASSIGN_OR_RETURN(const ClothList cloths,
-                         session->FindCloths(ToClothIds(request.cloth_ids())));
+  DRAPE_ASSIGN_OR_RETURN(const ClothList cloths, session->FindCloths(ids));
   DRAPE_RETURN_IF_ERROR(CheckClothsHaveParticles(view_path, fields, cloths));
   session_ = std::move(session);
   std::vector<ChunkCloth> chunk_cloths = ChunkClothsOf(cloths, fields);

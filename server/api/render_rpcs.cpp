@@ -98,9 +98,11 @@ grpc::ServerUnaryReactor* SimulationService::Render(Context* context,
   if (caller.is_refused) return Refuse(context);
   Result<render::PictureSpec> spec = CheckRender(*request);
   if (!spec.ok()) return Answer(context, spec.status());
+  const Result<std::vector<ClothId>> ids = CheckSelection(*request);
+  if (!ids.ok()) return Answer(context, ids.status());
   Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
   if (!session.ok()) return Answer(context, session.status());
-  Result<ClothList> cloths = (*session)->FindCloths(ToClothIds(request->cloth_ids()));
+  Result<ClothList> cloths = (*session)->FindCloths(*ids);
   if (!cloths.ok()) return Answer(context, cloths.status());
   if (cloths->empty()) return Answer(context, NoCloths());
   UnaryCall* call = UnaryCall::New();

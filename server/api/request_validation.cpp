@@ -14,12 +14,14 @@
 #include "server/api/connection_validation.h"
 #include "server/api/field_checks.h"
 #include "server/api/geometry_message.h"
+#include "server/api/grip_control_validation.h"
 #include "server/api/material_message.h"
 #include "server/api/over_column.h"
 #include "server/api/rest_length_validation.h"
 #include "server/api/self_collision_message.h"
 #include "server/api/settings_message.h"
 #include "server/api/spec_validation.h"
+#include "server/api/start_validation.h"
 #include "server/api/topology_validation.h"
 #include "server/api/view_validation.h"
 #include "server/core/text.h"
@@ -34,9 +36,6 @@ constexpr double kMaxOrigin_m = 1e12;
 constexpr double kMinFrames_hz = 1e-3;
 constexpr double kMaxFrames_hz = 1e6;
 
-// transforms: x, y, z, quaternion x, y, z, w per copy.
-constexpr int kNumbersPerTransform = 7;
-
 bool CheckColumn(const FieldPath& path, const DoubleList& values, size_t rows, size_t per_row,
                  double max, std::string_view meaning, Violations& violations) {
   if (values.empty()) return false;
@@ -46,17 +45,9 @@ bool CheckColumn(const FieldPath& path, const DoubleList& values, size_t rows, s
 
 void ApplyTransforms(const v1::CreateClothsRequest& request, std::vector<ClothCopy>& copies,
                      Violations& violations) {
-  const FieldPath path("transforms");
-  if (!CheckColumn(path, request.transforms(), copies.size(), kNumbersPerTransform, kMaxExtent_m,
-                   "7 per copy", violations)) {
-    return;
-  }
-  for (size_t k = 0; k < copies.size() && !violations.is_full(); ++k) {
-    const double* row = request.transforms().data() + kNumbersPerTransform * k;
-    copies[k].transform.position_m = {row[0], row[1], row[2]};
-    copies[k].transform.rotation = CheckRotation(path.At(kNumbersPerTransform * k + 3),
-                                                 {row[3], row[4], row[5], row[6]}, violations);
-  }
+  const std::vector<RigidTransform> transforms =
+      CheckTransforms(FieldPath("transforms"), request.transforms(), copies.size(), violations);
+  for (size_t k = 0; k < transforms.size(); ++k) copies[k].transform = transforms[k];
 }
 
 void ApplyOrigins(const v1::CreateClothsRequest& request, std::vector<ClothCopy>& copies,
@@ -236,6 +227,13 @@ void CheckPinControls(const v1::PinControls& controls, CheckedStep& result,
   }
 }
 
+template <class Request>
+ClothStarts CheckStarts(const FieldPath& path, const Request& request, Violations& violations) {
+  const auto rows = static_cast<size_t>(request.cloth_ids_size());
+  return {CheckTransforms(path.Child("transforms"), request.transforms(), rows, violations),
+          CheckParameterOverrides(path.Child("overrides"), request.overrides(), rows, violations)};
+}
+
 }  // namespace
 
 Result<CheckedCreation> CheckCreateCloths(const v1::CreateClothsRequest& request,
@@ -271,7 +269,7 @@ Result<ClothChange> CheckUpdateCloths(const v1::UpdateClothsRequest& request,
   Violations violations;
   ClothChange change;
   const FieldPath path = FieldPath("update_mask").Child("paths");
-  if (request.update_mask().paths().empty()) {
+  if (request.update_mask().paths().empty() && request.overrides().empty()) {
     violations.Add(path, "is empty: at least one of " + UpdatePathNames() + " is needed");
   }
   std::set<std::string_view> seen;  // reading a path again would cost as much again
@@ -287,6 +285,9 @@ Result<ClothChange> CheckUpdateCloths(const v1::UpdateClothsRequest& request,
     }
   }
   violations.AddAll(CheckNamesCloths(request.cloth_ids()).violations());
+  change.overrides =
+      CheckParameterOverrides(FieldPath("overrides"), request.overrides(),
+                              static_cast<size_t>(request.cloth_ids_size()), violations);
   const size_t colliders = change.colliders ? change.colliders->size() : 0;
   const size_t cloths = static_cast<size_t>(request.cloth_ids_size());
   violations.Require(
@@ -299,18 +300,35 @@ Result<ClothChange> CheckUpdateCloths(const v1::UpdateClothsRequest& request,
   return change;
 }
 
+Result<CheckedReset> CheckReset(const v1::ResetClothsRequest& request) {
+  Violations violations;
+  CheckedReset result;
+  result.cloths = CheckSelection(request, FieldPath(), violations);
+  violations.Require(
+      !request.all_cloths() || (request.transforms().empty() && request.overrides().empty()),
+      FieldPath("all_cloths"),
+      [] { return std::string("does not say which row is whose: name the cloths"); });
+  result.starts = CheckStarts(FieldPath(), request, violations);
+  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
+  return result;
+}
+
 Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps_per_request) {
   Violations violations;
   CheckedStep result;
-  result.cloths = ToClothIds(request.cloth_ids());
+  result.cloths = CheckSelection(request, FieldPath(), violations);
   CheckExtent(request, max_steps_per_request, result, violations);
   if (request.has_expected_step()) result.expected_step = request.expected_step();
   CheckPinControls(request.pin_controls(), result, violations);
   result.controls.colliders = CheckColliderControls(request.collider_controls(), violations);
   result.controls.lengths = CheckLengthControls(request.rest_length_controls(), violations);
   result.controls.length_scales = CheckLengthScales(request.rest_length_scales(), violations);
+  result.resets.cloths = ToClothIds(request.resets().cloth_ids());
+  result.resets.starts = CheckStarts(FieldPath("resets"), request.resets(), violations);
+  result.controls.grips = CheckGripControls(request.grip_controls(), violations);
   if (request.has_view()) result.view = CheckView(FieldPath("view"), request.view(), violations);
   result.report = request.report();
+  result.grip_states = request.grip_states();
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   return result;
 }
@@ -324,24 +342,12 @@ Result<CheckedSubscription> CheckSubscribe(const v1::StreamStatesRequest::Subscr
   }
   CheckedSubscription result;
   result.fields = CheckView(path.Child("view"), request.view(), violations);
+  result.cloths = CheckSelection(request, path, violations);
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
-  result.cloths = ToClothIds(request.cloth_ids());
   result.every_n_steps = std::max(request.every_n_steps(), 1u);
   result.max_hz = request.max_hz();
   result.initial_credit = request.initial_credit();
   return result;
-}
-
-Status CheckNamesCloths(const google::protobuf::RepeatedField<uint64_t>& cloth_ids) {
-  if (!cloth_ids.empty()) return Status::Ok();
-  return Status::InvalidField("cloth_ids", "is empty: at least 1 id is needed");
-}
-
-std::vector<ClothId> ToClothIds(const google::protobuf::RepeatedField<uint64_t>& cloth_ids) {
-  std::vector<ClothId> ids;
-  ids.reserve(cloth_ids.size());
-  for (const uint64_t id : cloth_ids) ids.push_back(ClothId::FromPacked(id));
-  return ids;
 }
 
 }  // namespace drape::api

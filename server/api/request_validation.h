@@ -9,11 +9,13 @@
 #include "drape/v1/cloths.pb.h"
 #include "drape/v1/simulation_service.pb.h"
 #include "drape/v1/step.pb.h"
+#include "server/api/cloth_selection.h"
 #include "server/api/limits.h"
 #include "server/core/ids.h"
 #include "server/core/status.h"
 #include "server/scheduler/step_work.h"
 #include "server/session/cloth_record.h"
+#include "server/session/cloth_reset.h"
 #include "server/session/control_rows.h"
 
 namespace drape::api {
@@ -31,6 +33,13 @@ Result<CheckedCreation> CheckCreateCloths(const v1::CreateClothsRequest& request
 Result<ClothChange> CheckUpdateCloths(const v1::UpdateClothsRequest& request,
                                       const RequestLimits& limits);
 
+// A checked ResetClothsRequest.
+struct CheckedReset {
+  std::vector<ClothId> cloths;
+  ClothStarts starts;
+};
+Result<CheckedReset> CheckReset(const v1::ResetClothsRequest& request);
+
 // A checked StepRequest.
 struct CheckedStep {
   std::vector<ClothId> cloths;
@@ -38,8 +47,10 @@ struct CheckedStep {
   std::optional<uint64_t> until_step;
   std::optional<uint64_t> expected_step;
   ControlRows controls;
+  CheckedReset resets;  // no ids: none
   StateFields view;
   bool report = false;
+  bool grip_states = false;
 };
 Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps_per_request);
 
@@ -52,9 +63,5 @@ struct CheckedSubscription {
   uint32_t initial_credit = 0;
 };
 Result<CheckedSubscription> CheckSubscribe(const v1::StreamStatesRequest::Subscribe& request);
-
-// At least one id, for requests that must not mean "all of them".
-Status CheckNamesCloths(const google::protobuf::RepeatedField<uint64_t>& cloth_ids);
-std::vector<ClothId> ToClothIds(const google::protobuf::RepeatedField<uint64_t>& cloth_ids);
 
 }  // namespace drape::api

@@ -70,6 +70,8 @@ class SimulationService final : public v1::SimulationService::CallbackService {
   Reactor* DeleteCloths(Context*, const v1::DeleteClothsRequest*,
                         v1::DeleteClothsResponse*) override;
   Reactor* ResetCloths(Context*, const v1::ResetClothsRequest*, v1::ResetClothsResponse*) override;
+  Reactor* WriteStates(Context*, const v1::WriteStatesRequest*, v1::WriteStatesResponse*) override;
+  Reactor* ReadTopology(Context*, const v1::ReadTopologyRequest*, v1::Topology*) override;
 
   Reactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*) override;
   grpc::ServerBidiReactor<v1::StepRequest, v1::StepResponse>* StepStream(Context*) override;

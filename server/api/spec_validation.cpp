@@ -94,6 +94,8 @@ CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const Re
       CheckSelfCollision(path.Child("self_collision"), spec, violations);
   violations.AddAll(CheckSelfFriction(result.parameters), path.ToString() + ".");
   result.parameters.settings = CheckSettings(path.Child("settings"), spec.settings(), violations);
+  violations.CountInRange(path.Child("max_grips"), spec.max_grips(), 0, kMaxGrips);
+  result.parameters.max_grips = spec.max_grips();
   return result;
 }
 

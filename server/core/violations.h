@@ -16,6 +16,7 @@ namespace drape {
 // The way to a field of a request, e.g. spec.pins[2].particle. Cheap to copy; text only on demand.
 class FieldPath {
  public:
+  FieldPath() = default;  // the request itself
   // Names must outlive the path: string literals.
   FieldPath(const char* name) { Append(name); }  // NOLINT: implicit, so that a literal is a path
   explicit FieldPath(std::string_view name) { Append(name); }

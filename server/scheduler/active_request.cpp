@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -123,6 +124,34 @@ void Apply(ClothRuntime& cloth, const LengthControl& control) {
                control.over_s, cloth.now().time_s);
 }
 
+// At the end of the last step.
+std::vector<GripState> GripsOf(const ClothRuntime& cloth) {
+  std::vector<GripState> states;
+  const GripTrack& grips = cloth.controls().grips();
+  for (uint32_t slot = 0; slot < grips.slot_count(); ++slot) {
+    GripState& state = states.emplace_back();
+    state.particle = grips.particle(slot);
+    if (state.particle) state.position_m = grips.PositionAt(slot, cloth.now().time_s);
+  }
+  return states;
+}
+
+bool Grabs(const GripControl& control) {
+  return control.action == GripAction::kGrabParticle || control.action == GripAction::kGrabNearest;
+}
+
+// What a control grabs at the place of its grip; `first_row` of the cloth in `positions_m`.
+std::optional<uint32_t> GrabbedBy(const GripControl& control, const ClothRuntime& cloth,
+                                  const ScalarColumn& positions_m, size_t first_row) {
+  if (control.action == GripAction::kGrabNearest) {
+    return NearestLoose(*cloth.model(), cloth.controls().grips(), positions_m, first_row,
+                        control.place_m, control.radius_m);
+  }
+  // It may have become a pin since the request came.
+  if (cloth.model()->inverse_masses_per_kg()[control.particle] == 0) return std::nullopt;
+  return control.particle;
+}
+
 }  // namespace
 
 ActiveRequest::ActiveRequest(StepWork work, int64_t submitted_us, uint32_t session, uint64_t round)
@@ -165,9 +194,10 @@ Status ActiveRequest::CheckExpectations(uint32_t max_steps) const {
       return {StatusCode::kNotFound, "CLOTH_NOT_FOUND",
               "cloth " + std::to_string(k) + " of the request was deleted"};
     }
-    if (cloth.is_faulted()) continue;
-    const uint64_t completed = cloth.now().completed_steps;
-    if (work_.expected_step.has_value() && completed != *work_.expected_step) {
+    if (cloth.is_faulted() && !IsRestarted(k)) continue;
+    const bool is_restarted = IsRestarted(k);
+    const uint64_t completed = is_restarted ? 0 : cloth.now().completed_steps;
+    if (!is_restarted && work_.expected_step.has_value() && completed != *work_.expected_step) {
       return StepMismatch(cloth, k, "expected_step is " + std::to_string(*work_.expected_step));
     }
     if (!work_.until_step.has_value()) continue;
@@ -189,6 +219,7 @@ Status ActiveRequest::ApplyControls(Backend& backend) {
   };
   DRAPE_RETURN_IF_ERROR(
       controls.ForEach([&](const auto& control) { return Check(cloth_of(control), control); }));
+  if (work_.restart) DRAPE_RETURN_IF_ERROR(work_.restart(backend));
   DRAPE_RETURN_IF_ERROR(controls.ForEach(
       [&](const auto& control) { return Prepare(backend, cloth_of(control), control.control); }));
   DRAPE_RETURN_IF_ERROR(controls.ForEach([&](const auto& control) {
@@ -198,7 +229,37 @@ Status ActiveRequest::ApplyControls(Backend& backend) {
   std::set<uint32_t> with_moved_colliders;
   for (const auto& control : controls.colliders) with_moved_colliders.insert(control.cloth_index);
   for (const uint32_t k : with_moved_colliders) work_.cloths[k]->controls().ShowColliders();
+  ApplyGrips(backend);
   return Status::Ok();
+}
+
+void ActiveRequest::ApplyGrips(Backend& backend) {
+  // The first row of each cloth that grabs something.
+  std::map<uint32_t, size_t> first_rows;
+  std::vector<ClothHandle> handles;
+  size_t rows = 0;
+  for (const auto& [k, control] : work_.controls.grips) {
+    if (!Grabs(control) || !first_rows.emplace(k, rows).second) continue;
+    handles.push_back(work_.cloths[k]->handle());
+    rows += work_.cloths[k]->particle_count();
+  }
+  StateColumns state;
+  if (!handles.empty()) state = backend.Read({.cloths = handles});
+  for (const auto& [k, control] : work_.controls.grips) {
+    ClothRuntime& cloth = *work_.cloths[k];
+    GripTrack& grips = cloth.controls().grips();
+    if (control.action == GripAction::kHold) {
+      grips.Hold(control.slot, control.place_m, control.over_s, cloth.now().time_s);
+      continue;
+    }
+    grips.Release(control.slot);
+    if (!Grabs(control)) continue;
+    const size_t first_row = first_rows.at(k);
+    const auto particle = GrabbedBy(control, cloth, state.positions_m, first_row);
+    if (!particle) continue;
+    grips.Grab(control.slot, *particle, VectorAt(state.positions_m, first_row + *particle),
+               control.place_m, cloth.now().time_s);
+  }
 }
 
 Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
@@ -296,6 +357,7 @@ StepOutcome ActiveRequest::Outcome() const {
     outcome.cloths[k].stamp = StampOf(*work_.cloths[k]);
     outcome.cloths[k].warnings = work_.cloths[k]->now().warnings;
     if (work_.report) outcome.cloths[k].report = reports_[k];
+    if (work_.grip_states) outcome.cloths[k].grips = GripsOf(*work_.cloths[k]);
   }
   return outcome;
 }

@@ -69,9 +69,14 @@ class ActiveRequest {
   StepWork TakeWork() && { return std::move(work_); }
 
  private:
+  bool IsRestarted(uint32_t cloth_index) const {
+    return !work_.is_restarted.empty() && work_.is_restarted[cloth_index];
+  }
   Status CheckExpectations(uint32_t max_steps) const;
   // All controls, or none and an error.
   Status ApplyControls(Backend& backend);
+  // Reads where the particles are if something is grabbed.
+  void ApplyGrips(Backend& backend);
 
   StepWork work_;
   const uint32_t session_;

@@ -26,6 +26,7 @@ void ClothControls::Reset(const std::vector<Eigen::Vector3d>& starts_m,
   }
   pins_.Start(std::move(motions), false);
   lengths_.Stop();
+  grips_.Reset();
 }
 
 void ClothControls::StartColliders(std::vector<RigidMotion> motions,
@@ -52,6 +53,7 @@ void ClothControls::ShowColliders() {
 
 void ClothControls::SetTargets(double start_s, double end_s, StepItem& item) {
   item.pin_targets_m = pins_.TargetsForStep(end_s);
+  item.grips = grips_.GripsForStep(end_s);
   item.rest_lengths_m = lengths_.TargetsForStep(end_s);
   item.collider_motions = colliders_.MotionsForStep(start_s, end_s);
 }

@@ -1,4 +1,4 @@
-// The parts of one cloth that requests drive: its pins, colliders and rest lengths.
+// The parts of one cloth that requests drive: its pins, grips, colliders and rest lengths.
 #pragma once
 
 #include <Eigen/Core>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "server/scheduler/collider_track.h"
+#include "server/scheduler/grip_track.h"
 #include "server/scheduler/length_track.h"
 #include "server/scheduler/track.h"
 #include "server/solver/backend.h"
@@ -23,6 +24,8 @@ class ClothControls {
 
   PinTrack& pins() { return pins_; }
   const PinTrack& pins() const { return pins_; }
+  GripTrack& grips() { return grips_; }
+  const GripTrack& grips() const { return grips_; }
   LengthTrack& lengths() { return lengths_; }
   const LengthTrack& lengths() const { return lengths_; }
   // Call ShowColliders after changing them.
@@ -30,7 +33,7 @@ class ClothControls {
   const ColliderTrack& colliders() const { return colliders_; }
 
   // All pins are at `starts_m` and go to `targets_m` in the step that begins at time 0; the rest
-  // lengths are the model's.
+  // lengths are the model's; grips are open.
   void Reset(const std::vector<Eigen::Vector3d>& starts_m,
              const std::vector<Eigen::Vector3d>& targets_m);
   // The cloth has these colliders from now on, in motion or (empty) at rest about these pivots.
@@ -55,6 +58,7 @@ class ClothControls {
 
  private:
   PinTrack pins_;
+  GripTrack grips_;
   LengthTrack lengths_;
   ColliderTrack colliders_;
   mutable std::mutex mutex_;

@@ -129,6 +129,13 @@ void ClothRuntime::Reset(const std::vector<Eigen::Vector3d>& pin_starts_m,
   published_.Publish(progress_);
 }
 
+void ClothRuntime::Restate() {
+  progress_.fault = FaultReason::kNone;
+  ++state_version_;
+  sleep_.Wake();
+  published_.Publish(progress_);
+}
+
 void ClothRuntime::SetSettings(const StepSettings& settings) {
   SetTimeStep(settings.time_step_s);
   if (!(settings == budget_.settings())) cost_.Forget();

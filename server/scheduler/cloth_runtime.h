@@ -157,6 +157,8 @@ class ClothRuntime {
   // has written the state, and starts the colliders.
   void Reset(const std::vector<Eigen::Vector3d>& pin_starts_m,
              const std::vector<Eigen::Vector3d>& pin_targets_m);
+  // The caller has written another state: no fault any longer, and awake. Step and time go on.
+  void Restate();
   void SetShift(const ReportShift& shift) { shift_ = shift; }
   // A model of the same particle count, which the backend has already. The caller replaces the pins
   // and lengths of controls().

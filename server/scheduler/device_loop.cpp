@@ -155,7 +155,8 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
       if (!cloth.is_faulted()) {
         cloth.controls().SetTargets(cloth.now().time_s, cloth.NextTime_s(), item);
       }
-      if (ActsOnCloth(item)) cloth.sleep().Wake();
+      const bool moves_grips = !cloth.is_faulted() && cloth.controls().grips().has_changed();
+      if (ActsOnCloth(item) || moves_grips) cloth.sleep().Wake();
       if (cloth.sleep().is_asleep()) continue;
       item.measure = part.request->IsMeasured(k) || cloth.sleep().decides_next();
       items.push_back(item);

@@ -41,6 +41,23 @@ struct LengthScale {
   double over_s = 0;
 };
 
+enum class GripAction {
+  kHold,          // the grip moves to `place_m`, with what it holds
+  kGrabParticle,  // the grip is at `place_m` and grabs `particle`, which must not be pinned
+  kGrabNearest,   // the same with the nearest particle that is free within `radius_m`, if any
+  kRelease,
+};
+
+// Moves, closes or opens a grip. Several of one slot act one after the other.
+struct GripControl {
+  uint32_t slot = 0;  // below max_grips of the cloth
+  GripAction action = GripAction::kHold;
+  uint32_t particle = 0;
+  double radius_m = 0;
+  Eigen::Vector3d place_m = Eigen::Vector3d::Zero();
+  double over_s = 0;  // of kHold
+};
+
 // A control and its cloth, as an index into StepWork::cloths. Cloth frame.
 template <class Control>
 struct ClothControl {
@@ -53,9 +70,10 @@ struct StepControls {
   std::vector<ClothControl<ColliderControl>> colliders;
   std::vector<ClothControl<LengthScale>> length_scales;  // before the single lengths
   std::vector<ClothControl<LengthControl>> lengths;
+  std::vector<ClothControl<GripControl>> grips;
 
-  // Calls `function` with every ClothControl, in the order in which they take effect, until it
-  // returns an error.
+  // Calls `function` with every ClothControl but grips, in the order in which they take effect,
+  // until it returns an error.
   template <class Function>
   Status ForEach(Function function) const {
     const auto for_all = [&](const auto& controls) -> Status {

@@ -1,6 +1,7 @@
 // The input and output of the scheduler: plain values.
 #pragma once
 
+#include <Eigen/Core>
 #include <atomic>
 #include <cstdint>
 #include <functional>
@@ -79,6 +80,12 @@ struct StepTiming {
   uint32_t batch_dispatches = 0;
 };
 
+// One slot of a cloth at the end of a request.
+struct GripState {
+  std::optional<uint32_t> particle;                      // none: it is open
+  Eigen::Vector3d position_m = Eigen::Vector3d::Zero();  // of the particle, cloth frame
+};
+
 struct ClothOutcome {
   ClothStamp stamp;
   // Since creation or reset.
@@ -88,6 +95,7 @@ struct ClothOutcome {
   // measured in its last good state. Unset for a cloth that had no step to do (until_step already
   // reached).
   std::optional<StepReport> report;
+  std::vector<GripState> grips{};  // of each slot, if requested
 };
 
 struct StepOutcome {
@@ -123,9 +131,15 @@ struct StepWork {
   // The steps that every cloth that is not faulted must have completed when the request starts.
   std::optional<uint64_t> expected_step;
   StepControls controls;
-  bool report = false;  // measure in the last step of each cloth
-  StateFields view;     // states after the last step
-  CancelToken cancel;   // takes effect after the current round
+  // Makes cloths start again: on the device thread when the request starts, once everything is
+  // checked and before the controls act. All of them, or none and an error, which ends the request.
+  std::function<Status(Backend&)> restart;
+  // [cloth] that `restart` resets, or empty: nothing is expected of their steps so far.
+  std::vector<bool> is_restarted;
+  bool report = false;       // measure in the last step of each cloth
+  bool grip_states = false;  // ClothOutcome::grips
+  StateFields view;          // states after the last step
+  CancelToken cancel;        // takes effect after the current round
   // Called exactly once, in order of completion, on the completion thread, or on the device thread
   // if that has nothing else to do. Must not block.
   std::function<void(StepOutcome)> done;

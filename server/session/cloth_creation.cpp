@@ -63,6 +63,7 @@ Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   made_.back()->runtime->Begin(handle, model, on_device.settings,
                                ShiftOf(*model, copy.parameters, placement), starts_m,
                                PinTargets(pins_, placement, starts_m));
+  made_.back()->runtime->controls().grips().Start(copy.parameters.max_grips);
   StartColliders(on_device, *made_.back()->runtime);
   return Status::Ok();
 }
@@ -87,10 +88,10 @@ void FreeCloth(Backend& backend, ClothRecord& cloth, const Status& reason) {
   cloth.ReplaceDescription(std::move(after));
 }
 
-Status ResetCloth(Backend& backend, ClothRecord& cloth) {
+Status ResetCloth(Backend& backend, ClothRecord& cloth, const RigidTransform* transform) {
   const auto description = cloth.description();
   ClothUpdate update;
-  update.state = cloth.InitialState();
+  update.state = transform != nullptr ? cloth.StateAt(*transform) : cloth.InitialState();
   const std::vector<Eigen::Vector3d> starts_m = PositionsOfPins(*description->model, *update.state);
   update.pin_targets_m = starts_m;
   if (cloth.runtime->controls().lengths().is_driven()) update.rest_lengths_m.emplace();

@@ -41,8 +41,9 @@ class ClothMaker {
 void FreeCloth(Backend& backend, ClothRecord& cloth);
 void FreeCloth(Backend& backend, ClothRecord& cloth, const Status& reason);
 
-// Writes the initial state; the cloth is alive. Device thread.
-Status ResetCloth(Backend& backend, ClothRecord& cloth);
+// Writes the initial state, or that where `transform` places the rest shape; the cloth is alive.
+// Device thread.
+Status ResetCloth(Backend& backend, ClothRecord& cloth, const RigidTransform* transform = nullptr);
 
 // CLOTH_NOT_FOUND.
 Status ClothNotFound(ClothId id);

@@ -44,6 +44,10 @@ ParticleState ClothRecord::InitialState() const {
   return PlaceAtStart(*description()->model, transform, placement, start().get());
 }
 
+ParticleState ClothRecord::StateAt(const RigidTransform& other_transform) const {
+  return PlaceAtStart(*description()->model, other_transform, placement);
+}
+
 std::shared_ptr<const ClearStart> ClothRecord::start() const {
   if (start_ == nullptr || start_->clearance != StartClearance::kCleared) return start_;
   const auto model = description()->model;
@@ -140,6 +144,28 @@ std::vector<Eigen::Vector3d> PinTargets(const std::vector<Pin>& pins, const Plac
   return targets_m;
 }
 
+namespace {
+
+// `path`: of the message with the numbers that changed.
+Status CheckFriction(const ClothParameters& changed, const NumberChanges<ClothParameters>& numbers,
+                     const std::string& path) {
+  if (changed.friction_dynamic <= changed.friction_static) return Status::Ok();
+  return Status::InvalidField(
+      path + (numbers.IsSet(&ClothParameters::friction_dynamic) ? ".friction_dynamic"
+                                                                : ".friction_static"),
+      "friction_dynamic would be " + std::to_string(changed.friction_dynamic) +
+          ", above friction_static " + std::to_string(changed.friction_static));
+}
+
+// With friction of the cloth on itself as it would be then.
+Result<ClothParameters> WithCheckedSelfFriction(ClothParameters changed) {
+  const std::vector<FieldViolation> violations = CheckSelfFriction(changed);
+  if (violations.empty()) return changed;
+  return Status::InvalidField("spec." + violations[0].field, violations[0].description);
+}
+
+}  // namespace
+
 Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothChange& change) {
   ClothParameters changed = current;
   changed.gravity_m_per_s2 = change.gravity_m_per_s2.value_or(current.gravity_m_per_s2);
@@ -150,19 +176,22 @@ Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothC
     changed.collider_motions = change.collider_motions;
   }
   changed.settings = change.settings.value_or(current.settings);
-  if (changed.friction_dynamic > changed.friction_static) {
-    return Status::InvalidField(
-        change.numbers.IsSet(&ClothParameters::friction_dynamic) ? "spec.material.friction_dynamic"
-                                                                 : "spec.material.friction_static",
-        "friction_dynamic would be " + std::to_string(changed.friction_dynamic) +
-            ", above friction_static " + std::to_string(changed.friction_static));
-  }
   if (change.self_collision.has_value()) changed.self_collision = *change.self_collision;
-  const std::vector<FieldViolation> violations = CheckSelfFriction(changed);
-  if (!violations.empty()) {
-    return Status::InvalidField("spec." + violations[0].field, violations[0].description);
-  }
-  return changed;
+  DRAPE_RETURN_IF_ERROR(CheckFriction(changed, change.numbers, "spec.material"));
+  return WithCheckedSelfFriction(std::move(changed));
+}
+
+Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothChange& change,
+                                    size_t index) {
+  DRAPE_ASSIGN_OR_RETURN(ClothParameters changed, ApplyChange(current, change));
+  if (change.overrides.empty()) return changed;
+  const ParameterOverride& own = change.overrides[index];
+  changed.gravity_m_per_s2 = own.gravity_m_per_s2.value_or(changed.gravity_m_per_s2);
+  changed.wind_m_per_s = own.wind_m_per_s.value_or(changed.wind_m_per_s);
+  own.numbers.ApplyTo(changed);
+  DRAPE_RETURN_IF_ERROR(
+      CheckFriction(changed, own.numbers, "overrides[" + std::to_string(index) + "]"));
+  return WithCheckedSelfFriction(std::move(changed));
 }
 
 }  // namespace drape

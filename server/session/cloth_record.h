@@ -82,6 +82,13 @@ struct ModelChange {
   }
 };
 
+// A change of the parameters of one cloth. Unset = unchanged.
+struct ParameterOverride {
+  std::optional<Eigen::Vector3d> gravity_m_per_s2;
+  std::optional<Eigen::Vector3d> wind_m_per_s;
+  NumberChanges<ClothParameters> numbers;  // of kSurfaceFields
+};
+
 // Unset = unchanged. Applied to several cloths, to all or none.
 struct ClothChange {
   std::optional<Eigen::Vector3d> gravity_m_per_s2;
@@ -97,6 +104,8 @@ struct ClothChange {
   // starts at its particle. A pin with a target moves there within one step. The state is kept.
   std::optional<std::vector<Pin>> pins;
   ModelChange model;
+  // Of each cloth its own, [cloth_count] or empty; after everything else.
+  std::vector<ParameterOverride> overrides{};
 
   bool needs_model() const { return pins.has_value() || model.is_any_set(); }
 };
@@ -135,6 +144,8 @@ class ClothRecord {
 
   // The state of creation, computed again from the model: the same bits each time.
   ParticleState InitialState() const;
+  // At rest where another transform places the rest shape; in the same cloth frame.
+  ParticleState StateAt(const RigidTransform& other_transform) const;
   // The start of creation while it fits the lengths of the model; otherwise null.
   std::shared_ptr<const ClearStart> start() const;
 
@@ -180,5 +191,8 @@ std::vector<Eigen::Vector3d> PinTargets(const std::vector<Pin>& pins, const Plac
 // `current` with `change` applied. INVALID_ARGUMENT if legal values are illegal together:
 // friction_dynamic > friction_static.
 Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothChange& change);
+// The same with override `index` of the change, if it has some ("overrides[3].friction_static").
+Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothChange& change,
+                                    size_t index);
 
 }  // namespace drape

@@ -6,7 +6,6 @@
 #include <optional>
 #include <string>
 #include <utility>
-#include <variant>
 
 #include "server/session/cloth_creation.h"
 
@@ -25,15 +24,6 @@ struct PlannedUpdate {
   LengthTrack lengths;           // for another model
   bool has_new_colliders = false;
 };
-
-Eigen::Vector3d Row(const ScalarColumn& column, size_t row) {
-  return std::visit(
-      [&](const auto& values) {
-        const auto* xyz = values.data() + 3 * row;
-        return Eigen::Vector3d(xyz[0], xyz[1], xyz[2]);
-      },
-      column);
-}
 
 // Positions of a cloth: rows of a column from `first_row` on.
 struct PositionRows {
@@ -55,7 +45,7 @@ PinTrack PinsAfter(const PositionRows& rows, const ClothRecord& cloth,
       const auto k = static_cast<size_t>(old - old_pins.begin());
       motions.push_back(runtime.controls().pins().motion(k));
     } else {
-      const Eigen::Vector3d here_m = Row(rows.positions_m, rows.first_row + pin.particle);
+      const Eigen::Vector3d here_m = VectorAt(rows.positions_m, rows.first_row + pin.particle);
       motions.push_back({here_m, here_m, now_s, 0});
     }
   }
@@ -93,14 +83,15 @@ Status CheckStillFits(const ClothRecord& cloth, const ClothDescription& before,
   return rules.accept(before, changed != nullptr ? *changed->model : *before.model);
 }
 
-// The cloth is alive. `changed` is null unless it gets another model; `rows` hold its positions if
-// it gets other pins.
-Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change,
+// The cloth is alive, and the `index`th of the update. `changed` is null unless it gets another
+// model; `rows` hold its positions if it gets other pins.
+Result<PlannedUpdate> Plan(const ClothRecord& cloth, const ClothChange& change, size_t index,
                            const ChangedModel* changed, const PositionRows& rows,
                            const ModelRules& rules) {
   const auto before = cloth.description();
   DRAPE_RETURN_IF_ERROR(CheckStillFits(cloth, *before, changed, rules));
-  DRAPE_ASSIGN_OR_RETURN(ClothParameters parameters, ApplyChange(before->parameters, change));
+  DRAPE_ASSIGN_OR_RETURN(ClothParameters parameters,
+                         ApplyChange(before->parameters, change, index));
   PlannedUpdate plan;
   auto after = std::make_shared<ClothDescription>(*before);
   after->parameters = std::move(parameters);
@@ -140,6 +131,7 @@ void Commit(ClothRecord& cloth, PlannedUpdate plan) {
   ClothControls& controls = runtime.controls();
   if (plan.write.model) controls.lengths() = std::move(plan.lengths);
   runtime.SetModel(plan.after->model);
+  controls.grips().ReleasePins(*plan.after->model);
   if (plan.has_new_colliders) StartColliders(*plan.write.parameters, runtime);
   if (plan.pins.has_value()) controls.pins() = std::move(*plan.pins);
   cloth.ReplaceDescription(std::move(plan.after));
@@ -183,7 +175,7 @@ Status UpdateOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRec
   for (size_t k = 0; k < cloths.size(); ++k) {
     DRAPE_ASSIGN_OR_RETURN(
         PlannedUpdate plan,
-        Plan(*cloths[k], change, models.empty() ? nullptr : &models[k], rows, rules));
+        Plan(*cloths[k], change, k, models.empty() ? nullptr : &models[k], rows, rules));
     plans.push_back(std::move(plan));
     rows.first_row += cloths[k]->runtime->particle_count();
   }

@@ -19,6 +19,9 @@ namespace {
 // Limit on the wrong rows of a table that an error names.
 constexpr size_t kMaxNamedRows = 16;
 
+// Limit on the particles that the grips of one request search for the nearest: about 0.1 s.
+constexpr uint64_t kMaxSearchedParticles = uint64_t{1} << 26;
+
 using ClothSpan = std::span<const std::shared_ptr<ClothRecord>>;
 using ClothIndices = std::unordered_map<ClothId, uint32_t>;
 
@@ -84,6 +87,41 @@ RowCheck CheckCollider(const ClothRecord& cloth, ClothControl<ColliderControl>& 
   return std::nullopt;
 }
 
+// The device searches particles while everybody waits.
+class GripCheck {
+ public:
+  RowCheck operator()(const ClothRecord& cloth, ClothControl<GripControl>& row) {
+    GripControl& control = row.control;
+    const auto description = cloth.description();
+    const uint32_t count = description->parameters.max_grips;
+    if (control.slot >= count) {
+      return RowError{
+          "slots", fmt::format("{} is not below max_grips of the cloth, {}", control.slot, count)};
+    }
+    control.place_m = cloth.placement.ClothFromEnvironment(control.place_m);
+    const SceneModel& model = *description->model;
+    if (control.action == GripAction::kGrabNearest) {
+      searched_ += model.particle_count();
+      if (searched_ <= kMaxSearchedParticles) return std::nullopt;
+      return RowError{"actions", fmt::format("the rows up to this one search {} particles, at most "
+                                             "{} are allowed in one request",
+                                             searched_, kMaxSearchedParticles)};
+    }
+    if (control.action != GripAction::kGrabParticle) return std::nullopt;
+    const uint32_t named = control.particle;
+    if (named >= model.described_particle_count()) {
+      return RowError{"particles", fmt::format("{} is not below the number of particles, {}", named,
+                                               model.described_particle_count())};
+    }
+    control.particle = model.ParticleOf(named);
+    if (model.inverse_masses_per_kg()[control.particle] != 0) return std::nullopt;
+    return RowError{"particles", fmt::format("particle {} is pinned", named)};
+  }
+
+ private:
+  uint64_t searched_ = 0;
+};
+
 // Keeps the ConstraintPlaces of each cloth, which take a pass over its model.
 class LengthCheck {
  public:
@@ -136,7 +174,8 @@ class ScaleCheck {
 Result<StepControls> ResolveControls(const ControlRows& rows, ClothSpan cloths) {
   StepControls controls;
   const bool is_any_given = !rows.pins.empty() || !rows.colliders.empty() ||
-                            !rows.lengths.empty() || !rows.length_scales.empty();
+                            !rows.lengths.empty() || !rows.length_scales.empty() ||
+                            !rows.grips.empty();
   if (!is_any_given) return controls;
   ClothIndices indices;
   for (uint32_t k = 0; k < cloths.size(); ++k) indices.emplace(cloths[k]->id, k);
@@ -149,6 +188,8 @@ Result<StepControls> ResolveControls(const ControlRows& rows, ClothSpan cloths) 
   DRAPE_ASSIGN_OR_RETURN(
       controls.length_scales,
       ResolveRows("rest_length_scales", rows.length_scales, cloths, indices, ScaleCheck()));
+  DRAPE_ASSIGN_OR_RETURN(controls.grips,
+                         ResolveRows("grip_controls", rows.grips, cloths, indices, GripCheck()));
   return controls;
 }
 

@@ -25,6 +25,7 @@ struct ControlRows {
   std::vector<ControlRow<ColliderControl>> colliders{};
   std::vector<ControlRow<LengthControl>> lengths{};
   std::vector<ControlRow<LengthScale>> length_scales{};
+  std::vector<ControlRow<GripControl>> grips{};
 };
 
 // Finds the cloth of each row among the request's cloths and brings the control into its frame.
@@ -33,6 +34,9 @@ struct ControlRows {
 //   "pin_controls.particles[r]": not a pin
 //   "collider_controls.colliders[r]": the cloth has fewer
 //   "rest_length_controls.constraints[r]": no such constraint, or one between two pins
+//   "grip_controls.slots[r]": the cloth has fewer
+//   "grip_controls.particles[r]": no such particle, or a pin
+//   "grip_controls.actions[r]": the rows that search search too many particles
 //   "rest_length_scales.scales[r]": makes a length that is too short or too long
 // Takes time in proportion to the rows and to the constraints of the cloths that they name. Pure.
 Result<StepControls> ResolveControls(const ControlRows& rows,

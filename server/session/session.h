@@ -12,6 +12,7 @@
 #include "server/core/status.h"
 #include "server/scheduler/scheduler.h"
 #include "server/session/cloth_record.h"
+#include "server/session/cloth_reset.h"
 #include "server/session/cloth_table.h"
 #include "server/session/distance_map_cache.h"
 #include "server/session/map_quota.h"
@@ -113,7 +114,16 @@ class Session : public std::enable_shared_from_this<Session> {
   void DeleteCloths(ClothList cloths, std::function<void(Status)> done);
   // Back to the state, step, time, warnings and pins of creation (or of the last update of pins);
   // parameters stay. A running step request continues from there for its remaining steps.
-  void ResetCloths(ClothList cloths, std::function<void(Status)> done);
+  void ResetCloths(ClothList cloths, std::function<void(Status)> done) {
+    ResetCloths(std::move(cloths), {}, std::move(done));
+  }
+  // The same from other starts: overrides of all the cloths or of none, then resets.
+  void ResetCloths(ClothList cloths, ClothStarts starts, std::function<void(Status)> done);
+
+  // Replaces the states of the cloths, [cloth_count] in their own frames, between two steps of
+  // running requests; clears faults.
+  void WriteStates(ClothList cloths, std::vector<ParticleState> states,
+                   std::function<void(Status)> done);
 
   // Ends the session: deletes its cloths and refuses new ones. For the registry.
   void Close(std::function<void(Status)> done);

@@ -192,7 +192,7 @@ void Session::DropEnded(const ClothList& cloths) {
   if (!ended.empty()) DeleteCloths(std::move(ended), [](const Status&) {});
 }
 
-void Session::ResetCloths(ClothList cloths, std::function<void(Status)> done) {
+void Session::ResetCloths(ClothList cloths, ClothStarts starts, std::function<void(Status)> done) {
   if (cloths.empty()) {
     done(Status::Ok());
     return;
@@ -205,15 +205,28 @@ void Session::ResetCloths(ClothList cloths, std::function<void(Status)> done) {
   }
   const Status status = RunInSlices(
       commons_->scheduler, held->size(), ClothsPerSlice(largest),
-      [held](Backend& backend, size_t begin, size_t end) {
+      [held, starts = std::move(starts)](Backend& backend, size_t begin, size_t end) {
+        if (begin == 0) DRAPE_RETURN_IF_ERROR(OverrideOnDevice(backend, *held, starts));
         for (size_t k = begin; k < end; ++k) {
           ClothRecord& cloth = *(*held)[k];
           if (!cloth.runtime->is_alive()) return ClothNotFound(cloth.id);
-          DRAPE_RETURN_IF_ERROR(ResetCloth(backend, cloth));
+          DRAPE_RETURN_IF_ERROR(ResetCloth(backend, cloth, starts.TransformOf(k)));
         }
         return Status::Ok();
       },
       [self = shared_from_this(), done](Backend&, const Status& outcome) {
+        self->commons_->scheduler.Complete([done, outcome] { done(outcome); });
+      });
+  if (!status.ok()) done(status);
+}
+
+void Session::WriteStates(ClothList cloths, std::vector<ParticleState> states,
+                          std::function<void(Status)> done) {
+  DRAPE_CHECK(cloths.size() == states.size(), "one state per cloth");
+  const Status status =
+      commons_->scheduler.Post([self = shared_from_this(), cloths = std::move(cloths),
+                                states = std::move(states), done](Backend& backend) {
+        const Status outcome = WriteOnDevice(backend, cloths, states);
         self->commons_->scheduler.Complete([done, outcome] { done(outcome); });
       });
   if (!status.ok()) done(status);

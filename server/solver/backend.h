@@ -35,6 +35,12 @@ struct BackendDescription {
   std::function<std::string(const SceneModel&)> plan_of;
 };
 
+// A particle that a cloth holds in a step besides its pins.
+struct Grip {
+  uint32_t particle = 0;
+  Eigen::Vector3d target_m;  // where it is at the end of the step, cloth frame
+};
+
 // One cloth in a step. Pointers must stay valid during the call.
 struct StepItem {
   ClothHandle cloth;
@@ -49,6 +55,9 @@ struct StepItem {
   // Collider motions from the start of the step, [collider_count]; only for cloths with
   // ClothParameters::collider_motions. Empty: they continue as the last step or write left them.
   std::span<const RigidMotion> collider_motions = {};
+  // Held in this step alone, at most ClothParameters::max_grips: ascending, none of them a pin.
+  // They move like pins, from where they are.
+  std::span<const Grip> grips = {};
   // Limit on the sweeps per substep of this step, if lower than that of the cloth's settings; 0: no
   // limit of its own. The result is that of a cloth with this max_iterations, bit for bit.
   uint32_t max_iterations = 0;
@@ -74,6 +83,15 @@ struct StateColumns {
   ScalarColumn positions_m;         // empty unless requested
   ScalarColumn velocities_m_per_s;  // empty unless requested
 };
+// The vector in row `row` of a column.
+inline Eigen::Vector3d VectorAt(const ScalarColumn& column, size_t row) {
+  return std::visit(
+      [&](const auto& values) {
+        const auto* xyz = values.data() + 3 * row;
+        return Eigen::Vector3d(xyz[0], xyz[1], xyz[2]);
+      },
+      column);
+}
 // The rows that one cloth has in a column if `particles` are requested; empty: all of them.
 inline uint32_t RowsOf(std::span<const uint32_t> particles, uint32_t particle_count) {
   return particles.empty() ? particle_count : static_cast<uint32_t>(particles.size());

@@ -37,6 +37,7 @@ struct ClothParameters {
   // How they move from the next step on, [colliders.size()]; empty: all of them rest as described.
   std::vector<RigidMotion> collider_motions;
   StepSettings settings;
+  uint32_t max_grips = 0;  // particles that a step may hold besides the pins, [0, kMaxGrips]
 };
 
 // The thickness of a cloth that touches itself, if neither it nor its material says one [m].

@@ -14,7 +14,9 @@ double WeightGamma(const SceneModel& model, const ClothParameters& parameters) {
 }
 
 double LoadRatio(const SceneModel& model, const ClothParameters& parameters) {
-  return model.pin_count() == 0 ? 0 : WeightGamma(model, parameters) / model.pin_count();
+  // A cloth without pins may hang by one grip.
+  const uint32_t holds = model.pin_count() == 0 && parameters.max_grips > 0 ? 1 : model.pin_count();
+  return holds == 0 ? 0 : WeightGamma(model, parameters) / holds;
 }
 
 ClothParameters RaiseSubsteps(const SceneModel& model, ClothParameters parameters) {

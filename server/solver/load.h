@@ -10,7 +10,8 @@ namespace drape {
 // near start directions are to being unstable (server/solver/method.md, "Direction").
 double WeightGamma(const SceneModel& model, const ClothParameters& parameters);
 
-// The same where each pin carries its part of the weight; 0 without pins, since nothing pulls then.
+// The same where each pin carries its part of the weight, or without pins one grip; 0 without both,
+// since nothing pulls then.
 // The share of the error that one sweep per substep leaves grows with it: 10 to 20 % of the worst
 // link at 0.4 to 0.5 (`./run bench stability`).
 double LoadRatio(const SceneModel& model, const ClothParameters& parameters);

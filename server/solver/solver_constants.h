@@ -4,6 +4,10 @@
 
 namespace drape {
 
+// Most particles that a cloth may hold besides its pins (ClothParameters::max_grips): enough for
+// two hands of several fingers. Each is a row of every list of held particles.
+inline constexpr uint32_t kMaxGrips = 16;
+
 // A particle that starts a substep inside a collider is moved out at most this fast [m/s], so that
 // a cloth placed inside a collider is not shot out of it. Larger: violent ejection; smaller: slow
 // recovery.

@@ -42,13 +42,14 @@ bool HasStrips(const SceneModel& model, const StepSettings& settings, LengthSour
 // One step along start directions keeps energy, two steps lose it to every motion that is fast for
 // a substep. Where sweeps end at a tolerance, each particle hangs by a strip and masses are alike,
 // start directions are stable too; on sheets that hang by few pins, or by none, they gain energy.
+// What a grip may pull is such a sheet, whatever its pins are.
 bool KeepsEnergy(const SceneModel& model, const ClothParameters& parameters) {
   const StepSettings& settings = parameters.settings;
-  return settings.tolerance > 0 && settings.direction == Direction::kBlended &&
-         model.hangs_by_strips() && model.link_mass_ratio() <= kMaxHeldMassRatio &&
-         !model.has_compliance() && parameters.colliders.empty() &&
-         ElasticRatio(model, parameters) <= 1 && EndShare(model, parameters) == 0 &&
-         LoadRatio(model, parameters) <= kWhipBegin;
+  return settings.tolerance > 0 && parameters.max_grips == 0 &&
+         settings.direction == Direction::kBlended && model.hangs_by_strips() &&
+         model.link_mass_ratio() <= kMaxHeldMassRatio && !model.has_compliance() &&
+         parameters.colliders.empty() && ElasticRatio(model, parameters) <= 1 &&
+         EndShare(model, parameters) == 0 && LoadRatio(model, parameters) <= kWhipBegin;
 }
 
 // Two steps need strips: springs alone are integrated better by velocity Verlet, and the errors

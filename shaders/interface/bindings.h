@@ -71,6 +71,9 @@
 // Invocations that solve strips from both ends at the same time at most; more would not fit into
 // shared memory beside 1024 particles.
 #define DRAPE_STRIP_HALVES 64u
+// In the list of held particles: a grip that holds none.
+#define DRAPE_NO_PARTICLE 0xffffffffu
+
 // Words of a tether in a model: pin, length [m].
 #define DRAPE_TETHER_WORDS 2
 

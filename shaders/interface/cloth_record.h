@@ -60,7 +60,8 @@ struct ClothRecord {
   uint velocities;  // [particle_count][3] float [m/s]
 
   uint particle_count;
-  uint pin_count;
+  uint pin_count;  // with grips, be they open or not
+  uint has_grips;
   uint constraint_count;
   uint colour_count;
   uint joint_count;

@@ -58,6 +58,13 @@ void MeasureParticle(uint i, inout Measured measured) {
   if (cloth.has_springs != 0u) MeasureSprings(i, p, measured);
 }
 
+// Whether nothing moves the link or joint between two particles.
+bool AreHeld(uint i, uint j) {
+  if (cloth.has_grips == 0u) return false;
+  return Parameter(cloth.parameters.inverse_masses + i) == 0.0 &&
+         Parameter(cloth.parameters.inverse_masses + j) == 0.0;
+}
+
 void MeasureConstraint(uint k, inout Measured measured) {
   float inverse_interval = cloth.substeps[DRAPE_SUBSTEP_LAST].inverse_interval;
   CommittedLink link = LoadCommittedLink(k);
@@ -81,7 +88,9 @@ void MeasureConstraint(uint k, inout Measured measured) {
     residual = AdmissibleError(link.kind, residual, scratch[cloth.scratch.lambdas + k], inverse_mass_sum,
                                compliance, cloth.step.h, cloth.step.inverse_h);
   }
-  measured.max_residual = max(measured.max_residual, abs(residual));
+  if (!AreHeld(link.pair.x, link.pair.y)) {
+    measured.max_residual = max(measured.max_residual, abs(residual));
+  }
 }
 
 void MeasureJoint(uint k, inout Measured measured) {
@@ -96,7 +105,9 @@ void MeasureJoint(uint k, inout Measured measured) {
     }
     error = Length(JointResidual(d, compliance, cloth.step.inverse_h, lambda));
   }
-  measured.max_residual = max(measured.max_residual, error);
+  if (!AreHeld(models[word], models[word + 1u])) {
+    measured.max_residual = max(measured.max_residual, error);
+  }
 }
 
 void MeasureElement(uint e, inout Measured measured) {

@@ -62,7 +62,7 @@ void SaveCloth() {
 #endif
 
 void LoadParticle(uint i) {
-  SetInverseMass(i, ModelFloat(cloth.model.inverse_masses + i));
+  SetInverseMass(i, HeldInverseMass(i));
 #ifdef LOOP_BUDGET
   if (part != 0u) {
     SetPosition(i, ScratchVector(cloth.scratch.work_positions + 3u * i));

@@ -24,7 +24,7 @@ void SetPosition(uint i, vec3 p) { SetScratchVector(cloth.scratch.work_positions
 vec3 Velocity(uint i) { return ScratchVector(cloth.scratch.work_velocities + 3u * i); }
 void SetVelocity(uint i, vec3 v) { SetScratchVector(cloth.scratch.work_velocities + 3u * i, v); }
 
-float InverseMass(uint i) { return ModelFloat(cloth.model.inverse_masses + i); }
+float InverseMass(uint i) { return HeldInverseMass(i); }
 
 #ifdef HAS_QUIET_LINKS
 void SetQuiet(uint i, bool is_quiet) { scratch[cloth.scratch.quiet_flags + i] = is_quiet ? 1.0 : 0.0; }

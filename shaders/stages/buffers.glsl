@@ -105,6 +105,17 @@ vec3 ParameterVector(uint word) {
 
 vec3 PinTarget(uint k) { return ParameterVector(cloth.parameters.pin_targets + 3u * k); }
 
+// The particle of pin k, or of a grip, which may be none.
+#ifdef HAS_GRIPS
+uint PinParticle(uint k) { return parameters[cloth.parameters.held + k]; }
+bool IsOpen(uint pin_particle) { return pin_particle == DRAPE_NO_PARTICLE; }
+float HeldInverseMass(uint i) { return Parameter(cloth.parameters.inverse_masses + i); }
+#else
+uint PinParticle(uint k) { return models[cloth.model.pins + k]; }
+bool IsOpen(uint pin_particle) { return false; }
+float HeldInverseMass(uint i) { return ModelFloat(cloth.model.inverse_masses + i); }
+#endif
+
 #ifdef HAS_DISTANCE_MAP
 // `map`: the map's place in Models; 0 for colliders of other shapes, for which the result is meaningless.
 DistanceGrid LoadGrid(uint map) {

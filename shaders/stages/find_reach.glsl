@@ -36,7 +36,9 @@ void SpreadOver(uint i, inout Spread spread) {
 }
 
 void SpreadOverPin(uint k, inout Spread spread) {
-  precise vec3 way = PinTarget(k) - Position(models[cloth.model.pins + k]);
+  uint i = PinParticle(k);
+  if (IsOpen(i)) return;
+  precise vec3 way = PinTarget(k) - Position(i);
   spread.pin_way_sq = max(spread.pin_way_sq, Dot(way, way));
 }
 

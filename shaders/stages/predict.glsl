@@ -57,7 +57,8 @@ void PredictParticle(uint i) {
 }
 
 void PredictPin(uint k) {
-  uint i = models[cloth.model.pins + k];
+  uint i = PinParticle(k);
+  if (IsOpen(i)) return;
   vec3 way = PinWay(Position(i), PinTarget(k), pin_shares);
   precise vec3 velocity = way * substep.inverse_duration;
   SetVelocity(i, velocity);
@@ -75,4 +76,7 @@ void IntegrateParticle(uint i) {
 }
 
 // At the end of the step a pin is exactly at its target.
-void PlacePin(uint k) { SetPosition(models[cloth.model.pins + k], PinTarget(k)); }
+void PlacePin(uint k) {
+  uint i = PinParticle(k);
+  if (!IsOpen(i)) SetPosition(i, PinTarget(k));
+}

@@ -5,6 +5,9 @@
 
 void TestLink(uint constraint) {
   uvec2 pair = ConstraintPair(constraint);
+#ifdef HAS_GRIPS
+  if (InverseMass(pair.x) == 0.0 && InverseMass(pair.y) == 0.0) return;
+#endif
   precise vec3 position_difference = Position(pair.y) - Position(pair.x);
   precise vec3 velocity_difference = Velocity(pair.y) - Velocity(pair.x);
   vec3 d = AddScaled(position_difference, substep.interval, velocity_difference);

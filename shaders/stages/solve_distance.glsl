@@ -38,6 +38,9 @@ void SolveConstraint(uint k, bool is_first_sweep) {
   float inverse_mass_i = InverseMass(pair.x);
   float inverse_mass_j = InverseMass(pair.y);
   precise float inverse_mass_sum = inverse_mass_i + inverse_mass_j;
+#ifdef HAS_GRIPS
+  if (inverse_mass_sum == 0.0) return;
+#endif
   vec3 direction = error.direction;
 #ifdef HAS_START_DIRECTIONS
   ImpulseLine line = BlendDirections(position_difference, error.direction, cloth.step.end_share);

@@ -92,10 +92,20 @@ void SolveRods(ElasticLine line) {
     precise vec3 x = (ScratchVector(SolutionWord(i)) * entry.inverse_pivot - next * entry.to_next) -
                      second_next * entry.to_second_next;
     precise vec3 velocity = Velocity(i) + x;
-    if (entry.inverse_pivot != 0.0) SetVelocity(i, velocity);
+    if (entry.inverse_pivot != 0.0 && InverseMass(i) != 0.0) SetVelocity(i, velocity);
     second_next = next;
     next = x;
   }
+}
+
+// By which lines are solved: a line knows pins, but not what grips hold. What it would do to that is left out
+// (server/solver/method.md, "Grips").
+float LineMass(uint i) {
+#ifdef HAS_GRIPS
+  return ModelFloat(cloth.model.inverse_masses + i);
+#else
+  return InverseMass(i);
+#endif
 }
 
 void PushElastic(uint i, vec3 impulse) {
@@ -110,10 +120,10 @@ void SolveDiagonals(ElasticLine line, float rest_length) {
   vec3 n_before = vec3(0.0);
   precise float inverse_pivot = 0.0;
   precise float impulse = 0.0;
-  float inverse_mass = InverseMass(line.first);
+  float inverse_mass = LineMass(line.first);
   for (uint k = 0u; k + 1u < line.count; ++k) {
     uint i = line.first + k * line.stride;
-    float inverse_mass_next = InverseMass(i + line.stride);
+    float inverse_mass_next = LineMass(i + line.stride);
     vec3 d = ElasticDifference(i, i + line.stride);
     float len = Length(d);
     vec3 n = Direction(d, len, vec3(1.0, 0.0, 0.0));

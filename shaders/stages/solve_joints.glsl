@@ -8,6 +8,9 @@ void SolveJoint(uint k, bool is_first_sweep) {
   uvec2 pair = uvec2(models[cloth.model.joint_pairs + 2u * k], models[cloth.model.joint_pairs + 2u * k + 1u]);
   float compliance = 0.0;
   vec3 lambda = vec3(0.0);
+#ifdef HAS_GRIPS
+  if (InverseMass(pair.x) == 0.0 && InverseMass(pair.y) == 0.0) return;
+#endif
 #ifdef HAS_JOINT_COMPLIANCE
   compliance = ModelFloat(cloth.model.joint_compliances + k);
   if (is_first_sweep) {

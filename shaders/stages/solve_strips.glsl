@@ -108,6 +108,13 @@ LinearisedLink LineariseLink(Strip strip, uint k, LinkEnd from, LinkEnd to, bool
   }
 #endif
   precise float diagonal = from.inverse_mass + to.inverse_mass;
+#ifdef HAS_GRIPS
+  // Nothing moves a link between two grips: it has no error.
+  if (diagonal == 0.0) {
+    link.error.residual = 0.0;
+    diagonal = 1.0;
+  }
+#endif
   link.direction = link.error.direction;
 #ifdef HAS_START_DIRECTIONS
   ImpulseLine line = BlendDirections(position_difference, link.error.direction, cloth.step.end_share);

@@ -171,6 +171,10 @@ INSTANTIATE_TEST_SUITE_P(
     All, StepValidation,
     testing::Values(
         BadStep{"NoExtent", [](auto& r) { r.clear_extent(); }, "steps", "until_step"},
+        BadStep{"NoCloths", [](auto& r) { r.clear_cloth_ids(); }, "cloth_ids",
+                "name at least 1 cloth, or set all_cloths"},
+        BadStep{"NamedAndAllCloths", [](auto& r) { r.set_all_cloths(true); }, "all_cloths",
+                "is set beside 1 cloth_ids"},
         BadStep{"NoSteps", [](auto& r) { r.set_steps(0); }, "steps", "0 is not in [1, 1000]"},
         BadStep{"ManySteps", [](auto& r) { r.set_steps(1001); }, "steps", "1001"},
         BadStep{"ParticleOfTheViewTwice",
@@ -226,6 +230,49 @@ INSTANTIATE_TEST_SUITE_P(
         BadStep{"NegativeLengthOver",
                 [](auto& r) { r.mutable_rest_length_controls()->set_over_s(0, -2); },
                 "rest_length_controls.over_s[0]", "-2"},
+        BadStep{"NoSlots", [](auto& r) { r.mutable_grip_controls()->clear_slots(); },
+                "grip_controls.slots", "has 0 elements, needs 4"},
+        BadStep{"FewActions",
+                [](auto& r) { r.mutable_grip_controls()->mutable_actions()->RemoveLast(); },
+                "grip_controls.actions", "has 3 elements, needs 4"},
+        BadStep{"UnknownAction",
+                [](auto& r) {
+                  r.mutable_grip_controls()->set_actions(2, v1::GripControls::ACTION_UNSPECIFIED);
+                },
+                "grip_controls.actions[2]", "0 is none of HOLD (1)"},
+        BadStep{"NoRadius", [](auto& r) { r.mutable_grip_controls()->clear_radii_m(); },
+                "grip_controls.radii_m[1]", "0 is not in (0, "},
+        BadStep{"FewGripPlaces",
+                [](auto& r) { r.mutable_grip_controls()->mutable_targets_m()->RemoveLast(); },
+                "grip_controls.targets_m", "has 11 elements, needs 12"},
+        BadStep{"NotANumberGripPlace",
+                [](auto& r) { r.mutable_grip_controls()->set_targets_m(4, kNaN); },
+                "grip_controls.targets_m[4]", "nan"},
+        BadStep{"NegativeGripOver", [](auto& r) { r.mutable_grip_controls()->set_over_s(2, -1); },
+                "grip_controls.over_s[2]", "-1"},
+        BadStep{"FewGrippedParticles",
+                [](auto& r) { r.mutable_grip_controls()->mutable_particles()->RemoveLast(); },
+                "grip_controls.particles", "has 3 elements, needs 4"},
+        BadStep{"ShortTransforms",
+                [](auto& r) { r.mutable_resets()->mutable_transforms()->RemoveLast(); },
+                "resets.transforms", "has 6 elements, needs 7"},
+        BadStep{"NoRotationOfAReset", [](auto& r) { r.mutable_resets()->set_transforms(5, 0); },
+                "resets.transforms[3]", "not a rotation"},
+        BadStep{"ManyOverrides", [](auto& r) { r.mutable_resets()->add_overrides(); },
+                "resets.overrides", "has 2 elements, needs 1"},
+        BadStep{"BouncyOverride",
+                [](auto& r) { r.mutable_resets()->mutable_overrides(0)->set_restitution(1.5); },
+                "resets.overrides[0].restitution", "1.5 is not in [0, 1]"},
+        BadStep{"SettingsOfOneCloth",
+                [](auto& r) {
+                  r.mutable_resets()->mutable_overrides(0)->mutable_settings()->set_substeps(3);
+                },
+                "resets.overrides[0].settings", "are the same for all cloths here"},
+        BadStep{"NotANumberGravity",
+                [](auto& r) {
+                  r.mutable_resets()->mutable_overrides(0)->set_gravity_m_per_s2(1, kNaN);
+                },
+                "resets.overrides[0].gravity_m_per_s2[1]", "nan"},
         BadStep{"NoScales", [](auto& r) { r.mutable_rest_length_scales()->clear_scales(); },
                 "rest_length_scales.scales", "has 0 elements, needs 1"},
         BadStep{"NotANumberScale",
@@ -252,6 +299,58 @@ TEST(StepRules, ColliderControlsAreReadWithTheirRotations) {
   EXPECT_EQ(step->controls.colliders[0].control.target.rotation.coeffs(),
             Eigen::Vector4d(0, 0, 0, 1));
   EXPECT_EQ(step->controls.colliders[0].control.over_s, 0);
+}
+
+TEST(StepRules, ResetsAreRead) {
+  const auto step = CheckStep(GoodStep(), 10);
+  ASSERT_TRUE(step.ok()) << step.status().ToString();
+  EXPECT_EQ(step->resets.cloths, std::vector<ClothId>{ClothId::FromPacked(1)});
+  const ClothStarts& starts = step->resets.starts;
+  ASSERT_EQ(starts.transforms.size(), 1u);
+  EXPECT_EQ(starts.transforms[0].position_m, Eigen::Vector3d(0, 1, 0));
+  EXPECT_EQ(starts.transforms[0].rotation.coeffs(), Eigen::Vector4d(0, 0, 1, 0));
+  ASSERT_EQ(starts.overrides.size(), 1u);
+  EXPECT_EQ(starts.overrides[0].gravity_m_per_s2, Eigen::Vector3d(0, -5, 0));
+  EXPECT_FALSE(starts.overrides[0].wind_m_per_s.has_value());
+  EXPECT_TRUE(starts.overrides[0].numbers.IsSet(&ClothParameters::restitution));
+}
+
+TEST(ResetValidation, RowsBelongToNamedCloths) {
+  v1::ResetClothsRequest request;
+  ExpectViolation(CheckReset(request).status(), "cloth_ids", "all_cloths");
+  request.set_all_cloths(true);
+  EXPECT_TRUE(CheckReset(request).ok());
+  request.add_overrides();
+  ExpectViolation(CheckReset(request).status(), "all_cloths", "name the cloths");
+  request.clear_all_cloths();
+  request.add_cloth_ids(4);
+  EXPECT_TRUE(CheckReset(request).ok());
+  request.add_transforms(0);
+  ExpectViolation(CheckReset(request).status(), "transforms", "has 1 elements, needs 7");
+}
+
+TEST(StepRules, GripControlsAreRead) {
+  v1::StepRequest request = GoodStep();
+  auto step = CheckStep(request, 10);
+  ASSERT_TRUE(step.ok()) << step.status().ToString();
+  ASSERT_EQ(step->controls.grips.size(), 4u);
+  const GripControl& nearest = step->controls.grips[1].control;
+  EXPECT_EQ(nearest.slot, 1u);
+  EXPECT_EQ(nearest.action, GripAction::kGrabNearest);
+  EXPECT_EQ(nearest.radius_m, 0.25);
+  EXPECT_EQ(nearest.place_m, Eigen::Vector3d(0.5, 1, 1.5));
+  EXPECT_EQ(step->controls.grips[0].control.particle, 7u);
+  EXPECT_EQ(step->controls.grips[2].control.over_s, 0.125);
+  EXPECT_EQ(step->controls.grips[3].control.action, GripAction::kRelease);
+  // Columns that no row needs may be left out.
+  v1::GripControls* grips = request.mutable_grip_controls();
+  grips->set_actions(1, v1::GripControls::HOLD);
+  grips->clear_radii_m();
+  grips->clear_particles();
+  grips->clear_over_s();
+  step = CheckStep(request, 10);
+  ASSERT_TRUE(step.ok()) << step.status().ToString();
+  EXPECT_EQ(step->controls.grips[0].control.particle, 0u);
 }
 
 TEST(StepRules, AnEmptyViewAsksForPositionsAndNoViewForNothing) {
@@ -381,6 +480,8 @@ TEST(UpdateClothsValidation, CollidersOfManyClothsAreBounded) {
 
 TEST(SubscribeValidation, RefusesRatesThatAreNone) {
   v1::StreamStatesRequest::Subscribe request;
+  ExpectViolation(CheckSubscribe(request).status(), "subscribe.cloth_ids", "all_cloths");
+  request.set_all_cloths(true);
   request.set_max_hz(-1);
   ExpectViolation(CheckSubscribe(request).status(), "subscribe.max_hz", "-1");
   request.set_max_hz(kNaN);
@@ -399,6 +500,7 @@ TEST(SubscribeValidation, RefusesRatesThatAreNone) {
 
 TEST(SubscribeValidation, RefusesParticlesThatDoNotAscend) {
   v1::StreamStatesRequest::Subscribe request;
+  request.set_all_cloths(true);
   Set(request.mutable_view()->mutable_particles(), {0, 4, 6});
   EXPECT_EQ(CheckSubscribe(request)->fields, (StateFields{true, false, {0, 4, 6}}));
   request.mutable_view()->set_particles(2, 4);

@@ -185,6 +185,22 @@ inline v1::StepRequest GoodStep() {
   v1::RestLengthScales* scales = request.mutable_rest_length_scales();
   scales->add_cloth_ids(1);
   scales->add_scales(2);
+  v1::GripControls* grips = request.mutable_grip_controls();
+  for (const auto action : {v1::GripControls::GRAB_PARTICLE, v1::GripControls::GRAB_NEAREST,
+                            v1::GripControls::HOLD, v1::GripControls::RELEASE}) {
+    grips->add_cloth_ids(1);
+    grips->add_slots(static_cast<uint32_t>(grips->slots_size()));
+    grips->add_actions(action);
+    grips->add_particles(7);
+    grips->add_radii_m(0.25);
+    for (const double x : {0.5, 1.0, 1.5}) grips->add_targets_m(x);
+    grips->add_over_s(0.125);
+  }
+  v1::StepResets* resets = request.mutable_resets();
+  resets->add_cloth_ids(1);
+  Set(resets->mutable_transforms(), {0, 1, 0, 0, 0, 2, 0});
+  Set(resets->add_overrides()->mutable_gravity_m_per_s2(), {0, -5, 0});
+  resets->mutable_overrides(0)->set_restitution(0.5);
   v1::StateView* view = request.mutable_view();
   view->set_positions(true);
   view->add_particles(0);
@@ -196,6 +212,7 @@ inline v1::StepRequest GoodStep() {
 inline v1::RenderRequest GoodPicture() {
   v1::RenderRequest request;
   request.set_session("sessions/none");
+  request.set_all_cloths(true);
   request.set_width_px(200);
   request.set_height_px(100);
   v1::Camera* camera = request.mutable_camera();

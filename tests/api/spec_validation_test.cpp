@@ -73,6 +73,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadCreation{"LengthsOfAGrid",
                     [](auto& r) { Spec(r).mutable_mesh_import()->set_keep_lengths(true); },
                     "spec.mesh_import.keep_lengths", "must be false"},
+        BadCreation{"ManyGrips", [](auto& r) { Spec(r).set_max_grips(17); }, "spec.max_grips",
+                    "17 is not in [0, 16]"},
         BadCreation{"NoWidth", [](auto& r) { Spec(r).mutable_grid()->set_width_m(0); },
                     "spec.grid.width_m", "0"},
         BadCreation{"NotANumberHeight", [](auto& r) { Spec(r).mutable_grid()->set_height_m(kNaN); },

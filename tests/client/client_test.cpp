@@ -73,7 +73,7 @@ TEST_F(ClientTest, CreatesStepsAndReads) {
   v1::StateView view;
   view.set_positions(true);
   view.set_velocities(true);
-  const States all = session.ReadStates({}, view);
+  const States all = session.ReadStates(view);
   ASSERT_EQ(all.size(), 3u);
   EXPECT_EQ(all[2].cloth_id, ids[2]);
   EXPECT_EQ(all[0].positions_m.row_count(), 12u);
@@ -87,20 +87,25 @@ TEST_F(ClientTest, CreatesStepsAndReads) {
 
   view.add_particles(2);
   view.add_particles(11);
-  const States some = session.ReadStates({}, view);
+  const States some = session.ReadStates(view);
   ASSERT_EQ(some.size(), 3u);
   EXPECT_EQ(some[1].particle_count, 2u);
   EXPECT_EQ(some[1].positions_m.row_count(), 2u);
   EXPECT_EQ(some[1].positions_m.At(0, 0), all[1].positions_m.At(2, 0));
   EXPECT_EQ(some[1].velocities_m_per_s.At(1, 1), all[1].velocities_m_per_s.At(11, 1));
   view.add_particles(12);
-  const ErrorDetails refused = ErrorOf([&] { session.ReadStates({}, view); });
+  const ErrorDetails refused = ErrorOf([&] { session.ReadStates(view); });
   ASSERT_THAT(refused.violations, SizeIs(1));
   EXPECT_EQ(refused.violations[0].field, "view.particles[2]");
 
   session.ResetCloths({&ids[1], 1});
   EXPECT_EQ(session.GetCloth(ids[1]).step(), 0u);
   EXPECT_EQ(session.GetCloth(ids[0]).step(), 2u);
+  const ErrorDetails none = ErrorOf([&] { session.ResetCloths(std::vector<ClothId>()); });
+  EXPECT_EQ(none.violations.at(0).field, "cloth_ids");
+  EXPECT_EQ(session.GetCloth(ids[0]).step(), 2u);
+  session.ResetCloths();
+  EXPECT_EQ(session.GetCloth(ids[0]).step(), 0u);
 }
 
 TEST_F(ClientTest, ChangesListsAndDeletes) {
@@ -195,6 +200,7 @@ TEST_F(ClientTest, AStepStreamAnswersInOrder) {
   StepStream stream = session.OpenStepStream();
   for (uint32_t steps = 1; steps <= 4; ++steps) {
     v1::StepRequest request;
+    request.set_all_cloths(true);
     request.set_steps(steps);
     stream.Write(request);
   }
@@ -219,7 +225,9 @@ TEST_F(ClientTest, AStepStreamEndsWithItsError) {
 TEST_F(ClientTest, AStateStreamFollows) {
   Session session = client_->CreateSession();
   session.CreateCloths(SmallCloth(), 2);
-  StateStream stream = session.StreamStates();
+  v1::StreamStatesRequest::Subscribe subscribe;
+  subscribe.set_all_cloths(true);
+  StateStream stream = session.StreamStates(std::move(subscribe));
   std::thread stepper([&session] {
     for (int k = 0; k < 20; ++k) {
       session.Step(1);

@@ -93,6 +93,7 @@ TEST_F(RenderTest, ASeriesOnlyWidensItsView) {
   spec.mutable_grid()->set_height_m(1);
   session.CreateCloth(spec);
   v1::RenderRequest request;
+  request.set_all_cloths(true);
   const v1::RenderResponse first = session.Render(request);
   session.Step(60);  // falls some 5 m
   cli::IncludeView(first, request);

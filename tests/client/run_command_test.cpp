@@ -172,6 +172,26 @@ TEST_F(RunCommandTest, ControlsActAtTheirTimes) {
   }
 }
 
+// A particle is grabbed at the start, lifted from 0.5 s on over 0.5 s, and let go at 1 s.
+TEST_F(RunCommandTest, GripsActAtTheirTimes) {
+  const std::string scene = Write("scene.json", R"({
+    "time_step_s": 0.25, "duration_s": 1.5,
+    "cloths": [{"spec": {"max_grips": 1,
+      "particles": {"positions_m": [0,0,0], "masses_kg": [1]}}}],
+    "controls": [
+      {"grips": [{"action": "GRAB_NEAREST", "target_m": [0, 0.1, 0], "radius_m": 0.2}]},
+      {"time_s": 0.5, "grips": [{"action": "HOLD", "target_m": [0, 1.1, 0], "over_s": 0.5}]},
+      {"time_s": 1, "grips": [{"action": "RELEASE"}]}]})");
+  const std::string states = folder_ / "s.csv";
+  RunForReport(scene, {"--states=" + states});
+  const auto rows = ReadCsv(ReadText(states));
+  ASSERT_EQ(rows.size(), 6u);
+  const double g = 9.81;
+  // It leaves with the 2 m/s of its motion.
+  const double y[] = {0, 0, 0.5, 1, 1 + 2 * 0.25 - g * 0.03125, 1 + 2 * 0.5 - g * 0.125};
+  for (size_t step = 0; step < 6; ++step) EXPECT_NEAR(rows[step][4], y[step], 1e-5) << step;
+}
+
 // A weightless sheet in calm air until 0.5 s, then carried along by wind, then stopped by wind from
 // the other side: each time faster than half of it, because 0.5 s are many of its 1 / (c w).
 TEST_F(RunCommandTest, TheWindOfAControlBlows) {

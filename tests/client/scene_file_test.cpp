@@ -156,6 +156,14 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{Scene("", R"(, "controls": [{"collider_targets": [{"position_m": [0,0,0]}]}])"),
                  "controls[0].collider_targets[0].collider: collider 0 is not one of the 0 of "
                  "cloths[0]"},
+        BadScene{Scene("", R"(, "controls": [{"grips": [{"action": "HOLD"}]}])"),
+                 "controls[0].grips[0].target_m: must have 3 numbers, got 0"},
+        BadScene{Scene("", R"(, "controls": [{"grips": [{"action": "RELEASE"}]}])"),
+                 "controls[0].grips[0].slot: must be below max_grips of cloths[0], 0, got 0"},
+        BadScene{
+            Scene(R"(, "max_grips": 1)", R"(, "controls": [{"grips": [)"
+                                         R"({"action": "GRAB_NEAREST", "target_m": [0,0,0]}]}])"),
+            "controls[0].grips[0].radius_m: must be > 0, got 0"},
         BadScene{Scene("", R"(, "controls": [{"rest_lengths": [{"constraint": 0}]}])"),
                  "controls[0].rest_lengths[0].rest_length_m: must be > 0, got 0"},
         BadScene{Scene("", R"(, "controls": [{"rest_length_scale": {"scale": 2, "over_s": -1}}])"),

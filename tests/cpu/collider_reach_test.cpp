@@ -50,7 +50,7 @@ struct Cloth {
   StepContext Context(StepScratch& scratch, bool leaves_out_colliders) const {
     return {*model,
             controls,
-            pin_targets,
+            {model->pins, pin_targets, model->free_particles, model->inverse_masses},
             nullptr,
             parameters.collider_motions,
             scratch,

@@ -139,6 +139,13 @@ TEST(RequestFuzz, Step) {
     for (const ControlRow<PinControl>& row : checked->controls.pins) {
       EXPECT_TRUE(row.control.target_m.allFinite() && row.control.over_s >= 0);
     }
+    for (const RigidTransform& transform : checked->resets.starts.transforms) {
+      EXPECT_NEAR(transform.rotation.norm(), 1, 1e-12);
+    }
+    for (const ControlRow<GripControl>& row : checked->controls.grips) {
+      EXPECT_TRUE(row.control.place_m.allFinite() && row.control.over_s >= 0);
+      EXPECT_TRUE(row.control.action != GripAction::kGrabNearest || row.control.radius_m > 0);
+    }
     const std::vector<uint32_t>& particles = checked->view.particles;
     EXPECT_EQ(std::adjacent_find(particles.begin(), particles.end(), std::greater_equal<>()),
               particles.end());
@@ -150,6 +157,7 @@ TEST(RequestFuzz, Step) {
 TEST(RequestFuzz, UpdateCloths) {
   v1::UpdateClothsRequest update;
   update.add_cloth_ids(1);
+  *update.add_overrides() = GoodStep().resets().overrides(0);
   *update.mutable_spec() = GoodCreation().spec();
   for (const char* path : {"environment.gravity_m_per_s2", "environment.colliders", "pins",
                            "settings", "material.friction_static", "environment.wind_m_per_s",

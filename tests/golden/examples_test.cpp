@@ -84,7 +84,7 @@ std::string PlayAndHash(const Client& client, const v1::Scene& scene, uint64_t s
   v1::StateView view;
   view.set_positions(true);
   view.set_velocities(true);
-  for (const ClothState& state : session.ReadStates({}, view)) {
+  for (const ClothState& state : session.ReadStates(view)) {
     Add(state.positions_m, hash);
     Add(state.velocities_m_per_s, hash);
   }

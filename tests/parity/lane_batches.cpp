@@ -57,7 +57,10 @@ std::vector<LaneOutcome> StepTogether(Backend& backend, const std::vector<Scene>
   std::vector<StepItem> items;
   std::vector<LaneOutcome> outcomes;
   for (const Scene& scene : scenes) {
-    items.push_back({CreateCloth(backend, scene), scene.pin_targets_m, true});
+    items.push_back({.cloth = CreateCloth(backend, scene),
+                     .pin_targets_m = scene.pin_targets_m,
+                     .measure = true,
+                     .grips = scene.grips});
   }
   BatchReport batch;
   for (uint32_t step = 0; step < kSteps; ++step) batch = backend.Step(items);

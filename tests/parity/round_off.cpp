@@ -360,6 +360,7 @@ void ExpectParity(const std::string& backend_name, Scene scene, uint32_t steps,
   RoundToFloat(scene.state.positions_m);
   RoundToFloat(scene.state.velocities_m_per_s);
   RoundToFloat(scene.pin_targets_m);
+  for (Grip& grip : scene.grips) grip.target_m = RoundToFloat(grip.target_m);
   Backend& reference = SharedBackend("reference");
   Backend& backend = SharedBackend(backend_name);
   const ClothHandle expected_cloth = CreateCloth(reference, scene);

@@ -211,6 +211,7 @@ Outcome StepTogether(const Scene& scene, uint32_t threads, bool leaves_out_colli
     lengths = {cpu::PackLengths(model, starts),
                cpu::PackLengths(model, scene.rest_length_targets_m)};
   }
+  cpu::Grips grips;
   cpu::StepScratch scratch;
   cpu::StepTeam team(threads);
   std::vector<std::jthread> others;
@@ -223,10 +224,11 @@ Outcome StepTogether(const Scene& scene, uint32_t threads, bool leaves_out_colli
   while (team.member_count() < threads) std::this_thread::yield();
   StepReport report;
   for (uint32_t step = 0; step < kSteps; ++step) {
-    report = cpu::StepCloth({model, controls, pin_targets, is_driven ? &lengths : nullptr,
-                             scene.parameters.collider_motions, scratch, team,
-                             scene.parameters.settings.max_iterations, leaves_out_colliders},
-                            true, state);
+    report =
+        cpu::StepCloth({model, controls, grips.Hold(model, pin_targets, scene.grips),
+                        is_driven ? &lengths : nullptr, scene.parameters.collider_motions, scratch,
+                        team, scene.parameters.settings.max_iterations, leaves_out_colliders},
+                       true, state);
   }
   team.Close();
   return {Bits(state.positions) + Bits(state.velocities), report, scratch.reach.has_far,

@@ -9,6 +9,7 @@
 #include <ostream>
 #include <random>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -207,6 +208,28 @@ TEST_P(OwnPinsTest, SameInGroupsAsAlone) {
   };
   EXPECT_GT(std::ranges::count_if(scenes, fits_first), 32) << "most can share lanes";
   ExpectSameInLanes(scenes, {7, 49});
+}
+
+// Cloths of one model, and of several, that grip different particles, some none.
+TEST_P(OwnPinsTest, WithGripsTheSameInGroupsAsAlone) {
+  const uint32_t particle_count = GetParam().make({}).model->particle_count();
+  const Scene pinned = GetParam().make({0, particle_count - 1});
+  std::vector<Scene> scenes;
+  for (uint32_t k = 0; k < 49; ++k) {
+    const Pins others = RandomPins(particle_count, 101 + k);
+    scenes.push_back(Variant(k < 33 ? pinned : GetParam().make(RandomPins(particle_count, k)), k));
+    Scene& scene = scenes.back();
+    const std::span<const double> w = scene.model->inverse_masses_per_kg();
+    Pins gripped;
+    for (const uint32_t i : others) {
+      if (w[i] != 0) gripped.push_back(i);
+    }
+    // Neighbours too: nothing moves the link between them.
+    if (k % 7 == 2) gripped = {2, 3, 4};
+    std::erase_if(gripped, [&](uint32_t i) { return w[i] == 0; });
+    GripParticles(scene, gripped, {0.001 * k, 0.002, -0.001});
+  }
+  ExpectSameInLanes(scenes, {7, 33, 49});
 }
 
 // A cloth that falls onto two colliders of which the first moves and turns, each its own way.

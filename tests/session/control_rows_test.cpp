@@ -44,6 +44,63 @@ TEST_F(PinControlsTest, BadRowsAreNamed) {
   EXPECT_EQ(status.violations()[1].field, "pin_controls.particles[2]");
 }
 
+class GripControlsTest : public SessionFixture {
+ protected:
+  GripControlsTest() {
+    Start();
+    ClothCreation creation = Chains(2, 3, {{0, std::nullopt}});
+    creation.copies[1].transform.position_m = {0, 5, 0};
+    for (ClothCopy& copy : creation.copies) copy.parameters.max_grips = 2;
+    cloths_ = Find(Create(creation).value().ids);
+  }
+  ClothList cloths_;
+};
+
+TEST_F(GripControlsTest, PlacesAreBroughtIntoTheClothsFrame) {
+  const std::vector<ControlRow<GripControl>> rows{
+      {cloths_[1]->id,
+       {.slot = 1, .action = GripAction::kGrabParticle, .particle = 2, .place_m = {1, 6, 0}}}};
+  const auto controls = ResolveControls({.grips = rows}, cloths_).value().grips;
+  ASSERT_EQ(controls.size(), 1u);
+  EXPECT_EQ(controls[0].cloth_index, 1u);
+  EXPECT_EQ(controls[0].control.particle, 2u);
+  EXPECT_EQ(controls[0].control.place_m, Eigen::Vector3d(0, 1, 0));
+}
+
+TEST_F(GripControlsTest, BadRowsAreNamed) {
+  const ClothId id = cloths_[0]->id;
+  const auto grab = GripAction::kGrabParticle;
+  const std::vector<ControlRow<GripControl>> rows{{id, {.slot = 2}},
+                                                  {id, {.action = grab, .particle = 0}},
+                                                  {id, {.action = grab, .particle = 3}},
+                                                  {id, {.action = GripAction::kRelease}},
+                                                  {{99, 1}, {}}};
+  const Status status = ResolveControls({.grips = rows}, cloths_).status();
+  ASSERT_EQ(status.violations().size(), 4u);
+  EXPECT_EQ(status.violations()[0].field, "grip_controls.slots[0]");
+  EXPECT_EQ(status.violations()[1].field, "grip_controls.particles[1]") << "pinned";
+  EXPECT_EQ(status.violations()[2].field, "grip_controls.particles[2]") << "none";
+  EXPECT_EQ(status.violations()[3].field, "grip_controls.cloth_ids[4]");
+}
+
+// The device thread searches: many rows of large cloths must not keep it from everybody else.
+TEST_F(GripControlsTest, SearchesAreBounded) {
+  const auto large = Find(Create([] {
+                            ClothCreation creation = Chains(1, 1 << 16);
+                            creation.copies[0].parameters.max_grips = 1;
+                            return creation;
+                          }())
+                              .value()
+                              .ids);
+  std::vector<ControlRow<GripControl>> rows(
+      1 << 10, {large[0]->id, {.action = GripAction::kGrabNearest, .radius_m = 1}});
+  EXPECT_TRUE(ResolveControls({.grips = rows}, large).ok());
+  rows.push_back(rows[0]);
+  const Status status = ResolveControls({.grips = rows}, large).status();
+  ASSERT_EQ(status.violations().size(), 1u);
+  EXPECT_EQ(status.violations()[0].field, "grip_controls.actions[1024]");
+}
+
 class ColliderControlsTest : public SessionFixture {
  protected:
   // Two chains whose own frames have their origins at (1, 0, 0) and (1, 5, 0) of their

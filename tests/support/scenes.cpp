@@ -182,6 +182,13 @@ void Stir(Scene& scene, double speed_m_per_s) {
   }
 }
 
+void GripParticles(Scene& scene, const std::vector<uint32_t>& particles, const Vector3d& way_m) {
+  scene.parameters.max_grips = kMaxGrips;
+  for (const uint32_t i : particles) {
+    scene.grips.push_back({i, scene.state.positions_m[i] + way_m});
+  }
+}
+
 ClothHandle CreateCloth(Backend& backend, const Scene& scene) {
   auto cloth = backend.Create(scene.model, scene.parameters, scene.state);
   DRAPE_CHECK(cloth.ok(), cloth.status().ToString());
@@ -201,8 +208,11 @@ StepReport StepAlone(Backend& backend, ClothHandle cloth, const Scene& scene, ui
                      bool measure) {
   StepReport report;
   for (uint32_t step = 0; step < steps; ++step) {
-    const StepItem item{cloth, scene.pin_targets_m, measure && step + 1 == steps,
-                        scene.rest_length_targets_m};
+    const StepItem item{.cloth = cloth,
+                        .pin_targets_m = scene.pin_targets_m,
+                        .measure = measure && step + 1 == steps,
+                        .rest_lengths_m = scene.rest_length_targets_m,
+                        .grips = scene.grips};
     report = backend.Step({&item, 1}).reports.at(0);
   }
   return report;

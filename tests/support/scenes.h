@@ -24,7 +24,12 @@ struct Scene {
   std::vector<Eigen::Vector3d> pin_targets_m;  // of every step; empty: the pins stay
   // At the end of every step, in the order of the model; empty: the model's.
   std::vector<double> rest_length_targets_m{};
+  std::vector<Grip> grips{};  // of every step
 };
+
+// Grips these particles, ascending, which move by `way_m`.
+void GripParticles(Scene& scene, const std::vector<uint32_t>& particles,
+                   const Eigen::Vector3d& way_m = Eigen::Vector3d::Zero());
 
 // Ends the process with the reason if the description is refused.
 std::shared_ptr<const SceneModel> BuildModel(const ModelDescription& description);

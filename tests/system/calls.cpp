@@ -62,6 +62,7 @@ v1::StepRequest StepsOf(const std::string& session, const Ids& ids, uint32_t ste
   v1::StepRequest request;
   request.set_session(session);
   request.mutable_cloth_ids()->Assign(ids.begin(), ids.end());
+  request.set_all_cloths(ids.empty());
   request.set_steps(steps);
   return request;
 }

@@ -44,6 +44,7 @@ std::string NewSession(Stub& stub, double ttl_s = 300);
 v1::CreateClothsRequest HangingSheet(const std::string& session, uint32_t side = 8,
                                      uint32_t count = 1);
 Ids Create(Stub& stub, const v1::CreateClothsRequest& request);
+// No ids: every cloth of the session.
 v1::StepRequest StepsOf(const std::string& session, const Ids& ids, uint32_t steps);
 v1::StepResponse Step(Stub& stub, const v1::StepRequest& request);
 v1::Cloth Get(Stub& stub, const std::string& session, uint64_t id);

@@ -227,6 +227,33 @@ TEST_F(Cloths, ExpectedAndUntilStepGuardTheOrder) {
   EXPECT_EQ(Get(*stub_, session_, ids[0]).time_s(), 5 * (1.0 / 60));
 }
 
+// A selection that happens to be empty must not act on everything.
+TEST_F(Cloths, NoClothsAreNotAllCloths) {
+  const Ids ids = Create(*stub_, HangingSheet(session_, 4, 2));
+  Step(*stub_, StepsOf(session_, ids, 1));
+  v1::StepRequest step;
+  step.set_session(session_);
+  step.set_steps(1);
+  v1::ResetClothsRequest reset;
+  reset.set_session(session_);
+  v1::RenderRequest picture;
+  picture.set_session(session_);
+  const grpc::Status refused[] = {Call(*stub_, &Stub::Step, step).status,
+                                  Call(*stub_, &Stub::ResetCloths, reset).status,
+                                  Call(*stub_, &Stub::Render, picture).status};
+  for (const grpc::Status& status : refused) {
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+    EXPECT_THAT(FieldsOf(status), testing::ElementsAre("cloth_ids"));
+    EXPECT_THAT(status.error_message(), testing::HasSubstr("all_cloths"));
+  }
+  step.set_all_cloths(true);
+  step.add_cloth_ids(ids[0]);
+  EXPECT_THAT(FieldsOf(Call(*stub_, &Stub::Step, step).status), testing::ElementsAre("all_cloths"));
+  for (const uint64_t id : ids) EXPECT_EQ(Get(*stub_, session_, id).step(), 1u);
+  step.clear_cloth_ids();
+  EXPECT_THAT(Step(*stub_, step).steps(), testing::ElementsAre(2, 2));
+}
+
 TEST_F(Cloths, AStepAnswersReportsAndStates) {
   const Ids ids = Create(*stub_, HangingSheet(session_, 4, 2));
   v1::StepRequest request = StepsOf(session_, {}, 2);
@@ -345,6 +372,7 @@ TEST_F(Cloths, ResetGoesBackToTheSameBits) {
   EXPECT_NE(after, start);
   v1::ResetClothsRequest request;
   request.set_session(session_);
+  request.set_all_cloths(true);
   EXPECT_TRUE(Call(*stub_, &Stub::ResetCloths, request).status.ok());
   EXPECT_EQ(Get(*stub_, session_, ids[0]).step(), 0u);
   EXPECT_EQ(Bits(*stub_, session_, ids), start);

@@ -262,6 +262,7 @@ TEST_P(ConstraintChanges, ADrivenLengthFollowsItsControl) {
 
   v1::ResetClothsRequest reset;
   reset.set_session(session_);
+  reset.set_all_cloths(true);
   ASSERT_TRUE(Call(*stub_, &Stub::ResetCloths, reset).status.ok());
   Step(*stub_, StepsOf(session_, ids, 5));
   EXPECT_NEAR(Length(ids[0], 1, 2), 1, 2e-3);

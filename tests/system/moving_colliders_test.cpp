@@ -94,6 +94,7 @@ TEST_P(MovingColliders, RunsAreReproducible) {
 
   v1::ResetClothsRequest reset;
   reset.set_session(session_);
+  reset.set_all_cloths(true);
   ASSERT_TRUE(Call(*stub_, &Stub::ResetCloths, reset).status.ok());
   EXPECT_THAT(Get(*stub_, session_, ids[0]).collider_poses(), SizeIs(0));
   Step(*stub_, Send(ids, 0.1, 0.5, 7));
@@ -118,6 +119,7 @@ TEST_P(MovingColliders, MotionOfItsOwnGoesOn) {
   EXPECT_THAT(cloth.environment().colliders(0).velocity_m_per_s(), ElementsAre(0, 1.5, 0));
   v1::ResetClothsRequest reset;
   reset.set_session(session_);
+  reset.set_all_cloths(true);
   ASSERT_TRUE(Call(*stub_, &Stub::ResetCloths, reset).status.ok());
   EXPECT_EQ(Get(*stub_, session_, ids[0]).collider_poses(0).position_m(1), -0.3);
 }

@@ -85,6 +85,7 @@ class ParticleStates : public testing::Test {
   grpc::Status ReadParticles(const List& particles, bool velocities, Received& received) {
     v1::ReadStatesRequest request;
     request.set_session(session_);
+    request.set_all_cloths(true);
     SetView(particles, velocities, request.mutable_view());
     grpc::ClientContext context;
     const auto reader = stub_->ReadStates(&context, request);
@@ -111,6 +112,7 @@ class ParticleStates : public testing::Test {
   v1::StreamStatesRequest Subscription(const List& particles, uint32_t initial_credit) const {
     v1::StreamStatesRequest request;
     request.mutable_subscribe()->set_session(session_);
+    request.mutable_subscribe()->set_all_cloths(true);
     request.mutable_subscribe()->set_initial_credit(initial_credit);
     SetView(particles, true, request.mutable_subscribe()->mutable_view());
     return request;

@@ -36,6 +36,7 @@ class Render : public testing::TestWithParam<std::string> {
     v1::RenderRequest request;
     request.set_session(session_);
     request.mutable_cloth_ids()->Assign(ids.begin(), ids.end());
+    request.set_all_cloths(ids.empty());
     request.set_width_px(160);
     request.set_height_px(120);
     return request;
@@ -221,6 +222,7 @@ TEST(RenderWithoutEgl, SaysWhatIsMissing) {
   const Ids ids = Create(*stub, HangingSheet(session));
   v1::RenderRequest request;
   request.set_session(session);
+  request.set_all_cloths(true);
   for (int k = 0; k < 2; ++k) {
     const grpc::Status status = Call(*stub, &Stub::Render, request).status;
     EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);

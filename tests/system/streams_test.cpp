@@ -26,6 +26,7 @@ class Streams : public testing::Test {
   v1::StreamStatesRequest Subscription(uint32_t initial_credit) const {
     v1::StreamStatesRequest request;
     request.mutable_subscribe()->set_session(session_);
+    request.mutable_subscribe()->set_all_cloths(true);
     request.mutable_subscribe()->set_initial_credit(initial_credit);
     return request;
   }
@@ -222,6 +223,8 @@ TEST_F(Streams, StreamStatesNamesWhatIsWrong) {
   EXPECT_THAT(FieldsOf(refusal({Subscription(0), Subscription(0)})),
               testing::ElementsAre("subscribe"));
   v1::StreamStatesRequest stale = Subscription(1);
+  stale.mutable_subscribe()->clear_all_cloths();
+  EXPECT_THAT(FieldsOf(refusal({stale})), testing::ElementsAre("subscribe.cloth_ids"));
   stale.mutable_subscribe()->add_cloth_ids(42);
   EXPECT_EQ(ReasonOf(refusal({stale})), "CLOTH_NOT_FOUND");
 }

@@ -14,6 +14,7 @@
 #include "drape/v1/cloths.pb.h"
 #include "drape/v1/render.pb.h"
 #include "drape/v1/session.pb.h"
+#include "drape/v1/simulation_service.pb.h"
 #include "drape/v1/step.pb.h"
 
 namespace drape {
@@ -68,9 +69,15 @@ class Session {
   // the cloths or for none.
   v1::ClothShape UpdateCloths(std::span<const ClothId> cloths, const v1::ClothSpec& spec,
                               std::span<const std::string> paths);
+  // UpdateCloths with all its options: a change of each cloth of its own by `overrides`.
+  v1::ClothShape UpdateCloths(v1::UpdateClothsRequest request);
   void DeleteCloths(std::span<const ClothId> cloths);
-  // Back to the state of creation. No cloths named: every cloth of the session.
-  void ResetCloths(std::span<const ClothId> cloths = {});
+  // Back to the state of creation. At least one cloth: an empty list is kInvalidArgument.
+  void ResetCloths(std::span<const ClothId> cloths);
+  // The same of every cloth of the session.
+  void ResetCloths();
+  // ResetCloths with all its options: other places, other parameters.
+  void ResetCloths(v1::ResetClothsRequest request);
 
   // `steps` >= 1 steps of every cloth of the session; waits for the answer.
   v1::StepResponse Step(uint32_t steps);
@@ -78,13 +85,19 @@ class Session {
   // For several requests in flight.
   StepStream OpenStepStream();
 
-  // No cloths named: every cloth of the session. `view` unset: positions only, of all particles.
-  States ReadStates(std::span<const ClothId> cloths = {}, const v1::StateView& view = {}) const;
+  // At least one cloth. `view` unset: positions only, of all particles.
+  States ReadStates(std::span<const ClothId> cloths, const v1::StateView& view = {}) const;
+  // The same of every cloth of the session.
+  States ReadStates(const v1::StateView& view = {}) const;
+  // Puts particles elsewhere; see WriteStates of the service.
+  void WriteStates(v1::WriteStatesRequest request);
+  // Triangles, edges, rest shape and collider meshes of a cloth.
+  v1::Topology ReadTopology(ClothId cloth) const;
   // A PNG file of the present cloths; see RenderRequest. Throws kFailedPrecondition (NO_EGL_DEVICE)
   // when the server cannot draw.
-  v1::RenderResponse Render(v1::RenderRequest request = {}) const;
-  // Follows the session while others step it. `subscribe.session` is filled in.
-  StateStream StreamStates(v1::StreamStatesRequest::Subscribe subscribe = {}) const;
+  v1::RenderResponse Render(v1::RenderRequest request) const;
+  // Follows cloths while others step them. `subscribe.session` is filled in.
+  StateStream StreamStates(v1::StreamStatesRequest::Subscribe subscribe) const;
 
  private:
   friend class Client;

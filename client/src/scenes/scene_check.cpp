@@ -123,6 +123,23 @@ void CheckColliderTarget(const v1::Scene& scene, const v1::SceneControl& control
   }
 }
 
+void CheckGripTarget(const v1::Scene& scene, const v1::SceneControl& control,
+                     const v1::GripTarget& target, const std::string& path) {
+  const bool is_release = target.action() == v1::GripControls::RELEASE;
+  CheckVector(target.target_m(), /*may_be_empty=*/is_release, path + ".target_m");
+  CheckNotNegative(target.over_s(), path + ".over_s");
+  if (target.action() == v1::GripControls::GRAB_NEAREST) {
+    CheckPositive(target.radius_m(), path + ".radius_m");
+  }
+  for (const int k : ControlledEntries(scene, control)) {
+    const uint32_t count = scene.cloths(k).spec().max_grips();
+    if (target.slot() < count) continue;
+    throw BadField(path + ".slot", "must be below max_grips of cloths[" + std::to_string(k) +
+                                       "], " + std::to_string(count) + ", got " +
+                                       std::to_string(target.slot()));
+  }
+}
+
 void CheckControl(const v1::Scene& scene, const v1::SceneControl& control,
                   const std::string& path) {
   CheckNotNegative(control.time_s(), path + ".time_s");
@@ -147,6 +164,9 @@ void CheckControl(const v1::Scene& scene, const v1::SceneControl& control,
   for (int i = 0; i < control.collider_targets_size(); ++i) {
     CheckColliderTarget(scene, control, control.collider_targets(i),
                         path + ".collider_targets[" + std::to_string(i) + "]");
+  }
+  for (int i = 0; i < control.grips_size(); ++i) {
+    CheckGripTarget(scene, control, control.grips(i), path + ".grips[" + std::to_string(i) + "]");
   }
   for (int i = 0; i < control.pin_targets_size(); ++i) {
     CheckPinTarget(scene, control, control.pin_targets(i),

@@ -59,6 +59,18 @@ void AddRows(const Targets<Target>& targets, Table* (v1::StepRequest::*mutable_t
   }
 }
 
+void AddGrip(ClothId cloth, const v1::GripTarget& target, v1::GripControls* table) {
+  table->add_cloth_ids(cloth);
+  table->add_slots(target.slot());
+  table->add_actions(target.action());
+  table->add_particles(target.particle());
+  table->add_radii_m(target.radius_m());
+  for (int axis = 0; axis < 3; ++axis) {
+    table->add_targets_m(target.target_m().empty() ? 0 : target.target_m(axis));
+  }
+  table->add_over_s(target.over_s());
+}
+
 }  // namespace
 
 ScenePlayer::ScenePlayer(Session& session, const v1::Scene& scene,
@@ -148,6 +160,9 @@ void ScenePlayer::ApplyControls(v1::StepRequest* request) {
       for (const auto& target : control.rest_lengths()) {
         lengths[{id, target.constraint()}] = &target;
       }
+      for (const auto& target : control.grips()) {
+        AddGrip(id, target, request->mutable_grip_controls());
+      }
       if (control.has_rest_length_scale()) scales[{id, 0}] = &control.rest_length_scale();
     }
   }
@@ -187,6 +202,7 @@ AdvanceResult ScenePlayer::Advance(uint64_t steps, bool has_reports,
   if (step_ == end) return result;
   while (step_ < end) {
     v1::StepRequest request;
+    request.set_all_cloths(true);
     ApplyControls(&request);
     const uint64_t until =
         std::min({end, NextControlStep(), step_ + max_steps, step_ + steps_per_request_});

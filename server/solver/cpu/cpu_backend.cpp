@@ -46,6 +46,7 @@ struct Cloth {
   FloatState state;
   std::vector<Vec4> pin_targets;  // [pin_count]
   std::optional<OwnLengths> own_lengths{};
+  Grips grips{};
   FaultReason fault = FaultReason::kNone;
   std::shared_ptr<LongStep> long_step{};           // null: none has begun
   std::optional<FloatControls> calmer_controls{};  // of a watched cloth that has a calmer scheme
@@ -364,7 +365,7 @@ class CpuBackend final : public Backend {
     std::vector<GroupCandidate> batch;
     for (const StepItem& item : items) {
       const Cloth& cloth = cloths_.At(item.cloth);
-      batch.push_back({cloth.model.get(), std::nullopt});
+      batch.push_back({cloth.model.get(), std::nullopt, !item.grips.empty()});
       if (lane_count_ == 1 || !ClothFitsLanes(cloth)) continue;
       batch.back().key.emplace(*cloth.model, *cloth.controls,
                                IterationsOf(item, cloth.parameters.settings),
@@ -497,18 +498,18 @@ class CpuBackend final : public Backend {
   }
 
   // Valid as long as the cloth is not changed.
-  StepContext ContextOf(const Cloth& cloth, const StepItem& item, StepTeam& team,
-                        StepScratch& scratch) const {
+  StepContext ContextOf(Cloth& cloth, const StepItem& item, StepTeam& team, StepScratch& scratch) {
     StepContext context = PlainContextOf(cloth, item, team, scratch);
     context.contact_surface = cloth.contact_surface.get();
     context.may_cross_itself = cloth.may_cross_itself;
     return context;
   }
-  StepContext PlainContextOf(const Cloth& cloth, const StepItem& item, StepTeam& team,
-                             StepScratch& scratch) const {
+  StepContext PlainContextOf(Cloth& cloth, const StepItem& item, StepTeam& team,
+                             StepScratch& scratch) {
+    DRAPE_CHECK(item.grips.size() <= cloth.parameters.max_grips, "no more grips than max_grips");
     return {*cloth.model,
             *cloth.controls,
-            cloth.pin_targets,
+            cloth.grips.Hold(*cloth.model, cloth.pin_targets, item.grips),
             cloth.own_lengths ? &*cloth.own_lengths : nullptr,
             cloth.parameters.collider_motions,
             scratch,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 #include <unordered_map>
+#include <utility>
 
 namespace drape::cpu {
 namespace {
@@ -20,7 +21,9 @@ std::vector<std::vector<uint32_t>> Alike(std::span<const GroupCandidate> cloths)
     classes[found->second].push_back(k);
     firsts.emplace(cloths[k].model, k);
   }
-  const auto first_of = [&](uint32_t k) { return firsts.at(cloths[k].model); };
+  const auto first_of = [&](uint32_t k) {
+    return std::pair(firsts.at(cloths[k].model), cloths[k].has_grips);
+  };
   for (std::vector<uint32_t>& alike : classes) std::ranges::stable_sort(alike, {}, first_of);
   return classes;
 }

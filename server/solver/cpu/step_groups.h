@@ -43,11 +43,12 @@ inline constexpr uint32_t kMinGroupSize = 4;
 struct GroupCandidate {
   const FloatModel* model;
   std::optional<LaneKey> key;  // none: it is to be stepped alone
+  bool has_grips = false;
 };
 
 // Divides a batch. A group has at most lane_count cloths, and fewer where that leaves every thread
-// one. Every cloth is in one group. Large groups come first. Cloths of one model are in as few
-// groups as possible, for they are the cheapest.
+// one. Every cloth is in one group. Large groups come first. Cloths that hold the same, those of
+// one model without grips, are in as few groups as possible, for they are the cheapest.
 std::vector<StepGroup> FormGroups(std::span<const GroupCandidate> batch, uint32_t lane_count,
                                   uint32_t thread_count);
 

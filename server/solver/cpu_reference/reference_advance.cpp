@@ -31,12 +31,12 @@ void PredictTwoStep(StepContext& context) {
   context.previous = context.state;
 }
 
-// The pin's share of its way as a velocity; b so that it ends there.
-void PredictPin(StepContext& context, uint32_t k) {
+// The share of its way of a pin, or of what a grip holds, as a velocity; b so that it ends there.
+void PredictHeld(StepContext& context, const Grip& held) {
   const Substep& substep = context.substep;
-  const uint32_t i = context.model.pins()[k];
+  const uint32_t i = held.particle;
   const Vector3d& p = context.state.positions_m[i];
-  const Vector3d way = (context.pin_targets[k] - p) / substep.pin_shares;
+  const Vector3d way = (held.target_m - p) / substep.pin_shares;
   context.u[i] = way / substep.duration_s;
   context.base[i] = p;
   if (substep.is_two_step) context.base[i] += way - context.h * context.u[i];
@@ -50,7 +50,7 @@ void Predict(StepContext& context) {
   } else {
     PredictBallistic(context);
   }
-  for (uint32_t k = 0; k < context.model.pin_count(); ++k) PredictPin(context, k);
+  for (const Grip& held : context.held) PredictHeld(context, held);
 }
 
 // p = b + h u, and v = u + a h/2 (Bender et al. 2009, section 3.1, eq. 1 and 2) or, with two steps
@@ -64,7 +64,9 @@ void Integrate(StepContext& context) {
       state.velocities_m_per_s[i] += context.a[i] * (context.h / 2);
     }
   }
-  for (const uint32_t i : context.model.pins()) state.velocities_m_per_s[i] = context.u[i];
+  for (const Grip& held : context.held) {
+    state.velocities_m_per_s[held.particle] = context.u[held.particle];
+  }
 }
 
 }  // namespace drape::reference

@@ -138,6 +138,8 @@ class ReferenceBackend final : public Backend {
       cloth.pin_targets_m.assign(item.pin_targets_m.begin(), item.pin_targets_m.end());
     }
     SetLengthTargets(cloth, item.rest_lengths_m);
+    DRAPE_CHECK(item.grips.size() <= cloth.parameters.max_grips, "no more grips than max_grips");
+    cloth.grips.assign(item.grips.begin(), item.grips.end());
     if (!item.collider_motions.empty()) {
       cloth.parameters.collider_motions = CheckedMotions(cloth.parameters, item.collider_motions);
     }

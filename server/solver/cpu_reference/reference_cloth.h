@@ -7,6 +7,7 @@
 
 #include "server/scene/particle_state.h"
 #include "server/scene/scene_model.h"
+#include "server/solver/backend.h"
 #include "server/solver/cloth_parameters.h"
 #include "server/solver/self_contact/contact_surface.h"
 #include "server/solver/step_report.h"
@@ -20,6 +21,7 @@ struct ReferenceCloth {
   ParticleState state;
   std::vector<Eigen::Vector3d> pin_targets_m;  // [pin_count]
   FaultReason fault = FaultReason::kNone;
+  std::vector<Grip> grips{};  // of the step under way
   // Rest lengths of its own, before the step and at its end; [constraint_count], or empty: those of
   // the model.
   std::vector<double> rest_lengths_m{};

@@ -1,15 +1,34 @@
 #include "server/solver/cpu_reference/reference_context.h"
 
 namespace drape::reference {
+namespace {
+
+std::vector<Grip> HeldBy(const ReferenceCloth& cloth) {
+  std::vector<Grip> held;
+  for (uint32_t k = 0; k < cloth.model->pin_count(); ++k) {
+    held.push_back({cloth.model->pins()[k], cloth.pin_targets_m[k]});
+  }
+  held.insert(held.end(), cloth.grips.begin(), cloth.grips.end());
+  return held;
+}
+
+std::vector<double> InverseMasses(const SceneModel& model, const std::vector<Grip>& held) {
+  const std::span<const double> of_model = model.inverse_masses_per_kg();
+  std::vector<double> w(of_model.begin(), of_model.end());
+  for (const Grip& grip : held) w[grip.particle] = 0;
+  return w;
+}
+
+}  // namespace
 
 StepContext::StepContext(const ReferenceCloth& cloth, const StepPlan& step_plan,
                          uint32_t most_iterations)
     : model(*cloth.model),
       parameters(cloth.parameters),
-      pin_targets(cloth.pin_targets_m),
       plan(step_plan),
       max_iterations(most_iterations),
-      w(model.inverse_masses_per_kg()),
+      held(HeldBy(cloth)),
+      w(InverseMasses(model, held)),
       colliders(parameters),
       rest_lengths(model, cloth.rest_lengths_m, cloth.rest_length_targets_m),
       state(cloth.state),

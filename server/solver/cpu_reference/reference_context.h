@@ -27,12 +27,22 @@ struct StepContext {
     return (base[j] - base[i]) + h * (u[j] - u[i]);
   }
 
+  // Adds `factor` times the changes to the velocities of what is not held.
+  void Add(const std::vector<Eigen::Vector3d>& changes, double factor,
+           std::vector<Eigen::Vector3d>& velocities) const {
+    for (size_t i = 0; i < changes.size(); ++i) {
+      if (w[i] != 0) velocities[i] += factor * changes[i];
+    }
+  }
+  // Whether nothing moves constraint or joint (i, j): both ends are held.
+  bool IsHeld(uint32_t i, uint32_t j) const { return w[i] == 0 && w[j] == 0; }
+
   const SceneModel& model;
   const ClothParameters& parameters;
-  const std::vector<Eigen::Vector3d>& pin_targets;  // [pin_count] [m]
   const StepPlan& plan;
   const uint32_t max_iterations;
-  const std::span<const double> w;  // inverse masses [1/kg]
+  const std::vector<Grip> held;  // the pins and their targets, then the grips
+  const std::vector<double> w;   // inverse masses [1/kg], 0 of what is held
 
   Substep substep;  // the one under way
   double h = 0;     // interval of its impulses [s]

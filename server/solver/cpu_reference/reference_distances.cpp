@@ -12,6 +12,7 @@ namespace {
 // Returns whether there was anything to solve.
 bool SolveConstraint(StepContext& context, uint32_t index) {
   const auto [i, j, model_length, compliance, kind] = context.model.constraints()[index];
+  if (context.IsHeld(i, j)) return false;
   const double h = context.h, tolerance = context.plan.tolerance;
   const Vector3d d = context.PredictedDifference(i, j);
   const double error = DistanceError(context, index, d.norm());
@@ -55,7 +56,7 @@ void SolveDistanceVelocities(StepContext& context) {
   const std::vector<Vector3d>& p = context.state.positions_m;
   std::vector<Vector3d>& v = context.state.velocities_m_per_s;
   for (const auto& [i, j, length, compliance, kind] : context.model.constraints()) {
-    if (compliance > 0 || kind != ConstraintKind::kEqual) continue;
+    if (compliance > 0 || kind != ConstraintKind::kEqual || context.IsHeld(i, j)) continue;
     const Vector3d n = DirectionOf(p[j] - p[i]);
     const double impulse = -n.dot(v[j] - v[i]) / (context.w[i] + context.w[j]);
     v[i] -= context.w[i] * impulse * n;

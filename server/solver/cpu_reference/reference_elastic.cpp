@@ -76,7 +76,7 @@ void ApplyElastic(const StepContext& context, double duration_s,
   const auto changes = ElasticVelocityChanges(context.model, {positions, velocities}, duration_s,
                                               context.parameters.settings.substep_s(),
                                               context.plan.max_elastic_frequency_sq_per_s2);
-  for (uint32_t i = 0; i < context.model.particle_count(); ++i) velocities[i] += changes[i];
+  context.Add(changes, 1, velocities);
 }
 
 // Stage by stage, each from where the particles will be at the velocities so far.
@@ -96,8 +96,8 @@ void SolveHinges(StepContext& context) {
                                              context.plan.max_elastic_frequency_sq_per_s2);
     for (uint32_t i = 0; i < particle_count; ++i) {
       change[i] = momentum * change[i] + gain * kick[i];
-      context.u[i] += change[i];
     }
+    context.Add(change, 1, context.u);
   }
 }
 

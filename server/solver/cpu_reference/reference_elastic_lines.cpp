@@ -12,6 +12,16 @@ namespace {
 
 using Entries = std::span<const ElasticEntry>;
 
+// Inverse masses by which lines are solved: a line knows pins, but not what grips hold. What it
+// would do to that is left out (server/solver/method.md, "Grips").
+std::span<const double> LineMasses(const StepContext& context) {
+  return context.model.inverse_masses_per_kg();
+}
+
+void Push(StepContext& context, uint32_t i, const Vector3d& change) {
+  if (context.w[i] != 0) context.u[i] += change;
+}
+
 // The change of velocity x with (M + s K) x = -(force time) dE/dp at the end of the substep.
 void SolveRods(StepContext& context, const ElasticLine& line, Entries entries) {
   const auto particle = [&](uint32_t k) { return line.first + k * line.stride; };
@@ -32,7 +42,7 @@ void SolveRods(StepContext& context, const ElasticLine& line, Entries entries) {
     x[k] *= entries[k].inverse_pivot;
     if (k + 1 < line.count) x[k] -= entries[k].to_next * x[k + 1];
     if (k + 2 < line.count) x[k] -= entries[k].to_second_next * x[k + 2];
-    context.u[particle(k)] += x[k];
+    Push(context, particle(k), x[k]);
   }
 }
 
@@ -48,6 +58,7 @@ struct Link {
 void SolveDiagonals(StepContext& context, const ElasticLine& line, double rest_length_m,
                     Entries entries) {
   const double h = context.h;
+  const std::span<const double> w = LineMasses(context);
   const auto particle = [&](uint32_t k) { return line.first + k * line.stride; };
   std::vector<Link> links(line.count - 1);
   for (uint32_t k = 0; k < links.size(); ++k) {
@@ -55,12 +66,11 @@ void SolveDiagonals(StepContext& context, const ElasticLine& line, double rest_l
     const Vector3d d = context.PredictedDifference(i, j);
     Link& link = links[k];
     link.n = DirectionOf(d);
-    double pivot =
-        context.w[i] + context.w[j] + entries[k].elasticity / (h * context.substep.force_s());
+    double pivot = w[i] + w[j] + entries[k].elasticity / (h * context.substep.force_s());
     double right_side = -(d.norm() - rest_length_m) / h;
     if (k > 0) {
       Link& before = links[k - 1];
-      const double coupling = -context.w[i] * before.n.dot(link.n);
+      const double coupling = -w[i] * before.n.dot(link.n);
       before.ratio = coupling * before.inverse_pivot;
       pivot -= coupling * before.ratio;
       right_side -= coupling * before.impulse;
@@ -71,8 +81,8 @@ void SolveDiagonals(StepContext& context, const ElasticLine& line, double rest_l
   for (uint32_t k = static_cast<uint32_t>(links.size()); k-- > 0;) {
     Link& link = links[k];
     if (k + 1 < links.size()) link.impulse -= link.ratio * links[k + 1].impulse;
-    context.u[particle(k)] -= context.w[particle(k)] * link.impulse * link.n;
-    context.u[particle(k + 1)] += context.w[particle(k + 1)] * link.impulse * link.n;
+    Push(context, particle(k), -w[particle(k)] * link.impulse * link.n);
+    Push(context, particle(k + 1), w[particle(k + 1)] * link.impulse * link.n);
   }
 }
 
@@ -120,7 +130,7 @@ void SolveElastic(StepContext& context) {
   if (!context.plan.Has(StepStage::kSolveElastic)) return;
   const ElasticLines& elastic = context.model.elastic_lines();
   const std::vector<ElasticEntry> all =
-      DecomposeElasticLines(elastic, context.w, context.model.grid_columns(),
+      DecomposeElasticLines(elastic, LineMasses(context), context.model.grid_columns(),
                             context.plan.schedule.largest_force_interval_s2());
   for (const ElasticFamily& family : elastic.families) {
     const auto lines =

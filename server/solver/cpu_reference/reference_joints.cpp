@@ -17,6 +17,7 @@ bool SolveJoints(StepContext& context) {
   bool has_changed = false;
   for (uint32_t index = 0; index < context.model.joint_count(); ++index) {
     const auto [i, j, compliance] = context.model.joints()[index];
+    if (context.IsHeld(i, j)) continue;
     const Vector3d error = JointError(context, index);
     if (tolerance > 0 && !(error.norm() > tolerance * context.model.length_scale_m())) continue;
 
@@ -33,7 +34,7 @@ bool SolveJoints(StepContext& context) {
 void SolveJointVelocities(StepContext& context) {
   std::vector<Vector3d>& v = context.state.velocities_m_per_s;
   for (const auto& [i, j, compliance] : context.model.joints()) {
-    if (compliance > 0) continue;
+    if (compliance > 0 || context.IsHeld(i, j)) continue;
     const Vector3d impulse = -(v[j] - v[i]) / (context.w[i] + context.w[j]);
     v[i] -= context.w[i] * impulse;
     v[j] += context.w[j] * impulse;

@@ -16,6 +16,7 @@ std::vector<uint32_t> LinksToRefine(const StepContext& context) {
   const double limit = std::max(context.plan.solver.refine_above_strain, context.plan.tolerance);
   std::vector<bool> is_at_stretched(model.particle_count(), false);
   for (const auto& [i, j, rest_length_m, compliance, kind] : model.constraints()) {
+    if (context.IsHeld(i, j)) continue;
     const double length = context.PredictedDifference(i, j).norm();
     if (!(std::abs(length - rest_length_m) > limit * rest_length_m)) continue;
     is_at_stretched[i] = is_at_stretched[j] = true;
@@ -31,6 +32,7 @@ std::vector<uint32_t> LinksToRefine(const StepContext& context) {
 // Moves the ends of a link, b, so that at the end of the substep, at b + h u, it has its length.
 void MoveEnds(StepContext& context, uint32_t index) {
   const auto& [i, j, rest_length_m, compliance, kind] = context.model.constraints()[index];
+  if (context.IsHeld(i, j)) return;
   const Eigen::Vector3d d = context.PredictedDifference(i, j);
   const Eigen::Vector3d n = DirectionOf(d);
   const double move = (d.norm() - rest_length_m) / (context.w[i] + context.w[j]);

@@ -27,11 +27,14 @@ double Residual(const StepContext& context) {
   double residual = 0;
   for (uint32_t index = 0; index < model.constraint_count(); ++index) {
     const auto& constraint = model.constraints()[index];
+    if (context.IsHeld(constraint.i, constraint.j)) continue;
     const double length = context.PredictedDifference(constraint.i, constraint.j).norm();
     const double error = DistanceError(context, index, length);
     residual = std::max(residual, std::abs(RemovableError(context, index, error)));
   }
   for (uint32_t index = 0; index < model.joint_count(); ++index) {
+    const PointJoint& joint = model.joints()[index];
+    if (context.IsHeld(joint.i, joint.j)) continue;
     residual = std::max(residual, JointError(context, index).norm());
   }
   for (uint32_t i = 0; i < model.particle_count(); ++i) {

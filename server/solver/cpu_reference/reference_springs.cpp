@@ -49,9 +49,7 @@ void ApplySprings(const StepContext& context, double duration_s,
                   std::vector<Eigen::Vector3d>& velocities) {
   if (!context.plan.Has(StepStage::kApplySprings)) return;
   const auto accelerations = SpringAccelerations(context.model, {positions, velocities});
-  for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
-    velocities[i] += duration_s * accelerations[i];
-  }
+  context.Add(accelerations, duration_s, velocities);
 }
 
 void AccelerateBySprings(StepContext& context) {

@@ -138,9 +138,7 @@ bool DoSubsteps(StepContext& context, Progress& progress, const Pause& pause) {
     if (++progress.substep < context.plan.schedule.size() && pause.IsDue()) return false;
   }
   // At the end of the step a pin is where it was asked to be, to the bit.
-  for (uint32_t k = 0; k < context.model.pin_count(); ++k) {
-    context.state.positions_m[context.model.pins()[k]] = context.pin_targets[k];
-  }
+  for (const Grip& held : context.held) context.state.positions_m[held.particle] = held.target_m;
   return true;
 }
 

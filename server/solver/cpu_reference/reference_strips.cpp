@@ -46,6 +46,10 @@ std::vector<Link> Linearise(const StepContext& context, uint32_t strip) {
                    constraint.compliance_m_per_n / force_s * context.lambda[strips.constraints[k]];
     link.diagonal = (w[link.from] + w[link.to]) * link.line.slope +
                     constraint.compliance_m_per_n / (h * force_s);
+    if (context.IsHeld(link.from, link.to)) {  // nothing to solve: a link of its own
+      link.error_m = 0;
+      link.diagonal = 1;
+    }
     const bool ends_at_pin = w[link.to] == 0;
     link.min_pivot = (ends_at_pin ? kMinStripPivotAtPin : kMinStripPivot) * link.diagonal;
     if (!links.empty()) {

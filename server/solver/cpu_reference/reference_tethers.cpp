@@ -11,6 +11,7 @@ void Tether(StepContext& context) {
   if (!context.plan.Has(StepStage::kTether)) return;
   const SceneModel& model = context.model;
   for (uint32_t i = 0; i < model.particle_count(); ++i) {
+    if (context.w[i] == 0) continue;
     const uint32_t end = model.tether_offsets()[i + 1];
     for (uint32_t t = model.tether_offsets()[i]; t < end; ++t) {
       const auto [pin, reach] = model.tethers()[t];

@@ -66,7 +66,7 @@ void ApplyWind(const StepContext& context, double duration_s,
   if (!context.plan.Has(StepStage::kApplyWind)) return;
   const auto changes =
       WindVelocityChanges(context.model, context.parameters, {positions, velocities}, duration_s);
-  for (uint32_t i = 0; i < context.model.particle_count(); ++i) velocities[i] += changes[i];
+  context.Add(changes, 1, velocities);
 }
 
 }  // namespace drape::reference

@@ -1,16 +1,65 @@
 #include "server/solver/gl_compute/cloth_words.h"
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
 #include "server/core/check.h"
 #include "server/solver/gl_compute/packing.h"
+#include "shaders/interface/bindings.h"
 
 namespace drape {
 
 void ClothWords::WriteTargets(const GlCloth& cloth, std::span<const uint32_t> words) {
   DRAPE_CHECK(words.size() == 3 * size_t{cloth.pin_count()}, "one target per pin");
   arena_.Write(cloth.parameter_words, cloth.parameter_layout.pin_targets, words);
+}
+
+void ClothWords::OpenGrips(GlCloth& cloth) {
+  const uint32_t count = cloth.parameters.max_grips;
+  cloth.grip_words.assign(count, DRAPE_NO_PARTICLE);
+  cloth.grip_target_words.assign(3 * size_t{count}, 0);
+  if (count == 0) return;
+  const SceneModel& model = *cloth.model->model;
+  std::vector<uint32_t> words(model.pins().begin(), model.pins().end());
+  words.insert(words.end(), cloth.grip_words.begin(), cloth.grip_words.end());
+  arena_.Write(cloth.parameter_words, cloth.parameter_layout.held, words);
+  words.clear();
+  for (const double w : model.inverse_masses_per_kg()) words.push_back(FloatWord(w));
+  arena_.Write(cloth.parameter_words, cloth.parameter_layout.inverse_masses, words);
+}
+
+void ClothWords::WriteInverseMass(const GlCloth& cloth, uint32_t particle,
+                                  double inverse_mass_per_kg) {
+  const uint32_t word = FloatWord(inverse_mass_per_kg);
+  arena_.Write(cloth.parameter_words, cloth.parameter_layout.inverse_masses + particle, {&word, 1});
+}
+
+void ClothWords::WriteGrips(GlCloth& cloth, std::span<const Grip> grips) {
+  const size_t count = cloth.parameters.max_grips;
+  DRAPE_CHECK(grips.size() <= count, "no more grips than max_grips");
+  if (count == 0) return;
+  const std::span<const double> w = cloth.model->model->inverse_masses_per_kg();
+  std::vector<uint32_t> held(count, DRAPE_NO_PARTICLE);
+  std::ranges::transform(grips, held.begin(), &Grip::particle);
+  if (held != cloth.grip_words) {
+    for (const uint32_t i : cloth.grip_words) {
+      if (i != DRAPE_NO_PARTICLE) WriteInverseMass(cloth, i, w[i]);
+    }
+    for (const Grip& grip : grips) {
+      DRAPE_CHECK(w[grip.particle] != 0, "a grip holds what is no pin");
+      WriteInverseMass(cloth, grip.particle, 0);
+    }
+    arena_.Write(cloth.parameter_words, cloth.parameter_layout.held + cloth.pin_count(), held);
+    cloth.grip_words = std::move(held);
+  }
+  std::vector<Eigen::Vector3d> targets_m(count, Eigen::Vector3d::Zero());
+  std::ranges::transform(grips, targets_m.begin(), &Grip::target_m);
+  std::vector<uint32_t> targets = PackTargets(targets_m);
+  if (targets == cloth.grip_target_words) return;
+  cloth.grip_target_words = std::move(targets);
+  arena_.Write(cloth.parameter_words, cloth.parameter_layout.pin_targets + 3 * cloth.pin_count(),
+               cloth.grip_target_words);
 }
 
 void ClothWords::WriteColliders(const GlCloth& cloth) {

@@ -1,10 +1,12 @@
-// The words of a cloth in the block Parameters: pin targets, colliders, motions, own rest lengths.
+// The words of a cloth in the block Parameters: pin targets, grips, colliders, motions, own rest
+// lengths.
 #pragma once
 
 #include <cstdint>
 #include <span>
 
 #include "server/scene/rigid_motion.h"
+#include "server/solver/backend.h"
 #include "server/solver/gl_compute/gl_cloth.h"
 #include "server/solver/gl_compute/mirrored_buffer.h"
 
@@ -15,7 +17,12 @@ class ClothWords {
  public:
   explicit ClothWords(MirroredArena& arena) : arena_(arena) {}
 
+  // Of the pins.
   void WriteTargets(const GlCloth& cloth, std::span<const uint32_t> words);
+  // All grips are open.
+  void OpenGrips(GlCloth& cloth);
+  // The grips of the next step, where they differ from the last.
+  void WriteGrips(GlCloth& cloth, std::span<const Grip> grips);
   void WriteColliders(const GlCloth& cloth);
   void WriteElastic(const GlCloth& cloth);
 
@@ -30,6 +37,8 @@ class ClothWords {
   void EndMotions(GlCloth& cloth);
 
  private:
+  void WriteInverseMass(const GlCloth& cloth, uint32_t particle, double inverse_mass_per_kg);
+
   MirroredArena& arena_;
 };
 

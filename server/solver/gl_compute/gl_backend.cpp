@@ -180,6 +180,7 @@ void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& paramet
   cloth.parameters = parameters;
   cloth.max_iterations = parameters.settings.max_iterations;
   Words().WriteElastic(cloth);
+  Words().OpenGrips(cloth);
 }
 
 void GlBackend::WriteState(GlCloth& cloth, const ParticleState& state) {
@@ -282,6 +283,7 @@ Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
 void GlBackend::SetTargets(const StepItem& item, GlCloth& cloth) {
   if (!item.pin_targets_m.empty()) Words().WriteTargets(cloth, PackTargets(item.pin_targets_m));
   Words().SetLengthTargets(cloth, item.rest_lengths_m);
+  Words().WriteGrips(cloth, item.grips);
   if (!item.collider_motions.empty()) {
     DRAPE_CHECK(HasMovingColliders(cloth.parameters),
                 "only a cloth with moving colliders has motions");

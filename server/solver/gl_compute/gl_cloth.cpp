@@ -92,7 +92,8 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
   const SceneModel& model = *cloth.model->model;
   record.model = Placed(cloth.model->layout, cloth.model->words.begin());
   record.particle_count = model.particle_count();
-  record.pin_count = model.pin_count();
+  record.pin_count = model.pin_count() + cloth.parameters.max_grips;
+  record.has_grips = cloth.parameters.max_grips > 0 ? 1 : 0;
   record.constraint_count = model.constraint_count();
   record.colour_count = model.colour_count();
   record.joint_count = model.joint_count();

@@ -37,6 +37,10 @@ struct GlCloth {
   // How the colliders move in the last step, as packed; empty: they rest as described.
   std::vector<uint32_t> motion_words{};
 
+  // What the grips held in the last step, [max_grips]; DRAPE_NO_PARTICLE: they are open.
+  std::vector<uint32_t> grip_words{};
+  std::vector<uint32_t> grip_target_words{};  // [3 * max_grips]
+
   // Rest lengths of the cloth's own at the end of the last step, [constraint_count] float bits;
   // empty: those of the model.
   std::vector<uint32_t> length_words{};

@@ -253,7 +253,9 @@ class StageCosts {
            RoundsFor(tested, local_size_) * (1 + kReachDirections + kLoopEnd) + kLoopEnd;
   }
 
-  uint64_t Pins() const { return LoopPasses(model_.pin_count(), local_size_); }
+  uint64_t Pins() const {
+    return LoopPasses(model_.pin_count() + cloth_.parameters.max_grips, local_size_);
+  }
   uint64_t Links() const { return ColourPasses(model_.colour_offsets(), local_size_); }
   uint64_t Joints() const { return ColourPasses(model_.joint_colour_offsets(), local_size_); }
 

@@ -113,7 +113,8 @@ TraitSet TraitsOf(const PlannedCloth& cloth, const DeviceTraits& device) {
   traits.Add(Feature::kJointCompliance, model.has_joint_compliance());
   AddColliderTraits(cloth.parameters, device, traits);
   traits.Add(Feature::kDamping, cloth.parameters.damping_per_s > 0);
-  traits.Add(Feature::kPins, model.pin_count() > 0);
+  traits.Add(Feature::kPins, model.pin_count() + cloth.parameters.max_grips > 0);
+  traits.Add(Feature::kGrips, cloth.parameters.max_grips > 0);
   traits.Add(Feature::kTolerance, cloth.plan.tolerance > 0);
   traits.Add(Feature::kTwoSteps, solver.has_two_steps);
   traits.Add(Feature::kQuietLinks, solver.has_quiet_links);

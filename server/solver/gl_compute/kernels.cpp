@@ -129,7 +129,7 @@ constexpr TiledKernel kTiledKernels[] = {
 
 // The part of the variant that the kernel depends on, so that variants share programs.
 KernelVariant Narrowed(const KernelVariant& variant, const TiledKernel& kernel) {
-  TraitSet reads = kernel.reads;
+  TraitSet reads = kernel.reads | TraitSet{kGrips};  // whoever reads an inverse mass
   if (variant.Has(kRestitution) || variant.Has(kQuietLinks)) {
     reads = reads | kernel.reads_with_colliders;
   }

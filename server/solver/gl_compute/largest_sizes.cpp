@@ -44,7 +44,7 @@ LargestSizes FindLargest(std::span<const GlCloth* const> cloths) {
     const SceneModel& model = *cloth->model->model;
     const StepPlan& plan = cloth->plan;
     Enlarge(model.particle_count(), largest.particles);
-    Enlarge(model.pin_count(), largest.pins);
+    Enlarge(model.pin_count() + cloth->parameters.max_grips, largest.pins);
     Enlarge(static_cast<uint32_t>(model.triangles().size()), largest.triangles);
     Enlarge(model.elastic_count(), largest.elastic_elements);
     Enlarge(model.constraint_count(), largest.constraints);

@@ -18,7 +18,10 @@ PackedLayout<shader::ParameterLayout> LayOutParameters(const PlannedCloth& cloth
   const uint64_t lengths = cloth.has_own_lengths() ? cloth.model.constraint_count() : 0;
   PackedLayout<shader::ParameterLayout> packed;
   shader::ParameterLayout& layout = packed.layout;
-  layout.pin_targets = packed.Append(uint64_t{3} * cloth.model.pin_count());
+  const uint64_t grips = parameters.max_grips;
+  layout.pin_targets = packed.Append(3 * (cloth.model.pin_count() + grips));
+  layout.held = packed.Append(grips > 0 ? cloth.model.pin_count() + grips : 0);
+  layout.inverse_masses = packed.Append(grips > 0 ? cloth.model.particle_count() : 0);
   layout.colliders = packed.Append(DRAPE_COLLIDER_WORDS * parameters.colliders.size());
   layout.collider_motions =
       packed.Append(DRAPE_COLLIDER_MOTION_WORDS * parameters.collider_motions.size());

@@ -69,6 +69,7 @@ class SessionClient final : public ServiceClient {
   std::vector<ServedStep> Steps(const Asking& asking,
                                 const std::function<bool()>& is_over) override {
     v1::StepRequest request;
+    request.set_all_cloths(true);
     request.set_steps(1);
     SetView(asking.view, side_, request);
     return asking.by_stream ? StepsByStream(request, asking.under_way, is_over)

@@ -26,8 +26,11 @@ class Turns {
   Turns(std::unique_ptr<Backend> backend, const std::vector<test::Scene>& scenes,
         uint32_t lead_steps)
       : backend_(std::move(backend)) {
+    grips_.reserve(scenes.size());  // the items refer to them
     for (const test::Scene& scene : scenes) {
-      items_.push_back({test::CreateCloth(*backend_, scene), {}, false});
+      items_.push_back({.cloth = test::CreateCloth(*backend_, scene),
+                        .pin_targets_m = {},
+                        .grips = grips_.emplace_back(scene.grips)});
     }
     for (uint32_t k = 0; k < lead_steps; ++k) backend_->Step(items_);
     for (size_t k = 0; k < scenes.size(); ++k) {
@@ -51,6 +54,7 @@ class Turns {
 
  private:
   std::unique_ptr<Backend> backend_;
+  std::vector<std::vector<Grip>> grips_;
   std::vector<StepItem> items_;
   std::vector<ClothUpdate> starts_;
 };
@@ -101,6 +105,20 @@ test::Scene BendingMesh(uint32_t side, const Held& held) {
   return test::MeshedGrid(side, side, 1, 1, held, {.bending_rigidity_n_m = 1e-5});
 }
 
+// Sheets that hang by the same two pins; those that differ also grip two particles each.
+Difference OfGrips(const std::string& name,
+                   const std::function<test::Scene(uint32_t side, const Held& held)>& make) {
+  return {name, [=](uint32_t side, uint32_t k, bool differs) {
+            test::Scene scene = Realtime(make(side, {0, side - 1}));
+            test::GripParticles(scene, {});
+            if (differs) {
+              const uint32_t first = 2 * side + k * 37 % (side * (side / 2 - 2));
+              test::GripParticles(scene, {first, first + side * (side / 2 - 1)});
+            }
+            return scene;
+          }};
+}
+
 // The sheets have fallen onto a sphere above a plane, or onto a box and a capsule. Half of the
 // colliders that move turn as well.
 Difference OfMotions(const std::string& name, double friction, test::Scene (*make)(uint32_t)) {
@@ -124,6 +142,8 @@ std::vector<Difference> Differences() {
           OfPins("another pin each of sheets that bend and shear", 1, Fabric),
           OfPins("another pin each of meshes", 1, Mesh),
           OfPins("another pin each of meshes that bend", 1, BendingMesh),
+          OfGrips("two grips each", Sheet),
+          OfGrips("two grips each of sheets that bend and shear", Fabric),
           OfMotions("sphere and plane that move", 0, test::FallingOnSphere),
           OfMotions("sphere and plane that move with friction", 0.4, test::FallingOnSphere),
           OfMotions("box and capsule that move with friction", 0.4, test::FallingOnBoxAndCapsule)};

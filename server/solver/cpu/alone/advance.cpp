@@ -88,9 +88,9 @@ void EndFree(const StepContext& context, const Function& function) {
 void PredictPins(const StepContext& context) {
   const FloatSubstep& substep = context.substep;
   FloatState& state = context.scratch.state;
-  for (size_t k = 0; k < context.model.pins.size(); ++k) {
-    const uint32_t i = context.model.pins[k];
-    const Vec4 way = (context.pin_targets[k] - state.positions[i]) / substep.pin_shares;
+  for (size_t k = 0; k < context.held.particles.size(); ++k) {
+    const uint32_t i = context.held.particles[k];
+    const Vec4 way = (context.held.targets[k] - state.positions[i]) / substep.pin_shares;
     state.velocities[i] = way * substep.inverse_duration;
     state.positions[i] += way * substep.pin_lead;
   }
@@ -99,11 +99,11 @@ void PredictPins(const StepContext& context) {
 void IntegratePins(const StepContext& context) {
   const FloatSubstep& substep = context.substep;
   FloatState& state = context.scratch.state;
-  for (size_t k = 0; k < context.model.pins.size(); ++k) {
-    const uint32_t i = context.model.pins[k];
+  for (size_t k = 0; k < context.held.particles.size(); ++k) {
+    const uint32_t i = context.held.particles[k];
     // At the end of the step a pin is where it was asked to be, to the bit.
     state.positions[i] = substep.pin_shares == 1
-                             ? context.pin_targets[k]
+                             ? context.held.targets[k]
                              : state.positions[i] + substep.interval * state.velocities[i];
   }
 }

@@ -224,7 +224,7 @@ bool DoSubsteps(StepContext& context, const FloatState& state, StepProgress& pro
 
 // For the step once more.
 StepContext CalmerContext(const StepContext& context) {
-  StepContext calmer{context.model,       *context.calmer_controls, context.pin_targets,
+  StepContext calmer{context.model,       *context.calmer_controls, context.held,
                      context.own_lengths, context.collider_motions, context.scratch,
                      context.team,        context.max_iterations,   context.leaves_out_colliders};
   calmer.contact_surface = context.contact_surface;

@@ -10,6 +10,23 @@ namespace {
 
 using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
+// The inverse masses of the ends of four constraints.
+struct EndMasses {
+  EndMasses(const StepContext& context, const DistanceGroup& group)
+      : i(group.inverse_mass_i), j(group.inverse_mass_j) {
+    if (!context.held.has_grips) return;
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
+      if (group.i[k] == context.model.spare_particle()) break;  // padding is behind
+      i[k] = context.held.inverse_masses[group.i[k]];
+      j[k] = context.held.inverse_masses[group.j[k]];
+    }
+  }
+  // Set for those of which something is free.
+  Mask4 AreLoose() const { return i + j > 0; }
+
+  Vec4 i, j;
+};
+
 // For particles without distance: the impulse acts along +x.
 void ReplaceShortDirections(Vec4 (&differences)[kVec4Size], Vec4& lengths) {
   for (uint32_t k = 0; k < kVec4Size; ++k) {
@@ -55,7 +72,8 @@ bool SweepDistances(const StepContext& context, size_t begin, size_t end) {
 
     const Vec4 rest_length = kHasOwnLengths ? context.scratch.rest_lengths[g] : group.rest_length;
     Vec4 residual = length - rest_length;
-    Vec4 weight = group.inverse_mass_i + group.inverse_mass_j;
+    const EndMasses masses(context, group);
+    Vec4 weight = masses.i + masses.j;
     if constexpr (kHasStarts) {
       const auto lines = LinesOf(context, group, t, length);
       weight *= lines.slope;
@@ -68,7 +86,7 @@ bool SweepDistances(const StepContext& context, size_t begin, size_t end) {
       residual += alpha_over_h * context.scratch.distance_impulses[g];
       weight += alpha_over_h * inverse_h;
     }
-    Mask4 is_active = Abs(residual) > tolerance * rest_length;
+    Mask4 is_active = (Abs(residual) > tolerance * rest_length) & masses.AreLoose();
     Vec4 impulse = is_active ? DistanceImpulse(residual, inverse_h, weight) : Vec4{};
     if constexpr (kHasInequalities) {
       const ImpulseBounds& bounds = context.model.bounds[g];
@@ -79,8 +97,8 @@ bool SweepDistances(const StepContext& context, size_t begin, size_t end) {
       context.scratch.distance_impulses[g] += impulse;
     }
     const Vec4 impulse_per_length = impulse / divisor;
-    const Vec4 scale_i = group.inverse_mass_i * impulse_per_length;
-    const Vec4 scale_j = group.inverse_mass_j * impulse_per_length;
+    const Vec4 scale_i = masses.i * impulse_per_length;
+    const Vec4 scale_j = masses.j * impulse_per_length;
 #pragma GCC unroll 4  // constant lanes: shuffles instead of loads
     for (uint32_t k = 0; k < kVec4Size; ++k) {
       u[group.i[k]] -= scale_i[k] * d[k];
@@ -132,12 +150,12 @@ void SweepVelocities(const StepContext& context, size_t begin, size_t end) {
     const Vectors4 t = Transpose(d[0], d[1], d[2], d[3]);
     const Vectors4 n = Directions(t, Sqrt(Dot(t, t)));
     const Vectors4 approach = Transpose(difference[0], difference[1], difference[2], difference[3]);
-    const Vec4 impulse = Select(
-        model.RigidLanes(g),
-        VelocityImpulse(Dot(n, approach), group.inverse_mass_i, group.inverse_mass_j), Vec4{});
+    const EndMasses masses(context, group);
+    const Vec4 impulse =
+        Select(model.RigidLanes(g), VelocityImpulse(Dot(n, approach), masses.i, masses.j), Vec4{});
     const auto line = Transpose(n);
-    const Vec4 scale_i = group.inverse_mass_i * impulse;
-    const Vec4 scale_j = group.inverse_mass_j * impulse;
+    const Vec4 scale_i = masses.i * impulse;
+    const Vec4 scale_j = masses.j * impulse;
     for (uint32_t k = 0; k < kVec4Size; ++k) {
       v[group.i[k]] -= scale_i[k] * line[k];
       v[group.j[k]] += scale_j[k] * line[k];

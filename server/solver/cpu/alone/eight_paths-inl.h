@@ -56,12 +56,13 @@ class EightPaths {
   // Pins are left alone: paths that another thread solves may be reading them.
   HWY_INLINE void Push(const Ends& particles, bool has_pins, const Vectors8& change) const {
     const VectorPairs changes = Transpose(change);
+    const bool checks = has_pins || context_.held.has_grips;
 #pragma GCC unroll 4
     for (uint32_t k = 0; k < kVec4Size; ++k) {
       const uint32_t i = particles[k], j = particles[k + kVec4Size];
       const auto [low, high] = SplitVectors(changes[k]);
-      if (!has_pins || context_.model.IsFree(i)) u_[i] += low;
-      if (!has_pins || context_.model.IsFree(j)) u_[j] += high;
+      if (!checks || context_.held.IsFree(i)) u_[i] += low;
+      if (!checks || context_.held.IsFree(j)) u_[j] += high;
     }
   }
 

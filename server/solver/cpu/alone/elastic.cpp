@@ -82,7 +82,7 @@ void ForHingeChanges(const StepContext& context, const Vec4* positions, float du
       const FloatElasticEnd& end = model.elastic_ends[e];
       impulse += end.weight * scratch.elastic_impulses[end.element];
     }
-    change(i, model.inverse_masses[i] * impulse);
+    change(i, context.held.inverse_masses[i] * impulse);
   });
 }
 

@@ -55,7 +55,7 @@ void ApplyRows(const StepContext& context, size_t begin, size_t end) {
     ApplyCells(
         context.model, row, Vec4{}, [&](uint32_t i) { return impulses[i]; },
         [&](uint32_t i, const Vec4& impulse) {
-          const float w = context.model.inverse_masses[i];
+          const float w = context.held.inverse_masses[i];
           if (w != 0) u[i] += impulse * w;
         });
   }

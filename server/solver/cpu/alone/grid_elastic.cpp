@@ -128,6 +128,7 @@ class EightColumns {
     const VectorPairs changes = Transpose(factor * force);
     Vec4* const u = u_ + row * columns_ + column;
     const uint32_t count = std::min(columns_ - static_cast<uint32_t>(column), kVec8Size);
+    if (context_.held.has_grips) return PushFree(u, count, changes);
 #pragma GCC unroll 4
     for (uint32_t k = 0; k < kVec4Size; ++k) {
       const auto [low, high] = SplitVectors(changes[k]);
@@ -137,6 +138,16 @@ class EightColumns {
   }
 
  private:
+  // The strengths know the pins alone: what grips hold stays.
+  void PushFree(Vec4* u, uint32_t count, const VectorPairs& changes) const {
+    const size_t first = static_cast<size_t>(u - u_);
+    for (uint32_t k = 0; k < count; ++k) {
+      const auto [low, high] = SplitVectors(changes[k % kVec4Size]);
+      const bool is_free = context_.held.inverse_masses[first + k] != 0;
+      if (is_free) u[k] += k < kVec4Size ? low : high;
+    }
+  }
+
   const StepContext& context_;
   const uint32_t columns_;
   const uint32_t pitch_;

@@ -7,6 +7,18 @@ namespace drape::cpu {
 
 using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
+namespace {
+
+// With the inverse masses of what is held.
+FloatJoint HeldJoint(const StepContext& context, size_t index) {
+  FloatJoint joint = context.model.joints[index];
+  joint.inverse_mass_i = context.held.inverse_masses[joint.i];
+  joint.inverse_mass_j = context.held.inverse_masses[joint.j];
+  return joint;
+}
+
+}  // namespace
+
 bool SolveJoints(const StepContext& context) {
   const FloatControls& controls = context.controls;
   const float h = controls.h;
@@ -15,7 +27,8 @@ bool SolveJoints(const StepContext& context) {
   Vec4* const u = context.scratch.state.velocities.data();
   bool changed = false;
   for (size_t k = 0; k < context.model.joints.size(); ++k) {
-    const auto& [i, j, inverse_mass_i, inverse_mass_j, compliance] = context.model.joints[k];
+    const auto [i, j, inverse_mass_i, inverse_mass_j, compliance] = HeldJoint(context, k);
+    if (context.held.AreHeld(i, j)) continue;
     Vec4& lambda = context.scratch.joint_impulses[k];
     const float alpha_over_h = compliance * inverse_h;
     const Vec4 residual = PredictedDifference(p[i], p[j], u[i], u[j], h) + alpha_over_h * lambda;
@@ -32,8 +45,9 @@ bool SolveJoints(const StepContext& context) {
 
 void SolveJointVelocities(const StepContext& context) {
   Vec4* const v = context.scratch.state.velocities.data();
-  for (const auto& [i, j, inverse_mass_i, inverse_mass_j, compliance] : context.model.joints) {
-    if (compliance > 0) continue;
+  for (size_t k = 0; k < context.model.joints.size(); ++k) {
+    const auto [i, j, inverse_mass_i, inverse_mass_j, compliance] = HeldJoint(context, k);
+    if (compliance > 0 || context.held.AreHeld(i, j)) continue;
     const Vec4 impulse = (v[i] - v[j]) / (inverse_mass_i + inverse_mass_j);
     v[i] -= inverse_mass_i * impulse;
     v[j] += inverse_mass_j * impulse;

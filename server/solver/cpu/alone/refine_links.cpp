@@ -35,6 +35,7 @@ void MarkStretchedLinks(const StepContext& context) {
       if (!IsAnyLaneSet(are_stretched)) continue;
       for (uint32_t lane = 0; lane < kVec4Size; ++lane) {
         if (!are_stretched[lane]) continue;
+        if (context.held.AreHeld(groups[g].i[lane], groups[g].j[lane])) continue;
         members[member].stretched_links.push_back(static_cast<uint32_t>(g) * kVec4Size + lane);
       }
     }
@@ -51,15 +52,16 @@ void MoveEnds(const StepContext& context, uint32_t place) {
   const DistanceGroup& group = context.model.groups[place / kVec4Size];
   const uint32_t lane = place % kVec4Size;
   const uint32_t i = group.i[lane], j = group.j[lane];
+  if (context.held.AreHeld(i, j)) return;
   Vec4* const p = context.scratch.state.positions.data();
   const Vec4* const u = context.scratch.state.velocities.data();
   const Vec4 d = PredictedDifference(p[i], p[j], u[i], u[j], context.substep.interval);
   const float length = Length(d);
   const Vec4 n = length < kMinDirectionLength ? Vec4{1, 0, 0, 0} : (1 / length) * d;
-  const float weight = group.inverse_mass_i[lane] + group.inverse_mass_j[lane];
-  const float move = (length - group.rest_length[lane]) / weight;
-  p[i] += (group.inverse_mass_i[lane] * move) * n;
-  p[j] -= (group.inverse_mass_j[lane] * move) * n;
+  const float w_i = context.held.inverse_masses[i], w_j = context.held.inverse_masses[j];
+  const float move = (length - group.rest_length[lane]) / (w_i + w_j);
+  p[i] += (w_i * move) * n;
+  p[j] -= (w_j * move) * n;
 }
 
 }  // namespace
@@ -71,8 +73,10 @@ void RefineLinks(const StepContext& context) {
   MarkStretchedLinks(context);
   const auto move_ends = [&](const RefinedLink& link) { MoveEnds(context, link.place); };
   const auto stretched_in = [&](uint32_t place) -> uint32_t {
-    return AreStretched(context, context.model.groups[place / kVec4Size])[place % kVec4Size] ? 1
-                                                                                             : 0;
+    const DistanceGroup& group = context.model.groups[place / kVec4Size];
+    const uint32_t lane = place % kVec4Size;
+    if (context.held.AreHeld(group.i[lane], group.j[lane])) return 0;
+    return AreStretched(context, group)[lane] ? 1 : 0;
   };
   const bool has_moved = refinement.Run(context.controls.plan.solver, move_ends, stretched_in);
   if (has_moved) FindContactFloors(context);

@@ -34,7 +34,7 @@ bool BeginSelfContacts(const StepContext& context) {
       .time_step = controls.time_step,
       .substeps = controls.plan.schedule.size(),
       .has_two_steps = controls.plan.solver.has_two_steps,
-      .inverse_masses = context.model.inverse_masses};
+      .inverse_masses = context.held.inverse_masses};
   return scratch.self_contacts->contacts.Begin(*context.contact_surface, step,
                                                context.may_cross_itself, scratch.state.positions);
 }
@@ -76,7 +76,7 @@ void GuardSelfContacts(const StepContext& context) {
       .velocities = first(scratch.state.velocities),
       .previous_velocities = {},
       .previous_positions = {},
-      .inverse_masses = context.model.inverse_masses,
+      .inverse_masses = context.held.inverse_masses,
       .duration = context.controls.h};
   if (context.substep.is_two_step) {
     motion.previous_velocities = first(scratch.previous.velocities);

@@ -16,6 +16,7 @@ namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
 // Eight strips of a phase: what strip_solve-inl.h sweeps over.
+template <bool kHasGrips>
 class EightStrips : public EightPaths {
  public:
   using Mask = Mask8;
@@ -42,12 +43,37 @@ class EightStrips : public EightPaths {
   float tolerance() const { return context().controls.tolerance; }
   Vec8 end_share() const { return Splat8(context().controls.end_share); }
 
-  static Vec8 InverseMassFrom(const StripLink& link, const Ends&) {
+  Vec8 InverseMassFrom(const StripLink& link, const Ends& from) const {
+    if constexpr (kHasGrips) return InverseMasses(link, from);
     return Number(link.inverse_mass_from);
   }
-  static Vec8 InverseMassTo(const StripLink& link) { return Number(link.inverse_mass_to); }
-  static Vec8 Diagonal(const StripLink& link, const Ends&) { return Number(link.diagonal); }
-  static Vec8 MinPivot(const StripLink& link) { return Number(link.min_pivot); }
+  Vec8 InverseMassTo(const StripLink& link) const {
+    if constexpr (kHasGrips) return InverseMasses(link, link.to);
+    return Number(link.inverse_mass_to);
+  }
+  Vec8 Diagonal(const StripLink& link, const Ends& from) const {
+    if constexpr (kHasGrips) {
+      const Vec8 sum = InverseMasses(link, from) + InverseMasses(link, link.to);
+      return Select(sum > Splat(0), sum, Splat(1));
+    }
+    return Number(link.diagonal);
+  }
+  Vec8 MinPivot(const StripLink& link) const {
+    if constexpr (kHasGrips) {
+      return Select(InverseMasses(link, link.to) > Splat(0),
+                    Splat(static_cast<float>(kMinStripPivot)),
+                    Splat(static_cast<float>(kMinStripPivotAtPin)));
+    }
+    return Number(link.min_pivot);
+  }
+  // The error of a link that nothing moves is none.
+  Vec8 LooseError(const StripLink& link, const Ends& from, const Vec8& error) const {
+    if constexpr (kHasGrips) {
+      const Vec8 sum = InverseMasses(link, from) + InverseMasses(link, link.to);
+      return Select(sum > Splat(0), error, Splat(0));
+    }
+    return error;
+  }
 
   Vec8 RoundOffs(const Ends& particles) const {
     const std::vector<float>& round_offs = context().scratch.quiet_round_offs;
@@ -74,6 +100,15 @@ class EightStrips : public EightPaths {
   }
 
  private:
+  // Of the particles at one end of a link, 0 where it is padding.
+  Vec8 InverseMasses(const StripLink& link, const Ends& ends) const {
+    Numbers8 numbers;
+    for (uint32_t lane = 0; lane < kVec8Size; ++lane) {
+      const bool is_padding = link.rest_length.values[lane] == 0;
+      numbers.values[lane] = is_padding ? 0 : context().held.inverse_masses[ends[lane]];
+    }
+    return Load(numbers);
+  }
   // One number of each lane from an array of groups of lanes.
   static Vec8 GatherPlaces(const std::vector<Vec4>& groups, const Ends& places) {
     Numbers8 numbers;
@@ -88,15 +123,21 @@ class EightStrips : public EightPaths {
 };
 
 // Groups [begin, end) of a phase.
-bool SolveGroups(const StepContext& context, size_t begin, size_t end, uint32_t member) {
+template <bool kHasGrips>
+bool SolveGroupsOf(const StepContext& context, size_t begin, size_t end, uint32_t member) {
   bool has_changed = false;
   for (size_t g = begin; g < end; ++g) {
     has_changed |= IsAnyLaneSet(
-        SweepStrips(EightStrips(context, g, member),
+        SweepStrips(EightStrips<kHasGrips>(context, g, member),
                     {context.model.has_compliance(), context.controls.has_start_directions(),
                      context.scratch.has_quiet_particles}));
   }
   return has_changed;
+}
+
+bool SolveGroups(const StepContext& context, size_t begin, size_t end, uint32_t member) {
+  return context.held.has_grips ? SolveGroupsOf<true>(context, begin, end, member)
+                                : SolveGroupsOf<false>(context, begin, end, member);
 }
 
 }  // namespace

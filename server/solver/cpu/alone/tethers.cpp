@@ -8,6 +8,11 @@ namespace {
 
 using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
 
+// Particles of tethers are free but for what is gripped.
+bool MayPull(const StepContext& context, uint32_t i) {
+  return !context.held.has_grips || context.held.IsFree(i);
+}
+
 // Four tethers along the start of the substep: `speeds` [m/s] are to be taken off their lengths,
 // `n_end` are the directions at its end.
 void PullAlongStarts(const StepContext& context, const TetherGroup& group, const Vectors4& n_end,
@@ -20,7 +25,9 @@ void PullAlongStarts(const StepContext& context, const TetherGroup& group, const
   const auto n = Transpose(lines.n);
   const Vec4 scale = speeds / lines.slope;
   Vec4* const u = context.scratch.state.velocities.data();
-  for (uint32_t k = 0; k < kVec4Size; ++k) u[group.particle[k]] -= scale[k] * n[k];
+  for (uint32_t k = 0; k < kVec4Size; ++k) {
+    if (MayPull(context, group.particle[k])) u[group.particle[k]] -= scale[k] * n[k];
+  }
 }
 
 // Groups [begin, end).
@@ -48,7 +55,9 @@ void PullGroups(const StepContext& context, size_t begin, size_t end) {
     }
     const Vec4 speed_per_length = is_taut ? speed / length : Vec4{};
 #pragma GCC unroll 4
-    for (uint32_t k = 0; k < kVec4Size; ++k) u[group.particle[k]] -= speed_per_length[k] * d[k];
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
+      if (MayPull(context, group.particle[k])) u[group.particle[k]] -= speed_per_length[k] * d[k];
+    }
   }
 }
 

@@ -30,7 +30,7 @@ void ApplyTwists(const StepContext& context, uint32_t row) {
   const Vec4* const above = context.scratch.twists.data() + row * (columns + size_t{1});
   const Vec4* const below = above + columns + 1;
   Vec4* const u = context.scratch.state.velocities.data() + size_t{row} * columns;
-  const float* const w = context.model.inverse_masses.data() + size_t{row} * columns;
+  const float* const w = context.held.inverse_masses.data() + size_t{row} * columns;
   for (uint32_t column = 0; column < columns; ++column) {
     const Vec4 change = (above[column + 1] - above[column]) + (below[column] - below[column + 1]);
     if (w[column] != 0) u[column] += change;

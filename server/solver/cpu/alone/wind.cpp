@@ -47,7 +47,8 @@ void ApplyWind(const StepContext& context, const Vec4* positions, float duration
     for (uint32_t e = offsets[i]; e < offsets[i + 1]; ++e) {
       impulse += scratch.air_impulses[triangles[e]];
     }
-    scratch.state.velocities[i] += model.corner_shares[i] * (model.inverse_masses[i] * impulse);
+    scratch.state.velocities[i] +=
+        model.corner_shares[i] * (context.held.inverse_masses[i] * impulse);
   });
 }
 

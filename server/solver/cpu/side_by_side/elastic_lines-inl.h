@@ -28,9 +28,24 @@ class LinePairs : public PathPairs {
     return numbers.own != nullptr ? *numbers.own : Number(numbers.same);
   }
 
+  // Lines are solved as if nothing but pins were held: what grips hold stays.
+  void Push(const Ends& particles, bool has_pins, const VectorsPair& change) const {
+    if (!context().has_own_pins()) return PathPairs::Push(particles, has_pins, change);
+    Push(particles[0], Low(change));
+    Push(particles[1], High(change));
+  }
+
   void SetCellImpulses(const Ends& cells, const VectorsPair& impulses) const {
     Assign(context().impulses[cells[0]], Low(impulses));
     Assign(context().impulses[cells[1]], High(impulses));
+  }
+
+ private:
+  void Push(uint32_t i, const VectorsCloths& change) const {
+    ClothParticle& particle = context().particles[i];
+    const VectorsCloths pushed = particle.u + change;
+    const bool is_free = i == context().model.spare_particle() || !context().IsHeldBySome(i);
+    Assign(particle.u, is_free ? pushed : Select(context().FreeCloths(i), pushed, particle.u));
   }
 };
 

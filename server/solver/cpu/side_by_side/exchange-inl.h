@@ -144,7 +144,7 @@ void Gather(std::span<const GroupCloth> cloths, const GroupContext& context) {
     const GroupCloth& cloth = cloths[std::min(lane, cloths.size() - 1)];
     positions[lane] = cloth.state.positions.data();
     velocities[lane] = cloth.state.velocities.data();
-    targets[lane] = cloth.context.pin_targets.data();
+    targets[lane] = cloth.context.held.targets.data();
   }
   const bool has_previous = context.controls.plan.schedule.has_two_steps();
   for (size_t i = 0; i < context.particle_count(); ++i) {

@@ -61,11 +61,17 @@ struct GroupCloth {
   bool has_gained_energy = false;  // not stepped: it is to be by StepCalmer
 };
 
-// Whether the cloths hold the same particles.
+// Whether the cloths have one model.
 inline bool HaveOneModel(std::span<const GroupCloth> cloths) {
   return std::ranges::all_of(cloths, [&](const GroupCloth& cloth) -> bool {
     return &cloth.context.model == &cloths[0].context.model;
   });
+}
+// Whether they hold the same particles, those of one model.
+inline bool HoldTheSame(std::span<const GroupCloth> cloths) {
+  return HaveOneModel(cloths) && std::ranges::none_of(cloths, [](const GroupCloth& cloth) -> bool {
+           return cloth.context.held.has_grips;
+         });
 }
 
 }  // namespace drape::cpu

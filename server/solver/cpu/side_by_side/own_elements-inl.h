@@ -21,6 +21,7 @@ namespace {
 // The elements that are not the same in all models.
 void ListUnlikeElements(const ModelOfLane& models, std::vector<uint32_t>& unlike) {
   unlike.clear();
+  if (AreSame(models)) return;
   for (uint32_t g = 0; g < models[0]->elastic_groups.size(); ++g) {
     const ElasticGroup& first = models[0]->elastic_groups[g];
     Mask4 differs{};
@@ -80,6 +81,9 @@ OwnNumbers OwnNumbersAt(const PlacesOfLane& places, size_t k, NumberPair PairPla
 }
 
 bool AreSame(const PlacesOfLane& places, size_t k) {
+  if (std::ranges::all_of(places, [&](const PairPlace* other) { return other == places[0]; })) {
+    return true;
+  }
   const PairPlace& first = places[0][k];
   return std::ranges::all_of(places, [&](const PairPlace* of_lane) {
     const PairPlace& own = of_lane[k];

@@ -22,19 +22,31 @@ namespace {
 using ModelOfLane = std::array<const FloatModel*, kClothCount>;
 
 // Lanes without a cloth are like the last one.
+const StepContext& ContextOfLane(std::span<const GroupCloth> cloths, size_t lane) {
+  return cloths[std::min(lane, cloths.size() - 1)].context;
+}
+
 ModelOfLane ModelsOf(std::span<const GroupCloth> cloths) {
   ModelOfLane models;
   for (size_t lane = 0; lane < kClothCount; ++lane) {
-    models[lane] = &cloths[std::min(lane, cloths.size() - 1)].context.model;
+    models[lane] = &ContextOfLane(cloths, lane).model;
   }
   return models;
 }
 
 // Before the context, which needs to know how many there are.
 void ListPins(std::span<const GroupCloth> cloths, PinLists& lists) {
-  if (HaveOneModel(cloths)) return;
-  const ModelOfLane models = ModelsOf(cloths);
-  lists.Make(models, models[0]->layout());
+  if (HoldTheSame(cloths)) return;
+  std::array<PinLists::Lane, kClothCount> lanes;
+  for (size_t lane = 0; lane < kClothCount; ++lane) {
+    const StepContext& cloth = ContextOfLane(cloths, lane);
+    lanes[lane] = {&cloth.model, cloth.held.particles};
+  }
+  lists.Make(lanes, lanes[0].model->layout());
+}
+
+bool AreSame(const ModelOfLane& models) {
+  return std::ranges::all_of(models, [&](const FloatModel* model) { return model == models[0]; });
 }
 
 // number(model) of each cloth.
@@ -45,7 +57,7 @@ VecCloths NumberOfModels(const ModelOfLane& models, const Number& number) {
   return LoadCloths(values);
 }
 
-void GatherInverseMasses(const ModelOfLane& models, const FloatModel& layout,
+void GatherInverseMasses(std::span<const GroupCloth> cloths, const FloatModel& layout,
                          const OwnPins& own_pins) {
   VecCloths* const w = own_pins.inverse_masses;
   for (uint32_t i = 0; i < layout.particle_count; ++i) {
@@ -53,7 +65,11 @@ void GatherInverseMasses(const ModelOfLane& models, const FloatModel& layout,
   }
   w[layout.spare_particle()] = SplatCloths(0);
   const auto gather = [&](uint32_t i) {
-    w[i] = NumberOfModels(models, [&](const FloatModel& m) { return m.inverse_masses[i]; });
+    alignas(64) float values[kClothCount];
+    for (size_t lane = 0; lane < kClothCount; ++lane) {
+      values[lane] = ContextOfLane(cloths, lane).held.inverse_masses[i];
+    }
+    w[i] = LoadCloths(values);
   };
   for (const PinHold& hold : own_pins.lists->holds) gather(hold.particle);
   for (const uint32_t i : own_pins.lists->released) gather(i);
@@ -62,6 +78,12 @@ void GatherInverseMasses(const ModelOfLane& models, const FloatModel& layout,
 // A cloth that has fewer tethers than others has some of no end.
 void GatherTethers(const ModelOfLane& models, const OwnPins& own_pins) {
   const std::vector<uint32_t>& offsets = own_pins.lists->tether_offsets;
+  if (AreSame(models)) {
+    for (uint32_t t = 0; t < offsets.back(); ++t) {
+      own_pins.tether_lengths[t] = SplatCloths(models[0]->single_tethers[t].length);
+    }
+    return;
+  }
   for (uint32_t i = 0; i + 1 < offsets.size(); ++i) {
     for (uint32_t t = offsets[i]; t < offsets[i + 1]; ++t) {
       own_pins.tether_lengths[t] = NumberOfModels(models, [&](const FloatModel& model) {
@@ -81,9 +103,10 @@ void GatherPins(std::span<const GroupCloth> cloths, const GroupContext& context)
   for (uint32_t pin = 0; pin < context.own_pins.lists->pin_count; ++pin) {
     for (size_t lane = 0; lane < kClothCount; ++lane) {
       const GroupCloth& cloth = cloths[std::min(lane, cloths.size() - 1)];
-      const std::vector<uint32_t>& pins = cloth.context.model.pins;
-      places[lane] = &cloth.state.positions[pin < pins.size() ? pins[pin] : 0];
-      targets[lane] = pin < pins.size() ? &cloth.context.pin_targets[pin] : places[lane];
+      const HeldParticles& held = cloth.context.held;
+      const bool has_pin = pin < held.particles.size();
+      places[lane] = &cloth.state.positions[has_pin ? held.particles[pin] : 0];
+      targets[lane] = has_pin ? &held.targets[pin] : places[lane];
     }
     const VectorsCloths p = LoadVectors(places, 0);
     context.own_pins.pins[pin] = {p, p};
@@ -94,7 +117,7 @@ void GatherPins(std::span<const GroupCloth> cloths, const GroupContext& context)
 void GatherOwnPins(std::span<const GroupCloth> cloths, const GroupContext& context) {
   if (!context.has_own_pins()) return;
   const ModelOfLane models = ModelsOf(cloths);
-  GatherInverseMasses(models, context.model, context.own_pins);
+  GatherInverseMasses(cloths, context.model, context.own_pins);
   GatherTethers(models, context.own_pins);
   GatherPins(cloths, context);
 }

@@ -4,10 +4,10 @@
 
 namespace drape::cpu {
 
-void PinLists::Make(std::span<const FloatModel* const> models, const FloatModel& layout) {
-  all_cloths = (uint32_t{1} << models.size()) - 1;
+void PinLists::Make(std::span<const Lane> lanes, const FloatModel& layout) {
+  all_cloths = (uint32_t{1} << lanes.size()) - 1;
   held_by.assign(layout.particle_count, 0);
-  ListHolds(models);
+  ListHolds(lanes);
   free_particles.clear();
   for (uint32_t i = 0; i < layout.particle_count; ++i) {
     if (held_by[i] != all_cloths) free_particles.push_back(i);
@@ -19,20 +19,23 @@ void PinLists::Make(std::span<const FloatModel* const> models, const FloatModel&
   tether_offsets.assign(1, 0);
   tethers.clear();
   tether_ends.clear();
-  for (uint32_t i = 0; i < layout.particle_count; ++i) ListTethers(models, i);
+  const bool have_one_model =
+      std::ranges::all_of(lanes, [&](const Lane& lane) { return lane.model == lanes[0].model; });
+  if (have_one_model) return CopyTethers(*lanes[0].model);
+  for (uint32_t i = 0; i < layout.particle_count; ++i) ListTethers(lanes, i);
 }
 
-void PinLists::ListHolds(std::span<const FloatModel* const> models) {
+void PinLists::ListHolds(std::span<const Lane> lanes) {
   holds.clear();
   pin_count = 0;
-  for (const FloatModel* model : models) {
-    pin_count = std::max(pin_count, static_cast<uint32_t>(model->pins.size()));
+  for (const Lane& lane : lanes) {
+    pin_count = std::max(pin_count, static_cast<uint32_t>(lane.held.size()));
   }
   for (uint32_t pin = 0; pin < pin_count; ++pin) {
     const auto begin = static_cast<std::ptrdiff_t>(holds.size());
-    for (size_t lane = 0; lane < models.size(); ++lane) {
-      if (pin >= models[lane]->pins.size()) continue;
-      const uint32_t particle = models[lane]->pins[pin], cloth = uint32_t{1} << lane;
+    for (size_t lane = 0; lane < lanes.size(); ++lane) {
+      if (pin >= lanes[lane].held.size()) continue;
+      const uint32_t particle = lanes[lane].held[pin], cloth = uint32_t{1} << lane;
       held_by[particle] |= cloth;
       const auto same = std::find_if(holds.begin() + begin, holds.end(), [&](const PinHold& hold) {
         return hold.particle == particle;
@@ -55,22 +58,31 @@ void PinLists::AddEnd(uint32_t pin, uint32_t cloth, uint32_t begin) {
   tether_ends.push_back({pin, cloth});
 }
 
-void PinLists::ListTethers(std::span<const FloatModel* const> models, uint32_t particle) {
+void PinLists::CopyTethers(const FloatModel& model) {
+  const std::span<const uint32_t> offsets = model.source->tether_offsets();
+  tether_offsets.assign(offsets.begin(), offsets.end());
+  for (const SingleTether& tether : model.single_tethers) {
+    tethers.push_back({tether.pin_index, 0, 0});
+  }
+}
+
+void PinLists::ListTethers(std::span<const Lane> lanes, uint32_t particle) {
   const auto offset = [&](const FloatModel* model, uint32_t i) {
     return model->source->tether_offsets()[i];
   };
   uint32_t count = 0;
-  for (const FloatModel* model : models) {
-    count = std::max(count, offset(model, particle + 1) - offset(model, particle));
+  for (const Lane& lane : lanes) {
+    count = std::max(count, offset(lane.model, particle + 1) - offset(lane.model, particle));
   }
   for (uint32_t rank = 0; rank < count; ++rank) {
     constexpr uint32_t kNone = ~uint32_t{0};
     const auto begin = static_cast<uint32_t>(tether_ends.size());
     uint32_t first_pin = kNone;
-    for (size_t lane = 0; lane < models.size(); ++lane) {
-      const uint32_t own = offset(models[lane], particle) + rank;
-      if (own >= offset(models[lane], particle + 1)) continue;
-      const uint32_t pin = models[lane]->single_tethers[own].pin_index;
+    for (size_t lane = 0; lane < lanes.size(); ++lane) {
+      const FloatModel* const model = lanes[lane].model;
+      const uint32_t own = offset(model, particle) + rank;
+      if (own >= offset(model, particle + 1)) continue;
+      const uint32_t pin = model->single_tethers[own].pin_index;
       if (first_pin == kNone) first_pin = pin;
       if (pin != first_pin) AddEnd(pin, uint32_t{1} << lane, begin);
     }

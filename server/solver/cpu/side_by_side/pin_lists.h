@@ -10,7 +10,8 @@
 
 namespace drape::cpu {
 
-// Some of the cloths of a group, one bit each, have this particle as their pin of this index.
+// Some of the cloths of a group, one bit each, have this particle as their pin of this index; what
+// they grip counts on behind the pins.
 struct PinHold {
   uint32_t particle;
   uint32_t pin;
@@ -32,8 +33,13 @@ struct OwnTether {
 
 // Made anew for each step; kept only to save allocations.
 struct PinLists {
-  // `models`: of the cloth in each lane. `layout`: what they share (FloatModel::layout).
-  void Make(std::span<const FloatModel* const> models, const FloatModel& layout);
+  // The cloth in each lane.
+  struct Lane {
+    const FloatModel* model;
+    std::span<const uint32_t> held;  // HeldParticles::particles
+  };
+  // `layout`: what they share (FloatModel::layout).
+  void Make(std::span<const Lane> lanes, const FloatModel& layout);
 
   uint32_t all_cloths = 0;               // a bit of each lane
   std::vector<uint32_t> held_by;         // [particle_count] a bit of each lane
@@ -47,10 +53,12 @@ struct PinLists {
   std::vector<TetherEnd> tether_ends;
 
  private:
-  void ListHolds(std::span<const FloatModel* const> models);
+  void ListHolds(std::span<const Lane> lanes);
   // Of the tether whose ends begin there.
   void AddEnd(uint32_t pin, uint32_t cloth, uint32_t begin);
-  void ListTethers(std::span<const FloatModel* const> models, uint32_t particle);
+  void ListTethers(std::span<const Lane> lanes, uint32_t particle);
+  // Of cloths of one model.
+  void CopyTethers(const FloatModel& model);
 };
 
 }  // namespace drape::cpu

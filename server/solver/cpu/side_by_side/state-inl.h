@@ -113,7 +113,7 @@ using OwnPlace = ElasticPlace<std::array<uint32_t, 2>, OwnNumbers>;
 
 // What differs between cloths that hold different particles.
 struct OwnPins {
-  const PinLists* lists = nullptr;      // null: the cloths are of one model
+  const PinLists* lists = nullptr;      // null: the cloths hold the same
   VecCloths* inverse_masses = nullptr;  // [particle_count + 1]
   ClothParticle* pins = nullptr;        // [PinLists::pin_count]
   VecCloths* tether_lengths = nullptr;  // [PinLists::tether_offsets.back()]
@@ -124,7 +124,7 @@ struct OwnPins {
 };
 
 OwnPins OwnPinsOf(std::span<const GroupCloth> cloths, GroupScratch& scratch) {
-  if (HaveOneModel(cloths)) return {};
+  if (HoldTheSame(cloths)) return {};
   const PinLists& lists = scratch.pin_lists;
   return {&lists, scratch.inverse_masses.Reserve<VecCloths>(lists.held_by.size() + 1),
           scratch.pins.Reserve<ClothParticle>(lists.pin_count),

@@ -77,6 +77,15 @@ class StripPairs : public PathPairs {
     return Number(link.min_pivot);
   }
 
+  // The error of a link that nothing moves is none.
+  VecPair LooseError(const PairLink& link, const Ends& from, const VecPair& error) const {
+    if constexpr (kHasOwnPins) {
+      const VecPair sum = InverseMasses(link, from) + InverseMasses(link, link.to);
+      return Select(sum > Splat(0), error, Splat(0));
+    }
+    return error;
+  }
+
   VecPair RoundOffs(const Ends& ends) const {
     const VecCloths* const round_offs = context().quiet_round_offs;
     return {round_offs[ends[0]], round_offs[ends[1]]};
@@ -181,6 +190,7 @@ MaskCloths SolveConstraint(const GroupContext& context, size_t g, uint32_t k, Ma
     weight = weight + alpha_over_h * inverse_h;
   }
   MaskCloths is_active = cloths & (Abs(residual) > SplatCloths(tolerance * group.rest_length[k]));
+  if constexpr (kHasOwnPins) is_active &= inverse_mass_i + inverse_mass_j > zero;
   VecCloths impulse = Select(is_active, DistanceImpulse(residual, inverse_h, weight), zero);
   if constexpr (kHasInequalities) {
     const ImpulseBounds& bounds = context.model.bounds[g];
@@ -228,6 +238,11 @@ MaskCloths SolveDistance(GroupContext& context) {
   return ChooseSweep<>(context);
 }
 
+// The cloths that do not hold both ends of a link or joint.
+MaskCloths IsLoose(const GroupContext& context, uint32_t i, uint32_t j) {
+  return context.InverseMass(i) + context.InverseMass(j) > SplatCloths(0);
+}
+
 // The cloths in which the link at this place exceeds the limits of the refinement (equation 32).
 MaskCloths IsStretched(const GroupContext& context, uint32_t place) {
   const DistanceGroup& group = context.model.groups[place / kVec4Size];
@@ -239,8 +254,11 @@ MaskCloths IsStretched(const GroupContext& context, uint32_t place) {
   const VectorsCloths d = (to.p + to.u * interval) - (from.p + from.u * interval);
   const VecCloths length_sq = Dot(d, d);
   const float rest_length_sq = group.rest_length[k] * group.rest_length[k];
-  return context.is_running & ((length_sq < SplatCloths(limits.min_sq * rest_length_sq)) |
-                               (length_sq > SplatCloths(limits.max_sq * rest_length_sq)));
+  const MaskCloths is_stretched =
+      context.is_running & ((length_sq < SplatCloths(limits.min_sq * rest_length_sq)) |
+                            (length_sq > SplatCloths(limits.max_sq * rest_length_sq)));
+  return context.has_own_pins() ? is_stretched & IsLoose(context, group.i[k], group.j[k])
+                                : is_stretched;
 }
 
 // Moves the ends of a link in some of the cloths so that it has its length at the end of the
@@ -254,9 +272,9 @@ void MoveEnds(const GroupContext& context, const RefinedLink& link) {
   const VecCloths length = Sqrt(Dot(d, d));
   const VectorsCloths n = Directions(d, length);
   const VecCloths w_i = context.InverseMass(group.i[k]), w_j = context.InverseMass(group.j[k]);
-  const VecCloths move =
-      Select(MaskOf(link.cloths), (length - SplatCloths(group.rest_length[k])) / (w_i + w_j),
-             SplatCloths(0));
+  const VecCloths sum = w_i + w_j, zero = SplatCloths(0);
+  const VecCloths move = Select(MaskOf(link.cloths) & (sum > zero),
+                                (length - SplatCloths(group.rest_length[k])) / sum, zero);
   from.p = from.p + (w_i * move) * n;
   to.p = to.p - (w_j * move) * n;
 }
@@ -296,10 +314,11 @@ MaskCloths SolveJoints(const GroupContext& context) {
     const float alpha_over_h = joint.compliance * inverse_h;
     const VectorsCloths residual =
         ((to.p - from.p) + (to.u - from.u) * controls.h) + lambda * alpha_over_h;
-    const MaskCloths is_active =
-        controls.tolerance > 0 ? context.is_running & (Sqrt(Dot(residual, residual)) >
+    MaskCloths is_active = controls.tolerance > 0
+                               ? context.is_running & (Sqrt(Dot(residual, residual)) >
                                                        SplatCloths(controls.contact_tolerance))
                                : context.is_running;
+    if (context.has_own_pins()) is_active &= IsLoose(context, joint.i, joint.j);
     const VecCloths weight = (w_i + w_j) + SplatCloths(alpha_over_h * inverse_h);
     const VectorsCloths impulse =
         Select(is_active, JointImpulse(residual, inverse_h, weight), {zero, zero, zero});
@@ -318,7 +337,9 @@ void SolveJointVelocities(const GroupContext& context) {
     ClothParticle& from = context.particles[joint.i];
     ClothParticle& to = context.particles[joint.j];
     const VecCloths w_i = context.InverseMass(joint.i), w_j = context.InverseMass(joint.j);
-    const VectorsCloths impulse = (from.u - to.u) / (w_i + w_j);
+    const VecCloths zero = SplatCloths(0);
+    const VectorsCloths impulse = Select(IsLoose(context, joint.i, joint.j),
+                                         (from.u - to.u) / (w_i + w_j), {zero, zero, zero});
     from.u = from.u - w_i * impulse;
     to.u = to.u + w_j * impulse;
   }

@@ -79,22 +79,22 @@ bool MayMeet(const StepContext& context, size_t k, const ParticleBox& range) {
 // The range in which the free particles of a cloth in this state, every `stride`-th of them, are
 // expected to stay within a step.
 ParticleBox RangeOf(const StepContext& context, const FloatState& state, size_t stride) {
-  const FloatModel& model = context.model;
+  const HeldParticles& held = context.held;
   const FloatControls& controls = context.controls;
   ParticleBox range;
   Vec4 speeds{}, pin_ways{};  // the largest along each axis
-  for (size_t k = 0; k < model.free_particles.size(); k += stride) {
-    const uint32_t i = model.free_particles[k];
+  for (size_t k = 0; k < held.free_particles.size(); k += stride) {
+    const uint32_t i = held.free_particles[k];
     range.Add(state.positions[i]);
     speeds = Max(speeds, Abs(state.velocities[i]));
   }
-  for (size_t k = 0; k < model.pins.size(); ++k) {
-    pin_ways = Max(pin_ways, Abs(context.pin_targets[k] - state.positions[model.pins[k]]));
+  for (size_t k = 0; k < held.particles.size(); ++k) {
+    pin_ways = Max(pin_ways, Abs(held.targets[k] - state.positions[held.particles[k]]));
   }
   const float duration = controls.time_step;
   const float way = (Length(speeds) + Length(controls.gravity) * duration) * duration;
   const float reach = static_cast<float>(kReachFactor) * (way + Length(pin_ways)) +
-                      static_cast<float>(kReachMarginRatio) * model.length_scale;
+                      static_cast<float>(kReachMarginRatio) * context.model.length_scale;
   const Vec4 margin{reach, reach, reach, 0};
   return {range.low - margin, range.high + margin};
 }

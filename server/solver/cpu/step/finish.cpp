@@ -67,12 +67,13 @@ EnergyChange ChangeOfEnergy(const StepContext& context, const FloatState& start)
   return change;
 }
 
-// More than it may. Pins that move do work.
+// More than it may. What is held and moved does work.
 bool GainsEnergy(const StepContext& context, const FloatState& start) {
   const EnergyLimit& limit = context.controls.energy_limit;
   if (!limit.is_watched) return false;
-  for (size_t k = 0; k < context.pin_targets.size(); ++k) {
-    const Vec4 way = context.pin_targets[k] - start.positions[context.model.pins[k]];
+  const HeldParticles& held = context.held;
+  for (size_t k = 0; k < held.particles.size(); ++k) {
+    const Vec4 way = held.targets[k] - start.positions[held.particles[k]];
     if (Dot(way, way) > 0) return false;
   }
   const EnergyChange change = ChangeOfEnergy(context, start);

@@ -177,7 +177,7 @@ void MeasureSelfContacts(const StepContext& context, const FloatState& state,
 double AdmissibleError(const StepContext& context, const DistanceConstraint& constraint,
                        double lambda, double error) {
   if (constraint.kind == ConstraintKind::kEqual) return error;
-  const std::vector<float>& w = context.model.inverse_masses;
+  const std::span<const float> w = context.held.inverse_masses;
   const double error_per_impulse =
       context.controls.h * (double{w[constraint.i]} + double{w[constraint.j]}) +
       constraint.compliance_m_per_n * context.controls.inverse_h;
@@ -195,6 +195,7 @@ double MaxResidual(const StepContext& context, const FloatState& state,
   double largest = 0;
   for (size_t c = 0; c < model.constraint_places.size(); ++c) {
     const DistanceConstraint& constraint = model.source->constraints()[c];
+    if (context.held.AreHeld(constraint.i, constraint.j)) continue;
     double residual = Distance(state, constraint.i, constraint.j) - RestLengthAtEnd(context, c);
     if (model.has_compliance() || model.has_inequalities()) {
       const uint32_t place = model.constraint_places[c];
@@ -205,10 +206,11 @@ double MaxResidual(const StepContext& context, const FloatState& state,
     largest = std::max(largest, std::fabs(residual));
   }
   for (size_t k = 0; k < model.joints.size(); ++k) {
+    if (context.held.AreHeld(model.joints[k].i, model.joints[k].j)) continue;
     largest = std::max(largest, double{Length(JointResidual(context, state, k))});
   }
   const std::vector<uint32_t>& near = scratch.reach.near;
-  for (const uint32_t i : model.free_particles) {
+  for (const uint32_t i : context.held.free_particles) {
     for (size_t k = 0; k < near.size(); ++k) {
       const float floor = scratch.contacts[i * near.size() + k].floor;
       const float gap = colliders.GapOf(near[k], state.positions[i]);

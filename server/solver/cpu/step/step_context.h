@@ -7,6 +7,7 @@
 
 #include "server/solver/cpu/model/float_controls.h"
 #include "server/solver/cpu/model/float_model.h"
+#include "server/solver/cpu/model/held_particles.h"
 #include "server/solver/cpu/model/own_lengths.h"
 #include "server/solver/cpu/simd/simd_memory.h"
 #include "server/solver/cpu/step/collider_reach.h"
@@ -123,8 +124,8 @@ inline constexpr size_t kStripGrain = 1;   // groups of strips
 struct StepContext {
   const FloatModel& model;
   const FloatControls& controls;
-  std::span<const Vec4> pin_targets;  // [pin_count]
-  const OwnLengths* own_lengths;      // null: the rest lengths are the model's
+  HeldParticles held;
+  const OwnLengths* own_lengths;  // null: the rest lengths are the model's
   // From the start of the step on, [collider_count]; empty: they rest as described.
   std::span<const RigidMotion> collider_motions;
   StepScratch& scratch;
@@ -151,7 +152,7 @@ struct StepContext {
   // Whether function(particles) is true of any of the ranges that divide the free particles.
   template <class Function>
   bool AnyFreeRange(const Function& function) const {
-    const std::span<const uint32_t> particles = model.free_particles;
+    const std::span<const uint32_t> particles = held.free_particles;
     return team.AnyOf(0, particles.size(), kParticleGrain,
                       [&](size_t begin, size_t end, uint32_t) -> bool {
                         return function(particles.subspan(begin, end - begin));

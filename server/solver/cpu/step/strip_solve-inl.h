@@ -32,6 +32,7 @@ inline constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 //   interval, inverse_interval, inverse_force_time                          of the substep
 //   Number(x)                                                               a number of a link
 //   InverseMassFrom(link, from), Diagonal(link, from), InverseMassTo(link), MinPivot(link)
+//   LooseError(link, from, error)                           0 where both ends are held
 //   Running(mask)                                                           lanes that are swept
 //   PositionDifferences, VelocityDifferences, PredictedDifferences          from, to -> Vectors
 //   RoundOffs(ends)                               quiet_round_offs of the particles: Scalars
@@ -99,6 +100,7 @@ class StripSolve {
       }
       const Scalars inverse_mass_from = access_.InverseMassFrom(link, *from);
       Scalars diagonal = access_.Diagonal(link, *from);
+      const Ends& link_from = *from;
       from = &link.to;
       const Scalars length = Sqrt(Dot(d, d));
       const Vectors n_end = Directions(d, length);
@@ -114,6 +116,7 @@ class StripSolve {
       } else {
         error = length - rest_length;
       }
+      error = access_.LooseError(link, link_from, error);
       ImpulseLines<Vectors, Scalars> lines;
       if constexpr (kHasStarts) {
         lines = BlendDirections(start, n_end, access_.end_share());

@@ -1,0 +1,11 @@
+// From scene models to the message of their topology.
+#pragma once
+
+#include "drape/v1/simulation_service.pb.h"
+#include "server/session/cloth_record.h"
+
+namespace drape::api {
+
+v1::Topology TopologyOf(const ClothRecord& cloth);
+
+}  // namespace drape::api
