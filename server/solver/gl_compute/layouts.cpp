@@ -64,7 +64,7 @@ PackedLayout<shader::ScratchLayout> LayOutScratch(const PlannedCloth& cloth, boo
   layout.previous_velocities = append(plan.solver.has_two_steps, 3 * particles);
   layout.twist_changes = append(plan.Has(StepStage::kDampTwist), 3 * particles);
   layout.strip_links = append(plan.Has(StepStage::kSolveStrips),
-                              uint64_t{DRAPE_STRIP_LINK_WORDS} * model.constraint_count());
+                              uint64_t{DRAPE_STRIP_LINK_WORDS} * model.strips().constraints.size());
   const bool lists_links = plan.Has(StepStage::kRefine) && !IsResident(model);
   layout.stretched_flags = append(lists_links, particles + 2 + model.colour_count());
   layout.refined_links = append(lists_links, model.constraint_count());

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "server/scene/content_hash.h"
@@ -24,11 +25,22 @@ bool AreSameElements(std::span<const ElasticElement> a, std::span<const ElasticE
   });
 }
 
-// The strip of each constraint and the phase of each strip.
+// The number of strips without those of ways back.
+uint32_t StripsThere(const StripSet& strips) {
+  return strips.phase_offsets[strips.phase_count_there];
+}
+
+// Ways back do not solve the phase again at which they turn, the first or the last.
+std::pair<bool, bool> Turns(const StripSet& strips, uint32_t phase) {
+  if (strips.phase_count() == strips.phase_count_there) return {};
+  return {phase == 0, phase + 1 == strips.phase_count_there};
+}
+
+// The strip there of each constraint and the phase of each strip.
 struct StripPlaces {
   explicit StripPlaces(const StripSet& strips)
       : strip_of(strips.constraints.size()), phase_of(strips.strip_count()) {
-    for (uint32_t s = 0; s < strips.strip_count(); ++s) {
+    for (uint32_t s = 0; s < StripsThere(strips); ++s) {
       for (uint32_t k = strips.strip_offsets[s]; k < strips.strip_offsets[s + 1]; ++k) {
         strip_of[strips.constraints[k]] = s;
       }
@@ -58,17 +70,21 @@ std::span<const uint32_t> ParticlesOf(const StripSet& strips, uint32_t strip) {
 // `model` leaves free one after the other, in the order of `model`.
 bool FitStrips(const SceneModel& model, const SceneModel& layout) {
   const StripSet &strips = model.strips(), &other = layout.strips();
-  if (strips.strip_count() != other.strip_count()) return false;
-  const StripPlaces places(other);
+  // Equal lengths of the lists: as many ways back, if the strips that turn are the same.
+  if (StripsThere(strips) != StripsThere(other) || strips.strip_count() != other.strip_count()) {
+    return false;
+  }
+  const StripPlaces own(strips), places(other);
   const std::span<const double> w = model.inverse_masses_per_kg();
   // One more than the phase in the layout of the last strip of each particle so far.
   std::vector<uint32_t> next_phase(model.particle_count(), 0);
-  for (uint32_t s = 0; s < strips.strip_count(); ++s) {
+  for (uint32_t s = 0; s < StripsThere(strips); ++s) {
     const uint32_t same = places.strip_of[LinksOf(strips, s)[0]];
     if (!AreSame(LinksOf(strips, s), LinksOf(other, same)) ||
         !AreSame(ParticlesOf(strips, s), ParticlesOf(other, same))) {
       return false;
     }
+    if (Turns(strips, own.phase_of[s]) != Turns(other, places.phase_of[same])) return false;
     for (const uint32_t i : ParticlesOf(strips, s)) {
       if (w[i] == 0) continue;
       if (places.phase_of[same] < next_phase[i]) return false;
