@@ -150,12 +150,12 @@ StepPlan PlanOf(const ReferenceCloth& cloth, const ClothParameters& parameters) 
   return PlanStep(*cloth.model, parameters, LengthsOf(cloth), ScalarType::kFloat64);
 }
 
-// More than it may. Pins that move do work.
+// More than it may. What is held and moved does work.
 bool GainsEnergy(const StepContext& context, const ReferenceCloth& cloth, const StepPlan& plan) {
   const SceneModel& model = context.model;
   const auto& [p, v] = cloth.state;
-  for (uint32_t k = 0; k < model.pin_count(); ++k) {
-    if (context.pin_targets[k] != p[model.pins()[k]]) return false;
+  for (const Grip& held : context.held) {
+    if (held.target_m != p[held.particle]) return false;
   }
   double start_kinetic_j = 0, gain_j = 0;
   for (uint32_t i = 0; i < model.particle_count(); ++i) {

@@ -58,8 +58,9 @@ EnergyChange ChangeOfEnergy(const StepContext& context, const FloatState& start)
     for (uint32_t i = begin; i < block_end; ++i) {
       const Vec4 v = start.velocities[i], v_change = end.velocities[i] - v;
       const Vec4 p_change = end.positions[i] - start.positions[i];
-      kinetic += masses[i] * (v * v);
-      gain += masses[i] * (v_change * (v + 0.5f * v_change) - context.controls.gravity * p_change);
+      const float mass = context.held.IsFree(i) ? masses[i] : 0;
+      kinetic += mass * (v * v);
+      gain += mass * (v_change * (v + 0.5f * v_change) - context.controls.gravity * p_change);
     }
     change.start_kinetic_j += 0.5 * (double{kinetic[0]} + kinetic[1] + kinetic[2]);
     change.gain_j += double{gain[0]} + gain[1] + gain[2];
