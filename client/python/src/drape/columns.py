@@ -44,6 +44,14 @@ def shaped(name, value, shape):
         raise errors.bad_field(name, f"has the shape {got}, which does not fit {tuple(shape)}") from error
 
 
+def spread(name, array, shape):
+    """`array`, of its own type, spread to `shape`."""
+    try:
+        return np.broadcast_to(array, shape)
+    except ValueError as error:
+        raise errors.bad_field(name, f"has the shape {array.shape}, which does not fit {tuple(shape)}") from error
+
+
 def whole(name, value, shape):
     """`value` as indices >= 0, spread to `shape`."""
     array = np.asarray(value)

@@ -53,7 +53,7 @@ class SessionBase:
 
     def _attach(self, ids=None, spec: v1.ClothSpec | None = None) -> Operation[Cloths]:
         """Cloths that exist already. ids: their names in the protocol; None: all of the session. They must have equally many
-        particles. spec: their description, if known: the server does not tell the triangles."""
+        particles. spec: their description, if known, for who asks the batch for it."""
         if ids is None:
             listed = yield from self._list()
             found = {cloth.id: cloth for cloth in listed}
@@ -67,7 +67,8 @@ class SessionBase:
         sizes = {cloth.shape.particles for cloth in found.values()}
         if len(sizes) > 1:
             raise errors.bad_field("ids", f"the cloths have unlike numbers of particles: {sorted(sizes)}")
-        cloths = self._cloths_class(self, list(found), next(iter(found.values())).shape, spec)
+        origins = np.array([list(cloth.environment_origin_m) or [0, 0, 0] for cloth in found.values()])
+        cloths = self._cloths_class(self, list(found), next(iter(found.values())).shape, spec, origins)
         cloths.step_count[:] = [cloth.step for cloth in found.values()]
         cloths.faulted[:] = [cloth.faulted for cloth in found.values()]
         return cloths

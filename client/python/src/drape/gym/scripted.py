@@ -40,7 +40,7 @@ def cover(env, speed_m=0.08):
     return lay_down(env, speed_m, approach_m=away - 0.5 * env.size_m)
 
 
-def fling(env, back_m=0.26, lift_m=0.35, ahead_m=0.18):
+def fling(env, back_m=0.3, lift_m=0.45, ahead_m=0.1):
     """For FlingFlat: swings the sheet back and up, then flings it forwards and down to the floor in one go, as fast as the
     pickers are: it flies over them and lies ahead."""
     corner = env.starts[:, :3]
