@@ -66,6 +66,9 @@ void AddServerFlags(CLI::App& app, Config& config) {
                    ->check(CLI::ExistingFile);
   auto* key =
       app.add_option("--tls-key", config.tls_key_file, "PEM private key")->check(CLI::ExistingFile);
+  app.add_option("--token-file", config.token_file,
+                 "tenants and the SHA-256 of their tokens; read again at SIGHUP")
+      ->check(CLI::ExistingFile);
   cert->needs(key);
   key->needs(cert);
   app.add_option("--log-level", config.log_level, "trace, debug, info, warn, error or off")
@@ -102,6 +105,12 @@ void AddLimits(CLI::App& app, Config& config) {
   AddNumber(app, "--max-sessions", sessions.max_sessions, 1u, kMaxCount, "open at once");
   AddNumber(app, "--session-ttl-s", requests.default_ttl_s, kMinTtl_s, kMaxTtl_s,
             "lease of a session that requests none");
+  AddNumber(app, "--max-sessions-per-tenant", sessions.per_tenant.max_sessions, 0u, kMaxCount,
+            "with --token-file; 0: a quarter of --max-sessions");
+  AddNumber<uint64_t>(app, "--max-cloths-per-tenant", sessions.per_tenant.max_cloths, 0,
+                      UINT64_MAX / 2, "0: four times those of a session");
+  AddNumber<uint64_t>(app, "--max-particles-per-tenant", sessions.per_tenant.max_particles, 0,
+                      UINT64_MAX / 2, "0: twice those of a session");
   AddNumber(app, "--max-cloths-per-session", sessions.max_cloths_per_session, 1u, kMaxCount, "");
   AddNumber<uint64_t>(app, "--max-particles-per-session", sessions.max_particles_per_session, 1,
                       UINT64_MAX / 2, "");
@@ -121,6 +130,22 @@ void AddLimits(CLI::App& app, Config& config) {
             "waiting step requests of all sessions");
   AddNumber(app, "--max-queued-requests-per-session", scheduler.max_queued_requests_per_session, 1u,
             kMaxCount, "waiting step requests");
+  AddNumber<int64_t>(app, "--batch-budget-us", scheduler.batch_budget_us, 1000, 10'000'000,
+                     "of device time until others are stepped; longer steps are done in pieces");
+  AddNumber<uint64_t>(app, "--max-unread-bytes", requests.max_unread_bytes, 1u << 20,
+                      UINT64_MAX / 2, "requests under way and answers not read, of all sessions");
+  AddNumber<uint64_t>(app, "--max-unread-bytes-per-session", requests.max_unread_bytes_per_session,
+                      1u << 20, UINT64_MAX / 2, "a single one may be larger");
+  AddNumber<uint64_t>(app, "--max-remembered-bytes", sessions.max_remembered_bytes, 0,
+                      UINT64_MAX / 2, "answers kept for repeated request ids");
+  AddNumber<int64_t>(app, "--request-ids-kept-us", sessions.requests.keep_us, 1'000'000,
+                     int64_t{86'400} * 1'000'000, "how long a completed request id is known");
+  AddNumber(app, "--max-connections", config.max_connections, 0u, kMaxCount,
+            "0: what the limit of open files allows");
+  AddNumber(app, "--max-calls-per-connection", config.max_calls_per_connection, 1u, 1u << 20,
+            "under way; more wait at the client");
+  AddNumber<uint64_t>(app, "--max-transport-bytes", config.max_transport_bytes, 64u << 20,
+                      UINT64_MAX / 2, "buffers of all connections");
   AddNumber<uint64_t>(app, "--max-step-state-bytes", requests.max_step_state_bytes, 0, 1u << 30,
                       "states in a Step answer");
   AddNumber(app, "--max-pictures-in-flight-per-session",

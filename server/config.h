@@ -21,6 +21,7 @@ struct Config {
   bool insecure = false;
   std::string tls_cert_file;  // PEM; both or none
   std::string tls_key_file;
+  std::string token_file;  // empty: no tenants (api/token_file.h)
   std::string log_level = "info";
   std::string shader_dir;             // empty: the shaders in the executable
   uint32_t threads = 0;               // of the cpu backend; 0 = one per core
@@ -30,6 +31,9 @@ struct Config {
   uint32_t reap_interval_ms = 1'000;  // between two searches for expired sessions
   uint32_t keepalive_ms = 30'000;     // a vanished peer is noticed after this and the next
   uint32_t keepalive_timeout_ms = 10'000;
+  uint32_t max_connections = 4096;  // more are refused at once (accept_guard.h)
+  uint32_t max_calls_per_connection = 256;
+  uint64_t max_transport_bytes = uint64_t{2} << 30;
   api::RequestLimits requests;
   SessionLimits sessions;
   SchedulerLimits scheduler;

@@ -6,6 +6,8 @@
 #include <optional>
 #include <random>
 
+#include "server/api/accept_guard.h"
+#include "server/api/authentication.h"
 #include "server/api/grpc_server.h"
 #include "server/api/library_logs.h"
 #include "server/api/simulation_service.h"
@@ -14,6 +16,7 @@
 #include "server/config.h"
 #include "server/core/heap.h"
 #include "server/core/log.h"
+#include "server/core/patient_clock.h"
 #include "server/core/stop_guard.h"
 #include "server/session/reaper.h"
 
@@ -48,9 +51,38 @@ Result<api::ServerOptions> ToServerOptions(const Config& config) {
   DRAPE_RETURN_IF_ERROR(api::ReadTlsFiles(config.tls_cert_file, config.tls_key_file, options));
   options.allow_insecure = config.insecure;
   options.max_request_bytes = config.requests.max_request_bytes;
+  options.max_calls_per_connection = config.max_calls_per_connection;
+  options.max_transport_bytes = config.max_transport_bytes;
   options.keepalive = milliseconds(config.keepalive_ms);
   options.keepalive_timeout = milliseconds(config.keepalive_timeout_ms);
   return options;
+}
+
+// Limits of a tenant that are not given follow from others.
+SessionLimits WithTenantLimits(SessionLimits limits) {
+  TenantLimits& tenant = limits.per_tenant;
+  if (tenant.max_sessions == 0) tenant.max_sessions = std::max(1u, limits.max_sessions / 4);
+  if (tenant.max_cloths == 0) tenant.max_cloths = 4 * uint64_t{limits.max_cloths_per_session};
+  if (tenant.max_particles == 0) tenant.max_particles = 2 * limits.max_particles_per_session;
+  return limits;
+}
+
+// Null without a token file.
+Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config) {
+  if (config.token_file.empty()) return std::shared_ptr<api::Authentication>();
+  DRAPE_ASSIGN_OR_RETURN(api::TokenFile tokens, api::TokenFile::Read(config.token_file));
+  return std::make_shared<api::Authentication>(std::move(tokens));
+}
+
+// A file that cannot be used leaves the tokens as they are.
+void ReloadTokens(const Config& config, api::Authentication* authentication) {
+  if (authentication == nullptr) return spdlog::info("signal_ignored signal=SIGHUP");
+  Result<api::TokenFile> tokens = api::TokenFile::Read(config.token_file);
+  if (!tokens.ok()) {
+    return spdlog::error("tokens_kept message=\"{}\"", tokens.status().message());
+  }
+  spdlog::info("tokens_read count={}", tokens->token_count());
+  authentication->Replace(std::move(tokens).value());
 }
 
 // The signals that end the server; blocked in every thread, taken by main alone.
@@ -62,24 +94,48 @@ sigset_t StopSignals() {
   return signals;
 }
 
-int WaitForStop(const sigset_t& signals, const Scheduler& scheduler) {
+// Those, and the ones that ask for something else.
+sigset_t AwaitedSignals() {
+  sigset_t signals = StopSignals();
+  sigaddset(&signals, SIGHUP);
+  sigaddset(&signals, SIGUSR1);
+  return signals;
+}
+
+void LogStatistics(spdlog::level::level_enum level, const Scheduler& scheduler) {
+  const SchedulerCounters counters = scheduler.counters();
+  spdlog::log(
+      level,
+      "statistics rounds={} dispatches={} cloth_steps={} asleep={} faults={} queued_requests={} "
+      "refused_connections={}",
+      counters.rounds, counters.dispatches, counters.cloth_steps, counters.cloth_steps_asleep,
+      counters.faults, counters.queued_requests, api::RefusedConnections());
+}
+
+// SIGUSR1 asks for statistics. SIGHUP comes to servers that shall read their files again, and when
+// a terminal is closed; neither ends this one.
+int WaitForStop(const Config& config, const Scheduler& scheduler,
+                api::Authentication* authentication) {
+  const sigset_t signals = AwaitedSignals();
   const timespec period{kStatisticsPeriod_s, 0};
   while (true) {
     const int signal = sigtimedwait(&signals, nullptr, &period);
-    if (signal > 0) return signal;
-    const SchedulerCounters counters = scheduler.counters();
-    spdlog::debug(
-        "statistics rounds={} dispatches={} cloth_steps={} asleep={} faults={} queued_requests={}",
-        counters.rounds, counters.dispatches, counters.cloth_steps, counters.cloth_steps_asleep,
-        counters.faults, counters.queued_requests);
+    if (signal == SIGINT || signal == SIGTERM) return signal;
+    if (signal == SIGHUP) ReloadTokens(config, authentication);
+    LogStatistics(signal == SIGUSR1 ? spdlog::level::info : spdlog::level::debug, scheduler);
   }
 }
 
 Status Serve(const Config& config) {
   const sigset_t signals = StopSignals();
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  const sigset_t awaited = AwaitedSignals();
+  pthread_sigmask(SIG_BLOCK, &awaited, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);  // of a log that nobody reads any more
+  const uint64_t files = api::RaiseFileLimit();
   const Result<api::ServerOptions> options = ToServerOptions(config);
   if (!options.ok()) return options.status();
+  const Result<std::shared_ptr<api::Authentication>> authentication = ReadTokens(config);
+  if (!authentication.ok()) return authentication.status();
   std::optional<StopGuard> guard;  // outlives everything that may hang while it ends
   const SteadyClock clock;
   const std::string incarnation = RandomHex();
@@ -88,20 +144,24 @@ Status Serve(const Config& config) {
       Scheduler::Start([&] { return MakeBackend(config, gl_context); }, config.scheduler, clock);
   if (!scheduler.ok()) return scheduler.status();
   render::RenderThread pictures([&] { return MakeRenderer(config, gl_context); }, config.pictures);
-  SessionRegistry sessions(**scheduler, config.sessions, clock, incarnation);
+  const PatientClock lease_clock(clock);
+  SessionRegistry sessions(**scheduler, WithTenantLimits(config.sessions), lease_clock,
+                           incarnation);
   api::WorkerPool builders(config.builder_threads, config.max_queued_builds);
   api::SimulationService service({**scheduler, sessions, builders, pictures, clock, config.requests,
-                                  DRAPE_VERSION, incarnation});
+                                  DRAPE_VERSION, incarnation, nullptr, *authentication});
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
+  api::LimitConnections(config.max_connections);
   auto server = api::GrpcServer::Start(*options, service);
   Status status =
       server.ok() ? WritePortFile(config.port_file, (*server)->port()) : server.status();
   if (status.ok()) {
     const BackendDescription& backend = (*scheduler)->description();
-    spdlog::info("started version={} incarnation={} listen={} port={} backend={} device=\"{}\"",
-                 DRAPE_VERSION, incarnation, config.listen, (*server)->port(), backend.name,
-                 backend.device);
-    const int signal = WaitForStop(signals, **scheduler);
+    spdlog::info(
+        "started version={} incarnation={} listen={} port={} backend={} device=\"{}\" files={}",
+        DRAPE_VERSION, incarnation, config.listen, (*server)->port(), backend.name, backend.device,
+        files);
+    const int signal = WaitForStop(config, **scheduler, authentication->get());
     guard.emplace(signals, milliseconds(config.drain_grace_ms) + kStopPatience);
     spdlog::info("draining signal={} grace_ms={}", signal, config.drain_grace_ms);
     (*server)->SetServing(false);

@@ -6,6 +6,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/message_json.h"
 #include "client/cli/options.h"
+#include "client/cli/printable.h"
 
 namespace drape::cli {
 namespace {
@@ -25,7 +26,7 @@ void ListSessions(const Client& client, bool is_json) {
   for (const v1::Session& session : sessions) {
     std::printf("%s: %u cloths, %lu particles, %.0f s left%s%s\n", session.name().c_str(),
                 session.cloth_count(), session.particle_count(), session.remaining_s(),
-                session.display_name().empty() ? "" : ", ", session.display_name().c_str());
+                session.display_name().empty() ? "" : ", ", Printable(session.display_name()).c_str());
   }
 }
 

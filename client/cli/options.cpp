@@ -1,10 +1,24 @@
 #include "client/cli/options.h"
 
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
 
 #include "client/cli/state_writers.h"
 
 namespace drape::cli {
+namespace {
+
+// The first line, without what surrounds it.
+std::string ReadToken(const std::string& path) {
+  std::ifstream file(path);
+  std::string token;
+  file >> token;
+  if (token.empty()) throw CLI::ValidationError("--token-file", path + " has no token");
+  return token;
+}
+
+}  // namespace
 
 CLI::IsMember BackendNames() {
   return CLI::IsMember({"auto", "gl", "cpu", "reference"});
@@ -32,7 +46,22 @@ CLI::Option* ServerAddress::AddTo(CLI::App& command, const std::string& descript
           "Encrypt; the name in the server's certificate (default: the host of --server)")
       ->type_name("NAME")
       ->needs(address);
+  command
+      .add_option_function<std::string>(
+          "--token-file", [this](const std::string& path) { connect.token = ReadToken(path); },
+          "The tenant's token is in this file (default: $DRAPE_TOKEN)")
+      ->check(CLI::ExistingFile)
+      ->type_name("FILE")
+      ->needs(address);
   return address;
+}
+
+Client ServerAddress::Connect() const {
+  ConnectOptions options = connect;
+  if (const char* token = std::getenv("DRAPE_TOKEN"); options.token.empty() && token != nullptr) {
+    options.token = token;
+  }
+  return Client::Connect(server, options);
 }
 
 void ServerOptions::AddTo(CLI::App& command) {

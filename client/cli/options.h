@@ -15,9 +15,10 @@ struct ServerAddress {
   std::string server;  // HOST:PORT
   ConnectOptions connect;
 
-  // --server and, for it, --tls, --tls-ca and --tls-server-name. Returns --server.
+  // --server and, for it, --tls, --tls-ca, --tls-server-name and --token-file. Returns --server.
   CLI::Option* AddTo(CLI::App& command, const std::string& description = "Address of the server");
-  Client Connect() const { return Client::Connect(server, connect); }
+  // With the token of --token-file, else of the environment (DRAPE_TOKEN).
+  Client Connect() const;
 };
 
 // The server: a running one, or a private one of the chosen backend.

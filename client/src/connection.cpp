@@ -18,6 +18,9 @@ inline namespace client {
 namespace {
 
 constexpr double kReasonTimeout_s = 1;
+// Servers accept a ping every 10 s.
+constexpr int kKeepalive_ms = 30'000;
+constexpr int kKeepaliveTimeout_ms = 20'000;
 
 std::chrono::system_clock::time_point After(double seconds) {
   return std::chrono::system_clock::now() +
@@ -60,6 +63,11 @@ std::string WhyNot(v1::SimulationService::Stub& stub) {
 void Connection::Prepare(grpc::ClientContext* context, const std::string& session) const {
   if (options.request_timeout_s > 0) context->set_deadline(After(options.request_timeout_s));
   if (!session.empty()) context->AddMetadata(kSessionHeader, session);
+  AddToken(context);
+}
+
+void Connection::AddToken(grpc::ClientContext* context) const {
+  if (!options.token.empty()) context->AddMetadata("authorization", "Bearer " + options.token);
 }
 
 std::shared_ptr<Connection> OpenConnection(const std::string& address,
@@ -72,6 +80,9 @@ std::shared_ptr<Connection> OpenConnection(const std::string& address,
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(-1);
   arguments.SetMaxSendMessageSize(kMaxRequestBytes);
+  // A server that has vanished without a word is noticed while a call is under way.
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepalive_ms);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeout_ms);
   // A connection of its own: channels of equal arguments would share one otherwise.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   // A proxy cannot reach a server of this machine.

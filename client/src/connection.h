@@ -32,6 +32,8 @@ struct Connection {
   // Prepares the context of a unary request: deadline, and the routing header when `session` is
   // not empty.
   void Prepare(grpc::ClientContext* context, const std::string& session) const;
+  // For the context of a stream, too.
+  void AddToken(grpc::ClientContext* context) const;
 };
 
 // Waits until the channel is ready; throws kUnavailable after the timeout.

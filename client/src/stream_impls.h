@@ -19,6 +19,7 @@ struct BidirectionalCall {
   BidirectionalCall(std::shared_ptr<Connection> shared_connection, const std::string& session)
       : connection(std::move(shared_connection)) {
     context.AddMetadata(kSessionHeader, session);  // no deadline: streams last
+    connection->AddToken(&context);
   }
   BidirectionalCall(const BidirectionalCall&) = delete;
   BidirectionalCall& operator=(const BidirectionalCall&) = delete;

@@ -87,7 +87,7 @@ void UpdateNow(const ServiceContext& context, const CancelToken& cancel,
 void BuildAndUpdate(const ServiceContext& context, const CancelToken& cancel,
                     const std::shared_ptr<Update>& update) {
   const Status posted =
-      PostBuild(context, update->session->name(), cancel, [=](const Status& status) {
+      PostBuild(context, update->session->owner(), cancel, [=](const Status& status) {
         if (!status.ok()) return update->End(status);
         const Status maps = BuildMaps(*update, context.limits, BuildStopReason(context, cancel));
         if (!maps.ok()) return update->End(maps);
@@ -98,14 +98,18 @@ void BuildAndUpdate(const ServiceContext& context, const CancelToken& cancel,
 
 }  // namespace
 
-void StartUpdate(const ServiceContext& context, const v1::UpdateClothsRequest& request,
-                 const CancelToken& cancel, UpdateDone done) {
+void StartUpdate(const ServiceContext& context, const Caller& caller,
+                   const v1::UpdateClothsRequest& request, const CancelToken& cancel, const Hold& hold, UpdateDone done) {
   Result<ClothChange> change = CheckUpdateCloths(request, context.limits);
   if (!change.ok()) return done(change.status());
-  Result<SessionLease> session = context.sessions.Find(request.session());
+  Result<SessionLease> session = context.sessions.Find(request.session(), caller.tenant);
   if (!session.ok()) return done(session.status());
   Result<ClothList> cloths = (*session)->FindCloths(ToClothIds(request.cloth_ids()));
   if (!cloths.ok()) return done(cloths.status());
+  Result<std::shared_ptr<void>> held =
+      context.unread->Take((*session)->owner(), request.ByteSizeLong());
+  if (!held.ok()) return done(held.status());
+  hold(std::move(held).value());
   const Status cost = CheckStepCosts(*cloths, *change);
   if (!cost.ok()) return done(cost);
   std::vector<ColliderMesh> meshes;

@@ -8,10 +8,10 @@
 
 namespace drape::api {
 
-// `done` exactly once, on any thread, possibly before this returns. `request` is not used
+// `hold`: at most once, before `done`. `done` exactly once, on any thread, possibly before this returns. `request` is not used
 // afterwards.
-void StartUpdate(const ServiceContext& context, const v1::UpdateClothsRequest& request,
-                 const CancelToken& cancel,
+void StartUpdate(const ServiceContext& context, const Caller& caller,
+                   const v1::UpdateClothsRequest& request, const CancelToken& cancel, const Hold& hold,
                  std::function<void(Result<v1::UpdateClothsResponse>)> done);
 
 }  // namespace drape::api

@@ -88,13 +88,17 @@ void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimi
 
 }  // namespace
 
-void StartCreation(const ServiceContext& context, const v1::CreateClothsRequest& request,
-                   const CancelToken& cancel, CreateDone done) {
+void StartCreation(const ServiceContext& context, const Caller& caller,
+                   const v1::CreateClothsRequest& request, const CancelToken& cancel, const Hold& hold, CreateDone done) {
   Result<CheckedCreation> checked = CheckCreateCloths(request, context.limits);
   if (!checked.ok()) return done(checked.status());
-  Result<SessionLease> session = context.sessions.Find(request.session());
+  Result<SessionLease> session = context.sessions.Find(request.session(), caller.tenant);
   if (!session.ok()) return done(session.status());
 
+  Result<std::shared_ptr<void>> held =
+      context.unread->Take((*session)->owner(), request.ByteSizeLong());
+  if (!held.ok()) return done(held.status());
+  hold(std::move(held).value());
   const std::string& request_id = request.validate_only() ? std::string() : request.request_id();
   Result<std::optional<v1::CreateClothsResponse>> known =
       BeginRequest<v1::CreateClothsResponse>((*session)->request_memory(), request_id, request);
@@ -105,7 +109,7 @@ void StartCreation(const ServiceContext& context, const v1::CreateClothsRequest&
       Creation{std::move(*session), request_id, request.validate_only(), std::move(*checked),
                ReadColliderMeshes(request.spec().environment().colliders()), std::move(done)});
   const Status posted =
-      PostBuild(context, request.session(), cancel,
+      PostBuild(context, creation->session->owner(), cancel,
                 [creation, limits = context.limits,
                  stop_reason = BuildStopReason(context, cancel)](const Status& status) {
                   if (!status.ok()) return creation->End(status);

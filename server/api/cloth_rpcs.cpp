@@ -16,9 +16,10 @@ struct NamedCloths {
   ClothList cloths;
 };
 
-Result<NamedCloths> FindNamed(SessionRegistry& sessions, const std::string& session_name,
+Result<NamedCloths> FindNamed(SessionRegistry& sessions, const Caller& caller,
+                              const std::string& session_name,
                               std::span<const ClothId> ids) {
-  DRAPE_ASSIGN_OR_RETURN(SessionLease session, sessions.Find(session_name));
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session, sessions.Find(session_name, caller.tenant));
   DRAPE_ASSIGN_OR_RETURN(ClothList cloths, session->FindCloths(ids));
   return NamedCloths{std::move(session), std::move(cloths)};
 }
@@ -43,11 +44,13 @@ void FillPage(const ClothPage& page, v1::ListClothsResponse* response) {
 
 }  // namespace
 
-grpc::ServerUnaryReactor* SimulationService::CreateCloths(Context*,
+grpc::ServerUnaryReactor* SimulationService::CreateCloths(Context* context,
                                                           const v1::CreateClothsRequest* request,
                                                           v1::CreateClothsResponse* response) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
   UnaryCall* call = UnaryCall::New();
-  StartCreation(context_, *request, call->cancel,
+  StartCreation(context_, caller, *request, call->cancel, call->hold(),
                 EndWith<v1::CreateClothsResponse>(
                     call, [response](auto& answer) { *response = std::move(answer); }));
   return call;
@@ -56,29 +59,36 @@ grpc::ServerUnaryReactor* SimulationService::CreateCloths(Context*,
 grpc::ServerUnaryReactor* SimulationService::GetCloth(Context* context,
                                                       const v1::GetClothRequest* request,
                                                       v1::Cloth* response) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
   const ClothId id = ClothId::FromPacked(request->cloth_id());
-  const Result<NamedCloths> named = FindNamed(context_.sessions, request->session(), {&id, 1});
-  if (named.ok()) *response = ToProto(*named->cloths.front());
-  return Answer(context, named.status());
+  const Result<NamedCloths> named = FindNamed(context_.sessions, caller, request->session(), {&id, 1});
+  if (!named.ok()) return Answer(context, named.status());
+  *response = ToProto(*named->cloths.front());
+  return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong());
 }
 
 grpc::ServerUnaryReactor* SimulationService::ListCloths(Context* context,
                                                         const v1::ListClothsRequest* request,
                                                         v1::ListClothsResponse* response) {
-  const Result<SessionLease> session = context_.sessions.Find(request->session());
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
+  const Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
   if (!session.ok()) return Answer(context, session.status());
   const Result<ClothPage> page =
       (*session)->ListCloths(request->page_size(), request->page_token());
   if (!page.ok()) return Answer(context, page.status());
   FillPage(*page, response);
-  return Answer(context, Status::Ok());
+  return AnswerCounted(*context_.unread, (*session)->owner(), response->ByteSizeLong());
 }
 
-grpc::ServerUnaryReactor* SimulationService::UpdateCloths(Context*,
+grpc::ServerUnaryReactor* SimulationService::UpdateCloths(Context* context,
                                                           const v1::UpdateClothsRequest* request,
                                                           v1::UpdateClothsResponse* response) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
   UnaryCall* call = UnaryCall::New();
-  StartUpdate(context_, *request, call->cancel,
+  StartUpdate(context_, caller, *request, call->cancel, call->hold(),
               EndWith<v1::UpdateClothsResponse>(
                   call, [response](auto& answer) { *response = std::move(answer); }));
   return call;
@@ -87,10 +97,12 @@ grpc::ServerUnaryReactor* SimulationService::UpdateCloths(Context*,
 grpc::ServerUnaryReactor* SimulationService::DeleteCloths(Context* context,
                                                           const v1::DeleteClothsRequest* request,
                                                           v1::DeleteClothsResponse*) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
   const Status check = CheckNamesCloths(request->cloth_ids());
   if (!check.ok()) return Answer(context, check);
   Result<NamedCloths> named =
-      FindNamed(context_.sessions, request->session(), ToClothIds(request->cloth_ids()));
+      FindNamed(context_.sessions, caller, request->session(), ToClothIds(request->cloth_ids()));
   if (!named.ok()) return Answer(context, named.status());
   UnaryCall* call = UnaryCall::New();
   call->lease = std::move(named->session);
@@ -101,8 +113,10 @@ grpc::ServerUnaryReactor* SimulationService::DeleteCloths(Context* context,
 grpc::ServerUnaryReactor* SimulationService::ResetCloths(Context* context,
                                                          const v1::ResetClothsRequest* request,
                                                          v1::ResetClothsResponse*) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
   Result<NamedCloths> named =
-      FindNamed(context_.sessions, request->session(), ToClothIds(request->cloth_ids()));
+      FindNamed(context_.sessions, caller, request->session(), ToClothIds(request->cloth_ids()));
   if (!named.ok() || named->cloths.empty()) return Answer(context, named.status());
   UnaryCall* call = UnaryCall::New();
   call->lease = std::move(named->session);

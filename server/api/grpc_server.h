@@ -19,6 +19,11 @@ struct ServerOptions {
   // Needed to listen without TLS on an address that other machines can reach.
   bool allow_insecure = false;
   uint32_t max_request_bytes = 64u << 20;
+  // Calls that a connection may have under way; more wait at the client.
+  uint32_t max_calls_per_connection = 256;
+  // Memory of the transport for all connections: requests that have not arrived wholly, answers
+  // that have not been read. Beyond it connections are slowed down, then ended.
+  uint64_t max_transport_bytes = uint64_t{2} << 30;
   // A peer that has vanished without a word is noticed after keepalive + timeout.
   std::chrono::milliseconds keepalive{30'000};
   std::chrono::milliseconds keepalive_timeout{10'000};

@@ -37,8 +37,10 @@ void FillLimits(const ServiceContext& context, v1::ServerInfo::Limits* limits) {
 grpc::ServerUnaryReactor* SimulationService::GetServerInfo(Context* context,
                                                            const v1::GetServerInfoRequest*,
                                                            v1::ServerInfo* response) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
   const BackendDescription& backend = context_.scheduler.description();
-  const ServerTotals totals = context_.sessions.Totals();
+  const ServerTotals totals = context_.sessions.Totals(caller.tenant);
   response->set_version(context_.version);
   response->set_incarnation(context_.incarnation);
   response->set_backend(backend.name);

@@ -18,6 +18,10 @@ struct RequestLimits {
   uint32_t max_chunk_bytes = 1u << 20;
   // State data in a Step answer [bytes]; more must be read with ReadStates.
   uint64_t max_step_state_bytes = 64u << 20;
+  // Requests that are being worked on and answers that their clients have not read [bytes]: of all
+  // sessions, and of one session, which may exceed it by a single request or answer.
+  uint64_t max_unread_bytes = uint64_t{2} << 30;
+  uint64_t max_unread_bytes_per_session = uint64_t{256} << 20;
   // Limits of the model of one cloth.
   ModelLimits model;
   // Each particle meets every collider in every sweep.

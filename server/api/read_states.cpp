@@ -8,37 +8,44 @@
 
 namespace drape::api {
 
-ReadStatesReactor* ReadStatesReactor::Start(const ServiceContext& context,
+ReadStatesReactor* ReadStatesReactor::Start(const ServiceContext& context, const Caller& caller,
                                             const v1::ReadStatesRequest& request) {
   auto* reactor = new ReadStatesReactor();
-  const Status status = reactor->Begin(context, request);
+  if (caller.is_refused) {
+    reactor->Finish(Unauthenticated());
+    return reactor;
+  }
+  const Status status = reactor->Begin(context, caller, request);
   if (!status.ok()) reactor->End(status);
   return reactor;
 }
 
-Status ReadStatesReactor::Begin(const ServiceContext& context,
+Status ReadStatesReactor::Begin(const ServiceContext& context, const Caller& caller,
                                 const v1::ReadStatesRequest& request) {
   const FieldPath view_path("view");
   Violations violations;
   const StateFields fields = CheckView(view_path, request.view(), violations);
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
-  DRAPE_ASSIGN_OR_RETURN(SessionLease session, context.sessions.Find(request.session()));
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session, context.sessions.Find(request.session(), caller.tenant));
   DRAPE_ASSIGN_OR_RETURN(const ClothList cloths,
                          session->FindCloths(ToClothIds(request.cloth_ids())));
   DRAPE_RETURN_IF_ERROR(CheckClothsHaveParticles(view_path, fields, cloths));
   session_ = std::move(session);
+  std::vector<ChunkCloth> chunk_cloths = ChunkClothsOf(cloths, fields);
+  const uint64_t bytes = StateBytes(chunk_cloths, context.scheduler.description().scalar, fields);
+  DRAPE_ASSIGN_OR_RETURN(held_, context.unread->Take(session_->owner(), bytes));
 
   std::vector<std::shared_ptr<ClothRuntime>> runtimes;
   for (const auto& cloth : cloths) runtimes.push_back(cloth->runtime);
   return context.scheduler.ReadStates(
       std::move(runtimes), fields,
-      [this, chunk_cloths = ChunkClothsOf(cloths, fields),
+      [this, chunk_cloths = std::move(chunk_cloths),
        max_bytes = context.limits.max_chunk_bytes](Result<ClothStates> states) {
         if (!states.ok()) return End(states.status());
         chunker_.emplace(chunk_cloths, std::move(*states), max_bytes);
         WriteNext();
       },
-      session_->name());
+      session_->name(), session_->tenant());
 }
 
 void ReadStatesReactor::OnWriteDone(bool ok) {
@@ -55,6 +62,7 @@ void ReadStatesReactor::WriteNext() {
 void ReadStatesReactor::End(const Status& status) {
   chunker_
       .reset();  // gives back its place among the session's reads before the client can ask again
+  held_ = nullptr;
   session_ = {};
   Finish(ToGrpcStatus(status));
 }

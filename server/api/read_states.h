@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <memory>
 #include <optional>
 
 #include "server/api/simulation_service.h"
@@ -12,19 +13,21 @@ namespace drape::api {
 // Owns itself until gRPC is done with it.
 class ReadStatesReactor final : public grpc::ServerWriteReactor<v1::StateChunk> {
  public:
-  static ReadStatesReactor* Start(const ServiceContext& context,
+  static ReadStatesReactor* Start(const ServiceContext& context, const Caller& caller,
                                   const v1::ReadStatesRequest& request);
 
  private:
   ReadStatesReactor() = default;
 
-  Status Begin(const ServiceContext& context, const v1::ReadStatesRequest& request);
+  Status Begin(const ServiceContext& context, const Caller& caller,
+               const v1::ReadStatesRequest& request);
   void OnWriteDone(bool ok) override;
   void OnDone() override { delete this; }
   void WriteNext();
   void End(const Status& status);
 
   SessionLease session_;
+  std::shared_ptr<void> held_;  // until the states have been sent
   std::optional<StateChunker> chunker_;
   v1::StateChunk chunk_;
 };

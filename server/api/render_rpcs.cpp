@@ -60,7 +60,7 @@ void Fetch(const ServiceContext& context, const std::shared_ptr<PictureCall>& pi
       [picture, ready, limits = context.pictures.limits()](Result<ClothStates> states) {
         ready(ToContent(*picture, std::move(states), limits));
       },
-      picture->call->lease->name());
+      picture->call->lease->name(), picture->call->lease->tenant());
   if (!status.ok()) ready(status);
 }
 
@@ -78,6 +78,7 @@ render::PictureJob ToJob(const ServiceContext& context, render::PictureSpec spec
                            .velocities = spec.colouring == render::Colouring::kSpeed};
   render::PictureJob job;
   job.session = picture->call->lease->name();
+  job.tenant = picture->call->lease->tenant();
   job.spec = std::move(spec);
   job.particle_count = ParticleTotal(picture->cloths);
   job.fetch = [&context, picture, fields](bool on_device, const render::ContentReady& ready) {
@@ -93,9 +94,11 @@ render::PictureJob ToJob(const ServiceContext& context, render::PictureSpec spec
 grpc::ServerUnaryReactor* SimulationService::Render(Context* context,
                                                     const v1::RenderRequest* request,
                                                     v1::RenderResponse* response) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
   Result<render::PictureSpec> spec = CheckRender(*request);
   if (!spec.ok()) return Answer(context, spec.status());
-  Result<SessionLease> session = context_.sessions.Find(request->session());
+  Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
   if (!session.ok()) return Answer(context, session.status());
   Result<ClothList> cloths = (*session)->FindCloths(ToClothIds(request->cloth_ids()));
   if (!cloths.ok()) return Answer(context, cloths.status());

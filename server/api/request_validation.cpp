@@ -23,6 +23,7 @@
 #include "server/api/view_validation.h"
 #include "server/scene/description_checks.h"
 #include "server/solver/solver_constants.h"
+#include "server/core/text.h"
 
 namespace drape::api {
 namespace {
@@ -274,7 +275,7 @@ Result<ClothChange> CheckUpdateCloths(const v1::UpdateClothsRequest& request,
     const auto entry = UpdatePaths().find(name);
     if (violations.Require(
             entry != UpdatePaths().end(), path.At(k),
-            [&] { return "'" + name.substr(0, 64) + "' is not one of " + UpdatePathNames(); }) &&
+            [&] { return "'" + Shortened(name, 64) + "' is not one of " + UpdatePathNames(); }) &&
         violations.Require(seen.insert(name).second, path.At(k),
                            [&] { return "'" + name + "' occurs twice"; })) {
       entry->second(request.spec(), limits, change, violations);

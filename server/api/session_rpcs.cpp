@@ -16,23 +16,29 @@ Status FillSession(const Result<SessionView>& view, v1::Session* response) {
 grpc::ServerUnaryReactor* SimulationService::CreateSession(Context* context,
                                                            const v1::CreateSessionRequest* request,
                                                            v1::Session* response) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
   const double ttl_s = request->has_ttl_s() ? request->ttl_s() : context_.limits.default_ttl_s;
-  const Result<SessionLease> session = context_.sessions.Create(ttl_s, request->display_name());
+  const Result<SessionLease> session = context_.sessions.Create(ttl_s, request->display_name(), caller.tenant);
   if (!session.ok()) return Answer(context, session.status());
-  return Answer(context, FillSession(context_.sessions.Get((*session)->name()), response));
+  return Answer(context, FillSession(context_.sessions.Get((*session)->name(), caller.tenant), response));
 }
 
 grpc::ServerUnaryReactor* SimulationService::GetSession(Context* context,
                                                         const v1::GetSessionRequest* request,
                                                         v1::Session* response) {
-  return Answer(context, FillSession(context_.sessions.Get(request->name()), response));
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
+  return Answer(context, FillSession(context_.sessions.Get(request->name(), caller.tenant), response));
 }
 
 grpc::ServerUnaryReactor* SimulationService::ListSessions(Context* context,
                                                           const v1::ListSessionsRequest* request,
                                                           v1::ListSessionsResponse* response) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
   const Result<SessionPage> page =
-      context_.sessions.List(request->page_size(), request->page_token());
+      context_.sessions.List(request->page_size(), request->page_token(), caller.tenant);
   if (!page.ok()) return Answer(context, page.status());
   for (const SessionView& session : page->sessions) {
     v1::Session* message = response->add_sessions();
@@ -46,14 +52,19 @@ grpc::ServerUnaryReactor* SimulationService::ListSessions(Context* context,
 grpc::ServerUnaryReactor* SimulationService::RenewSession(Context* context,
                                                           const v1::RenewSessionRequest* request,
                                                           v1::Session* response) {
-  return Answer(context, FillSession(context_.sessions.Renew(request->name()), response));
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
+  return Answer(context, FillSession(context_.sessions.Renew(request->name(), caller.tenant), response));
 }
 
-grpc::ServerUnaryReactor* SimulationService::DeleteSession(Context*,
+grpc::ServerUnaryReactor* SimulationService::DeleteSession(Context* context,
                                                            const v1::DeleteSessionRequest* request,
                                                            v1::DeleteSessionResponse*) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
   UnaryCall* call = UnaryCall::New();
-  context_.sessions.Delete(request->name(), [call](const Status& status) { call->End(status); });
+  context_.sessions.Delete(request->name(), [call](const Status& status) { call->End(status); },
+                           caller.tenant);
   return call;
 }
 

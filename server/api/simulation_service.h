@@ -2,11 +2,14 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 
 #include "drape/v1/simulation_service.grpc.pb.h"
+#include "server/api/authentication.h"
 #include "server/api/limits.h"
 #include "server/api/worker_pool.h"
+#include "server/core/byte_budget.h"
 #include "server/core/clock.h"
 #include "server/render/render_thread.h"
 #include "server/scheduler/scheduler.h"
@@ -24,7 +27,19 @@ struct ServiceContext {
   RequestLimits limits;
   std::string version;
   std::string incarnation;  // changes with every start
+  // Of requests under way and answers that have not been sent (RequestLimits::max_unread_bytes).
+  // Null: the service makes it.
+  std::shared_ptr<ByteBudget> unread = nullptr;
+  // Who may call. Null: everybody.
+  std::shared_ptr<const Authentication> authentication = nullptr;
+
+  Caller Identify(const grpc::CallbackServerContext& call) const {
+    return authentication != nullptr ? authentication->Identify(call) : Caller{};
+  }
 };
+
+// What is held for a call until its answer has been sent.
+using Hold = std::function<void(std::shared_ptr<void>)>;
 
 // Thread-safe. One file per group of RPCs: session_rpcs.cpp, cloth_rpcs.cpp, step_rpcs.cpp,
 // state_rpcs.cpp, render_rpcs.cpp, info_rpcs.cpp. The streams have classes of their own.

@@ -72,6 +72,13 @@ uint64_t BytesPerRow(ScalarType scalar, const StateFields& fields) {
   return vector_bytes * (uint64_t{fields.positions} + uint64_t{fields.velocities});
 }
 
+uint64_t StateBytes(std::span<const ChunkCloth> cloths, ScalarType scalar,
+                    const StateFields& fields) {
+  uint64_t rows = 0;
+  for (const ChunkCloth& cloth : cloths) rows += cloth.row_count;
+  return rows * BytesPerRow(scalar, fields);
+}
+
 std::vector<ChunkCloth> ChunkClothsOf(const ClothList& cloths, const StateFields& fields) {
   std::vector<ChunkCloth> chunk_cloths;
   chunk_cloths.reserve(cloths.size());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "drape/v1/state.pb.h"
@@ -49,5 +50,8 @@ class StateChunker {
 
 // Bytes of one row of the columns.
 uint64_t BytesPerRow(ScalarType scalar, const StateFields& fields);
+// Bytes of all columns of the cloths.
+uint64_t StateBytes(std::span<const ChunkCloth> cloths, ScalarType scalar,
+                    const StateFields& fields);
 
 }  // namespace drape::api

@@ -6,13 +6,13 @@
 namespace drape::api {
 
 grpc::ServerWriteReactor<v1::StateChunk>* SimulationService::ReadStates(
-    Context*, const v1::ReadStatesRequest* request) {
-  return ReadStatesReactor::Start(context_, *request);
+    Context* context, const v1::ReadStatesRequest* request) {
+  return ReadStatesReactor::Start(context_, context_.Identify(*context), *request);
 }
 
 grpc::ServerBidiReactor<v1::StreamStatesRequest, v1::StateChunk>* SimulationService::StreamStates(
-    Context*) {
-  return StateStreamReactor::Start(context_);
+    Context* context) {
+  return StateStreamReactor::Start(context_, context_.Identify(*context));
 }
 
 }  // namespace drape::api

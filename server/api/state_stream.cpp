@@ -7,10 +7,23 @@
 #include "server/api/view_validation.h"
 
 namespace drape::api {
+namespace {
 
-StateStreamReactor* StateStreamReactor::Start(const ServiceContext& context) {
-  const std::shared_ptr<StateStreamReactor> reactor(new StateStreamReactor(context));
+// Frames of a subscription that are read and not sent, at most.
+constexpr uint64_t kFramesUnderWay = 2;
+
+}  // namespace
+
+StateStreamReactor* StateStreamReactor::Start(const ServiceContext& context, Caller caller) {
+  const std::shared_ptr<StateStreamReactor> reactor(
+      new StateStreamReactor(context, std::move(caller)));
   reactor->self_ = reactor;
+  if (reactor->caller_.is_refused) {
+    reactor->ending_ = Status::Ok();  // no frames, and no second end
+    reactor->is_ended_ = true;
+    reactor->Finish(Unauthenticated());
+    return reactor.get();
+  }
   reactor->StartRead(&reactor->request_);
   return reactor.get();
 }
@@ -74,7 +87,7 @@ Status StateStreamReactor::Take(const v1::StreamStatesRequest& request) {
 
 Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& request) {
   DRAPE_ASSIGN_OR_RETURN(const CheckedSubscription checked, CheckSubscribe(request));
-  DRAPE_ASSIGN_OR_RETURN(SessionLease session, context_.sessions.Find(request.session()));
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session, context_.sessions.Find(request.session(), caller_.tenant));
   DRAPE_ASSIGN_OR_RETURN(const ClothList cloths, session->FindCloths(checked.cloths));
   if (cloths.empty()) {
     return Status(StatusCode::kFailedPrecondition, "NO_CLOTHS", "the session has no cloths");
@@ -83,8 +96,12 @@ Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& r
       CheckClothsHaveParticles(FieldPath("subscribe").Child("view"), checked.fields, cloths));
   ObserverSpec spec;
   spec.session = session->name();
+  spec.tenant = session->tenant();
   for (const auto& cloth : cloths) spec.cloths.push_back(cloth->runtime);
   cloths_ = ChunkClothsOf(cloths, checked.fields);
+  const uint64_t frame_bytes =
+      StateBytes(cloths_, context_.scheduler.description().scalar, checked.fields);
+  DRAPE_ASSIGN_OR_RETURN(held_, context_.unread->Take(session->owner(), kFramesUnderWay * frame_bytes));
   spec.fields = checked.fields;
   spec.every_n_steps = checked.every_n_steps;
   spec.max_hz = checked.max_hz;

@@ -19,7 +19,7 @@ class StateStreamReactor final
     : public grpc::ServerBidiReactor<v1::StreamStatesRequest, v1::StateChunk>,
       public std::enable_shared_from_this<StateStreamReactor> {
  public:
-  static StateStreamReactor* Start(const ServiceContext& context);
+  static StateStreamReactor* Start(const ServiceContext& context, Caller caller);
 
  private:
   // A frame that is cut into chunks; `in_flight` frees its place when it has left.
@@ -30,7 +30,8 @@ class StateStreamReactor final
     std::shared_ptr<void> in_flight;
   };
 
-  explicit StateStreamReactor(const ServiceContext& context) : context_(context) {}
+  StateStreamReactor(const ServiceContext& context, Caller caller)
+      : context_(context), caller_(std::move(caller)) {}
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -46,6 +47,7 @@ class StateStreamReactor final
   void WriteNext();
 
   const ServiceContext& context_;
+  const Caller caller_;
   std::shared_ptr<StateStreamReactor> self_;  // until OnDone
 
   std::mutex mutex_;
@@ -53,6 +55,7 @@ class StateStreamReactor final
   v1::StateChunk chunk_;             // being written
   SessionLease session_;
   std::vector<ChunkCloth> cloths_;  // of the subscription
+  std::shared_ptr<void> held_;      // for its frames
   std::shared_ptr<Observer> observer_;
   std::deque<Frame> frames_;      // to be written, oldest first
   std::optional<Status> ending_;  // set once: no more frames are taken

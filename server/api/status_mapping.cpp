@@ -6,16 +6,10 @@
 #include <string>
 #include <utility>
 
+#include "server/core/text.h"
+
 namespace drape::api {
 namespace {
-
-// At most `max_bytes`, cut between UTF-8 characters.
-std::string Shortened(const std::string& text, size_t max_bytes) {
-  if (text.size() <= max_bytes) return text;
-  size_t end = max_bytes - 3;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) --end;
-  return text.substr(0, end) + "...";
-}
 
 google::rpc::BadRequest BadRequestOf(const Status& status) {
   google::rpc::BadRequest bad_request;

@@ -74,11 +74,20 @@ Result<std::vector<ChunkCloth>> CheckStates(const ServiceContext& context, const
   return chunk_cloths;
 }
 
-Result<StepWork> ToWork(const CheckedStep& checked, const std::string& session_name,
+// About what an answer takes [bytes], known before it is made.
+uint64_t AnswerBytes(const CheckedStep& checked, const StepCall& call, ScalarType scalar) {
+  constexpr uint64_t kPerCloth = 64;
+  constexpr uint64_t kPerReport = 256;
+  return call.cloths.size() * (kPerCloth + (checked.report ? kPerReport : 0)) +
+         StateBytes(call.chunk_cloths, scalar, checked.view);
+}
+
+Result<StepWork> ToWork(const CheckedStep& checked, const Session& session,
                         const ClothList& cloths) {
   StepWork work;
   DRAPE_ASSIGN_OR_RETURN(work.controls, ResolveControls(checked.controls, cloths));
-  work.session = session_name;
+  work.session = session.name();
+  work.tenant = session.tenant();
   for (const auto& cloth : cloths) work.cloths.push_back(cloth->runtime);
   work.steps = checked.steps;
   work.until_step = checked.until_step;
@@ -90,15 +99,18 @@ Result<StepWork> ToWork(const CheckedStep& checked, const std::string& session_n
 
 // Submits the request, or ends `call` with the answer that is known already. An error: the call has
 // not ended.
-Status Start(const ServiceContext& context, const v1::StepRequest& request,
-             const CancelToken& cancel, const std::shared_ptr<StepCall>& call) {
+Status Start(const ServiceContext& context, const Caller& caller, const v1::StepRequest& request,
+             const CancelToken& cancel, const Hold& hold, const std::shared_ptr<StepCall>& call) {
   DRAPE_ASSIGN_OR_RETURN(const CheckedStep checked,
                          CheckStep(request, context.scheduler.limits().max_steps_per_request));
-  DRAPE_ASSIGN_OR_RETURN(call->session, context.sessions.Find(request.session()));
+  DRAPE_ASSIGN_OR_RETURN(call->session, context.sessions.Find(request.session(), caller.tenant));
   DRAPE_ASSIGN_OR_RETURN(std::optional<v1::StepResponse> known,
                          BeginRequest<v1::StepResponse>(call->session->request_memory(),
                                                         request.request_id(), request));
+  const std::string owner = call->session->owner();
   if (known.has_value()) {
+    DRAPE_ASSIGN_OR_RETURN(auto held, context.unread->Take(owner, known->ByteSizeLong()));
+    hold(std::move(held));
     call->End(std::move(*known));
     return Status::Ok();
   }
@@ -108,8 +120,14 @@ Status Start(const ServiceContext& context, const v1::StepRequest& request,
     call->End(v1::StepResponse());
     return Status::Ok();
   }
-  DRAPE_ASSIGN_OR_RETURN(StepWork work, ToWork(checked, call->session->name(), call->cloths));
+  DRAPE_ASSIGN_OR_RETURN(StepWork work, ToWork(checked, *call->session, call->cloths));
   DRAPE_ASSIGN_OR_RETURN(call->chunk_cloths, CheckStates(context, checked.view, call->cloths));
+  DRAPE_ASSIGN_OR_RETURN(
+      auto held,
+      context.unread->Take(owner,
+                           request.ByteSizeLong() +
+                               AnswerBytes(checked, *call, context.scheduler.description().scalar)));
+  hold(std::move(held));
   // A request with an id is completed even if its client has gone: the repetition asks for the
   // answer.
   if (call->request_id.empty()) work.cancel = cancel;
@@ -121,10 +139,10 @@ Status Start(const ServiceContext& context, const v1::StepRequest& request,
 
 }  // namespace
 
-void StartStep(const ServiceContext& context, const v1::StepRequest& request,
-               const CancelToken& cancel, StepDone done) {
+void StartStep(const ServiceContext& context, const Caller& caller,
+                   const v1::StepRequest& request, const CancelToken& cancel, const Hold& hold, StepDone done) {
   const auto call = std::make_shared<StepCall>(StepCall{std::move(done), {}, {}, {}, {}});
-  const Status status = Start(context, request, cancel, call);
+  const Status status = Start(context, caller, request, cancel, hold, call);
   if (!status.ok()) call->End(status);
 }
 

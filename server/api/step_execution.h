@@ -8,9 +8,11 @@
 
 namespace drape::api {
 
-// `done` exactly once, on any thread, possibly before this returns. `request` is not used
-// afterwards. `cancel` counts only for requests without a request_id.
-void StartStep(const ServiceContext& context, const v1::StepRequest& request,
-               const CancelToken& cancel, std::function<void(Result<v1::StepResponse>)> done);
+// `hold` at most once, before `done`; `done` exactly once, on any thread, possibly before this
+// returns. `request` is not used afterwards. `cancel` counts only for requests without a
+// request_id.
+void StartStep(const ServiceContext& context, const Caller& caller,
+                   const v1::StepRequest& request, const CancelToken& cancel, const Hold& hold,
+               std::function<void(Result<v1::StepResponse>)> done);
 
 }  // namespace drape::api

@@ -6,18 +6,20 @@
 
 namespace drape::api {
 
-grpc::ServerUnaryReactor* SimulationService::Step(Context*, const v1::StepRequest* request,
+grpc::ServerUnaryReactor* SimulationService::Step(Context* context, const v1::StepRequest* request,
                                                   v1::StepResponse* response) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
   UnaryCall* call = UnaryCall::New();
-  StartStep(context_, *request, call->cancel,
+  StartStep(context_, caller, *request, call->cancel, call->hold(),
             EndWith<v1::StepResponse>(
                 call, [response](v1::StepResponse& answer) { *response = std::move(answer); }));
   return call;
 }
 
 grpc::ServerBidiReactor<v1::StepRequest, v1::StepResponse>* SimulationService::StepStream(
-    Context*) {
-  return StepStreamReactor::Start(context_);
+    Context* context) {
+  return StepStreamReactor::Start(context_, context_.Identify(*context));
 }
 
 }  // namespace drape::api

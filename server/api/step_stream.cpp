@@ -7,10 +7,15 @@
 
 namespace drape::api {
 
-StepStreamReactor* StepStreamReactor::Start(const ServiceContext& context) {
-  const std::shared_ptr<StepStreamReactor> reactor(new StepStreamReactor(context));
+StepStreamReactor* StepStreamReactor::Start(const ServiceContext& context, Caller caller) {
+  const std::shared_ptr<StepStreamReactor> reactor(
+      new StepStreamReactor(context, std::move(caller)));
   reactor->self_ = reactor;
   const std::lock_guard lock(reactor->mutex_);
+  if (reactor->caller_.is_refused) {
+    reactor->is_ended_ = true;
+    reactor->Finish(Unauthenticated());
+  }
   reactor->ReadNext();
   return reactor.get();
 }
@@ -30,7 +35,8 @@ void StepStreamReactor::OnReadDone(bool ok) {
   if (!slot) return;
   // Without the lock: the answer may come before StartStep returns. is_reading_ is still set, so no
   // other thread reads the next request, which would overwrite this one or overtake it.
-  StartStep(context_, request_, slot->cancel,
+  StartStep(context_, caller_, request_, slot->cancel,
+            [slot](std::shared_ptr<void> held) { slot->held = std::move(held); },
             [self = shared_from_this(), slot](Result<v1::StepResponse> answer) {
               self->OnAnswer(*slot, std::move(answer));
             });
@@ -48,6 +54,7 @@ void StepStreamReactor::OnAnswer(Slot& slot, Result<v1::StepResponse> answer) {
 void StepStreamReactor::OnWriteDone(bool ok) {
   const std::lock_guard lock(mutex_);
   is_writing_ = false;
+  held_ = nullptr;
   if (!ok) is_broken_ = true;
   ReadNext();
   WriteNext();
@@ -82,6 +89,7 @@ void StepStreamReactor::WriteNext() {
   }
   if (!slots_.front()->answer) return;
   Result<v1::StepResponse> answer = std::move(*slots_.front()->answer);
+  held_ = std::move(slots_.front()->held);
   slots_.pop_front();
   if (!answer.ok()) return End(answer.status());
   is_writing_ = true;

@@ -17,16 +17,18 @@ namespace drape::api {
 class StepStreamReactor final : public grpc::ServerBidiReactor<v1::StepRequest, v1::StepResponse>,
                                 public std::enable_shared_from_this<StepStreamReactor> {
  public:
-  static StepStreamReactor* Start(const ServiceContext& context);
+  static StepStreamReactor* Start(const ServiceContext& context, Caller caller);
 
  private:
   // A request that was read and not answered yet.
   struct Slot {
     CancelToken cancel;
     std::optional<Result<v1::StepResponse>> answer;
+    std::shared_ptr<void> held;  // until the answer has been written
   };
 
-  explicit StepStreamReactor(const ServiceContext& context) : context_(context) {}
+  StepStreamReactor(const ServiceContext& context, Caller caller)
+      : context_(context), caller_(std::move(caller)) {}
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -41,11 +43,13 @@ class StepStreamReactor final : public grpc::ServerBidiReactor<v1::StepRequest, 
   void End(const Status& status);
 
   const ServiceContext& context_;
+  const Caller caller_;
   std::shared_ptr<StepStreamReactor> self_;  // until OnDone
 
   std::mutex mutex_;
   v1::StepRequest request_;                  // being read
   v1::StepResponse response_;                // being written
+  std::shared_ptr<void> held_;               // for it
   std::deque<std::shared_ptr<Slot>> slots_;  // oldest first
   bool is_reading_ = false;                  // a request is being read or submitted
   bool is_read_over_ = false;                // the client sends no more

@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 
+#include "server/api/simulation_service.h"
 #include "server/api/status_mapping.h"
 #include "server/scheduler/step_work.h"
 #include "server/session/session_registry.h"
@@ -22,6 +23,9 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
   SessionLease lease;
   // Dropped when the answer has been sent.
   std::shared_ptr<void> until_sent;
+  Hold hold() {
+    return [this](std::shared_ptr<void> held) { until_sent = std::move(held); };
+  }
   // Set when the client has gone or its deadline has passed.
   CancelToken cancel;
 
@@ -42,6 +46,23 @@ inline grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context,
   auto* reactor = context->DefaultReactor();
   reactor->Finish(ToGrpcStatus(status));
   return reactor;
+}
+
+// The same for a call without a valid token.
+inline grpc::ServerUnaryReactor* Refuse(grpc::CallbackServerContext* context) {
+  auto* reactor = context->DefaultReactor();
+  reactor->Finish(Unauthenticated());
+  return reactor;
+}
+
+// The same for an answer of so many bytes, which count until it has been sent.
+inline grpc::ServerUnaryReactor* AnswerCounted(ByteBudget& unread, const std::string& owner,
+                                               uint64_t bytes) {
+  UnaryCall* call = UnaryCall::New();
+  Result<std::shared_ptr<void>> held = unread.Take(owner, bytes);
+  if (held.ok()) call->until_sent = std::move(held).value();
+  call->End(held.status());
+  return call;
 }
 
 // Ends the call with the result's status, after `map` has put its value into the response.

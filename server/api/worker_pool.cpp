@@ -1,5 +1,6 @@
 #include "server/api/worker_pool.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -18,8 +19,10 @@ Status QueueFull(uint32_t count, const char* whose) {
 
 WorkerPool::WorkerPool(uint32_t thread_count, uint32_t max_queued_tasks,
                        uint32_t max_queued_tasks_per_owner)
-    : max_queued_tasks_(max_queued_tasks), max_queued_tasks_per_owner_(max_queued_tasks_per_owner) {
-  for (uint32_t k = 0; k < thread_count; ++k) threads_.emplace_back([this] { Loop(); });
+    : max_running_per_owner_(thread_count),
+      max_queued_tasks_(max_queued_tasks),
+      max_queued_tasks_per_owner_(max_queued_tasks_per_owner) {
+  for (uint32_t k = 0; k < thread_count + 1; ++k) threads_.emplace_back([this] { Loop(); });
 }
 
 WorkerPool::~WorkerPool() {
@@ -34,29 +37,61 @@ WorkerPool::~WorkerPool() {
 Status WorkerPool::Post(const std::string& owner, std::function<void()> task) {
   {
     const std::lock_guard lock(mutex_);
-    if (tasks_.size() >= max_queued_tasks_) return QueueFull(max_queued_tasks_, "of all sessions");
-    const auto entry = queued_by_owner_.try_emplace(owner, 0).first;
-    if (entry->second >= max_queued_tasks_per_owner_) {
+    if (task_count_ >= max_queued_tasks_) return QueueFull(max_queued_tasks_, "of all sessions");
+    const auto [tasks, is_new] = tasks_.try_emplace(owner);
+    if (tasks->second.size() >= max_queued_tasks_per_owner_) {
       return QueueFull(max_queued_tasks_per_owner_, "of this session");
     }
-    ++entry->second;
-    tasks_.push_back({owner, std::move(task)});
+    if (is_new) turns_.push_back(owner);
+    tasks->second.push_back(std::move(task));
+    ++task_count_;
   }
   wake_.notify_one();
   return Status::Ok();
 }
 
+std::deque<std::string>::iterator WorkerPool::NextTurn() {
+  return std::find_if(turns_.begin(), turns_.end(), [this](const std::string& owner) {
+    const auto running = running_.find(owner);
+    return running == running_.end() || running->second < max_running_per_owner_;
+  });
+}
+
+WorkerPool::Task WorkerPool::TakeTaskOf(std::deque<std::string>::iterator turn) {
+  const std::string owner = std::move(*turn);
+  turns_.erase(turn);
+  const auto tasks = tasks_.find(owner);
+  Task task = std::move(tasks->second.front());
+  tasks->second.pop_front();
+  --task_count_;
+  ++running_[owner];
+  if (tasks->second.empty()) {
+    tasks_.erase(tasks);
+  } else {
+    turns_.push_back(owner);
+  }
+  return [this, owner, run = std::move(task)]() mutable {
+    run();
+    run = {};
+    const std::lock_guard lock(mutex_);
+    const auto running = running_.find(owner);
+    if (--running->second == 0) running_.erase(running);
+    wake_.notify_all();
+  };
+}
+
 void WorkerPool::Loop() {
   std::unique_lock lock(mutex_);
   while (true) {
-    wake_.wait(lock, [this] { return is_stopping_ || !tasks_.empty(); });
-    if (tasks_.empty()) return;
-    Task task = std::move(tasks_.front());
-    tasks_.pop_front();
-    const auto entry = queued_by_owner_.find(task.owner);
-    if (--entry->second == 0) queued_by_owner_.erase(entry);
+    auto turn = turns_.end();
+    wake_.wait(lock, [&] {
+      turn = NextTurn();
+      return turn != turns_.end() || (is_stopping_ && task_count_ == 0);
+    });
+    if (turn == turns_.end()) return;
+    Task task = TakeTaskOf(turn);
     lock.unlock();
-    task.run();
+    task();
     task = {};
     lock.lock();
   }

@@ -14,9 +14,12 @@
 
 namespace drape::api {
 
-// Thread-safe. Tasks start in the order in which they were taken.
+// Thread-safe. Owners take turns: a task waits for those of its owner and for one of every other
+// owner, never for a queue of theirs. One owner's tasks never take all threads. They start in the
+// order in which they were taken.
 class WorkerPool {
  public:
+  // Starts one thread more than `thread_count`, which is how many tasks of one owner run at once.
   WorkerPool(uint32_t thread_count, uint32_t max_queued_tasks,
              uint32_t max_queued_tasks_per_owner = 16);
   // Runs what was taken, then ends.
@@ -29,18 +32,22 @@ class WorkerPool {
   Status Post(const std::string& owner, std::function<void()> task);
 
  private:
-  struct Task {
-    std::string owner;
-    std::function<void()> run;
-  };
+  using Task = std::function<void()>;
   void Loop();
+  // --- With mutex_ held.
+  // The owner whose task may run next; end: none.
+  std::deque<std::string>::iterator NextTurn();
+  Task TakeTaskOf(std::deque<std::string>::iterator turn);
 
+  const uint32_t max_running_per_owner_;
   const uint32_t max_queued_tasks_;
   const uint32_t max_queued_tasks_per_owner_;
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::deque<Task> tasks_;
-  std::unordered_map<std::string, uint32_t> queued_by_owner_;
+  std::deque<std::string> turns_;  // owners with tasks, whose turn comes first in front
+  std::unordered_map<std::string, std::deque<Task>> tasks_;  // by owner, never empty
+  uint32_t task_count_ = 0;
+  std::unordered_map<std::string, uint32_t> running_;  // by owner, never 0
   bool is_stopping_ = false;
   std::vector<std::thread> threads_;
 };

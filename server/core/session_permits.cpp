@@ -1,5 +1,6 @@
 #include "server/core/session_permits.h"
 
+#include <algorithm>
 #include <mutex>
 #include <unordered_map>
 #include <utility>
@@ -9,11 +10,15 @@ namespace drape {
 struct SessionPermits::Counts {
   std::mutex mutex;
   std::unordered_map<std::string, uint32_t> by_session;  // sessions without permits have no entry
+  std::unordered_map<std::string, uint32_t> by_tenant;
   uint32_t in_all = 0;
 
-  void Release(const std::string& session) {
+  void Release(const std::string& session, const std::string& tenant) {
     const std::lock_guard lock(mutex);
     --in_all;
+    if (const auto entry = by_tenant.find(tenant); entry != by_tenant.end()) {
+      if (--entry->second == 0) by_tenant.erase(entry);
+    }
     const auto entry = by_session.find(session);
     if (--entry->second == 0) by_session.erase(entry);
   }
@@ -28,18 +33,29 @@ SessionPermits::SessionPermits(std::string reason, PermitLimit per_session,
       retry_after_ms_(retry_after_ms),
       counts_(std::make_shared<Counts>()) {}
 
-Result<std::shared_ptr<void>> SessionPermits::Take(const std::string& session) {
+Result<std::shared_ptr<void>> SessionPermits::Take(const std::string& session,
+                                                   const std::string& tenant) {
   {
     const std::lock_guard lock(counts_->mutex);
     if (in_all_ && counts_->in_all >= in_all_->value) return Refusal(*in_all_);
     const auto entry = counts_->by_session.find(session);
     const uint32_t taken = entry == counts_->by_session.end() ? 0 : entry->second;
     if (!session.empty() && taken >= per_session_.value) return Refusal(per_session_);
+    if (in_all_ && !tenant.empty()) {
+      const PermitLimit half{in_all_->name + " of one tenant", std::max(1u, in_all_->value / 2)};
+      const auto of_tenant = counts_->by_tenant.find(tenant);
+      if (of_tenant != counts_->by_tenant.end() && of_tenant->second >= half.value) {
+        return Refusal(half);
+      }
+      ++counts_->by_tenant[tenant];
+    }
     ++counts_->by_session[session];
     ++counts_->in_all;
   }
   return std::shared_ptr<void>(counts_.get(),
-                               [counts = counts_, session](void*) { counts->Release(session); });
+                               [counts = counts_, session, tenant](void*) {
+                                 counts->Release(session, tenant);
+                               });
 }
 
 Status SessionPermits::Refusal(const PermitLimit& limit) const {

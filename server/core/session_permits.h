@@ -1,4 +1,4 @@
-// Limits how many of something there are at a time, per session and in all.
+// Limits how many of something there are at a time, per session, per tenant and in all.
 #pragma once
 
 #include <cstdint>
@@ -24,8 +24,9 @@ class SessionPermits {
                  std::optional<int64_t> retry_after_ms);
 
   // A permit is given back when the last copy of the pointer is gone, which may outlive this. With
-  // an empty session name only the limit in all applies.
-  Result<std::shared_ptr<void>> Take(const std::string& session);
+  // an empty session name only the limit in all applies. A tenant, if there is one, has at most
+  // half of all permits, so that no tenant can take them from the others.
+  Result<std::shared_ptr<void>> Take(const std::string& session, const std::string& tenant = {});
 
  private:
   struct Counts;

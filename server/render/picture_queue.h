@@ -40,6 +40,7 @@ struct DrawnPicture {
 // A picture that was requested.
 struct PictureJob {
   std::string session;  // the session's name: sessions take turns
+  std::string tenant{};  // of the session
   PictureSpec spec;
   uint64_t particle_count = 0;  // of all its cloths
   // Gets the content when the picture's turn has come. Render thread; must not block. Calls `ready`

@@ -51,7 +51,8 @@ class RenderThread::Core : public std::enable_shared_from_this<Core> {
         limits_(limits),
         permits_(kTooMany,
                  {"max_pictures_in_flight_per_session", limits.max_pictures_in_flight_per_session},
-                 std::nullopt, limits.retry_after_ms) {}
+                 PermitLimit{"twice max_queued_pictures", 2 * limits.max_queued_pictures},
+                 limits.retry_after_ms) {}
 
   const RenderLimits& limits() const { return limits_; }
   Status Submit(PictureJob job);
@@ -106,7 +107,7 @@ Status RenderThread::Core::Submit(PictureJob job) {
     cancelled = queue_.TakeCancelled();
   }
   for (PictureJob& gone : cancelled) End(std::move(gone), Cancelled());
-  DRAPE_ASSIGN_OR_RETURN(job.permit, permits_.Take(job.session));
+  DRAPE_ASSIGN_OR_RETURN(job.permit, permits_.Take(job.session, job.tenant));
   const std::lock_guard lock(mutex_);
   if (is_stopping_) return Draining();
   if (queue_.size() >= limits_.max_queued_pictures) {

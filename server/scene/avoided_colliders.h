@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,10 @@ namespace drape {
 struct AvoidedColliders {
   std::span<const Collider> colliders;  // where they are
   double thickness_m = 0;               // gap = distance to a collider - thickness
+  // Asked between sweeps: nobody wants the start any more, and what there is will do. Empty: never.
+  std::function<bool()> is_unwanted{};
+
+  bool AreUnwanted() const { return is_unwanted && is_unwanted(); }
 };
 
 // RestoreLengths (start_positions.h) with colliders as further demands: free particles inside leave

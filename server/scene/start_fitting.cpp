@@ -50,6 +50,7 @@ class Fitting {
       for (int sweep = 0; sweep < kSweepsPerLook; ++sweep) {
         Sweep(sweep % 2 == 1, 1);
         LeaveCollidersOnce();
+        if (avoided_.AreUnwanted()) return {};
       }
       spent += kSweepsPerLook * visits;
       before = now;
@@ -59,6 +60,7 @@ class Fitting {
     for (int sweep = 1; sweep <= kSharingSweeps; ++sweep) {
       Sweep(sweep % 2 == 1, 1.0 / (1 + kSharing * sweep));
       LeaveCollidersOnce();
+      if (avoided_.AreUnwanted()) return {};
     }
     LeaveColliders();
     FittedStart fitted;
@@ -123,7 +125,7 @@ class Fitting {
 
   void LeaveColliders() {
     for (int pass = 0; pass < kPassesOut; ++pass) {
-      if (!LeaveCollidersOnce()) return;
+      if (!LeaveCollidersOnce() || avoided_.AreUnwanted()) return;
     }
   }
 

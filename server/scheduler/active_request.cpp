@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <set>
 #include <string>
@@ -220,17 +219,24 @@ Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
   return Status::Ok();
 }
 
-std::span<const uint32_t> ActiveRequest::Costs(double solves_per_cost) {
-  constexpr double kMost = std::numeric_limits<uint32_t>::max();
+std::span<const uint32_t> ActiveRequest::Costs(const SolveRate& rate, double us_per_cost,
+                                               uint32_t max_cost) {
   costs_.clear();
   const size_t count = steps_left_.size();
   for (size_t n = 0; n < count; ++n) {
     const size_t k = (cursor_ + n) % count;
     if (steps_left_[k] == 0) continue;
-    const double cost = std::ceil(work_.cloths[k]->solves_per_step() / solves_per_cost);
-    costs_.push_back(static_cast<uint32_t>(std::clamp(cost, 1.0, kMost)));
+    const double cost = std::ceil(work_.cloths[k]->ExpectedCost_us(rate) / us_per_cost);
+    costs_.push_back(static_cast<uint32_t>(std::clamp<double>(cost, 1, max_cost)));
   }
   return costs_;
+}
+
+uint32_t ActiveRequest::NextCloth() const {
+  DRAPE_CHECK(cloths_to_step_ > 0, "a request has no more cloths to step");
+  uint32_t next = cursor_;
+  while (steps_left_[next] == 0) next = (next + 1) % static_cast<uint32_t>(steps_left_.size());
+  return next;
 }
 
 std::vector<uint32_t> ActiveRequest::Take(uint32_t count, uint64_t round) {

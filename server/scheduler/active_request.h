@@ -44,12 +44,16 @@ class ActiveRequest {
   uint64_t last_round() const { return last_round_; }
 
   // The cost in a batch of the next step of each cloth that has steps left, in the order of Take:
-  // one for every `solves_per_cost` solves that the step may need, at least one. Valid until the
-  // next call.
-  std::span<const uint32_t> Costs(double solves_per_cost);
+  // one for every `us_per_cost` of its expected duration, at least one and at most `max_cost`.
+  // Valid until the next call.
+  std::span<const uint32_t> Costs(const SolveRate& rate, double us_per_cost, uint32_t max_cost);
   // The next `count` (<= cloths_to_step) cloths, as indices into work().cloths. They take part in
   // round `round`.
   std::vector<uint32_t> Take(uint32_t count, uint64_t round);
+  // The cloth that Take would take first. Needs cloths_to_step() > 0.
+  uint32_t NextCloth() const;
+  // Take begins with this cloth again, whose step is not complete.
+  void TakeAgain(uint32_t cloth_index) { cursor_ = cloth_index; }
   // Whether the next step of this cloth is its last one and a report is wanted.
   bool IsMeasured(uint32_t cloth_index) const;
   // A step of this cloth is done. Before ClothRuntime::CompleteStep.

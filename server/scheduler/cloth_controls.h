@@ -41,6 +41,15 @@ class ClothControls {
   // Makes the changes to colliders() visible to CollidersAt.
   void ShowColliders();
 
+  // The next step gets every target, even those that have not changed.
+  void SendAgain() {
+    pins_.SendAgain();
+    lengths_.SendAgain();
+  }
+  // Whether nothing is known to change in the next step.
+  bool are_at_rest() const {
+    return pins_.is_settled() && lengths_.is_settled() && !colliders_.is_moving();
+  }
   // The targets of a step between these times. Valid until the next call.
   void SetTargets(double start_s, double end_s, StepItem& item);
 

@@ -1,5 +1,7 @@
 #include "server/scheduler/cloth_runtime.h"
 
+#include <algorithm>
+#include <limits>
 #include <utility>
 
 #include "server/scheduler/active_request.h"
@@ -102,6 +104,9 @@ void ClothRuntime::CompleteStepAsleep() {
 StepReport ClothRuntime::Shifted(StepReport report) const {
   report.measured.lowest_m += shift_.lowest_m;
   report.measured.potential_energy_j += shift_.potential_energy_j;
+  // With the least legal compliances it is more than a number can hold.
+  constexpr double kMost_j = std::numeric_limits<float>::max();
+  report.measured.strain_energy_j = std::min(report.measured.strain_energy_j, kMost_j);
   return report;
 }
 
@@ -120,6 +125,7 @@ void ClothRuntime::Reset(const std::vector<Eigen::Vector3d>& pin_starts_m,
 
 void ClothRuntime::SetSettings(const StepSettings& settings) {
   SetTimeStep(settings.time_step_s);
+  if (!(settings == budget_.settings())) cost_.Forget();
   budget_.Set(settings);
   sleep_.Set(settings);
 }

@@ -4,12 +4,14 @@
 #include <atomic>
 #include <cstdint>
 #include <deque>
+#include <limits>
 #include <memory>
 #include <vector>
 
 #include "server/core/ids.h"
 #include "server/scene/scene_model.h"
 #include "server/scheduler/cloth_controls.h"
+#include "server/scheduler/cost_estimate.h"
 #include "server/scheduler/frame_budget.h"
 #include "server/scheduler/sleep_watch.h"
 #include "server/solver/step_report.h"
@@ -120,11 +122,22 @@ class ClothRuntime {
   FrameBudget& budget() { return budget_; }
   SleepWatch& sleep() { return sleep_; }
   const SleepWatch& sleep() const { return sleep_; }
-  // Upper bound of the cost of the next step (step_settings.h, SolvesPerStep).
+  // Upper bound of the solves of the next step (step_settings.h, SolvesPerStep). 0: it is asleep
+  // and nothing wakes it, or faulted.
   double solves_per_step() const {
-    if (sleep_.is_asleep()) return 0;
+    if (is_faulted() || (sleep_.is_asleep() && controls_.are_at_rest())) return 0;
     return SolvesPerStep(*model_, budget_.settings(), controls_.colliders().collider_count());
   }
+  // What the next step will probably cost [us]; infinite while it is being done in pieces.
+  double ExpectedCost_us(const SolveRate& rate) const {
+    if (is_in_pieces_) return std::numeric_limits<double>::infinity();
+    const double solves = solves_per_step();
+    if (solves == 0) return 0;
+    return cost_.Expected_us(solves, budget_.settings().tolerance > 0, rate);
+  }
+  CostEstimate& cost() { return cost_; }
+  // Whether a part of the next step is done. For the device loop only.
+  void SetInPieces(bool is_in_pieces) { is_in_pieces_ = is_in_pieces; }
 
   // Simulated time at the end of the next step: base time + steps since * time step, so that a
   // cloth whose time step never changed is at exactly step * time step.
@@ -143,7 +156,10 @@ class ClothRuntime {
   void SetShift(const ReportShift& shift) { shift_ = shift; }
   // A model of the same particle count, which the backend has already. The caller replaces the pins
   // and lengths of controls().
-  void SetModel(std::shared_ptr<const SceneModel> model) { model_ = std::move(model); }
+  void SetModel(std::shared_ptr<const SceneModel> model) {
+    if (model != model_) cost_.Forget();
+    model_ = std::move(model);
+  }
 
   // Step requests that name this cloth, in order of arrival; the first one has the turn
   // (active_request.h). For the scheduler only.
@@ -165,6 +181,8 @@ class ClothRuntime {
   uint64_t reset_count_ = 0;
   ClothControls controls_;
   FrameBudget budget_;
+  CostEstimate cost_;
+  bool is_in_pieces_ = false;
   SleepWatch sleep_;
   std::deque<ActiveRequest*> turns_;
   PublishedProgress published_;

@@ -1,6 +1,7 @@
 #include "server/scheduler/device_loop.h"
 
 #include <algorithm>
+#include <chrono>
 #include <functional>
 #include <map>
 #include <utility>
@@ -14,6 +15,9 @@ namespace {
 // Limit on the particles read at once to find out whether cloths are at rest: 12 MiB in single
 // precision.
 constexpr size_t kMaxParticlesPerLook = size_t{1} << 20;
+
+// Limit on the steps that are done in pieces at the same time: each holds working memory.
+constexpr size_t kMaxLongSteps = 16;
 
 bool IsMoving(const RigidMotion& motion) {
   return !motion.velocity_m_per_s.isZero(0) || !motion.angular_velocity_rad_per_s.isZero(0);
@@ -55,7 +59,7 @@ DeviceLoop::DeviceLoop(Backend& backend, const Settings& settings, const Clock& 
       counters_(counters) {}
 
 void DeviceLoop::Admit(StepWork work, int64_t submitted_us) {
-  const uint32_t session = sessions_.Enter(work.session);
+  const uint32_t session = sessions_.Enter(work.owner());
   requests_.push_back(
       std::make_unique<ActiveRequest>(std::move(work), submitted_us, session, round_));
   requests_.back()->EnterTurns();
@@ -68,7 +72,10 @@ std::optional<int64_t> DeviceLoop::RunRound() {
     GiveAnswers();
     return std::nullopt;
   }
-  const int64_t batch_us = StepBatch(parts);
+  const bool is_long =
+      parts.size() == 1 && parts[0].cloths.size() == 1 &&
+      IsLong(*parts[0].request->work().cloths[parts[0].cloths[0]]);
+  const int64_t batch_us = is_long ? StepPiece(parts) : StepBatch(parts);
   Finish(StartAndEnd());
   return batch_us;
 }
@@ -89,22 +96,41 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
       ++entry;
       continue;
     }
+    DropLongStep(&request);
     request.LeaveTurns();
-    sessions_.Leave(request.work().session);
+    sessions_.Leave(request.work().owner());
     over.push_back(std::move(*entry));
     entry = requests_.erase(entry);
   }
   return over;
 }
 
+bool DeviceLoop::IsLong(const ClothRuntime& cloth) const {
+  return cloth.ExpectedCost_us(rate_) > static_cast<double>(settings_.batch_budget_us);
+}
+
+bool DeviceLoop::MustWait(const ActiveRequest& request) const {
+  if (long_steps_.empty() || long_steps_.contains(const_cast<ActiveRequest*>(&request))) {
+    return false;
+  }
+  const bool has_room = long_steps_.size() < kMaxLongSteps &&
+                        std::none_of(long_steps_.begin(), long_steps_.end(), [&](const auto& entry) {
+                          return entry.first->session() == request.session();
+                        });
+  return !has_room && request.cloths_to_step() > 0 &&
+         IsLong(*request.work().cloths[request.NextCloth()]);
+}
+
 std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
-  const double solves_per_cost = settings_.max_solves_per_batch / settings_.batch.max_cost;
+  const double us_per_cost =
+      static_cast<double>(settings_.batch_budget_us) / settings_.batch.max_cost;
   std::vector<RunnableRequest> runnable;
   std::vector<ActiveRequest*> requests;
   for (const RequestPointer& request : requests_) {
-    if (!request->has_started()) continue;
-    runnable.push_back(
-        {request->session(), request->Costs(solves_per_cost), request->last_round()});
+    if (!request->has_started() || MustWait(*request)) continue;
+    runnable.push_back({request->session(),
+                        request->Costs(rate_, us_per_cost, settings_.batch.max_cost),
+                        request->last_round()});
     requests.push_back(request.get());
   }
   if (runnable.empty()) return {};
@@ -160,14 +186,64 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
     batch = backend_.Step(items);
   }
   DRAPE_CHECK(batch.reports.size() == items.size(), "one report per item");
+  return EndBatch(parts, std::move(batch), begin_us, 0);
+}
+
+int64_t DeviceLoop::StepPiece(const std::vector<Part>& parts) {
+  ActiveRequest* const request = parts[0].request;
+  const uint32_t k = parts[0].cloths[0];
+  const std::shared_ptr<ClothRuntime>& cloth = request->work().cloths[k];
+  GiveAnswers();
+  // The backend may have dropped what was begun, because something was written to the cloth.
+  const auto [step, has_begun] = long_steps_.try_emplace(request, LongStep{cloth, 0});
+  if (!has_begun) cloth->controls().SendAgain();
+  const std::vector<StepItem> items = ItemsOf(parts);
+  const int64_t begin_us = clock_.NowUs();
+  std::optional<BatchReport> batch = BatchReport{};
+  if (!items.empty()) {
+    batch = backend_.StepPiece(items[0],
+                               Pause::At(std::chrono::steady_clock::now() +
+                                         std::chrono::microseconds(settings_.batch_budget_us)));
+  }
+  const double spent_us = step->second.spent_us;
+  cloth->SetInPieces(!batch.has_value());
+  if (batch.has_value()) {
+    long_steps_.erase(step);
+    return EndBatch(parts, *std::move(batch), begin_us, spent_us);
+  }
+  const int64_t end_us = clock_.NowUs();
+  step->second.spent_us += static_cast<double>(end_us - begin_us);
+  request->TakeAgain(k);
+  BatchReport piece;
+  piece.device_us = end_us - begin_us;
+  request->AddBatch(piece, 1, 1, begin_us, end_us);
+  ++counters_.rounds;
+  return end_us - begin_us;
+}
+
+void DeviceLoop::DropLongStep(ActiveRequest* request) {
+  const auto step = long_steps_.find(request);
+  if (step == long_steps_.end()) return;
+  ClothRuntime& cloth = *step->second.cloth;
+  cloth.SetInPieces(false);
+  if (cloth.is_alive()) {
+    backend_.AbandonStep(cloth.handle());
+    cloth.controls().SendAgain();
+  }
+  long_steps_.erase(step);
+}
+
+int64_t DeviceLoop::EndBatch(const std::vector<Part>& parts, BatchReport batch, int64_t begin_us,
+                             double spent_us) {
   const int64_t stepped_us = clock_.NowUs();
-  CompleteSteps(parts, batch.reports, static_cast<double>(CostOf(batch, stepped_us - begin_us)));
+  const auto cost_us = static_cast<double>(CostOf(batch, stepped_us - begin_us));
+  const auto cloths = static_cast<uint32_t>(batch.reports.size());
+  CompleteSteps(parts, batch.reports, spent_us + cost_us);
   LookAtCloths(parts);
   const int64_t end_us = clock_.NowUs();
   batch.readback_us += end_us - stepped_us;
   for (const Part& part : parts) {
-    part.request->AddBatch(batch, static_cast<uint32_t>(items.size()),
-                           static_cast<uint32_t>(parts.size()), begin_us, end_us);
+    part.request->AddBatch(batch, cloths, static_cast<uint32_t>(parts.size()), begin_us, end_us);
   }
   ++counters_.rounds;
   counters_.dispatches += batch.dispatch_count;
@@ -178,6 +254,8 @@ void DeviceLoop::CompleteSteps(const std::vector<Part>& parts,
                                const std::vector<StepReport>& reports, double cost_us) {
   size_t next = 0;
   uint64_t faults = 0, asleep = 0;
+  const double solves = MeasureCosts(parts, cost_us);
+  if (!reports.empty()) rate_.Measured(solves, cost_us);
   for (const Part& part : parts) {
     for (const uint32_t k : part.cloths) {
       ClothRuntime& cloth = *part.request->work().cloths[k];
@@ -196,6 +274,22 @@ void DeviceLoop::CompleteSteps(const std::vector<Part>& parts,
   counters_.cloth_steps += reports.size() + asleep;
   counters_.cloth_steps_asleep += asleep;
   counters_.faults += faults;
+}
+
+double DeviceLoop::MeasureCosts(const std::vector<Part>& parts, double cost_us) {
+  std::vector<std::pair<ClothRuntime*, double>> stepped;
+  double total = 0;
+  for (const Part& part : parts) {
+    for (const uint32_t k : part.cloths) {
+      ClothRuntime& cloth = *part.request->work().cloths[k];
+      const double solves = cloth.solves_per_step();
+      if (solves == 0) continue;
+      stepped.emplace_back(&cloth, solves + kSolvesPerClothStep);
+      total += stepped.back().second;
+    }
+  }
+  for (const auto& [cloth, solves] : stepped) cloth->cost().Measured(cost_us * solves / total);
+  return total;
 }
 
 void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {

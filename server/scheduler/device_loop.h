@@ -50,8 +50,8 @@ class DeviceLoop {
   struct Settings {
     BatchLimits batch;
     uint32_t max_steps_per_request = 1;
-    // Solves that a whole batch may need.
-    double max_solves_per_batch = kMaxSolvesPerStep;
+    // What a whole batch may cost [us], see SchedulerLimits.
+    int64_t batch_budget_us = 50'000;
   };
   // Called once for every request, in order of completion.
   using EndedCallback = std::function<void(StepWork, StepOutcome)>;
@@ -84,6 +84,10 @@ class DeviceLoop {
     std::vector<uint32_t> cloths;  // indices into its work
   };
   std::vector<Part> SelectParts();
+  // Whether the next step of the cloth is done in pieces.
+  bool IsLong(const ClothRuntime& cloth) const;
+  // Whether the request must wait: its next step is long, and too many such steps are under way.
+  bool MustWait(const ActiveRequest& request) const;
   // One item per cloth that is awake; wakes those on which something acts.
   std::vector<StepItem> ItemsOf(const std::vector<Part>& parts) const;
   // Whether the device works while the host does something else.
@@ -92,10 +96,20 @@ class DeviceLoop {
   int64_t CostOf(const BatchReport& batch, int64_t wall_us) const;
   // Returns its duration [us].
   int64_t StepBatch(const std::vector<Part>& parts);
+  // The same for a single cloth whose step is long: one piece of it.
+  int64_t StepPiece(const std::vector<Part>& parts);
+  // What follows a batch: steps are complete, requests know what it took. `spent_us`: what earlier
+  // pieces of the step have cost. Returns the batch's duration [us].
+  int64_t EndBatch(const std::vector<Part>& parts, BatchReport batch, int64_t begin_us,
+                   double spent_us);
+  // Drops what the request has under way in pieces.
+  void DropLongStep(ActiveRequest* request);
   // Ends the step of every cloth of the batch. `reports`: of the cloths that were awake; `cost_us`:
   // what the batch cost.
   void CompleteSteps(const std::vector<Part>& parts, const std::vector<StepReport>& reports,
                      double cost_us);
+  // Divides the cost of a batch among its cloths. Returns the solves that it may have made.
+  static double MeasureCosts(const std::vector<Part>& parts, double cost_us);
   // Reads the positions of the cloths whose watch wants them, to find out whether they are at rest.
   void LookAtCloths(const std::vector<Part>& parts);
   // Requests that ended together.
@@ -127,6 +141,13 @@ class DeviceLoop {
   SessionIndex sessions_;
   FairShare share_;
   uint64_t round_ = 0;
+  SolveRate rate_;
+  // A step that is done in pieces; a session has one at most, because each holds working memory.
+  struct LongStep {
+    std::shared_ptr<ClothRuntime> cloth;
+    double spent_us = 0;
+  };
+  std::unordered_map<ActiveRequest*, LongStep> long_steps_;
   std::vector<Answers> answers_;  // not given yet
 };
 

@@ -38,6 +38,9 @@ class LengthTrack {
 
   // The lengths themselves, not the targets (Motion::At).
   std::vector<double> LengthsAt(double time_s) const { return track_.At(time_s); }
+  // See Track.
+  void SendAgain() { track_.SendAgain(); }
+  bool is_settled() const { return track_.is_settled(); }
   // As StepItem::rest_lengths_m wants them; see Track.
   std::span<const double> TargetsForStep(double end_s) { return track_.TargetsForStep(end_s); }
 

@@ -62,6 +62,7 @@ struct ObservedFrame {
 
 struct ObserverSpec {
   std::string session;  // as in StepWork; empty: only the limit in all applies
+  std::string tenant{};  // of the session
   std::vector<std::shared_ptr<ClothRuntime>> cloths;
   StateFields fields;          // at least one
   uint32_t every_n_steps = 1;  // >= 1

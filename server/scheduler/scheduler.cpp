@@ -74,9 +74,9 @@ Status Scheduler::Submit(StepWork work) {
 Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                              const StateFields& fields,
                              std::function<void(Result<ClothStates>)> done,
-                             const std::string& session) {
+                             const std::string& session, const std::string& tenant) {
   DRAPE_CHECK(fields.any(), "nothing to read");
-  DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session));
+  DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session, tenant));
   return core_->Post([core = core_.get(), cloths = std::move(cloths), fields,
                       done = std::move(done),
                       in_flight = std::move(permit)](Backend& backend) mutable {
@@ -93,9 +93,9 @@ Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths,
 Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                                  const StateFields& fields, bool on_device,
                                  std::function<void(Result<ClothStates>)> done,
-                                 const std::string& session) {
+                                 const std::string& session, const std::string& tenant) {
   DRAPE_CHECK(fields.any(), "nothing to read");
-  DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session));
+  DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session, tenant));
   return core_->Post([cloths = std::move(cloths), fields, on_device, done = std::move(done),
                       in_flight = std::move(permit)](Backend& backend) mutable {
     const Status alive = CheckAlive(cloths);
@@ -111,7 +111,7 @@ Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> clot
 
 Result<std::shared_ptr<Observer>> Scheduler::Subscribe(ObserverSpec spec) {
   DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit,
-                         core_->observer_permits().Take(spec.session));
+                         core_->observer_permits().Take(spec.session, spec.tenant));
   auto observer = std::make_shared<Observer>(
       [core = std::weak_ptr<Core>(core_)] {
         if (const std::shared_ptr<Core> alive = core.lock()) alive->Wake();

@@ -15,6 +15,9 @@
 
 namespace drape {
 
+// UNAVAILABLE, DRAINING: what is refused while the server shuts down.
+Status DrainingStatus();
+
 // Runs on the device thread; an error is what Scheduler::Start returns.
 using BackendFactory = std::function<Result<std::unique_ptr<Backend>>()>;
 // Runs on the device thread between two rounds. Must not block.
@@ -24,9 +27,10 @@ struct SchedulerLimits {
   // Cloths stepped in one backend.Step. More: a large device is used better; fewer: sessions
   // interleave more finely.
   uint32_t max_cloths_per_batch = 16384;
-  // Upper bound of their cost; a cloth that may cost more is stepped alone. A batch cannot be
-  // interrupted, and all sessions wait for it.
-  double max_solves_per_batch = kMaxSolvesPerStep;
+  // What a batch may cost by what its cloths have cost so far [us]: all sessions wait for it. A
+  // step that costs more is done alone, in pieces of this duration, and others are stepped between
+  // them.
+  int64_t batch_budget_us = 50'000;
   // How long a batch may wait, after the answers of the last one, for sessions that came back that
   // quickly before; never longer than two batches take. 0: not at all.
   int64_t max_queue_delay_us = 10'000;
@@ -97,22 +101,24 @@ class Scheduler {
   // its expectations are checked and its controls take effect, and each of its cloths takes part in
   // one batch per step, together with the cloths of all other requests that can run. All requests
   // that wait when a round begins share one backend.Step, up to max_cloths_per_batch and
-  // max_solves_per_batch. A round of new requests only may wait for more, see max_queue_delay_us.
+  // batch_budget_us. A round of new requests only may wait for more, see max_queue_delay_us.
   Status Submit(StepWork work);
 
   // Reads states between two rounds; `done` on the completion thread: NOT_FOUND (CLOTH_NOT_FOUND)
   // if one of the cloths was deleted. Errors as for Post, and RESOURCE_EXHAUSTED (TOO_MANY_READS,
   // with retry_after): a read counts until the states (or their `in_flight`) are dropped.
-  // `session`: as in StepWork; empty: only the limit in all applies.
+  // `session`, `tenant`: as in StepWork; no session: only the limit in all applies.
   Status ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, const StateFields& fields,
-                    std::function<void(Result<ClothStates>)> done, const std::string& session = {});
+                    std::function<void(Result<ClothStates>)> done, const std::string& session = {},
+                    const std::string& tenant = {});
 
   // ReadStates for a picture, of whole cloths: `fields` names no particles. `done` on the DEVICE
   // thread: it must only pass the states on. `on_device`: the caller accepts a copy that stays on
   // the device (ClothStates::on_device).
   Status ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                         const StateFields& fields, bool on_device,
-                        std::function<void(Result<ClothStates>)> done, const std::string& session);
+                        std::function<void(Result<ClothStates>)> done, const std::string& session,
+                        const std::string& tenant = {});
 
   // Starts a subscription; see ObserverSpec. Errors as for Post, and RESOURCE_EXHAUSTED
   // (TOO_MANY_SUBSCRIPTIONS).

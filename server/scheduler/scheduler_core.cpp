@@ -96,6 +96,13 @@ Status Scheduler::Core::Submit(StepWork work) {
     return QueueFull("max_queued_requests_per_session", limits_.max_queued_requests_per_session,
                      limits_.retry_after_ms);
   }
+  const uint32_t half = std::max(1u, limits_.max_queued_requests / 2);
+  const auto owner = requests_by_owner_.try_emplace(work.owner(), 0).first;
+  if (!work.tenant.empty() && owner->second >= half) {
+    if (session->second == 0) requests_by_session_.erase(session);
+    return QueueFull("max_queued_requests of one tenant", half, limits_.retry_after_ms);
+  }
+  ++owner->second;
   ++session->second;
   ++request_count_;
   const int64_t now_us = clock_.NowUs();
@@ -114,6 +121,8 @@ void Scheduler::Core::EndRequest(StepWork work, StepOutcome outcome) {
     const auto session = requests_by_session_.find(work.session);
     gathering_.Answer(work.session, --session->second, clock_.NowUs());
     if (session->second == 0) requests_by_session_.erase(session);
+    const auto owner = requests_by_owner_.find(work.owner());
+    if (--owner->second == 0) requests_by_owner_.erase(owner);
     is_idle = request_count_ == 0 && commands_.empty() && observers_.size() == 0;
   }
   Give(std::move(work), std::move(outcome), is_idle);
@@ -150,7 +159,7 @@ void Scheduler::Core::DeviceThread(const BackendFactory& factory, std::promise<S
 void Scheduler::Core::RunRounds(Backend& backend) {
   DeviceLoop::Settings settings;
   settings.batch.max_cost = limits_.max_cloths_per_batch;
-  settings.max_solves_per_batch = limits_.max_solves_per_batch;
+  settings.batch_budget_us = limits_.batch_budget_us;
   settings.max_steps_per_request = limits_.max_steps_per_request;
   DeviceLoop loop(
       backend, settings, clock_,

@@ -23,9 +23,6 @@
 
 namespace drape {
 
-// UNAVAILABLE, DRAINING.
-Status DrainingStatus();
-
 // Any thread unless stated otherwise; methods as in Scheduler.
 class Scheduler::Core {
  public:
@@ -115,6 +112,7 @@ class Scheduler::Core {
   std::deque<Submission> submissions_;
   // Step requests submitted and not yet ended.
   std::unordered_map<std::string, uint32_t> requests_by_session_;
+  std::unordered_map<std::string, uint32_t> requests_by_owner_;  // StepWork::owner
   uint32_t request_count_ = 0;
   Gathering gathering_;
   bool is_woken_ = false;

@@ -111,7 +111,11 @@ struct StepOutcome {
 
 // One step request.
 struct StepWork {
-  std::string session;  // the session's name: sessions share the device fairly
+  // Who shares the device fairly with others.
+  const std::string& owner() const { return tenant.empty() ? session : tenant; }
+
+  std::string session;  // the session's name
+  std::string tenant{};  // of the session; empty: there are no tenants
   std::vector<std::shared_ptr<ClothRuntime>> cloths;  // no duplicates; at least one
   // Exactly one of the two is set.
   std::optional<uint32_t> steps;       // >= 1

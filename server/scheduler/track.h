@@ -47,6 +47,9 @@ class Track {
     return values;
   }
 
+  // The next step gets every target, even if it has had them: the backend may have dropped it.
+  void SendAgain() { is_settled_ = motions_.empty(); }
+
   // Every target of a step that ends at `end_s`, or nothing if none has changed since the last
   // step. Valid until the next call.
   std::span<const Value> TargetsForStep(double end_s) {

@@ -28,11 +28,13 @@ bool AreAlike(const ClothCopy& a, const ClothCopy& b) {
 }
 
 std::shared_ptr<const ClearStart> FindStartOf(const SceneModel& model, bool may_let_out,
-                                              const ClothCopy& copy) {
+                                              const ClothCopy& copy,
+                                              const std::function<Status()>& stop_reason) {
   const Placement placement{copy.environment_origin_m, OriginInEnvironment(model, copy.transform)};
   const ParticleState described = PlaceAtStart(model, copy.transform, placement);
   ClearStart start = FindClearStart(model, InClothFrame(copy.parameters, placement),
-                                    described.positions_m, may_let_out);
+                                    described.positions_m, may_let_out,
+                                    [&] { return !stop_reason().ok(); });
   if (start.clearance == StartClearance::kFree) return nullptr;
   return std::make_shared<const ClearStart>(std::move(start));
 }
@@ -66,7 +68,8 @@ Status FindClearStarts(ClothCreation& creation, const std::function<Status()>& s
         copy.description = before->description;
         copy.model = before->model;
       } else {
-        copy.start = FindStartOf(*creation.model, may_let_out, copy);
+        copy.start = FindStartOf(*creation.model, may_let_out, copy, stop_reason);
+        DRAPE_RETURN_IF_ERROR(stop_reason());
         DRAPE_RETURN_IF_ERROR(LetOut(description, copy));
       }
       searches += !is_known && copy.start != nullptr;

@@ -16,7 +16,7 @@ void ClothTable::Add(std::span<const std::shared_ptr<ClothRecord>> records,
       slot = free_slots_.back();
       free_slots_.pop_back();
     }
-    record->id = {slot, ++slots_[slot].generation};
+    record->id = {origin_.slot + slot, origin_.generation + ++slots_[slot].generation};
     record->session_name = session_name;
     record->creation_number = next_creation_number_++;
     slots_[slot].record = record;
@@ -26,9 +26,9 @@ void ClothTable::Add(std::span<const std::shared_ptr<ClothRecord>> records,
 
 std::shared_ptr<ClothRecord> ClothTable::Find(ClothId id, const std::string& session_name) const {
   const std::lock_guard lock(mutex_);
-  if (id.slot >= slots_.size()) return nullptr;
-  const Slot& slot = slots_[id.slot];
-  if (slot.generation != id.generation || slot.record == nullptr ||
+  if (SlotOf(id) >= slots_.size()) return nullptr;
+  const Slot& slot = slots_[SlotOf(id)];
+  if (slot.generation != id.generation - origin_.generation || slot.record == nullptr ||
       slot.record->session_name != session_name) {
     return nullptr;
   }
@@ -38,12 +38,12 @@ std::shared_ptr<ClothRecord> ClothTable::Find(ClothId id, const std::string& ses
 void ClothTable::Remove(std::span<const std::shared_ptr<ClothRecord>> records) {
   const std::lock_guard lock(mutex_);
   for (const auto& record : records) {
-    if (record->id.slot >= slots_.size()) continue;
-    Slot& slot = slots_[record->id.slot];
+    if (SlotOf(record->id) >= slots_.size()) continue;
+    Slot& slot = slots_[SlotOf(record->id)];
     if (slot.record != record) continue;
     slot.record = nullptr;
     if (slot.generation < std::numeric_limits<uint32_t>::max()) {
-      free_slots_.push_back(record->id.slot);
+      free_slots_.push_back(SlotOf(record->id));
     }
     --size_;
   }

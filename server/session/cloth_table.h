@@ -1,4 +1,4 @@
-// All cloths of the server by id.
+// The cloths of a session by id.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +14,13 @@
 
 namespace drape {
 
-// One table for all sessions, so that an id is never valid in two of them. A slot is reused with
-// the next generation, and never again after the last one. Thread-safe.
+// A slot is reused with the next generation, and never again after the last one. Thread-safe.
 class ClothTable {
  public:
+  // Slots and generations of ids count from those of `origin` on: with a random one they tell
+  // nothing about other sessions, and an id of theirs is as good as never valid here.
+  explicit ClothTable(ClothId origin = {}) : origin_(origin) {}
+
   // Sets id, session_name and creation_number of each record, in order.
   void Add(std::span<const std::shared_ptr<ClothRecord>> records, const std::string& session_name);
   // The record of `id` if it belongs to the session. Null for another session's id, a stale id and
@@ -29,10 +32,13 @@ class ClothTable {
 
  private:
   struct Slot {
-    uint32_t generation = 0;  // of the current or last occupant
+    uint32_t generation = 0;  // of the current or last occupant, from that of origin_ on
     std::shared_ptr<ClothRecord> record;
   };
 
+  uint32_t SlotOf(ClothId id) const { return id.slot - origin_.slot; }
+
+  const ClothId origin_;
   mutable std::mutex mutex_;
   std::vector<Slot> slots_;
   std::vector<uint32_t> free_slots_;

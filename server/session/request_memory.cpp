@@ -7,8 +7,11 @@
 namespace drape {
 namespace {
 
-// Suggested delay for a client whose request is still under way [ms].
+// Suggested delays [ms] for clients whose request is still under way, or which have made too many.
 constexpr int64_t kRetryAfter_ms = 50;
+constexpr int64_t kRetryWhenFull_ms = 1000;
+// What an answer takes besides its serialised size [bytes].
+constexpr size_t kAnswerOverhead = 512;
 
 }  // namespace
 
@@ -19,43 +22,85 @@ Result<std::any> RequestMemory::Begin(const std::string& request_id, uint64_t fi
                                 "at most " + std::to_string(kMaxRequestIdBytes) + " bytes");
   }
   const std::lock_guard lock(mutex_);
-  const auto [entry, is_new] = entries_.try_emplace(request_id);
-  if (is_new) {
-    entry->second.fingerprint = fingerprint;
+  ForgetOldIds();
+  const auto known = entries_.find(request_id);
+  if (known == entries_.end()) {
+    if (entries_.size() >= limits_.max_ids) {
+      Status status(StatusCode::kResourceExhausted, "TOO_MANY_REQUEST_IDS",
+                    "max_request_ids_per_session is " + std::to_string(limits_.max_ids) +
+                        ", and each is kept for " + std::to_string(limits_.keep_us / 1'000'000) +
+                        " s");
+      return status.RetryAfterMs(kRetryWhenFull_ms);
+    }
+    entries_[request_id].fingerprint = fingerprint;
     return std::any();
   }
-  if (entry->second.fingerprint != fingerprint) {
+  const Entry& entry = known->second;
+  if (entry.fingerprint != fingerprint) {
     return Status::InvalidField("request_id", "was used for a different request");
   }
-  if (!entry->second.answer.has_value()) {
+  if (!entry.is_complete) {
     Status status(StatusCode::kAborted, "REQUEST_IN_PROGRESS",
                   "a request with this request_id is still under way");
     return status.RetryAfterMs(kRetryAfter_ms);
   }
-  return entry->second.answer;
+  if (!entry.answer.has_value()) {
+    return Status(StatusCode::kFailedPrecondition, "ANSWER_FORGOTTEN",
+                  "the request with this request_id was done, but its answer is no longer kept");
+  }
+  return entry.answer;
 }
 
 void RequestMemory::Complete(const std::string& request_id, std::any answer, size_t answer_bytes) {
   if (request_id.empty()) return;
   DRAPE_CHECK(answer.has_value(), "an answer has a value");
+  const size_t bytes = answer_bytes + kAnswerOverhead;
   const std::lock_guard lock(mutex_);
   Entry& entry = entries_[request_id];
-  entry.answer = std::move(answer);
-  entry.answer_bytes = answer_bytes;
-  completed_.push_back(request_id);
-  bytes_ += answer_bytes;
-  while (completed_.size() > max_answers_ || (bytes_ > max_bytes_ && completed_.size() > 1)) {
-    const auto oldest = entries_.find(completed_.front());
-    bytes_ -= oldest->second.answer_bytes;
-    entries_.erase(oldest);
-    completed_.pop_front();
+  entry.is_complete = true;
+  completed_.push_back({request_id, clock_.NowUs()});
+  while (bytes_ + bytes > limits_.max_answer_bytes && ForgetAnswer()) {
   }
+  while (budget_ != nullptr) {
+    Result<std::shared_ptr<void>> taken = budget_->Take(owner_, bytes);
+    if (taken.ok()) {
+      entry.budget = std::move(taken).value();
+      break;
+    }
+    if (!ForgetAnswer()) return;  // this one too
+  }
+  entry.answer = std::move(answer);
+  entry.answer_bytes = bytes;
+  bytes_ += bytes;
+  with_answers_.push_back(request_id);
 }
 
 void RequestMemory::Abandon(const std::string& request_id) {
   if (request_id.empty()) return;
   const std::lock_guard lock(mutex_);
   entries_.erase(request_id);
+}
+
+void RequestMemory::ForgetOldIds() {
+  const int64_t until_us = clock_.NowUs() - limits_.keep_us;
+  while (!completed_.empty() && completed_.front().at_us <= until_us) {
+    // Its answer is the oldest, too.
+    if (!with_answers_.empty() && with_answers_.front() == completed_.front().request_id) {
+      ForgetAnswer();
+    }
+    entries_.erase(completed_.front().request_id);
+    completed_.pop_front();
+  }
+}
+
+bool RequestMemory::ForgetAnswer() {
+  if (with_answers_.empty()) return false;
+  Entry& oldest = entries_.at(with_answers_.front());
+  bytes_ -= oldest.answer_bytes;
+  oldest.answer.reset();
+  oldest.budget = nullptr;
+  with_answers_.pop_front();
+  return true;
 }
 
 }  // namespace drape

@@ -4,15 +4,27 @@
 #include <any>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <unordered_map>
 
+#include "server/core/byte_budget.h"
+#include "server/core/clock.h"
 #include "server/core/status.h"
 
 namespace drape {
 
-// The completed answers of one session, the newest ones only (SessionLimits). Thread-safe. Use:
+struct RequestMemoryLimits {
+  // How long an id is known after its request is complete, and how many ids at most: more requests
+  // in that time are refused, never forgotten early.
+  int64_t keep_us = 600'000'000;
+  uint32_t max_ids = 1u << 18;
+  // Answers that are kept, the newest ones; their ids stay known.
+  size_t max_answer_bytes = size_t{64} << 20;
+};
+
+// The completed requests of one session. Thread-safe. Use:
 //   Result<std::any> known = memory.Begin(id, fingerprint);
 //   if (!known.ok()) -> answer with the error
 //   if (known->has_value()) -> answer with std::any_cast<Answer>(*known)
@@ -20,11 +32,16 @@ namespace drape {
 //   success: memory.Complete(id, answer, bytes)     failure: memory.Abandon(id)
 class RequestMemory {
  public:
-  RequestMemory(uint32_t max_answers, size_t max_bytes)
-      : max_answers_(max_answers), max_bytes_(max_bytes) {}
+  // `clock` outlives it. `budget`, if any: for the answers of all sessions, taken in the name of
+  // `owner`; answers without room in it are forgotten.
+  RequestMemory(const RequestMemoryLimits& limits, const Clock& clock,
+                std::shared_ptr<ByteBudget> budget = nullptr, std::string owner = {})
+      : limits_(limits), clock_(clock), budget_(std::move(budget)), owner_(std::move(owner)) {}
 
   // An empty any: the id is new and under way from now on. Otherwise the remembered answer. Errors:
   //   ABORTED REQUEST_IN_PROGRESS: the first request with this id is not complete (retry later).
+  //   FAILED_PRECONDITION ANSWER_FORGOTTEN: the request was done; its answer is no longer kept.
+  //   RESOURCE_EXHAUSTED TOO_MANY_REQUEST_IDS: max_ids are known (with retry_after).
   //   INVALID_ARGUMENT naming "request_id": the id was used for a different request (the
   //   fingerprint, a hash of method and content, differs), or is longer than kMaxRequestIdBytes.
   // An empty id is always new; Complete and Abandon of it do nothing.
@@ -37,15 +54,29 @@ class RequestMemory {
  private:
   struct Entry {
     uint64_t fingerprint = 0;
-    std::any answer;  // empty while under way
+    bool is_complete = false;
+    std::any answer;  // empty while under way, and once it is forgotten
     size_t answer_bytes = 0;
+    std::shared_ptr<void> budget;
+  };
+  struct Completion {
+    std::string request_id;
+    int64_t at_us = 0;
   };
 
-  const uint32_t max_answers_;
-  const size_t max_bytes_;
+  // With mutex_ held.
+  void ForgetOldIds();
+  // The oldest answer. False: there is none.
+  bool ForgetAnswer();
+
+  const RequestMemoryLimits limits_;
+  const Clock& clock_;
+  const std::shared_ptr<ByteBudget> budget_;
+  const std::string owner_;
   std::mutex mutex_;
   std::unordered_map<std::string, Entry> entries_;
-  std::deque<std::string> completed_;  // oldest first
+  std::deque<Completion> completed_;      // oldest first
+  std::deque<std::string> with_answers_;  // those of them whose answers are kept, oldest first
   size_t bytes_ = 0;
 };
 

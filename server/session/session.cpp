@@ -1,5 +1,6 @@
 #include "server/session/session.h"
 
+#include <random>
 #include <unordered_set>
 #include <utility>
 
@@ -15,6 +16,12 @@ uint64_t ParticleTotal(const ClothList& cloths) {
   return total;
 }
 
+// Below 2^31 in both parts, so that no count wraps around.
+ClothId RandomOrigin() {
+  std::random_device random;
+  return {random() >> 1, random() >> 1};
+}
+
 Status QuotaExceeded(const std::string& limit, uint64_t maximum, uint64_t used, uint64_t wanted) {
   return {StatusCode::kResourceExhausted, "QUOTA_EXCEEDED",
           limit + " is " + std::to_string(maximum) + ": " + std::to_string(used) + " in use, " +
@@ -24,15 +31,15 @@ Status QuotaExceeded(const std::string& limit, uint64_t maximum, uint64_t used, 
 }  // namespace
 
 Session::Session(std::shared_ptr<SessionCommons> commons, std::string name,
-                 std::string display_name, double ttl_s)
+                 std::string display_name, double ttl_s, std::string tenant)
     : commons_(std::move(commons)),
       name_(std::move(name)),
       display_name_(std::move(display_name)),
       ttl_s_(ttl_s),
-      request_memory_(commons_->limits.max_remembered_answers,
-                      commons_->limits.max_remembered_bytes),
-      map_quota_(std::make_shared<MapQuota>(commons_->limits.max_mesh_collider_bytes_per_session)) {
-}
+      tenant_(std::move(tenant)),
+      request_memory_(commons_->limits.requests, commons_->clock, commons_->remembered, owner()),
+      map_quota_(std::make_shared<MapQuota>(commons_->limits.max_mesh_collider_bytes_per_session)),
+      table_(RandomOrigin()) {}
 
 uint32_t Session::cloth_count() const {
   const std::lock_guard lock(mutex_);
@@ -63,12 +70,14 @@ Status Session::CheckQuota(uint64_t cloths, uint64_t particles) const {
 Status Session::ReserveQuota(uint64_t cloths, uint64_t particles) {
   const std::lock_guard lock(mutex_);
   DRAPE_RETURN_IF_ERROR(CheckQuota(cloths, particles));
+  DRAPE_RETURN_IF_ERROR(commons_->tenants.Take(tenant_, {0, cloths, particles}));
   cloth_quota_used_ += cloths;
   particle_quota_used_ += particles;
   return Status::Ok();
 }
 
 void Session::ReleaseQuota(uint64_t cloths, uint64_t particles) {
+  commons_->tenants.GiveBack(tenant_, {0, cloths, particles});
   const std::lock_guard lock(mutex_);
   cloth_quota_used_ -= cloths;
   particle_quota_used_ -= particles;
@@ -77,7 +86,7 @@ void Session::ReleaseQuota(uint64_t cloths, uint64_t particles) {
 bool Session::Publish(const ClothList& records) {
   const std::lock_guard lock(mutex_);
   if (is_closed_) return false;
-  commons_->cloths.Add(records, name_);
+  table_.Add(records, name_);
   for (const auto& record : records) cloths_.emplace(record->creation_number, record);
   return true;
 }
@@ -88,7 +97,7 @@ ClothList Session::Unpublish(const ClothList& cloths) {
   for (const auto& cloth : cloths) {
     if (cloths_.erase(cloth->creation_number) > 0) removed.push_back(cloth);
   }
-  commons_->cloths.Remove(removed);
+  table_.Remove(removed);
   return removed;
 }
 
@@ -107,7 +116,7 @@ Result<ClothList> Session::FindCloths(std::span<const ClothId> ids) const {
       return Status::InvalidField("cloth_ids[" + std::to_string(k) + "]",
                                   std::to_string(ids[k].Packed()) + " occurs twice");
     }
-    cloths.push_back(commons_->cloths.Find(ids[k], name_));
+    cloths.push_back(table_.Find(ids[k], name_));
     if (cloths.back() == nullptr) return ClothNotFound(ids[k]);
   }
   return cloths;
@@ -139,7 +148,7 @@ void Session::Close(std::function<void(Status)> done) {
     is_closed_ = true;
     for (const auto& [number, cloth] : cloths_) cloths.push_back(cloth);
     cloths_.clear();
-    commons_->cloths.Remove(cloths);
+    table_.Remove(cloths);
   }
   FreeOnDevice(std::move(cloths), std::move(done));
 }

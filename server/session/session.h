@@ -26,11 +26,17 @@ class ClothMaker;
 
 // Shared by all sessions of a server. The scheduler outlives every session.
 struct SessionCommons {
-  SessionCommons(Scheduler& the_scheduler, const SessionLimits& the_limits)
-      : scheduler(the_scheduler), limits(the_limits) {}
+  SessionCommons(Scheduler& the_scheduler, const SessionLimits& the_limits, const Clock& the_clock)
+      : scheduler(the_scheduler), limits(the_limits), clock(the_clock) {}
   Scheduler& scheduler;
   const SessionLimits limits;
-  ClothTable cloths;
+  const Clock& clock;
+  // The answers that RequestMemory keeps; a session may have a quarter.
+  const std::shared_ptr<ByteBudget> remembered = std::make_shared<ByteBudget>(
+      "TOO_MANY_ANSWERS",
+      ByteBudget::Limit{"max_remembered_bytes_per_session", limits.max_remembered_bytes / 4},
+      ByteBudget::Limit{"max_remembered_bytes", limits.max_remembered_bytes}, 0);
+  TenantQuota tenants{limits.per_tenant};
   ModelCache models;
   DistanceMapCache maps;
 };
@@ -61,11 +67,15 @@ using ClothList = std::vector<std::shared_ptr<ClothRecord>>;
 // thread before the method returns. It must not block.
 class Session : public std::enable_shared_from_this<Session> {
  public:
+  // `tenant`: empty on a server without tokens.
   Session(std::shared_ptr<SessionCommons> commons, std::string name, std::string display_name,
-          double ttl_s);
+          double ttl_s, std::string tenant = {});
 
   const std::string& name() const { return name_; }
   const std::string& display_name() const { return display_name_; }
+  const std::string& tenant() const { return tenant_; }
+  // In whose name pools are shared: the tenant, or else the session.
+  const std::string& owner() const { return tenant_.empty() ? name_ : tenant_; }
   double ttl_s() const { return ttl_s_; }
   uint32_t cloth_count() const;     // quota in use
   uint64_t particle_count() const;  // quota in use
@@ -128,9 +138,11 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::string name_;
   const std::string display_name_;
   const double ttl_s_;
+  const std::string tenant_;
   RequestMemory request_memory_;
   const std::shared_ptr<MapQuota> map_quota_;
 
+  ClothTable table_;  // by id
   mutable std::mutex mutex_;
   std::map<uint64_t, std::shared_ptr<ClothRecord>> cloths_;  // by creation number
   uint64_t cloth_quota_used_ = 0;

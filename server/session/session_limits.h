@@ -4,18 +4,21 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "server/session/request_memory.h"
+#include "server/session/tenant_quota.h"
+
 namespace drape {
 
 struct SessionLimits {
   uint32_t max_sessions = 1024;
+  TenantLimits per_tenant;
   uint32_t max_cloths_per_session = 65536;
   uint64_t max_particles_per_session = uint64_t{1} << 26;  // 67 million: about 5 GB of states
   // Distance maps of colliders and their meshes, equal ones once: about 16 of the largest.
   uint64_t max_mesh_collider_bytes_per_session = uint64_t{256} << 20;
-  // Completed answers kept per session for repeated request ids, and their bytes in all. The newest
-  // answer is kept whatever its size.
-  uint32_t max_remembered_answers = 64;
-  size_t max_remembered_bytes = size_t{64} << 20;
+  // Per session; and the answers of all sessions together.
+  RequestMemoryLimits requests;
+  uint64_t max_remembered_bytes = uint64_t{1} << 30;
   // Names of expired sessions that still answer SESSION_EXPIRED; older ones are SESSION_NOT_FOUND.
   uint32_t max_expired_names = 4096;
 };

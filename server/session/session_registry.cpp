@@ -1,5 +1,6 @@
 #include "server/session/session_registry.h"
 
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 #include <sys/random.h>
 
@@ -16,6 +17,8 @@ namespace {
 
 constexpr size_t kTokenBytes = 16;  // 128 random bits
 constexpr size_t kShownDigits = 4;  // of a token in lists
+// Sessions that come and go quickly would fill the log.
+constexpr uint32_t kMaxLogLinesPerSecond = 20;
 
 std::string RandomToken() {
   std::array<unsigned char, kTokenBytes> bytes;
@@ -63,10 +66,18 @@ SessionRegistry::SessionRegistry(Scheduler& scheduler, const SessionLimits& limi
                                  const Clock& clock, std::string server_id)
     : clock_(clock),
       server_id_(std::move(server_id)),
-      commons_(std::make_shared<SessionCommons>(scheduler, limits)) {}
+      log_limit_(kMaxLogLinesPerSecond),
+      commons_(std::make_shared<SessionCommons>(scheduler, limits, clock)) {}
+
+void SessionRegistry::LogEvent(const std::string& line) {
+  const LogLimit::Verdict verdict = log_limit_.Ask(clock_.NowUs());
+  if (verdict.left_out > 0) spdlog::info("session_events_left_out count={}", verdict.left_out);
+  if (verdict.is_admitted) spdlog::info("{}", line);
+}
 
 Result<SessionLease> SessionRegistry::Create(std::optional<double> ttl_s,
-                                             const std::string& display_name) {
+                                             const std::string& display_name,
+                                             const std::string& tenant) {
   const double ttl = ttl_s.value_or(kDefaultTtl_s);
   Violations violations;
   violations.InRange("ttl_s", ttl, {kMinTtl_s, kMaxTtl_s, "s"});
@@ -75,6 +86,7 @@ Result<SessionLease> SessionRegistry::Create(std::optional<double> ttl_s,
            std::to_string(kMaxDisplayNameBytes);
   });
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
+  if (commons_->scheduler.is_draining()) return DrainingStatus();
 
   const std::string name = "sessions/" + server_id_ + "-" + RandomToken();
   const std::lock_guard lock(mutex_);
@@ -82,15 +94,16 @@ Result<SessionLease> SessionRegistry::Create(std::optional<double> ttl_s,
     return Status(StatusCode::kResourceExhausted, "TOO_MANY_SESSIONS",
                   "max_sessions is " + std::to_string(commons_->limits.max_sessions));
   }
+  DRAPE_RETURN_IF_ERROR(commons_->tenants.Take(tenant, {1, 0, 0}));
   Entry entry;
-  entry.session = std::make_shared<Session>(commons_, name, display_name, ttl);
+  entry.session = std::make_shared<Session>(commons_, name, display_name, ttl, tenant);
   entry.creation_number = next_creation_number_++;
   entry.under_way = 1;
   RenewEntry(entry);
   names_by_creation_.emplace(entry.creation_number, name);
   std::shared_ptr<Session> session = entry.session;
   sessions_.emplace(name, std::move(entry));
-  spdlog::info("session_created name={} ttl_s={}", ShortSessionName(name), ttl);
+  LogEvent(fmt::format("session_created name={} ttl_s={}", ShortSessionName(name), ttl));
   return SessionLease(this, std::move(session));
 }
 
@@ -102,19 +115,21 @@ void SessionRegistry::RenewEntry(Entry& entry) {
   entry.expires_us = clock_.NowUs() + static_cast<int64_t>(entry.session->ttl_s() * 1e6);
 }
 
-Status SessionRegistry::CheckLive(const std::string& name) const {
+Status SessionRegistry::CheckLive(const std::string& name, const std::string& tenant) const {
   const auto found = sessions_.find(name);
-  if (found != sessions_.end() && !IsExpired(found->second, clock_.NowUs())) return Status::Ok();
-  if (found != sessions_.end() || expired_names_.contains(name)) {
+  const bool exists = found != sessions_.end() && found->second.session->tenant() == tenant;
+  if (exists && !IsExpired(found->second, clock_.NowUs())) return Status::Ok();
+  const auto expired = expired_names_.find(name);
+  if (exists || (expired != expired_names_.end() && expired->second == tenant)) {
     return {StatusCode::kNotFound, "SESSION_EXPIRED",
             "the session has expired; its cloths are deleted"};
   }
   return {StatusCode::kNotFound, "SESSION_NOT_FOUND", "no such session"};
 }
 
-Result<SessionLease> SessionRegistry::Find(const std::string& name) {
+Result<SessionLease> SessionRegistry::Find(const std::string& name, const std::string& tenant) {
   const std::lock_guard lock(mutex_);
-  DRAPE_RETURN_IF_ERROR(CheckLive(name));
+  DRAPE_RETURN_IF_ERROR(CheckLive(name, tenant));
   Entry& entry = sessions_.at(name);
   ++entry.under_way;
   RenewEntry(entry);
@@ -143,21 +158,23 @@ SessionView SessionRegistry::ViewOf(const Entry& entry, int64_t now_us) const {
   return view;
 }
 
-Result<SessionView> SessionRegistry::Get(const std::string& name) const {
+Result<SessionView> SessionRegistry::Get(const std::string& name,
+                                         const std::string& tenant) const {
   const std::lock_guard lock(mutex_);
-  DRAPE_RETURN_IF_ERROR(CheckLive(name));
+  DRAPE_RETURN_IF_ERROR(CheckLive(name, tenant));
   return ViewOf(sessions_.at(name), clock_.NowUs());
 }
 
-Result<SessionView> SessionRegistry::Renew(const std::string& name) {
+Result<SessionView> SessionRegistry::Renew(const std::string& name, const std::string& tenant) {
   const std::lock_guard lock(mutex_);
-  DRAPE_RETURN_IF_ERROR(CheckLive(name));
+  DRAPE_RETURN_IF_ERROR(CheckLive(name, tenant));
   Entry& entry = sessions_.at(name);
   RenewEntry(entry);
   return ViewOf(entry, clock_.NowUs());
 }
 
-Result<SessionPage> SessionRegistry::List(uint32_t page_size, const std::string& page_token) const {
+Result<SessionPage> SessionRegistry::List(uint32_t page_size, const std::string& page_token,
+                                          const std::string& tenant) const {
   DRAPE_ASSIGN_OR_RETURN(const uint64_t after, ParsePageToken(page_token));
   const uint32_t size = EffectivePageSize(page_size);
   const std::lock_guard lock(mutex_);
@@ -166,7 +183,7 @@ Result<SessionPage> SessionRegistry::List(uint32_t page_size, const std::string&
   uint64_t last = 0;
   for (auto it = names_by_creation_.upper_bound(after); it != names_by_creation_.end(); ++it) {
     const Entry& entry = sessions_.at(it->second);
-    if (IsExpired(entry, now_us)) continue;
+    if (IsExpired(entry, now_us) || entry.session->tenant() != tenant) continue;
     if (page.sessions.size() == size) {
       page.next_page_token = MakePageToken(last);
       break;
@@ -180,24 +197,26 @@ Result<SessionPage> SessionRegistry::List(uint32_t page_size, const std::string&
 void SessionRegistry::Remove(const std::string& name) {
   const auto found = sessions_.find(name);
   names_by_creation_.erase(found->second.creation_number);
+  commons_->tenants.GiveBack(found->second.session->tenant(), {1, 0, 0});
   sessions_.erase(found);
 }
 
-void SessionRegistry::RememberExpired(const std::string& name) {
-  expired_.push_back(name);
-  expired_names_.insert(name);
+void SessionRegistry::RememberExpired(const Session& session) {
+  expired_.push_back(session.name());
+  expired_names_.emplace(session.name(), session.tenant());
   while (expired_.size() > commons_->limits.max_expired_names) {
     expired_names_.erase(expired_.front());
     expired_.pop_front();
   }
 }
 
-void SessionRegistry::Delete(const std::string& name, std::function<void(Status)> done) {
+void SessionRegistry::Delete(const std::string& name, std::function<void(Status)> done,
+                             const std::string& tenant) {
   Status status;
   std::shared_ptr<Session> session;
   {
     const std::lock_guard lock(mutex_);
-    status = CheckLive(name);
+    status = CheckLive(name, tenant);
     if (status.ok()) {
       session = sessions_.at(name).session;
       Remove(name);
@@ -207,7 +226,7 @@ void SessionRegistry::Delete(const std::string& name, std::function<void(Status)
     done(status);
     return;
   }
-  spdlog::info("session_deleted name={}", ShortSessionName(name));
+  LogEvent(fmt::format("session_deleted name={}", ShortSessionName(name)));
   session->Close(std::move(done));
 }
 
@@ -221,22 +240,23 @@ size_t SessionRegistry::ReapExpired() {
     }
     for (const auto& session : expired) {
       Remove(session->name());
-      RememberExpired(session->name());
+      RememberExpired(*session);
     }
   }
   for (const auto& session : expired) {
-    spdlog::info("session_expired name={} cloths={}", ShortSessionName(session->name()),
-                 session->cloth_count());
+    LogEvent(fmt::format("session_expired name={} cloths={}", ShortSessionName(session->name()),
+                         session->cloth_count()));
     session->Close([](const Status&) {});
   }
   return expired.size();
 }
 
-ServerTotals SessionRegistry::Totals() const {
+ServerTotals SessionRegistry::Totals(const std::string& tenant) const {
   const std::lock_guard lock(mutex_);
   ServerTotals totals;
-  totals.session_count = static_cast<uint32_t>(sessions_.size());
   for (const auto& [name, entry] : sessions_) {
+    if (entry.session->tenant() != tenant) continue;
+    ++totals.session_count;
     totals.cloth_count += entry.session->cloth_count();
     totals.particle_count += entry.session->particle_count();
   }

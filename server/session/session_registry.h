@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "server/core/clock.h"
+#include "server/core/log_limit.h"
 #include "server/core/status.h"
 #include "server/session/session.h"
 
@@ -80,24 +81,31 @@ class SessionRegistry {
   // A new session. Its name has 128 random bits; knowing the name gives access.
   // INVALID_ARGUMENT "ttl_s" outside [kMinTtl_s, kMaxTtl_s] or not finite, "display_name" too long;
   // RESOURCE_EXHAUSTED (TOO_MANY_SESSIONS).
-  Result<SessionLease> Create(std::optional<double> ttl_s, const std::string& display_name);
+  // The session belongs to `tenant` (empty: a server without tokens), which may exceed its own
+  // quota, too (QUOTA_EXCEEDED).
+  Result<SessionLease> Create(std::optional<double> ttl_s, const std::string& display_name,
+                              const std::string& tenant = {});
+  // To all others but its tenant a session is NOT_FOUND (SESSION_NOT_FOUND), here and below.
   // The session for a request; renews it. NOT_FOUND: SESSION_EXPIRED for a while after expiry, then
   // SESSION_NOT_FOUND. A session is expired once its time is over, even if it was not reaped yet.
-  Result<SessionLease> Find(const std::string& name);
+  Result<SessionLease> Find(const std::string& name, const std::string& tenant = {});
   // The present view of the session. Does not renew it. Errors as Find.
-  Result<SessionView> Get(const std::string& name) const;
-  // In order of creation. Page rules as Session::ListCloths.
-  Result<SessionPage> List(uint32_t page_size, const std::string& page_token) const;
+  Result<SessionView> Get(const std::string& name, const std::string& tenant = {}) const;
+  // Those of the tenant, in order of creation. Page rules as Session::ListCloths.
+  Result<SessionPage> List(uint32_t page_size, const std::string& page_token,
+                           const std::string& tenant = {}) const;
   // Find, then Get.
-  Result<SessionView> Renew(const std::string& name);
+  Result<SessionView> Renew(const std::string& name, const std::string& tenant = {});
   // Removes the session at once; `done` (as Session::DeleteCloths) when its cloths are freed.
   // Requests under way end with NOT_FOUND. Errors as Find.
-  void Delete(const std::string& name, std::function<void(Status)> done);
+  void Delete(const std::string& name, std::function<void(Status)> done,
+              const std::string& tenant = {});
 
   // Removes every session whose time is over, and its cloths. Returns how many. Called by a Reaper.
   size_t ReapExpired();
 
-  ServerTotals Totals() const;
+  // Of the sessions of the tenant.
+  ServerTotals Totals(const std::string& tenant = {}) const;
   const SessionLimits& limits() const { return commons_->limits; }
 
  private:
@@ -111,16 +119,19 @@ class SessionRegistry {
 
   // --- With mutex_ held.
   bool IsExpired(const Entry& entry, int64_t now_us) const;
-  Status CheckLive(const std::string& name) const;
+  Status CheckLive(const std::string& name, const std::string& tenant) const;
   SessionView ViewOf(const Entry& entry, int64_t now_us) const;
   void RenewEntry(Entry& entry);
   void Remove(const std::string& name);
-  void RememberExpired(const std::string& name);
+  void RememberExpired(const Session& session);
 
   void EndLease(const Session& session);
+  // A line about a session; a bounded number per second.
+  void LogEvent(const std::string& line);
 
   const Clock& clock_;
   const std::string server_id_;
+  LogLimit log_limit_;
   const std::shared_ptr<SessionCommons> commons_;
 
   mutable std::mutex mutex_;
@@ -128,7 +139,7 @@ class SessionRegistry {
   std::map<uint64_t, std::string> names_by_creation_;  // for lists
   uint64_t next_creation_number_ = 1;
   std::deque<std::string> expired_;  // oldest first
-  std::unordered_set<std::string> expired_names_;
+  std::unordered_map<std::string, std::string> expired_names_;  // name -> tenant
 };
 
 }  // namespace drape

@@ -16,6 +16,7 @@
 #include "server/scene/particle_state.h"
 #include "server/scene/scene_model.h"
 #include "server/solver/cloth_parameters.h"
+#include "server/solver/pause.h"
 #include "server/solver/scalar_type.h"
 #include "server/solver/step_report.h"
 
@@ -125,6 +126,15 @@ class Backend {
 
   // One time step of every item, all at once. Faulted cloths are left as they are and reported so.
   virtual BatchReport Step(std::span<const StepItem> items) = 0;
+  // Step for one cloth whose step takes long, in pieces and with the same bits: begins it, or goes
+  // on with it, until `pause` is due; none: it paused, and to readers the cloth is as before. The
+  // item has every target (Track::SendAgain) and is otherwise the same in each piece. A Step or a
+  // Write of the cloth drops what was begun. A backend that cannot pause takes the whole step.
+  virtual std::optional<BatchReport> StepPiece(const StepItem& item, const Pause& /*pause*/) {
+    return Step({&item, 1});
+  }
+  // Drops a step that StepPiece has begun, if there is one; the cloth is as before it.
+  virtual void AbandonStep(ClothHandle /*cloth*/) {}
   virtual StateColumns Read(const ReadRequest& request) = 0;
   // RESOURCE_EXHAUSTED when the device has no room for the new model or colliders, INTERNAL
   // (SIZES_DISAGREE, update_check.h) when a list does not fit the cloth; nothing changes then.

@@ -53,5 +53,16 @@ TEST(SessionPermits, APermitMayOutliveThem) {
   EXPECT_TRUE(watch.expired());
 }
 
+TEST(SessionPermits, ATenantHasAtMostHalf) {
+  SessionPermits permits("TOO_MANY", {"each", 10}, PermitLimit{"all", 4}, std::nullopt);
+  const auto first = permits.Take("a", "greedy"), second = permits.Take("b", "greedy");
+  const Status third = permits.Take("c", "greedy").status();
+  EXPECT_EQ(third.reason(), "TOO_MANY");
+  EXPECT_EQ(third.message(), "the limit is reached: all of one tenant is 2");
+  auto other = permits.Take("d", "modest");
+  EXPECT_TRUE(other.ok());
+  EXPECT_TRUE(permits.Take("e", "modest").ok());
+}
+
 }  // namespace
 }  // namespace drape

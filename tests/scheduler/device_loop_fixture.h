@@ -20,9 +20,9 @@ class DeviceLoopTest : public testing::Test {
  protected:
   DeviceLoopTest() { Restart(16384); }
 
-  void Restart(uint32_t max_cloths_per_batch, double max_solves_per_batch = kMaxSolvesPerStep) {
+  void Restart(uint32_t max_cloths_per_batch, int64_t batch_budget_us = 50'000) {
     loop_.emplace(
-        backend_, DeviceLoop::Settings{{max_cloths_per_batch, 1}, 1000, max_solves_per_batch},
+        backend_, DeviceLoop::Settings{{max_cloths_per_batch, 1}, 1000, batch_budget_us},
         clock_,
         [this](StepWork work, StepOutcome outcome) {
           ended_.push_back(work.session);
@@ -48,6 +48,17 @@ class DeviceLoopTest : public testing::Test {
 
   void RunAll() {
     while (loop_->has_requests()) loop_->RunRound();
+  }
+
+  // A batch with any of the cloths takes so long for each of them.
+  void TakeFor(const std::vector<std::shared_ptr<ClothRuntime>>& cloths, int64_t each_us) {
+    std::vector<ClothHandle> handles;
+    for (const auto& cloth : cloths) handles.push_back(cloth->handle());
+    device_->OnItem([this, handles, each_us](ClothHandle cloth) {
+      if (std::find(handles.begin(), handles.end(), cloth) != handles.end()) {
+        clock_.AdvanceUs(each_us);
+      }
+    });
   }
 
   std::shared_ptr<FakeDevice> device_ = std::make_shared<FakeDevice>();

@@ -24,22 +24,98 @@ TEST_F(DeviceLoopTest, RequestsThatWaitTogetherAreOneBatch) {
   EXPECT_EQ(outcomes_["x"].timing.batch_dispatches, 1u);
 }
 
-// Each may cost as much as a whole batch: between two of them the cheap cloth has its step.
+// Each takes 40 of the 50 ms of a batch: between two of them the cheap cloth has its step.
 TEST_F(DeviceLoopTest, CostlyClothsAreSteppedOneByOne) {
   std::vector<std::shared_ptr<ClothRuntime>> costly;
-  for (int k = 0; k < 8; ++k) {
-    costly.push_back(Cloth());
-    StepSettings settings = test::PlainSettings();
-    settings.substeps = 1000;
-    costly.back()->SetSettings(settings);
-  }
-  Restart(64, costly[0]->solves_per_step());
-  const auto cheap = Cloth();
+  for (int k = 0; k < 8; ++k) costly.push_back(Cloth());
+  Restart(64);
+  TakeFor(costly, 40'000);
   Admit(Work("costly", costly));
+  RunAll();  // nothing is known about them yet
+  Admit(Work("costly", costly));
+  const auto cheap = Cloth();
   Admit(Work("cheap", {cheap}, 4));
+  const size_t before = device_->batches().size();
+  ended_.clear();
   RunAll();
   EXPECT_EQ(ended_, (std::vector<std::string>{"cheap", "costly"}));
-  for (const FakeBatch& batch : device_->batches()) EXPECT_EQ(batch.size(), 1u);
+  const std::vector<FakeBatch> batches = device_->batches();
+  for (size_t k = before; k < batches.size(); ++k) EXPECT_LE(batches[k].size(), 2u);
+}
+
+// One step takes a second: the others have a step between any two of its pieces.
+TEST_F(DeviceLoopTest, OthersAreSteppedBetweenThePiecesOfALongStep) {
+  const auto heavy = Cloth(), light = Cloth();
+  TakeFor({heavy}, 1'000'000);
+  Admit(Work("heavy", {heavy}));
+  RunAll();
+  device_->StepInPieces(20);
+  Admit(Work("heavy", {heavy}));
+  Admit(Work("light", {light}, 15));
+  ended_.clear();
+  RunAll();
+  EXPECT_EQ(ended_, (std::vector<std::string>{"light", "heavy"}));
+  EXPECT_EQ(device_->pieces(), 20u);
+  EXPECT_EQ(heavy->now().completed_steps, 2u);
+  EXPECT_EQ(outcomes_["heavy"].cloths[0].stamp.completed_steps, 2u);
+}
+
+TEST_F(DeviceLoopTest, CancellingStopsALongStepAtTheNextPiece) {
+  const auto heavy = Cloth({0});
+  TakeFor({heavy}, 1'000'000);
+  Admit(Work("heavy", {heavy}));
+  RunAll();
+  device_->StepInPieces(1000);
+  StepWork work = Work("heavy", {heavy}, 5);
+  CancelToken token = work.cancel;
+  work.controls.pins.push_back({0, {.particle = 0, .target_m = Vector3d(7, 0, 0)}});
+  Admit(std::move(work));
+  for (int round = 0; round < 3; ++round) loop_->RunRound();
+  token.Cancel();
+  loop_->RunRound();
+  EXPECT_FALSE(loop_->has_requests());
+  EXPECT_EQ(outcomes_["heavy"].status.code(), StatusCode::kCancelled);
+  EXPECT_EQ(heavy->now().completed_steps, 1u);
+  EXPECT_EQ(device_->abandoned(), 1u);
+  // The pin goes on: what the dropped step was told is told again.
+  device_->StepInPieces(1);
+  Admit(Work("heavy", {heavy}));
+  RunAll();
+  EXPECT_EQ(heavy->now().completed_steps, 2u);
+  EXPECT_EQ(device_->batches().back()[0].pin_targets_m, (std::vector<Vector3d>{{7, 0, 0}}));
+}
+
+TEST_F(DeviceLoopTest, ASessionHasOneLongStepUnderWay) {
+  const auto a = Cloth(), b = Cloth(), c = Cloth();
+  TakeFor({a, b, c}, 1'000'000);
+  Admit(Work("x", {a, b}));
+  Admit(Work("y", {c}));
+  RunAll();
+  device_->StepInPieces(10);
+  Admit(Work("x", {a}));
+  Admit(Work("x", {b}));
+  Admit(Work("y", {c}));
+  size_t most = 0;
+  while (loop_->has_requests()) {
+    loop_->RunRound();
+    most = std::max(most, device_->under_way());
+  }
+  EXPECT_EQ(most, 2u);
+  for (const auto& cloth : {a, b, c}) EXPECT_EQ(cloth->now().completed_steps, 2u);
+}
+
+TEST_F(DeviceLoopTest, DeletingAClothDropsItsLongStep) {
+  const auto heavy = Cloth();
+  TakeFor({heavy}, 1'000'000);
+  Admit(Work("heavy", {heavy}));
+  RunAll();
+  device_->StepInPieces(10);
+  Admit(Work("heavy", {heavy}));
+  loop_->RunRound();
+  heavy->End({StatusCode::kNotFound, "CLOTH_NOT_FOUND", ""});
+  backend_.Destroy(heavy->handle());
+  RunAll();
+  EXPECT_EQ(outcomes_["heavy"].status.code(), StatusCode::kNotFound);
 }
 
 TEST_F(DeviceLoopTest, LongRequestsAreJoinedAndLeftByShortOnes) {

@@ -68,6 +68,25 @@ class FakeDevice {
     Locked([&] { on_step_ = std::move(hook); });
   }
 
+  // Runs on the device thread for each item of a Step.
+  void OnItem(std::function<void(ClothHandle)> hook) {
+    Locked([&] { on_item_ = std::move(hook); });
+  }
+  // Steps that are done in pieces take so many from now on.
+  void StepInPieces(size_t pieces) {
+    Locked([&] { pieces_per_step_ = pieces; });
+  }
+  // Calls of StepPiece since then, steps that have begun and are not complete, and those dropped.
+  size_t pieces() const {
+    return Locked([&] { return pieces_; });
+  }
+  size_t under_way() const {
+    return Locked([&] { return under_way_.size(); });
+  }
+  size_t abandoned() const {
+    return Locked([&] { return abandoned_; });
+  }
+
   std::vector<FakeBatch> batches() const {
     return Locked([&] { return batches_; });
   }
@@ -103,6 +122,11 @@ class FakeDevice {
   std::vector<ClothHandle> faults_;
   bool runs_ahead_ = false;
   std::function<void()> on_step_;
+  std::function<void(ClothHandle)> on_item_;
+  size_t pieces_per_step_ = 1;
+  size_t pieces_ = 0;
+  std::map<uint32_t, size_t> under_way_;  // pieces done, by slot
+  size_t abandoned_ = 0;
   std::vector<FakeBatch> batches_;
   std::vector<size_t> reads_;
   size_t live_ = 0;
@@ -160,6 +184,10 @@ class FakeBackend final : public DeviceBackend {
     CheckThread();
     const auto hook = device_->Locked([&] { return device_->on_step_; });
     if (hook) hook();
+    const auto item_hook = device_->Locked([&] { return device_->on_item_; });
+    for (const StepItem& item : items) {
+      if (item_hook) item_hook(item.cloth);
+    }
     BatchReport batch;
     batch.dispatch_count = 1;
     batch.upload_us = 1;
@@ -175,6 +203,23 @@ class FakeBackend final : public DeviceBackend {
     }
     device_->Locked([&] { device_->batches_.push_back(std::move(record)); });
     return batch;
+  }
+
+  // The time of a step passes with its last piece.
+  std::optional<BatchReport> StepPiece(const StepItem& item, const Pause&) override {
+    CheckThread();
+    const bool is_complete = device_->Locked([&] {
+      ++device_->pieces_;
+      if (++device_->under_way_[item.cloth.slot] < device_->pieces_per_step_) return false;
+      device_->under_way_.erase(item.cloth.slot);
+      return true;
+    });
+    if (!is_complete) return std::nullopt;
+    return Step({&item, 1});
+  }
+  void AbandonStep(ClothHandle cloth) override {
+    CheckThread();
+    device_->Locked([&] { device_->abandoned_ += device_->under_way_.erase(cloth.slot); });
   }
 
   BatchReport StepAhead(std::span<const StepItem> items,

@@ -81,6 +81,25 @@ TEST_F(ClearStartsTest, StopsWhenAsked) {
   EXPECT_EQ(creation.copies[0].start, nullptr);
 }
 
+// A chain whose links cannot be kept outside: the search would go on for long.
+TEST_F(ClearStartsTest, StopsWithinASearch) {
+  ClothCreation creation = Chains(1, 2000);
+  creation.copies[0].parameters.colliders = {SphereAt({1000, -5, 0}, 900)};
+  size_t asked = 0;
+  ASSERT_TRUE(FindClearStarts(creation, [&] {
+                ++asked;
+                return Status::Ok();
+              }).ok());
+  const size_t asked_in_all = asked;
+  ASSERT_GT(asked_in_all, 20u) << "the search was too short for this test";
+  asked = 0;
+  const Status status = FindClearStarts(creation, [&] {
+    return ++asked < 10 ? Status::Ok() : Status(StatusCode::kCancelled, "CANCELLED", "gone");
+  });
+  EXPECT_EQ(status.code(), StatusCode::kCancelled);
+  EXPECT_LT(asked, 30u);
+}
+
 TEST_F(ClearStartsTest, ClothsAreMadeAndResetThere) {
   ClothCreation creation = PairsIn({Vector3d::Zero()});
   ASSERT_TRUE(FindClearStarts(creation, GoOn).ok());

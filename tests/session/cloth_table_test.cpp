@@ -61,5 +61,19 @@ TEST(ClothTable, RemovingTwiceRemovesOnce) {
   EXPECT_EQ(table.size(), 1u);
 }
 
+TEST(ClothTable, IdsCountFromTheOrigin) {
+  ClothTable table({1000, 77});
+  const auto records = Records(2);
+  table.Add(records, "a");
+  EXPECT_EQ(records[1]->id, (ClothId{1001, 78}));
+  for (const auto& record : records) EXPECT_EQ(table.Find(record->id, "a"), record);
+  EXPECT_EQ(table.Find({0, 1}, "a"), nullptr);
+  EXPECT_EQ(table.Find({1001, 77}, "a"), nullptr);
+  table.Remove(records);
+  const auto next = Records(1);
+  table.Add(next, "a");
+  EXPECT_EQ(next[0]->id, (ClothId{1001, 79}));
+}
+
 }  // namespace
 }  // namespace drape

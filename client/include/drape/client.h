@@ -37,10 +37,14 @@ struct TlsOptions {
 struct ConnectOptions {
   // Longest wait until the server answers, > 0.
   double ready_timeout_s = 5;
-  // Limit of each single request that is not a stream; 0 = none. Long Steps need long limits.
-  double request_timeout_s = 0;
+  // Limit of each single request that is not a stream; 0 = none. Long Steps need long limits. A
+  // server that has vanished is noticed within a minute in any case.
+  double request_timeout_s = 3600;
   // Unset: without TLS, so only for servers of this machine and of private networks.
   std::optional<TlsOptions> tls;
+  // The tenant's token, for servers that want one. Give it only together with TLS, or to a server
+  // of this machine: whoever reads it is the tenant.
+  std::string token;
 };
 
 // Options of a private server.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <utility>
 #include <vector>
 
@@ -47,7 +48,7 @@ class ClothSlots {
     uint32_t generation = 0;
     bool is_used = false;
   };
-  std::vector<Slot> slots_;
+  std::deque<Slot> slots_;  // they stay in place: a long step keeps pointers
   std::vector<uint32_t> free_;
 };
 

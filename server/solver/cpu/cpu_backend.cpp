@@ -32,6 +32,12 @@ namespace drape {
 namespace cpu {
 namespace {
 
+// A step that is done in pieces, with working memory of its own.
+struct LongStep {
+  StepScratch scratch;
+  StepProgress progress;
+};
+
 struct Cloth {
   std::shared_ptr<const FloatModel> model;
   ClothParameters parameters;
@@ -40,6 +46,7 @@ struct Cloth {
   std::vector<Vec4> pin_targets;  // [pin_count]
   std::optional<OwnLengths> own_lengths{};
   FaultReason fault = FaultReason::kNone;
+  std::shared_ptr<LongStep> long_step{};  // null: none has begun
 };
 
 FloatState ToFloat(const ParticleState& state, uint32_t particle_count) {
@@ -106,8 +113,16 @@ void SetColliderMotions(Cloth& cloth, std::span<const RigidMotion> motions) {
   CheckMotionCount(cloth.parameters);
 }
 
-// Sets the targets of pins, lengths and colliders in a step.
+// Drops a step that was done in pieces.
+void Abandon(Cloth& cloth) {
+  if (cloth.long_step == nullptr) return;
+  cloth.long_step = nullptr;
+  if (cloth.own_lengths) cloth.own_lengths->targets = cloth.own_lengths->starts;
+}
+
+// Sets the targets of pins, lengths and colliders in a step that begins.
 void SetTargets(Cloth& cloth, const StepItem& item) {
+  Abandon(cloth);
   if (!item.pin_targets_m.empty()) cloth.pin_targets = ToFloat(item.pin_targets_m, *cloth.model);
   SetLengthTargets(cloth, item.rest_lengths_m);
   SetColliderMotions(cloth, item.collider_motions);
@@ -204,11 +219,29 @@ class CpuBackend final : public Backend {
     BatchReport batch;
     batch.reports.resize(items.size());
     StepOnAllThreads(items, batch.reports);
-    batch.device_us = std::chrono::duration_cast<std::chrono::microseconds>(
-                          std::chrono::steady_clock::now() - start)
-                          .count();
+    batch.device_us = UsSince(start);
     return batch;
   }
+
+  std::optional<BatchReport> StepPiece(const StepItem& item, const Pause& pause) override {
+    const auto start = std::chrono::steady_clock::now();
+    Cloth& cloth = cloths_.At(item.cloth);
+    if (cloth.fault != FaultReason::kNone) return Step({&item, 1});
+    if (cloth.long_step == nullptr) {
+      SetTargets(cloth, item);
+      cloth.long_step = std::make_shared<LongStep>();
+    }
+    const std::optional<StepReport> report = ContinueOnAllThreads(cloth, item, pause);
+    if (!report) return std::nullopt;
+    cloth.long_step = nullptr;
+    EndStep(cloth, *report);
+    BatchReport batch;
+    batch.reports.push_back(*report);
+    batch.device_us = UsSince(start);
+    return batch;
+  }
+
+  void AbandonStep(ClothHandle cloth) override { Abandon(cloths_.At(cloth)); }
 
   StateColumns Read(const ReadRequest& request) override {
     const std::span<const uint32_t> particles = request.particles;
@@ -230,6 +263,7 @@ class CpuBackend final : public Backend {
 
   Status Write(ClothHandle handle, const ClothUpdate& update) override try {
     Cloth& cloth = cloths_.At(handle);
+    Abandon(cloth);
     DRAPE_RETURN_IF_ERROR(CheckUpdateFits(*cloth.model->source, cloth.parameters, update));
     Cloth changed = cloth;
     if (update.model) changed.model = models_.Get(update.model);
@@ -260,6 +294,12 @@ class CpuBackend final : public Backend {
   }
 
  private:
+  static int64_t UsSince(std::chrono::steady_clock::time_point start) {
+    return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() -
+                                                                 start)
+        .count();
+  }
+
   // "16 lanes (AVX3)", "no lanes"
   std::string LanesText() const {
     if (lane_count_ == 1) return "no lanes";
@@ -369,7 +409,8 @@ class CpuBackend final : public Backend {
     for (const uint32_t k : group) {
       Cloth& cloth = cloths_.At(items[k].cloth);
       SetTargets(cloth, items[k]);
-      cloths.push_back({ContextOf(cloth, items[k], alone), items[k].measure, cloth.state});
+      StepScratch& scratch = ScratchOfThisThread().single;
+      cloths.push_back({ContextOf(cloth, items[k], alone, scratch), items[k].measure, cloth.state});
     }
     StepCloths(cloths, ScratchOfThisThread().lanes);
     for (size_t lane = 0; lane < group.size(); ++lane) {
@@ -381,26 +422,50 @@ class CpuBackend final : public Backend {
   StepReport StepAlone(const StepItem& item, StepTeam& team) {
     Cloth& cloth = cloths_.At(item.cloth);
     if (cloth.fault != FaultReason::kNone) {
-      const StepContext context = ContextOf(cloth, item, team);
+      const StepContext context = ContextOf(cloth, item, team, ScratchOfThisThread().single);
       StepReport report;
       report.fault = cloth.fault;
       if (item.measure) report.measured = Measure(context, cloth.state, cloth.fault);
       return report;
     }
     SetTargets(cloth, item);
-    const StepReport report = StepCloth(ContextOf(cloth, item, team), item.measure, cloth.state);
+    const StepReport report = StepCloth(
+        ContextOf(cloth, item, team, ScratchOfThisThread().single), item.measure, cloth.state);
     EndStep(cloth, report);
     return report;
   }
 
+  // A piece of the cloth's long step. One thread leads, the others help.
+  std::optional<StepReport> ContinueOnAllThreads(Cloth& cloth, const StepItem& item,
+                                                 const Pause& pause) {
+    const bool has_team = cloth.model->particle_count >= kMinTeamParticles;
+    StepTeam team(has_team ? static_cast<uint32_t>(thread_count_) : 1);
+    std::optional<StepReport> report;
+    std::atomic<bool> has_leader{false};
+    const auto work = [&](const tbb::blocked_range<size_t>&) {
+      const DenormalsAreZero denormals_are_zero;
+      if (has_leader.exchange(true)) return team.Join();
+      const TeamLead lead{&team};
+      LongStep& step = *cloth.long_step;
+      report = ContinueStep(ContextOf(cloth, item, team, step.scratch), item.measure, cloth.state,
+                            step.progress, pause);
+    };
+    arena_.execute([&] {
+      tbb::parallel_for(tbb::blocked_range<size_t>(0, team.max_members(), 1), work,
+                        tbb::simple_partitioner());
+    });
+    return report;
+  }
+
   // Valid as long as the cloth is not changed.
-  StepContext ContextOf(const Cloth& cloth, const StepItem& item, StepTeam& team) {
+  StepContext ContextOf(const Cloth& cloth, const StepItem& item, StepTeam& team,
+                        StepScratch& scratch) const {
     return {*cloth.model,
             *cloth.controls,
             cloth.pin_targets,
             cloth.own_lengths ? &*cloth.own_lengths : nullptr,
             cloth.parameters.collider_motions,
-            ScratchOfThisThread().single,
+            scratch,
             team,
             IterationsOf(item, cloth.parameters.settings),
             leaves_out_colliders_};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 
@@ -46,29 +47,46 @@ class ReferenceBackend final : public Backend {
   }
 
   void Destroy(ClothHandle handle) override {
+    AbandonStep(handle);
     DRAPE_CHECK(cloths_.erase(handle) == 1, "no such cloth");
   }
 
   BatchReport Step(std::span<const StepItem> items) override {
-    const auto start = std::chrono::steady_clock::now();
+    const auto start = Clock::now();
     BatchReport batch;
     for (const StepItem& item : items) {
+      AbandonStep(item.cloth);
       ReferenceCloth& cloth = Find(item.cloth);
-      if (!item.pin_targets_m.empty() && cloth.fault == FaultReason::kNone) {
-        DRAPE_CHECK(item.pin_targets_m.size() == cloth.model->pin_count(), "one target per pin");
-        cloth.pin_targets_m.assign(item.pin_targets_m.begin(), item.pin_targets_m.end());
-      }
-      if (cloth.fault == FaultReason::kNone) SetLengthTargets(cloth, item.rest_lengths_m);
-      if (!item.collider_motions.empty() && cloth.fault == FaultReason::kNone) {
-        cloth.parameters.collider_motions = CheckedMotions(cloth.parameters, item.collider_motions);
-      }
+      SetTargets(cloth, item);
       batch.reports.push_back(
           StepReferenceCloth(cloth, item.measure, IterationsOf(item, cloth.parameters.settings)));
     }
-    batch.device_us = std::chrono::duration_cast<std::chrono::microseconds>(
-                          std::chrono::steady_clock::now() - start)
-                          .count();
+    batch.device_us = UsSince(start);
     return batch;
+  }
+
+  std::optional<BatchReport> StepPiece(const StepItem& item, const Pause& pause) override {
+    const auto start = Clock::now();
+    std::unique_ptr<ReferenceStep>& step = steps_under_way_[item.cloth];
+    if (step == nullptr) {
+      ReferenceCloth& cloth = Find(item.cloth);
+      SetTargets(cloth, item);
+      step = std::make_unique<ReferenceStep>(cloth, item.measure,
+                                             IterationsOf(item, cloth.parameters.settings));
+    }
+    const std::optional<StepReport> report = step->Continue(pause);
+    if (!report) return std::nullopt;
+    steps_under_way_.erase(item.cloth);
+    BatchReport batch;
+    batch.reports.push_back(*report);
+    batch.device_us = UsSince(start);
+    return batch;
+  }
+
+  void AbandonStep(ClothHandle handle) override {
+    if (steps_under_way_.erase(handle) == 0) return;
+    ReferenceCloth& cloth = Find(handle);
+    cloth.rest_length_targets_m = cloth.rest_lengths_m;
   }
 
   StateColumns Read(const ReadRequest& request) override {
@@ -83,6 +101,7 @@ class ReferenceBackend final : public Backend {
   }
 
   Status Write(ClothHandle handle, const ClothUpdate& update) override {
+    AbandonStep(handle);
     ReferenceCloth& cloth = Find(handle);
     DRAPE_RETURN_IF_ERROR(CheckUpdateFits(*cloth.model, cloth.parameters, update));
     if (update.state) {
@@ -102,6 +121,25 @@ class ReferenceBackend final : public Backend {
   }
 
  private:
+  using Clock = std::chrono::steady_clock;
+
+  static int64_t UsSince(Clock::time_point start) {
+    return std::chrono::duration_cast<std::chrono::microseconds>(Clock::now() - start).count();
+  }
+
+  // Sets the targets of pins, lengths and colliders in a step.
+  static void SetTargets(ReferenceCloth& cloth, const StepItem& item) {
+    if (cloth.fault != FaultReason::kNone) return;
+    if (!item.pin_targets_m.empty()) {
+      DRAPE_CHECK(item.pin_targets_m.size() == cloth.model->pin_count(), "one target per pin");
+      cloth.pin_targets_m.assign(item.pin_targets_m.begin(), item.pin_targets_m.end());
+    }
+    SetLengthTargets(cloth, item.rest_lengths_m);
+    if (!item.collider_motions.empty()) {
+      cloth.parameters.collider_motions = CheckedMotions(cloth.parameters, item.collider_motions);
+    }
+  }
+
   // Those of `particles`; empty: all.
   static void Append(const std::vector<Vector3d>& vectors, std::span<const uint32_t> particles,
                      std::vector<double>& packed) {
@@ -156,6 +194,7 @@ class ReferenceBackend final : public Backend {
   }
 
   std::unordered_map<ClothHandle, ReferenceCloth> cloths_;
+  std::unordered_map<ClothHandle, std::unique_ptr<ReferenceStep>> steps_under_way_;  // in pieces
   ClothHandle next_handle_{.slot = 0, .generation = 1};
 };
 

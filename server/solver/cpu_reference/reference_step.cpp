@@ -8,6 +8,18 @@
 namespace drape {
 
 namespace reference {
+
+// How far a step is.
+struct Progress {
+  // The part of the substep that comes next.
+  enum class Part { kBeforeSweeps, kSweeps, kVelocitySweeps };
+
+  uint32_t substep = 0;  // under way
+  Part part = Part::kBeforeSweeps;
+  uint32_t sweep = 0;   // of the part
+  double residual = 0;  // of the last sweeps [m]
+  StepReport report{};
+};
 namespace {
 
 using Eigen::Vector3d;
@@ -41,33 +53,39 @@ void ResetImpulses(StepContext& context) {
   context.beta.assign(context.model.particle_count() * context.colliders.size(), {});
 }
 
-// Sweeps until none of them changes anything, at most max_iterations.
-void Solve(StepContext& context, StepReport& report) {
+using Part = Progress::Part;
+
+// Sweeps until none of them changes anything, at most max_iterations. False: paused.
+bool Solve(StepContext& context, Progress& progress, const Pause& pause) {
   const double tolerance = context.plan.tolerance;
-  for (uint32_t sweep = 0; sweep < context.max_iterations; ++sweep) {
-    ++report.iterations;
+  while (progress.sweep < context.max_iterations) {
+    ++progress.report.iterations;
     bool has_changed = SolveStrips(context);
-    if (context.substep.is_last && sweep + 1 == context.max_iterations) Refine(context);
+    if (context.substep.is_last && progress.sweep + 1 == context.max_iterations) Refine(context);
     has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
     has_changed |= SolveContacts(context);
-    if (tolerance > 0 && !has_changed) return;
+    if (tolerance > 0 && !has_changed) return true;
+    if (++progress.sweep < context.max_iterations && pause.IsDue()) return false;
   }
-  if (tolerance > 0) report.converged = false;
+  if (tolerance > 0) progress.report.converged = false;
+  return true;
 }
 
-// No velocity along rigid links and joints is left.
-void SolveVelocity(StepContext& context) {
-  for (uint32_t sweep = 0; sweep < context.plan.solver.velocity_iterations; ++sweep) {
+// No velocity along rigid links and joints is left. False: paused.
+bool SolveVelocity(StepContext& context, Progress& progress, const Pause& pause) {
+  const uint32_t sweeps = context.plan.solver.velocity_iterations;
+  while (progress.sweep < sweeps) {
     SolveDistanceVelocities(context);
     SolveJointVelocities(context);
+    if (++progress.sweep < sweeps && pause.IsDue()) return false;
   }
+  return true;
 }
 
-// One substep. Returns the residual of its sweeps [m].
-double Advance(StepContext& context, StepReport& report) {
-  auto& [positions, velocities] = context.state;
-  Kick(context, context.substep.kick_before_s, positions, velocities);
+void BeforeSweeps(StepContext& context) {
+  Kick(context, context.substep.kick_before_s, context.state.positions_m,
+       context.state.velocities_m_per_s);
   PredictContacts(context);
   AccelerateBySprings(context);
   Predict(context);
@@ -78,69 +96,112 @@ double Advance(StepContext& context, StepReport& report) {
   DampTwist(context);
   Tether(context);
   ResetImpulses(context);
-  Solve(context, report);
-  const double residual = Residual(context);
-  Integrate(context);
-  SolveVelocity(context);
-  CorrectVelocity(context);
-  Kick(context, context.substep.kick_after_s, positions, velocities);
-  return residual;
 }
 
-// The whole step but for commit and measure. Returns the residual of its last sweeps [m].
-double DoSubsteps(StepContext& context, StepReport& report) {
-  double residual = 0;
-  for (uint32_t index = 0; index < context.plan.schedule.size(); ++index) {
-    context.substep = context.plan.schedule[index];
-    context.h = context.substep.interval_s;
-    context.colliders.Place(index * context.substep.duration_s,
-                            (index + 1) * context.substep.duration_s);
-    residual = Advance(context, report);
+// One substep, or what is left of it. False: paused.
+bool Advance(StepContext& context, Progress& progress, const Pause& pause) {
+  if (progress.part == Part::kBeforeSweeps) {
+    BeforeSweeps(context);
+    progress.part = Part::kSweeps;
+    progress.sweep = 0;
+  }
+  if (progress.part == Part::kSweeps) {
+    if (!Solve(context, progress, pause)) return false;
+    progress.residual = Residual(context);
+    Integrate(context);
+    progress.part = Part::kVelocitySweeps;
+    progress.sweep = 0;
+  }
+  if (!SolveVelocity(context, progress, pause)) return false;
+  CorrectVelocity(context);
+  Kick(context, context.substep.kick_after_s, context.state.positions_m,
+       context.state.velocities_m_per_s);
+  progress.part = Part::kBeforeSweeps;
+  return true;
+}
+
+// The step but for commit and measure, or what is left of it. False: paused.
+bool DoSubsteps(StepContext& context, Progress& progress, const Pause& pause) {
+  while (progress.substep < context.plan.schedule.size()) {
+    if (progress.part == Part::kBeforeSweeps) {
+      context.substep = context.plan.schedule[progress.substep];
+      context.h = context.substep.interval_s;
+      context.colliders.Place(progress.substep * context.substep.duration_s,
+                              (progress.substep + 1) * context.substep.duration_s);
+    }
+    if (!Advance(context, progress, pause)) return false;
+    if (++progress.substep < context.plan.schedule.size() && pause.IsDue()) return false;
   }
   // At the end of the step a pin is where it was asked to be, to the bit.
   for (uint32_t k = 0; k < context.model.pin_count(); ++k) {
     context.state.positions_m[context.model.pins()[k]] = context.pin_targets[k];
   }
-  return residual;
+  return true;
+}
+
+StepPlan PlanOf(const ReferenceCloth& cloth) {
+  const LengthSource lengths = cloth.has_own_lengths() ? LengthSource::kOwn : LengthSource::kModel;
+  return PlanStep(*cloth.model, cloth.parameters, lengths, ScalarType::kFloat64);
 }
 
 }  // namespace
 }  // namespace reference
 
-StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_iterations) {
+struct ReferenceStep::UnderWay {
+  UnderWay(const ReferenceCloth& cloth, uint32_t max_iterations)
+      : plan(reference::PlanOf(cloth)), context(cloth, plan, max_iterations) {}
+
+  const StepPlan plan;
+  reference::StepContext context;
+  reference::Progress progress;
+};
+
+ReferenceStep::ReferenceStep(ReferenceCloth& cloth, bool measure, uint32_t max_iterations)
+    : cloth_(cloth),
+      measure_(measure),
+      under_way_(cloth.fault == FaultReason::kNone
+                     ? std::make_unique<UnderWay>(cloth, max_iterations)
+                     : nullptr) {}
+
+ReferenceStep::~ReferenceStep() = default;
+
+std::optional<StepReport> ReferenceStep::Continue(const Pause& pause) {
   StepReport report;
   double residual = 0;
   double rms_motion = 0;
   double strain_limit = std::numeric_limits<double>::infinity();  // only a step has warnings
-  if (cloth.fault == FaultReason::kNone) {
-    const LengthSource lengths =
-        cloth.has_own_lengths() ? LengthSource::kOwn : LengthSource::kModel;
-    const StepPlan plan = PlanStep(*cloth.model, cloth.parameters, lengths, ScalarType::kFloat64);
-    reference::StepContext context(cloth, plan, max_iterations);
-    residual = reference::DoSubsteps(context, report);
-    report.warnings = plan.known_warnings;
-    strain_limit = plan.strain_limit;
+  if (under_way_ != nullptr) {
+    reference::StepContext& context = under_way_->context;
+    if (!reference::DoSubsteps(context, under_way_->progress, pause)) return std::nullopt;
+    report = under_way_->progress.report;
+    residual = under_way_->progress.residual;
+    report.warnings = under_way_->plan.known_warnings;
+    strain_limit = under_way_->plan.strain_limit;
     report.warnings.not_converged = !report.converged;
-    cloth.fault = FindFault(context.state);
-    if (cloth.fault == FaultReason::kNone) {
-      if (measure) rms_motion = RmsMotion(cloth.state, context.state);
-      cloth.state = context.state;  // commit
-      for (RigidMotion& motion : cloth.parameters.collider_motions) {
-        motion = motion.After(cloth.parameters.settings.time_step_s);
+    cloth_.fault = FindFault(context.state);
+    if (cloth_.fault == FaultReason::kNone) {
+      if (measure_) rms_motion = RmsMotion(cloth_.state, context.state);
+      cloth_.state = context.state;  // commit
+      for (RigidMotion& motion : cloth_.parameters.collider_motions) {
+        motion = motion.After(cloth_.parameters.settings.time_step_s);
       }
     } else {
       residual = 0;
     }
   }
-  report.fault = cloth.fault;
-  if (measure) {
+  report.fault = cloth_.fault;
+  if (measure_) {
     report.measured =
-        MeasureState(*cloth.model, cloth.parameters, cloth.state, cloth.rest_length_targets_m);
+        MeasureState(*cloth_.model, cloth_.parameters, cloth_.state, cloth_.rest_length_targets_m);
     report.measured.max_residual_m = residual;
     report.measured.rms_motion_m = rms_motion;
     report.warnings.strain_beyond_limit = report.measured.max_strain > strain_limit;
   }
   return report;
+}
+
+StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_iterations) {
+  return *ReferenceStep(cloth, measure, max_iterations).Continue(Pause::Never());
 }
 
 }  // namespace drape

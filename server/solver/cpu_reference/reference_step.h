@@ -2,14 +2,35 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 
 #include "server/solver/cpu_reference/reference_cloth.h"
+#include "server/solver/pause.h"
 #include "server/solver/step_report.h"
 
 namespace drape {
 
-// Steps the cloth, its pins to pin_targets_m, by at most max_iterations sweeps per substep. A cloth
-// that is faulted, or becomes so, keeps its state.
+// A step of the cloth, its pins to pin_targets_m, by at most max_iterations sweeps per substep,
+// which may be done in pieces. The cloth outlives it and is changed by nobody else meanwhile.
+class ReferenceStep {
+ public:
+  ReferenceStep(ReferenceCloth& cloth, bool measure, uint32_t max_iterations);
+  ~ReferenceStep();
+
+  // Begins or goes on until `pause` is due; none: it paused, and the cloth is as before. A cloth
+  // that is faulted, or becomes so, keeps its state.
+  std::optional<StepReport> Continue(const Pause& pause);
+
+ private:
+  struct UnderWay;
+
+  ReferenceCloth& cloth_;
+  const bool measure_;
+  const std::unique_ptr<UnderWay> under_way_;  // null: the cloth is faulted
+};
+
+// The whole step at once.
 StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_iterations);
 
 }  // namespace drape

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <optional>
+#include <unordered_map>
 #include <utility>
 
 #include "server/gl/device_copy.h"
@@ -50,6 +52,8 @@ class GlBackend final : public DeviceBackend {
   BatchReport Step(std::span<const StepItem> items) override { return StepAhead(items, nullptr); }
   BatchReport StepAhead(std::span<const StepItem> items,
                         const std::function<void()>& meanwhile) override;
+  std::optional<BatchReport> StepPiece(const StepItem& item, const Pause& pause) override;
+  void AbandonStep(ClothHandle handle) override;
   bool RunsAhead() const override { return device_.runs_ahead; }
   StateColumns Read(const ReadRequest& request) override { return BeginRead(request)->Take(); }
   std::unique_ptr<PendingRead> BeginRead(const ReadRequest& request) override;
@@ -80,6 +84,13 @@ class GlBackend final : public DeviceBackend {
   // Targets of the pins of `model`: those that stay keep theirs, new ones start where they are.
   std::vector<uint32_t> CarryTargets(const GlCloth& cloth, const SceneModel& model);
   void WriteState(GlCloth& cloth, const ParticleState& state);
+  // What a step that begins is told; not of a faulted cloth.
+  void SetTargets(const StepItem& item, GlCloth& cloth);
+  // Every state on the device is lost with a reset; only a new process can use a device again.
+  void CheckForReset() {
+    const std::string reset_reason = device_.context->ResetReason();
+    DRAPE_CHECK(reset_reason.empty(), reset_reason);
+  }
   void WriteRecord(uint32_t slot);
   ClothWords Words() { return ClothWords(device_.arrays->parameters); }
   std::vector<float> ReadColumn(uint32_t begin, uint32_t count);
@@ -90,6 +101,12 @@ class GlBackend final : public DeviceBackend {
   ModelStore models_;
   MapStore maps_;
   GlClothTable cloths_;
+  // A step in pieces, and the lengths at which it began.
+  struct StepUnderWay {
+    LongStep step;
+    std::vector<uint32_t> length_words;
+  };
+  std::unordered_map<ClothHandle, StepUnderWay> steps_under_way_;
 };
 
 Status GlBackend::ChooseKernels(const PlannedCloth& cloth, Room& room) {
@@ -201,6 +218,7 @@ Result<ClothHandle> GlBackend::Create(std::shared_ptr<const SceneModel> model,
 
 void GlBackend::Destroy(ClothHandle handle) {
   device_.context->MakeCurrent();
+  steps_under_way_.erase(handle);
   cloths_.Remove(handle);
 }
 
@@ -231,6 +249,7 @@ std::vector<uint32_t> GlBackend::CarryTargets(const GlCloth& cloth, const SceneM
 
 Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
   device_.context->MakeCurrent();
+  AbandonStep(handle);
   GlCloth& cloth = cloths_.Find(handle);
   const std::shared_ptr<const SceneModel> model = update.model ? update.model : cloth.model->model;
   DRAPE_RETURN_IF_ERROR(CheckUpdateFits(*cloth.model->model, cloth.parameters, update));
@@ -258,34 +277,61 @@ Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
   return Status::Ok();
 }
 
+void GlBackend::SetTargets(const StepItem& item, GlCloth& cloth) {
+  if (!item.pin_targets_m.empty()) Words().WriteTargets(cloth, PackTargets(item.pin_targets_m));
+  Words().SetLengthTargets(cloth, item.rest_lengths_m);
+  if (!item.collider_motions.empty()) {
+    DRAPE_CHECK(HasMovingColliders(cloth.parameters),
+                "only a cloth with moving colliders has motions");
+    cloth.parameters.collider_motions.assign(item.collider_motions.begin(),
+                                             item.collider_motions.end());
+  }
+  Words().WriteMotions(cloth, cloth.parameters.collider_motions);
+  const uint32_t max_iterations = IterationsOf(item, cloth.parameters.settings);
+  if (max_iterations != cloth.max_iterations) {
+    cloth.max_iterations = max_iterations;
+    WriteRecord(item.cloth.slot);
+  }
+}
+
 BatchReport GlBackend::StepAhead(std::span<const StepItem> items,
                                  const std::function<void()>& meanwhile) {
   device_.context->MakeCurrent();
   for (const StepItem& item : items) {
+    AbandonStep(item.cloth);
     GlCloth& cloth = cloths_.Find(item.cloth);
-    if (cloth.fault != FaultReason::kNone) continue;
-    if (!item.pin_targets_m.empty()) Words().WriteTargets(cloth, PackTargets(item.pin_targets_m));
-    Words().SetLengthTargets(cloth, item.rest_lengths_m);
-    if (!item.collider_motions.empty()) {
-      DRAPE_CHECK(HasMovingColliders(cloth.parameters),
-                  "only a cloth with moving colliders has motions");
-      cloth.parameters.collider_motions.assign(item.collider_motions.begin(),
-                                               item.collider_motions.end());
-    }
-    Words().WriteMotions(cloth, cloth.parameters.collider_motions);
-    const uint32_t max_iterations = IterationsOf(item, cloth.parameters.settings);
-    if (max_iterations != cloth.max_iterations) {
-      cloth.max_iterations = max_iterations;
-      WriteRecord(item.cloth.slot);
-    }
+    if (cloth.fault == FaultReason::kNone) SetTargets(item, cloth);
   }
   BatchReport report = RunBatch(items, cloths_, *device_.arrays, device_.measure, device_.batch,
                                 device_.runs_ahead ? meanwhile : nullptr);
-  const std::string reset_reason = device_.context->ResetReason();
   for (const StepItem& item : items) Words().EndMotions(cloths_.Find(item.cloth));
-  // Every state on the device is lost; only a new process can use a device again.
-  DRAPE_CHECK(reset_reason.empty(), reset_reason);
+  CheckForReset();
   return report;
+}
+
+std::optional<BatchReport> GlBackend::StepPiece(const StepItem& item, const Pause& pause) {
+  device_.context->MakeCurrent();
+  GlCloth& cloth = cloths_.Find(item.cloth);
+  if (cloth.fault != FaultReason::kNone) return Step({&item, 1});
+  const auto [under_way, is_new] =
+      steps_under_way_.try_emplace(item.cloth, StepUnderWay{{}, cloth.length_words});
+  if (is_new) SetTargets(item, cloth);
+  auto report = RunPiece(item, cloths_, *device_.arrays, device_.measure, device_.batch,
+                         under_way->second.step, pause);
+  CheckForReset();
+  if (!report) return std::nullopt;
+  Words().EndMotions(cloth);
+  steps_under_way_.erase(under_way);
+  return report;
+}
+
+void GlBackend::AbandonStep(ClothHandle handle) {
+  const auto under_way = steps_under_way_.find(handle);
+  if (under_way == steps_under_way_.end()) return;
+  GlCloth& cloth = cloths_.Find(handle);
+  cloth.are_lengths_moving = cloth.has_own_lengths();  // the device has others
+  cloth.length_words = std::move(under_way->second.length_words);
+  steps_under_way_.erase(under_way);
 }
 
 std::vector<StateColumn> GlBackend::ColumnsOf(const ReadRequest& request) {

@@ -159,4 +159,36 @@ BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, Devi
   return batch;
 }
 
+std::optional<BatchReport> RunPiece(const StepItem& item, GlClothTable& cloths,
+                                    DeviceArrays& arrays, const MeasureKernels& measure,
+                                    const BatchDevice& device, LongStep& step, const Pause& pause) {
+  BatchReport batch;
+  const int64_t start_us = NowUs();
+  const BatchPlan plan = PlanBatch({&item, 1}, cloths);
+  arrays.items.Upload(0, std::as_bytes(std::span(plan.items)));
+  arrays.cloths.Flush();
+  arrays.parameters.Flush();
+  arrays.BindForStep();
+  if (step.status.has_value()) {
+    arrays.statuses.Upload(0, std::as_bytes(std::span(&*step.status, 1)));
+  } else {
+    batch.dispatch_count += KeepStart(measure, plan.first_measured, plan.measured, device.limits);
+  }
+  const VariantGroup& group = plan.groups[0];
+  const bool is_complete =
+      group.kernels->variant.is_tiled()
+          ? ContinueTiled(group, arrays.dispatches, step.tiled, pause, batch.dispatch_count)
+          : ContinueResident(group, device.limits, step.part, pause, batch.dispatch_count);
+  if (is_complete) {
+    batch.dispatch_count += Measure(measure, plan.first_measured, plan.measured, device.limits);
+  }
+  shader::ClothStatus& status = step.status.emplace();
+  arrays.statuses.Download(0, std::as_writable_bytes(std::span(&status, 1)));
+  batch.device_us = NowUs() - start_us;
+  if (!is_complete) return std::nullopt;
+  if (device.on_left_out) device.on_left_out(CountLeftOut(plan, {&status, 1}));
+  batch.reports.push_back(ToReport(item, status, cloths.Find(item.cloth)));
+  return batch;
+}
+
 }  // namespace drape

@@ -2,12 +2,16 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <span>
 
 #include "server/solver/backend.h"
 #include "server/solver/gl_compute/cloth_table.h"
 #include "server/solver/gl_compute/device_arrays.h"
 #include "server/solver/gl_compute/step_plans.h"
+#include "server/solver/gl_compute/tiled_step.h"
+#include "server/solver/pause.h"
+#include "shaders/interface/cloth_status.h"
 
 namespace drape {
 
@@ -25,5 +29,18 @@ struct BatchDevice {
 BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, DeviceArrays& arrays,
                      const MeasureKernels& measure, const BatchDevice& device,
                      const std::function<void()>& meanwhile);
+
+// The step of one cloth that is done in pieces.
+struct LongStep {
+  uint64_t part = 0;  // of the resident plan
+  TiledProgress tiled;
+  std::optional<shader::ClothStatus> status;  // while it pauses; none: it has not begun
+};
+
+// RunBatch of one cloth that is not faulted, in pieces: begins or goes on until `pause` is due;
+// none: it paused.
+std::optional<BatchReport> RunPiece(const StepItem& item, GlClothTable& cloths,
+                                    DeviceArrays& arrays, const MeasureKernels& measure,
+                                    const BatchDevice& device, LongStep& step, const Pause& pause);
 
 }  // namespace drape

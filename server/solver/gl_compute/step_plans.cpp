@@ -26,15 +26,25 @@ uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_
 }
 
 uint32_t StepResident(const VariantGroup& group, const DispatchLimits& limits) {
+  uint64_t part = 0;
+  uint32_t dispatch_count = 0;
+  ContinueResident(group, limits, part, Pause::Never(), dispatch_count);
+  return dispatch_count;
+}
+
+bool ContinueResident(const VariantGroup& group, const DispatchLimits& limits, uint64_t& part,
+                      const Pause& pause, uint32_t& dispatch_count) {
   uint64_t part_count = 1;
   for (const GlCloth* cloth : group.cloths) part_count = std::max(part_count, cloth->part_count);
-  uint32_t dispatch_count = 0;
-  for (uint64_t part = 0; part < part_count; ++part) {
+  while (part < part_count) {
     group.kernels->resident_step->SetUniform(DRAPE_UNIFORM_PART, part == 0 ? 0 : 1);
     dispatch_count += DispatchPerItem(*group.kernels->resident_step, group.first_item,
                                       static_cast<uint32_t>(group.cloths.size()), limits);
+    if (++part == part_count || pause.is_never()) continue;
+    glFinish();
+    if (pause.IsDue()) return false;
   }
-  return dispatch_count;
+  return true;
 }
 
 namespace {

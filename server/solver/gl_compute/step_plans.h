@@ -8,6 +8,7 @@
 
 #include "server/solver/gl_compute/device_arrays.h"
 #include "server/solver/gl_compute/gl_cloth.h"
+#include "server/solver/pause.h"
 
 namespace drape {
 
@@ -43,6 +44,10 @@ struct MeasureKernels {
 // The whole step of the group. Returns the number of dispatches, which depends on the variant and
 // the settings but not on the number of cloths (up to the limits of one dispatch).
 uint32_t StepResident(const VariantGroup& group, const DispatchLimits& limits);
+// The parts [part, part_count) of the step of one cloth, until `pause` is due; `part` counts up.
+// Returns whether all are done. Adds to `dispatch_count`.
+bool ContinueResident(const VariantGroup& cloth, const DispatchLimits& limits, uint64_t& part,
+                      const Pause& pause, uint32_t& dispatch_count);
 // Before the step: keeps the positions of the items [first_item, first_item + cloths.size()), from
 // which Measure finds how far they move. Returns the dispatches: one.
 uint32_t KeepStart(const MeasureKernels& kernels, uint32_t first_item,

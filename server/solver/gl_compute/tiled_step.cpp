@@ -26,31 +26,76 @@ class TiledStep {
         colour_count_(CountIf(StepStage::kSolveDistance, largest_.colours)),
         dispatches_(dispatches) {}
 
-  uint32_t Run() {
-    if (Has(Feature::kTolerance)) UploadDispatchArgs();
-    DispatchParticles(*kernels_.tiled_begin, 0);
-    FindReach();
-    for (uint32_t substep = 0; substep < largest_.substeps.size(); ++substep) {
-      const SubstepWork& work = largest_.substeps[substep];
-      if (work.kicks_before) Kick(substep, DRAPE_KICK_BEFORE);
-      Predict(substep);
-      if (work.kicks_within) Kick(substep, DRAPE_KICK_WITHIN);
-      SolveElastic(substep);
-      SolveHinges(substep);
-      if (work.damps_twist) DampTwist(substep);
-      Tether(substep);
-      Solve(substep);
-      Integrate(substep);
-      SolveVelocity(substep);
-      PlacePins(substep);
-      if (work.kicks_after) Kick(substep, DRAPE_KICK_AFTER);
+  // All that is left of the step, or until the pause. Returns whether it is complete.
+  bool Run(TiledProgress& progress, const Pause& pause) {
+    if (Has(Feature::kTolerance)) UploadDispatchArgs(progress.dispatches);
+    if (!progress.has_begun) {
+      DispatchParticles(*kernels_.tiled_begin, 0);
+      FindReach();
+      progress.has_begun = true;
+    }
+    while (progress.substep < largest_.substeps.size()) {
+      if (!Advance(progress, pause)) return KeepDispatchArgs(progress);
+      progress.part = Part::kBeforeSweeps;
+      if (++progress.substep < largest_.substeps.size() && IsDue(pause)) {
+        return KeepDispatchArgs(progress);
+      }
     }
     DispatchParticles(*kernels_.tiled_check, 0);
     DispatchParticles(*kernels_.tiled_commit, 0);
-    return dispatch_count_;
+    return true;
   }
+  uint32_t dispatch_count() const { return dispatch_count_; }
 
  private:
+  using Part = TiledProgress::Part;
+
+  // Whether to pause, once the device has done what it was given.
+  static bool IsDue(const Pause& pause) {
+    if (pause.is_never()) return false;
+    glFinish();
+    return pause.IsDue();
+  }
+
+  // One substep, or what is left of it. False: paused.
+  bool Advance(TiledProgress& progress, const Pause& pause) {
+    const uint32_t substep = progress.substep;
+    if (progress.part == Part::kBeforeSweeps) {
+      BeforeSweeps(substep);
+      progress.part = Part::kSweeps;
+      progress.sweep = 0;
+    }
+    if (progress.part == Part::kSweeps) {
+      if (!Solve(substep, progress.sweep, pause)) return false;
+      Integrate(substep);
+      progress.part = Part::kVelocitySweeps;
+      progress.sweep = 0;
+    }
+    if (!SolveVelocity(substep, progress.sweep, pause)) return false;
+    PlacePins(substep);
+    if (largest_.substeps[substep].kicks_after) Kick(substep, DRAPE_KICK_AFTER);
+    return true;
+  }
+
+  void BeforeSweeps(uint32_t substep) {
+    const SubstepWork& work = largest_.substeps[substep];
+    if (work.kicks_before) Kick(substep, DRAPE_KICK_BEFORE);
+    Predict(substep);
+    if (work.kicks_within) Kick(substep, DRAPE_KICK_WITHIN);
+    SolveElastic(substep);
+    SolveHinges(substep);
+    if (work.damps_twist) DampTwist(substep);
+    Tether(substep);
+  }
+
+  // For the next piece. Returns false: the step is not complete.
+  bool KeepDispatchArgs(TiledProgress& progress) const {
+    if (!Has(Feature::kTolerance)) return false;
+    progress.dispatches.resize((end_sweep_index() + 1) * sizeof(shader::DispatchArgs));
+    dispatches_.Download(0, progress.dispatches);
+    return false;
+  }
+
   bool Has(KernelTrait trait) const { return kernels_.variant.Has(trait); }
   uint32_t CountIf(StepStage stage, const std::vector<uint32_t>& sizes) const {
     return Has(stage) ? static_cast<uint32_t>(sizes.size()) : 0;
@@ -65,7 +110,10 @@ class TiledStep {
   }
   uint32_t end_sweep_index() const { return contacts_index() + 1; }
 
-  void UploadDispatchArgs() {
+  // `kept`: those of the piece before, if there was one.
+  void UploadDispatchArgs(std::span<const std::byte> kept) {
+    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, dispatches_.name());
+    if (!kept.empty()) return dispatches_.Upload(0, kept);
     const uint32_t local_size = kernels_.variant.local_size;
     std::vector<shader::DispatchArgs> args;
     for (uint32_t phase = 0; phase < phase_count_; ++phase) {
@@ -85,7 +133,6 @@ class TiledStep {
     args.push_back({GroupsFor(largest_.particles, local_size), 0, 1, item_count_});
     args.push_back({1, 0, 1, 1});
     dispatches_.Upload(0, std::as_bytes(std::span(args)));
-    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, dispatches_.name());
   }
 
   void Prepare(const gl::Program& kernel, uint32_t substep) {
@@ -202,18 +249,22 @@ class TiledStep {
     kernel.SetUniform(DRAPE_UNIFORM_SWEEP, sweep);
   }
 
-  void Solve(uint32_t substep) {
+  // False: paused.
+  bool Solve(uint32_t substep, uint32_t& sweep, const Pause& pause) {
     const bool has_tolerance = Has(Feature::kTolerance);
-    if (has_tolerance) {
+    if (has_tolerance && sweep == 0) {
       PrepareSweepControl(*kernels_.tiled_begin_sweeps, substep, 0);
       Dispatch(1, 1);
     }
-    for (uint32_t sweep = 0; sweep < largest_.max_iterations; ++sweep) {
+    while (sweep < largest_.max_iterations) {
       Sweep(substep, sweep);
-      if (!has_tolerance) continue;
-      PrepareSweepControl(*kernels_.tiled_end_sweep, substep, sweep);
-      DispatchIndirect(end_sweep_index());
+      if (has_tolerance) {
+        PrepareSweepControl(*kernels_.tiled_end_sweep, substep, sweep);
+        DispatchIndirect(end_sweep_index());
+      }
+      if (++sweep < largest_.max_iterations && IsDue(pause)) return false;
     }
+    return true;
   }
 
   void Sweep(uint32_t substep, uint32_t sweep) {
@@ -293,13 +344,16 @@ class TiledStep {
   // With correct_velocity, unless the stage solve_velocity is between them.
   void Integrate(uint32_t substep) { DispatchParticles(*kernels_.tiled_integrate, substep); }
 
-  void SolveVelocity(uint32_t substep) {
-    if (!Has(StepStage::kSolveVelocity)) return;
-    for (uint32_t sweep = 0; sweep < largest_.velocity_iterations; ++sweep) {
+  // False: paused.
+  bool SolveVelocity(uint32_t substep, uint32_t& sweep, const Pause& pause) {
+    if (!Has(StepStage::kSolveVelocity)) return true;
+    while (sweep < largest_.velocity_iterations) {
       SweepVelocities(substep, sweep, 0, largest_.colours);
       SweepVelocities(substep, sweep, 1, largest_.joint_colours);
+      if (++sweep < largest_.velocity_iterations && IsDue(pause)) return false;
     }
     DispatchParticles(*kernels_.tiled_correct_velocity, substep);
+    return true;
   }
 
   void SweepVelocities(uint32_t substep, uint32_t sweep, uint32_t is_of_joints,
@@ -343,11 +397,21 @@ uint32_t StepTiled(const VariantGroup& group, const DispatchLimits& limits,
   const std::span<const GlCloth* const> cloths(group.cloths);
   for (size_t first = 0; first < cloths.size(); first += limits.group_count_y) {
     const size_t count = std::min<size_t>(cloths.size() - first, limits.group_count_y);
-    dispatch_count += TiledStep(*group.kernels, group.first_item + static_cast<uint32_t>(first),
-                                cloths.subspan(first, count), dispatches)
-                          .Run();
+    TiledStep step(*group.kernels, group.first_item + static_cast<uint32_t>(first),
+                   cloths.subspan(first, count), dispatches);
+    TiledProgress progress;
+    step.Run(progress, Pause::Never());
+    dispatch_count += step.dispatch_count();
   }
   return dispatch_count;
+}
+
+bool ContinueTiled(const VariantGroup& cloth, gl::Buffer& dispatches, TiledProgress& progress,
+                   const Pause& pause, uint32_t& dispatch_count) {
+  TiledStep step(*cloth.kernels, cloth.first_item, cloth.cloths, dispatches);
+  const bool is_complete = step.Run(progress, pause);
+  dispatch_count += step.dispatch_count();
+  return is_complete;
 }
 
 }  // namespace drape

@@ -51,28 +51,37 @@ void ResetImpulses(const StepContext& context) {
   context.scratch.joint_impulses.assign(context.model.joints.size(), Vec4{});
 }
 
-// No velocity along rigid links is left (Bender et al. 2009, section 3.2).
-void SolveVelocity(const StepContext& context) {
-  for (uint32_t sweep = 0; sweep < context.controls.plan.solver.velocity_iterations; ++sweep) {
+using Part = StepProgress::Part;
+
+// No velocity along rigid links is left (Bender et al. 2009, section 3.2). False: paused.
+bool SolveVelocity(const StepContext& context, StepProgress& progress, const Pause& pause) {
+  const uint32_t sweeps = context.controls.plan.solver.velocity_iterations;
+  while (progress.sweep < sweeps) {
     SolveDistanceVelocities(context);
     SolveJointVelocities(context);
+    if (++progress.sweep < sweeps && pause.IsDue()) return false;
   }
+  return true;
 }
 
-// Sweeps until none finds an error, at most max_iterations.
-void Solve(const StepContext& context, StepReport& report) {
+// Sweeps until none finds an error, at most max_iterations. False: paused.
+bool Solve(const StepContext& context, StepProgress& progress, const Pause& pause) {
   const FloatControls& controls = context.controls;
-  for (uint32_t iteration = 0; iteration < context.max_iterations; ++iteration) {
-    ++report.iterations;
+  while (progress.sweep < context.max_iterations) {
+    ++progress.report.iterations;
     // All always run: a contact can break what the distances have just met.
     bool has_changed = controls.Has(StepStage::kSolveStrips) && SolveStrips(context);
-    if (context.substep.is_last && iteration + 1 == context.max_iterations) RefineLinks(context);
+    if (context.substep.is_last && progress.sweep + 1 == context.max_iterations) {
+      RefineLinks(context);
+    }
     if (controls.Has(StepStage::kSolveDistance)) has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
     has_changed |= SolveContacts(context);
-    if (controls.tolerance > 0 && !has_changed) return;
+    if (controls.tolerance > 0 && !has_changed) return true;
+    if (++progress.sweep < context.max_iterations && pause.IsDue()) return false;
   }
-  if (controls.tolerance > 0) report.converged = false;
+  if (controls.tolerance > 0) progress.report.converged = false;
+  return true;
 }
 
 // A component of a velocity or position. A zero has no sign: which one it got depends on what
@@ -134,10 +143,8 @@ void Begin(const StepContext& context, const FloatState& state) {
   scratch.has_quiet_particles = false;
 }
 
-// One substep.
-void Advance(const StepContext& context, StepReport& report) {
-  const std::vector<Vec4>& positions = context.scratch.state.positions;
-  Kick(context, positions, context.substep.kick_before);
+void BeforeSweeps(const StepContext& context) {
+  Kick(context, context.scratch.state.positions, context.substep.kick_before);
   PredictContacts(context);
   AccelerateBySprings(context);
   Predict(context);
@@ -148,43 +155,73 @@ void Advance(const StepContext& context, StepReport& report) {
   DampTwist(context);
   Tether(context);
   ResetImpulses(context);
-  Solve(context, report);
-  Integrate(context);
-  SolveVelocity(context);
-  CorrectVelocity(context);
-  Kick(context, positions, context.substep.kick_after);
 }
 
-// The substeps, on the copy of `state` that they begin with.
-StepReport DoSubsteps(StepContext& context, const FloatState& state) {
-  const FloatControls& controls = context.controls;
-  StepReport report;
-  report.warnings = controls.plan.known_warnings;
-  Begin(context, state);
-  for (uint32_t index = 0; index < controls.plan.schedule.size(); ++index) {
-    const Substep substep = controls.plan.schedule[index];
-    context.substep = FloatSubstep(substep, controls.damping_per_s);
-    PlaceColliders(context, index, substep.duration_s);
-    if (index == 0 && context.substep.is_two_step) {
-      Copy(context, context.scratch.state, context.scratch.previous);
-    }
-    Advance(context, report);
+// One substep, or what is left of it. False: paused.
+bool Advance(const StepContext& context, StepProgress& progress, const Pause& pause) {
+  if (progress.part == Part::kBeforeSweeps) {
+    BeforeSweeps(context);
+    progress.part = Part::kSweeps;
+    progress.sweep = 0;
   }
-  return report;
+  if (progress.part == Part::kSweeps) {
+    if (!Solve(context, progress, pause)) return false;
+    Integrate(context);
+    progress.part = Part::kVelocitySweeps;
+    progress.sweep = 0;
+  }
+  if (!SolveVelocity(context, progress, pause)) return false;
+  CorrectVelocity(context);
+  Kick(context, context.scratch.state.positions, context.substep.kick_after);
+  progress.part = Part::kBeforeSweeps;
+  return true;
+}
+
+// The substeps, or those that are left, on the copy of `state` that they begin with. False: paused.
+bool DoSubsteps(StepContext& context, const FloatState& state, StepProgress& progress,
+                const Pause& pause) {
+  const FloatControls& controls = context.controls;
+  if (!progress.has_begun) {
+    progress.report.warnings = controls.plan.known_warnings;
+    Begin(context, state);
+    progress.has_begun = true;
+  }
+  while (progress.substep < controls.plan.schedule.size()) {
+    const Substep substep = controls.plan.schedule[progress.substep];
+    context.substep = FloatSubstep(substep, controls.damping_per_s);
+    if (progress.part == Part::kBeforeSweeps) {
+      PlaceColliders(context, progress.substep, substep.duration_s);
+      if (progress.substep == 0 && context.substep.is_two_step) {
+        Copy(context, context.scratch.state, context.scratch.previous);
+      }
+    }
+    if (!Advance(context, progress, pause)) return false;
+    if (++progress.substep < controls.plan.schedule.size() && pause.IsDue()) return false;
+  }
+  return true;
 }
 
 }  // namespace
 
 StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
+  StepProgress progress;
+  return *ContinueStep(context, measure, state, progress, Pause::Never());
+}
+
+std::optional<StepReport> ContinueStep(StepContext context, bool measure, FloatState& state,
+                                       StepProgress& progress, const Pause& pause) {
   ColliderReach& reach = context.scratch.reach;
-  FindReach(context, state, reach);
-  StepReport report = DoSubsteps(context, state);
-  if (Finish(context, Tidy(context), measure, state, report)) return report;
+  if (!progress.has_reach) FindReach(context, state, reach);
+  progress.has_reach = true;
+  if (!DoSubsteps(context, state, progress, pause)) return std::nullopt;
+  if (Finish(context, Tidy(context), measure, state, progress.report)) return progress.report;
+  // Once more, with all colliders.
   ++context.scratch.repeats;
   ReachAll(context, reach);
-  report = DoSubsteps(context, state);
-  Finish(context, Tidy(context), measure, state, report);
-  return report;
+  progress = StepProgress{.has_reach = true};
+  if (!DoSubsteps(context, state, progress, pause)) return std::nullopt;
+  Finish(context, Tidy(context), measure, state, progress.report);
+  return progress.report;
 }
 
 }  // namespace drape::cpu

@@ -1,0 +1,57 @@
+#include "server/api/authentication.h"
+
+#include <google/rpc/error_details.pb.h>
+#include <google/rpc/status.pb.h>
+
+#include <string_view>
+#include <utility>
+
+#include "server/api/status_mapping.h"
+
+namespace drape::api {
+namespace {
+
+constexpr std::string_view kScheme = "Bearer ";
+
+}  // namespace
+
+Authentication::Authentication(TokenFile tokens)
+    : tokens_(std::make_shared<const TokenFile>(std::move(tokens))) {}
+
+void Authentication::Replace(TokenFile tokens) {
+  auto replaced = std::make_shared<const TokenFile>(std::move(tokens));
+  const std::lock_guard lock(mutex_);
+  tokens_ = std::move(replaced);
+}
+
+Caller Authentication::Identify(const grpc::CallbackServerContext& context) const {
+  std::shared_ptr<const TokenFile> tokens;
+  {
+    const std::lock_guard lock(mutex_);
+    tokens = tokens_;
+  }
+  if (tokens == nullptr) return {};
+  const auto& metadata = context.client_metadata();
+  // Two tokens in one call would be ambiguous.
+  if (metadata.count("authorization") != 1) return {.is_refused = true};
+  const grpc::string_ref given = metadata.find("authorization")->second;
+  const std::string_view value(given.data(), given.size());
+  if (!value.starts_with(kScheme)) return {.is_refused = true};
+  std::optional<std::string> tenant = tokens->TenantOf(value.substr(kScheme.size()));
+  if (!tenant) return {.is_refused = true};
+  return {.tenant = *std::move(tenant)};
+}
+
+grpc::Status Unauthenticated() {
+  const char* const message = "the call carries no valid token (authorization: Bearer TOKEN)";
+  google::rpc::Status details;
+  details.set_code(grpc::StatusCode::UNAUTHENTICATED);
+  details.set_message(message);
+  google::rpc::ErrorInfo error_info;
+  error_info.set_reason("INVALID_TOKEN");
+  error_info.set_domain(kErrorDomain);
+  details.add_details()->PackFrom(error_info);
+  return {grpc::StatusCode::UNAUTHENTICATED, message, details.SerializeAsString()};
+}
+
+}  // namespace drape::api

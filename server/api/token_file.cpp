@@ -1,0 +1,99 @@
+#include "server/api/token_file.h"
+
+#include <openssl/evp.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "server/core/check.h"
+
+namespace drape::api {
+namespace {
+
+constexpr size_t kHashBytes = 32;
+constexpr size_t kMaxTenantBytes = 64;
+
+std::string Sha256(std::string_view text) {
+  std::array<unsigned char, kHashBytes> hash{};
+  unsigned int size = 0;
+  const int done =
+      EVP_Digest(text.data(), text.size(), hash.data(), &size, EVP_sha256(), nullptr);
+  DRAPE_CHECK(done == 1 && size == kHashBytes, "SHA-256 is always there");
+  return {hash.begin(), hash.end()};
+}
+
+int DigitOf(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
+  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
+  return -1;
+}
+
+// Empty: not a hash.
+std::string ParseHash(const std::string& digits) {
+  std::string bytes;
+  if (digits.size() != 2 * kHashBytes) return bytes;
+  for (size_t k = 0; k < digits.size(); k += 2) {
+    const int high = DigitOf(digits[k]), low = DigitOf(digits[k + 1]);
+    if (high < 0 || low < 0) return {};
+    bytes += static_cast<char>(16 * high + low);
+  }
+  return bytes;
+}
+
+bool IsTenantName(const std::string& name) {
+  return !name.empty() && name.size() <= kMaxTenantBytes &&
+         std::all_of(name.begin(), name.end(), [](unsigned char c) {
+           return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-';
+         });
+}
+
+Status Failed(const std::string& path, const std::string& why) {
+  return {StatusCode::kFailedPrecondition, "TOKEN_FILE_FAILED", "'" + path + "' " + why};
+}
+
+}  // namespace
+
+Result<TokenFile> TokenFile::Read(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  if (!file.is_open() || file.bad()) return Failed(path, "cannot be read");
+  return Parse(text, path);
+}
+
+Result<TokenFile> TokenFile::Parse(const std::string& text, const std::string& path) {
+  TokenFile tokens;
+  std::istringstream lines(text);
+  std::string line;
+  for (int number = 1; std::getline(lines, line); ++number) {
+    std::istringstream words(line.substr(0, line.find('#')));
+    std::string tenant, digits, rest;
+    if (!(words >> tenant)) continue;
+    const auto wrong = [&](const std::string& why) {
+      return Failed(path, "line " + std::to_string(number) + ": " + why);
+    };
+    if (!IsTenantName(tenant)) {
+      return wrong("the tenant's name must be 1 to 64 letters, digits, '.', '_' or '-'");
+    }
+    words >> digits;
+    const std::string hash = ParseHash(digits);
+    if (hash.empty() || words >> rest) {
+      return wrong("after the tenant's name come the 64 hexadecimal digits of a SHA-256");
+    }
+    if (!tokens.tenants_.emplace(hash, tenant).second) return wrong("this hash occurs twice");
+  }
+  if (tokens.tenants_.empty()) return Failed(path, "has no token");
+  return tokens;
+}
+
+std::optional<std::string> TokenFile::TenantOf(std::string_view token) const {
+  const auto found = tenants_.find(Sha256(token));
+  if (found == tenants_.end()) return std::nullopt;
+  return found->second;
+}
+
+}  // namespace drape::api

@@ -1,0 +1,30 @@
+// The tenants of a server and the hashes of their tokens.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+
+#include "server/core/status.h"
+
+namespace drape::api {
+
+// One line per token: a tenant's name (1 to 64 of a-z, A-Z, 0-9, '.', '_', '-'), a space, and the
+// SHA-256 of the token in hexadecimal digits (`printf %s TOKEN | sha256sum`). A tenant may have
+// several tokens, so that they can be changed one after the other. '#' begins a comment. Immutable.
+class TokenFile {
+ public:
+  // FAILED_PRECONDITION (TOKEN_FILE_FAILED) names the file and the line.
+  static Result<TokenFile> Read(const std::string& path);
+  static Result<TokenFile> Parse(const std::string& text, const std::string& path);
+
+  // None: nobody's token. Found by its hash, so the time tells nothing about tokens.
+  std::optional<std::string> TenantOf(std::string_view token) const;
+  size_t token_count() const { return tenants_.size(); }
+
+ private:
+  std::unordered_map<std::string, std::string> tenants_;  // by the bytes of the hash
+};
+
+}  // namespace drape::api

@@ -1,0 +1,64 @@
+#include "server/core/byte_budget.h"
+
+#include <mutex>
+#include <unordered_map>
+#include <utility>
+
+namespace drape {
+
+struct ByteBudget::Counts {
+  mutable std::mutex mutex;
+  std::unordered_map<std::string, uint64_t> by_owner;  // owners that hold nothing have no entry
+  uint64_t in_all = 0;
+
+  void Release(const std::string& owner, uint64_t bytes) {
+    const std::lock_guard lock(mutex);
+    in_all -= bytes;
+    const auto entry = by_owner.find(owner);
+    entry->second -= bytes;
+    if (entry->second == 0) by_owner.erase(entry);
+  }
+};
+
+ByteBudget::ByteBudget(std::string reason, Limit per_owner, Limit in_all, int64_t retry_after_ms)
+    : reason_(std::move(reason)),
+      per_owner_(std::move(per_owner)),
+      in_all_(std::move(in_all)),
+      retry_after_ms_(retry_after_ms),
+      counts_(std::make_shared<Counts>()) {}
+
+Result<std::shared_ptr<void>> ByteBudget::Take(const std::string& owner, uint64_t bytes) {
+  if (bytes == 0) return std::shared_ptr<void>();
+  {
+    const std::lock_guard lock(counts_->mutex);
+    if (bytes > in_all_.bytes || counts_->in_all > in_all_.bytes - bytes) {
+      return Refusal(in_all_, counts_->in_all, bytes);
+    }
+    const auto entry = counts_->by_owner.find(owner);
+    const uint64_t held = entry == counts_->by_owner.end() ? 0 : entry->second;
+    if (held > 0 && (held >= per_owner_.bytes || bytes > per_owner_.bytes - held)) {
+      return Refusal(per_owner_, held, bytes);
+    }
+    counts_->by_owner[owner] += bytes;
+    counts_->in_all += bytes;
+  }
+  return std::shared_ptr<void>(counts_.get(), [counts = counts_, owner, bytes](void*) {
+    counts->Release(owner, bytes);
+  });
+}
+
+uint64_t ByteBudget::used_bytes() const {
+  const std::lock_guard lock(counts_->mutex);
+  return counts_->in_all;
+}
+
+Status ByteBudget::Refusal(const Limit& limit, uint64_t used, uint64_t wanted) const {
+  Status status(StatusCode::kResourceExhausted, reason_,
+                limit.name + " is " + std::to_string(limit.bytes) + ": " + std::to_string(used) +
+                    " bytes are held, " + std::to_string(wanted) + " more wanted");
+  // Waiting does not help where it is too much by itself.
+  if (wanted <= limit.bytes) status.RetryAfterMs(retry_after_ms_);
+  return status;
+}
+
+}  // namespace drape

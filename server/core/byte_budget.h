@@ -1,0 +1,42 @@
+// Limits how many bytes are held for clients at a time, per owner and in all.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "server/core/status.h"
+
+namespace drape {
+
+// Thread-safe.
+class ByteBudget {
+ public:
+  // The names are those of the settings, for messages.
+  struct Limit {
+    std::string name;
+    uint64_t bytes = 0;
+  };
+
+  // Refusals are RESOURCE_EXHAUSTED with `reason` and retry_after.
+  ByteBudget(std::string reason, Limit per_owner, Limit in_all, int64_t retry_after_ms);
+
+  // Counts until the last copy of the pointer is gone, which may outlive this. An owner that holds
+  // nothing may take more than its limit at once, since less would never do; the limit in all
+  // holds for everybody.
+  Result<std::shared_ptr<void>> Take(const std::string& owner, uint64_t bytes);
+  uint64_t used_bytes() const;
+
+ private:
+  struct Counts;
+
+  Status Refusal(const Limit& limit, uint64_t used, uint64_t wanted) const;
+
+  const std::string reason_;
+  const Limit per_owner_;
+  const Limit in_all_;
+  const int64_t retry_after_ms_;
+  const std::shared_ptr<Counts> counts_;
+};
+
+}  // namespace drape

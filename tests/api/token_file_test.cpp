@@ -1,0 +1,51 @@
+#include "server/api/token_file.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace drape::api {
+namespace {
+
+// printf %s secret | sha256sum
+const std::string kHash = "2bb80d537b1da3e38bd30361aa855686bde0eacd7162fef6a25fe97bf527a25b";
+// printf %s other | sha256sum
+const std::string kOther = "d9298a10d1b0735837dc4bd85dac641b0f3cef27a47e5d53a54f2f3f5b2fcffa";
+
+TEST(TokenFile, FindsTheTenantOfAToken) {
+  const auto tokens = TokenFile::Parse(
+      "# tenants\n\nlab-1 " + kHash + "  # since May\r\n  lab_2\t" + kOther + "\n", "file");
+  ASSERT_TRUE(tokens.ok()) << tokens.status().message();
+  EXPECT_EQ(tokens->TenantOf("secret"), "lab-1");
+  EXPECT_EQ(tokens->TenantOf("other"), "lab_2");
+  EXPECT_FALSE(tokens->TenantOf("").has_value());
+  EXPECT_FALSE(tokens->TenantOf("secret ").has_value());
+  EXPECT_FALSE(tokens->TenantOf(kHash).has_value()) << "the hash is no token";
+}
+
+TEST(TokenFile, ATenantMayHaveSeveralTokens) {
+  const auto tokens = TokenFile::Parse("a " + kHash + "\na " + kOther + "\n", "file");
+  ASSERT_TRUE(tokens.ok());
+  EXPECT_EQ(tokens->TenantOf("secret"), tokens->TenantOf("other"));
+}
+
+TEST(TokenFile, WhatIsWrongIsNamedWithItsLine) {
+  const auto why = [](const std::string& text) {
+    const auto tokens = TokenFile::Parse(text, "file");
+    EXPECT_EQ(tokens.status().reason(), "TOKEN_FILE_FAILED");
+    return tokens.status().message();
+  };
+  EXPECT_EQ(why("# nothing\n"), "'file' has no token");
+  EXPECT_NE(why("a " + kHash + "\nb secret\n").find("line 2: after the tenant"), std::string::npos);
+  EXPECT_NE(why("a\n").find("line 1"), std::string::npos);
+  EXPECT_NE(why("a " + kHash + " x\n").find("line 1"), std::string::npos);
+  EXPECT_NE(why("a " + kHash.substr(1) + "g\n").find("line 1"), std::string::npos);
+  EXPECT_NE(why("a/b " + kHash + "\n").find("the tenant's name"), std::string::npos);
+  EXPECT_NE(why("a " + kHash + "\nb " + kHash + "\n").find("line 2: this hash occurs twice"),
+            std::string::npos);
+  EXPECT_NE(TokenFile::Read("/nowhere").status().message().find("'/nowhere' cannot be read"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace drape::api

@@ -1,0 +1,181 @@
+// A step in pieces has the bits of a step at once, whatever happens to others between its pieces,
+// and leaves nothing behind when it is dropped.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "server/solver/cpu/cpu_backend.h"
+#include "tests/support/backends/backends.h"
+#include "tests/support/scenes.h"
+#include "tests/support/states.h"
+
+namespace drape::test {
+namespace {
+
+constexpr uint32_t kSteps = 2;
+
+// Tolerances, velocity sweeps, contacts, moving colliders, a step that is done again with all
+// colliders (the sphere is out of reach at first), teams (5000 particles), both plans of gl.
+std::vector<Scene> Subjects() {
+  Scene sheet = SizedCloth(33);
+  Stir(sheet, 0.5);
+  sheet.parameters.settings.refine_above_strain = 1e-5;
+  Scene paper = SizedCloth(1024);
+  paper.parameters.settings = PresetSettings(Preset::kPaper);
+  Stir(paper, 0.5);
+  Scene accurate = SizedCloth(31);
+  accurate.parameters.settings = PresetSettings(Preset::kAccurate);
+  Stir(accurate, 0.2);
+  Scene velocities = SizedCloth(40);
+  velocities.parameters.settings.integration = Integration::kOneStep;
+  velocities.parameters.settings.velocity_iterations = 3;
+  Stir(velocities, 0.5);
+  Scene pushed = FallingOnSphere(10);
+  for (auto& v : pushed.state.velocities_m_per_s) v.y() = -3;
+  for (const Collider& collider : pushed.parameters.colliders) {
+    pushed.parameters.collider_motions.push_back(RigidMotion::AtRest(CentreOf(collider)));
+  }
+  pushed.parameters.collider_motions[0].velocity_m_per_s = {0, 3, 0.5};
+  Scene fabric =
+      Grid(12, 9, 0.5, 0.5, {0}, {.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 20});
+  Stir(fabric, 0.5);
+  Scene large = SizedCloth(5000);
+  large.parameters.air_drag = 1;
+  Stir(large, 0.2);
+  large.parameters.settings.substeps = 4;
+  large.parameters.settings.max_iterations = 5;
+  large.parameters.settings.tolerance = 1e-3;
+  Scene on_map = FallingOnDistanceMap(14);
+  for (auto& v : on_map.state.velocities_m_per_s) v.y() = -3;
+  // Several parts of gl's resident plan.
+  Scene many_sweeps = SizedCloth(64);
+  many_sweeps.parameters.settings.sweep = Sweep::kColours;
+  many_sweeps.parameters.settings.substeps = 200;
+  many_sweeps.parameters.settings.max_iterations = 200;
+  Stir(many_sweeps, 0.2);
+  return {sheet,  paper, accurate, velocities,  pushed,
+          fabric, large, on_map,   many_sweeps};
+}
+
+// A dispatch cannot pause, and a resident step is one if it is short.
+bool MustPause(const Backend& backend, const Scene& scene) {
+  const StepSettings& settings = scene.parameters.settings;
+  return backend.Describe().plan_of(*scene.model) != "resident" ||
+         settings.substeps * settings.max_iterations >= 6000;
+}
+
+class StepPieces : public testing::TestWithParam<std::string> {
+ protected:
+  // Pauses wherever that is possible. Between the pieces the neighbour takes a step.
+  BatchReport StepInPieces(const StepItem& item) {
+    for (;;) {
+      auto report = backend_.StepPiece(item, Pause::At({}));
+      if (report.has_value()) return *std::move(report);
+      ++pauses_;
+      if (pauses_ % 16 == 1) StepAlone(backend_, neighbour_, neighbour_scene_);
+    }
+  }
+
+  Backend& backend_ = SharedBackend(GetParam());
+  const Scene neighbour_scene_ = SizedCloth(64);
+  const ClothHandle neighbour_ = CreateCloth(backend_, neighbour_scene_);
+  int pauses_ = 0;
+};
+INSTANTIATE_TEST_SUITE_P(Backends, StepPieces, testing::ValuesIn(BackendNames()),
+                         NameOfCase<testing::TestParamInfo<std::string>>);
+
+TEST_P(StepPieces, HaveTheBitsOfOneStep) {
+  for (const Scene& scene : Subjects()) {
+    const ClothHandle whole = CreateCloth(backend_, scene);
+    const ClothHandle pieces = CreateCloth(backend_, scene);
+    for (uint32_t step = 0; step < kSteps; ++step) {
+      const StepItem at_once{whole, scene.pin_targets_m, true};
+      const StepReport expected = backend_.Step({&at_once, 1}).reports[0];
+      pauses_ = 0;
+      const StepReport report = StepInPieces({pieces, scene.pin_targets_m, true}).reports[0];
+      EXPECT_EQ(report.iterations, expected.iterations) << scene.name;
+      EXPECT_EQ(report.converged, expected.converged) << scene.name;
+      EXPECT_EQ(report.measured.max_strain, expected.measured.max_strain) << scene.name;
+      EXPECT_EQ(report.measured.kinetic_energy_j, expected.measured.kinetic_energy_j);
+      if (MustPause(backend_, scene)) EXPECT_GT(pauses_, 1) << scene.name;
+    }
+    EXPECT_TRUE(ReadBits(backend_, pieces) == ReadBits(backend_, whole)) << scene.name;
+    backend_.Destroy(whole);
+    backend_.Destroy(pieces);
+  }
+  backend_.Destroy(neighbour_);
+}
+
+TEST_P(StepPieces, ADroppedStepLeavesNothingBehind) {
+  enum class Dropped { kAbandoned, kByStep, kByWrite };
+  for (const Scene& scene : Subjects()) {
+    if (!MustPause(backend_, scene)) continue;
+    for (const Dropped how : {Dropped::kAbandoned, Dropped::kByStep, Dropped::kByWrite}) {
+      const ClothHandle plain = CreateCloth(backend_, scene);
+      const ClothHandle dropped = CreateCloth(backend_, scene);
+      const std::string before = ReadBits(backend_, dropped);
+      ASSERT_FALSE(
+          backend_.StepPiece({dropped, scene.pin_targets_m, true}, Pause::At({})).has_value());
+      EXPECT_TRUE(ReadBits(backend_, dropped) == before) << scene.name << " while it is under way";
+      if (how == Dropped::kAbandoned) backend_.AbandonStep(dropped);
+      ClothUpdate update;
+      update.parameters = scene.parameters;
+      if (how == Dropped::kByWrite) {
+        ASSERT_TRUE(backend_.Write(dropped, update).ok());
+      }
+      for (uint32_t step = 0; step < kSteps; ++step) {
+        StepAlone(backend_, plain, scene);
+        StepAlone(backend_, dropped, scene);
+      }
+      EXPECT_TRUE(ReadBits(backend_, dropped) == ReadBits(backend_, plain)) << scene.name;
+      backend_.Destroy(plain);
+      backend_.Destroy(dropped);
+    }
+  }
+  backend_.Destroy(neighbour_);
+}
+
+// The lengths at which a step begins are not those to which a dropped one went.
+TEST_P(StepPieces, DrivenLengthsBeginWhereTheLastStepEnded) {
+  Scene scene = SizedCloth(1100);
+  scene.parameters.settings.substeps = 3;
+  const std::vector<double> lengths_m(scene.model->constraint_count(), 0.05);
+  const std::vector<double> longer_m(scene.model->constraint_count(), 0.06);
+  std::vector<ClothHandle> cloths;
+  for (int k = 0; k < 2; ++k) {
+    cloths.push_back(CreateCloth(backend_, scene));
+    ClothUpdate update;
+    update.rest_lengths_m = lengths_m;
+    ASSERT_TRUE(backend_.Write(cloths.back(), update).ok());
+  }
+  StepItem item{cloths[1], scene.pin_targets_m, false, longer_m};
+  ASSERT_FALSE(backend_.StepPiece(item, Pause::At({})).has_value());
+  backend_.AbandonStep(cloths[1]);
+  for (const ClothHandle cloth : cloths) {
+    item.cloth = cloth;
+    backend_.Step({&item, 1});
+  }
+  EXPECT_TRUE(ReadBits(backend_, cloths[0]) == ReadBits(backend_, cloths[1]));
+  for (const ClothHandle cloth : cloths) backend_.Destroy(cloth);
+  backend_.Destroy(neighbour_);
+}
+
+TEST(CpuStepPieces, HaveTheSameBitsWithAnyNumberOfThreads) {
+  Scene scene = SizedCloth(5000);
+  Stir(scene, 0.2);
+  std::string expected;
+  for (const uint32_t threads : {1u, 2u, 4u}) {
+    const std::unique_ptr<Backend> backend = CreateCpuBackend({threads});
+    const ClothHandle cloth = CreateCloth(*backend, scene);
+    while (!backend->StepPiece({cloth, scene.pin_targets_m}, Pause::At({})).has_value()) {
+    }
+    if (expected.empty()) expected = ReadBits(*backend, cloth);
+    EXPECT_TRUE(ReadBits(*backend, cloth) == expected) << threads;
+  }
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,262 @@
+// What one client does to a server must not become the trouble of another.
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <grpcpp/completion_queue.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <memory>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "tests/support/backends/backends.h"
+#include "tests/system/calls.h"
+#include "tests/system/in_process_server.h"
+#include "tests/system/server_process.h"
+
+namespace drape::test {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+using testing::HasSubstr;
+
+// A step of 50 * 10 000 sweeps: minutes on any backend, and legal.
+v1::CreateClothsRequest HeavySheet(const std::string& session) {
+  v1::CreateClothsRequest request = HangingSheet(session, 64);
+  v1::StepSettings* settings = request.mutable_spec()->mutable_settings();
+  settings->set_substeps(50);
+  settings->set_max_iterations(10000);
+  settings->set_tolerance(0);
+  return request;
+}
+
+class LongSteps : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Backends, LongSteps, testing::Values("cpu", "reference"),
+                         NameOfCase<testing::TestParamInfo<std::string>>);
+
+TEST_P(LongSteps, BlockNobodyAndStopWhenCancelled) {
+  InProcessServer server(GetParam());
+  const auto stub = server.NewStub();
+  const std::string greedy = NewSession(*stub), modest = NewSession(*stub);
+  const Ids heavy = Create(*stub, HeavySheet(greedy));
+  const Ids light = Create(*stub, HangingSheet(modest, 4));
+  grpc::ClientContext context;
+  grpc::CompletionQueue queue;
+  v1::StepResponse response;
+  grpc::Status status;
+  const auto call = stub->AsyncStep(&context, StepsOf(greedy, heavy, 1), &queue);
+  call->Finish(&response, &status, &response);
+  for (int k = 0; k < 20; ++k) Step(*stub, StepsOf(modest, light, 1));
+  EXPECT_EQ(Get(*stub, modest, light[0]).step(), 20u);
+  EXPECT_EQ(Get(*stub, greedy, heavy[0]).step(), 0u) << "the step was too short for this test";
+  context.TryCancel();
+  // It stops at the next piece: the cloth itself can be changed and stepped again at once.
+  v1::UpdateClothsRequest update;
+  update.set_session(greedy);
+  update.add_cloth_ids(heavy[0]);
+  update.mutable_update_mask()->add_paths("settings");
+  update.mutable_spec()->mutable_settings()->set_substeps(1);
+  EXPECT_TRUE(Call(*stub, &Stub::UpdateCloths, update).status.ok());
+  EXPECT_EQ(Step(*stub, StepsOf(greedy, heavy, 1)).steps(0), 1u);
+  void* tag = nullptr;
+  bool ok = false;
+  ASSERT_TRUE(queue.Next(&tag, &ok));
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::CANCELLED);
+}
+
+TEST(HostileClients, ALongStepDoesNotHoldUpTheEndOfTheServer) {
+  ServerProcess server({"--drain-grace-ms=200", "--backend=cpu"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  const Ids heavy = Create(*stub, HeavySheet(session));
+  grpc::ClientContext context;
+  const auto stream = stub->StepStream(&context);
+  ASSERT_TRUE(stream->Write(StepsOf(session, heavy, 1)));
+  std::this_thread::sleep_for(milliseconds(300));
+  server.Signal(SIGTERM);
+  v1::StepResponse response;
+  EXPECT_FALSE(stream->Read(&response));
+  EXPECT_EQ(ReasonOf(stream->Finish()), "DRAINING");
+  EXPECT_EQ(server.WaitForExit(), 0);
+}
+
+// Calls whose answers nobody reads.
+class UnreadSteps {
+ public:
+  UnreadSteps(Stub& stub, const v1::StepRequest& request, int count) {
+    for (int k = 0; k < count; ++k) {
+      contexts_.push_back(std::make_unique<grpc::ClientContext>());
+      calls_.push_back(stub.AsyncStep(contexts_.back().get(), request, &queue_));
+      calls_.back()->ReadInitialMetadata(this);  // sends the request; the answer is not asked for
+    }
+  }
+  ~UnreadSteps() {
+    for (const auto& context : contexts_) context->TryCancel();
+    queue_.Shutdown();
+    void* tag = nullptr;
+    bool ok = false;
+    while (queue_.Next(&tag, &ok)) {
+    }
+  }
+
+ private:
+  grpc::CompletionQueue queue_;
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts_;
+  std::vector<std::unique_ptr<grpc::ClientAsyncResponseReader<v1::StepResponse>>> calls_;
+};
+
+TEST(HostileClients, AnswersThatNobodyReadsAreCounted) {
+  ServerProcess server({"--backend=cpu", "--max-unread-bytes-per-session=4000000"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string greedy = NewSession(*stub), modest = NewSession(*stub);
+  const Ids large = Create(*stub, HangingSheet(greedy, 128));
+  const Ids light = Create(*stub, HangingSheet(modest, 4));
+  v1::StepRequest request = StepsOf(greedy, large, 1);
+  request.mutable_view()->set_positions(true);
+  request.mutable_view()->set_velocities(true);  // 393 kB
+  {
+    // On a connection of their own, whose window they fill.
+    const auto own = server.NewStub();
+    const UnreadSteps unread(*own, request, 60);
+    const auto refused = [&] {
+      return ReasonOf(Call(*stub, &Stub::Step, request).status) == "TOO_MANY_UNREAD_BYTES";
+    };
+    const auto until = steady_clock::now() + std::chrono::seconds(60);
+    bool was_refused = false;
+    while (!was_refused && steady_clock::now() < until) was_refused = refused();
+    EXPECT_TRUE(was_refused);
+    Step(*stub, StepsOf(modest, light, 1));
+  }
+  const auto until = steady_clock::now() + std::chrono::seconds(60);
+  while (!Call(*stub, &Stub::Step, request).status.ok() && steady_clock::now() < until) {
+  }
+  EXPECT_TRUE(Call(*stub, &Stub::Step, request).status.ok());
+}
+
+TEST(HostileClients, ManyRequestsLaterAnIdIsStillKnown) {
+  InProcessServer server("cpu");
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  const Ids ids = Create(*stub, HangingSheet(session, 4));
+  std::vector<v1::StepRequest> requests;
+  for (int k = 0; k < 300; ++k) {
+    requests.push_back(StepsOf(session, ids, 1));
+    requests.back().set_request_id("request-" + std::to_string(k));
+    Step(*stub, requests.back());
+  }
+  EXPECT_EQ(Step(*stub, requests[0]).steps(0), 1u) << "the first answer again";
+  EXPECT_EQ(Get(*stub, session, ids[0]).step(), 300u);
+}
+
+TEST(HostileClients, WhatIsCompressedIsRefusedAndNotInflated) {
+  ServerProcess server({"--backend=cpu"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  v1::CreateClothsRequest request = HangingSheet(session, 4);
+  request.set_request_id(std::string(32 << 20, 'x'));
+  grpc::ClientContext context;
+  context.set_compression_algorithm(GRPC_COMPRESS_GZIP);
+  v1::CreateClothsResponse response;
+  const grpc::Status status = stub->CreateCloths(&context, request, &response);
+  EXPECT_FALSE(status.ok());
+  EXPECT_NE(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << "it was inflated";
+  Create(*stub, HangingSheet(session, 4));
+}
+
+// A connection that says nothing.
+class MuteConnection {
+ public:
+  explicit MuteConnection(const std::string& address) {
+    const size_t colon = address.rfind(':');
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(static_cast<uint16_t>(std::atoi(address.c_str() + colon + 1)));
+    inet_pton(AF_INET, address.substr(0, colon).c_str(), &to.sin_addr);
+    socket_ = socket(AF_INET, SOCK_STREAM, 0);
+    const timeval patience{5, 0};
+    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
+    is_connected_ = connect(socket_, reinterpret_cast<sockaddr*>(&to), sizeof(to)) == 0;
+  }
+  MuteConnection(MuteConnection&& other) noexcept
+      : socket_(std::exchange(other.socket_, -1)), is_connected_(other.is_connected_) {}
+  ~MuteConnection() {
+    if (socket_ >= 0) close(socket_);
+  }
+  bool is_connected() const { return is_connected_; }
+
+ private:
+  int socket_ = -1;
+  bool is_connected_ = false;
+};
+
+TEST(HostileClients, TooManyConnectionsAreRefusedAndListeningGoesOn) {
+  ServerProcess server({"--backend=cpu", "--max-connections=16"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const std::string session = NewSession(*server.NewStub());
+  {
+    std::vector<MuteConnection> many;
+    for (int k = 0; k < 200; ++k) many.emplace_back(server.Address());
+    const auto until = steady_clock::now() + std::chrono::seconds(30);
+    while (server.Log().find("connection_refused") == std::string::npos &&
+           steady_clock::now() < until) {
+      std::this_thread::sleep_for(milliseconds(20));
+    }
+    EXPECT_THAT(server.Log(), HasSubstr("connection_refused reason=max_connections"));
+  }
+  const auto until = steady_clock::now() + std::chrono::seconds(60);
+  bool is_in = false;
+  while (!is_in && steady_clock::now() < until) {
+    v1::GetSessionRequest request;
+    request.set_name(session);
+    is_in = Call(*server.NewStub(), &Stub::GetSession, request).status.ok();
+  }
+  EXPECT_TRUE(is_in) << "no new client gets in";
+}
+
+TEST(HostileClients, SignalsOfTerminalsAndLogsDoNotEndTheServer) {
+  ServerProcess server({"--backend=cpu"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  for (const int signal : {SIGHUP, SIGUSR1, SIGPIPE}) server.Signal(signal);
+  while (server.Log().find("statistics") == std::string::npos) std::this_thread::yield();
+  const auto stub = server.NewStub();
+  NewSession(*stub);
+  EXPECT_TRUE(server.is_running());
+  server.Signal(SIGTERM);
+  EXPECT_EQ(server.WaitForExit(), 0);
+}
+
+TEST(HostileClients, ALeaseDoesNotRunOutWhileTheServerIsStopped) {
+  ServerProcess server({"--backend=cpu"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub, 2.5);
+  server.Signal(SIGSTOP);
+  std::this_thread::sleep_for(milliseconds(4000));
+  server.Signal(SIGCONT);
+  v1::GetSessionRequest request;
+  request.set_name(session);
+  const auto answer = Call(*stub, &Stub::GetSession, request);
+  EXPECT_TRUE(answer.status.ok()) << answer.status.error_message();
+}
+
+TEST(HostileClients, NoSessionBeginsWhileTheServerShutsDown) {
+  InProcessServer server("cpu");
+  const auto stub = server.NewStub();
+  server.scheduler().Drain(0);
+  const auto answer = Call(*stub, &Stub::CreateSession, v1::CreateSessionRequest());
+  EXPECT_EQ(ReasonOf(answer.status), "DRAINING");
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,201 @@
+// A server with tokens: who may call, and what a tenant sees of others: nothing.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "tests/system/calls.h"
+#include "tests/system/server_process.h"
+
+namespace drape::test {
+namespace {
+
+using testing::HasSubstr;
+
+class Tenants : public testing::Test {
+ protected:
+  // The tokens are "one-token" and "two-token".
+  void Start(std::vector<std::string> flags = {}) {
+    WriteTokens("one " + Hash("one-token") + "\ntwo " + Hash("two-token") + "\n");
+    flags.push_back("--backend=cpu");
+    flags.push_back("--token-file=" + (dir_ / "tokens"));
+    server_ = std::make_unique<ServerProcess>(flags);
+    ASSERT_TRUE(server_->WaitUntilUp());
+    stub_ = server_->NewStub();
+  }
+
+  static std::string Hash(const std::string& token) {
+    const std::string command = "printf %s '" + token + "' | sha256sum";
+    FILE* const pipe = popen(command.c_str(), "r");
+    char digits[65] = {};
+    EXPECT_EQ(std::fread(digits, 1, 64, pipe), 64u);
+    pclose(pipe);
+    return digits;
+  }
+
+  void WriteTokens(const std::string& text) { std::ofstream(dir_ / "tokens") << text; }
+
+  template <class Request, class Response>
+  Answer<Response> As(const std::string& token,
+                      grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+                      const Request& request) {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
+    if (!token.empty()) context.AddMetadata("authorization", token);
+    Answer<Response> answer;
+    answer.status = (*stub_.*method)(&context, request, &answer.value);
+    return answer;
+  }
+
+  std::string SessionOf(const std::string& token) {
+    const auto answer = As(token, &Stub::CreateSession, v1::CreateSessionRequest());
+    EXPECT_TRUE(answer.status.ok()) << answer.status.error_message();
+    return answer.value.name();
+  }
+
+  ScratchDir dir_;
+  std::unique_ptr<ServerProcess> server_;
+  std::unique_ptr<Stub> stub_;
+};
+
+const std::string kOne = "Bearer one-token", kTwo = "Bearer two-token";
+
+TEST_F(Tenants, WithoutAValidTokenNothingIsAnswered) {
+  Start();
+  const std::string session = SessionOf(kOne);
+  for (const std::string& token :
+       {std::string(), std::string("one-token"), std::string("Bearer "), std::string("Bearer x"),
+        "Bearer " + Hash("one-token"), std::string("Basic one-token")}) {
+    const auto created = As(token, &Stub::CreateSession, v1::CreateSessionRequest());
+    EXPECT_EQ(created.status.error_code(), grpc::StatusCode::UNAUTHENTICATED) << token;
+    EXPECT_EQ(ReasonOf(created.status), "INVALID_TOKEN");
+    EXPECT_EQ(As(token, &Stub::GetServerInfo, v1::GetServerInfoRequest()).status.error_code(),
+              grpc::StatusCode::UNAUTHENTICATED);
+    EXPECT_EQ(As(token, &Stub::Step, StepsOf(session, {}, 1)).status.error_code(),
+              grpc::StatusCode::UNAUTHENTICATED);
+  }
+  // Streams, too.
+  grpc::ClientContext context;
+  const auto stream = stub_->StepStream(&context);
+  v1::StepResponse response;
+  EXPECT_FALSE(stream->Read(&response));
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::UNAUTHENTICATED);
+  grpc::ClientContext states_context;
+  const auto states = stub_->StreamStates(&states_context);
+  v1::StateChunk chunk;
+  EXPECT_FALSE(states->Read(&chunk));
+  EXPECT_EQ(states->Finish().error_code(), grpc::StatusCode::UNAUTHENTICATED);
+  grpc::ClientContext read_context;
+  const auto read = stub_->ReadStates(&read_context, v1::ReadStatesRequest());
+  EXPECT_FALSE(read->Read(&chunk));
+  EXPECT_EQ(read->Finish().error_code(), grpc::StatusCode::UNAUTHENTICATED);
+}
+
+TEST_F(Tenants, WhatIsOfAnotherTenantIsNotThere) {
+  Start();
+  const std::string mine = SessionOf(kOne), theirs = SessionOf(kTwo);
+  const auto cloths = As(kTwo, &Stub::CreateCloths, HangingSheet(theirs, 4));
+  ASSERT_TRUE(cloths.status.ok());
+  const uint64_t id = cloths.value.cloth_ids(0);
+  const auto expect_none = [](const grpc::Status& status) {
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
+    EXPECT_EQ(ReasonOf(status), "SESSION_NOT_FOUND");
+  };
+  v1::GetSessionRequest get;
+  get.set_name(theirs);
+  expect_none(As(kOne, &Stub::GetSession, get).status);
+  v1::RenewSessionRequest renew;
+  renew.set_name(theirs);
+  expect_none(As(kOne, &Stub::RenewSession, renew).status);
+  v1::DeleteSessionRequest remove;
+  remove.set_name(theirs);
+  expect_none(As(kOne, &Stub::DeleteSession, remove).status);
+  expect_none(As(kOne, &Stub::CreateCloths, HangingSheet(theirs, 4)).status);
+  expect_none(As(kOne, &Stub::Step, StepsOf(theirs, {id}, 1)).status);
+  v1::GetClothRequest cloth;
+  cloth.set_session(theirs);
+  cloth.set_cloth_id(id);
+  expect_none(As(kOne, &Stub::GetCloth, cloth).status);
+  v1::ListClothsRequest list;
+  list.set_session(theirs);
+  expect_none(As(kOne, &Stub::ListCloths, list).status);
+  v1::ResetClothsRequest reset;
+  reset.set_session(theirs);
+  expect_none(As(kOne, &Stub::ResetCloths, reset).status);
+  v1::DeleteClothsRequest remove_cloth;
+  remove_cloth.set_session(theirs);
+  remove_cloth.add_cloth_ids(id);
+  expect_none(As(kOne, &Stub::DeleteCloths, remove_cloth).status);
+  v1::RenderRequest render;
+  render.set_session(theirs);
+  const grpc::Status drawn = As(kOne, &Stub::Render, render).status;
+  EXPECT_TRUE(ReasonOf(drawn) == "SESSION_NOT_FOUND" || ReasonOf(drawn) == "INVALID_FIELDS");
+
+  const auto sessions = As(kOne, &Stub::ListSessions, v1::ListSessionsRequest());
+  ASSERT_EQ(sessions.value.sessions_size(), 1);
+  EXPECT_EQ(mine.rfind(sessions.value.sessions(0).name().substr(0, 20), 0), 0u);
+  const auto info = As(kOne, &Stub::GetServerInfo, v1::GetServerInfoRequest());
+  EXPECT_EQ(info.value.session_count(), 1u);
+  EXPECT_EQ(info.value.cloth_count(), 0u);
+  EXPECT_TRUE(As(kTwo, &Stub::Step, StepsOf(theirs, {id}, 1)).status.ok());
+}
+
+TEST_F(Tenants, ATenantHasQuotasOfItsOwn) {
+  Start({"--max-sessions=8", "--max-cloths-per-tenant=3"});
+  const std::string one = SessionOf(kOne), other = SessionOf(kOne);
+  const auto third = As(kOne, &Stub::CreateSession, v1::CreateSessionRequest());
+  EXPECT_EQ(ReasonOf(third.status), "QUOTA_EXCEEDED");
+  EXPECT_THAT(third.status.error_message(), HasSubstr("max_sessions_per_tenant is 2"));
+  const std::string theirs = SessionOf(kTwo);
+  EXPECT_TRUE(As(kOne, &Stub::CreateCloths, HangingSheet(one, 4, 2)).status.ok());
+  const auto more = As(kOne, &Stub::CreateCloths, HangingSheet(other, 4, 2));
+  EXPECT_EQ(ReasonOf(more.status), "QUOTA_EXCEEDED");
+  EXPECT_THAT(more.status.error_message(), HasSubstr("max_cloths_per_tenant is 3"));
+  EXPECT_TRUE(As(kTwo, &Stub::CreateCloths, HangingSheet(theirs, 4, 2)).status.ok());
+  v1::DeleteSessionRequest remove;
+  remove.set_name(one);
+  EXPECT_TRUE(As(kOne, &Stub::DeleteSession, remove).status.ok());
+  EXPECT_TRUE(As(kOne, &Stub::CreateCloths, HangingSheet(other, 4, 2)).status.ok());
+  SessionOf(kOne);
+}
+
+TEST_F(Tenants, TokensAreReadAgainAtSighup) {
+  Start();
+  const std::string session = SessionOf(kOne);
+  const auto log_has = [&](const std::string& text) {
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (server_->Log().find(text) == std::string::npos) {
+      if (std::chrono::steady_clock::now() > until) return false;
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return true;
+  };
+  WriteTokens("one " + Hash("new-token") + "\n");
+  server_->Signal(SIGHUP);
+  ASSERT_TRUE(log_has("tokens_read count=1"));
+  EXPECT_EQ(As(kOne, &Stub::Step, StepsOf(session, {}, 1)).status.error_code(),
+            grpc::StatusCode::UNAUTHENTICATED);
+  EXPECT_TRUE(As("Bearer new-token", &Stub::Step, StepsOf(session, {}, 1)).status.ok());
+  WriteTokens("broken\n");
+  server_->Signal(SIGHUP);
+  ASSERT_TRUE(log_has("tokens_kept"));
+  EXPECT_TRUE(As("Bearer new-token", &Stub::Step, StepsOf(session, {}, 1)).status.ok());
+  EXPECT_EQ(server_->Log().find("token\""), std::string::npos) << "no token is logged";
+}
+
+TEST_F(Tenants, ABrokenTokenFileIsNoReasonToServeEverybody) {
+  WriteTokens("one two three\n");
+  ServerProcess server({"--token-file=" + (dir_ / "tokens")});
+  EXPECT_EQ(server.WaitForExit(), 1);
+  EXPECT_THAT(server.Log(), HasSubstr("TOKEN_FILE_FAILED"));
+}
+
+}  // namespace
+}  // namespace drape::test
