@@ -49,16 +49,18 @@ double HeldMassRatio(const std::vector<DistanceConstraint>& constraints,
   constexpr size_t kHeld = 4;  // more directions than a particle can move in
   // The masses of the heaviest neighbours, the heaviest first.
   std::vector<std::array<double, kHeld>> heaviest(masses_kg.size(), std::array<double, kHeld>{});
-  const auto add = [&](uint32_t particle, uint32_t neighbour) {
-    double mass_kg = inverse_masses_per_kg[neighbour] == 0 ? std::numeric_limits<double>::infinity()
-                                                           : masses_kg[neighbour];
+  const auto add = [&](uint32_t particle, uint32_t neighbour, bool is_compliant) {
+    const bool is_pin = inverse_masses_per_kg[neighbour] == 0;
+    if (is_pin && is_compliant) return;  // gives way: it does not hold the particle firmly
+    double mass_kg = is_pin ? std::numeric_limits<double>::infinity() : masses_kg[neighbour];
     for (double& place : heaviest[particle]) {
       if (mass_kg > place) std::swap(mass_kg, place);
     }
   };
   for (const DistanceConstraint& constraint : constraints) {
-    add(constraint.i, constraint.j);
-    add(constraint.j, constraint.i);
+    const bool is_compliant = constraint.compliance_m_per_n > 0;
+    add(constraint.i, constraint.j, is_compliant);
+    add(constraint.j, constraint.i, is_compliant);
   }
   double largest = 0;
   for (size_t i = 0; i < masses_kg.size(); ++i) {

@@ -149,8 +149,9 @@ class SceneModel {
   // Smallest damping over stiffness of a spring with stiffness [s]; 0 without springs.
   double least_spring_damping_s() const { return least_spring_damping_s_; }
   // The largest R such that some free particle has four constraints to neighbours that are all at
-  // least R times as heavy (pins: infinitely); 0 if none has four. Such a particle cannot give way
-  // to its neighbours one by one, so a larger R makes sweeps converge more slowly.
+  // least R times as heavy (pins: infinitely, but for those at compliant constraints, which do not
+  // count); 0 if none has four. Such a particle cannot give way to its neighbours one by one, so a
+  // larger R makes sweeps converge more slowly.
   double held_mass_ratio() const { return held_mass_ratio_; }
   // The largest ratio of the masses of two free particles with a constraint between them, >= 1.
   double link_mass_ratio() const { return link_mass_ratio_; }

@@ -62,12 +62,10 @@ bool HasTwoSteps(const SceneModel& model, const ClothParameters& parameters,
          !KeepsEnergy(model, parameters);
 }
 
-// Lines are stable at any strength, and cheaper than kicks. In one step they are first order, where
-// kicks keep energy.
-bool HasElasticLines(const SceneModel& model, const ClothParameters& parameters,
-                     const SolverChoice& choice) {
-  return !model.elastic_lines().empty() &&
-         (choice.has_two_steps || ElasticRatio(model, parameters) > 1);
+// Kicks follow what is no faster than h^2 omega^2 = 1, and are cheaper than lines, which are stable
+// at any strength.
+bool HasElasticLines(const SceneModel& model, const ClothParameters& parameters) {
+  return !model.elastic_lines().empty() && ElasticRatio(model, parameters) > 1;
 }
 
 // SolverChoice::hinge_stages. Kicks follow what is no faster than h^2 omega^2 = 1.
@@ -128,7 +126,7 @@ SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parame
     choice.end_share = EndShare(model, parameters);
     if (lengths == LengthSource::kModel) choice.velocity_iterations = settings.velocity_iterations;
   }
-  choice.has_elastic_lines = HasElasticLines(model, parameters, choice);
+  choice.has_elastic_lines = HasElasticLines(model, parameters);
   choice.hinge_stages = StagesOfHinges(model, parameters, choice);
   ChooseRefinement(model, settings, choice);
   return choice;

@@ -19,6 +19,8 @@ BARS = [
     ("slope", lambda row: row["quantity"] == "creep", 1e-4, None, "holds at 1.02 × for 2 s"),
     ("slope", lambda row: row["quantity"] == "slide", 1e-3, None, "slides at 0.98 × as the closed form"),
     ("cantilever", lambda row: row["scene"].endswith("cells 16"), 0.05, 0.02, "drop at 16 cells"),
+    ("garment", lambda row: row["quantity"] == "strain p99", 0.01, 0.003, "99th percentile of strain"),
+    ("garment", lambda row: row["quantity"] == "strain max", 0.05, 0.02, "largest strain"),
     ("drape", lambda row: "mesh" in row["scene"], 0.02, 0.01, "drape coefficient, mesh against grid or board"),
     ("sag_by_side", lambda row: True, 0.05, 0.02, "the same at any resolution"),
     ("sag_by_step", lambda row: True, 0.05, 0.02, "the same at any time step"),

@@ -108,13 +108,15 @@ TEST_F(BenchTest, SpeedMakesItsTables) {
   // Loads; what answers say; one request at a time by both calls and two under way.
   EXPECT_EQ(RowCount(out_ / "speed_service.csv"), 2 * 3 * 3);
   EXPECT_EQ(RowCount(out_ / "speed_unlike.csv"), 8);
-  EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 17 + 6);  // and on gl
+  EXPECT_EQ(RowCount(out_ / "speed_fabrics.csv"), 2 * (4 + 2 * 3));  // counts; sheets, garments
+  EXPECT_EQ(RowCount(out_ / "speed_skips.csv"), 17 + 6);             // and on gl
   EXPECT_THAT(ReadText(out_ / "speed_skips.csv"), HasSubstr("sleep: all at rest on the ground,"));
   ASSERT_EQ(Tables("").exit_status, 0);
   const std::string readme = ReadText(out_ / "README.md");
   EXPECT_THAT(readme, HasSubstr("### The machine's limits"));
   EXPECT_THAT(readme, HasSubstr("single / lanes"));
   EXPECT_THAT(readme, HasSubstr("| box and capsule that move with friction | 36 |"));
+  EXPECT_THAT(readme, HasSubstr("| irregular shirt that bends | "));
   EXPECT_THAT(readme, HasSubstr("has NOT measured"));
   EXPECT_THAT(readme, HasSubstr("| Bullet 1x10 |"));
   EXPECT_THAT(readme, HasSubstr("| 2 × 1, positions, StepStream two under way |"));

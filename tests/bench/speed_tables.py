@@ -3,6 +3,7 @@
 import peers
 import speed_cost
 import speed_curve
+import speed_fabrics
 import speed_local_sizes
 import speed_nvcloth
 import speed_service
@@ -12,9 +13,10 @@ import speed_unlike
 
 COLUMNS = {"speed_limits": speed_solves.COLUMNS, "speed_cost": speed_cost.COLUMNS, "speed_flatness": speed_cost.FLATNESS_COLUMNS,
            "speed_curve": speed_curve.COLUMNS, "speed_service": speed_service.COLUMNS, "speed_skips": speed_skips.COLUMNS,
-           "speed_unlike": speed_unlike.COLUMNS, "speed_nvcloth": speed_nvcloth.COLUMNS, "speed_peers": peers.COLUMNS,
+           "speed_unlike": speed_unlike.COLUMNS, "speed_fabrics": speed_fabrics.COLUMNS,
+           "speed_nvcloth": speed_nvcloth.COLUMNS, "speed_peers": peers.COLUMNS,
            "speed_local_sizes": speed_local_sizes.COLUMNS, "speed_packing": speed_local_sizes.PACKING_COLUMNS}
-TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view", "call", "skip", "build", "difference"} | speed_local_sizes.TEXT_COLUMNS
+TEXT_COLUMNS = {"along", "program", "family", "method", "settings", "status", "preset", "backend", "path", "device", "limit", "unit", "view", "call", "skip", "build", "difference", "cloth"} | speed_local_sizes.TEXT_COLUMNS
 
 
 def speed_text(tables, cpu_backend, gl_device):
@@ -28,6 +30,8 @@ def speed_text(tables, cpu_backend, gl_device):
         text += speed_cost.cost_text(tables["speed_cost"], tables["speed_flatness"] or [], cpu_backend)
     if tables["speed_unlike"]:
         text += speed_unlike.unlike_text(tables["speed_unlike"])
+    if tables["speed_fabrics"]:
+        text += speed_fabrics.fabrics_text(tables["speed_fabrics"])
     if tables["speed_skips"]:
         text += speed_skips.skips_text(tables["speed_skips"])
     if tables["speed_curve"]:

@@ -210,14 +210,15 @@ TEST(SceneModel, SpringFrequencyBoundIsReachedByAPair) {
 }
 
 // A particle in the middle of four others, and the mass of each.
-double HeldRatio(double middle_kg, std::vector<double> around_kg, std::vector<uint32_t> pins = {}) {
+double HeldRatio(double middle_kg, std::vector<double> around_kg, std::vector<uint32_t> pins = {},
+                 double compliance_m_per_n = 0) {
   ParticleTopology star;
   star.positions_m = {{0, 0, 0}};
   star.masses_kg = {middle_kg};
   for (uint32_t k = 0; k < around_kg.size(); ++k) {
     star.positions_m.emplace_back(std::cos(k), std::sin(k), 0);
     star.masses_kg.push_back(around_kg[k]);
-    star.distance_constraints.push_back({0, k + 1, 1, 0});
+    star.distance_constraints.push_back({0, k + 1, 1, compliance_m_per_n});
   }
   return MustBuild({.topology = star, .material = {}, .pinned_particles = std::move(pins)})
       ->held_mass_ratio();
@@ -230,6 +231,8 @@ TEST(SceneModel, HeldMassRatioIsThatOfTheFourthHeaviestNeighbour) {
   EXPECT_EQ(HeldRatio(2, {100, 60, 30, 80, 1, 40}), 20);
   EXPECT_EQ(HeldRatio(2, {1, 60, 30, 80}, {1}), 15) << "a pin is heavier than all";
   EXPECT_EQ(HeldRatio(2, {100, 60, 30, 80}, {0}), 0) << "a pin is not held";
+  EXPECT_EQ(HeldRatio(2, {100, 60, 30, 80, 40}, {2}, 1e-3), 20) << "nor holds one by a soft link";
+  EXPECT_EQ(HeldRatio(2, {100, 60, 30, 80}, {1, 2, 3, 4}, 1e-3), 0) << "nor do four";
   const auto grid =
       MustBuild({.topology = GridTopology{5, 5, 1, 1}, .material = {}, .pinned_particles = {}});
   EXPECT_EQ(grid->held_mass_ratio(), 1);

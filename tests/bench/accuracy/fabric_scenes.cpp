@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "tests/support/elastica.h"
+#include "tests/support/garments.h"
 
 namespace drape::bench {
 namespace {
@@ -65,6 +66,56 @@ QuantityScene Cantilever(const Fabric& fabric, uint32_t cells, double load, doub
               {"drop of the end", "m",
                [end = 2 * columns - 1](auto states) { return -states.back().positions_m[end].y(); },
                expected_m}}};
+}
+
+// The same strip as an irregular mesh.
+QuantityScene MeshCantilever(const Fabric& fabric, uint32_t cells, double load, double duration_s) {
+  StructuralMaterial material = fabric.material;
+  material.shear_modulus_n_per_m = 0;
+  material.stretch_stiffness_n_per_m = kMeshStretchStiffness_n_per_m;
+  const double weight_n_per_m2 =
+      material.areal_density_kg_per_m2 * ClothParameters().gravity_m_per_s2.norm();
+  const double overhang_m = std::cbrt(load * material.bending_rigidity_n_m / weight_n_per_m2);
+  test::Scene scene = test::ClampedStrip(cells, overhang_m / cells, material, cells);
+  const uint32_t columns = cells + 2;
+  const auto mean_drop_m = [columns](auto states) {
+    double sum_m = 0;
+    for (uint32_t row = 0; row < 5; ++row) {
+      sum_m -= states.back().positions_m[(row + 1) * columns - 1].y();
+    }
+    return sum_m / 5;
+  };
+  return {.name = fabric.name + " mesh load " + std::to_string(std::lround(load)) + " cells " +
+                  std::to_string(cells),
+          .scene = std::move(scene),
+          .duration_s = duration_s,
+          .is_slow = true,
+          .quantities = {
+              {"drop of the end", "m", mean_drop_m,
+               test::ElasticaDrop_m(overhang_m, material.bending_rigidity_n_m, weight_n_per_m2)}}};
+}
+
+// |strain| of the links, ascending.
+std::vector<double> Strains(const SceneModel& model, const std::vector<Vector3d>& positions_m) {
+  std::vector<double> strains;
+  for (const DistanceConstraint& link : model.constraints()) {
+    const double length_m = (positions_m[link.i] - positions_m[link.j]).norm();
+    strains.push_back(std::abs(length_m / link.rest_length_m - 1));
+  }
+  std::sort(strains.begin(), strains.end());
+  return strains;
+}
+
+// By nearest rank.
+Quantity StrainQuantity(const std::string& name, std::shared_ptr<const SceneModel> model,
+                        double percent) {
+  return {name, "-",
+          [model = std::move(model), percent](auto states) {
+            const std::vector<double> strains = Strains(*model, states.back().positions_m);
+            const double rank = std::ceil(static_cast<double>(strains.size()) * percent / 100);
+            return strains[static_cast<size_t>(rank) - 1];
+          },
+          0};
 }
 
 constexpr double kTableRadius_m = 0.09;
@@ -184,6 +235,37 @@ std::vector<QuantityScene> CantileverScenes(bool is_quick) {
     for (const double load : {1.0, 5.0, 20.0}) {
       for (const uint32_t cells : {8u, 16u, 32u}) {
         scenes.push_back(Cantilever(fabric, cells, load, 5));
+      }
+    }
+    for (const uint32_t cells : {8u, 16u, 32u}) {
+      scenes.push_back(MeshCantilever(fabric, cells, 5, 5));
+    }
+  }
+  return scenes;
+}
+
+std::vector<QuantityScene> GarmentScenes(bool is_quick) {
+  std::vector<QuantityScene> scenes;
+  for (const uint32_t seed : {1u, 2u, 3u}) {
+    for (const double cell_m : {0.05, 0.03}) {
+      test::GarmentOptions options{.seed = seed, .cell_m = is_quick ? 0.2 : cell_m};
+      if (seed == 3) {  // bends, turned and far from the origin
+        options.bending_rigidity_n_m = 1e-5;
+        options.transform.position_m = {20, 5, -30};
+        options.transform.rotation = Eigen::AngleAxisd(0.4, Vector3d(0.3, 0.5, 0.8).normalized());
+      }
+      for (test::Scene& scene : test::Garments(options)) {
+        const auto model = scene.model;
+        scenes.push_back({.name = scene.name + " " + std::to_string(seed) + ", " +
+                                  std::to_string(model->particle_count()) + " vertices",
+                          .scene = std::move(scene),
+                          .duration_s = is_quick ? 0.1 : 5,
+                          .is_slow = true,
+                          .quantities = {StrainQuantity("strain p50", model, 50),
+                                         StrainQuantity("strain p90", model, 90),
+                                         StrainQuantity("strain p99", model, 99),
+                                         StrainQuantity("strain max", model, 100)}});
+        if (is_quick) return scenes;
       }
     }
   }

@@ -1,4 +1,4 @@
-// Fabrics, by their constants in SI units: cantilevers, drape, sag.
+// Fabrics, by their constants in SI units: cantilevers, drape, sag; garments.
 #pragma once
 
 #include "tests/bench/accuracy/quantities.h"
@@ -6,8 +6,12 @@
 namespace drape::bench {
 
 // Strips of cotton, denim, silk and card clamped at one end (Peirce's cantilever), at three
-// overhangs, of 8, 16 and 32 cells each.
+// overhangs, of 8, 16 and 32 cells each; at one of them as irregular meshes too.
 std::vector<QuantityScene> CantileverScenes(bool is_quick);
+
+// Sheets, shirts and dresses made by rule (tests/support/garments.h), hung and damped: percentiles
+// of |strain|, which should be small.
+std::vector<QuantityScene> GarmentScenes(bool is_quick);
 
 // Squares of 30 cm on a round table of 18 cm, as grids and as meshes: the share of the overhanging
 // area that is left in the shadow from above (Cusick's drape coefficient). A rigid board keeps

@@ -82,6 +82,7 @@ const std::vector<QuantityKind>& QuantityKinds() {
       {"rest", "second difference of positions over frames, damped for 12 s", RestScenes},
       {"slope", "friction 2 % above or below a slope of 0.5 rad", SlopeScenes},
       {"cantilever", "drop of a clamped strip against the elastica", CantileverScenes},
+      {"garment", "strains of garments that hang, made by rule", GarmentScenes},
       {"drape", "drape coefficient of a square on a round table", DrapeScenes},
       {"sag_by_side", "cotton hung by two corners, at four resolutions", SagScenesBySide},
       {"sag_by_step", "cotton hung by two corners, at four time steps", SagScenesByStep}};

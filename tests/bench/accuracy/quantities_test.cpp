@@ -47,6 +47,14 @@ TEST(QuantitiesTest, CantileversMeasureTheDrop) {
   EXPECT_LT(*scene.quantities[0].expected, 5.0 / 8 * overhang_m);
 }
 
+TEST(QuantitiesTest, StrainsAreThoseOfTheLinks) {
+  const QuantityScene scene = GarmentScenes(/*is_quick=*/true).front();
+  std::vector<ParticleState> states = {scene.scene.state};
+  for (const Quantity& quantity : scene.quantities) EXPECT_NEAR(quantity.of(states), 0, 1e-12);
+  for (Vector3d& p : states[0].positions_m) p *= 0.75;
+  for (const Quantity& quantity : scene.quantities) EXPECT_NEAR(quantity.of(states), 0.25, 1e-12);
+}
+
 // Flat, and shrunk to half its side about its middle.
 TEST(QuantitiesTest, TheDrapeCoefficientIsThatOfTheShadow) {
   const QuantityScene scene = DrapeScenes(/*is_quick=*/true).front();

@@ -12,6 +12,7 @@ void MeasureSpeed(Bench& bench, const SpeedOptions& options) {
   if (is_wanted("cost")) MeasureCost(bench, options.cost);
   if (is_wanted("flatness")) MeasureFlatness(bench, options.flatness);
   if (is_wanted("unlike")) MeasureUnlike(bench, options.unlike);
+  if (is_wanted("fabrics")) MeasureFabrics(bench, options.fabrics);
   if (is_wanted("skips")) MeasureSkips(bench, options.skips);
   if (is_wanted("service")) MeasureService(bench, options.service);
   if (is_wanted("curve")) MeasureCurve(bench, options.curve);

@@ -84,6 +84,17 @@ struct UnlikeOptions {
 };
 void MeasureUnlike(Bench& bench, UnlikeOptions options);
 
+// Fabrics and garments, in turn with the bare sheet -> speed_fabrics.csv.
+struct FabricsOptions {
+  std::vector<uint32_t> counts = {1, 64};
+  uint32_t side = 32;    // particles of the sheets
+  double cell_m = 0.04;  // of the garments
+  double lead_s = 1;     // before the first round
+  uint32_t rounds = 9;
+  double turn_s = 0.1;
+};
+void MeasureFabrics(Bench& bench, FabricsOptions options);
+
 // Steps of the backend gl with each local size -> speed_local_sizes.csv;
 // several small sheets in one work group -> speed_packing.csv.
 struct LocalSizesLoad {
@@ -107,17 +118,18 @@ struct LocalSizesOptions {
 void MeasureLocalSizes(Bench& bench, LocalSizesOptions options);
 
 // In the order in which they are measured.
-inline constexpr std::array kSpeedParts = {"limits", "cost",    "flatness", "unlike",
+inline constexpr std::array kSpeedParts = {"limits", "cost",    "flatness", "unlike",     "fabrics",
                                            "skips",  "service", "curve",    "local_sizes"};
 
 struct SpeedOptions {
   // Some of kSpeedParts; local_sizes only on request.
-  std::vector<std::string> parts = {"limits", "cost",    "flatness", "unlike",
-                                    "skips",  "service", "curve"};
+  std::vector<std::string> parts = {"limits",  "cost",  "flatness", "unlike",
+                                    "fabrics", "skips", "service",  "curve"};
   LimitsOptions limits;
   CostOptions cost;
   FlatnessOptions flatness;
   UnlikeOptions unlike;
+  FabricsOptions fabrics;
   CurveOptions curve;
   ServiceOptions service;
   SkipsOptions skips;

@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from gymnasium.vector import AutoresetMode, SyncVectorEnv
 
-import drape.gym
 from drape.gym import DropFlat, single
 
 NUM = 3

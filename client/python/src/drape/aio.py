@@ -12,7 +12,7 @@ from __future__ import annotations
 import asyncio
 import functools
 import os
-from typing import Any, Awaitable, Callable
+from typing import Awaitable, Callable
 
 import grpc
 import grpc.aio

@@ -10,6 +10,7 @@
 #include "server/solver/cpu/alone/distances.h"
 #include "server/solver/cpu/alone/elastic.h"
 #include "server/solver/cpu/alone/elastic_lines.h"
+#include "server/solver/cpu/alone/grid_elastic.h"
 #include "server/solver/cpu/alone/joints.h"
 #include "server/solver/cpu/alone/refine_links.h"
 #include "server/solver/cpu/alone/springs.h"
@@ -31,6 +32,13 @@ void Kick(const StepContext& context, const std::vector<Vec4>& positions, float 
   ApplyWind(context, positions.data(), duration);
 }
 
+// Whether the elements of a grid are all that acts.
+bool IsGridElasticAlone(const StepContext& context) {
+  const FloatControls& controls = context.controls;
+  return controls.grid_strengths != nullptr && !controls.Has(StepStage::kApplySprings) &&
+         !controls.Has(StepStage::kApplyWind);
+}
+
 // The same on the predicted velocities u, from the predicted positions b + H u.
 void KickWithin(const StepContext& context) {
   const FloatControls& controls = context.controls;
@@ -39,16 +47,20 @@ void KickWithin(const StepContext& context) {
           {StepStage::kApplySprings, StepStage::kApplyElastic, StepStage::kApplyWind})) {
     return;
   }
+  if (IsGridElasticAlone(context)) {
+    return ApplyGridElastic(context, nullptr, context.substep.kick_within);
+  }
   PredictPositions(context);
   Kick(context, context.scratch.predicted, context.substep.kick_within);
 }
 
 void ResetImpulses(const StepContext& context) {
+  context.scratch.joint_impulses.assign(context.model.joints.size(), Vec4{});
+  if (context.controls.Has(StepStage::kSolveStrips) && !context.KeepsImpulses()) return;
   std::vector<Vec4>& impulses = context.scratch.distance_impulses;
   context.ForRanges(impulses.size(), kParticleGrain, [&](size_t begin, size_t end) {
     std::fill_n(impulses.data() + begin, end - begin, Vec4{});
   });
-  context.scratch.joint_impulses.assign(context.model.joints.size(), Vec4{});
 }
 
 using Part = StepProgress::Part;
@@ -133,6 +145,9 @@ void Begin(const StepContext& context, const FloatState& state) {
   scratch.accelerations.resize(model.has_springs() ? model.particle_count : 0);
   scratch.elastic_impulses.resize(
       solver.has_elastic_lines ? model.particle_count : model.elastic_groups.size() * kVec4Size);
+  if (context.controls.grid_strengths != nullptr) {
+    scratch.grid_elastic.Prepare(model.grid_elements, context.team.max_members());
+  }
   if (context.controls.Has(StepStage::kApplyWind)) {
     scratch.air_impulses.resize(model.triangles.size() * kVec4Size);
   }

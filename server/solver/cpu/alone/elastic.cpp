@@ -1,43 +1,80 @@
 #include "server/solver/cpu/alone/elastic.h"
 
-#include "server/solver/cpu/alone/advance.h"
-#include "server/solver/cpu/formulas/constraint_math-inl.h"
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "server/solver/cpu/alone/elastic.cpp"
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
-namespace drape::cpu {
+#include "server/solver/cpu/alone/advance.h"
+#include "server/solver/cpu/alone/grid_elastic.h"
+#include "server/solver/cpu/formulas/constraint_math-inl.h"
+#include "server/solver/cpu/simd/vec8-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
-using namespace HWY_NAMESPACE;  // constraint_math-inl.h; nothing here depends on what it is
-
-ElementDifferences<Vectors4> Differences(const ElasticGroup& group, const Vec4* vectors) {
-  const Vectors4 first = Gather(vectors, group.particles[0]);
-  return {Gather(vectors, group.particles[1]) - first, Gather(vectors, group.particles[2]) - first,
-          Gather(vectors, group.particles[3]) - first};
+HWY_INLINE Vec8 Weights(const ElasticGroup* groups, size_t place) {
+  return JoinVectors(groups[0].weights[place], groups[1].weights[place]);
 }
 
-// First phase: the impulses of the elements, all from the same velocities. Groups [begin, end).
-void StoreElasticImpulses(const StepContext& context, const Vec4* p, float duration, size_t begin,
-                          size_t end) {
-  const FloatControls& controls = context.controls;
-  const Vec4* const v = context.scratch.state.velocities.data();
-  Vec4* impulses = context.scratch.elastic_impulses.data() + begin * kVec4Size;
-  for (size_t g = begin; g < end; ++g) {
-    const ElasticGroup& group = context.model.elastic_groups[g];
-    const auto velocities = [&] { return Differences(group, v); };
-    const Vectors4 of_elements =
-        ElasticImpulse(group, Differences(group, p), velocities, duration, controls.h,
-                       controls.inverse_h, controls.max_elastic_frequency_sq);
-    for (const Vec4& impulse : Transpose(of_elements)) *impulses++ = impulse;
+// The positions of the particles at `place` of two groups of elements, less those at the first.
+HWY_INLINE Vectors8 DifferencesAt(const ElasticGroup* groups, size_t place, const Vec4* p) {
+  const auto at = [&](size_t of_place, uint32_t k) {
+    return JoinVectors(p[groups[0].particles[of_place][k]], p[groups[1].particles[of_place][k]]);
+  };
+  VectorPairs d;
+#pragma GCC unroll 4
+  for (uint32_t k = 0; k < kVec4Size; ++k) d[k] = at(place, k) - at(0, k);
+  return Transpose(d);
+}
+
+// The impulses of hinges, all from the same positions; pairs [begin, end) of groups.
+void StoreHingeImpulses(const StepContext& context, const Vec4* p, float duration, size_t begin,
+                        size_t end) {
+  const Vec8 max_frequency_sq = Splat8(context.controls.max_elastic_frequency_sq);
+  Vec4* impulses = context.scratch.elastic_impulses.data() + begin * kVec8Size;
+  for (size_t pair = begin; pair < end; ++pair) {
+    const ElasticGroup* const groups = context.model.elastic_groups.data() + 2 * pair;
+    const ElementDifferences<Vectors8> d = {
+        DifferencesAt(groups, 1, p), DifferencesAt(groups, 2, p), DifferencesAt(groups, 3, p)};
+    const std::array<Vec8, 3> weights = {Weights(groups, 0), Weights(groups, 1),
+                                         Weights(groups, 2)};
+    const Vec8 frequency_sq = JoinVectors(groups[0].frequency_sq, groups[1].frequency_sq);
+    const Vec8 stiffness = JoinVectors(groups[0].mass, groups[1].mass) *
+                           Select(frequency_sq > max_frequency_sq, max_frequency_sq, frequency_sq);
+    const VectorPairs of_elements =
+        Transpose(HingeImpulse(weights, JoinVectors(groups[0].rest_length, groups[1].rest_length),
+                               stiffness, d, duration));
+#pragma GCC unroll 4
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
+      const auto [low, high] = SplitVectors(of_elements[k]);
+      impulses[k] = low;
+      impulses[k + kVec4Size] = high;
+    }
+    impulses += kVec8Size;
   }
 }
 
+}  // namespace
+}  // namespace drape::cpu::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace drape::cpu {
+
+HWY_EXPORT(StoreHingeImpulses);
+
+namespace {
+
 // change(i, of_elements): the change of the velocity of each free particle i within `duration` [s].
 template <class Change>
-void ForElasticChanges(const StepContext& context, const Vec4* positions, float duration,
-                       const Change& change) {
+void ForHingeChanges(const StepContext& context, const Vec4* positions, float duration,
+                     const Change& change) {
   const FloatModel& model = context.model;
   StepScratch& scratch = context.scratch;
-  context.ForRanges(model.elastic_groups.size(), kGroupGrain, [&](size_t begin, size_t end) {
-    StoreElasticImpulses(context, positions, duration, begin, end);
+  context.ForRanges(model.elastic_groups.size() / 2, kGroupGrain, [&](size_t begin, size_t end) {
+    HWY_DYNAMIC_DISPATCH(StoreHingeImpulses)(context, positions, duration, begin, end);
   });
   context.ForFreeParticles([&](uint32_t i) {
     Vec4 impulse{};
@@ -53,9 +90,12 @@ void ForElasticChanges(const StepContext& context, const Vec4* positions, float 
 
 void ApplyElastic(const StepContext& context, const Vec4* positions, float duration) {
   if (!context.controls.Has(StepStage::kApplyElastic)) return;
+  if (context.controls.grid_strengths != nullptr) {
+    return ApplyGridElastic(context, positions, duration);
+  }
   std::vector<Vec4>& v = context.scratch.state.velocities;
-  ForElasticChanges(context, positions, duration,
-                    [&](uint32_t i, Vec4 of_elements) { v[i] += of_elements; });
+  ForHingeChanges(context, positions, duration,
+                  [&](uint32_t i, Vec4 of_elements) { v[i] += of_elements; });
 }
 
 // Stage by stage, each from where the particles will be at the velocities so far.
@@ -66,13 +106,14 @@ void SolveHinges(const StepContext& context) {
   scratch.hinge_changes.assign(context.model.particle_count, Vec4{});
   for (const auto& [momentum, gain] : context.controls.hinge_stages) {
     PredictPositions(context);
-    ForElasticChanges(context, scratch.predicted.data(), context.substep.force_time,
-                      [&](uint32_t i, Vec4 of_elements) {
-                        Vec4& change = scratch.hinge_changes[i];
-                        change = momentum * change + gain * of_elements;
-                        u[i] += change;
-                      });
+    ForHingeChanges(context, scratch.predicted.data(), context.substep.force_time,
+                    [&](uint32_t i, Vec4 of_elements) {
+                      Vec4& change = scratch.hinge_changes[i];
+                      change = momentum * change + gain * of_elements;
+                      u[i] += change;
+                    });
   }
 }
 
 }  // namespace drape::cpu
+#endif  // HWY_ONCE

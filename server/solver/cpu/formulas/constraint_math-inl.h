@@ -146,45 +146,20 @@ inline Vectors WeightedSum(const ElementDifferences<Vectors>& d, const Weights& 
   return (w_a * d.a + w_b * d.b) + w_c * d.c;
 }
 
-// Impulse of oscillators of this mass [kg] and squared frequency [1/s^2], at most
-// `max_frequency_sq`, `deflection` [m] from rest and at this speed [m/s], within `duration` [s] of
-// substeps h (equation 16).
-template <class Scalars>
-inline Scalars OscillatorImpulse(const Scalars& mass, const Scalars& frequency_sq,
-                                 const Scalars& damping_share, const Scalars& deflection,
-                                 const Scalars& speed, float duration, float h, float inverse_h,
-                                 float max_frequency_sq) {
-  const Scalars one = SplatLike(1, mass);
-  const Scalars ratio =
-      Min(frequency_sq * (h * h), SplatLike(static_cast<float>(kMaxElasticRatio), mass));
-  const Scalars ratio_sq = ratio * ratio;
-  const Scalars damping = damping_share * ratio_sq / (one + ratio_sq) * inverse_h;
-  const Scalars stiffness = Min(frequency_sq, SplatLike(max_frequency_sq, mass));
-  return -(mass * duration) * (stiffness * deflection + damping * speed);
-}
-
-// Impulses of elastic elements along their L within `duration` [s]. `element` has the numbers of
-// ElasticGroup. `d` are the differences of positions [m], velocities() those of velocities [m/s],
-// which only damped elements need.
-template <class Vectors, class Element, class Velocities>
-inline Vectors ElasticImpulse(const Element& element, const ElementDifferences<Vectors>& d,
-                              const Velocities& velocities, float duration, float h,
-                              float inverse_h, float max_frequency_sq) {
-  const Vectors l = WeightedSum(d, element.weights);
+// Impulses of hinges along their L within `duration` [s] (equation 16): `stiffness` [N/m], `d` the
+// differences of positions [m].
+template <class Vectors, class Weights, class Scalars>
+inline Vectors HingeImpulse(const Weights& weights, const Scalars& rest_length,
+                            const Scalars& stiffness, const ElementDifferences<Vectors>& d,
+                            float duration) {
+  const Vectors l = WeightedSum(d, weights);
   const Vectors normal = Cross(d.a, d.c - d.b);
-  const auto length = Sqrt(Dot(l, l));
-  const auto zero = SplatLike(0, length), one = SplatLike(1, length);
+  const Scalars length = Sqrt(Dot(l, l));
+  const Scalars zero = SplatLike(0, length), one = SplatLike(1, length);
   const auto is_short = length < SplatLike(kMinDirectionLength, length);
-  const auto divisor = Select(is_short, one, length);
-  const auto rest_length = Select(Dot(l, normal) < zero, -element.rest_length, element.rest_length);
-  auto speed = zero;
-  if (IsAnyLaneSet(element.damping_share > zero)) {
-    speed = Dot(WeightedSum(velocities(), element.weights), l) / divisor;
-  }
-  const auto impulse =
-      OscillatorImpulse(element.mass, element.frequency_sq, element.damping_share,
-                        length - rest_length, speed, duration, h, inverse_h, max_frequency_sq);
-  return Select(is_short, zero, impulse / divisor) * l;
+  const Scalars signed_rest = Select(Dot(l, normal) < zero, -rest_length, rest_length);
+  const Scalars tension = (stiffness * duration) * (length - signed_rest);
+  return Select(is_short, zero, -tension / Select(is_short, one, length)) * l;
 }
 
 // r - r' for triangles: how the air changes their velocities within a kick (apply_wind in

@@ -57,6 +57,10 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   if (plan.solver.has_elastic_lines) {
     elastic_entries = model.elastic_entries.Get(model, plan.schedule.largest_force_interval_s2());
   }
+  if (Has(StepStage::kApplyElastic) && !model.grid_elements.empty()) {
+    grid_strengths = model.grid_strengths.Get(*model.source, model.grid_elements, h, inverse_h,
+                                              max_elastic_frequency_sq);
+  }
   for (const Collider& collider : parameters.colliders) {
     colliders.push_back(ToFloat(collider, parameters.thickness_m));
   }

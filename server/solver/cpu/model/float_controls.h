@@ -69,8 +69,10 @@ struct FloatControls {
   float air_lift;
   std::vector<FloatCollider> colliders;
   std::shared_ptr<const ElasticEntries> elastic_entries;  // null without lines
-  std::vector<FloatHingeStage> hinge_stages;              // SolverChoice::hinge_stages
-  float max_elastic_frequency_sq;                         // [1/s^2]
+  // Null without a grid's apply_elastic.
+  std::shared_ptr<const GridStrengths> grid_strengths;
+  std::vector<FloatHingeStage> hinge_stages;  // SolverChoice::hinge_stages
+  float max_elastic_frequency_sq;             // [1/s^2]
   float end_share;  // of the direction at the end of the substep in that of an impulse, [0, 1]
 };
 

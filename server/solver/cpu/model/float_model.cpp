@@ -225,6 +225,20 @@ void OrderParticles(FloatModel& model) {
   model.pair_particle_offsets.push_back(static_cast<uint32_t>(order.size()));
 }
 
+// [links] of each lane, from where the constraints have them.
+template <class Numbers, class Link>
+std::vector<Numbers> PackCompliances(const FloatModel& model, const std::vector<Link>& links) {
+  if (!model.has_compliance()) return {};
+  std::vector<Numbers> compliances(links.size());
+  for (size_t k = 0; k < links.size(); ++k) {
+    for (uint32_t lane = 0; lane < links[k].places.size(); ++lane) {
+      const uint32_t place = links[k].places[lane];
+      compliances[k].Set(lane, model.compliances[place / kVec4Size][place % kVec4Size]);
+    }
+  }
+  return compliances;
+}
+
 void PackJoints(FloatModel& model) {
   for (const auto& [i, j, compliance] : model.source->joints()) {
     model.joints.push_back(
@@ -318,6 +332,9 @@ void PackElastic(FloatModel& model) {
     group.mass[lane] = static_cast<float>(shares.masses_kg[e]);
     group.frequency_sq[lane] = static_cast<float>(shares.frequencies_sq_per_s2[e]);
   }
+  if (model.elastic_groups.size() % 2 != 0) {  // eight elements are computed at a time
+    model.elastic_groups.push_back(PaddingElements(model.spare_particle()));
+  }
   model.elastic_offsets = shares.offsets;
   for (const ElasticEnd& end : shares.ends) {
     model.elastic_ends.push_back({end.element, static_cast<float>(end.weight)});
@@ -343,6 +360,7 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model,
       particle_count(source->particle_count()),
       pins(source->pins().begin(), source->pins().end()),
       length_scale(static_cast<float>(source->length_scale_m())),
+      grid_elements(*source),
       layout_(std::move(shared_layout)) {
   for (uint32_t particle = 0; particle < particle_count; ++particle) {
     const double inverse_mass = source->inverse_masses_per_kg()[particle];
@@ -355,6 +373,8 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model,
   PackJoints(*this);
   strip_phase_offsets = PackStrips(*this, strips, strip_links);
   PackStrips(*this, strip_pairs, pair_links);
+  strip_compliances = PackCompliances<Numbers8>(*this, strip_links);
+  pair_compliances = PackCompliances<NumberPair>(*this, pair_links);
   for (const ElasticLine& line : source->elastic_lines().lines) {
     longest_elastic_line = std::max(longest_elastic_line, line.count);
   }

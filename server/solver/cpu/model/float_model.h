@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/scene/scene_model.h"
+#include "server/solver/cpu/model/grid_elements.h"
 #include "server/solver/cpu/simd/numbers8.h"
 #include "server/solver/cpu/simd/vec4.h"
 
@@ -192,8 +193,10 @@ struct FloatModel {
   std::vector<StripGroup> strips;             // phase after phase
   std::vector<uint32_t> strip_phase_offsets;  // [phase_count + 1] groups of strips
   std::vector<StripLink> strip_links;
-  std::vector<StripPair> strip_pairs;  // the same in pairs
+  std::vector<Numbers8> strip_compliances;  // of strip_links [m/N]; empty if all are 0
+  std::vector<StripPair> strip_pairs;       // the same in pairs
   std::vector<PairLink> pair_links;
+  std::vector<NumberPair> pair_compliances;
   // The free particles in the order in which the pairs need them, first those of pair 0; those that
   // no strip has come last. [pair_count + 2] offsets.
   std::vector<uint32_t> pair_particles;
@@ -219,6 +222,8 @@ struct FloatModel {
   std::vector<FloatSpringEnd> spring_ends;
   float length_scale;  // [m]
   mutable ElasticEntriesCache elastic_entries;
+  GridElements grid_elements;
+  mutable GridStrengthsCache grid_strengths;
 
   // The model whose particles, links and their order the cloths of a group share, whatever they
   // have pinned.

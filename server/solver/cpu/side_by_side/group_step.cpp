@@ -30,6 +30,7 @@ namespace {
 void ResetImpulses(const GroupContext& context) {
   const VectorsCloths none{SplatCloths(0), SplatCloths(0), SplatCloths(0)};
   std::fill_n(context.joint_impulses, context.model.joints.size(), none);
+  if (context.controls.Has(StepStage::kSolveStrips) && !context.KeepsImpulses()) return;
   std::fill_n(context.distance_impulses, context.impulse_count(), SplatCloths(0));
 }
 

@@ -12,6 +12,7 @@
 
 #include "server/solver/cpu/formulas/constraint_math-inl.h"
 #include "server/solver/cpu/side_by_side/advance-inl.h"
+#include "server/solver/cpu/side_by_side/grid_elastic-inl.h"
 #include "server/solver/cpu/side_by_side/state-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -53,21 +54,6 @@ void ApplySprings(const GroupContext& context, const Positions& p, float duratio
   }
 }
 
-// The numbers of one element of an ElasticGroup.
-struct ElementNumbers {
-  // `own`: of each cloth; null: they are the same.
-  ElementNumbers(const ElasticGroup& group, size_t k, const OwnElement* own)
-      : weights{SplatCloths(group.weights[0][k]), SplatCloths(group.weights[1][k]),
-                SplatCloths(group.weights[2][k])},
-        rest_length(SplatCloths(group.rest_length[k])),
-        mass(own != nullptr ? own->mass : SplatCloths(group.mass[k])),
-        frequency_sq(own != nullptr ? own->frequency_sq : SplatCloths(group.frequency_sq[k])),
-        damping_share(SplatCloths(group.damping_share[k])) {}
-
-  std::array<VecCloths, 3> weights;
-  VecCloths rest_length, mass, frequency_sq, damping_share;
-};
-
 template <class Values>
 ElementDifferences<VectorsCloths> Differences(const ElasticGroup& group, size_t k,
                                               const Values& values) {
@@ -83,18 +69,23 @@ const OwnElement* OwnElementOf(const GroupContext& context, size_t element) {
   return place != 0 ? &context.own_pins.elements[place] : nullptr;
 }
 
-// The impulse of an element on each cloth.
+// The impulse of a hinge on each cloth.
 template <class Positions>
-VectorsCloths ElasticImpulses(const GroupContext& context, size_t element, const Positions& p,
-                              float duration) {
+VectorsCloths HingeImpulses(const GroupContext& context, size_t element, const Positions& p,
+                            float duration) {
   const ElasticGroup& group = context.elastic_groups[element / kVec4Size];
   const size_t k = element % kVec4Size;
-  const auto velocities = [&] {
-    return Differences(group, k, [&](uint32_t i) { return context.particles[i].u; });
-  };
-  const ElementNumbers numbers(group, k, OwnElementOf(context, element));
-  return ElasticImpulse(numbers, Differences(group, k, p), velocities, duration, context.controls.h,
-                        context.controls.inverse_h, context.controls.max_elastic_frequency_sq);
+  const OwnElement* const own = OwnElementOf(context, element);
+  const VecCloths mass = own != nullptr ? own->mass : SplatCloths(group.mass[k]);
+  const VecCloths frequency_sq =
+      own != nullptr ? own->frequency_sq : SplatCloths(group.frequency_sq[k]);
+  const VecCloths stiffness =
+      mass * Min(frequency_sq, SplatCloths(context.controls.max_elastic_frequency_sq));
+  const std::array<VecCloths, 3> weights = {SplatCloths(group.weights[0][k]),
+                                            SplatCloths(group.weights[1][k]),
+                                            SplatCloths(group.weights[2][k])};
+  return HingeImpulse(weights, SplatCloths(group.rest_length[k]), stiffness,
+                      Differences(group, k, p), duration);
 }
 
 // change(i, v): the change of the velocity of each free particle i by the impulses on it,
@@ -111,12 +102,12 @@ void ForChanges(const GroupContext& context, const Offsets& offsets, const Impul
 }
 
 template <class Positions, class Change>
-void ForElasticChanges(const GroupContext& context, const Positions& p, float duration,
-                       const Change& change) {
+void ForHingeChanges(const GroupContext& context, const Positions& p, float duration,
+                     const Change& change) {
   const FloatModel& model = context.model;
   const size_t element_count = model.source->elastic_elements().size();
   for (size_t e = 0; e < element_count; ++e) {
-    context.impulses[e] = ElasticImpulses(context, e, p, duration);
+    context.impulses[e] = HingeImpulses(context, e, p, duration);
   }
   const auto impulse = [&](uint32_t e) {
     const FloatElasticEnd& end = model.elastic_ends[e];
@@ -127,7 +118,8 @@ void ForElasticChanges(const GroupContext& context, const Positions& p, float du
 
 template <class Positions>
 void ApplyElastic(const GroupContext& context, const Positions& p, float duration) {
-  ForElasticChanges(context, p, duration, [&](uint32_t i, const VectorsCloths& of_elements) {
+  if (context.controls.grid_strengths != nullptr) return ApplyGridElastic(context, p, duration);
+  ForHingeChanges(context, p, duration, [&](uint32_t i, const VectorsCloths& of_elements) {
     context.particles[i].u = context.particles[i].u + of_elements;
   });
 }
@@ -200,6 +192,7 @@ void PredictPositions(const GroupContext& context) {
 void KickWithin(GroupContext& context) {
   const FloatSubstep& substep = context.substep;
   if (!HasKicks(context, substep.kick_within)) return;
+  if (IsGridElasticAlone(context)) return KickGridWithin(context);
   Settle(context);
   PredictPositions(context);
   KickFrom(
@@ -214,7 +207,7 @@ void SolveHinges(GroupContext& context) {
   std::fill_n(context.hinge_changes, context.model.particle_count, VectorsCloths{zero, zero, zero});
   for (const auto& stage : context.controls.hinge_stages) {
     PredictPositions(context);
-    ForElasticChanges(
+    ForHingeChanges(
         context, [&](uint32_t i) { return context.predicted[i]; }, context.substep.force_time,
         [&](uint32_t i, const VectorsCloths& of_elements) {
           VectorsCloths& change = context.hinge_changes[i];

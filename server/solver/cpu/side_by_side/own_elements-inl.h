@@ -34,7 +34,8 @@ void ListUnlikeElements(const ModelOfLane& models, std::vector<uint32_t>& unlike
   }
 }
 
-void GatherElements(const ModelOfLane& models, GroupScratch& scratch, OwnPins& own_pins) {
+void GatherElements(const ModelOfLane& models, const FloatControls& controls, GroupScratch& scratch,
+                    OwnPins& own_pins) {
   std::vector<uint32_t>& unlike = scratch.unlike_elements;
   ListUnlikeElements(models, unlike);
   scratch.own_elements.assign(models[0]->elastic_groups.size() * kVec4Size, 0);
@@ -43,10 +44,17 @@ void GatherElements(const ModelOfLane& models, GroupScratch& scratch, OwnPins& o
   for (size_t k = 0; k < unlike.size(); ++k) {
     const uint32_t g = unlike[k] / kVec4Size, lane = unlike[k] % kVec4Size;
     scratch.own_elements[unlike[k]] = static_cast<uint32_t>(k + 1);
+    const auto strength = [&](const FloatModel& m) {
+      const ElasticGroup& group = m.elastic_groups[g];
+      return ElementStrength(group.mass[lane], group.frequency_sq[lane], group.damping_share[lane],
+                             controls.h, controls.inverse_h, controls.max_elastic_frequency_sq);
+    };
     own_pins.elements[k + 1] = {
         NumberOfModels(models, [&](const FloatModel& m) { return m.elastic_groups[g].mass[lane]; }),
-        NumberOfModels(
-            models, [&](const FloatModel& m) { return m.elastic_groups[g].frequency_sq[lane]; })};
+        NumberOfModels(models,
+                       [&](const FloatModel& m) { return m.elastic_groups[g].frequency_sq[lane]; }),
+        NumberOfModels(models, [&](const FloatModel& m) { return strength(m).stiffness; }),
+        NumberOfModels(models, [&](const FloatModel& m) { return strength(m).damping; })};
   }
 }
 
@@ -118,7 +126,7 @@ void GatherOwnElements(std::span<const GroupCloth> cloths, GroupScratch& scratch
   if (context.controls.Has(StepStage::kSolveElastic)) {
     GatherLines(cloths, scratch, context.own_pins);
   } else if (!context.elastic_groups.empty()) {
-    GatherElements(ModelsOf(cloths), scratch, context.own_pins);
+    GatherElements(ModelsOf(cloths), context.controls, scratch, context.own_pins);
   }
 }
 

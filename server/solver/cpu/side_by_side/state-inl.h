@@ -101,6 +101,7 @@ VectorsCloths VectorOf(std::span<const GroupCloth> cloths, const Vector& vector)
 // The numbers of an elastic element, of each cloth.
 struct OwnElement {
   VecCloths mass, frequency_sq;
+  VecCloths stiffness, damping;  // ElementStrength, of a grid
 };
 
 // A number of two lines of elastic elements: the same of all cloths, or `own` of each.
@@ -201,13 +202,18 @@ struct GroupContext {
   size_t collider_count() const { return reach.near.size(); }
   // With the spare one.
   size_t particle_count() const { return model.particle_count + size_t{1}; }
+  // Whether a later sweep or a report reads the impulses that the strips accumulate.
+  bool KeepsImpulses() const { return max_iterations > 1 || substep.is_last; }
   bool has_hinge_stages() const { return controls.plan.solver.hinge_stages > 0; }
   // Number of elastic elements, of triangles, or of places for cells, whichever is largest.
   size_t kick_count() const {
     const size_t triangles =
         controls.Has(StepStage::kApplyWind) ? model.source->triangles().size() : 0;
     const size_t cells = controls.plan.solver.has_elastic_lines ? model.particle_count : 0;
-    return std::max({model.source->elastic_elements().size(), triangles, cells});
+    const size_t forces = controls.grid_strengths == nullptr
+                              ? model.source->elastic_elements().size()
+                              : (kAllKeptRows + kKeptPositions) * (model.grid_elements.columns + 2);
+    return std::max({forces, triangles, cells});
   }
   // Number of accumulated impulses, in the places of the model, with padding.
   size_t impulse_count() const {

@@ -86,11 +86,11 @@ class StripPairs : public PathPairs {
     return {mask.low & context().is_running, mask.high & context().is_running};
   }
 
-  VecPair Compliances(const Ends& places) const {
-    const std::vector<Vec4>& compliances = context().model.compliances;
-    return {SplatCloths(compliances[places[0] / kVec4Size][places[0] % kVec4Size]),
-            SplatCloths(compliances[places[1] / kVec4Size][places[1] % kVec4Size])};
+  VecPair Compliances(uint32_t link) const {
+    return Number(context().model.pair_compliances[link]);
   }
+  bool reads_impulses() const { return context().max_iterations > 1; }
+  bool keeps_impulses() const { return context().KeepsImpulses(); }
   VecPair Impulses(const Ends& places) const {
     return {context().distance_impulses[places[0]], context().distance_impulses[places[1]]};
   }

@@ -127,6 +127,16 @@ inline Vec8 Load(const Numbers8& numbers) {
   return lanes;
 }
 
+// Eight floats one after the other, aligned or not.
+inline Vec8 LoadEight(const float* values) {
+  Vec8 lanes;
+  std::memcpy(&lanes, values, sizeof(lanes));
+  return lanes;
+}
+inline void StoreEight(const Vec8& lanes, float* values) {
+  std::memcpy(values, &lanes, sizeof(lanes));
+}
+
 inline Numbers8 Store(const Vec8& lanes) {
   Numbers8 numbers;
   std::memcpy(&numbers, &lanes, sizeof(numbers));

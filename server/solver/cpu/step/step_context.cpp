@@ -24,4 +24,14 @@ FloatSubstep::FloatSubstep(const Substep& substep, double damping_per_s)
                                             ? 1 / (1 + damping_per_s * substep.kick_within_s)
                                             : std::exp(-damping_per_s * substep.interval_s))) {}
 
+void GridElasticScratch::Prepare(const GridElements& grid, size_t members) {
+  const size_t of_row = size_t{3} * grid.pitch;
+  const size_t of_particles = grid.rows * of_row;
+  forces_of_member = kAllKeptRows * of_row + kVec8Size;
+  memory.assign(kVec8Size + 2 * of_particles + members * forces_of_member + kVec8Size, 0.0f);
+  positions = memory.data() + kVec8Size;
+  velocities = positions + of_particles;
+  forces = velocities + of_particles + kVec8Size;
+}
+
 }  // namespace drape::cpu

@@ -62,6 +62,19 @@ struct StripScratch {
   std::vector<uint32_t> stretched_links;  // places that refinement found
 };
 
+// Working memory of `apply_elastic` of a grid (GridElements), by coordinates. The numbers beside
+// the rows stay 0.
+struct GridElasticScratch {
+  void Prepare(const GridElements& grid, size_t members);
+  float* ForcesOf(uint32_t member) { return forces + member * forces_of_member; }
+
+  std::vector<float> memory;
+  float* positions = nullptr;   // [row][x, y, z][pitch]
+  float* velocities = nullptr;  // the same
+  float* forces = nullptr;      // [member][KeptRow][x, y, z][pitch]
+  size_t forces_of_member = 0;
+};
+
 // Working memory of one step; kept by a thread between steps only to save allocations.
 struct StepScratch {
   FloatState state;                 // the step's working copy; velocities hold u within a substep
@@ -71,6 +84,7 @@ struct StepScratch {
   std::vector<Vec4> air_impulses;   // [triangle group][lane] a third of the impulse [N s]
   // [elastic group][lane] [N s]; with lines of each cell at its first particle
   std::vector<Vec4> elastic_impulses;
+  GridElasticScratch grid_elastic;
   std::vector<Vec4> hinge_changes;  // [particle_count] of velocities by the last stage [m/s]
   // Lambda, [group_count + 1] [N s]; only with compliance or inequalities
   std::vector<Vec4> distance_impulses;
@@ -109,6 +123,9 @@ struct StepContext {
   uint32_t max_iterations;    // sweeps per substep at most
   bool leaves_out_colliders;  // those out of reach; the result does not depend on it
   FloatSubstep substep{};     // the one under way
+
+  // Whether a later sweep or a report reads the impulses that the strips accumulate.
+  bool KeepsImpulses() const { return max_iterations > 1 || substep.is_last; }
 
   // function(begin, end) of ranges that divide [0, count).
   template <class Function>

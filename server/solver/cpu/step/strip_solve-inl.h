@@ -36,7 +36,9 @@ inline constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 //   PositionDifferences, VelocityDifferences, PredictedDifferences          from, to -> Vectors
 //   RoundOffs(ends)                               quiet_round_offs of the particles: Scalars
 //   Push(ends, has_pins, change)      onto u; some ends may be pins, which it does not move
-//   Compliances, Impulses, AddImpulses                                      by places
+//   Compliances(k)                                     of the links at place k of links()
+//   Impulses, AddImpulses(places)                      accumulated
+//   reads_impulses, keeps_impulses                     whether any are there, or are asked for
 template <class Access, bool kHasCompliance, bool kHasStarts, bool kHasQuietLinks>
 class StripSolve {
  public:
@@ -49,6 +51,7 @@ class StripSolve {
   StripSolve(const Access& access, const typename Access::Group& group)
       : access_(access),
         first_(group.first),
+        link_begin_(group.link_begin),
         links_(access.links() + group.link_begin),
         link_count_(group.link_end - group.link_begin),
         solution_(access.solution()),
@@ -70,7 +73,9 @@ class StripSolve {
       share = one / Sqrt(Max(largest_ratio_sq_, one));
       TakeBack(share);
     }
-    if constexpr (kHasCompliance) Accumulate(share);
+    if constexpr (kHasCompliance) {
+      if (access_.keeps_impulses()) Accumulate(share);
+    }
     return is_active;
   }
 
@@ -116,8 +121,8 @@ class StripSolve {
       }
       if constexpr (kHasCompliance) {
         const Scalars alpha_over_h =
-            access_.Compliances(link.places) * access_.inverse_force_time();
-        error = error + alpha_over_h * access_.Impulses(link.places);
+            access_.Compliances(link_begin_ + k) * access_.inverse_force_time();
+        if (access_.reads_impulses()) error = error + alpha_over_h * access_.Impulses(link.places);
         diagonal = diagonal + alpha_over_h * inverse_h;
       }
       is_active |= Abs(error) > rest_length * access_.tolerance();
@@ -199,6 +204,7 @@ class StripSolve {
 
   const Access& access_;
   const Ends first_;
+  const uint32_t link_begin_;
   const Link* const links_;
   const uint32_t link_count_;
   StripLinkSolution<Scalars, Vectors>* const solution_;
