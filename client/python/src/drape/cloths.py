@@ -31,13 +31,14 @@ def overrides_of(count, **fields):
 
 
 class ClothsBase(Controls):
-    """n cloths of one spec. `ids` of every method: None (all n), indices, or a mask bool[n]; nothing selected does nothing.
+    """n cloths of one spec. `ids` of every method: None (all n), indices, or a mask bool[n]; nothing selected does
+    nothing.
 
     Not for several threads at once. Made by `Session.create` and `Session.attach`.
 
     ids: uint64[n], the names in the protocol. num: n. particles: rows of each cloth. shape: what the server built.
-    spec: a copy of the description; None if attached. origins: [n, 3] of the environments; None: all 0. step_count: uint64[n]
-    completed steps. faulted: bool[n], stopped at the
+    spec: a copy of the description; None if attached. origins: [n, 3] of the environments; None: all 0. step_count:
+    uint64[n] completed steps. faulted: bool[n], stopped at the
     last good state until it is reset. timing: where the server spent the last step.
     """
 
@@ -72,10 +73,10 @@ class ClothsBase(Controls):
               request_id: str = "") -> Operation[states.Answer]:
         """Steps the cloths of `ids` and waits. Controls that wait for them take effect first, once.
 
-        steps: >= 1. until: step until this many are complete instead. expected: every cloth must have completed exactly this
-        many, else FailedPrecondition (STEP_MISMATCH). view: what the answer brings: drape.POSITIONS (default), VELOCITIES,
-        POSITIONS_AND_VELOCITIES, None, or a StateView with `particles`. report: measure each cloth after the last step.
-        grips: tell what the grips hold (`Answer.grips`).
+        steps: >= 1. until: step until this many are complete instead. expected: every cloth must have completed exactly
+        this many, else FailedPrecondition (STEP_MISMATCH). view: what the answer brings: drape.POSITIONS (default),
+        VELOCITIES, POSITIONS_AND_VELOCITIES, None, or a StateView with `particles`. report: measure each cloth after
+        the last step. grips: tell what the grips hold (`Answer.grips`).
         request_id: a repetition of a completed step with the same id gets the same answer and no step.
         Raises InvalidArgument, FailedPrecondition, SessionLost, ResourceExhausted, DeadlineExceeded.
         """
@@ -102,8 +103,8 @@ class ClothsBase(Controls):
               timeout_s: float | None = None) -> Operation[states.States]:
         """The present states of the cloths of `ids`, without a step.
 
-        particles: strictly ascending indices, at most 4096; None: all. out: a writeable array for the positions, or a dict
-        with "positions" and "velocities", to be filled and returned. Large answers come in chunks of 1 MiB.
+        particles: strictly ascending indices, at most 4096; None: all. out: a writeable array for the positions, or a
+        dict with "positions" and "velocities", to be filled and returned. Large answers come in chunks of 1 MiB.
         """
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
@@ -126,11 +127,11 @@ class ClothsBase(Controls):
         return read
 
     def _reset(self, ids=None, *, transforms=None, overrides=None) -> Operation[None]:
-        """Back to the state, step 0, pin targets and time of creation; parameters stay. Opens grips, clears faults, and forgets
-        controls that wait.
+        """Back to the state, step 0, pin targets and time of creation; parameters stay. Opens grips, clears faults, and
+        forgets controls that wait.
 
-        transforms [m, 7]: position [m] and quaternion x, y, z, w, where each cloth starts this time. overrides: m ClothOverrides,
-        changes of each cloth of its own, from now on (see `randomise`).
+        transforms [m, 7]: position [m] and quaternion x, y, z, w, where each cloth starts this time. overrides: m
+        ClothOverrides, changes of each cloth of its own, from now on (see `randomise`).
         """
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
@@ -149,8 +150,8 @@ class ClothsBase(Controls):
     def _write(self, positions, velocities=None, ids=None, *, frame: str = "WORLD") -> Operation[None]:
         """Puts all particles elsewhere, between two steps. Step and time go on; clears faults.
 
-        positions [m]: [m, particles, 3], float32 or float64. velocities [m/s]: the same; None: at rest. frame: "WORLD" (as in
-        answers) or "ENVIRONMENT". Pins and what grips hold go on to their targets in the next step.
+        positions [m]: [m, particles, 3], float32 or float64. velocities [m/s]: the same; None: at rest. frame: "WORLD"
+        (as in answers) or "ENVIRONMENT". Pins and what grips hold go on to their targets in the next step.
         """
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
@@ -176,8 +177,8 @@ class ClothsBase(Controls):
 
     def _randomise(self, ids=None, *, gravity=None, wind=None, damping=None, friction_static=None, friction_dynamic=None,
                    restitution=None, thickness=None, air_drag=None, air_lift=None) -> Operation[None]:
-        """Changes parameters, each cloth's to its own: gravity [m/s^2] and wind [m/s] [m, 3], the others numbers or [m] (units
-        as in ClothOverride). What is None stays. No new model is built."""
+        """Changes parameters, each cloth's to its own: gravity [m/s^2] and wind [m/s] [m, 3], the others numbers or [m]
+        (units as in ClothOverride). What is None stays. No new model is built."""
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
             return
@@ -202,7 +203,8 @@ class ClothsBase(Controls):
             self.shape = response.shape
 
     def _describe(self, row: int) -> Operation[v1.Cloth]:
-        """Everything that the server tells about one cloth: settings, pins, poses of colliders, the reason of a fault."""
+        """Everything that the server tells about one cloth: settings, pins, poses of colliders, the reason of a
+        fault."""
         at = columns.rows_of([row], self.num)[0]
         request = v1.GetClothRequest(session=self._session.name, cloth_id=self._all_ids[at])
         return (yield Unary("GetCloth", request, self._session.name))

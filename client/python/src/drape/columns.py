@@ -11,8 +11,8 @@ _DTYPES = {_DOUBLE: np.dtype("<f8"), _FIXED64: np.dtype("<u8")}
 
 
 def rows_of(ids, count):
-    """The rows that `ids` means in a batch of `count` cloths: None (every one) as None; indices, which may count from the
-    end, as they are; a mask as the indices of its True. Nothing selected is an empty array, never everything."""
+    """The rows that `ids` means in a batch of `count` cloths: None (every one) as None; indices, which may count from
+    the end, as they are; a mask as the indices of its True. Nothing selected is an empty array, never everything."""
     if ids is None:
         return None
     asked = np.asarray(ids)
@@ -75,8 +75,8 @@ def _varint(value):
 
 
 def fill(message, columns):
-    """Appends arrays to the lists of `message` of those names. Lists of doubles and ids are copied as a block: in the wire
-    format they are the array's own bytes."""
+    """Appends arrays to the lists of `message` of those names. Lists of doubles and ids are copied as a block: in the
+    wire format they are the array's own bytes."""
     parts = []
     fields = message.DESCRIPTOR.fields_by_name
     for name, array in columns.items():

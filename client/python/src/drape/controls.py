@@ -17,24 +17,24 @@ class Controls:
     def move_pins(self, particles, targets, over_s=0.0, ids=None) -> None:
         """Moves pins in a straight line, from the start of the next step on.
 
-        particles: the k pinned particles, [k] or [m, k]. targets [m]: [m, k, 3] (or what spreads to it), each in its cloth's
-        environment, m the cloths of `ids`. over_s: duration, 0 = within one step; a number, [m, 1] or [m, k].
+        particles: the k pinned particles, [k] or [m, k]. targets [m]: [m, k, 3] (or what spreads to it), each in its
+        cloth's environment, m the cloths of `ids`. over_s: duration, 0 = within one step; a number, [m, 1] or [m, k].
         Errors come with the step: PIN_NOT_FOUND, INVALID_FIELDS.
         """
         self._control("pin_controls", particles, ids, "particles", {"targets_m": (targets, 3), "over_s": (over_s, 0)})
 
     def move_colliders(self, colliders, positions, rotations=None, over_s=0.0, ids=None) -> None:
-        """Moves colliders (indices in environment.colliders, [k] or [m, k]) to poses: their pivots in a straight line to
-        positions [m] [m, k, 3], turning the shorter way to rotations [m, k, 4] (quaternions x, y, z, w from the orientation
-        in the spec; None: as described). over_s as for `move_pins`."""
+        """Moves colliders (indices in environment.colliders, [k] or [m, k]) to poses: their pivots in a straight line
+        to positions [m] [m, k, 3], turning the shorter way to rotations [m, k, 4] (quaternions x, y, z, w from the
+        orientation in the spec; None: as described). over_s as for `move_pins`."""
         if rotations is None:
             rotations = (0.0, 0.0, 0.0, 1.0)
         self._control("collider_controls", colliders, ids, "colliders", {
             "positions_m": (positions, 3), "rotations_xyzw": (rotations, 4), "over_s": (over_s, 0)})
 
     def set_rest_lengths(self, constraints, lengths, over_s=0.0, ids=None) -> None:
-        """Changes the rest lengths [m] of distance constraints (indices as in RestLengthControls, [k] or [m, k]) linearly
-        to `lengths`, [m, k]."""
+        """Changes the rest lengths [m] of distance constraints (indices as in RestLengthControls, [k] or [m, k])
+        linearly to `lengths`, [m, k]."""
         self._control("rest_length_controls", constraints, ids, "constraints", {
             "lengths_m": (lengths, 0), "over_s": (over_s, 0)})
 
@@ -60,13 +60,13 @@ class Controls:
     # --- grips
 
     def grip(self, slots, *, particles=None, nearest_to=None, radius_m=None, at=None, ids=None) -> None:
-        """Grabs particles from the start of the next step on: they move with the grip until it is released. The spec needs
-        `max_grips`. Costs no new model, and cloths that hold different particles are stepped side by side.
+        """Grabs particles from the start of the next step on: they move with the grip until it is released. The spec
+        needs `max_grips`. Costs no new model, and cloths that hold different particles are stepped side by side.
 
         slots: the k grips, [k] or [m, k], each below max_grips. Either particles: [k] or [m, k], however far away; or
-        nearest_to [m]: [m, k, 3] in the environment, within radius_m [m] (a number or [m, k]): the nearest that nothing holds; the
-        grip stays open if there is none (`Answer.grips` tells). at [m]: [m, k, 3], where the grip of `particles` is; None: at
-        the particle. What is grabbed keeps its offset from the grip.
+        nearest_to [m]: [m, k, 3] in the environment, within radius_m [m] (a number or [m, k]): the nearest that nothing
+        holds; the grip stays open if there is none (`Answer.grips` tells). at [m]: [m, k, 3], where the grip of
+        `particles` is; None: at the particle. What is grabbed keeps its offset from the grip.
         """
         if (particles is None) == (nearest_to is None) or (nearest_to is None) != (radius_m is None):
             raise errors.bad_field("grip", "give particles, or nearest_to and radius_m")
@@ -83,8 +83,8 @@ class Controls:
         self._grips("GRAB_PARTICLE", slots, rows, shape, places=at, particles=grabbed)
 
     def move_grips(self, slots, targets, over_s=0.0, ids=None) -> None:
-        """Moves grips in a straight line to targets [m] [m, k, 3], each in its cloth's environment; slots and over_s as for
-        `grip` and `move_pins`. No effect on open ones."""
+        """Moves grips in a straight line to targets [m] [m, k, 3], each in its cloth's environment; slots and over_s as
+        for `grip` and `move_pins`. No effect on open ones."""
         rows = self._rows_or_all(ids)
         shape = (len(rows), np.shape(slots)[-1] if np.ndim(slots) else 1)
         self._grips("HOLD", slots, rows, shape, places=targets, over_s=over_s)

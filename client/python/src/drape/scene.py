@@ -157,7 +157,8 @@ class Player:
         self._at = [(cloths, row) for cloths in self.cloths for row in range(cloths.num)]
 
     def advance(self, steps: int | None = None, *, progress: bool = False) -> int:
-        """Does `steps` steps (None: to the end of the scene), at most to the end; returns how many. progress: show a bar."""
+        """Does `steps` steps (None: to the end of the scene), at most to the end; returns how many. progress: show a
+        bar."""
         end = self.scene.step_count if steps is None else min(self.step + steps, self.scene.step_count)
         begin, bar = self.step, None
         if progress:

@@ -35,8 +35,8 @@ class States:
 
 @dataclasses.dataclass
 class Grips:
-    """particles: int64[m, grips], what each grip holds, -1 if it is open. positions [m]: [m, grips, 3], where that is, in the
-    environment; of an open one 0."""
+    """particles: int64[m, grips], what each grip holds, -1 if it is open. positions [m]: [m, grips, 3], where that is,
+    in the environment; of an open one 0."""
 
     particles: np.ndarray
     positions: np.ndarray
@@ -49,11 +49,11 @@ class Grips:
 
 @dataclasses.dataclass
 class Answer(States):
-    """What a step of m cloths brought. `positions` and `velocities` are read-only views of the received bytes; every answer
-    has its own, so keeping one is safe.
+    """What a step of m cloths brought. `positions` and `velocities` are read-only views of the received bytes; every
+    answer has its own, so keeping one is safe.
 
-    faulted: bool[m]. reports: m StepReports, and grips, if asked for. timing: where the server spent its time, None if nothing was
-    sent.
+    faulted: bool[m]. reports: m StepReports, and grips, if asked for. timing: where the server spent its time, None if
+    nothing was sent.
     """
 
     faulted: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(0, bool))

@@ -12,8 +12,8 @@ from . import states
 @dataclasses.dataclass
 class Topology:
     """What the rows of a cloth's states are. particles: their number. grid: (columns, rows), None if it is no grid.
-    rest_positions [m]: [particles, 3], before any transform. triangles: uint32[t, 3], counter-clockwise seen from outside.
-    edges: uint32[e, 2], the distance constraints. collider_meshes: index in environment.colliders -> Mesh."""
+    rest_positions [m]: [particles, 3], before any transform. triangles: uint32[t, 3], counter-clockwise seen from
+    outside. edges: uint32[e, 2], the distance constraints. collider_meshes: index in environment.colliders -> Mesh."""
 
     particles: int
     grid: tuple | None

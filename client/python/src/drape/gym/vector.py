@@ -16,14 +16,16 @@ TIME_STEP_S = 1 / 60
 
 
 class ClothVectorEnv(VectorEnv):
-    """n environments of one task. All semantics are those of gymnasium 1.x: three modes of autoreset, `reset_mask`, seeds per
-    environment (environment i of `reset(seed=s)` has the seed s + i, and its results do not depend on the others).
+    """n environments of one task. All semantics are those of gymnasium 1.x: three modes of autoreset, `reset_mask`,
+    seeds per environment (environment i of `reset(seed=s)` has the seed s + i, and its results do not depend on the
+    others).
 
-    action: float32[n, 8], per picker a motion [-1, 1]^3 in units of `picker_step_m` per simulated step, and [0, 1]: above
-    0.5 it closes, and grabs the nearest particle within `picker_radius_m` if it holds none. observation: float32[n, ...]: positions [m] of keypoints ("keypoints": 5 x 5 of them) or of all particles
-    ("particles"), then of the pickers, then 1 or 0 for each that holds. reward: the performance of the task. Episodes are
-    truncated after `max_episode_steps`; one whose cloth blows up is terminated.
-    info: "performance", "normalized_performance" (0 at the start, 1 at the best), each [n].
+    action: float32[n, 8], per picker a motion [-1, 1]^3 in units of `picker_step_m` per simulated step, and [0, 1]:
+    above 0.5 it closes, and grabs the nearest particle within `picker_radius_m` if it holds none. observation:
+    float32[n, ...]: positions [m] of keypoints ("keypoints": 5 x 5 of them) or of all particles ("particles"), then of
+    the pickers, then 1 or 0 for each that holds. reward: the performance of the task. Episodes are truncated after
+    `max_episode_steps`; one whose cloth blows up is terminated. info: "performance", "normalized_performance" (0 at the
+    start, 1 at the best), each [n].
 
     client: where the cloths live; None: a private server of `backend`, which ends with the environment.
     """

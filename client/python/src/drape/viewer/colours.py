@@ -24,8 +24,8 @@ def by_speed(velocities):
 
 
 class StrainColours:
-    """Colours by the largest stretch (red) or compression (blue) among the distance constraints of each particle, against the
-    rest shape."""
+    """Colours by the largest stretch (red) or compression (blue) among the distance constraints of each particle,
+    against the rest shape."""
 
     def __init__(self, topology):
         rest, edges = topology.rest_positions, topology.edges

@@ -57,7 +57,8 @@ class Drawing:
         return int(self._rows[row]), int(particle)
 
     def update(self, colouring):
-        """Shows the present states. colouring: "cloth", "strain" or "speed". Returns the value of the deepest colour."""
+        """Shows the present states. colouring: "cloth", "strain" or "speed". Returns the value of the deepest
+        colour."""
         positions = self.cloths.positions[self._rows]
         flat, top = _flat(positions), None
         if self._surface is not None:

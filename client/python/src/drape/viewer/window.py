@@ -18,11 +18,13 @@ _COLOURINGS = ("cloth", "strain", "speed")
 
 
 class Window:
-    """Batches of cloths in a browser, at most 30 pictures a second. Shift and the left button pull cloths with `max_grips`.
+    """Batches of cloths in a browser, at most 30 pictures a second. Shift and the left button pull cloths with
+    `max_grips`.
 
     batches: a list of `Cloths`. advance(steps): steps them all (default: `step` of each); None: somebody else does.
-    reset(): begins again. time_step_s: of the simulation, for playing in real time. stride: shows every so manieth cloth only,
-    for slow networks. host: "0.0.0.0" lets other machines look on. `with` and `close()` end it; `run()` blocks.
+    reset(): begins again. time_step_s: of the simulation, for playing in real time. stride: shows every so manieth
+    cloth only, for slow networks. host: "0.0.0.0" lets other machines look on. `with` and `close()` end it; `run()`
+    blocks.
     """
 
     def __init__(self, batches, *, advance="step", reset=None, time_step_s=1 / 60, stride=1, host="127.0.0.1", port=8080,
