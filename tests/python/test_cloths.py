@@ -151,6 +151,40 @@ def test_reset_starts_anew_somewhere_else(session, spec):
     assert cloths.step().step_count.tolist() == [9, 6, 6]
 
 
+def test_states_are_written(session, spec):
+    cloths = session.create(spec, count=2, origins=[[0, 0, 0], [2, 0, 0]])
+    cloths.step(10)
+    kept = cloths.read(velocities=True)
+    cloths.step(20)
+    cloths.write(kept.positions[[1]], kept.velocities[[1]], ids=[1])
+    back = cloths.read(velocities=True)
+    assert np.allclose(back.positions[1], kept.positions[1], atol=1e-6)
+    assert np.array_equal(back.velocities[1], kept.velocities[1]) and cloths.step_count.tolist() == [30, 30]
+    assert not np.allclose(back.positions[0], kept.positions[0], atol=1e-3)
+    cloths.write(np.zeros((36, 3)) + [0, 1, 0], frame="ENVIRONMENT")  # spread to both, at rest
+    assert np.allclose(cloths.positions, np.array([[[0, 1, 0]], [[2, 1, 0]]]))
+    assert not cloths.velocities.any()
+    with pytest.raises(drape.InvalidArgument, match="positions_m"):
+        cloths.write(np.zeros((2, 35, 3)))
+    with pytest.raises(drape.InvalidArgument):
+        cloths.write(np.full((2, 36, 3), np.nan))
+
+
+def test_parameters_are_drawn_for_each_cloth(session, spec):
+    cloths = session.create(spec, count=3)
+    cloths.randomise(gravity=[[0, -1, 0], [0, -2, 0]], damping=[0.5, 0.25], ids=[0, 2])
+    cloths.randomise(wind=[1, 0, 0], friction_static=0.9, friction_dynamic=0.8)
+    found = [cloths.describe(row).environment for row in range(3)]
+    assert [list(e.gravity_m_per_s2)[1:2] for e in found] == [[-1], [-9.81], [-2]]
+    assert all(list(e.wind_m_per_s) == [1, 0, 0] for e in found)
+    ends = cloths.step(30).positions[:, 35, 1]
+    assert ends[0] > ends[2] > ends[1]
+    cloths.randomise(np.zeros(3, bool), gravity=[0, 5, 0])
+    assert cloths.describe(1).environment.gravity_m_per_s2[1] == -9.81
+    with pytest.raises(drape.InvalidArgument, match="gravity"):
+        cloths.randomise(gravity=np.zeros((2, 3)))
+
+
 def test_update_changes_what_it_names(session, spec):
     cloths = session.create(spec, count=2)
     up = drape.ClothSpec(environment=Environment(gravity_m_per_s2=[0, 9.81, 0]))

@@ -2,7 +2,6 @@ import numpy as np
 
 import drape
 from conftest import sheet
-from drape import topology
 
 
 def test_a_grid_has_the_triangles_of_the_server(session):
@@ -17,7 +16,21 @@ def test_a_grid_has_the_triangles_of_the_server(session):
             assert (normals[:, 1] > 0).all()
 
 
-def test_edges_are_listed_once():
-    edges = topology.edges_of(topology.triangles_of(sheet(3)))
-    assert len(edges) == 6 + 6 + 4  # rows, columns, a diagonal per cell
-    assert (edges[:, 0] < edges[:, 1]).all() and len(np.unique(edges, axis=0)) == len(edges)
+def test_a_topology_is_that_of_the_cloth(session):
+    cloths = session.create(sheet(3, transform=drape.Transform(position_m=[5, 0, 0])))
+    found = cloths.topology()
+    assert found.grid == (3, 3) and found.particles == 9
+    assert np.allclose(found.rest_positions, [[x, 0, z] for z in (0, 0.5, 1) for x in (0, 0.5, 1)])
+    assert {tuple(sorted(edge)) for edge in found.edges.tolist()} == {
+        (a, b) for a in range(9) for b in range(9) if (b == a + 1 and b % 3) or b == a + 3}
+
+
+def test_meshes_of_colliders_are_told_to_who_attaches(client, session):
+    tetrahedron = drape.mesh.from_arrays(
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    ball = drape.Collider(sphere=drape.Sphere(center_m=[0, -9, 0], radius_m=0.1))
+    session.create(sheet(environment=drape.Environment(colliders=[ball, drape.Collider(mesh=tetrahedron)])))
+    with client.session(name=session.name) as other:
+        found = other.attach().topology()
+    assert list(found.collider_meshes) == [1] and found.grid == (6, 6)
+    assert drape.states.unpack(found.collider_meshes[1].triangles).tolist() == [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]

@@ -1,4 +1,5 @@
-"""`./run bench python`: the Python client beside the C++ client, in turn against one server, and the vector environments.
+"""`./run bench python`: the Python client beside the C++ client, in turn against one server, and the vector
+environments.
 
 Writes results/MACHINE.md and two tables beside it. With --quick: few calls, results printed only.
 """

@@ -1,10 +1,11 @@
-"""peers.py: a batch of hanging sheets by Drape and by MuJoCo's `mujoco.batch`, CPU time of a sheet's frame beside its strain.
+"""peers.py: a batch of hanging sheets by Drape and by MuJoCo's `mujoco.batch`, CPU time of a sheet's frame beside its
+strain.
 
-32×32 particles, 0.4 m, 0.15 kg/m^2, let go flat with two corners held, 60 frames of 1/60 s, 16 sheets, one thread. Strain:
-|l - l0| / l0 of the edges along rows and columns in the second half. MuJoCo's flex stretches by Young's modulus (thickness
-1 mm) and steps by its `discrete` integrator, the one that its documentation names for stiff flexes; Drape's sheet does not
-stretch. By hand: `build/venv/bin/python tests/bench/python/peers.py`, which installs MuJoCo into out/peers-batch-venv and
-writes results/MACHINE_peers.csv.
+32×32 particles, 0.4 m, 0.15 kg/m^2, let go flat with two corners held, 60 frames of 1/60 s, 16 sheets, one thread.
+Strain: |l - l0| / l0 of the edges along rows and columns in the second half. MuJoCo's flex stretches by Young's modulus
+(thickness 1 mm) and steps by its `discrete` integrator, which MuJoCo asks for with stiff flexes; Drape's
+sheet does not stretch. By hand: `build/venv/bin/python tests/bench/python/peers.py`, which installs MuJoCo into
+out/peers-batch-venv and writes results/MACHINE_peers.csv.
 """
 
 import json

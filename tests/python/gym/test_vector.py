@@ -166,6 +166,24 @@ def test_pickers_move_in_their_units_and_keep_their_bounds(make):
     assert np.allclose(env.pickers.positions[..., 1], np.maximum(before[..., 1] - 0.08, 0))
 
 
+def test_a_picker_that_closes_again_grabs_the_nearest_within_its_radius(make):
+    env = make(num=2)
+    env.reset(seed=3)
+    stay = np.tile(np.float32([0, 0, 0, 1]), (2, 2))
+    opened = stay.copy()
+    opened[:, 3] = 0
+    env.step(stay)
+    env.step(opened)
+    assert env.pickers.holds.tolist() == [[False, True]] * 2
+    # The corner has fallen a little; the picker of the second environment has gone far away meanwhile.
+    opened[1, :3] = [0, 1, 0]
+    env.step(opened)
+    env.pickers.positions[1, 0, 1] += 0.5
+    observation, *_ = env.step(stay)
+    assert env.pickers.holds.tolist() == [[True, True], [False, True]]
+    assert observation[:, -2:].tolist() == [[1, 1], [0, 1]]
+
+
 def test_particles_as_observation(make):
     env = make(observation="particles")
     observation, _ = env.reset(seed=1)

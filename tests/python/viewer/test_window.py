@@ -54,15 +54,36 @@ def test_play_step_reset_and_recording(session, free_port, tmp_path):
     assert cloths.step().step_count[0] == 1
 
 
+def test_a_drag_pulls_the_nearest_particle_and_lets_go(session, free_port):
+    cloths = session.create(sheet(max_grips=1), count=2, origins=[[0, 0, 0], [2, 0, 0]])
+    with Window([cloths], port=free_port) as window:
+        corner = np.array([2, 0, 1.0])  # particle 30 of the second sheet
+        drag = window._drawings[0]
+
+        def pull(phase, to):
+            window._drags.put((drag, phase, corner + 0.02, to))
+            wait_for(window._drags.empty)
+
+        pull("start", corner)
+        pull("update", corner + [0, 0.3, 0])
+        wait_for(lambda: np.allclose(cloths.positions[1, 30], corner + [0, 0.3, 0], atol=1e-5))
+        assert cloths.step_count[0] > 1  # a drag steps, also without play
+        pull("end", corner)
+        before = int(cloths.step_count[0])
+        window.ask_step(40)
+        wait_for(lambda: cloths.step_count[0] >= before + 40)
+        assert cloths.positions[1, 30, 1] < 0.2
+        time.sleep(0.1)
+        assert cloths.step_count[0] <= before + 42  # and stops
+
+
 def test_a_spectator_sees_what_somebody_else_steps(client, session, free_port):
     cloths = session.create(sheet(), count=2)
     with client.session(name=session.name) as other, Window([other.attach()], advance=None, port=free_port) as window:
         cloths.step(7)
         wait_for(lambda: "step 7," in window.status.content)
         assert window.play.disabled
-        points = window._drawings[0]._dots.points  # without a spec there are no triangles
-        wait_for(lambda: np.array_equal(window._drawings[0]._dots.points, cloths.positions.reshape(-1, 3)))
-        assert points.shape == (72, 3)
+        wait_for(lambda: np.array_equal(window._drawings[0]._surface.vertices, cloths.positions.reshape(-1, 3)))
 
 
 def test_moving_colliders_are_where_the_server_has_them(client, free_port):

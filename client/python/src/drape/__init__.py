@@ -4,7 +4,8 @@
     from drape import ClothSpec, Grid, Pin
 
     with drape.launch() as client, client.session() as session:
-        spec = ClothSpec(grid=Grid(columns=32, rows=32, width_m=1, height_m=1), pins=[Pin(particle=0), Pin(particle=31)])
+        spec = ClothSpec(grid=Grid(columns=32, rows=32, width_m=1, height_m=1),
+                         pins=[Pin(particle=0), Pin(particle=31)])
         cloths = session.create(spec, count=64)
         cloths.step(60)
         print(cloths.positions.shape)         # (64, 1024, 3), metres

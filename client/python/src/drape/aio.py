@@ -125,12 +125,19 @@ class Cloths(ClothsBase):
     update = _awaiting(ClothsBase._update)
     describe = _awaiting(ClothsBase._describe)
     delete = _awaiting(ClothsBase._delete)
+    write = _awaiting(ClothsBase._write)
+    topology = _awaiting(ClothsBase._topology)
+    randomise = _awaiting(ClothsBase._randomise)
     render_png = _awaiting(ClothsBase._render_png)
     render = _awaiting(ClothsBase._render)
 
     def pipeline(self, depth: int = 2) -> Pipeline:
         """See `drape.Cloths.pipeline`; `async with`, and `await` its `step` and `drain`."""
         return Pipeline(self, depth)
+
+    async def triangles(self):
+        """uint32[triangles, 3] of each cloth."""
+        return (await self.topology()).triangles
 
     positions = property(lambda self: self._at_hand("_positions"), doc="[n, particles, 3] of the last step or read.")
     velocities = property(lambda self: self._at_hand("_velocities"), doc="[n, particles, 3] of the last step or read.")

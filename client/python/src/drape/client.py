@@ -130,8 +130,8 @@ def connect(address: str, *, tls: bool | bytes | str = False, token: str | None 
     """Connects to a server at HOST:PORT and waits until it answers.
 
     tls: False (only for servers of this machine and of private networks), True (certificates of the system), or the
-    certificates to trust: PEM bytes, or a file. token: the tenant's, for servers that want one; give it only together with
-    TLS, or to a server of this machine. timeout_s: limit of every single request; None: none.
+    certificates to trust: PEM bytes, or a file. token: the tenant's, for servers that want one; give it only together
+    with TLS, or to a server of this machine. timeout_s: limit of every single request; None: none.
     Raises Unavailable (CANNOT_CONNECT), Unauthenticated (INVALID_TOKEN), FailedPrecondition (TLS_FILE_FAILED).
     """
     return Client(Connection(address, tls, timeout_s, token=token), ready_timeout_s)
@@ -139,11 +139,11 @@ def connect(address: str, *, tls: bool | bytes | str = False, token: str | None 
 
 def launch(backend: str = "auto", *, program: str | None = None, flags=(), ready_timeout_s: float = 60.0,
            timeout_s: float | None = None) -> Client:
-    """Starts a private server on a free port of this machine; it ends with the client, and with this process, however that
-    ends.
+    """Starts a private server on a free port of this machine; it ends with the client, and with this process, however
+    that ends.
 
-    backend: "auto", "gl", "cpu" or "reference". program: the server; None: see `drape.find_server`. flags: further ones for
-    it, e.g. ["--threads=4"]. Raises NotFound (NO_SERVER_PROGRAM), Unavailable with the end of the server's log.
+    backend: "auto", "gl", "cpu" or "reference". program: the server; None: see `drape.find_server`. flags: further ones
+    for it, e.g. ["--threads=4"]. Raises NotFound (NO_SERVER_PROGRAM), Unavailable with the end of the server's log.
     """
     server = PrivateServer(backend, program, flags, ready_timeout_s)
     return Client(Connection(server.address, timeout_s=timeout_s, server=server), ready_timeout_s)

@@ -5,21 +5,40 @@ from __future__ import annotations
 import numpy as np
 
 from . import columns, errors, pictures, states, topology, v1
+from .controls import Controls
 from .operations import Operation, Reading, Unary, blocking
 from .pipeline import Pipeline
 from .rollout import rollout
 
 # Larger answers are read as a stream of chunks of 1 MiB into one array: a single message of 12 MB takes twice the time.
 _STREAM_ABOVE_BYTES = 2 << 20
+_VECTORS = ("gravity_m_per_s2", "wind_m_per_s")
 
 
-class ClothsBase:
-    """n cloths of one spec. `ids` of every method: None (all n), indices, or a mask bool[n]; nothing selected does nothing.
+def overrides_of(count, **fields):
+    """`count` ClothOverrides with these fields, each None, a vector [3] or [count, 3], or a number or [count]."""
+    overrides = [v1.ClothOverride() for _ in range(count)]
+    for name, values in fields.items():
+        if values is None:
+            continue
+        if name in _VECTORS:
+            for override, vector in zip(overrides, columns.shaped(name, values, (count, 3)).tolist()):
+                getattr(override, name).extend(vector)
+        else:
+            for override, value in zip(overrides, columns.shaped(name, values, (count,)).tolist()):
+                setattr(override, name, value)
+    return overrides
+
+
+class ClothsBase(Controls):
+    """n cloths of one spec. `ids` of every method: None (all n), indices, or a mask bool[n]; nothing selected does
+    nothing.
 
     Not for several threads at once. Made by `Session.create` and `Session.attach`.
 
     ids: uint64[n], the names in the protocol. num: n. particles: rows of each cloth. shape: what the server built.
-    spec: a copy of the description, origins: [n, 3] of the environments (None: all 0); both None if attached. step_count: uint64[n] completed steps. faulted: bool[n], stopped at the
+    spec: a copy of the description; None if attached. origins: [n, 3] of the environments; None: all 0. step_count:
+    uint64[n] completed steps. faulted: bool[n], stopped at the
     last good state until it is reset. timing: where the server spent the last step.
     """
 
@@ -47,66 +66,17 @@ class ClothsBase:
     def __repr__(self):
         return f"<{self.num} cloths of {self.particles} particles, {int(self.faulted.sum())} faulted>"
 
-    def triangles(self) -> np.ndarray:
-        """uint32[triangles, 3] of each cloth: indices of particles, counter-clockwise seen from outside."""
-        if self.spec is None:
-            raise errors.Unimplemented("the triangles of attached cloths: give attach() their spec", reason="NO_TOPOLOGY")
-        return topology.triangles_of(self.spec)
-
-    # --- controls: they go with the next step of their cloths
-
-    def move_pins(self, particles, targets, over_s=0.0, ids=None) -> None:
-        """Moves pins in a straight line, from the start of the next step on.
-
-        particles: the k pinned particles, [k] or [m, k]. targets [m]: [m, k, 3] (or what spreads to it), each in its cloth's
-        environment, m the cloths of `ids`. over_s: duration, 0 = within one step; a number, [m, 1] or [m, k].
-        Errors come with the step: PIN_NOT_FOUND, INVALID_FIELDS.
-        """
-        self._control("pin_controls", particles, ids, "particles", {"targets_m": (targets, 3), "over_s": (over_s, 0)})
-
-    def move_colliders(self, colliders, positions, rotations=None, over_s=0.0, ids=None) -> None:
-        """Moves colliders (indices in environment.colliders, [k] or [m, k]) to poses: their pivots in a straight line to
-        positions [m] [m, k, 3], turning the shorter way to rotations [m, k, 4] (quaternions x, y, z, w from the orientation
-        in the spec; None: as described). over_s as for `move_pins`."""
-        if rotations is None:
-            rotations = (0.0, 0.0, 0.0, 1.0)
-        self._control("collider_controls", colliders, ids, "colliders", {
-            "positions_m": (positions, 3), "rotations_xyzw": (rotations, 4), "over_s": (over_s, 0)})
-
-    def set_rest_lengths(self, constraints, lengths, over_s=0.0, ids=None) -> None:
-        """Changes the rest lengths [m] of distance constraints (indices as in RestLengthControls, [k] or [m, k]) linearly
-        to `lengths`, [m, k]."""
-        self._control("rest_length_controls", constraints, ids, "constraints", {
-            "lengths_m": (lengths, 0), "over_s": (over_s, 0)})
-
-    def scale_rest_lengths(self, scales, over_s=0.0, ids=None) -> None:
-        """Changes all rest lengths to those of the description times `scales`, a number or [m], each 0.001 to 1000."""
-        rows = self._rows_or_all(ids)
-        self._pending.add("rest_length_scales", rows, {
-            "scales": columns.shaped("scales", scales, (len(rows),)),
-            "over_s": columns.shaped("over_s", over_s, (len(rows),))})
-
-    def _control(self, table, elements, ids, name, values):
-        rows = self._rows_or_all(ids)
-        per_cloth = np.shape(elements)[-1] if np.ndim(elements) else 1
-        shape = (len(rows), per_cloth)
-        flat = {name: columns.whole(name, elements, shape).reshape(-1)}
-        for column, (value, width) in values.items():
-            if width:
-                flat[column] = columns.shaped(column, value, (*shape, width)).reshape(-1, width)
-            else:
-                flat[column] = columns.shaped(column, value, shape).reshape(-1)
-        self._pending.add(table, np.repeat(rows, per_cloth), flat)
-
     # --- requests
 
-    def _step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, ids=None, until: int | None = None,
-              expected: int | None = None, timeout_s: float | None = None, request_id: str = "") -> Operation[states.Answer]:
+    def _step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, grips: bool = False, ids=None,
+              until: int | None = None, expected: int | None = None, timeout_s: float | None = None,
+              request_id: str = "") -> Operation[states.Answer]:
         """Steps the cloths of `ids` and waits. Controls that wait for them take effect first, once.
 
-        steps: >= 1. until: step until this many are complete instead. expected: every cloth must have completed exactly this
-        many, else FailedPrecondition (STEP_MISMATCH). view: what the answer brings: drape.POSITIONS (default), VELOCITIES,
-        POSITIONS_AND_VELOCITIES, None, or a StateView with `particles`. report: measure each cloth after the last step.
+        steps: >= 1. until: step until this many are complete instead. expected: every cloth must have completed exactly
+        this many, else FailedPrecondition (STEP_MISMATCH). view: what the answer brings: drape.POSITIONS (default),
+        VELOCITIES, POSITIONS_AND_VELOCITIES, None, or a StateView with `particles`. report: measure each cloth after
+        the last step. grips: tell what the grips hold (`Answer.grips`).
         request_id: a repetition of a completed step with the same id gets the same answer and no step.
         Raises InvalidArgument, FailedPrecondition, SessionLost, ResourceExhausted, DeadlineExceeded.
         """
@@ -117,6 +87,7 @@ class ClothsBase:
         streams = wanted is not None and self._answer_bytes(wanted, rows) > _STREAM_ABOVE_BYTES
         request = self._step_request(steps, None if streams else wanted, report, rows, until, expected)
         request.request_id = request_id
+        request.grip_states = grips
         self._forget_states()  # also if the step fails: it may be done in part
         response = yield Unary("Step", request, self._session.name, timeout_s)
         answer = self._take(response, rows, request)
@@ -132,8 +103,8 @@ class ClothsBase:
               timeout_s: float | None = None) -> Operation[states.States]:
         """The present states of the cloths of `ids`, without a step.
 
-        particles: strictly ascending indices, at most 4096; None: all. out: a writeable array for the positions, or a dict
-        with "positions" and "velocities", to be filled and returned. Large answers come in chunks of 1 MiB.
+        particles: strictly ascending indices, at most 4096; None: all. out: a writeable array for the positions, or a
+        dict with "positions" and "velocities", to be filled and returned. Large answers come in chunks of 1 MiB.
         """
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
@@ -156,44 +127,67 @@ class ClothsBase:
         return read
 
     def _reset(self, ids=None, *, transforms=None, overrides=None) -> Operation[None]:
-        """Back to the state, step 0, pin targets and time of creation; parameters stay. Clears faults, and forgets controls
-        that wait.
+        """Back to the state, step 0, pin targets and time of creation; parameters stay. Opens grips, clears faults, and
+        forgets controls that wait.
 
-        transforms [m, 7] (position [m] and quaternion x, y, z, w in the place of spec.transform) and overrides (m
-        ClothOverrides): the cloths start anew with these, and with all parameters of the spec; `ids` of the batch change.
+        transforms [m, 7]: position [m] and quaternion x, y, z, w, where each cloth starts this time. overrides: m
+        ClothOverrides, changes of each cloth of its own, from now on (see `randomise`).
         """
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
             return
-        if transforms is not None or overrides is not None:
-            yield from self._replace(self._every(rows), transforms, overrides)
-        else:
-            request = v1.ResetClothsRequest(session=self._session.name)
-            columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-            yield Unary("ResetCloths", request, self._session.name)
         every = self._every(rows)
+        request = v1.ResetClothsRequest(session=self._session.name, overrides=overrides)
+        columns.fill(request, {"cloth_ids": self._ids_list(rows)})
+        if transforms is not None:
+            columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (len(every), 7))})
+        yield Unary("ResetCloths", request, self._session.name)
         self.step_count[every] = 0
         self.faulted[every] = False
         self._pending.drop(rows, self.num)
         self._forget_states()
 
-    def _replace(self, rows, transforms, overrides) -> Operation[None]:
-        """New cloths in the place of `rows`. The old ones go last: if the server refuses, nothing has changed."""
-        if self.spec is None:
-            raise errors.Unimplemented("resetting attached cloths to transforms: give attach() their spec",
-                                       reason="NO_SPEC")
-        request = v1.CreateClothsRequest(session=self._session.name, spec=self.spec, count=len(rows), overrides=overrides)
-        if self.origins is not None:
-            columns.fill(request, {"environment_origins_m": self.origins[rows]})
-        if transforms is not None:
-            columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (len(rows), 7))})
-        response = yield Unary("CreateCloths", request, self._session.name)
-        old = v1.DeleteClothsRequest(session=self._session.name)
-        columns.fill(old, {"cloth_ids": self.ids[rows]})
-        ids = self.ids.copy()
-        ids[rows] = response.cloth_ids
-        self._name(ids)
-        yield Unary("DeleteCloths", old, self._session.name)
+    def _write(self, positions, velocities=None, ids=None, *, frame: str = "WORLD") -> Operation[None]:
+        """Puts all particles elsewhere, between two steps. Step and time go on; clears faults.
+
+        positions [m]: [m, particles, 3], float32 or float64. velocities [m/s]: the same; None: at rest. frame: "WORLD"
+        (as in answers) or "ENVIRONMENT". Pins and what grips hold go on to their targets in the next step.
+        """
+        rows = columns.rows_of(ids, self.num)
+        if rows is not None and not len(rows):
+            return
+        every = self._every(rows)
+        request = v1.WriteStatesRequest(session=self._session.name, frame=v1.WriteStatesRequest.Frame.Value(frame))
+        columns.fill(request, {"cloth_ids": self._ids_list(rows)})
+        for name, values in (("positions_m", positions), ("velocities_m_per_s", velocities)):
+            if values is not None:
+                values = np.asarray(values)
+                dtype = np.float32 if values.dtype == np.float32 else np.float64
+                spread = columns.spread(name, values.astype(dtype), (len(every), self.particles, 3))
+                getattr(request, name).CopyFrom(states.pack(spread.reshape(-1, 3)))
+        yield Unary("WriteStates", request, self._session.name)
+        self.faulted[every] = False
+        self._forget_states()
+
+    def _topology(self, row: int = 0) -> Operation[topology.Topology]:
+        """Triangles, edges, rest positions and grid of a cloth, as the server has them; also of attached cloths."""
+        at = columns.rows_of([row], self.num)[0]
+        request = v1.ReadTopologyRequest(session=self._session.name, cloth_id=self._all_ids[at])
+        return topology.Topology.of((yield Unary("ReadTopology", request, self._session.name)))
+
+    def _randomise(self, ids=None, *, gravity=None, wind=None, damping=None, friction_static=None, friction_dynamic=None,
+                   restitution=None, thickness=None, air_drag=None, air_lift=None) -> Operation[None]:
+        """Changes parameters, each cloth's to its own: gravity [m/s^2] and wind [m/s] [m, 3], the others numbers or [m]
+        (units as in ClothOverride). What is None stays. No new model is built."""
+        rows = columns.rows_of(ids, self.num)
+        if rows is not None and not len(rows):
+            return
+        request = v1.UpdateClothsRequest(session=self._session.name, overrides=overrides_of(
+            len(self._every(rows)), gravity_m_per_s2=gravity, wind_m_per_s=wind, damping_per_s=damping,
+            friction_static=friction_static, friction_dynamic=friction_dynamic, restitution=restitution,
+            thickness_m=thickness, air_drag=air_drag, air_lift=air_lift))
+        columns.fill(request, {"cloth_ids": self._ids_list(rows)})
+        yield Unary("UpdateCloths", request, self._session.name)
 
     def _update(self, spec: v1.ClothSpec, paths, ids=None) -> Operation[None]:
         """Sets the fields named by `paths` (see UpdateClothsRequest.update_mask) from `spec`, for all cloths or none:
@@ -209,7 +203,8 @@ class ClothsBase:
             self.shape = response.shape
 
     def _describe(self, row: int) -> Operation[v1.Cloth]:
-        """Everything that the server tells about one cloth: settings, pins, poses of colliders, the reason of a fault."""
+        """Everything that the server tells about one cloth: settings, pins, poses of colliders, the reason of a
+        fault."""
         at = columns.rows_of([row], self.num)[0]
         request = v1.GetClothRequest(session=self._session.name, cloth_id=self._all_ids[at])
         return (yield Unary("GetCloth", request, self._session.name))
@@ -287,6 +282,8 @@ class ClothsBase:
             self.faulted[[self._row_of[cloth] for cloth in response.faulted_cloth_ids]] = True
             answer.faulted = self.faulted[every]
         self.timing = response.timing
+        if request.grip_states:
+            answer.grips = states.Grips.of(response.grips, len(every))
         if response.HasField("states"):
             arrays, answer.time_s = states.blocks_of(response.states, self._ids_list(rows))
             answer.positions, answer.velocities = arrays.get("positions"), arrays.get("velocities")
@@ -315,9 +312,16 @@ class Cloths(ClothsBase):
     update = blocking(ClothsBase._update)
     describe = blocking(ClothsBase._describe)
     delete = blocking(ClothsBase._delete)
+    write = blocking(ClothsBase._write)
+    topology = blocking(ClothsBase._topology)
+    randomise = blocking(ClothsBase._randomise)
     render_png = blocking(ClothsBase._render_png)
     render = blocking(ClothsBase._render)
     rollout = rollout
+
+    def triangles(self) -> np.ndarray:
+        """uint32[triangles, 3] of each cloth: indices of particles, counter-clockwise seen from outside."""
+        return self.topology().triangles
 
     @property
     def positions(self) -> np.ndarray:

@@ -11,8 +11,8 @@ _DTYPES = {_DOUBLE: np.dtype("<f8"), _FIXED64: np.dtype("<u8")}
 
 
 def rows_of(ids, count):
-    """The rows that `ids` means in a batch of `count` cloths: None (every one) as None; indices, which may count from the
-    end, as they are; a mask as the indices of its True. Nothing selected is an empty array, never everything."""
+    """The rows that `ids` means in a batch of `count` cloths: None (every one) as None; indices, which may count from
+    the end, as they are; a mask as the indices of its True. Nothing selected is an empty array, never everything."""
     if ids is None:
         return None
     asked = np.asarray(ids)
@@ -44,6 +44,14 @@ def shaped(name, value, shape):
         raise errors.bad_field(name, f"has the shape {got}, which does not fit {tuple(shape)}") from error
 
 
+def spread(name, array, shape):
+    """`array`, of its own type, spread to `shape`."""
+    try:
+        return np.broadcast_to(array, shape)
+    except ValueError as error:
+        raise errors.bad_field(name, f"has the shape {array.shape}, which does not fit {tuple(shape)}") from error
+
+
 def whole(name, value, shape):
     """`value` as indices >= 0, spread to `shape`."""
     array = np.asarray(value)
@@ -67,8 +75,8 @@ def _varint(value):
 
 
 def fill(message, columns):
-    """Appends arrays to the lists of `message` of those names. Lists of doubles and ids are copied as a block: in the wire
-    format they are the array's own bytes."""
+    """Appends arrays to the lists of `message` of those names. Lists of doubles and ids are copied as a block: in the
+    wire format they are the array's own bytes."""
     parts = []
     fields = message.DESCRIPTOR.fields_by_name
     for name, array in columns.items():

@@ -24,9 +24,9 @@ class FieldViolation(NamedTuple):
 class Error(Exception):
     """Every failure of this package.
 
-    code: canonical name, e.g. "INVALID_ARGUMENT". reason: a constant word for programs, e.g. "SESSION_EXPIRED"; "" where
-    the transport failed. message: for people. fields: every bad field. quotas: the exhausted ones. retry_after_s: the time
-    to wait before a repetition, None if waiting does not help.
+    code: canonical name, e.g. "INVALID_ARGUMENT". reason: a constant word for programs, e.g. "SESSION_EXPIRED"; ""
+    where the transport failed. message: for people. fields: every bad field. quotas: the exhausted ones. retry_after_s:
+    the time to wait before a repetition, None if waiting does not help.
     """
 
     code = "UNKNOWN"

@@ -13,8 +13,8 @@ from . import errors, states, v1
 def load(path: str | os.PathLike, scale_m: float = 1.0) -> v1.Mesh:
     """The mesh of a file, its coordinates times `scale_m` [metres per unit of the file].
 
-    Wavefront OBJ is read here: `v` and `f` of every object as one mesh, in double precision, vertices by position index alone,
-    polygons split as fans. Other formats need trimesh (pip install drape-sim[mesh]).
+    Wavefront OBJ is read here: `v` and `f` of every object as one mesh, in double precision, vertices by position index
+    alone, polygons split as fans. Other formats need trimesh (pip install drape-sim[mesh]).
     Raises NotFound without the file, InvalidArgument when it is no mesh.
     """
     if not os.path.isfile(path):

@@ -1,7 +1,8 @@
 """Requests without a transport.
 
 A method that talks to the server is written once, as a generator: it yields `Unary` and `Reading` calls, is sent their
-answers, and returns its result. `blocking` makes a method of it that waits; `drape.aio` makes a coroutine of the same one.
+answers, and returns its result. `blocking` makes a method of it that waits; `drape.aio` makes a coroutine of the same
+one.
 """
 
 from __future__ import annotations

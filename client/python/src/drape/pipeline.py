@@ -11,10 +11,11 @@ from . import columns, errors, states
 
 
 class PipelineBase:
-    """`with cloths.pipeline() as steps: answer = steps.step()`. The requests are done in order. An error ends the stream.
+    """`with cloths.pipeline() as steps: answer = steps.step()`. The requests are done in order. An error ends the
+    stream.
 
-    With `depth` d, `step` returns the answer to the step d - 1 calls before, None while there is none; `drain` the rest.
-    Do not step the same cloths in another way before the end.
+    With `depth` d, `step` returns the answer to the step d - 1 calls before, None while there is none; `drain` the
+    rest. Do not step the same cloths in another way before the end.
     """
 
     def __init__(self, cloths, depth):

@@ -20,8 +20,8 @@ _DRAIN_S = 8  # for unfinished work before SIGKILL; nobody waits for its answer
 _POLL_S = 0.005
 _TAIL_BYTES = 4000
 
-# Runs in the new process before the server: it dies with its parent, by a signal that cannot be missed. The signal comes when
-# the *thread* that started it ends, so a thread stays for it (_Keeper).
+# Runs in the new process before the server: it dies with its parent, by a signal that cannot be missed. The signal
+# comes when the *thread* that started it ends, so a thread stays for it (_Keeper).
 _BECOME_SERVER = """
 import ctypes, os, sys
 PR_SET_PDEATHSIG = 1
@@ -32,8 +32,8 @@ os.execv(sys.argv[2], sys.argv[2:])
 
 
 def find_server(program=None):
-    """The path of `draped`: `program`; else $DRAPE_SERVER; else that of the package drape-server; else that of the checkout
-    from which this package is installed (editable); else that on PATH. Raises NotFound."""
+    """The path of `draped`: `program`; else $DRAPE_SERVER; else that of the package drape-server; else that of the
+    checkout from which this package is installed (editable); else that on PATH. Raises NotFound."""
     asked = program or os.environ.get("DRAPE_SERVER")
     if asked:
         if os.path.isfile(asked) and os.access(asked, os.X_OK):

@@ -13,11 +13,11 @@ def rollout(self, nstep: int, *, steps: int = 1, pins=None, pin_targets=None, co
             view=states.POSITIONS, out=None, progress: bool = False) -> dict:
     """Steps all cloths `nstep` times through one stream and collects the states.
 
-    steps: of the simulation per row. pins: [k] pinned particles and pin_targets: [n or 1, nstep, k, 3], reached within each
-    row; colliders: [k] indices and collider_positions: likewise. view as in `step`. out: arrays of an earlier call, to be
-    filled again. progress: show a bar (needs tqdm).
-    Returns a dict: "positions" and "velocities" [n, nstep, particles, 3] as asked for, "step_count" and "time_s" [n, nstep],
-    "faulted" [n, nstep].
+    steps: of the simulation per row. pins: [k] pinned particles and pin_targets: [n or 1, nstep, k, 3], reached within
+    each row; colliders: [k] indices and collider_positions: likewise. view as in `step`. out: arrays of an earlier
+    call, to be filled again. progress: show a bar (needs tqdm).
+    Returns a dict: "positions" and "velocities" [n, nstep, particles, 3] as asked for, "step_count" and "time_s" [n,
+    nstep], "faulted" [n, nstep].
     """
     over_s = _row_s(self, steps)
     moves = []

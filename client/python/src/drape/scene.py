@@ -157,7 +157,8 @@ class Player:
         self._at = [(cloths, row) for cloths in self.cloths for row in range(cloths.num)]
 
     def advance(self, steps: int | None = None, *, progress: bool = False) -> int:
-        """Does `steps` steps (None: to the end of the scene), at most to the end; returns how many. progress: show a bar."""
+        """Does `steps` steps (None: to the end of the scene), at most to the end; returns how many. progress: show a
+        bar."""
         end = self.scene.step_count if steps is None else min(self.step + steps, self.scene.step_count)
         begin, bar = self.step, None
         if progress:
@@ -194,6 +195,7 @@ class Player:
 
     def _apply_controls(self):
         """Of several targets of one element the last in the file counts."""
+        grips = []
         tables = {"pin_targets": {}, "collider_targets": {}, "rest_lengths": {}, "rest_length_scale": {}}
         for control in self.scene.message.controls:
             if self._first_step(control) != self.step:
@@ -206,10 +208,13 @@ class Player:
                         tables[name][at, getattr(target, element)] = target
                 if control.HasField("rest_length_scale"):
                     tables["rest_length_scale"][at, 0] = control.rest_length_scale
+                grips += [(at, grip) for grip in control.grips]
         for name, targets in tables.items():
             for (at, element), target in sorted(targets.items(), key=lambda item: item[0]):
                 cloths, row = self._at[at]
                 self._control(name, cloths, row, element, target)
+        for at, grip in grips:
+            self._grip(*self._at[at], grip)
 
     def _control(self, name, cloths, row, element, target):
         if name == "pin_targets":
@@ -221,6 +226,17 @@ class Player:
             cloths.set_rest_lengths([element], target.rest_length_m, target.over_s, ids=[row])
         else:
             cloths.scale_rest_lengths(target.scale, target.over_s, ids=[row])
+
+    def _grip(self, cloths, row, grip):
+        actions, slots, place = v1.GripControls, [grip.slot], list(grip.target_m) or [0, 0, 0]
+        if grip.action == actions.HOLD:
+            cloths.move_grips(slots, place, grip.over_s, ids=[row])
+        elif grip.action == actions.GRAB_PARTICLE:
+            cloths.grip(slots, particles=[grip.particle], at=place, ids=[row])
+        elif grip.action == actions.GRAB_NEAREST:
+            cloths.grip(slots, nearest_to=place, radius_m=grip.radius_m, ids=[row])
+        else:
+            cloths.release(slots, ids=[row])
 
     def _set_environment(self, control):
         paths = [f"environment.{name}" for name in ("gravity_m_per_s2", "wind_m_per_s") if getattr(control, name)]

@@ -17,8 +17,8 @@ _LAST_CALL_S = 2.0  # for a session that is deleted because nobody uses it: a de
 
 
 class SessionBase:
-    """A lease on the server. name: "sessions/<server>-<token>"; it gives access, so keep it secret. ttl_s: after so long
-    without a request the server deletes the session and its cloths. Safe to use from several threads."""
+    """A lease on the server. name: "sessions/<server>-<token>"; it gives access, so keep it secret. ttl_s: after so
+    long without a request the server deletes the session and its cloths. Safe to use from several threads."""
 
     _cloths_class: Any
 
@@ -37,9 +37,10 @@ class SessionBase:
                 request_id: str = "", timeout_s: float | None = None) -> Operation[Cloths]:
         """`count` cloths of `spec`, all or none.
 
-        origins [m]: [count, 3] of each cloth's environment in the world (default: all at the origin). transforms: [count, 7]
-        position [m] and quaternion x, y, z, w, in the place of spec.transform. overrides: `count` ClothOverrides.
-        request_id: a repetition with the same id gets the same cloths. Raises InvalidArgument, ResourceExhausted.
+        origins [m]: [count, 3] of each cloth's environment in the world (default: all at the origin). transforms:
+        [count, 7] position [m] and quaternion x, y, z, w, in the place of spec.transform. overrides: `count`
+        ClothOverrides. request_id: a repetition with the same id gets the same cloths. Raises InvalidArgument,
+        ResourceExhausted.
         """
         request = v1.CreateClothsRequest(session=self.name, spec=spec, count=count, overrides=overrides,
                                          request_id=request_id)
@@ -52,8 +53,8 @@ class SessionBase:
         return self._cloths_class(self, response.cloth_ids, response.shape, spec, origins)
 
     def _attach(self, ids=None, spec: v1.ClothSpec | None = None) -> Operation[Cloths]:
-        """Cloths that exist already. ids: their names in the protocol; None: all of the session. They must have equally many
-        particles. spec: their description, if known: the server does not tell the triangles."""
+        """Cloths that exist already. ids: their names in the protocol; None: all of the session. They must have equally
+        many particles. spec: their description, if known, for who asks the batch for it."""
         if ids is None:
             listed = yield from self._list()
             found = {cloth.id: cloth for cloth in listed}
@@ -67,7 +68,8 @@ class SessionBase:
         sizes = {cloth.shape.particles for cloth in found.values()}
         if len(sizes) > 1:
             raise errors.bad_field("ids", f"the cloths have unlike numbers of particles: {sorted(sizes)}")
-        cloths = self._cloths_class(self, list(found), next(iter(found.values())).shape, spec)
+        origins = np.array([list(cloth.environment_origin_m) or [0, 0, 0] for cloth in found.values()])
+        cloths = self._cloths_class(self, list(found), next(iter(found.values())).shape, spec, origins)
         cloths.step_count[:] = [cloth.step for cloth in found.values()]
         cloths.faulted[:] = [cloth.faulted for cloth in found.values()]
         return cloths
@@ -96,9 +98,9 @@ def iter_of(call):
 class Session(SessionBase):
     __doc__ = (SessionBase.__doc__ or "") + """
 
-    Made by `Client.session`. A thread renews the lease. `with`, `close()` and the end of the program delete a session that
-    was created here, with its cloths; one that was attached by its name is left alone. lease_error: why renewing gave up
-    (the session is gone), else None.
+    Made by `Client.session`. A thread renews the lease. `with`, `close()` and the end of the program delete a session
+    that was created here, with its cloths; one that was attached by its name is left alone. lease_error: why renewing
+    gave up (the session is gone), else None.
     """
 
     _cloths_class = Cloths
@@ -140,8 +142,8 @@ def _end(connection, name, lease, is_owner):
 
 
 class _Lease(threading.Thread):
-    """Renews a lease until it is stopped or the session is gone. Knows the connection, not the session object, which may be
-    collected meanwhile."""
+    """Renews a lease until it is stopped or the session is gone. Knows the connection, not the session object, which
+    may be collected meanwhile."""
 
     def __init__(self, connection, name, ttl_s):
         super().__init__(name="drape-lease", daemon=True)

@@ -34,16 +34,32 @@ class States:
 
 
 @dataclasses.dataclass
-class Answer(States):
-    """What a step of m cloths brought. `positions` and `velocities` are read-only views of the received bytes; every answer
-    has its own, so keeping one is safe.
+class Grips:
+    """particles: int64[m, grips], what each grip holds, -1 if it is open. positions [m]: [m, grips, 3], where that is,
+    in the environment; of an open one 0."""
 
-    faulted: bool[m]. reports: m StepReports, if asked for. timing: where the server spent its time, None if nothing was sent.
+    particles: np.ndarray
+    positions: np.ndarray
+
+    @classmethod
+    def of(cls, message, count):
+        return cls(np.array(message.particles, np.int64).reshape(count, -1),
+                   np.array(message.positions_m).reshape(count, -1, 3))
+
+
+@dataclasses.dataclass
+class Answer(States):
+    """What a step of m cloths brought. `positions` and `velocities` are read-only views of the received bytes; every
+    answer has its own, so keeping one is safe.
+
+    faulted: bool[m]. reports: m StepReports, and grips, if asked for. timing: where the server spent its time, None if
+    nothing was sent.
     """
 
     faulted: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(0, bool))
     reports: list = dataclasses.field(default_factory=list)
     timing: Any = None
+    grips: Grips | None = None
 
     def measure(self, name):
         """A number of every report as an array [m], e.g. `answer.measure("max_strain")`."""

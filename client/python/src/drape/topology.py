@@ -1,28 +1,30 @@
-"""Triangles and edges of a description, in the order of the server."""
+"""What the rows of a cloth's states are."""
 
 from __future__ import annotations
+
+import dataclasses
 
 import numpy as np
 
 from . import states
 
 
-def triangles_of(spec) -> np.ndarray:
-    """uint32[triangles, 3], counter-clockwise seen from outside (of a grid that lies flat: from above); a chain or a cloth
-    made of particles has none. A mesh has those of its drawing."""
-    kind = spec.WhichOneof("topology")
-    if kind == "mesh":
-        return states.unpack(spec.mesh.triangles).reshape(-1, 3)
-    if kind != "grid" or spec.grid.columns < 2 or spec.grid.rows < 2:
-        return np.empty((0, 3), np.uint32)
-    columns, rows = spec.grid.columns, spec.grid.rows
-    at = np.arange(rows * columns, dtype=np.uint32).reshape(rows, columns)
-    a, right, below, across = at[:-1, :-1], at[:-1, 1:], at[1:, :-1], at[1:, 1:]
-    pairs = np.stack([np.stack([a, below, right], -1), np.stack([right, below, across], -1)], axis=2)
-    return np.ascontiguousarray(pairs.reshape(-1, 3))
+@dataclasses.dataclass
+class Topology:
+    """What the rows of a cloth's states are. particles: their number. grid: (columns, rows), None if it is no grid.
+    rest_positions [m]: [particles, 3], before any transform. triangles: uint32[t, 3], counter-clockwise seen from
+    outside. edges: uint32[e, 2], the distance constraints. collider_meshes: index in environment.colliders -> Mesh."""
 
+    particles: int
+    grid: tuple | None
+    rest_positions: np.ndarray
+    triangles: np.ndarray
+    edges: np.ndarray
+    collider_meshes: dict
 
-def edges_of(triangles) -> np.ndarray:
-    """uint32[edges, 2]: every edge of the triangles once, i < j, sorted."""
-    pairs = np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    return np.unique(pairs, axis=0)
+    @classmethod
+    def of(cls, message):
+        grid = (message.grid_columns, message.grid_rows) if message.grid_columns else None
+        return cls(message.particles, grid, *(states.unpack(array).reshape(-1, width) for array, width in (
+            (message.rest_positions_m, 3), (message.triangles, 3), (message.edges, 2))),
+            {of.collider: of.mesh for of in message.collider_meshes})

@@ -38,8 +38,8 @@ def covered_cells(points, low, high, radius, cells=_CELLS):
 
 
 def coverage(positions, radius):
-    """[n]: area [m^2] that cloths cover, seen from above; each particle covers a square of half side `radius` [m]. The grid
-    spans the box around the particles of each cloth."""
+    """[n]: area [m^2] that cloths cover, seen from above; each particle covers a square of half side `radius` [m]. The
+    grid spans the box around the particles of each cloth."""
     points = positions[..., [0, 2]].astype(np.float64)
     low, high = points.min(1), points.max(1)
     cells = covered_cells(points, low, high, radius)
@@ -47,7 +47,8 @@ def coverage(positions, radius):
 
 
 def covered_share(positions, centre, disc_radius, radius, cells=64):
-    """[n]: share of a horizontal disc around `centre` (x, z) that cloths cover, seen from above. `radius` as in `coverage`."""
+    """[n]: share of a horizontal disc around `centre` (x, z) that cloths cover, seen from above. `radius` as in
+    `coverage`."""
     points = positions[..., [0, 2]].astype(np.float64)
     low = np.broadcast_to(np.asarray(centre, np.float64) - disc_radius, (len(points), 2))
     grid = covered_cells(points, low, low + 2 * disc_radius, radius, cells)

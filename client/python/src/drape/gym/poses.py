@@ -6,9 +6,9 @@ import numpy as np
 
 
 def hanging(x_m, top_m, z_m, yaw_rad, width_m):
-    """[7] position and quaternion of a flat grid that hangs in a vertical plane: its first row on top, at height `top_m`, the
-    middle of that row over (x, z), turned by `yaw_rad` about the vertical. At yaw 0 the row points along +x, and `forward` is
-    +z."""
+    """[7] position and quaternion of a flat grid that hangs in a vertical plane: its first row on top, at height
+    `top_m`, the middle of that row over (x, z), turned by `yaw_rad` about the vertical. At yaw 0 the row points along
+    +x, and `forward` is +z."""
     half = np.sqrt(0.5)
     c, s = np.cos(yaw_rad / 2), np.sin(yaw_rad / 2)
     # A quarter about x (rows point down), then the yaw.
@@ -36,8 +36,8 @@ def yaw_of(starts):
 
 
 def lying(starts, rows, columns, size_m, height_m):
-    """[n, rows * columns, 3]: the sheet of each start laid down flat where its lowest row hung, forward from there: the row
-    that the pickers hold is the farthest."""
+    """[n, rows * columns, 3]: the sheet of each start laid down flat where its lowest row hung, forward from there: the
+    row that the pickers hold is the farthest."""
     yaw = yaw_of(starts)
     along, ahead = row_direction(yaw)[:, None, None], forward_direction(yaw)[:, None, None]
     column = np.linspace(0, size_m, columns)[None, None, :, None]

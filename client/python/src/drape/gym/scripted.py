@@ -14,9 +14,9 @@ def towards(env, places, hold=True):
 
 
 def lay_down(env, speed_m=0.08, approach_m=0.0, low_m=0.005):
-    """Lowers the sheet until its lowest row touches the floor, then lays it down forwards: as much as lies already, so much
-    lower are the pickers, so that the rest hangs down straight and pulls at nothing. speed_m: of the pickers per action.
-    approach_m: [n] or a number, forwards before that. low_m: height at the end."""
+    """Lowers the sheet until its lowest row touches the floor, then lays it down forwards: as much as lies already, so
+    much lower are the pickers, so that the rest hangs down straight and pulls at nothing. speed_m: of the pickers per
+    action. approach_m: [n] or a number, forwards before that. low_m: height at the end."""
     along = env.pickers.positions[:, 1] - env.pickers.positions[:, 0]
     corner = env.starts[:, :3]
     gap = corner[:, 1] - env.size_m  # below the lowest row
@@ -40,9 +40,9 @@ def cover(env, speed_m=0.08):
     return lay_down(env, speed_m, approach_m=away - 0.5 * env.size_m)
 
 
-def fling(env, back_m=0.26, lift_m=0.35, ahead_m=0.18):
-    """For FlingFlat: swings the sheet back and up, then flings it forwards and down to the floor in one go, as fast as the
-    pickers are: it flies over them and lies ahead."""
+def fling(env, back_m=0.3, lift_m=0.45, ahead_m=0.1):
+    """For FlingFlat: swings the sheet back and up, then flings it forwards and down to the floor in one go, as fast as
+    the pickers are: it flies over them and lies ahead."""
     corner = env.starts[:, :3]
     along = env.pickers.positions[:, 1] - env.pickers.positions[:, 0]
     swings = env.elapsed < 5

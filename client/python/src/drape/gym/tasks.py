@@ -26,15 +26,16 @@ class HangingStart(ClothVectorEnv):
 
     @property
     def _stamp_m(self):
-        """Half side of the square that a particle covers: so large that those of a flat sheet leave no gap at any yaw."""
+        """Half side of the square that a particle covers: so large that those of a flat sheet leave no gap at any
+        yaw."""
         return np.sqrt(0.5) * self.size_m / (self.side - 1)
 
 
 class DropFlat(HangingStart):
     """SoftGym's ClothDrop: lay the sheet down flat on a target, which begins where its lowest row hangs.
 
-    Performance: minus the mean distance [m] of the particles to the target; the best is 0. 30 actions of 16 steps, at most
-    1 cm per step.
+    Performance: minus the mean distance [m] of the particles to the target; the best is 0. 30 actions of 16 steps, at
+    most 1 cm per step.
     """
 
     action_repeat = 16

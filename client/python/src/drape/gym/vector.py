@@ -16,14 +16,16 @@ TIME_STEP_S = 1 / 60
 
 
 class ClothVectorEnv(VectorEnv):
-    """n environments of one task. All semantics are those of gymnasium 1.x: three modes of autoreset, `reset_mask`, seeds per
-    environment (environment i of `reset(seed=s)` has the seed s + i, and its results do not depend on the others).
+    """n environments of one task. All semantics are those of gymnasium 1.x: three modes of autoreset, `reset_mask`,
+    seeds per environment (environment i of `reset(seed=s)` has the seed s + i, and its results do not depend on the
+    others).
 
-    action: float32[n, 8], per picker a motion [-1, 1]^3 in units of `picker_step_m` per simulated step, and [0, 1]: above
-    0.5 it holds. observation: float32[n, ...]: positions [m] of keypoints ("keypoints": 5 x 5 of them) or of all particles
-    ("particles"), then of the pickers, then 1 or 0 for each that holds. reward: the performance of the task. Episodes are
-    truncated after `max_episode_steps`; one whose cloth blows up is terminated.
-    info: "performance", "normalized_performance" (0 at the start, 1 at the best), each [n].
+    action: float32[n, 8], per picker a motion [-1, 1]^3 in units of `picker_step_m` per simulated step, and [0, 1]:
+    above 0.5 it closes, and grabs the nearest particle within `picker_radius_m` if it holds none. observation:
+    float32[n, ...]: positions [m] of keypoints ("keypoints": 5 x 5 of them) or of all particles ("particles"), then of
+    the pickers, then 1 or 0 for each that holds. reward: the performance of the task. Episodes are truncated after
+    `max_episode_steps`; one whose cloth blows up is terminated. info: "performance", "normalized_performance" (0 at the
+    start, 1 at the best), each [n].
 
     client: where the cloths live; None: a private server of `backend`, which ends with the environment.
     """
@@ -34,6 +36,7 @@ class ClothVectorEnv(VectorEnv):
     action_repeat = 8  # simulated steps per action
     horizon = 50
     picker_step_m = 0.01
+    picker_radius_m = 0.05
     side = 32  # particles
     size_m = 0.4
     best_performance = 0.0
@@ -50,7 +53,8 @@ class ClothVectorEnv(VectorEnv):
         self._horizon = max_episode_steps or self.horizon
         self._owned = drape.launch(backend) if client is None else None
         self._session = (client or self._owned).session(display_name=type(self).__name__)
-        self.pickers = Pickers((0, self.side - 1), self.picker_step_m, [-1.0, 0.0, -1.0], [1.0, 1.0, 1.0])
+        self.pickers = Pickers((0, self.side - 1), self.picker_step_m, self.picker_radius_m, [-1.0, 0.0, -1.0],
+                               [1.0, 1.0, 1.0])
         self.cloths = self._session.create(self._spec(), num_envs)
         self.pickers.attach(self.cloths)
         self._shown = self._keypoints() if observation == "keypoints" else np.arange(self.cloths.particles)
@@ -148,7 +152,7 @@ class ClothVectorEnv(VectorEnv):
     def _spec(self):
         return v1.ClothSpec(
             grid=v1.Grid(columns=self.side, rows=self.side, width_m=self.size_m, height_m=self.size_m),
-            material=self._material(), environment=self._environment(), pins=self.pickers.pins(),
+            material=self._material(), environment=self._environment(), max_grips=self.pickers.num,
             settings=v1.StepSettings(time_step_s=TIME_STEP_S, substeps=20))
 
     def _keypoints(self):
@@ -190,7 +194,8 @@ class ClothVectorEnv(VectorEnv):
         everyone = acts.all()
         self.pickers.act(actions.reshape(self.num_envs, -1, 4), acts, self.action_repeat,
                          self.action_repeat * TIME_STEP_S)
-        answer = self.cloths.step(self.action_repeat, ids=None if everyone else acts)
+        answer = self.cloths.step(self.action_repeat, grips=True, ids=None if everyone else acts)
+        self.pickers.note(answer.rows, answer.grips)
         self._keep(answer.positions, None if everyone else answer.rows)
         self._elapsed[acts] += 1
 

@@ -37,6 +37,8 @@ def main(arguments=None):
 
 def _of_scene(session, path, place):
     scene = drape.scene.load(path)
+    for cloth in scene.message.cloths:
+        cloth.spec.max_grips = max(1, cloth.spec.max_grips)  # one to pull by
     player = scene.play(session)
     moves = any(control.collider_targets for control in scene.message.controls)
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from drape import states, topology
-
 # Blue, white, red and dark to bright, as stops of a scale from 0 to 1.
 _DIVERGING = np.array([[33, 102, 172], [146, 197, 222], [247, 247, 247], [244, 165, 130], [178, 24, 43]])
 _RISING = np.array([[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]])
@@ -26,11 +24,13 @@ def by_speed(velocities):
 
 
 class StrainColours:
-    """Colours by the largest stretch (red) or compression (blue) among the edges of each particle: of a grid those along its
-    rows and columns, of a mesh all."""
+    """Colours by the largest stretch (red) or compression (blue) among the distance constraints of each particle,
+    against the rest shape."""
 
-    def __init__(self, spec):
-        self.edges, self.lengths = _edges_of(spec)
+    def __init__(self, topology):
+        rest, edges = topology.rest_positions, topology.edges
+        lengths = np.linalg.norm(rest[edges[:, 0]] - rest[edges[:, 1]], axis=1)
+        self.edges, self.lengths = edges[lengths > 0], lengths[lengths > 0]
 
     def __call__(self, positions):
         """uint8[n, particles, 3] of positions [n, particles, 3], and the strain of the deepest colour."""
@@ -45,19 +45,3 @@ class StrainColours:
         top = max(float(np.abs(largest).max(initial=0)), 1e-4)
         return _scaled(_DIVERGING, 0.5 + 0.5 * largest / top), top
 
-
-def _edges_of(spec):
-    if spec.WhichOneof("topology") == "mesh":
-        rest = states.unpack(spec.mesh.positions_m).reshape(-1, 3).astype(float)
-        edges = topology.edges_of(topology.triangles_of(spec))
-    else:
-        grid = spec.grid
-        at = np.arange(grid.rows * grid.columns).reshape(grid.rows, grid.columns)
-        line_x = np.linspace(0, grid.width_m, grid.columns)
-        line_z = np.linspace(0, grid.height_m, grid.rows)
-        x, z = np.meshgrid(line_x, line_z)
-        rest = np.stack([x, 0 * x, z], -1).reshape(-1, 3)
-        edges = np.concatenate([np.stack([at[:, :-1], at[:, 1:]], -1).reshape(-1, 2),
-                                np.stack([at[:-1], at[1:]], -1).reshape(-1, 2)])
-    lengths = np.linalg.norm(rest[edges[:, 0]] - rest[edges[:, 1]], axis=1)
-    return edges[lengths > 0], lengths[lengths > 0]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from drape import topology, v1
 from drape.viewer import colours, shapes
 
 _CLOTH = (86, 142, 200)
@@ -23,20 +22,43 @@ class Drawing:
         self._strain = None
         positions = cloths.positions[self._rows]
         self._surface = self._dots = self._pins = None
-        triangles = topology.triangles_of(cloths.spec) if cloths.spec is not None else np.empty((0, 3), np.uint32)
+        self._topology = cloths.topology()
+        triangles = self._topology.triangles
         if len(triangles):
             first = (np.arange(len(self._rows)) * cloths.particles).astype(np.uint32)
             faces = (triangles[None] + first[:, None, None]).reshape(-1, 3)
             self._surface = scene.add_mesh_simple(f"{name}/surface", _flat(positions), faces, color=_CLOTH, side="double")
-        self._size_m = _spacing(positions[0], triangles)
+        self._size_m = _spacing(positions[0], self._topology.edges)
         self._show_dots(_flat(positions), np.broadcast_to(np.uint8(_CLOTH), (positions.size // 3, 3)),
                         is_shown=self._surface is None)
-        self._pinned = [pin.particle for pin in cloths.spec.pins] if cloths.spec is not None else []
+        self._described = cloths.describe(int(self._rows[0]))
+        self._pinned = [pin.particle for pin in self._described.pins]
         self._colliders = self._add_colliders()
         self.update("cloth")
 
+    @property
+    def grip(self):
+        """The grip by which the viewer pulls: the last of each cloth; None if they have none."""
+        return self._described.max_grips - 1 if self._described.max_grips else None
+
+    def on_drag(self, callback):
+        """callback(drawing, phase, start [3], end [3]) for shift and the left button on the surface."""
+        if self._surface is None or self.grip is None:
+            return
+
+        @self._surface.on_drag("left", modifier="shift")
+        async def _(event):  # a coroutine, so that events come in order
+            callback(self, event.phase, np.array(event.start_position), np.array(event.end_position))
+
+    def nearest(self, point):
+        """Row in the batch and particle of what is shown nearest to `point`."""
+        distances = ((self.cloths.positions[self._rows] - point) ** 2).sum(-1)
+        row, particle = np.unravel_index(distances.argmin(), distances.shape)
+        return int(self._rows[row]), int(particle)
+
     def update(self, colouring):
-        """Shows the present states. colouring: "cloth", "strain" or "speed". Returns the value of the deepest colour."""
+        """Shows the present states. colouring: "cloth", "strain" or "speed". Returns the value of the deepest
+        colour."""
         positions = self.cloths.positions[self._rows]
         flat, top = _flat(positions), None
         if self._surface is not None:
@@ -49,7 +71,7 @@ class Drawing:
             if colouring == "speed":
                 paint, top = colours.by_speed(self.cloths.velocities[self._rows])
             else:
-                self._strain = self._strain or colours.StrainColours(self.cloths.spec)
+                self._strain = self._strain or colours.StrainColours(self._topology)
                 paint, top = self._strain(positions)
             self._show_dots(flat, paint.reshape(-1, 3), is_shown=True)
         if self._pinned:
@@ -63,9 +85,7 @@ class Drawing:
         return top
 
     def can_colour(self, colouring):
-        if colouring != "strain":
-            return True
-        return self.cloths.spec is not None and self.cloths.spec.WhichOneof("topology") in ("grid", "mesh")
+        return colouring != "strain" or len(self._topology.edges) > 0
 
     def _show_dots(self, points, paint, is_shown):
         if self._dots is None:
@@ -76,16 +96,14 @@ class Drawing:
         self._dots.visible = is_shown
 
     def _add_colliders(self):
-        spec = self.cloths.spec
-        environment = spec.environment if spec is not None else self.cloths.describe(0).environment
+        environment = self._described.environment
         origins = self.cloths.origins if self.cloths.origins is not None else np.zeros((self.cloths.num, 3))
         origins = np.unique(origins[self._rows], axis=0)
         handles = []
         for k, collider in enumerate(environment.colliders):
-            vertices, faces, pivot = shapes.shape_of(collider) if len(_mesh_data(collider)) else (None, None, None)
-            if vertices is None:
-                handles.append(None)  # the server leaves out the arrays of meshes
-                continue
+            if k in self._topology.collider_meshes:
+                collider.mesh.CopyFrom(self._topology.collider_meshes[k])
+            vertices, faces, pivot = shapes.shape_of(collider)
             # A plane is the same everywhere along itself: one is enough.
             places = origins[:1] if collider.WhichOneof("shape") == "plane" else origins
             unit = np.tile([1.0, 0, 0, 0], (len(places), 1))
@@ -104,25 +122,18 @@ class Drawing:
         if not self._colliders_move or not self._colliders:
             return
         for handle, pose in zip(self._colliders, self.cloths.describe(int(self._rows[0])).collider_poses):
-            if handle is None:
-                continue
             batch, places = handle
             x, y, z, w = pose.rotation_xyzw or (0, 0, 0, 1)
             batch.batched_positions = (places + np.array(pose.position_m)).astype(np.float32)
             batch.batched_wxyzs = np.tile(np.float32([w, x, y, z]), (len(places), 1))
 
 
-def _mesh_data(collider: v1.Collider):
-    return collider.mesh.positions_m.data if collider.WhichOneof("shape") == "mesh" else b"any"
-
-
 def _flat(positions):
     return np.ascontiguousarray(positions, np.float32).reshape(-1, 3)
 
 
-def _spacing(positions, triangles):
-    """A size for dots [m]: the mean edge, or a share of the whole where there are no triangles."""
-    if len(triangles):
-        edges = topology.edges_of(triangles[:2000])
+def _spacing(positions, edges):
+    """A size for dots [m]: the mean edge, or a share of the whole where there are none."""
+    if len(edges):
         return float(np.linalg.norm(positions[edges[:, 0]] - positions[edges[:, 1]], axis=1).mean())
     return float(max(np.ptp(positions, axis=0).max() / 50, 1e-3))

@@ -11,8 +11,8 @@ _SECTIONS = 24
 
 
 def shape_of(collider: v1.Collider):
-    """vertices float32[v, 3] relative to the collider's pivot, faces uint32[f, 3], and the pivot [3] as described, in the frame
-    of the environment."""
+    """vertices float32[v, 3] relative to the collider's pivot, faces uint32[f, 3], and the pivot [3] as described, in
+    the frame of the environment."""
     kind = collider.WhichOneof("shape")
     vertices, faces, pivot = _MAKERS[kind](getattr(collider, kind), collider)
     if collider.pivot_m:

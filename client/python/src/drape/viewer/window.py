@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+import queue
 import threading
 import time
 
@@ -17,11 +18,13 @@ _COLOURINGS = ("cloth", "strain", "speed")
 
 
 class Window:
-    """Batches of cloths in a browser, at most 30 pictures a second.
+    """Batches of cloths in a browser, at most 30 pictures a second. Shift and the left button pull cloths with
+    `max_grips`.
 
     batches: a list of `Cloths`. advance(steps): steps them all (default: `step` of each); None: somebody else does.
-    reset(): begins again. time_step_s: of the simulation, for playing in real time. stride: shows every so manieth cloth only,
-    for slow networks. host: "0.0.0.0" lets other machines look on. `with` and `close()` end it; `run()` blocks.
+    reset(): begins again. time_step_s: of the simulation, for playing in real time. stride: shows every so manieth
+    cloth only, for slow networks. host: "0.0.0.0" lets other machines look on. `with` and `close()` end it; `run()`
+    blocks.
     """
 
     def __init__(self, batches, *, advance="step", reset=None, time_step_s=1 / 60, stride=1, host="127.0.0.1", port=8080,
@@ -34,13 +37,17 @@ class Window:
         self._steps_asked = 0
         self._is_reset_asked = False
         self._closing = threading.Event()
+        self._drags = queue.SimpleQueue()
+        self._pulled = None  # (drawing, row) while a cloth is dragged
         self._recording = None
         self.server = viser.ViserServer(host=host, port=port, verbose=False)
         self.server.scene.set_up_direction("+y")
         self._drawings = [Drawing(self.server.scene, f"/batch_{k}", cloths, stride)
                           for k, cloths in enumerate(self.batches)]
-        if tracks_colliders:
-            for drawing in self._drawings:
+        for drawing in self._drawings:
+            if advance is not None:
+                drawing.on_drag(lambda *drag: self._drags.put(drag))
+            if tracks_colliders:
                 drawing.track_colliders()
         self._place_camera()
         self._add_controls()
@@ -141,7 +148,8 @@ class Window:
         owed_s, last = 0.0, time.monotonic()
         while not self._closing.is_set():
             begin = time.monotonic()
-            owed_s = min(owed_s + begin - last, 2 * _FRAME_S) if self.play.value else 0.0
+            runs = self.play.value or self._pulled is not None or not self._drags.empty()
+            owed_s = min(owed_s + begin - last, 2 * _FRAME_S) if runs else 0.0
             last = begin
             try:
                 with self._lock:
@@ -159,6 +167,8 @@ class Window:
         if self._is_reset_asked:
             self._is_reset_asked = False
             self._reset()
+        while not self._drags.empty():
+            self._pull(*self._drags.get())
         if steps and self._advance is not None:
             self._advance(steps)
             return steps
@@ -166,6 +176,23 @@ class Window:
             for cloths in self.batches:
                 cloths.read()
         return 0
+
+    def _pull(self, drawing, phase, start, end):
+        """The particle that was nearest when the drag began follows the pointer."""
+        cloths, slot = drawing.cloths, drawing.grip
+        if phase == "start":
+            row, particle = drawing.nearest(start)
+            cloths.grip(slot, particles=[particle], ids=[row])
+            self._pulled = (drawing, row)
+        if self._pulled is None:
+            return
+        row = self._pulled[1]
+        if phase == "end":
+            cloths.release(slot, ids=[row])
+            self._pulled = None
+            return
+        origin = cloths.origins[row] if cloths.origins is not None else 0.0
+        cloths.move_grips(slot, end - origin, over_s=_FRAME_S, ids=[row])
 
     def _show(self, steps):
         begin = time.perf_counter()

@@ -1,0 +1,108 @@
+"""What acts on cloths from their next step on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import columns, errors, v1
+
+_GRIP_COLUMNS = {"particles": 0, "radii_m": 0.0, "over_s": 0.0}
+
+
+class Controls:
+    """Part of `Cloths`: controls go with the next step of their cloths, once."""
+
+    num: int
+
+    def move_pins(self, particles, targets, over_s=0.0, ids=None) -> None:
+        """Moves pins in a straight line, from the start of the next step on.
+
+        particles: the k pinned particles, [k] or [m, k]. targets [m]: [m, k, 3] (or what spreads to it), each in its
+        cloth's environment, m the cloths of `ids`. over_s: duration, 0 = within one step; a number, [m, 1] or [m, k].
+        Errors come with the step: PIN_NOT_FOUND, INVALID_FIELDS.
+        """
+        self._control("pin_controls", particles, ids, "particles", {"targets_m": (targets, 3), "over_s": (over_s, 0)})
+
+    def move_colliders(self, colliders, positions, rotations=None, over_s=0.0, ids=None) -> None:
+        """Moves colliders (indices in environment.colliders, [k] or [m, k]) to poses: their pivots in a straight line
+        to positions [m] [m, k, 3], turning the shorter way to rotations [m, k, 4] (quaternions x, y, z, w from the
+        orientation in the spec; None: as described). over_s as for `move_pins`."""
+        if rotations is None:
+            rotations = (0.0, 0.0, 0.0, 1.0)
+        self._control("collider_controls", colliders, ids, "colliders", {
+            "positions_m": (positions, 3), "rotations_xyzw": (rotations, 4), "over_s": (over_s, 0)})
+
+    def set_rest_lengths(self, constraints, lengths, over_s=0.0, ids=None) -> None:
+        """Changes the rest lengths [m] of distance constraints (indices as in RestLengthControls, [k] or [m, k])
+        linearly to `lengths`, [m, k]."""
+        self._control("rest_length_controls", constraints, ids, "constraints", {
+            "lengths_m": (lengths, 0), "over_s": (over_s, 0)})
+
+    def scale_rest_lengths(self, scales, over_s=0.0, ids=None) -> None:
+        """Changes all rest lengths to those of the description times `scales`, a number or [m], each 0.001 to 1000."""
+        rows = self._rows_or_all(ids)
+        self._pending.add("rest_length_scales", rows, {
+            "scales": columns.shaped("scales", scales, (len(rows),)),
+            "over_s": columns.shaped("over_s", over_s, (len(rows),))})
+
+    def _control(self, table, elements, ids, name, values):
+        rows = self._rows_or_all(ids)
+        per_cloth = np.shape(elements)[-1] if np.ndim(elements) else 1
+        shape = (len(rows), per_cloth)
+        flat = {name: columns.whole(name, elements, shape).reshape(-1)}
+        for column, (value, width) in values.items():
+            if width:
+                flat[column] = columns.shaped(column, value, (*shape, width)).reshape(-1, width)
+            else:
+                flat[column] = columns.shaped(column, value, shape).reshape(-1)
+        self._pending.add(table, np.repeat(rows, per_cloth), flat)
+
+    # --- grips
+
+    def grip(self, slots, *, particles=None, nearest_to=None, radius_m=None, at=None, ids=None) -> None:
+        """Grabs particles from the start of the next step on: they move with the grip until it is released. The spec
+        needs `max_grips`. Costs no new model, and cloths that hold different particles are stepped side by side.
+
+        slots: the k grips, [k] or [m, k], each below max_grips. Either particles: [k] or [m, k], however far away; or
+        nearest_to [m]: [m, k, 3] in the environment, within radius_m [m] (a number or [m, k]): the nearest that nothing
+        holds; the grip stays open if there is none (`Answer.grips` tells). at [m]: [m, k, 3], where the grip of
+        `particles` is; None: at the particle. What is grabbed keeps its offset from the grip.
+        """
+        if (particles is None) == (nearest_to is None) or (nearest_to is None) != (radius_m is None):
+            raise errors.bad_field("grip", "give particles, or nearest_to and radius_m")
+        rows = self._rows_or_all(ids)
+        shape = (len(rows), np.shape(slots)[-1] if np.ndim(slots) else 1)
+        if particles is None:
+            self._grips("GRAB_NEAREST", slots, rows, shape, places=nearest_to, radii_m=radius_m)
+            return
+        grabbed = columns.whole("particles", particles, shape)
+        if at is None:
+            if grabbed.size and grabbed.max() >= self.particles:
+                raise errors.bad_field("particles", f"{grabbed.max()} is not below {self.particles}")
+            at = self.positions[rows[:, None], grabbed] - self._origins_of(rows)[:, None]
+        self._grips("GRAB_PARTICLE", slots, rows, shape, places=at, particles=grabbed)
+
+    def move_grips(self, slots, targets, over_s=0.0, ids=None) -> None:
+        """Moves grips in a straight line to targets [m] [m, k, 3], each in its cloth's environment; slots and over_s as
+        for `grip` and `move_pins`. No effect on open ones."""
+        rows = self._rows_or_all(ids)
+        shape = (len(rows), np.shape(slots)[-1] if np.ndim(slots) else 1)
+        self._grips("HOLD", slots, rows, shape, places=targets, over_s=over_s)
+
+    def release(self, slots, ids=None) -> None:
+        """Opens grips; what they held keeps its velocity."""
+        rows = self._rows_or_all(ids)
+        shape = (len(rows), np.shape(slots)[-1] if np.ndim(slots) else 1)
+        self._grips("RELEASE", slots, rows, shape, places=0.0)
+
+    def _grips(self, action, slots, rows, shape, places, **values):
+        flat = {"slots": columns.whole("slots", slots, shape).reshape(-1),
+                "actions": np.full(shape, v1.GripControls.Action.Value(action)).reshape(-1),
+                "targets_m": columns.shaped("targets_m", places, (*shape, 3)).reshape(-1, 3)}
+        for name, none in _GRIP_COLUMNS.items():
+            spread = columns.whole if name == "particles" else columns.shaped
+            flat[name] = spread(name, values.get(name, none), shape).reshape(-1)
+        self._pending.add("grip_controls", np.repeat(rows, shape[1]), flat)
+
+    def _origins_of(self, rows):
+        return np.zeros((len(rows), 3)) if self.origins is None else self.origins[rows]
