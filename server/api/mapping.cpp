@@ -1,6 +1,7 @@
 #include "server/api/mapping.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "server/api/collider_message.h"
@@ -145,6 +146,11 @@ v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,
   message.set_iteration_cap(report.iteration_cap);
   message.set_asleep(report.is_asleep);
   message.set_max_residual_m(measured.max_residual_m);
+  if (std::isfinite(measured.smallest_distance_m)) {
+    message.set_smallest_distance_m(measured.smallest_distance_m);
+  }
+  message.set_near_pairs(measured.near_pairs);
+  message.set_crossings(measured.crossings);
   message.set_converged(report.converged);
   message.set_faulted(report.fault != FaultReason::kNone);
   message.set_fault_reason(std::string(FaultReasonText(report.fault)));
@@ -156,8 +162,10 @@ v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,
   add_warning("springs_beyond_limit", warnings.springs_beyond_limit);
   add_warning("elastic_beyond_limit", warnings.elastic_beyond_limit);
   add_warning("springs_gain_energy", warnings.springs_gain_energy);
+  add_warning("energy_gained", warnings.energy_gained);
   add_warning("over_budget", warnings.over_budget);
   add_warning("strain_beyond_limit", warnings.strain_beyond_limit);
+  add_warning("starts_crossing", warnings.starts_crossing);
   return message;
 }
 

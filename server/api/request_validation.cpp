@@ -17,6 +17,7 @@
 #include "server/api/material_message.h"
 #include "server/api/over_column.h"
 #include "server/api/rest_length_validation.h"
+#include "server/api/self_collision_message.h"
 #include "server/api/settings_message.h"
 #include "server/api/spec_validation.h"
 #include "server/api/topology_validation.h"
@@ -163,6 +164,10 @@ void AddOtherPaths(std::map<std::string, ReadPath, std::less<>>& paths) {
   paths["settings"] = [](const auto& spec, const auto&, ClothChange& change,
                          Violations& violations) {
     change.settings = CheckSettings(kSpec.Child("settings"), spec.settings(), violations);
+  };
+  paths["self_collision"] = [](const auto& spec, const auto&, ClothChange& change,
+                               Violations& violations) {
+    change.self_collision = CheckSelfCollision(kSpec.Child("self_collision"), spec, violations);
   };
   paths["particles.distance_constraints"] = [](const auto& spec, const auto&, ClothChange& change,
                                                Violations& violations) {

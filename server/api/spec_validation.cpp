@@ -6,6 +6,7 @@
 #include "server/api/collider_message.h"
 #include "server/api/geometry_message.h"
 #include "server/api/material_message.h"
+#include "server/api/self_collision_message.h"
 #include "server/api/settings_message.h"
 #include "server/api/topology_validation.h"
 #include "server/scene/description_checks.h"
@@ -89,6 +90,9 @@ CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const Re
       CheckColliderMotions(environment_path.Child("colliders"), environment.colliders(),
                            result.parameters.colliders, violations);
   CheckSurfaceMaterial(path.Child("material"), spec.material(), result.parameters, violations);
+  result.parameters.self_collision =
+      CheckSelfCollision(path.Child("self_collision"), spec, violations);
+  violations.AddAll(CheckSelfFriction(result.parameters), path.ToString() + ".");
   result.parameters.settings = CheckSettings(path.Child("settings"), spec.settings(), violations);
   return result;
 }

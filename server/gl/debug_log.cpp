@@ -26,8 +26,9 @@ void APIENTRY LogMessage(GLenum source, GLenum type, GLuint id, GLenum severity,
 
 void EnableDebugLog() {
   glEnable(GL_DEBUG_OUTPUT);
-  // Messages come on the device thread, inside the call that caused them.
-  glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+  // Messages come inside the call that caused them, for which drivers give up to work on a thread
+  // of their own: only for who looks for a cause. Otherwise on any thread, later.
+  if (spdlog::should_log(spdlog::level::debug)) glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
   glDebugMessageControl(GL_DONT_CARE, GL_DONT_CARE, GL_DEBUG_SEVERITY_NOTIFICATION, 0, nullptr,
                         GL_FALSE);
   glDebugMessageCallback(&LogMessage, nullptr);

@@ -193,6 +193,7 @@ void SceneModel::SetConnections(ParticleSystem& system) {
   SetJoints(is_pin, std::move(system.point_joints));
   tethers_ = FindTethers(rest_positions_m_, constraints_, joints_, pins_);
   strips_ = FindStrips(rest_positions_m_, constraints_, is_pin);
+  AddWaysBack(WaysBack(strips_, constraints_, inverse_masses_per_kg_), strips_);
   hangs_by_strips_ = HangsByStrips(strips_, is_pin);
   springs_ = std::move(system.springs);
   EraseBetweenPins(is_pin, springs_);
@@ -249,6 +250,9 @@ void SceneModel::SetScales() {
   for (const Eigen::Vector3d& p : rest_positions_m_) {
     extent = std::max(extent, p.cwiseAbs().maxCoeff());
   }
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : rest_positions_m_) box.extend(p);
+  extent_m_ = box.diagonal().norm();
   double shortest = length_scale_m_;
   for (const auto& constraint : constraints_)
     shortest = std::min(shortest, constraint.rest_length_m);

@@ -142,6 +142,7 @@ class SceneModel {
   double link_mobility() const { return link_mobility_; }
   // Mean strain of a constraint per force that pulls it [1/N]: compliance over rest length.
   double mean_softness_per_n() const { return mean_softness_per_n_; }
+  double extent_m() const { return extent_m_; }  // diagonal of the box around the rest shape
   double total_mass_kg() const { return total_mass_kg_; }  // without pins
   // The largest squared angular frequency of an elastic element [1/s^2], 0 without elements: a
   // bound on that of all of them together (ElasticShares).
@@ -209,6 +210,7 @@ class SceneModel {
   double spring_frequency_sq_bound_ = 0;
   double link_mobility_ = 0;
   double total_mass_kg_ = 0;
+  double extent_m_ = 0;
   double least_spring_damping_s_ = 0;
   double held_mass_ratio_ = 0;
   double link_mass_ratio_ = 1;

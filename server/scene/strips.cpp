@@ -180,6 +180,38 @@ std::vector<uint32_t> ChoosePhases(const std::vector<Path>& paths,
   return phases;
 }
 
+// Whether a particle whips: between two of a strip that are much heavier, and held by nothing else,
+// or in a cloth without cells.
+bool HasWhippingBead(const StripSet& strips, std::span<const DistanceConstraint> constraints,
+                     std::span<const double> w) {
+  std::vector<uint32_t> degrees(w.size(), 0);
+  for (const DistanceConstraint& c : constraints) {
+    ++degrees[c.i];
+    ++degrees[c.j];
+  }
+  const bool has_cells = constraints.size() >= w.size();
+  for (uint32_t s = 0; s < strips.strip_count(); ++s) {
+    for (uint32_t k = strips.strip_offsets[s] + 1; k < strips.strip_offsets[s + 1]; ++k) {
+      const uint32_t* const bead = &strips.particles[k + s];
+      const double w_before = w[bead[-1]], w_bead = w[bead[0]], w_behind = w[bead[1]];
+      if (has_cells && degrees[bead[0]] > 2) continue;
+      if (w_before + w_behind == 0) continue;  // between pins it cannot whip
+      if (w_bead > kUnequalMassRatio * std::max(w_before, w_behind)) return true;
+    }
+  }
+  return false;
+}
+
+void AddPhaseAgain(uint32_t phase, StripSet& strips) {
+  for (uint32_t s = strips.phase_offsets[phase]; s < strips.phase_offsets[phase + 1]; ++s) {
+    const uint32_t begin = strips.strip_offsets[s], end = strips.strip_offsets[s + 1];
+    for (uint32_t k = begin; k < end; ++k) strips.constraints.push_back(strips.constraints[k]);
+    for (uint32_t k = begin; k <= end; ++k) strips.particles.push_back(strips.particles[k + s]);
+    strips.strip_offsets.push_back(static_cast<uint32_t>(strips.constraints.size()));
+  }
+  strips.phase_offsets.push_back(strips.strip_count());
+}
+
 }  // namespace
 
 StripSet FindStrips(std::span<const Vector3d> rest_positions_m,
@@ -203,7 +235,33 @@ StripSet FindStrips(std::span<const Vector3d> rest_positions_m,
     const bool ends_phase = k + 1 == order.size() || phases[order[k + 1]] != phases[order[k]];
     if (ends_phase) strips.phase_offsets.push_back(strips.strip_count());
   }
+  strips.phase_count_there = strips.phase_count();
   return strips;
+}
+
+uint32_t WaysBack(const StripSet& strips, std::span<const DistanceConstraint> constraints,
+                  std::span<const double> inverse_masses_per_kg) {
+  const std::span<const double> w = inverse_masses_per_kg;
+  const auto is_rigid = [](const DistanceConstraint& c) { return c.compliance_m_per_n == 0; };
+  if (std::ranges::none_of(constraints, is_rigid)) return 0;
+  if (HasWhippingBead(strips, constraints, w)) return 2;
+  const auto is_unequal = [&](const DistanceConstraint& c) {
+    const auto [heavy, light] = std::minmax(w[c.i], w[c.j]);
+    return heavy > 0 && light > kUnequalMassRatio * heavy;
+  };
+  const bool has_unequal_masses = std::ranges::any_of(constraints, is_unequal);
+  const bool needs_way =
+      strips.phase_count() > 2 || (strips.phase_count() == 2 && has_unequal_masses);
+  return needs_way ? 1 : 0;
+}
+
+void AddWaysBack(uint32_t count, StripSet& strips) {
+  if (strips.phase_count() == 0) return;
+  const uint32_t last = strips.phase_count_there - 1;
+  for (uint32_t way = 0; way < count; ++way) {
+    for (uint32_t phase = 1; way > 0 && phase <= last; ++phase) AddPhaseAgain(phase, strips);
+    for (uint32_t phase = std::max(last, 1u); phase-- > 0;) AddPhaseAgain(phase, strips);
+  }
 }
 
 bool HangsByStrips(const StripSet& strips, const std::vector<bool>& is_pin) {

@@ -14,8 +14,10 @@ void WarningCounters::Count(const StepWarnings& warnings) {
   springs_beyond_limit += warnings.springs_beyond_limit;
   elastic_beyond_limit += warnings.elastic_beyond_limit;
   springs_gain_energy += warnings.springs_gain_energy;
+  energy_gained += warnings.energy_gained;
   over_budget += warnings.over_budget;
   strain_beyond_limit += warnings.strain_beyond_limit;
+  starts_crossing += warnings.starts_crossing;
 }
 
 void PublishedProgress::Publish(const ClothProgress& progress) {
@@ -31,8 +33,10 @@ void PublishedProgress::Publish(const ClothProgress& progress) {
   springs_beyond_limit_.store(progress.warnings.springs_beyond_limit, std::memory_order_relaxed);
   elastic_beyond_limit_.store(progress.warnings.elastic_beyond_limit, std::memory_order_relaxed);
   springs_gain_energy_.store(progress.warnings.springs_gain_energy, std::memory_order_relaxed);
+  energy_gained_.store(progress.warnings.energy_gained, std::memory_order_relaxed);
   over_budget_.store(progress.warnings.over_budget, std::memory_order_relaxed);
   strain_beyond_limit_.store(progress.warnings.strain_beyond_limit, std::memory_order_relaxed);
+  starts_crossing_.store(progress.warnings.starts_crossing, std::memory_order_relaxed);
   sequence_.store(sequence + 2, std::memory_order_release);
 }
 
@@ -48,8 +52,10 @@ ClothProgress PublishedProgress::Read() const {
     progress.warnings.springs_beyond_limit = springs_beyond_limit_.load(std::memory_order_relaxed);
     progress.warnings.elastic_beyond_limit = elastic_beyond_limit_.load(std::memory_order_relaxed);
     progress.warnings.springs_gain_energy = springs_gain_energy_.load(std::memory_order_relaxed);
+    progress.warnings.energy_gained = energy_gained_.load(std::memory_order_relaxed);
     progress.warnings.over_budget = over_budget_.load(std::memory_order_relaxed);
     progress.warnings.strain_beyond_limit = strain_beyond_limit_.load(std::memory_order_relaxed);
+    progress.warnings.starts_crossing = starts_crossing_.load(std::memory_order_relaxed);
     // No value above may be read after the sequence number is read again.
     std::atomic_thread_fence(std::memory_order_acquire);
     if (before % 2 == 0 && sequence_.load(std::memory_order_relaxed) == before) return progress;

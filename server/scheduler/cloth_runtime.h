@@ -27,8 +27,10 @@ struct WarningCounters {
   uint64_t springs_beyond_limit = 0;
   uint64_t elastic_beyond_limit = 0;
   uint64_t springs_gain_energy = 0;
+  uint64_t energy_gained = 0;
   uint64_t over_budget = 0;
   uint64_t strain_beyond_limit = 0;
+  uint64_t starts_crossing = 0;
 
   void Count(const StepWarnings& warnings);
   friend bool operator==(const WarningCounters&, const WarningCounters&) = default;
@@ -60,8 +62,10 @@ class PublishedProgress {
   std::atomic<uint64_t> springs_beyond_limit_{0};
   std::atomic<uint64_t> elastic_beyond_limit_{0};
   std::atomic<uint64_t> springs_gain_energy_{0};
+  std::atomic<uint64_t> energy_gained_{0};
   std::atomic<uint64_t> over_budget_{0};
   std::atomic<uint64_t> strain_beyond_limit_{0};
+  std::atomic<uint64_t> starts_crossing_{0};
 };
 
 // Added to a report's measurements to bring them from the cloth's frame to the frames that clients

@@ -5,6 +5,7 @@
 
 #include "server/core/check.h"
 #include "server/solver/load.h"
+#include "server/solver/surface_fields.h"
 
 namespace drape {
 namespace {
@@ -155,6 +156,11 @@ Result<ClothParameters> ApplyChange(const ClothParameters& current, const ClothC
                                                                  : "spec.material.friction_static",
         "friction_dynamic would be " + std::to_string(changed.friction_dynamic) +
             ", above friction_static " + std::to_string(changed.friction_static));
+  }
+  if (change.self_collision.has_value()) changed.self_collision = *change.self_collision;
+  const std::vector<FieldViolation> violations = CheckSelfFriction(changed);
+  if (!violations.empty()) {
+    return Status::InvalidField("spec." + violations[0].field, violations[0].description);
   }
   return changed;
 }

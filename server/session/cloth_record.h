@@ -91,6 +91,8 @@ struct ClothChange {
   MapCharges map_charges{};                        // for them; filled in by Session::UpdateCloths
   std::vector<RigidMotion> collider_motions;       // of `colliders`, or empty: they rest
   std::optional<StepSettings> settings;            // fully resolved
+  // Set: it replaces the cloth's, be it by none.
+  std::optional<std::optional<SelfCollision>> self_collision;
   // Replaces all pins. A remaining pin keeps its motion unless it has a target here; a new pin
   // starts at its particle. A pin with a target moves there within one step. The state is kept.
   std::optional<std::vector<Pin>> pins;

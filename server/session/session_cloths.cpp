@@ -29,9 +29,34 @@ std::shared_ptr<const ClearStart> StartOf(const ClothCreation& creation) {
 
 }  // namespace
 
+namespace {
+
+// Refuses cloths that touch themselves on a backend that has no self-collision.
+Status CheckSelfCollision(bool touches_itself, const BackendDescription& backend) {
+  if (!touches_itself || backend.has_self_collision) return Status::Ok();
+  return Status::InvalidField("spec.self_collision",
+                              "must be unset: the backend " + backend.name +
+                                  " of this server has no self-collision; servers with "
+                                  "--backend=cpu or --backend=reference have");
+}
+
+bool TouchesItself(const ClothCreation& creation) {
+  return std::ranges::any_of(creation.copies, [](const ClothCopy& copy) {
+    return copy.parameters.self_collision.has_value();
+  });
+}
+
+}  // namespace
+
 void Session::CreateCloths(ClothCreation creation,
                            std::function<void(Result<CreatedCloths>)> done) {
   DRAPE_CHECK(!creation.copies.empty(), "at least one copy");
+  if (const Status status =
+          CheckSelfCollision(TouchesItself(creation), commons_->scheduler.description());
+      !status.ok()) {
+    done(status);
+    return;
+  }
   const size_t cloths = creation.copies.size();
   const uint64_t particles = uint64_t{creation.model->particle_count()} * cloths;
   Result<MapCharges> charges = map_quota_->Charge(MapsOf(creation));
@@ -88,7 +113,8 @@ Result<CreatedCloths> Session::PublishMade(const ClothMaker& maker, const Status
 }
 
 void Session::CheckCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done) {
-  Status status = map_quota_->Charge(MapsOf(creation)).status();
+  Status status = CheckSelfCollision(TouchesItself(creation), commons_->scheduler.description());
+  if (status.ok()) status = map_quota_->Charge(MapsOf(creation)).status();
   if (status.ok()) {
     const std::lock_guard lock(mutex_);
     status = CheckQuota(creation.copies.size(),
@@ -105,6 +131,19 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
                            std::function<void(Result<UpdatedCloths>)> done,
                            const ModelRules& rules) {
   DRAPE_CHECK(!cloths.empty(), "at least one cloth");
+  const bool touches_itself = change.self_collision && *change.self_collision;
+  for (const auto& cloth : cloths) {
+    if (!touches_itself || !cloth->description()->model->triangles().empty()) continue;
+    done(Status::InvalidField("spec.self_collision",
+                              "belongs to cloths with triangles, made of a grid or a mesh; one of "
+                              "the cloths has none"));
+    return;
+  }
+  if (const Status status = CheckSelfCollision(touches_itself, commons_->scheduler.description());
+      !status.ok()) {
+    done(status);
+    return;
+  }
   if (change.colliders) {
     DistanceMapSet maps;
     Insert(*change.colliders, maps);

@@ -29,6 +29,7 @@ struct BackendDescription {
   std::string device;  // "llvmpipe (LLVM 15.0.6), OpenGL 4.5 ...", "2 cores"
   ScalarType scalar = ScalarType::kFloat32;
   bool is_hardware_gpu = false;
+  bool has_self_collision = false;  // ClothParameters::self_collision is supported
   // How a cloth of this model is stepped: "resident", "tiled", "lanes", "single", "scalar". Pure;
   // any thread.
   std::function<std::string(const SceneModel&)> plan_of;

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "server/scene/colliders.h"
@@ -12,6 +13,13 @@
 #include "server/solver/step_settings.h"
 
 namespace drape {
+
+// How a cloth touches itself. Unset members are those of the material (SelfContactOf).
+struct SelfCollision {
+  std::optional<double> thickness_m;       // > 0
+  std::optional<double> friction_static;   // >= friction_dynamic
+  std::optional<double> friction_dynamic;  // >= 0
+};
 
 // All in the cloth's own frame.
 struct ClothParameters {
@@ -24,11 +32,32 @@ struct ClothParameters {
   double thickness_m = 0;                 // >= 0; gap = distance to the collider - thickness
   double air_drag = 0;                    // drag coefficient, [0, kMaxAirCoefficient]
   double air_lift = 0;                    // lift coefficient, [0, kMaxAirCoefficient]
+  std::optional<SelfCollision> self_collision;  // unset: the cloth passes through itself
   std::vector<Collider> colliders;
   // How they move from the next step on, [colliders.size()]; empty: all of them rest as described.
   std::vector<RigidMotion> collider_motions;
   StepSettings settings;
 };
+
+// The thickness of a cloth that touches itself, if neither it nor its material says one [m].
+inline constexpr double kDefaultSelfThickness_m = 1e-3;
+
+// SelfCollision with all its numbers.
+struct SelfContactNumbers {
+  double thickness_m = kDefaultSelfThickness_m;
+  double friction_static = 0;
+  double friction_dynamic = 0;
+};
+
+// Of a cloth with self_collision.
+inline SelfContactNumbers SelfContactOf(const ClothParameters& parameters) {
+  const SelfCollision& self = *parameters.self_collision;
+  const double material_m = parameters.thickness_m;
+  return {.thickness_m =
+              self.thickness_m.value_or(material_m > 0 ? material_m : kDefaultSelfThickness_m),
+          .friction_static = self.friction_static.value_or(parameters.friction_static),
+          .friction_dynamic = self.friction_dynamic.value_or(parameters.friction_dynamic)};
+}
 
 // Whether colliders move, or rest elsewhere than described.
 inline bool HasMovingColliders(const ClothParameters& parameters) {

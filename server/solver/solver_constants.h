@@ -117,6 +117,14 @@ inline constexpr unsigned kMaxHingeStages = 32;
 // their second order.
 inline constexpr double kMaxHeldMassRatio = 10;
 
+// Kinetic and potential energy that a step may add for no reason, of m g l and the kinetic energy
+// [-]. Larger: cloths gain that much in every step unseen; smaller: steps are done again that only
+// give back what the step before took (1 to 5 % in linkages).
+inline constexpr double kMaxEnergyGain = 0.05;
+// Gravity in the scale of such gains where there is less [m/s^2]. Smaller: cloths that hardly move
+// have none to be measured by.
+inline constexpr double kLeastWatchedGravity_m_per_s2 = 9.81;
+
 // Rate at which springs in the force may gain energy before a report warns [1/s]. Larger: motion
 // that grows visibly has no warning; smaller: warnings although constraints and friction take the
 // gain.

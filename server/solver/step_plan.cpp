@@ -21,14 +21,15 @@ double EndShare(const SceneModel& model, const ClothParameters& parameters) {
     case Direction::kBlended:
       break;
   }
+  // Strips leave much of the errors there, and start directions turn those into energy.
+  if (model.held_mass_ratio() > kMaxHeldMassRatio) return 1;
   const auto share = [](double gamma, double begin, double end) {
     return std::clamp((gamma - begin) / (end - begin), 0.0, 1.0);
   };
   const double by_weight = share(WeightGamma(model, parameters), kBlendBegin, kBlendEnd);
-  // A chain or a tree has no cells that could flutter. If masses differ much, the weight per pin
-  // says little about a hem, and end directions stretch more.
+  // A chain or a tree has no cells that could flutter.
   const bool has_cells = model.constraint_count() >= model.particle_count();
-  if (!has_cells || model.held_mass_ratio() > kMaxHeldMassRatio) return by_weight;
+  if (!has_cells) return by_weight;
   return std::max(by_weight, share(LoadRatio(model, parameters), kWhipBegin, kWhipEnd));
 }
 
@@ -98,7 +99,7 @@ bool HasRefinement(const SceneModel& model, const StepSettings& settings,
                    const SolverChoice& choice) {
   return settings.refine_above_strain > 0 && choice.has_strips &&
          model.start_errors().max <= settings.refine_above_strain &&
-         model.strips().phase_count() == 2 && choice.end_share == 1 && !model.has_compliance();
+         model.strips().phase_count_there == 2 && choice.end_share == 1 && !model.has_compliance();
 }
 
 // Never below the tolerance: a sweep that changed nothing has left nothing to refine. Never more
@@ -155,6 +156,10 @@ StageSet ChooseStages(const SceneModel& model, const ClothParameters& parameters
   stages.Add(kSolveJoints, model.joint_count() > 0);
   stages.Add(kSolveContacts, has_contacts);
   stages.Add(kSolveVelocity, solver.velocity_iterations > 0);
+  const bool touches_itself = parameters.self_collision && !model.triangles().empty();
+  for (const StepStage stage : {kFindSelfContacts, kSolveSelfContacts, kGuardSelfContacts}) {
+    stages.Add(stage, touches_itself);
+  }
   stages.Add(kCorrectVelocity, has_contacts || parameters.damping_per_s > 0);
   return stages;
 }

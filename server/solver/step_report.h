@@ -3,6 +3,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <limits>
 #include <string_view>
 
 namespace drape {
@@ -23,12 +24,17 @@ struct StepWarnings {
   // Some elastic element (bending, shear) is faster than the substep can follow, and softer than
   // requested.
   bool elastic_beyond_limit = false;
+  // The step would have given the cloth kinetic and potential energy that nothing gave to it, and
+  // was done again more dissipatively if it could be (energy_watch.h). Not known to `gl`.
+  bool energy_gained = false;
   // Springs in the force may gain energy faster than kMaxSpringGain_per_s (force_limits.h).
   bool springs_gain_energy = false;
   // One sweep per substep already takes longer than the frame budget. Set by the scheduler.
   bool over_budget = false;
   // The measured strain is beyond StepPlan::strain_limit. False unless the step is measured.
   bool strain_beyond_limit = false;
+  // The step began with parts of the cloth that cross each other; they may stay crossed.
+  bool starts_crossing = false;
 
   friend auto operator<=>(const StepWarnings&, const StepWarnings&) = default;
 };
@@ -54,6 +60,13 @@ struct Measurements {
   double max_penetration_m = 0;  // max(0, -gap)
   // Largest |C + (alpha/h) Lambda| of the last substep, and contact violation.
   double max_residual_m = 0;
+  // Only with self-collision. Pairs of a vertex and a triangle or of two edges that are not farther
+  // apart than kNearPairRatio thicknesses, without those that are at rest.
+  uint32_t near_pairs = 0;
+  // Of such pairs [m]; infinite where there is none.
+  double smallest_distance_m = std::numeric_limits<double>::infinity();
+  // Edges that cross a triangle, exactly: of pairs without a vertex in common.
+  uint32_t crossings = 0;
 };
 
 struct StepReport {

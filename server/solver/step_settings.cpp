@@ -66,8 +66,10 @@ Result<StepSettings> ResolveSettings(const StepSettingsOverrides& overrides,
 
 double SolvesPerStep(const SceneModel& model, const StepSettings& settings, size_t collider_count) {
   const double sweeps = double{1} * settings.substeps * settings.max_iterations;
-  const double constraints =
-      double{1} * model.constraint_count() + model.dropped_constraints() + model.joint_count();
+  // Those on ways back are solved again.
+  const double swept = static_cast<double>(
+      std::max(size_t{model.constraint_count()}, model.strips().constraints.size()));
+  const double constraints = swept + model.dropped_constraints() + model.joint_count();
   const double velocity_sweeps = double{1} * settings.substeps * settings.velocity_iterations;
   const double velocities = velocity_sweeps * (double{1} * model.constraint_count() +
                                                model.dropped_constraints() + model.joint_count());

@@ -19,13 +19,16 @@ namespace drape {
 //   solve_hinges    hinges of meshes too stiff for kicks, in a few stages
 //   damp_twist      every few substeps: the cells of a grid lose twist
 //   tether          no particle farther from its pins than the cloth between them allows
+//   find_self_contacts   the pairs of vertices, edges and triangles of the cloth that may touch
 //   until no error exceeds the tolerance, at most max_iterations times:
 //     solve_strips    per phase of strips: the impulses that remove the errors of a whole path
 //     refine          moves the links that the strips left stretched, with their neighbours
 //     solve_distance  per colour: the impulse that removes each constraint's error at p + h u
 //     solve_joints    per colour of the joints: the impulse that closes each point joint
+//     solve_self_contacts  per pair: distance >= thickness at p + h u, Coulomb friction
 //     solve_contacts  per particle: gap >= 0 at p + h u, Coulomb friction against h u
 //   integrate       p += h u, v = u + a h/2
+//   guard_self_contacts  no pair passes through itself; what touches loses its approach velocity
 //   solve_velocity  per colour, velocity_iterations times: no velocity along rigid links and joints
 //   correct_velocity  contacts: no approach velocity, Coulomb friction; then damping
 //   apply_springs, apply_elastic, apply_wind: a full kick, half a kick after the last substep
@@ -40,12 +43,15 @@ enum class StepStage : uint8_t {
   kSolveHinges,
   kDampTwist,
   kTether,
+  kFindSelfContacts,
   kSolveStrips,
   kRefine,
   kSolveDistance,
   kSolveJoints,
+  kSolveSelfContacts,
   kSolveContacts,
   kIntegrate,
+  kGuardSelfContacts,
   kSolveVelocity,
   kCorrectVelocity,
   kCommit,
@@ -53,11 +59,28 @@ enum class StepStage : uint8_t {
 };
 
 // [StepStage], in the order above.
-inline constexpr std::array<std::string_view, 18> kStageNames = {
-    "apply_springs",    "apply_elastic", "apply_wind",     "predict",      "solve_elastic",
-    "solve_hinges",     "damp_twist",    "tether",         "solve_strips", "refine",
-    "solve_distance",   "solve_joints",  "solve_contacts", "integrate",    "solve_velocity",
-    "correct_velocity", "commit",        "measure",
+inline constexpr std::array<std::string_view, 21> kStageNames = {
+    "apply_springs",
+    "apply_elastic",
+    "apply_wind",
+    "predict",
+    "solve_elastic",
+    "solve_hinges",
+    "damp_twist",
+    "tether",
+    "find_self_contacts",
+    "solve_strips",
+    "refine",
+    "solve_distance",
+    "solve_joints",
+    "solve_self_contacts",
+    "solve_contacts",
+    "integrate",
+    "guard_self_contacts",
+    "solve_velocity",
+    "correct_velocity",
+    "commit",
+    "measure",
 };
 static_assert(static_cast<size_t>(StepStage::kMeasure) + 1 == kStageNames.size());
 

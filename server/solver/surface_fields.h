@@ -4,6 +4,7 @@
 
 #include <array>
 #include <string_view>
+#include <vector>
 
 #include "server/core/violations.h"
 #include "server/scene/description_checks.h"
@@ -26,5 +27,9 @@ inline constexpr std::array kSurfaceFields{
     SurfaceField{"air_drag", &ClothParameters::air_drag, {0, kMaxAirCoefficient}},
     SurfaceField{"air_lift", &ClothParameters::air_lift, {0, kMaxAirCoefficient}},
 };
+
+// Of a cloth that touches itself: friction_dynamic <= friction_static, with the material's numbers
+// where it has none of its own. Empty: it is so, or a number is out of its own range.
+std::vector<FieldViolation> CheckSelfFriction(const ClothParameters& parameters);
 
 }  // namespace drape

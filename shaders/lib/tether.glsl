@@ -11,8 +11,11 @@
 // pin of inverse mass 0. `start` is d at the start of the substep and `end_share` the weight of the direction at
 // its end; both only with start directions. u [m/s], inverse_h [1/s].
 vec3 TetheredVelocity(vec3 u, vec3 start, vec3 d, float reach, float inverse_h, float end_share) {
+  // Slack ones need no root. A chain at rest has exactly this length, up to the rounding of the squares, of which a
+  // root that is one ulp too large would make a pull in every substep.
+  precise float slack_sq = (reach * reach) * SLACK_RATIO_SQ;
+  if (Dot(d, d) <= slack_sq) return u;
   float length_d = Length(d);
-  if (length_d <= reach) return u;
   precise float speed = (length_d - reach) * inverse_h;
 #ifdef HAS_START_DIRECTIONS
   vec3 n_end = Direction(d, length_d, vec3(1.0, 0.0, 0.0));

@@ -54,7 +54,8 @@ Measured MergeInvocations(Measured measured) {
       measured_by_invocation[lane] = MergeMeasured(measured_by_invocation[lane], measured_by_invocation[lane + half_size]);
     }
   }
-  return measured_by_invocation[0];
+  // The others must not read what invocation 0 has just written.
+  return lane == 0u ? measured_by_invocation[0] : measured;
 }
 
 // The place in Scratch where the result of one piece of a cloth waits to be merged.

@@ -70,6 +70,7 @@ TEST(Mapping, ReportsNameTheWarningsThatOccurred) {
   WarningCounters warnings;
   warnings.not_converged = 6;
   warnings.strain_beyond_limit = 2;
+  warnings.energy_gained = 3;
   const v1::StepReport message = ToProto(ClothId{1, 1}, 9, report, warnings);
   EXPECT_EQ(message.step(), 9u);
   EXPECT_EQ(message.iterations(), 17u);
@@ -83,9 +84,10 @@ TEST(Mapping, ReportsNameTheWarningsThatOccurred) {
   EXPECT_EQ(message.contacts(), 4u);
   EXPECT_FALSE(message.faulted());
   EXPECT_EQ(message.fault_reason(), "");
-  ASSERT_EQ(message.warnings_size(), 2);
+  ASSERT_EQ(message.warnings_size(), 3);
   EXPECT_EQ(message.warnings().at("not_converged"), 6u);
   EXPECT_EQ(message.warnings().at("strain_beyond_limit"), 2u);
+  EXPECT_EQ(message.warnings().at("energy_gained"), 3u);
 }
 
 TEST(Mapping, AStepAnswerNamesFaultedCloths) {

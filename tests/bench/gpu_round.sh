@@ -11,9 +11,10 @@ Usage: gpu_round.sh pack DIR                          build, and gather into DIR
 
 Options of run:
   --allow-software   accept a software renderer (llvmpipe); without it that is an error
-  --limit-s=N        wall time of everything (default 560); parts share the rest of it
-  --bench-s=N        wall time of `drape_bench all` (default 180)
-  --speed-s=N        wall time of `drape_bench speed` (default 200)
+  --limit-s=N        wall time of everything (default 540)
+  --suites-s=N       of it, kept for the test suites after the benchmarks (default 170)
+  --bench-s=N        wall time of `drape_bench all` (default 90)
+  --speed-s=N        wall time of `drape_bench speed` (default 160)
 
 Exit status of run: 0 all tests passed; 1 a test failed or did not end; 2 usage; 3 no OpenGL 4.5, or only software.
 TEXT
@@ -27,8 +28,12 @@ programs=(draped drape drape_bench)
 suites=(gl_test gl_compute_test gl_draw_test parity_test physics_test stability_test scheduler_test system_test)
 # Suites whose long cases run too, in the remaining time.
 long_suites=(stability_test)
+# Suites that take longest, in so many processes.
+declare -A shards=([gl_compute_test]=4 [parity_test]=4 [physics_test]=3 [stability_test]=2)
+# Before anything is measured: the kernels give the right bits at all.
+smoke='StripReductionTest.*:BitExactnessTest.*:*/BitExactnessTest.*/gl*:GlBackendTest.FreeFallIsExact:GlBackendTest.HangingGrid*:GlBackendTest.LocalSize*'
 # Parts of `drape_bench speed` and their shares of its time [%]; those that matter most on a GPU come first.
-speed_parts=(local_sizes:35 limits:5 cost:25 skips:10 curve:10 service:15)
+speed_parts=(cost:35 limits:5 local_sizes:30 skips:10 curve:10 service:10)
 files=(shaders client/examples tests/bench/scenes)
 max_pack_mib=50  # of DIR.tar.gz
 
@@ -85,7 +90,11 @@ pack() {
 
 # --- run ----------------------------------------------------------------------------------------------------------------
 
-has_library() { ldconfig -p 2>/dev/null | grep -q "^[[:space:]]$1 "; }
+# The loader's list is read once. `ldconfig -p | grep -q` would fail now and then: grep ends at the match, ldconfig
+# dies of writing on, and pipefail makes that the result.
+libraries=
+read_libraries() { libraries=$(ldconfig -p 2>/dev/null || /sbin/ldconfig -p 2>/dev/null || :); }
+has_library() { [[ $libraries == *$'\t'"$1 "* ]]; }
 
 # First file of that path on the machine, for drivers that lie outside the places the loader looks in.
 find_file() {
@@ -95,6 +104,7 @@ find_file() {
 # Points the loader at the carried libraries and EGL at the vendor's driver.
 set_up_libraries() {
   local name library vendor driver=
+  read_libraries
   mkdir -p "$work/lib"
   for library in "$dir"/lib-if-missing/*; do
     name=$(basename "$library")
@@ -133,6 +143,7 @@ describe_machine() {
   if command -v nvidia-smi >/dev/null; then
     nvidia-smi || :
     nvidia-smi -q -d CLOCK,POWER,TEMPERATURE 2>/dev/null | head -n 60 || :
+    nvidia-smi --query-gpu=name,uuid,pci.bus_id,mig.mode.current,compute_mode --format=csv || :
   else
     say "no nvidia-smi"
   fi
@@ -146,42 +157,118 @@ keep() {
   tar -C "$work" -czf "$out/results.tar.gz.new" summary.txt log xml bench && mv "$out/results.tar.gz.new" "$out/results.tar.gz"
 }
 
-# part KIND NAME SECONDS COMMAND...: one part under its own time limit; a line of the summary. KIND: test (must pass),
-# long (must not fail; may be cut off by the time limit of everything), bench (only reported).
+# tell KIND NAME EXIT_STATUS SECONDS: the line of a part in the summary, with its first errors. KIND: test (must pass),
+# long (must not fail; may be cut off by the time limit of everything), bench (only reported). No exit status: no time.
 failures=0
-part() {
-  local kind=$1 name=$2 limit=$3 status=passed code=0 start=$SECONDS count
-  shift 3
-  local left=$((deadline - SECONDS))
-  [ "$limit" -le "$left" ] || limit=$left
-  if [ "$limit" -lt 2 ]; then
-    status='no time'
-  else
-    timeout --kill-after=5 "$limit" "$@" >"$work/log/$name.log" 2>&1 || code=$?
-    case $code in 0) ;; 124 | 137) status='timed out' ;; *) status="FAILED ($code)" ;; esac
-  fi
+tell() {
+  local kind=$1 name=$2 code=$3 seconds=$4 status=passed count failed
+  case $code in 0) ;; '') status='no time' ;; 124 | 137) status='timed out' ;; *) status="FAILED ($code)" ;; esac
   case $kind:$status in
     *:passed | bench:* | long:'timed out' | long:'no time') ;;
     *) failures=$((failures + 1)) ;;
   esac
   count=$(grep -c '^\[       OK \]' "$work/log/$name.log" 2>/dev/null || :)
-  local failed; failed=$(grep -c '^\[  FAILED  \] .* ms)$' "$work/log/$name.log" 2>/dev/null || :)
+  failed=$(grep -c '^\[  FAILED  \] .* ms)$' "$work/log/$name.log" 2>/dev/null || :)
   [ "$kind" = bench ] || [ "${count:-0}${failed:-0}" = 00 ] || count="$count ok, $failed failed"
   [ "${count:-0}" != 0 ] || count=-
-  printf '%-20s %-12s %6d s  %s\n' "$name" "$status" $((SECONDS - start)) "$count" | tee -a "$work/summary.txt"
+  printf '%-20s %-12s %6d s  %s\n' "$name" "$status" "$seconds" "$count" | tee -a "$work/summary.txt"
   [ "$status" = passed ] || [ ! -f "$work/log/$name.log" ] ||
     grep -m 20 -E 'Failure$|^\[  FAILED  \]|error|check failed' "$work/log/$name.log" | cut -c1-200 | sed 's/^/    /' || :
   keep
 }
 
-suite() {
-  local kind=$1 name=$2 limit=$3 filter=$4 program=$5
+# limited SECONDS NAME COMMAND...: its output in a log; fails with its exit status, 124 or 137 where time was up.
+limited() {
+  local limit=$1 name=$2
+  shift 2
+  timeout --kill-after=5 "$limit" "$@" >"$work/log/$name.log" 2>&1 &
+  local process=$! code=0
+  : >"$work/running/$process"
+  wait $process || code=$?  # a signal to this script interrupts it, which a command in the foreground would not allow
+  rm -f "$work/running/$process"
+  return $code
+}
+
+# part KIND NAME SECONDS COMMAND...: one part under its own limit, which leaves the suites their time.
+part() {
+  local kind=$1 name=$2 limit=$3 code=0 start=$SECONDS
+  local left=$((deadline - suites_s - SECONDS))
+  shift 3
+  [ "$limit" -le "$left" ] || limit=$left
+  if [ "$limit" -lt 2 ]; then
+    tell "$kind" "$name" '' 0
+  else
+    limited "$limit" "$name" "$@" || code=$?
+    tell "$kind" "$name" $code $((SECONDS - start))
+  fi
+}
+
+# start KIND NAME COMMAND...: one of the parts that run at the same time, until the time of everything is over.
+started=()
+start() {
+  local kind=$1 name=$2 limit=$((deadline - SECONDS))
+  shift 2
+  started+=("$kind:$name")
+  if [ "$limit" -lt 2 ]; then
+    echo "- $SECONDS" >"$work/ended/$name"
+    return 0
+  fi
+  {
+    local code=0
+    limited "$limit" "$name" "$@" || code=$?
+    echo "$code $SECONDS" >"$work/ended/$name.new" && mv "$work/ended/$name.new" "$work/ended/$name"
+  } &
+}
+
+# Tells each of the started parts as it ends.
+finish() {
+  local part kind name code end begin=$SECONDS waiting=("${started[@]}") still
+  while [ ${#waiting[@]} -gt 0 ]; do
+    still=()
+    for part in "${waiting[@]}"; do
+      kind=${part%%:*} name=${part#*:}
+      if [ -f "$work/ended/$name" ]; then
+        read -r code end <"$work/ended/$name"
+        tell "$kind" "$name" "${code#-}" $((end - begin))
+      else
+        still+=("$part")
+      fi
+    done
+    waiting=("${still[@]}")
+    [ ${#waiting[@]} -eq 0 ] || sleep 0.2
+  done
+}
+
+# start_suite KIND NAME FILTER PROGRAM SHARDS
+start_suite() {
+  local kind=$1 name=$2 filter=$3 program=$4 count=$5 shard of
   [ -x "$dir/bin/$program" ] || return 0
-  part "$kind" "$name" "$limit" "$dir/bin/$program" --gtest_filter="$filter" --gtest_output="xml:$work/xml/$name.xml"
+  for ((shard = 0; shard < count; ++shard)); do
+    of=$name
+    [ "$count" -eq 1 ] || of=${name}_$shard
+    start "$kind" "$of" env GTEST_TOTAL_SHARDS="$count" GTEST_SHARD_INDEX=$shard "$dir/bin/$program" \
+      --gtest_filter="$filter" --gtest_output="xml:$work/xml/$of.xml"
+  done
+}
+
+# One process before the benchmarks.
+smoke_of() {
+  [ -x "$dir/bin/$2" ] || return 0
+  part test "$1" 60 "$dir/bin/$2" --gtest_filter="$3" --gtest_output="xml:$work/xml/$1.xml"
+}
+
+# What was under way ends, and what there is is kept.
+cut_off() {
+  say "cut off after $SECONDS s" | tee -a "$work/summary.txt"
+  local running
+  for running in "$work"/running/*; do kill "$(basename "$running")" 2>/dev/null || :; done
+  keep
+  exit 1
 }
 
 run() {
-  local allow_software=0 limit_s=560 bench_s=180 speed_s=200
+  local allow_software=0 limit_s=540 bench_s=90 speed_s=160
+  suites_s=170
   [ $# -ge 2 ] || { usage >&2; exit 2; }
   dir=$(cd "$1" && pwd)
   mkdir -p "$2"
@@ -191,19 +278,29 @@ run() {
     case $argument in
       --allow-software) allow_software=1 ;;
       --limit-s=*) limit_s=${argument#*=} ;;
+      --suites-s=*) suites_s=${argument#*=} ;;
       --bench-s=*) bench_s=${argument#*=} ;;
       --speed-s=*) speed_s=${argument#*=} ;;
       *) usage >&2; die "unknown argument '$argument'" 2 ;;
     esac
   done
-  [[ $limit_s =~ ^[1-9][0-9]*$ && $bench_s =~ ^[1-9][0-9]*$ && $speed_s =~ ^[1-9][0-9]*$ ]] ||
-    die "--limit-s, --bench-s and --speed-s are whole seconds above 0" 2
+  local number
+  for number in "$limit_s" "$suites_s" "$bench_s" "$speed_s"; do
+    [[ $number =~ ^[1-9][0-9]*$ ]] || die "--limit-s, --suites-s, --bench-s and --speed-s are whole seconds above 0" 2
+  done
+  [ "$suites_s" -le $((limit_s / 2)) ] || suites_s=$((limit_s / 2))
   [ -f "$dir/COMMIT" ] || die "$dir was not made by 'gpu_round.sh pack'" 2
   deadline=$((SECONDS + limit_s))
   work=$(mktemp -d)
   trap 'rm -rf "$work"' EXIT
-  mkdir -p "$work"/{log,xml,bench}
+  trap cut_off INT TERM HUP
+  mkdir -p "$work"/{log,xml,bench,ended,running}
+  : >"$work/summary.txt"
   export DRAPE_TEST_ROOT=$dir HOME=${HOME:-$work}
+  # Programs that one process compiled serve the next: of a thousand kernels each takes a good part of a second.
+  export __GL_SHADER_DISK_CACHE=1 __GL_SHADER_DISK_CACHE_PATH=${GPU_ROUND_CACHE:-$dir/cache} \
+    __GL_SHADER_DISK_CACHE_SKIP_CLEANUP=1 MESA_SHADER_CACHE_DIR=${GPU_ROUND_CACHE:-$dir/cache}
+  mkdir -p "$__GL_SHADER_DISK_CACHE_PATH"
   check_glibc
   describe_machine 2>&1 | tee "$work/log/machine.log"
   set_up_libraries >"$work/log/libraries.log" 2>&1
@@ -212,30 +309,22 @@ run() {
   local commit name software=() device=0
   commit=$(cat "$dir/COMMIT")
   [ $allow_software -eq 1 ] || software=(--require-hardware)
-  timeout 60 "$dir/bin/drape_bench" device "${software[@]}" >"$work/log/device.log" 2>&1 || device=$?
+  EGL_LOG_LEVEL=debug timeout 60 "$dir/bin/drape_bench" device "${software[@]}" >"$work/log/device.log" 2>&1 || device=$?
   cat "$work/log/device.log"
   { say "Drape $commit"; grep -E '^(renderer|version|kind):' "$work/log/device.log" || :; say ""; } >"$work/summary.txt"
   if [ $device -ne 0 ]; then
+    ls -lR /usr/share/glvnd /etc/glvnd /usr/local/nvidia /usr/share/egl 2>&1 | head -n 200 | tee "$work/log/places.log" || :
     [ $device -eq 3 ] && say "THE GL BACKEND WOULD RUN IN SOFTWARE" >>"$work/summary.txt"
     keep
     die "no hardware OpenGL 4.5 (drape_bench device: exit status $device); --allow-software accepts a software renderer" 3
   fi
 
   local short='-*Long.*:*Long/*' scene
-  suite test gl 90 "$short" gl_test
-  suite test gl_compute 120 "$short" gl_compute_test
-  suite test gl_draw 90 "$short" gl_draw_test
-  suite test parity 150 "$short" parity_test
-  suite test physics 120 "$short" physics_test
-  suite test stability 120 "$short" stability_test
-  suite test scheduler 60 "$short" scheduler_test
-  suite test system 150 "$short" system_test
-  for scene in sphere_drop skirt; do
-    part test "scene_$scene" 60 "$dir/bin/drape" run "$dir/client/examples/$scene.json" --backend=gl --compare=reference \
-      --every=30 --report="$work/log/$scene.json"
-  done
-  part bench bench $((bench_s + 60)) "$dir/bin/drape_bench" all --out="$work/bench" --budget-s="$bench_s" --row-s=0.5 \
-    --commit="$commit" --invoked-as=drape_bench
+  smoke_of smoke_gl gl_test "$short"
+  smoke_of smoke_gl_compute gl_compute_test "$smoke"
+  smoke_of smoke_parity parity_test "$smoke"
+
+  # Only this machine can give these, and nothing else may run beside them.
   local share share_s backends
   for share in "${speed_parts[@]}"; do
     name=${share%:*}
@@ -247,7 +336,19 @@ run() {
     part bench "speed_$name" $((share_s + 20)) "$dir/bin/drape_bench" speed --parts="$name" "${backends[@]}" --out="$work/bench" \
       --budget-s="$share_s" --row-s=0.5 --commit="$commit" --invoked-as=drape_bench
   done
-  for name in "${long_suites[@]}"; do suite long "${name%_test}_long" 300 '*Long.*:*Long/*' "$name"; done
+  part bench bench $((bench_s + 20)) "$dir/bin/drape_bench" all --out="$work/bench" --budget-s="$bench_s" --row-s=0.5 \
+    --commit="$commit" --invoked-as=drape_bench
+
+  # Tests at the same time: they wait for compilers more than for the device.
+  for name in "${suites[@]}"; do
+    start_suite test "${name%_test}" "$short" "$name" "${shards[$name]:-1}"
+  done
+  for scene in sphere_drop skirt; do
+    start test "scene_$scene" "$dir/bin/drape" run "$dir/client/examples/$scene.json" --backend=gl --compare=reference \
+      --every=30 --report="$work/log/$scene.json"
+  done
+  for name in "${long_suites[@]}"; do start_suite long "${name%_test}_long" '*Long.*:*Long/*' "$name" 1; done
+  finish
 
   { say ""; [ $failures -eq 0 ] && say "all parts passed" || say "$failures PARTS FAILED"; } >>"$work/summary.txt"
   keep

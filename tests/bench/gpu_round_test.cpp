@@ -39,8 +39,8 @@ class GpuRoundTest : public testing::Test {
     chmod(path.c_str(), 0755);
   }
 
-  Ending Run(const std::string& options = "") const {
-    return RunShell(test::SourcePath("tests/bench/gpu_round.sh").string() + " run " +
+  Ending Run(const std::string& options = "", const std::string& environment = "") const {
+    return RunShell(environment + test::SourcePath("tests/bench/gpu_round.sh").string() + " run " +
                     pack_.string() + " " + out_.string() + " " + options);
   }
   std::string Summary() const { return ReadText(out_ / "summary.txt"); }
@@ -58,9 +58,9 @@ TEST_F(GpuRoundTest, AllPassed) {
   const Ending ending = Run();
   EXPECT_EQ(ending.exit_status, 0) << ending.text;
   EXPECT_THAT(Summary(), HasSubstr("Drape abc1234"));
-  EXPECT_THAT(Summary(), ContainsRegex("parity +passed +[0-9]+ s +1 ok, 0 failed"));
+  EXPECT_THAT(Summary(), ContainsRegex("parity_0 +passed +[0-9]+ s +1 ok, 0 failed"));
   EXPECT_THAT(Summary(), HasSubstr("all parts passed"));
-  EXPECT_THAT(Packed(), HasSubstr("log/parity.log"));
+  EXPECT_THAT(Packed(), HasSubstr("log/parity_0.log"));
   EXPECT_THAT(Summary(), Not(HasSubstr("physics"))) << "a suite that was not packed is left out";
 }
 
@@ -70,9 +70,10 @@ TEST_F(GpuRoundTest, AFailedSuiteIsToldAndTheRestRuns) {
   const Ending ending = Run();
   EXPECT_EQ(ending.exit_status, 1) << ending.text;
   EXPECT_THAT(Summary(), ContainsRegex("gl +FAILED"));
-  EXPECT_THAT(Summary(), ContainsRegex("parity +FAILED \\(1\\) +[0-9]+ s +0 ok, 1 failed"));
-  EXPECT_THAT(Summary(), ContainsRegex("stability +passed"));
-  EXPECT_THAT(Summary(), HasSubstr("2 PARTS FAILED"));
+  EXPECT_THAT(Summary(), ContainsRegex("parity_3 +FAILED \\(1\\) +[0-9]+ s +0 ok, 1 failed"));
+  EXPECT_THAT(Summary(), ContainsRegex("stability_1 +passed"));
+  // Smoke of both, the suite gl, four shards of parity.
+  EXPECT_THAT(Summary(), HasSubstr("7 PARTS FAILED"));
 }
 
 TEST_F(GpuRoundTest, ABenchmarkThatFailsIsToldButIsNoFailedTest) {
@@ -81,7 +82,7 @@ TEST_F(GpuRoundTest, ABenchmarkThatFailsIsToldButIsNoFailedTest) {
   EXPECT_THAT(Summary(), ContainsRegex("bench +FAILED \\(1\\)"));
 }
 
-// Each part of `speed` for itself, after `all`, into the same folder, which is kept.
+// Each part of `speed` for itself, before `all`, into the same folder, which is kept.
 TEST_F(GpuRoundTest, SpeedIsMeasuredPartByPart) {
   const fs::path calls = folder_.path() / "calls";
   Program("drape_bench",
@@ -90,13 +91,13 @@ TEST_F(GpuRoundTest, SpeedIsMeasuredPartByPart) {
               "echo row >\"$(echo \"$*\" | sed 's/.*--out=\\([^ ]*\\).*/\\1/')/$2.csv\"");
   const Ending ending = Run("--speed-s=50");
   ASSERT_EQ(ending.exit_status, 0) << ending.text;
-  std::string last = "all ";
-  for (const auto& [part, budget_s] : {std::pair{"local_sizes", "18"},
+  std::string last = "device ";
+  for (const auto& [part, budget_s] : {std::pair{"cost", "18"},
                                        {"limits", "3"},
-                                       {"cost", "13"},
+                                       {"local_sizes", "15"},
                                        {"skips", "5"},
                                        {"curve", "5"},
-                                       {"service", "8"}}) {
+                                       {"service", "5"}}) {
     const std::string call = std::string("speed --parts=") + part + " ";
     EXPECT_THAT(ReadText(calls), ContainsRegex(last + ".*\n" + call));
     EXPECT_THAT(ReadText(calls), ContainsRegex(call + ".*--budget-s=" + budget_s + " "));
@@ -105,6 +106,53 @@ TEST_F(GpuRoundTest, SpeedIsMeasuredPartByPart) {
     last = call;
   }
   EXPECT_THAT(ReadText(calls), HasSubstr("--parts=cost --backends=cpu,gl,gl_elimination "));
+  EXPECT_THAT(ReadText(calls), ContainsRegex(last + ".*\nall "));
+}
+
+// A suite that fails must not cost what only the machine with the GPU can give.
+TEST_F(GpuRoundTest, SmokeThenBenchmarksThenSuitesInShards) {
+  const fs::path calls = folder_.path() / "calls";
+  const std::string note =
+      "echo \"$(basename \"$0\") $GTEST_SHARD_INDEX/$GTEST_TOTAL_SHARDS $*\" >>" + calls.string() +
+      "; " + kPasses;
+  for (const char* program : {"parity_test", "gl_test", "drape_bench"}) Program(program, note);
+  const Ending ending = Run();
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  const std::string text = ReadText(calls);
+  EXPECT_LT(text.find("parity_test / --gtest_filter=StripReductionTest"), text.find(" speed "));
+  EXPECT_LT(text.find("drape_bench / all "), text.find("parity_test 0/4"));
+  for (int shard = 0; shard < 4; ++shard) {
+    EXPECT_THAT(text, HasSubstr("parity_test " + std::to_string(shard) + "/4 "));
+    EXPECT_THAT(Summary(), ContainsRegex("parity_" + std::to_string(shard) + " +passed"));
+  }
+  EXPECT_THAT(text, HasSubstr("gl_test 0/1 "));
+}
+
+// `ldconfig -p | grep -q` under pipefail is wrong as soon as ldconfig still writes when grep has
+// found its line.
+TEST_F(GpuRoundTest, LibrariesOfTheMachineComeBeforeTheCarriedOnes) {
+  for (const char* name : {"libz.so.1", "libcarried.so.2"}) {
+    WriteFile(pack_ / "lib-if-missing" / name, "");
+  }
+  const fs::path tools = folder_.path() / "tools";
+  WriteFile(tools / "ldconfig",
+            "#!/bin/sh\nprintf '\\tlibz.so.1 (libc6,x86-64) => /lib/libz.so.1\\n'\nsleep 0.1\n"
+            "i=0; while [ $i -lt 3000 ]; do i=$((i + 1)); "
+            "printf '\\tlibfiller%d.so.1 (libc6) => /lib/libfiller.so\\n' $i || exit 141; done\n");
+  chmod((tools / "ldconfig").c_str(), 0755);
+  for (int k = 0; k < 3; ++k) {
+    const Ending ending = Run("", "PATH=" + tools.string() + ":$PATH ");
+    ASSERT_EQ(ending.exit_status, 0) << ending.text;
+    EXPECT_THAT(ending.text, HasSubstr("carried because the machine has none: libcarried.so.2 \n"));
+  }
+}
+
+TEST_F(GpuRoundTest, CachesOfShadersAreSharedByTheParts) {
+  Program("drape_bench",
+          "mkdir -p \"$__GL_SHADER_DISK_CACHE_PATH\" && echo x "
+          ">>\"$__GL_SHADER_DISK_CACHE_PATH/used\"");
+  ASSERT_EQ(Run().exit_status, 0);
+  EXPECT_THAT(ReadText(pack_ / "cache" / "used"), HasSubstr("x\nx\nx\n"));
 }
 
 TEST_F(GpuRoundTest, SoftwareIsRefusedUnlessAllowed) {
@@ -136,13 +184,25 @@ TEST_F(GpuRoundTest, WrongArgumentsAreNamed) {
 class GpuRoundLong : public GpuRoundTest {};
 
 TEST_F(GpuRoundLong, AHangEndsWithTheTimeLimitAndWhatWasMeasuredIsKept) {
-  Program("parity_test", std::string(kPasses) + "; exec sleep 600");
-  const Ending ending = Run("--limit-s=4");
+  // Not in the smoke part.
+  Program("parity_test",
+          std::string(kPasses) + "; [ -z \"$GTEST_SHARD_INDEX\" ] || exec sleep 600");
+  const Ending ending = Run("--limit-s=8");
   EXPECT_EQ(ending.exit_status, 1) << ending.text;
   EXPECT_THAT(Summary(), ContainsRegex("gl +passed"));
-  EXPECT_THAT(Summary(), ContainsRegex("parity +timed out +[0-9]+ s +1 ok, 0 failed"));
-  EXPECT_THAT(Summary(), ContainsRegex("stability +no time"));
-  EXPECT_THAT(Packed(), HasSubstr("log/parity.log"));
+  EXPECT_THAT(Summary(), ContainsRegex("parity_2 +timed out +[0-9]+ s +1 ok, 0 failed"));
+  EXPECT_THAT(Summary(), ContainsRegex("stability_0 +passed"));
+  EXPECT_THAT(Packed(), HasSubstr("log/parity_2.log"));
+}
+
+// The lender may end it before its own limits do.
+TEST_F(GpuRoundLong, ACutOffRoundKeepsWhatItHas) {
+  Program("drape_bench", "[ \"$1\" = device ] || exec sleep 600");
+  const Ending ending = Run("", "timeout 4 ");
+  EXPECT_EQ(ending.exit_status, 124) << ending.text;
+  EXPECT_THAT(Summary(), HasSubstr("cut off after"));
+  EXPECT_THAT(Summary(), ContainsRegex("smoke_gl +passed"));
+  EXPECT_THAT(Packed(), HasSubstr("log/smoke_parity.log"));
 }
 
 }  // namespace

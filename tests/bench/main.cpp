@@ -6,6 +6,7 @@
 
 #include "server/core/log.h"
 #include "tests/bench/accuracy/accuracy.h"
+#include "tests/bench/kernels/dump.h"
 #include "tests/bench/speed/speed.h"
 #include "tests/bench/stability/stability.h"
 #include "tests/bench/subcommands.h"
@@ -23,6 +24,7 @@ struct CommandLine {
   StabilityOptions stability;
   BudgetOptions budget;
   SpeedOptions speed;
+  KernelsOptions kernels;
   bool needs_hardware = false;
 };
 
@@ -99,6 +101,12 @@ void AddScenes(CLI::App& app, CommandLine& line) {
   stability->add_option("--methods", line.stability.methods, "only these")->delimiter(',');
   stability->add_option("--cell-s", line.stability.cell_s, "time after which a cell is cut [s]")
       ->check(CLI::PositiveNumber);
+  CLI::App* kernels = app.add_subcommand(
+      "kernels",
+      "the kernels of named cloths as a GPU gets them; `./run bench kernels` counts them");
+  kernels->add_option("--dump", line.kernels.dump, "folder for them")->required();
+  kernels->add_option("--shader-dir", line.kernels.shader_dir,
+                      "folder of shaders that replace built-in ones");
   CLI::App* device = app.add_subcommand("device", "the GL device; exit status 3: software");
   device->add_flag("--require-hardware", line.needs_hardware, "fail on a software renderer");
   app.add_subcommand(
@@ -130,6 +138,10 @@ std::string CommandOf(const std::string& invoked_as, int argc, char** argv) {
 
 int Run(const CLI::App& app, CommandLine& line) {
   if (app.got_subcommand("device")) return ShowDevice(line.needs_hardware);
+  if (app.got_subcommand("kernels")) {
+    DumpKernels(line.kernels);
+    return 0;
+  }
   if (line.bench.is_quick) {
     line.bench.limits = {1, 2, 1, 0.1};
     // Never over what was measured.

@@ -13,7 +13,7 @@ def test_the_names_are_the_same():
     for sync, other in ((drape.Client, drape.aio.Client), (drape.Session, drape.aio.Session),
                         (drape.Cloths, drape.aio.Cloths)):
         for name, member in inspect.getmembers(sync):
-            if not name.startswith("_") and name not in ("pipeline", "rollout"):
+            if not name.startswith("_") and name != "rollout":
                 assert hasattr(other, name), f"drape.aio.{other.__name__}.{name}"
 
 
@@ -62,3 +62,31 @@ def test_errors_are_the_same(client):
             assert np.dtype("<f4") == other.dtype
 
     asyncio.run(program())
+
+
+def test_a_pipeline_has_the_same_bits(client, session, spec):
+    alone = session.create(spec, count=2)
+
+    async def program():
+        async with await drape.aio.connect(client.address) as other, await other.session() as mine:
+            cloths = await mine.create(spec, count=2)
+            async with cloths.pipeline(depth=3) as steps:
+                return [await steps.step() for _ in range(5)] + await steps.drain()
+
+    answers = asyncio.run(program())
+    assert answers[:2] == [None, None] and len(answers) == 7
+    for answer in answers[2:]:
+        assert bits(answer.positions) == bits(alone.step().positions)
+
+
+def test_an_error_ends_a_pipeline(client, spec):
+    async def program():
+        async with await drape.aio.connect(client.address) as other, await other.session() as mine:
+            cloths = await mine.create(spec)
+            with pytest.raises(drape.Error):
+                async with cloths.pipeline(depth=1) as steps:
+                    cloths.move_pins([7], [0, 0, 0])
+                    await steps.step()
+            return (await cloths.step()).step_count[0]
+
+    assert asyncio.run(program()) == 1

@@ -1,3 +1,4 @@
+import hashlib
 import os
 import pathlib
 import re
@@ -53,6 +54,24 @@ def test_tls(tmp_path):
             assert session.create(sheet()).step().step_count == [1]
         with pytest.raises(drape.Unavailable):
             drape.connect(server.address, ready_timeout_s=1)
+    finally:
+        server.stop()
+
+
+def test_tokens_tell_tenants_apart(tmp_path):
+    lines = [f"{name} {hashlib.sha256(token.encode()).hexdigest()}\n" for name, token in (("a", "abc"), ("b", "xyz"))]
+    (tmp_path / "tokens").write_text("".join(lines))
+    server = drape.private_server.PrivateServer("cpu", flags=[f"--token-file={tmp_path / 'tokens'}"])
+    try:
+        for token in (None, "wrong"):
+            with pytest.raises(drape.Unauthenticated) as caught:
+                drape.connect(server.address, token=token)
+            assert caught.value.reason == "INVALID_TOKEN" and isinstance(caught.value, PermissionError)
+        with drape.connect(server.address, token="abc") as mine, drape.connect(server.address, token="xyz") as yours:
+            session = mine.session()
+            assert session.create(sheet()).step().step_count == [1]
+            with pytest.raises(drape.SessionLost):
+                yours.session(name=session.name)
     finally:
         server.stop()
 

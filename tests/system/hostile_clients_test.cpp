@@ -2,6 +2,7 @@
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <grpcpp/completion_queue.h>
+#include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
@@ -125,8 +126,13 @@ TEST(HostileClients, AnswersThatNobodyReadsAreCounted) {
   request.mutable_view()->set_positions(true);
   request.mutable_view()->set_velocities(true);  // 393 kB
   {
-    // On a connection of their own, whose window they fill.
-    const auto own = server.NewStub();
+    // On a connection of their own, whose windows stay small.
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+    arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 65536);
+    const auto own = v1::SimulationService::NewStub(grpc::CreateCustomChannel(
+        server.Address(), grpc::InsecureChannelCredentials(), arguments));
     const UnreadSteps unread(*own, request, 60);
     const auto refused = [&] {
       return ReasonOf(Call(*stub, &Stub::Step, request).status) == "TOO_MANY_UNREAD_BYTES";

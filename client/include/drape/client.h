@@ -44,7 +44,7 @@ struct ConnectOptions {
   std::optional<TlsOptions> tls;
   // The tenant's token, for servers that want one. Give it only together with TLS, or to a server
   // of this machine: whoever reads it is the tenant.
-  std::string token;
+  std::string token = {};
 };
 
 // Options of a private server.

@@ -26,6 +26,7 @@
 #include "server/solver/cpu/step/measure.h"
 #include "server/solver/cpu/step/step_team.h"
 #include "server/solver/cpu/step_groups.h"
+#include "server/solver/self_contact/contact_surface.h"
 #include "server/solver/update_check.h"
 
 namespace drape {
@@ -46,7 +47,11 @@ struct Cloth {
   std::vector<Vec4> pin_targets;  // [pin_count]
   std::optional<OwnLengths> own_lengths{};
   FaultReason fault = FaultReason::kNone;
-  std::shared_ptr<LongStep> long_step{};  // null: none has begun
+  std::shared_ptr<LongStep> long_step{};           // null: none has begun
+  std::optional<FloatControls> calmer_controls{};  // of a watched cloth that has a calmer scheme
+  // Only of cloths that touch themselves.
+  std::shared_ptr<const ContactSurface> contact_surface{};
+  bool may_cross_itself = true;  // until a step has found that nothing crosses
 };
 
 FloatState ToFloat(const ParticleState& state, uint32_t particle_count) {
@@ -79,6 +84,21 @@ std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatModel& new_mode
                               : cloth.state.positions[particle]);
   }
   return targets;
+}
+
+// From its model, parameters and lengths.
+void SetControls(Cloth& cloth) {
+  const bool has_own_lengths = cloth.own_lengths.has_value();
+  cloth.controls.emplace(*cloth.model, cloth.parameters, has_own_lengths);
+  cloth.calmer_controls.reset();
+  if (cloth.controls->energy_limit.is_watched && HasCalmerScheme(cloth.controls->plan)) {
+    cloth.calmer_controls.emplace(*cloth.model, WithCalmerScheme(cloth.parameters),
+                                  has_own_lengths);
+  }
+}
+
+void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch) {
+  cloth.may_cross_itself = report.warnings.starts_crossing || scratch.self_contacts_failed;
 }
 
 // Empty: none.
@@ -190,6 +210,7 @@ class CpuBackend final : public Backend {
                       LanesText(),
             .scalar = ScalarType::kFloat32,
             .is_hardware_gpu = false,
+            .has_self_collision = true,
             .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](const SceneModel&) {
               return plan;
             }};
@@ -202,7 +223,8 @@ class CpuBackend final : public Backend {
     Cloth cloth;
     cloth.model = models_.Get(model);
     cloth.parameters = parameters;
-    cloth.controls.emplace(*cloth.model, parameters, false);
+    SetControls(cloth);
+    SetContactSurface(cloth);
     cloth.state = ToFloat(state, cloth.model->particle_count);
     for (const uint32_t pin : cloth.model->pins) {
       cloth.pin_targets.push_back(cloth.state.positions[pin]);
@@ -233,6 +255,7 @@ class CpuBackend final : public Backend {
     }
     const std::optional<StepReport> report = ContinueOnAllThreads(cloth, item, pause);
     if (!report) return std::nullopt;
+    EndSelfContacts(cloth, *report, cloth.long_step->scratch);
     cloth.long_step = nullptr;
     EndStep(cloth, *report);
     BatchReport batch;
@@ -275,9 +298,12 @@ class CpuBackend final : public Backend {
     if (update.pin_targets_m) {
       changed.pin_targets = ToFloat(*update.pin_targets_m, *changed.model);
     } else if (update.model) {
-      changed.pin_targets =
-          TransferTargets({cloth.model, {}, {}, changed.state, cloth.pin_targets},
-                          *changed.model);
+      changed.pin_targets = TransferTargets({.model = cloth.model,
+                                             .parameters = {},
+                                             .controls = {},
+                                             .state = changed.state,
+                                             .pin_targets = cloth.pin_targets},
+                                            *changed.model);
     }
     if (update.model) changed.own_lengths.reset();
     if (update.rest_lengths_m) {
@@ -285,8 +311,10 @@ class CpuBackend final : public Backend {
     }
     if (update.collider_motions) changed.parameters.collider_motions = *update.collider_motions;
     if (update.model || update.parameters || update.rest_lengths_m) {
-      changed.controls.emplace(*changed.model, changed.parameters, changed.own_lengths.has_value());
+      SetControls(changed);
+      SetContactSurface(changed);
     }
+    changed.may_cross_itself = true;
     cloth = std::move(changed);
     return Status::Ok();
   } catch (const std::bad_alloc&) {
@@ -298,6 +326,12 @@ class CpuBackend final : public Backend {
     return std::chrono::duration_cast<std::chrono::microseconds>(std::chrono::steady_clock::now() -
                                                                  start)
         .count();
+  }
+
+  void SetContactSurface(Cloth& cloth) {
+    cloth.contact_surface.reset();
+    if (!cloth.controls->self_contact) return;
+    cloth.contact_surface = surfaces_.Get(cloth.model->source);
   }
 
   // "16 lanes (AVX3)", "no lanes"
@@ -414,6 +448,10 @@ class CpuBackend final : public Backend {
     }
     StepCloths(cloths, ScratchOfThisThread().lanes);
     for (size_t lane = 0; lane < group.size(); ++lane) {
+      GroupCloth& cloth = cloths[lane];
+      if (cloth.has_gained_energy) {
+        cloth.report = StepCalmer(cloth.context, cloth.measure, cloth.state);
+      }
       reports[group[lane]] = cloths[lane].report;
       EndStep(cloths_.At(items[group[lane]].cloth), cloths[lane].report);
     }
@@ -429,8 +467,9 @@ class CpuBackend final : public Backend {
       return report;
     }
     SetTargets(cloth, item);
-    const StepReport report = StepCloth(
-        ContextOf(cloth, item, team, ScratchOfThisThread().single), item.measure, cloth.state);
+    const StepContext context = ContextOf(cloth, item, team, ScratchOfThisThread().single);
+    const StepReport report = StepCloth(context, item.measure, cloth.state);
+    EndSelfContacts(cloth, report, context.scratch);
     EndStep(cloth, report);
     return report;
   }
@@ -460,6 +499,13 @@ class CpuBackend final : public Backend {
   // Valid as long as the cloth is not changed.
   StepContext ContextOf(const Cloth& cloth, const StepItem& item, StepTeam& team,
                         StepScratch& scratch) const {
+    StepContext context = PlainContextOf(cloth, item, team, scratch);
+    context.contact_surface = cloth.contact_surface.get();
+    context.may_cross_itself = cloth.may_cross_itself;
+    return context;
+  }
+  StepContext PlainContextOf(const Cloth& cloth, const StepItem& item, StepTeam& team,
+                             StepScratch& scratch) const {
     return {*cloth.model,
             *cloth.controls,
             cloth.pin_targets,
@@ -468,7 +514,8 @@ class CpuBackend final : public Backend {
             scratch,
             team,
             IterationsOf(item, cloth.parameters.settings),
-            leaves_out_colliders_};
+            leaves_out_colliders_,
+            cloth.calmer_controls ? &*cloth.calmer_controls : nullptr};
   }
 
   const int thread_count_;
@@ -477,6 +524,7 @@ class CpuBackend final : public Backend {
   const bool leaves_out_colliders_;
   std::vector<ThreadScratch> scratch_;  // one per thread of the arena
   FloatModelCache models_;
+  ContactSurfaceCache surfaces_;
   ClothSlots<Cloth> cloths_;
 };
 

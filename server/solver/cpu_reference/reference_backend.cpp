@@ -29,6 +29,7 @@ class ReferenceBackend final : public Backend {
             .device = "1 core, double precision",
             .scalar = ScalarType::kFloat64,
             .is_hardware_gpu = false,
+            .has_self_collision = true,
             .plan_of = [](const SceneModel&) { return "scalar"; }};
   }
 
@@ -43,6 +44,7 @@ class ReferenceBackend final : public Backend {
                                                  .parameters = parameters,
                                                  .state = state,
                                                  .pin_targets_m = std::move(pin_targets)});
+    SetContactSurface(cloths_.at(next_handle_));
     return next_handle_;
   }
 
@@ -116,6 +118,7 @@ class ReferenceBackend final : public Backend {
     if (update.collider_motions) {
       cloth.parameters.collider_motions = *update.collider_motions;
     }
+    SetContactSurface(cloth);
     if (update.pin_targets_m) cloth.pin_targets_m = *update.pin_targets_m;
     return Status::Ok();
   }
@@ -138,6 +141,13 @@ class ReferenceBackend final : public Backend {
     if (!item.collider_motions.empty()) {
       cloth.parameters.collider_motions = CheckedMotions(cloth.parameters, item.collider_motions);
     }
+  }
+
+  void SetContactSurface(ReferenceCloth& cloth) {
+    cloth.may_cross_itself = true;
+    const bool touches_itself =
+        cloth.parameters.self_collision && !cloth.model->triangles().empty();
+    cloth.contact_surface = touches_itself ? surfaces_.Get(cloth.model) : nullptr;
   }
 
   // Those of `particles`; empty: all.
@@ -195,6 +205,7 @@ class ReferenceBackend final : public Backend {
 
   std::unordered_map<ClothHandle, ReferenceCloth> cloths_;
   std::unordered_map<ClothHandle, std::unique_ptr<ReferenceStep>> steps_under_way_;  // in pieces
+  ContactSurfaceCache surfaces_;
   ClothHandle next_handle_{.slot = 0, .generation = 1};
 };
 

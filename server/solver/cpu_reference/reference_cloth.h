@@ -8,6 +8,7 @@
 #include "server/scene/particle_state.h"
 #include "server/scene/scene_model.h"
 #include "server/solver/cloth_parameters.h"
+#include "server/solver/self_contact/contact_surface.h"
 #include "server/solver/step_report.h"
 
 namespace drape {
@@ -23,6 +24,10 @@ struct ReferenceCloth {
   // the model.
   std::vector<double> rest_lengths_m{};
   std::vector<double> rest_length_targets_m{};
+
+  // Of a cloth that touches itself.
+  std::shared_ptr<const ContactSurface> contact_surface{};
+  bool may_cross_itself = true;  // until a step has found that nothing crosses
 
   bool has_own_lengths() const { return !rest_lengths_m.empty(); }
 };

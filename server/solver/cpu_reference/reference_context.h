@@ -13,6 +13,7 @@
 #include "server/solver/cpu_reference/reference_colliders.h"
 #include "server/solver/cpu_reference/reference_constraints.h"
 #include "server/solver/cpu_reference/reference_contact.h"
+#include "server/solver/cpu_reference/reference_self_contacts.h"
 #include "server/solver/step_plan.h"
 
 namespace drape::reference {
@@ -45,7 +46,8 @@ struct StepContext {
   std::vector<double> lambda;                 // accumulated impulses, [constraint_count] [N s]
   std::vector<Eigen::Vector3d> joint_lambda;  // [joint_count] [N s]
   std::vector<ContactImpulse> beta;           // times w, [particle_count][collider_count] [m/s]
-  std::vector<double> rebounds;               // [particle_count][collider_count] [m/s]; 0: no hit
+  ReferenceSelfContacts self_contacts;
+  std::vector<double> rebounds;  // [particle_count][collider_count] [m/s]; 0: no hit
 };
 
 }  // namespace drape::reference

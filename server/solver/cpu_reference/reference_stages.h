@@ -32,15 +32,18 @@ void SolveElastic(StepContext& context);
 void SolveHinges(StepContext& context);
 void DampTwist(StepContext& context);
 void Tether(StepContext& context);
+void FindSelfContacts(StepContext& context);
 
 // One sweep each. They return whether an error was larger than the tolerance.
 bool SolveStrips(StepContext& context);
 bool SolveDistance(StepContext& context);
 bool SolveJoints(StepContext& context);
+bool SolveSelfContacts(StepContext& context);
 bool SolveContacts(StepContext& context);
 void Refine(StepContext& context);
 
 void Integrate(StepContext& context);
+void GuardSelfContacts(StepContext& context);
 // One sweep each over the velocities that rigid constraints forbid.
 void SolveDistanceVelocities(StepContext& context);
 void SolveJointVelocities(StepContext& context);

@@ -1,9 +1,11 @@
 #include "server/solver/cpu_reference/reference_step.h"
 
 #include <limits>
+#include <utility>
 
 #include "server/solver/cpu_reference/reference_measure.h"
 #include "server/solver/cpu_reference/reference_stages.h"
+#include "server/solver/energy_watch.h"
 
 namespace drape {
 
@@ -64,6 +66,7 @@ bool Solve(StepContext& context, Progress& progress, const Pause& pause) {
     if (context.substep.is_last && progress.sweep + 1 == context.max_iterations) Refine(context);
     has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
+    has_changed |= SolveSelfContacts(context);
     has_changed |= SolveContacts(context);
     if (tolerance > 0 && !has_changed) return true;
     if (++progress.sweep < context.max_iterations && pause.IsDue()) return false;
@@ -95,6 +98,7 @@ void BeforeSweeps(StepContext& context) {
   SolveHinges(context);
   DampTwist(context);
   Tether(context);
+  FindSelfContacts(context);
   ResetImpulses(context);
 }
 
@@ -109,6 +113,7 @@ bool Advance(StepContext& context, Progress& progress, const Pause& pause) {
     if (!Solve(context, progress, pause)) return false;
     progress.residual = Residual(context);
     Integrate(context);
+    GuardSelfContacts(context);
     progress.part = Part::kVelocitySweeps;
     progress.sweep = 0;
   }
@@ -139,28 +144,56 @@ bool DoSubsteps(StepContext& context, Progress& progress, const Pause& pause) {
   return true;
 }
 
-StepPlan PlanOf(const ReferenceCloth& cloth) {
-  const LengthSource lengths = cloth.has_own_lengths() ? LengthSource::kOwn : LengthSource::kModel;
-  return PlanStep(*cloth.model, cloth.parameters, lengths, ScalarType::kFloat64);
+LengthSource LengthsOf(const ReferenceCloth& cloth) {
+  return cloth.has_own_lengths() ? LengthSource::kOwn : LengthSource::kModel;
+}
+
+StepPlan PlanOf(const ReferenceCloth& cloth, const ClothParameters& parameters) {
+  return PlanStep(*cloth.model, parameters, LengthsOf(cloth), ScalarType::kFloat64);
+}
+
+// More than it may. Pins that move do work.
+bool GainsEnergy(const StepContext& context, const ReferenceCloth& cloth, const StepPlan& plan) {
+  const SceneModel& model = context.model;
+  const auto& [p, v] = cloth.state;
+  for (uint32_t k = 0; k < model.pin_count(); ++k) {
+    if (context.pin_targets[k] != p[model.pins()[k]]) return false;
+  }
+  double start_kinetic_j = 0, gain_j = 0;
+  for (uint32_t i = 0; i < model.particle_count(); ++i) {
+    if (context.w[i] == 0) continue;
+    const Vector3d& v_end = context.state.velocities_m_per_s[i];
+    const Vector3d way = context.state.positions_m[i] - p[i];
+    start_kinetic_j += model.masses_kg()[i] * v[i].squaredNorm() / 2;
+    gain_j += model.masses_kg()[i] *
+              ((v_end - v[i]).dot(v_end + v[i]) / 2 - context.parameters.gravity_m_per_s2.dot(way));
+  }
+  return EnergyLimitOf(model, cloth.parameters, LengthsOf(cloth), plan)
+      .IsExceeded(gain_j, start_kinetic_j);
 }
 
 }  // namespace
 }  // namespace reference
 
 struct ReferenceStep::UnderWay {
-  UnderWay(const ReferenceCloth& cloth, uint32_t max_iterations)
-      : plan(reference::PlanOf(cloth)), context(cloth, plan, max_iterations) {}
+  UnderWay(const ReferenceCloth& cloth, const ClothParameters& parameters, uint32_t max_iterations)
+      : plan(reference::PlanOf(cloth, parameters)),
+        context(cloth, plan, max_iterations),
+        starts_crossing(reference::BeginSelfContacts(context, cloth.contact_surface.get(),
+                                                     cloth.may_cross_itself)) {}
 
   const StepPlan plan;
   reference::StepContext context;
+  const bool starts_crossing;
   reference::Progress progress;
 };
 
 ReferenceStep::ReferenceStep(ReferenceCloth& cloth, bool measure, uint32_t max_iterations)
     : cloth_(cloth),
       measure_(measure),
+      max_iterations_(max_iterations),
       under_way_(cloth.fault == FaultReason::kNone
-                     ? std::make_unique<UnderWay>(cloth, max_iterations)
+                     ? std::make_unique<UnderWay>(cloth, cloth.parameters, max_iterations)
                      : nullptr) {}
 
 ReferenceStep::~ReferenceStep() = default;
@@ -173,10 +206,22 @@ std::optional<StepReport> ReferenceStep::Continue(const Pause& pause) {
   if (under_way_ != nullptr) {
     reference::StepContext& context = under_way_->context;
     if (!reference::DoSubsteps(context, under_way_->progress, pause)) return std::nullopt;
+    const StepPlan plan = reference::PlanOf(cloth_, cloth_.parameters);
+    if (!has_gained_energy_ && reference::GainsEnergy(context, cloth_, plan)) {
+      has_gained_energy_ = true;
+      if (HasCalmerScheme(plan)) {
+        under_way_ = std::make_unique<UnderWay>(cloth_, WithCalmerScheme(cloth_.parameters),
+                                                max_iterations_);
+        return Continue(pause);
+      }
+    }
     report = under_way_->progress.report;
     residual = under_way_->progress.residual;
-    report.warnings = under_way_->plan.known_warnings;
-    strain_limit = under_way_->plan.strain_limit;
+    report.warnings = plan.known_warnings;
+    report.warnings.energy_gained = has_gained_energy_;
+    report.warnings.starts_crossing = under_way_->starts_crossing;
+    cloth_.may_cross_itself = under_way_->starts_crossing || context.self_contacts.has_failed;
+    strain_limit = plan.strain_limit;
     report.warnings.not_converged = !report.converged;
     cloth_.fault = FindFault(context.state);
     if (cloth_.fault == FaultReason::kNone) {
@@ -193,6 +238,10 @@ std::optional<StepReport> ReferenceStep::Continue(const Pause& pause) {
   if (measure_) {
     report.measured =
         MeasureState(*cloth_.model, cloth_.parameters, cloth_.state, cloth_.rest_length_targets_m);
+    if (cloth_.contact_surface != nullptr) {
+      reference::MeasureSelfContacts(*cloth_.contact_surface, cloth_.parameters, cloth_.state,
+                                     report.measured);
+    }
     report.measured.max_residual_m = residual;
     report.measured.rms_motion_m = rms_motion;
     report.warnings.strain_beyond_limit = report.measured.max_strain > strain_limit;

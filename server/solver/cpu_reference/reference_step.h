@@ -27,7 +27,9 @@ class ReferenceStep {
 
   ReferenceCloth& cloth_;
   const bool measure_;
-  const std::unique_ptr<UnderWay> under_way_;  // null: the cloth is faulted
+  const uint32_t max_iterations_;
+  bool has_gained_energy_ = false;       // once: then it is done again by the calmer scheme
+  std::unique_ptr<UnderWay> under_way_;  // null: the cloth is faulted
 };
 
 // The whole step at once.

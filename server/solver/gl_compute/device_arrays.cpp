@@ -51,6 +51,11 @@ Status DeviceArrays::ReserveBatch(uint64_t cloth_count, uint64_t dispatches_of_s
   // Each cloth may be stepped and measured.
   DRAPE_RETURN_IF_ERROR(ReserveBuffer(items, 2 * cloth_count * sizeof(shader::BatchItem)));
   DRAPE_RETURN_IF_ERROR(ReserveBuffer(statuses, cloth_count * sizeof(shader::ClothStatus)));
+  if (read_statuses.size_bytes() < statuses.size_bytes()) {
+    Result<gl::ReadbackBuffer> made = gl::ReadbackBuffer::Create(statuses.size_bytes());
+    if (!made.ok()) return made.status();
+    read_statuses = std::move(made).value();
+  }
   return ReserveBuffer(dispatches, dispatches_of_sweep * sizeof(shader::DispatchArgs));
 }
 

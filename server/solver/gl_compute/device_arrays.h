@@ -32,8 +32,10 @@ struct DeviceArrays {
   DeviceArena states;
   MirroredArena parameters;
   DeviceArena scratch;
-  gl::Buffer items;       // [] BatchItem: cloths to step, then cloths to measure
-  gl::Buffer statuses;    // [] ClothStatus
+  gl::Buffer items;     // [] BatchItem: cloths to step, then cloths to measure
+  gl::Buffer statuses;  // [] ClothStatus
+  // Where the host reads them: a buffer that the host asks for may be moved off the device.
+  gl::ReadbackBuffer read_statuses;
   gl::Buffer dispatches;  // [] DispatchArgs
 
  private:

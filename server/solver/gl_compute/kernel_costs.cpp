@@ -195,6 +195,10 @@ class StageCosts {
         return {.fixed = 4 * particles_ + 4 * rounds_ + 8};
       case StepStage::kMeasure:
         break;  // a kernel of its own
+      case StepStage::kFindSelfContacts:
+      case StepStage::kSolveSelfContacts:
+      case StepStage::kGuardSelfContacts:
+        break;  // gl has no self-collision
     }
     return {};
   }

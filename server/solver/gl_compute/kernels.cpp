@@ -2,6 +2,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <iomanip>
 #include <limits>
 #include <sstream>
 #include <utility>
@@ -28,6 +29,9 @@ std::string ConstantDefines() {
   text << "#define REACH_DIRECTIONS " << kReachDirections << "u\n";
   text << "#define MIN_DIRECTION_COSINE " << kMinDirectionCosine << "\n";
   const double round_off = std::numeric_limits<float>::epsilon() / 2;
+  // Sums of three squares and products of rounded lengths are off by fewer than 8 roundings.
+  text << std::setprecision(9) << "#define SLACK_RATIO_SQ " << 1 + 8 * round_off
+       << std::setprecision(6) << "\n";
   text << "#define TOUCH_ROUND_OFF " << kTouchRoundOffs * round_off << "\n";
   text << "#define QUIET_ROUND_OFF " << kQuietRoundOffs * round_off << "\n";
   text << "#define GRAZING_SINE " << kGrazingSine << "\n";
@@ -138,12 +142,29 @@ std::span<const TiledKernel> TiledKernels() {
   return kTiledKernels;
 }
 
-Result<KernelCache> KernelCache::Create(const std::string& shader_dir) {
-  KernelCache cache;
+std::string DefinesOf(const TiledKernel& kernel, const KernelVariant& variant) {
+  return Narrowed(variant, kernel).Defines();
+}
+
+Result<gl::ShaderLibrary> OpenShaders(const std::string& shader_dir) {
+  gl::ShaderLibrary library;
   for (const EmbeddedShader& shader : EmbeddedShaders()) {
-    cache.library_.Add(std::string(shader.path), std::string(shader.text));
+    library.Add(std::string(shader.path), std::string(shader.text));
   }
-  if (!shader_dir.empty()) DRAPE_RETURN_IF_ERROR(cache.library_.AddDirectory(shader_dir));
+  if (!shader_dir.empty()) DRAPE_RETURN_IF_ERROR(library.AddDirectory(shader_dir));
+  return library;
+}
+
+Result<gl::ShaderSource> AssembleKernel(const gl::ShaderLibrary& library, const std::string& kernel,
+                                        const std::string& defines) {
+  return library.Assemble("kernels/" + kernel + ".comp", ConstantDefines() + defines);
+}
+
+Result<KernelCache> KernelCache::Create(const std::string& shader_dir) {
+  Result<gl::ShaderLibrary> library = OpenShaders(shader_dir);
+  if (!library.ok()) return library.status();
+  KernelCache cache;
+  cache.library_ = std::move(library).value();
   return cache;
 }
 
@@ -151,8 +172,7 @@ Result<const gl::Program*> KernelCache::Compile(const std::string& kernel,
                                                 const std::string& defines) {
   const auto known = programs_.find({kernel, defines});
   if (known != programs_.end()) return &known->second;
-  const Result<gl::ShaderSource> source =
-      library_.Assemble("kernels/" + kernel + ".comp", ConstantDefines() + defines);
+  const Result<gl::ShaderSource> source = AssembleKernel(library_, kernel, defines);
   if (!source.ok()) return source.status();
   Result<gl::Program> program = gl::Program::Compile(source.value());
   if (!program.ok()) return program.status();
@@ -192,7 +212,7 @@ Status KernelCache::CompileTiled(StepKernels& kernels) {
   for (const TiledKernel& kernel : kTiledKernels) {
     if (!kernels.variant.traits.HasAnyOf(kernel.needed_by)) continue;
     const Result<const gl::Program*> program =
-        Compile(kernel.file, Narrowed(kernels.variant, kernel).Defines());
+        Compile(kernel.file, DefinesOf(kernel, kernels.variant));
     if (!program.ok()) return program.status();
     kernels.*kernel.program = program.value();
   }

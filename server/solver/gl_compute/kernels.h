@@ -62,13 +62,22 @@ struct TiledKernel {
   uint32_t KernelVariant::*local_size = &KernelVariant::local_size;
 };
 std::span<const TiledKernel> TiledKernels();
+// The #define block of one of them; variants that differ only in what it does not read share it.
+std::string DefinesOf(const TiledKernel& kernel, const KernelVariant& variant);
+
+// The embedded shaders, replaced by those in `shader_dir` unless it is empty. NOT_FOUND
+// (SHADER_DIR_NOT_FOUND, SHADER_DIR_UNUSED).
+Result<gl::ShaderLibrary> OpenShaders(const std::string& shader_dir);
+// What a device compiles of `kernel`, such as "pack", in the specialisation of `defines`. Needs no
+// device.
+Result<gl::ShaderSource> AssembleKernel(const gl::ShaderLibrary& library, const std::string& kernel,
+                                        const std::string& defines);
 
 // Compiles on first use and keeps everything. Every call with the context current. Errors are
 // INTERNAL (SHADER_COMPILE_FAILED).
 class KernelCache {
  public:
-  // The embedded shaders, replaced by those in `shader_dir` unless it is empty. NOT_FOUND
-  // (SHADER_DIR_NOT_FOUND, SHADER_DIR_UNUSED).
+  // Errors as OpenShaders.
   static Result<KernelCache> Create(const std::string& shader_dir);
 
   // A variant by reduction that the device has refused is not compiled again.

@@ -64,6 +64,8 @@ StateTransfer StateReader::Begin(const gl::Buffer& states, std::span<const State
   uint64_t words = 0;  // of this round
   uint64_t done = 0;   // of all rounds before
   const auto flush = [&] {
+    // OpenGL does not keep a kernel from writing what a copy before it still reads.
+    if (done > 0) DeviceBarrier();
     Pack(states, items);
     if (transfer.memory_) {
       transfer.memory_->CopyFrom(packed_, 0, done * sizeof(float), words * sizeof(float));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <chrono>
+#include <cstring>
 #include <map>
 #include <vector>
 
@@ -62,10 +63,9 @@ uint32_t Dispatch(const BatchPlan& plan, DeviceArrays& arrays, const MeasureKern
   arrays.BindForStep();
   uint32_t dispatch_count = KeepStart(measure, plan.first_measured, plan.measured, limits);
   for (const VariantGroup& group : plan.groups) {
-    dispatch_count += group.kernels->variant.is_tiled()
-                          ? StepTiled(group, limits, arrays.dispatches)
-                          : StepResident(group, limits);
+    if (group.is_tiled()) dispatch_count += StepTiled(group, limits, arrays.dispatches);
   }
+  dispatch_count += StepResident(plan.groups, limits);
   return dispatch_count + Measure(measure, plan.first_measured, plan.measured, limits);
 }
 
@@ -142,6 +142,8 @@ BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, Devi
   timer.Start();
   batch.dispatch_count = Dispatch(plan, arrays, measure, device.limits);
   timer.Stop();
+  const size_t status_bytes = items.size() * sizeof(shader::ClothStatus);
+  arrays.read_statuses.CopyFrom(arrays.statuses, 0, 0, status_bytes);
   const gl::Fence stepped = gl::Fence::Insert();
   if (meanwhile) meanwhile();
   stepped.Wait();
@@ -149,7 +151,7 @@ BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, Devi
   batch.device_us =
       device.has_timer_queries ? timer.ElapsedUs() : readback_start_us - start_us - batch.upload_us;
   std::vector<shader::ClothStatus> statuses(items.size());
-  arrays.statuses.Download(0, std::as_writable_bytes(std::span(statuses)));
+  std::memcpy(statuses.data(), arrays.read_statuses.bytes(), status_bytes);
   batch.readback_us = NowUs() - readback_start_us;
   if (device.on_left_out) device.on_left_out(CountLeftOut(plan, statuses));
   for (size_t index = 0; index < items.size(); ++index) {

@@ -11,8 +11,10 @@ void DeviceBarrier() {
                   GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 
-uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
-                         const DispatchLimits& limits) {
+namespace {
+
+uint32_t DispatchWithoutBarrier(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
+                                const DispatchLimits& limits) {
   kernel.Use();
   uint32_t dispatch_count = 0;
   for (uint32_t done = 0; done < item_count; ++dispatch_count) {
@@ -21,25 +23,53 @@ uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_
     glDispatchCompute(count, 1, 1);
     done += count;
   }
+  return dispatch_count;
+}
+
+// Of a group of the resident plan; 0 for others.
+uint64_t PartCount(const VariantGroup& group) {
+  if (group.is_tiled()) return 0;
+  uint64_t count = 1;
+  for (const GlCloth* cloth : group.cloths) count = std::max(count, cloth->part_count);
+  return count;
+}
+
+// Without a barrier behind it.
+uint32_t DispatchPart(const VariantGroup& group, uint64_t part, const DispatchLimits& limits) {
+  const gl::Program& kernel = *group.kernels->resident_step;
+  kernel.SetUniform(DRAPE_UNIFORM_PART, part == 0 ? 0 : 1);
+  return DispatchWithoutBarrier(kernel, group.first_item,
+                                static_cast<uint32_t>(group.cloths.size()), limits);
+}
+
+}  // namespace
+
+uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
+                         const DispatchLimits& limits) {
+  const uint32_t dispatch_count = DispatchWithoutBarrier(kernel, first_item, item_count, limits);
   DeviceBarrier();
   return dispatch_count;
 }
 
-uint32_t StepResident(const VariantGroup& group, const DispatchLimits& limits) {
-  uint64_t part = 0;
+uint32_t StepResident(std::span<const VariantGroup> groups, const DispatchLimits& limits) {
+  uint64_t most_parts = 0;
+  for (const VariantGroup& group : groups) most_parts = std::max(most_parts, PartCount(group));
   uint32_t dispatch_count = 0;
-  ContinueResident(group, limits, part, Pause::Never(), dispatch_count);
+  for (uint64_t part = 0; part < most_parts; ++part) {
+    for (const VariantGroup& group : groups) {
+      if (part < PartCount(group)) dispatch_count += DispatchPart(group, part, limits);
+    }
+    DeviceBarrier();
+  }
   return dispatch_count;
 }
 
 bool ContinueResident(const VariantGroup& group, const DispatchLimits& limits, uint64_t& part,
                       const Pause& pause, uint32_t& dispatch_count) {
-  uint64_t part_count = 1;
-  for (const GlCloth* cloth : group.cloths) part_count = std::max(part_count, cloth->part_count);
+  const uint64_t part_count = PartCount(group);
   while (part < part_count) {
-    group.kernels->resident_step->SetUniform(DRAPE_UNIFORM_PART, part == 0 ? 0 : 1);
-    dispatch_count += DispatchPerItem(*group.kernels->resident_step, group.first_item,
-                                      static_cast<uint32_t>(group.cloths.size()), limits);
+    dispatch_count += DispatchPart(group, part, limits);
+    DeviceBarrier();
     if (++part == part_count || pause.is_never()) continue;
     glFinish();
     if (pause.IsDue()) return false;

@@ -17,6 +17,8 @@ struct VariantGroup {
   const StepKernels* kernels = nullptr;
   uint32_t first_item = 0;
   std::vector<const GlCloth*> cloths;
+
+  bool is_tiled() const { return kernels->variant.is_tiled(); }
 };
 
 // Largest dispatch of the device [work groups].
@@ -28,8 +30,8 @@ struct DispatchLimits {
 // The next work group's reads see all writes before.
 void DeviceBarrier();
 
-// One work group per item of a kernel that indexes Items by gl_WorkGroupID.x. Returns the
-// dispatches.
+// One work group per item of a kernel that indexes Items by gl_WorkGroupID.x, and a DeviceBarrier.
+// Returns the dispatches.
 uint32_t DispatchPerItem(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
                          const DispatchLimits& limits);
 
@@ -41,9 +43,11 @@ struct MeasureKernels {
   const gl::Program* strains = nullptr;
 };
 
-// The whole step of the group. Returns the number of dispatches, which depends on the variant and
-// the settings but not on the number of cloths (up to the limits of one dispatch).
-uint32_t StepResident(const VariantGroup& group, const DispatchLimits& limits);
+// The whole step of the groups of the resident plan; others are left out. The groups run at the
+// same time, since none touches what another one does. Returns the number of dispatches, which
+// depends on the variants and the settings but not on the number of cloths (up to the limits of one
+// dispatch).
+uint32_t StepResident(std::span<const VariantGroup> groups, const DispatchLimits& limits);
 // The parts [part, part_count) of the step of one cloth, until `pause` is due; `part` counts up.
 // Returns whether all are done. Adds to `dispatch_count`.
 bool ContinueResident(const VariantGroup& cloth, const DispatchLimits& limits, uint64_t& part,

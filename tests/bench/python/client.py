@@ -146,7 +146,7 @@ def main():
         device = client.info.device
         clients = compare(client, arguments.quick)
     envs = environments(arguments.quick)
-    text = (f"# The Python client\n\nBy `./run bench python`; {device}; load average {os.getloadavg()[0]:.1f} (ratios are of "
+    text = (f"# The Python client\n\nBy `./run bench python`; {device}; load average {os.getloadavg()[0]:.1f} (ratios are of\n"
             f"runs in turn, so they stand a busy machine; wall times do not).\n\n## Beside the C++ client\n\n" + table(clients)
             + "\n## Vector environments\n\n" + table(envs))
     print(text)

@@ -101,12 +101,14 @@ class LocalSizesTable {
     // A cloth has no use for more invocations than particles, except for 64, a size that GPUs are
     // made for.
     const uint32_t most = std::max(load.particles, 64u);
+    // Hardware runs 32 invocations at least, and compiling each size takes its time from the others.
+    const uint32_t least = gl_.Describe().is_hardware_gpu ? 32 : 0;
     std::vector<SizeTimes> sizes;
     for (const uint32_t size : options_.sizes) {
       const Wanted wanted{size, chosen->refine_local_size};
       // Strips by lanes need at least the invocations of a subgroup.
       const std::optional<KernelVariant> variant = VariantOf(gl_, wanted, start);
-      if (size <= most && variant && variant->local_size == size) {
+      if (size >= least && size <= most && variant && variant->local_size == size) {
         AddSize(sizes, wanted, size, start, load);
       }
     }

@@ -17,11 +17,12 @@ from typing import Any, Awaitable, Callable
 import grpc
 import grpc.aio
 
-from . import errors, v1
+from . import errors, states, v1
 from .client import ClientBase
 from .cloths import ClothsBase
 from .connection import ConnectionBase, channel_options, credentials
 from .operations import Operation, P, R, Unary, named
+from .pipeline import PipelineBase
 from .private_server import PrivateServer
 from .session import _LAST_CALL_S, _RENEWALS_PER_LEASE, SessionBase, iter_of
 
@@ -35,8 +36,8 @@ def _awaiting(operation: Callable[P, Operation[R]]) -> Callable[P, Awaitable[R]]
 
 
 class _Connection(ConnectionBase):
-    def __init__(self, address, tls=False, timeout_s=None, server=None):
-        super().__init__(address, timeout_s, server)
+    def __init__(self, address, tls=False, timeout_s=None, server=None, token=None):
+        super().__init__(address, timeout_s, server, token)
         options, secure = channel_options(address), credentials(tls)
         self.channel = (grpc.aio.insecure_channel(address, options) if secure is None
                         else grpc.aio.secure_channel(address, secure, options))
@@ -77,6 +78,44 @@ class _Connection(ConnectionBase):
             await asyncio.to_thread(self.server.stop)
 
 
+class Pipeline(PipelineBase):
+    __doc__ = PipelineBase.__doc__
+
+    async def step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, ids=None):
+        """See `drape.Pipeline.step`."""
+        await self._answers.write(self._prepare(steps, view, report, ids))
+        return await self._next() if self._is_full() else None
+
+    async def drain(self) -> list:
+        """Waits for the answers to all steps under way."""
+        return [await self._next() for _ in range(len(self._under_way))]
+
+    def close(self) -> None:
+        """Cancels what is under way. Steps that the server has begun may be done."""
+        self._answers.cancel()
+        self._give_up()
+
+    async def _next(self):
+        try:
+            response = await self._answers.read()
+        except grpc.RpcError as error:
+            self._give_up()
+            raise self._cloths._connection.error_of(error) from None
+        if response is grpc.aio.EOF:
+            raise self._ended()
+        return self._arrived(response)
+
+    async def __aenter__(self):
+        return self
+
+    async def __aexit__(self, kind, value, trace):
+        try:
+            if kind is None:
+                await self.drain()
+        finally:
+            self.close()
+
+
 class Cloths(ClothsBase):
     __doc__ = ClothsBase.__doc__
 
@@ -88,6 +127,10 @@ class Cloths(ClothsBase):
     delete = _awaiting(ClothsBase._delete)
     render_png = _awaiting(ClothsBase._render_png)
     render = _awaiting(ClothsBase._render)
+
+    def pipeline(self, depth: int = 2) -> Pipeline:
+        """See `drape.Cloths.pipeline`; `async with`, and `await` its `step` and `drain`."""
+        return Pipeline(self, depth)
 
     positions = property(lambda self: self._at_hand("_positions"), doc="[n, particles, 3] of the last step or read.")
     velocities = property(lambda self: self._at_hand("_velocities"), doc="[n, particles, 3] of the last step or read.")
@@ -182,9 +225,9 @@ async def _open(connection, ready_timeout_s):
     return client
 
 
-async def connect(address, *, tls=False, timeout_s=None, ready_timeout_s=5.0) -> Client:
+async def connect(address, *, tls=False, token=None, timeout_s=None, ready_timeout_s=5.0) -> Client:
     """See `drape.connect`."""
-    return await _open(_Connection(address, tls, timeout_s), ready_timeout_s)
+    return await _open(_Connection(address, tls, timeout_s, token=token), ready_timeout_s)
 
 
 async def launch(backend="auto", *, program=None, flags=(), ready_timeout_s=60.0, timeout_s=None) -> Client:

@@ -49,14 +49,15 @@ def credentials(tls):
 class ConnectionBase:
     """What both transports share. `server` is the private one, if any: it lives as long as the connection."""
 
-    def __init__(self, address, timeout_s, server):
+    def __init__(self, address, timeout_s, server, token):
         self.address = address
         self.timeout_s = timeout_s
         self.server = server
         self.closed = False
         self._pid = os.getpid()
         self._calls = {}
-        self._metadata = {"": ()}
+        self._secrets = () if token is None else (("authorization", f"Bearer {token}"),)
+        self._metadata = {"": self._secrets}
         memory.keep_freed_blocks()
 
     def check_usable(self):
@@ -83,7 +84,7 @@ class ConnectionBase:
 
     def metadata_of(self, session):
         if session not in self._metadata:
-            self._metadata[session] = ((SESSION_HEADER, session),)
+            self._metadata[session] = ((SESSION_HEADER, session), *self._secrets)
         return self._metadata[session]
 
     def error_of(self, rpc_error):
@@ -96,8 +97,8 @@ class ConnectionBase:
 class Connection(ConnectionBase):
     """The transport that waits. Safe to use from several threads."""
 
-    def __init__(self, address, tls=False, timeout_s=None, server=None):
-        super().__init__(address, timeout_s, server)
+    def __init__(self, address, tls=False, timeout_s=None, server=None, token=None):
+        super().__init__(address, timeout_s, server, token)
         options = channel_options(address)
         # A stream of answers is read by the thread that asks for it, without another one.
         options.append((grpc.experimental.ChannelOptions.SingleThreadedUnaryStream, 1))

@@ -10,7 +10,7 @@ import grpc
 from . import columns, errors, states
 
 
-class Pipeline:
+class PipelineBase:
     """`with cloths.pipeline() as steps: answer = steps.step()`. The requests are done in order. An error ends the stream.
 
     With `depth` d, `step` returns the answer to the step d - 1 calls before, None while there is none; `drain` the rest.
@@ -23,22 +23,50 @@ class Pipeline:
         self._cloths = cloths
         self._depth = depth
         self._under_way = collections.deque()
-        self._requests = queue.SimpleQueue()
         connection = cloths._connection
         self._answers = connection.call_of("StepStream")(
-            iter(self._requests.get, None), metadata=connection.metadata_of(cloths._session.name))
+            *self._requests_of_the_call(), metadata=connection.metadata_of(cloths._session.name))
 
-    def step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, ids=None) -> states.Answer | None:
-        """Sends a step; see `Cloths.step` for its arguments."""
+    def _requests_of_the_call(self):
+        return ()
+
+    def _prepare(self, steps, view, report, ids):
+        """The request of a step, noted as under way."""
         cloths = self._cloths
         rows = columns.rows_of(ids, cloths.num)
         if rows is not None and not len(rows):
             raise errors.bad_field("ids", "nothing is selected")
         request = cloths._step_request(steps, states.view_of(view), report, rows, None, None)
         cloths._forget_states()
-        self._requests.put(request)
         self._under_way.append((rows, request))
-        return self._next() if len(self._under_way) >= self._depth else None
+        return request
+
+    def _is_full(self):
+        return len(self._under_way) >= self._depth
+
+    def _arrived(self, response):
+        rows, request = self._under_way.popleft()
+        answer = self._cloths._take(response, rows, request)
+        if self._under_way:  # what the batch knows would be older than what is under way
+            self._cloths._forget_states()
+        return answer
+
+    def _give_up(self):
+        if self._under_way:
+            self._under_way.clear()
+            self._cloths._forget_states()
+
+    def _ended(self):
+        return errors.Unavailable("the server ended the stream", reason="STREAM_ENDED")
+
+
+class Pipeline(PipelineBase):
+    __doc__ = PipelineBase.__doc__
+
+    def step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, ids=None) -> states.Answer | None:
+        """Sends a step; see `Cloths.step` for its arguments."""
+        self._requests.put(self._prepare(steps, view, report, ids))
+        return self._next() if self._is_full() else None
 
     def drain(self) -> list:
         """Waits for the answers to all steps under way."""
@@ -48,23 +76,21 @@ class Pipeline:
         """Cancels what is under way. Steps that the server has begun may be done."""
         self._requests.put(None)
         self._answers.cancel()
-        if self._under_way:
-            self._under_way.clear()
-            self._cloths._forget_states()
+        self._give_up()
+
+    def _requests_of_the_call(self):
+        self._requests = queue.SimpleQueue()
+        return (iter(self._requests.get, None),)
 
     def _next(self):
         try:
             response = next(self._answers)
         except StopIteration:
-            raise errors.Unavailable("the server ended the stream", reason="STREAM_ENDED") from None
+            raise self._ended() from None
         except grpc.RpcError as error:
-            self._under_way.clear()
+            self._give_up()
             raise self._cloths._connection.error_of(error) from None
-        rows, request = self._under_way.popleft()
-        answer = self._cloths._take(response, rows, request)
-        if self._under_way:  # what the batch knows would be older than what is under way
-            self._cloths._forget_states()
-        return answer
+        return self._arrived(response)
 
     def __enter__(self) -> Pipeline:
         return self

@@ -13,6 +13,7 @@
 #include "server/solver/cpu/alone/grid_elastic.h"
 #include "server/solver/cpu/alone/joints.h"
 #include "server/solver/cpu/alone/refine_links.h"
+#include "server/solver/cpu/alone/self_contacts.h"
 #include "server/solver/cpu/alone/springs.h"
 #include "server/solver/cpu/alone/strips.h"
 #include "server/solver/cpu/alone/tethers.h"
@@ -88,6 +89,7 @@ bool Solve(const StepContext& context, StepProgress& progress, const Pause& paus
     }
     if (controls.Has(StepStage::kSolveDistance)) has_changed |= SolveDistance(context);
     has_changed |= SolveJoints(context);
+    has_changed |= SolveSelfContacts(context);
     has_changed |= SolveContacts(context);
     if (controls.tolerance > 0 && !has_changed) return true;
     if (++progress.sweep < context.max_iterations && pause.IsDue()) return false;
@@ -156,6 +158,7 @@ void Begin(const StepContext& context, const FloatState& state) {
   scratch.contacts.resize(model.particle_count * scratch.reach.near.size());
   if (solver.has_quiet_links) scratch.quiet_round_offs.assign(state.positions.size(), 0);
   scratch.has_quiet_particles = false;
+  scratch.self_contacts_failed = false;
 }
 
 void BeforeSweeps(const StepContext& context) {
@@ -169,6 +172,7 @@ void BeforeSweeps(const StepContext& context) {
   SolveHinges(context);
   DampTwist(context);
   Tether(context);
+  FindSelfContacts(context);
   ResetImpulses(context);
 }
 
@@ -182,6 +186,7 @@ bool Advance(const StepContext& context, StepProgress& progress, const Pause& pa
   if (progress.part == Part::kSweeps) {
     if (!Solve(context, progress, pause)) return false;
     Integrate(context);
+    GuardSelfContacts(context);
     progress.part = Part::kVelocitySweeps;
     progress.sweep = 0;
   }
@@ -199,6 +204,7 @@ bool DoSubsteps(StepContext& context, const FloatState& state, StepProgress& pro
   if (!progress.has_begun) {
     progress.report.warnings = controls.plan.known_warnings;
     Begin(context, state);
+    progress.report.warnings.starts_crossing = BeginSelfContacts(context);
     progress.has_begun = true;
   }
   while (progress.substep < controls.plan.schedule.size()) {
@@ -216,7 +222,22 @@ bool DoSubsteps(StepContext& context, const FloatState& state, StepProgress& pro
   return true;
 }
 
+// For the step once more.
+StepContext CalmerContext(const StepContext& context) {
+  StepContext calmer{context.model,       *context.calmer_controls, context.pin_targets,
+                     context.own_lengths, context.collider_motions, context.scratch,
+                     context.team,        context.max_iterations,   context.leaves_out_colliders};
+  calmer.contact_surface = context.contact_surface;
+  calmer.may_cross_itself = context.may_cross_itself;
+  return calmer;
+}
+
 }  // namespace
+
+StepReport StepCalmer(const StepContext& context, bool measure, FloatState& state) {
+  StepProgress progress{.is_calmer = true};
+  return *ContinueStep(context, measure, state, progress, Pause::Never());
+}
 
 StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
   StepProgress progress;
@@ -226,17 +247,26 @@ StepReport StepCloth(StepContext context, bool measure, FloatState& state) {
 std::optional<StepReport> ContinueStep(StepContext context, bool measure, FloatState& state,
                                        StepProgress& progress, const Pause& pause) {
   ColliderReach& reach = context.scratch.reach;
-  if (!progress.has_reach) FindReach(context, state, reach);
-  progress.has_reach = true;
-  if (!DoSubsteps(context, state, progress, pause)) return std::nullopt;
-  if (Finish(context, Tidy(context), measure, state, progress.report)) return progress.report;
-  // Once more, with all colliders.
-  ++context.scratch.repeats;
-  ReachAll(context, reach);
-  progress = StepProgress{.has_reach = true};
-  if (!DoSubsteps(context, state, progress, pause)) return std::nullopt;
-  Finish(context, Tidy(context), measure, state, progress.report);
-  return progress.report;
+  if (progress.is_calmer && context.calmer_controls != nullptr) {
+    return ContinueStep(CalmerContext(context), measure, state, progress, pause);
+  }
+  for (;;) {
+    if (!progress.has_reach) FindReach(context, state, reach);
+    progress.has_reach = true;
+    if (!DoSubsteps(context, state, progress, pause)) return std::nullopt;
+    const Ending ending = Finish(context, Tidy(context), measure, state, progress.report);
+    if (ending == Ending::kWithAllColliders) {
+      ++context.scratch.repeats;
+      ReachAll(context, reach);
+      progress = StepProgress{.is_calmer = progress.is_calmer, .has_reach = true};
+    } else if (ending == Ending::kCalmer) {
+      progress = StepProgress{.is_calmer = true};
+      return ContinueStep(context, measure, state, progress, pause);
+    } else {
+      progress.report.warnings.energy_gained |= progress.is_calmer;
+      return progress.report;
+    }
+  }
 }
 
 }  // namespace drape::cpu

@@ -16,9 +16,10 @@ struct StepProgress {
   // The part of the substep that comes next.
   enum class Part { kBeforeSweeps, kSweeps, kVelocitySweeps };
 
-  bool has_reach = false;   // the colliders in reach are known
-  bool has_begun = false;   // scratch.state is the working copy
-  uint32_t substep = 0;     // under way
+  bool is_calmer = false;  // it has gained energy and is done again with context.calmer_controls
+  bool has_reach = false;  // the colliders in reach are known
+  bool has_begun = false;  // scratch.state is the working copy
+  uint32_t substep = 0;    // under way
   Part part = Part::kBeforeSweeps;
   uint32_t sweep = 0;  // of the part
   StepReport report{};
@@ -34,5 +35,8 @@ StepReport StepCloth(StepContext context, bool measure, FloatState& state);
 // and `state` is as before. The context of each piece differs only in team and thread.
 std::optional<StepReport> ContinueStep(StepContext context, bool measure, FloatState& state,
                                        StepProgress& progress, const Pause& pause);
+
+// The same with context.calmer_controls, for a step that has gained energy, and its warning.
+StepReport StepCalmer(const StepContext& context, bool measure, FloatState& state);
 
 }  // namespace drape::cpu

@@ -29,6 +29,9 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
     : plan(PlanStep(*model.source, parameters,
                     has_own_lengths ? LengthSource::kOwn : LengthSource::kModel,
                     ScalarType::kFloat32)),
+      energy_limit(EnergyLimitOf(*model.source, parameters,
+                                 has_own_lengths ? LengthSource::kOwn : LengthSource::kModel,
+                                 plan)),
       refine_limits(std::max(plan.solver.refine_above_strain, plan.tolerance)) {
   const StepSettings& settings = parameters.settings;
   const double substep_s = settings.substep_s();
@@ -42,6 +45,7 @@ FloatControls::FloatControls(const FloatModel& model, const ClothParameters& par
   depenetration_distance = static_cast<float>(kMaxDepenetrationSpeed_m_per_s * substep_s);
   friction_static = static_cast<float>(parameters.friction_static);
   friction_dynamic = static_cast<float>(parameters.friction_dynamic);
+  if (plan.Has(StepStage::kFindSelfContacts)) self_contact = SelfContactOf(parameters);
   has_restitution = HasRestitution(parameters);
   restitution = static_cast<float>(parameters.restitution);
   slowest_rebound = static_cast<float>(SlowestRebound(parameters));

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "server/solver/cloth_parameters.h"
 #include "server/solver/cpu/formulas/constraint_math.h"
 #include "server/solver/cpu/formulas/distance_map_gap.h"
 #include "server/solver/cpu/model/float_model.h"
+#include "server/solver/energy_watch.h"
 #include "server/solver/step_plan.h"
 #include "server/solver/step_report.h"
 
@@ -49,6 +51,7 @@ struct FloatControls {
   bool has_start_directions() const { return end_share < 1; }
 
   StepPlan plan;
+  EnergyLimit energy_limit;
   double damping_per_s;
   float time_step;               // [s]
   float h;                       // substep [s]
@@ -59,6 +62,7 @@ struct FloatControls {
   float depenetration_distance;  // [m] per substep
   float friction_static;
   float friction_dynamic;
+  std::optional<SelfContactNumbers> self_contact;  // unset: the cloth passes through itself
   bool has_restitution;
   float restitution;
   float slowest_rebound;  // [m/s]

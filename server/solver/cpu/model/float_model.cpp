@@ -365,6 +365,8 @@ FloatModel::FloatModel(std::shared_ptr<const SceneModel> scene_model,
   for (uint32_t particle = 0; particle < particle_count; ++particle) {
     const double inverse_mass = source->inverse_masses_per_kg()[particle];
     inverse_masses.push_back(static_cast<float>(inverse_mass));
+    free_masses.push_back(inverse_mass > 0 ? static_cast<float>(source->masses_kg()[particle])
+                                           : 0.0f);
     if (inverse_mass > 0) free_particles.push_back(particle);
   }
   PackConstraints(*this);

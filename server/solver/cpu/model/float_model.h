@@ -184,6 +184,7 @@ struct FloatModel {
   std::vector<uint32_t> free_particles;  // ascending
   std::vector<uint32_t> pins;            // ascending
   std::vector<float> inverse_masses;     // [particle_count] [1/kg]
+  std::vector<float> free_masses;        // [particle_count] [kg]; 0: pins
   std::vector<DistanceGroup> groups;     // colour after colour
   std::vector<uint32_t> colour_offsets;  // [colour_count + 1] groups
   // [constraint_count]: where constraint c of the source is, as group * kVec4Size + lane.

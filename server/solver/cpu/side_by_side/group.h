@@ -58,6 +58,7 @@ struct GroupCloth {
   bool measure;
   FloatState& state;
   StepReport report{};
+  bool has_gained_energy = false;  // not stepped: it is to be by StepCalmer
 };
 
 // Whether the cloths hold the same particles.

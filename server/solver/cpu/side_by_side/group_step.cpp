@@ -98,9 +98,10 @@ void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
     ColliderReach& reach = cloth.context.scratch.reach;
     std::swap(reach, scratch.reaches[lane]);
     const bool is_suspect = (may_have_fault >> lane & 1) != 0;
-    if (!Finish(cloth.context, is_suspect, cloth.measure, cloth.state, cloth.report)) {
-      scratch.unfinished.push_back(lane);
-    }
+    const Ending ending =
+        Finish(cloth.context, is_suspect, cloth.measure, cloth.state, cloth.report);
+    if (ending == Ending::kWithAllColliders) scratch.unfinished.push_back(lane);
+    cloth.has_gained_energy = ending == Ending::kCalmer;
     std::swap(reach, scratch.reaches[lane]);
     std::swap(working, scratch.results[lane]);
   }
@@ -148,6 +149,7 @@ LaneSupport SupportedLanes() {
 bool FitsLanes(const FloatModel& model, const FloatControls& controls) {
   const size_t particles = model.particle_count;
   if (particles > kMaxLaneParticles) return false;
+  if (controls.self_contact) return false;
   if (particles * controls.colliders.size() > kMaxLaneContacts) return false;
   const auto is_map = [](const FloatCollider& collider) {
     return collider.kind == ShapeKind::kDistanceMap;
@@ -168,7 +170,10 @@ void StepCloths(std::span<GroupCloth> cloths, GroupScratch& scratch) {
     ReachAll(again.back().context, scratch.reaches[again.size() - 1]);
   }
   HWY_DYNAMIC_DISPATCH(StepSideBySide)(again, scratch);
-  for (size_t k = 0; k < lanes.size(); ++k) cloths[lanes[k]].report = again[k].report;
+  for (size_t k = 0; k < lanes.size(); ++k) {
+    cloths[lanes[k]].report = again[k].report;
+    cloths[lanes[k]].has_gained_energy = again[k].has_gained_energy;
+  }
 }
 
 }  // namespace drape::cpu

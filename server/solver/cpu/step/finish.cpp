@@ -40,6 +40,45 @@ FaultReason FindFault(const StepContext& context) {
   return is_runaway ? FaultReason::kRunaway : FaultReason::kNone;
 }
 
+// Of all particles, from the start of the step to its end.
+struct EnergyChange {
+  double start_kinetic_j = 0;
+  double gain_j = 0;
+};
+
+// In blocks, so that the sums in single precision stay short.
+EnergyChange ChangeOfEnergy(const StepContext& context, const FloatState& start) {
+  constexpr uint32_t kBlock = 64;
+  const FloatState& end = context.scratch.state;
+  const std::span<const float> masses = context.model.free_masses;
+  EnergyChange change;
+  for (uint32_t begin = 0; begin < context.model.particle_count; begin += kBlock) {
+    Vec4 kinetic{}, gain{};
+    const uint32_t block_end = std::min(begin + kBlock, context.model.particle_count);
+    for (uint32_t i = begin; i < block_end; ++i) {
+      const Vec4 v = start.velocities[i], v_change = end.velocities[i] - v;
+      const Vec4 p_change = end.positions[i] - start.positions[i];
+      kinetic += masses[i] * (v * v);
+      gain += masses[i] * (v_change * (v + 0.5f * v_change) - context.controls.gravity * p_change);
+    }
+    change.start_kinetic_j += 0.5 * (double{kinetic[0]} + kinetic[1] + kinetic[2]);
+    change.gain_j += double{gain[0]} + gain[1] + gain[2];
+  }
+  return change;
+}
+
+// More than it may. Pins that move do work.
+bool GainsEnergy(const StepContext& context, const FloatState& start) {
+  const EnergyLimit& limit = context.controls.energy_limit;
+  if (!limit.is_watched) return false;
+  for (size_t k = 0; k < context.pin_targets.size(); ++k) {
+    const Vec4 way = context.pin_targets[k] - start.positions[context.model.pins[k]];
+    if (Dot(way, way) > 0) return false;
+  }
+  const EnergyChange change = ChangeOfEnergy(context, start);
+  return limit.IsExceeded(change.gain_j, change.start_kinetic_j);
+}
+
 // The new state replaces the old one unless it has blown up.
 void Commit(const StepContext& context, bool may_have_fault, FloatState& state,
             StepReport& report) {
@@ -49,9 +88,13 @@ void Commit(const StepContext& context, bool may_have_fault, FloatState& state,
 
 }  // namespace
 
-bool Finish(const StepContext& context, bool may_have_fault, bool measure, FloatState& state,
-            StepReport& report) {
-  if (context.scratch.reach.has_left) return false;
+Ending Finish(const StepContext& context, bool may_have_fault, bool measure, FloatState& state,
+              StepReport& report) {
+  if (context.scratch.reach.has_left) return Ending::kWithAllColliders;
+  if (GainsEnergy(context, state)) {
+    if (context.calmer_controls != nullptr) return Ending::kCalmer;
+    report.warnings.energy_gained = true;
+  }
   report.warnings.not_converged = !report.converged;
   Commit(context, may_have_fault, state, report);
   if (measure) {
@@ -59,7 +102,7 @@ bool Finish(const StepContext& context, bool may_have_fault, bool measure, Float
     report.warnings.strain_beyond_limit =
         report.measured.max_strain > context.controls.plan.strain_limit;
   }
-  return true;
+  return Ending::kDone;
 }
 
 }  // namespace drape::cpu

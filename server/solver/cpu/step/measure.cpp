@@ -8,6 +8,7 @@
 #include "server/solver/cpu/step/collider_gap.h"
 #include "server/solver/cpu/step/collider_surface.h"
 #include "server/solver/cpu/step/strain_histogram.h"
+#include "server/solver/self_contact/crossing_search.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape::cpu {
@@ -156,6 +157,21 @@ void MeasureContacts(const StepContext& context, const FloatState& state,
   }
 }
 
+void MeasureSelfContacts(const StepContext& context, const FloatState& state,
+                         Measurements& measured) {
+  if (context.contact_surface == nullptr) return;
+  std::vector<self_contact::Vector3d> positions;
+  for (uint32_t i = 0; i < context.model.particle_count; ++i) {
+    positions.push_back(
+        self_contact::ToVector<self_contact::Vector3d>(ToVector3d(state.positions[i])));
+  }
+  const self_contact::SelfContactMeasures measures = self_contact::MeasureSelfContacts(
+      *context.contact_surface, context.controls.self_contact->thickness_m, positions);
+  measured.near_pairs = measures.near_pairs;
+  measured.smallest_distance_m = measures.smallest_distance_m;
+  measured.crossings = measures.crossings;
+}
+
 // The part of an error that an impulse may still remove [m]: of an inequality no more than undoes
 // the impulses so far.
 double AdmissibleError(const StepContext& context, const DistanceConstraint& constraint,
@@ -212,6 +228,7 @@ Measurements Measure(const StepContext& context, const FloatState& state, FaultR
   const bool is_good = fault == FaultReason::kNone;
   const PlacedColliders colliders(context, is_good ? EndOf(context.controls.plan.schedule) : 0);
   MeasureContacts(context, state, colliders, measured);
+  MeasureSelfContacts(context, state, measured);
   if (is_good) {
     measured.max_residual_m = MaxResidual(context, state, colliders);
     measured.rms_motion_m = RmsMotion(context.scratch.state, state, context.model.particle_count);

@@ -1,6 +1,7 @@
 // The data of a step: the state, the working memory and the substep under way.
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,10 @@
 #include "server/solver/cpu/step/refine.h"
 #include "server/solver/cpu/step/step_team.h"
 #include "server/solver/substep_schedule.h"
+
+namespace drape {
+class ContactSurface;
+}  // namespace drape
 
 namespace drape::cpu {
 
@@ -62,6 +67,8 @@ struct StripScratch {
   std::vector<uint32_t> stretched_links;  // places that refinement found
 };
 
+struct SelfContactMemory;  // alone/self_contacts.h
+
 // Working memory of `apply_elastic` of a grid (GridElements), by coordinates. The numbers beside
 // the rows stay 0.
 struct GridElasticScratch {
@@ -99,6 +106,8 @@ struct StepScratch {
   bool has_quiet_particles = false;       // any of them is not 0
   // [reach.near] in the substep under way; empty if all rest as described.
   std::vector<MovingSurface> surfaces;
+  std::shared_ptr<SelfContactMemory> self_contacts;  // made when a cloth first needs it
+  bool self_contacts_failed = false;  // pins forced the cloth through itself in this step
   uint64_t repeats = 0;  // steps of this thread that were done again with all colliders
 };
 
@@ -122,7 +131,11 @@ struct StepContext {
   StepTeam& team;
   uint32_t max_iterations;    // sweeps per substep at most
   bool leaves_out_colliders;  // those out of reach; the result does not depend on it
-  FloatSubstep substep{};     // the one under way
+  // Of the scheme with which a step is done again that gained energy; null: none is calmer.
+  const FloatControls* calmer_controls = nullptr;
+  FloatSubstep substep{};                           // the one under way
+  const ContactSurface* contact_surface = nullptr;  // null: the cloth passes through itself
+  bool may_cross_itself = true;  // parts of the cloth may cross each other when the step begins
 
   // Whether a later sweep or a report reads the impulses that the strips accumulate.
   bool KeepsImpulses() const { return max_iterations > 1 || substep.is_last; }

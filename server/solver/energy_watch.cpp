@@ -1,0 +1,59 @@
+#include "server/solver/energy_watch.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/solver/solver_constants.h"
+
+namespace drape {
+namespace {
+
+bool CanGetEnergy(const SceneModel& model, const ClothParameters& parameters,
+                  LengthSource lengths) {
+  const bool feels_wind =
+      (parameters.air_drag > 0 || parameters.air_lift > 0) && !parameters.wind_m_per_s.isZero(0);
+  return model.spring_count() > 0 || model.elastic_count() > 0 || model.has_compliance() ||
+         model.has_joint_compliance() || lengths == LengthSource::kOwn || feels_wind ||
+         HasMovingColliders(parameters);
+}
+
+}  // namespace
+
+bool EnergyLimit::IsExceeded(double gain_j, double start_kinetic_j) const {
+  return is_watched && gain_j > constant_j + kMaxEnergyGain * start_kinetic_j +
+                                    lag_root_j * std::sqrt(start_kinetic_j);
+}
+
+EnergyLimit EnergyLimitOf(const SceneModel& model, const ClothParameters& parameters,
+                          LengthSource lengths, const StepPlan& plan) {
+  if (CanGetEnergy(model, parameters, lengths)) return {};
+  const StepSettings& settings = parameters.settings;
+  const double gravity = parameters.gravity_m_per_s2.norm();
+  const double mass_kg = model.total_mass_kg();
+  EnergyLimit limit{.is_watched = true};
+  limit.constant_j = kMaxEnergyGain * mass_kg * std::max(gravity, kLeastWatchedGravity_m_per_s2) *
+                     model.extent_m();
+  if (!parameters.colliders.empty()) {
+    constexpr double kSpeed = kMaxDepenetrationSpeed_m_per_s;
+    limit.constant_j += mass_kg * kSpeed * (kSpeed / 2 + gravity * settings.time_step_s);
+  }
+  // m v.(g h/2) at both ends, of all particles at most sqrt(2 m K) |g| h/2.
+  if (!plan.solver.has_two_steps) {
+    limit.lag_root_j = std::sqrt(2 * mass_kg) * gravity * settings.substep_s();
+  }
+  return limit;
+}
+
+bool HasCalmerScheme(const StepPlan& plan) {
+  return plan.solver.has_two_steps || plan.solver.has_start_directions();
+}
+
+ClothParameters WithCalmerScheme(const ClothParameters& parameters) {
+  ClothParameters calmer = parameters;
+  calmer.settings.integration = Integration::kOneStep;
+  calmer.settings.direction = Direction::kAtEnd;
+  calmer.settings.velocity_iterations = 0;
+  return calmer;
+}
+
+}  // namespace drape

@@ -1,0 +1,246 @@
+#include "server/solver/self_contact/contact_surface.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <utility>
+
+namespace drape {
+namespace {
+
+using self_contact::PairKind;
+using self_contact::Vector3d;
+
+// Triangles of a patch. More: coarser boxes, and more of a cloth that is folded counts as near;
+// fewer: a deeper tree, and more pairs of neighbours.
+constexpr size_t kPatchTriangles = 8;
+
+constexpr uint32_t kNone = UINT32_MAX;
+
+std::array<uint32_t, 2> Edge(uint32_t i, uint32_t j) {
+  return {std::min(i, j), std::max(i, j)};
+}
+
+// [triangle][edge]: the other triangle at the edge, or none. Of more than two triangles at an edge,
+// the first two are neighbours.
+std::vector<std::array<uint32_t, 3>> TrianglesAcrossEdges(
+    std::span<const std::array<uint32_t, 3>> triangles) {
+  std::vector<std::array<uint32_t, 3>> across(triangles.size(), {kNone, kNone, kNone});
+  std::map<std::array<uint32_t, 2>, std::pair<uint32_t, int>> open;
+  for (uint32_t t = 0; t < triangles.size(); ++t) {
+    for (int k = 0; k < 3; ++k) {
+      const auto edge = Edge(triangles[t][k], triangles[t][(k + 1) % 3]);
+      const auto [place, is_new] = open.try_emplace(edge, t, k);
+      if (is_new) continue;
+      const auto [other, other_edge] = place->second;
+      if (across[other][other_edge] != kNone) continue;
+      across[t][k] = other;
+      across[other][other_edge] = t;
+    }
+  }
+  return across;
+}
+
+template <class T>
+void SortUnique(std::vector<T>& list) {
+  std::sort(list.begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+}
+
+}  // namespace
+
+ContactSurface::ContactSurface(const SceneModel& model)
+    : triangles_(model.triangles().begin(), model.triangles().end()) {
+  for (const Eigen::Vector3d& p : model.rest_positions_m()) {
+    rest_positions_.push_back(self_contact::ToVector<Vector3d>(p));
+  }
+  for (const auto& [i, j, k] : triangles_) {
+    rest_double_areas_.push_back(self_contact::Length(
+        self_contact::Cross(Vector3d(rest_positions_[j] - rest_positions_[i]),
+                            Vector3d(rest_positions_[k] - rest_positions_[i]))));
+  }
+  FindEdges();
+  GrowPatches();
+  FindNeighbours();
+  BuildTree();
+}
+
+void ContactSurface::FindEdges() {
+  for (const auto& [i, j, k] : triangles_) {
+    edges_.insert(edges_.end(), {Edge(i, j), Edge(j, k), Edge(k, i)});
+  }
+  SortUnique(edges_);
+}
+
+// Each patch grows from its first triangle by the neighbour nearest to that.
+void ContactSurface::GrowPatches() {
+  const auto across = TrianglesAcrossEdges(triangles_);
+  const auto center = [&](uint32_t t) {
+    const auto& [i, j, k] = triangles_[t];
+    return Vector3d(rest_positions_[i] + rest_positions_[j] + rest_positions_[k]);
+  };
+  std::vector<bool> is_taken(triangles_.size(), false);
+  std::vector<std::vector<uint32_t>> triangles_of_patches;
+  for (uint32_t seed = 0; seed < triangles_.size(); ++seed) {
+    if (is_taken[seed]) continue;
+    std::vector<uint32_t>& patch = triangles_of_patches.emplace_back(1, seed);
+    is_taken[seed] = true;
+    while (patch.size() < kPatchTriangles) {
+      std::pair<double, uint32_t> nearest{std::numeric_limits<double>::infinity(), kNone};
+      for (const uint32_t t : patch) {
+        for (const uint32_t next : across[t]) {
+          if (next == kNone || is_taken[next]) continue;
+          nearest = std::min(
+              nearest, {self_contact::SquaredLength(Vector3d(center(next) - center(seed))), next});
+        }
+      }
+      if (nearest.second == kNone) break;
+      patch.push_back(nearest.second);
+      is_taken[nearest.second] = true;
+    }
+  }
+  FillPatches(triangles_of_patches);
+}
+
+void ContactSurface::FillPatches(const std::vector<std::vector<uint32_t>>& triangles_of_patches) {
+  std::vector<bool> has_vertex(rest_positions_.size(), false);
+  std::vector<bool> has_edge(edges_.size(), false);
+  const auto size = [](const std::vector<uint32_t>& list) {
+    return static_cast<uint32_t>(list.size());
+  };
+  for (const std::vector<uint32_t>& triangles : triangles_of_patches) {
+    ContactPatch patch;
+    patch.triangle_begin = size(patch_triangles_);
+    patch.edge_begin = size(patch_edges_);
+    patch.vertex_begin = size(patch_vertices_);
+    patch.corner_begin = size(patch_corners_);
+    std::vector<uint32_t> corners;
+    for (const uint32_t t : triangles) {
+      patch_triangles_.push_back(t);
+      for (int k = 0; k < 3; ++k) {
+        const uint32_t i = triangles_[t][k];
+        corners.push_back(i);
+        if (!has_vertex[i]) patch_vertices_.push_back(i);
+        has_vertex[i] = true;
+        const auto edge = Edge(i, triangles_[t][(k + 1) % 3]);
+        const auto place = std::lower_bound(edges_.begin(), edges_.end(), edge) - edges_.begin();
+        if (!has_edge[place]) patch_edges_.push_back(static_cast<uint32_t>(place));
+        has_edge[place] = true;
+      }
+    }
+    SortUnique(corners);
+    patch_corners_.insert(patch_corners_.end(), corners.begin(), corners.end());
+    patch.triangle_end = size(patch_triangles_);
+    patch.edge_end = size(patch_edges_);
+    patch.vertex_end = size(patch_vertices_);
+    patch.corner_end = size(patch_corners_);
+    patches_.push_back(patch);
+  }
+}
+
+void ContactSurface::FindNeighbours() {
+  std::vector<std::vector<uint32_t>> patches_of(rest_positions_.size());
+  for (uint32_t p = 0; p < patches_.size(); ++p) {
+    for (const uint32_t i : corners_of(patches_[p])) patches_of[i].push_back(p);
+  }
+  const auto gap_of = [&](const ContactPatch& a, const ContactPatch& b) {
+    double gap = std::numeric_limits<double>::infinity();
+    for (const uint32_t i : corners_of(a)) {
+      for (const uint32_t t : triangles_of(b)) {
+        const auto& [j, k, l] = triangles_[t];
+        if (i == j || i == k || i == l) continue;
+        gap = std::min(gap, RestDistance_m(PairKind::kVertexTriangle, {i, j, k, l}));
+      }
+    }
+    return gap;
+  };
+  neighbour_offsets_.push_back(0);
+  for (uint32_t p = 0; p < patches_.size(); ++p) {
+    std::vector<uint32_t> others;
+    for (const uint32_t i : corners_of(patches_[p])) {
+      for (const uint32_t other : patches_of[i]) {
+        if (other >= p) others.push_back(other);
+      }
+    }
+    SortUnique(others);
+    for (const uint32_t other : others) {
+      neighbours_.push_back(
+          {p, other,
+           std::min(gap_of(patches_[p], patches_[other]), gap_of(patches_[other], patches_[p]))});
+    }
+    neighbour_offsets_.push_back(static_cast<uint32_t>(neighbours_.size()));
+  }
+}
+
+bool ContactSurface::AreNeighbours(uint32_t patch, uint32_t other) const {
+  const auto [first, second] = std::minmax(patch, other);
+  for (uint32_t k = neighbour_offsets_[first]; k < neighbour_offsets_[first + 1]; ++k) {
+    if (neighbours_[k].second == second) return true;
+  }
+  return false;
+}
+
+// Halves by the middles of the patches along the widest axis.
+void ContactSurface::BuildTree() {
+  if (patches_.empty()) return;
+  std::vector<Vector3d> centers;
+  for (const ContactPatch& patch : patches_) {
+    self_contact::Box<Vector3d>& box = rest_boxes_.emplace_back();
+    for (const uint32_t i : corners_of(patch)) box.Add(rest_positions_[i]);
+    centers.push_back(box.low + box.high);
+  }
+  std::vector<uint32_t> order(patches_.size());
+  std::iota(order.begin(), order.end(), 0u);
+  struct Open {
+    uint32_t node;
+    size_t begin, end;
+  };
+  nodes_.push_back({});
+  std::vector<Open> open = {{0, 0, order.size()}};
+  while (!open.empty()) {
+    const auto [node, begin, end] = open.back();
+    open.pop_back();
+    if (end - begin == 1) {
+      nodes_[node] = {0, order[begin]};
+      continue;
+    }
+    self_contact::Box<Vector3d> box;
+    for (size_t k = begin; k < end; ++k) box.Add(centers[order[k]]);
+    const Vector3d size = box.high - box.low;
+    const int axis =
+        size[0] >= size[1] ? (size[0] >= size[2] ? 0 : 2) : (size[1] >= size[2] ? 1 : 2);
+    const size_t middle = begin + (end - begin) / 2;
+    std::nth_element(order.begin() + static_cast<std::ptrdiff_t>(begin),
+                     order.begin() + static_cast<std::ptrdiff_t>(middle),
+                     order.begin() + static_cast<std::ptrdiff_t>(end), [&](uint32_t a, uint32_t b) {
+                       return std::pair(centers[a][axis], a) < std::pair(centers[b][axis], b);
+                     });
+    const auto child = static_cast<uint32_t>(nodes_.size());
+    nodes_[node] = {child, 0};
+    nodes_.insert(nodes_.end(), 2, ContactNode{});
+    open.push_back({child, begin, middle});
+    open.push_back({child + 1, middle, end});
+  }
+}
+
+double ContactSurface::RestDistance_m(PairKind kind,
+                                      const std::array<uint32_t, 4>& particles) const {
+  const std::array<Vector3d, 4> p = {rest_positions_[particles[0]], rest_positions_[particles[1]],
+                                     rest_positions_[particles[2]], rest_positions_[particles[3]]};
+  return self_contact::Length(self_contact::Closest(kind, p).difference);
+}
+
+std::shared_ptr<const ContactSurface> ContactSurfaceCache::Get(
+    const std::shared_ptr<const SceneModel>& model) {
+  std::erase_if(entries_, [](const auto& entry) { return entry.second.model.expired(); });
+  Entry& entry = entries_[model.get()];
+  std::shared_ptr<const ContactSurface> surface = entry.surface.lock();
+  if (surface == nullptr) {
+    surface = std::make_shared<const ContactSurface>(*model);
+    entry = {model, surface};
+  }
+  return surface;
+}
+
+}  // namespace drape

@@ -1,0 +1,115 @@
+// What of a model can touch itself: its vertices, edges and triangles, in patches and a tree.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "server/scene/scene_model.h"
+#include "server/solver/self_contact/closest_points.h"
+
+namespace drape {
+
+// A connected handful of triangles. Each vertex and edge with a triangle belongs to one patch.
+// Ranges of the lists of ContactSurface.
+struct ContactPatch {
+  uint32_t triangle_begin = 0, triangle_end = 0;
+  uint32_t edge_begin = 0, edge_end = 0;
+  uint32_t vertex_begin = 0, vertex_end = 0;
+  uint32_t corner_begin = 0, corner_end = 0;  // all vertices of its triangles
+};
+
+// Patches that share a vertex, or one patch twice.
+struct ContactNeighbours {
+  uint32_t first, second;  // patches, first <= second
+  // Smallest distance in the rest shape of a vertex of one from a triangle of the other that it
+  // does not belong to [m].
+  double rest_gap_m;
+};
+
+// A node of the tree over the patches. Children come after their parent.
+struct ContactNode {
+  uint32_t first_child;  // the second is the next; 0: a leaf
+  uint32_t patch;        // of a leaf
+};
+
+// Constant after construction; safe to share between threads.
+class ContactSurface {
+ public:
+  explicit ContactSurface(const SceneModel& model);
+
+  uint32_t particle_count() const { return static_cast<uint32_t>(rest_positions_.size()); }
+  std::span<const std::array<uint32_t, 3>> triangles() const { return triangles_; }
+  std::span<const std::array<uint32_t, 2>> edges() const { return edges_; }  // ascending
+  std::span<const ContactPatch> patches() const { return patches_; }
+  std::span<const ContactNode> nodes() const { return nodes_; }  // the root first
+  // Of every patch with itself and with those that share a vertex with it.
+  std::span<const ContactNeighbours> neighbours() const { return neighbours_; }
+  bool AreNeighbours(uint32_t patch, uint32_t other) const;
+
+  // Lists that patches have ranges of.
+  std::span<const uint32_t> triangles_of(const ContactPatch& patch) const {
+    return Range(patch_triangles_, patch.triangle_begin, patch.triangle_end);
+  }
+  std::span<const uint32_t> edges_of(const ContactPatch& patch) const {
+    return Range(patch_edges_, patch.edge_begin, patch.edge_end);
+  }
+  std::span<const uint32_t> vertices_of(const ContactPatch& patch) const {
+    return Range(patch_vertices_, patch.vertex_begin, patch.vertex_end);
+  }
+  std::span<const uint32_t> corners_of(const ContactPatch& patch) const {
+    return Range(patch_corners_, patch.corner_begin, patch.corner_end);
+  }
+
+  // Distance of the primitives of a pair in the rest shape [m].
+  double RestDistance_m(self_contact::PairKind kind,
+                        const std::array<uint32_t, 4>& particles) const;
+  // Whether primitives of two patches may be nearer than `distance_m` in the rest shape.
+  bool MayBeNearAtRest(uint32_t patch, uint32_t other, double distance_m) const {
+    return self_contact::AreNear(rest_boxes_[patch], rest_boxes_[other],
+                                 self_contact::Splat<self_contact::Vector3d>(distance_m));
+  }
+  // Twice the area of a triangle in the rest shape [m^2].
+  double rest_double_area_m2(uint32_t triangle) const { return rest_double_areas_[triangle]; }
+
+ private:
+  static std::span<const uint32_t> Range(const std::vector<uint32_t>& list, uint32_t begin,
+                                         uint32_t end) {
+    return std::span(list).subspan(begin, end - begin);
+  }
+  // The steps of construction, in this order.
+  void FindEdges();
+  void GrowPatches();
+  void FillPatches(const std::vector<std::vector<uint32_t>>& triangles_of_patches);
+  void FindNeighbours();
+  void BuildTree();
+
+  std::vector<self_contact::Vector3d> rest_positions_;
+  std::vector<std::array<uint32_t, 3>> triangles_;
+  std::vector<double> rest_double_areas_;
+  std::vector<std::array<uint32_t, 2>> edges_;
+  std::vector<ContactPatch> patches_;
+  std::vector<self_contact::Box<self_contact::Vector3d>> rest_boxes_;  // [patch_count]
+  std::vector<uint32_t> patch_triangles_, patch_edges_, patch_vertices_, patch_corners_;
+  std::vector<ContactNeighbours> neighbours_;
+  std::vector<uint32_t> neighbour_offsets_;  // [patch_count + 1] of neighbours_, by their first
+  std::vector<ContactNode> nodes_;
+};
+
+// One ContactSurface per model, for as long as somebody uses it. One thread.
+class ContactSurfaceCache {
+ public:
+  std::shared_ptr<const ContactSurface> Get(const std::shared_ptr<const SceneModel>& model);
+
+ private:
+  struct Entry {
+    std::weak_ptr<const SceneModel> model;
+    std::weak_ptr<const ContactSurface> surface;
+  };
+  std::unordered_map<const SceneModel*, Entry> entries_;
+};
+
+}  // namespace drape

@@ -1,0 +1,123 @@
+#include "server/solver/self_contact/crossing_search.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/solver/self_contact/exact_orientation.h"
+#include "server/solver/self_contact/pair_search.h"
+
+namespace drape::self_contact {
+namespace {
+
+class CrossingSearch {
+ public:
+  CrossingSearch(const ContactSurface& surface, std::span<const Vector3d> positions_m)
+      : surface_(surface), positions_(positions_m) {
+    for (const ContactPatch& patch : surface.patches()) {
+      patches_.push_back(BoxOf(surface.corners_of(patch)));
+    }
+    nodes_.resize(surface.nodes().size());
+    for (size_t k = nodes_.size(); k-- > 0;) {
+      const ContactNode& node = surface.nodes()[k];
+      if (node.first_child == 0) {
+        nodes_[k] = patches_[node.patch];
+      } else {
+        nodes_[k] = nodes_[node.first_child];
+        nodes_[k].Add(nodes_[node.first_child + 1]);
+      }
+    }
+  }
+
+  std::vector<Crossing> Find() {
+    if (!nodes_.empty()) SearchBelow(0, 0);
+    std::sort(found_.begin(), found_.end(), [](const Crossing& a, const Crossing& b) {
+      return std::pair(a.edge, a.triangle) < std::pair(b.edge, b.triangle);
+    });
+    return std::move(found_);
+  }
+
+ private:
+  Box<Vector3d> BoxOf(std::span<const uint32_t> particles) const {
+    Box<Vector3d> box;
+    for (const uint32_t i : particles) box.Add(positions_[i]);
+    return box;
+  }
+
+  // The tree is as deep as the logarithm of the number of patches.
+  void SearchBelow(uint32_t a, uint32_t b) {
+    const ContactNode& first = surface_.nodes()[a];
+    const ContactNode& second = surface_.nodes()[b];
+    if (!AreNear(nodes_[a], nodes_[b], Vector3d{})) return;
+    if (first.first_child == 0 && second.first_child == 0) {
+      SearchPatches(first.patch, second.patch);
+      if (a != b) SearchPatches(second.patch, first.patch);
+    } else if (a == b) {
+      SearchBelow(first.first_child, first.first_child);
+      SearchBelow(first.first_child + 1, first.first_child + 1);
+      SearchBelow(first.first_child, first.first_child + 1);
+    } else if (first.first_child != 0 && (second.first_child == 0 || a < b)) {
+      SearchBelow(first.first_child, b);
+      SearchBelow(first.first_child + 1, b);
+    } else {
+      SearchBelow(a, second.first_child);
+      SearchBelow(a, second.first_child + 1);
+    }
+  }
+
+  // Edges of one patch through triangles of another one.
+  void SearchPatches(uint32_t edges_of, uint32_t triangles_of) {
+    const Box<Vector3d>& near = patches_[triangles_of];
+    for (const uint32_t e : surface_.edges_of(surface_.patches()[edges_of])) {
+      const std::array<uint32_t, 2>& edge = surface_.edges()[e];
+      const Box<Vector3d> box = BoxOf(edge);
+      if (!AreNear(box, near, Vector3d{})) continue;
+      for (const uint32_t t : surface_.triangles_of(surface_.patches()[triangles_of])) {
+        const std::array<uint32_t, 3>& triangle = surface_.triangles()[t];
+        if (!AreNear(box, BoxOf(triangle), Vector3d{})) continue;
+        const auto has = [&](uint32_t i) {
+          return std::find(triangle.begin(), triangle.end(), i) != triangle.end();
+        };
+        if (has(edge[0]) || has(edge[1])) continue;
+        if (Crosses(At(edge[0]), At(edge[1]), At(triangle[0]), At(triangle[1]), At(triangle[2]))) {
+          found_.push_back({e, t});
+        }
+      }
+    }
+  }
+
+  Eigen::Vector3d At(uint32_t i) const { return FromVector(positions_[i]); }
+
+  const ContactSurface& surface_;
+  const std::span<const Vector3d> positions_;
+  std::vector<Box<Vector3d>> patches_, nodes_;
+  std::vector<Crossing> found_;
+};
+
+}  // namespace
+
+std::vector<Crossing> FindCrossings(const ContactSurface& surface,
+                                    std::span<const Vector3d> positions_m) {
+  return CrossingSearch(surface, positions_m).Find();
+}
+
+SelfContactMeasures MeasureSelfContacts(const ContactSurface& surface, double thickness_m,
+                                        std::span<const Vector3d> positions_m) {
+  SelfContactMeasures measures;
+  measures.crossings = static_cast<uint32_t>(FindCrossings(surface, positions_m).size());
+  // A search finds pairs up to its thickness, or for edges kEdgeShare of it.
+  const double near_m = kNearPairRatio * thickness_m;
+  const std::vector<Vector3d> at_rest(positions_m.size());
+  PairSearch<Vector3d> search;
+  std::vector<CandidatePair<Vector3d>> pairs;
+  search.Find(surface, {positions_m, at_rest}, near_m / kEdgeShare,
+              std::numeric_limits<size_t>::max(), pairs);
+  for (const CandidatePair<Vector3d>& pair : pairs) {
+    if (pair.distance > near_m) continue;
+    if (surface.RestDistance_m(pair.kind, pair.particles) <= near_m) continue;
+    ++measures.near_pairs;
+    measures.smallest_distance_m = std::min(measures.smallest_distance_m, pair.distance);
+  }
+  return measures;
+}
+
+}  // namespace drape::self_contact

@@ -1,0 +1,358 @@
+#include "server/solver/self_contact/self_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "server/solver/self_contact/crossing_search.h"
+
+namespace drape::self_contact {
+namespace {
+
+// A search is for at most so many edge lengths of the way of the fastest particle relative to the
+// mean [-], and for at most kLongestSearch_s. Larger: more pairs than ever touch; smaller: more
+// searches.
+constexpr double kSearchWay = 1;
+constexpr double kLongestSearch_s = 1.0 / 60;
+// The drift that a search allows for: this share of the thickness [-], and this share of the way in
+// free fall [-]. Larger: more pairs are looked at in each substep; smaller: more searches.
+constexpr double kDriftThickness = 0.5;
+constexpr double kDriftEdge = 0.1;
+constexpr double kDriftFall = 0.5;
+// More pairs than this per particle are not looked at, but all particles move alike [-].
+constexpr size_t kMostPairsPerParticle = 200;
+// The way of a substep is expected to be this many times that of the one before [-]. Larger: more
+// pairs are looked at; smaller: pairs are found too late for impulses, and the guard has to push.
+constexpr double kWayMargin = 1.25;
+// Normals are found again after this time [s], or sooner where a pair comes near.
+constexpr double kNormalAge_s = 1.0 / 800;
+// Searches within one substep that pushes have led too far before all particles move alike [-].
+constexpr int kMostSearches = 4;
+
+}  // namespace
+
+template <class V>
+bool SelfContacts<V>::Begin(const ContactSurface& surface, const StepNumbers<V>& numbers,
+                            bool may_cross, std::span<const V> positions) {
+  surface_ = &surface;
+  numbers_ = numbers;
+  substep_s_ = numbers.time_step / static_cast<Real>(numbers.substeps);
+  substep_ = 0;
+  substeps_left_ = 0;
+  is_crossing_.clear();
+  normal_substeps_ = 1 + static_cast<uint32_t>(static_cast<Real>(kNormalAge_s) / substep_s_);
+  if (!may_cross) return false;
+  std::vector<Vector3d> exact;
+  for (const V& p : positions)
+    exact.push_back(Vector3d{double{p[0]}, double{p[1]}, double{p[2]}, 0});
+  const std::vector<Crossing> crossings = FindCrossings(surface, exact);
+  if (crossings.empty()) return false;
+  is_crossing_.assign(positions.size(), false);
+  for (const Crossing& crossing : crossings) {
+    for (const uint32_t i : surface.edges()[crossing.edge]) is_crossing_[i] = true;
+    for (const uint32_t i : surface.triangles()[crossing.triangle]) is_crossing_[i] = true;
+  }
+  return true;
+}
+
+template <class V>
+void SelfContacts<V>::Find(std::span<const V> positions, std::span<const V> velocities) {
+  ++substep_;
+  if (substeps_left_ == 0) {
+    Search(positions, Smoothed(velocities));
+  } else {
+    since_search_ += substep_s_;
+  }
+  --substeps_left_;
+  for (const uint32_t k : active_) pairs_[k].is_active = false;
+  active_.clear();
+  const Real fall = numbers_.gravity * substep_s_ * substep_s_;
+  Wake(positions, static_cast<Real>(kWayMargin) * way_ + fall);
+}
+
+// Neighbours that flutter against each other stay where they are: the mean over them tells better
+// where they will be than a velocity does.
+template <class V>
+std::span<const V> SelfContacts<V>::Smoothed(std::span<const V> velocities) {
+  const size_t count = surface_->particle_count();
+  smoothed_.assign(velocities.begin(), velocities.begin() + static_cast<std::ptrdiff_t>(count));
+  degrees_.assign(count, 1);
+  for (const auto& [i, j] : surface_->edges()) {
+    smoothed_[i] += velocities[j];
+    smoothed_[j] += velocities[i];
+    degrees_[i] += 1;
+    degrees_[j] += 1;
+  }
+  for (size_t i = 0; i < count; ++i) smoothed_[i] /= degrees_[i];
+  return smoothed_;
+}
+
+template <class V>
+void SelfContacts<V>::Search(std::span<const V> positions, std::span<const V> velocities) {
+  const size_t count = surface_->particle_count();
+  found_positions_.assign(positions.begin(),
+                          positions.begin() + static_cast<std::ptrdiff_t>(count));
+  found_velocities_.assign(velocities.begin(),
+                           velocities.begin() + static_cast<std::ptrdiff_t>(count));
+  Box<V> speeds;
+  for (const V& v : found_velocities_) speeds.Add(v);
+  const Real speed = Length(V(speeds.high - speeds.low)) / 2;
+  if (substep_ == 1) way_ = speed * substep_s_;
+  const Real longest = std::min(static_cast<Real>(kLongestSearch_s),
+                                static_cast<Real>(kSearchWay) * numbers_.edge_length /
+                                    std::max(speed, std::numeric_limits<Real>::min()));
+  const uint32_t rest = numbers_.substeps - substep_ + 1;
+  const Real wanted = std::min(longest / substep_s_, static_cast<Real>(rest));
+  substeps_left_ = std::max(1u, static_cast<uint32_t>(wanted));
+  since_search_ = 0;
+  const auto find = [&] {
+    const Real duration = static_cast<Real>(substeps_left_) * substep_s_;
+    drift_ = static_cast<Real>(kDriftThickness) * numbers_.thickness +
+             static_cast<Real>(kDriftEdge) * numbers_.edge_length +
+             static_cast<Real>(kDriftFall / 2) * numbers_.gravity * duration * duration;
+    return search_.Find(*surface_, {found_positions_, found_velocities_, duration, drift_},
+                        numbers_.thickness, kMostPairsPerParticle * count, candidates_);
+  };
+  has_all_pairs_ = find();
+  if (!has_all_pairs_ && substeps_left_ > 1) {
+    substeps_left_ = 1;
+    has_all_pairs_ = find();
+  }
+  if (!has_all_pairs_) candidates_.clear();
+  pairs_.clear();
+  for (const CandidatePair<V>& candidate : candidates_) {
+    ContactPair<V>& pair = pairs_.emplace_back();
+    pair.particles = candidate.particles;
+    pair.kind = candidate.kind;
+    pair.touch = candidate.thickness;
+    pair.first_touch = candidate.first_touch;
+    const auto crosses = [&](uint32_t i) { return is_crossing_[i]; };
+    pair.is_left_alone = !is_crossing_.empty() && std::all_of(candidate.particles.begin(),
+                                                              candidate.particles.end(), crosses);
+  }
+  // Pairs that wake in the same substep keep their order.
+  const auto wakes_at = [&](const ContactPair<V>& pair) {
+    return static_cast<uint32_t>(pair.first_touch / substep_s_);
+  };
+  std::stable_sort(
+      pairs_.begin(), pairs_.end(),
+      [&](const ContactPair<V>& a, const ContactPair<V>& b) { return wakes_at(a) < wakes_at(b); });
+  awake_ = 0;
+  active_.clear();
+  look_after_.assign(pairs_.size(), 0);
+  travel_ = 0;
+}
+
+template <class V>
+bool SelfContacts<V>::Wake(std::span<const V> starts, Real way) {
+  const Real end = since_search_ + substep_s_;
+  while (awake_ < pairs_.size() && pairs_[awake_].first_touch < end) ++awake_;
+  const Real travel = travel_ + way;
+  const size_t before = active_.size();
+  for (uint32_t k = 0; k < awake_; ++k) {
+    if (look_after_[k] > travel) continue;
+    ContactPair<V>& pair = pairs_[k];
+    if (pair.is_active) continue;
+    LookAt(pair, starts);
+    look_after_[k] = travel_ + std::max((pair.gap - pair.touch) / 2, Real{0});
+    if (look_after_[k] > travel) continue;
+    pair.is_active = true;
+    active_.push_back(k);
+  }
+  return active_.size() > before;
+}
+
+// The gap along any direction bounds the distance, so an old normal will do for a while.
+template <class V>
+void SelfContacts<V>::LookAt(ContactPair<V>& pair, std::span<const V> starts) {
+  pair.push = 0;
+  pair.tangent = V{};
+  pair.has_hit = false;
+  if (pair.is_left_alone) return;
+  bool is_apart = false;
+  if (pair.found_in > 0 && substep_ < pair.found_in + normal_substeps_) {
+    pair.gap = GapAlong(pair.kind, CornersOf(pair, starts.data()), pair.normal);
+    is_apart = pair.gap > pair.touch / 2;
+  }
+  if (!is_apart) {
+    pair.found_in = substep_;
+    is_apart = FindNormal(starts.data(), numbers_.inverse_masses, pair);
+  }
+  pair.is_left_alone = !is_apart;
+  pair.floor = std::min(pair.touch, pair.gap + numbers_.depenetration_speed * substep_s_);
+  const V first = starts[pair.particles[0]];
+  const Real size = std::abs(first[0]) + std::abs(first[1]) + std::abs(first[2]);
+  const Real rounding =
+      numbers_.touch_round_offs * std::numeric_limits<Real>::epsilon() * (size + pair.touch);
+  pair.is_resting =
+      std::abs(Dot(pair.normal, Weighted(pair, starts.data())) - pair.touch) < rounding;
+}
+
+// Coulomb's law: the impulse across the normal that static friction can exert, or the dynamic one.
+template <class V>
+V SelfContacts<V>::Friction(const V& wanted, Real push) const {
+  const Real size = Length(wanted);
+  if (size <= numbers_.friction_static * push) return wanted;
+  return wanted * (numbers_.friction_dynamic * push / size);
+}
+
+template <class V>
+bool SelfContacts<V>::SolvePush(ContactPair<V>& pair, const V* starts, const V* base, V* u,
+                                Real interval, Real least_change) {
+  const V move = interval * Weighted(pair, static_cast<const V*>(u));
+  // Of what rests the way counts, with all its digits: the height is rounded to some per cent of
+  // the way that gravity gives in a short substep.
+  const Real error = pair.is_resting
+                         ? Dot(pair.normal, V(WeightedChange(pair, starts, base) + move))
+                         : Dot(pair.normal, V(Weighted(pair, base) + move)) - pair.floor;
+  if (error >= 0 && pair.push == 0) return false;
+  const Real push = std::max(pair.push - error / interval, Real{0});
+  const Real change = push - pair.push;
+  pair.push = push;
+  V velocity_change = change * pair.normal;
+  if (numbers_.friction_static > 0) {
+    const V relative = Weighted(pair, static_cast<const V*>(u)) + velocity_change;
+    const Real normal_speed = Dot(relative, pair.normal);
+    const V sliding = relative - normal_speed * pair.normal;
+    // With two steps nothing is left of the speed along the normal (StopTouching).
+    const Real whole = numbers_.has_two_steps ? std::max(push - normal_speed, Real{0}) : push;
+    const V tangent = Friction(pair.tangent - sliding, whole);
+    velocity_change += tangent - pair.tangent;
+    pair.tangent = tangent;
+  }
+  Apply(pair, velocity_change, numbers_.inverse_masses, u);
+  pair.has_hit |= push > 0;
+  return SquaredLength(velocity_change) > least_change * least_change;
+}
+
+template <class V>
+bool SelfContacts<V>::Solve(const V* starts, const V* base, V* u, Real interval,
+                            Real least_change) {
+  bool has_changed = false;
+  for (const uint32_t k : active_) {
+    ContactPair<V>& pair = pairs_[k];
+    if (pair.is_left_alone || pair.inverse_mass == 0) continue;
+    has_changed |= SolvePush(pair, starts, base, u, interval, least_change);
+  }
+  return has_changed;
+}
+
+template <class V>
+typename SelfContacts<V>::Real SelfContacts<V>::DriftOf(std::span<const V> positions) const {
+  const Real time = since_search_ + substep_s_;
+  Box<V> drifts;
+  V sum{};  // not finite if any position is not
+  for (size_t i = 0; i < found_positions_.size(); ++i) {
+    const V drift = (positions[i] - found_positions_[i]) - time * found_velocities_[i];
+    drifts.Add(drift);
+    sum += drift;
+  }
+  if (!std::isfinite(sum[0] + sum[1] + sum[2])) return std::numeric_limits<Real>::infinity();
+  return Length(V(drifts.high - drifts.low));
+}
+
+template <class V>
+typename SelfContacts<V>::Real SelfContacts<V>::WayOf(
+    const typename PlanarGuard<V>::Motion& motion) const {
+  Box<V> ways;
+  for (size_t i = 0; i < found_positions_.size(); ++i) {
+    ways.Add(V(motion.ends[i] - motion.starts[i]));
+  }
+  return Length(V(ways.high - ways.low)) / 2;
+}
+
+template <class V>
+bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
+  bool is_apart = true;
+  for (int search = 0;; ++search) {
+    const Real drift = DriftOf(motion.ends);
+    if (!std::isfinite(drift)) return false;  // the cloth will be faulted
+    if (drift > drift_) {
+      if (search > kMostSearches) return GuardFar(motion);
+      // From the start of the substep, with the velocities that lead to its end.
+      ways_.resize(motion.ends.size());
+      for (size_t i = 0; i < ways_.size(); ++i) {
+        ways_[i] = (motion.ends[i] - motion.starts[i]) / substep_s_;
+      }
+      Search(motion.starts, search == 0 ? Smoothed(ways_) : ways_);
+      --substeps_left_;
+    }
+    if (!has_all_pairs_) return GuardFar(motion);
+    if (awake_ == 0 && (pairs_.empty() || pairs_[0].first_touch >= since_search_ + substep_s_)) {
+      break;
+    }
+    way_ = WayOf(motion);
+    const bool has_more = Wake(motion.starts, way_);
+    if (search > 0 && !(drift > drift_) && !has_more) break;
+    if (search > kMostSearches) return GuardFar(motion);
+    is_apart = guard_.Run(pairs_, active_, motion, way_);
+  }
+  travel_ += way_;
+  StopTouching(motion);
+  return is_apart;
+}
+
+// All particles move alike, or not at all beside pins: nothing passes through anything.
+template <class V>
+bool SelfContacts<V>::GuardFar(const typename PlanarGuard<V>::Motion& motion) {
+  V way{}, velocity{};
+  Real mass = 0;
+  bool has_pins = false;
+  for (size_t i = 0; i < found_positions_.size(); ++i) {
+    const Real w = numbers_.inverse_masses[i];
+    has_pins |= w == 0;
+    if (w == 0) continue;
+    way += (motion.ends[i] - motion.starts[i]) / w;
+    velocity += motion.velocities[i] / w;
+    mass += 1 / w;
+  }
+  if (mass == 0) return true;
+  way = has_pins ? V{} : V(way / mass);
+  velocity = has_pins ? V{} : V(velocity / mass);
+  for (size_t i = 0; i < found_positions_.size(); ++i) {
+    if (numbers_.inverse_masses[i] == 0) continue;
+    motion.ends[i] = motion.starts[i] + way;
+    motion.velocities[i] = velocity;
+  }
+  substeps_left_ = 0;
+  return !has_pins;
+}
+
+// What touches has no velocity along the normal, and friction has its part of the impulse. With two
+// steps the difference over two substeps remembers the velocity before a hit: what hits goes on as
+// if it had always had the velocity that the hit left.
+template <class V>
+void SelfContacts<V>::StopTouching(const typename PlanarGuard<V>::Motion& motion) {
+  V* const velocities = motion.velocities.data();
+  for (const uint32_t k : active_) {
+    ContactPair<V>& pair = pairs_[k];
+    if (!pair.has_hit || pair.inverse_mass == 0 || pair.is_left_alone) continue;
+    const V relative = Weighted(pair, static_cast<const V*>(velocities));
+    const Real speed = Dot(relative, pair.normal);
+    // No more than the pair itself has pushed is taken back.
+    const Real change = std::max(-speed, -pair.push);
+    V velocity_change = change * pair.normal;
+    if (numbers_.friction_static > 0) {
+      const V sliding = relative - speed * pair.normal;
+      velocity_change +=
+          Friction(pair.tangent - sliding, std::max(pair.push + change, Real{0})) - pair.tangent;
+    }
+    Apply(pair, velocity_change, numbers_.inverse_masses, velocities);
+    if (motion.previous_velocities.empty()) continue;
+    const V before = Weighted(pair, static_cast<const V*>(motion.previous_velocities.data()));
+    if (-Dot(before, pair.normal) <=
+        numbers_.slowest_landing + numbers_.grazing_sine * Length(before)) {
+      continue;
+    }
+    const V after = relative + velocity_change;
+    Apply(pair, V(after - before), numbers_.inverse_masses, motion.previous_velocities.data());
+    const V way = Weighted(pair, static_cast<const V*>(motion.ends.data())) -
+                  Weighted(pair, static_cast<const V*>(motion.previous_positions.data()));
+    Apply(pair, V(way - substep_s_ * after), numbers_.inverse_masses,
+          motion.previous_positions.data());
+  }
+}
+
+template class SelfContacts<Vector3f>;
+template class SelfContacts<Vector3d>;
+
+}  // namespace drape::self_contact

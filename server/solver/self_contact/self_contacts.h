@@ -1,0 +1,107 @@
+// The contacts of a cloth with itself during a step: the stages find_self_contacts,
+// solve_self_contacts and guard_self_contacts of server/solver/method.md, in single or double
+// precision.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "server/solver/self_contact/contact_pair.h"
+#include "server/solver/self_contact/contact_surface.h"
+#include "server/solver/self_contact/pair_search.h"
+#include "server/solver/self_contact/planar_guard.h"
+
+namespace drape::self_contact {
+
+// What a step needs to know of the cloth.
+template <class V>
+struct StepNumbers {
+  using Real = ScalarOf<V>;
+
+  Real thickness = 0;  // [m]
+  Real friction_static = 0;
+  Real friction_dynamic = 0;
+  Real depenetration_speed = 0;  // kMaxDepenetrationSpeed_m_per_s
+  Real gravity = 0;              // its length [m/s^2]
+  Real slowest_landing = 0;      // SlowestLanding [m/s]
+  Real grazing_sine = 0;         // kGrazingSine
+  Real touch_round_offs = 0;     // kTouchRoundOffs
+  Real edge_length = 0;          // of a typical edge [m]
+  Real time_step = 0;            // [s]
+  uint32_t substeps = 1;
+  bool has_two_steps = false;
+  std::span<const Real> inverse_masses;  // [particle_count] [1/kg]
+};
+
+// Working memory between steps; a step depends on its arguments alone. One thread.
+template <class V>
+class SelfContacts {
+ public:
+  using Real = ScalarOf<V>;
+
+  // Begins a step. `may_cross`: parts of the cloth may cross each other at these positions; those
+  // that do are left alone. Whether any does.
+  bool Begin(const ContactSurface& surface, const StepNumbers<V>& numbers, bool may_cross,
+             std::span<const V> positions);
+
+  // Begins a substep from this state.
+  void Find(std::span<const V> positions, std::span<const V> velocities);
+  // One sweep over the pairs; the particles are predicted at base + interval u, from `starts`.
+  // Whether a velocity changed by more than `least_change` [m/s].
+  bool Solve(const V* starts, const V* base, V* u, Real interval, Real least_change);
+  // Ends the substep. No pair passes through itself, and what touches has no velocity towards or
+  // from the other side. False: pins forced a pair through itself, or the state is not finite.
+  bool Guard(const typename PlanarGuard<V>::Motion& motion);
+
+  // Of the substep, those that were near.
+  std::span<const uint32_t> active() const { return active_; }
+  const ContactPair<V>& pair(uint32_t index) const { return pairs_[index]; }
+
+ private:
+  std::span<const V> Smoothed(std::span<const V> velocities);
+  void Search(std::span<const V> positions, std::span<const V> velocities);
+  // How far particles are from where the search expected them, relative to each other [m]; infinite
+  // for states that are not finite.
+  Real DriftOf(std::span<const V> positions) const;
+  // Half the largest way of a particle relative to any other within the substep [m].
+  Real WayOf(const typename PlanarGuard<V>::Motion& motion) const;
+  // Makes pairs active that may touch if no particle moves farther than `way` from the mean.
+  // Whether there were any.
+  bool Wake(std::span<const V> starts, Real way);
+  void LookAt(ContactPair<V>& pair, std::span<const V> starts);
+  bool SolvePush(ContactPair<V>& pair, const V* starts, const V* base, V* u, Real interval,
+                 Real least_change);
+  V Friction(const V& wanted, Real push) const;
+  void StopTouching(const typename PlanarGuard<V>::Motion& motion);
+  bool GuardFar(const typename PlanarGuard<V>::Motion& motion);
+
+  const ContactSurface* surface_ = nullptr;
+  StepNumbers<V> numbers_;
+  Real substep_s_ = 0;
+  uint32_t substep_ = 0;           // the one under way, from 1
+  std::vector<bool> is_crossing_;  // of particles of edges and triangles that crossed; or empty
+  PairSearch<V> search_;
+  std::vector<CandidatePair<V>> candidates_;
+  std::vector<ContactPair<V>> pairs_;  // by the substep in which they wake
+  size_t awake_ = 0;                   // the first of them
+  std::vector<Real> look_after_;       // of each pair: not to be looked at below this `travel_` [m]
+  std::vector<uint32_t> active_;       // pairs of the substep
+  Real travel_ = 0;                    // sum of WayOf since the search
+  uint32_t normal_substeps_ = 1;       // for which a normal is used
+  Real way_ = 0;                       // WayOf the last substep
+  // Of the last search; none yet: no substeps left.
+  std::vector<V> found_positions_, found_velocities_;
+  uint32_t substeps_left_ = 0;  // that it is for
+  Real since_search_ = 0;       // [s] at the start of the substep
+  bool has_all_pairs_ = true;
+  Real drift_ = 0;  // that it allows for [m]
+  std::vector<V> smoothed_, ways_;
+  std::vector<Real> degrees_;
+  PlanarGuard<V> guard_;
+};
+
+extern template class SelfContacts<Vector3f>;
+extern template class SelfContacts<Vector3d>;
+
+}  // namespace drape::self_contact

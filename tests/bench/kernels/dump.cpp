@@ -1,0 +1,159 @@
+#include "tests/bench/kernels/dump.h"
+
+#include <algorithm>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "server/core/check.h"
+#include "server/scene/colliders.h"
+#include "server/solver/gl_compute/kernel_variant.h"
+#include "server/solver/gl_compute/kernels.h"
+#include "server/solver/load.h"
+#include "shaders/interface/bindings.h"
+#include "tests/bench/bench_scenes.h"
+
+namespace drape::bench {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr uint32_t kSide = 32;
+constexpr uint32_t kLargeSide = 256;
+
+struct NamedCloth {
+  std::string name;
+  test::Scene scene;
+  StripSolve strip_solve = StripSolve::kReduction;
+};
+
+test::Scene Realtime(test::Scene scene) {
+  scene.parameters.settings = SettingsOf("REALTIME");
+  scene.parameters.damping_per_s = 0.2;
+  scene.parameters = RaiseSubsteps(*scene.model, scene.parameters);
+  return scene;
+}
+
+test::Scene TwoCorners(uint32_t side, const StructuralMaterial& material = {}) {
+  return Realtime(test::Grid(side, side, 1, 1, {0, side - 1}, material));
+}
+
+test::Scene Windy() {
+  test::Scene scene = TwoCorners(kSide);
+  scene.parameters.air_drag = scene.parameters.air_lift = 1;
+  return scene;
+}
+
+// The cloths whose kernels are counted: those of the benchmarks, and one per feature.
+std::vector<NamedCloth> NamedCloths() {
+  const StructuralMaterial fabric{.bending_rigidity_n_m = 1e-5, .shear_modulus_n_per_m = 20};
+  return {{"two_corners", TwoCorners(kSide)},
+          {"two_corners_elimination", TwoCorners(kSide), StripSolve::kElimination},
+          {"contacts", Realtime(test::FallingOnSphere(kSide))},
+          {"bending_shear", TwoCorners(kSide, fabric)},
+          {"wind", Windy()},
+          {"small", TwoCorners(8)},
+          {"mesh", Realtime(test::MeshedGrid(kSide, kSide, 1, 1, {0, kSide - 1}))},
+          {"tiled", TwoCorners(kLargeSide)},
+          {"tiled_contacts", Realtime(Figure4(kLargeSide, SettingsOf("REALTIME")))}};
+}
+
+// Of a GPU as the server sees it.
+DeviceTraits HardwareTraits(StripSolve strip_solve) {
+  constexpr uint32_t kNoLimit = 1u << 24;
+  return {.is_software = false, .loop_budget = kNoLimit, .strip_solve = strip_solve};
+}
+
+uint32_t MostTethers(const SceneModel& model) {
+  const auto offsets = model.tether_offsets();
+  uint32_t most = 0;
+  for (size_t i = 0; i + 1 < offsets.size(); ++i)
+    most = std::max(most, offsets[i + 1] - offsets[i]);
+  return most;
+}
+
+// Numbers that bound the kernels' loops, under the names that the shaders use.
+json SizesOf(const PlannedCloth& cloth) {
+  const SceneModel& model = cloth.model;
+  const StripSet& strips = model.strips();
+  const uint32_t phases = std::max(strips.phase_count(), 1u);
+  const uint32_t colours = std::max<uint32_t>(model.colour_count(), 1);
+  const StepSettings& settings = cloth.parameters.settings;
+  return {{"particle_count", model.particle_count()},
+          {"pin_count", model.pin_count()},
+          {"constraint_count", model.constraint_count()},
+          {"colour_count", model.colour_count()},
+          {"links_per_colour", (model.constraint_count() + colours - 1) / colours},
+          {"strip_phase_count", strips.phase_count()},
+          {"strips_per_phase", (strips.strip_count() + phases - 1) / phases},
+          {"links_per_strip", LongestStrip(strips)},
+          {"tethers_per_particle", MostTethers(model)},
+          {"elastic_count", model.elastic_count()},
+          {"elastic_family_count", model.elastic_lines().families.size()},
+          {"triangle_count", model.triangles().size()},
+          {"collider_count", cloth.parameters.colliders.size()},
+          {"substeps", cloth.plan.schedule.size()},
+          {"max_iterations", settings.max_iterations},
+          {"grid_columns", model.grid_columns()},
+          {"grid_rows", model.grid_rows()}};
+}
+
+void WriteText(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream file(path);
+  file << text;
+  file.close();
+  if (!file) throw std::runtime_error("cannot write " + path.string());
+}
+
+struct Program {
+  std::string kernel;
+  std::string defines;
+  uint32_t local_size = 0;
+};
+
+std::vector<Program> ProgramsOf(const KernelVariant& variant) {
+  if (!variant.is_tiled()) return {{"resident_step", variant.Defines(), variant.local_size}};
+  std::vector<Program> programs;
+  for (const TiledKernel& kernel : TiledKernels()) {
+    if (!variant.traits.HasAnyOf(kernel.needed_by)) continue;
+    programs.push_back({kernel.file, DefinesOf(kernel, variant), variant.*kernel.local_size});
+  }
+  return programs;
+}
+
+}  // namespace
+
+void DumpKernels(const KernelsOptions& options) {
+  std::filesystem::create_directories(options.dump);
+  const Result<gl::ShaderLibrary> library = OpenShaders(options.shader_dir);
+  if (!library.ok()) throw std::runtime_error(library.status().ToString());
+  json programs = json::array();
+  std::set<std::string> texts;
+  for (const NamedCloth& named : NamedCloths()) {
+    const PlannedCloth cloth = PlanOnDevice(*named.scene.model, named.scene.parameters);
+    const Result<VariantChoice> choice = ChooseVariant(cloth, HardwareTraits(named.strip_solve));
+    DRAPE_CHECK(choice.ok(), choice.status().ToString());
+    for (const Program& program : ProgramsOf(choice->variant)) {
+      const Result<gl::ShaderSource> source =
+          AssembleKernel(library.value(), program.kernel, program.defines);
+      DRAPE_CHECK(source.ok(), source.status().ToString());
+      if (!texts.insert(source->text).second) continue;  // shared by two variants
+      const std::string name = named.name + "." + program.kernel;
+      WriteText(options.dump / (name + ".glsl"), source->text);
+      programs.push_back(
+          {{"name", name},
+           {"kernel", program.kernel},
+           {"local_size", program.local_size},
+           {"strips",
+            choice->variant.strip_solve == StripSolve::kReduction ? "reduction" : "elimination"},
+           {"sizes", SizesOf(cloth)}});
+    }
+  }
+  WriteText(options.dump / "kernels.json", programs.dump(1) + "\n");
+}
+
+}  // namespace drape::bench

@@ -1,0 +1,68 @@
+#include "server/solver/self_contact/crossing_search.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "server/solver/self_contact/exact_orientation.h"
+#include "tests/self_contact/crumpled.h"
+
+namespace drape::test {
+namespace {
+
+using self_contact::FindCrossings;
+using self_contact::FromVector;
+using self_contact::MeasureSelfContacts;
+using self_contact::Vector3d;
+
+TEST(CrossingSearch, FindsAllAndOnlyThose) {
+  size_t total = 0;
+  for (const Scene& scene : {Grid(15, 11, 1, 0.7), MeshedGrid(12, 12, 1, 1)}) {
+    const ContactSurface surface(*scene.model);
+    for (const double folds : {0.0, 2.0, 5.0}) {
+      for (const double noise : {0.0, 0.02, 0.1}) {
+        const auto positions = Folded(*scene.model, folds, folds > 0 ? 0.3 : 1.0, noise, 7);
+        size_t expected = 0;
+        for (const auto& [i, j] : surface.edges()) {
+          for (const auto& [a, b, c] : surface.triangles()) {
+            if (i == a || i == b || i == c || j == a || j == b || j == c) continue;
+            expected += self_contact::Crosses(FromVector(positions[i]), FromVector(positions[j]),
+                                              FromVector(positions[a]), FromVector(positions[b]),
+                                              FromVector(positions[c]));
+          }
+        }
+        const auto found = FindCrossings(surface, positions);
+        EXPECT_EQ(found.size(), expected) << folds << " folds, noise " << noise;
+        if (folds == 0 && noise == 0) {
+          EXPECT_EQ(expected, 0u);
+        }
+        total += expected;
+      }
+    }
+  }
+  EXPECT_GT(total, 1000u);
+}
+
+// Two halves of a sheet, one flat above the other.
+TEST(CrossingSearch, MeasuresTheSmallestDistanceOfNearPairs) {
+  const Scene scene = Grid(11, 5, 1, 0.4);
+  const ContactSurface surface(*scene.model);
+  std::vector<Vector3d> positions;
+  for (const Eigen::Vector3d& p : scene.model->rest_positions_m()) {
+    const bool is_above = p.x() > 0.5;
+    positions.push_back(Vector3d{is_above ? 1 - p.x() : p.x(), is_above ? 0.004 : 0.0, p.z(), 0});
+  }
+  const auto near = MeasureSelfContacts(surface, 0.004, positions);
+  EXPECT_EQ(near.crossings, 0u);
+  EXPECT_GT(near.near_pairs, 30u);
+  // Only where the halves are joined they come nearer: edges from one to the other cross above the
+  // middle of each other.
+  EXPECT_NEAR(near.smallest_distance_m, 0.002, 1e-5);
+  EXPECT_LT(MeasureSelfContacts(surface, 0.002, positions).near_pairs, 6u);
+  const auto flat = MeasureSelfContacts(surface, 0.004, Folded(*scene.model, 0, 1, 0, 1));
+  EXPECT_EQ(flat.near_pairs, 0u);
+  EXPECT_EQ(flat.smallest_distance_m, std::numeric_limits<double>::infinity());
+}
+
+}  // namespace
+}  // namespace drape::test

@@ -1,0 +1,151 @@
+// A step that would give a cloth energy for no reason is done again more dissipatively, and says
+// so.
+#include <gtest/gtest.h>
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "tests/support/backends/backends.h"
+#include "tests/support/random_cloths.h"
+#include "tests/support/reports.h"
+#include "tests/support/states.h"
+
+namespace drape::test {
+namespace {
+
+using Eigen::Vector3d;
+
+class EnergyWatchTest : public testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Backends, EnergyWatchTest, testing::Values("reference", "cpu"),
+                         NameOfCase<testing::TestParamInfo<std::string>>);
+
+// A sheet whose pins are 1.6 times as far apart as it is long: its lengths cannot be met.
+Scene TornSheet(double speed_m_per_s) {
+  Scene scene = Grid(8, 8, 1, 1, {0, 7});
+  scene.parameters.settings = PresetSettings(Preset::kRealtime);
+  scene.state.positions_m[0].x() -= 0.3;
+  scene.state.positions_m[7].x() += 0.3;
+  scene.pin_targets_m = {scene.state.positions_m[0], scene.state.positions_m[7]};
+  Stir(scene, speed_m_per_s);
+  return scene;
+}
+
+TEST_P(EnergyWatchTest, WarnsOfASheetThatIsTornApart) {
+  Backend& backend = SharedBackend(GetParam());
+  const Scene scene = TornSheet(0.1);
+  const ClothHandle cloth = CreateCloth(backend, scene);
+  uint32_t warned = 0;
+  for (int step = 0; step < 120; ++step) {
+    const StepReport report = StepAlone(backend, cloth, scene);
+    ASSERT_EQ(report.fault, FaultReason::kNone) << "step " << step;
+    warned += report.warnings.energy_gained;
+  }
+  EXPECT_GT(warned, 0u);
+  backend.Destroy(cloth);
+}
+
+// Pins that move do work, and so may everything that is not watched.
+TEST_P(EnergyWatchTest, IsSilentWhereEnergyMayComeFrom) {
+  Backend& backend = SharedBackend(GetParam());
+  for (const char* what : {"pins", "wind", "compliance"}) {
+    Scene scene = TornSheet(0.1);
+    if (*what == 'c') {
+      const ParticleState state = scene.state;
+      const std::vector<Vector3d> targets_m = scene.pin_targets_m;
+      scene = Grid(8, 8, 1, 1, {0, 7}, {.stretch_compliance_m_per_n = 1e-6});
+      scene.parameters.settings = PresetSettings(Preset::kRealtime);
+      scene.state = state;
+      scene.pin_targets_m = targets_m;
+    }
+    if (*what == 'w') {
+      scene.parameters.air_drag = 1;
+      scene.parameters.wind_m_per_s = Vector3d(0, 0, 1);
+    }
+    const ClothHandle cloth = CreateCloth(backend, scene);
+    for (int step = 0; step < 60; ++step) {
+      if (*what == 'p') scene.pin_targets_m[0].y() += 1e-4;
+      EXPECT_FALSE(StepAlone(backend, cloth, scene).warnings.energy_gained) << what << " " << step;
+    }
+    backend.Destroy(cloth);
+  }
+}
+
+// An ordinary sheet never has the warning, nor a step that is done twice.
+TEST_P(EnergyWatchTest, IsSilentForOrdinarySheets) {
+  Backend& backend = SharedBackend(GetParam());
+  for (const Preset preset : {Preset::kRealtime, Preset::kPaper}) {
+    Scene scene = Grid(12, 12, 1, 1, {0, 11});
+    scene.parameters.settings = PresetSettings(preset);
+    const ClothHandle cloth = CreateCloth(backend, scene);
+    for (int step = 0; step < 120; ++step) {
+      EXPECT_FALSE(StepAlone(backend, cloth, scene).warnings.energy_gained)
+          << PresetName(preset) << " step " << step;
+    }
+    backend.Destroy(cloth);
+  }
+}
+
+// Steps the cloths together and each alone, and expects equal bits and reports. Returns how many
+// steps warned.
+uint32_t ExpectSameTogetherAsAlone(Backend& backend, const std::vector<Scene>& scenes, int steps) {
+  std::vector<ClothHandle> together, alone;
+  std::vector<StepItem> items;
+  for (const Scene& scene : scenes) {
+    together.push_back(CreateCloth(backend, scene));
+    alone.push_back(CreateCloth(backend, scene));
+    items.push_back({together.back(), {}, true});
+  }
+  uint32_t warned = 0;
+  for (int step = 0; step < steps; ++step) {
+    const BatchReport batch = backend.Step(items);
+    for (size_t k = 0; k < scenes.size(); ++k) {
+      const StepReport report =
+          backend.Step(std::vector<StepItem>{{alone[k], {}, true}}).reports[0];
+      EXPECT_EQ(DifferenceOf(batch.reports[k], report), "") << "step " << step << " cloth " << k;
+      EXPECT_EQ(ReadBits(backend, together[k]), ReadBits(backend, alone[k]))
+          << "step " << step << " cloth " << k;
+      warned += report.warnings.energy_gained;
+    }
+    if (testing::Test::HasFailure()) break;
+  }
+  for (size_t k = 0; k < scenes.size(); ++k) {
+    backend.Destroy(together[k]);
+    backend.Destroy(alone[k]);
+  }
+  return warned;
+}
+
+// The decision is the cloth's own, whatever the others in its lanes do.
+TEST(EnergyWatchInLanes, StepsAgainAsAlone) {
+  std::vector<Scene> scenes;
+  for (int k = 0; k < 16; ++k) scenes.push_back(TornSheet(0.1 * k));
+  for (Scene& scene : std::span(scenes).last(4)) {  // whole
+    scene.state = RestState(*scene.model);
+    scene.pin_targets_m.clear();
+  }
+  const uint32_t warned = ExpectSameTogetherAsAlone(SharedBackend("cpu"), scenes, 40);
+  EXPECT_GT(warned, 0u) << "nothing was done again";
+  EXPECT_LT(warned, 40 * scenes.size());
+}
+
+// Strips with ways back.
+TEST(EnergyWatchInLanes, LinkagesAndUnequalMassesAsAlone) {
+  for (const RandomKind kind :
+       {RandomKind::kLinkage, RandomKind::kChain, RandomKind::kTree, RandomKind::kSheet}) {
+    Scene scene = RandomCloth(kind, 12);
+    scene.parameters.settings = PresetSettings(Preset::kRealtime);
+    ASSERT_GT(scene.model->strips().phase_count(), scene.model->strips().phase_count_there)
+        << scene.name;
+    std::vector<Scene> scenes;
+    for (int k = 0; k < 5; ++k) {
+      Stir(scene, 0.1 * k);
+      scenes.push_back(scene);
+    }
+    ExpectSameTogetherAsAlone(SharedBackend("cpu"), scenes, 20);
+    EXPECT_FALSE(HasFailure()) << scene.name;
+  }
+}
+
+}  // namespace
+}  // namespace drape::test
