@@ -24,14 +24,13 @@ bool AreSameElements(std::span<const ElasticElement> a, std::span<const ElasticE
   });
 }
 
-// The strip of each constraint and the phase of each strip.
+// The strips that begin with each constraint, in their order, and the phase of each strip. Sweeps
+// that come back have some strips several times.
 struct StripPlaces {
   explicit StripPlaces(const StripSet& strips)
-      : strip_of(strips.constraints.size()), phase_of(strips.strip_count()) {
+      : strips_from(strips.constraints.size()), phase_of(strips.strip_count()) {
     for (uint32_t s = 0; s < strips.strip_count(); ++s) {
-      for (uint32_t k = strips.strip_offsets[s]; k < strips.strip_offsets[s + 1]; ++k) {
-        strip_of[strips.constraints[k]] = s;
-      }
+      strips_from[strips.constraints[strips.strip_offsets[s]]].push_back(s);
     }
     for (uint32_t phase = 0; phase < strips.phase_count(); ++phase) {
       std::fill(phase_of.begin() + strips.phase_offsets[phase],
@@ -39,7 +38,7 @@ struct StripPlaces {
     }
   }
 
-  std::vector<uint32_t> strip_of;
+  std::vector<std::vector<uint32_t>> strips_from;
   std::vector<uint32_t> phase_of;
 };
 
@@ -63,8 +62,11 @@ bool FitStrips(const SceneModel& model, const SceneModel& layout) {
   const std::span<const double> w = model.inverse_masses_per_kg();
   // One more than the phase in the layout of the last strip of each particle so far.
   std::vector<uint32_t> next_phase(model.particle_count(), 0);
+  std::vector<uint32_t> visits(other.constraints.size(), 0);  // of the strips from each constraint
   for (uint32_t s = 0; s < strips.strip_count(); ++s) {
-    const uint32_t same = places.strip_of[LinksOf(strips, s)[0]];
+    const uint32_t first = LinksOf(strips, s)[0];
+    if (visits[first] == places.strips_from[first].size()) return false;
+    const uint32_t same = places.strips_from[first][visits[first]++];
     if (!AreSame(LinksOf(strips, s), LinksOf(other, same)) ||
         !AreSame(ParticlesOf(strips, s), ParticlesOf(other, same))) {
       return false;
