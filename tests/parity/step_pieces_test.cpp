@@ -99,7 +99,9 @@ TEST_P(StepPieces, HaveTheBitsOfOneStep) {
       EXPECT_EQ(report.converged, expected.converged) << scene.name;
       EXPECT_EQ(report.measured.max_strain, expected.measured.max_strain) << scene.name;
       EXPECT_EQ(report.measured.kinetic_energy_j, expected.measured.kinetic_energy_j);
-      if (MustPause(backend_, scene)) EXPECT_GT(pauses_, 1) << scene.name;
+      if (MustPause(backend_, scene)) {
+        EXPECT_GT(pauses_, 1) << scene.name;
+      }
     }
     EXPECT_TRUE(ReadBits(backend_, pieces) == ReadBits(backend_, whole)) << scene.name;
     backend_.Destroy(whole);

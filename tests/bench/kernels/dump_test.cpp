@@ -18,7 +18,7 @@ using ::testing::Not;
 TEST(DumpKernelsTest, EachProgramIsWholeAndTheSizesAreThoseOfItsCloth) {
   const ScratchFolder scratch;
   const fs::path& folder = scratch.path();
-  DumpKernels({.dump = folder});
+  DumpKernels({.dump = folder, .shader_dir = ""});
   const nlohmann::json programs = nlohmann::json::parse(ReadText(folder / "kernels.json"));
   int resident = 0;
   for (const auto& program : programs) {

@@ -86,7 +86,7 @@ class EightStrips : public EightPaths {
   static const Mask8& Running(const Mask8& mask) { return mask; }
 
   Vec8 Compliances(uint32_t link) const { return Number(context().model.strip_compliances[link]); }
-  bool reads_impulses() const { return context().max_iterations > 1; }
+  bool reads_impulses() const { return context().SolvesLinksAgain(); }
   bool keeps_impulses() const { return context().KeepsImpulses(); }
   Vec8 Impulses(const Ends& places) const {
     return GatherPlaces(context().scratch.distance_impulses, places);

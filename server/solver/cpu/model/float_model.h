@@ -234,6 +234,10 @@ struct FloatModel {
   // Neither a pin nor the spare particle.
   bool IsFree(uint32_t i) const { return i < particle_count && inverse_masses[i] != 0; }
   bool has_compliance() const { return !compliances.empty(); }
+  // A sweep comes back through phases of strips (AddWaysBack).
+  bool has_ways_back() const {
+    return source->strips().phase_count() > source->strips().phase_count_there;
+  }
   bool has_inequalities() const { return !bounds.empty(); }
   // Set for the constraints of a group that are rigid equalities: velocities must keep them as
   // well.

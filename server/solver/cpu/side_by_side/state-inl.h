@@ -202,8 +202,11 @@ struct GroupContext {
   size_t collider_count() const { return reach.near.size(); }
   // With the spare one.
   size_t particle_count() const { return model.particle_count + size_t{1}; }
-  // Whether a later sweep or a report reads the impulses that the strips accumulate.
-  bool KeepsImpulses() const { return max_iterations > 1 || substep.is_last; }
+  // Whether the strips solve a link more than once in a substep: then they need what they have
+  // accumulated.
+  bool SolvesLinksAgain() const { return max_iterations > 1 || model.has_ways_back(); }
+  // Whether they or a report read it.
+  bool KeepsImpulses() const { return SolvesLinksAgain() || substep.is_last; }
   bool has_hinge_stages() const { return controls.plan.solver.hinge_stages > 0; }
   // Number of elastic elements, of triangles, or of places for cells, whichever is largest.
   size_t kick_count() const {

@@ -98,7 +98,7 @@ class StripPairs : public PathPairs {
   VecPair Compliances(uint32_t link) const {
     return Number(context().model.pair_compliances[link]);
   }
-  bool reads_impulses() const { return context().max_iterations > 1; }
+  bool reads_impulses() const { return context().SolvesLinksAgain(); }
   bool keeps_impulses() const { return context().KeepsImpulses(); }
   VecPair Impulses(const Ends& places) const {
     return {context().distance_impulses[places[0]], context().distance_impulses[places[1]]};

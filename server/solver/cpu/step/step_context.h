@@ -138,8 +138,11 @@ struct StepContext {
   const ContactSurface* contact_surface = nullptr;  // null: the cloth passes through itself
   bool may_cross_itself = true;  // parts of the cloth may cross each other when the step begins
 
-  // Whether a later sweep or a report reads the impulses that the strips accumulate.
-  bool KeepsImpulses() const { return max_iterations > 1 || substep.is_last; }
+  // Whether the strips solve a link more than once in a substep: then they need what they have
+  // accumulated.
+  bool SolvesLinksAgain() const { return max_iterations > 1 || model.has_ways_back(); }
+  // Whether they or a report read it.
+  bool KeepsImpulses() const { return SolvesLinksAgain() || substep.is_last; }
 
   // function(begin, end) of ranges that divide [0, count).
   template <class Function>
