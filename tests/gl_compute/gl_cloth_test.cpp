@@ -290,6 +290,8 @@ TEST(MakeClothRecordTest, SubstepsAreThoseOfTheSchedule) {
 
 TEST(PlacedTest, EveryOffsetFromTheStartOfTheBlock) {
   const shader::ParameterLayout placed = Placed(shader::ParameterLayout{.pin_targets = 0,
+                                                                        .held = 3,
+                                                                        .inverse_masses = 3,
                                                                         .colliders = 3,
                                                                         .collider_motions = 5,
                                                                         .length_starts = 5,

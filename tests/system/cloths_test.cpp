@@ -483,22 +483,5 @@ TEST_F(Cloths, AStepWithARequestIdIsCompletedThoughItsClientHasGone) {
   EXPECT_EQ(Get(*stub_, session_, ids[0]).step(), 20000u);
 }
 
-TEST_F(Cloths, GetShowsWhatWasAskedForResolved) {
-  v1::CreateClothsRequest creation = GoodCreation();
-  creation.set_session(session_);
-  const Ids ids = Create(*stub_, creation);
-  const v1::Cloth cloth = Get(*stub_, session_, ids.at(1));
-  EXPECT_EQ(cloth.settings().preset(), v1::StepSettings::ACCURATE);
-  EXPECT_EQ(cloth.settings().substeps(), 7u);
-  EXPECT_EQ(cloth.settings().max_iterations(), 3u);
-  EXPECT_EQ(cloth.settings().time_step_s(), 1.0 / 60);
-  EXPECT_THAT(cloth.environment().gravity_m_per_s2(), testing::ElementsAre(0, -1, 0));
-  EXPECT_THAT(cloth.environment().wind_m_per_s(), testing::ElementsAre(0, 0, 7));
-  EXPECT_THAT(cloth.environment().colliders(1).plane().normal(), testing::ElementsAre(0, 1, 0));
-  EXPECT_THAT(cloth.environment_origin_m(), testing::ElementsAre(10, 0, 0));
-  EXPECT_EQ(cloth.pins_size(), 2);
-  EXPECT_FALSE(cloth.faulted());
-}
-
 }  // namespace
 }  // namespace drape::test

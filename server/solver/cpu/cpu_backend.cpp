@@ -18,9 +18,8 @@
 
 #include "server/solver/cpu/alone/cloth_step.h"
 #include "server/solver/cpu/cloth_slots.h"
-#include "server/solver/cpu/model/float_controls.h"
+#include "server/solver/cpu/cpu_cloth.h"
 #include "server/solver/cpu/model/float_model.h"
-#include "server/solver/cpu/model/own_lengths.h"
 #include "server/solver/cpu/side_by_side/group_step.h"
 #include "server/solver/cpu/simd/denormals.h"
 #include "server/solver/cpu/step/measure.h"
@@ -32,136 +31,6 @@
 namespace drape {
 namespace cpu {
 namespace {
-
-// A step that is done in pieces, with working memory of its own.
-struct LongStep {
-  StepScratch scratch;
-  StepProgress progress;
-};
-
-struct Cloth {
-  std::shared_ptr<const FloatModel> model;
-  ClothParameters parameters;
-  std::optional<FloatControls> controls;  // always set in a used slot
-  FloatState state;
-  std::vector<Vec4> pin_targets;  // [pin_count]
-  std::optional<OwnLengths> own_lengths{};
-  Grips grips{};
-  FaultReason fault = FaultReason::kNone;
-  std::shared_ptr<LongStep> long_step{};           // null: none has begun
-  std::optional<FloatControls> calmer_controls{};  // of a watched cloth that has a calmer scheme
-  // Only of cloths that touch themselves.
-  std::shared_ptr<const ContactSurface> contact_surface{};
-  bool may_cross_itself = true;  // until a step has found that nothing crosses
-};
-
-FloatState ToFloat(const ParticleState& state, uint32_t particle_count) {
-  DRAPE_CHECK(state.positions_m.size() == particle_count &&
-                  state.velocities_m_per_s.size() == particle_count,
-              "the state does not fit the model");
-  FloatState result;
-  for (const auto& p : state.positions_m) result.positions.push_back(ToVec4(p));
-  for (const auto& v : state.velocities_m_per_s) result.velocities.push_back(ToVec4(v));
-  result.positions.push_back(Vec4{});
-  result.velocities.push_back(Vec4{});
-  return result;
-}
-
-std::vector<Vec4> ToFloat(std::span<const Eigen::Vector3d> targets, const FloatModel& model) {
-  DRAPE_CHECK(targets.size() == model.pins.size(), "one target per pin is needed");
-  std::vector<Vec4> result;
-  for (const auto& target : targets) result.push_back(ToVec4(target));
-  return result;
-}
-
-// Pins that stay pins keep their targets; new ones start where their particles are.
-std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatModel& new_model) {
-  std::vector<Vec4> targets;
-  const std::vector<uint32_t>& old_pins = cloth.model->pins;
-  for (const uint32_t particle : new_model.pins) {
-    const auto found = std::lower_bound(old_pins.begin(), old_pins.end(), particle);
-    const bool was_pin = found != old_pins.end() && *found == particle;
-    targets.push_back(was_pin ? cloth.pin_targets[static_cast<size_t>(found - old_pins.begin())]
-                              : cloth.state.positions[particle]);
-  }
-  return targets;
-}
-
-// From its model, parameters and lengths.
-void SetControls(Cloth& cloth) {
-  const bool has_own_lengths = cloth.own_lengths.has_value();
-  cloth.controls.emplace(*cloth.model, cloth.parameters, has_own_lengths);
-  cloth.calmer_controls.reset();
-  if (cloth.controls->energy_limit.is_watched && HasCalmerScheme(cloth.controls->plan)) {
-    cloth.calmer_controls.emplace(*cloth.model, WithCalmerScheme(cloth.parameters),
-                                  has_own_lengths);
-  }
-}
-
-void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch) {
-  cloth.may_cross_itself = report.warnings.starts_crossing || scratch.self_contacts_failed;
-}
-
-// Empty: none.
-std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,
-                                       const FloatModel& model) {
-  if (rest_lengths_m.empty()) return std::nullopt;
-  DRAPE_CHECK(rest_lengths_m.size() == model.constraint_places.size(),
-              "one rest length per constraint");
-  std::vector<Vec4> packed = PackLengths(model, rest_lengths_m);
-  return OwnLengths{packed, packed};
-}
-
-// A step begins with the lengths at which the last one ended; without targets it keeps them.
-void SetLengthTargets(Cloth& cloth, std::span<const double> rest_lengths_m) {
-  if (cloth.own_lengths) cloth.own_lengths->starts = cloth.own_lengths->targets;
-  if (rest_lengths_m.empty()) return;
-  DRAPE_CHECK(cloth.own_lengths.has_value(), "only a cloth with rest lengths of its own is driven");
-  cloth.own_lengths->targets = PackLengths(*cloth.model, rest_lengths_m);
-}
-
-void CheckMotionCount(const ClothParameters& parameters) {
-  const size_t count = parameters.collider_motions.size();
-  DRAPE_CHECK(count == 0 || count == parameters.colliders.size(), "one motion per collider");
-}
-
-// Empty: they go on.
-void SetColliderMotions(Cloth& cloth, std::span<const RigidMotion> motions) {
-  if (motions.empty()) return;
-  DRAPE_CHECK(HasMovingColliders(cloth.parameters),
-              "only a cloth with moving colliders has motions");
-  cloth.parameters.collider_motions.assign(motions.begin(), motions.end());
-  CheckMotionCount(cloth.parameters);
-}
-
-// Drops a step that was done in pieces.
-void Abandon(Cloth& cloth) {
-  if (cloth.long_step == nullptr) return;
-  cloth.long_step = nullptr;
-  if (cloth.own_lengths) cloth.own_lengths->targets = cloth.own_lengths->starts;
-}
-
-// Sets the targets of pins, lengths and colliders in a step that begins.
-void SetTargets(Cloth& cloth, const StepItem& item) {
-  Abandon(cloth);
-  if (!item.pin_targets_m.empty()) cloth.pin_targets = ToFloat(item.pin_targets_m, *cloth.model);
-  SetLengthTargets(cloth, item.rest_lengths_m);
-  SetColliderMotions(cloth, item.collider_motions);
-}
-
-void EndStep(Cloth& cloth, const StepReport& report) {
-  cloth.fault = report.fault;
-  if (cloth.fault != FaultReason::kNone) return;
-  for (RigidMotion& motion : cloth.parameters.collider_motions) {
-    motion = motion.After(cloth.parameters.settings.time_step_s);
-  }
-}
-
-// Whether the cloth can be stepped in lanes (group_step.h).
-bool ClothFitsLanes(const Cloth& cloth) {
-  return cloth.fault == FaultReason::kNone && !cloth.own_lengths &&
-         FitsLanes(*cloth.model, *cloth.controls);
-}
 
 // Those of `particles`; empty: all.
 void Append(const std::vector<Vec4>& values, uint32_t particle_count,

@@ -1,0 +1,114 @@
+#include "server/solver/cpu/cpu_cloth.h"
+
+#include <algorithm>
+
+#include "server/solver/cpu/side_by_side/group_step.h"
+
+namespace drape::cpu {
+namespace {
+
+// A step begins with the lengths at which the last one ended; without targets it keeps them.
+void SetLengthTargets(Cloth& cloth, std::span<const double> rest_lengths_m) {
+  if (cloth.own_lengths) cloth.own_lengths->starts = cloth.own_lengths->targets;
+  if (rest_lengths_m.empty()) return;
+  DRAPE_CHECK(cloth.own_lengths.has_value(), "only a cloth with rest lengths of its own is driven");
+  cloth.own_lengths->targets = PackLengths(*cloth.model, rest_lengths_m);
+}
+
+void CheckMotionCount(const ClothParameters& parameters) {
+  const size_t count = parameters.collider_motions.size();
+  DRAPE_CHECK(count == 0 || count == parameters.colliders.size(), "one motion per collider");
+}
+
+// Empty: they go on.
+void SetColliderMotions(Cloth& cloth, std::span<const RigidMotion> motions) {
+  if (motions.empty()) return;
+  DRAPE_CHECK(HasMovingColliders(cloth.parameters),
+              "only a cloth with moving colliders has motions");
+  cloth.parameters.collider_motions.assign(motions.begin(), motions.end());
+  CheckMotionCount(cloth.parameters);
+}
+
+}  // namespace
+
+FloatState ToFloat(const ParticleState& state, uint32_t particle_count) {
+  DRAPE_CHECK(state.positions_m.size() == particle_count &&
+                  state.velocities_m_per_s.size() == particle_count,
+              "the state does not fit the model");
+  FloatState result;
+  for (const auto& p : state.positions_m) result.positions.push_back(ToVec4(p));
+  for (const auto& v : state.velocities_m_per_s) result.velocities.push_back(ToVec4(v));
+  result.positions.push_back(Vec4{});
+  result.velocities.push_back(Vec4{});
+  return result;
+}
+
+std::vector<Vec4> ToFloat(std::span<const Eigen::Vector3d> targets, const FloatModel& model) {
+  DRAPE_CHECK(targets.size() == model.pins.size(), "one target per pin is needed");
+  std::vector<Vec4> result;
+  for (const auto& target : targets) result.push_back(ToVec4(target));
+  return result;
+}
+
+std::vector<Vec4> TransferTargets(const Cloth& cloth, const FloatModel& new_model) {
+  std::vector<Vec4> targets;
+  const std::vector<uint32_t>& old_pins = cloth.model->pins;
+  for (const uint32_t particle : new_model.pins) {
+    const auto found = std::lower_bound(old_pins.begin(), old_pins.end(), particle);
+    const bool was_pin = found != old_pins.end() && *found == particle;
+    targets.push_back(was_pin ? cloth.pin_targets[static_cast<size_t>(found - old_pins.begin())]
+                              : cloth.state.positions[particle]);
+  }
+  return targets;
+}
+
+void SetControls(Cloth& cloth) {
+  const bool has_own_lengths = cloth.own_lengths.has_value();
+  cloth.controls.emplace(*cloth.model, cloth.parameters, has_own_lengths);
+  cloth.calmer_controls.reset();
+  if (cloth.controls->energy_limit.is_watched && HasCalmerScheme(cloth.controls->plan)) {
+    cloth.calmer_controls.emplace(*cloth.model, WithCalmerScheme(cloth.parameters),
+                                  has_own_lengths);
+  }
+}
+
+void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch) {
+  cloth.may_cross_itself = report.warnings.starts_crossing || scratch.self_contacts_failed;
+}
+
+std::optional<OwnLengths> ToOwnLengths(std::span<const double> rest_lengths_m,
+                                       const FloatModel& model) {
+  if (rest_lengths_m.empty()) return std::nullopt;
+  DRAPE_CHECK(rest_lengths_m.size() == model.constraint_places.size(),
+              "one rest length per constraint");
+  std::vector<Vec4> packed = PackLengths(model, rest_lengths_m);
+  return OwnLengths{packed, packed};
+}
+
+void Abandon(Cloth& cloth) {
+  if (cloth.long_step == nullptr) return;
+  cloth.long_step = nullptr;
+  if (cloth.own_lengths) cloth.own_lengths->targets = cloth.own_lengths->starts;
+}
+
+void SetTargets(Cloth& cloth, const StepItem& item) {
+  Abandon(cloth);
+  if (!item.pin_targets_m.empty()) cloth.pin_targets = ToFloat(item.pin_targets_m, *cloth.model);
+  SetLengthTargets(cloth, item.rest_lengths_m);
+  SetColliderMotions(cloth, item.collider_motions);
+}
+
+void EndStep(Cloth& cloth, const StepReport& report) {
+  cloth.fault = report.fault;
+  if (cloth.fault != FaultReason::kNone) return;
+  for (RigidMotion& motion : cloth.parameters.collider_motions) {
+    motion = motion.After(cloth.parameters.settings.time_step_s);
+  }
+}
+
+bool ClothFitsLanes(const Cloth& cloth) {
+  return cloth.fault == FaultReason::kNone && !cloth.own_lengths &&
+         FitsLanes(*cloth.model, *cloth.controls);
+}
+
+}  // namespace drape::cpu
