@@ -164,9 +164,11 @@ Scene IrregularSheet(const GarmentOptions& options) {
 
 Scene Shirt(const GarmentOptions& options) {
   constexpr double kRadius_m = 0.25, kHeight_m = 0.7, kSleeve_m = 0.4, kArmhole_m = 0.2;
-  const uint32_t around = CellsOf(2 * std::numbers::pi * kRadius_m, options) / 2 * 2;
-  const uint32_t rows = CellsOf(kHeight_m, options) + 1;
   const uint32_t hole = CellsOf(kArmhole_m, options), top = 2;
+  // However coarse: cells around the holes.
+  const uint32_t around =
+      std::max(CellsOf(2 * std::numbers::pi * kRadius_m, options) / 2 * 2, 2 * (hole + 2));
+  const uint32_t rows = std::max(CellsOf(kHeight_m, options) + 1, top + hole + 3);
   const uint32_t left = 0, right = around / 2;
   const auto is_in_hole = [&](uint32_t column, uint32_t row) {
     const auto is_in = [&](uint32_t first) { return (column + around - first) % around < hole; };

@@ -256,7 +256,7 @@ std::vector<QuantityScene> GarmentScenes(bool is_quick) {
       }
       for (test::Scene& scene : test::Garments(options)) {
         const auto model = scene.model;
-        scenes.push_back({.name = scene.name + " " + std::to_string(seed) + ", " +
+        scenes.push_back({.name = scene.name + " " + std::to_string(seed) + " of " +
                                   std::to_string(model->particle_count()) + " vertices",
                           .scene = std::move(scene),
                           .duration_s = is_quick ? 0.1 : 5,
