@@ -51,9 +51,9 @@ struct ModelLayout {
 struct ParameterLayout {
   uint pin_targets;  // [pin_count][3] float [m], those of grips behind those of pins
   // Only if the cloth has grips:
-  uint held;            // [pin_count] uint, particles of the pins and grips; DRAPE_NO_PARTICLE: open
+  uint held;  // [pin_count] uint, particles of the pins and grips; DRAPE_NO_PARTICLE: open
   uint inverse_masses;  // [particle_count] float [1/kg], 0 of what is held
-  uint colliders;    // [collider_count][DRAPE_COLLIDER_WORDS]
+  uint colliders;       // [collider_count][DRAPE_COLLIDER_WORDS]
   // [collider_count][DRAPE_COLLIDER_MOTION_WORDS]; only with moving colliders
   uint collider_motions;
   // Rest lengths of the cloth's own before the step and at its end; only if has_own_lengths.

@@ -105,7 +105,8 @@ TEST_F(GpuRoundTest, SpeedIsMeasuredPartByPart) {
     EXPECT_THAT(Packed(), HasSubstr(std::string("bench/--parts=") + part + ".csv"));
     last = call;
   }
-  EXPECT_THAT(ReadText(calls), HasSubstr("--parts=cost --backends=cpu,gl,gl_elimination,gl_shuffles "));
+  EXPECT_THAT(ReadText(calls),
+              HasSubstr("--parts=cost --backends=cpu,gl,gl_elimination,gl_shuffles "));
   EXPECT_THAT(ReadText(calls), ContainsRegex(last + ".*\nall "));
 }
 

@@ -122,7 +122,8 @@ TEST_F(Naming, ListsArePlural) {
     for (int k = 0; k < message->field_count(); ++k) {
       const FieldDescriptor* field = message->field(k);
       if (!field->is_repeated() || Matches(field->name(), kVectors)) continue;
-      EXPECT_TRUE(Matches(field->name(), "[a-z_]*(s|radii)(_m|_n|_kg|_s|_m_per_s)?")) << field->full_name();
+      EXPECT_TRUE(Matches(field->name(), "[a-z_]*(s|radii)(_m|_n|_kg|_s|_m_per_s)?"))
+          << field->full_name();
     }
   }
 }

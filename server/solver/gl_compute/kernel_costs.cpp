@@ -97,7 +97,8 @@ uint64_t EliminationPasses(const StripSet& strips, uint32_t local_size) {
 }
 
 // One sweep over the strips from both ends: rounds of as many strips as there are pairs of
-// invocations. One looks for pins in half of the links and, where there are any, solves all of them.
+// invocations. One looks for pins in half of the links and, where there are any, solves all of
+// them.
 uint64_t BothEndsPasses(const StripSet& strips, uint32_t local_size) {
   const uint64_t pairs = std::min(local_size, DRAPE_STRIP_HALVES) / 2;
   const uint64_t longest = LongestStrip(strips);
