@@ -131,6 +131,7 @@ TEST_F(Tenants, WhatIsOfAnotherTenantIsNotThere) {
   expect_none(As(kOne, &Stub::ListCloths, list).status);
   v1::ResetClothsRequest reset;
   reset.set_session(theirs);
+  reset.add_cloth_ids(id);
   expect_none(As(kOne, &Stub::ResetCloths, reset).status);
   v1::DeleteClothsRequest remove_cloth;
   remove_cloth.set_session(theirs);
