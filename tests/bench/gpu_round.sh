@@ -291,6 +291,7 @@ run() {
   done
   [ "$suites_s" -le $((limit_s / 2)) ] || suites_s=$((limit_s / 2))
   [ -f "$dir/COMMIT" ] || die "$dir was not made by 'gpu_round.sh pack'" 2
+  unset GTEST_TOTAL_SHARDS GTEST_SHARD_INDEX  # whoever called may be a shard itself
   deadline=$((SECONDS + limit_s))
   work=$(mktemp -d)
   trap 'rm -rf "$work"' EXIT

@@ -36,7 +36,7 @@ TEST(KernelTraitsTest, StagesAndFeaturesAreNamedAlike) {
 
 // A misspelt condition would always be false.
 TEST(KernelTraitsTest, ShadersAskForTraitsThatExist) {
-  std::set<std::string> known = {"HAS_STRIP_REDUCTION", "HAS_SUBGROUPS"};
+  std::set<std::string> known = {"HAS_STRIP_HALVES", "HAS_STRIP_REDUCTION", "HAS_SUBGROUPS"};
   known.insert(TraitDefines().begin(), TraitDefines().end());
   for (const EmbeddedShader& shader : EmbeddedShaders()) {
     for (const std::string& word : WordsOf(shader.text)) {
