@@ -59,9 +59,17 @@ TEST(ClothRuntime, AFaultStopsTheClockAndKeepsTheState) {
 TEST(ClothRuntime, ResetBeginsAgainAndCountsAsAChangeOfState) {
   const auto cloth = AtWork(0.5);
   StepReport report;
-  report.warnings = {true, true, true, true, true};
+  report.warnings = {.tolerance_raised = true,
+                     .not_converged = true,
+                     .springs_beyond_limit = true,
+                     .elastic_beyond_limit = true,
+                     .energy_gained = true,
+                     .springs_gain_energy = true,
+                     .over_budget = true,
+                     .strain_beyond_limit = true,
+                     .starts_crossing = true};
   cloth->CompleteStep(report);
-  EXPECT_EQ(cloth->progress().warnings, (WarningCounters{1, 1, 1, 1, 1}));
+  EXPECT_EQ(cloth->progress().warnings, (WarningCounters{1, 1, 1, 1, 1, 1, 1, 1, 1}));
   const uint64_t version = cloth->state_version();
   cloth->Reset({}, {});
   EXPECT_EQ(cloth->progress().completed_steps, 0u);
