@@ -27,7 +27,7 @@ struct ContactPlayOptions {
 
 // fold: a sheet of 1 m dropped on its edge. pile: over a sphere that vanishes after half a second.
 // twist: a tube that is turned by one turn and shortened. drape: over a sphere. swing: by two
-// corners. nothing: by its first row, never near itself. REALTIME, friction of 0.3.
+// corners. nothing: by its first row, flat, nowhere near itself. REALTIME, friction of 0.3.
 std::vector<ContactPlay> ContactPlays(const ContactPlayOptions& options);
 
 }  // namespace drape::bench
