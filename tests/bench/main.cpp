@@ -6,6 +6,7 @@
 
 #include "server/core/log.h"
 #include "tests/bench/accuracy/accuracy.h"
+#include "tests/bench/contact/contact.h"
 #include "tests/bench/kernels/dump.h"
 #include "tests/bench/speed/speed.h"
 #include "tests/bench/stability/stability.h"
@@ -24,6 +25,7 @@ struct CommandLine {
   StabilityOptions stability;
   BudgetOptions budget;
   SpeedOptions speed;
+  ContactOptions contact;
   KernelsOptions kernels;
   bool needs_hardware = false;
 };
@@ -110,7 +112,8 @@ void AddScenes(CLI::App& app, CommandLine& line) {
   CLI::App* device = app.add_subcommand("device", "the GL device; exit status 3: software");
   device->add_flag("--require-hardware", line.needs_hardware, "fail on a software renderer");
   app.add_subcommand(
-      "all", "all tables except those of accuracy, budget, speed and stability (the default)");
+      "all",
+      "all tables except those of accuracy, budget, contact, speed and stability (the default)");
 }
 
 void AddSpeed(CLI::App& app, CommandLine& line) {
@@ -123,6 +126,23 @@ void AddSpeed(CLI::App& app, CommandLine& line) {
   speed->add_option(
       "--method", options.curve.methods,
       "another setting of the curve, \"NAME: substeps=16 sweep=COLOURS\"; may be repeated");
+}
+
+void AddContact(CLI::App& app, CommandLine& line) {
+  ContactOptions& options = line.contact;
+  CLI::App* contact = app.add_subcommand(
+      "contact", "what self-collision costs and keeps, on the backend cpu; not part of all");
+  contact->add_option("--scenes", options.scenes, "only these")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"fold", "pile", "twist", "drape", "swing", "nothing"}));
+  contact->add_option("--sides", options.sides, "particles along a side")
+      ->delimiter(',')
+      ->check(CLI::Range(4, 256));
+  contact->add_option("--counts", options.counts, "numbers of cloths")
+      ->delimiter(',')
+      ->check(CLI::PositiveNumber);
+  contact->add_option("--substeps", options.substeps)->delimiter(',')->check(CLI::PositiveNumber);
+  contact->add_option("--thickness-m", options.thickness_m)->check(CLI::PositiveNumber);
 }
 
 // The command that repeats the measurement; without options that only describe it.
@@ -162,6 +182,7 @@ int Run(const CLI::App& app, CommandLine& line) {
   if (app.got_subcommand("accuracy")) MeasureAccuracy(bench, line.accuracy);
   if (app.got_subcommand("budget")) MeasureBudget(bench, line.budget);
   if (app.got_subcommand("speed")) MeasureSpeed(bench, line.speed);
+  if (app.got_subcommand("contact")) MeasureContact(bench, line.contact);
   if (app.got_subcommand("stability")) MeasureStability(bench, line.stability);
   std::printf("\nresults are in %s\n", bench.out().c_str());
   return 0;
@@ -184,6 +205,7 @@ int main(int argc, char** argv) {
   AddSteps(app, line);
   AddScenes(app, line);
   AddSpeed(app, line);
+  AddContact(app, line);
   CLI11_PARSE(app, argc, argv);
   line.bench.command = CommandOf(line.bench.command, argc, argv);
   try {
