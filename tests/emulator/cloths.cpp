@@ -1,0 +1,171 @@
+#include "tests/emulator/cloths.h"
+
+#include <utility>
+
+#include "tests/emulator/compiled_kernel.h"
+#include "tests/gl_compute/test_cloths.h"
+#include "tests/support/constraint_scenes.h"
+#include "tests/support/reach_scenes.h"
+
+namespace drape::emulator {
+
+namespace {
+
+using Eigen::Vector3d;
+using test::Scene;
+
+struct Size {
+  uint32_t columns;
+  uint32_t rows;
+};
+
+constexpr uint32_t kSubsteps = 3;
+
+// Thrown about, damped, with everything that REALTIME does.
+Scene Named(const std::string& name, Scene scene) {
+  scene.name = name;
+  StepSettings& settings = scene.parameters.settings;
+  settings = PresetSettings(Preset::kRealtime);
+  settings.substeps = kSubsteps;
+  settings.load_limit = 0;
+  settings.sleep_motion_m = 0;
+  settings.twist_damping_per_s = 20;
+  settings.refine_above_strain = 0.01;
+  scene.parameters.damping_per_s = 0.2;
+  test::Stir(scene, 2);
+  return scene;
+}
+
+Scene Sheet(const std::string& name, Size size, const StructuralMaterial& material = {}) {
+  return Named(name, test::Grid(size.columns, size.rows, 1.5, 1, {0, size.columns - 1}, material));
+}
+
+// Onto colliders that it touches at once, with friction.
+Scene Fallen(const std::string& name, Scene scene) {
+  scene = Named(name, std::move(scene));
+  for (Vector3d& v : scene.state.velocities_m_per_s) v.y() -= 4;
+  scene.parameters.friction_static = 0.5;
+  scene.parameters.friction_dynamic = 0.4;
+  return scene;
+}
+
+Scene AmongMovingShapes(Size size) {
+  Scene scene = Fallen("moving_shapes", test::Grid(size.columns, size.rows, 1, 1));
+  scene.parameters.restitution = 0.3;
+  scene.parameters.thickness_m = 0.002;
+  for (const auto& [kind, collider] : test::EveryKind(-0.01)) {
+    scene.parameters.colliders.push_back(collider);
+    RigidMotion motion = RigidMotion::AtRest(CentreOf(collider));
+    motion.velocity_m_per_s = {0.2, 1, 0};
+    motion.angular_velocity_rad_per_s = {0, 0.5, 0.1};
+    scene.parameters.collider_motions.push_back(motion);
+  }
+  return scene;
+}
+
+Scene Gripped(Size size) {
+  Scene scene = Fallen("gripped", test::Grid(size.columns, size.rows, 1, 1));
+  scene.parameters.colliders = {test::Wall(1.1)};
+  scene.parameters.max_grips = 4;
+  test::GripParticles(scene, {2, size.columns + 3, size.columns * size.rows - 2}, {0, 0.01, 0});
+  return scene;
+}
+
+Scene Windy(const std::string& name, Scene scene) {
+  scene = Named(name, std::move(scene));
+  scene.parameters.wind_m_per_s = {3, 1, 2};
+  scene.parameters.air_drag = scene.parameters.air_lift = 1;
+  return scene;
+}
+
+Scene InColours(Scene scene) {
+  StepSettings& settings = scene.parameters.settings;
+  settings.sweep = Sweep::kColours;
+  settings.max_iterations = 4;
+  settings.tolerance = 1e-4;
+  return scene;
+}
+
+// One step, with velocities that constraints forbid removed.
+Scene ByOneStep(Scene scene) {
+  StepSettings& settings = scene.parameters.settings;
+  settings.integration = Integration::kOneStep;
+  settings.direction = Direction::kAtStart;
+  settings.velocity_iterations = 2;
+  settings.max_iterations = 3;
+  return scene;
+}
+
+Scene OwnLengths(Scene scene) {
+  scene.rest_length_targets_m = test::UnevenLengths(*scene.model, 0.02);
+  return scene;
+}
+
+}  // namespace
+
+std::vector<EmulatedCloth> ResidentCloths() {
+  constexpr Size kSize{9, 7};
+  const StructuralMaterial fabric{.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 20};
+  const StructuralMaterial hinged{.bending_rigidity_n_m = 1e-4};
+  std::vector<EmulatedCloth> cloths;
+  const auto add = [&cloths](Scene scene, const GlTuning& tuning = {}) {
+    cloths.push_back({.scene = std::move(scene), .tuning = tuning});
+  };
+  add(Sheet("elimination", kSize));
+  add(Sheet("from_both_ends", kSize),
+      {.strip_solve = StripSolve::kFromBothEnds, .correct_roots = false, .share_record = true});
+  add(Sheet("reduction", kSize), {.strip_solve = StripSolve::kReductionWithBarriers});
+  cloths.push_back({.scene = Sheet("reduction_by_shuffles", kSize),
+                    .tuning = {.strip_solve = StripSolve::kReductionWithBarriers},
+                    .define = "HAS_SUBGROUPS"});
+  add(Sheet("in_parts", kSize), {.loop_budget = 1500});
+  add(AmongMovingShapes(kSize));
+  add(Fallen("sphere", test::FallingOnSphere(8)), {.strip_solve = StripSolve::kFromBothEnds});
+  add(Gripped(kSize), {.strip_solve = StripSolve::kFromBothEnds});
+  add(Windy("bending_shear_wind", test::Grid(kSize.columns, kSize.rows, 1.5, 1, {0}, fabric)));
+  add(Windy("mesh", test::MeshedGrid(kSize.columns, kSize.rows, 1, 1, {0, 8}, hinged)));
+  add(ByOneStep(Named("springs", test::CompliantSheet(7, 1e-4))));
+  add(InColours(Named("net", test::Net(6, 0.1, 1e-5))));
+  add(ByOneStep(Named("joints", test::JointedChain(12, 0.1, 1e-4))));
+  add(OwnLengths(InColours(Named("own_lengths", test::RopesAndStruts(6, 0.1, 0)))));
+  return cloths;
+}
+
+std::vector<EmulatedCloth> TiledCloths() {
+  constexpr Size kSize{33, 32};
+  const StructuralMaterial fabric{.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 20};
+  const StructuralMaterial hinged{.bending_rigidity_n_m = 1e-4};
+  std::vector<EmulatedCloth> cloths;
+  for (Scene& scene : std::vector<Scene>{
+           Sheet("tiled_sheet", kSize), AmongMovingShapes(kSize),
+           Windy("tiled_bending_shear_wind",
+                 test::Grid(kSize.columns, kSize.rows, 1.5, 1, {0}, fabric)),
+           Windy("tiled_mesh", test::MeshedGrid(kSize.columns, kSize.rows, 1, 1, {0, 8}, hinged)),
+           ByOneStep(Named("tiled_springs", test::CompliantSheet(33, 1e-4))),
+           OwnLengths(InColours(Named("tiled_own_lengths", test::RopesAndStruts(33, 0.1, 0)))),
+           ByOneStep(Named("tiled_joints", test::JointedChain(520, 0.1, 1e-4)))}) {
+    scene.parameters.settings.substeps = 2;
+    cloths.push_back({.scene = std::move(scene)});
+  }
+  return cloths;
+}
+
+std::vector<CapturedDispatch> DispatchesOf(const EmulatedCloth& cloth) {
+  Capture capture;
+  const std::unique_ptr<Backend> backend = MakeGlBackend(cloth.tuning);
+  const ClothHandle handle = test::CreateCloth(*backend, cloth.scene);
+  capture.Keep(true);
+  test::StepAlone(*backend, handle, cloth.scene, cloth.steps, true);
+  ReadCloth(*backend, handle);
+  capture.Keep(false);
+  std::vector<CapturedDispatch> dispatches = capture.Take();
+  if (cloth.define.empty()) return dispatches;
+  for (CapturedDispatch& dispatch : dispatches) {
+    if (dispatch.kernel != "resident_step") continue;
+    dispatch.glsl = WithDefine(dispatch.glsl, cloth.define);
+    dispatch.lines.insert(dispatch.lines.begin(), {"defines", 1});
+  }
+  return dispatches;
+}
+
+}  // namespace drape::emulator
