@@ -37,7 +37,7 @@ int Main(int argc, const char* const* argv) {
       "demo, step).");
   Action action;
   for (const auto add : {AddRun, AddDemo, AddInfo, AddHealth, AddCreate, AddStep, AddRead,
-                         AddRender, AddWatch, AddList, AddDelete}) {
+                         AddRender, AddWatch, AddLoad, AddList, AddDelete}) {
     add(app, action);
   }
   if (argc > 1 && argv[1][0] != '-' && !IsCommand(app, argv[1])) {

@@ -26,6 +26,7 @@ void AddStep(CLI::App& app, Action& action);
 void AddRead(CLI::App& app, Action& action);
 void AddRender(CLI::App& app, Action& action);
 void AddWatch(CLI::App& app, Action& action);
+void AddLoad(CLI::App& app, Action& action);
 void AddList(CLI::App& app, Action& action);
 void AddDelete(CLI::App& app, Action& action);
 
