@@ -157,6 +157,8 @@ void AddLimits(CLI::App& app, Config& config) {
                       1u << 20, UINT64_MAX / 2, "a single one may be larger");
   AddNumber<uint64_t>(app, "--max-remembered-bytes", sessions.max_remembered_bytes, 0,
                       UINT64_MAX / 2, "answers kept for repeated request ids");
+  AddNumber<uint64_t>(app, "--max-saved-bytes", sessions.max_saved_bytes, 0, UINT64_MAX / 2,
+                      "states that sessions keep in memory by name (SaveStates)");
   AddNumber<int64_t>(app, "--request-ids-kept-us", sessions.requests.keep_us, 1'000'000,
                      int64_t{86'400} * 1'000'000, "how long a completed request id is known");
   AddNumber(app, "--max-connections", config.max_connections, 0u, kMaxCount,

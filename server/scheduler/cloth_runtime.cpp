@@ -136,6 +136,46 @@ void ClothRuntime::Restate() {
   published_.Publish(progress_);
 }
 
+uint64_t RuntimeState::held_bytes() const {
+  return pins.held_bytes() + grips.held_bytes() + lengths.held_bytes() + colliders.held_bytes() +
+         sleep.held_bytes();
+}
+
+RuntimeState ClothRuntime::Save() const {
+  RuntimeState state{.progress = progress_,
+                     .time_step_s = time_step_s_,
+                     .base_time_s = base_time_s_,
+                     .base_steps = base_steps_,
+                     .pins = controls_.pins(),
+                     .grips = controls_.grips(),
+                     .lengths = controls_.lengths(),
+                     .colliders = controls_.colliders(),
+                     .budget = budget_,
+                     .sleep = sleep_};
+  // The targets of a step that did not end are known to the backend, but not to the state.
+  if (is_in_pieces_ || is_faulted()) {
+    state.pins.SendAgain();
+    state.lengths.SendAgain();
+  }
+  return state;
+}
+
+void ClothRuntime::Restore(const RuntimeState& state) {
+  progress_ = state.progress;
+  time_step_s_ = state.time_step_s;
+  base_time_s_ = state.base_time_s;
+  base_steps_ = state.base_steps;
+  controls_.pins() = state.pins;
+  controls_.grips() = state.grips;
+  controls_.lengths() = state.lengths;
+  controls_.SetColliders(state.colliders);
+  budget_ = state.budget;
+  sleep_ = state.sleep;
+  ++state_version_;
+  ++reset_count_;
+  published_.Publish(progress_);
+}
+
 void ClothRuntime::SetSettings(const StepSettings& settings) {
   SetTimeStep(settings.time_step_s);
   if (!(settings == budget_.settings())) cost_.Forget();

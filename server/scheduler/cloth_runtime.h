@@ -68,6 +68,24 @@ class PublishedProgress {
   std::atomic<uint64_t> starts_crossing_{0};
 };
 
+// Everything that the steps of a cloth depend on besides its particles, model and parameters: a
+// copy of one moment between two steps. Cloth frame.
+struct RuntimeState {
+  ClothProgress progress;
+  double time_step_s = 0;
+  double base_time_s = 0;  // when the time step last changed
+  uint64_t base_steps = 0;
+  PinTrack pins;
+  GripTrack grips;
+  LengthTrack lengths;
+  ColliderTrack colliders;
+  FrameBudget budget;
+  SleepWatch sleep;
+
+  // Of the memory outside this object, to be counted.
+  uint64_t held_bytes() const;
+};
+
 // Added to a report's measurements to bring them from the cloth's frame to the frames that clients
 // see.
 struct ReportShift {
@@ -159,6 +177,10 @@ class ClothRuntime {
              const std::vector<Eigen::Vector3d>& pin_targets_m);
   // The caller has written another state: no fault any longer, and awake. Step and time go on.
   void Restate();
+  RuntimeState Save() const;
+  // As it was when `state` was saved, of this cloth or one like it. The caller has written the
+  // particles, targets and lengths, and has set model and shift.
+  void Restore(const RuntimeState& state);
   void SetShift(const ReportShift& shift) { shift_ = shift; }
   // A model of the same particle count, which the backend has already. The caller replaces the pins
   // and lengths of controls().

@@ -28,6 +28,9 @@ class ColliderTrack {
   // All colliders have these motions from `start_s` on; at least one.
   void Start(std::vector<RigidMotion> motions, double start_s);
 
+  uint64_t held_bytes() const {
+    return pivots_m_.size() * sizeof(Eigen::Vector3d) + track_.held_bytes();
+  }
   size_t collider_count() const { return is_moving() ? track_.size() : pivots_m_.size(); }
   // Whether any collider moves, or may have moved away.
   bool is_moving() const { return !track_.empty(); }

@@ -23,6 +23,7 @@ class GripTrack {
   // All open again.
   void Reset();
 
+  uint64_t held_bytes() const { return slots_.size() * (sizeof(Slot) + sizeof(Grip)); }
   uint32_t slot_count() const { return static_cast<uint32_t>(slots_.size()); }
   std::optional<uint32_t> particle(uint32_t slot) const { return At(slot).particle; }
   bool Holds(uint32_t particle) const;

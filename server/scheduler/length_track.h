@@ -40,6 +40,8 @@ class LengthTrack {
   std::vector<double> LengthsAt(double time_s) const { return track_.At(time_s); }
   // See Track.
   void SendAgain() { track_.SendAgain(); }
+  // Twice: the places are about as large.
+  uint64_t held_bytes() const { return 2 * track_.held_bytes(); }
   bool is_settled() const { return track_.is_settled(); }
   // As StepItem::rest_lengths_m wants them; see Track.
   std::span<const double> TargetsForStep(double end_s) { return track_.TargetsForStep(end_s); }

@@ -59,6 +59,10 @@ uint64_t SleepWatch::NextLook() const {
   return std::max<uint64_t>(looks_ + 1, static_cast<uint64_t>(std::lround(steps)));
 }
 
+uint64_t SleepWatch::held_bytes() const {
+  return std::visit([](const auto& values) { return values.size() * sizeof(values[0]); }, begin_m_);
+}
+
 bool SleepWatch::decides_next() const {
   return settings_.sleep_motion_m > 0 && !is_asleep_ && is_watching_ &&
          looks_ + 1 == kSleepLooks.size() && steps_ + 1 == NextLook();

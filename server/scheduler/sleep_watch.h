@@ -26,6 +26,7 @@ class SleepWatch {
   // Needs is_asleep(). The measured report of every step; no sweeps.
   const StepReport& report() const { return report_; }
 
+  uint64_t held_bytes() const;
   // Whether the cloth may fall asleep after the next step, which must therefore be measured.
   bool decides_next() const;
   // A step of the cloth was computed.

@@ -37,6 +37,7 @@ class Track {
     DRAPE_CHECK(k < motions_.size(), "no such element");
     return motions_[k];
   }
+  uint64_t held_bytes() const { return motions_.size() * (sizeof(Motion<Value>) + sizeof(Value)); }
   // Whether every motion is over and the backend has been told.
   bool is_settled() const { return is_settled_; }
   // Every value itself, not the targets (Motion::At).

@@ -143,9 +143,11 @@ void Session::DeleteCloths(ClothList cloths, std::function<void(Status)> done) {
 
 void Session::Close(std::function<void(Status)> done) {
   ClothList cloths;
+  std::map<std::string, std::shared_ptr<const SavedStates>> saved;  // freed without the lock
   {
     const std::lock_guard lock(mutex_);
     is_closed_ = true;
+    saved.swap(saved_);
     for (const auto& [number, cloth] : cloths_) cloths.push_back(cloth);
     cloths_.clear();
     table_.Remove(cloths);

@@ -19,6 +19,7 @@
 #include "server/session/model_cache.h"
 #include "server/session/model_change.h"
 #include "server/session/request_memory.h"
+#include "server/session/saved_states.h"
 #include "server/session/session_limits.h"
 
 namespace drape {
@@ -37,6 +38,11 @@ struct SessionCommons {
       "TOO_MANY_ANSWERS",
       ByteBudget::Limit{"max_remembered_bytes_per_session", limits.max_remembered_bytes / 4},
       ByteBudget::Limit{"max_remembered_bytes", limits.max_remembered_bytes}, 0);
+  // The states that sessions keep by name; an owner may have a quarter.
+  const std::shared_ptr<ByteBudget> saved = std::make_shared<ByteBudget>(
+      "TOO_MANY_SAVED_STATES",
+      ByteBudget::Limit{"max_saved_bytes_per_owner", limits.max_saved_bytes / 4},
+      ByteBudget::Limit{"max_saved_bytes", limits.max_saved_bytes}, 0);
   TenantQuota tenants{limits.per_tenant};
   ModelCache models;
   DistanceMapCache maps;
@@ -62,6 +68,21 @@ struct ClothPage {
 };
 
 using ClothList = std::vector<std::shared_ptr<ClothRecord>>;
+
+// Of Session::SaveStates.
+struct SavedSummary {
+  size_t cloths = 0;
+  uint64_t bytes = 0;
+};
+
+// A cloth, and what it is to become.
+struct LoadPair {
+  std::shared_ptr<ClothRecord> into;
+  const SavedCloth* from;
+};
+
+// Names under which a session keeps states.
+inline constexpr size_t kMaxSavedNames = 4096;
 
 // Thread-safe; nothing waits for the device. Every `done` runs exactly once: on the completion
 // thread of the scheduler, or, when the error is known before any device work, on the caller's
@@ -125,6 +146,20 @@ class Session : public std::enable_shared_from_this<Session> {
   void WriteStates(ClothList cloths, std::vector<ParticleState> states,
                    std::function<void(Status)> done);
 
+  // Keeps each of the cloths as it is between two steps, in memory until the session ends, or
+  // DropStates. Replaces what `name` had. RESOURCE_EXHAUSTED (TOO_MANY_SAVED_STATES).
+  void SaveStates(ClothList cloths, std::string name,
+                  std::function<void(Result<SavedSummary>)> done);
+  // Cloth into[k] becomes the saved cloth from[k] (SavedCloth), between two steps of running
+  // requests, with the bits that it would have had. No `into`: every saved cloth; no `from`: each
+  // itself. NOT_FOUND (SAVED_STATES_NOT_FOUND, CLOTH_NOT_FOUND), INVALID_ARGUMENT
+  // ("cloth_ids[k]", CheckLoads): nothing changes then. RESOURCE_EXHAUSTED when the device has no
+  // room: the cloths from there on are as they were.
+  void LoadStates(const std::string& name, std::span<const ClothId> into,
+                  std::span<const ClothId> from, std::function<void(Status)> done);
+  // SAVED_STATES_NOT_FOUND.
+  Status DropStates(const std::string& name);
+
   // Ends the session: deletes its cloths and refuses new ones. For the registry.
   void Close(std::function<void(Status)> done);
 
@@ -141,6 +176,10 @@ class Session : public std::enable_shared_from_this<Session> {
   ClothList Unpublish(const ClothList& cloths);
   // Deletes the cloths that have ended on the device. Device thread.
   void DropEnded(const ClothList& cloths);
+  Status Keep(const std::string& name, std::shared_ptr<const SavedStates> saved);
+  std::shared_ptr<const SavedStates> FindSaved(const std::string& name) const;
+  Result<std::vector<LoadPair>> PairsOf(const SavedStates& saved, std::span<const ClothId> into,
+                                        std::span<const ClothId> from) const;
   // Posts a command that frees the cloths on the device, and returns the quota.
   void FreeOnDevice(ClothList cloths, std::function<void(Status)> done);
 
@@ -154,7 +193,8 @@ class Session : public std::enable_shared_from_this<Session> {
 
   ClothTable table_;  // by id
   mutable std::mutex mutex_;
-  std::map<uint64_t, std::shared_ptr<ClothRecord>> cloths_;  // by creation number
+  std::map<uint64_t, std::shared_ptr<ClothRecord>> cloths_;          // by creation number
+  std::map<std::string, std::shared_ptr<const SavedStates>> saved_;  // by name
   uint64_t cloth_quota_used_ = 0;
   uint64_t particle_quota_used_ = 0;
   bool is_closed_ = false;

@@ -19,6 +19,8 @@ struct SessionLimits {
   // Per session; and the answers of all sessions together.
   RequestMemoryLimits requests;
   uint64_t max_remembered_bytes = uint64_t{1} << 30;
+  // States kept by name (SaveStates), of all sessions; a session, or a tenant, may have a quarter.
+  uint64_t max_saved_bytes = uint64_t{4} << 30;
   // Names of expired sessions that still answer SESSION_EXPIRED; older ones are SESSION_NOT_FOUND.
   uint32_t max_expired_names = 4096;
 };

@@ -110,6 +110,7 @@ class SessionRegistry {
   // Of all sessions, and what RequestMemory keeps for them.
   ServerTotals TotalsOfAll() const;
   uint64_t remembered_bytes() const { return commons_->remembered->used_bytes(); }
+  uint64_t saved_bytes() const { return commons_->saved->used_bytes(); }
   const SessionLimits& limits() const { return commons_->limits; }
 
  private:

@@ -107,11 +107,12 @@ struct ReadRequest {
 };
 
 // Unset members stay as they are. A new model must have the same particle count; the state is kept
-// unless given. Writing a state clears a fault.
+// unless given. Writing a state clears a fault, or sets `fault`.
 struct ClothUpdate {
   std::shared_ptr<const SceneModel> model;
   std::optional<ClothParameters> parameters;
   std::optional<ParticleState> state;
+  FaultReason fault = FaultReason::kNone;  // with `state`: whether that is the state of a fault
   std::optional<std::vector<Eigen::Vector3d>> pin_targets_m;  // [pin_count] of the (new) model
   // The cloth's own rest lengths from now on, [constraint_count] of the (new) model, each > 0. An
   // empty vector returns to the lengths of the model, as does a new model without this member.

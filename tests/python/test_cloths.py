@@ -170,6 +170,26 @@ def test_states_are_written(session, spec):
         cloths.write(np.full((2, 36, 3), np.nan))
 
 
+def test_saved_states_are_gone_back_to_and_branched_from(session, spec):
+    cloths = session.create(spec, count=3)
+    cloths.randomise(gravity=[[0, -1, 0], [0, -9, 0], [1, -9, 0]])
+    cloths.step(10)
+    cloths.save("ten")
+    ends = cloths.step(10).positions
+    cloths.randomise(gravity=[0, 5, 0])
+    cloths.reset()
+    cloths.load("ten")
+    assert cloths.step_count.tolist() == [10, 10, 10]
+    assert bits(cloths.step(10).positions) == bits(ends)
+    cloths.load("ten", [0, 2], of=[1, 1])  # two branches
+    assert cloths.step_count.tolist() == [10, 20, 10]
+    branches = cloths.step(10, ids=[0, 2]).positions
+    assert bits(branches[0]) == bits(branches[1]) == bits(ends[1])
+    cloths.drop("ten")
+    with pytest.raises(drape.NotFound, match="ten"):
+        cloths.load("ten")
+
+
 def test_parameters_are_drawn_for_each_cloth(session, spec):
     cloths = session.create(spec, count=3)
     cloths.randomise(gravity=[[0, -1, 0], [0, -2, 0]], damping=[0.5, 0.25], ids=[0, 2])

@@ -280,7 +280,7 @@ class FakeBackend final : public DeviceBackend {
     if (update.pin_targets_m.has_value()) cloth.pin_targets_m = *update.pin_targets_m;
     if (update.state.has_value()) {
       cloth.state = *update.state;
-      cloth.fault = FaultReason::kNone;
+      cloth.fault = update.fault;
       cloth.steps = 0;
     }
     DRAPE_CHECK(cloth.pin_targets_m.size() == cloth.model->pin_count(), "one target per pin");

@@ -163,7 +163,7 @@ class CpuBackend final : public Backend {
     if (update.parameters) changed.parameters = *update.parameters;
     if (update.state) {
       changed.state = ToFloat(*update.state, changed.model->particle_count);
-      changed.fault = FaultReason::kNone;
+      changed.fault = update.fault;
     }
     if (update.pin_targets_m) {
       changed.pin_targets = ToFloat(*update.pin_targets_m, *changed.model);

@@ -108,7 +108,7 @@ class ReferenceBackend final : public Backend {
     DRAPE_RETURN_IF_ERROR(CheckUpdateFits(*cloth.model, cloth.parameters, update));
     if (update.state) {
       cloth.state = *update.state;
-      cloth.fault = FaultReason::kNone;
+      cloth.fault = update.fault;
     }
     if (update.model) ReplaceModel(cloth, update.model);
     if (update.rest_lengths_m) {

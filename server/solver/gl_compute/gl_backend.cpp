@@ -85,7 +85,8 @@ class GlBackend final : public DeviceBackend {
   void Occupy(GlCloth& cloth, Room room, const ClothParameters& parameters);
   // Targets of the pins of `model`: those that stay keep theirs, new ones start where they are.
   std::vector<uint32_t> CarryTargets(const GlCloth& cloth, const SceneModel& model);
-  void WriteState(GlCloth& cloth, const ParticleState& state);
+  void WriteState(GlCloth& cloth, const ParticleState& state,
+                  FaultReason fault = FaultReason::kNone);
   // What a step that begins is told; not of a faulted cloth.
   void SetTargets(const StepItem& item, GlCloth& cloth);
   // Every state on the device is lost with a reset; only a new process can use a device again.
@@ -183,9 +184,9 @@ void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& paramet
   Words().OpenGrips(cloth);
 }
 
-void GlBackend::WriteState(GlCloth& cloth, const ParticleState& state) {
+void GlBackend::WriteState(GlCloth& cloth, const ParticleState& state, FaultReason fault) {
   device_.arrays->states.Write(cloth.state, 0, std::span<const float>(PackState(state)));
-  cloth.fault = FaultReason::kNone;
+  cloth.fault = fault;
 }
 
 void GlBackend::WriteRecord(uint32_t slot) {
@@ -265,7 +266,7 @@ Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
         MakeRoom(model, parameters, lengths.empty() ? LengthSource::kModel : LengthSource::kOwn);
     if (!room.ok()) return room.status();
     // From here on nothing can fail.
-    if (update.state) WriteState(cloth, *update.state);
+    if (update.state) WriteState(cloth, *update.state, update.fault);
     const std::vector<uint32_t> targets = CarryTargets(cloth, *model);
     Occupy(cloth, std::move(room).value(), parameters);
     Words().WriteTargets(cloth, targets);
@@ -274,7 +275,7 @@ Status GlBackend::Write(ClothHandle handle, const ClothUpdate& update) {
     if (cloth.has_own_lengths()) Words().WriteLengths(cloth, cloth.length_words);
     WriteRecord(handle.slot);
   } else if (update.state) {
-    WriteState(cloth, *update.state);
+    WriteState(cloth, *update.state, update.fault);
   }
   if (update.pin_targets_m) Words().WriteTargets(cloth, PackTargets(*update.pin_targets_m));
   return Status::Ok();

@@ -58,6 +58,7 @@ class ClothsBase(Controls):
         self.faulted = np.zeros(self.num, bool)
         self.timing = None
         self._pending = columns.Pending()
+        self._faulted_when_saved = {}
         self._forget_states()
 
     def __len__(self):
@@ -168,6 +169,41 @@ class ClothsBase(Controls):
         yield Unary("WriteStates", request, self._session.name)
         self.faulted[every] = False
         self._forget_states()
+
+    def _save(self, name: str, ids=None) -> Operation[None]:
+        """Keeps the cloths as they are by `name`, in the server's memory: everything that they go on from. Replaces
+        what had the name. Raises ResourceExhausted (TOO_MANY_SAVED_STATES); `drop` frees the memory."""
+        rows = columns.rows_of(ids, self.num)
+        if rows is not None and not len(rows):
+            return
+        request = v1.SaveStatesRequest(session=self._session.name, name=name)
+        columns.fill(request, {"cloth_ids": self._ids_list(rows)})
+        yield Unary("SaveStates", request, self._session.name)
+        self._faulted_when_saved[name] = self.faulted.copy()
+
+    def _load(self, name: str, ids=None, *, of=None) -> Operation[None]:
+        """The cloths of `ids` go on from what `save` kept, with the same bits, parameters and pins included; controls
+        that wait are forgotten. of: indices [m] of the saved cloths that they become (several may become the same one);
+        None: each itself. Raises NotFound (SAVED_STATES_NOT_FOUND), InvalidArgument where shape or place differ."""
+        rows = columns.rows_of(ids, self.num)
+        if rows is not None and not len(rows):
+            return
+        request = v1.LoadStatesRequest(session=self._session.name, name=name)
+        columns.fill(request, {"cloth_ids": self._ids_list(rows)})
+        if of is not None:
+            columns.fill(request, {"saved_cloth_ids": self.ids[np.asarray(of, np.intp)].tolist()})
+        yield Unary("LoadStates", request, self._session.name)
+        self._pending.drop(rows, self.num)
+        self._forget_states()
+        yield from self._read(particles=[0], ids=ids)  # which step they are at
+        every = self._every(rows)
+        known = self._faulted_when_saved.get(name)
+        self.faulted[every] = False if known is None else known[every if of is None else np.asarray(of, np.intp)]
+
+    def _drop(self, name: str) -> Operation[None]:
+        """Forgets what `save` kept by this name."""
+        self._faulted_when_saved.pop(name, None)
+        yield Unary("DropStates", v1.DropStatesRequest(session=self._session.name, name=name), self._session.name)
 
     def _topology(self, row: int = 0) -> Operation[topology.Topology]:
         """Triangles, edges, rest positions and grid of a cloth, as the server has them; also of attached cloths."""
@@ -313,6 +349,9 @@ class Cloths(ClothsBase):
     describe = blocking(ClothsBase._describe)
     delete = blocking(ClothsBase._delete)
     write = blocking(ClothsBase._write)
+    save = blocking(ClothsBase._save)
+    load = blocking(ClothsBase._load)
+    drop = blocking(ClothsBase._drop)
     topology = blocking(ClothsBase._topology)
     randomise = blocking(ClothsBase._randomise)
     render_png = blocking(ClothsBase._render_png)

@@ -1,0 +1,90 @@
+// States that the server keeps by name.
+#include <string>
+#include <utility>
+
+#include "server/api/cloth_selection.h"
+#include "server/api/simulation_service.h"
+#include "server/api/unary_call.h"
+
+namespace drape::api {
+namespace {
+
+constexpr size_t kMaxNameBytes = 128;
+
+void CheckName(const std::string& name, Violations& violations) {
+  violations.Require(!name.empty() && name.size() <= kMaxNameBytes, "name", [&] {
+    return "has " + std::to_string(name.size()) + " bytes; legal: 1 to " +
+           std::to_string(kMaxNameBytes);
+  });
+}
+
+Result<std::vector<ClothId>> CheckSave(const v1::SaveStatesRequest& request) {
+  Violations violations;
+  CheckName(request.name(), violations);
+  std::vector<ClothId> ids = CheckSelection(request, FieldPath(), violations);
+  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
+  return ids;
+}
+
+Result<std::vector<ClothId>> CheckLoad(const v1::LoadStatesRequest& request) {
+  Violations violations;
+  CheckName(request.name(), violations);
+  std::vector<ClothId> ids = CheckSelection(request, FieldPath(), violations);
+  const int count = request.saved_cloth_ids_size();
+  violations.Require(count == 0 || count == request.cloth_ids_size(), "saved_cloth_ids", [&] {
+    return "has " + std::to_string(count) + " entries; it is empty or has one per cloth (" +
+           std::to_string(request.cloth_ids_size()) + ")";
+  });
+  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
+  return ids;
+}
+
+}  // namespace
+
+grpc::ServerUnaryReactor* SimulationService::SaveStates(Context* context,
+                                                        const v1::SaveStatesRequest* request,
+                                                        v1::SaveStatesResponse* response) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
+  const Result<std::vector<ClothId>> ids = CheckSave(*request);
+  if (!ids.ok()) return Answer(context, ids.status());
+  Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
+  if (!session.ok()) return Answer(context, session.status());
+  Result<ClothList> cloths = (*session)->FindCloths(*ids);
+  if (!cloths.ok()) return Answer(context, cloths.status());
+  UnaryCall* call = UnaryCall::New();
+  call->lease = std::move(session).value();
+  call->lease->SaveStates(std::move(cloths).value(), request->name(),
+                          EndWith<SavedSummary>(call, [response](const SavedSummary& saved) {
+                            response->set_cloths(static_cast<uint32_t>(saved.cloths));
+                            response->set_bytes(saved.bytes);
+                          }));
+  return call;
+}
+
+grpc::ServerUnaryReactor* SimulationService::LoadStates(Context* context,
+                                                        const v1::LoadStatesRequest* request,
+                                                        v1::LoadStatesResponse*) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
+  const Result<std::vector<ClothId>> ids = CheckLoad(*request);
+  if (!ids.ok()) return Answer(context, ids.status());
+  Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
+  if (!session.ok()) return Answer(context, session.status());
+  UnaryCall* call = UnaryCall::New();
+  call->lease = std::move(session).value();
+  call->lease->LoadStates(request->name(), *ids, ToClothIds(request->saved_cloth_ids()),
+                          [call](const Status& status) { call->End(status); });
+  return call;
+}
+
+grpc::ServerUnaryReactor* SimulationService::DropStates(Context* context,
+                                                        const v1::DropStatesRequest* request,
+                                                        v1::DropStatesResponse*) {
+  const Caller caller = context_.Identify(*context);
+  if (caller.is_refused) return Refuse(context);
+  const Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
+  return Answer(context, session.ok() ? (*session)->DropStates(request->name()) : session.status());
+}
+
+}  // namespace drape::api

@@ -1,0 +1,56 @@
+// States of cloths that are kept, to go back to or to branch from.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "server/core/byte_budget.h"
+#include "server/core/ids.h"
+#include "server/core/status.h"
+#include "server/scheduler/cloth_runtime.h"
+#include "server/session/cloth_record.h"
+#include "server/solver/backend.h"
+
+namespace drape {
+
+// A cloth as it was between two steps: enough to go on with the same bits. Immutable.
+struct SavedCloth {
+  ClothId id;
+  Eigen::Vector3d origin_in_environment_m = Eigen::Vector3d::Zero();
+  std::shared_ptr<const ClothDescription> description;
+  RuntimeState runtime;
+  // Its particles are rows [first_row, first_row + particle_count), at the precision of the
+  // backend.
+  std::shared_ptr<const StateColumns> columns;
+  size_t first_row = 0;
+};
+
+// Cloths that were saved together.
+struct SavedStates {
+  std::vector<SavedCloth> cloths;
+  uint64_t bytes = 0;
+  std::vector<std::shared_ptr<void>> permits{};  // for the bytes
+};
+
+// Appends the cloths as they are now. NOT_FOUND if one was deleted; RESOURCE_EXHAUSTED when the
+// budget of `owner` does not suffice. Device thread.
+Status SaveOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
+                    ByteBudget& budget, const std::string& owner, SavedStates& saved);
+
+// Whether `cloth` can become `from`: the same particles at the same place of its environment, and
+// as many grips. INVALID_ARGUMENT (`field`) tells why not. Any thread.
+Status CheckLoads(const ClothRecord& cloth, const SavedCloth& from, const std::string& field);
+
+// The cloth becomes `from`, which CheckLoads has accepted: particles, step, time, controls under
+// way, grips, sleep, budget, fault, pins, model and parameters. RESOURCE_EXHAUSTED when the device
+// has no room; nothing changes then. Device thread.
+Status LoadOnDevice(Backend& backend, ClothRecord& cloth, const SavedCloth& from);
+
+// SAVED_STATES_NOT_FOUND.
+Status SavedStatesNotFound(const std::string& name);
+
+}  // namespace drape

@@ -1,0 +1,124 @@
+// The methods of Session that keep states of cloths by name.
+#include <algorithm>
+#include <unordered_map>
+#include <utility>
+
+#include "server/session/cloth_creation.h"
+#include "server/session/session.h"
+#include "server/session/sliced_command.h"
+
+namespace drape {
+namespace {
+
+size_t PerSlice(const ClothList& cloths) {
+  uint32_t largest = 1;
+  for (const auto& cloth : cloths) {
+    largest = std::max(largest, cloth->description()->model->particle_count());
+  }
+  return ClothsPerSlice(largest);
+}
+
+}  // namespace
+
+void Session::SaveStates(ClothList cloths, std::string name,
+                         std::function<void(Result<SavedSummary>)> done) {
+  const auto held = std::make_shared<const ClothList>(std::move(cloths));
+  const auto saved = std::make_shared<SavedStates>();
+  const Status status = RunInSlices(
+      commons_->scheduler, held->size(), PerSlice(*held),
+      [self = shared_from_this(), held, saved](Backend& backend, size_t begin, size_t end) {
+        return SaveOnDevice(backend, std::span(*held).subspan(begin, end - begin),
+                            *self->commons_->saved, self->owner(), *saved);
+      },
+      [self = shared_from_this(), saved, name, done](Backend&, const Status& outcome) {
+        Result<SavedSummary> answer = SavedSummary{saved->cloths.size(), saved->bytes};
+        if (!outcome.ok()) {
+          answer = outcome;
+        } else if (const Status kept = self->Keep(name, saved); !kept.ok()) {
+          answer = kept;
+        }
+        self->commons_->scheduler.Complete([done, answer = std::move(answer)] { done(answer); });
+      });
+  if (!status.ok()) done(status);
+}
+
+Status Session::Keep(const std::string& name, std::shared_ptr<const SavedStates> saved) {
+  const std::lock_guard lock(mutex_);
+  if (is_closed_) return {StatusCode::kNotFound, "SESSION_NOT_FOUND", "the session has ended"};
+  if (saved_.size() >= kMaxSavedNames && !saved_.contains(name)) {
+    return {StatusCode::kResourceExhausted, "TOO_MANY_SAVED_STATES",
+            "a session keeps at most " + std::to_string(kMaxSavedNames) + " names: drop some"};
+  }
+  saved_[name] = std::move(saved);
+  return Status::Ok();
+}
+
+std::shared_ptr<const SavedStates> Session::FindSaved(const std::string& name) const {
+  const std::lock_guard lock(mutex_);
+  const auto found = saved_.find(name);
+  return found == saved_.end() ? nullptr : found->second;
+}
+
+Result<std::vector<LoadPair>> Session::PairsOf(const SavedStates& saved,
+                                               std::span<const ClothId> into,
+                                               std::span<const ClothId> from) const {
+  std::vector<ClothId> every;
+  if (into.empty()) {
+    for (const SavedCloth& cloth : saved.cloths) every.push_back(cloth.id);
+    if (every.empty()) return std::vector<LoadPair>{};
+    into = every;
+  }
+  if (from.empty()) from = into;
+  DRAPE_ASSIGN_OR_RETURN(const ClothList cloths, FindCloths(into));
+  std::unordered_map<ClothId, const SavedCloth*> by_id;
+  for (const SavedCloth& cloth : saved.cloths) by_id.emplace(cloth.id, &cloth);
+  std::vector<LoadPair> pairs;
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    const auto found = by_id.find(from[k]);
+    const std::string field = "cloth_ids[" + std::to_string(k) + "]";
+    if (found == by_id.end()) {
+      return Status::InvalidField(field, "cloth " + std::to_string(from[k].Packed()) +
+                                             " is not among those that were saved");
+    }
+    DRAPE_RETURN_IF_ERROR(CheckLoads(*cloths[k], *found->second, field));
+    pairs.push_back({cloths[k], found->second});
+  }
+  return pairs;
+}
+
+void Session::LoadStates(const std::string& name, std::span<const ClothId> into,
+                         std::span<const ClothId> from, std::function<void(Status)> done) {
+  const std::shared_ptr<const SavedStates> saved = FindSaved(name);
+  if (saved == nullptr) return done(SavedStatesNotFound(name));
+  auto found = PairsOf(*saved, into, from);
+  if (!found.ok()) return done(found.status());
+  const auto pairs = std::make_shared<const std::vector<LoadPair>>(std::move(found).value());
+  uint32_t largest = 1;
+  for (const LoadPair& pair : *pairs) {
+    largest = std::max(largest, pair.from->description->model->particle_count());
+  }
+  const Status status = RunInSlices(
+      commons_->scheduler, pairs->size(), ClothsPerSlice(largest),
+      [pairs](Backend& backend, size_t begin, size_t end) {
+        for (size_t k = begin; k < end; ++k) {
+          DRAPE_RETURN_IF_ERROR(LoadOnDevice(backend, *(*pairs)[k].into, *(*pairs)[k].from));
+        }
+        return Status::Ok();
+      },
+      [self = shared_from_this(), saved, done](Backend&, const Status& outcome) {
+        self->commons_->scheduler.Complete([done, outcome] { done(outcome); });
+      });
+  if (!status.ok()) done(status);
+}
+
+Status Session::DropStates(const std::string& name) {
+  std::shared_ptr<const SavedStates> dropped;  // freed without the lock
+  const std::lock_guard lock(mutex_);
+  const auto found = saved_.find(name);
+  if (found == saved_.end()) return SavedStatesNotFound(name);
+  dropped = std::move(found->second);
+  saved_.erase(found);
+  return Status::Ok();
+}
+
+}  // namespace drape
