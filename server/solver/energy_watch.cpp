@@ -12,15 +12,16 @@ bool CanGetEnergy(const SceneModel& model, const ClothParameters& parameters,
                   LengthSource lengths) {
   const bool feels_wind =
       (parameters.air_drag > 0 || parameters.air_lift > 0) && !parameters.wind_m_per_s.isZero(0);
-  return model.spring_count() > 0 || model.elastic_count() > 0 || model.has_compliance() ||
-         model.has_joint_compliance() || lengths == LengthSource::kOwn || feels_wind ||
-         HasMovingColliders(parameters);
+  return model.spring_count() > 0 || model.elastic_count() > 0 || lengths == LengthSource::kOwn ||
+         feels_wind || HasMovingColliders(parameters);
 }
 
 }  // namespace
 
-bool EnergyLimit::IsExceeded(double gain_j, double start_kinetic_j) const {
-  return is_watched && gain_j > constant_j + kMaxEnergyGain * start_kinetic_j +
+bool EnergyLimit::IsExceeded(double gain_j, double start_kinetic_j,
+                             double start_compliant_j) const {
+  return is_watched && gain_j > constant_j +
+                                    kMaxEnergyGain * (start_kinetic_j + start_compliant_j) +
                                     lag_root_j * std::sqrt(start_kinetic_j);
 }
 
@@ -30,7 +31,8 @@ EnergyLimit EnergyLimitOf(const SceneModel& model, const ClothParameters& parame
   const StepSettings& settings = parameters.settings;
   const double gravity = parameters.gravity_m_per_s2.norm();
   const double mass_kg = model.total_mass_kg();
-  EnergyLimit limit{.is_watched = true};
+  EnergyLimit limit{.is_watched = true,
+                    .counts_compliance = model.has_compliance() || model.has_joint_compliance()};
   limit.constant_j = kMaxEnergyGain * mass_kg * std::max(gravity, kLeastWatchedGravity_m_per_s2) *
                      model.extent_m();
   if (!parameters.colliders.empty()) {

@@ -30,7 +30,7 @@ inline constexpr double kTouchRoundOffs = 16;
 // hangs tremble; smaller: rounding pulls particles that static friction holds.
 inline constexpr double kQuietRoundOffs = 8;
 
-// A particle that approaches a collider more slowly than gravity accelerates it in this many
+// A particle that reaches a collider more slowly than gravity accelerates it in this many
 // substeps does not bounce off it [-] (Müller et al. 2020, «Detailed Rigid Body Simulation with
 // Extended Position Based Dynamics», section 3.6). Smaller: resting particles hop; larger: bounces
 // end at a larger height.

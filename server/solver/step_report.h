@@ -25,7 +25,7 @@ struct StepWarnings {
   // requested.
   bool elastic_beyond_limit = false;
   // The step would have given the cloth kinetic and potential energy that nothing gave to it, and
-  // was done again more dissipatively if it could be (energy_watch.h). Not known to `gl`.
+  // was done again more dissipatively if it could be (energy_watch.h).
   bool energy_gained = false;
   // Springs in the force may gain energy faster than kMaxSpringGain_per_s (force_limits.h).
   bool springs_gain_energy = false;

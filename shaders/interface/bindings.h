@@ -74,6 +74,11 @@
 // In the list of held particles: a grip that holds none.
 #define DRAPE_NO_PARTICLE 0xffffffffu
 
+// Sums into which the watch of energy adds up the particles of a cloth: resident, in the memory of
+// at least 64 masses; tiled.
+#define DRAPE_RESIDENT_ENERGY_SUMS 32u
+#define DRAPE_TILED_ENERGY_SUMS 256u
+
 // Words of a tether in a model: pin, length [m].
 #define DRAPE_TETHER_WORDS 2
 

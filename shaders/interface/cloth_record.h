@@ -46,6 +46,11 @@ struct StepNumbers {
   uint refine_solves;  // no further round after these
 
   float max_elastic_frequency_sq;  // [1/s^2] faster elastic elements act as if they were not
+
+  // Only with the watch of energy (solver/energy_watch.h).
+  float energy_constant;     // [J]
+  float energy_lag_root;     // [J^1/2]
+  uint keeps_start_of_gain;  // a step that gains too much is not committed: it is done again
 };
 
 struct ClothRecord {

@@ -35,6 +35,8 @@ struct ClothStatus {
   float strain_p99;  // [-]
   float rms_motion;  // [m]; by `measure` alone
 
+  uint gained_energy;  // more than it may; only with the watch of energy
+
   // Only if colliders are left out.
   uint range[DRAPE_RANGE_WORDS];  // of the particles when the step begins
   uint far_colliders;             // bits: colliders that no particle in the range touches

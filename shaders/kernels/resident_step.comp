@@ -20,6 +20,18 @@
 #include "stages/sweep_resident.glsl"
 #include "lib/fault.glsl"
 
+#ifdef HAS_ENERGY_WATCH
+#define ENERGY_SUMS DRAPE_RESIDENT_ENERGY_SUMS
+// After the last substep the masses are not needed any more: their memory takes the sums.
+void SetEnergySum(uint s, vec2 sum) {
+  shared_inverse_masses[2u * s] = sum.x;
+  shared_inverse_masses[2u * s + 1u] = sum.y;
+}
+vec2 EnergySum(uint s) { return vec2(shared_inverse_masses[2u * s], shared_inverse_masses[2u * s + 1u]); }
+void EndSumPhase() { PhaseBarrier(); }
+#include "stages/watch_energy.glsl"
+#endif
+
 layout(local_size_x = LOCAL_SIZE) in;
 
 #ifdef LOOP_BUDGET
@@ -295,8 +307,20 @@ void Integrate() {
   PhaseBarrier();
 }
 
+// Whether the old state stays, because the step is to be done again.
+bool KeepsStart(uint status) {
+#ifdef HAS_ENERGY_WATCH
+  bool gains_energy = GainsEnergy();
+  if (gl_LocalInvocationID.x == 0u) statuses[status].gained_energy = gains_energy ? 1u : 0u;
+  return gains_energy && cloth.step.keeps_start_of_gain != 0u;
+#else
+  return false;
+#endif
+}
+
 // The new state replaces the old one unless any particle is beyond the limits.
-void Commit() {
+void Commit(uint status) {
+  if (KeepsStart(status)) return;
   FOR_EACH(i, 0u, cloth.particle_count) {
     uint fault = FaultOf(Position(i), Velocity(i));
     if (fault != 0u) atomicOr(shared_fault, fault);
@@ -365,6 +389,6 @@ void main() {
   FindReach(item.status, false);
   RunSubsteps(progress);
 #endif
-  Commit();
+  Commit(item.status);
   StoreStatus(item.status, progress);
 }

@@ -1,6 +1,6 @@
-// Kernel `tiled_commit`: stage commit, second phase: the new state replaces the old one unless the cloth is
-// faulted. One invocation = one particle. Reads Scratch, Statuses; writes States, Statuses (iterations
-// when their number is fixed).
+// Kernel `tiled_commit`: stage commit, last phase: the new state replaces the old one unless the cloth is faulted or
+// the step is to be done again. One invocation = one particle. Reads Scratch, Statuses; writes States, Statuses
+// (iterations when their number is fixed).
 #include "stages/access_tiled.glsl"
 
 layout(local_size_x = LOCAL_SIZE) in;
@@ -12,6 +12,9 @@ void main() {
   if (i == 0u) statuses[status_index].iterations = cloth.step.substeps * cloth.step.max_iterations;
 #endif
   if (i >= cloth.particle_count || statuses[status_index].fault != 0u) return;
+#ifdef HAS_ENERGY_WATCH
+  if (statuses[status_index].gained_energy != 0u && cloth.step.keeps_start_of_gain != 0u) return;
+#endif
   SetStateVector(cloth.positions + 3u * i, Position(i));
   SetStateVector(cloth.velocities + 3u * i, Velocity(i));
 }

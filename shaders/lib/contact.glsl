@@ -182,14 +182,15 @@ float NormalBeta(float beta_n, float error, float inverse_h) {
 
 #ifdef HAS_RESTITUTION
 // How fast a particle that hits is to leave [m/s]: restitution times the speed with which it reaches the
-// surface from where it is before the substep; 0 where it approaches too slowly.
+// surface from where it is before the substep; 0 where that is too slow, or where it approaches more slowly than
+// gravity lets a free particle arrive so fast within the substep.
 float ReboundSpeed(Gap at_start, vec3 v, vec3 gravity, float restitution, float slowest) {
   float approach = -Dot(v, at_start.normal);
-  if (approach <= slowest) return 0.0;
   precise float gained = -2.0 * Dot(gravity, at_start.normal) * max(at_start.size, 0.0);
   precise float arrival_sq = approach * approach + gained;
-  precise float rebound = restitution * sqrt(max(arrival_sq, 0.0));
-  return rebound;
+  float arrival = sqrt(max(arrival_sq, 0.0));
+  precise float rebound = restitution * arrival;
+  return min(arrival, 2.0 * approach) > slowest ? rebound : 0.0;
 }
 #endif
 

@@ -24,8 +24,8 @@ class Restitution : public PhysicsTest {
 // Heights e^(2k) h0, at any step size: flight between contacts is exact (Bender et al. 2009, eq. 1
 // and 2), a hit leaves from the surface, with e times the speed that energy gives there. Rounding:
 // some 12 of the speed per substep, and those of e and of the root at each hit; all enter the
-// energy times the speed. The last bounces are those of 3 g h: below 2 g h, of which the approach
-// before the substep may miss one, a particle stays.
+// energy times the speed. The last bounces are those of 3 g h: below 2 g h a particle stays, and
+// bounces shorter than a step are not told apart.
 TEST_P(Restitution, HeightsShrinkByItsSquare) {
   constexpr double kHeight = 0.5;
   for (const double restitution : {0.5, 0.8, 1.0}) {

@@ -23,9 +23,9 @@ double ReboundSpeed(const ReferenceContact& contact, const Eigen::Vector3d& velo
                     const Eigen::Vector3d& gravity_m_per_s2, double restitution,
                     double slowest_m_per_s) {
   const double approach = -velocity_m_per_s.dot(contact.normal);
-  if (approach <= slowest_m_per_s) return 0;
   const double gained = -2 * gravity_m_per_s2.dot(contact.normal) * std::max(contact.gap, 0.0);
-  return restitution * std::sqrt(std::max(approach * approach + gained, 0.0));
+  const double arrival = std::sqrt(std::max(approach * approach + gained, 0.0));
+  return std::min(arrival, 2 * approach) > slowest_m_per_s ? restitution * arrival : 0;
 }
 
 Eigen::Vector3d FrictionImpulse(const Eigen::Vector3d& wanted, double normal_impulse,

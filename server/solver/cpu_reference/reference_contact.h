@@ -28,8 +28,8 @@ ReferenceContact ContactAt(const Collider& collider, const RigidMotion& motion, 
 
 // How fast a particle that hits a collider is to leave it [m/s], from where it is and how fast
 // before the substep, relative to the surface: `restitution` times the speed with which it arrives,
-// as gravity makes it on the way to the surface. 0 where it approaches no faster than
-// `slowest_m_per_s`.
+// as gravity makes it on the way to the surface. 0 where that is no faster than `slowest_m_per_s`,
+// or where it approaches no faster than half of that.
 double ReboundSpeed(const ReferenceContact& contact, const Eigen::Vector3d& velocity_m_per_s,
                     const Eigen::Vector3d& gravity_m_per_s2, double restitution,
                     double slowest_m_per_s);

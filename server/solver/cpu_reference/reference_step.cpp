@@ -166,8 +166,14 @@ bool GainsEnergy(const StepContext& context, const ReferenceCloth& cloth, const 
     gain_j += model.masses_kg()[i] *
               ((v_end - v[i]).dot(v_end + v[i]) / 2 - context.parameters.gravity_m_per_s2.dot(way));
   }
-  return EnergyLimitOf(model, cloth.parameters, LengthsOf(cloth), plan)
-      .IsExceeded(gain_j, start_kinetic_j);
+  const EnergyLimit limit = EnergyLimitOf(model, cloth.parameters, LengthsOf(cloth), plan);
+  if (!limit.IsExceeded(gain_j, start_kinetic_j)) return false;
+  if (!limit.counts_compliance) return true;
+  const auto energy_of = [&](const ParticleState& state) {
+    return CompliantEnergy_j(model, [&](uint32_t i) { return state.positions_m[i]; });
+  };
+  const double start_j = energy_of(cloth.state);
+  return limit.IsExceeded(gain_j + energy_of(context.state) - start_j, start_kinetic_j, start_j);
 }
 
 }  // namespace

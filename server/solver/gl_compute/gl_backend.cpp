@@ -1,5 +1,7 @@
 #include "server/solver/gl_compute/gl_backend.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <bit>
 #include <optional>
@@ -7,6 +9,7 @@
 #include <utility>
 
 #include "server/gl/device_copy.h"
+#include "server/solver/energy_watch.h"
 #include "server/solver/gl_compute/cloth_table.h"
 #include "server/solver/gl_compute/cloth_words.h"
 #include "server/solver/gl_compute/gl_cloth.h"
@@ -65,20 +68,17 @@ class GlBackend final : public DeviceBackend {
  private:
   // The room on the device that a cloth needs for a model and parameters.
   struct Room {
-    StepPlan plan;
+    GlScheme scheme;
     std::shared_ptr<const DeviceModel> model{};
     std::vector<std::shared_ptr<const DeviceMap>> maps{};
-    const StepKernels* kernels = nullptr;
-    LoopCosts costs{};
-    uint64_t part_count = 1;
     WordRange parameter_words{};
     shader::ParameterLayout parameter_layout{};
-    WordRange scratch{};
-    shader::ScratchLayout scratch_layout{};
   };
   // The kernels of a cloth, its parts: a function of the cloth and the device.
-  Status ChooseKernels(const PlannedCloth& cloth, Room& room);
-  Status TakeWords(const PlannedCloth& cloth, Room& room);
+  Status ChooseKernels(const PlannedCloth& cloth, GlScheme& scheme);
+  Status TakeScratch(const PlannedCloth& cloth, GlScheme& scheme);
+  Result<GlScheme> MakeScheme(const PlannedCloth& cloth);
+  Status TakeParameterWords(const PlannedCloth& cloth, Room& room);
   Result<Room> MakeRoom(const std::shared_ptr<const SceneModel>& model,
                         const ClothParameters& parameters,
                         LengthSource lengths = LengthSource::kModel);
@@ -87,6 +87,11 @@ class GlBackend final : public DeviceBackend {
   std::vector<uint32_t> CarryTargets(const GlCloth& cloth, const SceneModel& model);
   void WriteState(GlCloth& cloth, const ParticleState& state,
                   FaultReason fault = FaultReason::kNone);
+  // Between the usual scheme of a cloth and its calmer one.
+  void UseCalmerScheme(ClothHandle handle);
+  void UseUsualScheme(ClothHandle handle);
+  // Steps those of the items again that must be.
+  void StepAgain(std::span<const StepItem> items, BatchReport& report);
   // What a step that begins is told; not of a faulted cloth.
   void SetTargets(const StepItem& item, GlCloth& cloth);
   // Every state on the device is lost with a reset; only a new process can use a device again.
@@ -112,16 +117,16 @@ class GlBackend final : public DeviceBackend {
   std::unordered_map<ClothHandle, StepUnderWay> steps_under_way_;
 };
 
-Status GlBackend::ChooseKernels(const PlannedCloth& cloth, Room& room) {
+Status GlBackend::ChooseKernels(const PlannedCloth& cloth, GlScheme& scheme) {
   DeviceTraits traits = device_.traits;
   while (true) {
     const Result<VariantChoice> choice = ChooseVariant(cloth, traits);
     if (!choice.ok()) return choice.status();
     const Result<const StepKernels*> kernels = device_.kernels->ForVariant(choice->variant);
     if (kernels.ok()) {
-      room.kernels = kernels.value();
-      room.costs = choice->costs;
-      room.part_count = choice->part_count;
+      scheme.kernels = kernels.value();
+      scheme.costs = choice->costs;
+      scheme.part_count = choice->part_count;
       return Status::Ok();
     }
     if (choice->variant.strip_solve == StripSolve::kElimination) return kernels.status();
@@ -129,20 +134,30 @@ Status GlBackend::ChooseKernels(const PlannedCloth& cloth, Room& room) {
   }
 }
 
-Status GlBackend::TakeWords(const PlannedCloth& cloth, Room& room) {
-  DeviceArrays& arrays = *device_.arrays;
-  const PackedLayout parameter_layout = LayOutParameters(cloth);
-  Result<WordRange> parameter_words = arrays.parameters.Allocate(parameter_layout.size);
-  if (!parameter_words.ok()) return parameter_words.status();
-  room.parameter_words = std::move(parameter_words).value();
-  room.parameter_layout = parameter_layout.layout;
-  const KernelVariant& variant = room.kernels->variant;
-  const PackedLayout scratch_layout =
-      LayOutScratch(cloth, variant.is_tiled() || variant.is_in_parts());
-  Result<WordRange> scratch = arrays.scratch.Allocate(scratch_layout.size);
+Status GlBackend::TakeScratch(const PlannedCloth& cloth, GlScheme& scheme) {
+  const KernelVariant& variant = scheme.kernels->variant;
+  const PackedLayout layout = LayOutScratch(cloth, variant.is_tiled() || variant.is_in_parts());
+  Result<WordRange> scratch = device_.arrays->scratch.Allocate(layout.size);
   if (!scratch.ok()) return scratch.status();
-  room.scratch = std::move(scratch).value();
-  room.scratch_layout = scratch_layout.layout;
+  scheme.scratch = std::move(scratch).value();
+  scheme.scratch_layout = layout.layout;
+  return Status::Ok();
+}
+
+Result<GlScheme> GlBackend::MakeScheme(const PlannedCloth& cloth) {
+  GlScheme scheme{.plan = cloth.plan};
+  DRAPE_RETURN_IF_ERROR(ChooseKernels(cloth, scheme));
+  DRAPE_RETURN_IF_ERROR(TakeScratch(cloth, scheme));
+  return scheme;
+}
+
+Status GlBackend::TakeParameterWords(const PlannedCloth& cloth, Room& room) {
+  DeviceArrays& arrays = *device_.arrays;
+  const PackedLayout layout = LayOutParameters(cloth);
+  Result<WordRange> words = arrays.parameters.Allocate(layout.size);
+  if (!words.ok()) return words.status();
+  room.parameter_words = std::move(words).value();
+  room.parameter_layout = layout.layout;
   return arrays.ReserveBatch(cloths_.count() + 1, MostDispatchesOfSweep(cloth.model));
 }
 
@@ -150,9 +165,10 @@ Result<GlBackend::Room> GlBackend::MakeRoom(const std::shared_ptr<const SceneMod
                                             const ClothParameters& parameters,
                                             LengthSource lengths) {
   const PlannedCloth cloth = PlanOnDevice(*model, parameters, lengths);
-  Room room{.plan = cloth.plan};
-  DRAPE_RETURN_IF_ERROR(ChooseKernels(cloth, room));
-  DRAPE_RETURN_IF_ERROR(TakeWords(cloth, room));
+  Result<GlScheme> scheme = MakeScheme(cloth);
+  if (!scheme.ok()) return scheme.status();
+  Room room{.scheme = std::move(scheme).value()};
+  DRAPE_RETURN_IF_ERROR(TakeParameterWords(cloth, room));
   Result<std::shared_ptr<const DeviceModel>> on_device =
       models_.Acquire(model, cloth.plan.Has(StepStage::kApplyWind));
   if (!on_device.ok()) return on_device.status();
@@ -168,16 +184,14 @@ Result<GlBackend::Room> GlBackend::MakeRoom(const std::shared_ptr<const SceneMod
 }
 
 void GlBackend::Occupy(GlCloth& cloth, Room room, const ClothParameters& parameters) {
-  cloth.plan = room.plan;
+  cloth.scheme() = std::move(room.scheme);
+  cloth.gain_response =
+      HasCalmerScheme(cloth.plan) ? GainResponse::kStepAgain : GainResponse::kWarn;
+  cloth.other_scheme.reset();
   cloth.model = std::move(room.model);
   cloth.maps = std::move(room.maps);
-  cloth.kernels = room.kernels;
-  cloth.costs = room.costs;
-  cloth.part_count = room.part_count;
   cloth.parameter_words = std::move(room.parameter_words);
   cloth.parameter_layout = room.parameter_layout;
-  cloth.scratch = std::move(room.scratch);
-  cloth.scratch_layout = room.scratch_layout;
   cloth.parameters = parameters;
   cloth.max_iterations = parameters.settings.max_iterations;
   Words().WriteElastic(cloth);
@@ -211,7 +225,8 @@ Result<ClothHandle> GlBackend::Create(std::shared_ptr<const SceneModel> model,
   DRAPE_RETURN_IF_ERROR(
       arrays.cloths.Reserve((cloths_.slot_count() + 1) * sizeof(shader::ClothRecord)));
   // From here on nothing can fail.
-  GlCloth cloth{.plan = room->plan, .state = std::move(state_words).value()};
+  GlCloth cloth{{.plan = room->scheme.plan}};
+  cloth.state = std::move(state_words).value();
   Occupy(cloth, std::move(room).value(), parameters);
   WriteState(cloth, state);
   Words().WriteTargets(cloth, PackTargets(PinPositions(*cloth.model->model, state)));
@@ -309,9 +324,58 @@ BatchReport GlBackend::StepAhead(std::span<const StepItem> items,
   }
   BatchReport report = RunBatch(items, cloths_, *device_.arrays, device_.measure, device_.batch,
                                 device_.runs_ahead ? meanwhile : nullptr);
+  StepAgain(items, report);
   for (const StepItem& item : items) Words().EndMotions(cloths_.Find(item.cloth));
   CheckForReset();
   return report;
+}
+
+void GlBackend::UseCalmerScheme(ClothHandle handle) {
+  GlCloth& cloth = cloths_.Find(handle);
+  cloth.must_step_again = false;
+  if (!cloth.other_scheme) {
+    const ClothParameters calmer = WithCalmerScheme(cloth.parameters);
+    Result<GlScheme> scheme = MakeScheme(PlanOnDevice(*cloth.model->model, calmer));
+    if (scheme.ok()) cloth.other_scheme = std::move(scheme).value();
+  }
+  if (cloth.other_scheme) {
+    std::swap(cloth.scheme(), *cloth.other_scheme);
+    cloth.gain_response = GainResponse::kNotWatched;
+  } else {
+    spdlog::warn("energy_gained_without_room_to_step_again particles={}", cloth.particle_count());
+    cloth.gain_response = GainResponse::kWarn;
+  }
+  WriteRecord(handle.slot);
+}
+
+void GlBackend::UseUsualScheme(ClothHandle handle) {
+  GlCloth& cloth = cloths_.Find(handle);
+  if (cloth.gain_response != GainResponse::kNotWatched) return;
+  std::swap(cloth.scheme(), *cloth.other_scheme);
+  cloth.gain_response = GainResponse::kStepAgain;
+  WriteRecord(handle.slot);
+}
+
+void GlBackend::StepAgain(std::span<const StepItem> items, BatchReport& report) {
+  std::vector<StepItem> again;
+  std::vector<size_t> places;
+  for (size_t k = 0; k < items.size(); ++k) {
+    if (!cloths_.Find(items[k].cloth).must_step_again) continue;
+    UseCalmerScheme(items[k].cloth);
+    again.push_back(items[k]);
+    places.push_back(k);
+  }
+  if (again.empty()) return;
+  const BatchReport calmer =
+      RunBatch(again, cloths_, *device_.arrays, device_.measure, device_.batch, nullptr);
+  for (size_t k = 0; k < again.size(); ++k) {
+    report.reports[places[k]] = calmer.reports[k];
+    UseUsualScheme(again[k].cloth);
+  }
+  report.dispatch_count += calmer.dispatch_count;
+  report.upload_us += calmer.upload_us;
+  report.device_us += calmer.device_us;
+  report.readback_us += calmer.readback_us;
 }
 
 std::optional<BatchReport> GlBackend::StepPiece(const StepItem& item, const Pause& pause) {
@@ -321,10 +385,18 @@ std::optional<BatchReport> GlBackend::StepPiece(const StepItem& item, const Paus
   const auto [under_way, is_new] =
       steps_under_way_.try_emplace(item.cloth, StepUnderWay{{}, cloth.length_words});
   if (is_new) SetTargets(item, cloth);
-  auto report = RunPiece(item, cloths_, *device_.arrays, device_.measure, device_.batch,
-                         under_way->second.step, pause);
+  LongStep& step = under_way->second.step;
+  auto report =
+      RunPiece(item, cloths_, *device_.arrays, device_.measure, device_.batch, step, pause);
+  if (report && cloth.must_step_again) {
+    UseCalmerScheme(item.cloth);
+    step = {};
+    if (!pause.is_never() && pause.IsDue()) return std::nullopt;
+    report = RunPiece(item, cloths_, *device_.arrays, device_.measure, device_.batch, step, pause);
+  }
   CheckForReset();
   if (!report) return std::nullopt;
+  UseUsualScheme(item.cloth);
   Words().EndMotions(cloth);
   steps_under_way_.erase(under_way);
   return report;
@@ -334,6 +406,7 @@ void GlBackend::AbandonStep(ClothHandle handle) {
   const auto under_way = steps_under_way_.find(handle);
   if (under_way == steps_under_way_.end()) return;
   GlCloth& cloth = cloths_.Find(handle);
+  UseUsualScheme(handle);
   cloth.are_lengths_moving = cloth.has_own_lengths();  // the device has others
   cloth.length_words = std::move(under_way->second.length_words);
   steps_under_way_.erase(under_way);

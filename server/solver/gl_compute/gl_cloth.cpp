@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "server/solver/energy_watch.h"
 #include "server/solver/solver_constants.h"
 #include "shaders/interface/bindings.h"
 
@@ -23,6 +24,16 @@ void SetRefinement(const StepPlan& plan, shader::StepNumbers& step) {
   step.longest_sq = static_cast<float>((1 + limit) * (1 + limit));
   step.refine_rounds = plan.solver.refine_rounds;
   step.refine_solves = plan.solver.refine_solves;
+}
+
+void SetEnergyLimit(const GlCloth& cloth, shader::StepNumbers& step) {
+  const EnergyLimit limit = EnergyLimitOf(
+      *cloth.model->model, cloth.parameters,
+      cloth.has_own_lengths() ? LengthSource::kOwn : LengthSource::kModel, cloth.plan);
+  if (!limit.is_watched) return;
+  step.energy_constant = static_cast<float>(limit.constant_j);
+  step.energy_lag_root = static_cast<float>(limit.lag_root_j);
+  step.keeps_start_of_gain = cloth.gain_response == GainResponse::kStepAgain ? 1 : 0;
 }
 
 shader::StepNumbers NumbersOf(const GlCloth& cloth) {
@@ -54,6 +65,7 @@ shader::StepNumbers NumbersOf(const GlCloth& cloth) {
   step.air_lift = static_cast<float>(kAirDensity_kg_per_m3 * parameters.air_lift / 4);
   step.max_elastic_frequency_sq = static_cast<float>(plan.max_elastic_frequency_sq_per_s2);
   SetRefinement(plan, step);
+  SetEnergyLimit(cloth, step);
   return step;
 }
 

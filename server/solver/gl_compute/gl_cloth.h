@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "server/solver/cloth_parameters.h"
@@ -18,21 +19,37 @@
 
 namespace drape {
 
-struct GlCloth {
+// How a cloth is stepped: what follows from its plan.
+struct GlScheme {
+  StepPlan plan;
+  const StepKernels* kernels = nullptr;
+  uint64_t part_count = 1;  // dispatches of the resident step
+  LoopCosts costs{};        // of the resident step
+  WordRange scratch{};
+  shader::ScratchLayout scratch_layout{};  // within scratch
+};
+
+// What is done about a step that gains energy for no reason (solver/energy_watch.h).
+enum class GainResponse {
+  kStepAgain,   // it is not committed
+  kWarn,        // there is no calmer scheme, or no room for one
+  kNotWatched,  // it is the calmer scheme's
+};
+
+struct GlCloth : GlScheme {
   std::shared_ptr<const DeviceModel> model{};
   std::vector<std::shared_ptr<const DeviceMap>> maps{};  // of the distance maps, in their order
   ClothParameters parameters{};
-  StepPlan plan;
-  const StepKernels* kernels = nullptr;
-  uint64_t part_count = 1;      // dispatches of the resident step
-  LoopCosts costs{};            // of the resident step
   uint32_t max_iterations = 0;  // sweeps per substep at most, of the step under way
   FaultReason fault = FaultReason::kNone;
   WordRange state{};  // positions, then velocities
   WordRange parameter_words{};
   shader::ParameterLayout parameter_layout{};  // within parameter_words
-  WordRange scratch{};
-  shader::ScratchLayout scratch_layout{};  // within scratch
+
+  GainResponse gain_response = GainResponse::kWarn;
+  bool must_step_again = false;  // the step under way has gained energy, and was not committed
+  // The calmer scheme once a step needed it; the usual one while that is in use.
+  std::optional<GlScheme> other_scheme{};
 
   // How the colliders move in the last step, as packed; empty: they rest as described.
   std::vector<uint32_t> motion_words{};
@@ -46,6 +63,7 @@ struct GlCloth {
   std::vector<uint32_t> length_words{};
   bool are_lengths_moving = false;  // the last step changed them
 
+  GlScheme& scheme() { return *this; }
   bool has_own_lengths() const { return !length_words.empty(); }
   uint32_t particle_count() const { return model->model->particle_count(); }
   uint32_t pin_count() const { return model->model->pin_count(); }

@@ -158,6 +158,17 @@ uint64_t ElasticLinePasses(const SceneModel& model, uint32_t local_size) {
   return passes;
 }
 
+// The watch of energy: its sums, over particles and pins and again over links and joints, and their
+// sum.
+uint64_t EnergyWatchPasses(const SceneModel& model, uint64_t max_grips, uint32_t local_size,
+                           uint64_t sums) {
+  const uint64_t of_sum = 1 + LoopPasses(model.particle_count(), sums) +
+                          LoopPasses(model.pin_count() + max_grips, sums) +
+                          LoopPasses(model.constraint_count(), sums) +
+                          LoopPasses(model.joint_count(), sums);
+  return RoundsFor(sums, local_size) * of_sum + 2 * (kLoopEnd + sums + kLoopEnd);
+}
+
 // The passes that each stage makes in `resident_step`.
 class StageCosts {
  public:
@@ -208,7 +219,9 @@ class StageCosts {
         return {.substep = cloth_.plan.Has(StepStage::kSolveContacts) ? 2 * colliders_ : 0};
       case StepStage::kCommit:
         // Loading, checking with its loop over the axes, storing, pausing.
-        return {.fixed = 4 * particles_ + 4 * rounds_ + 8};
+        return {.fixed = 4 * particles_ + 4 * rounds_ + 8 +
+                         EnergyWatchPasses(model_, cloth_.parameters.max_grips, local_size_,
+                                           DRAPE_RESIDENT_ENERGY_SUMS)};
       case StepStage::kMeasure:
         break;  // a kernel of its own
       case StepStage::kFindSelfContacts:
@@ -353,7 +366,9 @@ uint64_t CountLongestLoop(const PlannedCloth& cloth, uint32_t local_size,
   const uint64_t control = LoopPasses(uint64_t{model.strips().phase_count()} +
                                           model.colour_count() + model.joint_colour_count() + 5,
                                       local_size);
-  return std::max({measure, strains, tiled, control});
+  const uint64_t watch =
+      EnergyWatchPasses(model, cloth.parameters.max_grips, local_size, DRAPE_TILED_ENERGY_SUMS);
+  return std::max({measure, strains, tiled, control, watch});
 }
 
 }  // namespace drape

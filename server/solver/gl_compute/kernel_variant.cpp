@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "server/solver/energy_watch.h"
 #include "server/solver/gl_compute/kernel_costs.h"
 #include "server/solver/gl_compute/local_sizes.h"
 #include "server/solver/gl_compute/regular_strips.h"
@@ -115,6 +116,8 @@ TraitSet TraitsOf(const PlannedCloth& cloth, const DeviceTraits& device) {
   traits.Add(Feature::kDamping, cloth.parameters.damping_per_s > 0);
   traits.Add(Feature::kPins, model.pin_count() + cloth.parameters.max_grips > 0);
   traits.Add(Feature::kGrips, cloth.parameters.max_grips > 0);
+  traits.Add(Feature::kEnergyWatch,
+             EnergyLimitOf(model, cloth.parameters, cloth.lengths, cloth.plan).is_watched);
   traits.Add(Feature::kTolerance, cloth.plan.tolerance > 0);
   traits.Add(Feature::kTwoSteps, solver.has_two_steps);
   traits.Add(Feature::kQuietLinks, solver.has_quiet_links);

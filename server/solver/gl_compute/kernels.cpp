@@ -36,6 +36,7 @@ std::string ConstantDefines() {
   text << "#define QUIET_ROUND_OFF " << kQuietRoundOffs * round_off << "\n";
   text << "#define GRAZING_SINE " << kGrazingSine << "\n";
   text << "#define MAX_SPEED " << kMaxSpeed_m_per_s << "\n";
+  text << "#define MAX_ENERGY_GAIN " << kMaxEnergyGain << "\n";
   text << "#define MAX_AIR_RATIO " << kMaxAirRatio << "\n";
   text << "#define MAX_ELASTIC_RATIO " << kMaxElasticRatio << "\n";
   text << "#define MAX_COORDINATE " << kMaxCoordinate_m << "\n";
@@ -123,8 +124,12 @@ constexpr TiledKernel kTiledKernels[] = {
      kContactTraits | TraitSet{kTwoSteps, kDamping},
      &Kernels::tiled_correct_velocity},
     {"tiled_place_pins", {kPins}, {}, &Kernels::tiled_place_pins},
+    {"tiled_watch_energy",
+     {kEnergyWatch},
+     {kPins, kCompliance, kJointCompliance},
+     &Kernels::tiled_watch_energy},
     {"tiled_check", {kCommit}, {}, &Kernels::tiled_check},
-    {"tiled_commit", {kCommit}, {kTolerance}, &Kernels::tiled_commit},
+    {"tiled_commit", {kCommit}, {kTolerance, kEnergyWatch}, &Kernels::tiled_commit},
 };
 
 // The part of the variant that the kernel depends on, so that variants share programs.

@@ -48,6 +48,7 @@ struct StepKernels {
   const gl::Program* tiled_solve_velocity = nullptr;
   const gl::Program* tiled_correct_velocity = nullptr;
   const gl::Program* tiled_place_pins = nullptr;
+  const gl::Program* tiled_watch_energy = nullptr;
   const gl::Program* tiled_check = nullptr;
   const gl::Program* tiled_commit = nullptr;
 };

@@ -94,12 +94,17 @@ Measurements ToMeasurements(const shader::ClothStatus& status) {
 StepReport ToReport(const StepItem& item, const shader::ClothStatus& status, GlCloth& cloth) {
   StepReport report;
   const bool was_stepped = cloth.fault == FaultReason::kNone;
+  const bool has_gained =
+      was_stepped && cloth.kernels->variant.Has(Feature::kEnergyWatch) && status.gained_energy != 0;
+  cloth.must_step_again = has_gained && cloth.gain_response == GainResponse::kStepAgain;
+  if (cloth.must_step_again) return report;
   if (was_stepped) {
     cloth.fault = FaultOf(status);
     report.iterations = status.iterations;
     report.converged = cloth.plan.tolerance == 0 || status.unconverged_substeps == 0;
     report.warnings = cloth.plan.known_warnings;
     report.warnings.not_converged = !report.converged;
+    report.warnings.energy_gained = has_gained || cloth.gain_response == GainResponse::kNotWatched;
   }
   report.fault = cloth.fault;
   if (item.measure) {

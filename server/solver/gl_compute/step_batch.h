@@ -23,9 +23,9 @@ struct BatchDevice {
   std::function<void(uint32_t)> on_left_out;  // GlTuning::on_left_out
 };
 
-// Steps the items, marks cloths that blew up as faulted, and returns the reports. Pin targets are
-// in the arrays already. `meanwhile`, if any, is called once the device has its work. With the
-// context current.
+// Steps the items, marks cloths that blew up as faulted, and returns the reports. A cloth that
+// must_step_again then is as before, and has none. Pin targets are in the arrays already.
+// `meanwhile`, if any, is called once the device has its work. With the context current.
 BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, DeviceArrays& arrays,
                      const MeasureKernels& measure, const BatchDevice& device,
                      const std::function<void()>& meanwhile);

@@ -41,6 +41,7 @@ class TiledStep {
         return KeepDispatchArgs(progress);
       }
     }
+    if (Has(Feature::kEnergyWatch)) DispatchElements(*kernels_.tiled_watch_energy, 0, 1);
     DispatchParticles(*kernels_.tiled_check, 0);
     DispatchParticles(*kernels_.tiled_commit, 0);
     return true;

@@ -235,7 +235,8 @@ inline Scalars WholeImpulse(const Scalars& beta_normal, const Scalars& rebound,
 }
 
 // How fast a particle that hits is to leave [m/s]: `restitution` times the speed with which it
-// reaches the surface from where it is before the substep; 0 where it approaches too slowly.
+// reaches the surface from where it is before the substep; 0 where that is too slow, or where it
+// approaches more slowly than gravity lets a free particle arrive so fast within the substep.
 template <class Scalars, class Vectors>
 inline Scalars ReboundSpeed(const Scalars& gap, const Vectors& normal, const Vectors& v,
                             const Vectors& gravity, const Scalars& restitution,
@@ -243,8 +244,8 @@ inline Scalars ReboundSpeed(const Scalars& gap, const Vectors& normal, const Vec
   const Scalars zero = SplatLike(0, gap);
   const Scalars approach = -Dot(v, normal);
   const Scalars gained = (SplatLike(-2, gap) * Dot(gravity, normal)) * Max(zero, gap);
-  const Scalars speed = restitution * Sqrt(Max(zero, approach * approach + gained));
-  return Select(approach > slowest, speed, zero);
+  const Scalars arrival = Sqrt(Max(zero, approach * approach + gained));
+  return Select(Min(arrival, approach + approach) > slowest, restitution * arrival, zero);
 }
 
 // Whether a particle hits, with two steps: it approaches faster than one that rests or slides

@@ -68,6 +68,11 @@ EnergyChange ChangeOfEnergy(const StepContext& context, const FloatState& start)
   return change;
 }
 
+double CompliantEnergyOf(const StepContext& context, const FloatState& state) {
+  return CompliantEnergy_j(*context.model.source,
+                           [&](uint32_t i) { return ToVector3d(state.positions[i]); });
+}
+
 // More than it may. What is held and moved does work.
 bool GainsEnergy(const StepContext& context, const FloatState& start) {
   const EnergyLimit& limit = context.controls.energy_limit;
@@ -78,7 +83,11 @@ bool GainsEnergy(const StepContext& context, const FloatState& start) {
     if (Dot(way, way) > 0) return false;
   }
   const EnergyChange change = ChangeOfEnergy(context, start);
-  return limit.IsExceeded(change.gain_j, change.start_kinetic_j);
+  if (!limit.IsExceeded(change.gain_j, change.start_kinetic_j)) return false;
+  if (!limit.counts_compliance) return true;
+  const double start_j = CompliantEnergyOf(context, start);
+  const double gain_j = change.gain_j + CompliantEnergyOf(context, context.scratch.state) - start_j;
+  return limit.IsExceeded(gain_j, change.start_kinetic_j, start_j);
 }
 
 // The new state replaces the old one unless it has blown up.

@@ -1,0 +1,102 @@
+// Stage `commit`: whether the step gave the cloth more energy than it may. A fixed number of sums, so that the result
+// does not depend on the local size. Needs the accessors of one plan, and beside them ENERGY_SUMS, SetEnergySum,
+// EnergySum and EndSumPhase.
+#include "lib/energy_watch.glsl"
+#include "lib/inequality.glsl"
+#include "lib/measure.glsl"
+
+// What is held and moved does work: then no gain counts.
+const float kNoGain = -1.0e38;
+
+bool IsMovedPin(uint k) {
+  uint i = PinParticle(k);
+  return !IsOpen(i) && PinTarget(k) != StateVector(cloth.positions + 3u * i);
+}
+
+// Kinetic energy at the start, and its change with that of the potential one [J], of the particles s,
+// s + ENERGY_SUMS and so on.
+vec2 EnergyChange(uint s) {
+  precise vec2 change = vec2(0.0);
+  for (uint i = s; i < cloth.particle_count; i += ENERGY_SUMS) {
+    if (HeldInverseMass(i) == 0.0) continue;
+    float mass = ModelFloat(cloth.model.masses + i);
+    vec3 v = StateVector(cloth.velocities + 3u * i);
+    precise vec3 v_change = Velocity(i) - v;
+    precise vec3 p_change = Position(i) - StateVector(cloth.positions + 3u * i);
+    change += vec2(KineticEnergy(mass, v), EnergyGain(mass, v, v_change, p_change, cloth.step.gravity.xyz));
+  }
+#ifdef HAS_PINS
+  for (uint k = s; k < cloth.pin_count; k += ENERGY_SUMS) {
+    if (IsMovedPin(k)) change.y = kNoGain;
+  }
+#endif
+  return change;
+}
+
+#if defined(HAS_COMPLIANCE) || defined(HAS_JOINT_COMPLIANCE)
+#define COUNTS_COMPLIANT_ENERGY
+
+vec3 DifferenceAtStart(uvec2 pair) {
+  precise vec3 d = StateVector(cloth.positions + 3u * pair.y) - StateVector(cloth.positions + 3u * pair.x);
+  return d;
+}
+
+vec3 DifferenceAtEnd(uvec2 pair) {
+  precise vec3 d = Position(pair.y) - Position(pair.x);
+  return d;
+}
+
+// Energy of the compliant links and joints s, s + ENERGY_SUMS and so on: at the start, and its change [J].
+vec2 CompliantChange(uint s) {
+  precise vec2 change = vec2(0.0);
+#ifdef HAS_COMPLIANCE
+  for (uint k = s; k < cloth.constraint_count; k += ENERGY_SUMS) {
+    float compliance = ModelFloat(cloth.model.compliances + k);
+    if (compliance == 0.0) continue;
+    uvec2 pair = ConstraintPair(k);
+    float rest_length = ModelFloat(cloth.model.rest_lengths + k);
+    uint kind = cloth.has_inequalities != 0u ? models[cloth.model.kinds + k] : DRAPE_KIND_EQUAL;
+    float start = ElasticEnergy(1.0 / compliance, Violation(kind, Length(DifferenceAtStart(pair)) - rest_length));
+    float end = ElasticEnergy(1.0 / compliance, Violation(kind, Length(DifferenceAtEnd(pair)) - rest_length));
+    change += vec2(start, end - start);
+  }
+#endif
+#ifdef HAS_JOINT_COMPLIANCE
+  for (uint k = s; k < cloth.joint_count; k += ENERGY_SUMS) {
+    float compliance = ModelFloat(cloth.model.joint_compliances + k);
+    if (compliance == 0.0) continue;
+    uint word = cloth.model.joint_pairs + 2u * k;
+    uvec2 pair = uvec2(models[word], models[word + 1u]);
+    float start = ElasticEnergy(1.0 / compliance, Length(DifferenceAtStart(pair)));
+    float end = ElasticEnergy(1.0 / compliance, Length(DifferenceAtEnd(pair)));
+    change += vec2(start, end - start);
+  }
+#endif
+  return change;
+}
+#endif
+
+// Of all sums, by every invocation.
+vec2 AddEnergySums() {
+  EndSumPhase();
+  precise vec2 total = vec2(0.0);
+  for (uint s = 0u; s < ENERGY_SUMS; ++s) total += EnergySum(s);
+  EndSumPhase();
+  return total;
+}
+
+// The same in all invocations. In uniform control flow.
+bool GainsEnergy() {
+  for (uint s = gl_LocalInvocationID.x; s < ENERGY_SUMS; s += LOCAL_SIZE) SetEnergySum(s, EnergyChange(s));
+  vec2 change = AddEnergySums();
+  vec2 start = vec2(change.x, 0.0);
+  if (!ExceedsEnergyLimit(change.y, start, cloth.step.energy_constant, cloth.step.energy_lag_root)) return false;
+#ifdef COUNTS_COMPLIANT_ENERGY
+  for (uint s = gl_LocalInvocationID.x; s < ENERGY_SUMS; s += LOCAL_SIZE) SetEnergySum(s, CompliantChange(s));
+  vec2 compliant = AddEnergySums();
+  start.y = compliant.x;
+  return ExceedsEnergyLimit(change.y + compliant.y, start, cloth.step.energy_constant, cloth.step.energy_lag_root);
+#else
+  return true;
+#endif
+}
