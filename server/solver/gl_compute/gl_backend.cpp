@@ -73,7 +73,7 @@ class GlBackend final : public DeviceBackend {
     uint64_t part_count = 1;
     WordRange parameter_words{};
     shader::ParameterLayout parameter_layout{};
-    WordRange scratch{};
+    ScratchRange scratch{};
     shader::ScratchLayout scratch_layout{};
   };
   // The kernels of a cloth, its parts: a function of the cloth and the device.
@@ -138,7 +138,7 @@ Status GlBackend::TakeWords(const PlannedCloth& cloth, Room& room) {
   const KernelVariant& variant = room.kernels->variant;
   const PackedLayout scratch_layout =
       LayOutScratch(cloth, variant.is_tiled() || variant.is_in_parts());
-  Result<WordRange> scratch = arrays.scratch.Allocate(scratch_layout.size);
+  Result<ScratchRange> scratch = arrays.scratch.Allocate(scratch_layout.size);
   if (!scratch.ok()) return scratch.status();
   room.scratch = std::move(scratch).value();
   room.scratch_layout = scratch_layout.layout;

@@ -12,6 +12,7 @@
 #include "server/solver/gl_compute/kernel_costs.h"
 #include "server/solver/gl_compute/kernels.h"
 #include "server/solver/gl_compute/layouts.h"
+#include "server/solver/gl_compute/scratch_pool.h"
 #include "server/solver/step_plan.h"
 #include "server/solver/step_report.h"
 #include "shaders/interface/cloth_record.h"
@@ -31,7 +32,7 @@ struct GlCloth {
   WordRange state{};  // positions, then velocities
   WordRange parameter_words{};
   shader::ParameterLayout parameter_layout{};  // within parameter_words
-  WordRange scratch{};
+  ScratchRange scratch{};
   shader::ScratchLayout scratch_layout{};  // within scratch
 
   // How the colliders move in the last step, as packed; empty: they rest as described.
