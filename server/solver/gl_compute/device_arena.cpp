@@ -9,6 +9,8 @@ namespace {
 
 constexpr uint64_t kWordBytes = kArenaWordBytes;
 constexpr uint64_t kFirstCapacityWords = 16 * 1024;
+// While an array grows, the old one and the new one exist: large ones grow by less than doubling.
+constexpr uint64_t kMostGrowthWords = 64 * 1024 * 1024;
 
 uint64_t Aligned(uint64_t words) {
   return (words + kArenaAlignmentWords - 1) / kArenaAlignmentWords * kArenaAlignmentWords;
@@ -27,17 +29,31 @@ Result<DeviceArena> DeviceArena::Create(std::string name, int64_t max_bytes) {
 }
 
 Result<WordRange> DeviceArena::Allocate(uint64_t words) {
+  std::optional<WordRange> range = AllocateWithin(words);
+  if (!range) {
+    DRAPE_RETURN_IF_ERROR(GrowFor(Aligned(words)));
+    range = AllocateWithin(words);
+  }
+  return std::move(*range);
+}
+
+std::optional<WordRange> DeviceArena::AllocateWithin(uint64_t words) {
   if (words == 0) return WordRange();
   const uint64_t aligned = Aligned(words);
-  std::optional<uint64_t> begin = free_list_.Allocate(aligned);
-  if (!begin) {
-    DRAPE_RETURN_IF_ERROR(GrowFor(aligned));
-    begin = free_list_.Allocate(aligned);
-  }
+  const std::optional<uint64_t> begin = free_list_.Allocate(aligned);
+  if (!begin) return std::nullopt;
   return WordRange(&free_list_, *begin, words, aligned);
 }
 
-// Doubles if it can, so that n allocations copy O(n) words.
+bool DeviceArena::CanGrowFor(uint64_t words) const {
+  return free_list_.CapacityFor(Aligned(words)) <= max_words_;
+}
+
+bool DeviceArena::IsAllowed(uint64_t words) const {
+  return Aligned(words) <= max_words_;
+}
+
+// Small arrays double, so that n allocations copy O(n) words.
 Status DeviceArena::GrowFor(uint64_t words) {
   const uint64_t needed = free_list_.CapacityFor(words);
   if (needed > max_words_) {
@@ -46,7 +62,9 @@ Status DeviceArena::GrowFor(uint64_t words) {
                       std::to_string(needed * kWordBytes) + " bytes, its limit is " +
                       std::to_string(max_words_ * kWordBytes));
   }
-  uint64_t capacity = std::clamp(2 * free_list_.capacity(), needed, max_words_);
+  uint64_t capacity =
+      std::clamp(free_list_.capacity() + std::min(free_list_.capacity(), kMostGrowthWords), needed,
+                 max_words_);
   Result<gl::Buffer> grown = gl::Buffer::Create(capacity * kWordBytes);
   if (!grown.ok() && capacity > needed) {
     capacity = needed;

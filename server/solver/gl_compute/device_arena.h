@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -21,6 +22,11 @@ class DeviceArena {
 
   // RESOURCE_EXHAUSTED (DEVICE_MEMORY); the arena is unchanged then. 0 words are an empty range.
   Result<WordRange> Allocate(uint64_t words);
+  // Without growing; none: there is no gap for them.
+  std::optional<WordRange> AllocateWithin(uint64_t words);
+  // Whether Allocate would stay within the largest size: of the array as it is, of an empty one.
+  bool CanGrowFor(uint64_t words) const;
+  bool IsAllowed(uint64_t words) const;
   void Write(const WordRange& range, uint32_t first_word, std::span<const uint32_t> words);
   void Write(const WordRange& range, uint32_t first_word, std::span<const float> words);
 

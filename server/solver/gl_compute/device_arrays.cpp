@@ -23,7 +23,7 @@ Result<std::unique_ptr<DeviceArrays>> DeviceArrays::Create(int64_t max_bytes) {
   if (!states.ok()) return states.status();
   Result<MirroredArena> parameters = MirroredArena::Create("parameters", max_bytes);
   if (!parameters.ok()) return parameters.status();
-  Result<DeviceArena> scratch = DeviceArena::Create("scratch", max_bytes);
+  Result<ScratchPool> scratch = ScratchPool::Create(max_bytes);
   if (!scratch.ok()) return scratch.status();
   // Not make_unique: the constructor is private.
   std::unique_ptr<DeviceArrays> arrays(new DeviceArrays(
@@ -65,7 +65,6 @@ void DeviceArrays::BindForStep() const {
   models.buffer().BindStorage(DRAPE_BINDING_MODELS);
   states.buffer().BindStorage(DRAPE_BINDING_STATES);
   parameters.buffer().BindStorage(DRAPE_BINDING_PARAMETERS);
-  scratch.buffer().BindStorage(DRAPE_BINDING_SCRATCH);
   statuses.BindStorage(DRAPE_BINDING_STATUSES);
   dispatches.BindStorage(DRAPE_BINDING_DISPATCHES);
 }

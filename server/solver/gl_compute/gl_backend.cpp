@@ -137,7 +137,7 @@ Status GlBackend::ChooseKernels(const PlannedCloth& cloth, GlScheme& scheme) {
 Status GlBackend::TakeScratch(const PlannedCloth& cloth, GlScheme& scheme) {
   const KernelVariant& variant = scheme.kernels->variant;
   const PackedLayout layout = LayOutScratch(cloth, variant.is_tiled() || variant.is_in_parts());
-  Result<WordRange> scratch = device_.arrays->scratch.Allocate(layout.size);
+  Result<ScratchRange> scratch = device_.arrays->scratch.Allocate(layout.size);
   if (!scratch.ok()) return scratch.status();
   scheme.scratch = std::move(scratch).value();
   scheme.scratch_layout = layout.layout;

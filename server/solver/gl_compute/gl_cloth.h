@@ -13,6 +13,7 @@
 #include "server/solver/gl_compute/kernel_costs.h"
 #include "server/solver/gl_compute/kernels.h"
 #include "server/solver/gl_compute/layouts.h"
+#include "server/solver/gl_compute/scratch_pool.h"
 #include "server/solver/step_plan.h"
 #include "server/solver/step_report.h"
 #include "shaders/interface/cloth_record.h"
@@ -25,7 +26,7 @@ struct GlScheme {
   const StepKernels* kernels = nullptr;
   uint64_t part_count = 1;  // dispatches of the resident step
   LoopCosts costs{};        // of the resident step
-  WordRange scratch{};
+  ScratchRange scratch{};
   shader::ScratchLayout scratch_layout{};  // within scratch
 };
 

@@ -25,35 +25,42 @@ int64_t NowUs() {
 struct BatchPlan {
   std::vector<shader::BatchItem> items;
   std::vector<VariantGroup> groups;
-  uint32_t first_measured = 0;
-  std::vector<const GlCloth*> measured;
+  std::vector<ItemGroup> measured;
 };
+
+// The items of these cloths of the batch; they have scratch memory in one array.
+ItemGroup AddGroup(std::span<const StepItem> items, std::span<const uint32_t> indices,
+                   GlClothTable& cloths, const ScratchPool& scratch, BatchPlan& plan) {
+  ItemGroup group{.first_item = static_cast<uint32_t>(plan.items.size())};
+  for (const uint32_t index : indices) {
+    group.cloths.push_back(&cloths.Find(items[index].cloth));
+    plan.items.push_back({items[index].cloth.slot, index});
+  }
+  group.scratch = &scratch.buffer(group.cloths.front()->scratch.array());
+  return group;
+}
 
 // Cloths of one variant together, in the order of the batch. Faulted cloths are measured but not
 // stepped.
-BatchPlan PlanBatch(std::span<const StepItem> items, GlClothTable& cloths) {
-  std::map<KernelVariant, std::vector<uint32_t>> by_variant;
+BatchPlan PlanBatch(std::span<const StepItem> items, GlClothTable& cloths,
+                    const ScratchPool& scratch) {
+  std::map<std::pair<KernelVariant, uint32_t>, std::vector<uint32_t>> by_variant;
+  std::map<uint32_t, std::vector<uint32_t>> measured;
   for (uint32_t index = 0; index < items.size(); ++index) {
     const GlCloth& cloth = cloths.Find(items[index].cloth);
+    const uint32_t array = cloth.scratch.array();
+    if (items[index].measure) measured[array].push_back(index);
     if (cloth.fault != FaultReason::kNone) continue;
-    by_variant[cloth.kernels->variant].push_back(index);
+    by_variant[{cloth.kernels->variant, array}].push_back(index);
   }
   BatchPlan plan;
   for (const auto& [variant, indices] : by_variant) {
-    VariantGroup group{.kernels = cloths.Find(items[indices.front()].cloth).kernels,
-                       .first_item = static_cast<uint32_t>(plan.items.size()),
-                       .cloths = {}};
-    for (const uint32_t index : indices) {
-      group.cloths.push_back(&cloths.Find(items[index].cloth));
-      plan.items.push_back({items[index].cloth.slot, index});
-    }
+    VariantGroup group{AddGroup(items, indices, cloths, scratch, plan)};
+    group.kernels = group.cloths.front()->kernels;
     plan.groups.push_back(std::move(group));
   }
-  plan.first_measured = static_cast<uint32_t>(plan.items.size());
-  for (uint32_t index = 0; index < items.size(); ++index) {
-    if (!items[index].measure) continue;
-    plan.items.push_back({items[index].cloth.slot, index});
-    plan.measured.push_back(&cloths.Find(items[index].cloth));
+  for (const auto& [array, indices] : measured) {
+    plan.measured.push_back(AddGroup(items, indices, cloths, scratch, plan));
   }
   return plan;
 }
@@ -61,12 +68,14 @@ BatchPlan PlanBatch(std::span<const StepItem> items, GlClothTable& cloths) {
 uint32_t Dispatch(const BatchPlan& plan, DeviceArrays& arrays, const MeasureKernels& measure,
                   const DispatchLimits& limits) {
   arrays.BindForStep();
-  uint32_t dispatch_count = KeepStart(measure, plan.first_measured, plan.measured, limits);
+  uint32_t dispatch_count = 0;
+  for (const ItemGroup& group : plan.measured) dispatch_count += KeepStart(measure, group, limits);
   for (const VariantGroup& group : plan.groups) {
     if (group.is_tiled()) dispatch_count += StepTiled(group, limits, arrays.dispatches);
   }
   dispatch_count += StepResident(plan.groups, limits);
-  return dispatch_count + Measure(measure, plan.first_measured, plan.measured, limits);
+  for (const ItemGroup& group : plan.measured) dispatch_count += Measure(measure, group, limits);
+  return dispatch_count;
 }
 
 FaultReason FaultOf(const shader::ClothStatus& status) {
@@ -137,7 +146,7 @@ BatchReport RunBatch(std::span<const StepItem> items, GlClothTable& cloths, Devi
   BatchReport batch;
   if (items.empty()) return batch;
   const int64_t start_us = NowUs();
-  const BatchPlan plan = PlanBatch(items, cloths);
+  const BatchPlan plan = PlanBatch(items, cloths, arrays.scratch);
   arrays.items.Upload(0, std::as_bytes(std::span(plan.items)));
   arrays.cloths.Flush();
   arrays.parameters.Flush();
@@ -171,7 +180,7 @@ std::optional<BatchReport> RunPiece(const StepItem& item, GlClothTable& cloths,
                                     const BatchDevice& device, LongStep& step, const Pause& pause) {
   BatchReport batch;
   const int64_t start_us = NowUs();
-  const BatchPlan plan = PlanBatch({&item, 1}, cloths);
+  const BatchPlan plan = PlanBatch({&item, 1}, cloths, arrays.scratch);
   arrays.items.Upload(0, std::as_bytes(std::span(plan.items)));
   arrays.cloths.Flush();
   arrays.parameters.Flush();
@@ -179,7 +188,9 @@ std::optional<BatchReport> RunPiece(const StepItem& item, GlClothTable& cloths,
   if (step.status.has_value()) {
     arrays.statuses.Upload(0, std::as_bytes(std::span(&*step.status, 1)));
   } else {
-    batch.dispatch_count += KeepStart(measure, plan.first_measured, plan.measured, device.limits);
+    for (const ItemGroup& measured : plan.measured) {
+      batch.dispatch_count += KeepStart(measure, measured, device.limits);
+    }
   }
   const VariantGroup& group = plan.groups[0];
   const bool is_complete =
@@ -187,7 +198,9 @@ std::optional<BatchReport> RunPiece(const StepItem& item, GlClothTable& cloths,
           ? ContinueTiled(group, arrays.dispatches, step.tiled, pause, batch.dispatch_count)
           : ContinueResident(group, device.limits, step.part, pause, batch.dispatch_count);
   if (is_complete) {
-    batch.dispatch_count += Measure(measure, plan.first_measured, plan.measured, device.limits);
+    for (const ItemGroup& measured : plan.measured) {
+      batch.dispatch_count += Measure(measure, measured, device.limits);
+    }
   }
   shader::ClothStatus& status = step.status.emplace();
   arrays.statuses.Download(0, std::as_writable_bytes(std::span(&status, 1)));

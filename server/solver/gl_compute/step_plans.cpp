@@ -11,6 +11,10 @@ void DeviceBarrier() {
                   GL_BUFFER_UPDATE_BARRIER_BIT);
 }
 
+void ItemGroup::BindScratch() const {
+  scratch->BindStorage(DRAPE_BINDING_SCRATCH);
+}
+
 namespace {
 
 uint32_t DispatchWithoutBarrier(const gl::Program& kernel, uint32_t first_item, uint32_t item_count,
@@ -38,8 +42,8 @@ uint64_t PartCount(const VariantGroup& group) {
 uint32_t DispatchPart(const VariantGroup& group, uint64_t part, const DispatchLimits& limits) {
   const gl::Program& kernel = *group.kernels->resident_step;
   kernel.SetUniform(DRAPE_UNIFORM_PART, part == 0 ? 0 : 1);
-  return DispatchWithoutBarrier(kernel, group.first_item,
-                                static_cast<uint32_t>(group.cloths.size()), limits);
+  group.BindScratch();
+  return DispatchWithoutBarrier(kernel, group.first_item, group.size(), limits);
 }
 
 }  // namespace
@@ -104,24 +108,23 @@ uint32_t DispatchPerPiece(const gl::Program& kernel, uint32_t first_item, uint32
 
 }  // namespace
 
-uint32_t KeepStart(const MeasureKernels& kernels, uint32_t first_item,
-                   std::span<const GlCloth* const> cloths, const DispatchLimits& limits) {
-  if (cloths.empty()) return 0;
-  return DispatchPerPiece(*kernels.start, first_item, static_cast<uint32_t>(cloths.size()),
-                          LargestPieceCount(cloths), limits);
+uint32_t KeepStart(const MeasureKernels& kernels, const ItemGroup& group,
+                   const DispatchLimits& limits) {
+  group.BindScratch();
+  return DispatchPerPiece(*kernels.start, group.first_item, group.size(),
+                          LargestPieceCount(group.cloths), limits);
 }
 
-uint32_t Measure(const MeasureKernels& kernels, uint32_t first_item,
-                 std::span<const GlCloth* const> cloths, const DispatchLimits& limits) {
-  if (cloths.empty()) return 0;
-  const uint32_t largest_piece_count = LargestPieceCount(cloths);
-  const uint32_t item_count = static_cast<uint32_t>(cloths.size());
-  uint32_t dispatch_count =
-      DispatchPerPiece(*kernels.pieces, first_item, item_count, largest_piece_count, limits);
+uint32_t Measure(const MeasureKernels& kernels, const ItemGroup& group,
+                 const DispatchLimits& limits) {
+  group.BindScratch();
+  const uint32_t largest_piece_count = LargestPieceCount(group.cloths);
+  uint32_t dispatch_count = DispatchPerPiece(*kernels.pieces, group.first_item, group.size(),
+                                             largest_piece_count, limits);
   if (largest_piece_count > 1) {
-    dispatch_count += DispatchPerItem(*kernels.total, first_item, item_count, limits);
+    dispatch_count += DispatchPerItem(*kernels.total, group.first_item, group.size(), limits);
   }
-  return dispatch_count + DispatchPerItem(*kernels.strains, first_item, item_count, limits);
+  return dispatch_count + DispatchPerItem(*kernels.strains, group.first_item, group.size(), limits);
 }
 
 }  // namespace drape

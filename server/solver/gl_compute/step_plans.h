@@ -12,11 +12,21 @@
 
 namespace drape {
 
-// Cloths of one variant: items [first_item, first_item + cloths.size()) of the block Items.
-struct VariantGroup {
-  const StepKernels* kernels = nullptr;
+// Cloths of one array of scratch memory: items [first_item, first_item + cloths.size()) of the
+// block Items.
+struct ItemGroup {
   uint32_t first_item = 0;
-  std::vector<const GlCloth*> cloths;
+  std::vector<const GlCloth*> cloths{};
+  const gl::Buffer* scratch = nullptr;
+
+  uint32_t size() const { return static_cast<uint32_t>(cloths.size()); }
+  // Before its dispatches.
+  void BindScratch() const;
+};
+
+// Those of one variant.
+struct VariantGroup : ItemGroup {
+  const StepKernels* kernels = nullptr;
 
   bool is_tiled() const { return kernels->variant.is_tiled(); }
 };
@@ -46,19 +56,19 @@ struct MeasureKernels {
 // The whole step of the groups of the resident plan; others are left out. The groups run at the
 // same time, since none touches what another one does. Returns the number of dispatches, which
 // depends on the variants and the settings but not on the number of cloths (up to the limits of one
-// dispatch).
+// dispatch and of one array).
 uint32_t StepResident(std::span<const VariantGroup> groups, const DispatchLimits& limits);
 // The parts [part, part_count) of the step of one cloth, until `pause` is due; `part` counts up.
 // Returns whether all are done. Adds to `dispatch_count`.
 bool ContinueResident(const VariantGroup& cloth, const DispatchLimits& limits, uint64_t& part,
                       const Pause& pause, uint32_t& dispatch_count);
-// Before the step: keeps the positions of the items [first_item, first_item + cloths.size()), from
-// which Measure finds how far they move. Returns the dispatches: one.
-uint32_t KeepStart(const MeasureKernels& kernels, uint32_t first_item,
-                   std::span<const GlCloth* const> cloths, const DispatchLimits& limits);
-// After the step: measures the items [first_item, first_item + cloths.size()). Returns the
-// dispatches: two, or three if any cloth has more than one piece.
-uint32_t Measure(const MeasureKernels& kernels, uint32_t first_item,
-                 std::span<const GlCloth* const> cloths, const DispatchLimits& limits);
+// Before the step: keeps the positions of the items, from which Measure finds how far they move.
+// Returns the dispatches: one.
+uint32_t KeepStart(const MeasureKernels& kernels, const ItemGroup& group,
+                   const DispatchLimits& limits);
+// After the step: measures the items. Returns the dispatches: two, or three if any cloth has more
+// than one piece.
+uint32_t Measure(const MeasureKernels& kernels, const ItemGroup& group,
+                 const DispatchLimits& limits);
 
 }  // namespace drape

@@ -395,6 +395,7 @@ uint64_t MostDispatchesOfSweep(const SceneModel& model) {
 uint32_t StepTiled(const VariantGroup& group, const DispatchLimits& limits,
                    gl::Buffer& dispatches) {
   uint32_t dispatch_count = 0;
+  group.BindScratch();
   const std::span<const GlCloth* const> cloths(group.cloths);
   for (size_t first = 0; first < cloths.size(); first += limits.group_count_y) {
     const size_t count = std::min<size_t>(cloths.size() - first, limits.group_count_y);
@@ -409,6 +410,7 @@ uint32_t StepTiled(const VariantGroup& group, const DispatchLimits& limits,
 
 bool ContinueTiled(const VariantGroup& cloth, gl::Buffer& dispatches, TiledProgress& progress,
                    const Pause& pause, uint32_t& dispatch_count) {
+  cloth.BindScratch();
   TiledStep step(*cloth.kernels, cloth.first_item, cloth.cloths, dispatches);
   const bool is_complete = step.Run(progress, pause);
   dispatch_count += step.dispatch_count();
