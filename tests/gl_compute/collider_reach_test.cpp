@@ -48,7 +48,7 @@ struct Way {
 };
 
 const Way kResident{.name = "resident"};
-const Way kInParts{.name = "in_parts", .loop_budget = 2500};
+const Way kInParts{.name = "in_parts", .loop_budget = 3000};
 const Way kNarrow{.name = "narrow", .local_size = 4};
 const Way kTiled{.name = "tiled", .is_tiled = true};
 

@@ -200,10 +200,9 @@ shader::ClothRecord RecordOf(const std::shared_ptr<const SceneModel>& model,
                              const ClothParameters& parameters) {
   StepKernels kernels;
   kernels.variant.capacity = 256;
-  GlCloth cloth{.model = std::make_shared<DeviceModel>(DeviceModel{.model = model}),
-                .parameters = parameters,
-                .plan = PlanOnDevice(*model, parameters).plan,
-                .kernels = &kernels};
+  GlCloth cloth{{.plan = PlanOnDevice(*model, parameters).plan, .kernels = &kernels}};
+  cloth.model = std::make_shared<DeviceModel>(DeviceModel{.model = model});
+  cloth.parameters = parameters;
   return MakeClothRecord(cloth);
 }
 

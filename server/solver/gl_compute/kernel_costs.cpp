@@ -4,6 +4,7 @@
 #include <bit>
 
 #include "server/core/check.h"
+#include "server/solver/energy_watch.h"
 #include "server/solver/gl_compute/local_sizes.h"
 #include "server/solver/solver_constants.h"
 #include "server/solver/strain_bins.h"
@@ -158,15 +159,22 @@ uint64_t ElasticLinePasses(const SceneModel& model, uint32_t local_size) {
   return passes;
 }
 
-// The watch of energy: its sums, over particles and pins and again over links and joints, and their
-// sum.
-uint64_t EnergyWatchPasses(const SceneModel& model, uint64_t max_grips, uint32_t local_size,
-                           uint64_t sums) {
-  const uint64_t of_sum = 1 + LoopPasses(model.particle_count(), sums) +
-                          LoopPasses(model.pin_count() + max_grips, sums) +
-                          LoopPasses(model.constraint_count(), sums) +
-                          LoopPasses(model.joint_count(), sums);
-  return RoundsFor(sums, local_size) * of_sum + 2 * (kLoopEnd + sums + kLoopEnd);
+// The watch of energy: its sums, over particles and pins and, where links or joints give way, again
+// over those. 0 for a cloth that is not watched.
+uint64_t EnergyWatchPasses(const PlannedCloth& cloth, uint32_t local_size, uint64_t sums) {
+  const SceneModel& model = cloth.model;
+  if (!EnergyLimitOf(model, cloth.parameters, cloth.lengths, cloth.plan).is_watched) return 0;
+  const uint64_t rounds = RoundsFor(sums, local_size);
+  const uint64_t total = kLoopEnd + sums + kLoopEnd;
+  uint64_t passes = rounds * (1 + LoopPasses(model.particle_count(), sums) +
+                              LoopPasses(model.pin_count() + cloth.parameters.max_grips, sums)) +
+                    total;
+  if (model.has_compliance() || model.has_joint_compliance()) {
+    passes += rounds * (1 + LoopPasses(model.constraint_count(), sums) +
+                        LoopPasses(model.joint_count(), sums)) +
+              total;
+  }
+  return passes;
 }
 
 // The passes that each stage makes in `resident_step`.
@@ -220,8 +228,7 @@ class StageCosts {
       case StepStage::kCommit:
         // Loading, checking with its loop over the axes, storing, pausing.
         return {.fixed = 4 * particles_ + 4 * rounds_ + 8 +
-                         EnergyWatchPasses(model_, cloth_.parameters.max_grips, local_size_,
-                                           DRAPE_RESIDENT_ENERGY_SUMS)};
+                         EnergyWatchPasses(cloth_, local_size_, DRAPE_RESIDENT_ENERGY_SUMS)};
       case StepStage::kMeasure:
         break;  // a kernel of its own
       case StepStage::kFindSelfContacts:
@@ -366,8 +373,7 @@ uint64_t CountLongestLoop(const PlannedCloth& cloth, uint32_t local_size,
   const uint64_t control = LoopPasses(uint64_t{model.strips().phase_count()} +
                                           model.colour_count() + model.joint_colour_count() + 5,
                                       local_size);
-  const uint64_t watch =
-      EnergyWatchPasses(model, cloth.parameters.max_grips, local_size, DRAPE_TILED_ENERGY_SUMS);
+  const uint64_t watch = EnergyWatchPasses(cloth, local_size, DRAPE_TILED_ENERGY_SUMS);
   return std::max({measure, strains, tiled, control, watch});
 }
 
