@@ -171,9 +171,8 @@ TEST(KernelCostsTest, AKickOfElasticElements) {
 TEST(KernelCostsTest, LinesOfElasticElements) {
   const ClothParameters parameters = test::PlainParameters();
   const auto plain = GridModel(8, 8);
-  const auto elastic = BuildModel({GridTopology{8, 8, 1, 1},
-                                   {.bending_rigidity_n_m = 1, .shear_modulus_n_per_m = 1e8},
-                                   {}});
+  const auto elastic = BuildModel(
+      {GridTopology{8, 8, 1, 1}, {.bending_rigidity_n_m = 1, .shear_modulus_n_per_m = 1e8}, {}});
   const LoopCosts before = CountLoops(*plain, parameters, 32);
   const LoopCosts after = CountLoops(*elastic, parameters, 32);
   const uint64_t family = 1 + 2 * (8 + 2) + 2;
