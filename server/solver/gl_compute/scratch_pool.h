@@ -27,7 +27,7 @@ class ScratchRange {
   WordRange words_{};
 };
 
-// Storage blocks end at 2 GiB on most drivers, and 16 384 cloths may need more scratch memory. A
+// Storage blocks end at 2^31 bytes on most drivers; 16 384 cloths may need more scratch memory. A
 // dispatch sees one array, so cloths of different arrays take different dispatches; a new array is
 // begun only when no other has room. Must not move once ranges exist. Every call with the context
 // current.
