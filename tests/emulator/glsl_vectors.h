@@ -130,6 +130,9 @@ GLSL vec2 operator-(vec2 v) {
 GLSL vec3 operator-(vec3 v) {
   return {-v.x, -v.y, -v.z};
 }
+GLSL vec2& operator+=(vec2& a, vec2 b) {
+  return a = a + b;
+}
 GLSL vec3& operator+=(vec3& a, vec3 b) {
   return a = a + b;
 }
