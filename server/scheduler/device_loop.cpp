@@ -144,7 +144,7 @@ std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
   return parts;
 }
 
-std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const {
+std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts, bool wakes) const {
   std::vector<StepItem> items;
   for (const Part& part : parts) {
     for (const uint32_t k : part.cloths) {
@@ -156,7 +156,7 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
         cloth.controls().SetTargets(cloth.now().time_s, cloth.NextTime_s(), item);
       }
       const bool moves_grips = !cloth.is_faulted() && cloth.controls().grips().has_changed();
-      if (ActsOnCloth(item) || moves_grips) cloth.sleep().Wake();
+      if (wakes && (ActsOnCloth(item) || moves_grips)) cloth.sleep().Wake();
       if (cloth.sleep().is_asleep()) continue;
       item.measure = part.request->IsMeasured(k) || cloth.sleep().decides_next();
       items.push_back(item);
@@ -175,7 +175,7 @@ int64_t DeviceLoop::CostOf(const BatchReport& batch, int64_t wall_us) const {
 }
 
 int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
-  const std::vector<StepItem> items = ItemsOf(parts);
+  const std::vector<StepItem> items = ItemsOf(parts, true);
   const int64_t begin_us = clock_.NowUs();
   BatchReport batch;
   if (items.empty()) {
@@ -196,9 +196,9 @@ int64_t DeviceLoop::StepPiece(const std::vector<Part>& parts) {
   GiveAnswers();
   ++counters_.long_step_pieces;
   // The backend may have dropped what was begun, because something was written to the cloth.
-  const auto [step, has_begun] = long_steps_.try_emplace(request, LongStep{cloth, 0});
-  if (!has_begun) cloth->controls().SendAgain();
-  const std::vector<StepItem> items = ItemsOf(parts);
+  const auto [step, begins] = long_steps_.try_emplace(request, LongStep{cloth, 0});
+  if (!begins) cloth->controls().SendAgain();
+  const std::vector<StepItem> items = ItemsOf(parts, begins);
   const int64_t begin_us = clock_.NowUs();
   std::optional<BatchReport> batch = BatchReport{};
   if (!items.empty()) {

@@ -40,6 +40,17 @@ class SleepTest : public DeviceLoopTest {
   size_t computed_ = 0;
 };
 
+// From its second piece on a long step is told its targets again; nothing has moved by that.
+TEST_F(SleepTest, AStepInPiecesDoesNotWake) {
+  const auto cloth = SleepyCloth();
+  TakeFor({cloth}, 1'000'000);
+  device_->StepInPieces(3);
+  Admit(Work("x", {cloth}, kStepsToSleep));
+  RunAll();
+  EXPECT_GT(device_->pieces(), 2 * kStepsToSleep);
+  EXPECT_TRUE(cloth->sleep().is_asleep());
+}
+
 TEST_F(SleepTest, StepsOfAClothAtRestAreNotComputed) {
   const auto cloth = SleepyCloth();
   Admit(Work("x", {cloth}, kStepsToSleep));
