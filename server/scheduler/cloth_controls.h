@@ -55,6 +55,8 @@ class ClothControls {
   }
   // The targets of a step between these times. Valid until the next call.
   void SetTargets(double start_s, double end_s, StepItem& item);
+  // Whether that step moves something that the one before left where it was. Not colliders.
+  bool has_news() const { return pins_.has_news() || lengths_.has_news() || grips_.has_changed(); }
 
  private:
   PinTrack pins_;

@@ -23,9 +23,9 @@ bool IsMoving(const RigidMotion& motion) {
   return !motion.velocity_m_per_s.isZero(0) || !motion.angular_velocity_rad_per_s.isZero(0);
 }
 
-// Whether the next step of the cloth differs from the last one.
-bool ActsOnCloth(const StepItem& item) {
-  return !item.pin_targets_m.empty() || !item.rest_lengths_m.empty() ||
+// Whether the step of `item`, whose targets are set, differs from the last one of the cloth.
+bool ActsOnCloth(const ClothControls& controls, const StepItem& item) {
+  return controls.has_news() ||
          std::any_of(item.collider_motions.begin(), item.collider_motions.end(), IsMoving);
 }
 
@@ -144,7 +144,7 @@ std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
   return parts;
 }
 
-std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts, bool wakes) const {
+std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const {
   std::vector<StepItem> items;
   for (const Part& part : parts) {
     for (const uint32_t k : part.cloths) {
@@ -154,9 +154,8 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts, bool w
       item.max_iterations = cloth.budget().Cap();
       if (!cloth.is_faulted()) {
         cloth.controls().SetTargets(cloth.now().time_s, cloth.NextTime_s(), item);
+        if (ActsOnCloth(cloth.controls(), item)) cloth.sleep().Wake();
       }
-      const bool moves_grips = !cloth.is_faulted() && cloth.controls().grips().has_changed();
-      if (wakes && (ActsOnCloth(item) || moves_grips)) cloth.sleep().Wake();
       if (cloth.sleep().is_asleep()) continue;
       item.measure = part.request->IsMeasured(k) || cloth.sleep().decides_next();
       items.push_back(item);
@@ -175,7 +174,7 @@ int64_t DeviceLoop::CostOf(const BatchReport& batch, int64_t wall_us) const {
 }
 
 int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
-  const std::vector<StepItem> items = ItemsOf(parts, true);
+  const std::vector<StepItem> items = ItemsOf(parts);
   const int64_t begin_us = clock_.NowUs();
   BatchReport batch;
   if (items.empty()) {
@@ -198,7 +197,7 @@ int64_t DeviceLoop::StepPiece(const std::vector<Part>& parts) {
   // The backend may have dropped what was begun, because something was written to the cloth.
   const auto [step, begins] = long_steps_.try_emplace(request, LongStep{cloth, 0});
   if (!begins) cloth->controls().SendAgain();
-  const std::vector<StepItem> items = ItemsOf(parts, begins);
+  const std::vector<StepItem> items = ItemsOf(parts);
   const int64_t begin_us = clock_.NowUs();
   std::optional<BatchReport> batch = BatchReport{};
   if (!items.empty()) {

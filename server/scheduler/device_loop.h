@@ -93,8 +93,7 @@ class DeviceLoop {
   // Whether the request must wait: its next step is long, and too many such steps are under way.
   bool MustWait(const ActiveRequest& request) const;
   // One item per cloth that is awake; wakes those on which something acts.
-  // `wakes`: whether targets that they have wake cloths; not those that are only sent again.
-  std::vector<StepItem> ItemsOf(const std::vector<Part>& parts, bool wakes) const;
+  std::vector<StepItem> ItemsOf(const std::vector<Part>& parts) const;
   // Whether the device works while the host does something else.
   bool RunsAhead() const;
   // How long the backend took [us], without the time for answers while its device works.

@@ -45,6 +45,7 @@ class LengthTrack {
   bool is_settled() const { return track_.is_settled(); }
   // As StepItem::rest_lengths_m wants them; see Track.
   std::span<const double> TargetsForStep(double end_s) { return track_.TargetsForStep(end_s); }
+  bool has_news() const { return track_.has_news(); }
 
  private:
   Track<double> track_;

@@ -20,11 +20,12 @@ class Track {
   void Start(std::vector<Motion<Value>> motions, bool is_settled) {
     motions_ = std::move(motions);
     is_settled_ = is_settled || motions_.empty();
+    is_repeated_ = false;
   }
   void Set(size_t k, Motion<Value> motion) {
     DRAPE_CHECK(k < motions_.size(), "no such element");
     motions_[k] = std::move(motion);
-    is_settled_ = false;
+    is_settled_ = is_repeated_ = false;
   }
   // Element k leaves for `goal` at `now_s` from where it is then, over `over_s` seconds.
   void Move(size_t k, const Value& goal, double over_s, double now_s) {
@@ -48,24 +49,34 @@ class Track {
     return values;
   }
 
-  // The next step gets every target, even if it has had them: the backend may have dropped it.
-  void SendAgain() { is_settled_ = motions_.empty(); }
+  // The next step gets every target, even if it has had them: the backend may have dropped it. That
+  // alone is no news.
+  void SendAgain() {
+    is_repeated_ |= is_settled_;
+    is_settled_ = motions_.empty();
+  }
 
   // Every target of a step that ends at `end_s`, or nothing if none has changed since the last
   // step. Valid until the next call.
   std::span<const Value> TargetsForStep(double end_s) {
+    has_news_ = !is_settled_ && !is_repeated_;
     if (is_settled_) return {};
+    is_repeated_ = false;
     targets_.clear();
     for (const Motion<Value>& motion : motions_) targets_.push_back(motion.TargetAt(end_s));
     is_settled_ = std::all_of(motions_.begin(), motions_.end(),
                               [&](const Motion<Value>& motion) { return motion.IsOver(end_s); });
     return targets_;
   }
+  // Whether that step has targets that the one before had not.
+  bool has_news() const { return has_news_; }
 
  private:
   std::vector<Motion<Value>> motions_;
   std::vector<Value> targets_;
   bool is_settled_ = true;
+  bool is_repeated_ = false;  // what is not settled was so before SendAgain
+  bool has_news_ = false;
 };
 
 }  // namespace drape

@@ -45,6 +45,26 @@ TEST(Track, AMotionIsCutIntoStepsAndEndsExactlyAtItsTarget) {
   EXPECT_TRUE(track.TargetsForStep(4).empty());
 }
 
+TEST(Track, WhatIsSentAgainIsNoNews) {
+  Track<Vector3d> track = AtOrigin();
+  track.TargetsForStep(1);
+  EXPECT_TRUE(track.has_news());
+  track.TargetsForStep(2);
+  EXPECT_FALSE(track.has_news());
+  track.SendAgain();
+  EXPECT_EQ(track.TargetsForStep(3).size(), 1u);
+  EXPECT_FALSE(track.has_news());
+  track.SendAgain();
+  track.Move(0, Vector3d(1, 0, 0), 2, 3);
+  for (const double end_s : {4, 5}) {
+    track.TargetsForStep(end_s);
+    EXPECT_TRUE(track.has_news());
+    track.SendAgain();
+  }
+  track.TargetsForStep(6);
+  EXPECT_FALSE(track.has_news());
+}
+
 TEST(Track, AMotionBeginsWhereTheLastOneIs) {
   Track<Vector3d> track = AtOrigin();
   track.Move(0, Vector3d(4, 0, 0), 4, 0);
