@@ -70,10 +70,17 @@ void AddServerFlags(CLI::App& app, Config& config) {
       ->check(CLI::IsMember({"auto", "gl", "cpu", "reference"}))
       ->default_str("auto");
   app.add_flag("--insecure", config.insecure, "serve other machines without encryption");
-  auto* cert = app.add_option("--tls-cert", config.tls_cert_file, "PEM certificate chain")
+  auto* cert = app.add_option("--tls-cert", config.tls.certificate,
+                              "PEM certificate chain; read again when it changes")
                    ->check(CLI::ExistingFile);
   auto* key =
-      app.add_option("--tls-key", config.tls_key_file, "PEM private key")->check(CLI::ExistingFile);
+      app.add_option("--tls-key", config.tls.key, "PEM private key")->check(CLI::ExistingFile);
+  app.add_option(
+         "--tls-client-ca", config.tls.client_authorities,
+         "PEM authorities; clients need their certificates, whose common name is the tenant "
+         "(with --token-file: the token's)")
+      ->check(CLI::ExistingFile)
+      ->needs(cert);
   app.add_option("--metrics-listen", config.metrics_listen,
                  "HOST:PORT for monitoring over HTTP: /metrics, /healthz, /readyz (default: none)")
       ->check(CLI::Validator(ListenProblem, ""));

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "server/api/limits.h"
+#include "server/api/tls_files.h"
 #include "server/render/render_thread.h"
 #include "server/scheduler/scheduler.h"
 #include "server/session/session_limits.h"
@@ -19,11 +20,10 @@ struct Config {
   std::string port_file;  // empty: none
   BackendChoice backend = BackendChoice::kAuto;
   bool insecure = false;
-  std::string tls_cert_file;  // PEM; both or none
-  std::string tls_key_file;
+  api::TlsFiles tls;
   std::string metrics_listen;  // HOST:PORT of the port for monitoring; empty: none
   std::string server_id;       // in names of sessions; empty: a random one with every start
-  std::string token_file;      // empty: no tenants (api/token_file.h)
+  std::string token_file;      // empty: tenants by certificate, or none (api/authentication.h)
   std::string log_level = "info";
   std::string shader_dir;             // empty: the shaders in the executable
   std::string device;                 // of the gl backend (gl/device_choice.h); empty: the first

@@ -13,7 +13,9 @@ constexpr time_t kStatisticsPeriod_s = 10;
 
 // A file that cannot be used leaves the tokens as they are.
 void ReloadTokens(const Config& config, api::Authentication* authentication) {
-  if (authentication == nullptr) return spdlog::info("signal_ignored signal=SIGHUP");
+  if (authentication == nullptr || !authentication->has_tokens()) {
+    return spdlog::info("signal_ignored signal=SIGHUP");
+  }
   Result<api::TokenFile> tokens = api::TokenFile::Read(config.token_file);
   if (!tokens.ok()) {
     return spdlog::error("tokens_kept message=\"{}\"", tokens.status().message());

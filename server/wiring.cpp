@@ -14,7 +14,8 @@ using std::chrono::milliseconds;
 Result<api::ServerOptions> ToServerOptions(const Config& config) {
   api::ServerOptions options;
   options.listen = config.listen;
-  DRAPE_RETURN_IF_ERROR(api::ReadTlsFiles(config.tls_cert_file, config.tls_key_file, options));
+  options.tls = config.tls;
+  DRAPE_RETURN_IF_ERROR(api::CheckTlsFiles(options.tls));
   options.allow_insecure = config.insecure;
   options.max_request_bytes = config.requests.max_request_bytes;
   options.max_calls_per_connection = config.max_calls_per_connection;
@@ -33,7 +34,10 @@ SessionLimits WithTenantLimits(SessionLimits limits) {
 }
 
 Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config) {
-  if (config.token_file.empty()) return std::shared_ptr<api::Authentication>();
+  if (config.token_file.empty()) {
+    if (config.tls.client_authorities.empty()) return std::shared_ptr<api::Authentication>();
+    return api::Authentication::ByCertificate();
+  }
   DRAPE_ASSIGN_OR_RETURN(api::TokenFile tokens, api::TokenFile::Read(config.token_file));
   return std::make_shared<api::Authentication>(std::move(tokens));
 }

@@ -46,6 +46,22 @@ CLI::Option* ServerAddress::AddTo(CLI::App& command, const std::string& descript
           "Encrypt; the name in the server's certificate (default: the host of --server)")
       ->type_name("NAME")
       ->needs(address);
+  CLI::Option* certificate =
+      command
+          .add_option_function<std::string>(
+              "--tls-cert", [tls](const std::string& path) { tls().certificate_file = path; },
+              "Encrypt; this client's own certificate chain")
+          ->check(CLI::ExistingFile)
+          ->type_name("PEM")
+          ->needs(address);
+  CLI::Option* key = command
+                         .add_option_function<std::string>(
+                             "--tls-key", [tls](const std::string& path) { tls().key_file = path; },
+                             "Its private key")
+                         ->check(CLI::ExistingFile)
+                         ->type_name("PEM")
+                         ->needs(certificate);
+  certificate->needs(key);
   command
       .add_option_function<std::string>(
           "--token-file", [this](const std::string& path) { connect.token = ReadToken(path); },

@@ -33,7 +33,7 @@ bool IsLoopback(const std::string& address) {
          address.starts_with("[::1]:");
 }
 
-std::string ReadAuthorities(const std::filesystem::path& path) {
+std::string ReadPem(const std::filesystem::path& path) {
   std::ifstream file;
   std::error_code ignored;  // a missing file is not a regular file either
   if (std::filesystem::is_regular_file(path, ignored)) file.open(path, std::ios::binary);
@@ -46,7 +46,11 @@ std::string ReadAuthorities(const std::filesystem::path& path) {
 std::shared_ptr<grpc::ChannelCredentials> Credentials(const std::optional<TlsOptions>& tls) {
   if (!tls) return grpc::InsecureChannelCredentials();
   grpc::SslCredentialsOptions ssl;
-  if (!tls->authorities_file.empty()) ssl.pem_root_certs = ReadAuthorities(tls->authorities_file);
+  if (!tls->authorities_file.empty()) ssl.pem_root_certs = ReadPem(tls->authorities_file);
+  if (!tls->certificate_file.empty() || !tls->key_file.empty()) {
+    ssl.pem_cert_chain = ReadPem(tls->certificate_file);
+    ssl.pem_private_key = ReadPem(tls->key_file);
+  }
   return grpc::SslCredentials(ssl);
 }
 

@@ -2,9 +2,11 @@
 
 #include <google/rpc/error_details.pb.h>
 #include <google/rpc/status.pb.h>
+#include <grpc/grpc_security_constants.h>
 
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include "server/api/status_mapping.h"
 
@@ -12,6 +14,14 @@ namespace drape::api {
 namespace {
 
 constexpr std::string_view kScheme = "Bearer ";
+
+Caller OwnerOfCertificate(const grpc::AuthContext& peer) {
+  const std::vector<grpc::string_ref> names = peer.FindPropertyValues(GRPC_X509_CN_PROPERTY_NAME);
+  if (!peer.IsPeerAuthenticated() || names.size() != 1) return {.is_refused = true};
+  std::string tenant(names[0].data(), names[0].size());
+  if (!IsTenantName(tenant)) return {.is_refused = true};
+  return {.tenant = std::move(tenant)};
+}
 
 }  // namespace
 
@@ -24,12 +34,24 @@ void Authentication::Replace(TokenFile tokens) {
   tokens_ = std::move(replaced);
 }
 
+std::shared_ptr<Authentication> Authentication::ByCertificate() {
+  auto made = std::make_shared<Authentication>();
+  made->by_certificate_ = true;
+  return made;
+}
+
+std::shared_ptr<const TokenFile> Authentication::tokens() const {
+  const std::lock_guard lock(mutex_);
+  return tokens_;
+}
+
+bool Authentication::has_tokens() const {
+  return tokens() != nullptr;
+}
+
 Caller Authentication::Identify(const grpc::CallbackServerContext& context) const {
-  std::shared_ptr<const TokenFile> tokens;
-  {
-    const std::lock_guard lock(mutex_);
-    tokens = tokens_;
-  }
+  if (by_certificate_) return OwnerOfCertificate(*context.auth_context());
+  const std::shared_ptr<const TokenFile> tokens = this->tokens();
   if (tokens == nullptr) return {};
   const auto& metadata = context.client_metadata();
   // Two tokens in one call would be ambiguous.
@@ -43,7 +65,9 @@ Caller Authentication::Identify(const grpc::CallbackServerContext& context) cons
 }
 
 grpc::Status Unauthenticated() {
-  const char* const message = "the call carries no valid token (authorization: Bearer TOKEN)";
+  const char* const message =
+      "the call carries no valid token (authorization: Bearer TOKEN), or its connection no "
+      "certificate of a tenant";
   google::rpc::Status details;
   details.set_code(grpc::StatusCode::UNAUTHENTICATED);
   details.set_message(message);

@@ -1,4 +1,4 @@
-// Who calls: the tenant of the token that a call carries.
+// Who calls: the tenant of the token that a call carries, or of the certificate of its connection.
 #pragma once
 
 #include <grpcpp/server_context.h>
@@ -20,17 +20,24 @@ struct Caller {
 // Thread-safe.
 class Authentication {
  public:
-  // Without tokens: everybody is let in, and there are no tenants.
+  // Everybody is let in, and there are no tenants.
   Authentication() = default;
   explicit Authentication(TokenFile tokens);
+
+  // The tenant is the common name of the client's certificate, which the transport has verified.
+  static std::shared_ptr<Authentication> ByCertificate();
 
   // From now on; sessions stay with their tenants. Only of a server that has tokens.
   void Replace(TokenFile tokens);
 
-  // By the metadata `authorization: Bearer TOKEN`.
+  // By the metadata `authorization: Bearer TOKEN`, or by the certificate.
   Caller Identify(const grpc::CallbackServerContext& context) const;
+  bool has_tokens() const;
 
  private:
+  std::shared_ptr<const TokenFile> tokens() const;
+
+  bool by_certificate_ = false;
   mutable std::mutex mutex_;
   std::shared_ptr<const TokenFile> tokens_;  // null: none are needed
 };

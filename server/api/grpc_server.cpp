@@ -4,6 +4,8 @@
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
 #include <grpcpp/security/server_credentials.h>
+#include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_credentials_options.h>
 #include <grpcpp/server_builder.h>
 
 #include <utility>
@@ -13,6 +15,8 @@ namespace {
 
 // Shortest time between two pings of a client that sends nothing else [ms].
 constexpr int kLeastPing_ms = 10'000;
+// Between two looks at the files of certificates and keys [s].
+constexpr unsigned kReadAgain_s = 2;
 
 std::string HostOf(const std::string& listen) {
   const size_t colon = listen.rfind(':');
@@ -24,10 +28,18 @@ std::string HostOf(const std::string& listen) {
 }
 
 std::shared_ptr<grpc::ServerCredentials> CredentialsOf(const ServerOptions& options) {
-  if (options.tls_certificate_pem.empty()) return grpc::InsecureServerCredentials();
-  grpc::SslServerCredentialsOptions tls;
-  tls.pem_key_cert_pairs.push_back({options.tls_key_pem, options.tls_certificate_pem});
-  return grpc::SslServerCredentials(tls);
+  namespace grpc_tls = grpc::experimental;
+  const TlsFiles& files = options.tls;
+  if (!files.is_on()) return grpc::InsecureServerCredentials();
+  grpc_tls::TlsServerCredentialsOptions tls(
+      std::make_shared<grpc_tls::FileWatcherCertificateProvider>(
+          files.key, files.certificate, files.client_authorities, kReadAgain_s));
+  tls.watch_identity_key_cert_pairs();
+  if (!files.client_authorities.empty()) {
+    tls.watch_root_certs();
+    tls.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+  }
+  return grpc_tls::TlsServerCredentials(tls);
 }
 
 void ConfigureTransport(const ServerOptions& options, grpc::ServerBuilder& builder) {
@@ -63,8 +75,7 @@ bool IsLoopback(const std::string& listen) {
 
 Result<std::unique_ptr<GrpcServer>> GrpcServer::Start(const ServerOptions& options,
                                                       grpc::Service& service) {
-  if (options.tls_certificate_pem.empty() && !options.allow_insecure &&
-      !IsLoopback(options.listen)) {
+  if (!options.tls.is_on() && !options.allow_insecure && !IsLoopback(options.listen)) {
     return Status(StatusCode::kFailedPrecondition, "INSECURE_ADDRESS",
                   "other machines can reach " + options.listen +
                       ": give --tls-cert and --tls-key, or spell out --insecure");
@@ -78,10 +89,9 @@ Result<std::unique_ptr<GrpcServer>> GrpcServer::Start(const ServerOptions& optio
   builder.RegisterService(&service);
   server->server_ = builder.BuildAndStart();
   if (!server->server_ || server->port_ == 0) {
-    std::string message = "cannot listen on " + options.listen +
-                          ": the port is in use, or the address is not one of this machine";
-    if (!options.tls_certificate_pem.empty()) message += ", or the TLS files are no PEM pair";
-    return Status(StatusCode::kFailedPrecondition, "LISTEN_FAILED", std::move(message));
+    return Status(StatusCode::kFailedPrecondition, "LISTEN_FAILED",
+                  "cannot listen on " + options.listen +
+                      ": the port is in use, or the address is not one of this machine");
   }
   server->SetServing(true);
   return server;

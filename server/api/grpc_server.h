@@ -7,15 +7,14 @@
 #include <memory>
 #include <string>
 
+#include "server/api/tls_files.h"
 #include "server/core/status.h"
 
 namespace drape::api {
 
 struct ServerOptions {
   std::string listen = "127.0.0.1:7743";  // HOST:PORT; port 0 = any free one
-  // PEM texts; both or none. None: no encryption.
-  std::string tls_certificate_pem = {};
-  std::string tls_key_pem = {};
+  TlsFiles tls = {};
   // Needed to listen without TLS on an address that other machines can reach.
   bool allow_insecure = false;
   uint32_t max_request_bytes = 64u << 20;

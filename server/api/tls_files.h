@@ -1,16 +1,25 @@
-// Reading the certificate and the key that a server was told to use.
+// The certificates that a server was told to use.
 #pragma once
 
 #include <string>
 
-#include "server/api/grpc_server.h"
+#include "server/core/status.h"
 
 namespace drape::api {
 
-// Fills the PEM texts of `options`; two empty names leave them empty. FAILED_PRECONDITION
-// (TLS_FILE_FAILED) names a file that cannot be read or is empty: a server that was told to encrypt
-// never serves in the clear.
-Status ReadTlsFiles(const std::string& cert_file, const std::string& key_file,
-                    ServerOptions& options);
+// PEM files, read again while the server runs: renewed ones are used for new connections.
+struct TlsFiles {
+  std::string certificate = {};  // the chain; with a key, or neither: no encryption
+  std::string key = {};
+  // Authorities of the clients' certificates; empty: clients need none.
+  std::string client_authorities = {};
+
+  bool is_on() const { return !certificate.empty() || !key.empty(); }
+};
+
+// FAILED_PRECONDITION (TLS_FILE_FAILED) names a file that cannot be read or holds no certificate or
+// key, or a key that is not the certificate's: a server that was told to encrypt never serves in
+// the clear, nor refuses everybody.
+Status CheckTlsFiles(const TlsFiles& files);
 
 }  // namespace drape::api

@@ -44,18 +44,18 @@ std::string ParseHash(const std::string& digits) {
   return bytes;
 }
 
+Status Failed(const std::string& path, const std::string& why) {
+  return {StatusCode::kFailedPrecondition, "TOKEN_FILE_FAILED", "'" + path + "' " + why};
+}
+
+}  // namespace
+
 bool IsTenantName(const std::string& name) {
   return !name.empty() && name.size() <= kMaxTenantBytes &&
          std::all_of(name.begin(), name.end(), [](unsigned char c) {
            return std::isalnum(c) != 0 || c == '.' || c == '_' || c == '-';
          });
 }
-
-Status Failed(const std::string& path, const std::string& why) {
-  return {StatusCode::kFailedPrecondition, "TOKEN_FILE_FAILED", "'" + path + "' " + why};
-}
-
-}  // namespace
 
 Result<TokenFile> TokenFile::Read(const std::string& path) {
   std::ifstream file(path, std::ios::binary);

@@ -10,7 +10,10 @@
 
 namespace drape::api {
 
-// One line per token: a tenant's name (1 to 64 of a-z, A-Z, 0-9, '.', '_', '-'), a space, and the
+// 1 to 64 of a-z, A-Z, 0-9, '.', '_', '-'.
+bool IsTenantName(const std::string& name);
+
+// One line per token: a tenant's name, a space, and the
 // SHA-256 of the token in hexadecimal digits (`printf %s TOKEN | sha256sum`). A tenant may have
 // several tokens, so that they can be changed one after the other. '#' begins a comment. Immutable.
 class TokenFile {

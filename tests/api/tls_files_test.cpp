@@ -3,47 +3,53 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstdio>
 #include <fstream>
+
+#include "tests/support/certificates/certificates.h"
 
 namespace drape::api {
 namespace {
 
-class TlsFiles : public testing::Test {
+class TlsFilesTest : public testing::Test {
  protected:
-  TlsFiles() {
-    std::ofstream(good_) << "PEM";
-    std::ofstream(empty_).flush();
-  }
-  ~TlsFiles() override {
-    std::remove(good_.c_str());
-    std::remove(empty_.c_str());
+  std::string File(const std::string& name, const std::string& text) const {
+    std::ofstream(folder_.Path(name)) << text;
+    return folder_.Path(name);
   }
 
-  const std::string base_ = testing::TempDir() + "drape_tls_files_test_" +
-                            testing::UnitTest::GetInstance()->current_test_info()->name();
-  const std::string good_ = base_ + ".pem";
-  const std::string empty_ = base_ + "_empty.pem";
-  const std::string missing_ = base_ + "_missing.pem";
-  ServerOptions options_;
+  const test::CertificateFolder folder_;
+  const test::Certificate own_ = folder_.MakeAuthority("own");
+  const test::Certificate other_ = folder_.MakeAuthority("other");
 };
 
-TEST_F(TlsFiles, AreReadWhereTheyAreGiven) {
-  EXPECT_TRUE(ReadTlsFiles("", "", options_).ok());
-  EXPECT_EQ(options_.tls_certificate_pem, "");
-  EXPECT_TRUE(ReadTlsFiles(good_, good_, options_).ok());
-  EXPECT_EQ(options_.tls_certificate_pem, "PEM");
-  EXPECT_EQ(options_.tls_key_pem, "PEM");
+TEST_F(TlsFilesTest, PairsAndAuthoritiesAreGood) {
+  EXPECT_TRUE(CheckTlsFiles({}).ok());
+  EXPECT_TRUE(CheckTlsFiles({.certificate = own_.certificate, .key = own_.key}).ok());
+  EXPECT_TRUE(CheckTlsFiles({.certificate = own_.certificate,
+                             .key = own_.key,
+                             .client_authorities = other_.certificate})
+                  .ok());
 }
 
-TEST_F(TlsFiles, UnreadableAndEmptyOnesAreErrors) {
-  for (const std::string& bad : {empty_, missing_, testing::TempDir(), std::string()}) {
-    for (const bool is_key : {false, true}) {
-      const Status status = ReadTlsFiles(is_key ? good_ : bad, is_key ? bad : good_, options_);
-      EXPECT_EQ(status.reason(), "TLS_FILE_FAILED") << bad;
+TEST_F(TlsFilesTest, WhatIsNoCertificateOrKeyIsNamed) {
+  const std::string empty = File("empty.pem", ""), text = File("text.pem", "PEM");
+  for (const std::string& bad :
+       {empty, text, folder_.Path("missing.pem"), testing::TempDir(), std::string()}) {
+    for (int which = 0; which < 3; ++which) {
+      TlsFiles files{own_.certificate, own_.key, own_.certificate};
+      if (which == 2 && bad.empty()) continue;  // no authorities are fine
+      (which == 0 ? files.certificate : which == 1 ? files.key : files.client_authorities) = bad;
+      const Status status = CheckTlsFiles(files);
+      EXPECT_EQ(status.reason(), "TLS_FILE_FAILED") << which << " " << bad;
       EXPECT_THAT(status.message(), testing::HasSubstr("'" + bad + "'"));
     }
   }
+}
+
+TEST_F(TlsFilesTest, AKeyOfAnotherCertificateIsRefused) {
+  const Status status = CheckTlsFiles({.certificate = own_.certificate, .key = other_.key});
+  EXPECT_EQ(status.reason(), "TLS_FILE_FAILED");
+  EXPECT_THAT(status.message(), testing::HasSubstr("is not the key of"));
 }
 
 }  // namespace

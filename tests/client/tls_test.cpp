@@ -2,15 +2,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
 #include "drape/client.h"
 #include "tests/client/client_test_support.h"
+#include "tests/support/certificates/certificates.h"
 
 namespace drape {
 namespace {
@@ -19,7 +22,6 @@ using client_test::ErrorOf;
 using client_test::Outcome;
 using client_test::ProgramPath;
 using client_test::RunProgram;
-using client_test::TemporaryFolder;
 using testing::HasSubstr;
 namespace fs = std::filesystem;
 
@@ -28,13 +30,13 @@ class TlsTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     shared_ = new Shared;
-    shared_->cert = MakeCertificate("own");
-    shared_->other_cert = MakeCertificate("other");
+    const test::Certificate own = shared_->folder.MakeAuthority("own");
+    shared_->cert = own.certificate;
+    shared_->other_cert = shared_->folder.MakeAuthority("other").certificate;
     SpawnOptions spawn;
     spawn.backend = "cpu";
     spawn.executable = ProgramPath("draped");
-    spawn.flags = {"--tls-cert=" + shared_->cert.string(),
-                   "--tls-key=" + (shared_->folder / "own.key").string()};
+    spawn.flags = {"--tls-cert=" + shared_->cert.string(), "--tls-key=" + own.key};
     shared_->client.emplace(Client::SpawnServer(spawn, Trusting(shared_->cert, "drape.test")));
   }
   static void TearDownTestSuite() {
@@ -68,22 +70,11 @@ class TlsTest : public testing::Test {
 
  private:
   struct Shared {
-    TemporaryFolder folder;
+    test::CertificateFolder folder;
     fs::path cert;
     fs::path other_cert;
     std::optional<Client> client;
   };
-
-  static fs::path MakeCertificate(const std::string& name) {
-    fs::path cert = shared_->folder / (name + ".pem");
-    const std::string command =
-        "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 2 "
-        "-subj /CN=drape -addext subjectAltName=DNS:drape.test -keyout " +
-        (shared_->folder / (name + ".key")).string() + " -out " + cert.string() + " 2>/dev/null";
-    EXPECT_EQ(std::system(command.c_str()), 0)
-        << "openssl is needed (./run test installs it): " << command;
-    return cert;
-  }
 
   static inline Shared* shared_ = nullptr;
 };
@@ -152,6 +143,96 @@ TEST_F(TlsTest, FlagsOfTlsNeedAServer) {
     EXPECT_EQ(outcome.exit_code, 2) << flag;
     EXPECT_THAT(outcome.err, HasSubstr("--server")) << flag;
   }
+}
+
+// A server of its own for each test; its certificate is for drape.test.
+class CertificatesTest : public testing::Test {
+ protected:
+  void Start(std::vector<std::string> flags) {
+    flags.insert(flags.end(), {"--tls-cert=" + server_.certificate, "--tls-key=" + server_.key});
+    SpawnOptions spawn;
+    spawn.backend = "cpu";
+    spawn.executable = ProgramPath("draped");
+    spawn.flags = std::move(flags);
+    first_.emplace(Client::SpawnServer(spawn, By(alice_)));
+  }
+  static ConnectOptions Trusting(const test::Certificate& authority,
+                                 const test::Certificate& own = {}) {
+    return {.ready_timeout_s = 2,
+            .tls = TlsOptions{.authorities_file = authority.certificate,
+                              .server_name = "drape.test",
+                              .certificate_file = own.certificate,
+                              .key_file = own.key}};
+  }
+  ConnectOptions By(const test::Certificate& client) const { return Trusting(server_, client); }
+  Client Connect(const ConnectOptions& options) const {
+    return Client::Connect(first_->address(), options);
+  }
+  // Of connecting and asking: with TLS 1.3 a client learns by its first call that it is refused.
+  ErrorDetails RefusalOf(const ConnectOptions& options) const {
+    return ErrorOf([&] { Connect(options).CreateSession(); });
+  }
+  bool IsTrusted(const test::Certificate& authority) const {
+    try {
+      return Connect(Trusting(authority)).GetServerInfo().backend() == "cpu";
+    } catch (const Error&) {
+      return false;
+    }
+  }
+
+  const test::CertificateFolder folder_;
+  const test::Certificate server_ = folder_.MakeAuthority("server");
+  const test::Certificate clients_ = folder_.MakeAuthority("clients");
+  const test::Certificate alice_ = folder_.Issue("alice", "alice", clients_);
+  std::optional<Client> first_;  // the server ends with it
+};
+
+TEST_F(CertificatesTest, TheTenantIsTheCommonName) {
+  Start({"--tls-client-ca=" + clients_.certificate});
+  const test::Certificate bob = folder_.Issue("bob", "bob", clients_);
+  const Client alice = Connect(By(alice_)), also_alice = Connect(By(alice_)),
+               bobs = Connect(By(bob));
+  const Session session = alice.CreateSession();
+  EXPECT_EQ(alice.ListSessions().size(), 1u);
+  EXPECT_EQ(also_alice.ListSessions().size(), 1u);
+  EXPECT_EQ(bobs.ListSessions().size(), 0u);
+}
+
+TEST_F(CertificatesTest, StrangersAreRefused) {
+  Start({"--tls-client-ca=" + clients_.certificate});
+  const test::Certificate others = folder_.MakeAuthority("others");
+  EXPECT_EQ(RefusalOf(By({})).code, ErrorCode::kUnavailable);
+  EXPECT_EQ(RefusalOf(By(folder_.Issue("eve", "alice", others))).code, ErrorCode::kUnavailable);
+  const ErrorDetails no_name = RefusalOf(By(folder_.Issue("odd", "no tenant!", clients_)));
+  EXPECT_EQ(no_name.code, ErrorCode::kUnauthenticated);
+  EXPECT_EQ(no_name.reason, "INVALID_TOKEN");
+}
+
+TEST_F(CertificatesTest, RenewedOnesAreUsedWithoutARestart) {
+  Start({});
+  const Client connected = Connect(Trusting(server_));
+  const test::Certificate old{folder_.Path("old.pem"), folder_.Path("old.key")};
+  fs::copy(server_.certificate, old.certificate);
+  const test::Certificate renewed = folder_.MakeAuthority("renewed");
+  fs::copy(renewed.key, server_.key, fs::copy_options::overwrite_existing);
+  fs::copy(renewed.certificate, server_.certificate, fs::copy_options::overwrite_existing);
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (!IsTrusted(renewed) && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  EXPECT_TRUE(IsTrusted(renewed)) << "the new certificate is not used";
+  EXPECT_FALSE(IsTrusted(old)) << "the old one is";
+  EXPECT_EQ(connected.GetServerInfo().backend(), "cpu") << "connections stay";
+}
+
+TEST_F(CertificatesTest, TheCommandLineShowsACertificate) {
+  Start({"--tls-client-ca=" + clients_.certificate});
+  const Outcome outcome =
+      RunProgram("drape", {"health", "--server=" + first_->address(),
+                           "--tls-ca=" + server_.certificate, "--tls-server-name=drape.test",
+                           "--tls-cert=" + alice_.certificate, "--tls-key=" + alice_.key});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "SERVING\n");
 }
 
 }  // namespace

@@ -147,7 +147,7 @@ TEST(ImageTest, CommandsAreFlagsThatTheServerTakes) {
     std::vector<std::string> arguments = EntryPoint();
     for (const std::string& word : Words(command)) arguments.push_back(word);
     const Config config = Parse(arguments);
-    EXPECT_NE(config.insecure, !config.tls_cert_file.empty()) << command;
+    EXPECT_NE(config.insecure, config.tls.is_on()) << command;
   }
 }
 

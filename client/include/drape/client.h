@@ -31,6 +31,9 @@ struct TlsOptions {
   std::filesystem::path authorities_file;
   // The name that the server's certificate must have. Empty: the host of the address.
   std::string server_name;
+  // The client's own certificate chain and key (PEM), for servers that ask for them; both or none.
+  std::filesystem::path certificate_file = {};
+  std::filesystem::path key_file = {};
 };
 
 // Options of a connection.

@@ -36,9 +36,9 @@ def _awaiting(operation: Callable[P, Operation[R]]) -> Callable[P, Awaitable[R]]
 
 
 class _Connection(ConnectionBase):
-    def __init__(self, address, tls=False, timeout_s=None, server=None, token=None):
+    def __init__(self, address, tls=False, timeout_s=None, server=None, token=None, certificate=None):
         super().__init__(address, timeout_s, server, token)
-        options, secure = channel_options(address), credentials(tls)
+        options, secure = channel_options(address), credentials(tls, certificate)
         self.channel = (grpc.aio.insecure_channel(address, options) if secure is None
                         else grpc.aio.secure_channel(address, secure, options))
 
@@ -235,9 +235,9 @@ async def _open(connection, ready_timeout_s):
     return client
 
 
-async def connect(address, *, tls=False, token=None, timeout_s=None, ready_timeout_s=5.0) -> Client:
+async def connect(address, *, tls=False, certificate=None, token=None, timeout_s=None, ready_timeout_s=5.0) -> Client:
     """See `drape.connect`."""
-    return await _open(_Connection(address, tls, timeout_s, token=token), ready_timeout_s)
+    return await _open(_Connection(address, tls, timeout_s, token=token, certificate=certificate), ready_timeout_s)
 
 
 async def launch(backend="auto", *, program=None, flags=(), ready_timeout_s=60.0, timeout_s=None) -> Client:

@@ -125,16 +125,17 @@ class Client(ClientBase):
         self.close()
 
 
-def connect(address: str, *, tls: bool | bytes | str = False, token: str | None = None,
-            timeout_s: float | None = None, ready_timeout_s: float = 5.0) -> Client:
+def connect(address: str, *, tls: bool | bytes | str = False, certificate: tuple | None = None,
+            token: str | None = None, timeout_s: float | None = None, ready_timeout_s: float = 5.0) -> Client:
     """Connects to a server at HOST:PORT and waits until it answers.
 
     tls: False (only for servers of this machine and of private networks), True (certificates of the system), or the
-    certificates to trust: PEM bytes, or a file. token: the tenant's, for servers that want one; give it only together
+    certificates to trust: PEM bytes, or a file. certificate: this client's own chain and key, each PEM bytes or a file,
+    for servers that ask for it. token: the tenant's, for servers that want one; give it only together
     with TLS, or to a server of this machine. timeout_s: limit of every single request; None: none.
     Raises Unavailable (CANNOT_CONNECT), Unauthenticated (INVALID_TOKEN), FailedPrecondition (TLS_FILE_FAILED).
     """
-    return Client(Connection(address, tls, timeout_s, token=token), ready_timeout_s)
+    return Client(Connection(address, tls, timeout_s, token=token, certificate=certificate), ready_timeout_s)
 
 
 def launch(backend: str = "auto", *, program: str | None = None, flags=(), ready_timeout_s: float = 60.0,

@@ -32,18 +32,24 @@ def channel_options(address):
     return options
 
 
-def credentials(tls):
-    """None (no TLS), or what `connect(tls=...)` asks for: True, PEM bytes, or a file of them."""
-    if tls is False or tls is None:
-        return None
-    if tls is True:
-        return grpc.ssl_channel_credentials()
-    if isinstance(tls, bytes):
-        return grpc.ssl_channel_credentials(tls)
+def _pem(name, given):
+    """PEM bytes, or what a file of them holds."""
+    if isinstance(given, bytes):
+        return given
     try:
-        return grpc.ssl_channel_credentials(pathlib.Path(tls).read_bytes())
+        return pathlib.Path(given).read_bytes()
     except OSError as error:
-        raise errors.FailedPrecondition(f"tls: {tls} cannot be read: {error}", reason="TLS_FILE_FAILED") from error
+        raise errors.FailedPrecondition(f"{name}: {given} cannot be read: {error}", reason="TLS_FILE_FAILED") from error
+
+
+def credentials(tls, certificate=None):
+    """None (no TLS), or what `connect(tls=..., certificate=...)` asks for."""
+    if tls is False or tls is None:
+        if certificate is not None:
+            raise errors.InvalidArgument("certificate: needs tls", reason="CERTIFICATE_WITHOUT_TLS")
+        return None
+    chain, key = (None, None) if certificate is None else (_pem("certificate", part) for part in certificate)
+    return grpc.ssl_channel_credentials(None if tls is True else _pem("tls", tls), key, chain)
 
 
 class ConnectionBase:
@@ -97,12 +103,12 @@ class ConnectionBase:
 class Connection(ConnectionBase):
     """The transport that waits. Safe to use from several threads."""
 
-    def __init__(self, address, tls=False, timeout_s=None, server=None, token=None):
+    def __init__(self, address, tls=False, timeout_s=None, server=None, token=None, certificate=None):
         super().__init__(address, timeout_s, server, token)
         options = channel_options(address)
         # A stream of answers is read by the thread that asks for it, without another one.
         options.append((grpc.experimental.ChannelOptions.SingleThreadedUnaryStream, 1))
-        secure = credentials(tls)
+        secure = credentials(tls, certificate)
         self.channel = (grpc.insecure_channel(address, options) if secure is None
                         else grpc.secure_channel(address, secure, options))
 
