@@ -58,6 +58,25 @@ def test_tls(tmp_path):
         server.stop()
 
 
+def test_a_certificate_of_the_client(tmp_path):
+    cert, key = tmp_path / "cert.pem", tmp_path / "key.pem"
+    subprocess.run(["openssl", "req", "-x509", "-newkey", "rsa:2048", "-nodes", "-days", "1", "-subj", "/CN=alice",
+                    "-addext", "subjectAltName=IP:127.0.0.1", "-keyout", key, "-out", cert], check=True,
+                   capture_output=True)
+    flags = [f"--tls-cert={cert}", f"--tls-key={key}", f"--tls-client-ca={cert}"]
+    server = drape.private_server.PrivateServer("cpu", flags=flags)
+    try:
+        for own in ((cert, key), (cert.read_bytes(), key.read_bytes())):
+            with drape.connect(server.address, tls=str(cert), certificate=own) as client:
+                assert client.info.backend == "cpu"
+        with pytest.raises(drape.Unavailable):
+            drape.connect(server.address, tls=str(cert), ready_timeout_s=1)
+    finally:
+        server.stop()
+    with pytest.raises(drape.InvalidArgument, match="certificate: needs tls"):
+        drape.connect("127.0.0.1:1", certificate=(cert, key))
+
+
 def test_tokens_tell_tenants_apart(tmp_path):
     lines = [f"{name} {hashlib.sha256(token.encode()).hexdigest()}\n" for name, token in (("a", "abc"), ("b", "xyz"))]
     (tmp_path / "tokens").write_text("".join(lines))
