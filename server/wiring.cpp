@@ -63,6 +63,7 @@ ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessi
   numbers.cloths = totals.cloth_count;
   numbers.particles = totals.particle_count;
   numbers.remembered_bytes = sessions.remembered_bytes();
+  numbers.saved_bytes = sessions.saved_bytes();
   numbers.refused_connections = api::RefusedConnections();
   return numbers;
 }

@@ -83,6 +83,7 @@ std::string MetricsText(const ServerNumbers& n) {
       Now("drape_particles", "Particles of all cloths.", n.particles),
       Now("drape_unread_bytes", "Requests under way and answers not read.", n.unread_bytes),
       Now("drape_remembered_bytes", "Answers kept for repeated request ids.", n.remembered_bytes),
+      Now("drape_saved_bytes", "States kept by name.", n.saved_bytes),
       Count("drape_refused_connections_total", "Connections closed at once.",
             n.refused_connections),
   };

@@ -30,6 +30,7 @@ struct ServerNumbers {
   uint64_t particles = 0;                       // now
   uint64_t unread_bytes = 0;                    // now
   uint64_t remembered_bytes = 0;                // now
+  uint64_t saved_bytes = 0;                     // now
   uint64_t refused_connections = 0;
 };
 

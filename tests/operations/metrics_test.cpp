@@ -3,6 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+
 namespace drape {
 namespace {
 
@@ -36,6 +41,27 @@ TEST(Metrics, BucketsAreCumulativeAndInSeconds) {
   EXPECT_THAT(text, HasSubstr("drape_batch_duration_seconds_bucket{le=\"+Inf\"} 5\n"));
   EXPECT_THAT(text, HasSubstr("drape_batch_duration_seconds_count 5\n"));
   EXPECT_THAT(text, HasSubstr("drape_batch_duration_seconds_sum 60.040251\n"));
+}
+
+// Prometheus drops the suffixes of a histogram's and a counter's samples from no name: a query must
+// name a sample that the text has.
+TEST(Metrics, TheDashboardAsksForNumbersThatExist) {
+  const std::string text = MetricsText({});
+  std::ifstream file(DRAPE_DOCKER_DIR "/monitoring/drape.json");
+  ASSERT_TRUE(file.is_open());
+  const nlohmann::json board = nlohmann::json::parse(file);
+  std::set<std::string> asked;
+  for (const auto& panel : board["panels"]) {
+    for (const auto& target : panel["targets"]) {
+      const std::string query = target["expr"];
+      const std::regex name("drape_[a-z_]+");
+      for (std::sregex_iterator at(query.begin(), query.end(), name), end; at != end; ++at) {
+        asked.insert(at->str());
+        EXPECT_TRUE(std::regex_search(text, std::regex("\\n" + at->str() + "[ {]"))) << at->str();
+      }
+    }
+  }
+  EXPECT_GE(asked.size(), 15u);
 }
 
 }  // namespace
