@@ -156,8 +156,9 @@ grpc::ServerUnaryReactor* SimulationService::ReadTopology(Context* context,
   const ClothId id = ClothId::FromPacked(request->cloth_id());
   const Result<NamedCloths> named =
       FindNamed(context_.sessions, caller, request->session(), {&id, 1});
-  if (named.ok()) *response = TopologyOf(*named->cloths.front());
-  return Answer(context, named.status());
+  if (!named.ok()) return Answer(context, named.status());
+  *response = TopologyOf(*named->cloths.front());
+  return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong());
 }
 
 }  // namespace drape::api

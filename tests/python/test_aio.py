@@ -13,7 +13,7 @@ def test_the_names_are_the_same():
     for sync, other in ((drape.Client, drape.aio.Client), (drape.Session, drape.aio.Session),
                         (drape.Cloths, drape.aio.Cloths)):
         for name, member in inspect.getmembers(sync):
-            if not name.startswith("_") and name != "rollout":
+            if not name.startswith("_"):
                 assert hasattr(other, name), f"drape.aio.{other.__name__}.{name}"
 
 
@@ -77,6 +77,23 @@ def test_a_pipeline_has_the_same_bits(client, session, spec):
     assert answers[:2] == [None, None] and len(answers) == 7
     for answer in answers[2:]:
         assert bits(answer.positions) == bits(alone.step().positions)
+
+
+def test_a_rollout_has_the_same_bits(client, session, spec):
+    targets = np.random.default_rng(3).normal(size=(2, 6, 2, 3)) * 0.05
+    expected = session.create(spec, count=2).rollout(6, steps=2, pins=[0, 5], pin_targets=targets)
+
+    async def program():
+        async with await drape.aio.connect(client.address) as other, await other.session() as mine:
+            cloths = await mine.create(spec, count=2)
+            with pytest.raises(drape.InvalidArgument, match="go together"):
+                await cloths.rollout(6, pins=[0])
+            return await cloths.rollout(6, steps=2, pins=[0, 5], pin_targets=targets)
+
+    rows = asyncio.run(program())
+    assert rows.keys() == expected.keys()
+    for name in rows:
+        assert rows[name].shape == expected[name].shape and bits(rows[name]) == bits(expected[name])
 
 
 def test_an_error_ends_a_pipeline(client, spec):

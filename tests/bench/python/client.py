@@ -1,7 +1,8 @@
 """`./run bench python`: the Python client beside the C++ client, in turn against one server, and the vector
 environments.
 
-Writes results/MACHINE.md and two tables beside it. With --quick: few calls, results printed only.
+Writes results/MACHINE.md and two tables beside it. With --quick: few calls, results printed only. With --case NAME:
+that comparison of the clients alone, printed only.
 """
 
 import argparse
@@ -70,10 +71,12 @@ def by_cpp(client, cloths, has_positions, calls, mallopt):
     return found["wall_ms"], found["cpu_ms"]
 
 
-def compare(client, is_quick):
-    """Rows of the clients: every case by the three clients in turn, ROUNDS times."""
+def compare(client, is_quick, wanted=""):
+    """Rows of the clients: every case whose name begins so by the three clients in turn, ROUNDS times."""
     rows = []
     for name, cloths, has_positions, calls in CASES:
+        if not name.startswith(wanted):
+            continue
         calls = max(10, calls // 20) if is_quick else calls
         contestants = {
             "Python": lambda: by_python(client, cloths, has_positions, calls),
@@ -142,10 +145,14 @@ def write_csv(path, rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--case", choices=[case[0] for case in CASES], default="")
     arguments = parser.parse_args()
     with drape.launch("cpu") as client:
         device = client.info.device
-        clients = compare(client, arguments.quick)
+        clients = compare(client, arguments.quick, arguments.case)
+    if arguments.case:
+        print(f"{device}; load average {os.getloadavg()[0]:.1f}\n\n{table(clients)}")
+        return 0
     envs = environments(arguments.quick)
     text = (f"# The Python client\n\nBy `./run bench python`; {device}; load average {os.getloadavg()[0]:.1f} (ratios are of\n"
             f"runs in turn, so they stand a busy machine; wall times do not).\n\n## Beside the C++ client\n\n" + table(clients)

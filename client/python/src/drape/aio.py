@@ -24,6 +24,7 @@ from .connection import ConnectionBase, channel_options, credentials
 from .operations import Operation, P, R, Unary, named
 from .pipeline import PipelineBase
 from .private_server import PrivateServer
+from .rollout import awaited_rollout
 from .session import _LAST_CALL_S, _RENEWALS_PER_LEASE, SessionBase, iter_of
 
 
@@ -133,6 +134,7 @@ class Cloths(ClothsBase):
     randomise = _awaiting(ClothsBase._randomise)
     render_png = _awaiting(ClothsBase._render_png)
     render = _awaiting(ClothsBase._render)
+    rollout = awaited_rollout
 
     def pipeline(self, depth: int = 2) -> Pipeline:
         """See `drape.Cloths.pipeline`; `async with`, and `await` its `step` and `drain`."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 
 from . import columns, errors, states
@@ -19,22 +21,43 @@ def rollout(self, nstep: int, *, steps: int = 1, pins=None, pin_targets=None, co
     Returns a dict: "positions" and "velocities" [n, nstep, particles, 3] as asked for, "step_count" and "time_s" [n,
     nstep], "faulted" [n, nstep].
     """
-    over_s = _row_s(self, steps)
+    moves = _moves_of(self, nstep, steps, pins, pin_targets, colliders, collider_positions)
+    rows = _Rows(nstep, out)
+    with self.pipeline(_IN_FLIGHT) as stream:
+        for row in _shown(nstep, progress):
+            _prepare(moves, row)
+            rows.store(stream.step(steps, view=view))
+        for answer in stream.drain():
+            rows.store(answer)
+    return rows.arrays
+
+
+@functools.wraps(rollout)
+async def awaited_rollout(self, nstep, *, steps=1, pins=None, pin_targets=None, colliders=None, collider_positions=None,
+                          view=states.POSITIONS, out=None, progress=False):
+    moves = _moves_of(self, nstep, steps, pins, pin_targets, colliders, collider_positions)
+    rows = _Rows(nstep, out)
+    async with self.pipeline(_IN_FLIGHT) as stream:
+        for row in _shown(nstep, progress):
+            _prepare(moves, row)
+            rows.store(await stream.step(steps, view=view))
+        for answer in await stream.drain():
+            rows.store(answer)
+    return rows.arrays
+
+
+def _moves_of(cloths, nstep, steps, pins, pin_targets, colliders, collider_positions):
+    """(method, elements, targets [n, nstep, k, 3], time of a row) of every control that is asked for."""
     moves = []
-    for name, elements, targets, control in (("pin_targets", pins, pin_targets, self.move_pins),
-                                             ("collider_positions", colliders, collider_positions, self.move_colliders)):
+    for name, elements, targets, control in (
+            ("pin_targets", pins, pin_targets, cloths.move_pins),
+            ("collider_positions", colliders, collider_positions, cloths.move_colliders)):
         if (elements is None) != (targets is None):
             raise errors.bad_field(name, "elements and their targets go together")
         if elements is not None:
-            rows = columns.shaped(name, targets, (self.num, nstep, len(elements), 3))
-            moves.append((control, elements, rows))
-    results = {} if out is None else out
-    with self.pipeline(_IN_FLIGHT) as stream:
-        done = 0
-        for answer in _answers(stream, moves, nstep, steps, view, over_s, progress):
-            _store(results, answer, done, nstep)
-            done += 1
-    return results
+            targets = columns.shaped(name, targets, (cloths.num, nstep, len(elements), 3))
+            moves.append((control, elements, targets, _row_s(cloths, steps)))
+    return moves
 
 
 def _row_s(cloths, steps):
@@ -46,30 +69,44 @@ def _row_s(cloths, steps):
     return steps / 60
 
 
-def _answers(stream, moves, nstep, steps, view, over_s, progress):
+def _shown(nstep, progress):
     rows = range(nstep)
-    if progress:
-        from tqdm.auto import tqdm
+    if not progress:
+        return rows
+    from tqdm.auto import tqdm
 
-        rows = tqdm(rows, unit="step")
-    for row in rows:
-        for control, elements, targets in moves:
-            control(elements, targets[:, row], over_s=over_s)
-        answer = stream.step(steps, view=view)
-        if answer is not None:
-            yield answer
-    yield from stream.drain()
+    return tqdm(rows, unit="step")
 
 
-def _store(results, answer, row, nstep):
-    for name in ("positions", "velocities", "step_count", "time_s", "faulted"):
-        value = getattr(answer, name)
-        if value is None:
-            continue
-        shape = (len(value), nstep, *value.shape[1:])
-        if name not in results:
-            results[name] = np.empty(shape, value.dtype)
-        elif results[name].shape != shape or results[name].dtype != value.dtype:
+def _prepare(moves, row):
+    for control, elements, targets, over_s in moves:
+        control(elements, targets[:, row], over_s=over_s)
+
+
+class _Rows:
+    """The answers of a rollout, one row each, in the order in which they come."""
+
+    def __init__(self, nstep, out):
+        self.arrays = {} if out is None else out
+        self._nstep = nstep
+        self._done = 0
+
+    def store(self, answer):
+        """None, while the stream has none yet, is no row."""
+        if answer is None:
+            return
+        for name in ("positions", "velocities", "step_count", "time_s", "faulted"):
+            value = getattr(answer, name)
+            if value is not None:
+                self._array(name, value)[:, self._done] = value
+        self._done += 1
+
+    def _array(self, name, value):
+        shape = (len(value), self._nstep, *value.shape[1:])
+        array = self.arrays.get(name)
+        if array is None:
+            array = self.arrays[name] = np.empty(shape, value.dtype)
+        elif array.shape != shape or array.dtype != value.dtype:
             raise errors.bad_field(f"out[{name}]", f"must be {value.dtype} of shape {shape}, got "
-                                                   f"{results[name].dtype} of shape {results[name].shape}")
-        results[name][:, row] = value
+                                                   f"{array.dtype} of shape {array.shape}")
+        return array
