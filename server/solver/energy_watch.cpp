@@ -20,9 +20,10 @@ bool CanGetEnergy(const SceneModel& model, const ClothParameters& parameters,
 
 bool EnergyLimit::IsExceeded(double gain_j, double start_kinetic_j,
                              double start_compliant_j) const {
-  return is_watched && gain_j > constant_j +
-                                    kMaxEnergyGain * (start_kinetic_j + start_compliant_j) +
-                                    lag_root_j * std::sqrt(start_kinetic_j);
+  if (!is_watched) return false;
+  const double limit_j = constant_j + kMaxEnergyGain * (start_kinetic_j + start_compliant_j) +
+                         lag_root_j * std::sqrt(start_kinetic_j);
+  return !std::isfinite(gain_j) || gain_j > limit_j;
 }
 
 EnergyLimit EnergyLimitOf(const SceneModel& model, const ClothParameters& parameters,

@@ -5,8 +5,8 @@
 #include "lib/inequality.glsl"
 #include "lib/measure.glsl"
 
-// What is held and moved does work: then no gain counts.
-const float kNoGain = -1.0e38;
+// What is held and moved does work: then no gain counts. The sum of many is still a finite number.
+const float kNoGain = -1.0e30;
 
 bool IsMovedPin(uint k) {
   uint i = PinParticle(k);

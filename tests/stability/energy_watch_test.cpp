@@ -2,6 +2,7 @@
 // so.
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -53,6 +54,23 @@ TEST_P(EnergyWatchTest, WarnsOfASheetThatIsTornApart) {
 // The same sheet in so many particles that the tiled plan of gl has it.
 TEST_P(EnergyWatchTest, WarnsOfALargeSheetThatIsTornApart) {
   ExpectWarnings(SharedBackend(GetParam()), TornSheet(0, 34, 32), 8);
+}
+
+// What is not finite is done again too, also where pins move, and faults only then: the last good
+// state stays.
+TEST_P(EnergyWatchTest, TriesAgainBeforeItFaults) {
+  Backend& backend = SharedBackend(GetParam());
+  for (const uint32_t rows : {8u, 32u}) {  // resident and tiled
+    Scene scene = TornSheet(0.1, 34, rows);
+    const ClothHandle cloth = CreateCloth(backend, scene);
+    const std::string start = ReadBits(backend, cloth);
+    scene.pin_targets_m[0].x() = std::numeric_limits<double>::infinity();
+    const StepReport report = StepAlone(backend, cloth, scene);
+    EXPECT_EQ(report.fault, FaultReason::kNotFinite) << rows << " rows";
+    EXPECT_TRUE(report.warnings.energy_gained) << rows << " rows: it was not tried again";
+    EXPECT_EQ(ReadBits(backend, cloth), start) << rows << " rows";
+    backend.Destroy(cloth);
+  }
 }
 
 // Pins that move do work, and so may everything that is not watched.

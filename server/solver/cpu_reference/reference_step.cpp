@@ -1,5 +1,6 @@
 #include "server/solver/cpu_reference/reference_step.h"
 
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -150,13 +151,10 @@ StepPlan PlanOf(const ReferenceCloth& cloth, const ClothParameters& parameters) 
   return PlanStep(*cloth.model, parameters, LengthsOf(cloth), ScalarType::kFloat64);
 }
 
-// More than it may. What is held and moved does work.
+// More than it may, or no finite number. What is held and moved does work.
 bool GainsEnergy(const StepContext& context, const ReferenceCloth& cloth, const StepPlan& plan) {
   const SceneModel& model = context.model;
   const auto& [p, v] = cloth.state;
-  for (const Grip& held : context.held) {
-    if (held.target_m != p[held.particle]) return false;
-  }
   double start_kinetic_j = 0, gain_j = 0;
   for (uint32_t i = 0; i < model.particle_count(); ++i) {
     if (context.w[i] == 0) continue;
@@ -167,6 +165,10 @@ bool GainsEnergy(const StepContext& context, const ReferenceCloth& cloth, const 
               ((v_end - v[i]).dot(v_end + v[i]) / 2 - context.parameters.gravity_m_per_s2.dot(way));
   }
   const EnergyLimit limit = EnergyLimitOf(model, cloth.parameters, LengthsOf(cloth), plan);
+  if (limit.is_watched && !std::isfinite(gain_j)) return true;
+  for (const Grip& held : context.held) {
+    if (held.target_m != p[held.particle]) return false;
+  }
   if (!limit.IsExceeded(gain_j, start_kinetic_j)) return false;
   if (!limit.counts_compliance) return true;
   const auto energy_of = [&](const ParticleState& state) {

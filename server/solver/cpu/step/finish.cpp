@@ -73,16 +73,17 @@ double CompliantEnergyOf(const StepContext& context, const FloatState& state) {
                            [&](uint32_t i) { return ToVector3d(state.positions[i]); });
 }
 
-// More than it may. What is held and moved does work.
+// More than it may, or no finite number. What is held and moved does work.
 bool GainsEnergy(const StepContext& context, const FloatState& start) {
   const EnergyLimit& limit = context.controls.energy_limit;
   if (!limit.is_watched) return false;
+  const EnergyChange change = ChangeOfEnergy(context, start);
+  if (!std::isfinite(change.gain_j)) return true;
   const HeldParticles& held = context.held;
   for (size_t k = 0; k < held.particles.size(); ++k) {
     const Vec4 way = held.targets[k] - start.positions[held.particles[k]];
     if (Dot(way, way) > 0) return false;
   }
-  const EnergyChange change = ChangeOfEnergy(context, start);
   if (!limit.IsExceeded(change.gain_j, change.start_kinetic_j)) return false;
   if (!limit.counts_compliance) return true;
   const double start_j = CompliantEnergyOf(context, start);
