@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "tests/system/calls.h"
+#include "tests/system/metrics.h"
 #include "tests/system/server_process.h"
 
 namespace drape::test {
@@ -206,15 +207,7 @@ TEST_F(Tenants, MetricsTellNoSecrets) {
   const std::string session = SessionOf(kOne);
   EXPECT_EQ(session.rfind("sessions/a7-", 0), 0u);
   EXPECT_TRUE(As(kOne, &Stub::Step, StepsOf(session, {}, 1)).status.ok());
-  const std::string log = server_->Log();
-  const size_t at = log.find("metrics_started port=");
-  ASSERT_NE(at, std::string::npos);
-  const std::string url =
-      "http://127.0.0.1:" + std::to_string(std::stoi(log.substr(at + 21))) + "/metrics";
-  const std::string metrics = Output(
-      "python3 -c 'import urllib.request as u; "
-      "print(u.urlopen(\"" +
-      url + "\").read().decode())'");
+  const std::string metrics = MetricsOf(*server_);
   EXPECT_THAT(metrics, HasSubstr("drape_sessions 1\n"));
   EXPECT_THAT(metrics, HasSubstr("server_id=\"a7\""));
   EXPECT_EQ(metrics.find(session.substr(12)), std::string::npos);
