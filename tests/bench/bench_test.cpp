@@ -85,6 +85,17 @@ TEST_F(BenchTest, StabilityTriesTheTablesOnEveryBackend) {
   EXPECT_THAT(unknown.text, HasSubstr("'weather' is none of gravity"));
 }
 
+TEST_F(BenchTest, StabilityTriesRandomClothsOnEveryBackend) {
+  const Ending ending = Bench("stability --methods=REALTIME --tables=random");
+  ASSERT_EQ(ending.exit_status, 0) << ending.text;
+  EXPECT_EQ(RowCount(out_ / "stability_random.csv"), 7 * 3);
+  EXPECT_FALSE(fs::exists(out_ / "stability.csv"));
+  ASSERT_EQ(Tables("").exit_status, 0);
+  const std::string readme = ReadText(out_ / "README.md");
+  EXPECT_THAT(readme, HasSubstr("`reference`, 7 plays: 0 gain more than"));
+  EXPECT_THAT(readme, HasSubstr("| linkage (1 of 0.1 s) |"));
+}
+
 TEST_F(BenchTest, BudgetOnEveryBackend) {
   const Ending ending = Bench("budget");
   ASSERT_EQ(ending.exit_status, 0) << ending.text;

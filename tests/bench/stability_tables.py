@@ -4,8 +4,11 @@ from rows import distinct, markdown, percent, select, two_digits
 
 COLUMNS = {"stability": [
     "table", "title", "row_axis", "row", "column_axis", "column", "backend", "method", "time_step_s", "substeps", "steps",
-    "is_cut", "verdict", "violation", "in_bar", "max_strain", "end_strain", "max_gain", "end_gain", "warnings", "wall_s"]}
-TEXT_COLUMNS = {"table", "title", "row_axis", "row", "column_axis", "column", "method", "verdict", "violation", "warnings"}
+    "is_cut", "verdict", "violation", "in_bar", "max_strain", "end_strain", "max_gain", "end_gain", "warnings", "wall_s"],
+    "stability_random": [
+        "kind", "backend", "method", "cloths", "duration_s", "largest_gain", "worst_seed", "gaining", "not_finite", "faulted",
+        "warned", "wall_s"]}
+TEXT_COLUMNS = {"kind", "table", "title", "row_axis", "row", "column_axis", "column", "method", "verdict", "violation", "warnings"}
 
 VERDICTS = {
     "survives": "strain at most 10 % (above what the case cannot avoid) and energy at most 0.1 m g l above the start, at every step",
@@ -112,3 +115,28 @@ def stability_text(rows):
     text.append("### Maps\n")
     text.append("Largest strain, or the excess over the limits in the last quarter (strain, energy above the start); framed: the bar's cells.\n")
     return text + [f"![{table}](stability_{table}.png)\n" for table in distinct(own, "table")]
+
+
+MAX_RANDOM_GAIN = 0.01  # kMaxRandomGain of tests/stability/atlas/random_trial.h
+
+
+def random_text(rows):
+    """What random cloths gain, a line per kind, method and backend."""
+    text = ["## Random cloths\n",
+            "Random linkages, frames, chains, trees, nets, sheets and meshes of inextensible links, undamped, masses up to 1 : 1000 "
+            "(`tests/support/random_cloths.h`). Gain: the largest excess of kinetic and potential energy over those of the start, at "
+            "the end of any step, over m g l plus the kinetic energy of the start. Warned: cloths with `energy_gained` in any "
+            "report.\n"]
+    for backend in distinct(rows, "backend"):
+        some = select(rows, backend=backend)
+        total = {key: f"{sum(row[key] for row in some):.0f}" for key in ("cloths", "gaining", "not_finite", "faulted")}
+        text.append(f"`{backend}`, {total['cloths']} plays: {total['gaining']} gain more than {percent(MAX_RANDOM_GAIN)} of their "
+                    f"scale, {total['not_finite']} reach a number that is not finite, {total['faulted']} are faulted.\n")
+        methods = distinct(some, "method")
+        lines = []
+        for kind in distinct(some, "kind"):
+            own = [select(some, kind=kind, method=method)[0] for method in methods if select(some, kind=kind, method=method)]
+            lines.append([f"{kind} ({own[0]['cloths']:.0f} of {own[0]['duration_s']:.2g} s)"] +
+                         [f"{percent(row['largest_gain'])}, {row['warned']:.0f} warned" for row in own])
+        text.append(markdown(["largest gain", *methods], lines))
+    return text

@@ -257,6 +257,8 @@ def readme(folder):
         text += accuracy_quantities.quantities_text(tables["accuracy_quantities"])
     if tables["stability"]:
         text += stability_tables.stability_text(tables["stability"])
+    if tables["stability_random"]:
+        text += stability_tables.random_text(tables["stability_random"])
     return rows.wrapped("\n".join(text))
 
 

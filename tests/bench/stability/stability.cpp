@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "tests/bench/stability/hang_guard.h"
+#include "tests/bench/stability/random_rows.h"
 #include "tests/stability/atlas/trial.h"
 
 namespace drape::bench {
@@ -21,10 +22,11 @@ const std::vector<std::string> kColumns = {
     "method", "time_step_s", "substeps",   "steps",    "is_cut",      "verdict",  "violation",
     "in_bar", "max_strain",  "end_strain", "max_gain", "end_gain",    "warnings", "wall_s"};
 
-// The named ones, or all. std::runtime_error names an unknown one and those that exist.
+// The named ones, or all. std::runtime_error names an unknown one and those that exist, `also`
+// among them.
 template <class Named>
 std::vector<Named> Chosen(std::vector<Named> all, const std::vector<std::string>& names,
-                          const std::string& option) {
+                          const std::string& option, const std::string& also = "") {
   if (names.empty()) return all;
   std::vector<Named> chosen;
   for (const std::string& name : names) {
@@ -33,11 +35,21 @@ std::vector<Named> Chosen(std::vector<Named> all, const std::vector<std::string>
     if (found == all.end()) {
       std::string legal;
       for (const Named& one : all) legal += " " + one.name;
+      legal += also;
       throw std::runtime_error(option + ": '" + name + "' is none of" + legal);
     }
     chosen.push_back(*found);
   }
   return chosen;
+}
+
+bool HasRandomTable(const std::vector<std::string>& tables) {
+  return tables.empty() || std::ranges::count(tables, kRandomTable) > 0;
+}
+
+std::vector<std::string> AtlasNames(std::vector<std::string> tables) {
+  std::erase(tables, kRandomTable);
+  return tables;
 }
 
 // A column of a CSV file has no commas.
@@ -123,10 +135,13 @@ void MeasureStability(Bench& bench, const StabilityOptions& options) {
   if (bench.is_quick()) form = AtlasForm::kThin;
   const std::vector<AtlasMethod> methods =
       Chosen(test::AtlasMethods(form), options.methods, "--methods");
+  if (HasRandomTable(options.tables)) MeasureRandomCloths(bench, methods, options.is_full);
+  if (!options.tables.empty() && AtlasNames(options.tables).empty()) return;
   Atlas atlas(bench, options);
   for (size_t k = 0; k < bench.backends().size(); ++k) {
     const std::vector<AtlasTable> tables =
-        Chosen(test::AtlasTables(k == 0 ? form : AtlasForm::kThin), options.tables, "--tables");
+        Chosen(test::AtlasTables(k == 0 ? form : AtlasForm::kThin), AtlasNames(options.tables),
+               "--tables", std::string(" ") + kRandomTable);
     for (const AtlasMethod& method : methods) {
       if (k > 0 && !options.is_full && method.name != "REALTIME") continue;
       if (!atlas.Try(bench.backends()[k], method, tables)) return;
