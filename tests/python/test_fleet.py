@@ -1,0 +1,140 @@
+"""Several servers behind HAProxy with docker/fleet/haproxy.cfg."""
+
+import contextlib
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import time
+
+import numpy as np
+import pytest
+
+import drape
+from conftest import ROOT, sheet
+from drape.private_server import PrivateServer
+
+SERVERS = ("a", "b")
+PATIENCE_S = 30
+
+
+def free_port():
+    with socket.socket() as listener:
+        listener.bind(("127.0.0.1", 0))
+        return listener.getsockname()[1]
+
+
+class Fleet:
+    """HAProxy before a server of each name."""
+
+    def __init__(self, folder):
+        self.socket = folder / "socket"
+        self.monitoring = {name: free_port() for name in SERVERS}
+        self.servers = {name: self.start(name) for name in SERVERS}
+        port = free_port()
+        self.address = f"127.0.0.1:{port}"
+        text = (ROOT / "docker/fleet/haproxy.cfg").read_text()
+        changes = {"/tmp/drape-fleet.sock": str(self.socket), "bind 127.0.0.1:7743": f"bind {self.address}"}
+        for name, server in self.servers.items():
+            changes[f"draped-{name}:7743 port 7744"] = f"{server.address} port {self.monitoring[name]}"
+        for old, new in changes.items():
+            assert old in text
+            text = text.replace(old, new)
+        (folder / "haproxy.cfg").write_text(text)
+        program = shutil.which("haproxy") or "/usr/sbin/haproxy"
+        self.log = (folder / "log").open("wb")
+        self.proxy = subprocess.Popen([program, "-db", "-f", folder / "haproxy.cfg"], stdout=self.log, stderr=self.log)
+        for name in SERVERS:
+            self.wait_for(name, "UP")
+
+    def start(self, name):
+        return PrivateServer("cpu", flags=[f"--server-id={name}", f"--metrics-listen=127.0.0.1:{self.monitoring[name]}"])
+
+    def tell(self, command):
+        """The answer of HAProxy's runtime API."""
+        with socket.socket(socket.AF_UNIX) as connection:
+            connection.connect(str(self.socket))
+            connection.sendall(command.encode() + b"\n")
+            return b"".join(iter(lambda: connection.recv(4096), b"")).decode()
+
+    def state(self, name):
+        lines = [line.split(",") for line in self.tell("show stat").splitlines()]
+        return next((line[17] for line in lines if line[:2] == ["sessions", name]), "")
+
+    def wait_for(self, name, state):
+        end = time.monotonic() + PATIENCE_S
+        while True:
+            with contextlib.suppress(OSError):  # the proxy starts
+                if self.state(name).startswith(state):
+                    return
+            assert time.monotonic() < end, f"server {name} is not {state}"
+            time.sleep(0.02)
+
+    def stop(self):
+        self.proxy.terminate()
+        self.proxy.wait(PATIENCE_S)
+        self.log.close()
+        for server in self.servers.values():
+            server.stop()
+
+
+pytestmark = pytest.mark.full
+
+
+@pytest.fixture(scope="module")
+def fleet(tmp_path_factory):
+    fleet = Fleet(tmp_path_factory.mktemp("fleet"))
+    yield fleet
+    fleet.stop()
+
+
+def where(session):
+    return session.name.removeprefix("sessions/").split("-")[0]
+
+
+def sessions_on_all(fleet):
+    """One on each server by its name, each by a client of its own, as other processes would. HAProxy chooses at random."""
+    found = {}
+    for _ in range(64):
+        session = drape.connect(fleet.address).session()
+        found[where(session)] = session
+        if len(found) == len(SERVERS):
+            return found
+    raise AssertionError(f"all sessions are on {list(found)}")
+
+
+def test_sessions_spread_and_stay_where_they_are(fleet):
+    batches = [session.create(sheet()) for session in sessions_on_all(fleet).values()]
+    for _ in range(5):
+        for batch in batches:
+            batch.step()
+    with drape.launch("cpu") as client:
+        alone = client.session().create(sheet())
+        alone.step(5)
+        for batch in batches:
+            assert batch.read().step_count.tolist() == [5]
+            assert np.array_equal(batch.positions, alone.positions)
+
+
+def test_a_draining_server_keeps_its_sessions_and_gets_no_new_ones(fleet):
+    batches = [session.create(sheet()) for session in sessions_on_all(fleet).values()]
+    fleet.tell("set server sessions/a state drain")
+    fleet.wait_for("a", "DRAIN")
+    assert {where(drape.connect(fleet.address).session()) for _ in range(12)} == {"b"}
+    for batch in batches:
+        batch.step()
+    fleet.tell("set server sessions/a state ready")
+    fleet.wait_for("a", "UP")
+    sessions_on_all(fleet)
+
+
+def test_the_sessions_of_a_dead_server_are_unavailable_and_others_go_on(fleet):
+    batches = {name: session.create(sheet()) for name, session in sessions_on_all(fleet).items()}
+    os.kill(fleet.servers["a"].pid, signal.SIGKILL)
+    fleet.wait_for("a", "DOWN")
+    # Not NotFound: the server may come back with its sessions.
+    with pytest.raises(drape.Unavailable):
+        batches["a"].step()
+    batches["b"].step()
+    assert {where(drape.connect(fleet.address).session()) for _ in range(4)} == {"b"}
