@@ -1,11 +1,15 @@
-"""Several servers behind HAProxy with docker/fleet/haproxy.cfg."""
+"""Several servers behind HAProxy with docker/fleet/haproxy.cfg; the sidecar for Agones."""
 
 import contextlib
+import http.server
+import importlib.util
+import json
 import os
 import shutil
 import signal
 import socket
 import subprocess
+import threading
 import time
 
 import numpy as np
@@ -79,9 +83,6 @@ class Fleet:
             server.stop()
 
 
-pytestmark = pytest.mark.full
-
-
 @pytest.fixture(scope="module")
 def fleet(tmp_path_factory):
     fleet = Fleet(tmp_path_factory.mktemp("fleet"))
@@ -104,6 +105,7 @@ def sessions_on_all(fleet):
     raise AssertionError(f"all sessions are on {list(found)}")
 
 
+@pytest.mark.full
 def test_sessions_spread_and_stay_where_they_are(fleet):
     batches = [session.create(sheet()) for session in sessions_on_all(fleet).values()]
     for _ in range(5):
@@ -115,8 +117,12 @@ def test_sessions_spread_and_stay_where_they_are(fleet):
         for batch in batches:
             assert batch.read().step_count.tolist() == [5]
             assert np.array_equal(batch.positions, alone.positions)
+    with pytest.raises(drape.NotFound) as caught:
+        drape.connect(fleet.address).session(name="sessions/z-" + 32 * "0")
+    assert caught.value.reason == "WRONG_SERVER"
 
 
+@pytest.mark.full
 def test_a_draining_server_keeps_its_sessions_and_gets_no_new_ones(fleet):
     batches = [session.create(sheet()) for session in sessions_on_all(fleet).values()]
     fleet.tell("set server sessions/a state drain")
@@ -129,6 +135,7 @@ def test_a_draining_server_keeps_its_sessions_and_gets_no_new_ones(fleet):
     sessions_on_all(fleet)
 
 
+@pytest.mark.full
 def test_the_sessions_of_a_dead_server_are_unavailable_and_others_go_on(fleet):
     batches = {name: session.create(sheet()) for name, session in sessions_on_all(fleet).items()}
     os.kill(fleet.servers["a"].pid, signal.SIGKILL)
@@ -138,3 +145,46 @@ def test_the_sessions_of_a_dead_server_are_unavailable_and_others_go_on(fleet):
         batches["a"].step()
     batches["b"].step()
     assert {where(drape.connect(fleet.address).session()) for _ in range(4)} == {"b"}
+
+
+class Agones(http.server.BaseHTTPRequestHandler):
+    """An imitation of the SDK's port: notes what it is told."""
+
+    def note(self):
+        body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+        self.server.told.append((self.command, self.path, body))
+        self.send_response(200)
+        self.end_headers()
+        self.wfile.write(b"{}")
+
+    do_POST = do_PATCH = note
+
+    def log_message(self, *_):
+        pass
+
+
+def test_the_sidecar_tells_agones_about_its_server():
+    spec = importlib.util.spec_from_file_location("agones_sidecar", ROOT / "docker/fleet/agones_sidecar.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    agones = http.server.HTTPServer(("127.0.0.1", 0), Agones)
+    agones.told = []
+    threading.Thread(target=agones.serve_forever, daemon=True).start()
+    port = free_port()
+    sidecar = module.Sidecar(f"http://127.0.0.1:{port}", f"http://127.0.0.1:{agones.server_port}")
+    sidecar.look()
+    assert agones.told == [], "there is no server yet"
+    server = PrivateServer("cpu", flags=[f"--metrics-listen=127.0.0.1:{port}"])
+    alive, ready = ("POST", "/health", {}), ("POST", "/ready", {})
+    counted = lambda count: ("PATCH", "/v1beta1/counters/sessions", {"count": str(count)})
+    with drape.connect(server.address) as client:
+        sidecar.look()
+        session = client.session()
+        sidecar.look()
+        sidecar.look()
+        session.close()
+        sidecar.look()
+    server.stop()
+    sidecar.look()
+    agones.shutdown()
+    assert agones.told == [alive, ready, counted(0), alive, counted(1), alive, alive, counted(0)]

@@ -1,0 +1,118 @@
+"""Shards on a Ray cluster of two nodes in this machine, whose servers, actors and nodes are killed. Full tier: needs Ray."""
+
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.full
+ENVS, ACTIONS = 6, 5
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    import ray
+    from ray.cluster_utils import Cluster
+
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+    cluster.add_node(num_cpus=1)
+    ray.init(address=cluster.address, log_to_driver=False)
+    yield cluster
+    ray.shutdown()
+    cluster.shutdown()
+
+
+def make(**arguments):
+    """Two shards on two nodes, once those of the test before have given back their processors."""
+    import ray
+    from drape.gym import DropFlat
+    from drape.gym.shards import ShardedVectorEnv
+
+    end = time.monotonic() + 60
+    while ray.available_resources().get("CPU", 0) < 2:
+        assert time.monotonic() < end, ray.available_resources()
+        time.sleep(0.05)
+    return ShardedVectorEnv(DropFlat, ENVS, shards=2, num_cpus=0.5, backend="cpu", **arguments)
+
+
+def actions(seed=3):
+    random = np.random.default_rng(seed)
+    return random.uniform(-1, 1, (ACTIONS, ENVS, 8)).astype(np.float32)
+
+
+def equal(a, b):
+    if isinstance(a, dict):
+        return a.keys() == b.keys() and all(equal(a[key], b[key]) for key in a)
+    if isinstance(a, (tuple, list)):
+        return len(a) == len(b) and all(map(equal, a, b))
+    return np.array_equal(a, b)
+
+
+def play(env, disturb=lambda number: None):
+    """All that a trainer sees of an episode and of a reset of some environments."""
+    mask = np.zeros(ENVS, bool)
+    mask[[0, 1]] = True  # of the first shard alone
+    seen = [env.reset(seed=11)]
+    for number, action in enumerate(actions()):
+        disturb(number)
+        seen.append(env.step(action))
+    seen.append(env.reset(options={"reset_mask": mask}))
+    seen.append(env.step(actions()[0]))
+    return seen
+
+
+@pytest.fixture(scope="module")
+def undisturbed():
+    from drape.gym import DropFlat
+
+    env = DropFlat(ENVS, backend="cpu", max_episode_steps=4)
+    seen = play(env)
+    env.close()
+    return seen
+
+
+def test_shards_are_one_environment(cluster, undisturbed):
+    env = make(max_episode_steps=4)
+    assert len({place["node"] for place in env.places()}) == 2
+    assert equal(play(env), undisturbed)
+    assert env.recoveries == 0
+    env.close()
+
+
+@pytest.mark.parametrize("victim", ["server", "actor", "node"])
+def test_what_is_killed_goes_on_with_the_same_bits(cluster, undisturbed, victim):
+    env = make(max_episode_steps=4)
+
+    def disturb(number):
+        if number != 3:
+            return
+        if victim == "server":
+            os.kill(env.places()[1]["server_pid"], signal.SIGKILL)
+        elif victim == "actor":
+            os.kill(env.places()[1]["pid"], signal.SIGKILL)
+        else:
+            cluster.remove_node(cluster.list_all_nodes()[1], allow_graceful=False)
+
+    assert equal(play(env, disturb), undisturbed)
+    assert env.recoveries >= 1 and env.replayed >= 4
+    env.close()
+    if victim == "node":
+        cluster.add_node(num_cpus=1)
+
+
+def test_errors_of_the_caller_are_raised(cluster):
+    env = make()
+    env.reset(seed=1)
+    with pytest.raises(ValueError, match="actions"):
+        env.step(np.zeros((ENVS, 3)))
+    with pytest.raises(ValueError, match="finite"):
+        env.step(np.full((ENVS, 8), np.nan))
+    assert env.recoveries == 0
+    env.close()
+    from drape.gym import DropFlat
+    from drape.gym.shards import ShardedVectorEnv
+
+    with pytest.raises(ValueError, match="shards"):
+        ShardedVectorEnv(DropFlat, 2, shards=3)
