@@ -7,6 +7,7 @@ namespace drape::api {
 namespace {
 
 size_t ElementBytes(v1::PackedArray::DataType type) {
+  if (type == v1::PackedArray::FLOAT16 || type == v1::PackedArray::INT16) return 2;
   return type == v1::PackedArray::FLOAT64 ? 8 : 4;
 }
 

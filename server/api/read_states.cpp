@@ -24,26 +24,27 @@ Status ReadStatesReactor::Begin(const ServiceContext& context, const Caller& cal
                                 const v1::ReadStatesRequest& request) {
   const FieldPath view_path("view");
   Violations violations;
-  const StateFields fields = CheckView(view_path, request.view(), violations);
+  const ViewSpec view = CheckView(view_path, request.view(), violations);
   const std::vector<ClothId> ids = CheckSelection(request, FieldPath(), violations);
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   DRAPE_ASSIGN_OR_RETURN(SessionLease session,
                          context.sessions.Find(request.session(), caller.tenant));
   DRAPE_ASSIGN_OR_RETURN(const ClothList cloths, session->FindCloths(ids));
-  DRAPE_RETURN_IF_ERROR(CheckClothsHaveParticles(view_path, fields, cloths));
+  DRAPE_RETURN_IF_ERROR(CheckViewFits(view_path, view, cloths));
   session_ = std::move(session);
-  std::vector<ChunkCloth> chunk_cloths = ChunkClothsOf(cloths, fields);
-  const uint64_t bytes = StateBytes(chunk_cloths, context.scheduler.description().scalar, fields);
+  std::vector<ChunkCloth> chunk_cloths = ChunkClothsOf(cloths, view);
+  const uint64_t bytes = request.ByteSizeLong() +
+                         BytesRead(chunk_cloths, context.scheduler.description().scalar, view);
   DRAPE_ASSIGN_OR_RETURN(held_, context.unread->Take(session_->owner(), bytes));
 
   std::vector<std::shared_ptr<ClothRuntime>> runtimes;
   for (const auto& cloth : cloths) runtimes.push_back(cloth->runtime);
   return context.scheduler.ReadStates(
-      std::move(runtimes), fields,
-      [this, chunk_cloths = std::move(chunk_cloths),
+      std::move(runtimes), view.FieldsRead(),
+      [this, view, chunk_cloths = std::move(chunk_cloths),
        max_bytes = context.limits.max_chunk_bytes](Result<ClothStates> states) {
         if (!states.ok()) return End(states.status());
-        chunker_.emplace(chunk_cloths, std::move(*states), max_bytes);
+        chunker_.emplace(chunk_cloths, std::move(*states), max_bytes, view);
         WriteNext();
       },
       session_->name(), session_->tenant());

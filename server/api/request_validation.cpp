@@ -341,7 +341,7 @@ Result<CheckedSubscription> CheckSubscribe(const v1::StreamStatesRequest::Subscr
                        {kMinFrames_hz, kMaxFrames_hz, "Hz"});
   }
   CheckedSubscription result;
-  result.fields = CheckView(path.Child("view"), request.view(), violations);
+  result.view = CheckView(path.Child("view"), request.view(), violations);
   result.cloths = CheckSelection(request, path, violations);
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   result.every_n_steps = std::max(request.every_n_steps(), 1u);

@@ -11,6 +11,7 @@
 #include "drape/v1/step.pb.h"
 #include "server/api/cloth_selection.h"
 #include "server/api/limits.h"
+#include "server/api/view_validation.h"
 #include "server/core/ids.h"
 #include "server/core/status.h"
 #include "server/scheduler/step_work.h"
@@ -48,7 +49,7 @@ struct CheckedStep {
   std::optional<uint64_t> expected_step;
   ControlRows controls;
   CheckedReset resets;  // no ids: none
-  StateFields view;
+  ViewSpec view;
   bool report = false;
   bool grip_states = false;
 };
@@ -57,7 +58,7 @@ Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps
 // A checked Subscribe.
 struct CheckedSubscription {
   std::vector<ClothId> cloths;
-  StateFields fields;
+  ViewSpec view;
   uint32_t every_n_steps = 1;
   double max_hz = 0;
   uint32_t initial_credit = 0;

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "drape/v1/state.pb.h"
+#include "server/api/state_encoding.h"
+#include "server/api/view_validation.h"
 #include "server/core/ids.h"
 #include "server/scene/placement.h"
 #include "server/scheduler/step_work.h"
@@ -17,18 +19,21 @@ namespace drape::api {
 struct ChunkCloth {
   ClothId id;
   Placement placement;
-  uint32_t row_count = 0;  // of its columns, over all chunks
+  uint32_t row_count = 0;  // of the columns that are sent, over all chunks
+  uint32_t rows_read = 0;  // of the columns that are read
 };
 // In the same order.
-std::vector<ChunkCloth> ChunkClothsOf(const ClothList& cloths, const StateFields& fields);
+std::vector<ChunkCloth> ChunkClothsOf(const ClothList& cloths, const ViewSpec& view);
 
 // Cuts states into chunks of at most `max_data_bytes` of columns each. A cloth of too many rows for
 // any chunk begins in a chunk of its own and continues in the next ones; the others are never
-// split. Not thread-safe.
+// split. Reductions are made by the constructor. Not thread-safe.
 class StateChunker {
  public:
-  // `cloths` and `states.cloths` are in the same order. A chunk has at least one row.
-  StateChunker(std::vector<ChunkCloth> cloths, ClothStates states, uint64_t max_data_bytes);
+  // `cloths` and `states.cloths` are in the same order; `states` are what view.FieldsRead() asks
+  // for. A chunk has at least one row.
+  StateChunker(std::vector<ChunkCloth> cloths, ClothStates states, uint64_t max_data_bytes,
+               const ViewSpec& view = {.fields = {.positions = true, .velocities = true}});
 
   // False after the last chunk. States of no cloth are one chunk without cloths.
   bool has_next() const { return !is_done_; }
@@ -36,22 +41,31 @@ class StateChunker {
   void Next(v1::StateChunk* chunk);
 
  private:
-  void AppendRows(const ChunkCloth& cloth, uint64_t first_row, uint64_t row_count,
-                  v1::StateChunk* chunk) const;
+  // Makes the reductions, and keeps of the columns what is sent.
+  void ReduceStates(const ViewSpec& view);
+  void Reserve(v1::StateChunk* chunk) const;
+  void AddCloth(const ChunkCloth& cloth, uint64_t row_count, v1::StateChunk* chunk);
+  void AddReductions(const Reductions& reductions, v1::StateChunk* chunk) const;
+  void AppendPositions(const ChunkCloth& cloth, uint64_t row_count, v1::StateChunk* chunk) const;
+  void AppendVelocities(uint64_t row_count, v1::StateChunk* chunk) const;
 
   std::vector<ChunkCloth> cloths_;
   ClothStates states_;
-  uint64_t max_rows_ = 1;  // per chunk
+  v1::StateView::Encoding encoding_;
+  ReductionSpec reduction_spec_;
+  std::vector<Reductions> reductions_;  // of each cloth, or empty
+  uint64_t max_rows_ = 1;               // per chunk
+  uint64_t max_cloths_ = 1;             // per chunk
   size_t next_cloth_ = 0;
   uint32_t next_row_of_cloth_ = 0;
   uint64_t next_row_ = 0;  // of the columns
+  FixedGrid grid_;         // of the next cloth, with FIXED16
   bool is_done_ = false;
 };
 
-// Bytes of one row of the columns.
-uint64_t BytesPerRow(ScalarType scalar, const StateFields& fields);
-// Bytes of all columns of the cloths.
-uint64_t StateBytes(std::span<const ChunkCloth> cloths, ScalarType scalar,
-                    const StateFields& fields);
+// Bytes of the columns that are read, which the answer holds until it is made.
+uint64_t BytesRead(std::span<const ChunkCloth> cloths, ScalarType scalar, const ViewSpec& view);
+// Bytes of the columns and the reductions that are sent.
+uint64_t BytesSent(std::span<const ChunkCloth> cloths, ScalarType scalar, const ViewSpec& view);
 
 }  // namespace drape::api

@@ -64,9 +64,9 @@ void StateStreamReactor::OnFrame(ObservedFrame observed) {
   if (ending_) return;
   std::vector<ChunkCloth> cloths;
   for (const uint32_t index : observed.cloth_indices) cloths.push_back(cloths_[index]);
-  frames_.push_back(
-      {StateChunker(std::move(cloths), std::move(observed.states), context_.limits.max_chunk_bytes),
-       observed.frame, observed.frames_dropped, std::move(observed.in_flight)});
+  frames_.push_back({StateChunker(std::move(cloths), std::move(observed.states),
+                                  context_.limits.max_chunk_bytes, view_),
+                     observed.frame, observed.frames_dropped, std::move(observed.in_flight)});
   WriteNext();
 }
 
@@ -93,18 +93,19 @@ Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& r
   if (cloths.empty()) {
     return Status(StatusCode::kFailedPrecondition, "NO_CLOTHS", "the session has no cloths");
   }
-  DRAPE_RETURN_IF_ERROR(
-      CheckClothsHaveParticles(FieldPath("subscribe").Child("view"), checked.fields, cloths));
+  DRAPE_RETURN_IF_ERROR(CheckViewFits(FieldPath("subscribe").Child("view"), checked.view, cloths));
   ObserverSpec spec;
   spec.session = session->name();
   spec.tenant = session->tenant();
   for (const auto& cloth : cloths) spec.cloths.push_back(cloth->runtime);
-  cloths_ = ChunkClothsOf(cloths, checked.fields);
+  cloths_ = ChunkClothsOf(cloths, checked.view);
   const uint64_t frame_bytes =
-      StateBytes(cloths_, context_.scheduler.description().scalar, checked.fields);
-  DRAPE_ASSIGN_OR_RETURN(held_,
-                         context_.unread->Take(session->owner(), kFramesUnderWay * frame_bytes));
-  spec.fields = checked.fields;
+      BytesRead(cloths_, context_.scheduler.description().scalar, checked.view);
+  DRAPE_ASSIGN_OR_RETURN(
+      held_, context_.unread->Take(session->owner(),
+                                   request.ByteSizeLong() + kFramesUnderWay * frame_bytes));
+  view_ = checked.view;
+  spec.fields = view_.FieldsRead();
   spec.every_n_steps = checked.every_n_steps;
   spec.max_hz = checked.max_hz;
   spec.initial_credit = checked.initial_credit;

@@ -55,7 +55,8 @@ class StateStreamReactor final
   v1::StateChunk chunk_;             // being written
   SessionLease session_;
   std::vector<ChunkCloth> cloths_;  // of the subscription
-  std::shared_ptr<void> held_;      // for its frames
+  ViewSpec view_;
+  std::shared_ptr<void> held_;  // for its frames
   std::shared_ptr<Observer> observer_;
   std::deque<Frame> frames_;      // to be written, oldest first
   std::optional<Status> ending_;  // set once: no more frames are taken

@@ -24,6 +24,7 @@ struct StepCall {
   std::string request_id;  // set while the session remembers the request
   ClothList cloths;
   std::vector<ChunkCloth> chunk_cloths;  // of the states in the answer; none: without states
+  ViewSpec view;
 
   // Exactly once.
   void End(Result<v1::StepResponse> answer) {
@@ -33,13 +34,12 @@ struct StepCall {
   }
 };
 
-void AddStates(std::vector<ChunkCloth> chunk_cloths, StepOutcome& outcome,
-               v1::StepResponse& answer) {
+void AddStates(StepCall& call, StepOutcome& outcome, v1::StepResponse& answer) {
   if (!outcome.states) return;
   ClothStates states;
   for (const ClothOutcome& cloth : outcome.cloths) states.cloths.push_back(cloth.stamp);
   states.columns = std::move(*outcome.states);
-  StateChunker(std::move(chunk_cloths), std::move(states), UINT64_MAX)
+  StateChunker(std::move(call.chunk_cloths), std::move(states), UINT64_MAX, call.view)
       .Next(answer.mutable_states());
 }
 
@@ -47,17 +47,17 @@ void AddStates(std::vector<ChunkCloth> chunk_cloths, StepOutcome& outcome,
 Result<v1::StepResponse> ToAnswer(StepCall& call, StepOutcome outcome, const Clock& clock) {
   if (!outcome.status.ok()) return outcome.status;
   v1::StepResponse answer = ToProto(call.cloths, outcome);
-  AddStates(std::move(call.chunk_cloths), outcome, answer);
+  AddStates(call, outcome, answer);
   answer.mutable_timing()->set_encode_us(
       static_cast<uint64_t>(clock.NowUs() - outcome.device_done_us));
   return answer;
 }
 
-Status CheckStateBytes(const std::vector<ChunkCloth>& cloths, const StateFields& view,
+Status CheckStateBytes(const std::vector<ChunkCloth>& cloths, const ViewSpec& view,
                        ScalarType scalar, uint64_t max_bytes) {
   uint64_t rows = 0;
   for (const ChunkCloth& cloth : cloths) rows += cloth.row_count;
-  const uint64_t bytes = rows * BytesPerRow(scalar, view);
+  const uint64_t bytes = BytesSent(cloths, scalar, view);
   if (bytes <= max_bytes) return Status::Ok();
   return Status::InvalidField("view", "asks for " + std::to_string(bytes) + " bytes of states of " +
                                           std::to_string(rows) + " particles, at most " +
@@ -66,10 +66,10 @@ Status CheckStateBytes(const std::vector<ChunkCloth>& cloths, const StateFields&
 }
 
 // The cloths whose states the answer will hold; none if `view` asks for no states.
-Result<std::vector<ChunkCloth>> CheckStates(const ServiceContext& context, const StateFields& view,
+Result<std::vector<ChunkCloth>> CheckStates(const ServiceContext& context, const ViewSpec& view,
                                             const ClothList& cloths) {
   if (!view.any()) return std::vector<ChunkCloth>();
-  DRAPE_RETURN_IF_ERROR(CheckClothsHaveParticles(FieldPath("view"), view, cloths));
+  DRAPE_RETURN_IF_ERROR(CheckViewFits(FieldPath("view"), view, cloths));
   std::vector<ChunkCloth> chunk_cloths = ChunkClothsOf(cloths, view);
   DRAPE_RETURN_IF_ERROR(CheckStateBytes(chunk_cloths, view, context.scheduler.description().scalar,
                                         context.limits.max_step_state_bytes));
@@ -111,7 +111,7 @@ uint64_t AnswerBytes(const CheckedStep& checked, const StepCall& call, ScalarTyp
   constexpr uint64_t kPerCloth = 64;
   constexpr uint64_t kPerReport = 256;
   return call.cloths.size() * (kPerCloth + (checked.report ? kPerReport : 0)) +
-         StateBytes(call.chunk_cloths, scalar, checked.view);
+         BytesRead(call.chunk_cloths, scalar, checked.view);
 }
 
 Result<StepWork> ToWork(const CheckedStep& checked, const Session& session,
@@ -127,7 +127,7 @@ Result<StepWork> ToWork(const CheckedStep& checked, const Session& session,
   work.expected_step = checked.expected_step;
   work.report = checked.report;
   work.grip_states = checked.grip_states;
-  work.view = checked.view;
+  work.view = checked.view.FieldsRead();
   return work;
 }
 
@@ -161,6 +161,7 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
       context.unread->Take(
           owner, request.ByteSizeLong() +
                      AnswerBytes(checked, *call, context.scheduler.description().scalar)));
+  call->view = checked.view;
   hold(std::move(held));
   // A request with an id is completed even if its client has gone: the repetition asks for the
   // answer.
@@ -175,7 +176,7 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
 
 void StartStep(const ServiceContext& context, const Caller& caller, const v1::StepRequest& request,
                const CancelToken& cancel, const Hold& hold, StepDone done) {
-  const auto call = std::make_shared<StepCall>(StepCall{std::move(done), {}, {}, {}, {}});
+  const auto call = std::make_shared<StepCall>(StepCall{std::move(done), {}, {}, {}, {}, {}});
   const Status status = Start(context, caller, request, cancel, hold, call);
   if (!status.ok()) call->End(status);
 }

@@ -1,10 +1,10 @@
 #include "server/api/written_states.h"
 
-#include <cstring>
 #include <string>
 
 #include "server/api/cloth_selection.h"
 #include "server/api/field_checks.h"
+#include "server/api/packed_vectors.h"
 #include "server/solver/solver_constants.h"
 
 namespace drape::api {
@@ -14,18 +14,6 @@ using Eigen::Vector3d;
 
 const FieldPath kWrittenPositions("positions_m");
 const FieldPath kWrittenVelocities("velocities_m_per_s");
-
-template <class T>
-Vector3d VectorOfType(const v1::PackedArray& array, size_t row) {
-  T xyz[3];
-  std::memcpy(xyz, array.data().data() + row * sizeof(xyz), sizeof(xyz));
-  return {double{xyz[0]}, double{xyz[1]}, double{xyz[2]}};
-}
-
-Vector3d PackedVector(const v1::PackedArray& array, size_t row) {
-  return array.data_type() == v1::PackedArray::FLOAT64 ? VectorOfType<double>(array, row)
-                                                       : VectorOfType<float>(array, row);
-}
 
 std::optional<size_t> CheckVectorRows(const FieldPath& path, const v1::PackedArray& array,
                                       Violations& violations) {

@@ -358,11 +358,11 @@ TEST(StepRules, AnEmptyViewAsksForPositionsAndNoViewForNothing) {
   request.clear_view();
   EXPECT_FALSE(CheckStep(request, kMaxSteps)->view.any());
   request.mutable_view();
-  EXPECT_EQ(CheckStep(request, kMaxSteps)->view, (StateFields{true, false}));
+  EXPECT_EQ(CheckStep(request, kMaxSteps)->view.fields, (StateFields{true, false}));
   request.mutable_view()->set_velocities(true);
-  EXPECT_EQ(CheckStep(request, kMaxSteps)->view, (StateFields{false, true}));
+  EXPECT_EQ(CheckStep(request, kMaxSteps)->view.fields, (StateFields{false, true}));
   Set(request.mutable_view()->mutable_particles(), {3, 9});
-  EXPECT_EQ(CheckStep(request, kMaxSteps)->view, (StateFields{false, true, {3, 9}}));
+  EXPECT_EQ(CheckStep(request, kMaxSteps)->view.fields, (StateFields{false, true, {3, 9}}));
 }
 
 v1::UpdateClothsRequest Update(std::initializer_list<const char*> paths) {

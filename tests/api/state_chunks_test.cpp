@@ -1,5 +1,6 @@
 #include "server/api/state_chunks.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <array>
@@ -12,7 +13,7 @@ namespace {
 ChunkCloth ClothAt(uint32_t slot, uint32_t row_count,
                    const Eigen::Vector3d& environment_m = Eigen::Vector3d::Zero(),
                    const Eigen::Vector3d& origin_m = Eigen::Vector3d::Zero()) {
-  return {ClothId{slot, 1}, {environment_m, origin_m}, row_count};
+  return {ClothId{slot, 1}, {environment_m, origin_m}, row_count, row_count};
 }
 
 template <class T>
@@ -118,10 +119,73 @@ TEST(StateChunks, NoClothsIsOneEmptyChunk) {
   EXPECT_FALSE(chunk.has_positions_m());
 }
 
-TEST(StateChunks, BytesPerRow) {
-  EXPECT_EQ(BytesPerRow(ScalarType::kFloat32, {true, false}), 12u);
-  EXPECT_EQ(BytesPerRow(ScalarType::kFloat64, {true, true}), 48u);
-  EXPECT_EQ(BytesPerRow(ScalarType::kFloat32, {false, false}), 0u);
+TEST(StateChunks, BytesReadAndSent) {
+  const std::vector<ChunkCloth> cloths = {ClothAt(0, 3), ClothAt(1, 5)};
+  ViewSpec view{.fields = {.positions = true}};
+  EXPECT_EQ(BytesRead(cloths, ScalarType::kFloat32, view), 8 * 12u);
+  EXPECT_EQ(BytesSent(cloths, ScalarType::kFloat32, view), 8 * 12u);
+  view.fields.velocities = true;
+  EXPECT_EQ(BytesRead(cloths, ScalarType::kFloat64, view), 8 * 48u);
+  view.encoding = v1::StateView::FIXED16;
+  EXPECT_EQ(BytesRead(cloths, ScalarType::kFloat64, view), 8 * 48u);
+  EXPECT_EQ(BytesSent(cloths, ScalarType::kFloat64, view), 8 * 12u);
+  view = {.fields = {}, .reductions = {.centroid = true}};
+  EXPECT_EQ(BytesRead(cloths, ScalarType::kFloat32, view), 8 * 12u);
+}
+
+// Chunks of some rows of an encoded view with reductions hold what one whole chunk does.
+TEST(StateChunks, EncodedPartsAreTheWhole) {
+  ViewSpec view{.fields = {.positions = true, .velocities = true, .particles = {0, 2, 3, 5, 6}},
+                .encoding = v1::StateView::FIXED16,
+                .reductions = {.centroid = true}};
+  const auto chunker_of = [&](uint64_t max_bytes) {
+    std::vector<ChunkCloth> cloths = {ClothAt(0, 7), ClothAt(1, 9, {5, 0, 0}, {0, 0, 3})};
+    for (ChunkCloth& cloth : cloths) cloth.row_count = 5;
+    return StateChunker(cloths, CountingStates<float>({7, 9}, true), max_bytes, view);
+  };
+  v1::StateChunk whole;
+  chunker_of(UINT64_MAX).Next(&whole);
+  EXPECT_EQ(whole.positions_m().data_type(), v1::PackedArray::INT16);
+  EXPECT_EQ(whole.velocities_m_per_s().data_type(), v1::PackedArray::FLOAT16);
+  EXPECT_EQ(whole.positions_m().shape(0), 10u);
+  ASSERT_EQ(whole.position_steps_m_size(), 2);
+  EXPECT_DOUBLE_EQ(whole.position_steps_m(0), 18 / 65534.0) << "particles 0 to 6 are 18 m apart";
+  // Of all particles, not of the rows that are sent.
+  EXPECT_THAT(whole.centroids_m(), testing::ElementsAre(9, 10, 11, 33 + 5, 34, 35 + 3));
+  const auto numbers = ValuesOf<int16_t>(whole.positions_m());
+  EXPECT_EQ(numbers.front(), -32767);
+  std::string positions, velocities;
+  StateChunker parts = chunker_of(3 * 12);
+  int chunks = 0;
+  for (v1::StateChunk chunk; parts.has_next(); ++chunks) {
+    parts.Next(&chunk);
+    positions += chunk.positions_m().data();
+    velocities += chunk.velocities_m_per_s().data();
+    for (int k = 0; k < chunk.cloth_ids_size(); ++k) {
+      const int cloth = chunk.cloth_ids(k) == whole.cloth_ids(0) ? 0 : 1;
+      EXPECT_EQ(chunk.position_steps_m(k), whole.position_steps_m(cloth));
+      EXPECT_EQ(chunk.origins_m(3 * k), whole.origins_m(3 * cloth));
+      EXPECT_EQ(chunk.centroids_m(3 * k), whole.centroids_m(3 * cloth));
+    }
+  }
+  EXPECT_GT(chunks, 3);
+  EXPECT_EQ(positions, whole.positions_m().data());
+  EXPECT_EQ(velocities, whole.velocities_m_per_s().data());
+}
+
+TEST(StateChunks, ReductionsAloneHaveNoRows) {
+  const ViewSpec view{.fields = {}, .reductions = {.box = true}};
+  std::vector<ChunkCloth> cloths = {ClothAt(0, 7), ClothAt(1, 2), ClothAt(2, 3)};
+  for (ChunkCloth& cloth : cloths) cloth.row_count = 0;
+  StateChunker chunker(cloths, CountingStates<double>({7, 2, 3}, false), 256, view);
+  v1::StateChunk chunk;
+  chunker.Next(&chunk);
+  EXPECT_EQ(chunk.cloth_ids_size(), 2) << "a chunk is no larger than asked for";
+  EXPECT_FALSE(chunk.has_positions_m());
+  EXPECT_THAT(chunk.boxes_m(), testing::ElementsAre(0, 1, 2, 18, 19, 20, 21, 22, 23, 24, 25, 26));
+  chunker.Next(&chunk);
+  EXPECT_THAT(chunk.boxes_m(), testing::ElementsAre(27, 28, 29, 33, 34, 35));
+  EXPECT_TRUE(chunk.is_last());
 }
 
 }  // namespace

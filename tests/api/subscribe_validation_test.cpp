@@ -33,7 +33,7 @@ TEST(SubscribeValidation, RefusesParticlesThatDoNotAscend) {
   v1::StreamStatesRequest::Subscribe request;
   request.set_all_cloths(true);
   Set(request.mutable_view()->mutable_particles(), {0, 4, 6});
-  EXPECT_EQ(CheckSubscribe(request)->fields, (StateFields{true, false, {0, 4, 6}}));
+  EXPECT_EQ(CheckSubscribe(request)->view.fields, (StateFields{true, false, {0, 4, 6}}));
   request.mutable_view()->set_particles(2, 4);
   ExpectViolation(CheckSubscribe(request).status(), "subscribe.view.particles[2]",
                   "4 is not above 4");

@@ -98,7 +98,7 @@ TEST_F(Naming, RealNumbersCarryTheirUnit) {
                                               "scales",
                                               "range"};  // of the quantity that the colours show
   const char* kUnits =
-      ".*_(m|kg|s|ms|hz|j|rad|m_per_s|m_per_s2|kg_per_m2|n_per_m|n_s_per_m|m_per_n|per_s)";
+      ".*_(m|m2|kg|s|ms|hz|j|rad|m_per_s|m_per_s2|kg_per_m2|n_per_m|n_s_per_m|m_per_n|per_s)";
   for (const Descriptor* message : descriptors_.Messages()) {
     for (int k = 0; k < message->field_count(); ++k) {
       const FieldDescriptor* field = message->field(k);
@@ -122,7 +122,7 @@ TEST_F(Naming, ListsArePlural) {
     for (int k = 0; k < message->field_count(); ++k) {
       const FieldDescriptor* field = message->field(k);
       if (!field->is_repeated() || Matches(field->name(), kVectors)) continue;
-      EXPECT_TRUE(Matches(field->name(), "[a-z_]*(s|radii)(_m|_n|_kg|_s|_m_per_s)?"))
+      EXPECT_TRUE(Matches(field->name(), "[a-z_]*(s|radii)(_m|_m2|_n|_kg|_s|_m_per_s)?"))
           << field->full_name();
     }
   }

@@ -1,9 +1,12 @@
 // Particle states as they arrived: typed views into the received bytes. Nothing is copied, except
-// that a cloth larger than one chunk is joined from its chunks.
+// that a cloth larger than one chunk is joined from its chunks, and that states of 16-bit numbers
+// (v1::StateView.encoding) become float32.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -51,6 +54,11 @@ struct ClothState {
   size_t particle_count = 0;  // rows
   VectorView positions_m;
   VectorView velocities_m_per_s;
+  // The reductions that the view asked for (v1::StateView.reductions).
+  std::optional<double> coverage_m2;
+  std::optional<std::array<double, 3>> centroid_m;
+  std::optional<std::array<double, 6>> box_m;  // lowest and highest corner
+  std::optional<double> target_distance_m;
 };
 
 // The states of several cloths and the bytes that hold them. Moving keeps the views valid.

@@ -76,7 +76,8 @@ class ClothsBase(Controls):
 
         steps: >= 1. until: step until this many are complete instead. expected: every cloth must have completed exactly
         this many, else FailedPrecondition (STEP_MISMATCH). view: what the answer brings: drape.POSITIONS (default),
-        VELOCITIES, POSITIONS_AND_VELOCITIES, None, or a StateView with `particles`. report: measure each cloth after
+        VELOCITIES, POSITIONS_AND_VELOCITIES, None, or a StateView with `particles`, an `encoding` or `reductions`, e.g.
+        StateView(reductions=[StateView.TARGET_DISTANCE], target_m=drape.pack(target)). report: measure each cloth after
         the last step. grips: tell what the grips hold (`Answer.grips`).
         request_id: a repetition of a completed step with the same id gets the same answer and no step.
         Raises InvalidArgument, FailedPrecondition, SessionLost, ResourceExhausted, DeadlineExceeded.
@@ -85,7 +86,8 @@ class ClothsBase(Controls):
         if rows is not None and not len(rows):
             return self._nothing()
         wanted = states.view_of(view)
-        streams = wanted is not None and self._answer_bytes(wanted, rows) > _STREAM_ABOVE_BYTES
+        streams = (wanted is not None and not wanted.encoding and not wanted.reductions
+                   and self._answer_bytes(wanted, rows) > _STREAM_ABOVE_BYTES)
         request = self._step_request(steps, None if streams else wanted, report, rows, until, expected)
         request.request_id = request_id
         request.grip_states = grips
@@ -322,8 +324,9 @@ class ClothsBase(Controls):
             answer.grips = states.Grips.of(response.grips, len(every))
         if response.HasField("states"):
             arrays, answer.time_s = states.blocks_of(response.states, self._ids_list(rows))
-            answer.positions, answer.velocities = arrays.get("positions"), arrays.get("velocities")
-            self._remember(answer, rows, is_whole=not request.view.particles)
+            for name, array in arrays.items():
+                setattr(answer, name, array)
+            self._remember(answer, rows, is_whole=not request.view.particles and not request.view.encoding)
         return answer
 
     def _forget_states(self):

@@ -18,8 +18,8 @@ def rollout(self, nstep: int, *, steps: int = 1, pins=None, pin_targets=None, co
     steps: of the simulation per row. pins: [k] pinned particles and pin_targets: [n or 1, nstep, k, 3], reached within
     each row; colliders: [k] indices and collider_positions: likewise. view as in `step`. out: arrays of an earlier
     call, to be filled again. progress: show a bar (needs tqdm).
-    Returns a dict: "positions" and "velocities" [n, nstep, particles, 3] as asked for, "step_count" and "time_s" [n,
-    nstep], "faulted" [n, nstep].
+    Returns a dict: what the view asks for, e.g. "positions" [n, nstep, particles, 3] or "coverage" [n, nstep] (see
+    `Answer`), "step_count", "time_s" and "faulted" [n, nstep].
     """
     moves = _moves_of(self, nstep, steps, pins, pin_targets, colliders, collider_positions)
     rows = _Rows(nstep, out)
@@ -95,7 +95,7 @@ class _Rows:
         """None, while the stream has none yet, is no row."""
         if answer is None:
             return
-        for name in ("positions", "velocities", "step_count", "time_s", "faulted"):
+        for name in states.PER_STEP:
             value = getattr(answer, name)
             if value is not None:
                 self._array(name, value)[:, self._done] = value

@@ -15,7 +15,12 @@ POSITIONS_AND_VELOCITIES = v1.StateView(positions=True, velocities=True)
 
 _DTYPES = {v1.PackedArray.FLOAT32: np.dtype("<f4"), v1.PackedArray.FLOAT64: np.dtype("<f8"),
            v1.PackedArray.UINT32: np.dtype("<u4")}
+_ENCODED = {v1.PackedArray.FLOAT16: np.dtype("<f2"), v1.PackedArray.INT16: np.dtype("<i2")}
 _COLUMNS = {"positions": "positions_m", "velocities": "velocities_m_per_s"}
+# field of an Answer, of a StateChunk, shape per cloth
+_REDUCTIONS = (("coverage", "coverages_m2", ()), ("centroid", "centroids_m", (3,)), ("box", "boxes_m", (2, 3)),
+               ("target_distance", "target_distances_m", ()))
+PER_STEP = ("positions", "velocities", "origins", *(name for name, _, _ in _REDUCTIONS), "step_count", "time_s", "faulted")
 
 
 @dataclasses.dataclass
@@ -52,6 +57,11 @@ class Answer(States):
     """What a step of m cloths brought. `positions` and `velocities` are read-only views of the received bytes; every
     answer has its own, so keeping one is safe.
 
+    With a view of an encoding: FLOAT16 brings float16 arrays, positions in the environments, and origins, float64[m, 3],
+    to be added; FIXED16 brings positions as float32 in the world, off by 1/131 068 of the longest side of a cloth's box,
+    and velocities as float16. Reductions that the view asks for, float64: coverage [m^2], target_distance [m]: [m];
+    centroid [m]: [m, 3]; box [m]: [m, 2, 3], lowest and highest corner.
+
     faulted: bool[m]. reports: m StepReports, and grips, if asked for. timing: where the server spent its time, None if
     nothing was sent.
     """
@@ -60,6 +70,11 @@ class Answer(States):
     reports: list = dataclasses.field(default_factory=list)
     timing: Any = None
     grips: Grips | None = None
+    origins: np.ndarray | None = None
+    coverage: np.ndarray | None = None
+    centroid: np.ndarray | None = None
+    box: np.ndarray | None = None
+    target_distance: np.ndarray | None = None
 
     def measure(self, name):
         """A number of every report as an array [m], e.g. `answer.measure("max_strain")`."""
@@ -75,7 +90,8 @@ def view_of(view):
 
 def unpack(packed):
     """A read-only array over the bytes of a PackedArray, without a copy of them in numpy."""
-    array = np.frombuffer(packed.data, dtype=_DTYPES[packed.data_type])
+    dtype = _DTYPES.get(packed.data_type) or _ENCODED[packed.data_type]
+    array = np.frombuffer(packed.data, dtype=dtype)
     return array.reshape(tuple(packed.shape))
 
 
@@ -89,12 +105,22 @@ def pack(array):
 
 
 def blocks_of(chunk, ids):
-    """Arrays [m, particles, 3] of a chunk that holds the cloths `ids` (a list) whole and of equal size."""
+    """Arrays of a chunk that holds the cloths `ids` (a list) whole and of equal size, by the fields of an Answer; and the
+    times."""
     found = {}
     for name, column in _COLUMNS.items():
         if chunk.HasField(column):
             rows = unpack(getattr(chunk, column))
             found[name] = rows.reshape(len(ids), -1, 3)
+    if chunk.origins_m:
+        found["origins"] = np.array(chunk.origins_m).reshape(-1, 3)
+    if chunk.position_steps_m:
+        steps = np.array(chunk.position_steps_m)[:, None, None]
+        found["positions"] = (found.pop("origins")[:, None] + steps * found["positions"]).astype(np.float32)
+    for name, column, shape in _REDUCTIONS:
+        values = getattr(chunk, column)
+        if values:
+            found[name] = np.array(values).reshape(len(ids), *shape)
     if list(chunk.cloth_ids) != ids:
         place = {cloth: k for k, cloth in enumerate(chunk.cloth_ids)}
         order = [place[cloth] for cloth in ids]
