@@ -115,6 +115,11 @@ inline constexpr double kMaxElasticRatio = 1e6;
 inline constexpr double kHingeResidual = 1.0 / 7;
 // Largest number of such stages [-]; stiffer hinges are softened. Each takes as long as a kick.
 inline constexpr unsigned kMaxHingeStages = 32;
+// Substeps share the forces of hinges where (their number h omega)^2 is no more than this [-].
+// Larger: fast hinges are less exact, from 1 on some gain energy; smaller: bending costs more.
+inline constexpr double kMaxSharedHingeRatio = 0.25;
+// Largest number of substeps that do [-]. Larger: hardly cheaper; smaller: bending costs more.
+inline constexpr unsigned kMaxHingePeriod = 4;
 // Cloths whose SceneModel::held_mass_ratio is larger keep to one step [-]: one sweep leaves much of
 // the errors there, and two steps extrapolate what is left and gain energy (from about 30 on a
 // sheet whose masses alternate, `./run bench stability`). Smaller: cloths that two steps suit lose

@@ -70,9 +70,25 @@ bool HasElasticLines(const SceneModel& model, const ClothParameters& parameters)
   return !model.elastic_lines().empty() && ElasticRatio(model, parameters) > 1;
 }
 
+// SolverChoice::hinge_period: of slow hinges of meshes by two steps, which gain no energy so
+// (tests/solver/substep_schedule_test.cpp).
+uint32_t PeriodOfHinges(const SceneModel& model, const ClothParameters& parameters,
+                        const SolverChoice& choice) {
+  if (!choice.has_two_steps || model.elastic_count() == 0 || model.grid_columns() > 0) return 1;
+  const double ratio = ElasticRatio(model, parameters);
+  uint32_t longest = 1;
+  for (uint32_t period = 2; period <= kMaxHingePeriod; ++period) {
+    // Where fewer substeps are left for the last force, some frequencies would grow.
+    const bool divides_step = parameters.settings.substeps % period == 0;
+    if (divides_step && period * period * ratio <= kMaxSharedHingeRatio) longest = period;
+  }
+  return longest;
+}
+
 // SolverChoice::hinge_stages. Kicks follow what is no faster than h^2 omega^2 = 1.
 uint32_t StagesOfHinges(const SceneModel& model, const ClothParameters& parameters,
                         const SolverChoice& choice) {
+  if (choice.hinge_period > 1) return 1;
   if (choice.has_elastic_lines || ElasticRatio(model, parameters) <= 1) return 0;
   const SubstepSchedule schedule(parameters.settings, choice.has_two_steps, false);
   return HingeStageCount(schedule.largest_force_interval_s2() * model.elastic_frequency_sq_bound());
@@ -129,6 +145,7 @@ SolverChoice ChooseSolver(const SceneModel& model, const ClothParameters& parame
     if (lengths == LengthSource::kModel) choice.velocity_iterations = settings.velocity_iterations;
   }
   choice.has_elastic_lines = HasElasticLines(model, parameters);
+  choice.hinge_period = PeriodOfHinges(model, parameters, choice);
   choice.hinge_stages = StagesOfHinges(model, parameters, choice);
   ChooseRefinement(model, settings, choice);
   return choice;
@@ -188,7 +205,8 @@ StepPlan PlanStep(const SceneModel& model, const ClothParameters& parameters, Le
   const SolverChoice solver = ChooseSolver(model, parameters, lengths);
   const StageSet stages = ChooseStages(model, parameters, lengths, solver);
   const double tolerance = ResolvableTolerance(settings.tolerance, model, scalar);
-  const SubstepSchedule schedule(settings, solver.has_two_steps, stages.Has(StepStage::kDampTwist));
+  const SubstepSchedule schedule(settings, solver.has_two_steps, stages.Has(StepStage::kDampTwist),
+                                 solver.hinge_period);
   const double max_frequency_sq_per_s2 =
       LargestElasticFrequencySq_per_s2(settings, solver, schedule);
   // Springs are judged as if the cloth had its model's lengths, to which it may return any time.

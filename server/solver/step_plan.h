@@ -26,6 +26,8 @@ struct SolverChoice {
   bool has_elastic_lines = false;
   // Hinges are solved in this many stages (`solve_hinges`), not by kicks; 0: by kicks.
   uint32_t hinge_stages = 0;
+  // Substeps that share the forces of slow hinges; more than 1: in one stage.
+  uint32_t hinge_period = 1;
   bool has_spring_forces = false;  // springs act within the substep (IN_FORCE), not by kicks
   // Single precision: links within rounding of their length do not pull what friction holds. Only
   // strips know it.

@@ -5,8 +5,11 @@
 namespace drape {
 
 SubstepSchedule::SubstepSchedule(const StepSettings& settings, bool has_two_steps,
-                                 bool has_twist_damping)
-    : has_two_steps_(has_two_steps), substeps_(settings.substeps), h_(settings.substep_s()) {
+                                 bool has_twist_damping, uint32_t hinge_period)
+    : has_two_steps_(has_two_steps),
+      substeps_(settings.substeps),
+      h_(settings.substep_s()),
+      hinge_period_(hinge_period) {
   if (!has_twist_damping) return;
   twist_period_ = std::min(kTwistPeriod, substeps_);
   // The twist of a single cell decreases by four shares.
@@ -19,6 +22,8 @@ Substep SubstepSchedule::operator[](uint32_t index) const {
   substep.is_last = index + 1 == size();
   const bool is_twist_due = twist_period_ > 0 && (size() - 1 - index) % twist_period_ == 0;
   if (is_twist_due) substep.twist_share = twist_share_;
+  substep.finds_hinges = index % hinge_period_ == 0;
+  substep.hinge_lead_s = (std::min(hinge_period_, size() - index) - 1) * h_ / 2;
   return substep;
 }
 

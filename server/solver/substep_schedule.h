@@ -32,6 +32,10 @@ struct Substep {
   // Share of a cell's twist that each of its corners loses [-]; 0 = no `damp_twist` in this
   // substep.
   double twist_share = 0;
+  // Where several substeps share the forces of hinges: whether they are found in this one, and how
+  // far beyond its end the particles are predicted for them, to the mean time of those that share.
+  bool finds_hinges = true;
+  double hinge_lead_s = 0;
 
   // How long a constant force acts on u [s]: an impulse Lambda is the force Lambda / force_s().
   double force_s() const { return is_two_step ? kick_within_s : interval_s; }
@@ -46,8 +50,10 @@ inline constexpr double kMaxTwistShare = 1.0 / 16;
 // The substeps of one step: settings.substeps of them. Small; each is computed on request.
 class SubstepSchedule {
  public:
-  // `has_two_steps` as in SolverChoice; `has_twist_damping`: the cloth has cells to damp.
-  SubstepSchedule(const StepSettings& settings, bool has_two_steps, bool has_twist_damping);
+  // `has_two_steps` and `hinge_period` as in SolverChoice; `has_twist_damping`: the cloth has cells
+  // to damp.
+  SubstepSchedule(const StepSettings& settings, bool has_two_steps, bool has_twist_damping,
+                  uint32_t hinge_period = 1);
 
   bool has_two_steps() const { return has_two_steps_; }
   uint32_t size() const { return substeps_; }
@@ -67,6 +73,7 @@ class SubstepSchedule {
   // Substeps from one `damp_twist` to the next, counted back from the last substep; 0: never.
   uint32_t twist_period_ = 0;
   double twist_share_ = 0;
+  uint32_t hinge_period_;  // >= 1
 };
 
 }  // namespace drape

@@ -32,6 +32,8 @@
 #define DRAPE_KICK_BEFORE 0u
 #define DRAPE_KICK_WITHIN 1u
 #define DRAPE_KICK_AFTER 2u
+// In `solve_hinges`.
+#define DRAPE_KICK_HINGES 3u
 
 // Particles, and constraints, that one work group measures; words of its result.
 #define DRAPE_MEASURE_PIECE 2048u

@@ -76,6 +76,7 @@ struct ClothRecord {
   uint elastic_count;
   uint elastic_family_count;  // 0 without solve_elastic
   uint hinge_stage_count;     // 0 without solve_hinges
+  uint hinge_period;          // substeps that share the forces of hinges
   uint triangle_count;        // 0 without air forces
   uint strip_phase_count;
   uint grid_columns;

@@ -14,8 +14,11 @@ float KickSeconds(uint place) {
 
 // The position of particle i in a kick; within a substep and in `solve_hinges`, its predicted position.
 vec3 KickPosition(uint i, uint place) {
-#if defined(HAS_TWO_STEPS) || defined(HAS_SOLVE_HINGES)
+#ifdef HAS_TWO_STEPS
   if (place == DRAPE_KICK_WITHIN) return AddScaled(Position(i), substep.interval, Velocity(i));
+#endif
+#ifdef HAS_SOLVE_HINGES
+  if (place == DRAPE_KICK_HINGES) return AddScaled(Position(i), substep.interval + hinge_lead, Velocity(i));
 #endif
   return Position(i);
 }

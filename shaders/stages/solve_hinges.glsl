@@ -5,10 +5,24 @@
 // How long forces act on u [s].
 float HingeForceTime() { return IsTwoStep() ? substep.kick_within : substep.interval; }
 
-void StoreHingeImpulse(uint e) { StoreElasticImpulse(e, DRAPE_KICK_WITHIN, HingeForceTime()); }
+// Shared forces are found per second.
+void StoreHingeImpulse(uint e) {
+  if (!finds_hinges) return;
+  StoreElasticImpulse(e, DRAPE_KICK_HINGES, cloth.hinge_period > 1u ? 1.0 : HingeForceTime());
+}
+
+void ApplySharedHinges(uint i) {
+  uint word = cloth.scratch.hinge_changes + 3u * i;
+  if (finds_hinges) SetScratchVector(word, ChangeByElements(i));
+  SetVelocity(i, AddScaled(Velocity(i), HingeForceTime(), ScratchVector(word)));
+}
 
 void ApplyHinges(uint i, uint stage) {
   if (InverseMass(i) == 0.0) return;
+  if (cloth.hinge_period > 1u) {
+    ApplySharedHinges(i);
+    return;
+  }
   uint numbers = cloth.parameters.hinge_stages + 2u * stage;
   uint word = cloth.scratch.hinge_changes + 3u * i;
   precise vec3 change = Parameter(numbers + 1u) * ChangeByElements(i);

@@ -16,6 +16,9 @@ uint pin_shares;  // pins move 1 / pin_shares of the rest of their way
 // Seconds since the start of the step; only with moving colliders.
 float substep_begin;
 float substep_end;
+// Substep::finds_hinges and hinge_lead_s; only with `solve_hinges`.
+bool finds_hinges;
+float hinge_lead;
 
 // Needs index < cloth.step.substeps.
 void BeginSubstep(uint index) {
@@ -27,6 +30,10 @@ void BeginSubstep(uint index) {
 #endif
   is_last_substep = index + 1u == cloth.step.substeps;
   pin_shares = substep.pin_end - index;
+#ifdef HAS_SOLVE_HINGES
+  finds_hinges = index % cloth.hinge_period == 0u;
+  hinge_lead = 0.5 * float(min(cloth.hinge_period, cloth.step.substeps - index) - 1u) * cloth.step.h;
+#endif
 #ifdef HAS_MOVING_COLLIDERS
   precise float begin = float(index) * cloth.step.h;
   precise float end = float(index + 1u) * cloth.step.h;

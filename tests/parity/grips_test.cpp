@@ -2,6 +2,7 @@
 // reference against pins.
 #include <gtest/gtest.h>
 
+#include "server/solver/solver_constants.h"
 #include "tests/parity/round_off.h"
 #include "tests/support/backends/backends.h"
 #include "tests/support/states.h"
@@ -84,6 +85,15 @@ TEST_P(GripParityTest, HingesOfMeshes) {
   Stir(scene, 0.3);
   UseSubsteps(scene, 8);
   EXPECT_GT(PlanOf(scene).solver.hinge_stages, 1u);
+  GripParticles(scene, {40, 80}, kWay_m);
+  ExpectParity(GetParam(), scene, 2);
+}
+
+TEST_P(GripParityTest, HingesThatShareForces) {
+  Scene scene = MeshedGrid(9, 9, 1, 1, {0}, {.bending_rigidity_n_m = 1e-6});
+  Stir(scene, 0.3);
+  UseSubsteps(scene, 8);
+  EXPECT_EQ(PlanOf(scene).solver.hinge_period, kMaxHingePeriod);
   GripParticles(scene, {40, 80}, kWay_m);
   ExpectParity(GetParam(), scene, 2);
 }

@@ -153,11 +153,13 @@ std::vector<Case> Cases() {
     Scene bending = With(Grid(10, 9, 0.5, 0.5, {0}, fabric), "bending" + suffix, Preset::kRealtime);
     Scene hinges = With(MeshedGrid(8, 7, 0.5, 0.5, {0}, {.bending_rigidity_n_m = 50}),
                         "hinges" + suffix, Preset::kRealtime);
+    Scene soft_hinges = With(MeshedGrid(8, 7, 0.5, 0.5, {0}, {.bending_rigidity_n_m = 1e-5}),
+                             "soft_hinges" + suffix, Preset::kRealtime);
     Scene springs = With(CompliantSheet(7, 1e-5), "springs" + suffix, Preset::kRealtime);
     Scene windy = Sheet("windy" + suffix, Preset::kRealtime);
     windy.parameters.wind_m_per_s = {1, 3, 2};
     windy.parameters.air_drag = 1;
-    for (Scene* scene : {&bending, &hinges, &springs, &windy}) {
+    for (Scene* scene : {&bending, &hinges, &soft_hinges, &springs, &windy}) {
       scene->parameters.settings.integration = integration;
       cases.push_back({*scene});
     }

@@ -42,6 +42,9 @@ std::vector<Scene> Subjects() {
   Scene fabric =
       Grid(12, 9, 0.5, 0.5, {0}, {.bending_rigidity_n_m = 1e-4, .shear_modulus_n_per_m = 20});
   Stir(fabric, 0.5);
+  Scene hinges =
+      MeshedGrid(33, 33, 1, 1, {0}, {.bending_rigidity_n_m = 1e-6});  // that share forces
+  Stir(hinges, 0.3);
   Scene large = SizedCloth(5000);
   large.parameters.air_drag = 1;
   Stir(large, 0.2);
@@ -56,7 +59,7 @@ std::vector<Scene> Subjects() {
   many_sweeps.parameters.settings.substeps = 200;
   many_sweeps.parameters.settings.max_iterations = 200;
   Stir(many_sweeps, 0.2);
-  return {sheet, paper, accurate, velocities, pushed, fabric, large, on_map, many_sweeps};
+  return {sheet, paper, accurate, velocities, pushed, fabric, hinges, large, on_map, many_sweeps};
 }
 
 // A dispatch cannot pause, and a resident step is one if it is short.

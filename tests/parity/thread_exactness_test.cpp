@@ -158,11 +158,13 @@ std::vector<Scene> Cases() {
     Scene bending = Sheet("bending" + suffix, Preset::kRealtime, fabric);
     Scene hinges = With(MeshedGrid(kSide, kSide, 1, 1, {0}, {.bending_rigidity_n_m = 1}),
                         "hinges" + suffix, Preset::kRealtime);
+    Scene soft_hinges = With(MeshedGrid(kSide, kSide, 1, 1, {0}, {.bending_rigidity_n_m = 1e-7}),
+                             "soft_hinges" + suffix, Preset::kRealtime);
     Scene springs = With(CompliantSheet(kSide, 1e-5), "springs" + suffix, Preset::kRealtime);
     Scene windy = Sheet("windy" + suffix, Preset::kRealtime);
     windy.parameters.wind_m_per_s = {1, 3, 2};
     windy.parameters.air_drag = windy.parameters.air_lift = 1;
-    for (Scene* scene : {&bending, &hinges, &springs, &windy}) {
+    for (Scene* scene : {&bending, &hinges, &soft_hinges, &springs, &windy}) {
       scene->parameters.settings.integration = integration;
       cases.push_back(*scene);
     }

@@ -93,6 +93,18 @@ TEST_P(WholeStepParityTest, StiffMeshes) {
   }
 }
 
+TEST_P(WholeStepParityTest, SlowHingesShareTheirForces) {
+  for (const uint32_t side : {9u, 33u}) {
+    for (const uint32_t substeps : {8u, 9u, 10u}) {  // four, three or two share
+      Scene scene = MeshedGrid(side, side, 1, 1, {0}, {.bending_rigidity_n_m = 1e-6});
+      Stir(scene, 0.3);
+      UseSubsteps(scene, substeps);
+      EXPECT_GT(PlanOf(scene).solver.hinge_period, 1u);
+      ExpectParity(GetParam(), scene, 2);
+    }
+  }
+}
+
 TEST_P(WholeStepParityTest, UnequalMassesInANet) {
   for (const uint32_t substeps : {1u, 8u}) {
     Scene scene = Net(9, 0.1, 1e-5);

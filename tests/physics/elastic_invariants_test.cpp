@@ -6,7 +6,9 @@
 
 #include "server/solver/force_limits.h"
 #include "server/solver/hinge_stages.h"
+#include "server/solver/solver_constants.h"
 #include "tests/physics/preset_test.h"
+#include "tests/support/garments.h"
 
 namespace drape::test {
 namespace {
@@ -161,7 +163,22 @@ TEST_P(ElasticInvariants, MomentumAndAngularMomentum) {
   }
 }
 
-class ElasticEnergy : public PresetTest {};
+class ElasticEnergy : public PresetTest {
+ protected:
+  // The largest energy after any of so many steps over that before them, of what has rest length 0.
+  double LargestEnergyShare(const Scene& scene, uint32_t steps) {
+    const auto energy_j = [&](const ParticleState& state) {
+      return SumsOf(*scene.model, state).kinetic_j + ElasticEnergy_j(*scene.model, state, 1);
+    };
+    const ClothHandle cloth = Make(scene);
+    double largest_j = 0;
+    for (uint32_t step = 0; step < steps; ++step) {
+      EXPECT_EQ(StepAlone(backend(), cloth, scene).fault, FaultReason::kNone);
+      largest_j = std::max(largest_j, energy_j(ReadState(backend(), cloth)));
+    }
+    return largest_j / energy_j(scene.state);
+  }
+};
 
 // A flat sheet has no elastic energy and gets all of it from its motion. Whatever the strength and
 // the step: where the elements have h^2 omega^2 <= 1, the Verlet steps of the linear ones keep v.v
@@ -213,6 +230,41 @@ TEST_P(ElasticEnergy, AbsurdStrengthOfHingesGivesNoEnergy) {
             std::max(largest, SumsOf(*scene.model, ReadState(backend(), cloth)).kinetic_j / before);
       }
       EXPECT_LE(largest, 4.0 / 3);
+    }
+  }
+}
+
+// Hinges whose forces several substeps share, as fast as may be (kMaxSharedHingeRatio): small
+// motions never have more than 1.05^2 of the energy that they began with (substep_schedule_test).
+// Large ones are no worse: links and folds only take.
+TEST_P(ElasticEnergy, SharedForcesOfHingesGiveNoEnergy) {
+  const Eigen::AngleAxisd turn(1.2, Vector3d(1, -2, 2).normalized());
+  constexpr uint32_t kSubsteps[] = {10, 9, 8};  // two, three, four share
+  for (const uint32_t period : {2u, 3u, 4u}) {
+    for (const double time_step_s : {1.0 / 30, 1.0 / 60, 1.0 / 240}) {
+      for (const uint32_t seed : {1u, 2u, 3u}) {
+        const auto sheet = [&](double rigidity_n_m) {
+          Scene scene = IrregularSheet({.seed = seed,
+                                        .cell_m = 0.1,
+                                        .bending_rigidity_n_m = rigidity_n_m,
+                                        .transform = {{2, 5, -3}, Eigen::Quaterniond(turn)}});
+          scene.parameters.settings = PresetSettings(preset());
+          scene.parameters.settings.time_step_s = time_step_s;
+          scene.parameters.settings.substeps = kSubsteps[period - 2];
+          scene.parameters.gravity_m_per_s2.setZero();
+          scene.parameters.damping_per_s = 0;
+          return scene;
+        };
+        const Scene soft = sheet(1e-6);
+        const double ratio = ElasticRatio(*soft.model, soft.parameters) * period * period;
+        Scene scene = sheet(1e-6 * 0.999 * kMaxSharedHingeRatio / ratio);
+        SCOPED_TRACE(std::to_string(period) + " share, " + std::to_string(time_step_s) +
+                     " s, seed " + std::to_string(seed));
+        const bool has_two_steps = PlanOf(scene).solver.has_two_steps;
+        EXPECT_EQ(PlanOf(scene).solver.hinge_period, has_two_steps ? period : 1);
+        Stir(scene, 0.5);
+        EXPECT_LE(LargestEnergyShare(scene, 40), 1.05 * 1.05);
+      }
     }
   }
 }

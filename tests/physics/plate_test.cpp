@@ -88,7 +88,8 @@ TEST_P(Plate, SagsAsTheMatrixOfItsHingesSays) {
     SCOPED_TRACE(std::to_string(rigidity_n_m) + " N m, h^2 omega^2 " + std::to_string(ratio) +
                  ", sag " + std::to_string(largest_m) + ", bound " + std::to_string(bound_m));
     const StepPlan plan = PlanOf(scene);
-    EXPECT_EQ(plan.solver.hinge_stages > 0, ratio > 1);
+    const bool has_stages = plan.solver.hinge_stages > 0 && plan.solver.hinge_period == 1;
+    EXPECT_EQ(has_stages, ratio > 1);
     if (plan.known_warnings.elastic_beyond_limit) continue;  // softer, as it says
     const ClothHandle cloth = Make(scene);
     StepAlone(backend(), cloth, scene, 180);

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <functional>
 
+#include "server/solver/solver_constants.h"
+
 namespace drape {
 namespace {
 
@@ -54,6 +56,68 @@ TEST(SubstepScheduleTest, TwoStepsFallFreelyWithoutError) {
     EXPECT_NEAR(end.x, 1 + 2 * t - 9.81 * t * t / 2, of_v * t);
     EXPECT_NEAR(end.v, 2 - 9.81 * t, of_v);
   }
+}
+
+// What a step makes of (omega x, v), whose norm is the root of the energy, of an oscillator whose
+// force `period` substeps share, as those of hinges do; `ratio` is its (period h omega)^2.
+Eigen::Matrix2d StepOfSharedForce(uint32_t substeps, uint32_t period, double ratio) {
+  StepSettings settings;
+  settings.time_step_s = substeps;  // h = 1
+  settings.substeps = substeps;
+  const SubstepSchedule schedule(settings, true, false, period);
+  const double frequency = std::sqrt(ratio) / period;
+  Eigen::Matrix2d step;
+  for (const int column : {0, 1}) {
+    Scalar state{column == 0 ? 1 / frequency : 0, column == 1 ? 1.0 : 0.0};
+    Scalar previous = state;
+    double shared = 0;
+    for (uint32_t index = 0; index < schedule.size(); ++index) {
+      const Substep substep = schedule[index];
+      const double base = state.x + (state.x - previous.x) / 3 + substep.lead_s * state.v;
+      double u = state.v + (state.v - previous.v) / 3;
+      if (substep.finds_hinges) {
+        const double ahead_s = substep.interval_s + substep.hinge_lead_s;
+        shared = -frequency * frequency * (base + ahead_s * u);
+      }
+      u += substep.force_s() * shared;
+      previous = state;
+      state = {base + substep.interval_s * u, u};
+    }
+    step.col(column) = Eigen::Vector2d(frequency * state.x, state.v);
+  }
+  return step;
+}
+
+// Forces of hinges are linear in small motions, and the frequencies of all hinges together are at
+// most that of the fastest: a mesh is a set of such oscillators. None grows, and none ever has more
+// than 1.05^2 of the energy that it began with.
+TEST(SubstepScheduleTest, SharedForcesOfHingesGiveNoEnergy) {
+  for (uint32_t substeps = 2; substeps <= 96; ++substeps) {
+    for (uint32_t period = 1; period <= kMaxHingePeriod; ++period) {
+      if (substeps % period != 0) continue;
+      for (double ratio = kMaxSharedHingeRatio; ratio > 1e-4; ratio /= 1.05) {
+        const Eigen::Matrix2d step = StepOfSharedForce(substeps, period, ratio);
+        EXPECT_LE(step.eigenvalues().cwiseAbs().maxCoeff(), 1 + 1e-9)
+            << substeps << " substeps, " << period << " share, " << ratio;
+        Eigen::Matrix2d steps = step;
+        for (int count = 1; count <= 60; ++count, steps = step * steps) {
+          EXPECT_LE(steps.operatorNorm(), 1.05)
+              << substeps << " substeps, " << period << " share, " << ratio;
+        }
+      }
+    }
+  }
+}
+
+// Why the period divides the substeps: where few are left over, the last force acts in them alone,
+// and some frequencies below the limit grow.
+TEST(SubstepScheduleTest, ForcesSharedByUnequalNumbersWouldGrow) {
+  double largest = 0;
+  for (double ratio = kMaxSharedHingeRatio; ratio > 1e-4; ratio /= 1.01) {
+    const Eigen::Matrix2d step = StepOfSharedForce(26, 4, ratio);
+    largest = std::max(largest, step.eigenvalues().cwiseAbs().maxCoeff());
+  }
+  EXPECT_GT(largest, 1 + 1e-3);
 }
 
 // A sweep leaves the share s of an error that constraints see. The error of the next substep starts

@@ -53,6 +53,7 @@ struct StepContext {
   std::vector<Eigen::Vector3d> base;          // b, where the impulses start from [m]
   std::vector<Eigen::Vector3d> u;             // mean velocities over the interval [m/s]
   std::vector<Eigen::Vector3d> a;             // accelerations [m/s^2]
+  std::vector<Eigen::Vector3d> hinge_a;       // of hinges, shared by substeps [m/s^2]
   std::vector<double> lambda;                 // accumulated impulses, [constraint_count] [N s]
   std::vector<Eigen::Vector3d> joint_lambda;  // [joint_count] [N s]
   std::vector<ContactImpulse> beta;           // times w, [particle_count][collider_count] [m/s]

@@ -79,9 +79,25 @@ void ApplyElastic(const StepContext& context, double duration_s,
   context.Add(changes, 1, velocities);
 }
 
+// As long as forces act on u in this substep; found for all substeps that share them.
+void ShareHinges(StepContext& context) {
+  const Substep& substep = context.substep;
+  if (substep.finds_hinges) {
+    ParticleState predicted{context.base, context.u};
+    for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
+      predicted.positions_m[i] += (context.h + substep.hinge_lead_s) * context.u[i];
+    }
+    context.hinge_a =
+        ElasticVelocityChanges(context.model, predicted, 1, context.parameters.settings.substep_s(),
+                               context.plan.max_elastic_frequency_sq_per_s2);
+  }
+  context.Add(context.hinge_a, substep.force_s(), context.u);
+}
+
 // Stage by stage, each from where the particles will be at the velocities so far.
 void SolveHinges(StepContext& context) {
   if (!context.plan.Has(StepStage::kSolveHinges)) return;
+  if (context.plan.solver.hinge_period > 1) return ShareHinges(context);
   const uint32_t particle_count = context.model.particle_count();
   std::vector<Vector3d> change(particle_count, Vector3d::Zero());
   ParticleState predicted;

@@ -118,6 +118,7 @@ void SetModel(const GlCloth& cloth, shader::ClothRecord& record) {
     record.triangle_count = static_cast<uint32_t>(model.triangles().size());
   }
   record.hinge_stage_count = cloth.plan.solver.hinge_stages;
+  record.hinge_period = cloth.plan.solver.hinge_period;
   record.strip_phase_count = model.strips().phase_count();
   record.grid_columns = model.grid_columns();
   record.grid_rows = model.grid_rows();

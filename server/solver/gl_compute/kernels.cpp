@@ -82,7 +82,7 @@ constexpr TiledKernel kTiledKernels[] = {
      {kSolveHinges},
      {kTwoSteps, kSolveHinges},
      &Kernels::tiled_hinge_impulses},
-    {"tiled_solve_hinges", {kSolveHinges}, {}, &Kernels::tiled_solve_hinges},
+    {"tiled_solve_hinges", {kSolveHinges}, {kTwoSteps, kSolveHinges}, &Kernels::tiled_solve_hinges},
     {"tiled_twist_changes", {kDampTwist}, {}, &Kernels::tiled_twist_changes},
     {"tiled_damp_twist", {kDampTwist}, {}, &Kernels::tiled_damp_twist},
     {"tiled_tether", {kTether}, {kStartDirections}, &Kernels::tiled_tether},

@@ -121,12 +121,11 @@ void Predict(const StepContext& context) {
 
 // Bender et al. 2009, section 3.1, eq. 1: p = b + H u; the velocities become v = u + a H/2, with
 // two steps they are u.
-void PredictPositions(const StepContext& context) {
+void PredictPositions(const StepContext& context, float interval) {
   StepScratch& scratch = context.scratch;
   context.ForRanges(scratch.predicted.size(), kParticleGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      scratch.predicted[i] =
-          scratch.state.positions[i] + context.substep.interval * scratch.state.velocities[i];
+      scratch.predicted[i] = scratch.state.positions[i] + interval * scratch.state.velocities[i];
     }
   });
 }

@@ -9,8 +9,8 @@ namespace drape::cpu {
 // their way. Needs the accelerations if springs are in the force.
 void Predict(const StepContext& context);
 
-// `predicted` = b + H u of all particles.
-void PredictPositions(const StepContext& context);
+// `predicted` = b + `interval` u of all particles.
+void PredictPositions(const StepContext& context, float interval);
 
 // The end of the substep of all particles.
 void Integrate(const StepContext& context);

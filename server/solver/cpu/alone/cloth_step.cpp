@@ -51,7 +51,7 @@ void KickWithin(const StepContext& context) {
   if (IsGridElasticAlone(context)) {
     return ApplyGridElastic(context, nullptr, context.substep.kick_within);
   }
-  PredictPositions(context);
+  PredictPositions(context, context.substep.interval);
   Kick(context, context.scratch.predicted, context.substep.kick_within);
 }
 
@@ -144,6 +144,7 @@ void Begin(const StepContext& context, const FloatState& state) {
   const bool predicts = solver.has_two_steps || solver.hinge_stages > 0;
   scratch.predicted.resize(predicts ? state.positions.size() : 0);
   scratch.strips.resize(context.team.max_members());
+  if (solver.hinge_period > 1) scratch.hinge_changes.resize(state.positions.size());
   scratch.accelerations.resize(model.has_springs() ? model.particle_count : 0);
   scratch.elastic_impulses.resize(
       solver.has_elastic_lines ? model.particle_count : model.elastic_groups.size() * kVec4Size);

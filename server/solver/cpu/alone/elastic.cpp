@@ -98,14 +98,32 @@ void ApplyElastic(const StepContext& context, const Vec4* positions, float durat
                   [&](uint32_t i, Vec4 of_elements) { v[i] += of_elements; });
 }
 
+namespace {
+
+// As long as forces act on u in this substep; found for all substeps that share them.
+void ShareHinges(const StepContext& context) {
+  StepScratch& scratch = context.scratch;
+  if (context.substep.finds_hinges) {
+    PredictPositions(context, context.substep.hinge_interval);
+    ForHingeChanges(context, scratch.predicted.data(), 1,
+                    [&](uint32_t i, Vec4 per_s) { scratch.hinge_changes[i] = per_s; });
+  }
+  const float force_time = context.substep.force_time;
+  context.ForFreeParticles(
+      [&](uint32_t i) { scratch.state.velocities[i] += force_time * scratch.hinge_changes[i]; });
+}
+
+}  // namespace
+
 // Stage by stage, each from where the particles will be at the velocities so far.
 void SolveHinges(const StepContext& context) {
   if (!context.controls.Has(StepStage::kSolveHinges)) return;
   StepScratch& scratch = context.scratch;
+  if (context.controls.plan.solver.hinge_period > 1) return ShareHinges(context);
   std::vector<Vec4>& u = scratch.state.velocities;
   scratch.hinge_changes.assign(context.model.particle_count, Vec4{});
   for (const auto& [momentum, gain] : context.controls.hinge_stages) {
-    PredictPositions(context);
+    PredictPositions(context, context.substep.interval);
     ForHingeChanges(context, scratch.predicted.data(), context.substep.force_time,
                     [&](uint32_t i, Vec4 of_elements) {
                       Vec4& change = scratch.hinge_changes[i];

@@ -42,7 +42,7 @@ struct GroupScratch {
   SimdMemory accelerations;             // [particle_count] springs (+ gravity if IN_FORCE)
   SimdMemory impulses;                  // of elastic elements, cells or triangles [N s]
   SimdMemory predicted;                 // [particle_count + 1] positions for kicks within a substep
-  SimdMemory hinge_changes;             // [particle_count] of velocities by the last stage
+  SimdMemory hinge_changes;             // [particle_count] of velocities, of a stage or per second
   SimdMemory joint_impulses;            // Lambda, [joint_count] [N s]
   Refinement refinement;
   std::vector<FloatState> results;  // of each cloth

@@ -180,11 +180,11 @@ void Kick(GroupContext& context, float duration) {
       context, [&](uint32_t i) { return context.particles[i].p; }, duration);
 }
 
-// b + H u of all particles.
-void PredictPositions(const GroupContext& context) {
+// b + `interval` u of all particles.
+void PredictPositions(const GroupContext& context, float interval) {
   for (size_t i = 0; i < context.particle_count(); ++i) {
     const ClothParticle& particle = context.particles[i];
-    context.predicted[i] = particle.p + particle.u * context.substep.interval;
+    context.predicted[i] = particle.p + particle.u * interval;
   }
 }
 
@@ -194,19 +194,34 @@ void KickWithin(GroupContext& context) {
   if (!HasKicks(context, substep.kick_within)) return;
   if (IsGridElasticAlone(context)) return KickGridWithin(context);
   Settle(context);
-  PredictPositions(context);
+  PredictPositions(context, substep.interval);
   KickFrom(
       context, [&](uint32_t i) { return context.predicted[i]; }, substep.kick_within);
+}
+
+// As long as forces act on u in this substep; found for all substeps that share them.
+void ShareHinges(const GroupContext& context) {
+  if (context.substep.finds_hinges) {
+    PredictPositions(context, context.substep.hinge_interval);
+    ForHingeChanges(
+        context, [&](uint32_t i) { return context.predicted[i]; }, 1,
+        [&](uint32_t i, const VectorsCloths& per_s) { context.hinge_changes[i] = per_s; });
+  }
+  for (const uint32_t i : context.free_particles) {
+    ClothParticle& particle = context.particles[i];
+    particle.u = particle.u + context.hinge_changes[i] * context.substep.force_time;
+  }
 }
 
 // Stage by stage, each from where the particles will be at the velocities so far.
 void SolveHinges(GroupContext& context) {
   if (!context.controls.Has(StepStage::kSolveHinges)) return;
   Settle(context);
+  if (context.controls.plan.solver.hinge_period > 1) return ShareHinges(context);
   const VecCloths zero = SplatCloths(0);
   std::fill_n(context.hinge_changes, context.model.particle_count, VectorsCloths{zero, zero, zero});
   for (const auto& stage : context.controls.hinge_stages) {
-    PredictPositions(context);
+    PredictPositions(context, context.substep.interval);
     ForHingeChanges(
         context, [&](uint32_t i) { return context.predicted[i]; }, context.substep.force_time,
         [&](uint32_t i, const VectorsCloths& of_elements) {

@@ -20,6 +20,8 @@ FloatSubstep::FloatSubstep(const Substep& substep, double damping_per_s)
       kick_within(static_cast<float>(substep.kick_within_s)),
       lead(static_cast<float>(substep.lead_s)),
       twist_share(static_cast<float>(substep.twist_share)),
+      finds_hinges(substep.finds_hinges),
+      hinge_interval(static_cast<float>(substep.interval_s + substep.hinge_lead_s)),
       damping_factor(static_cast<float>(substep.is_two_step
                                             ? 1 / (1 + damping_per_s * substep.kick_within_s)
                                             : std::exp(-damping_per_s * substep.interval_s))) {}

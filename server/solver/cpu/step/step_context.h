@@ -58,6 +58,8 @@ struct FloatSubstep {
   float kick_within = 0;
   float lead = 0;  // [s]
   float twist_share = 0;
+  bool finds_hinges = true;
+  float hinge_interval = 0;  // H + Substep::hinge_lead_s [s]
   float damping_factor = 1;  // of velocities: of v after a ballistic substep, of u before two steps
 };
 
@@ -93,7 +95,8 @@ struct StepScratch {
   // [elastic group][lane] [N s]; with lines of each cell at its first particle
   std::vector<Vec4> elastic_impulses;
   GridElasticScratch grid_elastic;
-  std::vector<Vec4> hinge_changes;  // [particle_count] of velocities by the last stage [m/s]
+  // [particle_count] of velocities by the last stage [m/s], or shared [m/s^2]
+  std::vector<Vec4> hinge_changes;
   // Lambda, [group_count + 1] [N s]; only with compliance or inequalities
   std::vector<Vec4> distance_impulses;
   std::vector<StripScratch> strips;  // of each member of the team
