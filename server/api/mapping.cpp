@@ -221,6 +221,7 @@ v1::RenderResponse ToProto(const ClothList& cloths, render::DrawnPicture picture
   DRAPE_CHECK(cloths.size() == picture.steps.size(), "steps of every cloth");
   v1::RenderResponse message;
   message.set_png(std::move(picture.png));
+  message.set_rgb(std::move(picture.rgb));
   *message.mutable_camera() = ToProto(picture.camera);
   if (!picture.bounds_m.isEmpty()) {
     Append(picture.bounds_m.min(), message.mutable_bounds_m());

@@ -176,8 +176,22 @@ Result<render::PictureSpec> CheckRender(const v1::RenderRequest& request) {
   spec.has_legend = !request.hide_legend();
   spec.has_colliders = !request.hide_colliders();
   spec.has_pins = !request.hide_pins();
+  CheckKnownEnum(FieldPath("encoding"), request.encoding(),
+                 v1::RenderRequest::Encoding_descriptor(), violations);
+  spec.is_raw = request.encoding() == v1::RenderRequest::RGB8;
+  spec.is_tiled = request.tiles();
+  violations.Require(!spec.is_tiled || request.has_camera(), FieldPath("camera"),
+                     [] { return std::string("is needed for tiles"); });
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   return result;
+}
+
+Status CheckTiles(const render::PictureSpec& spec, size_t cloth_count) {
+  const uint64_t pixels = uint64_t{spec.width_px} * spec.height_px * cloth_count;
+  if (!spec.is_tiled || pixels <= kMaxTiledPixels) return Status::Ok();
+  return Status::InvalidField("tiles", "are " + std::to_string(pixels) +
+                                           " pixels together, at most " +
+                                           std::to_string(kMaxTiledPixels) + " are allowed");
 }
 
 }  // namespace drape::api

@@ -105,6 +105,8 @@ grpc::ServerUnaryReactor* SimulationService::Render(Context* context,
   Result<ClothList> cloths = (*session)->FindCloths(*ids);
   if (!cloths.ok()) return Answer(context, cloths.status());
   if (cloths->empty()) return Answer(context, NoCloths());
+  const Status tiles = CheckTiles(*spec, cloths->size());
+  if (!tiles.ok()) return Answer(context, tiles);
   UnaryCall* call = UnaryCall::New();
   call->lease = std::move(*session);
   const auto picture = std::make_shared<PictureCall>(

@@ -25,9 +25,10 @@ struct PictureContent {
 };
 using ContentReady = std::function<void(Result<PictureContent>)>;
 
-// A picture as a file.
+// A picture as a file, or as its pixels.
 struct DrawnPicture {
   std::string png;
+  std::string rgb;               // as Picture::rgb, if PictureSpec::is_raw
   Camera camera;                 // as Picture::camera
   Eigen::AlignedBox3d bounds_m;  // as Picture::bounds_m
   ValueRange range;              // as Picture::range

@@ -48,6 +48,10 @@ struct PictureSpec {
   bool has_legend = true;  // the colour scale; kMaterial has none
   bool has_colliders = true;
   bool has_pins = true;
+  // Each cloth in a picture of its own, one below the other (tiles.h).
+  bool is_tiled = false;
+  // Pixels as they are in place of a file.
+  bool is_raw = false;
 };
 
 // One cloth of a picture, drawn where it is in the world.

@@ -12,6 +12,7 @@
 
 #include "server/core/session_permits.h"
 #include "server/render/png.h"
+#include "server/render/tiles.h"
 
 namespace drape::render {
 namespace {
@@ -76,7 +77,7 @@ class RenderThread::Core : public std::enable_shared_from_this<Core> {
   // Render thread.
   Status MakeRenderer();
   void StartFetch(PictureJob job);
-  Result<DrawnPicture> DrawAndEncode(const PictureJob& job, const Result<PictureContent>& content);
+  Result<DrawnPicture> DrawAndEncode(const PictureJob& job, Result<PictureContent>& content);
   void Finish(const FetchPointer& fetch);
   // Pictures under way wait again, for a new renderer.
   void LoseRenderer();
@@ -201,13 +202,22 @@ void RenderThread::Core::StartFetch(PictureJob job) {
 }
 
 Result<DrawnPicture> RenderThread::Core::DrawAndEncode(const PictureJob& job,
-                                                       const Result<PictureContent>& content) {
+                                                       Result<PictureContent>& content) {
   if (job.is_cancelled()) return Cancelled();
   if (!content.ok()) return content.status();
-  DRAPE_ASSIGN_OR_RETURN(Picture picture,
-                         renderer_->Draw(job.spec, content->cloths, content->states));
-  DRAPE_ASSIGN_OR_RETURN(std::string png, EncodePng(picture));
+  DRAPE_ASSIGN_OR_RETURN(
+      Picture picture,
+      job.spec.is_tiled
+          ? DrawTiles(*renderer_, job.spec, content->cloths, content->states, job.is_cancelled)
+          : renderer_->Draw(job.spec, content->cloths, content->states));
+  std::string png, rgb;
+  if (job.spec.is_raw) {
+    rgb.assign(picture.rgb.begin(), picture.rgb.end());
+  } else {
+    DRAPE_ASSIGN_OR_RETURN(png, EncodePng(picture));
+  }
   return DrawnPicture{.png = std::move(png),
+                      .rgb = std::move(rgb),
                       .camera = picture.camera,
                       .bounds_m = picture.bounds_m,
                       .range = picture.range,

@@ -15,6 +15,10 @@ namespace drape::render {
 struct DrawnStates {
   StateColumns host;                   // from Backend::Read
   std::shared_ptr<DeviceCopy> device;  // from DeviceBackend::CopyOnDevice
+  // The row of the first particle that is drawn, and the rows of each column; 0: those of the drawn
+  // cloths.
+  uint32_t first_row = 0;
+  uint32_t row_total = 0;
 };
 
 // Error reason after which the renderer cannot be used any more.

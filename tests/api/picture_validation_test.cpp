@@ -192,6 +192,28 @@ TEST(CheckRender, AFitArrives) {
   EXPECT_EQ(spec->include_m.max(), Eigen::Vector3d(-1, 2, 3));
 }
 
+TEST(CheckRender, TilesHaveACameraAndALimit) {
+  v1::RenderRequest request;
+  request.set_tiles(true);
+  ExpectViolation(CheckRender(request).status(), "camera", "is needed for tiles");
+  for (const double number : {0.0, 1.0, 2.0}) request.mutable_camera()->add_eye_m(number);
+  for (const double number : {0.0, 0.0, 0.0}) request.mutable_camera()->add_target_m(number);
+  request.set_width_px(128);
+  request.set_height_px(64);
+  request.set_encoding(v1::RenderRequest::RGB8);
+  const auto spec = CheckRender(request);
+  ASSERT_TRUE(spec.ok()) << spec.status().ToString();
+  EXPECT_TRUE(spec->is_tiled && spec->is_raw);
+  EXPECT_TRUE(CheckTiles(*spec, 2048).ok());
+  ExpectViolation(CheckTiles(*spec, 2049), "tiles", "16785408 pixels together, at most 16777216");
+  request.set_encoding(static_cast<v1::RenderRequest::Encoding>(7));
+  ExpectViolation(CheckRender(request).status(), "encoding", "7");
+  request.set_tiles(false);
+  request.set_encoding(v1::RenderRequest::PNG);
+  EXPECT_FALSE(CheckRender(request)->is_raw);
+  EXPECT_TRUE(CheckTiles(*CheckRender(request), 1u << 20).ok()) << "one picture, however many";
+}
+
 TEST(CheckRender, AllViolationsAreNamedAtOnce) {
   v1::RenderRequest request = GoodPicture();
   request.set_width_px(1);

@@ -281,6 +281,26 @@ def test_double_precision_arrives_as_it_is(reference):
         assert (positions.astype(np.float32) != positions).any()
 
 
+def test_tiles_are_the_pictures_of_each_cloth_alone(session, spec):
+    origins = np.array([[0, 0, 0], [30, 0, -4], [0, 2, 0]])
+    cloths = session.create(spec, count=3, origins=origins)
+    cloths.move_pins([0], np.array([[[0, 0, 0]], [[0, 0.3, 0]], [[0.2, 0, 0]]]))
+    cloths.step(10)
+    eye, target = np.array([0.5, 1.0, 2.5]), np.array([0.5, -0.3, 0.5])
+    tiles = cloths.render_tiles(48, 32, drape.Camera(eye_m=eye, target_m=target))
+    assert tiles.shape == (3, 32, 48, 3) and tiles.dtype == np.uint8
+    for k, origin in enumerate(origins):
+        camera = drape.Camera(eye_m=eye + origin, target_m=target + origin)
+        assert bits(tiles[k]) == bits(cloths.render(48, 32, ids=[k], camera=camera))
+    assert bits(tiles[0]) != bits(tiles[1])
+    assert bits(cloths.render_tiles(48, 32, drape.Camera(eye_m=eye, target_m=target), ids=[2])[0]) == bits(tiles[2])
+    assert cloths.render_tiles(48, 32, None, ids=[]).shape == (0, 32, 48, 3)
+    with pytest.raises(drape.InvalidArgument, match="camera"):
+        cloths.render_tiles(48, 32, None)
+    with pytest.raises(drape.InvalidArgument, match="tiles"):
+        cloths.render_tiles(4096, 4096, drape.Camera(eye_m=eye, target_m=target))
+
+
 def test_pictures(session, spec):
     cloths = session.create(spec)
     assert cloths.render_png(64, 48).startswith(b"\x89PNG")

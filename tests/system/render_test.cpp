@@ -107,6 +107,46 @@ TEST_P(Render, ColoursComeWithTheirRange) {
   EXPECT_EQ(Draw(request).range_size(), 0);
 }
 
+// Cloths of two models, whose states are in one array on the device or on the host.
+TEST_P(Render, TilesArePicturesOfEachClothAlone) {
+  v1::CreateClothsRequest creation = HangingSheet(session_, 8, 2);
+  Set(creation.mutable_environment_origins_m(), {0, 0, 0, 32, 0, -8});
+  Ids ids = Create(*stub_, creation);
+  ids.push_back(Create(*stub_, HangingSheet(session_, 5))[0]);
+  Step(*stub_, StepsOf(session_, ids, 5));
+  v1::RenderRequest request = Picture(ids);
+  request.set_colouring(v1::RenderRequest::SPEED);
+  Set(request.mutable_range(), {0, 1});
+  request.set_encoding(v1::RenderRequest::RGB8);
+  request.set_tiles(true);
+  Set(request.mutable_camera()->mutable_eye_m(), {0.5, 1, 2.5});
+  Set(request.mutable_camera()->mutable_target_m(), {0.5, -0.25, 0.5});
+  const v1::RenderResponse tiles = Draw(request);
+  const size_t tile_bytes = 3 * 160 * 120;
+  ASSERT_EQ(tiles.rgb().size(), 3 * tile_bytes);
+  EXPECT_TRUE(tiles.png().empty());
+  request.set_tiles(false);
+  for (int k = 0; k < 3; ++k) {
+    v1::RenderRequest alone = request;
+    alone.clear_cloth_ids();
+    alone.add_cloth_ids(ids[k]);
+    if (k == 1) Set(alone.mutable_camera()->mutable_eye_m(), {32.5, 1, -5.5});
+    if (k == 1) Set(alone.mutable_camera()->mutable_target_m(), {32.5, -0.25, -7.5});
+    EXPECT_TRUE(Draw(alone).rgb() == tiles.rgb().substr(k * tile_bytes, tile_bytes)) << k;
+  }
+  EXPECT_NE(tiles.rgb().substr(0, tile_bytes), tiles.rgb().substr(2 * tile_bytes, tile_bytes));
+  // The pixels are those of the file.
+  v1::RenderRequest file = request;
+  file.clear_encoding();
+  EXPECT_TRUE(DecodePng(Draw(file).png()).rgb == [&] {
+    const std::string rgb = Draw(request).rgb();
+    return std::vector<uint8_t>(rgb.begin(), rgb.end());
+  }());
+  request.set_tiles(true);
+  request.clear_camera();
+  EXPECT_THAT(Refusal(request).error_message(), HasSubstr("camera"));
+}
+
 TEST_P(Render, NoIdsMeansEveryClothAndABoxWidensTheView) {
   v1::CreateClothsRequest creation = HangingSheet(session_, 8, 2);
   Set(creation.mutable_environment_origins_m(), {0, 0, 0, 3, 0, 0});

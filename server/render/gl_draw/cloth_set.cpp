@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "server/core/check.h"
 #include "server/gl/device_copy.h"
 #include "server/render/gl_draw/float_order.h"
 #include "server/render/gl_draw/palette.h"
@@ -25,11 +26,16 @@ Status TooLarge(int64_t bytes, int64_t allowed) {
                     "; ask for fewer cloths");
 }
 
-// Appends a host column as floats.
-void Append(const ScalarColumn& column, std::vector<float>& words) {
+// Appends rows of a host column as floats.
+void Append(const ScalarColumn& column, size_t first_row, size_t row_count,
+            std::vector<float>& words) {
   std::visit(
-      [&words](const auto& values) {
-        for (const auto value : values) words.push_back(static_cast<float>(value));
+      [&](const auto& values) {
+        DRAPE_CHECK(values.size() >= 3 * (first_row + row_count), "one state per particle");
+        const auto begin = values.begin() + static_cast<ptrdiff_t>(3 * first_row);
+        for (auto value = begin; value != begin + static_cast<ptrdiff_t>(3 * row_count); ++value) {
+          words.push_back(static_cast<float>(*value));
+        }
       },
       column);
 }
@@ -163,7 +169,13 @@ Status ClothSet::LoadStates(const DrawnStates& states, int64_t max_block_bytes) 
   const size_t columns = colouring_ == Colouring::kSpeed ? 2 : 1;
   const size_t bytes = columns * 3 * sizeof(float) * particle_count_;
   if (states.device) {
-    DRAPE_CHECK(states.device->buffer.size_bytes() >= bytes, "one state per particle");
+    const uint32_t row_total = std::max(states.row_total, particle_count_);
+    DRAPE_CHECK(states.device->buffer.size_bytes() >= columns * 3 * sizeof(float) * row_total,
+                "one state per particle");
+    for (shader::DrawRecord& record : records_) {
+      record.positions += 3 * states.first_row;
+      record.velocities += 3 * (row_total - particle_count_ + states.first_row);
+    }
     if (static_cast<int64_t>(states.device->buffer.size_bytes()) > max_block_bytes) {
       return TooLarge(static_cast<int64_t>(states.device->buffer.size_bytes()), max_block_bytes);
     }
@@ -176,9 +188,10 @@ Status ClothSet::LoadStates(const DrawnStates& states, int64_t max_block_bytes) 
   }
   std::vector<float> words;
   words.reserve(bytes / sizeof(float));
-  Append(states.host.positions_m, words);
-  if (columns == 2) Append(states.host.velocities_m_per_s, words);
-  DRAPE_CHECK(words.size() * sizeof(float) == bytes, "one state per particle");
+  Append(states.host.positions_m, states.first_row, particle_count_, words);
+  if (columns == 2) {
+    Append(states.host.velocities_m_per_s, states.first_row, particle_count_, words);
+  }
   DRAPE_ASSIGN_OR_RETURN(own_states_, gl::Buffer::Create(bytes));
   own_states_.Upload(0, std::as_bytes(std::span(words)));
   return Status::Ok();

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <bit>
 #include <optional>
 #include <utility>
 
@@ -23,7 +24,10 @@ namespace drape::render {
 
 namespace {
 
-constexpr uint32_t kShadowSize_px = 2048;
+// Shadow maps have about two texels per pixel of the picture: clearing and drawing a large one
+// would be most of the time of a small picture.
+constexpr uint32_t kMinShadowSize_px = 256;
+constexpr uint32_t kMaxShadowSize_px = 2048;
 // Limit of the geometry kept for the next picture.
 constexpr int64_t kMaxCacheBytes = int64_t{256} << 20;
 // Larger targets (about 44 bytes per pixel) are freed after each picture.
@@ -36,7 +40,6 @@ class GlRenderer final : public Renderer {
     std::unique_ptr<gl::Context> context;
     bool is_shared = false;
     std::optional<DrawPrograms> programs;
-    std::optional<gl::DepthMap> shadow_map;
     std::optional<VertexArray> vertices;
   };
 
@@ -73,9 +76,15 @@ class GlRenderer final : public Renderer {
   Parts parts_;
   GeometryCache cache_;
   std::optional<gl::PictureTarget> target_;  // for the last size
+  std::optional<gl::DepthMap> shadow_map_;   // for the last size
   std::optional<GlyphAtlas> glyphs_;         // for the last size
   std::optional<gl::GreyTexture> glyph_texture_;
 };
+
+uint32_t ShadowSizeOf_px(const PictureSpec& spec) {
+  const uint32_t wanted = std::bit_ceil(2 * std::max(spec.width_px, spec.height_px));
+  return std::clamp(wanted, kMinShadowSize_px, kMaxShadowSize_px);
+}
 
 uint32_t GroupCount(const PictureSpec& spec, std::span<const DrawnCloth> cloths) {
   uint32_t count = 0;
@@ -93,16 +102,16 @@ Result<Picture> GlRenderer::DrawPicture(const PictureSpec& spec, std::span<const
   DRAPE_ASSIGN_OR_RETURN(const ClothMeasures measures,
                          set.Measure(parts_.programs->shade_vertices, fit.directions()));
   const ColliderShapes shapes = CollectColliders(cloths);
-  const SceneView view = LookAt(spec, cloths, measures, shapes, fit, kShadowSize_px);
+  const SceneView view = LookAt(spec, cloths, measures, shapes, fit, shadow_map_->size_px());
   set.PlaceBefore(view.camera.eye_m);
   const uint32_t group_count = GroupCount(spec, cloths);
   DRAPE_ASSIGN_OR_RETURN(const DrawnScene scene, LoadScene(spec, set, view, shapes, group_count));
   DRAPE_ASSIGN_OR_RETURN(const std::vector<shader::LabelRecord> legend,
                          PrepareLegend(spec, view.range, group_count));
 
-  DrawShadows(*parts_.programs, *parts_.vertices, scene, *parts_.shadow_map);
+  DrawShadows(*parts_.programs, *parts_.vertices, scene, *shadow_map_);
   target_->Begin();
-  DrawScene(*parts_.programs, *parts_.vertices, scene, *parts_.shadow_map);
+  DrawScene(*parts_.programs, *parts_.vertices, scene, *shadow_map_);
   target_->Resolve();
   DRAPE_RETURN_IF_ERROR(DrawLabels(*parts_.programs, scene, legend));
   Picture picture{.width_px = spec.width_px,
@@ -120,6 +129,11 @@ Result<Picture> GlRenderer::DrawPicture(const PictureSpec& spec, std::span<const
 }
 
 Status GlRenderer::PrepareTarget(const PictureSpec& spec) {
+  const uint32_t shadow_size_px = ShadowSizeOf_px(spec);
+  if (!shadow_map_ || shadow_map_->size_px() != shadow_size_px) {
+    shadow_map_.reset();
+    DRAPE_ASSIGN_OR_RETURN(shadow_map_, gl::DepthMap::Create(shadow_size_px));
+  }
   if (target_ && target_->width_px() == spec.width_px && target_->height_px() == spec.height_px) {
     return Status::Ok();
   }
@@ -178,7 +192,6 @@ Result<std::unique_ptr<Renderer>> CreateGlRenderer(const GlRendererOptions& opti
   DRAPE_ASSIGN_OR_RETURN(parts.context, MakeContext(options, parts.is_shared));
   DRAPE_RETURN_IF_ERROR(CheckVertexStorage());
   DRAPE_ASSIGN_OR_RETURN(parts.programs, CompileDrawPrograms(options.shader_dir));
-  DRAPE_ASSIGN_OR_RETURN(parts.shadow_map, gl::DepthMap::Create(kShadowSize_px));
   parts.vertices.emplace();
   return std::unique_ptr<Renderer>(std::make_unique<GlRenderer>(std::move(parts)));
 }

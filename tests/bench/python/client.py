@@ -2,7 +2,7 @@
 environments.
 
 Writes results/MACHINE.md and two tables beside it. With --quick: few calls, results printed only. With --case NAME:
-that comparison of the clients alone, printed only.
+that comparison alone, printed only; `pictures` is one of pictures.
 """
 
 import argparse
@@ -28,6 +28,7 @@ SIDE = 32
 CASES = [("empty Step", 1, False, 400), ("64 x 1024, positions", 64, True, 200), ("1000 x 1024, positions", 1000, True, 20)]
 ROUNDS = 5
 ENVS, ACTIONS = 64, 12
+TILE_PX = 128
 TICK_S = 1 / 100  # of /proc/PID/stat
 
 
@@ -96,6 +97,29 @@ def compare(client, is_quick, wanted=""):
     return rows
 
 
+def pictures(client):
+    """Rows of pictures: one of each of ENVS cloths, in as many calls or as tiles of one, in turn."""
+    rows = []
+    camera = drape.Camera(eye_m=[0.5, 0.8, 2.2], target_m=[0.5, -0.4, 0.5])
+    with client.session() as session:
+        batch = session.create(sheet(), ENVS)
+        batch.step(30, view=None)
+        pid = client._connection.server.pid
+        ways = {"calls": lambda: [batch.render(TILE_PX, TILE_PX, ids=[k], camera=camera) for k in range(ENVS)],
+                "tiles": lambda: batch.render_tiles(TILE_PX, TILE_PX, camera)}
+        walls, cpus = {way: [] for way in ways}, {way: [] for way in ways}
+        for _ in range(ROUNDS):
+            for way, draw in ways.items():
+                begin, begin_s = time.perf_counter(), server_cpu_s(pid)
+                draw()
+                walls[way].append(1e3 * (time.perf_counter() - begin))
+                cpus[way].append(1e3 * (server_cpu_s(pid) - begin_s))
+        for way in ways:
+            rows.append({"way": way, "pictures": ENVS, "edge_px": TILE_PX, "wall_ms": np.median(walls[way]),
+                         "server_cpu_ms": np.median(cpus[way])})
+    return rows
+
+
 def environments(is_quick):
     """Rows of the environments: CPU of client and server per action, and actions of environments per second."""
     import drape.gym
@@ -145,11 +169,11 @@ def write_csv(path, rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--case", choices=[case[0] for case in CASES], default="")
+    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures"], default="")
     arguments = parser.parse_args()
     with drape.launch("cpu") as client:
         device = client.info.device
-        clients = compare(client, arguments.quick, arguments.case)
+        clients = pictures(client) if arguments.case == "pictures" else compare(client, arguments.quick, arguments.case)
     if arguments.case:
         print(f"{device}; load average {os.getloadavg()[0]:.1f}\n\n{table(clients)}")
         return 0

@@ -134,6 +134,7 @@ class Cloths(ClothsBase):
     randomise = _awaiting(ClothsBase._randomise)
     render_png = _awaiting(ClothsBase._render_png)
     render = _awaiting(ClothsBase._render)
+    render_tiles = _awaiting(ClothsBase._render_tiles)
     rollout = awaited_rollout
 
     def pipeline(self, depth: int = 2) -> Pipeline:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import columns, errors, pictures, states, topology, v1
+from . import columns, errors, states, topology, v1
 from .controls import Controls
 from .operations import Operation, Reading, Unary, blocking
 from .pipeline import Pipeline
@@ -257,18 +257,34 @@ class ClothsBase(Controls):
                     **options) -> Operation[bytes]:
         """A PNG file of the cloths as they are. options: further fields of RenderRequest, e.g. `camera=Camera(...)`,
         `colouring=RenderRequest.STRAIN`. Raises FailedPrecondition (NO_EGL_DEVICE) if the server cannot draw."""
+        response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height, **options)
+        return response.png
+
+    def _render(self, width: int = 960, height: int = 720, *, ids=None, timeout_s: float | None = None,
+                **options) -> Operation[np.ndarray]:
+        """The picture of `render_png` as uint8[height, width, 3], read-only."""
+        response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height,
+                                          encoding=v1.RenderRequest.RGB8, **options)
+        return np.frombuffer(response.rgb, np.uint8).reshape(height, width, 3)
+
+    def _render_tiles(self, width: int, height: int, camera, *, ids=None, timeout_s: float | None = None,
+                      **options) -> Operation[np.ndarray]:
+        """A picture of every cloth alone, uint8[m, height, width, 3], read-only, in one request. camera: a Camera in the
+        environment of each cloth. options: as of `render_png`. At most 2^24 pixels in all."""
+        rows = columns.rows_of(ids, self.num)
+        if rows is not None and not len(rows):
+            return np.empty((0, height, width, 3), np.uint8)
+        response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height, camera=camera, tiles=True,
+                                          encoding=v1.RenderRequest.RGB8, **options)
+        return np.frombuffer(response.rgb, np.uint8).reshape(-1, height, width, 3)
+
+    def _drawn(self, ids, timeout_s, **fields):
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
             raise errors.bad_field("ids", "nothing is selected")
-        request = v1.RenderRequest(session=self._session.name, width_px=width, height_px=height, **options)
+        request = v1.RenderRequest(session=self._session.name, **fields)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        response = yield Unary("Render", request, self._session.name, timeout_s)
-        return response.png
-
-    def _render(self, width: int = 960, height: int = 720, **options) -> Operation[np.ndarray]:
-        """The picture of `render_png` as uint8[height, width, 3]. Needs Pillow (pip install drape-sim[render])."""
-        png = yield from self._render_png(width, height, **options)
-        return pictures.pixels_of(png)
+        return (yield Unary("Render", request, self._session.name, timeout_s))
 
     # --- parts
 
@@ -359,6 +375,7 @@ class Cloths(ClothsBase):
     randomise = blocking(ClothsBase._randomise)
     render_png = blocking(ClothsBase._render_png)
     render = blocking(ClothsBase._render)
+    render_tiles = blocking(ClothsBase._render_tiles)
     rollout = rollout
 
     def triangles(self) -> np.ndarray:
