@@ -81,6 +81,8 @@ test::Scene Tube(uint32_t columns, uint32_t rows, double radius_m, double length
     }
   }
   description.topology = mesh;
+  // As the service describes a mesh that says nothing of its stretch.
+  description.material.stretch_stiffness_n_per_m = kMeshStretchStiffness_n_per_m;
   test::Scene scene;
   scene.model = test::BuildModel(description);
   scene.state = test::RestState(*scene.model);
