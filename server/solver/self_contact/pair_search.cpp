@@ -75,10 +75,6 @@ template <class V>
 void PairSearch<V>::Prepare() {
   patches_.clear();
   for (const ContactPatch& patch : surface_->patches()) patches_.push_back(StateOf(patch));
-  edge_boxes_.clear();
-  for (const auto& edge : surface_->edges()) edge_boxes_.push_back(BoxOf(edge));
-  triangle_boxes_.clear();
-  for (const auto& triangle : surface_->triangles()) triangle_boxes_.push_back(BoxOf(triangle));
   const std::span<const ContactNode> nodes = surface_->nodes();
   nodes_.resize(nodes.size());
   for (size_t k = nodes.size(); k-- > 0;) {  // children come after their parents
@@ -157,21 +153,20 @@ Box<V> PairSearch<V>::BoxOf(std::span<const uint32_t> particles) const {
 template <class V>
 void PairSearch<V>::Collect(const ContactPatch& patch, const Box<V>& near, const V& margin,
                             Boxed& boxed) const {
-  const auto collect = [&](std::span<const uint32_t> indices, BoxRows<V>& rows,
+  const auto collect = [&](std::span<const uint32_t> indices, std::vector<BoxedPrimitive>& list,
                            const auto& box_of) {
-    rows.Clear();
+    list.clear();
     for (const uint32_t index : indices) {
       const Box<V> box = box_of(index);
-      if (AreNear(box, near, margin)) rows.Add(index, box);
+      if (AreNear(box, near, margin)) list.push_back({index, box});
     }
   };
-  collect(surface_->vertices_of(patch), boxed.vertices, [&](uint32_t i) {
-    return Box<V>{state_.positions[i], state_.positions[i]};
-  });
+  collect(surface_->vertices_of(patch), boxed.vertices,
+          [&](uint32_t i) { return BoxOf(std::span(&i, 1)); });
   collect(surface_->edges_of(patch), boxed.edges,
-          [&](uint32_t e) -> const Box<V>& { return edge_boxes_[e]; });
+          [&](uint32_t e) { return BoxOf(surface_->edges()[e]); });
   collect(surface_->triangles_of(patch), boxed.triangles,
-          [&](uint32_t t) -> const Box<V>& { return triangle_boxes_[t]; });
+          [&](uint32_t t) { return BoxOf(surface_->triangles()[t]); });
 }
 
 template <class V>
@@ -192,31 +187,28 @@ void PairSearch<V>::SearchPatches(uint32_t first, uint32_t second) {
     AddVertices(first_, second_);
     AddVertices(second_, first_);
   }
-  AddEdges(first == second);
-}
-
-template <class V>
-void PairSearch<V>::AddVertices(const Boxed& vertices, const Boxed& triangles) {
-  for (const auto& vertex : vertices.vertices.entries()) {
-    triangles.triangles.ForEachNear(vertex.box, margin_, 0, [&](uint32_t triangle) {
-      const uint32_t i = vertex.index;
-      const auto& [j, k, l] = surface_->triangles()[triangle];
-      if (i != j && i != k && i != l) Add(PairKind::kVertexTriangle, {i, j, k, l});
-    });
+  const std::vector<BoxedPrimitive>& others = first == second ? first_.edges : second_.edges;
+  for (size_t k = 0; k < first_.edges.size(); ++k) {
+    for (size_t l = first == second ? k + 1 : 0; l < others.size(); ++l) {
+      if (!AreNear(first_.edges[k].box, others[l].box, margin_)) continue;
+      const auto& [i, j] = surface_->edges()[first_.edges[k].index];
+      const auto& [m, n] = surface_->edges()[others[l].index];
+      if (i == m || i == n || j == m || j == n) continue;
+      Add(PairKind::kEdges, {i, j, m, n});
+    }
   }
 }
 
 template <class V>
-void PairSearch<V>::AddEdges(bool is_one_patch) {
-  const BoxRows<V>& others = is_one_patch ? first_.edges : second_.edges;
-  size_t place = 0;
-  for (const auto& edge : first_.edges.entries()) {
-    ++place;
-    const auto& [i, j] = surface_->edges()[edge.index];
-    others.ForEachNear(edge.box, margin_, is_one_patch ? place : 0, [&](uint32_t other) {
-      const auto& [m, n] = surface_->edges()[other];
-      if (i != m && i != n && j != m && j != n) Add(PairKind::kEdges, {i, j, m, n});
-    });
+void PairSearch<V>::AddVertices(const Boxed& vertices, const Boxed& triangles) {
+  for (const BoxedPrimitive& vertex : vertices.vertices) {
+    for (const BoxedPrimitive& triangle : triangles.triangles) {
+      if (!AreNear(vertex.box, triangle.box, margin_)) continue;
+      const uint32_t i = vertex.index;
+      const auto& [j, k, l] = surface_->triangles()[triangle.index];
+      if (i == j || i == k || i == l) continue;
+      Add(PairKind::kVertexTriangle, {i, j, k, l});
+    }
   }
 }
 

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "server/solver/self_contact/box_rows.h"
 #include "server/solver/self_contact/closest_points.h"
 #include "server/solver/self_contact/contact_surface.h"
 #include "server/solver/self_contact/vectors.h"
@@ -71,9 +70,13 @@ class PairSearch {
     Box<V> positions;
     Box<V> velocities;
   };
-  // Primitives of one patch that are near the other one.
+  struct BoxedPrimitive {
+    uint32_t index;  // of a vertex, edge or triangle
+    Box<V> box;
+  };
+  // Primitives of two patches that are near the other patch.
   struct Boxed {
-    BoxRows<V> vertices, edges, triangles;
+    std::vector<BoxedPrimitive> vertices, edges, triangles;
   };
 
   void Prepare();
@@ -83,7 +86,6 @@ class PairSearch {
   void SearchPatches(uint32_t first, uint32_t second);
   void Collect(const ContactPatch& patch, const Box<V>& near, const V& margin, Boxed& boxed) const;
   void AddVertices(const Boxed& vertices, const Boxed& triangles);
-  void AddEdges(bool is_one_patch);
   void Add(PairKind kind, const std::array<uint32_t, 4>& particles);
   // By how much two sets of particles may come nearer as their velocities take them, along each
   // axis.
@@ -100,7 +102,6 @@ class PairSearch {
   std::vector<CandidatePair<V>>* pairs_ = nullptr;
   std::vector<PatchState> patches_;
   std::vector<NodeState> nodes_;
-  std::vector<Box<V>> edge_boxes_, triangle_boxes_;
   std::vector<std::pair<uint32_t, uint32_t>> open_;
   Boxed first_, second_;
   // Of the two patches that are searched.

@@ -31,8 +31,6 @@ constexpr double kWayMargin = 1.25;
 constexpr double kNormalAge_s = 1.0 / 800;
 // Searches within one substep that pushes have led too far before all particles move alike [-].
 constexpr int kMostSearches = 4;
-// Pairs are passed over so many at a time where none is due.
-constexpr size_t kBlock = 32;
 
 }  // namespace
 
@@ -152,12 +150,6 @@ void SelfContacts<V>::MakePairs() {
     first_touches_[k] = candidate.first_touch;
     earliest_touch_ = std::min(earliest_touch_, candidate.first_touch);
   }
-  blocks_.clear();
-  for (size_t begin = 0; begin < count; begin += kBlock) {
-    const auto first = first_touches_.begin() + static_cast<std::ptrdiff_t>(begin);
-    const size_t size = std::min(kBlock, count - begin);
-    blocks_.push_back({*std::min_element(first, first + static_cast<std::ptrdiff_t>(size)), 0});
-  }
   active_.clear();
   travel_ = 0;
 }
@@ -167,29 +159,17 @@ bool SelfContacts<V>::Wake(std::span<const V> starts, Real way) {
   const Real end = since_search_ + substep_s_;
   const Real travel = travel_ + way;
   const size_t before = active_.size();
-  for (size_t b = 0; b < blocks_.size(); ++b) {
-    Block& block = blocks_[b];
-    if (block.first_touch >= end || block.look_after > travel) continue;
-    Real look_after = std::numeric_limits<Real>::infinity();
-    const auto stop = static_cast<uint32_t>(std::min(pairs_.size(), (b + 1) * kBlock));
-    for (auto k = static_cast<uint32_t>(b * kBlock); k < stop; ++k) {
-      if (first_touches_[k] < end && look_after_[k] <= travel) WakeOne(k, starts, travel);
-      look_after = std::min(look_after, look_after_[k]);
-    }
-    block.look_after = look_after;
+  for (uint32_t k = 0; k < pairs_.size(); ++k) {
+    if (first_touches_[k] >= end || look_after_[k] > travel) continue;
+    ContactPair<V>& pair = pairs_[k];
+    if (pair.is_active) continue;
+    LookAt(pair, starts);
+    look_after_[k] = travel_ + std::max((pair.gap - pair.touch) / 2, Real{0});
+    if (look_after_[k] > travel) continue;
+    pair.is_active = true;
+    active_.push_back(k);
   }
   return active_.size() > before;
-}
-
-template <class V>
-void SelfContacts<V>::WakeOne(uint32_t k, std::span<const V> starts, Real travel) {
-  ContactPair<V>& pair = pairs_[k];
-  if (pair.is_active) return;
-  LookAt(pair, starts);
-  look_after_[k] = travel_ + std::max((pair.gap - pair.touch) / 2, Real{0});
-  if (look_after_[k] > travel) return;
-  pair.is_active = true;
-  active_.push_back(k);
 }
 
 // The gap along any direction bounds the distance, so an old normal will do for a while.
@@ -270,17 +250,24 @@ bool SelfContacts<V>::Solve(const V* starts, const V* base, V* u, Real interval,
 template <class V>
 typename SelfContacts<V>::Real SelfContacts<V>::DriftOf(std::span<const V> positions) const {
   const Real time = since_search_ + substep_s_;
-  const Box<V> drifts = BoxOfAll<V>(found_positions_.size(), [&](size_t i) {
-    return V((positions[i] - found_positions_[i]) - time * found_velocities_[i]);
-  });
+  Box<V> drifts;
+  V sum{};  // not finite if any position is not
+  for (size_t i = 0; i < found_positions_.size(); ++i) {
+    const V drift = (positions[i] - found_positions_[i]) - time * found_velocities_[i];
+    drifts.Add(drift);
+    sum += drift;
+  }
+  if (!std::isfinite(sum[0] + sum[1] + sum[2])) return std::numeric_limits<Real>::infinity();
   return Length(V(drifts.high - drifts.low));
 }
 
 template <class V>
 typename SelfContacts<V>::Real SelfContacts<V>::WayOf(
     const typename PlanarGuard<V>::Motion& motion) const {
-  const Box<V> ways = BoxOfAll<V>(found_positions_.size(),
-                                  [&](size_t i) { return V(motion.ends[i] - motion.starts[i]); });
+  Box<V> ways;
+  for (size_t i = 0; i < found_positions_.size(); ++i) {
+    ways.Add(V(motion.ends[i] - motion.starts[i]));
+  }
   return Length(V(ways.high - ways.low)) / 2;
 }
 

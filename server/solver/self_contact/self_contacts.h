@@ -71,7 +71,6 @@ class SelfContacts {
   // Makes pairs active that may touch if no particle moves farther than `way` from the mean.
   // Whether there were any.
   bool Wake(std::span<const V> starts, Real way);
-  void WakeOne(uint32_t pair, std::span<const V> starts, Real travel);
   void LookAt(ContactPair<V>& pair, std::span<const V> starts);
   bool SolvePush(ContactPair<V>& pair, const V* starts, const V* base, V* u, Real interval,
                  Real least_change);
@@ -90,15 +89,10 @@ class SelfContacts {
   std::vector<Real> first_touches_;  // of each pair, since the search [s]
   Real earliest_touch_ = 0;          // of them [s]
   std::vector<Real> look_after_;     // of each pair: not to be looked at below this `travel_` [m]
-  // Of successive pairs: the least of first_touches_ and look_after_.
-  struct Block {
-    Real first_touch, look_after;
-  };
-  std::vector<Block> blocks_;
-  std::vector<uint32_t> active_;  // pairs of the substep
-  Real travel_ = 0;               // sum of WayOf since the search
-  uint32_t normal_substeps_ = 1;  // for which a normal is used
-  Real way_ = 0;                  // WayOf the last substep
+  std::vector<uint32_t> active_;     // pairs of the substep
+  Real travel_ = 0;                  // sum of WayOf since the search
+  uint32_t normal_substeps_ = 1;     // for which a normal is used
+  Real way_ = 0;                     // WayOf the last substep
   // Of the last search; none yet: no substeps left.
   std::vector<V> found_positions_, found_velocities_;
   uint32_t substeps_left_ = 0;  // that it is for

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -96,32 +95,6 @@ template <class V>
 inline bool AreNear(const Box<V>& a, const Box<V>& b, const V& margin) {
   const auto apart = (a.low - b.high > margin) | (b.low - a.high > margin);
   return (apart[0] | apart[1] | apart[2]) == 0;
-}
-
-// The box of vectors; infinite if any is not finite. Several at a time, since each waits for the
-// last one.
-template <class V, class VectorOf>
-Box<V> BoxOfAll(size_t count, const VectorOf& vector_of) {
-  constexpr size_t kWide = 4;
-  std::array<Box<V>, kWide> boxes;
-  std::array<V, kWide> sums{};  // not finite if any vector is not
-  const auto add = [&](size_t k, const V& vector) {
-    boxes[k].Add(vector);
-    sums[k] += vector;
-  };
-  size_t i = 0;
-  for (; i + kWide <= count; i += kWide) {
-    for (size_t k = 0; k < kWide; ++k) add(k, vector_of(i + k));
-  }
-  for (; i < count; ++i) add(0, vector_of(i));
-  for (size_t k = 1; k < kWide; ++k) {
-    boxes[0].Add(boxes[k]);
-    sums[0] += sums[k];
-  }
-  if (!std::isfinite(sums[0][0] + sums[0][1] + sums[0][2])) {
-    boxes[0].high = Splat<V>(std::numeric_limits<ScalarOf<V>>::infinity());
-  }
-  return boxes[0];
 }
 
 }  // namespace drape::self_contact
