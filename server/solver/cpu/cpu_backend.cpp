@@ -154,9 +154,7 @@ class CpuBackend final : public Backend {
     return {std::move(positions), std::move(velocities)};
   }
 
-  bool MayCrossItself(ClothHandle handle) override {
-    return cloths_.At(handle).may_cross_itself;
-  }
+  bool MayCrossItself(ClothHandle handle) override { return cloths_.At(handle).may_cross_itself; }
 
   Status Write(ClothHandle handle, const ClothUpdate& update) override try {
     Cloth& cloth = cloths_.At(handle);
