@@ -92,6 +92,9 @@ void AddServerFlags(CLI::App& app, Config& config) {
       ->check(CLI::ExistingFile);
   cert->needs(key);
   key->needs(cert);
+  app.add_option("--checkpoint-dir", config.checkpoints.folder,
+                 "folder to which sessions are written, and from which they come back at the start "
+                 "(default: none)");
   app.add_option("--log-level", config.log_level, "trace, debug, info, warn, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
@@ -183,6 +186,8 @@ void AddLimits(CLI::App& app, Config& config) {
             "waiting pictures of all sessions");
   AddNumber(app, "--max-particles-per-picture", config.pictures.max_particles_per_picture, 1u,
             kMaxCount, "in all its cloths, and in all pictures being drawn");
+  AddNumber(app, "--checkpoint-interval-s", config.checkpoints.interval_s, 0.1, 86400.0,
+            "with --checkpoint-dir: time between two checkpoints of a session that changes");
   AddNumber(app, "--drain-grace-ms", config.drain_grace_ms, 0u, kMaxTime_ms,
             "time to finish accepted work when the server is told to stop");
   AddNumber(app, "--reap-interval-ms", config.reap_interval_ms, 1u, kMaxTime_ms,

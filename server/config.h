@@ -7,6 +7,7 @@
 
 #include "server/api/limits.h"
 #include "server/api/tls_files.h"
+#include "server/checkpoints/checkpoint_keeper.h"
 #include "server/render/render_thread.h"
 #include "server/scheduler/scheduler.h"
 #include "server/session/session_limits.h"
@@ -38,6 +39,7 @@ struct Config {
   uint32_t max_connections = 4096;  // more are refused at once (accept_guard.h)
   uint32_t max_calls_per_connection = 256;
   uint64_t max_transport_bytes = uint64_t{2} << 30;
+  CheckpointOptions checkpoints;
   api::RequestLimits requests;
   SessionLimits sessions;
   SchedulerLimits scheduler;

@@ -10,6 +10,7 @@
 #include "server/api/library_logs.h"
 #include "server/api/simulation_service.h"
 #include "server/backend_choice.h"
+#include "server/checkpoints/checkpoint_keeper.h"
 #include "server/config.h"
 #include "server/core/heap.h"
 #include "server/core/log.h"
@@ -30,6 +31,8 @@ using std::chrono::milliseconds;
 constexpr milliseconds kGoodbye{1'000};
 // Time after the grace of a drain until the process counts as hanging.
 constexpr milliseconds kStopPatience{5'000};
+// The same for the last checkpoints.
+constexpr milliseconds kWritePatience{60'000};
 
 std::string RandomHex() {
   std::random_device random;
@@ -80,11 +83,15 @@ Status Serve(const Config& config) {
     DRAPE_ASSIGN_OR_RETURN(operations, OperationsServer::Start(config.metrics_listen, numbers));
     spdlog::info("metrics_started port={}", operations->port());
   }
+  CheckpointKeeper checkpoints(config.checkpoints, sessions, **scheduler, config.requests,
+                               DRAPE_VERSION, incarnation);
+  Status status = checkpoints.Start();
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
   api::LimitConnections(config.max_connections);
   auto server = api::GrpcServer::Start(*options, service);
-  Status status =
-      server.ok() ? WritePortFile(config.port_file, (*server)->port()) : server.status();
+  if (status.ok()) {
+    status = server.ok() ? WritePortFile(config.port_file, (*server)->port()) : server.status();
+  }
   if (status.ok()) {
     const BackendDescription& backend = (*scheduler)->description();
     spdlog::info(
@@ -93,13 +100,17 @@ Status Serve(const Config& config) {
         files);
     if (operations != nullptr) operations->SetReady(true);
     const int signal = WaitForStop(config, **scheduler, authentication->get());
-    guard.emplace(StopSignals(), milliseconds(config.drain_grace_ms) + kStopPatience);
+    guard.emplace(StopSignals(), milliseconds(config.drain_grace_ms) + kStopPatience +
+                                     (checkpoints.is_on() ? kWritePatience : milliseconds(0)));
     spdlog::info("draining signal={} grace_ms={}", signal, config.drain_grace_ms);
     (*server)->SetServing(false);
     if (operations != nullptr) operations->SetReady(false);
   }
   pictures.Stop();  // while the backend is there, whose context it may share
-  (*scheduler)->Drain(status.ok() ? int64_t{config.drain_grace_ms} * 1000 : 0);
+  checkpoints.Stop();
+  (*scheduler)
+      ->Drain(status.ok() ? int64_t{config.drain_grace_ms} * 1000 : 0, checkpoints.LastCommand());
+  checkpoints.WriteLast();
   if (server.ok()) (*server)->Shutdown(kGoodbye);
   return status;
 }

@@ -36,8 +36,9 @@ int Main(int argc, const char* const* argv) {
       "Exit codes: 0 done, 1 failed or interrupted, 2 usage, 3 done, but a cloth is faulted (run, "
       "demo, step).");
   Action action;
-  for (const auto add : {AddRun, AddDemo, AddInfo, AddHealth, AddCreate, AddStep, AddRead,
-                         AddRender, AddWatch, AddLoad, AddList, AddDelete}) {
+  for (const auto add :
+       {AddRun, AddDemo, AddInfo, AddHealth, AddCreate, AddStep, AddRead, AddRender, AddWatch,
+        AddLoad, AddList, AddDelete, AddSnapshot, AddRestore}) {
     add(app, action);
   }
   if (argc > 1 && argv[1][0] != '-' && !IsCommand(app, argv[1])) {

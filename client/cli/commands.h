@@ -29,6 +29,8 @@ void AddWatch(CLI::App& app, Action& action);
 void AddLoad(CLI::App& app, Action& action);
 void AddList(CLI::App& app, Action& action);
 void AddDelete(CLI::App& app, Action& action);
+void AddSnapshot(CLI::App& app, Action& action);
+void AddRestore(CLI::App& app, Action& action);
 
 // The whole program: parses, acts, prints errors to stderr. Returns the exit code.
 int Main(int argc, const char* const* argv);

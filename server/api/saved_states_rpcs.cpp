@@ -4,6 +4,7 @@
 
 #include "server/api/cloth_selection.h"
 #include "server/api/simulation_service.h"
+#include "server/api/snapshot_streams.h"
 #include "server/api/unary_call.h"
 
 namespace drape::api {
@@ -85,6 +86,16 @@ grpc::ServerUnaryReactor* SimulationService::DropStates(Context* context,
   if (caller.is_refused) return Refuse(context);
   const Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
   return Answer(context, session.ok() ? (*session)->DropStates(request->name()) : session.status());
+}
+
+grpc::ServerWriteReactor<v1::SnapshotChunk>* SimulationService::ExportCloths(
+    Context* context, const v1::ExportClothsRequest* request) {
+  return ExportReactor::Start(context_, context_.Identify(*context), *request);
+}
+
+grpc::ServerReadReactor<v1::ImportClothsRequest>* SimulationService::ImportCloths(
+    Context* context, v1::ImportClothsResponse* response) {
+  return ImportReactor::Start(context_, context_.Identify(*context), response);
 }
 
 }  // namespace drape::api

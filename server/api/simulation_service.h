@@ -72,6 +72,10 @@ class SimulationService final : public v1::SimulationService::CallbackService {
   Reactor* SaveStates(Context*, const v1::SaveStatesRequest*, v1::SaveStatesResponse*) override;
   Reactor* LoadStates(Context*, const v1::LoadStatesRequest*, v1::LoadStatesResponse*) override;
   Reactor* DropStates(Context*, const v1::DropStatesRequest*, v1::DropStatesResponse*) override;
+  grpc::ServerWriteReactor<v1::SnapshotChunk>* ExportCloths(
+      Context*, const v1::ExportClothsRequest*) override;
+  grpc::ServerReadReactor<v1::ImportClothsRequest>* ImportCloths(
+      Context*, v1::ImportClothsResponse*) override;
   Reactor* ResetCloths(Context*, const v1::ResetClothsRequest*, v1::ResetClothsResponse*) override;
   Reactor* WriteStates(Context*, const v1::WriteStatesRequest*, v1::WriteStatesResponse*) override;
   Reactor* ReadTopology(Context*, const v1::ReadTopologyRequest*, v1::Topology*) override;

@@ -74,6 +74,12 @@ CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const Re
     violations.AddAll(CheckDescription(result.description, limits.model), path.ToString() + ".");
   }
   result.pins = CheckPinTargets(path.Child("pins"), spec.pins(), violations);
+  CheckClothPart(path, spec, limits, result, violations);
+  return result;
+}
+
+void CheckClothPart(const FieldPath& path, const v1::ClothSpec& spec, const RequestLimits& limits,
+                    CheckedSpec& result, Violations& violations) {
   result.transform = CheckTransform(path.Child("transform"), spec.transform(), violations);
 
   const FieldPath environment_path = path.Child("environment");
@@ -96,7 +102,6 @@ CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const Re
   result.parameters.settings = CheckSettings(path.Child("settings"), spec.settings(), violations);
   violations.CountInRange(path.Child("max_grips"), spec.max_grips(), 0, kMaxGrips);
   result.parameters.max_grips = spec.max_grips();
-  return result;
 }
 
 }  // namespace drape::api

@@ -23,6 +23,10 @@ struct CheckedSpec {
 // returned after a violation is usable but meaningless.
 CheckedSpec CheckSpec(const FieldPath& path, const v1::ClothSpec& spec, const RequestLimits& limits,
                       Violations& violations);
+// The part of CheckSpec that needs no topology: transform, environment, surface, settings, grips.
+// `result.description` and `result.pins` stay as they are.
+void CheckClothPart(const FieldPath& path, const v1::ClothSpec& spec, const RequestLimits& limits,
+                    CheckedSpec& result, Violations& violations);
 // Targets only; the indices are drape::CheckDescription's.
 std::vector<Pin> CheckPinTargets(const FieldPath& path,
                                  const google::protobuf::RepeatedPtrField<v1::Pin>& pins,

@@ -1,29 +1,17 @@
 #include "server/api/token_file.h"
 
-#include <openssl/evp.h>
-
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <fstream>
 #include <iterator>
 #include <sstream>
 
-#include "server/core/check.h"
+#include "server/api/sha256.h"
 
 namespace drape::api {
 namespace {
 
-constexpr size_t kHashBytes = 32;
 constexpr size_t kMaxTenantBytes = 64;
-
-std::string Sha256(std::string_view text) {
-  std::array<unsigned char, kHashBytes> hash{};
-  unsigned int size = 0;
-  const int done = EVP_Digest(text.data(), text.size(), hash.data(), &size, EVP_sha256(), nullptr);
-  DRAPE_CHECK(done == 1 && size == kHashBytes, "SHA-256 is always there");
-  return {hash.begin(), hash.end()};
-}
 
 int DigitOf(char c) {
   if (c >= '0' && c <= '9') return c - '0';
@@ -35,7 +23,7 @@ int DigitOf(char c) {
 // Empty: not a hash.
 std::string ParseHash(const std::string& digits) {
   std::string bytes;
-  if (digits.size() != 2 * kHashBytes) return bytes;
+  if (digits.size() != 2 * Sha256::kBytes) return bytes;
   for (size_t k = 0; k < digits.size(); k += 2) {
     const int high = DigitOf(digits[k]), low = DigitOf(digits[k + 1]);
     if (high < 0 || low < 0) return {};
@@ -90,7 +78,7 @@ Result<TokenFile> TokenFile::Parse(const std::string& text, const std::string& p
 }
 
 std::optional<std::string> TokenFile::TenantOf(std::string_view token) const {
-  const auto found = tenants_.find(Sha256(token));
+  const auto found = tenants_.find(Sha256Of(token));
   if (found == tenants_.end()) return std::nullopt;
   return found->second;
 }

@@ -3,6 +3,8 @@
 #include <cstring>
 #include <initializer_list>
 
+#include "server/scene/distance_map.h"
+
 namespace drape::api {
 namespace {
 
@@ -29,6 +31,8 @@ void SetPositions(size_t count, const Rows& row, v1::PackedArray* array) {
   }
 }
 
+}  // namespace
+
 v1::Mesh MeshMessage(const TriangleMesh& mesh) {
   v1::Mesh message;
   SetPositions(
@@ -41,8 +45,6 @@ v1::Mesh MeshMessage(const TriangleMesh& mesh) {
   }
   return message;
 }
-
-}  // namespace
 
 v1::Topology TopologyOf(const ClothRecord& cloth) {
   const auto description = cloth.description();

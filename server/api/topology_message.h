@@ -6,6 +6,8 @@
 
 namespace drape::api {
 
+// [vertices, 3] and [triangles, 3].
+v1::Mesh MeshMessage(const TriangleMesh& mesh);
 v1::Topology TopologyOf(const ClothRecord& cloth);
 
 }  // namespace drape::api

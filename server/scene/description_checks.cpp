@@ -289,6 +289,20 @@ std::vector<FieldViolation> CheckDescription(const ModelDescription& description
   return violations.Take();
 }
 
+std::vector<FieldViolation> CheckLetOut(const ModelDescription& description,
+                                        size_t constraint_count) {
+  Violations violations;
+  for (size_t k = 0; k < description.let_out.size() && !violations.is_full(); ++k) {
+    const LetOutLink& link = description.let_out[k];
+    const FieldPath path = FieldPath("let_out").At(k);
+    violations.Require(link.constraint < constraint_count, path, [&] {
+      return fmt::format("names constraint {} of {}", link.constraint, constraint_count);
+    });
+    violations.InRange(path, link.rest_length_m, {kMinRestLength_m, kMaxExtent_m, "m"});
+  }
+  return violations.Take();
+}
+
 std::vector<FieldViolation> CheckParticleSystem(const ModelDescription& description,
                                                 const ParticleSystem& system,
                                                 const ModelLimits& limits) {

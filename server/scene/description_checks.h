@@ -29,6 +29,10 @@ std::vector<FieldViolation> CheckDescription(const ModelDescription& description
 // "mesh.positions_m[3]" and "mesh.triangles[7]".
 void CheckMeshValues(const TriangleMesh& mesh, Violations& violations);
 
+// Edges that are let out, of a system with so many constraints: "let_out[3]".
+std::vector<FieldViolation> CheckLetOut(const ModelDescription& description,
+                                        size_t constraint_count);
+
 // Checks that need the built system: a mesh without area, masses and rest lengths out of range, too
 // many constraints or springs, in all or at one particle.
 std::vector<FieldViolation> CheckParticleSystem(const ModelDescription& description,

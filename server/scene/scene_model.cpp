@@ -139,6 +139,8 @@ Result<std::shared_ptr<const SceneModel>> SceneModel::Build(const ModelDescripti
   if (!violations.empty()) return Status::InvalidFields(std::move(violations));
   ParticleSystem system =
       BuildParticleSystem(description.topology, description.material, description.mesh_import);
+  violations = CheckLetOut(description, system.distance_constraints.size());
+  if (!violations.empty()) return Status::InvalidFields(std::move(violations));
   for (const LetOutLink& link : description.let_out) {
     system.distance_constraints[link.constraint].rest_length_m = link.rest_length_m;
   }

@@ -81,6 +81,7 @@ struct RuntimeState {
   ColliderTrack colliders;
   FrameBudget budget;
   SleepWatch sleep;
+  bool may_cross_itself = true;  // Backend::MayCrossItself; filled in by who reads the particles
 
   // Of the memory outside this object, to be counted.
   uint64_t held_bytes() const;

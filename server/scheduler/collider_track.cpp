@@ -19,6 +19,12 @@ void ColliderTrack::Start(std::vector<RigidMotion> motions, double start_s) {
   track_.Start(std::move(endless), false);
 }
 
+void ColliderTrack::Restore(Track<RigidMotion> track) {
+  DRAPE_CHECK(!track.empty(), "there is nothing to move");
+  pivots_m_.clear();
+  track_ = std::move(track);
+}
+
 void ColliderTrack::BeginMoving(double now_s) {
   if (is_moving()) return;
   std::vector<RigidMotion> at_rest;

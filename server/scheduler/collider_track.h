@@ -34,6 +34,9 @@ class ColliderTrack {
   size_t collider_count() const { return is_moving() ? track_.size() : pivots_m_.size(); }
   // Whether any collider moves, or may have moved away.
   bool is_moving() const { return !track_.empty(); }
+  const Track<RigidMotion>& track() const { return track_; }
+  // All colliders are driven by these motions; at least one.
+  void Restore(Track<RigidMotion> track);
   // Move becomes possible; nothing moves yet.
   void BeginMoving(double now_s);
   // Needs is_moving(). Collider `collider` leaves for `target` at `now_s`, in a straight line and

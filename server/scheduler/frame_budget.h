@@ -19,6 +19,13 @@ class FrameBudget {
   // As set.
   const StepSettings& settings() const { return settings_; }
 
+  // What was learnt; 0: nothing yet.
+  double sweep_us() const { return sweep_us_; }
+  void Restore(const StepSettings& settings, double sweep_us) {
+    settings_ = settings;
+    sweep_us_ = sweep_us;
+  }
+
   // Limit on the sweeps per substep of the next step: as many as fit into the budget, at least one,
   // at most the settings' max_iterations; one until a step has been measured. 0 without a budget.
   uint32_t Cap() const;

@@ -57,6 +57,16 @@ void GripTrack::ReleasePins(const SceneModel& model) {
   }
 }
 
+void GripTrack::Restore(std::vector<Slot> slots, bool is_settled) {
+  slots_ = std::move(slots);
+  is_settled_ = is_settled;
+  grips_.clear();
+  for (const Slot& slot : slots_) {
+    if (slot.particle) grips_.push_back({*slot.particle, slot.motion.goal.value()});
+  }
+  std::ranges::sort(grips_, {}, &Grip::particle);
+}
+
 std::span<const Grip> GripTrack::GripsForStep(double end_s) {
   has_changed_ = !is_settled_;
   if (is_settled_) return grips_;

@@ -18,6 +18,13 @@ namespace drape {
 // holds keeps the offset that it had when it was grabbed. Not thread-safe.
 class GripTrack {
  public:
+  struct Slot {
+    std::optional<uint32_t> particle{};
+    Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
+    // Of the particle.
+    Motion<Eigen::Vector3d> motion{Eigen::Vector3d::Zero(), std::nullopt, 0, 0};
+  };
+
   // All open.
   void Start(uint32_t slot_count) { slots_.assign(slot_count, {}); }
   // All open again.
@@ -46,13 +53,13 @@ class GripTrack {
   // Whether that step holds other particles than the one before, or moves one.
   bool has_changed() const { return has_changed_; }
 
+  const std::vector<Slot>& slots() const { return slots_; }
+  bool is_settled() const { return is_settled_; }
+  // As a track with these slots was. What is held has a goal; `is_settled`: every motion is over,
+  // and the backend has been told.
+  void Restore(std::vector<Slot> slots, bool is_settled);
+
  private:
-  struct Slot {
-    std::optional<uint32_t> particle;
-    Eigen::Vector3d offset_m = Eigen::Vector3d::Zero();
-    // Of the particle.
-    Motion<Eigen::Vector3d> motion{Eigen::Vector3d::Zero(), std::nullopt, 0, 0};
-  };
   const Slot& At(uint32_t slot) const;
   Slot& At(uint32_t slot) { return const_cast<Slot&>(std::as_const(*this).At(slot)); }
 

@@ -24,6 +24,12 @@ void LengthTrack::Start(const SceneModel& model) {
   places_.emplace(model);
 }
 
+void LengthTrack::Restore(const SceneModel& model, Track<double> track) {
+  DRAPE_CHECK(track.size() == model.constraint_count(), "one motion per constraint");
+  track_ = std::move(track);
+  places_.emplace(model);
+}
+
 LengthTrack LengthTrack::CarriedTo(const SceneModel& model) const {
   LengthTrack carried;
   if (!is_driven() || model.constraint_count() == 0) return carried;

@@ -26,6 +26,10 @@ class LengthTrack {
   // constraints than before.
   LengthTrack CarriedTo(const SceneModel& model) const;
 
+  const Track<double>& track() const { return track_; }
+  // Drives the constraints of `model`, at least one, by these motions.
+  void Restore(const SceneModel& model, Track<double> track);
+
   // The index in the model of constraint `source` of the description; none if it is left out.
   std::optional<uint32_t> FindConstraint(const SceneModel& model, uint32_t source);
   // Constraint `index` of the model changes to `length_m` from its present length in `over_s`

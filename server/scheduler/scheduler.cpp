@@ -125,8 +125,8 @@ Result<std::shared_ptr<Observer>> Scheduler::Subscribe(ObserverSpec spec) {
   return observer;
 }
 
-void Scheduler::Drain(int64_t grace_us) {
-  core_->Drain(grace_us);
+void Scheduler::Drain(int64_t grace_us, DeviceCommand last) {
+  core_->Drain(grace_us, std::move(last));
 }
 
 bool Scheduler::is_draining() const {

@@ -131,8 +131,8 @@ class Scheduler {
   // Refuses new work, runs accepted work for at most `grace_us` of the clock, then ends the rest
   // with UNAVAILABLE (DRAINING), destroys the backend on the device thread, and waits until the
   // last completion has run. Not on the device or the completion thread. A second call does
-  // nothing.
-  void Drain(int64_t grace_us);
+  // nothing. `last` is run before the backend is destroyed, when nothing is under way any longer.
+  void Drain(int64_t grace_us, DeviceCommand last = {});
   bool is_draining() const;
 
   SchedulerCounters counters() const;

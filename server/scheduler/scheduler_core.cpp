@@ -184,6 +184,7 @@ void Scheduler::Core::RunRounds(Backend& backend) {
   }
   loop.EndAll(DrainingStatus());
   observers_.EndAll(DrainingStatus());
+  if (last_command_) last_command_(backend);
 }
 
 bool Scheduler::Core::IsBatchDue(bool has_requests) const {
@@ -285,7 +286,7 @@ Scheduler::Core::Inbox Scheduler::Core::TakeInbox(bool has_requests,
   return inbox;
 }
 
-void Scheduler::Core::Drain(int64_t grace_us) {
+void Scheduler::Core::Drain(int64_t grace_us, DeviceCommand last) {
   DRAPE_CHECK(!IsOnOwnThread(), "a thread cannot wait for itself");
   const std::lock_guard drain_lock(drain_mutex_);
   if (!device_thread_.joinable()) return;
@@ -294,6 +295,7 @@ void Scheduler::Core::Drain(int64_t grace_us) {
     is_draining_ = true;
     is_held_ = false;
     drain_deadline_us_ = clock_.NowUs() + grace_us;
+    last_command_ = std::move(last);
     Notify();
   }
   device_thread_.join();

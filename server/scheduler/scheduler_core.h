@@ -33,7 +33,7 @@ class Scheduler::Core {
   Status Post(DeviceCommand command);
   bool PostCleanup(DeviceCommand command);
   Status Submit(StepWork work);
-  void Drain(int64_t grace_us);
+  void Drain(int64_t grace_us, DeviceCommand last);
   void Hold();
   void Release();
   // Makes the device thread serve its subscriptions.
@@ -120,6 +120,7 @@ class Scheduler::Core {
   bool is_parked_ = false;  // the device thread waits
   bool is_draining_ = false;
   int64_t drain_deadline_us_ = 0;
+  DeviceCommand last_command_;
   bool is_stopped_ = false;  // the device thread takes nothing more
 
   std::mutex drain_mutex_;  // one Drain at a time

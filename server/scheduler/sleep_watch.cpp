@@ -43,73 +43,92 @@ void SleepWatch::Set(const StepSettings& settings) {
   Wake();
 }
 
+bool SleepWatch::IsPossible(const State& state, ScalarType scalar, uint32_t particle_count) {
+  if (state.patience == 0) return false;
+  if (state.is_asleep) {
+    return !state.wants_look && state.is_watching && state.looks == kSleepLooks.size();
+  }
+  if (state.looks >= kSleepLooks.size()) return false;
+  if (!state.is_watching) return state.looks == 0;
+  const bool is_double = std::holds_alternative<std::vector<double>>(state.begin_m);
+  const size_t numbers = std::visit([](const auto& v) { return v.size(); }, state.begin_m);
+  return is_double == (scalar == ScalarType::kFloat64) && numbers == 3 * size_t{particle_count};
+}
+
+void SleepWatch::Restore(const StepSettings& settings, State state) {
+  Set(settings);
+  state_ = std::move(state);
+}
+
 void SleepWatch::Wake() {
-  is_asleep_ = false;
-  wants_look_ = false;
-  is_watching_ = false;
-  begin_m_ = {};
-  steps_ = 0;
-  looks_ = 0;
-  patience_ = kLeastPatience * stride_;
+  state_.is_asleep = false;
+  state_.wants_look = false;
+  state_.is_watching = false;
+  state_.begin_m = {};
+  state_.steps = 0;
+  state_.looks = 0;
+  state_.patience = kLeastPatience * stride_;
 }
 
 uint64_t SleepWatch::NextLook() const {
-  if (!is_watching_) return patience_;
-  const double steps = static_cast<double>(kSleepLooks[looks_] * stride_) * settings_.sleep_after_s;
-  return std::max<uint64_t>(looks_ + 1, static_cast<uint64_t>(std::lround(steps)));
+  if (!state_.is_watching) return state_.patience;
+  const double steps =
+      static_cast<double>(kSleepLooks[state_.looks] * stride_) * settings_.sleep_after_s;
+  return std::max<uint64_t>(state_.looks + 1, static_cast<uint64_t>(std::lround(steps)));
 }
 
 uint64_t SleepWatch::held_bytes() const {
-  return std::visit([](const auto& values) { return values.size() * sizeof(values[0]); }, begin_m_);
+  return std::visit([](const auto& values) { return values.size() * sizeof(values[0]); },
+                    state_.begin_m);
 }
 
 bool SleepWatch::decides_next() const {
-  return settings_.sleep_motion_m > 0 && !is_asleep_ && is_watching_ &&
-         looks_ + 1 == kSleepLooks.size() && steps_ + 1 == NextLook();
+  return settings_.sleep_motion_m > 0 && !state_.is_asleep && state_.is_watching &&
+         state_.looks + 1 == kSleepLooks.size() && state_.steps + 1 == NextLook();
 }
 
 void SleepWatch::CompleteStep(const StepReport& report) {
-  DRAPE_CHECK(!is_asleep_ && !wants_look_, "Look comes before the next step");
+  DRAPE_CHECK(!state_.is_asleep && !state_.wants_look, "Look comes before the next step");
   if (settings_.sleep_motion_m == 0 || report.fault != FaultReason::kNone) return;
-  if (decides_next()) report_ = report;
-  ++steps_;
-  wants_look_ = steps_ == NextLook();
+  if (decides_next()) state_.report = report;
+  ++state_.steps;
+  state_.wants_look = state_.steps == NextLook();
 }
 
 void SleepWatch::Look(const ScalarColumn& positions_m, size_t first_row, size_t row_count) {
-  DRAPE_CHECK(wants_look_, "no look is due");
-  wants_look_ = false;
-  if (!is_watching_) {
+  DRAPE_CHECK(state_.wants_look, "no look is due");
+  state_.wants_look = false;
+  if (!state_.is_watching) {
     BeginWatch(positions_m, first_row, row_count);
   } else if (HasMoved(positions_m, first_row)) {
-    const uint64_t patience = std::min(2 * patience_, kMostPatience * stride_);
+    const uint64_t patience = std::min(2 * state_.patience, kMostPatience * stride_);
     Wake();
-    patience_ = patience;
-  } else if (++looks_ == kSleepLooks.size()) {
-    is_asleep_ = true;
-    begin_m_ = {};
-    report_.iterations = 0;
-    report_.is_asleep = true;
+    state_.patience = patience;
+  } else if (++state_.looks == kSleepLooks.size()) {
+    state_.is_asleep = true;
+    state_.begin_m = {};
+    state_.report.iterations = 0;
+    state_.report.is_asleep = true;
   }
 }
 
 void SleepWatch::BeginWatch(const ScalarColumn& positions_m, size_t first_row, size_t row_count) {
-  begin_m_ = std::visit(
+  state_.begin_m = std::visit(
       [&](const auto& values) -> ScalarColumn {
         const auto begin = values.begin() + static_cast<std::ptrdiff_t>(3 * first_row);
         return std::decay_t<decltype(values)>(begin,
                                               begin + static_cast<std::ptrdiff_t>(3 * row_count));
       },
       positions_m);
-  is_watching_ = true;
-  steps_ = 0;
+  state_.is_watching = true;
+  state_.steps = 0;
 }
 
 bool SleepWatch::HasMoved(const ScalarColumn& positions_m, size_t first_row) const {
   return std::visit(
       [&](const auto& values) {
         using Values = std::decay_t<decltype(values)>;
-        return AnyBeyond(std::get<Values>(begin_m_), values, 3 * first_row,
+        return AnyBeyond(std::get<Values>(state_.begin_m), values, 3 * first_row,
                          settings_.sleep_motion_m);
       },
       positions_m);

@@ -17,14 +17,32 @@ namespace drape {
 // batch. Device thread.
 class SleepWatch {
  public:
+  // Where a watch is.
+  struct State {
+    bool is_asleep = false;
+    bool wants_look = false;
+    bool is_watching = false;
+    ScalarColumn begin_m;   // positions at the beginning of the watch
+    uint64_t steps = 0;     // since then, or since the last look that saw the cloth move
+    size_t looks = 0;       // in this second
+    uint64_t patience = 0;  // steps until the next second begins
+    StepReport report;
+  };
+
   // Wakes.
   void Set(const StepSettings& settings);
   // Something acts on the cloth: it is awake, and a new watch begins.
   void Wake();
 
-  bool is_asleep() const { return is_asleep_; }
+  const State& state() const { return state_; }
+  // Whether a watch of a cloth of so many particles, on a backend of this precision, can be so.
+  static bool IsPossible(const State& state, ScalarType scalar, uint32_t particle_count);
+  // Goes on from `state`, which IsPossible.
+  void Restore(const StepSettings& settings, State state);
+
+  bool is_asleep() const { return state_.is_asleep; }
   // Needs is_asleep(). The measured report of every step; no sweeps.
-  const StepReport& report() const { return report_; }
+  const StepReport& report() const { return state_.report; }
 
   uint64_t held_bytes() const;
   // Whether the cloth may fall asleep after the next step, which must therefore be measured.
@@ -32,7 +50,7 @@ class SleepWatch {
   // A step of the cloth was computed.
   void CompleteStep(const StepReport& report);
   // Whether to Look at the positions before the next step.
-  bool wants_look() const { return wants_look_; }
+  bool wants_look() const { return state_.wants_look; }
   // The cloth's positions are rows [first_row, first_row + row_count) of the column.
   void Look(const ScalarColumn& positions_m, size_t first_row, size_t row_count);
 
@@ -43,14 +61,7 @@ class SleepWatch {
 
   StepSettings settings_;
   uint64_t stride_ = 1;  // steps in 1/60 s
-  bool is_asleep_ = false;
-  bool wants_look_ = false;
-  bool is_watching_ = false;
-  ScalarColumn begin_m_;   // positions at the beginning of the watch
-  uint64_t steps_ = 0;     // since then, or since the last look that saw the cloth move
-  size_t looks_ = 0;       // in this second
-  uint64_t patience_ = 0;  // steps until the next second begins
-  StepReport report_;
+  State state_;
 };
 
 }  // namespace drape

@@ -22,6 +22,11 @@ class Track {
     is_settled_ = is_settled || motions_.empty();
     is_repeated_ = false;
   }
+  // The same motions as a track had that was `is_settled` and `is_repeated`.
+  void Restore(std::vector<Motion<Value>> motions, bool is_settled, bool is_repeated) {
+    Start(std::move(motions), is_settled);
+    is_repeated_ = is_repeated && !is_settled_;
+  }
   void Set(size_t k, Motion<Value> motion) {
     DRAPE_CHECK(k < motions_.size(), "no such element");
     motions_[k] = std::move(motion);
@@ -41,6 +46,8 @@ class Track {
   uint64_t held_bytes() const { return motions_.size() * (sizeof(Motion<Value>) + sizeof(Value)); }
   // Whether every motion is over and the backend has been told.
   bool is_settled() const { return is_settled_; }
+  // Whether it would be settled but for SendAgain.
+  bool is_repeated() const { return is_repeated_; }
   // Every value itself, not the targets (Motion::At).
   std::vector<Value> At(double time_s) const {
     std::vector<Value> values;

@@ -148,6 +148,8 @@ class ClothRecord {
   ParticleState StateAt(const RigidTransform& other_transform) const;
   // The start of creation while it fits the lengths of the model; otherwise null.
   std::shared_ptr<const ClearStart> start() const;
+  // As of the creation.
+  const std::shared_ptr<const ClearStart>& described_start() const { return start_; }
 
  private:
   const std::shared_ptr<const ClearStart> start_;

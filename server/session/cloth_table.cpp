@@ -4,6 +4,43 @@
 
 namespace drape {
 
+ClothTable::ClothTable(IssuedIds issued) : origin_(issued.origin) {
+  for (const uint32_t generation : issued.generations) slots_.push_back({generation, nullptr});
+  for (uint32_t slot = 0; slot < slots_.size(); ++slot) {
+    if (slots_[slot].generation < std::numeric_limits<uint32_t>::max()) free_slots_.push_back(slot);
+  }
+}
+
+IssuedIds ClothTable::issued() const {
+  const std::lock_guard lock(mutex_);
+  IssuedIds issued{.origin = origin_, .generations = {}};
+  for (const Slot& slot : slots_) issued.generations.push_back(slot.generation);
+  return issued;
+}
+
+bool ClothTable::CanReturn(ClothId id) const {
+  const std::lock_guard lock(mutex_);
+  if (SlotOf(id) >= slots_.size()) return false;
+  const Slot& slot = slots_[SlotOf(id)];
+  return slot.record == nullptr && slot.generation > 0 &&
+         slot.generation == id.generation - origin_.generation;
+}
+
+void ClothTable::Return(std::span<const std::shared_ptr<ClothRecord>> records,
+                        const std::string& session_name) {
+  const std::lock_guard lock(mutex_);
+  for (const auto& record : records) Occupy(record, session_name);
+  std::erase_if(free_slots_, [&](uint32_t slot) { return slots_[slot].record != nullptr; });
+  size_ += records.size();
+}
+
+void ClothTable::Occupy(const std::shared_ptr<ClothRecord>& record,
+                        const std::string& session_name) {
+  record->session_name = session_name;
+  record->creation_number = next_creation_number_++;
+  slots_[SlotOf(record->id)].record = record;
+}
+
 void ClothTable::Add(std::span<const std::shared_ptr<ClothRecord>> records,
                      const std::string& session_name) {
   const std::lock_guard lock(mutex_);
@@ -17,9 +54,7 @@ void ClothTable::Add(std::span<const std::shared_ptr<ClothRecord>> records,
       free_slots_.pop_back();
     }
     record->id = {origin_.slot + slot, origin_.generation + ++slots_[slot].generation};
-    record->session_name = session_name;
-    record->creation_number = next_creation_number_++;
-    slots_[slot].record = record;
+    Occupy(record, session_name);
   }
   size_ += records.size();
 }

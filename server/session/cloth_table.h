@@ -14,6 +14,12 @@
 
 namespace drape {
 
+// Which ids a session has issued: as much of its table as keeps them from being issued again.
+struct IssuedIds {
+  ClothId origin;
+  std::vector<uint32_t> generations;  // of the slots, from that of the origin on
+};
+
 // A slot is reused with the next generation, and never again after the last one. Thread-safe.
 class ClothTable {
  public:
@@ -21,6 +27,15 @@ class ClothTable {
   // nothing about other sessions, and an id of theirs is as good as never valid here.
   explicit ClothTable(ClothId origin = {}) : origin_(origin) {}
 
+  // A table that has issued these ids; they are of cloths no longer.
+  explicit ClothTable(IssuedIds issued);
+
+  IssuedIds issued() const;
+  // Whether this table has issued `id`, and no later one of its slot, and no cloth has it.
+  bool CanReturn(ClothId id) const;
+  // Each of the records has an id that CanReturn; no two the same. Sets the rest.
+  void Return(std::span<const std::shared_ptr<ClothRecord>> records,
+              const std::string& session_name);
   // Sets id, session_name and creation_number of each record, in order.
   void Add(std::span<const std::shared_ptr<ClothRecord>> records, const std::string& session_name);
   // The record of `id` if it belongs to the session. Null for another session's id, a stale id and
@@ -36,6 +51,8 @@ class ClothTable {
     std::shared_ptr<ClothRecord> record;
   };
 
+  // mutex_ held.
+  void Occupy(const std::shared_ptr<ClothRecord>& record, const std::string& session_name);
   uint32_t SlotOf(ClothId id) const { return id.slot - origin_.slot; }
 
   const ClothId origin_;

@@ -23,18 +23,6 @@ bool HaveSameParticles(const SceneModel& a, const SceneModel& b) {
          std::ranges::equal(a.triangles(), b.triangles());
 }
 
-ParticleState ParticlesOf(const SavedCloth& from) {
-  const uint32_t count = from.description->model->particle_count();
-  ParticleState state;
-  state.positions_m.reserve(count);
-  state.velocities_m_per_s.reserve(count);
-  for (size_t row = from.first_row; row < from.first_row + count; ++row) {
-    state.positions_m.push_back(VectorAt(from.columns->positions_m, row));
-    state.velocities_m_per_s.push_back(VectorAt(from.columns->velocities_m_per_s, row));
-  }
-  return state;
-}
-
 // What the backend must be told beside the particles.
 ClothUpdate UpdateTo(const SavedCloth& from, const ClothRecord& cloth) {
   const ClothDescription& description = *from.description;
@@ -44,6 +32,7 @@ ClothUpdate UpdateTo(const SavedCloth& from, const ClothRecord& cloth) {
   ClothUpdate update;
   update.state = ParticlesOf(from);
   update.fault = saved.progress.fault;
+  update.may_cross_itself = saved.may_cross_itself;
   update.pin_targets_m = saved.pins.At(now_s);
   const auto present = cloth.description();
   if (present->model != description.model) update.model = description.model;
@@ -60,6 +49,18 @@ ClothUpdate UpdateTo(const SavedCloth& from, const ClothRecord& cloth) {
 }
 
 }  // namespace
+
+ParticleState ParticlesOf(const SavedCloth& from) {
+  const uint32_t count = from.description->model->particle_count();
+  ParticleState state;
+  state.positions_m.reserve(count);
+  state.velocities_m_per_s.reserve(count);
+  for (size_t row = from.first_row; row < from.first_row + count; ++row) {
+    state.positions_m.push_back(VectorAt(from.columns->positions_m, row));
+    state.velocities_m_per_s.push_back(VectorAt(from.columns->velocities_m_per_s, row));
+  }
+  return state;
+}
 
 Status SavedStatesNotFound(const std::string& name) {
   return {StatusCode::kNotFound, "SAVED_STATES_NOT_FOUND",
@@ -79,11 +80,14 @@ Status SaveOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecor
   for (const auto& cloth : cloths) {
     SavedCloth& entry = saved.cloths.emplace_back();
     entry = {.id = cloth->id,
-             .origin_in_environment_m = cloth->placement.origin_in_environment_m,
+             .placement = cloth->placement,
+             .transform = cloth->transform,
+             .start = cloth->described_start(),
              .description = cloth->description(),
              .runtime = cloth->runtime->Save(),
              .columns = columns,
              .first_row = row};
+    entry.runtime.may_cross_itself = backend.MayCrossItself(cloth->runtime->handle());
     bytes += kBytesPerCloth + entry.runtime.held_bytes();
     row += cloth->runtime->particle_count();
   }
@@ -103,7 +107,7 @@ Status CheckLoads(const ClothRecord& cloth, const SavedCloth& from, const std::s
   if (!HaveSameParticles(*present->model, *from.description->model)) {
     return refuse("it is made of other particles");
   }
-  if (cloth.placement.origin_in_environment_m != from.origin_in_environment_m) {
+  if (cloth.placement.origin_in_environment_m != from.placement.origin_in_environment_m) {
     return refuse("it was created at another place of its environment");
   }
   if (present->parameters.max_grips != from.description->parameters.max_grips) {

@@ -20,12 +20,14 @@ namespace drape {
 // A cloth as it was between two steps: enough to go on with the same bits. Immutable.
 struct SavedCloth {
   ClothId id;
-  Eigen::Vector3d origin_in_environment_m = Eigen::Vector3d::Zero();
-  std::shared_ptr<const ClothDescription> description;
-  RuntimeState runtime;
+  Placement placement{};
+  RigidTransform transform{};
+  std::shared_ptr<const ClearStart> start{};  // ClothRecord::described_start
+  std::shared_ptr<const ClothDescription> description{};
+  RuntimeState runtime{};
   // Its particles are rows [first_row, first_row + particle_count), at the precision of the
   // backend.
-  std::shared_ptr<const StateColumns> columns;
+  std::shared_ptr<const StateColumns> columns{};
   size_t first_row = 0;
 };
 
@@ -49,6 +51,9 @@ Status CheckLoads(const ClothRecord& cloth, const SavedCloth& from, const std::s
 // way, grips, sleep, budget, fault, pins, model and parameters. RESOURCE_EXHAUSTED when the device
 // has no room; nothing changes then. Device thread.
 Status LoadOnDevice(Backend& backend, ClothRecord& cloth, const SavedCloth& from);
+
+// Its particles, in the cloth frame.
+ParticleState ParticlesOf(const SavedCloth& from);
 
 // SAVED_STATES_NOT_FOUND.
 Status SavedStatesNotFound(const std::string& name);

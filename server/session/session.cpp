@@ -32,6 +32,11 @@ Status QuotaExceeded(const std::string& limit, uint64_t maximum, uint64_t used, 
 
 Session::Session(std::shared_ptr<SessionCommons> commons, std::string name,
                  std::string display_name, double ttl_s, std::string tenant)
+    : Session(std::move(commons), std::move(name), std::move(display_name), ttl_s,
+              std::move(tenant), IssuedIds{RandomOrigin(), {}}) {}
+
+Session::Session(std::shared_ptr<SessionCommons> commons, std::string name,
+                 std::string display_name, double ttl_s, std::string tenant, IssuedIds issued)
     : commons_(std::move(commons)),
       name_(std::move(name)),
       display_name_(std::move(display_name)),
@@ -39,7 +44,7 @@ Session::Session(std::shared_ptr<SessionCommons> commons, std::string name,
       tenant_(std::move(tenant)),
       request_memory_(commons_->limits.requests, commons_->clock, commons_->remembered, owner()),
       map_quota_(std::make_shared<MapQuota>(commons_->limits.max_mesh_collider_bytes_per_session)),
-      table_(RandomOrigin()) {}
+      table_(std::move(issued)) {}
 
 uint32_t Session::cloth_count() const {
   const std::lock_guard lock(mutex_);
@@ -83,10 +88,14 @@ void Session::ReleaseQuota(uint64_t cloths, uint64_t particles) {
   particle_quota_used_ -= particles;
 }
 
-bool Session::Publish(const ClothList& records) {
+bool Session::Publish(const ClothList& records, bool keeps_ids) {
   const std::lock_guard lock(mutex_);
   if (is_closed_) return false;
-  table_.Add(records, name_);
+  if (keeps_ids) {
+    table_.Return(records, name_);
+  } else {
+    table_.Add(records, name_);
+  }
   for (const auto& record : records) cloths_.emplace(record->creation_number, record);
   return true;
 }

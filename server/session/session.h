@@ -92,6 +92,9 @@ class Session : public std::enable_shared_from_this<Session> {
   // `tenant`: empty on a server without tokens.
   Session(std::shared_ptr<SessionCommons> commons, std::string name, std::string display_name,
           double ttl_s, std::string tenant = {});
+  // A session that was: it never issues one of these ids again.
+  Session(std::shared_ptr<SessionCommons> commons, std::string name, std::string display_name,
+          double ttl_s, std::string tenant, IssuedIds issued);
 
   const std::string& name() const { return name_; }
   const std::string& display_name() const { return display_name_; }
@@ -159,6 +162,23 @@ class Session : public std::enable_shared_from_this<Session> {
                   std::span<const ClothId> from, std::function<void(Status)> done);
   // SAVED_STATES_NOT_FOUND.
   Status DropStates(const std::string& name);
+  // What SaveStates has kept; null: nothing.
+  std::shared_ptr<const SavedStates> FindSaved(const std::string& name) const;
+  // Creates cloths that go on from what was saved, all or none. Everything has been checked against
+  // the models; plans, charges of maps and shared models are set here. Errors as of CreateCloths.
+  void ImportCloths(std::vector<SavedCloth> cloths,
+                    std::function<void(Result<std::vector<ClothId>>)> done) {
+    Import(std::move(cloths), false, std::move(done));
+  }
+  // The same of cloths that had their ids in this session, and get them back. INVALID_ARGUMENT if
+  // it has not issued one of them.
+  void ReturnCloths(std::vector<SavedCloth> cloths,
+                    std::function<void(Result<std::vector<ClothId>>)> done) {
+    Import(std::move(cloths), true, std::move(done));
+  }
+  IssuedIds issued_ids() const { return table_.issued(); }
+  // Where bytes of snapshots count.
+  ByteBudget& saved_budget() { return *commons_->saved; }
 
   // Ends the session: deletes its cloths and refuses new ones. For the registry.
   void Close(std::function<void(Status)> done);
@@ -168,8 +188,13 @@ class Session : public std::enable_shared_from_this<Session> {
   Status ReserveQuota(uint64_t cloths, uint64_t particles);
   void ReleaseQuota(uint64_t cloths, uint64_t particles);
   Status CheckQuota(uint64_t cloths, uint64_t particles) const;  // mutex_ held
-  // Makes the records visible; false if the session has been closed.
-  bool Publish(const ClothList& records);
+  // Makes the records visible; false if the session has been closed. With `keeps_ids` they have
+  // theirs.
+  bool Publish(const ClothList& records, bool keeps_ids = false);
+  void Import(std::vector<SavedCloth> cloths, bool keeps_ids,
+              std::function<void(Result<std::vector<ClothId>>)> done);
+  // Whether every cloth can have its id back.
+  Status CheckReturn(const std::vector<SavedCloth>& cloths) const;
   // Publishes the cloths of a creation that ended with `status`.
   Result<CreatedCloths> PublishMade(const ClothMaker& maker, const Status& status);
   // Removes the cloths from this session and the table. Returns those that were still there.
@@ -177,7 +202,9 @@ class Session : public std::enable_shared_from_this<Session> {
   // Deletes the cloths that have ended on the device. Device thread.
   void DropEnded(const ClothList& cloths);
   Status Keep(const std::string& name, std::shared_ptr<const SavedStates> saved);
-  std::shared_ptr<const SavedStates> FindSaved(const std::string& name) const;
+  // INVALID_ARGUMENT where the backend has no self-collision but a cloth `touches_itself`.
+  Status CheckSelfCollision(bool touches_itself) const;
+  Status Adopt(std::vector<SavedCloth>& cloths);
   Result<std::vector<LoadPair>> PairsOf(const SavedStates& saved, std::span<const ClothId> into,
                                         std::span<const ClothId> from) const;
   // Posts a command that frees the cloths on the device, and returns the quota.

@@ -29,16 +29,16 @@ std::shared_ptr<const ClearStart> StartOf(const ClothCreation& creation) {
 
 }  // namespace
 
-namespace {
-
-// Refuses cloths that touch themselves on a backend that has no self-collision.
-Status CheckSelfCollision(bool touches_itself, const BackendDescription& backend) {
+Status Session::CheckSelfCollision(bool touches_itself) const {
+  const BackendDescription& backend = commons_->scheduler.description();
   if (!touches_itself || backend.has_self_collision) return Status::Ok();
   return Status::InvalidField("spec.self_collision",
                               "must be unset: the backend " + backend.name +
                                   " of this server has no self-collision; servers with "
                                   "--backend=cpu or --backend=reference have");
 }
+
+namespace {
 
 bool TouchesItself(const ClothCreation& creation) {
   return std::ranges::any_of(creation.copies, [](const ClothCopy& copy) {
@@ -51,9 +51,7 @@ bool TouchesItself(const ClothCreation& creation) {
 void Session::CreateCloths(ClothCreation creation,
                            std::function<void(Result<CreatedCloths>)> done) {
   DRAPE_CHECK(!creation.copies.empty(), "at least one copy");
-  if (const Status status =
-          CheckSelfCollision(TouchesItself(creation), commons_->scheduler.description());
-      !status.ok()) {
+  if (const Status status = CheckSelfCollision(TouchesItself(creation)); !status.ok()) {
     done(status);
     return;
   }
@@ -113,7 +111,7 @@ Result<CreatedCloths> Session::PublishMade(const ClothMaker& maker, const Status
 }
 
 void Session::CheckCloths(ClothCreation creation, std::function<void(Result<CreatedCloths>)> done) {
-  Status status = CheckSelfCollision(TouchesItself(creation), commons_->scheduler.description());
+  Status status = CheckSelfCollision(TouchesItself(creation));
   if (status.ok()) status = map_quota_->Charge(MapsOf(creation)).status();
   if (status.ok()) {
     const std::lock_guard lock(mutex_);
@@ -139,8 +137,7 @@ void Session::UpdateCloths(ClothList cloths, ClothChange change,
                               "the cloths has none"));
     return;
   }
-  if (const Status status = CheckSelfCollision(touches_itself, commons_->scheduler.description());
-      !status.ok()) {
+  if (const Status status = CheckSelfCollision(touches_itself); !status.ok()) {
     done(status);
     return;
   }

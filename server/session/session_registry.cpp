@@ -91,21 +91,54 @@ Result<SessionLease> SessionRegistry::Create(std::optional<double> ttl_s,
 
   const std::string name = "sessions/" + server_id_ + "-" + RandomToken();
   const std::lock_guard lock(mutex_);
+  DRAPE_ASSIGN_OR_RETURN(SessionLease lease, Insert(std::make_shared<Session>(
+                                                 commons_, name, display_name, ttl, tenant)));
+  LogEvent(fmt::format("session_created name={} ttl_s={}", ShortSessionName(name), ttl));
+  return lease;
+}
+
+Result<SessionLease> SessionRegistry::Insert(std::shared_ptr<Session> session) {
   if (sessions_.size() >= commons_->limits.max_sessions) {
     return Status(StatusCode::kResourceExhausted, "TOO_MANY_SESSIONS",
                   "max_sessions is " + std::to_string(commons_->limits.max_sessions));
   }
-  DRAPE_RETURN_IF_ERROR(commons_->tenants.Take(tenant, {1, 0, 0}));
+  DRAPE_RETURN_IF_ERROR(commons_->tenants.Take(session->tenant(), {1, 0, 0}));
   Entry entry;
-  entry.session = std::make_shared<Session>(commons_, name, display_name, ttl, tenant);
+  entry.session = session;
   entry.creation_number = next_creation_number_++;
   entry.under_way = 1;
   RenewEntry(entry);
-  names_by_creation_.emplace(entry.creation_number, name);
-  std::shared_ptr<Session> session = entry.session;
-  sessions_.emplace(name, std::move(entry));
-  LogEvent(fmt::format("session_created name={} ttl_s={}", ShortSessionName(name), ttl));
+  names_by_creation_.emplace(entry.creation_number, session->name());
+  sessions_.emplace(session->name(), std::move(entry));
   return SessionLease(this, std::move(session));
+}
+
+Result<SessionLease> SessionRegistry::Return(FormerSession former) {
+  constexpr size_t kMaxNameBytes = 256;
+  Violations violations;
+  violations.InRange("ttl_s", former.ttl_s, {kMinTtl_s, kMaxTtl_s, "s"});
+  violations.Require(former.display_name.size() <= kMaxDisplayNameBytes, "display_name",
+                     [] { return "is too long"; });
+  violations.Require(former.name.starts_with("sessions/") && former.name.size() <= kMaxNameBytes,
+                     "name", [] { return "is no name of a session"; });
+  // ClothTable counts from there without a wrap.
+  const ClothId origin = former.issued.origin;
+  violations.Require(std::max(origin.slot, origin.generation) <= INT32_MAX, "id_origin",
+                     [] { return "is no origin of ids"; });
+  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
+  const std::lock_guard lock(mutex_);
+  if (sessions_.contains(former.name)) {
+    return Status::InvalidField("name", "is the name of another session, too");
+  }
+  return Insert(std::make_shared<Session>(commons_, former.name, former.display_name, former.ttl_s,
+                                          former.tenant, std::move(former.issued)));
+}
+
+std::vector<std::shared_ptr<Session>> SessionRegistry::All() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::shared_ptr<Session>> all;
+  for (const auto& [number, name] : names_by_creation_) all.push_back(sessions_.at(name).session);
+  return all;
 }
 
 bool SessionRegistry::IsExpired(const Entry& entry, int64_t now_us) const {
@@ -244,6 +277,15 @@ size_t SessionRegistry::ReapExpired() {
     for (const auto& [name, entry] : sessions_) {
       if (IsExpired(entry, now_us)) expired.push_back(entry.session);
     }
+  }
+  // Nobody can renew them any longer.
+  for (const auto& session : expired) {
+    if (before_expiry_) before_expiry_(session);
+  }
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(expired,
+                  [&](const auto& session) { return !sessions_.contains(session->name()); });
     for (const auto& session : expired) {
       Remove(session->name());
       RememberExpired(*session);

@@ -61,6 +61,15 @@ struct SessionPage {
   std::string next_page_token;  // empty: the last page
 };
 
+// A session of an earlier run of the server.
+struct FormerSession {
+  std::string name;
+  std::string display_name;
+  double ttl_s = 0;
+  std::string tenant;
+  IssuedIds issued;
+};
+
 struct ServerTotals {
   uint32_t session_count = 0;
   uint32_t cloth_count = 0;
@@ -86,6 +95,16 @@ class SessionRegistry {
   // quota, too (QUOTA_EXCEEDED).
   Result<SessionLease> Create(std::optional<double> ttl_s, const std::string& display_name,
                               const std::string& tenant = {});
+  // A session as it was, with a whole lease and without cloths. INVALID_ARGUMENT for what Create
+  // could not have made or for a name that is there, RESOURCE_EXHAUSTED as Create.
+  Result<SessionLease> Return(FormerSession former);
+  // All that have not been deleted or reaped, in order of creation. Does not renew them.
+  std::vector<std::shared_ptr<Session>> All() const;
+  // Called by ReapExpired with each session before its cloths are deleted. Set once, before the
+  // Reaper.
+  void SetBeforeExpiry(std::function<void(const std::shared_ptr<Session>&)> before) {
+    before_expiry_ = std::move(before);
+  }
   // To all others but its tenant a session is NOT_FOUND (SESSION_NOT_FOUND), here and below.
   // The session for a request; renews it. NOT_FOUND: SESSION_EXPIRED for a while after expiry, then
   // SESSION_NOT_FOUND. A session is expired once its time is over, even if it was not reaped yet.
@@ -127,6 +146,8 @@ class SessionRegistry {
   Status CheckLive(const std::string& name, const std::string& tenant) const;
   SessionView ViewOf(const Entry& entry, int64_t now_us) const;
   void RenewEntry(Entry& entry);
+  // With one lease; the quota of the tenant is taken, or the limit that forbids it is named.
+  Result<SessionLease> Insert(std::shared_ptr<Session> session);
   void Remove(const std::string& name);
   void RememberExpired(const Session& session);
 
@@ -139,6 +160,7 @@ class SessionRegistry {
   const bool has_lasting_id_;
   LogLimit log_limit_;
   const std::shared_ptr<SessionCommons> commons_;
+  std::function<void(const std::shared_ptr<Session>&)> before_expiry_;
 
   mutable std::mutex mutex_;
   std::unordered_map<std::string, Entry> sessions_;    // by name

@@ -113,6 +113,7 @@ struct ClothUpdate {
   std::optional<ClothParameters> parameters;
   std::optional<ParticleState> state;
   FaultReason fault = FaultReason::kNone;  // with `state`: whether that is the state of a fault
+  bool may_cross_itself = true;            // Backend::MayCrossItself from then on
   std::optional<std::vector<Eigen::Vector3d>> pin_targets_m;  // [pin_count] of the (new) model
   // The cloth's own rest lengths from now on, [constraint_count] of the (new) model, each > 0. An
   // empty vector returns to the lengths of the model, as does a new model without this member.
@@ -156,6 +157,10 @@ class Backend {
   // Drops a step that StepPiece has begun, if there is one; the cloth is as before it.
   virtual void AbandonStep(ClothHandle /*cloth*/) {}
   virtual StateColumns Read(const ReadRequest& request) = 0;
+  // Whether the next step looks for parts of the cloth that cross each other, which it then treats
+  // differently. A state that is read and written back goes on with the same bits only if this
+  // does, too. True on backends without self-collision.
+  virtual bool MayCrossItself(ClothHandle /*cloth*/) { return true; }
   // RESOURCE_EXHAUSTED when the device has no room for the new model or colliders, INTERNAL
   // (SIZES_DISAGREE, update_check.h) when a list does not fit the cloth; nothing changes then.
   virtual Status Write(ClothHandle cloth, const ClothUpdate& update) = 0;

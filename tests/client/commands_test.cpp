@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <nlohmann/json.hpp>
@@ -152,6 +153,36 @@ TEST_F(CommandsTest, ListTellsSessionsButNotTheirSecret) {
   EXPECT_THAT(out, HasSubstr("41 particles"));
   EXPECT_EQ(out.find(session), std::string::npos);
   Do({"delete", "--session=" + session});
+}
+
+TEST_F(CommandsTest, ASnapshotIsRestored) {
+  const TemporaryFolder folder;
+  const std::string file = (folder.path() / "cloths.snapshot").string();
+  Session session = client_->CreateSession();
+  v1::ClothSpec spec;
+  spec.mutable_grid()->set_columns(4);
+  spec.mutable_grid()->set_rows(4);
+  spec.mutable_grid()->set_width_m(1);
+  spec.mutable_grid()->set_height_m(1);
+  spec.add_pins()->set_particle(0);
+  const ClothId id = session.CreateCloth(spec);
+  session.Step(4);
+  EXPECT_THAT(Do({"snapshot", file, "--session=" + session.name()}), HasSubstr(" bytes"));
+  const std::string out = Do({"restore", file, "--ttl=60"});
+  EXPECT_THAT(out, HasSubstr("formerly " + std::to_string(id)));
+  const std::string name = out.substr(8, out.find('\n') - 8);
+  Session restored = client_->AttachSession(name);
+  session.Step(3);
+  restored.Step(3);
+  const States expected = session.ReadStates(), actual = restored.ReadStates();
+  ASSERT_EQ(actual.size(), 1u);
+  EXPECT_TRUE(std::ranges::equal(actual[0].positions_m.floats(), expected[0].positions_m.floats()));
+  EXPECT_EQ(actual[0].step, 7u);
+  restored.Delete();
+  WriteText(folder.path() / "cloths.snapshot", "DRAPESNP and no more");
+  const Outcome damaged = RunProgram("drape", OnServer({"restore", file}));
+  EXPECT_EQ(damaged.exit_code, 1);
+  EXPECT_THAT(damaged.err, HasSubstr("SNAPSHOT_DAMAGED"));
 }
 
 TEST_F(CommandsTest, CreateAddsToASession) {

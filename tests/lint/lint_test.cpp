@@ -87,6 +87,9 @@ const std::map<std::string, std::set<std::string>> kMayInclude = {
     {"server/api",
      {"server/core", "server/scene", "server/solver", "server/render", "server/scheduler",
       "server/session"}},
+    {"server/checkpoints",
+     {"server/core", "server/scene", "server/solver", "server/scheduler", "server/session",
+      "server/api"}},
     {"client",
      {"client/include/drape", "client/src", "client/src/scenes", "client/cli", "client/examples"}},
 };

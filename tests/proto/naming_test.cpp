@@ -78,6 +78,8 @@ TEST_F(Naming, RealNumbersCarryTheirUnit) {
                                               "restitution",
                                               "described_error",
                                               "start_error",
+                                              "max_error",
+                                              "rms_error",
                                               "largest_let_out",
                                               "load_limit",
                                               "refine_above_strain",
@@ -96,9 +98,12 @@ TEST_F(Naming, RealNumbersCarryTheirUnit) {
                                               "up",
                                               "scale",
                                               "scales",
+                                              "starts",  // of various quantities, as goals
+                                              "goals",
+                                              "measurements",
                                               "range"};  // of the quantity that the colours show
   const char* kUnits =
-      ".*_(m|m2|kg|s|ms|hz|j|rad|m_per_s|m_per_s2|kg_per_m2|n_per_m|n_s_per_m|m_per_n|per_s)";
+      ".*_(m|m2|kg|s|ms|us|hz|j|rad|m_per_s|m_per_s2|kg_per_m2|n_per_m|n_s_per_m|m_per_n|per_s)";
   for (const Descriptor* message : descriptors_.Messages()) {
     for (int k = 0; k < message->field_count(); ++k) {
       const FieldDescriptor* field = message->field(k);
@@ -144,12 +149,14 @@ TEST_F(Naming, MethodsTakeTheirOwnRequest) {
   EXPECT_EQ(requests.size() + 1, static_cast<size_t>(service->method_count()));
 }
 
-// Every message is part of some request or answer, or of the scene file, where the client looks for
-// the fields of MeshFile itself.
+// Every message is part of some request or answer, of a file of the server, or of the scene file,
+// where the client looks for the fields of MeshFile itself.
 TEST_F(Naming, NoMessageIsUnused) {
   std::set<const Descriptor*> used;
-  std::vector<const Descriptor*> open = {descriptors_.Message("Scene"),
-                                         descriptors_.Message("MeshFile")};
+  std::vector<const Descriptor*> open = {
+      descriptors_.Message("Scene"),          descriptors_.Message("MeshFile"),
+      descriptors_.Message("SnapshotHeader"), descriptors_.Message("ModelSnapshot"),
+      descriptors_.Message("ClothSnapshot"),  descriptors_.Message("SessionCheckpoint")};
   const auto* service = descriptors_.Service();
   for (int k = 0; k < service->method_count(); ++k) {
     open.push_back(service->method(k)->input_type());

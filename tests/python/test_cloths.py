@@ -306,3 +306,19 @@ def test_pictures(session, spec):
     assert cloths.render_png(64, 48).startswith(b"\x89PNG")
     pixels = cloths.render(64, 48)
     assert pixels.shape == (48, 64, 3) and pixels.dtype == np.uint8 and pixels.std() > 1
+
+
+def test_a_snapshot_goes_on_with_the_same_bits(client, session):
+    cloths = session.create(sheet(), count=2)
+    cloths.step(5)
+    snapshot = cloths.snapshot()
+    expected = cloths.step(3).positions.copy()
+    with client.session() as other:
+        again = other.restore(snapshot)
+        assert again.step_count.tolist() == [5, 5]
+        assert np.array_equal(again.step(3).positions, expected)
+        one = other.restore(cloths.snapshot(ids=[1]))
+        assert one.num == 1 and one.step_count.tolist() == [8]
+        with pytest.raises(drape.InvalidArgument) as damaged:
+            other.restore(snapshot[:-1])
+        assert damaged.value.reason == "SNAPSHOT_DAMAGED"

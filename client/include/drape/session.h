@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "drape/error.h"
@@ -30,6 +31,12 @@ struct SessionOptions {
   std::string display_name;
   // Renew the lease from a thread of the library, three times per lease, while this object lives.
   bool renews_lease = true;
+};
+
+// Of Session::Restore, in the order of the snapshot.
+struct RestoredCloths {
+  std::vector<ClothId> cloths;
+  std::vector<ClothId> former_cloths;  // what they were called
 };
 
 // A lease on the server and its cloths. Thread-safe: requests from several threads are independent.
@@ -91,6 +98,14 @@ class Session {
   States ReadStates(const v1::StateView& view = {}) const;
   // Puts particles elsewhere; see WriteStates of the service.
   void WriteStates(v1::WriteStatesRequest request);
+  // The cloths as bytes, with everything that they go on from; no cloths: every one of the session.
+  // While they come they count among the saved states of the server. An export that is cut goes on.
+  std::string TakeSnapshot(std::span<const ClothId> cloths = {}) const;
+  // Creates the cloths of a snapshot, all or none. They go on with the bits that they would have
+  // had; with `inexact` a snapshot of another build, backend or device is accepted, whose cloths go
+  // on with others. Throws kInvalidArgument (SNAPSHOT_DAMAGED), kFailedPrecondition (OTHER_BUILD,
+  // SNAPSHOT_TOO_NEW), kResourceExhausted.
+  RestoredCloths Restore(std::string_view snapshot, bool inexact = false);
   // Triangles, edges, rest shape and collider meshes of a cloth.
   v1::Topology ReadTopology(ClothId cloth) const;
   // A PNG file of the present cloths; see RenderRequest. Throws kFailedPrecondition (NO_EGL_DEVICE)

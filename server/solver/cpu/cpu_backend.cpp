@@ -154,6 +154,8 @@ class CpuBackend final : public Backend {
     return {std::move(positions), std::move(velocities)};
   }
 
+  bool MayCrossItself(ClothHandle handle) override { return cloths_.At(handle).may_cross_itself; }
+
   Status Write(ClothHandle handle, const ClothUpdate& update) override try {
     Cloth& cloth = cloths_.At(handle);
     Abandon(cloth);
@@ -184,7 +186,7 @@ class CpuBackend final : public Backend {
       SetControls(changed);
       SetContactSurface(changed);
     }
-    changed.may_cross_itself = true;
+    changed.may_cross_itself = update.may_cross_itself;
     cloth = std::move(changed);
     return Status::Ok();
   } catch (const std::bad_alloc&) {

@@ -102,6 +102,10 @@ class ReferenceBackend final : public Backend {
     return {.positions_m = std::move(positions), .velocities_m_per_s = std::move(velocities)};
   }
 
+  bool MayCrossItself(ClothHandle handle) override {
+    return Find(handle).may_cross_itself;
+  }
+
   Status Write(ClothHandle handle, const ClothUpdate& update) override {
     AbandonStep(handle);
     ReferenceCloth& cloth = Find(handle);
@@ -119,6 +123,7 @@ class ReferenceBackend final : public Backend {
       cloth.parameters.collider_motions = *update.collider_motions;
     }
     SetContactSurface(cloth);
+    cloth.may_cross_itself = update.may_cross_itself;
     if (update.pin_targets_m) cloth.pin_targets_m = *update.pin_targets_m;
     return Status::Ok();
   }

@@ -130,6 +130,7 @@ class Cloths(ClothsBase):
     save = _awaiting(ClothsBase._save)
     load = _awaiting(ClothsBase._load)
     drop = _awaiting(ClothsBase._drop)
+    snapshot = _awaiting(ClothsBase._snapshot)
     topology = _awaiting(ClothsBase._topology)
     randomise = _awaiting(ClothsBase._randomise)
     render_png = _awaiting(ClothsBase._render_png)
@@ -168,6 +169,7 @@ class Session(SessionBase):
 
     create: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._create)
     attach: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._attach)
+    restore: Callable[..., Awaitable[Cloths]] = _awaiting(SessionBase._restore)
     list = _awaiting(SessionBase._list)
     renew = _awaiting(SessionBase._renew)
 

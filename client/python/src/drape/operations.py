@@ -16,7 +16,7 @@ R = TypeVar("R")
 
 
 class Unary(NamedTuple):
-    """One request, one answer, which the generator is sent."""
+    """One request, or an iterator of them for a method that takes a stream; one answer, which the generator is sent."""
 
     method: str
     request: Any

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import threading
 import weakref
 from typing import Any
@@ -13,6 +14,7 @@ from .cloths import Cloths
 from .operations import Operation, Unary, blocking
 
 _RENEWALS_PER_LEASE = 3  # two may be lost
+_PIECE_BYTES = 4 << 20  # of a message to the server
 _LAST_CALL_S = 2.0  # for a session that is deleted because nobody uses it: a dead server must not hold the program up
 
 
@@ -74,6 +76,18 @@ class SessionBase:
         cloths.faulted[:] = [cloth.faulted for cloth in found.values()]
         return cloths
 
+    def _restore(self, snapshot: bytes, *, inexact: bool = False,
+                 spec: v1.ClothSpec | None = None) -> Operation[Cloths]:
+        """New cloths that go on from `cloths.snapshot()` with the bits that they would have had, all or none. inexact:
+        accept a snapshot of another build, backend or device, whose cloths go on with other bits. spec: see `attach`.
+        Raises InvalidArgument (SNAPSHOT_DAMAGED), FailedPrecondition (OTHER_BUILD, SNAPSHOT_TOO_NEW)."""
+        begin = v1.ImportClothsRequest.Begin(session=self.name, inexact=inexact, total_bytes=len(snapshot))
+        pieces = (v1.ImportClothsRequest(data=snapshot[at:at + _PIECE_BYTES])
+                  for at in range(0, len(snapshot), _PIECE_BYTES))
+        requests = itertools.chain([v1.ImportClothsRequest(begin=begin)], pieces)
+        response = yield Unary("ImportCloths", requests, self.name)
+        return (yield from self._attach(list(response.cloth_ids), spec))
+
     def _list(self) -> Operation[list[v1.Cloth]]:
         """Every cloth of the session, in order of creation."""
         cloths, token = [], ""
@@ -113,6 +127,7 @@ class Session(SessionBase):
 
     create = blocking(SessionBase._create)
     attach = blocking(SessionBase._attach)
+    restore = blocking(SessionBase._restore)
     list = blocking(SessionBase._list)
     renew = blocking(SessionBase._renew)
 

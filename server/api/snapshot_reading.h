@@ -1,0 +1,31 @@
+// From the bytes of a snapshot to cloths that can be made: everything is checked as if a stranger
+// had written it.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "server/api/build_queue.h"
+#include "server/api/limits.h"
+#include "server/core/status.h"
+#include "server/session/distance_map_cache.h"
+#include "server/session/saved_states.h"
+#include "server/solver/backend.h"
+
+namespace drape::api {
+
+// For whom a snapshot is read.
+struct SnapshotTarget {
+  const BackendDescription& backend;
+  const RequestLimits& limits;
+  const StopReason& stop_reason;
+  DistanceMapCache& maps;
+  bool is_inexact = false;  // another build, backend or device is accepted
+};
+
+// Seconds of work: builder threads. The ids are the former ones; plans and charges are open.
+// INVALID_ARGUMENT (SNAPSHOT_DAMAGED; INVALID_FIELDS: "cloths[2].runtime.pins[0]"),
+// FAILED_PRECONDITION (SNAPSHOT_TOO_NEW, OTHER_BUILD), the stop reason.
+Result<std::vector<SavedCloth>> ReadSnapshot(std::string_view bytes, const SnapshotTarget& target);
+
+}  // namespace drape::api

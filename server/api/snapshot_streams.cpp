@@ -1,0 +1,162 @@
+#include "server/api/snapshot_streams.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "server/api/build_queue.h"
+#include "server/api/snapshot_reading.h"
+#include "server/api/snapshot_records.h"
+#include "server/api/snapshot_writing.h"
+#include "server/api/status_mapping.h"
+
+namespace drape::api {
+
+ExportReactor* ExportReactor::Start(const ServiceContext& context, const Caller& caller,
+                                    const v1::ExportClothsRequest& request) {
+  auto* reactor = new ExportReactor();
+  if (caller.is_refused) {
+    reactor->Finish(Unauthenticated());
+    return reactor;
+  }
+  const Status status = reactor->Begin(context, caller, request);
+  if (!status.ok()) reactor->End(status);
+  return reactor;
+}
+
+Status ExportReactor::Begin(const ServiceContext& context, const Caller& caller,
+                            const v1::ExportClothsRequest& request) {
+  DRAPE_ASSIGN_OR_RETURN(session_, context.sessions.Find(request.session(), caller.tenant));
+  std::shared_ptr<const SavedStates> saved = session_->FindSaved(request.name());
+  if (saved == nullptr) return SavedStatesNotFound(request.name());
+  next_ = request.offset();
+  max_chunk_bytes_ = context.limits.max_chunk_bytes;
+  return PostBuild(context, session_->owner(), cancel_,
+                   [this, &context, saved = std::move(saved)](const Status& status) {
+                     const Status written = status.ok() ? Write(context, *saved) : status;
+                     if (!written.ok()) return End(written);
+                     WriteNext();
+                   });
+}
+
+Status ExportReactor::Write(const ServiceContext& context, const SavedStates& saved) {
+  DRAPE_ASSIGN_OR_RETURN(bytes_,
+                         WriteSnapshot(saved, context.scheduler.description(), context.version));
+  DRAPE_ASSIGN_OR_RETURN(held_, session_->saved_budget().Take(session_->owner(), bytes_.size()));
+  if (next_ <= bytes_.size()) return Status::Ok();
+  return Status::InvalidField("offset", std::to_string(next_) +
+                                            " is beyond the snapshot, which has " +
+                                            std::to_string(bytes_.size()) + " bytes");
+}
+
+void ExportReactor::OnWriteDone(bool ok) {
+  if (!ok) return End(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
+  if (next_ == bytes_.size()) return End(Status::Ok());
+  WriteNext();
+}
+
+void ExportReactor::WriteNext() {
+  const uint64_t count = std::min<uint64_t>(max_chunk_bytes_, bytes_.size() - next_);
+  chunk_.set_offset(next_);
+  chunk_.set_data(bytes_.substr(next_, count));
+  chunk_.set_total_bytes(bytes_.size());
+  next_ += count;
+  StartWrite(&chunk_);
+}
+
+void ExportReactor::End(const Status& status) {
+  bytes_ = {};
+  held_ = nullptr;
+  session_ = {};
+  Finish(ToGrpcStatus(status));
+}
+
+ImportReactor* ImportReactor::Start(const ServiceContext& context, Caller caller,
+                                    v1::ImportClothsResponse* response) {
+  const bool is_refused = caller.is_refused;
+  auto* reactor = new ImportReactor(context, std::move(caller), response);
+  if (is_refused) {
+    reactor->Finish(Unauthenticated());
+  } else {
+    reactor->StartRead(&reactor->request_);
+  }
+  return reactor;
+}
+
+void ImportReactor::OnReadDone(bool ok) {
+  if (!ok) {
+    if (cancel_.is_cancelled()) {
+      return End(Status(StatusCode::kCancelled, "CANCELLED", "the client has gone"));
+    }
+    return Import();
+  }
+  const Status status = Take(request_);
+  if (!status.ok()) return End(status);
+  StartRead(&request_);
+}
+
+Status ImportReactor::Take(v1::ImportClothsRequest& request) {
+  if (request.has_begin()) {
+    if (session_) return Status::InvalidField("begin", "comes once, in the first message");
+    return Begin(request.begin());
+  }
+  if (!session_) return Status::InvalidField("begin", "is needed in the first message");
+  if (request.data().size() > total_bytes_ - bytes_.size()) {
+    return Status::InvalidField("data",
+                                "more has come than total_bytes = " + std::to_string(total_bytes_));
+  }
+  bytes_ += request.data();
+  request.Clear();
+  return Status::Ok();
+}
+
+Status ImportReactor::Begin(const v1::ImportClothsRequest::Begin& begin) {
+  if (begin.total_bytes() == 0) {
+    return Status::InvalidField("begin.total_bytes", "is 0; the size of the snapshot is needed");
+  }
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session,
+                         context_.sessions.Find(begin.session(), caller_.tenant));
+  DRAPE_ASSIGN_OR_RETURN(held_,
+                         session->saved_budget().Take(session->owner(), begin.total_bytes()));
+  session_ = std::move(session);
+  is_inexact_ = begin.inexact();
+  total_bytes_ = begin.total_bytes();
+  return Status::Ok();
+}
+
+void ImportReactor::Import() {
+  if (!session_) return End(Status::InvalidField("begin", "is needed in the first message"));
+  if (bytes_.size() < total_bytes_) {
+    return End(SnapshotDamaged("only " + std::to_string(bytes_.size()) + " of its " +
+                               std::to_string(total_bytes_) + " bytes have come"));
+  }
+  const StopReason stop_reason = BuildStopReason(context_, cancel_);
+  const Status posted =
+      PostBuild(context_, session_->owner(), cancel_, [this, stop_reason](const Status& status) {
+        if (!status.ok()) return End(status);
+        Result<std::vector<SavedCloth>> cloths =
+            ReadSnapshot(bytes_, {context_.scheduler.description(), context_.limits, stop_reason,
+                                  session_->maps(), is_inexact_});
+        if (!cloths.ok()) return End(cloths.status());
+        Create(std::move(*cloths));
+      });
+  if (!posted.ok()) End(posted);
+}
+
+void ImportReactor::Create(std::vector<SavedCloth> cloths) {
+  bytes_ = {};
+  for (const SavedCloth& cloth : cloths) response_->add_former_cloth_ids(cloth.id.Packed());
+  session_->ImportCloths(std::move(cloths), [this](const Result<std::vector<ClothId>>& ids) {
+    if (!ids.ok()) return End(ids.status());
+    for (const ClothId id : *ids) response_->add_cloth_ids(id.Packed());
+    End(Status::Ok());
+  });
+}
+
+void ImportReactor::End(const Status& status) {
+  bytes_ = {};
+  held_ = nullptr;
+  session_ = {};
+  Finish(ToGrpcStatus(status));
+}
+
+}  // namespace drape::api

@@ -1,0 +1,72 @@
+// ExportCloths and ImportCloths: the bytes of a snapshot, in chunks.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "server/api/simulation_service.h"
+
+namespace drape::api {
+
+// Owns itself until gRPC is done with it. The bytes count in max_saved_bytes while it lives.
+class ExportReactor final : public grpc::ServerWriteReactor<v1::SnapshotChunk> {
+ public:
+  static ExportReactor* Start(const ServiceContext& context, const Caller& caller,
+                              const v1::ExportClothsRequest& request);
+
+ private:
+  ExportReactor() = default;
+
+  Status Begin(const ServiceContext& context, const Caller& caller,
+               const v1::ExportClothsRequest& request);
+  // Builder thread.
+  Status Write(const ServiceContext& context, const SavedStates& saved);
+  void OnWriteDone(bool ok) override;
+  void OnCancel() override { cancel_.Cancel(); }
+  void OnDone() override { delete this; }
+  void WriteNext();
+  void End(const Status& status);
+
+  SessionLease session_;
+  CancelToken cancel_;
+  std::shared_ptr<void> held_;
+  std::string bytes_;
+  uint64_t next_ = 0;  // of them
+  uint64_t max_chunk_bytes_ = 0;
+  v1::SnapshotChunk chunk_;
+};
+
+// The same. What has come counts, too; the session lives while it is under way.
+class ImportReactor final : public grpc::ServerReadReactor<v1::ImportClothsRequest> {
+ public:
+  static ImportReactor* Start(const ServiceContext& context, Caller caller,
+                              v1::ImportClothsResponse* response);
+
+ private:
+  ImportReactor(const ServiceContext& context, Caller caller, v1::ImportClothsResponse* response)
+      : context_(context), caller_(std::move(caller)), response_(response) {}
+
+  void OnReadDone(bool ok) override;
+  void OnCancel() override { cancel_.Cancel(); }
+  void OnDone() override { delete this; }
+  // What a message brings.
+  Status Take(v1::ImportClothsRequest& request);
+  Status Begin(const v1::ImportClothsRequest::Begin& begin);
+  // All bytes are there.
+  void Import();
+  void Create(std::vector<SavedCloth> cloths);
+  void End(const Status& status);
+
+  const ServiceContext& context_;
+  const Caller caller_;
+  v1::ImportClothsResponse* const response_;
+  SessionLease session_;
+  CancelToken cancel_;
+  std::shared_ptr<void> held_;
+  bool is_inexact_ = false;
+  uint64_t total_bytes_ = 0;
+  std::string bytes_;
+  v1::ImportClothsRequest request_;
+};
+
+}  // namespace drape::api

@@ -1,0 +1,277 @@
+#include "server/checkpoints/checkpoint_keeper.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <future>
+#include <set>
+#include <utility>
+
+#include "server/api/checkpoint_file.h"
+#include "server/api/sha256.h"
+#include "server/api/snapshot_reading.h"
+#include "server/api/snapshot_writing.h"
+#include "server/session/sliced_command.h"
+
+namespace drape {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kMaxExpiredFiles = 64;
+constexpr size_t kHashDigits = 32;
+
+double NowUnix_s() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration<double>(now).count();
+}
+
+// The name of a session is a secret: files are called by a hash of it.
+std::string FileStem(const std::string& session_name) {
+  std::string digits;
+  for (const char byte : api::Sha256Of(session_name)) {
+    digits += fmt::format("{:02x}", static_cast<unsigned char>(byte));
+  }
+  return digits.substr(0, kHashDigits);
+}
+
+FormerSession DescriptionOf(const Session& session) {
+  return {session.name(), session.display_name(), session.ttl_s(), session.tenant(),
+          session.issued_ids()};
+}
+
+// Cloths that were deleted meanwhile are left out.
+Status SaveAlive(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,
+                 ByteBudget& budget, SavedStates& saved) {
+  ClothList alive(cloths.begin(), cloths.end());
+  std::erase_if(alive, [](const auto& cloth) { return !cloth->runtime->is_alive(); });
+  return SaveOnDevice(backend, alive, budget, "checkpoints", saved);
+}
+
+std::vector<fs::path> FilesIn(const fs::path& folder, const std::string& extension) {
+  std::vector<fs::path> files;
+  std::error_code ignored;
+  for (const auto& entry : fs::directory_iterator(folder, ignored)) {
+    if (entry.path().extension() == extension) files.push_back(entry.path());
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+// The newest kMaxExpiredFiles stay.
+void Prune(const fs::path& folder) {
+  std::vector<fs::path> files = FilesIn(folder, ".snapshot");
+  if (files.size() <= kMaxExpiredFiles) return;
+  std::error_code ignored;
+  std::ranges::sort(files, std::greater(),
+                    [&](const fs::path& file) { return fs::last_write_time(file, ignored); });
+  for (size_t k = kMaxExpiredFiles; k < files.size(); ++k) fs::remove(files[k], ignored);
+}
+
+}  // namespace
+
+CheckpointKeeper::CheckpointKeeper(CheckpointOptions options, SessionRegistry& sessions,
+                                   Scheduler& scheduler, const api::RequestLimits& limits,
+                                   std::string version, std::string incarnation)
+    : options_(std::move(options)),
+      sessions_(sessions),
+      scheduler_(scheduler),
+      limits_(limits),
+      version_(std::move(version)),
+      incarnation_(std::move(incarnation)),
+      budget_(std::make_shared<ByteBudget>("UNUSED", ByteBudget::Limit{"unlimited", UINT64_MAX / 2},
+                                           ByteBudget::Limit{"unlimited", UINT64_MAX / 2}, 0)) {}
+
+CheckpointKeeper::~CheckpointKeeper() {
+  Stop();
+}
+
+fs::path CheckpointKeeper::PathOf(const std::string& session_name) const {
+  return fs::path(options_.folder) / (FileStem(session_name) + ".checkpoint");
+}
+
+Status CheckpointKeeper::Start() {
+  if (!is_on()) return Status::Ok();
+  std::error_code error;
+  fs::create_directories(fs::path(options_.folder) / "expired", error);
+  if (error) {
+    return {StatusCode::kFailedPrecondition, "FILE_FAILED",
+            "cannot make the folder " + options_.folder + ": " + error.message()};
+  }
+  DRAPE_RETURN_IF_ERROR(folder_lock_.Take(options_.folder));
+  fs::permissions(options_.folder, fs::perms::owner_all, error);
+  for (const fs::path& file : FilesIn(options_.folder, ".checkpoint")) Recover(file);
+  sessions_.SetBeforeExpiry([this](const SessionPointer& session) { WriteExpired(session); });
+  thread_ = std::thread([this] { Loop(); });
+  return Status::Ok();
+}
+
+void CheckpointKeeper::Recover(const fs::path& file) {
+  const Result<std::string> bytes = ReadWhole(file);
+  const Status status = bytes.ok() ? RecoverSession(*bytes) : bytes.status();
+  if (status.ok()) return;
+  spdlog::error("session_lost file={} status=\"{}\"", file.string(), status.ToString());
+  std::error_code ignored;
+  fs::rename(file, file.string() + ".unreadable", ignored);
+}
+
+Status CheckpointKeeper::RecoverSession(const std::string& bytes) {
+  DRAPE_ASSIGN_OR_RETURN(api::CheckpointHead head, api::ReadCheckpointHead(bytes));
+  const api::StopReason never = [] { return Status::Ok(); };
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session, sessions_.Return(head.session));
+  api::SnapshotTarget target{scheduler_.description(), limits_, never, session->maps(), false};
+  Result<std::vector<SavedCloth>> cloths = api::ReadSnapshot(head.snapshot, target);
+  const bool is_exact = cloths.ok() || cloths.status().reason() != "OTHER_BUILD";
+  if (!is_exact) {
+    target.is_inexact = true;
+    cloths = api::ReadSnapshot(head.snapshot, target);
+  }
+  std::promise<Status> done;
+  size_t count = 0;
+  if (cloths.ok()) {
+    count = cloths->size();
+    session->ReturnCloths(std::move(*cloths), [&done](const Result<std::vector<ClothId>>& ids) {
+      done.set_value(ids.status());
+    });
+  } else {
+    done.set_value(cloths.status());
+  }
+  const Status status = done.get_future().get();
+  if (!status.ok()) {
+    sessions_.Delete(
+        head.session.name, [](const Status&) {}, head.session.tenant);
+    return status;
+  }
+  spdlog::info("session_recovered name={} cloths={} age_s={:.1f} exact={} from={}",
+               ShortSessionName(head.session.name), count, NowUnix_s() - head.stamp.written_unix_s,
+               is_exact, head.stamp.incarnation);
+  return Status::Ok();
+}
+
+void CheckpointKeeper::Loop() {
+  const auto interval = std::chrono::duration<double>(options_.interval_s);
+  std::unique_lock lock(mutex_);
+  while (!wake_.wait_for(lock, interval, [this] { return is_stopping_; })) {
+    lock.unlock();
+    WriteRound();
+    lock.lock();
+  }
+}
+
+void CheckpointKeeper::Stop() {
+  {
+    const std::lock_guard lock(mutex_);
+    is_stopping_ = true;
+  }
+  wake_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+Result<SavedStates> CheckpointKeeper::Capture(const Session& session) {
+  DRAPE_ASSIGN_OR_RETURN(const ClothList cloths, session.FindCloths({}));
+  uint32_t largest = 1;
+  for (const auto& cloth : cloths) {
+    largest = std::max(largest, cloth->description()->model->particle_count());
+  }
+  const size_t per_slice = ClothsPerSlice(largest);
+  SavedStates saved;
+  for (size_t begin = 0; begin < cloths.size(); begin += per_slice) {
+    const auto slice = std::span(cloths).subspan(begin, std::min(per_slice, cloths.size() - begin));
+    DRAPE_RETURN_IF_ERROR(scheduler_.RunBlocking(
+        [&](Backend& backend) { return SaveAlive(backend, slice, *budget_, saved); }));
+  }
+  return saved;
+}
+
+void CheckpointKeeper::WriteRound() {
+  const std::lock_guard lock(round_mutex_);
+  const std::vector<SessionPointer> live = sessions_.All();
+  for (const SessionPointer& session : live) {
+    const Result<SavedStates> saved = Capture(*session);
+    if (!saved.ok()) {
+      spdlog::warn("checkpoint_failed name={} status=\"{}\"", ShortSessionName(session->name()),
+                   saved.status().ToString());
+      continue;
+    }
+    Write(*session, *saved);
+  }
+  ForgetEnded(live);
+}
+
+void CheckpointKeeper::Write(const Session& session, const SavedStates& saved) {
+  const auto written = api::WriteCheckpoint(DescriptionOf(session), saved, scheduler_.description(),
+                                            version_, {incarnation_, NowUnix_s()});
+  Status status = written.status();
+  if (written.ok()) {
+    std::string& digest = digests_[session.name()];
+    if (digest == written->digest) return;
+    status = WriteDurably(PathOf(session.name()), written->bytes);
+    if (status.ok()) digest = written->digest;
+  }
+  if (status.ok()) return;
+  spdlog::warn("checkpoint_failed name={} status=\"{}\"", ShortSessionName(session.name()),
+               status.ToString());
+}
+
+void CheckpointKeeper::ForgetEnded(const std::vector<SessionPointer>& live) {
+  std::set<fs::path> kept;
+  for (const SessionPointer& session : live) kept.insert(PathOf(session->name()));
+  for (const fs::path& file : FilesIn(options_.folder, ".checkpoint")) {
+    std::error_code ignored;
+    if (!kept.contains(file)) fs::remove(file, ignored);
+  }
+  std::set<std::string> names;
+  for (const SessionPointer& session : live) names.insert(session->name());
+  std::erase_if(digests_, [&](const auto& entry) { return !names.contains(entry.first); });
+}
+
+void CheckpointKeeper::WriteExpired(const SessionPointer& session) {
+  const std::lock_guard lock(round_mutex_);
+  const Result<SavedStates> saved = Capture(*session);
+  Status status = saved.status();
+  const fs::path folder = fs::path(options_.folder) / "expired";
+  const fs::path path = folder / (FileStem(session->name()) + ".snapshot");
+  if (saved.ok() && !saved->cloths.empty()) {
+    const auto bytes = api::WriteSnapshot(*saved, scheduler_.description(), version_);
+    status = bytes.ok() ? WriteDurably(path, *bytes) : bytes.status();
+    if (status.ok()) {
+      spdlog::info("session_kept name={} file={}", ShortSessionName(session->name()),
+                   path.string());
+      Prune(folder);
+    }
+  }
+  if (!status.ok()) {
+    spdlog::warn("checkpoint_failed name={} status=\"{}\"", ShortSessionName(session->name()),
+                 status.ToString());
+  }
+  std::error_code ignored;
+  if (status.ok()) fs::remove(PathOf(session->name()), ignored);
+}
+
+DeviceCommand CheckpointKeeper::LastCommand() {
+  if (!is_on()) return {};
+  return [this](Backend& backend) {
+    for (const SessionPointer& session : sessions_.All()) {
+      SavedStates saved;
+      const Result<ClothList> cloths = session->FindCloths({});
+      if (!cloths.ok() || !SaveAlive(backend, *cloths, *budget_, saved).ok()) continue;
+      last_.emplace_back(session, std::move(saved));
+    }
+  };
+}
+
+void CheckpointKeeper::WriteLast() {
+  if (!is_on()) return;
+  const std::lock_guard lock(round_mutex_);
+  std::vector<SessionPointer> live;
+  for (const auto& [session, saved] : last_) {
+    Write(*session, saved);
+    live.push_back(session);
+  }
+  ForgetEnded(live);
+  spdlog::info("checkpoints_written sessions={}", live.size());
+  last_.clear();
+}
+
+}  // namespace drape

@@ -1,0 +1,82 @@
+// Sessions on disk: written on an interval and at the end, recovered at the start.
+#pragma once
+
+#include <condition_variable>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "server/api/limits.h"
+#include "server/checkpoints/durable_file.h"
+#include "server/core/byte_budget.h"
+#include "server/core/status.h"
+#include "server/scheduler/scheduler.h"
+#include "server/session/session_registry.h"
+
+namespace drape {
+
+struct CheckpointOptions {
+  std::string folder;  // empty: nothing is written
+  double interval_s = 60;
+};
+
+// Outlived by the scheduler and the registry. Errors of the disk are warnings: the files stay as
+// they were, and the next round tries again.
+class CheckpointKeeper {
+ public:
+  CheckpointKeeper(CheckpointOptions options, SessionRegistry& sessions, Scheduler& scheduler,
+                   const api::RequestLimits& limits, std::string version, std::string incarnation);
+  ~CheckpointKeeper();
+  CheckpointKeeper(const CheckpointKeeper&) = delete;
+  CheckpointKeeper& operator=(const CheckpointKeeper&) = delete;
+
+  bool is_on() const { return !options_.folder.empty(); }
+  // Makes and locks the folder, brings back the sessions that are in it, and begins to write.
+  // Before any client; blocks. FILE_FAILED, FOLDER_IN_USE.
+  Status Start();
+  // Writes what has changed, and forgets sessions that have ended. Any thread but the device's.
+  void WriteRound();
+
+  // The end: Stop, Scheduler::Drain(grace, LastCommand()), WriteLast.
+  void Stop();
+  DeviceCommand LastCommand();
+  void WriteLast();
+
+ private:
+  using SessionPointer = std::shared_ptr<Session>;
+
+  void Recover(const std::filesystem::path& file);
+  Status RecoverSession(const std::string& bytes);
+  void Loop();
+  // The session between steps of its cloths. Not on the device thread.
+  Result<SavedStates> Capture(const Session& session);
+  // Logs errors.
+  void Write(const Session& session, const SavedStates& saved);
+  void WriteExpired(const SessionPointer& session);
+  void ForgetEnded(const std::vector<SessionPointer>& live);
+  std::filesystem::path PathOf(const std::string& session_name) const;
+
+  const CheckpointOptions options_;
+  SessionRegistry& sessions_;
+  Scheduler& scheduler_;
+  const api::RequestLimits limits_;
+  const std::string version_;
+  const std::string incarnation_;
+  const std::shared_ptr<ByteBudget> budget_;  // without limits
+  FolderLock folder_lock_;
+
+  std::mutex round_mutex_;                      // one writer at a time
+  std::map<std::string, std::string> digests_;  // by name; guarded by round_mutex_
+  std::vector<std::pair<SessionPointer, SavedStates>> last_;
+
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool is_stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace drape

@@ -1,0 +1,34 @@
+// Cloths that were saved, made anew.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "server/session/cloth_record.h"
+#include "server/session/saved_states.h"
+#include "server/solver/backend.h"
+
+namespace drape {
+
+// Makes cloths that go on from what was saved, in order. Device thread, except the constructor.
+class ImportMaker {
+ public:
+  explicit ImportMaker(std::vector<SavedCloth> cloths) : cloths_(std::move(cloths)) {}
+
+  size_t cloth_count() const { return cloths_.size(); }
+  const SavedCloth& cloth(size_t k) const { return cloths_[k]; }
+  // Creates cloths [begin, end) on the backend. After an error, earlier cloths remain.
+  Status Make(Backend& backend, size_t begin, size_t end);
+  const std::vector<std::shared_ptr<ClothRecord>>& made() const { return made_; }
+  // Destroys all of them.
+  void Unmake(Backend& backend);
+
+ private:
+  Status MakeOne(Backend& backend, const SavedCloth& from);
+
+  std::vector<SavedCloth> cloths_;
+  std::vector<std::shared_ptr<ClothRecord>> made_;
+};
+
+}  // namespace drape

@@ -1,0 +1,90 @@
+// The method of Session that makes cloths of what was saved.
+#include <algorithm>
+#include <map>
+#include <unordered_set>
+#include <utility>
+
+#include "server/session/cloth_import.h"
+#include "server/session/session.h"
+#include "server/session/sliced_command.h"
+
+namespace drape {
+
+// Every cloth gets its quota, the shared model of equal content, and the plan of this backend.
+Status Session::Adopt(std::vector<SavedCloth>& cloths) {
+  DistanceMapSet maps;
+  for (const SavedCloth& cloth : cloths) Insert(cloth.description->parameters.colliders, maps);
+  DRAPE_ASSIGN_OR_RETURN(const MapCharges charges, map_quota_->Charge(maps));
+  std::map<const SceneModel*, std::shared_ptr<const SceneModel>> shared;
+  for (SavedCloth& cloth : cloths) {
+    auto description = std::make_shared<ClothDescription>(*cloth.description);
+    std::shared_ptr<const SceneModel>& model = shared[description->model.get()];
+    if (model == nullptr) model = commons_->models.Share(description->model);
+    description->model = model;
+    description->plan = commons_->scheduler.description().plan_of(*model);
+    if (!description->parameters.colliders.empty()) description->map_charges = charges;
+    cloth.description = std::move(description);
+  }
+  return Status::Ok();
+}
+
+Status Session::CheckReturn(const std::vector<SavedCloth>& cloths) const {
+  std::unordered_set<ClothId> ids;
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    if (table_.CanReturn(cloths[k].id) && ids.insert(cloths[k].id).second) continue;
+    return Status::InvalidField("cloths[" + std::to_string(k) + "].cloth_id",
+                                "is no id that a cloth of the session can have back");
+  }
+  return Status::Ok();
+}
+
+void Session::Import(std::vector<SavedCloth> cloths, bool keeps_ids,
+                     std::function<void(Result<std::vector<ClothId>>)> done) {
+  if (cloths.empty()) return done(std::vector<ClothId>{});
+  if (keeps_ids) {
+    if (const Status status = CheckReturn(cloths); !status.ok()) return done(status);
+  }
+  uint64_t particles = 0;
+  uint32_t largest = 1;
+  for (const SavedCloth& cloth : cloths) {
+    const Status status =
+        CheckSelfCollision(cloth.description->parameters.self_collision.has_value());
+    if (!status.ok()) return done(status);
+    const uint32_t its = cloth.description->model->particle_count();
+    particles += its;
+    largest = std::max(largest, its);
+  }
+  const size_t count = cloths.size();
+  if (const Status status = ReserveQuota(count, particles); !status.ok()) return done(status);
+  if (const Status status = Adopt(cloths); !status.ok()) {
+    ReleaseQuota(count, particles);
+    return done(status);
+  }
+  const auto maker = std::make_shared<ImportMaker>(std::move(cloths));
+  const Status status = RunInSlices(
+      commons_->scheduler, count, ClothsPerSlice(largest),
+      [maker](Backend& backend, size_t begin, size_t end) {
+        return maker->Make(backend, begin, end);
+      },
+      [self = shared_from_this(), maker, keeps_ids, done, count, particles](Backend& backend,
+                                                                            const Status& outcome) {
+        Result<std::vector<ClothId>> answer = std::vector<ClothId>{};
+        if (!outcome.ok()) {
+          answer = outcome;
+        } else if (!self->Publish(maker->made(), keeps_ids)) {
+          answer = Status(StatusCode::kNotFound, "SESSION_NOT_FOUND", "the session has ended");
+        } else {
+          for (const auto& cloth : maker->made()) answer->push_back(cloth->id);
+        }
+        if (!answer.ok()) {
+          maker->Unmake(backend);
+          self->ReleaseQuota(count, particles);
+        }
+        self->commons_->scheduler.Complete([done, answer = std::move(answer)] { done(answer); });
+      });
+  if (status.ok()) return;
+  ReleaseQuota(count, particles);
+  done(status);
+}
+
+}  // namespace drape
