@@ -1,8 +1,10 @@
 #include "server/scene/constraint_builder.h"
+#include "server/scene/hinge_fit.h"
 
 #include <cmath>
 #include <utility>
 
+#include "server/scene/hinge_fit.h"
 #include "server/scene/mesh.h"
 
 namespace drape {
@@ -214,6 +216,7 @@ ParticleSystem BuildMesh(const TriangleMesh& drawn, const StructuralMaterial& ma
       AddBendingSprings(edge, material.bending_stiffness_n_per_m, system);
     }
   }
+  FitHingesToPlate(system.rest_positions_m, material.bending_rigidity_n_m, system.elastic_elements);
   return system;
 }
 
