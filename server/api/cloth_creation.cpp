@@ -11,6 +11,7 @@
 #include "server/api/request_validation.h"
 #include "server/api/step_cost.h"
 #include "server/session/clear_starts.h"
+#include "server/session/cloth_creation.h"
 
 namespace drape::api {
 namespace {
@@ -65,7 +66,7 @@ Status BuildMaps(Creation& creation, const RequestLimits& limits, const StopReas
 }
 
 void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimits& limits,
-                    const StopReason& stop_reason) {
+                    const StopReason& stop_reason, const BackendDescription& backend) {
   auto model = SceneModel::Build(*creation->checked.description, limits.model);
   if (!model.ok()) return creation->End(Below("spec", model.status()));
   const Status cost = CheckStepCosts(**model, creation->checked);
@@ -82,6 +83,7 @@ void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimi
   if (creation->validate_only) {
     creation->session->CheckCloths(std::move(cloths), end);
   } else {
+    PrepareCloths(cloths, backend.prepare);
     creation->session->CreateCloths(std::move(cloths), end);
   }
 }
@@ -111,10 +113,10 @@ void StartCreation(const ServiceContext& context, const Caller& caller,
                ReadColliderMeshes(request.spec().environment().colliders()), std::move(done)});
   const Status posted =
       PostBuild(context, creation->session->owner(), cancel,
-                [creation, limits = context.limits,
-                 stop_reason = BuildStopReason(context, cancel)](const Status& status) {
+                [creation, limits = context.limits, stop_reason = BuildStopReason(context, cancel),
+                 backend = context.scheduler.description()](const Status& status) {
                   if (!status.ok()) return creation->End(status);
-                  BuildAndCreate(creation, limits, stop_reason);
+                  BuildAndCreate(creation, limits, stop_reason, backend);
                 });
   if (!posted.ok()) creation->End(posted);
 }

@@ -48,10 +48,28 @@ Status ClothMaker::Make(Backend& backend, size_t begin, size_t end) {
   return Status::Ok();
 }
 
+namespace {
+
+Placement PlacementOf(const SceneModel& model, const ClothCopy& copy) {
+  return {copy.environment_origin_m, OriginInEnvironment(model, copy.transform)};
+}
+
+}  // namespace
+
+void PrepareCloths(const ClothCreation& creation,
+                   const std::function<void(const SceneModel&, const ClothParameters&)>& prepare) {
+  if (!prepare) return;
+  for (size_t k = 0; k < std::min(creation.copies.size(), kMaxPreparedCopies); ++k) {
+    const ClothCopy& copy = creation.copies[k];
+    const SceneModel& model = copy.model != nullptr ? *copy.model : *creation.model;
+    prepare(model, OnDevice(model, copy.parameters, PlacementOf(model, copy)));
+  }
+}
+
 Status ClothMaker::MakeOne(Backend& backend, const ClothCopy& copy) {
   const auto& model = copy.model != nullptr ? copy.model : model_;
   const auto& described = copy.model != nullptr ? copy.description : creation_.description;
-  const Placement placement{copy.environment_origin_m, OriginInEnvironment(*model, copy.transform)};
+  const Placement placement = PlacementOf(*model, copy);
   const ParticleState state = PlaceAtStart(*model, copy.transform, placement, copy.start.get());
   const ClothParameters on_device = OnDevice(*model, copy.parameters, placement);
   DRAPE_ASSIGN_OR_RETURN(ClothHandle handle, backend.Create(model, on_device, state));

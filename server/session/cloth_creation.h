@@ -1,6 +1,8 @@
 // Cloths on the device: creating and resetting them.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -35,6 +37,13 @@ class ClothMaker {
   const std::string plan_;
   std::vector<std::shared_ptr<ClothRecord>> made_;
 };
+
+// Has done what takes long in the first creation of such cloths (BackendDescription::prepare; may
+// be empty), of so many copies: those of one request are mostly of one kind. Not on the device
+// thread.
+inline constexpr size_t kMaxPreparedCopies = 16;
+void PrepareCloths(const ClothCreation& creation,
+                   const std::function<void(const SceneModel&, const ClothParameters&)>& prepare);
 
 // Ends the cloth and frees it on the backend; step requests that name it end with `reason` (without
 // one: CLOTH_NOT_FOUND). No effect if it has ended already. Device thread.

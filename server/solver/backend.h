@@ -33,6 +33,10 @@ struct BackendDescription {
   // How a cloth of this model is stepped: "resident", "tiled", "lanes", "single", "scalar". Pure;
   // any thread.
   std::function<std::string(const SceneModel&)> plan_of;
+  // Does what takes long in a first Create of such a cloth, programs to compile, so that the device
+  // thread need not; nothing else depends on it. May take seconds. Any thread but the device
+  // thread, also after the backend has ended. Empty: there is nothing of the kind.
+  std::function<void(const SceneModel&, const ClothParameters&)> prepare = {};
 };
 
 // A particle that a cloth holds in a step besides its pins.

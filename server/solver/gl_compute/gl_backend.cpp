@@ -15,6 +15,7 @@
 #include "server/solver/gl_compute/gl_cloth.h"
 #include "server/solver/gl_compute/gl_device.h"
 #include "server/solver/gl_compute/gl_read.h"
+#include "server/solver/gl_compute/kernel_compiler.h"
 #include "server/solver/gl_compute/packing.h"
 #include "server/solver/gl_compute/step_batch.h"
 #include "server/solver/gl_compute/tiled_step.h"
@@ -31,9 +32,14 @@ class GlBackend final : public DeviceBackend {
   explicit GlBackend(GlDevice device)
       : device_(std::move(device)),
         models_(&device_.arrays->models),
-        maps_(&device_.arrays->models) {}
+        maps_(&device_.arrays->models),
+        compiler_(std::make_shared<KernelCompiler>(
+            device_.kernels.get(), device_.context->share_handle(), device_.traits)) {}
 
-  ~GlBackend() override { device_.context->MakeCurrent(); }
+  ~GlBackend() override {
+    compiler_->Stop();
+    device_.context->MakeCurrent();
+  }
 
   BackendDescription Describe() const override {
     const gl::Context& context = *device_.context;
@@ -41,12 +47,15 @@ class GlBackend final : public DeviceBackend {
     const char* strips = IsReduction(strip_solve)                   ? ", strips by cyclic reduction"
                          : strip_solve == StripSolve::kFromBothEnds ? ", strips from both ends"
                                                                     : "";
-    return {.name = "gl",
-            .device = context.renderer() + ", OpenGL " + context.version() + strips,
-            .scalar = ScalarType::kFloat32,
-            .is_hardware_gpu = !context.is_software(),
-            .plan_of = [](const SceneModel& model) {
-              return IsResident(model) ? "resident" : "tiled";
+    return {
+        .name = "gl",
+        .device = context.renderer() + ", OpenGL " + context.version() + strips,
+        .scalar = ScalarType::kFloat32,
+        .is_hardware_gpu = !context.is_software(),
+        .plan_of = [](const SceneModel& model) { return IsResident(model) ? "resident" : "tiled"; },
+        .prepare =
+            [compiler = compiler_](const SceneModel& model, const ClothParameters& parameters) {
+              compiler->Prepare(model, parameters);
             }};
   }
 
@@ -74,8 +83,6 @@ class GlBackend final : public DeviceBackend {
     WordRange parameter_words{};
     shader::ParameterLayout parameter_layout{};
   };
-  // The kernels of a cloth, its parts: a function of the cloth and the device.
-  Status ChooseKernels(const PlannedCloth& cloth, GlScheme& scheme);
   Status TakeScratch(const PlannedCloth& cloth, GlScheme& scheme);
   Result<GlScheme> MakeScheme(const PlannedCloth& cloth);
   Status TakeParameterWords(const PlannedCloth& cloth, Room& room);
@@ -109,6 +116,7 @@ class GlBackend final : public DeviceBackend {
   ModelStore models_;
   MapStore maps_;
   GlClothTable cloths_;
+  std::shared_ptr<KernelCompiler> compiler_;  // never used once this is destroyed
   // A step in pieces, and the lengths at which it began.
   struct StepUnderWay {
     LongStep step;
@@ -116,23 +124,6 @@ class GlBackend final : public DeviceBackend {
   };
   std::unordered_map<ClothHandle, StepUnderWay> steps_under_way_;
 };
-
-Status GlBackend::ChooseKernels(const PlannedCloth& cloth, GlScheme& scheme) {
-  DeviceTraits traits = device_.traits;
-  while (true) {
-    const Result<VariantChoice> choice = ChooseVariant(cloth, traits);
-    if (!choice.ok()) return choice.status();
-    const Result<const StepKernels*> kernels = device_.kernels->ForVariant(choice->variant);
-    if (kernels.ok()) {
-      scheme.kernels = kernels.value();
-      scheme.costs = choice->costs;
-      scheme.part_count = choice->part_count;
-      return Status::Ok();
-    }
-    if (choice->variant.strip_solve == StripSolve::kElimination) return kernels.status();
-    traits.strip_solve = StripSolve::kElimination;
-  }
-}
 
 Status GlBackend::TakeScratch(const PlannedCloth& cloth, GlScheme& scheme) {
   const KernelVariant& variant = scheme.kernels->variant;
@@ -145,8 +136,14 @@ Status GlBackend::TakeScratch(const PlannedCloth& cloth, GlScheme& scheme) {
 }
 
 Result<GlScheme> GlBackend::MakeScheme(const PlannedCloth& cloth) {
-  GlScheme scheme{.plan = cloth.plan};
-  DRAPE_RETURN_IF_ERROR(ChooseKernels(cloth, scheme));
+  DRAPE_ASSIGN_OR_RETURN(const KernelChoice chosen,
+                         ChooseKernels(cloth, device_.traits, [this](const KernelVariant& variant) {
+                           return device_.kernels->ForVariant(variant);
+                         }));
+  GlScheme scheme{.plan = cloth.plan,
+                  .kernels = chosen.kernels,
+                  .part_count = chosen.choice.part_count,
+                  .costs = chosen.choice.costs};
   DRAPE_RETURN_IF_ERROR(TakeScratch(cloth, scheme));
   return scheme;
 }

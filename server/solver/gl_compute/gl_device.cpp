@@ -66,9 +66,9 @@ const char* NameOf(StripSolve strip_solve) {
 
 Status GlDevice::CompileGeneralKernels(const std::string& shader_dir,
                                        const std::string& device_defines, int64_t max_bytes) {
-  Result<KernelCache> cache = KernelCache::Create(shader_dir, device_defines);
+  Result<std::unique_ptr<KernelCache>> cache = KernelCache::Create(shader_dir, device_defines);
   if (!cache.ok()) return cache.status();
-  kernels = std::make_unique<KernelCache>(std::move(cache).value());
+  kernels = std::move(cache).value();
   const uint32_t local_size = GeneralLocalSize(traits);
   const Result<const gl::Program*> start = kernels->General("measure_start", local_size);
   if (!start.ok()) return start.status();

@@ -165,25 +165,30 @@ Result<gl::ShaderSource> AssembleKernel(const gl::ShaderLibrary& library, const 
   return library.Assemble("kernels/" + kernel + ".comp", ConstantDefines() + defines);
 }
 
-Result<KernelCache> KernelCache::Create(const std::string& shader_dir,
-                                        const std::string& device_defines) {
+Result<std::unique_ptr<KernelCache>> KernelCache::Create(const std::string& shader_dir,
+                                                         const std::string& device_defines) {
   Result<gl::ShaderLibrary> library = OpenShaders(shader_dir);
   if (!library.ok()) return library.status();
-  KernelCache cache;
-  cache.library_ = std::move(library).value();
-  cache.device_defines_ = device_defines;
+  std::unique_ptr<KernelCache> cache(new KernelCache);  // the constructor is private
+  cache->library_ = std::move(library).value();
+  cache->device_defines_ = device_defines;
   return cache;
 }
 
 Result<const gl::Program*> KernelCache::Compile(const std::string& kernel,
                                                 const std::string& defines) {
-  const auto known = programs_.find({kernel, defines});
-  if (known != programs_.end()) return &known->second;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto known = programs_.find({kernel, defines});
+    if (known != programs_.end()) return &known->second;
+  }
   const Result<gl::ShaderSource> source =
       AssembleKernel(library_, kernel, device_defines_ + defines);
   if (!source.ok()) return source.status();
   Result<gl::Program> program = gl::Program::Compile(source.value());
   if (!program.ok()) return program.status();
+  // Two threads may have compiled the same: the first one stays.
+  const std::lock_guard lock(mutex_);
   const auto added =
       programs_.emplace(std::pair(kernel, defines), std::move(program).value()).first;
   return &added->second;
@@ -194,11 +199,17 @@ Result<const gl::Program*> KernelCache::General(const std::string& kernel, uint3
                              TraitSet::OfAllShapes().Defines());
 }
 
-Result<const StepKernels*> KernelCache::ForVariant(const KernelVariant& variant) {
+std::optional<Result<const StepKernels*>> KernelCache::Known(const KernelVariant& variant) const {
+  const std::lock_guard lock(mutex_);
   const auto known = variants_.find(variant);
   if (known != variants_.end()) return &known->second;
   const auto refused = refused_.find(variant);
   if (refused != refused_.end()) return refused->second;
+  return std::nullopt;
+}
+
+Result<const StepKernels*> KernelCache::ForVariant(const KernelVariant& variant) {
+  if (std::optional<Result<const StepKernels*>> known = Known(variant)) return std::move(*known);
   StepKernels kernels{.variant = variant};
   if (variant.is_tiled()) {
     DRAPE_RETURN_IF_ERROR(CompileTiled(kernels));
@@ -207,12 +218,14 @@ Result<const StepKernels*> KernelCache::ForVariant(const KernelVariant& variant)
     if (!program.ok()) {
       if (variant.strip_solve != StripSolve::kElimination) {
         spdlog::warn("strips_by_elimination reason=\"{}\"", program.status().message());
+        const std::lock_guard lock(mutex_);
         refused_.emplace(variant, program.status());
       }
       return program.status();
     }
     kernels.resident_step = program.value();
   }
+  const std::lock_guard lock(mutex_);
   return &variants_.emplace(variant, kernels).first->second;
 }
 

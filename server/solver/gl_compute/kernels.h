@@ -3,6 +3,8 @@
 
 #include <map>
 #include <memory>
+#include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -74,16 +76,18 @@ Result<gl::ShaderLibrary> OpenShaders(const std::string& shader_dir);
 Result<gl::ShaderSource> AssembleKernel(const gl::ShaderLibrary& library, const std::string& kernel,
                                         const std::string& defines);
 
-// Compiles on first use and keeps everything. Every call with the context current. Errors are
-// INTERNAL (SHADER_COMPILE_FAILED).
+// Compiles on first use and keeps everything. Thread-safe; every call with a context of the
+// device's share group current. Errors are INTERNAL (SHADER_COMPILE_FAILED).
 class KernelCache {
  public:
   // `device_defines`: #define block of all kernels on this device. Errors as OpenShaders.
-  static Result<KernelCache> Create(const std::string& shader_dir,
-                                    const std::string& device_defines);
+  static Result<std::unique_ptr<KernelCache>> Create(const std::string& shader_dir,
+                                                     const std::string& device_defines);
 
   // A variant by reduction that the device has refused is not compiled again.
   Result<const StepKernels*> ForVariant(const KernelVariant& variant);
+  // What ForVariant would answer at once; none: it would have to compile. Needs no context.
+  std::optional<Result<const StepKernels*>> Known(const KernelVariant& variant) const;
   // A kernel without variants, "measure_pieces" or "pack"; it knows all shapes of colliders.
   Result<const gl::Program*> General(const std::string& kernel, uint32_t local_size);
 
@@ -92,8 +96,11 @@ class KernelCache {
   Result<const gl::Program*> Compile(const std::string& kernel, const std::string& defines);
   Status CompileTiled(StepKernels& kernels);
 
+  // Constant once the cache is made.
   gl::ShaderLibrary library_;
   std::string device_defines_;
+
+  mutable std::mutex mutex_;  // guards the maps; nothing is compiled while it is held
   // By kernel and defines. Pointers into a map stay valid.
   std::map<std::pair<std::string, std::string>, gl::Program> programs_;
   std::map<KernelVariant, StepKernels> variants_;
