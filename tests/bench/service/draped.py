@@ -55,6 +55,11 @@ class Draped:
     def __enter__(self):
         return self
 
+    def kill(self):
+        """As a crash would."""
+        self._process.kill()
+        self._process.wait()
+
     def __exit__(self, *_):
         self._process.terminate()
         try:

@@ -10,9 +10,11 @@ import pathlib
 import re
 import statistics
 import sys
+import tempfile
 import time
 
 import drape
+from drape import ClothSpec, Grid, Pin
 from draped import Beside, Draped, load, load_command
 
 HERE = pathlib.Path(__file__).parent
@@ -134,7 +136,43 @@ def floods(bench):
                 bench.add("floods", kind, **figures, resident_mb=server.resident_mb(), alive=int(server.is_alive))
 
 
-PARTS = {part.__name__: part for part in (sessions, viewers, neighbours, fairness, memory, floods)}
+def restart(bench):
+    """A server with checkpoints is killed: seconds until a new one has its session again, and whether the bits are those of
+    the checkpoint."""
+    for cloths in (64,) if bench.is_quick else (64, 1000, 8000):
+        with tempfile.TemporaryDirectory(prefix="drape-bench-") as folder:
+            flags = (f"--checkpoint-dir={folder}", "--checkpoint-interval-s=0.5")
+            spec = ClothSpec(grid=Grid(columns=32, rows=32, width_m=1, height_m=1), pins=[Pin(particle=0), Pin(particle=31)])
+            with Draped(*flags) as server:
+                with drape.connect(server.address) as client:
+                    session = client.session()
+                    name = session.name
+                    batch = session.create(spec, cloths)
+                    batch.step(3)
+                    size = settled_bytes(folder)
+                    before = batch.read().positions.tobytes()
+                    server.kill()
+            begin = time.perf_counter()
+            with Draped(*flags) as server, drape.connect(server.address) as client:
+                after = client.session(name=name).attach().read()
+                ready_s = time.perf_counter() - begin
+                bench.add("restart", f"{cloths} x 1024", megabytes=size / 1e6, ready_s=ready_s,
+                          same_bits=int(after.positions.tobytes() == before))
+
+
+def settled_bytes(folder):
+    """Bytes of the checkpoints, once two seconds, four intervals, have passed without a change of them."""
+    looks = lambda: {path: (path.stat().st_mtime_ns, path.stat().st_size) for path in pathlib.Path(folder).glob("*.checkpoint")}
+    last = looks()
+    while True:
+        time.sleep(2)
+        now = looks()
+        if now and now == last:
+            return sum(size for _, size in now.values())
+        last = now
+
+
+PARTS = {part.__name__: part for part in (sessions, viewers, neighbours, fairness, memory, floods, restart)}
 
 
 def table(rows):
