@@ -102,9 +102,7 @@ class ReferenceBackend final : public Backend {
     return {.positions_m = std::move(positions), .velocities_m_per_s = std::move(velocities)};
   }
 
-  bool MayCrossItself(ClothHandle handle) override {
-    return Find(handle).may_cross_itself;
-  }
+  bool MayCrossItself(ClothHandle handle) override { return Find(handle).may_cross_itself; }
 
   Status Write(ClothHandle handle, const ClothUpdate& update) override {
     AbandonStep(handle);
