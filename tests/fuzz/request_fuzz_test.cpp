@@ -146,7 +146,7 @@ TEST(RequestFuzz, Step) {
       EXPECT_TRUE(row.control.place_m.allFinite() && row.control.over_s >= 0);
       EXPECT_TRUE(row.control.action != GripAction::kGrabNearest || row.control.radius_m > 0);
     }
-    const std::vector<uint32_t>& particles = checked->view.particles;
+    const std::vector<uint32_t>& particles = checked->view.fields.particles;
     EXPECT_EQ(std::adjacent_find(particles.begin(), particles.end(), std::greater_equal<>()),
               particles.end());
     return Status::Ok();

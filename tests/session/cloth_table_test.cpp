@@ -62,7 +62,7 @@ TEST(ClothTable, RemovingTwiceRemovesOnce) {
 }
 
 TEST(ClothTable, IdsCountFromTheOrigin) {
-  ClothTable table({1000, 77});
+  ClothTable table(ClothId{1000, 77});
   const auto records = Records(2);
   table.Add(records, "a");
   EXPECT_EQ(records[1]->id, (ClothId{1001, 78}));
