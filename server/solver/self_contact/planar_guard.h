@@ -9,6 +9,11 @@
 
 namespace drape::self_contact {
 
+// The share of the distance at which a pair touches to which the guard lets it come, if it was not
+// nearer [-]. Larger: the guard acts where impulses would do; smaller: rounding takes a larger part
+// of what is left between layers.
+inline constexpr double kCoreShare = 0.1;
+
 // The guarantee: particles move in straight lines from `starts` to `ends`. A pair that some
 // direction separates at both ends of that way is apart all the time, since gaps along a fixed
 // direction are linear in time. The guard changes ends until every pair has such a direction.
@@ -35,10 +40,13 @@ class PlanarGuard {
   };
 
   // `active`: of `pairs`, all that may touch within the substep; their normal separates them at
-  // `starts`, or they are left alone. `largest_way`: no particle moves farther relative to any
-  // other than twice this [m]. False: pins have forced some pair through itself.
-  bool Run(std::span<ContactPair<V>> pairs, std::span<const uint32_t> active, const Motion& motion,
-           Real largest_way);
+  // `starts`, or they are left alone. `ways`: of each of those, how far a particle of one primitive
+  // moves at most relative to one of the other [m]. False: pins have forced some pair through
+  // itself.
+  bool Run(std::span<ContactPair<V>> pairs, std::span<const uint32_t> active,
+           std::span<const Real> ways, const Motion& motion);
+  // Whether the last Run changed any end.
+  bool has_changed() const { return has_changed_; }
 
  private:
   struct Zone {
@@ -62,6 +70,7 @@ class PlanarGuard {
   uint32_t RootOf(uint32_t particle);
   void Join(const ContactPair<V>& pair);
 
+  bool has_changed_ = false;
   std::vector<uint32_t> suspects_;  // pairs
   std::vector<uint32_t> stopped_;   // pairs with planes
   std::vector<bool> has_planes_;    // of each active pair
