@@ -56,19 +56,50 @@ void PairSearch<V>::MakeBoxes(uint32_t p) {
 template <class V>
 typename PairSearch<V>::Real PairSearch<V>::Gap(const PatchPair& patches) {
   const auto [first, second] = patches;
+  const PatchShape<V>& a = ShapeAt(first);
+  const PatchShape<V>& b = ShapeAt(second);
   if (const ContactNeighbours* neighbours = surface_->Neighbours(first, second)) {
-    for (const uint32_t p : {first, second}) {
-      if (shape_states_[p] == state_) continue;
-      shape_states_[p] = state_;
-      shapes_[p] = ShapeOf(*surface_, surface_->patches()[p], positions_);
-    }
-    return FlatGap(shapes_[first], shapes_[second], neighbours->rest_gap_m);
+    return FlatGap(a, b, neighbours->rest_gap_m);
   }
   MakeBoxes(first);
   MakeBoxes(second);
-  const Box<V>& a = patch_boxes_[first];
-  const Box<V>& b = patch_boxes_[second];
-  return Length(Max(Max(V(a.low - b.high), V(b.low - a.high)), V{}));
+  const V apart = Max(V(patch_boxes_[first].low - patch_boxes_[second].high),
+                      V(patch_boxes_[second].low - patch_boxes_[first].high));
+  // Layers that lie aslant are apart along their normals.
+  return std::max(
+      {Length(Max(apart, V{})), GapAcross(patches, a.axis), GapAcross(patches, b.axis)});
+}
+
+template <class V>
+const PatchShape<V>& PairSearch<V>::ShapeAt(uint32_t p) {
+  if (shape_states_[p] != state_) {
+    shape_states_[p] = state_;
+    shapes_[p] = ShapeOf(*surface_, surface_->patches()[p], positions_);
+  }
+  return shapes_[p];
+}
+
+// Between the corners of two patches along a unit vector; negative where they overlap.
+template <class V>
+typename PairSearch<V>::Real PairSearch<V>::GapAcross(const PatchPair& patches,
+                                                      const V& axis) const {
+  const std::span<const uint32_t> first = surface_->corners_of(surface_->patches()[patches.first]);
+  const std::span<const uint32_t> second =
+      surface_->corners_of(surface_->patches()[patches.second]);
+  const V origin = positions_[first[0]];
+  constexpr Real kMost = std::numeric_limits<Real>::max();
+  Real low = kMost, high = -kMost, other_low = kMost, other_high = -kMost;
+  for (const uint32_t i : first) {
+    const Real height = Dot(axis, V(positions_[i] - origin));
+    low = std::min(low, height);
+    high = std::max(high, height);
+  }
+  for (const uint32_t i : second) {
+    const Real height = Dot(axis, V(positions_[i] - origin));
+    other_low = std::min(other_low, height);
+    other_high = std::max(other_high, height);
+  }
+  return std::max(low - other_high, other_low - high);
 }
 
 // The primitives of a patch that are near a box.

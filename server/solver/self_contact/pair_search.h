@@ -55,6 +55,8 @@ class PairSearch {
     std::vector<uint32_t> vertices, edges, triangles;
   };
 
+  const PatchShape<V>& ShapeAt(uint32_t patch);
+  Real GapAcross(const PatchPair& patches, const V& axis) const;
   Box<V> BoxOf(std::span<const uint32_t> particles) const;
   void MakeBoxes(uint32_t patch);
   void Collect(uint32_t patch, const Box<V>& near, NearPrimitives& found) const;

@@ -20,8 +20,8 @@ constexpr double kDriftEdge = 0.05;
 constexpr double kDriftFall = 0.5;
 // In a step in which particles drift farther than that, the next searches allow for this many times
 // more each, and at most for so many times as much [-].
-constexpr double kDriftGrowth = 1.25;
-constexpr double kMaxDriftScale = 4;
+constexpr double kDriftGrowth = 2;
+constexpr double kMaxDriftScale = 8;
 // More pairs than this per particle are not looked at, but all particles move alike [-].
 constexpr size_t kMostPairsPerParticle = 200;
 // The way of a substep is expected to be this many times that of the one before [-]. Larger: more
