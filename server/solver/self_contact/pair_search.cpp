@@ -4,6 +4,61 @@
 #include <cmath>
 
 namespace drape::self_contact {
+namespace {
+
+// Pairs of edges whose distances are computed side by side: numbers in a vector.
+constexpr size_t kSideBySide = 4;
+// By how much these distances may differ from those computed one by one, relative to them [-]:
+// far more than rounding, far less than what would cost time.
+template <class Real>
+constexpr Real kLimitMargin = 1024 * std::numeric_limits<Real>::epsilon();
+
+// One coordinate after the other of a corner of each pair.
+template <class V>
+struct CornersSideBySide {
+  V x, y, z;
+};
+template <class V>
+CornersSideBySide<V> operator-(const CornersSideBySide<V>& a, const CornersSideBySide<V>& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class V>
+V DotSideBySide(const CornersSideBySide<V>& a, const CornersSideBySide<V>& b) {
+  return (a.x * b.x + a.y * b.y) + a.z * b.z;
+}
+template <class V>
+V ClampedSideBySide(const V& value) {
+  return Max(Min(value, V{1, 1, 1, 1}), V{});
+}
+
+// As ClosestOfEdges.
+template <class V>
+V SquaredDistances(const V* positions,
+                   const std::array<const std::array<uint32_t, 4>*, kSideBySide>& pairs) {
+  using Real = ScalarOf<V>;
+  std::array<CornersSideBySide<V>, 4> p;
+  for (size_t k = 0; k < 4; ++k) {
+    const V a = positions[(*pairs[0])[k]], b = positions[(*pairs[1])[k]];
+    const V c = positions[(*pairs[2])[k]], d = positions[(*pairs[3])[k]];
+    p[k] = {V{a[0], b[0], c[0], d[0]}, V{a[1], b[1], c[1], d[1]}, V{a[2], b[2], c[2], d[2]}};
+  }
+  constexpr Real kTiny = std::numeric_limits<Real>::min();
+  constexpr Real kParallel = 16 * std::numeric_limits<Real>::epsilon();
+  const auto d1 = p[1] - p[0], d2 = p[3] - p[2], r = p[0] - p[2];
+  const V a = DotSideBySide(d1, d1) + kTiny, e = DotSideBySide(d2, d2) + kTiny;
+  const V b = DotSideBySide(d1, d2), c = DotSideBySide(d1, r), f = DotSideBySide(d2, r);
+  const V denominator = a * e - b * b;
+  const V half{Real{0.5}, Real{0.5}, Real{0.5}, Real{0.5}};
+  V s =
+      denominator > kParallel * a * e ? ClampedSideBySide(V((b * f - c * e) / denominator)) : half;
+  const V t = ClampedSideBySide(V((b * s + f) / e));
+  s = ClampedSideBySide(V((b * t - c) / a));
+  const CornersSideBySide<V> difference{(r.x + s * d1.x) - t * d2.x, (r.y + s * d1.y) - t * d2.y,
+                                        (r.z + s * d1.z) - t * d2.z};
+  return DotSideBySide(difference, difference);
+}
+
+}  // namespace
 
 double TouchDistance_m(const ContactSurface& surface, PairKind kind,
                        const std::array<uint32_t, 4>& particles, double thickness_m,
@@ -157,8 +212,26 @@ void PairSearch<V>::AddVertices(std::span<const uint32_t> vertices,
   }
 }
 
+// Of those in `edges_`, without those that are farther apart.
+template <class V>
+void PairSearch<V>::AddNearEdges() {
+  const Real limit = (thickness_ + reach_) * (1 + kLimitMargin<Real>);
+  for (size_t begin = 0; begin < edges_.size(); begin += kSideBySide) {
+    const size_t count = std::min(kSideBySide, edges_.size() - begin);
+    std::array<const std::array<uint32_t, 4>*, kSideBySide> pairs;
+    for (size_t lane = 0; lane < kSideBySide; ++lane) {
+      pairs[lane] = &edges_[begin + std::min(lane, count - 1)];
+    }
+    const auto are_far = SquaredDistances(positions_.data(), pairs) > limit * limit;
+    for (size_t lane = 0; lane < count; ++lane) {
+      if (are_far[lane] == 0) Add(PairKind::kEdges, *pairs[lane]);
+    }
+  }
+}
+
 template <class V>
 void PairSearch<V>::AddEdges(const PatchPair& patches) {
+  edges_.clear();
   const bool is_one = patches.first == patches.second;
   const std::vector<uint32_t>& others = is_one ? first_.edges : second_.edges;
   for (size_t k = 0; k < first_.edges.size(); ++k) {
@@ -168,9 +241,10 @@ void PairSearch<V>::AddEdges(const PatchPair& patches) {
       if (!AreNear(box, edge_boxes_[others[l]], margin_)) continue;
       const auto& [m, n] = surface_->edges()[surface_->patch_edges()[others[l]]];
       if (i == m || i == n || j == m || j == n) continue;
-      Add(PairKind::kEdges, {i, j, m, n});
+      edges_.push_back({i, j, m, n});
     }
   }
+  AddNearEdges();
 }
 
 template <class V>

@@ -62,6 +62,7 @@ class PairSearch {
   void Collect(uint32_t patch, const Box<V>& near, NearPrimitives& found) const;
   void AddVertices(std::span<const uint32_t> vertices, std::span<const uint32_t> triangles);
   void AddEdges(const PatchPair& patches);
+  void AddNearEdges();
   void Add(PairKind kind, const std::array<uint32_t, 4>& particles);
 
   const ContactSurface* surface_ = nullptr;
@@ -75,6 +76,7 @@ class PairSearch {
   std::vector<PatchShape<V>> shapes_;                // of each patch
   // Of the two patches that are searched.
   NearPrimitives first_, second_;
+  std::vector<std::array<uint32_t, 4>> edges_;  // pairs with boxes near each other
   Real reach_ = 0;
   V margin_{};
   bool may_be_near_at_rest_ = false;
