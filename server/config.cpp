@@ -140,6 +140,10 @@ void AddLimits(CLI::App& app, Config& config) {
                       UINT64_MAX / 2, "0: four times those of a session");
   AddNumber<uint64_t>(app, "--max-particles-per-tenant", sessions.per_tenant.max_particles, 0,
                       UINT64_MAX / 2, "0: twice those of a session");
+  AddNumber(app, "--max-particle-substeps-per-s-per-tenant",
+            config.max_particle_substeps_per_s_per_tenant, 0.0, 1e18,
+            "stepped for a tenant, beyond a second's worth at once; more waits; 0: no limit. "
+            "The token file may name others");
   AddNumber(app, "--max-cloths-per-session", sessions.max_cloths_per_session, 1u, kMaxCount, "");
   AddNumber<uint64_t>(app, "--max-particles-per-session", sessions.max_particles_per_session, 1,
                       UINT64_MAX / 2, "");

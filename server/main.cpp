@@ -62,6 +62,7 @@ Status Serve(const Config& config) {
   auto scheduler =
       Scheduler::Start([&] { return MakeBackend(config, gl_context); }, config.scheduler, clock);
   if (!scheduler.ok()) return scheduler.status();
+  (*scheduler)->rates().Set(RatesOf(config, authentication->get()));
   render::RenderThread pictures([&] { return MakeRenderer(config, gl_context); }, config.pictures);
   const PatientClock lease_clock(clock);
   SessionRegistry sessions(**scheduler, WithTenantLimits(config.sessions), lease_clock,

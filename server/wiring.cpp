@@ -42,6 +42,13 @@ Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config) {
   return std::make_shared<api::Authentication>(std::move(tokens));
 }
 
+RateLimits RatesOf(const Config& config, const api::Authentication* authentication) {
+  RateLimits limits;
+  limits.per_tenant = config.max_particle_substeps_per_s_per_tenant;
+  if (authentication != nullptr) limits.of_tenant = authentication->rates();
+  return limits;
+}
+
 ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessions) {
   const SchedulerCounters counters = scheduler.counters();
   const ServerTotals totals = sessions.TotalsOfAll();

@@ -21,6 +21,9 @@ SessionLimits WithTenantLimits(SessionLimits limits);
 // Null without a token file.
 Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config);
 
+// The rates of all tenants; `authentication`: null without tenants.
+RateLimits RatesOf(const Config& config, const api::Authentication* authentication);
+
 // What the scheduler and the sessions know; the rest is left.
 ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessions);
 

@@ -4,6 +4,7 @@
 #include <google/rpc/status.pb.h>
 #include <grpc/grpc_security_constants.h>
 
+#include <chrono>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -24,6 +25,15 @@ Caller OwnerOfCertificate(const grpc::AuthContext& peer) {
 }
 
 }  // namespace
+
+int64_t DeadlineOf_us(const grpc::CallbackServerContext& context, const Clock& clock) {
+  using std::chrono::system_clock;
+  constexpr int64_t kNever_us = std::numeric_limits<int64_t>::max();
+  const system_clock::time_point deadline = context.deadline();
+  if (deadline == system_clock::time_point::max()) return kNever_us;
+  const auto left = deadline - system_clock::now();
+  return clock.NowUs() + std::chrono::duration_cast<std::chrono::microseconds>(left).count();
+}
 
 Authentication::Authentication(TokenFile tokens)
     : tokens_(std::make_shared<const TokenFile>(std::move(tokens))) {}
@@ -47,6 +57,11 @@ std::shared_ptr<const TokenFile> Authentication::tokens() const {
 
 bool Authentication::has_tokens() const {
   return tokens() != nullptr;
+}
+
+std::unordered_map<std::string, double> Authentication::rates() const {
+  const std::shared_ptr<const TokenFile> tokens = this->tokens();
+  return tokens == nullptr ? std::unordered_map<std::string, double>() : tokens->rates();
 }
 
 Caller Authentication::Identify(const grpc::CallbackServerContext& context) const {

@@ -3,11 +3,15 @@
 
 #include <grpcpp/server_context.h>
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <unordered_map>
 
 #include "server/api/token_file.h"
+#include "server/core/clock.h"
 
 namespace drape::api {
 
@@ -15,7 +19,12 @@ namespace drape::api {
 struct Caller {
   std::string tenant{};
   bool is_refused = false;
+  // When the client stops waiting, by the clock of the server.
+  int64_t deadline_us = std::numeric_limits<int64_t>::max();
 };
+
+// The deadline of a call; that of a stream is that of each of its requests.
+int64_t DeadlineOf_us(const grpc::CallbackServerContext& context, const Clock& clock);
 
 // Thread-safe.
 class Authentication {
@@ -33,6 +42,8 @@ class Authentication {
   // By the metadata `authorization: Bearer TOKEN`, or by the certificate.
   Caller Identify(const grpc::CallbackServerContext& context) const;
   bool has_tokens() const;
+  // TokenFile::rates.
+  std::unordered_map<std::string, double> rates() const;
 
  private:
   std::shared_ptr<const TokenFile> tokens() const;

@@ -47,6 +47,8 @@ grpc::ServerUnaryReactor* SimulationService::GetServerInfo(Context* context,
   response->set_device(backend.device);
   response->set_precision(backend.scalar == ScalarType::kFloat64 ? "float64" : "float32");
   FillLimits(context_, response->mutable_limits());
+  response->mutable_limits()->set_max_particle_substeps_per_s(
+      context_.scheduler.rates().LimitOf(caller.tenant));
   response->set_session_count(totals.session_count);
   response->set_cloth_count(totals.cloth_count);
   response->set_particle_count(totals.particle_count);

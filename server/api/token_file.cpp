@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -30,6 +32,19 @@ std::string ParseHash(const std::string& digits) {
     bytes += static_cast<char>(16 * high + low);
   }
   return bytes;
+}
+
+// The number of `particle_substeps_per_s=NUMBER`; none: it is not that.
+std::optional<double> ParseRate(const std::string& word) {
+  constexpr std::string_view kName = "particle_substeps_per_s=";
+  if (!word.starts_with(kName)) return std::nullopt;
+  double rate = 0;
+  const char* const end = word.data() + word.size();
+  const auto [rest, error] = std::from_chars(word.data() + kName.size(), end, rate);
+  if (error != std::errc() || rest != end || !(rate >= 0) || !std::isfinite(rate)) {
+    return std::nullopt;
+  }
+  return rate;
 }
 
 Status Failed(const std::string& path, const std::string& why) {
@@ -68,8 +83,15 @@ Result<TokenFile> TokenFile::Parse(const std::string& text, const std::string& p
     }
     words >> digits;
     const std::string hash = ParseHash(digits);
-    if (hash.empty() || words >> rest) {
-      return wrong("after the tenant's name come the 64 hexadecimal digits of a SHA-256");
+    std::optional<double> rate;
+    if (words >> rest) rate = ParseRate(rest);
+    if (hash.empty() || rest.empty() == rate.has_value() || words >> rest) {
+      return wrong(
+          "after the tenant's name come the 64 hexadecimal digits of a SHA-256, and nothing or "
+          "particle_substeps_per_s=NUMBER");
+    }
+    if (rate && tokens.rates_.emplace(tenant, *rate).first->second != *rate) {
+      return wrong("the tenant has another particle_substeps_per_s already");
     }
     if (!tokens.tenants_.emplace(hash, tenant).second) return wrong("this hash occurs twice");
   }

@@ -137,6 +137,10 @@ SchedulerCounters Scheduler::counters() const {
   return core_->counters();
 }
 
+RateQuota& Scheduler::rates() {
+  return core_->rates();
+}
+
 void Scheduler::HoldForTest() {
   core_->Hold();
 }

@@ -11,6 +11,7 @@
 #include "server/core/duration_histogram.h"
 #include "server/core/status.h"
 #include "server/scheduler/observers.h"
+#include "server/scheduler/rate_quota.h"
 #include "server/scheduler/step_work.h"
 #include "server/solver/backend.h"
 
@@ -136,6 +137,8 @@ class Scheduler {
   bool is_draining() const;
 
   SchedulerCounters counters() const;
+  // Without limits until somebody sets them.
+  RateQuota& rates();
 
   // Tests only: the device thread does nothing, not even commands, until released. Returns when the
   // current round is over. Drain releases.
