@@ -47,7 +47,7 @@ Status ReadStatesReactor::Begin(const ServiceContext& context, const Caller& cal
         chunker_.emplace(chunk_cloths, std::move(*states), max_bytes, view);
         WriteNext();
       },
-      session_->name(), session_->tenant());
+      session_->name(), session_->tenant(), cancel_);
 }
 
 void ReadStatesReactor::OnWriteDone(bool ok) {

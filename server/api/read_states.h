@@ -21,10 +21,12 @@ class ReadStatesReactor final : public grpc::ServerWriteReactor<v1::StateChunk> 
   Status Begin(const ServiceContext& context, const Caller& caller,
                const v1::ReadStatesRequest& request);
   void OnWriteDone(bool ok) override;
+  void OnCancel() override { cancel_.Cancel(); }
   void OnDone() override { delete this; }
   void WriteNext();
   void End(const Status& status);
 
+  CancelToken cancel_;  // the client has gone, or its deadline has passed
   SessionLease session_;
   std::shared_ptr<void> held_;  // until the states have been sent
   std::optional<StateChunker> chunker_;

@@ -30,7 +30,7 @@ Status ExportReactor::Begin(const ServiceContext& context, const Caller& caller,
   if (saved == nullptr) return SavedStatesNotFound(request.name());
   next_ = request.offset();
   max_chunk_bytes_ = context.limits.max_chunk_bytes;
-  return PostBuild(context, session_->owner(), cancel_,
+  return PostBuild(context, session_->owner(), {cancel_, caller.deadline_us},
                    [this, &context, saved = std::move(saved)](const Status& status) {
                      const Status written = status.ok() ? Write(context, *saved) : status;
                      if (!written.ok()) return End(written);
@@ -129,9 +129,10 @@ void ImportReactor::Import() {
     return End(SnapshotDamaged("only " + std::to_string(bytes_.size()) + " of its " +
                                std::to_string(total_bytes_) + " bytes have come"));
   }
-  const StopReason stop_reason = BuildStopReason(context_, cancel_);
+  const Waiter waiter{cancel_, caller_.deadline_us};
+  const StopReason stop_reason = BuildStopReason(context_, waiter);
   const Status posted =
-      PostBuild(context_, session_->owner(), cancel_, [this, stop_reason](const Status& status) {
+      PostBuild(context_, session_->owner(), waiter, [this, stop_reason](const Status& status) {
         if (!status.ok()) return End(status);
         Result<std::vector<SavedCloth>> cloths =
             ReadSnapshot(bytes_, {context_.scheduler.description(), context_.limits, stop_reason,

@@ -112,6 +112,10 @@ void DeviceLoop::EndIfPointless(ActiveRequest& request, int64_t now_us) {
     request.EndWith({StatusCode::kCancelled, "CANCELLED", "the client cancelled the request"});
   }
   if (request.has_started()) return;
+  if (work.deadline_us <= now_us) {
+    request.EndWith({StatusCode::kCancelled, "DEADLINE_PASSED",
+                     "the deadline of the request passed before it started"});
+  }
   const std::optional<int64_t> held_back_until_us = HeldBackUntil_us(request, now_us);
   if (!held_back_until_us || *held_back_until_us <= work.deadline_us) return;
   Status status(StatusCode::kResourceExhausted, "RATE_EXCEEDED",
@@ -325,7 +329,7 @@ void DeviceLoop::Charge(const std::vector<Part>& parts) {
     for (const uint32_t k : part.cloths) {
       const ClothRuntime& cloth = *part.request->work().cloths[k];
       if (cloth.solves_per_step() == 0) continue;
-      work += double{cloth.particle_count()} * cloth.settings().substeps;
+      work += static_cast<double>(uint64_t{cloth.particle_count()} * cloth.settings().substeps);
     }
     if (work > 0) rates_.Charge(part.request->work().tenant, work);
   }

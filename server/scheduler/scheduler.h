@@ -112,10 +112,11 @@ class Scheduler {
   // Reads states between two rounds; `done` on the completion thread: NOT_FOUND (CLOTH_NOT_FOUND)
   // if one of the cloths was deleted. Errors as for Post, and RESOURCE_EXHAUSTED (TOO_MANY_READS,
   // with retry_after): a read counts until the states (or their `in_flight`) are dropped.
-  // `session`, `tenant`: as in StepWork; no session: only the limit in all applies.
+  // `session`, `tenant`: as in StepWork; no session: only the limit in all applies. With `cancel`
+  // used before its turn nothing is read: CANCELLED.
   Status ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, const StateFields& fields,
                     std::function<void(Result<ClothStates>)> done, const std::string& session = {},
-                    const std::string& tenant = {});
+                    const std::string& tenant = {}, const CancelToken& cancel = {});
 
   // ReadStates for a picture, of whole cloths: `fields` names no particles. `done` on the DEVICE
   // thread: it must only pass the states on. `on_device`: the caller accepts a copy that stays on
@@ -123,7 +124,7 @@ class Scheduler {
   Status ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                         const StateFields& fields, bool on_device,
                         std::function<void(Result<ClothStates>)> done, const std::string& session,
-                        const std::string& tenant = {});
+                        const std::string& tenant = {}, const CancelToken& cancel = {});
 
   // Starts a subscription; see ObserverSpec. Errors as for Post, and RESOURCE_EXHAUSTED
   // (TOO_MANY_SUBSCRIPTIONS).

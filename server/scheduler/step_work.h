@@ -108,6 +108,7 @@ struct StepOutcome {
   //   INVALID_ARGUMENT: until_step is more than max_steps_per_request steps away
   //   NOT_FOUND CLOTH_NOT_FOUND: a cloth was deleted before or during the request
   //   CANCELLED CANCELLED: the token was used; completed steps stay
+  //   CANCELLED DEADLINE_PASSED: nothing has moved
   //   RESOURCE_EXHAUSTED RATE_EXCEEDED: the rate of the tenant lets nothing begin in time
   //   UNAVAILABLE DRAINING: the server shuts down
   Status status;

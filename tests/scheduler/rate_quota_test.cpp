@@ -86,7 +86,10 @@ TEST_F(Rates, TheMeanOfSteadyWorkIsItsRate) {
   EXPECT_NEAR(rates_.Uses()[0].particle_substeps_per_s, 500, 5.1);
 }
 
-// Cloths of two particles, steps of one substep: two particle-substeps.
+// Particle-substeps of a step of these cloths: two particles, as many substeps as plain settings
+// have.
+const double kStep = 2.0 * test::PlainParameters().settings.substeps;
+
 class RateOfLoop : public DeviceLoopTest {
  protected:
   StepWork WorkOf(const std::string& tenant, const std::string& name,
@@ -102,8 +105,7 @@ class RateOfLoop : public DeviceLoopTest {
 
 TEST_F(RateOfLoop, WorkBeyondTheRateWaitsAndOthersDoNot) {
   const auto slow = Cloth(), quick = Cloth();
-  ASSERT_EQ(slow->settings().substeps, 1u);
-  rates_.Set({.per_tenant = 0, .of_tenant = {{"slow", 20}}});  // 10 steps/s, 10 at once
+  rates_.Set({.per_tenant = 0, .of_tenant = {{"slow", 10 * kStep}}});  // 10 steps/s, 10 at once
   Admit(WorkOf("slow", "slow", slow, 100));
   Admit(WorkOf("quick", "quick", quick, 1000));
   // A round takes 10 ms.
@@ -122,7 +124,7 @@ TEST_F(RateOfLoop, WorkBeyondTheRateWaitsAndOthersDoNot) {
 
 TEST_F(RateOfLoop, TheLoopRestsWhileEverybodyIsHeldBackAndLooksForThoseWhoGaveUp) {
   const auto cloth = Cloth(), behind = cloth;
-  rates_.Set({.per_tenant = 20});
+  rates_.Set({.per_tenant = 10 * kStep});
   Admit(WorkOf("slow", "first", cloth, 30));
   Admit(WorkOf("slow", "behind", behind, 1));
   StepWork other = WorkOf("slow", "other", Cloth(), 30);
@@ -147,7 +149,7 @@ TEST_F(RateOfLoop, TheLoopRestsWhileEverybodyIsHeldBackAndLooksForThoseWhoGaveUp
 
 TEST_F(RateOfLoop, WhatCannotBeginBeforeItsDeadlineFailsAtOnceAndSaysWhenItCould) {
   const auto cloth = Cloth();
-  rates_.Set({.per_tenant = 20});
+  rates_.Set({.per_tenant = 10 * kStep});
   Admit(WorkOf("slow", "debt", cloth, 31));  // 11 steps, then there is a debt
   while (!loop_->RestUntil_us()) loop_->RunRound();
   StepWork late = WorkOf("slow", "late", Cloth(), 1);
@@ -216,7 +218,7 @@ class RateOfScheduler : public SchedulerTest {
 
 TEST_F(RateOfScheduler, TheDeviceThreadSleepsUntilTheDebtIsPaid) {
   Start({.max_queue_delay_us = 0});
-  scheduler_->rates().Set({.per_tenant = 0, .of_tenant = {{"slow", 20}}});
+  scheduler_->rates().Set({.per_tenant = 0, .of_tenant = {{"slow", 10 * kStep}}});
   const auto slow = SubmitFor("slow", 40);
   for (int k = 0; k < 20; ++k) EXPECT_TRUE(SubmitFor("quick", 3).Get().status.ok());
   EXPECT_FALSE(slow.has_value());

@@ -37,6 +37,7 @@ class InProcessServer {
     return v1::SimulationService::NewStub(server_->InProcessChannel());
   }
   Scheduler& scheduler() { return *scheduler_; }
+  api::WorkerPool& builders() { return builders_; }
   api::GrpcServer& server() { return *server_; }
 
  private:
