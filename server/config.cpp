@@ -177,6 +177,9 @@ void AddLimits(CLI::App& app, Config& config) {
                      int64_t{86'400} * 1'000'000, "how long a completed request id is known");
   AddNumber(app, "--max-connections", config.max_connections, 0u, kMaxCount,
             "0: what the limit of open files allows");
+  AddNumber(app, "--max-connections-per-peer", config.max_connections_per_peer, 0u, kMaxCount,
+            "of one address (IPv6: of one /64 network) but loopback; 0: no limit, for servers behind "
+            "a proxy");
   AddNumber(app, "--max-calls-per-connection", config.max_calls_per_connection, 1u, 1u << 20,
             "under way; more wait at the client");
   AddNumber<uint64_t>(app, "--max-transport-bytes", config.max_transport_bytes, 64u << 20,

@@ -88,7 +88,7 @@ Status Serve(const Config& config) {
                                DRAPE_VERSION, incarnation);
   Status status = checkpoints.Start();
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
-  api::LimitConnections(config.max_connections);
+  api::LimitConnections({config.max_connections, config.max_connections_per_peer});
   auto server = api::GrpcServer::Start(*options, service);
   if (status.ok()) {
     status = server.ok() ? WritePortFile(config.port_file, (*server)->port()) : server.status();
