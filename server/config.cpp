@@ -8,6 +8,8 @@
 #include <sstream>
 #include <vector>
 
+#include "server/api/grpc_server.h"
+
 namespace drape {
 namespace {
 
@@ -50,6 +52,15 @@ std::string ListenProblem(const std::string& listen) {
   return "port '" + port + "' is not a whole number in [0, 65535]";
 }
 
+// The error in an address for operators, or empty.
+std::string AdminListenProblem(const std::string& listen) {
+  constexpr char kUnix[] = "unix:";
+  if (listen.starts_with(kUnix)) return listen.size() > sizeof(kUnix) - 1 ? "" : "no path";
+  const std::string problem = ListenProblem(listen);
+  if (!problem.empty()) return problem;
+  return api::IsLoopback(listen) ? "" : "'" + listen + "' can be reached by other machines";
+}
+
 // The error in a server id, or empty.
 std::string ServerIdProblem(const std::string& id) {
   const bool is_legal =
@@ -84,6 +95,10 @@ void AddServerFlags(CLI::App& app, Config& config) {
   app.add_option("--metrics-listen", config.metrics_listen,
                  "HOST:PORT for monitoring over HTTP: /metrics, /healthz, /readyz (default: none)")
       ->check(CLI::Validator(ListenProblem, ""));
+  app.add_option("--admin-listen", config.admin_listen,
+                 "unix:PATH, or HOST:PORT of this machine, for `drape admin`; who reaches it may do "
+                 "everything (default: none)")
+      ->check(CLI::Validator(AdminListenProblem, ""));
   app.add_option("--server-id", config.server_id,
                  "lasting name in the names of sessions, for proxies (default: a random one)")
       ->check(CLI::Validator(ServerIdProblem, ""));

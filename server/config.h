@@ -23,6 +23,7 @@ struct Config {
   bool insecure = false;
   api::TlsFiles tls;
   std::string metrics_listen;  // HOST:PORT of the port for monitoring; empty: none
+  std::string admin_listen;    // HOST:PORT of this machine or unix:PATH for operators; empty: none
   std::string server_id;       // in names of sessions; empty: a random one with every start
   std::string token_file;      // empty: tenants by certificate, or none (api/authentication.h)
   std::string log_level = "info";

@@ -1,11 +1,16 @@
 // draped: flags -> wire -> serve -> drain. Only this file and backend_choice name concrete backends
 // and renderers.
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <optional>
 #include <random>
 
 #include "server/api/accept_guard.h"
+#include "server/api/admin_service.h"
 #include "server/api/grpc_server.h"
 #include "server/api/library_logs.h"
 #include "server/api/simulation_service.h"
@@ -48,6 +53,23 @@ Status WritePortFile(const std::string& path, int port) {
   return Status(StatusCode::kFailedPrecondition, "PORT_FILE_FAILED", "cannot write " + path);
 }
 
+// Null where there are no checkpoints.
+std::function<void()> WriterOf(CheckpointKeeper& checkpoints) {
+  if (!checkpoints.is_on()) return {};
+  return [&checkpoints] { checkpoints.WriteRound(); };
+}
+
+Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
+                                                    api::AdminService& service) {
+  const mode_t others = umask(S_IRWXG | S_IRWXO);  // of a socket in the file system
+  auto server = api::GrpcServer::Start(ToAdminOptions(config), {&service});
+  umask(others);
+  if (server.ok()) {
+    spdlog::info("admin_started listen={} port={}", config.admin_listen, (*server)->port());
+  }
+  return server;
+}
+
 Status Serve(const Config& config) {
   TakeSignals();
   const uint64_t files = api::RaiseFileLimit();
@@ -70,8 +92,10 @@ Status Serve(const Config& config) {
                            !config.server_id.empty());
   api::WorkerPool builders(config.builder_threads, config.max_queued_builds);
   const auto unread = api::MakeUnreadBudget(config.requests);
-  api::SimulationService service({**scheduler, sessions, builders, pictures, clock, config.requests,
-                                  DRAPE_VERSION, incarnation, unread, *authentication});
+  const api::ServiceContext parts{**scheduler, sessions,        builders,      pictures,
+                                  clock,       config.requests, DRAPE_VERSION, incarnation,
+                                  unread,      *authentication};
+  api::SimulationService service(parts);
   const auto numbers = [&] {
     ServerNumbers now = NumbersOf(**scheduler, sessions);
     now.server_id = config.server_id.empty() ? incarnation : config.server_id;
@@ -89,7 +113,14 @@ Status Serve(const Config& config) {
   Status status = checkpoints.Start();
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
   api::LimitConnections({config.max_connections, config.max_connections_per_peer});
-  auto server = api::GrpcServer::Start(*options, service);
+  const api::AdminContext for_operators{parts, [] { kill(getpid(), SIGTERM); },
+                                        WriterOf(checkpoints)};
+  api::AdminService admin(for_operators, false), trusted_admin(for_operators, true);
+  std::unique_ptr<api::GrpcServer> admin_server;
+  if (status.ok() && !config.admin_listen.empty()) {
+    DRAPE_ASSIGN_OR_RETURN(admin_server, StartAdmin(config, trusted_admin));
+  }
+  auto server = api::GrpcServer::Start(*options, {&service, &admin});
   if (status.ok()) {
     status = server.ok() ? WritePortFile(config.port_file, (*server)->port()) : server.status();
   }
@@ -113,6 +144,7 @@ Status Serve(const Config& config) {
       ->Drain(status.ok() ? int64_t{config.drain_grace_ms} * 1000 : 0, checkpoints.LastCommand());
   checkpoints.WriteLast();
   if (server.ok()) (*server)->Shutdown(kGoodbye);
+  if (admin_server) admin_server->Shutdown(kGoodbye);
   return status;
 }
 

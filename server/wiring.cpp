@@ -25,6 +25,12 @@ Result<api::ServerOptions> ToServerOptions(const Config& config) {
   return options;
 }
 
+api::ServerOptions ToAdminOptions(const Config& config) {
+  api::ServerOptions options;
+  options.listen = config.admin_listen;
+  return options;
+}
+
 SessionLimits WithTenantLimits(SessionLimits limits) {
   TenantLimits& tenant = limits.per_tenant;
   if (tenant.max_sessions == 0) tenant.max_sessions = std::max(1u, limits.max_sessions / 4);

@@ -15,6 +15,9 @@ namespace drape {
 // Reads the TLS files.
 Result<api::ServerOptions> ToServerOptions(const Config& config);
 
+// The port for operators alone.
+api::ServerOptions ToAdminOptions(const Config& config);
+
 // Limits of a tenant that are not given follow from others.
 SessionLimits WithTenantLimits(SessionLimits limits);
 

@@ -7,7 +7,10 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <string>
+#include <string_view>
 #include <unordered_map>
 
 #include "server/api/token_file.h"
@@ -41,7 +44,11 @@ class Authentication {
 
   // By the metadata `authorization: Bearer TOKEN`, or by the certificate.
   Caller Identify(const grpc::CallbackServerContext& context) const;
+  // Whether the call carries the token of an operator, who is no tenant.
+  bool IsOperator(const grpc::CallbackServerContext& context) const;
   bool has_tokens() const;
+  // TokenFile::tenants.
+  std::set<std::string> tenants() const;
   // TokenFile::rates.
   std::unordered_map<std::string, double> rates() const;
 
@@ -55,5 +62,7 @@ class Authentication {
 
 // UNAUTHENTICATED (INVALID_TOKEN). It says no more, and is the same whatever was called.
 grpc::Status Unauthenticated();
+// PERMISSION_DENIED (ADMIN_ONLY).
+grpc::Status AdminOnly();
 
 }  // namespace drape::api

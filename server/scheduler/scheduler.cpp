@@ -143,6 +143,10 @@ SchedulerCounters Scheduler::counters() const {
   return core_->counters();
 }
 
+QueuedRequests Scheduler::queued_requests() const {
+  return core_->queued_requests();
+}
+
 RateQuota& Scheduler::rates() {
   return core_->rates();
 }

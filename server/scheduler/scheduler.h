@@ -6,6 +6,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <unordered_map>
 
 #include "server/core/clock.h"
 #include "server/core/duration_histogram.h"
@@ -66,6 +67,12 @@ struct SchedulerCounters {
   DurationHistogram::Counts request_durations;  // from Submit to the end
   uint32_t queued_requests = 0;                 // now: step requests submitted and not yet ended
   uint32_t queued_commands = 0;                 // now
+};
+
+// Step requests submitted and not yet ended.
+struct QueuedRequests {
+  std::unordered_map<std::string, uint32_t> by_session;
+  std::unordered_map<std::string, uint32_t> by_owner;  // StepWork::owner
 };
 
 // Thread-safe unless a method says otherwise. Methods never wait for the device unless they say so.
@@ -138,6 +145,7 @@ class Scheduler {
   bool is_draining() const;
 
   SchedulerCounters counters() const;
+  QueuedRequests queued_requests() const;
   // Without limits until somebody sets them.
   RateQuota& rates();
 

@@ -98,15 +98,15 @@ Status Scheduler::Core::Submit(StepWork work) {
   if (request_count_ >= limits_.max_queued_requests) {
     return QueueFull("max_queued_requests", limits_.max_queued_requests, limits_.retry_after_ms);
   }
-  const auto session = requests_by_session_.try_emplace(work.session, 0).first;
+  const auto session = requests_.by_session.try_emplace(work.session, 0).first;
   if (session->second >= limits_.max_queued_requests_per_session) {
     return QueueFull("max_queued_requests_per_session", limits_.max_queued_requests_per_session,
                      limits_.retry_after_ms);
   }
   const uint32_t half = std::max(1u, limits_.max_queued_requests / 2);
-  const auto owner = requests_by_owner_.try_emplace(work.owner(), 0).first;
+  const auto owner = requests_.by_owner.try_emplace(work.owner(), 0).first;
   if (!work.tenant.empty() && owner->second >= half) {
-    if (session->second == 0) requests_by_session_.erase(session);
+    if (session->second == 0) requests_.by_session.erase(session);
     return QueueFull("max_queued_requests of one tenant", half, limits_.retry_after_ms);
   }
   ++owner->second;
@@ -125,11 +125,11 @@ void Scheduler::Core::EndRequest(StepWork work, StepOutcome outcome) {
   {
     const std::lock_guard lock(mutex_);
     --request_count_;
-    const auto session = requests_by_session_.find(work.session);
+    const auto session = requests_.by_session.find(work.session);
     gathering_.Answer(work.session, --session->second, clock_.NowUs());
-    if (session->second == 0) requests_by_session_.erase(session);
-    const auto owner = requests_by_owner_.find(work.owner());
-    if (--owner->second == 0) requests_by_owner_.erase(owner);
+    if (session->second == 0) requests_.by_session.erase(session);
+    const auto owner = requests_.by_owner.find(work.owner());
+    if (--owner->second == 0) requests_.by_owner.erase(owner);
     is_idle = request_count_ == 0 && commands_.empty() && observers_.size() == 0;
   }
   Give(std::move(work), std::move(outcome), is_idle);
@@ -211,7 +211,7 @@ bool Scheduler::Core::MayAnswersWait(const DeviceLoop& loop, bool is_busy) const
   std::map<std::string, uint32_t> unanswered;
   for (const std::string& session : loop.UnansweredSessions()) ++unanswered[session];
   return std::all_of(unanswered.begin(), unanswered.end(), [&](const auto& entry) {
-    return requests_by_session_.at(entry.first) > entry.second;
+    return requests_.by_session.at(entry.first) > entry.second;
   });
 }
 
@@ -333,6 +333,11 @@ void Scheduler::Core::Wake() {
 bool Scheduler::Core::is_draining() const {
   const std::lock_guard lock(mutex_);
   return is_draining_;
+}
+
+QueuedRequests Scheduler::Core::queued_requests() const {
+  const std::lock_guard lock(mutex_);
+  return requests_;
 }
 
 SchedulerCounters Scheduler::Core::counters() const {

@@ -41,6 +41,7 @@ class Scheduler::Core {
 
   bool is_draining() const;
   SchedulerCounters counters() const;
+  QueuedRequests queued_requests() const;
   const BackendDescription& description() const { return description_; }
   const SchedulerLimits& limits() const { return limits_; }
   CompletionQueue& completions() { return completions_; }
@@ -117,9 +118,7 @@ class Scheduler::Core {
   std::condition_variable parked_;  // for Hold
   std::deque<DeviceCommand> commands_;
   std::deque<Submission> submissions_;
-  // Step requests submitted and not yet ended.
-  std::unordered_map<std::string, uint32_t> requests_by_session_;
-  std::unordered_map<std::string, uint32_t> requests_by_owner_;  // StepWork::owner
+  QueuedRequests requests_;
   uint32_t request_count_ = 0;
   Gathering gathering_;
   bool is_woken_ = false;

@@ -29,6 +29,16 @@ TEST(TokenFile, ATenantMayHaveSeveralTokens) {
   EXPECT_EQ(tokens->TenantOf("secret"), tokens->TenantOf("other"));
 }
 
+TEST(TokenFile, AnOperatorIsNoTenant) {
+  const auto tokens = TokenFile::Parse("@operator " + kHash + "\na " + kOther + "\n", "file");
+  ASSERT_TRUE(tokens.ok()) << tokens.status().message();
+  EXPECT_TRUE(tokens->IsOperator("secret"));
+  EXPECT_FALSE(tokens->IsOperator("other"));
+  EXPECT_FALSE(tokens->IsOperator(""));
+  EXPECT_FALSE(tokens->TenantOf("secret").has_value());
+  EXPECT_EQ(tokens->tenants(), std::set<std::string>{"a"});
+}
+
 TEST(TokenFile, ATenantMayHaveARateOfItsOwn) {
   const auto tokens = TokenFile::Parse("a " + kHash + " particle_substeps_per_s=2.5e9 # fast\nb " +
                                            kOther + "\n",
@@ -48,7 +58,13 @@ TEST(TokenFile, WhatIsWrongIsNamedWithItsLine) {
     EXPECT_EQ(tokens.status().reason(), "TOKEN_FILE_FAILED");
     return tokens.status().message();
   };
-  EXPECT_EQ(why("# nothing\n"), "'file' has no token");
+  EXPECT_EQ(why("# nothing\n"), "'file' has no token of a tenant");
+  EXPECT_EQ(why("@operator " + kHash + "\n"), "'file' has no token of a tenant");
+  EXPECT_NE(why("@operator " + kHash + " particle_substeps_per_s=1\n").find("line 1"),
+            std::string::npos);
+  EXPECT_NE(why("@admin " + kHash + "\n").find("line 1"), std::string::npos);
+  EXPECT_NE(why("a " + kHash + "\n@operator " + kHash + "\n").find("line 2: this hash"),
+            std::string::npos);
   EXPECT_NE(why("a " + kHash + "\nb secret\n").find("line 2: after the tenant"), std::string::npos);
   EXPECT_NE(why("a\n").find("line 1"), std::string::npos);
   EXPECT_NE(why("a " + kHash + " x\n").find("line 1"), std::string::npos);
