@@ -113,6 +113,14 @@ void AddServerFlags(CLI::App& app, Config& config) {
   app.add_option("--log-level", config.log_level, "trace, debug, info, warn, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
+  app.add_option_function<std::string>(
+         "--log-format",
+         [&config](const std::string& name) {
+           config.log_format = name == "json" ? LogFormat::kJson : LogFormat::kText;
+         },
+         "text, or json: an object per line")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->default_str("text");
   app.add_option("--shader-dir", config.shader_dir, "folder of shaders that replace built-in ones")
       ->check(CLI::ExistingDirectory);
   app.add_option(

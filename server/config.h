@@ -8,6 +8,7 @@
 #include "server/api/limits.h"
 #include "server/api/tls_files.h"
 #include "server/checkpoints/checkpoint_keeper.h"
+#include "server/core/log.h"
 #include "server/render/render_thread.h"
 #include "server/scheduler/scheduler.h"
 #include "server/session/session_limits.h"
@@ -27,6 +28,7 @@ struct Config {
   std::string server_id;       // in names of sessions; empty: a random one with every start
   std::string token_file;      // empty: tenants by certificate, or none (api/authentication.h)
   std::string log_level = "info";
+  LogFormat log_format = LogFormat::kText;
   std::string shader_dir;             // empty: the shaders in the executable
   std::string device;                 // of the gl backend (gl/device_choice.h); empty: the first
   bool lists_devices = false;         // instead of serving

@@ -163,7 +163,7 @@ int main(int argc, char** argv) {
   if (command_line.exit_code) return *command_line.exit_code;
   if (command_line.config.lists_devices) return drape::PrintDevices();
   drape::KeepFreedMemory();
-  drape::Status status = drape::InitLog(command_line.config.log_level);
+  drape::Status status = drape::InitLog(command_line.config.log_level, command_line.config.log_format);
   drape::api::TakeLibraryLogs();
   if (status.ok()) status = drape::Serve(command_line.config);
   if (!status.ok()) {

@@ -10,7 +10,7 @@ namespace drape {
 inline namespace client {
 namespace {
 
-constexpr uint32_t kSessionsPerPage = 1000;
+constexpr uint32_t kTenantSessionsPerPage = 1000;
 
 }  // namespace
 
@@ -52,7 +52,7 @@ std::vector<v1::TenantUse> Admin::ListTenants() const {
 std::vector<v1::TenantSession> Admin::ListAllSessions() const {
   std::vector<v1::TenantSession> sessions;
   v1::ListAllSessionsRequest request;
-  request.set_page_size(kSessionsPerPage);
+  request.set_page_size(kTenantSessionsPerPage);
   do {
     const auto page = impl_->Call(&Impl::Stub::ListAllSessions, request);
     sessions.insert(sessions.end(), page.sessions().begin(), page.sessions().end());

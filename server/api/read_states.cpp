@@ -15,6 +15,7 @@ ReadStatesReactor* ReadStatesReactor::Start(const ServiceContext& context, const
     reactor->Finish(Unauthenticated());
     return reactor;
   }
+  reactor->tag_ = RequestTag(caller, request);
   const Status status = reactor->Begin(context, caller, request);
   if (!status.ok()) reactor->End(status);
   return reactor;
@@ -66,6 +67,7 @@ void ReadStatesReactor::End(const Status& status) {
       .reset();  // gives back its place among the session's reads before the client can ask again
   held_ = nullptr;
   session_ = {};
+  tag_.Log(status);
   Finish(ToGrpcStatus(status));
 }
 

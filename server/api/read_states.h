@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "server/api/request_log.h"
 #include "server/api/simulation_service.h"
 #include "server/api/state_chunks.h"
 
@@ -26,6 +27,7 @@ class ReadStatesReactor final : public grpc::ServerWriteReactor<v1::StateChunk> 
   void WriteNext();
   void End(const Status& status);
 
+  RequestTag tag_;
   CancelToken cancel_;  // the client has gone, or its deadline has passed
   SessionLease session_;
   std::shared_ptr<void> held_;  // until the states have been sent

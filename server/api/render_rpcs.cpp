@@ -98,18 +98,19 @@ grpc::ServerUnaryReactor* SimulationService::Render(Context* context,
                                                     v1::RenderResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   Result<render::PictureSpec> spec = CheckRender(*request);
-  if (!spec.ok()) return Answer(context, spec.status());
+  if (!spec.ok()) return Answer(context, spec.status(), tag);
   const Result<std::vector<ClothId>> ids = CheckSelection(*request);
-  if (!ids.ok()) return Answer(context, ids.status());
+  if (!ids.ok()) return Answer(context, ids.status(), tag);
   Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
-  if (!session.ok()) return Answer(context, session.status());
+  if (!session.ok()) return Answer(context, session.status(), tag);
   Result<ClothList> cloths = (*session)->FindCloths(*ids);
-  if (!cloths.ok()) return Answer(context, cloths.status());
-  if (cloths->empty()) return Answer(context, NoCloths());
+  if (!cloths.ok()) return Answer(context, cloths.status(), tag);
+  if (cloths->empty()) return Answer(context, NoCloths(), tag);
   const Status tiles = CheckTiles(*spec, cloths->size());
-  if (!tiles.ok()) return Answer(context, tiles);
-  UnaryCall* call = UnaryCall::New();
+  if (!tiles.ok()) return Answer(context, tiles, tag);
+  UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(*session);
   const auto picture = std::make_shared<PictureCall>(
       PictureCall{call, response, std::move(*cloths), spec->has_colliders});

@@ -18,6 +18,7 @@ ExportReactor* ExportReactor::Start(const ServiceContext& context, const Caller&
     reactor->Finish(Unauthenticated());
     return reactor;
   }
+  reactor->tag_ = RequestTag(caller, request);
   const Status status = reactor->Begin(context, caller, request);
   if (!status.ok()) reactor->End(status);
   return reactor;
@@ -67,6 +68,7 @@ void ExportReactor::End(const Status& status) {
   bytes_ = {};
   held_ = nullptr;
   session_ = {};
+  tag_.Log(status);
   Finish(ToGrpcStatus(status));
 }
 
@@ -110,6 +112,7 @@ Status ImportReactor::Take(v1::ImportClothsRequest& request) {
 }
 
 Status ImportReactor::Begin(const v1::ImportClothsRequest::Begin& begin) {
+  tag_ = RequestTag("ImportCloths", caller_, begin);
   if (begin.total_bytes() == 0) {
     return Status::InvalidField("begin.total_bytes", "is 0; the size of the snapshot is needed");
   }
@@ -157,6 +160,7 @@ void ImportReactor::End(const Status& status) {
   bytes_ = {};
   held_ = nullptr;
   session_ = {};
+  tag_.Log(status);
   Finish(ToGrpcStatus(status));
 }
 

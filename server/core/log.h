@@ -12,7 +12,7 @@ namespace drape {
 
 enum class LogFormat {
   kText,  // 2026-03-01T12:00:00.000 info session_created name=sessions/a-0123... ttl_s=300
-  kJson,  // {"time":"2026-03-01T12:00:00.000+0100","level":"info","event":"session_created", ...}
+  kJson,  // {"time":"2026-03-01T12:00:00.000+01:00","level":"info","event":"session_created", ...}
 };
 
 // `level`: trace, debug, info, warn, error or off. Call once, before any thread starts.

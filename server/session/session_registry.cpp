@@ -33,6 +33,11 @@ std::string RandomToken() {
   return token;
 }
 
+// " tenant=lab"; empty where there are no tenants. Their names need no quotes.
+std::string TenantField(const std::string& tenant) {
+  return tenant.empty() ? "" : " tenant=" + tenant;
+}
+
 }  // namespace
 
 std::string ShortSessionName(const std::string& name) {
@@ -93,7 +98,8 @@ Result<SessionLease> SessionRegistry::Create(std::optional<double> ttl_s,
   const std::lock_guard lock(mutex_);
   DRAPE_ASSIGN_OR_RETURN(SessionLease lease, Insert(std::make_shared<Session>(
                                                  commons_, name, display_name, ttl, tenant)));
-  LogEvent(fmt::format("session_created name={} ttl_s={}", ShortSessionName(name), ttl));
+  LogEvent(fmt::format("session_created name={}{} ttl_s={}", ShortSessionName(name),
+                       TenantField(tenant), ttl));
   return lease;
 }
 
@@ -278,7 +284,7 @@ void SessionRegistry::Delete(const std::string& name, std::function<void(Status)
     done(status);
     return;
   }
-  LogEvent(fmt::format("session_deleted name={}", ShortSessionName(name)));
+  LogEvent(fmt::format("session_deleted name={}{}", ShortSessionName(name), TenantField(tenant)));
   session->Close(std::move(done));
 }
 
@@ -322,8 +328,8 @@ size_t SessionRegistry::ReapExpired() {
     }
   }
   for (const auto& session : expired) {
-    LogEvent(fmt::format("session_expired name={} cloths={}", ShortSessionName(session->name()),
-                         session->cloth_count()));
+    LogEvent(fmt::format("session_expired name={}{} cloths={}", ShortSessionName(session->name()),
+                         TenantField(session->tenant()), session->cloth_count()));
     session->Close([](const Status&) {});
   }
   return expired.size();
