@@ -95,9 +95,10 @@ void AddServerFlags(CLI::App& app, Config& config) {
   app.add_option("--metrics-listen", config.metrics_listen,
                  "HOST:PORT for monitoring over HTTP: /metrics, /healthz, /readyz (default: none)")
       ->check(CLI::Validator(ListenProblem, ""));
-  app.add_option("--admin-listen", config.admin_listen,
-                 "unix:PATH, or HOST:PORT of this machine, for `drape admin`; who reaches it may do "
-                 "everything (default: none)")
+  app.add_option(
+         "--admin-listen", config.admin_listen,
+         "unix:PATH, or HOST:PORT of this machine, for `drape admin`; who reaches it may do "
+         "everything (default: none)")
       ->check(CLI::Validator(AdminListenProblem, ""));
   app.add_option("--server-id", config.server_id,
                  "lasting name in the names of sessions, for proxies (default: a random one)")
@@ -200,9 +201,10 @@ void AddLimits(CLI::App& app, Config& config) {
                      int64_t{86'400} * 1'000'000, "how long a completed request id is known");
   AddNumber(app, "--max-connections", config.max_connections, 0u, kMaxCount,
             "0: what the limit of open files allows");
-  AddNumber(app, "--max-connections-per-peer", config.max_connections_per_peer, 0u, kMaxCount,
-            "of one address (IPv6: of one /64 network) but loopback; 0: no limit, for servers behind "
-            "a proxy");
+  AddNumber(
+      app, "--max-connections-per-peer", config.max_connections_per_peer, 0u, kMaxCount,
+      "of one address (IPv6: of one /64 network) but loopback; 0: no limit, for servers behind "
+      "a proxy");
   AddNumber(app, "--max-calls-per-connection", config.max_calls_per_connection, 1u, 1u << 20,
             "under way; more wait at the client");
   AddNumber<uint64_t>(app, "--max-transport-bytes", config.max_transport_bytes, 64u << 20,

@@ -1,11 +1,8 @@
 // draped: flags -> wire -> serve -> drain. Only this file and backend_choice name concrete backends
 // and renderers.
-#include <sys/stat.h>
-#include <unistd.h>
-
-#include <csignal>
 #include <cstdio>
 #include <fstream>
+#include <functional>
 #include <optional>
 #include <random>
 
@@ -53,23 +50,6 @@ Status WritePortFile(const std::string& path, int port) {
   return Status(StatusCode::kFailedPrecondition, "PORT_FILE_FAILED", "cannot write " + path);
 }
 
-// Null where there are no checkpoints.
-std::function<void()> WriterOf(CheckpointKeeper& checkpoints) {
-  if (!checkpoints.is_on()) return {};
-  return [&checkpoints] { checkpoints.WriteRound(); };
-}
-
-Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
-                                                    api::AdminService& service) {
-  const mode_t others = umask(S_IRWXG | S_IRWXO);  // of a socket in the file system
-  auto server = api::GrpcServer::Start(ToAdminOptions(config), {&service});
-  umask(others);
-  if (server.ok()) {
-    spdlog::info("admin_started listen={} port={}", config.admin_listen, (*server)->port());
-  }
-  return server;
-}
-
 Status Serve(const Config& config) {
   TakeSignals();
   const uint64_t files = api::RaiseFileLimit();
@@ -113,13 +93,12 @@ Status Serve(const Config& config) {
   Status status = checkpoints.Start();
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
   api::LimitConnections({config.max_connections, config.max_connections_per_peer});
-  const api::AdminContext for_operators{parts, [] { kill(getpid(), SIGTERM); },
-                                        WriterOf(checkpoints)};
+  const api::AdminContext for_operators =
+      ForOperators(parts, checkpoints.is_on() ? [&checkpoints] { checkpoints.WriteRound(); }
+                                              : std::function<void()>());
   api::AdminService admin(for_operators, false), trusted_admin(for_operators, true);
-  std::unique_ptr<api::GrpcServer> admin_server;
-  if (status.ok() && !config.admin_listen.empty()) {
-    DRAPE_ASSIGN_OR_RETURN(admin_server, StartAdmin(config, trusted_admin));
-  }
+  const auto admin_server = StartAdmin(config, trusted_admin);
+  if (status.ok()) status = admin_server.status();
   auto server = api::GrpcServer::Start(*options, {&service, &admin});
   if (status.ok()) {
     status = server.ok() ? WritePortFile(config.port_file, (*server)->port()) : server.status();
@@ -144,7 +123,7 @@ Status Serve(const Config& config) {
       ->Drain(status.ok() ? int64_t{config.drain_grace_ms} * 1000 : 0, checkpoints.LastCommand());
   checkpoints.WriteLast();
   if (server.ok()) (*server)->Shutdown(kGoodbye);
-  if (admin_server) admin_server->Shutdown(kGoodbye);
+  if (admin_server.ok() && *admin_server) (*admin_server)->Shutdown(kGoodbye);
   return status;
 }
 
@@ -163,7 +142,8 @@ int main(int argc, char** argv) {
   if (command_line.exit_code) return *command_line.exit_code;
   if (command_line.config.lists_devices) return drape::PrintDevices();
   drape::KeepFreedMemory();
-  drape::Status status = drape::InitLog(command_line.config.log_level, command_line.config.log_format);
+  drape::Status status =
+      drape::InitLog(command_line.config.log_level, command_line.config.log_format);
   drape::api::TakeLibraryLogs();
   if (status.ok()) status = drape::Serve(command_line.config);
   if (!status.ok()) {

@@ -60,8 +60,7 @@ void TakeSignals() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-int WaitForStop(const Config& config, Scheduler& scheduler,
-                api::Authentication* authentication) {
+int WaitForStop(const Config& config, Scheduler& scheduler, api::Authentication* authentication) {
   const sigset_t signals = AwaitedSignals();
   const timespec period{kStatisticsPeriod_s, 0};
   while (true) {

@@ -1,7 +1,12 @@
 #include "server/wiring.h"
 
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <utility>
 
 #include "server/api/accept_guard.h"
@@ -22,12 +27,6 @@ Result<api::ServerOptions> ToServerOptions(const Config& config) {
   options.max_transport_bytes = config.max_transport_bytes;
   options.keepalive = milliseconds(config.keepalive_ms);
   options.keepalive_timeout = milliseconds(config.keepalive_timeout_ms);
-  return options;
-}
-
-api::ServerOptions ToAdminOptions(const Config& config) {
-  api::ServerOptions options;
-  options.listen = config.admin_listen;
   return options;
 }
 
@@ -53,6 +52,26 @@ RateLimits RatesOf(const Config& config, const api::Authentication* authenticati
   limits.per_tenant = config.max_particle_substeps_per_s_per_tenant;
   if (authentication != nullptr) limits.of_tenant = authentication->rates();
   return limits;
+}
+
+api::AdminContext ForOperators(const api::ServiceContext& parts,
+                               std::function<void()> write_checkpoints) {
+  // Main takes the signal.
+  return {parts, [] { kill(getpid(), SIGTERM); }, std::move(write_checkpoints)};
+}
+
+Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
+                                                    api::AdminService& service) {
+  if (config.admin_listen.empty()) return std::unique_ptr<api::GrpcServer>();
+  api::ServerOptions options;
+  options.listen = config.admin_listen;
+  const mode_t others = umask(S_IRWXG | S_IRWXO);  // of a socket in the file system
+  auto server = api::GrpcServer::Start(options, {&service});
+  umask(others);
+  if (server.ok()) {
+    spdlog::info("admin_started listen={} port={}", config.admin_listen, (*server)->port());
+  }
+  return server;
 }
 
 ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessions) {

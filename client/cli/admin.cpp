@@ -10,6 +10,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/message_json.h"
 #include "client/cli/options.h"
+#include "client/cli/output_file.h"
 #include "client/cli/printable.h"
 #include "drape/admin.h"
 
@@ -23,6 +24,8 @@ struct AdminOptions {
   bool is_json = false;
   uint64_t number = 0;
   std::string level;
+  double seconds = 5;
+  std::string path;
 };
 
 // Columns as wide as what is in them; all but the first `left` are numbers.
@@ -62,15 +65,14 @@ int ShowTenants(const AdminOptions& options) {
   Rows rows = {{"tenant", "sessions", "cloths", "particles", "saved", "answers", "unread", "steps",
                 "builds", "particle-substeps/s", "limit", "wait"}};
   for (const v1::TenantUse& use : tenants) {
-    rows.push_back({use.name().empty() ? "(none)" : Printable(use.name()),
-                    std::to_string(use.session_count()), std::to_string(use.cloth_count()),
-                    std::to_string(use.particle_count()), Bytes(use.saved_bytes()),
-                    Bytes(use.remembered_bytes()), Bytes(use.unread_bytes()),
-                    std::to_string(use.queued_requests()), std::to_string(use.queued_builds()),
-                    Short(use.particle_substeps_per_s()),
-                    use.max_particle_substeps_per_s() > 0 ? Short(use.max_particle_substeps_per_s())
-                                                          : "-",
-                    use.rate_wait_s() > 0 ? Short(use.rate_wait_s()) + " s" : "-"});
+    rows.push_back(
+        {use.name().empty() ? "(none)" : Printable(use.name()), std::to_string(use.session_count()),
+         std::to_string(use.cloth_count()), std::to_string(use.particle_count()),
+         Bytes(use.saved_bytes()), Bytes(use.remembered_bytes()), Bytes(use.unread_bytes()),
+         std::to_string(use.queued_requests()), std::to_string(use.queued_builds()),
+         Short(use.particle_substeps_per_s()),
+         use.max_particle_substeps_per_s() > 0 ? Short(use.max_particle_substeps_per_s()) : "-",
+         use.rate_wait_s() > 0 ? Short(use.rate_wait_s()) + " s" : "-"});
   }
   PrintTable(rows, 1);
   return kDone;
@@ -124,14 +126,28 @@ int SetLogLevel(const AdminOptions& options) {
   return kDone;
 }
 
+int RecordTrace(const AdminOptions& options) {
+  OutputFile file(options.path);
+  const auto recorded = options.address.ConnectAdmin().RecordTrace(options.seconds);
+  file.Write(recorded.json());
+  file.Close();
+  std::cout << options.path << ": " << recorded.events() << " events";
+  if (recorded.events_left_out() > 0) {
+    std::cout << ", and " << recorded.events_left_out() << " more that had no room";
+  }
+  std::cout << "\n";
+  return kDone;
+}
+
 using AdminAction = int (*)(const AdminOptions&);
 
 CLI::App* Add(CLI::App& admin, const std::string& name, const std::string& meaning,
               const std::shared_ptr<AdminOptions>& options, AdminAction act, Action& action) {
   CLI::App* command = admin.add_subcommand(name, meaning);
   options->address
-      .AddTo(*command, "Its --admin-listen (HOST:PORT or unix:PATH), or with the token of an "
-                       "operator its --listen")
+      .AddTo(*command,
+             "Its --admin-listen (HOST:PORT or unix:PATH), or with the token of an "
+             "operator its --listen")
       ->required();
   command->callback([options, act, &action] { action = [options, act] { return act(*options); }; });
   return command;
@@ -158,6 +174,13 @@ void AddAdmin(CLI::App& app, Action& action) {
       ->type_name("NUMBER")
       ->required();
   add("drain", "End the server as SIGTERM does: accepted work is finished", Drain);
+  CLI::App* const trace =
+      add("trace", "Record what the server's threads do, for ui.perfetto.dev", RecordTrace);
+  trace->add_option("file", options->path, "The JSON file to write")->type_name("FILE")->required();
+  trace->add_option("--seconds", options->seconds, "How long (default: 5)")
+      ->check(CLI::Range(0.001, 60.0))
+      ->check(FiniteNumber())
+      ->type_name("S");
   add("log-level", "Change what the server logs", SetLogLevel)
       ->add_option("level", options->level, "trace, debug, info, warn, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))

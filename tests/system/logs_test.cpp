@@ -22,7 +22,7 @@
 namespace drape::test {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 using testing::HasSubstr;
 
 // The digits of a session's name.
@@ -44,11 +44,10 @@ class Logs : public testing::TestWithParam<std::string> {
     }
     tokens << "\n";
     tokens.close();
-    server_ = std::make_unique<ServerProcess>(
-        std::vector<std::string>{"--backend=cpu", "--log-level=debug",
-                                 "--log-format=" + GetParam(), "--token-file=" + (dir_ / "tokens"),
-                                 "--checkpoint-dir=" + (dir_ / "kept"),
-                                 "--checkpoint-interval-s=0.1"});
+    server_ = std::make_unique<ServerProcess>(std::vector<std::string>{
+        "--backend=cpu", "--log-level=debug", "--log-format=" + GetParam(),
+        "--token-file=" + (dir_ / "tokens"), "--checkpoint-dir=" + (dir_ / "kept"),
+        "--checkpoint-interval-s=0.1"});
     ASSERT_TRUE(server_->WaitUntilUp());
     stub_ = server_->NewStub();
   }
@@ -175,7 +174,7 @@ TEST_P(Logs, HaveNoNameInFullAndNoToken) {
       if (line.find(" request method=Step ") != std::string::npos) of_steps.insert(line);
       continue;
     }
-    const json object = json::parse(line, nullptr, /*allow_exceptions=*/false);
+    const Json object = Json::parse(line, nullptr, /*allow_exceptions=*/false);
     ASSERT_TRUE(object.is_object()) << line;
     for (const char* key : {"time", "level", "event"}) ASSERT_TRUE(object.contains(key)) << line;
     if (object["event"] != "request" || object["method"] != "Step") continue;
