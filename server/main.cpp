@@ -3,7 +3,7 @@
 #include <cstdio>
 #include <fstream>
 #include <optional>
-#include <random>
+#include <vector>
 
 #include "server/api/accept_guard.h"
 #include "server/api/grpc_server.h"
@@ -12,12 +12,14 @@
 #include "server/backend_choice.h"
 #include "server/checkpoints/checkpoint_keeper.h"
 #include "server/config.h"
+#include "server/core/device_loss.h"
 #include "server/core/heap.h"
 #include "server/core/log.h"
 #include "server/core/patient_clock.h"
 #include "server/core/stop_guard.h"
 #include "server/gl/device_choice.h"
 #include "server/operations/operations_server.h"
+#include "server/restart.h"
 #include "server/session/reaper.h"
 #include "server/signals.h"
 #include "server/wiring.h"
@@ -34,11 +36,6 @@ constexpr milliseconds kStopPatience{5'000};
 // The same for the last checkpoints.
 constexpr milliseconds kWritePatience{60'000};
 
-std::string RandomHex() {
-  std::random_device random;
-  return fmt::format("{:08x}{:08x}", random(), random());
-}
-
 // A reader sees the whole number or no file.
 Status WritePortFile(const std::string& path, int port) {
   if (path.empty()) return Status::Ok();
@@ -48,7 +45,9 @@ Status WritePortFile(const std::string& path, int port) {
   return Status(StatusCode::kFailedPrecondition, "PORT_FILE_FAILED", "cannot write " + path);
 }
 
-Status Serve(const Config& config) {
+Status Serve(Config config, const std::vector<std::string>& arguments) {
+  const FormerRun former = TakeFormerRun();
+  if (former.port != 0) config.listen = WithPort(config.listen, former.port);
   TakeSignals();
   const uint64_t files = api::RaiseFileLimit();
   const Result<api::ServerOptions> options = ToServerOptions(config);
@@ -58,6 +57,8 @@ Status Serve(const Config& config) {
   std::optional<StopGuard> guard;  // outlives everything that may hang while it ends
   const SteadyClock clock;
   const std::string incarnation = RandomHex();
+  if (former.had_gpu) DRAPE_RETURN_IF_ERROR(AwaitGpu(config));
+  SetDevicePatience(std::chrono::seconds(config.device_timeout_s));
   std::optional<gl::ShareHandle> gl_context;  // of the backend, constant from the next line on
   auto scheduler =
       Scheduler::Start([&] { return MakeBackend(config, gl_context); }, config.scheduler, clock);
@@ -86,6 +87,7 @@ Status Serve(const Config& config) {
   CheckpointKeeper checkpoints(config.checkpoints, sessions, **scheduler, config.requests,
                                DRAPE_VERSION, incarnation);
   Status status = checkpoints.Start();
+  RememberLost(former.sessions, sessions);
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
   api::LimitConnections(config.max_connections);
   auto server = api::GrpcServer::Start(*options, service);
@@ -99,6 +101,9 @@ Status Serve(const Config& config) {
         DRAPE_VERSION, incarnation, config.listen, (*server)->port(), backend.name, backend.device,
         files);
     if (operations != nullptr) operations->SetReady(true);
+    const LossHandling handling(arguments, former.losses_unix_s, [&] {
+      return FormerRun{{}, backend.is_hardware_gpu, (*server)->port(), NamesOf(sessions)};
+    });
     const int signal = WaitForStop(config, **scheduler, authentication->get());
     guard.emplace(StopSignals(), milliseconds(config.drain_grace_ms) + kStopPatience +
                                      (checkpoints.is_on() ? kWritePatience : milliseconds(0)));
@@ -132,7 +137,7 @@ int main(int argc, char** argv) {
   drape::KeepFreedMemory();
   drape::Status status = drape::InitLog(command_line.config.log_level);
   drape::api::TakeLibraryLogs();
-  if (status.ok()) status = drape::Serve(command_line.config);
+  if (status.ok()) status = drape::Serve(command_line.config, {argv, argv + argc});
   if (!status.ok()) {
     spdlog::error("failed reason={} message=\"{}\"", status.reason(), status.message());
     return 1;

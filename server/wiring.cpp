@@ -1,7 +1,10 @@
 #include "server/wiring.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <algorithm>
 #include <chrono>
+#include <random>
 #include <utility>
 
 #include "server/api/accept_guard.h"
@@ -10,6 +13,15 @@
 namespace drape {
 
 using std::chrono::milliseconds;
+
+std::string RandomHex() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}", random(), random());
+}
+
+std::string WithPort(const std::string& listen, int port) {
+  return listen.substr(0, listen.rfind(':') + 1) + std::to_string(port);
+}
 
 Result<api::ServerOptions> ToServerOptions(const Config& config) {
   api::ServerOptions options;
@@ -40,6 +52,21 @@ Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config) {
   }
   DRAPE_ASSIGN_OR_RETURN(api::TokenFile tokens, api::TokenFile::Read(config.token_file));
   return std::make_shared<api::Authentication>(std::move(tokens));
+}
+
+std::vector<std::pair<std::string, std::string>> NamesOf(const SessionRegistry& sessions) {
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const auto& session : sessions.All()) {
+    names.emplace_back(session->name(), session->tenant());
+  }
+  return names;
+}
+
+void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,
+                  SessionRegistry& sessions) {
+  for (const auto& [name, tenant] : names) {
+    if (!sessions.Get(name, tenant).ok()) sessions.RememberLost(name, tenant);
+  }
 }
 
 ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessions) {

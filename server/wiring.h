@@ -2,6 +2,9 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "server/api/authentication.h"
 #include "server/api/grpc_server.h"
@@ -12,6 +15,12 @@
 
 namespace drape {
 
+// 16 digits that no other run has.
+std::string RandomHex();
+
+// "HOST:PORT" with another port.
+std::string WithPort(const std::string& listen, int port);
+
 // Reads the TLS files.
 Result<api::ServerOptions> ToServerOptions(const Config& config);
 
@@ -20,6 +29,12 @@ SessionLimits WithTenantLimits(SessionLimits limits);
 
 // Null without a token file.
 Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config);
+
+// Names and tenants of all sessions.
+std::vector<std::pair<std::string, std::string>> NamesOf(const SessionRegistry& sessions);
+// Those that are not among the sessions answer STATE_LOST.
+void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,
+                  SessionRegistry& sessions);
 
 // What the scheduler and the sessions know; the rest is left.
 ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessions);

@@ -141,6 +141,7 @@ Status CheckpointKeeper::RecoverSession(const std::string& bytes) {
   if (!status.ok()) {
     sessions_.Delete(
         head.session.name, [](const Status&) {}, head.session.tenant);
+    sessions_.RememberLost(head.session.name, head.session.tenant);
     return status;
   }
   spdlog::info("session_recovered name={} cloths={} age_s={:.1f} exact={} from={}",
