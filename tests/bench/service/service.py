@@ -84,7 +84,7 @@ def neighbours(bench):
         return [load_command(server, "--request=session", "--side", 8, "--concurrency-range=16", *ENDLESS, tenant=others[0])]
 
     cases = {"nobody": lambda _: [], f"{TENANTS} tenants with {few} cloths each": crowd, f"a cloth of {side * side} particles": large,
-             "colliders of a million triangles": builds, "16 clients that make sessions": sessions_without_end}
+             "colliders of 131 072 triangles": builds, "16 clients that make sessions": sessions_without_end}
     for case, commands in cases.items():
         with Draped(tenants=["modest", *others]) as server:
             with Beside(commands(server), settle_s=3 if bench.is_quick else 15):
