@@ -110,12 +110,12 @@ def fairness(bench):
 
 def memory(bench):
     """Resident memory of the server over cloths and sessions that come and go."""
-    cycles = 300 if bench.is_quick else 50_000
+    cycles = 300 if bench.is_quick else 100_000
     with Draped() as server:
         for request in ("create", "session"):
             run = lambda count: load(server, *SHEET, f"--request={request}", "--concurrency-range=4", f"--request-count={count}", "-r", 1,
                                      "-p", 3_600_000)
-            run(cycles // 10)
+            run(cycles // 5)
             before = server.resident_mb()
             level = run(cycles)
             after = server.resident_mb()
