@@ -1,7 +1,9 @@
 #include "server/backend_choice.h"
 
 #include <chrono>
+#include <cstdio>
 #include <thread>
+#include <vector>
 
 #include "server/gl/device_choice.h"
 #include "server/render/gl_draw/gl_renderer.h"
@@ -19,6 +21,13 @@ bool HasHardwareGl(const GlBackendOptions& options) {
 }
 
 }  // namespace
+
+int PrintDevices() {
+  const std::vector<gl::DeviceNames> devices = gl::ListDevices();
+  for (const gl::DeviceNames& device : devices) std::printf("%s\n", gl::ToText(device).c_str());
+  if (devices.empty()) std::fprintf(stderr, "draped: EGL lists no device\n");
+  return devices.empty() ? 1 : 0;
+}
 
 Status AwaitGpu(const Config& config) {
   GlBackendOptions options;

@@ -1,11 +1,14 @@
 // draped: flags -> wire -> serve -> drain. Only this file and backend_choice name concrete backends
 // and renderers.
+#include <unistd.h>
+
+#include <csignal>
 #include <cstdio>
-#include <fstream>
 #include <optional>
 #include <vector>
 
 #include "server/api/accept_guard.h"
+#include "server/api/admin_service.h"
 #include "server/api/grpc_server.h"
 #include "server/api/library_logs.h"
 #include "server/api/simulation_service.h"
@@ -17,7 +20,6 @@
 #include "server/core/log.h"
 #include "server/core/patient_clock.h"
 #include "server/core/stop_guard.h"
-#include "server/gl/device_choice.h"
 #include "server/operations/operations_server.h"
 #include "server/restart.h"
 #include "server/session/reaper.h"
@@ -35,15 +37,6 @@ constexpr milliseconds kGoodbye{1'000};
 constexpr milliseconds kStopPatience{5'000};
 // The same for the last checkpoints.
 constexpr milliseconds kWritePatience{60'000};
-
-// A reader sees the whole number or no file.
-Status WritePortFile(const std::string& path, int port) {
-  if (path.empty()) return Status::Ok();
-  const std::string draft = path + ".draft";
-  std::ofstream(draft) << port << "\n" << std::flush;
-  if (std::rename(draft.c_str(), path.c_str()) == 0) return Status::Ok();
-  return Status(StatusCode::kFailedPrecondition, "PORT_FILE_FAILED", "cannot write " + path);
-}
 
 Status Serve(Config config, const std::vector<std::string>& arguments) {
   const FormerRun former = TakeFormerRun();
@@ -63,6 +56,7 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
   auto scheduler =
       Scheduler::Start([&] { return MakeBackend(config, gl_context); }, config.scheduler, clock);
   if (!scheduler.ok()) return scheduler.status();
+  (*scheduler)->rates().Set(RatesOf(config, authentication->get()));
   render::RenderThread pictures([&] { return MakeRenderer(config, gl_context); }, config.pictures);
   const PatientClock lease_clock(clock);
   SessionRegistry sessions(**scheduler, WithTenantLimits(config.sessions), lease_clock,
@@ -70,8 +64,10 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
                            !config.server_id.empty());
   api::WorkerPool builders(config.builder_threads, config.max_queued_builds);
   const auto unread = api::MakeUnreadBudget(config.requests);
-  api::SimulationService service({**scheduler, sessions, builders, pictures, clock, config.requests,
-                                  DRAPE_VERSION, incarnation, unread, *authentication});
+  const api::ServiceContext parts{**scheduler, sessions,        builders,      pictures,
+                                  clock,       config.requests, DRAPE_VERSION, incarnation,
+                                  unread,      *authentication};
+  api::SimulationService service(parts);
   const auto numbers = [&] {
     ServerNumbers now = NumbersOf(**scheduler, sessions);
     now.server_id = config.server_id.empty() ? incarnation : config.server_id;
@@ -89,8 +85,15 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
   Status status = checkpoints.Start();
   RememberLost(former.sessions, sessions);
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
-  api::LimitConnections(config.max_connections);
-  auto server = api::GrpcServer::Start(*options, service);
+  api::LimitConnections({config.max_connections, config.max_connections_per_peer});
+  const api::AdminContext for_operators{parts, [] { kill(getpid(), SIGTERM); },
+                                        WriterOf(checkpoints)};
+  api::AdminService admin(for_operators, false), trusted_admin(for_operators, true);
+  std::unique_ptr<api::GrpcServer> admin_server;
+  if (status.ok() && !config.admin_listen.empty()) {
+    DRAPE_ASSIGN_OR_RETURN(admin_server, StartAdmin(config, trusted_admin));
+  }
+  auto server = api::GrpcServer::Start(*options, {&service, &admin});
   if (status.ok()) {
     status = server.ok() ? WritePortFile(config.port_file, (*server)->port()) : server.status();
   }
@@ -117,14 +120,8 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
       ->Drain(status.ok() ? int64_t{config.drain_grace_ms} * 1000 : 0, checkpoints.LastCommand());
   checkpoints.WriteLast();
   if (server.ok()) (*server)->Shutdown(kGoodbye);
+  if (admin_server) admin_server->Shutdown(kGoodbye);
   return status;
-}
-
-int PrintDevices() {
-  const std::vector<gl::DeviceNames> devices = gl::ListDevices();
-  for (const gl::DeviceNames& device : devices) std::printf("%s\n", gl::ToText(device).c_str());
-  if (devices.empty()) std::fprintf(stderr, "draped: EGL lists no device\n");
-  return devices.empty() ? 1 : 0;
 }
 
 }  // namespace
@@ -135,7 +132,8 @@ int main(int argc, char** argv) {
   if (command_line.exit_code) return *command_line.exit_code;
   if (command_line.config.lists_devices) return drape::PrintDevices();
   drape::KeepFreedMemory();
-  drape::Status status = drape::InitLog(command_line.config.log_level);
+  drape::Status status =
+      drape::InitLog(command_line.config.log_level, command_line.config.log_format);
   drape::api::TakeLibraryLogs();
   if (status.ok()) status = drape::Serve(command_line.config, {argv, argv + argc});
   if (!status.ok()) {

@@ -1,9 +1,12 @@
 #include "server/wiring.h"
 
-#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <chrono>
+#include <cstdio>
+#include <fstream>
 #include <random>
 #include <utility>
 
@@ -37,6 +40,12 @@ Result<api::ServerOptions> ToServerOptions(const Config& config) {
   return options;
 }
 
+api::ServerOptions ToAdminOptions(const Config& config) {
+  api::ServerOptions options;
+  options.listen = config.admin_listen;
+  return options;
+}
+
 SessionLimits WithTenantLimits(SessionLimits limits) {
   TenantLimits& tenant = limits.per_tenant;
   if (tenant.max_sessions == 0) tenant.max_sessions = std::max(1u, limits.max_sessions / 4);
@@ -67,6 +76,37 @@ void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,
   for (const auto& [name, tenant] : names) {
     if (!sessions.Get(name, tenant).ok()) sessions.RememberLost(name, tenant);
   }
+}
+
+RateLimits RatesOf(const Config& config, const api::Authentication* authentication) {
+  RateLimits limits;
+  limits.per_tenant = config.max_particle_substeps_per_s_per_tenant;
+  if (authentication != nullptr) limits.of_tenant = authentication->rates();
+  return limits;
+}
+
+Status WritePortFile(const std::string& path, int port) {
+  if (path.empty()) return Status::Ok();
+  const std::string draft = path + ".draft";
+  std::ofstream(draft) << port << "\n" << std::flush;
+  if (std::rename(draft.c_str(), path.c_str()) == 0) return Status::Ok();
+  return Status(StatusCode::kFailedPrecondition, "PORT_FILE_FAILED", "cannot write " + path);
+}
+
+std::function<void()> WriterOf(CheckpointKeeper& checkpoints) {
+  if (!checkpoints.is_on()) return {};
+  return [&checkpoints] { checkpoints.WriteRound(); };
+}
+
+Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
+                                                    api::AdminService& service) {
+  const mode_t others = umask(S_IRWXG | S_IRWXO);  // of a socket in the file system
+  auto server = api::GrpcServer::Start(ToAdminOptions(config), {&service});
+  umask(others);
+  if (server.ok()) {
+    spdlog::info("admin_started listen={} port={}", config.admin_listen, (*server)->port());
+  }
+  return server;
 }
 
 ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessions) {

@@ -1,13 +1,16 @@
 // From the flags to what the parts of draped are given.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "server/api/admin_service.h"
 #include "server/api/authentication.h"
 #include "server/api/grpc_server.h"
+#include "server/checkpoints/checkpoint_keeper.h"
 #include "server/config.h"
 #include "server/operations/metrics.h"
 #include "server/scheduler/scheduler.h"
@@ -24,6 +27,9 @@ std::string WithPort(const std::string& listen, int port);
 // Reads the TLS files.
 Result<api::ServerOptions> ToServerOptions(const Config& config);
 
+// The port for operators alone.
+api::ServerOptions ToAdminOptions(const Config& config);
+
 // Limits of a tenant that are not given follow from others.
 SessionLimits WithTenantLimits(SessionLimits limits);
 
@@ -35,6 +41,18 @@ std::vector<std::pair<std::string, std::string>> NamesOf(const SessionRegistry& 
 // Those that are not among the sessions answer STATE_LOST.
 void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,
                   SessionRegistry& sessions);
+
+// The rates of all tenants; `authentication`: null without tenants.
+RateLimits RatesOf(const Config& config, const api::Authentication* authentication);
+
+// A reader sees the whole number or no file. FAILED_PRECONDITION (PORT_FILE_FAILED).
+Status WritePortFile(const std::string& path, int port);
+
+// What writes all checkpoints at once; null where there are none.
+std::function<void()> WriterOf(CheckpointKeeper& checkpoints);
+// The port for operators alone.
+Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
+                                                    api::AdminService& service);
 
 // What the scheduler and the sessions know; the rest is left.
 ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessions);

@@ -166,6 +166,7 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
   // A request with an id is completed even if its client has gone: the repetition asks for the
   // answer.
   if (call->request_id.empty()) work.cancel = cancel;
+  work.deadline_us = caller.deadline_us;
   work.done = [call, &clock = context.clock](StepOutcome outcome) {
     call->End(ToAnswer(*call, std::move(outcome), clock));
   };

@@ -55,6 +55,12 @@ uint32_t WorkerPool::queued_count() const {
   return task_count_;
 }
 
+uint32_t WorkerPool::queued_count(const std::string& owner) const {
+  const std::lock_guard lock(mutex_);
+  const auto tasks = tasks_.find(owner);
+  return tasks == tasks_.end() ? 0 : static_cast<uint32_t>(tasks->second.size());
+}
+
 std::deque<std::string>::iterator WorkerPool::NextTurn() {
   return std::find_if(turns_.begin(), turns_.end(), [this](const std::string& owner) {
     const auto running = running_.find(owner);

@@ -142,6 +142,7 @@ class ClothRuntime {
   // The settings of all steps from now on. Wakes the cloth, because a change of settings may act on
   // it.
   void SetSettings(const StepSettings& settings);
+  const StepSettings& settings() const { return budget_.settings(); }
   FrameBudget& budget() { return budget_; }
   SleepWatch& sleep() { return sleep_; }
   const SleepWatch& sleep() const { return sleep_; }

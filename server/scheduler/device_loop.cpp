@@ -51,12 +51,13 @@ void SessionIndex::Leave(const std::string& session) {
 }
 
 DeviceLoop::DeviceLoop(Backend& backend, const Settings& settings, const Clock& clock,
-                       EndedCallback ended, RoundCounters& counters)
+                       EndedCallback ended, RoundCounters& counters, RateQuota& rates)
     : backend_(backend),
       settings_(settings),
       clock_(clock),
       ended_(std::move(ended)),
-      counters_(counters) {}
+      counters_(counters),
+      rates_(rates) {}
 
 void DeviceLoop::Admit(StepWork work, int64_t submitted_us) {
   const uint32_t session = sessions_.Enter(work.owner());
@@ -81,13 +82,13 @@ std::optional<int64_t> DeviceLoop::RunRound() {
 
 std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
   std::vector<RequestPointer> over;
+  const int64_t now_us = clock_.NowUs();
   // In order of arrival: a request that ends passes its turns to later ones only.
   for (auto entry = requests_.begin(); entry != requests_.end();) {
     ActiveRequest& request = **entry;
-    if (request.work().cancel.is_cancelled() && !request.is_done()) {
-      request.EndWith({StatusCode::kCancelled, "CANCELLED", "the client cancelled the request"});
-    }
-    if (!request.end_status().has_value() && !request.has_started() && request.has_every_turn()) {
+    EndIfPointless(request, now_us);
+    if (!request.end_status().has_value() && !request.has_started() && request.has_every_turn() &&
+        !HeldBackUntil_us(request, now_us)) {
       const Status status = request.Start(backend_, settings_.max_steps_per_request);
       if (!status.ok()) request.EndWith(status);
     }
@@ -102,6 +103,47 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
     entry = requests_.erase(entry);
   }
   return over;
+}
+
+void DeviceLoop::EndIfPointless(ActiveRequest& request, int64_t now_us) {
+  if (request.is_done()) return;
+  const StepWork& work = request.work();
+  if (work.cancel.is_cancelled()) {
+    request.EndWith({StatusCode::kCancelled, "CANCELLED", "the client cancelled the request"});
+  }
+  if (request.has_started()) return;
+  if (work.deadline_us <= now_us) {
+    request.EndWith({StatusCode::kCancelled, "DEADLINE_PASSED",
+                     "the deadline of the request passed before it started"});
+  }
+  const std::optional<int64_t> held_back_until_us = HeldBackUntil_us(request, now_us);
+  if (!held_back_until_us || *held_back_until_us <= work.deadline_us) return;
+  Status status(StatusCode::kResourceExhausted, "RATE_EXCEEDED",
+                "max_particle_substeps_per_s_per_tenant is " +
+                    std::to_string(static_cast<uint64_t>(rates_.LimitOf(work.tenant))) +
+                    ": no step may begin before the deadline of the request");
+  request.EndWith(status.RetryAfterMs((*held_back_until_us - now_us) / 1000 + 1));
+}
+
+std::optional<int64_t> DeviceLoop::HeldBackUntil_us(const ActiveRequest& request,
+                                                    int64_t now_us) const {
+  if (!rates_.has_limits()) return std::nullopt;
+  if (long_steps_.contains(const_cast<ActiveRequest*>(&request))) return std::nullopt;
+  const int64_t until_us = rates_.WaitUntil_us(request.work().tenant);
+  return until_us > now_us ? std::optional(until_us) : std::nullopt;
+}
+
+std::optional<int64_t> DeviceLoop::RestUntil_us() const {
+  if (requests_.empty() || !rates_.has_limits()) return std::nullopt;
+  const int64_t now_us = clock_.NowUs();
+  int64_t rest_us = now_us + kLook_us;
+  for (const RequestPointer& request : requests_) {
+    if (!request->has_every_turn()) continue;  // behind one that is looked at
+    const std::optional<int64_t> until_us = HeldBackUntil_us(*request, now_us);
+    if (!until_us) return std::nullopt;
+    rest_us = std::min(rest_us, *until_us);
+  }
+  return rest_us;
 }
 
 bool DeviceLoop::IsLong(const ClothRuntime& cloth) const {
@@ -125,8 +167,10 @@ std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
       static_cast<double>(settings_.batch_budget_us) / settings_.batch.max_cost;
   std::vector<RunnableRequest> runnable;
   std::vector<ActiveRequest*> requests;
+  const int64_t now_us = clock_.NowUs();
   for (const RequestPointer& request : requests_) {
     if (!request->has_started() || MustWait(*request)) continue;
+    if (HeldBackUntil_us(*request, now_us)) continue;
     runnable.push_back({request->session(),
                         request->Costs(rate_, us_per_cost, settings_.batch.max_cost),
                         request->last_round()});
@@ -257,6 +301,7 @@ void DeviceLoop::CompleteSteps(const std::vector<Part>& parts,
   size_t next = 0;
   uint64_t faults = 0, asleep = 0;
   const double solves = MeasureCosts(parts, cost_us);
+  Charge(parts);
   if (!reports.empty()) rate_.Measured(solves, cost_us);
   for (const Part& part : parts) {
     for (const uint32_t k : part.cloths) {
@@ -276,6 +321,18 @@ void DeviceLoop::CompleteSteps(const std::vector<Part>& parts,
   counters_.cloth_steps += reports.size() + asleep;
   counters_.cloth_steps_asleep += asleep;
   counters_.faults += faults;
+}
+
+void DeviceLoop::Charge(const std::vector<Part>& parts) {
+  for (const Part& part : parts) {
+    double work = 0;
+    for (const uint32_t k : part.cloths) {
+      const ClothRuntime& cloth = *part.request->work().cloths[k];
+      if (cloth.solves_per_step() == 0) continue;
+      work += static_cast<double>(uint64_t{cloth.particle_count()} * cloth.settings().substeps);
+    }
+    if (work > 0) rates_.Charge(part.request->work().tenant, work);
+  }
 }
 
 double DeviceLoop::MeasureCosts(const std::vector<Part>& parts, double cost_us) {

@@ -38,6 +38,11 @@ Status ExpiredStatus() {
           "the session has expired; its cloths are deleted"};
 }
 
+// " tenant=lab"; empty where there are no tenants. Their names need no quotes.
+std::string TenantField(const std::string& tenant) {
+  return tenant.empty() ? "" : " tenant=" + tenant;
+}
+
 }  // namespace
 
 std::string ShortSessionName(const std::string& name) {
@@ -98,7 +103,8 @@ Result<SessionLease> SessionRegistry::Create(std::optional<double> ttl_s,
   const std::lock_guard lock(mutex_);
   DRAPE_ASSIGN_OR_RETURN(SessionLease lease, Insert(std::make_shared<Session>(
                                                  commons_, name, display_name, ttl, tenant)));
-  LogEvent(fmt::format("session_created name={} ttl_s={}", ShortSessionName(name), ttl));
+  LogEvent(fmt::format("session_created name={}{} ttl_s={}", ShortSessionName(name),
+                       TenantField(tenant), ttl));
   return lease;
 }
 
@@ -189,6 +195,8 @@ void SessionRegistry::EndLease(const Session& session) {
 
 SessionView SessionRegistry::ViewOf(const Entry& entry, int64_t now_us) const {
   SessionView view;
+  view.number = entry.creation_number;
+  view.tenant = entry.session->tenant();
   view.name = entry.session->name();
   view.display_name = entry.session->display_name();
   view.ttl_s = entry.session->ttl_s();
@@ -217,6 +225,16 @@ Result<SessionView> SessionRegistry::Renew(const std::string& name, const std::s
 
 Result<SessionPage> SessionRegistry::List(uint32_t page_size, const std::string& page_token,
                                           const std::string& tenant) const {
+  return ListOf(page_size, page_token, &tenant);
+}
+
+Result<SessionPage> SessionRegistry::ListAll(uint32_t page_size,
+                                             const std::string& page_token) const {
+  return ListOf(page_size, page_token, nullptr);
+}
+
+Result<SessionPage> SessionRegistry::ListOf(uint32_t page_size, const std::string& page_token,
+                                            const std::string* tenant) const {
   DRAPE_ASSIGN_OR_RETURN(const uint64_t after, ParsePageToken(page_token));
   const uint32_t size = EffectivePageSize(page_size);
   const std::lock_guard lock(mutex_);
@@ -225,7 +243,8 @@ Result<SessionPage> SessionRegistry::List(uint32_t page_size, const std::string&
   uint64_t last = 0;
   for (auto it = names_by_creation_.upper_bound(after); it != names_by_creation_.end(); ++it) {
     const Entry& entry = sessions_.at(it->second);
-    if (IsExpired(entry, now_us) || entry.session->tenant() != tenant) continue;
+    if (IsExpired(entry, now_us)) continue;
+    if (tenant != nullptr && entry.session->tenant() != *tenant) continue;
     if (page.sessions.size() == size) {
       page.next_page_token = MakePageToken(last);
       break;
@@ -277,8 +296,25 @@ void SessionRegistry::Delete(const std::string& name, std::function<void(Status)
     done(status);
     return;
   }
-  LogEvent(fmt::format("session_deleted name={}", ShortSessionName(name)));
+  LogEvent(fmt::format("session_deleted name={}{}", ShortSessionName(name), TenantField(tenant)));
   session->Close(std::move(done));
+}
+
+void SessionRegistry::Drop(uint64_t number, std::function<void(Status)> done) {
+  std::string name, tenant;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = names_by_creation_.find(number);
+    if (found != names_by_creation_.end()) {
+      name = found->second;
+      tenant = sessions_.at(name).session->tenant();
+    }
+  }
+  if (name.empty()) {
+    return done({StatusCode::kNotFound, "SESSION_NOT_FOUND",
+                 "no session has the number " + std::to_string(number)});
+  }
+  Delete(name, std::move(done), tenant);
 }
 
 size_t SessionRegistry::ReapExpired() {
@@ -304,8 +340,8 @@ size_t SessionRegistry::ReapExpired() {
     }
   }
   for (const auto& session : expired) {
-    LogEvent(fmt::format("session_expired name={} cloths={}", ShortSessionName(session->name()),
-                         session->cloth_count()));
+    LogEvent(fmt::format("session_expired name={}{} cloths={}", ShortSessionName(session->name()),
+                         TenantField(session->tenant()), session->cloth_count()));
     session->Close([](const Status&) {});
   }
   return expired.size();
@@ -320,6 +356,20 @@ ServerTotals SessionRegistry::TotalsOfAll() const {
     totals.particle_count += entry.session->particle_count();
   }
   return totals;
+}
+
+std::map<std::string, TenantTotals> SessionRegistry::TotalsByTenant() const {
+  const std::lock_guard lock(mutex_);
+  std::map<std::string, TenantTotals> by_tenant;
+  for (const auto& [name, entry] : sessions_) {
+    TenantTotals& tenant = by_tenant[entry.session->tenant()];
+    ++tenant.totals.session_count;
+    tenant.totals.cloth_count += entry.session->cloth_count();
+    tenant.totals.particle_count += entry.session->particle_count();
+    const bool is_own = entry.session->tenant().empty();  // each session is an owner
+    if (is_own || tenant.owners.empty()) tenant.owners.push_back(entry.session->owner());
+  }
+  return by_tenant;
 }
 
 ServerTotals SessionRegistry::Totals(const std::string& tenant) const {

@@ -48,7 +48,9 @@ class SessionLease {
 
 // A session as lists and answers show it.
 struct SessionView {
+  uint64_t number = 0;  // in order of creation
   std::string name;  // in full; shorten it (ShortSessionName) before showing it to other clients
+  std::string tenant;
   std::string display_name;
   double ttl_s = 0;
   double remaining_s = 0;  // the whole ttl while a request is under way
@@ -74,6 +76,12 @@ struct ServerTotals {
   uint32_t session_count = 0;
   uint32_t cloth_count = 0;
   uint64_t particle_count = 0;
+};
+
+// Of one tenant, or of all sessions without one.
+struct TenantTotals {
+  ServerTotals totals;
+  std::vector<std::string> owners;  // of its sessions, each once (Session::owner)
 };
 
 // "sessions/<server id>-<32 hexadecimal digits>" -> "sessions/<server id>-<first 4 digits>...".
@@ -117,12 +125,17 @@ class SessionRegistry {
   // Those of the tenant, in order of creation. Page rules as Session::ListCloths.
   Result<SessionPage> List(uint32_t page_size, const std::string& page_token,
                            const std::string& tenant = {}) const;
+  // The same of all tenants.
+  Result<SessionPage> ListAll(uint32_t page_size, const std::string& page_token) const;
   // Find, then Get.
   Result<SessionView> Renew(const std::string& name, const std::string& tenant = {});
   // Removes the session at once; `done` (as Session::DeleteCloths) when its cloths are freed.
   // Requests under way end with NOT_FOUND. Errors as Find.
   void Delete(const std::string& name, std::function<void(Status)> done,
               const std::string& tenant = {});
+
+  // The same by SessionView::number, of any tenant.
+  void Drop(uint64_t number, std::function<void(Status)> done);
 
   // Removes every session whose time is over, and its cloths. Returns how many. Called by a Reaper.
   size_t ReapExpired();
@@ -131,8 +144,15 @@ class SessionRegistry {
   ServerTotals Totals(const std::string& tenant = {}) const;
   // Of all sessions, and what RequestMemory keeps for them.
   ServerTotals TotalsOfAll() const;
+  std::map<std::string, TenantTotals> TotalsByTenant() const;
   uint64_t remembered_bytes() const { return commons_->remembered->used_bytes(); }
   uint64_t saved_bytes() const { return commons_->saved->used_bytes(); }
+  uint64_t remembered_bytes(const std::string& owner) const {
+    return commons_->remembered->used_bytes(owner);
+  }
+  uint64_t saved_bytes(const std::string& owner) const {
+    return commons_->saved->used_bytes(owner);
+  }
   const SessionLimits& limits() const { return commons_->limits; }
 
  private:
@@ -147,6 +167,9 @@ class SessionRegistry {
   // --- With mutex_ held.
   bool IsExpired(const Entry& entry, int64_t now_us) const;
   Status CheckLive(const std::string& name, const std::string& tenant) const;
+  // Those of one tenant; null: of all.
+  Result<SessionPage> ListOf(uint32_t page_size, const std::string& page_token,
+                             const std::string* tenant) const;
   SessionView ViewOf(const Entry& entry, int64_t now_us) const;
   void RenewEntry(Entry& entry);
   // With one lease; the quota of the tenant is taken, or the limit that forbids it is named.
