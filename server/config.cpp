@@ -128,6 +128,10 @@ void AddServerFlags(CLI::App& app, Config& config) {
       "--device", config.device,
       "GPU of the gl backend: index, PCI address or UUID of --list-devices; default: the "
       "first that works");
+  app.add_option("--device-timeout-s", config.device_timeout_s,
+                 "a device that does not answer for that long is lost: the server begins anew; 0: "
+                 "never")
+      ->capture_default_str();
   app.add_flag("--list-devices", config.lists_devices, "print the GPUs and end");
   app.add_option("--threads", config.threads, "threads of the cpu backend; 0 = one per core")
       ->check(CLI::Range(0, 1024));

@@ -1,10 +1,8 @@
 // draped: flags -> wire -> serve -> drain. Only this file and backend_choice name concrete backends
 // and renderers.
-#include <cstdio>
-#include <fstream>
-#include <functional>
+
 #include <optional>
-#include <random>
+#include <vector>
 
 #include "server/api/accept_guard.h"
 #include "server/api/admin_service.h"
@@ -14,12 +12,13 @@
 #include "server/backend_choice.h"
 #include "server/checkpoints/checkpoint_keeper.h"
 #include "server/config.h"
+#include "server/core/device_loss.h"
 #include "server/core/heap.h"
 #include "server/core/log.h"
 #include "server/core/patient_clock.h"
 #include "server/core/stop_guard.h"
-#include "server/gl/device_choice.h"
 #include "server/operations/operations_server.h"
+#include "server/restart.h"
 #include "server/session/reaper.h"
 #include "server/signals.h"
 #include "server/wiring.h"
@@ -36,21 +35,9 @@ constexpr milliseconds kStopPatience{5'000};
 // The same for the last checkpoints.
 constexpr milliseconds kWritePatience{60'000};
 
-std::string RandomHex() {
-  std::random_device random;
-  return fmt::format("{:08x}{:08x}", random(), random());
-}
-
-// A reader sees the whole number or no file.
-Status WritePortFile(const std::string& path, int port) {
-  if (path.empty()) return Status::Ok();
-  const std::string draft = path + ".draft";
-  std::ofstream(draft) << port << "\n" << std::flush;
-  if (std::rename(draft.c_str(), path.c_str()) == 0) return Status::Ok();
-  return Status(StatusCode::kFailedPrecondition, "PORT_FILE_FAILED", "cannot write " + path);
-}
-
-Status Serve(const Config& config) {
+Status Serve(Config config, const std::vector<std::string>& arguments) {
+  const FormerRun former = TakeFormerRun();
+  if (former.port != 0) config.listen = WithPort(config.listen, former.port);
   TakeSignals();
   const uint64_t files = api::RaiseFileLimit();
   const Result<api::ServerOptions> options = ToServerOptions(config);
@@ -60,6 +47,8 @@ Status Serve(const Config& config) {
   std::optional<StopGuard> guard;  // outlives everything that may hang while it ends
   const SteadyClock clock;
   const std::string incarnation = RandomHex();
+  if (former.had_gpu) DRAPE_RETURN_IF_ERROR(AwaitGpu(config));
+  SetDevicePatience(std::chrono::seconds(config.device_timeout_s));
   std::optional<gl::ShareHandle> gl_context;  // of the backend, constant from the next line on
   auto scheduler =
       Scheduler::Start([&] { return MakeBackend(config, gl_context); }, config.scheduler, clock);
@@ -91,11 +80,10 @@ Status Serve(const Config& config) {
   CheckpointKeeper checkpoints(config.checkpoints, sessions, **scheduler, config.requests,
                                DRAPE_VERSION, incarnation);
   Status status = checkpoints.Start();
+  RememberLost(former.sessions, sessions);
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
   api::LimitConnections({config.max_connections, config.max_connections_per_peer});
-  const api::AdminContext for_operators =
-      ForOperators(parts, checkpoints.is_on() ? [&checkpoints] { checkpoints.WriteRound(); }
-                                              : std::function<void()>());
+  const api::AdminContext for_operators = ForOperators(parts, checkpoints);
   api::AdminService admin(for_operators, false), trusted_admin(for_operators, true);
   const auto admin_server = StartAdmin(config, trusted_admin);
   if (status.ok()) status = admin_server.status();
@@ -110,6 +98,9 @@ Status Serve(const Config& config) {
         DRAPE_VERSION, incarnation, config.listen, (*server)->port(), backend.name, backend.device,
         files);
     if (operations != nullptr) operations->SetReady(true);
+    const LossHandling handling(arguments, former.losses_unix_s, [&] {
+      return FormerRun{{}, backend.is_hardware_gpu, (*server)->port(), NamesOf(sessions)};
+    });
     const int signal = WaitForStop(config, **scheduler, authentication->get());
     guard.emplace(StopSignals(), milliseconds(config.drain_grace_ms) + kStopPatience +
                                      (checkpoints.is_on() ? kWritePatience : milliseconds(0)));
@@ -127,13 +118,6 @@ Status Serve(const Config& config) {
   return status;
 }
 
-int PrintDevices() {
-  const std::vector<gl::DeviceNames> devices = gl::ListDevices();
-  for (const gl::DeviceNames& device : devices) std::printf("%s\n", gl::ToText(device).c_str());
-  if (devices.empty()) std::fprintf(stderr, "draped: EGL lists no device\n");
-  return devices.empty() ? 1 : 0;
-}
-
 }  // namespace
 }  // namespace drape
 
@@ -145,7 +129,7 @@ int main(int argc, char** argv) {
   drape::Status status =
       drape::InitLog(command_line.config.log_level, command_line.config.log_format);
   drape::api::TakeLibraryLogs();
-  if (status.ok()) status = drape::Serve(command_line.config);
+  if (status.ok()) status = drape::Serve(command_line.config, {argv, argv + argc});
   if (!status.ok()) {
     spdlog::error("failed reason={} message=\"{}\"", status.reason(), status.message());
     return 1;

@@ -7,6 +7,9 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <random>
 #include <utility>
 
 #include "server/api/accept_guard.h"
@@ -15,6 +18,15 @@
 namespace drape {
 
 using std::chrono::milliseconds;
+
+std::string RandomHex() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}", random(), random());
+}
+
+std::string WithPort(const std::string& listen, int port) {
+  return listen.substr(0, listen.rfind(':') + 1) + std::to_string(port);
+}
 
 Result<api::ServerOptions> ToServerOptions(const Config& config) {
   api::ServerOptions options;
@@ -47,6 +59,21 @@ Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config) {
   return std::make_shared<api::Authentication>(std::move(tokens));
 }
 
+std::vector<std::pair<std::string, std::string>> NamesOf(const SessionRegistry& sessions) {
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const auto& session : sessions.All()) {
+    names.emplace_back(session->name(), session->tenant());
+  }
+  return names;
+}
+
+void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,
+                  SessionRegistry& sessions) {
+  for (const auto& [name, tenant] : names) {
+    if (!sessions.Get(name, tenant).ok()) sessions.RememberLost(name, tenant);
+  }
+}
+
 RateLimits RatesOf(const Config& config, const api::Authentication* authentication) {
   RateLimits limits;
   limits.per_tenant = config.max_particle_substeps_per_s_per_tenant;
@@ -54,10 +81,20 @@ RateLimits RatesOf(const Config& config, const api::Authentication* authenticati
   return limits;
 }
 
-api::AdminContext ForOperators(const api::ServiceContext& parts,
-                               std::function<void()> write_checkpoints) {
-  // Main takes the signal.
-  return {parts, [] { kill(getpid(), SIGTERM); }, std::move(write_checkpoints)};
+Status WritePortFile(const std::string& path, int port) {
+  if (path.empty()) return Status::Ok();
+  const std::string draft = path + ".draft";
+  std::ofstream(draft) << port << "\n" << std::flush;
+  if (std::rename(draft.c_str(), path.c_str()) == 0) return Status::Ok();
+  return Status(StatusCode::kFailedPrecondition, "PORT_FILE_FAILED", "cannot write " + path);
+}
+
+api::AdminContext ForOperators(const api::ServiceContext& parts, CheckpointKeeper& checkpoints) {
+  api::AdminContext context{parts, [] { kill(getpid(), SIGTERM); }, {}};  // main takes the signal
+  if (checkpoints.is_on()) {
+    context.write_checkpoints = [&checkpoints] { checkpoints.WriteRound(); };
+  }
+  return context;
 }
 
 Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,

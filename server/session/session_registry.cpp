@@ -33,6 +33,11 @@ std::string RandomToken() {
   return token;
 }
 
+Status ExpiredStatus() {
+  return {StatusCode::kNotFound, "SESSION_EXPIRED",
+          "the session has expired; its cloths are deleted"};
+}
+
 // " tenant=lab"; empty where there are no tenants. Their names need no quotes.
 std::string TenantField(const std::string& tenant) {
   return tenant.empty() ? "" : " tenant=" + tenant;
@@ -159,11 +164,9 @@ Status SessionRegistry::CheckLive(const std::string& name, const std::string& te
   const auto found = sessions_.find(name);
   const bool exists = found != sessions_.end() && found->second.session->tenant() == tenant;
   if (exists && !IsExpired(found->second, clock_.NowUs())) return Status::Ok();
-  const auto expired = expired_names_.find(name);
-  if (exists || (expired != expired_names_.end() && expired->second == tenant)) {
-    return {StatusCode::kNotFound, "SESSION_EXPIRED",
-            "the session has expired; its cloths are deleted"};
-  }
+  if (exists) return ExpiredStatus();
+  const auto ended = ended_names_.find(name);
+  if (ended != ended_names_.end() && ended->second.tenant == tenant) return ended->second.answer;
   constexpr std::string_view kPrefix = "sessions/";
   if (has_lasting_id_ && name.starts_with(kPrefix) &&
       !name.substr(kPrefix.size()).starts_with(server_id_ + "-")) {
@@ -259,13 +262,22 @@ void SessionRegistry::Remove(const std::string& name) {
   sessions_.erase(found);
 }
 
-void SessionRegistry::RememberExpired(const Session& session) {
-  expired_.push_back(session.name());
-  expired_names_.emplace(session.name(), session.tenant());
-  while (expired_.size() > commons_->limits.max_expired_names) {
-    expired_names_.erase(expired_.front());
-    expired_.pop_front();
+void SessionRegistry::RememberEnded(const std::string& name, const std::string& tenant,
+                                    const Status& answer) {
+  if (!ended_names_.emplace(name, Ended{tenant, answer}).second) return;
+  ended_.push_back(name);
+  while (ended_.size() > commons_->limits.max_ended_names) {
+    ended_names_.erase(ended_.front());
+    ended_.pop_front();
   }
+}
+
+void SessionRegistry::RememberLost(const std::string& name, const std::string& tenant) {
+  const std::lock_guard lock(mutex_);
+  RememberEnded(name, tenant,
+                {StatusCode::kNotFound, "STATE_LOST",
+                 "the session was lost with the device or the process that held it; create it "
+                 "again"});
 }
 
 void SessionRegistry::Delete(const std::string& name, std::function<void(Status)> done,
@@ -324,7 +336,7 @@ size_t SessionRegistry::ReapExpired() {
                   [&](const auto& session) { return !sessions_.contains(session->name()); });
     for (const auto& session : expired) {
       Remove(session->name());
-      RememberExpired(*session);
+      RememberEnded(session->name(), session->tenant(), ExpiredStatus());
     }
   }
   for (const auto& session : expired) {

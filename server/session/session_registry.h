@@ -113,6 +113,9 @@ class SessionRegistry {
   void SetBeforeExpiry(std::function<void(const std::shared_ptr<Session>&)> before) {
     before_expiry_ = std::move(before);
   }
+  // From now on the name answers STATE_LOST where it would answer SESSION_NOT_FOUND: for sessions
+  // of an earlier run that cannot be returned.
+  void RememberLost(const std::string& name, const std::string& tenant);
   // To all others but its tenant a session is NOT_FOUND (SESSION_NOT_FOUND), here and below.
   // The session for a request; renews it. NOT_FOUND: SESSION_EXPIRED for a while after expiry, then
   // SESSION_NOT_FOUND. A session is expired once its time is over, even if it was not reaped yet.
@@ -172,7 +175,7 @@ class SessionRegistry {
   // With one lease; the quota of the tenant is taken, or the limit that forbids it is named.
   Result<SessionLease> Insert(std::shared_ptr<Session> session);
   void Remove(const std::string& name);
-  void RememberExpired(const Session& session);
+  void RememberEnded(const std::string& name, const std::string& tenant, const Status& answer);
 
   void EndLease(const Session& session);
   // A line about a session; a bounded number per second.
@@ -189,8 +192,13 @@ class SessionRegistry {
   std::unordered_map<std::string, Entry> sessions_;    // by name
   std::map<uint64_t, std::string> names_by_creation_;  // for lists
   uint64_t next_creation_number_ = 1;
-  std::deque<std::string> expired_;                             // oldest first
-  std::unordered_map<std::string, std::string> expired_names_;  // name -> tenant
+  // Sessions that have ended, but not because somebody deleted them.
+  struct Ended {
+    std::string tenant;
+    Status answer;
+  };
+  std::deque<std::string> ended_;  // oldest first
+  std::unordered_map<std::string, Ended> ended_names_;
 };
 
 }  // namespace drape

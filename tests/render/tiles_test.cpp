@@ -75,10 +75,14 @@ TEST(Tiles, ACancelledRequestEndsBetweenTwo) {
   RecordingRenderer renderer;
   renderer.row_total = 9;
   DrawnStates states;
+  states.first_row = 5;
+  states.row_total = 7;
   const auto all = DrawTiles(renderer, SmallSpec(), Cloths(), states,
                              [&] { return renderer.first_rows.size() == 2; });
   EXPECT_EQ(all.status().reason(), "CANCELLED");
   EXPECT_EQ(renderer.first_rows.size(), 2u);
+  EXPECT_EQ(states.first_row, 5u);
+  EXPECT_EQ(states.row_total, 7u);
 }
 
 }  // namespace

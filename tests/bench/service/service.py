@@ -84,7 +84,7 @@ def neighbours(bench):
         return [load_command(server, "--request=session", "--side", 8, "--concurrency-range=16", *ENDLESS, tenant=others[0])]
 
     cases = {"nobody": lambda _: [], f"{TENANTS} tenants with {few} cloths each": crowd, f"a cloth of {side * side} particles": large,
-             "colliders of a million triangles": builds, "16 clients that make sessions": sessions_without_end}
+             "colliders of 131 072 triangles": builds, "16 clients that make sessions": sessions_without_end}
     for case, commands in cases.items():
         with Draped(tenants=["modest", *others]) as server:
             with Beside(commands(server), settle_s=3 if bench.is_quick else 15):
@@ -110,12 +110,12 @@ def fairness(bench):
 
 def memory(bench):
     """Resident memory of the server over cloths and sessions that come and go."""
-    cycles = 300 if bench.is_quick else 50_000
+    cycles = 300 if bench.is_quick else 100_000
     with Draped() as server:
         for request in ("create", "session"):
             run = lambda count: load(server, *SHEET, f"--request={request}", "--concurrency-range=4", f"--request-count={count}", "-r", 1,
                                      "-p", 3_600_000)
-            run(cycles // 10)
+            run(cycles // 5)
             before = server.resident_mb()
             level = run(cycles)
             after = server.resident_mb()
