@@ -1,6 +1,5 @@
 // draped: flags -> wire -> serve -> drain. Only this file and backend_choice name concrete backends
 // and renderers.
-
 #include <optional>
 #include <vector>
 
