@@ -334,15 +334,22 @@ void DeviceLoop::CompleteSteps(const std::vector<Part>& parts,
 }
 
 void DeviceLoop::Charge(const std::vector<Part>& parts) {
+  const std::string* tenant = nullptr;
+  double work = 0;
+  const auto charge = [&] {
+    if (work > 0) rates_.Charge(*tenant, std::exchange(work, 0));
+  };
   for (const Part& part : parts) {
-    double work = 0;
+    const StepWork& step = part.request->work();
+    if (tenant == nullptr || *tenant != step.tenant) charge();
+    tenant = &step.tenant;
     for (const uint32_t k : part.cloths) {
-      const ClothRuntime& cloth = *part.request->work().cloths[k];
-      if (cloth.solves_per_step() == 0) continue;
+      const ClothRuntime& cloth = *step.cloths[k];
+      if (cloth.is_idle()) continue;
       work += static_cast<double>(uint64_t{cloth.particle_count()} * cloth.settings().substeps);
     }
-    if (work > 0) rates_.Charge(part.request->work().tenant, work);
   }
+  charge();
 }
 
 double DeviceLoop::MeasureCosts(const std::vector<Part>& parts, double cost_us) {
