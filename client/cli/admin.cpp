@@ -62,15 +62,14 @@ int ShowTenants(const AdminOptions& options) {
   Rows rows = {{"tenant", "sessions", "cloths", "particles", "saved", "answers", "unread", "steps",
                 "builds", "particle-substeps/s", "limit", "wait"}};
   for (const v1::TenantUse& use : tenants) {
-    rows.push_back({use.name().empty() ? "(none)" : Printable(use.name()),
-                    std::to_string(use.session_count()), std::to_string(use.cloth_count()),
-                    std::to_string(use.particle_count()), Bytes(use.saved_bytes()),
-                    Bytes(use.remembered_bytes()), Bytes(use.unread_bytes()),
-                    std::to_string(use.queued_requests()), std::to_string(use.queued_builds()),
-                    Short(use.particle_substeps_per_s()),
-                    use.max_particle_substeps_per_s() > 0 ? Short(use.max_particle_substeps_per_s())
-                                                          : "-",
-                    use.rate_wait_s() > 0 ? Short(use.rate_wait_s()) + " s" : "-"});
+    rows.push_back(
+        {use.name().empty() ? "(none)" : Printable(use.name()), std::to_string(use.session_count()),
+         std::to_string(use.cloth_count()), std::to_string(use.particle_count()),
+         Bytes(use.saved_bytes()), Bytes(use.remembered_bytes()), Bytes(use.unread_bytes()),
+         std::to_string(use.queued_requests()), std::to_string(use.queued_builds()),
+         Short(use.particle_substeps_per_s()),
+         use.max_particle_substeps_per_s() > 0 ? Short(use.max_particle_substeps_per_s()) : "-",
+         use.rate_wait_s() > 0 ? Short(use.rate_wait_s()) + " s" : "-"});
   }
   PrintTable(rows, 1);
   return kDone;
@@ -130,8 +129,9 @@ CLI::App* Add(CLI::App& admin, const std::string& name, const std::string& meani
               const std::shared_ptr<AdminOptions>& options, AdminAction act, Action& action) {
   CLI::App* command = admin.add_subcommand(name, meaning);
   options->address
-      .AddTo(*command, "Its --admin-listen (HOST:PORT or unix:PATH), or with the token of an "
-                       "operator its --listen")
+      .AddTo(*command,
+             "Its --admin-listen (HOST:PORT or unix:PATH), or with the token of an "
+             "operator its --listen")
       ->required();
   command->callback([options, act, &action] { action = [options, act] { return act(*options); }; });
   return command;

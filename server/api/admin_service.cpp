@@ -15,8 +15,8 @@ namespace {
 constexpr char kOwner[] = "@admin";  // no name of a tenant
 
 // What is counted per owner: a tenant, or each session where there are no tenants.
-void AddOwner(const ServiceContext& parts, const std::string& owner,
-              const QueuedRequests& queued, v1::TenantUse& use) {
+void AddOwner(const ServiceContext& parts, const std::string& owner, const QueuedRequests& queued,
+              v1::TenantUse& use) {
   const auto requests = queued.by_owner.find(owner);
   if (requests != queued.by_owner.end()) {
     use.set_queued_requests(use.queued_requests() + requests->second);
@@ -53,8 +53,7 @@ AdminService::Reactor* AdminService::RefuseOthers(Context* context) const {
     return nullptr;
   }
   auto* reactor = context->DefaultReactor();
-  reactor->Finish(context_.parts.Identify(*context).is_refused ? Unauthenticated()
-                                                               : AdminOnly());
+  reactor->Finish(context_.parts.Identify(*context).is_refused ? Unauthenticated() : AdminOnly());
   return reactor;
 }
 

@@ -52,7 +52,7 @@ class PeerConnections {
 
   const IsOpen is_open_;
   std::unordered_map<std::array<uint8_t, 16>, std::vector<Held>, Hash> by_peer_;  // none is empty
-  std::unordered_map<int, std::array<uint8_t, 16>> peer_of_;  // by descriptor
+  std::unordered_map<int, std::array<uint8_t, 16>> peer_of_;                      // by descriptor
 };
 
 }  // namespace drape::api

@@ -114,7 +114,8 @@ grpc::ServerUnaryReactor* SimulationService::Render(Context* context,
   call->lease = std::move(*session);
   const auto picture = std::make_shared<PictureCall>(
       PictureCall{call, response, std::move(*cloths), spec->has_colliders});
-  const Status status = context_.pictures.Submit(ToJob(context_, std::move(*spec), picture, caller.deadline_us));
+  const Status status =
+      context_.pictures.Submit(ToJob(context_, std::move(*spec), picture, caller.deadline_us));
   if (!status.ok()) call->End(status);
   return call;
 }

@@ -15,7 +15,8 @@ namespace {
 
 using std::chrono::steady_clock;
 
-// What clients wrote may be of any length. Names are shortened before: a part of one gives too much.
+// What clients wrote may be of any length. Names are shortened before: a part of one gives too
+// much.
 constexpr size_t kMaxTextBytes = 64;
 
 std::string Field(const char* key, const std::string& text) {
@@ -40,9 +41,9 @@ void RequestTag::Begin(const std::string& method, const std::string& tenant,
   std::string_view name = method;
   if (name.ends_with(kSuffix)) name.remove_suffix(kSuffix.size());
   auto text = std::make_shared<Text>();
-  text->line = fmt::format("request method={}{}{}{}", name, Field("tenant", tenant),
-                           Field("session", ShortSessionName(session)),
-                           Field("request_id", request_id));
+  text->line =
+      fmt::format("request method={}{}{}{}", name, Field("tenant", tenant),
+                  Field("session", ShortSessionName(session)), Field("request_id", request_id));
   text->begin = steady_clock::now();
   text_ = std::move(text);
 }

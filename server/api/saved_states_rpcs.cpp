@@ -88,7 +88,8 @@ grpc::ServerUnaryReactor* SimulationService::DropStates(Context* context,
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
   const Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
-  return Answer(context, session.ok() ? (*session)->DropStates(request->name()) : session.status(), tag);
+  return Answer(context, session.ok() ? (*session)->DropStates(request->name()) : session.status(),
+                tag);
 }
 
 grpc::ServerWriteReactor<v1::SnapshotChunk>* SimulationService::ExportCloths(

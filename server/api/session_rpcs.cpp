@@ -24,7 +24,8 @@ grpc::ServerUnaryReactor* SimulationService::CreateSession(Context* context,
       context_.sessions.Create(ttl_s, request->display_name(), caller.tenant);
   if (!session.ok()) return Answer(context, session.status(), tag);
   return Answer(context,
-                FillSession(context_.sessions.Get((*session)->name(), caller.tenant), response), tag);
+                FillSession(context_.sessions.Get((*session)->name(), caller.tenant), response),
+                tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::GetSession(Context* context,
@@ -61,8 +62,8 @@ grpc::ServerUnaryReactor* SimulationService::RenewSession(Context* context,
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
-  return Answer(context,
-                FillSession(context_.sessions.Renew(request->name(), caller.tenant), response), tag);
+  return Answer(
+      context, FillSession(context_.sessions.Renew(request->name(), caller.tenant), response), tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::DeleteSession(Context* context,

@@ -68,8 +68,9 @@ std::string Unescaped(std::string_view text) {
 
 // Numbers and truth values as such.
 nlohmann::ordered_json ValueOf(std::string_view bare) {
-  const bool begins_as_value = !bare.empty() && (std::isdigit(static_cast<unsigned char>(bare[0])) ||
-                                                 bare[0] == '-' || bare[0] == 't' || bare[0] == 'f');
+  const bool begins_as_value =
+      !bare.empty() && (std::isdigit(static_cast<unsigned char>(bare[0])) || bare[0] == '-' ||
+                        bare[0] == 't' || bare[0] == 'f');
   if (begins_as_value) {
     auto value = nlohmann::ordered_json::parse(bare, nullptr, /*allow_exceptions=*/false);
     if (value.is_number() || value.is_boolean()) return value;
@@ -78,8 +79,8 @@ nlohmann::ordered_json ValueOf(std::string_view bare) {
 }
 
 bool IsKey(std::string_view word) {
-  return !word.empty() && std::all_of(word.begin(), word.end(),
-                                      [](char c) { return c == '_' || IsIdCharacter(c); });
+  return !word.empty() &&
+         std::all_of(word.begin(), word.end(), [](char c) { return c == '_' || IsIdCharacter(c); });
 }
 
 // Takes one word or pair from the front of the line.
@@ -127,8 +128,8 @@ class Payload final : public spdlog::custom_flag_formatter {
 
 Status CheckLevel(const std::string& field, const std::string& level) {
   if (std::find(kLevels.begin(), kLevels.end(), level) != kLevels.end()) return Status::Ok();
-  return Status::InvalidField(
-      field, "'" + level + "' is not one of trace, debug, info, warn, error, off");
+  return Status::InvalidField(field,
+                              "'" + level + "' is not one of trace, debug, info, warn, error, off");
 }
 
 spdlog::level::level_enum LevelOf(const std::string& level) {

@@ -67,8 +67,8 @@ class DeviceLoop {
 
   void Admit(StepWork work, int64_t submitted_us);
   // Ends cancelled requests, starts those that can start, steps one batch, ends complete requests.
-  // While is_busy(), every round makes progress. Returns the duration of the batch [us]; none: there
-  // was no batch. If the backend runs ahead, answers whose states are still on their way stay
+  // While is_busy(), every round makes progress. Returns the duration of the batch [us]; none:
+  // there was no batch. If the backend runs ahead, answers whose states are still on their way stay
   // behind: they are given while the batch of the next round is stepped.
   std::optional<int64_t> RunRound();
   // Gives the answers that stayed behind. Call it if no round follows at once.

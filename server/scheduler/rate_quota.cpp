@@ -14,9 +14,9 @@ void RateQuota::Set(RateLimits limits) {
   for (auto& [tenant, bucket] : buckets_) {
     bucket.content = std::min(bucket.content, kBucket_s * Limit(tenant));
   }
-  has_limits_ = limits_.per_tenant > 0 ||
-                std::any_of(limits_.of_tenant.begin(), limits_.of_tenant.end(),
-                            [](const auto& entry) { return entry.second > 0; });
+  has_limits_ =
+      limits_.per_tenant > 0 || std::any_of(limits_.of_tenant.begin(), limits_.of_tenant.end(),
+                                            [](const auto& entry) { return entry.second > 0; });
 }
 
 double RateQuota::Limit(const std::string& tenant) const {

@@ -49,7 +49,7 @@ class SessionLease {
 // A session as lists and answers show it.
 struct SessionView {
   uint64_t number = 0;  // in order of creation
-  std::string name;  // in full; shorten it (ShortSessionName) before showing it to other clients
+  std::string name;     // in full; shorten it (ShortSessionName) before showing it to other clients
   std::string tenant;
   std::string display_name;
   double ttl_s = 0;

@@ -56,7 +56,8 @@ TEST(Endpoint, OfOneMachineOrNetworkIsOnePeer) {
 
 TEST(PeerConnections, APeerHasItsOwnAndNoMore) {
   std::set<int> closed;
-  PeerConnections peers([&](int descriptor, const Endpoint&) { return !closed.contains(descriptor); });
+  PeerConnections peers(
+      [&](int descriptor, const Endpoint&) { return !closed.contains(descriptor); });
   const Endpoint a = EndpointOf("192.0.2.1", 1), b = EndpointOf("192.0.2.2", 1);
   for (int k = 0; k < 3; ++k) EXPECT_TRUE(peers.Admit(10 + k, a, 3));
   EXPECT_FALSE(peers.Admit(20, a, 3));

@@ -40,9 +40,8 @@ TEST(TokenFile, AnOperatorIsNoTenant) {
 }
 
 TEST(TokenFile, ATenantMayHaveARateOfItsOwn) {
-  const auto tokens = TokenFile::Parse("a " + kHash + " particle_substeps_per_s=2.5e9 # fast\nb " +
-                                           kOther + "\n",
-                                       "file");
+  const auto tokens = TokenFile::Parse(
+      "a " + kHash + " particle_substeps_per_s=2.5e9 # fast\nb " + kOther + "\n", "file");
   ASSERT_TRUE(tokens.ok()) << tokens.status().message();
   EXPECT_EQ(tokens->rates(), (std::unordered_map<std::string, double>{{"a", 2.5e9}}));
   EXPECT_EQ(tokens->TenantOf("secret"), "a");
@@ -73,10 +72,10 @@ TEST(TokenFile, WhatIsWrongIsNamedWithItsLine) {
                            "particle_substeps_per_s=1x", "particle_substeps_per_s=1 x", "rate=1"}) {
     EXPECT_NE(why("a " + kHash + " " + rate + "\n").find("line 1"), std::string::npos) << rate;
   }
-  EXPECT_NE(why("a " + kHash + " particle_substeps_per_s=1\na " + kOther +
-                " particle_substeps_per_s=2\n")
-                .find("line 2: the tenant has another"),
-            std::string::npos);
+  EXPECT_NE(
+      why("a " + kHash + " particle_substeps_per_s=1\na " + kOther + " particle_substeps_per_s=2\n")
+          .find("line 2: the tenant has another"),
+      std::string::npos);
   EXPECT_NE(why("a " + kHash.substr(1) + "g\n").find("line 1"), std::string::npos);
   EXPECT_NE(why("a/b " + kHash + "\n").find("the tenant's name"), std::string::npos);
   EXPECT_NE(why("a " + kHash + "\nb " + kHash + "\n").find("line 2: this hash occurs twice"),

@@ -114,8 +114,8 @@ TEST_F(AdminTest, EveryMethodRefusesTenantsAndStrangers) {
   Start();
   const std::string session = SessionOf("two");
   const auto channel = server_->NewChannel();
-  const auto* service =
-      google::protobuf::DescriptorPool::generated_pool()->FindServiceByName("drape.v1.AdminService");
+  const auto* service = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(
+      "drape.v1.AdminService");
   ASSERT_NE(service, nullptr);
   ASSERT_GE(service->method_count(), 6);
   for (int k = 0; k < service->method_count(); ++k) {
@@ -137,8 +137,8 @@ TEST_F(AdminTest, EveryMethodRefusesTenantsAndStrangers) {
   EXPECT_TRUE(Ask(&AdminStub::ListTenants, v1::ListTenantsRequest(), "operator").status.ok());
   EXPECT_EQ(As("operator", &Stub::CreateSession, v1::CreateSessionRequest()).status.error_code(),
             grpc::StatusCode::UNAUTHENTICATED);
-  const auto own = grpc::CreateChannel("unix:" + (dir_ / "admin"),
-                                       grpc::InsecureChannelCredentials());
+  const auto own =
+      grpc::CreateChannel("unix:" + (dir_ / "admin"), grpc::InsecureChannelCredentials());
   EXPECT_EQ(CallByName(own, "/drape.v1.SimulationService/CreateSession", "one").error_code(),
             grpc::StatusCode::UNIMPLEMENTED);
 }

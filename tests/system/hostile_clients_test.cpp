@@ -263,8 +263,8 @@ std::string OwnAddress() {
 TEST(HostileClients, OneAddressCannotTakeAllConnections) {
   const std::string own = OwnAddress();
   if (own.empty()) GTEST_SKIP() << "this machine has no address but loopback, which is exempt";
-  ServerProcess server({"--backend=cpu", "--listen=0.0.0.0:0", "--insecure",
-                        "--max-connections=64", "--max-connections-per-peer=4"});
+  ServerProcess server({"--backend=cpu", "--listen=0.0.0.0:0", "--insecure", "--max-connections=64",
+                        "--max-connections-per-peer=4"});
   ASSERT_TRUE(server.WaitUntilUp());
   const std::string port = server.Address().substr(server.Address().rfind(':'));
   {

@@ -44,11 +44,10 @@ class Logs : public testing::TestWithParam<std::string> {
     }
     tokens << "\n";
     tokens.close();
-    server_ = std::make_unique<ServerProcess>(
-        std::vector<std::string>{"--backend=cpu", "--log-level=debug",
-                                 "--log-format=" + GetParam(), "--token-file=" + (dir_ / "tokens"),
-                                 "--checkpoint-dir=" + (dir_ / "kept"),
-                                 "--checkpoint-interval-s=0.1"});
+    server_ = std::make_unique<ServerProcess>(std::vector<std::string>{
+        "--backend=cpu", "--log-level=debug", "--log-format=" + GetParam(),
+        "--token-file=" + (dir_ / "tokens"), "--checkpoint-dir=" + (dir_ / "kept"),
+        "--checkpoint-interval-s=0.1"});
     ASSERT_TRUE(server_->WaitUntilUp());
     stub_ = server_->NewStub();
   }

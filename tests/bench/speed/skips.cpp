@@ -106,12 +106,9 @@ class Stepper {
   SteadyClock clock_;
   RoundCounters counters_;
   RateQuota rates_{clock_};
-  DeviceLoop loop_{*backend_,
-                   {{16384, 16384}, 1000, kNoBudget_us},
-                   clock_,
-                   [](StepWork, StepOutcome) {},
-                   counters_,
-                   rates_};
+  DeviceLoop loop_{*backend_, {{16384, 16384}, 1000, kNoBudget_us},
+                   clock_,    [](StepWork, StepOutcome) {},
+                   counters_, rates_};
   std::shared_ptr<Observer> observer_;
   ObserverSet observers_{[](const std::function<void()>& complete) { complete(); }};
 };
