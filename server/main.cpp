@@ -1,9 +1,5 @@
 // draped: flags -> wire -> serve -> drain. Only this file and backend_choice name concrete backends
 // and renderers.
-#include <unistd.h>
-
-#include <csignal>
-#include <cstdio>
 #include <optional>
 #include <vector>
 
@@ -86,13 +82,10 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
   RememberLost(former.sessions, sessions);
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
   api::LimitConnections({config.max_connections, config.max_connections_per_peer});
-  const api::AdminContext for_operators{parts, [] { kill(getpid(), SIGTERM); },
-                                        WriterOf(checkpoints)};
+  const api::AdminContext for_operators = ForOperators(parts, checkpoints);
   api::AdminService admin(for_operators, false), trusted_admin(for_operators, true);
-  std::unique_ptr<api::GrpcServer> admin_server;
-  if (status.ok() && !config.admin_listen.empty()) {
-    DRAPE_ASSIGN_OR_RETURN(admin_server, StartAdmin(config, trusted_admin));
-  }
+  const auto admin_server = StartAdmin(config, trusted_admin);
+  if (status.ok()) status = admin_server.status();
   auto server = api::GrpcServer::Start(*options, {&service, &admin});
   if (status.ok()) {
     status = server.ok() ? WritePortFile(config.port_file, (*server)->port()) : server.status();
@@ -120,7 +113,7 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
       ->Drain(status.ok() ? int64_t{config.drain_grace_ms} * 1000 : 0, checkpoints.LastCommand());
   checkpoints.WriteLast();
   if (server.ok()) (*server)->Shutdown(kGoodbye);
-  if (admin_server) admin_server->Shutdown(kGoodbye);
+  if (admin_server.ok() && *admin_server) (*admin_server)->Shutdown(kGoodbye);
   return status;
 }
 

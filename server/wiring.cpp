@@ -2,9 +2,11 @@
 
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <fstream>
 #include <random>
@@ -37,12 +39,6 @@ Result<api::ServerOptions> ToServerOptions(const Config& config) {
   options.max_transport_bytes = config.max_transport_bytes;
   options.keepalive = milliseconds(config.keepalive_ms);
   options.keepalive_timeout = milliseconds(config.keepalive_timeout_ms);
-  return options;
-}
-
-api::ServerOptions ToAdminOptions(const Config& config) {
-  api::ServerOptions options;
-  options.listen = config.admin_listen;
   return options;
 }
 
@@ -93,15 +89,21 @@ Status WritePortFile(const std::string& path, int port) {
   return Status(StatusCode::kFailedPrecondition, "PORT_FILE_FAILED", "cannot write " + path);
 }
 
-std::function<void()> WriterOf(CheckpointKeeper& checkpoints) {
-  if (!checkpoints.is_on()) return {};
-  return [&checkpoints] { checkpoints.WriteRound(); };
+api::AdminContext ForOperators(const api::ServiceContext& parts, CheckpointKeeper& checkpoints) {
+  api::AdminContext context{parts, [] { kill(getpid(), SIGTERM); }, {}};  // main takes the signal
+  if (checkpoints.is_on()) {
+    context.write_checkpoints = [&checkpoints] { checkpoints.WriteRound(); };
+  }
+  return context;
 }
 
 Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
                                                     api::AdminService& service) {
+  if (config.admin_listen.empty()) return std::unique_ptr<api::GrpcServer>();
+  api::ServerOptions options;
+  options.listen = config.admin_listen;
   const mode_t others = umask(S_IRWXG | S_IRWXO);  // of a socket in the file system
-  auto server = api::GrpcServer::Start(ToAdminOptions(config), {&service});
+  auto server = api::GrpcServer::Start(options, {&service});
   umask(others);
   if (server.ok()) {
     spdlog::info("admin_started listen={} port={}", config.admin_listen, (*server)->port());

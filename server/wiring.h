@@ -1,7 +1,6 @@
 // From the flags to what the parts of draped are given.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -27,9 +26,6 @@ std::string WithPort(const std::string& listen, int port);
 // Reads the TLS files.
 Result<api::ServerOptions> ToServerOptions(const Config& config);
 
-// The port for operators alone.
-api::ServerOptions ToAdminOptions(const Config& config);
-
 // Limits of a tenant that are not given follow from others.
 SessionLimits WithTenantLimits(SessionLimits limits);
 
@@ -48,9 +44,9 @@ RateLimits RatesOf(const Config& config, const api::Authentication* authenticati
 // A reader sees the whole number or no file. FAILED_PRECONDITION (PORT_FILE_FAILED).
 Status WritePortFile(const std::string& path, int port);
 
-// What writes all checkpoints at once; null where there are none.
-std::function<void()> WriterOf(CheckpointKeeper& checkpoints);
-// The port for operators alone.
+// What operators do to this process.
+api::AdminContext ForOperators(const api::ServiceContext& parts, CheckpointKeeper& checkpoints);
+// The port for operators alone; null: there is none.
 Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
                                                     api::AdminService& service);
 

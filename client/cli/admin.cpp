@@ -10,6 +10,7 @@
 #include "client/cli/commands.h"
 #include "client/cli/message_json.h"
 #include "client/cli/options.h"
+#include "client/cli/output_file.h"
 #include "client/cli/printable.h"
 #include "drape/admin.h"
 
@@ -23,6 +24,8 @@ struct AdminOptions {
   bool is_json = false;
   uint64_t number = 0;
   std::string level;
+  double seconds = 5;
+  std::string path;
 };
 
 // Columns as wide as what is in them; all but the first `left` are numbers.
@@ -123,6 +126,19 @@ int SetLogLevel(const AdminOptions& options) {
   return kDone;
 }
 
+int RecordTrace(const AdminOptions& options) {
+  OutputFile file(options.path);
+  const auto recorded = options.address.ConnectAdmin().RecordTrace(options.seconds);
+  file.Write(recorded.json());
+  file.Close();
+  std::cout << options.path << ": " << recorded.events() << " events";
+  if (recorded.events_left_out() > 0) {
+    std::cout << ", and " << recorded.events_left_out() << " more that had no room";
+  }
+  std::cout << "\n";
+  return kDone;
+}
+
 using AdminAction = int (*)(const AdminOptions&);
 
 CLI::App* Add(CLI::App& admin, const std::string& name, const std::string& meaning,
@@ -158,6 +174,13 @@ void AddAdmin(CLI::App& app, Action& action) {
       ->type_name("NUMBER")
       ->required();
   add("drain", "End the server as SIGTERM does: accepted work is finished", Drain);
+  CLI::App* const trace =
+      add("trace", "Record what the server's threads do, for ui.perfetto.dev", RecordTrace);
+  trace->add_option("file", options->path, "The JSON file to write")->type_name("FILE")->required();
+  trace->add_option("--seconds", options->seconds, "How long (default: 5)")
+      ->check(CLI::Range(0.001, 60.0))
+      ->check(FiniteNumber())
+      ->type_name("S");
   add("log-level", "Change what the server logs", SetLogLevel)
       ->add_option("level", options->level, "trace, debug, info, warn, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))

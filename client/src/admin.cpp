@@ -81,5 +81,11 @@ std::string Admin::SetLogLevel(const std::string& level) const {
   return impl_->Call(&Impl::Stub::SetLogLevel, request).former_level();
 }
 
+v1::RecordTraceResponse Admin::RecordTrace(double duration_s) const {
+  v1::RecordTraceRequest request;
+  request.set_duration_s(duration_s);
+  return impl_->Call(&Impl::Stub::RecordTrace, request);
+}
+
 }  // namespace client
 }  // namespace drape

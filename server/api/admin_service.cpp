@@ -1,5 +1,9 @@
 #include "server/api/admin_service.h"
 
+#include <grpcpp/alarm.h>
+
+#include <chrono>
+#include <map>
 #include <set>
 #include <string>
 #include <unordered_map>
@@ -7,6 +11,8 @@
 
 #include "server/api/unary_call.h"
 #include "server/core/log.h"
+#include "server/core/trace.h"
+#include "server/core/violations.h"
 
 namespace drape::api {
 namespace {
@@ -44,6 +50,48 @@ void AddRate(const RateUse& rate, v1::TenantUse& use) {
   use.set_particle_substeps_per_s(rate.particle_substeps_per_s);
   use.set_rate_wait_s(static_cast<double>(rate.wait_us) / 1e6);
 }
+
+// Length of a recording [s].
+constexpr double kShortestTrace_s = 0.001;
+constexpr double kLongestTrace_s = 60;
+
+Status CheckDuration(double duration_s) {
+  Violations violations;
+  violations.InRange("duration_s", duration_s, {kShortestTrace_s, kLongestTrace_s, "s"});
+  return violations.ToStatus();
+}
+
+// A recording; ends early when the client or the server goes.
+class TraceReactor final : public grpc::ServerUnaryReactor {
+ public:
+  TraceReactor(double duration_s, v1::RecordTraceResponse* response) : response_(response) {
+    const Status status = trace::Start();
+    if (!status.ok()) {
+      Finish(ToGrpcStatus(status));
+      return;
+    }
+    spdlog::info("trace_started duration_s={}", duration_s);
+    const auto duration = std::chrono::duration_cast<std::chrono::microseconds>(
+        std::chrono::duration<double>(duration_s));
+    alarm_.Set(std::chrono::system_clock::now() + duration, [this](bool) { End(); });
+  }
+
+ private:
+  void OnCancel() override { alarm_.Cancel(); }
+  void OnDone() override { delete this; }
+
+  void End() {
+    trace::Recording recording = trace::Stop();
+    spdlog::info("trace_ended events={} left_out={}", recording.events, recording.left_out);
+    response_->set_json(std::move(recording.json));
+    response_->set_events(recording.events);
+    response_->set_events_left_out(recording.left_out);
+    Finish(grpc::Status::OK);
+  }
+
+  v1::RecordTraceResponse* const response_;
+  grpc::Alarm alarm_;
+};
 
 }  // namespace
 
@@ -151,6 +199,15 @@ AdminService::Reactor* AdminService::SetLogLevel(Context* context,
   const Status status = drape::SetLogLevel(request->level());
   if (status.ok()) spdlog::info("log_level_set level={}", request->level());
   return Answer(context, status);
+}
+
+AdminService::Reactor* AdminService::RecordTrace(Context* context,
+                                                 const v1::RecordTraceRequest* request,
+                                                 v1::RecordTraceResponse* response) {
+  if (Reactor* const refusal = RefuseOthers(context)) return refusal;
+  const Status check = CheckDuration(request->duration_s());
+  if (!check.ok()) return Answer(context, check);
+  return new TraceReactor(request->duration_s(), response);
 }
 
 }  // namespace drape::api

@@ -37,6 +37,7 @@ class AdminService final : public v1::AdminService::CallbackService {
   Reactor* WriteCheckpoints(Context*, const v1::WriteCheckpointsRequest*,
                             v1::WriteCheckpointsResponse*) override;
   Reactor* SetLogLevel(Context*, const v1::SetLogLevelRequest*, v1::SetLogLevelResponse*) override;
+  Reactor* RecordTrace(Context*, const v1::RecordTraceRequest*, v1::RecordTraceResponse*) override;
 
  private:
   // Ends the call of somebody who is no operator; null: go on.

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/core/trace.h"
 #include "server/scheduler/state_reading.h"
 
 namespace drape {
@@ -75,7 +76,13 @@ std::optional<int64_t> DeviceLoop::RunRound() {
   }
   const bool is_long = parts.size() == 1 && parts[0].cloths.size() == 1 &&
                        IsLong(*parts[0].request->work().cloths[parts[0].cloths[0]]);
-  const int64_t batch_us = is_long ? StepPiece(parts) : StepBatch(parts);
+  int64_t batch_us = 0;
+  {
+    trace::Span span("batch");
+    batch_us = is_long ? StepPiece(parts) : StepBatch(parts);
+    span.Add("requests", static_cast<int64_t>(parts.size()));
+    span.Add("is_piece", is_long);
+  }
   Finish(StartAndEnd());
   return batch_us;
 }
@@ -223,10 +230,12 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
   BatchReport batch;
   if (items.empty()) {
     GiveAnswers();
-  } else if (RunsAhead()) {
-    batch = backend_.device()->StepAhead(items, [this] { GiveAnswers(); });
   } else {
-    batch = backend_.Step(items);
+    trace::Span span("step");
+    batch = RunsAhead() ? backend_.device()->StepAhead(items, [this] { GiveAnswers(); })
+                        : backend_.Step(items);
+    span.Add("cloths", static_cast<int64_t>(items.size()));
+    span.Add("dispatches", batch.dispatch_count);
   }
   DRAPE_CHECK(batch.reports.size() == items.size(), "one report per item");
   return EndBatch(parts, std::move(batch), begin_us, 0);
@@ -245,6 +254,7 @@ int64_t DeviceLoop::StepPiece(const std::vector<Part>& parts) {
   const int64_t begin_us = clock_.NowUs();
   std::optional<BatchReport> batch = BatchReport{};
   if (!items.empty()) {
+    const trace::Span span("step_piece");
     batch = backend_.StepPiece(items[0],
                                Pause::At(std::chrono::steady_clock::now() +
                                          std::chrono::microseconds(settings_.batch_budget_us)));
@@ -324,15 +334,22 @@ void DeviceLoop::CompleteSteps(const std::vector<Part>& parts,
 }
 
 void DeviceLoop::Charge(const std::vector<Part>& parts) {
+  const std::string* tenant = nullptr;
+  double work = 0;
+  const auto charge = [&] {
+    if (work > 0) rates_.Charge(*tenant, std::exchange(work, 0));
+  };
   for (const Part& part : parts) {
-    double work = 0;
+    const StepWork& step = part.request->work();
+    if (tenant == nullptr || *tenant != step.tenant) charge();
+    tenant = &step.tenant;
     for (const uint32_t k : part.cloths) {
-      const ClothRuntime& cloth = *part.request->work().cloths[k];
-      if (cloth.solves_per_step() == 0) continue;
+      const ClothRuntime& cloth = *step.cloths[k];
+      if (cloth.is_idle()) continue;
       work += static_cast<double>(uint64_t{cloth.particle_count()} * cloth.settings().substeps);
     }
-    if (work > 0) rates_.Charge(part.request->work().tenant, work);
   }
+  charge();
 }
 
 double DeviceLoop::MeasureCosts(const std::vector<Part>& parts, double cost_us) {
@@ -355,6 +372,7 @@ void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
   std::vector<std::shared_ptr<ClothRuntime>> cloths;
   size_t particles = 0;
   const auto look = [&] {
+    const trace::Span span("look");
     const ClothSpan looked_at(cloths);
     SharedRead read(backend_, {&looked_at, 1}, {true, false}, RowsAre::kParticles);
     const StateColumns state = std::move(read.Take()[0]);
@@ -394,6 +412,7 @@ void DeviceLoop::BeginViews(Answers& ended) {
 }
 
 void DeviceLoop::TakeView(View& view, std::vector<Answer>& answers) {
+  const trace::Span span("read_states");
   std::vector<StateColumns> columns = view.read.Take();
   const int64_t end_us = clock_.NowUs();
   for (size_t k = 0; k < columns.size(); ++k) {

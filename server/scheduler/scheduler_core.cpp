@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/core/trace.h"
 
 namespace drape {
 namespace {
@@ -149,6 +150,7 @@ void Scheduler::Core::Give(StepWork work, StepOutcome outcome, bool is_idle) {
 
 void Scheduler::Core::DeviceThread(const BackendFactory& factory, std::promise<Status>& started) {
   device_thread_id_ = std::this_thread::get_id();
+  trace::NameThread("device");
   Result<std::unique_ptr<Backend>> made = factory();
   if (!made.ok()) {
     started.set_value(made.status());
@@ -177,7 +179,10 @@ void Scheduler::Core::RunRounds(Backend& backend) {
   Load load;
   for (;;) {
     Inbox inbox = TakeInbox(load);
-    for (DeviceCommand& command : inbox.commands) command(backend);
+    for (DeviceCommand& command : inbox.commands) {
+      const trace::Span span("command");
+      command(backend);
+    }
     for (Submission& submission : inbox.submissions) {
       loop.Admit(std::move(submission.work), submission.submitted_us);
     }

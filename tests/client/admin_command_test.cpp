@@ -79,6 +79,11 @@ TEST_F(AdminCommand, ShowsAndEndsWhatThereIs) {
   EXPECT_EQ(again.exit_code, 1);
   EXPECT_THAT(again.err, HasSubstr("SESSION_NOT_FOUND"));
 
+  const std::string trace = folder_ / "trace.json";
+  EXPECT_THAT(Do({"trace", trace, "--seconds=0.1"}), HasSubstr("events"));
+  EXPECT_TRUE(json::parse(client_test::ReadText(trace)).contains("traceEvents"));
+  EXPECT_EQ(Run({"trace", trace, "--seconds=nan"}).exit_code, 2);
+
   EXPECT_THAT(Do({"log-level", "debug"}), HasSubstr("formerly info"));
   EXPECT_EQ(Run({"log-level", "loud"}).exit_code, 2);
   EXPECT_THAT(Run({"checkpoint"}).err, HasSubstr("NO_CHECKPOINTS"));

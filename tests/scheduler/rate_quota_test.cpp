@@ -76,8 +76,8 @@ TEST_F(Rates, WhatTenantsHadIsCountedWithoutLimitsToo) {
   EXPECT_EQ(uses[1].wait_us, 0);
 }
 
-// The mean rate of steady work is the rate: work w every T gives the sum of a geometric series,
-// w / kMean / (1 - exp(-T/kMean)), which is w/T to within T/(2 kMean), here 1 %.
+// The mean rate of steady work is the rate: with m = kMean_s, work w every T gives the sum of a
+// geometric series, w / m / (1 - exp(-T/m)), which is w/T to within T/2m, here 1 %.
 TEST_F(Rates, TheMeanOfSteadyWorkIsItsRate) {
   for (int k = 0; k < 1000; ++k) {
     clock_.AdvanceUs(kSecond_us / 10);

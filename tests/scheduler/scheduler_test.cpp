@@ -223,23 +223,6 @@ TEST_F(SchedulerTest, ReadStatesOfADeletedClothIsNotFound) {
   EXPECT_EQ(read.Get().status().reason(), "CLOTH_NOT_FOUND");
 }
 
-TEST_F(SchedulerTest, NothingIsReadForThoseWhoHaveGone) {
-  Start();
-  const auto cloth = Cloth();
-  CancelToken gone;
-  gone.Cancel();
-  Awaited<Result<ClothStates>> read, drawn;
-  const auto into = [](Awaited<Result<ClothStates>> result) {
-    return [result](Result<ClothStates> r) mutable { result.Set(std::move(r)); };
-  };
-  EXPECT_TRUE(scheduler_->ReadStates({cloth}, {true, false}, into(read), "a", "", gone).ok());
-  EXPECT_TRUE(
-      scheduler_->ReadForDrawing({cloth}, {true, false}, false, into(drawn), "a", "", gone).ok());
-  EXPECT_EQ(read.Get().status().code(), StatusCode::kCancelled);
-  EXPECT_EQ(drawn.Get().status().code(), StatusCode::kCancelled);
-  EXPECT_TRUE(device_->reads().empty());
-}
-
 TEST_F(SchedulerTest, ReadsAreBoundedUntilTheirStatesAreDropped) {
   SchedulerLimits limits;
   limits.max_reads_in_flight_per_session = 1;

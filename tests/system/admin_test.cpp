@@ -10,7 +10,10 @@
 #include <filesystem>
 #include <fstream>
 #include <future>
+#include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -18,11 +21,13 @@
 #include "drape/v1/admin_service.grpc.pb.h"
 #include "server/api/sha256.h"
 #include "tests/system/calls.h"
+#include "tests/system/metrics.h"
 #include "tests/system/server_process.h"
 
 namespace drape::test {
 namespace {
 
+using Json = nlohmann::json;
 using testing::HasSubstr;
 using AdminStub = v1::AdminService::Stub;
 
@@ -255,6 +260,81 @@ TEST_F(AdminTest, WithoutAFolderThereAreNoCheckpoints) {
   Start();
   EXPECT_EQ(ReasonOf(Ask(&AdminStub::WriteCheckpoints, v1::WriteCheckpointsRequest()).status),
             "NO_CHECKPOINTS");
+}
+
+// Everything that is counted happens while the recording is under way.
+TEST_F(AdminTest, RecordsATraceWhoseBatchesAreThoseOfTheMetrics) {
+  Start({"--metrics-listen=127.0.0.1:0", "--max-queue-delay-us=0"});
+  const std::string session = SessionOf("one");
+  ASSERT_TRUE(As("one", &Stub::CreateCloths, HangingSheet(session, 8, 3)).status.ok());
+  const auto log_has = [&](const char* event) {
+    return server_->Log().find(event) != std::string::npos;
+  };
+  v1::RecordTraceRequest request;
+  request.set_duration_s(2);
+  auto call = std::async(std::launch::async, [&] { return Ask(&AdminStub::RecordTrace, request); });
+  while (!log_has("trace_started")) std::this_thread::yield();
+  EXPECT_EQ(ReasonOf(Ask(&AdminStub::RecordTrace, request).status), "TRACE_IN_PROGRESS");
+  const std::string before = MetricsOf(*server_);
+  for (int k = 0; k < 20; ++k) {
+    v1::StepRequest step = StepsOf(session, {}, 1 + k % 3);
+    step.mutable_view()->set_positions(true);
+    ASSERT_TRUE(As("one", &Stub::Step, step).status.ok());
+  }
+  ASSERT_TRUE(As("one", &Stub::CreateCloths, HangingSheet(session)).status.ok());
+  const std::string after = MetricsOf(*server_);
+  ASSERT_FALSE(log_has("trace_ended")) << "the machine is too slow for this recording";
+  const auto recorded = call.get();
+  ASSERT_TRUE(recorded.status.ok()) << recorded.status.error_message();
+  EXPECT_EQ(recorded.value.events_left_out(), 0u);
+
+  const Json trace = Json::parse(recorded.value.json(), nullptr, /*allow_exceptions=*/false);
+  ASSERT_TRUE(trace.is_object());
+  std::map<std::string, int> counts;
+  std::map<int, std::string> threads;
+  int64_t dispatches = 0, cloths = 0;
+  std::set<std::string> batches_on;
+  for (const Json& event : trace["traceEvents"]) {
+    if (event["name"] == "thread_name") threads[event["tid"]] = event["args"]["name"];
+  }
+  for (const Json& event : trace["traceEvents"]) {
+    if (event["ph"] == "M" || event["ph"] == "e") continue;
+    ++counts[event["name"]];
+    if (event["name"] == "batch") batches_on.insert(threads[event["tid"]]);
+    if (event["name"] != "step") continue;
+    dispatches += event["args"]["dispatches"].get<int64_t>();
+    cloths += event["args"]["cloths"].get<int64_t>();
+  }
+  const auto difference = [&](const char* metric) {
+    return MetricIn(after, metric) - MetricIn(before, metric);
+  };
+  EXPECT_EQ(counts["batch"], difference("drape_batches_total"));
+  EXPECT_EQ(counts["batch"], 20 + 19) << "1 + k % 3 steps each";
+  EXPECT_EQ(dispatches, difference("drape_dispatches_total"));
+  EXPECT_EQ(cloths, difference("drape_cloth_steps_total"));
+  EXPECT_EQ(counts["queue"], 20);
+  EXPECT_EQ(counts["encode_answer"], 20);
+  EXPECT_EQ(counts["encode_states"], 20);
+  EXPECT_EQ(counts["build"], 1);
+  EXPECT_EQ(counts["build_queue"], 1);
+  EXPECT_EQ(batches_on, std::set<std::string>{"device"});
+
+  request.set_duration_s(61);
+  EXPECT_EQ(FieldsOf(Ask(&AdminStub::RecordTrace, request).status),
+            std::vector<std::string>{"duration_s"});
+}
+
+TEST_F(AdminTest, ADrainDoesNotWaitForATrace) {
+  Start();
+  v1::RecordTraceRequest request;
+  request.set_duration_s(60);
+  auto call = std::async(std::launch::async, [&] { return Ask(&AdminStub::RecordTrace, request); });
+  while (server_->Log().find("trace_started") == std::string::npos) std::this_thread::yield();
+  const auto begin = std::chrono::steady_clock::now();
+  server_->Signal(SIGTERM);
+  EXPECT_EQ(server_->WaitForExit(), 0);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(30));
+  call.get();
 }
 
 TEST_F(AdminTest, SetsTheLogLevel) {

@@ -22,7 +22,7 @@
 namespace drape::test {
 namespace {
 
-using nlohmann::json;
+using Json = nlohmann::json;
 using testing::HasSubstr;
 
 // The digits of a session's name.
@@ -149,12 +149,12 @@ INSTANTIATE_TEST_SUITE_P(Formats, Logs, testing::Values("text", "json"),
                          [](const auto& format) { return format.param; });
 
 TEST_P(Logs, HaveNoNameInFullAndNoToken) {
-  for (uint32_t seed = 0; seed < 8; ++seed) Traffic(seed);
+  for (uint32_t seed = 0; seed < 4; ++seed) Traffic(seed);
   server_->Signal(SIGUSR1);
   server_->Signal(SIGTERM);
   EXPECT_EQ(server_->WaitForExit(), 0);
   const std::string log = server_->Log();
-  ASSERT_EQ(secrets_.size(), 16u);
+  ASSERT_EQ(secrets_.size(), 8u);
   for (const std::string& secret : secrets_) {
     ASSERT_EQ(secret.size(), 32u);
     EXPECT_EQ(log.find(secret), std::string::npos) << "a name in full";
@@ -174,7 +174,7 @@ TEST_P(Logs, HaveNoNameInFullAndNoToken) {
       if (line.find(" request method=Step ") != std::string::npos) of_steps.insert(line);
       continue;
     }
-    const json object = json::parse(line, nullptr, /*allow_exceptions=*/false);
+    const Json object = Json::parse(line, nullptr, /*allow_exceptions=*/false);
     ASSERT_TRUE(object.is_object()) << line;
     for (const char* key : {"time", "level", "event"}) ASSERT_TRUE(object.contains(key)) << line;
     if (object["event"] != "request" || object["method"] != "Step") continue;
@@ -184,8 +184,8 @@ TEST_P(Logs, HaveNoNameInFullAndNoToken) {
     EXPECT_TRUE(object["code"].is_string()) << line;
     of_steps.insert(object.value("request_id", ""));
   }
-  EXPECT_GT(count, 200u);
-  EXPECT_GT(of_steps.size(), 50u);
+  EXPECT_GT(count, 100u);
+  EXPECT_GT(of_steps.size(), 30u);
   EXPECT_THAT(log, HasSubstr("step-3-1"));
 }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "drape/client.h"
-#include "drape/v1/admin.pb.h"
+#include "drape/v1/admin_service.pb.h"
 
 namespace drape {
 inline namespace client {
@@ -38,6 +38,9 @@ class Admin {
   v1::WriteCheckpointsResponse WriteCheckpoints() const;
   // trace, debug, info, warn, error or off. Returns the former one.
   std::string SetLogLevel(const std::string& level) const;
+  // What the server's threads do in the next `duration_s` (0.001 to 60). Throws kAborted
+  // (TRACE_IN_PROGRESS).
+  v1::RecordTraceResponse RecordTrace(double duration_s) const;
 
  private:
   struct Impl;
