@@ -222,6 +222,7 @@ Result<DrawnPicture> RenderThread::Core::DrawAndEncode(const PictureJob& job,
   }
   return DrawnPicture{.png = std::move(png),
                       .rgb = std::move(rgb),
+                      .depths_m = std::move(picture.depths_m),
                       .camera = picture.camera,
                       .bounds_m = picture.bounds_m,
                       .range = picture.range,
