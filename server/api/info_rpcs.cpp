@@ -45,6 +45,7 @@ grpc::ServerUnaryReactor* SimulationService::GetServerInfo(Context* context,
   response->set_incarnation(context_.incarnation);
   response->set_backend(backend.name);
   response->set_device(backend.device);
+  response->set_has_impulses(backend.has_impulses);
   response->set_precision(backend.scalar == ScalarType::kFloat64 ? "float64" : "float32");
   FillLimits(context_, response->mutable_limits());
   response->set_session_count(totals.session_count);
