@@ -54,6 +54,7 @@ void SessionIndex::Leave(const std::string& session) {
 DeviceLoop::DeviceLoop(Backend& backend, const Settings& settings, const Clock& clock,
                        EndedCallback ended, RoundCounters& counters, RateQuota& rates)
     : backend_(backend),
+      has_impulses_(backend.Describe().has_impulses),
       settings_(settings),
       clock_(clock),
       ended_(std::move(ended)),
@@ -209,6 +210,8 @@ std::vector<StepItem> DeviceLoop::ItemsOf(const std::vector<Part>& parts) const 
       }
       if (cloth.sleep().is_asleep()) continue;
       item.measure = part.request->IsMeasured(k) || cloth.sleep().decides_next();
+      item.impulses =
+          part.request->AsksImpulses(k) || (has_impulses_ && cloth.sleep().decides_next());
       items.push_back(item);
     }
   }

@@ -97,6 +97,8 @@ struct ClothOutcome {
   // reached).
   std::optional<StepReport> report;
   std::vector<GripState> grips{};  // of each slot, if requested
+  // Of the last step, if requested. Null: the cloth is faulted or had no step to do.
+  std::shared_ptr<const StepImpulses> impulses{};
 };
 
 struct StepOutcome {
@@ -113,6 +115,7 @@ struct StepOutcome {
   //   UNAVAILABLE DRAINING: the server shuts down
   Status status;
   std::vector<ClothOutcome> cloths;  // same order as StepWork::cloths
+  bool has_impulses = false;         // StepWork::impulses
   StepTiming timing;
   // Set if states were requested: all cloths of the request, same order, after its last step.
   std::optional<StateColumns> states;
@@ -141,6 +144,7 @@ struct StepWork {
   std::vector<bool> is_restarted;
   bool report = false;       // measure in the last step of each cloth
   bool grip_states = false;  // ClothOutcome::grips
+  bool impulses = false;     // ClothOutcome::impulses; only if BackendDescription::has_impulses
   StateFields view;          // states after the last step
   CancelToken cancel;        // takes effect after the current round
   // When the client stops waiting, by the clock of the scheduler; it must have started by then.

@@ -72,7 +72,8 @@ class ClothsBase(Controls):
 
     # --- requests
 
-    def _step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, grips: bool = False, ids=None,
+    def _step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, grips: bool = False,
+              impulses: bool = False, ids=None,
               until: int | None = None, expected: int | None = None, timeout_s: float | None = None,
               request_id: str = "") -> Operation[states.Answer]:
         """Steps the cloths of `ids` and waits. Controls that wait for them take effect first, once.
@@ -81,7 +82,8 @@ class ClothsBase(Controls):
         this many, else FailedPrecondition (STEP_MISMATCH). view: what the answer brings: drape.POSITIONS (default),
         VELOCITIES, POSITIONS_AND_VELOCITIES, None, or a StateView with `particles`, an `encoding` or `reductions`, e.g.
         StateView(reductions=[StateView.TARGET_DISTANCE], target_m=drape.pack(target)). report: measure each cloth after
-        the last step. grips: tell what the grips hold (`Answer.grips`).
+        the last step. grips: tell what the grips hold (`Answer.grips`). impulses: tell what the cloths gave to their
+        colliders, pins and grips in the last step (`Answer.impulses`); refused by the backend gl.
         request_id: a repetition of a completed step with the same id gets the same answer and no step.
         Raises InvalidArgument, FailedPrecondition, SessionLost, ResourceExhausted, DeadlineExceeded.
         """
@@ -93,7 +95,8 @@ class ClothsBase(Controls):
                    and self._answer_bytes(wanted, rows) > _STREAM_ABOVE_BYTES)
         request = self._step_request(steps, None if streams else wanted, report, rows, until, expected)
         request.request_id = request_id
-        request.grip_states = grips
+        request.grip_states = grips or impulses
+        request.impulses = impulses
         self._forget_states()  # also if the step fails: it may be done in part
         response = yield Unary("Step", request, self._session.name, timeout_s)
         answer = self._take(response, rows, request)
@@ -362,6 +365,8 @@ class ClothsBase(Controls):
         self.timing = response.timing
         if request.grip_states:
             answer.grips = states.Grips.of(response.grips, len(every))
+        if request.impulses:
+            answer.impulses = states.Impulses.of(response, self._ids_list(rows))
         if response.HasField("states"):
             arrays, answer.time_s = states.blocks_of(response.states, self._ids_list(rows))
             for name, array in arrays.items():
