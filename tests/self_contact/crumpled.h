@@ -1,11 +1,15 @@
 // Surfaces in states in which much of them is near itself.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <map>
 #include <random>
 #include <vector>
 
 #include "server/solver/self_contact/contact_surface.h"
+#include "server/solver/self_contact/patch_search.h"
 #include "tests/support/scenes.h"
 
 namespace drape::test {
@@ -53,5 +57,33 @@ void ForAllPairs(const ContactSurface& surface, const Function& function) {
     }
   }
 }
+
+// The patches that primitives belong to.
+class PatchOwners {
+ public:
+  explicit PatchOwners(const ContactSurface& surface) {
+    for (uint32_t p = 0; p < surface.patches().size(); ++p) {
+      const ContactPatch& patch = surface.patches()[p];
+      for (const uint32_t i : surface.vertices_of(patch)) owners_[{i}] = p;
+      for (const uint32_t e : surface.edges_of(patch)) {
+        owners_[{surface.edges()[e].begin(), surface.edges()[e].end()}] = p;
+      }
+      for (const uint32_t t : surface.triangles_of(patch)) {
+        owners_[{surface.triangles()[t].begin(), surface.triangles()[t].end()}] = p;
+      }
+    }
+  }
+  // Of a pair of ForAllPairs.
+  self_contact::PatchPair Of(self_contact::PairKind kind,
+                             const std::array<uint32_t, 4>& particles) const {
+    const auto middle = particles.begin() + self_contact::FirstCorners(kind);
+    const auto [first, second] =
+        std::minmax(owners_.at({particles.begin(), middle}), owners_.at({middle, particles.end()}));
+    return {first, second};
+  }
+
+ private:
+  std::map<std::vector<uint32_t>, uint32_t> owners_;
+};
 
 }  // namespace drape::test

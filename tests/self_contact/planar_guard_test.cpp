@@ -54,8 +54,9 @@ struct Flight {
 
   bool Run() {
     PlanarGuard<V> guard;
-    return guard.Run(pairs, active, {starts, ends, velocities, {}, {}, inverse_masses, kDuration},
-                     10);
+    const std::vector<Real> ways(active.size(), 20);
+    return guard.Run(pairs, active, ways,
+                     {starts, ends, velocities, {}, {}, inverse_masses, kDuration});
   }
 
   size_t Crossings(const std::vector<V>& positions) const {

@@ -144,12 +144,21 @@ void ContactSurface::FindNeighbours() {
   for (uint32_t p = 0; p < patches_.size(); ++p) {
     for (const uint32_t i : corners_of(patches_[p])) patches_of[i].push_back(p);
   }
+  std::vector<self_contact::Box<Vector3d>> boxes(triangles_.size());
+  for (uint32_t t = 0; t < triangles_.size(); ++t) {
+    for (const uint32_t i : triangles_[t]) boxes[t].Add(rest_positions_[i]);
+  }
+  const auto is_farther = [&](uint32_t vertex, uint32_t triangle, double distance_m) {
+    const Vector3d p = rest_positions_[vertex];
+    return !self_contact::AreNear({p, p}, boxes[triangle],
+                                  self_contact::Splat<Vector3d>(distance_m));
+  };
   const auto gap_of = [&](const ContactPatch& a, const ContactPatch& b) {
     double gap = std::numeric_limits<double>::infinity();
-    for (const uint32_t i : corners_of(a)) {
-      for (const uint32_t t : triangles_of(b)) {
+    for (const uint32_t t : triangles_of(b)) {
+      for (const uint32_t i : corners_of(a)) {
         const auto& [j, k, l] = triangles_[t];
-        if (i == j || i == k || i == l) continue;
+        if (i == j || i == k || i == l || is_farther(i, t, gap)) continue;
         gap = std::min(gap, RestDistance_m(PairKind::kVertexTriangle, {i, j, k, l}));
       }
     }
@@ -173,12 +182,12 @@ void ContactSurface::FindNeighbours() {
   }
 }
 
-bool ContactSurface::AreNeighbours(uint32_t patch, uint32_t other) const {
+const ContactNeighbours* ContactSurface::Neighbours(uint32_t patch, uint32_t other) const {
   const auto [first, second] = std::minmax(patch, other);
   for (uint32_t k = neighbour_offsets_[first]; k < neighbour_offsets_[first + 1]; ++k) {
-    if (neighbours_[k].second == second) return true;
+    if (neighbours_[k].second == second) return &neighbours_[k];
   }
-  return false;
+  return nullptr;
 }
 
 // Halves by the middles of the patches along the widest axis.

@@ -48,9 +48,16 @@ class ContactSurface {
   std::span<const ContactNode> nodes() const { return nodes_; }  // the root first
   // Of every patch with itself and with those that share a vertex with it.
   std::span<const ContactNeighbours> neighbours() const { return neighbours_; }
-  bool AreNeighbours(uint32_t patch, uint32_t other) const;
+  // Of two patches; null if they share no vertex.
+  const ContactNeighbours* Neighbours(uint32_t patch, uint32_t other) const;
+  bool AreNeighbours(uint32_t patch, uint32_t other) const {
+    return Neighbours(patch, other) != nullptr;
+  }
 
   // Lists that patches have ranges of.
+  std::span<const uint32_t> patch_triangles() const { return patch_triangles_; }
+  std::span<const uint32_t> patch_edges() const { return patch_edges_; }
+  std::span<const uint32_t> patch_vertices() const { return patch_vertices_; }
   std::span<const uint32_t> triangles_of(const ContactPatch& patch) const {
     return Range(patch_triangles_, patch.triangle_begin, patch.triangle_end);
   }

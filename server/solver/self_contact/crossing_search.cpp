@@ -16,6 +16,8 @@ class CrossingSearch {
     for (const ContactPatch& patch : surface.patches()) {
       patches_.push_back(BoxOf(surface.corners_of(patch)));
     }
+    for (const auto& edge : surface.edges()) edges_.push_back(BoxOf(edge));
+    for (const auto& triangle : surface.triangles()) triangles_.push_back(BoxOf(triangle));
     nodes_.resize(surface.nodes().size());
     for (size_t k = nodes_.size(); k-- > 0;) {
       const ContactNode& node = surface.nodes()[k];
@@ -69,11 +71,11 @@ class CrossingSearch {
     const Box<Vector3d>& near = patches_[triangles_of];
     for (const uint32_t e : surface_.edges_of(surface_.patches()[edges_of])) {
       const std::array<uint32_t, 2>& edge = surface_.edges()[e];
-      const Box<Vector3d> box = BoxOf(edge);
+      const Box<Vector3d>& box = edges_[e];
       if (!AreNear(box, near, Vector3d{})) continue;
       for (const uint32_t t : surface_.triangles_of(surface_.patches()[triangles_of])) {
+        if (!AreNear(box, triangles_[t], Vector3d{})) continue;
         const std::array<uint32_t, 3>& triangle = surface_.triangles()[t];
-        if (!AreNear(box, BoxOf(triangle), Vector3d{})) continue;
         const auto has = [&](uint32_t i) {
           return std::find(triangle.begin(), triangle.end(), i) != triangle.end();
         };
@@ -89,7 +91,7 @@ class CrossingSearch {
 
   const ContactSurface& surface_;
   const std::span<const Vector3d> positions_;
-  std::vector<Box<Vector3d>> patches_, nodes_;
+  std::vector<Box<Vector3d>> patches_, edges_, triangles_, nodes_;
   std::vector<Crossing> found_;
 };
 
@@ -107,10 +109,13 @@ SelfContactMeasures MeasureSelfContacts(const ContactSurface& surface, double th
   // A search finds pairs up to its thickness, or for edges kEdgeShare of it.
   const double near_m = kNearPairRatio * thickness_m;
   const std::vector<Vector3d> at_rest(positions_m.size());
-  PairSearch<Vector3d> search;
+  PatchSearch<Vector3d> patch_search;
+  std::vector<PatchPair> patches;
+  patch_search.Find(surface, {positions_m, at_rest}, near_m / kEdgeShare, patches);
+  PairSearch<Vector3d> pair_search;
   std::vector<CandidatePair<Vector3d>> pairs;
-  search.Find(surface, {positions_m, at_rest}, near_m / kEdgeShare,
-              std::numeric_limits<size_t>::max(), pairs);
+  pair_search.Begin(surface, positions_m, near_m / kEdgeShare);
+  for (const PatchPair& pair : patches) pair_search.Find(pair, 0, pairs);
   for (const CandidatePair<Vector3d>& pair : pairs) {
     if (pair.distance > near_m) continue;
     if (surface.RestDistance_m(pair.kind, pair.particles) <= near_m) continue;

@@ -1,14 +1,15 @@
-// Finds the pairs of vertices and triangles, and of edges, that may touch within some time.
+// Finds the pairs of vertices and triangles, and of edges, of two patches that are near each other.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "server/solver/self_contact/closest_points.h"
 #include "server/solver/self_contact/contact_surface.h"
+#include "server/solver/self_contact/patch_search.h"
+#include "server/solver/self_contact/patch_shape.h"
 #include "server/solver/self_contact/vectors.h"
 
 namespace drape::self_contact {
@@ -17,20 +18,8 @@ template <class V>
 struct CandidatePair {
   std::array<uint32_t, 4> particles;
   PairKind kind;
-  ScalarOf<V> thickness;  // at which it touches [m]
-  ScalarOf<V> distance;   // when it was found [m]
-  // It does not touch earlier than this [s].
-  ScalarOf<V> first_touch;
-};
-
-// The state in which to search, and how it goes on: within `duration` no particle is farther than
-// `drift` from where its velocity takes it, relative to any other particle.
-template <class V>
-struct SearchState {
-  std::span<const V> positions;   // [particle_count] [m]
-  std::span<const V> velocities;  // [particle_count] [m/s]
-  ScalarOf<V> duration = 0;       // [s]
-  ScalarOf<V> drift = 0;          // [m]
+  ScalarOf<V> touch;     // distance at which it touches [m]
+  ScalarOf<V> distance;  // when it was found [m]
 };
 
 // Edges touch at this share of the thickness [-]. Smooth layers rest on the vertices alone then,
@@ -45,69 +34,51 @@ double TouchDistance_m(const ContactSurface& surface, PairKind kind,
                        const std::array<uint32_t, 4>& particles, double thickness_m,
                        bool may_be_near_at_rest);
 
-// Working memory between searches; a search depends on its arguments alone. One thread.
+// Searches within one state after the other; a search depends on its state alone. One thread.
 template <class V>
 class PairSearch {
  public:
   using Real = ScalarOf<V>;
 
-  // Every pair without a common vertex that may be nearer than the distance at which it touches at
-  // some time of `state`, always in the same order. `pairs` is replaced. False: there are more than
-  // `most_pairs`, and some are missing.
-  bool Find(const ContactSurface& surface, const SearchState<V>& state, Real thickness,
-            size_t most_pairs, std::vector<CandidatePair<V>>& pairs);
+  // The state in which to search, until the next one. `positions` [particle_count] [m].
+  void Begin(const ContactSurface& surface, std::span<const V> positions, Real thickness);
+
+  // Primitives without a common vertex of the two patches are no nearer than this [m].
+  Real Gap(const PatchPair& patches);
+  // Adds every such pair that is no farther than the distance at which it touches and `reach` [m],
+  // always in the same order.
+  void Find(const PatchPair& patches, Real reach, std::vector<CandidatePair<V>>& pairs);
 
  private:
-  // A patch in the state of the search.
-  struct PatchState {
-    Box<V> positions;
-    Box<V> velocities;
-    V axis;           // mean of the normals of its triangles, a unit vector
-    Real min_cosine;  // of a normal and the axis
-    Real area_share;  // smallest area of a triangle over that at rest
-  };
-  struct NodeState {
-    Box<V> positions;
-    Box<V> velocities;
-  };
-  struct BoxedPrimitive {
-    uint32_t index;  // of a vertex, edge or triangle
-    Box<V> box;
-  };
-  // Primitives of two patches that are near the other patch.
-  struct Boxed {
-    std::vector<BoxedPrimitive> vertices, edges, triangles;
+  // Places in a patch's lists of what is near a box.
+  struct NearPrimitives {
+    std::vector<uint32_t> vertices, edges, triangles;
   };
 
-  void Prepare();
-  PatchState StateOf(const ContactPatch& patch) const;
-  void SearchTree();
-  void SearchNeighbours();
-  void SearchPatches(uint32_t first, uint32_t second);
-  void Collect(const ContactPatch& patch, const Box<V>& near, const V& margin, Boxed& boxed) const;
-  void AddVertices(const Boxed& vertices, const Boxed& triangles);
-  void Add(PairKind kind, const std::array<uint32_t, 4>& particles);
-  // By how much two sets of particles may come nearer as their velocities take them, along each
-  // axis.
-  V Approach(const Box<V>& velocities, const Box<V>& other_velocities) const;
-  // The same with the drift and the thickness.
-  V Margin(const V& approach) const { return approach + Splat<V>(thickness_ + state_.drift); }
+  const PatchShape<V>& ShapeAt(uint32_t patch);
+  Real GapAcross(const PatchPair& patches, const V& axis) const;
   Box<V> BoxOf(std::span<const uint32_t> particles) const;
+  void MakeBoxes(uint32_t patch);
+  void Collect(uint32_t patch, const Box<V>& near, NearPrimitives& found) const;
+  void AddVertices(std::span<const uint32_t> vertices, std::span<const uint32_t> triangles);
+  void AddEdges(const PatchPair& patches);
+  void Add(PairKind kind, const std::array<uint32_t, 4>& particles);
 
-  // Of the search under way.
   const ContactSurface* surface_ = nullptr;
-  SearchState<V> state_;
+  std::span<const V> positions_;
   Real thickness_ = 0;
-  size_t most_pairs_ = 0;
-  std::vector<CandidatePair<V>>* pairs_ = nullptr;
-  std::vector<PatchState> patches_;
-  std::vector<NodeState> nodes_;
-  std::vector<std::pair<uint32_t, uint32_t>> open_;
-  Boxed first_, second_;
+  // What is known of patches in this state.
+  uint64_t state_ = 0;
+  std::vector<uint64_t> box_states_, shape_states_;  // of each patch: the last state it is of
+  std::vector<Box<V>> patch_boxes_;                  // of each patch
+  std::vector<Box<V>> edge_boxes_, triangle_boxes_;  // in the order of the patches' lists
+  std::vector<PatchShape<V>> shapes_;                // of each patch
   // Of the two patches that are searched.
+  NearPrimitives first_, second_;
+  Real reach_ = 0;
   V margin_{};
-  Real approach_ = 0;  // length of Approach [m]
   bool may_be_near_at_rest_ = false;
+  std::vector<CandidatePair<V>>* pairs_ = nullptr;
 };
 
 extern template class PairSearch<Vector3f>;

@@ -6,10 +6,6 @@
 namespace drape::self_contact {
 namespace {
 
-// The share of the distance at which a pair touches to which the guard lets it come, if it was not
-// nearer [-]. Larger: the guard acts where impulses would do; smaller: rounding takes a larger part
-// of what is left between layers.
-constexpr double kCoreShare = 0.1;
 // Rounds of impulses before particles are stopped [-]. More: time in violent motion; fewer: more
 // zones, which strain the cloth.
 constexpr int kPushRounds = 8;
@@ -40,16 +36,19 @@ bool PlanarGuard<V>::IsApart(ContactPair<V>& pair, const Motion& motion) const {
 
 template <class V>
 bool PlanarGuard<V>::Run(std::span<ContactPair<V>> pairs, std::span<const uint32_t> active,
-                         const Motion& motion, Real largest_way, const HeldPulls<V>& pulls) {
+                         std::span<const Real> ways, const Motion& motion,
+                         const HeldPulls<V>& pulls) {
   pulls_ = pulls;
   suspects_.clear();
-  for (const uint32_t k : active) {
-    const ContactPair<V>& pair = pairs[k];
-    if (pair.is_left_alone || pair.gap - 2 * largest_way > Core(pair)) continue;
-    suspects_.push_back(k);
+  has_changed_ = false;
+  for (size_t place = 0; place < active.size(); ++place) {
+    const ContactPair<V>& pair = pairs[active[place]];
+    if (pair.is_left_alone || pair.gap - ways[place] > Core(pair)) continue;
+    suspects_.push_back(active[place]);
   }
   if (suspects_.empty()) return true;
-  if (!PushApart(pairs, motion)) return true;
+  has_changed_ = PushApart(pairs, motion);
+  if (!has_changed_) return true;
   return StopInZones(pairs, active, motion);
 }
 

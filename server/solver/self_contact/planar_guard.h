@@ -9,6 +9,11 @@
 
 namespace drape::self_contact {
 
+// The share of the distance at which a pair touches to which the guard lets it come, if it was not
+// nearer [-]. Larger: the guard acts where impulses would do; smaller: rounding takes a larger part
+// of what is left between layers.
+inline constexpr double kCoreShare = 0.1;
+
 // The guarantee: particles move in straight lines from `starts` to `ends`. A pair that some
 // direction separates at both ends of that way is apart all the time, since gaps along a fixed
 // direction are linear in time. The guard changes ends until every pair has such a direction.
@@ -35,11 +40,13 @@ class PlanarGuard {
   };
 
   // `active`: of `pairs`, all that may touch within the substep; their normal separates them at
-  // `starts`, or they are left alone. `largest_way`: no particle moves farther relative to any
-  // other than twice this [m]. False: pins have forced some pair through itself. What a zone loses
-  // to its pins is shared equally among them.
-  bool Run(std::span<ContactPair<V>> pairs, std::span<const uint32_t> active, const Motion& motion,
-           Real largest_way, const HeldPulls<V>& pulls = {});
+  // `starts`, or they are left alone. `ways`: of each of those, how far a particle of one primitive
+  // moves at most relative to one of the other [m]. False: pins have forced some pair through
+  // itself. What a zone loses to its pins is shared equally among them.
+  bool Run(std::span<ContactPair<V>> pairs, std::span<const uint32_t> active,
+           std::span<const Real> ways, const Motion& motion, const HeldPulls<V>& pulls = {});
+  // Whether the last Run changed any end.
+  bool has_changed() const { return has_changed_; }
 
  private:
   struct Zone {
@@ -67,6 +74,7 @@ class PlanarGuard {
   void Join(const ContactPair<V>& pair);
 
   HeldPulls<V> pulls_;
+  bool has_changed_ = false;
   std::vector<uint32_t> suspects_;  // pairs
   std::vector<uint32_t> stopped_;   // pairs with planes
   std::vector<bool> has_planes_;    // of each active pair

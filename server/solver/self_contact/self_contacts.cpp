@@ -8,9 +8,9 @@
 namespace drape::self_contact {
 namespace {
 
-// A search is for at most so many edge lengths of the way of the fastest particle relative to the
-// mean [-], and for at most kLongestSearch_s. Larger: more pairs than ever touch; smaller: more
-// searches.
+// A search for patches is for at most so many edge lengths of the way of the fastest particle
+// relative to the mean [-], and for at most kLongestSearch_s. Larger: more pairs of patches than
+// ever touch; smaller: more searches.
 constexpr double kSearchWay = 0.25;
 constexpr double kLongestSearch_s = 1.0 / 60;
 // The drift that a search allows for: this share of the thickness [-], and this share of the way in
@@ -20,8 +20,8 @@ constexpr double kDriftEdge = 0.05;
 constexpr double kDriftFall = 0.5;
 // In a step in which particles drift farther than that, the next searches allow for this many times
 // more each, and at most for so many times as much [-].
-constexpr double kDriftGrowth = 1.25;
-constexpr double kMaxDriftScale = 4;
+constexpr double kDriftGrowth = 2;
+constexpr double kMaxDriftScale = 8;
 // More pairs than this per particle are not looked at, but all particles move alike [-].
 constexpr size_t kMostPairsPerParticle = 200;
 // The way of a substep is expected to be this many times that of the one before [-]. Larger: more
@@ -44,6 +44,10 @@ bool SelfContacts<V>::Begin(const ContactSurface& surface, const StepNumbers<V>&
   substeps_left_ = 0;
   drift_scale_ = 1;
   is_crossing_.clear();
+  active_.clear();
+  active_lists_.clear();
+  lists_.Begin(surface, numbers.thickness, numbers.edge_length, is_crossing_,
+               kMostPairsPerParticle * surface.particle_count());
   normal_substeps_ = 1 + static_cast<uint32_t>(static_cast<Real>(kNormalAge_s) / substep_s_);
   if (!may_cross) return false;
   std::vector<Vector3d> exact;
@@ -62,17 +66,20 @@ bool SelfContacts<V>::Begin(const ContactSurface& surface, const StepNumbers<V>&
 template <class V>
 void SelfContacts<V>::Find(std::span<const V> positions, std::span<const V> velocities) {
   ++substep_;
-  if (substeps_left_ == 0) {
+  for (const uint32_t k : active_) lists_.pairs()[k].is_active = false;
+  active_.clear();
+  active_lists_.clear();
+  const bool has_searched = substeps_left_ == 0;
+  if (has_searched) {
     Search(positions, Smoothed(velocities), numbers_.substeps);
   } else {
     since_search_ += substep_s_;
   }
   --substeps_left_;
-  for (const uint32_t k : active_) pairs_[k].is_active = false;
-  active_.clear();
-  const Real fall = numbers_.gravity * substep_s_ * substep_s_;
-  if (earliest_touch_ >= since_search_ + substep_s_) return;
-  Wake(positions, static_cast<Real>(kWayMargin) * way_ + fall);
+  if (lists_.empty()) return;
+  if (has_searched) lists_.MeasureWays([&](uint32_t i) { return V(substep_s_ * velocities[i]); });
+  Wake(positions, {.factor = static_cast<Real>(kWayMargin),
+                   .addend = numbers_.gravity * substep_s_ * substep_s_});
 }
 
 // Neighbours that flutter against each other stay where they are: the mean over them tells better
@@ -103,7 +110,6 @@ void SelfContacts<V>::Search(std::span<const V> positions, std::span<const V> ve
   Box<V> speeds;
   for (const V& v : found_velocities_) speeds.Add(v);
   const Real speed = Length(V(speeds.high - speeds.low)) / 2;
-  if (substep_ == 1) way_ = speed * substep_s_;
   const Real longest = std::min(static_cast<Real>(kLongestSearch_s),
                                 static_cast<Real>(kSearchWay) * numbers_.edge_length /
                                     std::max(speed, std::numeric_limits<Real>::min()));
@@ -111,64 +117,34 @@ void SelfContacts<V>::Search(std::span<const V> positions, std::span<const V> ve
   const Real wanted = std::min(longest / substep_s_, static_cast<Real>(rest));
   substeps_left_ = std::max(1u, static_cast<uint32_t>(wanted));
   since_search_ = 0;
-  const auto find = [&] {
-    const Real duration = static_cast<Real>(substeps_left_) * substep_s_;
-    drift_ =
-        drift_scale_ * (static_cast<Real>(kDriftThickness) * numbers_.thickness +
-                        static_cast<Real>(kDriftEdge) * numbers_.edge_length +
-                        static_cast<Real>(kDriftFall / 2) * numbers_.gravity * duration * duration);
-    return search_.Find(*surface_, {found_positions_, found_velocities_, duration, drift_},
-                        numbers_.thickness, kMostPairsPerParticle * count, candidates_);
-  };
-  has_all_pairs_ = find();
-  if (!has_all_pairs_ && substeps_left_ > 1) {
-    substeps_left_ = 1;
-    has_all_pairs_ = find();
+  const Real duration = static_cast<Real>(substeps_left_) * substep_s_;
+  drift_ =
+      drift_scale_ * (static_cast<Real>(kDriftThickness) * numbers_.thickness +
+                      static_cast<Real>(kDriftEdge) * numbers_.edge_length +
+                      static_cast<Real>(kDriftFall / 2) * numbers_.gravity * duration * duration);
+  search_.Find(*surface_, {found_positions_, found_velocities_, duration, drift_},
+               numbers_.thickness, patch_pairs_);
+  const std::span<const uint32_t> places = lists_.Replace(patch_pairs_);
+  for (uint32_t& list : active_lists_) {
+    if (list != ContactLists<V>::kGone) list = places[list];
   }
-  if (!has_all_pairs_) candidates_.clear();
-  MakePairs();
+  has_all_pairs_ = true;
 }
 
 template <class V>
-void SelfContacts<V>::MakePairs() {
-  const auto crosses = [&](uint32_t i) { return is_crossing_[i]; };
-  const size_t count = candidates_.size();
-  pairs_.resize(count);
-  first_touches_.resize(count);
-  look_after_.assign(count, 0);
-  earliest_touch_ = std::numeric_limits<Real>::infinity();
-  for (size_t k = 0; k < count; ++k) {
-    const CandidatePair<V>& candidate = candidates_[k];
-    ContactPair<V>& pair = pairs_[k];
-    pair.particles = candidate.particles;
-    pair.kind = candidate.kind;
-    pair.touch = candidate.thickness;
-    pair.found_in = 0;
-    pair.is_active = false;
-    pair.is_left_alone = !is_crossing_.empty() && std::all_of(candidate.particles.begin(),
-                                                              candidate.particles.end(), crosses);
-    first_touches_[k] = candidate.first_touch;
-    earliest_touch_ = std::min(earliest_touch_, candidate.first_touch);
-  }
-  active_.clear();
-  travel_ = 0;
-}
-
-template <class V>
-bool SelfContacts<V>::Wake(std::span<const V> starts, Real way) {
-  const Real end = since_search_ + substep_s_;
-  const Real travel = travel_ + way;
+bool SelfContacts<V>::Wake(std::span<const V> starts, const Window& window) {
   const size_t before = active_.size();
-  for (uint32_t k = 0; k < pairs_.size(); ++k) {
-    if (first_touches_[k] >= end || look_after_[k] > travel) continue;
-    ContactPair<V>& pair = pairs_[k];
-    if (pair.is_active) continue;
-    LookAt(pair, starts);
-    look_after_[k] = travel_ + std::max((pair.gap - pair.touch) / 2, Real{0});
-    if (look_after_[k] > travel) continue;
-    pair.is_active = true;
-    active_.push_back(k);
+  has_all_pairs_ = lists_.FindDue(starts, window);
+  if (!has_all_pairs_) return false;
+  const std::span<ContactPair<V>> pairs = lists_.pairs();
+  for (const auto& due : lists_.due()) LookAt(pairs[due.pair], starts);
+  for (const auto& due : lists_.due()) {
+    if (!lists_.IsNear(due, window)) continue;
+    pairs[due.pair].is_active = true;
+    active_.push_back(due.pair);
+    active_lists_.push_back(due.list);
   }
+  lists_.Close();
   return active_.size() > before;
 }
 
@@ -241,7 +217,7 @@ bool SelfContacts<V>::Solve(const V* starts, const V* base, V* u, Real interval,
                             Real least_change) {
   bool has_changed = false;
   for (const uint32_t k : active_) {
-    ContactPair<V>& pair = pairs_[k];
+    ContactPair<V>& pair = lists_.pairs()[k];
     if (pair.is_left_alone || pair.inverse_mass == 0) continue;
     has_changed |= SolvePush(pair, starts, base, u, interval, least_change);
   }
@@ -251,46 +227,48 @@ bool SelfContacts<V>::Solve(const V* starts, const V* base, V* u, Real interval,
 template <class V>
 typename SelfContacts<V>::Real SelfContacts<V>::DriftOf(std::span<const V> positions) const {
   const Real time = since_search_ + substep_s_;
-  Box<V> drifts;
-  V sum{};  // not finite if any position is not
-  for (size_t i = 0; i < found_positions_.size(); ++i) {
-    const V drift = (positions[i] - found_positions_[i]) - time * found_velocities_[i];
+  const size_t count = found_positions_.size();
+  const auto drift_of = [&](size_t i) {
+    return V((positions[i] - found_positions_[i]) - time * found_velocities_[i]);
+  };
+  // Two at a time: each waits for the one before.
+  Box<V> drifts, others;
+  V sum{}, other_sum{};  // not finite if any position is not
+  for (size_t i = 0; i + 1 < count; i += 2) {
+    const V drift = drift_of(i), other = drift_of(i + 1);
     drifts.Add(drift);
+    others.Add(other);
     sum += drift;
+    other_sum += other;
   }
+  if (count % 2 == 1) {
+    drifts.Add(drift_of(count - 1));
+    sum += drift_of(count - 1);
+  }
+  drifts.Add(others);
+  sum += other_sum;
   if (!std::isfinite(sum[0] + sum[1] + sum[2])) return std::numeric_limits<Real>::infinity();
   return Length(V(drifts.high - drifts.low));
 }
 
 template <class V>
-typename SelfContacts<V>::Real SelfContacts<V>::WayOf(
-    const typename PlanarGuard<V>::Motion& motion) const {
-  Box<V> ways;
-  for (size_t i = 0; i < found_positions_.size(); ++i) {
-    ways.Add(V(motion.ends[i] - motion.starts[i]));
-  }
-  return Length(V(ways.high - ways.low)) / 2;
-}
-
-template <class V>
 bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
   bool is_apart = true;
-  for (int search = 0;; ++search) {
+  for (int round = 0;; ++round) {
     const Real drift = DriftOf(motion.ends);
     if (!std::isfinite(drift)) return false;  // the cloth will be faulted
-    if (drift > drift_) {
-      if (search > kMostSearches) return GuardFar(motion);
+    const bool has_drifted = drift > drift_;
+    if (has_drifted) {
+      if (round > kMostSearches) return GuardFar(motion);
       drift_scale_ = std::min(drift_scale_ * static_cast<Real>(kDriftGrowth),
                               static_cast<Real>(kMaxDriftScale));
-      // The pairs so far are about to be replaced.
-      if (search == 0) StopTouching(motion, false);
       // From the start of the substep, with the velocities that lead to its end.
       ways_.resize(motion.ends.size());
       for (size_t i = 0; i < ways_.size(); ++i) {
         ways_[i] = (motion.ends[i] - motion.starts[i]) / substep_s_;
       }
       // Where particles flutter, only this substep can be told.
-      if (search == 0) {
+      if (round == 0) {
         Search(motion.starts, Smoothed(ways_), numbers_.substeps);
       } else {
         Search(motion.starts, ways_, 1);
@@ -298,14 +276,21 @@ bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
       --substeps_left_;
     }
     if (!has_all_pairs_) return GuardFar(motion);
-    if (earliest_touch_ >= since_search_ + substep_s_) break;
-    way_ = WayOf(motion);
-    const bool has_more = Wake(motion.starts, way_);
-    if (search > 0 && !(drift > drift_) && !has_more) break;
-    if (search > kMostSearches) return GuardFar(motion);
-    is_apart = guard_.Run(pairs_, active_, motion, way_, numbers_.pulls);
+    if (lists_.empty() && !has_drifted) break;
+    lists_.MeasureWays([&](uint32_t i) { return V(motion.ends[i] - motion.starts[i]); });
+    const bool has_more = Wake(motion.starts, {.guards = true});
+    if (!has_all_pairs_) return GuardFar(motion);
+    if (round > 0 && !has_drifted && !has_more) break;
+    if (round > kMostSearches) return GuardFar(motion);
+    active_ways_.clear();
+    for (const uint32_t list : active_lists_) {
+      active_ways_.push_back(list == ContactLists<V>::kGone ? std::numeric_limits<Real>::max()
+                                                            : lists_.way(list));
+    }
+    is_apart = guard_.Run(lists_.pairs(), active_, active_ways_, motion, numbers_.pulls);
+    if (!guard_.has_changed() && !has_drifted) break;
   }
-  travel_ += way_;
+  lists_.Advance();
   StopTouching(motion, !motion.previous_velocities.empty());
   return is_apart;
 }
@@ -340,6 +325,9 @@ bool SelfContacts<V>::GuardFar(const typename PlanarGuard<V>::Motion& motion) {
     motion.velocities[i] = velocity;
   }
   substeps_left_ = 0;
+  lists_.Clear();
+  active_.clear();
+  active_lists_.clear();
   return !has_pins;
 }
 
@@ -351,7 +339,7 @@ void SelfContacts<V>::StopTouching(const typename PlanarGuard<V>::Motion& motion
                                    bool has_history) {
   V* const velocities = motion.velocities.data();
   for (const uint32_t k : active_) {
-    ContactPair<V>& pair = pairs_[k];
+    ContactPair<V>& pair = lists_.pairs()[k];
     if (!pair.has_hit || pair.inverse_mass == 0 || pair.is_left_alone) continue;
     const V relative = Weighted(pair, static_cast<const V*>(velocities));
     const Real speed = Dot(relative, pair.normal);

@@ -7,9 +7,10 @@
 #include <span>
 #include <vector>
 
+#include "server/solver/self_contact/contact_lists.h"
 #include "server/solver/self_contact/contact_pair.h"
 #include "server/solver/self_contact/contact_surface.h"
-#include "server/solver/self_contact/pair_search.h"
+#include "server/solver/self_contact/patch_search.h"
 #include "server/solver/self_contact/planar_guard.h"
 
 namespace drape::self_contact {
@@ -57,21 +58,18 @@ class SelfContacts {
 
   // Of the substep, those that were near.
   std::span<const uint32_t> active() const { return active_; }
-  const ContactPair<V>& pair(uint32_t index) const { return pairs_[index]; }
 
  private:
+  using Window = typename ContactLists<V>::Window;
+
   std::span<const V> Smoothed(std::span<const V> velocities);
-  // For at most so many substeps.
+  // Pairs of patches, for at most so many substeps.
   void Search(std::span<const V> positions, std::span<const V> velocities, uint32_t most_substeps);
-  void MakePairs();
   // How far particles are from where the search expected them, relative to each other [m]; infinite
   // for states that are not finite.
   Real DriftOf(std::span<const V> positions) const;
-  // Half the largest way of a particle relative to any other within the substep [m].
-  Real WayOf(const typename PlanarGuard<V>::Motion& motion) const;
-  // Makes pairs active that may touch if no particle moves farther than `way` from the mean.
-  // Whether there were any.
-  bool Wake(std::span<const V> starts, Real way);
+  // Makes pairs active that may touch within the window. Whether there were any.
+  bool Wake(std::span<const V> starts, const Window& window);
   void LookAt(ContactPair<V>& pair, std::span<const V> starts);
   bool SolvePush(ContactPair<V>& pair, const V* starts, const V* base, V* u, Real interval,
                  Real least_change);
@@ -84,16 +82,13 @@ class SelfContacts {
   Real substep_s_ = 0;
   uint32_t substep_ = 0;           // the one under way, from 1
   std::vector<bool> is_crossing_;  // of particles of edges and triangles that crossed; or empty
-  PairSearch<V> search_;
-  std::vector<CandidatePair<V>> candidates_;
-  std::vector<ContactPair<V>> pairs_;
-  std::vector<Real> first_touches_;  // of each pair, since the search [s]
-  Real earliest_touch_ = 0;          // of them [s]
-  std::vector<Real> look_after_;     // of each pair: not to be looked at below this `travel_` [m]
-  std::vector<uint32_t> active_;     // pairs of the substep
-  Real travel_ = 0;                  // sum of WayOf since the search
-  uint32_t normal_substeps_ = 1;     // for which a normal is used
-  Real way_ = 0;                     // WayOf the last substep
+  PatchSearch<V> search_;
+  std::vector<PatchPair> patch_pairs_;
+  ContactLists<V> lists_;
+  std::vector<uint32_t> active_;        // pairs of the substep
+  std::vector<uint32_t> active_lists_;  // of each of them
+  std::vector<Real> active_ways_;
+  uint32_t normal_substeps_ = 1;  // for which a normal is used
   // Of the last search; none yet: no substeps left.
   std::vector<V> found_positions_, found_velocities_;
   uint32_t substeps_left_ = 0;  // that it is for

@@ -90,11 +90,22 @@ struct Box {
   }
 };
 
+// What a comparison of two vectors gives; whether it holds for any of their numbers.
+using Mask3f = int32_t __attribute__((vector_size(16)));
+using Mask3d = int64_t __attribute__((vector_size(32)));
+inline bool IsAnySet(const Mask3f& mask) {
+  using Halves = int64_t __attribute__((vector_size(16)));
+  const auto halves = reinterpret_cast<Halves>(mask);
+  return (halves[0] | halves[1]) != 0;
+}
+inline bool IsAnySet(const Mask3d& mask) {
+  return ((mask[0] | mask[1]) | mask[2]) != 0;
+}
+
 // Whether the boxes are no farther apart than `margin` along each axis.
 template <class V>
 inline bool AreNear(const Box<V>& a, const Box<V>& b, const V& margin) {
-  const auto apart = (a.low - b.high > margin) | (b.low - a.high > margin);
-  return (apart[0] | apart[1] | apart[2]) == 0;
+  return !IsAnySet((a.low - b.high > margin) | (b.low - a.high > margin));
 }
 
 }  // namespace drape::self_contact

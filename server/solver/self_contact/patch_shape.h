@@ -1,0 +1,68 @@
+// How flat a patch is, and what that says of the distances in it.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <span>
+
+#include "server/solver/self_contact/contact_surface.h"
+#include "server/solver/self_contact/vectors.h"
+
+namespace drape::self_contact {
+
+// Neighbouring patches are flat if no normal is farther than this from their axes, and those not
+// from each other [-, cosine]: three times 19 degrees. What does not share a vertex is then apart
+// by at least kFlatShare of its distance in the rest shape, times the share of the area that is
+// left of the triangle that lost most (shear brings rows together) [-]. Larger shares: pairs of
+// folds are missed; smaller ones: pairs of flat cloth are looked at in vain.
+inline constexpr double kFlatCosine = 0.945;
+inline constexpr double kFlatShare = 0.6;
+
+template <class V>
+struct PatchShape {
+  V axis;                  // mean of the normals of its triangles, a unit vector
+  ScalarOf<V> min_cosine;  // of a normal and the axis
+  ScalarOf<V> area_share;  // smallest area of a triangle over that at rest
+};
+
+template <class V>
+PatchShape<V> ShapeOf(const ContactSurface& surface, const ContactPatch& patch,
+                      std::span<const V> positions) {
+  using Real = ScalarOf<V>;
+  PatchShape<V> result;
+  std::array<V, 16> normals{};
+  size_t count = 0;
+  V sum{};
+  result.area_share = 1;
+  for (const uint32_t t : surface.triangles_of(patch)) {
+    const auto& [i, j, k] = surface.triangles()[t];
+    const V a = positions[i];
+    const V cross = Cross(V(positions[j] - a), V(positions[k] - a));
+    const Real double_area = Length(cross);
+    const auto rest = static_cast<Real>(surface.rest_double_area_m2(t));
+    result.area_share = std::min(result.area_share, rest > 0 ? double_area / rest : Real{0});
+    normals[count] = double_area > 0 ? V(cross / double_area) : V{};
+    sum += normals[count++];
+  }
+  const Real length = Length(sum);
+  result.axis = length > 0 ? V(sum / length) : V{};
+  result.min_cosine = 1;
+  for (size_t k = 0; k < count; ++k) {
+    result.min_cosine = std::min(result.min_cosine, Dot(normals[k], result.axis));
+  }
+  return result;
+}
+
+// How far primitives without a common vertex of two neighbouring patches are apart at least; 0
+// unless they are flat [m].
+template <class V>
+ScalarOf<V> FlatGap(const PatchShape<V>& a, const PatchShape<V>& b, double rest_gap_m) {
+  using Real = ScalarOf<V>;
+  constexpr auto kCosine = static_cast<Real>(kFlatCosine);
+  const bool is_flat =
+      std::min(a.min_cosine, b.min_cosine) > kCosine && Dot(a.axis, b.axis) > kCosine;
+  if (!is_flat) return 0;
+  return static_cast<Real>(kFlatShare * rest_gap_m) * std::min(a.area_share, b.area_share);
+}
+
+}  // namespace drape::self_contact

@@ -1,0 +1,97 @@
+#include "server/solver/self_contact/patch_search.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "server/solver/self_contact/pair_search.h"
+#include "tests/self_contact/crumpled.h"
+
+namespace drape::test {
+namespace {
+
+using self_contact::PairKind;
+using self_contact::PatchPair;
+using self_contact::PatchSearch;
+using self_contact::Vector3d;
+using self_contact::Vector3f;
+
+template <class V>
+class PatchSearchTest : public ::testing::Test {};
+using PatchPrecisions = ::testing::Types<Vector3f, Vector3d>;
+TYPED_TEST_SUITE(PatchSearchTest, PatchPrecisions);
+
+// In folds, flat, moving as a whole and apart: the patches of what comes near at some time.
+TYPED_TEST(PatchSearchTest, MissesNoPairThatTouchesOnTheWay) {
+  using V = TypeParam;
+  using Real = self_contact::ScalarOf<V>;
+  constexpr double kThickness = 0.02, kDuration = 0.02;
+  std::mt19937 random(3);
+  size_t touching = 0;
+  for (const Scene& scene : {Grid(16, 12, 1, 0.75), MeshedGrid(14, 14, 1, 1)}) {
+    const ContactSurface surface(*scene.model);
+    const PatchOwners owners(surface);
+    for (const double folds : {0.0, 1.0, 3.0, 6.0}) {
+      for (const double noise : {0.0, 0.003, 0.03}) {
+        const auto exact = Folded(*scene.model, folds, folds > 0 ? 0.35 : 1.0, noise, 4);
+        std::uniform_real_distribution<double> speed(-2 * noise / kDuration, 2 * noise / kDuration);
+        std::vector<Vector3d> velocities;
+        for (const Vector3d& p : exact) {
+          velocities.push_back(Vector3d{10 - 5 * p[2] + speed(random), 5 * p[0], speed(random), 0});
+        }
+        const std::vector<V> rounded = As<V>(exact), rounded_velocities = As<V>(velocities);
+        PatchSearch<V> search;
+        std::vector<PatchPair> found;
+        search.Find(surface, {rounded, rounded_velocities, Real(kDuration), Real(1e-4)},
+                    Real(kThickness), found);
+        EXPECT_TRUE(std::is_sorted(found.begin(), found.end()));
+        EXPECT_EQ(std::adjacent_find(found.begin(), found.end()), found.end()) << "found twice";
+        for (const double share : {0.0, 0.3, 1.0}) {
+          std::vector<Vector3d> later = exact;
+          for (size_t i = 0; i < later.size(); ++i) later[i] += share * kDuration * velocities[i];
+          ForAllPairs(surface, [&](PairKind kind, const std::array<uint32_t, 4>& particles) {
+            const std::array<Vector3d, 4> p = {later[particles[0]], later[particles[1]],
+                                               later[particles[2]], later[particles[3]]};
+            const double distance = self_contact::Length(self_contact::Closest(kind, p).difference);
+            const double touch =
+                self_contact::TouchDistance_m(surface, kind, particles, kThickness, true);
+            if (distance > touch - 1e-5) return;
+            ++touching;
+            const PatchPair patches = owners.Of(kind, particles);
+            ASSERT_TRUE(std::binary_search(found.begin(), found.end(), patches))
+                << "folds " << folds << ", noise " << noise << ", share " << share << ", distance "
+                << distance;
+          });
+        }
+      }
+    }
+  }
+  EXPECT_GT(touching, 10000u);
+}
+
+// All particles move alike, fast.
+TYPED_TEST(PatchSearchTest, OfAFlatSheetFewNeighboursAreNear) {
+  using V = TypeParam;
+  using Real = self_contact::ScalarOf<V>;
+  for (const Scene& scene : {Grid(16, 12, 1, 0.75), MeshedGrid(14, 14, 1, 1)}) {
+    const ContactSurface surface(*scene.model);
+    const auto flat = As<V>(Folded(*scene.model, 0, 1, 0, 1));
+    const std::vector<V> velocities(flat.size(), V{20, -30, 10, 0});
+    PatchSearch<V> search;
+    std::vector<PatchPair> found;
+    search.Find(surface, {flat, velocities, Real(1.0 / 60), Real(0.002)}, Real(0.003), found);
+    const auto are_neighbours = [&](const PatchPair& pair) {
+      return surface.AreNeighbours(pair.first, pair.second);
+    };
+    EXPECT_LT(std::count_if(found.begin(), found.end(), are_neighbours),
+              std::ssize(surface.neighbours()) / 10);
+    self_contact::PairSearch<V> pair_search;
+    std::vector<self_contact::CandidatePair<V>> pairs;
+    pair_search.Begin(surface, flat, Real(0.003));
+    for (const PatchPair& pair : found) pair_search.Find(pair, Real(0.002), pairs);
+    EXPECT_TRUE(pairs.empty());
+  }
+}
+
+}  // namespace
+}  // namespace drape::test
