@@ -9,6 +9,17 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+void AddImpulses(const SampleImpulses& impulses, Json& json) {
+  json["colliders"] = Json::array();
+  json["pins"] = Json::array();
+  for (const auto& [impulse, angular] : impulses.colliders) {
+    json["colliders"].push_back({{"impulse_n_s", impulse}, {"angular_impulse_n_m_s", angular}});
+  }
+  for (const auto& [particle, impulse] : impulses.pins) {
+    json["pins"].push_back({{"particle", particle}, {"impulse_n_s", impulse}});
+  }
+}
+
 Json SampleJson(const v1::StepReport& sample, double time_step_s) {
   Json json = {{"step", sample.step()},
                {"time_s", static_cast<double>(sample.step()) * time_step_s},
@@ -57,8 +68,9 @@ Json CorrectionJson(const v1::StartCorrection& correction) {
 
 Json ClothJson(const ClothReport& cloth, double time_step_s) {
   Json samples = Json::array();
-  for (const v1::StepReport& sample : cloth.samples) {
-    samples.push_back(SampleJson(sample, time_step_s));
+  for (size_t k = 0; k < cloth.samples.size(); ++k) {
+    samples.push_back(SampleJson(cloth.samples[k], time_step_s));
+    if (cloth.impulses[k]) AddImpulses(*cloth.impulses[k], samples.back());
   }
   // Warnings are counted since creation: the last report has them all. Sorted by name. Corrections
   // made when a cloth is created come first.
@@ -120,7 +132,7 @@ RunReport::RunReport(const v1::ServerInfo& server, const ScenePlayer& player)
       device_(server.device()),
       time_step_s_(player.scene().time_step_s()) {
   for (const PlayedCloth& cloth : player.cloths()) {
-    cloths_.push_back({cloth.id, cloth.shape, {}, {}});
+    cloths_.push_back({cloth.id, cloth.shape, {}, {}, {}});
   }
 }
 
@@ -133,6 +145,30 @@ void RunReport::Add(uint64_t steps, const AdvanceResult& result) {
     if (result.reports[k].faulted() && !cloth.fault) cloth.fault = result.reports[k];
     cloth.samples.push_back(result.reports[k]);
     cloth.samples.back().set_step(steps_);  // a faulted cloth has stopped at an earlier one
+  }
+  AddImpulses(result);
+}
+
+void RunReport::AddImpulses(const AdvanceResult& result) {
+  std::map<ClothId, SampleImpulses*> of_cloths;
+  for (ClothReport& cloth : cloths_) {
+    cloth.impulses.resize(cloth.samples.size());
+    if (!result.has_impulses || cloth.impulses.empty()) continue;
+    of_cloths[cloth.id] = &cloth.impulses.back().emplace();
+  }
+  const auto vector = [](const auto& numbers, int row) -> SampleImpulses::Vector {
+    return {numbers[3 * row], numbers[3 * row + 1], numbers[3 * row + 2]};
+  };
+  const v1::ColliderImpulses& colliders = result.collider_impulses;
+  for (int row = 0; row < colliders.cloth_ids_size(); ++row) {
+    of_cloths.at(colliders.cloth_ids(row))
+        ->colliders.push_back({vector(colliders.impulses_n_s(), row),
+                               vector(colliders.angular_impulses_n_m_s(), row)});
+  }
+  const v1::PinImpulses& pins = result.pin_impulses;
+  for (int row = 0; row < pins.cloth_ids_size(); ++row) {
+    of_cloths.at(pins.cloth_ids(row))
+        ->pins.push_back({pins.particles(row), vector(pins.impulses_n_s(), row)});
   }
 }
 

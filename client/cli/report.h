@@ -1,6 +1,7 @@
 // R.json: the results of a run, with fixed field names.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -14,11 +15,27 @@
 
 namespace drape::cli {
 
+// What a cloth gave to its colliders and pins in the step of a sample.
+struct SampleImpulses {
+  using Vector = std::array<double, 3>;
+  struct OfCollider {
+    Vector impulse_n_s, angular_impulse_n_m_s;
+  };
+  struct OfPin {
+    uint32_t particle = 0;
+    Vector impulse_n_s;
+  };
+
+  std::vector<OfCollider> colliders;
+  std::vector<OfPin> pins;
+};
+
 // Everything known about one cloth of a run.
 struct ClothReport {
   ClothId id = 0;
   v1::ClothShape shape;
   std::vector<v1::StepReport> samples;
+  std::vector<std::optional<SampleImpulses>> impulses;  // of each sample; unset: not asked for
   // The first sample after a fault, with its reason and the last step that the cloth completed.
   std::optional<v1::StepReport> fault;
 };
@@ -42,6 +59,8 @@ class RunReport {
   const std::vector<ClothReport>& cloths() const { return cloths_; }
 
  private:
+  void AddImpulses(const AdvanceResult& result);
+
   std::string scene_;
   std::string backend_;
   std::string device_;

@@ -122,6 +122,7 @@ int Run(const RunOptions& options) {
   auto bar = std::make_unique<ProgressBar>(scene.name(), step_count, options.is_quiet);
   sinks.on_step = [&bar](uint64_t done) { bar->Show(done); };
   sinks.should_stop = [&interrupt] { return interrupt.is_interrupted(); };
+  sinks.has_impulses = report_file != nullptr;
   const auto write_report = [&report_file](const RunReport& what_there_is) {
     if (!report_file) return;
     report_file->Write(ReportJson(what_there_is));

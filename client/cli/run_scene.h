@@ -20,6 +20,7 @@ struct RunSinks {
   std::function<void(uint64_t)> on_step;   // after each sample, with the steps done
   // Called after each request; once it returns true, there is one more step and the last sample.
   std::function<bool()> should_stop;
+  bool has_impulses = false;  // the report has them, where the server can tell
   // Keeps the results so far when a run fails after its first sample; the error is rethrown.
   std::function<void(const RunReport&)> on_failure;
 };

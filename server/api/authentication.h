@@ -3,11 +3,18 @@
 
 #include <grpcpp/server_context.h>
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 
 #include "server/api/token_file.h"
+#include "server/core/clock.h"
 
 namespace drape::api {
 
@@ -15,7 +22,12 @@ namespace drape::api {
 struct Caller {
   std::string tenant{};
   bool is_refused = false;
+  // When the client stops waiting, by the clock of the server.
+  int64_t deadline_us = std::numeric_limits<int64_t>::max();
 };
+
+// The deadline of a call; that of a stream is that of each of its requests.
+int64_t DeadlineOf_us(const grpc::CallbackServerContext& context, const Clock& clock);
 
 // Thread-safe.
 class Authentication {
@@ -32,7 +44,13 @@ class Authentication {
 
   // By the metadata `authorization: Bearer TOKEN`, or by the certificate.
   Caller Identify(const grpc::CallbackServerContext& context) const;
+  // Whether the call carries the token of an operator, who is no tenant.
+  bool IsOperator(const grpc::CallbackServerContext& context) const;
   bool has_tokens() const;
+  // TokenFile::tenants.
+  std::set<std::string> tenants() const;
+  // TokenFile::rates.
+  std::unordered_map<std::string, double> rates() const;
 
  private:
   std::shared_ptr<const TokenFile> tokens() const;
@@ -44,5 +62,7 @@ class Authentication {
 
 // UNAUTHENTICATED (INVALID_TOKEN). It says no more, and is the same whatever was called.
 grpc::Status Unauthenticated();
+// PERMISSION_DENIED (ADMIN_ONLY).
+grpc::Status AdminOnly();
 
 }  // namespace drape::api

@@ -50,7 +50,8 @@ grpc::ServerUnaryReactor* SimulationService::CreateCloths(Context* context,
                                                           v1::CreateClothsResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
-  UnaryCall* call = UnaryCall::New();
+  const RequestTag tag(caller, *request);
+  UnaryCall* call = UnaryCall::New(tag);
   StartCreation(context_, caller, *request, call->cancel, call->hold(),
                 EndWith<v1::CreateClothsResponse>(
                     call, [response](auto& answer) { *response = std::move(answer); }));
@@ -62,12 +63,13 @@ grpc::ServerUnaryReactor* SimulationService::GetCloth(Context* context,
                                                       v1::Cloth* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const ClothId id = ClothId::FromPacked(request->cloth_id());
   const Result<NamedCloths> named =
       FindNamed(context_.sessions, caller, request->session(), {&id, 1});
-  if (!named.ok()) return Answer(context, named.status());
+  if (!named.ok()) return Answer(context, named.status(), tag);
   *response = ToProto(*named->cloths.front());
-  return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong());
+  return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong(), tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::ListCloths(Context* context,
@@ -75,13 +77,14 @@ grpc::ServerUnaryReactor* SimulationService::ListCloths(Context* context,
                                                         v1::ListClothsResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
-  if (!session.ok()) return Answer(context, session.status());
+  if (!session.ok()) return Answer(context, session.status(), tag);
   const Result<ClothPage> page =
       (*session)->ListCloths(request->page_size(), request->page_token());
-  if (!page.ok()) return Answer(context, page.status());
+  if (!page.ok()) return Answer(context, page.status(), tag);
   FillPage(*page, response);
-  return AnswerCounted(*context_.unread, (*session)->owner(), response->ByteSizeLong());
+  return AnswerCounted(*context_.unread, (*session)->owner(), response->ByteSizeLong(), tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::UpdateCloths(Context* context,
@@ -89,7 +92,8 @@ grpc::ServerUnaryReactor* SimulationService::UpdateCloths(Context* context,
                                                           v1::UpdateClothsResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
-  UnaryCall* call = UnaryCall::New();
+  const RequestTag tag(caller, *request);
+  UnaryCall* call = UnaryCall::New(tag);
   StartUpdate(context_, caller, *request, call->cancel, call->hold(),
               EndWith<v1::UpdateClothsResponse>(
                   call, [response](auto& answer) { *response = std::move(answer); }));
@@ -101,12 +105,13 @@ grpc::ServerUnaryReactor* SimulationService::DeleteCloths(Context* context,
                                                           v1::DeleteClothsResponse*) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const Status check = CheckNamesCloths(request->cloth_ids());
-  if (!check.ok()) return Answer(context, check);
+  if (!check.ok()) return Answer(context, check, tag);
   Result<NamedCloths> named =
       FindNamed(context_.sessions, caller, request->session(), ToClothIds(request->cloth_ids()));
-  if (!named.ok()) return Answer(context, named.status());
-  UnaryCall* call = UnaryCall::New();
+  if (!named.ok()) return Answer(context, named.status(), tag);
+  UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(named->session);
   call->lease->DeleteCloths(named->cloths, [call](const Status& status) { call->End(status); });
   return call;
@@ -117,12 +122,13 @@ grpc::ServerUnaryReactor* SimulationService::ResetCloths(Context* context,
                                                          v1::ResetClothsResponse*) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   Result<CheckedReset> reset = CheckReset(*request);
-  if (!reset.ok()) return Answer(context, reset.status());
+  if (!reset.ok()) return Answer(context, reset.status(), tag);
   Result<NamedCloths> named =
       FindNamed(context_.sessions, caller, request->session(), reset->cloths);
-  if (!named.ok() || named->cloths.empty()) return Answer(context, named.status());
-  UnaryCall* call = UnaryCall::New();
+  if (!named.ok() || named->cloths.empty()) return Answer(context, named.status(), tag);
+  UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(named->session);
   call->lease->ResetCloths(named->cloths, std::move(reset->starts),
                            [call](const Status& status) { call->End(status); });
@@ -134,14 +140,15 @@ grpc::ServerUnaryReactor* SimulationService::WriteStates(Context* context,
                                                          v1::WriteStatesResponse*) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const Status check = CheckWriteStates(*request);
-  if (!check.ok()) return Answer(context, check);
+  if (!check.ok()) return Answer(context, check, tag);
   Result<NamedCloths> named =
       FindNamed(context_.sessions, caller, request->session(), ToClothIds(request->cloth_ids()));
-  if (!named.ok()) return Answer(context, named.status());
+  if (!named.ok()) return Answer(context, named.status(), tag);
   Result<std::vector<ParticleState>> states = ToStates(*request, named->cloths);
-  if (!states.ok()) return Answer(context, states.status());
-  UnaryCall* call = UnaryCall::New();
+  if (!states.ok()) return Answer(context, states.status(), tag);
+  UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(named->session);
   call->lease->WriteStates(named->cloths, std::move(*states),
                            [call](const Status& status) { call->End(status); });
@@ -153,12 +160,13 @@ grpc::ServerUnaryReactor* SimulationService::ReadTopology(Context* context,
                                                           v1::Topology* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const ClothId id = ClothId::FromPacked(request->cloth_id());
   const Result<NamedCloths> named =
       FindNamed(context_.sessions, caller, request->session(), {&id, 1});
-  if (!named.ok()) return Answer(context, named.status());
+  if (!named.ok()) return Answer(context, named.status(), tag);
   *response = TopologyOf(*named->cloths.front());
-  return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong());
+  return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong(), tag);
 }
 
 }  // namespace drape::api

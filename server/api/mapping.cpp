@@ -172,8 +172,18 @@ v1::StepReport ToProto(ClothId id, uint64_t step, const StepReport& report,
 
 namespace {
 
-void AddGrips(const ClothRecord& cloth, const std::vector<GripState>& grips,
+// Zero where it is not known.
+Eigen::Vector3d ImpulseOnGrip(const StepImpulses* impulses, const GripState& grip) {
+  if (impulses == nullptr || !grip.particle) return Eigen::Vector3d::Zero();
+  const auto& particles = impulses->gripped_particles;
+  const auto found = std::ranges::find(particles, *grip.particle);
+  if (found == particles.end()) return Eigen::Vector3d::Zero();
+  return impulses->grips_n_s[static_cast<size_t>(found - particles.begin())];
+}
+
+void AddGrips(const ClothRecord& cloth, const ClothOutcome& outcome, bool has_impulses,
               v1::GripStates& message) {
+  const std::vector<GripState>& grips = outcome.grips;
   const auto description = cloth.description();
   for (uint32_t slot = 0; slot < grips.size(); ++slot) {
     const GripState& grip = grips[slot];
@@ -184,6 +194,28 @@ void AddGrips(const ClothRecord& cloth, const std::vector<GripState>& grips,
     Append(grip.particle ? cloth.placement.EnvironmentFromCloth(grip.position_m)
                          : Eigen::Vector3d(0, 0, 0),
            message.mutable_positions_m());
+    if (has_impulses) {
+      Append(ImpulseOnGrip(outcome.impulses.get(), grip), message.mutable_impulses_n_s());
+    }
+  }
+}
+
+void AddImpulses(const ClothRecord& cloth, const StepImpulses& impulses,
+                 v1::StepResponse& message) {
+  v1::ColliderImpulses& colliders = *message.mutable_collider_impulses();
+  for (uint32_t c = 0; c < impulses.colliders.size(); ++c) {
+    colliders.add_cloth_ids(cloth.id.Packed());
+    colliders.add_colliders(c);
+    Append(impulses.colliders[c].impulse_n_s, colliders.mutable_impulses_n_s());
+    Append(impulses.colliders[c].angular_impulse_n_m_s, colliders.mutable_angular_impulses_n_m_s());
+  }
+  v1::PinImpulses& pins = *message.mutable_pin_impulses();
+  const auto description = cloth.description();
+  const std::span<const uint32_t> particles = description->model->pins();
+  for (size_t k = 0; k < std::min(particles.size(), impulses.pins_n_s.size()); ++k) {
+    pins.add_cloth_ids(cloth.id.Packed());
+    pins.add_particles(description->model->DescribedOf(particles[k]));
+    Append(impulses.pins_n_s[k], pins.mutable_impulses_n_s());
   }
 }
 
@@ -202,7 +234,10 @@ v1::StepResponse ToProto(const ClothList& cloths, const StepOutcome& outcome) {
           ToProto(id, cloth.stamp.completed_steps, *cloth.report, cloth.warnings);
     }
     if (cloth.stamp.fault != FaultReason::kNone) message.add_faulted_cloth_ids(id.Packed());
-    if (!cloth.grips.empty()) AddGrips(*cloths[k], cloth.grips, *message.mutable_grips());
+    if (!cloth.grips.empty()) {
+      AddGrips(*cloths[k], cloth, outcome.has_impulses, *message.mutable_grips());
+    }
+    if (cloth.impulses != nullptr) AddImpulses(*cloths[k], *cloth.impulses, message);
   }
   *message.mutable_timing() = ToProto(outcome.timing);
   return message;
@@ -222,6 +257,7 @@ v1::RenderResponse ToProto(const ClothList& cloths, render::DrawnPicture picture
   v1::RenderResponse message;
   message.set_png(std::move(picture.png));
   message.set_rgb(std::move(picture.rgb));
+  message.set_depths_m(picture.depths_m.data(), picture.depths_m.size() * sizeof(float));
   *message.mutable_camera() = ToProto(picture.camera);
   if (!picture.bounds_m.isEmpty()) {
     Append(picture.bounds_m.min(), message.mutable_bounds_m());

@@ -329,6 +329,7 @@ Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps
   if (request.has_view()) result.view = CheckView(FieldPath("view"), request.view(), violations);
   result.report = request.report();
   result.grip_states = request.grip_states();
+  result.impulses = request.impulses();
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   return result;
 }

@@ -52,6 +52,7 @@ struct CheckedStep {
   ViewSpec view;
   bool report = false;
   bool grip_states = false;
+  bool impulses = false;
 };
 Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps_per_request);
 

@@ -47,13 +47,14 @@ grpc::ServerUnaryReactor* SimulationService::SaveStates(Context* context,
                                                         v1::SaveStatesResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const Result<std::vector<ClothId>> ids = CheckSave(*request);
-  if (!ids.ok()) return Answer(context, ids.status());
+  if (!ids.ok()) return Answer(context, ids.status(), tag);
   Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
-  if (!session.ok()) return Answer(context, session.status());
+  if (!session.ok()) return Answer(context, session.status(), tag);
   Result<ClothList> cloths = (*session)->FindCloths(*ids);
-  if (!cloths.ok()) return Answer(context, cloths.status());
-  UnaryCall* call = UnaryCall::New();
+  if (!cloths.ok()) return Answer(context, cloths.status(), tag);
+  UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(session).value();
   call->lease->SaveStates(std::move(cloths).value(), request->name(),
                           EndWith<SavedSummary>(call, [response](const SavedSummary& saved) {
@@ -68,11 +69,12 @@ grpc::ServerUnaryReactor* SimulationService::LoadStates(Context* context,
                                                         v1::LoadStatesResponse*) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const Result<std::vector<ClothId>> ids = CheckLoad(*request);
-  if (!ids.ok()) return Answer(context, ids.status());
+  if (!ids.ok()) return Answer(context, ids.status(), tag);
   Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
-  if (!session.ok()) return Answer(context, session.status());
-  UnaryCall* call = UnaryCall::New();
+  if (!session.ok()) return Answer(context, session.status(), tag);
+  UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(session).value();
   call->lease->LoadStates(request->name(), *ids, ToClothIds(request->saved_cloth_ids()),
                           [call](const Status& status) { call->End(status); });
@@ -84,8 +86,10 @@ grpc::ServerUnaryReactor* SimulationService::DropStates(Context* context,
                                                         v1::DropStatesResponse*) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
-  return Answer(context, session.ok() ? (*session)->DropStates(request->name()) : session.status());
+  return Answer(context, session.ok() ? (*session)->DropStates(request->name()) : session.status(),
+                tag);
 }
 
 grpc::ServerWriteReactor<v1::SnapshotChunk>* SimulationService::ExportCloths(

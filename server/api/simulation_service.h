@@ -34,7 +34,9 @@ struct ServiceContext {
   std::shared_ptr<const Authentication> authentication = nullptr;
 
   Caller Identify(const grpc::CallbackServerContext& call) const {
-    return authentication != nullptr ? authentication->Identify(call) : Caller{};
+    Caller caller = authentication != nullptr ? authentication->Identify(call) : Caller{};
+    caller.deadline_us = DeadlineOf_us(call, clock);
+    return caller;
   }
 };
 

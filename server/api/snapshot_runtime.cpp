@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <memory>
 #include <utility>
 
 #include "server/api/snapshot_motions.h"
@@ -101,11 +102,50 @@ v1::RuntimeSnapshot::SleepReport ToMessage(const StepReport& report) {
   for (const auto member : kCounts) message.add_counts(report.measured.*member);
   message.add_counts(report.iterations);
   message.add_counts(report.iteration_cap);
+  if (report.impulses == nullptr) return message;
+  const StepImpulses& impulses = *report.impulses;
+  for (const ColliderImpulse& collider : impulses.colliders) {
+    AppendValue(collider.impulse_n_s, message.mutable_impulses());
+    AppendValue(collider.angular_impulse_n_m_s, message.mutable_impulses());
+  }
+  for (const Vector3d& pin : impulses.pins_n_s) AppendValue(pin, message.mutable_impulses());
+  for (const Vector3d& grip : impulses.grips_n_s) AppendValue(grip, message.mutable_impulses());
+  message.mutable_gripped_particles()->Assign(impulses.gripped_particles.begin(),
+                                              impulses.gripped_particles.end());
   return message;
 }
 
+// Null: unknown.
+std::shared_ptr<const StepImpulses> CheckImpulses(const FieldPath& path,
+                                                  const v1::RuntimeSnapshot::SleepReport& message,
+                                                  const RuntimeOwner& owner,
+                                                  Violations& violations) {
+  if (message.impulses().empty()) return nullptr;
+  auto impulses = std::make_shared<StepImpulses>();
+  impulses->colliders.resize(owner.on_device.colliders.size());
+  impulses->pins_n_s.resize(owner.model.pin_count());
+  impulses->gripped_particles.assign(message.gripped_particles().begin(),
+                                     message.gripped_particles().end());
+  impulses->grips_n_s.resize(impulses->gripped_particles.size());
+  const size_t vectors =
+      2 * impulses->colliders.size() + impulses->pins_n_s.size() + impulses->grips_n_s.size();
+  if (!violations.Length(path, static_cast<size_t>(message.impulses_size()), 3 * vectors,
+                         "3 per vector")) {
+    return nullptr;
+  }
+  const double* numbers = message.impulses().data();
+  const auto next = [&] { return Vector3d(std::exchange(numbers, numbers + 3)); };
+  for (ColliderImpulse& collider : impulses->colliders) {
+    collider.impulse_n_s = next();
+    collider.angular_impulse_n_m_s = next();
+  }
+  for (Vector3d& pin : impulses->pins_n_s) pin = next();
+  for (Vector3d& grip : impulses->grips_n_s) grip = next();
+  return impulses;
+}
+
 StepReport CheckReport(const FieldPath& path, const v1::RuntimeSnapshot::SleepReport& message,
-                       bool is_asleep, Violations& violations) {
+                       bool is_asleep, const RuntimeOwner& owner, Violations& violations) {
   StepReport report;
   if (!(violations.Length(path.Child("measurements"),
                           static_cast<size_t>(message.measurements_size()), kMeasurements.size(),
@@ -127,6 +167,7 @@ StepReport CheckReport(const FieldPath& path, const v1::RuntimeSnapshot::SleepRe
   }
   report.converged = message.converged();
   report.is_asleep = is_asleep;
+  report.impulses = CheckImpulses(path.Child("impulses"), message, owner, violations);
   return report;
 }
 
@@ -169,7 +210,8 @@ SleepWatch CheckSleep(const FieldPath& path, const v1::RuntimeSnapshot::Sleep& m
                           .looks = message.looks(),
                           .patience = message.patience(),
                           .report = {}};
-  state.report = CheckReport(path.Child("report"), message.report(), state.is_asleep, violations);
+  state.report =
+      CheckReport(path.Child("report"), message.report(), state.is_asleep, owner, violations);
   SleepWatch watch;
   if (message.has_begin_m()) {
     const auto rows =

@@ -11,6 +11,7 @@
 #include "server/api/request_validation.h"
 #include "server/api/state_chunks.h"
 #include "server/api/view_validation.h"
+#include "server/core/trace.h"
 
 namespace drape::api {
 namespace {
@@ -46,6 +47,7 @@ void AddStates(StepCall& call, StepOutcome& outcome, v1::StepResponse& answer) {
 // `clock`: that of the scheduler.
 Result<v1::StepResponse> ToAnswer(StepCall& call, StepOutcome outcome, const Clock& clock) {
   if (!outcome.status.ok()) return outcome.status;
+  const trace::Span span("encode_answer");
   v1::StepResponse answer = ToProto(call.cloths, outcome);
   AddStates(call, outcome, answer);
   answer.mutable_timing()->set_encode_us(
@@ -106,12 +108,27 @@ Status AddResets(const CheckedReset& resets, const ClothList& cloths, StepWork& 
   return Status::Ok();
 }
 
+// Impulses that the backend cannot tell are refused, not answered by zeros.
+Status CheckImpulses(bool are_asked, const BackendDescription& backend) {
+  if (!are_asked || backend.has_impulses) return Status::Ok();
+  return Status::InvalidField("impulses", "must be unset: the backend " + backend.name +
+                                              " of this server cannot tell impulses; servers with "
+                                              "--backend=cpu or --backend=reference can");
+}
+
 // About what an answer takes [bytes], known before it is made.
 uint64_t AnswerBytes(const CheckedStep& checked, const StepCall& call, ScalarType scalar) {
   constexpr uint64_t kPerCloth = 64;
   constexpr uint64_t kPerReport = 256;
+  constexpr uint64_t kPerImpulse = 64;
+  uint64_t impulses = 0;
+  for (const auto& cloth : call.cloths) {
+    if (!checked.impulses) break;
+    impulses += cloth->description()->model->pin_count() +
+                cloth->description()->parameters.colliders.size();
+  }
   return call.cloths.size() * (kPerCloth + (checked.report ? kPerReport : 0)) +
-         BytesRead(call.chunk_cloths, scalar, checked.view);
+         impulses * kPerImpulse + BytesRead(call.chunk_cloths, scalar, checked.view);
 }
 
 Result<StepWork> ToWork(const CheckedStep& checked, const Session& session,
@@ -127,6 +144,7 @@ Result<StepWork> ToWork(const CheckedStep& checked, const Session& session,
   work.expected_step = checked.expected_step;
   work.report = checked.report;
   work.grip_states = checked.grip_states;
+  work.impulses = checked.impulses;
   work.view = checked.view.FieldsRead();
   return work;
 }
@@ -137,6 +155,7 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
              const CancelToken& cancel, const Hold& hold, const std::shared_ptr<StepCall>& call) {
   DRAPE_ASSIGN_OR_RETURN(const CheckedStep checked,
                          CheckStep(request, context.scheduler.limits().max_steps_per_request));
+  DRAPE_RETURN_IF_ERROR(CheckImpulses(checked.impulses, context.scheduler.description()));
   DRAPE_ASSIGN_OR_RETURN(call->session, context.sessions.Find(request.session(), caller.tenant));
   DRAPE_ASSIGN_OR_RETURN(std::optional<v1::StepResponse> known,
                          BeginRequest<v1::StepResponse>(call->session->request_memory(),
@@ -166,6 +185,7 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
   // A request with an id is completed even if its client has gone: the repetition asks for the
   // answer.
   if (call->request_id.empty()) work.cancel = cancel;
+  work.deadline_us = caller.deadline_us;
   work.done = [call, &clock = context.clock](StepOutcome outcome) {
     call->End(ToAnswer(*call, std::move(outcome), clock));
   };

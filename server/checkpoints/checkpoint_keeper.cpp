@@ -12,6 +12,7 @@
 #include "server/api/sha256.h"
 #include "server/api/snapshot_reading.h"
 #include "server/api/snapshot_writing.h"
+#include "server/core/trace.h"
 #include "server/session/sliced_command.h"
 
 namespace drape {
@@ -39,6 +40,12 @@ std::string FileStem(const std::string& session_name) {
 FormerSession DescriptionOf(const Session& session) {
   return {session.name(), session.display_name(), session.ttl_s(), session.tenant(),
           session.issued_ids()};
+}
+
+// The file of the session stays as it was.
+void WarnOfFailure(const Session& session, const Status& status) {
+  spdlog::warn("checkpoint_failed name={} status=\"{}\"", ShortSessionName(session.name()),
+               status.ToString());
 }
 
 // Cloths that were deleted meanwhile are left out.
@@ -112,6 +119,8 @@ void CheckpointKeeper::Recover(const fs::path& file) {
   const Status status = bytes.ok() ? RecoverSession(*bytes) : bytes.status();
   if (status.ok()) return;
   spdlog::error("session_lost file={} status=\"{}\"", file.string(), status.ToString());
+  // Only what will never be readable gives up its name: a next start tries the others again.
+  if (status.code() != StatusCode::kInvalidArgument) return;
   std::error_code ignored;
   fs::rename(file, file.string() + ".unreadable", ignored);
 }
@@ -141,8 +150,11 @@ Status CheckpointKeeper::RecoverSession(const std::string& bytes) {
   if (!status.ok()) {
     sessions_.Delete(
         head.session.name, [](const Status&) {}, head.session.tenant);
+    sessions_.RememberLost(head.session.name, head.session.tenant);
     return status;
   }
+  // Its file is ours from now on: it goes when the session ends.
+  digests_.try_emplace(head.session.name);
   spdlog::info("session_recovered name={} cloths={} age_s={:.1f} exact={} from={}",
                ShortSessionName(head.session.name), count, NowUnix_s() - head.stamp.written_unix_s,
                is_exact, head.stamp.incarnation);
@@ -150,6 +162,7 @@ Status CheckpointKeeper::RecoverSession(const std::string& bytes) {
 }
 
 void CheckpointKeeper::Loop() {
+  trace::NameThread("checkpoints");
   const auto interval = std::chrono::duration<double>(options_.interval_s);
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, interval, [this] { return is_stopping_; })) {
@@ -186,12 +199,12 @@ Result<SavedStates> CheckpointKeeper::Capture(const Session& session) {
 
 void CheckpointKeeper::WriteRound() {
   const std::lock_guard lock(round_mutex_);
+  const trace::Span span("checkpoints");
   const std::vector<SessionPointer> live = sessions_.All();
   for (const SessionPointer& session : live) {
     const Result<SavedStates> saved = Capture(*session);
     if (!saved.ok()) {
-      spdlog::warn("checkpoint_failed name={} status=\"{}\"", ShortSessionName(session->name()),
-                   saved.status().ToString());
+      WarnOfFailure(*session, saved.status());
       continue;
     }
     Write(*session, *saved);
@@ -209,21 +222,18 @@ void CheckpointKeeper::Write(const Session& session, const SavedStates& saved) {
     status = WriteDurably(PathOf(session.name()), written->bytes);
     if (status.ok()) digest = written->digest;
   }
-  if (status.ok()) return;
-  spdlog::warn("checkpoint_failed name={} status=\"{}\"", ShortSessionName(session.name()),
-               status.ToString());
+  if (!status.ok()) WarnOfFailure(session, status);
 }
 
 void CheckpointKeeper::ForgetEnded(const std::vector<SessionPointer>& live) {
-  std::set<fs::path> kept;
-  for (const SessionPointer& session : live) kept.insert(PathOf(session->name()));
-  for (const fs::path& file : FilesIn(options_.folder, ".checkpoint")) {
-    std::error_code ignored;
-    if (!kept.contains(file)) fs::remove(file, ignored);
-  }
   std::set<std::string> names;
   for (const SessionPointer& session : live) names.insert(session->name());
-  std::erase_if(digests_, [&](const auto& entry) { return !names.contains(entry.first); });
+  std::erase_if(digests_, [&](const auto& entry) {
+    if (names.contains(entry.first)) return false;
+    std::error_code ignored;
+    fs::remove(PathOf(entry.first), ignored);
+    return true;
+  });
 }
 
 void CheckpointKeeper::WriteExpired(const SessionPointer& session) {
@@ -241,12 +251,11 @@ void CheckpointKeeper::WriteExpired(const SessionPointer& session) {
       Prune(folder);
     }
   }
-  if (!status.ok()) {
-    spdlog::warn("checkpoint_failed name={} status=\"{}\"", ShortSessionName(session->name()),
-                 status.ToString());
-  }
+  if (!status.ok()) WarnOfFailure(*session, status);
   std::error_code ignored;
   if (status.ok()) fs::remove(PathOf(session->name()), ignored);
+  // Where nothing could be kept aside, the checkpoint stays, and a next start brings it back.
+  digests_.erase(session->name());
 }
 
 DeviceCommand CheckpointKeeper::LastCommand() {
@@ -255,8 +264,13 @@ DeviceCommand CheckpointKeeper::LastCommand() {
     for (const SessionPointer& session : sessions_.All()) {
       SavedStates saved;
       const Result<ClothList> cloths = session->FindCloths({});
-      if (!cloths.ok() || !SaveAlive(backend, *cloths, *budget_, saved).ok()) continue;
-      last_.emplace_back(session, std::move(saved));
+      Status status = cloths.status();
+      if (status.ok()) status = SaveAlive(backend, *cloths, *budget_, saved);
+      if (status.ok()) {
+        last_.emplace_back(session, std::move(saved));
+      } else {
+        last_.emplace_back(session, std::move(status));
+      }
     }
   };
 }
@@ -266,8 +280,12 @@ void CheckpointKeeper::WriteLast() {
   const std::lock_guard lock(round_mutex_);
   std::vector<SessionPointer> live;
   for (const auto& [session, saved] : last_) {
-    Write(*session, saved);
     live.push_back(session);
+    if (saved.ok()) {
+      Write(*session, *saved);
+    } else {
+      WarnOfFailure(*session, saved.status());
+    }
   }
   ForgetEnded(live);
   spdlog::info("checkpoints_written sessions={}", live.size());

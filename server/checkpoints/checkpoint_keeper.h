@@ -57,6 +57,7 @@ class CheckpointKeeper {
   // Logs errors.
   void Write(const Session& session, const SavedStates& saved);
   void WriteExpired(const SessionPointer& session);
+  // Removes the files of those that it has written or recovered, and no others.
   void ForgetEnded(const std::vector<SessionPointer>& live);
   std::filesystem::path PathOf(const std::string& session_name) const;
 
@@ -70,8 +71,8 @@ class CheckpointKeeper {
   FolderLock folder_lock_;
 
   std::mutex round_mutex_;                      // one writer at a time
-  std::map<std::string, std::string> digests_;  // by name; guarded by round_mutex_
-  std::vector<std::pair<SessionPointer, SavedStates>> last_;
+  std::map<std::string, std::string> digests_;  // of its files, by session; guarded by round_mutex_
+  std::vector<std::pair<SessionPointer, Result<SavedStates>>> last_;
 
   std::mutex mutex_;
   std::condition_variable wake_;

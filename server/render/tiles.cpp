@@ -54,6 +54,7 @@ Result<Picture> DrawTiles(Renderer& renderer, const PictureSpec& spec,
     tile_spec.camera = CameraIn(cloth.placement, *spec.camera);
     DRAPE_ASSIGN_OR_RETURN(const Picture tile, renderer.Draw(tile_spec, {&cloth, 1}, states));
     all.rgb.insert(all.rgb.end(), tile.rgb.begin(), tile.rgb.end());
+    all.depths_m.insert(all.depths_m.end(), tile.depths_m.begin(), tile.depths_m.end());
     all.height_px += tile.height_px;
     all.bounds_m.extend(tile.bounds_m);
     states.first_row += cloth.model->particle_count();

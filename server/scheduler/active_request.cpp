@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/core/trace.h"
 
 namespace drape {
 namespace {
@@ -269,6 +270,7 @@ Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
   has_started_ = true;
   steps_left_.resize(work_.cloths.size());
   if (work_.report) reports_.resize(work_.cloths.size());
+  if (work_.impulses) impulses_.resize(work_.cloths.size());
   for (size_t k = 0; k < work_.cloths.size(); ++k) {
     const ClothRuntime& cloth = *work_.cloths[k];
     if (cloth.is_faulted()) {
@@ -306,6 +308,7 @@ uint32_t ActiveRequest::NextCloth() const {
 
 std::vector<uint32_t> ActiveRequest::Take(uint32_t count, uint64_t round) {
   DRAPE_CHECK(count <= cloths_to_step_, "a request has no more cloths to step");
+  if (!std::exchange(was_taken_, true)) trace::Waited("queue", submitted_us_);
   std::vector<uint32_t> taken;
   taken.reserve(count);
   while (taken.size() < count) {
@@ -316,6 +319,10 @@ std::vector<uint32_t> ActiveRequest::Take(uint32_t count, uint64_t round) {
   return taken;
 }
 
+bool ActiveRequest::AsksImpulses(uint32_t cloth_index) const {
+  return work_.impulses && steps_left_[cloth_index] == 1;
+}
+
 bool ActiveRequest::IsMeasured(uint32_t cloth_index) const {
   return work_.report && steps_left_[cloth_index] == 1;
 }
@@ -323,6 +330,7 @@ bool ActiveRequest::IsMeasured(uint32_t cloth_index) const {
 void ActiveRequest::CompleteStep(uint32_t cloth_index, const StepReport& report) {
   const ClothRuntime& cloth = *work_.cloths[cloth_index];
   const bool is_measured = IsMeasured(cloth_index);
+  if (AsksImpulses(cloth_index)) impulses_[cloth_index] = report.impulses;
   uint32_t& left = steps_left_[cloth_index];
   left -= 1;
   if (is_measured) {
@@ -352,11 +360,13 @@ StepOutcome ActiveRequest::Outcome() const {
     return outcome;
   }
   outcome.timing = timing_;
+  outcome.has_impulses = work_.impulses;
   outcome.cloths.resize(work_.cloths.size());
   for (size_t k = 0; k < work_.cloths.size(); ++k) {
     outcome.cloths[k].stamp = StampOf(*work_.cloths[k]);
     outcome.cloths[k].warnings = work_.cloths[k]->now().warnings;
     if (work_.report) outcome.cloths[k].report = reports_[k];
+    if (work_.impulses) outcome.cloths[k].impulses = impulses_[k];
     if (work_.grip_states) outcome.cloths[k].grips = GripsOf(*work_.cloths[k]);
   }
   return outcome;

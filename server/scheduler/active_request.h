@@ -57,6 +57,8 @@ class ActiveRequest {
   void TakeAgain(uint32_t cloth_index) { cursor_ = cloth_index; }
   // Whether the next step of this cloth is its last one and a report is wanted.
   bool IsMeasured(uint32_t cloth_index) const;
+  // Whether the next step of the cloth is to tell its impulses.
+  bool AsksImpulses(uint32_t cloth_index) const;
   // A step of this cloth is done. Before ClothRuntime::CompleteStep.
   void CompleteStep(uint32_t cloth_index, const StepReport& report);
   // A batch that this request took part in lasted from `begin_us` to `end_us`.
@@ -83,9 +85,12 @@ class ActiveRequest {
   const int64_t submitted_us_;
   uint32_t missing_turns_ = 0;
   bool has_started_ = false;
+  bool was_taken_ = false;
   std::optional<Status> end_status_;
   std::vector<uint32_t> steps_left_;                // [cloth]
   std::vector<std::optional<StepReport>> reports_;  // [cloth], only if reports are wanted
+  // [cloth], only if impulses are; null: of cloths without a step, or faulted.
+  std::vector<std::shared_ptr<const StepImpulses>> impulses_;
   uint32_t cloths_to_step_ = 0;
   uint32_t cursor_ = 0;  // where Take continues
   std::vector<uint32_t> costs_;

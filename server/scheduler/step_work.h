@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -96,6 +97,8 @@ struct ClothOutcome {
   // reached).
   std::optional<StepReport> report;
   std::vector<GripState> grips{};  // of each slot, if requested
+  // Of the last step, if requested. Null: the cloth is faulted or had no step to do.
+  std::shared_ptr<const StepImpulses> impulses{};
 };
 
 struct StepOutcome {
@@ -107,9 +110,12 @@ struct StepOutcome {
   //   INVALID_ARGUMENT: until_step is more than max_steps_per_request steps away
   //   NOT_FOUND CLOTH_NOT_FOUND: a cloth was deleted before or during the request
   //   CANCELLED CANCELLED: the token was used; completed steps stay
+  //   CANCELLED DEADLINE_PASSED: nothing has moved
+  //   RESOURCE_EXHAUSTED RATE_EXCEEDED: the rate of the tenant lets nothing begin in time
   //   UNAVAILABLE DRAINING: the server shuts down
   Status status;
   std::vector<ClothOutcome> cloths;  // same order as StepWork::cloths
+  bool has_impulses = false;         // StepWork::impulses
   StepTiming timing;
   // Set if states were requested: all cloths of the request, same order, after its last step.
   std::optional<StateColumns> states;
@@ -138,8 +144,11 @@ struct StepWork {
   std::vector<bool> is_restarted;
   bool report = false;       // measure in the last step of each cloth
   bool grip_states = false;  // ClothOutcome::grips
+  bool impulses = false;     // ClothOutcome::impulses; only if BackendDescription::has_impulses
   StateFields view;          // states after the last step
   CancelToken cancel;        // takes effect after the current round
+  // When the client stops waiting, by the clock of the scheduler; it must have started by then.
+  int64_t deadline_us = std::numeric_limits<int64_t>::max();
   // Called exactly once, in order of completion, on the completion thread, or on the device thread
   // if that has nothing else to do. Must not block.
   std::function<void(StepOutcome)> done;

@@ -30,6 +30,7 @@ struct BackendDescription {
   ScalarType scalar = ScalarType::kFloat32;
   bool is_hardware_gpu = false;
   bool has_self_collision = false;  // ClothParameters::self_collision is supported
+  bool has_impulses = false;        // StepItem::impulses is
   // How a cloth of this model is stepped: "resident", "tiled", "lanes", "single", "scalar". Pure;
   // any thread.
   std::function<std::string(const SceneModel&)> plan_of;
@@ -65,6 +66,8 @@ struct StepItem {
   // Limit on the sweeps per substep of this step, if lower than that of the cloth's settings; 0: no
   // limit of its own. The result is that of a cloth with this max_iterations, bit for bit.
   uint32_t max_iterations = 0;
+  // Fill StepReport::impulses; only if BackendDescription::has_impulses.
+  bool impulses = false;
 };
 
 // The limit on the sweeps per substep.

@@ -4,7 +4,10 @@
 #include <compare>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <string_view>
+
+#include "server/solver/step_impulses.h"
 
 namespace drape {
 
@@ -78,7 +81,8 @@ struct StepReport {
   bool converged = true;  // every substep met the tolerance; true when the tolerance is 0
   FaultReason fault = FaultReason::kNone;
   StepWarnings warnings;
-  Measurements measured;  // zero unless requested
+  Measurements measured;                           // zero unless requested
+  std::shared_ptr<const StepImpulses> impulses{};  // null unless requested, and of faulted cloths
 };
 
 }  // namespace drape

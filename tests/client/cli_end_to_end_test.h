@@ -34,7 +34,9 @@ inline const std::vector<std::string> kSampleFields = {"step",
                                                        "iterations",
                                                        "max_residual_m",
                                                        "near_pairs",
-                                                       "crossings"};
+                                                       "crossings",
+                                                       "colliders",
+                                                       "pins"};
 
 inline std::vector<std::string> Keys(const nlohmann::ordered_json& object) {
   std::vector<std::string> keys;

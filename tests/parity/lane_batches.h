@@ -18,7 +18,7 @@ struct LaneOutcome {
   std::string bits;
   StepReport report;
 };
-// A few steps, the last one measured.
+// A few steps, the last one measured, with the impulses of the first one.
 std::vector<LaneOutcome> StepTogether(Backend& backend, const std::vector<Scene>& scenes);
 void ExpectSame(const LaneOutcome& actual, const LaneOutcome& expected, const std::string& where);
 

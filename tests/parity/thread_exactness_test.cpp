@@ -226,11 +226,18 @@ Outcome StepTogether(const Scene& scene, uint32_t threads, bool leaves_out_colli
   while (team.member_count() < threads) std::this_thread::yield();
   StepReport report;
   for (uint32_t step = 0; step < kSteps; ++step) {
-    report =
-        cpu::StepCloth({model, controls, grips.Hold(model, pin_targets, scene.grips),
-                        is_driven ? &lengths : nullptr, scene.parameters.collider_motions, scratch,
-                        team, scene.parameters.settings.max_iterations, leaves_out_colliders},
-                       true, state);
+    cpu::StepContext context{model,
+                             controls,
+                             grips.Hold(model, pin_targets, scene.grips),
+                             is_driven ? &lengths : nullptr,
+                             scene.parameters.collider_motions,
+                             scratch,
+                             team,
+                             scene.parameters.settings.max_iterations,
+                             leaves_out_colliders};
+    context.asks_for_impulses = true;
+    context.colliders = scene.parameters.colliders;
+    report = cpu::StepCloth(context, true, state);
   }
   team.Close();
   return {Bits(state.positions) + Bits(state.velocities), report, scratch.reach.has_far,

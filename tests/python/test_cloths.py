@@ -295,6 +295,19 @@ def test_tiles_are_the_pictures_of_each_cloth_alone(session, spec):
     assert bits(tiles[0]) != bits(tiles[1])
     assert bits(cloths.render_tiles(48, 32, drape.Camera(eye_m=eye, target_m=target), ids=[2])[0]) == bits(tiles[2])
     assert cloths.render_tiles(48, 32, None, ids=[]).shape == (0, 32, 48, 3)
+    again, depths = cloths.render_tiles(48, 32, drape.Camera(eye_m=eye, target_m=target), with_depths=True)
+    assert bits(again) == bits(tiles) and depths.shape == (3, 32, 48) and depths.dtype == np.float32
+    # What is seen of a cloth lies between its nearest and its farthest particle; balls around pins stand out.
+    _, bare = cloths.render_tiles(48, 32, drape.Camera(eye_m=eye, target_m=target), with_depths=True, hide_pins=True)
+    forward = (target - eye) / np.linalg.norm(target - eye)
+    for k, origin in enumerate(origins):
+        along = (cloths.positions[k] - origin - eye) @ forward
+        seen = bare[k][np.isfinite(bare[k])]
+        assert seen.size > 50 and along.min() - 1e-3 <= seen.min() and seen.max() <= along.max() + 1e-3
+    rgb, one = cloths.render(48, 32, ids=[1], camera=drape.Camera(eye_m=eye + origins[1], target_m=target + origins[1]),
+                             with_depths=True)
+    assert bits(rgb) == bits(tiles[1]) and bits(one) == bits(depths[1])
+    assert [part.shape for part in cloths.render_tiles(48, 32, None, ids=[], with_depths=True)] == [(0, 32, 48, 3), (0, 32, 48)]
     with pytest.raises(drape.InvalidArgument, match="camera"):
         cloths.render_tiles(48, 32, None)
     with pytest.raises(drape.InvalidArgument, match="tiles"):
@@ -322,3 +335,27 @@ def test_a_snapshot_goes_on_with_the_same_bits(client, session):
         with pytest.raises(drape.InvalidArgument) as damaged:
             other.restore(snapshot[:-1])
         assert damaged.value.reason == "SNAPSHOT_DAMAGED"
+
+
+def test_impulses_are_the_weight_of_what_hangs_and_lies(session):
+    spec = sheet(pins=[drape.Pin(particle=k) for k in range(6)], max_grips=1)
+    spec.environment.colliders.add().plane.MergeFrom(drape.v1.Plane(point_m=[0, -5, 0], normal=[0, 1, 0]))
+    spec.material.damping_per_s = 10
+    cloths = session.create(spec, count=3)
+    assert cloths.step().impulses is None
+    answer = cloths.step(240, impulses=True)
+    impulses = answer.impulses
+    assert impulses.pins.shape == (3, 6, 3) and impulses.particles.tolist() == list(range(6))
+    assert impulses.colliders.shape == impulses.angular.shape == (3, 1, 3)
+    assert (impulses.colliders == 0).all() and (impulses.grips == 0).all()
+    weight = 0.2 * 9.81 / 60
+    assert np.allclose(impulses.pins.sum(axis=1), [0, -weight, 0], atol=0.02 * weight)
+    one = cloths.step(impulses=True, ids=[1]).impulses
+    assert one.pins.shape == (1, 6, 3)
+
+
+def test_impulses_of_a_batch_with_a_cloth_that_is_done_are_nan_there(session, spec):
+    cloths = session.create(spec, count=2)
+    cloths.step(ids=[1])
+    impulses = cloths.step(until=1, impulses=True).impulses
+    assert np.isfinite(impulses.pins[0]).all() and np.isnan(impulses.pins[1]).all()

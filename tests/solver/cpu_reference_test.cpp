@@ -44,7 +44,7 @@ Scene Dumbbell(double rest_length_m, double compliance_m_per_n) {
 // m/s.
 TEST(ReferenceStep, OneImpulseByHand) {
   ReferenceCloth cloth = ClothOf(Dumbbell(1.6, 0));
-  StepReferenceCloth(cloth, false, cloth.parameters.settings.max_iterations);
+  StepReferenceCloth(cloth, {}, cloth.parameters.settings.max_iterations);
   EXPECT_DOUBLE_EQ(cloth.state.velocities_m_per_s[0].x(), 0.6);
   EXPECT_DOUBLE_EQ(cloth.state.velocities_m_per_s[1].x(), -0.2);
   EXPECT_DOUBLE_EQ(cloth.state.positions_m[0].x(), 0.3);
@@ -59,7 +59,7 @@ TEST(ReferenceStep, OneCompliantImpulseByHandAtAnyNumberOfSweeps) {
     scene.parameters.settings.max_iterations = sweeps;
     ReferenceCloth cloth = ClothOf(scene);
     const StepReport report =
-        StepReferenceCloth(cloth, true, cloth.parameters.settings.max_iterations);
+        StepReferenceCloth(cloth, {.measure = true}, cloth.parameters.settings.max_iterations);
     EXPECT_NEAR(cloth.state.velocities_m_per_s[0].x(), 0.24, 4e-16);
     EXPECT_NEAR(cloth.state.velocities_m_per_s[1].x(), -0.08, 2e-16);
     EXPECT_NEAR(report.measured.max_residual_m, 0, 1e-15);
@@ -70,7 +70,7 @@ TEST(ReferenceStep, CoincidentParticlesArePushedApartAlongX) {
   Scene scene = Dumbbell(1, 0);
   scene.state.positions_m[1] = scene.state.positions_m[0];
   ReferenceCloth cloth = ClothOf(scene);
-  StepReferenceCloth(cloth, false, cloth.parameters.settings.max_iterations);
+  StepReferenceCloth(cloth, {}, cloth.parameters.settings.max_iterations);
   const Vector3d d = cloth.state.positions_m[1] - cloth.state.positions_m[0];
   EXPECT_LE((d - Vector3d(1, 0, 0)).norm(), 4e-16);
 }
@@ -138,7 +138,8 @@ TEST(SpringsBeyondLimit, TellsTheStepAtWhichAChainBlowsUp) {
     ReferenceCloth cloth = ClothOf(scene);
     StepReport report;
     for (int step = 0; step < 20; ++step)
-      report = StepReferenceCloth(cloth, true, cloth.parameters.settings.max_iterations);
+      report =
+          StepReferenceCloth(cloth, {.measure = true}, cloth.parameters.settings.max_iterations);
     EXPECT_EQ(report.warnings.springs_beyond_limit, share > 1);
     // 1e-3 m/s of 25 kg are 1.25e-5 J at first. Below the limit an amplitude grows by at most
     // 1 / sqrt(1 - 0.95^2) = 3.2, beyond it each step by (1.02 + sqrt(1.02^2 - 1))^2 = 1.49.

@@ -44,6 +44,34 @@ std::vector<NamedNumber> NumbersOf(const StepReport& report) {
           {"energy_gained", static_cast<double>(warnings.energy_gained), false}};
 }
 
+// Of a report with impulses.
+std::vector<Eigen::Vector3d> VectorsOf(const StepImpulses& impulses) {
+  std::vector<Eigen::Vector3d> vectors;
+  for (const ColliderImpulse& collider : impulses.colliders) {
+    vectors.push_back(collider.impulse_n_s);
+    vectors.push_back(collider.angular_impulse_n_m_s);
+  }
+  for (const auto& pin : impulses.pins_n_s) vectors.push_back(pin);
+  for (const auto& grip : impulses.grips_n_s) vectors.push_back(grip);
+  return vectors;
+}
+
+std::string DifferenceOfImpulses(const StepReport& actual, const StepReport& expected) {
+  const bool has_some = actual.impulses != nullptr;
+  if (has_some != (expected.impulses != nullptr)) return "one has no impulses; ";
+  if (!has_some) return "";
+  const auto vectors = VectorsOf(*actual.impulses), others = VectorsOf(*expected.impulses);
+  if (vectors.size() != others.size()) return "different numbers of impulses; ";
+  std::ostringstream text;
+  text.precision(17);
+  for (size_t k = 0; k < vectors.size(); ++k) {
+    if (vectors[k] == others[k]) continue;
+    text << "impulse " << k << ": " << vectors[k].transpose() << " instead of "
+         << others[k].transpose() << "; ";
+  }
+  return text.str();
+}
+
 }  // namespace
 
 std::string DifferenceOf(const StepReport& actual, const StepReport& expected) {
@@ -55,7 +83,7 @@ std::string DifferenceOf(const StepReport& actual, const StepReport& expected) {
     text << numbers[k].name << ": " << numbers[k].value << " instead of " << others[k].value
          << "; ";
   }
-  return text.str();
+  return text.str() + DifferenceOfImpulses(actual, expected);
 }
 
 std::string ReportBits(const StepReport& report) {

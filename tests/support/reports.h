@@ -7,7 +7,7 @@
 
 namespace drape::test {
 
-// The names and both values of fields that differ in any bit; empty: none does.
+// The names and both values of fields that differ in any bit, impulses too; empty: none does.
 std::string DifferenceOf(const StepReport& actual, const StepReport& expected);
 
 // The bytes of a backend's report, the same for every NaN.

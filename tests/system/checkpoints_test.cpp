@@ -201,6 +201,67 @@ TEST_F(Checkpoints, DamagedFilesAreSetAsideAndTheOthersComeBack) {
   EXPECT_EQ(FilesOf(folder_, ".unreadable").size(), 2u);
 }
 
+bool IsThere(Stub& stub, const std::string& session) {
+  v1::GetSessionRequest get;
+  get.set_name(session);
+  return Call(stub, &Stub::GetSession, get).status.ok();
+}
+
+TEST_F(Checkpoints, ASessionThatCameBackAndThenEndsIsForgotten) {
+  auto server = StartServer();
+  auto stub = server->NewStub();
+  const std::string session = NewSession(*stub), other = NewSession(*stub);
+  Create(*stub, HangingSheet(session, 4));
+  server->Signal(SIGTERM);
+  ASSERT_EQ(server->WaitForExit(), 0);
+
+  server = StartServer();
+  stub = server->NewStub();
+  v1::DeleteSessionRequest deletion;
+  deletion.set_name(session);
+  ASSERT_TRUE(Call(*stub, &Stub::DeleteSession, deletion).status.ok());
+  EXPECT_TRUE(Wait([&] { return FilesOf(folder_, ".checkpoint").size() == 1; }));
+  server->Signal(SIGKILL);
+  server->WaitForExit();
+
+  server = StartServer();
+  stub = server->NewStub();
+  EXPECT_FALSE(IsThere(*stub, session));
+  EXPECT_TRUE(IsThere(*stub, other));
+}
+
+TEST_F(Checkpoints, FilesThatCouldNotBeRecoveredNowStayForTheNextStart) {
+  auto server = StartServer();
+  auto stub = server->NewStub();
+  const std::string first = NewSession(*stub), second = NewSession(*stub);
+  server->Signal(SIGTERM);
+  ASSERT_EQ(server->WaitForExit(), 0);
+  // No file that can be read, whoever reads.
+  const std::string nothing = folder_ + "/nothing.checkpoint";
+  fs::create_directory(nothing);
+
+  {
+    ServerProcess narrow({"--backend=cpu", "--checkpoint-dir=" + folder_,
+                          "--checkpoint-interval-s=0.1", "--max-sessions=1"});
+    ASSERT_TRUE(narrow.WaitUntilUp());
+    stub = narrow.NewStub();
+    EXPECT_EQ(IsThere(*stub, first) + IsThere(*stub, second), 1);
+    EXPECT_THAT(narrow.Log(), HasSubstr("TOO_MANY_SESSIONS"));
+    EXPECT_THAT(narrow.Log(), HasSubstr("FILE_FAILED"));
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));  // some rounds
+    EXPECT_EQ(FilesOf(folder_, ".checkpoint").size(), 3u);
+    narrow.Signal(SIGTERM);
+    ASSERT_EQ(narrow.WaitForExit(), 0);
+  }
+  EXPECT_EQ(FilesOf(folder_, ".checkpoint").size(), 3u);
+
+  server = StartServer();
+  stub = server->NewStub();
+  EXPECT_TRUE(IsThere(*stub, first));
+  EXPECT_TRUE(IsThere(*stub, second));
+  EXPECT_TRUE(fs::exists(nothing));
+}
+
 TEST_F(Checkpoints, AFolderServesOneServerAndALostOneStopsNobody) {
   auto server = StartServer();
   ServerProcess second({"--backend=cpu", "--checkpoint-dir=" + folder_});

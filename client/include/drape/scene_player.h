@@ -25,6 +25,10 @@ struct PlayedCloth {
 struct AdvanceResult {
   // One per cloth in scene order, measured after the last of the steps; empty unless requested.
   std::vector<v1::StepReport> reports;
+  // Of the last of the steps; empty unless `has_impulses`.
+  bool has_impulses = false;
+  v1::ColliderImpulses collider_impulses;
+  v1::PinImpulses pin_impulses;
   double wait_s = 0;       // spent waiting for the answers to Step requests
   uint64_t device_us = 0;  // the device's share of it, as the server measured it
 };
@@ -44,9 +48,11 @@ class ScenePlayer {
 
   // Does up to `steps` steps, as many as remain, in as many requests as controls and limits
   // require; one takes about half a second at most. `should_stop` is called after each request;
-  // once it returns true, one more step is the last.
+  // once it returns true, one more step is the last. `has_impulses`: only of servers with
+  // ServerInfo.has_impulses.
   AdvanceResult Advance(uint64_t steps, bool has_reports,
-                        const std::function<bool()>& should_stop = nullptr);
+                        const std::function<bool()>& should_stop = nullptr,
+                        bool has_impulses = false);
 
  private:
   void CreateEntry(int entry);

@@ -194,11 +194,12 @@ void ScenePlayer::AdaptRequests(uint64_t steps, double wait_s) {
 }
 
 AdvanceResult ScenePlayer::Advance(uint64_t steps, bool has_reports,
-                                   const std::function<bool()>& should_stop) {
+                                   const std::function<bool()>& should_stop, bool has_impulses) {
   uint64_t end = step_ + std::min(steps, step_count_ - step_);
   uint64_t max_steps = limits_.max_steps_per_request();
   if (max_steps == 0) max_steps = std::numeric_limits<uint32_t>::max();
   AdvanceResult result;
+  result.has_impulses = has_impulses;
   if (step_ == end) return result;
   while (step_ < end) {
     v1::StepRequest request;
@@ -209,6 +210,7 @@ AdvanceResult ScenePlayer::Advance(uint64_t steps, bool has_reports,
     request.set_steps(static_cast<uint32_t>(until - step_));
     request.set_expected_step(step_);
     request.set_report(has_reports && until == end);
+    request.set_impulses(has_impulses && until == end);
 
     const auto start = std::chrono::steady_clock::now();
     v1::StepResponse response = session_.Step(std::move(request));
@@ -218,6 +220,8 @@ AdvanceResult ScenePlayer::Advance(uint64_t steps, bool has_reports,
     result.device_us += response.timing().device_us();
     step_ = until;
     result.reports = {response.reports().begin(), response.reports().end()};
+    result.collider_impulses = std::move(*response.mutable_collider_impulses());
+    result.pin_impulses = std::move(*response.mutable_pin_impulses());
     if (should_stop && should_stop()) end = std::min(end, step_ + 1);
   }
   if (has_reports && result.reports.size() != cloths_.size()) {

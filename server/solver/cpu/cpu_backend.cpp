@@ -81,6 +81,7 @@ class CpuBackend final : public Backend {
             .scalar = ScalarType::kFloat32,
             .is_hardware_gpu = false,
             .has_self_collision = true,
+            .has_impulses = true,
             .plan_of = [plan = lane_count_ > 1 ? "lanes" : "single"](const SceneModel&) {
               return plan;
             }};
@@ -238,9 +239,10 @@ class CpuBackend final : public Backend {
       const Cloth& cloth = cloths_.At(item.cloth);
       batch.push_back({cloth.model.get(), std::nullopt, !item.grips.empty()});
       if (lane_count_ == 1 || !ClothFitsLanes(cloth)) continue;
+      if (item.impulses && !item.grips.empty()) continue;
       batch.back().key.emplace(*cloth.model, *cloth.controls,
                                IterationsOf(item, cloth.parameters.settings),
-                               HasMovingColliders(cloth.parameters));
+                               HasMovingColliders(cloth.parameters), item.impulses);
     }
     return FormGroups(batch, lane_count_, static_cast<uint32_t>(thread_count_));
   }
@@ -373,6 +375,8 @@ class CpuBackend final : public Backend {
     StepContext context = PlainContextOf(cloth, item, team, scratch);
     context.contact_surface = cloth.contact_surface.get();
     context.may_cross_itself = cloth.may_cross_itself;
+    context.asks_for_impulses = item.impulses;
+    context.colliders = cloth.parameters.colliders;
     return context;
   }
   StepContext PlainContextOf(Cloth& cloth, const StepItem& item, StepTeam& team,

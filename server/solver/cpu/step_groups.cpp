@@ -31,14 +31,15 @@ std::vector<std::vector<uint32_t>> Alike(std::span<const GroupCandidate> cloths)
 }  // namespace
 
 LaneKey::LaneKey(const FloatModel& key_model, const FloatControls& controls,
-                 uint32_t key_max_iterations, bool moves)
+                 uint32_t key_max_iterations, bool moves, bool asks_for_impulses)
     : layout(&key_model.layout()),
       stages(controls.plan.stages),
       solver(controls.plan.solver),
       schedule(controls.plan.schedule),
       tolerance(controls.plan.tolerance),
       max_iterations(key_max_iterations),
-      have_motions(moves) {
+      have_motions(moves),
+      asked_model(asks_for_impulses ? &key_model : nullptr) {
   // Cloths with and without damping share a group: each lane has a factor of its own.
   stages.Add(StepStage::kCorrectVelocity);
   solver.end_share = controls.has_start_directions() ? 0 : 1;

@@ -16,9 +16,9 @@ namespace drape::cpu {
 // Cloths with equal keys may form a group (side_by_side/lanes.md): the same stages run for all of
 // them.
 struct LaneKey {
-  // `moves`: its colliders do.
+  // `moves`: its colliders do; `asks_for_impulses`: of its step.
   LaneKey(const FloatModel& model, const FloatControls& controls, uint32_t max_iterations,
-          bool moves);
+          bool moves, bool asks_for_impulses = false);
 
   const FloatModel* layout;  // FloatModel::layout; the cloths may differ in what is pinned
   StageSet stages;
@@ -28,6 +28,8 @@ struct LaneKey {
   uint32_t max_iterations;
   std::string colliders;  // their kinds
   bool have_motions;
+  // Where impulses are asked for the cloths must hold the same: the model; else null.
+  const FloatModel* asked_model;
 
   friend auto operator<=>(const LaneKey&, const LaneKey&) = default;
 };

@@ -30,6 +30,7 @@ class ReferenceBackend final : public Backend {
             .scalar = ScalarType::kFloat64,
             .is_hardware_gpu = false,
             .has_self_collision = true,
+            .has_impulses = true,
             .plan_of = [](const SceneModel&) { return "scalar"; }};
   }
 
@@ -61,7 +62,7 @@ class ReferenceBackend final : public Backend {
       ReferenceCloth& cloth = Find(item.cloth);
       SetTargets(cloth, item);
       batch.reports.push_back(
-          StepReferenceCloth(cloth, item.measure, IterationsOf(item, cloth.parameters.settings)));
+          StepReferenceCloth(cloth, AskedBy(item), IterationsOf(item, cloth.parameters.settings)));
     }
     batch.device_us = UsSince(start);
     return batch;
@@ -73,7 +74,7 @@ class ReferenceBackend final : public Backend {
     if (step == nullptr) {
       ReferenceCloth& cloth = Find(item.cloth);
       SetTargets(cloth, item);
-      step = std::make_unique<ReferenceStep>(cloth, item.measure,
+      step = std::make_unique<ReferenceStep>(cloth, AskedBy(item),
                                              IterationsOf(item, cloth.parameters.settings));
     }
     const std::optional<StepReport> report = step->Continue(pause);
@@ -131,6 +132,10 @@ class ReferenceBackend final : public Backend {
 
   static int64_t UsSince(Clock::time_point start) {
     return std::chrono::duration_cast<std::chrono::microseconds>(Clock::now() - start).count();
+  }
+
+  static AskedOfStep AskedBy(const StepItem& item) {
+    return {.measure = item.measure, .impulses = item.impulses};
   }
 
   // Sets the targets of pins, lengths and colliders in a step.

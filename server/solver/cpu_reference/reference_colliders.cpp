@@ -26,6 +26,10 @@ ReferenceContact ReferenceColliders::AtEnd(size_t c, const Vector3d& q) const {
   return ContactAt(collider, at_end_[c], parameters_.thickness_m, q);
 }
 
+Vector3d ReferenceColliders::PivotAtEnd(size_t c) const {
+  return at_end_.empty() ? CentreOf(parameters_.colliders[c]) : at_end_[c].position_m;
+}
+
 Vector3d ReferenceColliders::VelocityAtStart(size_t c, const Vector3d& place) const {
   return at_start_.empty() ? Vector3d::Zero() : at_start_[c].VelocityAt(place);
 }

@@ -22,6 +22,8 @@ class ReferenceColliders {
   // Gap and normal of collider c at a point, when the substep starts and when it ends.
   ReferenceContact AtStart(size_t c, const Eigen::Vector3d& p) const;
   ReferenceContact AtEnd(size_t c, const Eigen::Vector3d& q) const;
+  // Where the pivot of collider c is when the substep ends [m].
+  Eigen::Vector3d PivotAtEnd(size_t c) const;
 
   // Velocity of the point of collider c that is at `place` then [m/s].
   Eigen::Vector3d VelocityAtStart(size_t c, const Eigen::Vector3d& place) const;

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "server/solver/cpu_reference/reference_stages.h"
 #include "server/solver/solver_constants.h"
@@ -36,17 +37,28 @@ double NormalImpulse(const StepContext& context, uint32_t i, size_t c, double no
   return std::max(normal + (context.rebounds[contact] - normal_speed), 0.0);
 }
 
+// A contact has changed a velocity: the collider has got the opposite impulse. `place` is where the
+// particle is when the substep ends.
+void PushCollider(const StepContext& context, uint32_t i, size_t c, const Vector3d& place,
+                  const Vector3d& velocity_change) {
+  if (context.impulses == nullptr) return;
+  context.impulses->ToCollider(c, -context.model.masses_kg()[i] * velocity_change,
+                               place - context.colliders.PivotAtEnd(c));
+}
+
 // gap >= floor with impulses that only push (Bender et al. 2009, section 3.2, inequality
 // constraints), then Coulomb friction against the motion of the substep relative to the surface.
 bool SolveContact(StepContext& context, uint32_t i, size_t c, ContactImpulse& beta) {
   const ClothParameters& parameters = context.parameters;
   Vector3d& u = context.u[i];
+  const Vector3d place = context.base[i] + context.h * u;
   bool has_changed = false;
   const auto [gap, n] = PredictedContact(context, i, c);
   const double normal =
       std::max(beta.normal - (gap - ContactFloor(context, i, c)) / context.h, 0.0);
   const double normal_change = normal - beta.normal;
   u += normal_change * n;
+  PushCollider(context, i, c, place, normal_change * n);
   beta.normal = normal;
   has_changed |= IsAboveTolerance(context, std::abs(normal_change));
 
@@ -60,6 +72,7 @@ bool SolveContact(StepContext& context, uint32_t i, size_t c, ContactImpulse& be
                       parameters.friction_static, parameters.friction_dynamic);
   const Vector3d tangential_change = tangential - beta.tangential;
   u += tangential_change;
+  PushCollider(context, i, c, place, tangential_change);
   beta.tangential = tangential;
   return has_changed || IsAboveTolerance(context, tangential_change.norm());
 }
@@ -75,11 +88,17 @@ bool HasLanded(const StepContext& context, uint32_t i, size_t c) {
 
 // A difference over two steps remembers the velocity before an impact: the particle goes on as if
 // it had always flown with the velocity that the impact left.
-void ForgetFlight(StepContext& context, uint32_t i) {
+void ForgetFlight(StepContext& context, uint32_t i, size_t c) {
   const double h = context.substep.duration_s;
   const Vector3d& g = context.parameters.gravity_m_per_s2;
   const Vector3d& v = context.state.velocities_m_per_s[i];
-  context.previous.positions_m[i] = context.state.positions_m[i] - h * (v - h / 2 * g);
+  const Vector3d& p = context.state.positions_m[i];
+  if (context.impulses != nullptr) {
+    const Vector3d change = v - h * g - context.previous.velocities_m_per_s[i];
+    context.impulses->ToColliderInMemory(c, context.model.masses_kg()[i] * change,
+                                         p - context.colliders.PivotAtEnd(c));
+  }
+  context.previous.positions_m[i] = p - h * (v - h / 2 * g);
   context.previous.velocities_m_per_s[i] = v - h * g;
 }
 
@@ -112,8 +131,10 @@ void CorrectContactVelocity(StepContext& context, uint32_t i, size_t c, double r
   after += Tangential(kick, n);
   if (!is_two_step) after += friction(-after, stops_kick);
   if (rebound > 0) after += rebound * n;
+  const Vector3d before = context.state.velocities_m_per_s[i];
   context.state.velocities_m_per_s[i] =
       colliders.are_moving() ? Vector3d(of_surface + after) : after;
+  PushCollider(context, i, c, p, context.state.velocities_m_per_s[i] - before);
 }
 
 }  // namespace
@@ -165,14 +186,14 @@ void CorrectVelocity(StepContext& context) {
   const size_t collider_count = context.colliders.size();
   for (uint32_t i = 0; i < context.model.particle_count(); ++i) {
     if (context.w[i] == 0) continue;
-    bool has_landed = false;
+    std::optional<size_t> landed_on;  // the first one
     for (size_t c = 0; c < collider_count; ++c) {
       const size_t contact = i * collider_count + c;
       if (!(context.beta[contact].normal > 0)) continue;
       CorrectContactVelocity(context, i, c, context.rebounds[contact]);
-      has_landed |= context.substep.is_two_step && HasLanded(context, i, c);
+      if (context.substep.is_two_step && !landed_on && HasLanded(context, i, c)) landed_on = c;
     }
-    if (has_landed) ForgetFlight(context, i);
+    if (landed_on) ForgetFlight(context, i, *landed_on);
     if (damping_per_s > 0) context.state.velocities_m_per_s[i] *= decay;
   }
 }

@@ -22,7 +22,7 @@ std::vector<double> InverseMasses(const SceneModel& model, const std::vector<Gri
 }  // namespace
 
 StepContext::StepContext(const ReferenceCloth& cloth, const StepPlan& step_plan,
-                         uint32_t most_iterations)
+                         const AskedOfStep& asked, uint32_t most_iterations)
     : model(*cloth.model),
       parameters(cloth.parameters),
       plan(step_plan),
@@ -35,6 +35,8 @@ StepContext::StepContext(const ReferenceCloth& cloth, const StepPlan& step_plan,
       previous(cloth.state),
       base(model.particle_count()),
       u(model.particle_count()),
-      a(model.particle_count()) {}
+      a(model.particle_count()),
+      impulses(asked.impulses ? std::make_unique<ImpulseSums>(model, held, colliders.size())
+                              : nullptr) {}
 
 }  // namespace drape::reference

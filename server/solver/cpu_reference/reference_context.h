@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -13,14 +14,17 @@
 #include "server/solver/cpu_reference/reference_colliders.h"
 #include "server/solver/cpu_reference/reference_constraints.h"
 #include "server/solver/cpu_reference/reference_contact.h"
+#include "server/solver/cpu_reference/reference_impulses.h"
 #include "server/solver/cpu_reference/reference_self_contacts.h"
+#include "server/solver/cpu_reference/reference_step.h"
 #include "server/solver/step_plan.h"
 
 namespace drape::reference {
 
 // One step under way. Names as in server/solver/method.md. The cloth and the plan must outlive it.
 struct StepContext {
-  StepContext(const ReferenceCloth& cloth, const StepPlan& step_plan, uint32_t most_iterations);
+  StepContext(const ReferenceCloth& cloth, const StepPlan& step_plan, const AskedOfStep& asked,
+              uint32_t most_iterations);
 
   // From particle i to j at the end of the substep, b + h u [m].
   Eigen::Vector3d PredictedDifference(uint32_t i, uint32_t j) const {
@@ -33,6 +37,14 @@ struct StepContext {
     for (size_t i = 0; i < changes.size(); ++i) {
       if (w[i] != 0) velocities[i] += factor * changes[i];
     }
+  }
+  // An impulse of the substep on particle i [N s], which only what is held passes on.
+  void Pull(uint32_t i, const Eigen::Vector3d& impulse) const {
+    if (impulses != nullptr && w[i] == 0) impulses->ToHeld(i, impulse);
+  }
+  // Of the impulses on all particles.
+  void PullHeld(const std::vector<Eigen::Vector3d>& impulses_n_s, double factor = 1) const {
+    for (const Grip& grip : held) Pull(grip.particle, factor * impulses_n_s[grip.particle]);
   }
   // Whether nothing moves constraint or joint (i, j): both ends are held.
   bool IsHeld(uint32_t i, uint32_t j) const { return w[i] == 0 && w[j] == 0; }
@@ -54,11 +66,13 @@ struct StepContext {
   std::vector<Eigen::Vector3d> u;             // mean velocities over the interval [m/s]
   std::vector<Eigen::Vector3d> a;             // accelerations [m/s^2]
   std::vector<Eigen::Vector3d> hinge_a;       // of hinges, shared by substeps [m/s^2]
+  std::vector<Eigen::Vector3d> hinge_forces;  // of them, with `impulses` [N]
   std::vector<double> lambda;                 // accumulated impulses, [constraint_count] [N s]
   std::vector<Eigen::Vector3d> joint_lambda;  // [joint_count] [N s]
   std::vector<ContactImpulse> beta;           // times w, [particle_count][collider_count] [m/s]
   ReferenceSelfContacts self_contacts;
-  std::vector<double> rebounds;  // [particle_count][collider_count] [m/s]; 0: no hit
+  std::unique_ptr<ImpulseSums> impulses;  // null: nobody asks for them
+  std::vector<double> rebounds;           // [particle_count][collider_count] [m/s]; 0: no hit
 };
 
 }  // namespace drape::reference

@@ -27,6 +27,8 @@ bool SolveConstraint(StepContext& context, uint32_t index) {
   context.lambda[index] += impulse;
   context.u[i] -= context.w[i] * impulse * n;
   context.u[j] += context.w[j] * impulse * n;
+  context.Pull(i, -impulse * n);
+  context.Pull(j, impulse * n);
   return true;
 }
 
@@ -61,6 +63,8 @@ void SolveDistanceVelocities(StepContext& context) {
     const double impulse = -n.dot(v[j] - v[i]) / (context.w[i] + context.w[j]);
     v[i] -= context.w[i] * impulse * n;
     v[j] += context.w[j] * impulse * n;
+    context.Pull(i, -impulse * n);
+    context.Pull(j, impulse * n);
   }
 }
 

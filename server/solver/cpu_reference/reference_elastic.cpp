@@ -1,6 +1,8 @@
 #include "server/solver/cpu_reference/reference_elastic.h"
 
 #include <algorithm>
+#include <optional>
+#include <utility>
 
 #include "server/solver/cpu_reference/reference_stages.h"
 #include "server/solver/hinge_stages.h"
@@ -44,9 +46,12 @@ ElasticDeflection DeflectionOf(const ElasticElement& element,
   return {length - rest_length, l / length};
 }
 
-std::vector<Vector3d> ElasticVelocityChanges(const SceneModel& model, const ParticleState& state,
-                                             double duration_s, double substep_s,
-                                             double max_frequency_sq_per_s2) {
+namespace {
+
+// Of particles with these inverse masses.
+std::vector<Vector3d> ChangesByElements(const SceneModel& model, std::span<const double> w,
+                                        const ParticleState& state, double duration_s,
+                                        double substep_s, double max_frequency_sq_per_s2) {
   std::vector<Vector3d> changes(model.particle_count(), Vector3d::Zero());
   const ElasticShares& shares = model.elastic_shares();
   for (uint32_t e = 0; e < model.elastic_count(); ++e) {
@@ -59,21 +64,50 @@ std::vector<Vector3d> ElasticVelocityChanges(const SceneModel& model, const Part
                                    max_frequency_sq_per_s2);
     for (size_t k = 0; k < 4; ++k) {
       const uint32_t i = element.particles[k];
-      changes[i] += model.inverse_masses_per_kg()[i] * element.weights[k] * impulse;
+      changes[i] += w[i] * element.weights[k] * impulse;
     }
   }
   return changes;
 }
 
+}  // namespace
+
+std::vector<Vector3d> ElasticVelocityChanges(const SceneModel& model, const ParticleState& state,
+                                             double duration_s, double substep_s,
+                                             double max_frequency_sq_per_s2) {
+  return ChangesByElements(model, model.inverse_masses_per_kg(), state, duration_s, substep_s,
+                           max_frequency_sq_per_s2);
+}
+
+std::vector<Vector3d> ElasticImpulses(const SceneModel& model, const ParticleState& state,
+                                      double duration_s, double substep_s,
+                                      double max_frequency_sq_per_s2) {
+  const std::vector<double> ones(model.particle_count(), 1.0);
+  return ChangesByElements(model, ones, state, duration_s, substep_s, max_frequency_sq_per_s2);
+}
+
 }  // namespace drape
 
 namespace drape::reference {
+namespace {
+
+// The impulses of the elements on the particles, if anybody asks for those on what is held.
+std::optional<std::vector<Vector3d>> AskedImpulses(const StepContext& context,
+                                                   const ParticleState& state, double duration_s) {
+  if (context.impulses == nullptr) return std::nullopt;
+  return ElasticImpulses(context.model, state, duration_s, context.parameters.settings.substep_s(),
+                         context.plan.max_elastic_frequency_sq_per_s2);
+}
+
+}  // namespace
 
 void ApplyElastic(const StepContext& context, double duration_s,
                   const std::vector<Eigen::Vector3d>& positions,
                   std::vector<Eigen::Vector3d>& velocities) {
   if (!context.plan.Has(StepStage::kApplyElastic)) return;
-  const auto changes = ElasticVelocityChanges(context.model, {positions, velocities}, duration_s,
+  const ParticleState state{positions, velocities};
+  if (const auto impulses = AskedImpulses(context, state, duration_s)) context.PullHeld(*impulses);
+  const auto changes = ElasticVelocityChanges(context.model, state, duration_s,
                                               context.parameters.settings.substep_s(),
                                               context.plan.max_elastic_frequency_sq_per_s2);
   context.Add(changes, 1, velocities);
@@ -90,7 +124,11 @@ void ShareHinges(StepContext& context) {
     context.hinge_a =
         ElasticVelocityChanges(context.model, predicted, 1, context.parameters.settings.substep_s(),
                                context.plan.max_elastic_frequency_sq_per_s2);
+    if (auto forces = AskedImpulses(context, predicted, 1)) {
+      context.hinge_forces = *std::move(forces);
+    }
   }
+  if (context.impulses != nullptr) context.PullHeld(context.hinge_forces, substep.force_s());
   context.Add(context.hinge_a, substep.force_s(), context.u);
 }
 
@@ -100,6 +138,7 @@ void SolveHinges(StepContext& context) {
   if (context.plan.solver.hinge_period > 1) return ShareHinges(context);
   const uint32_t particle_count = context.model.particle_count();
   std::vector<Vector3d> change(particle_count, Vector3d::Zero());
+  std::vector<Vector3d> pull(particle_count, Vector3d::Zero());
   ParticleState predicted;
   for (const auto& [momentum, gain] : HingeStages(context.plan.solver.hinge_stages)) {
     predicted.positions_m = context.base;
@@ -112,6 +151,12 @@ void SolveHinges(StepContext& context) {
                                              context.plan.max_elastic_frequency_sq_per_s2);
     for (uint32_t i = 0; i < particle_count; ++i) {
       change[i] = momentum * change[i] + gain * kick[i];
+    }
+    if (const auto impulses = AskedImpulses(context, predicted, context.substep.force_s())) {
+      for (uint32_t i = 0; i < particle_count; ++i) {
+        pull[i] = momentum * pull[i] + gain * (*impulses)[i];
+      }
+      context.PullHeld(pull);
     }
     context.Add(change, 1, context.u);
   }

@@ -24,5 +24,9 @@ std::vector<Eigen::Vector3d> ElasticVelocityChanges(const SceneModel& model,
                                                     const ParticleState& state, double duration_s,
                                                     double substep_s,
                                                     double max_frequency_sq_per_s2);
+// The impulses behind it [N s], on pins too.
+std::vector<Eigen::Vector3d> ElasticImpulses(const SceneModel& model, const ParticleState& state,
+                                             double duration_s, double substep_s,
+                                             double max_frequency_sq_per_s2);
 
 }  // namespace drape

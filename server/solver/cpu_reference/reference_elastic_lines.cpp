@@ -22,6 +22,23 @@ void Push(StepContext& context, uint32_t i, const Vector3d& change) {
   if (context.w[i] != 0) context.u[i] += change;
 }
 
+// The impulses of the rods on what is held: -(force time) dE/dp - s K x.
+void PullByRods(const StepContext& context, const ElasticLine& line, Entries entries,
+                const std::vector<Vector3d>& x) {
+  const double s_s2 = context.plan.schedule.largest_force_interval_s2();
+  const auto particle = [&](uint32_t k) { return line.first + k * line.stride; };
+  for (uint32_t k = 1; k + 1 < line.count; ++k) {
+    const Vector3d bend = context.PredictedDifference(particle(k), particle(k + 1)) -
+                          context.PredictedDifference(particle(k - 1), particle(k));
+    const Vector3d more = (x[k + 1] - x[k]) - (x[k] - x[k - 1]);
+    const Vector3d impulse =
+        -entries[k].elasticity * (context.substep.force_s() * bend + s_s2 * more);
+    context.Pull(particle(k - 1), impulse);
+    context.Pull(particle(k), -2 * impulse);
+    context.Pull(particle(k + 1), impulse);
+  }
+}
+
 // The change of velocity x with (M + s K) x = -(force time) dE/dp at the end of the substep.
 void SolveRods(StepContext& context, const ElasticLine& line, Entries entries) {
   const auto particle = [&](uint32_t k) { return line.first + k * line.stride; };
@@ -42,8 +59,9 @@ void SolveRods(StepContext& context, const ElasticLine& line, Entries entries) {
     x[k] *= entries[k].inverse_pivot;
     if (k + 1 < line.count) x[k] -= entries[k].to_next * x[k + 1];
     if (k + 2 < line.count) x[k] -= entries[k].to_second_next * x[k + 2];
-    Push(context, particle(k), x[k]);
   }
+  if (context.impulses != nullptr) PullByRods(context, line, entries, x);
+  for (uint32_t k = line.count; k-- > 0;) Push(context, particle(k), x[k]);
 }
 
 // A diagonal under way.
@@ -81,6 +99,8 @@ void SolveDiagonals(StepContext& context, const ElasticLine& line, double rest_l
   for (uint32_t k = static_cast<uint32_t>(links.size()); k-- > 0;) {
     Link& link = links[k];
     if (k + 1 < links.size()) link.impulse -= link.ratio * links[k + 1].impulse;
+    context.Pull(particle(k), -link.impulse * link.n);
+    context.Pull(particle(k + 1), link.impulse * link.n);
     Push(context, particle(k), -w[particle(k)] * link.impulse * link.n);
     Push(context, particle(k + 1), w[particle(k + 1)] * link.impulse * link.n);
   }
@@ -120,6 +140,7 @@ void SolveCells(StepContext& context, std::span<const ElasticLine> lines, Entrie
       impulses[i + columns + 1] += y[k];
     }
   }
+  context.PullHeld(impulses);
   for (size_t i = 0; i < impulses.size(); ++i) context.u[i] += context.w[i] * impulses[i];
 }
 

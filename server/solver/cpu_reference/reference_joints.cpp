@@ -25,6 +25,8 @@ bool SolveJoints(StepContext& context) {
     context.joint_lambda[index] += impulse;
     context.u[i] -= context.w[i] * impulse;
     context.u[j] += context.w[j] * impulse;
+    context.Pull(i, -impulse);
+    context.Pull(j, impulse);
     has_changed = true;
   }
   return has_changed;
@@ -38,6 +40,8 @@ void SolveJointVelocities(StepContext& context) {
     const Vector3d impulse = -(v[j] - v[i]) / (context.w[i] + context.w[j]);
     v[i] -= context.w[i] * impulse;
     v[j] += context.w[j] * impulse;
+    context.Pull(i, -impulse);
+    context.Pull(j, impulse);
   }
 }
 

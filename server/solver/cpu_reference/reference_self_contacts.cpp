@@ -19,12 +19,29 @@ void Assign(const std::vector<SelfVector>& vectors, std::vector<Eigen::Vector3d>
   for (size_t i = 0; i < vectors.size(); ++i) result[i] = FromVector(vectors[i]);
 }
 
+// Those of the substep that ends.
+void TakePulls(StepContext& context) {
+  if (context.impulses == nullptr) return;
+  ReferenceSelfContacts& self = context.self_contacts;
+  for (const Grip& held : context.held) {
+    const uint32_t i = held.particle;
+    context.impulses->ToHeld(i, FromVector(self.pulls[i]));
+    context.impulses->ToHeldInMemory(i, FromVector(self.pulls_in_memory[i]));
+    self.pulls[i] = self.pulls_in_memory[i] = SelfVector{};
+  }
+}
+
 }  // namespace
 
 bool BeginSelfContacts(StepContext& context, const ContactSurface* surface, bool may_cross) {
   if (!context.plan.Has(StepStage::kFindSelfContacts)) return false;
   const ClothParameters& parameters = context.parameters;
   const SelfContactNumbers numbers = SelfContactOf(parameters);
+  ReferenceSelfContacts& self = context.self_contacts;
+  if (context.impulses != nullptr) {
+    self.pulls.assign(context.model.particle_count(), SelfVector{});
+    self.pulls_in_memory = self.pulls;
+  }
   const self_contact::StepNumbers<SelfVector> step{
       .thickness = numbers.thickness_m,
       .friction_static = numbers.friction_static,
@@ -38,7 +55,8 @@ bool BeginSelfContacts(StepContext& context, const ContactSurface* surface, bool
       .time_step = parameters.settings.time_step_s,
       .substeps = context.plan.schedule.size(),
       .has_two_steps = context.plan.solver.has_two_steps,
-      .inverse_masses = context.w};
+      .inverse_masses = context.w,
+      .pulls = {self.pulls, self.pulls_in_memory}};
   return context.self_contacts.contacts.Begin(*surface, step, may_cross,
                                               ToVectors(context.state.positions_m));
 }
@@ -81,6 +99,7 @@ void GuardSelfContacts(StepContext& context) {
     motion.previous_positions = previous_positions;
   }
   self.has_failed |= !self.contacts.Guard(motion);
+  TakePulls(context);
   Assign(ends, context.state.positions_m);
   Assign(velocities, context.state.velocities_m_per_s);
   if (!context.substep.is_two_step) return;

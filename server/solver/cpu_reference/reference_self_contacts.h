@@ -18,6 +18,8 @@ struct ReferenceSelfContacts {
   self_contact::SelfContacts<SelfVector> contacts;
   std::vector<SelfVector> starts;  // positions at the start of the substep
   bool has_failed = false;         // pins forced the cloth through itself
+  // With StepContext::impulses, of a substep: self_contact::HeldPulls.
+  std::vector<SelfVector> pulls{}, pulls_in_memory{};
 };
 
 // Before the first substep. Whether parts of the cloth cross each other. `surface`: of a cloth that

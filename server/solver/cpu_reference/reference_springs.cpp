@@ -14,7 +14,7 @@ std::span<const SpringEnd> SpringsOf(const SceneModel& model, uint32_t i) {
   return model.spring_ends().subspan(begin, model.spring_offsets()[i + 1] - begin);
 }
 
-// Force on particle i by one of its springs [N].
+// By one of them.
 Eigen::Vector3d SpringForce(const SpringEnd& spring, uint32_t i, const ParticleState& state) {
   const uint32_t j = spring.other_particle;
   const Eigen::Vector3d d = state.positions_m[j] - state.positions_m[i];
@@ -28,14 +28,18 @@ Eigen::Vector3d SpringForce(const SpringEnd& spring, uint32_t i, const ParticleS
 
 }  // namespace
 
+Eigen::Vector3d SpringForceOn(const SceneModel& model, const ParticleState& state, uint32_t i) {
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();
+  for (const SpringEnd& spring : SpringsOf(model, i)) force += SpringForce(spring, i, state);
+  return force;
+}
+
 std::vector<Eigen::Vector3d> SpringAccelerations(const SceneModel& model,
                                                  const ParticleState& state) {
   std::vector<Eigen::Vector3d> accelerations;
   accelerations.reserve(model.particle_count());
   for (uint32_t i = 0; i < model.particle_count(); ++i) {
-    Eigen::Vector3d force = Eigen::Vector3d::Zero();
-    for (const SpringEnd& spring : SpringsOf(model, i)) force += SpringForce(spring, i, state);
-    accelerations.push_back(model.inverse_masses_per_kg()[i] * force);
+    accelerations.push_back(model.inverse_masses_per_kg()[i] * SpringForceOn(model, state, i));
   }
   return accelerations;
 }
@@ -43,12 +47,25 @@ std::vector<Eigen::Vector3d> SpringAccelerations(const SceneModel& model,
 }  // namespace drape
 
 namespace drape::reference {
+namespace {
+
+void PullBySprings(const StepContext& context, const ParticleState& state, double duration_s) {
+  if (context.impulses == nullptr) return;
+  for (const Grip& held : context.held) {
+    const uint32_t i = held.particle;
+    context.Pull(i, duration_s * SpringForceOn(context.model, state, i));
+  }
+}
+
+}  // namespace
 
 void ApplySprings(const StepContext& context, double duration_s,
                   const std::vector<Eigen::Vector3d>& positions,
                   std::vector<Eigen::Vector3d>& velocities) {
   if (!context.plan.Has(StepStage::kApplySprings)) return;
-  const auto accelerations = SpringAccelerations(context.model, {positions, velocities});
+  const ParticleState state{positions, velocities};
+  PullBySprings(context, state, duration_s);
+  const auto accelerations = SpringAccelerations(context.model, state);
   context.Add(accelerations, duration_s, velocities);
 }
 
@@ -56,6 +73,7 @@ void AccelerateBySprings(StepContext& context) {
   if (context.substep.is_two_step) return;
   std::fill(context.a.begin(), context.a.end(), context.parameters.gravity_m_per_s2);
   if (!context.plan.solver.has_spring_forces) return;
+  PullBySprings(context, context.state, context.h);
   const auto accelerations = SpringAccelerations(context.model, context.state);
   for (uint32_t i = 0; i < context.model.particle_count(); ++i) context.a[i] += accelerations[i];
 }

@@ -130,6 +130,10 @@ bool Advance(StepContext& context, Progress& progress, const Pause& pause) {
 bool DoSubsteps(StepContext& context, Progress& progress, const Pause& pause) {
   while (progress.substep < context.plan.schedule.size()) {
     if (progress.part == Part::kBeforeSweeps) {
+      if (context.impulses != nullptr) {
+        context.impulses->SetWeights(ImpulseWeightsOf(context.plan.schedule, progress.substep,
+                                                      context.parameters.damping_per_s));
+      }
       context.substep = context.plan.schedule[progress.substep];
       context.h = context.substep.interval_s;
       context.colliders.Place(progress.substep * context.substep.duration_s,
@@ -182,9 +186,10 @@ bool GainsEnergy(const StepContext& context, const ReferenceCloth& cloth, const 
 }  // namespace reference
 
 struct ReferenceStep::UnderWay {
-  UnderWay(const ReferenceCloth& cloth, const ClothParameters& parameters, uint32_t max_iterations)
+  UnderWay(const ReferenceCloth& cloth, const ClothParameters& parameters, const AskedOfStep& asked,
+           uint32_t max_iterations)
       : plan(reference::PlanOf(cloth, parameters)),
-        context(cloth, plan, max_iterations),
+        context(cloth, plan, asked, max_iterations),
         starts_crossing(reference::BeginSelfContacts(context, cloth.contact_surface.get(),
                                                      cloth.may_cross_itself)) {}
 
@@ -194,12 +199,13 @@ struct ReferenceStep::UnderWay {
   reference::Progress progress;
 };
 
-ReferenceStep::ReferenceStep(ReferenceCloth& cloth, bool measure, uint32_t max_iterations)
+ReferenceStep::ReferenceStep(ReferenceCloth& cloth, const AskedOfStep& asked,
+                             uint32_t max_iterations)
     : cloth_(cloth),
-      measure_(measure),
+      asked_(asked),
       max_iterations_(max_iterations),
       under_way_(cloth.fault == FaultReason::kNone
-                     ? std::make_unique<UnderWay>(cloth, cloth.parameters, max_iterations)
+                     ? std::make_unique<UnderWay>(cloth, cloth.parameters, asked, max_iterations)
                      : nullptr) {}
 
 ReferenceStep::~ReferenceStep() = default;
@@ -216,7 +222,7 @@ std::optional<StepReport> ReferenceStep::Continue(const Pause& pause) {
     if (!has_gained_energy_ && reference::GainsEnergy(context, cloth_, plan)) {
       has_gained_energy_ = true;
       if (HasCalmerScheme(plan)) {
-        under_way_ = std::make_unique<UnderWay>(cloth_, WithCalmerScheme(cloth_.parameters),
+        under_way_ = std::make_unique<UnderWay>(cloth_, WithCalmerScheme(cloth_.parameters), asked_,
                                                 max_iterations_);
         return Continue(pause);
       }
@@ -231,7 +237,12 @@ std::optional<StepReport> ReferenceStep::Continue(const Pause& pause) {
     report.warnings.not_converged = !report.converged;
     cloth_.fault = FindFault(context.state);
     if (cloth_.fault == FaultReason::kNone) {
-      if (measure_) rms_motion = RmsMotion(cloth_.state, context.state);
+      if (asked_.measure) rms_motion = RmsMotion(cloth_.state, context.state);
+      if (context.impulses != nullptr) {
+        report.impulses = std::make_shared<StepImpulses>(
+            context.impulses->Total(cloth_.state, context.state, cloth_.parameters.gravity_m_per_s2,
+                                    cloth_.parameters.settings.time_step_s));
+      }
       cloth_.state = context.state;  // commit
       for (RigidMotion& motion : cloth_.parameters.collider_motions) {
         motion = motion.After(cloth_.parameters.settings.time_step_s);
@@ -241,7 +252,7 @@ std::optional<StepReport> ReferenceStep::Continue(const Pause& pause) {
     }
   }
   report.fault = cloth_.fault;
-  if (measure_) {
+  if (asked_.measure) {
     report.measured =
         MeasureState(*cloth_.model, cloth_.parameters, cloth_.state, cloth_.rest_length_targets_m);
     if (cloth_.contact_surface != nullptr) {
@@ -255,8 +266,9 @@ std::optional<StepReport> ReferenceStep::Continue(const Pause& pause) {
   return report;
 }
 
-StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_iterations) {
-  return *ReferenceStep(cloth, measure, max_iterations).Continue(Pause::Never());
+StepReport StepReferenceCloth(ReferenceCloth& cloth, const AskedOfStep& asked,
+                              uint32_t max_iterations) {
+  return *ReferenceStep(cloth, asked, max_iterations).Continue(Pause::Never());
 }
 
 }  // namespace drape

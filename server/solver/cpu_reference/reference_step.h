@@ -11,11 +11,17 @@
 
 namespace drape {
 
+// What a report of a step is to tell.
+struct AskedOfStep {
+  bool measure = false;   // StepReport::measured
+  bool impulses = false;  // StepReport::impulses
+};
+
 // A step of the cloth, its pins to pin_targets_m, by at most max_iterations sweeps per substep,
 // which may be done in pieces. The cloth outlives it and is changed by nobody else meanwhile.
 class ReferenceStep {
  public:
-  ReferenceStep(ReferenceCloth& cloth, bool measure, uint32_t max_iterations);
+  ReferenceStep(ReferenceCloth& cloth, const AskedOfStep& asked, uint32_t max_iterations);
   ~ReferenceStep();
 
   // Begins or goes on until `pause` is due; none: it paused, and the cloth is as before. A cloth
@@ -26,13 +32,14 @@ class ReferenceStep {
   struct UnderWay;
 
   ReferenceCloth& cloth_;
-  const bool measure_;
+  const AskedOfStep asked_;
   const uint32_t max_iterations_;
   bool has_gained_energy_ = false;       // once: then it is done again by the calmer scheme
   std::unique_ptr<UnderWay> under_way_;  // null: the cloth is faulted
 };
 
 // The whole step at once.
-StepReport StepReferenceCloth(ReferenceCloth& cloth, bool measure, uint32_t max_iterations);
+StepReport StepReferenceCloth(ReferenceCloth& cloth, const AskedOfStep& asked,
+                              uint32_t max_iterations);
 
 }  // namespace drape

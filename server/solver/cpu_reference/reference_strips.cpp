@@ -114,6 +114,8 @@ bool SolveStrip(StepContext& context, uint32_t strip) {
     context.lambda[strips.constraints[strips.strip_offsets[strip] + k]] += impulse;
     context.u[link.from] -= context.w[link.from] * impulse * link.line.direction;
     context.u[link.to] += context.w[link.to] * impulse * link.line.direction;
+    context.Pull(link.from, -impulse * link.line.direction);
+    context.Pull(link.to, impulse * link.line.direction);
   }
   return true;
 }

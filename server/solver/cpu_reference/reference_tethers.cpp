@@ -21,6 +21,7 @@ void Tether(StepContext& context) {
       const auto [n, slope] =
           BlendDirections(context.base[i] - context.base[pin], d, context.plan.solver.end_share);
       context.u[i] -= n * (excess / context.h / slope);
+      context.Pull(pin, model.masses_kg()[i] * n * (excess / context.h / slope));
     }
   }
 }

@@ -18,6 +18,7 @@ void DampTwist(StepContext& context) {
           (before[i00] - before[i00 + 1]) - (before[i10] - before[i10 + 1]);
       const auto add = [&](uint32_t i, double sign) {
         if (context.w[i] != 0) context.u[i] += sign * share * twist;
+        context.Pull(i, model.masses_kg()[i] * sign * share * twist);
       };
       add(i00, -1);
       add(i00 + 1, 1);

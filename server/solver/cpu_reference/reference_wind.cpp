@@ -31,9 +31,12 @@ Vector3d VelocityAfterAir(const Vector3d& r, const Vector3d& area_vector_m2, dou
   return turned / std::sqrt(1 + turn * turn * sine_sq) / (1 + drag);
 }
 
-std::vector<Vector3d> WindVelocityChanges(const SceneModel& model,
-                                          const ClothParameters& parameters,
-                                          const ParticleState& state, double duration_s) {
+namespace {
+
+// Of particles with these inverse masses.
+std::vector<Vector3d> ChangesByWind(const SceneModel& model, std::span<const double> w,
+                                    const ClothParameters& parameters, const ParticleState& state,
+                                    double duration_s) {
   std::vector<Vector3d> changes(model.particle_count(), Vector3d::Zero());
   const std::vector<Vector3d>& p = state.positions_m;
   const std::vector<Vector3d>& v = state.velocities_m_per_s;
@@ -49,11 +52,24 @@ std::vector<Vector3d> WindVelocityChanges(const SceneModel& model,
     const Vector3d impulse =
         mass * (r - VelocityAfterAir(r, area_vector, mass, parameters, duration_s));
     for (const uint32_t corner : {i, j, k}) {
-      changes[corner] +=
-          model.inverse_masses_per_kg()[corner] * model.corner_shares()[corner] * impulse;
+      changes[corner] += w[corner] * model.corner_shares()[corner] * impulse;
     }
   }
   return changes;
+}
+
+}  // namespace
+
+std::vector<Vector3d> WindVelocityChanges(const SceneModel& model,
+                                          const ClothParameters& parameters,
+                                          const ParticleState& state, double duration_s) {
+  return ChangesByWind(model, model.inverse_masses_per_kg(), parameters, state, duration_s);
+}
+
+std::vector<Vector3d> WindImpulses(const SceneModel& model, const ClothParameters& parameters,
+                                   const ParticleState& state, double duration_s) {
+  const std::vector<double> ones(model.particle_count(), 1.0);
+  return ChangesByWind(model, ones, parameters, state, duration_s);
 }
 
 }  // namespace drape
@@ -64,8 +80,11 @@ void ApplyWind(const StepContext& context, double duration_s,
                const std::vector<Eigen::Vector3d>& positions,
                std::vector<Eigen::Vector3d>& velocities) {
   if (!context.plan.Has(StepStage::kApplyWind)) return;
-  const auto changes =
-      WindVelocityChanges(context.model, context.parameters, {positions, velocities}, duration_s);
+  const ParticleState state{positions, velocities};
+  if (context.impulses != nullptr) {
+    context.PullHeld(WindImpulses(context.model, context.parameters, state, duration_s));
+  }
+  const auto changes = WindVelocityChanges(context.model, context.parameters, state, duration_s);
   context.Add(changes, 1, velocities);
 }
 

@@ -23,4 +23,9 @@ std::vector<Eigen::Vector3d> WindVelocityChanges(const SceneModel& model,
                                                  const ClothParameters& parameters,
                                                  const ParticleState& state, double duration_s);
 
+// The impulses behind it [N s], on pins too.
+std::vector<Eigen::Vector3d> WindImpulses(const SceneModel& model,
+                                          const ClothParameters& parameters,
+                                          const ParticleState& state, double duration_s);
+
 }  // namespace drape

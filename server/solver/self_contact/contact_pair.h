@@ -75,6 +75,26 @@ inline void Apply(const ContactPair<V>& pair, const V& change, const Masses& inv
   }
 }
 
+// The impulses on what is held, which it does not follow: sums of a substep [N s], [particle_count]
+// each; empty: nobody asks for them.
+template <class V>
+struct HeldPulls {
+  std::span<V> now;        // by changes of velocities
+  std::span<V> in_memory;  // by changes of the velocities before the substep, the opposite way
+};
+
+// Adds what Apply(pair, change, ...) passes on to held particles.
+template <class V, class Masses>
+inline void Pull(const ContactPair<V>& pair, const V& change, const Masses& inverse_masses,
+                 std::span<V> pulls) {
+  if (pulls.empty()) return;
+  const V impulse = change / pair.inverse_mass;
+  for (int k = 0; k < 4; ++k) {
+    const uint32_t i = pair.particles[k];
+    if (inverse_masses[i] == 0) pulls[i] += pair.weights[k] * impulse;
+  }
+}
+
 // Finds the normal, the weights, the inverse mass and the gap at these positions. False: the
 // primitives touch or cross, as far as this precision can tell.
 template <class V>

@@ -36,7 +36,9 @@ bool PlanarGuard<V>::IsApart(ContactPair<V>& pair, const Motion& motion) const {
 
 template <class V>
 bool PlanarGuard<V>::Run(std::span<ContactPair<V>> pairs, std::span<const uint32_t> active,
-                         std::span<const Real> ways, const Motion& motion) {
+                         std::span<const Real> ways, const Motion& motion,
+                         const HeldPulls<V>& pulls) {
+  pulls_ = pulls;
   suspects_.clear();
   has_changed_ = false;
   for (size_t place = 0; place < active.size(); ++place) {
@@ -79,6 +81,10 @@ bool PlanarGuard<V>::PushApart(std::span<ContactPair<V>> pairs, const Motion& mo
       motion.ends[j] -= w_j * push;
       motion.velocities[i] += (w_i / motion.duration) * push;
       motion.velocities[j] -= (w_j / motion.duration) * push;
+      if (!pulls_.now.empty()) {
+        if (w_i == 0) pulls_.now[i] += push / motion.duration;
+        if (w_j == 0) pulls_.now[j] -= push / motion.duration;
+      }
       pair.has_hit = has_pushed = true;
     }
     if (!has_pushed) break;
@@ -245,15 +251,31 @@ void PlanarGuard<V>::EndZones(const Motion& motion) {
   for (const uint32_t i : members_) {
     const Real w = motion.inverse_masses[i];
     if (w == 0) continue;
-    const Zone& zone = zones_[RootOf(i)];
+    Zone& zone = zones_[RootOf(i)];
     const V way = motion.ends[i] - motion.starts[i];
     const V mean_way = zone.pins > 0 ? V{} : V(zone.way / zone.mass);
     const V relative = (way - mean_way) / motion.duration;
+    if (zone.pins > 0) {
+      zone.stopped += (motion.velocities[i] - relative) / w;
+      if (has_history) zone.stopped_in_memory += (relative - motion.previous_velocities[i]) / w;
+    }
     motion.velocities[i] = zone.pins > 0 ? relative : V(zone.velocity / zone.mass + relative);
     if (has_history) {
       motion.previous_velocities[i] =
           zone.pins > 0 ? relative : V(zone.previous_velocity / zone.mass + relative);
     }
+  }
+  if (!pulls_.now.empty()) PullPins(motion);
+}
+
+template <class V>
+void PlanarGuard<V>::PullPins(const Motion& motion) {
+  for (const uint32_t i : members_) {
+    if (motion.inverse_masses[i] != 0) continue;
+    const Zone& zone = zones_[RootOf(i)];
+    const auto pins = static_cast<Real>(zone.pins);
+    pulls_.now[i] += zone.stopped / pins;
+    pulls_.in_memory[i] += zone.stopped_in_memory / pins;
   }
 }
 

@@ -42,9 +42,9 @@ class PlanarGuard {
   // `active`: of `pairs`, all that may touch within the substep; their normal separates them at
   // `starts`, or they are left alone. `ways`: of each of those, how far a particle of one primitive
   // moves at most relative to one of the other [m]. False: pins have forced some pair through
-  // itself.
+  // itself. What a zone loses to its pins is shared equally among them.
   bool Run(std::span<ContactPair<V>> pairs, std::span<const uint32_t> active,
-           std::span<const Real> ways, const Motion& motion);
+           std::span<const Real> ways, const Motion& motion, const HeldPulls<V>& pulls = {});
   // Whether the last Run changed any end.
   bool has_changed() const { return has_changed_; }
 
@@ -54,7 +54,9 @@ class PlanarGuard {
     V velocity{};  // mean
     V previous_velocity{};
     V previous_way{};
-    V shift{};  // gives back the momentum that stopping takes away
+    V shift{};    // gives back the momentum that stopping takes away
+    V stopped{};  // momentum that its pins have taken, and that in the memory of two steps
+    V stopped_in_memory{};
     Real mass = 0;
     uint32_t pins = 0;
   };
@@ -64,12 +66,14 @@ class PlanarGuard {
   bool PushApart(std::span<ContactPair<V>> pairs, const Motion& motion);
   bool StopInZones(std::span<ContactPair<V>> pairs, std::span<const uint32_t> active,
                    const Motion& motion);
+  void PullPins(const Motion& motion);
   void MoveZones(std::span<ContactPair<V>> pairs, const Motion& motion);
   void LimitWays(const ContactPair<V>& pair, const Motion& motion);
   void EndZones(const Motion& motion);
   uint32_t RootOf(uint32_t particle);
   void Join(const ContactPair<V>& pair);
 
+  HeldPulls<V> pulls_;
   bool has_changed_ = false;
   std::vector<uint32_t> suspects_;  // pairs
   std::vector<uint32_t> stopped_;   // pairs with planes

@@ -207,6 +207,7 @@ bool SelfContacts<V>::SolvePush(ContactPair<V>& pair, const V* starts, const V* 
     pair.tangent = tangent;
   }
   Apply(pair, velocity_change, numbers_.inverse_masses, u);
+  Pull(pair, velocity_change, numbers_.inverse_masses, numbers_.pulls.now);
   pair.has_hit |= push > 0;
   return SquaredLength(velocity_change) > least_change * least_change;
 }
@@ -286,7 +287,7 @@ bool SelfContacts<V>::Guard(const typename PlanarGuard<V>::Motion& motion) {
       active_ways_.push_back(list == ContactLists<V>::kGone ? std::numeric_limits<Real>::max()
                                                             : lists_.way(list));
     }
-    is_apart = guard_.Run(lists_.pairs(), active_, active_ways_, motion);
+    is_apart = guard_.Run(lists_.pairs(), active_, active_ways_, motion, numbers_.pulls);
     if (!guard_.has_changed() && !has_drifted) break;
   }
   lists_.Advance();
@@ -299,20 +300,27 @@ template <class V>
 bool SelfContacts<V>::GuardFar(const typename PlanarGuard<V>::Motion& motion) {
   V way{}, velocity{};
   Real mass = 0;
-  bool has_pins = false;
+  Real pins = 0;
   for (size_t i = 0; i < found_positions_.size(); ++i) {
     const Real w = numbers_.inverse_masses[i];
-    has_pins |= w == 0;
-    if (w == 0) continue;
+    if (w == 0) {
+      pins += 1;
+      continue;
+    }
     way += (motion.ends[i] - motion.starts[i]) / w;
     velocity += motion.velocities[i] / w;
     mass += 1 / w;
   }
   if (mass == 0) return true;
+  const bool has_pins = pins > 0;
+  const V stopped = velocity / pins;
   way = has_pins ? V{} : V(way / mass);
   velocity = has_pins ? V{} : V(velocity / mass);
   for (size_t i = 0; i < found_positions_.size(); ++i) {
-    if (numbers_.inverse_masses[i] == 0) continue;
+    if (numbers_.inverse_masses[i] == 0) {
+      if (!numbers_.pulls.now.empty()) numbers_.pulls.now[i] += stopped;
+      continue;
+    }
     motion.ends[i] = motion.starts[i] + way;
     motion.velocities[i] = velocity;
   }
@@ -344,6 +352,7 @@ void SelfContacts<V>::StopTouching(const typename PlanarGuard<V>::Motion& motion
           Friction(pair.tangent - sliding, std::max(pair.push + change, Real{0})) - pair.tangent;
     }
     Apply(pair, velocity_change, numbers_.inverse_masses, velocities);
+    Pull(pair, velocity_change, numbers_.inverse_masses, numbers_.pulls.now);
     if (!has_history) continue;
     const V before = Weighted(pair, static_cast<const V*>(motion.previous_velocities.data()));
     if (-Dot(before, pair.normal) <=
@@ -352,6 +361,7 @@ void SelfContacts<V>::StopTouching(const typename PlanarGuard<V>::Motion& motion
     }
     const V after = relative + velocity_change;
     Apply(pair, V(after - before), numbers_.inverse_masses, motion.previous_velocities.data());
+    Pull(pair, V(before - after), numbers_.inverse_masses, numbers_.pulls.in_memory);
     const V way = Weighted(pair, static_cast<const V*>(motion.ends.data())) -
                   Weighted(pair, static_cast<const V*>(motion.previous_positions.data()));
     Apply(pair, V(way - substep_s_ * after), numbers_.inverse_masses,

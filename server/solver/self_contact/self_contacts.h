@@ -33,6 +33,7 @@ struct StepNumbers {
   uint32_t substeps = 1;
   bool has_two_steps = false;
   std::span<const Real> inverse_masses;  // [particle_count] [1/kg]
+  HeldPulls<V> pulls{};
 };
 
 // Working memory between steps; a step depends on its arguments alone. One thread.

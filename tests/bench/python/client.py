@@ -2,7 +2,7 @@
 environments.
 
 Writes results/MACHINE.md and two tables beside it. With --quick: few calls, results printed only. With --case NAME:
-that comparison alone, printed only; `pictures` is one of pictures.
+that comparison alone, printed only; `pictures` is one of pictures, `impulses` of steps that tell their impulses.
 """
 
 import argparse
@@ -120,6 +120,36 @@ def pictures(client):
     return rows
 
 
+def impulses(client):
+    """Rows of steps that tell their impulses beside steps that do not, in turn: ENVS fabrics by the preset REALTIME."""
+    fabric = dict(grid=Grid(columns=SIDE, rows=SIDE, width_m=1, height_m=1),
+                  material=drape.Material(bending_rigidity_n_m=1e-5, friction_static=0.5, friction_dynamic=0.4),
+                  settings=StepSettings(sleep_motion_m=0))
+    ball = drape.Environment(colliders=[drape.Collider(sphere=drape.Sphere(center_m=[0.5, -0.35, 0.5], radius_m=0.3))])
+    corners, edge = [Pin(particle=0), Pin(particle=31)], [Pin(particle=k) for k in range(SIDE)]
+    cases = {"hung by corners": ClothSpec(pins=corners, **fabric), "hung by an edge": ClothSpec(pins=edge, **fabric),
+             "on a ball": ClothSpec(environment=ball, **fabric), "held by a grip": ClothSpec(max_grips=1, **fabric)}
+    rows = []
+    pid = client._connection.server.pid
+    for name, spec in cases.items():
+        with client.session() as session:
+            batch = session.create(spec, ENVS)
+            if spec.max_grips:
+                batch.grip(0, particles=[0])
+            batch.step(40, view=None)
+            cpus = {False: [], True: []}
+            for _ in range(4 * ROUNDS):
+                for asks in cpus:
+                    begin_s = server_cpu_s(pid)
+                    for _ in range(10):
+                        batch.step(view=None, impulses=asks)
+                    cpus[asks].append(1e3 * (server_cpu_s(pid) - begin_s) / 10)
+            plain, asked = (np.median(cpus[asks]) for asks in (False, True))
+            rows.append({"cloths": f"{ENVS} x {SIDE * SIDE}, {name}", "plain_cpu_ms": plain, "asked_cpu_ms": asked,
+                         "ratio": asked / plain})
+    return rows
+
+
 def environments(is_quick):
     """Rows of the environments: CPU of client and server per action, and actions of environments per second."""
     import drape.gym
@@ -169,11 +199,12 @@ def write_csv(path, rows):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures"], default="")
+    parser.add_argument("--case", choices=[*(case[0] for case in CASES), "pictures", "impulses"], default="")
     arguments = parser.parse_args()
     with drape.launch("cpu") as client:
         device = client.info.device
-        clients = pictures(client) if arguments.case == "pictures" else compare(client, arguments.quick, arguments.case)
+        of_case = {"pictures": pictures, "impulses": impulses}.get(arguments.case)
+        clients = of_case(client) if of_case else compare(client, arguments.quick, arguments.case)
     if arguments.case:
         print(f"{device}; load average {os.getloadavg()[0]:.1f}\n\n{table(clients)}")
         return 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import uuid
+from typing import Any
 
 import numpy as np
 
@@ -71,7 +72,8 @@ class ClothsBase(Controls):
 
     # --- requests
 
-    def _step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, grips: bool = False, ids=None,
+    def _step(self, steps: int = 1, *, view=states.POSITIONS, report: bool = False, grips: bool = False,
+              impulses: bool = False, ids=None,
               until: int | None = None, expected: int | None = None, timeout_s: float | None = None,
               request_id: str = "") -> Operation[states.Answer]:
         """Steps the cloths of `ids` and waits. Controls that wait for them take effect first, once.
@@ -80,7 +82,8 @@ class ClothsBase(Controls):
         this many, else FailedPrecondition (STEP_MISMATCH). view: what the answer brings: drape.POSITIONS (default),
         VELOCITIES, POSITIONS_AND_VELOCITIES, None, or a StateView with `particles`, an `encoding` or `reductions`, e.g.
         StateView(reductions=[StateView.TARGET_DISTANCE], target_m=drape.pack(target)). report: measure each cloth after
-        the last step. grips: tell what the grips hold (`Answer.grips`).
+        the last step. grips: tell what the grips hold (`Answer.grips`). impulses: tell what the cloths gave to their
+        colliders, pins and grips in the last step (`Answer.impulses`); refused by the backend gl.
         request_id: a repetition of a completed step with the same id gets the same answer and no step.
         Raises InvalidArgument, FailedPrecondition, SessionLost, ResourceExhausted, DeadlineExceeded.
         """
@@ -92,7 +95,8 @@ class ClothsBase(Controls):
                    and self._answer_bytes(wanted, rows) > _STREAM_ABOVE_BYTES)
         request = self._step_request(steps, None if streams else wanted, report, rows, until, expected)
         request.request_id = request_id
-        request.grip_states = grips
+        request.grip_states = grips or impulses
+        request.impulses = impulses
         self._forget_states()  # also if the step fails: it may be done in part
         response = yield Unary("Step", request, self._session.name, timeout_s)
         answer = self._take(response, rows, request)
@@ -280,23 +284,26 @@ class ClothsBase(Controls):
         response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height, **options)
         return response.png
 
-    def _render(self, width: int = 960, height: int = 720, *, ids=None, timeout_s: float | None = None,
-                **options) -> Operation[np.ndarray]:
-        """The picture of `render_png` as uint8[height, width, 3], read-only."""
-        response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height,
+    def _render(self, width: int = 960, height: int = 720, *, ids=None, with_depths: bool = False,
+                timeout_s: float | None = None, **options) -> Operation[Any]:
+        """The picture of `render_png` as uint8[height, width, 3], read-only. with_depths: a pair of it and
+        float32[height, width], how far along the line of view the nearest thing is, at one point within each pixel [m];
+        infinity where there is nothing."""
+        response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height, depths=with_depths,
                                           encoding=v1.RenderRequest.RGB8, **options)
-        return np.frombuffer(response.rgb, np.uint8).reshape(height, width, 3)
+        return _pixels(response, (height, width), with_depths)
 
-    def _render_tiles(self, width: int, height: int, camera, *, ids=None, timeout_s: float | None = None,
-                      **options) -> Operation[np.ndarray]:
+    def _render_tiles(self, width: int, height: int, camera, *, ids=None, with_depths: bool = False,
+                      timeout_s: float | None = None, **options) -> Operation[Any]:
         """A picture of every cloth alone, uint8[m, height, width, 3], read-only, in one request. camera: a Camera in the
-        environment of each cloth. options: as of `render_png`. At most 2^24 pixels in all."""
+        environment of each cloth. with_depths: a pair of it and float32[m, height, width], as of `render`. options: as of
+        `render_png`. At most 2^24 pixels in all, 2^23 with depths."""
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
-            return np.empty((0, height, width, 3), np.uint8)
+            return _pixels(v1.RenderResponse(), (0, height, width), with_depths)
         response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height, camera=camera, tiles=True,
-                                          encoding=v1.RenderRequest.RGB8, **options)
-        return np.frombuffer(response.rgb, np.uint8).reshape(-1, height, width, 3)
+                                          depths=with_depths, encoding=v1.RenderRequest.RGB8, **options)
+        return _pixels(response, (-1, height, width), with_depths)
 
     def _drawn(self, ids, timeout_s, **fields):
         rows = columns.rows_of(ids, self.num)
@@ -358,6 +365,8 @@ class ClothsBase(Controls):
         self.timing = response.timing
         if request.grip_states:
             answer.grips = states.Grips.of(response.grips, len(every))
+        if request.impulses:
+            answer.impulses = states.Impulses.of(response, self._ids_list(rows))
         if response.HasField("states"):
             arrays, answer.time_s = states.blocks_of(response.states, self._ids_list(rows))
             for name, array in arrays.items():
@@ -427,3 +436,8 @@ class Cloths(ClothsBase):
     def pipeline(self, depth: int = 2) -> Pipeline:
         """Steps through one stream with up to `depth` under way, so that the server never waits for this program."""
         return Pipeline(self, depth)
+
+
+def _pixels(response, shape, with_depths):
+    rgb = np.frombuffer(response.rgb, np.uint8).reshape(*shape, 3)
+    return (rgb, np.frombuffer(response.depths_m, "<f4").reshape(shape)) if with_depths else rgb

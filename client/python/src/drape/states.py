@@ -53,6 +53,60 @@ class Grips:
 
 
 @dataclasses.dataclass
+class Impulses:
+    """What m cloths gave in a step [N s]: an impulse over the time step is the mean force [N].
+
+    colliders: [m, colliders, 3]; angular: [m, colliders, 3], about the pivot of each [N m s]. pins: [m, pins, 3], of
+    the pins `particles`, int64[pins], ascending; both are None if the cloths do not hold the same. grips: [m, grips, 3],
+    0 of an open one. Colliders and pins are NaN of cloths that are faulted or had no step to do.
+    """
+
+    colliders: np.ndarray
+    angular: np.ndarray
+    pins: np.ndarray | None
+    particles: np.ndarray | None
+    grips: np.ndarray
+
+    @classmethod
+    def of(cls, response, ids):
+        of_colliders, of_pins = response.collider_impulses, response.pin_impulses
+        rows = _rows_of(of_colliders.cloth_ids, ids)
+        colliders, angular = (_by_cloth(rows, values, len(ids))
+                              for values in (of_colliders.impulses_n_s, of_colliders.angular_impulses_n_m_s))
+        rows = _rows_of(of_pins.cloth_ids, ids)
+        pins = _by_cloth(rows, of_pins.impulses_n_s, len(ids))
+        particles = np.zeros(0, np.int64) if len(of_pins.particles) == 0 else None
+        if particles is None and pins is not None:
+            numbers = np.array(of_pins.particles, np.int64).reshape(-1, pins.shape[1])
+            particles = numbers[0]
+            if (numbers != particles).any():
+                pins = particles = None
+        of_grips = response.grips.impulses_n_s
+        grips = np.array(of_grips).reshape(len(ids), len(of_grips) // (3 * len(ids)), 3)
+        return cls(colliders, angular, pins, particles, grips)
+
+
+def _rows_of(cloth_ids, ids):
+    """The places in `ids` of ids that all are there."""
+    ids = np.array(ids, np.uint64)  # larger than a float64 can tell apart
+    order = np.argsort(ids)
+    return order[np.searchsorted(ids[order], np.array(cloth_ids, np.uint64))]
+
+
+def _by_cloth(rows, values, count):
+    """[count, k, 3] of rows of `count` cloths, k of each that has any; NaN of the others. None if k differs."""
+    present, sizes = np.unique(rows, return_counts=True)
+    if not len(present):
+        return np.zeros((count, 0, 3))
+    if sizes.min() != sizes.max():
+        return None
+    result = np.full((count, sizes[0], 3), np.nan)
+    order = np.argsort(rows, kind="stable")
+    result[present] = np.array(values).reshape(-1, 3)[order].reshape(len(present), -1, 3)
+    return result
+
+
+@dataclasses.dataclass
 class Answer(States):
     """What a step of m cloths brought. `positions` and `velocities` are read-only views of the received bytes; every
     answer has its own, so keeping one is safe.
@@ -62,7 +116,7 @@ class Answer(States):
     and velocities as float16. Reductions that the view asks for, float64: coverage [m^2], target_distance [m]: [m];
     centroid [m]: [m, 3]; box [m]: [m, 2, 3], lowest and highest corner.
 
-    faulted: bool[m]. reports: m StepReports, and grips, if asked for. timing: where the server spent its time, None if
+    faulted: bool[m]. reports: m StepReports, grips and impulses, if asked for. timing: where the server spent its time, None if
     nothing was sent.
     """
 
@@ -70,6 +124,7 @@ class Answer(States):
     reports: list = dataclasses.field(default_factory=list)
     timing: Any = None
     grips: Grips | None = None
+    impulses: Impulses | None = None
     origins: np.ndarray | None = None
     coverage: np.ndarray | None = None
     centroid: np.ndarray | None = None

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <memory>
 
 #include "server/solver/cpu/alone/advance.h"
 #include "server/solver/cpu/alone/advance_lengths.h"
@@ -160,6 +161,7 @@ void Begin(const StepContext& context, const FloatState& state) {
   if (solver.has_quiet_links) scratch.quiet_round_offs.assign(state.positions.size(), 0);
   scratch.has_quiet_particles = false;
   scratch.self_contacts_failed = false;
+  if (ImpulseSums* const sums = context.impulses()) sums->Begin(model, scratch.reach.near.size());
 }
 
 void BeforeSweeps(const StepContext& context) {
@@ -213,6 +215,9 @@ bool DoSubsteps(StepContext& context, const FloatState& state, StepProgress& pro
     context.substep = FloatSubstep(substep, controls.damping_per_s);
     if (progress.part == Part::kBeforeSweeps) {
       PlaceColliders(context, progress.substep, substep.duration_s);
+      if (ImpulseSums* const sums = context.impulses()) {
+        sums->BeginSubstep(context, progress.substep, substep.duration_s);
+      }
       if (progress.substep == 0 && context.substep.is_two_step) {
         Copy(context, context.scratch.state, context.scratch.previous);
       }
@@ -230,6 +235,8 @@ StepContext CalmerContext(const StepContext& context) {
                      context.team,        context.max_iterations,   context.leaves_out_colliders};
   calmer.contact_surface = context.contact_surface;
   calmer.may_cross_itself = context.may_cross_itself;
+  calmer.asks_for_impulses = context.asks_for_impulses;
+  calmer.colliders = context.colliders;
   return calmer;
 }
 
@@ -255,7 +262,12 @@ std::optional<StepReport> ContinueStep(StepContext context, bool measure, FloatS
     if (!progress.has_reach) FindReach(context, state, reach);
     progress.has_reach = true;
     if (!DoSubsteps(context, state, progress, pause)) return std::nullopt;
-    const Ending ending = Finish(context, Tidy(context), measure, state, progress.report);
+    const bool may_have_fault = Tidy(context);
+    std::shared_ptr<const StepImpulses> impulses;
+    if (const ImpulseSums* const sums = context.impulses()) {
+      impulses = std::make_shared<const StepImpulses>(sums->Total(context, state));
+    }
+    const Ending ending = Finish(context, may_have_fault, measure, state, progress.report);
     if (ending == Ending::kWithAllColliders) {
       ++context.scratch.repeats;
       ReachAll(context, reach);
@@ -265,6 +277,7 @@ std::optional<StepReport> ContinueStep(StepContext context, bool measure, FloatS
       return ContinueStep(context, measure, state, progress, pause);
     } else {
       progress.report.warnings.energy_gained |= progress.is_calmer;
+      if (progress.report.fault == FaultReason::kNone) progress.report.impulses = impulses;
       return progress.report;
     }
   }

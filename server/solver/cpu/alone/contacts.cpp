@@ -142,7 +142,7 @@ bool SolveContact(const StepContext& context, const Surface& surface, uint32_t i
 }
 
 // Returns whether a contact changed; `has_left`: set if a particle has left the range.
-template <class Surfaces>
+template <bool kAsks, class Surfaces>
 bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
                      std::span<const uint32_t> particles, std::atomic<bool>& has_left) {
   const float interval = context.substep.interval;
@@ -153,9 +153,14 @@ bool SolveContactsOf(const StepContext& context, const Surfaces& surfaces,
     const Vec4 p = scratch.state.positions[i];
     Vec4& u = scratch.state.velocities[i];
     for (size_t k = 0; k < surfaces.size(); ++k) {
-      watch.See(p + interval * u);
+      const Vec4 place = p + interval * u;
+      [[maybe_unused]] const Vec4 before = u;
+      watch.See(place);
       changed |=
           SolveContact(context, surfaces[k], i, p, scratch.contacts[i * surfaces.size() + k], u);
+      if constexpr (kAsks) {
+        context.impulses()->Push(i, k, context.model.free_masses[i] * (u - before), place);
+      }
     }
     watch.See(p + interval * u);
   }
@@ -174,17 +179,21 @@ bool HasLanded(const StepContext& context, const Surface& surface, uint32_t i) {
 
 // A difference over two steps remembers the velocity before an impact: the particle goes on as if
 // it had always flown with the velocity that the impact left.
-void ForgetFlight(const StepContext& context, uint32_t i) {
+void ForgetFlight(const StepContext& context, uint32_t i, size_t landed_on) {
   const FloatControls& controls = context.controls;
   const FloatState& state = context.scratch.state;
   FloatState& previous = context.scratch.previous;
   const auto flight =
       FlightBefore(state.positions[i], state.velocities[i], controls.gravity, controls.h);
+  if (ImpulseSums* const sums = context.impulses()) {
+    const Vec4 change = previous.velocities[i] - flight.velocity;
+    sums->PushInMemory(i, landed_on, context.model.free_masses[i] * change, state.positions[i]);
+  }
   previous.positions[i] = flight.position;
   previous.velocities[i] = flight.velocity;
 }
 
-template <class Surfaces>
+template <bool kAsks, class Surfaces>
 void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
                        std::span<const uint32_t> particles) {
   using Surface = std::remove_cvref_t<decltype(surfaces[0])>;
@@ -196,14 +205,15 @@ void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
   for (const uint32_t i : particles) {
     const Vec4 p = state.positions[i];
     Vec4 v = state.velocities[i];
-    bool has_landed = false;
+    size_t landed_on = surfaces.size();  // the first one; none
     for (size_t k = 0; k < surfaces.size(); ++k) {
       const ContactImpulses& contact = context.scratch.contacts[i * surfaces.size() + k];
       if (!(contact.normal > 0)) continue;
-      has_landed |= is_two_step && HasLanded(context, surfaces[k], i);
+      if (is_two_step && landed_on > k && HasLanded(context, surfaces[k], i)) landed_on = k;
+      [[maybe_unused]] const Vec4 before = v;
       const Vec4 n = surfaces[k].GapAtEnd(p).normal;
-      const auto after_contact = [&](const Vec4& before) {
-        return VelocityAfterContact(before, n, kick, contact.tangent, contact.normal,
+      const auto after_contact = [&](const Vec4& relative) {
+        return VelocityAfterContact(relative, n, kick, contact.tangent, contact.normal,
                                     contact.rebound, is_two_step, controls.friction_static,
                                     controls.friction_dynamic);
       };
@@ -213,9 +223,12 @@ void CorrectVelocityOf(const StepContext& context, const Surfaces& surfaces,
       } else {
         v = after_contact(v);
       }
+      if constexpr (kAsks) {
+        context.impulses()->Push(i, k, context.model.free_masses[i] * (v - before), p);
+      }
     }
     state.velocities[i] = v * damping_factor;
-    if (has_landed) ForgetFlight(context, i);
+    if (landed_on < surfaces.size()) ForgetFlight(context, i, landed_on);
   }
 }
 
@@ -245,7 +258,9 @@ bool SolveContacts(const StepContext& context) {
   std::atomic<bool> has_left = false;
   const bool has_changed = WithSurfaces(context, [&](const auto& surfaces) {
     return context.AnyFreeRange([&](std::span<const uint32_t> particles) {
-      return SolveContactsOf(context, surfaces, particles, has_left);
+      return context.impulses() != nullptr
+                 ? SolveContactsOf<true>(context, surfaces, particles, has_left)
+                 : SolveContactsOf<false>(context, surfaces, particles, has_left);
     });
   });
   reach.has_left |= has_left;
@@ -258,7 +273,11 @@ void CorrectVelocity(const StepContext& context) {
   if (context.scratch.reach.near.empty() && !damps) return;
   WithSurfaces(context, [&](const auto& surfaces) {
     context.ForFreeRanges([&](std::span<const uint32_t> particles) {
-      CorrectVelocityOf(context, surfaces, particles);
+      if (context.impulses() != nullptr) {
+        CorrectVelocityOf<true>(context, surfaces, particles);
+      } else {
+        CorrectVelocityOf<false>(context, surfaces, particles);
+      }
     });
   });
 }

@@ -1,6 +1,7 @@
 #include "server/solver/cpu/alone/distances.h"
 
 #include <algorithm>
+#include <span>
 
 #include "server/solver/cpu/formulas/constraint_math-inl.h"
 #include "server/solver/cpu/formulas/constraint_math.h"
@@ -44,6 +45,19 @@ ImpulseLines<Vectors4, Vec4> LinesOf(const StepContext& context, const DistanceG
   for (uint32_t k = 0; k < kVec4Size; ++k) start[k] = p[group.j[k]] - p[group.i[k]];
   return BlendDirections(Transpose(start[0], start[1], start[2], start[3]), Directions(end, length),
                          Splat(context.controls.end_share));
+}
+
+// The impulses of group g on those of its particles that are held: `impulses` along `lines`.
+void PullHeld(const StepContext& context, size_t g, Vec4 impulses,
+              std::span<const Vec4, kVec4Size> lines) {
+  ImpulseSums* const sums = context.impulses();
+  if (sums == nullptr) return;
+  const DistanceGroup& group = context.model.groups[g];
+  for (uint32_t k = 0; k < kVec4Size; ++k) {
+    const Vec4 impulse = impulses[k] * lines[k];
+    if (!context.held.IsFree(group.i[k])) sums->PullAtConstraint(g * kVec4Size + k, 0, -impulse);
+    if (!context.held.IsFree(group.j[k])) sums->PullAtConstraint(g * kVec4Size + k, 1, impulse);
+  }
 }
 
 // Groups [begin, end) of a colour, four constraints at once (Bender et al. 2009, section 3.2 and
@@ -104,6 +118,7 @@ bool SweepDistances(const StepContext& context, size_t begin, size_t end) {
       u[group.i[k]] -= scale_i[k] * d[k];
       u[group.j[k]] += scale_j[k] * d[k];
     }
+    PullHeld(context, g, impulse_per_length, d);
     changed |= is_active;
   }
   return IsAnyLaneSet(changed);
@@ -160,6 +175,7 @@ void SweepVelocities(const StepContext& context, size_t begin, size_t end) {
       v[group.i[k]] -= scale_i[k] * line[k];
       v[group.j[k]] += scale_j[k] * line[k];
     }
+    PullHeld(context, g, impulse, line);
   }
 }
 

@@ -32,6 +32,9 @@ class EightPaths {
   float inverse_interval() const { return context_.substep.inverse_interval; }
   float inverse_force_time() const { return context_.substep.inverse_force_time; }
   float force_time() const { return context_.substep.force_time; }
+  float largest_force_interval() const {
+    return static_cast<float>(context_.controls.plan.schedule.largest_force_interval_s2());
+  }
   static Vec8 Splat(float value) { return Splat8(value); }
   static Vec8 Number(const Numbers8& numbers) { return Load(numbers); }
 
@@ -66,12 +69,33 @@ class EightPaths {
     }
   }
 
+  // of_held(lane, vector) of the vectors of held particles.
+  template <class OfHeld>
+  void ForHeld(const Ends& particles, const Vectors8& vectors, const OfHeld& of_held) const {
+    const VectorPairs pairs = Transpose(vectors);
+    for (uint32_t k = 0; k < kVec4Size; ++k) {
+      const auto [low, high] = SplitVectors(pairs[k]);
+      if (IsHeld(particles[k])) of_held(k, low);
+      if (IsHeld(particles[k + kVec4Size])) of_held(k + kVec4Size, high);
+    }
+  }
+  // Of paths of which no two have a particle in common.
+  void Pull(const Ends& particles, bool has_pins, const Vectors8& impulses) const {
+    if (!has_pins && !context_.held.has_grips) return;
+    ForHeld(particles, impulses, [&](uint32_t lane, Vec4 impulse) {
+      context_.impulses()->Pull(particles[lane], impulse);
+    });
+  }
+
  protected:
   const StepContext& context() const {
     return context_;
   }
 
  private:
+  bool IsHeld(uint32_t i) const {
+    return i != context_.model.spare_particle() && !context_.held.IsFree(i);
+  }
   HWY_INLINE static Vectors8 Differences(const Ends& from, const Ends& to, const Vec4* values) {
     VectorPairs d;
 #pragma GCC unroll 4

@@ -68,22 +68,31 @@ HWY_EXPORT(StoreHingeImpulses);
 namespace {
 
 // change(i, of_elements): the change of the velocity of each free particle i within `duration` [s].
-template <class Change>
+// pull(i, k, impulse): of each held one, k its place; only where anybody asks for it.
+template <class Change, class Pull>
 void ForHingeChanges(const StepContext& context, const Vec4* positions, float duration,
-                     const Change& change) {
+                     const Change& change, const Pull& pull) {
   const FloatModel& model = context.model;
   StepScratch& scratch = context.scratch;
   context.ForRanges(model.elastic_groups.size() / 2, kGroupGrain, [&](size_t begin, size_t end) {
     HWY_DYNAMIC_DISPATCH(StoreHingeImpulses)(context, positions, duration, begin, end);
   });
-  context.ForFreeParticles([&](uint32_t i) {
+  const auto impulse_on = [&](uint32_t i) {
     Vec4 impulse{};
     for (uint32_t e = model.elastic_offsets[i]; e < model.elastic_offsets[i + 1]; ++e) {
       const FloatElasticEnd& end = model.elastic_ends[e];
       impulse += end.weight * scratch.elastic_impulses[end.element];
     }
-    change(i, context.held.inverse_masses[i] * impulse);
-  });
+    return impulse;
+  };
+  if (context.impulses() != nullptr) {
+    for (size_t k = 0; k < context.held.particles.size(); ++k) {
+      const uint32_t i = context.held.particles[k];
+      pull(i, k, impulse_on(i));
+    }
+  }
+  context.ForFreeParticles(
+      [&](uint32_t i) { change(i, context.held.inverse_masses[i] * impulse_on(i)); });
 }
 
 }  // namespace
@@ -94,20 +103,35 @@ void ApplyElastic(const StepContext& context, const Vec4* positions, float durat
     return ApplyGridElastic(context, positions, duration);
   }
   std::vector<Vec4>& v = context.scratch.state.velocities;
-  ForHingeChanges(context, positions, duration,
-                  [&](uint32_t i, Vec4 of_elements) { v[i] += of_elements; });
+  ForHingeChanges(
+      context, positions, duration, [&](uint32_t i, Vec4 of_elements) { v[i] += of_elements; },
+      [&](uint32_t i, size_t, Vec4 impulse) { context.impulses()->Pull(i, impulse); });
 }
 
 namespace {
+
+// ImpulseSums::held_hinges times `factor`.
+void PullByHinges(const StepContext& context, float factor) {
+  ImpulseSums& sums = *context.impulses();
+  for (size_t k = 0; k < context.held.particles.size(); ++k) {
+    sums.Pull(context.held.particles[k], factor * sums.held_hinges[k]);
+  }
+}
 
 // As long as forces act on u in this substep; found for all substeps that share them.
 void ShareHinges(const StepContext& context) {
   StepScratch& scratch = context.scratch;
   if (context.substep.finds_hinges) {
+    if (context.impulses() != nullptr) {
+      context.impulses()->held_hinges.resize(context.held.particles.size());
+    }
     PredictPositions(context, context.substep.hinge_interval);
-    ForHingeChanges(context, scratch.predicted.data(), 1,
-                    [&](uint32_t i, Vec4 per_s) { scratch.hinge_changes[i] = per_s; });
+    ForHingeChanges(
+        context, scratch.predicted.data(), 1,
+        [&](uint32_t i, Vec4 per_s) { scratch.hinge_changes[i] = per_s; },
+        [&](uint32_t, size_t k, Vec4 force) { context.impulses()->held_hinges[k] = force; });
   }
+  if (context.impulses() != nullptr) PullByHinges(context, context.substep.force_time);
   const float force_time = context.substep.force_time;
   context.ForFreeParticles(
       [&](uint32_t i) { scratch.state.velocities[i] += force_time * scratch.hinge_changes[i]; });
@@ -122,14 +146,23 @@ void SolveHinges(const StepContext& context) {
   if (context.controls.plan.solver.hinge_period > 1) return ShareHinges(context);
   std::vector<Vec4>& u = scratch.state.velocities;
   scratch.hinge_changes.assign(context.model.particle_count, Vec4{});
+  if (context.impulses() != nullptr) {
+    context.impulses()->held_hinges.assign(context.held.particles.size(), Vec4{});
+  }
   for (const auto& [momentum, gain] : context.controls.hinge_stages) {
     PredictPositions(context, context.substep.interval);
-    ForHingeChanges(context, scratch.predicted.data(), context.substep.force_time,
-                    [&](uint32_t i, Vec4 of_elements) {
-                      Vec4& change = scratch.hinge_changes[i];
-                      change = momentum * change + gain * of_elements;
-                      u[i] += change;
-                    });
+    ForHingeChanges(
+        context, scratch.predicted.data(), context.substep.force_time,
+        [&](uint32_t i, Vec4 of_elements) {
+          Vec4& change = scratch.hinge_changes[i];
+          change = momentum * change + gain * of_elements;
+          u[i] += change;
+        },
+        [&](uint32_t, size_t k, Vec4 impulse) {
+          Vec4& sum = context.impulses()->held_hinges[k];
+          sum = momentum * sum + gain * impulse;
+        });
+    if (context.impulses() != nullptr) PullByHinges(context, 1);
   }
 }
 

@@ -13,8 +13,10 @@ namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
 // Eight lines of a family: what elastic_lines-inl.h works on.
+template <bool kAsksForImpulses>
 class EightLines : public EightPaths {
  public:
+  static constexpr bool kAsks = kAsksForImpulses;
   using Place = ElasticPlace<Ends, Numbers8>;
 
   // By a member of the team.
@@ -24,6 +26,9 @@ class EightLines : public EightPaths {
   StripLinkSolution<Scalars, Vectors>* solution() const {
     return scratch_.links.Reserve<StripLinkSolution<Scalars, Vectors>>(
         context().model.longest_elastic_line);
+  }
+  Vectors* right_sides() const {
+    return scratch_.end_directions.Reserve<Vectors>(context().model.longest_elastic_line);
   }
   void SetCellImpulses(const Ends& cells, const Vectors8& impulses) const {
     const VectorPairs pairs = Transpose(impulses);
@@ -39,12 +44,22 @@ class EightLines : public EightPaths {
 };
 
 // Groups [begin, end) of a family.
-void SolveGroups(const StepContext& context, const ElasticFamily& family, size_t begin, size_t end,
-                 uint32_t member) {
-  const EightLines lines(context, member);
+template <bool kAsks>
+void SolveGroupsOf(const StepContext& context, const ElasticFamily& family, size_t begin,
+                   size_t end, uint32_t member) {
+  const EightLines<kAsks> lines(context, member);
   for (size_t g = begin; g < end; ++g) {
     SolveElasticGroup(lines, *context.model.source, family,
                       context.controls.elastic_entries->eights.PlacesOf(g));
+  }
+}
+
+void SolveGroups(const StepContext& context, const ElasticFamily& family, size_t begin, size_t end,
+                 uint32_t member) {
+  if (context.impulses() != nullptr) {
+    SolveGroupsOf<true>(context, family, begin, end, member);
+  } else {
+    SolveGroupsOf<false>(context, family, begin, end, member);
   }
 }
 
@@ -57,6 +72,7 @@ void ApplyRows(const StepContext& context, size_t begin, size_t end) {
         [&](uint32_t i, const Vec4& impulse) {
           const float w = context.held.inverse_masses[i];
           if (w != 0) u[i] += impulse * w;
+          if (w == 0 && context.impulses() != nullptr) context.impulses()->Pull(i, impulse);
         });
   }
 }

@@ -89,7 +89,8 @@ void TurnRows(const StepContext& context, const Vec4* positions, uint32_t begin,
   }
 }
 
-// What grid_elastic-inl.h works on.
+// What grid_elastic-inl.h works on. `kAsks`: somebody asks for impulses.
+template <bool kAsks>
 class EightColumns {
  public:
   using Scalars = Vec8;
@@ -128,6 +129,7 @@ class EightColumns {
     const VectorPairs changes = Transpose(factor * force);
     Vec4* const u = u_ + row * columns_ + column;
     const uint32_t count = std::min(columns_ - static_cast<uint32_t>(column), kVec8Size);
+    if constexpr (kAsks) PullHeld(u, count, Transpose(duration_ * force));
     if (context_.held.has_grips) return PushFree(u, count, changes);
 #pragma GCC unroll 4
     for (uint32_t k = 0; k < kVec4Size; ++k) {
@@ -138,6 +140,15 @@ class EightColumns {
   }
 
  private:
+  void PullHeld(const Vec4* u, uint32_t count, const VectorPairs& impulses) const {
+    const auto first = static_cast<uint32_t>(u - u_);
+    for (uint32_t k = 0; k < count; ++k) {
+      if (context_.held.IsFree(first + k)) continue;
+      const auto [low, high] = SplitVectors(impulses[k % kVec4Size]);
+      context_.impulses()->Pull(first + k, k < kVec4Size ? low : high);
+    }
+  }
+
   // The strengths know the pins alone: what grips hold stays.
   void PushFree(Vec4* u, uint32_t count, const VectorPairs& changes) const {
     const size_t first = static_cast<size_t>(u - u_);
@@ -157,11 +168,21 @@ class EightColumns {
   Vec4* const u_;
 };
 
-void KickRows(const StepContext& context, float duration, uint32_t begin, uint32_t end,
-              uint32_t member) {
-  EightColumns columns(context, context.scratch.grid_elastic.ForcesOf(member), duration);
+template <bool kAsks>
+void KickRowsOf(const StepContext& context, float duration, uint32_t begin, uint32_t end,
+                uint32_t member) {
+  EightColumns<kAsks> columns(context, context.scratch.grid_elastic.ForcesOf(member), duration);
   GridElastic(columns, context.model.grid_elements, context.controls.grid_strengths->rest_length)
       .Run(begin, end);
+}
+
+void KickRows(const StepContext& context, float duration, uint32_t begin, uint32_t end,
+              uint32_t member) {
+  if (context.impulses() != nullptr) {
+    KickRowsOf<true>(context, duration, begin, end, member);
+  } else {
+    KickRowsOf<false>(context, duration, begin, end, member);
+  }
 }
 
 }  // namespace

@@ -17,6 +17,14 @@ FloatJoint HeldJoint(const StepContext& context, size_t index) {
   return joint;
 }
 
+// What a joint does to those of its particles that are held.
+void PullHeld(const StepContext& context, uint32_t i, uint32_t j, Vec4 impulse) {
+  ImpulseSums* const sums = context.impulses();
+  if (sums == nullptr) return;
+  if (!context.held.IsFree(i)) sums->Pull(i, -impulse);
+  if (!context.held.IsFree(j)) sums->Pull(j, impulse);
+}
+
 }  // namespace
 
 bool SolveJoints(const StepContext& context) {
@@ -38,6 +46,7 @@ bool SolveJoints(const StepContext& context) {
     lambda += impulse;
     u[i] -= inverse_mass_i * impulse;
     u[j] += inverse_mass_j * impulse;
+    PullHeld(context, i, j, impulse);
     changed = true;
   }
   return changed;
@@ -51,6 +60,7 @@ void SolveJointVelocities(const StepContext& context) {
     const Vec4 impulse = (v[i] - v[j]) / (inverse_mass_i + inverse_mass_j);
     v[i] -= inverse_mass_i * impulse;
     v[j] += inverse_mass_j * impulse;
+    PullHeld(context, i, j, impulse);
   }
 }
 

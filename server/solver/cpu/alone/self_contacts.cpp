@@ -20,6 +20,10 @@ bool BeginSelfContacts(const StepContext& context) {
   if (scratch.self_contacts == nullptr) {
     scratch.self_contacts = std::make_shared<SelfContactMemory>();
   }
+  SelfContactMemory& memory = *scratch.self_contacts;
+  memory.pulls.clear();
+  if (context.impulses() != nullptr) memory.pulls.resize(context.model.particle_count);
+  memory.pulls_in_memory = memory.pulls;
   const SelfContactNumbers& numbers = *controls.self_contact;
   const self_contact::StepNumbers<Vec4> step{
       .thickness = static_cast<float>(numbers.thickness_m),
@@ -34,9 +38,10 @@ bool BeginSelfContacts(const StepContext& context) {
       .time_step = controls.time_step,
       .substeps = controls.plan.schedule.size(),
       .has_two_steps = controls.plan.solver.has_two_steps,
-      .inverse_masses = context.held.inverse_masses};
-  return scratch.self_contacts->contacts.Begin(*context.contact_surface, step,
-                                               context.may_cross_itself, scratch.state.positions);
+      .inverse_masses = context.held.inverse_masses,
+      .pulls = {memory.pulls, memory.pulls_in_memory}};
+  return memory.contacts.Begin(*context.contact_surface, step, context.may_cross_itself,
+                               scratch.state.positions);
 }
 
 void FindSelfContacts(const StepContext& context) {
@@ -83,6 +88,11 @@ void GuardSelfContacts(const StepContext& context) {
     motion.previous_positions = first(scratch.previous.positions);
   }
   scratch.self_contacts_failed |= !memory.contacts.Guard(motion);
+  context.ForHeldAsked([&](uint32_t i, ImpulseSums& sums) {
+    sums.Pull(i, memory.pulls[i]);
+    sums.PullInMemory(i, memory.pulls_in_memory[i]);
+    memory.pulls[i] = memory.pulls_in_memory[i] = Vec4{};
+  });
 }
 
 }  // namespace drape::cpu

@@ -10,6 +10,8 @@ namespace drape::cpu {
 struct SelfContactMemory {
   self_contact::SelfContacts<Vec4> contacts;
   std::vector<Vec4> starts;  // of one step: positions at the start of the substep
+  // Of a substep, where impulses are asked for: self_contact::HeldPulls.
+  std::vector<Vec4> pulls, pulls_in_memory;
 };
 
 // Before the first substep, on the state that it starts with. Whether parts of the cloth cross.

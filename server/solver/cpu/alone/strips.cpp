@@ -16,9 +16,10 @@ namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
 // Eight strips of a phase: what strip_solve-inl.h sweeps over.
-template <bool kHasGrips>
+template <bool kHasGrips, bool kAsksForImpulses>
 class EightStrips : public EightPaths {
  public:
+  static constexpr bool kAsks = kAsksForImpulses;
   using Mask = Mask8;
   using Link = StripLink;
   using Group = StripGroup;
@@ -85,6 +86,19 @@ class EightStrips : public EightPaths {
   }
   static const Mask8& Running(const Mask8& mask) { return mask; }
 
+  HWY_INLINE void PullAtLink(uint32_t link, const Vectors8& impulses) const {
+    if (!links()[link].has_pins && !context().held.has_grips) return;
+    ForHeld(links()[link].to, impulses, [&](uint32_t lane, Vec4 impulse) {
+      context().impulses()->PullAtLink(link, lane, impulse);
+    });
+  }
+  HWY_INLINE void PullAtFirst(const StripGroup& group, const Vectors8& impulses) const {
+    const auto index = static_cast<size_t>(&group - context().model.strips.data());
+    ForHeld(group.first, impulses, [&](uint32_t lane, Vec4 impulse) {
+      context().impulses()->PullAtFirst(index, lane, impulse);
+    });
+  }
+
   Vec8 Compliances(uint32_t link) const { return Number(context().model.strip_compliances[link]); }
   bool reads_impulses() const { return context().SolvesLinksAgain(); }
   bool keeps_impulses() const { return context().KeepsImpulses(); }
@@ -123,12 +137,12 @@ class EightStrips : public EightPaths {
 };
 
 // Groups [begin, end) of a phase.
-template <bool kHasGrips>
+template <bool kHasGrips, bool kAsks>
 bool SolveGroupsOf(const StepContext& context, size_t begin, size_t end, uint32_t member) {
   bool has_changed = false;
   for (size_t g = begin; g < end; ++g) {
     has_changed |= IsAnyLaneSet(
-        SweepStrips(EightStrips<kHasGrips>(context, g, member),
+        SweepStrips(EightStrips<kHasGrips, kAsks>(context, g, member),
                     {context.model.has_compliance(), context.controls.has_start_directions(),
                      context.scratch.has_quiet_particles}));
   }
@@ -136,8 +150,12 @@ bool SolveGroupsOf(const StepContext& context, size_t begin, size_t end, uint32_
 }
 
 bool SolveGroups(const StepContext& context, size_t begin, size_t end, uint32_t member) {
-  return context.held.has_grips ? SolveGroupsOf<true>(context, begin, end, member)
-                                : SolveGroupsOf<false>(context, begin, end, member);
+  if (context.impulses() != nullptr) {
+    return context.held.has_grips ? SolveGroupsOf<true, true>(context, begin, end, member)
+                                  : SolveGroupsOf<false, true>(context, begin, end, member);
+  }
+  return context.held.has_grips ? SolveGroupsOf<true, false>(context, begin, end, member)
+                                : SolveGroupsOf<false, false>(context, begin, end, member);
 }
 
 }  // namespace

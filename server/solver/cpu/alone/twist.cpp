@@ -37,6 +37,18 @@ void ApplyTwists(const StepContext& context, uint32_t row) {
   }
 }
 
+// What is held, from the cells around it.
+void PullByTwists(const StepContext& context) {
+  const uint32_t columns = context.model.source->grid_columns();
+  context.ForHeldAsked([&](uint32_t i, ImpulseSums& sums) {
+    const Vec4* const above =
+        context.scratch.twists.data() + (i / columns) * (columns + size_t{1}) + i % columns;
+    const Vec4* const below = above + columns + 1;
+    const Vec4 change = (above[1] - above[0]) + (below[0] - below[1]);
+    sums.Pull(i, static_cast<float>(context.model.source->masses_kg()[i]) * change);
+  });
+}
+
 }  // namespace
 
 void DampTwist(const StepContext& context) {
@@ -50,6 +62,7 @@ void DampTwist(const StepContext& context) {
   context.ForRanges(rows, kRowGrain, [&](size_t begin, size_t end) {
     for (size_t row = begin; row < end; ++row) ApplyTwists(context, static_cast<uint32_t>(row));
   });
+  PullByTwists(context);
 }
 
 }  // namespace drape::cpu

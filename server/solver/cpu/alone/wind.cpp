@@ -42,13 +42,18 @@ void ApplyWind(const StepContext& context, const Vec4* positions, float duration
   const auto offsets = model.source->triangle_offsets();
   const auto triangles = model.source->particle_triangles();
   StepScratch& scratch = context.scratch;
-  context.ForFreeParticles([&](uint32_t i) {
+  const auto impulse_on = [&](uint32_t i) {
     Vec4 impulse{};
     for (uint32_t e = offsets[i]; e < offsets[i + 1]; ++e) {
       impulse += scratch.air_impulses[triangles[e]];
     }
+    return impulse;
+  };
+  context.ForHeldAsked(
+      [&](uint32_t i, ImpulseSums& sums) { sums.Pull(i, model.corner_shares[i] * impulse_on(i)); });
+  context.ForFreeParticles([&](uint32_t i) {
     scratch.state.velocities[i] +=
-        model.corner_shares[i] * (context.held.inverse_masses[i] * impulse);
+        model.corner_shares[i] * (context.held.inverse_masses[i] * impulse_on(i));
   });
 }
 

@@ -125,7 +125,10 @@ class TetherPull {
       if constexpr (kHasOwnPins) {
         PullToOwnPin(t, p, u);
       } else {
-        Pull(context_.particles[tethers_[t].pin], SplatCloths(tethers_[t].length), p, u);
+        const VectorsCloths before = u;
+        const bool is_taut =
+            Pull(context_.particles[tethers_[t].pin], SplatCloths(tethers_[t].length), p, u);
+        if (is_taut && context_.given != nullptr) PullPin(i, t, before - u);
       }
     }
   }
@@ -144,13 +147,18 @@ class TetherPull {
     Pull(pin, context_.own_pins.tether_lengths[t], p, u);
   }
 
-  HWY_INLINE void Pull(const ClothParticle& pin, VecCloths reach, const VectorsCloths& p,
+  HWY_NOINLINE void PullPin(uint32_t i, uint32_t t, const VectorsCloths& change) const {
+    context_.given->PullAtTether(t, SplatCloths(context_.model.free_masses[i]) * change);
+  }
+
+  // Whether it pulls in any cloth.
+  HWY_INLINE bool Pull(const ClothParticle& pin, VecCloths reach, const VectorsCloths& p,
                        VectorsCloths& u) const {
     const VectorsCloths start = p - pin.p;
     const VectorsCloths d = start + (u - pin.u) * context_.substep.interval;
     const VecCloths length_sq = Dot(d, d);
     const MaskCloths is_taut = length_sq > reach * reach;
-    if (!IsAnyLaneSet(is_taut)) return;
+    if (!IsAnyLaneSet(is_taut)) return false;
     const VecCloths none = SplatCloths(0);
     const VecCloths length = Sqrt(length_sq);
     const VecCloths speed = TetherSpeed(length, reach, context_.substep.inverse_interval);
@@ -159,6 +167,7 @@ class TetherPull {
     } else {
       u = u - Select(is_taut, speed / length, none) * d;
     }
+    return true;
   }
 
   const GroupContext& context_;

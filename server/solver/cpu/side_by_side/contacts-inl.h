@@ -157,7 +157,7 @@ MaskCloths SolveContact(const GroupContext& context, const Surface& surface, uin
   return changed | slips;
 }
 
-template <class Surfaces>
+template <bool kAsks, class Surfaces>
 MaskCloths SolveContactsOf(GroupContext& context, const Surfaces& surfaces) {
   MaskCloths changed;
   const bool watches = context.reach.WatchesSweeps(context.max_iterations);
@@ -174,8 +174,13 @@ MaskCloths SolveContactsOf(GroupContext& context, const Surfaces& surfaces) {
     };
     watch();
     for (size_t k = 0; k < surfaces.size(); ++k) {
+      [[maybe_unused]] const VectorsCloths before = particle.u;
       changed |= SolveContact(context, surfaces[k], i, context.is_running & is_free, particle.p,
                               contacts[k], particle.u, watch);
+      if constexpr (kAsks) {
+        context.given->Push(i, k, SplatCloths(context.model.free_masses[i]) * (particle.u - before),
+                            particle.p + before * context.substep.interval);
+      }
     }
   }
   return changed;
@@ -186,7 +191,10 @@ MaskCloths SolveContacts(GroupContext& context) {
   if (context.collider_count() == 0 && !context.reach.WatchesSweeps(context.max_iterations)) {
     return {};
   }
-  return WithSurfaces(context, [&](const auto& s) { return SolveContactsOf(context, s); });
+  return WithSurfaces(context, [&](const auto& s) {
+    return context.given != nullptr ? SolveContactsOf<true>(context, s)
+                                    : SolveContactsOf<false>(context, s);
+  });
 }
 
 // Those of the particle that hit this surface in the substep, which began with the previous state.
@@ -197,7 +205,25 @@ MaskCloths HaveLanded(const GroupContext& context, const Surface& surface, uint3
                    context.slowest_landing);
 }
 
+// Where particle i has landed in a cloth the previous velocity becomes that of `flight`: the first
+// collider that it has landed on has done it.
 template <class Surfaces>
+HWY_NOINLINE void PushInMemory(const GroupContext& context, const Surfaces& surfaces, uint32_t i,
+                               const VectorsCloths& flight) {
+  const VectorsCloths change = context.previous[i].u - flight;
+  MaskCloths is_left = SplatCloths(0) >= SplatCloths(0);
+  for (size_t k = 0; k < surfaces.size(); ++k) {
+    const MaskCloths has_impulse =
+        context.contacts[i * surfaces.size() + k].normal > SplatCloths(0);
+    const MaskCloths landed = is_left & has_impulse & HaveLanded(context, surfaces[k], i);
+    is_left = AndNot(landed, is_left);
+    const VectorsCloths impulse = SplatCloths(context.model.free_masses[i]) * change;
+    context.given->PushInMemory(i, k, Select(landed, impulse, GroupImpulses::None()),
+                                context.particles[i].p);
+  }
+}
+
+template <bool kAsks, class Surfaces>
 void CorrectVelocityOf(const GroupContext& context, const Surfaces& surfaces) {
   const bool is_two_step = context.substep.is_two_step;  // damping is in the prediction
   const VecCloths zero = SplatCloths(0);
@@ -214,8 +240,9 @@ void CorrectVelocityOf(const GroupContext& context, const Surfaces& surfaces) {
       const auto surface = surfaces[k];
       if (is_two_step) has_landed |= has_impulse & HaveLanded(context, surface, i);
       const VectorsCloths n = surface.GapAtEnd(particle.p).normal;
-      const auto after_contact = [&](const VectorsCloths& before) {
-        return VelocityAfterContact(before, n, kick, contact.tangent, contact.normal,
+      [[maybe_unused]] const VectorsCloths before = v;
+      const auto after_contact = [&](const VectorsCloths& relative) {
+        return VelocityAfterContact(relative, n, kick, contact.tangent, contact.normal,
                                     contact.rebound, is_two_step, context.friction_static,
                                     context.friction_dynamic);
       };
@@ -225,12 +252,17 @@ void CorrectVelocityOf(const GroupContext& context, const Surfaces& surfaces) {
       } else {
         v = Select(has_impulse, after_contact(v), v);
       }
+      if constexpr (kAsks) {
+        context.given->Push(i, k, SplatCloths(context.model.free_masses[i]) * (v - before),
+                            particle.p);
+      }
     }
     if (!is_two_step) v = context.damping_factor * v;
     particle.u = context.IsHeldBySome(i) ? Select(context.FreeCloths(i), v, particle.u) : v;
     if (!IsAnyLaneSet(has_landed)) continue;
     const auto flight = FlightBefore(particle.p, particle.u, context.gravity, context.controls.h);
     ClothParticle& previous = context.previous[i];
+    if constexpr (kAsks) PushInMemory(context, surfaces, i, flight.velocity);
     previous.p = Select(has_landed, flight.position, previous.p);
     previous.u = Select(has_landed, flight.velocity, previous.u);
   }
@@ -245,7 +277,13 @@ void CorrectVelocity(GroupContext& context) {
     return;
   }
   Settle(context);
-  WithSurfaces(context, [&](const auto& surfaces) { CorrectVelocityOf(context, surfaces); });
+  WithSurfaces(context, [&](const auto& surfaces) {
+    if (context.given != nullptr) {
+      CorrectVelocityOf<true>(context, surfaces);
+    } else {
+      CorrectVelocityOf<false>(context, surfaces);
+    }
+  });
 }
 
 }  // namespace

@@ -16,9 +16,10 @@ namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
 // Two lines of each cloth: what elastic_lines-inl.h works on. ItsPlace: PairPlace or OwnPlace.
-template <class ItsPlace>
+template <class ItsPlace, bool kAsksForImpulses>
 class LinePairs : public PathPairs {
  public:
+  static constexpr bool kAsks = kAsksForImpulses;
   using Place = ItsPlace;
 
   explicit LinePairs(const GroupContext& context) : PathPairs(context) {}
@@ -56,18 +57,21 @@ void ApplyCellImpulses(const GroupContext& context) {
         context.model, row, VectorsCloths{zero, zero, zero},
         [&](uint32_t i) -> const VectorsCloths& { return context.impulses[i]; },
         [&](uint32_t i, const VectorsCloths& impulse) {
-          if (!context.IsFree(i)) return;
+          if (!context.IsFree(i)) {
+            if (context.given != nullptr) context.given->Pull(i, impulse);
+            return;
+          }
           context.particles[i].u = context.particles[i].u + context.InverseMass(i) * impulse;
         });
   }
 }
 
 // `places`: of all lines.
-template <class Place>
+template <bool kAsks, class Place>
 void SolveLines(const GroupContext& context, const Place* places) {
   const SceneModel& model = *context.model.source;
   const auto& groups = context.controls.elastic_entries->pairs;
-  const LinePairs<Place> lines(context);
+  const LinePairs<Place, kAsks> lines(context);
   for (size_t f = 0; f < model.elastic_lines().families.size(); ++f) {
     const ElasticFamily& family = model.elastic_lines().families[f];
     for (uint32_t g = groups.family_offsets[f]; g < groups.family_offsets[f + 1]; ++g) {
@@ -82,8 +86,13 @@ void SolveLines(const GroupContext& context, const Place* places) {
 void SolveElastic(GroupContext& context) {
   if (!context.controls.Has(StepStage::kSolveElastic)) return;
   Settle(context);
-  if (context.has_own_pins()) return SolveLines(context, context.own_pins.elastic_places);
-  SolveLines(context, context.controls.elastic_entries->pairs.places.data());
+  if (context.has_own_pins()) return SolveLines<false>(context, context.own_pins.elastic_places);
+  const PairPlace* const places = context.controls.elastic_entries->pairs.places.data();
+  if (context.given != nullptr) {
+    SolveLines<true>(context, places);
+  } else {
+    SolveLines<false>(context, places);
+  }
 }
 
 }  // namespace

@@ -51,8 +51,8 @@ struct StrengthRow {
 };
 
 // What grid_elastic-inl.h works on. position(i) of each particle is asked for once, before a row of
-// particles is changed that its elements touch.
-template <class PositionOf>
+// particles is changed that its elements touch. `kAsks`: somebody asks for impulses.
+template <class PositionOf, bool kAsks>
 class ClothColumns {
  public:
   using Scalars = VecCloths;
@@ -94,6 +94,9 @@ class ClothColumns {
   }
   HWY_INLINE void Push(uint32_t row, int column, const VectorsCloths& force) const {
     const uint32_t i = row * grid_.columns + static_cast<uint32_t>(column);
+    if constexpr (kAsks) {
+      if (!context_.IsFree(i)) context_.given->Pull(i, duration_ * force);
+    }
     const VecCloths factor = context_.InverseMass(i) * duration_;
     ClothParticle& particle = context_.particles[i];
     Assign(particle.u, particle.u + factor * force);
@@ -126,11 +129,17 @@ class ClothColumns {
   VectorsCloths* const forces_;     // [kAllKeptRows][1 + columns + 1]
 };
 
-template <class PositionOf>
-void ApplyGridElastic(const GroupContext& context, const PositionOf& position, float duration) {
-  ClothColumns<PositionOf> columns(context, position, duration);
+template <bool kAsks, class PositionOf>
+void ApplyGridElasticTo(const GroupContext& context, const PositionOf& position, float duration) {
+  ClothColumns<PositionOf, kAsks> columns(context, position, duration);
   GridElastic(columns, context.model.grid_elements, context.controls.grid_strengths->rest_length)
       .Run(0, context.model.grid_elements.rows);
+}
+
+template <class PositionOf>
+void ApplyGridElastic(const GroupContext& context, const PositionOf& position, float duration) {
+  if (context.given != nullptr) return ApplyGridElasticTo<true>(context, position, duration);
+  ApplyGridElasticTo<false>(context, position, duration);
 }
 
 // Whether the elements of a grid are all that acts.
@@ -144,7 +153,7 @@ bool IsGridElasticAlone(const GroupContext& context) {
 void KickGridWithin(GroupContext& context) {
   WithVisit(context, [&](const auto& visit) {
     const bool is_open = context.open.any();
-    const auto position = [&](uint32_t i) {
+    const auto position = [&](uint32_t i) __attribute__((always_inline)) {
       if (is_open && context.IsFree(i)) visit(i);
       const ClothParticle& particle = context.particles[i];
       return particle.p + particle.u * context.substep.interval;

@@ -44,6 +44,10 @@ struct GroupScratch {
   SimdMemory predicted;                 // [particle_count + 1] positions for kicks within a substep
   SimdMemory hinge_changes;             // [particle_count] of velocities, of a stage or per second
   SimdMemory joint_impulses;            // Lambda, [joint_count] [N s]
+  SimdMemory impulse_sums;              // GroupImpulses, only where impulses are asked for
+  SimdMemory impulse_pivots;            // [reaches[0].near] [m]
+  SimdMemory right_sides;               // of the longest line of elastic elements
+  SimdMemory held_hinges;               // [pin_count]
   Refinement refinement;
   std::vector<FloatState> results;  // of each cloth
   // One per cloth. All have the same near colliders: those that any of the cloths can meet.

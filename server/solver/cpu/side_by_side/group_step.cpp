@@ -1,6 +1,8 @@
 #include "server/solver/cpu/side_by_side/group_step.h"
 
 #include <algorithm>
+#include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -77,6 +79,11 @@ void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
   GatherOwnPins(cloths, context);
   GatherOwnElements(cloths, scratch, context);
   GatherColliders(cloths, context);
+  std::optional<GroupImpulses> impulses;
+  if (cloths[0].context.asks_for_impulses) {
+    impulses.emplace(context.model, scratch);
+    context.given = &*impulses;
+  }
   const std::span reaches = std::span(scratch.reaches).first(cloths.size());
   GatherRanges(reaches, context);
   for (GroupCloth& cloth : cloths)
@@ -85,6 +92,9 @@ void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
     BeginSubstep(controls.plan.schedule, index, cloths, context);
     PlaceColliders(cloths, context, index, controls.plan.schedule[index].duration_s,
                    scratch.surfaces);
+    if (impulses) {
+      impulses->BeginSubstep(cloths, index, controls.plan.schedule[index].duration_s);
+    }
     Advance(context, cloths);
   }
   if (scratch.results.size() < cloths.size()) scratch.results.resize(cloths.size());
@@ -98,10 +108,13 @@ void StepSideBySide(std::span<GroupCloth> cloths, GroupScratch& scratch) {
     ColliderReach& reach = cloth.context.scratch.reach;
     std::swap(reach, scratch.reaches[lane]);
     const bool is_suspect = (may_have_fault >> lane & 1) != 0;
+    std::shared_ptr<const StepImpulses> given;
+    if (impulses) given = std::make_shared<const StepImpulses>(impulses->Total(lane, cloth));
     const Ending ending =
         Finish(cloth.context, is_suspect, cloth.measure, cloth.state, cloth.report);
     if (ending == Ending::kWithAllColliders) scratch.unfinished.push_back(lane);
     cloth.has_gained_energy = ending == Ending::kCalmer;
+    if (cloth.report.fault == FaultReason::kNone) cloth.report.impulses = given;
     std::swap(reach, scratch.reaches[lane]);
     std::swap(working, scratch.results[lane]);
   }

@@ -19,9 +19,9 @@ HWY_BEFORE_NAMESPACE();
 namespace drape::cpu::HWY_NAMESPACE {
 namespace {
 
-// A_i(p, v) by the springs of particle i. Positions: a function of the particle.
+// By the springs of particle i [N]. Positions: a function of the particle.
 template <class Positions>
-VectorsCloths SpringAcceleration(const GroupContext& context, const Positions& p, uint32_t i) {
+VectorsCloths SpringForceOn(const GroupContext& context, const Positions& p, uint32_t i) {
   const FloatModel& model = context.model;
   const VecCloths zero = SplatCloths(0);
   VectorsCloths force{zero, zero, zero};
@@ -31,7 +31,21 @@ VectorsCloths SpringAcceleration(const GroupContext& context, const Positions& p
     force = force + SpringForce(p(j) - p(i), context.particles[j].u - context.particles[i].u,
                                 end.rest_length, end.stiffness, end.damping);
   }
-  return context.InverseMass(i) * force;
+  return force;
+}
+
+// A_i(p, v) by the springs of particle i.
+template <class Positions>
+VectorsCloths SpringAcceleration(const GroupContext& context, const Positions& p, uint32_t i) {
+  return context.InverseMass(i) * SpringForceOn(context, p, i);
+}
+
+template <class Positions>
+void PullBySprings(const GroupContext& context, const Positions& p, float duration) {
+  if (context.given == nullptr) return;
+  for (const uint32_t i : context.model.pins) {
+    context.given->Pull(i, SplatCloths(duration) * SpringForceOn(context, p, i));
+  }
 }
 
 // Springs in the force: the accelerations of the substep, gravity with them.
@@ -39,6 +53,7 @@ void AccelerateBySprings(GroupContext& context) {
   if (!context.controls.plan.solver.has_spring_forces || context.substep.is_two_step) return;
   Settle(context);
   const auto p = [&](uint32_t i) { return context.particles[i].p; };
+  PullBySprings(context, p, context.substep.interval);
   for (const uint32_t i : context.free_particles) {
     context.accelerations[i] = context.gravity + SpringAcceleration(context, p, i);
   }
@@ -46,6 +61,7 @@ void AccelerateBySprings(GroupContext& context) {
 
 template <class Positions>
 void ApplySprings(const GroupContext& context, const Positions& p, float duration) {
+  PullBySprings(context, p, duration);
   for (const uint32_t i : context.free_particles) {
     context.accelerations[i] = SpringAcceleration(context, p, i);
   }
@@ -89,21 +105,28 @@ VectorsCloths HingeImpulses(const GroupContext& context, size_t element, const P
 }
 
 // change(i, v): the change of the velocity of each free particle i by the impulses on it,
-// impulse(e) of e from offsets[i] to offsets[i + 1].
-template <class Offsets, class Impulse, class Change>
+// impulse(e) of e from offsets[i] to offsets[i + 1]. pull(i, k, impulse): of each pin, k its place;
+// only where anybody asks for it.
+template <class Offsets, class Impulse, class Change, class Pull>
 void ForChanges(const GroupContext& context, const Offsets& offsets, const Impulse& impulse,
-                const Change& change) {
+                const Change& change, const Pull& pull) {
   const VecCloths zero = SplatCloths(0);
-  for (const uint32_t i : context.free_particles) {
+  const auto sum_on = [&](uint32_t i) {
     VectorsCloths sum{zero, zero, zero};
     for (uint32_t e = offsets[i]; e < offsets[i + 1]; ++e) sum = sum + impulse(e);
-    change(i, context.InverseMass(i) * sum);
+    return sum;
+  };
+  if (context.given != nullptr) {
+    for (size_t k = 0; k < context.model.pins.size(); ++k) {
+      pull(context.model.pins[k], k, sum_on(context.model.pins[k]));
+    }
   }
+  for (const uint32_t i : context.free_particles) change(i, context.InverseMass(i) * sum_on(i));
 }
 
-template <class Positions, class Change>
+template <class Positions, class Change, class Pull>
 void ForHingeChanges(const GroupContext& context, const Positions& p, float duration,
-                     const Change& change) {
+                     const Change& change, const Pull& pull) {
   const FloatModel& model = context.model;
   const size_t element_count = model.source->elastic_elements().size();
   for (size_t e = 0; e < element_count; ++e) {
@@ -113,15 +136,18 @@ void ForHingeChanges(const GroupContext& context, const Positions& p, float dura
     const FloatElasticEnd& end = model.elastic_ends[e];
     return SplatCloths(end.weight) * context.impulses[end.element];
   };
-  ForChanges(context, model.elastic_offsets, impulse, change);
+  ForChanges(context, model.elastic_offsets, impulse, change, pull);
 }
 
 template <class Positions>
 void ApplyElastic(const GroupContext& context, const Positions& p, float duration) {
   if (context.controls.grid_strengths != nullptr) return ApplyGridElastic(context, p, duration);
-  ForHingeChanges(context, p, duration, [&](uint32_t i, const VectorsCloths& of_elements) {
-    context.particles[i].u = context.particles[i].u + of_elements;
-  });
+  ForHingeChanges(
+      context, p, duration,
+      [&](uint32_t i, const VectorsCloths& of_elements) {
+        context.particles[i].u = context.particles[i].u + of_elements;
+      },
+      [&](uint32_t i, size_t, const VectorsCloths& impulse) { context.given->Pull(i, impulse); });
 }
 
 // The impulse on a triangle of each cloth.
@@ -156,6 +182,9 @@ void ApplyWind(const GroupContext& context, const Positions& p, float duration) 
       [&](uint32_t i, const VectorsCloths& of_air) {
         const VecCloths share = SplatCloths(model.corner_shares[i]);
         context.particles[i].u = context.particles[i].u + share * of_air;
+      },
+      [&](uint32_t i, size_t, const VectorsCloths& impulse) {
+        context.given->Pull(i, SplatCloths(model.corner_shares[i]) * impulse);
       });
 }
 
@@ -199,14 +228,26 @@ void KickWithin(GroupContext& context) {
       context, [&](uint32_t i) { return context.predicted[i]; }, substep.kick_within);
 }
 
+// GroupImpulses::hinges times `factor`.
+void PullByHinges(const GroupContext& context, float factor) {
+  if (context.given == nullptr) return;
+  for (size_t k = 0; k < context.model.pins.size(); ++k) {
+    context.given->Pull(context.model.pins[k], SplatCloths(factor) * context.given->hinges()[k]);
+  }
+}
+
 // As long as forces act on u in this substep; found for all substeps that share them.
 void ShareHinges(const GroupContext& context) {
   if (context.substep.finds_hinges) {
     PredictPositions(context, context.substep.hinge_interval);
     ForHingeChanges(
         context, [&](uint32_t i) { return context.predicted[i]; }, 1,
-        [&](uint32_t i, const VectorsCloths& per_s) { context.hinge_changes[i] = per_s; });
+        [&](uint32_t i, const VectorsCloths& per_s) { context.hinge_changes[i] = per_s; },
+        [&](uint32_t, size_t k, const VectorsCloths& force) {
+          Assign(context.given->hinges()[k], force);
+        });
   }
+  PullByHinges(context, context.substep.force_time);
   for (const uint32_t i : context.free_particles) {
     ClothParticle& particle = context.particles[i];
     particle.u = particle.u + context.hinge_changes[i] * context.substep.force_time;
@@ -220,6 +261,9 @@ void SolveHinges(GroupContext& context) {
   if (context.controls.plan.solver.hinge_period > 1) return ShareHinges(context);
   const VecCloths zero = SplatCloths(0);
   std::fill_n(context.hinge_changes, context.model.particle_count, VectorsCloths{zero, zero, zero});
+  if (context.given != nullptr) {
+    std::fill_n(context.given->hinges(), context.model.pins.size(), GroupImpulses::None());
+  }
   for (const auto& stage : context.controls.hinge_stages) {
     PredictPositions(context, context.substep.interval);
     ForHingeChanges(
@@ -228,7 +272,12 @@ void SolveHinges(GroupContext& context) {
           VectorsCloths& change = context.hinge_changes[i];
           change = change * stage.momentum + of_elements * stage.gain;
           context.particles[i].u = context.particles[i].u + change;
+        },
+        [&](uint32_t, size_t k, const VectorsCloths& impulse) {
+          VectorsCloths& sum = context.given->hinges()[k];
+          sum = sum * stage.momentum + impulse * stage.gain;
         });
+    PullByHinges(context, 1);
   }
 }
 

@@ -53,10 +53,25 @@ class PathPairs {
     high.u = high.u + High(change);
   }
 
+  // Of paths of which no two have a particle in common.
+  float largest_force_interval() const {
+    return static_cast<float>(context_.controls.plan.schedule.largest_force_interval_s2());
+  }
+  VectorsPair* right_sides() const { return context_.given->right_sides(); }
+  void Pull(const Ends& particles, bool has_pins, const VectorsPair& impulses) const {
+    if (!has_pins) return;
+    if (IsHeld(particles[0])) context_.given->Pull(particles[0], Low(impulses));
+    if (IsHeld(particles[1])) context_.given->Pull(particles[1], High(impulses));
+  }
+
  protected:
   const GroupContext& context() const { return context_; }
 
  private:
+  bool IsHeld(uint32_t i) const {
+    return i != context_.model.spare_particle() && !context_.model.IsFree(i);
+  }
+
   const GroupContext& context_;
   ClothParticle* const particles_;
 };

@@ -11,6 +11,7 @@
 #include <span>
 
 #include "server/solver/cpu/side_by_side/group.h"
+#include "server/solver/cpu/side_by_side/impulses-inl.h"
 #include "server/solver/cpu/simd/vec_cloths-inl.h"
 #include "server/solver/cpu/step/strip_solve-inl.h"
 
@@ -187,7 +188,7 @@ struct GroupContext {
     return has_own_pins() ? own_pins.lists->pin_count : model.pins.size();
   }
   // Whether some cloth moves particle i freely.
-  bool IsFree(uint32_t i) const {
+  HWY_INLINE bool IsFree(uint32_t i) const {
     return has_own_pins() ? i < model.particle_count && HeldBy(i) != own_pins.lists->all_cloths
                           : model.IsFree(i);
   }
@@ -266,6 +267,7 @@ struct GroupContext {
   FloatSubstep substep{};                                 // the one under way, but for the damping
   MaskCloths is_running{};  // those whose sweeps go on; the others stay as they are
   OpenStages open{};
+  GroupImpulses* given = nullptr;  // null: nobody asks for impulses
 
  private:
   uint32_t HeldBy(uint32_t i) const { return own_pins.lists->held_by[i]; }

@@ -31,9 +31,10 @@ HWY_NOINLINE void VisitPair(const FloatModel& model, const ParticleVisit<kHasOwn
 
 // Two strips of each cloth: what strip_solve-inl.h sweeps over. `kHasOwnPins`: the inverse masses
 // are of each cloth.
-template <bool kHasOwnPins>
+template <bool kHasOwnPins, bool kAsksForImpulses>
 class StripPairs : public PathPairs {
  public:
+  static constexpr bool kAsks = kAsksForImpulses;
   using Mask = MaskPair;
   using Link = PairLink;
   using Group = StripPair;
@@ -95,6 +96,14 @@ class StripPairs : public PathPairs {
     return {mask.low & context().is_running, mask.high & context().is_running};
   }
 
+  HWY_INLINE void PullAtLink(uint32_t link, const VectorsPair& impulses) const {
+    if (!links()[link].has_pins) return;
+    context().given->PullAtLink(link, impulses);
+  }
+  HWY_INLINE void PullAtFirst(const StripPair& pair, const VectorsPair& impulses) const {
+    context().given->PullAtFirst(static_cast<size_t>(&pair - groups().data()), impulses);
+  }
+
   VecPair Compliances(uint32_t link) const {
     return Number(context().model.pair_compliances[link]);
   }
@@ -121,7 +130,7 @@ class StripPairs : public PathPairs {
   const ParticleVisit<kHasOwnPins>* const visit_;
 };
 
-template <bool kHasOwnPins>
+template <bool kAsks, bool kHasOwnPins>
 MaskCloths SolveStripsOf(GroupContext& context, const ParticleVisit<kHasOwnPins>& visit) {
   const FloatModel& model = context.model;
   const bool is_open = context.open.any();
@@ -130,7 +139,7 @@ MaskCloths SolveStripsOf(GroupContext& context, const ParticleVisit<kHasOwnPins>
     for (const uint32_t i : context.own_pins.lists->released) visit(i);
   }
   const MaskPair changed =
-      SweepStrips(StripPairs<kHasOwnPins>(context, is_open ? &visit : nullptr),
+      SweepStrips(StripPairs<kHasOwnPins, kAsks>(context, is_open ? &visit : nullptr),
                   {model.has_compliance(), context.controls.has_start_directions(),
                    context.has_quiet_particles});
   context.open = {};
@@ -140,7 +149,10 @@ MaskCloths SolveStripsOf(GroupContext& context, const ParticleVisit<kHasOwnPins>
 // Settles open stages on the way, while the caches have the particles of a pair.
 MaskCloths SolveStrips(GroupContext& context) {
   MaskCloths changed;
-  WithVisit(context, [&](const auto& visit) { changed = SolveStripsOf(context, visit); });
+  WithVisit(context, [&](const auto& visit) {
+    changed = context.given != nullptr ? SolveStripsOf<true>(context, visit)
+                                       : SolveStripsOf<false>(context, visit);
+  });
   return changed;
 }
 
@@ -202,6 +214,9 @@ MaskCloths SolveConstraint(const GroupContext& context, size_t g, uint32_t k, Ma
   const VecCloths impulse_per_length = impulse / divisor;
   from.u = from.u - (inverse_mass_i * impulse_per_length) * d;
   to.u = to.u + (inverse_mass_j * impulse_per_length) * d;
+  if (context.given != nullptr) {
+    context.given->PullAtConstraint(g * kVec4Size + k, impulse_per_length * d);
+  }
   return is_active;
 }
 
@@ -299,6 +314,16 @@ void Refine(const GroupContext& context) {
   }
 }
 
+// What a joint does to those of its particles that are held.
+void PullByJoint(const GroupContext& context, const FloatJoint& joint,
+                 const VectorsCloths& impulse) {
+  if (context.given == nullptr) return;
+  if (!context.IsFree(joint.i)) {
+    context.given->Pull(joint.i, GroupImpulses::None() - impulse);
+  }
+  if (!context.IsFree(joint.j)) context.given->Pull(joint.j, impulse);
+}
+
 // One sweep over all point joints.
 MaskCloths SolveJoints(const GroupContext& context) {
   const FloatControls& controls = context.controls;
@@ -325,6 +350,7 @@ MaskCloths SolveJoints(const GroupContext& context) {
     lambda = lambda + impulse;
     from.u = from.u - w_i * impulse;
     to.u = to.u + w_j * impulse;
+    PullByJoint(context, joint, impulse);
     changed |= is_active;
   }
   return changed;
@@ -342,6 +368,7 @@ void SolveJointVelocities(const GroupContext& context) {
                                          (from.u - to.u) / (w_i + w_j), {zero, zero, zero});
     from.u = from.u - w_i * impulse;
     to.u = to.u + w_j * impulse;
+    PullByJoint(context, joint, impulse);
   }
 }
 
@@ -395,6 +422,9 @@ void SolveVelocity(GroupContext& context) {
             VelocityImpulse(Dot(n, to.u - from.u), inverse_mass_i, inverse_mass_j);
         from.u = from.u - (inverse_mass_i * impulse) * n;
         to.u = to.u + (inverse_mass_j * impulse) * n;
+        if (context.given != nullptr) {
+          context.given->PullAtConstraint(g * kVec4Size + k, impulse * n);
+        }
       }
     }
     SolveJointVelocities(context);

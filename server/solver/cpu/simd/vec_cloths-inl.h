@@ -207,7 +207,7 @@ VectorsOf<Scalars> operator*(const Scalars& s, const VectorsOf<Scalars>& v) {
   return {s * v.x, s * v.y, s * v.z};
 }
 template <class Scalars>
-Scalars Dot(const VectorsOf<Scalars>& a, const VectorsOf<Scalars>& b) {
+HWY_INLINE Scalars Dot(const VectorsOf<Scalars>& a, const VectorsOf<Scalars>& b) {
   return (a.x * b.x + a.y * b.y) + a.z * b.z;
 }
 inline VectorsCloths operator*(const VectorsCloths& v, float s) {
@@ -230,7 +230,7 @@ inline VectorsCloths VectorLike(float x, float y, float z, const VectorsCloths&)
 }
 // target = value; one by one, as GCC copies the whole through the stack.
 template <class Scalars>
-void Assign(VectorsOf<Scalars>& target, const VectorsOf<Scalars>& value) {
+HWY_INLINE void Assign(VectorsOf<Scalars>& target, const VectorsOf<Scalars>& value) {
   target.x = value.x;
   target.y = value.y;
   target.z = value.z;

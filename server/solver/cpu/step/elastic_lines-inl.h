@@ -24,6 +24,9 @@ namespace drape::cpu::HWY_NAMESPACE {
 //   force_time                      of the substep
 //   solution()                      memory for the longest line; what it holds is up to each kind
 //   SetCellImpulses(ends, y)        of the cells whose first particles are the ends
+//   kAsks                           whether anybody asks for impulses; then
+//   Pull(ends, has_pins, impulse)   of held particles; right_sides(): memory for the longest line
+//   largest_force_interval          SubstepSchedule::largest_force_interval_s2
 template <class Access>
 class ElasticSolve {
  public:
@@ -33,7 +36,10 @@ class ElasticSolve {
   using Place = typename Access::Place;
 
   ElasticSolve(const Access& access, std::span<const Place> places)
-      : access_(access), places_(places), solution_(access.solution()) {}
+      : access_(access),
+        places_(places),
+        solution_(access.solution()),
+        right_sides_(Access::kAsks ? access.right_sides() : nullptr) {}
 
   void Rods() {
     const Scalars force_time = access_.Splat(access_.force_time());
@@ -55,6 +61,7 @@ class ElasticSolve {
       Vectors x = force_time * (impulse - before);
       if (k > 0) x = x - access_.Number(places_[k - 1].to_next) * one_before;
       if (k > 1) x = x - access_.Number(places_[k - 2].to_second_next) * two_before;
+      if constexpr (Access::kAsks) KeepIn(right_sides_[k], force_time * (impulse - before));
       before = impulse;
       two_before = one_before;
       one_before = x;
@@ -67,9 +74,11 @@ class ElasticSolve {
                          access_.Number(place.to_next) * next) -
                         access_.Number(place.to_second_next) * second_next;
       access_.Push(place.particles, place.has_pins, x);
+      if constexpr (Access::kAsks) Keep(k, x);
       second_next = next;
       next = x;
     }
+    if constexpr (Access::kAsks) PullByRods();
   }
 
   // As a strip of compliant links, whose pivots the compliances keep apart from 0.
@@ -109,9 +118,11 @@ class ElasticSolve {
       impulse = now.impulse - now.ratio * impulse;
       const Vectors pull = impulse * now.n;
       Push(places_[k + 1], pull - pull_of_next);
+      Pull(places_[k + 1], pull - pull_of_next);
       pull_of_next = pull;
     }
     Push(places_[0], Zero() - pull_of_next);
+    Pull(places_[0], Zero() - pull_of_next);
   }
 
   // Finds the impulses of rows of cells, and changes no velocity.
@@ -148,10 +159,33 @@ class ElasticSolve {
     return access_.PredictedDifferences(places_[k].particles, below);
   }
 
-  void Keep(size_t k, const Vectors& v) {
-    solution_[k].n.x = v.x;  // one by one: GCC copies the whole through the stack
-    solution_[k].n.y = v.y;
-    solution_[k].n.z = v.z;
+  void Keep(size_t k, const Vectors& v) { KeepIn(solution_[k].n, v); }
+  static void KeepIn(Vectors& place, const Vectors& v) {
+    place.x = v.x;  // one by one: GCC copies the whole through the stack
+    place.y = v.y;
+    place.z = v.z;
+  }
+
+  // With the changes of velocity x in solution_: the rows of the right side - s K x.
+  void PullByRods() const {
+    const auto count = static_cast<int>(places_.size());
+    const Scalars s = access_.Splat(access_.largest_force_interval());
+    // The moments by x at the rod in the middle of three particles; none at the ends.
+    const auto moment = [&](int k) {
+      if (k < 1 || k + 1 >= count) return Zero();
+      const Vectors bend =
+          (solution_[k + 1].n - solution_[k].n) - (solution_[k].n - solution_[k - 1].n);
+      return s * access_.Number(places_[static_cast<size_t>(k)].elasticity) * bend;
+    };
+    for (int k = 0; k < count; ++k) {
+      const Vectors middle = moment(k);
+      const Vectors row = (moment(k - 1) - middle) + (moment(k + 1) - middle);
+      Pull(places_[static_cast<size_t>(k)], right_sides_[k] - row);
+    }
+  }
+
+  void Pull(const Place& place, const Vectors& impulse) const {
+    if constexpr (Access::kAsks) access_.Pull(place.particles, place.has_pins, impulse);
   }
 
   void Push(const Place& place, const Vectors& pull) const {
@@ -161,6 +195,7 @@ class ElasticSolve {
   const Access& access_;
   const std::span<const Place> places_;
   StripLinkSolution<Scalars, Vectors>* const solution_;
+  Vectors* const right_sides_;  // of rods [N s]; only where pulls are asked for
 };
 
 // Solves the lines of one group.

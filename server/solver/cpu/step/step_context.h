@@ -12,6 +12,7 @@
 #include "server/solver/cpu/simd/simd_memory.h"
 #include "server/solver/cpu/step/collider_reach.h"
 #include "server/solver/cpu/step/collider_surface.h"
+#include "server/solver/cpu/step/impulse_sums.h"
 #include "server/solver/cpu/step/refine.h"
 #include "server/solver/cpu/step/step_team.h"
 #include "server/solver/substep_schedule.h"
@@ -111,6 +112,7 @@ struct StepScratch {
   // [reach.near] in the substep under way; empty if all rest as described.
   std::vector<MovingSurface> surfaces;
   std::shared_ptr<SelfContactMemory> self_contacts;  // made when a cloth first needs it
+  ImpulseSums impulses;                              // only where they are asked for
   bool self_contacts_failed = false;  // pins forced the cloth through itself in this step
   uint64_t repeats = 0;  // steps of this thread that were done again with all colliders
 };
@@ -139,7 +141,19 @@ struct StepContext {
   const FloatControls* calmer_controls = nullptr;
   FloatSubstep substep{};                           // the one under way
   const ContactSurface* contact_surface = nullptr;  // null: the cloth passes through itself
-  bool may_cross_itself = true;  // parts of the cloth may cross each other when the step begins
+  bool may_cross_itself = true;    // parts of the cloth may cross each other when the step begins
+  bool asks_for_impulses = false;  // StepReport::impulses
+  std::span<const Collider> colliders{};
+
+  // Null: nobody asks for them.
+  ImpulseSums* impulses() const { return asks_for_impulses ? &scratch.impulses : nullptr; }
+
+  // function(i, sums) of every held particle i, if anybody asks for impulses.
+  template <class Function>
+  void ForHeldAsked(const Function& function) const {
+    if (impulses() == nullptr) return;
+    for (const uint32_t i : held.particles) function(i, *impulses());
+  }
 
   // Whether the strips solve a link more than once in a substep: then they need what they have
   // accumulated.

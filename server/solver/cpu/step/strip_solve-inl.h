@@ -37,6 +37,10 @@ inline constexpr float kMaxMove = static_cast<float>(kMaxStripMove);
 //   PositionDifferences, VelocityDifferences, PredictedDifferences          from, to -> Vectors
 //   RoundOffs(ends)                               quiet_round_offs of the particles: Scalars
 //   Push(ends, has_pins, change)      onto u; some ends may be pins, which it does not move
+//   kAsks                             whether anybody asks for impulses; then
+//   PullAtLink(k, impulse), PullAtFirst(group, impulse)   of pins at the end of link k of links(),
+//   at
+//                                     the first particle of the group
 //   Compliances(k)                                     of the links at place k of links()
 //   Impulses, AddImpulses(places)                      accumulated
 //   reads_impulses, keeps_impulses                     whether any are there, or are asked for
@@ -51,6 +55,7 @@ class StripSolve {
 
   StripSolve(const Access& access, const typename Access::Group& group)
       : access_(access),
+        group_(group),
         first_(group.first),
         link_begin_(group.link_begin),
         links_(access.links() + group.link_begin),
@@ -174,7 +179,11 @@ class StripSolve {
       const Vectors change = access_.InverseMassTo(links_[k]) * (pull - pull_of_next);
       MeasureMove(links_[k], change);
       access_.Push(links_[k].to, links_[k].has_pins, change);
+      if constexpr (Access::kAsks) access_.PullAtLink(link_begin_ + k, pull - pull_of_next);
       pull_of_next = pull;
+    }
+    if constexpr (Access::kAsks) {
+      access_.PullAtFirst(group_, Vectors{zero, zero, zero} - pull_of_next);
     }
     const Vectors change = -access_.InverseMassFrom(links_[0], first_) * pull_of_next;
     MeasureMove(links_[0], change);
@@ -194,7 +203,11 @@ class StripSolve {
       const Vectors pull = (back * solution_[k].impulse) * solution_[k].n;
       access_.Push(links_[k].to, links_[k].has_pins,
                    access_.InverseMassTo(links_[k]) * (pull - pull_of_next));
+      if constexpr (Access::kAsks) access_.PullAtLink(link_begin_ + k, pull - pull_of_next);
       pull_of_next = pull;
+    }
+    if constexpr (Access::kAsks) {
+      access_.PullAtFirst(group_, Vectors{zero, zero, zero} - pull_of_next);
     }
     access_.Push(first_, true, -access_.InverseMassFrom(links_[0], first_) * pull_of_next);
   }
@@ -206,6 +219,7 @@ class StripSolve {
   }
 
   const Access& access_;
+  const typename Access::Group& group_;
   const Ends first_;
   const uint32_t link_begin_;
   const Link* const links_;

@@ -1,0 +1,133 @@
+// StepRequest.impulses through the service, on every backend.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/system/calls.h"
+#include "tests/system/in_process_server.h"
+
+namespace drape::test {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+using testing::SizeIs;
+
+constexpr double kG = 9.81;
+
+bool CanTell(const std::string& backend) {
+  return SharedBackend(backend).Describe().has_impulses;
+}
+
+std::vector<std::string> Those(bool can_tell) {
+  std::vector<std::string> names;
+  for (const std::string& name : BackendNames()) {
+    if (CanTell(name) == can_tell) names.push_back(name);
+  }
+  return names;
+}
+
+class ImpulseCalls : public testing::TestWithParam<std::string> {
+ protected:
+  void SetUp() override { session_ = NewSession(*stub_); }
+
+  // Sheets of 5 x 5 that hang by an edge above a table, 10 m apart.
+  v1::CreateClothsRequest Sheets(uint32_t count) const {
+    v1::CreateClothsRequest request = HangingSheet(session_, 5, count);
+    v1::Plane& table =
+        *request.mutable_spec()->mutable_environment()->add_colliders()->mutable_plane();
+    for (const double x : {0.0, -3.0, 0.0}) table.add_point_m(x);
+    for (const double x : {0.0, 1.0, 0.0}) table.add_normal(x);
+    for (uint32_t k = 0; k < count; ++k) {
+      for (const double x : {10.0 * k, 0.0, 0.0}) request.add_environment_origins_m(x);
+    }
+    return request;
+  }
+  v1::StepRequest Asking(const Ids& ids, uint32_t steps = 1) const {
+    v1::StepRequest request = StepsOf(session_, ids, steps);
+    request.set_impulses(true);
+    return request;
+  }
+
+  InProcessServer server_{GetParam()};
+  std::unique_ptr<Stub> stub_ = server_.NewStub();
+  std::string session_;
+};
+
+using RefusedImpulses = ImpulseCalls;
+INSTANTIATE_TEST_SUITE_P(Backends, ImpulseCalls, testing::ValuesIn(Those(true)),
+                         [](const auto& test) { return test.param; });
+INSTANTIATE_TEST_SUITE_P(Backends, RefusedImpulses, testing::ValuesIn(Those(false)),
+                         [](const auto& test) { return test.param; });
+
+TEST_P(ImpulseCalls, ColumnsNameColliderAndPin) {
+  const Ids ids = Create(*stub_, Sheets(2));
+  const v1::StepResponse answer = Step(*stub_, Asking(ids, 3));
+  EXPECT_THAT(answer.collider_impulses().cloth_ids(), ElementsAre(ids[0], ids[1]));
+  EXPECT_THAT(answer.collider_impulses().colliders(), ElementsAre(0u, 0u));
+  EXPECT_THAT(answer.collider_impulses().impulses_n_s(), SizeIs(6));
+  EXPECT_THAT(answer.collider_impulses().angular_impulses_n_m_s(), SizeIs(6));
+  const v1::PinImpulses& pins = answer.pin_impulses();
+  EXPECT_THAT(pins.particles(), ElementsAre(0u, 1u, 2u, 3u, 4u, 0u, 1u, 2u, 3u, 4u));
+  ASSERT_THAT(pins.impulses_n_s(), SizeIs(30));
+  // The same in every environment, as the states are.
+  for (int k = 0; k < 15; ++k) EXPECT_EQ(pins.impulses_n_s(k), pins.impulses_n_s(15 + k));
+}
+
+TEST_P(ImpulseCalls, NobodyWhoDoesNotAskGetsAny) {
+  const Ids ids = Create(*stub_, Sheets(1));
+  const v1::StepResponse answer = Step(*stub_, StepsOf(session_, ids, 1));
+  EXPECT_FALSE(answer.has_collider_impulses());
+  EXPECT_FALSE(answer.has_pin_impulses());
+}
+
+TEST_P(ImpulseCalls, SayWhatAGripCarries) {
+  v1::CreateClothsRequest creation = Sheets(1);
+  creation.mutable_spec()->clear_pins();
+  creation.mutable_spec()->set_max_grips(2);
+  const Ids ids = Create(*stub_, creation);
+  v1::StepRequest request = Asking(ids, 240);
+  request.set_grip_states(true);
+  v1::GripControls& grips = *request.mutable_grip_controls();
+  grips.add_cloth_ids(ids[0]);
+  grips.add_slots(1);
+  grips.add_actions(v1::GripControls::GRAB_PARTICLE);
+  grips.add_particles(12);
+  for (int axis = 0; axis < 3; ++axis) grips.add_targets_m(0);
+  const v1::StepResponse answer = Step(*stub_, request);
+  ASSERT_THAT(answer.grips().impulses_n_s(), SizeIs(6));
+  for (int axis = 0; axis < 3; ++axis) EXPECT_EQ(answer.grips().impulses_n_s(axis), 0);
+  // A square metre of 0.2 kg hangs on it, nearly still after four seconds.
+  EXPECT_LT(answer.grips().impulses_n_s(4), -0.5 * 0.2 * kG / 60);
+}
+
+// At rest a sheet sleeps, and pulls as before.
+TEST_P(ImpulseCalls, ASheetAsleepStillWeighs) {
+  v1::CreateClothsRequest creation = Sheets(1);
+  creation.mutable_spec()->mutable_material()->set_damping_per_s(20);
+  creation.mutable_spec()->mutable_settings()->set_sleep_motion_m(1e-3);
+  const Ids ids = Create(*stub_, creation);
+  v1::StepResponse answer;
+  bool is_asleep = false;
+  for (int second = 0; second < 30 && !is_asleep; ++second) {
+    v1::StepRequest request = Asking(ids, 60);
+    request.set_report(true);
+    answer = Step(*stub_, request);
+    is_asleep = answer.reports(0).asleep();
+  }
+  ASSERT_TRUE(is_asleep);
+  double sum = 0;
+  for (int pin = 0; pin < 5; ++pin) sum += answer.pin_impulses().impulses_n_s(3 * pin + 1);
+  EXPECT_NEAR(sum, -0.2 * kG / 60, 0.05 * 0.2 * kG / 60);
+}
+
+TEST_P(RefusedImpulses, AreAnErrorThatNamesTheField) {
+  const Ids ids = Create(*stub_, Sheets(1));
+  const auto refused = Call(*stub_, &Stub::Step, Asking(ids));
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(FieldsOf(refused.status), ElementsAre("impulses"));
+  EXPECT_THAT(refused.status.error_message(), testing::HasSubstr("--backend=cpu"));
+  EXPECT_EQ(Get(*stub_, session_, ids[0]).step(), 0u);
+}
+
+}  // namespace
+}  // namespace drape::test
