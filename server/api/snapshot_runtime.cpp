@@ -105,11 +105,11 @@ v1::RuntimeSnapshot::SleepReport ToMessage(const StepReport& report) {
   if (report.impulses == nullptr) return message;
   const StepImpulses& impulses = *report.impulses;
   for (const ColliderImpulse& collider : impulses.colliders) {
-    AppendValue(collider.impulse_n_s, message.mutable_impulses());
-    AppendValue(collider.angular_impulse_n_m_s, message.mutable_impulses());
+    AppendValue(collider.impulse_n_s, message.mutable_impulses_n_s());
+    AppendValue(collider.angular_impulse_n_m_s, message.mutable_impulses_n_s());
   }
-  for (const Vector3d& pin : impulses.pins_n_s) AppendValue(pin, message.mutable_impulses());
-  for (const Vector3d& grip : impulses.grips_n_s) AppendValue(grip, message.mutable_impulses());
+  for (const Vector3d& pin : impulses.pins_n_s) AppendValue(pin, message.mutable_impulses_n_s());
+  for (const Vector3d& grip : impulses.grips_n_s) AppendValue(grip, message.mutable_impulses_n_s());
   message.mutable_gripped_particles()->Assign(impulses.gripped_particles.begin(),
                                               impulses.gripped_particles.end());
   return message;
@@ -120,7 +120,7 @@ std::shared_ptr<const StepImpulses> CheckImpulses(const FieldPath& path,
                                                   const v1::RuntimeSnapshot::SleepReport& message,
                                                   const RuntimeOwner& owner,
                                                   Violations& violations) {
-  if (message.impulses().empty()) return nullptr;
+  if (message.impulses_n_s().empty()) return nullptr;
   auto impulses = std::make_shared<StepImpulses>();
   impulses->colliders.resize(owner.on_device.colliders.size());
   impulses->pins_n_s.resize(owner.model.pin_count());
@@ -129,11 +129,11 @@ std::shared_ptr<const StepImpulses> CheckImpulses(const FieldPath& path,
   impulses->grips_n_s.resize(impulses->gripped_particles.size());
   const size_t vectors =
       2 * impulses->colliders.size() + impulses->pins_n_s.size() + impulses->grips_n_s.size();
-  if (!violations.Length(path, static_cast<size_t>(message.impulses_size()), 3 * vectors,
+  if (!violations.Length(path, static_cast<size_t>(message.impulses_n_s_size()), 3 * vectors,
                          "3 per vector")) {
     return nullptr;
   }
-  const double* numbers = message.impulses().data();
+  const double* numbers = message.impulses_n_s().data();
   const auto next = [&] { return Vector3d(std::exchange(numbers, numbers + 3)); };
   for (ColliderImpulse& collider : impulses->colliders) {
     collider.impulse_n_s = next();
@@ -167,7 +167,7 @@ StepReport CheckReport(const FieldPath& path, const v1::RuntimeSnapshot::SleepRe
   }
   report.converged = message.converged();
   report.is_asleep = is_asleep;
-  report.impulses = CheckImpulses(path.Child("impulses"), message, owner, violations);
+  report.impulses = CheckImpulses(path.Child("impulses_n_s"), message, owner, violations);
   return report;
 }
 
