@@ -15,6 +15,8 @@ namespace drape::api {
 struct Caller {
   std::string tenant{};
   bool is_refused = false;
+  // The run of the server that the caller knows; empty: any.
+  std::string incarnation{};
 };
 
 // Thread-safe.

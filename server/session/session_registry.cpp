@@ -253,9 +253,12 @@ void SessionRegistry::Delete(const std::string& name, std::function<void(Status)
                              const std::string& tenant) {
   Status status;
   std::shared_ptr<Session> session;
+  const bool is_draining = commons_->scheduler.is_draining();
   {
     const std::lock_guard lock(mutex_);
     status = CheckLive(name, tenant);
+    // It may be in the last checkpoint, and come back.
+    if (status.ok() && is_draining) status = DrainingStatus();
     if (status.ok()) {
       session = sessions_.at(name).session;
       Remove(name);
