@@ -1,5 +1,10 @@
 #include "server/backend_choice.h"
 
+#include <chrono>
+#include <cstdio>
+#include <thread>
+#include <vector>
+
 #include "server/gl/device_choice.h"
 #include "server/render/gl_draw/gl_renderer.h"
 #include "server/solver/cpu/cpu_backend.h"
@@ -16,6 +21,26 @@ bool HasHardwareGl(const GlBackendOptions& options) {
 }
 
 }  // namespace
+
+int PrintDevices() {
+  const std::vector<gl::DeviceNames> devices = gl::ListDevices();
+  for (const gl::DeviceNames& device : devices) std::printf("%s\n", gl::ToText(device).c_str());
+  if (devices.empty()) std::fprintf(stderr, "draped: EGL lists no device\n");
+  return devices.empty() ? 1 : 0;
+}
+
+Status AwaitGpu(const Config& config) {
+  GlBackendOptions options;
+  DRAPE_ASSIGN_OR_RETURN(options.device_filter, gl::FilterFor(config.device));
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (!HasHardwareGl(options)) {
+    if (std::chrono::steady_clock::now() > end) {
+      return {StatusCode::kUnavailable, "NO_EGL_DEVICE", "the GPU that was lost has not come back"};
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  }
+  return Status::Ok();
+}
 
 Result<std::unique_ptr<Backend>> MakeBackend(const Config& config,
                                              std::optional<gl::ShareHandle>& context) {

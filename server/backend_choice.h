@@ -12,6 +12,14 @@
 
 namespace drape {
 
+// Prints the GPUs, one per line; the exit status: 1 if there is none.
+int PrintDevices();
+
+// Until the GPU that the configuration names is there, after it was lost: a driver may need a
+// while, and nobody who was on a GPU is to find himself on cores. UNAVAILABLE after 30 s. Blocks,
+// and makes contexts on the calling thread.
+Status AwaitGpu(const Config& config);
+
 // The backend of the configuration. Device thread. `context` becomes that of the gl backend; with
 // the others it stays unset.
 Result<std::unique_ptr<Backend>> MakeBackend(const Config& config,

@@ -8,6 +8,8 @@
 #include <sstream>
 #include <vector>
 
+#include "server/api/grpc_server.h"
+
 namespace drape {
 namespace {
 
@@ -50,6 +52,15 @@ std::string ListenProblem(const std::string& listen) {
   return "port '" + port + "' is not a whole number in [0, 65535]";
 }
 
+// The error in an address for operators, or empty.
+std::string AdminListenProblem(const std::string& listen) {
+  constexpr char kUnix[] = "unix:";
+  if (listen.starts_with(kUnix)) return listen.size() > sizeof(kUnix) - 1 ? "" : "no path";
+  const std::string problem = ListenProblem(listen);
+  if (!problem.empty()) return problem;
+  return api::IsLoopback(listen) ? "" : "'" + listen + "' can be reached by other machines";
+}
+
 // The error in a server id, or empty.
 std::string ServerIdProblem(const std::string& id) {
   const bool is_legal =
@@ -84,6 +95,11 @@ void AddServerFlags(CLI::App& app, Config& config) {
   app.add_option("--metrics-listen", config.metrics_listen,
                  "HOST:PORT for monitoring over HTTP: /metrics, /healthz, /readyz (default: none)")
       ->check(CLI::Validator(ListenProblem, ""));
+  app.add_option(
+         "--admin-listen", config.admin_listen,
+         "unix:PATH, or HOST:PORT of this machine, for `drape admin`; who reaches it may do "
+         "everything (default: none)")
+      ->check(CLI::Validator(AdminListenProblem, ""));
   app.add_option("--server-id", config.server_id,
                  "lasting name in the names of sessions, for proxies (default: a random one)")
       ->check(CLI::Validator(ServerIdProblem, ""));
@@ -98,12 +114,24 @@ void AddServerFlags(CLI::App& app, Config& config) {
   app.add_option("--log-level", config.log_level, "trace, debug, info, warn, error or off")
       ->check(CLI::IsMember({"trace", "debug", "info", "warn", "error", "off"}))
       ->capture_default_str();
+  app.add_option_function<std::string>(
+         "--log-format",
+         [&config](const std::string& name) {
+           config.log_format = name == "json" ? LogFormat::kJson : LogFormat::kText;
+         },
+         "text, or json: an object per line")
+      ->check(CLI::IsMember({"text", "json"}))
+      ->default_str("text");
   app.add_option("--shader-dir", config.shader_dir, "folder of shaders that replace built-in ones")
       ->check(CLI::ExistingDirectory);
   app.add_option(
       "--device", config.device,
       "GPU of the gl backend: index, PCI address or UUID of --list-devices; default: the "
       "first that works");
+  app.add_option("--device-timeout-s", config.device_timeout_s,
+                 "a device that does not answer for that long is lost: the server begins anew; 0: "
+                 "never")
+      ->capture_default_str();
   app.add_flag("--list-devices", config.lists_devices, "print the GPUs and end");
   app.add_option("--threads", config.threads, "threads of the cpu backend; 0 = one per core")
       ->check(CLI::Range(0, 1024));
@@ -140,6 +168,10 @@ void AddLimits(CLI::App& app, Config& config) {
                       UINT64_MAX / 2, "0: four times those of a session");
   AddNumber<uint64_t>(app, "--max-particles-per-tenant", sessions.per_tenant.max_particles, 0,
                       UINT64_MAX / 2, "0: twice those of a session");
+  AddNumber(app, "--max-particle-substeps-per-s-per-tenant",
+            config.max_particle_substeps_per_s_per_tenant, 0.0, 1e18,
+            "stepped for a tenant, beyond a second's worth at once; more waits; 0: no limit. "
+            "The token file may name others");
   AddNumber(app, "--max-cloths-per-session", sessions.max_cloths_per_session, 1u, kMaxCount, "");
   AddNumber<uint64_t>(app, "--max-particles-per-session", sessions.max_particles_per_session, 1,
                       UINT64_MAX / 2, "");
@@ -173,6 +205,10 @@ void AddLimits(CLI::App& app, Config& config) {
                      int64_t{86'400} * 1'000'000, "how long a completed request id is known");
   AddNumber(app, "--max-connections", config.max_connections, 0u, kMaxCount,
             "0: what the limit of open files allows");
+  AddNumber(
+      app, "--max-connections-per-peer", config.max_connections_per_peer, 0u, kMaxCount,
+      "of one address (IPv6: of one /64 network) but loopback; 0: no limit, for servers behind "
+      "a proxy");
   AddNumber(app, "--max-calls-per-connection", config.max_calls_per_connection, 1u, 1u << 20,
             "under way; more wait at the client");
   AddNumber<uint64_t>(app, "--max-transport-bytes", config.max_transport_bytes, 64u << 20,

@@ -8,6 +8,7 @@
 #include "server/api/limits.h"
 #include "server/api/tls_files.h"
 #include "server/checkpoints/checkpoint_keeper.h"
+#include "server/core/log.h"
 #include "server/render/render_thread.h"
 #include "server/scheduler/scheduler.h"
 #include "server/session/session_limits.h"
@@ -23,10 +24,13 @@ struct Config {
   bool insecure = false;
   api::TlsFiles tls;
   std::string metrics_listen;  // HOST:PORT of the port for monitoring; empty: none
+  std::string admin_listen;    // HOST:PORT of this machine or unix:PATH for operators; empty: none
   std::string server_id;       // in names of sessions; empty: a random one with every start
   std::string token_file;      // empty: tenants by certificate, or none (api/authentication.h)
   std::string log_level = "info";
+  LogFormat log_format = LogFormat::kText;
   std::string shader_dir;             // empty: the shaders in the executable
+  uint32_t device_timeout_s = 300;    // a device that does not answer is lost; 0: never
   std::string device;                 // of the gl backend (gl/device_choice.h); empty: the first
   bool lists_devices = false;         // instead of serving
   uint32_t threads = 0;               // of the cpu backend; 0 = one per core
@@ -36,7 +40,10 @@ struct Config {
   uint32_t reap_interval_ms = 1'000;  // between two searches for expired sessions
   uint32_t keepalive_ms = 30'000;     // a vanished peer is noticed after this and the next
   uint32_t keepalive_timeout_ms = 10'000;
-  uint32_t max_connections = 4096;  // more are refused at once (accept_guard.h)
+  // Of each tenant without a rate of its own [particle-substeps/s]; 0: no limit (rate_quota.h).
+  double max_particle_substeps_per_s_per_tenant = 0;
+  uint32_t max_connections = 4096;          // more are refused at once (accept_guard.h)
+  uint32_t max_connections_per_peer = 256;  // but this machine
   uint32_t max_calls_per_connection = 256;
   uint64_t max_transport_bytes = uint64_t{2} << 30;
   CheckpointOptions checkpoints;

@@ -1,23 +1,23 @@
 // draped: flags -> wire -> serve -> drain. Only this file and backend_choice name concrete backends
 // and renderers.
-#include <cstdio>
-#include <fstream>
 #include <optional>
-#include <random>
+#include <vector>
 
 #include "server/api/accept_guard.h"
+#include "server/api/admin_service.h"
 #include "server/api/grpc_server.h"
 #include "server/api/library_logs.h"
 #include "server/api/simulation_service.h"
 #include "server/backend_choice.h"
 #include "server/checkpoints/checkpoint_keeper.h"
 #include "server/config.h"
+#include "server/core/device_loss.h"
 #include "server/core/heap.h"
 #include "server/core/log.h"
 #include "server/core/patient_clock.h"
 #include "server/core/stop_guard.h"
-#include "server/gl/device_choice.h"
 #include "server/operations/operations_server.h"
+#include "server/restart.h"
 #include "server/session/reaper.h"
 #include "server/signals.h"
 #include "server/wiring.h"
@@ -34,21 +34,9 @@ constexpr milliseconds kStopPatience{5'000};
 // The same for the last checkpoints.
 constexpr milliseconds kWritePatience{60'000};
 
-std::string RandomHex() {
-  std::random_device random;
-  return fmt::format("{:08x}{:08x}", random(), random());
-}
-
-// A reader sees the whole number or no file.
-Status WritePortFile(const std::string& path, int port) {
-  if (path.empty()) return Status::Ok();
-  const std::string draft = path + ".draft";
-  std::ofstream(draft) << port << "\n" << std::flush;
-  if (std::rename(draft.c_str(), path.c_str()) == 0) return Status::Ok();
-  return Status(StatusCode::kFailedPrecondition, "PORT_FILE_FAILED", "cannot write " + path);
-}
-
-Status Serve(const Config& config) {
+Status Serve(Config config, const std::vector<std::string>& arguments) {
+  const FormerRun former = TakeFormerRun();
+  if (former.port != 0) config.listen = WithPort(config.listen, former.port);
   TakeSignals();
   const uint64_t files = api::RaiseFileLimit();
   const Result<api::ServerOptions> options = ToServerOptions(config);
@@ -58,10 +46,13 @@ Status Serve(const Config& config) {
   std::optional<StopGuard> guard;  // outlives everything that may hang while it ends
   const SteadyClock clock;
   const std::string incarnation = RandomHex();
+  if (former.had_gpu) DRAPE_RETURN_IF_ERROR(AwaitGpu(config));
+  SetDevicePatience(std::chrono::seconds(config.device_timeout_s));
   std::optional<gl::ShareHandle> gl_context;  // of the backend, constant from the next line on
   auto scheduler =
       Scheduler::Start([&] { return MakeBackend(config, gl_context); }, config.scheduler, clock);
   if (!scheduler.ok()) return scheduler.status();
+  (*scheduler)->rates().Set(RatesOf(config, authentication->get()));
   render::RenderThread pictures([&] { return MakeRenderer(config, gl_context); }, config.pictures);
   const PatientClock lease_clock(clock);
   SessionRegistry sessions(**scheduler, WithTenantLimits(config.sessions), lease_clock,
@@ -69,8 +60,10 @@ Status Serve(const Config& config) {
                            !config.server_id.empty());
   api::WorkerPool builders(config.builder_threads, config.max_queued_builds);
   const auto unread = api::MakeUnreadBudget(config.requests);
-  api::SimulationService service({**scheduler, sessions, builders, pictures, clock, config.requests,
-                                  DRAPE_VERSION, incarnation, unread, *authentication});
+  const api::ServiceContext parts{**scheduler, sessions,        builders,      pictures,
+                                  clock,       config.requests, DRAPE_VERSION, incarnation,
+                                  unread,      *authentication};
+  api::SimulationService service(parts);
   const auto numbers = [&] {
     ServerNumbers now = NumbersOf(**scheduler, sessions);
     now.server_id = config.server_id.empty() ? incarnation : config.server_id;
@@ -86,9 +79,14 @@ Status Serve(const Config& config) {
   CheckpointKeeper checkpoints(config.checkpoints, sessions, **scheduler, config.requests,
                                DRAPE_VERSION, incarnation);
   Status status = checkpoints.Start();
+  RememberLost(former.sessions, sessions);
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
-  api::LimitConnections(config.max_connections);
-  auto server = api::GrpcServer::Start(*options, service);
+  api::LimitConnections({config.max_connections, config.max_connections_per_peer});
+  const api::AdminContext for_operators = ForOperators(parts, checkpoints);
+  api::AdminService admin(for_operators, false), trusted_admin(for_operators, true);
+  const auto admin_server = StartAdmin(config, trusted_admin);
+  if (status.ok()) status = admin_server.status();
+  auto server = api::GrpcServer::Start(*options, {&service, &admin});
   if (status.ok()) {
     status = server.ok() ? WritePortFile(config.port_file, (*server)->port()) : server.status();
   }
@@ -99,6 +97,9 @@ Status Serve(const Config& config) {
         DRAPE_VERSION, incarnation, config.listen, (*server)->port(), backend.name, backend.device,
         files);
     if (operations != nullptr) operations->SetReady(true);
+    const LossHandling handling(arguments, former.losses_unix_s, [&] {
+      return FormerRun{{}, backend.is_hardware_gpu, (*server)->port(), NamesOf(sessions)};
+    });
     const int signal = WaitForStop(config, **scheduler, authentication->get());
     guard.emplace(StopSignals(), milliseconds(config.drain_grace_ms) + kStopPatience +
                                      (checkpoints.is_on() ? kWritePatience : milliseconds(0)));
@@ -112,14 +113,8 @@ Status Serve(const Config& config) {
       ->Drain(status.ok() ? int64_t{config.drain_grace_ms} * 1000 : 0, checkpoints.LastCommand());
   checkpoints.WriteLast();
   if (server.ok()) (*server)->Shutdown(kGoodbye);
+  if (admin_server.ok() && *admin_server) (*admin_server)->Shutdown(kGoodbye);
   return status;
-}
-
-int PrintDevices() {
-  const std::vector<gl::DeviceNames> devices = gl::ListDevices();
-  for (const gl::DeviceNames& device : devices) std::printf("%s\n", gl::ToText(device).c_str());
-  if (devices.empty()) std::fprintf(stderr, "draped: EGL lists no device\n");
-  return devices.empty() ? 1 : 0;
 }
 
 }  // namespace
@@ -130,9 +125,10 @@ int main(int argc, char** argv) {
   if (command_line.exit_code) return *command_line.exit_code;
   if (command_line.config.lists_devices) return drape::PrintDevices();
   drape::KeepFreedMemory();
-  drape::Status status = drape::InitLog(command_line.config.log_level);
+  drape::Status status =
+      drape::InitLog(command_line.config.log_level, command_line.config.log_format);
   drape::api::TakeLibraryLogs();
-  if (status.ok()) status = drape::Serve(command_line.config);
+  if (status.ok()) status = drape::Serve(command_line.config, {argv, argv + argc});
   if (!status.ok()) {
     spdlog::error("failed reason={} message=\"{}\"", status.reason(), status.message());
     return 1;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "server/api/accept_guard.h"
+#include "server/wiring.h"
 
 namespace drape {
 namespace {
@@ -12,7 +13,7 @@ namespace {
 constexpr time_t kStatisticsPeriod_s = 10;
 
 // A file that cannot be used leaves the tokens as they are.
-void ReloadTokens(const Config& config, api::Authentication* authentication) {
+void ReloadTokens(const Config& config, Scheduler& scheduler, api::Authentication* authentication) {
   if (authentication == nullptr || !authentication->has_tokens()) {
     return spdlog::info("signal_ignored signal=SIGHUP");
   }
@@ -22,6 +23,7 @@ void ReloadTokens(const Config& config, api::Authentication* authentication) {
   }
   spdlog::info("tokens_read count={}", tokens->token_count());
   authentication->Replace(std::move(tokens).value());
+  scheduler.rates().Set(RatesOf(config, authentication));
 }
 
 // Those, and the ones that ask for something else.
@@ -58,14 +60,13 @@ void TakeSignals() {
   std::signal(SIGPIPE, SIG_IGN);
 }
 
-int WaitForStop(const Config& config, const Scheduler& scheduler,
-                api::Authentication* authentication) {
+int WaitForStop(const Config& config, Scheduler& scheduler, api::Authentication* authentication) {
   const sigset_t signals = AwaitedSignals();
   const timespec period{kStatisticsPeriod_s, 0};
   while (true) {
     const int signal = sigtimedwait(&signals, nullptr, &period);
     if (signal == SIGINT || signal == SIGTERM) return signal;
-    if (signal == SIGHUP) ReloadTokens(config, authentication);
+    if (signal == SIGHUP) ReloadTokens(config, scheduler, authentication);
     LogStatistics(signal == SIGUSR1 ? spdlog::level::info : spdlog::level::debug, scheduler);
   }
 }

@@ -19,7 +19,6 @@ void TakeSignals();
 // Until a signal ends the server; returns it. SIGUSR1 asks for statistics. SIGHUP comes to servers
 // that shall read their files again, and when a terminal is closed; neither ends this one. A token
 // file that cannot be used leaves the tokens as they are. `authentication`: null without tokens.
-int WaitForStop(const Config& config, const Scheduler& scheduler,
-                api::Authentication* authentication);
+int WaitForStop(const Config& config, Scheduler& scheduler, api::Authentication* authentication);
 
 }  // namespace drape

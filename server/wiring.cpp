@@ -1,7 +1,15 @@
 #include "server/wiring.h"
 
+#include <spdlog/spdlog.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <random>
 #include <utility>
 
 #include "server/api/accept_guard.h"
@@ -10,6 +18,15 @@
 namespace drape {
 
 using std::chrono::milliseconds;
+
+std::string RandomHex() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}", random(), random());
+}
+
+std::string WithPort(const std::string& listen, int port) {
+  return listen.substr(0, listen.rfind(':') + 1) + std::to_string(port);
+}
 
 Result<api::ServerOptions> ToServerOptions(const Config& config) {
   api::ServerOptions options;
@@ -40,6 +57,58 @@ Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config) {
   }
   DRAPE_ASSIGN_OR_RETURN(api::TokenFile tokens, api::TokenFile::Read(config.token_file));
   return std::make_shared<api::Authentication>(std::move(tokens));
+}
+
+std::vector<std::pair<std::string, std::string>> NamesOf(const SessionRegistry& sessions) {
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const auto& session : sessions.All()) {
+    names.emplace_back(session->name(), session->tenant());
+  }
+  return names;
+}
+
+void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,
+                  SessionRegistry& sessions) {
+  for (const auto& [name, tenant] : names) {
+    if (!sessions.Get(name, tenant).ok()) sessions.RememberLost(name, tenant);
+  }
+}
+
+RateLimits RatesOf(const Config& config, const api::Authentication* authentication) {
+  RateLimits limits;
+  limits.per_tenant = config.max_particle_substeps_per_s_per_tenant;
+  if (authentication != nullptr) limits.of_tenant = authentication->rates();
+  return limits;
+}
+
+Status WritePortFile(const std::string& path, int port) {
+  if (path.empty()) return Status::Ok();
+  const std::string draft = path + ".draft";
+  std::ofstream(draft) << port << "\n" << std::flush;
+  if (std::rename(draft.c_str(), path.c_str()) == 0) return Status::Ok();
+  return Status(StatusCode::kFailedPrecondition, "PORT_FILE_FAILED", "cannot write " + path);
+}
+
+api::AdminContext ForOperators(const api::ServiceContext& parts, CheckpointKeeper& checkpoints) {
+  api::AdminContext context{parts, [] { kill(getpid(), SIGTERM); }, {}};  // main takes the signal
+  if (checkpoints.is_on()) {
+    context.write_checkpoints = [&checkpoints] { checkpoints.WriteRound(); };
+  }
+  return context;
+}
+
+Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
+                                                    api::AdminService& service) {
+  if (config.admin_listen.empty()) return std::unique_ptr<api::GrpcServer>();
+  api::ServerOptions options;
+  options.listen = config.admin_listen;
+  const mode_t others = umask(S_IRWXG | S_IRWXO);  // of a socket in the file system
+  auto server = api::GrpcServer::Start(options, {&service});
+  umask(others);
+  if (server.ok()) {
+    spdlog::info("admin_started listen={} port={}", config.admin_listen, (*server)->port());
+  }
+  return server;
 }
 
 ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessions) {

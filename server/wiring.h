@@ -2,15 +2,26 @@
 #pragma once
 
 #include <memory>
+#include <string>
+#include <utility>
+#include <vector>
 
+#include "server/api/admin_service.h"
 #include "server/api/authentication.h"
 #include "server/api/grpc_server.h"
+#include "server/checkpoints/checkpoint_keeper.h"
 #include "server/config.h"
 #include "server/operations/metrics.h"
 #include "server/scheduler/scheduler.h"
 #include "server/session/session_registry.h"
 
 namespace drape {
+
+// 16 digits that no other run has.
+std::string RandomHex();
+
+// "HOST:PORT" with another port.
+std::string WithPort(const std::string& listen, int port);
 
 // Reads the TLS files.
 Result<api::ServerOptions> ToServerOptions(const Config& config);
@@ -20,6 +31,24 @@ SessionLimits WithTenantLimits(SessionLimits limits);
 
 // Null without a token file.
 Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config);
+
+// Names and tenants of all sessions.
+std::vector<std::pair<std::string, std::string>> NamesOf(const SessionRegistry& sessions);
+// Those that are not among the sessions answer STATE_LOST.
+void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,
+                  SessionRegistry& sessions);
+
+// The rates of all tenants; `authentication`: null without tenants.
+RateLimits RatesOf(const Config& config, const api::Authentication* authentication);
+
+// A reader sees the whole number or no file. FAILED_PRECONDITION (PORT_FILE_FAILED).
+Status WritePortFile(const std::string& path, int port);
+
+// What operators do to this process.
+api::AdminContext ForOperators(const api::ServiceContext& parts, CheckpointKeeper& checkpoints);
+// The port for operators alone; null: there is none.
+Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
+                                                    api::AdminService& service);
 
 // What the scheduler and the sessions know; the rest is left.
 ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessions);

@@ -38,7 +38,7 @@ int Main(int argc, const char* const* argv) {
   Action action;
   for (const auto add :
        {AddRun, AddDemo, AddInfo, AddHealth, AddCreate, AddStep, AddRead, AddRender, AddWatch,
-        AddLoad, AddList, AddDelete, AddSnapshot, AddRestore}) {
+        AddLoad, AddList, AddDelete, AddSnapshot, AddRestore, AddAdmin}) {
     add(app, action);
   }
   if (argc > 1 && argv[1][0] != '-' && !IsCommand(app, argv[1])) {

@@ -31,6 +31,7 @@ void AddList(CLI::App& app, Action& action);
 void AddDelete(CLI::App& app, Action& action);
 void AddSnapshot(CLI::App& app, Action& action);
 void AddRestore(CLI::App& app, Action& action);
+void AddAdmin(CLI::App& app, Action& action);
 
 // The whole program: parses, acts, prints errors to stderr. Returns the exit code.
 int Main(int argc, const char* const* argv);

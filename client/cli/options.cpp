@@ -72,12 +72,12 @@ CLI::Option* ServerAddress::AddTo(CLI::App& command, const std::string& descript
   return address;
 }
 
-Client ServerAddress::Connect() const {
+ConnectOptions ServerAddress::Options() const {
   ConnectOptions options = connect;
   if (const char* token = std::getenv("DRAPE_TOKEN"); options.token.empty() && token != nullptr) {
     options.token = token;
   }
-  return Client::Connect(server, options);
+  return options;
 }
 
 void ServerOptions::AddTo(CLI::App& command) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "drape/admin.h"
 #include "drape/client.h"
 
 namespace drape::cli {
@@ -19,7 +20,11 @@ struct ServerAddress {
   // --token-file. Returns --server.
   CLI::Option* AddTo(CLI::App& command, const std::string& description = "Address of the server");
   // With the token of --token-file, else of the environment (DRAPE_TOKEN).
-  Client Connect() const;
+  Client Connect() const { return Client::Connect(server, Options()); }
+  Admin ConnectAdmin() const { return Admin::Connect(server, Options()); }
+
+ private:
+  ConnectOptions Options() const;
 };
 
 // The server: a running one, or a private one of the chosen backend.

@@ -13,6 +13,9 @@
 #include <cerrno>
 #include <chrono>
 #include <limits>
+#include <mutex>
+
+#include "server/api/peer_connections.h"
 
 namespace drape::api {
 namespace {
@@ -27,6 +30,34 @@ std::atomic<int> first_refused{kNone};
 // Given up for a moment to accept a connection when there is no other descriptor.
 std::atomic<int> spare{-1};
 std::atomic<uint64_t> refused{0};
+std::atomic<uint32_t> max_per_peer{0};  // 0: no limit
+std::atomic<bool> is_loopback_exempt{true};
+
+// False: it is gone, or over something else than IP.
+bool PeerOf(int connection, Endpoint& endpoint) {
+  sockaddr_storage from{};
+  socklen_t length = sizeof(from);
+  return getpeername(connection, reinterpret_cast<sockaddr*>(&from), &length) == 0 &&
+         ToEndpoint(from, endpoint);
+}
+
+std::mutex peers_mutex;
+PeerConnections& Peers() {
+  static PeerConnections peers([](int descriptor, const Endpoint& endpoint) {
+    Endpoint now;
+    return PeerOf(descriptor, now) && now == endpoint;
+  });
+  return peers;
+}
+
+bool HasRoomForPeer(int connection) {
+  const uint32_t max = max_per_peer;
+  Endpoint endpoint;
+  if (max == 0 || !PeerOf(connection, endpoint)) return true;
+  if (is_loopback_exempt && endpoint.is_loopback()) return true;
+  const std::lock_guard lock(peers_mutex);
+  return Peers().Admit(connection, endpoint, max);
+}
 
 int OpenSpare() {
   return open("/dev/null", O_RDONLY | O_CLOEXEC);
@@ -68,9 +99,10 @@ int AcceptOne(Accept4 real, int listener, sockaddr* address, socklen_t* length, 
   for (;;) {
     if (length != nullptr) *length = room;
     int connection = real(listener, address, length, flags);
-    if (connection >= 0 && connection < first_refused) return connection;
     if (connection >= 0) {
-      Refuse(connection, "max_connections");
+      const bool has_room = connection < first_refused;
+      if (has_room && HasRoomForPeer(connection)) return connection;
+      Refuse(connection, has_room ? "max_connections_per_peer" : "max_connections");
       continue;
     }
     if (errno != EMFILE && errno != ENFILE) return -1;
@@ -98,14 +130,17 @@ uint64_t RaiseFileLimit() {
   return limit.rlim_cur;
 }
 
-void LimitConnections(uint32_t max_connections) {
+void LimitConnections(const ConnectionLimits& limits) {
+  max_per_peer = limits.max_connections_per_peer;
+  is_loopback_exempt = limits.is_loopback_exempt;
   if (spare < 0) spare = OpenSpare();
   rlimit limit{};
   uint64_t descriptors = kNone;
   if (getrlimit(RLIMIT_NOFILE, &limit) == 0) descriptors = limit.rlim_cur;
   uint64_t first = descriptors > 2 * kReserve ? descriptors - kReserve : descriptors;
-  if (max_connections > 0) {
-    first = std::min<uint64_t>(first, uint64_t{max_connections} + OpenDescriptors() + kReserve);
+  if (limits.max_connections > 0) {
+    first =
+        std::min<uint64_t>(first, uint64_t{limits.max_connections} + OpenDescriptors() + kReserve);
   }
   first_refused = static_cast<int>(std::min<uint64_t>(first, kNone));
 }

@@ -3,11 +3,18 @@
 
 #include <grpcpp/server_context.h>
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <string>
+#include <string_view>
+#include <unordered_map>
 
 #include "server/api/token_file.h"
+#include "server/core/clock.h"
 
 namespace drape::api {
 
@@ -17,7 +24,12 @@ struct Caller {
   bool is_refused = false;
   // The run of the server that the caller knows; empty: any.
   std::string incarnation{};
+  // When the client stops waiting, by the clock of the server.
+  int64_t deadline_us = std::numeric_limits<int64_t>::max();
 };
+
+// The deadline of a call; that of a stream is that of each of its requests.
+int64_t DeadlineOf_us(const grpc::CallbackServerContext& context, const Clock& clock);
 
 // Thread-safe.
 class Authentication {
@@ -34,7 +46,13 @@ class Authentication {
 
   // By the metadata `authorization: Bearer TOKEN`, or by the certificate.
   Caller Identify(const grpc::CallbackServerContext& context) const;
+  // Whether the call carries the token of an operator, who is no tenant.
+  bool IsOperator(const grpc::CallbackServerContext& context) const;
   bool has_tokens() const;
+  // TokenFile::tenants.
+  std::set<std::string> tenants() const;
+  // TokenFile::rates.
+  std::unordered_map<std::string, double> rates() const;
 
  private:
   std::shared_ptr<const TokenFile> tokens() const;
@@ -46,5 +64,7 @@ class Authentication {
 
 // UNAUTHENTICATED (INVALID_TOKEN). It says no more, and is the same whatever was called.
 grpc::Status Unauthenticated();
+// PERMISSION_DENIED (ADMIN_ONLY).
+grpc::Status AdminOnly();
 
 }  // namespace drape::api

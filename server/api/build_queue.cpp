@@ -4,9 +4,14 @@
 
 namespace drape::api {
 
-StopReason BuildStopReason(const ServiceContext& context, const CancelToken& cancel) {
-  return [&scheduler = context.scheduler, cancel]() -> Status {
-    if (cancel.is_cancelled()) {
+StopReason BuildStopReason(const ServiceContext& context, const Waiter& waiter) {
+  return [&scheduler = context.scheduler, &clock = context.clock, waiter]() -> Status {
+    // The transport may say so late.
+    if (clock.NowUs() >= waiter.deadline_us) {
+      return {StatusCode::kCancelled, "DEADLINE_PASSED",
+              "the deadline of the request passed before it was done"};
+    }
+    if (waiter.cancel.is_cancelled()) {
       return {StatusCode::kCancelled, "CANCELLED", "the client has gone"};
     }
     if (scheduler.is_draining()) {
@@ -17,8 +22,8 @@ StopReason BuildStopReason(const ServiceContext& context, const CancelToken& can
 }
 
 Status PostBuild(const ServiceContext& context, const std::string& session_name,
-                 const CancelToken& cancel, std::function<void(const Status&)> build) {
-  return context.builders.Post(session_name, [stop_reason = BuildStopReason(context, cancel),
+                 const Waiter& waiter, std::function<void(const Status&)> build) {
+  return context.builders.Post(session_name, [stop_reason = BuildStopReason(context, waiter),
                                               build = std::move(build)] { build(stop_reason()); });
 }
 

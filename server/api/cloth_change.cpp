@@ -62,10 +62,10 @@ Status BuildMaps(Update& update, const RequestLimits& limits, const StopReason& 
 }
 
 // Builds on a builder thread, where another model or distance maps are needed, and updates.
-void BuildAndUpdate(const ServiceContext& context, const CancelToken& cancel,
+void BuildAndUpdate(const ServiceContext& context, const Waiter& waiter,
                     const std::shared_ptr<Update>& update);
 
-void UpdateNow(const ServiceContext& context, const CancelToken& cancel,
+void UpdateNow(const ServiceContext& context, const Waiter& waiter,
                const std::shared_ptr<Update>& update) {
   const ModelRules rules{
       .limits = context.limits.model,
@@ -74,25 +74,25 @@ void UpdateNow(const ServiceContext& context, const CancelToken& cancel,
       }};
   update->session->UpdateCloths(
       update->cloths, update->change,
-      [context, cancel, update](const Result<UpdatedCloths>& updated) {
+      [context, waiter, update](const Result<UpdatedCloths>& updated) {
         const bool is_late = !updated.ok() && updated.status().reason() == kUpdateConflict;
         // Each time another update was faster; a session has few at once.
         if (is_late && ++update->attempts < kMaxAttempts) {
-          return BuildAndUpdate(context, cancel, update);
+          return BuildAndUpdate(context, waiter, update);
         }
         update->End(ToAnswer(updated));
       },
       rules);
 }
 
-void BuildAndUpdate(const ServiceContext& context, const CancelToken& cancel,
+void BuildAndUpdate(const ServiceContext& context, const Waiter& waiter,
                     const std::shared_ptr<Update>& update) {
   const Status posted =
-      PostBuild(context, update->session->owner(), cancel, [=](const Status& status) {
+      PostBuild(context, update->session->owner(), waiter, [=](const Status& status) {
         if (!status.ok()) return update->End(status);
-        const Status maps = BuildMaps(*update, context.limits, BuildStopReason(context, cancel));
+        const Status maps = BuildMaps(*update, context.limits, BuildStopReason(context, waiter));
         if (!maps.ok()) return update->End(maps);
-        UpdateNow(context, cancel, update);
+        UpdateNow(context, waiter, update);
       });
   if (!posted.ok()) update->End(posted);
 }
@@ -124,12 +124,13 @@ void StartUpdate(const ServiceContext& context, const Caller& caller,
   const auto update =
       std::make_shared<Update>(Update{std::move(*session), std::move(*cloths), std::move(*change),
                                       std::move(meshes), std::move(done)});
+  const Waiter waiter{cancel, caller.deadline_us};
   // New pins and connections need a new model, and mesh colliders need distance maps. Every other
   // change is made at once.
   if (!update->change.needs_model() && update->meshes.empty()) {
-    return UpdateNow(context, cancel, update);
+    return UpdateNow(context, waiter, update);
   }
-  BuildAndUpdate(context, cancel, update);
+  BuildAndUpdate(context, waiter, update);
 }
 
 }  // namespace drape::api

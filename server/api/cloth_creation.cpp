@@ -77,6 +77,9 @@ void BuildAndCreate(const std::shared_ptr<Creation>& creation, const RequestLimi
                        std::move(creation->checked.pins), std::move(creation->checked.copies)};
   const Status starts = FindClearStarts(cloths, stop_reason);
   if (!starts.ok()) return creation->End(starts);
+  // A client that has gone would not learn the ids.
+  const Status wanted = stop_reason();
+  if (!wanted.ok()) return creation->End(wanted);
   const auto end = [creation](const Result<CreatedCloths>& created) {
     creation->End(ToAnswer(created));
   };
@@ -111,9 +114,10 @@ void StartCreation(const ServiceContext& context, const Caller& caller,
   const auto creation = std::make_shared<Creation>(
       Creation{std::move(*session), request_id, request.validate_only(), std::move(*checked),
                ReadColliderMeshes(request.spec().environment().colliders()), std::move(done)});
+  const Waiter waiter{cancel, caller.deadline_us};
   const Status posted =
-      PostBuild(context, creation->session->owner(), cancel,
-                [creation, limits = context.limits, stop_reason = BuildStopReason(context, cancel),
+      PostBuild(context, creation->session->owner(), waiter,
+                [creation, limits = context.limits, stop_reason = BuildStopReason(context, waiter),
                  backend = context.scheduler.description()](const Status& status) {
                   if (!status.ok()) return creation->End(status);
                   BuildAndCreate(creation, limits, stop_reason, backend);

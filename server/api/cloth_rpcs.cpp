@@ -51,7 +51,8 @@ grpc::ServerUnaryReactor* SimulationService::CreateCloths(Context* context,
                                                           v1::CreateClothsResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
-  UnaryCall* call = UnaryCall::New();
+  const RequestTag tag(caller, *request);
+  UnaryCall* call = UnaryCall::New(tag);
   StartCreation(context_, caller, *request, call->cancel, call->hold(),
                 EndWith<v1::CreateClothsResponse>(
                     call, [response](auto& answer) { *response = std::move(answer); }));
@@ -63,11 +64,12 @@ grpc::ServerUnaryReactor* SimulationService::GetCloth(Context* context,
                                                       v1::Cloth* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const ClothId id = ClothId::FromPacked(request->cloth_id());
   const Result<NamedCloths> named = FindNamed(context_, caller, request->session(), {&id, 1});
-  if (!named.ok()) return Answer(context, named.status());
+  if (!named.ok()) return Answer(context, named.status(), tag);
   *response = ToProto(*named->cloths.front());
-  return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong());
+  return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong(), tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::ListCloths(Context* context,
@@ -76,12 +78,12 @@ grpc::ServerUnaryReactor* SimulationService::ListCloths(Context* context,
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   const Result<SessionLease> session = context_.FindSession(caller, request->session());
-  if (!session.ok()) return Answer(context, session.status());
+  if (!session.ok()) return Answer(context, session.status(), tag);
   const Result<ClothPage> page =
       (*session)->ListCloths(request->page_size(), request->page_token());
-  if (!page.ok()) return Answer(context, page.status());
+  if (!page.ok()) return Answer(context, page.status(), tag);
   FillPage(*page, response);
-  return AnswerCounted(*context_.unread, (*session)->owner(), response->ByteSizeLong());
+  return AnswerCounted(*context_.unread, (*session)->owner(), response->ByteSizeLong(), tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::UpdateCloths(Context* context,
@@ -89,7 +91,8 @@ grpc::ServerUnaryReactor* SimulationService::UpdateCloths(Context* context,
                                                           v1::UpdateClothsResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
-  UnaryCall* call = UnaryCall::New();
+  const RequestTag tag(caller, *request);
+  UnaryCall* call = UnaryCall::New(tag);
   StartUpdate(context_, caller, *request, call->cancel, call->hold(),
               EndWith<v1::UpdateClothsResponse>(
                   call, [response](auto& answer) { *response = std::move(answer); }));
@@ -101,11 +104,12 @@ grpc::ServerUnaryReactor* SimulationService::DeleteCloths(Context* context,
                                                           v1::DeleteClothsResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const Status check = CheckNamesCloths(request->cloth_ids());
-  if (!check.ok()) return Answer(context, check);
+  if (!check.ok()) return Answer(context, check, tag);
   Result<SessionLease> session = context_.FindSession(caller, request->session());
-  if (!session.ok()) return Answer(context, session.status());
-  UnaryCall* call = UnaryCall::New();
+  if (!session.ok()) return Answer(context, session.status(), tag);
+  UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(session).value();
   const auto end = BeginOnce(call, *request, response);
   if (!end) return call;
@@ -123,11 +127,12 @@ grpc::ServerUnaryReactor* SimulationService::ResetCloths(Context* context,
                                                          v1::ResetClothsResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   Result<CheckedReset> reset = CheckReset(*request);
-  if (!reset.ok()) return Answer(context, reset.status());
+  if (!reset.ok()) return Answer(context, reset.status(), tag);
   Result<SessionLease> session = context_.FindSession(caller, request->session());
-  if (!session.ok()) return Answer(context, session.status());
-  UnaryCall* call = UnaryCall::New();
+  if (!session.ok()) return Answer(context, session.status(), tag);
+  UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(session).value();
   const auto end = BeginOnce(call, *request, response);
   if (!end) return call;
@@ -146,14 +151,15 @@ grpc::ServerUnaryReactor* SimulationService::WriteStates(Context* context,
                                                          v1::WriteStatesResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const Status check = CheckWriteStates(*request);
-  if (!check.ok()) return Answer(context, check);
+  if (!check.ok()) return Answer(context, check, tag);
   Result<NamedCloths> named =
       FindNamed(context_, caller, request->session(), ToClothIds(request->cloth_ids()));
-  if (!named.ok()) return Answer(context, named.status());
+  if (!named.ok()) return Answer(context, named.status(), tag);
   Result<std::vector<ParticleState>> states = ToStates(*request, named->cloths);
-  if (!states.ok()) return Answer(context, states.status());
-  UnaryCall* call = UnaryCall::New();
+  if (!states.ok()) return Answer(context, states.status(), tag);
+  UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(named->session);
   const auto end = BeginOnce(call, *request, response);
   if (!end) return call;
@@ -166,11 +172,12 @@ grpc::ServerUnaryReactor* SimulationService::ReadTopology(Context* context,
                                                           v1::Topology* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const ClothId id = ClothId::FromPacked(request->cloth_id());
   const Result<NamedCloths> named = FindNamed(context_, caller, request->session(), {&id, 1});
-  if (!named.ok()) return Answer(context, named.status());
+  if (!named.ok()) return Answer(context, named.status(), tag);
   *response = TopologyOf(*named->cloths.front());
-  return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong());
+  return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong(), tag);
 }
 
 }  // namespace drape::api

@@ -68,13 +68,14 @@ void ConfigureTransport(const ServerOptions& options, grpc::ServerBuilder& build
 }  // namespace
 
 bool IsLoopback(const std::string& listen) {
+  if (listen.starts_with("unix:")) return true;
   const std::string host = HostOf(listen);
   const bool is_numeric = host.find_first_not_of("0123456789.") == std::string::npos;
   return host == "localhost" || host == "::1" || (is_numeric && host.rfind("127.", 0) == 0);
 }
 
 Result<std::unique_ptr<GrpcServer>> GrpcServer::Start(const ServerOptions& options,
-                                                      grpc::Service& service) {
+                                                      const std::vector<grpc::Service*>& services) {
   if (!options.tls.is_on() && !options.allow_insecure && !IsLoopback(options.listen)) {
     return Status(StatusCode::kFailedPrecondition, "INSECURE_ADDRESS",
                   "other machines can reach " + options.listen +
@@ -86,7 +87,7 @@ Result<std::unique_ptr<GrpcServer>> GrpcServer::Start(const ServerOptions& optio
   grpc::ServerBuilder builder;
   ConfigureTransport(options, builder);
   builder.AddListeningPort(options.listen, CredentialsOf(options), &server->port_);
-  builder.RegisterService(&service);
+  for (grpc::Service* const service : services) builder.RegisterService(service);
   server->server_ = builder.BuildAndStart();
   if (!server->server_ || server->port_ == 0) {
     return Status(StatusCode::kFailedPrecondition, "LISTEN_FAILED",

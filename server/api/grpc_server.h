@@ -6,6 +6,7 @@
 #include <chrono>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "server/api/tls_files.h"
 #include "server/core/status.h"
@@ -13,7 +14,7 @@
 namespace drape::api {
 
 struct ServerOptions {
-  std::string listen = "127.0.0.1:7743";  // HOST:PORT; port 0 = any free one
+  std::string listen = "127.0.0.1:7743";  // HOST:PORT, port 0 = any free one; or unix:PATH
   TlsFiles tls = {};
   // Needed to listen without TLS on an address that other machines can reach.
   bool allow_insecure = false;
@@ -28,18 +29,19 @@ struct ServerOptions {
   std::chrono::milliseconds keepalive_timeout{10'000};
 };
 
-// Only this machine can connect: 127.0.0.0/8, [::1] or localhost. `listen`: HOST:PORT.
+// Only this machine can connect: 127.0.0.0/8, [::1], localhost or unix:PATH.
 bool IsLoopback(const std::string& listen);
 
 class GrpcServer {
  public:
-  // FAILED_PRECONDITION: INSECURE_ADDRESS, or LISTEN_FAILED when the port is in use. `service` must
+  // FAILED_PRECONDITION: INSECURE_ADDRESS, or LISTEN_FAILED when the port is in use. The services
   // outlive the server.
   static Result<std::unique_ptr<GrpcServer>> Start(const ServerOptions& options,
-                                                   grpc::Service& service);
+                                                   const std::vector<grpc::Service*>& services);
   // Shuts down without waiting for calls under way.
   ~GrpcServer();
 
+  // Of unix:PATH 1.
   int port() const { return port_; }
   // Calls in this process, for tests.
   std::shared_ptr<grpc::Channel> InProcessChannel();

@@ -35,10 +35,11 @@ void FillLimits(const ServiceContext& context, v1::ServerInfo::Limits* limits) {
 }  // namespace
 
 grpc::ServerUnaryReactor* SimulationService::GetServerInfo(Context* context,
-                                                           const v1::GetServerInfoRequest*,
+                                                           const v1::GetServerInfoRequest* request,
                                                            v1::ServerInfo* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const BackendDescription& backend = context_.scheduler.description();
   const ServerTotals totals = context_.sessions.Totals(caller.tenant);
   response->set_version(context_.version);
@@ -47,11 +48,13 @@ grpc::ServerUnaryReactor* SimulationService::GetServerInfo(Context* context,
   response->set_device(backend.device);
   response->set_precision(backend.scalar == ScalarType::kFloat64 ? "float64" : "float32");
   FillLimits(context_, response->mutable_limits());
+  response->mutable_limits()->set_max_particle_substeps_per_s(
+      context_.scheduler.rates().LimitOf(caller.tenant));
   response->set_session_count(totals.session_count);
   response->set_cloth_count(totals.cloth_count);
   response->set_particle_count(totals.particle_count);
   response->set_uptime_s(static_cast<double>(context_.clock.NowUs() - start_us_) * 1e-6);
-  return Answer(context, Status::Ok());
+  return Answer(context, Status::Ok(), tag);
 }
 
 }  // namespace drape::api

@@ -222,6 +222,7 @@ v1::RenderResponse ToProto(const ClothList& cloths, render::DrawnPicture picture
   v1::RenderResponse message;
   message.set_png(std::move(picture.png));
   message.set_rgb(std::move(picture.rgb));
+  message.set_depths_m(picture.depths_m.data(), picture.depths_m.size() * sizeof(float));
   *message.mutable_camera() = ToProto(picture.camera);
   if (!picture.bounds_m.isEmpty()) {
     Append(picture.bounds_m.min(), message.mutable_bounds_m());

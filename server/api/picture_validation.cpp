@@ -179,6 +179,7 @@ Result<render::PictureSpec> CheckRender(const v1::RenderRequest& request) {
   CheckKnownEnum(FieldPath("encoding"), request.encoding(),
                  v1::RenderRequest::Encoding_descriptor(), violations);
   spec.is_raw = request.encoding() == v1::RenderRequest::RGB8;
+  spec.has_depths = request.depths();
   spec.is_tiled = request.tiles();
   violations.Require(!spec.is_tiled || request.has_camera(), FieldPath("camera"),
                      [] { return std::string("is needed for tiles"); });
@@ -188,10 +189,12 @@ Result<render::PictureSpec> CheckRender(const v1::RenderRequest& request) {
 
 Status CheckTiles(const render::PictureSpec& spec, size_t cloth_count) {
   const uint64_t pixels = uint64_t{spec.width_px} * spec.height_px * cloth_count;
-  if (!spec.is_tiled || pixels <= kMaxTiledPixels) return Status::Ok();
+  const uint64_t limit = spec.has_depths ? kMaxTiledPixels / 2 : kMaxTiledPixels;
+  if (!spec.is_tiled || pixels <= limit) return Status::Ok();
   return Status::InvalidField("tiles", "are " + std::to_string(pixels) +
-                                           " pixels together, at most " +
-                                           std::to_string(kMaxTiledPixels) + " are allowed");
+                                           " pixels together, at most " + std::to_string(limit) +
+                                           (spec.has_depths ? " with depths" : "") +
+                                           " are allowed");
 }
 
 }  // namespace drape::api

@@ -14,7 +14,7 @@ namespace drape::api {
 inline constexpr uint32_t kMinPictureEdge_px = 16;
 inline constexpr uint32_t kMaxPictureEdge_px = 4096;
 // Most pixels of all tiles of a request: those of the largest picture.
-inline constexpr uint64_t kMaxTiledPixels = uint64_t{1} << 24;
+inline constexpr uint64_t kMaxTiledPixels = uint64_t{1} << 24;  // with depths, half of that
 
 // Everything but session and cloth ids. Directions come out as unit vectors.
 Result<render::PictureSpec> CheckRender(const v1::RenderRequest& request);

@@ -15,6 +15,7 @@ ReadStatesReactor* ReadStatesReactor::Start(const ServiceContext& context, const
     reactor->Finish(Unauthenticated());
     return reactor;
   }
+  reactor->tag_ = RequestTag(caller, request);
   const Status status = reactor->Begin(context, caller, request);
   if (!status.ok()) reactor->End(status);
   return reactor;
@@ -46,7 +47,7 @@ Status ReadStatesReactor::Begin(const ServiceContext& context, const Caller& cal
         chunker_.emplace(chunk_cloths, std::move(*states), max_bytes, view);
         WriteNext();
       },
-      session_->name(), session_->tenant());
+      session_->name(), session_->tenant(), cancel_);
 }
 
 void ReadStatesReactor::OnWriteDone(bool ok) {
@@ -65,6 +66,7 @@ void ReadStatesReactor::End(const Status& status) {
       .reset();  // gives back its place among the session's reads before the client can ask again
   held_ = nullptr;
   session_ = {};
+  tag_.Log(status);
   Finish(ToGrpcStatus(status));
 }
 

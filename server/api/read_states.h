@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "server/api/request_log.h"
 #include "server/api/simulation_service.h"
 #include "server/api/state_chunks.h"
 
@@ -21,10 +22,13 @@ class ReadStatesReactor final : public grpc::ServerWriteReactor<v1::StateChunk> 
   Status Begin(const ServiceContext& context, const Caller& caller,
                const v1::ReadStatesRequest& request);
   void OnWriteDone(bool ok) override;
+  void OnCancel() override { cancel_.Cancel(); }
   void OnDone() override { delete this; }
   void WriteNext();
   void End(const Status& status);
 
+  RequestTag tag_;
+  CancelToken cancel_;  // the client has gone, or its deadline has passed
   SessionLease session_;
   std::shared_ptr<void> held_;  // until the states have been sent
   std::optional<StateChunker> chunker_;

@@ -60,7 +60,7 @@ void Fetch(const ServiceContext& context, const std::shared_ptr<PictureCall>& pi
       [picture, ready, limits = context.pictures.limits()](Result<ClothStates> states) {
         ready(ToContent(*picture, std::move(states), limits));
       },
-      picture->call->lease->name(), picture->call->lease->tenant());
+      picture->call->lease->name(), picture->call->lease->tenant(), picture->call->cancel);
   if (!status.ok()) ready(status);
 }
 
@@ -73,7 +73,7 @@ void End(PictureCall& picture, Result<render::DrawnPicture> drawn) {
 }
 
 render::PictureJob ToJob(const ServiceContext& context, render::PictureSpec spec,
-                         const std::shared_ptr<PictureCall>& picture) {
+                         const std::shared_ptr<PictureCall>& picture, int64_t deadline_us) {
   const StateFields fields{.positions = true,
                            .velocities = spec.colouring == render::Colouring::kSpeed};
   render::PictureJob job;
@@ -84,7 +84,9 @@ render::PictureJob ToJob(const ServiceContext& context, render::PictureSpec spec
   job.fetch = [&context, picture, fields](bool on_device, const render::ContentReady& ready) {
     Fetch(context, picture, fields, on_device, ready);
   };
-  job.is_cancelled = [cancel = picture->call->cancel] { return cancel.is_cancelled(); };
+  job.is_cancelled = [&clock = context.clock, cancel = picture->call->cancel, deadline_us] {
+    return cancel.is_cancelled() || clock.NowUs() >= deadline_us;
+  };
   job.done = [picture](Result<render::DrawnPicture> drawn) { End(*picture, std::move(drawn)); };
   return job;
 }
@@ -96,22 +98,24 @@ grpc::ServerUnaryReactor* SimulationService::Render(Context* context,
                                                     v1::RenderResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   Result<render::PictureSpec> spec = CheckRender(*request);
-  if (!spec.ok()) return Answer(context, spec.status());
+  if (!spec.ok()) return Answer(context, spec.status(), tag);
   const Result<std::vector<ClothId>> ids = CheckSelection(*request);
-  if (!ids.ok()) return Answer(context, ids.status());
+  if (!ids.ok()) return Answer(context, ids.status(), tag);
   Result<SessionLease> session = context_.FindSession(caller, request->session());
-  if (!session.ok()) return Answer(context, session.status());
+  if (!session.ok()) return Answer(context, session.status(), tag);
   Result<ClothList> cloths = (*session)->FindCloths(*ids);
-  if (!cloths.ok()) return Answer(context, cloths.status());
-  if (cloths->empty()) return Answer(context, NoCloths());
+  if (!cloths.ok()) return Answer(context, cloths.status(), tag);
+  if (cloths->empty()) return Answer(context, NoCloths(), tag);
   const Status tiles = CheckTiles(*spec, cloths->size());
-  if (!tiles.ok()) return Answer(context, tiles);
-  UnaryCall* call = UnaryCall::New();
+  if (!tiles.ok()) return Answer(context, tiles, tag);
+  UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(*session);
   const auto picture = std::make_shared<PictureCall>(
       PictureCall{call, response, std::move(*cloths), spec->has_colliders});
-  const Status status = context_.pictures.Submit(ToJob(context_, std::move(*spec), picture));
+  const Status status =
+      context_.pictures.Submit(ToJob(context_, std::move(*spec), picture, caller.deadline_us));
   if (!status.ok()) call->End(status);
   return call;
 }

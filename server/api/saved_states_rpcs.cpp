@@ -56,19 +56,19 @@ grpc::ServerUnaryReactor* SimulationService::SaveStates(Context* context,
                                                         v1::SaveStatesResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const Result<std::vector<ClothId>> ids = CheckSave(*request);
-  if (!ids.ok()) return Answer(context, ids.status());
+  if (!ids.ok()) return Answer(context, ids.status(), tag);
   Result<SessionLease> session = context_.FindSession(caller, request->session());
-  if (!session.ok()) return Answer(context, session.status());
-  UnaryCall* call = UnaryCall::New();
+  if (!session.ok()) return Answer(context, session.status(), tag);
+  UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(session).value();
   const auto end = BeginOnce(call, *request, response);
   if (!end) return call;
   Result<ClothList> cloths = call->lease->FindCloths(*ids);
   if (cloths.ok()) {
-    call->lease->SaveStates(
-        std::move(cloths).value(), request->name(),
-        [end](const Result<SavedSummary>& saved) { end(ToAnswer(saved)); });
+    call->lease->SaveStates(std::move(cloths).value(), request->name(),
+                            [end](const Result<SavedSummary>& saved) { end(ToAnswer(saved)); });
   } else {
     end(cloths.status());
   }
@@ -80,11 +80,12 @@ grpc::ServerUnaryReactor* SimulationService::LoadStates(Context* context,
                                                         v1::LoadStatesResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const Result<std::vector<ClothId>> ids = CheckLoad(*request);
-  if (!ids.ok()) return Answer(context, ids.status());
+  if (!ids.ok()) return Answer(context, ids.status(), tag);
   Result<SessionLease> session = context_.FindSession(caller, request->session());
-  if (!session.ok()) return Answer(context, session.status());
-  UnaryCall* call = UnaryCall::New();
+  if (!session.ok()) return Answer(context, session.status(), tag);
+  UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(session).value();
   const auto end = BeginOnce(call, *request, response);
   if (!end) return call;
@@ -98,8 +99,10 @@ grpc::ServerUnaryReactor* SimulationService::DropStates(Context* context,
                                                         v1::DropStatesResponse*) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const Result<SessionLease> session = context_.FindSession(caller, request->session());
-  return Answer(context, session.ok() ? (*session)->DropStates(request->name()) : session.status());
+  return Answer(context, session.ok() ? (*session)->DropStates(request->name()) : session.status(),
+                tag);
 }
 
 grpc::ServerWriteReactor<v1::SnapshotChunk>* SimulationService::ExportCloths(

@@ -21,13 +21,15 @@ grpc::ServerUnaryReactor* SimulationService::CreateSession(Context* context,
                                                            v1::Session* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const double ttl_s = request->has_ttl_s() ? request->ttl_s() : context_.limits.default_ttl_s;
   const Result<SessionLease> session =
       context_.sessions.Create(ttl_s, request->display_name(), caller.tenant);
-  if (!session.ok()) return Answer(context, session.status());
+  if (!session.ok()) return Answer(context, session.status(), tag);
   return Answer(
       context,
-      FillSession(context_, context_.sessions.Get((*session)->name(), caller.tenant), response));
+      FillSession(context_, context_.sessions.Get((*session)->name(), caller.tenant), response),
+      tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::GetSession(Context* context,
@@ -35,9 +37,10 @@ grpc::ServerUnaryReactor* SimulationService::GetSession(Context* context,
                                                         v1::Session* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   return Answer(
       context,
-      FillSession(context_, context_.sessions.Get(request->name(), caller.tenant), response));
+      FillSession(context_, context_.sessions.Get(request->name(), caller.tenant), response), tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::ListSessions(Context* context,
@@ -45,16 +48,17 @@ grpc::ServerUnaryReactor* SimulationService::ListSessions(Context* context,
                                                           v1::ListSessionsResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const Result<SessionPage> page =
       context_.sessions.List(request->page_size(), request->page_token(), caller.tenant);
-  if (!page.ok()) return Answer(context, page.status());
+  if (!page.ok()) return Answer(context, page.status(), tag);
   for (const SessionView& session : page->sessions) {
     v1::Session* message = response->add_sessions();
     *message = ToProto(session);
     message->set_name(ShortSessionName(session.name));
   }
   response->set_next_page_token(page->next_page_token);
-  return Answer(context, Status::Ok());
+  return Answer(context, Status::Ok(), tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::RenewSession(Context* context,
@@ -62,9 +66,11 @@ grpc::ServerUnaryReactor* SimulationService::RenewSession(Context* context,
                                                           v1::Session* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   return Answer(
       context,
-      FillSession(context_, context_.sessions.Renew(request->name(), caller.tenant), response));
+      FillSession(context_, context_.sessions.Renew(request->name(), caller.tenant), response),
+      tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::DeleteSession(Context* context,
@@ -72,7 +78,8 @@ grpc::ServerUnaryReactor* SimulationService::DeleteSession(Context* context,
                                                            v1::DeleteSessionResponse*) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
-  UnaryCall* call = UnaryCall::New();
+  const RequestTag tag(caller, *request);
+  UnaryCall* call = UnaryCall::New(tag);
   context_.sessions.Delete(
       request->name(), [call](const Status& status) { call->End(status); }, caller.tenant);
   return call;

@@ -25,6 +25,7 @@ std::shared_ptr<ByteBudget> MakeUnreadBudget(const RequestLimits& limits) {
 
 Caller ServiceContext::Identify(const grpc::CallbackServerContext& call) const {
   Caller caller = authentication != nullptr ? authentication->Identify(call) : Caller{};
+  caller.deadline_us = DeadlineOf_us(call, clock);
   const auto& metadata = call.client_metadata();
   const auto known = metadata.find(kIncarnationHeader);
   if (known != metadata.end()) caller.incarnation = {known->second.data(), known->second.size()};

@@ -18,6 +18,7 @@ ExportReactor* ExportReactor::Start(const ServiceContext& context, const Caller&
     reactor->Finish(Unauthenticated());
     return reactor;
   }
+  reactor->tag_ = RequestTag(caller, request);
   const Status status = reactor->Begin(context, caller, request);
   if (!status.ok()) reactor->End(status);
   return reactor;
@@ -30,7 +31,7 @@ Status ExportReactor::Begin(const ServiceContext& context, const Caller& caller,
   if (saved == nullptr) return SavedStatesNotFound(request.name());
   next_ = request.offset();
   max_chunk_bytes_ = context.limits.max_chunk_bytes;
-  return PostBuild(context, session_->owner(), cancel_,
+  return PostBuild(context, session_->owner(), {cancel_, caller.deadline_us},
                    [this, &context, saved = std::move(saved)](const Status& status) {
                      const Status written = status.ok() ? Write(context, *saved) : status;
                      if (!written.ok()) return End(written);
@@ -67,6 +68,7 @@ void ExportReactor::End(const Status& status) {
   bytes_ = {};
   held_ = nullptr;
   session_ = {};
+  tag_.Log(status);
   Finish(ToGrpcStatus(status));
 }
 
@@ -110,6 +112,7 @@ Status ImportReactor::Take(v1::ImportClothsRequest& request) {
 }
 
 Status ImportReactor::Begin(const v1::ImportClothsRequest::Begin& begin) {
+  tag_ = RequestTag("ImportCloths", caller_, begin);
   if (begin.total_bytes() == 0) {
     return Status::InvalidField("begin.total_bytes", "is 0; the size of the snapshot is needed");
   }
@@ -128,9 +131,10 @@ void ImportReactor::Import() {
     return End(SnapshotDamaged("only " + std::to_string(bytes_.size()) + " of its " +
                                std::to_string(total_bytes_) + " bytes have come"));
   }
-  const StopReason stop_reason = BuildStopReason(context_, cancel_);
+  const Waiter waiter{cancel_, caller_.deadline_us};
+  const StopReason stop_reason = BuildStopReason(context_, waiter);
   const Status posted =
-      PostBuild(context_, session_->owner(), cancel_, [this, stop_reason](const Status& status) {
+      PostBuild(context_, session_->owner(), waiter, [this, stop_reason](const Status& status) {
         if (!status.ok()) return End(status);
         Result<std::vector<SavedCloth>> cloths =
             ReadSnapshot(bytes_, {context_.scheduler.description(), context_.limits, stop_reason,
@@ -155,6 +159,7 @@ void ImportReactor::End(const Status& status) {
   bytes_ = {};
   held_ = nullptr;
   session_ = {};
+  tag_.Log(status);
   Finish(ToGrpcStatus(status));
 }
 

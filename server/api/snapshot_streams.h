@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "server/api/request_log.h"
 #include "server/api/simulation_service.h"
 
 namespace drape::api {
@@ -28,6 +29,7 @@ class ExportReactor final : public grpc::ServerWriteReactor<v1::SnapshotChunk> {
   void End(const Status& status);
 
   SessionLease session_;
+  RequestTag tag_;
   CancelToken cancel_;
   std::shared_ptr<void> held_;
   std::string bytes_;
@@ -61,6 +63,7 @@ class ImportReactor final : public grpc::ServerReadReactor<v1::ImportClothsReque
   const Caller caller_;
   v1::ImportClothsResponse* const response_;
   SessionLease session_;
+  RequestTag tag_;
   CancelToken cancel_;
   std::shared_ptr<void> held_;
   bool is_inexact_ = false;

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "server/core/check.h"
+#include "server/core/trace.h"
 
 namespace drape::api {
 namespace {
@@ -222,6 +223,7 @@ void StateChunker::AddCloth(const ChunkCloth& cloth, uint64_t row_count, v1::Sta
 }
 
 void StateChunker::Next(v1::StateChunk* chunk) {
+  const trace::Span span("encode_states");
   DRAPE_CHECK(!is_done_, "no chunk left");
   chunk->Clear();
   Reserve(chunk);

@@ -86,6 +86,7 @@ Status StateStreamReactor::Take(const v1::StreamStatesRequest& request) {
 }
 
 Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& request) {
+  tag_ = RequestTag("StreamStates", caller_, request);
   DRAPE_ASSIGN_OR_RETURN(const CheckedSubscription checked, CheckSubscribe(request));
   DRAPE_ASSIGN_OR_RETURN(SessionLease session, context_.FindSession(caller_, request.session()));
   DRAPE_ASSIGN_OR_RETURN(const ClothList cloths, session->FindCloths(checked.cloths));
@@ -136,6 +137,7 @@ void StateStreamReactor::WriteNext() {
     if (!ending_) return;
     is_ended_ = true;
     frames_.clear();
+    tag_.Log(*ending_);
     Finish(ToGrpcStatus(*ending_));
     return;
   }

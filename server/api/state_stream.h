@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "server/api/request_log.h"
 #include "server/api/simulation_service.h"
 #include "server/api/state_chunks.h"
 
@@ -53,6 +54,7 @@ class StateStreamReactor final
   std::mutex mutex_;
   v1::StreamStatesRequest request_;  // being read
   v1::StateChunk chunk_;             // being written
+  RequestTag tag_;
   SessionLease session_;
   std::vector<ChunkCloth> cloths_;  // of the subscription
   ViewSpec view_;

@@ -11,6 +11,7 @@
 #include "server/api/request_validation.h"
 #include "server/api/state_chunks.h"
 #include "server/api/view_validation.h"
+#include "server/core/trace.h"
 
 namespace drape::api {
 namespace {
@@ -46,6 +47,7 @@ void AddStates(StepCall& call, StepOutcome& outcome, v1::StepResponse& answer) {
 // `clock`: that of the scheduler.
 Result<v1::StepResponse> ToAnswer(StepCall& call, StepOutcome outcome, const Clock& clock) {
   if (!outcome.status.ok()) return outcome.status;
+  const trace::Span span("encode_answer");
   v1::StepResponse answer = ToProto(call.cloths, outcome);
   AddStates(call, outcome, answer);
   answer.mutable_timing()->set_encode_us(
@@ -166,6 +168,7 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
   // A request with an id is completed even if its client has gone: the repetition asks for the
   // answer.
   if (call->request_id.empty()) work.cancel = cancel;
+  work.deadline_us = caller.deadline_us;
   work.done = [call, &clock = context.clock](StepOutcome outcome) {
     call->End(ToAnswer(*call, std::move(outcome), clock));
   };

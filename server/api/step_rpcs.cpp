@@ -10,7 +10,8 @@ grpc::ServerUnaryReactor* SimulationService::Step(Context* context, const v1::St
                                                   v1::StepResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
-  UnaryCall* call = UnaryCall::New();
+  const RequestTag tag(caller, *request);
+  UnaryCall* call = UnaryCall::New(tag);
   StartStep(context_, caller, *request, call->cancel, call->hold(),
             EndWith<v1::StepResponse>(
                 call, [response](v1::StepResponse& answer) { *response = std::move(answer); }));

@@ -26,6 +26,7 @@ void StepStreamReactor::OnReadDone(bool ok) {
     const std::lock_guard lock(mutex_);
     if (ok && !is_ended_ && !is_broken_) {
       slot = slots_.emplace_back(std::make_shared<Slot>());
+      slot->tag = RequestTag(caller_, request_);
     } else {
       is_reading_ = false;
       is_read_over_ = !ok;
@@ -47,6 +48,7 @@ void StepStreamReactor::OnReadDone(bool ok) {
 }
 
 void StepStreamReactor::OnAnswer(Slot& slot, Result<v1::StepResponse> answer) {
+  slot.tag.Log(answer.status());
   const std::lock_guard lock(mutex_);
   slot.answer = std::move(answer);
   WriteNext();

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 
+#include "server/api/request_log.h"
 #include "server/api/simulation_service.h"
 
 namespace drape::api {
@@ -23,6 +24,7 @@ class StepStreamReactor final : public grpc::ServerBidiReactor<v1::StepRequest, 
   // A request that was read and not answered yet.
   struct Slot {
     CancelToken cancel;
+    RequestTag tag;
     std::optional<Result<v1::StepResponse>> answer;
     std::shared_ptr<void> held;  // until the answer has been written
   };

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
+#include <cmath>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -12,6 +14,7 @@ namespace drape::api {
 namespace {
 
 constexpr size_t kMaxTenantBytes = 64;
+constexpr char kOperator[] = "@operator";
 
 int DigitOf(char c) {
   if (c >= '0' && c <= '9') return c - '0';
@@ -30,6 +33,19 @@ std::string ParseHash(const std::string& digits) {
     bytes += static_cast<char>(16 * high + low);
   }
   return bytes;
+}
+
+// The number of `particle_substeps_per_s=NUMBER`; none: it is not that.
+std::optional<double> ParseRate(const std::string& word) {
+  constexpr std::string_view kName = "particle_substeps_per_s=";
+  if (!word.starts_with(kName)) return std::nullopt;
+  double rate = 0;
+  const char* const end = word.data() + word.size();
+  const auto [rest, error] = std::from_chars(word.data() + kName.size(), end, rate);
+  if (error != std::errc() || rest != end || !(rate >= 0) || !std::isfinite(rate)) {
+    return std::nullopt;
+  }
+  return rate;
 }
 
 Status Failed(const std::string& path, const std::string& why) {
@@ -63,18 +79,45 @@ Result<TokenFile> TokenFile::Parse(const std::string& text, const std::string& p
     const auto wrong = [&](const std::string& why) {
       return Failed(path, "line " + std::to_string(number) + ": " + why);
     };
-    if (!IsTenantName(tenant)) {
-      return wrong("the tenant's name must be 1 to 64 letters, digits, '.', '_' or '-'");
+    const bool is_operator = tenant == kOperator;
+    if (!is_operator && !IsTenantName(tenant)) {
+      return wrong(
+          "the tenant's name must be 1 to 64 letters, digits, '.', '_' or '-', or @operator");
     }
     words >> digits;
     const std::string hash = ParseHash(digits);
-    if (hash.empty() || words >> rest) {
-      return wrong("after the tenant's name come the 64 hexadecimal digits of a SHA-256");
+    std::optional<double> rate;
+    if (words >> rest) rate = ParseRate(rest);
+    if (hash.empty() || rest.empty() == rate.has_value() || (is_operator && rate) ||
+        words >> rest) {
+      return wrong(
+          "after the tenant's name come the 64 hexadecimal digits of a SHA-256, and nothing or "
+          "particle_substeps_per_s=NUMBER");
     }
-    if (!tokens.tenants_.emplace(hash, tenant).second) return wrong("this hash occurs twice");
+    if (rate && tokens.rates_.emplace(tenant, *rate).first->second != *rate) {
+      return wrong("the tenant has another particle_substeps_per_s already");
+    }
+    if (tokens.tenants_.contains(hash) || tokens.operators_.contains(hash)) {
+      return wrong("this hash occurs twice");
+    }
+    if (is_operator) {
+      tokens.operators_.insert(hash);
+    } else {
+      tokens.tenants_.emplace(hash, tenant);
+    }
   }
-  if (tokens.tenants_.empty()) return Failed(path, "has no token");
+  if (tokens.tenants_.empty()) return Failed(path, "has no token of a tenant");
   return tokens;
+}
+
+bool TokenFile::IsOperator(std::string_view token) const {
+  return operators_.contains(Sha256Of(token));
+}
+
+std::set<std::string> TokenFile::tenants() const {
+  std::set<std::string> names;
+  for (const auto& [hash, tenant] : tenants_) names.insert(tenant);
+  return names;
 }
 
 std::optional<std::string> TokenFile::TenantOf(std::string_view token) const {

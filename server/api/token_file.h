@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -13,9 +14,11 @@ namespace drape::api {
 // 1 to 64 of a-z, A-Z, 0-9, '.', '_', '-'.
 bool IsTenantName(const std::string& name);
 
-// One line per token: a tenant's name, a space, and the
-// SHA-256 of the token in hexadecimal digits (`printf %s TOKEN | sha256sum`). A tenant may have
-// several tokens, so that they can be changed one after the other. '#' begins a comment. Immutable.
+// One line per token: a tenant's name, a space, and the SHA-256 of the token in hexadecimal digits
+// (`printf %s TOKEN | sha256sum`); then, if the tenant has a rate of its own,
+// `particle_substeps_per_s=NUMBER` (0: no limit). A tenant may have several tokens, so that they
+// can be changed one after the other. The name `@operator` stands for those who look after the
+// server (AdminService). '#' begins a comment. Immutable.
 class TokenFile {
  public:
   // FAILED_PRECONDITION (TOKEN_FILE_FAILED) names the file and the line.
@@ -24,10 +27,16 @@ class TokenFile {
 
   // None: nobody's token. Found by its hash, so the time tells nothing about tokens.
   std::optional<std::string> TenantOf(std::string_view token) const;
+  bool IsOperator(std::string_view token) const;
   size_t token_count() const { return tenants_.size(); }
+  std::set<std::string> tenants() const;
+  // Of the tenants that have one of their own [particle-substeps/s].
+  const std::unordered_map<std::string, double>& rates() const { return rates_; }
 
  private:
   std::unordered_map<std::string, std::string> tenants_;  // by the bytes of the hash
+  std::unordered_map<std::string, double> rates_;
+  std::set<std::string> operators_;  // the hashes of their tokens
 };
 
 }  // namespace drape::api

@@ -5,7 +5,9 @@
 
 #include <functional>
 #include <memory>
+#include <utility>
 
+#include "server/api/request_log.h"
 #include "server/api/simulation_service.h"
 #include "server/api/status_mapping.h"
 #include "server/scheduler/step_work.h"
@@ -17,7 +19,7 @@ namespace drape::api {
 // holder must call End exactly once, on any thread.
 class UnaryCall final : public grpc::ServerUnaryReactor {
  public:
-  static UnaryCall* New() { return new UnaryCall(); }
+  static UnaryCall* New(RequestTag tag = {}) { return new UnaryCall(std::move(tag)); }
 
   // Keeps the session alive while the request is under way.
   SessionLease lease;
@@ -31,18 +33,22 @@ class UnaryCall final : public grpc::ServerUnaryReactor {
 
   void End(const Status& status) {
     lease = {};
+    tag_.Log(status);
     Finish(ToGrpcStatus(status));
   }
 
  private:
-  UnaryCall() = default;
+  explicit UnaryCall(RequestTag tag) : tag_(std::move(tag)) {}
   void OnCancel() override { cancel.Cancel(); }
   void OnDone() override { delete this; }
+
+  const RequestTag tag_;
 };
 
 // Ends a call whose status is known at once.
-inline grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context,
-                                        const Status& status) {
+inline grpc::ServerUnaryReactor* Answer(grpc::CallbackServerContext* context, const Status& status,
+                                        const RequestTag& tag = {}) {
+  tag.Log(status);
   auto* reactor = context->DefaultReactor();
   reactor->Finish(ToGrpcStatus(status));
   return reactor;
@@ -57,8 +63,8 @@ inline grpc::ServerUnaryReactor* Refuse(grpc::CallbackServerContext* context) {
 
 // The same for an answer of so many bytes, which count until it has been sent.
 inline grpc::ServerUnaryReactor* AnswerCounted(ByteBudget& unread, const std::string& owner,
-                                               uint64_t bytes) {
-  UnaryCall* call = UnaryCall::New();
+                                               uint64_t bytes, const RequestTag& tag) {
+  UnaryCall* call = UnaryCall::New(tag);
   Result<std::shared_ptr<void>> held = unread.Take(owner, bytes);
   if (held.ok()) call->until_sent = std::move(held).value();
   call->End(held.status());

@@ -4,6 +4,8 @@
 #include <string>
 #include <utility>
 
+#include "server/core/trace.h"
+
 namespace drape::api {
 namespace {
 
@@ -43,7 +45,11 @@ Status WorkerPool::Post(const std::string& owner, std::function<void()> task) {
       return QueueFull(max_queued_tasks_per_owner_, "of this session");
     }
     if (is_new) turns_.push_back(owner);
-    tasks->second.push_back(std::move(task));
+    tasks->second.push_back([posted_us = trace::Now_us(), run = std::move(task)] {
+      trace::Waited("build_queue", posted_us);
+      const trace::Span span("build");
+      run();
+    });
     ++task_count_;
   }
   wake_.notify_one();
@@ -53,6 +59,12 @@ Status WorkerPool::Post(const std::string& owner, std::function<void()> task) {
 uint32_t WorkerPool::queued_count() const {
   const std::lock_guard lock(mutex_);
   return task_count_;
+}
+
+uint32_t WorkerPool::queued_count(const std::string& owner) const {
+  const std::lock_guard lock(mutex_);
+  const auto tasks = tasks_.find(owner);
+  return tasks == tasks_.end() ? 0 : static_cast<uint32_t>(tasks->second.size());
 }
 
 std::deque<std::string>::iterator WorkerPool::NextTurn() {
@@ -86,6 +98,7 @@ WorkerPool::Task WorkerPool::TakeTaskOf(std::deque<std::string>::iterator turn) 
 }
 
 void WorkerPool::Loop() {
+  trace::NameThread("builder");
   std::unique_lock lock(mutex_);
   while (true) {
     auto turn = turns_.end();

@@ -32,6 +32,7 @@ class WorkerPool {
   Status Post(const std::string& owner, std::function<void()> task);
   // Tasks that have not started.
   uint32_t queued_count() const;
+  uint32_t queued_count(const std::string& owner) const;
 
  private:
   using Task = std::function<void()>;

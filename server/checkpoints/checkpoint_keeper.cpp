@@ -12,6 +12,7 @@
 #include "server/api/sha256.h"
 #include "server/api/snapshot_reading.h"
 #include "server/api/snapshot_writing.h"
+#include "server/core/trace.h"
 #include "server/session/sliced_command.h"
 
 namespace drape {
@@ -149,6 +150,7 @@ Status CheckpointKeeper::RecoverSession(const std::string& bytes) {
   if (!status.ok()) {
     sessions_.Delete(
         head.session.name, [](const Status&) {}, head.session.tenant);
+    sessions_.RememberLost(head.session.name, head.session.tenant);
     return status;
   }
   // Its file is ours from now on: it goes when the session ends.
@@ -160,6 +162,7 @@ Status CheckpointKeeper::RecoverSession(const std::string& bytes) {
 }
 
 void CheckpointKeeper::Loop() {
+  trace::NameThread("checkpoints");
   const auto interval = std::chrono::duration<double>(options_.interval_s);
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, interval, [this] { return is_stopping_; })) {
@@ -196,6 +199,7 @@ Result<SavedStates> CheckpointKeeper::Capture(const Session& session) {
 
 void CheckpointKeeper::WriteRound() {
   const std::lock_guard lock(round_mutex_);
+  const trace::Span span("checkpoints");
   const std::vector<SessionPointer> live = sessions_.All();
   for (const SessionPointer& session : live) {
     const Result<SavedStates> saved = Capture(*session);

@@ -51,6 +51,12 @@ uint64_t ByteBudget::used_bytes() const {
   return counts_->in_all;
 }
 
+uint64_t ByteBudget::used_bytes(const std::string& owner) const {
+  const std::lock_guard lock(counts_->mutex);
+  const auto entry = counts_->by_owner.find(owner);
+  return entry == counts_->by_owner.end() ? 0 : entry->second;
+}
+
 Status ByteBudget::Refusal(const Limit& limit, uint64_t used, uint64_t wanted) const {
   Status status(StatusCode::kResourceExhausted, reason_,
                 limit.name + " is " + std::to_string(limit.bytes) + ": " + std::to_string(used) +

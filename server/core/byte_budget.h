@@ -26,6 +26,7 @@ class ByteBudget {
   // holds for everybody.
   Result<std::shared_ptr<void>> Take(const std::string& owner, uint64_t bytes);
   uint64_t used_bytes() const;
+  uint64_t used_bytes(const std::string& owner) const;
 
  private:
   struct Counts;

@@ -46,15 +46,17 @@ Result<PictureTarget> PictureTarget::Create(uint32_t width_px, uint32_t height_p
   const auto height = static_cast<GLsizei>(height_px);
   const GLint samples = std::min(kSamples, GlInt(GL_MAX_SAMPLES));
   glCreateFramebuffers(2, target.framebuffers_.data());
-  glCreateRenderbuffers(3, target.renderbuffers_.data());
-  const auto [colour, depth, resolved] = target.renderbuffers_;
+  glCreateRenderbuffers(4, target.renderbuffers_.data());
+  const auto [colour, depth, resolved, resolved_depth] = target.renderbuffers_;
   glNamedRenderbufferStorageMultisample(colour, samples, GL_SRGB8_ALPHA8, width, height);
   glNamedRenderbufferStorageMultisample(depth, samples, GL_DEPTH_COMPONENT32F, width, height);
   glNamedRenderbufferStorage(resolved, GL_SRGB8_ALPHA8, width, height);
+  glNamedRenderbufferStorage(resolved_depth, GL_DEPTH_COMPONENT32F, width, height);
   const auto [many, one] = target.framebuffers_;
   glNamedFramebufferRenderbuffer(many, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colour);
   glNamedFramebufferRenderbuffer(many, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, depth);
   glNamedFramebufferRenderbuffer(one, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, resolved);
+  glNamedFramebufferRenderbuffer(one, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, resolved_depth);
   if (glGetError() != GL_NO_ERROR || !target.IsComplete()) {
     return NoRoom("the device has no room for a picture of " + SizeText(width_px, height_px));
   }
@@ -71,7 +73,7 @@ PictureTarget::~PictureTarget() {
   // OpenGL ignores names that are 0.
   if (width_px_ == 0) return;
   glDeleteFramebuffers(2, framebuffers_.data());
-  glDeleteRenderbuffers(3, renderbuffers_.data());
+  glDeleteRenderbuffers(4, renderbuffers_.data());
 }
 
 PictureTarget& PictureTarget::operator=(PictureTarget&& other) noexcept {
@@ -89,27 +91,44 @@ void PictureTarget::Begin() const {
 }
 
 void PictureTarget::Resolve() const {
-  const auto width = static_cast<GLint>(width_px_);
-  const auto height = static_cast<GLint>(height_px_);
-  glBlitNamedFramebuffer(framebuffers_[0], framebuffers_[1], 0, 0, width, height, 0, 0, width,
-                         height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  Copy(GL_COLOR_BUFFER_BIT);
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffers_[1]);
 }
 
-std::vector<uint8_t> PictureTarget::Read() const {
-  const size_t row_bytes = 3 * size_t{width_px_};
-  std::vector<uint8_t> rgb(row_bytes * height_px_);
+void PictureTarget::ResolveDepths() const {
+  Copy(GL_DEPTH_BUFFER_BIT);
+}
+
+void PictureTarget::Copy(GLbitfield what) const {
+  const auto width = static_cast<GLint>(width_px_);
+  const auto height = static_cast<GLint>(height_px_);
+  glBlitNamedFramebuffer(framebuffers_[0], framebuffers_[1], 0, 0, width, height, 0, 0, width,
+                         height, what, GL_NEAREST);
+}
+
+template <class T>
+std::vector<T> PictureTarget::ReadPixels(GLenum format, GLenum type, size_t channels) const {
+  const size_t row_size = channels * width_px_;
+  std::vector<T> pixels(row_size * height_px_);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffers_[1]);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  glReadnPixels(0, 0, static_cast<GLsizei>(width_px_), static_cast<GLsizei>(height_px_), GL_RGB,
-                GL_UNSIGNED_BYTE, static_cast<GLsizei>(rgb.size()), rgb.data());
+  glReadnPixels(0, 0, static_cast<GLsizei>(width_px_), static_cast<GLsizei>(height_px_), format,
+                type, static_cast<GLsizei>(pixels.size() * sizeof(T)), pixels.data());
   // OpenGL's first row is the bottom one.
   for (size_t row = 0; row < height_px_ / 2; ++row) {
-    const auto top = rgb.begin() + static_cast<ptrdiff_t>(row * row_bytes);
-    const auto bottom = rgb.end() - static_cast<ptrdiff_t>((row + 1) * row_bytes);
-    std::swap_ranges(top, top + static_cast<ptrdiff_t>(row_bytes), bottom);
+    const auto top = pixels.begin() + static_cast<ptrdiff_t>(row * row_size);
+    const auto bottom = pixels.end() - static_cast<ptrdiff_t>((row + 1) * row_size);
+    std::swap_ranges(top, top + static_cast<ptrdiff_t>(row_size), bottom);
   }
-  return rgb;
+  return pixels;
+}
+
+std::vector<uint8_t> PictureTarget::Read() const {
+  return ReadPixels<uint8_t>(GL_RGB, GL_UNSIGNED_BYTE, 3);
+}
+
+std::vector<float> PictureTarget::ReadDepths() const {
+  return ReadPixels<float>(GL_DEPTH_COMPONENT, GL_FLOAT, 1);
 }
 
 Result<DepthMap> DepthMap::Create(uint32_t size_px) {

@@ -13,7 +13,7 @@
 namespace drape::gl {
 
 // Owns a picture with four samples per pixel (fewer if the device has fewer), a depth for each
-// sample, and the same picture with one sample. 8-bit sRGB: shaders write linear values; blending
+// sample, and the same with one sample. 8-bit sRGB: shaders write linear values; blending
 // and averaging are done in linear light. Move-only; its context must be current in every call.
 class PictureTarget {
  public:
@@ -31,17 +31,25 @@ class PictureTarget {
   void Begin() const;
   // Averages the samples; subsequent draws go over the result.
   void Resolve() const;
+  // The depths of one sample of each pixel, for ReadDepths.
+  void ResolveDepths() const;
   // The resolved picture: [height_px][width_px][3], sRGB, top row first. Waits for the device.
   std::vector<uint8_t> Read() const;
+  // [height_px][width_px] from 0 to 1, top row first. Waits for the device.
+  std::vector<float> ReadDepths() const;
 
  private:
   PictureTarget() = default;
   bool IsComplete() const;
+  void Copy(GLbitfield what) const;
+  template <class T>
+  std::vector<T> ReadPixels(GLenum format, GLenum type, size_t channels) const;
 
   uint32_t width_px_ = 0;
   uint32_t height_px_ = 0;
-  std::array<GLuint, 2> framebuffers_ = {};   // multisampled, one sample
-  std::array<GLuint, 3> renderbuffers_ = {};  // multisampled colour and depth, colour of one sample
+  std::array<GLuint, 2> framebuffers_ = {};  // multisampled, one sample
+  // Multisampled colour and depth, colour and depth of one sample.
+  std::array<GLuint, 4> renderbuffers_ = {};
 };
 
 // Owns a square depth texture for comparison in shaders: a shadow map. Nothing beyond its edges is

@@ -1,6 +1,9 @@
 #include "server/gl/sync.h"
 
-#include "server/core/check.h"
+#include <chrono>
+#include <string>
+
+#include "server/core/device_loss.h"
 
 namespace drape::gl {
 
@@ -11,7 +14,7 @@ void WaitForDevice() {
 Fence Fence::Insert() {
   Fence fence;
   fence.sync_ = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
-  DRAPE_CHECK(fence.sync_ != nullptr, "the device is lost");
+  if (fence.sync_ == nullptr) LoseDevice("it takes no fence");
   glFlush();
   return fence;
 }
@@ -27,11 +30,17 @@ void Fence::WaitOnDevice() const {
 void Fence::Wait() const {
   if (sync_ == nullptr) return;
   constexpr GLuint64 kOneSecond_ns = 1'000'000'000;
+  const auto begin = std::chrono::steady_clock::now();
   GLenum outcome = GL_TIMEOUT_EXPIRED;
   while (outcome == GL_TIMEOUT_EXPIRED) {
     outcome = glClientWaitSync(sync_, GL_SYNC_FLUSH_COMMANDS_BIT, kOneSecond_ns);
+    const std::chrono::seconds patience = DevicePatience();
+    if (outcome == GL_TIMEOUT_EXPIRED && patience.count() > 0 &&
+        std::chrono::steady_clock::now() - begin > patience) {
+      LoseDevice("it has not answered for " + std::to_string(patience.count()) + " s");
+    }
   }
-  DRAPE_CHECK(outcome != GL_WAIT_FAILED, "the device is lost");
+  if (outcome == GL_WAIT_FAILED) LoseDevice("it does not wait for a fence");
 }
 
 int64_t TimerQuery::ElapsedUs() const {

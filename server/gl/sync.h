@@ -8,8 +8,8 @@
 
 namespace drape::gl {
 
-// Blocks until the device has done all submitted work. Aborts if the device is lost: its memory is
-// lost too, and only a new process can use it again.
+// Blocks until the device has done all submitted work. Ends the process if the device is lost or
+// takes longer than DevicePatience (core/device_loss.h).
 void WaitForDevice();
 
 // A point in the submitted work of one context, for all contexts of its share group. Owns the sync
@@ -32,8 +32,8 @@ class Fence {
   // Work that the current context submits from now on is done after the fence. Does not block the
   // thread.
   void WaitOnDevice() const;
-  // Blocks the thread until the device has reached the fence; aborts as WaitForDevice. A context of
-  // the share group must be current.
+  // Blocks the thread until the device has reached the fence, or the process ends as in
+  // WaitForDevice. A context of the share group must be current.
   void Wait() const;
 
  private:

@@ -29,6 +29,7 @@ using ContentReady = std::function<void(Result<PictureContent>)>;
 struct DrawnPicture {
   std::string png;
   std::string rgb;               // as Picture::rgb, if PictureSpec::is_raw
+  std::vector<float> depths_m;   // as Picture::depths_m
   Camera camera;                 // as Picture::camera
   Eigen::AlignedBox3d bounds_m;  // as Picture::bounds_m
   ValueRange range;              // as Picture::range

@@ -52,6 +52,7 @@ struct PictureSpec {
   bool is_tiled = false;
   // Pixels as they are in place of a file.
   bool is_raw = false;
+  bool has_depths = false;  // Picture::depths_m
 };
 
 // One cloth of a picture, drawn where it is in the world.
@@ -64,7 +65,10 @@ struct DrawnCloth {
 struct Picture {
   uint32_t width_px = 0;
   uint32_t height_px = 0;
-  std::vector<uint8_t> rgb;      // [height_px][width_px][3], sRGB, top row first
+  std::vector<uint8_t> rgb;  // [height_px][width_px][3], sRGB, top row first
+  // [height_px][width_px], top row first, if PictureSpec::has_depths: how far along the line of
+  // view the nearest thing drawn is, at one point of the pixel; infinity: there is nothing.
+  std::vector<float> depths_m;
   Camera camera;                 // the one that was used
   Eigen::AlignedBox3d bounds_m;  // of the drawn cloths and of PictureSpec::include_m
   ValueRange range;              // of the colour scale; 0, 0 without one

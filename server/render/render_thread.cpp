@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "server/core/session_permits.h"
+#include "server/core/trace.h"
 #include "server/render/png.h"
 #include "server/render/tiles.h"
 
@@ -149,6 +150,7 @@ void RenderThread::Core::Deliver(const FetchPointer& fetch, Result<PictureConten
 }
 
 void RenderThread::Core::Loop() {
+  trace::NameThread("render");
   for (;;) {
     std::optional<PictureJob> next;
     FetchPointer ready;
@@ -205,11 +207,13 @@ Result<DrawnPicture> RenderThread::Core::DrawAndEncode(const PictureJob& job,
                                                        Result<PictureContent>& content) {
   if (job.is_cancelled()) return Cancelled();
   if (!content.ok()) return content.status();
-  DRAPE_ASSIGN_OR_RETURN(
-      Picture picture,
-      job.spec.is_tiled
-          ? DrawTiles(*renderer_, job.spec, content->cloths, content->states, job.is_cancelled)
-          : renderer_->Draw(job.spec, content->cloths, content->states));
+  const auto draw = [&]() -> Result<Picture> {
+    const trace::Span span("draw");
+    if (!job.spec.is_tiled) return renderer_->Draw(job.spec, content->cloths, content->states);
+    return DrawTiles(*renderer_, job.spec, content->cloths, content->states, job.is_cancelled);
+  };
+  DRAPE_ASSIGN_OR_RETURN(Picture picture, draw());
+  const trace::Span span("encode_picture");
   std::string png, rgb;
   if (job.spec.is_raw) {
     rgb.assign(picture.rgb.begin(), picture.rgb.end());
@@ -218,6 +222,7 @@ Result<DrawnPicture> RenderThread::Core::DrawAndEncode(const PictureJob& job,
   }
   return DrawnPicture{.png = std::move(png),
                       .rgb = std::move(rgb),
+                      .depths_m = std::move(picture.depths_m),
                       .camera = picture.camera,
                       .bounds_m = picture.bounds_m,
                       .range = picture.range,

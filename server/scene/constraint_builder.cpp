@@ -1,5 +1,4 @@
 #include "server/scene/constraint_builder.h"
-#include "server/scene/hinge_fit.h"
 
 #include <cmath>
 #include <utility>

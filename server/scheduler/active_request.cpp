@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/core/trace.h"
 
 namespace drape {
 namespace {
@@ -306,6 +307,7 @@ uint32_t ActiveRequest::NextCloth() const {
 
 std::vector<uint32_t> ActiveRequest::Take(uint32_t count, uint64_t round) {
   DRAPE_CHECK(count <= cloths_to_step_, "a request has no more cloths to step");
+  if (!std::exchange(was_taken_, true)) trace::Waited("queue", submitted_us_);
   std::vector<uint32_t> taken;
   taken.reserve(count);
   while (taken.size() < count) {

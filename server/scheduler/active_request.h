@@ -83,6 +83,7 @@ class ActiveRequest {
   const int64_t submitted_us_;
   uint32_t missing_turns_ = 0;
   bool has_started_ = false;
+  bool was_taken_ = false;
   std::optional<Status> end_status_;
   std::vector<uint32_t> steps_left_;                // [cloth]
   std::vector<std::optional<StepReport>> reports_;  // [cloth], only if reports are wanted

@@ -142,13 +142,15 @@ class ClothRuntime {
   // The settings of all steps from now on. Wakes the cloth, because a change of settings may act on
   // it.
   void SetSettings(const StepSettings& settings);
+  const StepSettings& settings() const { return budget_.settings(); }
   FrameBudget& budget() { return budget_; }
   SleepWatch& sleep() { return sleep_; }
   const SleepWatch& sleep() const { return sleep_; }
-  // Upper bound of the solves of the next step (step_settings.h, SolvesPerStep). 0: it is asleep
-  // and nothing wakes it, or faulted.
+  // The next step is not computed: it is asleep and nothing wakes it, or faulted.
+  bool is_idle() const { return is_faulted() || (sleep_.is_asleep() && controls_.are_at_rest()); }
+  // Upper bound of the solves of the next step (step_settings.h, SolvesPerStep). 0: it is idle.
   double solves_per_step() const {
-    if (is_faulted() || (sleep_.is_asleep() && controls_.are_at_rest())) return 0;
+    if (is_idle()) return 0;
     return SolvesPerStep(*model_, budget_.settings(), controls_.colliders().collider_count());
   }
   // What the next step will probably cost [us]; infinite while it is being done in pieces.

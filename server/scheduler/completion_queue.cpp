@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/core/trace.h"
 
 namespace drape {
 
@@ -52,6 +53,7 @@ void CompletionQueue::Stop() {
 }
 
 void CompletionQueue::Loop() {
+  trace::NameThread("completion");
   std::unique_lock lock(mutex_);
   for (;;) {
     wake_.wait(lock, [this] { return !is_running_ && (is_stopping_ || !functions_.empty()); });
@@ -60,7 +62,10 @@ void CompletionQueue::Loop() {
     functions_.pop_front();
     is_running_ = true;
     lock.unlock();
-    function();
+    {
+      const trace::Span span("completion");
+      function();
+    }
     function = nullptr;  // destroys its captures before the next one runs, without the lock
     lock.lock();
     is_running_ = false;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/core/trace.h"
 #include "server/scheduler/state_reading.h"
 
 namespace drape {
@@ -51,12 +52,13 @@ void SessionIndex::Leave(const std::string& session) {
 }
 
 DeviceLoop::DeviceLoop(Backend& backend, const Settings& settings, const Clock& clock,
-                       EndedCallback ended, RoundCounters& counters)
+                       EndedCallback ended, RoundCounters& counters, RateQuota& rates)
     : backend_(backend),
       settings_(settings),
       clock_(clock),
       ended_(std::move(ended)),
-      counters_(counters) {}
+      counters_(counters),
+      rates_(rates) {}
 
 void DeviceLoop::Admit(StepWork work, int64_t submitted_us) {
   const uint32_t session = sessions_.Enter(work.owner());
@@ -74,20 +76,26 @@ std::optional<int64_t> DeviceLoop::RunRound() {
   }
   const bool is_long = parts.size() == 1 && parts[0].cloths.size() == 1 &&
                        IsLong(*parts[0].request->work().cloths[parts[0].cloths[0]]);
-  const int64_t batch_us = is_long ? StepPiece(parts) : StepBatch(parts);
+  int64_t batch_us = 0;
+  {
+    trace::Span span("batch");
+    batch_us = is_long ? StepPiece(parts) : StepBatch(parts);
+    span.Add("requests", static_cast<int64_t>(parts.size()));
+    span.Add("is_piece", is_long);
+  }
   Finish(StartAndEnd());
   return batch_us;
 }
 
 std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
   std::vector<RequestPointer> over;
+  const int64_t now_us = clock_.NowUs();
   // In order of arrival: a request that ends passes its turns to later ones only.
   for (auto entry = requests_.begin(); entry != requests_.end();) {
     ActiveRequest& request = **entry;
-    if (request.work().cancel.is_cancelled() && !request.is_done()) {
-      request.EndWith({StatusCode::kCancelled, "CANCELLED", "the client cancelled the request"});
-    }
-    if (!request.end_status().has_value() && !request.has_started() && request.has_every_turn()) {
+    EndIfPointless(request, now_us);
+    if (!request.end_status().has_value() && !request.has_started() && request.has_every_turn() &&
+        !HeldBackUntil_us(request, now_us)) {
       const Status status = request.Start(backend_, settings_.max_steps_per_request);
       if (!status.ok()) request.EndWith(status);
     }
@@ -102,6 +110,47 @@ std::vector<DeviceLoop::RequestPointer> DeviceLoop::StartAndEnd() {
     entry = requests_.erase(entry);
   }
   return over;
+}
+
+void DeviceLoop::EndIfPointless(ActiveRequest& request, int64_t now_us) {
+  if (request.is_done()) return;
+  const StepWork& work = request.work();
+  if (work.cancel.is_cancelled()) {
+    request.EndWith({StatusCode::kCancelled, "CANCELLED", "the client cancelled the request"});
+  }
+  if (request.has_started()) return;
+  if (work.deadline_us <= now_us) {
+    request.EndWith({StatusCode::kCancelled, "DEADLINE_PASSED",
+                     "the deadline of the request passed before it started"});
+  }
+  const std::optional<int64_t> held_back_until_us = HeldBackUntil_us(request, now_us);
+  if (!held_back_until_us || *held_back_until_us <= work.deadline_us) return;
+  Status status(StatusCode::kResourceExhausted, "RATE_EXCEEDED",
+                "max_particle_substeps_per_s_per_tenant is " +
+                    std::to_string(static_cast<uint64_t>(rates_.LimitOf(work.tenant))) +
+                    ": no step may begin before the deadline of the request");
+  request.EndWith(status.RetryAfterMs((*held_back_until_us - now_us) / 1000 + 1));
+}
+
+std::optional<int64_t> DeviceLoop::HeldBackUntil_us(const ActiveRequest& request,
+                                                    int64_t now_us) const {
+  if (!rates_.has_limits()) return std::nullopt;
+  if (long_steps_.contains(const_cast<ActiveRequest*>(&request))) return std::nullopt;
+  const int64_t until_us = rates_.WaitUntil_us(request.work().tenant);
+  return until_us > now_us ? std::optional(until_us) : std::nullopt;
+}
+
+std::optional<int64_t> DeviceLoop::RestUntil_us() const {
+  if (requests_.empty() || !rates_.has_limits()) return std::nullopt;
+  const int64_t now_us = clock_.NowUs();
+  int64_t rest_us = now_us + kLook_us;
+  for (const RequestPointer& request : requests_) {
+    if (!request->has_every_turn()) continue;  // behind one that is looked at
+    const std::optional<int64_t> until_us = HeldBackUntil_us(*request, now_us);
+    if (!until_us) return std::nullopt;
+    rest_us = std::min(rest_us, *until_us);
+  }
+  return rest_us;
 }
 
 bool DeviceLoop::IsLong(const ClothRuntime& cloth) const {
@@ -125,8 +174,10 @@ std::vector<DeviceLoop::Part> DeviceLoop::SelectParts() {
       static_cast<double>(settings_.batch_budget_us) / settings_.batch.max_cost;
   std::vector<RunnableRequest> runnable;
   std::vector<ActiveRequest*> requests;
+  const int64_t now_us = clock_.NowUs();
   for (const RequestPointer& request : requests_) {
     if (!request->has_started() || MustWait(*request)) continue;
+    if (HeldBackUntil_us(*request, now_us)) continue;
     runnable.push_back({request->session(),
                         request->Costs(rate_, us_per_cost, settings_.batch.max_cost),
                         request->last_round()});
@@ -179,10 +230,12 @@ int64_t DeviceLoop::StepBatch(const std::vector<Part>& parts) {
   BatchReport batch;
   if (items.empty()) {
     GiveAnswers();
-  } else if (RunsAhead()) {
-    batch = backend_.device()->StepAhead(items, [this] { GiveAnswers(); });
   } else {
-    batch = backend_.Step(items);
+    trace::Span span("step");
+    batch = RunsAhead() ? backend_.device()->StepAhead(items, [this] { GiveAnswers(); })
+                        : backend_.Step(items);
+    span.Add("cloths", static_cast<int64_t>(items.size()));
+    span.Add("dispatches", batch.dispatch_count);
   }
   DRAPE_CHECK(batch.reports.size() == items.size(), "one report per item");
   return EndBatch(parts, std::move(batch), begin_us, 0);
@@ -201,6 +254,7 @@ int64_t DeviceLoop::StepPiece(const std::vector<Part>& parts) {
   const int64_t begin_us = clock_.NowUs();
   std::optional<BatchReport> batch = BatchReport{};
   if (!items.empty()) {
+    const trace::Span span("step_piece");
     batch = backend_.StepPiece(items[0],
                                Pause::At(std::chrono::steady_clock::now() +
                                          std::chrono::microseconds(settings_.batch_budget_us)));
@@ -257,6 +311,7 @@ void DeviceLoop::CompleteSteps(const std::vector<Part>& parts,
   size_t next = 0;
   uint64_t faults = 0, asleep = 0;
   const double solves = MeasureCosts(parts, cost_us);
+  Charge(parts);
   if (!reports.empty()) rate_.Measured(solves, cost_us);
   for (const Part& part : parts) {
     for (const uint32_t k : part.cloths) {
@@ -276,6 +331,25 @@ void DeviceLoop::CompleteSteps(const std::vector<Part>& parts,
   counters_.cloth_steps += reports.size() + asleep;
   counters_.cloth_steps_asleep += asleep;
   counters_.faults += faults;
+}
+
+void DeviceLoop::Charge(const std::vector<Part>& parts) {
+  const std::string* tenant = nullptr;
+  double work = 0;
+  const auto charge = [&] {
+    if (work > 0) rates_.Charge(*tenant, std::exchange(work, 0));
+  };
+  for (const Part& part : parts) {
+    const StepWork& step = part.request->work();
+    if (tenant == nullptr || *tenant != step.tenant) charge();
+    tenant = &step.tenant;
+    for (const uint32_t k : part.cloths) {
+      const ClothRuntime& cloth = *step.cloths[k];
+      if (cloth.is_idle()) continue;
+      work += static_cast<double>(uint64_t{cloth.particle_count()} * cloth.settings().substeps);
+    }
+  }
+  charge();
 }
 
 double DeviceLoop::MeasureCosts(const std::vector<Part>& parts, double cost_us) {
@@ -298,6 +372,7 @@ void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
   std::vector<std::shared_ptr<ClothRuntime>> cloths;
   size_t particles = 0;
   const auto look = [&] {
+    const trace::Span span("look");
     const ClothSpan looked_at(cloths);
     SharedRead read(backend_, {&looked_at, 1}, {true, false}, RowsAre::kParticles);
     const StateColumns state = std::move(read.Take()[0]);
@@ -337,6 +412,7 @@ void DeviceLoop::BeginViews(Answers& ended) {
 }
 
 void DeviceLoop::TakeView(View& view, std::vector<Answer>& answers) {
+  const trace::Span span("read_states");
   std::vector<StateColumns> columns = view.read.Take();
   const int64_t end_us = clock_.NowUs();
   for (size_t k = 0; k < columns.size(); ++k) {

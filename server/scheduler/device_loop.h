@@ -15,6 +15,7 @@
 #include "server/core/duration_histogram.h"
 #include "server/scheduler/active_request.h"
 #include "server/scheduler/batch_policy.h"
+#include "server/scheduler/rate_quota.h"
 #include "server/scheduler/state_reading.h"
 #include "server/solver/device_backend.h"
 
@@ -60,12 +61,13 @@ class DeviceLoop {
   // Called once for every request, in order of completion.
   using EndedCallback = std::function<void(StepWork, StepOutcome)>;
 
+  // `rates` outlives this.
   DeviceLoop(Backend& backend, const Settings& settings, const Clock& clock, EndedCallback ended,
-             RoundCounters& counters);
+             RoundCounters& counters, RateQuota& rates);
 
   void Admit(StepWork work, int64_t submitted_us);
   // Ends cancelled requests, starts those that can start, steps one batch, ends complete requests.
-  // While has_requests(), every round makes progress. Returns the duration of the batch [us]; none:
+  // While is_busy(), every round makes progress. Returns the duration of the batch [us]; none:
   // there was no batch. If the backend runs ahead, answers whose states are still on their way stay
   // behind: they are given while the batch of the next round is stepped.
   std::optional<int64_t> RunRound();
@@ -74,6 +76,11 @@ class DeviceLoop {
   // The session of each answer that stayed behind.
   std::vector<std::string> UnansweredSessions() const;
   bool has_requests() const { return !requests_.empty(); }
+  // When the next round is due, after RunRound: until then every request is held back by the rate
+  // of its tenant, and nobody's time is over. Not later than kLook_us from now, because clients may
+  // give up. None: at once, or there are no requests.
+  std::optional<int64_t> RestUntil_us() const;
+  static constexpr int64_t kLook_us = 100'000;
   // Ends every request with this status.
   void EndAll(const Status& status);
 
@@ -82,6 +89,11 @@ class DeviceLoop {
 
   // Moves the requests that are over from requests_ to the result; starts those that can start.
   std::vector<RequestPointer> StartAndEnd();
+  // Ends the request if nobody waits for it any longer, or if it would wait in vain.
+  void EndIfPointless(ActiveRequest& request, int64_t now_us);
+  // When the rate of its tenant allows the request to go on; none: now. A long step that has begun
+  // goes on: it holds memory that others may need.
+  std::optional<int64_t> HeldBackUntil_us(const ActiveRequest& request, int64_t now_us) const;
   // The part of a batch that comes from one request.
   struct Part {
     ActiveRequest* request = nullptr;
@@ -112,6 +124,8 @@ class DeviceLoop {
   // what the batch cost.
   void CompleteSteps(const std::vector<Part>& parts, const std::vector<StepReport>& reports,
                      double cost_us);
+  // Tells the rates what was done for each tenant.
+  void Charge(const std::vector<Part>& parts);
   // Divides the cost of a batch among its cloths. Returns the solves that it may have made.
   static double MeasureCosts(const std::vector<Part>& parts, double cost_us);
   // Reads the positions of the cloths whose watch wants them, to find out whether they are at rest.
@@ -141,6 +155,7 @@ class DeviceLoop {
   const Clock& clock_;
   const EndedCallback ended_;
   RoundCounters& counters_;
+  RateQuota& rates_;
   std::list<RequestPointer> requests_;  // in order of arrival
   SessionIndex sessions_;
   FairShare share_;

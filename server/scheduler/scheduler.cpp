@@ -11,7 +11,11 @@
 namespace drape {
 namespace {
 
-Status CheckAlive(ClothSpan cloths) {
+// Whether the states of the cloths are there, and somebody wants them.
+Status CheckReadable(ClothSpan cloths, const CancelToken& cancel) {
+  if (cancel.is_cancelled()) {
+    return {StatusCode::kCancelled, "CANCELLED", "the client cancelled the request"};
+  }
   if (std::all_of(cloths.begin(), cloths.end(),
                   [](const auto& cloth) { return cloth->is_alive(); })) {
     return Status::Ok();
@@ -74,15 +78,16 @@ Status Scheduler::Submit(StepWork work) {
 Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                              const StateFields& fields,
                              std::function<void(Result<ClothStates>)> done,
-                             const std::string& session, const std::string& tenant) {
+                             const std::string& session, const std::string& tenant,
+                             const CancelToken& cancel) {
   DRAPE_CHECK(fields.any(), "nothing to read");
   DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session, tenant));
   return core_->Post([core = core_.get(), cloths = std::move(cloths), fields,
-                      done = std::move(done),
-                      in_flight = std::move(permit)](Backend& backend) mutable {
-    const Status alive = CheckAlive(cloths);
+                      done = std::move(done), in_flight = std::move(permit),
+                      cancel](Backend& backend) mutable {
+    const Status readable = CheckReadable(cloths, cancel);
     auto states = std::make_shared<Result<ClothStates>>(
-        alive.ok() ? Result<ClothStates>(ReadClothStates(backend, cloths, fields)) : alive);
+        readable.ok() ? Result<ClothStates>(ReadClothStates(backend, cloths, fields)) : readable);
     // Moved, because the command itself exists until the round is over.
     if (states->ok()) (*states)->in_flight = std::move(in_flight);
     in_flight.reset();
@@ -93,15 +98,16 @@ Status Scheduler::ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths,
 Status Scheduler::ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                                  const StateFields& fields, bool on_device,
                                  std::function<void(Result<ClothStates>)> done,
-                                 const std::string& session, const std::string& tenant) {
+                                 const std::string& session, const std::string& tenant,
+                                 const CancelToken& cancel) {
   DRAPE_CHECK(fields.any(), "nothing to read");
   DRAPE_ASSIGN_OR_RETURN(std::shared_ptr<void> permit, core_->read_permits().Take(session, tenant));
   return core_->Post([cloths = std::move(cloths), fields, on_device, done = std::move(done),
-                      in_flight = std::move(permit)](Backend& backend) mutable {
-    const Status alive = CheckAlive(cloths);
-    if (!alive.ok()) {
+                      in_flight = std::move(permit), cancel](Backend& backend) mutable {
+    const Status readable = CheckReadable(cloths, cancel);
+    if (!readable.ok()) {
       in_flight.reset();
-      return done(alive);
+      return done(readable);
     }
     ClothStates states = ReadForPicture(backend, cloths, fields, on_device);
     states.in_flight = std::move(in_flight);
@@ -135,6 +141,14 @@ bool Scheduler::is_draining() const {
 
 SchedulerCounters Scheduler::counters() const {
   return core_->counters();
+}
+
+QueuedRequests Scheduler::queued_requests() const {
+  return core_->queued_requests();
+}
+
+RateQuota& Scheduler::rates() {
+  return core_->rates();
 }
 
 void Scheduler::HoldForTest() {

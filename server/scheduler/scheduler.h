@@ -6,11 +6,13 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <unordered_map>
 
 #include "server/core/clock.h"
 #include "server/core/duration_histogram.h"
 #include "server/core/status.h"
 #include "server/scheduler/observers.h"
+#include "server/scheduler/rate_quota.h"
 #include "server/scheduler/step_work.h"
 #include "server/solver/backend.h"
 
@@ -67,6 +69,12 @@ struct SchedulerCounters {
   uint32_t queued_commands = 0;                 // now
 };
 
+// Step requests submitted and not yet ended.
+struct QueuedRequests {
+  std::unordered_map<std::string, uint32_t> by_session;
+  std::unordered_map<std::string, uint32_t> by_owner;  // StepWork::owner
+};
+
 // Thread-safe unless a method says otherwise. Methods never wait for the device unless they say so.
 //
 // Order: the commands and requests of one caller are taken over in that order, commands first
@@ -111,10 +119,11 @@ class Scheduler {
   // Reads states between two rounds; `done` on the completion thread: NOT_FOUND (CLOTH_NOT_FOUND)
   // if one of the cloths was deleted. Errors as for Post, and RESOURCE_EXHAUSTED (TOO_MANY_READS,
   // with retry_after): a read counts until the states (or their `in_flight`) are dropped.
-  // `session`, `tenant`: as in StepWork; no session: only the limit in all applies.
+  // `session`, `tenant`: as in StepWork; no session: only the limit in all applies. With `cancel`
+  // used before its turn nothing is read: CANCELLED.
   Status ReadStates(std::vector<std::shared_ptr<ClothRuntime>> cloths, const StateFields& fields,
                     std::function<void(Result<ClothStates>)> done, const std::string& session = {},
-                    const std::string& tenant = {});
+                    const std::string& tenant = {}, const CancelToken& cancel = {});
 
   // ReadStates for a picture, of whole cloths: `fields` names no particles. `done` on the DEVICE
   // thread: it must only pass the states on. `on_device`: the caller accepts a copy that stays on
@@ -122,7 +131,7 @@ class Scheduler {
   Status ReadForDrawing(std::vector<std::shared_ptr<ClothRuntime>> cloths,
                         const StateFields& fields, bool on_device,
                         std::function<void(Result<ClothStates>)> done, const std::string& session,
-                        const std::string& tenant = {});
+                        const std::string& tenant = {}, const CancelToken& cancel = {});
 
   // Starts a subscription; see ObserverSpec. Errors as for Post, and RESOURCE_EXHAUSTED
   // (TOO_MANY_SUBSCRIPTIONS).
@@ -136,6 +145,9 @@ class Scheduler {
   bool is_draining() const;
 
   SchedulerCounters counters() const;
+  QueuedRequests queued_requests() const;
+  // Without limits until somebody sets them.
+  RateQuota& rates();
 
   // Tests only: the device thread does nothing, not even commands, until released. Returns when the
   // current round is over. Drain releases.

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/core/trace.h"
 
 namespace drape {
 namespace {
@@ -30,6 +31,12 @@ bool IsShort(const StepWork& work, const StepOutcome& outcome) {
   return particles <= kMaxParticlesGivenAtOnce;
 }
 
+// The earlier of two times, of which either may be missing.
+std::optional<int64_t> Earlier(std::optional<int64_t> a, std::optional<int64_t> b) {
+  if (!a || !b) return a ? a : b;
+  return std::min(*a, *b);
+}
+
 Status QueueFull(const std::string& limit, uint32_t value, int64_t retry_after_ms) {
   Status status(StatusCode::kResourceExhausted, "QUEUE_FULL",
                 "the queue is full: " + limit + " is " + std::to_string(value));
@@ -46,6 +53,7 @@ Status DrainingStatus() {
 Scheduler::Core::Core(const SchedulerLimits& limits, const Clock& clock)
     : limits_(limits),
       clock_(clock),
+      rates_(clock),
       observer_permits_("TOO_MANY_SUBSCRIPTIONS",
                         {"max_observers_per_session", limits.max_observers_per_session},
                         PermitLimit{"max_observers", limits.max_observers}, std::nullopt),
@@ -91,15 +99,15 @@ Status Scheduler::Core::Submit(StepWork work) {
   if (request_count_ >= limits_.max_queued_requests) {
     return QueueFull("max_queued_requests", limits_.max_queued_requests, limits_.retry_after_ms);
   }
-  const auto session = requests_by_session_.try_emplace(work.session, 0).first;
+  const auto session = requests_.by_session.try_emplace(work.session, 0).first;
   if (session->second >= limits_.max_queued_requests_per_session) {
     return QueueFull("max_queued_requests_per_session", limits_.max_queued_requests_per_session,
                      limits_.retry_after_ms);
   }
   const uint32_t half = std::max(1u, limits_.max_queued_requests / 2);
-  const auto owner = requests_by_owner_.try_emplace(work.owner(), 0).first;
+  const auto owner = requests_.by_owner.try_emplace(work.owner(), 0).first;
   if (!work.tenant.empty() && owner->second >= half) {
-    if (session->second == 0) requests_by_session_.erase(session);
+    if (session->second == 0) requests_.by_session.erase(session);
     return QueueFull("max_queued_requests of one tenant", half, limits_.retry_after_ms);
   }
   ++owner->second;
@@ -118,11 +126,11 @@ void Scheduler::Core::EndRequest(StepWork work, StepOutcome outcome) {
   {
     const std::lock_guard lock(mutex_);
     --request_count_;
-    const auto session = requests_by_session_.find(work.session);
+    const auto session = requests_.by_session.find(work.session);
     gathering_.Answer(work.session, --session->second, clock_.NowUs());
-    if (session->second == 0) requests_by_session_.erase(session);
-    const auto owner = requests_by_owner_.find(work.owner());
-    if (--owner->second == 0) requests_by_owner_.erase(owner);
+    if (session->second == 0) requests_.by_session.erase(session);
+    const auto owner = requests_.by_owner.find(work.owner());
+    if (--owner->second == 0) requests_.by_owner.erase(owner);
     is_idle = request_count_ == 0 && commands_.empty() && observers_.size() == 0;
   }
   Give(std::move(work), std::move(outcome), is_idle);
@@ -142,6 +150,7 @@ void Scheduler::Core::Give(StepWork work, StepOutcome outcome, bool is_idle) {
 
 void Scheduler::Core::DeviceThread(const BackendFactory& factory, std::promise<Status>& started) {
   device_thread_id_ = std::this_thread::get_id();
+  trace::NameThread("device");
   Result<std::unique_ptr<Backend>> made = factory();
   if (!made.ok()) {
     started.set_value(made.status());
@@ -166,11 +175,14 @@ void Scheduler::Core::RunRounds(Backend& backend) {
       [this](StepWork work, StepOutcome outcome) {
         EndRequest(std::move(work), std::move(outcome));
       },
-      round_counters_);
-  std::optional<int64_t> wake_at_us;
+      round_counters_, rates_);
+  Load load;
   for (;;) {
-    Inbox inbox = TakeInbox(loop.has_requests(), wake_at_us);
-    for (DeviceCommand& command : inbox.commands) command(backend);
+    Inbox inbox = TakeInbox(load);
+    for (DeviceCommand& command : inbox.commands) {
+      const trace::Span span("command");
+      command(backend);
+    }
     for (Submission& submission : inbox.submissions) {
       loop.Admit(std::move(submission.work), submission.submitted_us);
     }
@@ -179,29 +191,32 @@ void Scheduler::Core::RunRounds(Backend& backend) {
       const std::lock_guard lock(mutex_);
       gathering_.EndBatch(*batch_us);
     }
-    if (!MayAnswersWait(loop)) loop.GiveAnswers();
-    wake_at_us = observers_.Serve(backend, clock_.NowUs());
+    const std::optional<int64_t> rest_until_us = loop.RestUntil_us();
+    load.has_requests = loop.has_requests();
+    load.is_busy = load.has_requests && !rest_until_us;
+    if (!MayAnswersWait(loop, load.is_busy)) loop.GiveAnswers();
+    load.wake_at_us = Earlier(observers_.Serve(backend, clock_.NowUs()), rest_until_us);
   }
   loop.EndAll(DrainingStatus());
   observers_.EndAll(DrainingStatus());
   if (last_command_) last_command_(backend);
 }
 
-bool Scheduler::Core::IsBatchDue(bool has_requests) const {
+bool Scheduler::Core::IsBatchDue(bool is_busy) const {
   if (submissions_.empty()) return false;
-  return has_requests || is_draining_ || gathering_.awaited_count() == 0;
+  return is_busy || is_draining_ || gathering_.awaited_count() == 0;
 }
 
-bool Scheduler::Core::MayAnswersWait(const DeviceLoop& loop) const {
+bool Scheduler::Core::MayAnswersWait(const DeviceLoop& loop, bool is_busy) const {
   if (observers_.size() > 0) return false;
   const std::lock_guard lock(mutex_);
   if (is_held_ || !commands_.empty()) return false;
-  if (loop.has_requests()) return true;
+  if (is_busy) return true;
   if (!IsBatchDue(false)) return false;
   std::map<std::string, uint32_t> unanswered;
   for (const std::string& session : loop.UnansweredSessions()) ++unanswered[session];
   return std::all_of(unanswered.begin(), unanswered.end(), [&](const auto& entry) {
-    return requests_by_session_.at(entry.first) > entry.second;
+    return requests_.by_session.at(entry.first) > entry.second;
   });
 }
 
@@ -225,9 +240,9 @@ void Scheduler::Core::SpinForNews(std::unique_lock<std::mutex>& lock, int64_t un
   lock.lock();
 }
 
-bool Scheduler::Core::HasWork(bool has_requests) const {
-  return has_requests || is_woken_ || is_draining_ || !commands_.empty() ||
-         IsBatchDue(has_requests);
+bool Scheduler::Core::HasWork(const Load& load) const {
+  return load.is_busy || is_woken_ || !commands_.empty() || IsBatchDue(load.is_busy) ||
+         IsAtTheEnd(load.has_requests);
 }
 
 void Scheduler::Core::Sleep(std::unique_lock<std::mutex>& lock, const Deadline& until) {
@@ -238,11 +253,11 @@ void Scheduler::Core::Sleep(std::unique_lock<std::mutex>& lock, const Deadline& 
   }
 }
 
-void Scheduler::Core::WaitForWork(std::unique_lock<std::mutex>& lock, bool has_requests,
-                                  std::optional<int64_t> wake_at_us) {
+void Scheduler::Core::WaitForWork(std::unique_lock<std::mutex>& lock, const Load& load) {
   using std::chrono::microseconds;
   using std::chrono::steady_clock;
   Deadline wake_at;
+  const std::optional<int64_t> wake_at_us = load.wake_at_us;
   if (wake_at_us.has_value()) {
     const int64_t wait_us = std::max(*wake_at_us - clock_.NowUs(), kMinWait_us);
     wake_at = steady_clock::now() + microseconds(wait_us);
@@ -254,7 +269,7 @@ void Scheduler::Core::WaitForWork(std::unique_lock<std::mutex>& lock, bool has_r
       Sleep(lock, std::nullopt);
       continue;
     }
-    if (HasWork(has_requests)) return;
+    if (HasWork(load)) return;
     if (wake_at.has_value() && steady_clock::now() >= *wake_at) return;
     const int64_t spin_until_us = gathering_.SpinUntil();
     if (now_us < spin_until_us) {
@@ -270,19 +285,18 @@ void Scheduler::Core::WaitForWork(std::unique_lock<std::mutex>& lock, bool has_r
   }
 }
 
-Scheduler::Core::Inbox Scheduler::Core::TakeInbox(bool has_requests,
-                                                  std::optional<int64_t> wake_at_us) {
+Scheduler::Core::Inbox Scheduler::Core::TakeInbox(const Load& load) {
   std::unique_lock lock(mutex_);
   is_parked_ = true;
   parked_.notify_all();
-  WaitForWork(lock, has_requests, wake_at_us);
+  WaitForWork(lock, load);
   is_parked_ = false;
   is_woken_ = false;
   Inbox inbox;
-  inbox.is_last = IsAtTheEnd(has_requests);
+  inbox.is_last = IsAtTheEnd(load.has_requests);
   is_stopped_ = inbox.is_last;
   inbox.commands.swap(commands_);
-  if (IsBatchDue(has_requests) || inbox.is_last) inbox.submissions.swap(submissions_);
+  if (IsBatchDue(load.is_busy) || inbox.is_last) inbox.submissions.swap(submissions_);
   return inbox;
 }
 
@@ -324,6 +338,11 @@ void Scheduler::Core::Wake() {
 bool Scheduler::Core::is_draining() const {
   const std::lock_guard lock(mutex_);
   return is_draining_;
+}
+
+QueuedRequests Scheduler::Core::queued_requests() const {
+  const std::lock_guard lock(mutex_);
+  return requests_;
 }
 
 SchedulerCounters Scheduler::Core::counters() const {

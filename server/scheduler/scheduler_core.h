@@ -41,11 +41,13 @@ class Scheduler::Core {
 
   bool is_draining() const;
   SchedulerCounters counters() const;
+  QueuedRequests queued_requests() const;
   const BackendDescription& description() const { return description_; }
   const SchedulerLimits& limits() const { return limits_; }
   CompletionQueue& completions() { return completions_; }
   SessionPermits& observer_permits() { return observer_permits_; }
   SessionPermits& read_permits() { return read_permits_; }
+  RateQuota& rates() { return rates_; }
   bool IsOnOwnThread() const {
     return std::this_thread::get_id() == device_thread_id_ || completions_.IsOnThread();
   }
@@ -67,22 +69,27 @@ class Scheduler::Core {
 
   void DeviceThread(const BackendFactory& factory, std::promise<Status>& started);
   void RunRounds(Backend& backend);
-  // Waits until there is something to do, or until `wake_at_us` by the clock.
-  Inbox TakeInbox(bool has_requests, std::optional<int64_t> wake_at_us);
+  // What the device thread has to do besides the inbox.
+  struct Load {
+    bool has_requests = false;
+    bool is_busy = false;               // a round makes progress now
+    std::optional<int64_t> wake_at_us;  // by the clock, when there may be something to do
+  };
+  // Waits until there is something to do, or until `load.wake_at_us`.
+  Inbox TakeInbox(const Load& load);
   void EndRequest(StepWork work, StepOutcome outcome);
   // Gives the answer to a request. `is_idle`: the device thread has nothing else to do.
   void Give(StepWork work, StepOutcome outcome, bool is_idle);
   // Whether answers that stayed behind may wait for the next batch: it comes at once, and nothing
   // would overtake them. A session with nothing else under way is answered at once: it may be about
   // to come back, and batches wait for such sessions (Gathering).
-  bool MayAnswersWait(const DeviceLoop& loop) const;
+  bool MayAnswersWait(const DeviceLoop& loop, bool is_busy) const;
 
   // --- With mutex_ held.
 
   // Returns when there is work, or at that time by the clock.
-  void WaitForWork(std::unique_lock<std::mutex>& lock, bool has_requests,
-                   std::optional<int64_t> wake_at_us);
-  bool HasWork(bool has_requests) const;
+  void WaitForWork(std::unique_lock<std::mutex>& lock, const Load& load);
+  bool HasWork(const Load& load) const;
   // Returns when notified, or at that time; none: only when notified. Unlocks meanwhile.
   using Deadline = std::optional<std::chrono::steady_clock::time_point>;
   void Sleep(std::unique_lock<std::mutex>& lock, const Deadline& until);
@@ -91,7 +98,7 @@ class Scheduler::Core {
   // Returns when notified, or at that time by the clock, without sleeping. Unlocks meanwhile.
   void SpinForNews(std::unique_lock<std::mutex>& lock, int64_t until_us);
   // Whether the waiting submissions need not wait for more of them.
-  bool IsBatchDue(bool has_requests) const;
+  bool IsBatchDue(bool is_busy) const;
   bool IsAtTheEnd(bool has_requests) const;
 
   const SchedulerLimits limits_;
@@ -100,6 +107,7 @@ class Scheduler::Core {
   std::thread::id device_thread_id_;  // constant after Start
   CompletionQueue completions_;
   RoundCounters round_counters_;
+  RateQuota rates_;
   SessionPermits observer_permits_;
   SessionPermits read_permits_;
   ObserverSet observers_;  // device thread
@@ -110,9 +118,7 @@ class Scheduler::Core {
   std::condition_variable parked_;  // for Hold
   std::deque<DeviceCommand> commands_;
   std::deque<Submission> submissions_;
-  // Step requests submitted and not yet ended.
-  std::unordered_map<std::string, uint32_t> requests_by_session_;
-  std::unordered_map<std::string, uint32_t> requests_by_owner_;  // StepWork::owner
+  QueuedRequests requests_;
   uint32_t request_count_ = 0;
   Gathering gathering_;
   bool is_woken_ = false;

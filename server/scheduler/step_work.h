@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -107,6 +108,8 @@ struct StepOutcome {
   //   INVALID_ARGUMENT: until_step is more than max_steps_per_request steps away
   //   NOT_FOUND CLOTH_NOT_FOUND: a cloth was deleted before or during the request
   //   CANCELLED CANCELLED: the token was used; completed steps stay
+  //   CANCELLED DEADLINE_PASSED: nothing has moved
+  //   RESOURCE_EXHAUSTED RATE_EXCEEDED: the rate of the tenant lets nothing begin in time
   //   UNAVAILABLE DRAINING: the server shuts down
   Status status;
   std::vector<ClothOutcome> cloths;  // same order as StepWork::cloths
@@ -140,6 +143,8 @@ struct StepWork {
   bool grip_states = false;  // ClothOutcome::grips
   StateFields view;          // states after the last step
   CancelToken cancel;        // takes effect after the current round
+  // When the client stops waiting, by the clock of the scheduler; it must have started by then.
+  int64_t deadline_us = std::numeric_limits<int64_t>::max();
   // Called exactly once, in order of completion, on the completion thread, or on the device thread
   // if that has nothing else to do. Must not block.
   std::function<void(StepOutcome)> done;

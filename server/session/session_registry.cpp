@@ -33,6 +33,16 @@ std::string RandomToken() {
   return token;
 }
 
+Status ExpiredStatus() {
+  return {StatusCode::kNotFound, "SESSION_EXPIRED",
+          "the session has expired; its cloths are deleted"};
+}
+
+// " tenant=lab"; empty where there are no tenants. Their names need no quotes.
+std::string TenantField(const std::string& tenant) {
+  return tenant.empty() ? "" : " tenant=" + tenant;
+}
+
 }  // namespace
 
 std::string ShortSessionName(const std::string& name) {
@@ -93,7 +103,8 @@ Result<SessionLease> SessionRegistry::Create(std::optional<double> ttl_s,
   const std::lock_guard lock(mutex_);
   DRAPE_ASSIGN_OR_RETURN(SessionLease lease, Insert(std::make_shared<Session>(
                                                  commons_, name, display_name, ttl, tenant)));
-  LogEvent(fmt::format("session_created name={} ttl_s={}", ShortSessionName(name), ttl));
+  LogEvent(fmt::format("session_created name={}{} ttl_s={}", ShortSessionName(name),
+                       TenantField(tenant), ttl));
   return lease;
 }
 
@@ -153,11 +164,9 @@ Status SessionRegistry::CheckLive(const std::string& name, const std::string& te
   const auto found = sessions_.find(name);
   const bool exists = found != sessions_.end() && found->second.session->tenant() == tenant;
   if (exists && !IsExpired(found->second, clock_.NowUs())) return Status::Ok();
-  const auto expired = expired_names_.find(name);
-  if (exists || (expired != expired_names_.end() && expired->second == tenant)) {
-    return {StatusCode::kNotFound, "SESSION_EXPIRED",
-            "the session has expired; its cloths are deleted"};
-  }
+  if (exists) return ExpiredStatus();
+  const auto ended = ended_names_.find(name);
+  if (ended != ended_names_.end() && ended->second.tenant == tenant) return ended->second.answer;
   constexpr std::string_view kPrefix = "sessions/";
   if (has_lasting_id_ && name.starts_with(kPrefix) &&
       !name.substr(kPrefix.size()).starts_with(server_id_ + "-")) {
@@ -186,6 +195,8 @@ void SessionRegistry::EndLease(const Session& session) {
 
 SessionView SessionRegistry::ViewOf(const Entry& entry, int64_t now_us) const {
   SessionView view;
+  view.number = entry.creation_number;
+  view.tenant = entry.session->tenant();
   view.name = entry.session->name();
   view.display_name = entry.session->display_name();
   view.ttl_s = entry.session->ttl_s();
@@ -214,6 +225,16 @@ Result<SessionView> SessionRegistry::Renew(const std::string& name, const std::s
 
 Result<SessionPage> SessionRegistry::List(uint32_t page_size, const std::string& page_token,
                                           const std::string& tenant) const {
+  return ListOf(page_size, page_token, &tenant);
+}
+
+Result<SessionPage> SessionRegistry::ListAll(uint32_t page_size,
+                                             const std::string& page_token) const {
+  return ListOf(page_size, page_token, nullptr);
+}
+
+Result<SessionPage> SessionRegistry::ListOf(uint32_t page_size, const std::string& page_token,
+                                            const std::string* tenant) const {
   DRAPE_ASSIGN_OR_RETURN(const uint64_t after, ParsePageToken(page_token));
   const uint32_t size = EffectivePageSize(page_size);
   const std::lock_guard lock(mutex_);
@@ -222,7 +243,8 @@ Result<SessionPage> SessionRegistry::List(uint32_t page_size, const std::string&
   uint64_t last = 0;
   for (auto it = names_by_creation_.upper_bound(after); it != names_by_creation_.end(); ++it) {
     const Entry& entry = sessions_.at(it->second);
-    if (IsExpired(entry, now_us) || entry.session->tenant() != tenant) continue;
+    if (IsExpired(entry, now_us)) continue;
+    if (tenant != nullptr && entry.session->tenant() != *tenant) continue;
     if (page.sessions.size() == size) {
       page.next_page_token = MakePageToken(last);
       break;
@@ -240,13 +262,22 @@ void SessionRegistry::Remove(const std::string& name) {
   sessions_.erase(found);
 }
 
-void SessionRegistry::RememberExpired(const Session& session) {
-  expired_.push_back(session.name());
-  expired_names_.emplace(session.name(), session.tenant());
-  while (expired_.size() > commons_->limits.max_expired_names) {
-    expired_names_.erase(expired_.front());
-    expired_.pop_front();
+void SessionRegistry::RememberEnded(const std::string& name, const std::string& tenant,
+                                    const Status& answer) {
+  if (!ended_names_.emplace(name, Ended{tenant, answer}).second) return;
+  ended_.push_back(name);
+  while (ended_.size() > commons_->limits.max_ended_names) {
+    ended_names_.erase(ended_.front());
+    ended_.pop_front();
   }
+}
+
+void SessionRegistry::RememberLost(const std::string& name, const std::string& tenant) {
+  const std::lock_guard lock(mutex_);
+  RememberEnded(name, tenant,
+                {StatusCode::kNotFound, "STATE_LOST",
+                 "the session was lost with the device or the process that held it; create it "
+                 "again"});
 }
 
 void SessionRegistry::Delete(const std::string& name, std::function<void(Status)> done,
@@ -268,8 +299,25 @@ void SessionRegistry::Delete(const std::string& name, std::function<void(Status)
     done(status);
     return;
   }
-  LogEvent(fmt::format("session_deleted name={}", ShortSessionName(name)));
+  LogEvent(fmt::format("session_deleted name={}{}", ShortSessionName(name), TenantField(tenant)));
   session->Close(std::move(done));
+}
+
+void SessionRegistry::Drop(uint64_t number, std::function<void(Status)> done) {
+  std::string name, tenant;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto found = names_by_creation_.find(number);
+    if (found != names_by_creation_.end()) {
+      name = found->second;
+      tenant = sessions_.at(name).session->tenant();
+    }
+  }
+  if (name.empty()) {
+    return done({StatusCode::kNotFound, "SESSION_NOT_FOUND",
+                 "no session has the number " + std::to_string(number)});
+  }
+  Delete(name, std::move(done), tenant);
 }
 
 size_t SessionRegistry::ReapExpired() {
@@ -291,12 +339,12 @@ size_t SessionRegistry::ReapExpired() {
                   [&](const auto& session) { return !sessions_.contains(session->name()); });
     for (const auto& session : expired) {
       Remove(session->name());
-      RememberExpired(*session);
+      RememberEnded(session->name(), session->tenant(), ExpiredStatus());
     }
   }
   for (const auto& session : expired) {
-    LogEvent(fmt::format("session_expired name={} cloths={}", ShortSessionName(session->name()),
-                         session->cloth_count()));
+    LogEvent(fmt::format("session_expired name={}{} cloths={}", ShortSessionName(session->name()),
+                         TenantField(session->tenant()), session->cloth_count()));
     session->Close([](const Status&) {});
   }
   return expired.size();
@@ -311,6 +359,20 @@ ServerTotals SessionRegistry::TotalsOfAll() const {
     totals.particle_count += entry.session->particle_count();
   }
   return totals;
+}
+
+std::map<std::string, TenantTotals> SessionRegistry::TotalsByTenant() const {
+  const std::lock_guard lock(mutex_);
+  std::map<std::string, TenantTotals> by_tenant;
+  for (const auto& [name, entry] : sessions_) {
+    TenantTotals& tenant = by_tenant[entry.session->tenant()];
+    ++tenant.totals.session_count;
+    tenant.totals.cloth_count += entry.session->cloth_count();
+    tenant.totals.particle_count += entry.session->particle_count();
+    const bool is_own = entry.session->tenant().empty();  // each session is an owner
+    if (is_own || tenant.owners.empty()) tenant.owners.push_back(entry.session->owner());
+  }
+  return by_tenant;
 }
 
 ServerTotals SessionRegistry::Totals(const std::string& tenant) const {

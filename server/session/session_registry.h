@@ -48,7 +48,9 @@ class SessionLease {
 
 // A session as lists and answers show it.
 struct SessionView {
-  std::string name;  // in full; shorten it (ShortSessionName) before showing it to other clients
+  uint64_t number = 0;  // in order of creation
+  std::string name;     // in full; shorten it (ShortSessionName) before showing it to other clients
+  std::string tenant;
   std::string display_name;
   double ttl_s = 0;
   double remaining_s = 0;  // the whole ttl while a request is under way
@@ -74,6 +76,12 @@ struct ServerTotals {
   uint32_t session_count = 0;
   uint32_t cloth_count = 0;
   uint64_t particle_count = 0;
+};
+
+// Of one tenant, or of all sessions without one.
+struct TenantTotals {
+  ServerTotals totals;
+  std::vector<std::string> owners;  // of its sessions, each once (Session::owner)
 };
 
 // "sessions/<server id>-<32 hexadecimal digits>" -> "sessions/<server id>-<first 4 digits>...".
@@ -105,6 +113,9 @@ class SessionRegistry {
   void SetBeforeExpiry(std::function<void(const std::shared_ptr<Session>&)> before) {
     before_expiry_ = std::move(before);
   }
+  // From now on the name answers STATE_LOST where it would answer SESSION_NOT_FOUND: for sessions
+  // of an earlier run that cannot be returned.
+  void RememberLost(const std::string& name, const std::string& tenant);
   // To all others but its tenant a session is NOT_FOUND (SESSION_NOT_FOUND), here and below.
   // The session for a request; renews it. NOT_FOUND: SESSION_EXPIRED for a while after expiry, then
   // SESSION_NOT_FOUND. A session is expired once its time is over, even if it was not reaped yet.
@@ -114,12 +125,17 @@ class SessionRegistry {
   // Those of the tenant, in order of creation. Page rules as Session::ListCloths.
   Result<SessionPage> List(uint32_t page_size, const std::string& page_token,
                            const std::string& tenant = {}) const;
+  // The same of all tenants.
+  Result<SessionPage> ListAll(uint32_t page_size, const std::string& page_token) const;
   // Find, then Get.
   Result<SessionView> Renew(const std::string& name, const std::string& tenant = {});
   // Removes the session at once; `done` (as Session::DeleteCloths) when its cloths are freed.
   // Requests under way end with NOT_FOUND. Errors as Find.
   void Delete(const std::string& name, std::function<void(Status)> done,
               const std::string& tenant = {});
+
+  // The same by SessionView::number, of any tenant.
+  void Drop(uint64_t number, std::function<void(Status)> done);
 
   // Removes every session whose time is over, and its cloths. Returns how many. Called by a Reaper.
   size_t ReapExpired();
@@ -128,8 +144,15 @@ class SessionRegistry {
   ServerTotals Totals(const std::string& tenant = {}) const;
   // Of all sessions, and what RequestMemory keeps for them.
   ServerTotals TotalsOfAll() const;
+  std::map<std::string, TenantTotals> TotalsByTenant() const;
   uint64_t remembered_bytes() const { return commons_->remembered->used_bytes(); }
   uint64_t saved_bytes() const { return commons_->saved->used_bytes(); }
+  uint64_t remembered_bytes(const std::string& owner) const {
+    return commons_->remembered->used_bytes(owner);
+  }
+  uint64_t saved_bytes(const std::string& owner) const {
+    return commons_->saved->used_bytes(owner);
+  }
   const SessionLimits& limits() const { return commons_->limits; }
 
  private:
@@ -144,12 +167,15 @@ class SessionRegistry {
   // --- With mutex_ held.
   bool IsExpired(const Entry& entry, int64_t now_us) const;
   Status CheckLive(const std::string& name, const std::string& tenant) const;
+  // Those of one tenant; null: of all.
+  Result<SessionPage> ListOf(uint32_t page_size, const std::string& page_token,
+                             const std::string* tenant) const;
   SessionView ViewOf(const Entry& entry, int64_t now_us) const;
   void RenewEntry(Entry& entry);
   // With one lease; the quota of the tenant is taken, or the limit that forbids it is named.
   Result<SessionLease> Insert(std::shared_ptr<Session> session);
   void Remove(const std::string& name);
-  void RememberExpired(const Session& session);
+  void RememberEnded(const std::string& name, const std::string& tenant, const Status& answer);
 
   void EndLease(const Session& session);
   // A line about a session; a bounded number per second.
@@ -166,8 +192,13 @@ class SessionRegistry {
   std::unordered_map<std::string, Entry> sessions_;    // by name
   std::map<uint64_t, std::string> names_by_creation_;  // for lists
   uint64_t next_creation_number_ = 1;
-  std::deque<std::string> expired_;                             // oldest first
-  std::unordered_map<std::string, std::string> expired_names_;  // name -> tenant
+  // Sessions that have ended, but not because somebody deleted them.
+  struct Ended {
+    std::string tenant;
+    Status answer;
+  };
+  std::deque<std::string> ended_;  // oldest first
+  std::unordered_map<std::string, Ended> ended_names_;
 };
 
 }  // namespace drape

@@ -120,7 +120,13 @@ TEST(Mapping, AStepAnswerNamesFaultedCloths) {
 }
 
 TEST(Mapping, ASessionShowsItsLease) {
-  const v1::Session session = ToProto(SessionView{"sessions/a-b", "my cloths", 300, 12.5, 3, 4096});
+  const v1::Session session = ToProto(SessionView{.name = "sessions/a-b",
+                                                  .tenant = "lab",
+                                                  .display_name = "my cloths",
+                                                  .ttl_s = 300,
+                                                  .remaining_s = 12.5,
+                                                  .cloth_count = 3,
+                                                  .particle_count = 4096});
   EXPECT_EQ(session.name(), "sessions/a-b");
   EXPECT_EQ(session.display_name(), "my cloths");
   EXPECT_EQ(session.ttl_s(), 300);

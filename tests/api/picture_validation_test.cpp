@@ -206,6 +206,10 @@ TEST(CheckRender, TilesHaveACameraAndALimit) {
   EXPECT_TRUE(spec->is_tiled && spec->is_raw);
   EXPECT_TRUE(CheckTiles(*spec, 2048).ok());
   ExpectViolation(CheckTiles(*spec, 2049), "tiles", "16785408 pixels together, at most 16777216");
+  request.set_depths(true);
+  EXPECT_TRUE(CheckTiles(*CheckRender(request), 1024).ok());
+  ExpectViolation(CheckTiles(*CheckRender(request), 1025), "tiles", "at most 8388608 with depths");
+  request.set_depths(false);
   request.set_encoding(static_cast<v1::RenderRequest::Encoding>(7));
   ExpectViolation(CheckRender(request).status(), "encoding", "7");
   request.set_tiles(false);

@@ -29,16 +29,53 @@ TEST(TokenFile, ATenantMayHaveSeveralTokens) {
   EXPECT_EQ(tokens->TenantOf("secret"), tokens->TenantOf("other"));
 }
 
+TEST(TokenFile, AnOperatorIsNoTenant) {
+  const auto tokens = TokenFile::Parse("@operator " + kHash + "\na " + kOther + "\n", "file");
+  ASSERT_TRUE(tokens.ok()) << tokens.status().message();
+  EXPECT_TRUE(tokens->IsOperator("secret"));
+  EXPECT_FALSE(tokens->IsOperator("other"));
+  EXPECT_FALSE(tokens->IsOperator(""));
+  EXPECT_FALSE(tokens->TenantOf("secret").has_value());
+  EXPECT_EQ(tokens->tenants(), std::set<std::string>{"a"});
+}
+
+TEST(TokenFile, ATenantMayHaveARateOfItsOwn) {
+  const auto tokens = TokenFile::Parse(
+      "a " + kHash + " particle_substeps_per_s=2.5e9 # fast\nb " + kOther + "\n", "file");
+  ASSERT_TRUE(tokens.ok()) << tokens.status().message();
+  EXPECT_EQ(tokens->rates(), (std::unordered_map<std::string, double>{{"a", 2.5e9}}));
+  EXPECT_EQ(tokens->TenantOf("secret"), "a");
+  EXPECT_TRUE(TokenFile::Parse("a " + kHash + " particle_substeps_per_s=0\na " + kOther +
+                                   " particle_substeps_per_s=0\n",
+                               "file")
+                  .ok());
+}
+
 TEST(TokenFile, WhatIsWrongIsNamedWithItsLine) {
   const auto why = [](const std::string& text) {
     const auto tokens = TokenFile::Parse(text, "file");
     EXPECT_EQ(tokens.status().reason(), "TOKEN_FILE_FAILED");
     return tokens.status().message();
   };
-  EXPECT_EQ(why("# nothing\n"), "'file' has no token");
+  EXPECT_EQ(why("# nothing\n"), "'file' has no token of a tenant");
+  EXPECT_EQ(why("@operator " + kHash + "\n"), "'file' has no token of a tenant");
+  EXPECT_NE(why("@operator " + kHash + " particle_substeps_per_s=1\n").find("line 1"),
+            std::string::npos);
+  EXPECT_NE(why("@admin " + kHash + "\n").find("line 1"), std::string::npos);
+  EXPECT_NE(why("a " + kHash + "\n@operator " + kHash + "\n").find("line 2: this hash"),
+            std::string::npos);
   EXPECT_NE(why("a " + kHash + "\nb secret\n").find("line 2: after the tenant"), std::string::npos);
   EXPECT_NE(why("a\n").find("line 1"), std::string::npos);
   EXPECT_NE(why("a " + kHash + " x\n").find("line 1"), std::string::npos);
+  for (const char* rate : {"particle_substeps_per_s=", "particle_substeps_per_s=-1",
+                           "particle_substeps_per_s=nan", "particle_substeps_per_s=inf",
+                           "particle_substeps_per_s=1x", "particle_substeps_per_s=1 x", "rate=1"}) {
+    EXPECT_NE(why("a " + kHash + " " + rate + "\n").find("line 1"), std::string::npos) << rate;
+  }
+  EXPECT_NE(
+      why("a " + kHash + " particle_substeps_per_s=1\na " + kOther + " particle_substeps_per_s=2\n")
+          .find("line 2: the tenant has another"),
+      std::string::npos);
   EXPECT_NE(why("a " + kHash.substr(1) + "g\n").find("line 1"), std::string::npos);
   EXPECT_NE(why("a/b " + kHash + "\n").find("the tenant's name"), std::string::npos);
   EXPECT_NE(why("a " + kHash + "\nb " + kHash + "\n").find("line 2: this hash occurs twice"),

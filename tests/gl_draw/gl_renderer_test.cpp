@@ -78,6 +78,57 @@ TEST_F(GlRendererTest, ClothsAreWhereTheyAreInTheWorld) {
   EXPECT_GT((half(true).mean_rgb - half(false).mean_rgb).norm(), 60);
 }
 
+// The point of a pixel at which its depth is known lies anywhere in it.
+TEST_F(GlRendererTest, DepthsAreDistancesAlongTheLineOfView) {
+  PictureSpec spec = SmallSpec(240, 200);
+  spec.has_depths = true;
+  spec.has_pins = false;
+  spec.camera = FrontCamera({0.5, 0.5, 0}, 10, 2);  // 100 px per metre at 10 m
+  const std::vector<DrawnCloth> cloths = {At(GridModel(6), {1e5, 0, -3e4})};
+  spec.camera->eye_m += Vector3d(1e5, 0, -3e4);
+  spec.camera->target_m += Vector3d(1e5, 0, -3e4);
+  // At 0, and leaning back by up to 2 m per metre of its height.
+  for (const double slope : {0.0, 0.5, -2.0}) {
+    SCOPED_TRACE(slope);
+    const auto leaning = [slope](const Vector3d& p) {
+      return Vector3d(p.x(), p.z(), slope * (p.z() - 0.5));
+    };
+    const Picture picture = Draw(spec, cloths, HostStates(cloths, leaning));
+    ASSERT_EQ(picture.depths_m.size(), 240u * 200);
+    size_t seen = 0;
+    for (size_t y = 0; y < 200; ++y) {
+      for (size_t x = 0; x < 240; ++x) {
+        const float depth_m = picture.depths_m[240 * y + x];
+        if (std::isinf(depth_m)) continue;
+        ++seen;
+        // The ray (u, v, 1) d meets the sheet where 10 - d = slope v d.
+        const double v = (100 - (static_cast<double>(y) + 0.5)) / 1000;
+        const double expected_m = 10 / (1 + slope * v);
+        // Half a pixel, and single precision of a plane far outside the picture.
+        const double half_pixel_m = std::abs(slope) * 0.5e-3 * expected_m * expected_m / 10;
+        ASSERT_NEAR(depth_m, expected_m, half_pixel_m + 1e-5 * expected_m) << x << ", " << y;
+      }
+    }
+    // The sheet is seen under its height at the middle of its depth, and nothing else is.
+    EXPECT_NEAR(static_cast<double>(seen), 100 * 100, slope == 0 ? 400 : 1500);
+  }
+  EXPECT_TRUE(Draw(SmallSpec(), cloths, HostStates(cloths)).depths_m.empty());
+}
+
+TEST_F(GlRendererTest, DepthsOfPlanesDoNotChangeThePicture) {
+  PictureSpec spec = SmallSpec(200, 200);
+  spec.camera = Camera{.eye_m = {0.25, 2, 0.26}, .target_m = {0.25, 0, 0.25}};
+  const std::vector<DrawnCloth> cloths = {
+      At(GridModel(8, 0.5), Vector3d::Zero(), {PlaneThrough({0, -0.3, 0}, Vector3d::UnitY())})};
+  const Picture without = Draw(spec, cloths, HostStates(cloths));
+  spec.has_depths = true;
+  const Picture with = Draw(spec, cloths, HostStates(cloths));
+  EXPECT_EQ(with.rgb, without.rgb);
+  // The cloth at 0 in the middle, the floor at -0.3 in a corner, drawn 0.2 % of the scene lower.
+  EXPECT_NEAR(with.depths_m[200 * 100 + 100], 2, 0.02);
+  EXPECT_NEAR(with.depths_m[200 * 5 + 5], 2.3, 0.03);
+}
+
 TEST_F(GlRendererTest, FrontAndBackDiffer) {
   PictureSpec spec = SmallSpec();
   spec.camera = FrontCamera({0.5, 0.5, 0}, 10, 1);

@@ -51,8 +51,17 @@ class Descriptors {
     return enums;
   }
 
-  const google::protobuf::ServiceDescriptor* Service() const {
-    return pool_.FindServiceByName("drape.v1.SimulationService");
+  // The methods of all services.
+  std::vector<const google::protobuf::MethodDescriptor*> Methods() const {
+    std::vector<const google::protobuf::MethodDescriptor*> methods;
+    for (const auto* file : Files()) {
+      for (int k = 0; k < file->service_count(); ++k) {
+        for (int n = 0; n < file->service(k)->method_count(); ++n) {
+          methods.push_back(file->service(k)->method(n));
+        }
+      }
+    }
+    return methods;
   }
   const google::protobuf::Descriptor* Message(const std::string& name) const {
     return pool_.FindMessageTypeByName("drape.v1." + name);

@@ -36,10 +36,8 @@ TEST_F(Naming, MessagesAndMethodsArePascalCase) {
   for (const Descriptor* message : descriptors_.Messages()) {
     EXPECT_TRUE(Matches(message->name(), "([A-Z][a-z0-9]+)+")) << message->full_name();
   }
-  const auto* service = descriptors_.Service();
-  for (int k = 0; k < service->method_count(); ++k) {
-    EXPECT_TRUE(Matches(service->method(k)->name(), "([A-Z][a-z0-9]+)+"))
-        << service->method(k)->full_name();
+  for (const auto* method : descriptors_.Methods()) {
+    EXPECT_TRUE(Matches(method->name(), "([A-Z][a-z0-9]+)+")) << method->full_name();
   }
 }
 
@@ -134,11 +132,10 @@ TEST_F(Naming, ListsArePlural) {
 }
 
 TEST_F(Naming, MethodsTakeTheirOwnRequest) {
-  const auto* service = descriptors_.Service();
-  ASSERT_NE(service, nullptr);
+  const auto methods = descriptors_.Methods();
+  ASSERT_FALSE(methods.empty());
   std::set<std::string> requests;
-  for (int k = 0; k < service->method_count(); ++k) {
-    const auto* method = service->method(k);
+  for (const auto* method : methods) {
     const std::string request = method->input_type()->name();
     // StepStream streams the requests and answers of Step.
     const std::string expected =
@@ -146,7 +143,7 @@ TEST_F(Naming, MethodsTakeTheirOwnRequest) {
     EXPECT_EQ(request, expected) << method->full_name();
     requests.insert(request);
   }
-  EXPECT_EQ(requests.size() + 1, static_cast<size_t>(service->method_count()));
+  EXPECT_EQ(requests.size() + 1, methods.size());
 }
 
 // Every message is part of some request or answer, of a file of the server, or of the scene file,
@@ -157,10 +154,9 @@ TEST_F(Naming, NoMessageIsUnused) {
       descriptors_.Message("Scene"),          descriptors_.Message("MeshFile"),
       descriptors_.Message("SnapshotHeader"), descriptors_.Message("ModelSnapshot"),
       descriptors_.Message("ClothSnapshot"),  descriptors_.Message("SessionCheckpoint")};
-  const auto* service = descriptors_.Service();
-  for (int k = 0; k < service->method_count(); ++k) {
-    open.push_back(service->method(k)->input_type());
-    open.push_back(service->method(k)->output_type());
+  for (const auto* method : descriptors_.Methods()) {
+    open.push_back(method->input_type());
+    open.push_back(method->output_type());
   }
   while (!open.empty()) {
     const Descriptor* message = open.back();

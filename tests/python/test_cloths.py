@@ -295,6 +295,19 @@ def test_tiles_are_the_pictures_of_each_cloth_alone(session, spec):
     assert bits(tiles[0]) != bits(tiles[1])
     assert bits(cloths.render_tiles(48, 32, drape.Camera(eye_m=eye, target_m=target), ids=[2])[0]) == bits(tiles[2])
     assert cloths.render_tiles(48, 32, None, ids=[]).shape == (0, 32, 48, 3)
+    again, depths = cloths.render_tiles(48, 32, drape.Camera(eye_m=eye, target_m=target), with_depths=True)
+    assert bits(again) == bits(tiles) and depths.shape == (3, 32, 48) and depths.dtype == np.float32
+    # What is seen of a cloth lies between its nearest and its farthest particle; balls around pins stand out.
+    _, bare = cloths.render_tiles(48, 32, drape.Camera(eye_m=eye, target_m=target), with_depths=True, hide_pins=True)
+    forward = (target - eye) / np.linalg.norm(target - eye)
+    for k, origin in enumerate(origins):
+        along = (cloths.positions[k] - origin - eye) @ forward
+        seen = bare[k][np.isfinite(bare[k])]
+        assert seen.size > 50 and along.min() - 1e-3 <= seen.min() and seen.max() <= along.max() + 1e-3
+    rgb, one = cloths.render(48, 32, ids=[1], camera=drape.Camera(eye_m=eye + origins[1], target_m=target + origins[1]),
+                             with_depths=True)
+    assert bits(rgb) == bits(tiles[1]) and bits(one) == bits(depths[1])
+    assert [part.shape for part in cloths.render_tiles(48, 32, None, ids=[], with_depths=True)] == [(0, 32, 48, 3), (0, 32, 48)]
     with pytest.raises(drape.InvalidArgument, match="camera"):
         cloths.render_tiles(48, 32, None)
     with pytest.raises(drape.InvalidArgument, match="tiles"):

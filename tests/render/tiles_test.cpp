@@ -27,6 +27,7 @@ class RecordingRenderer final : public Renderer {
     Picture picture;
     picture.width_px = spec.width_px;
     picture.height_px = spec.height_px;
+    if (spec.has_depths) picture.depths_m = {1, 2};
     picture.rgb.assign(size_t{3} * spec.width_px * spec.height_px,
                        static_cast<uint8_t>(first_rows.size()));
     return picture;
@@ -69,16 +70,25 @@ TEST(Tiles, EachClothIsDrawnAloneWithItsRowsAndItsCamera) {
   EXPECT_EQ(all->camera.eye_m.x(), 0.5);
   EXPECT_THAT(all->rgb, ElementsAre(1, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3));
   EXPECT_EQ(states.first_row + states.row_total, 0u);
+  EXPECT_TRUE(all->depths_m.empty());
+  PictureSpec with_depths = SmallSpec();
+  with_depths.has_depths = true;
+  const auto deep = DrawTiles(renderer, with_depths, Cloths(), states, [] { return false; });
+  EXPECT_THAT(deep->depths_m, ElementsAre(1, 2, 1, 2, 1, 2));
 }
 
 TEST(Tiles, ACancelledRequestEndsBetweenTwo) {
   RecordingRenderer renderer;
   renderer.row_total = 9;
   DrawnStates states;
+  states.first_row = 5;
+  states.row_total = 7;
   const auto all = DrawTiles(renderer, SmallSpec(), Cloths(), states,
                              [&] { return renderer.first_rows.size() == 2; });
   EXPECT_EQ(all.status().reason(), "CANCELLED");
   EXPECT_EQ(renderer.first_rows.size(), 2u);
+  EXPECT_EQ(states.first_row, 5u);
+  EXPECT_EQ(states.row_total, 7u);
 }
 
 }  // namespace

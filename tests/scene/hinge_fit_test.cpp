@@ -10,6 +10,7 @@
 #include <numbers>
 #include <random>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -63,7 +64,7 @@ struct Mesh {
   std::vector<ElasticElement> hinges;
 };
 
-Mesh MeshOf(const Patch& patch, double angle, double cell_m) {
+Mesh MeshOf(const Patch& patch, double angle, double cell_m, double rigidity_n_m = kPlate_n_m) {
   Mesh mesh;
   const Eigen::AngleAxisd turn(angle, Vector3d(1, 2, -1).normalized());
   for (const Vector2d& p : patch.places_m) {
@@ -71,7 +72,7 @@ Mesh MeshOf(const Patch& patch, double angle, double cell_m) {
   }
   for (const MeshEdge& edge : UniqueEdges(patch.triangles)) {
     for (const auto& [k, l] : SheetsAcross(edge, mesh.positions_m)) {
-      mesh.hinges.push_back(Hinge({edge.i, edge.j, k, l}, mesh.positions_m, kPlate_n_m));
+      mesh.hinges.push_back(Hinge({edge.i, edge.j, k, l}, mesh.positions_m, rigidity_n_m));
     }
   }
   return mesh;
@@ -215,14 +216,15 @@ TEST(HingeFitTest, NarrowStripsStayAsTheyAre) {
 }
 
 // The factors are those of the shape: neither its place nor its size nor its rigidity matter.
-TEST(HingeFitTest, SizeAndAngleChangeNothing) {
+TEST(HingeFitTest, SizeAngleAndRigidityChangeNoFactor) {
   const Patch patch = SquarePatch(12, Diagonals::kRandom, 0.3);
   std::vector<double> expected;
-  for (const auto& [angle, cell_m] :
-       {std::pair(0.0, 1.0), std::pair(1.1, 1.0), std::pair(2.3, 1e-3), std::pair(0.4, 100.0)}) {
-    Mesh mesh = MeshOf(patch, angle, cell_m);
+  for (const auto& [angle, cell_m, rigidity_n_m] :
+       {std::tuple(0.0, 1.0, kPlate_n_m), std::tuple(1.1, 1.0, 1e-9), std::tuple(2.3, 1e-3, 5.0),
+        std::tuple(0.4, 100.0, kPlate_n_m)}) {
+    Mesh mesh = MeshOf(patch, angle, cell_m, rigidity_n_m);
     const std::vector<ElasticElement> before = mesh.hinges;
-    FitHingesToPlate(mesh.positions_m, kPlate_n_m, mesh.hinges);
+    FitHingesToPlate(mesh.positions_m, rigidity_n_m, mesh.hinges);
     for (size_t h = 0; h < before.size(); ++h) {
       const double factor = mesh.hinges[h].stiffness_n_per_m / before[h].stiffness_n_per_m;
       if (angle == 0) {

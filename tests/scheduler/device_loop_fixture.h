@@ -27,7 +27,7 @@ class DeviceLoopTest : public testing::Test {
           ended_.push_back(work.session);
           outcomes_[work.session] = std::move(outcome);
         },
-        counters_);
+        counters_, rates_);
   }
 
   std::shared_ptr<ClothRuntime> Cloth(std::vector<uint32_t> pinned = {}) {
@@ -64,6 +64,7 @@ class DeviceLoopTest : public testing::Test {
   FakeBackend backend_{device_};
   FakeClock clock_;
   RoundCounters counters_;
+  RateQuota rates_{clock_};
   std::optional<DeviceLoop> loop_;
   std::vector<std::string> ended_;
   std::map<std::string, StepOutcome> outcomes_;

@@ -99,6 +99,32 @@ TEST_F(DeviceLoopTest, AMismatchOfOneClothMovesNone) {
   EXPECT_EQ(a->now().completed_steps, 0u);
 }
 
+TEST_F(DeviceLoopTest, ARequestMustStartBeforeItsDeadline) {
+  const auto a = Cloth(), b = Cloth();
+  Admit(Work("first", {a}, 3));
+  StepWork late = Work("late", {a, b});
+  late.deadline_us = clock_.NowUs() + 20;
+  Admit(late);
+  StepWork begun = Work("begun", {b}, 100);
+  begun.deadline_us = clock_.NowUs() + 20;
+  Admit(Work("behind", {a}));
+  loop_->RunRound();
+  clock_.AdvanceUs(20);
+  loop_->RunRound();
+  EXPECT_EQ(ended_, std::vector<std::string>{"late"});
+  EXPECT_EQ(outcomes_["late"].status.code(), StatusCode::kCancelled);
+  EXPECT_EQ(outcomes_["late"].status.reason(), "DEADLINE_PASSED");
+  begun.deadline_us = clock_.NowUs() + 20;
+  Admit(begun);
+  loop_->RunRound();
+  clock_.AdvanceUs(1000);
+  RunAll();
+  EXPECT_TRUE(outcomes_["begun"].status.ok()) << "what has begun is for its caller to cancel";
+  EXPECT_TRUE(outcomes_["behind"].status.ok());
+  EXPECT_EQ(a->now().completed_steps, 4u);
+  EXPECT_EQ(b->now().completed_steps, 100u);
+}
+
 TEST_F(DeviceLoopTest, UntilStepBringsEveryClothThere) {
   const auto a = Cloth(), b = Cloth(), c = Cloth();
   Admit(Work("ahead", {b}, 2));

@@ -117,7 +117,7 @@ TEST_F(SessionRegistryTest, UnknownAndDeletedSessionsAreNotFound) {
 
 TEST_F(SessionRegistryTest, ExpiredNamesAreRememberedOnlySoLong) {
   SessionLimits limits;
-  limits.max_expired_names = 2;
+  limits.max_ended_names = 2;
   Start(limits);
   std::vector<std::string> names;
   for (int k = 0; k < 3; ++k) {
@@ -128,6 +128,13 @@ TEST_F(SessionRegistryTest, ExpiredNamesAreRememberedOnlySoLong) {
   EXPECT_EQ(registry_->Find(names[0]).status().reason(), "SESSION_NOT_FOUND");
   EXPECT_EQ(registry_->Find(names[1]).status().reason(), "SESSION_EXPIRED");
   EXPECT_EQ(registry_->Find(names[2]).status().reason(), "SESSION_EXPIRED");
+}
+
+TEST_F(SessionRegistryTest, LostNamesSaySoToTheirTenant) {
+  Start();
+  registry_->RememberLost("sessions/former-1", "one");
+  EXPECT_EQ(registry_->Find("sessions/former-1", "one").status().reason(), "STATE_LOST");
+  EXPECT_EQ(registry_->Find("sessions/former-1", "two").status().reason(), "SESSION_NOT_FOUND");
 }
 
 TEST_F(SessionRegistryTest, SessionsAreLimited) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <future>
+#include <limits>
 #include <memory>
 
 #include "server/core/clock.h"
@@ -17,7 +18,7 @@ class BuildQueue : public testing::Test {
  protected:
   Status WhatABuildIsTold() {
     const auto told = std::make_shared<std::promise<Status>>();
-    const Status posted = PostBuild(context_, "sessions/test", cancel_,
+    const Status posted = PostBuild(context_, "sessions/test", {cancel_, deadline_us_},
                                     [told](const Status& status) { told->set_value(status); });
     return posted.ok() ? told->get_future().get() : posted;
   }
@@ -33,6 +34,7 @@ class BuildQueue : public testing::Test {
   const ServiceContext context_{*scheduler_, sessions_, builders_, pictures_,
                                 clock_,      {},        "test",    "test"};
   CancelToken cancel_;
+  int64_t deadline_us_ = std::numeric_limits<int64_t>::max();
 };
 
 TEST_F(BuildQueue, BuildsForAClientThatWaits) {
@@ -42,6 +44,11 @@ TEST_F(BuildQueue, BuildsForAClientThatWaits) {
 TEST_F(BuildQueue, BuildsNothingForAClientThatHasGone) {
   cancel_.Cancel();
   EXPECT_EQ(WhatABuildIsTold().code(), StatusCode::kCancelled);
+}
+
+TEST_F(BuildQueue, BuildsNothingAfterTheDeadline) {
+  deadline_us_ = clock_.NowUs();
+  EXPECT_EQ(WhatABuildIsTold().reason(), "DEADLINE_PASSED");
 }
 
 TEST_F(BuildQueue, BuildsNothingWhileTheServerShutsDown) {

@@ -4,10 +4,13 @@
 #include <grpcpp/completion_queue.h>
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
+#include <ifaddrs.h>
+#include <net/if.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <cstdlib>
@@ -205,6 +208,11 @@ class MuteConnection {
     if (socket_ >= 0) close(socket_);
   }
   bool is_connected() const { return is_connected_; }
+  // Whether the other end ended it within 5 s.
+  bool IsReset() const {
+    char byte;
+    return recv(socket_, &byte, 1, 0) < 0 && errno == ECONNRESET;
+  }
 
  private:
   int socket_ = -1;
@@ -233,6 +241,53 @@ TEST(HostileClients, TooManyConnectionsAreRefusedAndListeningGoesOn) {
     is_in = Call(*server.NewStub(), &Stub::GetSession, request).status.ok();
   }
   EXPECT_TRUE(is_in) << "no new client gets in";
+}
+
+// An IPv4 address of this machine that is not loopback; empty: it has none.
+std::string OwnAddress() {
+  ifaddrs* all = nullptr;
+  std::string found;
+  if (getifaddrs(&all) != 0) return found;
+  for (const ifaddrs* one = all; one != nullptr && found.empty(); one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    if ((one->ifa_flags & IFF_LOOPBACK) != 0 || (one->ifa_flags & IFF_UP) == 0) continue;
+    char text[INET_ADDRSTRLEN];
+    inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr, text,
+              sizeof(text));
+    found = text;
+  }
+  freeifaddrs(all);
+  return found;
+}
+
+TEST(HostileClients, OneAddressCannotTakeAllConnections) {
+  const std::string own = OwnAddress();
+  if (own.empty()) GTEST_SKIP() << "this machine has no address but loopback, which is exempt";
+  ServerProcess server({"--backend=cpu", "--listen=0.0.0.0:0", "--insecure", "--max-connections=64",
+                        "--max-connections-per-peer=4"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const std::string port = server.Address().substr(server.Address().rfind(':'));
+  {
+    std::vector<MuteConnection> many;
+    for (int k = 0; k < 5; ++k) many.emplace_back(own + port);
+    EXPECT_TRUE(many.back().IsReset());
+    const std::string refused = "connection_refused reason=max_connections_per_peer";
+    const auto until = steady_clock::now() + std::chrono::seconds(30);
+    while (server.Log().find(refused) == std::string::npos && steady_clock::now() < until) {
+      std::this_thread::sleep_for(milliseconds(20));
+    }
+    EXPECT_THAT(server.Log(), HasSubstr(refused));
+    // Others get in: this machine.
+    for (int k = 0; k < 8; ++k) NewSession(*server.NewStub());
+  }
+  const auto until = steady_clock::now() + std::chrono::seconds(60);
+  grpc::Status status;
+  do {
+    const auto stub = v1::SimulationService::NewStub(
+        grpc::CreateChannel(own + port, grpc::InsecureChannelCredentials()));
+    status = Call(*stub, &Stub::CreateSession, v1::CreateSessionRequest()).status;
+  } while (!status.ok() && steady_clock::now() < until);
+  EXPECT_TRUE(status.ok()) << "the address does not get in again";
 }
 
 TEST(HostileClients, SignalsOfTerminalsAndLogsDoNotEndTheServer) {

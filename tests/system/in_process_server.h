@@ -25,7 +25,7 @@ class InProcessServer {
         pictures_([] { return render::CreateGlRenderer({}); }, {}),
         service_(
             {*scheduler_, sessions_, builders_, pictures_, clock_, request_limits, "test", "test"}),
-        server_(api::GrpcServer::Start({.listen = "127.0.0.1:0"}, service_).value()) {}
+        server_(api::GrpcServer::Start({.listen = "127.0.0.1:0"}, {&service_}).value()) {}
 
   ~InProcessServer() {
     pictures_.Stop();
@@ -37,6 +37,7 @@ class InProcessServer {
     return v1::SimulationService::NewStub(server_->InProcessChannel());
   }
   Scheduler& scheduler() { return *scheduler_; }
+  api::WorkerPool& builders() { return builders_; }
   api::GrpcServer& server() { return *server_; }
 
  private:

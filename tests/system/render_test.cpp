@@ -143,6 +143,8 @@ TEST_P(Render, TilesArePicturesOfEachClothAlone) {
     return std::vector<uint8_t>(rgb.begin(), rgb.end());
   }());
   request.set_tiles(true);
+  request.set_depths(true);
+  EXPECT_EQ(Draw(request).depths_m().size(), 3 * 160 * 120 * sizeof(float));
   request.clear_camera();
   EXPECT_THAT(Refusal(request).error_message(), HasSubstr("camera"));
 }

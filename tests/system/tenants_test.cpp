@@ -6,6 +6,7 @@
 #include <csignal>
 #include <cstdio>
 #include <fstream>
+#include <future>
 #include <memory>
 #include <string>
 #include <thread>
@@ -169,6 +170,47 @@ TEST_F(Tenants, ATenantHasQuotasOfItsOwn) {
   EXPECT_TRUE(As(kOne, &Stub::DeleteSession, remove).status.ok());
   EXPECT_TRUE(As(kOne, &Stub::CreateCloths, HangingSheet(other, 4, 2)).status.ok());
   SessionOf(kOne);
+}
+
+// A rate of 8 * 8 particles * 4 substeps * 20 steps/s.
+TEST_F(Tenants, ATenantBeyondItsRateWaitsAndOthersDoNot) {
+  Start({"--max-queue-delay-us=0"});
+  WriteTokens("one " + Hash("one-token") + " particle_substeps_per_s=5120\ntwo " +
+              Hash("two-token") + "\nslow " + Hash("slow") + " particle_substeps_per_s=1\n");
+  server_->Signal(SIGHUP);
+  const auto limit_of_one = [&] {
+    const auto info = As(kOne, &Stub::GetServerInfo, v1::GetServerInfoRequest());
+    return info.value.limits().max_particle_substeps_per_s();
+  };
+  while (limit_of_one() == 0) std::this_thread::yield();
+  EXPECT_EQ(limit_of_one(), 5120);
+  EXPECT_EQ(As(kTwo, &Stub::GetServerInfo, v1::GetServerInfoRequest())
+                .value.limits()
+                .max_particle_substeps_per_s(),
+            0);
+  const std::string greedy = SessionOf(kOne), modest = SessionOf(kTwo);
+  ASSERT_TRUE(As(kOne, &Stub::CreateCloths, HangingSheet(greedy)).status.ok());
+  ASSERT_TRUE(As(kTwo, &Stub::CreateCloths, HangingSheet(modest)).status.ok());
+  using std::chrono::steady_clock;
+  const auto begin = steady_clock::now();
+  auto call = std::async(std::launch::async, [&] {
+    return As(kOne, &Stub::Step, StepsOf(greedy, {}, 61)).status.ok();
+  });
+  for (int k = 0; k < 20; ++k) {
+    EXPECT_TRUE(As(kTwo, &Stub::Step, StepsOf(modest, {}, 1)).status.ok());
+  }
+  // 20 steps at once, one on credit, and 40 at 20 a second.
+  EXPECT_EQ(call.wait_until(begin + std::chrono::milliseconds(1900)), std::future_status::timeout);
+  call.wait();
+  EXPECT_TRUE(call.get());
+  // A step of 256 s of work leaves a debt beyond the deadline of the next.
+  const std::string kSlow = "Bearer slow", slow = SessionOf(kSlow);
+  ASSERT_TRUE(As(kSlow, &Stub::CreateCloths, HangingSheet(slow)).status.ok());
+  EXPECT_TRUE(As(kSlow, &Stub::Step, StepsOf(slow, {}, 1)).status.ok());
+  const auto refused = As(kSlow, &Stub::Step, StepsOf(slow, {}, 1));
+  EXPECT_EQ(refused.status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(ReasonOf(refused.status), "RATE_EXCEEDED");
+  EXPECT_NE(refused.status.error_details().find("google.rpc.RetryInfo"), std::string::npos);
 }
 
 TEST_F(Tenants, TokensAreReadAgainAtSighup) {

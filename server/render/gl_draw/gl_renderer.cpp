@@ -93,6 +93,14 @@ uint32_t GroupCount(const PictureSpec& spec, std::span<const DrawnCloth> cloths)
   return count;
 }
 
+// Depths are near_m over the distance along the line of view, 0 where there is nothing
+// (ClipFromEye).
+std::vector<float> DepthsOf(const gl::PictureTarget& target, double near_m) {
+  std::vector<float> depths = target.ReadDepths();
+  for (float& depth : depths) depth = static_cast<float>(near_m / depth);
+  return depths;
+}
+
 Result<Picture> GlRenderer::DrawPicture(const PictureSpec& spec, std::span<const DrawnCloth> cloths,
                                         const DrawnStates& states) {
   DRAPE_RETURN_IF_ERROR(PrepareTarget(spec));
@@ -112,14 +120,20 @@ Result<Picture> GlRenderer::DrawPicture(const PictureSpec& spec, std::span<const
   DrawShadows(*parts_.programs, *parts_.vertices, scene, *shadow_map_);
   target_->Begin();
   DrawScene(*parts_.programs, *parts_.vertices, scene, *shadow_map_);
+  if (spec.has_depths) {
+    DrawPlaneDepths(*parts_.programs, scene);
+    target_->ResolveDepths();
+  }
   target_->Resolve();
   DRAPE_RETURN_IF_ERROR(DrawLabels(*parts_.programs, scene, legend));
-  Picture picture{.width_px = spec.width_px,
-                  .height_px = spec.height_px,
-                  .rgb = target_->Read(),
-                  .camera = view.camera,
-                  .bounds_m = view.bounds_m,
-                  .range = view.range};
+  Picture picture{
+      .width_px = spec.width_px,
+      .height_px = spec.height_px,
+      .rgb = target_->Read(),
+      .depths_m = spec.has_depths ? DepthsOf(*target_, view.near_m) : std::vector<float>(),
+      .camera = view.camera,
+      .bounds_m = view.bounds_m,
+      .range = view.range};
   if (uint64_t{spec.width_px} * spec.height_px > kMaxKeptPixels) target_.reset();
   if (glGetError() == GL_OUT_OF_MEMORY) {
     return Status(StatusCode::kResourceExhausted, "DEVICE_MEMORY",

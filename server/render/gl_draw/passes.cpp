@@ -257,6 +257,16 @@ void DrawScene(const DrawPrograms& programs, const VertexArray& vertices, const 
   glDrawArraysInstanced(GL_TRIANGLES, 0, 3, static_cast<GLsizei>(scene.plane_count));
 }
 
+void DrawPlaneDepths(const DrawPrograms& programs, const DrawnScene& scene) {
+  if (scene.plane_count == 0) return;
+  glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+  glDepthMask(GL_TRUE);
+  programs.planes.Use();
+  scene.planes.BindStorage(DRAPE_DRAW_BINDING_INSTANCES);
+  glDrawArraysInstanced(GL_TRIANGLES, 0, 3, static_cast<GLsizei>(scene.plane_count));
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
 Status DrawLabels(const DrawPrograms& programs, const DrawnScene& scene,
                   std::span<const shader::LabelRecord> labels) {
   if (labels.empty()) return Status::Ok();

@@ -72,6 +72,8 @@ void DrawShadows(const DrawPrograms& programs, const VertexArray& vertices, cons
 // edges.
 void DrawScene(const DrawPrograms& programs, const VertexArray& vertices, const DrawnScene& scene,
                const gl::DepthMap& map);
+// The depths of the planes, which DrawScene leaves out because it blends them. After DrawScene.
+void DrawPlaneDepths(const DrawPrograms& programs, const DrawnScene& scene);
 // Draws over the picture.
 Status DrawLabels(const DrawPrograms& programs, const DrawnScene& scene,
                   std::span<const shader::LabelRecord> labels);

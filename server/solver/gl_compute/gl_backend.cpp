@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <utility>
 
+#include "server/core/device_loss.h"
 #include "server/gl/device_copy.h"
 #include "server/solver/energy_watch.h"
 #include "server/solver/gl_compute/cloth_table.h"
@@ -104,7 +105,7 @@ class GlBackend final : public DeviceBackend {
   // Every state on the device is lost with a reset; only a new process can use a device again.
   void CheckForReset() {
     const std::string reset_reason = device_.context->ResetReason();
-    DRAPE_CHECK(reset_reason.empty(), reset_reason);
+    if (!reset_reason.empty()) LoseDevice(reset_reason);
   }
   void WriteRecord(uint32_t slot);
   ClothWords Words() { return ClothWords(device_.arrays->parameters); }

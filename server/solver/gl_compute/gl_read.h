@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "server/core/check.h"
+#include "server/core/device_loss.h"
 #include "server/gl/context.h"
 #include "server/solver/device_backend.h"
 #include "server/solver/gl_compute/state_reader.h"
@@ -79,7 +79,7 @@ class GlRead final : public PendingRead {
     transfer_.Take({positions, velocities});
     // A device that was reset signals its fences too: the buffer may hold an older read.
     const std::string reset_reason = context_.ResetReason();
-    DRAPE_CHECK(reset_reason.empty(), reset_reason);
+    if (!reset_reason.empty()) LoseDevice(reset_reason);
     return {plan_.Pick(std::move(positions)), plan_.Pick(std::move(velocities))};
   }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -23,7 +24,7 @@ constexpr std::array kStorage = {DRAPE_BINDING_ITEMS,      DRAPE_BINDING_CLOTHS,
                                  DRAPE_BINDING_PARAMETERS, DRAPE_BINDING_SCRATCH,
                                  DRAPE_BINDING_STATUSES,   DRAPE_BINDING_DISPATCHES};
 
-// Mesa's llvmpipe makes machine code at the first dispatch, ten times as long as linking takes, and
+// Mesa's llvmpipe makes machine code at the first dispatch, which takes longer than linking, and
 // keeps it for all contexts (in its cache on disk). So each kernel steps a cloth of nothing once.
 // Hardware drivers make theirs when they link. Without that cache, the device thread compiles
 // again.
@@ -86,37 +87,43 @@ void KernelCompiler::Prepare(const SceneModel& model, const ClothParameters& par
   if (!usual.ok()) return;
   if (!usual->choice.variant.Has(Feature::kEnergyWatch) || !HasCalmerScheme(cloth.plan)) return;
   const ClothParameters calmer = WithCalmerScheme(parameters);
-  const Result<VariantChoice> choice = ChooseVariant(PlanOnDevice(model, calmer), traits_);
+  DeviceTraits traits = traits_;
+  if (usual->choice.variant.strip_solve == StripSolve::kElimination) {
+    traits.strip_solve = StripSolve::kElimination;  // perhaps the device refused another way
+  }
+  const Result<VariantChoice> choice = ChooseVariant(PlanOnDevice(model, calmer), traits);
   if (choice.ok()) CompileLater(choice->variant);
 }
 
-bool KernelCompiler::Post(std::deque<Task>& tasks, Task task) {
-  {
-    const std::lock_guard lock(mutex_);
-    if (is_stopping_) return false;
-    tasks.push_back(std::move(task));
-    if (!thread_.joinable()) thread_ = std::thread([this] { Loop(); });
-  }
-  wake_.notify_one();
-  return true;
-}
-
-std::optional<KernelCompiler::Compiled> KernelCompiler::Known(const KernelVariant& variant) {
-  const std::lock_guard lock(mutex_);
-  if (is_stopping_) return Compiled(Ended());
-  return cache_->Known(variant);
+KernelCompiler::UnderWay* KernelCompiler::Ask(const KernelVariant& variant) {
+  if (is_stopping_) return nullptr;
+  const auto known = under_way_.find(variant);
+  if (known != under_way_.end()) return &known->second;
+  if (cache_->Known(variant)) return nullptr;
+  if (!thread_.joinable()) thread_ = std::thread([this] { Loop(); });
+  return &under_way_[variant];
 }
 
 KernelCompiler::Compiled KernelCompiler::Compile(const KernelVariant& variant) {
-  if (std::optional<Compiled> known = Known(variant)) return std::move(*known);
-  Task task{variant, {}};
-  std::future<Compiled> compiled = task.compiled.get_future();
-  if (!Post(tasks_, std::move(task))) return Ended();
+  std::shared_future<Compiled> compiled;
+  {
+    const std::lock_guard lock(mutex_);
+    const UnderWay* const entry = Ask(variant);
+    if (entry == nullptr) return is_stopping_ ? Compiled(Ended()) : *cache_->Known(variant);
+    compiled = entry->compiled;
+    waited_for_.push_back(variant);
+  }
+  wake_.notify_one();
   return compiled.get();
 }
 
 void KernelCompiler::CompileLater(const KernelVariant& variant) {
-  if (!Known(variant)) Post(later_, {variant, {}});
+  {
+    const std::lock_guard lock(mutex_);
+    if (under_way_.contains(variant) || Ask(variant) == nullptr) return;
+    later_.push_back(variant);
+  }
+  wake_.notify_one();
 }
 
 void KernelCompiler::Loop() {
@@ -124,27 +131,32 @@ void KernelCompiler::Loop() {
   if (!context.ok()) {
     spdlog::warn("kernels_compiled_on_device_thread reason=\"{}\"", context.status().message());
   }
-  Result<FirstDispatches> first = context.ok() && traits_.is_software
-                                      ? FirstDispatches::Create()
-                                      : Status(StatusCode::kUnavailable, "", "");
+  std::optional<FirstDispatches> first;
+  if (context.ok() && traits_.is_software) {
+    Result<FirstDispatches> made = FirstDispatches::Create();
+    if (made.ok()) {
+      first = std::move(made).value();
+    } else {
+      spdlog::warn("kernels_not_dispatched_ahead reason=\"{}\"", made.status().message());
+    }
+  }
   std::unique_lock lock(mutex_);
   while (true) {
-    wake_.wait(lock, [this] { return is_stopping_ || !tasks_.empty() || !later_.empty(); });
+    wake_.wait(lock, [this] { return is_stopping_ || !waited_for_.empty() || !later_.empty(); });
     if (is_stopping_ || !context.ok()) break;
-    std::deque<Task>& next = tasks_.empty() ? later_ : tasks_;
-    Task task = std::move(next.front());
+    std::deque<KernelVariant>& next = waited_for_.empty() ? later_ : waited_for_;
+    const KernelVariant variant = next.front();
     next.pop_front();
+    if (!under_way_.contains(variant)) continue;  // it stood in both
     lock.unlock();
-    Compiled compiled = cache_->ForVariant(task.variant);
-    // Another context may use a program once its linking is over.
-    glFinish();
-    if (compiled.ok() && first.ok()) first->Run(**compiled);
-    task.compiled.set_value(std::move(compiled));
+    Compiled compiled = cache_->ForVariant(variant);
+    if (compiled.ok() && first) first->Run(**compiled);
     lock.lock();
+    under_way_.extract(variant).mapped().promise.set_value(std::move(compiled));
   }
   is_stopping_ = true;
-  for (Task& task : tasks_) task.compiled.set_value(Ended());
-  tasks_.clear();
+  for (auto& [variant, entry] : under_way_) entry.promise.set_value(Ended());
+  under_way_.clear();
 }
 
 void KernelCompiler::Stop() {

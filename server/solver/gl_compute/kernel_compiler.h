@@ -4,9 +4,10 @@
 
 #include <condition_variable>
 #include <deque>
+#include <functional>
 #include <future>
+#include <map>
 #include <mutex>
-#include <optional>
 #include <thread>
 
 #include "server/gl/context.h"
@@ -47,25 +48,28 @@ class KernelCompiler {
 
  private:
   using Compiled = Result<const StepKernels*>;
-  struct Task {
-    KernelVariant variant;
-    std::promise<Compiled> compiled;
+  // Asked for, until it is compiled and has been dispatched once.
+  struct UnderWay {
+    std::promise<Compiled> promise;
+    std::shared_future<Compiled> compiled = promise.get_future().share();
   };
-  // What Compile would answer at once. The cache may be gone once this is stopping.
-  std::optional<Compiled> Known(const KernelVariant& variant);
+
   Compiled Compile(const KernelVariant& variant);
   void CompileLater(const KernelVariant& variant);
-  // False: it is stopping.
-  bool Post(std::deque<Task>& tasks, Task task);
+  // The one entry of `variant`; null: the cache knows it already, or nothing is compiled any more.
+  // With mutex_ held.
+  UnderWay* Ask(const KernelVariant& variant);
   void Loop();
 
-  KernelCache* const cache_;
+  KernelCache* const cache_;  // may be gone once this is stopping
   const gl::ShareHandle device_;
   const DeviceTraits traits_;
   std::mutex mutex_;
   std::condition_variable wake_;
-  std::deque<Task> tasks_;  // each is waited for
-  std::deque<Task> later_;
+  std::map<KernelVariant, UnderWay> under_way_;
+  // Variants that are under way, or were: one that somebody comes to wait for stands in both.
+  std::deque<KernelVariant> waited_for_;
+  std::deque<KernelVariant> later_;
   bool is_stopping_ = false;
   std::thread thread_;
 };

@@ -187,6 +187,7 @@ Result<const gl::Program*> KernelCache::Compile(const std::string& kernel,
   if (!source.ok()) return source.status();
   Result<gl::Program> program = gl::Program::Compile(source.value());
   if (!program.ok()) return program.status();
+  glFinish();  // other contexts may use a program once its linking is over
   // Two threads may have compiled the same: the first one stays.
   const std::lock_guard lock(mutex_);
   const auto added =

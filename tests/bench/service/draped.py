@@ -87,14 +87,16 @@ class Beside:
     """Processes that load the server while something else is measured; ends them with its block."""
 
     def __init__(self, commands, settle_s=2.0):
-        self._processes = [subprocess.Popen(c, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) for c in commands]
+        self._log = tempfile.TemporaryFile()
+        self._processes = [subprocess.Popen(c, stdout=subprocess.DEVNULL, stderr=self._log) for c in commands]
         time.sleep(settle_s)
 
     def __enter__(self):
         dead = [p.args for p in self._processes if p.poll() is not None]
         if dead:
             self.__exit__()
-            raise RuntimeError(f"ended before it was measured: {dead[0]}")
+            self._log.seek(0)
+            raise RuntimeError(f"ended before it was measured: {dead[0]}:\n{self._log.read()[-2000:].decode()}")
         return self
 
     def __exit__(self, *_):

@@ -105,11 +105,10 @@ class Stepper {
   std::vector<ClothControl<PinControl>> pin_controls_;
   SteadyClock clock_;
   RoundCounters counters_;
-  DeviceLoop loop_{*backend_,
-                   {{16384, 16384}, 1000, kNoBudget_us},
-                   clock_,
-                   [](StepWork, StepOutcome) {},
-                   counters_};
+  RateQuota rates_{clock_};
+  DeviceLoop loop_{*backend_, {{16384, 16384}, 1000, kNoBudget_us},
+                   clock_,    [](StepWork, StepOutcome) {},
+                   counters_, rates_};
   std::shared_ptr<Observer> observer_;
   ObserverSet observers_{[](const std::function<void()>& complete) { complete(); }};
 };

@@ -24,7 +24,7 @@ def cluster():
     cluster.shutdown()
 
 
-def make(**arguments):
+def make(task=None, **arguments):
     """Two shards on two nodes, once those of the test before have given back their processors."""
     import ray
     from drape.gym import DropFlat
@@ -34,7 +34,7 @@ def make(**arguments):
     while ray.available_resources().get("CPU", 0) < 2:
         assert time.monotonic() < end, ray.available_resources()
         time.sleep(0.05)
-    return ShardedVectorEnv(DropFlat, ENVS, shards=2, num_cpus=0.5, backend="cpu", **arguments)
+    return ShardedVectorEnv(task or DropFlat, ENVS, shards=2, num_cpus=0.5, backend="cpu", **arguments)
 
 
 def actions(seed=3):
@@ -100,6 +100,31 @@ def test_what_is_killed_goes_on_with_the_same_bits(cluster, undisturbed, victim)
     env.close()
     if victim == "node":
         cluster.add_node(num_cpus=1)
+
+
+def test_a_shard_that_is_lost_before_its_first_answer_is_made_again(cluster, undisturbed, tmp_path):
+    begun = tmp_path / "begun"
+
+    def task(num_envs, **arguments):
+        from drape.gym import DropFlat
+
+        if not begun.exists():
+            begun.touch()
+            os._exit(1)
+        return DropFlat(num_envs, **arguments)
+
+    env = make(task, max_episode_steps=4)
+    assert equal(play(env), undisturbed)
+    assert env.recoveries == 1 and env.replayed == 0
+    env.close()
+
+
+def test_what_the_task_raises_is_raised(cluster):
+    def task(num_envs, **_):
+        raise LookupError(f"no {num_envs} cloths here")
+
+    with pytest.raises(LookupError, match="no 3 cloths here"):
+        make(task)
 
 
 def test_errors_of_the_caller_are_raised(cluster):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import uuid
+from typing import Any
 
 import numpy as np
 
@@ -280,23 +281,26 @@ class ClothsBase(Controls):
         response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height, **options)
         return response.png
 
-    def _render(self, width: int = 960, height: int = 720, *, ids=None, timeout_s: float | None = None,
-                **options) -> Operation[np.ndarray]:
-        """The picture of `render_png` as uint8[height, width, 3], read-only."""
-        response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height,
+    def _render(self, width: int = 960, height: int = 720, *, ids=None, with_depths: bool = False,
+                timeout_s: float | None = None, **options) -> Operation[Any]:
+        """The picture of `render_png` as uint8[height, width, 3], read-only. with_depths: a pair of it and
+        float32[height, width], how far along the line of view the nearest thing is, at one point within each pixel [m];
+        infinity where there is nothing."""
+        response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height, depths=with_depths,
                                           encoding=v1.RenderRequest.RGB8, **options)
-        return np.frombuffer(response.rgb, np.uint8).reshape(height, width, 3)
+        return _pixels(response, (height, width), with_depths)
 
-    def _render_tiles(self, width: int, height: int, camera, *, ids=None, timeout_s: float | None = None,
-                      **options) -> Operation[np.ndarray]:
+    def _render_tiles(self, width: int, height: int, camera, *, ids=None, with_depths: bool = False,
+                      timeout_s: float | None = None, **options) -> Operation[Any]:
         """A picture of every cloth alone, uint8[m, height, width, 3], read-only, in one request. camera: a Camera in the
-        environment of each cloth. options: as of `render_png`. At most 2^24 pixels in all."""
+        environment of each cloth. with_depths: a pair of it and float32[m, height, width], as of `render`. options: as of
+        `render_png`. At most 2^24 pixels in all, 2^23 with depths."""
         rows = columns.rows_of(ids, self.num)
         if rows is not None and not len(rows):
-            return np.empty((0, height, width, 3), np.uint8)
+            return _pixels(v1.RenderResponse(), (0, height, width), with_depths)
         response = yield from self._drawn(ids, timeout_s, width_px=width, height_px=height, camera=camera, tiles=True,
-                                          encoding=v1.RenderRequest.RGB8, **options)
-        return np.frombuffer(response.rgb, np.uint8).reshape(-1, height, width, 3)
+                                          depths=with_depths, encoding=v1.RenderRequest.RGB8, **options)
+        return _pixels(response, (-1, height, width), with_depths)
 
     def _drawn(self, ids, timeout_s, **fields):
         rows = columns.rows_of(ids, self.num)
@@ -427,3 +431,8 @@ class Cloths(ClothsBase):
     def pipeline(self, depth: int = 2) -> Pipeline:
         """Steps through one stream with up to `depth` under way, so that the server never waits for this program."""
         return Pipeline(self, depth)
+
+
+def _pixels(response, shape, with_depths):
+    rgb = np.frombuffer(response.rgb, np.uint8).reshape(*shape, 3)
+    return (rgb, np.frombuffer(response.depths_m, "<f4").reshape(shape)) if with_depths else rgb

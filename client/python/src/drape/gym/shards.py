@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 
 import numpy as np
@@ -44,7 +45,7 @@ class ShardedVectorEnv(VectorEnv):
         # Of each shard, since the last reset of all with seeds: what it was told, in order.
         self._history: list[list[tuple]] = [[] for _ in range(shards)]
         self._shown: list[tuple] = [()] * shards  # observation and info of each, as last seen
-        facts = ray.get(self._shards[0].facts.remote())
+        (facts, *_) = self._ask([("facts",)] + [None] * (shards - 1))
         self.metadata = facts["metadata"]
         self.render_mode = facts["render_mode"]
         self.autoreset_mode = AutoresetMode(self.metadata["autoreset_mode"])
@@ -140,12 +141,12 @@ class _Shard:
     """The actor: a vector environment and its private server."""
 
     def __init__(self, task, num_envs, arguments):
-        self._env = task(num_envs, **arguments)
+        self._make = functools.partial(task, num_envs, **arguments)
 
-    def facts(self):
-        env = self._env
-        return {"metadata": env.metadata, "render_mode": env.render_mode,
-                "spaces": (env.single_action_space, env.single_observation_space)}
+    @functools.cached_property
+    def _env(self):
+        # Not in the constructor: what fails there looks to the owner like a lost actor.
+        return self._make()
 
     def place(self):
         owned = getattr(self._env, "_owned", None)
@@ -154,6 +155,10 @@ class _Shard:
 
     def do(self, call):
         name, *arguments = call
+        if name == "facts":
+            env = self._env
+            return {"metadata": env.metadata, "render_mode": env.render_mode,
+                    "spaces": (env.single_action_space, env.single_observation_space)}
         if name == "reset":
             seeds, options = arguments
             return self._env.reset(seed=seeds, options=options)
