@@ -34,7 +34,7 @@ Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config);
 
 // Names and tenants of all sessions.
 std::vector<std::pair<std::string, std::string>> NamesOf(const SessionRegistry& sessions);
-// Those that are not among the sessions answer STATE_LOST.
+// Those that are not among the sessions answer SESSION_LOST.
 void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,
                   SessionRegistry& sessions);
 

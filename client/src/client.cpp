@@ -46,7 +46,7 @@ const std::string& Client::address() const {
 
 v1::ServerInfo Client::GetServerInfo() const {
   grpc::ClientContext context;
-  connection_->Prepare(&context, "");
+  connection_->Prepare(&context, {});
   v1::ServerInfo info;
   ThrowIfFailed(connection_->stub->GetServerInfo(&context, v1::GetServerInfoRequest(), &info));
   return info;
@@ -55,7 +55,7 @@ v1::ServerInfo Client::GetServerInfo() const {
 Health Client::CheckHealth(const std::string& service) const {
   grpc::TemplatedGenericStub<HealthCheckRequest, HealthCheckResponse> stub(connection_->channel);
   grpc::ClientContext context;
-  connection_->Prepare(&context, "");
+  connection_->Prepare(&context, {});
   HealthCheckRequest request;
   request.set_value(service);
   HealthCheckResponse response;
@@ -68,24 +68,24 @@ Health Client::CheckHealth(const std::string& service) const {
 
 Session Client::CreateSession(const SessionOptions& options) const {
   grpc::ClientContext context;
-  connection_->Prepare(&context, "");
+  connection_->Prepare(&context, {});
   v1::CreateSessionRequest request;
   if (options.ttl_s) request.set_ttl_s(*options.ttl_s);
   request.set_display_name(options.display_name);
   v1::Session session;
   ThrowIfFailed(connection_->stub->CreateSession(&context, request, &session));
-  return Session(std::make_unique<Session::Impl>(connection_, session.name(), session.ttl_s(),
+  return Session(std::make_unique<Session::Impl>(connection_, session,
                                                  /*is_owner=*/true, options.renews_lease));
 }
 
 Session Client::AttachSession(const std::string& name) const {
   grpc::ClientContext context;
-  connection_->Prepare(&context, name);
+  connection_->Prepare(&context, {name});
   v1::GetSessionRequest request;
   request.set_name(name);
   v1::Session session;
   ThrowIfFailed(connection_->stub->GetSession(&context, request, &session));
-  return Session(std::make_unique<Session::Impl>(connection_, session.name(), session.ttl_s(),
+  return Session(std::make_unique<Session::Impl>(connection_, session,
                                                  /*is_owner=*/false, /*renews_lease=*/false));
 }
 
@@ -95,7 +95,7 @@ std::vector<v1::Session> Client::ListSessions() const {
   request.set_page_size(kSessionsPerPage);
   do {
     grpc::ClientContext context;
-    connection_->Prepare(&context, "");
+    connection_->Prepare(&context, {});
     v1::ListSessionsResponse page;
     ThrowIfFailed(connection_->stub->ListSessions(&context, request, &page));
     sessions.insert(sessions.end(), page.sessions().begin(), page.sessions().end());

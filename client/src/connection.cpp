@@ -21,6 +21,9 @@ constexpr double kReasonTimeout_s = 1;
 // Servers accept a ping every 10 s.
 constexpr int kKeepalive_ms = 30'000;
 constexpr int kKeepaliveTimeout_ms = 20'000;
+// Between attempts to reach a server that is away: one that starts again takes a second or two.
+constexpr int kFirstReconnect_ms = 100;
+constexpr int kReconnect_ms = 2'000;
 
 std::chrono::system_clock::time_point After(double seconds) {
   return std::chrono::system_clock::now() +
@@ -64,13 +67,14 @@ std::string WhyNot(v1::SimulationService::Stub& stub) {
 
 }  // namespace
 
-void Connection::Prepare(grpc::ClientContext* context, const std::string& session) const {
+void Connection::Prepare(grpc::ClientContext* context, const SessionRoute& route) const {
   if (options.request_timeout_s > 0) context->set_deadline(After(options.request_timeout_s));
-  if (!session.empty()) context->AddMetadata(kSessionHeader, session);
-  AddToken(context);
+  AddHeaders(context, route);
 }
 
-void Connection::AddToken(grpc::ClientContext* context) const {
+void Connection::AddHeaders(grpc::ClientContext* context, const SessionRoute& route) const {
+  if (!route.session.empty()) context->AddMetadata(kSessionHeader, route.session);
+  if (!route.incarnation.empty()) context->AddMetadata(kIncarnationHeader, route.incarnation);
   if (!options.token.empty()) context->AddMetadata("authorization", "Bearer " + options.token);
 }
 
@@ -87,6 +91,8 @@ std::shared_ptr<Connection> OpenConnection(const std::string& address,
   // A server that has vanished without a word is noticed while a call is under way.
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepalive_ms);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeout_ms);
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, kFirstReconnect_ms);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, kReconnect_ms);
   // A connection of its own: channels of equal arguments would share one otherwise.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   // A proxy cannot reach a server of this machine.

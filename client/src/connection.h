@@ -19,6 +19,14 @@ class PrivateServer;
 inline constexpr int kMaxRequestBytes = 64 * 1024 * 1024;
 // Routes a request to the server that holds the session.
 inline constexpr char kSessionHeader[] = "x-drape-session";
+// Another run of the server than this one refuses the request.
+inline constexpr char kIncarnationHeader[] = "x-drape-incarnation";
+
+// The session of a request, and the run of the server that is meant; empty: none, any.
+struct SessionRoute {
+  std::string session;
+  std::string incarnation = {};
+};
 
 // Immutable after construction, so thread-safe. Destroyed in reverse order: first the channel, then
 // the private server.
@@ -29,11 +37,10 @@ struct Connection {
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::SimulationService::Stub> stub;
 
-  // Prepares the context of a unary request: deadline, and the routing header when `session` is
-  // not empty.
-  void Prepare(grpc::ClientContext* context, const std::string& session) const;
-  // For the context of a stream, too.
-  void AddToken(grpc::ClientContext* context) const;
+  // Prepares the context of a unary request: deadline, token and the headers of the route.
+  void Prepare(grpc::ClientContext* context, const SessionRoute& route) const;
+  // The same without a deadline, for the context of a stream.
+  void AddHeaders(grpc::ClientContext* context, const SessionRoute& route) const;
 };
 
 // Waits until the channel is ready; throws kUnavailable after the timeout.

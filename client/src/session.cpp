@@ -31,23 +31,23 @@ void LimitTime(grpc::ClientContext* context, double timeout_s) {
 
 // One unary request of a session: fills in the session, sends, throws on failure.
 template <class Request, class Response>
-Response Call(const Connection& connection, const std::string& session,
+Response Call(const Connection& connection, const SessionRoute& route,
               grpc::Status (v1::SimulationService::Stub::*method)(grpc::ClientContext*,
                                                                   const Request&, Response*),
               Request request) {
-  request.set_session(session);
+  request.set_session(route.session);
   grpc::ClientContext context;
-  connection.Prepare(&context, session);
+  connection.Prepare(&context, route);
   Response response;
   ThrowIfFailed((connection.stub.get()->*method)(&context, request, &response));
   return response;
 }
 
-States Read(const Connection& connection, const std::string& session,
+States Read(const Connection& connection, const SessionRoute& route,
             v1::ReadStatesRequest request) {
-  request.set_session(session);
+  request.set_session(route.session);
   grpc::ClientContext context;
-  connection.Prepare(&context, session);
+  connection.Prepare(&context, route);
   const auto reader = connection.stub->ReadStates(&context, request);
   std::vector<v1::StateChunk> chunks;
   for (v1::StateChunk chunk; reader->Read(&chunk);) chunks.push_back(std::move(chunk));
@@ -57,13 +57,14 @@ States Read(const Connection& connection, const std::string& session,
 
 }  // namespace
 
-Session::Impl::Impl(std::shared_ptr<Connection> shared_connection, std::string session_name,
-                    double lease_s, bool is_owned, bool renews_lease)
+Session::Impl::Impl(std::shared_ptr<Connection> shared_connection, const v1::Session& session,
+                    bool is_owned, bool renews_lease)
     : connection(std::move(shared_connection)),
-      name(std::move(session_name)),
-      ttl_s(lease_s),
+      name(session.name()),
+      ttl_s(session.ttl_s()),
       is_owner(is_owned),
-      is_renewing(renews_lease) {
+      is_renewing(renews_lease),
+      incarnation(session.incarnation()) {
   if (renews_lease) renewal = std::thread([this] { RenewLoop(); });
 }
 
@@ -81,9 +82,14 @@ void Session::Impl::StopRenewing() {
   if (renewal.joinable()) renewal.join();
 }
 
+SessionRoute Session::Impl::Route() const {
+  const std::lock_guard lock(mutex);
+  return {name, incarnation};
+}
+
 grpc::Status Session::Impl::Renew(double timeout_s, v1::Session* session) const {
   grpc::ClientContext context;
-  connection->Prepare(&context, name);
+  connection->Prepare(&context, {name});
   LimitTime(&context, timeout_s);
   v1::RenewSessionRequest request;
   request.set_name(name);
@@ -92,7 +98,7 @@ grpc::Status Session::Impl::Renew(double timeout_s, v1::Session* session) const 
 
 grpc::Status Session::Impl::Delete(double timeout_s) const {
   grpc::ClientContext context;
-  connection->Prepare(&context, name);
+  connection->Prepare(&context, {name});
   LimitTime(&context, timeout_s);
   v1::DeleteSessionRequest request;
   request.set_name(name);
@@ -131,6 +137,13 @@ v1::Session Session::Renew() {
   return session;
 }
 
+v1::Session Session::Reattach() {
+  v1::Session session = Renew();
+  const std::lock_guard lock(impl_->mutex);
+  impl_->incarnation = session.incarnation();
+  return session;
+}
+
 std::optional<Error> Session::lease_error() const {
   const std::lock_guard lock(impl_->mutex);
   return impl_->lease_error;
@@ -159,14 +172,14 @@ std::vector<ClothId> Session::CreateCloths(const v1::ClothSpec& spec, uint32_t c
 }
 
 v1::CreateClothsResponse Session::CreateCloths(v1::CreateClothsRequest request) {
-  return Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::CreateCloths,
+  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::CreateCloths,
               std::move(request));
 }
 
 v1::Cloth Session::GetCloth(ClothId cloth) const {
   v1::GetClothRequest request;
   request.set_cloth_id(cloth);
-  return Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::GetCloth,
+  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::GetCloth,
               std::move(request));
 }
 
@@ -176,7 +189,7 @@ std::vector<v1::Cloth> Session::ListCloths() const {
   request.set_page_size(kClothsPerPage);
   do {
     v1::ListClothsResponse page =
-        Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::ListCloths,
+        Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::ListCloths,
              v1::ListClothsRequest(request));
     request.set_page_token(page.next_page_token());
     for (v1::Cloth& cloth : *page.mutable_cloths()) cloths.push_back(std::move(cloth));
@@ -194,7 +207,7 @@ v1::ClothShape Session::UpdateCloths(std::span<const ClothId> cloths, const v1::
 }
 
 v1::ClothShape Session::UpdateCloths(v1::UpdateClothsRequest request) {
-  return Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::UpdateCloths,
+  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::UpdateCloths,
               std::move(request))
       .shape();
 }
@@ -202,7 +215,11 @@ v1::ClothShape Session::UpdateCloths(v1::UpdateClothsRequest request) {
 void Session::DeleteCloths(std::span<const ClothId> cloths) {
   v1::DeleteClothsRequest request;
   request.mutable_cloth_ids()->Add(cloths.begin(), cloths.end());
-  Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::DeleteCloths,
+  DeleteCloths(std::move(request));
+}
+
+void Session::DeleteCloths(v1::DeleteClothsRequest request) {
+  Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::DeleteCloths,
        std::move(request));
 }
 
@@ -219,7 +236,7 @@ void Session::ResetCloths() {
 }
 
 void Session::ResetCloths(v1::ResetClothsRequest request) {
-  Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::ResetCloths,
+  Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::ResetCloths,
        std::move(request));
 }
 
@@ -231,48 +248,66 @@ v1::StepResponse Session::Step(uint32_t steps) {
 }
 
 v1::StepResponse Session::Step(v1::StepRequest request) {
-  return Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::Step,
+  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::Step,
               std::move(request));
 }
 
 StepStream Session::OpenStepStream() {
-  return StepStream(std::make_unique<StepStream::Impl>(impl_->connection, impl_->name));
+  return StepStream(std::make_unique<StepStream::Impl>(impl_->connection, impl_->Route()));
 }
 
 States Session::ReadStates(std::span<const ClothId> cloths, const v1::StateView& view) const {
   v1::ReadStatesRequest request;
   request.mutable_cloth_ids()->Add(cloths.begin(), cloths.end());
   *request.mutable_view() = view;
-  return Read(*impl_->connection, impl_->name, std::move(request));
+  return Read(*impl_->connection, impl_->Route(), std::move(request));
 }
 
 States Session::ReadStates(const v1::StateView& view) const {
   v1::ReadStatesRequest request;
   request.set_all_cloths(true);
   *request.mutable_view() = view;
-  return Read(*impl_->connection, impl_->name, std::move(request));
+  return Read(*impl_->connection, impl_->Route(), std::move(request));
 }
 
 void Session::WriteStates(v1::WriteStatesRequest request) {
-  Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::WriteStates,
+  Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::WriteStates,
+       std::move(request));
+}
+
+v1::SaveStatesResponse Session::SaveStates(v1::SaveStatesRequest request) {
+  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::SaveStates,
+              std::move(request));
+}
+
+void Session::LoadStates(v1::LoadStatesRequest request) {
+  Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::LoadStates,
+       std::move(request));
+}
+
+void Session::DropStates(const std::string& name) {
+  v1::DropStatesRequest request;
+  request.set_name(name);
+  Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::DropStates,
        std::move(request));
 }
 
 v1::Topology Session::ReadTopology(ClothId cloth) const {
   v1::ReadTopologyRequest request;
   request.set_cloth_id(cloth);
-  return Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::ReadTopology,
+  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::ReadTopology,
               std::move(request));
 }
 
 v1::RenderResponse Session::Render(v1::RenderRequest request) const {
-  return Call(*impl_->connection, impl_->name, &v1::SimulationService::Stub::Render,
+  return Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::Render,
               std::move(request));
 }
 
 StateStream Session::StreamStates(v1::StreamStatesRequest::Subscribe subscribe) const {
   subscribe.set_session(impl_->name);
-  return StateStream(std::make_unique<StateStream::Impl>(impl_->connection, std::move(subscribe)));
+  return StateStream(
+      std::make_unique<StateStream::Impl>(impl_->connection, impl_->Route(), std::move(subscribe)));
 }
 
 }  // namespace client

@@ -16,8 +16,8 @@ namespace drape {
 inline namespace client {
 
 struct Session::Impl {
-  Impl(std::shared_ptr<Connection> shared_connection, std::string session_name, double lease_s,
-       bool is_owned, bool renews_lease);
+  Impl(std::shared_ptr<Connection> shared_connection, const v1::Session& session, bool is_owned,
+       bool renews_lease);
   ~Impl();
   Impl(const Impl&) = delete;
   Impl& operator=(const Impl&) = delete;
@@ -26,6 +26,8 @@ struct Session::Impl {
   grpc::Status Renew(double timeout_s, v1::Session* session) const;
   grpc::Status Delete(double timeout_s) const;
   void StopRenewing();
+  // Of requests about what the session holds.
+  SessionRoute Route() const;
 
   const std::shared_ptr<Connection> connection;
   const std::string name;
@@ -36,6 +38,7 @@ struct Session::Impl {
   std::condition_variable wake;      // renewing changed
   bool is_renewing = false;          // guarded by mutex
   std::optional<Error> lease_error;  // guarded by mutex
+  std::string incarnation;           // of the server that holds it; guarded by mutex
   std::thread renewal;
 
  private:

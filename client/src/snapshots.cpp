@@ -26,14 +26,14 @@ std::string TemporaryName() {
 }
 
 // Appends what has come of the export of `name`.
-grpc::Status ExportMore(const Connection& connection, const std::string& session,
+grpc::Status ExportMore(const Connection& connection, const SessionRoute& route,
                         const std::string& name, std::string& bytes) {
   v1::ExportClothsRequest request;
-  request.set_session(session);
+  request.set_session(route.session);
   request.set_name(name);
   request.set_offset(bytes.size());
   grpc::ClientContext context;
-  connection.Prepare(&context, session);
+  connection.Prepare(&context, route);
   const auto reader = connection.stub->ExportCloths(&context, request);
   for (v1::SnapshotChunk chunk; reader->Read(&chunk);) bytes += chunk.data();
   return reader->Finish();
@@ -42,25 +42,25 @@ grpc::Status ExportMore(const Connection& connection, const std::string& session
 // Keeps the cloths under a name of its own while it lives.
 class SavedName {
  public:
-  SavedName(const Connection& connection, const std::string& session,
+  SavedName(const Connection& connection, const SessionRoute& route,
             std::span<const ClothId> cloths)
-      : connection_(connection), session_(session), name_(TemporaryName()) {
+      : connection_(connection), route_(route), name_(TemporaryName()) {
     v1::SaveStatesRequest request;
-    request.set_session(session_);
+    request.set_session(route_.session);
     request.set_name(name_);
     request.set_all_cloths(cloths.empty());
     request.mutable_cloth_ids()->Add(cloths.begin(), cloths.end());
     grpc::ClientContext context;
-    connection_.Prepare(&context, session_);
+    connection_.Prepare(&context, route_);
     v1::SaveStatesResponse response;
     ThrowIfFailed(connection_.stub->SaveStates(&context, request, &response));
   }
   ~SavedName() {
     v1::DropStatesRequest request;
-    request.set_session(session_);
+    request.set_session(route_.session);
     request.set_name(name_);
     grpc::ClientContext context;
-    connection_.Prepare(&context, session_);
+    connection_.Prepare(&context, route_);
     v1::DropStatesResponse response;
     (void)connection_.stub->DropStates(&context, request, &response);
   }
@@ -70,18 +70,19 @@ class SavedName {
 
  private:
   const Connection& connection_;
-  const std::string& session_;
+  const SessionRoute route_;
   const std::string name_;
 };
 
 }  // namespace
 
 std::string Session::TakeSnapshot(std::span<const ClothId> cloths) const {
-  const SavedName saved(*impl_->connection, impl_->name, cloths);
+  const SessionRoute route = impl_->Route();
+  const SavedName saved(*impl_->connection, route, cloths);
   std::string bytes;
   for (uint32_t cuts = 0;; ++cuts) {
     const size_t before = bytes.size();
-    const grpc::Status status = ExportMore(*impl_->connection, impl_->name, saved.name(), bytes);
+    const grpc::Status status = ExportMore(*impl_->connection, route, saved.name(), bytes);
     if (status.ok()) return bytes;
     const bool goes_on = status.error_code() == grpc::StatusCode::UNAVAILABLE && cuts < kMaxCuts &&
                          bytes.size() > before;
@@ -91,7 +92,7 @@ std::string Session::TakeSnapshot(std::span<const ClothId> cloths) const {
 
 RestoredCloths Session::Restore(std::string_view snapshot, bool inexact) {
   grpc::ClientContext context;
-  impl_->connection->Prepare(&context, impl_->name);
+  impl_->connection->Prepare(&context, impl_->Route());
   v1::ImportClothsResponse response;
   const auto writer = impl_->connection->stub->ImportCloths(&context, &response);
   v1::ImportClothsRequest request;

@@ -16,10 +16,9 @@ template <class Request, class Response>
 struct BidirectionalCall {
   using Stream = grpc::ClientReaderWriter<Request, Response>;
 
-  BidirectionalCall(std::shared_ptr<Connection> shared_connection, const std::string& session)
+  BidirectionalCall(std::shared_ptr<Connection> shared_connection, const SessionRoute& route)
       : connection(std::move(shared_connection)) {
-    context.AddMetadata(kSessionHeader, session);  // no deadline: streams last
-    connection->AddToken(&context);
+    connection->AddHeaders(&context, route);  // no deadline: streams last
   }
   BidirectionalCall(const BidirectionalCall&) = delete;
   BidirectionalCall& operator=(const BidirectionalCall&) = delete;
@@ -58,13 +57,14 @@ struct BidirectionalCall {
 };
 
 struct StepStream::Impl : BidirectionalCall<v1::StepRequest, v1::StepResponse> {
-  Impl(std::shared_ptr<Connection> shared_connection, const std::string& session);
+  Impl(std::shared_ptr<Connection> shared_connection, const SessionRoute& route);
 
   const std::string session;
 };
 
 struct StateStream::Impl : BidirectionalCall<v1::StreamStatesRequest, v1::StateChunk> {
-  Impl(std::shared_ptr<Connection> shared_connection, v1::StreamStatesRequest::Subscribe subscribe);
+  Impl(std::shared_ptr<Connection> shared_connection, const SessionRoute& route,
+       v1::StreamStatesRequest::Subscribe subscribe);
 };
 
 }  // namespace client

@@ -16,9 +16,8 @@ constexpr uint32_t kInitialCredit = 2;
 
 }  // namespace
 
-StepStream::Impl::Impl(std::shared_ptr<Connection> shared_connection,
-                       const std::string& session_name)
-    : BidirectionalCall(std::move(shared_connection), session_name), session(session_name) {
+StepStream::Impl::Impl(std::shared_ptr<Connection> shared_connection, const SessionRoute& route)
+    : BidirectionalCall(std::move(shared_connection), route), session(route.session) {
   stream = connection->stub->StepStream(&context);
 }
 
@@ -49,9 +48,9 @@ void StepStream::Cancel() {
   impl_->context.TryCancel();
 }
 
-StateStream::Impl::Impl(std::shared_ptr<Connection> shared_connection,
+StateStream::Impl::Impl(std::shared_ptr<Connection> shared_connection, const SessionRoute& route,
                         v1::StreamStatesRequest::Subscribe subscribe)
-    : BidirectionalCall(std::move(shared_connection), subscribe.session()) {
+    : BidirectionalCall(std::move(shared_connection), route) {
   stream = connection->stub->StreamStates(&context);
   if (subscribe.initial_credit() == 0) subscribe.set_initial_credit(kInitialCredit);
   v1::StreamStatesRequest request;

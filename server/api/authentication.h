@@ -22,6 +22,8 @@ namespace drape::api {
 struct Caller {
   std::string tenant{};
   bool is_refused = false;
+  // The run of the server that the caller knows; empty: any.
+  std::string incarnation{};
   // When the client stops waiting, by the clock of the server.
   int64_t deadline_us = std::numeric_limits<int64_t>::max();
 };

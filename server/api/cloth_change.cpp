@@ -5,6 +5,7 @@
 
 #include "server/api/build_queue.h"
 #include "server/api/collider_maps.h"
+#include "server/api/known_answer.h"
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
 #include "server/api/step_cost.h"
@@ -103,8 +104,13 @@ void StartUpdate(const ServiceContext& context, const Caller& caller,
                  const Hold& hold, UpdateDone done) {
   Result<ClothChange> change = CheckUpdateCloths(request, context.limits);
   if (!change.ok()) return done(change.status());
-  Result<SessionLease> session = context.sessions.Find(request.session(), caller.tenant);
+  Result<SessionLease> session = context.FindSession(caller, request.session());
   if (!session.ok()) return done(session.status());
+  Result<std::optional<v1::UpdateClothsResponse>> known = BeginRequest<v1::UpdateClothsResponse>(
+      (*session)->request_memory(), request.request_id(), request);
+  if (!known.ok()) return done(known.status());
+  if (known->has_value()) return done(std::move(**known));
+  done = Remembering(session->session(), request.request_id(), std::move(done));
   Result<ClothList> cloths = (*session)->FindCloths(ToClothIds(request.cloth_ids()));
   if (!cloths.ok()) return done(cloths.status());
   Result<std::shared_ptr<void>> held =

@@ -98,7 +98,7 @@ void StartCreation(const ServiceContext& context, const Caller& caller,
                    const Hold& hold, CreateDone done) {
   Result<CheckedCreation> checked = CheckCreateCloths(request, context.limits);
   if (!checked.ok()) return done(checked.status());
-  Result<SessionLease> session = context.sessions.Find(request.session(), caller.tenant);
+  Result<SessionLease> session = context.FindSession(caller, request.session());
   if (!session.ok()) return done(session.status());
 
   Result<std::shared_ptr<void>> held =

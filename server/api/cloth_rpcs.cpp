@@ -1,6 +1,7 @@
 // Cloths: create, look, change, delete, reset.
 #include "server/api/cloth_change.h"
 #include "server/api/cloth_creation.h"
+#include "server/api/known_answer.h"
 #include "server/api/mapping.h"
 #include "server/api/request_validation.h"
 #include "server/api/simulation_service.h"
@@ -18,9 +19,9 @@ struct NamedCloths {
   ClothList cloths;
 };
 
-Result<NamedCloths> FindNamed(SessionRegistry& sessions, const Caller& caller,
+Result<NamedCloths> FindNamed(const ServiceContext& context, const Caller& caller,
                               const std::string& session_name, std::span<const ClothId> ids) {
-  DRAPE_ASSIGN_OR_RETURN(SessionLease session, sessions.Find(session_name, caller.tenant));
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session, context.FindSession(caller, session_name));
   DRAPE_ASSIGN_OR_RETURN(ClothList cloths, session->FindCloths(ids));
   return NamedCloths{std::move(session), std::move(cloths)};
 }
@@ -65,8 +66,7 @@ grpc::ServerUnaryReactor* SimulationService::GetCloth(Context* context,
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
   const ClothId id = ClothId::FromPacked(request->cloth_id());
-  const Result<NamedCloths> named =
-      FindNamed(context_.sessions, caller, request->session(), {&id, 1});
+  const Result<NamedCloths> named = FindNamed(context_, caller, request->session(), {&id, 1});
   if (!named.ok()) return Answer(context, named.status(), tag);
   *response = ToProto(*named->cloths.front());
   return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong(), tag);
@@ -77,8 +77,7 @@ grpc::ServerUnaryReactor* SimulationService::ListCloths(Context* context,
                                                         v1::ListClothsResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
-  const RequestTag tag(caller, *request);
-  const Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
+  const Result<SessionLease> session = context_.FindSession(caller, request->session());
   if (!session.ok()) return Answer(context, session.status(), tag);
   const Result<ClothPage> page =
       (*session)->ListCloths(request->page_size(), request->page_token());
@@ -102,56 +101,69 @@ grpc::ServerUnaryReactor* SimulationService::UpdateCloths(Context* context,
 
 grpc::ServerUnaryReactor* SimulationService::DeleteCloths(Context* context,
                                                           const v1::DeleteClothsRequest* request,
-                                                          v1::DeleteClothsResponse*) {
+                                                          v1::DeleteClothsResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
   const Status check = CheckNamesCloths(request->cloth_ids());
   if (!check.ok()) return Answer(context, check, tag);
-  Result<NamedCloths> named =
-      FindNamed(context_.sessions, caller, request->session(), ToClothIds(request->cloth_ids()));
-  if (!named.ok()) return Answer(context, named.status(), tag);
+  Result<SessionLease> session = context_.FindSession(caller, request->session());
+  if (!session.ok()) return Answer(context, session.status(), tag);
   UnaryCall* call = UnaryCall::New(tag);
-  call->lease = std::move(named->session);
-  call->lease->DeleteCloths(named->cloths, [call](const Status& status) { call->End(status); });
+  call->lease = std::move(session).value();
+  const auto end = BeginOnce(call, *request, response);
+  if (!end) return call;
+  Result<ClothList> cloths = call->lease->FindCloths(ToClothIds(request->cloth_ids()));
+  if (cloths.ok()) {
+    call->lease->DeleteCloths(std::move(cloths).value(), WithoutValue(end));
+  } else {
+    end(cloths.status());
+  }
   return call;
 }
 
 grpc::ServerUnaryReactor* SimulationService::ResetCloths(Context* context,
                                                          const v1::ResetClothsRequest* request,
-                                                         v1::ResetClothsResponse*) {
+                                                         v1::ResetClothsResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
   Result<CheckedReset> reset = CheckReset(*request);
   if (!reset.ok()) return Answer(context, reset.status(), tag);
-  Result<NamedCloths> named =
-      FindNamed(context_.sessions, caller, request->session(), reset->cloths);
-  if (!named.ok() || named->cloths.empty()) return Answer(context, named.status(), tag);
+  Result<SessionLease> session = context_.FindSession(caller, request->session());
+  if (!session.ok()) return Answer(context, session.status(), tag);
   UnaryCall* call = UnaryCall::New(tag);
-  call->lease = std::move(named->session);
-  call->lease->ResetCloths(named->cloths, std::move(reset->starts),
-                           [call](const Status& status) { call->End(status); });
+  call->lease = std::move(session).value();
+  const auto end = BeginOnce(call, *request, response);
+  if (!end) return call;
+  Result<ClothList> cloths = call->lease->FindCloths(reset->cloths);
+  if (cloths.ok()) {
+    call->lease->ResetCloths(std::move(cloths).value(), std::move(reset->starts),
+                             WithoutValue(end));
+  } else {
+    end(cloths.status());
+  }
   return call;
 }
 
 grpc::ServerUnaryReactor* SimulationService::WriteStates(Context* context,
                                                          const v1::WriteStatesRequest* request,
-                                                         v1::WriteStatesResponse*) {
+                                                         v1::WriteStatesResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
   const Status check = CheckWriteStates(*request);
   if (!check.ok()) return Answer(context, check, tag);
   Result<NamedCloths> named =
-      FindNamed(context_.sessions, caller, request->session(), ToClothIds(request->cloth_ids()));
+      FindNamed(context_, caller, request->session(), ToClothIds(request->cloth_ids()));
   if (!named.ok()) return Answer(context, named.status(), tag);
   Result<std::vector<ParticleState>> states = ToStates(*request, named->cloths);
   if (!states.ok()) return Answer(context, states.status(), tag);
   UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(named->session);
-  call->lease->WriteStates(named->cloths, std::move(*states),
-                           [call](const Status& status) { call->End(status); });
+  const auto end = BeginOnce(call, *request, response);
+  if (!end) return call;
+  call->lease->WriteStates(named->cloths, std::move(*states), WithoutValue(end));
   return call;
 }
 
@@ -162,8 +174,7 @@ grpc::ServerUnaryReactor* SimulationService::ReadTopology(Context* context,
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
   const ClothId id = ClothId::FromPacked(request->cloth_id());
-  const Result<NamedCloths> named =
-      FindNamed(context_.sessions, caller, request->session(), {&id, 1});
+  const Result<NamedCloths> named = FindNamed(context_, caller, request->session(), {&id, 1});
   if (!named.ok()) return Answer(context, named.status(), tag);
   *response = TopologyOf(*named->cloths.front());
   return AnswerCounted(*context_.unread, named->session->owner(), response->ByteSizeLong(), tag);

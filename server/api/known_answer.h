@@ -2,10 +2,14 @@
 #pragma once
 
 #include <any>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "server/api/simulation_service.h"
+#include "server/api/unary_call.h"
 
 namespace drape::api {
 
@@ -36,6 +40,49 @@ void EndRequest(RequestMemory& memory, const std::string& request_id,
   } else {
     memory.Abandon(request_id);
   }
+}
+
+// `done`, after EndRequest.
+template <class Response>
+std::function<void(Result<Response>)> Remembering(std::shared_ptr<Session> session,
+                                                  std::string request_id,
+                                                  std::function<void(Result<Response>)> done) {
+  if (request_id.empty()) return done;
+  return [session = std::move(session), request_id = std::move(request_id),
+          done = std::move(done)](Result<Response> answer) {
+    EndRequest(session->request_memory(), request_id, answer);
+    done(std::move(answer));
+  };
+}
+
+// What ends the call and remembers its answer. Null: the call, which has its lease, has ended with
+// the answer that is known already, or with an error.
+template <class Response, class Request>
+std::function<void(Result<Response>)> BeginOnce(UnaryCall* call, const Request& request,
+                                                Response* response) {
+  Result<std::optional<Response>> known =
+      BeginRequest<Response>(call->lease->request_memory(), request.request_id(), request);
+  const bool is_new = known.ok() && !known->has_value();
+  if (!is_new) {
+    if (known.ok()) *response = std::move(**known);
+    call->End(known.status());
+    return nullptr;
+  }
+  return Remembering<Response>(
+      call->lease.session(), request.request_id(),
+      EndWith<Response>(call, [response](Response& answer) { *response = std::move(answer); }));
+}
+
+// The same for what has nothing to answer.
+template <class Response>
+std::function<void(Status)> WithoutValue(std::function<void(Result<Response>)> end) {
+  return [end = std::move(end)](const Status& status) {
+    if (status.ok()) {
+      end(Response());
+    } else {
+      end(status);
+    }
+  };
 }
 
 }  // namespace drape::api

@@ -28,8 +28,7 @@ Status ReadStatesReactor::Begin(const ServiceContext& context, const Caller& cal
   const ViewSpec view = CheckView(view_path, request.view(), violations);
   const std::vector<ClothId> ids = CheckSelection(request, FieldPath(), violations);
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
-  DRAPE_ASSIGN_OR_RETURN(SessionLease session,
-                         context.sessions.Find(request.session(), caller.tenant));
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session, context.FindSession(caller, request.session()));
   DRAPE_ASSIGN_OR_RETURN(const ClothList cloths, session->FindCloths(ids));
   DRAPE_RETURN_IF_ERROR(CheckViewFits(view_path, view, cloths));
   session_ = std::move(session);

@@ -103,7 +103,7 @@ grpc::ServerUnaryReactor* SimulationService::Render(Context* context,
   if (!spec.ok()) return Answer(context, spec.status(), tag);
   const Result<std::vector<ClothId>> ids = CheckSelection(*request);
   if (!ids.ok()) return Answer(context, ids.status(), tag);
-  Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
+  Result<SessionLease> session = context_.FindSession(caller, request->session());
   if (!session.ok()) return Answer(context, session.status(), tag);
   Result<ClothList> cloths = (*session)->FindCloths(*ids);
   if (!cloths.ok()) return Answer(context, cloths.status(), tag);

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "server/api/cloth_selection.h"
+#include "server/api/known_answer.h"
 #include "server/api/simulation_service.h"
 #include "server/api/snapshot_streams.h"
 #include "server/api/unary_call.h"
@@ -40,6 +41,14 @@ Result<std::vector<ClothId>> CheckLoad(const v1::LoadStatesRequest& request) {
   return ids;
 }
 
+Result<v1::SaveStatesResponse> ToAnswer(const Result<SavedSummary>& saved) {
+  if (!saved.ok()) return saved.status();
+  v1::SaveStatesResponse answer;
+  answer.set_cloths(static_cast<uint32_t>(saved->cloths));
+  answer.set_bytes(saved->bytes);
+  return answer;
+}
+
 }  // namespace
 
 grpc::ServerUnaryReactor* SimulationService::SaveStates(Context* context,
@@ -50,34 +59,38 @@ grpc::ServerUnaryReactor* SimulationService::SaveStates(Context* context,
   const RequestTag tag(caller, *request);
   const Result<std::vector<ClothId>> ids = CheckSave(*request);
   if (!ids.ok()) return Answer(context, ids.status(), tag);
-  Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
+  Result<SessionLease> session = context_.FindSession(caller, request->session());
   if (!session.ok()) return Answer(context, session.status(), tag);
-  Result<ClothList> cloths = (*session)->FindCloths(*ids);
-  if (!cloths.ok()) return Answer(context, cloths.status(), tag);
   UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(session).value();
-  call->lease->SaveStates(std::move(cloths).value(), request->name(),
-                          EndWith<SavedSummary>(call, [response](const SavedSummary& saved) {
-                            response->set_cloths(static_cast<uint32_t>(saved.cloths));
-                            response->set_bytes(saved.bytes);
-                          }));
+  const auto end = BeginOnce(call, *request, response);
+  if (!end) return call;
+  Result<ClothList> cloths = call->lease->FindCloths(*ids);
+  if (cloths.ok()) {
+    call->lease->SaveStates(std::move(cloths).value(), request->name(),
+                            [end](const Result<SavedSummary>& saved) { end(ToAnswer(saved)); });
+  } else {
+    end(cloths.status());
+  }
   return call;
 }
 
 grpc::ServerUnaryReactor* SimulationService::LoadStates(Context* context,
                                                         const v1::LoadStatesRequest* request,
-                                                        v1::LoadStatesResponse*) {
+                                                        v1::LoadStatesResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
   const Result<std::vector<ClothId>> ids = CheckLoad(*request);
   if (!ids.ok()) return Answer(context, ids.status(), tag);
-  Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
+  Result<SessionLease> session = context_.FindSession(caller, request->session());
   if (!session.ok()) return Answer(context, session.status(), tag);
   UnaryCall* call = UnaryCall::New(tag);
   call->lease = std::move(session).value();
+  const auto end = BeginOnce(call, *request, response);
+  if (!end) return call;
   call->lease->LoadStates(request->name(), *ids, ToClothIds(request->saved_cloth_ids()),
-                          [call](const Status& status) { call->End(status); });
+                          WithoutValue(end));
   return call;
 }
 
@@ -87,7 +100,7 @@ grpc::ServerUnaryReactor* SimulationService::DropStates(Context* context,
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
-  const Result<SessionLease> session = context_.sessions.Find(request->session(), caller.tenant);
+  const Result<SessionLease> session = context_.FindSession(caller, request->session());
   return Answer(context, session.ok() ? (*session)->DropStates(request->name()) : session.status(),
                 tag);
 }

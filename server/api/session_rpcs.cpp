@@ -6,9 +6,12 @@
 namespace drape::api {
 namespace {
 
-Status FillSession(const Result<SessionView>& view, v1::Session* response) {
-  if (view.ok()) *response = ToProto(*view);
-  return view.status();
+Status FillSession(const ServiceContext& context, const Result<SessionView>& view,
+                   v1::Session* response) {
+  if (!view.ok()) return view.status();
+  *response = ToProto(*view);
+  response->set_incarnation(context.incarnation);
+  return Status::Ok();
 }
 
 }  // namespace
@@ -23,9 +26,10 @@ grpc::ServerUnaryReactor* SimulationService::CreateSession(Context* context,
   const Result<SessionLease> session =
       context_.sessions.Create(ttl_s, request->display_name(), caller.tenant);
   if (!session.ok()) return Answer(context, session.status(), tag);
-  return Answer(context,
-                FillSession(context_.sessions.Get((*session)->name(), caller.tenant), response),
-                tag);
+  return Answer(
+      context,
+      FillSession(context_, context_.sessions.Get((*session)->name(), caller.tenant), response),
+      tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::GetSession(Context* context,
@@ -34,8 +38,9 @@ grpc::ServerUnaryReactor* SimulationService::GetSession(Context* context,
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
-  return Answer(context,
-                FillSession(context_.sessions.Get(request->name(), caller.tenant), response), tag);
+  return Answer(
+      context,
+      FillSession(context_, context_.sessions.Get(request->name(), caller.tenant), response), tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::ListSessions(Context* context,
@@ -63,7 +68,9 @@ grpc::ServerUnaryReactor* SimulationService::RenewSession(Context* context,
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
   return Answer(
-      context, FillSession(context_.sessions.Renew(request->name(), caller.tenant), response), tag);
+      context,
+      FillSession(context_, context_.sessions.Renew(request->name(), caller.tenant), response),
+      tag);
 }
 
 grpc::ServerUnaryReactor* SimulationService::DeleteSession(Context* context,

@@ -23,6 +23,24 @@ std::shared_ptr<ByteBudget> MakeUnreadBudget(const RequestLimits& limits) {
       ByteBudget::Limit{"max_unread_bytes", limits.max_unread_bytes}, kRetryWhenUnread_ms);
 }
 
+Caller ServiceContext::Identify(const grpc::CallbackServerContext& call) const {
+  Caller caller = authentication != nullptr ? authentication->Identify(call) : Caller{};
+  caller.deadline_us = DeadlineOf_us(call, clock);
+  const auto& metadata = call.client_metadata();
+  const auto known = metadata.find(kIncarnationHeader);
+  if (known != metadata.end()) caller.incarnation = {known->second.data(), known->second.size()};
+  return caller;
+}
+
+Result<SessionLease> ServiceContext::FindSession(const Caller& caller,
+                                                 const std::string& session) const {
+  DRAPE_ASSIGN_OR_RETURN(SessionLease found, sessions.Find(session, caller.tenant));
+  if (caller.incarnation.empty() || caller.incarnation == incarnation) return found;
+  return Status(StatusCode::kFailedPrecondition, "STATE_LOST",
+                "the server has started again: the session came back as it was at some moment "
+                "before, and what was done after that is lost");
+}
+
 SimulationService::SimulationService(ServiceContext context)
     : context_(WithBudget(std::move(context))), start_us_(context_.clock.NowUs()) {}
 

@@ -33,12 +33,15 @@ struct ServiceContext {
   // Who may call. Null: everybody.
   std::shared_ptr<const Authentication> authentication = nullptr;
 
-  Caller Identify(const grpc::CallbackServerContext& call) const {
-    Caller caller = authentication != nullptr ? authentication->Identify(call) : Caller{};
-    caller.deadline_us = DeadlineOf_us(call, clock);
-    return caller;
-  }
+  // Also reads the run of the server that the caller knows (kIncarnationHeader).
+  Caller Identify(const grpc::CallbackServerContext& call) const;
+  // SessionRegistry::Find for the caller. FAILED_PRECONDITION (STATE_LOST) if it came back from an
+  // earlier run and the caller knows only that one.
+  Result<SessionLease> FindSession(const Caller& caller, const std::string& session) const;
 };
+
+// Metadata of requests: the `incarnation` of the server for which they are meant.
+inline constexpr char kIncarnationHeader[] = "x-drape-incarnation";
 
 // ServiceContext::unread within these limits.
 std::shared_ptr<ByteBudget> MakeUnreadBudget(const RequestLimits& limits);

@@ -26,7 +26,7 @@ ExportReactor* ExportReactor::Start(const ServiceContext& context, const Caller&
 
 Status ExportReactor::Begin(const ServiceContext& context, const Caller& caller,
                             const v1::ExportClothsRequest& request) {
-  DRAPE_ASSIGN_OR_RETURN(session_, context.sessions.Find(request.session(), caller.tenant));
+  DRAPE_ASSIGN_OR_RETURN(session_, context.FindSession(caller, request.session()));
   std::shared_ptr<const SavedStates> saved = session_->FindSaved(request.name());
   if (saved == nullptr) return SavedStatesNotFound(request.name());
   next_ = request.offset();
@@ -116,8 +116,7 @@ Status ImportReactor::Begin(const v1::ImportClothsRequest::Begin& begin) {
   if (begin.total_bytes() == 0) {
     return Status::InvalidField("begin.total_bytes", "is 0; the size of the snapshot is needed");
   }
-  DRAPE_ASSIGN_OR_RETURN(SessionLease session,
-                         context_.sessions.Find(begin.session(), caller_.tenant));
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session, context_.FindSession(caller_, begin.session()));
   DRAPE_ASSIGN_OR_RETURN(held_,
                          session->saved_budget().Take(session->owner(), begin.total_bytes()));
   session_ = std::move(session);

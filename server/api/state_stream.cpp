@@ -88,8 +88,7 @@ Status StateStreamReactor::Take(const v1::StreamStatesRequest& request) {
 Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& request) {
   tag_ = RequestTag("StreamStates", caller_, request);
   DRAPE_ASSIGN_OR_RETURN(const CheckedSubscription checked, CheckSubscribe(request));
-  DRAPE_ASSIGN_OR_RETURN(SessionLease session,
-                         context_.sessions.Find(request.session(), caller_.tenant));
+  DRAPE_ASSIGN_OR_RETURN(SessionLease session, context_.FindSession(caller_, request.session()));
   DRAPE_ASSIGN_OR_RETURN(const ClothList cloths, session->FindCloths(checked.cloths));
   if (cloths.empty()) {
     return Status(StatusCode::kFailedPrecondition, "NO_CLOTHS", "the session has no cloths");

@@ -156,7 +156,7 @@ Status Start(const ServiceContext& context, const Caller& caller, const v1::Step
   DRAPE_ASSIGN_OR_RETURN(const CheckedStep checked,
                          CheckStep(request, context.scheduler.limits().max_steps_per_request));
   DRAPE_RETURN_IF_ERROR(CheckImpulses(checked.impulses, context.scheduler.description()));
-  DRAPE_ASSIGN_OR_RETURN(call->session, context.sessions.Find(request.session(), caller.tenant));
+  DRAPE_ASSIGN_OR_RETURN(call->session, context.FindSession(caller, request.session()));
   DRAPE_ASSIGN_OR_RETURN(std::optional<v1::StepResponse> known,
                          BeginRequest<v1::StepResponse>(call->session->request_memory(),
                                                         request.request_id(), request));

@@ -147,6 +147,7 @@ Result<ClothPage> Session::ListCloths(uint32_t page_size, const std::string& pag
 }
 
 void Session::DeleteCloths(ClothList cloths, std::function<void(Status)> done) {
+  if (commons_->scheduler.is_draining()) return done(DrainingStatus());
   FreeOnDevice(Unpublish(cloths), std::move(done));
 }
 
@@ -172,8 +173,8 @@ void Session::FreeOnDevice(ClothList cloths, std::function<void(Status)> done) {
         self->ReleaseQuota(cloths.size(), ParticleTotal(cloths));
         self->commons_->scheduler.Complete([done] { done(Status::Ok()); });
       });
-  // The backend and its cloths no longer exist.
-  if (!is_taken) done(Status::Ok());
+  // The backend and its cloths no longer exist. They may be in the last checkpoint, and come back.
+  if (!is_taken) done(DrainingStatus());
 }
 
 }  // namespace drape

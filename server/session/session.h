@@ -134,7 +134,8 @@ class Session : public std::enable_shared_from_this<Session> {
   void UpdateCloths(ClothList cloths, ClothChange change,
                     std::function<void(Result<UpdatedCloths>)> done, const ModelRules& rules = {});
   // The ids are invalid on return; `done` runs when the device memory is free. Running step
-  // requests on one of the cloths end with NOT_FOUND (CLOTH_NOT_FOUND).
+  // requests on one of the cloths end with NOT_FOUND (CLOTH_NOT_FOUND). UNAVAILABLE (DRAINING):
+  // they may be in the last checkpoint, and come back.
   void DeleteCloths(ClothList cloths, std::function<void(Status)> done);
   // Back to the state, step, time, warnings and pins of creation (or of the last update of pins);
   // parameters stay. A running step request continues from there for its remaining steps.

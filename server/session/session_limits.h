@@ -21,7 +21,7 @@ struct SessionLimits {
   uint64_t max_remembered_bytes = uint64_t{1} << 30;
   // States kept by name (SaveStates), of all sessions; a session, or a tenant, may have a quarter.
   uint64_t max_saved_bytes = uint64_t{4} << 30;
-  // Names that still answer SESSION_EXPIRED or STATE_LOST; older ones are SESSION_NOT_FOUND.
+  // Names that still answer SESSION_EXPIRED or SESSION_LOST; older ones are SESSION_NOT_FOUND.
   uint32_t max_ended_names = 4096;
 };
 

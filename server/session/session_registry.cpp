@@ -275,7 +275,7 @@ void SessionRegistry::RememberEnded(const std::string& name, const std::string& 
 void SessionRegistry::RememberLost(const std::string& name, const std::string& tenant) {
   const std::lock_guard lock(mutex_);
   RememberEnded(name, tenant,
-                {StatusCode::kNotFound, "STATE_LOST",
+                {StatusCode::kNotFound, "SESSION_LOST",
                  "the session was lost with the device or the process that held it; create it "
                  "again"});
 }
@@ -284,9 +284,12 @@ void SessionRegistry::Delete(const std::string& name, std::function<void(Status)
                              const std::string& tenant) {
   Status status;
   std::shared_ptr<Session> session;
+  const bool is_draining = commons_->scheduler.is_draining();
   {
     const std::lock_guard lock(mutex_);
     status = CheckLive(name, tenant);
+    // It may be in the last checkpoint, and come back.
+    if (status.ok() && is_draining) status = DrainingStatus();
     if (status.ok()) {
       session = sessions_.at(name).session;
       Remove(name);

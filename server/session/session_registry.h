@@ -113,7 +113,7 @@ class SessionRegistry {
   void SetBeforeExpiry(std::function<void(const std::shared_ptr<Session>&)> before) {
     before_expiry_ = std::move(before);
   }
-  // From now on the name answers STATE_LOST where it would answer SESSION_NOT_FOUND: for sessions
+  // From now on the name answers SESSION_LOST where it would answer SESSION_NOT_FOUND: for sessions
   // of an earlier run that cannot be returned.
   void RememberLost(const std::string& name, const std::string& tenant);
   // To all others but its tenant a session is NOT_FOUND (SESSION_NOT_FOUND), here and below.

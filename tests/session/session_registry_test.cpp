@@ -133,7 +133,7 @@ TEST_F(SessionRegistryTest, ExpiredNamesAreRememberedOnlySoLong) {
 TEST_F(SessionRegistryTest, LostNamesSaySoToTheirTenant) {
   Start();
   registry_->RememberLost("sessions/former-1", "one");
-  EXPECT_EQ(registry_->Find("sessions/former-1", "one").status().reason(), "STATE_LOST");
+  EXPECT_EQ(registry_->Find("sessions/former-1", "one").status().reason(), "SESSION_LOST");
   EXPECT_EQ(registry_->Find("sessions/former-1", "two").status().reason(), "SESSION_NOT_FOUND");
 }
 

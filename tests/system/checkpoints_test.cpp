@@ -108,6 +108,37 @@ TEST_F(Checkpoints, AKilledServerGoesOnFromThemWithTheSameBits) {
   }
 }
 
+// Nothing is done for a client that takes what came back for what it knows.
+TEST_F(Checkpoints, AClientThatKnowsAnEarlierRunIsTold) {
+  auto server = StartServer();
+  auto stub = server->NewStub();
+  v1::Session session = Call(*stub, &Stub::CreateSession, v1::CreateSessionRequest()).value;
+  const uint64_t id = Create(*stub, HangingSheet(session.name(), 4))[0];
+  const std::string before = session.incarnation();
+  EXPECT_EQ(before,
+            Call(*stub, &Stub::GetServerInfo, v1::GetServerInfoRequest()).value.incarnation());
+  const auto step = [&](const std::string& incarnation) {
+    grpc::ClientContext context;
+    context.AddMetadata("x-drape-incarnation", incarnation);
+    v1::StepResponse answer;
+    return ReasonOf(stub->Step(&context, StepsOf(session.name(), {id}, 1), &answer));
+  };
+  EXPECT_EQ(step(before), "");
+  server->Signal(SIGTERM);
+  ASSERT_EQ(server->WaitForExit(), 0);
+
+  server = StartServer();
+  stub = server->NewStub();
+  EXPECT_EQ(step(before), "STATE_LOST");
+  EXPECT_EQ(Get(*stub, session.name(), id).step(), 1u) << "nothing is done";
+  v1::GetSessionRequest get;
+  get.set_name(session.name());
+  session = Call(*stub, &Stub::GetSession, get).value;
+  EXPECT_NE(session.incarnation(), before);
+  EXPECT_EQ(step(session.incarnation()), "");
+  EXPECT_EQ(Get(*stub, session.name(), id).step(), 2u);
+}
+
 TEST_F(Checkpoints, ADrainLosesNothing) {
   auto server = StartServer("3600");
   auto stub = server->NewStub();

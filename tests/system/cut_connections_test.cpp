@@ -1,22 +1,18 @@
 // Requests with ids through a proxy that cuts connections: each is done once.
 #include <grpcpp/create_channel.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <memory>
-#include <random>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
+#include "tests/api/requests.h"
 #include "tests/system/calls.h"
+#include "tests/system/cutting_proxy.h"
 #include "tests/system/server_process.h"
 
 namespace drape::test {
@@ -24,87 +20,6 @@ namespace {
 
 constexpr int kWorkers = 4;
 constexpr int kRequestsPerWorker = 150;
-
-// Passes bytes on between its clients and a port of this machine, and cuts each connection after
-// some random number of them.
-class CuttingProxy {
- public:
-  explicit CuttingProxy(int target_port) : target_port_(target_port) {
-    listener_ = socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in any{};
-    any.sin_family = AF_INET;
-    any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(bind(listener_, reinterpret_cast<sockaddr*>(&any), sizeof(any)), 0);
-    EXPECT_EQ(listen(listener_, 64), 0);
-    socklen_t length = sizeof(any);
-    getsockname(listener_, reinterpret_cast<sockaddr*>(&any), &length);
-    port_ = ntohs(any.sin_port);
-    acceptor_ = std::thread([this] { Accept(); });
-  }
-  ~CuttingProxy() {
-    is_over_ = true;
-    acceptor_.join();
-    for (std::thread& connection : connections_) connection.join();
-    close(listener_);
-  }
-  std::string Address() const { return "127.0.0.1:" + std::to_string(port_); }
-  int cuts() const { return cuts_; }
-
- private:
-  void Accept() {
-    std::mt19937 random(7);
-    while (!is_over_) {
-      pollfd ready{listener_, POLLIN, 0};
-      if (poll(&ready, 1, 20) <= 0) continue;
-      const int client = accept(listener_, nullptr, nullptr);
-      if (client < 0) continue;
-      const size_t bytes = std::uniform_int_distribution<size_t>(300, 8000)(random);
-      connections_.emplace_back([this, client, bytes] { Pass(client, bytes); });
-    }
-  }
-
-  void Pass(int client, size_t bytes) {
-    const int server = socket(AF_INET, SOCK_STREAM, 0);
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_port = htons(static_cast<uint16_t>(target_port_));
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    bool is_open = connect(server, reinterpret_cast<sockaddr*>(&to), sizeof(to)) == 0;
-    while (is_open && !is_over_) {
-      pollfd ready[] = {{client, POLLIN, 0}, {server, POLLIN, 0}};
-      if (poll(ready, 2, 20) <= 0) continue;
-      for (const auto& [from, into] : {std::pair(0, server), std::pair(1, client)}) {
-        if (is_open && ready[from].revents != 0) is_open = Move(ready[from].fd, into, bytes);
-      }
-    }
-    ++cuts_;
-    close(client);
-    close(server);
-  }
-
-  // False: the connection has ended, or is to be cut.
-  static bool Move(int from, int into, size_t& bytes) {
-    char buffer[512];
-    const ssize_t count = recv(from, buffer, std::min(sizeof(buffer), bytes), 0);
-    if (count <= 0) return false;
-    for (ssize_t sent = 0; sent < count;) {
-      const ssize_t more =
-          send(into, buffer + sent, static_cast<size_t>(count - sent), MSG_NOSIGNAL);
-      if (more <= 0) return false;
-      sent += more;
-    }
-    bytes -= static_cast<size_t>(count);
-    return bytes > 0;
-  }
-
-  const int target_port_;
-  int listener_ = -1;
-  int port_ = 0;
-  std::atomic<bool> is_over_ = false;
-  std::atomic<int> cuts_ = 0;
-  std::thread acceptor_;
-  std::vector<std::thread> connections_;  // the acceptor's until it has ended
-};
 
 std::unique_ptr<Stub> StubThrough(const CuttingProxy& proxy) {
   grpc::ChannelArguments arguments;
@@ -138,7 +53,7 @@ TEST(CutConnections, EveryRequestIsDoneOnce) {
   const auto direct = server.NewStub();
   const std::string session = NewSession(*direct);
   const Ids ids = Create(*direct, HangingSheet(session, 4, 1 + kWorkers));
-  CuttingProxy proxy(std::stoi(server.Address().substr(server.Address().rfind(':') + 1)));
+  CuttingProxy proxy(PortOf(server.Address()));
   std::atomic<int> repetitions = 0;
   std::vector<std::thread> workers;
   for (int w = 0; w < kWorkers; ++w) {
@@ -159,6 +74,76 @@ TEST(CutConnections, EveryRequestIsDoneOnce) {
   }
   EXPECT_GT(proxy.cuts(), 20) << "the connections were hardly cut";
   EXPECT_GT(repetitions, 20) << "hardly a request had to be repeated";
+}
+
+// What was given up and arrives after its repetition and a later request: it would undo that.
+TEST(CutConnections, ASendingThatArrivesLateDoesNothing) {
+  ServerProcess server({"--backend=cpu"});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const auto stub = server.NewStub();
+  const std::string session = NewSession(*stub);
+  const uint64_t id = Create(*stub, HangingSheet(session, 4))[0];
+  Step(*stub, StepsOf(session, {id}, 3));
+  const auto do_twice = [&](auto method, auto request, const std::string& request_id,
+                            const std::function<void()>& meanwhile) {
+    SCOPED_TRACE(request_id);
+    request.set_session(session);
+    request.set_request_id(request_id);
+    ASSERT_TRUE(Call(*stub, method, request).status.ok());
+    meanwhile();
+    const std::string before = Bits(*stub, session, {id}) + Get(*stub, session, id).DebugString();
+    const auto late = Call(*stub, method, request);
+    EXPECT_TRUE(late.status.ok()) << late.status.error_message();
+    EXPECT_TRUE(Bits(*stub, session, {id}) + Get(*stub, session, id).DebugString() == before);
+    request.set_session(session + "x");
+    EXPECT_EQ(ReasonOf(Call(*stub, method, request).status), "SESSION_NOT_FOUND");
+  };
+  const auto step = [&] { Step(*stub, StepsOf(session, {id}, 2)); };
+
+  v1::ResetClothsRequest reset;
+  reset.add_cloth_ids(id);
+  do_twice(&Stub::ResetCloths, reset, "reset", step);
+
+  v1::UpdateClothsRequest update;
+  update.add_cloth_ids(id);
+  update.mutable_update_mask()->add_paths("material.damping_per_s");
+  update.mutable_update_mask()->add_paths("environment.gravity_m_per_s2");
+  Set(update.mutable_spec()->mutable_environment()->mutable_gravity_m_per_s2(), {0, -1, 0});
+  do_twice(&Stub::UpdateCloths, update, "update", [&] {
+    v1::UpdateClothsRequest other = update;
+    other.set_session(session);
+    Set(other.mutable_spec()->mutable_environment()->mutable_gravity_m_per_s2(), {0, -2, 0});
+    ASSERT_TRUE(Call(*stub, &Stub::UpdateCloths, other).status.ok());
+  });
+
+  v1::SaveStatesRequest save;
+  save.set_name("a");
+  save.add_cloth_ids(id);
+  const uint64_t saved_at = Get(*stub, session, id).step();
+  do_twice(&Stub::SaveStates, save, "save", step);
+  v1::LoadStatesRequest load;
+  load.set_name("a");
+  load.add_cloth_ids(id);
+  do_twice(&Stub::LoadStates, load, "load", [&] {
+    EXPECT_EQ(Get(*stub, session, id).step(), saved_at)
+        << "the late saving replaced what was saved";
+    step();
+  });
+
+  v1::WriteStatesRequest write;
+  write.add_cloth_ids(id);
+  *write.mutable_positions_m() = Read(*stub, session, {id})[0].positions_m();
+  do_twice(&Stub::WriteStates, write, "write", step);
+
+  // A deletion that was done and is repeated is no error.
+  v1::DeleteClothsRequest deletion;
+  deletion.set_session(session);
+  deletion.add_cloth_ids(id);
+  deletion.set_request_id("delete");
+  EXPECT_TRUE(Call(*stub, &Stub::DeleteCloths, deletion).status.ok());
+  EXPECT_TRUE(Call(*stub, &Stub::DeleteCloths, deletion).status.ok());
+  deletion.set_request_id("another");
+  EXPECT_EQ(ReasonOf(Call(*stub, &Stub::DeleteCloths, deletion).status), "CLOTH_NOT_FOUND");
 }
 
 }  // namespace

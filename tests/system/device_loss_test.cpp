@@ -94,7 +94,7 @@ TEST_F(DeviceLoss, WithoutCheckpointsClientsAreToldThatTheirStateIsLost) {
   Order("reset");
   EXPECT_EQ(StatusOfStep(session, ids).error_code(), grpc::StatusCode::UNAVAILABLE);
   ASSERT_NO_FATAL_FAILURE(AwaitNewIncarnation(former));
-  EXPECT_EQ(ReasonOf(StatusOfStep(session, ids)), "STATE_LOST");
+  EXPECT_EQ(ReasonOf(StatusOfStep(session, ids)), "SESSION_LOST");
   EXPECT_EQ(ReasonOf(StatusOfStep(session + "0", ids)), "SESSION_NOT_FOUND");
   const std::string another = NewSession(*stub_);
   const Ids its = Create(*stub_, HangingSheet(another, 5));

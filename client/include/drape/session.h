@@ -16,6 +16,7 @@
 #include "drape/v1/render.pb.h"
 #include "drape/v1/session.pb.h"
 #include "drape/v1/simulation_service.pb.h"
+#include "drape/v1/snapshots.pb.h"
 #include "drape/v1/step.pb.h"
 
 namespace drape {
@@ -40,6 +41,8 @@ struct RestoredCloths {
 };
 
 // A lease on the server and its cloths. Thread-safe: requests from several threads are independent.
+// A server with checkpoints that has started again holds the session as it was some time before.
+// Every request fails then with kFailedPrecondition (STATE_LOST), and does nothing, until Reattach.
 // Unless Detach() was called, the destructor of a session made by Client::CreateSession deletes it
 // on the server with all its cloths; an attached session stays.
 class Session {
@@ -54,6 +57,10 @@ class Session {
   const std::string& name() const;
   // The server's present view of it. Also extends the lease.
   v1::Session Renew();
+  // After STATE_LOST: takes the session as it came back. Look where its cloths are (ListCloths):
+  // later steps, cloths and changes are lost, and so are saved states, subscriptions and request
+  // ids. Throws kNotFound if it did not come back.
+  v1::Session Reattach();
   // The reason why automatic renewal gave up (the session no longer exists); unset while it works.
   std::optional<Error> lease_error() const;
   // Leaves the session on the server when this object is destroyed; its lease then expires.
@@ -79,6 +86,7 @@ class Session {
   // UpdateCloths with all its options: a change of each cloth of its own by `overrides`.
   v1::ClothShape UpdateCloths(v1::UpdateClothsRequest request);
   void DeleteCloths(std::span<const ClothId> cloths);
+  void DeleteCloths(v1::DeleteClothsRequest request);
   // Back to the state of creation. At least one cloth: an empty list is kInvalidArgument.
   void ResetCloths(std::span<const ClothId> cloths);
   // The same of every cloth of the session.
@@ -98,6 +106,10 @@ class Session {
   States ReadStates(const v1::StateView& view = {}) const;
   // Puts particles elsewhere; see WriteStates of the service.
   void WriteStates(v1::WriteStatesRequest request);
+  // States that the server keeps by name until the session ends; see SaveStates of the service.
+  v1::SaveStatesResponse SaveStates(v1::SaveStatesRequest request);
+  void LoadStates(v1::LoadStatesRequest request);
+  void DropStates(const std::string& name);
   // The cloths as bytes, with everything that they go on from; no cloths: every one of the session.
   // While they come they count among the saved states of the server. An export that is cut goes on.
   std::string TakeSnapshot(std::span<const ClothId> cloths = {}) const;

@@ -11,7 +11,7 @@ import grpc
 from google.rpc import error_details_pb2, status_pb2
 
 _DETAILS_KEY = "grpc-status-details-bin"
-_LOST = ("SESSION_NOT_FOUND", "SESSION_EXPIRED", "STATE_LOST")
+_LOST = ("SESSION_NOT_FOUND", "SESSION_EXPIRED", "SESSION_LOST")
 
 
 class FieldViolation(NamedTuple):

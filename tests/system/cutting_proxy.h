@@ -1,0 +1,59 @@
+// Between clients and a server: passes bytes on, and cuts connections.
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <cstdint>
+#include <list>
+#include <random>
+#include <string>
+#include <thread>
+
+namespace drape::test {
+
+// Passes bytes on between its clients and a port of this machine, and cuts each connection after
+// some random number of them, which is of every size between `least_bytes` and `most_bytes`. What
+// was sent until then arrives, unchanged. Thread-safe.
+class CuttingProxy {
+ public:
+  explicit CuttingProxy(int target_port, size_t least_bytes = 300, size_t most_bytes = 8000);
+  ~CuttingProxy();
+  CuttingProxy(const CuttingProxy&) = delete;
+  CuttingProxy& operator=(const CuttingProxy&) = delete;
+
+  // For new connections; those that exist are cut. 0: new ones wait until there is a target.
+  void SetTarget(int port) { target_port_ = port; }
+  std::string Address() const { return "127.0.0.1:" + std::to_string(port_); }
+  int cuts() const { return cuts_; }
+
+ private:
+  struct Connection {
+    int client = -1;
+    int server = -1;  // -1: it waits for a target
+    int target_port = 0;
+    size_t bytes_left = 0;
+  };
+
+  void Loop();
+  void Accept();
+  // False: it has ended, or is to be cut.
+  bool Pass(Connection& connection, short client_events, short server_events) const;
+  static bool Move(int from, int into, size_t& bytes_left);
+  static int ConnectTo(int port);
+
+  const size_t least_bytes_;
+  const size_t most_bytes_;
+  std::mt19937 random_{7};
+  std::atomic<int> target_port_;
+  int listener_ = -1;
+  int port_ = 0;
+  std::list<Connection> connections_;  // of the thread
+  std::atomic<bool> is_over_ = false;
+  std::atomic<int> cuts_ = 0;
+  std::thread thread_;
+};
+
+// The port of "127.0.0.1:<port>".
+int PortOf(const std::string& address);
+
+}  // namespace drape::test
