@@ -37,6 +37,7 @@ constexpr milliseconds kWritePatience{60'000};
 Status Serve(Config config, const std::vector<std::string>& arguments) {
   const FormerRun former = TakeFormerRun();
   if (former.port != 0) config.listen = WithPort(config.listen, former.port);
+  LossHandling handling(arguments, former);
   TakeSignals();
   const uint64_t files = api::RaiseFileLimit();
   const Result<api::ServerOptions> options = ToServerOptions(config);
@@ -97,13 +98,16 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
         DRAPE_VERSION, incarnation, config.listen, (*server)->port(), backend.name, backend.device,
         files);
     if (operations != nullptr) operations->SetReady(true);
-    const LossHandling handling(arguments, former.losses_unix_s, [&] {
+    handling.Replace([&] {
       return FormerRun{{}, backend.is_hardware_gpu, (*server)->port(), NamesOf(sessions)};
     });
     const int signal = WaitForStop(config, **scheduler, authentication->get());
-    guard.emplace(StopSignals(), milliseconds(config.drain_grace_ms) + kStopPatience +
-                                     (checkpoints.is_on() ? kWritePatience : milliseconds(0)));
+    guard.emplace(StopSignals(),
+                  milliseconds(config.drain_grace_ms) + kStopPatience +
+                      (checkpoints.is_on() ? kWritePatience : milliseconds(0)),
+                  signal == SIGUSR2 ? 1 : 0);  // a supervisor's, after the operator's request
     spdlog::info("draining signal={} grace_ms={}", signal, config.drain_grace_ms);
+    handling.Replace({});  // the end is near, and its own answer to a loss
     (*server)->SetServing(false);
     if (operations != nullptr) operations->SetReady(false);
   }

@@ -95,12 +95,17 @@ FormerRun TakeFormerRun() {
   return left;
 }
 
-LossHandling::LossHandling(std::vector<std::string> arguments, std::vector<double> losses_unix_s,
-                           std::function<FormerRun()> what_is_left) {
-  OnDeviceLoss([=](const std::string& reason) {
+LossHandling::LossHandling(std::vector<std::string> arguments, FormerRun former)
+    : arguments_(std::move(arguments)), former_losses_unix_s_(former.losses_unix_s) {
+  Replace([former = std::move(former)] { return former; });
+}
+
+void LossHandling::Replace(std::function<FormerRun()> what_is_left) {
+  if (!what_is_left) return OnDeviceLoss({});
+  OnDeviceLoss([this, what_is_left](const std::string& reason) {
     const double now_unix_s = NowUnix_s();
     FormerRun left = what_is_left();
-    left.losses_unix_s = losses_unix_s;
+    left.losses_unix_s = former_losses_unix_s_;
     left.losses_unix_s.push_back(now_unix_s);
     std::erase_if(left.losses_unix_s,
                   [&](double loss_unix_s) { return now_unix_s - loss_unix_s > kLossWindow_s; });
@@ -109,7 +114,7 @@ LossHandling::LossHandling(std::vector<std::string> arguments, std::vector<doubl
                   left.sessions.size(), begins_anew);
     spdlog::default_logger()->flush();
     if (!begins_anew) std::_Exit(1);
-    spdlog::error("failed reason=NOT_BEGUN_ANEW message=\"{}\"", BeginAnew(arguments, left));
+    spdlog::error("failed reason=NOT_BEGUN_ANEW message=\"{}\"", BeginAnew(arguments_, left));
   });
 }
 

@@ -29,12 +29,19 @@ class LossHandling {
   static constexpr size_t kMaxLosses = 5;
   static constexpr double kLossWindow_s = 600;
 
-  // `what_is_left` is called on the thread that finds the loss; losses are added to it.
-  LossHandling(std::vector<std::string> arguments, std::vector<double> former_losses_unix_s,
-               std::function<FormerRun()> what_is_left);
+  // Leaves what this process was left, with one loss more, until Replace.
+  LossHandling(std::vector<std::string> arguments, FormerRun former);
   ~LossHandling();
   LossHandling(const LossHandling&) = delete;
   LossHandling& operator=(const LossHandling&) = delete;
+
+  // From now on `what_is_left` is called, on the thread that finds the loss; losses are added to
+  // it. Null: a loss ends the process from now on.
+  void Replace(std::function<FormerRun()> what_is_left);
+
+ private:
+  const std::vector<std::string> arguments_;
+  const std::vector<double> former_losses_unix_s_;
 };
 
 }  // namespace drape

@@ -31,6 +31,7 @@ sigset_t AwaitedSignals() {
   sigset_t signals = StopSignals();
   sigaddset(&signals, SIGHUP);
   sigaddset(&signals, SIGUSR1);
+  sigaddset(&signals, SIGUSR2);
   return signals;
 }
 
@@ -65,7 +66,7 @@ int WaitForStop(const Config& config, Scheduler& scheduler, api::Authentication*
   const timespec period{kStatisticsPeriod_s, 0};
   while (true) {
     const int signal = sigtimedwait(&signals, nullptr, &period);
-    if (signal == SIGINT || signal == SIGTERM) return signal;
+    if (signal == SIGINT || signal == SIGTERM || signal == SIGUSR2) return signal;
     if (signal == SIGHUP) ReloadTokens(config, scheduler, authentication);
     LogStatistics(signal == SIGUSR1 ? spdlog::level::info : spdlog::level::debug, scheduler);
   }

@@ -13,12 +13,14 @@ namespace drape {
 sigset_t StopSignals();
 
 // Blocks them in this thread and those that it starts, and the ones that ask for something else:
-// SIGHUP and SIGUSR1. Ignores SIGPIPE, of a log that nobody reads any more.
+// SIGHUP, SIGUSR1 and SIGUSR2. Ignores SIGPIPE, of a log that nobody reads any more.
 void TakeSignals();
 
-// Until a signal ends the server; returns it. SIGUSR1 asks for statistics. SIGHUP comes to servers
-// that shall read their files again, and when a terminal is closed; neither ends this one. A token
-// file that cannot be used leaves the tokens as they are. `authentication`: null without tokens.
+// Until a signal ends the server; returns it. SIGUSR2 ends it as SIGTERM does, but may come again:
+// an operator may ask twice, or a supervisor after him. SIGUSR1 asks for statistics. SIGHUP comes
+// to servers that shall read their files again, and when a terminal is closed; neither ends this
+// one. A token file that cannot be used leaves the tokens as they are. `authentication`: null
+// without tokens.
 int WaitForStop(const Config& config, Scheduler& scheduler, api::Authentication* authentication);
 
 }  // namespace drape

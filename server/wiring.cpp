@@ -60,7 +60,7 @@ Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config) {
 }
 
 std::vector<std::pair<std::string, std::string>> NamesOf(const SessionRegistry& sessions) {
-  std::vector<std::pair<std::string, std::string>> names;
+  std::vector<std::pair<std::string, std::string>> names = sessions.LostNames();
   for (const auto& session : sessions.All()) {
     names.emplace_back(session->name(), session->tenant());
   }
@@ -90,9 +90,9 @@ Status WritePortFile(const std::string& path, int port) {
 }
 
 api::AdminContext ForOperators(const api::ServiceContext& parts, CheckpointKeeper& checkpoints) {
-  api::AdminContext context{parts, [] { kill(getpid(), SIGTERM); }, {}};  // main takes the signal
+  api::AdminContext context{parts, [] { kill(getpid(), SIGUSR2); }, {}};  // main takes the signal
   if (checkpoints.is_on()) {
-    context.write_checkpoints = [&checkpoints] { checkpoints.WriteRound(); };
+    context.write_checkpoints = [&checkpoints] { return checkpoints.WriteRound(); };
   }
   return context;
 }

@@ -32,7 +32,7 @@ SessionLimits WithTenantLimits(SessionLimits limits);
 // Null without a token file.
 Result<std::shared_ptr<api::Authentication>> ReadTokens(const Config& config);
 
-// Names and tenants of all sessions.
+// Names and tenants of all sessions, and of those that were lost.
 std::vector<std::pair<std::string, std::string>> NamesOf(const SessionRegistry& sessions);
 // Those that are not among the sessions answer SESSION_LOST.
 void RememberLost(const std::vector<std::pair<std::string, std::string>>& names,

@@ -22,7 +22,7 @@ struct Admin::Impl {
   Response Call(grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                 const Request& request) const {
     grpc::ClientContext context;
-    connection->Prepare(&context, "");
+    connection->Prepare(&context, {});
     Response response;
     ThrowIfFailed((*stub.*method)(&context, request, &response));
     return response;

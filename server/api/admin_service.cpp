@@ -183,9 +183,9 @@ AdminService::Reactor* AdminService::WriteCheckpoints(Context* context,
     if (parts.scheduler.is_draining()) return call->End(DrainingStatus());
     const int64_t begin_us = parts.clock.NowUs();
     response->set_session_count(static_cast<uint32_t>(parts.sessions.All().size()));
-    context_.write_checkpoints();
+    const Status written = context_.write_checkpoints();
     response->set_duration_s(static_cast<double>(parts.clock.NowUs() - begin_us) / 1e6);
-    call->End(Status::Ok());
+    call->End(written);
   });
   if (!posted.ok()) call->End(posted);
   return call;

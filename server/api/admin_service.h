@@ -12,10 +12,10 @@ namespace drape::api {
 // What it uses; all of it outlives the gRPC servers.
 struct AdminContext {
   ServiceContext parts;  // `unread` is set
-  // Ends the server as SIGTERM does. Returns at once.
+  // Ends the server as SIGTERM does, however often it is called. Returns at once.
   std::function<void()> drain;
-  // Writes the sessions that have changed; blocks. Null: this server keeps none.
-  std::function<void()> write_checkpoints;
+  // Writes the sessions that have changed; blocks; the first error. Null: this server keeps none.
+  std::function<Status()> write_checkpoints;
 };
 
 // Thread-safe.

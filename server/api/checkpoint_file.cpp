@@ -22,6 +22,7 @@ v1::SessionCheckpoint MessageOf(const FormerSession& session) {
   message.set_id_origin(session.issued.origin.Packed());
   message.mutable_generations()->Add(session.issued.generations.begin(),
                                      session.issued.generations.end());
+  message.set_returns(session.issued.returns);
   return message;
 }
 
@@ -58,7 +59,8 @@ Result<CheckpointHead> ReadCheckpointHead(std::string_view bytes) {
                   message.ttl_s(),
                   message.tenant(),
                   {ClothId::FromPacked(message.id_origin()),
-                   {message.generations().begin(), message.generations().end()}}};
+                   {message.generations().begin(), message.generations().end()},
+                   message.returns()}};
   head.stamp = {message.incarnation(), message.written_unix_s()};
   head.snapshot = reader.rest();
   return head;

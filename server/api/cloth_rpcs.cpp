@@ -77,6 +77,7 @@ grpc::ServerUnaryReactor* SimulationService::ListCloths(Context* context,
                                                         v1::ListClothsResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
+  const RequestTag tag(caller, *request);
   const Result<SessionLease> session = context_.FindSession(caller, request->session());
   if (!session.ok()) return Answer(context, session.status(), tag);
   const Result<ClothPage> page =

@@ -167,7 +167,7 @@ void CheckpointKeeper::Loop() {
   std::unique_lock lock(mutex_);
   while (!wake_.wait_for(lock, interval, [this] { return is_stopping_; })) {
     lock.unlock();
-    WriteRound();
+    static_cast<void>(WriteRound());  // it has warned
     lock.lock();
   }
 }
@@ -197,32 +197,32 @@ Result<SavedStates> CheckpointKeeper::Capture(const Session& session) {
   return saved;
 }
 
-void CheckpointKeeper::WriteRound() {
+Status CheckpointKeeper::WriteRound() {
   const std::lock_guard lock(round_mutex_);
   const trace::Span span("checkpoints");
-  const std::vector<SessionPointer> live = sessions_.All();
-  for (const SessionPointer& session : live) {
+  Status first;
+  for (const SessionPointer& session : sessions_.All()) {
     const Result<SavedStates> saved = Capture(*session);
-    if (!saved.ok()) {
-      WarnOfFailure(*session, saved.status());
-      continue;
-    }
-    Write(*session, *saved);
+    if (!saved.ok()) WarnOfFailure(*session, saved.status());
+    const Status status = saved.ok() ? Write(*session, *saved) : saved.status();
+    if (first.ok()) first = status;
   }
-  ForgetEnded(live);
+  ForgetEnded(sessions_.All());  // some have ended meanwhile
+  return first;
 }
 
-void CheckpointKeeper::Write(const Session& session, const SavedStates& saved) {
+Status CheckpointKeeper::Write(const Session& session, const SavedStates& saved) {
   const auto written = api::WriteCheckpoint(DescriptionOf(session), saved, scheduler_.description(),
                                             version_, {incarnation_, NowUnix_s()});
   Status status = written.status();
   if (written.ok()) {
     std::string& digest = digests_[session.name()];
-    if (digest == written->digest) return;
+    if (digest == written->digest) return status;
     status = WriteDurably(PathOf(session.name()), written->bytes);
     if (status.ok()) digest = written->digest;
   }
   if (!status.ok()) WarnOfFailure(session, status);
+  return status;
 }
 
 void CheckpointKeeper::ForgetEnded(const std::vector<SessionPointer>& live) {
@@ -282,7 +282,7 @@ void CheckpointKeeper::WriteLast() {
   for (const auto& [session, saved] : last_) {
     live.push_back(session);
     if (saved.ok()) {
-      Write(*session, *saved);
+      static_cast<void>(Write(*session, *saved));  // it has warned
     } else {
       WarnOfFailure(*session, saved.status());
     }

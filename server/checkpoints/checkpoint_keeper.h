@@ -38,8 +38,9 @@ class CheckpointKeeper {
   // Makes and locks the folder, brings back the sessions that are in it, and begins to write.
   // Before any client; blocks. FILE_FAILED, FOLDER_IN_USE.
   Status Start();
-  // Writes what has changed, and forgets sessions that have ended. Any thread but the device's.
-  void WriteRound();
+  // Writes what has changed, and forgets sessions that have ended. Any thread but the device's. The
+  // first error, after all that could be written was.
+  Status WriteRound();
 
   // The end: Stop, Scheduler::Drain(grace, LastCommand()), WriteLast.
   void Stop();
@@ -54,8 +55,8 @@ class CheckpointKeeper {
   void Loop();
   // The session between steps of its cloths. Not on the device thread.
   Result<SavedStates> Capture(const Session& session);
-  // Logs errors.
-  void Write(const Session& session, const SavedStates& saved);
+  // Logs errors, too.
+  Status Write(const Session& session, const SavedStates& saved);
   void WriteExpired(const SessionPointer& session);
   // Removes the files of those that it has written or recovered, and no others.
   void ForgetEnded(const std::vector<SessionPointer>& live);

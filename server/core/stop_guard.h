@@ -10,10 +10,11 @@
 namespace drape {
 
 // Ends the process with status 1 and a line in the log when `patience` is over or when one of
-// `signals` arrives, whichever is first. The signals must be blocked in every thread.
+// `signals` arrives after the first `signals_left_out` of them, whichever is first. The signals
+// must be blocked in every thread.
 class StopGuard {
  public:
-  StopGuard(const sigset_t& signals, std::chrono::milliseconds patience);
+  StopGuard(const sigset_t& signals, std::chrono::milliseconds patience, int signals_left_out = 0);
   // The server has stopped in time.
   ~StopGuard();
   StopGuard(const StopGuard&) = delete;
@@ -24,6 +25,7 @@ class StopGuard {
 
   const sigset_t signals_;
   const std::chrono::steady_clock::time_point deadline_;
+  const int signals_left_out_;
   std::atomic<bool> is_done_ = false;
   std::thread thread_;
 };

@@ -30,15 +30,14 @@ void Fence::WaitOnDevice() const {
 void Fence::Wait() const {
   if (sync_ == nullptr) return;
   constexpr GLuint64 kOneSecond_ns = 1'000'000'000;
-  const auto begin = std::chrono::steady_clock::now();
   GLenum outcome = GL_TIMEOUT_EXPIRED;
-  while (outcome == GL_TIMEOUT_EXPIRED) {
-    outcome = glClientWaitSync(sync_, GL_SYNC_FLUSH_COMMANDS_BIT, kOneSecond_ns);
+  // Counted, not taken from a clock: the process may be stopped meanwhile.
+  for (std::chrono::seconds waited{0}; outcome == GL_TIMEOUT_EXPIRED; ++waited) {
     const std::chrono::seconds patience = DevicePatience();
-    if (outcome == GL_TIMEOUT_EXPIRED && patience.count() > 0 &&
-        std::chrono::steady_clock::now() - begin > patience) {
+    if (patience.count() > 0 && waited >= patience) {
       LoseDevice("it has not answered for " + std::to_string(patience.count()) + " s");
     }
+    outcome = glClientWaitSync(sync_, GL_SYNC_FLUSH_COMMANDS_BIT, kOneSecond_ns);
   }
   if (outcome == GL_WAIT_FAILED) LoseDevice("it does not wait for a fence");
 }

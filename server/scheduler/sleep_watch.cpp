@@ -68,6 +68,7 @@ void SleepWatch::Wake() {
   state_.steps = 0;
   state_.looks = 0;
   state_.patience = kLeastPatience * stride_;
+  state_.report = {};  // of pins and colliders that may be others now
 }
 
 uint64_t SleepWatch::NextLook() const {

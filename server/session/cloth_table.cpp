@@ -1,10 +1,12 @@
 #include "server/session/cloth_table.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace drape {
 
-ClothTable::ClothTable(IssuedIds issued) : origin_(issued.origin) {
+ClothTable::ClothTable(IssuedIds issued)
+    : origin_(issued.origin), returns_(std::min(issued.returns, kMostReturns)) {
   for (const uint32_t generation : issued.generations) slots_.push_back({generation, nullptr});
   for (uint32_t slot = 0; slot < slots_.size(); ++slot) {
     if (slots_[slot].generation < std::numeric_limits<uint32_t>::max()) free_slots_.push_back(slot);
@@ -13,7 +15,7 @@ ClothTable::ClothTable(IssuedIds issued) : origin_(issued.origin) {
 
 IssuedIds ClothTable::issued() const {
   const std::lock_guard lock(mutex_);
-  IssuedIds issued{.origin = origin_, .generations = {}};
+  IssuedIds issued{.origin = origin_, .generations = {}, .returns = returns_};
   for (const Slot& slot : slots_) issued.generations.push_back(slot.generation);
   return issued;
 }
@@ -53,7 +55,9 @@ void ClothTable::Add(std::span<const std::shared_ptr<ClothRecord>> records,
       slot = free_slots_.back();
       free_slots_.pop_back();
     }
-    record->id = {origin_.slot + slot, origin_.generation + ++slots_[slot].generation};
+    uint32_t& generation = slots_[slot].generation;
+    generation = std::max(generation, returns_ * kGenerationsPerReturn) + 1;
+    record->id = {origin_.slot + slot, origin_.generation + generation};
     Occupy(record, session_name);
   }
   size_ += records.size();

@@ -18,6 +18,9 @@ namespace drape {
 struct IssuedIds {
   ClothId origin;
   std::vector<uint32_t> generations;  // of the slots, from that of the origin on
+  // How often the session came back from an earlier time: what was issued after that time is not
+  // among the generations.
+  uint32_t returns = 0;
 };
 
 // A slot is reused with the next generation, and never again after the last one. Thread-safe.
@@ -25,7 +28,7 @@ class ClothTable {
  public:
   // Slots and generations of ids count from those of `origin` on: with a random one they tell
   // nothing about other sessions, and an id of theirs is as good as never valid here.
-  explicit ClothTable(ClothId origin = {}) : origin_(origin) {}
+  explicit ClothTable(ClothId origin = {}) : origin_(origin), returns_(0) {}
 
   // A table that has issued these ids; they are of cloths no longer.
   explicit ClothTable(IssuedIds issued);
@@ -55,7 +58,13 @@ class ClothTable {
   void Occupy(const std::shared_ptr<ClothRecord>& record, const std::string& session_name);
   uint32_t SlotOf(ClothId id) const { return id.slot - origin_.slot; }
 
+  // After each return generations begin higher than those that were issued meanwhile, unless a slot
+  // was taken that often in one interval of checkpoints. 2^31 leaves room for those of the origin.
+  static constexpr uint32_t kGenerationsPerReturn = 1u << 20;
+  static constexpr uint32_t kMostReturns = 2047;
+
   const ClothId origin_;
+  const uint32_t returns_;
   mutable std::mutex mutex_;
   std::vector<Slot> slots_;
   std::vector<uint32_t> free_slots_;

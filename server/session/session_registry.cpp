@@ -33,6 +33,8 @@ std::string RandomToken() {
   return token;
 }
 
+constexpr char kSessionLost[] = "SESSION_LOST";
+
 Status ExpiredStatus() {
   return {StatusCode::kNotFound, "SESSION_EXPIRED",
           "the session has expired; its cloths are deleted"};
@@ -137,6 +139,7 @@ Result<SessionLease> SessionRegistry::Return(FormerSession former) {
   violations.Require(std::max(origin.slot, origin.generation) <= INT32_MAX, "id_origin",
                      [] { return "is no origin of ids"; });
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
+  ++former.issued.returns;
   const std::lock_guard lock(mutex_);
   if (sessions_.contains(former.name)) {
     return Status::InvalidField("name", "is the name of another session, too");
@@ -275,7 +278,7 @@ void SessionRegistry::RememberEnded(const std::string& name, const std::string& 
 void SessionRegistry::RememberLost(const std::string& name, const std::string& tenant) {
   const std::lock_guard lock(mutex_);
   RememberEnded(name, tenant,
-                {StatusCode::kNotFound, "SESSION_LOST",
+                {StatusCode::kNotFound, kSessionLost,
                  "the session was lost with the device or the process that held it; create it "
                  "again"});
 }
@@ -318,6 +321,16 @@ void SessionRegistry::Drop(uint64_t number, std::function<void(Status)> done) {
                  "no session has the number " + std::to_string(number)});
   }
   Delete(name, std::move(done), tenant);
+}
+
+std::vector<std::pair<std::string, std::string>> SessionRegistry::LostNames() const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const std::string& name : ended_) {
+    const Ended& ended = ended_names_.at(name);
+    if (ended.answer.reason() == kSessionLost) names.emplace_back(name, ended.tenant);
+  }
+  return names;
 }
 
 size_t SessionRegistry::ReapExpired() {

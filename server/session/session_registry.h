@@ -11,6 +11,7 @@
 #include <string>
 #include <unordered_map>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "server/core/clock.h"
@@ -116,6 +117,8 @@ class SessionRegistry {
   // From now on the name answers SESSION_LOST where it would answer SESSION_NOT_FOUND: for sessions
   // of an earlier run that cannot be returned.
   void RememberLost(const std::string& name, const std::string& tenant);
+  // Names and tenants of those that are still remembered, oldest first.
+  std::vector<std::pair<std::string, std::string>> LostNames() const;
   // To all others but its tenant a session is NOT_FOUND (SESSION_NOT_FOUND), here and below.
   // The session for a request; renews it. NOT_FOUND: SESSION_EXPIRED for a while after expiry, then
   // SESSION_NOT_FOUND. A session is expired once its time is over, even if it was not reaped yet.

@@ -63,6 +63,7 @@ TEST_F(SleepWatchTest, WhatStaysWithinTheLimitForASecondSleeps) {
   EXPECT_EQ(watch_.report().measured.lowest_m, kStepsToSleep - 1) << "of the deciding step";
   watch_.Wake();
   EXPECT_FALSE(watch_.is_asleep());
+  EXPECT_FALSE(watch_.state().report.is_asleep) << "its report is kept";
   EXPECT_EQ(StepsAwake([](int) { return 4; }, 1000), kStepsToSleep);
 }
 

@@ -93,5 +93,25 @@ TYPED_TEST(PatchSearchTest, OfAFlatSheetFewNeighboursAreNear) {
   }
 }
 
+// Whoever writes all particles to one place must not fill the memory with their pairs.
+TYPED_TEST(PatchSearchTest, WhereAllIsInOnePlaceItEndsEarly) {
+  using V = TypeParam;
+  using Real = self_contact::ScalarOf<V>;
+  const Scene scene = Grid(80, 80, 1, 1);
+  const ContactSurface surface(*scene.model);
+  const std::vector<V> nowhere(scene.model->particle_count(), V{});
+  const size_t most = self_contact::MostPatchPairs(surface);
+  const size_t patches = surface.patches().size();
+  ASSERT_GT(patches * (patches - 1) / 2, 2 * most);
+  PatchSearch<V> search;
+  std::vector<PatchPair> found;
+  EXPECT_FALSE(
+      search.Find(surface, {nowhere, nowhere, Real(1.0 / 60), Real(0.002)}, Real(0.003), found));
+  EXPECT_EQ(found.size(), most + 1);
+  const auto flat = As<V>(Folded(*scene.model, 0, 1, 0, 1));
+  EXPECT_TRUE(
+      search.Find(surface, {flat, nowhere, Real(1.0 / 60), Real(0.002)}, Real(0.003), found));
+}
+
 }  // namespace
 }  // namespace drape::test

@@ -61,6 +61,26 @@ TEST(ClothTable, RemovingTwiceRemovesOnce) {
   EXPECT_EQ(table.size(), 1u);
 }
 
+TEST(ClothTable, WhatComesBackFromAnEarlierTimeIssuesNoIdAgain) {
+  std::set<uint64_t> ids;
+  IssuedIds known;
+  known.origin = {5, 7};
+  for (uint32_t life = 0; life < 4; ++life) {
+    ClothTable table(known);
+    const auto early = Records(2);
+    table.Add(early, "a");
+    known = table.issued();
+    ++known.returns;
+    // What follows is in no checkpoint: other cloths in the same places and in new ones.
+    table.Remove(early);
+    const auto late = Records(3);
+    table.Add(late, "a");
+    for (const auto& records : {early, late}) {
+      for (const auto& record : records) EXPECT_TRUE(ids.insert(record->id.Packed()).second);
+    }
+  }
+}
+
 TEST(ClothTable, IdsCountFromTheOrigin) {
   ClothTable table(ClothId{1000, 77});
   const auto records = Records(2);

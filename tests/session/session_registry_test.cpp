@@ -135,6 +135,7 @@ TEST_F(SessionRegistryTest, LostNamesSaySoToTheirTenant) {
   registry_->RememberLost("sessions/former-1", "one");
   EXPECT_EQ(registry_->Find("sessions/former-1", "one").status().reason(), "SESSION_LOST");
   EXPECT_EQ(registry_->Find("sessions/former-1", "two").status().reason(), "SESSION_NOT_FOUND");
+  EXPECT_EQ(registry_->LostNames().size(), 1u);
 }
 
 TEST_F(SessionRegistryTest, SessionsAreLimited) {

@@ -233,6 +233,9 @@ TEST_F(AdminTest, DropsASessionOfAnyTenant) {
 TEST_F(AdminTest, DrainsTheServer) {
   Start();
   EXPECT_TRUE(Ask(&AdminStub::Drain, v1::DrainRequest()).status.ok());
+  // Neither another request nor a supervisor ends it at once.
+  Ask(&AdminStub::Drain, v1::DrainRequest());
+  server_->Signal(SIGTERM);
   EXPECT_EQ(server_->WaitForExit(), 0);
   EXPECT_THAT(server_->Log(), HasSubstr("drain_requested"));
   EXPECT_THAT(server_->Log(), HasSubstr("stopped"));
@@ -247,9 +250,13 @@ TEST_F(AdminTest, WritesCheckpointsNow) {
   const auto written = Ask(&AdminStub::WriteCheckpoints, v1::WriteCheckpointsRequest());
   EXPECT_TRUE(written.status.ok()) << written.status.error_message();
   EXPECT_EQ(written.value.session_count(), 1u);
+  std::filesystem::rename(folder, folder + "-kept");
+  ASSERT_TRUE(As("one", &Stub::Step, StepsOf(session, {}, 1)).status.ok());
+  EXPECT_EQ(ReasonOf(Ask(&AdminStub::WriteCheckpoints, v1::WriteCheckpointsRequest()).status),
+            "FILE_FAILED");
+  std::filesystem::rename(folder + "-kept", folder);
   server_->Signal(SIGKILL);
   server_->WaitForExit();
-  std::filesystem::remove(dir_ / "admin");
   Start({"--checkpoint-dir=" + folder});
   const auto cloths = As("one", &Stub::Step, StepsOf(session, {}, 1));
   ASSERT_TRUE(cloths.status.ok()) << cloths.status.error_message();

@@ -96,9 +96,16 @@ TEST_F(DeviceLoss, WithoutCheckpointsClientsAreToldThatTheirStateIsLost) {
   ASSERT_NO_FATAL_FAILURE(AwaitNewIncarnation(former));
   EXPECT_EQ(ReasonOf(StatusOfStep(session, ids)), "SESSION_LOST");
   EXPECT_EQ(ReasonOf(StatusOfStep(session + "0", ids)), "SESSION_NOT_FOUND");
+  // What was lost stays so over another loss.
+  const std::string second = Incarnation();
   const std::string another = NewSession(*stub_);
   const Ids its = Create(*stub_, HangingSheet(another, 5));
   EXPECT_TRUE(StatusOfStep(another, its).ok());
+  Order("reset");
+  StatusOfStep(another, its);
+  ASSERT_NO_FATAL_FAILURE(AwaitNewIncarnation(second));
+  EXPECT_EQ(ReasonOf(StatusOfStep(session, ids)), "SESSION_LOST");
+  EXPECT_EQ(ReasonOf(StatusOfStep(another, its)), "SESSION_LOST");
   EXPECT_THAT(server_->Log(), testing::Not(HasSubstr(session))) << "a whole name in the log";
 }
 

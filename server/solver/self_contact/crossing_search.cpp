@@ -115,12 +115,15 @@ SelfContactMeasures MeasureSelfContacts(const ContactSurface& surface, double th
   PairSearch<Vector3d> pair_search;
   std::vector<CandidatePair<Vector3d>> pairs;
   pair_search.Begin(surface, positions_m, near_m / kEdgeShare);
-  for (const PatchPair& pair : patches) pair_search.Find(pair, 0, pairs);
-  for (const CandidatePair<Vector3d>& pair : pairs) {
-    if (pair.distance > near_m) continue;
-    if (surface.RestDistance_m(pair.kind, pair.particles) <= near_m) continue;
-    ++measures.near_pairs;
-    measures.smallest_distance_m = std::min(measures.smallest_distance_m, pair.distance);
+  for (const PatchPair& two : patches) {
+    pairs.clear();
+    pair_search.Find(two, 0, pairs);
+    for (const CandidatePair<Vector3d>& pair : pairs) {
+      if (pair.distance > near_m) continue;
+      if (surface.RestDistance_m(pair.kind, pair.particles) <= near_m) continue;
+      ++measures.near_pairs;
+      measures.smallest_distance_m = std::min(measures.smallest_distance_m, pair.distance);
+    }
   }
   return measures;
 }

@@ -23,7 +23,7 @@ std::vector<Crossing> FindCrossings(const ContactSurface& surface,
 inline constexpr double kNearPairRatio = 1.25;
 
 struct SelfContactMeasures {
-  uint32_t near_pairs = 0;
+  uint32_t near_pairs = 0;  // at least, where MostPatchPairs are exceeded
   double smallest_distance_m = std::numeric_limits<double>::infinity();
   uint32_t crossings = 0;
 };

@@ -4,19 +4,26 @@
 
 namespace drape::self_contact {
 
+size_t MostPatchPairs(const ContactSurface& surface) {
+  constexpr size_t kOfSmallCloth = 32768, kPerPatch = 128;
+  return std::max(kOfSmallCloth, kPerPatch * surface.patches().size());
+}
+
 template <class V>
-void PatchSearch<V>::Find(const ContactSurface& surface, const SearchState<V>& state,
+bool PatchSearch<V>::Find(const ContactSurface& surface, const SearchState<V>& state,
                           Real thickness, std::vector<PatchPair>& pairs) {
   pairs.clear();
-  if (surface.patches().empty()) return;
+  if (surface.patches().empty()) return true;
   surface_ = &surface;
   state_ = state;
   thickness_ = thickness;
   pairs_ = &pairs;
+  most_pairs_ = MostPatchPairs(surface);
   Prepare();
   SearchNeighbours();
   SearchTree();
   Sort();
+  return pairs.size() <= most_pairs_;
 }
 
 template <class V>
@@ -65,7 +72,7 @@ void PatchSearch<V>::SearchTree() {
     if (AreNear(nodes_[a].positions, nodes_[b].positions, margin)) open_[count++] = {a, b};
   };
   open_[count++] = {0, 0};
-  while (count > 0) {
+  while (count > 0 && pairs_->size() <= most_pairs_) {
     const auto [a, b] = open_[--count];
     const uint32_t child_a = nodes[a].first_child, child_b = nodes[b].first_child;
     if (a == b) {

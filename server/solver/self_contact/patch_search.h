@@ -30,6 +30,9 @@ struct SearchState {
   ScalarOf<V> drift = 0;          // [m]
 };
 
+// Every pair of a small cloth, 128 per patch of a large one.
+size_t MostPatchPairs(const ContactSurface& surface);
+
 // Working memory between searches; a search depends on its arguments alone. One thread.
 template <class V>
 class PatchSearch {
@@ -37,8 +40,10 @@ class PatchSearch {
   using Real = ScalarOf<V>;
 
   // Every pair of patches with primitives without a common vertex that may be nearer than
-  // `thickness` at some time of `state`. `pairs` is replaced, ascending.
-  void Find(const ContactSurface& surface, const SearchState<V>& state, Real thickness,
+  // `thickness` at some time of `state`. `pairs` is replaced, ascending. False: there are more than
+  // MostPatchPairs, and they are not all there; where everything is in one place, all pairs of a
+  // large cloth would fill the memory.
+  bool Find(const ContactSurface& surface, const SearchState<V>& state, Real thickness,
             std::vector<PatchPair>& pairs);
 
  private:
@@ -60,6 +65,7 @@ class PatchSearch {
   SearchState<V> state_;
   Real thickness_ = 0;
   std::vector<PatchPair>* pairs_ = nullptr;
+  size_t most_pairs_ = 0;
   std::vector<PatchShape<V>> shapes_;
   std::vector<NodeState> patches_, nodes_;
   std::vector<std::pair<uint32_t, uint32_t>> open_;

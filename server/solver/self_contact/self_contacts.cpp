@@ -122,19 +122,21 @@ void SelfContacts<V>::Search(std::span<const V> positions, std::span<const V> ve
       drift_scale_ * (static_cast<Real>(kDriftThickness) * numbers_.thickness +
                       static_cast<Real>(kDriftEdge) * numbers_.edge_length +
                       static_cast<Real>(kDriftFall / 2) * numbers_.gravity * duration * duration);
-  search_.Find(*surface_, {found_positions_, found_velocities_, duration, drift_},
-               numbers_.thickness, patch_pairs_);
+  has_all_patches_ =
+      search_.Find(*surface_, {found_positions_, found_velocities_, duration, drift_},
+                   numbers_.thickness, patch_pairs_);
+  if (!has_all_patches_) patch_pairs_.clear();
   const std::span<const uint32_t> places = lists_.Replace(patch_pairs_);
   for (uint32_t& list : active_lists_) {
     if (list != ContactLists<V>::kGone) list = places[list];
   }
-  has_all_pairs_ = true;
+  has_all_pairs_ = has_all_patches_;
 }
 
 template <class V>
 bool SelfContacts<V>::Wake(std::span<const V> starts, const Window& window) {
   const size_t before = active_.size();
-  has_all_pairs_ = lists_.FindDue(starts, window);
+  has_all_pairs_ = has_all_patches_ && lists_.FindDue(starts, window);
   if (!has_all_pairs_) return false;
   const std::span<ContactPair<V>> pairs = lists_.pairs();
   for (const auto& due : lists_.due()) LookAt(pairs[due.pair], starts);

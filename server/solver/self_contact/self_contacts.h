@@ -93,6 +93,7 @@ class SelfContacts {
   std::vector<V> found_positions_, found_velocities_;
   uint32_t substeps_left_ = 0;  // that it is for
   Real since_search_ = 0;       // [s] at the start of the substep
+  bool has_all_patches_ = true;
   bool has_all_pairs_ = true;
   Real drift_scale_ = 1;
   Real drift_ = 0;  // that it allows for [m]
