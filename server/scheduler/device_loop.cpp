@@ -30,6 +30,11 @@ bool ActsOnCloth(const ClothControls& controls, const StepItem& item) {
          std::any_of(item.collider_motions.begin(), item.collider_motions.end(), IsMoving);
 }
 
+// As RateQuota counts it.
+double StepWorkOf(const ClothRuntime& cloth) {
+  return static_cast<double>(uint64_t{cloth.particle_count()} * cloth.settings().substeps);
+}
+
 }  // namespace
 
 uint32_t SessionIndex::Enter(const std::string& session) {
@@ -288,6 +293,8 @@ void DeviceLoop::DropLongStep(ActiveRequest* request) {
     backend_.AbandonStep(cloth.handle());
     cloth.controls().SendAgain();
   }
+  // As a whole: who gives up again and again is to gain nothing.
+  rates_.Charge(request->work().tenant, StepWorkOf(cloth));
   long_steps_.erase(step);
 }
 
@@ -348,8 +355,7 @@ void DeviceLoop::Charge(const std::vector<Part>& parts) {
     tenant = &step.tenant;
     for (const uint32_t k : part.cloths) {
       const ClothRuntime& cloth = *step.cloths[k];
-      if (cloth.is_idle()) continue;
-      work += static_cast<double>(uint64_t{cloth.particle_count()} * cloth.settings().substeps);
+      if (!cloth.is_idle()) work += StepWorkOf(cloth);
     }
   }
   charge();

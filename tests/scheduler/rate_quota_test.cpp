@@ -201,6 +201,23 @@ TEST_F(RateOfLoop, ALongStepThatHasBegunGoesOn) {
   EXPECT_EQ(heavy->now().completed_steps, 2u);
 }
 
+TEST_F(RateOfLoop, ALongStepThatIsGivenUpCostsAsIfItWereDone) {
+  const auto heavy = Cloth();
+  TakeFor({heavy}, kSecond_us);
+  Admit(WorkOf("a", "heavy", heavy, 1));
+  RunAll();
+  const double of_one_step = rates_.Uses()[0].particle_substeps;
+  device_->StepInPieces(1000);
+  StepWork work = WorkOf("a", "heavy", heavy, 1);
+  CancelToken token = work.cancel;
+  Admit(std::move(work));
+  loop_->RunRound();
+  token.Cancel();
+  loop_->RunRound();
+  ASSERT_EQ(device_->abandoned(), 1u);
+  EXPECT_EQ(rates_.Uses()[0].particle_substeps, 2 * of_one_step);
+}
+
 // The device thread sleeps and wakes by itself; nobody spins, and a drain does not hang.
 class RateOfScheduler : public SchedulerTest {
  protected:
