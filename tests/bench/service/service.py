@@ -11,6 +11,7 @@ import re
 import statistics
 import sys
 import tempfile
+import textwrap
 import time
 
 import drape
@@ -209,7 +210,8 @@ def main():
         device = drape.connect(server.address).info.device
     text = [f"# The service\n\nBy `./run bench service`; {device}; load average before {load_before:.1f}; {time.monotonic() - begin:.0f} s.\n"]
     for part in wanted:
-        text.append(f"## {part}\n\n{PARTS[part].__doc__}\n\n" + table([row for row in bench.rows if row["part"] == part]))
+        meaning = textwrap.fill(" ".join(PARTS[part].__doc__.split()), 120)
+        text.append(f"## {part}\n\n{meaning}\n\n" + table([row for row in bench.rows if row["part"] == part]))
     print("\n".join(text))
     if arguments.quick or wanted != list(PARTS):
         return
