@@ -108,19 +108,10 @@ grpc::ServerUnaryReactor* SimulationService::DeleteCloths(Context* context,
   const RequestTag tag(caller, *request);
   const Status check = CheckNamesCloths(request->cloth_ids());
   if (!check.ok()) return Answer(context, check, tag);
-  Result<SessionLease> session = context_.FindSession(caller, request->session());
-  if (!session.ok()) return Answer(context, session.status(), tag);
-  UnaryCall* call = UnaryCall::New(tag);
-  call->lease = std::move(session).value();
-  const auto end = BeginOnce(call, *request, response);
-  if (!end) return call;
-  Result<ClothList> cloths = call->lease->FindCloths(ToClothIds(request->cloth_ids()));
-  if (cloths.ok()) {
-    call->lease->DeleteCloths(std::move(cloths).value(), WithoutValue(end));
-  } else {
-    end(cloths.status());
-  }
-  return call;
+  return DoOnce(context_, caller, tag, *request, response, ToClothIds(request->cloth_ids()),
+                [](Session& session, ClothList cloths, const auto& end) {
+                  session.DeleteCloths(std::move(cloths), WithoutValue(end));
+                });
 }
 
 grpc::ServerUnaryReactor* SimulationService::ResetCloths(Context* context,
@@ -131,20 +122,11 @@ grpc::ServerUnaryReactor* SimulationService::ResetCloths(Context* context,
   const RequestTag tag(caller, *request);
   Result<CheckedReset> reset = CheckReset(*request);
   if (!reset.ok()) return Answer(context, reset.status(), tag);
-  Result<SessionLease> session = context_.FindSession(caller, request->session());
-  if (!session.ok()) return Answer(context, session.status(), tag);
-  UnaryCall* call = UnaryCall::New(tag);
-  call->lease = std::move(session).value();
-  const auto end = BeginOnce(call, *request, response);
-  if (!end) return call;
-  Result<ClothList> cloths = call->lease->FindCloths(reset->cloths);
-  if (cloths.ok()) {
-    call->lease->ResetCloths(std::move(cloths).value(), std::move(reset->starts),
-                             WithoutValue(end));
-  } else {
-    end(cloths.status());
-  }
-  return call;
+  return DoOnce(context_, caller, tag, *request, response, reset->cloths,
+                [&](Session& session, ClothList cloths, const auto& end) {
+                  session.ResetCloths(std::move(cloths), std::move(reset->starts),
+                                      WithoutValue(end));
+                });
 }
 
 grpc::ServerUnaryReactor* SimulationService::WriteStates(Context* context,
@@ -155,17 +137,12 @@ grpc::ServerUnaryReactor* SimulationService::WriteStates(Context* context,
   const RequestTag tag(caller, *request);
   const Status check = CheckWriteStates(*request);
   if (!check.ok()) return Answer(context, check, tag);
-  Result<NamedCloths> named =
-      FindNamed(context_, caller, request->session(), ToClothIds(request->cloth_ids()));
-  if (!named.ok()) return Answer(context, named.status(), tag);
-  Result<std::vector<ParticleState>> states = ToStates(*request, named->cloths);
-  if (!states.ok()) return Answer(context, states.status(), tag);
-  UnaryCall* call = UnaryCall::New(tag);
-  call->lease = std::move(named->session);
-  const auto end = BeginOnce(call, *request, response);
-  if (!end) return call;
-  call->lease->WriteStates(named->cloths, std::move(*states), WithoutValue(end));
-  return call;
+  return DoOnce(context_, caller, tag, *request, response, ToClothIds(request->cloth_ids()),
+                [request](Session& session, const ClothList& cloths, const auto& end) {
+                  Result<std::vector<ParticleState>> states = ToStates(*request, cloths);
+                  if (!states.ok()) return end(states.status());
+                  session.WriteStates(cloths, std::move(*states), WithoutValue(end));
+                });
 }
 
 grpc::ServerUnaryReactor* SimulationService::ReadTopology(Context* context,

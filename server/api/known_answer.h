@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -83,6 +84,36 @@ std::function<void(Status)> WithoutValue(std::function<void(Result<Response>)> e
       end(status);
     }
   };
+}
+
+// Does what the request asks of its session, once: `act`(session, end) does, unless the answer is
+// known already, and calls `end` with the answer.
+template <class Response, class Request, class Act>
+UnaryCall* DoOnce(const ServiceContext& context, const Caller& caller, const RequestTag& tag,
+                  const Request& request, Response* response, Act act) {
+  UnaryCall* call = UnaryCall::New(tag);
+  Result<SessionLease> session = context.FindSession(caller, request.session());
+  if (!session.ok()) {
+    call->End(session.status());
+    return call;
+  }
+  call->lease = std::move(session).value();
+  if (const auto end = BeginOnce(call, request, response)) act(*call->lease, end);
+  return call;
+}
+
+// The same for cloths of the session: `act`(session, cloths, end). They are looked for only if the
+// answer is not known: a repetition gets it also if they are gone meanwhile.
+template <class Response, class Request, class Act>
+UnaryCall* DoOnce(const ServiceContext& context, const Caller& caller, const RequestTag& tag,
+                  const Request& request, Response* response, std::span<const ClothId> ids,
+                  Act act) {
+  return DoOnce(context, caller, tag, request, response,
+                [ids, act = std::move(act)](Session& session, const auto& end) mutable {
+                  Result<ClothList> cloths = session.FindCloths(ids);
+                  if (!cloths.ok()) return end(cloths.status());
+                  act(session, std::move(cloths).value(), end);
+                });
 }
 
 }  // namespace drape::api

@@ -59,20 +59,12 @@ grpc::ServerUnaryReactor* SimulationService::SaveStates(Context* context,
   const RequestTag tag(caller, *request);
   const Result<std::vector<ClothId>> ids = CheckSave(*request);
   if (!ids.ok()) return Answer(context, ids.status(), tag);
-  Result<SessionLease> session = context_.FindSession(caller, request->session());
-  if (!session.ok()) return Answer(context, session.status(), tag);
-  UnaryCall* call = UnaryCall::New(tag);
-  call->lease = std::move(session).value();
-  const auto end = BeginOnce(call, *request, response);
-  if (!end) return call;
-  Result<ClothList> cloths = call->lease->FindCloths(*ids);
-  if (cloths.ok()) {
-    call->lease->SaveStates(std::move(cloths).value(), request->name(),
-                            [end](const Result<SavedSummary>& saved) { end(ToAnswer(saved)); });
-  } else {
-    end(cloths.status());
-  }
-  return call;
+  return DoOnce(context_, caller, tag, *request, response, *ids,
+                [request](Session& session, ClothList cloths, const auto& end) {
+                  session.SaveStates(
+                      std::move(cloths), request->name(),
+                      [end](const Result<SavedSummary>& saved) { end(ToAnswer(saved)); });
+                });
 }
 
 grpc::ServerUnaryReactor* SimulationService::LoadStates(Context* context,
@@ -83,15 +75,10 @@ grpc::ServerUnaryReactor* SimulationService::LoadStates(Context* context,
   const RequestTag tag(caller, *request);
   const Result<std::vector<ClothId>> ids = CheckLoad(*request);
   if (!ids.ok()) return Answer(context, ids.status(), tag);
-  Result<SessionLease> session = context_.FindSession(caller, request->session());
-  if (!session.ok()) return Answer(context, session.status(), tag);
-  UnaryCall* call = UnaryCall::New(tag);
-  call->lease = std::move(session).value();
-  const auto end = BeginOnce(call, *request, response);
-  if (!end) return call;
-  call->lease->LoadStates(request->name(), *ids, ToClothIds(request->saved_cloth_ids()),
-                          WithoutValue(end));
-  return call;
+  return DoOnce(context_, caller, tag, *request, response, [&](Session& session, const auto& end) {
+    session.LoadStates(request->name(), *ids, ToClothIds(request->saved_cloth_ids()),
+                       WithoutValue(end));
+  });
 }
 
 grpc::ServerUnaryReactor* SimulationService::DropStates(Context* context,

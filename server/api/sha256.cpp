@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "server/core/check.h"
+#include "server/core/text.h"
 
 namespace drape::api {
 namespace {
@@ -24,13 +25,7 @@ std::string HashThisExecutable() {
     file.read(buffer.data(), buffer.size());
     hash.Add({buffer.data(), static_cast<size_t>(file.gcount())});
   } while (file);
-  std::string text;
-  for (const char byte : hash.Finish().substr(0, kBuildIdBytes)) {
-    constexpr std::string_view kDigits = "0123456789abcdef";
-    const auto bits = static_cast<unsigned char>(byte);
-    text += {kDigits[bits >> 4], kDigits[bits & 15]};
-  }
-  return text;
+  return HexOf(hash.Finish().substr(0, kBuildIdBytes));
 }
 
 }  // namespace

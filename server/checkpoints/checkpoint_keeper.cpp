@@ -12,6 +12,7 @@
 #include "server/api/sha256.h"
 #include "server/api/snapshot_reading.h"
 #include "server/api/snapshot_writing.h"
+#include "server/core/text.h"
 #include "server/core/trace.h"
 #include "server/session/sliced_command.h"
 
@@ -30,11 +31,7 @@ double NowUnix_s() {
 
 // The name of a session is a secret: files are called by a hash of it.
 std::string FileStem(const std::string& session_name) {
-  std::string digits;
-  for (const char byte : api::Sha256Of(session_name)) {
-    digits += fmt::format("{:02x}", static_cast<unsigned char>(byte));
-  }
-  return digits.substr(0, kHashDigits);
+  return HexOf(api::Sha256Of(session_name)).substr(0, kHashDigits);
 }
 
 FormerSession DescriptionOf(const Session& session) {

@@ -5,10 +5,11 @@
 #include <sys/random.h>
 
 #include <algorithm>
-#include <array>
+#include <cstring>
 #include <utility>
 
 #include "server/core/check.h"
+#include "server/core/text.h"
 #include "server/core/violations.h"
 #include "server/session/page_token.h"
 
@@ -20,17 +21,11 @@ constexpr size_t kShownDigits = 4;  // of a token in lists
 // Sessions that come and go quickly would fill the log.
 constexpr uint32_t kMaxLogLinesPerSecond = 20;
 
-std::string RandomToken() {
-  std::array<unsigned char, kTokenBytes> bytes;
-  const ssize_t count = getrandom(bytes.data(), bytes.size(), 0);
-  DRAPE_CHECK(count == static_cast<ssize_t>(bytes.size()), "no random numbers");
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string token;
-  for (const unsigned char byte : bytes) {
-    token += kDigits[byte >> 4];
-    token += kDigits[byte & 15];
-  }
-  return token;
+std::string RandomBytes(size_t count) {
+  std::string bytes(count, '\0');
+  DRAPE_CHECK(getrandom(bytes.data(), count, 0) == static_cast<ssize_t>(count),
+              "no random numbers");
+  return bytes;
 }
 
 constexpr char kSessionLost[] = "SESSION_LOST";
@@ -38,6 +33,14 @@ constexpr char kSessionLost[] = "SESSION_LOST";
 Status ExpiredStatus() {
   return {StatusCode::kNotFound, "SESSION_EXPIRED",
           "the session has expired; its cloths are deleted"};
+}
+
+// Where the numbers of sessions begin: one that an operator read in another run of the server is as
+// good as never that of a session here.
+uint64_t RandomNumber() {
+  uint32_t number = 0;
+  std::memcpy(&number, RandomBytes(sizeof(number)).data(), sizeof(number));
+  return uint64_t{1} + number;
 }
 
 // " tenant=lab"; empty where there are no tenants. Their names need no quotes.
@@ -80,7 +83,8 @@ SessionRegistry::SessionRegistry(Scheduler& scheduler, const SessionLimits& limi
       server_id_(std::move(server_id)),
       has_lasting_id_(has_lasting_id),
       log_limit_(kMaxLogLinesPerSecond),
-      commons_(std::make_shared<SessionCommons>(scheduler, limits, clock)) {}
+      commons_(std::make_shared<SessionCommons>(scheduler, limits, clock)),
+      next_creation_number_(RandomNumber()) {}
 
 void SessionRegistry::LogEvent(const std::string& line) {
   const LogLimit::Verdict verdict = log_limit_.Ask(clock_.NowUs());
@@ -101,7 +105,7 @@ Result<SessionLease> SessionRegistry::Create(std::optional<double> ttl_s,
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
   if (commons_->scheduler.is_draining()) return DrainingStatus();
 
-  const std::string name = "sessions/" + server_id_ + "-" + RandomToken();
+  const std::string name = "sessions/" + server_id_ + "-" + HexOf(RandomBytes(kTokenBytes));
   const std::lock_guard lock(mutex_);
   DRAPE_ASSIGN_OR_RETURN(SessionLease lease, Insert(std::make_shared<Session>(
                                                  commons_, name, display_name, ttl, tenant)));

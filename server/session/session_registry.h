@@ -194,7 +194,7 @@ class SessionRegistry {
   mutable std::mutex mutex_;
   std::unordered_map<std::string, Entry> sessions_;    // by name
   std::map<uint64_t, std::string> names_by_creation_;  // for lists
-  uint64_t next_creation_number_ = 1;
+  uint64_t next_creation_number_;
   // Sessions that have ended, but not because somebody deleted them.
   struct Ended {
     std::string tenant;

@@ -20,6 +20,7 @@
 
 #include "drape/v1/admin_service.grpc.pb.h"
 #include "server/api/sha256.h"
+#include "server/core/text.h"
 #include "tests/system/calls.h"
 #include "tests/system/metrics.h"
 #include "tests/system/server_process.h"
@@ -30,15 +31,6 @@ namespace {
 using Json = nlohmann::json;
 using testing::HasSubstr;
 using AdminStub = v1::AdminService::Stub;
-
-std::string HexOf(const std::string& bytes) {
-  std::string digits;
-  for (const char byte : bytes) {
-    constexpr char kDigits[] = "0123456789abcdef";
-    digits += {kDigits[static_cast<unsigned char>(byte) >> 4], kDigits[byte & 15]};
-  }
-  return digits;
-}
 
 class AdminTest : public testing::Test {
  protected:
@@ -66,13 +58,14 @@ class AdminTest : public testing::Test {
   Answer<Response> Ask(grpc::Status (AdminStub::*method)(grpc::ClientContext*, const Request&,
                                                          Response*),
                        const Request& request, const std::string& token = "") {
-    return CallAs(token.empty() ? *admin_ : *by_token_, method, request, token);
+    return token.empty() ? Call(*admin_, method, request)
+                         : Call(*by_token_, method, request, "Bearer " + token);
   }
   template <class Request, class Response>
   Answer<Response> As(const std::string& token,
                       grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                       const Request& request) {
-    return CallAs(*stub_, method, request, token);
+    return Call(*stub_, method, request, token.empty() ? token : "Bearer " + token);
   }
   std::string SessionOf(const std::string& token) {
     const auto answer = As(token, &Stub::CreateSession, v1::CreateSessionRequest());
@@ -84,20 +77,6 @@ class AdminTest : public testing::Test {
   std::unique_ptr<ServerProcess> server_;
   std::unique_ptr<Stub> stub_;
   std::unique_ptr<AdminStub> by_token_, admin_;
-
- private:
-  template <class S, class Request, class Response>
-  static Answer<Response> CallAs(S& stub,
-                                 grpc::Status (S::*method)(grpc::ClientContext*, const Request&,
-                                                           Response*),
-                                 const Request& request, const std::string& token) {
-    grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
-    if (!token.empty()) context.AddMetadata("authorization", "Bearer " + token);
-    Answer<Response> answer;
-    answer.status = (stub.*method)(&context, request, &answer.value);
-    return answer;
-  }
 };
 
 // A call of any method with an empty request.

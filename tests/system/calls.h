@@ -21,13 +21,14 @@ struct Answer {
   Response value;
 };
 
-// Call(stub, &Stub::Step, request).
-template <class Request, class Response>
-Answer<Response> Call(Stub& stub,
-                      grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
-                      const Request& request) {
+// Call(stub, &Stub::Step, request). `authorization`, such as "Bearer TOKEN": empty, none is sent.
+template <class S, class Request, class Response>
+Answer<Response> Call(S& stub,
+                      grpc::Status (S::*method)(grpc::ClientContext*, const Request&, Response*),
+                      const Request& request, const std::string& authorization = {}) {
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
+  if (!authorization.empty()) context.AddMetadata("authorization", authorization);
   Answer<Response> answer;
   answer.status = (stub.*method)(&context, request, &answer.value);
   return answer;

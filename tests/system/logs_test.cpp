@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "server/api/sha256.h"
+#include "server/core/text.h"
 #include "tests/system/calls.h"
 #include "tests/system/random_traffic.h"
 #include "tests/system/server_process.h"
@@ -36,13 +37,7 @@ class Logs : public testing::TestWithParam<std::string> {
 
   void SetUp() override {
     std::ofstream tokens(dir_ / "tokens");
-    tokens << "lab ";
-    for (const char byte : api::Sha256Of(kToken)) {
-      char digits[3];
-      std::snprintf(digits, sizeof(digits), "%02x", static_cast<unsigned char>(byte));
-      tokens << digits;
-    }
-    tokens << "\n";
+    tokens << "lab " << HexOf(api::Sha256Of(kToken)) << "\n";
     tokens.close();
     server_ = std::make_unique<ServerProcess>(std::vector<std::string>{
         "--backend=cpu", "--log-level=debug", "--log-format=" + GetParam(),
@@ -56,12 +51,7 @@ class Logs : public testing::TestWithParam<std::string> {
   Answer<Response> As(const std::string& token,
                       grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                       const Request& request) {
-    grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
-    context.AddMetadata("authorization", "Bearer " + token);
-    Answer<Response> answer;
-    answer.status = (*stub_.*method)(&context, request, &answer.value);
-    return answer;
+    return Call(*stub_, method, request, "Bearer " + token);
   }
 
   std::string NewLabSession(const std::string& display_name) {

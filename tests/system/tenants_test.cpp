@@ -51,12 +51,7 @@ class Tenants : public testing::Test {
   Answer<Response> As(const std::string& token,
                       grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
                       const Request& request) {
-    grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
-    if (!token.empty()) context.AddMetadata("authorization", token);
-    Answer<Response> answer;
-    answer.status = (*stub_.*method)(&context, request, &answer.value);
-    return answer;
+    return Call(*stub_, method, request, token);
   }
 
   std::string SessionOf(const std::string& token) {
