@@ -7,11 +7,11 @@
 #include <unistd.h>
 
 #include <cerrno>
-#include <chrono>
 #include <cstdlib>
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "server/core/clock.h"
 #include "server/core/device_loss.h"
 
 namespace drape {
@@ -42,11 +42,6 @@ bool WriteAll(int file, const std::string& text) {
 
 std::string ErrorText(const char* what) {
   return std::string(what) + ": " + std::strerror(errno);
-}
-
-double NowUnix_s() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration<double>(now).count();
 }
 
 // Returns only if that fails, and why.

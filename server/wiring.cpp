@@ -84,8 +84,10 @@ RateLimits RatesOf(const Config& config, const api::Authentication* authenticati
 Status WritePortFile(const std::string& path, int port) {
   if (path.empty()) return Status::Ok();
   const std::string draft = path + ".draft";
-  std::ofstream(draft) << port << "\n" << std::flush;
-  if (std::rename(draft.c_str(), path.c_str()) == 0) return Status::Ok();
+  std::ofstream file(draft);
+  file << port << "\n";
+  file.close();
+  if (file && std::rename(draft.c_str(), path.c_str()) == 0) return Status::Ok();
   return Status(StatusCode::kFailedPrecondition, "PORT_FILE_FAILED", "cannot write " + path);
 }
 

@@ -197,7 +197,7 @@ AdminService::Reactor* AdminService::SetLogLevel(Context* context,
   if (Reactor* const refusal = RefuseOthers(context)) return refusal;
   response->set_former_level(LogLevel());
   const Status status = drape::SetLogLevel(request->level());
-  if (status.ok()) spdlog::info("log_level_set level={}", request->level());
+  if (status.ok()) spdlog::info("log_level_set new_level={}", request->level());
   return Answer(context, status);
 }
 

@@ -200,21 +200,20 @@ void AddGrips(const ClothRecord& cloth, const ClothOutcome& outcome, bool has_im
   }
 }
 
-void AddImpulses(const ClothRecord& cloth, const StepImpulses& impulses,
+void AddImpulses(ClothId id, const StepImpulses& impulses, const SceneModel& model,
                  v1::StepResponse& message) {
   v1::ColliderImpulses& colliders = *message.mutable_collider_impulses();
   for (uint32_t c = 0; c < impulses.colliders.size(); ++c) {
-    colliders.add_cloth_ids(cloth.id.Packed());
+    colliders.add_cloth_ids(id.Packed());
     colliders.add_colliders(c);
     Append(impulses.colliders[c].impulse_n_s, colliders.mutable_impulses_n_s());
     Append(impulses.colliders[c].angular_impulse_n_m_s, colliders.mutable_angular_impulses_n_m_s());
   }
   v1::PinImpulses& pins = *message.mutable_pin_impulses();
-  const auto description = cloth.description();
-  const std::span<const uint32_t> particles = description->model->pins();
-  for (size_t k = 0; k < std::min(particles.size(), impulses.pins_n_s.size()); ++k) {
-    pins.add_cloth_ids(cloth.id.Packed());
-    pins.add_particles(description->model->DescribedOf(particles[k]));
+  DRAPE_CHECK(model.pin_count() == impulses.pins_n_s.size(), "an impulse of every pin");
+  for (size_t k = 0; k < impulses.pins_n_s.size(); ++k) {
+    pins.add_cloth_ids(id.Packed());
+    pins.add_particles(model.DescribedOf(model.pins()[k]));
     Append(impulses.pins_n_s[k], pins.mutable_impulses_n_s());
   }
 }
@@ -237,7 +236,7 @@ v1::StepResponse ToProto(const ClothList& cloths, const StepOutcome& outcome) {
     if (!cloth.grips.empty()) {
       AddGrips(*cloths[k], cloth, outcome.has_impulses, *message.mutable_grips());
     }
-    if (cloth.impulses != nullptr) AddImpulses(*cloths[k], *cloth.impulses, message);
+    if (cloth.impulses != nullptr) AddImpulses(id, *cloth.impulses, *cloth.model, message);
   }
   *message.mutable_timing() = ToProto(outcome.timing);
   return message;

@@ -120,7 +120,6 @@ std::shared_ptr<const StepImpulses> CheckImpulses(const FieldPath& path,
                                                   const v1::RuntimeSnapshot::SleepReport& message,
                                                   const RuntimeOwner& owner,
                                                   Violations& violations) {
-  if (message.impulses_n_s().empty()) return nullptr;
   auto impulses = std::make_shared<StepImpulses>();
   impulses->colliders.resize(owner.on_device.colliders.size());
   impulses->pins_n_s.resize(owner.model.pin_count());
@@ -129,6 +128,7 @@ std::shared_ptr<const StepImpulses> CheckImpulses(const FieldPath& path,
   impulses->grips_n_s.resize(impulses->gripped_particles.size());
   const size_t vectors =
       2 * impulses->colliders.size() + impulses->pins_n_s.size() + impulses->grips_n_s.size();
+  if (vectors > 0 && message.impulses_n_s().empty()) return nullptr;
   if (!violations.Length(path, static_cast<size_t>(message.impulses_n_s_size()), 3 * vectors,
                          "3 per vector")) {
     return nullptr;

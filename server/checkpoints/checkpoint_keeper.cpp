@@ -12,6 +12,7 @@
 #include "server/api/sha256.h"
 #include "server/api/snapshot_reading.h"
 #include "server/api/snapshot_writing.h"
+#include "server/core/clock.h"
 #include "server/core/text.h"
 #include "server/core/trace.h"
 #include "server/session/sliced_command.h"
@@ -23,11 +24,6 @@ namespace fs = std::filesystem;
 
 constexpr size_t kMaxExpiredFiles = 64;
 constexpr size_t kHashDigits = 32;
-
-double NowUnix_s() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration<double>(now).count();
-}
 
 // The name of a session is a secret: files are called by a hash of it.
 std::string FileStem(const std::string& session_name) {

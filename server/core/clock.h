@@ -1,4 +1,4 @@
-// Monotonic time, which tests can advance by hand.
+// Monotonic time, which tests can advance by hand, and that of the calendar.
 #pragma once
 
 #include <atomic>
@@ -22,6 +22,12 @@ class SteadyClock final : public Clock {
         .count();
   }
 };
+
+// Seconds since 1970, by the clock of the machine, which may be set.
+inline double NowUnix_s() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration<double>(now).count();
+}
 
 class FakeClock final : public Clock {
  public:

@@ -92,7 +92,8 @@ void TakePart(std::string_view& line, nlohmann::ordered_json& object, std::strin
     line.remove_prefix(std::min(space + 1, line.size()));
     return;
   }
-  const std::string key(line.substr(0, equals));
+  std::string key(line.substr(0, equals));
+  if (key == "time" || key == "level" || key == "event") key.insert(0, "event_");  // of the line
   line.remove_prefix(equals + 1);
   size_t end = 0;
   if (line.starts_with('"')) {

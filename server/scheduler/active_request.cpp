@@ -271,6 +271,7 @@ Status ActiveRequest::Start(Backend& backend, uint32_t max_steps) {
   steps_left_.resize(work_.cloths.size());
   if (work_.report) reports_.resize(work_.cloths.size());
   if (work_.impulses) impulses_.resize(work_.cloths.size());
+  if (work_.impulses) models_.resize(work_.cloths.size());
   for (size_t k = 0; k < work_.cloths.size(); ++k) {
     const ClothRuntime& cloth = *work_.cloths[k];
     if (cloth.is_faulted()) {
@@ -330,7 +331,10 @@ bool ActiveRequest::IsMeasured(uint32_t cloth_index) const {
 void ActiveRequest::CompleteStep(uint32_t cloth_index, const StepReport& report) {
   const ClothRuntime& cloth = *work_.cloths[cloth_index];
   const bool is_measured = IsMeasured(cloth_index);
-  if (AsksImpulses(cloth_index)) impulses_[cloth_index] = report.impulses;
+  if (AsksImpulses(cloth_index) && report.impulses != nullptr) {
+    impulses_[cloth_index] = report.impulses;
+    models_[cloth_index] = cloth.model();
+  }
   uint32_t& left = steps_left_[cloth_index];
   left -= 1;
   if (is_measured) {
@@ -366,7 +370,10 @@ StepOutcome ActiveRequest::Outcome() const {
     outcome.cloths[k].stamp = StampOf(*work_.cloths[k]);
     outcome.cloths[k].warnings = work_.cloths[k]->now().warnings;
     if (work_.report) outcome.cloths[k].report = reports_[k];
-    if (work_.impulses) outcome.cloths[k].impulses = impulses_[k];
+    if (work_.impulses) {
+      outcome.cloths[k].impulses = impulses_[k];
+      outcome.cloths[k].model = models_[k];
+    }
     if (work_.grip_states) outcome.cloths[k].grips = GripsOf(*work_.cloths[k]);
   }
   return outcome;

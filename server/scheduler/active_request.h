@@ -91,6 +91,7 @@ class ActiveRequest {
   std::vector<std::optional<StepReport>> reports_;  // [cloth], only if reports are wanted
   // [cloth], only if impulses are; null: of cloths without a step, or faulted.
   std::vector<std::shared_ptr<const StepImpulses>> impulses_;
+  std::vector<std::shared_ptr<const SceneModel>> models_;  // whose impulses these are
   uint32_t cloths_to_step_ = 0;
   uint32_t cursor_ = 0;  // where Take continues
   std::vector<uint32_t> costs_;

@@ -97,8 +97,10 @@ struct ClothOutcome {
   // reached).
   std::optional<StepReport> report;
   std::vector<GripState> grips{};  // of each slot, if requested
-  // Of the last step, if requested. Null: the cloth is faulted or had no step to do.
+  // Of the last step, if requested, and the model that it was stepped with. Null: the cloth is
+  // faulted or had no step to do.
   std::shared_ptr<const StepImpulses> impulses{};
+  std::shared_ptr<const SceneModel> model{};
 };
 
 struct StepOutcome {

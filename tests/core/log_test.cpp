@@ -59,6 +59,11 @@ TEST(LineAsJson, HasTheEventAndItsPairs) {
                   {"id", UINT64_MAX}}));
 }
 
+TEST(LineAsJson, NoPairTakesTheNameOfAMemberOfEveryLine) {
+  EXPECT_EQ(LineAsJson("changed level=debug time=3 event=more"),
+            R"("event":"changed","event_level":"debug","event_time":3,"event_event":"more")");
+}
+
 TEST(LineAsJson, TakesTextsOfStrangersAsTheyAre) {
   for (const std::string& text :
        {std::string("plain"), std::string("a \"quoted\" word"), std::string("\" b=c"),

@@ -56,13 +56,14 @@ class Grips:
 class Impulses:
     """What m cloths gave in a step [N s]: an impulse over the time step is the mean force [N].
 
-    colliders: [m, colliders, 3]; angular: [m, colliders, 3], about the pivot of each [N m s]. pins: [m, pins, 3], of
-    the pins `particles`, int64[pins], ascending; both are None if the cloths do not hold the same. grips: [m, grips, 3],
-    0 of an open one. Colliders and pins are NaN of cloths that are faulted or had no step to do.
+    colliders: [m, colliders, 3]; angular: [m, colliders, 3], about the pivot of each [N m s]; both are None if the cloths
+    have not the same number of them. pins: [m, pins, 3], of the pins `particles`, int64[pins], ascending; both are None
+    if the cloths do not hold the same. grips: [m, grips, 3], 0 of an open one. Colliders and pins are NaN of cloths that
+    are faulted or had no step to do, unless all are: then there are none, [m, 0, 3].
     """
 
-    colliders: np.ndarray
-    angular: np.ndarray
+    colliders: np.ndarray | None
+    angular: np.ndarray | None
     pins: np.ndarray | None
     particles: np.ndarray | None
     grips: np.ndarray
