@@ -59,6 +59,15 @@ bool HasRoomForPeer(int connection) {
   return Peers().Admit(connection, endpoint, max);
 }
 
+// Of the port for operators, if that is a socket in the file system: whoever fills the other one
+// must not lock them out. kReserve has room for them.
+bool IsLocal(int connection) {
+  sockaddr_storage address{};
+  socklen_t length = sizeof(address);
+  return getsockname(connection, reinterpret_cast<sockaddr*>(&address), &length) == 0 &&
+         address.ss_family == AF_UNIX;
+}
+
 int OpenSpare() {
   return open("/dev/null", O_RDONLY | O_CLOEXEC);
 }
@@ -100,7 +109,7 @@ int AcceptOne(Accept4 real, int listener, sockaddr* address, socklen_t* length, 
     if (length != nullptr) *length = room;
     int connection = real(listener, address, length, flags);
     if (connection >= 0) {
-      const bool has_room = connection < first_refused;
+      const bool has_room = connection < first_refused || IsLocal(connection);
       if (has_room && HasRoomForPeer(connection)) return connection;
       Refuse(connection, has_room ? "max_connections_per_peer" : "max_connections");
       continue;

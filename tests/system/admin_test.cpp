@@ -209,6 +209,18 @@ TEST_F(AdminTest, DropsASessionOfAnyTenant) {
   EXPECT_EQ(ReasonOf(Ask(&AdminStub::DropSession, drop).status), "SESSION_NOT_FOUND");
 }
 
+TEST_F(AdminTest, IsReachedWhenOthersHaveAllConnections) {
+  Start({"--max-connections=4"});
+  const auto soon = [] { return std::chrono::system_clock::now() + std::chrono::seconds(1); };
+  std::vector<std::shared_ptr<grpc::Channel>> channels;
+  do {
+    channels.push_back(server_->NewChannel());
+    ASSERT_LT(channels.size(), 200u) << "nothing is refused";
+  } while (channels.back()->WaitForConnected(soon()));
+  EXPECT_TRUE(Ask(&AdminStub::ListTenants, v1::ListTenantsRequest()).status.ok());
+  EXPECT_FALSE(server_->NewChannel()->WaitForConnected(soon()));
+}
+
 TEST_F(AdminTest, DrainsTheServer) {
   Start();
   EXPECT_TRUE(Ask(&AdminStub::Drain, v1::DrainRequest()).status.ok());
