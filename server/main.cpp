@@ -70,6 +70,8 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
     now.server_id = config.server_id.empty() ? incarnation : config.server_id;
     now.queued_builds = builders.queued_count();
     now.unread_bytes = unread->used_bytes();
+    now.runs = parts.runs->running;
+    now.run_steps_dropped = parts.runs->dropped_steps;
     return now;
   };
   std::unique_ptr<OperationsServer> operations;

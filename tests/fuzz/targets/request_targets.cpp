@@ -8,6 +8,7 @@
 #include "server/api/request_validation.h"
 #include "server/api/state_chunks.h"
 #include "server/api/status_mapping.h"
+#include "server/api/stream_validation.h"
 #include "server/api/written_states.h"
 #include "server/core/check.h"
 #include "tests/api/requests.h"
@@ -358,6 +359,28 @@ v1::StreamStatesRequest::Subscribe GoodSubscription() {
   return request;
 }
 
+v1::StreamStatesRequest::Subscribe EveryFrame() {
+  v1::StreamStatesRequest::Subscribe request;
+  request.set_session("sessions/none");
+  request.set_all_cloths(true);
+  request.set_delivery(v1::StreamStatesRequest::EVERY_FRAME);
+  request.set_max_queued_frames(100);
+  request.set_max_queued_bytes(1 << 20);
+  return request;
+}
+
+Status CheckSubscription(const v1::StreamStatesRequest::Subscribe& request) {
+  const auto checked = api::CheckSubscribe(request);
+  if (!checked.ok()) return checked.status();
+  DRAPE_CHECK(checked->every_n_steps >= 1 && checked->max_hz >= 0, "rate");
+  if (checked->queue) {
+    DRAPE_CHECK(checked->max_hz == 0 && checked->initial_credit == 0, "leaves frames out");
+    DRAPE_CHECK(checked->queue->max_frames >= 2 && checked->queue->max_frames <= 65536, "frames");
+    DRAPE_CHECK(checked->queue->max_bytes <= uint64_t{1} << 28, "bytes");
+  }
+  return Status::Ok();
+}
+
 }  // namespace
 
 std::vector<FuzzTarget> RequestTargets() {
@@ -372,8 +395,7 @@ std::vector<FuzzTarget> RequestTargets() {
   targets.push_back(Target<v1::StateView>("view", Views(), CheckViewAndSend));
   targets.push_back(Target<v1::WriteStatesRequest>("write_states", {GoodWriting()}, CheckWriting));
   targets.push_back(Target<v1::StreamStatesRequest::Subscribe>(
-      "subscribe", {GoodSubscription()},
-      [](const auto& request) { return api::CheckSubscribe(request).status(); }));
+      "subscribe", {GoodSubscription(), EveryFrame()}, CheckSubscription));
   targets.push_back({"mesh", ImportMesh, MeshSeeds});
   return targets;
 }
