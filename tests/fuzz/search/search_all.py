@@ -60,24 +60,36 @@ def table(rows):
     return "\n".join(lines) + "\n"
 
 
+def rows_of(path):
+    """The rows that a table has, by target."""
+    rows = {}
+    for line in path.read_text().splitlines() if path.exists() else []:
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if len(cells) == 6 and cells[1].isdigit():
+            rows[cells[0]] = [cells[0], *map(int, cells[1:])]
+    return rows
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--program", type=pathlib.Path, default=pathlib.Path("build/fuzz/bin/drape_fuzz"))
     parser.add_argument("--corpus", type=pathlib.Path, default=pathlib.Path("tests/fuzz/corpus"))
     parser.add_argument("--build", type=pathlib.Path, default=pathlib.Path("build/fuzz"))
     parser.add_argument("--cpu-seconds", type=int, default=600, help="of each target")
-    parser.add_argument("--out", type=pathlib.Path, help="file for the table; without: only printed")
+    parser.add_argument("--out", type=pathlib.Path, help="file for the table, written after each target; without: only printed")
+    parser.add_argument("--resume", action="store_true", help="keep the rows of --out that have the seconds, and do the others")
     arguments = parser.parse_args()
+    done = rows_of(arguments.out) if arguments.resume and arguments.out else {}
     rows = []
-    try:
-        for target in targets_of(arguments.program):
-            rows.append(search(arguments.program, target, arguments.cpu_seconds, arguments.build, arguments.corpus))
-    except KeyboardInterrupt:
-        print("interrupted: the table has what was finished", file=sys.stderr)
+    for target in targets_of(arguments.program):
+        if target in done and done[target][1] >= arguments.cpu_seconds:
+            rows.append(done[target])
+            continue
+        rows.append(search(arguments.program, target, arguments.cpu_seconds, arguments.build, arguments.corpus))
+        if arguments.out:
+            arguments.out.write_text(
+                f"# Searches of all targets\n\nBy `./run fuzz all --seconds {arguments.cpu_seconds}`.\n\n{table(rows)}")
     print(table(rows), end="")
-    if arguments.out:
-        arguments.out.write_text(
-            f"# Searches of all targets\n\nBy `./run fuzz all --seconds {arguments.cpu_seconds}`.\n\n{table(rows)}")
     sys.exit(1 if any(row[-1] for row in rows) else 0)
 
 
