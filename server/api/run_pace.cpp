@@ -11,7 +11,8 @@ bool RunPace::IsDue(int64_t now_us) {
   // Step k is too late once k * interval < elapsed - max_behind.
   const int64_t oldest_us = Elapsed_us(now_us) - max_behind_us_;
   if (oldest_us > 0) {
-    const auto first = static_cast<uint64_t>(std::ceil(static_cast<double>(oldest_us) / interval_us_));
+    const auto first =
+        static_cast<uint64_t>(std::ceil(static_cast<double>(oldest_us) / interval_us_));
     if (first > next_) {
       dropped_ += first - next_;
       next_ = first;

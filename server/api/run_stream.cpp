@@ -28,10 +28,9 @@ Result<double> RealTime_s(const ClothList& cloths) {
   for (const auto& cloth : cloths) {
     const double other_s = cloth->description()->parameters.settings.time_step_s;
     if (other_s == time_step_s) continue;
-    return Status::InvalidField("start.steps_hz",
-                                "is needed, because the cloths have different time steps: " +
-                                    NumberText(time_step_s) + " s and " + NumberText(other_s) +
-                                    " s");
+    return Status::InvalidField(
+        "start.steps_hz", "is needed, because the cloths have different time steps: " +
+                              NumberText(time_step_s) + " s and " + NumberText(other_s) + " s");
   }
   return time_step_s;
 }
@@ -88,8 +87,8 @@ Status RunReactor::Take(const v1::RunRequest& request) {
     return Status::InvalidField("action", "is not set: one of start, pause is needed");
   }
   if ((action == v1::RunRequest::kStart) == pace_.has_value()) {
-    return Status::InvalidField("start", pace_ ? "was sent already: once per stream"
-                                               : "is needed in the first message");
+    return Status::InvalidField(
+        "start", pace_ ? "was sent already: once per stream" : "is needed in the first message");
   }
   if (action == v1::RunRequest::kStart) return Begin(request.start());
   pace_->SetPaused(request.pause(), context_.clock.NowUs());
@@ -112,8 +111,8 @@ Status RunReactor::Begin(const v1::RunRequest::Start& request) {
   }
   DRAPE_ASSIGN_OR_RETURN(
       held_, context_.unread->Take(session_->owner(), request.ByteSizeLong() + kReportBytes));
-  DRAPE_ASSIGN_OR_RETURN(
-      permit_, context_.scheduler.TakeSubscription(session_->name(), session_->tenant()));
+  DRAPE_ASSIGN_OR_RETURN(permit_,
+                         context_.scheduler.TakeSubscription(session_->name(), session_->tenant()));
   work_.session = session_->name();
   work_.tenant = session_->tenant();
   work_.steps = 1;

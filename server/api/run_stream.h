@@ -70,15 +70,15 @@ class RunReactor final : public grpc::ServerBidiReactor<v1::RunRequest, v1::RunR
   std::shared_ptr<void> permit_;  // among the subscriptions of its session
   ClothList cloths_;
   uint32_t generation_ = 0;  // of them
-  StepWork work_;  // of each step; the expected step only of the first
+  StepWork work_;            // of each step; the expected step only of the first
   std::optional<RunPace> pace_;
   uint64_t max_steps_ = 0;  // UINT64_MAX: no limit
   int64_t report_interval_us_ = 0;
   int64_t next_report_us_ = 0;
   uint64_t begun_steps_ = 0;
   uint64_t complete_steps_ = 0;
-  uint64_t counted_drops_ = 0;   // in the metrics
-  uint32_t under_way_ = 0;       // steps
+  uint64_t counted_drops_ = 0;    // in the metrics
+  uint32_t under_way_ = 0;        // steps
   int64_t refused_until_us_ = 0;  // the queue had no room
   std::unique_ptr<grpc::Alarm> alarm_;
   std::optional<int64_t> alarm_at_us_;

@@ -21,7 +21,7 @@ namespace drape::api {
 
 // Run calls. Any thread.
 struct RunCounters {
-  std::atomic<uint32_t> running{0};       // now
+  std::atomic<uint32_t> running{0};        // now
   std::atomic<uint64_t> dropped_steps{0};  // since the start
 };
 

@@ -14,10 +14,11 @@
 
 namespace drape::api {
 
-// One subscription. One that falls behind with every frame ends with what it has got: the frame that
-// was begun is completed, the others that wait are dropped. Ends with OK when the client sends no more messages (what is being written is
-// finished first), else with the status that ended it. Alive until gRPC and the scheduler's
-// observer have let go of it; the subscription keeps its session alive.
+// One subscription. One that falls behind with every frame ends with what it has got: the frame
+// that was begun is completed, the others that wait are dropped. Ends with OK when the client sends
+// no more messages (what is being written is finished first), else with the status that ended it.
+// Alive until gRPC and the scheduler's observer have let go of it; the subscription keeps its
+// session alive.
 class StateStreamReactor final
     : public grpc::ServerBidiReactor<v1::StreamStatesRequest, v1::StateChunk>,
       public std::enable_shared_from_this<StateStreamReactor> {

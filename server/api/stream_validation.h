@@ -1,4 +1,5 @@
-// From the first message of a stream to plain values, or INVALID_ARGUMENT with every violation. Pure.
+// From the first message of a stream to plain values, or INVALID_ARGUMENT with every violation.
+// Pure.
 #pragma once
 
 #include <cstdint>

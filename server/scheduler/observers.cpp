@@ -97,7 +97,8 @@ std::optional<int64_t> ObserverSet::Serve(Backend& backend, int64_t now_us) {
   for (auto entry = subscriptions_.begin(); entry != subscriptions_.end();) {
     Subscription& subscription = *entry;
     // Before its end: what is due was stepped before it was cancelled.
-    const Status served = subscription.spec.queue ? ServeEveryFrame(subscription, backend) : Status();
+    const Status served =
+        subscription.spec.queue ? ServeEveryFrame(subscription, backend) : Status();
     std::optional<Status> reason = EndReason(subscription);
     if (!reason && !served.ok()) reason = served;
     if (reason) {

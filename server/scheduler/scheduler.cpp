@@ -132,7 +132,7 @@ Result<std::shared_ptr<Observer>> Scheduler::Subscribe(ObserverSpec spec) {
 }
 
 Result<std::shared_ptr<void>> Scheduler::TakeSubscription(const std::string& session,
-                                                         const std::string& tenant) {
+                                                          const std::string& tenant) {
   return core_->observer_permits().Take(session, tenant);
 }
 

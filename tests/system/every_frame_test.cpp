@@ -1,4 +1,5 @@
-// StreamStates with delivery EVERY_FRAME: no frame is missing, and who does not read is ended alone.
+// StreamStates with delivery EVERY_FRAME: no frame is missing, and who does not read is ended
+// alone.
 #include <gmock/gmock.h>
 #include <google/rpc/error_details.pb.h>
 #include <google/rpc/status.pb.h>

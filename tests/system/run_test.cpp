@@ -146,7 +146,8 @@ TEST_F(Runs, LateStepsAreDroppedAndToldSo) {
   const v1::RunReport report = run.NextWhere([](const auto& r) { return r.steps_dropped() > 0; });
   // What is due within 0.02 s may wait, and two are under way.
   EXPECT_LE(report.steps_behind(), 20'000u + 1 + 2);
-  EXPECT_EQ(report.steps() + report.steps_behind() + report.steps_dropped(), DueBy(report, 1 / 1e6));
+  EXPECT_EQ(report.steps() + report.steps_behind() + report.steps_dropped(),
+            DueBy(report, 1 / 1e6));
   run.Stop();
   const v1::RunReport last = run.LastReport();
   EXPECT_EQ(last.lowest_step(), StepOf(ids[0]));

@@ -81,18 +81,18 @@ class RunStream {
   std::unique_ptr<Impl> impl_;
 };
 
-// Frames of states while others step the cloths. With delivery LATEST always the latest: frames that
-// a slow reader misses are counted. With EVERY_FRAME all of them: a reader that falls behind gets
-// kResourceExhausted, SLOW_CONSUMER, whose metadata `last_frame` and `last_step` say what it has
-// got. One thread reads; SetPaused and Cancel from any thread.
+// Frames of states while others step the cloths. With delivery LATEST always the latest: frames
+// that a slow reader misses are counted. With EVERY_FRAME all of them: a reader that falls behind
+// gets kResourceExhausted, SLOW_CONSUMER, whose metadata `last_frame` and `last_step` say what it
+// has got. One thread reads; SetPaused and Cancel from any thread.
 class StateStream {
  public:
   StateStream(StateStream&&) noexcept;
   StateStream& operator=(StateStream&&) noexcept;
   ~StateStream();
 
-  // Waits for a whole frame and, with LATEST, grants the server the credit for another. Throws the stream's error
-  // (kCancelled after Cancel()); unset when the server ended the stream.
+  // Waits for a whole frame and, with LATEST, grants the server the credit for another. Throws the
+  // stream's error (kCancelled after Cancel()); unset when the server ended the stream.
   std::optional<States> Next();
   // Paused: the server sends nothing. With EVERY_FRAME this ends the stream with kInvalidArgument.
   void SetPaused(bool is_paused);
