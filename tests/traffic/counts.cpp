@@ -71,8 +71,11 @@ class StepCounts {
  private:
   void ApplySteps(const Operation& operation) {
     std::set<Mark> restarted;
-    for (const uint64_t id : operation.step.resets().cloth_ids()) {
-      restarted.insert(worker_.marks.at(id));
+    for (size_t k = 0; k < operation.cloths.size(); ++k) {
+      const auto& ids = operation.step.resets().cloth_ids();
+      if (std::ranges::count(ids, operation.step.cloth_ids(static_cast<int>(k))) > 0) {
+        restarted.insert(operation.cloths[k]);
+      }
     }
     for (const Mark& mark : operation.cloths) {
       if (restarted.contains(mark)) steps_[mark] = 0;
@@ -87,6 +90,8 @@ class StepCounts {
     for (size_t k = 0; k < operation.cloths.size(); ++k) {
       uint64_t& expected = steps_[operation.cloths[k]];
       const uint64_t told = operation.told_steps[k];
+      const bool is_faulted = std::ranges::count(operation.told_faulted, operation.cloths[k]) > 0;
+      if (is_faulted && told < expected) expected = told;
       if (told == expected) continue;
       Find(ClothName(operation.cloths[k]) + " is at step " + std::to_string(told) +
            ", by the steps that were acknowledged it should be at " + std::to_string(expected));

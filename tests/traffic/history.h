@@ -45,6 +45,7 @@ struct Operation {
   bool is_acknowledged = false;
   double acknowledged_s = 0;           // by the clock of the test
   std::vector<uint64_t> told_steps;    // [cloths], of kStep and kRead
+  std::vector<Mark> told_faulted;      // of kStep: those that stay where they are
   std::vector<uint64_t> told_bits;     // [cloths], of kRead and of kStep unless empty
   std::vector<uint64_t> told_reports;  // [cloths], of kStep unless empty
 };
@@ -71,7 +72,8 @@ struct ServerRun {
   std::map<std::string, Photo> began;
   double ended_s = 0;  // when it was killed, or began to drain
   bool was_drained = false;
-  std::vector<std::string> worries{};  // lines of its log about sessions that it lost or could not keep
+  std::vector<std::string>
+      worries{};  // lines of its log about sessions that it lost or could not keep
   // Of the cloth that several workers share, one step at a time: told of, and open when it ended.
   uint64_t shared_acknowledged = 0;
   uint64_t shared_open = 0;

@@ -144,6 +144,11 @@ std::vector<uint64_t> Worker::IdsOf(const std::vector<Mark>& cloths) const {
   return ids;
 }
 
+std::vector<Mark> Worker::SomeClothsThatGoBack() {
+  const std::vector<Mark> cloths = SomeCloths();
+  return families_[mine_.at(cloths[0]).family].goes_back ? cloths : std::vector<Mark>();
+}
+
 std::vector<Mark> Worker::SomeCloths(bool at_same_step) {
   std::vector<Mark> all;
   for (const auto& [mark, cloth] : mine_) all.push_back(mark);
@@ -162,6 +167,7 @@ std::vector<Mark> Worker::SomeCloths(bool at_same_step) {
 void Worker::Create() {
   Family family;
   // Kinds by turns: springs, bending, colliders, self-collision, grips, sleep, chains, meshes.
+  family.goes_back = Chance(2);
   family.traffic = std::make_unique<RandomTraffic>(static_cast<uint32_t>(random_()), true);
   v1::CreateClothsRequest creation = family.traffic->Creation(options_.session);
   const uint32_t count = 1 + Below(2);
@@ -182,24 +188,23 @@ void Worker::Create() {
     for (size_t k = 0; k < done.cloths.size(); ++k) {
       const uint64_t id = answer.cloth_ids(static_cast<int>(k));
       mine_[done.cloths[k]] = {id, 0, families_.size() - 1};
-      history_.marks[id] = done.cloths[k];
     }
   });
 }
 
 void Worker::Step() {
   const uint32_t dice = Below(10);
-  const bool counts = dice < 3;
-  const std::vector<Mark> cloths = SomeCloths(counts);
+  const std::vector<Mark> cloths = SomeCloths(dice < 4);
+  const Family& family = families_[mine_.at(cloths[0]).family];
+  const bool counts = dice < 4 && !family.goes_back;
   Operation operation = NewOperation(Kind::kStep, cloths);
-  RandomTraffic& traffic = *families_[mine_.at(cloths[0]).family].traffic;
-  operation.step = traffic.Steps(options_.session, IdsOf(cloths));
+  operation.step = family.traffic->Steps(options_.session, IdsOf(cloths));
   operation.step.set_steps(1 + Below(3));
   if (!Chance(3)) operation.step.set_report(false);
   if (Chance(2)) operation.step.clear_view();
   if (counts) return StepUntil(std::move(operation));
-  if (dice < 5) return StepByStream(std::move(operation));
-  if (Chance(8)) {
+  if (dice < 6) return StepByStream(std::move(operation));
+  if (family.goes_back && Chance(6)) {
     // Some of them from the start, in the same request.
     operation.step.mutable_resets()->add_cloth_ids(mine_.at(cloths[0]).id);
   }
@@ -208,6 +213,12 @@ void Worker::Step() {
 
 void Worker::Take(Operation& operation, const v1::StepResponse& answer) {
   operation.told_steps.assign(answer.steps().begin(), answer.steps().end());
+  for (size_t k = 0; k < operation.cloths.size(); ++k) {
+    const uint64_t id = answer.cloth_ids(static_cast<int>(k));
+    if (std::ranges::count(answer.faulted_cloth_ids(), id) > 0) {
+      operation.told_faulted.push_back(operation.cloths[k]);
+    }
+  }
   operation.told_bits = BitsOf(answer);
   operation.told_reports = ReportsOf(answer);
   for (size_t k = 0; k < operation.cloths.size(); ++k) {
@@ -233,7 +244,8 @@ void Worker::StepById(Operation operation) {
 }
 
 // Without an id: it counts. What was done before a cut is seen by the step where cloths are, and
-// controls go on by themselves.
+// controls go on by themselves. Only for cloths that never go back to a step: a sending that
+// arrives late would be done there again.
 void Worker::StepUntil(Operation operation) {
   const uint64_t before = mine_.at(operation.cloths[0]).step;
   const uint64_t after = before + operation.step.steps();
@@ -267,7 +279,8 @@ void Worker::StepUntil(Operation operation) {
   });
 }
 
-// Several requests on one stream; after a cut another stream takes those without an answer.
+// Several requests on one stream. After a cut another stream takes those without an answer, one at
+// a time: the first may still be under way there, and those behind it would overtake it.
 void Worker::StepByStream(Operation operation) {
   const uint32_t count = 2 + Below(2);
   auto& operations = history_.epochs.back().operations;
@@ -285,18 +298,22 @@ void Worker::StepByStream(Operation operation) {
   }
   history_.counts["stream"] += 1;
   size_t next = first;
+  bool is_repeated = false;
   Repeat([&] {
     StepStream stream = session_.OpenStepStream();
-    for (size_t k = next; k < first + count; ++k) {
+    const auto write = [&](size_t k) {
       v1::StepRequest request = operations[k].step;
       if (options_.forgets_request_ids) request.clear_request_id();
       try {
         stream.Write(std::move(request));
       } catch (const Error&) {
-        break;  // Read tells why
+        // Read tells why.
       }
-    }
+    };
+    const bool is_first = !std::exchange(is_repeated, true);
+    for (size_t k = next; is_first && k < first + count; ++k) write(k);
     while (next < first + count) {
+      if (!is_first) write(next);
       const auto answer = stream.Read();
       if (!answer) return Complain("a stream ended before its answers");
       Take(operations[next], *answer);
@@ -309,7 +326,9 @@ void Worker::StepByStream(Operation operation) {
 }
 
 void Worker::Reset() {
-  Do(NewOperation(Kind::kReset, SomeCloths()), [&](Operation& done) {
+  const std::vector<Mark> cloths = SomeClothsThatGoBack();
+  if (cloths.empty()) return Read();
+  Do(NewOperation(Kind::kReset, cloths), [&](Operation& done) {
     v1::ResetClothsRequest request;
     for (const uint64_t id : IdsOf(done.cloths)) request.add_cloth_ids(id);
     request.set_request_id(NextId());
@@ -342,7 +361,9 @@ void Worker::Update() {
 }
 
 void Worker::Save() {
-  Operation operation = NewOperation(Kind::kSave, SomeCloths());
+  const std::vector<Mark> cloths = SomeClothsThatGoBack();
+  if (cloths.empty()) return Read();
+  Operation operation = NewOperation(Kind::kSave, cloths);
   operation.saved_name = std::to_string(options_.worker) + (Chance(2) ? "a" : "b");
   Do(std::move(operation), [&](Operation& done) {
     v1::SaveStatesRequest request;
@@ -472,7 +493,6 @@ void Worker::LookAgain() {
         });
         if (family == families_.end()) return Complain("it has a cloth that it never made");
         mine_[mark] = {cloth.id(), cloth.step(), static_cast<size_t>(family - families_.begin())};
-        history_.marks[cloth.id()] = mark;
       }
       return;
     } catch (const StateLost&) {

@@ -51,6 +51,7 @@ class Worker {
   struct Family {
     std::unique_ptr<RandomTraffic> traffic;
     std::vector<Mark> cloths;
+    bool goes_back = false;  // is reset and loaded
   };
   struct Mine {
     uint64_t id = 0;
@@ -88,6 +89,8 @@ class Worker {
   Operation NewOperation(Kind kind, const std::vector<Mark>& cloths) const;
   // Some cloths of a family that has any; none: there is no cloth.
   std::vector<Mark> SomeCloths(bool at_same_step = false);
+  // None: those that were chosen do not.
+  std::vector<Mark> SomeClothsThatGoBack();
   void Take(Operation& operation, const v1::StepResponse& answer);
   std::vector<uint64_t> IdsOf(const std::vector<Mark>& cloths) const;
 

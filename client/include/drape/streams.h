@@ -23,6 +23,9 @@ inline namespace client {
 //     const auto answer = stream.Read();
 //   }
 //
+// After a cut, repeat what has no answer (with its request_id) one by one: the first may still be
+// under way, and those behind it would overtake it.
+//
 // One thread may write while another reads; Cancel from any thread. Destruction cancels what is
 // still under way.
 class StepStream {
