@@ -223,6 +223,7 @@ class Repair {
       std::vector<bool> is_done(mesh_.triangles.size()), is_dropped(mesh_.triangles.size());
       bool is_any_changed = false;
       for (const Cap& cap : caps) {
+        if (is_done[cap.triangle]) continue;  // it has turned with a neighbour, and has other edges
         const Triangle triangle = mesh_.triangles[cap.triangle];
         const auto [c, a, b] = std::array{triangle[cap.corner], triangle[(cap.corner + 1) % 3],
                                           triangle[(cap.corner + 2) % 3]};
