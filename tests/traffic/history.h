@@ -24,11 +24,17 @@ struct Seen {
   double time_s = 0;
   uint64_t bits = 0;  // hash of its positions and velocities
   uint64_t text = 0;  // hash of environment, settings and pins
+  // A ClothSnapshot: all that it goes on from, motions, grips, sleep and counters too. Empty:
+  // unseen.
+  std::string whole{};
   bool operator==(const Seen&) const = default;
+  bool IsLike(const Seen& other) const {
+    return step == other.step && time_s == other.time_s && bits == other.bits && text == other.text;
+  }
 };
 using Photo = std::map<Mark, Seen>;
 
-enum class Kind { kCreate, kStep, kReset, kUpdate, kSave, kLoad, kDelete, kRead };
+enum class Kind { kCreate, kStep, kReset, kUpdate, kWrite, kSave, kLoad, kDelete, kRead };
 const char* NameOf(Kind kind);
 
 // A request that changed something, or would have, or looked.
@@ -39,6 +45,7 @@ struct Operation {
   v1::CreateClothsRequest creation;
   v1::StepRequest step;  // with `steps` as the extent
   v1::UpdateClothsRequest update;
+  v1::WriteStatesRequest writing;
   std::string saved_name;
   // False: its client was not told, because the server ended; it may have been done, or a part of
   // its steps.
@@ -60,7 +67,7 @@ struct WorkerHistory {
   uint32_t worker = 0;  // from 1
   std::string session;
   std::vector<Epoch> epochs;               // at least one
-  std::map<uint64_t, Mark> marks;          // of every id that it was told
+  std::vector<uint64_t> ids;               // of the cloths that it made, as it was told
   std::vector<std::string> complaints;     // answers that should not have been
   std::map<std::string, uint64_t> counts;  // of what happened, for people
 };
@@ -70,12 +77,14 @@ struct ServerRun {
   std::string incarnation;
   // Of every session, when it had started; empty before the first cloth.
   std::map<std::string, Photo> began;
-  double ended_s = 0;  // when it was killed, or began to drain
-  bool was_drained = false;
-  std::vector<std::string>
-      worries{};  // lines of its log about sessions that it lost or could not keep
-  // Of the cloth that several workers share, one step at a time: told of, and open when it ended.
-  uint64_t shared_acknowledged = 0;
+  // What was acknowledged by then must be there at the next start: until the last complete round of
+  // checkpoints began, as the server said right before it was killed; to the end where it drained.
+  double kept_until_s = 0;
+  double ended_s = 0;                  // by the clock of the test
+  std::vector<std::string> worries{};  // lines of its log about what it lost or could not keep
+  // Of the cloth that several workers share, one step at a time: when they were told of each, and
+  // how many were open when it ended.
+  std::vector<double> shared_acknowledged_s{};
   uint64_t shared_open = 0;
 };
 
@@ -90,7 +99,10 @@ struct TrafficHistory {
   std::map<std::string, double> held;
   uint64_t operations = 0;  // acknowledged
   uint64_t cuts = 0;
+  uint64_t kills = 0;
+  uint64_t drains = 0;
   uint64_t repetitions = 0;
+  double oldest_checkpoint_s = 0;  // at a kill
 };
 
 }  // namespace drape::test

@@ -5,34 +5,32 @@
 #include <set>
 #include <thread>
 
+#include "tests/system/random_traffic.h"
 #include "tests/system/server_process.h"
 #include "tests/traffic/checks.h"
 #include "tests/traffic/sight.h"
+#include "tests/traffic/snapshot_cloths.h"
 
 namespace drape::test {
 namespace {
 
-// Beyond the interval a checkpoint may be older by the time that writing takes, on a machine that
-// does much else.
-constexpr double kWritingTime_s = 5;
 constexpr size_t kEnough = 5;  // findings of a worker
 
 // Does again what one worker did.
 class Replay {
  public:
-  Replay(const TrafficHistory& history, const WorkerHistory& worker, double interval_s,
-         const std::string& address)
+  Replay(const TrafficHistory& history, const WorkerHistory& worker, const std::string& address)
       : history_(history),
         worker_(worker),
-        interval_s_(interval_s),
         client_(Client::Connect(address)),
         session_(client_.CreateSession()) {}
 
-  Findings Run() {
-    for (size_t k = 0; k < worker_.epochs.size() && findings_.size() < kEnough; ++k) {
-      RunEpoch(k);
+  Verdict Run() {
+    for (size_t k = 0; k < worker_.epochs.size() && verdict_.findings.size() < kEnough; ++k) {
+      // What follows what cannot be explained is not judged.
+      if (!RunEpoch(k)) break;
     }
-    return std::move(findings_);
+    return std::move(verdict_);
   }
 
  private:
@@ -43,7 +41,7 @@ class Replay {
   };
 
   void Find(const std::string& what) {
-    findings_.push_back("worker " + std::to_string(worker_.worker) + ": " + what);
+    verdict_.findings.push_back("worker " + std::to_string(worker_.worker) + ": " + what);
   }
   Photo Own(const Photo& photo) const {
     Photo own;
@@ -58,26 +56,24 @@ class Replay {
     return ids;
   }
   void LookAll() {
-    Sight sight = Look(session_);
+    Sight sight = Glance(session_);
     now_ = std::move(sight.photo);
     ids_ = std::move(sight.ids);
   }
 
-  void RunEpoch(size_t number) {
+  // False: how the cloths were then cannot be explained.
+  bool RunEpoch(size_t number) {
     const Epoch& epoch = worker_.epochs[number];
+    const ServerRun& run = RunOf(epoch.incarnation);
     const bool is_last = number + 1 == worker_.epochs.size();
-    target_.reset();
+    // A worker that did nothing after the last start knows nothing of it.
+    const bool is_end = is_last && &run == &history_.runs.back();
+    const ServerRun& next =
+        is_last ? history_.runs.back() : RunOf(worker_.epochs[number + 1].incarnation);
+    target_ = Own((is_end ? history_.ended : next.began).at(worker_.session));
     match_.reset();
     moments_.clear();
-    const ServerRun& run = RunOf(epoch.incarnation);
-    if (!is_last) {
-      target_ = Own(RunOf(worker_.epochs[number + 1].incarnation).began.at(worker_.session));
-    } else if (&run != &history_.runs.back()) {
-      // A worker that did nothing after the last start knows nothing of it.
-      target_ = Own(history_.runs.back().began.at(worker_.session));
-    } else {
-      target_ = Own(history_.ended.at(worker_.session));
-    }
+    differs_ = {};
     Compare(0);
     for (size_t k = 0; k < epoch.operations.size(); ++k) {
       try {
@@ -87,47 +83,57 @@ class Replay {
           Find(std::string("the replay is refused: ") + error.what());
         }
       }
-      if (findings_.size() >= kEnough) return;
+      if (verdict_.findings.size() >= kEnough) return false;
     }
-    Judge(epoch, run, is_last && &run == &history_.runs.back());
-    if (!is_last && match_) Restore();
+    if (!match_) {
+      Find("after " + std::to_string(epoch.operations.size()) +
+           " operations its cloths are as they never were together" + Story(epoch));
+      return false;
+    }
+    Judge(epoch, run, is_end);
+    if (!is_last) Restore();
+    return true;
   }
 
   const ServerRun& RunOf(const std::string& incarnation) const {
     return *std::ranges::find(history_.runs, incarnation, &ServerRun::incarnation);
   }
 
-  // After `operations` have begun.
-  void Compare(size_t operations) {
-    for (const auto& [mark, seen] : now_) {
-      const auto its = target_->find(mark);
-      if (its != target_->end() && its->second == seen) moments_[mark].insert(operations);
-    }
-    if (now_ != *target_) return;
-    const bool is_new = !match_;
-    if (is_new) match_ = Match{.operations = operations, .snapshot = {}};
-    match_->operations = operations;
-    if (is_new && !now_.empty()) match_->snapshot = session_.TakeSnapshot();
+  bool IsLikeTarget(const Mark& mark) const {
+    const auto its = target_.find(mark);
+    return its != target_.end() && its->second.IsLike(now_.at(mark));
   }
 
-  void Judge(const Epoch& epoch, const ServerRun& run, bool is_end) {
-    if (!match_) {
-      Find("after " + std::to_string(epoch.operations.size()) +
-           " operations its cloths are as they never were together" + Story(epoch));
+  // After `operations` have begun.
+  void Compare(size_t operations) {
+    bool is_like = now_.size() == target_.size();
+    for (const auto& [mark, seen] : now_) {
+      const bool is_its = IsLikeTarget(mark);
+      if (is_its) moments_[mark].insert(operations);
+      is_like = is_like && is_its;
+    }
+    if (!is_like) return;
+    Sight sight = Look(session_);
+    for (const auto& [mark, seen] : sight.photo) {
+      if (seen == target_.at(mark)) continue;
+      differs_ = "; after " + std::to_string(operations) + " cloth " + std::to_string(mark.number) +
+                 " would go on differently: " + DifferenceOf(target_.at(mark).whole, seen.whole);
       return;
     }
+    if (!match_) match_ = Match{.operations = operations, .snapshot = std::move(sight.snapshot)};
+    match_->operations = operations;
+  }
+
+  // What came after the moment of the match was lost.
+  void Judge(const Epoch& epoch, const ServerRun& run, bool is_end) {
     for (size_t k = match_->operations; k < epoch.operations.size(); ++k) {
       const Operation& lost = epoch.operations[k];
-      if (!lost.is_acknowledged) continue;
-      const bool may_be_lost = !is_end && !run.was_drained &&
-                               lost.acknowledged_s > run.ended_s - interval_s_ - kWritingTime_s;
-      if (may_be_lost) return;
+      const bool may_be_lost = !is_end && lost.acknowledged_s > run.kept_until_s;
+      if (!lost.is_acknowledged || may_be_lost) continue;
+      verdict_.lost_steps += uint64_t{lost.step.steps()} * lost.cloths.size();
       Find(std::string("a ") + NameOf(lost.kind) + " that was acknowledged " +
-           std::to_string(run.ended_s - lost.acknowledged_s) + " s before the end is lost (" +
-           (run.was_drained ? "drained"
-            : is_end        ? "at the end"
-                            : "killed") +
-           ")" + Story(epoch));
+           std::to_string(run.ended_s - lost.acknowledged_s) + " s before the end is lost; by " +
+           std::to_string(run.ended_s - run.kept_until_s) + " s all should be kept" + Story(epoch));
       return;
     }
   }
@@ -141,7 +147,7 @@ class Replay {
       for (const Mark& mark : operation.cloths) text += "," + std::to_string(mark.number);
       if (!operation.is_acknowledged) text += "?";
     }
-    for (const auto& [mark, seen] : *target_) {
+    for (const auto& [mark, seen] : target_) {
       text += "; cloth " + std::to_string(mark.number) + " came back at step " +
               std::to_string(seen.step) + ", as it was after";
       const auto moments = moments_.find(mark);
@@ -154,7 +160,7 @@ class Replay {
       text +=
           "; cloth " + std::to_string(mark.number) + " was at step " + std::to_string(seen.step);
     }
-    return text;
+    return text + differs_;
   }
 
   // The next run begins there.
@@ -168,7 +174,7 @@ class Replay {
     }
     if (!match_->snapshot.empty()) (void)session_.Restore(match_->snapshot);
     LookAll();
-    if (now_ != *target_) Find("a snapshot is not as the cloths were");
+    if (Look(session_).photo != target_) Find("a snapshot is not as the cloths were");
   }
 
   void Apply(const Operation& operation, size_t number) {
@@ -192,6 +198,15 @@ class Replay {
         LookAll();
         return Compare(number);
       }
+      case Kind::kWrite: {
+        v1::WriteStatesRequest writing = operation.writing;
+        writing.clear_request_id();
+        writing.clear_cloth_ids();
+        for (const uint64_t id : IdsOf(operation.cloths)) writing.add_cloth_ids(id);
+        session_.WriteStates(std::move(writing));
+        LookAll();
+        return Compare(number);
+      }
       case Kind::kSave: {
         v1::SaveStatesRequest save;
         save.set_name(operation.saved_name);
@@ -199,14 +214,10 @@ class Replay {
         session_.SaveStates(save);
         return Compare(number);
       }
-      case Kind::kLoad: {
-        v1::LoadStatesRequest load;
-        load.set_name(operation.saved_name);
-        for (const uint64_t id : IdsOf(operation.cloths)) load.add_cloth_ids(id);
-        session_.LoadStates(load);
+      case Kind::kLoad:
+        Load(operation.saved_name, operation.cloths);
         LookAll();
         return Compare(number);
-      }
       case Kind::kDelete:
         session_.DeleteCloths(IdsOf(operation.cloths));
         for (const Mark& mark : operation.cloths) {
@@ -230,38 +241,45 @@ class Replay {
     return creation;
   }
 
+  // What a request does before its first step, to all of its cloths at one moment. Each cloth is
+  // told by a request without steps.
+  void BeginSteps(const Operation& operation) {
+    const auto has = [](const auto& ids, uint64_t id) { return std::ranges::count(ids, id) > 0; };
+    std::vector<uint64_t> restarted;
+    for (size_t k = 0; k < operation.cloths.size(); ++k) {
+      const uint64_t id = operation.step.cloth_ids(static_cast<int>(k));
+      if (!has(operation.step.resets().cloth_ids(), id)) continue;
+      restarted.push_back(ids_.at(operation.cloths[k]));
+      now_.at(operation.cloths[k]).step = 0;
+    }
+    if (!restarted.empty()) session_.ResetCloths(restarted);
+    for (size_t k = 0; k < operation.cloths.size(); ++k) {
+      const Mark& mark = operation.cloths[k];
+      v1::StepRequest request = RandomTraffic::OnlyFor(
+          operation.step, operation.step.cloth_ids(static_cast<int>(k)), ids_.at(mark));
+      request.clear_request_id();
+      request.clear_resets();
+      request.clear_view();
+      request.clear_report();
+      request.clear_grip_states();
+      request.set_until_step(now_.at(mark).step);
+      session_.Step(request);
+    }
+    if (!restarted.empty()) LookAll();
+  }
+
   // Step by step: a checkpoint may be of any moment between two.
   void ApplySteps(const Operation& operation, size_t number) {
-    std::map<uint64_t, uint64_t> here;  // ids of the run -> ids here
-    for (size_t k = 0; k < operation.cloths.size(); ++k) {
-      here[operation.step.cloth_ids(static_cast<int>(k))] = ids_.at(operation.cloths[k]);
-    }
-    v1::StepRequest request = operation.step;
-    request.clear_request_id();
+    BeginSteps(operation);
+    std::set<Mark> held;
+    Hold(operation, held);
+    v1::StepRequest request;
+    for (const uint64_t id : IdsOf(operation.cloths)) request.add_cloth_ids(id);
     *request.mutable_view() = WholeView();
-    request.set_report(false);
     request.set_steps(1);
-    const auto translate = [&](auto* ids) {
-      for (uint64_t& id : *ids) id = here.at(id);
-    };
-    translate(request.mutable_cloth_ids());
-    translate(request.mutable_pin_controls()->mutable_cloth_ids());
-    translate(request.mutable_collider_controls()->mutable_cloth_ids());
-    translate(request.mutable_grip_controls()->mutable_cloth_ids());
-    translate(request.mutable_rest_length_controls()->mutable_cloth_ids());
-    translate(request.mutable_resets()->mutable_cloth_ids());
-    if (request.resets().cloth_ids_size() > 0) {
-      // Before the first step, and a moment of its own.
-      const auto& ids = request.resets().cloth_ids();
-      session_.ResetCloths(std::vector<uint64_t>(ids.begin(), ids.end()));
-      LookAll();
-      Compare(number);
-      request.clear_resets();
-    }
     v1::StepResponse answer;
-    for (uint32_t k = 0; k < operation.step.steps(); ++k) {
-      const bool is_last = k + 1 == operation.step.steps();
-      request.set_report(is_last && operation.step.report());
+    for (uint32_t k = 1; k <= operation.step.steps(); ++k) {
+      request.set_report(k == operation.step.steps() && operation.step.report());
       answer = session_.Step(request);
       const std::vector<uint64_t> bits = BitsOf(answer);
       for (size_t c = 0; c < operation.cloths.size(); ++c) {
@@ -270,13 +288,9 @@ class Replay {
         seen.time_s = answer.states().times_s(static_cast<int>(c));
         seen.bits = bits.at(c);
       }
-      Compare(number);
-      v1::StepRequest next;  // motions go on by themselves
-      *next.mutable_cloth_ids() = request.cloth_ids();
-      *next.mutable_view() = request.view();
-      next.set_steps(1);
-      request = std::move(next);
+      Hold(operation, held);
     }
+    CompareHeld(operation, held, number);
     if (!operation.is_acknowledged) return;
     if (!operation.told_bits.empty() && operation.told_bits != BitsOf(answer)) {
       Find("the states of an answer are not those of the replay");
@@ -286,22 +300,60 @@ class Replay {
     }
   }
 
+  // A request steps each of its cloths when its turn comes: a checkpoint has some of them further
+  // than others. Those that now are as in the target are kept for CompareHeld.
+  void Hold(const Operation& operation, std::set<Mark>& held) {
+    for (const Mark& mark : operation.cloths) {
+      if (!IsLikeTarget(mark) || !held.insert(mark).second) continue;
+      v1::SaveStatesRequest save;
+      save.set_name(HeldName(mark));
+      save.add_cloth_ids(ids_.at(mark));
+      session_.SaveStates(save);
+    }
+  }
+
+  // The moment at which each cloth of the request is as it was held, if there is one.
+  void CompareHeld(const Operation& operation, const std::set<Mark>& held, size_t number) {
+    if (held.size() < operation.cloths.size()) {
+      for (const Mark& mark : held) moments_[mark].insert(number);
+      return;
+    }
+    const std::string ends = "ends";
+    v1::SaveStatesRequest save;
+    save.set_name(ends);
+    for (const uint64_t id : IdsOf(operation.cloths)) save.add_cloth_ids(id);
+    session_.SaveStates(save);
+    for (const Mark& mark : operation.cloths) Load(HeldName(mark), {mark});
+    LookAll();
+    Compare(number);
+    Load(ends, operation.cloths);
+    LookAll();
+  }
+
+  static std::string HeldName(const Mark& mark) { return "held " + std::to_string(mark.number); }
+  void Load(const std::string& name, const std::vector<Mark>& cloths) {
+    v1::LoadStatesRequest load;
+    load.set_name(name);
+    for (const uint64_t id : IdsOf(cloths)) load.add_cloth_ids(id);
+    session_.LoadStates(load);
+  }
+
   const TrafficHistory& history_;
   const WorkerHistory& worker_;
-  const double interval_s_;
   const Client client_;
   Session session_;
-  Photo now_;
+  Photo now_;  // without Seen::whole
   std::map<Mark, uint64_t> ids_;
-  std::optional<Photo> target_;
+  Photo target_;
   std::optional<Match> match_;
   std::map<Mark, std::set<size_t>> moments_;  // at which each cloth was as in the target
-  Findings findings_;
+  std::string differs_;                       // where it looked so, but was not
+  Verdict verdict_;
 };
 
 // The shared cloth has at each start, and at the end, the bits of its number of steps.
-Findings ReplayShared(const TrafficHistory& history, const std::string& address) {
-  Findings findings;
+Verdict ReplayShared(const TrafficHistory& history, const std::string& address) {
+  Verdict verdict;
   const Client client = Client::Connect(address);
   Session session = client.CreateSession();
   (void)session.CreateCloths(history.shared_creation);
@@ -313,42 +365,40 @@ Findings ReplayShared(const TrafficHistory& history, const std::string& address)
       seen.push_back(Look(session).photo.at(Mark{}));
     }
     if (seen[its.step] == its) return;
-    findings.push_back("the shared cloth has other bits than after " + std::to_string(its.step) +
-                       " steps");
+    verdict.findings.push_back("the shared cloth has other bits than after " +
+                               std::to_string(its.step) + " steps");
   };
   for (const ServerRun& run : history.runs) check(run.began);
   check(history.ended);
-  return findings;
+  return verdict;
 }
 
 }  // namespace
 
-Findings CheckReplay(const TrafficHistory& history, double checkpoint_interval_s) {
+Verdict CheckReplay(const TrafficHistory& history) {
   ServerProcess server({"--backend=cpu"});
-  if (!server.WaitUntilUp()) return {"no server for the replay"};
+  if (!server.WaitUntilUp()) return {.findings = {"no server for the replay"}};
   std::mutex mutex;
-  Findings findings;
-  const auto add = [&](Findings more) {
-    const std::lock_guard lock(mutex);
-    std::ranges::move(more, std::back_inserter(findings));
-  };
+  Verdict verdict;
   const auto guarded = [&](const auto& check) {
+    Verdict its;
     try {
-      add(check());
+      its = check();
     } catch (const std::exception& error) {
-      add({std::string("the replay failed: ") + error.what()});
+      its.findings = {std::string("the replay failed: ") + error.what()};
     }
+    const std::lock_guard lock(mutex);
+    verdict.Add(std::move(its));
   };
   std::vector<std::thread> threads;
   for (const WorkerHistory& worker : history.workers) {
     threads.emplace_back([&, &worker = worker] {
-      guarded(
-          [&] { return Replay(history, worker, checkpoint_interval_s, server.Address()).Run(); });
+      guarded([&] { return Replay(history, worker, server.Address()).Run(); });
     });
   }
   threads.emplace_back([&] { guarded([&] { return ReplayShared(history, server.Address()); }); });
   for (std::thread& thread : threads) thread.join();
-  return findings;
+  return verdict;
 }
 
 }  // namespace drape::test

@@ -1,7 +1,9 @@
 #include "tests/traffic/sight.h"
 
 #include <cmath>
-#include <string_view>
+#include <span>
+
+#include "tests/traffic/snapshot_cloths.h"
 
 namespace drape::test {
 namespace {
@@ -16,7 +18,7 @@ void Append(std::span<const Number> numbers, std::string& bytes) {
 }  // namespace
 
 const char* NameOf(Kind kind) {
-  constexpr const char* kNames[] = {"create", "step", "reset",  "update",
+  constexpr const char* kNames[] = {"create", "step", "reset",  "update", "write",
                                     "save",   "load", "delete", "read"};
   return kNames[static_cast<size_t>(kind)];
 }
@@ -63,6 +65,15 @@ v1::StateView WholeView() {
 }
 
 Sight Look(const Session& session) {
+  Sight sight = Glance(session);
+  if (sight.ids.empty()) return sight;
+  sight.snapshot = session.TakeSnapshot();
+  const std::map<uint64_t, std::string> wholes = WholesIn(sight.snapshot);
+  for (auto& [mark, seen] : sight.photo) seen.whole = wholes.at(sight.ids.at(mark));
+  return sight;
+}
+
+Sight Glance(const Session& session) {
   Sight sight;
   std::map<uint64_t, Seen*> seen;
   for (const v1::Cloth& cloth : session.ListCloths()) {

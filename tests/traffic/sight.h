@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <vector>
 
 #include "tests/traffic/history.h"
 
@@ -22,12 +23,15 @@ uint64_t TextOf(const v1::Cloth& cloth);
 uint64_t BitsOf(const ClothState& state);
 v1::StateView WholeView();
 
-// All cloths of the session, and their ids.
+// All cloths of the session, their ids, and a snapshot of them; empty: there are none.
 struct Sight {
   Photo photo;
   std::map<Mark, uint64_t> ids;
+  std::string snapshot;
 };
 Sight Look(const Session& session);
+// The same without a snapshot, and so without Seen::whole.
+Sight Glance(const Session& session);
 
 // Of an answer to a step with WholeView: of each of its cloths the bits, or nothing.
 std::vector<uint64_t> BitsOf(const v1::StepResponse& answer);

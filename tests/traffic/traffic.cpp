@@ -2,10 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
-#include <filesystem>
 #include <fstream>
+#include <limits>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -14,6 +15,7 @@
 #include <thread>
 
 #include "server/api/sha256.h"
+#include "server/core/text.h"
 #include "tests/system/cutting_proxy.h"
 #include "tests/system/metrics.h"
 #include "tests/system/server_process.h"
@@ -29,14 +31,6 @@ const char* const kHeld[] = {
     "drape_sessions",     "drape_cloths",           "drape_particles",   "drape_queued_requests",
     "drape_unread_bytes", "drape_remembered_bytes", "drape_saved_bytes", "drape_queued_builds"};
 
-std::string HexOf(const std::string& bytes) {
-  std::string digits;
-  for (const char byte : bytes) {
-    for (const int shift : {4, 0}) digits += "0123456789abcdef"[(byte >> shift) & 15];
-  }
-  return digits;
-}
-
 // A session of the run and who uses it.
 struct Place {
   std::string tenant;
@@ -49,6 +43,11 @@ class Stage {
   TrafficHistory Run();
 
  private:
+  struct SharedSteps {
+    std::vector<double> acknowledged_s;
+    uint64_t open = 0;
+  };
+
   static std::string TokenOf(const std::string& tenant) { return "token of " + tenant; }
   double Now() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin_).count();
@@ -56,6 +55,10 @@ class Stage {
   Client Direct(const std::string& tenant) const;
   bool StartServer();
   void Begin();
+  // What a kill would lose now [s].
+  double CheckpointAge_s() const {
+    return MetricIn(MetricsOf(*server_), "drape_checkpoint_age_seconds");
+  }
   std::map<std::string, Photo> LookAtAll() const;
   std::string Incarnation() const { return Direct("one").GetServerInfo().incarnation(); }
   // Ends the server and starts it again.
@@ -73,7 +76,7 @@ class Stage {
   std::vector<std::unique_ptr<Worker>> workers_;
   TrafficBoard board_;
   std::mutex mutex_;
-  std::map<std::string, std::pair<uint64_t, uint64_t>> shared_;  // by incarnation; guarded
+  std::map<std::string, SharedSteps> shared_;  // by incarnation; guarded
   uint64_t shared_cloth_ = 0;
   TrafficHistory history_;
 };
@@ -111,6 +114,10 @@ void Stage::Begin() {
     session.Detach();
     places_.push_back({tenant, session.name()});
   }
+  const double created_s = Now();
+  while (Now() - CheckpointAge_s() <= created_s && Now() < created_s + kPatience_s) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
   history_.shared_session = places_[0].name;
   v1::CreateClothsRequest& shared = history_.shared_creation;
   RandomTraffic(0, true).Creation("").Swap(&shared);
@@ -119,14 +126,7 @@ void Stage::Begin() {
   SetOrigin({}, shared.mutable_environment_origins_m());
   Session session = Direct("one").AttachSession(places_[0].name);
   shared_cloth_ = session.CreateCloths(shared).cloth_ids(0);
-  // Of the other tenants, so that there are ids that could be guessed.
-  std::map<std::string, uint64_t> strangers;
-  for (const size_t place : {2, 4}) {
-    v1::CreateClothsRequest creation = shared;
-    Session other = Direct(places_[place].tenant).AttachSession(places_[place].name);
-    strangers[places_[place].tenant] = other.CreateCloths(creation).cloth_ids(0);
-  }
-  strangers["one"] = shared_cloth_;
+  board_.Show("one", shared_cloth_);
   history_.runs.push_back({.incarnation = Incarnation(), .began = LookAtAll()});
   for (uint32_t k = 0; k < kWorkers; ++k) {
     const Place& place = places_[k < places_.size() ? k : 0];
@@ -134,17 +134,16 @@ void Stage::Begin() {
     options.worker = k + 1;
     options.seed = options_.seed * 1000 + k;
     options.address = proxy_->Address();
+    options.tenant = place.tenant;
     options.token = TokenOf(place.tenant);
     options.session = place.name;
     options.shared_cloth = place.name == places_[0].name ? shared_cloth_ : 0;
+    options.deletes_foreign_sessions = !options_.takes_own_sessions_for_foreign;
     options.forgets_request_ids = options_.forgets_request_ids;
     for (const Place& other : places_) {
       const bool is_foreign = other.tenant != place.tenant;
       if (is_foreign != options_.takes_own_sessions_for_foreign)
         options.foreign_sessions.push_back(other.name);
-    }
-    for (const auto& [tenant, id] : strangers) {
-      if (tenant != place.tenant) options.foreign_cloths.push_back(id);
     }
     workers_.push_back(std::make_unique<Worker>(std::move(options), board_));
   }
@@ -163,12 +162,17 @@ std::vector<std::string> WorriesIn(const std::string& log) {
 }
 
 bool Stage::Restart(bool by_drain) {
-  history_.runs.back().was_drained = by_drain;
-  history_.runs.back().ended_s = Now();
+  ServerRun& run = history_.runs.back();
+  const double looked_s = Now();
+  const double age_s = CheckpointAge_s();
+  run.ended_s = Now();
+  run.kept_until_s = looked_s - age_s;
   server_->Signal(by_drain ? SIGTERM : SIGKILL);
   if (server_->WaitForExit() < 0) return false;
-  if (by_drain) history_.runs.back().ended_s = Now();
-  history_.runs.back().worries = WorriesIn(server_->Log());
+  if (by_drain) run.kept_until_s = std::numeric_limits<double>::infinity();
+  if (!by_drain) history_.oldest_checkpoint_s = std::max(history_.oldest_checkpoint_s, age_s);
+  ++(by_drain ? history_.drains : history_.kills);
+  run.worries = WorriesIn(server_->Log());
   proxy_->SetTarget(0);
   if (!StartServer()) return false;
   history_.runs.push_back({.incarnation = Incarnation(), .began = LookAtAll()});
@@ -179,14 +183,18 @@ bool Stage::Restart(bool by_drain) {
 void Stage::RunWorkers() {
   std::vector<std::thread> threads;
   for (const auto& worker : workers_) threads.emplace_back([&worker] { worker->Run(); });
-  double next_end_s = Now() + options_.run_s;
-  uint32_t restarts = 0;
+  const auto next_end = [this] {
+    const uint64_t mean = options_.operations_per_run;
+    if (mean == 0) return UINT64_MAX;
+    return board_.operations + std::uniform_int_distribution(mean / 3, mean * 5 / 3)(random_);
+  };
+  uint64_t end = next_end();
+  uint32_t ends = 0;
   while (board_.operations < options_.operations && server_->is_running()) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    if (options_.run_s <= 0 || Now() < next_end_s) continue;
-    if (!Restart(++restarts % 3 == 0)) break;
-    std::uniform_real_distribution<double> run_s(0.3 * options_.run_s, 1.7 * options_.run_s);
-    next_end_s = Now() + run_s(random_);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    if (board_.operations < end) continue;
+    if (!Restart(++ends % 3 == 0)) break;
+    end = next_end();
   }
   EXPECT_GE(board_.operations, options_.operations) << "the server ended: " << server_->Log();
   board_.is_over = true;
@@ -211,7 +219,8 @@ void Stage::End() {
   history_.cuts = static_cast<uint64_t>(proxy_->cuts());
   for (const auto& worker : workers_) history_.workers.push_back(std::move(worker->history()));
   for (ServerRun& run : history_.runs) {
-    std::tie(run.shared_acknowledged, run.shared_open) = shared_[run.incarnation];
+    run.shared_acknowledged_s = shared_[run.incarnation].acknowledged_s;
+    run.shared_open = shared_[run.incarnation].open;
   }
 }
 
@@ -229,8 +238,12 @@ TrafficHistory Stage::Run() {
   board_.now_s = [this] { return Now(); };
   board_.count_shared = [this](const std::string& incarnation, bool is_acknowledged) {
     const std::lock_guard lock(mutex_);
-    auto& [acknowledged, open] = shared_[incarnation];
-    ++(is_acknowledged ? acknowledged : open);
+    SharedSteps& steps = shared_[incarnation];
+    if (is_acknowledged) {
+      steps.acknowledged_s.push_back(Now());
+    } else {
+      ++steps.open;
+    }
   };
   Begin();
   RunWorkers();

@@ -11,8 +11,8 @@ namespace drape::test {
 struct TrafficOptions {
   uint32_t seed = 1;
   uint64_t operations = 2000;  // acknowledged, of all workers; ends then
-  // Mean time between two ends of the server; every third is a drain. 0: it is never ended.
-  double run_s = 1;
+  // Mean number of them between two ends of the server; every third end is a drain. 0: none.
+  uint64_t operations_per_run = 200;
   double checkpoint_interval_s = 0.2;
   // Faults to be found.
   bool forgets_request_ids = false;

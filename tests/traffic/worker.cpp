@@ -1,12 +1,15 @@
 #include "tests/traffic/worker.h"
 
+#include <grpcpp/create_channel.h>
+#include <grpcpp/security/credentials.h>
+
 #include <algorithm>
 #include <chrono>
-#include <optional>
 #include <thread>
 #include <utility>
 
 #include "tests/api/requests.h"
+#include "tests/system/calls.h"
 #include "tests/traffic/sight.h"
 
 namespace drape::test {
@@ -17,6 +20,7 @@ constexpr double kAnswerIn_s = 60;
 // About what a request takes: some are given up before they are done, some after.
 constexpr double kImpatience_s = 0.004;
 constexpr int kMaxSendings = 20'000;
+constexpr size_t kMaxShown = 16;  // cloths of a tenant
 
 ConnectOptions Options(const std::string& token, double timeout_s) {
   ConnectOptions options;
@@ -26,17 +30,11 @@ ConnectOptions Options(const std::string& token, double timeout_s) {
   return options;
 }
 
-bool IsUncertain(const Error& error) {
-  switch (error.code()) {
-    case ErrorCode::kUnavailable:
-    case ErrorCode::kDeadlineExceeded:
-    case ErrorCode::kCancelled:
-    case ErrorCode::kUnknown:
-    case ErrorCode::kInternal:
-      return true;
-    default:
-      return error.reason() == "REQUEST_IN_PROGRESS" || error.details().retry_after.has_value();
-  }
+void Pack(const std::vector<float>& numbers, v1::PackedArray* array) {
+  array->set_data_type(v1::PackedArray::FLOAT32);
+  array->add_shape(static_cast<uint32_t>(numbers.size() / 3));
+  array->add_shape(3);
+  array->set_data(numbers.data(), numbers.size() * sizeof(float));
 }
 
 // AttachSession of a connection that may be cut.
@@ -54,6 +52,35 @@ auto Persist(const Call& call) {
 
 }  // namespace
 
+bool IsUncertain(const Error& error) {
+  switch (error.code()) {
+    case ErrorCode::kUnavailable:
+    case ErrorCode::kDeadlineExceeded:
+    case ErrorCode::kCancelled:
+    case ErrorCode::kUnknown:
+    case ErrorCode::kInternal:
+      return true;
+    default:
+      return error.reason() == "REQUEST_IN_PROGRESS" || error.details().retry_after.has_value();
+  }
+}
+
+void TrafficBoard::Show(const std::string& tenant, uint64_t cloth) {
+  const std::lock_guard lock(mutex_);
+  std::vector<uint64_t>& cloths = shown_[tenant];
+  cloths.push_back(cloth);
+  if (cloths.size() > kMaxShown) cloths.erase(cloths.begin());
+}
+
+uint64_t TrafficBoard::ForeignTo(const std::string& tenant, uint32_t random) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<uint64_t> foreign;
+  for (const auto& [owner, cloths] : shown_) {
+    if (owner != tenant) foreign.insert(foreign.end(), cloths.begin(), cloths.end());
+  }
+  return foreign.empty() ? 0 : foreign[random % foreign.size()];
+}
+
 Worker::Worker(WorkerOptions options, TrafficBoard& board)
     : options_(std::move(options)),
       board_(board),
@@ -64,7 +91,9 @@ Worker::Worker(WorkerOptions options, TrafficBoard& board)
         return Client::Connect(options_.address, Options(options_.token, kImpatience_s));
       })),
       session_(Persist([&] { return client_.AttachSession(options_.session); })),
-      impatient_session_(Persist([&] { return impatient_.AttachSession(options_.session); })) {
+      impatient_session_(Persist([&] { return impatient_.AttachSession(options_.session); })),
+      stub_(v1::SimulationService::NewStub(
+          grpc::CreateChannel(options_.address, grpc::InsecureChannelCredentials()))) {
   history_.worker = options_.worker;
   history_.session = options_.session;
   const v1::Session now = Persist([&] { return session_.Renew(); });
@@ -79,16 +108,17 @@ void Worker::Complain(const std::string& what) {
   history_.complaints.push_back("worker " + std::to_string(options_.worker) + ": " + what);
 }
 
-int Worker::Repeat(const std::function<void()>& call) {
+void Worker::Repeat(const std::function<void(Session&)>& call) {
+  const bool is_impatient = Chance(5);
   for (int sent = 1;; ++sent) {
     try {
-      call();
-      return sent;
+      return call(is_impatient && sent == 1 ? impatient_session_ : session_);
     } catch (const Error& error) {
       if (error.reason() == "STATE_LOST") throw StateLost();
       if (!IsUncertain(error) || sent > kMaxSendings) throw;
       ++board_.repetitions;
-      std::this_thread::sleep_for(std::chrono::milliseconds(1 + Below(4)));
+      const uint32_t most_ms = 4u << std::min(sent, 4);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1 + Below(most_ms)));
     }
   }
 }
@@ -113,7 +143,8 @@ void Worker::One() {
   if (dice < 60) return Step();
   if (dice < 68) return Read();
   if (dice < 73) return Reset();
-  if (dice < 79) return Update();
+  if (dice < 77) return Update();
+  if (dice < 79) return Write();
   if (dice < 84) return Save();
   if (dice < 89) return Load();
   if (dice < 91) return Delete();
@@ -168,7 +199,9 @@ void Worker::Create() {
   Family family;
   // Kinds by turns: springs, bending, colliders, self-collision, grips, sleep, chains, meshes.
   family.goes_back = Chance(2);
-  family.traffic = std::make_unique<RandomTraffic>(static_cast<uint32_t>(random_()), true);
+  // Few touch themselves: those take most of the time.
+  const auto seed = static_cast<uint32_t>(random_());
+  family.traffic = std::make_unique<RandomTraffic>(seed, Chance(4));
   v1::CreateClothsRequest creation = family.traffic->Creation(options_.session);
   const uint32_t count = 1 + Below(2);
   creation.set_count(count);
@@ -184,143 +217,12 @@ void Worker::Create() {
   families_.push_back(std::move(family));
   Do(std::move(operation), [&](Operation& done) {
     v1::CreateClothsResponse answer;
-    Repeat([&] { answer = session_.CreateCloths(creation); });
+    Repeat([&](Session& session) { answer = session.CreateCloths(creation); });
     for (size_t k = 0; k < done.cloths.size(); ++k) {
       const uint64_t id = answer.cloth_ids(static_cast<int>(k));
+      history_.ids.push_back(id);
+      board_.Show(options_.tenant, id);
       mine_[done.cloths[k]] = {id, 0, families_.size() - 1};
-    }
-  });
-}
-
-void Worker::Step() {
-  const uint32_t dice = Below(10);
-  const std::vector<Mark> cloths = SomeCloths(dice < 4);
-  const Family& family = families_[mine_.at(cloths[0]).family];
-  const bool counts = dice < 4 && !family.goes_back;
-  Operation operation = NewOperation(Kind::kStep, cloths);
-  operation.step = family.traffic->Steps(options_.session, IdsOf(cloths));
-  operation.step.set_steps(1 + Below(3));
-  if (!Chance(3)) operation.step.set_report(false);
-  if (Chance(2)) operation.step.clear_view();
-  if (counts) return StepUntil(std::move(operation));
-  if (dice < 6) return StepByStream(std::move(operation));
-  if (family.goes_back && Chance(6)) {
-    // Some of them from the start, in the same request.
-    operation.step.mutable_resets()->add_cloth_ids(mine_.at(cloths[0]).id);
-  }
-  StepById(std::move(operation));
-}
-
-void Worker::Take(Operation& operation, const v1::StepResponse& answer) {
-  operation.told_steps.assign(answer.steps().begin(), answer.steps().end());
-  for (size_t k = 0; k < operation.cloths.size(); ++k) {
-    const uint64_t id = answer.cloth_ids(static_cast<int>(k));
-    if (std::ranges::count(answer.faulted_cloth_ids(), id) > 0) {
-      operation.told_faulted.push_back(operation.cloths[k]);
-    }
-  }
-  operation.told_bits = BitsOf(answer);
-  operation.told_reports = ReportsOf(answer);
-  for (size_t k = 0; k < operation.cloths.size(); ++k) {
-    mine_.at(operation.cloths[k]).step = answer.steps(static_cast<int>(k));
-  }
-}
-
-void Worker::StepById(Operation operation) {
-  const bool is_impatient = Chance(4);
-  operation.step.set_request_id(NextId());
-  Do(std::move(operation), [&](Operation& done) {
-    v1::StepResponse answer;
-    bool is_first = true;
-    Repeat([&] {
-      v1::StepRequest request = done.step;
-      if (options_.forgets_request_ids) request.clear_request_id();
-      Session& session = is_impatient && is_first ? impatient_session_ : session_;
-      is_first = false;
-      answer = session.Step(std::move(request));
-    });
-    Take(done, answer);
-  });
-}
-
-// Without an id: it counts. What was done before a cut is seen by the step where cloths are, and
-// controls go on by themselves. Only for cloths that never go back to a step: a sending that
-// arrives late would be done there again.
-void Worker::StepUntil(Operation operation) {
-  const uint64_t before = mine_.at(operation.cloths[0]).step;
-  const uint64_t after = before + operation.step.steps();
-  Do(std::move(operation), [&](Operation& done) {
-    v1::StepRequest request = done.step;
-    request.set_until_step(after);
-    request.set_expected_step(before);
-    v1::StepResponse answer;
-    int sent = 0;
-    bool has_begun = false;
-    Repeat([&] {
-      ++sent;
-      try {
-        answer = session_.Step(request);
-      } catch (const Error& error) {
-        if (error.reason() != "STEP_MISMATCH") throw;
-        if (sent == 1) Complain("a cloth was not where it had been: " + std::string(error.what()));
-        has_begun = true;
-      }
-    });
-    if (has_begun) {
-      v1::StepRequest rest;
-      *rest.mutable_cloth_ids() = request.cloth_ids();
-      rest.set_until_step(after);
-      if (request.has_view()) *rest.mutable_view() = request.view();
-      Repeat([&] { answer = session_.Step(rest); });
-    }
-    Take(done, answer);
-    // Measured after a step of its own, or not at all.
-    if (has_begun) done.told_reports.clear();
-  });
-}
-
-// Several requests on one stream. After a cut another stream takes those without an answer, one at
-// a time: the first may still be under way there, and those behind it would overtake it.
-void Worker::StepByStream(Operation operation) {
-  const uint32_t count = 2 + Below(2);
-  auto& operations = history_.epochs.back().operations;
-  const size_t first = operations.size();
-  for (uint32_t k = 0; k < count; ++k) {
-    Operation next = operation;
-    next.step.set_request_id(NextId());
-    if (k > 0) {
-      next.step.clear_pin_controls();
-      next.step.clear_collider_controls();
-      next.step.clear_grip_controls();
-      next.step.clear_rest_length_controls();
-    }
-    operations.push_back(std::move(next));
-  }
-  history_.counts["stream"] += 1;
-  size_t next = first;
-  bool is_repeated = false;
-  Repeat([&] {
-    StepStream stream = session_.OpenStepStream();
-    const auto write = [&](size_t k) {
-      v1::StepRequest request = operations[k].step;
-      if (options_.forgets_request_ids) request.clear_request_id();
-      try {
-        stream.Write(std::move(request));
-      } catch (const Error&) {
-        // Read tells why.
-      }
-    };
-    const bool is_first = !std::exchange(is_repeated, true);
-    for (size_t k = next; is_first && k < first + count; ++k) write(k);
-    while (next < first + count) {
-      if (!is_first) write(next);
-      const auto answer = stream.Read();
-      if (!answer) return Complain("a stream ended before its answers");
-      Take(operations[next], *answer);
-      operations[next].is_acknowledged = true;
-      operations[next].acknowledged_s = board_.now_s();
-      ++board_.operations;
-      ++next;
     }
   });
 }
@@ -329,19 +231,16 @@ void Worker::Reset() {
   const std::vector<Mark> cloths = SomeClothsThatGoBack();
   if (cloths.empty()) return Read();
   Do(NewOperation(Kind::kReset, cloths), [&](Operation& done) {
-    v1::ResetClothsRequest request;
-    for (const uint64_t id : IdsOf(done.cloths)) request.add_cloth_ids(id);
-    request.set_request_id(NextId());
-    Repeat([&] { session_.ResetCloths(request); });
+    const auto request = RequestFor<v1::ResetClothsRequest>(done.cloths);
+    Repeat([&](Session& session) { session.ResetCloths(request); });
     for (const Mark& mark : done.cloths) mine_.at(mark).step = 0;
   });
 }
 
 void Worker::Update() {
   Operation operation = NewOperation(Kind::kUpdate, SomeCloths());
+  operation.update = RequestFor<v1::UpdateClothsRequest>(operation.cloths);
   v1::UpdateClothsRequest& update = operation.update;
-  update.set_request_id(NextId());
-  for (const uint64_t id : IdsOf(operation.cloths)) update.add_cloth_ids(id);
   v1::ClothSpec& spec = *update.mutable_spec();
   // Another gravity each time: so every update is seen in what GetCloth tells.
   const double x = 1e-5 * next_id_++ + 1e-9 * options_.worker;
@@ -356,8 +255,33 @@ void Worker::Update() {
     spec.mutable_settings()->set_substeps(2 + Below(6));
     update.mutable_update_mask()->add_paths("settings");
   }
-  Do(std::move(operation),
-     [&](Operation& done) { Repeat([&] { session_.UpdateCloths(done.update); }); });
+  Do(std::move(operation), [&](Operation& done) {
+    Repeat([&](Session& session) { session.UpdateCloths(done.update); });
+  });
+}
+
+// The states that they have, thrown back.
+void Worker::Write() {
+  Operation operation = NewOperation(Kind::kWrite, SomeCloths());
+  operation.writing = RequestFor<v1::WriteStatesRequest>(operation.cloths);
+  v1::WriteStatesRequest& writing = operation.writing;
+  const std::vector<uint64_t> ids = IdsOf(operation.cloths);
+  Repeat([&](Session& session) {
+    writing.clear_positions_m();
+    std::vector<float> positions_m, velocities_m_per_s;
+    for (const ClothState& state : session.ReadStates(ids, WholeView())) {
+      const auto place = state.positions_m.floats();
+      positions_m.insert(positions_m.end(), place.begin(), place.end());
+      for (const float velocity : state.velocities_m_per_s.floats()) {
+        velocities_m_per_s.push_back(-0.5f * velocity);
+      }
+    }
+    Pack(positions_m, writing.mutable_positions_m());
+    Pack(velocities_m_per_s, writing.mutable_velocities_m_per_s());
+  });
+  Do(std::move(operation), [&](Operation& done) {
+    Repeat([&](Session& session) { session.WriteStates(done.writing); });
+  });
 }
 
 void Worker::Save() {
@@ -366,11 +290,9 @@ void Worker::Save() {
   Operation operation = NewOperation(Kind::kSave, cloths);
   operation.saved_name = std::to_string(options_.worker) + (Chance(2) ? "a" : "b");
   Do(std::move(operation), [&](Operation& done) {
-    v1::SaveStatesRequest request;
-    request.set_request_id(NextId());
+    auto request = RequestFor<v1::SaveStatesRequest>(done.cloths);
     request.set_name(done.saved_name);
-    for (const uint64_t id : IdsOf(done.cloths)) request.add_cloth_ids(id);
-    Repeat([&] { session_.SaveStates(request); });
+    Repeat([&](Session& session) { session.SaveStates(request); });
     auto& saved = saved_[done.saved_name];
     saved.clear();
     for (const Mark& mark : done.cloths) saved[mark] = mine_.at(mark).step;
@@ -389,21 +311,17 @@ void Worker::Load() {
   Operation operation = NewOperation(Kind::kLoad, cloths);
   operation.saved_name = entry->first;
   Do(std::move(operation), [&](Operation& done) {
-    v1::LoadStatesRequest request;
-    request.set_request_id(NextId());
+    auto request = RequestFor<v1::LoadStatesRequest>(done.cloths);
     request.set_name(done.saved_name);
-    for (const uint64_t id : IdsOf(done.cloths)) request.add_cloth_ids(id);
-    Repeat([&] { session_.LoadStates(request); });
+    Repeat([&](Session& session) { session.LoadStates(request); });
     for (const Mark& mark : done.cloths) mine_.at(mark).step = entry->second.at(mark);
   });
 }
 
 void Worker::Delete() {
   Do(NewOperation(Kind::kDelete, SomeCloths()), [&](Operation& done) {
-    v1::DeleteClothsRequest request;
-    for (const uint64_t id : IdsOf(done.cloths)) request.add_cloth_ids(id);
-    request.set_request_id(NextId());
-    Repeat([&] { session_.DeleteCloths(request); });
+    const auto request = RequestFor<v1::DeleteClothsRequest>(done.cloths);
+    Repeat([&](Session& session) { session.DeleteCloths(request); });
     for (const Mark& mark : done.cloths) mine_.erase(mark);
   });
 }
@@ -411,10 +329,10 @@ void Worker::Delete() {
 void Worker::Read() {
   Do(NewOperation(Kind::kRead, SomeCloths()), [&](Operation& done) {
     const std::vector<uint64_t> ids = IdsOf(done.cloths);
-    Repeat([&] {
+    Repeat([&](Session& session) {
       done.told_steps.clear();
       done.told_bits.clear();
-      for (const ClothState& state : session_.ReadStates(ids, WholeView())) {
+      for (const ClothState& state : session.ReadStates(ids, WholeView())) {
         done.told_steps.push_back(state.step);
         done.told_bits.push_back(BitsOf(state));
       }
@@ -426,7 +344,7 @@ void Worker::Read() {
 void Worker::BotherOthers() {
   ++history_.counts["foreign"];
   const auto expect = [&](const std::string& reason, const std::function<void()>& call) {
-    Repeat([&] {
+    Repeat([&](Session&) {
       try {
         call();
         Complain("something of another tenant answered");
@@ -437,40 +355,35 @@ void Worker::BotherOthers() {
     });
     ++board_.operations;
   };
-  const auto any = [&](const auto& list) -> const auto& {
-    return list[Below(static_cast<uint32_t>(list.size()))];
-  };
-  if (Chance(2) && !options_.foreign_sessions.empty()) {
-    const std::string& name = any(options_.foreign_sessions);
-    expect("SESSION_NOT_FOUND", [&] { (void)client_.AttachSession(name); });
-  } else if (!options_.foreign_cloths.empty()) {
-    const uint64_t id = any(options_.foreign_cloths);
-    expect("CLOTH_NOT_FOUND", [&] { (void)session_.GetCloth(id); });
-    v1::StepRequest request;
-    request.add_cloth_ids(id);
-    request.set_steps(1);
-    expect("CLOTH_NOT_FOUND", [&] { (void)session_.Step(request); });
+  const uint64_t id = board_.ForeignTo(options_.tenant, Below(1000));
+  if (Chance(2) || id == 0) {
+    const auto count = static_cast<uint32_t>(options_.foreign_sessions.size());
+    const std::string& name = options_.foreign_sessions[Below(count)];
+    if (Chance(2) || !options_.deletes_foreign_sessions) {
+      return expect("SESSION_NOT_FOUND", [&] { (void)client_.AttachSession(name); });
+    }
+    // With its own token.
+    v1::DeleteSessionRequest request;
+    request.set_name(name);
+    grpc::Status status;
+    do {
+      status = Call(*stub_, &Stub::DeleteSession, request, "Bearer " + options_.token).status;
+    } while (status.error_code() == grpc::StatusCode::UNAVAILABLE);
+    if (ReasonOf(status) != "SESSION_NOT_FOUND") {
+      Complain("a session of another tenant: " + status.error_message());
+    }
+    ++board_.operations;
+    return;
   }
-}
-
-void Worker::StepShared() {
-  const std::string incarnation = history_.epochs.back().incarnation;
-  v1::StepRequest request;
-  request.add_cloth_ids(options_.shared_cloth);
-  request.set_steps(1);
-  request.set_request_id(NextId());
-  try {
-    Repeat([&] {
-      v1::StepRequest again = request;
-      if (options_.forgets_request_ids) again.clear_request_id();
-      (void)session_.Step(std::move(again));
-    });
-  } catch (const StateLost&) {
-    board_.count_shared(incarnation, false);
-    throw;
-  }
-  board_.count_shared(incarnation, true);
-  ++board_.operations;
+  const std::vector<uint64_t> ids{id};
+  v1::StepRequest step;
+  step.add_cloth_ids(id);
+  step.set_steps(1);
+  const std::function<void()> calls[] = {
+      [&] { (void)session_.GetCloth(id); }, [&] { (void)session_.Step(step); },
+      [&] { (void)session_.ReadStates(ids, WholeView()); }, [&] { session_.ResetCloths(ids); },
+      [&] { session_.DeleteCloths(ids); }};
+  expect("CLOTH_NOT_FOUND", calls[Below(5)]);
 }
 
 void Worker::LookAgain() {
@@ -479,10 +392,10 @@ void Worker::LookAgain() {
   for (;;) {
     try {
       v1::Session now;
-      Repeat([&] { now = session_.Reattach(); });
-      Repeat([&] { (void)impatient_session_.Reattach(); });
+      Repeat([&](Session&) { now = session_.Reattach(); });
+      Repeat([&](Session&) { (void)impatient_session_.Reattach(); });
       std::vector<v1::Cloth> cloths;
-      Repeat([&] { cloths = session_.ListCloths(); });
+      Repeat([&](Session&) { cloths = session_.ListCloths(); });
       history_.epochs.push_back({now.incarnation(), {}});
       const std::map<Mark, Mine> before = std::exchange(mine_, {});
       for (const v1::Cloth& cloth : cloths) {
