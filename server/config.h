@@ -56,12 +56,11 @@ struct Config {
 // The outcome of parsing the command line: run a server, or end at once.
 struct CommandLine {
   Config config;
-  std::optional<int>
-      exit_code;  // 0 after --help and --version, 2 for a usage error; text is printed
+  std::optional<int> exit_code;  // 0 after --help, --version and --print-config, 2 for a usage
+                                 // error; text is printed
 };
 
-// Flags, then the file that --config names: JSON ({"listen": "...", "max-sessions": 10}) or lines
-// of name=value, with the names of the flags. A flag on the command line wins over the file.
+// Flags, and the file that --config names (config_file.h). A flag on the command line wins.
 CommandLine ParseCommandLine(int argc, const char* const* argv);
 
 }  // namespace drape

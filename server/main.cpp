@@ -7,6 +7,7 @@
 #include "server/api/admin_service.h"
 #include "server/api/grpc_server.h"
 #include "server/api/library_logs.h"
+#include "server/api/lock_checks.h"
 #include "server/api/simulation_service.h"
 #include "server/backend_choice.h"
 #include "server/checkpoints/checkpoint_keeper.h"
@@ -133,6 +134,7 @@ int main(int argc, char** argv) {
   drape::Status status =
       drape::InitLog(command_line.config.log_level, command_line.config.log_format);
   drape::api::TakeLibraryLogs();
+  drape::api::SkipLockChecks();
   if (status.ok()) status = drape::Serve(command_line.config, {argv, argv + argc});
   if (!status.ok()) {
     spdlog::error("failed reason={} message=\"{}\"", status.reason(), status.message());

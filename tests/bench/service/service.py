@@ -115,9 +115,10 @@ def fairness(bench):
 
 
 def memory(bench):
-    """Resident memory of the server over cloths and sessions that come and go."""
+    """Resident memory of the server over cloths and sessions that come and go. Request ids are kept for a second: with the
+    default memory grows by what they need until the first are 10 minutes old."""
     cycles = 300 if bench.is_quick else 100_000
-    with Draped() as server:
+    with Draped("--request-ids-kept-us=1000000") as server:
         for request in ("create", "session"):
             run = lambda count: load(server, *SHEET, f"--request={request}", "--concurrency-range=4", f"--request-count={count}", "-r", 1,
                                      "-p", 3_600_000)
