@@ -66,6 +66,8 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
                                   clock,       config.requests, DRAPE_VERSION, incarnation,
                                   unread,      *authentication};
   api::SimulationService service(parts);
+  CheckpointKeeper checkpoints(config.checkpoints, sessions, **scheduler, config.requests,
+                               DRAPE_VERSION, incarnation);
   const auto numbers = [&] {
     ServerNumbers now = NumbersOf(**scheduler, sessions);
     now.server_id = config.server_id.empty() ? incarnation : config.server_id;
@@ -73,6 +75,7 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
     now.unread_bytes = unread->used_bytes();
     now.runs = parts.runs->running;
     now.run_steps_dropped = parts.runs->dropped_steps;
+    now.checkpoint_age_s = checkpoints.age_s();
     return now;
   };
   std::unique_ptr<OperationsServer> operations;
@@ -80,8 +83,6 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
     DRAPE_ASSIGN_OR_RETURN(operations, OperationsServer::Start(config.metrics_listen, numbers));
     spdlog::info("metrics_started port={}", operations->port());
   }
-  CheckpointKeeper checkpoints(config.checkpoints, sessions, **scheduler, config.requests,
-                               DRAPE_VERSION, incarnation);
   Status status = checkpoints.Start();
   RememberLost(former.sessions, sessions);
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
