@@ -30,7 +30,7 @@ class _StreamBase:
         self._connection = cloths._connection
         self._first = self._begin(*options)
         self._call = self._connection.call_of(self._method)(
-            *self._requests_of_the_call(), metadata=self._connection.metadata_of(cloths._session.name))
+            *self._requests_of_the_call(), metadata=self._connection.metadata_of(cloths._session._route))
 
     def _begin(self, *options):
         """The first message."""
