@@ -244,7 +244,8 @@ void ContactSurface::BuildTree() {
     std::nth_element(order.begin() + static_cast<std::ptrdiff_t>(begin),
                      order.begin() + static_cast<std::ptrdiff_t>(middle),
                      order.begin() + static_cast<std::ptrdiff_t>(end), [&](uint32_t a, uint32_t b) {
-                       return std::pair(centers[a][axis], a) < std::pair(centers[b][axis], b);
+                       const double at_a = centers[a][axis], at_b = centers[b][axis];
+                       return at_a < at_b || (at_a == at_b && a < b);
                      });
     const auto child = static_cast<uint32_t>(nodes_.size());
     nodes_[node] = {child, 0};
