@@ -86,6 +86,31 @@ TEST_P(SelfCollision, ASheetDrapedOverASphereThatVanishesPilesUp) {
   EXPECT_GT(report.measured.near_pairs, 50u);
 }
 
+// Where layers hit each other hard, the links get sweeps of their own in the same substep. Without
+// those the strain reaches 4 %.
+TEST_P(SelfCollision, HardHitsStrainLittle) {
+  constexpr double kBar = 0.03;
+  Scene scene = Grid(32, 32, 1, 1);
+  TouchItself(scene, 0.3, 52);
+  scene.parameters.self_collision->thickness_m = 0.003;
+  scene.parameters.colliders = {kFloor, SphereAt(Vector3d(0.52, 0.5, 0.49), 0.15)};
+  Place(scene, Matrix3d::Identity(), Vector3d(0, 0.68, 0), 7);
+  const ClothHandle cloth = Make(scene);
+  double max_strain = 0;
+  uint32_t most_sweeps = 0;
+  for (uint32_t step = 0; step < 27; ++step) {
+    const StepReport report = StepWithoutCrossing(cloth, scene, 1);
+    if (step == 0) {
+      EXPECT_EQ(report.iterations, 52u) << "nothing is near yet";
+    }
+    max_strain = std::max(max_strain, report.measured.max_strain);
+    most_sweeps = std::max(most_sweeps, report.iterations);
+  }
+  EXPECT_LT(max_strain, kBar);
+  EXPECT_GT(most_sweeps, 52u);
+  EXPECT_LE(most_sweeps, 3 * 52u) << "one sweep, and kHitSweeps";
+}
+
 // A tube around the y axis; the first and the last ring are pins.
 Scene Tube(uint32_t columns, uint32_t rows, double radius_m, double length_m) {
   TriangleMesh mesh;

@@ -58,10 +58,16 @@ void ResetImpulses(StepContext& context) {
 
 using Part = Progress::Part;
 
-// Sweeps until none of them changes anything, at most max_iterations. False: paused.
+// Sweeps until none of them changes anything, at most max_iterations, and some more after hard
+// hits. False: paused.
 bool Solve(StepContext& context, Progress& progress, const Pause& pause) {
   const double tolerance = context.plan.tolerance;
-  while (progress.sweep < context.max_iterations) {
+  const auto sweeps = [&] {
+    return context.plan.Has(StepStage::kSolveSelfContacts)
+               ? context.self_contacts.contacts.SweepsOf(context.max_iterations)
+               : context.max_iterations;
+  };
+  while (progress.sweep < sweeps()) {
     ++progress.report.iterations;
     bool has_changed = SolveStrips(context);
     if (context.substep.is_last && progress.sweep + 1 == context.max_iterations) Refine(context);
@@ -70,7 +76,7 @@ bool Solve(StepContext& context, Progress& progress, const Pause& pause) {
     has_changed |= SolveSelfContacts(context);
     has_changed |= SolveContacts(context);
     if (tolerance > 0 && !has_changed) return true;
-    if (++progress.sweep < context.max_iterations && pause.IsDue()) return false;
+    if (++progress.sweep < sweeps() && pause.IsDue()) return false;
   }
   if (tolerance > 0) progress.report.converged = false;
   return true;

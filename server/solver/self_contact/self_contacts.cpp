@@ -66,6 +66,7 @@ bool SelfContacts<V>::Begin(const ContactSurface& surface, const StepNumbers<V>&
 template <class V>
 void SelfContacts<V>::Find(std::span<const V> positions, std::span<const V> velocities) {
   ++substep_;
+  hardest_hit_ = 0;
   for (const uint32_t k : active_) lists_.pairs()[k].is_active = false;
   active_.clear();
   active_lists_.clear();
@@ -234,18 +235,22 @@ bool SelfContacts<V>::SolvePush(ContactPair<V>& pair, const V* starts, const V* 
   Apply(pair, velocity_change, numbers_.inverse_masses, u);
   Pull(pair, velocity_change, numbers_.inverse_masses, numbers_.pulls.now);
   pair.has_hit |= push > 0;
-  return SquaredLength(velocity_change) > least_change * least_change;
+  const Real squared_change = SquaredLength(velocity_change);
+  hardest_hit_ = std::max(hardest_hit_, squared_change);
+  return squared_change > least_change * least_change;
 }
 
 template <class V>
 bool SelfContacts<V>::Solve(const V* starts, const V* base, V* u, Real interval,
                             Real least_change) {
   bool has_changed = false;
+  hardest_hit_ = 0;
   for (const uint32_t k : active_) {
     ContactPair<V>& pair = lists_.pairs()[k];
     if (pair.is_left_alone || pair.inverse_mass == 0) continue;
     has_changed |= SolvePush(pair, starts, base, u, interval, least_change);
   }
+  hardest_hit_ = interval * std::sqrt(hardest_hit_);
   return has_changed;
 }
 

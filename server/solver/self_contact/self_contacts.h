@@ -15,6 +15,12 @@
 
 namespace drape::self_contact {
 
+// Where a pair has moved the predicted nearest points by more than this share of an edge in the
+// last sweep of a substep [-], kHitSweeps more follow: nothing else would tell the links before the
+// next substep. Larger: cloth is strained where layers hit each other; smaller: time.
+inline constexpr double kHardHit = 1e-2;
+inline constexpr uint32_t kHitSweeps = 2;
+
 // What a step needs to know of the cloth.
 template <class V>
 struct StepNumbers {
@@ -52,6 +58,11 @@ class SelfContacts {
   // One sweep over the pairs; the particles are predicted at base + interval u, from `starts`.
   // Whether a velocity changed by more than `least_change` [m/s].
   bool Solve(const V* starts, const V* base, V* u, Real interval, Real least_change);
+  // How many sweeps a substep may have in all that asks for so many, after the last Solve.
+  uint32_t SweepsOf(uint32_t asked) const {
+    return hardest_hit_ > static_cast<Real>(kHardHit) * numbers_.edge_length ? asked + kHitSweeps
+                                                                             : asked;
+  }
   // Ends the substep. No pair passes through itself, and what touches has no velocity towards or
   // from the other side. False: pins forced a pair through itself, or the state is not finite.
   bool Guard(const typename PlanarGuard<V>::Motion& motion);
@@ -92,7 +103,8 @@ class SelfContacts {
   std::vector<uint32_t> active_lists_;  // of each of them
   std::vector<Real> active_ways_;
   std::array<std::vector<ContactPair<V>*>, 2> turned_;  // by kind: those that need a new normal
-  uint32_t normal_substeps_ = 1;                        // for which a normal is used
+  Real hardest_hit_ = 0;          // largest change of a predicted difference in the last sweep [m]
+  uint32_t normal_substeps_ = 1;  // for which a normal is used
   // Of the last search; none yet: no substeps left.
   std::vector<V> found_positions_, found_velocities_;
   uint32_t substeps_left_ = 0;  // that it is for

@@ -78,10 +78,11 @@ bool SolveVelocity(const StepContext& context, StepProgress& progress, const Pau
   return true;
 }
 
-// Sweeps until none finds an error, at most max_iterations. False: paused.
+// Sweeps until none finds an error, at most max_iterations, and some more after hard hits. False:
+// paused.
 bool Solve(const StepContext& context, StepProgress& progress, const Pause& pause) {
   const FloatControls& controls = context.controls;
-  while (progress.sweep < context.max_iterations) {
+  while (progress.sweep < SweepsAfterHits(context)) {
     ++progress.report.iterations;
     // All always run: a contact can break what the distances have just met.
     bool has_changed = controls.Has(StepStage::kSolveStrips) && SolveStrips(context);
@@ -93,7 +94,7 @@ bool Solve(const StepContext& context, StepProgress& progress, const Pause& paus
     has_changed |= SolveSelfContacts(context);
     has_changed |= SolveContacts(context);
     if (controls.tolerance > 0 && !has_changed) return true;
-    if (++progress.sweep < context.max_iterations && pause.IsDue()) return false;
+    if (++progress.sweep < SweepsAfterHits(context) && pause.IsDue()) return false;
   }
   if (controls.tolerance > 0) progress.report.converged = false;
   return true;

@@ -69,6 +69,11 @@ bool SolveSelfContacts(const StepContext& context) {
                                                context.controls.contact_tolerance / interval);
 }
 
+uint32_t SweepsAfterHits(const StepContext& context) {
+  if (!TouchesItself(context)) return context.max_iterations;
+  return context.scratch.self_contacts->contacts.SweepsOf(context.max_iterations);
+}
+
 void GuardSelfContacts(const StepContext& context) {
   if (!TouchesItself(context)) return;
   StepScratch& scratch = context.scratch;

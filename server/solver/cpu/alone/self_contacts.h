@@ -19,6 +19,8 @@ bool BeginSelfContacts(const StepContext& context);
 // After the prediction.
 void FindSelfContacts(const StepContext& context);
 bool SolveSelfContacts(const StepContext& context);
+// Sweeps of the substep: max_iterations, or more if the last one ended with a hard hit.
+uint32_t SweepsAfterHits(const StepContext& context);
 // After the integration.
 void GuardSelfContacts(const StepContext& context);
 
