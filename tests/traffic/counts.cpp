@@ -57,6 +57,7 @@ class StepCounts {
         return;
       case Kind::kUpdate:
       case Kind::kWrite:
+      case Kind::kDrop:
         return;
     }
   }

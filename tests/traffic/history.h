@@ -34,7 +34,7 @@ struct Seen {
 };
 using Photo = std::map<Mark, Seen>;
 
-enum class Kind { kCreate, kStep, kReset, kUpdate, kWrite, kSave, kLoad, kDelete, kRead };
+enum class Kind { kCreate, kStep, kReset, kUpdate, kWrite, kSave, kLoad, kDrop, kDelete, kRead };
 const char* NameOf(Kind kind);
 
 // A request that changed something, or would have, or looked.

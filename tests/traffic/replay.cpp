@@ -218,6 +218,9 @@ class Replay {
         Load(operation.saved_name, operation.cloths);
         LookAll();
         return Compare(number);
+      case Kind::kDrop:
+        session_.DropStates(operation.saved_name);
+        return Compare(number);
       case Kind::kDelete:
         session_.DeleteCloths(IdsOf(operation.cloths));
         for (const Mark& mark : operation.cloths) {

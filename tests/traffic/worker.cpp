@@ -146,7 +146,8 @@ void Worker::One() {
   if (dice < 77) return Update();
   if (dice < 79) return Write();
   if (dice < 84) return Save();
-  if (dice < 89) return Load();
+  if (dice < 88) return Load();
+  if (dice < 89) return Drop();
   if (dice < 91) return Delete();
   if (dice < 95) return BotherOthers();
   return options_.shared_cloth != 0 ? StepShared() : Step();
@@ -315,6 +316,19 @@ void Worker::Load() {
     request.set_name(done.saved_name);
     Repeat([&](Session& session) { session.LoadStates(request); });
     for (const Mark& mark : done.cloths) mine_.at(mark).step = entry->second.at(mark);
+  });
+}
+
+void Worker::Drop() {
+  if (saved_.empty()) return Save();
+  Operation operation = NewOperation(Kind::kDrop, {});
+  operation.saved_name = saved_.begin()->first;
+  Do(std::move(operation), [&](Operation& done) {
+    v1::DropStatesRequest request;
+    request.set_request_id(NextId());
+    request.set_name(done.saved_name);
+    Repeat([&](Session& session) { session.DropStates(request); });
+    saved_.erase(done.saved_name);
   });
 }
 

@@ -89,6 +89,7 @@ class Worker {
   void Write();
   void Save();
   void Load();
+  void Drop();
   void Delete();
   void Read();
   void BotherOthers();
