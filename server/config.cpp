@@ -98,6 +98,9 @@ void AddServerFlags(CLI::App& app, Config& config) {
       ->default_str("text");
   app.add_option("--shader-dir", config.shader_dir, "folder of shaders that replace built-in ones")
       ->check(CLI::ExistingDirectory);
+  app.add_option("--program-cache-dir", config.program_cache_dir,
+                 "folder of kernels compiled for the GPU, for the next start (default: "
+                 "drape/programs in the user's cache folder; with Mesa llvmpipe none)");
   app.add_option(
       "--device", config.device,
       "GPU of the gl backend: index, PCI address or UUID of --list-devices; default: the "

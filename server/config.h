@@ -30,6 +30,7 @@ struct Config {
   std::string log_level = "info";
   LogFormat log_format = LogFormat::kText;
   std::string shader_dir;             // empty: the shaders in the executable
+  std::string program_cache_dir;      // empty: the user's cache folder, on GPUs
   uint32_t device_timeout_s = 300;    // a device that does not answer is lost; 0: never
   std::string device;                 // of the gl backend (gl/device_choice.h); empty: the first
   bool lists_devices = false;         // instead of serving

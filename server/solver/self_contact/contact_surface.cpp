@@ -164,6 +164,26 @@ void ContactSurface::FindNeighbours() {
     }
     return gap;
   };
+  std::vector<self_contact::Box<Vector3d>> edge_boxes(edges_.size());
+  for (uint32_t e = 0; e < edges_.size(); ++e) {
+    for (const uint32_t i : edges_[e]) edge_boxes[e].Add(rest_positions_[i]);
+  }
+  const auto edge_gap_of = [&](const ContactPatch& a, const ContactPatch& b) {
+    double gap = std::numeric_limits<double>::infinity();
+    for (const uint32_t e : edges_of(a)) {
+      for (const uint32_t f : edges_of(b)) {
+        const auto [i, j] = edges_[e];
+        const auto [k, l] = edges_[f];
+        if (i == k || i == l || j == k || j == l) continue;
+        if (!self_contact::AreNear(edge_boxes[e], edge_boxes[f],
+                                   self_contact::Splat<Vector3d>(gap))) {
+          continue;
+        }
+        gap = std::min(gap, RestDistance_m(PairKind::kEdges, {i, j, k, l}));
+      }
+    }
+    return gap;
+  };
   neighbour_offsets_.push_back(0);
   for (uint32_t p = 0; p < patches_.size(); ++p) {
     std::vector<uint32_t> others;
@@ -176,7 +196,8 @@ void ContactSurface::FindNeighbours() {
     for (const uint32_t other : others) {
       neighbours_.push_back(
           {p, other,
-           std::min(gap_of(patches_[p], patches_[other]), gap_of(patches_[other], patches_[p]))});
+           std::min(gap_of(patches_[p], patches_[other]), gap_of(patches_[other], patches_[p])),
+           edge_gap_of(patches_[p], patches_[other])});
     }
     neighbour_offsets_.push_back(static_cast<uint32_t>(neighbours_.size()));
   }
