@@ -295,6 +295,10 @@ void Session::LoadStates(v1::LoadStatesRequest request) {
 void Session::DropStates(const std::string& name) {
   v1::DropStatesRequest request;
   request.set_name(name);
+  DropStates(std::move(request));
+}
+
+void Session::DropStates(v1::DropStatesRequest request) {
   Call(*impl_->connection, impl_->Route(), &v1::SimulationService::Stub::DropStates,
        std::move(request));
 }

@@ -90,7 +90,8 @@ std::string Session::TakeSnapshot(std::span<const ClothId> cloths) const {
   }
 }
 
-RestoredCloths Session::Restore(std::string_view snapshot, bool inexact) {
+RestoredCloths Session::Restore(std::string_view snapshot, bool inexact,
+                                const std::string& request_id) {
   grpc::ClientContext context;
   impl_->connection->Prepare(&context, impl_->Route());
   v1::ImportClothsResponse response;
@@ -99,6 +100,7 @@ RestoredCloths Session::Restore(std::string_view snapshot, bool inexact) {
   request.mutable_begin()->set_session(impl_->name);
   request.mutable_begin()->set_inexact(inexact);
   request.mutable_begin()->set_total_bytes(snapshot.size());
+  request.mutable_begin()->set_request_id(request_id);
   bool is_open = writer->Write(request);
   while (is_open && !snapshot.empty()) {
     const std::string_view piece = snapshot.substr(0, kPieceBytes);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "server/api/simulation_service.h"
@@ -16,12 +17,13 @@ namespace drape::api {
 
 // The remembered answer. None: the request has no id, or it is new and under way from now on.
 // Errors as RequestMemory::Begin, and INVALID_ARGUMENT naming "request_id" if another method used
-// the id.
+// the id. `content`: what belongs to the request beside its message.
 template <class Response, class Request>
 Result<std::optional<Response>> BeginRequest(RequestMemory& memory, const std::string& request_id,
-                                             const Request& request) {
+                                             const Request& request,
+                                             std::string_view content = {}) {
   if (request_id.empty()) return std::optional<Response>();
-  const Result<std::any> known = memory.Begin(request_id, Fingerprint(request));
+  const Result<std::any> known = memory.Begin(request_id, Fingerprint(request, content));
   if (!known.ok()) return known.status();
   if (!known->has_value()) return std::optional<Response>();
   const auto* answer = std::any_cast<Response>(&*known);

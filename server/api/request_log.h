@@ -32,7 +32,10 @@ class RequestTag {
   // A stream that begins with this message of `method`.
   template <class Message>
   RequestTag(const std::string& method, const Caller& caller, const Message& message) {
-    if (IsWanted()) Begin(method, caller.tenant, message.session(), "");
+    if (!IsWanted()) return;
+    std::string request_id;
+    if constexpr (requires { message.request_id(); }) request_id = message.request_id();
+    Begin(method, caller.tenant, message.session(), request_id);
   }
 
   // One line: request method=Step tenant=lab session=... request_id=... code=OK ms=1.5

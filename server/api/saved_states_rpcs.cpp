@@ -83,13 +83,14 @@ grpc::ServerUnaryReactor* SimulationService::LoadStates(Context* context,
 
 grpc::ServerUnaryReactor* SimulationService::DropStates(Context* context,
                                                         const v1::DropStatesRequest* request,
-                                                        v1::DropStatesResponse*) {
+                                                        v1::DropStatesResponse* response) {
   const Caller caller = context_.Identify(*context);
   if (caller.is_refused) return Refuse(context);
   const RequestTag tag(caller, *request);
-  const Result<SessionLease> session = context_.FindSession(caller, request->session());
-  return Answer(context, session.ok() ? (*session)->DropStates(request->name()) : session.status(),
-                tag);
+  return DoOnce(context_, caller, tag, *request, response,
+                [request](Session& session, const auto& end) {
+                  WithoutValue(end)(session.DropStates(request->name()));
+                });
 }
 
 grpc::ServerWriteReactor<v1::SnapshotChunk>* SimulationService::ExportCloths(

@@ -44,13 +44,14 @@ Result<SessionLease> ServiceContext::FindSession(const Caller& caller,
 SimulationService::SimulationService(ServiceContext context)
     : context_(WithBudget(std::move(context))), start_us_(context_.clock.NowUs()) {}
 
-uint64_t Fingerprint(const google::protobuf::Message& request) {
+uint64_t Fingerprint(const google::protobuf::Message& request, std::string_view content) {
   uint64_t hash = 0xcbf29ce484222325u;
-  const auto add = [&hash](const std::string& bytes) {
+  const auto add = [&hash](std::string_view bytes) {
     for (const char byte : bytes) hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3u;
   };
   add(request.GetTypeName());
   add(request.SerializeAsString());
+  add(content);
   return hash;
 }
 

@@ -112,6 +112,6 @@ class SimulationService final : public v1::SimulationService::CallbackService {
 };
 
 // FNV-1a of the serialised request: tells whether a repeated request id means the same request.
-uint64_t Fingerprint(const google::protobuf::Message& request);
+uint64_t Fingerprint(const google::protobuf::Message& request, std::string_view content = {});
 
 }  // namespace drape::api

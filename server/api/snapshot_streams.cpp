@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "server/api/build_queue.h"
+#include "server/api/known_answer.h"
 #include "server/api/snapshot_reading.h"
 #include "server/api/snapshot_records.h"
 #include "server/api/snapshot_writing.h"
@@ -102,9 +103,9 @@ Status ImportReactor::Take(v1::ImportClothsRequest& request) {
     return Begin(request.begin());
   }
   if (!session_) return Status::InvalidField("begin", "is needed in the first message");
-  if (request.data().size() > total_bytes_ - bytes_.size()) {
-    return Status::InvalidField("data",
-                                "more has come than total_bytes = " + std::to_string(total_bytes_));
+  if (request.data().size() > begin_.total_bytes() - bytes_.size()) {
+    return Status::InvalidField(
+        "data", "more has come than total_bytes = " + std::to_string(begin_.total_bytes()));
   }
   bytes_ += request.data();
   request.Clear();
@@ -120,17 +121,17 @@ Status ImportReactor::Begin(const v1::ImportClothsRequest::Begin& begin) {
   DRAPE_ASSIGN_OR_RETURN(held_,
                          session->saved_budget().Take(session->owner(), begin.total_bytes()));
   session_ = std::move(session);
-  is_inexact_ = begin.inexact();
-  total_bytes_ = begin.total_bytes();
+  begin_ = begin;
   return Status::Ok();
 }
 
 void ImportReactor::Import() {
   if (!session_) return End(Status::InvalidField("begin", "is needed in the first message"));
-  if (bytes_.size() < total_bytes_) {
+  if (bytes_.size() < begin_.total_bytes()) {
     return End(SnapshotDamaged("only " + std::to_string(bytes_.size()) + " of its " +
-                               std::to_string(total_bytes_) + " bytes have come"));
+                               std::to_string(begin_.total_bytes()) + " bytes have come"));
   }
+  if (!IsNew()) return;
   const Waiter waiter{cancel_, caller_.deadline_us};
   const StopReason stop_reason = BuildStopReason(context_, waiter);
   const Status posted =
@@ -138,11 +139,23 @@ void ImportReactor::Import() {
         if (!status.ok()) return End(status);
         Result<std::vector<SavedCloth>> cloths =
             ReadSnapshot(bytes_, {context_.scheduler.description(), context_.limits, stop_reason,
-                                  session_->maps(), is_inexact_});
+                                  session_->maps(), begin_.inexact()});
         if (!cloths.ok()) return End(cloths.status());
         Create(std::move(*cloths));
       });
   if (!posted.ok()) End(posted);
+}
+
+bool ImportReactor::IsNew() {
+  auto known = BeginRequest<v1::ImportClothsResponse>(session_->request_memory(),
+                                                      begin_.request_id(), begin_, bytes_);
+  if (known.ok() && !known->has_value()) {
+    is_remembered_ = !begin_.request_id().empty();
+    return true;
+  }
+  if (known.ok()) *response_ = std::move(**known);
+  End(known.status());
+  return false;
 }
 
 void ImportReactor::Create(std::vector<SavedCloth> cloths) {
@@ -156,6 +169,11 @@ void ImportReactor::Create(std::vector<SavedCloth> cloths) {
 }
 
 void ImportReactor::End(const Status& status) {
+  if (is_remembered_) {
+    using Answer = Result<v1::ImportClothsResponse>;
+    EndRequest(session_->request_memory(), begin_.request_id(),
+               status.ok() ? Answer(*response_) : Answer(status));
+  }
   bytes_ = {};
   held_ = nullptr;
   session_ = {};

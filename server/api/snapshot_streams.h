@@ -56,6 +56,8 @@ class ImportReactor final : public grpc::ServerReadReactor<v1::ImportClothsReque
   Status Begin(const v1::ImportClothsRequest::Begin& begin);
   // All bytes are there.
   void Import();
+  // Ends with the answer if it is known already. True: to be done.
+  bool IsNew();
   void Create(std::vector<SavedCloth> cloths);
   void End(const Status& status);
 
@@ -66,9 +68,9 @@ class ImportReactor final : public grpc::ServerReadReactor<v1::ImportClothsReque
   RequestTag tag_;
   CancelToken cancel_;
   std::shared_ptr<void> held_;
-  bool is_inexact_ = false;
-  uint64_t total_bytes_ = 0;
+  v1::ImportClothsRequest::Begin begin_;
   std::string bytes_;
+  bool is_remembered_ = false;  // the session remembers the request_id, and waits for the answer
   v1::ImportClothsRequest request_;
 };
 

@@ -50,14 +50,6 @@ Status SaveAlive(Backend& backend, std::span<const std::shared_ptr<ClothRecord>>
   return SaveOnDevice(backend, alive, budget, "checkpoints", saved);
 }
 
-size_t PerSlice(const ClothList& cloths) {
-  uint32_t largest = 1;
-  for (const auto& cloth : cloths) {
-    largest = std::max(largest, cloth->description()->model->particle_count());
-  }
-  return ClothsPerSlice(largest);
-}
-
 std::vector<fs::path> FilesIn(const fs::path& folder, const std::string& extension) {
   std::vector<fs::path> files;
   std::error_code ignored;
@@ -206,7 +198,7 @@ Result<SavedStates> CheckpointKeeper::Capture(const Session& session) {
       if (next == 0) {
         // Again, for the cloths of the moment that is saved: some have come or gone.
         DRAPE_ASSIGN_OR_RETURN(cloths, session.FindCloths({}));
-        per_slice = PerSlice(cloths);
+        per_slice = ClothsPerSlice(cloths);
       }
       const size_t count = std::min(per_slice, cloths.size() - next);
       const auto slice = std::span(cloths).subspan(std::exchange(next, next + count), count);

@@ -5,6 +5,7 @@
 #include <variant>
 
 #include "server/session/cloth_creation.h"
+#include "server/session/sliced_command.h"
 
 namespace drape {
 namespace {
@@ -65,6 +66,14 @@ ParticleState ParticlesOf(const SavedCloth& from) {
 Status SavedStatesNotFound(const std::string& name) {
   return {StatusCode::kNotFound, "SAVED_STATES_NOT_FOUND",
           "nothing is saved as '" + name + "' in this session"};
+}
+
+size_t ClothsPerSlice(std::span<const std::shared_ptr<ClothRecord>> cloths) {
+  uint32_t largest = 1;
+  for (const auto& cloth : cloths) {
+    largest = std::max(largest, cloth->description()->model->particle_count());
+  }
+  return ClothsPerSlice(largest);
 }
 
 Status SaveOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,

@@ -38,6 +38,9 @@ struct SavedStates {
   std::vector<std::shared_ptr<void>> permits{};  // for the bytes
 };
 
+// How many of the cloths one command takes: as many of their largest as fit (sliced_command.h).
+size_t ClothsPerSlice(std::span<const std::shared_ptr<ClothRecord>> cloths);
+
 // Appends the cloths as they are now. NOT_FOUND if one was deleted; RESOURCE_EXHAUSTED when the
 // budget of `owner` does not suffice. Device thread.
 Status SaveOnDevice(Backend& backend, std::span<const std::shared_ptr<ClothRecord>> cloths,

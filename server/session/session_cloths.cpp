@@ -195,13 +195,8 @@ void Session::ResetCloths(ClothList cloths, ClothStarts starts, std::function<vo
     return;
   }
   const auto held = std::make_shared<const ClothList>(std::move(cloths));
-  // Cloths of a session differ in size: slices are made for the largest.
-  uint32_t largest = 1;
-  for (const auto& cloth : *held) {
-    largest = std::max(largest, cloth->description()->model->particle_count());
-  }
   const Status status = RunInSlices(
-      commons_->scheduler, held->size(), ClothsPerSlice(largest),
+      commons_->scheduler, held->size(), ClothsPerSlice(*held),
       [held, starts = std::move(starts)](Backend& backend, size_t begin, size_t end) {
         if (begin == 0) DRAPE_RETURN_IF_ERROR(OverrideOnDevice(backend, *held, starts));
         for (size_t k = begin; k < end; ++k) {

@@ -8,24 +8,12 @@
 #include "server/session/sliced_command.h"
 
 namespace drape {
-namespace {
-
-size_t PerSlice(const ClothList& cloths) {
-  uint32_t largest = 1;
-  for (const auto& cloth : cloths) {
-    largest = std::max(largest, cloth->description()->model->particle_count());
-  }
-  return ClothsPerSlice(largest);
-}
-
-}  // namespace
-
 void Session::SaveStates(ClothList cloths, std::string name,
                          std::function<void(Result<SavedSummary>)> done) {
   const auto held = std::make_shared<const ClothList>(std::move(cloths));
   const auto saved = std::make_shared<SavedStates>();
   const Status status = RunInSlices(
-      commons_->scheduler, held->size(), PerSlice(*held),
+      commons_->scheduler, held->size(), ClothsPerSlice(*held),
       [self = shared_from_this(), held, saved](Backend& backend, size_t begin, size_t end) {
         return SaveOnDevice(backend, std::span(*held).subspan(begin, end - begin),
                             *self->commons_->saved, self->owner(), *saved);

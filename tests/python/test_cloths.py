@@ -332,6 +332,8 @@ def test_a_snapshot_goes_on_with_the_same_bits(client, session):
         assert np.array_equal(again.step(3).positions, expected)
         one = other.restore(cloths.snapshot(ids=[1]))
         assert one.num == 1 and one.step_count.tolist() == [8]
+        ids = [other.restore(snapshot, request_id="once").ids.tolist() for _ in range(2)]
+        assert ids[0] == ids[1] and len(other.list()) == 5
         with pytest.raises(drape.InvalidArgument) as damaged:
             other.restore(snapshot[:-1])
         assert damaged.value.reason == "SNAPSHOT_DAMAGED"

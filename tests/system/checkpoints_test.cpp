@@ -326,7 +326,11 @@ TEST_F(Checkpoints, AFolderServesOneServerAndALostOneStopsNobody) {
   auto stub = server->NewStub();
   const std::string session = NewSession(*stub);
   const Ids ids = Create(*stub, HangingSheet(session, 4));
-  fs::remove_all(folder_);
+  EXPECT_TRUE(Wait([&] {  // a file may appear meanwhile
+    std::error_code not_empty;
+    fs::remove_all(folder_, not_empty);
+    return !fs::exists(folder_);
+  }));
   Step(*stub, StepsOf(session, ids, 3));
   EXPECT_TRUE(Wait([&] { return server->Log().find("checkpoint_failed") != std::string::npos; }));
   Step(*stub, StepsOf(session, ids, 3));

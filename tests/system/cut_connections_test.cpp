@@ -130,6 +130,16 @@ TEST(CutConnections, ASendingThatArrivesLateDoesNothing) {
     step();
   });
 
+  v1::DropStatesRequest drop;
+  drop.set_name("a");
+  do_twice(&Stub::DropStates, drop, "drop", [&] {
+    v1::SaveStatesRequest again = save;
+    again.set_session(session);
+    ASSERT_TRUE(Call(*stub, &Stub::SaveStates, again).status.ok());
+  });
+  load.set_session(session);
+  EXPECT_TRUE(Call(*stub, &Stub::LoadStates, load).status.ok()) << "the late one dropped the next";
+
   v1::WriteStatesRequest write;
   write.add_cloth_ids(id);
   *write.mutable_positions_m() = Read(*stub, session, {id})[0].positions_m();

@@ -53,7 +53,8 @@ Answer<std::string> Export(Side& side, const std::string& name, uint64_t offset 
 
 // Announces `total_bytes`, or as many as there are.
 Answer<v1::ImportClothsResponse> Import(Side& side, const std::string& bytes, bool inexact = false,
-                                        uint64_t total_bytes = 0) {
+                                        uint64_t total_bytes = 0,
+                                        const std::string& request_id = {}) {
   grpc::ClientContext context;
   Answer<v1::ImportClothsResponse> answer;
   const auto stream = side.stub->ImportCloths(&context, &answer.value);
@@ -61,6 +62,7 @@ Answer<v1::ImportClothsResponse> Import(Side& side, const std::string& bytes, bo
   request.mutable_begin()->set_session(side.session);
   request.mutable_begin()->set_inexact(inexact);
   request.mutable_begin()->set_total_bytes(total_bytes > 0 ? total_bytes : bytes.size());
+  request.mutable_begin()->set_request_id(request_id);
   stream->Write(request);
   constexpr size_t kPiece = 100'000;
   for (size_t begin = 0; begin < bytes.size(); begin += kPiece) {
@@ -261,6 +263,30 @@ TEST_F(SnapshotBytes, WhatIsCutOffOrTooMuchIsNoticed) {
   EXPECT_EQ(FieldsOf(Import(side_, bytes_, false, bytes_.size() - 1).status),
             std::vector<std::string>{"data"});
   EXPECT_EQ(FieldsOf(Import(side_, "").status), std::vector<std::string>{"begin.total_bytes"});
+}
+
+// Its answer was lost: the repetition gets the same cloths.
+TEST_F(SnapshotBytes, AnImportWithAnIdIsDoneOnce) {
+  const auto import = [&](const std::string& bytes, uint64_t total_bytes = 0) {
+    return Import(side_, bytes, false, total_bytes, "import-1");
+  };
+  // What was cut off, or refused, may be done later.
+  EXPECT_EQ(ReasonOf(import(bytes_, bytes_.size() + 1).status), "SNAPSHOT_DAMAGED");
+  EXPECT_EQ(ReasonOf(import(bytes_ + "x").status), "SNAPSHOT_DAMAGED");
+  const auto first = import(bytes_);
+  const Ids made = IdsOf(first);
+  ASSERT_EQ(made.size(), ids_.size());
+  const auto again = import(bytes_);
+  EXPECT_EQ(IdsOf(again), made);
+  EXPECT_EQ(again.value.DebugString(), first.value.DebugString());
+  v1::ListClothsRequest list;
+  list.set_session(side_.session);
+  EXPECT_EQ(Call(*side_.stub, &Stub::ListCloths, list).value.cloths_size(), 4);
+  // Other bytes, as many, are another request; another id makes other cloths.
+  std::string other = bytes_;
+  other.back() = static_cast<char>(other.back() + 1);
+  EXPECT_EQ(FieldsOf(import(other).status), std::vector<std::string>{"request_id"});
+  EXPECT_NE(IdsOf(Import(side_, bytes_, false, 0, "import-2")), made);
 }
 
 // The messages of a snapshot of one model without meshes.

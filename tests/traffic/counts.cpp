@@ -53,10 +53,17 @@ class StepCounts {
         }
         return;
       case Kind::kDelete:
-        for (const Mark& mark : operation.cloths) steps_.erase(mark);
+        for (const Mark& mark : operation.cloths) {
+          left_[mark] = steps_[mark];
+          steps_.erase(mark);
+        }
+        return;
+      case Kind::kImport:
+        for (const Mark& mark : operation.cloths) steps_[mark] = left_[mark];
         return;
       case Kind::kUpdate:
       case Kind::kWrite:
+      case Kind::kDrop:
         return;
     }
   }
@@ -110,6 +117,7 @@ class StepCounts {
   const WorkerHistory& worker_;
   Verdict& verdict_;
   std::map<Mark, uint64_t> steps_;
+  std::map<Mark, uint64_t> left_;  // of deleted cloths
   std::map<std::string, std::map<Mark, uint64_t>> saved_;
 };
 

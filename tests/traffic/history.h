@@ -34,7 +34,19 @@ struct Seen {
 };
 using Photo = std::map<Mark, Seen>;
 
-enum class Kind { kCreate, kStep, kReset, kUpdate, kWrite, kSave, kLoad, kDelete, kRead };
+enum class Kind {
+  kCreate,
+  kStep,
+  kReset,
+  kUpdate,
+  kWrite,
+  kSave,
+  kLoad,
+  kDrop,
+  kDelete,
+  kImport,
+  kRead
+};
 const char* NameOf(Kind kind);
 
 // A request that changed something, or would have, or looked.
@@ -47,6 +59,7 @@ struct Operation {
   v1::UpdateClothsRequest update;
   v1::WriteStatesRequest writing;
   std::string saved_name;
+  std::string snapshot;  // of kImport: of cloths that the worker has deleted
   // False: its client was not told, because the server ended; it may have been done, or a part of
   // its steps.
   bool is_acknowledged = false;

@@ -218,7 +218,16 @@ class Replay {
         Load(operation.saved_name, operation.cloths);
         LookAll();
         return Compare(number);
+      case Kind::kDrop:
+        session_.DropStates(operation.saved_name);
+        return Compare(number);
+      case Kind::kImport:
+        (void)session_.Restore(operation.snapshot);
+        LookAll();
+        ExpectAsTheyWere(operation.cloths);
+        return Compare(number);
       case Kind::kDelete:
+        left_ = Look(session_).photo;
         session_.DeleteCloths(IdsOf(operation.cloths));
         for (const Mark& mark : operation.cloths) {
           now_.erase(mark);
@@ -233,6 +242,16 @@ class Replay {
           }
         }
         return Compare(number);
+    }
+  }
+
+  // The run's snapshot has what this replay deleted.
+  void ExpectAsTheyWere(const std::vector<Mark>& cloths) {
+    const Photo now = Look(session_).photo;
+    for (const Mark& mark : cloths) {
+      if (now.at(mark) == left_.at(mark)) continue;
+      Find("a snapshot is not as the cloths were: " +
+           DifferenceOf(left_.at(mark).whole, now.at(mark).whole));
     }
   }
 
@@ -344,6 +363,7 @@ class Replay {
   Session session_;
   Photo now_;  // without Seen::whole
   std::map<Mark, uint64_t> ids_;
+  Photo left_;  // before the last deletion
   Photo target_;
   std::optional<Match> match_;
   std::map<Mark, std::set<size_t>> moments_;  // at which each cloth was as in the target

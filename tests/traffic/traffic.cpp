@@ -138,6 +138,7 @@ void Stage::Begin() {
     options.token = TokenOf(place.tenant);
     options.session = place.name;
     options.shared_cloth = place.name == places_[0].name ? shared_cloth_ : 0;
+    options.touch_themselves = options_.touch_themselves;
     options.deletes_foreign_sessions = !options_.takes_own_sessions_for_foreign;
     options.forgets_request_ids = options_.forgets_request_ids;
     for (const Place& other : places_) {

@@ -14,6 +14,7 @@ struct TrafficOptions {
   // Mean number of them between two ends of the server; every third end is a drain. 0: none.
   uint64_t operations_per_run = 200;
   double checkpoint_interval_s = 0.2;
+  bool touch_themselves = false;  // some cloths, which take most of the time then
   // Faults to be found.
   bool forgets_request_ids = false;
   bool takes_own_sessions_for_foreign = false;

@@ -212,7 +212,10 @@ TEST(TrafficFaults, ClientsThatDoWrongAreFound) {
 
 // What `./run bench service` writes down. Minutes.
 TEST(TrafficLong, HundredThousandOperations) {
-  const TrafficOptions options{.seed = SeedOr(7), .operations = 100'000, .operations_per_run = 300};
+  const TrafficOptions options{.seed = SeedOr(7),
+                               .operations = 100'000,
+                               .operations_per_run = 300,
+                               .touch_themselves = true};
   ExpectAllIsWell(options, RunTraffic(options));
 }
 

@@ -139,15 +139,17 @@ void Worker::Run() {
 void Worker::One() {
   if (mine_.empty()) return Create();
   const uint32_t dice = Below(100);
-  if (dice < 6) return mine_.size() < kMaxCloths ? Create() : Delete();
+  if (dice < 6) return mine_.size() < kMaxCloths ? Create() : Delete(SomeCloths());
   if (dice < 60) return Step();
   if (dice < 68) return Read();
   if (dice < 73) return Reset();
   if (dice < 77) return Update();
   if (dice < 79) return Write();
   if (dice < 84) return Save();
-  if (dice < 89) return Load();
-  if (dice < 91) return Delete();
+  if (dice < 88) return Load();
+  if (dice < 89) return Drop();
+  if (dice < 90) return Delete(SomeCloths());
+  if (dice < 91) return Move(SomeCloths());
   if (dice < 95) return BotherOthers();
   return options_.shared_cloth != 0 ? StepShared() : Step();
 }
@@ -199,9 +201,8 @@ void Worker::Create() {
   Family family;
   // Kinds by turns: springs, bending, colliders, self-collision, grips, sleep, chains, meshes.
   family.goes_back = Chance(2);
-  // Few touch themselves: those take most of the time.
   const auto seed = static_cast<uint32_t>(random_());
-  family.traffic = std::make_unique<RandomTraffic>(seed, Chance(4));
+  family.traffic = std::make_unique<RandomTraffic>(seed, options_.touch_themselves && Chance(4));
   v1::CreateClothsRequest creation = family.traffic->Creation(options_.session);
   const uint32_t count = 1 + Below(2);
   creation.set_count(count);
@@ -318,11 +319,48 @@ void Worker::Load() {
   });
 }
 
-void Worker::Delete() {
-  Do(NewOperation(Kind::kDelete, SomeCloths()), [&](Operation& done) {
+void Worker::Drop() {
+  if (saved_.empty()) return Save();
+  Operation operation = NewOperation(Kind::kDrop, {});
+  operation.saved_name = saved_.begin()->first;
+  Do(std::move(operation), [&](Operation& done) {
+    v1::DropStatesRequest request;
+    request.set_request_id(NextId());
+    request.set_name(done.saved_name);
+    Repeat([&](Session& session) { session.DropStates(request); });
+    saved_.erase(done.saved_name);
+  });
+}
+
+void Worker::Delete(const std::vector<Mark>& cloths) {
+  Do(NewOperation(Kind::kDelete, cloths), [&](Operation& done) {
     const auto request = RequestFor<v1::DeleteClothsRequest>(done.cloths);
     Repeat([&](Session& session) { session.DeleteCloths(request); });
     for (const Mark& mark : done.cloths) mine_.erase(mark);
+  });
+}
+
+void Worker::Move(const std::vector<Mark>& cloths) {
+  Operation operation = NewOperation(Kind::kImport, cloths);
+  const std::vector<uint64_t> ids = IdsOf(cloths);
+  Repeat([&](Session& session) { operation.snapshot = session.TakeSnapshot(ids); });
+  std::map<uint64_t, std::pair<Mark, Mine>> former;
+  for (const Mark& mark : cloths) former[mine_.at(mark).id] = {mark, mine_.at(mark)};
+  Delete(cloths);
+  // What was saved belongs to the ids that they had.
+  for (auto& [name, saved] : saved_) {
+    for (const Mark& mark : cloths) saved.erase(mark);
+  }
+  const std::string request_id = NextId();
+  Do(std::move(operation), [&](Operation& done) {
+    RestoredCloths restored;
+    Repeat([&](Session& session) { restored = session.Restore(done.snapshot, false, request_id); });
+    for (size_t k = 0; k < restored.cloths.size(); ++k) {
+      const auto& [mark, mine] = former.at(restored.former_cloths[k]);
+      mine_[mark] = {restored.cloths[k], mine.step, mine.family};
+      history_.ids.push_back(restored.cloths[k]);
+      board_.Show(options_.tenant, restored.cloths[k]);
+    }
   });
 }
 

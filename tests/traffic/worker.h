@@ -46,6 +46,7 @@ struct WorkerOptions {
   std::string session;
   uint64_t shared_cloth = 0;                  // 0: none
   std::vector<std::string> foreign_sessions;  // of other tenants
+  bool touch_themselves = false;              // some of its cloths
   bool deletes_foreign_sessions = true;       // asks for that
   // A fault to be found: steps are repeated without their request ids.
   bool forgets_request_ids = false;
@@ -89,7 +90,10 @@ class Worker {
   void Write();
   void Save();
   void Load();
-  void Delete();
+  void Drop();
+  void Delete(const std::vector<Mark>& cloths);
+  // Through a snapshot: they are deleted, and come back with other ids.
+  void Move(const std::vector<Mark>& cloths);
   void Read();
   void BotherOthers();
   // The cloths that came back.

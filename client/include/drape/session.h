@@ -114,14 +114,17 @@ class Session {
   v1::SaveStatesResponse SaveStates(v1::SaveStatesRequest request);
   void LoadStates(v1::LoadStatesRequest request);
   void DropStates(const std::string& name);
+  void DropStates(v1::DropStatesRequest request);
   // The cloths as bytes, with everything that they go on from; no cloths: every one of the session.
   // While they come they count among the saved states of the server. An export that is cut goes on.
   std::string TakeSnapshot(std::span<const ClothId> cloths = {}) const;
   // Creates the cloths of a snapshot, all or none. They go on with the bits that they would have
   // had; with `inexact` a snapshot of another build, backend or device is accepted, whose cloths go
   // on with others. Throws kInvalidArgument (SNAPSHOT_DAMAGED), kFailedPrecondition (OTHER_BUILD,
-  // SNAPSHOT_TOO_NEW), kResourceExhausted.
-  RestoredCloths Restore(std::string_view snapshot, bool inexact = false);
+  // SNAPSHOT_TOO_NEW), kResourceExhausted. `request_id`: a repetition with the same id and snapshot
+  // gets the same cloths.
+  RestoredCloths Restore(std::string_view snapshot, bool inexact = false,
+                         const std::string& request_id = {});
   // Triangles, edges, rest shape and collider meshes of a cloth.
   v1::Topology ReadTopology(ClothId cloth) const;
   // A PNG file of the present cloths; see RenderRequest. Throws kFailedPrecondition (NO_EGL_DEVICE)

@@ -1,6 +1,7 @@
 """`./run bench service`: what strangers can do to each other on one `draped`.
 
-Writes results/MACHINE.md and a table beside it. With --quick: short windows and few cycles, results printed only.
+Writes results/MACHINE.md and a table beside it; with --parts, these parts of them. With --quick: short windows and few
+cycles, results printed only.
 """
 
 import argparse
@@ -243,8 +244,8 @@ def traffic(bench):
         if done.returncode != 0:
             print(done.stdout, file=sys.stderr)
         told = json.loads(report.read_text())["testsuites"][0]["testsuite"][0]
-        figures = {name: int(told[name]) for name in TRAFFIC_FIGURES if name in told}
-        bench.add("traffic", f"seed {told.get('seed', '?')}", **figures, seconds=time.perf_counter() - begin)
+        bench.add("traffic", case.rpartition(".")[2], **{name: int(told[name]) for name in TRAFFIC_FIGURES},
+                  seconds=time.perf_counter() - begin)
 
 
 def settled_bytes(folder):
@@ -278,6 +279,40 @@ def write_csv(path, rows):
         writer.writerows({key: f"{v:.6g}" if isinstance(v, float) else v for key, v in row.items()} for row in rows)
 
 
+def rows_of(path):
+    """Those of an earlier run, without what they leave empty."""
+    if not path.exists():
+        return []
+    with open(path, newline="") as file:
+        return [{key: value for key, value in row.items() if value} for row in csv.DictReader(file)]
+
+
+def sections_of(path):
+    """Of an earlier text, by their titles; the one before the first has none."""
+    if not path.exists():
+        return {}
+    return {part.splitlines()[0] if part.startswith("## ") else "": part.rstrip("\n") + "\n"
+            for part in re.split(r"^(?=## )", path.read_text(), flags=re.MULTILINE)}
+
+
+def write_results(rows, head, sections, device):
+    """Beside what earlier runs found in other parts."""
+    folder = HERE / "results"
+    folder.mkdir(exist_ok=True)
+    machine = re.sub(r"[^a-z0-9]+", "-", device.lower()).strip("-")
+    table_path, text_path = folder / f"{machine}.csv", folder / f"{machine}.md"
+    done = {row["part"] for row in rows}
+    write_csv(table_path, [row for row in rows_of(table_path) if row["part"] not in done] + rows)
+    whole = done == set(PARTS)
+    texts = sections_of(text_path)
+    for part, text in sections.items():
+        texts[f"## {part}"] = text if whole else f"{text}\n{textwrap.fill(head, 120)}\n"
+    if whole or "" not in texts:
+        texts = {"": f"# The service\n\n{head}\n", **texts}
+    text_path.write_text("\n".join(texts.values()))
+    print(f"results are in {folder}")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true")
@@ -294,19 +329,15 @@ def main():
         PARTS[part](bench)
     with Draped() as server:
         device = drape.connect(server.address).info.device
-    text = [f"# The service\n\nBy `./run bench service`; {device}; load average before {load_before:.1f}; {time.monotonic() - begin:.0f} s.\n"]
+    command = "./run bench service" + ("" if wanted == list(PARTS) else " --parts=" + ",".join(wanted))
+    head = f"By `{command}`; {device}; load average before {load_before:.1f}; {time.monotonic() - begin:.0f} s."
+    sections = {}
     for part in wanted:
         meaning = textwrap.fill(" ".join(PARTS[part].__doc__.split()), 120)
-        text.append(f"## {part}\n\n{meaning}\n\n" + table([row for row in bench.rows if row["part"] == part]))
-    print("\n".join(text))
-    if arguments.quick or wanted != list(PARTS):
-        return
-    folder = HERE / "results"
-    folder.mkdir(exist_ok=True)
-    machine = re.sub(r"[^a-z0-9]+", "-", device.lower()).strip("-")
-    write_csv(folder / f"{machine}.csv", bench.rows)
-    (folder / f"{machine}.md").write_text("\n".join(text))
-    print(f"results are in {folder}")
+        sections[part] = f"## {part}\n\n{meaning}\n\n" + table([row for row in bench.rows if row["part"] == part])
+    print("\n".join([head, *sections.values()]))
+    if not arguments.quick:
+        write_results(bench.rows, head, sections, device)
 
 
 if __name__ == "__main__":

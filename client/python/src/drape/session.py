@@ -82,12 +82,14 @@ class SessionBase:
         cloths.faulted[:] = [cloth.faulted for cloth in found.values()]
         return cloths
 
-    def _restore(self, snapshot: bytes, *, inexact: bool = False,
-                 spec: v1.ClothSpec | None = None) -> Operation[Cloths]:
+    def _restore(self, snapshot: bytes, *, inexact: bool = False, spec: v1.ClothSpec | None = None,
+                 request_id: str = "") -> Operation[Cloths]:
         """New cloths that go on from `cloths.snapshot()` with the bits that they would have had, all or none. inexact:
         accept a snapshot of another build, backend or device, whose cloths go on with other bits. spec: see `attach`.
+        request_id: a repetition with the same id and snapshot gets the same cloths.
         Raises InvalidArgument (SNAPSHOT_DAMAGED), FailedPrecondition (OTHER_BUILD, SNAPSHOT_TOO_NEW)."""
-        begin = v1.ImportClothsRequest.Begin(session=self.name, inexact=inexact, total_bytes=len(snapshot))
+        begin = v1.ImportClothsRequest.Begin(session=self.name, inexact=inexact, total_bytes=len(snapshot),
+                                              request_id=request_id)
         pieces = (v1.ImportClothsRequest(data=snapshot[at:at + _PIECE_BYTES])
                   for at in range(0, len(snapshot), _PIECE_BYTES))
         requests = itertools.chain([v1.ImportClothsRequest(begin=begin)], pieces)
