@@ -17,10 +17,11 @@ constexpr double kMaxReach = 0.2;
 }  // namespace
 
 template <class V>
-void ContactLists<V>::Begin(const ContactSurface& surface, Real thickness, Real edge_length,
-                            const std::vector<bool>& is_crossing, size_t most_pairs) {
+void ContactLists<V>::Begin(const ContactSurface& surface, const Thicknesses<Real>& thicknesses,
+                            Real edge_length, const std::vector<bool>& is_crossing,
+                            size_t most_pairs) {
   surface_ = &surface;
-  thickness_ = thickness;
+  thicknesses_ = thicknesses;
   edge_length_ = edge_length;
   is_crossing_ = &is_crossing;
   most_pairs_ = most_pairs;
@@ -87,7 +88,7 @@ bool ContactLists<V>::FindDue(std::span<const V> positions, const Window& window
     if (end < (window.guards ? list.next_guarded : list.next)) continue;
     opened_.push_back(l);
     if (end >= list.valid || (list.is_partial && !window.guards)) {
-      if (!has_begun) search_.Begin(*surface_, positions, thickness_);
+      if (!has_begun) search_.Begin(*surface_, positions, thicknesses_);
       has_begun = true;
       Remake(list, end - list.travel);
       if (live_pairs_ > most_pairs_) return false;
@@ -103,14 +104,16 @@ bool ContactLists<V>::FindDue(std::span<const V> positions, const Window& window
 template <class V>
 void ContactLists<V>::Remake(List& list, Real least_reach) {
   live_pairs_ -= list.end - list.begin;
+  const auto [first, second] = list.patches;
+  const Real thickness = thicknesses_.Of(*surface_, first, second);
   const Real reach = std::max({std::min(static_cast<Real>(kReachSubsteps) * list.way,
                                         static_cast<Real>(kMaxReach) * edge_length_),
-                               static_cast<Real>(kMinReach) * thickness_,
+                               static_cast<Real>(kMinReach) * thickness,
                                static_cast<Real>(kReachMargin) * least_reach});
   const uint32_t old_begin = list.begin, old_end = list.end;
   list.begin = list.end = static_cast<uint32_t>(pairs_.size());
   list.is_partial = false;
-  const Real gap = search_.Gap(list.patches) - thickness_;
+  const Real gap = search_.Gap(list.patches) - thickness;
   if (gap > reach) {
     list.valid = list.travel + gap;
     return;

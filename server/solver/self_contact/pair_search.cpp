@@ -71,10 +71,10 @@ double TouchDistance_m(const ContactSurface& surface, PairKind kind,
 
 template <class V>
 void PairSearch<V>::Begin(const ContactSurface& surface, std::span<const V> positions,
-                          Real thickness) {
+                          const Thicknesses<Real>& thicknesses) {
   surface_ = &surface;
   positions_ = positions;
-  thickness_ = thickness;
+  thicknesses_ = thicknesses;
   ++state_;
   const size_t patches = surface.patches().size();
   box_states_.resize(patches, 0);
@@ -182,6 +182,7 @@ void PairSearch<V>::Find(const PatchPair& patches, Real reach,
   const auto [first, second] = patches;
   pairs_ = &pairs;
   reach_ = reach;
+  thickness_ = thicknesses_.Of(*surface_, first, second);
   margin_ = Splat<V>(thickness_ + reach);
   may_be_near_at_rest_ = surface_->MayBeNearAtRest(first, second, double{thickness_});
   MakeBoxes(first);
