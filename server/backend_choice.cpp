@@ -2,6 +2,8 @@
 
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -18,6 +20,18 @@ namespace {
 bool HasHardwareGl(const GlBackendOptions& options) {
   return gl::Context::Create({.accept_software = false, .device_filter = options.device_filter})
       .ok();
+}
+
+// A folder below the user's cache folder (XDG Base Directory Specification 0.8); empty if there is
+// none.
+std::string UserCache(const std::string& folder) {
+  const auto below = [](const char* variable) {
+    const char* path = std::getenv(variable);
+    return path != nullptr && *path == '/' ? std::string(path) : std::string();
+  };
+  const std::string cache = below("XDG_CACHE_HOME"), home = below("HOME");
+  if (!cache.empty()) return cache + "/" + folder;
+  return home.empty() ? std::string() : home + "/.cache/" + folder;
 }
 
 }  // namespace
@@ -52,6 +66,8 @@ Result<std::unique_ptr<Backend>> MakeBackend(const Config& config,
   if (wants_gl || (config.backend == BackendChoice::kAuto && HasHardwareGl(options))) {
     options.accept_software = wants_gl;
     options.shader_dir = config.shader_dir;
+    options.program_cache_dir = config.program_cache_dir;
+    options.hardware_program_cache_dir = UserCache("drape/programs");
     options.on_context = [&context](const gl::ShareHandle& handle) { context = handle; };
     return CreateGlBackend(options);
   }

@@ -1,14 +1,11 @@
 #include "server/config.h"
 
 #include <CLI/CLI.hpp>
-#include <istream>
-#include <iterator>
+#include <iostream>
 #include <map>
-#include <nlohmann/json.hpp>
-#include <sstream>
-#include <vector>
 
 #include "server/api/grpc_server.h"
+#include "server/config_file.h"
 
 namespace drape {
 namespace {
@@ -17,29 +14,6 @@ const std::map<std::string, BackendChoice> kBackends = {{"auto", BackendChoice::
                                                         {"gl", BackendChoice::kGl},
                                                         {"cpu", BackendChoice::kCpu},
                                                         {"reference", BackendChoice::kReference}};
-
-// A JSON object where the file begins with a brace, else CLI11's own format.
-class JsonOrLines final : public CLI::ConfigBase {
- public:
-  std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
-    const std::string text{std::istreambuf_iterator<char>(input), {}};
-    const size_t start = text.find_first_not_of(" \t\r\n");
-    if (start == std::string::npos || text[start] != '{') {
-      std::istringstream lines(text);
-      return CLI::ConfigBase::from_config(lines);
-    }
-    const auto object = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
-    if (object.is_discarded()) throw CLI::FileError("the config file is not valid JSON");
-    std::vector<CLI::ConfigItem> entries;
-    for (const auto& [name, value] : object.items()) {
-      CLI::ConfigItem item;
-      item.name = name;
-      item.inputs.push_back(value.is_string() ? value.get<std::string>() : value.dump());
-      entries.push_back(std::move(item));
-    }
-    return entries;
-  }
-};
 
 // The error in HOST:PORT, or empty.
 std::string ListenProblem(const std::string& listen) {
@@ -124,6 +98,9 @@ void AddServerFlags(CLI::App& app, Config& config) {
       ->default_str("text");
   app.add_option("--shader-dir", config.shader_dir, "folder of shaders that replace built-in ones")
       ->check(CLI::ExistingDirectory);
+  app.add_option("--program-cache-dir", config.program_cache_dir,
+                 "folder of kernels compiled for the GPU, for the next start (default: "
+                 "drape/programs in the user's cache folder; with Mesa llvmpipe none)");
   app.add_option(
       "--device", config.device,
       "GPU of the gl backend: index, PCI address or UUID of --list-devices; default: the "
@@ -132,8 +109,10 @@ void AddServerFlags(CLI::App& app, Config& config) {
                  "a device that does not answer for that long is lost: the server begins anew; 0: "
                  "never")
       ->capture_default_str();
-  app.add_flag("--list-devices", config.lists_devices, "print the GPUs and end");
+  app.add_flag("--list-devices", config.lists_devices, "print the GPUs and end")
+      ->configurable(false);
   app.add_option("--threads", config.threads, "threads of the cpu backend; 0 = one per core")
+      ->capture_default_str()
       ->check(CLI::Range(0, 1024));
 }
 
@@ -242,13 +221,22 @@ CommandLine ParseCommandLine(int argc, const char* const* argv) {
   CommandLine result;
   CLI::App app("draped: simulates cloths for its clients, on a GPU if there is one", "draped");
   app.set_version_flag("--version", std::string("draped ") + DRAPE_VERSION);
-  app.config_formatter(std::make_shared<JsonOrLines>());
-  app.set_config("--config", "", "file with the names of these flags: JSON, or name=value lines");
+  app.config_formatter(std::make_shared<ConfigFile>(app));
+  app.set_config(
+      "--config", "",
+      "file of these settings: protobuf text (--print-config), JSON, or name=value lines");
   app.allow_config_extras(CLI::config_extras_mode::error);
   AddServerFlags(app, result.config);
   AddLimits(app, result.config);
+  bool prints_config = false;
+  app.add_flag("--print-config", prints_config, "print all settings as a --config file and end")
+      ->configurable(false);
   try {
     app.parse(argc, argv);
+    if (prints_config) {
+      std::cout << ConfigAsText(app);
+      result.exit_code = 0;
+    }
   } catch (const CLI::ParseError& error) {
     constexpr int kUsageError = 2;
     result.exit_code = app.exit(error) == 0 ? 0 : kUsageError;

@@ -30,6 +30,7 @@ struct Config {
   std::string log_level = "info";
   LogFormat log_format = LogFormat::kText;
   std::string shader_dir;             // empty: the shaders in the executable
+  std::string program_cache_dir;      // empty: the user's cache folder, on GPUs
   uint32_t device_timeout_s = 300;    // a device that does not answer is lost; 0: never
   std::string device;                 // of the gl backend (gl/device_choice.h); empty: the first
   bool lists_devices = false;         // instead of serving
@@ -56,12 +57,11 @@ struct Config {
 // The outcome of parsing the command line: run a server, or end at once.
 struct CommandLine {
   Config config;
-  std::optional<int>
-      exit_code;  // 0 after --help and --version, 2 for a usage error; text is printed
+  std::optional<int> exit_code;  // 0 after --help, --version and --print-config, 2 for a usage
+                                 // error; text is printed
 };
 
-// Flags, then the file that --config names: JSON ({"listen": "...", "max-sessions": 10}) or lines
-// of name=value, with the names of the flags. A flag on the command line wins over the file.
+// Flags, and the file that --config names (config_file.h). A flag on the command line wins.
 CommandLine ParseCommandLine(int argc, const char* const* argv);
 
 }  // namespace drape

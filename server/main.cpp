@@ -7,6 +7,7 @@
 #include "server/api/admin_service.h"
 #include "server/api/grpc_server.h"
 #include "server/api/library_logs.h"
+#include "server/api/lock_checks.h"
 #include "server/api/simulation_service.h"
 #include "server/backend_choice.h"
 #include "server/checkpoints/checkpoint_keeper.h"
@@ -65,11 +66,14 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
                                   clock,       config.requests, DRAPE_VERSION, incarnation,
                                   unread,      *authentication};
   api::SimulationService service(parts);
+  CheckpointKeeper checkpoints(config.checkpoints, sessions, **scheduler, config.requests,
+                               DRAPE_VERSION, incarnation);
   const auto numbers = [&] {
     ServerNumbers now = NumbersOf(**scheduler, sessions);
     now.server_id = config.server_id.empty() ? incarnation : config.server_id;
     now.queued_builds = builders.queued_count();
     now.unread_bytes = unread->used_bytes();
+    now.checkpoint_age_s = checkpoints.age_s();
     return now;
   };
   std::unique_ptr<OperationsServer> operations;
@@ -77,8 +81,6 @@ Status Serve(Config config, const std::vector<std::string>& arguments) {
     DRAPE_ASSIGN_OR_RETURN(operations, OperationsServer::Start(config.metrics_listen, numbers));
     spdlog::info("metrics_started port={}", operations->port());
   }
-  CheckpointKeeper checkpoints(config.checkpoints, sessions, **scheduler, config.requests,
-                               DRAPE_VERSION, incarnation);
   Status status = checkpoints.Start();
   RememberLost(former.sessions, sessions);
   const Reaper reaper(sessions, milliseconds(config.reap_interval_ms));
@@ -132,6 +134,7 @@ int main(int argc, char** argv) {
   drape::Status status =
       drape::InitLog(command_line.config.log_level, command_line.config.log_format);
   drape::api::TakeLibraryLogs();
+  drape::api::SkipLockChecks();
   if (status.ok()) status = drape::Serve(command_line.config, {argv, argv + argc});
   if (!status.ok()) {
     spdlog::error("failed reason={} message=\"{}\"", status.reason(), status.message());

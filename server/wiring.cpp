@@ -39,6 +39,7 @@ Result<api::ServerOptions> ToServerOptions(const Config& config) {
   options.max_transport_bytes = config.max_transport_bytes;
   options.keepalive = milliseconds(config.keepalive_ms);
   options.keepalive_timeout = milliseconds(config.keepalive_timeout_ms);
+  if (!config.admin_listen.empty()) options.channelz = api::Channelz::kCounted;
   return options;
 }
 
@@ -104,6 +105,8 @@ Result<std::unique_ptr<api::GrpcServer>> StartAdmin(const Config& config,
   if (config.admin_listen.empty()) return std::unique_ptr<api::GrpcServer>();
   api::ServerOptions options;
   options.listen = config.admin_listen;
+  options.channelz = api::Channelz::kServed;
+  options.health_of = "drape.v1.AdminService";
   const mode_t others = umask(S_IRWXG | S_IRWXO);  // of a socket in the file system
   auto server = api::GrpcServer::Start(options, {&service});
   umask(others);

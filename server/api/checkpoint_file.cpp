@@ -38,6 +38,7 @@ Result<CheckpointBytes> WriteCheckpoint(const FormerSession& session, const Save
   digest.Add(snapshot);
   head.set_written_unix_s(stamp.written_unix_s);
   head.set_incarnation(stamp.incarnation);
+  head.set_start(stamp.start);
   SnapshotWriter writer;
   DRAPE_RETURN_IF_ERROR(writer.Add(head));
   return CheckpointBytes{writer.Take() + snapshot, digest.Finish()};
@@ -61,7 +62,7 @@ Result<CheckpointHead> ReadCheckpointHead(std::string_view bytes) {
                   {ClothId::FromPacked(message.id_origin()),
                    {message.generations().begin(), message.generations().end()},
                    message.returns()}};
-  head.stamp = {message.incarnation(), message.written_unix_s()};
+  head.stamp = {message.incarnation(), message.written_unix_s(), message.start()};
   head.snapshot = reader.rest();
   return head;
 }

@@ -1,6 +1,7 @@
 // The bytes of the file to which a session is written: its record, then a snapshot of its cloths.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -15,6 +16,7 @@ namespace drape::api {
 struct CheckpointStamp {
   std::string incarnation;
   double written_unix_s = 0;
+  uint32_t start = 0;  // of the servers of the folder; 0: unknown
 };
 
 struct CheckpointBytes {

@@ -1,5 +1,6 @@
 #include "server/api/grpc_server.h"
 
+#include <grpcpp/ext/channelz_service_plugin.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
@@ -8,6 +9,7 @@
 #include <grpcpp/security/tls_credentials_options.h>
 #include <grpcpp/server_builder.h>
 
+#include <mutex>
 #include <utility>
 
 namespace drape::api {
@@ -65,6 +67,31 @@ void ConfigureTransport(const ServerOptions& options, grpc::ServerBuilder& build
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kLeastPing_ms);
 }
 
+// gRPC's plugins are those of all servers of the process that are built later.
+class WithoutChannelz final : public grpc::ServerBuilderOption {
+ public:
+  void UpdateArguments(grpc::ChannelArguments*) override {}
+  void UpdatePlugins(std::vector<std::unique_ptr<grpc::ServerBuilderPlugin>>* plugins) override {
+    std::erase_if(*plugins,
+                  [](const auto& plugin) { return plugin->name() == "channelz_service"; });
+  }
+};
+
+void ConfigureChannelz(Channelz channelz, grpc::ServerBuilder& builder) {
+  if (channelz != Channelz::kServed) builder.SetOption(std::make_unique<WithoutChannelz>());
+  builder.AddChannelArgument(GRPC_ARG_ENABLE_CHANNELZ, channelz == Channelz::kOff ? 0 : 1);
+}
+
+// Before any builder is made.
+void RegisterPlugins() {
+  static std::once_flag once;
+  std::call_once(once, [] {
+    grpc::EnableDefaultHealthCheckService(true);
+    grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+    grpc::channelz::experimental::InitChannelzService();
+  });
+}
+
 }  // namespace
 
 bool IsLoopback(const std::string& listen) {
@@ -81,11 +108,12 @@ Result<std::unique_ptr<GrpcServer>> GrpcServer::Start(const ServerOptions& optio
                   "other machines can reach " + options.listen +
                       ": give --tls-cert and --tls-key, or spell out --insecure");
   }
-  grpc::EnableDefaultHealthCheckService(true);
-  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  RegisterPlugins();
   std::unique_ptr<GrpcServer> server(new GrpcServer());
+  server->health_of_ = options.health_of;
   grpc::ServerBuilder builder;
   ConfigureTransport(options, builder);
+  ConfigureChannelz(options.channelz, builder);
   builder.AddListeningPort(options.listen, CredentialsOf(options), &server->port_);
   for (grpc::Service* const service : services) builder.RegisterService(service);
   server->server_ = builder.BuildAndStart();
@@ -109,7 +137,7 @@ std::shared_ptr<grpc::Channel> GrpcServer::InProcessChannel() {
 void GrpcServer::SetServing(bool is_serving) {
   grpc::HealthCheckServiceInterface* health = server_->GetHealthCheckService();
   health->SetServingStatus(is_serving);
-  health->SetServingStatus("drape.v1.SimulationService", is_serving);
+  health->SetServingStatus(health_of_, is_serving);
 }
 
 void GrpcServer::Shutdown(std::chrono::milliseconds grace) {

@@ -13,6 +13,10 @@
 
 namespace drape::api {
 
+// What gRPC tells of its own connections and calls (grpc.channelz.v1): of all servers of the
+// process that count, on those that serve it.
+enum class Channelz { kOff, kCounted, kServed };
+
 struct ServerOptions {
   std::string listen = "127.0.0.1:7743";  // HOST:PORT, port 0 = any free one; or unix:PATH
   TlsFiles tls = {};
@@ -27,6 +31,10 @@ struct ServerOptions {
   // A peer that has vanished without a word is noticed after keepalive + timeout.
   std::chrono::milliseconds keepalive{30'000};
   std::chrono::milliseconds keepalive_timeout{10'000};
+  // It names addresses of all clients, so it is for operators alone.
+  Channelz channelz = Channelz::kOff;
+  // Whose health is told, as that of the whole server.
+  std::string health_of = "drape.v1.SimulationService";
 };
 
 // Only this machine can connect: 127.0.0.0/8, [::1], localhost or unix:PATH.
@@ -54,6 +62,7 @@ class GrpcServer {
  private:
   GrpcServer() = default;
 
+  std::string health_of_;
   std::unique_ptr<grpc::Server> server_;
   int port_ = 0;
 };

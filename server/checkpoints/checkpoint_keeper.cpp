@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <future>
 #include <set>
 #include <utility>
@@ -49,6 +50,14 @@ Status SaveAlive(Backend& backend, std::span<const std::shared_ptr<ClothRecord>>
   return SaveOnDevice(backend, alive, budget, "checkpoints", saved);
 }
 
+size_t PerSlice(const ClothList& cloths) {
+  uint32_t largest = 1;
+  for (const auto& cloth : cloths) {
+    largest = std::max(largest, cloth->description()->model->particle_count());
+  }
+  return ClothsPerSlice(largest);
+}
+
 std::vector<fs::path> FilesIn(const fs::path& folder, const std::string& extension) {
   std::vector<fs::path> files;
   std::error_code ignored;
@@ -81,7 +90,8 @@ CheckpointKeeper::CheckpointKeeper(CheckpointOptions options, SessionRegistry& s
       version_(std::move(version)),
       incarnation_(std::move(incarnation)),
       budget_(std::make_shared<ByteBudget>("UNUSED", ByteBudget::Limit{"unlimited", UINT64_MAX / 2},
-                                           ByteBudget::Limit{"unlimited", UINT64_MAX / 2}, 0)) {}
+                                           ByteBudget::Limit{"unlimited", UINT64_MAX / 2}, 0)),
+      complete_until_us_(SteadyClock().NowUs()) {}
 
 CheckpointKeeper::~CheckpointKeeper() {
   Stop();
@@ -101,10 +111,19 @@ Status CheckpointKeeper::Start() {
   }
   DRAPE_RETURN_IF_ERROR(folder_lock_.Take(options_.folder));
   fs::permissions(options_.folder, fs::perms::owner_all, error);
+  CountStart();
   for (const fs::path& file : FilesIn(options_.folder, ".checkpoint")) Recover(file);
   sessions_.SetBeforeExpiry([this](const SessionPointer& session) { WriteExpired(session); });
   thread_ = std::thread([this] { Loop(); });
   return Status::Ok();
+}
+
+void CheckpointKeeper::CountStart() {
+  const fs::path path = fs::path(options_.folder) / "starts";
+  const Result<std::string> former = ReadWhole(path);  // none: the first
+  start_ = former.ok() ? static_cast<uint32_t>(std::strtoul(former->c_str(), nullptr, 10)) + 1 : 1;
+  const Status status = WriteDurably(path, std::to_string(start_) + "\n");
+  if (!status.ok()) spdlog::warn("start_not_counted status=\"{}\"", status.ToString());
 }
 
 void CheckpointKeeper::Recover(const fs::path& file) {
@@ -120,6 +139,10 @@ void CheckpointKeeper::Recover(const fs::path& file) {
 
 Status CheckpointKeeper::RecoverSession(const std::string& bytes) {
   DRAPE_ASSIGN_OR_RETURN(api::CheckpointHead head, api::ReadCheckpointHead(bytes));
+  // Every start since it was written may have given ids; the session counts this one itself.
+  if (head.stamp.start > 0 && start_ > head.stamp.start) {
+    head.session.issued.returns += start_ - head.stamp.start - 1;
+  }
   const api::StopReason never = [] { return Status::Ok(); };
   DRAPE_ASSIGN_OR_RETURN(SessionLease session, sessions_.Return(head.session));
   api::SnapshotTarget target{scheduler_.description(), limits_, never, session->maps(), false};
@@ -175,17 +198,20 @@ void CheckpointKeeper::Stop() {
 }
 
 Result<SavedStates> CheckpointKeeper::Capture(const Session& session) {
-  DRAPE_ASSIGN_OR_RETURN(const ClothList cloths, session.FindCloths({}));
-  uint32_t largest = 1;
-  for (const auto& cloth : cloths) {
-    largest = std::max(largest, cloth->description()->model->particle_count());
-  }
-  const size_t per_slice = ClothsPerSlice(largest);
+  DRAPE_ASSIGN_OR_RETURN(ClothList cloths, session.FindCloths({}));
   SavedStates saved;
-  for (size_t begin = 0; begin < cloths.size(); begin += per_slice) {
-    const auto slice = std::span(cloths).subspan(begin, std::min(per_slice, cloths.size() - begin));
-    DRAPE_RETURN_IF_ERROR(scheduler_.RunBlocking(
-        [&](Backend& backend) { return SaveAlive(backend, slice, *budget_, saved); }));
+  size_t next = 0, per_slice = 1;
+  while (next < cloths.size()) {
+    DRAPE_RETURN_IF_ERROR(scheduler_.RunBlocking([&](Backend& backend) -> Status {
+      if (next == 0) {
+        // Again, for the cloths of the moment that is saved: some have come or gone.
+        DRAPE_ASSIGN_OR_RETURN(cloths, session.FindCloths({}));
+        per_slice = PerSlice(cloths);
+      }
+      const size_t count = std::min(per_slice, cloths.size() - next);
+      const auto slice = std::span(cloths).subspan(std::exchange(next, next + count), count);
+      return SaveAlive(backend, slice, *budget_, saved);
+    }));
   }
   return saved;
 }
@@ -193,6 +219,7 @@ Result<SavedStates> CheckpointKeeper::Capture(const Session& session) {
 Status CheckpointKeeper::WriteRound() {
   const std::lock_guard lock(round_mutex_);
   const trace::Span span("checkpoints");
+  const int64_t begin_us = SteadyClock().NowUs();
   Status first;
   for (const SessionPointer& session : sessions_.All()) {
     const Result<SavedStates> saved = Capture(*session);
@@ -201,12 +228,18 @@ Status CheckpointKeeper::WriteRound() {
     if (first.ok()) first = status;
   }
   ForgetEnded(sessions_.All());  // some have ended meanwhile
+  if (first.ok()) complete_until_us_ = begin_us;
   return first;
+}
+
+std::optional<double> CheckpointKeeper::age_s() const {
+  if (!is_on()) return std::nullopt;
+  return static_cast<double>(SteadyClock().NowUs() - complete_until_us_) / 1e6;
 }
 
 Status CheckpointKeeper::Write(const Session& session, const SavedStates& saved) {
   const auto written = api::WriteCheckpoint(DescriptionOf(session), saved, scheduler_.description(),
-                                            version_, {incarnation_, NowUnix_s()});
+                                            version_, {incarnation_, NowUnix_s(), start_});
   Status status = written.status();
   if (written.ok()) {
     std::string& digest = digests_[session.name()];

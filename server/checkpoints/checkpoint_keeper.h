@@ -1,11 +1,13 @@
 // Sessions on disk: written on an interval and at the end, recovered at the start.
 #pragma once
 
+#include <atomic>
 #include <condition_variable>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -42,6 +44,10 @@ class CheckpointKeeper {
   // first error, after all that could be written was.
   Status WriteRound();
 
+  // Since the last round began that could write everything, or the start: what happened before is
+  // in the files. None: nothing is written. Thread-safe.
+  std::optional<double> age_s() const;
+
   // The end: Stop, Scheduler::Drain(grace, LastCommand()), WriteLast.
   void Stop();
   DeviceCommand LastCommand();
@@ -50,10 +56,13 @@ class CheckpointKeeper {
  private:
   using SessionPointer = std::shared_ptr<Session>;
 
+  // In the file `starts` of the folder: a warning where it cannot be written.
+  void CountStart();
   void Recover(const std::filesystem::path& file);
   Status RecoverSession(const std::string& bytes);
   void Loop();
-  // The session between steps of its cloths. Not on the device thread.
+  // The session at one moment, between steps of its cloths; where it has more particles than
+  // kSliceParticles, at one moment for each slice of them. Not on the device thread.
   Result<SavedStates> Capture(const Session& session);
   // Logs errors, too.
   Status Write(const Session& session, const SavedStates& saved);
@@ -70,10 +79,13 @@ class CheckpointKeeper {
   const std::string incarnation_;
   const std::shared_ptr<ByteBudget> budget_;  // without limits
   FolderLock folder_lock_;
+  uint32_t start_ = 0;  // of the servers of the folder, from 1
 
   std::mutex round_mutex_;                      // one writer at a time
   std::map<std::string, std::string> digests_;  // of its files, by session; guarded by round_mutex_
   std::vector<std::pair<SessionPointer, Result<SavedStates>>> last_;
+
+  std::atomic<int64_t> complete_until_us_;  // by SteadyClock
 
   std::mutex mutex_;
   std::condition_variable wake_;

@@ -38,9 +38,38 @@ std::string ProgramLog(GLuint program) {
 
 }  // namespace
 
-Result<Program> Program::Compile(const ShaderSource& source) {
+Result<Program> Program::Compile(const ShaderSource& source, const ProgramStore* store) {
+  if (store != nullptr) {
+    Program program;
+    const std::optional<ProgramBinary> known = store->Find(source.text);
+    if (known && program.Load(*known)) return program;
+  }
   const Stage stage{GL_COMPUTE_SHADER, &source};
-  return Link(source.name, std::span(&stage, 1));
+  Result<Program> program = Link(source.name, std::span(&stage, 1));
+  if (store != nullptr && program.ok()) store->Keep(source.text, program->binary());
+  return program;
+}
+
+bool Program::Load(const ProgramBinary& binary) {
+  name_ = glCreateProgram();
+  glProgramBinary(name_, binary.format, binary.bytes.data(),
+                  static_cast<GLsizei>(binary.bytes.size()));
+  GLint is_ok = GL_FALSE;
+  glGetProgramiv(name_, GL_LINK_STATUS, &is_ok);
+  if (is_ok != GL_TRUE) return false;
+  FindUniforms();
+  return true;
+}
+
+ProgramBinary Program::binary() const {
+  GLint size = 0;
+  glGetProgramiv(name_, GL_PROGRAM_BINARY_LENGTH, &size);
+  ProgramBinary binary;
+  binary.bytes.resize(static_cast<size_t>(std::max(size, 0)));
+  GLsizei length = 0;
+  glGetProgramBinary(name_, size, &length, &binary.format, binary.bytes.data());
+  binary.bytes.resize(static_cast<size_t>(std::max(length, 0)));
+  return binary;
 }
 
 Result<Program> Program::CompileDraw(const ShaderSource& vertex, const ShaderSource& fragment) {
@@ -53,6 +82,7 @@ Result<Program> Program::Link(const std::string& name, std::span<const Stage> st
   Program program;
   program.name_ = glCreateProgram();
   for (const Stage& stage : stages) DRAPE_RETURN_IF_ERROR(program.Attach(stage));
+  glProgramParameteri(program.name_, GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
   glLinkProgram(program.name_);
   GLint is_ok = GL_FALSE;
   glGetProgramiv(program.name_, GL_LINK_STATUS, &is_ok);

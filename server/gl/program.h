@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/core/status.h"
+#include "server/gl/program_store.h"
 #include "server/gl/shader_source.h"
 
 namespace drape::gl {
@@ -17,7 +18,8 @@ namespace drape::gl {
 class Program {
  public:
   // INTERNAL (SHADER_COMPILE_FAILED) with the driver's log, positions as "file:line".
-  static Result<Program> Compile(const ShaderSource& source);
+  // What `store` has of it is loaded instead, and what it lacks is put there; null: neither.
+  static Result<Program> Compile(const ShaderSource& source, const ProgramStore* store = nullptr);
   // A program of a vertex shader and a fragment shader; errors as Compile.
   static Result<Program> CompileDraw(const ShaderSource& vertex, const ShaderSource& fragment);
   ~Program();
@@ -29,6 +31,8 @@ class Program {
   }
 
   GLuint name() const { return name_; }
+  // What Load of the same driver takes.
+  ProgramBinary binary() const;
   void Use() const { glUseProgram(name_); }
   // Sets an unsigned integer; no effect if the compiler has removed the uniform.
   void SetUniform(GLint location, GLuint value) const;
@@ -43,6 +47,8 @@ class Program {
   static Result<Program> Link(const std::string& name, std::span<const Stage> stages);
   Status Attach(const Stage& stage);
   void FindUniforms();
+  // False: the driver refuses it.
+  bool Load(const ProgramBinary& binary);
 
   GLuint name_ = 0;
   std::vector<GLint> uniform_locations_;  // of the active uniforms

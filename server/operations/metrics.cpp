@@ -28,10 +28,14 @@ MetricFamily Count(const char* name, const char* help, uint64_t value) {
   return Family(name, help, MetricType::Counter, std::move(metric));
 }
 
-MetricFamily Now(const char* name, const char* help, uint64_t value) {
+MetricFamily Now(const char* name, const char* help, double value) {
   ClientMetric metric;
-  metric.gauge.value = static_cast<double>(value);
+  metric.gauge.value = value;
   return Family(name, help, MetricType::Gauge, std::move(metric));
+}
+
+MetricFamily Now(const char* name, const char* help, uint64_t value) {
+  return Now(name, help, static_cast<double>(value));
 }
 
 MetricFamily Durations(const char* name, const char* help,
@@ -59,9 +63,9 @@ MetricFamily Info(const ServerNumbers& numbers) {
 }  // namespace
 
 std::string MetricsText(const ServerNumbers& n) {
-  const std::vector<MetricFamily> families = {
+  std::vector<MetricFamily> families = {
       Info(n),
-      Now("drape_draining", "1 while the server shuts down.", n.is_draining ? 1 : 0),
+      Now("drape_draining", "1 while the server shuts down.", uint64_t{n.is_draining}),
       Count("drape_batches_total", "Calls of the backend, pieces of long steps included.",
             n.batches),
       Count("drape_dispatches_total", "Dispatches of the device.", n.dispatches),
@@ -87,6 +91,12 @@ std::string MetricsText(const ServerNumbers& n) {
       Count("drape_refused_connections_total", "Connections closed at once.",
             n.refused_connections),
   };
+  if (n.checkpoint_age_s) {
+    families.push_back(
+        Now("drape_checkpoint_age_seconds",
+            "Since the last complete round of checkpoints began: what a crash loses.",
+            *n.checkpoint_age_s));
+  }
   return prometheus::TextSerializer().Serialize(families);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "server/core/duration_histogram.h"
@@ -32,6 +33,8 @@ struct ServerNumbers {
   uint64_t remembered_bytes = 0;                // now
   uint64_t saved_bytes = 0;                     // now
   uint64_t refused_connections = 0;
+  // Now: since the last complete round of checkpoints began; none without checkpoints.
+  std::optional<double> checkpoint_age_s;
 };
 
 // Prometheus' text format. Pure.

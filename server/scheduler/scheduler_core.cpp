@@ -104,11 +104,15 @@ Status Scheduler::Core::Submit(StepWork work) {
     return QueueFull("max_queued_requests_per_session", limits_.max_queued_requests_per_session,
                      limits_.retry_after_ms);
   }
-  const uint32_t half = std::max(1u, limits_.max_queued_requests / 2);
+  // A tenant may hold as many places as it leaves free: one alone half of them, each of N its share
+  // of N + 1, so that whoever comes next finds room, however long the others' requests have to wait
+  // (dynamic thresholds: Choudhury and Hahne, IEEE/ACM Transactions on Networking 6(2), 1998).
+  const uint32_t free = limits_.max_queued_requests - request_count_;
   const auto owner = requests_.by_owner.try_emplace(work.owner(), 0).first;
-  if (!work.tenant.empty() && owner->second >= half) {
+  if (!work.tenant.empty() && owner->second >= free) {
     if (session->second == 0) requests_.by_session.erase(session);
-    return QueueFull("max_queued_requests of one tenant", half, limits_.retry_after_ms);
+    return QueueFull("the tenant has as many places of max_queued_requests as are free", free,
+                     limits_.retry_after_ms);
   }
   ++owner->second;
   ++session->second;

@@ -18,8 +18,8 @@ namespace drape {
 struct IssuedIds {
   ClothId origin;
   std::vector<uint32_t> generations;  // of the slots, from that of the origin on
-  // How often the session came back from an earlier time: what was issued after that time is not
-  // among the generations.
+  // How many runs of the server may have issued ids that are not among the generations, since they
+  // went back to an earlier time.
   uint32_t returns = 0;
 };
 

@@ -1,5 +1,6 @@
 #include "server/config.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -58,7 +59,7 @@ TEST(Config, UsageErrorsAreTwoAndHelpIsZero) {
   }
 }
 
-class ConfigFile : public testing::Test {
+class ConfigFileTest : public testing::Test {
  protected:
   CommandLine ParseFile(const std::string& text, std::vector<const char*> flags = {}) {
     std::ofstream(path_) << text;
@@ -66,15 +67,17 @@ class ConfigFile : public testing::Test {
     flags.push_back(flag.c_str());
     return Parse(flags);
   }
-  ~ConfigFile() override { std::remove(path_.c_str()); }
+  ~ConfigFileTest() override { std::remove(path_.c_str()); }
 
   const std::string path_ = testing::TempDir() + "drape_config_test_" +
                             testing::UnitTest::GetInstance()->current_test_info()->name();
 };
 
-TEST_F(ConfigFile, JsonAndLinesMeanTheSame) {
+TEST_F(ConfigFileTest, ItsThreeFormsMeanTheSame) {
   for (const char* text :
-       {R"({"listen": "127.0.0.1:99", "max-sessions": 5, "insecure": true, "session-ttl-s": 1.5})",
+       {"# of a test\nlisten: \"127.0.0.1:99\" max_sessions: 5\ninsecure: true\nsession_ttl_s: "
+        "1.5\n",
+        R"({"listen": "127.0.0.1:99", "max-sessions": 5, "insecure": true, "session-ttl-s": 1.5})",
         "listen=127.0.0.1:99\nmax-sessions=5\ninsecure=true\nsession-ttl-s=1.5\n"}) {
     const CommandLine line = ParseFile(text);
     ASSERT_FALSE(line.exit_code) << text;
@@ -85,16 +88,48 @@ TEST_F(ConfigFile, JsonAndLinesMeanTheSame) {
   }
 }
 
-TEST_F(ConfigFile, TheCommandLineWins) {
+TEST_F(ConfigFileTest, TheCommandLineWins) {
   EXPECT_EQ(ParseFile(R"({"max-sessions": 5})", {"--max-sessions=6"}).config.sessions.max_sessions,
             6u);
 }
 
-TEST_F(ConfigFile, UnknownNamesAndBrokenFilesAreUsageErrors) {
+TEST_F(ConfigFileTest, UnknownNamesAndBrokenFilesAreUsageErrors) {
   EXPECT_EQ(ParseFile(R"({"max-session": 5})").exit_code, 2);
   EXPECT_EQ(ParseFile(R"({"max-sessions": )").exit_code, 2);
   EXPECT_EQ(ParseFile(R"({"max-sessions": [1, 2]})").exit_code, 2);
   EXPECT_EQ(ParseFile("max-session=5\n").exit_code, 2);
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(ParseFile("max_sessions: 5\nmax_session: 5\n").exit_code, 2);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              testing::AllOf(testing::HasSubstr("line 2"), testing::HasSubstr("max_session")));
+  for (const char* text :
+       {"max_sessions: 0", "max_sessions: \"5\"", "max_sessions: -1", "listen: 5", "insecure: 7",
+        "max_sessions: 5 max_sessions: 6", "help: true", "print_config: true", "list_devices: true",
+        "max_sessions {}"}) {
+    EXPECT_EQ(ParseFile(text).exit_code, 2) << text;
+  }
+}
+
+TEST_F(ConfigFileTest, WhatIsPrintedReadsAsTheSame) {
+  const std::vector<const char*> flags = {"--listen=[::1]:99", "--insecure",
+                                          "--server-id=a1",    "--session-ttl-s=2.5",
+                                          "--threads=3",       "--max-queue-delay-us=13",
+                                          "--device=\"a\\b\"", "--log-format=json"};
+  const auto print = [](std::vector<const char*> with) {
+    with.push_back("--print-config");
+    testing::internal::CaptureStdout();
+    EXPECT_EQ(Parse(std::move(with)).exit_code, 0);
+    return testing::internal::GetCapturedStdout();
+  };
+  const std::string printed = print(flags);
+  EXPECT_THAT(printed, testing::HasSubstr("\nmax_queue_delay_us: 13\n"));
+  EXPECT_NE(printed, print({}));
+  const CommandLine line = ParseFile(printed);
+  ASSERT_FALSE(line.exit_code);
+  EXPECT_EQ(line.config.device, "\"a\\b\"");
+  EXPECT_EQ(line.config.log_format, LogFormat::kJson);
+  const std::string flag = "--config=" + path_;
+  EXPECT_EQ(print({flag.c_str()}), printed);
 }
 
 }  // namespace

@@ -185,7 +185,7 @@ TEST(StateReaderRuns, AreAsFewAsThereCanBe) {
 // More words than one round holds, in columns of odd lengths, and more runs; into memory of the
 // host that the device copies to, and, with a limit below what that takes, without.
 TEST_F(DeviceArraysTest, StateReaderGathersColumnsInOrder) {
-  Result<std::unique_ptr<KernelCache>> kernels = KernelCache::Create("", "");
+  Result<std::unique_ptr<KernelCache>> kernels = KernelCache::Create("", "", nullptr);
   ASSERT_TRUE(kernels.ok());
   const Result<const gl::Program*> pack = kernels.value()->General("pack", 32);
   ASSERT_TRUE(pack.ok());

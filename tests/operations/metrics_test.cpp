@@ -20,12 +20,15 @@ TEST(Metrics, EveryNumberHasALineOfItsKind) {
   numbers.server_id = "a7";
   numbers.cloth_steps = 12345678901;
   numbers.sessions = 3;
+  EXPECT_THAT(MetricsText(numbers), testing::Not(HasSubstr("checkpoint")));
+  numbers.checkpoint_age_s = 1.5;
   const std::string text = MetricsText(numbers);
   EXPECT_THAT(text,
               HasSubstr("drape_server_info{version=\"1.2\",backend=\"cpu\",server_id=\"a7\"} 1\n"));
   EXPECT_THAT(text, HasSubstr("# TYPE drape_cloth_steps_total counter\n"));
   EXPECT_THAT(text, HasSubstr("drape_cloth_steps_total 12345678901\n"));
   EXPECT_THAT(text, HasSubstr("# TYPE drape_sessions gauge\ndrape_sessions 3\n"));
+  EXPECT_THAT(text, HasSubstr("drape_checkpoint_age_seconds 1.5\n"));
 }
 
 TEST(Metrics, BucketsAreCumulativeAndInSeconds) {

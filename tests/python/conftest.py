@@ -4,6 +4,7 @@ import os
 import pathlib
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -44,6 +45,40 @@ def sheet(side=6, **fields):
     fields.setdefault("pins", [Pin(particle=0), Pin(particle=side - 1)])
     fields.setdefault("settings", StepSettings(substeps=8))
     return ClothSpec(grid=Grid(columns=side, rows=side, width_m=1, height_m=1), **fields)
+
+
+class Restarted:
+    """A server on one port with checkpoints in `folder`, which can end and start again."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self._port = 0
+        self.start()
+
+    def start(self):
+        port_file = self.folder / "port"
+        port_file.unlink(missing_ok=True)
+        self._process = subprocess.Popen(
+            [drape.find_server(), f"--listen=127.0.0.1:{self._port}", f"--port-file={port_file}", "--backend=cpu", "--threads=1",
+             f"--checkpoint-dir={self.folder / 'checkpoints'}", "--log-level=warn"])
+        end = time.monotonic() + 60
+        while not port_file.exists():
+            assert self._process.poll() is None and time.monotonic() < end
+            time.sleep(0.01)
+        self._port = int(port_file.read_text())
+        self.address = f"127.0.0.1:{self._port}"
+
+    def drain(self):
+        """Ends it; every session is in a file."""
+        self._process.terminate()
+        self._process.wait(60)
+
+
+@pytest.fixture
+def restarted(tmp_path):
+    server = Restarted(tmp_path)
+    yield server
+    server.drain()
 
 
 def bits(array):

@@ -64,6 +64,25 @@ def test_errors_are_the_same(client):
     asyncio.run(program())
 
 
+def test_a_session_is_taken_as_it_came_back(restarted, spec):
+    async def program():
+        async with await drape.aio.connect(restarted.address) as client, await client.session() as session:
+            cloths = await session.create(spec)
+            await cloths.step(2)
+            restarted.drain()
+            restarted.start()
+            with pytest.raises(drape.StateLost):
+                while True:
+                    try:
+                        await cloths.step()
+                    except drape.Unavailable:
+                        await asyncio.sleep(0.05)
+            await session.reattach()
+            return await (await session.attach()).step()
+
+    assert asyncio.run(program()).step_count.tolist() == [3]
+
+
 def test_a_pipeline_has_the_same_bits(client, session, spec):
     alone = session.create(spec, count=2)
 

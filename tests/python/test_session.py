@@ -1,4 +1,5 @@
 import gc
+import shutil
 import threading
 import time
 
@@ -69,9 +70,57 @@ def test_a_lost_lease_is_told(client):
 
 
 def _delete(name):
-    from drape.operations import Unary
+    from drape.operations import Route, Unary
 
-    yield Unary("DeleteSession", drape.v1.DeleteSessionRequest(name=name), name)
+    yield Unary("DeleteSession", drape.v1.DeleteSessionRequest(name=name), Route(name))
+
+
+def test_what_a_server_that_started_again_has_lost_is_told(restarted):
+    with drape.connect(restarted.address) as client, client.session() as session:
+        cloths = session.create(sheet())
+        positions = cloths.step(3).positions
+        restarted.drain()
+        restarted.start()
+        for ask in (cloths.step, cloths.read, session.list, lambda: session.create(sheet()), lambda: _pipelined(cloths)):
+            with pytest.raises(drape.StateLost) as caught:
+                _again(ask)
+            assert caught.value.reason == "STATE_LOST" and isinstance(caught.value, drape.FailedPrecondition)
+        assert session.lease_error is None
+        session.renew()  # the session is there; what it holds is not looked at
+        with pytest.raises(drape.StateLost):
+            cloths.step()
+        session.reattach()
+        same = session.attach()
+        assert same.ids.tolist() == cloths.ids.tolist() and same.step_count.tolist() == [3]
+        assert np.array_equal(same.positions, positions)
+        assert same.step().step_count.tolist() == [4]
+        assert _pipelined(same).step_count.tolist() == [5]
+
+
+def test_a_session_that_did_not_come_back_is_lost(restarted):
+    with drape.connect(restarted.address) as client:
+        session = client.session()
+        restarted.drain()
+        shutil.rmtree(restarted.folder / "checkpoints")
+        restarted.start()
+        with pytest.raises(drape.SessionLost):
+            _again(session.reattach)
+
+
+def _again(ask):
+    """Until the connection is there again."""
+    end = time.monotonic() + 30
+    while True:
+        try:
+            return ask()
+        except drape.Unavailable:
+            assert time.monotonic() < end
+            time.sleep(0.05)
+
+
+def _pipelined(cloths):
+    with cloths.pipeline(depth=1) as steps:
+        return steps.step()
 
 
 def test_its_thread_ends_with_it(client):

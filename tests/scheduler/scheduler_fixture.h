@@ -51,8 +51,10 @@ class SchedulerTest : public testing::Test {
     return outcome;
   }
 
-  Status TrySubmit(const std::string& session, const std::shared_ptr<ClothRuntime>& cloth) {
+  Status TrySubmit(const std::string& session, const std::shared_ptr<ClothRuntime>& cloth,
+                   const std::string& tenant = "") {
     StepWork work;
+    work.tenant = tenant;
     work.session = session;
     work.cloths = {cloth};
     work.steps = 1;

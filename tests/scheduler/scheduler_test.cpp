@@ -119,31 +119,6 @@ TEST_F(SchedulerTest, TheNextRequestOfAClothDoesNotWaitForTheAnswerToTheOneBefor
   EXPECT_EQ(second.Get().cloths[0].stamp.completed_steps, 2u);
 }
 
-TEST_F(SchedulerTest, TheQueueIsBoundedPerSessionAndInAll) {
-  SchedulerLimits limits;
-  limits.max_queued_requests_per_session = 2;
-  limits.max_queued_requests = 3;
-  limits.max_queued_commands = 1;
-  Start(limits);
-  const auto cloth = Cloth();
-  scheduler_->HoldForTest();
-  EXPECT_TRUE(TrySubmit("a", cloth).ok());
-  EXPECT_TRUE(TrySubmit("a", cloth).ok());
-  const Status full = TrySubmit("a", cloth);
-  EXPECT_EQ(full.code(), StatusCode::kResourceExhausted);
-  EXPECT_EQ(full.reason(), "QUEUE_FULL");
-  EXPECT_EQ(full.retry_after_ms(), limits.retry_after_ms);
-  EXPECT_TRUE(TrySubmit("b", cloth).ok());
-  EXPECT_EQ(TrySubmit("c", cloth).reason(), "QUEUE_FULL");
-  EXPECT_TRUE(scheduler_->Post([](Backend&) {}).ok());
-  EXPECT_EQ(scheduler_->Post([](Backend&) {}).reason(), "QUEUE_FULL");
-  EXPECT_TRUE(scheduler_->PostCleanup([](Backend&) {}));
-  scheduler_->ReleaseForTest();
-  // Places are free again once the answers are given.
-  while (scheduler_->counters().queued_requests > 0) std::this_thread::yield();
-  EXPECT_TRUE(TrySubmit("a", cloth).ok());
-}
-
 TEST_F(SchedulerTest, AClientThatGoesAwayEndsItsRequestAlone) {
   Start();
   const auto a = Cloth(), b = Cloth();

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
 #include <random>
 #include <set>
 
@@ -74,7 +75,6 @@ struct Play {
       }
       EXPECT_TRUE(names.insert({pair.kind, i}).second) << "active twice";
     }
-    lists.Close();
   }
   // Of pairs that are nearer than this share of where they touch, after a share of the way: how
   // many, and all are active.
@@ -136,6 +136,75 @@ TYPED_TEST(ContactListsTest, WhatComesNearIsActive) {
   }
   EXPECT_GT(touching, 1000u);
   EXPECT_GT(in_core, 100u);
+}
+
+// In a substep much is active because much motion is expected, in the next one none is expected.
+// The guard, which then sees how far things have gone, misses nothing that was active before.
+TYPED_TEST(ContactListsTest, TheGuardFindsWhatWasActiveInAnEarlierSubstep) {
+  using V = TypeParam;
+  using Real = ScalarOf<V>;
+  constexpr double kThin = 0.004, kExpected = 0.005, kWay = 0.0045;
+  size_t in_core = 0, sleeping = 0;
+  for (const Scene& scene : {Grid(12, 10, 1, 0.75), MeshedGrid(10, 10, 1, 1)}) {
+    const ContactSurface surface(*scene.model);
+    const PatchOwners owners(surface);
+    const std::vector<V> starts = As<V>(Folded(*scene.model, 3, 0.35, 0.003, 4));
+    const std::vector<Real> inverse_masses(starts.size(), 1);
+    const std::vector<bool> is_crossing;
+    std::map<PatchPair, std::vector<double>> distances;  // less those at which the guard acts
+    ForAllPairs(surface, [&](PairKind kind, const std::array<uint32_t, 4>& i) {
+      const double distance = double{self_contact::Length(
+          self_contact::Closest<V>(kind, {starts[i[0]], starts[i[1]], starts[i[2]], starts[i[3]]})
+              .difference)};
+      const double touch = self_contact::TouchDistance_m(surface, kind, i, kThin, true);
+      distances[owners.Of(kind, i)].push_back(distance - kCoreShare * touch);
+    });
+    for (const PatchPair& patches : AllPatchPairs(surface)) {
+      if (patches.first == patches.second) continue;
+      ContactLists<V> lists;
+      lists.Begin(surface, Real(kThin), Real(0.06), is_crossing, 1u << 24);
+      lists.Replace(std::array{patches});
+      std::vector<bool> moves(starts.size(), false);
+      for (const uint32_t i : surface.corners_of(surface.patches()[patches.second])) {
+        moves[i] = true;
+      }
+      for (const uint32_t i : surface.corners_of(surface.patches()[patches.first])) {
+        moves[i] = false;
+      }
+      const auto measure = [&](double way) {
+        lists.MeasureWays([&](uint32_t i) { return V{moves[i] ? Real(way) : Real(0), 0, 0, 0}; });
+      };
+      std::vector<uint32_t> active;
+      const auto wake = [&](bool guards) {
+        ASSERT_TRUE(lists.FindDue(starts, {.guards = guards}));
+        for (const auto& due : lists.due()) {
+          ContactPair<V>& pair = lists.pairs()[due.pair];
+          FindNormal<V>(starts.data(), inverse_masses, pair);
+          if (!lists.IsNear(due, {.guards = guards})) continue;
+          pair.is_active = true;
+          active.push_back(due.pair);
+        }
+      };
+      measure(kExpected);
+      wake(false);
+      measure(0);
+      wake(true);
+      lists.Advance();
+      for (const uint32_t k : active) lists.pairs()[k].is_active = false;
+      active.clear();
+      wake(false);
+      sleeping += active.empty();
+      measure(kWay);
+      wake(true);
+      const std::vector<double>& near = distances[patches];
+      const auto expected =
+          std::count_if(near.begin(), near.end(), [&](double d) { return d < kWay - 1e-5; });
+      in_core += static_cast<size_t>(expected);
+      ASSERT_GE(std::ssize(active), expected) << patches.first << ", " << patches.second;
+    }
+  }
+  EXPECT_GT(in_core, 50u);
+  EXPECT_GT(sleeping, 100u);
 }
 
 TYPED_TEST(ContactListsTest, WhatIsFarSleeps) {

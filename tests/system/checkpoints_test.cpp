@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <set>
 #include <thread>
 
 #include "server/checkpoints/durable_file.h"
@@ -170,6 +171,26 @@ TEST_F(Checkpoints, ADrainLosesNothing) {
   EXPECT_EQ(ReasonOf(Call(*stub, &Stub::GetCloth, cloth).status), "CLOTH_NOT_FOUND");
   EXPECT_NE(Call(*stub, &Stub::GetServerInfo, v1::GetServerInfoRequest()).value.incarnation(),
             before.value.incarnation());
+}
+
+// Also those that were given after the last checkpoint, whose cloths are lost: two runs that follow
+// one checkpoint give different ones.
+TEST_F(Checkpoints, IdsThatWereLostAreNotGivenAgain) {
+  auto server = StartServer("3600");
+  auto stub = server->NewStub();
+  const std::string session = NewSession(*stub);
+  std::vector<uint64_t> given = Create(*stub, HangingSheet(session, 3));
+  server->Signal(SIGTERM);
+  ASSERT_EQ(server->WaitForExit(), 0) << server->Log();
+  for (int k = 0; k < 3; ++k) {
+    server = StartServer("3600");
+    const Ids ids = Create(*server->NewStub(), HangingSheet(session, 3, 2));
+    given.insert(given.end(), ids.begin(), ids.end());
+    server->Signal(SIGKILL);
+    ASSERT_EQ(server->WaitForExit(), 128 + SIGKILL);
+  }
+  EXPECT_EQ(std::set<uint64_t>(given.begin(), given.end()).size(), given.size());
+  EXPECT_EQ(BytesOf(folder_ + "/starts"), "4\n");
 }
 
 TEST_F(Checkpoints, WhatHasEndedIsForgottenAndWhatHasExpiredIsKeptAside) {

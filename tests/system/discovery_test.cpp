@@ -1,8 +1,10 @@
 // Public information about a server: health, reflection, server info, sessions.
 #include <gmock/gmock.h>
+#include <grpcpp/create_channel.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/support/byte_buffer.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "tests/system/calls.h"
 #include "tests/system/in_process_server.h"
@@ -12,8 +14,9 @@ namespace drape::test {
 namespace {
 
 // One request, one answer, as bytes: these services have no stubs among our dependencies.
+// The caller says what it expects of the status.
 std::string CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
-                    const std::string& request) {
+                    const std::string& request, grpc::StatusCode expected = grpc::OK) {
   grpc::GenericStub stub(channel);
   grpc::ClientContext context;
   grpc::CompletionQueue queue;
@@ -35,7 +38,8 @@ std::string CallRaw(const std::shared_ptr<grpc::Channel>& channel, const std::st
   grpc::Status status;
   stream->Finish(&status, nullptr);
   step();
-  EXPECT_TRUE(has_answer && status.ok()) << method << ": " << status.error_message();
+  EXPECT_EQ(status.error_code(), expected) << method << ": " << status.error_message();
+  EXPECT_EQ(has_answer, expected == grpc::OK);
   grpc::Slice bytes;
   if (!has_answer || !answer.DumpToSingleSlice(&bytes).ok()) return "";
   return {reinterpret_cast<const char*>(bytes.begin()), bytes.size()};
@@ -80,6 +84,20 @@ TEST(Discovery, ReflectionListsTheService) {
         "\x22" + std::string(1, static_cast<char>(name.size())) + name);
     EXPECT_THAT(described, testing::HasSubstr(method));
   }
+}
+
+TEST(Discovery, OperatorsAloneSeeAllConnections) {
+  const std::string path = testing::TempDir() + "drape_discovery_" + std::to_string(getpid());
+  const std::string admin = "unix:" + path;
+  ServerProcess server({"--admin-listen=" + admin});
+  ASSERT_TRUE(server.WaitUntilUp());
+  const std::string method = "/grpc.channelz.v1.Channelz/GetServers";
+  const auto of_clients = server.NewChannel();
+  const auto of_operators = grpc::CreateChannel(admin, grpc::InsecureChannelCredentials());
+  EXPECT_THAT(CallRaw(of_operators, method, ""), testing::HasSubstr("127.0.0.1:"));
+  CallRaw(of_clients, method, "", grpc::UNIMPLEMENTED);
+  EXPECT_EQ(Health(of_operators, "drape.v1.AdminService"), kServing);
+  EXPECT_EQ(Health(of_clients, "drape.v1.SimulationService"), kServing);
 }
 
 class Info : public testing::TestWithParam<std::string> {};

@@ -16,6 +16,10 @@ struct GlBackendOptions {
   bool accept_software = true;
   // Directory whose files replace the embedded shaders, for developers; empty: none.
   std::string shader_dir = {};
+  // Folder of compiled kernels (gl/program_store.h); empty: none.
+  std::string program_cache_dir = {};
+  // The same on hardware, where the other is empty. Mesa's renderer has a cache of its own.
+  std::string hardware_program_cache_dir = {};
   // Devices for which this is false are skipped; empty accepts all.
   std::function<bool(const gl::EglDevice&)> device_filter = {};
   // Called on the device thread once the context exists, which lives as long as the backend.

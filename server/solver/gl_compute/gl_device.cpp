@@ -64,11 +64,7 @@ const char* NameOf(StripSolve strip_solve) {
 
 }  // namespace
 
-Status GlDevice::CompileGeneralKernels(const std::string& shader_dir,
-                                       const std::string& device_defines, int64_t max_bytes) {
-  Result<std::unique_ptr<KernelCache>> cache = KernelCache::Create(shader_dir, device_defines);
-  if (!cache.ok()) return cache.status();
-  kernels = std::move(cache).value();
+Status GlDevice::CompileGeneralKernels(int64_t max_bytes) {
   const uint32_t local_size = GeneralLocalSize(traits);
   const Result<const gl::Program*> start = kernels->General("measure_start", local_size);
   if (!start.ok()) return start.status();
@@ -120,8 +116,13 @@ Result<GlDevice> GlDevice::Open(const GlBackendOptions& options, const GlTuning&
   Result<std::unique_ptr<DeviceArrays>> arrays = DeviceArrays::Create(max_bytes);
   if (!arrays.ok()) return arrays.status();
   device.arrays = std::move(arrays).value();
-  DRAPE_RETURN_IF_ERROR(device.CompileGeneralKernels(options.shader_dir,
-                                                     RootDefines(tuning, is_software), max_bytes));
+  const std::string& folder = options.program_cache_dir.empty() && !is_software
+                                  ? options.hardware_program_cache_dir
+                                  : options.program_cache_dir;
+  DRAPE_ASSIGN_OR_RETURN(device.kernels,
+                         KernelCache::Create(options.shader_dir, RootDefines(tuning, is_software),
+                                             gl::ProgramStore::Open(folder)));
+  DRAPE_RETURN_IF_ERROR(device.CompileGeneralKernels(max_bytes));
   spdlog::info("gl_backend device=\"{}\" version=\"{}\" max_array_bytes={} strips={}",
                device.context->renderer(), device.context->version(), max_bytes,
                NameOf(device.traits.strip_solve));

@@ -30,8 +30,7 @@ struct GlDevice {
   bool runs_ahead = false;
 
  private:
-  Status CompileGeneralKernels(const std::string& shader_dir, const std::string& device_defines,
-                               int64_t max_bytes);
+  Status CompileGeneralKernels(int64_t max_bytes);
 };
 
 }  // namespace drape

@@ -166,12 +166,14 @@ Result<gl::ShaderSource> AssembleKernel(const gl::ShaderLibrary& library, const 
 }
 
 Result<std::unique_ptr<KernelCache>> KernelCache::Create(const std::string& shader_dir,
-                                                         const std::string& device_defines) {
+                                                         const std::string& device_defines,
+                                                         std::unique_ptr<gl::ProgramStore> store) {
   Result<gl::ShaderLibrary> library = OpenShaders(shader_dir);
   if (!library.ok()) return library.status();
   std::unique_ptr<KernelCache> cache(new KernelCache);  // the constructor is private
   cache->library_ = std::move(library).value();
   cache->device_defines_ = device_defines;
+  cache->store_ = std::move(store);
   return cache;
 }
 
@@ -185,7 +187,7 @@ Result<const gl::Program*> KernelCache::Compile(const std::string& kernel,
   const Result<gl::ShaderSource> source =
       AssembleKernel(library_, kernel, device_defines_ + defines);
   if (!source.ok()) return source.status();
-  Result<gl::Program> program = gl::Program::Compile(source.value());
+  Result<gl::Program> program = gl::Program::Compile(source.value(), store_.get());
   if (!program.ok()) return program.status();
   glFinish();  // other contexts may use a program once its linking is over
   // Two threads may have compiled the same: the first one stays.

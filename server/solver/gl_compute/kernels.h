@@ -10,6 +10,7 @@
 
 #include "server/core/status.h"
 #include "server/gl/program.h"
+#include "server/gl/program_store.h"
 #include "server/gl/shader_source.h"
 #include "server/solver/gl_compute/kernel_variant.h"
 
@@ -80,9 +81,11 @@ Result<gl::ShaderSource> AssembleKernel(const gl::ShaderLibrary& library, const 
 // device's share group current. Errors are INTERNAL (SHADER_COMPILE_FAILED).
 class KernelCache {
  public:
-  // `device_defines`: #define block of all kernels on this device. Errors as OpenShaders.
+  // `device_defines`: #define block of all kernels on this device. `store`: of compiled programs,
+  // null for none. Errors as OpenShaders.
   static Result<std::unique_ptr<KernelCache>> Create(const std::string& shader_dir,
-                                                     const std::string& device_defines);
+                                                     const std::string& device_defines,
+                                                     std::unique_ptr<gl::ProgramStore> store);
 
   // A variant by reduction that the device has refused is not compiled again.
   Result<const StepKernels*> ForVariant(const KernelVariant& variant);
@@ -99,6 +102,7 @@ class KernelCache {
   // Constant once the cache is made.
   gl::ShaderLibrary library_;
   std::string device_defines_;
+  std::unique_ptr<const gl::ProgramStore> store_;
 
   mutable std::mutex mutex_;  // guards the maps; nothing is compiled while it is held
   // By kernel and defines. Pointers into a map stay valid.

@@ -1,6 +1,8 @@
 #include "server/solver/self_contact/contact_lists.h"
 
 #include <algorithm>
+#include <bit>
+#include <cstring>
 
 namespace drape::self_contact {
 namespace {
@@ -13,6 +15,13 @@ constexpr double kReachSubsteps = 12;
 constexpr double kReachMargin = 1.05;
 constexpr double kMinReach = 0.2;
 constexpr double kMaxReach = 0.2;
+
+template <class V>
+V LoadFour(const ScalarOf<V>* numbers) {
+  V four;
+  std::memcpy(&four, numbers, sizeof four);
+  return four;
+}
 
 }  // namespace
 
@@ -32,6 +41,7 @@ void ContactLists<V>::Begin(const ContactSurface& surface, const Thicknesses<Rea
 template <class V>
 void ContactLists<V>::Clear() {
   lists_.clear();
+  for (Numbers* numbers : {&travels_, &ways_, &next_, &next_guarded_}) numbers->clear();
   pairs_.clear();
   wakes_.clear();
   due_.clear();
@@ -39,22 +49,47 @@ void ContactLists<V>::Clear() {
 }
 
 template <class V>
+void ContactLists<V>::AddList(const PatchPair& patches) {
+  lists_.push_back(List{.patches = patches});
+  travels_.push_back(0);
+  ways_.push_back(0);
+  next_.push_back(kLeast);
+  next_guarded_.push_back(kLeast);
+}
+
+template <class V>
+void ContactLists<V>::Pad() {
+  const size_t size = (lists_.size() + kSideBySide - 1) / kSideBySide * kSideBySide;
+  for (Numbers* numbers : {&travels_, &ways_}) numbers->resize(size, 0);
+  for (Numbers* numbers : {&next_, &next_guarded_}) numbers->resize(size, kMost);
+}
+
+template <class V>
 std::span<const uint32_t> ContactLists<V>::Replace(std::span<const PatchPair> patches) {
   lists_.swap(old_lists_);
+  travels_.swap(old_travels_);
+  ways_.swap(old_ways_);
+  next_.swap(old_next_);
+  next_guarded_.swap(old_next_guarded_);
   lists_.clear();
+  for (Numbers* numbers : {&travels_, &ways_, &next_, &next_guarded_}) numbers->clear();
   new_places_.assign(old_lists_.size(), kGone);
   live_pairs_ = 0;
   size_t old = 0;
   for (const PatchPair& pair : patches) {
     while (old < old_lists_.size() && old_lists_[old].patches < pair) ++old;
-    if (old < old_lists_.size() && old_lists_[old].patches == pair) {
-      new_places_[old] = static_cast<uint32_t>(lists_.size());
-      live_pairs_ += old_lists_[old].end - old_lists_[old].begin;
-      lists_.push_back(old_lists_[old]);
-      continue;
-    }
-    lists_.push_back(List{.patches = pair});
+    const auto place = static_cast<uint32_t>(lists_.size());
+    AddList(pair);
+    if (old == old_lists_.size() || old_lists_[old].patches != pair) continue;
+    new_places_[old] = place;
+    live_pairs_ += old_lists_[old].end - old_lists_[old].begin;
+    lists_[place] = old_lists_[old];
+    travels_[place] = old_travels_[old];
+    ways_[place] = old_ways_[old];
+    next_[place] = old_next_[old];
+    next_guarded_[place] = old_next_guarded_[old];
   }
+  Pad();
   MarkPatches();
   return new_places_;
 }
@@ -73,52 +108,82 @@ void ContactLists<V>::MarkPatches() {
 
 template <class V>
 void ContactLists<V>::Advance() {
-  for (List& list : lists_) list.travel += list.way;
+  for (size_t l = 0; l < lists_.size(); ++l) travels_[l] += ways_[l];
 }
 
 template <class V>
 bool ContactLists<V>::FindDue(std::span<const V> positions, const Window& window) {
   due_.clear();
-  opened_.clear();
+  has_begun_ = false;
   if (!window.guards && pairs_.size() > 2 * live_pairs_ + 1024) Compact();
-  bool has_begun = false;
-  for (uint32_t l = 0; l < lists_.size(); ++l) {
-    List& list = lists_[l];
-    const Real end = list.travel + Reach(list, window);
-    if (end < (window.guards ? list.next_guarded : list.next)) continue;
-    opened_.push_back(l);
-    if (end >= list.valid || (list.is_partial && !window.guards)) {
-      if (!has_begun) search_.Begin(*surface_, positions, thicknesses_);
-      has_begun = true;
-      Remake(list, end - list.travel);
+  const Numbers& next = window.guards ? next_guarded_ : next_;
+  for (size_t begin = 0; begin < lists_.size(); begin += kSideBySide) {
+    const V ends = LoadFour<V>(&travels_[begin]) +
+                   (window.factor * LoadFour<V>(&ways_[begin]) + window.addend);
+    for (uint32_t bits = BitsOf(ends >= LoadFour<V>(&next[begin])); bits != 0; bits &= bits - 1) {
+      const int lane = std::countr_zero(bits);
+      Open(static_cast<uint32_t>(begin) + static_cast<uint32_t>(lane), ends[lane], window,
+           positions);
       if (live_pairs_ > most_pairs_) return false;
-    }
-    for (uint32_t k = list.begin; k < list.end; ++k) {
-      if (wakes_[k] > end || pairs_[k].is_active) continue;
-      if (wakes_[k] + Room(pairs_[k], window) <= end) due_.push_back({k, l});
     }
   }
   return true;
 }
 
 template <class V>
-void ContactLists<V>::Remake(List& list, Real least_reach) {
+void ContactLists<V>::Open(uint32_t l, Real end, const Window& window,
+                           std::span<const V> positions) {
+  List& list = lists_[l];
+  if (end >= list.valid || (list.is_partial && !window.guards)) {
+    if (!has_begun_) search_.Begin(*surface_, positions, thicknesses_);
+    has_begun_ = true;
+    Remake(l, end - travels_[l]);
+  }
+  Real next = list.valid;
+  due_.Reserve(list.end - list.begin);
+  if (window.guards) {
+    for (uint32_t k = list.begin; k < list.end; ++k) {
+      const bool is_due = wakes_[k] + Room(pairs_[k], window) <= end && !pairs_[k].is_active;
+      due_.Offer({k, l}, is_due);
+      next = std::min(next, is_due ? kMost : wakes_[k]);
+    }
+  } else {  // nothing is active yet
+    for (uint32_t k = list.begin; k < list.end; ++k) {
+      const bool is_due = wakes_[k] <= end;
+      due_.Offer({k, l}, is_due);
+      next = std::min(next, is_due ? kMost : wakes_[k]);
+    }
+  }
+  next_[l] = list.is_partial ? kLeast : next;
+  next_guarded_[l] = std::min(list.valid, next + list.least_room);
+}
+
+template <class V>
+void ContactLists<V>::WakeAt(uint32_t list, Real travel) {
+  next_[list] = std::min(next_[list], travel);
+  next_guarded_[list] = std::min(next_guarded_[list], travel + lists_[list].least_room);
+}
+
+template <class V>
+void ContactLists<V>::Remake(uint32_t l, Real least_reach) {
+  List& list = lists_[l];
   live_pairs_ -= list.end - list.begin;
   const auto [first, second] = list.patches;
   const Real thickness = thicknesses_.Of(*surface_, first, second);
-  const Real reach = std::max({std::min(static_cast<Real>(kReachSubsteps) * list.way,
+  const Real reach = std::max({std::min(static_cast<Real>(kReachSubsteps) * ways_[l],
                                         static_cast<Real>(kMaxReach) * edge_length_),
                                static_cast<Real>(kMinReach) * thickness,
                                static_cast<Real>(kReachMargin) * least_reach});
   const uint32_t old_begin = list.begin, old_end = list.end;
   list.begin = list.end = static_cast<uint32_t>(pairs_.size());
   list.is_partial = false;
+  list.least_room = kMost;
   const Real gap = search_.Gap(list.patches) - thickness;
   if (gap > reach) {
-    list.valid = list.travel + gap;
+    list.valid = travels_[l] + gap;
     return;
   }
-  list.valid = list.travel + reach;
+  list.valid = travels_[l] + reach;
   candidates_.clear();
   search_.Find(list.patches, reach, candidates_);
   for (uint32_t k = old_begin; k < old_end; ++k) list.is_partial |= pairs_[k].is_active;
@@ -131,14 +196,14 @@ void ContactLists<V>::Remake(List& list, Real least_reach) {
     if (list.is_partial) {
       for (uint32_t k = old_begin; k < old_end; ++k) is_active |= is_same(k);
     }
-    if (!is_active) Append(list, candidate);
+    if (!is_active) Append(l, candidate);
   }
   list.end = static_cast<uint32_t>(pairs_.size());
   live_pairs_ += list.end - list.begin;
 }
 
 template <class V>
-void ContactLists<V>::Append(const List& list, const CandidatePair<V>& candidate) {
+void ContactLists<V>::Append(uint32_t list, const CandidatePair<V>& candidate) {
   ContactPair<V>& pair = pairs_.emplace_back();
   pair.particles = candidate.particles;
   pair.kind = candidate.kind;
@@ -146,30 +211,17 @@ void ContactLists<V>::Append(const List& list, const CandidatePair<V>& candidate
   pair.is_left_alone =
       !is_crossing_->empty() && std::all_of(candidate.particles.begin(), candidate.particles.end(),
                                             [&](uint32_t i) { return (*is_crossing_)[i]; });
-  wakes_.push_back(list.travel + std::max(candidate.distance - candidate.touch, Real{0}));
+  wakes_.push_back(travels_[list] + std::max(candidate.distance - candidate.touch, Real{0}));
+  lists_[list].least_room = std::min(lists_[list].least_room, Room(pair, {.guards = true}));
 }
 
 template <class V>
 bool ContactLists<V>::IsNear(const DuePair& due, const Window& window) {
-  const List& list = lists_[due.list];
   const ContactPair<V>& pair = pairs_[due.pair];
-  wakes_[due.pair] = list.travel + std::max(pair.gap - pair.touch, Real{0});
-  return wakes_[due.pair] + Room(pair, window) <= list.travel + Reach(list, window);
-}
-
-template <class V>
-void ContactLists<V>::Close() {
-  for (const uint32_t l : opened_) {
-    List& list = lists_[l];
-    list.next = list.next_guarded = list.valid;
-    for (uint32_t k = list.begin; k < list.end; ++k) {
-      list.next = std::min(list.next, wakes_[k]);
-      if (pairs_[k].is_active) continue;
-      list.next_guarded =
-          std::min(list.next_guarded, wakes_[k] + Room(pairs_[k], {.guards = true}));
-    }
-    if (list.is_partial) list.next = std::numeric_limits<Real>::lowest();
-  }
+  const Real wake = travels_[due.list] + std::max(pair.gap - pair.touch, Real{0});
+  wakes_[due.pair] = wake;
+  WakeAt(due.list, wake);
+  return wake + Room(pair, window) <= travels_[due.list] + Reach(due.list, window);
 }
 
 // In the order of the lists.

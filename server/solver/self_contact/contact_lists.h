@@ -8,6 +8,7 @@
 
 #include "server/solver/self_contact/contact_pair.h"
 #include "server/solver/self_contact/contact_surface.h"
+#include "server/solver/self_contact/filtered_list.h"
 #include "server/solver/self_contact/pair_search.h"
 #include "server/solver/self_contact/patch_search.h"
 #include "server/solver/self_contact/planar_guard.h"
@@ -55,40 +56,50 @@ class ContactLists {
   // which is active: due(). The particles are at `positions` when the substep begins. False: there
   // are too many pairs.
   bool FindDue(std::span<const V> positions, const Window& window);
-  std::span<const DuePair> due() const { return due_; }
-  // Of a due pair that has been looked at: whether it may come near in the window.
+  std::span<const DuePair> due() const { return due_.entries(); }
+  // Of a due pair that has been looked at, as all have to be: whether it may come near in the
+  // window.
   bool IsNear(const DuePair& due, const Window& window);
-  // All due pairs have been looked at.
-  void Close();
 
   std::span<ContactPair<V>> pairs() { return pairs_; }
-  Real way(uint32_t list) const { return lists_[list].way; }
+  Real way(uint32_t list) const { return ways_[list]; }
+  Real travel(uint32_t list) const { return travels_[list]; }
 
  private:
   struct List {
     PatchPair patches;
     uint32_t begin = 0, end = 0;  // of pairs_
-    Real travel = 0;
-    Real way = 0;  // of the last substep
-    // Travels at which something is due, in windows of either kind, and at which it is used up.
-    Real next = std::numeric_limits<Real>::lowest();
-    Real next_guarded = std::numeric_limits<Real>::lowest();
-    Real valid = std::numeric_limits<Real>::lowest();
-    bool is_partial = false;  // lacks the active pairs of this substep
+    Real valid = kLeast;          // travel at which it is used up
+    Real least_room = 0;          // of its pairs, in windows of the guard
+    bool is_partial = false;      // lacks the active pairs of this substep
   };
+  // One number of each list, padded with lists for which nothing is ever due.
+  using Numbers = std::vector<Real>;
   struct PatchWay {
     V middle, half;
   };
 
-  static Real Reach(const List& list, const Window& window) {
-    return window.factor * list.way + window.addend;
+  static constexpr Real kMost = std::numeric_limits<Real>::max();
+  static constexpr Real kLeast = std::numeric_limits<Real>::lowest();
+  static constexpr size_t kSideBySide = 4;  // numbers in a vector
+
+  Real Reach(uint32_t list, const Window& window) const {
+    return window.factor * ways_[list] + window.addend;
   }
   // How much nearer a pair may come than where it touches, before the window has to know of it [m].
   static Real Room(const ContactPair<V>& pair, const Window& window) {
     return window.guards ? static_cast<Real>(1 - kCoreShare) * pair.touch : Real{0};
   }
-  void Remake(List& list, Real least_reach);
-  void Append(const List& list, const CandidatePair<V>& candidate);
+  // A list without pairs at the end of `lists_`.
+  void AddList(const PatchPair& patches);
+  // Pads the numbers of the lists.
+  void Pad();
+  // Makes the list anew if need be, and adds what is due in it before the travel `end`.
+  void Open(uint32_t list, Real end, const Window& window, std::span<const V> positions);
+  void Remake(uint32_t list, Real least_reach);
+  void Append(uint32_t list, const CandidatePair<V>& candidate);
+  // The list is due at this travel, at the latest.
+  void WakeAt(uint32_t list, Real travel);
   void Compact();
   void MarkPatches();
 
@@ -98,6 +109,9 @@ class ContactLists {
   const std::vector<bool>* is_crossing_ = nullptr;
   size_t most_pairs_ = 0;
   std::vector<List> lists_, old_lists_;
+  Numbers travels_, ways_;       // the way is that of the last substep
+  Numbers next_, next_guarded_;  // travels at which something is due, in windows of either kind
+  Numbers old_travels_, old_ways_, old_next_, old_next_guarded_;
   std::vector<uint32_t> new_places_;
   std::vector<uint32_t> used_patches_;
   std::vector<bool> is_used_;
@@ -105,8 +119,8 @@ class ContactLists {
   std::vector<ContactPair<V>> pairs_, old_pairs_;
   std::vector<Real> wakes_, old_wakes_;  // of each pair: travel of its list at which it is due
   size_t live_pairs_ = 0;                // in lists; the others have been replaced
-  std::vector<DuePair> due_;
-  std::vector<uint32_t> opened_;
+  FilteredList<DuePair> due_;
+  bool has_begun_ = false;  // search_ knows the state
   PairSearch<V> search_;
   std::vector<CandidatePair<V>> candidates_;
 };
@@ -119,10 +133,10 @@ void ContactLists<V>::MeasureWays(const WayOf& way_of) {
     for (const uint32_t i : surface_->corners_of(surface_->patches()[p])) box.Add(way_of(i));
     patch_ways_[p] = {(box.low + box.high) / 2, (box.high - box.low) / 2};
   }
-  for (List& list : lists_) {
-    const PatchWay& a = patch_ways_[list.patches.first];
-    const PatchWay& b = patch_ways_[list.patches.second];
-    list.way = Length(V(Abs(V(a.middle - b.middle)) + (a.half + b.half)));
+  for (size_t l = 0; l < lists_.size(); ++l) {
+    const PatchWay& a = patch_ways_[lists_[l].patches.first];
+    const PatchWay& b = patch_ways_[lists_[l].patches.second];
+    ways_[l] = Length(V(Abs(V(a.middle - b.middle)) + (a.half + b.half)));
   }
 }
 

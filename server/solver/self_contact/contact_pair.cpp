@@ -41,6 +41,19 @@ bool FindNormalExactly(const std::array<V, 4>& corners, ContactPair<V>& pair) {
   return pair.gap > 0;
 }
 
+// The gap along the direction of the nearest points is their distance; less than this share of it
+// says that rounding has spoilt the direction [-].
+template <class Real>
+constexpr Real kTrueShare = Real{0.9375};
+
+template <class V>
+void FindInverseMass(std::span<const ScalarOf<V>> inverse_masses, ContactPair<V>& pair) {
+  pair.inverse_mass = 0;
+  for (int k = 0; k < 4; ++k) {
+    pair.inverse_mass += pair.weights[k] * pair.weights[k] * inverse_masses[pair.particles[k]];
+  }
+}
+
 }  // namespace
 
 template <class V>
@@ -55,18 +68,44 @@ bool FindNormal(const V* positions, std::span<const ScalarOf<V>> inverse_masses,
     pair.weights = closest.weights;
     pair.normal = closest.difference / distance;
     pair.gap = GapAlong(pair.kind, corners, pair.normal);
-    // The gap along the direction of the nearest points is their distance.
-    is_apart = pair.gap > Real{0.9375} * distance;
+    is_apart = pair.gap > kTrueShare<Real> * distance;
   }
   if (!is_apart) is_apart = FindNormalExactly(corners, pair);
-  pair.inverse_mass = 0;
-  for (int k = 0; k < 4; ++k) {
-    pair.inverse_mass += pair.weights[k] * pair.weights[k] * inverse_masses[pair.particles[k]];
-  }
+  FindInverseMass<V>(inverse_masses, pair);
   return is_apart;
+}
+
+template <class V>
+uint32_t FindNormals(const V* positions, std::span<const ScalarOf<V>> inverse_masses, PairKind kind,
+                     std::span<ContactPair<V>* const> pairs) {
+  FourPairs particles;
+  for (size_t lane = 0; lane < kPairsSideBySide; ++lane) {
+    particles[lane] = &pairs[std::min(lane, pairs.size() - 1)]->particles;
+  }
+  const FourCorners<V> corners = CornersOf(particles, positions);
+  const FourClosestPoints<V> closest = Closest<V>(kind, corners);
+  const V distances = RootOf(Dot(closest.difference, closest.difference));
+  const FourPoints<V> normals = closest.difference / distances;
+  const V gaps = GapAlong(kind, corners, normals);
+  uint32_t are_apart = BitsOf((distances > 0) & (gaps > kTrueShare<ScalarOf<V>> * distances));
+  for (uint32_t lane = 0; lane < pairs.size(); ++lane) {
+    ContactPair<V>& pair = *pairs[lane];
+    for (int k = 0; k < 4; ++k) pair.weights[k] = closest.weights[k][lane];
+    pair.normal = V{normals.x[lane], normals.y[lane], normals.z[lane], 0};
+    pair.gap = gaps[lane];
+    if ((are_apart >> lane & 1) == 0 && FindNormalExactly(CornersOf(pair, positions), pair)) {
+      are_apart |= 1u << lane;
+    }
+    FindInverseMass<V>(inverse_masses, pair);
+  }
+  return are_apart;
 }
 
 template bool FindNormal(const Vector3f*, std::span<const float>, ContactPair<Vector3f>&);
 template bool FindNormal(const Vector3d*, std::span<const double>, ContactPair<Vector3d>&);
+template uint32_t FindNormals(const Vector3f*, std::span<const float>, PairKind,
+                              std::span<ContactPair<Vector3f>* const>);
+template uint32_t FindNormals(const Vector3d*, std::span<const double>, PairKind,
+                              std::span<ContactPair<Vector3d>* const>);
 
 }  // namespace drape::self_contact

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "server/solver/self_contact/closest_points.h"
+#include "server/solver/self_contact/closest_side_by_side.h"
 #include "server/solver/self_contact/vectors.h"
 
 namespace drape::self_contact {
@@ -101,7 +101,17 @@ template <class V>
 bool FindNormal(const V* positions, std::span<const ScalarOf<V>> inverse_masses,
                 ContactPair<V>& pair);
 
+// The same of pairs of one kind, at most kPairsSideBySide. Bit k: pair k is apart.
+template <class V>
+uint32_t FindNormals(const V* positions, std::span<const ScalarOf<V>> inverse_masses, PairKind kind,
+                     std::span<ContactPair<V>* const> pairs);
+
 extern template bool FindNormal(const Vector3f*, std::span<const float>, ContactPair<Vector3f>&);
 extern template bool FindNormal(const Vector3d*, std::span<const double>, ContactPair<Vector3d>&);
+
+extern template uint32_t FindNormals(const Vector3f*, std::span<const float>, PairKind,
+                                     std::span<ContactPair<Vector3f>* const>);
+extern template uint32_t FindNormals(const Vector3d*, std::span<const double>, PairKind,
+                                     std::span<ContactPair<Vector3d>* const>);
 
 }  // namespace drape::self_contact

@@ -110,8 +110,10 @@ void ContactSurface::Append(const SurfaceMember& member) {
   for (uint32_t p = 0; p < from.patches_.size(); ++p) {
     for (uint32_t k = from.neighbour_offsets_[p];
          member.touches_itself && k < from.neighbour_offsets_[p + 1]; ++k) {
-      const auto& [first, second, rest_gap_m] = from.neighbours_[k];
-      neighbours_.push_back({patch + first, patch + second, rest_gap_m});
+      ContactNeighbours its = from.neighbours_[k];
+      its.first += patch;
+      its.second += patch;
+      neighbours_.push_back(its);
     }
     neighbour_offsets_.push_back(size(neighbours_));
   }
@@ -266,6 +268,26 @@ void ContactSurface::FindNeighbours() {
     }
     return gap;
   };
+  std::vector<self_contact::Box<Vector3d>> edge_boxes(edges_.size());
+  for (uint32_t e = 0; e < edges_.size(); ++e) {
+    for (const uint32_t i : edges_[e]) edge_boxes[e].Add(rest_positions_[i]);
+  }
+  const auto edge_gap_of = [&](const ContactPatch& a, const ContactPatch& b) {
+    double gap = std::numeric_limits<double>::infinity();
+    for (const uint32_t e : edges_of(a)) {
+      for (const uint32_t f : edges_of(b)) {
+        const auto [i, j] = edges_[e];
+        const auto [k, l] = edges_[f];
+        if (i == k || i == l || j == k || j == l) continue;
+        if (!self_contact::AreNear(edge_boxes[e], edge_boxes[f],
+                                   self_contact::Splat<Vector3d>(gap))) {
+          continue;
+        }
+        gap = std::min(gap, RestDistance_m(PairKind::kEdges, {i, j, k, l}));
+      }
+    }
+    return gap;
+  };
   neighbour_offsets_.push_back(0);
   for (uint32_t p = 0; p < patches_.size(); ++p) {
     std::vector<uint32_t> others;
@@ -278,7 +300,8 @@ void ContactSurface::FindNeighbours() {
     for (const uint32_t other : others) {
       neighbours_.push_back(
           {p, other,
-           std::min(gap_of(patches_[p], patches_[other]), gap_of(patches_[other], patches_[p]))});
+           std::min(gap_of(patches_[p], patches_[other]), gap_of(patches_[other], patches_[p])),
+           edge_gap_of(patches_[p], patches_[other])});
     }
     neighbour_offsets_.push_back(static_cast<uint32_t>(neighbours_.size()));
   }
@@ -325,7 +348,8 @@ void ContactSurface::BuildTree() {
     std::nth_element(order.begin() + static_cast<std::ptrdiff_t>(begin),
                      order.begin() + static_cast<std::ptrdiff_t>(middle),
                      order.begin() + static_cast<std::ptrdiff_t>(end), [&](uint32_t a, uint32_t b) {
-                       return std::pair(centers[a][axis], a) < std::pair(centers[b][axis], b);
+                       const double at_a = centers[a][axis], at_b = centers[b][axis];
+                       return at_a < at_b || (at_a == at_b && a < b);
                      });
     const auto child = static_cast<uint32_t>(nodes_.size());
     nodes_[node] = {child, 0};

@@ -29,6 +29,8 @@ struct ContactNeighbours {
   // Smallest distance in the rest shape of a vertex of one from a triangle of the other that it
   // does not belong to [m].
   double rest_gap_m;
+  // The same of two edges that each belong to one of the two patches [m].
+  double rest_edge_gap_m;
 };
 
 // A node of the tree over the patches. Children come after their parent.

@@ -1,64 +1,10 @@
 #include "server/solver/self_contact/pair_search.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace drape::self_contact {
-namespace {
-
-// Pairs of edges whose distances are computed side by side: numbers in a vector.
-constexpr size_t kSideBySide = 4;
-// By how much these distances may differ from those computed one by one, relative to them [-]:
-// far more than rounding, far less than what would cost time.
-template <class Real>
-constexpr Real kLimitMargin = 1024 * std::numeric_limits<Real>::epsilon();
-
-// One coordinate after the other of a corner of each pair.
-template <class V>
-struct CornersSideBySide {
-  V x, y, z;
-};
-template <class V>
-CornersSideBySide<V> operator-(const CornersSideBySide<V>& a, const CornersSideBySide<V>& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-template <class V>
-V DotSideBySide(const CornersSideBySide<V>& a, const CornersSideBySide<V>& b) {
-  return (a.x * b.x + a.y * b.y) + a.z * b.z;
-}
-template <class V>
-V ClampedSideBySide(const V& value) {
-  return Max(Min(value, V{1, 1, 1, 1}), V{});
-}
-
-// As ClosestOfEdges.
-template <class V>
-V SquaredDistances(const V* positions,
-                   const std::array<const std::array<uint32_t, 4>*, kSideBySide>& pairs) {
-  using Real = ScalarOf<V>;
-  std::array<CornersSideBySide<V>, 4> p;
-  for (size_t k = 0; k < 4; ++k) {
-    const V a = positions[(*pairs[0])[k]], b = positions[(*pairs[1])[k]];
-    const V c = positions[(*pairs[2])[k]], d = positions[(*pairs[3])[k]];
-    p[k] = {V{a[0], b[0], c[0], d[0]}, V{a[1], b[1], c[1], d[1]}, V{a[2], b[2], c[2], d[2]}};
-  }
-  constexpr Real kTiny = std::numeric_limits<Real>::min();
-  constexpr Real kParallel = 16 * std::numeric_limits<Real>::epsilon();
-  const auto d1 = p[1] - p[0], d2 = p[3] - p[2], r = p[0] - p[2];
-  const V a = DotSideBySide(d1, d1) + kTiny, e = DotSideBySide(d2, d2) + kTiny;
-  const V b = DotSideBySide(d1, d2), c = DotSideBySide(d1, r), f = DotSideBySide(d2, r);
-  const V denominator = a * e - b * b;
-  const V half{Real{0.5}, Real{0.5}, Real{0.5}, Real{0.5}};
-  V s =
-      denominator > kParallel * a * e ? ClampedSideBySide(V((b * f - c * e) / denominator)) : half;
-  const V t = ClampedSideBySide(V((b * s + f) / e));
-  s = ClampedSideBySide(V((b * t - c) / a));
-  const CornersSideBySide<V> difference{(r.x + s * d1.x) - t * d2.x, (r.y + s * d1.y) - t * d2.y,
-                                        (r.z + s * d1.z) - t * d2.z};
-  return DotSideBySide(difference, difference);
-}
-
-}  // namespace
 
 double TouchDistance_m(const ContactSurface& surface, PairKind kind,
                        const std::array<uint32_t, 4>& particles, double thickness_m,
@@ -162,17 +108,20 @@ template <class V>
 void PairSearch<V>::Collect(uint32_t p, const Box<V>& near, NearPrimitives& found) const {
   const ContactPatch& patch = surface_->patches()[p];
   found.vertices.clear();
+  found.vertices.Reserve(patch.vertex_end - patch.vertex_begin);
   for (uint32_t k = patch.vertex_begin; k < patch.vertex_end; ++k) {
     const V position = positions_[surface_->patch_vertices()[k]];
-    if (AreNear({position, position}, near, margin_)) found.vertices.push_back(k);
+    found.vertices.Offer(k, AreNear({position, position}, near, margin_));
   }
   found.edges.clear();
+  found.edges.Reserve(patch.edge_end - patch.edge_begin);
   for (uint32_t k = patch.edge_begin; k < patch.edge_end; ++k) {
-    if (AreNear(edge_boxes_[k], near, margin_)) found.edges.push_back(k);
+    found.edges.Offer(k, AreNear(edge_boxes_[k], near, margin_));
   }
   found.triangles.clear();
+  found.triangles.Reserve(patch.triangle_end - patch.triangle_begin);
   for (uint32_t k = patch.triangle_begin; k < patch.triangle_end; ++k) {
-    if (AreNear(triangle_boxes_[k], near, margin_)) found.triangles.push_back(k);
+    found.triangles.Offer(k, AreNear(triangle_boxes_[k], near, margin_));
   }
 }
 
@@ -184,77 +133,84 @@ void PairSearch<V>::Find(const PatchPair& patches, Real reach,
   reach_ = reach;
   thickness_ = thicknesses_.Of(*surface_, first, second);
   margin_ = Splat<V>(thickness_ + reach);
-  may_be_near_at_rest_ = surface_->MayBeNearAtRest(first, second, double{thickness_});
+  const ContactNeighbours* const neighbours = surface_->Neighbours(first, second);
+  may_be_near_at_rest_ =
+      neighbours == nullptr
+          ? surface_->MayBeNearAtRest(first, second, double{thickness_})
+          : std::min(neighbours->rest_gap_m, neighbours->rest_edge_gap_m) < double{thickness_};
   MakeBoxes(first);
   MakeBoxes(second);
   Collect(first, patch_boxes_[second], first_);
   if (first == second) {
-    AddVertices(first_.vertices, first_.triangles);
+    AddVertices(first_, first_);
   } else {
     Collect(second, patch_boxes_[first], second_);
-    AddVertices(first_.vertices, second_.triangles);
-    AddVertices(second_.vertices, first_.triangles);
+    AddVertices(first_, second_);
+    AddVertices(second_, first_);
   }
   AddEdges(patches);
 }
 
+// Of vertices of the first and triangles of the second.
 template <class V>
-void PairSearch<V>::AddVertices(std::span<const uint32_t> vertices,
-                                std::span<const uint32_t> triangles) {
-  for (const uint32_t vertex : vertices) {
+void PairSearch<V>::AddVertices(const NearPrimitives& first, const NearPrimitives& second) {
+  near_boxes_.clear();
+  near_boxes_.Reserve(first.vertices.size() * second.triangles.size());
+  for (const uint32_t vertex : first.vertices.entries()) {
     const uint32_t i = surface_->patch_vertices()[vertex];
     const Box<V> box{positions_[i], positions_[i]};
-    for (const uint32_t triangle : triangles) {
-      if (!AreNear(box, triangle_boxes_[triangle], margin_)) continue;
+    for (const uint32_t triangle : second.triangles.entries()) {
       const auto& [j, k, l] = surface_->triangles()[surface_->patch_triangles()[triangle]];
-      if (i == j || i == k || i == l) continue;
-      Add(PairKind::kVertexTriangle, {i, j, k, l});
+      const bool has_common = (i == j) | (i == k) | (i == l);
+      near_boxes_.Offer({i, j, k, l},
+                        AreNear(box, triangle_boxes_[triangle], margin_) & !has_common);
     }
   }
+  AddNear(PairKind::kVertexTriangle);
 }
 
-// Of those in `edges_`, without those that are farther apart.
+// Of those with boxes near each other those that are near.
 template <class V>
-void PairSearch<V>::AddNearEdges() {
-  const Real limit = (thickness_ + reach_) * (1 + kLimitMargin<Real>);
-  for (size_t begin = 0; begin < edges_.size(); begin += kSideBySide) {
-    const size_t count = std::min(kSideBySide, edges_.size() - begin);
-    std::array<const std::array<uint32_t, 4>*, kSideBySide> pairs;
-    for (size_t lane = 0; lane < kSideBySide; ++lane) {
-      pairs[lane] = &edges_[begin + std::min(lane, count - 1)];
+void PairSearch<V>::AddNear(PairKind kind) {
+  const Real limit = thickness_ + reach_;
+  const auto candidates = near_boxes_.entries();
+  for (size_t begin = 0; begin < candidates.size(); begin += kPairsSideBySide) {
+    const size_t count = std::min(kPairsSideBySide, candidates.size() - begin);
+    FourPairs pairs;
+    for (size_t lane = 0; lane < kPairsSideBySide; ++lane) {
+      pairs[lane] = &candidates[begin + std::min(lane, count - 1)];
     }
-    const auto are_far = SquaredDistances(positions_.data(), pairs) > limit * limit;
-    for (size_t lane = 0; lane < count; ++lane) {
-      if (are_far[lane] == 0) Add(PairKind::kEdges, *pairs[lane]);
+    const auto difference = Closest<V>(kind, CornersOf(pairs, positions_.data())).difference;
+    const V distances = RootOf(Dot(difference, difference));
+    const uint32_t near = BitsOf(distances <= limit) & ((1u << count) - 1);
+    for (uint32_t bits = near; bits != 0; bits &= bits - 1) {
+      const int lane = std::countr_zero(bits);
+      Add(kind, *pairs[lane], distances[lane]);
     }
   }
 }
 
 template <class V>
 void PairSearch<V>::AddEdges(const PatchPair& patches) {
-  edges_.clear();
   const bool is_one = patches.first == patches.second;
-  const std::vector<uint32_t>& others = is_one ? first_.edges : second_.edges;
-  for (size_t k = 0; k < first_.edges.size(); ++k) {
-    const auto& [i, j] = surface_->edges()[surface_->patch_edges()[first_.edges[k]]];
-    const Box<V> box = edge_boxes_[first_.edges[k]];
+  const std::span<const uint32_t> firsts = first_.edges.entries();
+  const std::span<const uint32_t> others = is_one ? firsts : second_.edges.entries();
+  near_boxes_.clear();
+  near_boxes_.Reserve(firsts.size() * others.size());
+  for (size_t k = 0; k < firsts.size(); ++k) {
+    const auto& [i, j] = surface_->edges()[surface_->patch_edges()[firsts[k]]];
+    const Box<V> box = edge_boxes_[firsts[k]];
     for (size_t l = is_one ? k + 1 : 0; l < others.size(); ++l) {
-      if (!AreNear(box, edge_boxes_[others[l]], margin_)) continue;
       const auto& [m, n] = surface_->edges()[surface_->patch_edges()[others[l]]];
-      if (i == m || i == n || j == m || j == n) continue;
-      edges_.push_back({i, j, m, n});
+      const bool has_common = (i == m) | (i == n) | (j == m) | (j == n);
+      near_boxes_.Offer({i, j, m, n}, AreNear(box, edge_boxes_[others[l]], margin_) & !has_common);
     }
   }
-  AddNearEdges();
+  AddNear(PairKind::kEdges);
 }
 
 template <class V>
-void PairSearch<V>::Add(PairKind kind, const std::array<uint32_t, 4>& particles) {
-  const std::span<const V> p = positions_;
-  const Real distance =
-      Length(Closest<V>(kind, {p[particles[0]], p[particles[1]], p[particles[2]], p[particles[3]]})
-                 .difference);
-  if (distance > thickness_ + reach_) return;
+void PairSearch<V>::Add(PairKind kind, const std::array<uint32_t, 4>& particles, Real distance) {
   const auto touch = static_cast<Real>(
       TouchDistance_m(*surface_, kind, particles, double{thickness_}, may_be_near_at_rest_));
   if (distance > touch + reach_) return;

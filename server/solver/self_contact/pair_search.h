@@ -6,8 +6,9 @@
 #include <span>
 #include <vector>
 
-#include "server/solver/self_contact/closest_points.h"
+#include "server/solver/self_contact/closest_side_by_side.h"
 #include "server/solver/self_contact/contact_surface.h"
+#include "server/solver/self_contact/filtered_list.h"
 #include "server/solver/self_contact/patch_search.h"
 #include "server/solver/self_contact/patch_shape.h"
 #include "server/solver/self_contact/vectors.h"
@@ -51,9 +52,9 @@ class PairSearch {
   void Find(const PatchPair& patches, Real reach, std::vector<CandidatePair<V>>& pairs);
 
  private:
-  // Places in a patch's lists of what is near a box.
+  // Of a patch what is near a box: places in its lists.
   struct NearPrimitives {
-    std::vector<uint32_t> vertices, edges, triangles;
+    FilteredList<uint32_t> vertices, edges, triangles;
   };
 
   const PatchShape<V>& ShapeAt(uint32_t patch);
@@ -61,10 +62,10 @@ class PairSearch {
   Box<V> BoxOf(std::span<const uint32_t> particles) const;
   void MakeBoxes(uint32_t patch);
   void Collect(uint32_t patch, const Box<V>& near, NearPrimitives& found) const;
-  void AddVertices(std::span<const uint32_t> vertices, std::span<const uint32_t> triangles);
+  void AddVertices(const NearPrimitives& first, const NearPrimitives& second);
   void AddEdges(const PatchPair& patches);
-  void AddNearEdges();
-  void Add(PairKind kind, const std::array<uint32_t, 4>& particles);
+  void AddNear(PairKind kind);
+  void Add(PairKind kind, const std::array<uint32_t, 4>& particles, Real distance);
 
   const ContactSurface* surface_ = nullptr;
   std::span<const V> positions_;
@@ -77,7 +78,7 @@ class PairSearch {
   std::vector<PatchShape<V>> shapes_;                // of each patch
   // Of the two patches that are searched.
   NearPrimitives first_, second_;
-  std::vector<std::array<uint32_t, 4>> edges_;  // pairs with boxes near each other
+  FilteredList<std::array<uint32_t, 4>> near_boxes_;  // pairs with boxes near each other
   Real thickness_ = 0, reach_ = 0;
   V margin_{};
   bool may_be_near_at_rest_ = false;

@@ -97,8 +97,8 @@ void PatchSearch<V>::SearchTree() {
 template <class V>
 void PatchSearch<V>::SearchNeighbours() {
   for (const ContactNeighbours& neighbours : surface_->neighbours()) {
-    const auto [first, second, rest_gap_m] = neighbours;
-    const Real gap = FlatGap(shapes_[first], shapes_[second], rest_gap_m);
+    const uint32_t first = neighbours.first, second = neighbours.second;
+    const Real gap = FlatGap(shapes_[first], shapes_[second], neighbours.rest_gap_m);
     if (gap > thickness_ + state_.drift) {
       const V approach = Approach(patches_[first].velocities, patches_[second].velocities);
       if (gap > thickness_ + state_.drift + Length(approach)) continue;

@@ -141,33 +141,56 @@ bool SelfContacts<V>::Wake(std::span<const V> starts, const Window& window) {
   has_all_pairs_ = has_all_patches_ && lists_.FindDue(starts, window);
   if (!has_all_pairs_) return false;
   const std::span<ContactPair<V>> pairs = lists_.pairs();
-  for (const auto& due : lists_.due()) LookAt(pairs[due.pair], starts);
+  LookAtDue(starts);
   for (const auto& due : lists_.due()) {
     if (!lists_.IsNear(due, window)) continue;
     pairs[due.pair].is_active = true;
     active_.push_back(due.pair);
     active_lists_.push_back(due.list);
   }
-  lists_.Close();
   return active_.size() > before;
 }
 
 // The gap along any direction bounds the distance, so an old normal will do for a while.
 template <class V>
-void SelfContacts<V>::LookAt(ContactPair<V>& pair, std::span<const V> starts) {
-  pair.push = 0;
-  pair.tangent = V{};
-  pair.has_hit = false;
-  if (pair.is_left_alone) return;
-  bool is_apart = false;
-  if (pair.found_in > 0 && substep_ < pair.found_in + normal_substeps_) {
-    pair.gap = GapAlong(pair.kind, CornersOf(pair, starts.data()), pair.normal);
-    is_apart = pair.gap > pair.touch / 2;
+void SelfContacts<V>::LookAtDue(std::span<const V> starts) {
+  for (auto& pairs : turned_) pairs.clear();
+  for (const auto& due : lists_.due()) {
+    ContactPair<V>& pair = lists_.pairs()[due.pair];
+    pair.push = 0;
+    pair.tangent = V{};
+    pair.has_hit = false;
+    if (pair.is_left_alone) continue;
+    if (pair.found_in > 0 && substep_ < pair.found_in + normal_substeps_) {
+      pair.gap = GapAlong(pair.kind, CornersOf(pair, starts.data()), pair.normal);
+      if (pair.gap > pair.touch / 2) {
+        EndLook(pair, true, starts);
+        continue;
+      }
+    }
+    turned_[static_cast<size_t>(pair.kind)].push_back(&pair);
   }
-  if (!is_apart) {
-    pair.found_in = substep_;
-    is_apart = FindNormal(starts.data(), numbers_.inverse_masses, pair);
+  FindNormalsOf(PairKind::kVertexTriangle, starts);
+  FindNormalsOf(PairKind::kEdges, starts);
+}
+
+template <class V>
+void SelfContacts<V>::FindNormalsOf(PairKind kind, std::span<const V> starts) {
+  std::span<ContactPair<V>* const> pairs = turned_[static_cast<size_t>(kind)];
+  while (!pairs.empty()) {
+    const auto some = pairs.first(std::min(pairs.size(), kPairsSideBySide));
+    const uint32_t are_apart = FindNormals(starts.data(), numbers_.inverse_masses, kind, some);
+    for (size_t k = 0; k < some.size(); ++k) {
+      some[k]->found_in = substep_;
+      EndLook(*some[k], (are_apart >> k & 1) != 0, starts);
+    }
+    pairs = pairs.subspan(some.size());
   }
+}
+
+template <class V>
+void SelfContacts<V>::EndLook(ContactPair<V>& pair, bool is_apart,
+                              std::span<const V> starts) const {
   pair.is_left_alone = !is_apart;
   pair.floor = std::min(pair.touch, pair.gap + numbers_.depenetration_speed * substep_s_);
   const V first = starts[pair.particles[0]];

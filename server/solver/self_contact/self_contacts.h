@@ -78,7 +78,10 @@ class SelfContacts {
   Real DriftOf(std::span<const V> positions) const;
   // Makes pairs active that may touch within the window. Whether there were any.
   bool Wake(std::span<const V> starts, const Window& window);
-  void LookAt(ContactPair<V>& pair, std::span<const V> starts);
+  // Of the pairs that are due.
+  void LookAtDue(std::span<const V> starts);
+  void FindNormalsOf(PairKind kind, std::span<const V> starts);
+  void EndLook(ContactPair<V>& pair, bool is_apart, std::span<const V> starts) const;
   bool SolvePush(ContactPair<V>& pair, const V* starts, const V* base, V* u, Real interval,
                  Real least_change);
   FrictionNumbers<Real> FrictionOf(const ContactPair<V>& pair) const;
@@ -97,7 +100,8 @@ class SelfContacts {
   std::vector<uint32_t> active_;        // pairs of the substep
   std::vector<uint32_t> active_lists_;  // of each of them
   std::vector<Real> active_ways_;
-  uint32_t normal_substeps_ = 1;  // for which a normal is used
+  std::array<std::vector<ContactPair<V>*>, 2> turned_;  // by kind: those that need a new normal
+  uint32_t normal_substeps_ = 1;                        // for which a normal is used
   // Of the last search; none yet: no substeps left.
   std::vector<V> found_positions_, found_velocities_;
   uint32_t substeps_left_ = 0;  // that it is for

@@ -90,16 +90,28 @@ struct Box {
   }
 };
 
-// What a comparison of two vectors gives; whether it holds for any of their numbers.
+// What a comparison of two vectors gives.
 using Mask3f = int32_t __attribute__((vector_size(16)));
 using Mask3d = int64_t __attribute__((vector_size(32)));
-inline bool IsAnySet(const Mask3f& mask) {
-  using Halves = int64_t __attribute__((vector_size(16)));
-  const auto halves = reinterpret_cast<Halves>(mask);
-  return (halves[0] | halves[1]) != 0;
+// Bit k: number k of the mask.
+inline uint32_t BitsOf(const Mask3f& mask) {
+#ifdef __SSE2__
+  return static_cast<uint32_t>(__builtin_ia32_movmskps(reinterpret_cast<Vector3f>(mask)));
+#else
+  uint32_t bits = 0;
+  for (uint32_t k = 0; k < 4; ++k) bits |= static_cast<uint32_t>(mask[k] & 1) << k;
+  return bits;
+#endif
 }
-inline bool IsAnySet(const Mask3d& mask) {
-  return ((mask[0] | mask[1]) | mask[2]) != 0;
+inline uint32_t BitsOf(const Mask3d& mask) {
+  uint32_t bits = 0;
+  for (uint32_t k = 0; k < 4; ++k) bits |= static_cast<uint32_t>(mask[k] & 1) << k;
+  return bits;
+}
+
+template <class Mask>
+inline bool IsAnySet(const Mask& mask) {
+  return BitsOf(mask) != 0;
 }
 
 // Whether the boxes are no farther apart than `margin` along each axis.

@@ -5,10 +5,12 @@ Writes results/MACHINE.md and a table beside it. With --quick: short windows and
 
 import argparse
 import csv
+import json
 import os
 import pathlib
 import re
 import statistics
+import subprocess
 import sys
 import tempfile
 import textwrap
@@ -16,7 +18,7 @@ import time
 
 import drape
 from drape import ClothSpec, Grid, Pin
-from draped import Beside, Draped, load, load_command
+from draped import BIN, Beside, Draped, load, load_command
 
 HERE = pathlib.Path(__file__).parent
 GREEDY = [sys.executable, "-B", HERE / "greedy.py"]
@@ -24,6 +26,8 @@ TENANTS = 10
 DISPATCH_MS = 50  # --batch-budget-us
 SHEET = ("--side", 16)
 ROUNDS = 3
+# Of tests/traffic/traffic_test.cpp.
+TRAFFIC_FIGURES = ("operations", "cuts", "kills", "drains", "retries", "steps", "lost", "doubled", "findings", "oldest_checkpoint_ms")
 ENDLESS = ("-p", 3_600_000)
 
 
@@ -111,9 +115,10 @@ def fairness(bench):
 
 
 def memory(bench):
-    """Resident memory of the server over cloths and sessions that come and go."""
+    """Resident memory of the server over cloths and sessions that come and go. Request ids are kept for a second: with the
+    default memory grows by what they need until the first are 10 minutes old."""
     cycles = 300 if bench.is_quick else 100_000
-    with Draped() as server:
+    with Draped("--request-ids-kept-us=1000000") as server:
         for request in ("create", "session"):
             run = lambda count: load(server, *SHEET, f"--request={request}", "--concurrency-range=4", f"--request-count={count}", "-r", 1,
                                      "-p", 3_600_000)
@@ -162,6 +167,23 @@ def restart(bench):
                           same_bits=int(after.positions.tobytes() == before))
 
 
+def traffic(bench):
+    """Random clients through cut connections of a server that is killed, against a model (tests/traffic): steps of cloths that
+    were acknowledged, and how many of them were lost or done twice; retries of the clients; the age of the last checkpoints
+    at the worst kill (--checkpoint-interval-s 0.2)."""
+    case = "Traffic.NothingIsLostOrDoubledOverCutsAndKills" if bench.is_quick else "TrafficLong.HundredThousandOperations"
+    with tempfile.TemporaryDirectory(prefix="drape-bench-") as folder:
+        report = pathlib.Path(folder) / "report.json"
+        begin = time.perf_counter()
+        done = subprocess.run([BIN / "traffic_test", f"--gtest_filter={case}", f"--gtest_output=json:{report}"], stdout=subprocess.PIPE,
+                              text=True, check=False)
+        if done.returncode != 0:
+            print(done.stdout, file=sys.stderr)
+        told = json.loads(report.read_text())["testsuites"][0]["testsuite"][0]
+        figures = {name: int(told[name]) for name in TRAFFIC_FIGURES if name in told}
+        bench.add("traffic", f"seed {told.get('seed', '?')}", **figures, seconds=time.perf_counter() - begin)
+
+
 def settled_bytes(folder):
     """Bytes of the checkpoints, once two seconds, four intervals, have passed without a change of them."""
     looks = lambda: {path: (path.stat().st_mtime_ns, path.stat().st_size) for path in pathlib.Path(folder).glob("*.checkpoint")}
@@ -174,7 +196,7 @@ def settled_bytes(folder):
         last = now
 
 
-PARTS = {part.__name__: part for part in (sessions, viewers, neighbours, fairness, memory, floods, restart)}
+PARTS = {part.__name__: part for part in (sessions, viewers, neighbours, fairness, memory, floods, restart, traffic)}
 
 
 def table(rows):

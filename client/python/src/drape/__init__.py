@@ -18,7 +18,8 @@ from ._version import __version__
 from .client import Client, VersionWarning, connect, launch
 from .cloths import Cloths
 from .errors import (Aborted, Cancelled, DeadlineExceeded, Error, FailedPrecondition, FieldViolation, ForkedProcess,
-                     InvalidArgument, NotFound, ResourceExhausted, SessionLost, Unauthenticated, Unavailable, Unimplemented)
+                     InvalidArgument, NotFound, ResourceExhausted, SessionLost, StateLost, Unauthenticated, Unavailable,
+                     Unimplemented)
 from .pipeline import Pipeline
 from .private_server import find_server
 from .session import Session

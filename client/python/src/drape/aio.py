@@ -21,7 +21,7 @@ from . import errors, states, v1
 from .client import ClientBase
 from .cloths import ClothsBase
 from .connection import ConnectionBase, channel_options, credentials
-from .operations import Operation, P, R, Unary, named
+from .operations import Operation, P, R, Route, Unary, named
 from .pipeline import PipelineBase
 from .private_server import PrivateServer
 from .rollout import awaited_rollout
@@ -59,7 +59,7 @@ class _Connection(ConnectionBase):
     async def _do(self, call):
         of = self.call_of(call.method)
         timeout_s = self.timeout_s if call.timeout_s is None else call.timeout_s
-        under_way = of(call.request, timeout=timeout_s, metadata=self.metadata_of(call.session))
+        under_way = of(call.request, timeout=timeout_s, metadata=self.metadata_of(call.route))
         sink = getattr(call, "sink", None)
         if sink is None:
             return await under_way
@@ -173,6 +173,7 @@ class Session(SessionBase):
     step: Callable[..., Awaitable[list[states.Answer]]] = _awaiting(SessionBase._step)
     list = _awaiting(SessionBase._list)
     renew = _awaiting(SessionBase._renew)
+    reattach = _awaiting(SessionBase._reattach)
 
     @property
     def lease_error(self):
@@ -198,7 +199,7 @@ class Session(SessionBase):
         self._is_owner = False
         try:
             await self._connection.run(
-                iter_of(Unary("DeleteSession", v1.DeleteSessionRequest(name=self.name), self.name, _LAST_CALL_S)))
+                iter_of(Unary("DeleteSession", v1.DeleteSessionRequest(name=self.name), Route(self.name), _LAST_CALL_S)))
         except errors.Error:
             pass  # then its lease ends it
 

@@ -12,7 +12,7 @@ from google.protobuf import wrappers_pb2
 from . import errors, v1
 from ._version import __version__
 from .connection import HEALTH, Connection
-from .operations import Operation, Unary, blocking
+from .operations import Operation, Route, Unary, blocking
 from .private_server import PrivateServer
 from .session import Session
 
@@ -64,7 +64,7 @@ class ClientBase:
         if name is None:
             message = yield Unary("CreateSession", v1.CreateSessionRequest(ttl_s=ttl_s, display_name=display_name))
         else:
-            message = yield Unary("GetSession", v1.GetSessionRequest(name=name), name)
+            message = yield Unary("GetSession", v1.GetSessionRequest(name=name), Route(name))
         session = self._session_class(self, message, is_owner=name is None)
         self._open_sessions.add(session)
         return session

@@ -98,7 +98,7 @@ class ClothsBase(Controls):
         request.grip_states = grips or impulses
         request.impulses = impulses
         self._forget_states()  # also if the step fails: it may be done in part
-        response = yield Unary("Step", request, self._session.name, timeout_s)
+        response = yield Unary("Step", request, self._session._route, timeout_s)
         answer = self._take(response, rows, request)
         if streams:
             read = yield from self._read(wanted.positions or not wanted.velocities, wanted.velocities,
@@ -128,7 +128,7 @@ class ClothsBase(Controls):
         given = out if isinstance(out, dict) else {"positions": out}
         per_cloth = self.particles if particles is None else len(request.view.particles)
         reader = states.StateReader(ids_list, per_cloth, names, self._session.dtype, given)
-        yield Reading("ReadStates", request, self._session.name, reader.sink, timeout_s)
+        yield Reading("ReadStates", request, self._session._route, reader.sink, timeout_s)
         for array in reader.arrays.values():
             array.flags.writeable = out is not None
         read = states.States(self._every(rows), reader.step_count, reader.time_s, **reader.arrays)
@@ -150,7 +150,7 @@ class ClothsBase(Controls):
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
         if transforms is not None:
             columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (len(every), 7))})
-        yield Unary("ResetCloths", request, self._session.name)
+        yield Unary("ResetCloths", request, self._session._route)
         self.step_count[every] = 0
         self.faulted[every] = False
         self._pending.drop(rows, self.num)
@@ -174,7 +174,7 @@ class ClothsBase(Controls):
                 dtype = np.float32 if values.dtype == np.float32 else np.float64
                 spread = columns.spread(name, values.astype(dtype), (len(every), self.particles, 3))
                 getattr(request, name).CopyFrom(states.pack(spread.reshape(-1, 3)))
-        yield Unary("WriteStates", request, self._session.name)
+        yield Unary("WriteStates", request, self._session._route)
         self.faulted[every] = False
         self._forget_states()
 
@@ -186,7 +186,7 @@ class ClothsBase(Controls):
             return
         request = v1.SaveStatesRequest(session=self._session.name, name=name)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        yield Unary("SaveStates", request, self._session.name)
+        yield Unary("SaveStates", request, self._session._route)
         self._faulted_when_saved[name] = self.faulted.copy()
 
     def _load(self, name: str, ids=None, *, of=None) -> Operation[None]:
@@ -200,7 +200,7 @@ class ClothsBase(Controls):
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
         if of is not None:
             columns.fill(request, {"saved_cloth_ids": self.ids[np.asarray(of, np.intp)].tolist()})
-        yield Unary("LoadStates", request, self._session.name)
+        yield Unary("LoadStates", request, self._session._route)
         self._pending.drop(rows, self.num)
         self._forget_states()
         yield from self._read(particles=[0], ids=ids)  # which step they are at
@@ -211,7 +211,7 @@ class ClothsBase(Controls):
     def _drop(self, name: str) -> Operation[None]:
         """Forgets what `save` kept by this name."""
         self._faulted_when_saved.pop(name, None)
-        yield Unary("DropStates", v1.DropStatesRequest(session=self._session.name, name=name), self._session.name)
+        yield Unary("DropStates", v1.DropStatesRequest(session=self._session.name, name=name), self._session._route)
 
     def _snapshot(self, ids=None) -> Operation[bytes]:
         """The cloths as bytes, with everything that they go on from; `session.restore` makes cloths of them, here or on
@@ -220,22 +220,22 @@ class ClothsBase(Controls):
         if rows is not None and not len(rows):
             raise errors.bad_field("ids", "no cloth is named")
         name = f"snapshot-{uuid.uuid4().hex}"
-        session, pieces = self._session.name, []
-        request = v1.SaveStatesRequest(session=session, name=name)
+        route, pieces = self._session._route, []
+        request = v1.SaveStatesRequest(session=route.session, name=name)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        yield Unary("SaveStates", request, session)
+        yield Unary("SaveStates", request, route)
         try:
-            yield Reading("ExportCloths", v1.ExportClothsRequest(session=session, name=name), session,
+            yield Reading("ExportCloths", v1.ExportClothsRequest(session=route.session, name=name), route,
                           lambda chunk: pieces.append(chunk.data))
         finally:
-            yield Unary("DropStates", v1.DropStatesRequest(session=session, name=name), session)
+            yield Unary("DropStates", v1.DropStatesRequest(session=route.session, name=name), route)
         return b"".join(pieces)
 
     def _topology(self, row: int = 0) -> Operation[topology.Topology]:
         """Triangles, edges, rest positions and grid of a cloth, as the server has them; also of attached cloths."""
         at = columns.rows_of([row], self.num)[0]
         request = v1.ReadTopologyRequest(session=self._session.name, cloth_id=self._all_ids[at])
-        return topology.Topology.of((yield Unary("ReadTopology", request, self._session.name)))
+        return topology.Topology.of((yield Unary("ReadTopology", request, self._session._route)))
 
     def _randomise(self, ids=None, *, gravity=None, wind=None, damping=None, friction_static=None, friction_dynamic=None,
                    restitution=None, thickness=None, air_drag=None, air_lift=None) -> Operation[None]:
@@ -249,7 +249,7 @@ class ClothsBase(Controls):
             friction_static=friction_static, friction_dynamic=friction_dynamic, restitution=restitution,
             thickness_m=thickness, air_drag=air_drag, air_lift=air_lift))
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        yield Unary("UpdateCloths", request, self._session.name)
+        yield Unary("UpdateCloths", request, self._session._route)
 
     def _update(self, spec: v1.ClothSpec, paths, ids=None) -> Operation[None]:
         """Sets the fields named by `paths` (see UpdateClothsRequest.update_mask) from `spec`, for all cloths or none:
@@ -260,7 +260,7 @@ class ClothsBase(Controls):
         request = v1.UpdateClothsRequest(session=self._session.name, spec=spec)
         request.update_mask.paths.extend([paths] if isinstance(paths, str) else paths)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        response = yield Unary("UpdateCloths", request, self._session.name)
+        response = yield Unary("UpdateCloths", request, self._session._route)
         if rows is None:
             self.shape = response.shape
 
@@ -269,13 +269,13 @@ class ClothsBase(Controls):
         fault."""
         at = columns.rows_of([row], self.num)[0]
         request = v1.GetClothRequest(session=self._session.name, cloth_id=self._all_ids[at])
-        return (yield Unary("GetCloth", request, self._session.name))
+        return (yield Unary("GetCloth", request, self._session._route))
 
     def _delete(self) -> Operation[None]:
         """Deletes the cloths on the server."""
         request = v1.DeleteClothsRequest(session=self._session.name)
         columns.fill(request, {"cloth_ids": self._all_ids})
-        yield Unary("DeleteCloths", request, self._session.name)
+        yield Unary("DeleteCloths", request, self._session._route)
 
     def _render_png(self, width: int = 960, height: int = 720, *, ids=None, timeout_s: float | None = None,
                     **options) -> Operation[bytes]:
@@ -311,7 +311,7 @@ class ClothsBase(Controls):
             raise errors.bad_field("ids", "nothing is selected")
         request = v1.RenderRequest(session=self._session.name, **fields)
         columns.fill(request, {"cloth_ids": self._ids_list(rows)})
-        return (yield Unary("Render", request, self._session.name, timeout_s))
+        return (yield Unary("Render", request, self._session._route, timeout_s))
 
     # --- parts
 

@@ -12,6 +12,8 @@ from google.protobuf import wrappers_pb2
 from . import errors, memory, v1
 
 SESSION_HEADER = "x-drape-session"
+# A server that came back from its checkpoints refuses requests that know an earlier run of it.
+INCARNATION_HEADER = "x-drape-incarnation"
 # grpc.health.v1 in terms of messages of equal wire format.
 HEALTH = "Check"
 _METHODS = {**v1.METHODS, HEALTH: v1.Method("/grpc.health.v1.Health/Check", wrappers_pb2.StringValue,
@@ -63,7 +65,7 @@ class ConnectionBase:
         self._pid = os.getpid()
         self._calls = {}
         self._secrets = () if token is None else (("authorization", f"Bearer {token}"),)
-        self._metadata = {"": self._secrets}
+        self._metadata = {}
         memory.keep_freed_blocks()
 
     def check_usable(self):
@@ -88,10 +90,12 @@ class ConnectionBase:
                 response_deserializer=method.answer.FromString)
         return self._calls[name]
 
-    def metadata_of(self, session):
-        if session not in self._metadata:
-            self._metadata[session] = ((SESSION_HEADER, session), *self._secrets)
-        return self._metadata[session]
+    def metadata_of(self, route):
+        if route not in self._metadata:
+            session = ((SESSION_HEADER, route.session),) if route.session else ()
+            incarnation = ((INCARNATION_HEADER, route.incarnation),) if route.incarnation else ()
+            self._metadata[route] = (*session, *incarnation, *self._secrets)
+        return self._metadata[route]
 
     def error_of(self, rpc_error):
         error = errors.from_rpc(rpc_error)
@@ -131,8 +135,8 @@ class Connection(ConnectionBase):
         timeout_s = self.timeout_s if call.timeout_s is None else call.timeout_s
         sink = getattr(call, "sink", None)
         if sink is None:
-            return of(call.request, timeout=timeout_s, metadata=self.metadata_of(call.session))
-        answers = of(call.request, timeout=timeout_s, metadata=self.metadata_of(call.session))
+            return of(call.request, timeout=timeout_s, metadata=self.metadata_of(call.route))
+        answers = of(call.request, timeout=timeout_s, metadata=self.metadata_of(call.route))
         try:
             for answer in answers:
                 sink(answer)

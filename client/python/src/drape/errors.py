@@ -75,6 +75,11 @@ class FailedPrecondition(Error):
     code = "FAILED_PRECONDITION"
 
 
+class StateLost(FailedPrecondition):
+    """The server started again, and holds the session as it was in its last checkpoint. Nothing has been done, nor will
+    be before `session.reattach()`."""
+
+
 class Aborted(Error):
     """The first request with this request id is not complete."""
 
@@ -149,6 +154,8 @@ def from_rpc(error: grpc.RpcError) -> Error:
     cls = _CLASSES.get(code.name, Error)
     if cls is NotFound and details.get("reason") in _LOST:
         cls = SessionLost
+    if cls is FailedPrecondition and details.get("reason") == "STATE_LOST":
+        cls = StateLost
     return cls(message, code=code.name, **details)
 
 

@@ -15,12 +15,19 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
+class Route(NamedTuple):
+    """For whom a request is: a session, and the `incarnation` of the server that the caller knows it from; "": any."""
+
+    session: str = ""
+    incarnation: str = ""
+
+
 class Unary(NamedTuple):
     """One request, or an iterator of them for a method that takes a stream; one answer, which the generator is sent."""
 
     method: str
     request: Any
-    session: str = ""
+    route: Route = Route()
     timeout_s: float | None = None
 
 
@@ -29,7 +36,7 @@ class Reading(NamedTuple):
 
     method: str
     request: Any
-    session: str
+    route: Route
     sink: Callable[[Any], None]
     timeout_s: float | None = None
 

@@ -26,7 +26,7 @@ class PipelineBase:
         self._under_way = collections.deque()
         connection = cloths._connection
         self._answers = connection.call_of("StepStream")(
-            *self._requests_of_the_call(), metadata=connection.metadata_of(cloths._session.name))
+            *self._requests_of_the_call(), metadata=connection.metadata_of(cloths._session._route))
 
     def _requests_of_the_call(self):
         return ()

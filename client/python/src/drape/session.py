@@ -11,7 +11,7 @@ import numpy as np
 
 from . import columns, errors, states, v1
 from .cloths import Cloths
-from .operations import Operation, Unary, blocking
+from .operations import Operation, Route, Unary, blocking
 
 _RENEWALS_PER_LEASE = 3  # two may be lost
 _PIECE_BYTES = 4 << 20  # of a message to the server
@@ -20,7 +20,11 @@ _LAST_CALL_S = 2.0  # for a session that is deleted because nobody uses it: a de
 
 class SessionBase:
     """A lease on the server. name: "sessions/<server>-<token>"; it gives access, so keep it secret. ttl_s: after so
-    long without a request the server deletes the session and its cloths. Safe to use from several threads."""
+    long without a request the server deletes the session and its cloths. Safe to use from several threads.
+
+    A server with checkpoints that has started again holds the session as it was some time before. Every request raises
+    StateLost then, and does nothing, until `reattach`.
+    """
 
     _cloths_class: Any
 
@@ -28,6 +32,7 @@ class SessionBase:
         self._client = client
         self._connection = client._connection
         self.name = message.name
+        self._route = Route(message.name, message.incarnation)
         self.ttl_s = message.ttl_s
         self.dtype = client.dtype
         self._is_owner = is_owner
@@ -52,7 +57,7 @@ class SessionBase:
             columns.fill(request, {"environment_origins_m": origins})
         if transforms is not None:
             columns.fill(request, {"transforms": columns.shaped("transforms", transforms, (count, 7))})
-        response = yield Unary("CreateCloths", request, self.name, timeout_s)
+        response = yield Unary("CreateCloths", request, self._route, timeout_s)
         return self._cloths_class(self, response.cloth_ids, response.shape, spec, origins)
 
     def _step(self, batches, steps: int = 1, *, report: bool = False, expected: int | None = None,
@@ -86,7 +91,8 @@ class SessionBase:
         else:
             found = {}
             for cloth in np.atleast_1d(np.asarray(ids, np.uint64)).tolist():
-                found[cloth] = yield Unary("GetCloth", v1.GetClothRequest(session=self.name, cloth_id=cloth), self.name)
+                found[cloth] = yield Unary("GetCloth", v1.GetClothRequest(session=self.name, cloth_id=cloth),
+                                           self._route)
         if not found:
             raise errors.FailedPrecondition("the session has no cloths", reason="NO_CLOTHS")
         sizes = {cloth.shape.particles for cloth in found.values()}
@@ -107,7 +113,7 @@ class SessionBase:
         pieces = (v1.ImportClothsRequest(data=snapshot[at:at + _PIECE_BYTES])
                   for at in range(0, len(snapshot), _PIECE_BYTES))
         requests = itertools.chain([v1.ImportClothsRequest(begin=begin)], pieces)
-        response = yield Unary("ImportCloths", requests, self.name)
+        response = yield Unary("ImportCloths", requests, self._route)
         return (yield from self._attach(list(response.cloth_ids), spec))
 
     def _list(self) -> Operation[list[v1.Cloth]]:
@@ -115,7 +121,7 @@ class SessionBase:
         cloths, token = [], ""
         while True:
             page = yield Unary("ListCloths", v1.ListClothsRequest(session=self.name, page_size=1000, page_token=token),
-                               self.name)
+                               self._route)
             cloths.extend(page.cloths)
             token = page.next_page_token
             if not token:
@@ -123,7 +129,14 @@ class SessionBase:
 
     def _renew(self) -> Operation[None]:
         """Extends the lease to its full length, as every request does."""
-        yield Unary("RenewSession", v1.RenewSessionRequest(name=self.name), self.name)
+        yield Unary("RenewSession", v1.RenewSessionRequest(name=self.name), Route(self.name))
+
+    def _reattach(self) -> Operation[None]:
+        """After StateLost: takes the session as it came back from the server's checkpoint. Later steps, cloths and
+        changes are lost, and so are saved states and request ids: make the batches anew, by `attach`. Raises SessionLost
+        if it did not come back."""
+        message = yield Unary("RenewSession", v1.RenewSessionRequest(name=self.name), Route(self.name))
+        self._route = Route(self.name, message.incarnation)
 
 
 def iter_of(call):
@@ -153,6 +166,7 @@ class Session(SessionBase):
     restore = blocking(SessionBase._restore)
     list = blocking(SessionBase._list)
     renew = blocking(SessionBase._renew)
+    reattach = blocking(SessionBase._reattach)
 
     @property
     def lease_error(self):
@@ -174,7 +188,7 @@ def _end(connection, name, lease, is_owner):
     if not is_owner or connection.closed:
         return
     try:
-        connection.run(iter_of(Unary("DeleteSession", v1.DeleteSessionRequest(name=name), name, _LAST_CALL_S)))
+        connection.run(iter_of(Unary("DeleteSession", v1.DeleteSessionRequest(name=name), Route(name), _LAST_CALL_S)))
     except errors.Error:
         pass  # then its lease ends it
 
@@ -195,7 +209,7 @@ class _Lease(threading.Thread):
         self._stopped.set()
 
     def run(self):
-        call = Unary("RenewSession", v1.RenewSessionRequest(name=self._session), self._session,
+        call = Unary("RenewSession", v1.RenewSessionRequest(name=self._session), Route(self._session),
                      min(self._interval_s, _LAST_CALL_S))
         while not self._stopped.wait(self._interval_s):
             try:

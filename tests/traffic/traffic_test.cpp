@@ -1,0 +1,220 @@
+// Nothing is lost, doubled, mixed or shown to others, whatever is cut and killed; and the checks
+// would notice.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <functional>
+#include <iostream>
+
+#include "tests/traffic/checks.h"
+#include "tests/traffic/traffic.h"
+
+namespace drape::test {
+namespace {
+
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+
+// The choices of the workers and when the server ends. What meets what still depends on the
+// machine.
+uint32_t SeedOr(uint32_t seed) {
+  const char* const asked = std::getenv("DRAPE_TRAFFIC_SEED");
+  return asked == nullptr ? seed : static_cast<uint32_t>(std::atoi(asked));
+}
+
+// Into the output of the test, and of gtest (--gtest_output).
+void Tell(const std::string& name, uint64_t count) {
+  std::cout << count << " " << name << "; ";
+  testing::Test::RecordProperty(name, std::to_string(count));
+}
+
+void TellAll(const TrafficHistory& history, const Verdict& verdict) {
+  Tell("operations", history.operations);
+  Tell("cuts", history.cuts);
+  Tell("kills", history.kills);
+  Tell("drains", history.drains);
+  Tell("retries", history.repetitions);
+  Tell("steps", verdict.steps_checked);
+  Tell("lost", verdict.lost_steps);
+  Tell("doubled", verdict.doubled_steps);
+  Tell("findings", verdict.findings.size());
+  Tell("oldest_checkpoint_ms", static_cast<uint64_t>(1000 * history.oldest_checkpoint_s));
+  std::map<std::string, uint64_t> counts;
+  for (const WorkerHistory& worker : history.workers) {
+    for (const auto& [name, count] : worker.counts) counts[name] += count;
+  }
+  std::cout << "of these";
+  for (const auto& [name, count] : counts) std::cout << " " << name << " " << count;
+  std::cout << "\n";
+}
+
+void ExpectAllIsWell(const TrafficOptions& options, const TrafficHistory& history) {
+  Verdict verdict = CheckCounts(history);
+  Verdict replayed = CheckReplay(history);
+  verdict.lost_steps += replayed.lost_steps;
+  std::ranges::move(replayed.findings, std::back_inserter(verdict.findings));
+  TellAll(history, verdict);
+  EXPECT_GE(history.operations, options.operations);
+  EXPECT_THAT(verdict.findings, IsEmpty()) << "again: DRAPE_TRAFFIC_SEED=" << options.seed;
+  EXPECT_EQ(verdict.lost_steps, 0u);
+  EXPECT_EQ(verdict.doubled_steps, 0u);
+}
+
+// One run for all: it is what takes the time.
+class Traffic : public testing::Test {
+ protected:
+  static const TrafficOptions& options() {
+    static const TrafficOptions options{.seed = SeedOr(5), .operations = 1200};
+    return options;
+  }
+  static const TrafficHistory& history() {
+    static const TrafficHistory history = RunTraffic(options());
+    return history;
+  }
+};
+
+TEST_F(Traffic, NothingIsLostOrDoubledOverCutsAndKills) {
+  ExpectAllIsWell(options(), history());
+  EXPECT_GT(history().cuts, 50u);
+  EXPECT_GT(history().repetitions, 50u);
+  EXPECT_GE(history().kills, 2u);
+  EXPECT_GE(history().drains, 1u);
+}
+
+bool IsStep(const Operation& operation) {
+  return operation.kind == Kind::kStep && operation.told_faulted.empty();
+}
+
+// The first acknowledged operation that `is_wanted`.
+Operation* Find(TrafficHistory& history, const std::function<bool(const Operation&)>& is_wanted) {
+  for (WorkerHistory& worker : history.workers) {
+    for (Epoch& epoch : worker.epochs) {
+      for (Operation& operation : epoch.operations) {
+        if (operation.is_acknowledged && is_wanted(operation)) return &operation;
+      }
+    }
+  }
+  return nullptr;
+}
+
+// What would be told if a step had been lost, or done twice.
+TEST_F(Traffic, ALostOrDoubledStepIsFound) {
+  for (const bool is_lost : {true, false}) {
+    TrafficHistory changed = history();
+    Operation* const step = Find(changed, IsStep);
+    ASSERT_NE(step, nullptr);
+    step->told_steps[0] += is_lost ? uint64_t{0} - 1 : 1;
+    const Verdict verdict = CheckCounts(changed);
+    EXPECT_THAT(verdict.findings, Contains(HasSubstr("by the steps that were acknowledged")));
+    EXPECT_GT(is_lost ? verdict.lost_steps : verdict.doubled_steps, 0u);
+  }
+}
+
+// Answers with other bits and another report, each of another worker.
+TEST_F(Traffic, AnswersWithOtherBitsAreFound) {
+  const struct {
+    std::function<bool(const Operation&)> is_wanted;
+    std::function<void(Operation&)> spoil;
+    const char* finding;
+  } faults[] = {{[](const Operation& o) { return IsStep(o) && !o.told_bits.empty(); },
+                 [](Operation& o) { o.told_bits[0] ^= 1; }, "the states of an answer"},
+                {[](const Operation& o) { return IsStep(o) && !o.told_reports.empty(); },
+                 [](Operation& o) { o.told_reports[0] ^= 1; }, "the reports of an answer"},
+                {[](const Operation& o) { return o.kind == Kind::kRead; },
+                 [](Operation& o) { o.told_bits[0] ^= 1; }, "a state that was read"}};
+  const TrafficHistory& told = history();
+  for (size_t k = 0; k < std::size(faults); ++k) {
+    TrafficHistory of_one = told;
+    of_one.workers = {told.workers[k + 1]};
+    Operation* const operation = Find(of_one, faults[k].is_wanted);
+    ASSERT_NE(operation, nullptr) << faults[k].finding;
+    faults[k].spoil(*operation);
+    EXPECT_THAT(CheckReplay(of_one).findings, Contains(HasSubstr(faults[k].finding)));
+  }
+}
+
+// One cloth of a worker came back as it had been one start earlier, while it and another had gone
+// on by more than a request's steps. Gives back the worker; 0: there is none.
+uint32_t Mix(TrafficHistory& history) {
+  constexpr uint64_t kMostSteps = 3;  // of a request of the workers
+  for (size_t k = 0; k + 1 < history.runs.size(); ++k) {
+    for (auto& [session, photo] : history.runs[k + 1].began) {
+      const Photo& former = history.runs[k].began.at(session);
+      const auto has_gone_on = [&](const Mark& mark) {
+        return former.contains(mark) && photo.at(mark).step > former.at(mark).step + kMostSteps;
+      };
+      for (auto& [mark, seen] : photo) {
+        const auto is_company = [&](const auto& entry) {
+          return entry.first.worker == mark.worker && entry.first != mark &&
+                 has_gone_on(entry.first);
+        };
+        if (mark.worker == 0 || !has_gone_on(mark)) continue;
+        if (std::ranges::none_of(photo, is_company)) continue;
+        seen = former.at(mark);
+        return mark.worker;
+      }
+    }
+  }
+  return 0;
+}
+
+TEST_F(Traffic, MixturesOfMomentsAreFound) {
+  TrafficHistory changed = history();
+  const uint32_t worker = Mix(changed);
+  ASSERT_GT(worker, 0u);
+  changed.workers = {changed.workers[worker - 1]};
+  EXPECT_THAT(CheckReplay(changed).findings, Contains(HasSubstr("as they never were together")));
+}
+
+// Kills take back what was acknowledged after the last checkpoint: as if they should not. At the
+// end cloths look as they were, but would go on differently.
+TEST_F(Traffic, WhatIsLostTooEarlyAndWhatIsNotSeenAreFound) {
+  TrafficHistory changed = history();
+  for (ServerRun& run : changed.runs) run.kept_until_s = run.ended_s;
+  for (auto& [session, photo] : changed.ended) {
+    for (auto& [mark, seen] : photo) seen.whole += " ";
+  }
+  Verdict verdict = CheckCounts(changed);
+  verdict.Add(CheckReplay(changed));
+  EXPECT_THAT(verdict.findings, Contains(HasSubstr("before the end is lost")));
+  EXPECT_GT(verdict.lost_steps, 0u);
+  EXPECT_THAT(verdict.findings, Contains(HasSubstr("would go on differently")));
+  EXPECT_THAT(verdict.findings, Contains(HasSubstr("the shared cloth has other bits")));
+}
+
+TEST_F(Traffic, WhatIsHeldAtTheEndAndIdsGivenTwiceAreFound) {
+  TrafficHistory changed = history();
+  changed.held["drape_cloths"] = 1;
+  changed.runs.back().shared_acknowledged_s.push_back(0);
+  ASSERT_FALSE(changed.workers[1].ids.empty());
+  changed.workers[0].ids.push_back(changed.workers[1].ids[0]);
+  const Verdict verdict = CheckCounts(changed);
+  EXPECT_THAT(verdict.findings, Contains(HasSubstr("drape_cloths is 1")));
+  EXPECT_THAT(verdict.findings, Contains(HasSubstr("the shared cloth went")));
+  EXPECT_THAT(verdict.findings, Contains(HasSubstr("was given twice")));
+}
+
+// Clients that repeat their steps without ids step twice, and take their own sessions for those of
+// others.
+TEST(TrafficFaults, ClientsThatDoWrongAreFound) {
+  const TrafficHistory history = RunTraffic({.seed = SeedOr(6),
+                                             .operations = 600,
+                                             .operations_per_run = 0,
+                                             .forgets_request_ids = true,
+                                             .takes_own_sessions_for_foreign = true});
+  const Verdict verdict = CheckCounts(history);
+  EXPECT_GT(verdict.doubled_steps, 0u);
+  EXPECT_THAT(verdict.findings, Contains(HasSubstr("something of another tenant answered")));
+}
+
+// What `./run bench service` writes down. Minutes.
+TEST(TrafficLong, HundredThousandOperations) {
+  const TrafficOptions options{.seed = SeedOr(7), .operations = 100'000, .operations_per_run = 300};
+  ExpectAllIsWell(options, RunTraffic(options));
+}
+
+}  // namespace
+}  // namespace drape::test
