@@ -32,7 +32,8 @@ class WorldsTest : public DeviceLoopTest {
   const Status& StatusOf(const std::string& name) { return outcomes_.at(name).status; }
   std::vector<ClothHandle> StepOf(size_t batch) {
     std::vector<ClothHandle> handles;
-    for (const FakeItem& item : device_->batches().at(batch)) handles.push_back(item.cloth);
+    const FakeBatch items = device_->batches().at(batch);
+    for (const FakeItem& item : items) handles.push_back(item.cloth);
     return handles;
   }
   void End(const std::shared_ptr<ClothRuntime>& cloth) {
@@ -71,7 +72,8 @@ TEST_F(WorldsTest, AWorldIsSteppedInOneBatchInItsOrder) {
     } else if (step.size() == 2) {
       EXPECT_EQ(step, (std::vector<ClothHandle>{b[0]->handle(), b[1]->handle()}));
     }
-    for (const FakeItem& item : device_->batches()[batch]) {
+    const FakeBatch items = device_->batches()[batch];
+    for (const FakeItem& item : items) {
       EXPECT_EQ(item.world, step.size() == 3 ? 1u : step.size() == 2 ? 2u : 0u);
     }
   }

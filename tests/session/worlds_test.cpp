@@ -13,7 +13,8 @@ namespace {
 // A square of 0.3 m at a height, in a world.
 ClothCreation Sheet(const std::string& world, double height_m, uint32_t side = 7) {
   ClothCreation creation;
-  ModelDescription description{GridTopology{side, side, 0.3, 0.3}};
+  ModelDescription description;
+  description.topology = GridTopology{side, side, 0.3, 0.3};
   creation.description = std::make_shared<const ModelDescription>(std::move(description));
   creation.model = SceneModel::Build(*creation.description).value();
   creation.world = world;
