@@ -70,8 +70,7 @@ Eigen::Vector3d CheckVector3Or(const Eigen::Vector3d& fallback, const FieldPath&
   return CheckVector3(path, values, max, unit, violations).value_or(fallback);
 }
 
-std::string CheckWorldName(const FieldPath& path, const std::string& name,
-                           Violations& violations) {
+std::string CheckWorldName(const FieldPath& path, const std::string& name, Violations& violations) {
   violations.Require(name.size() <= kMaxWorldNameBytes, path, [&] {
     return "has " + std::to_string(name.size()) + " bytes, at most " +
            std::to_string(kMaxWorldNameBytes);

@@ -248,8 +248,7 @@ Status ActiveRequest::CheckWorlds() const {
       }
       if (work_.until_step && completed_steps(*member.cloth) != completed_steps(first)) {
         return StepMismatch(*member.cloth, places.at(member.cloth),
-                            "another cloth of its world " +
-                                std::to_string(completed_steps(first)) +
+                            "another cloth of its world " + std::to_string(completed_steps(first)) +
                                 ": use steps instead of until_step");
       }
     }
@@ -364,8 +363,8 @@ std::span<const uint32_t> ActiveRequest::Costs(const SolveRate& rate, double us_
     if (!HasStepsLeft(unit)) continue;
     double expected_us = 0;
     for (const uint32_t k : Unit(unit)) expected_us += work_.cloths[k]->ExpectedCost_us(rate);
-    costs_.push_back(
-        static_cast<uint32_t>(std::clamp<double>(std::ceil(expected_us / us_per_cost), 1, max_cost)));
+    costs_.push_back(static_cast<uint32_t>(
+        std::clamp<double>(std::ceil(expected_us / us_per_cost), 1, max_cost)));
   }
   return costs_;
 }

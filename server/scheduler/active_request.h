@@ -44,9 +44,9 @@ class ActiveRequest {
   bool is_done() const { return has_started_ && units_to_step_ == 0; }
   uint64_t last_round() const { return last_round_; }
 
-  // The cost in a batch of the next step of each unit that has steps left, in the order of Take: one
-  // for every `us_per_cost` of its expected duration, at least one and at most `max_cost`. Valid
-  // until the next call.
+  // The cost in a batch of the next step of each unit that has steps left, in the order of Take:
+  // one for every `us_per_cost` of its expected duration, at least one and at most `max_cost`.
+  // Valid until the next call.
   std::span<const uint32_t> Costs(const SolveRate& rate, double us_per_cost, uint32_t max_cost);
   // The next `count` (<= units_to_step) units, as indices into work().cloths; those of a world
   // follow each other in its order. They take part in round `round`.
@@ -102,9 +102,9 @@ class ActiveRequest {
   // [cloth], only if impulses are; null: of cloths without a step, or faulted.
   std::vector<std::shared_ptr<const StepImpulses>> impulses_;
   std::vector<std::shared_ptr<const SceneModel>> models_;  // whose impulses these are
-  std::vector<uint32_t> order_;        // cloths, unit after unit
-  std::vector<uint32_t> unit_begins_;  // [unit_count + 1] of order_
-  std::vector<bool> ends_unit_;        // [cloth]: the last one of its unit
+  std::vector<uint32_t> order_;                            // cloths, unit after unit
+  std::vector<uint32_t> unit_begins_;                      // [unit_count + 1] of order_
+  std::vector<bool> ends_unit_;                            // [cloth]: the last one of its unit
   uint32_t units_to_step_ = 0;
   uint32_t cursor_ = 0;  // the unit where Take continues
   std::vector<uint32_t> costs_;

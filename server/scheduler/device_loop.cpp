@@ -286,9 +286,9 @@ int64_t DeviceLoop::StepPiece(const std::vector<Part>& parts) {
   std::optional<BatchReport> batch = BatchReport{};
   if (!items.empty()) {
     const trace::Span span("step_piece");
-    batch = backend_.StepPiece(items,
-                               Pause::At(std::chrono::steady_clock::now() +
-                                         std::chrono::microseconds(settings_.batch_budget_us)));
+    batch =
+        backend_.StepPiece(items, Pause::At(std::chrono::steady_clock::now() +
+                                            std::chrono::microseconds(settings_.batch_budget_us)));
   }
   const double spent_us = step->second.spent_us;
   for (const auto& cloth : cloths) cloth->SetInPieces(!batch.has_value());

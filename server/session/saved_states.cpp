@@ -25,8 +25,8 @@ bool HaveSameParticles(const SceneModel& a, const SceneModel& b) {
 
 // Of cloths in no world any will do.
 bool HasSettingsOf(const ClothRecord& cloth, const SavedCloth& from) {
-  return cloth.world.empty() || cloth.description()->parameters.settings ==
-                                    from.description->parameters.settings;
+  return cloth.world.empty() ||
+         cloth.description()->parameters.settings == from.description->parameters.settings;
 }
 
 // What the backend must be told beside the particles.

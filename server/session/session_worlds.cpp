@@ -48,8 +48,8 @@ Status Session::CheckWorld(const std::string& world, const SceneModel& model,
   }
   if (members + settings.size() > kMaxClothsPerWorld) {
     return {StatusCode::kResourceExhausted, "QUOTA_EXCEEDED",
-            "a world has at most " + std::to_string(kMaxClothsPerWorld) + " cloths: " +
-                std::to_string(members) + " in '" + world + "', " +
+            "a world has at most " + std::to_string(kMaxClothsPerWorld) +
+                " cloths: " + std::to_string(members) + " in '" + world + "', " +
                 std::to_string(settings.size()) + " more wanted"};
   }
   const auto description = first == nullptr ? nullptr : first->description();

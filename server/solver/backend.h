@@ -169,8 +169,8 @@ class Backend {
   virtual BatchReport Step(std::span<const StepItem> items) = 0;
   // Step for one cloth, or one world, whose step takes long, in pieces and with the same bits:
   // begins it, or goes on with it, until `pause` is due; none: it paused, and to readers the cloths
-  // are as before. The items have every target (Track::SendAgain) and are otherwise the same in each
-  // piece. A Step or a Write of one of the cloths drops what was begun, and so does another
+  // are as before. The items have every target (Track::SendAgain) and are otherwise the same in
+  // each piece. A Step or a Write of one of the cloths drops what was begun, and so does another
   // StepPiece of it in other company. A backend that cannot pause takes the whole step.
   virtual std::optional<BatchReport> StepPiece(std::span<const StepItem> items,
                                                const Pause& /*pause*/) {

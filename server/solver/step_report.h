@@ -64,8 +64,8 @@ struct Measurements {
   double max_penetration_m = 0;  // max(0, -gap)
   // Largest |C + (alpha/h) Lambda| of the last substep, and contact violation.
   double max_residual_m = 0;
-  // Of contacts with itself, where the cloth has self-collision, and with others of its world. Pairs
-  // of a vertex and a triangle or of two edges that are not farther apart than kNearPairRatio
+  // Of contacts with itself, where the cloth has self-collision, and with others of its world.
+  // Pairs of a vertex and a triangle or of two edges that are not farther apart than kNearPairRatio
   // thicknesses, without those of one cloth that are as near at rest.
   uint32_t near_pairs = 0;
   // Of such pairs [m]; infinite where there is none.

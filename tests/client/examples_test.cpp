@@ -149,8 +149,8 @@ TEST(ExampleFilesTest, GeneratedFilesAreWhatTheGeneratorMakes) {
   fs::copy_file(Example("meshes/skirt.obj"), folder / "meshes/skirt.obj");
   const Outcome outcome = RunProgram("make_examples", {folder.path().string()});
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  for (const char* name : {"many_cloths.json", "chain.json", "net.json", "flag.json", "five_sheets.json", "skirt.json",
-                           "meshes/disc.obj"}) {
+  for (const char* name : {"many_cloths.json", "chain.json", "net.json", "flag.json",
+                           "five_sheets.json", "skirt.json", "meshes/disc.obj"}) {
     EXPECT_TRUE(ReadText(folder / name) == ReadText(Example(name)))
         << name << ": run make_examples client/examples";
   }

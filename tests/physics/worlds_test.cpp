@@ -144,8 +144,8 @@ TEST_P(Worlds, TwoFreeSheetsThatCollideKeepTheirMomentumAndGainNoEnergy) {
     Move(other, {0.05, 0.1 + speed / 120, 0}, {0, -speed / 2, 0});
     ClothWorld world(backend(), 1, {one, other});
     const Vector3d before = Momentum(world, 2);
-    const double start_j = (one.model->total_mass_kg() + other.model->total_mass_kg() / 4) *
-                           speed * speed / 2;
+    const double start_j =
+        (one.model->total_mass_kg() + other.model->total_mass_kg() / 4) * speed * speed / 2;
     double energy_j = start_j;
     bool have_touched = false;
     for (uint32_t step = 0; step < 30 && !HasFailure(); ++step) {
@@ -186,7 +186,8 @@ class SheetOnSheet : public Worlds {
   double WayOn(const Slope& slope) {
     std::vector<uint32_t> all(kSide * kSide);
     for (uint32_t i = 0; i < all.size(); ++i) all[i] = i;
-    Scene lower = MeshedGrid(kSide, kSide, 1, 0.2, all), upper = MeshedGrid(kSide, kSide, 0.2, 0.15);
+    Scene lower = MeshedGrid(kSide, kSide, 1, 0.2, all),
+          upper = MeshedGrid(kSide, kSide, 0.2, 0.15);
     const double angle = std::atan(slope.tangent);
     double factor = 2;
     for (Scene* const scene : {&lower, &upper}) {
@@ -229,7 +230,8 @@ TEST_P(SheetOnSheet, SticksBelowItsFrictionAndSlidesAboveIt) {
   EXPECT_NEAR(WayOn(above), Slides_m(above), Slides_m(above) / 4);
 }
 
-// Starts to slide up to a fifth below (method.md, Known and accepted), and then feels the other one.
+// Starts to slide up to a fifth below (method.md, Known and accepted), and then feels the other
+// one.
 TEST_P(SheetOnSheet, SticksWellBelowStaticFrictionAndSlidesAboveItWithDynamicFriction) {
   EXPECT_NEAR(WayOn({0.8 * kFriction, kFriction, 0.75 * kFriction}), 0, Creep_m());
   const Slope above{1.02 * kFriction, kFriction, 0.75 * kFriction};
@@ -261,8 +263,7 @@ TEST_P(Worlds, ChangeNoBitWhereNothingIsNear) {
       scenes[k].parameters.settings.max_iterations = tolerance > 0 ? 20 : 1;
       Stir(scenes[k], 0.5);
       for (Vector3d& p : scenes[k].state.positions_m) p.x() += 2.0 * static_cast<double>(k);
-      alone.push_back(
-          std::make_unique<ClothWorld>(backend(), 0, std::vector<Scene>{scenes[k]}));
+      alone.push_back(std::make_unique<ClothWorld>(backend(), 0, std::vector<Scene>{scenes[k]}));
     }
     ClothWorld world(backend(), 1, scenes);
     for (uint32_t step = 0; step < 20; ++step) {

@@ -263,8 +263,7 @@ class CpuBackend final : public Backend {
       batch.push_back(CandidateOf(items[k]));
       places.push_back(k);
     }
-    for (StepGroup& group :
-         FormGroups(batch, lane_count_, static_cast<uint32_t>(thread_count_))) {
+    for (StepGroup& group : FormGroups(batch, lane_count_, static_cast<uint32_t>(thread_count_))) {
       for (uint32_t& place : group) place = places[place];
       groups.push_back(std::move(group));
     }
@@ -412,8 +411,7 @@ class CpuBackend final : public Backend {
     }
   }
 
-  static void MeasureFaulted(std::span<Cloth* const> cloths,
-                             std::span<const SteppedCloth> stepped,
+  static void MeasureFaulted(std::span<Cloth* const> cloths, std::span<const SteppedCloth> stepped,
                              std::span<StepReport> reports) {
     std::vector<MeasuredCloth> measured;
     bool is_any_measured = false;

@@ -70,8 +70,8 @@ Scheme::Scheme(const FloatModel& model, const ClothParameters& parameters, bool 
 }
 
 void SetScheme(Cloth& cloth) {
-  cloth.scheme = std::make_shared<const Scheme>(*cloth.model, cloth.parameters,
-                                                cloth.own_lengths.has_value());
+  cloth.scheme =
+      std::make_shared<const Scheme>(*cloth.model, cloth.parameters, cloth.own_lengths.has_value());
 }
 
 void EndSelfContacts(Cloth& cloth, const StepReport& report, const StepScratch& scratch) {

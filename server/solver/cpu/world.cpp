@@ -9,16 +9,17 @@ namespace drape::cpu {
 namespace {
 
 bool IsOf(const World& world, std::span<Cloth* const> cloths) {
-  return std::ranges::equal(
-      world.of_cloths, cloths,
-      [](const auto& scheme, const Cloth* cloth) { return scheme == cloth->scheme; });
+  return std::ranges::equal(world.of_cloths, cloths, [](const auto& scheme, const Cloth* cloth) {
+    return scheme == cloth->scheme;
+  });
 }
 
 WorldSettings SettingsOf(std::span<Cloth* const> cloths) {
   std::vector<WorldCloth> of_world;
   for (const Cloth* const cloth : cloths) {
-    DRAPE_CHECK(cloth->parameters.settings.time_step_s == cloths[0]->parameters.settings.time_step_s,
-                "the cloths of a world have the same time step");
+    DRAPE_CHECK(
+        cloth->parameters.settings.time_step_s == cloths[0]->parameters.settings.time_step_s,
+        "the cloths of a world have the same time step");
     of_world.push_back({cloth->model->source.get(), &cloth->parameters,
                         cloth->own_lengths ? LengthSource::kOwn : LengthSource::kModel});
   }

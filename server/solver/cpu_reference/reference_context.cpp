@@ -37,8 +37,7 @@ StepContext::StepContext(const SteppedReference& stepped, const ClothParameters&
       base(model.particle_count()),
       u(model.particle_count()),
       a(model.particle_count()),
-      impulses(stepped.asked.impulses
-                   ? std::make_unique<ImpulseSums>(model, held, colliders.size())
-                   : nullptr) {}
+      impulses(stepped.asked.impulses ? std::make_unique<ImpulseSums>(model, held, colliders.size())
+                                      : nullptr) {}
 
 }  // namespace drape::reference

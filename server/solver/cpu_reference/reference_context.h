@@ -55,8 +55,8 @@ struct StepContext {
   const StepPlan& plan;
   const uint32_t max_iterations;
   const Eigen::Vector3d origin_m;  // of the cloth's frame in that of its world
-  const std::vector<Grip> held;  // the pins and their targets, then the grips
-  const std::vector<double> w;   // inverse masses [1/kg], 0 of what is held
+  const std::vector<Grip> held;    // the pins and their targets, then the grips
+  const std::vector<double> w;     // inverse masses [1/kg], 0 of what is held
 
   Substep substep;  // the one under way
   double h = 0;     // interval of its impulses [s]
@@ -72,8 +72,8 @@ struct StepContext {
   std::vector<double> lambda;                 // accumulated impulses, [constraint_count] [N s]
   std::vector<Eigen::Vector3d> joint_lambda;  // [joint_count] [N s]
   std::vector<ContactImpulse> beta;           // times w, [particle_count][collider_count] [m/s]
-  std::unique_ptr<ImpulseSums> impulses;  // null: nobody asks for them
-  std::vector<double> rebounds;           // [particle_count][collider_count] [m/s]; 0: no hit
+  std::unique_ptr<ImpulseSums> impulses;      // null: nobody asks for them
+  std::vector<double> rebounds;               // [particle_count][collider_count] [m/s]; 0: no hit
 };
 
 }  // namespace drape::reference

@@ -105,8 +105,8 @@ void ReferenceSelfContacts::Begin(StepContexts& contexts, const ContactSurface* 
       .thicknesses = {std::ranges::max(thicknesses_), thicknesses_},
       .frictions = frictions_,
       .depenetration_speed = kMaxDepenetrationSpeed_m_per_s,
-      .gravity = Largest(contexts,
-                         [](const auto& its) { return its.parameters.gravity_m_per_s2.norm(); }),
+      .gravity =
+          Largest(contexts, [](const auto& its) { return its.parameters.gravity_m_per_s2.norm(); }),
       .slowest_landing =
           Largest(contexts, [](const auto& its) { return SlowestLanding(its.parameters); }),
       .grazing_sine = kGrazingSine,
@@ -154,8 +154,7 @@ void ReferenceSelfContacts::Guard(StepContexts& contexts) {
   if (surface_ == nullptr) return;
   std::vector<SelfVector> ends = Gather(contexts, Kind::kPlaces, Positions);
   std::vector<SelfVector> velocities = Gather(contexts, Kind::kVelocities, Velocities);
-  std::vector<SelfVector> previous_positions =
-      Gather(contexts, Kind::kPlaces, PreviousPositions);
+  std::vector<SelfVector> previous_positions = Gather(contexts, Kind::kPlaces, PreviousPositions);
   std::vector<SelfVector> previous_velocities =
       Gather(contexts, Kind::kVelocities, PreviousVelocities);
   const Substep& substep = contexts[0].substep;

@@ -223,9 +223,8 @@ EnergyChange ChangeOfEnergy(const StepContext& context, const ReferenceCloth& cl
     const Vector3d& v_end = context.state.velocities_m_per_s[i];
     const Vector3d way = context.state.positions_m[i] - p[i];
     change.start_kinetic_j += model.masses_kg()[i] * v[i].squaredNorm() / 2;
-    change.gain_j +=
-        model.masses_kg()[i] *
-        ((v_end - v[i]).dot(v_end + v[i]) / 2 - context.parameters.gravity_m_per_s2.dot(way));
+    change.gain_j += model.masses_kg()[i] * ((v_end - v[i]).dot(v_end + v[i]) / 2 -
+                                             context.parameters.gravity_m_per_s2.dot(way));
   }
   return change;
 }
@@ -317,8 +316,7 @@ struct ReferenceStep::UnderWay {
 };
 
 ReferenceStep::ReferenceStep(std::vector<SteppedReference> cloths,
-                             std::shared_ptr<const ContactSurface> surface,
-                             uint32_t max_iterations)
+                             std::shared_ptr<const ContactSurface> surface, uint32_t max_iterations)
     : cloths_(std::move(cloths)),
       surface_(std::move(surface)),
       max_iterations_(max_iterations),
@@ -409,13 +407,13 @@ void ReferenceStep::Measure(std::vector<StepReport>& reports) const {
     Measurements& measured = reports[k].measured;
     const bool is_measured = cloths_[k].asked.measure;
     is_any_measured |= is_measured;
-    with_contacts.push_back({&cloth.parameters, &cloth.state, cloths_[k].origin_m,
-                             is_measured ? &measured : nullptr});
+    with_contacts.push_back(
+        {&cloth.parameters, &cloth.state, cloths_[k].origin_m, is_measured ? &measured : nullptr});
     if (!is_measured) continue;
     const double residual_m = measured.max_residual_m;
     const double rms_motion_m = measured.rms_motion_m;
-    measured = MeasureState(*cloth.model, cloth.parameters, cloth.state,
-                            cloth.rest_length_targets_m);
+    measured =
+        MeasureState(*cloth.model, cloth.parameters, cloth.state, cloth.rest_length_targets_m);
     measured.max_residual_m = residual_m;
     measured.rms_motion_m = rms_motion_m;
     if (under_way_ == nullptr) continue;  // only a step has warnings

@@ -31,8 +31,8 @@ struct SteppedReference {
 class ReferenceStep {
  public:
   // `surface`: what touches in this step; null: nothing does.
-  ReferenceStep(std::vector<SteppedReference> cloths,
-                std::shared_ptr<const ContactSurface> surface, uint32_t max_iterations);
+  ReferenceStep(std::vector<SteppedReference> cloths, std::shared_ptr<const ContactSurface> surface,
+                uint32_t max_iterations);
   ~ReferenceStep();
 
   // Begins or goes on until `pause` is due; none: it paused, and the cloths are as before. Cloths

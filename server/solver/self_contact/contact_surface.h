@@ -85,7 +85,7 @@ class ContactSurface {
   }
 
   // The cloths that it is of: of one, all particles and patches are those of member 0.
-  uint32_t member_count() const { 
+  uint32_t member_count() const {
     return std::max(1u, static_cast<uint32_t>(touches_itself_.size()));
   }
   uint32_t member_of_particle(uint32_t particle) const {

@@ -385,10 +385,9 @@ void SelfContacts<V>::StopTouching(const typename PlanarGuard<V>::Motion& motion
     V velocity_change = change * pair.normal;
     if (has_friction_) {
       const V sliding = relative - speed * pair.normal;
-      velocity_change +=
-          Friction(FrictionOf(pair), V(pair.tangent - sliding),
-                   std::max(pair.push + change, Real{0})) -
-          pair.tangent;
+      velocity_change += Friction(FrictionOf(pair), V(pair.tangent - sliding),
+                                  std::max(pair.push + change, Real{0})) -
+                         pair.tangent;
     }
     Apply(pair, velocity_change, numbers_.inverse_masses, velocities);
     Pull(pair, velocity_change, numbers_.inverse_masses, numbers_.pulls.now);

@@ -1,6 +1,6 @@
-// The contacts of cloths with themselves and with each other during a step: the stages find_self_contacts,
-// solve_self_contacts and guard_self_contacts of server/solver/method.md, in single or double
-// precision.
+// The contacts of cloths with themselves and with each other during a step: the stages
+// find_self_contacts, solve_self_contacts and guard_self_contacts of server/solver/method.md, in
+// single or double precision.
 #pragma once
 
 #include <cstdint>

@@ -104,8 +104,8 @@ size_t ClothWorld::Crossings() const {
       const auto& [a, b, c] = triangles[t];
       const auto is_corner = [&](size_t i) { return i == a || i == b || i == c; };
       if (is_corner(edge[0]) || is_corner(edge[1])) continue;
-      crossings += self_contact::Crosses(positions_m[edge[0]], positions_m[edge[1]],
-                                         positions_m[a], positions_m[b], positions_m[c]);
+      crossings += self_contact::Crosses(positions_m[edge[0]], positions_m[edge[1]], positions_m[a],
+                                         positions_m[b], positions_m[c]);
     }
   }
   return crossings;

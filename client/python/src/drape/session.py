@@ -70,7 +70,7 @@ class SessionBase:
             together.MergeFrom(request)
         for cloths in batches:
             cloths._forget_states()
-        response = yield Unary("Step", together, self.name, timeout_s)
+        response = yield Unary("Step", together, self._route, timeout_s)
         answers, first = [], 0
         for cloths, request in zip(batches, requests):
             every = slice(first, first + cloths.num)

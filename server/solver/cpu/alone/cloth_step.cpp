@@ -273,9 +273,15 @@ bool DoSubsteps(SteppedCloths cloths, StepProgress& progress, const Pause& pause
 StepContext CalmerContext(const StepContext& context) {
   const FloatControls& controls =
       context.calmer_controls != nullptr ? *context.calmer_controls : context.controls;
-  StepContext calmer{context.model,       controls,                 context.held,
-                     context.own_lengths, context.collider_motions, context.scratch,
-                     context.team,        context.max_iterations,   context.leaves_out_colliders};
+  StepContext calmer{context.model,
+                     controls,
+                     context.held,
+                     context.own_lengths,
+                     context.collider_motions,
+                     context.scratch,
+                     context.team,
+                     context.max_iterations,
+                     context.leaves_out_colliders};
   calmer.contact_surface = context.contact_surface;
   calmer.world_origin = context.world_origin;
   calmer.may_cross_itself = context.may_cross_itself;

@@ -181,8 +181,9 @@ void FindSelfContacts(SteppedCloths cloths) {
   if (cloths.size() > 1) {
     Gather(cloths, true, are_kept ? PreviousPositions : Positions, memory.starts);
   }
-  memory.contacts.Find(Starts(cloths), Gather(cloths, false, are_kept ? PreviousVelocities : Velocities,
-                                              memory.world.velocities));
+  memory.contacts.Find(
+      Starts(cloths),
+      Gather(cloths, false, are_kept ? PreviousVelocities : Velocities, memory.world.velocities));
 }
 
 bool SolveSelfContacts(SteppedCloths cloths) {
@@ -214,8 +215,8 @@ void GuardSelfContacts(SteppedCloths cloths) {
       .velocities = Gather(cloths, false, Velocities, world.velocities),
       .previous_velocities = {},
       .previous_positions = {},
-      .inverse_masses =
-          cloths.size() == 1 ? first.held.inverse_masses : std::span<const float>(world.inverse_masses),
+      .inverse_masses = cloths.size() == 1 ? first.held.inverse_masses
+                                           : std::span<const float>(world.inverse_masses),
       .duration = first.controls.h};
   if (is_two_step) {
     motion.previous_velocities =

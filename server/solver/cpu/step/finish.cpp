@@ -139,9 +139,8 @@ Ending Finish(std::span<const EndingCloth> cloths) {
     return Ending::kWithAllColliders;
   }
   const bool gain_energy = GainEnergy(cloths);
-  if (gain_energy && any([](const EndingCloth& cloth) {
-        return cloth.context.calmer_controls != nullptr;
-      })) {
+  if (gain_energy &&
+      any([](const EndingCloth& cloth) { return cloth.context.calmer_controls != nullptr; })) {
     return Ending::kCalmer;
   }
   for (const EndingCloth& cloth : cloths) {
