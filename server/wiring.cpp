@@ -129,6 +129,9 @@ ServerNumbers NumbersOf(const Scheduler& scheduler, const SessionRegistry& sessi
   numbers.cloth_steps_asleep = counters.cloth_steps_asleep;
   numbers.faults = counters.faults;
   numbers.long_step_pieces = counters.long_step_pieces;
+  numbers.frames_sent = counters.frames_sent;
+  numbers.frames_dropped = counters.frames_dropped;
+  numbers.slow_consumers = counters.slow_consumers;
   numbers.batch_durations = counters.batch_durations;
   numbers.request_durations = counters.request_durations;
   numbers.queued_requests = counters.queued_requests;

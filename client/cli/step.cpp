@@ -1,8 +1,9 @@
-// drape step: one Step request.
+// drape step: one Step request, or a run that the server paces.
 #include <algorithm>
 #include <cstdio>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include "client/cli/commands.h"
 #include "client/cli/message_json.h"
@@ -15,6 +16,8 @@ struct StepOptions {
   SessionFlags target;
   uint32_t steps = 1;
   uint64_t until = 0;
+  bool is_real_time = false;
+  double hz = 0;
   bool has_report = false;
   bool is_json = false;
 };
@@ -24,6 +27,31 @@ void PrintReport(const v1::StepReport& report) {
       "cloth %lu: step %lu, max strain %.4g, RMS strain %.4g, lowest %.4g m, %u contacts%s%s\n",
       report.cloth_id(), report.step(), report.max_strain(), report.rms_strain(), report.lowest_m(),
       report.contacts(), report.faulted() ? ", FAULTED: " : "", report.fault_reason().c_str());
+}
+
+// Until the steps are complete, or somebody ends this program: the server ends the run with it.
+int Run(const StepOptions& options, bool has_end) {
+  const Client client = options.target.address.Connect();
+  Session session = options.target.Attach(client);
+  v1::RunRequest::Start start;
+  options.target.Select(&start);
+  start.set_steps_hz(options.hz);
+  if (has_end) start.set_max_steps(options.steps);
+  RunStream run = session.Run(std::move(start));
+  bool is_faulted = false;
+  while (const std::optional<v1::RunReport> report = run.Next()) {
+    is_faulted = report->faulted_cloths() > 0;
+    if (options.is_json) {
+      std::cout << MessageJson(*report) << std::flush;
+      continue;
+    }
+    std::printf("%.1f s: %lu steps, %lu behind, %lu dropped, step %lu, %u of %u cloths faulted\n",
+                report->elapsed_s(), report->steps(), report->steps_behind(),
+                report->steps_dropped(), report->lowest_step(), report->faulted_cloths(),
+                report->cloths());
+    std::fflush(stdout);
+  }
+  return is_faulted ? kFaulted : kDone;
 }
 
 int Step(const StepOptions& options) {
@@ -64,13 +92,29 @@ void AddStep(CLI::App& app, Action& action) {
   options->target.AddTo(*step);
   auto* steps = step->add_option("--steps", options->steps, "Number of steps (default: 1)");
   steps->check(CLI::PositiveNumber)->type_name("N");
-  step->add_option("--until", options->until, "Step until this many steps are complete")
+  auto* until =
+      step->add_option("--until", options->until, "Step until this many steps are complete");
+  until->check(CLI::PositiveNumber)->type_name("N")->excludes(steps);
+  auto* report =
+      step->add_flag("--report", options->has_report, "Measure every cloth after the last step");
+  auto* real_time = step->add_flag("--real-time", options->is_real_time,
+                                   "The server steps in real time, for --steps or without end");
+  real_time->excludes(until)->excludes(report);
+  step->add_option("--hz", options->hz, "The same at so many steps per second")
       ->check(CLI::PositiveNumber)
-      ->type_name("N")
-      ->excludes(steps);
-  step->add_flag("--report", options->has_report, "Measure every cloth after the last step");
+      ->check(FiniteNumber())
+      ->type_name("HZ")
+      ->excludes(until)
+      ->excludes(report)
+      ->excludes(real_time);
   step->add_flag("--json", options->is_json, "Print JSON");
-  step->callback([options, &action] { action = [options] { return Step(*options); }; });
+  step->callback([options, steps, &action] {
+    const bool is_run = options->is_real_time || options->hz > 0;
+    const bool has_end = steps->count() > 0;
+    action = [options, is_run, has_end] {
+      return is_run ? Run(*options, has_end) : Step(*options);
+    };
+  });
 }
 
 }  // namespace drape::cli

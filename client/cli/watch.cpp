@@ -14,6 +14,7 @@ struct WatchOptions {
   SessionFlags target;
   uint32_t every = 1;
   double max_hz = 0;
+  bool has_every_frame = false;
   uint64_t frames = std::numeric_limits<uint64_t>::max();
   bool is_json = false;
 };
@@ -46,6 +47,7 @@ int Watch(const WatchOptions& options) {
   options.target.Select(&subscribe);
   subscribe.set_every_n_steps(options.every);
   subscribe.set_max_hz(options.max_hz);
+  if (options.has_every_frame) subscribe.set_delivery(v1::StreamStatesRequest::EVERY_FRAME);
   StateStream stream = session.StreamStates(std::move(subscribe));
   for (uint64_t count = 0; count < options.frames; ++count) {
     const std::optional<States> frame = stream.Next();
@@ -64,10 +66,13 @@ void AddWatch(CLI::App& app, Action& action) {
   watch->add_option("--every", options->every, "A frame every N steps (default: 1)")
       ->check(CLI::PositiveNumber)
       ->type_name("N");
-  watch->add_option("--max-hz", options->max_hz, "Frames per second at most (default: no limit)")
-      ->check(CLI::NonNegativeNumber)
-      ->check(FiniteNumber())
-      ->type_name("HZ");
+  auto* max_hz = watch->add_option("--max-hz", options->max_hz,
+                                   "Frames per second at most (default: no limit)");
+  max_hz->check(CLI::NonNegativeNumber)->check(FiniteNumber())->type_name("HZ");
+  watch
+      ->add_flag("--every-frame", options->has_every_frame,
+                 "Leave no frame out; end with SLOW_CONSUMER when they come too fast")
+      ->excludes(max_hz);
   watch->add_option("--frames", options->frames, "End after this many frames")
       ->check(CLI::PositiveNumber)
       ->type_name("N");

@@ -18,6 +18,7 @@ Made by `make_reference.py` from the docstrings. Messages (`ClothSpec`, `StepSet
 FUNCTIONS = [drape.launch, drape.connect, drape.find_server, drape.scene.load, drape.scene.parse, drape.mesh.load,
              drape.mesh.from_arrays]
 CLASSES = [drape.Client, drape.Session, drape.Cloths, drape.States, drape.Answer, drape.Impulses, drape.Pipeline,
+           drape.Frames, drape.Frame, drape.Run,
            drape.scene.Scene, drape.scene.Player, drape.Error, drape.gym.ClothVectorEnv, drape.gym.DropFlat,
            drape.gym.FlingFlat, drape.gym.CoverSphere]
 

@@ -256,6 +256,13 @@ StepStream Session::OpenStepStream() {
   return StepStream(std::make_unique<StepStream::Impl>(impl_->connection, impl_->Route()));
 }
 
+RunStream Session::Run(v1::RunRequest::Start start) {
+  start.set_session(impl_->name);
+  if (start.cloth_ids().empty()) start.set_all_cloths(true);
+  return RunStream(
+      std::make_unique<RunStream::Impl>(impl_->connection, impl_->Route(), std::move(start)));
+}
+
 States Session::ReadStates(std::span<const ClothId> cloths, const v1::StateView& view) const {
   v1::ReadStatesRequest request;
   request.mutable_cloth_ids()->Add(cloths.begin(), cloths.end());

@@ -1,4 +1,4 @@
-// The implementations of StepStream and StateStream: one bidirectional gRPC call each.
+// The implementations of the streams: one bidirectional gRPC call each.
 #pragma once
 
 #include <memory>
@@ -62,9 +62,16 @@ struct StepStream::Impl : BidirectionalCall<v1::StepRequest, v1::StepResponse> {
   const std::string session;
 };
 
+struct RunStream::Impl : BidirectionalCall<v1::RunRequest, v1::RunReport> {
+  Impl(std::shared_ptr<Connection> shared_connection, const SessionRoute& route,
+       v1::RunRequest::Start start);
+};
+
 struct StateStream::Impl : BidirectionalCall<v1::StreamStatesRequest, v1::StateChunk> {
   Impl(std::shared_ptr<Connection> shared_connection, const SessionRoute& route,
        v1::StreamStatesRequest::Subscribe subscribe);
+
+  bool gives_credit = true;  // with delivery LATEST
 };
 
 }  // namespace client

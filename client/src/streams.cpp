@@ -48,11 +48,46 @@ void StepStream::Cancel() {
   impl_->context.TryCancel();
 }
 
+RunStream::Impl::Impl(std::shared_ptr<Connection> shared_connection, const SessionRoute& route,
+                      v1::RunRequest::Start start)
+    : BidirectionalCall(std::move(shared_connection), route) {
+  stream = connection->stub->Run(&context);
+  v1::RunRequest request;
+  *request.mutable_start() = std::move(start);
+  (void)Write(request);  // Next() reports a stream that has ended already
+}
+
+RunStream::RunStream(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+RunStream::RunStream(RunStream&&) noexcept = default;
+RunStream& RunStream::operator=(RunStream&&) noexcept = default;
+RunStream::~RunStream() = default;
+
+std::optional<v1::RunReport> RunStream::Next() {
+  v1::RunReport report;
+  if (impl_->stream->Read(&report)) return report;
+  ThrowIfFailed(impl_->Finish());
+  return std::nullopt;
+}
+
+void RunStream::SetPaused(bool is_paused) {
+  v1::RunRequest request;
+  request.set_pause(is_paused);
+  (void)impl_->Write(request);  // Next() reports a stream that has ended
+}
+
+void RunStream::Stop() {
+  impl_->FinishWriting();
+}
+void RunStream::Cancel() {
+  impl_->context.TryCancel();
+}
+
 StateStream::Impl::Impl(std::shared_ptr<Connection> shared_connection, const SessionRoute& route,
                         v1::StreamStatesRequest::Subscribe subscribe)
     : BidirectionalCall(std::move(shared_connection), route) {
   stream = connection->stub->StreamStates(&context);
-  if (subscribe.initial_credit() == 0) subscribe.set_initial_credit(kInitialCredit);
+  gives_credit = subscribe.delivery() != v1::StreamStatesRequest::EVERY_FRAME;
+  if (gives_credit && subscribe.initial_credit() == 0) subscribe.set_initial_credit(kInitialCredit);
   v1::StreamStatesRequest request;
   *request.mutable_subscribe() = std::move(subscribe);
   (void)Write(request);  // Next() reports a stream that has ended already
@@ -69,9 +104,11 @@ std::optional<States> StateStream::Next() {
     const bool is_last = chunk.is_last();
     chunks.push_back(std::move(chunk));
     if (!is_last) continue;
-    v1::StreamStatesRequest credit;
-    credit.set_credit(1);
-    (void)impl_->Write(credit);  // the next call reports a stream that has ended
+    if (impl_->gives_credit) {
+      v1::StreamStatesRequest credit;
+      credit.set_credit(1);
+      (void)impl_->Write(credit);  // the next call reports a stream that has ended
+    }
     return States(std::move(chunks));
   }
   ThrowIfFailed(impl_->Finish());

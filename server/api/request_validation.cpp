@@ -33,8 +33,6 @@ namespace {
 
 // The world is larger than a cloth: its origins are added in double precision only.
 constexpr double kMaxOrigin_m = 1e12;
-constexpr double kMinFrames_hz = 1e-3;
-constexpr double kMaxFrames_hz = 1e6;
 
 bool CheckColumn(const FieldPath& path, const DoubleList& values, size_t rows, size_t per_row,
                  double max, std::string_view meaning, Violations& violations) {
@@ -332,23 +330,6 @@ Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps
   result.grip_states = request.grip_states();
   result.impulses = request.impulses();
   DRAPE_RETURN_IF_ERROR(violations.ToStatus());
-  return result;
-}
-
-Result<CheckedSubscription> CheckSubscribe(const v1::StreamStatesRequest::Subscribe& request) {
-  Violations violations;
-  const FieldPath path("subscribe");
-  if (request.max_hz() != 0) {
-    violations.InRange(path.Child("max_hz"), request.max_hz(),
-                       {kMinFrames_hz, kMaxFrames_hz, "Hz"});
-  }
-  CheckedSubscription result;
-  result.view = CheckView(path.Child("view"), request.view(), violations);
-  result.cloths = CheckSelection(request, path, violations);
-  DRAPE_RETURN_IF_ERROR(violations.ToStatus());
-  result.every_n_steps = std::max(request.every_n_steps(), 1u);
-  result.max_hz = request.max_hz();
-  result.initial_credit = request.initial_credit();
   return result;
 }
 

@@ -57,14 +57,4 @@ struct CheckedStep {
 };
 Result<CheckedStep> CheckStep(const v1::StepRequest& request, uint32_t max_steps_per_request);
 
-// A checked Subscribe.
-struct CheckedSubscription {
-  std::vector<ClothId> cloths;
-  ViewSpec view;
-  uint32_t every_n_steps = 1;
-  double max_hz = 0;
-  uint32_t initial_credit = 0;
-};
-Result<CheckedSubscription> CheckSubscribe(const v1::StreamStatesRequest::Subscribe& request);
-
 }  // namespace drape::api

@@ -1,6 +1,8 @@
 // drape.v1.SimulationService: every handler checks, calls and maps, and returns at once.
 #pragma once
 
+#include <atomic>
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -17,6 +19,12 @@
 
 namespace drape::api {
 
+// Run calls. Any thread.
+struct RunCounters {
+  std::atomic<uint32_t> running{0};        // now
+  std::atomic<uint64_t> dropped_steps{0};  // since the start
+};
+
 // The parts that the service uses; all of them outlive the gRPC server.
 struct ServiceContext {
   Scheduler& scheduler;
@@ -32,6 +40,7 @@ struct ServiceContext {
   std::shared_ptr<ByteBudget> unread = nullptr;
   // Who may call. Null: everybody.
   std::shared_ptr<const Authentication> authentication = nullptr;
+  std::shared_ptr<RunCounters> runs = std::make_shared<RunCounters>();
 
   // Also reads the run of the server that the caller knows (kIncarnationHeader).
   Caller Identify(const grpc::CallbackServerContext& call) const;
@@ -87,6 +96,7 @@ class SimulationService final : public v1::SimulationService::CallbackService {
 
   Reactor* Step(Context*, const v1::StepRequest*, v1::StepResponse*) override;
   grpc::ServerBidiReactor<v1::StepRequest, v1::StepResponse>* StepStream(Context*) override;
+  grpc::ServerBidiReactor<v1::RunRequest, v1::RunReport>* Run(Context*) override;
 
   grpc::ServerWriteReactor<v1::StateChunk>* ReadStates(Context*,
                                                        const v1::ReadStatesRequest*) override;

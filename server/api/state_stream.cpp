@@ -1,8 +1,10 @@
 #include "server/api/state_stream.h"
 
+#include <algorithm>
+#include <limits>
+#include <string>
 #include <utility>
 
-#include "server/api/request_validation.h"
 #include "server/api/status_mapping.h"
 #include "server/api/view_validation.h"
 
@@ -30,18 +32,29 @@ StateStreamReactor* StateStreamReactor::Start(const ServiceContext& context, Cal
 
 void StateStreamReactor::OnReadDone(bool ok) {
   const std::lock_guard lock(mutex_);
-  if (!ok) return Close(Status::Ok());
+  if (!ok) return FinishReading();
   if (ending_) return;
   const Status status = Take(request_);
   if (!status.ok()) return Close(status);
   StartRead(&request_);
 }
 
+// With every frame those of all steps that have been answered are still to come.
+void StateStreamReactor::FinishReading() {
+  if (!has_every_frame_ || !observer_ || ending_) return Close(Status::Ok());
+  is_finishing_ = true;
+  observer_->Cancel();
+}
+
 void StateStreamReactor::OnWriteDone(bool ok) {
   const std::lock_guard lock(mutex_);
   is_writing_ = false;
   if (!ok) return LoseClient();
-  if (!frames_.front().chunker.has_next()) frames_.pop_front();
+  if (!frames_.front().chunker.has_next()) {
+    last_frame_ = frames_.front().number;
+    last_step_ = frames_.front().step;
+    frames_.pop_front();
+  }
   WriteNext();
 }
 
@@ -62,11 +75,15 @@ void StateStreamReactor::OnDone() {
 void StateStreamReactor::OnFrame(ObservedFrame observed) {
   const std::lock_guard lock(mutex_);
   if (ending_) return;
+  uint64_t step = std::numeric_limits<uint64_t>::max();
+  for (const ClothStamp& stamp : observed.states.cloths) {
+    step = std::min(step, stamp.completed_steps);
+  }
   std::vector<ChunkCloth> cloths;
   for (const uint32_t index : observed.cloth_indices) cloths.push_back(cloths_[index]);
   frames_.push_back({StateChunker(std::move(cloths), std::move(observed.states),
                                   context_.limits.max_chunk_bytes, view_),
-                     observed.frame, observed.frames_dropped, std::move(observed.in_flight)});
+                     observed.frame, observed.frames_dropped, step, std::move(observed.in_flight)});
   WriteNext();
 }
 
@@ -80,6 +97,10 @@ Status StateStreamReactor::Take(const v1::StreamStatesRequest& request) {
                                                        : "is needed in the first message");
   }
   if (action == v1::StreamStatesRequest::kSubscribe) return Subscribe(request.subscribe());
+  if (has_every_frame_) {
+    return Status::InvalidField(action == v1::StreamStatesRequest::kCredit ? "credit" : "pause",
+                                "is not for delivery EVERY_FRAME, which leaves no frame out");
+  }
   if (action == v1::StreamStatesRequest::kCredit) observer_->AddCredit(request.credit());
   if (action == v1::StreamStatesRequest::kPause) observer_->SetPaused(request.pause());
   return Status::Ok();
@@ -99,12 +120,9 @@ Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& r
   spec.tenant = session->tenant();
   for (const auto& cloth : cloths) spec.cloths.push_back(cloth->runtime);
   cloths_ = ChunkClothsOf(cloths, checked.view);
-  const uint64_t frame_bytes =
-      BytesRead(cloths_, context_.scheduler.description().scalar, checked.view);
-  DRAPE_ASSIGN_OR_RETURN(
-      held_, context_.unread->Take(session->owner(),
-                                   request.ByteSizeLong() + kFramesUnderWay * frame_bytes));
   view_ = checked.view;
+  has_every_frame_ = checked.queue.has_value();
+  DRAPE_RETURN_IF_ERROR(ReserveFrames(checked, session->owner(), request.ByteSizeLong(), spec));
   spec.fields = view_.FieldsRead();
   spec.every_n_steps = checked.every_n_steps;
   spec.max_hz = checked.max_hz;
@@ -114,10 +132,32 @@ Status StateStreamReactor::Subscribe(const v1::StreamStatesRequest::Subscribe& r
   };
   spec.on_end = [self = shared_from_this()](const Status& status) {
     const std::lock_guard lock(self->mutex_);
-    self->Close(status);
+    const bool is_finished = self->is_finishing_ && status.code() == StatusCode::kCancelled;
+    self->Close(is_finished ? Status::Ok() : status);
   };
   DRAPE_ASSIGN_OR_RETURN(observer_, context_.scheduler.Subscribe(std::move(spec)));
   session_ = std::move(session);
+  return Status::Ok();
+}
+
+Status StateStreamReactor::ReserveFrames(const CheckedSubscription& checked,
+                                         const std::string& owner, uint64_t request_bytes,
+                                         ObserverSpec& spec) {
+  const ScalarType scalar = context_.scheduler.description().scalar;
+  uint64_t bytes = kFramesUnderWay * BytesRead(cloths_, scalar, view_);
+  if (checked.queue) {
+    FrameQueue queue;
+    queue.max_frames = checked.queue->max_frames;
+    const StateFields fields = view_.FieldsRead();
+    queue.bytes_per_row = 3 * EncodedBytes(v1::StateView::ENCODING_UNSPECIFIED, scalar) *
+                          (uint64_t{fields.positions} + uint64_t{fields.velocities});
+    queue.bytes_per_cloth = sizeof(ChunkCloth) + sizeof(ClothStamp);
+    const uint64_t frame_bytes = bytes / kFramesUnderWay + cloths_.size() * queue.bytes_per_cloth;
+    queue.max_bytes = std::max(kFramesUnderWay * frame_bytes, checked.queue->max_bytes);
+    spec.queue = queue;
+    bytes = std::min(queue.max_bytes, queue.max_frames * frame_bytes);
+  }
+  DRAPE_ASSIGN_OR_RETURN(held_, context_.unread->Take(owner, request_bytes + bytes));
   return Status::Ok();
 }
 
@@ -126,6 +166,10 @@ void StateStreamReactor::Close(const Status& status) {
   if (ending_) return WriteNext();
   ending_ = status;
   if (observer_) observer_->Cancel();
+  // Who has fallen behind would keep them in memory for as long as it likes.
+  if (status.reason() == "SLOW_CONSUMER" && !frames_.empty()) {
+    frames_.erase(frames_.begin() + 1, frames_.end());  // the first one is being written
+  }
   session_ = {};
   WriteNext();
 }
@@ -138,7 +182,7 @@ void StateStreamReactor::WriteNext() {
     is_ended_ = true;
     frames_.clear();
     tag_.Log(*ending_);
-    Finish(ToGrpcStatus(*ending_));
+    Finish(EndStatus());
     return;
   }
   Frame& frame = frames_.front();
@@ -148,6 +192,12 @@ void StateStreamReactor::WriteNext() {
   frame.frames_dropped = 0;  // in the frame's first chunk only
   is_writing_ = true;
   StartWrite(&chunk_);
+}
+
+grpc::Status StateStreamReactor::EndStatus() const {
+  if (!has_every_frame_) return ToGrpcStatus(*ending_);
+  return ToGrpcStatus(*ending_, {{"last_frame", std::to_string(last_frame_)},
+                                 {"last_step", std::to_string(last_step_)}});
 }
 
 }  // namespace drape::api

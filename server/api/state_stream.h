@@ -1,4 +1,4 @@
-// StreamStates: frames against credits, always the latest state.
+// StreamStates: the latest state against credits, or every frame.
 #pragma once
 
 #include <deque>
@@ -10,12 +10,15 @@
 #include "server/api/request_log.h"
 #include "server/api/simulation_service.h"
 #include "server/api/state_chunks.h"
+#include "server/api/stream_validation.h"
 
 namespace drape::api {
 
-// One subscription. Ends with OK when the client sends no more messages (what is being written is
-// finished first), else with the status that ended it. Alive until gRPC and the scheduler's
-// observer have let go of it; the subscription keeps its session alive.
+// One subscription. One that falls behind with every frame ends with what it has got: the frame
+// that was begun is completed, the others that wait are dropped. Ends with OK when the client sends
+// no more messages (what is being written is finished first), else with the status that ended it.
+// Alive until gRPC and the scheduler's observer have let go of it; the subscription keeps its
+// session alive.
 class StateStreamReactor final
     : public grpc::ServerBidiReactor<v1::StreamStatesRequest, v1::StateChunk>,
       public std::enable_shared_from_this<StateStreamReactor> {
@@ -28,6 +31,7 @@ class StateStreamReactor final
     StateChunker chunker;
     uint64_t number = 0;
     uint64_t frames_dropped = 0;
+    uint64_t step = 0;  // the lowest of its cloths
     std::shared_ptr<void> in_flight;
   };
 
@@ -43,9 +47,15 @@ class StateStreamReactor final
   // With mutex_ held.
   Status Take(const v1::StreamStatesRequest& request);
   Status Subscribe(const v1::StreamStatesRequest::Subscribe& request);
+  // Makes room for the frames that wait, in `spec` and among the bytes that its owner may hold.
+  Status ReserveFrames(const CheckedSubscription& checked, const std::string& owner,
+                       uint64_t request_bytes, ObserverSpec& spec);
   void Close(const Status& status);
   void LoseClient();
+  void FinishReading();
   void WriteNext();
+  // What Finish tells, with the last frame that was sent.
+  grpc::Status EndStatus() const;
 
   const ServiceContext& context_;
   const Caller caller_;
@@ -60,7 +70,11 @@ class StateStreamReactor final
   ViewSpec view_;
   std::shared_ptr<void> held_;  // for its frames
   std::shared_ptr<Observer> observer_;
+  bool has_every_frame_ = false;
+  bool is_finishing_ = false;     // the client wants no more than what has been stepped
   std::deque<Frame> frames_;      // to be written, oldest first
+  uint64_t last_frame_ = 0;       // that was written
+  uint64_t last_step_ = 0;        // in it
   std::optional<Status> ending_;  // set once: no more frames are taken
   bool is_writing_ = false;
   bool is_broken_ = false;  // the client has gone: nothing more can be written

@@ -51,7 +51,7 @@ grpc::StatusCode ToGrpcCode(StatusCode code) {
   return grpc::StatusCode::UNKNOWN;
 }
 
-grpc::Status ToGrpcStatus(const Status& status) {
+grpc::Status ToGrpcStatus(const Status& status, const StatusMetadata& metadata) {
   if (status.ok()) return grpc::Status::OK;
   const grpc::StatusCode code = ToGrpcCode(status.code());
   const std::string message = Shortened(status.message(), kMaxMessageBytes);
@@ -62,6 +62,7 @@ grpc::Status ToGrpcStatus(const Status& status) {
   google::rpc::ErrorInfo error_info;
   error_info.set_reason(status.reason());
   error_info.set_domain(kErrorDomain);
+  error_info.mutable_metadata()->insert(metadata.begin(), metadata.end());
   details.add_details()->PackFrom(error_info);
   if (!status.violations().empty()) details.add_details()->PackFrom(BadRequestOf(status));
   if (status.code() == StatusCode::kResourceExhausted) {

@@ -4,6 +4,8 @@
 #include <grpcpp/support/status.h>
 
 #include <cstddef>
+#include <map>
+#include <string>
 
 #include "server/core/status.h"
 
@@ -21,6 +23,8 @@ grpc::StatusCode ToGrpcCode(StatusCode code);
 
 // Pure. OK gives OK. Otherwise the details hold ErrorInfo{reason, domain "drape"}, BadRequest when
 // there are violations, QuotaFailure for RESOURCE_EXHAUSTED, and RetryInfo where waiting helps.
-grpc::Status ToGrpcStatus(const Status& status);
+// `metadata`: of ErrorInfo, a few short values for programs.
+using StatusMetadata = std::map<std::string, std::string>;
+grpc::Status ToGrpcStatus(const Status& status, const StatusMetadata& metadata = {});
 
 }  // namespace drape::api

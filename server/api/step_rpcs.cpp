@@ -1,4 +1,5 @@
-// Stepping: one request, or a stream of them.
+// Stepping: one request, a stream of them, or a run of the server.
+#include "server/api/run_stream.h"
 #include "server/api/simulation_service.h"
 #include "server/api/step_execution.h"
 #include "server/api/step_stream.h"
@@ -21,6 +22,10 @@ grpc::ServerUnaryReactor* SimulationService::Step(Context* context, const v1::St
 grpc::ServerBidiReactor<v1::StepRequest, v1::StepResponse>* SimulationService::StepStream(
     Context* context) {
   return StepStreamReactor::Start(context_, context_.Identify(*context));
+}
+
+grpc::ServerBidiReactor<v1::RunRequest, v1::RunReport>* SimulationService::Run(Context* context) {
+  return RunReactor::Start(context_, context_.Identify(*context));
 }
 
 }  // namespace drape::api

@@ -21,6 +21,11 @@ struct ServerNumbers {
   uint64_t cloth_steps_asleep = 0;
   uint64_t faults = 0;
   uint64_t long_step_pieces = 0;
+  uint64_t frames_sent = 0;
+  uint64_t frames_dropped = 0;
+  uint64_t slow_consumers = 0;
+  uint64_t runs = 0;  // now
+  uint64_t run_steps_dropped = 0;
   DurationHistogram::Counts batch_durations;
   DurationHistogram::Counts request_durations;  // of Step, from its arrival to its end
   uint64_t queued_requests = 0;                 // now

@@ -278,9 +278,7 @@ int64_t DeviceLoop::StepPiece(const std::vector<Part>& parts) {
   ++counters_.long_step_pieces;
   // The backend may have dropped what was begun, because something was written to the cloth.
   const auto [step, begins] = long_steps_.try_emplace(request, LongStep{cloths, 0});
-  for (const auto& cloth : cloths) {
-    if (!begins) cloth->controls().SendAgain();
-  }
+  for (size_t k = 0; !begins && k < cloths.size(); ++k) cloths[k]->controls().SendAgain();
   const std::vector<StepItem> items = ItemsOf(parts);
   const int64_t begin_us = clock_.NowUs();
   std::optional<BatchReport> batch = BatchReport{};
@@ -430,8 +428,7 @@ void DeviceLoop::LookAtCloths(const std::vector<Part>& parts) {
   if (!cloths.empty()) look();
   for (const Part& part : parts) {
     for (const uint32_t k : part.cloths) {
-      const auto& world = part.request->work().cloths[k]->world();
-      if (world != nullptr) world->LevelWatches();
+      if (const auto& world = part.request->work().cloths[k]->world()) world->LevelWatches();
     }
   }
 }

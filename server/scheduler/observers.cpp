@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <string>
 #include <utility>
 
 #include "server/core/check.h"
@@ -13,6 +15,16 @@ namespace {
 
 // Longest time between two frames that only a rate limit holds back: one hour.
 constexpr double kMaxInterval_us = 3600e6;
+
+// What a frame of these cloths takes; 0 without a queue.
+uint64_t FrameBytes(const ObserverSpec& spec, const std::vector<uint32_t>& cloths) {
+  if (!spec.queue) return 0;
+  uint64_t rows = 0;
+  for (const uint32_t k : cloths) {
+    rows += spec.fields.RowsOf(spec.cloths[k]->model()->described_particle_count());
+  }
+  return rows * spec.queue->bytes_per_row + cloths.size() * spec.queue->bytes_per_cloth;
+}
 
 }  // namespace
 
@@ -67,6 +79,7 @@ ObserverSet::ObserverSet(std::function<void(std::function<void()>)> complete)
 void ObserverSet::Add(ObserverSpec spec, std::shared_ptr<Observer> observer) {
   DRAPE_CHECK(spec.every_n_steps >= 1 && spec.fields.any() && spec.max_hz >= 0,
               "a subscription needs a rate and a field");
+  DRAPE_CHECK(!spec.queue || spec.max_hz == 0, "a rate would leave frames out");
   Subscription subscription;
   for (const auto& cloth : spec.cloths) {
     Seen seen;
@@ -83,32 +96,79 @@ std::optional<int64_t> ObserverSet::Serve(Backend& backend, int64_t now_us) {
   std::optional<int64_t> wake_at_us;
   for (auto entry = subscriptions_.begin(); entry != subscriptions_.end();) {
     Subscription& subscription = *entry;
-    if (const std::optional<Status> reason = EndReason(subscription)) {
+    // Before its end: what is due was stepped before it was cancelled.
+    const Status served =
+        subscription.spec.queue ? ServeEveryFrame(subscription, backend) : Status();
+    std::optional<Status> reason = EndReason(subscription);
+    if (!reason && !served.ok()) reason = served;
+    if (reason) {
       complete_([on_end = subscription.spec.on_end, reason] { on_end(*reason); });
       entry = subscriptions_.erase(entry);
       continue;
     }
-    FrameSituation situation;
-    situation.is_newly_due = IsNewlyDue(subscription);
-    situation.is_owed = subscription.is_owed;
-    situation.lacked_credit = subscription.lacked_credit;
-    situation.is_paused = subscription.observer->is_paused_;
-    situation.credit = subscription.observer->credit_;
-    situation.frames_in_flight = subscription.observer->frames_in_flight_;
-    situation.max_hz = subscription.spec.max_hz;
-    situation.now_us = now_us;
-    situation.last_frame_us = subscription.last_frame_us;
-    const FrameDecision decision = DecideFrame(situation);
-    subscription.is_owed = decision.is_owed;
-    subscription.lacked_credit = decision.lacked_credit;
-    subscription.frames_dropped += decision.is_dropped;
-    if (decision.send && SendFrame(subscription, backend)) subscription.last_frame_us = now_us;
-    if (decision.wake_at_us.has_value()) {
-      wake_at_us = std::min(wake_at_us.value_or(*decision.wake_at_us), *decision.wake_at_us);
+    if (!subscription.spec.queue) {
+      const std::optional<int64_t> again_us = ServeLatest(subscription, backend, now_us);
+      if (again_us) wake_at_us = std::min(wake_at_us.value_or(*again_us), *again_us);
     }
     ++entry;
   }
   return wake_at_us;
+}
+
+std::optional<int64_t> ObserverSet::ServeLatest(Subscription& subscription, Backend& backend,
+                                                int64_t now_us) {
+  FrameSituation situation;
+  situation.is_newly_due = !NewlyDue(subscription).empty();
+  situation.is_owed = subscription.is_owed;
+  situation.lacked_credit = subscription.lacked_credit;
+  situation.is_paused = subscription.observer->is_paused_;
+  situation.credit = subscription.observer->credit_;
+  situation.frames_in_flight = subscription.observer->frames_in_flight_;
+  situation.max_hz = subscription.spec.max_hz;
+  situation.now_us = now_us;
+  situation.last_frame_us = subscription.last_frame_us;
+  const FrameDecision decision = DecideFrame(situation);
+  subscription.is_owed = decision.is_owed;
+  subscription.lacked_credit = decision.lacked_credit;
+  subscription.frames_dropped += decision.is_dropped;
+  counters_.frames_dropped += decision.is_dropped;
+  if (!decision.send) return decision.wake_at_us;
+  std::vector<uint32_t> changed;
+  for (uint32_t k = 0; k < subscription.seen.size(); ++k) {
+    const Seen& seen = subscription.seen[k];
+    if (seen.is_sent && seen.state_version == subscription.spec.cloths[k]->state_version()) {
+      continue;
+    }
+    changed.push_back(k);
+  }
+  if (SendFrame(subscription, std::move(changed), backend)) {
+    --subscription.observer->credit_;
+    subscription.last_frame_us = now_us;
+  }
+  return decision.wake_at_us;
+}
+
+Status ObserverSet::ServeEveryFrame(Subscription& subscription, Backend& backend) {
+  std::vector<uint32_t> due = NewlyDue(subscription);
+  if (subscription.is_owed) {  // the first one holds every cloth
+    due.resize(subscription.seen.size());
+    std::iota(due.begin(), due.end(), 0u);
+  }
+  if (due.empty()) return Status::Ok();
+  const FrameQueue& queue = *subscription.spec.queue;
+  const uint32_t frames = subscription.observer->frames_in_flight_;
+  const uint64_t bytes = subscription.observer->bytes_in_flight_;
+  if (frames >= queue.max_frames || bytes + FrameBytes(subscription.spec, due) > queue.max_bytes) {
+    ++counters_.slow_consumers;
+    return {StatusCode::kResourceExhausted, "SLOW_CONSUMER",
+            "the client has not read " + std::to_string(frames) + " frames of " +
+                std::to_string(bytes) + " bytes, and the next one is due: max_queued_frames is " +
+                std::to_string(queue.max_frames) + ", max_queued_bytes is " +
+                std::to_string(queue.max_bytes)};
+  }
+  subscription.is_owed = false;
+  SendFrame(subscription, std::move(due), backend);
+  return Status::Ok();
 }
 
 void ObserverSet::EndAll(const Status& status) {
@@ -118,7 +178,7 @@ void ObserverSet::EndAll(const Status& status) {
   subscriptions_.clear();
 }
 
-std::optional<Status> ObserverSet::EndReason(const Subscription& subscription) const {
+std::optional<Status> ObserverSet::EndReason(const Subscription& subscription) {
   if (subscription.observer->is_cancelled_) {
     return Status(StatusCode::kCancelled, "CANCELLED", "the subscription was cancelled");
   }
@@ -131,43 +191,47 @@ std::optional<Status> ObserverSet::EndReason(const Subscription& subscription) c
   return std::nullopt;
 }
 
-bool ObserverSet::IsNewlyDue(Subscription& subscription) const {
-  bool is_due = false;
+std::vector<uint32_t> ObserverSet::NewlyDue(Subscription& subscription) {
+  std::vector<uint32_t> due;
   const uint64_t every = subscription.spec.every_n_steps;
-  for (size_t k = 0; k < subscription.seen.size(); ++k) {
+  for (uint32_t k = 0; k < subscription.seen.size(); ++k) {
     const ClothRuntime& cloth = *subscription.spec.cloths[k];
     Seen& seen = subscription.seen[k];
     const uint64_t completed = cloth.now().completed_steps;
-    is_due |= cloth.reset_count() != seen.reset_count ||
-              completed / every != seen.completed_steps / every;
+    if (cloth.reset_count() != seen.reset_count ||
+        completed / every != seen.completed_steps / every) {
+      due.push_back(k);
+    }
     seen.completed_steps = completed;
     seen.reset_count = cloth.reset_count();
   }
-  return is_due;
+  return due;
 }
 
-bool ObserverSet::SendFrame(Subscription& subscription, Backend& backend) {
-  ObservedFrame frame;
-  std::vector<std::shared_ptr<ClothRuntime>> changed;
-  for (uint32_t k = 0; k < subscription.seen.size(); ++k) {
+bool ObserverSet::SendFrame(Subscription& subscription, std::vector<uint32_t> cloths,
+                            Backend& backend) {
+  std::erase_if(cloths, [&](uint32_t k) { return !subscription.spec.cloths[k]->is_alive(); });
+  if (cloths.empty()) return false;
+  std::vector<std::shared_ptr<ClothRuntime>> sent;
+  for (const uint32_t k : cloths) {
     const auto& cloth = subscription.spec.cloths[k];
     Seen& seen = subscription.seen[k];
-    if (!cloth->is_alive() || (seen.is_sent && seen.state_version == cloth->state_version())) {
-      continue;
-    }
     seen.is_sent = true;
     seen.state_version = cloth->state_version();
-    frame.cloth_indices.push_back(k);
-    changed.push_back(cloth);
+    sent.push_back(cloth);
   }
-  if (changed.empty()) return false;
-  frame.states = ReadClothStates(backend, changed, subscription.spec.fields);
+  const uint64_t bytes = FrameBytes(subscription.spec, cloths);
+  ObservedFrame frame;
+  frame.cloth_indices = std::move(cloths);
+  frame.states = ReadClothStates(backend, sent, subscription.spec.fields);
   frame.frame = ++subscription.frame;
   frame.frames_dropped = std::exchange(subscription.frames_dropped, 0);
+  ++counters_.frames_sent;
   const std::shared_ptr<Observer>& observer = subscription.observer;
-  --observer->credit_;
   ++observer->frames_in_flight_;
-  frame.in_flight = std::shared_ptr<void>(observer.get(), [observer](void*) {
+  observer->bytes_in_flight_ += bytes;
+  frame.in_flight = std::shared_ptr<void>(observer.get(), [observer, bytes](void*) {
+    observer->bytes_in_flight_ -= bytes;
     --observer->frames_in_flight_;
     observer->wake_();
   });

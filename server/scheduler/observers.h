@@ -60,6 +60,15 @@ struct ObservedFrame {
   std::shared_ptr<void> in_flight;
 };
 
+// The frames of a subscription that leaves none out: those that its receiver holds. What the rows
+// and cloths of a frame take is what its receiver says.
+struct FrameQueue {
+  uint32_t max_frames = 2;
+  uint64_t max_bytes = 0;
+  uint64_t bytes_per_row = 0;
+  uint64_t bytes_per_cloth = 0;
+};
+
 struct ObserverSpec {
   std::string session;   // as in StepWork; empty: only the limit in all applies
   std::string tenant{};  // of the session
@@ -69,12 +78,17 @@ struct ObserverSpec {
   // Limit on the frames per second; 0 = none. Less than one per hour counts as one per hour.
   double max_hz = 0;
   uint32_t initial_credit = 0;
+  // Every frame is sent, without credit; max_hz is 0. A frame holds the cloths that completed a
+  // multiple of every_n_steps, or were reset, since the last round. Where the queue has no room for
+  // it the subscription ends: nobody waits for its receiver. After Observer::Cancel come the frames
+  // of all steps that were complete then.
+  std::optional<FrameQueue> queue{};
   // Completion thread, in order. The first frame is sent as soon as there is credit and holds every
   // cloth as it is at that time, stepped or not.
   std::function<void(ObservedFrame)> on_frame;
   // Completion thread, exactly once, after the last frame: CANCELLED after Observer::Cancel,
-  // NOT_FOUND (CLOTH_NOT_FOUND) when every cloth is gone, UNAVAILABLE (DRAINING) when the server
-  // shuts down.
+  // NOT_FOUND (CLOTH_NOT_FOUND) when every cloth is gone, RESOURCE_EXHAUSTED (SLOW_CONSUMER) when
+  // the queue is full, UNAVAILABLE (DRAINING) when the server shuts down.
   std::function<void(Status)> on_end;
 };
 
@@ -98,6 +112,7 @@ class Observer {
   std::atomic<bool> is_paused_{false};
   std::atomic<bool> is_cancelled_{false};
   std::atomic<uint32_t> frames_in_flight_{0};
+  std::atomic<uint64_t> bytes_in_flight_{0};  // with a queue
   std::function<void()> wake_;
   std::shared_ptr<void> permit_;
 };
@@ -107,6 +122,14 @@ class ObserverSet {
  public:
   // `complete` runs a function on the completion thread, in order.
   explicit ObserverSet(std::function<void(std::function<void()>)> complete);
+
+  // Since the start. Any thread.
+  struct Counters {
+    std::atomic<uint64_t> frames_sent{0};
+    std::atomic<uint64_t> frames_dropped{0};
+    std::atomic<uint64_t> slow_consumers{0};  // subscriptions that ended for it
+  };
+  const Counters& counters() const { return counters_; }
 
   void Add(ObserverSpec spec, std::shared_ptr<Observer> observer);
   // Sends due frames; ends subscriptions that were cancelled or have lost all their cloths. After
@@ -133,12 +156,19 @@ class ObserverSet {
     std::optional<int64_t> last_frame_us;
   };
 
-  bool IsNewlyDue(Subscription& subscription) const;
-  bool SendFrame(Subscription& subscription, Backend& backend);
-  std::optional<Status> EndReason(const Subscription& subscription) const;
+  // Sends the latest state if a frame is due and may be sent; when to look again.
+  std::optional<int64_t> ServeLatest(Subscription& subscription, Backend& backend, int64_t now_us);
+  // Sends the frame that is due, if there is one. An error: there is no room for it.
+  Status ServeEveryFrame(Subscription& subscription, Backend& backend);
+  // Indices of the cloths for which a frame is due since the last call.
+  static std::vector<uint32_t> NewlyDue(Subscription& subscription);
+  // Sends those of the cloths that are alive; all of them have been seen. False: there are none.
+  bool SendFrame(Subscription& subscription, std::vector<uint32_t> cloths, Backend& backend);
+  static std::optional<Status> EndReason(const Subscription& subscription);
 
   std::function<void(std::function<void()>)> complete_;
   std::list<Subscription> subscriptions_;
+  Counters counters_;
 };
 
 }  // namespace drape

@@ -131,6 +131,11 @@ Result<std::shared_ptr<Observer>> Scheduler::Subscribe(ObserverSpec spec) {
   return observer;
 }
 
+Result<std::shared_ptr<void>> Scheduler::TakeSubscription(const std::string& session,
+                                                          const std::string& tenant) {
+  return core_->observer_permits().Take(session, tenant);
+}
+
 void Scheduler::Drain(int64_t grace_us, DeviceCommand last) {
   core_->Drain(grace_us, std::move(last));
 }

@@ -67,6 +67,9 @@ struct SchedulerCounters {
   DurationHistogram::Counts request_durations;  // from Submit to the end
   uint32_t queued_requests = 0;                 // now: step requests submitted and not yet ended
   uint32_t queued_commands = 0;                 // now
+  uint64_t frames_sent = 0;                     // to subscriptions
+  uint64_t frames_dropped = 0;                  // due, but their clients gave no credit
+  uint64_t slow_consumers = 0;                  // subscriptions that ended for it
 };
 
 // Step requests submitted and not yet ended.
@@ -136,6 +139,9 @@ class Scheduler {
   // Starts a subscription; see ObserverSpec. Errors as for Post, and RESOURCE_EXHAUSTED
   // (TOO_MANY_SUBSCRIPTIONS).
   Result<std::shared_ptr<Observer>> Subscribe(ObserverSpec spec);
+  // A place among the subscriptions, for what else lasts as they do; kept as long as the pointer.
+  Result<std::shared_ptr<void>> TakeSubscription(const std::string& session,
+                                                 const std::string& tenant);
 
   // Refuses new work, runs accepted work for at most `grace_us` of the clock, then ends the rest
   // with UNAVAILABLE (DRAINING), destroys the backend on the device thread, and waits until the

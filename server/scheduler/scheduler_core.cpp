@@ -359,6 +359,9 @@ SchedulerCounters Scheduler::Core::counters() const {
   counters.long_step_pieces = round_counters_.long_step_pieces;
   counters.batch_durations = round_counters_.batch_durations.Read();
   counters.request_durations = round_counters_.request_durations.Read();
+  counters.frames_sent = observers_.counters().frames_sent;
+  counters.frames_dropped = observers_.counters().frames_dropped;
+  counters.slow_consumers = observers_.counters().slow_consumers;
   const std::lock_guard lock(mutex_);
   counters.queued_requests = request_count_;
   counters.queued_commands = static_cast<uint32_t>(commands_.size());

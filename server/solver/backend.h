@@ -82,6 +82,14 @@ struct StepItem {
   WorldPlace world{};
 };
 
+// The cloths of the first item's world, which are the first ones; 1: it is in none, or alone there.
+inline size_t WorldSize(std::span<const StepItem> items) {
+  const uint64_t world = items[0].world.world;
+  size_t count = 1;
+  while (world != 0 && count < items.size() && items[count].world.world == world) ++count;
+  return count;
+}
+
 // The limit on the sweeps per substep.
 inline uint32_t IterationsOf(const StepItem& item, const StepSettings& settings) {
   if (item.max_iterations == 0) return settings.max_iterations;

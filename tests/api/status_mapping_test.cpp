@@ -78,6 +78,15 @@ TEST(StatusMapping, FullQueueTellsWhenToRetry) {
   EXPECT_EQ(quota_failure->violations(0).subject(), "QUEUE_FULL");
 }
 
+TEST(StatusMapping, MetadataIsForPrograms) {
+  const Status status(StatusCode::kResourceExhausted, "SLOW_CONSUMER", "");
+  const auto error_info = Find<google::rpc::ErrorInfo>(
+      DetailsOf(ToGrpcStatus(status, {{"last_step", "7"}, {"last_frame", "3"}})));
+  ASSERT_TRUE(error_info);
+  EXPECT_EQ(error_info->metadata().at("last_step"), "7");
+  EXPECT_EQ(error_info->metadata().at("last_frame"), "3");
+}
+
 // gRPC refuses metadata above 8 KiB: then a client would see no message at all. The message is
 // percent-encoded, threefold for bytes outside ASCII.
 TEST(StatusMapping, HostileTextsFitIntoTheTrailers) {

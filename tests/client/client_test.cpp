@@ -254,6 +254,45 @@ TEST_F(ClientTest, AStateStreamFollows) {
             ErrorCode::kCancelled);
 }
 
+// The server steps; every step of it arrives.
+TEST_F(ClientTest, ARunIsFollowedStepByStep) {
+  Session session = client_->CreateSession();
+  session.CreateCloth(SmallCloth());
+  v1::StreamStatesRequest::Subscribe subscribe;
+  subscribe.set_all_cloths(true);
+  subscribe.set_delivery(v1::StreamStatesRequest::EVERY_FRAME);
+  StateStream frames = session.StreamStates(std::move(subscribe));
+  EXPECT_EQ((*frames.Next())[0].step, 0u);
+  v1::RunRequest::Start start;
+  start.set_steps_hz(500);
+  RunStream run = session.Run(start);
+  EXPECT_EQ(run.Next()->steps(), 0u) << "it has begun";
+  for (uint64_t step = 1; step <= 20; ++step) EXPECT_EQ((*frames.Next())[0].step, step);
+  run.SetPaused(true);
+  while (!run.Next()->is_paused()) {
+  }
+  run.Stop();
+  v1::RunReport last;
+  while (const auto report = run.Next()) last = *report;
+  EXPECT_TRUE(last.is_last());
+  EXPECT_GE(last.steps(), 20u);
+  EXPECT_EQ(session.GetCloth(session.ListCloths()[0].id()).step(), last.steps());
+}
+
+TEST_F(ClientTest, ARunThatIsRefusedSaysWhy) {
+  Session session = client_->CreateSession();
+  session.CreateCloth(SmallCloth());
+  v1::RunRequest::Start start;
+  start.set_expected_step(7);
+  const ErrorDetails details = ErrorOf([&] {
+    RunStream run = session.Run(start);
+    while (run.Next()) {
+    }
+  });
+  EXPECT_EQ(details.reason, "STEP_MISMATCH");
+  EXPECT_EQ(details.metadata.at("steps"), "0");
+}
+
 TEST(ConnectTest, SaysWhereNobodyAnswers) {
   ConnectOptions options;
   options.ready_timeout_s = 0.3;

@@ -239,6 +239,35 @@ TEST_F(CommandsTest, WatchFollows) {
   attached.Delete();
 }
 
+TEST_F(CommandsTest, WatchMissesNoStepOfARun) {
+  const std::string session = CreateChain();
+  RunningProgram watch("drape", OnServer({"watch", "--session=" + session, "--every-frame",
+                                          "--frames=12", "--json"}));
+  std::atomic<bool> is_done = false;
+  int runs = 0;
+  std::thread stepper([&] {
+    do {
+      const Outcome run = RunProgram(
+          "drape", OnServer({"step", "--session=" + session, "--hz=1000", "--steps=20"}));
+      EXPECT_EQ(run.exit_code, 0) << run.err;
+      EXPECT_THAT(run.out, HasSubstr("20 steps, 0 behind"));
+      ++runs;
+    } while (!is_done);
+  });
+  const Outcome outcome = watch.Wait();
+  is_done = true;
+  stepper.join();
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::istringstream lines(outcome.out);
+  std::vector<uint64_t> steps;
+  for (std::string line; std::getline(lines, line);) steps.push_back(json::parse(line)["step"]);
+  ASSERT_EQ(steps.size(), 12u);
+  for (size_t k = 0; k < steps.size(); ++k) EXPECT_EQ(steps[k], steps[0] + k);
+  Session attached = client_->AttachSession(session);
+  EXPECT_EQ(attached.ListCloths()[0].step(), 20u * static_cast<uint64_t>(runs));
+  attached.Delete();
+}
+
 TEST_F(CommandsTest, EveryCommandHasHelpAndUsageErrors) {
   for (const char* command : {"run", "demo", "info", "health", "create", "step", "read", "render",
                               "watch", "list", "delete"}) {

@@ -315,5 +315,123 @@ TEST_F(ObserverSetTest, CancelEndsIt) {
   EXPECT_EQ(ends_[0].code(), StatusCode::kCancelled);
 }
 
+// --- Every frame.
+
+ObserverSpec Queued(ObserverSpec spec, uint32_t max_frames, uint64_t max_bytes) {
+  spec.queue = FrameQueue{max_frames, max_bytes, /*bytes_per_row=*/24, /*bytes_per_cloth=*/100};
+  return spec;
+}
+
+TEST_F(ObserverSetTest, EveryFrameIsSentWithoutCredit) {
+  ObserverSpec spec = Queued(Spec(), 100, 1 << 20);
+  spec.every_n_steps = 3;
+  Add(std::move(spec), 0);
+  std::vector<uint64_t> steps;
+  for (int step = 1; step <= 10; ++step) {
+    StepCloth(0);
+    Serve();
+    Serve();  // nothing new: nothing is sent
+    for (const ObservedFrame& frame : frames_) {
+      EXPECT_EQ(frame.cloth_indices.size(), steps.empty() ? 2u : 1u) << "only what is due";
+      steps.push_back(frame.states.cloths[0].completed_steps);
+    }
+    frames_.clear();
+  }
+  EXPECT_EQ(steps, (std::vector<uint64_t>{1, 3, 6, 9}));
+  EXPECT_EQ(set_.counters().frames_sent, 4u);
+  EXPECT_EQ(set_.counters().frames_dropped, 0u);
+}
+
+TEST_F(ObserverSetTest, EveryFrameHoldsClothsThatAreDueAndNoOthers) {
+  ObserverSpec spec = Queued(Spec(), 100, 1 << 20);
+  spec.every_n_steps = 2;
+  Add(std::move(spec), 0);
+  Serve();
+  StepCloth(0);
+  StepCloth(1);
+  Serve();
+  StepCloth(1);
+  Serve();
+  ASSERT_EQ(frames_.size(), 2u);
+  EXPECT_EQ(frames_[1].cloth_indices, std::vector<uint32_t>{1});
+  cloths_[0]->Reset({}, {});
+  Serve();
+  ASSERT_EQ(frames_.size(), 3u);
+  EXPECT_EQ(frames_[2].cloth_indices, std::vector<uint32_t>{0});
+  EXPECT_EQ(frames_[2].states.cloths[0].completed_steps, 0u);
+}
+
+TEST_F(ObserverSetTest, AStepAsleepIsAFrameToo) {
+  Add(Queued(Spec(), 100, 1 << 20), 0);
+  Serve();
+  cloths_[0]->CompleteStepAsleep();
+  Serve();
+  ASSERT_EQ(frames_.size(), 2u);
+  EXPECT_EQ(frames_[1].states.cloths[0].completed_steps, 1u);
+}
+
+TEST_F(ObserverSetTest, AFullQueueOfFramesEndsTheSubscriptionAndReadsNoMore) {
+  Add(Queued(Spec(), 3, 1 << 20), 0);
+  for (int step = 0; step < 3; ++step) {
+    Serve();
+    StepCloth(0);
+  }
+  EXPECT_TRUE(ends_.empty());
+  Serve();
+  EXPECT_EQ(frames_.size(), 3u) << "they belong to the receiver";
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(ends_[0].reason(), "SLOW_CONSUMER");
+  EXPECT_EQ(set_.counters().slow_consumers, 1u);
+  StepCloth(0);
+  Serve();
+  EXPECT_EQ(device_->reads().size(), 3u);
+  EXPECT_EQ(set_.size(), 0u);
+}
+
+TEST_F(ObserverSetTest, AReceiverThatKeepsUpIsNeverSlow) {
+  Add(Queued(Spec(), 2, 1 << 20), 0);
+  for (uint64_t step = 0; step < 100; ++step) {
+    Serve();
+    ASSERT_EQ(frames_.size(), 1u);
+    EXPECT_EQ(frames_[0].frame, step + 1);
+    frames_.clear();
+    StepCloth(0);
+  }
+  EXPECT_TRUE(ends_.empty());
+}
+
+TEST_F(ObserverSetTest, TheQueueIsBoundedInBytes) {
+  // The first frame: 2 cloths of 2 rows. Each other one: one of them.
+  constexpr uint64_t kCloth = 100 + 2 * 24;
+  Add(Queued(Spec(), 100, 2 * kCloth + 3 * kCloth), 0);
+  Serve();
+  for (int step = 0; step < 3; ++step) {
+    StepCloth(0);
+    Serve();
+  }
+  EXPECT_EQ(frames_.size(), 4u);
+  EXPECT_TRUE(ends_.empty());
+  frames_.erase(frames_.begin() + 1);  // makes room for one more
+  for (int step = 0; step < 2; ++step) {
+    StepCloth(0);
+    Serve();
+  }
+  EXPECT_EQ(frames_.size(), 4u);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].reason(), "SLOW_CONSUMER");
+}
+
+TEST_F(ObserverSetTest, WhatWasSteppedBeforeTheCancelStillComes) {
+  const auto observer = Add(Queued(Spec(), 100, 1 << 20), 0);
+  Serve();
+  StepCloth(0);
+  observer->Cancel();
+  Serve();
+  EXPECT_EQ(frames_.size(), 2u);
+  ASSERT_EQ(ends_.size(), 1u);
+  EXPECT_EQ(ends_[0].code(), StatusCode::kCancelled);
+}
+
 }  // namespace
 }  // namespace drape

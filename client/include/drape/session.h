@@ -100,6 +100,10 @@ class Session {
   // For several requests in flight.
   StepStream OpenStepStream();
 
+  // The server steps by itself, in real time unless `start` says otherwise. `start.session` is
+  // filled in, and `all_cloths` unless it names some.
+  RunStream Run(v1::RunRequest::Start start = {});
+
   // At least one cloth. `view` unset: positions only, of all particles.
   States ReadStates(std::span<const ClothId> cloths, const v1::StateView& view = {}) const;
   // The same of every cloth of the session.

@@ -1,4 +1,4 @@
-// The two long-lived calls of a session.
+// The long-lived calls of a session.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "drape/states.h"
+#include "drape/v1/run.pb.h"
 #include "drape/v1/simulation_service.pb.h"
 #include "drape/v1/step.pb.h"
 
@@ -52,18 +53,48 @@ class StepStream {
   std::unique_ptr<Impl> impl_;
 };
 
-// Frames of states while others step the cloths: always the latest; frames that a slow reader
-// misses are counted. One thread reads; SetPaused and Cancel from any thread.
+// The server steps cloths by itself, at a pace, as long as this exists: see Run of the service. One
+// thread reads; the rest from any thread. Destruction ends the run, at once.
+//
+//   RunStream run = session.Run(start);  // e.g. real time, which is the default
+//   while (const auto report = run.Next()) Show(*report);
+class RunStream {
+ public:
+  RunStream(RunStream&&) noexcept;
+  RunStream& operator=(RunStream&&) noexcept;
+  ~RunStream();
+
+  // Waits for the next report; the first one comes when the run has begun. Throws what ended the
+  // run, whose metadata `steps` says how many are complete; unset after the last report.
+  std::optional<v1::RunReport> Next();
+  // Paused: no step begins. A report follows.
+  void SetPaused(bool is_paused);
+  // Ends the run after the steps under way; the last report follows.
+  void Stop();
+  void Cancel();
+
+ private:
+  friend class Session;
+  struct Impl;
+  explicit RunStream(std::unique_ptr<Impl> impl);
+
+  std::unique_ptr<Impl> impl_;
+};
+
+// Frames of states while others step the cloths. With delivery LATEST always the latest: frames
+// that a slow reader misses are counted. With EVERY_FRAME all of them: a reader that falls behind
+// gets kResourceExhausted, SLOW_CONSUMER, whose metadata `last_frame` and `last_step` say what it
+// has got. One thread reads; SetPaused and Cancel from any thread.
 class StateStream {
  public:
   StateStream(StateStream&&) noexcept;
   StateStream& operator=(StateStream&&) noexcept;
   ~StateStream();
 
-  // Waits for a whole frame and grants the server the credit for another. Throws the stream's error
-  // (kCancelled after Cancel()); unset when the server ended the stream.
+  // Waits for a whole frame and, with LATEST, grants the server the credit for another. Throws the
+  // stream's error (kCancelled after Cancel()); unset when the server ended the stream.
   std::optional<States> Next();
-  // Paused: the server sends nothing.
+  // Paused: the server sends nothing. With EVERY_FRAME this ends the stream with kInvalidArgument.
   void SetPaused(bool is_paused);
   void Cancel();
 

@@ -25,7 +25,6 @@
 #include "server/solver/cpu/model/float_model.h"
 #include "server/solver/cpu/side_by_side/group_step.h"
 #include "server/solver/cpu/simd/denormals.h"
-#include "server/solver/cpu/step/measure.h"
 #include "server/solver/cpu/step/step_team.h"
 #include "server/solver/cpu/step_groups.h"
 #include "server/solver/cpu/world.h"
@@ -254,7 +253,7 @@ class CpuBackend final : public Backend {
     std::vector<GroupCandidate> batch;
     std::vector<uint32_t> places;  // of the candidates
     for (uint32_t k = 0; k < items.size(); ++k) {
-      if (const uint32_t count = WorldSize(items.subspan(k)); count > 1) {
+      if (const auto count = static_cast<uint32_t>(WorldSize(items.subspan(k))); count > 1) {
         StepGroup& group = groups.emplace_back(count);
         std::iota(group.begin(), group.end(), k);
         k += count - 1;
@@ -270,14 +269,6 @@ class CpuBackend final : public Backend {
     return groups;
   }
 
-  // The cloths of the first item's world.
-  static uint32_t WorldSize(std::span<const StepItem> items) {
-    const uint64_t world = items[0].world.world;
-    uint32_t count = 1;
-    while (world != 0 && count < items.size() && items[count].world.world == world) ++count;
-    return count;
-  }
-
   GroupCandidate CandidateOf(const StepItem& item) {
     const Cloth& cloth = cloths_.At(item.cloth);
     GroupCandidate candidate{cloth.model.get(), std::nullopt, !item.grips.empty()};
@@ -290,8 +281,7 @@ class CpuBackend final : public Backend {
   }
 
   static bool IsWorld(std::span<const StepItem> items, const StepGroup& group) {
-    return group.size() > 1 && items[group[0]].world.world != 0 &&
-           items[group[1]].world.world == items[group[0]].world.world;
+    return group.size() > 1 && WorldSize(items.subspan(group[0])) == group.size();
   }
 
   // Null for groups that one thread steps.
@@ -300,18 +290,11 @@ class CpuBackend final : public Backend {
     std::vector<std::unique_ptr<StepTeam>> teams(groups.size());
     for (size_t k = 0; k < groups.size() && thread_count_ > 1; ++k) {
       if (groups[k].size() > 1 && !IsWorld(items, groups[k])) continue;
-      if (LargestOf(items, groups[k]) < kMinTeamParticles) continue;
+      const auto together = items.subspan(groups[k][0], groups[k].size());
+      if (LargestOf(ClothsOf(together)) < kMinTeamParticles) continue;
       teams[k] = std::make_unique<StepTeam>(static_cast<uint32_t>(thread_count_));
     }
     return teams;
-  }
-
-  uint32_t LargestOf(std::span<const StepItem> items, const StepGroup& group) {
-    uint32_t largest = 0;
-    for (const uint32_t k : group) {
-      largest = std::max(largest, cloths_.At(items[k].cloth).model->particle_count);
-    }
-    return largest;
   }
 
   void StepOnAllThreads(std::span<const StepItem> items, std::vector<StepReport>& reports) {
@@ -411,28 +394,9 @@ class CpuBackend final : public Backend {
     }
   }
 
-  static void MeasureFaulted(std::span<Cloth* const> cloths, std::span<const SteppedCloth> stepped,
-                             std::span<StepReport> reports) {
-    std::vector<MeasuredCloth> measured;
-    bool is_any_measured = false;
-    for (size_t k = 0; k < cloths.size(); ++k) {
-      const auto& [context, measure, state] = stepped[k];
-      reports[k].fault = cloths[k]->fault;
-      if (measure) reports[k].measured = Measure(context, state, reports[k].fault);
-      measured.push_back({context, state, measure ? &reports[k].measured : nullptr});
-      is_any_measured |= measure;
-    }
-    if (is_any_measured) MeasureSelfContacts(measured);
-  }
-
   // A piece of a long step. One thread leads, the others help. Whether it is over.
   bool ContinueOnAllThreads(LongStep& step, std::span<const StepItem> items, const Pause& pause) {
-    const StepGroup all = [&] {
-      StepGroup group(items.size());
-      std::iota(group.begin(), group.end(), 0u);
-      return group;
-    }();
-    const bool has_team = LargestOf(items, all) >= kMinTeamParticles;
+    const bool has_team = LargestOf(step.cloths) >= kMinTeamParticles;
     StepTeam team(has_team ? static_cast<uint32_t>(thread_count_) : 1);
     bool is_over = false;
     std::atomic<bool> has_leader{false};
@@ -464,19 +428,11 @@ class CpuBackend final : public Backend {
       return stepped;
     }
     const std::shared_ptr<const World> world = GetWorld(cloths);
-    uint32_t most_sweeps = UINT32_MAX;
     for (size_t k = 0; k < cloths.size(); ++k) {
-      most_sweeps = std::min(most_sweeps, IterationsOf(items[k], cloths[k]->parameters.settings));
-    }
-    for (size_t k = 0; k < cloths.size(); ++k) {
-      const Scheme& scheme = *world->schemes[k];
-      stepped.push_back({ContextOf(*cloths[k], items[k], scheme, team, *scratches[k]),
+      stepped.push_back({ContextOf(*cloths[k], items[k], *world->schemes[k], team, *scratches[k]),
                          items[k].measure, cloths[k]->state});
-      StepContext& context = stepped.back().context;
-      context.max_iterations = most_sweeps;
-      context.contact_surface = world->surface.get();
-      context.world_origin = ToVec4(items[k].world.origin_m - items[0].world.origin_m);
     }
+    EnterWorld(*world, items, stepped);
     return stepped;
   }
 

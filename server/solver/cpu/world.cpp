@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "server/core/check.h"
+#include "server/solver/cpu/step/measure.h"
 #include "server/solver/world_settings.h"
 
 namespace drape::cpu {
@@ -50,6 +51,41 @@ std::shared_ptr<const World> WorldOf(std::span<Cloth* const> cloths,
   }
   world->surface = std::make_shared<const ContactSurface>(members);
   return kept = world;
+}
+
+uint32_t LargestOf(std::span<Cloth* const> cloths) {
+  uint32_t largest = 0;
+  for (const Cloth* const cloth : cloths) {
+    largest = std::max(largest, cloth->model->particle_count);
+  }
+  return largest;
+}
+
+void EnterWorld(const World& world, std::span<const StepItem> items, SteppedCloths cloths) {
+  uint32_t most_sweeps = UINT32_MAX;
+  for (const SteppedCloth& cloth : cloths) {
+    most_sweeps = std::min(most_sweeps, cloth.context.max_iterations);
+  }
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    StepContext& context = cloths[k].context;
+    context.max_iterations = most_sweeps;
+    context.contact_surface = world.surface.get();
+    context.world_origin = ToVec4(items[k].world.origin_m - items[0].world.origin_m);
+  }
+}
+
+void MeasureFaulted(std::span<Cloth* const> cloths, std::span<const SteppedCloth> stepped,
+                    std::span<StepReport> reports) {
+  std::vector<MeasuredCloth> measured;
+  bool is_any_measured = false;
+  for (size_t k = 0; k < cloths.size(); ++k) {
+    const auto& [context, measure, state] = stepped[k];
+    reports[k].fault = cloths[k]->fault;
+    if (measure) reports[k].measured = Measure(context, state, reports[k].fault);
+    measured.push_back({context, state, measure ? &reports[k].measured : nullptr});
+    is_any_measured |= measure;
+  }
+  if (is_any_measured) MeasureSelfContacts(measured);
 }
 
 }  // namespace drape::cpu

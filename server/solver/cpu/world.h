@@ -20,4 +20,14 @@ struct World {
 // Of the cloths in the order of their world; made anew when one of them has changed.
 std::shared_ptr<const World> WorldOf(std::span<Cloth* const> cloths, ContactSurfaceCache& surfaces);
 
+// Of the cloth with most particles.
+uint32_t LargestOf(std::span<Cloth* const> cloths);
+
+// What the contexts of all cloths of a world have in common.
+void EnterWorld(const World& world, std::span<const StepItem> items, SteppedCloths cloths);
+
+// The reports of cloths that are faulted and therefore not stepped: one, or all of a world.
+void MeasureFaulted(std::span<Cloth* const> cloths, std::span<const SteppedCloth> stepped,
+                    std::span<StepReport> reports);
+
 }  // namespace drape::cpu

@@ -147,14 +147,6 @@ class ReferenceBackend final : public Backend {
     std::unique_ptr<ReferenceStep> step;
   };
 
-  // The cloths of the first item's world.
-  static size_t WorldSize(std::span<const StepItem> items) {
-    const uint64_t world = items[0].world.world;
-    size_t count = 1;
-    while (world != 0 && count < items.size() && items[count].world.world == world) ++count;
-    return count;
-  }
-
   // Of one cloth or one world, whose targets are set.
   std::unique_ptr<ReferenceStep> MakeStep(std::span<const StepItem> items) {
     std::vector<SteppedReference> cloths;

@@ -52,6 +52,10 @@ class Draped:
                 return int(line.split()[1]) / 1000
         raise RuntimeError("no VmRSS")
 
+    def processor_s(self):
+        """Of all its threads, by the clock that clock_getcpuclockid gives for a process."""
+        return time.clock_gettime((~self._process.pid << 3) | 2)
+
     def __enter__(self):
         return self
 

@@ -4,6 +4,7 @@ Writes results/MACHINE.md and a table beside it. With --quick: short windows and
 """
 
 import argparse
+import contextlib
 import csv
 import json
 import os
@@ -14,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import textwrap
+import threading
 import time
 
 import drape
@@ -69,6 +71,67 @@ def viewers(bench):
         age = statistics.median(level["frame_age_p95_ms"] for level in levels)
         bench.add("viewers", kind, requests_per_s=rate, change_percent=100 * (rate / base - 1), frame_age_p95_ms=age,
                   failed=int(sum(level["failed"] for level in levels)))
+
+
+# Options of Cloths.frames; None: no viewers.
+VIEWERS = {"4 of the latest, stalled": {}, "4 of every frame, stalled": {"every_frame": True}, "4 that vanished": {},
+           "4 that read at 50 Hz": {"max_hz": 50}, "none, for comparison": None}
+
+
+def stalled(bench):
+    """What viewers cost that do not read, or have vanished: processor time of the whole server per step of 16 cloths of
+    1024 particles. Steps with and without them take turns, and each pair is a ratio: what else the machine does in the
+    meantime takes from neither. Median of the ratios; error_percent is that of the median, 1.25 times the deviation of a
+    ratio (1.48 times their median distance from it) over the root of their number."""
+    pairs, steps = (4, 20) if bench.is_quick else (60, 60)
+    spec = ClothSpec(grid=Grid(columns=32, rows=32, width_m=1, height_m=1), pins=[Pin(particle=0), Pin(particle=31)])
+    for kind, options in VIEWERS.items():
+        with Draped("--threads=1") as server, drape.connect(server.address) as client, client.session() as session:
+            cloths = session.create(spec, 16)
+            cloths.step(100, view=None)
+            ratios = []
+            for k in range(pairs):
+                cost_s = {}
+                for is_viewed in (k % 2 == 0, k % 2 == 1):
+                    with viewers_of(cloths, kind if is_viewed else "none, for comparison"):
+                        cloths.step(10, view=None)
+                        before_s = server.processor_s()
+                        cloths.step(steps, view=None)
+                        cost_s[is_viewed] = server.processor_s() - before_s
+                ratios.append(cost_s[True] / cost_s[False])
+        middle = statistics.median(ratios)
+        deviation = 1.48 * statistics.median(abs(ratio - middle) for ratio in ratios)
+        bench.add("stalled", kind, change_percent=100 * (middle - 1), error_percent=125 * deviation / len(ratios) ** 0.5)
+
+
+@contextlib.contextmanager
+def viewers_of(cloths, kind):
+    """Four viewers, each of which has read its first frame."""
+    options = VIEWERS[kind]
+    viewers = [] if options is None else [cloths.frames(**options) for _ in range(4)]
+    for viewer in viewers:
+        next(viewer)
+    readers = [threading.Thread(target=read_to_the_end, args=(viewer,)) for viewer in viewers if "max_hz" in options]
+    for reader in readers:
+        reader.start()
+    if "vanished" in kind:
+        for viewer in viewers:
+            viewer.close()
+    try:
+        yield
+    finally:
+        for viewer in viewers:
+            viewer.close()
+        for reader in readers:
+            reader.join()
+
+
+def read_to_the_end(viewer):
+    try:
+        for _ in viewer:
+            pass
+    except drape.Cancelled:
+        pass
 
 
 def neighbours(bench):
@@ -196,7 +259,8 @@ def settled_bytes(folder):
         last = now
 
 
-PARTS = {part.__name__: part for part in (sessions, viewers, neighbours, fairness, memory, floods, restart, traffic)}
+PARTS = {part.__name__: part
+         for part in (sessions, viewers, stalled, neighbours, fairness, memory, floods, restart, traffic)}
 
 
 def table(rows):

@@ -6,8 +6,10 @@
 
 #include "server/api/picture_validation.h"
 #include "server/api/request_validation.h"
+#include "server/api/run_pace.h"
 #include "server/api/state_chunks.h"
 #include "server/api/status_mapping.h"
+#include "server/api/stream_validation.h"
 #include "server/api/written_states.h"
 #include "server/core/check.h"
 #include "tests/api/requests.h"
@@ -358,6 +360,63 @@ v1::StreamStatesRequest::Subscribe GoodSubscription() {
   return request;
 }
 
+v1::StreamStatesRequest::Subscribe EveryFrame() {
+  v1::StreamStatesRequest::Subscribe request;
+  request.set_session("sessions/none");
+  request.set_all_cloths(true);
+  request.set_delivery(v1::StreamStatesRequest::EVERY_FRAME);
+  request.set_max_queued_frames(100);
+  request.set_max_queued_bytes(1 << 20);
+  return request;
+}
+
+Status CheckSubscription(const v1::StreamStatesRequest::Subscribe& request) {
+  const auto checked = api::CheckSubscribe(request);
+  if (!checked.ok()) return checked.status();
+  DRAPE_CHECK(checked->every_n_steps >= 1 && checked->max_hz >= 0, "rate");
+  if (checked->queue) {
+    DRAPE_CHECK(checked->max_hz == 0 && checked->initial_credit == 0, "leaves frames out");
+    DRAPE_CHECK(checked->queue->max_frames >= 2 && checked->queue->max_frames <= 65536, "frames");
+    DRAPE_CHECK(checked->queue->max_bytes <= uint64_t{1} << 28, "bytes");
+  }
+  return Status::Ok();
+}
+
+std::vector<v1::RunRequest::Start> Runs() {
+  std::vector<v1::RunRequest::Start> runs(2);
+  for (v1::RunRequest::Start& run : runs) run.set_session("sessions/none");
+  runs[0].set_all_cloths(true);
+  runs[0].set_steps_hz(60);
+  runs[0].set_max_behind_s(0.5);
+  runs[0].set_report_interval_s(0.1);
+  runs[1].add_cloth_ids(1);
+  runs[1].set_unpaced(true);
+  runs[1].set_max_steps(100);
+  runs[1].set_expected_step(3);
+  return runs;
+}
+
+// Every accepted run has a pace: however often it is asked, each step is due once or dropped.
+Status CheckRunAndPace(const v1::RunRequest::Start& request) {
+  const auto checked = api::CheckRun(request);
+  if (!checked.ok()) return checked.status();
+  DRAPE_CHECK(checked->interval_s >= 0 && checked->interval_s <= 1000, "interval");
+  DRAPE_CHECK(checked->max_behind_s >= 0.02 && checked->max_behind_s <= 60, "lateness");
+  DRAPE_CHECK(checked->report_interval_s >= 0.01 && checked->report_interval_s <= 3600, "reports");
+  DRAPE_CHECK(checked->max_steps >= 1, "no step");
+  if (checked->interval_s == 0) return Status::Ok();
+  api::RunPace pace(1e6 * checked->interval_s, static_cast<int64_t>(1e6 * checked->max_behind_s),
+                    0);
+  uint64_t begun = 0, due = 0;
+  for (int64_t now_us = 0; now_us < 200'000'000; now_us += 7'654'321) {
+    for (int k = 0; k < 3 && pace.IsDue(now_us); ++k, ++begun) pace.Begin();
+    const uint64_t total = begun + pace.dropped() + pace.Waiting(now_us);
+    DRAPE_CHECK(total >= due, "steps got lost");
+    due = total;
+  }
+  return Status::Ok();
+}
+
 }  // namespace
 
 std::vector<FuzzTarget> RequestTargets() {
@@ -372,8 +431,8 @@ std::vector<FuzzTarget> RequestTargets() {
   targets.push_back(Target<v1::StateView>("view", Views(), CheckViewAndSend));
   targets.push_back(Target<v1::WriteStatesRequest>("write_states", {GoodWriting()}, CheckWriting));
   targets.push_back(Target<v1::StreamStatesRequest::Subscribe>(
-      "subscribe", {GoodSubscription()},
-      [](const auto& request) { return api::CheckSubscribe(request).status(); }));
+      "subscribe", {GoodSubscription(), EveryFrame()}, CheckSubscription));
+  targets.push_back(Target<v1::RunRequest::Start>("run", Runs(), CheckRunAndPace));
   targets.push_back({"mesh", ImportMesh, MeshSeeds});
   return targets;
 }

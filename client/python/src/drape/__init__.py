@@ -24,6 +24,7 @@ from .pipeline import Pipeline
 from .private_server import find_server
 from .session import Session
 from .states import POSITIONS, POSITIONS_AND_VELOCITIES, VELOCITIES, Answer, Impulses, States, pack
+from .streams import Frame, Frames, Run
 from .v1 import (Box, Camera, Capsule, ClothOverride, ClothSpec, Collider, Cylinder, DistanceConstraint, Environment, Grid,
                  Material, Mesh, MeshImport, Particles, Pin, Plane, PointJoint, Sphere, Spring, StateView, StepSettings,
                  Transform)

@@ -26,6 +26,7 @@ from .pipeline import PipelineBase
 from .private_server import PrivateServer
 from .rollout import awaited_rollout
 from .session import _LAST_CALL_S, _RENEWALS_PER_LEASE, SessionBase, iter_of
+from .streams import Frame, FramesBase, RunBase
 
 
 def _awaiting(operation: Callable[P, Operation[R]]) -> Callable[P, Awaitable[R]]:
@@ -117,6 +118,70 @@ class Pipeline(PipelineBase):
             self.close()
 
 
+class _Awaited:
+    """What the streams of this module have in common. The first use sends what begins it."""
+
+    async def _open(self):
+        first, self._first = self._first, None
+        if first is not None:
+            await self._call.write(first)
+        return self
+
+    async def _read(self):
+        await self._open()
+        try:
+            answer = await self._call.read()
+        except grpc.RpcError as error:
+            raise self._connection.error_of(error) from None
+        if answer is grpc.aio.EOF:
+            raise StopAsyncIteration
+        return answer
+
+    def close(self) -> None:
+        """Ends it, at once. May be called again."""
+        self._call.cancel()
+
+    async def __aenter__(self):
+        return await self._open()
+
+    async def __aexit__(self, *_):
+        self.close()
+
+    def __aiter__(self):
+        return self
+
+
+class Frames(_Awaited, FramesBase):
+    __doc__ = FramesBase.__doc__
+
+    async def __anext__(self) -> Frame:
+        chunks = [await self._read()]
+        while not chunks[-1].is_last:
+            chunks.append(await self._read())
+        if self._gives_credit:
+            await self._call.write(self._credit)
+        return self._frame_of(chunks)
+
+
+class Run(_Awaited, RunBase):
+    __doc__ = RunBase.__doc__
+
+    async def __anext__(self) -> v1.RunReport:
+        return await self._read()
+
+    async def pause(self) -> None:
+        """See `drape.Run.pause`."""
+        await self._call.write(v1.RunRequest(pause=True))
+
+    async def resume(self) -> None:
+        """See `drape.Run.resume`."""
+        await self._call.write(v1.RunRequest(pause=False))
+
+    async def stop(self) -> None:
+        """See `drape.Run.stop`."""
+        await self._call.done_writing()
+
+
 class Cloths(ClothsBase):
     __doc__ = ClothsBase.__doc__
 
@@ -141,6 +206,16 @@ class Cloths(ClothsBase):
     def pipeline(self, depth: int = 2) -> Pipeline:
         """See `drape.Cloths.pipeline`; `async with`, and `await` its `step` and `drain`."""
         return Pipeline(self, depth)
+
+    def frames(self, every: int = 1, *, max_hz: float = 0, every_frame: bool = False, velocities: bool = False,
+               queue_frames: int = 0, queue_bytes: int = 0) -> Frames:
+        """See `drape.Cloths.frames`; `async with` and `async for`."""
+        return Frames(self, every, max_hz, every_frame, velocities, queue_frames, queue_bytes)
+
+    def run(self, hz: float | None = None, *, max_steps: int = 0, max_behind_s: float = 0, report_every_s: float = 0,
+            expected: int | None = None, ids=None) -> Run:
+        """See `drape.Cloths.run`; `async with` and `async for`."""
+        return Run(self, hz, max_steps, max_behind_s, report_every_s, expected, ids)
 
     async def triangles(self):
         """uint32[triangles, 3] of each cloth."""

@@ -12,6 +12,7 @@ from .controls import Controls
 from .operations import Operation, Reading, Unary, blocking
 from .pipeline import Pipeline
 from .rollout import rollout
+from .streams import Frames, Run
 
 # Larger answers are read as a stream of chunks of 1 MiB into one array: a single message of 12 MB takes twice the time.
 _STREAM_ABOVE_BYTES = 2 << 20
@@ -432,6 +433,28 @@ class Cloths(ClothsBase):
         if self._time_s is None:
             self.read(particles=[0])
         return self._time_s
+
+    def frames(self, every: int = 1, *, max_hz: float = 0, every_frame: bool = False, velocities: bool = False,
+               queue_frames: int = 0, queue_bytes: int = 0) -> Frames:
+        """States while somebody steps the cloths: `with cloths.frames() as frames: for frame in frames: ...`. A frame is
+        due after each multiple of `every` steps, the first one at once.
+
+        max_hz: frames per second at most. every_frame: none is left out; else a later frame replaces one that was not
+        read in time. queue_frames, queue_bytes: of every_frame, what may wait to be read (0: 256 frames, 16 MiB). Raises
+        ResourceExhausted (SLOW_CONSUMER) where more waits; its metadata `last_step` says up to which step all was read.
+        """
+        return Frames(self, every, max_hz, every_frame, velocities, queue_frames, queue_bytes)
+
+    def run(self, hz: float | None = None, *, max_steps: int = 0, max_behind_s: float = 0, report_every_s: float = 0,
+            expected: int | None = None, ids=None) -> Run:
+        """The server steps the cloths by itself: `with cloths.run() as run: for report in run: ...`. Ends with the `with`.
+
+        hz: steps per second; None: real time; inf: as fast as it can. max_steps: ends after so many (0: never).
+        max_behind_s [s]: steps later than this are dropped (0: 0.1). report_every_s [s] (0: 1). expected: the steps that
+        all of them must have completed, or FailedPrecondition (STEP_MISMATCH). What the batch knows of its states is not
+        kept up: `frames` or `read` shows them.
+        """
+        return Run(self, hz, max_steps, max_behind_s, report_every_s, expected, ids)
 
     def pipeline(self, depth: int = 2) -> Pipeline:
         """Steps through one stream with up to `depth` under way, so that the server never waits for this program."""
